@@ -1,0 +1,18 @@
+#include "config/description.h"
+
+#include <array>
+#include <cassert>
+#include <charconv>
+
+namespace tiltfeed {
+
+std::string number_text(double value) {
+  std::array<char, 400> buffer;  // the smallest double needs 326 characters, the largest 309
+  const double shown = value == 0.0 ? 0.0 : value;
+  const auto [end, code] =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), shown, std::chars_format::fixed);
+  assert(code == std::errc());
+  return {buffer.data(), end};
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,29 @@
+#pragma once
+// Resolved settings as text for people and logs: one `key: value` a line, in the order given.
+
+#include <string>
+
+#include "kinematics/geometry.h"
+
+namespace tiltfeed {
+
+/// The shortest decimal text that reads back as exactly this value; never an exponent, never "-0".
+std::string number_text(double value);
+
+class Description {
+ public:
+  void add(const std::string& key, const std::string& value) { text_ += key + ": " + value + "\n"; }
+  void add(const std::string& key, const char* value) { add(key, std::string(value)); }
+  void add(const std::string& key, double value) { add(key, number_text(value)); }
+  void add(const std::string& key, bool value) { add(key, value ? "true" : "false"); }
+  void add(const std::string& key, int value) { add(key, std::to_string(value)); }
+  void add(const std::string& key, Vec3 v) {
+    add(key, "[" + number_text(v.x) + ", " + number_text(v.y) + ", " + number_text(v.z) + "]");
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+}  // namespace tiltfeed

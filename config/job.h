@@ -1,0 +1,38 @@
+#pragma once
+// The job file: part, cutter, axis field, pattern, feeds, set-up. YAML lives and dies in config/*.cpp.
+// Every key: config/jobs/example.yaml.
+
+#include <string>
+
+#include "config/machine_profile.h"
+#include "kinematics/machine.h"
+#include "kinematics/result.h"
+#include "pathgen/plan.h"
+
+namespace tiltfeed {
+
+struct Job {
+  std::string path;          ///< the file it came from
+  std::string stl_path;      ///< resolved against the job file's folder
+  double stl_unit_mm = 1.0;  ///< length of the STL's unit
+  PlanOptions plan;
+  Setup setup;               ///< tool_length = plan.cutter.length
+  double spindle_rpm = 0.0;  ///< 0: no spindle words
+  MachineProfile machine;
+};
+
+/// Typed directions are rounded, to five decimals as a rule: t and n may miss the right angle by this much
+/// (rad) and are then made exactly perpendicular, t kept.
+inline constexpr double kPerpendicularTolerance = 1e-5;
+
+/// Reads the job and the machine profile that it names.
+/// Properties: every value is finite and in range; t, n are unit and perpendicular; `fixture` is a rotation,
+/// exact for multiples of 90 degrees; 0 < approach <= clearance; radius <= shank_length <= length.
+/// Errors: kInput as file:line:column, what was expected, the nearest known key; kIo.
+Result<Job> load_job(const std::string& path);
+/// The same from text; `path` names it in messages and its folder is where relative paths start.
+Result<Job> parse_job(const std::string& text, const std::string& path);
+/// The resolved job and its machine, one `key: value` a line.
+std::string describe(const Job& job);
+
+}  // namespace tiltfeed

@@ -1,0 +1,40 @@
+#pragma once
+// The machine profile file: what the shop knows of one machine. Every key: config/machines/generic-ac.yaml.
+
+#include <string>
+
+#include "kinematics/machine.h"
+#include "kinematics/result.h"
+
+namespace tiltfeed {
+
+enum class Dialect { kRs274, kGrbl };
+
+/// How the program text of this control looks.
+struct ProgramFormat {
+  Dialect dialect = Dialect::kRs274;
+  int linear_decimals = 4;
+  int rotary_decimals = 4;
+  int max_line_length = 79;          ///< bytes, without line end
+  bool line_numbers = false;         ///< N words
+  double max_inverse_time = 100000;  ///< largest F in G93, 1/min
+};
+
+struct MachineProfile {
+  std::string path;  ///< the file it came from
+  MachineModel model;
+  ProgramFormat format;
+  std::string link;          ///< default link of `tiltfeed send`, may be empty
+  int receive_buffer = 127;  ///< of a character-counting controller, bytes
+};
+
+/// Properties: every limit pair has min < max, speeds and accelerations are above 0, directions are unit, the
+/// table's is exactly (0, 0, 1), the head's is not vertical, letters differ and mean nothing else in G-code.
+/// Errors: kInput as file:line:column, what was expected, the nearest known key; kIo.
+Result<MachineProfile> load_machine(const std::string& path);
+/// The same from text; `path` names it in messages and becomes MachineProfile::path.
+Result<MachineProfile> parse_machine(const std::string& text, const std::string& path);
+/// The resolved profile, one `key: value` a line.
+std::string describe(const MachineProfile& profile);
+
+}  // namespace tiltfeed

@@ -1,0 +1,272 @@
+#include "config/section.h"
+
+#include <algorithm>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <string_view>
+
+#include "config/description.h"
+#include "config/key_names.h"
+
+namespace tiltfeed {
+namespace {
+
+constexpr std::size_t kMaxTextBytes = 1024;  // longer than any sensible file name
+constexpr std::size_t kMaxNameBytes = 40;    // a G-code header line holds it whole
+constexpr double kMaxDirection = 1e6;        // components; far from overflow when squared
+constexpr double kMinDirection = 1e-6;       // shorter is taken for zero: the typed digits are noise by then
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+/// "a number of mm", "a whole number".
+std::string wanted_number(const char* key, const char* kind) {
+  const std::string unit = unit_of(key);
+  return std::string("a ") + kind + (unit.empty() ? "" : " of " + unit);
+}
+
+std::string wanted_range(Range range) {
+  return (range.above_min ? "above " : "at least ") + number_text(range.min) + " and at most " +
+         number_text(range.max);
+}
+
+/// What a node is, for "found ...".
+std::string found(const YamlNode& node) {
+  switch (node.kind) {
+    case YamlKind::kNothing:
+      return "found nothing";
+    case YamlKind::kList:
+      return "found a list of " + std::to_string(node.items.size());
+    case YamlKind::kMap:
+      return "found a map";
+    case YamlKind::kScalar:
+      break;
+  }
+  return "found " + std::string(node.plain ? "" : "the quoted text ") + quoted(node.text);
+}
+
+bool is_digit(char letter) { return letter >= '0' && letter <= '9'; }
+
+/// The text without one leading '+', which from_chars does not take.
+std::string_view without_plus(const std::string& text) {
+  const bool plus = text.size() > 1 && text[0] == '+' && (is_digit(text[1]) || text[1] == '.');
+  return std::string_view(text).substr(plus ? 1 : 0);
+}
+
+/// 0777 is 511 to some YAML readers and 777 to others.
+bool looks_octal(std::string_view text) {
+  if (!text.empty() && text[0] == '-') text.remove_prefix(1);
+  return text.size() > 1 && text[0] == '0' && is_digit(text[1]);
+}
+
+/// Why a text is not a number, as a remedy; may be empty.
+std::string number_remedy(const YamlNode& node, const char* key) {
+  if (node.kind != YamlKind::kScalar) return "";
+  if (!node.plain) return "; remove the quotes";
+  const std::string_view text = without_plus(node.text);
+  if (looks_octal(text)) return "; write it without the leading zero";
+  if (text.find(',') != std::string_view::npos) return "; write decimals with a point";
+  double value = 0.0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code == std::errc::result_out_of_range) return "; it does not fit a double";
+  if (code == std::errc() && !std::isfinite(value)) return "; it must be finite";
+  if (code == std::errc())
+    return unit_of(key).empty() ? "; write the number alone"
+                                : "; write the number alone, the key states the unit";
+  if (text.starts_with('.') || text.starts_with("-.")) return "; it must be finite";
+  return "";
+}
+
+}  // namespace
+
+void Complaint::add(TextPlace place, const std::string& message, Code code) {
+  if (!first_) first_ = Error{code, to_string(file_, place) + ": " + message};
+}
+
+Section::Section(std::string name, std::initializer_list<const char*> known, Complaint& complaint)
+    : name_(std::move(name)), known_(known.begin(), known.end()), complaint_(&complaint) {}
+
+Section::Section(const YamlNode& node, std::string name, std::initializer_list<const char*> known,
+                 Complaint& complaint)
+    : Section(std::move(name), known, complaint) {
+  if (node.kind == YamlKind::kMap) {
+    map_ = &node;
+    check_keys();
+    return;
+  }
+  const bool no_blank = node.kind == YamlKind::kScalar && node.text.find(':') != std::string::npos;
+  complaint.add(node.place, (name_.empty() ? "" : name_ + ": ") + "expected the keys " + joined(known_) +
+                                ", " + found(node) + (no_blank ? "; put a blank after each ':'" : ""));
+}
+
+void Section::check_keys() const {
+  for (const YamlKey& key : map_->keys) {
+    if (std::find(known_.begin(), known_.end(), key.text) != known_.end()) continue;
+    const std::string& nearest = nearest_key(key.text, known_);
+    const std::string unit = unit_of(nearest);
+    const bool other_unit = !unit.empty() && key.text.starts_with(stem_of(nearest));
+    complaint_->add(key.place, "unknown key " + quoted(key.text) + (name_.empty() ? "" : " in " + name_) +
+                                   "; nearest known key: " + nearest +
+                                   (other_unit ? " (unit: " + unit + ")" : "") +
+                                   " (known here: " + joined(known_) + ")");
+  }
+}
+
+std::string Section::path_of(const char* key) const { return name_.empty() ? key : name_ + "." + key; }
+
+const YamlNode* Section::find(const char* key) const {
+  assert(std::find(known_.begin(), known_.end(), key) != known_.end());
+  if (map_ == nullptr) return nullptr;
+  for (std::size_t i = 0; i < map_->keys.size(); ++i)
+    if (map_->keys[i].text == key) return &map_->items[i];
+  return nullptr;
+}
+
+const YamlNode* Section::want(const char* key, bool required) const {
+  const YamlNode* node = find(key);
+  if (node == nullptr && required && map_ != nullptr)
+    complaint_->add(map_->place, "missing key " + quoted(path_of(key)));
+  return node;
+}
+
+void Section::complain(const char* key, const std::string& message, Code code) const {
+  const YamlNode* node = find(key);
+  const TextPlace place = node != nullptr ? node->place : map_ != nullptr ? map_->place : TextPlace{};
+  complaint_->add(place, path_of(key) + ": " + message, code);
+}
+
+Section Section::section(const char* key, std::initializer_list<const char*> known) const {
+  const YamlNode* node = want(key, true);
+  return node != nullptr ? Section(*node, path_of(key), known, *complaint_)
+                         : Section(path_of(key), known, *complaint_);
+}
+
+Section Section::optional_section(const char* key, std::initializer_list<const char*> known) const {
+  return has(key) ? section(key, known) : Section(path_of(key), known, *complaint_);
+}
+
+std::optional<double> Section::finite(const YamlNode& node, const char* key, Range range) const {
+  const auto complain_here = [&](const std::string& message) {
+    complaint_->add(node.place, path_of(key) + ": " + message);
+    return std::nullopt;
+  };
+  const std::string_view text = without_plus(node.text);
+  double value = 0.0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (node.kind != YamlKind::kScalar || !node.plain || looks_octal(text) || code != std::errc() ||
+      end != text.data() + text.size() || !std::isfinite(value))
+    return complain_here("expected " + wanted_number(key, "number") + ", " + found(node) +
+                         number_remedy(node, key));
+  if (value < range.min || value > range.max || (range.above_min && value == range.min))
+    return complain_here(quoted(node.text) + " is out of range; expected " + wanted_number(key, "number") +
+                         " " + wanted_range(range));
+  return value + 0.0;  // -0 becomes 0
+}
+
+double Section::number(const char* key, Range range, std::optional<double> fallback) const {
+  const YamlNode* node = want(key, !fallback);
+  if (node == nullptr) return fallback.value_or(range.max);
+  return finite(*node, key, range).value_or(range.max);
+}
+
+int Section::integer(const char* key, int min, int max, std::optional<int> fallback) const {
+  const YamlNode* node = want(key, !fallback);
+  if (node == nullptr) return fallback.value_or(min);
+  const std::string_view text = without_plus(node->text);
+  std::int64_t value = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = end == text.data() + text.size() && code == std::errc();
+  if (node->kind != YamlKind::kScalar || !node->plain || looks_octal(text) ||
+      (!whole && code != std::errc::result_out_of_range)) {
+    const bool fraction = code == std::errc() && !looks_octal(text) && node->plain;
+    complain(key, "expected " + wanted_number(key, "whole number") + ", " + found(*node) +
+                      (fraction ? "; write digits only" : number_remedy(*node, key)));
+    return min;
+  }
+  if (!whole || value < min || value > max) {
+    complain(key, quoted(node->text) + " is out of range; expected " + wanted_number(key, "whole number") +
+                      " from " + std::to_string(min) + " to " + std::to_string(max));
+    return min;
+  }
+  return static_cast<int>(value);
+}
+
+bool Section::flag(const char* key, bool fallback) const {
+  return choice<bool>(key, {{"true", true}, {"false", false}}, fallback);
+}
+
+Vec3 Section::vector(const char* key, Range range, std::optional<Vec3> fallback) const {
+  const YamlNode* node = want(key, !fallback);
+  if (node == nullptr) return fallback.value_or(Vec3{});
+  if (node->kind != YamlKind::kList || node->items.size() != 3) {
+    complain(key, "expected a list of three numbers [x, y, z], " + found(*node));
+    return fallback.value_or(Vec3{});
+  }
+  const auto component = [&](std::size_t i) { return finite(node->items[i], key, range).value_or(0.0); };
+  const double x = component(0), y = component(1), z = component(2);
+  return {x, y, z};
+}
+
+Vec3 Section::direction(const char* key, std::optional<Vec3> fallback) const {
+  const Vec3 v = vector(key, {-kMaxDirection, kMaxDirection}, fallback);
+  if (length(v) >= kMinDirection) return normalized(v);
+  complain(key, "the zero vector has no direction; expected at least one component other than 0");
+  return {0, 0, 1};
+}
+
+std::optional<std::string> Section::scalar(const char* key) const {
+  const YamlNode* node = find(key);
+  if (node == nullptr || node->kind != YamlKind::kScalar) return std::nullopt;
+  return node->text;
+}
+
+std::string Section::text(const char* key, std::optional<std::string> fallback) const {
+  const YamlNode* node = want(key, !fallback);
+  const bool may_be_empty = fallback && fallback->empty();
+  if (node == nullptr) return fallback.value_or("");
+  const std::string& text = node->text;
+  if (node->kind != YamlKind::kScalar || (text.empty() && !may_be_empty)) {
+    complain(key, "expected a text, " + found(*node));
+  } else if (text.size() > kMaxTextBytes) {
+    complain(key, "the text has " + std::to_string(text.size()) + " bytes; expected at most " +
+                      std::to_string(kMaxTextBytes));
+  } else if (text.starts_with(' ') || text.ends_with(' ') ||
+             std::any_of(text.begin(), text.end(), [](char letter) {
+               const auto byte = static_cast<unsigned char>(letter);
+               return byte < 0x20 || byte == 0x7F;
+             })) {
+    complain(key, "expected one line of text without blanks at its ends, " + found(*node) +
+                      "; is a quote left open?");
+  }
+  return text;
+}
+
+std::string Section::name(const char* key) const {
+  const std::string value = text(key);
+  const bool clean = value.size() <= kMaxNameBytes && std::all_of(value.begin(), value.end(), [](char c) {
+                       return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || is_digit(c) || c == ' ' ||
+                              c == '.' || c == '_' || c == '-';
+                     });
+  if (!clean)
+    complain(key, "expected 1 to " + std::to_string(kMaxNameBytes) +
+                      " of the letters A-Z a-z 0-9, blank, '.', '_' and '-', found " + quoted(value));
+  return value;
+}
+
+std::optional<std::size_t> Section::choose(const char* key, const std::vector<std::string>& words,
+                                           bool optional) const {
+  const YamlNode* node = want(key, !optional);
+  if (node == nullptr) return std::nullopt;
+  const auto word = std::find(words.begin(), words.end(), node->text);
+  if (node->kind == YamlKind::kScalar && word != words.end())
+    return static_cast<std::size_t>(word - words.begin());
+  complain(key, "expected one of " + joined(words) + ", " + found(*node));
+  return std::nullopt;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,96 @@
+#pragma once
+// Typed, checked reading of one map of a settings file. Every value is asked for by key, with its range; the
+// unit is the key's ending (side_step_mm). The first problem is kept and every getter then returns some
+// harmless value, so a reader asks for all it needs and looks at the problem once, at the end.
+
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/yaml_tree.h"
+#include "kinematics/geometry.h"
+
+namespace tiltfeed {
+
+/// The first problem found in one file.
+class Complaint {
+ public:
+  explicit Complaint(std::string file) : file_(std::move(file)) {}
+  void add(TextPlace place, const std::string& message, Code code = Code::kInput);
+  const std::optional<Error>& first() const { return first_; }
+
+ private:
+  std::string file_;
+  std::optional<Error> first_;
+};
+
+struct Range {
+  double min = 0.0, max = 0.0;
+  bool above_min = false;  ///< min itself is out of range
+};
+constexpr Range above(double min, double max) { return {min, max, true}; }
+
+/// One word that a key may have, and what it means.
+template <class E>
+struct Choice {
+  const char* word;
+  E value;
+};
+
+/// The getters take a fallback; without one the key is required.
+class Section {
+ public:
+  /// Complains about unknown keys (with the nearest known one) and about a node that is not a map.
+  /// `name`: dotted path for messages, empty for the root. Requires: node and complaint outlive it.
+  Section(const YamlNode& node, std::string name, std::initializer_list<const char*> known,
+          Complaint& complaint);
+
+  Section section(const char* key, std::initializer_list<const char*> known) const;
+  /// Absent: a section in which every key is absent.
+  Section optional_section(const char* key, std::initializer_list<const char*> known) const;
+
+  double number(const char* key, Range range, std::optional<double> fallback = {}) const;
+  int integer(const char* key, int min, int max, std::optional<int> fallback = {}) const;
+  bool flag(const char* key, bool fallback) const;
+  Vec3 vector(const char* key, Range range, std::optional<Vec3> fallback = {}) const;
+  /// A vector of any length but zero, made unit.
+  Vec3 direction(const char* key, std::optional<Vec3> fallback = {}) const;
+  /// One line of printable text without blanks at its ends, not empty unless `fallback` is.
+  std::string text(const char* key, std::optional<std::string> fallback = {}) const;
+  /// [A-Za-z0-9 ._-]{1,40}: safe in file names, G-code comments and CL text.
+  std::string name(const char* key) const;
+  template <class E>
+  E choice(const char* key, std::initializer_list<Choice<E>> choices, std::optional<E> fallback = {}) const {
+    std::vector<std::string> words;
+    for (const Choice<E>& choice : choices) words.push_back(choice.word);
+    const std::optional<std::size_t> index = choose(key, words, fallback.has_value());
+    if (index) return choices.begin()[*index].value;
+    return fallback.value_or(choices.begin()->value);
+  }
+
+  bool has(const char* key) const { return find(key) != nullptr; }
+  /// The scalar's text as written, or nothing.
+  std::optional<std::string> scalar(const char* key) const;
+  /// "section.key: message" at the key's value, or at the section where the key is absent.
+  void complain(const char* key, const std::string& message, Code code = Code::kInput) const;
+
+ private:
+  Section(std::string name, std::initializer_list<const char*> known, Complaint& complaint);
+
+  const YamlNode* find(const char* key) const;
+  /// The value; complains when it is required and absent.
+  const YamlNode* want(const char* key, bool required) const;
+  std::string path_of(const char* key) const;
+  std::optional<double> finite(const YamlNode& node, const char* key, Range range) const;
+  std::optional<std::size_t> choose(const char* key, const std::vector<std::string>& words,
+                                    bool optional) const;
+  void check_keys() const;
+
+  const YamlNode* map_ = nullptr;  ///< null: absent or not a map
+  std::string name_;
+  std::vector<std::string> known_;
+  Complaint* complaint_;
+};
+
+}  // namespace tiltfeed

@@ -1,0 +1,83 @@
+#include "daemon/grbl_reply.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace tiltfeed {
+
+namespace {
+
+/// A whole field as a number from 0 up, or -1.
+int number(std::string_view text) {
+  int value = -1;
+  const auto parsed = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = parsed.ec == std::errc() && parsed.ptr == text.data() + text.size();
+  return whole && value >= 0 ? value : -1;
+}
+
+/// Takes the text up to `separator` (or the end) off `rest`.
+std::string_view take_field(std::string_view& rest, char separator) {
+  const std::size_t end = std::min(rest.find(separator), rest.size());
+  const std::string_view field = rest.substr(0, end);
+  rest.remove_prefix(std::min(end + 1, rest.size()));
+  return field;
+}
+
+}  // namespace
+
+GrblReplyKind classify_reply(std::string_view line) {
+  if (line == "ok") return GrblReplyKind::kOk;
+  if (line.starts_with("error")) return GrblReplyKind::kError;
+  if (line.starts_with("ALARM")) return GrblReplyKind::kAlarm;
+  if (line.starts_with("Grbl")) return GrblReplyKind::kBanner;
+  if (line.empty()) return GrblReplyKind::kGarbled;
+  switch (line.front()) {
+    case '<':
+      return line.size() > 2 && line.back() == '>' ? GrblReplyKind::kStatus : GrblReplyKind::kGarbled;
+    case '[':
+      return line.back() == ']' ? GrblReplyKind::kFeedback : GrblReplyKind::kGarbled;
+    case '$':
+    case '>':
+      return GrblReplyKind::kFeedback;
+    default:
+      return GrblReplyKind::kGarbled;
+  }
+}
+
+std::optional<GrblStatus> parse_status(std::string_view line) {
+  line.remove_prefix(1);
+  line.remove_suffix(1);
+  GrblStatus status;
+  // Grbl 0.9 separates by commas, all later ones by bars.
+  const std::string_view state = take_field(line, line.find('|') != line.npos ? '|' : ',');
+  const std::string_view word = state.substr(0, state.find(':'));
+  const bool letters = std::all_of(word.begin(), word.end(),
+                                   [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); });
+  if (word.empty() || !letters) return std::nullopt;
+  status.state = state;
+  while (!line.empty()) {
+    std::string_view field = take_field(line, '|');
+    if (field.starts_with("Bf:")) {
+      field.remove_prefix(3);
+      status.planner_free = number(take_field(field, ','));
+      status.receive_free = number(take_field(field, ','));
+    } else if (field.starts_with("MPos:") || field.starts_with("WPos:") || field.starts_with("Ln:")) {
+      status.position += field;
+    }
+  }
+  return status;
+}
+
+std::optional<GrblBuffers> parse_buffers(std::string_view line) {
+  if (!line.starts_with("[OPT:") || line.back() != ']') return std::nullopt;
+  line.remove_prefix(5);
+  line.remove_suffix(1);
+  take_field(line, ',');
+  GrblBuffers buffers;
+  buffers.planner = number(take_field(line, ','));
+  buffers.receive = number(take_field(line, ','));
+  if (buffers.planner < 0 || buffers.receive < 0) return std::nullopt;
+  return buffers;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,60 @@
+#pragma once
+// The wire and the clock: the only two virtual seams of the program, so that a session can be run against a
+// scripted controller in made-up time. Also the LINK text of the command line.
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "kinematics/result.h"
+
+namespace tiltfeed {
+
+/// An instant, counted from the clock's own start, or a span of time.
+using Time = std::chrono::nanoseconds;
+
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  virtual Time now() = 0;  ///< never runs backwards
+};
+
+/// One wire to one controller. A byte link (Grbl) carries any run of bytes either way. A message link
+/// (Modbus) carries whole requests and replies, packed as in daemon/modbus_map.h.
+class Link {
+ public:
+  virtual ~Link() = default;
+
+  /// Hands as much of `out` to the wire as it takes, appends what came to `in`, returns the bytes of `out`
+  /// that were taken. Returns as soon as something has come or was taken, at the latest after `wait`.
+  /// A byte link may take part of `out` and may bring nothing. A message link takes `out` whole and brings
+  /// exactly one reply in the same call (a missing reply is a reply that says so); an empty `out` only waits.
+  /// Errors: kLink when the wire is gone for good, with the device and what to do.
+  virtual Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) = 0;
+};
+
+enum class LinkKind { kGrbl, kModbusTcp, kModbusRtu };
+
+/// Which wire, and the two figures that a controller may not tell by itself.
+struct LinkSpec {
+  LinkKind kind = LinkKind::kGrbl;
+  std::string place;       ///< device file, or host name or address
+  int port = 502;          ///< of Modbus TCP
+  int baud = 115200;       ///< of a serial line
+  int unit = 1;            ///< Modbus unit (slave) number
+  int receive_buffer = 0;  ///< of a Grbl controller, bytes; 0: ask the controller
+  int max_line = 0;        ///< longest line that a Grbl controller takes, bytes; 0: by its firmware
+};
+
+/// Reads `grbl:/dev/ttyUSB0[@115200]`, `modbus-tcp:HOST:PORT[/UNIT]` (IPv6 in brackets) or
+/// `modbus-rtu:/dev/ttyS0[@19200[/UNIT]]`.
+/// Errors: kUsage with what is wrong and an example of each form.
+Result<LinkSpec> parse_link(std::string_view text);
+/// The LINK text again, with the defaults filled in: parse_link(describe(s)) = s.
+std::string describe(const LinkSpec& link);
+/// Opens the wire. Errors: kLink with the device or address and what to do.
+Result<std::unique_ptr<Link>> open_link(const LinkSpec& link);
+
+}  // namespace tiltfeed

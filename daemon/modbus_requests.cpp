@@ -1,0 +1,99 @@
+// What a Modbus session sends: window frames, mailbox commands, heartbeats, reads.
+
+#include <algorithm>
+#include <cassert>
+
+#include "daemon/modbus_session.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// The controller feed-holds after 1 s without a change; the rule is 0.3 s, less one slow RTU exchange.
+constexpr Time kHeartbeatInterval = std::chrono::milliseconds(150);
+/// Blocks kept ready beside those in the controller.
+constexpr std::size_t kReadyBlocks = 2 * kWindowBlocks;
+
+}  // namespace
+
+bool ModbusSession::wants_work() const {
+  return phase_ == Phase::kStreaming && !ended_ && pending_.size() - accepted_pending_ < kReadyBlocks;
+}
+
+void ModbusSession::push(NumericBlock block) {
+  assert(wants_work());
+  auto words = encode_block(block, static_cast<std::uint16_t>(pushed_ + 1), identity_);
+  if (!words) {
+    const std::string name = quote_line(block.line, block.text);
+    return fault(words.error().code, name + ": " + words.error().message);
+  }
+  ++pushed_;
+  pending_.push_back({std::move(block), *words});
+}
+
+std::string_view ModbusSession::output(Time now) {
+  if (phase_ == Phase::kDone || phase_ == Phase::kFault || now < next_request_) return {};
+  if (request_.empty()) make_request(now);
+  return request_;
+}
+
+void ModbusSession::sent([[maybe_unused]] std::size_t count) {
+  assert(count == request_.size() || count == 0);  // a message link takes a request whole
+}
+
+void ModbusSession::make_request(Time now) {
+  ModbusRequest request;
+  request_is_window_ = false;
+  request_reads_status_ = step_ != Step::kIdentify;
+  if (step_ == Step::kIdentify) {
+    request.read_address = kIdentityAddress;
+    request.read_count = kIdentityWords;
+  } else {
+    const bool write = step_ != Step::kLookAround && !read_only_next_;
+    if (write) request.words = next_words(now, request.write_address);
+    request_reads_status_ = !write || use_fc23_;
+    request.read_address = request_reads_status_ ? kStatusAddress : std::uint16_t{0};
+    request.read_count = request_reads_status_ ? kStatusWords : std::uint16_t{0};
+  }
+  request_ = pack_request(request);
+}
+
+std::vector<std::uint16_t> ModbusSession::next_words(Time now, std::uint16_t& address) {
+  if (step_ == Step::kStream) {
+    if (!heartbeat_due(now) && room_for_frame()) {
+      address = kWindowAddress;
+      return window_words();
+    }
+    address = kHeartbeatAddress;
+    last_heartbeat_ = now;
+    return {++heartbeat_};
+  }
+  address = kMailboxAddress;
+  MailboxCode code = MailboxCode::kOpen;
+  if (step_ == Step::kClose) code = MailboxCode::kClose;
+  if (step_ == Step::kHold) code = MailboxCode::kHold;
+  return encode_mailbox(options_.session_id, command_seq_, code, 0);
+}
+
+bool ModbusSession::heartbeat_due(Time now) const { return now - last_heartbeat_ >= kHeartbeatInterval; }
+
+/// Whole frames, unless the program's end or a very small ring makes them shorter.
+bool ModbusSession::room_for_frame() const {
+  const std::size_t waiting = pending_.size() - accepted_pending_;
+  if (waiting == 0) return false;
+  const std::size_t half_ring = std::max<std::size_t>(1, static_cast<std::size_t>(identity_.slots) / 2);
+  return status_.free_slots >= std::min({waiting, std::size_t{kWindowBlocks}, half_ring});
+}
+
+std::vector<std::uint16_t> ModbusSession::window_words() {
+  const std::size_t waiting = pending_.size() - accepted_pending_;
+  frame_count_ = std::min({waiting, std::size_t{kWindowBlocks}, std::size_t{status_.free_slots}});
+  std::array<std::array<std::uint16_t, kBlockWords>, kWindowBlocks> blocks;
+  for (std::size_t k = 0; k < frame_count_; ++k) blocks[k] = pending_[accepted_pending_ + k].words;
+  touched_ = std::max(touched_, accepted() + frame_count_);
+  request_is_window_ = true;
+  return encode_window(options_.session_id, std::span(blocks).first(frame_count_),
+                       ended_ && frame_count_ == waiting);
+}
+
+}  // namespace tiltfeed

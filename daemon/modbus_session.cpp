@@ -1,0 +1,284 @@
+#include "daemon/modbus_session.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace tiltfeed {
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+/// Full ring: short against the time that a ring of a few dozen blocks lasts, long against one exchange.
+constexpr Time kFullRingPoll = milliseconds(5);
+constexpr Time kDrainPoll = milliseconds(20);
+constexpr Time kHoldPoll = milliseconds(100);
+/// Exceptions "busy" and "acknowledge": the controller asks for time.
+constexpr Time kBusyPause = milliseconds(50);
+/// No usable reply for so long: the link is gone.
+constexpr Time kLinkLoss = seconds(10);
+/// A mailbox command is a matter of one controller cycle.
+constexpr Time kCommandTimeout = seconds(5);
+/// Idle although blocks are in the ring: a cycle or two is normal between blocks.
+constexpr Time kIdleStall = seconds(10);
+/// Frames refused, or status words unusable, one after the other: chance is excluded.
+constexpr int kMaxRefusals = 10, kMaxRereads = 20;
+
+/// How far `to` is ahead of `from` when both count modulo 2^16.
+int ahead(std::uint16_t to, std::uint16_t from) {
+  return static_cast<std::int16_t>(static_cast<std::uint16_t>(to - from));
+}
+
+std::uint16_t sequence(std::uint64_t block) { return static_cast<std::uint16_t>(block); }
+
+}  // namespace
+
+ModbusSession::ModbusSession(const ModbusOptions& options, Time now)
+    : options_(options), next_request_(now), last_reply_(now), last_progress_(now), step_began_(now) {
+  assert(options.session_id != 0);
+}
+
+void ModbusSession::receive(std::string_view bytes, Time now) {
+  if (bytes.empty() || request_.empty() || phase_ == Phase::kDone || phase_ == Phase::kFault) return;
+  on_reply(unpack_reply(bytes), now);
+}
+
+void ModbusSession::on_reply(const ModbusReply& reply, Time now) {
+  next_request_ = now;
+  if (reply.outcome == kReplyMissing) return on_missing(now);
+  if (reply.outcome != kReplyOk) return on_exception(reply.outcome, now);
+  last_reply_ = now;
+  request_.clear();
+  judge_window_ = judge_window_ || request_is_window_;
+  if (step_ == Step::kIdentify) return on_identity(reply.words, now);
+  read_only_next_ = !request_reads_status_;
+  if (!request_reads_status_) return;
+  if (reply.words.size() != kStatusWords) return fault(Code::kLink, "a status reply has the wrong length");
+  on_status(parse_ring_status(reply.words), now);
+}
+
+/// The request stays as it is: the same bytes go out again.
+void ModbusSession::on_missing(Time now) {
+  ++resends_;
+  if (now - last_reply_ >= kLinkLoss)
+    fault(Code::kLink, "no reply from the controller for 10 s; check the cable and the unit number");
+}
+
+void ModbusSession::on_exception(std::uint8_t exception, Time now) {
+  const std::string name = "Modbus exception " + std::to_string(exception);
+  switch (exception) {
+    case 1:  // illegal function
+      if (use_fc23_ && request_reads_status_ && step_ >= Step::kOpen && !read_only_next_) {
+        use_fc23_ = false;
+        request_.clear();
+        return;
+      }
+      return fault(Code::kLink, name + ": the controller knows neither FC23 nor FC16 and FC3");
+    case 5:
+    case 6:
+    case 10:
+    case 11:
+      next_request_ = now + kBusyPause;
+      if (now - last_reply_ >= kLinkLoss) fault(Code::kLink, name + " for 10 s: the controller stays busy");
+      return;
+    default:
+      return fault(Code::kLink, name + ": the controller's register map is another one, or it is defective");
+  }
+}
+
+void ModbusSession::on_identity(std::span<const std::uint16_t> words, Time now) {
+  const Result<RingIdentity> identity = parse_identity(words);
+  if (!identity) return fault(identity.error().code, identity.error().message);
+  identity_ = *identity;
+  use_fc23_ = identity_.fc23;
+  step_ = Step::kLookAround;
+  step_began_ = now;
+}
+
+/// What was read cannot be used; nothing is concluded from it.
+void ModbusSession::read_again(const char* why, Time now) {
+  if (++rereads_ > kMaxRereads)
+    return fault(Code::kLink, std::string("the controller's status stays unusable: ") + why);
+  read_only_next_ = true;
+  next_request_ = now;
+}
+
+void ModbusSession::on_status(const RingStatus& status, Time now) {
+  if (status.torn) return read_again("torn (its first and last word differ)", now);
+  if (last_status_seq_ == status.status_seq) return read_again("old (its sequence number stands still)", now);
+  last_status_seq_ = status.status_seq;
+  if (status.boot_id != identity_.boot_id)
+    return fault(Code::kLink, "the controller has restarted (boot_id " + std::to_string(identity_.boot_id) +
+                                  " became " + std::to_string(status.boot_id) +
+                                  "); nothing is sent again: home the machine first");
+  switch (step_) {
+    case Step::kIdentify:
+      return;
+    case Step::kLookAround:
+      look_around(status);
+      break;
+    case Step::kOpen:
+    case Step::kClose:
+    case Step::kHold:
+      on_command_status(status, now);
+      break;
+    case Step::kStream:
+      on_stream_status(status, now);
+      break;
+  }
+}
+
+void ModbusSession::look_around(const RingStatus& status) {
+  status_ = status;
+  if (status.state == RingState::kAlarm)
+    return fault(Code::kLink, "the machine is in alarm " + std::to_string(status.alarm) +
+                                  "; clear it at the controller first: nothing was sent");
+  if (status.state == RingState::kRunning || status.state == RingState::kHold)
+    return fault(Code::kLink, std::string("the machine is in state ") + ring_state_name(status.state) +
+                                  " with session " + std::to_string(status.session) +
+                                  "; end that first: nothing was sent");
+  command_seq_ = static_cast<std::uint16_t>(status.command_ack + 1);
+  rereads_ = 0;
+  step_ = Step::kOpen;
+}
+
+void ModbusSession::on_command_status(const RingStatus& status, Time now) {
+  const bool answered = status.command_ack == command_seq_;
+  const bool late = now - step_began_ >= kCommandTimeout;
+  status_ = status;
+  if (!answered && !late) {
+    next_request_ = now + kFullRingPoll;
+    return;
+  }
+  if (step_ == Step::kClose) {
+    phase_ = Phase::kDone;
+    return;
+  }
+  if (step_ == Step::kHold) return fault(Code::kLink, "stopped on request");
+  if (!answered) return fault(Code::kLink, "the controller does not answer to 'open session'");
+  if (status.command_result != 0)
+    return fault(Code::kLink, "the controller refuses a session (result " +
+                                  std::to_string(status.command_result) + "); nothing was sent");
+  if (status.session != options_.session_id || status.last_accepted != 0 || status.last_completed != 0)
+    return fault(Code::kLink, "the controller opened another session than asked; nothing was sent");
+  step_ = Step::kStream;
+  phase_ = Phase::kStreaming;
+  last_progress_ = now;
+}
+
+void ModbusSession::on_stream_status(const RingStatus& status, Time now) {
+  if (status.state == RingState::kNoSession)
+    return fault(Code::kLink, "the controller has dropped the session");
+  if (status.session != options_.session_id) return read_again("of another session", now);
+  if (!advance(status, now)) return;
+  rereads_ = 0;
+  if (status.state == RingState::kAlarm)
+    return fault(Code::kLink, "the machine is in alarm " + std::to_string(status.alarm) + " at " +
+                                  block_name(status.last_started));
+  if (judge_window_) judge_frame(status);
+  if (phase_ == Phase::kFault) return;
+  if (ended_ && accepted() == pushed_) phase_ = Phase::kDraining;
+  if (ended_ && completed_ == pushed_) {
+    step_ = Step::kClose;
+    step_began_ = now;
+    ++command_seq_;
+    return;
+  }
+  const bool stands = status.state == RingState::kIdle || status.state == RingState::kDone;
+  if (stands && completed_ < accepted() && now - last_progress_ >= kIdleStall)
+    return fault(Code::kLink, "the machine stands idle although blocks wait in its ring");
+  if (room_for_frame() || wants_work()) return;
+  next_request_ = now + kFullRingPoll;
+  if (phase_ == Phase::kDraining) next_request_ = now + kDrainPoll;
+  if (status.state == RingState::kHold) next_request_ = now + kHoldPoll;
+}
+
+/// Takes over last_accepted and last_completed; false when they cannot be true.
+bool ModbusSession::advance(const RingStatus& status, Time now) {
+  const int more_accepted = ahead(status.last_accepted, sequence(accepted()));
+  const int more_completed = ahead(status.last_completed, sequence(completed_));
+  if (more_accepted < 0 || more_completed < 0) {
+    read_again("older than what was read before", now);
+    return false;
+  }
+  if (accepted() + static_cast<unsigned>(more_accepted) > touched_ ||
+      static_cast<unsigned>(more_completed) > accepted_pending_ + static_cast<unsigned>(more_accepted)) {
+    fault(Code::kLink, "the controller claims blocks that were never sent");
+    return false;
+  }
+  if (more_accepted > 0 || more_completed > 0 || status.state != status_.state) last_progress_ = now;
+  accepted_pending_ += static_cast<unsigned>(more_accepted);
+  frame_count_ -= std::min<std::size_t>(frame_count_, static_cast<unsigned>(more_accepted));
+  if (more_accepted > 0) refusals_ = 0;
+  for (int i = 0; i < more_completed; ++i) pending_.pop_front();
+  accepted_pending_ -= static_cast<unsigned>(more_completed);
+  completed_ += static_cast<unsigned>(more_completed);
+  status_ = status;
+  return true;
+}
+
+/// A frame was written and this status is newer: was it taken, and if not, why?
+void ModbusSession::judge_frame(const RingStatus& status) {
+  judge_window_ = false;
+  if (frame_count_ == 0) return;
+  if (status.nack == Nack::kSession) return fault(Code::kLink, "the controller no longer knows this session");
+  const int place = ahead(status.nack_seq, sequence(accepted()));
+  if (status.nack == Nack::kBadBlock && place >= 1 && place <= static_cast<int>(frame_count_))
+    return fault(Code::kLink, "the controller refuses " + block_name(status.nack_seq) + " as a bad block");
+  if (status.free_slots == 0) return;  // full: the rest goes out again when there is room
+  if (status.nack != Nack::kNone) ++resends_;
+  if (++refusals_ > kMaxRefusals)
+    fault(Code::kLink, "the controller has refused the same frame " + std::to_string(kMaxRefusals) +
+                           " times (nack " + std::to_string(static_cast<int>(status.nack)) + "), from " +
+                           block_name(sequence(accepted() + 1)));
+}
+
+void ModbusSession::stop() {
+  if (phase_ == Phase::kDone || phase_ == Phase::kFault || step_ == Step::kClose || step_ == Step::kHold)
+    return;
+  if (step_ != Step::kStream) return fault(Code::kLink, "stopped on request");
+  step_ = Step::kHold;
+  ++command_seq_;
+  request_.clear();
+  read_only_next_ = false;
+  step_began_ = last_reply_;
+  next_request_ = Time{0};
+}
+
+void ModbusSession::link_lost(const Error& error) { fault(error.code, error.message); }
+
+// ---- reports -------------------------------------------------------------------------------------------
+
+std::string ModbusSession::block_name(std::uint16_t seq) const {
+  const int place = ahead(seq, sequence(completed_));
+  if (place < 1 || place > static_cast<int>(pending_.size()))
+    return "block " + std::to_string(seq) + " (completed before)";
+  const NumericBlock& block = pending_[static_cast<std::size_t>(place - 1)].block;
+  return quote_line(block.line, block.text);
+}
+
+std::string ModbusSession::uncertain_lines() const {
+  if (touched_ == 0) return "no block was sent";
+  if (touched_ == completed_) return "all blocks that were sent have run";
+  const NumericBlock& first = pending_.front().block;
+  const NumericBlock& last = pending_[touched_ - completed_ - 1].block;
+  return quote_line(first.line, first.text) + " to line " + std::to_string(last.line) +
+         " may have run; earlier ones have, later ones have not";
+}
+
+void ModbusSession::fault(Code code, const std::string& what) {
+  if (step_ == Step::kClose) {  // everything was read back as completed before
+    phase_ = Phase::kDone;
+    return;
+  }
+  error_ = {code, phase_ == Phase::kOpening ? what : what + "; " + uncertain_lines()};
+  phase_ = Phase::kFault;
+  request_.clear();
+}
+
+SendState ModbusSession::state() const {
+  return {phase_, options_.total, touched_, accepted(), completed_, resends_, ring_state_name(status_.state)};
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,78 @@
+#include "daemon/plan_report.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace tiltfeed {
+
+namespace {
+
+std::string format(const char* pattern, auto... values) {
+  char text[256];
+  std::snprintf(text, sizeof text, pattern, values...);
+  return text;
+}
+
+nlohmann::ordered_json joints_json(const Joints& j) {
+  return {{"x", j.x}, {"y", j.y}, {"z", j.z}, {"a", j.a}, {"c", j.c}};
+}
+
+}  // namespace
+
+std::string report_json(const PlanOutcome& o) {
+  nlohmann::ordered_json json;
+  json["part"] = o.job.plan.name;
+  json["machine"] = o.job.machine.model.name;
+  json["facets"] = o.plan.facets;
+  json["part_volume_mm3"] = o.part.volume;
+  json["passes"] = o.plan.passes;
+  json["slice_points"] = o.plan.slice_points;
+  json["points"] = o.plan.points;
+  json["cut_length_mm"] = o.plan.cut_length;
+  json["rapid_length_mm"] = o.plan.rapid_length;
+  json["blocks"] = o.program.blocks;
+  json["program_bytes"] = o.program.bytes;
+  json["clamped_feeds"] = o.program.clamped_feeds;
+  json["machining_seconds"] = o.joints.seconds;
+  json["subdivided_moves"] = o.joints.subdivided_moves;
+  json["max_tip_deviation_mm"] = o.joints.max_tip_deviation;
+  json["max_axis_deviation_deg"] = o.joints.max_axis_deviation;
+  json["travel_min"] = joints_json(o.joints.min);
+  json["travel_max"] = joints_json(o.joints.max);
+  json["defects"] = nlohmann::ordered_json::array();
+  for (const Defect& d : o.part.defects)
+    json["defects"].push_back({{"kind", to_string(d.kind)}, {"count", d.count}, {"first", d.first}});
+  json["warnings"] = o.plan.warnings;
+  json["stages"] = nlohmann::ordered_json::object();
+  double wall = 0.0;
+  for (const StageTime& t : o.times) json["stages"][t.stage + "_seconds"] = t.seconds, wall += t.seconds;
+  json["wall_seconds"] = wall;
+  json["cpu_seconds"] = o.cpu_seconds;
+  json["peak_memory_mb"] = o.peak_memory_mb;
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+std::string report_text(const PlanOutcome& o) {
+  std::string text;
+  for (const std::string& w : o.plan.warnings) text += "warning: " + w + "\n";
+  double wall = 0.0;
+  for (const StageTime& t : o.times) wall += t.seconds;
+  text +=
+      format("%llu facets, %llu passes, %llu points, %.1f m cut, %.1f m rapid\n",
+             static_cast<unsigned long long>(o.plan.facets), static_cast<unsigned long long>(o.plan.passes),
+             static_cast<unsigned long long>(o.plan.points), o.plan.cut_length / 1000.0,
+             o.plan.rapid_length / 1000.0);
+  text +=
+      format("%llu blocks, %.1f MB, machining time %.1f min, tip within %.4f mm of its path between blocks\n",
+             static_cast<unsigned long long>(o.program.blocks), static_cast<double>(o.program.bytes) / 1e6,
+             o.joints.seconds / 60.0, o.joints.max_tip_deviation);
+  if (o.program.clamped_feeds > 0)
+    text += format(
+        "warning: %llu blocks would need a larger inverse-time F than the control takes: they run slower\n",
+        static_cast<unsigned long long>(o.program.clamped_feeds));
+  text += format("%.2f s (%.2f s processor), %.0f MB", wall, o.cpu_seconds, o.peak_memory_mb);
+  for (const StageTime& t : o.times) text += format("; %s %.2f s", t.stage.c_str(), t.seconds);
+  return text + "\n";
+}
+
+}  // namespace tiltfeed

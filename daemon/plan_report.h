@@ -1,0 +1,30 @@
+#pragma once
+// What planning and posting did, as JSON for machines and a few lines for people.
+
+#include <string>
+#include <vector>
+
+#include "config/job.h"
+#include "daemon/block.h"
+#include "kinematics/joint_path.h"
+#include "pathgen/mesh.h"
+
+namespace tiltfeed {
+
+struct PlanOutcome {
+  const Job& job;
+  const CheckedMesh& part;
+  const PlanReport& plan;
+  const JointPathReport& joints;
+  const ProgramReport& program;
+  std::vector<StageTime> times;  ///< of all stages, in order
+  double cpu_seconds = 0.0;
+  double peak_memory_mb = 0.0;
+};
+
+/// JSON, one key a line.
+std::string report_json(const PlanOutcome& outcome);
+/// A screenful.
+std::string report_text(const PlanOutcome& outcome);
+
+}  // namespace tiltfeed

@@ -1,0 +1,61 @@
+#pragma once
+// Tool path to joint path: branch and C continuous, subdivided so that the tip as the machine really moves
+// it (axes linear within a block) stays on the path, timed by feed and axis speeds. (K6), (K9), (K10).
+
+#include <cstdint>
+#include <vector>
+
+#include "kinematics/machine.h"
+#include "kinematics/result.h"
+#include "kinematics/tool_path.h"
+
+namespace tiltfeed {
+
+/// One block: all axes move linearly from the joints before to these, in `seconds`.
+struct JointMove {
+  Joints joints;         ///< already rounded to the decimals that will be printed
+  double seconds = 0.0;  ///< at feed; for a rapid at axis speed
+  MoveKind kind = MoveKind::kRapid;
+  std::uint32_t move = 0;  ///< index into ToolPath::moves of the move that this block belongs to
+};
+
+struct JointPathOptions {
+  /// Largest distance of the moving tip, and of the moving ball centre (`tool.corner_radius` up the axis),
+  /// from the path's; mm.
+  double tolerance = 0.004;
+  double axis_tolerance = 0.1;  ///< largest angle between the moving axis and the path's axis, degrees
+  int linear_decimals = 4;      ///< printed decimals of X Y Z, mm
+  int rotary_decimals = 4;      ///< printed decimals of A C, degrees
+};
+
+/// Rapids, in clear air, may stray this much further than feed moves: fewer stops.
+inline constexpr double kRapidToleranceFactor = 10.0;
+
+/// What the post did; every figure is over the whole path. Deviations are sampled on the rounded joints.
+struct JointPathReport {
+  double seconds = 0.0;                ///< machining time, rapids included
+  double max_tip_deviation = 0.0;      ///< of feed moves, mm
+  double max_centre_deviation = 0.0;   ///< of the ball's centre on feed moves, mm
+  double max_axis_deviation = 0.0;     ///< of feed moves, degrees
+  double max_rapid_deviation = 0.0;    ///< of tip and ball centre on rapids, mm
+  std::uint64_t subdivided_moves = 0;  ///< moves that became more than one block
+  std::uint64_t pole_swings = 0;       ///< turns of the table at the pole with the tip held
+  Joints min, max;                     ///< travel used
+};
+
+struct JointPath {
+  std::vector<JointMove> moves;  ///< moves[0] states the start joints; its seconds are 0
+  JointPathReport report;
+};
+
+/// Properties: forward(joints) = pose within tolerance (kRapidToleranceFactor times that on rapids),
+/// everywhere on every block, not at its ends only; no limit is broken; |dC| < 180 degrees in every block; C
+/// and branch are continuous (the solution nearest to the joints before, on C + 360 k within limits, is
+/// taken); near the pole C is held, and turned in place where it must turn. Starts on other branches and
+/// turns are tried when the first leads into a limit. Errors: kUnreachable, kLimit: the first pose, the axis
+/// with value and limit, and what to change; kInput: a speed or feed that is 0, an axis that is not unit or
+/// turns over within one move.
+Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, const Setup& setup,
+                            const JointPathOptions& options);
+
+}  // namespace tiltfeed

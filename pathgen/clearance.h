@@ -1,0 +1,32 @@
+#pragma once
+// Whether a straight piece of the tool's shank is clear of the part: a line against the CL surface
+// [Kim05, section 2], by rays.
+
+#include <memory>
+
+#include "pathgen/mesh.h"
+
+namespace tiltfeed {
+
+class Clearance {
+ public:
+  /// `radius`: of the shank plus allowance, mm.
+  Clearance(const Mesh& mesh, double radius);
+  ~Clearance();
+  Clearance(const Clearance&) = delete;
+  Clearance& operator=(const Clearance&) = delete;
+
+  /// True if a shank round the segment from `from` along unit `direction` cuts into the part by more than
+  /// kClearanceMargin. The segment starts in free air. Safe to call from several threads.
+  bool blocked(Point<Part> from, Vec3 direction, double length) const;
+
+ private:
+  struct Scene;
+  std::unique_ptr<Scene> scene_;
+};
+
+/// Rays are single precision: they are shot at a surface this much (mm) inside the true one, far more than
+/// their error on a part of up to 10 m, so that what they hit is truly hit.
+inline constexpr double kClearanceMargin = 2e-3;
+
+}  // namespace tiltfeed

@@ -1,0 +1,88 @@
+#include "pathgen/deformation.h"
+
+#include <cassert>
+#include <cmath>
+
+#include "kinematics/units.h"
+
+namespace tiltfeed {
+
+namespace {
+
+double sign_of(const AxisFrame& frame) {
+  return frame.mode == AxisMode::kFixed ? 1.0 : static_cast<int>(frame.sense);
+}
+
+}  // namespace
+
+Deformation::Deformation(const AxisFrame& frame, double scale_radius)
+    : frame_(frame),
+      b_(cross(frame.n, frame.t) * sign_of(frame)),
+      s_(sign_of(frame)),
+      scale_x_(1.0),
+      scale_y_(1.0) {
+  assert(frame.mode == AxisMode::kFixed || scale_radius > 0.0);
+  if (frame.mode == AxisMode::kPoint || frame.mode == AxisMode::kCircle) {
+    scale_x_ = frame.circle_radius_or_zero() + scale_radius;
+    scale_y_ = scale_radius;
+  } else if (frame.mode == AxisMode::kLine) {
+    scale_y_ = scale_radius;
+  }
+}
+
+Point<Flat> Deformation::flatten(Point<Part> p) const {
+  const Vec3 d = p - frame_.origin;
+  const double pt = dot(d, frame_.t), pn = dot(d, frame_.n), pb = dot(d, b_);
+  switch (frame_.mode) {
+    case AxisMode::kFixed:
+      return {pt, pb, pn};
+    case AxisMode::kLine:  // (D2)
+      return {pt, scale_y_ * std::atan2(pb, pn), s_ * std::hypot(pb, pn)};
+    case AxisMode::kPoint:
+    case AxisMode::kCircle:
+      break;
+  }
+  // (D1), (D3): the point mode is the circle mode with R_i = 0.
+  const double g = std::hypot(pt, pn) - frame_.circle_radius_or_zero();
+  return {scale_x_ * std::atan2(pt, pn), scale_y_ * std::atan2(pb, g), s_ * std::hypot(g, pb)};
+}
+
+AxisLine Deformation::axis_line(double x, double y) const {
+  switch (frame_.mode) {
+    case AxisMode::kFixed:
+      return {frame_.origin + frame_.t * x + b_ * y, frame_.n};
+    case AxisMode::kLine: {
+      const double theta = y / scale_y_;
+      return {frame_.origin + frame_.t * x, (frame_.n * std::cos(theta) + b_ * std::sin(theta)) * s_};
+    }
+    case AxisMode::kPoint:
+    case AxisMode::kCircle:
+      break;
+  }
+  const double theta = x / scale_x_, phi = y / scale_y_;
+  const Vec3 out = frame_.n * std::cos(theta) + frame_.t * std::sin(theta);
+  return {frame_.origin + out * frame_.circle_radius_or_zero(),
+          (out * std::cos(phi) + b_ * std::sin(phi)) * s_};
+}
+
+Point<Part> Deformation::unflatten(Point<Flat> f) const {
+  const AxisLine line = axis_line(f.x, f.y);
+  return line.base + line.axis * f.z;
+}
+
+Vec3 Deformation::axis_at(Point<Part> p) const {
+  const Point<Flat> f = flatten(p);
+  return axis_line(f.x, f.y).axis;
+}
+
+double Deformation::period_x() const {
+  const bool wraps = frame_.mode == AxisMode::kPoint || frame_.mode == AxisMode::kCircle;
+  return wraps ? 2.0 * kPi * scale_x_ : 0.0;
+}
+
+double Deformation::period_y() const {
+  const bool wraps = frame_.mode == AxisMode::kLine || frame_.mode == AxisMode::kCircle;
+  return wraps ? 2.0 * kPi * scale_y_ : 0.0;
+}
+
+}  // namespace tiltfeed

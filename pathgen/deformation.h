@@ -1,0 +1,65 @@
+#pragma once
+// The predefined tool axis and the deformation that turns it into +z' everywhere (maths: pathgen/README.md,
+// tags D1..D4). Right-handed: (x', y', z') with b = s (n x t).
+
+#include "kinematics/geometry.h"
+#include "kinematics/result.h"
+
+namespace tiltfeed {
+
+enum class AxisMode {
+  kFixed,   ///< along n everywhere: the 3-axis case, the identity map
+  kPoint,   ///< through the point O
+  kLine,    ///< through and perpendicular to the line O + x t
+  kCircle,  ///< through and perpendicular to the circle (O, radius, plane of t and n)
+};
+
+/// Where the shank points: away from the point/line/circle (outside work) or towards it (inside work).
+enum class Sense : int { kOutward = +1, kInward = -1 };
+
+/// t, n unit and perpendicular. Theta is measured from n towards t (point, circle) or towards b (line).
+struct AxisFrame {
+  AxisMode mode = AxisMode::kFixed;
+  Sense sense = Sense::kOutward;
+  Point<Part> origin;
+  Vec3 t{1, 0, 0}, n{0, 0, 1};
+  double circle_radius = 0.0;  ///< R_i, mm; circle mode only
+  double circle_radius_or_zero() const { return mode == AxisMode::kCircle ? circle_radius : 0.0; }
+};
+
+/// The line of points that share (x', y'): base + z' * axis. `axis` is the tool axis, from tip to shank.
+struct AxisLine {
+  Point<Part> base;
+  Vec3 axis;
+};
+
+class Deformation {
+ public:
+  /// `scale_radius`: R of the maths, mm: the mean rho of the CL surface; sets the scale of x' and y' only.
+  Deformation(const AxisFrame& frame, double scale_radius);
+
+  Point<Flat> flatten(Point<Part> p) const;
+  Point<Part> unflatten(Point<Flat> f) const;
+  AxisLine axis_line(double x, double y) const;
+  /// Tool axis at p (unit, from tip to shank).
+  Vec3 axis_at(Point<Part> p) const;
+  /// Length of the period of x' or y' (360 degrees), or 0 where that coordinate does not wrap.
+  double period_x() const;
+  double period_y() const;
+
+  const AxisFrame& frame() const { return frame_; }
+  /// s: +1 where z' = rho (outside work and the fixed axis), -1 where z' = -rho (inside work).
+  double s() const { return s_; }
+  Vec3 b() const { return b_; }
+  /// mm of x', y' per radian; 1 where the coordinate is a length.
+  double scale_x() const { return scale_x_; }
+  double scale_y() const { return scale_y_; }
+
+ private:
+  AxisFrame frame_;
+  Vec3 b_;
+  double s_;
+  double scale_x_, scale_y_;  ///< mm of x', y' per radian (1 where the coordinate is a length)
+};
+
+}  // namespace tiltfeed

@@ -1,0 +1,71 @@
+#pragma once
+// The part as a triangle mesh: welded, checked, its defects named.
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "kinematics/geometry.h"
+#include "kinematics/result.h"
+#include "pathgen/stl.h"
+
+namespace tiltfeed {
+
+struct Box {
+  Point<Part> min, max;
+};
+
+/// Facet i has corners vertices[facets[i][0..2]], counter-clockwise seen from outside where the mesh is
+/// oriented, and came from facet source[i] of the STL file, counting from 0. Corners of a facet differ, every
+/// facet has an area (height over its longest edge > 1e-6 mm), and every vertex is used.
+struct Mesh {
+  std::vector<Point<Part>> vertices;
+  std::vector<std::array<std::uint32_t, 3>> facets;
+  std::vector<std::uint32_t> source;
+};
+
+enum class DefectKind {
+  kDegenerate,   ///< facets without area: dropped
+  kDuplicate,    ///< facets on the same three vertices as an earlier one, whatever their order: dropped
+  kOpenEdge,     ///< edges with one facet
+  kNonManifold,  ///< edges with more than two facets
+  kMisoriented,  ///< edges that their two facets run along in the same direction; repaired if kFlipped
+  kFlipped,      ///< facets turned over to agree with their neighbours
+  kInsideOut,    ///< closed shells whose normals pointed inwards: turned over
+};
+
+struct Defect {
+  DefectKind kind;
+  std::uint64_t count = 0;
+  std::string first;  ///< the first place: "facet 17 at (1.2, 3.4, 5.6)"
+};
+
+/// Which side of a facet is outside.
+enum class Sides {
+  kOutward,  ///< closed and oriented: the normal's side only
+  kBoth,     ///< not to be trusted: both sides are treated as surface, which is always safe
+};
+
+struct CheckedMesh {
+  Mesh mesh;
+  Sides sides = Sides::kOutward;
+  std::vector<Defect> defects;        ///< in the order of DefectKind, counts > 0 only
+  std::vector<std::string> warnings;  ///< one line each: count, first place, consequence
+  Box bounds;
+  double volume = 0.0;  ///< mm^3, of the mesh as repaired; meaningful where closed
+};
+
+std::string to_string(DefectKind kind);
+
+/// Welds equal corners (exact equality of coordinates), drops degenerate and duplicate facets, orients, and
+/// names every defect. Properties:
+/// 1 Sides::kOutward if and only if each directed edge has exactly one opposite, facets without area that
+///   join two neighbours (they seam a T-junction) included, and the normals point out of the material. Such
+///   seams are dropped after that test: with them left out, their edges show one facet each.
+/// 2 No corner moves; facets keep the file's order; of duplicates the first stays.
+/// 3 Nested shells: a void inside a shell keeps its normals into the void.
+/// Errors: kMesh when nothing is left to plan, or coordinates are beyond kMaxCoordinate or not finite.
+Result<CheckedMesh> check_mesh(const Stl& stl);
+
+}  // namespace tiltfeed

@@ -1,0 +1,375 @@
+#include "pathgen/slices.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "kinematics/units.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// Corner images bound a cell up to this size against its distance from the axis feature; beyond, its ball
+/// does.
+constexpr double kMaxCellShare = 0.25;
+/// Cells are not split below this size (mm): there the point, line or circle is inside or next to them.
+constexpr double kSmallestCell = 0.1;
+/// Blocks of patches worked on side by side; fixed, so that the result is the same for any number of threads.
+constexpr std::size_t kBlocks = 64;
+
+/// Part of a patch in flat space: the hull of its points, in (cross, run), widened by the pads.
+struct Cell {
+  PatchId patch = 0;
+  std::uint32_t first = 0, count = 0;  ///< corners; count 2: the corners of a box
+  double cross_pad = 0.0, run_pad = 0.0;
+};
+
+struct FlatCorner {
+  double cross, run;
+};
+
+struct CellBlock {
+  std::vector<Cell> cells;
+  std::vector<FlatCorner> corners;
+};
+
+/// Turns patches into cells.
+class CellMaker {
+ public:
+  CellMaker(const ClSurface& surface, const Deformation& map, Along along, CellBlock& out)
+      : surface_(surface), map_(map), along_(along), out_(out) {}
+
+  void add(PatchId patch) {
+    patch_ = patch;
+    if (surface_.is_face(patch)) return add_face();
+    const ClSurface::Core core = surface_.core(patch);
+    surface_.hull(patch, hull_);
+    if (hull_.empty()) {
+      add_wide(core.p, core.q);
+    } else if (hull_.size() == 6 && !(core.p == core.q)) {
+      add_edge({hull_[0], hull_[1], hull_[2], hull_[3], hull_[4], hull_[5]});
+    } else if (Frame f = frame_of(hull_); !away(f)) {
+      if (f.linear) {
+        add_box(hull_, f);
+      } else {
+        add_ball(core.p, surface_.radius());
+      }
+    }
+  }
+
+ private:
+  /// Where a hull lies against the axis feature.
+  struct Frame {
+    double size = 0.0;          ///< longest distance between two points
+    double rho = 0.0, r = 0.0;  ///< least possible distance from the feature, and from the axis of Theta
+    double pad_x = 0.0, pad_y = 0.0;  ///< (S2) bend of the flat image against its corners
+    bool linear = false;              ///< corners and pads bound the image
+    Vec3 axis;                        ///< at the first point
+  };
+
+  Frame frame_of(std::span<const Point<Part>> points) const {
+    Frame f;
+    const AxisFrame& axis = map_.frame();
+    double rho = std::numeric_limits<double>::infinity(), r = rho;
+    for (Point<Part> p : points) {
+      for (Point<Part> q : points) f.size = std::max(f.size, squared_length(q - p));
+      const Vec3 d = p - axis.origin;
+      r = std::min(r, std::hypot(dot(d, axis.t), dot(d, axis.n)));
+      rho = std::min(rho, std::abs(map_.flatten(p).z));
+    }
+    f.size = std::sqrt(f.size);
+    f.axis = map_.axis_at(points[0]);
+    if (axis.mode == AxisMode::kFixed) {
+      f.linear = true;
+      f.rho = f.r = std::numeric_limits<double>::infinity();
+      return f;
+    }
+    if (axis.mode == AxisMode::kLine) r = std::numeric_limits<double>::infinity();
+    f.linear = f.size < kMaxCellShare * std::min(r, rho);
+    f.rho = rho - f.size, f.r = r - f.size;
+    if (!f.linear) return f;
+    const double bend = f.size * f.size / 4.0;
+    if (axis.mode == AxisMode::kLine) {
+      f.pad_y = map_.scale_y() * bend / (f.rho * f.rho);
+    } else {
+      f.pad_x = map_.scale_x() * bend / (f.r * f.r);
+      f.pad_y = map_.scale_y() * bend * (1.0 / (f.rho * f.rho) + 1.0 / (f.r * f.rho));
+    }
+    return f;
+  }
+
+  bool away(const Frame& f) const {
+    return f.rho > 0.0 && surface_.faces_away(patch_, f.axis, std::isinf(f.rho) ? 0.0 : f.size / f.rho);
+  }
+
+  void add_face() {
+    const auto& facet = surface_.mesh().facets[patch_];
+    const auto& v = surface_.mesh().vertices;
+    const Vec3 up = surface_.facet_normal(patch_) * surface_.radius();
+    add_triangle({v[facet[0]] + up, v[facet[1]] + up, v[facet[2]] + up});
+    if (surface_.sides() == Sides::kBoth)
+      add_triangle({v[facet[0]] - up, v[facet[1]] - up, v[facet[2]] - up});
+  }
+
+  void add_triangle(const std::array<Point<Part>, 3>& t) {
+    const Frame f = frame_of(t);
+    if (away(f)) return;
+    if (f.linear) return add_hull(t, f);
+    if (f.size < kSmallestCell) {
+      const Point<Part> mean = lerp(lerp(t[0], t[1], 0.5), t[2], 1.0 / 3.0);
+      return add_ball(mean, f.size);
+    }
+    const Point<Part> ab = lerp(t[0], t[1], 0.5), bc = lerp(t[1], t[2], 0.5), ca = lerp(t[2], t[0], 0.5);
+    add_triangle({t[0], ab, ca});
+    add_triangle({ab, t[1], bc});
+    add_triangle({ca, bc, t[2]});
+    add_triangle({ab, bc, ca});
+  }
+
+  /// Six points: three round each end.
+  void add_edge(const std::array<Point<Part>, 6>& e) {
+    const Frame f = frame_of(e);
+    if (away(f)) return;
+    if (f.linear) return add_hull(e, f);
+    const double length_along = distance(e[0], e[3]), width = distance(e[0], e[1]);
+    if (length_along > width && length_along > kSmallestCell) {
+      const std::array<Point<Part>, 3> mid{lerp(e[0], e[3], 0.5), lerp(e[1], e[4], 0.5),
+                                           lerp(e[2], e[5], 0.5)};
+      add_edge({e[0], e[1], e[2], mid[0], mid[1], mid[2]});
+      add_edge({mid[0], mid[1], mid[2], e[3], e[4], e[5]});
+    } else {
+      add_ball(lerp(e[0], e[3], 0.5), f.size);
+    }
+  }
+
+  void add_wide(Point<Part> p, Point<Part> q) {
+    const double half = distance(p, q) / 2.0;
+    if (half <= surface_.radius()) return add_ball(lerp(p, q, 0.5), half + surface_.radius());
+    const Point<Part> middle = lerp(p, q, 0.5);
+    add_wide(p, middle);
+    add_wide(middle, q);
+  }
+
+  FlatCorner corner(Point<Part> p) const {
+    const Point<Flat> f = map_.flatten(p);
+    return along_ == Along::kX ? FlatCorner{f.y, f.x} : FlatCorner{f.x, f.y};
+  }
+  double cross_period() const { return along_ == Along::kX ? map_.period_y() : map_.period_x(); }
+  double run_period() const { return along_ == Along::kX ? map_.period_x() : map_.period_y(); }
+  static double nearest_turn(double value, double to, double period) {
+    return period > 0.0 ? value + period * std::round((to - value) / period) : value;
+  }
+
+  void push_cell(std::size_t count, double pad_x, double pad_y) {
+    const bool x = along_ == Along::kX;
+    out_.cells.push_back({patch_, static_cast<std::uint32_t>(out_.corners.size() - count),
+                          static_cast<std::uint32_t>(count), x ? pad_y : pad_x, x ? pad_x : pad_y});
+  }
+
+  void add_hull(std::span<const Point<Part>> points, const Frame& f) {
+    const FlatCorner first = corner(points[0]);
+    for (Point<Part> p : points) {
+      const FlatCorner c = corner(p);
+      out_.corners.push_back(
+          {nearest_turn(c.cross, first.cross, cross_period()), nearest_turn(c.run, first.run, run_period())});
+    }
+    push_cell(points.size(), f.pad_x, f.pad_y);
+  }
+
+  void add_box(std::span<const Point<Part>> points, const Frame& f) {
+    const std::size_t at = out_.corners.size();
+    add_hull(points, f);
+    FlatCorner low = out_.corners[at], high = low;
+    for (std::size_t i = at; i < out_.corners.size(); ++i) {
+      low = {std::min(low.cross, out_.corners[i].cross), std::min(low.run, out_.corners[i].run)};
+      high = {std::max(high.cross, out_.corners[i].cross), std::max(high.run, out_.corners[i].run)};
+    }
+    out_.corners.resize(at);
+    out_.corners.push_back(low);
+    out_.corners.push_back(high);
+    out_.cells.back().count = 2;
+  }
+
+  /// (S3) Everything within `radius` of `centre`: an angle of asin(radius / distance) to each side.
+  void add_ball(Point<Part> centre, double radius) {
+    const AxisFrame& axis = map_.frame();
+    const Vec3 d = centre - axis.origin;
+    const double r = std::hypot(dot(d, axis.t), dot(d, axis.n)), rho = std::abs(map_.flatten(centre).z);
+    const bool polar = axis.mode == AxisMode::kPoint || axis.mode == AxisMode::kCircle;
+    const auto half_angle = [](double size, double away_by) {
+      return away_by > size ? std::asin(size / away_by) : kPi;
+    };
+    const FlatCorner c = corner(centre);
+    double half_x = radius, half_y = radius;
+    if (polar) half_x = map_.scale_x() * half_angle(radius, r);
+    if (axis.mode != AxisMode::kFixed) half_y = map_.scale_y() * half_angle(radius, rho);
+    out_.corners.push_back(c);
+    out_.corners.push_back(c);
+    push_cell(2, half_x, half_y);
+  }
+
+  const ClSurface& surface_;
+  const Deformation& map_;
+  Along along_;
+  CellBlock& out_;
+  PatchId patch_ = 0;
+  std::vector<Point<Part>> hull_;
+};
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void add(double a, double b) { low = std::min(low, a), high = std::max(high, b); }
+};
+
+/// (S1) Run interval of a cell on the slice at `level`: its hull within the band of the cross pad.
+bool run_interval(const Cell& cell, const FlatCorner* corners, double level, double& from, double& to) {
+  const double low = level - cell.cross_pad, high = level + cell.cross_pad;
+  Range run;
+  if (cell.count == 2) {
+    if (corners[0].cross > high || corners[1].cross < low) return false;
+    run.add(corners[0].run, corners[1].run);
+  } else {
+    for (std::uint32_t i = 0; i < cell.count; ++i) {
+      const FlatCorner p = corners[i];
+      if (p.cross >= low && p.cross <= high) run.add(p.run, p.run);
+      for (std::uint32_t j = i + 1; j < cell.count; ++j)
+        for (double border : {low, high}) {
+          const FlatCorner q = corners[j];
+          if ((p.cross < border) == (q.cross < border)) continue;
+          const double at = p.run + (q.run - p.run) * ((border - p.cross) / (q.cross - p.cross));
+          run.add(at, at);
+        }
+    }
+  }
+  from = run.low - cell.run_pad, to = run.high + cell.run_pad;
+  return from <= to;
+}
+
+struct Entry {
+  std::uint32_t slice;
+  Candidate candidate;
+};
+
+/// The candidates of one block of cells on every slice; a cell over the seam comes once on each side of it.
+std::vector<Entry> entries_of(const CellBlock& block, const Slices& s, double cross_period,
+                              double run_period) {
+  std::vector<Entry> entries;
+  const auto count = static_cast<double>(s.start.size() - 1);
+  const auto add = [&](std::uint32_t k, double from, double to, PatchId patch) {
+    if (to < s.run_min || from > s.run_max) return;
+    entries.push_back({k, {std::max(from, s.run_min), std::min(to, s.run_max), patch}});
+  };
+  for (const Cell& cell : block.cells) {
+    const FlatCorner* corners = block.corners.data() + cell.first;
+    Range cross;
+    for (std::uint32_t i = 0; i < cell.count; ++i) cross.add(corners[i].cross, corners[i].cross);
+    const int turns = cross_period > 0.0 ? 1 : 0;
+    for (int turn = -turns; turn <= turns; ++turn) {
+      const double shift = turn * cross_period;
+      const double low = std::ceil((cross.low - cell.cross_pad + shift - s.first) / s.step);
+      const double high = std::floor((cross.high + cell.cross_pad + shift - s.first) / s.step);
+      for (double k = std::max(0.0, low); k <= std::min(count - 1.0, high); ++k) {
+        double from, to;
+        if (!run_interval(cell, corners, s.first + k * s.step - shift, from, to)) continue;
+        const auto index = static_cast<std::uint32_t>(k);
+        add(index, from, to, cell.patch);
+        if (run_period > 0.0) {
+          add(index, from + run_period, to + run_period, cell.patch);
+          add(index, from - run_period, to - run_period, cell.patch);
+        }
+      }
+    }
+  }
+  return entries;
+}
+
+Range full_turn(double period) {
+  Range range;
+  range.add(-period / 2.0, period / 2.0);
+  return range;
+}
+
+/// Even levels over `cross`, half a step inside its ends (all round: half a step past the seam).
+bool lay_levels(const Range& cross, double side_step, Slices& s) {
+  const double count = std::max(1.0, std::ceil((cross.high - cross.low) / side_step - 1e-9));
+  if (count > static_cast<double>(kMaxSlices)) return false;
+  s.step = (cross.high - cross.low) / count;
+  s.first = cross.low + s.step / 2.0;
+  if (s.step <= 0.0) s.step = side_step, s.first = cross.low;
+  s.start.assign(static_cast<std::size_t>(count) + 1, 0);
+  return true;
+}
+
+void fill(const std::vector<CellBlock>& blocks, double cross_period, double run_period, Slices& s) {
+  std::vector<std::vector<Entry>> entries(blocks.size());
+  tbb::parallel_for(std::size_t{0}, blocks.size(),
+                    [&](std::size_t b) { entries[b] = entries_of(blocks[b], s, cross_period, run_period); });
+  for (const auto& list : entries)
+    for (const Entry& e : list) ++s.start[e.slice + 1];
+  for (std::size_t k = 0; k + 1 < s.start.size(); ++k) s.start[k + 1] += s.start[k];
+  s.candidates.resize(s.start.back());
+  std::vector<std::size_t> next(s.start.begin(), s.start.end() - 1);
+  for (auto& list : entries) {
+    for (const Entry& e : list) s.candidates[next[e.slice]++] = e.candidate;
+    std::vector<Entry>().swap(list);
+  }
+  tbb::parallel_for(std::size_t{0}, s.count(), [&](std::size_t k) {
+    std::sort(s.candidates.begin() + static_cast<std::ptrdiff_t>(s.start[k]),
+              s.candidates.begin() + static_cast<std::ptrdiff_t>(s.start[k + 1]),
+              [](const Candidate& a, const Candidate& b) {
+                if (a.from != b.from) return a.from < b.from;
+                if (a.patch != b.patch) return a.patch < b.patch;
+                return a.to < b.to;
+              });
+  });
+}
+
+std::vector<CellBlock> make_cells(const ClSurface& surface, const Deformation& map, Along along) {
+  std::vector<CellBlock> blocks(kBlocks);
+  const std::size_t patches = surface.patch_count();
+  tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
+    CellMaker maker(surface, map, along, blocks[b]);
+    for (std::size_t p = patches * b / kBlocks; p < patches * (b + 1) / kBlocks; ++p)
+      maker.add(static_cast<PatchId>(p));
+  });
+  return blocks;
+}
+
+}  // namespace
+
+Result<Slices> slice(const ClSurface& surface, const Deformation& map, Along along, double side_step) {
+  const std::vector<CellBlock> blocks = make_cells(surface, map, along);
+  Range cross, run;
+  Slices s;
+  for (const CellBlock& block : blocks) {
+    for (const Cell& cell : block.cells)
+      for (std::uint32_t i = cell.first; i < cell.first + cell.count; ++i) {
+        cross.add(block.corners[i].cross - cell.cross_pad, block.corners[i].cross + cell.cross_pad);
+        run.add(block.corners[i].run - cell.run_pad, block.corners[i].run + cell.run_pad);
+      }
+  }
+  if (!(cross.low <= cross.high))
+    return fail(Code::kUnreachable,
+                "no facet of the part faces the tool: check axis.sense, axis.origin_mm and axis.n");
+  const double cross_period = along == Along::kX ? map.period_y() : map.period_x();
+  const double run_period = along == Along::kX ? map.period_x() : map.period_y();
+  const auto wraps = [](const Range& range, double period) {
+    return period > 0.0 && (range.low < -period / 2.0 || range.high > period / 2.0);
+  };
+  if (wraps(cross, cross_period)) cross = full_turn(cross_period);
+  if (wraps(run, run_period)) run = full_turn(run_period);
+  s.along = along;
+  s.run_min = run.low, s.run_max = run.high;
+  if (!lay_levels(cross, side_step, s))
+    return fail(Code::kLimit, "pattern.side_step_mm of " + std::to_string(side_step) +
+                                  " asks for more than " + std::to_string(kMaxSlices) + " passes over " +
+                                  std::to_string(cross.high - cross.low) + " mm; use a larger step");
+  fill(blocks, cross_period, run_period, s);
+  return s;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,328 @@
+#include "sim/controller.h"
+
+#include <algorithm>
+
+namespace tiltfeed::sim {
+namespace {
+
+// Real-time bytes of the Grbl family; grblHAL's 8-bit twins beside them.
+constexpr unsigned char kReset = 0x18, kStatus = '?', kHold = '!', kResume = '~';
+constexpr unsigned char kStatus8 = 0x80, kResume8 = 0x81, kHold8 = 0x82;
+constexpr unsigned char kFeedFull = 0x90, kFeedUp10 = 0x91, kFeedDown10 = 0x92, kFeedUp1 = 0x93,
+                        kFeedDown1 = 0x94;
+constexpr unsigned char kRapidFull = 0x95, kRapidHalf = 0x96, kRapidQuarter = 0x97;
+constexpr unsigned char kSpindleFull = 0x99, kSpindleUp10 = 0x9A, kSpindleDown10 = 0x9B, kSpindleUp1 = 0x9C,
+                        kSpindleDown1 = 0x9D;
+constexpr int kMinOverride = 10, kMaxOverride = 200;
+
+// Error and alarm numbers of Grbl 1.1.
+constexpr int kErrorSystemCommand = 3, kErrorHomingOff = 5, kErrorNotIdle = 8, kErrorLocked = 9,
+              kErrorLineLength = 11;
+constexpr int kAlarmSoftLimit = 2, kAlarmResetInMotion = 3;
+
+constexpr std::string_view kBanner = "\r\nGrbl 1.1h ['$' for help]\r\n";
+constexpr std::string_view kUnlockHint = "[MSG:'$H'|'$X' to unlock]\r\n";
+
+// Bytes that were used up are cut off the receive buffer in pieces of this size, not one by one.
+constexpr std::size_t kCompactAt = 4096;
+
+/// Blocks after which the firmware waits until the axes stand still: dwells and M codes.
+bool synchronises(const Block& block) { return block.op == Op::kDwell || block.op == Op::kMCode; }
+
+}  // namespace
+
+GrblController::GrblController(const MachineModel& machine, const Setup& setup, const GrblOptions& options,
+                               Motion::Sink sink)
+    : options_(options),
+      motion_(machine, setup, std::max<std::size_t>(1, options.planner), std::move(sink)),
+      reader_(machine.tilt.letter, machine.rotary.letter),
+      out_(kBanner) {
+  reader_.set_position(motion_.position());
+}
+
+void GrblController::receive(std::string_view bytes) {
+  for (const char c : bytes) {
+    if (realtime(static_cast<unsigned char>(c))) continue;
+    if (!reply_due_) {
+      accept(c);
+    } else if (rx_.size() - rx_read_ < options_.rx_buffer) {
+      rx_.push_back(c);
+    } else {
+      ++totals_.dropped_bytes;
+    }
+  }
+}
+
+std::string GrblController::take_output() {
+  std::string taken;
+  taken.swap(out_);
+  return taken;
+}
+
+void GrblController::advance(double now) {
+  // Event by event, so that a slot is filled again at the moment at which it became free.
+  for (auto event = motion_.next_event(); event && *event <= now; event = motion_.next_event()) {
+    motion_.advance(*event);
+    pump();
+  }
+  motion_.advance(now);
+}
+
+/// True when the byte was a real-time command; such bytes never reach the receive buffer.
+bool GrblController::realtime(unsigned char byte) {
+  switch (byte) {
+    case kReset:
+      reset();
+      return true;
+    case kStatus:
+    case kStatus8:
+      report_status();
+      return true;
+    case kHold:
+    case kHold8:
+      if (alarm_ == 0) motion_.hold();
+      return true;
+    case kResume:
+    case kResume8:
+      if (alarm_ == 0) motion_.resume();
+      pump();
+      return true;
+    default:
+      break;
+  }
+  if (byte < 0x80) return false;
+  const auto spindle = [&](int percent) {
+    spindle_override_ = std::clamp(percent, kMinOverride, kMaxOverride);
+  };
+  report_overrides_ = true;
+  switch (byte) {
+    case kFeedFull:
+      feed_override(100);
+      break;
+    case kFeedUp10:
+      feed_override(motion_.feed_override() + 10);
+      break;
+    case kFeedDown10:
+      feed_override(motion_.feed_override() - 10);
+      break;
+    case kFeedUp1:
+      feed_override(motion_.feed_override() + 1);
+      break;
+    case kFeedDown1:
+      feed_override(motion_.feed_override() - 1);
+      break;
+    case kRapidFull:
+      motion_.set_rapid_override(100);
+      break;
+    case kRapidHalf:
+      motion_.set_rapid_override(50);
+      break;
+    case kRapidQuarter:
+      motion_.set_rapid_override(25);
+      break;
+    case kSpindleFull:
+      spindle(100);
+      break;
+    case kSpindleUp10:
+      spindle(spindle_override_ + 10);
+      break;
+    case kSpindleDown10:
+      spindle(spindle_override_ - 10);
+      break;
+    case kSpindleUp1:
+      spindle(spindle_override_ + 1);
+      break;
+    case kSpindleDown1:
+      spindle(spindle_override_ - 1);
+      break;
+    default:
+      break;  // coolant, jog cancel, door: nothing to do in this machine
+  }
+  return true;
+}
+
+void GrblController::feed_override(int percent) {
+  motion_.set_feed_override(std::clamp(percent, kMinOverride, kMaxOverride));
+}
+
+/// One byte into the line; at its end the line is executed.
+void GrblController::accept(char byte) {
+  const bool second_half = byte == '\n' && after_cr_ && options_.crlf_is_one_end;
+  after_cr_ = byte == '\r';
+  if (second_half) return;
+  if (byte == '\n' || byte == '\r') {
+    execute_line();
+    return;
+  }
+  if (line_.size() >= options_.max_line) {
+    line_too_long_ = true;
+  } else {
+    line_.push_back(byte);
+  }
+}
+
+void GrblController::execute_line() {
+  const std::size_t first = line_.find_first_not_of(" \t");
+  if (line_too_long_) {
+    if (options_.latch_errors) latched_error_ = kErrorLineLength;
+    reply_error(kErrorLineLength);
+  } else if (first == std::string::npos) {
+    latched_error_ = 0;
+    reply_ok();
+  } else if (line_[first] == '$') {
+    latched_error_ = 0;
+    system_command(std::string_view(line_).substr(first + 1));
+  } else if (alarm_ != 0) {
+    reply_error(kErrorLocked);
+  } else if (latched_error_ != 0) {
+    reply_error(latched_error_);
+  } else {
+    execute_gcode();
+  }
+  line_.clear();
+  line_too_long_ = false;
+}
+
+void GrblController::execute_gcode() {
+  pending_.clear();
+  placed_ = 0;
+  if (!reader_.read_line(line_, pending_)) {
+    const int code = static_cast<int>(reader_.fault());
+    if (options_.latch_errors) latched_error_ = code;
+    pending_.clear();
+    reply_error(code);
+    return;
+  }
+  for (const Block& block : pending_) {
+    if (!motion_.outside(block.target)) continue;
+    raise_alarm(kAlarmSoftLimit);
+    return;
+  }
+  if (check_mode_) pending_.clear();
+  reply_due_ = true;
+  if (place_pending()) reply_ok();
+}
+
+/// Moves the due line's blocks on; true when the line is done.
+bool GrblController::place_pending() {
+  while (placed_ < pending_.size()) {
+    const Block& block = pending_[placed_];
+    if (synchronises(block)) {
+      if (!motion_.idle()) return false;
+      if (!waiting_) {
+        if (motion_.held()) return false;
+        waiting_ = true;
+        motion_.push(block);
+        motion_.advance(motion_.now());  // M codes take no time
+        if (!motion_.idle()) return false;
+      }
+      if (motion_.held()) return false;  // M0 waits for the operator
+      waiting_ = false;
+    } else {
+      if (motion_.free_slots() == 0) return false;
+      motion_.push(block);
+      motion_.advance(motion_.now());
+    }
+    ++placed_;
+  }
+  return true;
+}
+
+/// Answers the due line if it is done, then reads on.
+void GrblController::pump() {
+  while (true) {
+    if (reply_due_) {
+      if (!place_pending()) return;
+      reply_ok();
+    }
+    if (rx_read_ == rx_.size()) break;
+    accept(rx_[rx_read_++]);
+    if (rx_read_ >= kCompactAt) {
+      rx_.erase(0, rx_read_);
+      rx_read_ = 0;
+    }
+  }
+  rx_.clear();
+  rx_read_ = 0;
+}
+
+void GrblController::system_command(std::string_view command) {
+  const bool at_rest = motion_.idle() && !motion_.held();
+  if (command.empty()) {
+    out_ += "[HLP:$$ $I $G $C $X ~ ! ? ctrl-x]\r\n";
+  } else if (command == "X" || command == "x") {
+    if (reset_needed_) return reply_error(kErrorLocked);
+    if (alarm_ != 0) out_ += "[MSG:Caution: Unlocked]\r\n";
+    alarm_ = 0;
+  } else if (command == "G" || command == "g") {
+    report_parser();
+  } else if (command == "C" || command == "c") {
+    if (!at_rest || alarm_ != 0) return reply_error(kErrorNotIdle);
+    check_mode_ = !check_mode_;
+    out_ += check_mode_ ? "[MSG:Enabled]\r\n" : "[MSG:Disabled]\r\n";
+    reply_ok();
+    if (!check_mode_) reset();  // as the firmware does, to forget the checked program's modal state
+    return;
+  } else if (!at_rest && (command == "$" || command == "I" || command == "i")) {
+    return reply_error(kErrorNotIdle);
+  } else if (command == "$") {
+    report_settings();
+  } else if (command == "I" || command == "i") {
+    report_build();
+  } else {
+    return reply_error(command == "H" || command == "h" ? kErrorHomingOff : kErrorSystemCommand);
+  }
+  reply_ok();
+}
+
+void GrblController::reset() {
+  const bool moving = motion_.running() != nullptr && !motion_.held();
+  motion_.stop();
+  motion_.set_feed_override(100);
+  motion_.set_rapid_override(100);
+  spindle_override_ = 100;
+  report_overrides_ = true;
+  rx_.clear();
+  rx_read_ = 0;
+  line_.clear();
+  pending_.clear();
+  placed_ = 0;
+  line_too_long_ = after_cr_ = reply_due_ = waiting_ = check_mode_ = reset_needed_ = false;
+  latched_error_ = 0;
+  reader_ = GcodeReader(motion_.machine().tilt.letter, motion_.machine().rotary.letter);
+  reader_.set_position(motion_.position());
+  ++totals_.resets;
+  if (moving) {
+    alarm_ = kAlarmResetInMotion;
+    out_ += "ALARM:3\r\n";
+  }
+  out_ += kBanner;
+  if (alarm_ != 0) out_ += kUnlockHint;
+}
+
+/// The line that broke the limit gets no reply; the planner is emptied.
+void GrblController::raise_alarm(int code) {
+  motion_.stop();
+  reader_.set_position(motion_.position());
+  pending_.clear();
+  placed_ = 0;
+  rx_.clear();
+  rx_read_ = 0;
+  alarm_ = code;
+  reset_needed_ = true;
+  out_ += "ALARM:" + std::to_string(code) + "\r\n[MSG:Reset to continue]\r\n";
+}
+
+void GrblController::reply_ok() {
+  reply_due_ = false;
+  ++totals_.lines;
+  out_ += "ok\r\n";
+}
+
+void GrblController::reply_error(int code) {
+  reply_due_ = false;
+  ++totals_.errors;
+  out_ += "error:" + std::to_string(code) + "\r\n";
+}
+
+}  // namespace tiltfeed::sim

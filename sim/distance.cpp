@@ -1,0 +1,266 @@
+#include "sim/distance.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+
+#include "kinematics/tool_path.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+constexpr std::uint32_t kLeafSize = 4;
+constexpr int kBins = 16;
+// From this depth on halves are equal, which bounds the depth by kEvenDepth + log2(facets).
+constexpr int kEvenDepth = 40;
+constexpr int kStackSize = 128;
+
+double component(Vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+Vec3 lower(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
+Vec3 upper(Vec3 a, Vec3 b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
+
+struct Bounds {
+  Vec3 low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
+  void add(Vec3 p) { low = lower(low, p), high = upper(high, p); }
+  void add(const Bounds& b) { low = lower(low, b.low), high = upper(high, b.high); }
+  double half_area() const {
+    const Vec3 e = high - low;
+    return e.x < 0.0 ? 0.0 : e.x * e.y + e.y * e.z + e.z * e.x;
+  }
+};
+
+/// Marks, for each triangle, the edges and corners that no triangle before it has.
+void share_out(const Mesh& mesh, std::vector<Triangle>& triangles) {
+  std::vector<bool> corner_taken(mesh.vertices.size(), false);
+  std::vector<std::array<std::uint32_t, 4>> edges;  // low vertex, high vertex, facet, side
+  edges.reserve(mesh.facets.size() * 3);
+  for (std::uint32_t i = 0; i < mesh.facets.size(); ++i) {
+    triangles[i].owned = 0;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t from = mesh.facets[i][k], to = mesh.facets[i][(k + 1) % 3];
+      edges.push_back({std::min(from, to), std::max(from, to), i, k});
+      if (corner_taken[from]) continue;
+      corner_taken[from] = true;
+      triangles[i].owned = static_cast<std::uint8_t>(triangles[i].owned | 8u << k);
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    if (e > 0 && edges[e - 1][0] == edges[e][0] && edges[e - 1][1] == edges[e][1]) continue;
+    Triangle& owner = triangles[edges[e][2]];
+    owner.owned = static_cast<std::uint8_t>(owner.owned | 1u << edges[e][3]);
+  }
+}
+
+/// Lower bound of the distance between a box and a segment: along the coordinate axes, and along the line
+/// from the segment to the box's centre (the segment's point nearest to the centre is extreme there).
+struct SegmentBound {
+  Vec3 from, along, low, high;
+  double whole;
+
+  explicit SegmentBound(const Segment& s)
+      : from(from_origin(s.from)),
+        along(s.to - s.from),
+        low(lower(from, from + along)),
+        high(upper(from, from + along)),
+        whole(squared_length(along)) {}
+
+  double operator()(Vec3 box_low, Vec3 box_high) const {
+    const double dx = std::max({box_low.x - high.x, low.x - box_high.x, 0.0});
+    const double dy = std::max({box_low.y - high.y, low.y - box_high.y, 0.0});
+    const double dz = std::max({box_low.z - high.z, low.z - box_high.z, 0.0});
+    const Vec3 centre = (box_low + box_high) * 0.5, half = (box_high - box_low) * 0.5;
+    const Vec3 m = centre - from;
+    const double f = whole > 0.0 ? std::clamp(dot(m, along) / whole, 0.0, 1.0) : 0.0;
+    const Vec3 u = m - along * f;
+    const double reach = std::abs(u.x) * half.x + std::abs(u.y) * half.y + std::abs(u.z) * half.z;
+    const double far2 = squared_length(u), straight = std::sqrt(dx * dx + dy * dy + dz * dz);
+    return far2 > 0.0 ? std::max(straight, (far2 - reach) / std::sqrt(far2)) : straight;
+  }
+};
+
+/// Where a ray enters a box grown by `radius`; kInfinity when it misses.
+struct SweepBound {
+  Vec3 centre, inverse;
+  double radius;
+
+  static double invert(double d) { return std::abs(d) < 1e-300 ? std::copysign(1e300, d) : 1.0 / d; }
+  SweepBound(Point<Part> c, Vec3 d, double r)
+      : centre(from_origin(c)), inverse{invert(d.x), invert(d.y), invert(d.z)}, radius(r) {}
+
+  double operator()(Vec3 low, Vec3 high) const {
+    double enter = 0.0, leave = kInfinity;
+    const auto slab = [&](double from, double lo, double hi, double inv) {
+      const double a = (lo - radius - from) * inv, b = (hi + radius - from) * inv;
+      enter = std::max(enter, std::min(a, b)), leave = std::min(leave, std::max(a, b));
+    };
+    slab(centre.x, low.x, high.x, inverse.x);
+    slab(centre.y, low.y, high.y, inverse.y);
+    slab(centre.z, low.z, high.z, inverse.z);
+    return enter <= leave ? enter : kInfinity;
+  }
+};
+
+}  // namespace
+
+/// Splits the facets top down where the surface area heuristic is least, among kBins places on the longest
+/// side of the box round the facets' centres.
+struct PartDistance::Build {
+  PartDistance& tree;
+  std::vector<Bounds> boxes;
+  std::vector<Vec3> centres;
+  std::vector<std::uint32_t> order;
+
+  void fill(std::uint32_t node, std::uint32_t begin, std::uint32_t end, int depth) {
+    Bounds box, span;
+    for (std::uint32_t i = begin; i < end; ++i) box.add(boxes[order[i]]), span.add(centres[order[i]]);
+    tree.nodes_[node].low = box.low, tree.nodes_[node].high = box.high;
+    if (end - begin <= kLeafSize) {
+      tree.nodes_[node].first = begin, tree.nodes_[node].count = end - begin;
+      return;
+    }
+    const Vec3 size = span.high - span.low;
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    std::uint32_t middle = depth < kEvenDepth ? split(begin, end, axis, span) : begin;
+    if (middle == begin || middle == end) {
+      middle = begin + (end - begin) / 2;
+      std::nth_element(order.begin() + begin, order.begin() + middle, order.begin() + end,
+                       [&](std::uint32_t a, std::uint32_t b) {
+                         const double ca = component(centres[a], axis), cb = component(centres[b], axis);
+                         return ca != cb ? ca < cb : a < b;
+                       });
+    }
+    const auto children = static_cast<std::uint32_t>(tree.nodes_.size());
+    tree.nodes_[node].first = children;
+    tree.nodes_.resize(tree.nodes_.size() + 2);
+    fill(children, begin, middle, depth + 1);
+    fill(children + 1, middle, end, depth + 1);
+  }
+
+  std::uint32_t split(std::uint32_t begin, std::uint32_t end, int axis, const Bounds& span) {
+    const double low = component(span.low, axis), size = component(span.high, axis) - low;
+    if (!(size > 0.0)) return begin;
+    const auto bin_of = [&](std::uint32_t i) {
+      return std::min(kBins - 1, static_cast<int>((component(centres[i], axis) - low) / size * kBins));
+    };
+    std::array<Bounds, kBins> bin;
+    std::array<std::uint32_t, kBins> count{};
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const int b = bin_of(order[i]);
+      bin[b].add(boxes[order[i]]), ++count[b];
+    }
+    std::array<double, kBins> right_cost{};
+    Bounds right;
+    std::uint32_t right_count = 0;
+    for (int b = kBins - 1; b > 0; --b) {
+      right.add(bin[b]), right_count += count[b];
+      right_cost[b] = right.half_area() * right_count;
+    }
+    Bounds left;
+    std::uint32_t left_count = 0;
+    int best = 0;
+    double best_cost = kInfinity;
+    for (int b = 1; b < kBins; ++b) {
+      left.add(bin[b - 1]), left_count += count[b - 1];
+      const double cost = left.half_area() * left_count + right_cost[b];
+      if (left_count > 0 && left_count < end - begin && cost < best_cost) best_cost = cost, best = b;
+    }
+    const auto middle = std::stable_partition(order.begin() + begin, order.begin() + end,
+                                              [&](std::uint32_t i) { return bin_of(i) < best; });
+    return static_cast<std::uint32_t>(middle - order.begin());
+  }
+};
+
+PartDistance::PartDistance(const Mesh& mesh) {
+  const auto count = static_cast<std::uint32_t>(mesh.facets.size());
+  std::vector<Triangle> made(count);
+  Build build{*this, std::vector<Bounds>(count), std::vector<Vec3>(count), std::vector<std::uint32_t>(count)};
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto& f = mesh.facets[i];
+    made[i] = make_triangle(mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]], i);
+    for (const std::uint32_t corner : f) build.boxes[i].add(from_origin(mesh.vertices[corner]));
+    build.centres[i] = (build.boxes[i].low + build.boxes[i].high) * 0.5;
+  }
+  share_out(mesh, made);
+  if (count == 0) return;
+  std::iota(build.order.begin(), build.order.end(), 0u);
+  nodes_.reserve(count);
+  nodes_.resize(1);
+  build.fill(0, 0, count, 0);
+  triangles_.reserve(count);
+  slot_.resize(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    slot_[build.order[i]] = i;
+    triangles_.push_back(made[build.order[i]]);
+  }
+}
+
+/// Visits the triangles nearest first, leaving out every node whose lower bound is not below `bound`.
+template <class LowerBound, class Visit>
+void PartDistance::descend(double& bound, const LowerBound& lower_bound, const Visit& visit) const {
+  struct Waiting {
+    std::uint32_t node;
+    double least;
+  };
+  if (nodes_.empty()) return;
+  std::array<Waiting, kStackSize> stack;
+  int top = 0;
+  stack[top++] = {0, lower_bound(nodes_[0].low, nodes_[0].high)};
+  while (top > 0) {
+    const Waiting at = stack[--top];
+    if (at.least >= bound) continue;
+    const Node& node = nodes_[at.node];
+    if (node.count > 0) {
+      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(triangles_[i]);
+      continue;
+    }
+    Waiting near{node.first, lower_bound(nodes_[node.first].low, nodes_[node.first].high)};
+    Waiting far{node.first + 1, lower_bound(nodes_[node.first + 1].low, nodes_[node.first + 1].high)};
+    if (far.least < near.least) std::swap(near, far);
+    assert(top + 2 <= kStackSize);
+    if (far.least < bound) stack[top++] = far;
+    if (near.least < bound) stack[top++] = near;
+  }
+}
+
+Hit PartDistance::nearest(Point<Part> p, double bound, std::uint32_t hint) const {
+  return nearest(Segment{p, p}, bound, hint);
+}
+
+Hit PartDistance::nearest(const Segment& segment, double bound, std::uint32_t hint) const {
+  Hit hit{bound, kNoFacet};
+  const bool is_point = segment.from == segment.to;
+  const auto visit = [&](const Triangle& t) {
+    const double d2 = is_point ? squared_distance(t, segment.from) : squared_distance(t, segment);
+    if (d2 < hit.value * hit.value) hit = {std::sqrt(d2), t.facet};
+  };
+  if (hint < slot_.size()) visit(triangles_[slot_[hint]]);
+  descend(hit.value, SegmentBound(segment), visit);
+  return hit;
+}
+
+Hit PartDistance::first_touch(Point<Part> centre, Vec3 direction, double radius, double bound,
+                              std::uint32_t hint) const {
+  Hit hit{bound, kNoFacet};
+  const auto visit = [&](const Triangle& t) {
+    const double s = sim::first_touch(t, centre, direction, radius, hit.value);
+    if (s < hit.value) hit = {s, t.facet};
+  };
+  if (hint < slot_.size()) visit(triangles_[slot_[hint]]);
+  descend(hit.value, SweepBound(centre, direction, radius), visit);
+  return hit;
+}
+
+double PartDistance::winding_number(Point<Part> p) const {
+  double sum = 0.0;
+  for (const Triangle& t : triangles_) sum += solid_angle(t, p);
+  return sum / (4.0 * kPi);
+}
+
+Segment tool_segment(Point<Part> tip, Vec3 axis, double radius, double shank_length) {
+  return {tip + axis * radius, tip + axis * std::max(radius, shank_length)};
+}
+
+}  // namespace tiltfeed::sim

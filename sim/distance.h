@@ -1,0 +1,60 @@
+#pragma once
+// Exact distances between the tool and the part: an own tree of boxes over the facets, in double, that
+// shares no code with the planner. A ball end mill with a straight shank is a capsule: all points within
+// the radius of the segment from the ball's centre up the axis, so its clearance is that segment's distance
+// minus the radius; a negative clearance is the depth of a gouge.
+
+#include <cstdint>
+#include <vector>
+
+#include "pathgen/mesh.h"
+#include "sim/triangle.h"
+
+namespace tiltfeed::sim {
+
+/// The answer of a query: a length in mm and the facet it belongs to (index into Mesh::facets). A facet of
+/// kNoFacet (kinematics/tool_path.h) means: nothing below the bound, `value` is the bound.
+struct Hit {
+  double value = kInfinity;
+  std::uint32_t facet = 0xFFFFFFFF;
+};
+
+class PartDistance {
+ public:
+  explicit PartDistance(const Mesh& mesh);
+
+  /// Distance from p, if below `bound`.
+  Hit nearest(Point<Part> p, double bound = kInfinity, std::uint32_t hint = 0xFFFFFFFF) const;
+  /// Distance from the segment, if below `bound`; 0 where it pierces the surface. `hint`: a facet that is
+  /// likely near (that of the query before); it only saves time.
+  Hit nearest(const Segment& segment, double bound = kInfinity, std::uint32_t hint = 0xFFFFFFFF) const;
+  /// The exact drop of the cutter: how far a ball at `centre` moves along `direction` (unit) until it first
+  /// touches the part, if below `bound`; 0 when it touches or overlaps where it starts.
+  Hit first_touch(Point<Part> centre, Vec3 direction, double radius, double bound = kInfinity,
+                  std::uint32_t hint = 0xFFFFFFFF) const;
+  /// How often the surface winds round p: 1 inside, 0 outside a closed mesh. Looks at every facet.
+  double winding_number(Point<Part> p) const;
+
+  std::size_t facet_count() const { return triangles_.size(); }
+
+ private:
+  struct Node {
+    Vec3 low, high;
+    std::uint32_t first = 0;  ///< of the children (first, first + 1), or of the triangles
+    std::uint32_t count = 0;  ///< of triangles; 0: an inner node
+  };
+  struct Build;
+
+  template <class LowerBound, class Visit>
+  void descend(double& bound, const LowerBound& lower_bound, const Visit& visit) const;
+
+  std::vector<Triangle> triangles_;  ///< in the order of the leaves
+  std::vector<std::uint32_t> slot_;  ///< where facet i is in triangles_
+  std::vector<Node> nodes_;
+};
+
+/// The tool's axis from the ball's centre to the holder: with a tool of `radius` its clearance is the
+/// segment's distance minus the radius. Beyond `shank_length` (from the tip) nothing is checked.
+Segment tool_segment(Point<Part> tip, Vec3 axis, double radius, double shank_length);
+
+}  // namespace tiltfeed::sim

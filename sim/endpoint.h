@@ -1,0 +1,24 @@
+#pragma once
+// The simulated controllers on real links. Each call serves until options.stop_fd or options.once ends it.
+
+#include <string>
+
+#include "kinematics/result.h"
+#include "sim/controller.h"
+#include "sim/modbus_controller.h"
+#include "sim/pace.h"
+
+namespace tiltfeed::sim {
+
+/// Grbl on a pseudo-terminal, with a symbolic link `path` to it. Errors: kIo.
+Result<void> serve_pty(GrblController& controller, const std::string& path, EndpointOptions options);
+
+/// Modbus TCP server on a numeric IPv4 address; port 0 takes a free one, `ready` tells which. One client at
+/// a time; it may come and go. Errors: kUsage, kIo.
+Result<void> serve_modbus_tcp(ModbusController& controller, const std::string& address, int port,
+                              EndpointOptions options);
+
+/// Modbus RTU, unit 1, on a pseudo-terminal with a symbolic link `path` to it. Errors: kIo.
+Result<void> serve_modbus_rtu(ModbusController& controller, const std::string& path, EndpointOptions options);
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,93 @@
+// The reports of the Grbl firmware model: status, build, settings, parser state.
+
+#include <array>
+#include <charconv>
+
+#include "sim/controller.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+constexpr int kPositionDecimals = 3;
+
+void put(std::string& out, double value, int decimals) {
+  std::array<char, 350> text;  // the longest double with 3 decimals
+  const char* const end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals).ptr;
+  out.append(text.data(), static_cast<std::size_t>(end - text.data()));
+}
+
+}  // namespace
+
+std::string_view GrblController::state() const {
+  if (alarm_ != 0) return "Alarm";
+  if (check_mode_) return "Check";
+  if (motion_.held()) return "Hold:0";
+  const Block* running = motion_.running();
+  // A dwell is reported as Idle, as the firmware does: Idle is not "finished".
+  return running != nullptr && (running->op == Op::kRapid || running->op == Op::kFeed) ? "Run" : "Idle";
+}
+
+void GrblController::report_status() {
+  out_ += '<';
+  out_ += state();
+  const Joints at = motion_.position();
+  const char* separator = "|MPos:";
+  for (const double axis : {at.x, at.y, at.z, at.a, at.c}) {
+    out_ += separator;
+    put(out_, axis, kPositionDecimals);
+    separator = ",";
+  }
+  out_ += "|Bf:" + std::to_string(motion_.free_slots()) + ',' +
+          std::to_string(options_.rx_buffer - (rx_.size() - rx_read_));
+  if (const Block* running = motion_.running()) out_ += "|Ln:" + std::to_string(running->line);
+  out_ += "|FS:";
+  put(out_, motion_.speed(), 0);
+  out_ += ',';
+  put(out_, motion_.spindle() * spindle_override_ / 100.0, 0);
+  if (report_overrides_)
+    out_ += "|Ov:" + std::to_string(motion_.feed_override()) + ',' +
+            std::to_string(motion_.rapid_override()) + ',' + std::to_string(spindle_override_);
+  report_overrides_ = false;
+  out_ += ">\r\n";
+}
+
+void GrblController::report_build() {
+  const MachineModel& machine = motion_.machine();
+  out_ += "[VER:1.1h.20260801:tiltfeed-sim]\r\n[OPT:VN," + std::to_string(options_.planner) + ',' +
+          std::to_string(options_.rx_buffer) + "]\r\n[AXS:5:XYZ";
+  out_ += machine.tilt.letter;
+  out_ += machine.rotary.letter;
+  out_ += "]\r\n";
+}
+
+void GrblController::report_settings() {
+  const MachineModel& machine = motion_.machine();
+  const auto setting = [&](int number, double value) {
+    out_ += '$' + std::to_string(number) + '=';
+    put(out_, value, kPositionDecimals);
+    out_ += "\r\n";
+  };
+  out_ += "$10=511\r\n$20=1\r\n$22=0\r\n";
+  const double velocities[] = {machine.x.velocity, machine.y.velocity, machine.z.velocity,
+                               machine.tilt.velocity, machine.rotary.velocity};
+  const double accelerations[] = {machine.x.acceleration, machine.y.acceleration, machine.z.acceleration,
+                                  machine.tilt.acceleration, machine.rotary.acceleration};
+  for (int axis = 0; axis < 5; ++axis) setting(110 + axis, velocities[axis]);
+  for (int axis = 0; axis < 5; ++axis) setting(120 + axis, accelerations[axis]);
+}
+
+void GrblController::report_parser() {
+  const ModalState& modal = reader_.modal();
+  out_ += "[GC:";
+  out_ += modal.motion == MotionMode::kFeed ? "G1" : modal.motion == MotionMode::kRapid ? "G0" : "G80";
+  out_ += " G54 G17 G21 G90 ";
+  out_ += modal.inverse_time ? "G93" : "G94";
+  out_ += motion_.spindle() > 0.0 ? " M3 M9 T0 F" : " M5 M9 T0 F";
+  put(out_, modal.feed, 0);
+  out_ += " S";
+  put(out_, modal.spindle, 0);
+  out_ += "]\r\n";
+}
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,72 @@
+#pragma once
+// Real time to simulated time: paced, or as fast as the host keeps up.
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <string>
+
+namespace tiltfeed::sim {
+
+struct EndpointOptions {
+  double speed = 0.0;  ///< simulated seconds per real second; 0: as fast as possible
+  bool once = false;   ///< leave when a program has ended and the host has nothing more to say
+  int stop_fd = -1;    ///< leave when this becomes readable; -1: never
+  std::function<void()> flush = [] {};  ///< now and then, when there may be something to write out
+  std::function<void(const std::string& where)> ready = [](const std::string&) {};  ///< the host may connect
+};
+
+class Pace {
+ public:
+  explicit Pace(double speed) : speed_(speed), begin_(std::chrono::steady_clock::now()) {}
+
+  bool unlimited() const { return speed_ <= 0.0; }
+  /// Real seconds since the beginning.
+  double real() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+
+  /// Real seconds to wait for the host; 0 when the controller has something to do meanwhile.
+  template <class Controller>
+  double wait(const Controller& controller) const {
+    const auto event = controller.next_event();
+    if (!event) return kTick;
+    return unlimited() ? 0.0 : std::clamp(*event / speed_ - real(), 0.0, kTick);
+  }
+
+  /// Before the host's bytes are looked at: paced time goes on by itself.
+  template <class Controller>
+  void follow(Controller& controller) const {
+    if (!unlimited()) controller.advance(std::max(controller.now(), real() * speed_));
+  }
+
+  /// The host has nothing in flight: unlimited time jumps from event to event, a few at a time, so that what
+  /// they answer reaches the host soon.
+  template <class Controller>
+  void jump(Controller& controller) const {
+    if (!unlimited()) return;
+    for (int i = 0; i < kBurst; ++i) {
+      const auto event = controller.next_event();
+      if (!event) return;
+      controller.advance(*event);
+    }
+  }
+
+  /// Once in kFlushEvery; for options.flush.
+  bool time_to_flush() {
+    const double now = real();
+    if (now - flushed_ < kFlushEvery) return false;
+    flushed_ = now;
+    return true;
+  }
+
+ private:
+  static constexpr double kTick = 0.05;  // the watchdog and --once need no finer one, s
+  static constexpr double kFlushEvery = 0.1;
+  static constexpr int kBurst = 16;  // half a usual planner: the host refills while the rest is executed
+  double speed_;
+  std::chrono::steady_clock::time_point begin_;
+  double flushed_ = 0.0;
+};
+
+}  // namespace tiltfeed::sim

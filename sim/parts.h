@@ -1,0 +1,27 @@
+#pragma once
+// The four parts of the paper, made by formula: exact face counts, no files.
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "kinematics/geometry.h"
+#include "kinematics/result.h"
+
+namespace tiltfeed::sim {
+
+using Triangles = std::vector<std::array<Point<Part>, 3>>;
+
+/// Tyre-mould segment: closed, exactly 236,748 facets.
+Triangles tyre_segment();
+/// Cooling pin with 6 rings of 12 wings: closed, exactly 55,818 facets.
+Triangles cooling_pin();
+/// Hollow sphere with three through holes: closed, 4,446 facets.
+Triangles hollow_sphere();
+/// Pull handle with finger grooves: closed, 23,780 facets.
+Triangles handle();
+
+/// By name: "tyre", "pin", "sphere", "handle". Errors: kUsage with the names.
+Result<Triangles> part_by_name(const std::string& name);
+
+}  // namespace tiltfeed::sim

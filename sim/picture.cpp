@@ -1,0 +1,232 @@
+#include "sim/picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "sim/camera.h"
+#include "sim/raster.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+constexpr int kOversample = 2;  // pixels drawn per pixel of the picture, each way
+// Linear colours.
+constexpr Colour kTop{0.90, 0.92, 0.95}, kBottom{0.62, 0.66, 0.71};
+constexpr Colour kPartColour{0.36, 0.43, 0.50};
+constexpr std::array<Colour, 3> kPassColours{Colour{1.0, 0.56, 0.03}, Colour{0.93, 0.13, 0.03},
+                                             Colour{0.50, 0.008, 0.12}};
+constexpr Colour kRapidColour{0.01, 0.33, 0.42}, kAxisColour{0.010, 0.020, 0.075};
+// Facets that meet at less than this are shaded as one smooth surface.
+constexpr double kCreaseCosine = 0.82;
+// Widths in pixels of the picture, lengths in radii of the scene.
+constexpr double kCutWidth = 2.0, kRapidWidth = 1.1, kAxisWidth = 1.5, kAxisDot = 4.5, kDash = 7.0;
+constexpr double kAxisLength = 0.10, kBias = 0.004, kHollowRange = 0.03, kHollowRadius = 14.0,
+                 kHollowStrength = 0.75;
+
+/// One normal per facet corner: the mean of those facets round the vertex that are nearly level with it.
+std::vector<std::array<Vec3, 3>> corner_normals(const Mesh& mesh) {
+  const std::size_t count = mesh.facets.size();
+  std::vector<Vec3> normal(count);
+  std::vector<std::uint32_t> begin(mesh.vertices.size() + 1, 0), around(count * 3);
+  for (std::size_t f = 0; f < count; ++f) {
+    const auto& [a, b, c] = mesh.facets[f];
+    normal[f] = cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]);
+    for (const std::uint32_t v : mesh.facets[f]) ++begin[v + 1];
+  }
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) begin[v + 1] += begin[v];
+  std::vector<std::uint32_t> fill(begin.begin(), begin.end() - 1);
+  for (std::size_t f = 0; f < count; ++f)
+    for (const std::uint32_t v : mesh.facets[f]) around[fill[v]++] = static_cast<std::uint32_t>(f);
+  std::vector<std::array<Vec3, 3>> corners(count);
+  for (std::size_t f = 0; f < count; ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t v = mesh.facets[f][k];
+      Vec3 sum;
+      for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i) {
+        const Vec3 other = normal[around[i]];
+        if (dot(other, normal[f]) >= kCreaseCosine * length(other) * length(normal[f])) sum = sum + other;
+      }
+      corners[f][k] = squared_length(sum) > 0.0 ? normalized(sum) : Vec3{0, 0, 1};
+    }
+  }
+  return corners;
+}
+
+Colour shaded(Vec3 normal, Vec3 view, const Camera& camera) {
+  if (dot(normal, view) < 0.0) normal = -normal;
+  const Vec3 key = normalized(camera.eye() * 0.55 + camera.up() * 0.75 - camera.right() * 0.65);
+  const Vec3 fill = normalized(camera.eye() * 0.5 + camera.right() * 0.9 + camera.up() * 0.1);
+  const double light = 0.34 + 0.95 * std::max(0.0, dot(normal, key)) +
+                       0.28 * std::max(0.0, dot(normal, fill)) + 0.12 * dot(normal, view);
+  const double gloss = std::pow(std::max(0.0, dot(normal, normalized(key + view))), 40.0);
+  return kPartColour * light + Colour{1, 1, 1} * (0.16 * gloss);
+}
+
+void draw_part(const Mesh& mesh, const Camera& camera, Raster& raster) {
+  const auto normals = corner_normals(mesh);
+  std::vector<ScreenPoint> screen;
+  screen.reserve(mesh.vertices.size());
+  for (const Point<Part> p : mesh.vertices) screen.push_back(camera.project(p));
+  for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
+    std::array<ScreenPoint, 3> corners;
+    std::array<Colour, 3> colours;
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t v = mesh.facets[f][k];
+      corners[k] = screen[v];
+      colours[k] = shaded(normals[f][k], camera.view_from(mesh.vertices[v]), camera);
+    }
+    raster.triangle(corners, colours);
+  }
+}
+
+/// An unbroken run of cutting moves: moves[first] states where it starts. Runs one behind the other, with
+/// gaps in between, are one pass.
+struct Run {
+  std::size_t first = 0, last = 0;
+  int pass = 0;
+};
+
+Vec3 across_axis(Vec3 v, Vec3 axis) { return v - axis * dot(v, axis); }
+
+/// Does the path go straight on from run a, over a gap, to run b?
+bool goes_on(const std::vector<Move>& moves, const Run& a, const Run& b) {
+  const Pose &end = moves[a.last].pose, &start = moves[b.first].pose;
+  const Vec3 gap = across_axis(start.tip - end.tip, end.axis);
+  std::size_t back = a.last;  // a piece of the run as long as the gap gives its direction
+  while (back > a.first && distance(moves[back].pose.tip, end.tip) < length(gap)) --back;
+  const Vec3 heading = across_axis(end.tip - moves[back].pose.tip, end.axis);
+  return dot(gap, heading) > 0.8 * length(gap) * length(heading);
+}
+
+std::vector<Run> find_runs(const std::vector<Move>& moves) {
+  std::vector<Run> runs;
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    if (moves[i].kind != MoveKind::kCut) continue;
+    if (moves[i - 1].kind == MoveKind::kCut && !runs.empty() && runs.back().last == i - 1) {
+      runs.back().last = i;
+      continue;
+    }
+    Run run{i - 1, i, runs.empty() ? 0 : runs.back().pass};
+    runs.push_back(run);
+  }
+  for (std::size_t r = 1; r < runs.size(); ++r)
+    runs[r].pass = runs[r - 1].pass + (goes_on(moves, runs[r - 1], runs[r]) ? 0 : 1);
+  return runs;
+}
+
+Colour pass_colour(double f) {
+  const double at = std::clamp(f, 0.0, 1.0) * 2.0;
+  const int i = at >= 1.0 ? 1 : 0;
+  return kPassColours[i] + (kPassColours[i + 1] - kPassColours[i]) * (at - i);
+}
+
+class PathPainter {
+ public:
+  PathPainter(const std::vector<Move>& moves, const Camera& camera, Raster& raster)
+      : moves_(moves), camera_(camera), raster_(raster), bias_(kBias * camera.scene_radius()) {}
+
+  void cut(const Run& run, Colour colour) {
+    ScreenPoint from = at(run.first);
+    for (std::size_t i = run.first + 1; i <= run.last; ++i) {
+      const ScreenPoint to = at(i);
+      if (i < run.last && std::hypot(to.x - from.x, to.y - from.y) < 1.0) continue;
+      raster_.line(from, to, kCutWidth * kOversample, colour, 1.0, bias_);
+      from = to;
+    }
+  }
+
+  /// The dashes run on over all moves of the rapid.
+  void rapid(std::size_t first, std::size_t last) {
+    double way = 0.0;
+    const double dash = kDash * kOversample;
+    for (std::size_t i = first + 1; i <= last; ++i) {
+      const ScreenPoint a = at(i - 1), b = at(i);
+      const double whole = std::hypot(b.x - a.x, b.y - a.y);
+      if (whole > 1e6) continue;
+      const auto mix = [&](double f) {
+        return ScreenPoint{a.x + (b.x - a.x) * f, a.y + (b.y - a.y) * f, a.depth + (b.depth - a.depth) * f};
+      };
+      for (double done = 0.0; done < whole;) {
+        const double phase = std::fmod(way, 2.0 * dash),
+                     left = phase < dash ? dash - phase : 2.0 * dash - phase;
+        const double next = std::min(whole, done + std::max(left, 1e-3));
+        if (phase < dash)
+          raster_.line(mix(done / whole), mix(next / whole), kRapidWidth * kOversample, kRapidColour, 0.75,
+                       bias_);
+        way += next - done, done = next;
+      }
+    }
+  }
+
+  void axis(std::size_t i) {
+    const Pose& pose = moves_[i].pose;
+    const ScreenPoint from = at(i),
+                      to = camera_.project(pose.tip + pose.axis * (kAxisLength * camera_.scene_radius()));
+    raster_.line(from, to, kAxisWidth * kOversample, kAxisColour, 1.0, 2.0 * bias_);
+    raster_.disc(from, kAxisDot * kOversample, kAxisColour, 2.0 * bias_);
+  }
+
+ private:
+  ScreenPoint at(std::size_t i) const { return camera_.project(moves_[i].pose.tip); }
+
+  const std::vector<Move>& moves_;
+  const Camera& camera_;
+  Raster& raster_;
+  double bias_;
+};
+
+void draw_path(const std::vector<Move>& moves, const PictureOptions& options, const Camera& camera,
+               Raster& raster) {
+  const std::vector<Run> runs = find_runs(moves);
+  if (runs.empty()) return;
+  const int passes = runs.back().pass + 1,
+            every = (passes + options.passes - 1) / std::max(1, options.passes);
+  const auto drawn = [&](const Run& run) { return run.pass % every == every / 2; };
+  PathPainter painter(moves, camera, raster);
+  if (options.rapids) {
+    for (std::size_t r = 0; r <= runs.size(); ++r) {
+      const bool wanted = (r > 0 && drawn(runs[r - 1])) || (r < runs.size() && drawn(runs[r]));
+      const std::size_t first = r > 0 ? runs[r - 1].last : 0,
+                        last = r < runs.size() ? runs[r].first : moves.size() - 1;
+      if (wanted) painter.rapid(first, last);
+    }
+  }
+  double whole = 0.0;
+  for (const Run& run : runs) {
+    if (!drawn(run)) continue;
+    painter.cut(run, pass_colour(passes > 1 ? static_cast<double>(run.pass) / (passes - 1) : 0.0));
+    for (std::size_t i = run.first + 1; i <= run.last; ++i)
+      whole += distance(moves[i - 1].pose.tip, moves[i].pose.tip);
+  }
+  // Half a step in, so that neighbouring passes do not show their axes side by side.
+  const double step = whole / std::max(1, options.axes);
+  double since = 0.5 * step;
+  for (const Run& run : runs) {
+    if (!drawn(run)) continue;
+    for (std::size_t i = run.first + 1; i <= run.last; ++i) {
+      since += distance(moves[i - 1].pose.tip, moves[i].pose.tip);
+      if (since >= step && options.axes > 0) painter.axis(i), since = std::fmod(since, step);
+    }
+  }
+}
+
+}  // namespace
+
+Result<void> draw_part_with_path(const Mesh& part, const ToolPath& path, const std::string& png_path,
+                                 const PictureOptions& options) {
+  if (part.facets.empty()) return fail(Code::kInput, png_path + ": no picture: the part has no facets");
+  if (options.width < 16 || options.height < 16 || options.width > 8192 || options.height > 8192)
+    return fail(Code::kInput, png_path + ": no picture: each side must have 16 to 8192 pixels");
+  const int width = options.width * kOversample, height = options.height * kOversample;
+  const Camera camera(part, path, width, height);
+  Raster raster(width, height, {kTop, kBottom});
+  draw_part(part, camera, raster);
+  raster.shade_hollows(kHollowRadius * kOversample, kHollowRange * camera.scene_radius(), kHollowStrength);
+  draw_path(path.moves, options, camera, raster);
+  return raster.write_png(png_path, kOversample);
+}
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,25 @@
+#pragma once
+// A picture of the part with the tool path over it, drawn without a display.
+
+#include <string>
+
+#include "kinematics/result.h"
+#include "kinematics/tool_path.h"
+#include "pathgen/mesh.h"
+
+namespace tiltfeed::sim {
+
+struct PictureOptions {
+  int width = 1600, height = 1000;  ///< px
+  int passes = 60;                  ///< about so many are drawn, evenly chosen, when there are more
+  int axes = 90;                    ///< places on the drawn passes where the tool axis is shown
+  bool rapids = true;
+};
+
+/// Draws the part shaded, seen from where the tool comes from; cutting moves over it, from yellow (first) to
+/// crimson (last), rapids dashed, tool axes as short dark lines. The same input gives the same picture.
+/// Errors: kInput when the part has no facets; kIo.
+Result<void> draw_part_with_path(const Mesh& part, const ToolPath& path, const std::string& png_path,
+                                 const PictureOptions& options = {});
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,89 @@
+#pragma once
+// The simulated machine's own G-code reader: RS274 words to blocks, modal state resolved. Shares nothing
+// with the post that wrote the program. The words that it takes are listed in sim/README.md.
+
+#include <cstdint>
+#include <istream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kinematics/machine.h"
+#include "kinematics/result.h"
+
+namespace tiltfeed::sim {
+
+enum class Op : std::uint8_t { kRapid = 1, kFeed = 2, kDwell = 3, kMCode = 4 };
+
+/// One block with every modal value filled in.
+struct Block {
+  Op op = Op::kRapid;
+  Joints target;      ///< absolute axis words at the block's end (mm, degrees)
+  double feed = 0.0;  ///< F: 1/min when inverse_time, else mm/min; seconds for a dwell; 0 otherwise
+  bool inverse_time = false;
+  int m_code = -1;         ///< for kMCode
+  double spindle = 0.0;    ///< S in force, 1/min
+  std::uint32_t line = 0;  ///< N word, or the 1-based count of lines read
+};
+
+/// What is wrong with a line; the value is the error number that a Grbl controller answers.
+enum class Fault : int {
+  kNone = 0,
+  kNoLetter = 1,        ///< a word does not start with a letter
+  kBadNumber = 2,       ///< a word's number is missing or malformed
+  kNegative = 4,        ///< F, S, T or P below zero
+  kUnsupported = 20,    ///< a code or letter that this machine does not have
+  kModalConflict = 21,  ///< two codes of one modal group
+  kNoFeed = 22,         ///< feed move without F
+  kNotInteger = 23,     ///< a code or number that must be whole
+  kRepeatedWord = 25,   ///< the same letter twice
+  kNoMotionMode = 26,   ///< axis words, and neither G0 nor G1 in force
+  kLineNumber = 27,     ///< N out of range
+  kMissingP = 28,       ///< G4 without P
+  kUnusedWord = 36,     ///< a word that no code of the line uses
+};
+
+enum class MotionMode : std::uint8_t { kNone, kRapid, kFeed };
+
+/// What stays in force from line to line.
+struct ModalState {
+  Joints at;          ///< where the last motion block ends
+  double feed = 0.0;  ///< F of G94, mm/min; 0: not set
+  double spindle = 0.0;
+  bool inverse_time = false;
+  MotionMode motion = MotionMode::kNone;
+};
+
+/// Reads one line at a time; keeps the modal state. A refused line changes nothing.
+class GcodeReader {
+ public:
+  /// Letters of the head's and the table's words ('A', 'C' usually).
+  GcodeReader(char tilt_letter, char rotary_letter) : tilt_(tilt_letter), rotary_(rotary_letter) {}
+
+  /// The blocks of a line, in order of execution (M3 before the move, M2 after it); none for blank, comment
+  /// or purely modal lines. Errors: kInput with the word that is wrong: unknown letter or code, number
+  /// malformed, feed move without F (G93 wants F on each), arcs, inches.
+  Result<std::vector<Block>> read_line(std::string_view line);
+  /// The same, appended to `blocks`, for many lines.
+  Result<void> read_line(std::string_view line, std::vector<Block>& blocks);
+
+  Fault fault() const { return fault_; }  ///< of the last line
+  bool ended() const { return ended_; }   ///< M2 or M30 was read
+  const ModalState& modal() const { return modal_; }
+  /// The axes stand here, whatever the blocks said (a stop, a reset).
+  void set_position(const Joints& at) { modal_.at = at; }
+
+ private:
+  char tilt_, rotary_;
+  ModalState modal_;
+  Fault fault_ = Fault::kNone;
+  bool ended_ = false;
+  std::uint32_t lines_ = 0;
+  std::string text_;  ///< the line without blanks and comments, upper case
+};
+
+/// A whole program, up to M2, M30, the closing % or the end of the text. Errors: kInput with `name`:line.
+Result<std::vector<Block>> read_program(std::istream& in, const std::string& name, char tilt_letter,
+                                        char rotary_letter);
+
+}  // namespace tiltfeed::sim

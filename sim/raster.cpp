@@ -1,0 +1,156 @@
+#include "sim/raster.h"
+
+#include <png.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <limits>
+#include <memory>
+
+namespace tiltfeed::sim {
+namespace {
+
+constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr int kHollowSamples = 24;
+// Successive directions of the samples turn by the golden angle, so that they spread evenly.
+constexpr double kGoldenAngle = 2.399963229728653;
+
+std::uint8_t to_srgb(double linear) {
+  const double c = std::clamp(linear, 0.0, 1.0);
+  const double s = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
+  return static_cast<std::uint8_t>(std::lround(s * 255.0));
+}
+
+}  // namespace
+
+Raster::Raster(int width, int height, std::array<Colour, 2> background)
+    : width_(width),
+      height_(height),
+      colour_(static_cast<std::size_t>(width) * height),
+      depth_(static_cast<std::size_t>(width) * height, kFar) {
+  for (int y = 0; y < height; ++y) {
+    const Colour c = background[0] + (background[1] - background[0]) * (static_cast<double>(y) / height);
+    const std::array<float, 3> pixel{static_cast<float>(c.x), static_cast<float>(c.y),
+                                     static_cast<float>(c.z)};
+    std::fill_n(colour_.begin() + static_cast<std::ptrdiff_t>(at(0, y)), width, pixel);
+  }
+}
+
+void Raster::triangle(const std::array<ScreenPoint, 3>& p, const std::array<Colour, 3>& c) {
+  const double area = (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[2].x - p[0].x) * (p[1].y - p[0].y);
+  if (area == 0.0) return;
+  const auto [x_low, x_high] = std::minmax({p[0].x, p[1].x, p[2].x});
+  const auto [y_low, y_high] = std::minmax({p[0].y, p[1].y, p[2].y});
+  const int x0 = std::max(0, static_cast<int>(std::ceil(x_low - 0.5)));
+  const int x1 = std::min(width_ - 1, static_cast<int>(std::floor(x_high - 0.5)));
+  const int y0 = std::max(0, static_cast<int>(std::ceil(y_low - 0.5)));
+  const int y1 = std::min(height_ - 1, static_cast<int>(std::floor(y_high - 0.5)));
+  for (int y = y0; y <= y1; ++y) {
+    for (int x = x0; x <= x1; ++x) {
+      const double px = x + 0.5, py = y + 0.5;
+      const double b = ((px - p[0].x) * (p[2].y - p[0].y) - (p[2].x - p[0].x) * (py - p[0].y)) / area;
+      const double d = ((p[1].x - p[0].x) * (py - p[0].y) - (px - p[0].x) * (p[1].y - p[0].y)) / area;
+      const double a = 1.0 - b - d;
+      if (a < 0.0 || b < 0.0 || d < 0.0) continue;
+      const auto depth = static_cast<float>(a * p[0].depth + b * p[1].depth + d * p[2].depth);
+      if (depth >= depth_[at(x, y)]) continue;
+      depth_[at(x, y)] = depth;
+      const Colour k = c[0] * a + c[1] * b + c[2] * d;
+      colour_[at(x, y)] = {static_cast<float>(k.x), static_cast<float>(k.y), static_cast<float>(k.z)};
+    }
+  }
+}
+
+void Raster::mix(int x, int y, double depth, Colour colour, double alpha) {
+  if (x < 0 || y < 0 || x >= width_ || y >= height_ || depth > static_cast<double>(depth_[at(x, y)])) return;
+  auto& pixel = colour_[at(x, y)];
+  const double k[3] = {colour.x, colour.y, colour.z};
+  for (int i = 0; i < 3; ++i)
+    pixel[i] = static_cast<float>(static_cast<double>(pixel[i]) * (1.0 - alpha) + k[i] * alpha);
+}
+
+void Raster::line(ScreenPoint from, ScreenPoint to, double thickness, Colour colour, double alpha,
+                  double bias) {
+  const double dx = to.x - from.x, dy = to.y - from.y, whole = std::hypot(dx, dy), half = thickness / 2.0;
+  const int y0 = std::max(0, static_cast<int>(std::floor(std::min(from.y, to.y) - half)));
+  const int y1 = std::min(height_ - 1, static_cast<int>(std::ceil(std::max(from.y, to.y) + half)));
+  for (int y = y0; y <= y1; ++y) {
+    // The row's part of the band round the line, a little wide; each pixel is then tested exactly.
+    double low = std::min(from.x, to.x), high = std::max(from.x, to.x);
+    if (std::abs(dy) > 1e-9) {
+      const double slack = half * whole / std::abs(dy) + 1.0, at_row = from.x + (y + 0.5 - from.y) * dx / dy;
+      low = std::max(low, at_row - slack), high = std::min(high, at_row + slack);
+    }
+    const int x0 = std::max(0, static_cast<int>(std::floor(low - half)));
+    const int x1 = std::min(width_ - 1, static_cast<int>(std::ceil(high + half)));
+    for (int x = x0; x <= x1; ++x) {
+      const double px = x + 0.5 - from.x, py = y + 0.5 - from.y;
+      const double f = whole > 0.0 ? std::clamp((px * dx + py * dy) / (whole * whole), 0.0, 1.0) : 0.0;
+      // Only the half-open piece at the start: a chain of lines covers each joint once.
+      if (std::hypot(px - f * dx, py - f * dy) > half || (f >= 1.0 && whole > 0.0)) continue;
+      mix(x, y, from.depth + f * (to.depth - from.depth) - bias, colour, alpha);
+    }
+  }
+}
+
+void Raster::disc(ScreenPoint centre, double diameter, Colour colour, double bias) {
+  line(centre, centre, diameter, colour, 1.0, bias);
+}
+
+void Raster::shade_hollows(double radius, double range, double strength) {
+  std::array<std::array<int, 2>, kHollowSamples> offset;
+  for (int i = 0; i < kHollowSamples; ++i) {
+    const double r = radius * std::sqrt((i + 1.0) / kHollowSamples), turn = kGoldenAngle * i;
+    offset[i] = {static_cast<int>(std::lround(r * std::cos(turn))),
+                 static_cast<int>(std::lround(r * std::sin(turn)))};
+  }
+  for (int y = 0; y < height_; ++y) {
+    for (int x = 0; x < width_; ++x) {
+      const double here = static_cast<double>(depth_[at(x, y)]);
+      if (std::isinf(here)) continue;
+      double covered = 0.0;
+      for (const auto& [ox, oy] : offset) {
+        // Opposite samples together: a plane's slope cancels out, what is left is hollow or ridge.
+        const auto depth_at = [&](int sx, int sy) {
+          sx = std::clamp(x + sx, 0, width_ - 1), sy = std::clamp(y + sy, 0, height_ - 1);
+          const double d = static_cast<double>(depth_[at(sx, sy)]);
+          return std::isinf(d) ? here + range : d;
+        };
+        const double nearer = here - 0.5 * (depth_at(ox, oy) + depth_at(-ox, -oy));
+        covered += std::clamp(nearer / range, 0.0, 1.0);
+      }
+      const auto keep = static_cast<float>(1.0 - strength * std::min(1.0, 2.0 * covered / kHollowSamples));
+      for (float& channel : colour_[at(x, y)]) channel *= keep;
+    }
+  }
+}
+
+Result<void> Raster::write_png(const std::string& path, int factor) const {
+  const int w = width_ / factor, h = height_ / factor;
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(w) * h * 3);
+  for (int y = 0; y < h; ++y) {
+    for (int x = 0; x < w; ++x) {
+      double sum[3] = {};
+      for (int j = 0; j < factor; ++j)
+        for (int i = 0; i < factor; ++i)
+          for (int k = 0; k < 3; ++k)
+            sum[k] += static_cast<double>(colour_[at(x * factor + i, y * factor + j)][k]);
+      for (int k = 0; k < 3; ++k)
+        bytes[(static_cast<std::size_t>(y) * w + x) * 3 + k] = to_srgb(sum[k] / (factor * factor));
+    }
+  }
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "wb"), &std::fclose);
+  if (!file) return fail(Code::kIo, path + ": cannot be written; is the folder there and writable?");
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(w), image.height = static_cast<png_uint_32>(h);
+  image.format = PNG_FORMAT_RGB;
+  if (!png_image_write_to_stdio(&image, file.get(), 0, bytes.data(), 0, nullptr) ||
+      std::fflush(file.get()) != 0)
+    return fail(Code::kIo, path + ": the picture cannot be written: " + image.message);
+  return {};
+}
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,308 @@
+#include "sim/verify.h"
+
+#include <algorithm>
+#include <atomic>
+#include <charconv>
+#include <cmath>
+#include <thread>
+
+#include "sim/distance.h"
+#include "sim/executed.h"
+#include "sim/forward.h"
+#include "sim/path_walk.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+// Blocks whose poses are held in memory at a time, and blocks that a thread takes at a time: fixed, so that
+// the report does not depend on the number of threads.
+constexpr std::size_t kBatchBlocks = 32768;
+constexpr std::size_t kChunkBlocks = 2048;
+// Drops are counted in bins for their percentile; beyond the last bin there is nothing under the ball.
+constexpr double kDropBin = 1e-4, kMaxDrop = 5.0;
+constexpr auto kDropBins = static_cast<std::size_t>(kMaxDrop / kDropBin);
+// A cutting move that descends past an overhang touches nothing; a path has few of them.
+constexpr double kAirShare = 0.01;
+// Above this the surface winds round the point: inside.
+constexpr double kInside = 0.5;
+
+/// One block of a batch with its poses.
+struct Sampled {
+  std::size_t block = 0;  ///< index into the executed blocks
+  std::vector<Pose> poses;
+  std::vector<std::uint32_t> moves;  ///< planned move of each pose
+};
+
+/// What one thread finds against the part.
+struct Findings {
+  Extreme gouge, rapid_overlap, gap, drop;
+  std::uint64_t samples = 0, cut_samples = 0, air_samples = 0;
+  std::vector<std::uint32_t> drops;
+};
+
+void keep_larger(Extreme& kept, const Extreme& other) {
+  if (other.value > kept.value) kept = other;
+}
+
+std::string number(double value, int decimals) {
+  char text[64];
+  return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, decimals).ptr};
+}
+
+std::string text_of(const TracePlace& p) {
+  if (p.block == 0) return "nowhere";
+  return "block " + std::to_string(p.block) + " (line " + std::to_string(p.line) + ", planned move " +
+         std::to_string(p.move) + (p.facet == kNoFacet ? "" : ", facet " + std::to_string(p.facet)) +
+         ") at (" + number(p.tip.x, 3) + ", " + number(p.tip.y, 3) + ", " + number(p.tip.z, 3) + ")";
+}
+
+/// Runs task(0..count-1) on `threads` threads, in no particular order.
+template <class Task>
+void in_parallel(std::size_t count, int threads, const Task& task) {
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t i = next++; i < count; i = next++) task(i);
+  };
+  std::vector<std::thread> helpers;
+  for (int i = 1; i < threads; ++i) helpers.emplace_back(work);
+  work();
+  for (std::thread& helper : helpers) helper.join();
+}
+
+class Verifier {
+ public:
+  Verifier(const Job& job, const Mesh& part, const ToolPath& planned, const std::vector<TraceRow>& trace,
+           const VerifyOptions& options)
+      : job_(job),
+        mesh_(part),
+        planned_(planned),
+        trace_(trace),
+        options_(options),
+        part_(part),
+        walk_(planned),
+        blocks_(executed_blocks(trace)),
+        radius_(job.plan.cutter.radius() + job.plan.allowance) {
+    report_.tolerance = options.tolerance > 0.0 ? options.tolerance : job.plan.tolerance;
+    report_.axis_tolerance = options.axis_tolerance;
+    sampling_ = {options.samples_per_block, options.max_step > 0.0 ? options.max_step : radius_ / 4.0,
+                 job.plan.cutter.shank_length};
+    // Steps below half the radius cannot jump across the surface unseen: see judge_start.
+    sampling_.max_step = std::min(sampling_.max_step, radius_ / 2.0);
+  }
+
+  Result<void> run(const Progress& progress);
+  VerifyReport report(const std::vector<Block>& program);
+
+ private:
+  void sample(std::vector<Sampled>& batch) const;
+  void follow(std::vector<Sampled>& batch);
+  void measure(const Sampled& block, Findings& found) const;
+  void measure_contact(const Pose& pose, const TracePlace& place, std::uint32_t& hint, Findings& found) const;
+  void judge_start(const Pose& start);
+  void collect_missed();
+  void judge();
+  TracePlace place_of(const Sampled& block, std::size_t i) const;
+  std::uint32_t source_of(std::uint32_t facet) const {
+    return facet < mesh_.source.size() ? mesh_.source[facet] : facet;
+  }
+
+  const Job& job_;
+  const Mesh& mesh_;
+  const ToolPath& planned_;
+  const std::vector<TraceRow>& trace_;
+  const VerifyOptions& options_;
+  PartDistance part_;
+  PathWalk walk_;
+  std::vector<ExecutedBlock> blocks_;
+  double radius_;
+  Sampling sampling_;
+  Pose at_;
+  std::vector<std::uint64_t> drops_ = std::vector<std::uint64_t>(kDropBins + 1, 0);
+  VerifyReport report_;
+};
+
+TracePlace Verifier::place_of(const Sampled& block, std::size_t i) const {
+  const TraceRow& row = trace_[blocks_[block.block].to];
+  return {row.block, row.command.line, block.moves.empty() ? 0 : block.moves[i], kNoFacet,
+          block.poses[i].tip};
+}
+
+void Verifier::sample(std::vector<Sampled>& batch) const {
+  in_parallel((batch.size() + kChunkBlocks - 1) / kChunkBlocks, options_.threads, [&](std::size_t chunk) {
+    const std::size_t end = std::min(batch.size(), (chunk + 1) * kChunkBlocks);
+    for (std::size_t i = chunk * kChunkBlocks; i < end; ++i) {
+      const ExecutedBlock& block = blocks_[batch[i].block];
+      batch[i].poses.clear();
+      sample_block(job_.machine.model, job_.setup, trace_[block.from].command.target,
+                   trace_[block.to].command.target, sampling_, batch[i].poses);
+    }
+  });
+}
+
+/// Walks along the planned path; notes each pose's move, the deviations and the lengths.
+void Verifier::follow(std::vector<Sampled>& batch) {
+  for (Sampled& block : batch) {
+    block.moves.assign(block.poses.size(), 0);
+    const bool rapid = trace_[blocks_[block.block].to].command.op == Op::kRapid;
+    for (std::size_t i = 0; i < block.poses.size(); ++i) {
+      const PathPlace at = walk_.step(block.poses[i]);
+      block.moves[i] = at.move;
+      const TracePlace place = place_of(block, i);
+      keep_larger(rapid ? report_.rapid_deviation : report_.tip_deviation, {at.distance, place});
+      if (!rapid) keep_larger(report_.axis_deviation, {Angle::from_radians(at.angle).degrees(), place});
+      const double way = distance(at_.tip, block.poses[i].tip);
+      const MoveKind kind = planned_.moves[at.move].kind;
+      (rapid                    ? report_.rapid_length
+       : kind == MoveKind::kCut ? report_.cut_length
+                                : report_.plunge_length) += way;
+      at_ = block.poses[i];
+    }
+  }
+}
+
+void Verifier::measure(const Sampled& block, Findings& found) const {
+  const bool rapid = trace_[blocks_[block.block].to].command.op == Op::kRapid;
+  Extreme& deepest = rapid ? found.rapid_overlap : found.gouge;
+  std::uint32_t hint = kNoFacet;
+  for (std::size_t i = 0; i < block.poses.size(); ++i) {
+    const Pose& pose = block.poses[i];
+    const Segment tool = tool_segment(pose.tip, pose.axis, job_.plan.cutter.radius(), sampling_.shank_length);
+    // Only what is deeper than the deepest so far is of interest: that bounds the search.
+    const Hit hit = part_.nearest(tool, radius_ - deepest.value);
+    if (hit.facet != kNoFacet && radius_ - hit.value > deepest.value) {
+      deepest = {radius_ - hit.value, place_of(block, i)};
+      deepest.place.facet = source_of(hit.facet);
+    }
+    ++found.samples;
+    if (!rapid && planned_.moves[block.moves[i]].kind == MoveKind::kCut)
+      measure_contact(pose, place_of(block, i), hint, found);
+  }
+}
+
+void Verifier::measure_contact(const Pose& pose, const TracePlace& place, std::uint32_t& hint,
+                               Findings& found) const {
+  const Point<Part> centre = pose.tip + pose.axis * job_.plan.cutter.radius();
+  const Hit drop = part_.first_touch(centre, -pose.axis, radius_, kMaxDrop, hint);
+  ++found.cut_samples;
+  ++found.drops[std::min(kDropBins, static_cast<std::size_t>(drop.value / kDropBin))];
+  if (drop.facet != kNoFacet) hint = drop.facet;
+  Extreme dropped{drop.value, place}, gap{drop.value, place};
+  dropped.place.facet = gap.place.facet = drop.facet == kNoFacet ? kNoFacet : source_of(drop.facet);
+  keep_larger(found.drop, dropped);
+  // The gap is never larger than the drop.
+  if (drop.value <= std::min(found.gap.value, report_.tolerance)) return;
+  const Hit near = part_.nearest(centre);
+  gap.value = std::max(0.0, near.value - radius_);
+  if (gap.value > report_.tolerance) ++found.air_samples;
+  gap.place.facet = source_of(near.facet);
+  keep_larger(found.gap, gap);
+}
+
+/// Where the motion starts decides for all of it: between two samples no point of the tool moves more than
+/// half a radius, so to get from outside to inside its axis would have to come nearer to the surface than
+/// that, and such a gouge is found.
+void Verifier::judge_start(const Pose& start) {
+  const Point<Part> centre = start.tip + start.axis * job_.plan.cutter.radius();
+  if (part_.winding_number(centre) <= kInside) return;
+  const TraceRow& row = trace_[blocks_.front().from];
+  report_.rapid_overlap = {
+      radius_, {row.block, row.command.line, 0, source_of(part_.nearest(centre).facet), start.tip}};
+}
+
+Result<void> Verifier::run(const Progress& progress) {
+  if (mesh_.facets.empty()) return fail(Code::kInput, "verify: the part has no facets");
+  if (blocks_.empty())
+    return fail(Code::kInput, "verify: the trace has no motion after its first block; was the program run?");
+  at_ = forward_by_frames(job_.machine.model, job_.setup, trace_[blocks_.front().from].command.target);
+  walk_.step(at_);
+  judge_start(at_);
+  std::vector<Sampled> batch;
+  for (std::size_t begin = 0; begin < blocks_.size(); begin += kBatchBlocks) {
+    if (progress && !progress("verify", static_cast<double>(begin) / static_cast<double>(blocks_.size())))
+      return fail(Code::kCancelled, "verification was cancelled");
+    batch.resize(std::min(kBatchBlocks, blocks_.size() - begin));
+    for (std::size_t i = 0; i < batch.size(); ++i) batch[i].block = begin + i;
+    sample(batch);
+    follow(batch);
+    const std::size_t chunks = (batch.size() + kChunkBlocks - 1) / kChunkBlocks;
+    std::vector<Findings> findings(chunks);
+    in_parallel(chunks, options_.threads, [&](std::size_t chunk) {
+      findings[chunk].drops.assign(kDropBins + 1, 0);
+      const std::size_t end = std::min(batch.size(), (chunk + 1) * kChunkBlocks);
+      for (std::size_t i = chunk * kChunkBlocks; i < end; ++i) measure(batch[i], findings[chunk]);
+    });
+    for (const Findings& f : findings) {
+      keep_larger(report_.gouge, f.gouge), keep_larger(report_.rapid_overlap, f.rapid_overlap);
+      keep_larger(report_.gap, f.gap), keep_larger(report_.drop, f.drop);
+      report_.samples += f.samples, report_.cut_samples += f.cut_samples;
+      report_.air_samples += f.air_samples;
+      for (std::size_t b = 0; b <= kDropBins; ++b) drops_[b] += f.drops[b];
+    }
+  }
+  if (progress) progress("verify", 1.0);
+  return {};
+}
+
+/// Every planned end of a feed move must have been visited.
+void Verifier::collect_missed() {
+  for (std::size_t m = 0; m < planned_.moves.size(); ++m) {
+    const bool feed = planned_.moves[m].kind != MoveKind::kRapid;
+    if (feed && walk_.visited()[m] > report_.missed_point.value)
+      report_.missed_point = {
+          walk_.visited()[m],
+          {0, 0, static_cast<std::uint32_t>(m), planned_.moves[m].facet, planned_.moves[m].pose.tip}};
+  }
+}
+
+void Verifier::judge() {
+  const auto limit = [&](const Extreme& e, double most, const char* unit, const std::string& what) {
+    if (e.value <= most) return;
+    report_.failures.push_back(what + " " + (std::isinf(e.value) ? "never" : number(e.value, 4) + unit) +
+                               " (limit " + number(most, 4) + unit + "): " +
+                               (e.place.block > 0
+                                    ? text_of(e.place)
+                                    : "planned move " + std::to_string(e.place.move) + " to (" +
+                                          number(e.place.tip.x, 3) + ", " + number(e.place.tip.y, 3) + ", " +
+                                          number(e.place.tip.z, 3) + ")"));
+  };
+  const double most = report_.tolerance;
+  const ProgramCheck& p = report_.program;
+  if (!p.good())
+    report_.failures.push_back(std::to_string(p.missing) + " blocks missing, " + std::to_string(p.repeated) +
+                               " repeated, " + std::to_string(p.altered) + " altered: " + p.first_difference);
+  limit(report_.tip_deviation, most, " mm", "tip off the planned path by");
+  limit(report_.axis_deviation, report_.axis_tolerance, " degrees", "axis off the planned one by");
+  limit(report_.missed_point, most, " mm", "planned point missed by");
+  limit(report_.gouge, most, " mm", "part gouged by");
+  limit(report_.rapid_overlap, most, " mm", "rapid cuts into the part by");
+  if (static_cast<double>(report_.air_samples) > kAirShare * static_cast<double>(report_.cut_samples))
+    limit(report_.gap, most, " mm",
+          std::to_string(report_.air_samples) + " of " + std::to_string(report_.cut_samples) +
+              " cutting poses in the air, the worst off the part by");
+}
+
+VerifyReport Verifier::report(const std::vector<Block>& program) {
+  report_.program = check_program(program, trace_);
+  report_.seconds = trace_.back().end - trace_[blocks_.front().from].end;
+  collect_missed();
+  std::uint64_t above = 0;
+  std::size_t bin = kDropBins + 1;
+  while (bin > 0 && above + drops_[bin - 1] <= report_.cut_samples / 1000) above += drops_[--bin];
+  report_.drop_999 = std::min(report_.drop.value, static_cast<double>(bin) * kDropBin);
+  judge();
+  return report_;
+}
+
+}  // namespace
+
+Result<VerifyReport> verify(const Job& job, const Mesh& part, const std::vector<Block>& program,
+                            const ToolPath& planned, const std::vector<TraceRow>& trace,
+                            const VerifyOptions& options, const Progress& progress) {
+  if (planned.moves.empty())
+    return fail(Code::kInput, "verify: the planned path has no points; plan the job again");
+  Verifier verifier(job, part, planned, trace, options);
+  if (auto done = verifier.run(progress); !done) return tl::unexpected(done.error());
+  return verifier.report(program);
+}
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,344 @@
+// Brute-force proof of planned paths. Each part is planned at a tolerance of 0.01 mm; then, with the exact
+// distances of sim/ and nothing of the planner's but its map of directions, dense poses along the whole path
+// are held against the part: ball and shank do not gouge, the ball stays in contact, rapids keep clear, and
+// no reachable point of the part keeps more material than passes so far apart must leave.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <random>
+
+#include "pathgen/plan.h"
+#include "pathgen/stl.h"
+#include "sim/distance.h"
+#include "sim/parts.h"
+
+namespace tiltfeed {
+namespace {
+
+using sim::Hit;
+using sim::kInfinity;
+using sim::PartDistance;
+
+constexpr double kTolerance = 0.01;
+constexpr std::size_t kLeastPoses = 150'000;
+constexpr int kSurfacePoints = 20'000;
+// A ball placed on a facet's normal is off by the rounding of its coordinates, mm.
+constexpr double kRounding = 1e-6;
+// Walls steeper than 85 degrees against the axis are counted as steep, not judged.
+constexpr double kLeastFacing = 0.0872;
+
+struct Case {
+  std::string name;  ///< of a formula part, or of a public model
+  AxisFrame axis;
+  Cutter cutter;
+  double side_step;
+  Along along = Along::kX;
+  Direction direction = Direction::kZigzag;
+};
+
+std::string model_file(const std::string& name) {
+  return SOURCE_DIR "/../shared/models/public/" + name + ".stl";
+}
+
+bool is_formula(const std::string& name) { return name == "tyre" || name == "pin" || name == "sphere"; }
+
+const double kC15 = std::cos(kPi / 12), kS15 = std::sin(kPi / 12);
+
+/// Formula parts always; public models where their files are.
+std::vector<Case> cases() {
+  using enum AxisMode;
+  using enum Sense;
+  const Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+  std::vector<Case> all{
+      {"tyre", {kCircle, kInward, {0, 0, 0}, x, -z, 280}, {2, 80, 30}, 0.8},
+      {"tyre", {kCircle, kInward, {0, 0, 0}, x, -z, 280}, {2, 80, 30}, 1.0, Along::kY, Direction::kOneWay},
+      {"pin", {kLine, kOutward, {0, 0, 0}, y, {kS15, 0, kC15}}, {2, 80, 30}, 0.4},
+      {"pin", {kLine, kOutward, {0, 0, 0}, y, {kS15, 0, kC15}}, {2, 80, 30}, 0.4, Along::kY},
+      {"sphere", {kPoint, kOutward, {0, 0, 0}, x, normalized({0, -0.57735, 0.81650})}, {10, 80, 40}, 1.5},
+      {"knob_shifter", {kPoint, kOutward, {0, -5, 125}, x, z}, {4, 80, 30}, 1.0},
+      {"tooth_molar", {kPoint, kOutward, {0, 24.2, -5.4}, x, z}, {1, 60, 20}, 0.1},
+      {"ring_ftc11", {kCircle, kOutward, {0, 0, 0}, y, x, 29}, {2, 60, 20}, 0.3},
+      {"tube_3legs", {kPoint, kOutward, {0, 0, 100}, x, z}, {10, 120, 60}, 3.0},
+      {"halfdonut_solidbin", {kCircle, kOutward, {1.5, 0, 1.5}, x, -z, 1.0}, {0.2, 30, 0.5}, 0.01},
+      {"wheel_in_box", {kFixed, kOutward, {0, 0, 0}, x, z}, {6, 120, 80}, 1.5},
+  };
+  std::erase_if(
+      all, [](const Case& c) { return !is_formula(c.name) && !std::filesystem::exists(model_file(c.name)); });
+  return all;
+}
+
+struct Measured {
+  std::size_t poses = 0, rapid_poses = 0;
+  double gouge = 0.0, contact = 0.0, rapid_overlap = 0.0;
+  double plain_drop = 0.0;     ///< largest drop straight along the axis
+  std::size_t plain_over = 0;  ///< poses whose drop straight along the axis is over the tolerance
+  Pose gouge_at, contact_at, rapid_at;
+};
+
+struct Coverage {
+  std::size_t points = 0;  ///< reachable, within the passes, not steep
+  std::size_t tight = 0;   ///< of these: within the scallop of half the gap between the passes
+  std::size_t steep = 0;   ///< reachable, where passes are further apart along the wall than the radius
+  std::size_t unreachable = 0, outside = 0;
+  std::size_t uncut = 0;  ///< more left than even a whole gap explains
+  double worst_excess = -kInfinity;
+  Point<Part> worst_at;
+};
+
+Pose between(const Pose& a, const Pose& b, double f) {
+  return {lerp(a.tip, b.tip, f), slerp(a.axis, b.axis, f)};
+}
+
+std::string pasteable(const Pose& p) {
+  char text[256];
+  std::snprintf(text, sizeof text, "Pose{{%.9f, %.9f, %.9f}, {%.12f, %.12f, %.12f}}", p.tip.x, p.tip.y,
+                p.tip.z, p.axis.x, p.axis.y, p.axis.z);
+  return text;
+}
+
+class Proof {
+ public:
+  Proof(const Case& c, const CheckedMesh& checked, const ToolPath& path)
+      : case_(c),
+        mesh_(checked.mesh),
+        bounds_(checked.bounds),
+        path_(path),
+        part_(checked.mesh),
+        radius_(c.cutter.radius()),
+        map_(c.axis, 1.0) {}
+
+  Measured measure() const {
+    Measured m;
+    std::size_t cuts = 0;
+    for (const Move& move : path_.moves) cuts += move.kind == MoveKind::kCut ? 1 : 0;
+    const auto per_cut =
+        static_cast<int>(std::max<std::size_t>(3, kLeastPoses / std::max<std::size_t>(cuts, 1) + 1));
+    std::uint32_t hint = kNoFacet;
+    for (std::size_t i = 1; i < path_.moves.size(); ++i) {
+      const Pose &from = path_.moves[i - 1].pose, &to = path_.moves[i].pose;
+      const MoveKind kind = path_.moves[i].kind;
+      if (kind == MoveKind::kCut) {
+        for (int k = 1; k <= per_cut; ++k)
+          measure_cut(between(from, to, static_cast<double>(k) / per_cut), hint, m);
+        continue;
+      }
+      // In steps that no corner of the part slips through.
+      const double way =
+          distance(from.tip, to.tip) + case_.cutter.shank_length * angle_between(from.axis, to.axis);
+      const int steps = std::max(2, static_cast<int>(way / (0.25 * radius_)) + 1);
+      for (int k = 1; k <= steps; ++k) measure_rapid(between(from, to, static_cast<double>(k) / steps), m);
+    }
+    return m;
+  }
+
+  Coverage cover() const;
+
+ private:
+  void measure_cut(const Pose& pose, std::uint32_t& hint, Measured& m) const {
+    ++m.poses;
+    const Hit tool = part_.nearest(sim::tool_segment(pose.tip, pose.axis, radius_, case_.cutter.shank_length),
+                                   radius_ - m.gouge, hint);
+    if (tool.facet != kNoFacet && radius_ - tool.value > m.gouge)
+      m.gouge = radius_ - tool.value, m.gouge_at = pose;
+    const Point<Part> centre = pose.tip + pose.axis * radius_;
+    const Hit drop = part_.first_touch(centre, -pose.axis, radius_, kInfinity, hint);
+    if (drop.facet != kNoFacet) hint = drop.facet;
+    double contact = drop.value;
+    if (drop.value > kTolerance) {
+      ++m.plain_over;
+      m.plain_drop = std::max(m.plain_drop, drop.value);
+      contact = std::min(part_.nearest(centre).value - radius_, above_envelope(centre));
+    }
+    if (contact > m.contact) m.contact = contact, m.contact_at = pose;
+  }
+
+  /// Where the straight drop is no measure (steep walls, edges), the ball is in contact when its gap is
+  /// within the tolerance; or else how far its centre is above the true envelope, when a place on the pass
+  /// may be out by the tolerance: beside a wall or past an edge the drop straight along the axis is as deep
+  /// as the wall is high. Each place is measured from above: the drop of a ball that comes from beyond the
+  /// part.
+  double above_envelope(Point<Part> centre) const {
+    constexpr double kStep = 1e-5;
+    const Point<Flat> flat = map_.flatten(centre);
+    const Point<Flat> ahead = case_.along == Along::kX ? Point<Flat>{flat.x + kStep, flat.y, flat.z}
+                                                       : Point<Flat>{flat.x, flat.y + kStep, flat.z};
+    const Vec3 along = normalized(map_.unflatten(ahead) - map_.unflatten(flat));
+    double least = kInfinity;
+    for (const double shift : {0.0, kTolerance, -kTolerance}) {
+      const Point<Part> beside = centre + along * shift;
+      const Vec3 axis = map_.axis_at(beside);
+      const double high = way_out(beside);
+      const double drop = part_.first_touch(beside + axis * high, -axis, radius_).value - high;
+      least = std::min(least, std::max(0.0, drop));
+    }
+    return least;
+  }
+
+  /// Along the axis to the axis feature (inside work), or to where the part is left behind.
+  double way_out(Point<Part> p) const {
+    const bool inward = case_.axis.mode != AxisMode::kFixed && case_.axis.sense == Sense::kInward;
+    return inward ? std::abs(map_.flatten(p).z) : distance(bounds_.min, bounds_.max);
+  }
+
+  void measure_rapid(const Pose& pose, Measured& m) const {
+    ++m.rapid_poses;
+    const Hit tool = part_.nearest(sim::tool_segment(pose.tip, pose.axis, radius_, case_.cutter.shank_length),
+                                   radius_ - m.rapid_overlap);
+    if (tool.facet != kNoFacet && radius_ - tool.value > m.rapid_overlap)
+      m.rapid_overlap = radius_ - tool.value, m.rapid_at = pose;
+  }
+
+  double across(Point<Flat> f) const { return case_.along == Along::kX ? f.y : f.x; }
+  std::vector<double> pass_places() const;
+  double left_bound(double gap, double slope_cosine) const {
+    const double l = gap / slope_cosine;
+    return std::sqrt(radius_ * radius_ + l * l) - radius_;
+  }
+  bool reachable(Point<Part> centre, Vec3 axis) const;
+  void cover_point(Point<Part> p, Vec3 normal, const std::vector<double>& places, const PartDistance& swept,
+                   Coverage& c) const;
+
+  const Case& case_;
+  const Mesh& mesh_;
+  Box bounds_;
+  const ToolPath& path_;
+  PartDistance part_;
+  double radius_;
+  Deformation map_;
+};
+
+/// Where the passes lie, in flat coordinates of this test's own scale, ascending.
+std::vector<double> Proof::pass_places() const {
+  std::vector<double> places, distinct;
+  for (const Move& move : path_.moves)
+    if (move.kind == MoveKind::kCut)
+      places.push_back(across(map_.flatten(move.pose.tip + move.pose.axis * radius_)));
+  std::sort(places.begin(), places.end());
+  for (const double p : places)
+    if (distinct.empty() || p > distinct.back() + 1e-7) distinct.push_back(p);
+  return distinct;
+}
+
+/// The tool can stand there: nothing in the way of ball and shank, up to the axis feature or out of the part.
+bool Proof::reachable(Point<Part> centre, Vec3 axis) const {
+  const Hit hit = part_.nearest({centre, centre + axis * way_out(centre)}, radius_ - kRounding);
+  return hit.facet == kNoFacet;
+}
+
+void Proof::cover_point(Point<Part> p, Vec3 normal, const std::vector<double>& places,
+                        const PartDistance& swept, Coverage& c) const {
+  const Point<Part> centre = p + normal * radius_;
+  const Vec3 axis = map_.axis_at(centre);
+  if (!reachable(centre, axis)) return void(++c.unreachable);
+  const Point<Flat> flat = map_.flatten(centre);
+  const auto above = std::lower_bound(places.begin(), places.end(), across(flat));
+  if (above == places.begin() || above == places.end()) return void(++c.outside);
+  // A small step across the passes shows their direction and true distance there.
+  constexpr double kStep = 1e-5;
+  const Point<Flat> beside = case_.along == Along::kX ? Point<Flat>{flat.x, flat.y + kStep, flat.z}
+                                                      : Point<Flat>{flat.x + kStep, flat.y, flat.z};
+  const Vec3 sideways = map_.unflatten(beside) - map_.unflatten(flat);
+  const double true_length = length(sideways) / kStep;
+  const double facing = std::abs(dot(axis, normal));
+  const double slope_cosine = facing / std::hypot(facing, dot(normalized(sideways), normal));
+  const double below_gap = (across(flat) - above[-1]) * true_length,
+               above_gap = (*above - across(flat)) * true_length;
+  const double near = std::min(below_gap, above_gap), far = std::max(below_gap, above_gap);
+  if (facing < kLeastFacing || 0.5 * (near + far) / slope_cosine > radius_) return void(++c.steep);
+  ++c.points;
+  const double left = swept.nearest(p).value - radius_;
+  if (left <= left_bound(near, slope_cosine) + kTolerance) ++c.tight;
+  const double excess = left - left_bound(far, slope_cosine) - kTolerance;
+  if (excess > c.worst_excess) c.worst_excess = excess, c.worst_at = p;
+  if (excess > 0.0) ++c.uncut;
+}
+
+Coverage Proof::cover() const {
+  // The track of the ball's centre, as facets without area, which count by their edges.
+  Mesh track;
+  for (std::size_t i = 0; i < path_.moves.size(); ++i) {
+    const Pose& pose = path_.moves[i].pose;
+    track.vertices.push_back(pose.tip + pose.axis * radius_);
+    const auto v = static_cast<std::uint32_t>(i);
+    if (path_.moves[i].kind == MoveKind::kCut) track.facets.push_back({v - 1, v, v});
+  }
+  const PartDistance swept(track);
+  const std::vector<double> places = pass_places();
+  std::vector<double> areas;
+  double sum = 0.0;
+  for (const auto& f : mesh_.facets) {
+    const Point<Part> a = mesh_.vertices[f[0]];
+    sum += 0.5 * length(cross(mesh_.vertices[f[1]] - a, mesh_.vertices[f[2]] - a));
+    areas.push_back(sum);
+  }
+  std::mt19937_64 random(20050101);
+  const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+  Coverage c;
+  for (int i = 0; i < kSurfacePoints; ++i) {
+    const auto facet =
+        static_cast<std::size_t>(std::lower_bound(areas.begin(), areas.end(), unit() * sum) - areas.begin());
+    const auto& f = mesh_.facets[std::min(facet, areas.size() - 1)];
+    const Point<Part> a = mesh_.vertices[f[0]];
+    const Vec3 ab = mesh_.vertices[f[1]] - a, ac = mesh_.vertices[f[2]] - a;
+    double v = unit(), w = unit();
+    if (v + w > 1.0) v = 1.0 - v, w = 1.0 - w;
+    cover_point(a + ab * v + ac * w, normalized(cross(ab, ac)), places, swept, c);
+  }
+  return c;
+}
+
+class Accuracy : public ::testing::TestWithParam<Case> {};
+
+TEST_P(Accuracy, PathIsGougeFreeInContactAndComplete) {
+  const Case& c = GetParam();
+  Stl stl;
+  if (is_formula(c.name)) {
+    stl.facets = *sim::part_by_name(c.name);
+  } else {
+    auto read = read_stl(model_file(c.name), 1.0);
+    ASSERT_TRUE(read) << read.error().message;
+    stl = std::move(*read);
+  }
+  const auto checked = check_mesh(stl);
+  ASSERT_TRUE(checked) << checked.error().message;
+  PlanOptions options;
+  options.name = c.name, options.cutter = c.cutter, options.axis = c.axis;
+  options.along = c.along, options.direction = c.direction, options.side_step = c.side_step;
+  options.tolerance = kTolerance, options.clearance = c.cutter.diameter, options.approach = c.cutter.radius();
+  options.cut_feed = Feed::from_mm_per_min(1000), options.plunge_feed = Feed::from_mm_per_min(300);
+  const auto start = std::chrono::steady_clock::now();
+  const auto planned = plan(*checked, options, {});
+  ASSERT_TRUE(planned) << planned.error().message;
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+  const Proof proof(c, *checked, planned->path);
+  const Measured m = proof.measure();
+  const Coverage k = proof.cover();
+  std::printf(
+      "%s: plan %.2f s, %zu moves; %zu cutting poses: gouge %.5f, contact %.5f (straight drop: %zu over %.2f,"
+      " largest %.3f); %zu rapid poses: overlap %.5f; %zu surface points: %.2f %% within half a gap, %zu "
+      "uncut,"
+      " worst %.5f; %zu steep, %zu unreachable, %zu outside\n",
+      c.name.c_str(), seconds, planned->path.moves.size(), m.poses, m.gouge, m.contact, m.plain_over,
+      kTolerance, m.plain_drop, m.rapid_poses, m.rapid_overlap, k.points,
+      100.0 * static_cast<double>(k.tight) / static_cast<double>(std::max<std::size_t>(k.points, 1)), k.uncut,
+      k.worst_excess, k.steep, k.unreachable, k.outside);
+  EXPECT_GE(m.poses, 100'000u);
+  EXPECT_LE(m.gouge, kTolerance) << pasteable(m.gouge_at);
+  EXPECT_LE(m.contact, kTolerance) << pasteable(m.contact_at);
+  EXPECT_LE(m.rapid_overlap, kTolerance) << pasteable(m.rapid_at);
+  EXPECT_GT(k.points, 100u);
+  EXPECT_EQ(k.uncut, 0u) << k.worst_at.x << ", " << k.worst_at.y << ", " << k.worst_at.z;
+}
+
+INSTANTIATE_TEST_SUITE_P(Parts, Accuracy, ::testing::ValuesIn(cases()), [](const auto& one) {
+  return one.param.name + (one.param.along == Along::kX ? "_along_x" : "_along_y");
+});
+
+}  // namespace
+}  // namespace tiltfeed

@@ -1,0 +1,156 @@
+// Joint paths through, past and about the pole, where the table's angle has no meaning; and random paths that
+// come there often.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/joint_path_check.h"
+
+namespace tiltfeed {
+namespace {
+
+using namespace joint_check;
+
+TEST(JointPole, ConeThroughThePole) {
+  const Rotation incline = rotation_about({0, 1, 0}, Angle::from_degrees(15).radians());
+  JointPath joints;
+  expect_good(sampled(720,
+                      [&](double f) {
+                        const Vec3 axis =
+                            rotation_about(incline * Vec3{0, 0, 1}, 2 * kPi * f) * (incline * axis_at(15, 0));
+                        return Pose{Point<Part>{} + axis * 30.0, normalized(axis)};
+                      }),
+              trunnion(), &joints);
+  // The head goes through zero: the table turns by 180 degrees in all, smoothly, and never swings in place.
+  EXPECT_NEAR(span(joints, &Joints::a), 60.0, 0.3);
+  EXPECT_NEAR(span(joints, &Joints::c), 180.0, 1.0);
+}
+
+std::vector<Pose> past_the_pole(double distance_deg, double tilt_deg = 25) {
+  // A great circle whose nearest approach to the pole is `distance_deg`.
+  const double d = Angle::from_degrees(distance_deg).radians(), t = Angle::from_degrees(tilt_deg).radians();
+  const Vec3 nearest{0, std::sin(d), std::cos(d)}, along{1, 0, 0};
+  return {{{30, 0, 0}, normalized(nearest * std::cos(t) - along * std::sin(t))},
+          {{40, 25, 0}, normalized(nearest * std::cos(t) + along * std::sin(t))}};
+}
+
+TEST(JointPole, CrossesThePole) {
+  for (const double distance : {0.0, 1e-9, 0.001, 0.01, 0.05, 0.3, 2.0}) {
+    for (const Vec3 head : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, std::sqrt(0.5), std::sqrt(0.5)}}) {
+      SCOPED_TRACE(testing::Message() << distance << " degrees off, head y " << head.y);
+      JointPath joints;
+      expect_good(past_the_pole(distance), trunnion(head), &joints);
+      if (distance < 0.02 && head.z == 0.0) {
+        // The head goes through zero and the table stands nearly still.
+        EXPECT_LT(span(joints, &Joints::c), distance < 1e-6 ? 0.001 : 60.0);
+        EXPECT_NEAR(span(joints, &Joints::a), 50.0, 0.01);
+        EXPECT_LT(joints.moves.size(), 120u);
+      }
+    }
+  }
+}
+
+TEST(JointPole, CrossesThePoleWithAHeadThatEndsThere) {
+  MachineModel m = trunnion();
+  m.tilt.min = 0;
+  for (const double distance : {0.0, 0.001, 0.01, 0.3}) {
+    SCOPED_TRACE(testing::Message() << distance << " degrees off");
+    JointPath joints;
+    expect_good(past_the_pole(distance), m, &joints);
+    EXPECT_NEAR(span(joints, &Joints::c), 180.0, 5.0);
+    EXPECT_GE(joints.report.min.a, 0.0);
+    if (distance < 0.02) {
+      EXPECT_EQ(joints.report.pole_swings, 1u);
+    }
+  }
+}
+
+TEST(JointPole, NeverTurnsTheTableByHalfATurnInOneBlock) {
+  // On the table's axis, nearly upright: a half turn would keep every tolerance and has no direction.
+  MachineModel m = trunnion();
+  m.tilt.min = 0;
+  for (const double azimuth : {0.0, 37.0}) {
+    JointPath joints;
+    const Checked worst = expect_good(
+        {{{-20, 10, 0}, axis_at(0.04, azimuth)}, {{-20, 10, 5}, axis_at(0.04, azimuth + 180)}}, m, &joints);
+    EXPECT_NEAR(span(joints, &Joints::c), 180.0, 1e-3);
+    EXPECT_LT(worst.largest_turn, 180.0);
+  }
+}
+
+TEST(JointPole, CrossesThePoleWithoutLeaveToHold) {
+  // So tight that the table must follow the axis round the pole.
+  JointPathOptions options;
+  options.tolerance = 0.0002;
+  options.axis_tolerance = 0.001;
+  options.linear_decimals = 6;
+  options.rotary_decimals = 6;
+  JointPath joints;
+  expect_good(past_the_pole(0.001), trunnion(), &joints, options);
+  EXPECT_NEAR(span(joints, &Joints::c), 180.0, 1.0);
+}
+
+TEST(JointPole, LeavesThePoleInAnyDirection) {
+  for (int azimuth = -180; azimuth < 180; azimuth += 15) {
+    JointPath joints;
+    expect_good({{{10, 0, 0}, {0, 0, 1}},
+                 {{20, 5, 0}, {0, 0, 1}},
+                 {{30, 0, 5}, axis_at(30, azimuth)},
+                 {{0, 0, 0}, {0, 0, 1}},
+                 {{5, 0, 0}, {0, 0, 1}}},
+                trunnion(), &joints);
+    ASSERT_GE(joints.moves.size(), 2u);
+    EXPECT_LE(span(joints, &Joints::c), 90.1) << "a head of both signs needs a quarter turn at most";
+    // At the pole the table holds.
+    EXPECT_EQ(joints.moves.back().joints.c, joints.moves[joints.moves.size() - 2].joints.c);
+  }
+}
+
+TEST(JointPole, WandersAboutThePole) {
+  expect_good(sampled(400,
+                      [](double f) {
+                        const double t = 2 * kPi * f;
+                        return Pose{{20 * std::cos(t), 20 * std::sin(3 * t), 0},
+                                    axis_at(0.2 * std::abs(std::sin(7 * t)), 400 * f)};
+                      }),
+              trunnion());
+}
+
+/// Random poses, a third of them near the pole, on machines with every sign, zero and head.
+TEST(JointPole, RandomPathsOnRandomMachines) {
+  const double half = std::sqrt(0.5);
+  const Vec3 heads[]{{1, 0, 0}, {0, 1, 0}, {-0.6, 0.8, 0}, {0, half, half}};
+  for (unsigned seed = 1; seed <= 160; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> mm(-80, 80), degrees(-180, 180), unit(0, 1);
+    MachineModel m = trunnion(heads[seed % 4]);
+    m.tilt.sign = unit(random) < 0.5 ? -1 : 1;
+    m.rotary.sign = unit(random) < 0.5 ? -1 : 1;
+    m.tilt.zero = 10 * unit(random);
+    m.rotary.zero = degrees(random);
+    m.tilt.min = m.tilt.zero - 181;
+    m.tilt.max = m.tilt.zero + 181;
+    // Every fourth machine has a head that ends at the pole, on one side or the other.
+    if (seed % 4 == 1 && unit(random) < 0.5) m.tilt.min = m.tilt.zero;
+    if (seed % 4 == 2 && unit(random) < 0.5) m.tilt.max = m.tilt.zero;
+    tiltfeed::Setup setup = standing();
+    setup.fixture = rotation_about(axis_at(degrees(random), degrees(random)), 0.4 * unit(random));
+    std::vector<Pose> poses;
+    for (int i = 0; i < 12; ++i) {
+      const double tilt = unit(random) < 0.33 ? std::pow(10.0, -6 + 7 * unit(random)) : 85 * unit(random);
+      poses.push_back({{mm(random), mm(random), mm(random)},
+                       normalized(transposed(setup.fixture) * axis_at(tilt, degrees(random)))});
+    }
+    const ToolPath path = path_of(poses, seed % 3 == 0 ? MoveKind::kRapid : MoveKind::kCut);
+    const auto joints = to_joints(path, m, setup, {});
+    ASSERT_TRUE(joints) << joints.error().message;
+    check_densely(path, m, setup, {}, *joints);
+    ASSERT_FALSE(HasFailure());
+  }
+}
+
+}  // namespace
+}  // namespace tiltfeed

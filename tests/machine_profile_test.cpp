@@ -1,0 +1,233 @@
+// Machine profiles: values, defaults, every kind of bad input with its exact place.
+
+#include "config/machine_profile.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+#include <vector>
+
+#include "config/key_names.h"
+#include "tests/bad_text.h"
+
+namespace tiltfeed {
+namespace {
+
+const std::string kPath = "shop/m.yaml";
+
+const std::string kGood =
+    "name: nutator 5\n"                                                                     // 1
+    "linear:\n"                                                                             // 2
+    "  x: {min_mm: -1, max_mm: 2, velocity_mm_per_min: 3, acceleration_mm_per_s2: 4}\n"     // 3
+    "  y: {min_mm: -5, max_mm: 6, velocity_mm_per_min: 7, acceleration_mm_per_s2: 8}\n"     // 4
+    "  z: {min_mm: -9, max_mm: 10, velocity_mm_per_min: 11, acceleration_mm_per_s2: 12}\n"  // 5
+    "tilt:\n"                                                                               // 6
+    "  letter: B\n"                                                                         // 7
+    "  direction: [0, 3, 4]\n"                                                              // 8
+    "  sign: -1\n"                                                                          // 9
+    "  zero_deg: 1.5\n"                                                                     // 10
+    "  min_deg: -30\n"                                                                      // 11
+    "  max_deg: 95\n"                                                                       // 12
+    "  velocity_deg_per_min: 13\n"                                                          // 13
+    "  acceleration_deg_per_s2: 14\n"                                                       // 14
+    "rotary: {letter: C, direction: [0, 0, 2], sign: +1, min_deg: -360, max_deg: 720,\n"    // 15
+    "         velocity_deg_per_min: 15, acceleration_deg_per_s2: 16}\n"                     // 16
+    "table_centre_mm: [17, 18, 19]\n"                                                       // 17
+    "pivot_to_gauge_mm: [1.5, -22, -145.4]\n"                                               // 18
+    "program:\n"                                                                            // 19
+    "  dialect: grbl\n"                                                                     // 20
+    "  linear_decimals: 3\n"                                                                // 21
+    "  rotary_decimals: 5\n"                                                                // 22
+    "  max_line_length: 70\n"                                                               // 23
+    "  line_numbers: true\n"                                                                // 24
+    "  max_inverse_time_per_min: 9999.5\n"                                                  // 25
+    "link: {default: \"serial:/dev/ttyACM0\", receive_buffer_bytes: 1024}\n";               // 26
+
+Result<MachineProfile> parse(const std::string& from, const std::string& to) {
+  return parse_machine(replaced(kGood, from, to), kPath);
+}
+
+void expect_linear(const LinearAxis& axis, LinearAxis expected) {
+  EXPECT_EQ(axis.min, expected.min);
+  EXPECT_EQ(axis.max, expected.max);
+  EXPECT_EQ(axis.velocity, expected.velocity);
+  EXPECT_EQ(axis.acceleration, expected.acceleration);
+}
+
+TEST(MachineProfile, ReadsEveryValue) {
+  const Result<MachineProfile> profile = parse_machine(kGood, kPath);
+  ASSERT_TRUE(profile.has_value()) << profile.error().message;
+  EXPECT_EQ(profile->path, kPath);
+  const MachineModel& model = profile->model;
+  EXPECT_EQ(model.name, "nutator 5");
+  expect_linear(model.x, {-1, 2, 3, 4});
+  expect_linear(model.y, {-5, 6, 7, 8});
+  expect_linear(model.z, {-9, 10, 11, 12});
+  EXPECT_EQ(model.tilt.letter, 'B');
+  EXPECT_NEAR(length(model.tilt.direction - Vec3{0, 0.6, 0.8}), 0.0, 1e-15);
+  EXPECT_EQ(model.tilt.sign, -1);
+  EXPECT_EQ(model.tilt.zero, 1.5);
+  EXPECT_EQ(model.tilt.min, -30.0);
+  EXPECT_EQ(model.tilt.max, 95.0);
+  EXPECT_EQ(model.tilt.velocity, 13.0);
+  EXPECT_EQ(model.tilt.acceleration, 14.0);
+  EXPECT_EQ(model.rotary.letter, 'C');
+  EXPECT_EQ(model.rotary.direction, (Vec3{0, 0, 1}));
+  EXPECT_EQ(model.rotary.sign, +1);
+  EXPECT_EQ(model.rotary.zero, 0.0);
+  EXPECT_EQ(model.rotary.min, -360.0);
+  EXPECT_EQ(model.rotary.max, 720.0);
+  EXPECT_EQ(model.rotary.velocity, 15.0);
+  EXPECT_EQ(model.rotary.acceleration, 16.0);
+  EXPECT_EQ(model.table_centre, (Point<MachineSpace>{17, 18, 19}));
+  EXPECT_EQ(model.pivot_to_gauge, (Vec3{1.5, -22, -145.4}));
+  EXPECT_EQ(profile->format.dialect, Dialect::kGrbl);
+  EXPECT_EQ(profile->format.linear_decimals, 3);
+  EXPECT_EQ(profile->format.rotary_decimals, 5);
+  EXPECT_EQ(profile->format.max_line_length, 70);
+  EXPECT_TRUE(profile->format.line_numbers);
+  EXPECT_EQ(profile->format.max_inverse_time, 9999.5);
+  EXPECT_EQ(profile->link, "serial:/dev/ttyACM0");
+  EXPECT_EQ(profile->receive_buffer, 1024);
+}
+
+TEST(MachineProfile, ProgramAndLinkMayBeLeftOut) {
+  const std::string least =
+      replaced(kGood.substr(0, kGood.find("program:")), "table_centre_mm: [17, 18, 19]\n", "");
+  const Result<MachineProfile> profile = parse_machine(least, kPath);
+  ASSERT_TRUE(profile.has_value()) << profile.error().message;
+  EXPECT_EQ(profile->model.table_centre, (Point<MachineSpace>{0, 0, 0}));
+  EXPECT_EQ(profile->format.dialect, Dialect::kRs274);
+  EXPECT_EQ(profile->format.linear_decimals, 4);
+  EXPECT_EQ(profile->format.rotary_decimals, 4);
+  EXPECT_EQ(profile->format.max_line_length, 79);
+  EXPECT_FALSE(profile->format.line_numbers);
+  EXPECT_EQ(profile->format.max_inverse_time, 100000.0);
+  EXPECT_EQ(profile->link, "");
+  EXPECT_EQ(profile->receive_buffer, 127);
+}
+
+TEST(MachineProfile, ALongLineNeedsABufferOnlyWhereCharactersAreCounted) {
+  const std::string no_link =
+      replaced(kGood, "link: {default: \"serial:/dev/ttyACM0\", receive_buffer_bytes: 1024}\n", "");
+  const std::string long_line = replaced(no_link, "max_line_length: 70", "max_line_length: 252");
+  EXPECT_TRUE(parse_machine(replaced(long_line, "dialect: grbl", "dialect: rs274"), kPath).has_value());
+  expect_bad(parse_machine(long_line, kPath), kPath,
+             {"", "252 bytes", "1:1", "127 bytes do not hold a line"});
+  EXPECT_TRUE(parse("receive_buffer_bytes: 1024", "receive_buffer_bytes: 71").has_value());  // 70 + line end
+}
+
+const std::vector<BadText> kBadTexts = {
+    {"", "", "1:1", "empty"},
+    {"name: nutator 5", "name: nutator (5)", "1:7", "1 to 40 of the letters"},
+    {"name: nutator 5\n", "", "1:1", "missing key 'name'"},
+    {"tilt:", "head:", "6:1", "unknown key 'head'"},
+    {"linear:", "linears:", "2:1", "nearest known key: linear"},
+    {"  z: {", "  w: {", "5:3", "unknown key 'w' in linear"},
+    {"  y: {", "  x: {", "4:3", "duplicate key 'x', first given on line 3"},
+    {"min_mm: -5, ", "", "4:6", "missing key 'linear.y.min_mm'"},
+    {"min_mm: -1", "min_mm: 2", "3:26", "2 mm is not above min_mm, 2 mm"},
+    {"max_mm: 10", "max_mm: -9.5", "5:27", "-9.5 mm is not above min_mm, -9 mm"},
+    {"velocity_mm_per_min: 3", "velocity_mm_per_s: 3", "3:30", "nearest known key: velocity_mm_per_min"},
+    {"velocity_mm_per_min: 3", "velocity_mm_per_min: 0", "3:51", "above 0"},
+    {"acceleration_mm_per_s2: 8", "acceleration_mm_per_s2: -8", "4:78", "number of mm/s^2 above 0"},
+    {"letter: B", "letter: X", "7:11", "one of the letters A B C E U V W, found 'X'"},
+    {"letter: B", "letter: Y", "7:11", "A B C E U V W"},
+    {"letter: B", "letter: Z", "7:11", "A B C E U V W"},
+    {"letter: B", "letter: F", "7:11", "A B C E U V W"},
+    {"letter: B", "letter: G", "7:11", "A B C E U V W"},
+    {"letter: B", "letter: M", "7:11", "A B C E U V W"},
+    {"letter: B", "letter: N", "7:11", "A B C E U V W"},
+    {"letter: B", "letter: S", "7:11", "A B C E U V W"},
+    {"letter: B", "letter: T", "7:11", "A B C E U V W"},
+    {"letter: B", "letter: b", "7:11", "A B C E U V W"},
+    {"letter: B", "letter: AB", "7:11", "A B C E U V W"},
+    {"letter: B", "letter: \"\"", "7:11", "expected a text"},
+    {"letter: B", "letter: C", "15:18", "C is tilt.letter too"},
+    {"direction: [0, 3, 4]", "direction: [0, 0, -1]", "8:14", "it is vertical"},
+    {"direction: [0, 3, 4]", "direction: [0, 0.01, 1]", "8:14", "at least 1 degree"},
+    {"direction: [0, 3, 4]", "direction: [0, 0, 0]", "8:14", "zero vector"},
+    {"direction: [0, 0, 2]", "direction: [0, 0, -1]", "15:32", "expected [0, 0, 1]"},
+    {"direction: [0, 0, 2]", "direction: [0, 1e-9, 1]", "15:32", "expected [0, 0, 1]"},
+    {"sign: -1", "sign: 0", "9:9", "expected one of 1, +1, -1, found '0'"},
+    {"sign: -1", "sign: -1.0", "9:9", "expected one of 1, +1, -1"},
+    {"sign: -1", "sign: minus", "9:9", "expected one of 1, +1, -1"},
+    {"zero_deg: 1.5", "zero_rad: 1.5", "10:3", "nearest known key: zero_deg (unit: degrees)"},
+    {"min_deg: -30", "min_deg: 95", "12:12", "95 degrees is not above min_deg, 95 degrees"},
+    {"min_deg: -30", "min_deg: -361", "11:12", "at least -360"},
+    {"max_deg: 720", "max_deg: -361", "15:77", "not above min_deg"},
+    {"velocity_deg_per_min: 13", "velocity_deg_per_min: .inf", "13:25", "it must be finite"},
+    {"[1.5, -22, -145.4]", "[1.5, -22, 0]", "18:20", "expected it below 0"},
+    {"[1.5, -22, -145.4]", "[1.5, -22]", "18:20", "[x, y, z]"},
+    {"pivot_to_gauge_mm: [1.5, -22, -145.4]\n", "", "1:1", "missing key 'pivot_to_gauge_mm'"},
+    {"dialect: grbl", "dialect: fanuc", "20:12", "expected one of rs274, grbl, found 'fanuc'"},
+    {"linear_decimals: 3", "linear_decimals: 0", "21:20", "a whole number from 1 to 6"},
+    {"linear_decimals: 3", "linear_decimals: 7", "21:20", "a whole number from 1 to 6"},
+    {"linear_decimals: 3", "linear_decimals: 3.0", "21:20",
+     "expected a whole number, found '3.0'; write digits only"},
+    {"linear_decimals: 3", "linear_decimals: 03", "21:20", "without the leading zero"},
+    {"linear_decimals: 3", "linear_decimals: \"3\"", "21:20", "remove the quotes"},
+    {"linear_decimals: 3", "linear_decimals: three", "21:20", "expected a whole number, found 'three'"},
+    {"linear_decimals: 3", "linear_decimals: [3]", "21:20", "found a list of 1"},
+    {"linear_decimals: 3", "linear_decimals: 99999999999999999999", "21:20", "out of range"},
+    {"rotary_decimals: 5", "rotary_decimals:", "22:3", "found nothing"},
+    {"max_line_length: 70", "max_line_length: 15", "23:20", "from 16 to 4096"},
+    {"line_numbers: true", "line_numbers: yes", "24:17", "expected one of true, false, found 'yes'"},
+    {"max_inverse_time_per_min: 9999.5", "max_inverse_time_per_min: 0", "25:29", "above 0"},
+    {"receive_buffer_bytes: 1024", "receive_buffer_bytes: 70", "26:62", "lower max_line_length"},
+    {"receive_buffer_bytes: 1024", "receive_buffer_bytes: 65537", "26:62",
+     "number of bytes from 17 to 65536"},
+    {"receive_buffer_bytes: 1024", "receive_buffer: 1024", "26:40",
+     "nearest known key: receive_buffer_bytes"},
+};
+
+TEST(MachineProfile, EveryKindOfBadInputHasItsPlace) {
+  for (const BadText& bad : kBadTexts) expect_bad(parse(bad.from, bad.to), kPath, bad);
+}
+
+TEST(MachineProfile, DescribesEveryValue) {
+  const Result<MachineProfile> profile = parse_machine(kGood, kPath);
+  ASSERT_TRUE(profile.has_value());
+  EXPECT_EQ(describe(*profile),
+            "file: shop/m.yaml\n"
+            "name: nutator 5\n"
+            "linear.x.min_mm: -1\nlinear.x.max_mm: 2\n"
+            "linear.x.velocity_mm_per_min: 3\nlinear.x.acceleration_mm_per_s2: 4\n"
+            "linear.y.min_mm: -5\nlinear.y.max_mm: 6\n"
+            "linear.y.velocity_mm_per_min: 7\nlinear.y.acceleration_mm_per_s2: 8\n"
+            "linear.z.min_mm: -9\nlinear.z.max_mm: 10\n"
+            "linear.z.velocity_mm_per_min: 11\nlinear.z.acceleration_mm_per_s2: 12\n"
+            "tilt.letter: B\ntilt.direction: [0, 0.6, 0.8]\ntilt.sign: -1\ntilt.zero_deg: 1.5\n"
+            "tilt.min_deg: -30\ntilt.max_deg: 95\n"
+            "tilt.velocity_deg_per_min: 13\ntilt.acceleration_deg_per_s2: 14\n"
+            "rotary.letter: C\nrotary.direction: [0, 0, 1]\nrotary.sign: 1\nrotary.zero_deg: 0\n"
+            "rotary.min_deg: -360\nrotary.max_deg: 720\n"
+            "rotary.velocity_deg_per_min: 15\nrotary.acceleration_deg_per_s2: 16\n"
+            "table_centre_mm: [17, 18, 19]\n"
+            "pivot_to_gauge_mm: [1.5, -22, -145.4]\n"
+            "program.dialect: grbl\nprogram.linear_decimals: 3\nprogram.rotary_decimals: 5\n"
+            "program.max_line_length: 70\nprogram.line_numbers: true\n"
+            "program.max_inverse_time_per_min: 9999.5\n"
+            "link.default: serial:/dev/ttyACM0\nlink.receive_buffer_bytes: 1024\n");
+}
+
+TEST(KeyNames, TheNearestKeyIsTheSameWordsElseTheLeastEdits) {
+  const std::vector<std::string> known = {"mode", "side_step_mm", "min_deg", "max_deg", "cut_mm_per_min"};
+  EXPECT_EQ(nearest_key("side_step", known), "side_step_mm");
+  EXPECT_EQ(nearest_key("cut", known), "cut_mm_per_min");  // mode is nearer by letters
+  EXPECT_EQ(nearest_key("side_step_inch", known), "side_step_mm");
+  EXPECT_EQ(nearest_key("cut_mm_per_s", known), "cut_mm_per_min");
+  EXPECT_EQ(nearest_key("max_degrees", known), "max_deg");
+  EXPECT_EQ(nearest_key("maxdeg", known), "max_deg");
+  EXPECT_EQ(nearest_key("mde", known), "mode");
+  EXPECT_EQ(nearest_key("mi_deg", known), "min_deg");
+  EXPECT_EQ(nearest_key("m_deg", known), "mode");  // two edits from min_deg too: the first of equals
+  EXPECT_EQ(unit_of("cut_mm_per_min"), "mm/min");
+  EXPECT_EQ(unit_of("acceleration_deg_per_s2"), "degrees/s^2");
+  EXPECT_EQ(unit_of("max_inverse_time_per_min"), "1/min");
+  EXPECT_EQ(unit_of("mode"), "");
+}
+
+}  // namespace
+}  // namespace tiltfeed

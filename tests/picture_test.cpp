@@ -1,0 +1,189 @@
+// sim/picture: the PNG is read back; what is in front hides what is behind, and the path has its colours.
+
+#include "sim/picture.h"
+
+#include <gtest/gtest.h>
+#include <png.h>
+
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "sim/camera.h"
+#include "sim/raster.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+struct Image {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> bytes;
+  std::array<int, 3> at(int x, int y) const {
+    const std::size_t i = (static_cast<std::size_t>(y) * width + x) * 3;
+    return {bytes[i], bytes[i + 1], bytes[i + 2]};
+  }
+  /// Pixels of clearly more red than blue: only cutting moves are.
+  int warm() const {
+    int count = 0;
+    for (std::size_t i = 0; i < bytes.size(); i += 3) count += bytes[i] > bytes[i + 2] + 60 ? 1 : 0;
+    return count;
+  }
+  /// Pixels of clearly more green than red: only rapids are.
+  int cold() const {
+    int count = 0;
+    for (std::size_t i = 0; i < bytes.size(); i += 3) count += bytes[i + 1] > bytes[i] + 50 ? 1 : 0;
+    return count;
+  }
+};
+
+Image read_png(const std::string& path) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  EXPECT_TRUE(png_image_begin_read_from_file(&image, path.c_str()));
+  image.format = PNG_FORMAT_RGB;
+  Image result{static_cast<int>(image.width), static_cast<int>(image.height), {}};
+  result.bytes.resize(PNG_IMAGE_SIZE(image));
+  EXPECT_TRUE(png_image_finish_read(&image, nullptr, result.bytes.data(), 0, nullptr));
+  return result;
+}
+
+std::string file_bytes(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+Mesh plate() {
+  Mesh mesh;
+  for (int i = 0; i < 8; ++i)
+    mesh.vertices.push_back({i & 1 ? 30.0 : -30.0, i & 2 ? 20.0 : -20.0, i & 4 ? 0.0 : -5.0});
+  for (const auto& q : {std::array<std::uint32_t, 4>{0, 2, 3, 1},
+                        {4, 5, 7, 6},
+                        {0, 1, 5, 4},
+                        {2, 6, 7, 3},
+                        {0, 4, 6, 2},
+                        {1, 3, 7, 5}}) {
+    mesh.facets.push_back({q[0], q[1], q[2]});
+    mesh.facets.push_back({q[0], q[2], q[3]});
+  }
+  return mesh;
+}
+
+/// Passes on a plane at height z, the tool from +z.
+ToolPath passes_at(double z) {
+  ToolPath path;
+  for (int pass = 0; pass < 5; ++pass) {
+    const double y = -10.0 + 5.0 * pass;
+    path.moves.push_back({{{-20, y, z + 10}, {0, 0, 1}}, MoveKind::kRapid});
+    path.moves.push_back({{{-20, y, z}, {0, 0, 1}}, MoveKind::kPlunge});
+    for (int i = 1; i <= 20; ++i) path.moves.push_back({{{-20.0 + 2 * i, y, z}, {0, 0, 1}}, MoveKind::kCut});
+    path.moves.push_back({{{20, y, z + 10}, {0, 0, 1}}, MoveKind::kRapid});
+  }
+  return path;
+}
+
+std::string in_test_folder(const std::string& name) {
+  return (std::filesystem::path(::testing::TempDir()) / name).string();
+}
+
+TEST(Picture, HasItsSizePartAndPath) {
+  const std::string file = in_test_folder("picture.png");
+  PictureOptions options;
+  options.width = 640, options.height = 400, options.axes = 5;
+  ASSERT_TRUE(draw_part_with_path(plate(), passes_at(0.0), file, options));
+  const Image image = read_png(file);
+  EXPECT_EQ(image.width, 640);
+  EXPECT_EQ(image.height, 400);
+  EXPECT_GT(image.at(2, 2)[2], 230);  // background
+  EXPECT_GT(image.warm(), 1500);
+  EXPECT_GT(image.cold(), 100);
+  options.rapids = false;
+  ASSERT_TRUE(draw_part_with_path(plate(), passes_at(0.0), file, options));
+  EXPECT_EQ(read_png(file).cold(), 0);
+}
+
+TEST(Picture, PartHidesThePathBehindIt) {
+  const std::string file = in_test_folder("hidden.png");
+  PictureOptions options;
+  options.width = 640, options.height = 400, options.axes = 0, options.rapids = false;
+  ASSERT_TRUE(draw_part_with_path(plate(), passes_at(-4.0), file, options));
+  EXPECT_EQ(read_png(file).warm(), 0);
+}
+
+TEST(Picture, SameInputSameBytes) {
+  const std::string a = in_test_folder("a.png"), b = in_test_folder("b.png");
+  PictureOptions options;
+  options.width = 320, options.height = 200;
+  ASSERT_TRUE(draw_part_with_path(plate(), passes_at(0.0), a, options));
+  ASSERT_TRUE(draw_part_with_path(plate(), passes_at(0.0), b, options));
+  EXPECT_EQ(file_bytes(a), file_bytes(b));
+}
+
+TEST(Picture, WithoutPathOrFromAllRound) {
+  const std::string file = in_test_folder("bare.png");
+  PictureOptions options;
+  options.width = 320, options.height = 200;
+  EXPECT_TRUE(draw_part_with_path(plate(), ToolPath{}, file, options));
+  ToolPath round;
+  for (int i = 0; i <= 72; ++i) {
+    const double turn = 2.0 * kPi * i / 72;
+    const Vec3 axis{0, std::cos(turn), std::sin(turn)};
+    round.moves.push_back({{Point<Part>{} + axis * 35.0, axis}, i == 0 ? MoveKind::kRapid : MoveKind::kCut});
+  }
+  ASSERT_TRUE(draw_part_with_path(plate(), round, file, options));
+  EXPECT_GT(read_png(file).warm(), 100);
+}
+
+TEST(Picture, ErrorsNameTheFile) {
+  const auto empty = draw_part_with_path(Mesh{}, ToolPath{}, "x.png");
+  ASSERT_FALSE(empty);
+  EXPECT_EQ(empty.error().code, Code::kInput);
+  const auto nowhere = draw_part_with_path(plate(), ToolPath{}, in_test_folder("no/such/folder.png"));
+  ASSERT_FALSE(nowhere);
+  EXPECT_EQ(nowhere.error().code, Code::kIo);
+  EXPECT_NE(nowhere.error().message.find("folder.png"), std::string::npos);
+}
+
+TEST(Camera, SeesEverythingAndDepthGrowsAway) {
+  const Mesh part = plate();
+  const ToolPath path = passes_at(0.0);
+  const Camera camera(part, path, 1600, 1000);
+  EXPECT_NEAR(dot(camera.eye(), camera.right()), 0.0, 1e-12);
+  EXPECT_NEAR(dot(camera.eye(), camera.up()), 0.0, 1e-12);
+  EXPECT_NEAR(dot(cross(camera.right(), camera.up()), camera.eye()), 1.0, 1e-12);
+  EXPECT_GT(camera.eye().z, 0.5);  // from where the tool comes
+  for (const Point<Part> p : part.vertices) {
+    const ScreenPoint s = camera.project(p);
+    EXPECT_GE(s.x, 0.0);
+    EXPECT_LE(s.x, 1600.0);
+    EXPECT_GE(s.y, 0.0);
+    EXPECT_LE(s.y, 1000.0);
+    EXPECT_LT(camera.project(p + camera.eye()).depth, s.depth);
+  }
+}
+
+TEST(Raster, NearerTriangleWinsInAnyOrder) {
+  const std::string file = in_test_folder("raster.png");
+  const std::array<ScreenPoint, 3> near{ScreenPoint{0, 0, 1}, ScreenPoint{64, 0, 1}, ScreenPoint{0, 64, 1}},
+      far{ScreenPoint{0, 0, 2}, ScreenPoint{64, 0, 2}, ScreenPoint{0, 64, 2}};
+  const Colour red{1, 0, 0}, blue{0, 0, 1}, black{};
+  for (const bool near_first : {true, false}) {
+    Raster raster(64, 64, {black, black});
+    if (near_first) raster.triangle(near, {red, red, red});
+    raster.triangle(far, {blue, blue, blue});
+    if (!near_first) raster.triangle(near, {red, red, red});
+    raster.line({0, 8, 1.5}, {64, 8, 1.5}, 4, {0, 1, 0}, 1.0, 0.0);    // behind: only right of the triangle
+    raster.line({0, 20, 1.5}, {64, 20, 1.5}, 4, {0, 1, 0}, 1.0, 1.0);  // the bias brings it to the front
+    ASSERT_TRUE(raster.write_png(file, 1));
+    const Image image = read_png(file);
+    EXPECT_EQ(image.at(4, 40), (std::array<int, 3>{255, 0, 0}));
+    EXPECT_EQ(image.at(4, 8), (std::array<int, 3>{255, 0, 0}));
+    EXPECT_EQ(image.at(62, 8), (std::array<int, 3>{0, 255, 0}));
+    EXPECT_EQ(image.at(4, 20), (std::array<int, 3>{0, 255, 0}));
+    EXPECT_EQ(image.at(60, 60), (std::array<int, 3>{0, 0, 0}));
+  }
+}
+
+}  // namespace
+}  // namespace tiltfeed::sim

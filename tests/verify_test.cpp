@@ -1,0 +1,389 @@
+// sim/verify: a small job whose path, joints and contact are known in closed form passes; every kind of
+// damage to it is found, with its size and place.
+
+#include "sim/verify.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "sim/path_walk.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+constexpr double kRadius = 2.0, kShank = 40.0, kPivot = 150.0;
+
+Mesh box_mesh(const std::vector<std::array<Vec3, 2>>& boxes) {
+  Mesh mesh;
+  for (const auto& [low, high] : boxes) {
+    const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (int i = 0; i < 8; ++i)
+      mesh.vertices.push_back({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
+    const std::uint32_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                       {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    for (const auto& q : quads) {
+      mesh.facets.push_back({base + q[0], base + q[1], base + q[2]});
+      mesh.facets.push_back({base + q[0], base + q[2], base + q[3]});
+    }
+  }
+  for (std::uint32_t i = 0; i < mesh.facets.size(); ++i) mesh.source.push_back(i + 1000);
+  return mesh;
+}
+
+/// A plate 60 x 40 with its top at z = 0.
+Mesh plate() { return box_mesh({{Vec3{-30, -20, -10}, Vec3{30, 20, 0}}}); }
+
+Job make_job() {
+  Job job;
+  job.plan.cutter = {2 * kRadius, 100.0, kShank};
+  job.plan.tolerance = 0.01;
+  job.machine.model.tilt.letter = 'A';
+  job.machine.model.rotary.letter = 'C';
+  job.machine.model.rotary.direction = {0, 0, 1};
+  job.machine.model.rotary.sign = -1;
+  job.machine.model.pivot_to_gauge = {0, 0, -(kPivot - 100.0)};
+  job.setup.tool_length = 100.0;
+  return job;
+}
+
+/// (K3) with w = 0, v = (0, 0, -L), written out.
+Joints joints_for(const Pose& p) {
+  const double a = std::atan2(std::hypot(p.axis.x, p.axis.y), p.axis.z), c = std::atan2(p.axis.x, -p.axis.y);
+  return {std::cos(c) * p.tip.x + std::sin(c) * p.tip.y,
+          -std::sin(c) * p.tip.x + std::cos(c) * p.tip.y - kPivot * std::sin(a),
+          p.tip.z + kPivot * (std::cos(a) - 1.0), a * 180.0 / kPi, c * 180.0 / kPi};
+}
+
+Vec3 axis_over(double x, double y) { return normalized({0.2 + 0.004 * x, -0.5 + 0.003 * y, 1.0}); }
+
+/// The ball touches z = 0 at (x, y), lifted by `lift`.
+Pose touching(double x, double y, double lift = 0.0) {
+  const Vec3 axis = axis_over(x, y);
+  return {Point<Part>{x, y, kRadius + lift} - axis * kRadius, axis};
+}
+
+/// Five passes along x, 2 mm apart, in steps of 0.25 mm, each with plunge, retract and rapid.
+ToolPath make_path() {
+  ToolPath path;
+  path.tool = {2 * kRadius, kRadius, 100.0};
+  path.cut_feed = Feed::from_mm_per_min(600), path.plunge_feed = Feed::from_mm_per_min(300);
+  const auto lifted = [](Pose p, double by) { return Pose{p.tip + p.axis * by, p.axis}; };
+  for (int pass = 0; pass < 5; ++pass) {
+    const double y = -4.0 + 2.0 * pass;
+    for (int i = 0; i <= 80; ++i) {
+      const Pose pose = touching((pass % 2 == 0 ? 1 : -1) * (-10.0 + 0.25 * i), y);
+      if (i == 0) {
+        path.moves.push_back({lifted(pose, 12), MoveKind::kRapid});
+        path.moves.push_back({lifted(pose, 2), MoveKind::kRapid});
+        path.moves.push_back({pose, MoveKind::kPlunge});
+      } else {
+        path.moves.push_back({pose, MoveKind::kCut});
+      }
+      if (i == 80) path.moves.push_back({lifted(pose, 12), MoveKind::kRapid});
+    }
+  }
+  return path;
+}
+
+/// One block a move; `executed` may differ from the path.
+std::vector<Block> program_for(const std::vector<Move>& executed) {
+  std::vector<Block> program;
+  Block spindle;
+  spindle.op = Op::kMCode, spindle.m_code = 3;
+  program.push_back(spindle);
+  for (const Move& move : executed) {
+    Block block;
+    block.op = move.kind == MoveKind::kRapid ? Op::kRapid : Op::kFeed;
+    block.inverse_time = block.op == Op::kFeed;
+    block.feed = block.inverse_time ? 2400.0 : 0.0;
+    block.target = joints_for(move.pose);
+    block.line = static_cast<std::uint32_t>(program.size() + 10);
+    program.push_back(block);
+  }
+  spindle.m_code = 2;
+  program.push_back(spindle);
+  return program;
+}
+
+std::vector<TraceRow> run_of(const std::vector<Block>& program) {
+  std::vector<TraceRow> trace;
+  for (const Block& block : program) {
+    TraceRow row;
+    row.block = trace.size() + 1, row.command = block;
+    row.start = trace.empty() ? 0.0 : trace.back().end;
+    row.end = row.start + (block.op == Op::kFeed ? 0.025 : block.op == Op::kRapid ? 0.5 : 0.0);
+    trace.push_back(row);
+  }
+  return trace;
+}
+
+VerifyReport check(const std::vector<Move>& executed, const Mesh& part = plate(), int threads = 2) {
+  const auto program = program_for(executed);
+  VerifyOptions options;
+  options.threads = threads;
+  const ToolPath path = make_path();
+  auto report = verify(make_job(), part, program, path, run_of(program), options, {});
+  EXPECT_TRUE(report.has_value()) << report.error().message;
+  return report ? *report : VerifyReport{};
+}
+
+std::string all(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+TEST(Verify, GoodRunPassesWithTheKnownFigures) {
+  const VerifyReport r = check(make_path().moves);
+  EXPECT_TRUE(r.passed()) << all(r.failures);
+  EXPECT_TRUE(r.program.good());
+  EXPECT_EQ(r.program.blocks, 5u * 84 + 2);
+  // Chords of 0.25 mm: joints move linearly, so the ball is off by micrometres, not by nothing (K6).
+  EXPECT_LT(r.tip_deviation.value, 0.002);
+  EXPECT_GT(r.tip_deviation.value, 1e-7);
+  EXPECT_LT(r.missed_point.value, 1e-9);
+  EXPECT_LT(r.axis_deviation.value, 0.01);
+  EXPECT_LT(r.gouge.value, 0.002);
+  EXPECT_LT(r.gap.value, 0.002);
+  EXPECT_LT(r.rapid_overlap.value, 1e-6);
+  EXPECT_GE(r.drop.value, r.gap.value);
+  EXPECT_LE(r.drop_999, r.drop.value);
+  // At a corner a sample counts for the one move or the other.
+  EXPECT_NEAR(r.plunge_length, 5 * 2.0, 0.2);
+  double cut = 0.0;
+  const ToolPath path = make_path();
+  for (std::size_t i = 1; i < path.moves.size(); ++i)
+    if (path.moves[i].kind == MoveKind::kCut)
+      cut += distance(path.moves[i - 1].pose.tip, path.moves[i].pose.tip);
+  EXPECT_NEAR(r.cut_length + r.plunge_length, cut + 10.0, 0.01);
+  EXPECT_NEAR(r.seconds, 5 * (81 * 0.025 + 3 * 0.5) - 0.5, 1e-9);
+  EXPECT_GE(r.cut_samples, 5u * 79 * 5);
+}
+
+TEST(Verify, SameReportForAnyNumberOfThreads) {
+  auto moves = make_path().moves;
+  moves[200].pose = touching(1.0, 0.0, -0.3);
+  EXPECT_EQ(to_json(check(moves, plate(), 1)), to_json(check(moves, plate(), 3)));
+}
+
+TEST(Verify, GougeIsFoundWithDepthBlockAndFacet) {
+  auto moves = make_path().moves;
+  ASSERT_EQ(moves[40].kind, MoveKind::kCut);
+  moves[40].pose.tip = moves[40].pose.tip - Vec3{0, 0, 0.05};
+  const VerifyReport r = check(moves);
+  EXPECT_FALSE(r.passed());
+  EXPECT_NEAR(r.gouge.value, 0.05, 0.002);
+  EXPECT_EQ(r.gouge.place.block, 42u);  // row 1 is M3
+  EXPECT_EQ(r.gouge.place.line, 51u);
+  EXPECT_EQ(r.gouge.place.move, 40u);
+  EXPECT_TRUE(r.gouge.place.facet == 1002 || r.gouge.place.facet == 1003) << r.gouge.place.facet;
+  EXPECT_NEAR(r.tip_deviation.value, 0.05, 0.002);
+  EXPECT_NE(all(r.failures).find("part gouged by 0.05"), std::string::npos) << all(r.failures);
+}
+
+TEST(Verify, AllowanceCountsAsPart) {
+  Job job = make_job();
+  job.plan.allowance = 0.2;
+  const ToolPath path = make_path();
+  const auto program = program_for(path.moves);
+  const auto r = verify(job, plate(), program, path, run_of(program), {}, {});
+  ASSERT_TRUE(r);
+  EXPECT_NEAR(r->gouge.value, 0.2, 0.002);
+}
+
+TEST(Verify, CuttingInTheAirIsFound) {
+  auto moves = make_path().moves;
+  moves[150].pose.tip = moves[150].pose.tip + Vec3{0, 0, 0.04};
+  const VerifyReport r = check(moves);
+  EXPECT_NEAR(r.gap.value, 0.04, 0.002);
+  // Along an axis tilted by tau the ball drops 1 / cos tau as far.
+  EXPECT_NEAR(r.drop.value, 0.04 / moves[150].pose.axis.z, 0.002);
+  EXPECT_FALSE(r.passed());
+}
+
+TEST(Verify, PlanInTheAirIsFound) {
+  // The path itself is too high and the machine follows it well.
+  ToolPath path = make_path();
+  for (Move& move : path.moves) move.pose.tip = move.pose.tip + Vec3{0, 0, 0.03};
+  const auto program = program_for(path.moves);
+  const auto r = verify(make_job(), plate(), program, path, run_of(program), {}, {});
+  ASSERT_TRUE(r);
+  EXPECT_LT(r->tip_deviation.value, 0.002);
+  EXPECT_EQ(r->air_samples, r->cut_samples);
+  ASSERT_EQ(r->failures.size(), 1u) << all(r->failures);
+  EXPECT_NE(r->failures[0].find("in the air"), std::string::npos) << r->failures[0];
+}
+
+TEST(Verify, RapidThroughThePartIsFound) {
+  auto moves = make_path().moves;
+  ASSERT_EQ(moves[83].kind, MoveKind::kRapid);  // retract left out: on to the next pass along the surface
+  moves.erase(moves.begin() + 83);
+  moves[83].pose.tip = moves[83].pose.tip - Vec3{0, 0, 14};
+  const VerifyReport r = check(moves);
+  EXPECT_GT(r.rapid_overlap.value, 1.0);
+  EXPECT_NE(all(r.failures).find("rapid cuts into the part"), std::string::npos) << all(r.failures);
+}
+
+TEST(Verify, ShankAgainstAWallIsFound) {
+  // The tool leans towards +x; the wall's near face is where the shank's side gets at the top.
+  const Mesh part = box_mesh({{Vec3{-30, -20, -10}, Vec3{30, 20, 0}}, {Vec3{16, -30, 4}, Vec3{18, 30, 60}}});
+  EXPECT_LT(check(make_path().moves).gouge.value, 0.002);
+  const VerifyReport r = check(make_path().moves, part);
+  EXPECT_NEAR(r.gouge.value, kRadius, 1e-9);  // the axis itself pierces the wall
+  EXPECT_GE(r.gouge.place.facet, 1012u);
+}
+
+TEST(Verify, StartInsideThePartIsFound) {
+  const Mesh part = box_mesh({{Vec3{-300, -300, -300}, Vec3{300, 300, 300}}});
+  const VerifyReport r = check(make_path().moves, part);
+  EXPECT_FALSE(r.passed());
+  EXPECT_EQ(r.rapid_overlap.value, kRadius);
+}
+
+TEST(Verify, SkippedPointsAreMissed) {
+  auto moves = make_path().moves;
+  // A whole pass left out: the tool goes from the end of the second straight to the third's end.
+  moves.erase(moves.begin() + 170, moves.begin() + 250);
+  const VerifyReport r = check(moves);
+  EXPECT_GT(r.missed_point.value, 1.0);
+  EXPECT_NE(all(r.failures).find("planned point missed"), std::string::npos) << all(r.failures);
+  // One point of a straight row left out is no harm: the track passes it.
+  auto thinned = make_path().moves;
+  thinned.erase(thinned.begin() + 40);
+  EXPECT_TRUE(check(thinned).passed()) << all(check(thinned).failures);
+}
+
+TEST(Verify, WrongAxisIsFound) {
+  auto moves = make_path().moves;
+  // Same ball centre, axis 1 degree off: neither gouge nor gap show it.
+  Pose& pose = moves[300].pose;
+  const Point<Part> centre = pose.tip + pose.axis * kRadius;
+  pose.axis = rotation_about({1, 0, 0}, kPi / 180.0) * pose.axis;
+  pose.tip = centre - pose.axis * kRadius;
+  const VerifyReport r = check(moves);
+  EXPECT_NEAR(r.axis_deviation.value, 1.0, 0.02);
+  EXPECT_EQ(r.axis_deviation.place.move, 300u);
+}
+
+TEST(ProgramCheck, TellsMissingRepeatedAndAltered) {
+  const auto program = program_for(make_path().moves);
+  const auto good = run_of(program);
+  EXPECT_TRUE(check_program(program, good).good());
+  struct Expected {
+    std::uint64_t missing, repeated, altered;
+  };
+  const auto expect = [&](const std::vector<TraceRow>& trace, Expected e, const char* place) {
+    const ProgramCheck check = check_program(program, trace);
+    EXPECT_EQ(check.missing, e.missing) << check.first_difference;
+    EXPECT_EQ(check.repeated, e.repeated) << check.first_difference;
+    EXPECT_EQ(check.altered, e.altered) << check.first_difference;
+    EXPECT_NE(check.first_difference.find(place), std::string::npos) << check.first_difference;
+  };
+  auto trace = good;
+  trace.erase(trace.begin() + 100, trace.begin() + 103);
+  expect(trace, {3, 0, 0}, "block 101 of the program");
+  trace = good;
+  trace.insert(trace.begin() + 101, good.begin() + 99, good.begin() + 101);
+  expect(trace, {0, 2, 0}, "block 102 of the program");
+  trace = good;
+  trace[100].command.target.y += 1e-4;
+  expect(trace, {0, 0, 1}, "block 101 of the program");
+  trace = good;
+  trace[100].command.feed *= 2.0;
+  expect(trace, {0, 0, 1}, "block 101 of the program");
+  trace = good;
+  trace[2].command.op = Op::kFeed, trace[300].command.op = Op::kRapid;
+  expect(trace, {0, 0, 2}, "block 3 of the program");
+  trace = good;
+  trace.front().command.m_code = 4;
+  expect(trace, {0, 0, 1}, "M3");
+  trace = good;
+  trace.resize(200);
+  expect(trace, {program.size() - 200, 0, 0}, "block 201 of the program");
+  trace = good;
+  trace.push_back(good.back());
+  expect(trace, {0, 1, 0}, "(its end)");
+  trace = good;
+  std::swap(trace[50], trace[51]);
+  EXPECT_FALSE(check_program(program, trace).good());
+  trace = good;  // lost once, repeated elsewhere: the counts stay apart
+  trace.insert(trace.begin() + 300, good[299]), trace.erase(trace.begin() + 20);
+  expect(trace, {1, 1, 0}, "block 21 of the program");
+}
+
+TEST(PathWalk, PathsThatTurnBackOnThemselvesAreFollowed) {
+  // Down and up the same line, to and fro in sharp folds, with deviations of up to 3 micrometres.
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> noise(-0.003, 0.003);
+  ToolPath path;
+  const Vec3 up{0, 0, 1};
+  path.moves.push_back({{{0, 0, 10}, up}});
+  for (int i = 0; i < 40; ++i) {
+    path.moves.push_back({{{0.2 * i, 0, 0}, up}, MoveKind::kPlunge});
+    path.moves.push_back({{{0.2 * i, 0, 0.5}, up}, MoveKind::kCut});
+    path.moves.push_back({{{0.2 * i, 0, 0}, up}, MoveKind::kCut});
+    path.moves.push_back({{{0.2 * i + 0.05, 0, 8}, up}, MoveKind::kCut});
+  }
+  PathWalk walk(path);
+  double worst = 0.0;
+  std::uint32_t last = 0;
+  for (std::size_t m = 0; m < path.moves.size(); ++m) {
+    const int steps = m == 0 ? 1 : 37;
+    for (int i = 1; i <= steps; ++i) {
+      Point<Part> tip =
+          lerp(path.moves[m == 0 ? 0 : m - 1].pose.tip, path.moves[m].pose.tip, 1.0 * i / steps);
+      tip = tip + Vec3{noise(random), noise(random), noise(random)};
+      const PathPlace place = walk.step({tip, up});
+      worst = std::max(worst, place.distance);
+      EXPECT_GE(place.move, last);
+      EXPECT_LE(place.move, m + 1) << "step " << i;
+      EXPECT_GE(place.move + 1, m) << "step " << i;
+      last = place.move;
+    }
+  }
+  EXPECT_LT(worst, 0.0053);  // the noise's diagonal
+  for (std::size_t m = 0; m < path.moves.size(); ++m) EXPECT_LT(walk.visited()[m], 0.0053) << "move " << m;
+}
+
+TEST(PathWalk, TurnsOnTheSpotAreTimedByTheirAxis) {
+  ToolPath path;
+  const Vec3 a{0, 0, 1}, b = normalized({0.1, 0, 1});
+  path.moves = {{{{0, 0, 0}, a}}, {{{0, 0, 0}, b}, MoveKind::kCut}, {{{5, 0, 0}, b}, MoveKind::kCut}};
+  PathWalk walk(path);
+  walk.step({{0, 0, 0}, a});
+  for (int i = 1; i <= 10; ++i) {
+    const PathPlace place = walk.step({{0, 0, 0}, slerp(a, b, 0.1 * i)});
+    EXPECT_LT(place.angle, 1e-5);
+    EXPECT_EQ(place.distance, 0.0);
+  }
+  EXPECT_NEAR(walk.step({{2.5, 0, 0}, a}).angle, angle_between(a, b), 1e-9);
+}
+
+TEST(Verify, JsonReadsBack) {
+  auto moves = make_path().moves;
+  moves[40].pose.tip = moves[40].pose.tip - Vec3{0, 0, 0.05};
+  const VerifyReport r = check(moves);
+  const auto json = nlohmann::json::parse(to_json(r));
+  EXPECT_FALSE(json["passed"].get<bool>());
+  EXPECT_EQ(json["failures"].size(), r.failures.size());
+  EXPECT_EQ(json["gouge_mm"]["value"].get<double>(), r.gouge.value);
+  EXPECT_EQ(json["gouge_mm"]["block"].get<int>(), 42);
+  EXPECT_EQ(json["program"]["blocks"].get<std::uint64_t>(), r.program.blocks);
+}
+
+TEST(Verify, NothingToVerifyIsAnError) {
+  const ToolPath path = make_path();
+  const auto program = program_for(path.moves);
+  EXPECT_FALSE(verify(make_job(), plate(), program, path, {}, {}, {}));
+  EXPECT_FALSE(verify(make_job(), plate(), program, ToolPath{}, run_of(program), {}, {}));
+  EXPECT_FALSE(verify(make_job(), Mesh{}, program, path, run_of(program), {}, {}));
+  const auto cancelled = verify(make_job(), plate(), program, path, run_of(program), {},
+                                [](const char*, double) { return false; });
+  EXPECT_FALSE(cancelled);
+}
+
+}  // namespace
+}  // namespace tiltfeed::sim
