@@ -2,6 +2,7 @@
 
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "kinematics/units.h"
 
@@ -73,6 +74,13 @@ Point<Part> Deformation::unflatten(Point<Flat> f) const {
 Vec3 Deformation::axis_at(Point<Part> p) const {
   const Point<Flat> f = flatten(p);
   return axis_line(f.x, f.y).axis;
+}
+
+double Deformation::column_length(Point<Flat> f) const {
+  if (frame_.mode == AxisMode::kFixed) return std::numeric_limits<double>::infinity();
+  if (s_ < 0.0) return -f.z;
+  const double inwards = frame_.mode == AxisMode::kCircle ? -std::cos(f.y / scale_y_) : 0.0;
+  return inwards > 0.0 ? frame_.circle_radius / inwards - f.z : std::numeric_limits<double>::infinity();
 }
 
 double Deformation::period_x() const {

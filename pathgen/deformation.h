@@ -43,6 +43,10 @@ class Deformation {
   AxisLine axis_line(double x, double y) const;
   /// Tool axis at p (unit, from tip to shank).
   Vec3 axis_at(Point<Part> p) const;
+  /// How far the axis line of f runs on from f before it leaves its own flat column: to the point, line or
+  /// circle in inside work; to the axis of Theta from the inner half of a circle in outside work; else
+  /// infinite.
+  double column_length(Point<Flat> f) const;
   /// Length of the period of x' or y' (360 degrees), or 0 where that coordinate does not wrap.
   double period_x() const;
   double period_y() const;

@@ -11,6 +11,10 @@ namespace {
 /// Share of the tolerance that a steep flank may lean: the step at which the search for its foot ends.
 constexpr double kFlankShare = 0.1;
 
+/// Where the surface ends, usually on a flank, its end is found this closely (mm): a ball of radius R is then
+/// within sqrt(2 R kEndStep) of the end of the flank.
+constexpr double kEndStep = 1e-7;
+
 struct Sample {
   double run = 0.0;
   bool hit = false;
@@ -111,9 +115,9 @@ class Profile {
     return sample;
   }
 
-  /// (E2) How far the tangent planes at two points are from the other point, the larger and the smaller. The envelope
-  /// between them leaves the straight move by no more than the smaller if it is two planes, by a quarter of either if
-  /// it is an arc.
+  /// (E2) How far the tangent planes at two points are from the other point, the larger and the smaller. The
+  /// envelope between them leaves the straight move by no more than the smaller if it is two planes, by a
+  /// quarter of either if it is an arc.
   struct Lift {
     double larger, smaller;
   };
@@ -138,7 +142,7 @@ class Profile {
 
   /// Emits what is needed strictly between two samples.
   void refine(const Sample& left, const Sample& right) {
-    if (right.run - left.run <= flank_) return;
+    if (right.run - left.run <= (left.hit == right.hit ? flank_ : kEndStep)) return;
     const bool joined = left.hit && right.hit && short_enough(left, right);
     const Lift rise = joined ? lift(left.point, right.point) : Lift{};
     if (joined && rise.larger <= options_.tolerance) return;

@@ -1,11 +1,12 @@
 #pragma once
 // Passes of the envelope to one tool path: order, direction, and the moves through clear air between them.
 
+#include <cstdint>
 #include <vector>
 
-#include "kinematics/result.h"
 #include "kinematics/tool_path.h"
 #include "pathgen/envelope.h"
+#include "pathgen/far_side.h"
 
 namespace tiltfeed {
 
@@ -14,15 +15,24 @@ enum class Direction { kOneWay, kZigzag };
 struct LinkOptions {
   Direction direction = Direction::kZigzag;
   double ball_radius = 0.0;  ///< of the tool, without allowance, mm
+  double clearance_z = 0.0;  ///< z' of the clearance surface, mm
   double clearance = 0.0;    ///< from the highest envelope point to the clearance surface, mm
   double approach = 0.0;     ///< last part of an approach, at plunge feed, mm
 };
 
+/// z' of the highest envelope point of all. Requires: there is one.
+double highest(const std::vector<std::vector<Pass>>& slices);
+
+struct Linked {
+  std::vector<Move> moves;
+  std::uint64_t skipped_passes = 0;  ///< to which no clear travel was found
+};
+
 /// The moves over all passes, slice by slice. Between passes the tool retracts along its axis to the
-/// clearance surface (constant z', `clearance` above the highest point of all), travels there, comes down
-/// along the new axis, and plunges the last `approach`. (L1), (L2) in pathgen/README.md. Errors: kLimit when
-/// the clearance surface would reach the point, line or circle (inside work).
-Result<std::vector<Move>> link(const std::vector<std::vector<Pass>>& slices, const ClSurface& surface,
-                               const Deformation& deformation, const LinkOptions& options);
+/// clearance surface (constant z' = clearance_z), travels there, comes down along the new axis, and plunges
+/// the last `approach`. A pass whose travel `far_side` finds blocked is left out. (L1), (L2) in
+/// pathgen/README.md.
+Linked link(const std::vector<std::vector<Pass>>& slices, const ClSurface& surface,
+            const Deformation& deformation, const LinkOptions& options, FarSide& far_side);
 
 }  // namespace tiltfeed

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "pathgen/cl_surface.h"
-#include "pathgen/clearance.h"
 #include "pathgen/envelope.h"
+#include "pathgen/far_side.h"
 #include "pathgen/slices.h"
 
 namespace tiltfeed {
@@ -79,38 +79,16 @@ double largest_axis_step(const PlanOptions& options) {
                    std::max(options.cutter.shank_length, options.cutter.radius()));
 }
 
-/// Cuts out of the passes every point whose shank, beyond the point, line or circle, would hit the part
-/// there.
-std::uint64_t trim_blocked(const CheckedMesh& part, const PlanOptions& options,
-                           std::vector<std::vector<Pass>>& slices) {
-  const double radius = options.cutter.radius() + options.allowance;
-  double nearest = options.cutter.shank_length;
-  for (const auto& passes : slices)
-    for (const Pass& pass : passes)
-      for (const EnvelopePoint& p : pass) nearest = std::min(nearest, std::abs(p.flat.z));
-  const double reach = options.cutter.shank_length - options.cutter.radius();
-  if (nearest >= reach) return 0;
-  const Clearance clearance(part.mesh, radius);
-  std::uint64_t trimmed = 0;
-  for (auto& passes : slices) {
-    std::vector<Pass> kept;
-    for (const Pass& pass : passes) {
-      Pass piece;
-      for (const EnvelopePoint& p : pass) {
-        const double rho = std::abs(p.flat.z);
-        if (!clearance.blocked(p.centre + p.axis * rho, p.axis, reach - rho)) {
-          piece.push_back(p);
-          continue;
-        }
-        ++trimmed;
-        if (!piece.empty()) kept.push_back(std::move(piece));
-        piece.clear();
-      }
-      if (!piece.empty()) kept.push_back(std::move(piece));
-    }
-    passes = std::move(kept);
-  }
-  return trimmed;
+/// z' of the clearance surface.
+Result<double> clearance_surface(const std::vector<std::vector<Pass>>& passes, const Deformation& deformation,
+                                 const PlanOptions& options) {
+  const double top = highest(passes), z = top + options.clearance;
+  if (deformation.s() < 0.0 && z > -kLeastAxisDistance)
+    return fail(Code::kLimit,
+                "clearance_mm of " + std::to_string(options.clearance) +
+                    " reaches the axis point, line or circle: the highest cutter location is only " +
+                    std::to_string(-top) + " mm away from it; use a smaller clearance");
+  return z;
 }
 
 void warn_too_near(const ClSurface& surface, const std::vector<std::vector<PatchId>>& too_near,
@@ -193,9 +171,10 @@ Result<Plan> plan(const CheckedMesh& part, const PlanOptions& options, const Pro
                 "the tool reaches no point of the part: check axis.sense, axis.origin_mm and axis.n");
 
   if (!stages.begin("clearance")) return cancelled;
-  const std::uint64_t trimmed = options.axis.mode != AxisMode::kFixed && options.axis.sense == Sense::kInward
-                                    ? trim_blocked(part, options, passes)
-                                    : 0;
+  const Result<double> clearance_z = clearance_surface(passes, deformation, options);
+  if (!clearance_z) return tl::unexpected(clearance_z.error());
+  FarSide far_side(part.mesh, deformation, options.cutter, options.allowance, *clearance_z);
+  const std::uint64_t trimmed = far_side.trim(passes);
   if (trimmed == report.slice_points)
     return fail(
         Code::kGouge,
@@ -211,15 +190,19 @@ Result<Plan> plan(const CheckedMesh& part, const PlanOptions& options, const Pro
     for (Pass& pass : passes[k])
       pass = thinned(pass, options.tolerance * kThinningShare, envelope.max_axis_step);
   });
-  Result<std::vector<Move>> moves =
-      link(passes, surface, deformation,
-           {options.direction, options.cutter.radius(), options.clearance, options.approach});
-  if (!moves) return tl::unexpected(moves.error());
+  const LinkOptions links{options.direction, options.cutter.radius(), *clearance_z, options.clearance,
+                          options.approach};
+  Linked linked = link(passes, surface, deformation, links, far_side);
+  if (linked.skipped_passes > 0)
+    report.warnings.push_back(
+        std::to_string(linked.skipped_passes) +
+        " passes left out: on the way to them the shank would hit the part beyond the axis point, "
+        "line or circle; a shorter cutter.shank_length_mm may reach them");
   result.path.name = options.name;
   result.path.tool = {options.cutter.diameter, options.cutter.radius(), options.cutter.length};
   result.path.cut_feed = options.cut_feed;
   result.path.plunge_feed = options.plunge_feed;
-  result.path.moves = std::move(*moves);
+  result.path.moves = std::move(linked.moves);
   measure(result.path.moves, report);
   stages.end();
   return result;

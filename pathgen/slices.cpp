@@ -362,6 +362,11 @@ Result<Slices> slice(const ClSurface& surface, const Deformation& map, Along alo
   };
   if (wraps(cross, cross_period)) cross = full_turn(cross_period);
   if (wraps(run, run_period)) run = full_turn(run_period);
+  if (map.frame().mode == AxisMode::kPoint) {  // beyond a pole lie the columns of the other side again
+    Range& phi = along == Along::kX ? cross : run;
+    const double pole = kPi / 2.0 * map.scale_y();
+    phi.low = std::max(phi.low, -pole), phi.high = std::min(phi.high, pole);
+  }
   s.along = along;
   s.run_min = run.low, s.run_max = run.high;
   if (!lay_levels(cross, side_step, s))

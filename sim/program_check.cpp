@@ -40,6 +40,9 @@ std::string text_of(const Block& block) {
          number(q.a) + " C" + number(q.c) + (block.op == Op::kRapid ? "" : " F" + number(block.feed));
 }
 
+/// `G4 P0`: a host ends a program with it, since its acknowledgement proves that all before it is executed.
+bool is_barrier(const Block& block) { return block.op == Op::kDwell && block.feed == 0.0; }
+
 /// Smallest k in 1..limit for which `agrees(k)`, or 0.
 template <class Agrees>
 std::size_t first_agreement(std::size_t limit, const Agrees& agrees) {
@@ -87,6 +90,7 @@ ProgramCheck check_program(const std::vector<Block>& program, const std::vector<
       check.repeated += extra, j += extra;
     }
   }
+  if (i == program.size() && j + 1 == trace.size() && is_barrier(trace[j].command)) ++j, --check.executed;
   if (i < program.size()) note(i, j, std::to_string(program.size() - i) + " not executed");
   if (j < trace.size()) note(i, j, std::to_string(trace.size() - j) + " executed after the end");
   check.missing += program.size() - i, check.repeated += trace.size() - j;

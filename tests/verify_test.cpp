@@ -306,6 +306,17 @@ TEST(ProgramCheck, TellsMissingRepeatedAndAltered) {
   trace = good;
   trace.push_back(good.back());
   expect(trace, {0, 1, 0}, "(its end)");
+  TraceRow barrier = good.back();
+  barrier.command.op = Op::kDwell, barrier.command.feed = 0.0;
+  trace = good;
+  trace.push_back(barrier);  // the host's own, once, at the end
+  EXPECT_TRUE(check_program(program, trace).good());
+  EXPECT_EQ(check_program(program, trace).executed, good.size());
+  trace.push_back(barrier);
+  expect(trace, {0, 2, 0}, "(its end)");
+  trace = good;
+  trace.insert(trace.begin() + 100, barrier);
+  expect(trace, {0, 1, 0}, "block 101 of the program");
   trace = good;
   std::swap(trace[50], trace[51]);
   EXPECT_FALSE(check_program(program, trace).good());

@@ -1,0 +1,98 @@
+#!/usr/bin/env bash
+# The programs as a user calls them: exit status 0 done, 1 failed, 2 wrong use; messages that name the place; files
+# whole or not at all.
+#
+#   cli_test.sh BIN_FOLDER WORK_FOLDER
+set -euo pipefail
+export LC_ALL=C
+readonly bin=$1 work=$2
+root=$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")
+readonly root
+failed=0
+rm -rf "$work"
+mkdir -p "$work"
+
+# expect STATUS PATTERN COMMAND...: runs it and wants that status, and the pattern in what it prints.
+expect() {
+  local want=$1 pattern=$2 status=0
+  shift 2
+  "$@" > "$work/out.txt" 2>&1 || status=$?
+  if [[ $status != "$want" ]] || ! grep -qE -- "$pattern" "$work/out.txt"; then
+    printf 'FAILED: %s\n  status %s, wanted %s and /%s/; it printed:\n' "$*" "$status" "$want" "$pattern"
+    sed 's/^/    /' "$work/out.txt"
+    failed=1
+  fi
+}
+
+# absent FILE...: none of them may be there, nor a part of one.
+absent() {
+  local file
+  for file in "$@"; do
+    if compgen -G "$file*" > /dev/null; then
+      echo "FAILED: $file was left behind"
+      failed=1
+    fi
+  done
+}
+
+# A job of our own: a small ball end mill over the sphere's upper half.
+make_job() {
+  sed -e "s#stl:.*#stl: $work/sphere.stl#" -e "s#^machine:.*#machine: $root/config/machines/generic-ac.yaml#" \
+    -e 's/side_step_mm:.*/side_step_mm: 8/' "$root/config/jobs/tyre.yaml" > "$1"
+}
+
+expect 0 'subcommand|SUBCOMMAND' "$bin/tiltfeed" --help
+expect 0 '^tiltfeed [0-9]+\.[0-9]+' "$bin/tiltfeed" --version
+expect 0 '^tiltfeed-sim [0-9]+\.[0-9]+|^[0-9]+\.[0-9]+' "$bin/tiltfeed-sim" --version
+expect 0 'pty' "$bin/tiltfeed-sim" --help
+expect 2 'ubcommand' "$bin/tiltfeed"
+expect 2 '' "$bin/tiltfeed" plan
+expect 2 '' "$bin/tiltfeed" frobnicate
+expect 2 '' "$bin/tiltfeed" plan "$root/config/jobs/tyre.yaml"
+expect 2 'grbl:' "$bin/tiltfeed" send "$root/README.md" --link nonsense
+expect 2 '' "$bin/tiltfeed-sim" --pty "$work/p" --modbus-tcp 127.0.0.1:0
+expect 2 'tyre' "$bin/tiltfeed-sim" part cube --out "$work/cube.stl"
+
+for job in "$root"/config/jobs/*.yaml; do expect 0 'side' "$bin/tiltfeed" check "$job"; done
+expect 1 'no/such/job.yaml' "$bin/tiltfeed" check no/such/job.yaml
+
+sed 's/side_step_mm/side_stop_mm/' "$root/config/jobs/tyre.yaml" > "$work/typo.yaml"
+expect 1 'typo.yaml:[0-9]+:[0-9]+: .*side_step_mm' "$bin/tiltfeed" check "$work/typo.yaml"
+
+make_job "$work/job.yaml"
+expect 1 'sphere.stl' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/a.nc" --cl "$work/a.cls"
+printf 'solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0' > "$work/sphere.stl"
+expect 1 'sphere.stl' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/a.nc" --cl "$work/a.cls"
+absent "$work/a.nc" "$work/a.cls"
+
+expect 0 '236748' "$bin/tiltfeed-sim" part tyre --out "$work/sphere.stl"
+expect 1 'cannot be written|no/such' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/no/such/folder/a.nc"
+expect 0 'blocks' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/a.nc" --cl "$work/a.cls" --report "$work/a.json"
+head -c 1000 "$work/a.cls" | grep -q '^PARTNO' || { echo 'FAILED: no PARTNO'; failed=1; }
+grep -qE '^GOTO/(-?[0-9.]+,){5}-?[0-9.]+$' "$work/a.cls" || { echo 'FAILED: no GOTO with six numbers'; failed=1; }
+
+# The same job gives the same bytes.
+expect 0 'blocks' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/b.nc" --cl "$work/b.cls"
+cmp "$work/a.nc" "$work/b.nc" && cmp "$work/a.cls" "$work/b.cls" || failed=1
+
+# A machine that cannot reach the part: named, and nothing written.
+sed -e "s#^machine:.*#machine: $work/short.yaml#" "$work/job.yaml" > "$work/unreachable.yaml"
+sed -e 's/min_deg: -110/min_deg: -20/; s/max_deg: 110/max_deg: 20/' "$root/config/machines/generic-ac.yaml" > "$work/short.yaml"
+expect 1 'A .*(limit|20)' "$bin/tiltfeed" plan "$work/unreachable.yaml" --out "$work/c.nc"
+absent "$work/c.nc"
+
+# Interrupted: status 1, nothing left.
+sed -i 's/side_step_mm:.*/side_step_mm: 0.01/' "$work/job.yaml"
+status=0
+timeout --preserve-status -s INT 1.5 "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/d.nc" > "$work/out.txt" 2>&1 || status=$?
+if [[ $status != 1 ]] || ! grep -q 'cancelled' "$work/out.txt"; then
+  echo "FAILED: interrupted with status $status:"
+  cat "$work/out.txt"
+  failed=1
+fi
+absent "$work/d.nc"
+
+# A link that is not there.
+expect 1 '/dev/no-such-port' "$bin/tiltfeed" send "$work/a.nc" --link grbl:/dev/no-such-port
+expect 1 '127.0.0.1' "$bin/tiltfeed" send "$work/a.nc" --link modbus-tcp:127.0.0.1:1
+exit "$failed"
