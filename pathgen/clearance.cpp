@@ -1,118 +1,14 @@
 #include "pathgen/clearance.h"
 
-#include <embree3/rtcore.h>
-
-#include <algorithm>
-#include <cstdint>
-#include <limits>
-#include <utility>
-#include <vector>
-
 namespace tiltfeed {
 
-struct Clearance::Scene {
-  RTCDevice device = nullptr;
-  RTCScene scene = nullptr;
-  Point<Part> origin;  ///< rays and surface are moved here, so that single precision suffices far from zero
-  ~Scene() {
-    rtcReleaseScene(scene);
-    rtcReleaseDevice(device);
-  }
-};
-
-namespace {
-
-struct Float3 {
-  float x, y, z;
-};
-struct Float4 {
-  float x, y, z, r;
-};
-
-struct Corners {
-  std::uint32_t a, b, c;
-};
-
-Float3 to_float(Vec3 v) {
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-}
-
-template <class T>
-T* new_buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_t count) {
-  return static_cast<T*>(rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(T), count));
-}
-
-void attach(RTCScene scene, RTCGeometry geometry) {
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(scene, geometry);
-  rtcReleaseGeometry(geometry);
-}
-
-/// Every facet twice, moved by the radius to either side.
-void add_facets(RTCDevice device, RTCScene scene, const Mesh& mesh, Point<Part> origin, double radius) {
-  const std::size_t count = mesh.facets.size() * 2;
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* vertex = new_buffer<Float3>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, count * 3);
-  auto* index = new_buffer<Corners>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, count);
-  for (std::uint32_t i = 0; i < count; ++i) index[i] = {3 * i, 3 * i + 1, 3 * i + 2};
-  std::size_t at = 0;
-  for (const auto& f : mesh.facets) {
-    const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
-    const Vec3 n = normalized(cross(b - a, c - a));
-    for (double side : {radius, -radius})
-      for (Point<Part> p : {a, b, c}) vertex[at++] = to_float(p + n * side - origin);
-  }
-  attach(scene, geometry);
-}
-
-/// Every edge once, as a rod with round ends.
-void add_edges(RTCDevice device, RTCScene scene, const Mesh& mesh, Point<Part> origin, double radius) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-  for (const auto& f : mesh.facets)
-    for (int i = 0; i < 3; ++i) edges.push_back(std::minmax(f[i], f[(i + 1) % 3]));
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_ROUND_LINEAR_CURVE);
-  auto* vertex = new_buffer<Float4>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, edges.size() * 2);
-  auto* index = new_buffer<std::uint32_t>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT, edges.size());
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    index[i] = static_cast<std::uint32_t>(2 * i);
-    for (int end = 0; end < 2; ++end) {
-      const Float3 p = to_float(mesh.vertices[end == 0 ? edges[i].first : edges[i].second] - origin);
-      vertex[2 * i + end] = {p.x, p.y, p.z, static_cast<float>(radius)};
-    }
-  }
-  attach(scene, geometry);
-}
-
-}  // namespace
-
-Clearance::Clearance(const Mesh& mesh, double radius) : scene_(std::make_unique<Scene>()) {
-  // One instruction set for every machine: hits decide what is cut, and must not depend on the processor.
-  scene_->device = rtcNewDevice("isa=sse2");
-  scene_->scene = rtcNewScene(scene_->device);
-  if (!mesh.vertices.empty()) scene_->origin = mesh.vertices.front();
+Clearance::Clearance(const Mesh& mesh, double radius)
+    : scene_(mesh.vertices.empty() ? Point<Part>{} : mesh.vertices.front()) {
   const double inside = radius - kClearanceMargin;
-  add_facets(scene_->device, scene_->scene, mesh, scene_->origin, inside);
-  add_edges(scene_->device, scene_->scene, mesh, scene_->origin, inside);
-  rtcCommitScene(scene_->scene);
-}
-
-Clearance::~Clearance() = default;
-
-bool Clearance::blocked(Point<Part> from, Vec3 direction, double length) const {
-  if (length <= 0.0) return false;
-  const Float3 o = to_float(from - scene_->origin), d = to_float(direction);
-  RTCRay ray{};
-  ray.org_x = o.x, ray.org_y = o.y, ray.org_z = o.z;
-  ray.dir_x = d.x, ray.dir_y = d.y, ray.dir_z = d.z;
-  ray.tnear = 0.0f;
-  ray.tfar = static_cast<float>(length);
-  ray.mask = std::numeric_limits<unsigned>::max();
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(scene_->scene, &context, &ray);
-  return ray.tfar < 0.0f;
+  scene_.add_triangles(mesh, inside);
+  scene_.add_triangles(mesh, -inside);
+  scene_.add_edges(mesh, inside);
+  scene_.commit();
 }
 
 }  // namespace tiltfeed

@@ -2,9 +2,8 @@
 // Whether a straight piece of the tool's shank is clear of the part: a line against the CL surface
 // [Kim05, section 2], by rays.
 
-#include <memory>
-
 #include "pathgen/mesh.h"
+#include "pathgen/ray_scene.h"
 
 namespace tiltfeed {
 
@@ -12,17 +11,15 @@ class Clearance {
  public:
   /// `radius`: of the shank plus allowance, mm.
   Clearance(const Mesh& mesh, double radius);
-  ~Clearance();
-  Clearance(const Clearance&) = delete;
-  Clearance& operator=(const Clearance&) = delete;
 
   /// True if a shank round the segment from `from` along unit `direction` cuts into the part by more than
   /// kClearanceMargin. The segment starts in free air. Safe to call from several threads.
-  bool blocked(Point<Part> from, Vec3 direction, double length) const;
+  bool blocked(Point<Part> from, Vec3 direction, double length) const {
+    return scene_.hits(from, direction, length);
+  }
 
  private:
-  struct Scene;
-  std::unique_ptr<Scene> scene_;
+  RayScene scene_;
 };
 
 /// Rays are single precision: they are shot at a surface this much (mm) inside the true one, far more than

@@ -8,6 +8,7 @@
 
 #include "pathgen/cl_surface.h"
 #include "pathgen/envelope.h"
+#include "pathgen/exposure.h"
 #include "pathgen/far_side.h"
 #include "pathgen/slices.h"
 
@@ -127,84 +128,131 @@ void measure(const std::vector<Move>& moves, PlanReport& report) {
   }
 }
 
+/// Which sides of the facets to believe in: as checked, unless a facet turns its back to the tool openly.
+Sides believed_sides(const CheckedMesh& part, const AxisFrame& axis, PlanReport& report) {
+  if (part.sides == Sides::kBoth) return Sides::kBoth;
+  const std::vector<std::uint32_t> backs = exposed_backs(part.mesh, Deformation(axis, 1.0));
+  if (backs.empty()) return Sides::kOutward;
+  const Point<Part> place = part.mesh.vertices[part.mesh.facets[backs.front()][0]];
+  report.warnings.push_back(
+      std::to_string(backs.size()) + " facets show the tool their inside, first facet " +
+      std::to_string(part.mesh.source[backs.front()]) + " at " + to_string(place) +
+      ": shells cross or fold there; both sides of every facet count as surface, and the tool "
+      "keeps off both");
+  return Sides::kBoth;
+}
+
+/// The story, stage by stage; each leaves its result for the next. Errors as plan().
+class Planner {
+ public:
+  Planner(const CheckedMesh& part, const PlanOptions& options, const Progress& progress, Plan& result)
+      : part_(part),
+        options_(options),
+        envelope_{options.tolerance * kEnvelopeShare, largest_axis_step(options)},
+        path_(result.path),
+        report_(result.report),
+        stages_(progress, result.report.times) {}
+
+  Result<void> run() {
+    report_.facets = part_.mesh.facets.size();
+    report_.warnings = part_.warnings;
+    if (!stages_.begin("CL surface")) return cancelled();
+    const Sides sides = believed_sides(part_, options_.axis, report_);
+    const ClSurface surface(part_.mesh, sides, options_.cutter.radius() + options_.allowance);
+    const double scale = mean_rho(surface, options_.axis);
+    if (scale <= 0.0) return fail(Code::kUnreachable, kNothingFaces);
+    const Deformation deformation(options_.axis, scale);
+
+    if (!stages_.begin("slice")) return cancelled();
+    const Result<Slices> slices = slice(surface, deformation, options_.along, options_.side_step);
+    if (!slices) return tl::unexpected(slices.error());
+    if (auto done = find_envelope(surface, deformation, *slices); !done) return done;
+    if (auto done = join(surface, deformation); !done) return done;
+    measure(path_.moves, report_);
+    stages_.end();
+    return {};
+  }
+
+ private:
+  static constexpr const char* kNothingFaces =
+      "the tool reaches no facet of the part: check axis.sense, axis.origin_mm and axis.n";
+
+  static tl::unexpected<Error> cancelled() {
+    return fail(Code::kCancelled, "planning was cancelled; nothing was written");
+  }
+
+  Result<void> find_envelope(const ClSurface& surface, const Deformation& deformation, const Slices& slices) {
+    if (!stages_.begin("envelope")) return cancelled();
+    passes_.resize(slices.count());
+    std::vector<std::vector<PatchId>> too_near(slices.count());
+    for (std::size_t from = 0; from < passes_.size(); from += kSlicesPerReport) {
+      const std::size_t to = std::min(from + kSlicesPerReport, passes_.size());
+      tbb::parallel_for(from, to, [&](std::size_t k) {
+        SliceEnvelope found = upper_envelope(surface, deformation, slices, k, envelope_);
+        passes_[k] = std::move(found.passes);
+        too_near[k] = std::move(found.too_near);
+      });
+      if (!stages_.report(static_cast<double>(to) / static_cast<double>(passes_.size()))) return cancelled();
+    }
+    for (const auto& of_slice : passes_)
+      for (const Pass& pass : of_slice) report_.slice_points += pass.size();
+    warn_too_near(surface, too_near, report_);
+    if (report_.slice_points == 0) return fail(Code::kUnreachable, kNothingFaces);
+    return {};
+  }
+
+  /// Clearance on the far side, thinning, links.
+  Result<void> join(const ClSurface& surface, const Deformation& deformation) {
+    if (!stages_.begin("clearance")) return cancelled();
+    const Result<double> clearance_z = clearance_surface(passes_, deformation, options_);
+    if (!clearance_z) return tl::unexpected(clearance_z.error());
+    FarSide far_side(part_.mesh, deformation, options_.cutter, options_.allowance, *clearance_z);
+    const std::uint64_t trimmed = far_side.trim(passes_);
+    if (trimmed == report_.slice_points)
+      return fail(Code::kGouge,
+                  "at every point of the path the shank would hit the part beyond the point, line or circle; "
+                  "use a shorter cutter.shank_length_mm");
+    if (trimmed > 0)
+      report_.warnings.push_back(
+          std::to_string(trimmed) + " of " + std::to_string(report_.slice_points) +
+          " points left out: beyond the axis point, line or circle the shank would hit the part");
+
+    if (!stages_.begin("link")) return cancelled();
+    tbb::parallel_for(std::size_t{0}, passes_.size(), [&](std::size_t k) {
+      for (Pass& pass : passes_[k])
+        pass = thinned(pass, options_.tolerance * kThinningShare, envelope_.max_axis_step);
+    });
+    const LinkOptions links{options_.direction, options_.cutter.radius(), *clearance_z, options_.clearance,
+                            options_.approach};
+    Linked linked = link(passes_, surface, deformation, links, far_side);
+    if (linked.skipped_passes > 0)
+      report_.warnings.push_back(
+          std::to_string(linked.skipped_passes) +
+          " passes left out: on the way to them the shank would hit the part beyond the axis "
+          "point, line or circle; a shorter cutter.shank_length_mm may reach them");
+    path_.moves = std::move(linked.moves);
+    return {};
+  }
+
+  const CheckedMesh& part_;
+  const PlanOptions& options_;
+  EnvelopeOptions envelope_;
+  std::vector<std::vector<Pass>> passes_;  ///< by slice
+  ToolPath& path_;
+  PlanReport& report_;
+  Stages stages_;
+};
+
 }  // namespace
 
 Result<Plan> plan(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
-  const auto cancelled = fail(Code::kCancelled, "planning was cancelled; nothing was written");
   Plan result;
-  PlanReport& report = result.report;
-  Stages stages(progress, report.times);
-  report.facets = part.mesh.facets.size();
-  report.warnings = part.warnings;
-
-  if (!stages.begin("CL surface")) return cancelled;
-  const ClSurface surface(part.mesh, part.sides, options.cutter.radius() + options.allowance);
-  const double scale = mean_rho(surface, options.axis);
-  if (scale <= 0.0)
-    return fail(Code::kUnreachable,
-                "no facet of the part faces the tool: check axis.sense, axis.origin_mm and axis.n");
-  const Deformation deformation(options.axis, scale);
-
-  if (!stages.begin("slice")) return cancelled;
-  const Result<Slices> slices = slice(surface, deformation, options.along, options.side_step);
-  if (!slices) return tl::unexpected(slices.error());
-
-  if (!stages.begin("envelope")) return cancelled;
-  const EnvelopeOptions envelope{options.tolerance * kEnvelopeShare, largest_axis_step(options)};
-  std::vector<std::vector<Pass>> passes(slices->count());
-  std::vector<std::vector<PatchId>> too_near(slices->count());
-  for (std::size_t from = 0; from < passes.size(); from += kSlicesPerReport) {
-    const std::size_t to = std::min(from + kSlicesPerReport, passes.size());
-    tbb::parallel_for(from, to, [&](std::size_t k) {
-      SliceEnvelope found = upper_envelope(surface, deformation, *slices, k, envelope);
-      passes[k] = std::move(found.passes);
-      too_near[k] = std::move(found.too_near);
-    });
-    if (!stages.report(static_cast<double>(to) / static_cast<double>(passes.size()))) return cancelled;
-  }
-  for (const auto& of_slice : passes)
-    for (const Pass& pass : of_slice) report.slice_points += pass.size();
-  warn_too_near(surface, too_near, report);
-  if (report.slice_points == 0)
-    return fail(Code::kUnreachable,
-                "the tool reaches no point of the part: check axis.sense, axis.origin_mm and axis.n");
-
-  if (!stages.begin("clearance")) return cancelled;
-  const Result<double> clearance_z = clearance_surface(passes, deformation, options);
-  if (!clearance_z) return tl::unexpected(clearance_z.error());
-  FarSide far_side(part.mesh, deformation, options.cutter, options.allowance, *clearance_z);
-  const std::uint64_t trimmed = far_side.trim(passes);
-  if (trimmed == report.slice_points)
-    return fail(
-        Code::kGouge,
-        "at every point of the path the shank would hit the part beyond the point, line or circle; use a "
-        "shorter cutter.shank_length_mm");
-  if (trimmed > 0)
-    report.warnings.push_back(
-        std::to_string(trimmed) + " of " + std::to_string(report.slice_points) +
-        " points left out: beyond the axis point, line or circle the shank would hit the part");
-
-  if (!stages.begin("link")) return cancelled;
-  tbb::parallel_for(std::size_t{0}, passes.size(), [&](std::size_t k) {
-    for (Pass& pass : passes[k])
-      pass = thinned(pass, options.tolerance * kThinningShare, envelope.max_axis_step);
-  });
-  const LinkOptions links{options.direction, options.cutter.radius(), *clearance_z, options.clearance,
-                          options.approach};
-  Linked linked = link(passes, surface, deformation, links, far_side);
-  if (linked.skipped_passes > 0)
-    report.warnings.push_back(
-        std::to_string(linked.skipped_passes) +
-        " passes left out: on the way to them the shank would hit the part beyond the axis point, "
-        "line or circle; a shorter cutter.shank_length_mm may reach them");
   result.path.name = options.name;
   result.path.tool = {options.cutter.diameter, options.cutter.radius(), options.cutter.length};
   result.path.cut_feed = options.cut_feed;
   result.path.plunge_feed = options.plunge_feed;
-  result.path.moves = std::move(linked.moves);
-  measure(result.path.moves, report);
-  stages.end();
+  if (auto done = Planner(part, options, progress, result).run(); !done) return tl::unexpected(done.error());
   return result;
 }
 

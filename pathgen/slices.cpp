@@ -16,8 +16,10 @@ namespace {
 /// Corner images bound a cell up to this size against its distance from the axis feature; beyond, its ball
 /// does.
 constexpr double kMaxCellShare = 0.25;
-/// Cells are not split below this size (mm): there the point, line or circle is inside or next to them.
+/// Cells are not split below this size (mm), nor below this share of the side step: there the point, line or
+/// circle is inside or next to them.
 constexpr double kSmallestCell = 0.1;
+constexpr double kSmallestCellShare = 0.25;
 /// Blocks of patches worked on side by side; fixed, so that the result is the same for any number of threads.
 constexpr std::size_t kBlocks = 64;
 
@@ -40,8 +42,8 @@ struct CellBlock {
 /// Turns patches into cells.
 class CellMaker {
  public:
-  CellMaker(const ClSurface& surface, const Deformation& map, Along along, CellBlock& out)
-      : surface_(surface), map_(map), along_(along), out_(out) {}
+  CellMaker(const ClSurface& surface, const Deformation& map, Along along, double smallest, CellBlock& out)
+      : surface_(surface), map_(map), along_(along), smallest_(smallest), out_(out) {}
 
   void add(PatchId patch) {
     patch_ = patch;
@@ -119,7 +121,7 @@ class CellMaker {
     const Frame f = frame_of(t);
     if (away(f)) return;
     if (f.linear) return add_hull(t, f);
-    if (f.size < kSmallestCell) {
+    if (f.size < smallest_) {
       const Point<Part> mean = lerp(lerp(t[0], t[1], 0.5), t[2], 1.0 / 3.0);
       return add_ball(mean, f.size);
     }
@@ -136,7 +138,7 @@ class CellMaker {
     if (away(f)) return;
     if (f.linear) return add_hull(e, f);
     const double length_along = distance(e[0], e[3]), width = distance(e[0], e[1]);
-    if (length_along > width && length_along > kSmallestCell) {
+    if (length_along > width && length_along > smallest_) {
       const std::array<Point<Part>, 3> mid{lerp(e[0], e[3], 0.5), lerp(e[1], e[4], 0.5),
                                            lerp(e[2], e[5], 0.5)};
       add_edge({e[0], e[1], e[2], mid[0], mid[1], mid[2]});
@@ -215,6 +217,7 @@ class CellMaker {
   const ClSurface& surface_;
   const Deformation& map_;
   Along along_;
+  double smallest_;
   CellBlock& out_;
   PatchId patch_ = 0;
   std::vector<Point<Part>> hull_;
@@ -328,11 +331,13 @@ void fill(const std::vector<CellBlock>& blocks, double cross_period, double run_
   });
 }
 
-std::vector<CellBlock> make_cells(const ClSurface& surface, const Deformation& map, Along along) {
+std::vector<CellBlock> make_cells(const ClSurface& surface, const Deformation& map, Along along,
+                                  double side_step) {
+  const double smallest = std::max(kSmallestCell, kSmallestCellShare * side_step);
   std::vector<CellBlock> blocks(kBlocks);
   const std::size_t patches = surface.patch_count();
   tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
-    CellMaker maker(surface, map, along, blocks[b]);
+    CellMaker maker(surface, map, along, smallest, blocks[b]);
     for (std::size_t p = patches * b / kBlocks; p < patches * (b + 1) / kBlocks; ++p)
       maker.add(static_cast<PatchId>(p));
   });
@@ -342,7 +347,7 @@ std::vector<CellBlock> make_cells(const ClSurface& surface, const Deformation& m
 }  // namespace
 
 Result<Slices> slice(const ClSurface& surface, const Deformation& map, Along along, double side_step) {
-  const std::vector<CellBlock> blocks = make_cells(surface, map, along);
+  const std::vector<CellBlock> blocks = make_cells(surface, map, along, side_step);
   Range cross, run;
   Slices s;
   for (const CellBlock& block : blocks) {

@@ -16,6 +16,7 @@
 #include "pathgen/stl.h"
 #include "sim/distance.h"
 #include "sim/parts.h"
+#include "tests/path_proof.h"
 
 namespace tiltfeed {
 namespace {
@@ -74,14 +75,6 @@ std::vector<Case> cases() {
   return all;
 }
 
-struct Measured {
-  std::size_t poses = 0, rapid_poses = 0;
-  double gouge = 0.0, contact = 0.0, rapid_overlap = 0.0;
-  double plain_drop = 0.0;     ///< largest drop straight along the axis
-  std::size_t plain_over = 0;  ///< poses whose drop straight along the axis is over the tolerance
-  Pose gouge_at, contact_at, rapid_at;
-};
-
 struct Coverage {
   std::size_t points = 0;  ///< reachable, between two passes
   std::size_t steep = 0;   ///< of these: where passes are further apart along the wall than the radius
@@ -93,109 +86,21 @@ struct Coverage {
   Point<Part> worst_at;
 };
 
-Pose between(const Pose& a, const Pose& b, double f) {
-  return {lerp(a.tip, b.tip, f), slerp(a.axis, b.axis, f)};
-}
-
-std::string pasteable(const Pose& p) {
-  char text[256];
-  std::snprintf(text, sizeof text, "Pose{{%.9f, %.9f, %.9f}, {%.12f, %.12f, %.12f}}", p.tip.x, p.tip.y,
-                p.tip.z, p.axis.x, p.axis.y, p.axis.z);
-  return text;
-}
-
-class Proof {
+/// No reachable point of the part keeps more material than the two passes beside it must leave.
+class CoverProof {
  public:
-  Proof(const Case& c, const CheckedMesh& checked, const ToolPath& path)
+  CoverProof(const Case& c, const CheckedMesh& checked, const ToolPath& path, const PathProof& proof)
       : case_(c),
         mesh_(checked.mesh),
-        bounds_(checked.bounds),
         path_(path),
-        part_(checked.mesh),
+        proof_(proof),
+        part_(proof.part()),
         radius_(c.cutter.radius()),
-        map_(c.axis, 1.0) {}
-
-  Measured measure() const {
-    Measured m;
-    std::size_t cuts = 0;
-    for (const Move& move : path_.moves) cuts += move.kind == MoveKind::kCut ? 1 : 0;
-    const auto per_cut =
-        static_cast<int>(std::max<std::size_t>(3, kLeastPoses / std::max<std::size_t>(cuts, 1) + 1));
-    std::uint32_t hint = kNoFacet;
-    for (std::size_t i = 1; i < path_.moves.size(); ++i) {
-      const Pose &from = path_.moves[i - 1].pose, &to = path_.moves[i].pose;
-      const MoveKind kind = path_.moves[i].kind;
-      if (kind == MoveKind::kCut) {
-        for (int k = 1; k <= per_cut; ++k)
-          measure_cut(between(from, to, static_cast<double>(k) / per_cut), hint, m);
-        continue;
-      }
-      // In steps that no corner of the part slips through.
-      const double way =
-          distance(from.tip, to.tip) + case_.cutter.shank_length * angle_between(from.axis, to.axis);
-      const int steps = std::max(2, static_cast<int>(way / (0.25 * radius_)) + 1);
-      for (int k = 1; k <= steps; ++k) measure_rapid(between(from, to, static_cast<double>(k) / steps), m);
-    }
-    return m;
-  }
+        map_(proof.map()) {}
 
   Coverage cover() const;
 
  private:
-  void measure_cut(const Pose& pose, std::uint32_t& hint, Measured& m) const {
-    ++m.poses;
-    const Hit tool = part_.nearest(sim::tool_segment(pose.tip, pose.axis, radius_, case_.cutter.shank_length),
-                                   radius_ - m.gouge, hint);
-    if (tool.facet != kNoFacet && radius_ - tool.value > m.gouge)
-      m.gouge = radius_ - tool.value, m.gouge_at = pose;
-    const Point<Part> centre = pose.tip + pose.axis * radius_;
-    const Hit drop = part_.first_touch(centre, -pose.axis, radius_, kInfinity, hint);
-    if (drop.facet != kNoFacet) hint = drop.facet;
-    double contact = drop.value;
-    if (drop.value > kTolerance) {
-      ++m.plain_over;
-      m.plain_drop = std::max(m.plain_drop, drop.value);
-      contact = std::min(part_.nearest(centre).value - radius_, above_envelope(centre));
-    }
-    if (contact > m.contact) m.contact = contact, m.contact_at = pose;
-  }
-
-  /// Where the straight drop is no measure (steep walls, edges), the ball is in contact when its gap is
-  /// within the tolerance; or else how far its centre is above the true envelope, when a place on the pass
-  /// may be out by the tolerance: beside a wall or past an edge the drop straight along the axis is as deep
-  /// as the wall is high. Each place is measured from above: the drop of a ball that comes from beyond the
-  /// part.
-  double above_envelope(Point<Part> centre) const {
-    constexpr double kStep = 1e-5;
-    const Point<Flat> flat = map_.flatten(centre);
-    const Point<Flat> ahead = case_.along == Along::kX ? Point<Flat>{flat.x + kStep, flat.y, flat.z}
-                                                       : Point<Flat>{flat.x, flat.y + kStep, flat.z};
-    const Vec3 along = normalized(map_.unflatten(ahead) - map_.unflatten(flat));
-    double least = kInfinity;
-    for (const double shift : {0.0, kTolerance, -kTolerance}) {
-      const Point<Part> beside = centre + along * shift;
-      const Vec3 axis = map_.axis_at(beside);
-      const double high = way_out(beside);
-      const double drop = part_.first_touch(beside + axis * high, -axis, radius_).value - high;
-      least = std::min(least, std::max(0.0, drop));
-    }
-    return least;
-  }
-
-  /// Along the axis to the axis feature (inside work), or to where the part is left behind.
-  double way_out(Point<Part> p) const {
-    const bool inward = case_.axis.mode != AxisMode::kFixed && case_.axis.sense == Sense::kInward;
-    return inward ? std::abs(map_.flatten(p).z) : distance(bounds_.min, bounds_.max);
-  }
-
-  void measure_rapid(const Pose& pose, Measured& m) const {
-    ++m.rapid_poses;
-    const Hit tool = part_.nearest(sim::tool_segment(pose.tip, pose.axis, radius_, case_.cutter.shank_length),
-                                   radius_ - m.rapid_overlap);
-    if (tool.facet != kNoFacet && radius_ - tool.value > m.rapid_overlap)
-      m.rapid_overlap = radius_ - tool.value, m.rapid_at = pose;
-  }
-
   double across(Point<Flat> f) const { return case_.along == Along::kX ? f.y : f.x; }
   std::vector<double> pass_places() const;
   double left_bound(double gap, double slope_cosine) const {
@@ -209,15 +114,15 @@ class Proof {
 
   const Case& case_;
   const Mesh& mesh_;
-  Box bounds_;
   const ToolPath& path_;
-  PartDistance part_;
+  const PathProof& proof_;
+  const PartDistance& part_;
   double radius_;
-  Deformation map_;
+  const Deformation& map_;
 };
 
 /// Where the passes lie, in flat coordinates of this test's own scale, ascending.
-std::vector<double> Proof::pass_places() const {
+std::vector<double> CoverProof::pass_places() const {
   std::vector<double> places, distinct;
   for (const Move& move : path_.moves)
     if (move.kind == MoveKind::kCut)
@@ -229,13 +134,13 @@ std::vector<double> Proof::pass_places() const {
 }
 
 /// The tool can stand there: nothing in the way of ball and shank, up to the axis feature or out of the part.
-bool Proof::reachable(Point<Part> centre, Vec3 axis) const {
-  const Hit hit = part_.nearest({centre, centre + axis * way_out(centre)}, radius_ - kRounding);
+bool CoverProof::reachable(Point<Part> centre, Vec3 axis) const {
+  const Hit hit = part_.nearest({centre, centre + axis * proof_.way_out(centre)}, radius_ - kRounding);
   return hit.facet == kNoFacet;
 }
 
-void Proof::cover_point(Point<Part> p, Vec3 normal, const std::vector<double>& places,
-                        const PartDistance& swept, Coverage& c) const {
+void CoverProof::cover_point(Point<Part> p, Vec3 normal, const std::vector<double>& places,
+                             const PartDistance& swept, Coverage& c) const {
   const Point<Part> centre = p + normal * radius_;
   const Vec3 axis = map_.axis_at(centre);
   if (!reachable(centre, axis)) return void(++c.unreachable);
@@ -269,17 +174,17 @@ void Proof::cover_point(Point<Part> p, Vec3 normal, const std::vector<double>& p
 
 /// What a ball leaves at p when it stands on the true envelope (let down from beyond the part) beside it,
 /// where a pass lies at `place` across; infinite if there is nothing to stand on.
-double Proof::left_by_pass(Point<Part> p, Point<Flat> flat, double place) const {
+double CoverProof::left_by_pass(Point<Part> p, Point<Flat> flat, double place) const {
   const bool x = case_.along == Along::kX;
   const AxisLine line = map_.axis_line(x ? flat.x : place, x ? place : flat.y);
   const Point<Part> level = line.base + line.axis * flat.z;
-  const Point<Part> start = level + line.axis * way_out(level);
+  const Point<Part> start = level + line.axis * proof_.way_out(level);
   const Hit drop = part_.first_touch(start, -line.axis, radius_);
   if (drop.value == kInfinity) return kInfinity;
   return distance(p, start - line.axis * drop.value) - radius_;
 }
 
-Coverage Proof::cover() const {
+Coverage CoverProof::cover() const {
   // The track of the ball's centre, as facets without area, which count by their edges.
   Mesh track;
   for (std::size_t i = 0; i < path_.moves.size(); ++i) {
@@ -337,9 +242,9 @@ TEST_P(Accuracy, PathIsGougeFreeInContactAndComplete) {
   ASSERT_TRUE(planned) << planned.error().message;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-  const Proof proof(c, *checked, planned->path);
-  const Measured m = proof.measure();
-  const Coverage k = proof.cover();
+  const PathProof proof(c.axis, c.along, c.cutter, kTolerance, *checked, planned->path);
+  const Measured m = proof.measure(kLeastPoses);
+  const Coverage k = CoverProof(c, *checked, planned->path, proof).cover();
   std::printf(
       "%s: plan %.2f s, %zu moves; %zu cutting poses: gouge %.5f, contact %.5f (straight drop: %zu over %.2f,"
       " largest %.3f); %zu rapid poses: overlap %.5f; %zu surface points: %.2f %% within their scallop, %zu "
