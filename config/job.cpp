@@ -25,6 +25,7 @@ constexpr Range kClearance = above(0.0, 1000.0);  // mm
 constexpr Range kFeed = above(0.0, 100'000.0);    // mm/min
 constexpr Range kSpindle{0.0, 200'000.0};         // 1/min
 constexpr Range kFixtureAngle{-360.0, 360.0};     // degrees
+constexpr Range kTilt = above(0.0, 180.0);
 
 constexpr double kInch = 25.4;  // mm, exactly
 
@@ -136,12 +137,14 @@ Rotation fixture_rotation(Vec3 degrees) {
   return about_z * about_y * about_x;
 }
 
-Setup read_setup(const Section& root, const Cutter& cutter) {
-  const Section section = root.section("setup", {"part_zero_mm", "fixture_rotation_deg"});
+Setup read_setup(const Section& root, PlanOptions& plan) {
+  const Section section = root.section("setup", {"part_zero_mm", "fixture_rotation_deg", "tilt_max_deg"});
   Setup setup;
   setup.part_zero = section.vector("part_zero_mm", kPosition);
   setup.fixture = fixture_rotation(section.vector("fixture_rotation_deg", kFixtureAngle, Vec3{}));
-  setup.tool_length = cutter.length;
+  setup.tool_length = plan.cutter.length;
+  plan.up = setup.fixture.rows[2];
+  plan.tilt_max = Angle::from_degrees(section.number("tilt_max_deg", kTilt, plan.tilt_max.degrees()));
   return setup;
 }
 
@@ -165,7 +168,7 @@ Job read_job(const Section& root, const std::string& path) {
   job.plan.cut_feed = Feed::from_mm_per_min(feeds.number("cut_mm_per_min", kFeed));
   job.plan.plunge_feed = Feed::from_mm_per_min(feeds.number("plunge_mm_per_min", kFeed));
   job.spindle_rpm = feeds.number("spindle_rpm", kSpindle, 0.0);
-  job.setup = read_setup(root, job.plan.cutter);
+  job.setup = read_setup(root, job.plan);
   job.machine.path = resolved(path, root.text("machine"));
   return job;
 }
@@ -248,6 +251,7 @@ std::string describe(const Job& job) {
   out.add("setup.part_zero_mm", job.setup.part_zero);
   for (std::size_t row = 0; row < 3; ++row)
     out.add("setup.fixture_row_" + std::to_string(row + 1), job.setup.fixture.rows[row]);
+  out.add("setup.tilt_max_deg", plan.tilt_max.degrees());
   out.add("setup.tool_length_mm", job.setup.tool_length);
   std::istringstream machine(describe(job.machine));
   std::string text = out.text();

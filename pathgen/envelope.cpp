@@ -185,6 +185,29 @@ SliceEnvelope upper_envelope(const ClSurface& surface, const Deformation& deform
   return Profile(surface, deformation, slices, k, options).build();
 }
 
+std::uint64_t leave_out(std::vector<std::vector<Pass>>& slices,
+                        const std::function<bool(const EnvelopePoint&)>& unwanted) {
+  std::uint64_t count = 0;
+  for (auto& passes : slices) {
+    std::vector<Pass> kept;
+    for (const Pass& pass : passes) {
+      Pass piece;
+      for (const EnvelopePoint& p : pass) {
+        if (!unwanted(p)) {
+          piece.push_back(p);
+          continue;
+        }
+        ++count;
+        if (!piece.empty()) kept.push_back(std::move(piece));
+        piece.clear();
+      }
+      if (!piece.empty()) kept.push_back(std::move(piece));
+    }
+    passes = std::move(kept);
+  }
+  return count;
+}
+
 Pass thinned(const Pass& pass, double tolerance, double max_axis_step) {
   Pass kept;
   if (pass.empty()) return kept;

@@ -2,6 +2,8 @@
 // The upper envelope of one slice: the highest CL point on each axis line, so that neither ball nor straight
 // shank cuts into the part. (E1)..(E4) in pathgen/README.md.
 
+#include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "pathgen/cl_surface.h"
@@ -42,6 +44,11 @@ struct SliceEnvelope {
 /// A gap in the surface ends a pass.
 SliceEnvelope upper_envelope(const ClSurface& surface, const Deformation& deformation, const Slices& slices,
                              std::size_t k, const EnvelopeOptions& options);
+
+/// Cuts the points for which `unwanted` holds out of the passes, which so become more and shorter. Returns
+/// how many.
+std::uint64_t leave_out(std::vector<std::vector<Pass>>& slices,
+                        const std::function<bool(const EnvelopePoint&)>& unwanted);
 
 /// Drops points that a straight move between their neighbours passes within `tolerance` (mm), as long as the
 /// axis turns at most `max_axis_step` (rad) in one move. Keeps the first and the last.

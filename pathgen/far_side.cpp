@@ -27,25 +27,9 @@ bool FarSide::blocked(Point<Flat> centre, double lift) {
 }
 
 std::uint64_t FarSide::trim(std::vector<std::vector<Pass>>& slices) {
-  std::uint64_t trimmed = 0;
-  for (auto& passes : slices) {
-    std::vector<Pass> kept;
-    for (Pass& pass : passes) {
-      Pass piece;
-      for (const EnvelopePoint& p : pass) {
-        if (!blocked(p.flat, std::max(0.0, clearance_z_ - p.flat.z))) {
-          piece.push_back(p);
-          continue;
-        }
-        ++trimmed;
-        if (!piece.empty()) kept.push_back(std::move(piece));
-        piece.clear();
-      }
-      if (!piece.empty()) kept.push_back(std::move(piece));
-    }
-    passes = std::move(kept);
-  }
-  return trimmed;
+  return leave_out(slices, [this](const EnvelopePoint& p) {
+    return blocked(p.flat, std::max(0.0, clearance_z_ - p.flat.z));
+  });
 }
 
 bool FarSide::travel_clear(const Pose& from, const Pose& to) {

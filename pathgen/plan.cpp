@@ -167,6 +167,7 @@ class Planner {
     const Result<Slices> slices = slice(surface, deformation, options_.along, options_.side_step);
     if (!slices) return tl::unexpected(slices.error());
     if (auto done = find_envelope(surface, deformation, *slices); !done) return done;
+    if (auto done = keep_tilt(); !done) return done;
     if (auto done = join(surface, deformation); !done) return done;
     measure(path_.moves, report_);
     stages_.end();
@@ -198,6 +199,24 @@ class Planner {
       for (const Pass& pass : of_slice) report_.slice_points += pass.size();
     warn_too_near(surface, too_near, report_);
     if (report_.slice_points == 0) return fail(Code::kUnreachable, kNothingFaces);
+    return {};
+  }
+
+  /// Leaves out what the head cannot tilt to.
+  Result<void> keep_tilt() {
+    const double tilt_max = options_.tilt_max.radians();
+    if (tilt_max >= kPi) return {};
+    const std::uint64_t steep = leave_out(
+        passes_, [&](const EnvelopePoint& p) { return angle_between(p.axis, options_.up) > tilt_max; });
+    if (steep == 0) return {};
+    const std::string share =
+        std::to_string(steep) + " of " + std::to_string(report_.slice_points) + " points";
+    if (steep == report_.slice_points)
+      return fail(Code::kLimit,
+                  "at every point of the path the tool axis tilts further than setup.tilt_max_deg, " +
+                      std::to_string(options_.tilt_max.degrees()) + " degrees; turn the part on the table");
+    report_.warnings.push_back(share + " left out: the tool axis would tilt further than setup.tilt_max_deg");
+    report_.slice_points -= steep;
     return {};
   }
 

@@ -28,6 +28,9 @@ struct PlanOptions {
   double clearance = 0.0;   ///< from the highest CL point to the clearance surface, along the axis, mm
   double approach = 0.0;    ///< the last part of an approach, travelled at plunge feed, mm
   Feed cut_feed, plunge_feed;
+  Vec3 up{0, 0, 1};  ///< the table's axis in part directions, unit
+  Angle tilt_max =
+      Angle::from_degrees(180.0);  ///< largest angle of the tool axis to `up`; the rest is left out
 };
 
 /// Called on one thread with the stage's name and 0..1; return false to cancel.

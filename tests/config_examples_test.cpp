@@ -81,7 +81,7 @@ TEST(Examples, EveryKeyOfAJobIsInTheExampleWithAComment) {
       ++count;
     }
   }
-  EXPECT_EQ(count, 32u);  // 11 + 3 + 4 + 6 + 3 + 3 + 2
+  EXPECT_EQ(count, 33u);  // 11 + 3 + 4 + 6 + 3 + 3 + 3
 }
 
 TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {

@@ -85,6 +85,8 @@ const std::vector<BadText> kBadTexts = {
     {"side_step_mm: 0.5", "side_step_mm: 0", "10:55", "above 0 and at most 1000"},
     {"side_step_mm: 0.5", "side_step_mm: 1001", "10:55", "above 0 and at most 1000"},
     {"diameter_mm: 6", "diameter_mm: 0", "2:35", "above 0 and at most 500"},
+    {"30]}", "30], tilt_max_deg: 0}", "16:84", "above 0"},
+    {"30]}", "30], tilt_max_deg: 181}", "16:84", "at most 180"},
     {"circle_radius_mm: 50", "circle_radius_mm: -1", "9:21", "above 0"},
     {"cut_mm_per_min: 1000", "cut_mm_per_min: 0", "15:25", "expected a number of mm/min above 0"},
     {"plunge_mm_per_min: 300", "plunge_mm_per_min: 1e6", "15:50", "at most 100000"},

@@ -196,6 +196,15 @@ TEST_F(JobFiles, LargeFilesAreRefused) {
   EXPECT_NE(job.error().message.find("over the limit of 1048576 bytes"), std::string::npos);
 }
 
+TEST(Job, TiltIsLimitedAgainstTheTablesAxis) {
+  const std::string angles = "fixture_rotation_deg: [10, 20, 30]";
+  EXPECT_EQ(good().plan.tilt_max.degrees(), 180.0);
+  const Job job = good(angles, "fixture_rotation_deg: [90, 0, 0], tilt_max_deg: 75");
+  EXPECT_NEAR(job.plan.tilt_max.degrees(), 75.0, 1e-12);
+  // Turned about x by 90 degrees, the part's y points up.
+  EXPECT_LT(length(job.plan.up - Vec3{0, 1, 0}), 1e-15);
+}
+
 TEST(Job, DescribesEveryValue) {
   const std::string text = describe(good());
   for (const char* line : {
@@ -222,6 +231,7 @@ TEST(Job, DescribesEveryValue) {
            "feeds.plunge_mm_per_min: 300\n",
            "feeds.spindle_rpm: 9000\n",
            "setup.part_zero_mm: [1, 2, 3]\n",
+           "setup.tilt_max_deg: 180\n",
            "setup.tool_length_mm: 100\n",
            "machine.name: generic-ac\n",
            "machine.rotary.sign: -1\n",

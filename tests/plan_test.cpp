@@ -304,6 +304,28 @@ TEST(Plan, APartlyBlockedCavityIsTrimmedWithAWarning) {
   EXPECT_NE(planned->report.warnings[0].find("shank"), std::string::npos);
 }
 
+TEST(Plan, WhatNeedsMoreTiltIsLeftOut) {
+  const CheckedMesh part = sphere(25.0, 3);
+  PlanOptions o = options_for(kPointFrame);
+  const auto whole = plan(part, o, nullptr);
+  o.up = normalized(Vec3{1, 2, -1});
+  o.tilt_max = Angle::from_degrees(60.0);
+  const auto planned = plan(part, o, nullptr);
+  ASSERT_TRUE(whole && planned);
+  ASSERT_EQ(planned->report.warnings.size(), 1u);
+  double widest = 0.0;
+  for (const Move& m : planned->path.moves)
+    if (m.kind == MoveKind::kCut) widest = std::max(widest, angle_between(m.pose.axis, o.up));
+  EXPECT_LE(widest, o.tilt_max.radians());
+  EXPECT_GT(widest, Angle::from_degrees(57.0).radians());
+  // A cap of 60 degrees is a quarter of a sphere, and so of the length of evenly spaced passes, nearly.
+  EXPECT_NEAR(planned->report.cut_length / whole->report.cut_length, 0.25, 0.06);
+  o.tilt_max = Angle::from_degrees(0.01);
+  const auto nothing = plan(part, o, nullptr);
+  ASSERT_FALSE(nothing);
+  EXPECT_EQ(nothing.error().code, Code::kLimit);
+}
+
 TEST(Plan, CancelsWhenTheUserSaysSo) {
   const CheckedMesh part = uneven_torus();
   int calls = 0;
