@@ -27,6 +27,9 @@ struct AxisFrame {
   double circle_radius_or_zero() const { return mode == AxisMode::kCircle ? circle_radius : 0.0; }
 };
 
+/// The flat coordinate along which a pass runs; passes lie side by side in the other one.
+enum class Along { kX, kY };
+
 /// The line of points that share (x', y'): base + z' * axis. `axis` is the tool axis, from tip to shank.
 struct AxisLine {
   Point<Part> base;

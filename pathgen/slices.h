@@ -6,13 +6,11 @@
 #include <vector>
 
 #include "kinematics/result.h"
+#include "pathgen/cells.h"
 #include "pathgen/cl_surface.h"
 #include "pathgen/deformation.h"
 
 namespace tiltfeed {
-
-/// The flat coordinate along which a pass runs; passes lie side by side in the other one.
-enum class Along { kX, kY };
 
 /// Patch `patch` can be the highest only for run coordinates in [from, to].
 struct Candidate {
