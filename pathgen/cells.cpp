@@ -32,23 +32,27 @@ class CellMaker {
 
   void add(PatchId patch) {
     patch_ = patch;
-    if (surface_.is_face(patch)) return add_face();
-    const ClSurface::Core core = surface_.core(patch);
-    surface_.hull(patch, hull_);
-    if (hull_.empty()) {
-      add_wide(core.p, core.q);
-    } else if (hull_.size() == 6 && !(core.p == core.q)) {
-      add_edge({hull_[0], hull_[1], hull_[2], hull_[3], hull_[4], hull_[5]});
-    } else if (Frame f = frame_of(hull_); !away(f)) {
-      if (f.linear) {
-        add_box(hull_, f);
-      } else {
-        add_ball(core.p, surface_.radius());
-      }
-    }
+    const bool both = surface_.sides() == Sides::kBoth;
+    const bool edge = !surface_.is_face(patch) && !(surface_.core(patch).p == surface_.core(patch).q);
+    for (side_ = 1; side_ >= (both && !edge ? -1 : 1); side_ -= 2)
+      if (!add_side()) return;
   }
 
  private:
+  /// False if it has added all there is, on either side.
+  bool add_side() {
+    if (surface_.is_face(patch_)) return add_face(), true;
+    const ClSurface::Core core = surface_.core(patch_);
+    surface_.hull(patch_, side_, hull_);
+    if (hull_.empty()) return add_wide(core.p, core.q), false;
+    if (!(core.p == core.q))
+      return add_edge({hull_[0], hull_[1], hull_[2], hull_[3], hull_[4], hull_[5]}), true;
+    const Frame f = frame_of(hull_);
+    if (away(f)) return true;
+    if (!f.linear) return add_ball(core.p, surface_.radius()), false;
+    return add_box(hull_, f), true;
+  }
+
   /// Where a hull lies against the axis feature.
   struct Frame {
     double size = 0.0;          ///< longest distance between two points
@@ -90,16 +94,15 @@ class CellMaker {
   }
 
   bool away(const Frame& f) const {
-    return f.rho > 0.0 && surface_.faces_away(patch_, f.axis, std::isinf(f.rho) ? 0.0 : f.size / f.rho);
+    return f.rho > 0.0 &&
+           surface_.faces_away(patch_, side_, f.axis, std::isinf(f.rho) ? 0.0 : f.size / f.rho);
   }
 
   void add_face() {
     const auto& facet = surface_.mesh().facets[patch_];
     const auto& v = surface_.mesh().vertices;
-    const Vec3 up = surface_.facet_normal(patch_) * surface_.radius();
+    const Vec3 up = surface_.facet_normal(patch_) * (side_ * surface_.radius());
     add_triangle({v[facet[0]] + up, v[facet[1]] + up, v[facet[2]] + up});
-    if (surface_.sides() == Sides::kBoth)
-      add_triangle({v[facet[0]] - up, v[facet[1]] - up, v[facet[2]] - up});
   }
 
   void add_triangle(const std::array<Point<Part>, 3>& t) {
@@ -205,6 +208,7 @@ class CellMaker {
   double smallest_;
   CellBlock& out_;
   PatchId patch_ = 0;
+  int side_ = 1;
   std::vector<Point<Part>> hull_;
 };
 

@@ -13,7 +13,8 @@ namespace {
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 /// A facet steeper than this against the axis (cosine) has no height of its own: its edges carry it.
 constexpr double kSteepest = 1e-9;
-/// Beyond this angle between two normals (cosine of 120 degrees) an edge's patch is bounded by its ball only.
+/// Beyond this angle between its two normals (cosine of 120 degrees) an edge's patch is bounded by its ball
+/// only.
 constexpr double kWideWedge = -0.5;
 /// The same for the normals round a vertex against their mean (cosine of 60 degrees).
 constexpr double kNarrowFan = 0.5;
@@ -21,6 +22,7 @@ constexpr double kNarrowFan = 0.5;
 struct HalfEdge {
   std::uint32_t low, high;    ///< its vertices, ordered
   std::uint32_t facet, apex;  ///< the facet it bounds, and that facet's third corner
+  bool rising;                ///< the facet runs along it from low to high
 };
 
 std::vector<HalfEdge> sorted_half_edges(const Mesh& mesh) {
@@ -30,7 +32,7 @@ std::vector<HalfEdge> sorted_half_edges(const Mesh& mesh) {
     for (int i = 0; i < 3; ++i) {
       const std::uint32_t a = mesh.facets[f][i], b = mesh.facets[f][(i + 1) % 3],
                           c = mesh.facets[f][(i + 2) % 3];
-      all.push_back({std::min(a, b), std::max(a, b), f, c});
+      all.push_back({std::min(a, b), std::max(a, b), f, c, a < b});
     }
   std::sort(all.begin(), all.end(), [](const HalfEdge& l, const HalfEdge& r) {
     if (l.low != r.low) return l.low < r.low;
@@ -49,19 +51,20 @@ ClSurface::ClSurface(const Mesh& mesh, Sides sides, double radius)
   for (const auto& f : mesh.facets)
     normals_.push_back(normalized(
         cross(mesh.vertices[f[1]] - mesh.vertices[f[0]], mesh.vertices[f[2]] - mesh.vertices[f[0]])));
-  find_edges();
-  find_vertices();
+  find_vertices(find_edges());
 }
 
 /// An edge gets a patch when it is convex by more than the seam, or when it has not two facets, or when sides
 /// are not known and it is bent at all.
-void ClSurface::find_edges() {
+std::vector<std::uint8_t> ClSurface::find_edges() {
+  std::vector<std::uint8_t> disagree(mesh_.vertices.size(), 0);
   const std::vector<HalfEdge> all = sorted_half_edges(mesh_);
   for (std::size_t i = 0; i < all.size();) {
     std::size_t end = i + 1;
     while (end < all.size() && all[end].low == all[i].low && all[end].high == all[i].high) ++end;
     EdgePatch edge{all[i].low, all[i].high, all[i].apex, kNone, all[i].facet, all[i].facet};
     bool bent = true;
+    if (end - i != 2 || all[i].rising == all[i + 1].rising) disagree[edge.v0] = disagree[edge.v1] = 1;
     if (end - i == 2) {
       edge.w1 = all[i + 1].apex;
       edge.f1 = all[i + 1].facet;
@@ -78,9 +81,10 @@ void ClSurface::find_edges() {
     if (bent) edges_.push_back(edge);
     i = end;
   }
+  return disagree;
 }
 
-void ClSurface::find_vertices() {
+void ClSurface::find_vertices(const std::vector<std::uint8_t>& disagree) {
   std::vector<std::uint8_t> sticks_out(mesh_.vertices.size(), 0);
   for (const EdgePatch& e : edges_) sticks_out[e.v0] = sticks_out[e.v1] = 1;
   std::vector<std::uint32_t> start(mesh_.vertices.size() + 1, 0);
@@ -102,7 +106,8 @@ void ClSurface::find_vertices() {
     ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
     const auto first = static_cast<std::uint32_t>(neighbours_.size());
     neighbours_.insert(neighbours_.end(), ring.begin(), ring.end());
-    vertices_.push_back({v, first, static_cast<std::uint32_t>(neighbours_.size()), start[v], start[v + 1]});
+    vertices_.push_back(
+        {v, first, static_cast<std::uint32_t>(neighbours_.size()), start[v], start[v + 1], disagree[v] == 0});
   }
 }
 
@@ -190,36 +195,57 @@ ClSurface::Core ClSurface::core(PatchId patch) const {
   return {v, v};
 }
 
-void ClSurface::hull(PatchId patch, std::vector<Point<Part>>& points) const {
+void ClSurface::hull(PatchId patch, int side, std::vector<Point<Part>>& points) const {
   points.clear();
-  if (sides_ == Sides::kBoth) return;
   const std::size_t index = patch - mesh_.facets.size();
   if (index < edges_.size()) {
     edge_hull(edges_[index], points);
   } else {
-    vertex_hull(vertices_[index - edges_.size()], points);
+    vertex_hull(vertices_[index - edges_.size()], side, points);
   }
 }
 
-bool ClSurface::faces_away(PatchId patch, Vec3 axis, double spread) const {
-  if (sides_ == Sides::kBoth) return false;
+bool ClSurface::faces_away(PatchId patch, int side, Vec3 axis, double spread) const {
   const std::size_t faces = mesh_.facets.size();
-  const auto away = [&](std::uint32_t facet) { return dot(normals_[facet], axis) < -spread; };
-  if (patch < faces) return away(patch);
+  const auto away = [&](Vec3 normal) { return dot(normal, axis) < -spread; };
+  if (patch < faces) return away(normals_[patch] * side);
   if (patch < faces + edges_.size()) {
     const EdgePatch& edge = edges_[patch - faces];
-    return edge.w1 != kNone && away(edge.f0) && away(edge.f1);
+    if (!narrow(edge)) return false;
+    const auto [n0, n1] = convex_normals(edge);
+    return away(n0) && away(n1);
   }
   const VertexPatch& vertex = vertices_[patch - faces - edges_.size()];
+  if (!vertex.oriented) return false;
   for (std::uint32_t k = vertex.first_facet; k < vertex.last_facet; ++k)
-    if (!away(fans_[k])) return false;
+    if (!away(normals_[fans_[k]] * side)) return false;
   return true;
+}
+
+/// Two facets, and the material between them no sharper than 60 degrees (the patch no wider than 120).
+bool ClSurface::narrow(const EdgePatch& edge) const {
+  if (edge.w0 == kNone || edge.w1 == kNone) return false;
+  const Point<Part> p = mesh_.vertices[edge.v0];
+  const Vec3 e = normalized(mesh_.vertices[edge.v1] - p);
+  const Vec3 a = mesh_.vertices[edge.w0] - p, b = mesh_.vertices[edge.w1] - p;
+  return dot(normalized(a - e * dot(a, e)), normalized(b - e * dot(b, e))) <= -kWideWedge;
+}
+
+/// The normals of the two facets on the edge's convex side. Requires: narrow(edge).
+std::array<Vec3, 2> ClSurface::convex_normals(const EdgePatch& edge) const {
+  const Point<Part> p = mesh_.vertices[edge.v0];
+  const auto turned = [&](std::uint32_t facet, std::uint32_t apex) {
+    const Vec3 n = normals_[facet];
+    return dot(n, mesh_.vertices[apex] - p) > 0.0 ? -n : n;
+  };
+  if (sides_ == Sides::kOutward) return {normals_[edge.f0], normals_[edge.f1]};
+  return {turned(edge.f0, edge.w1), turned(edge.f1, edge.w0)};
 }
 
 /// (C4) An arc between two normals lies in the triangle of its ends and the point where its tangents meet.
 void ClSurface::edge_hull(const EdgePatch& edge, std::vector<Point<Part>>& points) const {
-  const Vec3 n0 = normals_[edge.f0], n1 = normals_[edge.f1];
-  if (edge.w1 == kNone || dot(n0, n1) < kWideWedge) return;
+  if (!narrow(edge)) return;
+  const auto [n0, n1] = convex_normals(edge);
   for (std::uint32_t v : {edge.v0, edge.v1}) {
     const Point<Part> p = mesh_.vertices[v];
     points.push_back(p + n0 * radius_);
@@ -230,7 +256,8 @@ void ClSurface::edge_hull(const EdgePatch& edge, std::vector<Point<Part>>& point
 
 /// (C4) A direction in the cone of the normals n_i is c * sum(l_i n_i) with 1 <= c <= 1 / cos(widest angle to
 /// their mean): it lies in the hull of the n_i and the n_i so stretched.
-void ClSurface::vertex_hull(const VertexPatch& patch, std::vector<Point<Part>>& points) const {
+void ClSurface::vertex_hull(const VertexPatch& patch, int side, std::vector<Point<Part>>& points) const {
+  if (!patch.oriented) return;
   const Point<Part> v = mesh_.vertices[patch.vertex];
   Vec3 sum;
   for (std::uint32_t k = patch.first_facet; k < patch.last_facet; ++k) sum = sum + normals_[fans_[k]];
@@ -242,7 +269,7 @@ void ClSurface::vertex_hull(const VertexPatch& patch, std::vector<Point<Part>>& 
   if (narrowest < kNarrowFan) return;
   for (std::uint32_t k = patch.first_facet; k < patch.last_facet; ++k)
     for (double stretch : {1.0, 1.0 / narrowest})
-      points.push_back(v + normals_[fans_[k]] * (radius_ * stretch));
+      points.push_back(v + normals_[fans_[k]] * (side * radius_ * stretch));
 }
 
 }  // namespace tiltfeed

@@ -4,6 +4,7 @@
 // for each facet, a cylinder for each convex edge, a sphere for each vertex that sticks out. Heights on it
 // are closed forms, exact for facets of any size. (C1)..(C4) in pathgen/README.md.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -40,16 +41,19 @@ class ClSurface {
   struct Core {
     Point<Part> p, q;
   };
+  // `side` below: which side of a facet or vertex is meant where both count, +1 along the facets' normals, -1
+  // against them. An edge has a patch on its convex side only, whatever `side` says.
   Core core(PatchId patch) const;  ///< Requires: not is_face(patch)
 
   /// Points whose convex hull contains the patch of an edge (three at p, then three at q) or of a vertex.
   /// Leaves `points` empty where the patch is too wide for that: then it is somewhere within radius() of its
   /// core.
-  void hull(PatchId patch, std::vector<Point<Part>>& points) const;  ///< Requires: not is_face(patch)
+  void hull(PatchId patch, int side,
+            std::vector<Point<Part>>& points) const;  ///< Requires: not is_face(patch)
 
   /// True if no contact normal of the patch leans to the tool's side of `axis` by more than `-spread` (sine):
   /// its points are nowhere the highest.
-  bool faces_away(PatchId patch, Vec3 axis, double spread) const;
+  bool faces_away(PatchId patch, int side, Vec3 axis, double spread) const;
 
   /// Normal of a facet on the part's outside.
   Vec3 facet_normal(std::uint32_t facet) const { return normals_[facet]; }
@@ -67,14 +71,18 @@ class ClSurface {
     std::uint32_t vertex;
     std::uint32_t first, last;              ///< its neighbours, in neighbours_
     std::uint32_t first_facet, last_facet;  ///< its facets, in fans_
+    bool oriented;                          ///< its facets agree on what is outside
   };
-  void find_edges();
-  void find_vertices();
+  /// Returns a flag for each vertex: do its facets disagree on what is outside?
+  std::vector<std::uint8_t> find_edges();
+  void find_vertices(const std::vector<std::uint8_t>& disagree);
   bool face_top(std::uint32_t facet, const AxisLine& line, ClHit& hit) const;
   bool edge_top(const EdgePatch& edge, const AxisLine& line, ClHit& hit) const;
   bool vertex_top(const VertexPatch& patch, const AxisLine& line, ClHit& hit) const;
+  bool narrow(const EdgePatch& edge) const;
+  std::array<Vec3, 2> convex_normals(const EdgePatch& edge) const;
   void edge_hull(const EdgePatch& edge, std::vector<Point<Part>>& points) const;
-  void vertex_hull(const VertexPatch& patch, std::vector<Point<Part>>& points) const;
+  void vertex_hull(const VertexPatch& patch, int side, std::vector<Point<Part>>& points) const;
 
   const Mesh& mesh_;
   Sides sides_;
