@@ -39,18 +39,16 @@ int report(const Error& error) {
   return error.code == Code::kUsage ? kWrongUse : kFailed;
 }
 
-/// Stage lines on standard error: rewritten in place on a terminal, one a stage elsewhere.
+/// Stage lines on standard error: rewritten in place on a terminal; elsewhere one a stage, and one every few
+/// seconds.
 class ProgressLine {
  public:
   bool show(const std::string& text, double fraction) {
     const auto now = std::chrono::steady_clock::now();
     const bool fresh = text != text_;
-    if (fresh || (terminal_ && now - shown_ > std::chrono::milliseconds(100))) {
-      if (terminal_) {
-        std::fprintf(stderr, "\r\033[K%s %3.0f %%", text.c_str(), fraction * 100.0);
-      } else {
-        std::fprintf(stderr, "%s ...\n", text.c_str());
-      }
+    if (fresh || now - shown_ > (terminal_ ? kRedraw : kHeartbeat)) {
+      std::fprintf(stderr, terminal_ ? "\r\033[K%s %3.0f %%" : "%s %.0f %%\n", text.c_str(),
+                   fraction * 100.0);
       text_ = text;
       shown_ = now;
     }
@@ -61,6 +59,7 @@ class ProgressLine {
   }
 
  private:
+  static constexpr std::chrono::milliseconds kRedraw{100}, kHeartbeat{2000};
   const bool terminal_ = isatty(STDERR_FILENO) == 1;
   std::string text_;
   std::chrono::steady_clock::time_point shown_;

@@ -126,13 +126,20 @@ void fill(const std::vector<CellBlock>& blocks, double cross_period, double run_
 Result<Slices> slice(const ClSurface& surface, const Deformation& map, Along along, double side_step) {
   const std::vector<CellBlock> blocks = make_cells(surface, map, along, side_step);
   Range cross, run;
+  double widths = 0.0;
+  std::size_t cells = 0;
   Slices s;
   for (const CellBlock& block : blocks) {
-    for (const Cell& cell : block.cells)
+    cells += block.cells.size();
+    for (const Cell& cell : block.cells) {
+      Range own;
       for (std::uint32_t i = cell.first; i < cell.first + cell.count; ++i) {
-        cross.add(block.corners[i].cross - cell.cross_pad, block.corners[i].cross + cell.cross_pad);
+        own.add(block.corners[i].cross - cell.cross_pad, block.corners[i].cross + cell.cross_pad);
         run.add(block.corners[i].run - cell.run_pad, block.corners[i].run + cell.run_pad);
       }
+      cross.add(own.low, own.high);
+      widths += own.high - own.low;
+    }
   }
   if (!(cross.low <= cross.high))
     return fail(Code::kUnreachable,
@@ -155,6 +162,12 @@ Result<Slices> slice(const ClSurface& surface, const Deformation& map, Along alo
     return fail(Code::kLimit, "pattern.side_step_mm of " + std::to_string(side_step) +
                                   " asks for more than " + std::to_string(kMaxSlices) + " passes over " +
                                   std::to_string(cross.high - cross.low) + " mm; use a larger step");
+  if (const double asked = static_cast<double>(cells) + widths / s.step; asked > kMaxCandidates)
+    return fail(
+        Code::kLimit,
+        "pattern.side_step_mm of " + std::to_string(side_step) + " cuts the part's facets " +
+            std::to_string(static_cast<long long>(asked / 1e6)) +
+            " million times, more than memory is set aside for; use a larger step, or a coarser mesh");
   fill(blocks, cross_period, run_period, s);
   return s;
 }

@@ -35,11 +35,14 @@ struct Slices {
 };
 
 inline constexpr std::size_t kMaxSlices = 1'000'000;
+/// Candidates of all slices together; they take about 60 bytes each while they are sorted.
+inline constexpr double kMaxCandidates = 100e6;
 
 /// Lays slices over the whole CL surface that faces the tool, evenly and at most `side_step` apart, the
 /// outermost half a step inside its borders. Properties: a patch that is the highest anywhere on a slice is
 /// among that slice's candidates there; candidates of a slice are sorted by `from`, then patch. Errors:
-/// kUnreachable when nothing faces the tool; kLimit when the side step asks for more than kMaxSlices.
+/// kUnreachable when nothing faces the tool; kLimit when the side step asks for more than kMaxSlices
+/// or kMaxCandidates.
 Result<Slices> slice(const ClSurface& surface, const Deformation& deformation, Along along, double side_step);
 
 }  // namespace tiltfeed

@@ -363,7 +363,9 @@ TEST(Plan, AnswersWhatCannotBePlanned) {
   o.axis.sense = Sense::kInward;  // the torus turns its back to its own circle
   EXPECT_EQ(code(), Code::kUnreachable);
   o = options_for(kRing);
-  o.side_step = 1e-6;
+  o.side_step = 1e-6;  // too many passes
+  EXPECT_EQ(code(), Code::kLimit);
+  o.side_step = 3e-4;  // too many cuts of facets
   EXPECT_EQ(code(), Code::kLimit);
   for (double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
     o = options_for(kRing), o.side_step = bad;
