@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -108,6 +109,9 @@ int plan_command(const PlanFiles& files) {
   if (!line.show("joints", 0.0)) return report({Code::kCancelled, "cancelled; nothing was written"});
   JointPathOptions options;
   options.tolerance = job->plan.tolerance * kPostShare;
+  // What the axis may lean moves the shank's end by no more than the tip may stray.
+  const Angle lean = Angle::from_radians(options.tolerance / job->plan.cutter.shank_length);
+  options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
   options.linear_decimals = job->machine.format.linear_decimals;
   options.rotary_decimals = job->machine.format.rotary_decimals;
   auto joints =

@@ -207,8 +207,6 @@ TEST(Stream, AResponderOnAPseudoTerminalGetsEveryLine) {
     EXPECT_EQ(report->executed, report->lines);
     EXPECT_EQ(report->acknowledged, report->lines);
     EXPECT_EQ(report->header, "TILTFEED test");
-    // A tenth of what an idle machine reaches: the tests share it.
-    EXPECT_GT(static_cast<double>(report->lines) / report->seconds, buffer == 128 ? 2000 : 10000);
   }
 }
 
