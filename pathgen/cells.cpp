@@ -34,11 +34,38 @@ class CellMaker {
     patch_ = patch;
     const bool both = surface_.sides() == Sides::kBoth;
     const bool edge = !surface_.is_face(patch) && !(surface_.core(patch).p == surface_.core(patch).q);
+    add_near();
     for (side_ = 1; side_ >= (both && !edge ? -1 : 1); side_ -= 2)
       if (!add_side()) return;
   }
 
  private:
+  /// A ball round a part that lies within the radius of the point, line or circle (inside work), or of the
+  /// axis of Theta (circle), reaches into columns in which it has no CL point: it shows there as a hit beyond
+  /// the column's end.
+  void add_near() {
+    const AxisFrame& axis = map_.frame();
+    const bool inside_work = map_.s() < 0.0, circle = axis.mode == AxisMode::kCircle;
+    if (!inside_work && !circle) return;
+    std::array<Point<Part>, 3> corner;
+    if (surface_.is_face(patch_)) {
+      const auto& f = surface_.mesh().facets[patch_];
+      for (std::size_t i = 0; i < 3; ++i) corner[i] = surface_.mesh().vertices[f[i]];
+    } else {
+      const ClSurface::Core core = surface_.core(patch_);
+      corner = {core.p, core.q, core.q};
+    }
+    const Point<Part> centre =
+        lerp(lerp(corner[0], corner[1], 0.5), corner[2], surface_.is_face(patch_) ? 1.0 / 3.0 : 0.0);
+    double size = 0.0;
+    for (Point<Part> p : corner) size = std::max(size, distance(centre, p));
+    const Vec3 d = centre - axis.origin;
+    const double reach = size + surface_.radius();
+    const bool near_feature = inside_work && std::abs(map_.flatten(centre).z) < reach;
+    const bool near_axis = circle && std::hypot(dot(d, axis.t), dot(d, axis.n)) < reach;
+    if (near_feature || near_axis) add_ball(centre, reach);
+  }
+
   /// False if it has added all there is, on either side.
   bool add_side() {
     if (surface_.is_face(patch_)) return add_face(), true;

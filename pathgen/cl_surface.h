@@ -37,6 +37,9 @@ class ClSurface {
   /// just outside the patch (by kSeam) are accepted, so that neighbouring patches leave no gap.
   bool top(PatchId patch, const AxisLine& line, ClHit& hit) const;
 
+  /// Is p within radius() of what the patch is swept round: facet, edge or vertex?
+  bool covers(PatchId patch, Point<Part> p) const;
+
   /// The part feature that the patch is swept round: an edge from p to q, or a vertex (p = q).
   struct Core {
     Point<Part> p, q;

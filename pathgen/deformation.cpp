@@ -83,6 +83,19 @@ double Deformation::column_length(Point<Flat> f) const {
   return inwards > 0.0 ? frame_.circle_radius / inwards - f.z : std::numeric_limits<double>::infinity();
 }
 
+Point<Part> Deformation::column_end(double x, double y) const {
+  const AxisLine line = axis_line(x, y);
+  const double length = s_ < 0.0 ? 0.0 : column_length({x, y, 0.0});
+  return std::isfinite(length) ? line.base + line.axis * length : line.base;
+}
+
+bool Deformation::in_column(Point<Flat> f, double margin) const {
+  if (frame_.mode == AxisMode::kFixed) return true;
+  const double rho = f.z * s_;
+  if (rho < margin) return false;
+  return frame_.mode != AxisMode::kCircle || frame_.circle_radius + rho * std::cos(f.y / scale_y_) >= margin;
+}
+
 double Deformation::period_x() const {
   const bool wraps = frame_.mode == AxisMode::kPoint || frame_.mode == AxisMode::kCircle;
   return wraps ? 2.0 * kPi * scale_x_ : 0.0;

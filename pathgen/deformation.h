@@ -50,6 +50,11 @@ class Deformation {
   /// circle in inside work; to the axis of Theta from the inner half of a circle in outside work; else
   /// infinite.
   double column_length(Point<Flat> f) const;
+  /// That place; the point, line or circle in outside work, from where the column starts.
+  Point<Part> column_end(double x, double y) const;
+  /// Is f at least `margin` (mm) inside its own column: away from the point, line or circle on its own side
+  /// of it, and (circle) on its own side of the axis of Theta?
+  bool in_column(Point<Flat> f, double margin) const;
   /// Length of the period of x' or y' (360 degrees), or 0 where that coordinate does not wrap.
   double period_x() const;
   double period_y() const;

@@ -91,19 +91,21 @@ class Profile {
     sample.run = run;
     const double x = along_ == Along::kX ? run : level_, y = along_ == Along::kX ? level_ : run;
     const AxisLine line = map_.axis_line(x, y);
-    const bool bounded = map_.frame().mode != AxisMode::kFixed;
+    const Point<Part> end = map_.column_end(x, y);
     ClHit best;
     for (const Candidate& c : active_) {
       ClHit hit;
       if (c.from > run || c.to < run || !surface_.top(c.patch, line, hit)) continue;
+      // Beyond the column's end a hit counts only if the body that it belongs to reaches back over the end.
+      if (!map_.in_column({x, y, hit.z}, 0.0) && !surface_.covers(c.patch, end)) continue;
       const bool wins = !sample.hit || hit.z > best.z || (hit.z == best.z && c.patch < sample.point.patch);
       if (!wins) continue;
       best = hit;
       sample.hit = true;
       sample.point.patch = c.patch;
     }
-    // Too near to the axis feature, or beyond it: nothing lower may be taken instead.
-    if (sample.hit && bounded && best.z * map_.s() < kLeastAxisDistance) {
+    // Too near to where the column ends, or beyond it: nothing lower may be taken instead.
+    if (sample.hit && !map_.in_column({x, y, best.z}, kLeastAxisDistance)) {
       sample.hit = false;
       result_.too_near.push_back(sample.point.patch);
     }
@@ -137,7 +139,8 @@ class Profile {
 
   bool short_enough(const Sample& left, const Sample& right) const {
     if (length(cross(left.point.axis, right.point.axis)) > options_.max_axis_step) return false;
-    return right.run - left.run <= curved_step_ || !another_curved_sheet(left, right);
+    return distance(left.point.centre, right.point.centre) <= curved_step_ ||
+           !another_curved_sheet(left, right);
   }
 
   /// Emits what is needed strictly between two samples.

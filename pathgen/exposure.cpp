@@ -14,7 +14,7 @@ constexpr double kWall = 0.02;
 constexpr double kOff = 2e-3;
 
 /// Where else a facet is looked at: this share of the way from its centre to each corner.
-constexpr double kBeside = 0.15;
+constexpr double kBeside = 0.8;
 /// Longer than any part and its distance from the axis feature, mm.
 constexpr double kFar = 1e6;
 
@@ -35,8 +35,7 @@ std::vector<std::uint32_t> exposed_backs(const Mesh& mesh, const Deformation& de
       const Vec3 axis = deformation.axis_line(flat.x, flat.y).axis;
       return dot(normal, axis) < -kWall && !scene.hits(p + axis * kOff, axis, kFar);
     };
-    // Beside the centre too, so that a ray that slips past an edge does not decide.
-    exposed[f] = open_at(centre) && open_at(lerp(centre, a, kBeside)) && open_at(lerp(centre, b, kBeside)) &&
+    exposed[f] = open_at(centre) || open_at(lerp(centre, a, kBeside)) || open_at(lerp(centre, b, kBeside)) ||
                  open_at(lerp(centre, c, kBeside));
   });
   std::vector<std::uint32_t> facets;

@@ -11,8 +11,9 @@
 
 namespace tiltfeed {
 
-/// Facets of `mesh` (indices, ascending) that turn their back to the tool although their axis line leaves the part for
-/// good there. Found by one ray a facet, past the point, line or circle where that lies ahead, since it may be inside.
+/// Facets of `mesh` (indices, ascending) that turn their back to the tool although their axis line leaves the
+/// part for good there. Found by four rays a facet, past the point, line or circle where that lies ahead,
+/// since it may be inside.
 std::vector<std::uint32_t> exposed_backs(const Mesh& mesh, const Deformation& deformation);
 
 }  // namespace tiltfeed

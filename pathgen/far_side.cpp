@@ -14,34 +14,34 @@ FarSide::FarSide(const Mesh& mesh, const Deformation& deformation, const Cutter&
       clearance_z_(clearance_z),
       ball_radius_(cutter.radius()) {}
 
-bool FarSide::reaches(Point<Flat> centre) const { return map_.column_length(centre) < reach_; }
-
-/// Is the shank's far end in the part, anywhere while the ball's centre goes `lift` up its axis line?
-bool FarSide::blocked(Point<Flat> centre, double lift) {
-  const double own = std::max(0.0, map_.column_length(centre));
-  const double beyond = reach_ + lift - own;
-  if (beyond <= 0.0) return false;
+/// Does the shank round the segment from the ball's centre, `length` up the axis, cut into the part? The ray
+/// starts at the ball, where the way is known to be free, so that it cannot start inside what it looks for.
+bool FarSide::blocked(Point<Part> centre, Vec3 axis, double length) {
   if (!clearance_) clearance_ = std::make_unique<Clearance>(mesh_, radius_);
-  const AxisLine line = map_.axis_line(centre.x, centre.y);
-  return clearance_->blocked(line.base + line.axis * (centre.z + own), line.axis, beyond);
+  return clearance_->blocked(centre, axis, length);
 }
 
 std::uint64_t FarSide::trim(std::vector<std::vector<Pass>>& slices) {
   return leave_out(slices, [this](const EnvelopePoint& p) {
-    return blocked(p.flat, std::max(0.0, clearance_z_ - p.flat.z));
+    // What the shank reaches while the ball goes up to the clearance surface.
+    const double length = reach_ + std::max(0.0, clearance_z_ - p.flat.z);
+    return map_.column_length(p.flat) < length && blocked(p.centre, p.axis, length);
   });
 }
 
 bool FarSide::travel_clear(const Pose& from, const Pose& to) {
-  const auto centre_of = [&](const Pose& pose) { return map_.flatten(pose.tip + pose.axis * ball_radius_); };
-  if (!reaches(centre_of(from)) && !reaches(centre_of(to))) return true;
-  // No point of the shank moves more than half a radius between two checks.
+  const auto centre_of = [&](const Pose& pose) { return pose.tip + pose.axis * ball_radius_; };
+  const auto reaches = [&](const Pose& pose) {
+    return map_.column_length(map_.flatten(centre_of(pose))) < reach_;
+  };
+  if (!reaches(from) && !reaches(to)) return true;
+  // No point of the shank moves more than a quarter radius between two checks.
   const double way = std::max(distance(from.tip, to.tip),
                               distance(from.tip + from.axis * reach_, to.tip + to.axis * reach_));
-  const double steps = std::max(1.0, std::ceil(2.0 * way / radius_));
+  const double steps = std::max(1.0, std::ceil(4.0 * way / radius_));
   for (double k = 1.0; k <= steps; ++k) {
     const Pose pose{lerp(from.tip, to.tip, k / steps), slerp(from.axis, to.axis, k / steps)};
-    if (blocked(centre_of(pose), 0.0)) return false;
+    if (blocked(centre_of(pose), pose.axis, reach_)) return false;
   }
   return true;
 }

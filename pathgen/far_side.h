@@ -29,8 +29,7 @@ class FarSide {
   bool travel_clear(const Pose& from, const Pose& to);
 
  private:
-  bool reaches(Point<Flat> centre) const;
-  bool blocked(Point<Flat> centre, double lift);
+  bool blocked(Point<Part> centre, Vec3 axis, double length);
 
   const Mesh& mesh_;
   const Deformation& map_;

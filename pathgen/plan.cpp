@@ -167,8 +167,11 @@ class Planner {
     const Result<Slices> slices = slice(surface, deformation, options_.along, options_.side_step);
     if (!slices) return tl::unexpected(slices.error());
     if (auto done = find_envelope(surface, deformation, *slices); !done) return done;
+    // Before anything is left out: rapids must clear that, too.
+    const Result<double> clearance_z = clearance_surface(passes_, deformation, options_);
+    if (!clearance_z) return tl::unexpected(clearance_z.error());
     if (auto done = keep_tilt(); !done) return done;
-    if (auto done = join(surface, deformation); !done) return done;
+    if (auto done = join(surface, deformation, *clearance_z); !done) return done;
     measure(path_.moves, report_);
     stages_.end();
     return {};
@@ -221,11 +224,9 @@ class Planner {
   }
 
   /// Clearance on the far side, thinning, links.
-  Result<void> join(const ClSurface& surface, const Deformation& deformation) {
+  Result<void> join(const ClSurface& surface, const Deformation& deformation, double clearance_z) {
     if (!stages_.begin("clearance")) return cancelled();
-    const Result<double> clearance_z = clearance_surface(passes_, deformation, options_);
-    if (!clearance_z) return tl::unexpected(clearance_z.error());
-    FarSide far_side(part_.mesh, deformation, options_.cutter, options_.allowance, *clearance_z);
+    FarSide far_side(part_.mesh, deformation, options_.cutter, options_.allowance, clearance_z);
     const std::uint64_t trimmed = far_side.trim(passes_);
     if (trimmed == report_.slice_points)
       return fail(Code::kGouge,
@@ -241,7 +242,7 @@ class Planner {
       for (Pass& pass : passes_[k])
         pass = thinned(pass, options_.tolerance * kThinningShare, envelope_.max_axis_step);
     });
-    const LinkOptions links{options_.direction, options_.cutter.radius(), *clearance_z, options_.clearance,
+    const LinkOptions links{options_.direction, options_.cutter.radius(), clearance_z, options_.clearance,
                             options_.approach};
     Linked linked = link(passes_, surface, deformation, links, far_side);
     if (linked.skipped_passes > 0)
