@@ -16,7 +16,7 @@ struct LinkOptions {
   Direction direction = Direction::kZigzag;
   double ball_radius = 0.0;  ///< of the tool, without allowance, mm
   double clearance_z = 0.0;  ///< z' of the clearance surface, mm
-  double clearance = 0.0;    ///< from the highest envelope point to the clearance surface, mm
+  double clearance = 0.0;    ///< of the clearance surface over what it clears, mm
   double approach = 0.0;     ///< last part of an approach, at plunge feed, mm
 };
 

@@ -80,10 +80,15 @@ double largest_axis_step(const PlanOptions& options) {
                    std::max(options.cutter.shank_length, options.cutter.radius()));
 }
 
-/// z' of the clearance surface.
-Result<double> clearance_surface(const std::vector<std::vector<Pass>>& passes, const Deformation& deformation,
-                                 const PlanOptions& options) {
-  const double top = highest(passes), z = top + options.clearance;
+/// z' of the clearance surface. In outside work it clears every vertex of the part, machined or not; in
+/// inside work, where room is short, the highest cutter location.
+Result<double> clearance_surface(const Mesh& mesh, const std::vector<std::vector<Pass>>& passes,
+                                 const Deformation& deformation, const PlanOptions& options) {
+  double top = highest(passes);
+  if (deformation.s() > 0.0)
+    for (Point<Part> v : mesh.vertices)
+      top = std::max(top, deformation.flatten(v).z + options.cutter.radius() + options.allowance);
+  const double z = top + options.clearance;
   if (deformation.s() < 0.0 && z > -kLeastAxisDistance)
     return fail(Code::kLimit,
                 "clearance_mm of " + std::to_string(options.clearance) +
@@ -168,7 +173,7 @@ class Planner {
     if (!slices) return tl::unexpected(slices.error());
     if (auto done = find_envelope(surface, deformation, *slices); !done) return done;
     // Before anything is left out: rapids must clear that, too.
-    const Result<double> clearance_z = clearance_surface(passes_, deformation, options_);
+    const Result<double> clearance_z = clearance_surface(part_.mesh, passes_, deformation, options_);
     if (!clearance_z) return tl::unexpected(clearance_z.error());
     if (auto done = keep_tilt(); !done) return done;
     if (auto done = join(surface, deformation, *clearance_z); !done) return done;

@@ -47,6 +47,25 @@ struct Entry {
   Candidate candidate;
 };
 
+/// Joins the intervals that the cells of one patch have on a slice, where they overlap: entries from `first`
+/// on.
+void join_intervals(std::vector<Entry>& entries, std::size_t first) {
+  const auto begin = entries.begin() + static_cast<std::ptrdiff_t>(first);
+  std::sort(begin, entries.end(), [](const Entry& a, const Entry& b) {
+    return a.slice != b.slice ? a.slice < b.slice : a.candidate.from < b.candidate.from;
+  });
+  auto last = begin;
+  for (auto next = begin; next != entries.end(); ++next) {
+    if (next == begin) continue;
+    if (next->slice == last->slice && next->candidate.from <= last->candidate.to) {
+      last->candidate.to = std::max(last->candidate.to, next->candidate.to);
+    } else {
+      *++last = *next;
+    }
+  }
+  if (begin != entries.end()) entries.erase(last + 1, entries.end());
+}
+
 /// The candidates of one block of cells on every slice; a cell over the seam comes once on each side of it.
 std::vector<Entry> entries_of(const CellBlock& block, const Slices& s, double cross_period,
                               double run_period) {
@@ -56,7 +75,13 @@ std::vector<Entry> entries_of(const CellBlock& block, const Slices& s, double cr
     if (to < s.run_min || from > s.run_max) return;
     entries.push_back({k, {std::max(from, s.run_min), std::min(to, s.run_max), patch}});
   };
-  for (const Cell& cell : block.cells) {
+  std::size_t first = 0;  // entry of the patch under way
+  for (std::size_t c = 0; c < block.cells.size(); ++c) {
+    const Cell& cell = block.cells[c];
+    if (c > 0 && block.cells[c - 1].patch != cell.patch) {
+      if (c > 1 && block.cells[c - 2].patch == block.cells[c - 1].patch) join_intervals(entries, first);
+      first = entries.size();
+    }
     const FlatCorner* corners = block.corners.data() + cell.first;
     Range cross;
     for (std::uint32_t i = 0; i < cell.count; ++i) cross.add(corners[i].cross, corners[i].cross);
@@ -77,6 +102,7 @@ std::vector<Entry> entries_of(const CellBlock& block, const Slices& s, double cr
       }
     }
   }
+  join_intervals(entries, first);
   return entries;
 }
 
