@@ -40,9 +40,8 @@ class CellMaker {
   }
 
  private:
-  /// A ball round a part that lies within the radius of the point, line or circle (inside work), or of the
-  /// axis of Theta (circle), reaches into columns in which it has no CL point: it shows there as a hit beyond
-  /// the column's end.
+  /// Notes a patch that may lie within the radius of the point, line or circle (inside work), or of the axis
+  /// of Theta (circle): it reaches into columns in which it has no CL point.
   void add_near() {
     const AxisFrame& axis = map_.frame();
     const bool inside_work = map_.s() < 0.0, circle = axis.mode == AxisMode::kCircle;
@@ -63,7 +62,7 @@ class CellMaker {
     const double reach = size + surface_.radius();
     const bool near_feature = inside_work && std::abs(map_.flatten(centre).z) < reach;
     const bool near_axis = circle && std::hypot(dot(d, axis.t), dot(d, axis.n)) < reach;
-    if (near_feature || near_axis) add_ball(centre, reach);
+    if (near_feature || near_axis) out_.near.push_back(patch_);
   }
 
   /// False if it has added all there is, on either side.
@@ -194,7 +193,12 @@ class CellMaker {
       out_.corners.push_back(
           {nearest_turn(c.cross, first.cross, cross_period()), nearest_turn(c.run, first.run, run_period())});
     }
-    push_cell(points.size(), f.pad_x, f.pad_y);
+    // A patch is accepted kSeam beyond its border, where a slice may run between two patches.
+    const double seam = 2.0 * kSeam * surface_.radius();
+    const AxisMode mode = map_.frame().mode;
+    const bool polar = mode == AxisMode::kPoint || mode == AxisMode::kCircle;
+    push_cell(points.size(), f.pad_x + seam * (polar ? map_.scale_x() / f.r : 1.0),
+              f.pad_y + seam * (mode == AxisMode::kFixed ? 1.0 : map_.scale_y() / f.rho));
   }
 
   void add_box(std::span<const Point<Part>> points, const Frame& f) {

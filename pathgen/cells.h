@@ -24,6 +24,7 @@ struct FlatCorner {
 struct CellBlock {
   std::vector<Cell> cells;
   std::vector<FlatCorner> corners;
+  std::vector<PatchId> near;  ///< patches that may cover the end of a column (Deformation::column_end)
 };
 
 /// The cells of all patches that can face the tool, in the order of the patches, for any number of threads.

@@ -83,10 +83,11 @@ double Deformation::column_length(Point<Flat> f) const {
   return inwards > 0.0 ? frame_.circle_radius / inwards - f.z : std::numeric_limits<double>::infinity();
 }
 
-Point<Part> Deformation::column_end(double x, double y) const {
+std::optional<Point<Part>> Deformation::column_end(double x, double y) const {
+  const double length = column_length({x, y, 0.0});
+  if (!std::isfinite(length)) return std::nullopt;
   const AxisLine line = axis_line(x, y);
-  const double length = s_ < 0.0 ? 0.0 : column_length({x, y, 0.0});
-  return std::isfinite(length) ? line.base + line.axis * length : line.base;
+  return line.base + line.axis * length;
 }
 
 bool Deformation::in_column(Point<Flat> f, double margin) const {

@@ -2,6 +2,8 @@
 // The predefined tool axis and the deformation that turns it into +z' everywhere (maths: pathgen/README.md,
 // tags D1..D4). Right-handed: (x', y', z') with b = s (n x t).
 
+#include <optional>
+
 #include "kinematics/geometry.h"
 #include "kinematics/result.h"
 
@@ -50,8 +52,8 @@ class Deformation {
   /// circle in inside work; to the axis of Theta from the inner half of a circle in outside work; else
   /// infinite.
   double column_length(Point<Flat> f) const;
-  /// That place; the point, line or circle in outside work, from where the column starts.
-  Point<Part> column_end(double x, double y) const;
+  /// The place where the column (x, y) ends, if it does.
+  std::optional<Point<Part>> column_end(double x, double y) const;
   /// Is f at least `margin` (mm) inside its own column: away from the point, line or circle on its own side
   /// of it, and (circle) on its own side of the axis of Theta?
   bool in_column(Point<Flat> f, double margin) const;

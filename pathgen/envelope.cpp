@@ -11,6 +11,9 @@ namespace {
 /// Share of the tolerance that a steep flank may lean: the step at which the search for its foot ends.
 constexpr double kFlankShare = 0.1;
 
+/// An arc leaves its chord by a quarter of what its end leaves the tangent, to first order; a little more for
+/// the rest.
+constexpr double kArcShare = 0.26;
 /// Where the surface ends, usually on a flank, its end is found this closely (mm): a ball of radius R is then
 /// within sqrt(2 R kEndStep) of the end of the flank.
 constexpr double kEndStep = 1e-7;
@@ -40,6 +43,7 @@ class Profile {
         along_(slices.along),
         level_(slices.level(k)),
         all_(slices.of(k)),
+        near_(slices.near),
         options_(options) {
     flank_ = options.tolerance * kFlankShare;
     // (E3) Between two points of one sheet another curved sheet can rise by its sagitta over the gap.
@@ -81,8 +85,25 @@ class Profile {
     for (const Candidate& c : all_) breaks.push_back(c.from), breaks.push_back(c.to);
     std::sort(breaks.begin(), breaks.end());
     const auto close = [this](double a, double b) { return b - a < flank_; };
+    const double last = breaks.empty() ? 0.0 : breaks.back();
     breaks.erase(std::unique(breaks.begin(), breaks.end(), close), breaks.end());
+    if (!breaks.empty() && breaks.back() < last)
+      breaks.push_back(last);  // the slice ends there, not a little before
     return breaks;
+  }
+
+  /// Does the part grown by the radius hold the place where the column ends? Then the column is shut from
+  /// there down to wherever that body ends, which its own patches need not show.
+  bool end_is_covered(double x, double y) {
+    if (near_.empty()) return false;
+    const std::optional<Point<Part>> end = map_.column_end(x, y);
+    if (!end) return false;
+    for (PatchId patch : near_) {
+      if (!surface_.covers(patch, *end)) continue;
+      result_.too_near.push_back(patch);
+      return true;
+    }
+    return false;
   }
 
   /// (E1) The highest of the active patches on the axis line at `run`; equal heights: the lower patch number.
@@ -91,13 +112,12 @@ class Profile {
     sample.run = run;
     const double x = along_ == Along::kX ? run : level_, y = along_ == Along::kX ? level_ : run;
     const AxisLine line = map_.axis_line(x, y);
-    const Point<Part> end = map_.column_end(x, y);
+    if (end_is_covered(x, y)) return sample;
     ClHit best;
     for (const Candidate& c : active_) {
       ClHit hit;
       if (c.from > run || c.to < run || !surface_.top(c.patch, line, hit)) continue;
-      // Beyond the column's end a hit counts only if the body that it belongs to reaches back over the end.
-      if (!map_.in_column({x, y, hit.z}, 0.0) && !surface_.covers(c.patch, end)) continue;
+      if (!map_.in_column({x, y, hit.z}, 0.0)) continue;  // seen from its own column
       const bool wins = !sample.hit || hit.z > best.z || (hit.z == best.z && c.patch < sample.point.patch);
       if (!wins) continue;
       best = hit;
@@ -126,7 +146,7 @@ class Profile {
   static Lift lift(const EnvelopePoint& a, const EnvelopePoint& b) {
     const Vec3 chord = b.centre - a.centre;
     const double from_a = std::abs(dot(a.normal, chord)), from_b = std::abs(dot(b.normal, chord));
-    const double share = a.patch == b.patch ? 0.25 : 1.0;
+    const double share = a.patch == b.patch ? kArcShare : 1.0;
     return {std::max(from_a, from_b) * share, std::min(from_a, from_b) * share};
   }
 
@@ -174,6 +194,7 @@ class Profile {
   Along along_;
   double level_;
   std::span<const Candidate> all_;
+  std::span<const PatchId> near_;
   EnvelopeOptions options_;
   double flank_ = 0.0, curved_step_ = 0.0;
   std::vector<Candidate> active_;

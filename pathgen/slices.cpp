@@ -157,6 +157,7 @@ Result<Slices> slice(const ClSurface& surface, const Deformation& map, Along alo
   Slices s;
   for (const CellBlock& block : blocks) {
     cells += block.cells.size();
+    s.near.insert(s.near.end(), block.near.begin(), block.near.end());
     for (const Cell& cell : block.cells) {
       Range own;
       for (std::uint32_t i = cell.first; i < cell.first + cell.count; ++i) {

@@ -26,6 +26,7 @@ struct Slices {
   double run_min = 0.0, run_max = 0.0;
   std::vector<std::size_t> start;  ///< count() + 1 offsets into `candidates`
   std::vector<Candidate> candidates;
+  std::vector<PatchId> near;  ///< patches that may cover the end of a column (Deformation::column_end)
 
   std::size_t count() const { return start.size() - 1; }
   double level(std::size_t k) const { return first + static_cast<double>(k) * step; }
