@@ -25,7 +25,7 @@ constexpr Range kClearance = above(0.0, 1000.0);  // mm
 constexpr Range kFeed = above(0.0, 100'000.0);    // mm/min
 constexpr Range kSpindle{0.0, 200'000.0};         // 1/min
 constexpr Range kFixtureAngle{-360.0, 360.0};     // degrees
-constexpr Range kTilt = above(0.0, 180.0);
+constexpr Range kTilt = above(0.0, 180.0);        // degrees
 
 constexpr double kInch = 25.4;  // mm, exactly
 

@@ -2,6 +2,7 @@
 // Vectors, points and rotations. Right-handed frames throughout; a positive rotation about an axis is
 // counter-clockwise seen from the axis's tip. Lengths mm, angles rad.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -40,8 +41,8 @@ inline Vec3 slerp(Vec3 a, Vec3 b, double f) {
 }
 
 /// The frames a point can belong to; points of two frames do not mix.
-struct Part {};     ///< as in the STL, after the unit scale
-struct Flat {};     ///< deformed space: every tool axis is +z'
+struct Part {};          ///< as in the STL, after the unit scale
+struct Flat {};          ///< deformed space: every tool axis is +z'
 struct MachineSpace {};  ///< fixed to the machine's bed
 
 template <class Space>
@@ -70,6 +71,14 @@ double distance(Point<S> a, Point<S> b) {
 template <class S>
 constexpr Point<S> lerp(Point<S> a, Point<S> b, double f) {
   return a + (b - a) * f;
+}
+/// Distance of p from the segment from a to b (which may be a point).
+template <class S>
+double distance_to_segment(Point<S> p, Point<S> a, Point<S> b) {
+  const Vec3 ab = b - a, ap = p - a;
+  const double ll = squared_length(ab);
+  const double f = ll > 0.0 ? std::clamp(dot(ap, ab) / ll, 0.0, 1.0) : 0.0;
+  return length(ap - ab * f);
 }
 template <class S>
 constexpr Vec3 from_origin(Point<S> p) {

@@ -43,8 +43,7 @@ class CellMaker {
   /// Notes a patch that may lie within the radius of the point, line or circle (inside work), or of the axis
   /// of Theta (circle): it reaches into columns in which it has no CL point.
   void add_near() {
-    const AxisFrame& axis = map_.frame();
-    const bool inside_work = map_.s() < 0.0, circle = axis.mode == AxisMode::kCircle;
+    const bool inside_work = map_.s() < 0.0, circle = map_.frame().mode == AxisMode::kCircle;
     if (!inside_work && !circle) return;
     std::array<Point<Part>, 3> corner;
     if (surface_.is_face(patch_)) {
@@ -58,10 +57,9 @@ class CellMaker {
         lerp(lerp(corner[0], corner[1], 0.5), corner[2], surface_.is_face(patch_) ? 1.0 / 3.0 : 0.0);
     double size = 0.0;
     for (Point<Part> p : corner) size = std::max(size, distance(centre, p));
-    const Vec3 d = centre - axis.origin;
     const double reach = size + surface_.radius();
-    const bool near_feature = inside_work && std::abs(map_.flatten(centre).z) < reach;
-    const bool near_axis = circle && std::hypot(dot(d, axis.t), dot(d, axis.n)) < reach;
+    const bool near_feature = inside_work && rho_of(centre) < reach;
+    const bool near_axis = circle && r_of(centre) < reach;
     if (near_feature || near_axis) out_.near.push_back(patch_);
   }
 
@@ -94,9 +92,8 @@ class CellMaker {
     double rho = std::numeric_limits<double>::infinity(), r = rho;
     for (Point<Part> p : points) {
       for (Point<Part> q : points) f.size = std::max(f.size, squared_length(q - p));
-      const Vec3 d = p - axis.origin;
-      r = std::min(r, std::hypot(dot(d, axis.t), dot(d, axis.n)));
-      rho = std::min(rho, std::abs(map_.flatten(p).z));
+      r = std::min(r, r_of(p));
+      rho = std::min(rho, rho_of(p));
     }
     f.size = std::sqrt(f.size);
     f.axis = map_.axis_at(points[0]);
@@ -170,6 +167,16 @@ class CellMaker {
     add_wide(middle, q);
   }
 
+  bool x_is_angle() const { return map_.period_x() > 0.0; }
+  bool y_is_angle() const { return map_.frame().mode != AxisMode::kFixed; }
+  /// Distance from the point, line or circle.
+  double rho_of(Point<Part> p) const { return std::abs(map_.flatten(p).z); }
+  /// Distance from the axis of Theta.
+  double r_of(Point<Part> p) const {
+    const Vec3 d = p - map_.frame().origin;
+    return std::hypot(dot(d, map_.frame().t), dot(d, map_.frame().n));
+  }
+
   FlatCorner corner(Point<Part> p) const {
     const Point<Flat> f = map_.flatten(p);
     return along_ == Along::kX ? FlatCorner{f.y, f.x} : FlatCorner{f.x, f.y};
@@ -195,10 +202,8 @@ class CellMaker {
     }
     // A patch is accepted kSeam beyond its border, where a slice may run between two patches.
     const double seam = 2.0 * kSeam * surface_.radius();
-    const AxisMode mode = map_.frame().mode;
-    const bool polar = mode == AxisMode::kPoint || mode == AxisMode::kCircle;
-    push_cell(points.size(), f.pad_x + seam * (polar ? map_.scale_x() / f.r : 1.0),
-              f.pad_y + seam * (mode == AxisMode::kFixed ? 1.0 : map_.scale_y() / f.rho));
+    push_cell(points.size(), f.pad_x + seam * (x_is_angle() ? map_.scale_x() / f.r : 1.0),
+              f.pad_y + seam * (y_is_angle() ? map_.scale_y() / f.rho : 1.0));
   }
 
   void add_box(std::span<const Point<Part>> points, const Frame& f) {
@@ -217,17 +222,13 @@ class CellMaker {
 
   /// (S3) Everything within `radius` of `centre`: an angle of asin(radius / distance) to each side.
   void add_ball(Point<Part> centre, double radius) {
-    const AxisFrame& axis = map_.frame();
-    const Vec3 d = centre - axis.origin;
-    const double r = std::hypot(dot(d, axis.t), dot(d, axis.n)), rho = std::abs(map_.flatten(centre).z);
-    const bool polar = axis.mode == AxisMode::kPoint || axis.mode == AxisMode::kCircle;
     const auto half_angle = [](double size, double away_by) {
       return away_by > size ? std::asin(size / away_by) : kPi;
     };
     const FlatCorner c = corner(centre);
     double half_x = radius, half_y = radius;
-    if (polar) half_x = map_.scale_x() * half_angle(radius, r);
-    if (axis.mode != AxisMode::kFixed) half_y = map_.scale_y() * half_angle(radius, rho);
+    if (x_is_angle()) half_x = map_.scale_x() * half_angle(radius, r_of(centre));
+    if (y_is_angle()) half_y = map_.scale_y() * half_angle(radius, rho_of(centre));
     out_.corners.push_back(c);
     out_.corners.push_back(c);
     push_cell(2, half_x, half_y);

@@ -189,14 +189,9 @@ bool ClSurface::vertex_top(const VertexPatch& patch, const AxisLine& line, ClHit
 }
 
 bool ClSurface::covers(PatchId patch, Point<Part> p) const {
-  const auto from_segment = [p](Point<Part> a, Point<Part> b) {
-    const double ll = squared_length(b - a);
-    const double f = ll > 0.0 ? std::clamp(dot(p - a, b - a) / ll, 0.0, 1.0) : 0.0;
-    return distance(p, lerp(a, b, f));
-  };
   if (!is_face(patch)) {
     const Core c = core(patch);
-    return from_segment(c.p, c.q) < radius_;
+    return distance_to_segment(p, c.p, c.q) < radius_;
   }
   const auto& f = mesh_.facets[patch];
   const Point<Part> a = mesh_.vertices[f[0]], b = mesh_.vertices[f[1]], c = mesh_.vertices[f[2]];
@@ -204,7 +199,8 @@ bool ClSurface::covers(PatchId patch, Point<Part> p) const {
   const bool over = dot(cross(n, b - a), p - a) >= 0.0 && dot(cross(n, c - b), p - b) >= 0.0 &&
                     dot(cross(n, a - c), p - c) >= 0.0;
   if (over) return std::abs(dot(n, p - a)) < radius_;
-  return std::min({from_segment(a, b), from_segment(b, c), from_segment(c, a)}) < radius_;
+  return std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c),
+                   distance_to_segment(p, c, a)}) < radius_;
 }
 
 ClSurface::Core ClSurface::core(PatchId patch) const {

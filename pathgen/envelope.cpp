@@ -24,14 +24,6 @@ struct Sample {
   EnvelopePoint point;
 };
 
-/// Distance of p from the segment a b.
-double segment_distance(Point<Part> p, Point<Part> a, Point<Part> b) {
-  const Vec3 ab = b - a, ap = p - a;
-  const double ll = squared_length(ab);
-  const double f = ll > 0.0 ? std::clamp(dot(ap, ab) / ll, 0.0, 1.0) : 0.0;
-  return length(ap - ab * f);
-}
-
 /// Builds the envelope of one slice by evaluating it where patches begin and end, and between those places
 /// until the straight moves fit. Heights come from the patches' closed forms.
 class Profile {
@@ -173,7 +165,7 @@ class Profile {
     if (!left.hit && !right.hit && !middle.hit) return;
     // A corner next to one end: the middle shows whether it is no more than that.
     if (joined && middle.hit && rise.smaller <= options_.tolerance &&
-        segment_distance(middle.point.centre, left.point.centre, right.point.centre) <= options_.tolerance)
+        distance_to_segment(middle.point.centre, left.point.centre, right.point.centre) <= options_.tolerance)
       return;
     refine(left, middle);
     emit(middle);
@@ -245,7 +237,7 @@ Pass thinned(const Pass& pass, double tolerance, double max_axis_step) {
       if (length(cross(pass[from].axis, pass[next].axis)) > max_axis_step) break;
       bool clear = true;
       for (std::size_t i = from + 1; i < next && clear; ++i)
-        clear = segment_distance(pass[i].centre, pass[from].centre, pass[next].centre) <= tolerance;
+        clear = distance_to_segment(pass[i].centre, pass[from].centre, pass[next].centre) <= tolerance;
       if (!clear) break;
       to = next;
     }

@@ -25,7 +25,7 @@ struct PlanOptions {
   double side_step = 0.0;   ///< between neighbouring passes in flat space, mm
   double tolerance = 0.01;  ///< largest gouge, and largest gap where contact is meant, part space, mm
   double allowance = 0.0;   ///< stock left on the part, mm
-  double clearance = 0.0;   ///< from the highest CL point to the clearance surface, along the axis, mm
+  double clearance = 0.0;   ///< of the clearance surface over the highest CL point, mm
   double approach = 0.0;    ///< the last part of an approach, travelled at plunge feed, mm
   Feed cut_feed, plunge_feed;
   Vec3 up{0, 0, 1};  ///< the table's axis in part directions, unit
