@@ -97,10 +97,10 @@ AxisFrame read_axis(const Section& root) {
 
 void read_pattern(const Section& root, PlanOptions& plan) {
   const Section pattern = root.section("pattern", {"along", "direction", "side_step_mm"});
-  plan.along = pattern.choice<Along>("along", {{"x", Along::kX}, {"y", Along::kY}}, plan.along);
-  plan.direction = pattern.choice<Direction>(
-      "direction", {{"one_way", Direction::kOneWay}, {"zigzag", Direction::kZigzag}}, plan.direction);
-  plan.side_step = pattern.number("side_step_mm", kSideStep);
+  plan.pattern.along = pattern.choice<Along>("along", {{"x", Along::kX}, {"y", Along::kY}}, plan.pattern.along);
+  plan.pattern.direction = pattern.choice<Direction>(
+      "direction", {{"one_way", Direction::kOneWay}, {"zigzag", Direction::kZigzag}}, plan.pattern.direction);
+  plan.pattern.side_step = pattern.number("side_step_mm", kSideStep);
 }
 
 void read_accuracy(const Section& root, PlanOptions& plan) {
@@ -109,11 +109,11 @@ void read_accuracy(const Section& root, PlanOptions& plan) {
     root.complain("tolerance_mm", number_text(plan.tolerance) + " mm is not below the ball's radius, " +
                                       number_text(plan.cutter.radius()) + " mm");
   plan.allowance = root.number("allowance_mm", kAllowance, plan.allowance);
-  plan.clearance = root.number("clearance_mm", kClearance);
-  plan.approach = root.number("approach_mm", kClearance);
-  if (plan.approach > plan.clearance)
-    root.complain("approach_mm", number_text(plan.approach) + " mm is over clearance_mm, " +
-                                     number_text(plan.clearance) +
+  plan.links.clearance = root.number("clearance_mm", kClearance);
+  plan.links.approach = root.number("approach_mm", kClearance);
+  if (plan.links.approach > plan.links.clearance)
+    root.complain("approach_mm", number_text(plan.links.approach) + " mm is over clearance_mm, " +
+                                     number_text(plan.links.clearance) +
                                      " mm; the approach is the last part of the way down from there");
 }
 
@@ -238,13 +238,13 @@ std::string describe(const Job& job) {
   out.add("cutter.length_mm", plan.cutter.length);
   out.add("cutter.shank_length_mm", plan.cutter.shank_length);
   describe_axis(out, plan.axis);
-  out.add("pattern.along", plan.along == Along::kX ? "x" : "y");
-  out.add("pattern.direction", plan.direction == Direction::kOneWay ? "one_way" : "zigzag");
-  out.add("pattern.side_step_mm", plan.side_step);
+  out.add("pattern.along", plan.pattern.along == Along::kX ? "x" : "y");
+  out.add("pattern.direction", plan.pattern.direction == Direction::kOneWay ? "one_way" : "zigzag");
+  out.add("pattern.side_step_mm", plan.pattern.side_step);
   out.add("tolerance_mm", plan.tolerance);
   out.add("allowance_mm", plan.allowance);
-  out.add("clearance_mm", plan.clearance);
-  out.add("approach_mm", plan.approach);
+  out.add("clearance_mm", plan.links.clearance);
+  out.add("approach_mm", plan.links.approach);
   out.add("feeds.cut_mm_per_min", plan.cut_feed.mm_per_min());
   out.add("feeds.plunge_mm_per_min", plan.plunge_feed.mm_per_min());
   out.add("feeds.spindle_rpm", job.spindle_rpm);

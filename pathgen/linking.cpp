@@ -13,7 +13,7 @@ constexpr double kDipShare = 0.1;
 
 class Linker {
  public:
-  Linker(const ClSurface& surface, const Deformation& map, const LinkOptions& options, FarSide& far_side)
+  Linker(const ClSurface& surface, const Deformation& map, const Linking& options, FarSide& far_side)
       : surface_(surface), map_(map), options_(options), far_side_(far_side), clear_z_(options.clearance_z) {}
 
   /// Requires: pass is not empty. `reversed` runs it from back to front.
@@ -87,7 +87,7 @@ class Linker {
 
   const ClSurface& surface_;
   const Deformation& map_;
-  LinkOptions options_;
+  Linking options_;
   FarSide& far_side_;
   double clear_z_;
   Point<Flat> at_;
@@ -105,7 +105,7 @@ double highest(const std::vector<std::vector<Pass>>& slices) {
 }
 
 Linked link(const std::vector<std::vector<Pass>>& slices, const ClSurface& surface,
-            const Deformation& deformation, const LinkOptions& options, FarSide& far_side) {
+            const Deformation& deformation, const Linking& options, FarSide& far_side) {
   Linker linker(surface, deformation, options, far_side);
   bool reversed = false;
   for (const auto& passes : slices) {

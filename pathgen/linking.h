@@ -7,12 +7,11 @@
 #include "kinematics/tool_path.h"
 #include "pathgen/envelope.h"
 #include "pathgen/far_side.h"
+#include "pathgen/plan_options.h"
 
 namespace tiltfeed {
 
-enum class Direction { kOneWay, kZigzag };
-
-struct LinkOptions {
+struct Linking {
   Direction direction = Direction::kZigzag;
   double ball_radius = 0.0;  ///< of the tool, without allowance, mm
   double clearance_z = 0.0;  ///< z' of the clearance surface, mm
@@ -33,6 +32,6 @@ struct Linked {
 /// the last `approach`. A pass whose travel `far_side` finds blocked is left out. (L1), (L2) in
 /// pathgen/README.md.
 Linked link(const std::vector<std::vector<Pass>>& slices, const ClSurface& surface,
-            const Deformation& deformation, const LinkOptions& options, FarSide& far_side);
+            const Deformation& deformation, const Linking& options, FarSide& far_side);
 
 }  // namespace tiltfeed

@@ -10,6 +10,7 @@
 #include "pathgen/envelope.h"
 #include "pathgen/exposure.h"
 #include "pathgen/far_side.h"
+#include "pathgen/linking.h"
 #include "pathgen/slices.h"
 
 namespace tiltfeed {
@@ -88,10 +89,10 @@ Result<double> clearance_surface(const Mesh& mesh, const std::vector<std::vector
   if (deformation.s() > 0.0)
     for (Point<Part> v : mesh.vertices)
       top = std::max(top, deformation.flatten(v).z + options.cutter.radius() + options.allowance);
-  const double z = top + options.clearance;
+  const double z = top + options.links.clearance;
   if (deformation.s() < 0.0 && z > -kLeastAxisDistance)
     return fail(Code::kLimit,
-                "clearance_mm of " + std::to_string(options.clearance) +
+                "clearance_mm of " + std::to_string(options.links.clearance) +
                     " reaches the axis point, line or circle: the highest cutter location is only " +
                     std::to_string(-top) + " mm away from it; use a smaller clearance");
   return z;
@@ -114,11 +115,12 @@ void warn_too_near(const ClSurface& surface, const std::vector<std::vector<Patch
 Result<void> check_options(const PlanOptions& o) {
   const auto positive = [](double v) { return std::isfinite(v) && v > 0.0; };
   if (!positive(o.cutter.diameter)) return fail(Code::kInput, "cutter.diameter_mm must be a positive length");
-  if (!positive(o.side_step)) return fail(Code::kInput, "pattern.side_step_mm must be a positive length");
+  if (!positive(o.pattern.side_step))
+    return fail(Code::kInput, "pattern.side_step_mm must be a positive length");
   if (!positive(o.tolerance)) return fail(Code::kInput, "tolerance_mm must be a positive length");
-  if (!positive(o.clearance)) return fail(Code::kInput, "clearance_mm must be a positive length");
+  if (!positive(o.links.clearance)) return fail(Code::kInput, "clearance_mm must be a positive length");
   if (!(o.allowance >= 0.0)) return fail(Code::kInput, "allowance_mm must be zero or more");
-  if (!(o.approach >= 0.0)) return fail(Code::kInput, "approach_mm must be zero or more");
+  if (!(o.links.approach >= 0.0)) return fail(Code::kInput, "approach_mm must be zero or more");
   return {};
 }
 
@@ -169,7 +171,8 @@ class Planner {
     const Deformation deformation(options_.axis, scale);
 
     if (!stages_.begin("slice")) return cancelled();
-    const Result<Slices> slices = slice(surface, deformation, options_.along, options_.side_step);
+    const Result<Slices> slices =
+        slice(surface, deformation, options_.pattern.along, options_.pattern.side_step);
     if (!slices) return tl::unexpected(slices.error());
     if (auto done = find_envelope(surface, deformation, *slices); !done) return done;
     // Before anything is left out: rapids must clear that, too.
@@ -247,8 +250,8 @@ class Planner {
       for (Pass& pass : passes_[k])
         pass = thinned(pass, options_.tolerance * kThinningShare, envelope_.max_axis_step);
     });
-    const LinkOptions links{options_.direction, options_.cutter.radius(), clearance_z, options_.clearance,
-                            options_.approach};
+    const Linking links{options_.pattern.direction, options_.cutter.radius(), clearance_z,
+                        options_.links.clearance, options_.links.approach};
     Linked linked = link(passes_, surface, deformation, links, far_side);
     if (linked.skipped_passes > 0)
       report_.warnings.push_back(

@@ -8,30 +8,10 @@
 
 #include "kinematics/result.h"
 #include "kinematics/tool_path.h"
-#include "pathgen/cutter.h"
-#include "pathgen/deformation.h"
-#include "pathgen/linking.h"
 #include "pathgen/mesh.h"
-#include "pathgen/slices.h"
+#include "pathgen/plan_options.h"
 
 namespace tiltfeed {
-
-struct PlanOptions {
-  std::string name;  ///< of the part
-  Cutter cutter;
-  AxisFrame axis;
-  Along along = Along::kX;
-  Direction direction = Direction::kZigzag;
-  double side_step = 0.0;   ///< between neighbouring passes in flat space, mm
-  double tolerance = 0.01;  ///< largest gouge, and largest gap where contact is meant, part space, mm
-  double allowance = 0.0;   ///< stock left on the part, mm
-  double clearance = 0.0;   ///< of the clearance surface over the highest CL point, mm
-  double approach = 0.0;    ///< the last part of an approach, travelled at plunge feed, mm
-  Feed cut_feed, plunge_feed;
-  Vec3 up{0, 0, 1};  ///< the table's axis in part directions, unit
-  Angle tilt_max =
-      Angle::from_degrees(180.0);  ///< largest angle of the tool axis to `up`; the rest is left out
-};
 
 /// Called on one thread with the stage's name and 0..1; return false to cancel.
 using Progress = std::function<bool(const char* stage, double fraction)>;

@@ -234,8 +234,8 @@ TEST_P(Accuracy, PathIsGougeFreeInContactAndComplete) {
   ASSERT_TRUE(checked) << checked.error().message;
   PlanOptions options;
   options.name = c.name, options.cutter = c.cutter, options.axis = c.axis;
-  options.along = c.along, options.direction = c.direction, options.side_step = c.side_step;
-  options.tolerance = kTolerance, options.clearance = c.cutter.diameter, options.approach = c.cutter.radius();
+  options.pattern.along = c.along, options.pattern.direction = c.direction, options.pattern.side_step = c.side_step;
+  options.tolerance = kTolerance, options.links.clearance = c.cutter.diameter, options.links.approach = c.cutter.radius();
   options.cut_feed = Feed::from_mm_per_min(1000), options.plunge_feed = Feed::from_mm_per_min(300);
   const auto start = std::chrono::steady_clock::now();
   const auto planned = plan(*checked, options, {});

@@ -106,9 +106,9 @@ void expect_in_range(const Job& job) {
   EXPECT_TRUE(plan.cutter.diameter > 0 && plan.cutter.diameter <= 500);
   EXPECT_TRUE(plan.cutter.shank_length >= plan.cutter.radius() &&
               plan.cutter.shank_length <= plan.cutter.length);
-  EXPECT_TRUE(plan.side_step > 0 && plan.side_step <= 1000);
+  EXPECT_TRUE(plan.pattern.side_step > 0 && plan.pattern.side_step <= 1000);
   EXPECT_TRUE(plan.tolerance >= 1e-4 && plan.tolerance <= 1);
-  EXPECT_TRUE(plan.approach > 0 && plan.approach <= plan.clearance && plan.clearance <= 1000);
+  EXPECT_TRUE(plan.links.approach > 0 && plan.links.approach <= plan.links.clearance && plan.links.clearance <= 1000);
   EXPECT_NEAR(dot(plan.axis.t, plan.axis.n), 0.0, 1e-15);
   EXPECT_TRUE(is_finite(plan.axis.origin) && is_finite(job.setup.part_zero));
   EXPECT_NEAR(length(job.setup.fixture.rows[2]), 1.0, 1e-12);

@@ -50,13 +50,13 @@ TEST(Job, ReadsEveryValue) {
   EXPECT_EQ(plan.axis.t, (Vec3{0, 1, 0}));
   EXPECT_EQ(plan.axis.n, (Vec3{0, 0, -1}));
   EXPECT_EQ(plan.axis.circle_radius, 50.0);
-  EXPECT_EQ(plan.along, Along::kY);
-  EXPECT_EQ(plan.direction, Direction::kOneWay);
-  EXPECT_EQ(plan.side_step, 0.5);
+  EXPECT_EQ(plan.pattern.along, Along::kY);
+  EXPECT_EQ(plan.pattern.direction, Direction::kOneWay);
+  EXPECT_EQ(plan.pattern.side_step, 0.5);
   EXPECT_EQ(plan.tolerance, 0.02);
   EXPECT_EQ(plan.allowance, 0.3);
-  EXPECT_EQ(plan.clearance, 5.0);
-  EXPECT_EQ(plan.approach, 1.0);
+  EXPECT_EQ(plan.links.clearance, 5.0);
+  EXPECT_EQ(plan.links.approach, 1.0);
   EXPECT_EQ(plan.cut_feed.mm_per_min(), 1000.0);
   EXPECT_EQ(plan.plunge_feed.mm_per_min(), 300.0);
   EXPECT_EQ(job.spindle_rpm, 9000.0);
@@ -85,8 +85,8 @@ TEST(Job, DefaultsAreTheDocumentedOnes) {
   EXPECT_EQ(job->plan.axis.origin, (Point<Part>{0, 0, 0}));
   EXPECT_EQ(job->plan.axis.t, (Vec3{1, 0, 0}));
   EXPECT_EQ(job->plan.axis.n, (Vec3{0, 0, 1}));
-  EXPECT_EQ(job->plan.along, Along::kX);
-  EXPECT_EQ(job->plan.direction, Direction::kZigzag);
+  EXPECT_EQ(job->plan.pattern.along, Along::kX);
+  EXPECT_EQ(job->plan.pattern.direction, Direction::kZigzag);
   EXPECT_EQ(job->plan.tolerance, 0.01);
   EXPECT_EQ(job->plan.allowance, 0.0);
   EXPECT_EQ(job->spindle_rpm, 0.0);
@@ -102,8 +102,8 @@ TEST(Job, UnitsOfTheStl) {
 }
 
 TEST(Job, NumbersAreReadInEveryPlainForm) {
-  EXPECT_EQ(good("clearance_mm: 5", "clearance_mm: 5.").plan.clearance, 5.0);
-  EXPECT_EQ(good("clearance_mm: 5", "clearance_mm: 50e-1").plan.clearance, 5.0);
+  EXPECT_EQ(good("clearance_mm: 5", "clearance_mm: 5.").plan.links.clearance, 5.0);
+  EXPECT_EQ(good("clearance_mm: 5", "clearance_mm: 50e-1").plan.links.clearance, 5.0);
   EXPECT_EQ(good("allowance_mm: 0.3", "allowance_mm: .3").plan.allowance, 0.3);
   EXPECT_FALSE(std::signbit(good("allowance_mm: 0.3", "allowance_mm: -0").plan.allowance));
 }

@@ -78,9 +78,9 @@ PlanOptions options_for(const AxisFrame& axis) {
   o.name = "test";
   o.cutter = {4.0, 100.0, 30.0};
   o.axis = axis;
-  o.side_step = 1.5;
-  o.clearance = 4.0;
-  o.approach = 1.0;
+  o.pattern.side_step = 1.5;
+  o.links.clearance = 4.0;
+  o.links.approach = 1.0;
   o.cut_feed = Feed::from_mm_per_min(1000);
   o.plunge_feed = Feed::from_mm_per_min(300);
   return o;
@@ -104,7 +104,7 @@ TEST(Plan, TipsLieOnASphereAndAxesPointOutwards) {
     for (Along along : {Along::kX, Along::kY}) {
       PlanOptions o = options_for(kPointFrame);
       o.allowance = allowance;
-      o.along = along;
+      o.pattern.along = along;
       const auto planned = plan(part, o, nullptr);
       ASSERT_TRUE(planned) << planned.error().message;
       ASSERT_GT(planned->report.points, 500u);
@@ -135,7 +135,7 @@ TEST(Plan, RapidsStayOutsideTheClearanceSurfaceWhileTravelling) {
       continue;  // up or down along the axis
     ++travels;
     for (double f : {0.0, 0.25, 0.5, 0.75, 1.0})
-      EXPECT_GT(rho(lerp(moves[i - 1].pose.tip, moves[i].pose.tip, f)), 15.0 + 0.85 * o.clearance);
+      EXPECT_GT(rho(lerp(moves[i - 1].pose.tip, moves[i].pose.tip, f)), 15.0 + 0.85 * o.links.clearance);
   }
   EXPECT_GT(travels, 10);
 }
@@ -229,7 +229,7 @@ TEST(Plan, ZigzagTurnsEverySecondPassRound) {
   const CheckedMesh part = sphere(25.0, 3);
   PlanOptions o = options_for(kPointFrame);
   const auto passes_rising = [&](Direction direction) {
-    o.direction = direction;
+    o.pattern.direction = direction;
     const auto planned = plan(part, o, nullptr);
     std::vector<bool> rising;
     const auto& moves = planned->path.moves;
@@ -252,7 +252,7 @@ TEST(Plan, AShankThatWouldHitTheFarWallIsRefused) {
   frame.sense = Sense::kInward;
   PlanOptions o = options_for(frame);
   o.cutter.shank_length = 35.0;  // tip on one wall, 40 mm from the other
-  o.clearance = 2.0;
+  o.links.clearance = 2.0;
   const auto fits = plan(cavity, o, nullptr);
   ASSERT_TRUE(fits) << fits.error().message;
   EXPECT_TRUE(fits->report.warnings.empty());
@@ -267,7 +267,7 @@ TEST(Plan, OutsideWorkInTheRingsHoleMindsTheFarSide) {
   AxisFrame frame = kRing;
   frame.circle_radius = 20.0;
   PlanOptions o = options_for(frame);
-  o.clearance = 3.0;
+  o.links.clearance = 3.0;
   o.cutter.shank_length = 20.0;  // shorter than the hole is wide, retracted too
   const auto fits = plan(part, o, nullptr);
   ASSERT_TRUE(fits) << fits.error().message;
@@ -296,7 +296,7 @@ TEST(Plan, APartlyBlockedCavityIsTrimmedWithAWarning) {
   AxisFrame frame = kRing;
   frame.sense = Sense::kInward;
   PlanOptions o = options_for(frame);
-  o.clearance = 2.0;
+  o.links.clearance = 2.0;
   o.cutter.shank_length = 60.0;
   const auto planned = plan(cavity, o, nullptr);
   ASSERT_TRUE(planned) << planned.error().message;
@@ -339,7 +339,7 @@ TEST(Plan, WhereTheLinePiercesThePartItSaysSoAndPlansTheRest) {
   const CheckedMesh part = sphere(25.0, 3);
   PlanOptions o = options_for({AxisMode::kLine, Sense::kOutward, {0, 0, 0}, {0, 0, 1}, {1, 0, 0}, 0.0});
   for (Along along : {Along::kX, Along::kY}) {
-    o.along = along;
+    o.pattern.along = along;
     const auto planned = plan(part, o, nullptr);
     ASSERT_TRUE(planned) << planned.error().message;
     if (along == Along::kX) {  // these passes run over the poles
@@ -363,18 +363,18 @@ TEST(Plan, AnswersWhatCannotBePlanned) {
   o.axis.sense = Sense::kInward;  // the torus turns its back to its own circle
   EXPECT_EQ(code(), Code::kUnreachable);
   o = options_for(kRing);
-  o.side_step = 1e-6;  // too many passes
+  o.pattern.side_step = 1e-6;  // too many passes
   EXPECT_EQ(code(), Code::kLimit);
-  o.side_step = 3e-4;  // too many cuts of facets
+  o.pattern.side_step = 3e-4;  // too many cuts of facets
   EXPECT_EQ(code(), Code::kLimit);
   for (double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
-    o = options_for(kRing), o.side_step = bad;
+    o = options_for(kRing), o.pattern.side_step = bad;
     EXPECT_EQ(code(), Code::kInput);
     o = options_for(kRing), o.tolerance = bad;
     EXPECT_EQ(code(), Code::kInput);
     o = options_for(kRing), o.cutter.diameter = bad;
     EXPECT_EQ(code(), Code::kInput);
-    o = options_for(kRing), o.clearance = bad;
+    o = options_for(kRing), o.links.clearance = bad;
     EXPECT_EQ(code(), Code::kInput);
   }
 }
@@ -385,7 +385,7 @@ TEST(Plan, AClearanceThatReachesTheCircleIsRefused) {
   PlanOptions o = options_for(kRing);
   o.axis.sense = Sense::kInward;
   o.cutter.shank_length = 30.0;
-  o.clearance = 19.0;
+  o.links.clearance = 19.0;
   const auto planned = plan(cavity, o, nullptr);
   ASSERT_FALSE(planned);
   EXPECT_EQ(planned.error().code, Code::kLimit);

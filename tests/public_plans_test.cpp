@@ -58,15 +58,15 @@ TEST_P(PublicPlans, GetASafePath) {
   o.axis = model.placement.axis;
   const double ball = model.placement.ball;
   o.cutter = {ball, 40 * ball, std::min(20 * ball, 60.0)};
-  o.side_step = model.placement.side_step;
+  o.pattern.side_step = model.placement.side_step;
   o.tolerance = kTolerance;
-  o.clearance = ball, o.approach = ball / 2;
+  o.links.clearance = ball, o.links.approach = ball / 2;
   o.cut_feed = Feed::from_mm_per_min(1000), o.plunge_feed = Feed::from_mm_per_min(300);
   const auto start = std::chrono::steady_clock::now();
   const auto planned = plan(*part, o, nullptr);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   ASSERT_TRUE(planned) << planned.error().message;
-  const Measured worst = PathProof(o.axis, o.along, o.cutter, kTolerance, *part, planned->path)
+  const Measured worst = PathProof(o.axis, o.pattern.along, o.cutter, kTolerance, *part, planned->path)
                              .measure(kPoses, 1 + planned->path.moves.size() / kPoses);
   std::printf(
       "%-32s %8zu facets %8llu points %6llu passes %7.2f s  gouge %.4f  contact %.4f  rapid %.4f  %zu "
