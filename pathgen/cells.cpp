@@ -17,64 +17,137 @@ namespace {
 /// Corner images bound a cell up to this size against its distance from the axis feature; beyond, its ball
 /// does.
 constexpr double kMaxCellShare = 0.25;
-/// Cells are not split below this size (mm), nor below this share of the side step: there the point, line or
-/// circle is inside or next to them.
-constexpr double kSmallestCell = 0.1;
-constexpr double kSmallestCellShare = 0.25;
+/// Contact normals further apart than this (cosine of 60 degrees to their mean) bound nothing.
+constexpr double kNarrow = 0.5;
+/// Sine up to which an angle between contact normals, or of the axis over a cell, against the lean of the
+/// normal still tells where on its ring a flat or bull-nose tool touches.
+constexpr double kSureShare = 0.4;
+/// Most corners of a cell that keeps its hull; more become a box.
+constexpr std::size_t kMostCorners = 6;
+/// Largest relative rounding of a coordinate in single precision, doubled.
+constexpr double kSingle = 1.2e-7;
 /// Blocks of patches worked on side by side; fixed, so that the result is the same for any number of threads.
 constexpr std::size_t kBlocks = 64;
 
 /// Turns patches into cells.
 class CellMaker {
  public:
-  CellMaker(const ClSurface& surface, const Deformation& map, Along along, double smallest, CellBlock& out)
-      : surface_(surface), map_(map), along_(along), smallest_(smallest), out_(out) {}
+  CellMaker(const ClSurface& surface, const Deformation& map, double smallest, Cells& out)
+      : surface_(surface), map_(map), smallest_(smallest), out_(out) {}
 
   void add(PatchId patch) {
     patch_ = patch;
-    const bool both = surface_.sides() == Sides::kBoth;
-    const bool edge = !surface_.is_face(patch) && !(surface_.core(patch).p == surface_.core(patch).q);
-    add_near();
-    for (side_ = 1; side_ >= (both && !edge ? -1 : 1); side_ -= 2)
-      if (!add_side()) return;
+    piece_ = &surface_.piece(patch);
+    const ClSurface::Core core = surface_.core(patch);
+    add_near(core);
+    const bool both = surface_.sides() == Sides::kBoth && core.count != 2;
+    for (int side = 1; side >= (both ? -1 : 1); side -= 2) {
+      surface_.normals(patch, side, normals_);
+      side_ = side;
+      if (!gather_normals()) {
+        if (normals_.empty() || !all_away(core)) add_wide(core);
+        return;
+      }
+      add_core(core);
+    }
   }
 
  private:
-  /// Notes a patch that may lie within the radius of the point, line or circle (inside work), or of the axis
-  /// of Theta (circle): it reaches into columns in which it has no CL point.
-  void add_near() {
+  /// Notes a patch that may lie within reach of the point, line or circle (inside work), or of the axis of
+  /// Theta (circle): it reaches into columns in which it has no CL point.
+  void add_near(const ClSurface::Core& core) {
     const bool inside_work = map_.s() < 0.0, circle = map_.frame().mode == AxisMode::kCircle;
-    if (!inside_work && !circle) return;
-    std::array<Point<Part>, 3> corner;
-    if (surface_.is_face(patch_)) {
-      const auto& f = surface_.mesh().facets[patch_];
-      for (std::size_t i = 0; i < 3; ++i) corner[i] = surface_.mesh().vertices[f[i]];
-    } else {
-      const ClSurface::Core core = surface_.core(patch_);
-      corner = {core.p, core.q, core.q};
-    }
-    const Point<Part> centre =
-        lerp(lerp(corner[0], corner[1], 0.5), corner[2], surface_.is_face(patch_) ? 1.0 / 3.0 : 0.0);
-    double size = 0.0;
-    for (Point<Part> p : corner) size = std::max(size, distance(centre, p));
-    const double reach = size + surface_.radius();
-    const bool near_feature = inside_work && rho_of(centre) < reach;
-    const bool near_axis = circle && r_of(centre) < reach;
-    if (near_feature || near_axis) out_.near.push_back(patch_);
+    if ((!inside_work && !circle) || piece_->part != ToolPart::kCutter) return;
+    Point<Part> centre;
+    double reach = 0.0;
+    for (Point<Part> p : core.points()) centre = centre + from_origin(p) / core.count;
+    for (Point<Part> p : core.points()) reach = std::max(reach, distance(centre, p));
+    reach += piece_->flat + piece_->corner;
+    if ((inside_work && rho_of(centre) < reach) || (circle && r_of(centre) < reach))
+      out_.near.push_back(patch_);
   }
 
-  /// False if it has added all there is, on either side.
-  bool add_side() {
-    if (surface_.is_face(patch_)) return add_face(), true;
-    const ClSurface::Core core = surface_.core(patch_);
-    surface_.hull(patch_, side_, hull_);
-    if (hull_.empty()) return add_wide(core.p, core.q), false;
-    if (!(core.p == core.q))
-      return add_edge({hull_[0], hull_[1], hull_[2], hull_[3], hull_[4], hull_[5]}), true;
-    const Frame f = frame_of(hull_);
-    if (away(f)) return true;
-    if (!f.linear) return add_ball(core.p, surface_.radius()), false;
-    return add_box(hull_, f), true;
+  /// Mean of the contact normals and how far they lie from it; false if they are too far apart.
+  bool gather_normals() {
+    if (normals_.empty()) return false;
+    Vec3 sum;
+    for (Vec3 n : normals_) sum = sum + n;
+    if (length(sum) < kSteepest) return false;
+    mean_ = normalized(sum);
+    double cosine = 1.0;
+    for (Vec3 n : normals_) cosine = std::min(cosine, dot(n, mean_));
+    cone_cosine_ = cosine;
+    cone_sine_ = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
+    return cosine >= kNarrow;
+  }
+
+  bool all_away(const ClSurface::Core& core) const {
+    if (core.count > 1) return false;
+    const double reach = piece_->outer, rho = rho_of(core.corner[0]) - reach;
+    if (map_.frame().mode != AxisMode::kFixed && rho <= reach) return false;
+    const double spread = map_.frame().mode == AxisMode::kFixed ? 0.0 : reach / rho;
+    return surface_.faces_away(patch_, side_, map_.axis_at(core.corner[0]), spread);
+  }
+
+  /// The places of the CL reference over the corners of the feature, for each of the contact normals: hull_,
+  /// to be widened by margin_ (mm).
+  void place(std::span<const Point<Part>> core) {
+    hull_.clear();
+    // (S4) Directions between the normals bulge out of the hull of their ends.
+    margin_ = piece_->corner * (1.0 / cone_cosine_ - 1.0);
+    if (piece_->is_ball()) {
+      for (Point<Part> q : core)
+        for (Vec3 n : normals_) hull_.push_back(q + n * piece_->corner);
+      return;
+    }
+    place_on_rings(core);
+  }
+
+  /// (S5) Flat, bull-nose and taper: the axis stands beside the contact, on the side to which the normal
+  /// leans; where it hardly leans, anywhere round it.
+  void place_on_rings(std::span<const Point<Part>> core) {
+    double size = 0.0;
+    for (Point<Part> q : core) size = std::max(size, distance(q, core[0]));
+    const double rho = map_.frame().mode == AxisMode::kFixed ? std::numeric_limits<double>::infinity()
+                                                             : least_rho(core[0], size + piece_->outer);
+    const double spread = rho > 0.0 ? (size + 2.0 * piece_->outer) / rho : 1.0;  // of the axis, rad
+    const Vec3 axis = map_.axis_at(core[0] + mean_ * piece_->corner);
+    const double along = dot(mean_, axis), across = std::sqrt(std::max(0.0, 1.0 - along * along));
+    const double sway = (cone_sine_ + spread) / std::max(across, kSteepest);
+    // Lean of the normals against the axis; beyond the cone's they touch its upper rim, not the arc.
+    const double lean = std::atan2(across, along), open = std::acos(cone_cosine_) + spread;
+    const double cone = kPi / 2.0 - std::asin(piece_->taper_sin);
+    const bool ring = lean - open <= cone;
+    const bool rim = piece_->has_cone() && lean + open >= cone;
+    if (sway > kSureShare || spread > kSureShare) {
+      margin_ = rim ? piece_->outer + piece_->corner
+                    : piece_->flat + piece_->corner * std::sqrt(2.0 - 2.0 * cone_cosine_);
+      for (Point<Part> q : core) hull_.push_back(q + mean_ * (rim ? 0.0 : piece_->corner));
+      return;
+    }
+    // Of the ring's bulge between two directions; of what the axis turns over the feature.
+    margin_ += (rim ? piece_->outer : piece_->flat) * sway * sway;
+    for (Point<Part> q : core)
+      for (Vec3 n : normals_) {
+        if (ring) hull_.push_back(on_ring(q, n, piece_->flat, piece_->corner));
+        if (rim) hull_.push_back(on_ring(q, n, piece_->outer, 0.0));
+      }
+  }
+
+  /// The CL reference (any point of its axis line) over a contact q with normal n, on the ring of radius d
+  /// and then r along n. The axis is that of the column, found by iteration.
+  Point<Part> on_ring(Point<Part> q, Vec3 n, double d, double r) {
+    Point<Part> p = q + n * r;
+    double moved = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      const Vec3 axis = map_.axis_at(p);
+      const Vec3 lateral = n - axis * dot(n, axis);
+      const Point<Part> next = q + n * r + lateral * (d / std::max(length(lateral), kSteepest));
+      moved = distance(p, next);
+      p = next;
+    }
+    margin_ = std::max(margin_, 2.0 * moved);
+    return p;
   }
 
   /// Where a hull lies against the axis feature.
@@ -90,12 +163,13 @@ class CellMaker {
     Frame f;
     const AxisFrame& axis = map_.frame();
     double rho = std::numeric_limits<double>::infinity(), r = rho;
-    for (Point<Part> p : points) {
-      for (Point<Part> q : points) f.size = std::max(f.size, squared_length(q - p));
-      r = std::min(r, r_of(p));
-      rho = std::min(rho, rho_of(p));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) f.size = std::max(f.size, squared_length(points[i] - points[j]));
+      if (axis.mode == AxisMode::kFixed) continue;
+      r = std::min(r, r_of(points[i]));
+      rho = std::min(rho, rho_of(points[i]));
     }
-    f.size = std::sqrt(f.size);
+    f.size = std::sqrt(f.size) + margin_;
     f.axis = map_.axis_at(points[0]);
     if (axis.mode == AxisMode::kFixed) {
       f.linear = true;
@@ -121,103 +195,92 @@ class CellMaker {
            surface_.faces_away(patch_, side_, f.axis, std::isinf(f.rho) ? 0.0 : f.size / f.rho);
   }
 
-  void add_face() {
-    const auto& facet = surface_.mesh().facets[patch_];
-    const auto& v = surface_.mesh().vertices;
-    const Vec3 up = surface_.facet_normal(patch_) * (side_ * surface_.radius());
-    add_triangle({v[facet[0]] + up, v[facet[1]] + up, v[facet[2]] + up});
-  }
-
-  void add_triangle(const std::array<Point<Part>, 3>& t) {
-    const Frame f = frame_of(t);
+  void add_core(const ClSurface::Core& core) {
+    place(core.points());
+    if (hull_.empty()) return;  // turned away from the tool
+    const Frame f = frame_of(hull_);
     if (away(f)) return;
-    if (f.linear) return add_hull(t, f);
-    if (f.size < smallest_) {
-      const Point<Part> mean = lerp(lerp(t[0], t[1], 0.5), t[2], 1.0 / 3.0);
+    if (f.linear) return add_hull(f);
+    const double extent = core.count > 1 ? distance(core.corner[0], core.corner[core.count - 1]) : 0.0;
+    const double second = core.count > 2 ? std::max(distance(core.corner[0], core.corner[1]),
+                                                    distance(core.corner[1], core.corner[2]))
+                                         : 0.0;
+    if (std::max(extent, second) < smallest_ || std::max(extent, second) < margin_) {
+      Point<Part> mean;
+      for (Point<Part> p : hull_) mean = mean + from_origin(p) / static_cast<double>(hull_.size());
       return add_ball(mean, f.size);
     }
-    const Point<Part> ab = lerp(t[0], t[1], 0.5), bc = lerp(t[1], t[2], 0.5), ca = lerp(t[2], t[0], 0.5);
-    add_triangle({t[0], ab, ca});
-    add_triangle({ab, t[1], bc});
-    add_triangle({ca, bc, t[2]});
-    add_triangle({ab, bc, ca});
-  }
-
-  /// Six points: three round each end.
-  void add_edge(const std::array<Point<Part>, 6>& e) {
-    const Frame f = frame_of(e);
-    if (away(f)) return;
-    if (f.linear) return add_hull(e, f);
-    const double length_along = distance(e[0], e[3]), width = distance(e[0], e[1]);
-    if (length_along > width && length_along > smallest_) {
-      const std::array<Point<Part>, 3> mid{lerp(e[0], e[3], 0.5), lerp(e[1], e[4], 0.5),
-                                           lerp(e[2], e[5], 0.5)};
-      add_edge({e[0], e[1], e[2], mid[0], mid[1], mid[2]});
-      add_edge({mid[0], mid[1], mid[2], e[3], e[4], e[5]});
-    } else {
-      add_ball(lerp(e[0], e[3], 0.5), f.size);
+    const auto& [a, b, c] = core.corner;
+    const Point<Part> ab = lerp(a, b, 0.5);
+    if (core.count == 2) {
+      add_core({{a, ab, {}}, 2});
+      add_core({{ab, b, {}}, 2});
+      return;
     }
+    const Point<Part> bc = lerp(b, c, 0.5), ca = lerp(c, a, 0.5);
+    add_core({{a, ab, ca}, 3});
+    add_core({{ab, b, bc}, 3});
+    add_core({{ca, bc, c}, 3});
+    add_core({{ab, bc, ca}, 3});
   }
 
-  void add_wide(Point<Part> p, Point<Part> q) {
+  /// Contact normals all round: the reference is within the tool's reach of the feature.
+  void add_wide(const ClSurface::Core& core) {
+    const double reach = std::max(piece_->flat + piece_->corner, piece_->outer);
+    const Point<Part> p = core.corner[0], q = core.corner[core.count - 1];
     const double half = distance(p, q) / 2.0;
-    if (half <= surface_.radius()) return add_ball(lerp(p, q, 0.5), half + surface_.radius());
     const Point<Part> middle = lerp(p, q, 0.5);
-    add_wide(p, middle);
-    add_wide(middle, q);
+    if (half <= std::max(reach, smallest_)) return add_ball(middle, half + reach);
+    add_wide({{p, middle, {}}, 2});
+    add_wide({{middle, q, {}}, 2});
   }
 
   bool x_is_angle() const { return map_.period_x() > 0.0; }
   bool y_is_angle() const { return map_.frame().mode != AxisMode::kFixed; }
   /// Distance from the point, line or circle.
   double rho_of(Point<Part> p) const { return std::abs(map_.flatten(p).z); }
+  double least_rho(Point<Part> p, double reach) const { return rho_of(p) - reach; }
   /// Distance from the axis of Theta.
   double r_of(Point<Part> p) const {
     const Vec3 d = p - map_.frame().origin;
     return std::hypot(dot(d, map_.frame().t), dot(d, map_.frame().n));
   }
-
-  FlatCorner corner(Point<Part> p) const {
-    const Point<Flat> f = map_.flatten(p);
-    return along_ == Along::kX ? FlatCorner{f.y, f.x} : FlatCorner{f.x, f.y};
-  }
-  double cross_period() const { return along_ == Along::kX ? map_.period_y() : map_.period_x(); }
-  double run_period() const { return along_ == Along::kX ? map_.period_x() : map_.period_y(); }
   static double nearest_turn(double value, double to, double period) {
     return period > 0.0 ? value + period * std::round((to - value) / period) : value;
   }
 
-  void push_cell(std::size_t count, double pad_x, double pad_y) {
-    const bool x = along_ == Along::kX;
-    out_.cells.push_back({patch_, static_cast<std::uint32_t>(out_.corners.size() - count),
-                          static_cast<std::uint32_t>(count), x ? pad_y : pad_x, x ? pad_x : pad_y});
+  void push(std::uint32_t count, double pad_x, double pad_y) {
+    double largest = 0.0;
+    for (auto c = out_.corners.end() - count; c != out_.corners.end(); ++c)
+      largest = std::max({largest, std::abs(static_cast<double>(c->x)), std::abs(static_cast<double>(c->y))});
+    const double rounding = kSingle * largest;
+    out_.cells.push_back({patch_, static_cast<std::uint32_t>(out_.corners.size() - count), count,
+                          static_cast<float>(pad_x * (1.0 + kSingle) + rounding),
+                          static_cast<float>(pad_y * (1.0 + kSingle) + rounding)});
   }
 
-  void add_hull(std::span<const Point<Part>> points, const Frame& f) {
-    const FlatCorner first = corner(points[0]);
-    for (Point<Part> p : points) {
-      const FlatCorner c = corner(p);
-      out_.corners.push_back(
-          {nearest_turn(c.cross, first.cross, cross_period()), nearest_turn(c.run, first.run, run_period())});
+  void add_hull(const Frame& f) {
+    const Point<Flat> first = map_.flatten(hull_[0]);
+    Point<Flat> low = first, high = first;
+    const bool box = hull_.size() > kMostCorners;
+    for (Point<Part> p : hull_) {
+      const Point<Flat> flat = map_.flatten(p);
+      const double x = nearest_turn(flat.x, first.x, map_.period_x());
+      const double y = nearest_turn(flat.y, first.y, map_.period_y());
+      low = {std::min(low.x, x), std::min(low.y, y), 0.0};
+      high = {std::max(high.x, x), std::max(high.y, y), 0.0};
+      if (!box) out_.corners.push_back({static_cast<float>(x), static_cast<float>(y)});
+    }
+    if (box || hull_.size() < 3) {
+      if (!box) out_.corners.resize(out_.corners.size() - hull_.size());
+      out_.corners.push_back({static_cast<float>(low.x), static_cast<float>(low.y)});
+      out_.corners.push_back({static_cast<float>(high.x), static_cast<float>(high.y)});
     }
     // A patch is accepted kSeam beyond its border, where a slice may run between two patches.
-    const double seam = 2.0 * kSeam * surface_.radius();
-    push_cell(points.size(), f.pad_x + seam * (x_is_angle() ? map_.scale_x() / f.r : 1.0),
-              f.pad_y + seam * (y_is_angle() ? map_.scale_y() / f.rho : 1.0));
-  }
-
-  void add_box(std::span<const Point<Part>> points, const Frame& f) {
-    const std::size_t at = out_.corners.size();
-    add_hull(points, f);
-    FlatCorner low = out_.corners[at], high = low;
-    for (std::size_t i = at; i < out_.corners.size(); ++i) {
-      low = {std::min(low.cross, out_.corners[i].cross), std::min(low.run, out_.corners[i].run)};
-      high = {std::max(high.cross, out_.corners[i].cross), std::max(high.run, out_.corners[i].run)};
-    }
-    out_.corners.resize(at);
-    out_.corners.push_back(low);
-    out_.corners.push_back(high);
-    out_.cells.back().count = 2;
+    const double margin = margin_ + 2.0 * kSeam * (piece_->flat + piece_->corner);
+    push(box || hull_.size() < 3 ? 2 : static_cast<std::uint32_t>(hull_.size()),
+         f.pad_x + margin * (x_is_angle() ? map_.scale_x() / f.r : 1.0),
+         f.pad_y + margin * (y_is_angle() ? map_.scale_y() / f.rho : 1.0));
   }
 
   /// (S3) Everything within `radius` of `centre`: an angle of asin(radius / distance) to each side.
@@ -225,38 +288,53 @@ class CellMaker {
     const auto half_angle = [](double size, double away_by) {
       return away_by > size ? std::asin(size / away_by) : kPi;
     };
-    const FlatCorner c = corner(centre);
+    const Point<Flat> flat = map_.flatten(centre);
     double half_x = radius, half_y = radius;
     if (x_is_angle()) half_x = map_.scale_x() * half_angle(radius, r_of(centre));
     if (y_is_angle()) half_y = map_.scale_y() * half_angle(radius, rho_of(centre));
+    const FlatCorner c{static_cast<float>(flat.x), static_cast<float>(flat.y)};
     out_.corners.push_back(c);
     out_.corners.push_back(c);
-    push_cell(2, half_x, half_y);
+    push(2, half_x, half_y);
   }
 
   const ClSurface& surface_;
   const Deformation& map_;
-  Along along_;
   double smallest_;
-  CellBlock& out_;
+  Cells& out_;
   PatchId patch_ = 0;
+  const ToolPiece* piece_ = nullptr;
   int side_ = 1;
+  std::vector<Vec3> normals_;  ///< of the patch, their mean, and the cone about it that holds them
+  Vec3 mean_;
+  double cone_cosine_ = 1.0, cone_sine_ = 0.0;
   std::vector<Point<Part>> hull_;
+  double margin_ = 0.0;
 };
 
 }  // namespace
 
-std::vector<CellBlock> make_cells(const ClSurface& surface, const Deformation& deformation, Along along,
-                                  double side_step) {
-  const double smallest = std::max(kSmallestCell, kSmallestCellShare * side_step);
-  std::vector<CellBlock> blocks(kBlocks);
+Cells make_cells(const ClSurface& surface, const Deformation& deformation, double smallest) {
+  std::array<Cells, kBlocks> blocks;
   const std::size_t patches = surface.patch_count();
   tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
-    CellMaker maker(surface, deformation, along, smallest, blocks[b]);
+    CellMaker maker(surface, deformation, smallest, blocks[b]);
     for (std::size_t p = patches * b / kBlocks; p < patches * (b + 1) / kBlocks; ++p)
       maker.add(static_cast<PatchId>(p));
   });
-  return blocks;
+  Cells all;
+  std::size_t cells = 0, corners = 0;
+  for (const Cells& block : blocks) cells += block.cells.size(), corners += block.corners.size();
+  all.cells.reserve(cells);
+  all.corners.reserve(corners);
+  for (Cells& block : blocks) {
+    for (Cell& cell : block.cells) cell.first += static_cast<std::uint32_t>(all.corners.size());
+    all.cells.insert(all.cells.end(), block.cells.begin(), block.cells.end());
+    all.corners.insert(all.corners.end(), block.corners.begin(), block.corners.end());
+    all.near.insert(all.near.end(), block.near.begin(), block.near.end());
+    block = {};
+  }
+  return all;
 }
 
 }  // namespace tiltfeed

@@ -1,6 +1,6 @@
 #pragma once
 // Where in flat space each patch of the CL surface may be the highest: hulls of a few corners, widened by
-// pads. (S2), (S3) in pathgen/README.md.
+// pads. (S1)..(S3) in pathgen/README.md.
 
 #include <cstdint>
 #include <vector>
@@ -10,27 +10,28 @@
 
 namespace tiltfeed {
 
-/// Part of a patch in flat space: the hull of its points, in (cross, run), widened by the pads.
+/// A place (x', y'), mm; single precision suffices for a bound, and its rounding is in the pads.
+struct FlatCorner {
+  float x = 0.0f, y = 0.0f;
+};
+
+/// Part of a patch in flat space: the hull of its corners, widened by the pads. Coordinates that wrap are
+/// those nearest to the cell's first corner, and may lie past the seam.
 struct Cell {
   PatchId patch = 0;
-  std::uint32_t first = 0, count = 0;  ///< corners; count 2: the corners of a box
-  double cross_pad = 0.0, run_pad = 0.0;
+  std::uint32_t first = 0;  ///< corner
+  std::uint32_t count = 0;  ///< of corners; 2: opposite corners of a box
+  float pad_x = 0.0f, pad_y = 0.0f;
 };
 
-struct FlatCorner {
-  double cross, run;
-};
-
-struct CellBlock {
-  std::vector<Cell> cells;
+struct Cells {
+  std::vector<Cell> cells;  ///< in the order of the patches
   std::vector<FlatCorner> corners;
   std::vector<PatchId> near;  ///< patches that may cover the end of a column (Deformation::column_end)
 };
 
-/// The cells of all patches that can face the tool, in the order of the patches, for any number of threads.
-/// Coordinates that wrap are those nearest to a cell's first corner, and may lie past the seam. Cells are not
-/// made smaller than a share of `side_step` (mm).
-std::vector<CellBlock> make_cells(const ClSurface& surface, const Deformation& deformation, Along along,
-                                  double side_step);
+/// The cells of all patches that can face the tool; the same for any number of threads. Cells are not made
+/// smaller than `smallest` (mm) to follow the deformation.
+Cells make_cells(const ClSurface& surface, const Deformation& deformation, double smallest);
 
 }  // namespace tiltfeed

@@ -1,58 +1,65 @@
 #pragma once
-// The CL surface of a ball: every place of the ball's centre in contact with the part. It is not tessellated:
-// it is the union of the patches that a sphere of the offset radius sweeps over the mesh: an offset triangle
-// for each facet, a cylinder for each convex edge, a sphere for each vertex that sticks out. Heights on it
-// are closed forms, exact for facets of any size. (C1)..(C4) in pathgen/README.md.
+// The CL surface: every place of the cutter's reference in contact with the part. It is not tessellated: it
+// is the union of the patches that each piece of the tool sweeps over each facet, each convex edge and each
+// vertex that sticks out. Heights on it are exact for facets of any size (pathgen/drop.h). (C1)..(C6) in
+// pathgen/README.md.
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "pathgen/deformation.h"
+#include "pathgen/drop.h"
 #include "pathgen/mesh.h"
 
 namespace tiltfeed {
 
+/// Piece of the tool * features() + feature of the part (facets first, then edges, then vertices).
 using PatchId = std::uint32_t;
-
-/// A point of the CL surface on an axis line.
-struct ClHit {
-  double z = 0.0;  ///< z' along the line, mm
-  Vec3 normal;     ///< unit, from the contact point to the ball's centre
-};
 
 class ClSurface {
  public:
-  /// `mesh` must outlive the surface. `radius`: ball radius plus allowance, mm, > 0.
-  ClSurface(const Mesh& mesh, Sides sides, double radius);
+  /// `mesh` must outlive the surface. Requires: at least one piece.
+  ClSurface(const Mesh& mesh, Sides sides, std::vector<ToolPiece> pieces);
 
-  PatchId patch_count() const {
+  PatchId features() const {
     return static_cast<PatchId>(mesh_.facets.size() + edges_.size() + vertices_.size());
   }
-  bool is_face(PatchId patch) const { return patch < mesh_.facets.size(); }
+  PatchId patch_count() const { return features() * static_cast<PatchId>(pieces_.size()); }
+  const ToolPiece& piece(PatchId patch) const { return pieces_[patch / features()]; }
+  bool is_face(PatchId patch) const { return patch % features() < mesh_.facets.size(); }
+  bool is_edge(PatchId patch) const {
+    const PatchId feature = patch % features();
+    return feature >= mesh_.facets.size() && feature < mesh_.facets.size() + edges_.size();
+  }
   /// The facet of the STL file that the patch stands on.
   std::uint32_t facet_of(PatchId patch) const;
 
-  /// The highest point of the patch on the axis line, if the line meets it. Points of the same offset body
-  /// just outside the patch (by kSeam) are accepted, so that neighbouring patches leave no gap.
-  bool top(PatchId patch, const AxisLine& line, ClHit& hit) const;
+  /// The highest point of the patch on the axis line, if the line meets it. Points just outside the patch (by
+  /// kSeam) are accepted, so that neighbouring patches leave no gap.
+  bool top(PatchId patch, const AxisLine& line, ClHit& hit) const {
+    const PatchId count = features();
+    return patch < count ? top(pieces_.front(), patch, line, hit)
+                         : top(pieces_[patch / count], patch % count, line, hit);
+  }
 
-  /// Is p within radius() of what the patch is swept round: facet, edge or vertex?
+  /// Is p so near to the patch's feature that the piece's rounded edge round p may cut into it?
   bool covers(PatchId patch, Point<Part> p) const;
 
-  /// The part feature that the patch is swept round: an edge from p to q, or a vertex (p = q).
+  /// The corners of the patch's feature: three, two or one.
   struct Core {
-    Point<Part> p, q;
+    std::array<Point<Part>, 3> corner;
+    std::uint32_t count = 0;
+    std::span<const Point<Part>> points() const { return {corner.data(), count}; }
   };
   // `side` below: which side of a facet or vertex is meant where both count, +1 along the facets' normals, -1
   // against them. An edge has a patch on its convex side only, whatever `side` says.
-  Core core(PatchId patch) const;  ///< Requires: not is_face(patch)
+  Core core(PatchId patch) const;
 
-  /// Points whose convex hull contains the patch of an edge (three at p, then three at q) or of a vertex.
-  /// Leaves `points` empty where the patch is too wide for that: then it is somewhere within radius() of its
-  /// core.
-  void hull(PatchId patch, int side,
-            std::vector<Point<Part>>& points) const;  ///< Requires: not is_face(patch)
+  /// Contact normals in whose cone all those of the patch lie. Leaves `normals` empty where they cannot be
+  /// told, or are as good as all directions.
+  void normals(PatchId patch, int side, std::vector<Vec3>& normals) const;
 
   /// True if no contact normal of the patch leans to the tool's side of `axis` by more than `-spread` (sine):
   /// its points are nowhere the highest.
@@ -62,7 +69,8 @@ class ClSurface {
   Vec3 facet_normal(std::uint32_t facet) const { return normals_[facet]; }
   const Mesh& mesh() const { return mesh_; }
   Sides sides() const { return sides_; }
-  double radius() const { return radius_; }
+  /// The cutting part first.
+  const std::vector<ToolPiece>& pieces() const { return pieces_; }
 
  private:
   struct EdgePatch {
@@ -79,26 +87,22 @@ class ClSurface {
   /// Returns a flag for each vertex: do its facets disagree on what is outside?
   std::vector<std::uint8_t> find_edges();
   void find_vertices(const std::vector<std::uint8_t>& disagree);
-  bool face_top(std::uint32_t facet, const AxisLine& line, ClHit& hit) const;
-  bool edge_top(const EdgePatch& edge, const AxisLine& line, ClHit& hit) const;
-  bool vertex_top(const VertexPatch& patch, const AxisLine& line, ClHit& hit) const;
+  bool top(const ToolPiece& piece, PatchId feature, const AxisLine& line, ClHit& hit) const;
+  bool behind(const EdgePatch& edge, Vec3 normal) const;
+  bool behind(const VertexPatch& patch, Vec3 normal) const;
   bool narrow(const EdgePatch& edge) const;
   std::array<Vec3, 2> convex_normals(const EdgePatch& edge) const;
-  void edge_hull(const EdgePatch& edge, std::vector<Point<Part>>& points) const;
-  void vertex_hull(const VertexPatch& patch, int side, std::vector<Point<Part>>& points) const;
+  std::span<const std::uint32_t> fan(const VertexPatch& patch) const {
+    return {fans_.data() + patch.first_facet, patch.last_facet - patch.first_facet};
+  }
 
   const Mesh& mesh_;
   Sides sides_;
-  double radius_;
+  std::vector<ToolPiece> pieces_;
   std::vector<Vec3> normals_;
   std::vector<EdgePatch> edges_;
   std::vector<VertexPatch> vertices_;
   std::vector<std::uint32_t> neighbours_, fans_;
 };
-
-/// Slack of the patch borders: an angle (rad) on the ball, and as a share of the radius a length. Wide enough
-/// to close the seams that rounding and skipped nearly flat edges leave; it raises the surface by R kSeam^2 /
-/// 8, less than 1e-9 mm.
-inline constexpr double kSeam = 2e-5;
 
 }  // namespace tiltfeed

@@ -2,6 +2,8 @@
 // Whether a straight piece of the tool's shank is clear of the part: a line against the CL surface
 // [Kim05, section 2], by rays.
 
+#include <memory>
+
 #include "pathgen/mesh.h"
 #include "pathgen/ray_scene.h"
 
@@ -9,7 +11,7 @@ namespace tiltfeed {
 
 class Clearance {
  public:
-  /// `radius`: of the shank plus allowance, mm.
+  /// `radius`: of the tool there, stock left included, mm. `mesh` must outlive the object.
   Clearance(const Mesh& mesh, double radius);
 
   /// True if a shank round the segment from `from` along unit `direction` cuts into the part by more than
@@ -18,8 +20,14 @@ class Clearance {
     return scene_.hits(from, direction, length);
   }
 
+  /// True if p is within the radius of the part's surface. Not safe to call from several threads.
+  bool touches(Point<Part> p);
+
  private:
-  RayScene scene_;
+  const Mesh& mesh_;
+  double radius_;
+  RayScene scene_;                  ///< the part grown by the radius
+  std::unique_ptr<RayScene> part_;  ///< as it is; made when first needed
 };
 
 /// Rays are single precision: they are shot at a surface this much (mm) inside the true one, far more than

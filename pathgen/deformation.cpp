@@ -76,6 +76,21 @@ Vec3 Deformation::axis_at(Point<Part> p) const {
   return axis_line(f.x, f.y).axis;
 }
 
+Vec3 Deformation::axis_turn(Point<Flat> f, Vec3 v) const {
+  if (frame_.mode == AxisMode::kFixed) return {};
+  const double theta = frame_.mode == AxisMode::kLine ? f.y / scale_y_ : f.x / scale_x_, rho = f.z * s_;
+  if (frame_.mode == AxisMode::kLine) {
+    const Vec3 round = b_ * std::cos(theta) - frame_.n * std::sin(theta);
+    return round * (s_ * dot(round, v) / rho);
+  }
+  const double phi = f.y / scale_y_;
+  const Vec3 out = frame_.n * std::cos(theta) + frame_.t * std::sin(theta);
+  const Vec3 round = frame_.t * std::cos(theta) - frame_.n * std::sin(theta);
+  const Vec3 over = b_ * std::cos(phi) - out * std::sin(phi);
+  const double from_axis = frame_.circle_radius_or_zero() + rho * std::cos(phi);
+  return over * (s_ * dot(over, v) / rho) + round * (s_ * dot(round, v) * std::cos(phi) / from_axis);
+}
+
 double Deformation::column_length(Point<Flat> f) const {
   if (frame_.mode == AxisMode::kFixed) return std::numeric_limits<double>::infinity();
   if (s_ < 0.0) return -f.z;

@@ -48,6 +48,8 @@ class Deformation {
   AxisLine axis_line(double x, double y) const;
   /// Tool axis at p (unit, from tip to shank).
   Vec3 axis_at(Point<Part> p) const;
+  /// How fast the tool axis turns when f moves along v: its derivative, 1/mm for a unit v (C5).
+  Vec3 axis_turn(Point<Flat> f, Vec3 v) const;
   /// How far the axis line of f runs on from f before it leaves its own flat column: to the point, line or
   /// circle in inside work; to the axis of Theta from the inner half of a circle in outside work; else
   /// infinite.

@@ -24,33 +24,31 @@ struct Sample {
   EnvelopePoint point;
 };
 
-/// Builds the envelope of one slice by evaluating it where patches begin and end, and between those places
+}  // namespace
+
+/// Builds the envelope along one line by evaluating it where patches begin and end, and between those places
 /// until the straight moves fit. Heights come from the patches' closed forms.
 class Profile {
  public:
-  Profile(const ClSurface& surface, const Deformation& map, const Slices& slices, std::size_t k,
-          const EnvelopeOptions& options)
-      : surface_(surface),
-        map_(map),
-        along_(slices.along),
-        level_(slices.level(k)),
-        all_(slices.of(k)),
-        near_(slices.near),
-        options_(options) {
-    flank_ = options.tolerance * kFlankShare;
+  Profile(Envelope& field, const FlatLine& line)
+      : field_(field), surface_(field.surface_), map_(field.map_), line_(line), options_(field.options_) {
+    field_.index_.along(line, field_.scratch_, field_.candidates_);
+    flank_ = options_.tolerance * kFlankShare;
     // (E3) Between two points of one sheet another curved sheet can rise by its sagitta over the gap.
-    curved_step_ = std::sqrt(8.0 * surface.radius() * options.tolerance);
+    const ToolPiece& cutter = surface_.pieces().front();
+    curved_step_ = std::sqrt(8.0 * (cutter.corner > 0.0 ? cutter.corner : cutter.flat) * options_.tolerance);
   }
 
-  SliceEnvelope build() {
+  LineEnvelope build() {
+    const std::vector<Candidate>& all = field_.candidates_;
     const std::vector<double> breaks = break_points();
     std::size_t next = 0;
     std::optional<Sample> left;
     for (std::size_t i = 0; i + 1 < breaks.size() || (i < breaks.size() && breaks.size() == 1); ++i) {
       const double from = breaks[i], to = breaks[std::min(i + 1, breaks.size() - 1)];
       std::erase_if(active_, [&](const Candidate& c) { return c.to < from; });
-      while (next < all_.size() && all_[next].from <= to) {
-        if (all_[next].to >= from) active_.push_back(all_[next]);
+      while (next < all.size() && all[next].from <= to) {
+        if (all[next].to >= from) active_.push_back(all[next]);
         ++next;
       }
       if (!left) {
@@ -69,14 +67,21 @@ class Profile {
     return std::move(result_);
   }
 
+  /// The envelope at the start of the line.
+  Sample start() {
+    active_ = field_.candidates_;
+    return evaluate(0.0);
+  }
+
  private:
-  /// Ends of the candidates' intervals, those closer than the flank step taken as one.
+  /// Ends of the candidates' intervals, those closer than the tolerance taken as one: a ball that is
+  /// missed between two samples so near rises above its neighbours by less than tolerance^2 / (8 R).
   std::vector<double> break_points() const {
     std::vector<double> breaks;
-    breaks.reserve(all_.size() * 2);
-    for (const Candidate& c : all_) breaks.push_back(c.from), breaks.push_back(c.to);
+    breaks.reserve(field_.candidates_.size() * 2);
+    for (const Candidate& c : field_.candidates_) breaks.push_back(c.from), breaks.push_back(c.to);
     std::sort(breaks.begin(), breaks.end());
-    const auto close = [this](double a, double b) { return b - a < flank_; };
+    const auto close = [this](double a, double b) { return b - a < options_.tolerance; };
     const double last = breaks.empty() ? 0.0 : breaks.back();
     breaks.erase(std::unique(breaks.begin(), breaks.end(), close), breaks.end());
     if (!breaks.empty() && breaks.back() < last)
@@ -87,22 +92,24 @@ class Profile {
   /// Does the part grown by the radius hold the place where the column ends? Then the column is shut from
   /// there down to wherever that body ends, which its own patches need not show.
   bool end_is_covered(double x, double y) {
-    if (near_.empty()) return false;
+    const std::vector<PatchId>& near = field_.index_.near();
+    if (near.empty()) return false;
     const std::optional<Point<Part>> end = map_.column_end(x, y);
     if (!end) return false;
-    for (PatchId patch : near_) {
-      if (!surface_.covers(patch, *end)) continue;
-      result_.too_near.push_back(patch);
-      return true;
-    }
-    return false;
+    if (field_.end_ && *field_.end_ == *end) return field_.end_covered_;
+    const auto covering =
+        std::find_if(near.begin(), near.end(), [&](PatchId patch) { return surface_.covers(patch, *end); });
+    field_.end_ = end;
+    field_.end_covered_ = covering != near.end();
+    if (field_.end_covered_) result_.too_near.push_back(*covering);
+    return field_.end_covered_;
   }
 
   /// (E1) The highest of the active patches on the axis line at `run`; equal heights: the lower patch number.
   Sample evaluate(double run) {
     Sample sample;
     sample.run = run;
-    const double x = along_ == Along::kX ? run : level_, y = along_ == Along::kX ? level_ : run;
+    const double x = line_.x_at(run), y = line_.y_at(run);
     const AxisLine line = map_.axis_line(x, y);
     if (end_is_covered(x, y)) return sample;
     ClHit best;
@@ -125,8 +132,14 @@ class Profile {
     sample.point.flat = {x, y, best.z};
     sample.point.centre = line.base + line.axis * best.z;
     sample.point.axis = line.axis;
-    sample.point.normal = best.normal;
+    sample.point.normal = tilted(best, sample.point.flat);
     return sample;
+  }
+
+  /// (C5) Normal of the CL surface: that of the contact, tilted by what the axis turns.
+  Vec3 tilted(const ClHit& hit, Point<Flat> flat) const {
+    if (hit.twist == Vec3{}) return hit.normal;
+    return normalized(hit.normal + map_.axis_turn(flat, hit.twist));
   }
 
   /// (E2) How far the tangent planes at two points are from the other point, the larger and the smaller. The
@@ -135,10 +148,10 @@ class Profile {
   struct Lift {
     double larger, smaller;
   };
-  static Lift lift(const EnvelopePoint& a, const EnvelopePoint& b) {
+  Lift lift(const EnvelopePoint& a, const EnvelopePoint& b) const {
     const Vec3 chord = b.centre - a.centre;
     const double from_a = std::abs(dot(a.normal, chord)), from_b = std::abs(dot(b.normal, chord));
-    const double share = a.patch == b.patch ? kArcShare : 1.0;
+    const double share = a.patch == b.patch && surface_.piece(a.patch).is_ball() ? kArcShare : 1.0;
     return {std::max(from_a, from_b) * share, std::min(from_a, from_b) * share};
   }
 
@@ -181,46 +194,43 @@ class Profile {
     pass_.clear();
   }
 
+  Envelope& field_;
   const ClSurface& surface_;
   const Deformation& map_;
-  Along along_;
-  double level_;
-  std::span<const Candidate> all_;
-  std::span<const PatchId> near_;
-  EnvelopeOptions options_;
+  FlatLine line_;
+  const EnvelopeOptions& options_;
   double flank_ = 0.0, curved_step_ = 0.0;
   std::vector<Candidate> active_;
   Pass pass_;
-  SliceEnvelope result_;
+  LineEnvelope result_;
 };
 
-}  // namespace
+LineEnvelope Envelope::along(const FlatLine& line) { return Profile(*this, line).build(); }
 
-SliceEnvelope upper_envelope(const ClSurface& surface, const Deformation& deformation, const Slices& slices,
-                             std::size_t k, const EnvelopeOptions& options) {
-  return Profile(surface, deformation, slices, k, options).build();
+std::optional<EnvelopePoint> Envelope::at(double x, double y) {
+  const auto sample = Profile(*this, {x, y, 1.0, 0.0, 0.0}).start();
+  if (!sample.hit) return std::nullopt;
+  return sample.point;
 }
 
-std::uint64_t leave_out(std::vector<std::vector<Pass>>& slices,
+std::uint64_t leave_out(std::vector<Pass>& passes,
                         const std::function<bool(const EnvelopePoint&)>& unwanted) {
   std::uint64_t count = 0;
-  for (auto& passes : slices) {
-    std::vector<Pass> kept;
-    for (const Pass& pass : passes) {
-      Pass piece;
-      for (const EnvelopePoint& p : pass) {
-        if (!unwanted(p)) {
-          piece.push_back(p);
-          continue;
-        }
-        ++count;
-        if (!piece.empty()) kept.push_back(std::move(piece));
-        piece.clear();
+  std::vector<Pass> kept;
+  for (const Pass& pass : passes) {
+    Pass piece;
+    for (const EnvelopePoint& p : pass) {
+      if (!unwanted(p)) {
+        piece.push_back(p);
+        continue;
       }
+      ++count;
       if (!piece.empty()) kept.push_back(std::move(piece));
+      piece.clear();
     }
-    passes = std::move(kept);
+    if (!piece.empty()) kept.push_back(std::move(piece));
   }
+  passes = std::move(kept);
   return count;
 }
 

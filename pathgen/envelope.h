@@ -4,20 +4,21 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "pathgen/cl_surface.h"
 #include "pathgen/deformation.h"
-#include "pathgen/slices.h"
+#include "pathgen/flat_index.h"
 
 namespace tiltfeed {
 
 /// A point of the envelope, exactly on the CL surface.
 struct EnvelopePoint {
   Point<Flat> flat;
-  Point<Part> centre;  ///< of the ball
+  Point<Part> centre;  ///< the CL reference: centre of the ball or of the rounded edge
   Vec3 axis;           ///< unit, from tip to shank
-  Vec3 normal;         ///< unit, from contact point to ball centre
+  Vec3 normal;         ///< unit, of the CL surface, away from the part
   PatchId patch = 0;
 };
 
@@ -34,21 +35,44 @@ struct EnvelopeOptions {
 /// machined there.
 inline constexpr double kLeastAxisDistance = 0.1;
 
-struct SliceEnvelope {
+struct LineEnvelope {
   std::vector<Pass> passes;
   std::vector<PatchId> too_near;  ///< patches left out for kLeastAxisDistance, each once
 };
 
-/// Points on the envelope of slice k, dense enough that straight moves of the ball's centre between them stay
-/// within options.tolerance of it. Steep flanks are points whose axis lines lie at most tolerance / 10 apart.
-/// A gap in the surface ends a pass.
-SliceEnvelope upper_envelope(const ClSurface& surface, const Deformation& deformation, const Slices& slices,
-                             std::size_t k, const EnvelopeOptions& options);
+/// The upper envelope of the CL surface over the flat space. One object a thread; surface, deformation and
+/// index are shared and must outlive it.
+class Envelope {
+ public:
+  Envelope(const ClSurface& surface, const Deformation& deformation, const FlatIndex& index,
+           const EnvelopeOptions& options)
+      : surface_(surface), map_(deformation), index_(index), options_(options) {}
+
+  /// Points on the envelope along the line, dense enough that straight moves of the CL reference between them
+  /// stay within options.tolerance of it. Steep flanks are points whose axis lines lie at most tolerance / 10
+  /// apart. A gap in the surface ends a pass.
+  LineEnvelope along(const FlatLine& line);
+
+  /// The envelope on one axis line; nothing where the line misses the CL surface or may not be used.
+  std::optional<EnvelopePoint> at(double x, double y);
+
+  const EnvelopeOptions& options() const { return options_; }
+
+ private:
+  friend class Profile;
+  const ClSurface& surface_;
+  const Deformation& map_;
+  const FlatIndex& index_;
+  EnvelopeOptions options_;
+  FlatIndex::Scratch scratch_;
+  std::vector<Candidate> candidates_;
+  std::optional<Point<Part>> end_;  ///< the column's end asked for last, and whether it is covered
+  bool end_covered_ = false;
+};
 
 /// Cuts the points for which `unwanted` holds out of the passes, which so become more and shorter. Returns
 /// how many.
-std::uint64_t leave_out(std::vector<std::vector<Pass>>& slices,
-                        const std::function<bool(const EnvelopePoint&)>& unwanted);
+std::uint64_t leave_out(std::vector<Pass>& passes, const std::function<bool(const EnvelopePoint&)>& unwanted);
 
 /// Drops points that a straight move between their neighbours passes within `tolerance` (mm), as long as the
 /// axis turns at most `max_axis_step` (rad) in one move. Keeps the first and the last.

@@ -6,14 +6,15 @@
 #include <cstdint>
 #include <vector>
 
+#include "pathgen/cl_surface.h"
 #include "pathgen/deformation.h"
-#include "pathgen/mesh.h"
+#include "pathgen/flat_index.h"
 
 namespace tiltfeed {
 
-/// Facets of `mesh` (indices, ascending) that turn their back to the tool although their axis line leaves the
-/// part for good there. Found by four rays a facet, past the point, line or circle where that lies ahead,
-/// since it may be inside.
-std::vector<std::uint32_t> exposed_backs(const Mesh& mesh, const Deformation& deformation);
+/// Facets of the surface's mesh (indices, ascending) that turn their back to the tool although no patch of
+/// the CL surface keeps the tool above them there.
+std::vector<std::uint32_t> exposed_backs(const ClSurface& surface, const Deformation& deformation,
+                                         const FlatIndex& index, double reference_height);
 
 }  // namespace tiltfeed

@@ -3,45 +3,78 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pathgen/tool_pieces.h"
+
 namespace tiltfeed {
 
-FarSide::FarSide(const Mesh& mesh, const Deformation& deformation, const Cutter& cutter, double allowance,
+namespace {
+
+/// A cone is checked as this many cylinders, each as wide as the cone's piece at its top.
+constexpr int kStepsPerCone = 8;
+
+}  // namespace
+
+FarSide::FarSide(const Mesh& mesh, const Deformation& deformation, const PlanOptions& options,
                  double clearance_z)
     : mesh_(mesh),
       map_(deformation),
-      radius_(cutter.radius() + allowance),
-      reach_(cutter.shank_length - cutter.radius()),
       clearance_z_(clearance_z),
-      ball_radius_(cutter.radius()) {}
-
-/// Does the shank round the segment from the ball's centre, `length` up the axis, cut into the part? The ray
-/// starts at the ball, where the way is known to be free, so that it cannot start inside what it looks for.
-bool FarSide::blocked(Point<Part> centre, Vec3 axis, double length) {
-  if (!clearance_) clearance_ = std::make_unique<Clearance>(mesh_, radius_);
-  return clearance_->blocked(centre, axis, length);
+      reference_height_(reference_height(options.cutter)),
+      thinnest_(options.cutter.radius()) {
+  for (const ToolPiece& piece : tool_pieces(options)) {
+    if (piece.part == ToolPart::kHolder && options.holder.reaction == Reaction::kReport) continue;
+    if (piece.part == ToolPart::kShank && options.shank.reaction == Reaction::kReport) continue;
+    const double start = piece.above_reference, end = start + piece.length;
+    if (end <= 0.0) continue;
+    const int steps = piece.has_cone() ? kStepsPerCone : 1;
+    for (int k = 1; k <= steps; ++k) {
+      const double low = start + piece.length * (k - 1) / steps, high = start + piece.length * k / steps;
+      double radius = piece.outer;
+      if (piece.has_cone())
+        radius = std::min(radius, piece.flat + piece.corner * piece.taper_cos +
+                                      (high - start + piece.corner) * piece.taper_sin / piece.taper_cos);
+      // The first starts at the reference itself, where the way is known to be free.
+      tool_.push_back({tool_.empty() ? 0.0 : low, high, radius, nullptr});
+    }
+    reach_ = std::max(reach_, end);
+  }
 }
 
-std::uint64_t FarSide::trim(std::vector<std::vector<Pass>>& slices) {
-  return leave_out(slices, [this](const EnvelopePoint& p) {
-    // What the shank reaches while the ball goes up to the clearance surface.
-    const double length = reach_ + std::max(0.0, clearance_z_ - p.flat.z);
-    return map_.column_length(p.flat) < length && blocked(p.centre, p.axis, length);
+/// Does the tool, its reference going `travel` up from where it is, hit something further up than `column`?
+bool FarSide::blocked(Point<Part> reference, Vec3 axis, double column, double travel) {
+  if (column >= reach_ + travel) return false;
+  return std::any_of(tool_.begin(), tool_.end(), [&](Cylinder& c) {
+    if (column >= c.to + travel) return false;
+    if (!c.clearance) c.clearance = std::make_unique<Clearance>(mesh_, c.radius);
+    const Point<Part> start = reference + axis * c.from;
+    // Where a cylinder starts beyond the column, nothing is known yet of its place.
+    if (c.from > column - c.radius && c.from > 0.0 && c.clearance->touches(start)) return true;
+    return c.clearance->blocked(start, axis, c.to - c.from + travel);
   });
 }
 
+std::uint64_t FarSide::trim(std::vector<std::vector<Pass>>& lines) {
+  std::uint64_t count = 0;
+  for (auto& passes : lines)
+    count += leave_out(passes, [this](const EnvelopePoint& p) {
+      return blocked(p.centre, p.axis, map_.column_length(p.flat), std::max(0.0, clearance_z_ - p.flat.z));
+    });
+  return count;
+}
+
 bool FarSide::travel_clear(const Pose& from, const Pose& to) {
-  const auto centre_of = [&](const Pose& pose) { return pose.tip + pose.axis * ball_radius_; };
-  const auto reaches = [&](const Pose& pose) {
-    return map_.column_length(map_.flatten(centre_of(pose))) < reach_;
+  const auto reference_of = [&](const Pose& pose) { return pose.tip + pose.axis * reference_height_; };
+  const auto column_of = [&](const Pose& pose) {
+    return map_.column_length(map_.flatten(reference_of(pose)));
   };
-  if (!reaches(from) && !reaches(to)) return true;
-  // No point of the shank moves more than a quarter radius between two checks.
+  if (column_of(from) >= reach_ && column_of(to) >= reach_) return true;
+  // No point of the tool's axis moves more than a quarter of its radius between two checks.
   const double way = std::max(distance(from.tip, to.tip),
                               distance(from.tip + from.axis * reach_, to.tip + to.axis * reach_));
-  const double steps = std::max(1.0, std::ceil(4.0 * way / radius_));
+  const double steps = std::max(1.0, std::ceil(4.0 * way / thinnest_));
   for (double k = 1.0; k <= steps; ++k) {
     const Pose pose{lerp(from.tip, to.tip, k / steps), slerp(from.axis, to.axis, k / steps)};
-    if (blocked(centre_of(pose), pose.axis, reach_)) return false;
+    if (blocked(reference_of(pose), pose.axis, column_of(pose), 0.0)) return false;
   }
   return true;
 }

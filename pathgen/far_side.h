@@ -1,7 +1,7 @@
 #pragma once
 // The far side: an axis line may run on past the point, line or circle (inside work), or past the axis of
 // Theta (inner half of a circle, outside work), into a part of the flat space that is not its own column.
-// What of the shank is there is checked by rays. (F1) in pathgen/README.md.
+// What of the tool is there is checked by rays. (F1) in pathgen/README.md.
 
 #include <cstdint>
 #include <memory>
@@ -9,33 +9,37 @@
 
 #include "kinematics/tool_path.h"
 #include "pathgen/clearance.h"
-#include "pathgen/cutter.h"
 #include "pathgen/deformation.h"
 #include "pathgen/envelope.h"
+#include "pathgen/plan_options.h"
 
 namespace tiltfeed {
 
 class FarSide {
  public:
   /// `clearance_z`: z' of the clearance surface, to which the tool must be able to retract.
-  FarSide(const Mesh& mesh, const Deformation& deformation, const Cutter& cutter, double allowance,
-          double clearance_z);
+  FarSide(const Mesh& mesh, const Deformation& deformation, const PlanOptions& options, double clearance_z);
 
-  /// Cuts out of the passes every point from where the tool could not retract without its shank hitting the
-  /// far side. Returns how many.
-  std::uint64_t trim(std::vector<std::vector<Pass>>& slices);
+  /// Cuts out of the passes every point from where the tool could not retract without hitting the far side.
+  /// Returns how many.
+  std::uint64_t trim(std::vector<std::vector<Pass>>& lines);
 
   /// Is a straight rapid from one pose to the next free of hits on the far side?
   bool travel_clear(const Pose& from, const Pose& to);
 
  private:
-  bool blocked(Point<Part> centre, Vec3 axis, double length);
+  /// A piece of the tool as a cylinder: heights over the CL reference, mm.
+  struct Cylinder {
+    double from = 0.0, to = 0.0, radius = 0.0;
+    std::unique_ptr<Clearance> clearance;  ///< made when first needed
+  };
+  bool blocked(Point<Part> reference, Vec3 axis, double column, double travel);
 
   const Mesh& mesh_;
   const Deformation& map_;
-  double radius_, reach_, clearance_z_;
-  double ball_radius_;
-  std::unique_ptr<Clearance> clearance_;  ///< made when first needed
+  std::vector<Cylinder> tool_;
+  double reach_ = 0.0;  ///< of the tool's upper end over the CL reference, mm
+  double clearance_z_, reference_height_, thinnest_;
 };
 
 }  // namespace tiltfeed

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace tiltfeed {
 
@@ -42,10 +41,12 @@ class Linker {
   Linked take() { return std::move(linked_); }
 
  private:
-  Pose pose_of(const EnvelopePoint& p) const { return {p.centre - p.axis * options_.ball_radius, p.axis}; }
+  Pose pose_of(const EnvelopePoint& p) const {
+    return {p.centre - p.axis * options_.reference_height, p.axis};
+  }
   Pose pose_at(Point<Flat> f) const {
     const AxisLine line = map_.axis_line(f.x, f.y);
-    return {line.base + line.axis * (f.z - options_.ball_radius), line.axis};
+    return {line.base + line.axis * (f.z - options_.reference_height), line.axis};
   }
   void push(const Pose& pose, MoveKind kind, std::uint32_t facet) {
     linked_.moves.push_back({pose, kind, facet});
@@ -95,14 +96,6 @@ class Linker {
 };
 
 }  // namespace
-
-double highest(const std::vector<std::vector<Pass>>& slices) {
-  double top = -std::numeric_limits<double>::infinity();
-  for (const auto& passes : slices)
-    for (const Pass& pass : passes)
-      for (const EnvelopePoint& p : pass) top = std::max(top, p.flat.z);
-  return top;
-}
 
 Linked link(const std::vector<std::vector<Pass>>& slices, const ClSurface& surface,
             const Deformation& deformation, const Linking& options, FarSide& far_side) {

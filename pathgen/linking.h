@@ -13,14 +13,11 @@ namespace tiltfeed {
 
 struct Linking {
   Direction direction = Direction::kZigzag;
-  double ball_radius = 0.0;  ///< of the tool, without allowance, mm
-  double clearance_z = 0.0;  ///< z' of the clearance surface, mm
-  double clearance = 0.0;    ///< of the clearance surface over what it clears, mm
-  double approach = 0.0;     ///< last part of an approach, at plunge feed, mm
+  double reference_height = 0.0;  ///< of the CL reference over the tip, mm
+  double clearance_z = 0.0;       ///< z' of the clearance surface, mm
+  double clearance = 0.0;         ///< of the clearance surface over what it clears, mm
+  double approach = 0.0;          ///< last part of an approach, at plunge feed, mm
 };
-
-/// z' of the highest envelope point of all. Requires: there is one.
-double highest(const std::vector<std::vector<Pass>>& slices);
 
 struct Linked {
   std::vector<Move> moves;

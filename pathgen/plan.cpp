@@ -1,17 +1,18 @@
 #include "pathgen/plan.h"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
-#include "pathgen/cl_surface.h"
+#include "pathgen/cl_field.h"
 #include "pathgen/envelope.h"
-#include "pathgen/exposure.h"
 #include "pathgen/far_side.h"
 #include "pathgen/linking.h"
-#include "pathgen/slices.h"
+#include "pathgen/raster.h"
 
 namespace tiltfeed {
 
@@ -21,8 +22,8 @@ namespace {
 /// is the post's (its own share: JointPathOptions) and rounding's.
 constexpr double kEnvelopeShare = 0.25;
 constexpr double kThinningShare = 0.25;
-/// Slices between two calls of the progress function.
-constexpr std::size_t kSlicesPerReport = 64;
+/// Lines between two calls of the progress function.
+constexpr std::size_t kLinesPerReport = 64;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -52,28 +53,6 @@ class Stages {
   std::chrono::steady_clock::time_point start_;
 };
 
-/// R of the maths: the mean distance of the CL surface from the axis feature, over the facets that face the
-/// tool.
-double mean_rho(const ClSurface& surface, const AxisFrame& frame) {
-  if (frame.mode == AxisMode::kFixed) return 1.0;
-  const Deformation probe(frame, 1.0);
-  const Mesh& mesh = surface.mesh();
-  double weight = 0.0, sum = 0.0;
-  for (std::uint32_t f = 0; f < mesh.facets.size(); ++f) {
-    const Point<Part> a = mesh.vertices[mesh.facets[f][0]], b = mesh.vertices[mesh.facets[f][1]],
-                      c = mesh.vertices[mesh.facets[f][2]];
-    const Point<Part> centre =
-        lerp(lerp(a, b, 0.5), c, 1.0 / 3.0) + surface.facet_normal(f) * surface.radius();
-    const double rho = std::abs(probe.flatten(centre).z);
-    if (rho <= 0.0) continue;
-    if (surface.sides() == Sides::kOutward && dot(surface.facet_normal(f), probe.axis_at(centre)) <= 0.0)
-      continue;
-    const double area = length(cross(b - a, c - a));
-    weight += area, sum += area * rho;
-  }
-  return weight > 0.0 ? sum / weight : 0.0;
-}
-
 /// (E5) The largest turn of the axis in one move: the ball's centre leaves its straight line by R turn^2 / 8
 /// and the shank its ruled surface by (shank length) turn^2 / 8.
 double largest_axis_step(const PlanOptions& options) {
@@ -83,12 +62,12 @@ double largest_axis_step(const PlanOptions& options) {
 
 /// z' of the clearance surface. In outside work it clears every vertex of the part, machined or not; in
 /// inside work, where room is short, the highest cutter location.
-Result<double> clearance_surface(const Mesh& mesh, const std::vector<std::vector<Pass>>& passes,
-                                 const Deformation& deformation, const PlanOptions& options) {
-  double top = highest(passes);
+Result<double> clearance_surface(const Mesh& mesh, double top, const Deformation& deformation,
+                                 const PlanOptions& options) {
   if (deformation.s() > 0.0)
     for (Point<Part> v : mesh.vertices)
-      top = std::max(top, deformation.flatten(v).z + options.cutter.radius() + options.allowance);
+      top = std::max(top, deformation.flatten(v).z + reference_height(options.cutter) + options.allowance +
+                              options.axial_stock);
   const double z = top + options.links.clearance;
   if (deformation.s() < 0.0 && z > -kLeastAxisDistance)
     return fail(Code::kLimit,
@@ -98,11 +77,9 @@ Result<double> clearance_surface(const Mesh& mesh, const std::vector<std::vector
   return z;
 }
 
-void warn_too_near(const ClSurface& surface, const std::vector<std::vector<PatchId>>& too_near,
-                   PlanReport& report) {
+void warn_too_near(const ClSurface& surface, const std::vector<PatchId>& too_near, PlanReport& report) {
   std::vector<std::uint32_t> facets;
-  for (const auto& patches : too_near)
-    for (PatchId patch : patches) facets.push_back(surface.facet_of(patch));
+  for (PatchId patch : too_near) facets.push_back(surface.facet_of(patch));
   std::sort(facets.begin(), facets.end());
   facets.erase(std::unique(facets.begin(), facets.end()), facets.end());
   if (facets.empty()) return;
@@ -135,20 +112,6 @@ void measure(const std::vector<Move>& moves, PlanReport& report) {
   }
 }
 
-/// Which sides of the facets to believe in: as checked, unless a facet turns its back to the tool openly.
-Sides believed_sides(const CheckedMesh& part, const AxisFrame& axis, PlanReport& report) {
-  if (part.sides == Sides::kBoth) return Sides::kBoth;
-  const std::vector<std::uint32_t> backs = exposed_backs(part.mesh, Deformation(axis, 1.0));
-  if (backs.empty()) return Sides::kOutward;
-  const Point<Part> place = part.mesh.vertices[part.mesh.facets[backs.front()][0]];
-  report.warnings.push_back(
-      std::to_string(backs.size()) + " facets show the tool their inside, first facet " +
-      std::to_string(part.mesh.source[backs.front()]) + " at " + to_string(place) +
-      ": shells cross or fold there; both sides of every facet count as surface, and the tool "
-      "keeps off both");
-  return Sides::kBoth;
-}
-
 /// The story, stage by stage; each leaves its result for the next. Errors as plan().
 class Planner {
  public:
@@ -164,61 +127,77 @@ class Planner {
     report_.facets = part_.mesh.facets.size();
     report_.warnings = part_.warnings;
     if (!stages_.begin("CL surface")) return cancelled();
-    const Sides sides = believed_sides(part_, options_.axis, report_);
-    const ClSurface surface(part_.mesh, sides, options_.cutter.radius() + options_.allowance);
-    const double scale = mean_rho(surface, options_.axis);
-    if (scale <= 0.0) return fail(Code::kUnreachable, kNothingFaces);
-    const Deformation deformation(options_.axis, scale);
-
-    if (!stages_.begin("slice")) return cancelled();
-    const Result<Slices> slices =
-        slice(surface, deformation, options_.pattern.along, options_.pattern.side_step);
-    if (!slices) return tl::unexpected(slices.error());
-    if (auto done = find_envelope(surface, deformation, *slices); !done) return done;
-    // Before anything is left out: rapids must clear that, too.
-    const Result<double> clearance_z = clearance_surface(part_.mesh, passes_, deformation, options_);
+    const auto field = make_field(part_, options_, report_.warnings);
+    if (!field) return tl::unexpected(field.error());
+    const auto lines = raster_lines((*field)->index, options_.pattern);
+    if (!lines) return tl::unexpected(lines.error());
+    if (auto done = trace(**field, *lines); !done) return done;
+    const Result<double> clearance_z = clearance_surface(part_.mesh, top_, (*field)->deformation, options_);
     if (!clearance_z) return tl::unexpected(clearance_z.error());
-    if (auto done = keep_tilt(); !done) return done;
-    if (auto done = join(surface, deformation, *clearance_z); !done) return done;
+    if (auto done = join(**field, *clearance_z); !done) return done;
     measure(path_.moves, report_);
     stages_.end();
     return {};
   }
 
  private:
-  static constexpr const char* kNothingFaces =
-      "the tool reaches no facet of the part: check axis.sense, axis.origin_mm and axis.n";
-
   static tl::unexpected<Error> cancelled() {
     return fail(Code::kCancelled, "planning was cancelled; nothing was written");
   }
 
-  Result<void> find_envelope(const ClSurface& surface, const Deformation& deformation, const Slices& slices) {
-    if (!stages_.begin("envelope")) return cancelled();
-    passes_.resize(slices.count());
-    std::vector<std::vector<PatchId>> too_near(slices.count());
-    for (std::size_t from = 0; from < passes_.size(); from += kSlicesPerReport) {
-      const std::size_t to = std::min(from + kSlicesPerReport, passes_.size());
-      tbb::parallel_for(from, to, [&](std::size_t k) {
-        SliceEnvelope found = upper_envelope(surface, deformation, slices, k, envelope_);
-        passes_[k] = std::move(found.passes);
-        too_near[k] = std::move(found.too_near);
-      });
-      if (!stages_.report(static_cast<double>(to) / static_cast<double>(passes_.size()))) return cancelled();
+  /// What one line adds to the whole.
+  struct Traced {
+    std::vector<Pass> passes;
+    std::vector<PatchId> too_near;
+    std::uint64_t points = 0, steep = 0;
+    double top = -std::numeric_limits<double>::infinity();
+  };
+
+  /// The envelope along each line, without what may not be cut, thinned.
+  Result<void> trace(const ClField& field, const std::vector<FlatLine>& lines) {
+    if (!stages_.begin("passes")) return cancelled();
+    std::vector<Traced> traced(lines.size());
+    tbb::enumerable_thread_specific<Envelope> envelopes(
+        [&] { return Envelope(field.surface, field.deformation, field.index, envelope_); });
+    for (std::size_t from = 0; from < lines.size(); from += kLinesPerReport) {
+      const std::size_t to = std::min(from + kLinesPerReport, lines.size());
+      tbb::parallel_for(from, to, [&](std::size_t k) { traced[k] = trace(envelopes.local(), lines[k]); });
+      if (!stages_.report(static_cast<double>(to) / static_cast<double>(lines.size()))) return cancelled();
     }
-    for (const auto& of_slice : passes_)
-      for (const Pass& pass : of_slice) report_.slice_points += pass.size();
-    warn_too_near(surface, too_near, report_);
-    if (report_.slice_points == 0) return fail(Code::kUnreachable, kNothingFaces);
-    return {};
+    std::uint64_t steep = 0;
+    std::vector<PatchId> too_near;
+    for (Traced& t : traced) {
+      report_.slice_points += t.points, steep += t.steep, top_ = std::max(top_, t.top);
+      too_near.insert(too_near.end(), t.too_near.begin(), t.too_near.end());
+      passes_.push_back(std::move(t.passes));
+    }
+    warn_too_near(field.surface, too_near, report_);
+    if (report_.slice_points == 0)
+      return fail(Code::kUnreachable,
+                  "the tool reaches no facet of the part: check axis.sense, axis.origin_mm and axis.n");
+    return report_steep(steep);
   }
 
-  /// Leaves out what the head cannot tilt to.
-  Result<void> keep_tilt() {
+  Traced trace(Envelope& envelope, const FlatLine& line) const {
+    Traced t;
+    LineEnvelope found = envelope.along(line);
+    t.too_near = std::move(found.too_near);
+    for (const Pass& pass : found.passes) {
+      t.points += pass.size();
+      for (const EnvelopePoint& p : pass) t.top = std::max(t.top, p.flat.z);
+    }
     const double tilt_max = options_.tilt_max.radians();
-    if (tilt_max >= kPi) return {};
-    const std::uint64_t steep = leave_out(
-        passes_, [&](const EnvelopePoint& p) { return angle_between(p.axis, options_.up) > tilt_max; });
+    if (tilt_max < kPi)
+      t.steep = leave_out(found.passes, [&](const EnvelopePoint& p) {
+        return angle_between(p.axis, options_.up) > tilt_max;
+      });
+    for (const Pass& pass : found.passes)
+      t.passes.push_back(thinned(pass, options_.tolerance * kThinningShare, envelope_.max_axis_step));
+    return t;
+  }
+
+  /// What the head cannot tilt to was left out.
+  Result<void> report_steep(std::uint64_t steep) {
     if (steep == 0) return {};
     const std::string share =
         std::to_string(steep) + " of " + std::to_string(report_.slice_points) + " points";
@@ -231,28 +210,27 @@ class Planner {
     return {};
   }
 
-  /// Clearance on the far side, thinning, links.
-  Result<void> join(const ClSurface& surface, const Deformation& deformation, double clearance_z) {
+  /// Clearance on the far side, links.
+  Result<void> join(const ClField& field, double clearance_z) {
     if (!stages_.begin("clearance")) return cancelled();
-    FarSide far_side(part_.mesh, deformation, options_.cutter, options_.allowance, clearance_z);
+    FarSide far_side(part_.mesh, field.deformation, options_, clearance_z);
+    std::uint64_t left = 0;
+    for (const auto& passes : passes_)
+      for (const Pass& pass : passes) left += pass.size();
     const std::uint64_t trimmed = far_side.trim(passes_);
-    if (trimmed == report_.slice_points)
+    if (trimmed == left)
       return fail(Code::kGouge,
                   "at every point of the path the shank would hit the part beyond the point, line or circle; "
                   "use a shorter cutter.shank_length_mm");
     if (trimmed > 0)
       report_.warnings.push_back(
-          std::to_string(trimmed) + " of " + std::to_string(report_.slice_points) +
+          std::to_string(trimmed) + " of " + std::to_string(left) +
           " points left out: beyond the axis point, line or circle the shank would hit the part");
 
     if (!stages_.begin("link")) return cancelled();
-    tbb::parallel_for(std::size_t{0}, passes_.size(), [&](std::size_t k) {
-      for (Pass& pass : passes_[k])
-        pass = thinned(pass, options_.tolerance * kThinningShare, envelope_.max_axis_step);
-    });
-    const Linking links{options_.pattern.direction, options_.cutter.radius(), clearance_z,
+    const Linking links{options_.pattern.direction, reference_height(options_.cutter), clearance_z,
                         options_.links.clearance, options_.links.approach};
-    Linked linked = link(passes_, surface, deformation, links, far_side);
+    Linked linked = link(passes_, field.surface, field.deformation, links, far_side);
     if (linked.skipped_passes > 0)
       report_.warnings.push_back(
           std::to_string(linked.skipped_passes) +
@@ -265,7 +243,8 @@ class Planner {
   const CheckedMesh& part_;
   const PlanOptions& options_;
   EnvelopeOptions envelope_;
-  std::vector<std::vector<Pass>> passes_;  ///< by slice
+  std::vector<std::vector<Pass>> passes_;                  ///< by line
+  double top_ = -std::numeric_limits<double>::infinity();  ///< highest z' of the envelope
   ToolPath& path_;
   PlanReport& report_;
   Stages stages_;
@@ -277,7 +256,7 @@ Result<Plan> plan(const CheckedMesh& part, const PlanOptions& options, const Pro
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   Plan result;
   result.path.name = options.name;
-  result.path.tool = {options.cutter.diameter, options.cutter.radius(), options.cutter.length};
+  result.path.tool = {options.cutter.diameter, options.cutter.nose_radius(), options.cutter.length};
   result.path.cut_feed = options.cut_feed;
   result.path.plunge_feed = options.plunge_feed;
   if (auto done = Planner(part, options, progress, result).run(); !done) return tl::unexpected(done.error());

@@ -105,4 +105,58 @@ bool RayScene::hits(Point<Part> from, Vec3 direction, double length) const {
   return ray.tfar < 0.0f;
 }
 
+namespace {
+
+struct Question {
+  RTCScene scene;
+  Vec3 p;
+  double squared;
+  bool found = false;
+};
+
+Vec3 from_float(Float3 v) { return {v.x, v.y, v.z}; }
+
+/// [Ericson 2005, 5.1.5] The squared distance of p from a triangle, by the region that p lies in.
+double squared_distance(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
+  const Vec3 n = cross(b - a, c - a);
+  const auto inside = [&](Vec3 u, Vec3 v) { return dot(cross(n, v - u), p - u) >= 0.0; };
+  if (inside(a, b) && inside(b, c) && inside(c, a)) {
+    const double height = dot(n, p - a);
+    return height * height / squared_length(n);
+  }
+  const auto edge = [&](Vec3 u, Vec3 v) {
+    const double f = std::clamp(dot(p - u, v - u) / squared_length(v - u), 0.0, 1.0);
+    return squared_length(p - u - (v - u) * f);
+  };
+  return std::min({edge(a, b), edge(b, c), edge(c, a)});
+}
+
+bool ask(RTCPointQueryFunctionArguments* args) {
+  auto& question = *static_cast<Question*>(args->userPtr);
+  RTCGeometry geometry = rtcGetGeometry(question.scene, args->geomID);
+  const auto* vertex =
+      static_cast<const Float3*>(rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0));
+  const Float3* corner = vertex + std::size_t{3} * args->primID;
+  if (squared_distance(question.p, from_float(corner[0]), from_float(corner[1]), from_float(corner[2])) >
+      question.squared)
+    return false;
+  question.found = true;
+  args->query->radius = 0.0f;  // nothing further is asked
+  return true;
+}
+
+}  // namespace
+
+bool RayScene::within(Point<Part> p, double distance) const {
+  Question question{handles_->scene, p - origin_, distance * distance};
+  const Float3 at = to_float(question.p);
+  RTCPointQuery query{};
+  query.x = at.x, query.y = at.y, query.z = at.z;
+  query.radius = static_cast<float>(distance);
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(handles_->scene, &query, &context, ask, &question);
+  return question.found;
+}
+
 }  // namespace tiltfeed

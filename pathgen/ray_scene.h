@@ -26,6 +26,9 @@ class RayScene {
   /// Does the segment hit anything? Safe to call from several threads.
   bool hits(Point<Part> from, Vec3 direction, double length) const;
 
+  /// Is a triangle within `distance` (mm) of p? Triangles only.
+  bool within(Point<Part> p, double distance) const;
+
  private:
   struct Handles;
   std::unique_ptr<Handles> handles_;

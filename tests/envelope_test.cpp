@@ -1,5 +1,5 @@
-// The envelope of every slice against a ball let down along the axis by sphere tracing over all triangles: no
-// patches, no slices, no closed forms in common.
+// The envelope against the tool let down along the axis line, by search over every point of every facet: no
+// patches, no cells, no closed forms in common.
 #include "pathgen/envelope.h"
 
 #include <gtest/gtest.h>
@@ -8,47 +8,72 @@
 #include <limits>
 #include <optional>
 #include <random>
+#include <tuple>
 #include <vector>
 
 #include "kinematics/units.h"
 #include "pathgen/mesh.h"
+#include "pathgen/raster.h"
 
 namespace tiltfeed {
 namespace {
 
-constexpr double kTouching = 1e-9;
-/// Where the line only grazes the ball's track, a gap of kTouching leaves this much of z' open, for a 3 mm
-/// ball.
-constexpr double kGrazing = 2e-4;
+constexpr double kBeside = 1e-4;  ///< mm
+constexpr double kExact = 2e-6;   ///< of a height found by search against one in closed form, mm
 
-double point_triangle(Point<Part> p, Point<Part> a, Point<Part> b, Point<Part> c) {
-  const auto to_segment = [&](Point<Part> u, Point<Part> v) {
-    const double f = std::clamp(dot(p - u, v - u) / squared_length(v - u), 0.0, 1.0);
-    return distance(p, lerp(u, v, f));
-  };
-  const Vec3 n = normalized(cross(b - a, c - a));
-  const bool over = dot(cross(n, b - a), p - a) >= 0 && dot(cross(n, c - b), p - b) >= 0 &&
-                    dot(cross(n, a - c), p - c) >= 0;
-  return over ? std::abs(dot(n, p - a)) : std::min({to_segment(a, b), to_segment(b, c), to_segment(c, a)});
+/// Height of the tool's underside over its CL reference at distance d from the axis; beyond the tool it
+/// climbs without end, so that the search below stays on a concave function.
+double underside(const Cutter& cutter, double d) {
+  const double r = cutter.nose_radius(), e = cutter.radius() - r;
+  const double taper = cutter.taper.radians(), touch = e + r * std::cos(taper);
+  const double outer = cutter.cutting_top_radius();
+  if (d > outer) return underside(cutter, outer) + 1e4 * (d - outer);
+  if (d <= e) return -r;
+  if (d <= touch) return -std::sqrt(std::max(0.0, r * r - (d - e) * (d - e)));
+  return -r * std::sin(taper) + (d - touch) / std::tan(taper);
 }
 
-double to_mesh(Point<Part> p, const Mesh& mesh) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const auto& f : mesh.facets)
-    nearest =
-        std::min(nearest, point_triangle(p, mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]]));
-  return nearest;
-}
-
-/// z' at which the ball, coming down the line from `from_z`, first touches; nothing if it gets to `to_z`.
-std::optional<double> drop(const AxisLine& line, const Mesh& mesh, double radius, double from_z,
-                           double to_z) {
-  for (double z = from_z; z > to_z;) {
-    const double gap = to_mesh(line.base + line.axis * z, mesh) - radius;
-    if (gap < kTouching) return z;
-    z -= std::max(gap, kGrazing / 2);
+/// Place of the largest value of a concave function on [0, 1].
+template <class Function>
+double summit(Function f) {
+  const double golden = 0.6180339887498949;
+  double low = 0.0, high = 1.0, a = 1.0 - golden, b = golden, fa = f(a), fb = f(b);
+  for (int i = 0; i < 50; ++i) {
+    if (fa < fb) {
+      low = a, a = b, fa = fb, b = low + golden * (high - low), fb = f(b);
+    } else {
+      high = b, b = a, fb = fa, a = high - golden * (high - low), fa = f(a);
+    }
   }
-  return std::nullopt;
+  return (low + high) / 2.0;
+}
+
+/// z' of the CL reference of the tool let down on the whole mesh, by search over every facet; what would stop
+/// it above `ceiling` or below `floor` is not in the column.
+std::optional<double> drop(const AxisLine& line, const Mesh& mesh, const Cutter& cutter, double floor,
+                           double ceiling) {
+  const double outer = cutter.cutting_top_radius();
+  std::optional<double> top;
+  for (const auto& f : mesh.facets) {
+    const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
+    const Point<Part> centre = lerp(lerp(a, b, 0.5), c, 1.0 / 3.0);
+    const Vec3 w = centre - line.base;
+    const double size = std::max({distance(centre, a), distance(centre, b), distance(centre, c)});
+    if (length(w - line.axis * dot(w, line.axis)) > outer + size) continue;
+    double off = 0.0;
+    const auto height = [&](double s, double t) {
+      const Vec3 v = lerp(a, lerp(b, c, t), s) - line.base;
+      const double h = dot(v, line.axis);
+      off = length(v - line.axis * h);
+      return h - underside(cutter, off);
+    };
+    const auto along = [&](double s) { return summit([&](double t) { return height(s, t); }); };
+    const double s = summit([&](double at) { return height(at, along(at)); });
+    const double z = height(s, along(s));
+    if (off > outer + 1e-6 || z > ceiling || z < floor) continue;
+    top = std::max(top.value_or(z), z);
+  }
+  return top;
 }
 
 struct Case {
@@ -56,7 +81,8 @@ struct Case {
   AxisFrame frame;
   Along along;
   Sides sides;
-  double rho, bump;  ///< mean and variation of the height of the grid's corners, mm
+  double rho, bump;      ///< mean and variation of the height of the grid's corners, mm
+  double degrees = 0.0;  ///< of the lines
 };
 
 /// A bumpy closed surface: a grid of columns by rows, wound round the axis feature (rows closed too, except
@@ -126,63 +152,117 @@ std::vector<Case> cases() {
     all.push_back(
         {"circle in", {AxisMode::kCircle, Sense::kInward, o, t, n, 120.0}, along, Sides::kBoth, 40.0, 3.0});
   }
+  all.push_back({"circle out, slanted",
+                 {AxisMode::kCircle, Sense::kOutward, o, t, n, 120.0},
+                 Along::kX,
+                 Sides::kOutward,
+                 40.0,
+                 3.0,
+                 31.0});
   return all;
 }
 
-class EnvelopeTest : public testing::TestWithParam<int> {};
+std::vector<Cutter> cutters() {
+  std::vector<Cutter> all(4);
+  for (Cutter& cutter : all) cutter.length = 60.0, cutter.shank_length = 20.0;
+  all[0].diameter = 6.0;
+  all[1].diameter = 7.0, all[1].type = CutterType::kBullNose, all[1].corner_radius = 1.2;
+  all[2].diameter = 5.0, all[2].type = CutterType::kFlat;
+  all[3].diameter = 3.0, all[3].type = CutterType::kTaperBall, all[3].taper = Angle::from_degrees(12.0);
+  all[3].cutting_length = 12.0;
+  return all;
+}
 
-TEST_P(EnvelopeTest, EqualsABallLetDownOnTheWholeMesh) {
-  const Case c = cases()[static_cast<std::size_t>(GetParam())];
+class EnvelopeTest : public testing::TestWithParam<std::tuple<int, int>> {};
+
+TEST_P(EnvelopeTest, EqualsTheToolLetDownOnTheWholeMesh) {
+  const Case c = cases()[static_cast<std::size_t>(std::get<0>(GetParam()))];
+  PlanOptions options;
+  options.cutter = cutters()[static_cast<std::size_t>(std::get<1>(GetParam()))];
   SCOPED_TRACE(c.name);
-  const double radius = 3.0;
   const Mesh mesh = bumpy(c, 7);
-  const ClSurface surface(mesh, c.sides, radius);
+  const ClSurface surface(mesh, c.sides, tool_pieces(options));
   const Deformation map(c.frame, c.rho);
-  const auto slices = slice(surface, map, c.along, 4.0);
-  ASSERT_TRUE(slices) << slices.error().message;
-  ASSERT_GT(slices->count(), 3u);
-  const EnvelopeOptions options{0.004, 0.03};
-  const double above = map.s() > 0 ? c.rho + 40.0 : -1e-3, below = map.s() > 0 ? 1e-3 : -c.rho - 40.0;
+  const FlatIndex index(make_cells(surface, map, 1.0), map);
+  Pattern pattern;
+  pattern.along = c.along, pattern.side_step = 9.0;
+  pattern.angle = Angle::from_degrees(c.degrees);
+  const auto lines = raster_lines(index, pattern);
+  ASSERT_TRUE(lines) << lines.error().message;
+  ASSERT_GT(lines->size(), 3u);
+  const EnvelopeOptions limits{0.004, 0.03};
+  Envelope envelope(surface, map, index, limits);
+  // The rim of a sharp edge may catch a feature up to kSeam beyond its end, on a line that just grazes it.
+  const bool sharp = options.cutter.type == CutterType::kFlat;
+  const double aside = sharp ? 40.0 * kBeside : kBeside, near = sharp ? 1e-3 : kExact;
+  const bool bent = c.frame.mode != AxisMode::kFixed;
+  const double floor = bent && map.s() > 0 ? 0.0 : -1e9, ceiling = map.s() > 0 ? c.rho + 40.0 : 0.0;
+  const auto height_at = [&](double x, double y) {
+    return drop(map.axis_line(x, y), mesh, options.cutter, floor, ceiling);
+  };
   std::mt19937 random(11);
-  std::size_t points = 0, columns = 0;
-  for (std::size_t k = 0; k < slices->count(); k += 1 + slices->count() / 6) {
-    const std::vector<Pass> passes = upper_envelope(surface, map, *slices, k, options).passes;
-    const auto run_of = [&](Point<Flat> f) { return c.along == Along::kX ? f.x : f.y; };
+  std::size_t points = 0, columns = 0, hits = 0;
+  for (std::size_t k = 0; k < lines->size(); k += 1 + lines->size() / 3) {
+    const FlatLine& line = (*lines)[k];
+    const std::vector<Pass> passes = envelope.along(line).passes;
+    const auto run_of = [&](Point<Flat> f) { return (f.x - line.x) * line.dx + (f.y - line.y) * line.dy; };
     for (const Pass& pass : passes)
-      for (std::size_t i = 0; i + 1 < pass.size(); i += 1 + pass.size() / 12) {
+      for (std::size_t i = sharp ? pass.size() / 4 : 0; i + 1 < pass.size(); i += 1 + pass.size() / 6) {
         ++points;
-        const AxisLine line = map.axis_line(pass[i].flat.x, pass[i].flat.y);
-        const auto z = drop(line, mesh, radius, above, below);
-        ASSERT_TRUE(z) << "slice " << k << " point " << i;
-        EXPECT_NEAR(to_mesh(pass[i].centre, mesh), radius, 1e-8) << "slice " << k << " point " << i;
-        EXPECT_NEAR(pass[i].flat.z, *z, kGrazing) << "slice " << k << " point " << i;
-        EXPECT_LT(distance(pass[i].centre, line.base + line.axis * pass[i].flat.z), 1e-9);
-        // The straight move to the next point stays on the envelope: no deeper, and in contact, or on a
-        // flank.
-        const Point<Part> middle = lerp(pass[i].centre, pass[i + 1].centre, 0.5);
-        EXPECT_GT(to_mesh(middle, mesh), radius - options.tolerance) << "slice " << k << " point " << i;
-        if (std::abs(run_of(pass[i + 1].flat) - run_of(pass[i].flat)) > options.tolerance) {
-          EXPECT_LT(to_mesh(middle, mesh), radius + options.tolerance) << "slice " << k << " point " << i;
+        const EnvelopePoint& p = pass[i];
+        // A flank may be as steep as a wall: the height is one between those of the places beside it.
+        double lowest = 1e9, highest = -1e9;
+        for (double shift : {0.0, -aside, aside}) {
+          const auto z = height_at(p.flat.x + line.dx * shift, p.flat.y + line.dy * shift);
+          if (z) lowest = std::min(lowest, *z), highest = std::max(highest, *z);
+          if (z && shift == 0.0 && std::abs(*z - p.flat.z) < kExact) break;
         }
+        EXPECT_GT(p.flat.z, lowest - near) << "line " << k << " point " << i << " of " << pass.size();
+        EXPECT_LT(p.flat.z, highest + near) << "line " << k << " point " << i << " of " << pass.size();
+        EXPECT_LT(distance(p.centre, map.unflatten(p.flat)), 1e-9);
+        // The straight move to the next point stays on the envelope, of this place or of one within the
+        // tolerance.
+        if (run_of(pass[i + 1].flat) - run_of(p.flat) < 2.0 * limits.tolerance) continue;
+        const Point<Flat> middle = map.flatten(lerp(p.centre, pass[i + 1].centre, 0.5));
+        double low = 1e9, high = -1e9;
+        for (double shift : {-limits.tolerance, 0.0, limits.tolerance}) {
+          const auto beside = height_at(middle.x + line.dx * shift, middle.y + line.dy * shift);
+          if (beside) low = std::min(low, *beside), high = std::max(high, *beside);
+        }
+        EXPECT_GT(middle.z, low - limits.tolerance) << "line " << k << " point " << i;
+        EXPECT_LT(middle.z, high + limits.tolerance) << "line " << k << " point " << i;
       }
-    // Columns anywhere on the slice: either inside a run or free of the part.
-    std::uniform_real_distribution<double> along(slices->run_min, slices->run_max);
-    for (int i = 0; i < 5; ++i) {
+    // Columns anywhere on the line: either inside a run, at the right height, or free of the part.
+    std::uniform_real_distribution<double> along(0.0, line.length);
+    for (int i = 0; i < 6; ++i) {
       ++columns;
-      const double at = along(random), level = slices->level(k);
-      const auto z = drop(c.along == Along::kX ? map.axis_line(at, level) : map.axis_line(level, at), mesh,
-                          radius, above, below);
+      const double at = along(random);
+      const auto z = height_at(line.x_at(at), line.y_at(at));
+      const auto found = envelope.at(line.x_at(at), line.y_at(at));
       bool inside = false;
       for (const Pass& pass : passes)
         inside = inside || (at >= run_of(pass.front().flat) - 1e-3 && at <= run_of(pass.back().flat) + 1e-3);
-      EXPECT_EQ(z.has_value(), inside) << "slice " << k << " at " << at;
+      EXPECT_EQ(z.has_value(), inside) << "line " << k << " at " << at;
+      ASSERT_EQ(z.has_value(), found.has_value()) << "line " << k << " at " << at;
+      if (!z) continue;
+      ++hits;
+      EXPECT_NEAR(found->flat.z, *z, kExact) << "line " << k << " at " << at;
+      // The normal is that of the surface as it lies in part space, whatever the axis does.
+      constexpr double kStep = 1e-5;
+      for (const auto& [dx, dy] : {std::pair{1.0, 0.0}, std::pair{0.0, 1.0}}) {
+        const auto next = envelope.at(found->flat.x + kStep * dx, found->flat.y + kStep * dy);
+        if (!next || next->patch != found->patch || dot(found->normal, found->axis) < 0.1) continue;
+        EXPECT_LT(std::abs(dot(found->normal, normalized(next->centre - found->centre))), 2e-4)
+            << "line " << k << " at " << at << " patch " << found->patch;
+      }
     }
   }
-  EXPECT_GT(points, 30u);
+  EXPECT_GT(points, 4u);
   EXPECT_GT(columns, 10u);
+  EXPECT_GT(hits, 3u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Modes, EnvelopeTest, testing::Range(0, 14));
+INSTANTIATE_TEST_SUITE_P(Modes, EnvelopeTest, testing::Combine(testing::Range(0, 15), testing::Range(0, 4)));
 
 TEST(Thinned, KeepsCornersAndDropsWhatAStraightMovePasses) {
   Pass pass;

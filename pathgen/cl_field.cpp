@@ -1,0 +1,71 @@
+#include "pathgen/cl_field.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pathgen/exposure.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// Cells are not split below this size (mm), nor below this share of the side step: there the point, line or
+/// circle is inside or next to them.
+constexpr double kSmallestCell = 0.1;
+constexpr double kSmallestCellShare = 0.25;
+
+tl::unexpected<Error> nothing_faces() {
+  return fail(Code::kUnreachable,
+              "no facet of the part faces the tool: check axis.sense, axis.origin_mm and axis.n");
+}
+
+/// R of the maths: the mean distance of the CL surface from the axis feature, over the facets that face the
+/// tool.
+double mean_rho(const Mesh& mesh, Sides sides, double offset, const AxisFrame& frame) {
+  if (frame.mode == AxisMode::kFixed) return 1.0;
+  const Deformation probe(frame, 1.0);
+  double weight = 0.0, sum = 0.0;
+  for (const auto& f : mesh.facets) {
+    const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
+    const Vec3 normal = cross(b - a, c - a);
+    const double area = length(normal);
+    const Point<Part> centre = lerp(lerp(a, b, 0.5), c, 1.0 / 3.0) + normal * (offset / area);
+    const double rho = std::abs(probe.flatten(centre).z);
+    if (rho <= 0.0) continue;
+    if (sides == Sides::kOutward && dot(normal, probe.axis_at(centre)) <= 0.0) continue;
+    weight += area, sum += area * rho;
+  }
+  return weight > 0.0 ? sum / weight : 0.0;
+}
+
+Result<std::unique_ptr<const ClField>> field_of(const Mesh& mesh, Sides sides, const PlanOptions& options) {
+  std::vector<ToolPiece> pieces = tool_pieces(options);
+  const double scale = mean_rho(mesh, sides, pieces[0].corner, options.axis);
+  if (scale <= 0.0) return nothing_faces();
+  ClSurface surface(mesh, sides, std::move(pieces));
+  const Deformation deformation(options.axis, scale);
+  Cells cells = make_cells(surface, deformation,
+                           std::max(kSmallestCell, kSmallestCellShare * options.pattern.side_step));
+  if (cells.cells.empty()) return nothing_faces();
+  FlatIndex index(std::move(cells), deformation);
+  return std::make_unique<const ClField>(ClField{std::move(surface), deformation, std::move(index)});
+}
+
+}  // namespace
+
+Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const PlanOptions& options,
+                                                  std::vector<std::string>& warnings) {
+  auto field = field_of(part.mesh, part.sides, options);
+  if (!field || part.sides == Sides::kBoth) return field;
+  const std::vector<std::uint32_t> backs = exposed_backs((*field)->surface, (*field)->deformation,
+                                                         (*field)->index, reference_height(options.cutter));
+  if (backs.empty()) return field;
+  const Point<Part> place = part.mesh.vertices[part.mesh.facets[backs.front()][0]];
+  warnings.push_back(std::to_string(backs.size()) + " facets show the tool their inside, first facet " +
+                     std::to_string(part.mesh.source[backs.front()]) + " at " + to_string(place) +
+                     ": shells cross or fold there; both sides of every facet count as surface, and the tool "
+                     "keeps off both");
+  return field_of(part.mesh, Sides::kBoth, options);
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,202 @@
+#include "pathgen/drop.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tiltfeed {
+
+namespace {
+
+/// Below this sine a normal points along the axis: the flat bottom lies on the feature.
+constexpr double kLevel = 1e-9;
+/// The rounded edge against an edge of the part: largest error of the contact on the arc, rad. The height is
+/// flat there, so its error is the square of this.
+constexpr double kArcError = 1e-9;
+constexpr int kMaxSteps = 60;  ///< halving alone needs 30
+
+/// Where a piece touches: at this distance from the axis and height over the ring centre.
+struct Place {
+  double d = 0.0, height = 0.0;
+};
+
+/// (C5) `lateral`: from the axis to the contact; `height`: of the contact over the ring centre.
+Vec3 twist(const ToolPiece& piece, Vec3 normal, Vec3 axis, Vec3 lateral, double height) {
+  return normal * (height + piece.above_reference) - lateral * dot(normal, axis);
+}
+
+/// (C2) Tube angle tau at which a rounded edge touches a line that passes the axis at distance p and climbs
+/// with slope k over the ground: tan(tau) u / d = k, with d = e + r sin(tau), u = sqrt(d^2 - p^2).
+/// Monotone in tau; returns `last` where even that is too gentle.
+double tube_angle(const ToolPiece& piece, double p, double k, double last) {
+  double low = std::asin(std::clamp((p - piece.flat) / piece.corner, 0.0, 1.0)), high = last;
+  const auto excess = [&](double tau, double& rate) {
+    const double s = std::sin(tau), c = std::cos(tau);
+    const double d = piece.flat + piece.corner * s, u = std::sqrt(std::max(d * d - p * p, 0.0));
+    const double slope = u > 0.0 ? p * p / (d * d * u) * piece.corner * c : 0.0;  // of u / d
+    rate = u / d / (c * c) + s / c * slope;
+    return s / c * u / d - k;
+  };
+  if (k < kLevel) return std::min(low, last);
+  double rate = 0.0;
+  if (high <= low || (std::cos(high) > 0.0 && excess(high, rate) <= 0.0)) return last;
+  double tau = std::clamp(std::atan(k), low, high);
+  for (int i = 0; i < kMaxSteps && high - low > kArcError; ++i) {
+    const double over = excess(tau, rate);
+    (over > 0.0 ? high : low) = tau;
+    const double next = rate > 0.0 ? tau - over / rate : low;
+    const double middle = 0.5 * (low + high);
+    const double step = next > low && next < high ? next : middle;
+    if (std::abs(step - tau) < kArcError * 0.01) return step;
+    tau = step;
+  }
+  return tau;
+}
+
+}  // namespace
+
+/// (C3)
+bool drop_on_vertex(const ToolPiece& piece, Point<Part> v, const AxisLine& line, ClHit& hit) {
+  const Vec3 w = line.base - v;
+  const double aw = dot(line.axis, w);
+  const Vec3 off = w - line.axis * aw;  // from the vertex to the axis
+  const double dd = squared_length(off);
+  if (dd > piece.outer * piece.outer) return false;
+  if (piece.is_ball()) {
+    hit.z = -aw + std::sqrt(piece.corner * piece.corner - dd);
+    hit.normal = (w + line.axis * hit.z) / piece.corner;
+    hit.z -= piece.above_reference;
+    hit.twist = hit.normal * piece.above_reference;
+    return true;
+  }
+  const double d = std::sqrt(dd), over = d - piece.flat;
+  double below = 0.0;  // the ring centre
+  if (over <= 0.0) {
+    below = piece.corner;
+    hit.normal = line.axis;
+  } else if (over <= piece.corner * piece.taper_cos) {
+    below = std::sqrt(std::max(piece.corner * piece.corner - over * over, 0.0));
+    hit.normal = (off * (over / d) + line.axis * below) / piece.corner;
+  } else {
+    if (!piece.has_cone()) return false;
+    below = -piece.cone_height(d);
+    hit.normal = off * (piece.taper_cos / d) + line.axis * piece.taper_sin;
+  }
+  hit.z = -aw + below - piece.above_reference;
+  hit.twist = twist(piece, hit.normal, line.axis, -off, -below);
+  return true;
+}
+
+namespace {
+
+/// (C2) A ball: the cylinder round the edge.
+bool drop_ball_on_edge(const ToolPiece& piece, Vec3 w, Vec3 e, double slack, const AxisLine& line,
+                       ClHit& hit) {
+  const double ee = squared_length(e), radius = piece.corner;
+  const Vec3 a = line.axis - e * (dot(line.axis, e) / ee);
+  const Vec3 o = w - e * (dot(w, e) / ee);
+  const double aa = squared_length(a), ao = dot(a, o);
+  const double disc = ao * ao - aa * (squared_length(o) - radius * radius);
+  if (disc < 0.0 || aa < kSteepest) return false;
+  hit.z = (-ao + std::sqrt(disc)) / aa;
+  const double along = dot(w + line.axis * hit.z, e);
+  const double reach = slack * std::sqrt(ee);
+  if (along < -reach || along > ee + reach) return false;
+  hit.normal = (o + a * hit.z) / radius;
+  hit.z -= piece.above_reference;
+  hit.twist = hit.normal * piece.above_reference;
+  return true;
+}
+
+}  // namespace
+
+bool drop_on_edge(const ToolPiece& piece, Point<Part> p, Point<Part> q, double slack, const AxisLine& line,
+                  ClHit& hit) {
+  const Vec3 w = line.base - p, e = q - p;
+  if (piece.is_ball()) return drop_ball_on_edge(piece, w, e, slack, line, hit);
+  const Vec3 a = line.axis;
+  const double rise = dot(e, a);
+  Vec3 flat = e - a * rise;  // the edge over the ground
+  const double run = length(flat);
+  if (run * run < kSteepest * squared_length(e)) return false;
+  flat = flat / run;
+  const double climb = std::abs(rise) / run;
+  if (rise < 0.0) flat = -flat;          // uphill
+  const double height = -dot(w, a);      // of p over the line's base
+  const Vec3 side = -w + a * dot(w, a);  // from the axis to p
+  const double u_p = dot(side, flat), u_q = rise < 0.0 ? u_p - run : u_p + run;
+  const Vec3 nearest = side - flat * u_p;  // foot of the axis on the edge's ground line
+  const double away = length(nearest);
+  if (away >= piece.outer) return false;
+  double u = 0.0;
+  Place at;
+  double last = piece.has_cone() ? std::atan2(piece.taper_cos, piece.taper_sin) : kPi / 2.0;
+  const double low = std::min(u_p, u_q) - slack, high = std::max(u_p, u_q) + slack;
+  bool rim = false;
+  if (climb < kLevel && away <= piece.flat) {  // it lies on the flat bottom
+    const double half = std::sqrt(piece.flat * piece.flat - away * away);
+    if (low > half || high < -half) return false;
+    u = std::clamp(0.0, std::max(low, -half), std::min(high, half));
+    at = {std::hypot(away, u), -piece.corner};
+    hit.normal = a;
+  } else {
+    const double tau = piece.corner > 0.0 ? tube_angle(piece, away, climb, last) : last;
+    if (tau < last) {
+      at = {piece.flat + piece.corner * std::sin(tau), -piece.corner * std::cos(tau)};
+    } else {
+      const double share = piece.has_cone() ? climb * piece.taper_sin / piece.taper_cos : 1.0;  // u / d
+      const double d = share < 1.0 ? away / std::sqrt(1.0 - share * share) : piece.outer;
+      rim = d >= piece.outer;
+      at.d = rim ? piece.outer : d;
+      at.height = piece.has_cone() ? piece.cone_height(at.d) : 0.0;
+    }
+    u = std::sqrt(std::max(at.d * at.d - away * away, 0.0));
+    if (u < low || u > high) return false;
+    const Vec3 out = (nearest + flat * u) / at.d;  // from the axis to the contact
+    if (rim) {
+      hit.normal = normalized(cross(flat + a * climb, cross(a, out)));
+      if (dot(hit.normal, a) < 0.0) hit.normal = -hit.normal;
+    } else if (tau < last) {
+      hit.normal = a * std::cos(tau) - out * std::sin(tau);
+    } else {
+      hit.normal = a * piece.taper_sin - out * piece.taper_cos;
+    }
+  }
+  hit.twist = twist(piece, hit.normal, a, nearest + flat * u, at.height);
+  hit.z = height + climb * (u - u_p) - at.height - piece.above_reference;
+  return true;
+}
+
+/// (C1)
+bool drop_on_facet(const ToolPiece& piece, Point<Part> a, Point<Part> b, Point<Part> c, Vec3 n, double slack,
+                   const AxisLine& line, ClHit& hit) {
+  const double along = dot(n, line.axis);
+  if (along < kSteepest) return false;
+  const double gap = dot(n, line.base - a);
+  Point<Part> contact;
+  if (piece.is_ball()) {
+    hit.z = (piece.corner - gap) / along;
+    contact = line.base + line.axis * hit.z - n * piece.corner;
+    hit.twist = n * piece.above_reference;
+  } else {
+    const Vec3 lateral = n - line.axis * along;
+    const double across = length(lateral);
+    Place at{piece.flat + piece.corner * across, -piece.corner * along};
+    if (along < piece.taper_sin) at = {piece.outer, piece.cone_height(piece.outer)};
+    if (across < kLevel) at.d = 0.0;
+    hit.z = (at.d * across - at.height * along - gap) / along;
+    const Vec3 aside = at.d > 0.0 ? -lateral * (at.d / across) : Vec3{};
+    contact = line.base + line.axis * (hit.z + at.height) + aside;
+    hit.twist = twist(piece, n, line.axis, aside, at.height);
+  }
+  hit.normal = n;
+  for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}}) {
+    const Vec3 side = to - from;
+    const Vec3 inward = cross(n, side);
+    const double depth = dot(inward, contact - from);
+    if (depth < 0.0 && depth * depth > slack * slack * squared_length(side)) return false;
+  }
+  hit.z -= piece.above_reference;
+  return true;
+}
+
+}  // namespace tiltfeed
