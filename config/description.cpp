@@ -3,10 +3,11 @@
 #include <array>
 #include <cassert>
 #include <charconv>
+#include <cmath>
 
 namespace tiltfeed {
 
-std::string number_text(double value) {
+std::string exact_text(double value) {
   std::array<char, 400> buffer;  // the smallest double needs 326 characters, the largest 309
   const double shown = value == 0.0 ? 0.0 : value;
   const auto [end, code] =
@@ -14,5 +15,7 @@ std::string number_text(double value) {
   assert(code == std::errc());
   return {buffer.data(), end};
 }
+
+double tidy(double value) { return std::round(value * 1e9) / 1e9; }
 
 }  // namespace tiltfeed

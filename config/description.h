@@ -4,21 +4,26 @@
 #include <string>
 
 #include "kinematics/geometry.h"
+#include "kinematics/units.h"
 
 namespace tiltfeed {
 
 /// The shortest decimal text that reads back as exactly this value; never an exponent, never "-0".
-std::string number_text(double value);
+std::string exact_text(double value);
+
+/// Rounded to nine decimals: what the conversion of units adds is not shown.
+double tidy(double value);
 
 class Description {
  public:
   void add(const std::string& key, const std::string& value) { text_ += key + ": " + value + "\n"; }
   void add(const std::string& key, const char* value) { add(key, std::string(value)); }
-  void add(const std::string& key, double value) { add(key, number_text(value)); }
+  void add(const std::string& key, double value) { add(key, exact_text(value)); }
+  void add(const std::string& key, Angle value) { add(key, tidy(value.degrees())); }
   void add(const std::string& key, bool value) { add(key, value ? "true" : "false"); }
   void add(const std::string& key, int value) { add(key, std::to_string(value)); }
   void add(const std::string& key, Vec3 v) {
-    add(key, "[" + number_text(v.x) + ", " + number_text(v.y) + ", " + number_text(v.z) + "]");
+    add(key, "[" + exact_text(v.x) + ", " + exact_text(v.y) + ", " + exact_text(v.z) + "]");
   }
   const std::string& text() const { return text_; }
 

@@ -1,6 +1,6 @@
 #pragma once
-// The job file: part, cutter, axis field, pattern, feeds, set-up. YAML lives and dies in config/*.cpp.
-// Every key: config/jobs/example.yaml.
+// The job file: part, cutter, axis field, pattern, containment, guards, links, feeds, set-up. YAML lives and
+// dies in config/*.cpp. Every key: config/jobs/example.yaml.
 
 #include <string>
 
@@ -27,7 +27,9 @@ inline constexpr double kPerpendicularTolerance = 1e-5;
 
 /// Reads the job and the machine profile that it names.
 /// Properties: every value is finite and in range; t, n are unit and perpendicular; `fixture` is a rotation,
-/// exact for multiples of 90 degrees; 0 < approach <= clearance; radius <= shank_length <= length.
+/// exact for multiples of 90 degrees; 0 < approach <= clearance; height of the cutter's rounded end <=
+/// cutting_end() <= shank_length <= length; the boundary is a polygon without crossings; what the kind of
+/// pattern does not use has its default, and side_step is 0 where a scallop alone sets the step.
 /// Errors: kInput as file:line:column, what was expected, the nearest known key; kIo.
 Result<Job> load_job(const std::string& path);
 /// The same from text; `path` names it in messages and its folder is where relative paths start.

@@ -33,7 +33,7 @@ LinearAxis read_linear(const Section& linear, const char* key) {
   result.min = axis.number("min_mm", kPosition);
   result.max = axis.number("max_mm", kPosition);
   if (result.min >= result.max)
-    axis.complain("max_mm", number_text(result.max) + " mm is not above min_mm, " + number_text(result.min) +
+    axis.complain("max_mm", exact_text(result.max) + " mm is not above min_mm, " + exact_text(result.min) +
                                 " mm; expected min_mm < max_mm");
   result.velocity = axis.number("velocity_mm_per_min", kVelocity);
   result.acceleration = axis.number("acceleration_mm_per_s2", kAcceleration);
@@ -59,8 +59,8 @@ RotaryAxis read_rotary(const Section& axis, Range word) {
   result.min = axis.number("min_deg", word);
   result.max = axis.number("max_deg", word);
   if (result.min >= result.max)
-    axis.complain("max_deg", number_text(result.max) + " degrees is not above min_deg, " +
-                                 number_text(result.min) + " degrees; expected min_deg < max_deg");
+    axis.complain("max_deg", exact_text(result.max) + " degrees is not above min_deg, " +
+                                 exact_text(result.min) + " degrees; expected min_deg < max_deg");
   result.velocity = axis.number("velocity_deg_per_min", kVelocity);
   result.acceleration = axis.number("acceleration_deg_per_s2", kAcceleration);
   return result;
@@ -88,7 +88,7 @@ RotaryAxis read_table(const Section& axis) {
 Vec3 read_pivot(const Section& root) {
   const Vec3 pivot = root.vector("pivot_to_gauge_mm", kPosition);
   if (pivot.z >= 0.0)
-    root.complain("pivot_to_gauge_mm", "z is " + number_text(pivot.z) +
+    root.complain("pivot_to_gauge_mm", "z is " + exact_text(pivot.z) +
                                            " mm; expected it below 0: the gauge line hangs under the pivot");
   return pivot;
 }

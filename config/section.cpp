@@ -15,8 +15,6 @@ namespace {
 
 constexpr std::size_t kMaxTextBytes = 1024;  // longer than any sensible file name
 constexpr std::size_t kMaxNameBytes = 40;    // a G-code header line holds it whole
-constexpr double kMaxDirection = 1e6;        // components; far from overflow when squared
-constexpr double kMinDirection = 1e-6;       // shorter is taken for zero: the typed digits are noise by then
 
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
@@ -31,23 +29,9 @@ std::string wanted_number(const char* key, const char* kind) {
 }
 
 std::string wanted_range(Range range) {
-  return (range.above_min ? "above " : "at least ") + number_text(range.min) + " and at most " +
-         number_text(range.max);
-}
-
-/// What a node is, for "found ...".
-std::string found(const YamlNode& node) {
-  switch (node.kind) {
-    case YamlKind::kNothing:
-      return "found nothing";
-    case YamlKind::kList:
-      return "found a list of " + std::to_string(node.items.size());
-    case YamlKind::kMap:
-      return "found a map";
-    case YamlKind::kScalar:
-      break;
-  }
-  return "found " + std::string(node.plain ? "" : "the quoted text ") + quoted(node.text);
+  return (range.above_min ? "above " : "at least ") + exact_text(range.min) +
+         (range.below_max ? " and below " : " and at most ") + exact_text(range.max) +
+         (*range.reason != '\0' ? std::string("; ") + range.reason : "");
 }
 
 bool is_digit(char letter) { return letter >= '0' && letter <= '9'; }
@@ -140,6 +124,10 @@ void Section::complain(const char* key, const std::string& message, Code code) c
   complaint_->add(place, path_of(key) + ": " + message, code);
 }
 
+void Section::unused(const char* key, const std::string& why) const {
+  if (has(key)) complain(key, "not used " + why + "; remove it");
+}
+
 Section Section::section(const char* key, std::initializer_list<const char*> known) const {
   const YamlNode* node = want(key, true);
   return node != nullptr ? Section(*node, path_of(key), known, *complaint_)
@@ -150,9 +138,10 @@ Section Section::optional_section(const char* key, std::initializer_list<const c
   return has(key) ? section(key, known) : Section(path_of(key), known, *complaint_);
 }
 
-std::optional<double> Section::finite(const YamlNode& node, const char* key, Range range) const {
+std::optional<double> Section::finite(const YamlNode& node, const std::string& name, const char* key,
+                                      Range range) const {
   const auto complain_here = [&](const std::string& message) {
-    complaint_->add(node.place, path_of(key) + ": " + message);
+    complaint_->add(node.place, name + ": " + message);
     return std::nullopt;
   };
   const std::string_view text = without_plus(node.text);
@@ -162,7 +151,8 @@ std::optional<double> Section::finite(const YamlNode& node, const char* key, Ran
       end != text.data() + text.size() || !std::isfinite(value))
     return complain_here("expected " + wanted_number(key, "number") + ", " + found(node) +
                          number_remedy(node, key));
-  if (value < range.min || value > range.max || (range.above_min && value == range.min))
+  if (value < range.min || value > range.max || (range.above_min && value == range.min) ||
+      (range.below_max && value == range.max))
     return complain_here(quoted(node.text) + " is out of range; expected " + wanted_number(key, "number") +
                          " " + wanted_range(range));
   return value + 0.0;  // -0 becomes 0
@@ -171,7 +161,7 @@ std::optional<double> Section::finite(const YamlNode& node, const char* key, Ran
 double Section::number(const char* key, Range range, std::optional<double> fallback) const {
   const YamlNode* node = want(key, !fallback);
   if (node == nullptr) return fallback.value_or(range.max);
-  return finite(*node, key, range).value_or(range.max);
+  return finite(*node, path_of(key), key, range).value_or(range.max);
 }
 
 int Section::integer(const char* key, int min, int max, std::optional<int> fallback) const {
@@ -198,25 +188,6 @@ int Section::integer(const char* key, int min, int max, std::optional<int> fallb
 
 bool Section::flag(const char* key, bool fallback) const {
   return choice<bool>(key, {{"true", true}, {"false", false}}, fallback);
-}
-
-Vec3 Section::vector(const char* key, Range range, std::optional<Vec3> fallback) const {
-  const YamlNode* node = want(key, !fallback);
-  if (node == nullptr) return fallback.value_or(Vec3{});
-  if (node->kind != YamlKind::kList || node->items.size() != 3) {
-    complain(key, "expected a list of three numbers [x, y, z], " + found(*node));
-    return fallback.value_or(Vec3{});
-  }
-  const auto component = [&](std::size_t i) { return finite(node->items[i], key, range).value_or(0.0); };
-  const double x = component(0), y = component(1), z = component(2);
-  return {x, y, z};
-}
-
-Vec3 Section::direction(const char* key, std::optional<Vec3> fallback) const {
-  const Vec3 v = vector(key, {-kMaxDirection, kMaxDirection}, fallback);
-  if (length(v) >= kMinDirection) return normalized(v);
-  complain(key, "the zero vector has no direction; expected at least one component other than 0");
-  return {0, 0, 1};
 }
 
 std::optional<std::string> Section::scalar(const char* key) const {

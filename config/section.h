@@ -3,6 +3,7 @@
 // unit is the key's ending (side_step_mm). The first problem is kept and every getter then returns some
 // harmless value, so a reader asks for all it needs and looks at the problem once, at the end.
 
+#include <array>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -27,9 +28,12 @@ class Complaint {
 
 struct Range {
   double min = 0.0, max = 0.0;
-  bool above_min = false;  ///< min itself is out of range
+  bool above_min = false;   ///< min itself is out of range
+  bool below_max = false;   ///< max itself is out of range
+  const char* reason = "";  ///< why min is the limit, where that is not plain
 };
 constexpr Range above(double min, double max) { return {min, max, true}; }
+constexpr Range between(double min, double max) { return {min, max, true, true}; }
 
 /// One word that a key may have, and what it means.
 template <class E>
@@ -53,6 +57,14 @@ class Section {
   double number(const char* key, Range range, std::optional<double> fallback = {}) const;
   int integer(const char* key, int min, int max, std::optional<int> fallback = {}) const;
   bool flag(const char* key, bool fallback) const;
+  /// [low, high] with low < high; nothing where absent or wrong.
+  std::optional<std::array<double, 2>> interval(const char* key, Range range) const;
+  /// A list of `least` to `most` pairs [u, v]; empty where absent or wrong.
+  std::vector<std::array<double, 2>> points(const char* key, Range u, Range v, std::size_t least,
+                                            std::size_t most) const;
+  /// A list of 1 to `most` maps, each a section named key[1], key[2] ...; empty where absent or wrong.
+  std::vector<Section> list(const char* key, std::initializer_list<const char*> known,
+                            std::size_t most) const;
   Vec3 vector(const char* key, Range range, std::optional<Vec3> fallback = {}) const;
   /// A vector of any length but zero, made unit.
   Vec3 direction(const char* key, std::optional<Vec3> fallback = {}) const;
@@ -74,6 +86,10 @@ class Section {
   std::optional<std::string> scalar(const char* key) const;
   /// "section.key: message" at the key's value, or at the section where the key is absent.
   void complain(const char* key, const std::string& message, Code code = Code::kInput) const;
+  /// "section.key[number]: message" at that item of the list at `key`.
+  void complain_at(const char* key, std::size_t index, const std::string& message) const;
+  /// Complains where the key is present: "not used " + why + "; remove it".
+  void unused(const char* key, const std::string& why) const;
 
  private:
   Section(std::string name, std::initializer_list<const char*> known, Complaint& complaint);
@@ -82,7 +98,11 @@ class Section {
   /// The value; complains when it is required and absent.
   const YamlNode* want(const char* key, bool required) const;
   std::string path_of(const char* key) const;
-  std::optional<double> finite(const YamlNode& node, const char* key, Range range) const;
+  /// `node` is the value of `key`, or a number in it; `name` is the key's or the item's.
+  std::optional<double> finite(const YamlNode& node, const std::string& name, const char* key,
+                               Range range) const;
+  std::optional<std::array<double, 2>> pair(const YamlNode& node, const std::string& name, const char* key,
+                                            Range first, Range second) const;
   std::optional<std::size_t> choose(const char* key, const std::vector<std::string>& words,
                                     bool optional) const;
   void check_keys() const;

@@ -166,6 +166,20 @@ std::string quoted(const std::string& text) {
   return shown + (end < text.size() ? "...'" : "'");
 }
 
+std::string found(const YamlNode& node) {
+  switch (node.kind) {
+    case YamlKind::kNothing:
+      return "found nothing";
+    case YamlKind::kList:
+      return "found a list of " + std::to_string(node.items.size());
+    case YamlKind::kMap:
+      return "found a map";
+    case YamlKind::kScalar:
+      break;
+  }
+  return "found " + std::string(node.plain ? "" : "the quoted text ") + quoted(node.text);
+}
+
 Result<std::string> read_config_text(const std::string& path) {
   errno = 0;
   std::ifstream in(path, std::ios::binary);

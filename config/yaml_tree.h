@@ -46,6 +46,9 @@ Result<std::string> read_config_text(const std::string& path);
 /// Errors: kInput as file:line:column and what was expected.
 Result<YamlNode> parse_yaml(const std::string& text, const std::string& file);
 
+/// What a node is, for messages: "found 'abc'", "found a list of 3".
+std::string found(const YamlNode& node);
+
 /// Text of a file as it may stand in a message: at most 60 bytes, nothing unprintable, in single quotes.
 std::string quoted(const std::string& text);
 

@@ -1,10 +1,14 @@
 #include "daemon/block.h"
 
+#include <tbb/parallel_pipeline.h>
+
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cassert>
 #include <charconv>
 #include <cmath>
+#include <optional>
 #include <ostream>
 #include <string_view>
 
@@ -23,8 +27,11 @@ constexpr int kFeedDigits = 5;
 constexpr double kLeastInverseTime = 1e-5;
 // Grbl counts N words up to here, then the count starts again.
 constexpr std::uint64_t kMaxLineNumber = 9'999'999;
-// Bytes gathered before they go to the stream.
-constexpr std::size_t kChunk = 1 << 16;
+// Blocks that one thread prints at a time, the room that most of them need, and how many such pieces of text
+// may be under way: what is printed but not yet written.
+constexpr std::size_t kPieceBlocks = 2048;
+constexpr std::size_t kUsualLine = 72;
+constexpr std::size_t kPieces = 32;
 // The longest motion line: a line number, seven words of kDecimalSpace.
 constexpr std::size_t kLineSpace = 8 * kDecimalSpace;
 
@@ -46,10 +53,19 @@ int feed_decimals(double value) {
   return decimals;
 }
 
-/// Program lines; without a stream they are measured only.
+/// A piece of the program, and what is to be said of it.
+struct Piece {
+  std::string text;
+  std::string too_long;  ///< the first line that is
+  std::uint64_t blocks = 0, clamped_feeds = 0;
+};
+
+/// The lines of one piece.
 class Lines {
  public:
-  Lines(const ProgramFormat& format, std::ostream* out) : format_(format), out_(out) {}
+  /// `numbered`: lines with a number before this piece.
+  Lines(const ProgramFormat& format, std::uint64_t numbered, Piece& piece)
+      : format_(format), numbered_(numbered), piece_(piece) {}
   Lines(const Lines&) = delete;
   Lines& operator=(const Lines&) = delete;
 
@@ -59,38 +75,24 @@ class Lines {
   /// Room for the words of a motion line, its line number already there; closed by `end_line`.
   char* begin_line();
   void end_line(const char* end, std::uint64_t block);
-  void flush();
-
-  std::uint64_t bytes() const { return bytes_; }
-  const std::string& too_long() const { return too_long_; }
 
  private:
   void put(std::string_view line, std::uint64_t block);
 
   const ProgramFormat& format_;
-  std::ostream* out_;
-  std::string text_;
+  std::uint64_t numbered_;
+  Piece& piece_;
   std::array<char, kLineSpace> line_;
-  std::uint64_t bytes_ = 0, numbered_ = 0;
-  std::string too_long_;  ///< the first line that is
 };
 
 void Lines::put(std::string_view line, std::uint64_t block) {
-  if (line.size() > static_cast<std::size_t>(std::max(format_.max_line_length, 0)) && too_long_.empty())
-    too_long_ = "block " + std::to_string(block) + " is " + std::to_string(line.size()) +
-                " bytes long, the control takes " + std::to_string(format_.max_line_length) + ": \"" +
-                std::string(line) +
-                "\"; print fewer decimals or no line numbers, or raise the profile's limit";
-  bytes_ += line.size() + 1;
-  if (!out_) return;
-  text_.append(line);
-  text_ += '\n';
-  if (text_.size() >= kChunk) flush();
-}
-
-void Lines::flush() {
-  if (out_) out_->write(text_.data(), static_cast<std::streamsize>(text_.size()));
-  text_.clear();
+  if (line.size() > static_cast<std::size_t>(std::max(format_.max_line_length, 0)) && piece_.too_long.empty())
+    piece_.too_long = "block " + std::to_string(block) + " is " + std::to_string(line.size()) +
+                      " bytes long, the control takes " + std::to_string(format_.max_line_length) + ": \"" +
+                      std::string(line) +
+                      "\"; print fewer decimals or no line numbers, or raise the profile's limit";
+  piece_.text.append(line);
+  piece_.text += '\n';
 }
 
 void Lines::comment(std::string_view before, std::string_view name, const std::string& after) {
@@ -118,54 +120,59 @@ void Lines::add(std::string_view words) {
   end_line(std::copy(words.begin(), words.end(), out), 0);
 }
 
-/// One program, written into Lines.
+/// One program, printed piece by piece in any order.
 class ProgramText {
  public:
-  ProgramText(const JointPath& path, const Job& job, Lines& lines)
-      : path_(path), job_(job), format_(job.machine.format), lines_(lines) {}
+  ProgramText(const JointPath& path, const Job& job)
+      : moves_(path.moves), seconds_(path.report.seconds), job_(job), format_(job.machine.format) {
+    while (first_feed_ < moves_.size() && moves_[first_feed_].kind == MoveKind::kRapid) ++first_feed_;
+  }
 
-  ProgramReport write();
+  std::size_t pieces() const { return (moves_.size() + kPieceBlocks - 1) / kPieceBlocks; }
+  Piece piece(std::size_t index) const;
 
  private:
-  void header();
-  void block(std::size_t index);
-  char* axis(char* out, char letter, double value, double before, int decimals) const;
-  char* feed(char* out, double seconds);
+  /// The modal words in force.
+  struct Modal {
+    Joints at;
+    bool any = false, rapid = true;
+  };
+  bool spindle() const { return job_.spindle_rpm > 0.0; }
+  bool feeds() const { return first_feed_ < moves_.size(); }
+  void header(Lines& lines) const;
+  void block(std::size_t index, Modal& modal, Lines& lines, Piece& piece) const;
+  char* feed(char* out, double seconds, Piece& piece) const;
 
-  const JointPath& path_;
+  const std::vector<JointMove>& moves_;
+  double seconds_;
   const Job& job_;
   const ProgramFormat& format_;
-  Lines& lines_;
-  Joints at_;
-  bool any_ = false, rapid_ = true, inverse_time_ = false;
-  ProgramReport report_;
+  std::size_t first_feed_ = 0;  ///< the block that G93 precedes
 };
 
-void ProgramText::header() {
+void ProgramText::header(Lines& lines) const {
   const std::string length = decimal(job_.setup.tool_length, 4);
-  lines_.comment("part ", job_.plan.name, " D" + decimal(job_.plan.cutter.diameter, 4) + " L" + length);
-  lines_.comment("machine ", job_.machine.model.name, "");
-  lines_.comment("tool length " + length + " mm is in the words, use G49", "", "");
-  lines_.comment("blocks " + std::to_string(path_.moves.size()), "",
-                 " time " + decimal(path_.report.seconds, 1) + " s");
-  lines_.add("G21 G90 G17 G40 G49 G54");
-  if (job_.spindle_rpm > 0.0) lines_.add("S" + decimal(job_.spindle_rpm, 3) + " M3");
+  lines.comment("part ", job_.plan.name, " D" + decimal(job_.plan.cutter.diameter, 4) + " L" + length);
+  lines.comment("machine ", job_.machine.model.name, "");
+  lines.comment("tool length " + length + " mm is in the words, use G49", "", "");
+  lines.comment("blocks " + std::to_string(moves_.size()), "", " time " + decimal(seconds_, 1) + " s");
+  lines.add("G21 G90 G17 G40 G49 G54");
+  if (spindle()) lines.add("S" + decimal(job_.spindle_rpm, 3) + " M3");
 }
 
-char* ProgramText::axis(char* out, char letter, double value, double before, int decimals) const {
-  if (any_ && value == before) return out;
+char* axis(char* out, char letter, double value, int decimals) {
   assert(round_decimal(value, decimals) == value);
   *out++ = ' ';
   *out++ = letter;
   return write_decimal(out, value, decimals);
 }
 
-char* ProgramText::feed(char* out, double seconds) {
+char* ProgramText::feed(char* out, double seconds, Piece& piece) const {
   // (K10) G93: F = 1/T in 1/min.
   double f = 60.0 / seconds;
   if (!(f <= format_.max_inverse_time)) {
     f = format_.max_inverse_time;
-    ++report_.clamped_feeds;
+    ++piece.clamped_feeds;
   }
   f = std::max(f, kLeastInverseTime);
   *out++ = ' ';
@@ -173,58 +180,107 @@ char* ProgramText::feed(char* out, double seconds) {
   return write_decimal(out, f, feed_decimals(f));
 }
 
-void ProgramText::block(std::size_t index) {
-  const JointMove& move = path_.moves[index];
+void ProgramText::block(std::size_t index, Modal& modal, Lines& lines, Piece& piece) const {
+  const JointMove& move = moves_[index];
   const bool rapid = move.kind == MoveKind::kRapid;
-  if (!rapid && !inverse_time_) {
-    lines_.add("G93");
-    inverse_time_ = true;
-  }
+  if (index == first_feed_) lines.add("G93");
   const RotaryAxis &tilt = job_.machine.model.tilt, &rotary = job_.machine.model.rotary;
-  const Joints& q = move.joints;
-  char* const begin = lines_.begin_line();
+  const int linear = format_.linear_decimals, angular = format_.rotary_decimals;
+  const Joints &q = move.joints, &at = modal.at;
+  char* const begin = lines.begin_line();
   char* out = begin;
-  if (!any_ || rapid != rapid_) {
+  if (!modal.any || rapid != modal.rapid) {
     *out++ = 'G';
     *out++ = rapid ? '0' : '1';
   }
-  out = axis(out, 'X', q.x, at_.x, format_.linear_decimals);
-  out = axis(out, 'Y', q.y, at_.y, format_.linear_decimals);
-  out = axis(out, 'Z', q.z, at_.z, format_.linear_decimals);
-  out = axis(out, tilt.letter, q.a, at_.a, format_.rotary_decimals);
-  out = axis(out, rotary.letter, q.c, at_.c, format_.rotary_decimals);
-  if (!rapid) out = feed(out, move.seconds);
+  if (!modal.any || q.x != at.x) out = axis(out, 'X', q.x, linear);
+  if (!modal.any || q.y != at.y) out = axis(out, 'Y', q.y, linear);
+  if (!modal.any || q.z != at.z) out = axis(out, 'Z', q.z, linear);
+  if (!modal.any || q.a != at.a) out = axis(out, tilt.letter, q.a, angular);
+  if (!modal.any || q.c != at.c) out = axis(out, rotary.letter, q.c, angular);
+  if (!rapid) out = feed(out, move.seconds, piece);
   if (*begin == ' ') out = std::copy(begin + 1, out, begin);  // no G word in front
-  lines_.end_line(out, index + 1);
-  at_ = q;
-  rapid_ = rapid;
-  any_ = true;
-  ++report_.blocks;
+  lines.end_line(out, index + 1);
+  modal = {q, true, rapid};
+  ++piece.blocks;
 }
 
-ProgramReport ProgramText::write() {
-  header();
-  for (std::size_t i = 0; i < path_.moves.size(); ++i) block(i);
-  if (inverse_time_) lines_.add("G94");
-  if (job_.spindle_rpm > 0.0) lines_.add("M5");
-  lines_.add("M2");
-  lines_.flush();
-  report_.bytes = lines_.bytes();
-  return report_;
+Piece ProgramText::piece(std::size_t index) const {
+  const std::size_t first = index * kPieceBlocks, last = std::min(first + kPieceBlocks, moves_.size());
+  // Lines with a number before this piece: of the header, G93, a block each.
+  const std::uint64_t opening = first > 0 ? (spindle() ? 2 : 1) + (first_feed_ < first ? 1 : 0) : 0;
+  Piece piece;
+  piece.text.reserve(kPieceBlocks * kUsualLine);
+  Lines lines(format_, opening + first, piece);
+  if (first == 0) header(lines);
+  Modal modal;
+  if (first > 0) modal = {moves_[first - 1].joints, true, moves_[first - 1].kind == MoveKind::kRapid};
+  for (std::size_t i = first; i < last; ++i) block(i, modal, lines, piece);
+  if (last < moves_.size()) return piece;
+  if (feeds()) lines.add("G94");
+  if (spindle()) lines.add("M5");
+  lines.add("M2");
+  return piece;
 }
+
+/// Takes the pieces in their order.
+class Sink {
+ public:
+  Sink(std::ostream& out, std::size_t pieces, const StageProgress& progress)
+      : out_(out), pieces_(pieces), progress_(progress) {}
+
+  void take(const Piece& piece) {
+    if (error_) return;
+    if (!piece.too_long.empty()) return fail_with(Code::kLimit, piece.too_long);
+    out_.write(piece.text.data(), static_cast<std::streamsize>(piece.text.size()));
+    if (!out_) return fail_with(Code::kIo, "the program could not be written: the stream refused it");
+    report_.bytes += piece.text.size();
+    report_.blocks += piece.blocks;
+    report_.clamped_feeds += piece.clamped_feeds;
+    const double done = static_cast<double>(++taken_) / static_cast<double>(pieces_);
+    if (progress_ && !progress_(done)) fail_with(Code::kCancelled, "cancelled; nothing was written");
+  }
+  /// Nothing more is wanted; asked from any thread.
+  bool stopped() const { return stopped_; }
+  Result<ProgramReport> result() const {
+    if (error_) return tl::unexpected(*error_);
+    return report_;
+  }
+
+ private:
+  void fail_with(Code code, const std::string& message) {
+    error_ = {code, message};
+    stopped_ = true;
+  }
+
+  std::ostream& out_;
+  std::size_t pieces_, taken_ = 0;
+  const StageProgress& progress_;
+  std::optional<Error> error_;
+  std::atomic<bool> stopped_ = false;
+  ProgramReport report_;
+};
 
 }  // namespace
 
-Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out) {
+Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
+                                    const StageProgress& progress) {
   if (path.moves.empty()) return fail(Code::kInput, "the joint path has no block");
   assert(path.moves.front().kind == MoveKind::kRapid);
-  Lines measured(job.machine.format, nullptr);
-  const ProgramReport report = ProgramText(path, job, measured).write();
-  if (!measured.too_long().empty()) return fail(Code::kLimit, measured.too_long());
-  Lines lines(job.machine.format, &out);
-  ProgramText(path, job, lines).write();
-  if (!out) return fail(Code::kIo, "the program could not be written: the stream refused it");
-  return report;
+  const ProgramText text(path, job);
+  Sink sink(out, text.pieces(), progress);
+  std::size_t next = 0;
+  const auto order = [&](tbb::flow_control& flow) {
+    if (next == text.pieces() || sink.stopped()) flow.stop();
+    return next++;
+  };
+  tbb::parallel_pipeline(
+      kPieces, tbb::make_filter<void, std::size_t>(tbb::filter_mode::serial_in_order, order) &
+                   tbb::make_filter<std::size_t, Piece>(
+                       tbb::filter_mode::parallel, [&](std::size_t index) { return text.piece(index); }) &
+                   tbb::make_filter<Piece, void>(tbb::filter_mode::serial_in_order,
+                                                 [&](const Piece& piece) { sink.take(piece); }));
+  return sink.result();
 }
 
 }  // namespace tiltfeed

@@ -99,7 +99,7 @@ int plan_command(const PlanFiles& files) {
   auto stl = clock.time("read", [&] { return read_stl(job->stl_path, job->stl_unit_mm); });
   if (!stl) return report(stl.error());
   line.show("check", 0.0);
-  auto part = clock.time("check", [&] { return check_mesh(*stl); });
+  auto part = clock.time("check", [&] { return check_mesh(*stl, {job->plan.tolerance * kRepairShare}); });
   if (!part) return report(part.error());
   stl->facets = {};
   auto planned = plan(*part, job->plan, [&](const char* stage, double f) { return line.show(stage, f); });
@@ -114,15 +114,17 @@ int plan_command(const PlanFiles& files) {
   options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
   options.linear_decimals = job->machine.format.linear_decimals;
   options.rotary_decimals = job->machine.format.rotary_decimals;
-  auto joints =
-      clock.time("joints", [&] { return to_joints(planned->path, job->machine.model, job->setup, options); });
+  auto joints = clock.time("joints", [&] {
+    return to_joints(planned->path, job->machine.model, job->setup, options,
+                     [&](double f) { return line.show("joints", f); });
+  });
   if (!joints) return report(joints.error());
 
   if (!line.show("write", 0.0)) return report({Code::kCancelled, "cancelled; nothing was written"});
   ProgramReport program;
   auto written = clock.time("write", [&] {
     return write_text(files.program, [&](std::ostream& out) -> Result<void> {
-      auto blocks = write_program(*joints, *job, out);
+      auto blocks = write_program(*joints, *job, out, [&](double f) { return line.show("write", f); });
       if (!blocks) return tl::unexpected(blocks.error());
       program = *blocks;
       return {};

@@ -13,9 +13,6 @@ constexpr double kReachRounding = 1e-12;
 // Directions of a profile are unit to this.
 constexpr double kUnit = 1e-9;
 
-Vec3 turn_z(Vec3 v, Trig t) { return {t.cos * v.x - t.sin * v.y, t.sin * v.x + t.cos * v.y, v.z}; }
-Trig reversed(Trig t) { return {t.cos, -t.sin}; }
-
 double radians_per_degree(const RotaryAxis& axis) { return axis.sign * (kPi / 180.0); }
 
 }  // namespace
@@ -37,13 +34,6 @@ Chain::Chain(const MachineModel& machine, const Setup& setup)
   assert(std::abs(std::abs(machine.rotary.direction.z) - 1.0) < kUnit);
 }
 
-Pose Chain::pose(Vec3 linear, Trig head, Trig table) const {
-  const Trig back = reversed(table);
-  const Vec3 tip_T = turn_z(linear + part_zero_ - lever_.v + lever_.at(head), back) - part_zero_;
-  const Vec3 tip_P = fixture_back_ * tip_T;
-  return {{tip_P.x, tip_P.y, tip_P.z}, fixture_back_ * turn_z(tool_.at(head), back)};
-}
-
 Vec3 Chain::linear(Point<Part> tip, Trig head, Trig table) const {
   return turn_z(fixture_ * from_origin(tip) + part_zero_, table) - part_zero_ + lever_.v - lever_.at(head);
 }
@@ -58,26 +48,30 @@ double Chain::nearest_head(Vec3 axis_T, Trig table) const {
   return std::atan2(dot(tool_.cross, u), dot(tool_.v - tool_.along, u));
 }
 
-std::optional<std::array<RotaryAngles, 2>> Chain::solve_axis(Vec3 axis_T, double table_at_pole) const {
+AxisSolutions Chain::solve_axis(Vec3 axis_T) const {
   const Vec3 u = axis_T;
-  const double off_pole = std::hypot(u.x, u.y);
+  AxisSolutions found;
+  found.off_pole = std::hypot(u.x, u.y);
   double head = 0.0;
   if (perpendicular_) {
-    head = std::atan2(off_pole, u.z);  // (K3), (K4)
+    head = std::atan2(found.off_pole, u.z);  // (K3), (K4)
   } else {
     // (K5) with e = nC in half angles: sin(head / 2) = sin(tilt / 2) / sin(nu), exact at the pole.
     const double half = length(u - Vec3{0.0, 0.0, 1.0}) / 2.0;
-    if (half > head_sine_ + kReachRounding) return std::nullopt;
+    found.reachable = half <= head_sine_ + kReachRounding;
     head = 2.0 * std::atan2(half, std::sqrt(std::max(0.0, (head_sine_ - half) * (head_sine_ + half))));
   }
-  if (off_pole < kAtPole) return std::array<RotaryAngles, 2>{{{head, table_at_pole}, {-head, table_at_pole}}};
-  const double azimuth = std::atan2(u.y, u.x);
+  found.angles = {{{head, 0.0}, {-head, 0.0}}};
+  found.table_free = found.off_pole < kAtPole;
+  if (found.table_free) return found;
   // The table turns the part's azimuth to the one that the head gives the tool.
-  const auto solution = [&](double angle) {
-    const Vec3 h = tool_.at(Trig::of(angle));
-    return RotaryAngles{angle, std::atan2(h.y, h.x) - azimuth};
-  };
-  return std::array<RotaryAngles, 2>{solution(head), solution(-head)};
+  const double azimuth = std::atan2(u.y, u.x);
+  const Trig turn = Trig::of(head);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Vec3 h = tool_.at(i == 0 ? turn : reversed(turn));
+    found.angles[i].table = std::atan2(h.y, h.x) - azimuth;
+  }
+  return found;
 }
 
 }  // namespace tiltfeed

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cmath>
-#include <optional>
 
 #include "kinematics/machine.h"
 
@@ -21,6 +20,10 @@ constexpr Trig operator*(Trig a, Trig b) {
   return {a.cos * b.cos - a.sin * b.sin, a.sin * b.cos + a.cos * b.sin};
 }
 
+constexpr Trig reversed(Trig t) { return {t.cos, -t.sin}; }
+/// The vector turned about +z.
+constexpr Vec3 turn_z(Vec3 v, Trig t) { return {t.cos * v.x - t.sin * v.y, t.sin * v.x + t.cos * v.y, v.z}; }
+
 /// Physical rotary angles, rad.
 struct RotaryAngles {
   double head = 0.0, table = 0.0;
@@ -28,6 +31,20 @@ struct RotaryAngles {
 
 /// Nearer to the table's axis than this (rad) the table angle has no meaning in a double: "at the pole".
 inline constexpr double kAtPole = 1e-12;
+
+/// The rotary angles that give a tool axis.
+struct AxisSolutions {
+  double off_pole = 0.0;                 ///< sine of the angle between the tool axis and the table's
+  bool reachable = true;                 ///< by the head; else the angles mean nothing
+  bool table_free = false;               ///< at the pole: any table angle does, here 0
+  std::array<RotaryAngles, 2> angles{};  ///< the one with head >= 0 first
+};
+
+/// Joints, and their physical rotary angles as cosine and sine.
+struct Posture {
+  Joints joints;
+  Trig head, table;
+};
 
 class Chain {
  public:
@@ -39,17 +56,18 @@ class Chain {
   /// The words, degrees, of physical angles.
   double head_word(double radians) const { return radians / head_scale_ + head_zero_; }
   double table_word(double radians) const { return radians / table_scale_ + table_zero_; }
+  Trig head_trig(double a) const { return Trig::of(head_radians(a)); }
+  Trig table_trig(double c) const { return Trig::of(table_radians(c)); }
 
   /// (K1), (K2) forward. `linear`: the X Y Z words.
-  Pose pose(Vec3 linear, Trig head, Trig table) const;
+  Pose pose(Vec3 linear, Trig head, Trig table) const;  // inline below: sampled in vector code
   /// (K2): the X Y Z words that put the tip there.
   Vec3 linear(Point<Part> tip, Trig head, Trig table) const;
 
   /// RW u: a part direction on the table at table zero.
   Vec3 on_table(Vec3 direction_P) const { return fixture_ * direction_P; }
-  /// (K3)..(K5): both rotary solutions of an axis on the table, the one with head >= 0 first; at the pole the
-  /// table angle is `table_at_pole`. Nothing when the head cannot reach the axis.
-  std::optional<std::array<RotaryAngles, 2>> solve_axis(Vec3 axis_T, double table_at_pole) const;
+  /// (K3)..(K5): both rotary solutions of an axis on the table.
+  AxisSolutions solve_axis(Vec3 axis_T) const;
   /// The head angle whose tool axis comes nearest to `axis_T` when the table stands at `table`.
   double nearest_head(Vec3 axis_T, Trig table) const;
   /// Largest angle between tool axis and table axis that the head can make, rad.
@@ -74,5 +92,12 @@ class Chain {
   Rotation fixture_, fixture_back_;
   double head_scale_, head_zero_, table_scale_, table_zero_;
 };
+
+inline Pose Chain::pose(Vec3 linear, Trig head, Trig table) const {
+  const Trig back = reversed(table);
+  const Vec3 tip_T = turn_z(linear + part_zero_ - lever_.v + lever_.at(head), back) - part_zero_;
+  const Vec3 tip_P = fixture_back_ * tip_T;
+  return {{tip_P.x, tip_P.y, tip_P.z}, fixture_back_ * turn_z(tool_.at(head), back)};
+}
 
 }  // namespace tiltfeed

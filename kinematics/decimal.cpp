@@ -13,6 +13,15 @@ constexpr std::array<double, kMaxDecimals + 1> kScales{1.0, 1e1, 1e2, 1e3, 1e4, 
 // Scaled values up to 2^52 are exact integers in a double.
 constexpr double kExact = 4503599627370496.0;
 
+// Between 2^52 and 2^53 a double has no fraction: adding this rounds what is added, ties to even.
+constexpr double kRounder = 1.5 * kExact;
+
+/// std::nearbyint without the call.
+double nearest_integer(double value) {
+  if (!(std::abs(value) < kExact / 2.0)) return std::nearbyint(value);
+  return (value + kRounder) - kRounder;
+}
+
 char* trim(char* first, char* last) {
   while (last > first && last[-1] == '0') --last;
   if (last > first && last[-1] == '.') --last;
@@ -28,14 +37,14 @@ double decimal_scale(int decimals) {
 
 double round_decimal(double value, int decimals) {
   const double scale = decimal_scale(decimals);
-  const double scaled = std::nearbyint(value * scale);
+  const double scaled = nearest_integer(value * scale);
   if (!(std::abs(scaled) < kExact)) return value;
   return scaled / scale + 0.0;  // + 0.0 turns -0 into 0
 }
 
 char* write_decimal(char* out, double value, int decimals) {
   assert(std::isfinite(value));
-  const double scaled = std::nearbyint(value * decimal_scale(decimals));
+  const double scaled = nearest_integer(value * decimal_scale(decimals));
   if (!(std::abs(scaled) < kExact)) {
     char* const end = std::to_chars(out, out + kDecimalSpace, value, std::chars_format::fixed, decimals).ptr;
     return decimals == 0 ? end : trim(out, end);

@@ -32,84 +32,124 @@ JointChooser::JointChooser(const MachineModel& machine, const Setup& setup, int 
       chain_(machine, setup),
       linear_decimals_(linear_decimals),
       rotary_decimals_(rotary_decimals),
-      pole_cone_(pole_cone) {}
+      pole_cone_(pole_cone),
+      cone_sine_(std::sin(pole_cone)) {}
 
-Joints JointChooser::rounded(Point<Part> tip, double a, double c) const {
+Posture JointChooser::placed(Point<Part> tip, double a, double c) const {
+  const Trig head = chain_.head_trig(a), table = chain_.table_trig(c);
+  const Vec3 p = chain_.linear(tip, head, table);
+  return {{round_decimal(p.x, linear_decimals_), round_decimal(p.y, linear_decimals_),
+           round_decimal(p.z, linear_decimals_), a, c},
+          head,
+          table};
+}
+
+Choice JointChooser::placed(Point<Part> tip, const Candidate& candidate) const {
+  return {placed(tip, candidate.a, candidate.c), candidate.branch, false, false};
+}
+
+Posture JointChooser::rounded(Point<Part> tip, double a, double c) const {
   // (K9): rotaries first, then X Y Z from the rounded angles.
-  a = rounded_within(a, machine_.tilt, rotary_decimals_);
-  c = rounded_within(c, machine_.rotary, rotary_decimals_);
-  const Vec3 p = chain_.linear(tip, Trig::of(chain_.head_radians(a)), Trig::of(chain_.table_radians(c)));
-  return {round_decimal(p.x, linear_decimals_), round_decimal(p.y, linear_decimals_),
-          round_decimal(p.z, linear_decimals_), a, c};
+  return placed(tip, rounded_within(a, machine_.tilt, rotary_decimals_),
+                rounded_within(c, machine_.rotary, rotary_decimals_));
 }
 
-bool JointChooser::in_cone(const Pose& pose) const {
+RotarySolutions JointChooser::solve(const Pose& pose) const {
   const Vec3 axis = chain_.on_table(pose.axis);
-  return std::hypot(axis.x, axis.y) <= std::sin(pole_cone_) && axis.z > 0.0;
+  const AxisSolutions angles = chain_.solve_axis(axis);
+  RotarySolutions found;
+  found.reachable = angles.reachable;
+  found.in_cone = in_cone(axis, angles.off_pole);
+  found.table_free = angles.table_free;
+  for (std::size_t i = 0; i < 2; ++i)
+    found.words[i] = {chain_.head_word(angles.angles[i].head), chain_.table_word(angles.angles[i].table)};
+  return found;
 }
 
-Result<std::array<RotaryAngles, 2>> JointChooser::solve(const Pose& pose, double c_at_pole) const {
-  const Vec3 axis = chain_.on_table(pose.axis);
-  const auto solved = chain_.solve_axis(axis, chain_.table_radians(c_at_pole));
-  if (!solved) return fail(Code::kUnreachable, unreachable_text(machine_, pose.axis, axis));
-  return *solved;
+tl::unexpected<Error> JointChooser::unreachable(const Pose& pose) const {
+  return fail(Code::kUnreachable, unreachable_text(machine_, pose.axis, chain_.on_table(pose.axis)));
 }
 
-double JointChooser::cost(const Choice& choice, const Choice& from) const {
-  return std::max(std::abs(choice.joints.a - from.joints.a) / machine_.tilt.velocity,
-                  std::abs(choice.joints.c - from.joints.c) / machine_.rotary.velocity);
+double JointChooser::cost(double a, double c, const Joints& from) const {
+  return std::max(std::abs(a - from.a) / machine_.tilt.velocity,
+                  std::abs(c - from.c) / machine_.rotary.velocity);
 }
 
-Choice JointChooser::candidate(const Pose& pose, const RotaryAngles& angles, int branch,
-                               const Choice& from) const {
-  const double a = nearest_turn(chain_.head_word(angles.head), from.joints.a);
-  const double c = nearest_turn(chain_.table_word(angles.table), from.joints.c);
-  return {rounded(pose.tip, a, c), branch, false, false};
+std::array<JointChooser::Candidate, 2> JointChooser::candidates(const RotarySolutions& solutions,
+                                                                const Joints& from) const {
+  std::array<Candidate, 2> found;
+  for (int branch = 0; branch < 2; ++branch) {
+    const RotarySolutions::Words& words = solutions.words[branch];
+    const double a = nearest_turn(words.head, from.a);
+    const double c = solutions.table_free ? from.c : nearest_turn(words.table, from.c);
+    found[branch] = {rounded_within(a, machine_.tilt, rotary_decimals_),
+                     rounded_within(c, machine_.rotary, rotary_decimals_), branch};
+  }
+  return found;
 }
 
-Result<Choice> JointChooser::next(const Pose& pose, const Choice& from) const {
-  if (in_cone(pose)) return at_pole(pose, from, from.joints.c);
-  const auto angles = solve(pose, from.joints.c);
-  if (!angles) return tl::unexpected(angles.error());
-  std::array<Choice, 2> nearest{candidate(pose, (*angles)[0], 0, from),
-                                candidate(pose, (*angles)[1], 1, from)};
-  const double difference = cost(nearest[1], from) - cost(nearest[0], from);
-  const bool swap = std::abs(difference) <= kSameTime ? from.branch == 1 : difference < 0.0;
-  if (swap) std::swap(nearest[0], nearest[1]);
-  if (within_limits(machine_, nearest[0].joints)) return nearest[0];
+std::array<JointChooser::Candidate, 2> JointChooser::preferred(const RotarySolutions& solutions,
+                                                               const Choice& from) const {
+  std::array<Candidate, 2> found = candidates(solutions, from.joints);
+  const double difference =
+      cost(found[1].a, found[1].c, from.joints) - cost(found[0].a, found[0].c, from.joints);
+  if (std::abs(difference) <= kSameTime ? from.branch == 1 : difference < 0.0) std::swap(found[0], found[1]);
+  return found;
+}
+
+Result<Choice> JointChooser::next(const Pose& pose, const RotarySolutions& solutions,
+                                  const Choice& from) const {
+  if (solutions.in_cone) return at_pole(pose, from, from.joints.c);
+  if (!solutions.reachable) return unreachable(pose);
+  const std::array<Candidate, 2> nearest = preferred(solutions, from);
+  const Choice choice = placed(pose.tip, nearest[0]);
+  if (within_limits(machine_, choice.joints)) return choice;
   return next_within_limits(pose, nearest, from);
 }
 
-Result<Choice> JointChooser::next_within_limits(const Pose& pose, const std::array<Choice, 2>& nearest,
+Result<Choice> JointChooser::next_rotary(const Pose& pose, const RotarySolutions& solutions,
+                                         const Choice& from) const {
+  if (solutions.in_cone || !solutions.reachable) return next(pose, solutions, from);
+  const Candidate best = preferred(solutions, from)[0];
+  if (best.a < machine_.tilt.min || best.a > machine_.tilt.max || best.c < machine_.rotary.min ||
+      best.c > machine_.rotary.max)
+    return next(pose, solutions, from);
+  Choice choice;
+  choice.joints.a = best.a;
+  choice.joints.c = best.c;
+  choice.branch = best.branch;
+  return choice;
+}
+
+Result<Choice> JointChooser::next_within_limits(const Pose& pose, const std::array<Candidate, 2>& nearest,
                                                 const Choice& from) const {
   std::optional<Choice> best;
-  for (const Choice& near : nearest) {
+  const auto time = [&](const Choice& choice) { return cost(choice.joints.a, choice.joints.c, from.joints); };
+  for (const Candidate& near : nearest) {
     for (const double tilt_turn : {0.0, -360.0, 360.0}) {
       for (const double turn : {0.0, -360.0, 360.0}) {
-        Choice choice = near;
-        choice.joints = rounded(pose.tip, near.joints.a + tilt_turn, near.joints.c + turn);
-        choice.forced = true;
+        const Choice choice{rounded(pose.tip, near.a + tilt_turn, near.c + turn), near.branch, false, true};
         if (!within_limits(machine_, choice.joints)) continue;
-        if (!best || cost(choice, from) < cost(*best, from) - kSameTime) best = choice;
+        if (!best || time(choice) < time(*best) - kSameTime) best = choice;
       }
     }
   }
   if (best) return *best;
-  return fail(Code::kLimit, *broken_limit(machine_, nearest[0].joints));
+  return fail(Code::kLimit, *broken_limit(machine_, placed(pose.tip, nearest[0]).joints));
 }
 
 std::optional<std::string> JointChooser::nearest_breaks(const Pose& pose, const Choice& from) const {
-  const auto angles = solve(pose, from.joints.c);
-  if (!angles) return std::nullopt;
-  std::array<Choice, 2> nearest{candidate(pose, (*angles)[0], 0, from),
-                                candidate(pose, (*angles)[1], 1, from)};
-  return broken_limit(machine_, nearest[cost(nearest[1], from) < cost(nearest[0], from) ? 1 : 0].joints);
+  const RotarySolutions solutions = solve(pose);
+  if (!solutions.reachable) return std::nullopt;
+  const auto [first, second] = candidates(solutions, from.joints);
+  const bool swap = cost(second.a, second.c, from.joints) < cost(first.a, first.c, from.joints);
+  return broken_limit(machine_, placed(pose.tip, swap ? second : first).joints);
 }
 
 Result<Choice> JointChooser::at_pole(const Pose& pose, const Choice& from, double c) const {
   const Vec3 axis = chain_.on_table(pose.axis);
   c = rounded_within(c, machine_.rotary, rotary_decimals_);
-  const double head = chain_.nearest_head(axis, Trig::of(chain_.table_radians(c)));
+  const double head = chain_.nearest_head(axis, chain_.table_trig(c));
   const double wanted = nearest_turn(chain_.head_word(head), from.joints.a);
   // A head that ends at the pole stands at its limit while the axis passes within the cone beyond it.
   const double a = std::clamp(wanted, machine_.tilt.min, machine_.tilt.max);
@@ -122,13 +162,12 @@ Result<Choice> JointChooser::at_pole(const Pose& pose, const Choice& from, doubl
 std::vector<Choice> JointChooser::start_turns(const Pose& pose, const Choice& first) const {
   std::vector<Choice> found;
   for (int turn = -kStartTurns; turn <= kStartTurns; ++turn) {
-    Choice choice = first;
-    choice.joints.c = first.joints.c + 360.0 * turn;
+    const double c = first.joints.c + 360.0 * turn;
     if (first.at_pole) {
-      if (const auto standing = at_pole(pose, choice, choice.joints.c)) found.push_back(*standing);
+      if (const auto standing = at_pole(pose, first, c)) found.push_back(*standing);
       continue;
     }
-    choice.joints = rounded(pose.tip, choice.joints.a, choice.joints.c);
+    const Choice choice{rounded(pose.tip, first.joints.a, c), first.branch, false, false};
     if (within_limits(machine_, choice.joints)) found.push_back(choice);
   }
   return found;
@@ -137,22 +176,22 @@ std::vector<Choice> JointChooser::start_turns(const Pose& pose, const Choice& fi
 Result<std::vector<Choice>> JointChooser::starts(const Pose& pose) const {
   // The turn nearest to 0, or to the limit next to it, and its neighbours.
   const double base = std::clamp(0.0, machine_.rotary.min, machine_.rotary.max);
-  const Choice home{{0.0, 0.0, 0.0, 0.0, base}, 0, in_cone(pose), false};
+  Choice home;
+  home.joints.c = base;
+  const RotarySolutions solutions = solve(pose);
   std::vector<Choice> found;
-  if (home.at_pole) {
+  if (solutions.in_cone) {
+    home.at_pole = true;
     found = start_turns(pose, home);
     if (found.empty()) return fail(Code::kLimit, at_pole(pose, home, base).error().message);
   } else {
-    const auto angles = solve(pose, base);
-    if (!angles) return tl::unexpected(angles.error());
-    std::array<Choice, 2> nearest;
-    for (int branch = 0; branch < 2; ++branch) {
-      nearest[branch] = candidate(pose, (*angles)[branch], branch, home);
-      for (const Choice& choice : start_turns(pose, nearest[branch])) found.push_back(choice);
-    }
+    if (!solutions.reachable) return unreachable(pose);
+    const std::array<Candidate, 2> nearest = candidates(solutions, home.joints);
+    for (const Candidate& near : nearest)
+      for (const Choice& choice : start_turns(pose, placed(pose.tip, near))) found.push_back(choice);
     if (found.empty()) {
-      const auto text = broken_limit(machine_, nearest[0].joints);
-      return fail(Code::kLimit, text ? *text : *broken_limit(machine_, nearest[1].joints));
+      const auto text = broken_limit(machine_, placed(pose.tip, nearest[0]).joints);
+      return fail(Code::kLimit, text ? *text : *broken_limit(machine_, placed(pose.tip, nearest[1]).joints));
     }
   }
   std::stable_sort(found.begin(), found.end(), [](const Choice& p, const Choice& q) {

@@ -2,6 +2,7 @@
 // Which of the many joint positions of a pose: head branch, turns of the table, the pole, limits; rounded to
 // the printed decimals (K9).
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,11 +14,21 @@
 namespace tiltfeed {
 
 /// The joints taken for a pose.
-struct Choice {
-  Joints joints;         ///< rounded
-  int branch = 0;        ///< 0: physical head angle >= 0
-  bool at_pole = false;  ///< inside the pole cone: the table word is the one before
-  bool forced = false;   ///< a limit excluded the solution nearest to the joints before
+struct Choice : Posture {  ///< rounded
+  int branch = 0;          ///< 0: physical head angle >= 0
+  bool at_pole = false;    ///< inside the pole cone: the table word is the one before
+  bool forced = false;     ///< a limit excluded the solution nearest to the joints before
+};
+
+/// What a pose asks of the rotaries, whatever the joints before it.
+struct RotarySolutions {
+  struct Words {
+    double head = 0.0, table = 0.0;  ///< degrees, on any turn
+  };
+  std::array<Words, 2> words;  ///< by branch
+  bool reachable = true;
+  bool in_cone = false;     ///< inside the pole cone: the table is held
+  bool table_free = false;  ///< at the other pole: the table word before is kept
 };
 
 class JointChooser {
@@ -29,32 +40,44 @@ class JointChooser {
   /// Solutions within limits to start from: smallest |C| first, positive tilt first among equals.
   /// Errors: kUnreachable, kLimit (no solution within limits).
   Result<std::vector<Choice>> starts(const Pose& pose) const;
+  RotarySolutions solve(const Pose& pose) const;
   /// The solution within limits nearest to `from` in rotary time, max_i |dq_i| / V_i; ties keep the branch.
-  /// Errors: kUnreachable, kLimit.
-  Result<Choice> next(const Pose& pose, const Choice& from) const;
+  /// `solutions`: those of `pose`. Errors: kUnreachable, kLimit.
+  Result<Choice> next(const Pose& pose, const RotarySolutions& solutions, const Choice& from) const;
+  /// As `next`, X Y Z left out and their limits not looked at; the next choice does not depend on them.
+  Result<Choice> next_rotary(const Pose& pose, const RotarySolutions& solutions, const Choice& from) const;
   /// What limit the nearest solution of all breaks, if it does.
   std::optional<std::string> nearest_breaks(const Pose& pose, const Choice& from) const;
   /// The table held or turned to `c` at a pose inside the pole cone; the head at its best.
   /// Errors: kLimit.
   Result<Choice> at_pole(const Pose& pose, const Choice& from, double c) const;
-  /// The linear words for a tip and given rotary words, all rounded.
-  Joints rounded(Point<Part> tip, double a, double c) const;
+  /// The rounded linear words for a tip and rounded rotary words.
+  Posture placed(Point<Part> tip, double a, double c) const;
 
   const Chain& chain() const { return chain_; }
 
  private:
-  Choice candidate(const Pose& pose, const RotaryAngles& angles, int branch, const Choice& from) const;
+  struct Candidate {
+    double a = 0.0, c = 0.0;  ///< words, rounded
+    int branch = 0;
+  };
+  /// By branch, each on the turns nearest to `from`.
+  std::array<Candidate, 2> candidates(const RotarySolutions& solutions, const Joints& from) const;
+  /// The one that `next` prefers first.
+  std::array<Candidate, 2> preferred(const RotarySolutions& solutions, const Choice& from) const;
+  double cost(double a, double c, const Joints& from) const;
+  Choice placed(Point<Part> tip, const Candidate& candidate) const;
+  Posture rounded(Point<Part> tip, double a, double c) const;
   std::vector<Choice> start_turns(const Pose& pose, const Choice& first) const;
-  double cost(const Choice& choice, const Choice& from) const;
-  Result<Choice> next_within_limits(const Pose& pose, const std::array<Choice, 2>& nearest,
+  Result<Choice> next_within_limits(const Pose& pose, const std::array<Candidate, 2>& nearest,
                                     const Choice& from) const;
-  Result<std::array<RotaryAngles, 2>> solve(const Pose& pose, double c_at_pole) const;
-  bool in_cone(const Pose& pose) const;
+  tl::unexpected<Error> unreachable(const Pose& pose) const;
+  bool in_cone(Vec3 axis_T, double off_pole) const { return off_pole <= cone_sine_ && axis_T.z > 0.0; }
 
   const MachineModel& machine_;
   Chain chain_;
   int linear_decimals_, rotary_decimals_;
-  double pole_cone_;
+  double pole_cone_, cone_sine_;
 };
 
 }  // namespace tiltfeed

@@ -1,14 +1,14 @@
 #include "kinematics/joint_path.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <string>
 
-#include "kinematics/decimal.h"
 #include "kinematics/joint_choice.h"
 #include "kinematics/joint_errors.h"
-#include "kinematics/sweep.h"
+#include "kinematics/walker.h"
 
 namespace tiltfeed {
 namespace {
@@ -16,212 +16,147 @@ namespace {
 // Share of the tolerance that the axis may lose by holding the table near the pole; swinging the table in
 // place there costs twice that.
 constexpr double kPoleShare = 0.25;
-// A move is halved at most this often: 2^-40 of a move is below the last bit of its length.
-constexpr int kMaxHalvings = 40;
-// A move is cut into as many parts as the square law of (K6) asks for, up to kGuessedParts; beyond that, and
-// where the table turns far (degrees), i.e. near the pole, the law is a poor guess: kFewParts, then look
-// again.
-constexpr double kGuessedParts = 32.0;
-constexpr double kSquareLawTurn = 90.0;
-constexpr int kFewParts = 8;
-// Blocks of one swing in place: half a turn at 0.01 degrees; a tolerance that asks for more cannot be met.
-constexpr int kMaxSwing = 18000;
-// A control that turns F into mm/min may not go below 0.1 mm/min (LinuxCNC), so that a linear way shorter
-// than 0.1 mm/min times the block's time runs too fast; a tenth more because F is printed rounded.
-constexpr double kSlowestFeed = 0.11;
+// Moves that one thread walks at a time, and the most such stretches that are under way: enough for many
+// threads, few enough to stay in a cache. It begins with one and doubles for as long as foretelling succeeds.
+constexpr std::size_t kStretchMoves = 256;
+constexpr std::size_t kStretches = 64;
+// Room for so many times the blocks that the path's beginning leads one to expect.
+constexpr double kSpareRoom = 1.1;
+// A beginning says little of the whole: room for no more than so many times the blocks that there are.
+constexpr std::size_t kMostGrowth = 4;
 
-/// Builds one joint path from one start.
-class Walker {
+/// What a walk depends on of the moves before.
+bool same(const Choice& a, const Choice& b) {
+  return a.joints == b.joints && a.branch == b.branch && a.at_pole == b.at_pole;
+}
+
+/// Builds one joint path from one start, many stretches at a time: where each starts is foretold by the
+/// rotary words at the moves' ends alone. A stretch that turns out to start elsewhere is walked again, so the
+/// path is that of one walk from end to end.
+class Follower {
  public:
-  Walker(const ToolPath& path, const MachineModel& machine, const JointChooser& chooser,
-         const JointPathOptions& options)
+  Follower(const ToolPath& path, const MachineModel& machine, const JointChooser& chooser,
+           const JointPathOptions& options)
       : path_(path), machine_(machine), chooser_(chooser), options_(options) {}
 
-  Result<JointPath> walk(const Choice& start);
-  std::size_t reached() const { return index_; }
-  /// The failure was the table's limit, which another turn of the table may avoid.
-  bool wound_up() const { return wound_up_; }
+  Result<JointPath> follow(const Choice& start, const StageProgress& progress);
+  /// Where and why it ended early.
+  const std::optional<WalkStop>& stop() const { return stop_; }
 
  private:
-  Result<void> advance(const Sweep& sweep, double f0, double f1, int halvings);
-  Result<bool> swing(const Sweep& sweep, double f0, double f1, const Choice& goal);
-  Result<void> stuck(const Sweep& sweep, double f1, const Choice& goal) const;
-  Deviation check(const Sweep& sweep, double f0, double f1, const Joints& to) const;
-  double excess(const Deviation& deviation, const Joints& from, const Joints& to) const;
-  void quieten(const Sweep& sweep, double f0, double f1, Choice& to, Deviation& deviation) const;
-  void emit(const Sweep& sweep, double f0, double f1, const Choice& to, const Deviation& deviation);
-  double seconds(const Joints& from, const Joints& to, double way) const;
-  void note(const Joints& joints, const Deviation& deviation);
+  struct Part {
+    std::size_t first = 0, count = 0;  ///< moves of the path
+    Choice start;
+    Stretch stretch;
+  };
+
+  void foretell(std::size_t first);
+  Stretch walk(const Part& part, const Choice& start) const;
+  std::size_t join();
+  void append(const Stretch& stretch);
+  void make_room();
 
   const ToolPath& path_;
   const MachineModel& machine_;
   const JointChooser& chooser_;
   const JointPathOptions& options_;
+  std::vector<RotarySolutions> solutions_;  ///< of the moves under way
+  std::vector<Part> parts_;                 ///< of these moves
+  Choice at_;                               ///< where the next of them starts
+  std::size_t stretches_ = 1;               ///< to foretell next
   JointPath out_;
-  Choice at_;
-  std::size_t index_ = 0;  ///< of the move under way
-  MoveKind kind_ = MoveKind::kRapid;
-  bool wound_up_ = false;
+  std::optional<WalkStop> stop_;
 };
 
-double Walker::seconds(const Joints& from, const Joints& to, double way) const {
-  // (K10) in minutes, without acceleration.
-  double minutes = 0.0;
-  if (kind_ == MoveKind::kCut) minutes = way / path_.cut_feed.mm_per_min();
-  if (kind_ == MoveKind::kPlunge) minutes = way / path_.plunge_feed.mm_per_min();
-  minutes = std::max(
-      {minutes, std::abs(to.x - from.x) / machine_.x.velocity, std::abs(to.y - from.y) / machine_.y.velocity,
-       std::abs(to.z - from.z) / machine_.z.velocity, std::abs(to.a - from.a) / machine_.tilt.velocity,
-       std::abs(to.c - from.c) / machine_.rotary.velocity});
-  return minutes * 60.0;
-}
-
-Deviation Walker::check(const Sweep& sweep, double f0, double f1, const Joints& to) const {
-  return worst_deviation(chooser_.chain(), sweep, f0, f1, at_.joints, to, path_.tool.corner_radius);
-}
-
-/// The deviation over what is allowed; above 1 the block must be cut.
-double Walker::excess(const Deviation& deviation, const Joints& from, const Joints& to) const {
-  const double factor = (1.0 - kSampleShare) * (kind_ == MoveKind::kRapid ? kRapidToleranceFactor : 1.0);
-  const double angle = Angle::from_degrees(options_.axis_tolerance).radians();
-  const double over = std::max({deviation.tip / options_.tolerance, deviation.centre / options_.tolerance,
-                                deviation.axis / angle}) /
-                      factor;
-  const bool half_turn = std::abs(to.c - from.c) >= 180.0 || std::abs(to.a - from.a) >= 180.0;
-  return half_turn ? std::max(over, 2.0) : over;
-}
-
-void Walker::note(const Joints& q, const Deviation& deviation) {
-  JointPathReport& report = out_.report;
-  report.min = {std::min(report.min.x, q.x), std::min(report.min.y, q.y), std::min(report.min.z, q.z),
-                std::min(report.min.a, q.a), std::min(report.min.c, q.c)};
-  report.max = {std::max(report.max.x, q.x), std::max(report.max.y, q.y), std::max(report.max.z, q.z),
-                std::max(report.max.a, q.a), std::max(report.max.c, q.c)};
-  if (kind_ == MoveKind::kRapid) {
-    report.max_rapid_deviation = std::max({report.max_rapid_deviation, deviation.tip, deviation.centre});
-    return;
-  }
-  report.max_tip_deviation = std::max(report.max_tip_deviation, deviation.tip);
-  report.max_centre_deviation = std::max(report.max_centre_deviation, deviation.centre);
-  report.max_axis_deviation =
-      std::max(report.max_axis_deviation, Angle::from_radians(deviation.axis).degrees());
-}
-
-/// Leaves the linear axes where they are for a block in which they would move by rounding noise only, if the
-/// path allows it.
-void Walker::quieten(const Sweep& sweep, double f0, double f1, Choice& to, Deviation& deviation) const {
-  if (kind_ == MoveKind::kRapid) return;
-  const Joints &from = at_.joints, &q = to.joints;
-  const double linear = std::hypot(q.x - from.x, q.y - from.y, q.z - from.z);
-  const double time = seconds(from, q, length(sweep.way()) * (f1 - f0));
-  if (linear == 0.0 || linear >= kSlowestFeed * time / 60.0) return;
-  const Joints still{from.x, from.y, from.z, q.a, q.c};
-  const Deviation stands = check(sweep, f0, f1, still);
-  if (excess(stands, from, still) > 1.0) return;
-  to.joints = still;
-  deviation = stands;
-}
-
-void Walker::emit(const Sweep& sweep, double f0, double f1, const Choice& to, const Deviation& deviation) {
-  const double time = seconds(at_.joints, to.joints, length(sweep.way()) * (f1 - f0));
-  const bool moves = !(to.joints == at_.joints);
-  at_ = to;
-  if (!moves) return;
-  note(to.joints, deviation);
-  out_.report.seconds += time;
-  out_.moves.push_back({to.joints, time, kind_, static_cast<std::uint32_t>(index_)});
-}
-
-/// From a pose inside the pole cone: turns the table in place to where `goal` needs it, if one block then
-/// reaches `goal`. Nothing is emitted otherwise.
-Result<bool> Walker::swing(const Sweep& sweep, double f0, double f1, const Choice& goal) {
-  const Pose pose = sweep.at(f0);
-  const double turn = goal.joints.c - at_.joints.c;
-  // (K6) with no linear way: the tip leaves its place by r dphi^2 / 8; half the tolerance for that.
-  const double radius = std::max(chooser_.chain().radius(pose.tip), options_.tolerance);
-  const double step = Angle::from_radians(std::sqrt(4.0 * options_.tolerance / radius)).degrees();
-  const int count = static_cast<int>(std::ceil(std::abs(turn) / std::min(step, 90.0)));
-  const Choice before = at_;
-  std::vector<std::pair<Choice, Deviation>> turned;
-  for (int i = 1; i <= count && count <= kMaxSwing; ++i) {
-    const auto stop = chooser_.at_pole(pose, at_, before.joints.c + turn * i / count);
-    if (!stop) {
-      at_ = before;
-      return tl::unexpected(stop.error());
+/// Divides the moves from `first` on into parts with their starts.
+void Follower::foretell(std::size_t first) {
+  const std::size_t count = std::min(path_.moves.size() - first, stretches_ * kStretchMoves);
+  solutions_.resize(count);
+  tbb::parallel_for(std::size_t{0}, count,
+                    [&](std::size_t i) { solutions_[i] = chooser_.solve(path_.moves[first + i].pose); });
+  parts_.clear();
+  Choice at = at_;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Pose& pose = path_.moves[first + i].pose;
+    if (i % kStretchMoves == 0) {
+      if (i > 0)
+        at = {chooser_.placed(path_.moves[first + i - 1].pose.tip, at.joints.a, at.joints.c), at.branch,
+              at.at_pole, false};
+      parts_.push_back({first + i, std::min(count - i, kStretchMoves), at, {}});
     }
-    const Deviation deviation = check(sweep, f0, f0, stop->joints);
-    if (excess(deviation, at_.joints, stop->joints) > 1.0) break;
-    turned.emplace_back(*stop, deviation);
-    at_ = *stop;
+    const auto next = chooser_.next_rotary(pose, solutions_[i], at);
+    if (!next) break;  // the walk knows better, or says why not
+    at = *next;
   }
-  const Deviation last = check(sweep, f0, f1, goal.joints);
-  const bool fits =
-      turned.size() == static_cast<std::size_t>(count) && excess(last, at_.joints, goal.joints) <= 1.0;
-  at_ = before;
-  if (!fits) return false;
-  for (const auto& [choice, deviation] : turned) emit(sweep, f0, f0, choice, deviation);
-  emit(sweep, f0, f1, goal, last);
-  ++out_.report.pole_swings;
-  return true;
 }
 
-Result<void> Walker::stuck(const Sweep& sweep, double f1, const Choice& goal) const {
-  const Pose pose = sweep.at(f1);
-  if (goal.forced) {
-    if (const auto text = chooser_.nearest_breaks(pose, at_)) return fail(Code::kLimit, *text);
-  }
-  return fail(Code::kLimit,
-              "no motion from " + std::string{machine_.tilt.letter} + decimal(at_.joints.a, 4) + " " +
-                  machine_.rotary.letter + decimal(at_.joints.c, 4) + " to " + machine_.tilt.letter +
-                  decimal(goal.joints.a, 4) + " " + machine_.rotary.letter + decimal(goal.joints.c, 4) +
-                  " keeps the tool within " + decimal(options_.tolerance, 6) + " mm and " +
-                  decimal(options_.axis_tolerance, 6) +
-                  " degrees; allow more, or print more decimals: the last one may be too coarse");
+Stretch Follower::walk(const Part& part, const Choice& start) const {
+  const std::size_t offset = part.first - parts_.front().first;
+  return Walker(path_, machine_, chooser_, options_)
+      .walk(start, part.first, std::span(solutions_).subspan(offset, part.count));
 }
 
-Result<void> Walker::advance(const Sweep& sweep, double f0, double f1, int halvings) {
-  auto goal = chooser_.next(sweep.at(f1), at_);
-  if (!goal) return tl::unexpected(goal.error());
-  Deviation deviation = check(sweep, f0, f1, goal->joints);
-  const double over = excess(deviation, at_.joints, goal->joints);
-  if (over <= 1.0) {
-    quieten(sweep, f0, f1, *goal, deviation);
-    emit(sweep, f0, f1, *goal, deviation);
-    return {};
-  }
-  if (at_.at_pole && !goal->at_pole) {
-    const auto swung = swing(sweep, f0, f1, *goal);
-    if (!swung) return tl::unexpected(swung.error());
-    if (*swung) return {};
-  }
-  if (halvings >= kMaxHalvings) return stuck(sweep, f1, *goal);
-  const double guess = std::ceil(std::sqrt(over));
-  const bool trusted = guess <= kGuessedParts && std::abs(goal->joints.c - at_.joints.c) <= kSquareLawTurn;
-  const int parts = trusted ? std::max(2, static_cast<int>(guess)) : kFewParts;
-  double begin = f0;
-  for (int i = 1; i <= parts; ++i) {
-    const double end = i == parts ? f1 : f0 + (f1 - f0) * i / parts;
-    if (auto part = advance(sweep, begin, end, halvings + 1); !part) return part;
-    begin = end;
-  }
-  return {};
+void Follower::append(const Stretch& stretch) {
+  out_.moves.insert(out_.moves.end(), stretch.moves.begin(), stretch.moves.end());
+  JointPathReport& sum = out_.report;
+  const JointPathReport& more = stretch.report;
+  // One by one: a sum of the stretches' sums would be rounded otherwise than that of one walk.
+  for (const JointMove& move : stretch.moves) sum.seconds += move.seconds;
+  sum.max_tip_deviation = std::max(sum.max_tip_deviation, more.max_tip_deviation);
+  sum.max_centre_deviation = std::max(sum.max_centre_deviation, more.max_centre_deviation);
+  sum.max_axis_deviation = std::max(sum.max_axis_deviation, more.max_axis_deviation);
+  sum.max_rapid_deviation = std::max(sum.max_rapid_deviation, more.max_rapid_deviation);
+  sum.subdivided_moves += more.subdivided_moves;
+  sum.pole_swings += more.pole_swings;
+  sum.min = least(sum.min, more.min);
+  sum.max = greatest(sum.max, more.max);
 }
 
-Result<JointPath> Walker::walk(const Choice& start) {
+/// Room for the blocks at hand and, at their rate so far, for the rest of the path: growing by doubling would
+/// hold them twice.
+void Follower::make_room() {
+  std::size_t blocks = out_.moves.size();
+  for (const Part& part : parts_) blocks += part.stretch.moves.size();
+  if (blocks <= out_.moves.capacity()) return;
+  const auto done = static_cast<double>(parts_.back().first + parts_.back().count);
+  const double whole =
+      kSpareRoom * static_cast<double>(blocks) * static_cast<double>(path_.moves.size()) / done;
+  out_.moves.reserve(std::min(static_cast<std::size_t>(whole) + 1, kMostGrowth * blocks));
+}
+
+/// Appends the parts; returns the move to go on with: the next, or the first whose start is foretold wrong
+/// after one was already: then all are likely to be.
+std::size_t Follower::join() {
+  make_room();
+  stretches_ = std::min(2 * stretches_, kStretches);
+  bool astray = false;
+  for (Part& part : parts_) {
+    if (!same(part.start, at_)) {
+      if (astray) return part.first;
+      astray = true;
+      stretches_ = 1;
+      part.stretch = walk(part, at_);
+    }
+    append(part.stretch);
+    at_ = part.stretch.end;
+    stop_ = part.stretch.stop;
+    if (stop_) break;
+  }
+  return parts_.back().first + parts_.back().count;
+}
+
+Result<JointPath> Follower::follow(const Choice& start, const StageProgress& progress) {
   at_ = start;
-  out_.moves.reserve(path_.moves.size() + path_.moves.size() / 8);
   out_.moves.push_back({start.joints, 0.0, MoveKind::kRapid, 0});
   out_.report.min = out_.report.max = start.joints;
-  for (index_ = 1; index_ < path_.moves.size(); ++index_) {
-    const Move& move = path_.moves[index_];
-    kind_ = move.kind;
-    const Sweep sweep(path_.moves[index_ - 1].pose, move.pose);
-    const std::size_t before = out_.moves.size();
-    if (auto done = advance(sweep, 0.0, 1.0, 0); !done) {
-      wound_up_ = limited_axis(done.error().message) == machine_.rotary.letter;
-      return tl::unexpected(located(done.error(), index_, move.pose, machine_));
-    }
-    if (out_.moves.size() > before + 1) ++out_.report.subdivided_moves;
+  for (std::size_t first = 1; first < path_.moves.size();) {
+    if (progress && !progress(static_cast<double>(first) / static_cast<double>(path_.moves.size())))
+      return fail(Code::kCancelled, "cancelled; nothing was written");
+    foretell(first);
+    tbb::parallel_for(std::size_t{0}, parts_.size(),
+                      [&](std::size_t k) { parts_[k].stretch = walk(parts_[k], parts_[k].start); });
+    first = join();
+    if (stop_) return tl::unexpected(stop_->error);
   }
   return std::move(out_);
 }
@@ -229,7 +164,7 @@ Result<JointPath> Walker::walk(const Choice& start) {
 }  // namespace
 
 Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, const Setup& setup,
-                            const JointPathOptions& options) {
+                            const JointPathOptions& options, const StageProgress& progress) {
   if (auto valid = check_path(path, machine, options); !valid) return tl::unexpected(valid.error());
   double cone = Angle::from_degrees(options.axis_tolerance).radians();
   if (path.tool.corner_radius > 0.0) cone = std::min(cone, options.tolerance / path.tool.corner_radius);
@@ -245,12 +180,12 @@ Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, c
   std::array<bool, 2> hopeless{};
   for (const Choice& start : *starts) {
     if (hopeless[static_cast<std::size_t>(start.branch)]) continue;
-    Walker walker(path, machine, chooser, options);
-    auto done = walker.walk(start);
-    if (done || done.error().code == Code::kUnreachable) return done;
-    hopeless[static_cast<std::size_t>(start.branch)] = !walker.wound_up();
-    if (walker.reached() > furthest) {
-      furthest = walker.reached();
+    Follower follower(path, machine, chooser, options);
+    auto done = follower.follow(start, progress);
+    if (done || !follower.stop() || done.error().code == Code::kUnreachable) return done;
+    hopeless[static_cast<std::size_t>(start.branch)] = !follower.stop()->wound_up;
+    if (follower.stop()->move > furthest) {
+      furthest = follower.stop()->move;
       error = done.error();
     }
   }

@@ -3,6 +3,7 @@
 // it (axes linear within a block) stays on the path, timed by feed and axis speeds. (K6), (K9), (K10).
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "kinematics/machine.h"
@@ -48,14 +49,17 @@ struct JointPath {
   JointPathReport report;
 };
 
+/// Called now and then with the fraction done, from one thread at a time; false cancels.
+using StageProgress = std::function<bool(double fraction)>;
+
 /// Properties: forward(joints) = pose within tolerance (kRapidToleranceFactor times that on rapids),
 /// everywhere on every block, not at its ends only; no limit is broken; |dC| < 180 degrees in every block; C
 /// and branch are continuous (the solution nearest to the joints before, on C + 360 k within limits, is
 /// taken); near the pole C is held, and turned in place where it must turn. Starts on other branches and
 /// turns are tried when the first leads into a limit. Errors: kUnreachable, kLimit: the first pose, the axis
 /// with value and limit, and what to change; kInput: a speed or feed that is 0, an axis that is not unit or
-/// turns over within one move.
+/// turns over within one move; kCancelled. The same bits on any number of threads.
 Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, const Setup& setup,
-                            const JointPathOptions& options);
+                            const JointPathOptions& options, const StageProgress& progress = {});
 
 }  // namespace tiltfeed

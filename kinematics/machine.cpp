@@ -39,13 +39,12 @@ Result<std::array<Joints, 2>> inverse(const MachineModel& machine, const Setup& 
                                       double c_at_pole) {
   const Chain chain(machine, setup);
   const Vec3 axis = chain.on_table(normalized(pose.axis));
-  const auto solved = chain.solve_axis(axis, 0.0);
-  if (!solved) return fail(Code::kUnreachable, unreachable_text(machine, pose.axis, axis));
-  const bool at_pole = std::hypot(axis.x, axis.y) < kAtPole;
+  const AxisSolutions solved = chain.solve_axis(axis);
+  if (!solved.reachable) return fail(Code::kUnreachable, unreachable_text(machine, pose.axis, axis));
   std::array<Joints, 2> joints;
   for (std::size_t i = 0; i < 2; ++i) {
-    const double c = at_pole ? c_at_pole : wrapped(chain.table_word((*solved)[i].table));
-    joints[i] = solve_linear(machine, setup, pose.tip, chain.head_word((*solved)[i].head), c);
+    const double c = solved.table_free ? c_at_pole : wrapped(chain.table_word(solved.angles[i].table));
+    joints[i] = solve_linear(machine, setup, pose.tip, chain.head_word(solved.angles[i].head), c);
   }
   return joints;
 }

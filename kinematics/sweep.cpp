@@ -1,6 +1,7 @@
 #include "kinematics/sweep.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace tiltfeed {
@@ -13,12 +14,32 @@ constexpr double kLeastLever = 1.0;
 // Up to this angle (rad) the second-order sine and cosine below are exact to 1e-13.
 constexpr double kSmallAngle = 1e-4;
 
-Trig small_trig(double angle) {
-  if (std::abs(angle) > kSmallAngle) return Trig::of(angle);
-  return {1.0 - angle * angle / 2.0, angle};
-}
-
 Vec3 linear_words(const Joints& q) { return {q.x, q.y, q.z}; }
+
+// All samples of a block side by side: the loops over them have no branches and no calls, so that the
+// compiler makes vector code of them.
+using Lane = std::array<double, kBlockSamples>;
+constexpr std::size_t kLanes = kBlockSamples;
+
+struct Lanes3 {
+  Lane x, y, z;
+  Vec3 at(std::size_t i) const { return {x[i], y[i], z[i]}; }
+  void set(std::size_t i, Vec3 v) { x[i] = v.x, y[i] = v.y, z[i] = v.z; }
+};
+
+/// Angles as cosine and sine.
+struct LanesOfTurns {
+  Lane cos, sin;
+  LanesOfTurns() = default;
+  /// `from` turned on by one `step` after the other.
+  LanesOfTurns(Trig from, Trig step) {
+    for (std::size_t i = 0; i < kLanes; ++i) set(i, from = from * step);
+  }
+  Trig at(std::size_t i) const { return {cos[i], sin[i]}; }
+  void set(std::size_t i, Trig t) { cos[i] = t.cos, sin[i] = t.sin; }
+};
+
+double greatest(const Lane& lane) { return *std::max_element(lane.begin(), lane.end()); }
 
 }  // namespace
 
@@ -38,7 +59,7 @@ Pose Sweep::at(double f) const {
   return {tip_ + way_ * f, normalized(axis_ * t.cos + ahead_ * t.sin)};
 }
 
-/// Compares one sampled pose with the sweep; its place on the great circle is kept as cosine and sine.
+/// Compares the sampled poses of a block with the sweep.
 class SweepSampler {
  public:
   SweepSampler(const Sweep& sweep, double corner_radius) : sweep_(sweep), radius_(corner_radius) {
@@ -48,49 +69,77 @@ class SweepSampler {
     per_metric_ = metric > 0.0 ? 1.0 / metric : 0.0;
   }
 
-  /// `place`: f * angle as cosine and sine.
-  void add(const Pose& pose, double f, Trig place) {
-    const Vec3 axis = sweep_.axis_ * place.cos + sweep_.ahead_ * place.sin;
-    const Vec3 turning = sweep_.ahead_ * place.cos - sweep_.axis_ * place.sin;
-    const Vec3 tip_off = (pose.tip - sweep_.tip_) - sweep_.way_ * f;
-    // One Gauss-Newton step to the nearest pose of the sweep: being early or late is no deviation.
-    const double slip =
-        (dot(tip_off, sweep_.way_) + lever2_ * sweep_.angle_ * dot(pose.axis - axis, turning)) * per_metric_;
-    const double late = std::clamp(f + slip, 0.0, 1.0) - f;
-    const Trig shift = small_trig(late * sweep_.angle_);
-    const Vec3 off = tip_off - sweep_.way_ * late;
-    const Vec3 turn = pose.axis - (axis * shift.cos + turning * shift.sin);
-    tip2_ = std::max(tip2_, squared_length(off));
-    centre2_ = std::max(centre2_, squared_length(off + turn * radius_));
-    turn2_ = std::max(turn2_, squared_length(turn));
-  }
-
-  Deviation worst() const {
-    return {std::sqrt(tip2_), std::sqrt(centre2_), 2.0 * std::asin(std::min(1.0, std::sqrt(turn2_) / 2.0))};
+  /// Sample i: linear words `start` + (i + 1) `step`, the i-th angles, the sweep's fraction `f`, whose place
+  /// on the great circle is `place`.
+  Deviation worst(const Chain& chain, Vec3 start, Vec3 step, const LanesOfTurns& head,
+                  const LanesOfTurns& table, const Lane& f, const LanesOfTurns& place) {
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      const Pose pose =
+          chain.pose(start + step * static_cast<double>(static_cast<int>(i) + 1), head.at(i), table.at(i));
+      const Vec3 axis = sweep_.axis_ * place.cos[i] + sweep_.ahead_ * place.sin[i];
+      const Vec3 turning = sweep_.ahead_ * place.cos[i] - sweep_.axis_ * place.sin[i];
+      const Vec3 tip_off = (pose.tip - sweep_.tip_) - sweep_.way_ * f[i];
+      // One Gauss-Newton step to the nearest pose of the sweep: being early or late is no deviation.
+      const double slip =
+          (dot(tip_off, sweep_.way_) + lever2_ * sweep_.angle_ * dot(pose.axis - axis, turning)) *
+          per_metric_;
+      const double late = f[i] + slip;
+      late_[i] = (late < 0.0 ? 0.0 : late > 1.0 ? 1.0 : late) - f[i];
+      tip_off_.set(i, tip_off);
+      tool_.set(i, pose.axis);
+      axis_.set(i, axis);
+      turning_.set(i, turning);
+    }
+    return worst_of(shifts());
   }
 
  private:
+  /// How far each sample is late, as an angle of the great circle.
+  LanesOfTurns shifts() const {
+    LanesOfTurns shift;
+    double largest = 0.0;
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      const double angle = late_[i] * sweep_.angle_;
+      shift.set(i, {1.0 - angle * angle / 2.0, angle});
+      largest = std::max(largest, std::abs(angle));
+    }
+    if (largest <= kSmallAngle) return shift;
+    for (std::size_t i = 0; i < kLanes; ++i)
+      if (std::abs(shift.sin[i]) > kSmallAngle) shift.set(i, Trig::of(shift.sin[i]));
+    return shift;
+  }
+
+  Deviation worst_of(const LanesOfTurns& shift) const {
+    Lane tip2, centre2, turn2;
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      const Vec3 off = tip_off_.at(i) - sweep_.way_ * late_[i];
+      const Vec3 turn = tool_.at(i) - (axis_.at(i) * shift.cos[i] + turning_.at(i) * shift.sin[i]);
+      tip2[i] = squared_length(off);
+      centre2[i] = squared_length(off + turn * radius_);
+      turn2[i] = squared_length(turn);
+    }
+    return {std::sqrt(greatest(tip2)), std::sqrt(greatest(centre2)),
+            2.0 * std::asin(std::min(1.0, std::sqrt(greatest(turn2)) / 2.0))};
+  }
+
   const Sweep& sweep_;
   double radius_, lever2_, per_metric_;
-  double tip2_ = 0.0, centre2_ = 0.0, turn2_ = 0.0;
+  Lane late_;
+  Lanes3 tip_off_, tool_, axis_, turning_;
 };
 
-Deviation worst_deviation(const Chain& chain, const Sweep& sweep, double f0, double f1, const Joints& from,
+Deviation worst_deviation(const Chain& chain, const Sweep& sweep, double f0, double f1, const Posture& from,
                           const Joints& to, double corner_radius) {
-  const double alpha = chain.head_radians(from.a), phi = chain.table_radians(from.c);
-  Trig head = Trig::of(alpha), table = Trig::of(phi), place = Trig::of(f0 * sweep.angle());
-  const Trig head_step = Trig::of((chain.head_radians(to.a) - alpha) / kBlockSamples);
-  const Trig table_step = Trig::of((chain.table_radians(to.c) - phi) / kBlockSamples);
-  const Trig place_step = Trig::of((f1 - f0) * sweep.angle() / kBlockSamples);
-  const Vec3 start = linear_words(from), step = (linear_words(to) - start) / kBlockSamples;
-  SweepSampler sampler(sweep, corner_radius);
-  for (int i = 1; i <= kBlockSamples; ++i) {
-    head = head * head_step;
-    table = table * table_step;
-    place = place * place_step;
-    sampler.add(chain.pose(start + step * i, head, table), f0 + (f1 - f0) * i / kBlockSamples, place);
-  }
-  return sampler.worst();
+  const Joints& q = from.joints;
+  const auto part = [](double whole) { return Trig::of(whole / kBlockSamples); };
+  const LanesOfTurns head(from.head, part(chain.head_radians(to.a) - chain.head_radians(q.a)));
+  const LanesOfTurns table(from.table, part(chain.table_radians(to.c) - chain.table_radians(q.c)));
+  const LanesOfTurns place(f0 > 0.0 ? Trig::of(f0 * sweep.angle()) : Trig{}, part((f1 - f0) * sweep.angle()));
+  Lane f;
+  for (int i = 0; i < kBlockSamples; ++i) f[i] = f0 + (f1 - f0) * (i + 1) / kBlockSamples;
+  const Vec3 start = linear_words(q);
+  return SweepSampler(sweep, corner_radius)
+      .worst(chain, start, (linear_words(to) - start) / kBlockSamples, head, table, f, place);
 }
 
 }  // namespace tiltfeed

@@ -41,7 +41,7 @@ inline constexpr int kBlockSamples = 8;
 inline constexpr double kSampleShare = 0.1;
 
 /// The block `from` -> `to` against fractions f0..f1 of the sweep, sampled.
-Deviation worst_deviation(const Chain& chain, const Sweep& sweep, double f0, double f1, const Joints& from,
+Deviation worst_deviation(const Chain& chain, const Sweep& sweep, double f0, double f1, const Posture& from,
                           const Joints& to, double corner_radius);
 
 }  // namespace tiltfeed

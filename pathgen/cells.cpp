@@ -17,6 +17,9 @@ namespace {
 /// Corner images bound a cell up to this size against its distance from the axis feature; beyond, its ball
 /// does.
 constexpr double kMaxCellShare = 0.25;
+/// (S2) Half the square of the smallest circle or ball about a set, over the square of its size [Jung 1901]:
+/// a function with second derivative M leaves its linear interpolation by at most M times that.
+constexpr double kBendOfTriangle = 1.0 / 6.0, kBendOfHull = 3.0 / 16.0;
 /// Contact normals further apart than this (cosine of 60 degrees to their mean) bound nothing.
 constexpr double kNarrow = 0.5;
 /// Sine up to which an angle between contact normals, or of the axis over a cell, against the lean of the
@@ -44,11 +47,11 @@ class CellMaker {
     for (int side = 1; side >= (both ? -1 : 1); side -= 2) {
       surface_.normals(patch, side, normals_);
       side_ = side;
-      if (!gather_normals()) {
-        if (normals_.empty() || !all_away(core)) add_wide(core);
-        return;
+      if (gather_normals()) {
+        add_core(core);
+      } else if (normals_.empty() || !all_away(core)) {
+        return add_wide(core);  // that is all there is, on either side
       }
-      add_core(core);
     }
   }
 
@@ -180,7 +183,7 @@ class CellMaker {
     f.linear = f.size < kMaxCellShare * std::min(r, rho);
     f.rho = rho - f.size, f.r = r - f.size;
     if (!f.linear) return f;
-    const double bend = f.size * f.size / 4.0;
+    const double bend = f.size * f.size * (points.size() <= 3 ? kBendOfTriangle : kBendOfHull);
     if (axis.mode == AxisMode::kLine) {
       f.pad_y = map_.scale_y() * bend / (f.rho * f.rho);
     } else {

@@ -28,7 +28,10 @@ std::uint32_t apex(const Facet& facet, const HalfEdge& half) {
 }  // namespace
 
 ClSurface::ClSurface(const Mesh& mesh, Sides sides, std::vector<ToolPiece> pieces)
-    : mesh_(mesh), sides_(sides), pieces_(std::move(pieces)), normals_(mesh.facets.size()) {
+    : mesh_(mesh),
+      sides_(sides),
+      pieces_(std::move(pieces)),
+      normals_(mesh.facets.size()) {
   assert(!pieces_.empty());
   tbb::parallel_for(std::size_t{0}, mesh.facets.size(), [&](std::size_t i) {
     const Facet& f = mesh.facets[i];
@@ -50,13 +53,13 @@ std::vector<std::uint8_t> ClSurface::find_edges() {
     bool bent = true;
     if (state(halves) != EdgeState::kSound) disagree[edge.v0] = disagree[edge.v1] = 1;
     if (halves.size() == 2) {
-      edge.f1 = halves[1].facet;
-      edge.w1 = apex(mesh_.facets[edge.f1], halves[1]);
+      edge.facets[1] = halves[1].facet;
+      edge.w1 = apex(mesh_.facets[edge.facets[1]], halves[1]);
       const Vec3 away = mesh_.vertices[edge.w1] - mesh_.vertices[edge.v0];
       const Vec3 along = normalized(mesh_.vertices[edge.v1] - mesh_.vertices[edge.v0]);
       const double rise =
-          dot(normals_[edge.f0], away) / length(away - along * dot(away, along));  // sine of the bend
-      const bool folded = dot(normals_[edge.f0], normals_[edge.f1]) < kWideWedge;
+          dot(normals_[edge.facets[0]], away) / length(away - along * dot(away, along));  // sine of the bend
+      const bool folded = dot(normals_[edge.facets[0]], normals_[edge.facets[1]]) < kWideWedge;
       bent = sides_ == Sides::kBoth ? folded || std::abs(rise) > kSeam
                                     : rise < -kSeam || (folded && rise <= kSeam);
     } else if (halves.size() > 2) {
@@ -97,7 +100,7 @@ void ClSurface::find_vertices(const std::vector<std::uint8_t>& disagree) {
 std::uint32_t ClSurface::facet_of(PatchId patch) const {
   const std::size_t faces = mesh_.facets.size(), feature = patch % features();
   if (feature < faces) return mesh_.source[feature];
-  if (feature < faces + edges_.size()) return mesh_.source[edges_[feature - faces].f0];
+  if (feature < faces + edges_.size()) return mesh_.source[edges_[feature - faces].facets[0]];
   return mesh_.source[fan(vertices_[feature - faces - edges_.size()]).front()];
 }
 
@@ -223,8 +226,8 @@ std::array<Vec3, 2> ClSurface::convex_normals(const EdgePatch& edge) const {
     const Vec3 n = normals_[facet];
     return dot(n, mesh_.vertices[apex] - p) > 0.0 ? -n : n;
   };
-  if (sides_ == Sides::kOutward) return {normals_[edge.f0], normals_[edge.f1]};
-  return {turned(edge.f0, edge.w1), turned(edge.f1, edge.w0)};
+  if (sides_ == Sides::kOutward) return {normals_[edge.facets[0]], normals_[edge.facets[1]]};
+  return {turned(edge.facets[0], edge.w1), turned(edge.facets[1], edge.w0)};
 }
 
 }  // namespace tiltfeed

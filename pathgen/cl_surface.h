@@ -74,9 +74,9 @@ class ClSurface {
 
  private:
   struct EdgePatch {
-    std::uint32_t v0, v1;  ///< ends
-    std::uint32_t w0, w1;  ///< third corners of the facets beside it; kNone: no facet there
-    std::uint32_t f0, f1;  ///< those facets (f1 = f0 where there is one only)
+    std::uint32_t v0, v1;                 ///< ends
+    std::uint32_t w0, w1;                 ///< third corners of the facets beside it; kNone: no facet there
+    std::array<std::uint32_t, 2> facets;  ///< those facets; twice the same where there is one only
   };
   struct VertexPatch {
     std::uint32_t vertex;

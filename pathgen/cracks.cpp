@@ -98,33 +98,6 @@ void note(Found& found, const Mesh& mesh, std::uint32_t facet) {
   ++found.count;
 }
 
-/// Facets on the same corners, after those of a weld: those to drop, ascending.
-std::vector<std::uint32_t> laid_on_each_other(const Mesh& mesh) {
-  std::vector<std::uint32_t> repeated = find_duplicates(mesh);
-  if (repeated.empty()) return repeated;
-  const auto corners = [&mesh](std::uint32_t i) {
-    Facet f = mesh.facets[i];
-    std::sort(f.begin(), f.end());
-    return f;
-  };
-  const auto even = [&mesh](std::uint32_t i) {
-    const Facet& f = mesh.facets[i];
-    return (f[0] < f[1]) + (f[1] < f[2]) + (f[2] < f[0]) == 2;
-  };
-  std::map<Facet, std::vector<std::uint32_t>> groups;
-  for (std::uint32_t i : repeated) groups[corners(i)];
-  for (std::uint32_t i = 0; i < mesh.facets.size(); ++i)
-    if (const auto at = groups.find(corners(i)); at != groups.end()) at->second.push_back(i);
-  std::vector<std::uint32_t> dropped;
-  for (const auto& [key, group] : groups) {
-    const auto count = static_cast<std::size_t>(std::count_if(group.begin(), group.end(), even));
-    const bool cancel = count != 0 && count != group.size();
-    dropped.insert(dropped.end(), group.begin() + (cancel ? 0 : 1), group.end());
-  }
-  std::sort(dropped.begin(), dropped.end());
-  return dropped;
-}
-
 /// The corners that cut the edge of a facet, in their order along it.
 struct Cut {
   std::uint32_t facet = kNoFacet;
@@ -191,7 +164,7 @@ Found weld_corners(Mesh& mesh, const EdgeTable& edges, double distance) {
   }
   found.count = moved;
   remove_facets(mesh, collapsed);
-  remove_facets(mesh, laid_on_each_other(mesh));
+  remove_facets(mesh, find_duplicates(mesh));
   return found;
 }
 

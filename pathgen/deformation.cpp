@@ -48,22 +48,29 @@ Point<Flat> Deformation::flatten(Point<Part> p) const {
   return {scale_x_ * std::atan2(pt, pn), scale_y_ * std::atan2(pb, g), s_ * std::hypot(g, pb)};
 }
 
-AxisLine Deformation::axis_line(double x, double y) const {
+AxisLine Deformation::axis_line(double x, double y, Angles& angles) const {
+  const auto turn_x = [&] {
+    if (x == angles.x) return;
+    angles.x = x, angles.sin_x = std::sin(x / scale_x_), angles.cos_x = std::cos(x / scale_x_);
+  };
+  const auto turn_y = [&] {
+    if (y == angles.y) return;
+    angles.y = y, angles.sin_y = std::sin(y / scale_y_), angles.cos_y = std::cos(y / scale_y_);
+  };
   switch (frame_.mode) {
     case AxisMode::kFixed:
       return {frame_.origin + frame_.t * x + b_ * y, frame_.n};
-    case AxisMode::kLine: {
-      const double theta = y / scale_y_;
-      return {frame_.origin + frame_.t * x, (frame_.n * std::cos(theta) + b_ * std::sin(theta)) * s_};
-    }
+    case AxisMode::kLine:
+      turn_y();
+      return {frame_.origin + frame_.t * x, (frame_.n * angles.cos_y + b_ * angles.sin_y) * s_};
     case AxisMode::kPoint:
     case AxisMode::kCircle:
       break;
   }
-  const double theta = x / scale_x_, phi = y / scale_y_;
-  const Vec3 out = frame_.n * std::cos(theta) + frame_.t * std::sin(theta);
+  turn_x(), turn_y();
+  const Vec3 out = frame_.n * angles.cos_x + frame_.t * angles.sin_x;
   return {frame_.origin + out * frame_.circle_radius_or_zero(),
-          (out * std::cos(phi) + b_ * std::sin(phi)) * s_};
+          (out * angles.cos_y + b_ * angles.sin_y) * s_};
 }
 
 Point<Part> Deformation::unflatten(Point<Flat> f) const {

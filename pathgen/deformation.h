@@ -2,6 +2,7 @@
 // The predefined tool axis and the deformation that turns it into +z' everywhere (maths: pathgen/README.md,
 // tags D1..D4). Right-handed: (x', y', z') with b = s (n x t).
 
+#include <limits>
 #include <optional>
 
 #include "kinematics/geometry.h"
@@ -45,7 +46,16 @@ class Deformation {
 
   Point<Flat> flatten(Point<Part> p) const;
   Point<Part> unflatten(Point<Flat> f) const;
-  AxisLine axis_line(double x, double y) const;
+  AxisLine axis_line(double x, double y) const {
+    Angles angles;
+    return axis_line(x, y, angles);
+  }
+  /// The sines and cosines of the last axis line, kept for the next one, which often shares a coordinate.
+  struct Angles {
+    double x = std::numeric_limits<double>::quiet_NaN(), sin_x = 0.0, cos_x = 1.0;
+    double y = std::numeric_limits<double>::quiet_NaN(), sin_y = 0.0, cos_y = 1.0;
+  };
+  AxisLine axis_line(double x, double y, Angles& angles) const;
   /// Tool axis at p (unit, from tip to shank).
   Vec3 axis_at(Point<Part> p) const;
   /// How fast the tool axis turns when f moves along v: its derivative, 1/mm for a unit v (C5).

@@ -145,8 +145,9 @@ bool drop_on_edge(const ToolPiece& piece, Point<Part> p, Point<Part> q, double s
     } else {
       const double share = piece.has_cone() ? climb * piece.taper_sin / piece.taper_cos : 1.0;  // u / d
       const double d = share < 1.0 ? away / std::sqrt(1.0 - share * share) : piece.outer;
-      rim = d >= piece.outer;
-      at.d = rim ? piece.outer : d;
+      const double foot = piece.flat + piece.corner * piece.taper_cos;  // where the cone begins
+      rim = d >= piece.outer || d < foot;
+      at.d = std::clamp(d, foot, piece.outer);
       at.height = piece.has_cone() ? piece.cone_height(at.d) : 0.0;
     }
     u = std::sqrt(std::max(at.d * at.d - away * away, 0.0));

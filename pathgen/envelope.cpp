@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace tiltfeed {
@@ -40,23 +41,15 @@ class Profile {
   }
 
   LineEnvelope build() {
-    const std::vector<Candidate>& all = field_.candidates_;
     const std::vector<double> breaks = break_points();
-    std::size_t next = 0;
-    std::optional<Sample> left;
-    for (std::size_t i = 0; i + 1 < breaks.size() || (i < breaks.size() && breaks.size() == 1); ++i) {
-      const double from = breaks[i], to = breaks[std::min(i + 1, breaks.size() - 1)];
-      std::erase_if(active_, [&](const Candidate& c) { return c.to < from; });
-      while (next < all.size() && all[next].from <= to) {
-        if (all[next].to >= from) active_.push_back(all[next]);
-        ++next;
-      }
-      if (!left) {
-        left = evaluate(from);
-        emit(*left);
-      }
-      const Sample right = evaluate(to);
-      refine(*left, right);
+    if (breaks.empty()) return {};
+    activate(breaks[0], breaks[0]);
+    Sample left = evaluate(breaks[0]);
+    emit(left);
+    for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
+      activate(breaks[i], breaks[i + 1]);
+      const Sample right = evaluate(breaks[i + 1]);
+      refine(left, right);
       emit(right);
       left = right;
     }
@@ -89,6 +82,14 @@ class Profile {
     return breaks;
   }
 
+  /// Makes every candidate that overlaps [from, to] active, in rising order of their starts.
+  void activate(double from, double to) {
+    const std::vector<Candidate>& all = field_.candidates_;
+    std::erase_if(active_, [&](const Candidate& c) { return c.to < from; });
+    for (; next_ < all.size() && all[next_].from <= to; ++next_)
+      if (all[next_].to >= from) active_.push_back(all[next_]);
+  }
+
   /// Does the part grown by the radius hold the place where the column ends? Then the column is shut from
   /// there down to wherever that body ends, which its own patches need not show.
   bool end_is_covered(double x, double y) {
@@ -110,7 +111,7 @@ class Profile {
     Sample sample;
     sample.run = run;
     const double x = line_.x_at(run), y = line_.y_at(run);
-    const AxisLine line = map_.axis_line(x, y);
+    const AxisLine line = map_.axis_line(x, y, angles_);
     if (end_is_covered(x, y)) return sample;
     ClHit best;
     for (const Candidate& c : active_) {
@@ -163,9 +164,18 @@ class Profile {
   }
 
   bool short_enough(const Sample& left, const Sample& right) const {
-    if (length(cross(left.point.axis, right.point.axis)) > options_.max_axis_step) return false;
+    if (!turns_little(left, right)) return false;
     return distance(left.point.centre, right.point.centre) <= curved_step_ ||
            !another_curved_sheet(left, right);
+  }
+
+  bool turns_little(const Sample& left, const Sample& right) const {
+    return length(cross(left.point.axis, right.point.axis)) <= options_.max_axis_step;
+  }
+
+  bool on_move(const Sample& sample, const Sample& left, const Sample& right) const {
+    return sample.hit && distance_to_segment(sample.point.centre, left.point.centre, right.point.centre) <=
+                             options_.tolerance;
   }
 
   /// Emits what is needed strictly between two samples.
@@ -176,9 +186,11 @@ class Profile {
     if (joined && rise.larger <= options_.tolerance) return;
     const Sample middle = evaluate((left.run + right.run) / 2.0);
     if (!left.hit && !right.hit && !middle.hit) return;
-    // A corner next to one end: the middle shows whether it is no more than that.
-    if (joined && middle.hit && rise.smaller <= options_.tolerance &&
-        distance_to_segment(middle.point.centre, left.point.centre, right.point.centre) <= options_.tolerance)
+    // A corner next to one end: the middle shows whether it is no more than that, and the quarters that there
+    // are not two of them.
+    if (joined && middle.hit && rise.smaller <= options_.tolerance && on_move(middle, left, right) &&
+        on_move(evaluate(left.run + 0.25 * (right.run - left.run)), left, right) &&
+        on_move(evaluate(left.run + 0.75 * (right.run - left.run)), left, right))
       return;
     refine(left, middle);
     emit(middle);
@@ -199,7 +211,9 @@ class Profile {
   const Deformation& map_;
   FlatLine line_;
   const EnvelopeOptions& options_;
+  Deformation::Angles angles_;
   double flank_ = 0.0, curved_step_ = 0.0;
+  std::size_t next_ = 0;  ///< candidates before it have been active
   std::vector<Candidate> active_;
   Pass pass_;
   LineEnvelope result_;

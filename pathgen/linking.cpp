@@ -3,114 +3,151 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pathgen/joins.h"
+#include "pathgen/leads.h"
+#include "pathgen/link_order.h"
+#include "pathgen/travel.h"
+
 namespace tiltfeed {
 
 namespace {
 
-/// Share of the clearance that a straight travel move may dip below the clearance surface.
-constexpr double kDipShare = 0.1;
+/// A pass as it is travelled.
+class Directed {
+ public:
+  Directed(const Pass& pass, bool reversed) : pass_(pass), reversed_(reversed) {}
+  std::size_t size() const { return pass_.size(); }
+  const EnvelopePoint& operator[](std::size_t i) const {
+    return reversed_ ? pass_[pass_.size() - 1 - i] : pass_[i];
+  }
+
+ private:
+  const Pass& pass_;
+  bool reversed_;
+};
 
 class Linker {
  public:
-  Linker(const ClSurface& surface, const Deformation& map, const Linking& options, FarSide& far_side)
-      : surface_(surface), map_(map), options_(options), far_side_(far_side), clear_z_(options.clearance_z) {}
+  Linker(const ClField& field, const Linking& options, FarSide& far_side, Envelope& envelope)
+      : surface_(field.surface),
+        options_(options),
+        travel_(field.deformation, options, far_side),
+        joins_(field, options, far_side, envelope, travel_),
+        leads_(field, options, far_side, envelope, travel_) {}
 
-  /// Requires: pass is not empty. `reversed` runs it from back to front.
-  void add(const Pass& pass, bool reversed) {
-    const EnvelopePoint& first = reversed ? pass.back() : pass.front();
-    const EnvelopePoint& last = reversed ? pass.front() : pass.back();
-    if (!travel_to(first.flat)) {
-      ++linked_.skipped_passes;
-      return;
-    }
-    const double start = first.flat.z + options_.approach;
-    if (start < clear_z_) push(pose_at({first.flat.x, first.flat.y, start}), MoveKind::kRapid, kNoFacet);
-    push(pose_of(first), MoveKind::kPlunge, surface_.facet_of(first.patch));
-    const auto cut = [&](const EnvelopePoint& p) {
-      push(pose_of(p), MoveKind::kCut, surface_.facet_of(p.patch));
-    };
-    if (reversed) {
-      std::for_each(pass.rbegin() + 1, pass.rend(), cut);
-    } else {
-      std::for_each(pass.begin() + 1, pass.end(), cut);
-    }
-    at_ = {last.flat.x, last.flat.y, clear_z_};
-    push(pose_at(at_), MoveKind::kRapid, kNoFacet);
+  Linked run(const Order& order, const std::vector<std::vector<Pass>>& slices) {
+    linked_ = {};
+    down_.reset();
+    for (const Travelled& t : order) add({slices[t.slice][t.pass], t.reversed});
+    if (down_) retract();
+    for (std::size_t i = 1; i < linked_.moves.size(); ++i)
+      if (linked_.moves[i].kind != MoveKind::kCut)
+        linked_.air_length += distance(linked_.moves[i - 1].pose.tip, linked_.moves[i].pose.tip);
+    return std::move(linked_);
   }
-
-  Linked take() { return std::move(linked_); }
 
  private:
-  Pose pose_of(const EnvelopePoint& p) const {
-    return {p.centre - p.axis * options_.reference_height, p.axis};
-  }
-  Pose pose_at(Point<Flat> f) const {
-    const AxisLine line = map_.axis_line(f.x, f.y);
-    return {line.base + line.axis * (f.z - options_.reference_height), line.axis};
-  }
-  void push(const Pose& pose, MoveKind kind, std::uint32_t facet) {
-    linked_.moves.push_back({pose, kind, facet});
+  /// Requires: pass is not empty.
+  void add(const Directed& pass) {
+    if (!join(pass) && !fly(pass)) return;
+    for (std::size_t i = 1; i < pass.size(); ++i) cut(pass[i]);
+    down_ = Joins::End{pass[pass.size() - 1], pass[pass.size() < 2 ? 0 : pass.size() - 2]};
   }
 
-  /// (L2) Along the clearance surface, the short way round, in steps whose chords dip at most kDipShare of
-  /// the clearance: rho * turn^2 / 8. False, and nothing moved, if the far side is in the way.
-  bool travel_to(Point<Flat> to) {
-    const auto short_way = [](double from, double target, double period) {
-      return period > 0.0 ? target + period * std::round((from - target) / period) : target;
-    };
-    if (linked_.moves.empty()) {
-      push(pose_at({to.x, to.y, clear_z_}), MoveKind::kRapid, kNoFacet);
-      return true;
-    }
-    const Point<Flat> target{short_way(at_.x, to.x, map_.period_x()), short_way(at_.y, to.y, map_.period_y()),
-                             clear_z_};
-    const double steps = travel_steps(target);
-    const std::size_t before = linked_.moves.size();
-    for (double i = 1.0; i <= steps; ++i) {
-      const Pose from = linked_.moves.back().pose, pose = pose_at(lerp(at_, target, i / steps));
-      if (!far_side_.travel_clear(from, pose)) {
-        linked_.moves.resize(before);
-        return false;
-      }
-      push(pose, MoveKind::kRapid, kNoFacet);
-    }
+  /// (L5)
+  bool join(const Directed& pass) {
+    if (!down_ || options_.join_distance <= 0.0) return false;
+    const auto between = joins_.between(*down_, {pass[0], pass[std::min<std::size_t>(1, pass.size() - 1)]});
+    if (!between) return false;
+    for (const EnvelopePoint& p : *between) cut(p);
+    cut(pass[0]);
+    ++linked_.joins;
     return true;
   }
 
-  double travel_steps(Point<Flat> target) const {
-    if (map_.frame().mode == AxisMode::kFixed) return 1.0;
-    const double turn_x = map_.period_x() > 0.0 ? std::abs(target.x - at_.x) / map_.scale_x() : 0.0;
-    const double turn_y = std::abs(target.y - at_.y) / map_.scale_y();
-    const double rho = std::abs(clear_z_) + map_.frame().circle_radius_or_zero();
-    return std::max(1.0,
-                    std::ceil((turn_x + turn_y) / std::sqrt(8.0 * kDipShare * options_.clearance / rho)));
+  /// (L1) Up, over and down. Where there is no way, the pass is counted as left out, and the tool stays up.
+  bool fly(const Directed& pass) {
+    if (down_) retract();
+    std::vector<Point<Flat>> arc;
+    if (options_.lead_radius > 0.0 && pass.size() > 1) arc = leads_.arc(pass[0], pass[1]);
+    Travel::Way way = arc.empty() ? Travel::Way::kBlocked : travel_to(arc.back());
+    if (way != Travel::Way::kFound) {
+      arc.clear();
+      way = travel_to(pass[0].flat);
+    }
+    if (way != Travel::Way::kFound) {
+      ++(way == Travel::Way::kTilted ? linked_.tilted_passes : linked_.skipped_passes);
+      return false;
+    }
+    const Point<Flat> foot = arc.empty() ? pass[0].flat : arc.back();
+    if (const double start = foot.z + options_.approach; start < options_.clearance_z)
+      push(travel_.pose({foot.x, foot.y, start}), MoveKind::kRapid);
+    for (auto place = arc.rbegin(); place != arc.rend(); ++place)
+      push(travel_.pose(*place), MoveKind::kPlunge);
+    push(pose_of(pass[0]), MoveKind::kPlunge, surface_.facet_of(pass[0].patch));
+    count_lead(!arc.empty());
+    return true;
+  }
+
+  Travel::Way travel_to(Point<Flat> to) {
+    if (linked_.moves.empty()) {
+      push(travel_.pose({to.x, to.y, options_.clearance_z}), MoveKind::kRapid);
+      return Travel::Way::kFound;
+    }
+    std::vector<Pose> poses;
+    const Travel::Way way = travel_.find(at_, to, poses);
+    if (way == Travel::Way::kFound)
+      for (const Pose& pose : poses) push(pose, MoveKind::kRapid);
+    return way;
+  }
+
+  void retract() {
+    std::vector<Point<Flat>> arc;
+    if (options_.lead_radius > 0.0) arc = leads_.arc(down_->point, down_->inward);
+    for (const Point<Flat>& place : arc) push(travel_.pose(place), MoveKind::kPlunge);
+    at_ = arc.empty() ? down_->point.flat : arc.back();
+    at_.z = options_.clearance_z;
+    push(travel_.pose(at_), MoveKind::kRapid);
+    count_lead(!arc.empty());
+    ++linked_.retracts;
+    down_.reset();
+  }
+
+  void count_lead(bool placed) {
+    if (options_.lead_radius <= 0.0) return;
+    ++(placed ? linked_.leads : linked_.straight_ends);
+  }
+  Pose pose_of(const EnvelopePoint& p) const { return pose_at(p.centre, p.axis, options_.reference_height); }
+  void cut(const EnvelopePoint& p) { push(pose_of(p), MoveKind::kCut, surface_.facet_of(p.patch)); }
+  void push(const Pose& pose, MoveKind kind, std::uint32_t facet = kNoFacet) {
+    linked_.moves.push_back({pose, kind, facet});
   }
 
   const ClSurface& surface_;
-  const Deformation& map_;
-  Linking options_;
-  FarSide& far_side_;
-  double clear_z_;
-  Point<Flat> at_;
+  const Linking& options_;
+  Travel travel_;
+  Joins joins_;
+  Leads leads_;
+  std::optional<Joins::End> down_;  ///< where a pass ended, while the tool is there
+  Point<Flat> at_;           ///< while it is on the clearance surface
   Linked linked_;
 };
 
 }  // namespace
 
-Linked link(const std::vector<std::vector<Pass>>& slices, const ClSurface& surface,
-            const Deformation& deformation, const Linking& options, FarSide& far_side) {
-  Linker linker(surface, deformation, options, far_side);
-  bool reversed = false;
-  for (const auto& passes : slices) {
-    if (passes.empty()) continue;
-    if (reversed) {
-      std::for_each(passes.rbegin(), passes.rend(), [&](const Pass& pass) { linker.add(pass, true); });
-    } else {
-      std::for_each(passes.begin(), passes.end(), [&](const Pass& pass) { linker.add(pass, false); });
-    }
-    if (options.direction == Direction::kZigzag) reversed = !reversed;
-  }
-  return linker.take();
+Linked link(const std::vector<std::vector<Pass>>& slices, const ClField& field, const Linking& options,
+            FarSide& far_side, Envelope& envelope) {
+  Linker linker(field, options, far_side, envelope);
+  const Order plain = plain_order(slices, options.direction);
+  Linked best = linker.run(plain, slices);
+  if (options.order == PassOrder::kGiven) return best;
+  const Order regions = region_order(slices, field.deformation, options);
+  if (regions == plain) return best;
+  Linked other = linker.run(regions, slices);
+  const auto left_out = [](const Linked& l) { return l.skipped_passes + l.tilted_passes; };
+  const bool better = left_out(other) < left_out(best) ||
+                      (left_out(other) == left_out(best) && other.air_length < best.air_length);
+  return better ? std::move(other) : std::move(best);
 }
 
 }  // namespace tiltfeed

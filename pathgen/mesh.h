@@ -1,6 +1,7 @@
 #pragma once
 // The part as a triangle mesh: welded, checked, its defects named.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string>
@@ -16,9 +17,16 @@ struct Box {
   Point<Part> min, max;
 };
 
+/// The box with p in it.
+inline Box grown(const Box& box, Point<Part> p) {
+  return {{std::min(box.min.x, p.x), std::min(box.min.y, p.y), std::min(box.min.z, p.z)},
+          {std::max(box.max.x, p.x), std::max(box.max.y, p.y), std::max(box.max.z, p.z)}};
+}
+
 /// Facet i has corners vertices[facets[i][0..2]], counter-clockwise seen from outside where the mesh is
-/// oriented, and came from facet source[i] of the STL file, counting from 0. Corners of a facet differ, every
-/// facet has an area (height over its longest edge > 1e-6 mm), and every vertex is used.
+/// oriented, and came from facet source[i] of the STL file, counting from 0 (ascending; a facet that fills a
+/// hole has the source of a facet beside it). Corners of a facet differ, every facet has an area (height over
+/// its longest edge > 1e-6 mm), and every vertex is used.
 struct Mesh {
   std::vector<Point<Part>> vertices;
   std::vector<std::array<std::uint32_t, 3>> facets;
@@ -33,6 +41,11 @@ enum class DefectKind {
   kMisoriented,  ///< edges that their two facets run along in the same direction; repaired if kFlipped
   kFlipped,      ///< facets turned over to agree with their neighbours
   kInsideOut,    ///< closed shells whose normals pointed inwards: turned over
+  kWelded,       ///< corners moved onto one next to them: a crack closed
+  kSplit,        ///< facets cut up at a neighbour's corner on their edge: a T-junction closed
+  kFlap,         ///< facets hung on an edge that had its two: dropped
+  kSeparated,    ///< edges along which solids touch: each solid given corners of its own there
+  kFilled,       ///< holes filled
 };
 
 struct Defect {
@@ -58,14 +71,31 @@ struct CheckedMesh {
 
 std::string to_string(DefectKind kind);
 
-/// Welds equal corners (exact equality of coordinates), drops degenerate and duplicate facets, orients, and
-/// names every defect. Properties:
-/// 1 Sides::kOutward if and only if each directed edge has exactly one opposite, facets without area that
+/// To four digits: how warnings print a length.
+std::string number_text(double value);
+
+/// The part of a job's tolerance that repair may take: as much as each approximation of the planner.
+inline constexpr double kRepairShare = 0.25;
+
+struct RepairOptions {
+  /// How far repair may move the surface, mm; the default goes with a tolerance of 0.01 mm. 0: open edges and
+  /// edges with more than two facets are only named. Holes: see pathgen/holes.h.
+  double distance = 0.01 * kRepairShare;
+};
+
+/// Welds equal corners (exact equality of coordinates), drops degenerate and duplicate facets, orients,
+/// repairs what is still not closed (pathgen/repair.h), and names every defect. Properties: 1 Sides::kOutward
+/// if and only if each directed edge has exactly one opposite, facets without area that
 ///   join two neighbours (they seam a T-junction) included, and the normals point out of the material. Such
 ///   seams are dropped after that test: with them left out, their edges show one facet each.
-/// 2 No corner moves; facets keep the file's order; of duplicates the first stays.
-/// 3 Nested shells: a void inside a shell keeps its normals into the void.
+/// 2 Where each directed edge had its opposite in the file, no corner moves. A repair moves none further than
+///   distance / 2, and no facet further than distance; its fills are the only new surface. It closes all or
+///   is not made: then no corner moves, and a warning says what stood against it.
+/// 3 Facets keep the file's order; of duplicates the first stays.
+/// 4 Nested shells: a void inside a shell keeps its normals into the void.
+/// 5 The same for any number of threads.
+/// Defects are counted in the file as read; what a repair did follows them under kinds of its own.
 /// Errors: kMesh when nothing is left to plan, or coordinates are beyond kMaxCoordinate or not finite.
-Result<CheckedMesh> check_mesh(const Stl& stl);
+Result<CheckedMesh> check_mesh(const Stl& stl, const RepairOptions& options = {});
 
 }  // namespace tiltfeed

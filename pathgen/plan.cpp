@@ -228,9 +228,25 @@ class Planner {
           " points left out: beyond the axis point, line or circle the shank would hit the part");
 
     if (!stages_.begin("link")) return cancelled();
-    const Linking links{options_.pattern.direction, reference_height(options_.cutter), clearance_z,
-                        options_.links.clearance, options_.links.approach};
-    Linked linked = link(passes_, field.surface, field.deformation, links, far_side);
+    const Linking links{.direction = options_.pattern.direction,
+                        .reference_height = reference_height(options_.cutter),
+                        .clearance_z = clearance_z,
+                        .clearance = options_.links.clearance,
+                        .approach = options_.links.approach,
+                        .join_distance = options_.links.join_distance,
+                        .lead_radius = options_.links.lead_radius,
+                        .thinning = options_.tolerance * kThinningShare,
+                        .plunge_ratio = options_.cut_feed.mm_per_min() / options_.plunge_feed.mm_per_min(),
+                        .up = options_.up,
+                        .tilt_max = options_.tilt_max,
+                        .allowed = nullptr};
+    Envelope envelope(field.surface, field.deformation, field.index, envelope_);
+    Linked linked = link(passes_, field, links, far_side, envelope);
+    if (linked.tilted_passes > 0)
+      report_.warnings.push_back(
+          std::to_string(linked.tilted_passes) +
+          " passes left out: every way to them over the clearance surface tilts the tool axis further than "
+          "setup.tilt_max_deg; turn the part on the table");
     if (linked.skipped_passes > 0)
       report_.warnings.push_back(
           std::to_string(linked.skipped_passes) +

@@ -14,29 +14,45 @@ using Facet = std::array<std::uint32_t, 3>;
 /// One facet's side of the edge {low, high}, low < high; forward: the facet runs from low to high.
 struct HalfEdge {
   std::uint32_t low, high;
-  std::uint32_t facet;
-  bool forward;
+  std::uint32_t facet : 31, forward : 1;
 };
 
 /// The half-edges of all facets, those of one edge side by side, in the order of (low, high, facet).
-/// Requires: the three vertices of each facet differ.
+/// Requires: the three vertices of each facet differ; below 2^31 facets.
 class EdgeTable {
  public:
+  EdgeTable() = default;
   EdgeTable(const std::vector<Facet>& facets, std::size_t vertices);
 
   /// Calls visit(std::span<const HalfEdge>) once for each edge.
   template <class Visit>
   void each_edge(Visit visit) const {
-    for (std::size_t begin = 0, end = 0; begin < halves_.size(); begin = end) {
-      while (end < halves_.size() && halves_[end].low == halves_[begin].low &&
-             halves_[end].high == halves_[begin].high)
+    each_edge(0, vertices(), visit);
+  }
+  /// The same for the edges whose low is in [first, last): for work in blocks.
+  template <class Visit>
+  void each_edge(std::size_t first, std::size_t last, Visit visit) const {
+    const std::size_t stop = start_[last];
+    for (std::size_t begin = start_[first], end = begin; begin < stop; begin = end) {
+      while (end < stop && halves_[end].low == halves_[begin].low && halves_[end].high == halves_[begin].high)
         ++end;
       visit(std::span(halves_).subspan(begin, end - begin));
     }
   }
+  std::size_t vertices() const { return start_.size() - 1; }
+
+  /// Each edge has two facets, which run along it in opposite directions.
+  bool all_sound() const { return all_sound_; }
+  /// False: no two facets have the same corners.
+  bool may_have_duplicates() const { return may_have_duplicates_; }
 
  private:
+  void gather(const std::vector<Facet>& facets, std::uint32_t first, std::uint32_t last);
+  void judge(std::uint32_t vertex, bool& sound, bool& duplicates) const;
+
+  std::vector<std::uint32_t> start_{0};  ///< the half-edges of low v are start_[v] to start_[v + 1]
   std::vector<HalfEdge> halves_;
+  bool all_sound_ = true, may_have_duplicates_ = false;
 };
 
 /// What an edge with these half-edges is.
@@ -53,6 +69,7 @@ struct Shells {
   std::vector<std::uint32_t> of_facet;
   std::uint32_t count = 0;
 };
+/// For any number of threads the same.
 Shells find_shells(const EdgeTable& edges, std::size_t facets);
 
 /// Turns a facet over.

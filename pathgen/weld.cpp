@@ -1,15 +1,24 @@
 #include "pathgen/weld.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <numeric>
-
-#include "pathgen/topology.h"
+#include <span>
 
 namespace tiltfeed {
 namespace {
 
+using Range = tbb::blocked_range<std::size_t>;
+
 constexpr std::uint32_t kNone = 0xFFFFFFFF;
+/// Facets that one task takes at least: some hundred microseconds of work.
+constexpr std::size_t kGrain = 4096;
+constexpr auto kRelaxed = std::memory_order_relaxed;
 
 std::uint64_t hash(Point<Part> p) {
   // Multiply and fold after each coordinate [Steele 2014: the finalizer of SplitMix64]; float32 values leave
@@ -23,45 +32,199 @@ std::uint64_t hash(Point<Part> p) {
   return h ^ (h >> 31);
 }
 
-/// Numbers points by first occurrence: open addressing, at most half full.
-class PointIndex {
+/// The vertices and facets of an STL: an open table from points to the first corner that has them, filled by
+/// all threads at once. Corner 3 f + k is corner k of facet f.
+class CornerIndex {
  public:
-  explicit PointIndex(std::size_t expected) : slots_(std::bit_ceil(expected * 2 + 16), kNone) {}
+  explicit CornerIndex(const Stl& stl)
+      : stl_(stl), table_(std::bit_ceil(stl.facets.size() * 4 + 16), kNone), slot_(stl.facets.size() * 3) {}
 
-  std::uint32_t index(Point<Part> p) {
-    p = {p.x + 0.0, p.y + 0.0, p.z + 0.0};  // -0 becomes 0
-    std::uint32_t& slot = find(p);
-    if (slot != kNone) return slot;
-    const auto added = static_cast<std::uint32_t>(points.size());
-    slot = added;
-    points.push_back(p);
-    if (points.size() * 2 > slots_.size()) grow();
-    return added;
+  /// Vertices by first use; facets as in the file.
+  Mesh mesh() {
+    const std::size_t facets = stl_.facets.size(), blocks = (facets + kGrain - 1) / kGrain;
+    tbb::parallel_for(Range(0, slot_.size(), kGrain), [&](const Range& range) {
+      for (std::size_t c = range.begin(); c < range.end(); c += kAhead)
+        enter(c, std::min(range.end(), c + kAhead));
+    });
+    // Vertices before each block, then their numbers, which replace the corners in the table.
+    std::vector<std::uint32_t> start(blocks + 1, 0);
+    tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) { start[b + 1] = number_firsts(b, {}, 0); });
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    Mesh out;
+    out.vertices.resize(start.back());
+    out.facets.resize(facets);
+    out.source.resize(facets);
+    tbb::parallel_for(std::size_t{0}, blocks,
+                      [&](std::size_t b) { number_firsts(b, out.vertices, start[b]); });
+    tbb::parallel_for(Range(0, facets, kGrain), [&](const Range& range) {
+      for (std::size_t i = range.begin(); i < range.end(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k) out.facets[i][k] = table_[slot_[3 * i + k]] & ~kNumbered;
+        out.source[i] = static_cast<std::uint32_t>(i);
+      }
+    });
+    return out;
   }
-
-  std::vector<Point<Part>> points;
 
  private:
-  std::uint32_t& find(Point<Part> p) {
-    const std::size_t mask = slots_.size() - 1;
-    std::size_t at = hash(p) & mask;
-    while (slots_[at] != kNone && points[slots_[at]] != p) at = (at + 1) & mask;
-    return slots_[at];
-  }
-  void grow() {
-    slots_.assign(slots_.size() * 2, kNone);
-    for (std::uint32_t i = 0; i < points.size(); ++i) find(points[i]) = i;
+  /// Marks a vertex number; corners stay below it (kMaxFacets).
+  static constexpr std::uint32_t kNumbered = 0x80000000;
+  /// Corners whose slots are fetched at a time: more than a core has loads in flight, few for its cache.
+  static constexpr std::size_t kAhead = 64;
+  using Slot = std::atomic_ref<std::uint32_t>;
+
+  Point<Part> point(std::uint32_t corner) const {
+    const Point<Part>& p = stl_.facets[corner / 3][corner % 3];
+    return {p.x + 0.0, p.y + 0.0, p.z + 0.0};  // -0 becomes 0
   }
 
-  std::vector<std::uint32_t> slots_;
+  /// Enters a run of corners; what their places in the table hold is fetched ahead, all at a time.
+  void enter(std::size_t begin, std::size_t end) {
+    const std::size_t mask = table_.size() - 1;
+    for (std::size_t c = begin; c < end; ++c) {
+      slot_[c] = static_cast<std::uint32_t>(hash(point(static_cast<std::uint32_t>(c))) & mask);
+      __builtin_prefetch(&table_[slot_[c]]);
+    }
+    for (std::size_t c = begin; c < end; ++c) {
+      const std::uint32_t seen = Slot(table_[slot_[c]]).load(kRelaxed);
+      if (seen != kNone) __builtin_prefetch(&stl_.facets[seen / 3][seen % 3]);
+    }
+    for (std::size_t c = begin; c < end; ++c) slot_[c] = find_slot(static_cast<std::uint32_t>(c), slot_[c]);
+  }
+
+  /// Whoever comes first takes a slot; the lowest of the corners at its point ends there.
+  std::uint32_t find_slot(std::uint32_t corner, std::uint32_t at) {
+    const Point<Part> p = point(corner);
+    const std::size_t mask = table_.size() - 1;
+    for (;; at = static_cast<std::uint32_t>((at + 1) & mask)) {
+      Slot slot(table_[at]);
+      std::uint32_t seen = slot.load(kRelaxed);
+      const bool taken = seen == kNone && slot.compare_exchange_strong(seen, corner, kRelaxed);
+      if (!taken && point(seen) != p) continue;
+      while (!taken && corner < seen && !slot.compare_exchange_weak(seen, corner, kRelaxed)) {
+      }
+      return at;
+    }
+  }
+
+  /// Counts the first corners in a block of facets and, where there are vertices to fill, numbers them.
+  std::uint32_t number_firsts(std::size_t block, std::span<Point<Part>> vertices, std::uint32_t start) {
+    std::uint32_t next = start;
+    const std::size_t end = std::min(slot_.size(), 3 * kGrain * (block + 1));
+    for (std::size_t c = 3 * kGrain * block; c < end; ++c) {
+      Slot slot(table_[slot_[c]]);
+      if (slot.load(kRelaxed) != c) continue;
+      if (!vertices.empty()) {
+        vertices[next] = point(static_cast<std::uint32_t>(c));
+        slot.store(next | kNumbered, kRelaxed);
+      }
+      ++next;
+    }
+    return next - start;
+  }
+
+  const Stl& stl_;
+  std::vector<std::uint32_t> table_, slot_;
 };
 
-void note(Found& found, std::uint32_t stl_facet) {
-  if (found.count == 0 || stl_facet < found.first) found.first = stl_facet;
-  ++found.count;
+/// The facets that pass the test, ascending.
+template <class Test>
+std::vector<std::uint32_t> facets_where(const Mesh& mesh, const Test& test) {
+  using List = std::vector<std::uint32_t>;
+  return tbb::parallel_reduce(
+      Range(0, mesh.facets.size(), kGrain), List{},
+      [&](const Range& range, List found) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i)
+          if (test(mesh.facets[i])) found.push_back(static_cast<std::uint32_t>(i));
+        return found;
+      },
+      [](List a, const List& b) {
+        a.insert(a.end(), b.begin(), b.end());
+        return a;
+      });
 }
 
-/// Facets on the same three vertices as an earlier one, ascending.
+void note(Found& found, const Mesh& mesh, const std::vector<std::uint32_t>& facets) {
+  if (facets.empty()) return;
+  const std::uint32_t first = mesh.source[facets[0]];  // sources ascend
+  found.first = found.count == 0 ? first : std::min(found.first, first);
+  found.count += facets.size();
+}
+
+/// Of the facets without area (ascending), those that seam: facets that hang together, all of whose edges
+/// have two facets.
+std::vector<std::uint32_t> find_seams(const Mesh& mesh, const EdgeTable& edges,
+                                      const std::vector<std::uint32_t>& thin) {
+  std::vector<bool> is_thin(mesh.facets.size(), false);
+  for (std::uint32_t i : thin) is_thin[i] = true;
+
+  // Groups of thin facets that share an edge, whatever else is on it; the root is the lowest facet.
+  std::vector<std::uint32_t> parent(mesh.facets.size());
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&parent](std::uint32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  std::vector<bool> seams(mesh.facets.size(), true);  // of a root: its group still may seam
+  std::vector<std::uint32_t> torn;                    // facets on an edge that has not two facets
+  edges.each_edge([&](std::span<const HalfEdge> edge) {
+    std::uint32_t first = kNone;
+    for (const HalfEdge& half : edge) {
+      if (!is_thin[half.facet]) continue;
+      if (first == kNone) first = half.facet;
+      const std::uint32_t a = root(first), b = root(half.facet);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+    if (first != kNone && edge.size() != 2) torn.push_back(first);
+  });
+  for (std::uint32_t i : torn) seams[root(i)] = false;
+  std::vector<std::uint32_t> found;
+  for (std::uint32_t i : thin)
+    if (seams[root(i)]) found.push_back(i);
+  return found;
+}
+
+}  // namespace
+
+Welded weld(const Stl& stl) {
+  Welded out;
+  Mesh& mesh = out.mesh;
+  mesh = CornerIndex(stl).mesh();
+  bool changed = false;
+  const auto drop = [&](const std::vector<std::uint32_t>& facets) {
+    if (facets.empty()) return;
+    remove_facets(mesh, facets);
+    changed = true;
+  };
+  const auto collapsed =
+      facets_where(mesh, [](const Facet& f) { return f[0] == f[1] || f[1] == f[2] || f[2] == f[0]; });
+  note(out.degenerate, mesh, collapsed);
+  drop(collapsed);
+
+  out.edges = EdgeTable(mesh.facets, mesh.vertices.size());
+  changed = false;
+  if (out.edges.may_have_duplicates()) {
+    const std::vector<std::uint32_t> duplicates = find_duplicates(mesh);
+    note(out.duplicate, mesh, duplicates);
+    drop(duplicates);
+  }
+  const std::vector<std::uint32_t> thin = without_area(mesh);
+  note(out.degenerate, mesh, thin);
+  if (!thin.empty()) {
+    if (changed) out.edges = EdgeTable(mesh.facets, mesh.vertices.size());
+    changed = false;
+    const std::vector<std::uint32_t> seams = find_seams(mesh, out.edges, thin);
+    std::vector<std::uint32_t> dropped;
+    std::set_difference(thin.begin(), thin.end(), seams.begin(), seams.end(), std::back_inserter(dropped));
+    for (std::uint32_t i : seams) {
+      const auto before = std::lower_bound(dropped.begin(), dropped.end(), i) - dropped.begin();
+      out.seams.push_back(i - static_cast<std::uint32_t>(before));
+    }
+    drop(dropped);
+  }
+  if (changed) out.edges = EdgeTable(mesh.facets, mesh.vertices.size());
+  return out;
+}
+
 std::vector<std::uint32_t> find_duplicates(const Mesh& mesh) {
   // A counting sort by the lowest vertex, then short sorts within each vertex.
   struct Entry {
@@ -99,76 +262,8 @@ bool has_area(const Mesh& mesh, const Facet& f) {
   return squared_length(cross(ab, bc)) > kMinHeight * kMinHeight * longest;
 }
 
-/// Of the facets without area (ascending), those that seam: facets that hang together, all of whose edges
-/// have two facets.
-std::vector<std::uint32_t> find_seams(const Mesh& mesh, const std::vector<std::uint32_t>& thin) {
-  if (thin.empty()) return {};
-  std::vector<bool> is_thin(mesh.facets.size(), false);
-  for (std::uint32_t i : thin) is_thin[i] = true;
-  const EdgeTable edges(mesh.facets, mesh.vertices.size());
-
-  // Groups of thin facets that share an edge, whatever else is on it; the root is the lowest facet.
-  std::vector<std::uint32_t> parent(mesh.facets.size());
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&parent](std::uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  std::vector<bool> seams(mesh.facets.size(), true);  // of a root: its group still may seam
-  std::vector<std::uint32_t> torn;                    // facets on an edge that has not two facets
-  edges.each_edge([&](std::span<const HalfEdge> edge) {
-    std::uint32_t first = kNone;
-    for (const HalfEdge& half : edge) {
-      if (!is_thin[half.facet]) continue;
-      if (first == kNone) first = half.facet;
-      const std::uint32_t a = root(first), b = root(half.facet);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
-    if (first != kNone && edge.size() != 2) torn.push_back(first);
-  });
-  for (std::uint32_t i : torn) seams[root(i)] = false;
-  std::vector<std::uint32_t> found;
-  for (std::uint32_t i : thin)
-    if (seams[root(i)]) found.push_back(i);
-  return found;
-}
-
-}  // namespace
-
-Welded weld(const Stl& stl) {
-  Welded out;
-  PointIndex index(stl.facets.size());  // a closed mesh has half as many vertices as facets
-  out.mesh.facets.reserve(stl.facets.size());
-  out.mesh.source.reserve(stl.facets.size());
-  for (std::uint32_t i = 0; i < stl.facets.size(); ++i) {
-    const auto& corners = stl.facets[i];
-    const Facet f{index.index(corners[0]), index.index(corners[1]), index.index(corners[2])};
-    if (f[0] == f[1] || f[1] == f[2] || f[2] == f[0]) {
-      note(out.degenerate, i);
-      continue;
-    }
-    out.mesh.facets.push_back(f);
-    out.mesh.source.push_back(i);
-  }
-  out.mesh.vertices = std::move(index.points);
-
-  const std::vector<std::uint32_t> duplicates = find_duplicates(out.mesh);
-  for (std::uint32_t i : duplicates) note(out.duplicate, out.mesh.source[i]);
-  remove_facets(out.mesh, duplicates);
-
-  std::vector<std::uint32_t> thin;
-  for (std::uint32_t i = 0; i < out.mesh.facets.size(); ++i)
-    if (!has_area(out.mesh, out.mesh.facets[i])) thin.push_back(i);
-  for (std::uint32_t i : thin) note(out.degenerate, out.mesh.source[i]);
-  const std::vector<std::uint32_t> seams = find_seams(out.mesh, thin);
-  std::vector<std::uint32_t> dropped;
-  std::set_difference(thin.begin(), thin.end(), seams.begin(), seams.end(), std::back_inserter(dropped));
-  for (std::uint32_t i : seams) {
-    const auto before = std::lower_bound(dropped.begin(), dropped.end(), i) - dropped.begin();
-    out.seams.push_back(i - static_cast<std::uint32_t>(before));
-  }
-  remove_facets(out.mesh, dropped);
-  return out;
+std::vector<std::uint32_t> without_area(const Mesh& mesh) {
+  return facets_where(mesh, [&mesh](const Facet& f) { return !has_area(mesh, f); });
 }
 
 void remove_facets(Mesh& mesh, const std::vector<std::uint32_t>& facets) {

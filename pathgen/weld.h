@@ -6,6 +6,7 @@
 
 #include "pathgen/mesh.h"
 #include "pathgen/stl.h"
+#include "pathgen/topology.h"
 
 namespace tiltfeed {
 
@@ -22,6 +23,7 @@ struct Found {
 struct Welded {
   /// Vertices are numbered by their first use; every one is used. Facets have three different vertices.
   Mesh mesh;
+  EdgeTable edges;  ///< of `mesh`
   /// Facets of `mesh` without area that yet join their neighbours edge to edge (they seam a T-junction):
   /// needed to tell that the mesh is closed, ascending. No other facet lacks area.
   std::vector<std::uint32_t> seams;
@@ -29,8 +31,18 @@ struct Welded {
   Found duplicate;
 };
 
-/// Welds by exact equality of coordinates (-0 is 0). Requires: coordinates are finite.
+/// Welds by exact equality of coordinates (-0 is 0); the same for any number of threads. Requires:
+/// coordinates are finite.
 Welded weld(const Stl& stl);
+
+/// Facets on the same three vertices as an earlier one, whatever their order; ascending.
+std::vector<std::uint32_t> find_duplicates(const Mesh& mesh);
+
+/// The facet's height over its longest edge is above kMinHeight.
+bool has_area(const Mesh& mesh, const std::array<std::uint32_t, 3>& facet);
+
+/// The facets for which has_area does not hold, ascending.
+std::vector<std::uint32_t> without_area(const Mesh& mesh);
 
 /// Removes the facets listed (ascending) and the vertices that then are unused; keeps all order.
 void remove_facets(Mesh& mesh, const std::vector<std::uint32_t>& facets);

@@ -15,7 +15,6 @@ constexpr std::uint32_t kLeafSize = 4;
 constexpr int kBins = 16;
 // From this depth on halves are equal, which bounds the depth by kEvenDepth + log2(facets).
 constexpr int kEvenDepth = 40;
-constexpr int kStackSize = 128;
 
 double component(Vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 Vec3 lower(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
@@ -197,34 +196,6 @@ PartDistance::PartDistance(const Mesh& mesh) {
   }
 }
 
-/// Visits the triangles nearest first, leaving out every node whose lower bound is not below `bound`.
-template <class LowerBound, class Visit>
-void PartDistance::descend(double& bound, const LowerBound& lower_bound, const Visit& visit) const {
-  struct Waiting {
-    std::uint32_t node;
-    double least;
-  };
-  if (nodes_.empty()) return;
-  std::array<Waiting, kStackSize> stack;
-  int top = 0;
-  stack[top++] = {0, lower_bound(nodes_[0].low, nodes_[0].high)};
-  while (top > 0) {
-    const Waiting at = stack[--top];
-    if (at.least >= bound) continue;
-    const Node& node = nodes_[at.node];
-    if (node.count > 0) {
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(triangles_[i]);
-      continue;
-    }
-    Waiting near{node.first, lower_bound(nodes_[node.first].low, nodes_[node.first].high)};
-    Waiting far{node.first + 1, lower_bound(nodes_[node.first + 1].low, nodes_[node.first + 1].high)};
-    if (far.least < near.least) std::swap(near, far);
-    assert(top + 2 <= kStackSize);
-    if (far.least < bound) stack[top++] = far;
-    if (near.least < bound) stack[top++] = near;
-  }
-}
-
 Hit PartDistance::nearest(Point<Part> p, double bound, std::uint32_t hint) const {
   return nearest(Segment{p, p}, bound, hint);
 }
@@ -236,8 +207,7 @@ Hit PartDistance::nearest(const Segment& segment, double bound, std::uint32_t hi
     const double d2 = is_point ? squared_distance(t, segment.from) : squared_distance(t, segment);
     if (d2 < hit.value * hit.value) hit = {std::sqrt(d2), t.facet};
   };
-  if (hint < slot_.size()) visit(triangles_[slot_[hint]]);
-  descend(hit.value, SegmentBound(segment), visit);
+  search(hit.value, hint, SegmentBound(segment), visit);
   return hit;
 }
 
@@ -248,8 +218,7 @@ Hit PartDistance::first_touch(Point<Part> centre, Vec3 direction, double radius,
     const double s = sim::first_touch(t, centre, direction, radius, hit.value);
     if (s < hit.value) hit = {s, t.facet};
   };
-  if (hint < slot_.size()) visit(triangles_[slot_[hint]]);
-  descend(hit.value, SweepBound(centre, direction, radius), visit);
+  search(hit.value, hint, SweepBound(centre, direction, radius), visit);
   return hit;
 }
 

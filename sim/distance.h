@@ -4,7 +4,10 @@
 // the radius of the segment from the ball's centre up the axis, so its clearance is that segment's distance
 // minus the radius; a negative clearance is the depth of a gouge.
 
+#include <array>
+#include <cassert>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "pathgen/mesh.h"
@@ -32,6 +35,10 @@ class PartDistance {
   /// touches the part, if below `bound`; 0 when it touches or overlaps where it starts.
   Hit first_touch(Point<Part> centre, Vec3 direction, double radius, double bound = kInfinity,
                   std::uint32_t hint = 0xFFFFFFFF) const;
+  /// Any other least value over the facets: visits those that may hold one below `bound`, nearest first, that
+  /// of `hint` before all. `lower_bound(low, high)`: of the value over a box; visit(triangle) lowers `bound`.
+  template <class LowerBound, class Visit>
+  void search(double& bound, std::uint32_t hint, const LowerBound& lower_bound, const Visit& visit) const;
   /// How often the surface winds round p: 1 inside, 0 outside a closed mesh. Looks at every facet.
   double winding_number(Point<Part> p) const;
 
@@ -44,9 +51,7 @@ class PartDistance {
     std::uint32_t count = 0;  ///< of triangles; 0: an inner node
   };
   struct Build;
-
-  template <class LowerBound, class Visit>
-  void descend(double& bound, const LowerBound& lower_bound, const Visit& visit) const;
+  static constexpr int kStackSize = 128;
 
   std::vector<Triangle> triangles_;  ///< in the order of the leaves
   std::vector<std::uint32_t> slot_;  ///< where facet i is in triangles_
@@ -56,5 +61,34 @@ class PartDistance {
 /// The tool's axis from the ball's centre to the holder: with a tool of `radius` its clearance is the
 /// segment's distance minus the radius. Beyond `shank_length` (from the tip) nothing is checked.
 Segment tool_segment(Point<Part> tip, Vec3 axis, double radius, double shank_length);
+
+template <class LowerBound, class Visit>
+void PartDistance::search(double& bound, std::uint32_t hint, const LowerBound& lower_bound,
+                          const Visit& visit) const {
+  struct Waiting {
+    std::uint32_t node;
+    double least;
+  };
+  if (nodes_.empty()) return;
+  if (hint < slot_.size()) visit(triangles_[slot_[hint]]);
+  std::array<Waiting, kStackSize> stack;
+  int top = 0;
+  stack[top++] = {0, lower_bound(nodes_[0].low, nodes_[0].high)};
+  while (top > 0) {
+    const Waiting at = stack[--top];
+    if (at.least >= bound) continue;
+    const Node& node = nodes_[at.node];
+    if (node.count > 0) {
+      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(triangles_[i]);
+      continue;
+    }
+    Waiting near{node.first, lower_bound(nodes_[node.first].low, nodes_[node.first].high)};
+    Waiting far{node.first + 1, lower_bound(nodes_[node.first + 1].low, nodes_[node.first + 1].high)};
+    if (far.least < near.least) std::swap(near, far);
+    assert(top + 2 <= kStackSize);
+    if (far.least < bound) stack[top++] = far;
+    if (near.least < bound) stack[top++] = near;
+  }
+}
 
 }  // namespace tiltfeed::sim

@@ -205,7 +205,7 @@ int verify_job(const VerifyFiles& files) {
   if (!job) return report(job.error());
   const Result<Stl> stl = read_stl(job->stl_path, job->stl_unit_mm);
   if (!stl) return report(stl.error());
-  const Result<CheckedMesh> part = check_mesh(*stl);
+  const Result<CheckedMesh> part = check_mesh(*stl, {job->plan.tolerance * kRepairShare});
   if (!part) return report(part.error());
   const MachineModel& machine = job->machine.model;
   const auto program = read_file(files.program, [&](std::istream& in, const std::string& name) {

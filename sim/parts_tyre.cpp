@@ -15,7 +15,6 @@
 namespace tiltfeed::sim {
 namespace {
 
-constexpr std::size_t kTyreFacets = 236'748;
 constexpr double kBackRadius = 410.0;
 constexpr int kLayers = 58;  ///< K
 /// Layer 1 is a surface just behind the ribs' feet: it keeps the sector faces' cells from folding at the
@@ -63,13 +62,13 @@ using Chain = std::vector<std::uint32_t>;
 
 class Tyre {
  public:
-  FacetMesh build() && {
+  FacetMesh build(std::size_t facets) && {
     add_nodes();
     add_cavity_and_back();
     add_top_and_bottom();
     add_sector_face(0);
     add_sector_face(kThetaCells);
-    split_longest_edges(mesh_, kTyreFacets,
+    split_longest_edges(mesh_, facets,
                         [this](std::uint32_t a, std::uint32_t b) { return split_point(a, b); });
     return std::move(mesh_);
   }
@@ -247,6 +246,6 @@ class Tyre {
 
 }  // namespace
 
-Triangles tyre_segment() { return to_triangles(Tyre().build()); }
+Triangles tyre_segment(std::size_t facets) { return to_triangles(Tyre().build(facets)); }
 
 }  // namespace tiltfeed::sim

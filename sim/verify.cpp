@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <atomic>
-#include <charconv>
 #include <cmath>
 #include <thread>
 
-#include "sim/distance.h"
 #include "sim/executed.h"
 #include "sim/forward.h"
 #include "sim/path_walk.h"
+#include "sim/tool_solid.h"
+#include "sim/verify_judge.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -18,11 +18,9 @@ namespace {
 // the report does not depend on the number of threads.
 constexpr std::size_t kBatchBlocks = 32768;
 constexpr std::size_t kChunkBlocks = 2048;
-// Drops are counted in bins for their percentile; beyond the last bin there is nothing under the ball.
+// Drops are counted in bins for their percentile; beyond the last bin there is nothing under the tool.
 constexpr double kDropBin = 1e-4, kMaxDrop = 5.0;
 constexpr auto kDropBins = static_cast<std::size_t>(kMaxDrop / kDropBin);
-// A cutting move that descends past an overhang touches nothing; a path has few of them.
-constexpr double kAirShare = 0.01;
 // Above this the surface winds round the point: inside.
 constexpr double kInside = 0.5;
 
@@ -35,25 +33,14 @@ struct Sampled {
 
 /// What one thread finds against the part.
 struct Findings {
-  Extreme gouge, rapid_overlap, gap, drop;
+  std::array<Extreme, 3> gouge;  ///< by kToolParts
+  Extreme rapid_overlap, gap, drop;
   std::uint64_t samples = 0, cut_samples = 0, air_samples = 0;
   std::vector<std::uint32_t> drops;
 };
 
 void keep_larger(Extreme& kept, const Extreme& other) {
   if (other.value > kept.value) kept = other;
-}
-
-std::string number(double value, int decimals) {
-  char text[64];
-  return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, decimals).ptr};
-}
-
-std::string text_of(const TracePlace& p) {
-  if (p.block == 0) return "nowhere";
-  return "block " + std::to_string(p.block) + " (line " + std::to_string(p.line) + ", planned move " +
-         std::to_string(p.move) + (p.facet == kNoFacet ? "" : ", facet " + std::to_string(p.facet)) +
-         ") at (" + number(p.tip.x, 3) + ", " + number(p.tip.y, 3) + ", " + number(p.tip.z, 3) + ")";
 }
 
 /// Runs task(0..count-1) on `threads` threads, in no particular order.
@@ -81,13 +68,15 @@ class Verifier {
         part_(part),
         walk_(planned),
         blocks_(executed_blocks(trace)),
-        radius_(job.plan.cutter.radius() + job.plan.allowance) {
+        tool_(job.plan.cutter, {job.plan.allowance, job.plan.radial_stock, job.plan.axial_stock}),
+        inner_(job.plan.cutter.radius()) {
     report_.tolerance = options.tolerance > 0.0 ? options.tolerance : job.plan.tolerance;
     report_.axis_tolerance = options.axis_tolerance;
-    sampling_ = {options.samples_per_block, options.max_step > 0.0 ? options.max_step : radius_ / 4.0,
-                 job.plan.cutter.shank_length};
-    // Steps below half the radius cannot jump across the surface unseen: see judge_start.
-    sampling_.max_step = std::min(sampling_.max_step, radius_ / 2.0);
+    const double least = tool_.narrowest();
+    sampling_ = {options.samples_per_block, options.max_step > 0.0 ? options.max_step : least / 4.0,
+                 tool_.top()};
+    // Steps below half the least radius cannot jump across the surface unseen: see judge_start.
+    sampling_.max_step = std::min(sampling_.max_step, least / 2.0);
   }
 
   Result<void> run(const Progress& progress);
@@ -100,7 +89,6 @@ class Verifier {
   void measure_contact(const Pose& pose, const TracePlace& place, std::uint32_t& hint, Findings& found) const;
   void judge_start(const Pose& start);
   void collect_missed();
-  void judge();
   TracePlace place_of(const Sampled& block, std::size_t i) const;
   std::uint32_t source_of(std::uint32_t facet) const {
     return facet < mesh_.source.size() ? mesh_.source[facet] : facet;
@@ -114,7 +102,8 @@ class Verifier {
   PartDistance part_;
   PathWalk walk_;
   std::vector<ExecutedBlock> blocks_;
-  double radius_;
+  ToolSolid tool_;
+  double inner_;  ///< height over the tip of a point inside the tool, mm
   Sampling sampling_;
   Pose at_;
   std::vector<std::uint64_t> drops_ = std::vector<std::uint64_t>(kDropBins + 1, 0);
@@ -162,16 +151,16 @@ void Verifier::follow(std::vector<Sampled>& batch) {
 
 void Verifier::measure(const Sampled& block, Findings& found) const {
   const bool rapid = trace_[blocks_[block.block].to].command.op == Op::kRapid;
-  Extreme& deepest = rapid ? found.rapid_overlap : found.gouge;
   std::uint32_t hint = kNoFacet;
   for (std::size_t i = 0; i < block.poses.size(); ++i) {
     const Pose& pose = block.poses[i];
-    const Segment tool = tool_segment(pose.tip, pose.axis, job_.plan.cutter.radius(), sampling_.shank_length);
-    // Only what is deeper than the deepest so far is of interest: that bounds the search.
-    const Hit hit = part_.nearest(tool, radius_ - deepest.value);
-    if (hit.facet != kNoFacet && radius_ - hit.value > deepest.value) {
-      deepest = {radius_ - hit.value, place_of(block, i)};
-      deepest.place.facet = source_of(hit.facet);
+    for (const ToolPart part : kToolParts) {
+      Extreme& deepest = rapid ? found.rapid_overlap : found.gouge[static_cast<int>(part)];
+      // Only what is deeper than the deepest so far is of interest: that bounds the search.
+      const Hit hit = tool_.clearance(part_, pose, part, -deepest.value);
+      if (hit.facet == kNoFacet) continue;
+      deepest = {-hit.value, place_of(block, i)};
+      deepest.place.facet = source_of(hit.facet), deepest.place.tool = part;
     }
     ++found.samples;
     if (!rapid && planned_.moves[block.moves[i]].kind == MoveKind::kCut)
@@ -181,8 +170,7 @@ void Verifier::measure(const Sampled& block, Findings& found) const {
 
 void Verifier::measure_contact(const Pose& pose, const TracePlace& place, std::uint32_t& hint,
                                Findings& found) const {
-  const Point<Part> centre = pose.tip + pose.axis * job_.plan.cutter.radius();
-  const Hit drop = part_.first_touch(centre, -pose.axis, radius_, kMaxDrop, hint);
+  const Hit drop = tool_.drop(part_, pose, kMaxDrop, hint);
   ++found.cut_samples;
   ++found.drops[std::min(kDropBins, static_cast<std::size_t>(drop.value / kDropBin))];
   if (drop.facet != kNoFacet) hint = drop.facet;
@@ -191,22 +179,23 @@ void Verifier::measure_contact(const Pose& pose, const TracePlace& place, std::u
   keep_larger(found.drop, dropped);
   // The gap is never larger than the drop.
   if (drop.value <= std::min(found.gap.value, report_.tolerance)) return;
-  const Hit near = part_.nearest(centre);
-  gap.value = std::max(0.0, near.value - radius_);
+  const Hit near = tool_.gap(part_, pose);
+  gap.value = std::max(0.0, near.value);
   if (gap.value > report_.tolerance) ++found.air_samples;
   gap.place.facet = source_of(near.facet);
   keep_larger(found.gap, gap);
 }
 
 /// Where the motion starts decides for all of it: between two samples no point of the tool moves more than
-/// half a radius, so to get from outside to inside its axis would have to come nearer to the surface than
-/// that, and such a gouge is found.
+/// half its least radius, so to get from outside to inside its axis would have to come nearer to the surface
+/// than that, and such a gouge is found.
 void Verifier::judge_start(const Pose& start) {
-  const Point<Part> centre = start.tip + start.axis * job_.plan.cutter.radius();
+  const Point<Part> centre = start.tip + start.axis * inner_;
   if (part_.winding_number(centre) <= kInside) return;
   const TraceRow& row = trace_[blocks_.front().from];
   report_.rapid_overlap = {
-      radius_, {row.block, row.command.line, 0, source_of(part_.nearest(centre).facet), start.tip}};
+      tool_.cutting().widest(),
+      {row.block, row.command.line, 0, source_of(part_.nearest(centre).facet), start.tip}};
 }
 
 Result<void> Verifier::run(const Progress& progress) {
@@ -232,7 +221,11 @@ Result<void> Verifier::run(const Progress& progress) {
       for (std::size_t i = chunk * kChunkBlocks; i < end; ++i) measure(batch[i], findings[chunk]);
     });
     for (const Findings& f : findings) {
-      keep_larger(report_.gouge, f.gouge), keep_larger(report_.rapid_overlap, f.rapid_overlap);
+      for (std::size_t i = 0; i < f.gouge.size(); ++i) {
+        keep_larger(report_.gouge_by[i], f.gouge[i]);
+        keep_larger(report_.gouge, f.gouge[i]);
+      }
+      keep_larger(report_.rapid_overlap, f.rapid_overlap);
       keep_larger(report_.gap, f.gap), keep_larger(report_.drop, f.drop);
       report_.samples += f.samples, report_.cut_samples += f.cut_samples;
       report_.air_samples += f.air_samples;
@@ -254,33 +247,6 @@ void Verifier::collect_missed() {
   }
 }
 
-void Verifier::judge() {
-  const auto limit = [&](const Extreme& e, double most, const char* unit, const std::string& what) {
-    if (e.value <= most) return;
-    report_.failures.push_back(what + " " + (std::isinf(e.value) ? "never" : number(e.value, 4) + unit) +
-                               " (limit " + number(most, 4) + unit + "): " +
-                               (e.place.block > 0
-                                    ? text_of(e.place)
-                                    : "planned move " + std::to_string(e.place.move) + " to (" +
-                                          number(e.place.tip.x, 3) + ", " + number(e.place.tip.y, 3) + ", " +
-                                          number(e.place.tip.z, 3) + ")"));
-  };
-  const double most = report_.tolerance;
-  const ProgramCheck& p = report_.program;
-  if (!p.good())
-    report_.failures.push_back(std::to_string(p.missing) + " blocks missing, " + std::to_string(p.repeated) +
-                               " repeated, " + std::to_string(p.altered) + " altered: " + p.first_difference);
-  limit(report_.tip_deviation, most, " mm", "tip off the planned path by");
-  limit(report_.axis_deviation, report_.axis_tolerance, " degrees", "axis off the planned one by");
-  limit(report_.missed_point, most, " mm", "planned point missed by");
-  limit(report_.gouge, most, " mm", "part gouged by");
-  limit(report_.rapid_overlap, most, " mm", "rapid cuts into the part by");
-  if (static_cast<double>(report_.air_samples) > kAirShare * static_cast<double>(report_.cut_samples))
-    limit(report_.gap, most, " mm",
-          std::to_string(report_.air_samples) + " of " + std::to_string(report_.cut_samples) +
-              " cutting poses in the air, the worst off the part by");
-}
-
 VerifyReport Verifier::report(const std::vector<Block>& program) {
   report_.program = check_program(program, trace_);
   report_.seconds = trace_.back().end - trace_[blocks_.front().from].end;
@@ -289,7 +255,7 @@ VerifyReport Verifier::report(const std::vector<Block>& program) {
   std::size_t bin = kDropBins + 1;
   while (bin > 0 && above + drops_[bin - 1] <= report_.cut_samples / 1000) above += drops_[--bin];
   report_.drop_999 = std::min(report_.drop.value, static_cast<double>(bin) * kDropBin);
-  judge();
+  judge(report_);
   return report_;
 }
 

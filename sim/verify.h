@@ -2,6 +2,7 @@
 // The proof that a job was done right, from the executed trace alone: own reader, own forward kinematics,
 // own distances. Nothing here was used to plan or to post.
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "kinematics/tool_path.h"
 #include "pathgen/mesh.h"
 #include "sim/program_check.h"
+#include "sim/tool_solid.h"
 #include "sim/trace.h"
 
 namespace tiltfeed::sim {
@@ -19,7 +21,8 @@ struct VerifyOptions {
   double tolerance = 0.0;       ///< for gouge, gap and tip, mm; 0: the job's
   double axis_tolerance = 0.2;  ///< degrees; twice what the post allows itself
   int samples_per_block = 5;    ///< at least; evenly spaced, the block's end included
-  double max_step = 0.0;        ///< of any point of the tool between two samples, mm; 0: a quarter radius
+  double max_step = 0.0;        ///< of any point of the tool between two samples, mm; 0: a quarter of its
+                                ///< least radius
   int threads = 2;              ///< the report is the same for any number
 };
 
@@ -30,6 +33,7 @@ struct TracePlace {
   std::uint32_t move = 0;          ///< of the planned path
   std::uint32_t facet = kNoFacet;  ///< of the STL file
   Point<Part> tip;
+  ToolPart tool = ToolPart::kCutter;  ///< what of the tool overlaps
 };
 
 /// The largest of its kind and where it is.
@@ -46,11 +50,12 @@ struct VerifyReport {
   Extreme axis_deviation;   ///< degrees
   Extreme missed_point;     ///< planned point from executed tip, mm
   Extreme rapid_deviation;  ///< rapids: measured, not judged; what matters is that they touch nothing
-  // Ball and shank against the part (grown by the allowance).
-  Extreme gouge;          ///< feed moves: deepest overlap, mm
-  Extreme rapid_overlap;  ///< rapids: deepest overlap, mm
-  // Cutting moves: how far the ball is from the part.
-  Extreme gap;   ///< least distance of the ball from the part, mm
+  // Cutter, shank and holder, grown by allowance and stock, against the part.
+  Extreme gouge;                    ///< feed moves: deepest overlap, mm
+  std::array<Extreme, 3> gouge_by;  ///< the same by kToolParts
+  Extreme rapid_overlap;            ///< rapids: deepest overlap, mm
+  // Cutting moves: how far the cutter is from the part.
+  Extreme gap;   ///< least distance of the cutter's end from the part, mm
   Extreme drop;  ///< along the axis until it touches, mm; steep walls make it larger than the gap
   std::uint64_t air_samples = 0;  ///< cutting samples whose gap is over the tolerance; a few are the descents
                                   ///< past overhangs, more than one in a hundred fails

@@ -39,6 +39,8 @@ std::string to_json(const VerifyReport& r) {
   json["missed_point_mm"] = json_of(r.missed_point);
   json["rapid_deviation_mm"] = json_of(r.rapid_deviation);
   json["gouge_mm"] = json_of(r.gouge);
+  for (std::size_t i = 0; i < r.gouge_by.size(); ++i)
+    json["gouge_by_mm"][kToolPartNames[i]] = json_of(r.gouge_by[i]);
   json["rapid_overlap_mm"] = json_of(r.rapid_overlap);
   json["gap_mm"] = json_of(r.gap);
   json["drop_mm"] = json_of(r.drop);

@@ -10,28 +10,19 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <random>
 
 #include "pathgen/plan.h"
 #include "pathgen/stl.h"
-#include "sim/distance.h"
 #include "sim/parts.h"
+#include "tests/cover_proof.h"
 #include "tests/path_proof.h"
 
 namespace tiltfeed {
 namespace {
 
-using sim::Hit;
-using sim::kInfinity;
-using sim::PartDistance;
-
 constexpr double kTolerance = 0.01;
 constexpr std::size_t kLeastPoses = 150'000;
 constexpr int kSurfacePoints = 20'000;
-// A ball placed on a facet's normal is off by the rounding of its coordinates, mm.
-constexpr double kRounding = 1e-6;
-// Walls steeper than 85 degrees against the axis are counted as steep.
-constexpr double kLeastFacing = 0.0872;
 
 struct Case {
   std::string name;  ///< of a formula part, or of a public model
@@ -75,149 +66,6 @@ std::vector<Case> cases() {
   return all;
 }
 
-struct Coverage {
-  std::size_t points = 0;  ///< reachable, between two passes
-  std::size_t steep = 0;   ///< of these: where passes are further apart along the wall than the radius
-  std::size_t tight =
-      0;  ///< of the others: within the scallop of the distance to the nearer pass, on a plane
-  std::size_t unreachable = 0, outside = 0;
-  std::size_t uncut = 0;  ///< more left than the two passes beside it must leave, by over the tolerance
-  double worst_excess = -kInfinity;
-  Point<Part> worst_at;
-};
-
-/// No reachable point of the part keeps more material than the two passes beside it must leave.
-class CoverProof {
- public:
-  CoverProof(const Case& c, const CheckedMesh& checked, const ToolPath& path, const PathProof& proof)
-      : case_(c),
-        mesh_(checked.mesh),
-        path_(path),
-        proof_(proof),
-        part_(proof.part()),
-        radius_(c.cutter.radius()),
-        map_(proof.map()) {}
-
-  Coverage cover() const;
-
- private:
-  double across(Point<Flat> f) const { return case_.along == Along::kX ? f.y : f.x; }
-  std::vector<double> pass_places() const;
-  double left_bound(double gap, double slope_cosine) const {
-    const double l = gap / slope_cosine;
-    return std::sqrt(radius_ * radius_ + l * l) - radius_;
-  }
-  bool reachable(Point<Part> centre, Vec3 axis) const;
-  double left_by_pass(Point<Part> p, Point<Flat> flat, double place) const;
-  void cover_point(Point<Part> p, Vec3 normal, const std::vector<double>& places, const PartDistance& swept,
-                   Coverage& c) const;
-
-  const Case& case_;
-  const Mesh& mesh_;
-  const ToolPath& path_;
-  const PathProof& proof_;
-  const PartDistance& part_;
-  double radius_;
-  const Deformation& map_;
-};
-
-/// Where the passes lie, in flat coordinates of this test's own scale, ascending.
-std::vector<double> CoverProof::pass_places() const {
-  std::vector<double> places, distinct;
-  for (const Move& move : path_.moves)
-    if (move.kind == MoveKind::kCut)
-      places.push_back(across(map_.flatten(move.pose.tip + move.pose.axis * radius_)));
-  std::sort(places.begin(), places.end());
-  for (const double p : places)
-    if (distinct.empty() || p > distinct.back() + 1e-7) distinct.push_back(p);
-  return distinct;
-}
-
-/// The tool can stand there: nothing in the way of ball and shank, up to the axis feature or out of the part.
-bool CoverProof::reachable(Point<Part> centre, Vec3 axis) const {
-  const Hit hit = part_.nearest({centre, centre + axis * proof_.way_out(centre)}, radius_ - kRounding);
-  return hit.facet == kNoFacet;
-}
-
-void CoverProof::cover_point(Point<Part> p, Vec3 normal, const std::vector<double>& places,
-                             const PartDistance& swept, Coverage& c) const {
-  const Point<Part> centre = p + normal * radius_;
-  const Vec3 axis = map_.axis_at(centre);
-  if (!reachable(centre, axis)) return void(++c.unreachable);
-  const Point<Flat> flat = map_.flatten(centre);
-  const auto above = std::lower_bound(places.begin(), places.end(), across(flat));
-  if (above == places.begin() || above == places.end()) return void(++c.outside);
-  // A small step across the passes shows their direction and true distance there.
-  constexpr double kStep = 1e-5;
-  const Point<Flat> beside = case_.along == Along::kX ? Point<Flat>{flat.x, flat.y + kStep, flat.z}
-                                                      : Point<Flat>{flat.x + kStep, flat.y, flat.z};
-  const Vec3 sideways = map_.unflatten(beside) - map_.unflatten(flat);
-  const double true_length = length(sideways) / kStep;
-  const double facing = std::abs(dot(axis, normal));
-  const double slope_cosine = facing / std::hypot(facing, dot(normalized(sideways), normal));
-  const double below_gap = (across(flat) - above[-1]) * true_length,
-               above_gap = (*above - across(flat)) * true_length;
-  const double must_leave = std::min(left_by_pass(p, flat, above[-1]), left_by_pass(p, flat, *above));
-  if (must_leave == kInfinity) return void(++c.outside);
-  ++c.points;
-  const double left = swept.nearest(p).value - radius_;
-  const double near = std::min(below_gap, above_gap);
-  if (facing < kLeastFacing || near / slope_cosine > radius_) {
-    ++c.steep;
-  } else if (left <= left_bound(near, slope_cosine) + kTolerance) {
-    ++c.tight;
-  }
-  const double excess = left - must_leave - kTolerance;
-  if (excess > c.worst_excess) c.worst_excess = excess, c.worst_at = p;
-  if (excess > 0.0) ++c.uncut;
-}
-
-/// What a ball leaves at p when it stands on the true envelope (let down from beyond the part) beside it,
-/// where a pass lies at `place` across; infinite if there is nothing to stand on.
-double CoverProof::left_by_pass(Point<Part> p, Point<Flat> flat, double place) const {
-  const bool x = case_.along == Along::kX;
-  const AxisLine line = map_.axis_line(x ? flat.x : place, x ? place : flat.y);
-  const Point<Part> level = line.base + line.axis * flat.z;
-  const Point<Part> start = level + line.axis * proof_.way_out(level);
-  const Hit drop = part_.first_touch(start, -line.axis, radius_);
-  if (drop.value == kInfinity) return kInfinity;
-  return distance(p, start - line.axis * drop.value) - radius_;
-}
-
-Coverage CoverProof::cover() const {
-  // The track of the ball's centre, as facets without area, which count by their edges.
-  Mesh track;
-  for (std::size_t i = 0; i < path_.moves.size(); ++i) {
-    const Pose& pose = path_.moves[i].pose;
-    track.vertices.push_back(pose.tip + pose.axis * radius_);
-    const auto v = static_cast<std::uint32_t>(i);
-    if (path_.moves[i].kind == MoveKind::kCut) track.facets.push_back({v - 1, v, v});
-  }
-  const PartDistance swept(track);
-  const std::vector<double> places = pass_places();
-  std::vector<double> areas;
-  double sum = 0.0;
-  for (const auto& f : mesh_.facets) {
-    const Point<Part> a = mesh_.vertices[f[0]];
-    sum += 0.5 * length(cross(mesh_.vertices[f[1]] - a, mesh_.vertices[f[2]] - a));
-    areas.push_back(sum);
-  }
-  std::mt19937_64 random(20050101);
-  const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-  Coverage c;
-  for (int i = 0; i < kSurfacePoints; ++i) {
-    const auto facet =
-        static_cast<std::size_t>(std::lower_bound(areas.begin(), areas.end(), unit() * sum) - areas.begin());
-    const auto& f = mesh_.facets[std::min(facet, areas.size() - 1)];
-    const Point<Part> a = mesh_.vertices[f[0]];
-    const Vec3 ab = mesh_.vertices[f[1]] - a, ac = mesh_.vertices[f[2]] - a;
-    double v = unit(), w = unit();
-    if (v + w > 1.0) v = 1.0 - v, w = 1.0 - w;
-    cover_point(a + ab * v + ac * w, normalized(cross(ab, ac)), places, swept, c);
-  }
-  return c;
-}
-
 class Accuracy : public ::testing::TestWithParam<Case> {};
 
 TEST_P(Accuracy, PathIsGougeFreeInContactAndComplete) {
@@ -234,8 +82,9 @@ TEST_P(Accuracy, PathIsGougeFreeInContactAndComplete) {
   ASSERT_TRUE(checked) << checked.error().message;
   PlanOptions options;
   options.name = c.name, options.cutter = c.cutter, options.axis = c.axis;
-  options.pattern.along = c.along, options.pattern.direction = c.direction, options.pattern.side_step = c.side_step;
-  options.tolerance = kTolerance, options.links.clearance = c.cutter.diameter, options.links.approach = c.cutter.radius();
+  options.pattern.along = c.along, options.pattern.direction = c.direction;
+  options.pattern.side_step = c.side_step, options.tolerance = kTolerance;
+  options.links.clearance = c.cutter.diameter, options.links.approach = c.cutter.radius();
   options.cut_feed = Feed::from_mm_per_min(1000), options.plunge_feed = Feed::from_mm_per_min(300);
   const auto start = std::chrono::steady_clock::now();
   const auto planned = plan(*checked, options, {});
@@ -244,7 +93,7 @@ TEST_P(Accuracy, PathIsGougeFreeInContactAndComplete) {
 
   const PathProof proof(c.axis, c.along, c.cutter, kTolerance, *checked, planned->path);
   const Measured m = proof.measure(kLeastPoses);
-  const Coverage k = CoverProof(c, *checked, planned->path, proof).cover();
+  const Coverage k = CoverProof(options, *checked, planned->path, proof).cover(kSurfacePoints);
   std::printf(
       "%s: plan %.2f s, %zu moves; %zu cutting poses: gouge %.5f, contact %.5f (straight drop: %zu over %.2f,"
       " largest %.3f); %zu rapid poses: overlap %.5f; %zu surface points: %.2f %% within their scallop, %zu "
@@ -266,6 +115,26 @@ TEST_P(Accuracy, PathIsGougeFreeInContactAndComplete) {
 INSTANTIATE_TEST_SUITE_P(Parts, Accuracy, ::testing::ValuesIn(cases()), [](const auto& one) {
   return one.param.name + (one.param.along == Along::kX ? "_along_x" : "_along_y");
 });
+
+/// A tyre of more facets is the same part: closed, the same box, and the volume of its curved sides.
+TEST(FinerTyre, IsTheSamePart) {
+  // Chords of at most 2 mm on a radius of 90 mm or more leave 0.006 mm of 60 mm of thickness and more.
+  constexpr double kVolumeShare = 2e-4, kFloatRounding = 1e-4;
+  // mm^3 that the cavity's chords leave standing; rounded straight middles change it by less than a tenth.
+  constexpr double kLeastGain = 10.0;
+  Stl coarse, fine;
+  coarse.facets = sim::tyre_segment(), fine.facets = sim::tyre_segment(500'000);
+  ASSERT_EQ(fine.facets.size(), 500'000u);
+  const auto a = check_mesh(coarse), b = check_mesh(fine);
+  ASSERT_TRUE(a && b);
+  EXPECT_EQ(b->sides, Sides::kOutward);
+  EXPECT_TRUE(b->defects.empty());
+  EXPECT_EQ(b->mesh.facets.size(), 500'000u);
+  EXPECT_NEAR(b->volume, a->volume, kVolumeShare * a->volume);
+  EXPECT_LT(b->volume, a->volume - kLeastGain) << "its cavity is no nearer to the true surface";
+  EXPECT_NEAR(b->bounds.min.z, a->bounds.min.z, kFloatRounding);
+  EXPECT_NEAR(b->bounds.max.x, a->bounds.max.x, kFloatRounding);
+}
 
 }  // namespace
 }  // namespace tiltfeed

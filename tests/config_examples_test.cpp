@@ -5,30 +5,37 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
+#include <map>
+#include <set>
 #include <sstream>
 #include <vector>
 
 #include "config/job.h"
 #include "tests/bad_text.h"
+#include "tests/example_job.h"
+#include "tests/public_models.h"
 
 namespace tiltfeed {
 namespace {
 
-const std::string kExample = SOURCE_DIR "/config/jobs/example.yaml";
 const std::string kMachine = SOURCE_DIR "/config/machines/generic-ac.yaml";
-
-std::string text_of(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 Job loaded(const std::string& name) {
   const Result<Job> job = load_job(SOURCE_DIR "/config/jobs/" + name + ".yaml");
   EXPECT_TRUE(job.has_value()) << job.error().message;
   return job.value_or(Job{});
+}
+
+/// The keys in "(known here: a, b)" of a refusal.
+std::vector<std::string> listed_keys(const std::string& message) {
+  const std::size_t list = message.find("(known here: ");
+  EXPECT_NE(list, std::string::npos) << message;
+  if (list == std::string::npos) return {};
+  std::string words = message.substr(list + 13);
+  for (char& letter : words)
+    if (letter == ',' || letter == ')') letter = ' ';
+  std::istringstream in(words);
+  return {std::istream_iterator<std::string>(in), {}};
 }
 
 /// The keys that the reader itself says it knows, asked with a key that it cannot know.
@@ -42,17 +49,7 @@ std::vector<std::string> known_keys(const std::string& text, const std::string& 
   const auto result = parse(text.substr(0, at) + asking + text.substr(before[0] == '{' ? at + 1 : at));
   EXPECT_FALSE(result.has_value());
   if (result) return {};
-  const std::string& message = result.error().message;
-  const std::size_t list = message.find("(known here: ");
-  EXPECT_NE(list, std::string::npos) << message;
-  if (list == std::string::npos) return {};
-  std::string words = message.substr(list + 13);
-  std::vector<std::string> keys;
-  for (char& letter : words)
-    if (letter == ',' || letter == ')') letter = ' ';
-  std::istringstream in(words);
-  for (std::string key; in >> key;) keys.push_back(key);
-  return keys;
+  return listed_keys(result.error().message);
 }
 
 /// Key `key` stands at the start of a line, and that line or the one above has a comment.
@@ -68,20 +65,100 @@ bool documented(const std::string& text, const std::string& key) {
 }
 
 TEST(Examples, EveryKeyOfAJobIsInTheExampleWithAComment) {
-  const std::string text = text_of(kExample);
-  const auto parse = [](const std::string& changed) { return parse_job(changed, kExample); };
-  ASSERT_TRUE(parse(text).has_value()) << parse(text).error().message;
+  const std::vector<Line> lines = example_lines();
+  const Result<Job> job = parse_example(lines);
+  ASSERT_TRUE(job.has_value()) << job.error().message;
+  std::map<std::string, std::size_t> last_used;  // line of a section's last key
+  std::set<std::string> explained;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i].key.empty()) continue;
+    if (lines[i].used) last_used[lines[i].section] = i;
+    if (lines[i].explained) explained.insert(lines[i].section + "." + lines[i].key);
+  }
   std::size_t count = 0;
-  for (const char* before : {"\npart:", "\n  name:", "\n  type:", "\n  mode:", "\n  along:",
-                             "\n  cut_mm_per_min:", "\n  part_zero_mm:"}) {
-    for (const std::string& key : known_keys(text, before, parse)) {
-      const bool opens_section = text.find("\n" + key + ":\n") != std::string::npos;
-      EXPECT_TRUE(opens_section || documented(text, key)) << key;
-      EXPECT_NE(text.find(key + ":"), std::string::npos) << key;
+  for (const auto& [section, last] : last_used) {
+    std::vector<Line> asking = lines;  // with a key that the reader cannot know
+    asking[last].text = std::string(lines[last].indent, ' ') + "zzzzzz: 1\n" + lines[last].text;
+    const Result<Job> refused = parse_example(asking);
+    ASSERT_FALSE(refused.has_value()) << section;
+    for (const std::string& key : listed_keys(refused.error().message)) {
+      EXPECT_TRUE(explained.contains(section + "." + key)) << section << "." << key;
       ++count;
     }
   }
-  EXPECT_EQ(count, 33u);  // 11 + 3 + 4 + 6 + 3 + 3 + 3
+  // root, part, cutter, its holder, axis, pattern, containment, stock, points, guards, two of them, links,
+  // feeds, setup
+  EXPECT_EQ(count, 16u + 3 + 9 + 3 + 6 + 10 + 7 + 2 + 3 + 2 + 2 + 2 + 2 + 3 + 3);
+}
+
+/// The words that a key may have, as the reader says.
+std::vector<std::string> words_of(std::vector<Line> lines, const std::string& section,
+                                  const std::string& key) {
+  for (Line& line : lines)
+    if (line.section == section && line.key == key)
+      line.text = std::string(line.indent, ' ') + key + ": zzzzzz";
+  const Result<Job> refused = parse_example(lines);
+  EXPECT_FALSE(refused.has_value());
+  std::string message = refused.error().message;
+  const std::size_t from = message.find("expected one of "), to = message.find(", found");
+  EXPECT_TRUE(from != std::string::npos && to != std::string::npos) << message;
+  message = message.substr(from + 16, to - from - 16);
+  std::replace(message.begin(), message.end(), ',', ' ');
+  std::istringstream in(message);
+  return {std::istream_iterator<std::string>(in), {}};
+}
+
+/// The example says in [ ] which words of `chooser` go with a key: with those the job is accepted, and with
+/// any key too many or too few of them it is refused, and the message names the key.
+void expect_users_to_be_right(const std::string& section, const std::string& chooser,
+                              const std::vector<std::string>& followers, std::size_t word_count) {
+  const std::vector<Line> example = example_lines();
+  const auto follows = [&](const Line& line) {
+    return !line.users.empty() &&
+           std::find(followers.begin(), followers.end(), line.section) != followers.end();
+  };
+  const std::vector<std::string> words = words_of(example, section, chooser);
+  EXPECT_EQ(words.size(), word_count);
+  for (const std::string& word : words) {
+    SCOPED_TRACE(chooser + ": " + word);
+    std::vector<Line> lines = example;
+    const auto fits = [&](const Line& line) {
+      return std::find(line.users.begin(), line.users.end(), word) != line.users.end();
+    };
+    for (Line& line : lines) {
+      if (line.section == section && line.key == chooser)
+        line.text = std::string(line.indent, ' ') + chooser + ": " + word;
+      if (follows(line)) line.used = fits(line);
+    }
+    const Result<Job> job = parse_example(lines);
+    EXPECT_TRUE(job.has_value()) << job.error().message;
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      if (!follows(lines[i]) || fits(lines[i])) continue;
+      std::vector<Line> too_many = lines;
+      too_many[i].used = true;
+      const Result<Job> refused = parse_example(too_many);
+      ASSERT_FALSE(refused.has_value()) << lines[i].key;
+      const std::string wanted = lines[i].section + "." + lines[i].key + ": not used ";
+      EXPECT_NE(refused.error().message.find(wanted), std::string::npos) << refused.error().message;
+    }
+  }
+}
+
+TEST(Examples, SayWhichKindsOfPatternUseAKey) { expect_users_to_be_right("pattern", "kind", {"pattern"}, 6); }
+TEST(Examples, SayWhichTypesOfCutterUseAKey) { expect_users_to_be_right("cutter", "type", {"cutter"}, 4); }
+TEST(Examples, SayWhichModesOfTheAxisUseAKey) {
+  expect_users_to_be_right("axis", "mode", {"axis", "containment"}, 4);
+}
+
+TEST(Examples, KeysInCommentsAreReadAsTheyStand) {
+  std::vector<Line> lines = example_lines();
+  for (Line& line : lines) {
+    if (line.key == "scallop_mm") line.used = true;
+    if (line.key == "measure") line.text = "  measure: scallop";
+  }
+  const Result<Job> job = parse_example(lines);
+  ASSERT_TRUE(job.has_value()) << job.error().message;
+  EXPECT_EQ(job->plan.pattern.scallop, 0.005);
 }
 
 TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
@@ -131,13 +208,42 @@ TEST(Examples, AllJobsLoad) {
   for (const auto& entry : std::filesystem::directory_iterator(SOURCE_DIR "/config/jobs"))
     if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
   std::sort(names.begin(), names.end());
-  EXPECT_GE(names.size(), 4u);
+  EXPECT_GE(names.size(), 5u);
   for (const std::string& name : names) {
     const Job job = loaded(name);
     EXPECT_LE(std::abs(dot(job.plan.axis.t, job.plan.axis.n)), 1e-16) << name;
     EXPECT_NEAR(length(job.plan.axis.n), 1.0, 1e-15) << name;
     EXPECT_EQ(job.setup.tool_length, job.plan.cutter.length) << name;
   }
+}
+
+TEST(Examples, EveryPlannedPublicModelHasAJobOfItsPlacement) {
+  std::size_t count = 0;
+  for (const models::Model& model : models::all()) {
+    if (model.refused || !model.file.starts_with("public/")) continue;
+    const std::string name = model.file.substr(7);
+    SCOPED_TRACE(name);
+    const Result<Job> job = load_job(SOURCE_DIR "/tests/jobs/" + name + ".yaml");
+    ASSERT_TRUE(job.has_value()) << job.error().message;
+    ++count;
+    EXPECT_EQ(job->plan.name, name);
+    EXPECT_EQ(
+        std::filesystem::path(job->stl_path),
+        std::filesystem::path(SOURCE_DIR "/../shared/models/" + model.file + ".stl").lexically_normal());
+    EXPECT_EQ(job->stl_unit_mm, model.unit_mm);
+    const AxisFrame &axis = job->plan.axis, &wanted = model.placement.axis;
+    EXPECT_EQ(axis.mode, wanted.mode);
+    EXPECT_EQ(axis.sense, wanted.sense);
+    EXPECT_EQ(axis.origin, wanted.origin);
+    EXPECT_EQ(axis.t, wanted.t);
+    EXPECT_EQ(axis.n, wanted.n);
+    EXPECT_EQ(axis.circle_radius, wanted.circle_radius);
+    EXPECT_EQ(job->machine.model.name, "generic-ac");
+  }
+  std::size_t files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(SOURCE_DIR "/tests/jobs"))
+    files += entry.path().extension() == ".yaml";
+  EXPECT_EQ(files, count);
 }
 
 TEST(Examples, RoundedDirectionsOfTheJobs) {
@@ -180,7 +286,7 @@ void expect_reachable(const Job& job, const Pose& pose) {
 
 TEST(Examples, ThePartsOfTheJobsLieWithinTheMachinesTravel) {
   constexpr double kDegree = kPi / 180.0;
-  const Job tyre = loaded("tyre"), pin = loaded("pin"), sphere = loaded("sphere");
+  const Job tyre = loaded("tyre"), pin = loaded("pin"), sphere = loaded("sphere"), handle = loaded("handle");
   for (double theta = -20; theta <= 20; theta += 5)
     for (double phi = -55; phi <= 55; phi += 5)
       for (const double rho : {70.0, 90.0})  // clearance surface, tread ground
@@ -197,6 +303,10 @@ TEST(Examples, ThePartsOfTheJobsLieWithinTheMachinesTravel) {
       const Pose pose = pose_at(sphere.plan.axis, theta * kDegree, phi * kDegree, 0, 60);
       if (pose.axis.z > std::cos(109 * kDegree)) expect_reachable(sphere, pose);
     }
+  for (double theta = -105; theta <= 105; theta += 15)
+    for (double along = -75; along <= 75; along += 15)
+      for (const double rho : {5.0, 50.0})
+        expect_reachable(handle, pose_at(handle.plan.axis, theta * kDegree, 0, along, rho));
 }
 
 }  // namespace

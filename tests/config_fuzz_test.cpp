@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "config/job.h"
+#include "tests/job_text.h"
 
 namespace tiltfeed {
 namespace {
@@ -101,27 +102,59 @@ testing::AssertionResult has_place(const std::string& message, const std::string
   return testing::AssertionSuccess();
 }
 
+void expect_cutter_in_range(const Cutter& cutter) {
+  EXPECT_TRUE(cutter.diameter > 0 && cutter.diameter <= 500);
+  EXPECT_TRUE(cutter.nose_radius() >= 0 && cutter.nose_radius() <= cutter.radius());
+  EXPECT_TRUE(cutter.cutting_end() > 0 && cutter.cutting_end() <= cutter.shank_length);
+  EXPECT_LE(cutter.shank_length, cutter.length);
+  EXPECT_TRUE(cutter.type == CutterType::kTaperBall || cutter.cutting_end() >= cutter.nose_radius());
+  EXPECT_TRUE(cutter.shank_radius() > 0 && cutter.shank_radius() <= 250);
+  for (const HolderStep& step : cutter.holder)
+    EXPECT_TRUE(step.length > 0 && step.lower_diameter > 0 && step.upper_diameter > 0 &&
+                step.upper_diameter <= 500);
+}
+
+void expect_pattern_in_range(const Pattern& pattern) {
+  using enum PatternKind;
+  const bool steps_aside = pattern.kind != kZLevel;
+  const bool steps_down = pattern.kind == kZLevel || pattern.kind == kSplit || pattern.kind == kRough;
+  EXPECT_TRUE(pattern.side_step >= 0 && pattern.side_step <= 1000);
+  EXPECT_EQ(pattern.side_step > 0 || pattern.scallop > 0, steps_aside);
+  EXPECT_EQ(pattern.scallop > 0, pattern.measure == StepMeasure::kScallop);
+  EXPECT_EQ(pattern.step_down > 0, steps_down);
+  EXPECT_TRUE(pattern.split_slope.radians() > 0 && pattern.split_slope.radians() < kPi / 2);
+}
+
 void expect_in_range(const Job& job) {
   const PlanOptions& plan = job.plan;
-  EXPECT_TRUE(plan.cutter.diameter > 0 && plan.cutter.diameter <= 500);
-  EXPECT_TRUE(plan.cutter.shank_length >= plan.cutter.radius() &&
-              plan.cutter.shank_length <= plan.cutter.length);
-  EXPECT_TRUE(plan.pattern.side_step > 0 && plan.pattern.side_step <= 1000);
+  expect_cutter_in_range(plan.cutter);
+  expect_pattern_in_range(plan.pattern);
+  for (const Interval& interval : {plan.containment.first, plan.containment.second, plan.containment.height})
+    EXPECT_LT(interval.low, interval.high);
+  EXPECT_TRUE(plan.containment.boundary.empty() || plan.containment.boundary.size() >= 3);
   EXPECT_TRUE(plan.tolerance >= 1e-4 && plan.tolerance <= 1);
-  EXPECT_TRUE(plan.links.approach > 0 && plan.links.approach <= plan.links.clearance && plan.links.clearance <= 1000);
+  for (const double stock : {plan.allowance, plan.radial_stock, plan.axial_stock})
+    EXPECT_TRUE(stock >= 0 && stock <= 50);
+  for (const double step : {plan.max_point_distance, plan.max_angle_step.degrees()})
+    EXPECT_TRUE(step == 0 || step >= 0.00099);
+  EXPECT_TRUE(plan.shank.clearance >= 0 && plan.holder.clearance <= 100);
+  EXPECT_TRUE(plan.links.approach > 0 && plan.links.approach <= plan.links.clearance &&
+              plan.links.clearance <= 1000);
+  EXPECT_TRUE(plan.links.join_distance >= 0 && plan.links.lead_radius <= 100);
   EXPECT_NEAR(dot(plan.axis.t, plan.axis.n), 0.0, 1e-15);
   EXPECT_TRUE(is_finite(plan.axis.origin) && is_finite(job.setup.part_zero));
   EXPECT_NEAR(length(job.setup.fixture.rows[2]), 1.0, 1e-12);
   EXPECT_FALSE(plan.name.empty() || plan.name.size() > 40);
 }
 
-TEST(ConfigFuzz, DamagedJobs) {
-  const std::string path = SOURCE_DIR "/config/jobs/example.yaml";
-  const std::string commented = text_of(path), original = bare(commented);
+/// Damage to one job text, of which at least `least` mutations are harmless.
+void expect_sound_answers(const std::string& commented, const std::string& path, std::uint64_t seed,
+                          int least) {
+  const std::string original = bare(commented);
   ASSERT_TRUE(parse_job(original, path).has_value());
-  Dice dice(20050901);
+  Dice dice(seed);
   int accepted = 0;
-  for (int i = 0; i < kMutations && !HasFailure(); ++i) {
+  for (int i = 0; i < kMutations && !testing::Test::HasFailure(); ++i) {
     const std::string text = mutated(i % 2 == 0 ? original : commented, dice);
     const Result<Job> job = parse_job(text, path);
     if (job) {
@@ -132,11 +165,18 @@ TEST(ConfigFuzz, DamagedJobs) {
       EXPECT_TRUE(has_place(job.error().message, path, text));
     }
     accepted += job.has_value();
-    if (HasFailure()) ADD_FAILURE() << "mutation " << i << ":\n" << text;
+    if (testing::Test::HasFailure()) ADD_FAILURE() << "mutation " << i << ":\n" << text;
   }
-  EXPECT_GT(accepted, kMutations / 50);
+  EXPECT_GT(accepted, least);
   EXPECT_LT(accepted, kMutations / 2);
 }
+
+TEST(ConfigFuzz, DamagedJobs) {
+  const std::string path = SOURCE_DIR "/config/jobs/example.yaml";
+  expect_sound_answers(text_of(path), path, 20050901, kMutations / 50);
+}
+
+TEST(ConfigFuzz, DamagedOptions) { expect_sound_answers(kOptionsJob, kJobPath, 20261, kMutations / 200); }
 
 TEST(ConfigFuzz, DamagedMachines) {
   const std::string path = SOURCE_DIR "/config/machines/generic-ac.yaml";

@@ -1,14 +1,21 @@
-// Program text, to the last byte, against files in golden/: any change of it is seen and judged.
-// `golden_test --approve` writes the files anew.
+// Program text, to the last byte, against files in golden/: any change of it is seen and judged. The same on
+// any number of threads; none at all when it is cancelled. `golden_test --approve` writes the files anew.
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+#include <unistd.h>
 
+#include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 #include "config/job.h"
 #include "daemon/block.h"
+#include "daemon/output_file.h"
 #include "kinematics/cl_file.h"
 #include "kinematics/joint_path.h"
 #include "pathgen/plan.h"
@@ -101,6 +108,124 @@ INSTANTIATE_TEST_SUITE_P(
                          "circle_radius_mm: 40}",
                          "y", Dialect::kRs274}),
     [](const auto& one) { return std::string(one.param.name); });
+
+/// A winding path long enough to be worked on in many parts, with moves past the pole now and then.
+ToolPath long_path() {
+  ToolPath path;
+  path.name = "long";
+  path.tool = {6, 3, 100};
+  path.cut_feed = Feed::from_mm_per_min(1500);
+  path.plunge_feed = Feed::from_mm_per_min(400);
+  for (int i = 0; i < 20'000; ++i) {
+    const double azimuth = 0.003 * i + (i / 900 % 2 == 0 ? 0.0 : 2.8), tilt = 0.5 + 0.4 * std::sin(0.004 * i);
+    const Vec3 axis = normalized(
+        Vec3{std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), std::cos(tilt)});
+    const MoveKind kind = i % 900 < 2 ? MoveKind::kRapid : (i % 900 < 5 ? MoveKind::kPlunge : MoveKind::kCut);
+    path.moves.push_back({{Point<Part>{0, 0, 0.001 * i} + axis * 30.0, axis}, kind, kNoFacet});
+  }
+  return path;
+}
+
+/// Joints and text made with so many threads, whether there are so many processors or not.
+std::pair<JointPath, std::string> made_with(int threads, const ToolPath& path, const Job& job) {
+  const tbb::global_control allowed(tbb::global_control::max_allowed_parallelism, threads);
+  tbb::task_arena arena(threads);
+  return arena.execute([&] {
+    const auto joints = to_joints(path, job.machine.model, job.setup, {});
+    std::ostringstream program;
+    if (!joints || !write_program(*joints, job, program)) return std::pair{JointPath{}, std::string{}};
+    return std::pair{*joints, program.str()};
+  });
+}
+
+/// N words count every line once, in order, and no motion or axis word is said again, wherever one piece of
+/// the text may end and the next begin.
+void expect_no_seams(const std::string& text) {
+  std::istringstream lines(text);
+  std::map<char, std::string> said;
+  int number = 0;
+  for (std::string line, word; std::getline(lines, line);) {
+    if (line.front() == '(') continue;
+    std::istringstream words(line);
+    words >> word;
+    ASSERT_EQ(word, "N" + std::to_string(++number));
+    while (words >> word) {
+      const char letter = word.front();
+      if (letter == 'F' || letter == 'M' || letter == 'S' || (letter == 'G' && word.size() > 2)) continue;
+      ASSERT_NE(said[letter], word) << line;
+      said[letter] = word;
+    }
+  }
+  EXPECT_GT(number, 20'000);
+}
+
+TEST(Program, IsTheSameOnAnyNumberOfThreads) {
+  const ToolPath path = long_path();
+  Job job = job_for("{mode: fixed}", "x");
+  job.machine.format.line_numbers = true;
+  const auto [joints, text] = made_with(1, path, job);
+  ASSERT_GT(joints.moves.size(), path.moves.size());
+  for (const int threads : {2, 5}) {
+    const auto [others, other_text] = made_with(threads, path, job);
+    ASSERT_EQ(others.moves.size(), joints.moves.size());
+    for (std::size_t i = 0; i < joints.moves.size(); ++i) {
+      ASSERT_EQ(others.moves[i].joints, joints.moves[i].joints) << "block " << i;
+      ASSERT_EQ(others.moves[i].seconds, joints.moves[i].seconds) << "block " << i;
+      ASSERT_EQ(others.moves[i].move, joints.moves[i].move) << "block " << i;
+    }
+    EXPECT_EQ(others.report.seconds, joints.report.seconds);
+    EXPECT_EQ(others.report.max_tip_deviation, joints.report.max_tip_deviation);
+    EXPECT_EQ(others.report.subdivided_moves, joints.report.subdivided_moves);
+    EXPECT_EQ(other_text, text);
+  }
+  expect_no_seams(text);
+}
+
+TEST(Program, CancelledItLeavesNoFile) {
+  const ToolPath path = long_path();
+  const Job job = job_for("{mode: fixed}", "x");
+  // Asked `calls` times, then told to stop.
+  int asked = 0;
+  double last = 0.0;
+  const auto until = [&](int calls) {
+    asked = 0;
+    last = 0.0;
+    return [&asked, &last, calls](double fraction) {
+      EXPECT_GE(fraction, last);
+      EXPECT_LE(fraction, 1.0);
+      last = fraction;
+      return ++asked < calls;
+    };
+  };
+  for (const int calls : {1, 3}) {
+    const auto stopped = to_joints(path, job.machine.model, job.setup, {}, until(calls));
+    ASSERT_FALSE(stopped);
+    EXPECT_EQ(stopped.error().code, Code::kCancelled);
+    EXPECT_EQ(asked, calls) << "it went on after it was told to stop";
+  }
+  const auto joints = to_joints(path, job.machine.model, job.setup, {}, until(1'000'000));
+  ASSERT_TRUE(joints) << joints.error().message;
+
+  const auto folder = std::filesystem::path(testing::TempDir()) / ("cancelled-" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  const auto file = (folder / "long.nc").string();
+  for (const int calls : {1, 3}) {
+    auto out = OutputFile::open(file);
+    ASSERT_TRUE(out) << out.error().message;
+    const auto stopped = write_program(*joints, job, out->stream(), until(calls));
+    ASSERT_FALSE(stopped);
+    EXPECT_EQ(stopped.error().code, Code::kCancelled);
+    EXPECT_EQ(asked, calls) << "it went on after it was told to stop";
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  {
+    auto out = OutputFile::open(file);
+    ASSERT_TRUE(out && write_program(*joints, job, out->stream(), until(1'000'000)) && out->commit());
+    EXPECT_EQ(last, 1.0);
+  }
+  EXPECT_TRUE(std::filesystem::exists(file));
+  std::filesystem::remove_all(folder);
+}
 
 }  // namespace
 }  // namespace tiltfeed

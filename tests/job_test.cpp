@@ -1,4 +1,5 @@
-// Job files: values, defaults, files and paths. Bad input: job_errors_test.cpp.
+// Job files: values, defaults, files and paths. Options of the path: job_options_test.cpp; bad input:
+// job_errors_test.cpp.
 
 #include "config/job.h"
 
@@ -213,7 +214,12 @@ TEST(Job, DescribesEveryValue) {
            "cutter.type: ball\n",
            "cutter.diameter_mm: 6\n",
            "cutter.length_mm: 100\n",
+           "cutter.cutting_length_mm: 30\n",
+           "cutter.shank_diameter_mm: 6\n",
            "cutter.shank_length_mm: 30\n",
+           "cutter.holder: none\n",
+           "containment: none\n",
+           "guards.shank.reaction: trim\n",
            "axis.mode: circle\n",
            "axis.sense: inward\n",
            "axis.origin_mm: [1, 2, 3]\n",

@@ -118,6 +118,25 @@ TEST(JointPole, WandersAboutThePole) {
               trunnion());
 }
 
+/// Fine moves with a long one past the pole now and then. The long one ends on the branch that it is led to,
+/// not on the one nearest in time to its start; all that follows has to go on from there.
+TEST(JointPole, ALongPathGoesOnFromWhereEachMoveEnds) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < 3000; ++i) {
+    const double azimuth = 20.0 + 0.05 * i + (i / 700 % 2 == 0 ? 0.0 : 160.0);
+    poses.push_back({{30 + 0.01 * i, 0.02 * (i % 40), 5}, axis_at(30 + 5 * std::sin(0.01 * i), azimuth)});
+  }
+  JointPath joints;
+  expect_good(poses, trunnion(), &joints);
+  bool positive = false, negative = false;  // heads of the fine moves
+  for (const JointMove& move : joints.moves) {
+    if (move.move % 700 == 0) continue;
+    positive = positive || move.joints.a > 0;
+    negative = negative || move.joints.a < 0;
+  }
+  EXPECT_NE(positive, negative) << "the path was to keep its branch";
+}
+
 /// Random poses, a third of them near the pole, on machines with every sign, zero and head.
 TEST(JointPole, RandomPathsOnRandomMachines) {
   const double half = std::sqrt(0.5);

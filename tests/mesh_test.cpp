@@ -56,12 +56,20 @@ TEST(Mesh, DefectsAreCountedByHand) {
   } cases[] = {
       {"facet missing",
        without(sound, 0),
-       11,
+       12,
+       8,
+       Sides::kOutward,
+       {{kOpenEdge, 3}, {kFilled, 1}},
+       8.0,
+       "facet 0 at (1, 1, 0)"},
+      {"two facets missing",
+       without(without(sound, 0), 0),
+       10,
        8,
        Sides::kBoth,
-       {{kOpenEdge, 3}},
+       {{kOpenEdge, 4}},
        NAN,
-       "facet 0 at (1, 1, 0)"},
+       "facet 2 at (1, 0, 0)"},
       {"facet turned",
        turned(sound, 5),
        12,
@@ -94,7 +102,14 @@ TEST(Mesh, DefectsAreCountedByHand) {
        {{kDegenerate, 2}},
        8.0,
        "facet 0 at (0, 0, 0)"},
-      {"T-junction", junction, 13, 9, Sides::kBoth, {{kOpenEdge, 3}}, 8.0, "facet 4 at (1, 0, 2)"},
+      {"T-junction",
+       junction,
+       14,
+       9,
+       Sides::kOutward,
+       {{kOpenEdge, 3}, {kSplit, 1}},
+       8.0,
+       "facet 4 at (1, 0, 2)"},
       {"T-junction seamed",
        junction + Soup{seam},
        13,
@@ -122,17 +137,17 @@ TEST(Mesh, DefectsAreCountedByHand) {
       {"two cubes on one edge",
        sound + box({2, 2, 0}, {4, 4, 2}),
        24,
-       14,
-       Sides::kBoth,
-       {{kNonManifold, 1}},
+       16,
+       Sides::kOutward,
+       {{kNonManifold, 1}, {kSeparated, 1}},
        16.0,
        nullptr},
       {"two cubes on one edge, the first facet turned",
        woven,
        24,
-       14,
-       Sides::kBoth,
-       {{kNonManifold, 1}, {kMisoriented, 3}, {kFlipped, 1}},
+       16,
+       Sides::kOutward,
+       {{kNonManifold, 1}, {kMisoriented, 3}, {kFlipped, 1}, {kSeparated, 1}},
        16.0,
        nullptr},
       {"two cubes on one vertex", sound + cube(2, 4), 24, 15, Sides::kOutward, {}, 16.0, nullptr},
@@ -200,6 +215,8 @@ TEST(Mesh, DefectsAreCountedByHand) {
     if (c.first != nullptr) {
       EXPECT_EQ(mesh.defects.at(0).first, c.first);
     }
+    if (mesh.mesh.facets.size() != c.soup.size() - counts(mesh)[kDegenerate] - counts(mesh)[kDuplicate])
+      continue;                                                  // cut up or filled
     for (std::size_t i = 0; i < mesh.mesh.facets.size(); ++i) {  // no corner moves
       const Corners& f = c.soup[mesh.mesh.source[i]];
       const Triangle now = canonical(corners_of(mesh.mesh)[i]);
@@ -208,13 +225,33 @@ TEST(Mesh, DefectsAreCountedByHand) {
   }
 }
 
+/// What repair makes of a soup whose mesh without it is `bare`: the same defects found; closed or as it was.
+bool agrees_after_repair(const Soup& soup, const CheckedMesh& bare) {
+  const CheckedMesh mesh = check(soup);
+  Counts found = counts(mesh), before = counts(bare);
+  for (DefectKind kind : {kFlipped, kInsideOut}) found.erase(kind), before.erase(kind);
+  for (DefectKind kind : {kWelded, kSplit, kFlap, kSeparated, kFilled}) found.erase(kind);
+  EXPECT_EQ(found, before);
+  if (mesh.sides == bare.sides) {
+    EXPECT_EQ(mesh.mesh.facets, bare.mesh.facets);
+    EXPECT_EQ(mesh.mesh.vertices, bare.mesh.vertices);
+    return false;
+  }
+  EXPECT_EQ(mesh.sides, Sides::kOutward);
+  EXPECT_GT(mesh.volume, 0.0);
+  for (const auto& [ends, senses] : edges_of(corners_of(mesh.mesh))) {  // touching solids share an edge
+    EXPECT_EQ(std::count(senses.begin(), senses.end(), 1), std::count(senses.begin(), senses.end(), -1));
+  }
+  return true;
+}
+
 /// Random damage; what check_mesh says against brute force over the same soup.
 TEST(Mesh, AgreesWithBruteForce) {
   std::mt19937 random(11);
   const auto below = [&random](std::size_t n) {
     return std::uniform_int_distribution<std::size_t>(0, n - 1)(random);
   };
-  int outward = 0;
+  int outward = 0, repaired = 0;
   for (int round = 0; round < 600; ++round) {
     SCOPED_TRACE("round " + std::to_string(round));
     Soup soup = round % 2 ? torus() : cube(0, 2) + ell() + reversed(cube(0.5, 1.5));
@@ -260,7 +297,9 @@ TEST(Mesh, AgreesWithBruteForce) {
       degenerate += flat && !repeated;
     }
     Counts expected = edge_defects(kept);
-    const CheckedMesh mesh = check(soup);
+    const Result<CheckedMesh> bare = check_mesh(stl_of(soup), {.distance = 0.0});
+    ASSERT_TRUE(bare);
+    const CheckedMesh& mesh = *bare;
     Counts found = counts(mesh);
     if (degenerate > 0) expected[kDegenerate] = degenerate;
     if (duplicate > 0) expected[kDuplicate] = duplicate;
@@ -269,6 +308,7 @@ TEST(Mesh, AgreesWithBruteForce) {
     EXPECT_EQ(found, expected);
     EXPECT_EQ(result.size(), kept.size());
     EXPECT_EQ(mesh.sides == Sides::kOutward, is_closed(result));
+    repaired += agrees_after_repair(soup, mesh);
     if (counts(mesh).contains(kFlipped)) {
       EXPECT_FALSE(edge_defects(result).contains(kMisoriented));
     }
@@ -279,6 +319,7 @@ TEST(Mesh, AgreesWithBruteForce) {
   }
   EXPECT_GT(outward, 150);
   EXPECT_LT(outward, 450);
+  EXPECT_GT(repaired, 50);
 }
 
 TEST(Mesh, OrderAndPlaceDoNotMatter) {

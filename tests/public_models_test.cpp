@@ -49,8 +49,9 @@ models::Raw audit(const Stl& stl) {
 
 models::Defects defects_of(const CheckedMesh& mesh) {
   models::Defects out;
-  std::uint64_t* const counts[] = {&out.degenerate,  &out.duplicate, &out.open,      &out.non_manifold,
-                                   &out.misoriented, &out.flipped,   &out.inside_out};
+  std::uint64_t* const counts[] = {&out.degenerate,  &out.duplicate, &out.open,       &out.non_manifold,
+                                   &out.misoriented, &out.flipped,   &out.inside_out, &out.welded,
+                                   &out.split,       &out.flaps,     &out.separated,  &out.filled};
   for (const Defect& d : mesh.defects) *counts[static_cast<int>(d.kind)] = d.count;
   return out;
 }
@@ -59,7 +60,9 @@ std::string text(const models::Defects& d) {
   return "degenerate " + std::to_string(d.degenerate) + ", duplicate " + std::to_string(d.duplicate) +
          ", open " + std::to_string(d.open) + ", non-manifold " + std::to_string(d.non_manifold) +
          ", misoriented " + std::to_string(d.misoriented) + ", flipped " + std::to_string(d.flipped) +
-         ", inside out " + std::to_string(d.inside_out);
+         ", inside out " + std::to_string(d.inside_out) + ", welded " + std::to_string(d.welded) +
+         ", split " + std::to_string(d.split) + ", flaps " + std::to_string(d.flaps) + ", separated " +
+         std::to_string(d.separated) + ", filled " + std::to_string(d.filled);
 }
 
 void expect_placement(const models::Model& model, const CheckedMesh& mesh) {
@@ -100,7 +103,11 @@ void expect_answer(const std::string& path, const models::Model& model) {
   EXPECT_EQ(mesh->warnings.size(), mesh->defects.size());
   EXPECT_EQ(mesh->sides, model.sides);
   const std::uint64_t dropped = model.defects.degenerate + model.defects.duplicate;
-  EXPECT_EQ(mesh->mesh.facets.size(), model.raw.facets - dropped);
+  EXPECT_EQ(mesh->mesh.facets.size(), model.raw.facets - dropped + model.added);
+  if (model.sides == Sides::kBoth) {
+    const auto says_why = [](const std::string& w) { return w.find("; not repaired: ") != w.npos; };
+    EXPECT_TRUE(std::any_of(mesh->warnings.begin(), mesh->warnings.end(), says_why));
+  }
   EXPECT_LE(mesh->mesh.vertices.size(), model.raw.vertices);
   EXPECT_TRUE(std::is_sorted(mesh->mesh.source.begin(), mesh->mesh.source.end()));
   if (model.sides == Sides::kOutward) {

@@ -236,6 +236,72 @@ TEST(Verify, ShankAgainstAWallIsFound) {
   EXPECT_GE(r.gouge.place.facet, 1012u);
 }
 
+/// A bull-nose with a thinner shank and a holder; the path lets it touch z = 0 where the ball would.
+Job bull_job() {
+  Job job = make_job();
+  job.plan.cutter.type = CutterType::kBullNose, job.plan.cutter.corner_radius = 0.5;
+  job.plan.cutter.cutting_length = 8.0, job.plan.cutter.shank_diameter = 3.0;
+  job.plan.cutter.holder = {{20.0, 24.0, 30.0}};
+  return job;
+}
+
+ToolPath bull_path() {
+  ToolPath path = make_path();
+  const double c = 0.5, e = kRadius - c;
+  for (Move& move : path.moves) {
+    // Above z = 0 the ball's tip is at kRadius (1 - cos), the bull-nose's at e sin + c (1 - cos).
+    const double up = move.pose.axis.z, lean = std::sqrt(1 - up * up);
+    move.pose.tip = move.pose.tip + Vec3{0, 0, e * lean + c * (1 - up) - kRadius * (1 - up)};
+  }
+  return path;
+}
+
+VerifyReport check_bull(const Job& job, const Mesh& part) {
+  const ToolPath path = bull_path();
+  const auto program = program_for(path.moves);
+  const auto report = verify(job, part, program, path, run_of(program), {}, {});
+  EXPECT_TRUE(report.has_value());
+  return report ? *report : VerifyReport{};
+}
+
+TEST(Verify, JudgesWithTheTrueCutter) {
+  const VerifyReport r = check_bull(bull_job(), plate());
+  EXPECT_TRUE(r.passed()) << all(r.failures);
+  EXPECT_LT(r.gouge.value, 0.002);
+  EXPECT_LT(r.gap.value, 0.002);
+  EXPECT_EQ(r.air_samples, 0u);
+  // A flat end of the same diameter on that path gouges, a ball hangs in the air.
+  Job other = bull_job();
+  other.plan.cutter.type = CutterType::kFlat;
+  EXPECT_GT(check_bull(other, plate()).gouge.value, 0.1);
+  other.plan.cutter.type = CutterType::kBall;
+  EXPECT_GT(check_bull(other, plate()).gap.value, 0.1);
+  other = bull_job(), other.plan.axial_stock = 0.1;
+  const double down = check_bull(other, plate()).gouge.value;
+  EXPECT_GT(down, 0.08 * std::sqrt(0.5));
+  EXPECT_LT(down, 0.1);
+}
+
+TEST(Verify, ShankAndHolderCountForThemselves) {
+  // Bars square to the lean: one reaches the holder only, one the shank only.
+  const Vec3 axis = axis_over(0, 0);
+  for (const bool holder : {true, false}) {
+    const double height = holder ? 55.0 : 25.0, radius = holder ? 11.0 : 1.5;
+    const Point<Part> at = Point<Part>{} + axis * height;
+    const double edge = at.x + radius - 1.0;
+    const Mesh part = box_mesh({{Vec3{-30, -20, -10}, Vec3{30, 20, 0}},
+                                {Vec3{edge, at.y - 1, at.z - 0.5}, Vec3{edge + 40, at.y + 1, at.z + 0.5}}});
+    const VerifyReport r = check_bull(bull_job(), part);
+    const auto deepest = [&](ToolPart tool) { return r.gouge_by[static_cast<int>(tool)].value; };
+    EXPECT_LT(deepest(ToolPart::kCutter), 0.002);
+    EXPECT_GT(deepest(holder ? ToolPart::kHolder : ToolPart::kShank), 0.5);
+    EXPECT_LT(deepest(holder ? ToolPart::kShank : ToolPart::kHolder), holder ? 1e-9 : kRadius);
+    EXPECT_EQ(r.gouge.value, std::max(deepest(ToolPart::kHolder), deepest(ToolPart::kShank)));
+    EXPECT_NE(all(r.failures).find(holder ? ", holder) at" : ", shank) at"), std::string::npos)
+        << all(r.failures);
+  }
+}
+
 TEST(Verify, StartInsideThePartIsFound) {
   const Mesh part = box_mesh({{Vec3{-300, -300, -300}, Vec3{300, 300, 300}}});
   const VerifyReport r = check(make_path().moves, part);

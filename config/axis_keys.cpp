@@ -1,0 +1,51 @@
+#include <cmath>
+
+#include "config/description.h"
+#include "config/job.h"
+#include "config/job_keys.h"
+#include "config/words.h"
+
+namespace tiltfeed {
+namespace {
+
+constexpr Range kPosition{-10'000.0, 10'000.0};  // mm
+constexpr Range kRadius = above(0.0, 10'000.0);  // mm
+
+/// t unit; n made perpendicular to it when it is so within kPerpendicularTolerance, else an error.
+void read_directions(const Section& axis, AxisFrame& frame) {
+  frame.t = axis.direction("t", frame.t);
+  const Vec3 n = axis.direction("n", frame.n);
+  const double angle = angle_between(frame.t, n);
+  if (std::abs(angle - kPi / 2.0) > kPerpendicularTolerance) {
+    axis.complain(axis.has("n") ? "n" : "t",
+                  "t and n are " + exact_text(Angle::from_radians(angle).degrees()) +
+                      " degrees apart; expected 90 within " + exact_text(kPerpendicularTolerance) + " rad");
+    return;
+  }
+  // Once leaves an error of the order of the rounding of n; twice is exact to the last digit.
+  const Vec3 once = normalized(n - dot(n, frame.t) * frame.t);
+  frame.n = normalized(once - dot(once, frame.t) * frame.t);
+}
+
+}  // namespace
+
+AxisFrame read_axis(const Section& root) {
+  const Section axis = root.section("axis", {"mode", "sense", "origin_mm", "t", "n", "circle_radius_mm"});
+  AxisFrame frame;
+  frame.mode = axis.choice<AxisMode>("mode", kModeWords);
+  if (frame.mode != AxisMode::kFixed)
+    frame.sense = axis.choice<Sense>("sense", kSenseWords);
+  else
+    axis.unused("sense", "in the mode fixed, where the shank points along n");
+  const Vec3 origin = axis.vector("origin_mm", kPosition, Vec3{});
+  frame.origin = {origin.x, origin.y, origin.z};
+  read_directions(axis, frame);
+  if (frame.mode == AxisMode::kCircle)
+    frame.circle_radius = axis.number("circle_radius_mm", kRadius);
+  else
+    axis.unused("circle_radius_mm",
+                "in the mode " + std::string(word(kModeWords, frame.mode)) + ", only in circle");
+  return frame;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <cmath>
+
+#include "config/description.h"
+#include "config/job_keys.h"
+#include "config/words.h"
+
+namespace tiltfeed {
+namespace {
+
+constexpr Range kDiameter = above(0.0, 500.0);  // mm
+constexpr Range kLength = above(0.0, 2000.0);   // mm
+constexpr Range kTaper = between(0.0, 60.0);    // degrees
+constexpr std::size_t kMaxSteps = 100;          // of a holder; a slipped list is seen
+
+/// Height above the tip from where the end is as wide as the cutting part, mm.
+double end_height(const Cutter& cutter) {
+  switch (cutter.type) {
+    case CutterType::kTaperBall:  // where the cone touches the ball
+      return cutter.radius() * (1.0 - std::sin(cutter.taper.radians()));
+    default:
+      return cutter.nose_radius();
+  }
+}
+
+void read_end(const Section& section, Cutter& cutter) {
+  if (cutter.type == CutterType::kBullNose) {
+    cutter.corner_radius = section.number("corner_radius_mm", kDiameter);
+    if (cutter.corner_radius >= cutter.radius())
+      section.complain("corner_radius_mm", exact_text(cutter.corner_radius) +
+                                               " mm is not below the cutter's radius, " +
+                                               exact_text(cutter.radius()) + " mm; write type: ball");
+  } else {
+    section.unused("corner_radius_mm",
+                   "by the type " + std::string(word(kCutterWords, cutter.type)) + ", only by bull_nose");
+  }
+  if (cutter.type == CutterType::kTaperBall)
+    cutter.taper = Angle::from_degrees(section.number("taper_deg", kTaper));
+  else
+    section.unused("taper_deg",
+                   "by the type " + std::string(word(kCutterWords, cutter.type)) + ", only by taper_ball");
+}
+
+void check_lengths(const Section& section, const Cutter& cutter) {
+  const double end = end_height(cutter);
+  const char* const end_key = cutter.cutting_length > 0.0 ? "cutting_length_mm" : "shank_length_mm";
+  if (cutter.shank_length > cutter.length)
+    section.complain("shank_length_mm", exact_text(cutter.shank_length) + " mm is over length_mm, " +
+                                            exact_text(cutter.length) +
+                                            " mm; the holder must start at or below the gauge line");
+  if (cutter.cutting_end() < end)
+    section.complain(end_key, exact_text(cutter.cutting_end()) +
+                                  " mm is below the height of the cutter's rounded end, " +
+                                  exact_text(tidy(end)) + " mm; expected a length from the tip");
+  if (cutter.cutting_length > cutter.shank_length)
+    section.complain("cutting_length_mm", exact_text(cutter.cutting_length) +
+                                              " mm is over shank_length_mm, " +
+                                              exact_text(cutter.shank_length) +
+                                              " mm; the cutting part ends at or below the holder");
+  const double top = 2.0 * cutter.cutting_top_radius();
+  if (top > kDiameter.max)
+    section.complain("taper_deg", "the cone is " + exact_text(tidy(top)) +
+                                      " mm wide at the top of the cutting part; expected at most " +
+                                      exact_text(kDiameter.max) + " mm, check cutting_length_mm");
+}
+
+/// Steps above the gauge line are those of the spindle nose.
+std::vector<HolderStep> read_holder(const Section& cutter) {
+  std::vector<HolderStep> steps;
+  for (const Section& section :
+       cutter.list("holder", {"diameter_mm", "upper_diameter_mm", "length_mm"}, kMaxSteps)) {
+    HolderStep step;
+    step.lower_diameter = section.number("diameter_mm", kDiameter);
+    step.upper_diameter = section.number("upper_diameter_mm", kDiameter, step.lower_diameter);
+    step.length = section.number("length_mm", kLength);
+    steps.push_back(step);
+  }
+  return steps;
+}
+
+}  // namespace
+
+double smallest_radius(const Cutter& cutter) {
+  return cutter.nose_radius() > 0.0 ? std::min(cutter.nose_radius(), cutter.radius()) : cutter.radius();
+}
+
+Cutter read_cutter(const Section& root) {
+  const Section section =
+      root.section("cutter", {"type", "diameter_mm", "corner_radius_mm", "taper_deg", "length_mm",
+                              "cutting_length_mm", "shank_diameter_mm", "shank_length_mm", "holder"});
+  Cutter cutter;
+  cutter.type = section.choice<CutterType>("type", kCutterWords);
+  cutter.diameter = section.number("diameter_mm", kDiameter);
+  read_end(section, cutter);
+  cutter.length = section.number("length_mm", kLength);
+  cutter.shank_length = section.number("shank_length_mm", kLength);
+  if (section.has("cutting_length_mm")) cutter.cutting_length = section.number("cutting_length_mm", kLength);
+  check_lengths(section, cutter);
+  if (section.has("shank_diameter_mm")) {
+    cutter.shank_diameter = section.number("shank_diameter_mm", kDiameter);
+    if (cutter.cutting_end() == cutter.shank_length)
+      section.complain(
+          "shank_diameter_mm",
+          "the cutting part goes up to the holder, so there is no shank; give cutting_length_mm, "
+          "below shank_length_mm");
+  }
+  cutter.holder = read_holder(section);
+  return cutter;
+}
+
+}  // namespace tiltfeed

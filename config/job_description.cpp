@@ -1,0 +1,129 @@
+#include <sstream>
+
+#include "config/description.h"
+#include "config/job.h"
+#include "config/job_keys.h"
+#include "config/words.h"
+
+namespace tiltfeed {
+namespace {
+
+void describe_cutter(Description& out, const Cutter& cutter) {
+  out.add("cutter.type", word(kCutterWords, cutter.type));
+  out.add("cutter.diameter_mm", cutter.diameter);
+  if (cutter.type == CutterType::kBullNose) out.add("cutter.corner_radius_mm", cutter.corner_radius);
+  if (cutter.type == CutterType::kTaperBall) out.add("cutter.taper_deg", cutter.taper);
+  out.add("cutter.length_mm", cutter.length);
+  out.add("cutter.cutting_length_mm", cutter.cutting_end());
+  out.add("cutter.shank_diameter_mm", tidy(2.0 * cutter.shank_radius()));
+  out.add("cutter.shank_length_mm", cutter.shank_length);
+  if (cutter.holder.empty()) out.add("cutter.holder", "none");
+  double top = cutter.shank_length;
+  for (std::size_t i = 0; i < cutter.holder.size(); ++i) {
+    const HolderStep& step = cutter.holder[i];
+    const std::string name = "cutter.holder[" + std::to_string(i + 1) + "].";
+    out.add(name + "diameter_mm", step.lower_diameter);
+    out.add(name + "upper_diameter_mm", step.upper_diameter);
+    out.add(name + "length_mm", step.length);
+    top += step.length;
+  }
+  if (!cutter.holder.empty()) out.add("cutter.holder_top_mm", tidy(top));
+}
+
+void describe_axis(Description& out, const AxisFrame& axis) {
+  out.add("axis.mode", word(kModeWords, axis.mode));
+  if (axis.mode != AxisMode::kFixed) out.add("axis.sense", word(kSenseWords, axis.sense));
+  out.add("axis.origin_mm", from_origin(axis.origin));
+  out.add("axis.t", axis.t);
+  out.add("axis.n", axis.n);
+  if (axis.mode == AxisMode::kCircle) out.add("axis.circle_radius_mm", axis.circle_radius);
+}
+
+void describe_pattern(Description& out, const Pattern& pattern) {
+  const auto uses = [&](const char* key) { return uses_key(pattern.kind, key); };
+  const bool scallop = pattern.measure == StepMeasure::kScallop;
+  out.add("pattern.kind", word(kKindWords, pattern.kind));
+  if (uses("along")) out.add("pattern.along", word(kAlongWords, pattern.along));
+  if (uses("angle_deg")) out.add("pattern.angle_deg", pattern.angle);
+  if (uses("direction")) out.add("pattern.direction", word(kDirectionWords, pattern.direction));
+  if (uses("measure")) out.add("pattern.measure", word(kMeasureWords, pattern.measure));
+  if (uses("scallop_mm") && scallop) out.add("pattern.scallop_mm", pattern.scallop);
+  if (uses("side_step_mm") && pattern.side_step > 0.0) out.add("pattern.side_step_mm", pattern.side_step);
+  if (uses("side_step_mm") && pattern.side_step <= 0.0) out.add("pattern.side_step_mm", "no limit");
+  if (uses("step_down_mm")) out.add("pattern.step_down_mm", pattern.step_down);
+  if (uses("milling")) out.add("pattern.milling", word(kMillingWords, pattern.climb));
+  if (uses("split_slope_deg")) out.add("pattern.split_slope_deg", pattern.split_slope);
+}
+
+/// A coordinate of the axis line as the job file has it.
+std::string typed(const std::string& key, double value) {
+  return exact_text(key.ends_with("_deg") ? tidy(Angle::from_radians(value).degrees()) : value);
+}
+
+void describe_containment(Description& out, const Containment& containment, AxisMode mode) {
+  const CoordinateKeys keys = coordinate_keys(mode);
+  bool any = !containment.boundary.empty();
+  const auto limits = [&](const std::string& key, const Interval& interval) {
+    if (!interval.bounded()) return;
+    any = true;
+    out.add("containment." + key, "[" + typed(key, interval.low) + ", " + typed(key, interval.high) + "]");
+  };
+  limits(keys.first, containment.first);
+  limits(keys.second, containment.second);
+  limits(keys.height, containment.height);
+  for (std::size_t i = 0; i < containment.boundary.size(); ++i)
+    out.add("containment.boundary[" + std::to_string(i + 1) + "]",
+            "[" + typed(keys.first, containment.boundary[i][0]) + ", " +
+                typed(keys.second, containment.boundary[i][1]) + "]");
+  if (!any) out.add("containment", "none");
+}
+
+void describe_path(Description& out, const PlanOptions& plan) {
+  out.add("tolerance_mm", plan.tolerance);
+  out.add("allowance_mm", plan.allowance);
+  out.add("stock.radial_mm", plan.radial_stock);
+  out.add("stock.axial_mm", plan.axial_stock);
+  out.add("points.max_distance_mm", plan.max_point_distance);
+  out.add("points.max_angle_deg", plan.max_angle_step);
+  out.add("points.smoothing_mm", plan.smoothing);
+  out.add("guards.shank.clearance_mm", plan.shank.clearance);
+  out.add("guards.shank.reaction", word(kReactionWords, plan.shank.reaction));
+  if (!plan.cutter.holder.empty()) {
+    out.add("guards.holder.clearance_mm", plan.holder.clearance);
+    out.add("guards.holder.reaction", word(kReactionWords, plan.holder.reaction));
+  }
+  out.add("links.join_distance_mm", plan.links.join_distance);
+  out.add("links.lead_radius_mm", plan.links.lead_radius);
+  out.add("clearance_mm", plan.links.clearance);
+  out.add("approach_mm", plan.links.approach);
+}
+
+}  // namespace
+
+std::string describe(const Job& job) {
+  const PlanOptions& plan = job.plan;
+  Description out;
+  out.add("job", job.path);
+  out.add("part.name", plan.name);
+  out.add("part.stl", job.stl_path);
+  out.add("part.unit_mm", job.stl_unit_mm);
+  describe_cutter(out, plan.cutter);
+  describe_axis(out, plan.axis);
+  describe_pattern(out, plan.pattern);
+  describe_containment(out, plan.containment, plan.axis.mode);
+  describe_path(out, plan);
+  out.add("feeds.cut_mm_per_min", plan.cut_feed.mm_per_min());
+  out.add("feeds.plunge_mm_per_min", plan.plunge_feed.mm_per_min());
+  out.add("feeds.spindle_rpm", job.spindle_rpm);
+  out.add("setup.part_zero_mm", job.setup.part_zero);
+  for (std::size_t row = 0; row < 3; ++row)
+    out.add("setup.fixture_row_" + std::to_string(row + 1), job.setup.fixture.rows[row]);
+  out.add("setup.tilt_max_deg", plan.tilt_max);
+  out.add("setup.tool_length_mm", job.setup.tool_length);
+  std::istringstream machine(describe(job.machine));
+  std::string text = out.text();
+  for (std::string line; std::getline(machine, line);) text += "machine." + line + "\n";
+  return text;
+}
+
+}  // namespace tiltfeed

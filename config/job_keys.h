@@ -1,0 +1,38 @@
+#pragma once
+// The readers of a job file's sections, in the order in which they need each other. Ranges and rules across
+// keys are checked here; problems go to the section's complaint.
+
+#include <string>
+
+#include "config/section.h"
+#include "kinematics/machine.h"
+#include "pathgen/plan_options.h"
+
+namespace tiltfeed {
+
+/// The names of the axis line's coordinates in a mode, as they stand in the section containment.
+struct CoordinateKeys {
+  const char *first, *second, *height;
+};
+constexpr CoordinateKeys coordinate_keys(AxisMode mode) {
+  if (mode == AxisMode::kFixed) return {"x_mm", "y_mm", "z_mm"};
+  if (mode == AxisMode::kLine) return {"x_mm", "theta_deg", "rho_mm"};
+  return {"theta_deg", "phi_deg", "rho_mm"};
+}
+
+/// Whether a kind of pattern has a key of the section pattern.
+bool uses_key(PatternKind kind, const std::string& key);
+/// The smallest radius of the cutter's outline, mm: of the rounded edge, or of the whole where the edge is
+/// sharp.
+double smallest_radius(const Cutter& cutter);
+
+Cutter read_cutter(const Section& root);
+AxisFrame read_axis(const Section& root);
+Pattern read_pattern(const Section& root, const Cutter& cutter);
+Containment read_containment(const Section& root, AxisMode mode);
+/// Tolerance, what is left on the part, points, guards, links. Requires: plan.cutter.
+void read_path(const Section& root, PlanOptions& plan);
+/// Also plan.up and plan.tilt_max. Requires: plan.cutter.
+Setup read_setup(const Section& root, PlanOptions& plan);
+
+}  // namespace tiltfeed

@@ -1,0 +1,91 @@
+#include "config/description.h"
+#include "config/job_keys.h"
+#include "config/words.h"
+
+namespace tiltfeed {
+namespace {
+
+constexpr Range kTolerance{
+    1e-4, 1.0, false, false,
+    "the corners in an STL are 32-bit numbers, up to 0.00003 mm off at a metre from its "
+    "zero, and programs print 4 decimals: anything finer would follow that noise"};
+constexpr Range kStock{0.0, 50.0};                // mm
+constexpr Range kClearance = above(0.0, 1000.0);  // mm
+constexpr Range kGuard{0.0, 100.0};               // mm
+constexpr Range kLinkLength{0.0, 1000.0};         // mm
+constexpr Range kLeadRadius{0.0, 100.0};          // mm
+constexpr Range kSmoothing{0.0, 100.0};           // mm
+constexpr double kMaxPointDistance = 1000.0;      // mm
+constexpr double kMaxPointTurn = 90.0;            // degrees
+/// Closer points than these, mm and degrees, are more than a control can read and a drive can follow.
+constexpr double kLeastPointStep = 0.001;
+
+void read_stock(const Section& root, PlanOptions& plan) {
+  plan.allowance = root.number("allowance_mm", kStock, plan.allowance);
+  const Section stock = root.optional_section("stock", {"radial_mm", "axial_mm"});
+  plan.radial_stock = stock.number("radial_mm", kStock, plan.radial_stock);
+  plan.axial_stock = stock.number("axial_mm", kStock, plan.axial_stock);
+}
+
+/// 0: no limit.
+double read_point_step(const Section& points, const char* key, double max, double fallback) {
+  const double step = points.number(key, {0.0, max}, fallback);
+  if (step > 0.0 && step < kLeastPointStep)
+    points.complain(key, exact_text(step) + " is too fine; expected 0 (no limit) or at least " +
+                             exact_text(kLeastPointStep));
+  return step;
+}
+
+void read_points(const Section& root, PlanOptions& plan) {
+  const Section points =
+      root.optional_section("points", {"max_distance_mm", "max_angle_deg", "smoothing_mm"});
+  plan.max_point_distance =
+      read_point_step(points, "max_distance_mm", kMaxPointDistance, plan.max_point_distance);
+  plan.max_angle_step = Angle::from_degrees(
+      read_point_step(points, "max_angle_deg", kMaxPointTurn, plan.max_angle_step.degrees()));
+  plan.smoothing = points.number("smoothing_mm", kSmoothing, plan.smoothing);
+}
+
+Guard read_guard(const Section& guards, const char* key, Guard guard) {
+  const Section section = guards.optional_section(key, {"clearance_mm", "reaction"});
+  guard.clearance = section.number("clearance_mm", kGuard, guard.clearance);
+  guard.reaction = section.choice<Reaction>("reaction", kReactionWords, guard.reaction);
+  return guard;
+}
+
+void read_guards(const Section& root, PlanOptions& plan) {
+  const Section guards = root.optional_section("guards", {"shank", "holder"});
+  plan.shank = read_guard(guards, "shank", plan.shank);
+  plan.holder = read_guard(guards, "holder", plan.holder);
+  if (guards.has("holder") && plan.cutter.holder.empty())
+    guards.complain("holder", "there is no holder to guard; give its steps in cutter.holder");
+}
+
+void read_links(const Section& root, LinkOptions& links) {
+  links.clearance = root.number("clearance_mm", kClearance);
+  links.approach = root.number("approach_mm", kClearance);
+  if (links.approach > links.clearance)
+    root.complain("approach_mm", exact_text(links.approach) + " mm is over clearance_mm, " +
+                                     exact_text(links.clearance) +
+                                     " mm; the approach is the last part of the way down from there");
+  const Section section = root.optional_section("links", {"join_distance_mm", "lead_radius_mm"});
+  links.join_distance = section.number("join_distance_mm", kLinkLength, links.join_distance);
+  links.lead_radius = section.number("lead_radius_mm", kLeadRadius, links.lead_radius);
+}
+
+}  // namespace
+
+void read_path(const Section& root, PlanOptions& plan) {
+  plan.tolerance = root.number("tolerance_mm", kTolerance, plan.tolerance);
+  const double radius = smallest_radius(plan.cutter);
+  if (plan.tolerance >= radius)
+    root.complain("tolerance_mm", exact_text(plan.tolerance) +
+                                      " mm is not below the cutter's smallest radius, " + exact_text(radius) +
+                                      " mm");
+  read_stock(root, plan);
+  read_points(root, plan);
+  read_guards(root, plan);
+  read_links(root, plan.links);
+}
+
+}  // namespace tiltfeed

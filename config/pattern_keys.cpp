@@ -1,0 +1,103 @@
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "config/description.h"
+#include "config/job_keys.h"
+#include "config/words.h"
+
+namespace tiltfeed {
+namespace {
+
+constexpr Range kStep = above(0.0, 1000.0);   // mm
+constexpr Range kScallop = above(0.0, 10.0);  // mm
+constexpr Range kTurn{-180.0, 180.0};         // degrees
+constexpr Range kSlope = between(0.0, 90.0);  // degrees
+
+/// A key that not every kind has.
+struct KindKey {
+  const char* key;
+  std::vector<PatternKind> kinds;
+};
+
+/// A split has the keys of both its halves, raster and z-level.
+const std::vector<KindKey>& kind_keys() {
+  using enum PatternKind;
+  static const std::vector<KindKey> keys = {
+      {"along", {kRaster, kSplit, kRough}},
+      {"angle_deg", {kRaster, kSplit, kRough}},
+      {"direction", {kRaster, kSplit, kRough}},
+      {"measure", {kRaster, kSplit, kContour, kSpiral, kRough}},
+      {"side_step_mm", {kRaster, kSplit, kContour, kSpiral, kRough}},
+      {"scallop_mm", {kRaster, kSplit, kContour, kSpiral}},
+      {"step_down_mm", {kZLevel, kSplit, kRough}},
+      {"milling", {kZLevel, kSplit, kContour, kSpiral}},
+      {"split_slope_deg", {kSplit}},
+  };
+  return keys;
+}
+
+bool among(const std::vector<PatternKind>& kinds, PatternKind kind) {
+  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+}
+
+void refuse_unused(const Section& pattern, PatternKind kind) {
+  for (const KindKey& key : kind_keys()) {
+    if (among(key.kinds, kind)) continue;
+    std::string users;
+    for (const PatternKind user : key.kinds)
+      users += (users.empty() ? "" : ", ") + std::string(word(kKindWords, user));
+    pattern.unused(key.key, "by the kind " + std::string(word(kKindWords, kind)) + ", only by " + users);
+  }
+}
+
+/// How far passes are apart.
+void read_step(const Section& section, const Cutter& cutter, Pattern& pattern) {
+  pattern.measure = section.choice<StepMeasure>("measure", kMeasureWords, pattern.measure);
+  if (pattern.measure != StepMeasure::kScallop) {
+    pattern.side_step = section.number("side_step_mm", kStep);
+    section.unused("scallop_mm", "with measure " + std::string(word(kMeasureWords, pattern.measure)) +
+                                     ", only with scallop");
+    return;
+  }
+  if (pattern.kind == PatternKind::kRough) {
+    section.complain("measure", "layers of roughing leave steps, not scallops; expected flat or surface");
+    return;
+  }
+  pattern.scallop = section.number("scallop_mm", kScallop);
+  const double radius = smallest_radius(cutter);
+  if (pattern.scallop >= radius)
+    section.complain("scallop_mm", exact_text(pattern.scallop) +
+                                       " mm is not below the cutter's smallest radius, " +
+                                       exact_text(radius) + " mm");
+  if (section.has("side_step_mm")) pattern.side_step = section.number("side_step_mm", kStep);
+}
+
+}  // namespace
+
+bool uses_key(PatternKind kind, const std::string& key) {
+  for (const KindKey& candidate : kind_keys())
+    if (candidate.key == key) return among(candidate.kinds, kind);
+  return true;
+}
+
+Pattern read_pattern(const Section& root, const Cutter& cutter) {
+  const Section section =
+      root.section("pattern", {"kind", "along", "angle_deg", "direction", "measure", "side_step_mm",
+                               "scallop_mm", "step_down_mm", "milling", "split_slope_deg"});
+  Pattern pattern;
+  pattern.kind = section.choice<PatternKind>("kind", kKindWords, pattern.kind);
+  refuse_unused(section, pattern.kind);
+  const auto uses = [&](const char* key) { return uses_key(pattern.kind, key); };
+  pattern.along = section.choice<Along>("along", kAlongWords, pattern.along);
+  pattern.angle = Angle::from_degrees(section.number("angle_deg", kTurn, pattern.angle.degrees()));
+  pattern.direction = section.choice<Direction>("direction", kDirectionWords, pattern.direction);
+  if (uses("side_step_mm")) read_step(section, cutter, pattern);
+  if (uses("step_down_mm")) pattern.step_down = section.number("step_down_mm", kStep);
+  pattern.climb = section.choice<bool>("milling", kMillingWords, pattern.climb);
+  pattern.split_slope =
+      Angle::from_degrees(section.number("split_slope_deg", kSlope, tidy(pattern.split_slope.degrees())));
+  return pattern;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,201 @@
+#include "kinematics/walker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "kinematics/decimal.h"
+#include "kinematics/joint_errors.h"
+
+namespace tiltfeed {
+namespace {
+
+// A move is halved at most this often: 2^-40 of a move is below the last bit of its length.
+constexpr int kMaxHalvings = 40;
+// A move is cut into as many parts as the square law of (K6) asks for, up to kGuessedParts; beyond that, and
+// where the table turns far (degrees), i.e. near the pole, the law is a poor guess: kFewParts, then look
+// again.
+constexpr double kGuessedParts = 32.0;
+constexpr double kSquareLawTurn = 90.0;
+constexpr int kFewParts = 8;
+// Blocks of one swing in place: half a turn at 0.01 degrees; a tolerance that asks for more cannot be met.
+constexpr int kMaxSwing = 18000;
+// A control that turns F into mm/min may not go below 0.1 mm/min (LinuxCNC), so that a linear way shorter
+// than 0.1 mm/min times the block's time runs too fast; a tenth more because F is printed rounded.
+constexpr double kSlowestFeed = 0.11;
+
+}  // namespace
+
+Joints least(const Joints& p, const Joints& q) {
+  return {std::min(p.x, q.x), std::min(p.y, q.y), std::min(p.z, q.z), std::min(p.a, q.a), std::min(p.c, q.c)};
+}
+
+Joints greatest(const Joints& p, const Joints& q) {
+  return {std::max(p.x, q.x), std::max(p.y, q.y), std::max(p.z, q.z), std::max(p.a, q.a), std::max(p.c, q.c)};
+}
+
+double Walker::seconds(const Joints& from, const Joints& to, double way) const {
+  // (K10) in minutes, without acceleration.
+  double minutes = 0.0;
+  if (kind_ == MoveKind::kCut) minutes = way / path_.cut_feed.mm_per_min();
+  if (kind_ == MoveKind::kPlunge) minutes = way / path_.plunge_feed.mm_per_min();
+  minutes = std::max(
+      {minutes, std::abs(to.x - from.x) / machine_.x.velocity, std::abs(to.y - from.y) / machine_.y.velocity,
+       std::abs(to.z - from.z) / machine_.z.velocity, std::abs(to.a - from.a) / machine_.tilt.velocity,
+       std::abs(to.c - from.c) / machine_.rotary.velocity});
+  return minutes * 60.0;
+}
+
+Deviation Walker::check(const Sweep& sweep, double f0, double f1, const Joints& to) const {
+  return worst_deviation(chooser_.chain(), sweep, f0, f1, at_, to, path_.tool.corner_radius);
+}
+
+/// The deviation over what is allowed; above 1 the block must be cut.
+double Walker::excess(const Deviation& deviation, const Joints& from, const Joints& to) const {
+  const double factor = (1.0 - kSampleShare) * (kind_ == MoveKind::kRapid ? kRapidToleranceFactor : 1.0);
+  const double angle = Angle::from_degrees(options_.axis_tolerance).radians();
+  const double over = std::max({deviation.tip / options_.tolerance, deviation.centre / options_.tolerance,
+                                deviation.axis / angle}) /
+                      factor;
+  const bool half_turn = std::abs(to.c - from.c) >= 180.0 || std::abs(to.a - from.a) >= 180.0;
+  return half_turn ? std::max(over, 2.0) : over;
+}
+
+void Walker::note(const Joints& q, const Deviation& deviation) {
+  JointPathReport& report = out_.report;
+  report.min = least(report.min, q);
+  report.max = greatest(report.max, q);
+  if (kind_ == MoveKind::kRapid) {
+    report.max_rapid_deviation = std::max({report.max_rapid_deviation, deviation.tip, deviation.centre});
+    return;
+  }
+  report.max_tip_deviation = std::max(report.max_tip_deviation, deviation.tip);
+  report.max_centre_deviation = std::max(report.max_centre_deviation, deviation.centre);
+  report.max_axis_deviation =
+      std::max(report.max_axis_deviation, Angle::from_radians(deviation.axis).degrees());
+}
+
+/// Leaves the linear axes where they are for a block in which they would move by rounding noise only, if the
+/// path allows it.
+void Walker::quieten(const Sweep& sweep, double f0, double f1, Choice& to, Deviation& deviation) const {
+  if (kind_ == MoveKind::kRapid) return;
+  const Joints &from = at_.joints, &q = to.joints;
+  const double linear = std::hypot(q.x - from.x, q.y - from.y, q.z - from.z);
+  const double time = seconds(from, q, length(sweep.way()) * (f1 - f0));
+  if (linear == 0.0 || linear >= kSlowestFeed * time / 60.0) return;
+  const Joints still{from.x, from.y, from.z, q.a, q.c};
+  const Deviation stands = check(sweep, f0, f1, still);
+  if (excess(stands, from, still) > 1.0) return;
+  to.joints = still;
+  deviation = stands;
+}
+
+void Walker::emit(const Sweep& sweep, double f0, double f1, const Choice& to, const Deviation& deviation) {
+  const double time = seconds(at_.joints, to.joints, length(sweep.way()) * (f1 - f0));
+  const bool moves = !(to.joints == at_.joints);
+  at_ = to;
+  if (!moves) return;
+  note(to.joints, deviation);
+  out_.moves.push_back({to.joints, time, kind_, static_cast<std::uint32_t>(index_)});
+}
+
+/// From a pose inside the pole cone: turns the table in place to where `goal` needs it, if one block then
+/// reaches `goal`. Nothing is emitted otherwise.
+Result<bool> Walker::swing(const Sweep& sweep, double f0, double f1, const Choice& goal) {
+  const Pose pose = sweep.at(f0);
+  const double turn = goal.joints.c - at_.joints.c;
+  // (K6) with no linear way: the tip leaves its place by r dphi^2 / 8; half the tolerance for that.
+  const double radius = std::max(chooser_.chain().radius(pose.tip), options_.tolerance);
+  const double step = Angle::from_radians(std::sqrt(4.0 * options_.tolerance / radius)).degrees();
+  const int count = static_cast<int>(std::ceil(std::abs(turn) / std::min(step, 90.0)));
+  const Choice before = at_;
+  std::vector<std::pair<Choice, Deviation>> turned;
+  for (int i = 1; i <= count && count <= kMaxSwing; ++i) {
+    const auto stop = chooser_.at_pole(pose, at_, before.joints.c + turn * i / count);
+    if (!stop) {
+      at_ = before;
+      return tl::unexpected(stop.error());
+    }
+    const Deviation deviation = check(sweep, f0, f0, stop->joints);
+    if (excess(deviation, at_.joints, stop->joints) > 1.0) break;
+    turned.emplace_back(*stop, deviation);
+    at_ = *stop;
+  }
+  const Deviation last = check(sweep, f0, f1, goal.joints);
+  const bool fits =
+      turned.size() == static_cast<std::size_t>(count) && excess(last, at_.joints, goal.joints) <= 1.0;
+  at_ = before;
+  if (!fits) return false;
+  for (const auto& [choice, deviation] : turned) emit(sweep, f0, f0, choice, deviation);
+  emit(sweep, f0, f1, goal, last);
+  ++out_.report.pole_swings;
+  return true;
+}
+
+Result<void> Walker::stuck(const Sweep& sweep, double f1, const Choice& goal) const {
+  const Pose pose = sweep.at(f1);
+  if (goal.forced) {
+    if (const auto text = chooser_.nearest_breaks(pose, at_)) return fail(Code::kLimit, *text);
+  }
+  return fail(Code::kLimit,
+              "no motion from " + std::string{machine_.tilt.letter} + decimal(at_.joints.a, 4) + " " +
+                  machine_.rotary.letter + decimal(at_.joints.c, 4) + " to " + machine_.tilt.letter +
+                  decimal(goal.joints.a, 4) + " " + machine_.rotary.letter + decimal(goal.joints.c, 4) +
+                  " keeps the tool within " + decimal(options_.tolerance, 6) + " mm and " +
+                  decimal(options_.axis_tolerance, 6) +
+                  " degrees; allow more, or print more decimals: the last one may be too coarse");
+}
+
+Result<void> Walker::advance(const Sweep& sweep, double f0, double f1, int halvings) {
+  const Pose pose = sweep.at(f1);
+  auto goal = chooser_.next(pose, f1 < 1.0 ? chooser_.solve(pose) : *ends_, at_);
+  if (!goal) return tl::unexpected(goal.error());
+  Deviation deviation = check(sweep, f0, f1, goal->joints);
+  const double over = excess(deviation, at_.joints, goal->joints);
+  if (over <= 1.0) {
+    quieten(sweep, f0, f1, *goal, deviation);
+    emit(sweep, f0, f1, *goal, deviation);
+    return {};
+  }
+  if (at_.at_pole && !goal->at_pole) {
+    const auto swung = swing(sweep, f0, f1, *goal);
+    if (!swung) return tl::unexpected(swung.error());
+    if (*swung) return {};
+  }
+  if (halvings >= kMaxHalvings) return stuck(sweep, f1, *goal);
+  const double guess = std::ceil(std::sqrt(over));
+  const bool trusted = guess <= kGuessedParts && std::abs(goal->joints.c - at_.joints.c) <= kSquareLawTurn;
+  const int parts = trusted ? std::max(2, static_cast<int>(guess)) : kFewParts;
+  double begin = f0;
+  for (int i = 1; i <= parts; ++i) {
+    const double end = i == parts ? f1 : f0 + (f1 - f0) * i / parts;
+    if (auto part = advance(sweep, begin, end, halvings + 1); !part) return part;
+    begin = end;
+  }
+  return {};
+}
+
+Stretch Walker::walk(const Choice& start, std::size_t first, std::span<const RotarySolutions> solutions) {
+  out_ = {};
+  out_.moves.reserve(solutions.size() + solutions.size() / 2);
+  out_.report.min = out_.report.max = start.joints;
+  at_ = start;
+  for (std::size_t i = 0; i < solutions.size(); ++i) {
+    index_ = first + i;
+    ends_ = &solutions[i];
+    const Move& move = path_.moves[index_];
+    kind_ = move.kind;
+    const Sweep sweep(path_.moves[index_ - 1].pose, move.pose);
+    const std::size_t before = out_.moves.size();
+    if (auto done = advance(sweep, 0.0, 1.0, 0); !done) {
+      const bool wound_up = limited_axis(done.error().message) == machine_.rotary.letter;
+      out_.stop = {located(done.error(), index_, move.pose, machine_), index_, wound_up};
+      break;
+    }
+    if (out_.moves.size() > before + 1) ++out_.report.subdivided_moves;
+  }
+  out_.end = at_;
+  return std::move(out_);
+}
+
+}  // namespace tiltfeed

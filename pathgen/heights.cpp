@@ -1,0 +1,80 @@
+#include "pathgen/heights.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kinematics/units.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// So far beyond the end of a pass the surface is taken to be gone (mm): more than the envelope's own search
+/// for the end, less than any tolerance.
+constexpr double kBeyondEnd = 1e-6;
+
+}  // namespace
+
+FlatLine line_between(Place a, Place b) {
+  const double length = distance(a, b);
+  if (length == 0.0) return {a.x, a.y, 1.0, 0.0, 0.0};
+  return {a.x, a.y, (b.x - a.x) / length, (b.y - a.y) / length, length};
+}
+
+Place Heights::folded(Place p) const {
+  if (map_.frame().mode != AxisMode::kPoint) return p;
+  const double pole = kPi / 2.0 * map_.scale_y();
+  if (std::abs(p.y) <= pole) return p;
+  const double half = map_.period_x() / 2.0;
+  return {p.x > 0.0 ? p.x - half : p.x + half, std::copysign(2.0 * pole, p.y) - p.y};
+}
+
+EnvelopePoint Heights::contact(Place p) {
+  const Place f = folded(p);
+  if (const auto point = envelope_.at(f.x, f.y)) return *point;
+  EnvelopePoint none;
+  none.flat.z = kNoSurface;
+  if (map_.frame().mode == AxisMode::kFixed) return none;
+  const LineEnvelope here = envelope_.along({f.x, f.y, 1.0, 0.0, 0.0});
+  if (!here.too_near.empty()) none.flat.z = kShut, none.patch = here.too_near.front();
+  return none;
+}
+
+double Heights::at(Place p) { return contact(p).flat.z; }
+
+double Heights::highest(Place a, Place b) {
+  double top = std::max(at(a), at(b));
+  const LineEnvelope found = envelope_.along(line_between(a, b));
+  if (!found.too_near.empty()) return kShut;
+  for (const Pass& pass : found.passes)
+    for (const EnvelopePoint& p : pass) top = std::max(top, p.flat.z);
+  return top;
+}
+
+std::vector<HeightSample> Heights::profile(const FlatLine& line) {
+  std::vector<HeightSample> samples;
+  const auto gap = [&](double from, double to) {
+    if (to - from <= 2.0 * kBeyondEnd) return;
+    for (double run : {from, to}) samples.push_back({run, at({line.x_at(run), line.y_at(run)})});
+  };
+  double end = 0.0;
+  for (const Pass& pass : envelope_.along(line).passes) {
+    const auto run_of = [&](const EnvelopePoint& p) {
+      return (p.flat.x - line.x) * line.dx + (p.flat.y - line.y) * line.dy;
+    };
+    gap(end, run_of(pass.front()) - kBeyondEnd);
+    for (const EnvelopePoint& p : pass) samples.push_back({run_of(p), p.flat.z});
+    end = run_of(pass.back()) + kBeyondEnd;
+  }
+  gap(end, line.length);
+  return samples;
+}
+
+void bisect(Heights& heights, double level, double fineness, Place& outside, Place& inside) {
+  while (distance(outside, inside) > fineness) {
+    const Place middle = lerp(outside, inside, 0.5);
+    (heights.at(middle) > level ? inside : outside) = middle;
+  }
+}
+
+}  // namespace tiltfeed
