@@ -125,9 +125,9 @@ class Tracer {
     const bool straight = length(cross(a.point.axis, b.point.axis)) <= options_.max_axis_step &&
                           std::abs(half.z - options_.level) <= options_.tolerance * kRiseShare;
     const bool usable = has_column(a.place) && has_column(b.place);
-    const bool clear = usable && heights_.highest(a.place, b.place) <= options_.level + options_.tolerance &&
-                       heights_.at(middle) <= options_.level + options_.tolerance;
-    if (straight && clear && touches(middle, out)) return;
+    const double top = options_.level + options_.tolerance, here = heights_.at(middle);
+    const bool clear = usable && here <= top && heights_.highest(a.place, b.place) <= top;
+    if (straight && clear && (here >= options_.level - options_.tolerance || rises_beside(middle, out))) return;
     const double size = distance(a.point.centre, b.point.centre);
     std::optional<Stop> stop;
     if (depth < kMostHalvings && size > options_.tolerance * kShortestShare)
@@ -141,8 +141,7 @@ class Tracer {
     }
   }
 
-  bool touches(Place p, Direction2 out) {
-    if (heights_.at(p) >= options_.level - options_.tolerance) return true;
+  bool rises_beside(Place p, Direction2 out) {
     return heights_.at(moved(p, out, -flat_length(p, out, kAside * options_.tolerance))) > border_;
   }
 

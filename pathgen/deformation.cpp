@@ -98,6 +98,20 @@ Vec3 Deformation::axis_turn(Point<Flat> f, Vec3 v) const {
   return over * (s_ * dot(over, v) / rho) + round * (s_ * dot(round, v) * std::cos(phi) / from_axis);
 }
 
+Deformation::Steps Deformation::steps(Point<Flat> f) const {
+  if (frame_.mode == AxisMode::kFixed) return {frame_.t, b_};
+  const double rho = f.z * s_;
+  if (frame_.mode == AxisMode::kLine) {
+    const double theta = f.y / scale_y_;
+    return {frame_.t, (b_ * std::cos(theta) - frame_.n * std::sin(theta)) * (rho / scale_y_)};
+  }
+  const double theta = f.x / scale_x_, phi = f.y / scale_y_;
+  const Vec3 out = frame_.n * std::cos(theta) + frame_.t * std::sin(theta);
+  const Vec3 round = frame_.t * std::cos(theta) - frame_.n * std::sin(theta);
+  return {round * ((frame_.circle_radius_or_zero() + rho * std::cos(phi)) / scale_x_),
+          (b_ * std::cos(phi) - out * std::sin(phi)) * (rho / scale_y_)};
+}
+
 double Deformation::column_length(Point<Flat> f) const {
   if (frame_.mode == AxisMode::kFixed) return std::numeric_limits<double>::infinity();
   if (s_ < 0.0) return -f.z;

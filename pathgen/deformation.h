@@ -58,6 +58,11 @@ class Deformation {
   AxisLine axis_line(double x, double y, Angles& angles) const;
   /// Tool axis at p (unit, from tip to shank).
   Vec3 axis_at(Point<Part> p) const;
+  /// What a unit step of x' and of y' is in part space at f, mm.
+  struct Steps {
+    Vec3 x, y;
+  };
+  Steps steps(Point<Flat> f) const;
   /// How fast the tool axis turns when f moves along v: its derivative, 1/mm for a unit v (C5).
   Vec3 axis_turn(Point<Flat> f, Vec3 v) const;
   /// How far the axis line of f runs on from f before it leaves its own flat column: to the point, line or

@@ -170,7 +170,8 @@ class Profile {
   }
 
   bool turns_little(const Sample& left, const Sample& right) const {
-    return length(cross(left.point.axis, right.point.axis)) <= options_.max_axis_step;
+    return length(cross(left.point.axis, right.point.axis)) <= options_.max_axis_step &&
+           distance(left.point.centre, right.point.centre) <= options_.max_distance;
   }
 
   bool on_move(const Sample& sample, const Sample& left, const Sample& right) const {
@@ -248,7 +249,7 @@ std::uint64_t leave_out(std::vector<Pass>& passes,
   return count;
 }
 
-Pass thinned(const Pass& pass, double tolerance, double max_axis_step) {
+Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options) {
   Pass kept;
   if (pass.empty()) return kept;
   kept.push_back(pass.front());
@@ -258,7 +259,9 @@ Pass thinned(const Pass& pass, double tolerance, double max_axis_step) {
   while (from + 1 < pass.size()) {
     std::size_t to = from + 1;
     for (std::size_t next = to + 1; next < pass.size() && next - from <= kLongestReach; ++next) {
-      if (length(cross(pass[from].axis, pass[next].axis)) > max_axis_step) break;
+      if (length(cross(pass[from].axis, pass[next].axis)) > options.max_axis_step ||
+          distance(pass[from].centre, pass[next].centre) > options.max_distance)
+        break;
       bool clear = true;
       for (std::size_t i = from + 1; i < next && clear; ++i)
         clear = distance_to_segment(pass[i].centre, pass[from].centre, pass[next].centre) <= tolerance;

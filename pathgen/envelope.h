@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -29,6 +30,7 @@ struct EnvelopeOptions {
   double tolerance =
       0.003;  ///< largest distance of the envelope from the straight move between two points, mm
   double max_axis_step = 0.02;  ///< largest turn of the axis between two points, rad
+  double max_distance = std::numeric_limits<double>::infinity();  ///< between two points, mm
 };
 
 /// Nearer than this to the point, line or circle (mm) the axis turns too fast to be of use: nothing is
@@ -75,7 +77,8 @@ class Envelope {
 std::uint64_t leave_out(std::vector<Pass>& passes, const std::function<bool(const EnvelopePoint&)>& unwanted);
 
 /// Drops points that a straight move between their neighbours passes within `tolerance` (mm), as long as the
-/// axis turns at most `max_axis_step` (rad) in one move. Keeps the first and the last.
-Pass thinned(const Pass& pass, double tolerance, double max_axis_step);
+/// axis turns at most options.max_axis_step in one move and the move is no longer than options.max_distance.
+/// Keeps the first and the last.
+Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options);
 
 }  // namespace tiltfeed

@@ -43,7 +43,7 @@ EnvelopePoint Heights::contact(Place p) {
 double Heights::at(Place p) { return contact(p).flat.z; }
 
 double Heights::highest(Place a, Place b) {
-  double top = std::max(at(a), at(b));
+  double top = kNoSurface;
   const LineEnvelope found = envelope_.along(line_between(a, b));
   if (!found.too_near.empty()) return kShut;
   for (const Pass& pass : found.passes)

@@ -40,7 +40,7 @@ class Heights {
   /// column, if any.
   EnvelopePoint contact(Place p);
 
-  /// The highest z' on the straight line from a to b.
+  /// The highest z' on the straight line from a to b, which does not run beyond a pole.
   double highest(Place a, Place b);
 
   /// Heights along the line by rising run, as densely as Envelope::along gives them; gaps are samples of

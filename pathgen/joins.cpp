@@ -50,8 +50,8 @@ std::optional<Pass> Joins::along(const EnvelopePoint& a, const EnvelopePoint& b,
     const LineEnvelope found = envelope_.along({corners[i - 1].x, corners[i - 1].y, dx / run, dy / run, run});
     if (found.passes.size() != 1) return std::nullopt;
     const Pass& leg = found.passes.front();
-    const double missing = run - std::hypot(leg.back().flat.x - corners[i - 1].x,
-                                            leg.back().flat.y - corners[i - 1].y);
+    const double missing =
+        run - std::hypot(leg.back().flat.x - corners[i - 1].x, leg.back().flat.y - corners[i - 1].y);
     if (distance(leg.front().centre, pass.back().centre) > tolerance || missing > tolerance)
       return std::nullopt;
     pass.insert(pass.end(), leg.begin() + 1, leg.end());
@@ -79,12 +79,11 @@ std::optional<Pass> Joins::between(const End& from, const End& to) {
   };
   for (const double share : kInsets) {
     std::vector<Point<Flat>> corners{a.flat, end};
-    if (share > 0.0)
-      corners = {a.flat, inset(a.flat, from, share * run), inset(end, to, share * run), end};
+    if (share > 0.0) corners = {a.flat, inset(a.flat, from, share * run), inset(end, to, share * run), end};
     std::optional<Pass> pass = along(a, b, corners);
     if (!pass) continue;
     if (!may_cut(*pass)) return std::nullopt;
-    *pass = thinned(*pass, options_.thinning, envelope_.options().max_axis_step);
+    *pass = thinned(*pass, options_.thinning, envelope_.options());
     double way = 0.0;
     for (std::size_t i = 1; i < pass->size(); ++i) way += distance((*pass)[i - 1].centre, (*pass)[i].centre);
     if (way >= longest) return std::nullopt;

@@ -101,8 +101,8 @@ std::vector<Point<Flat>> Leads::arc(const EnvelopePoint& end, const EnvelopePoin
   Point<Flat> from = end.flat;
   for (const Point<Flat>& to : places) {
     const Pose a = travel_.pose(from), b = travel_.pose(to);
-    const bool clear = travel_.within_tilt(a.axis, b.axis) && over_envelope(from, to) &&
-                       far_side_.travel_clear(a, b);
+    const bool clear =
+        travel_.within_tilt(a.axis, b.axis) && over_envelope(from, to) && far_side_.travel_clear(a, b);
     if (!clear) return {};
     from = to;
   }

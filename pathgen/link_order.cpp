@@ -18,8 +18,9 @@ constexpr std::uint32_t kNoRun = 0xFFFFFFFF;
 struct Run {
   std::uint32_t slice = 0, pass = 0;
   double low = 0.0, high = 0.0;
-  std::uint32_t next = kNoRun;  ///< the one run of the next slice that it overlaps, and which overlaps no other
-  bool first = true;            ///< of its region
+  std::uint32_t next =
+      kNoRun;         ///< the one run of the next slice that it overlaps, and which overlaps no other
+  bool first = true;  ///< of its region
 };
 
 /// Direction of the lines: that of the longest pass.
@@ -109,8 +110,7 @@ Order plain_order(const Slices& slices, Direction direction) {
   bool reversed = false;
   for (std::uint32_t s = 0; s < slices.size(); ++s) {
     const auto count = static_cast<std::uint32_t>(slices[s].size());
-    for (std::uint32_t p = 0; p < count; ++p)
-      order.push_back({s, reversed ? count - 1 - p : p, reversed});
+    for (std::uint32_t p = 0; p < count; ++p) order.push_back({s, reversed ? count - 1 - p : p, reversed});
     if (direction == Direction::kZigzag && count > 0) reversed = !reversed;
   }
   return order;
@@ -140,14 +140,16 @@ Order region_order(const Slices& slices, const Deformation& deformation, const L
         if (downwards && regions[region].size() == 1) continue;
         entries.push_back({region, downwards, reversed});
         const std::uint32_t run = downwards ? regions[region].back() : regions[region].front();
-        places.push_back(lifted(start_of(travelled(run, reversed), slices), deformation, options.clearance_z));
+        places.push_back(
+            lifted(start_of(travelled(run, reversed), slices), deformation, options.clearance_z));
       }
   }
   first_entry.push_back(static_cast<std::uint32_t>(entries.size()));
 
   NearestEnds ends(std::move(places));
   Order order;
-  for (std::optional<std::uint32_t> at = entries.empty() ? std::nullopt : std::optional<std::uint32_t>(0); at;) {
+  for (std::optional<std::uint32_t> at = entries.empty() ? std::nullopt : std::optional<std::uint32_t>(0);
+       at;) {
     const Entry entry = entries[*at];
     for (std::uint32_t e = first_entry[entry.region]; e < first_entry[entry.region + 1]; ++e) ends.remove(e);
     std::vector<std::uint32_t> row = regions[entry.region];

@@ -129,7 +129,7 @@ class Linker {
   Joins joins_;
   Leads leads_;
   std::optional<Joins::End> down_;  ///< where a pass ended, while the tool is there
-  Point<Flat> at_;           ///< while it is on the clearance surface
+  Point<Flat> at_;                  ///< while it is on the clearance surface
   Linked linked_;
 };
 

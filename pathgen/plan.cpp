@@ -1,8 +1,5 @@
 #include "pathgen/plan.h"
 
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -12,7 +9,8 @@
 #include "pathgen/envelope.h"
 #include "pathgen/far_side.h"
 #include "pathgen/linking.h"
-#include "pathgen/raster.h"
+#include "pathgen/passes.h"
+#include "pathgen/refusals.h"
 
 namespace tiltfeed {
 
@@ -22,8 +20,6 @@ namespace {
 /// is the post's (its own share: JointPathOptions) and rounding's.
 constexpr double kEnvelopeShare = 0.25;
 constexpr double kThinningShare = 0.25;
-/// Lines between two calls of the progress function.
-constexpr std::size_t kLinesPerReport = 64;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -60,6 +56,14 @@ double largest_axis_step(const PlanOptions& options) {
                    std::max(options.cutter.shank_length, options.cutter.radius()));
 }
 
+EnvelopeOptions envelope_options(const PlanOptions& options) {
+  EnvelopeOptions envelope{options.tolerance * kEnvelopeShare, largest_axis_step(options)};
+  if (options.max_angle_step.radians() > 0.0)
+    envelope.max_axis_step = std::min(envelope.max_axis_step, options.max_angle_step.radians());
+  if (options.max_point_distance > 0.0) envelope.max_distance = options.max_point_distance;
+  return envelope;
+}
+
 /// z' of the clearance surface. In outside work it clears every vertex of the part, machined or not; in
 /// inside work, where room is short, the highest cutter location.
 Result<double> clearance_surface(const Mesh& mesh, double top, const Deformation& deformation,
@@ -92,8 +96,15 @@ void warn_too_near(const ClSurface& surface, const std::vector<PatchId>& too_nea
 Result<void> check_options(const PlanOptions& o) {
   const auto positive = [](double v) { return std::isfinite(v) && v > 0.0; };
   if (!positive(o.cutter.diameter)) return fail(Code::kInput, "cutter.diameter_mm must be a positive length");
-  if (!positive(o.pattern.side_step))
+  const bool by_scallop = o.pattern.measure == StepMeasure::kScallop;
+  if (by_scallop ? !(o.pattern.side_step >= 0.0) : !positive(o.pattern.side_step))
     return fail(Code::kInput, "pattern.side_step_mm must be a positive length");
+  if (by_scallop && !positive(o.pattern.scallop))
+    return fail(Code::kInput, "pattern.scallop_mm must be a positive length");
+  if (by_scallop && o.cutter.nose_radius() <= 0.0)
+    return fail(Code::kInput,
+                "pattern.measure scallop needs a rounded cutter: a flat end leaves steps, not scallops; use "
+                "measure surface");
   if (!positive(o.tolerance)) return fail(Code::kInput, "tolerance_mm must be a positive length");
   if (!positive(o.links.clearance)) return fail(Code::kInput, "clearance_mm must be a positive length");
   if (!(o.allowance >= 0.0)) return fail(Code::kInput, "allowance_mm must be zero or more");
@@ -118,7 +129,7 @@ class Planner {
   Planner(const CheckedMesh& part, const PlanOptions& options, const Progress& progress, Plan& result)
       : part_(part),
         options_(options),
-        envelope_{options.tolerance * kEnvelopeShare, largest_axis_step(options)},
+        envelope_(envelope_options(options)),
         path_(result.path),
         report_(result.report),
         stages_(progress, result.report.times) {}
@@ -129,9 +140,7 @@ class Planner {
     if (!stages_.begin("CL surface")) return cancelled();
     const auto field = make_field(part_, options_, report_.warnings);
     if (!field) return tl::unexpected(field.error());
-    const auto lines = raster_lines((*field)->index, options_.pattern);
-    if (!lines) return tl::unexpected(lines.error());
-    if (auto done = trace(**field, *lines); !done) return done;
+    if (auto done = find_passes(**field); !done) return done;
     const Result<double> clearance_z = clearance_surface(part_.mesh, top_, (*field)->deformation, options_);
     if (!clearance_z) return tl::unexpected(clearance_z.error());
     if (auto done = join(**field, *clearance_z); !done) return done;
@@ -145,69 +154,21 @@ class Planner {
     return fail(Code::kCancelled, "planning was cancelled; nothing was written");
   }
 
-  /// What one line adds to the whole.
-  struct Traced {
-    std::vector<Pass> passes;
-    std::vector<PatchId> too_near;
-    std::uint64_t points = 0, steep = 0;
-    double top = -std::numeric_limits<double>::infinity();
-  };
-
-  /// The envelope along each line, without what may not be cut, thinned.
-  Result<void> trace(const ClField& field, const std::vector<FlatLine>& lines) {
+  /// The passes of the pattern, without what may not be cut, thinned.
+  Result<void> find_passes(const ClField& field) {
     if (!stages_.begin("passes")) return cancelled();
-    std::vector<Traced> traced(lines.size());
-    tbb::enumerable_thread_specific<Envelope> envelopes(
-        [&] { return Envelope(field.surface, field.deformation, field.index, envelope_); });
-    for (std::size_t from = 0; from < lines.size(); from += kLinesPerReport) {
-      const std::size_t to = std::min(from + kLinesPerReport, lines.size());
-      tbb::parallel_for(from, to, [&](std::size_t k) { traced[k] = trace(envelopes.local(), lines[k]); });
-      if (!stages_.report(static_cast<double>(to) / static_cast<double>(lines.size()))) return cancelled();
-    }
-    std::uint64_t steep = 0;
-    std::vector<PatchId> too_near;
-    for (Traced& t : traced) {
-      report_.slice_points += t.points, steep += t.steep, top_ = std::max(top_, t.top);
-      too_near.insert(too_near.end(), t.too_near.begin(), t.too_near.end());
-      passes_.push_back(std::move(t.passes));
-    }
-    warn_too_near(field.surface, too_near, report_);
+    auto passes = trace_raster(field, options_, envelope_, options_.tolerance * kThinningShare,
+                               [this](double share) { return stages_.report(share); });
+    if (!passes) return tl::unexpected(passes.error());
+    passes_ = std::move(passes->rows);
+    report_.slice_points = passes->traced;
+    top_ = passes->top;
+    warn_too_near(field.surface, passes->too_near, report_);
     if (report_.slice_points == 0)
       return fail(Code::kUnreachable,
-                  "the tool reaches no facet of the part: check axis.sense, axis.origin_mm and axis.n");
-    return report_steep(steep);
-  }
-
-  Traced trace(Envelope& envelope, const FlatLine& line) const {
-    Traced t;
-    LineEnvelope found = envelope.along(line);
-    t.too_near = std::move(found.too_near);
-    for (const Pass& pass : found.passes) {
-      t.points += pass.size();
-      for (const EnvelopePoint& p : pass) t.top = std::max(t.top, p.flat.z);
-    }
-    const double tilt_max = options_.tilt_max.radians();
-    if (tilt_max < kPi)
-      t.steep = leave_out(found.passes, [&](const EnvelopePoint& p) {
-        return angle_between(p.axis, options_.up) > tilt_max;
-      });
-    for (const Pass& pass : found.passes)
-      t.passes.push_back(thinned(pass, options_.tolerance * kThinningShare, envelope_.max_axis_step));
-    return t;
-  }
-
-  /// What the head cannot tilt to was left out.
-  Result<void> report_steep(std::uint64_t steep) {
-    if (steep == 0) return {};
-    const std::string share =
-        std::to_string(steep) + " of " + std::to_string(report_.slice_points) + " points";
-    if (steep == report_.slice_points)
-      return fail(Code::kLimit,
-                  "at every point of the path the tool axis tilts further than setup.tilt_max_deg, " +
-                      std::to_string(options_.tilt_max.degrees()) + " degrees; turn the part on the table");
-    report_.warnings.push_back(share + " left out: the tool axis would tilt further than setup.tilt_max_deg");
-    report_.slice_points -= steep;
-    return {};
+                  "the tool reaches no facet of the part: check axis.sense, axis.origin_mm, axis.n and "
+                  "containment");
+    return report_refusals(field.surface, *passes, report_);
   }
 
   /// Clearance on the far side, links.
@@ -239,7 +200,9 @@ class Planner {
                         .plunge_ratio = options_.cut_feed.mm_per_min() / options_.plunge_feed.mm_per_min(),
                         .up = options_.up,
                         .tilt_max = options_.tilt_max,
-                        .allowed = nullptr};
+                        .allowed = [rules = PassRules(options_, field)](const EnvelopePoint& p) {
+                          return rules.refusal(p) == Refusal::kNone && rules.region().contains(p.flat);
+                        }};
     Envelope envelope(field.surface, field.deformation, field.index, envelope_);
     Linked linked = link(passes_, field, links, far_side, envelope);
     if (linked.tilted_passes > 0)

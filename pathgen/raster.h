@@ -1,7 +1,5 @@
 #pragma once
-// The raster pattern: straight lines side by side over the whole CL surface.
-
-#include <vector>
+// The raster pattern: straight rows side by side over a rectangle of flat space.
 
 #include "kinematics/result.h"
 #include "pathgen/flat_index.h"
@@ -9,13 +7,27 @@
 
 namespace tiltfeed {
 
-inline constexpr double kMaxLines = 1e6;
-/// Patches met by all lines together; a path of so many points takes some 10 GB.
+inline constexpr double kMaxRows = 1e6;
+/// Patches met by all rows together; a path of so many points takes some 10 GB.
 inline constexpr double kMaxCrossings = 100e6;
 
-/// Lines in the direction of the pattern, evenly and at most its side step apart, the outermost half a step
-/// inside the borders of the surface; line k lies to the left of line k - 1.
-/// Errors: kLimit when the side step asks for more than kMaxLines or kMaxCrossings.
-Result<std::vector<FlatLine>> raster_lines(const FlatIndex& index, const Pattern& pattern);
+/// Row k runs in the direction (dx, dy), `step` further to its left than row k - 1; k may be a fraction, for
+/// rows in between. Rows 0 and count - 1 are half a step inside the rectangle.
+struct Raster {
+  FlatBounds bounds;
+  double dx = 1.0, dy = 0.0;
+  double first = 0.0, step = 0.0;  ///< distance of row 0 to the left of the origin; mm
+  double count = 0.0;
+  /// The piece of the row in the rectangle.
+  FlatLine row(double k) const;
+  /// Coordinate along the rows.
+  double along(double x, double y) const { return x * dx + y * dy; }
+};
+
+/// Rows at most `side_step` apart, in the direction of the pattern.
+/// Errors: kLimit when the side step asks for more than kMaxRows or kMaxCrossings; kUnreachable when the
+/// rectangle is empty.
+Result<Raster> lay_raster(const FlatIndex& index, const FlatBounds& bounds, const Pattern& pattern,
+                          double side_step);
 
 }  // namespace tiltfeed

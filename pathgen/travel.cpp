@@ -159,7 +159,8 @@ std::vector<Travel::Corners> Travel::detours(Point<Flat> from, Point<Flat> to) c
   for (const double x : images(from.x, to.x, map_.period_x())) {
     for (const double y : images(from.y, to.y, map_.period_y()))
       if (x != to.x || y != to.y) found.push_back({from, {x, y, to.z}});
-    if (map_.frame().mode == AxisMode::kLine) continue;
+    // Without a limit there is no use in leaning; along a line y' alone tilts.
+    if (unlimited_ || map_.frame().mode == AxisMode::kLine) continue;
     for (const double lean : kLeans) found.push_back(detour(from, {x, to.y, to.z}, lean));
   }
   return found;

@@ -187,9 +187,9 @@ TEST_P(EnvelopeTest, EqualsTheToolLetDownOnTheWholeMesh) {
   Pattern pattern;
   pattern.along = c.along, pattern.side_step = 9.0;
   pattern.angle = Angle::from_degrees(c.degrees);
-  const auto lines = raster_lines(index, pattern);
-  ASSERT_TRUE(lines) << lines.error().message;
-  ASSERT_GT(lines->size(), 3u);
+  const auto raster = lay_raster(index, index.bounds(), pattern, pattern.side_step);
+  ASSERT_TRUE(raster) << raster.error().message;
+  ASSERT_GT(raster->count, 3.0);
   const EnvelopeOptions limits{0.004, 0.03};
   Envelope envelope(surface, map, index, limits);
   // The rim of a sharp edge may catch a feature up to kSeam beyond its end, on a line that just grazes it.
@@ -202,8 +202,9 @@ TEST_P(EnvelopeTest, EqualsTheToolLetDownOnTheWholeMesh) {
   };
   std::mt19937 random(11);
   std::size_t points = 0, columns = 0, hits = 0;
-  for (std::size_t k = 0; k < lines->size(); k += 1 + lines->size() / 3) {
-    const FlatLine& line = (*lines)[k];
+  for (std::size_t k = 0; k < static_cast<std::size_t>(raster->count);
+       k += 1 + static_cast<std::size_t>(raster->count) / 3) {
+    const FlatLine line = raster->row(static_cast<double>(k));
     const std::vector<Pass> passes = envelope.along(line).passes;
     const auto run_of = [&](Point<Flat> f) { return (f.x - line.x) * line.dx + (f.y - line.y) * line.dy; };
     for (const Pass& pass : passes)
@@ -275,7 +276,7 @@ TEST(Thinned, KeepsCornersAndDropsWhatAStraightMovePasses) {
     p.centre = {i * 0.1, 0.0, std::abs(i - 50) * 0.05};
     pass.push_back(p);
   }
-  const Pass kept = thinned(pass, 0.001, 0.1);
+  const Pass kept = thinned(pass, 0.001, {.max_axis_step = 0.1});
   EXPECT_LT(kept.size(), 8u);
   EXPECT_TRUE(
       std::any_of(kept.begin(), kept.end(), [](const EnvelopePoint& p) { return p.centre.z == 0.0; }));
@@ -291,7 +292,7 @@ TEST(Thinned, NeverTurnsTheAxisFurtherThanAllowed) {
     p.centre = {i * 0.1, 0.0, 0.0};
     pass.push_back(p);
   }
-  const Pass kept = thinned(pass, 0.01, 0.02);
+  const Pass kept = thinned(pass, 0.01, {.max_axis_step = 0.02});
   for (std::size_t i = 0; i + 1 < kept.size(); ++i)
     EXPECT_LE(angle_between(kept[i].axis, kept[i + 1].axis), 0.0201);
   EXPECT_GT(kept.size(), 9u);

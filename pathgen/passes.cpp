@@ -1,0 +1,257 @@
+#include "pathgen/passes.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "pathgen/raster.h"
+
+namespace tiltfeed {
+
+Refusal PassRules::refusal(const EnvelopePoint& p) const {
+  if (options_.tilt_max.radians() < kPi && angle_between(p.axis, options_.up) > options_.tilt_max.radians())
+    return Refusal::kTilt;
+  if (!region_.reaches(p.flat.z)) return Refusal::kHeight;
+  const ToolPart part = touching(p);
+  if (part == ToolPart::kShank && options_.shank.reaction == Reaction::kTrim) return Refusal::kShank;
+  if (part == ToolPart::kHolder && options_.holder.reaction == Reaction::kTrim) return Refusal::kHolder;
+  return Refusal::kNone;
+}
+
+namespace {
+
+/// Rows between two calls of the progress function.
+constexpr std::size_t kRowsPerReport = 64;
+
+/// A stretch of a row whose neighbours must be `halvings` closer than the first raster's.
+struct Need {
+  double from = 0.0, to = 0.0;  ///< Raster::along
+  int halvings = 0;
+};
+
+/// One piece of one row, to be traced.
+struct Task {
+  double row = 0.0;
+  FlatLine line;
+};
+
+struct Traced {
+  std::vector<Pass> passes;
+  std::vector<PatchId> too_near;
+  std::vector<Need> needs;
+  std::uint64_t points = 0, steep = 0;
+  double top = -std::numeric_limits<double>::infinity();
+  Refusals refusals;
+};
+
+class RasterTracer {
+ public:
+  RasterTracer(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
+               double thinning, const std::function<bool(double)>& progress)
+      : field_(field),
+        options_(options),
+        envelope_(envelope),
+        thinning_(thinning),
+        progress_(progress),
+        rules_(options, field),
+        wished_(wished_step()) {}
+
+  Result<Passes> run() {
+    const Pattern& pattern = options_.pattern;
+    const bool flat = pattern.measure == StepMeasure::kFlat;
+    halvings_ = flat ? 0 : kMostHalvings;
+    const auto raster = lay_raster(field_.index, rules_.region().within(field_.index.bounds()), pattern,
+                                   flat ? wished_ : kCoarse * wished_);
+    if (!raster) return tl::unexpected(raster.error());
+    raster_ = *raster;
+    std::vector<Task> tasks;
+    for (double k = 0.0; k < raster_.count; ++k) add_pieces(k, raster_.row(k), tasks);
+    if (!trace(tasks, 0)) return cancelled();
+    for (int depth = 1; depth <= halvings_; ++depth) {
+      tasks = between(depth);
+      if (tasks.empty()) break;
+      if (!trace(tasks, depth)) return cancelled();
+    }
+    for (auto& [row, passes] : rows_) result_.rows.push_back(std::move(passes));
+    auto& patches = result_.refusals.patches;
+    std::sort(patches.begin(), patches.end());
+    patches.erase(std::unique(patches.begin(), patches.end()), patches.end());
+    return std::move(result_);
+  }
+
+ private:
+  /// Rows of the first raster are this many side steps apart: where flat space is wider than the part, that
+  /// is still near enough; elsewhere rows are put in between.
+  static constexpr double kCoarse = 2.0;
+
+  static tl::unexpected<Error> cancelled() {
+    return fail(Code::kCancelled, "planning was cancelled; nothing was written");
+  }
+
+  /// (R2) Distance of two passes on a plane that leave a ridge of the scallop's height.
+  double wished_step() const {
+    const Pattern& pattern = options_.pattern;
+    if (pattern.measure != StepMeasure::kScallop) return pattern.side_step;
+    const double r = options_.cutter.nose_radius(), h = std::min(pattern.scallop, r);
+    const double step = 2.0 * std::sqrt(2.0 * r * h - h * h);
+    return pattern.side_step > 0.0 ? std::min(step, pattern.side_step) : step;
+  }
+
+  void add_pieces(double row, const FlatLine& line, std::vector<Task>& tasks) const {
+    for (const FlatLine& piece : rules_.region().inside(line)) tasks.push_back({row, piece});
+  }
+
+  bool trace(const std::vector<Task>& tasks, int depth) {
+    std::vector<Traced> traced(tasks.size());
+    tbb::enumerable_thread_specific<Envelope> envelopes(
+        [&] { return Envelope(field_.surface, field_.deformation, field_.index, envelope_); });
+    for (std::size_t from = 0; from < tasks.size(); from += kRowsPerReport) {
+      const std::size_t to = std::min(from + kRowsPerReport, tasks.size());
+      tbb::parallel_for(from, to,
+                        [&](std::size_t k) { traced[k] = trace(envelopes.local(), tasks[k].line); });
+      const double share = static_cast<double>(to) / static_cast<double>(tasks.size());
+      if (progress_ && !progress_((depth + share) / (halvings_ + 1))) return false;
+    }
+    for (std::size_t k = 0; k < tasks.size(); ++k) collect(tasks[k].row, traced[k]);
+    return true;
+  }
+
+  void collect(double row, Traced& t) {
+    result_.traced += t.points, result_.steep += t.steep;
+    result_.top = std::max(result_.top, t.top);
+    result_.too_near.insert(result_.too_near.end(), t.too_near.begin(), t.too_near.end());
+    for (std::size_t i = 0; i < t.refusals.count.size(); ++i) {
+      result_.refusals.count[i] += t.refusals.count[i];
+      result_.refusals.raised[i] += t.refusals.raised[i];
+    }
+    auto& patches = result_.refusals.patches;
+    patches.insert(patches.end(), t.refusals.patches.begin(), t.refusals.patches.end());
+    auto& passes = rows_[row];
+    for (Pass& pass : t.passes) passes.push_back(std::move(pass));
+    auto& needs = needs_[row];
+    needs.insert(needs.end(), t.needs.begin(), t.needs.end());
+  }
+
+  Traced trace(Envelope& envelope, const FlatLine& line) const {
+    Traced t;
+    LineEnvelope found = envelope.along(line);
+    t.too_near = std::move(found.too_near);
+    for (const Pass& pass : found.passes) {
+      t.points += pass.size();
+      for (const EnvelopePoint& p : pass) {
+        t.top = std::max(t.top, p.flat.z);
+        note_raised(p, t.refusals);
+      }
+      if (halvings_ > 0) find_needs(pass, t);
+    }
+    leave_out(found.passes, [&](const EnvelopePoint& p) {
+      const Refusal refusal = rules_.refusal(p);
+      ++t.refusals.count[static_cast<std::size_t>(refusal)];
+      if (refusal == Refusal::kShank || refusal == Refusal::kHolder) t.refusals.patches.push_back(p.patch);
+      return refusal != Refusal::kNone;
+    });
+    for (const Pass& pass : found.passes) t.passes.push_back(thinned(pass, thinning_, envelope_));
+    return t;
+  }
+
+  void note_raised(const EnvelopePoint& p, Refusals& refusals) const {
+    const ToolPart part = rules_.touching(p);
+    if (part == ToolPart::kCutter || rules_.refusal(p) != Refusal::kNone) return;
+    ++refusals
+          .raised[static_cast<std::size_t>(part == ToolPart::kShank ? Refusal::kShank : Refusal::kHolder)];
+    refusals.patches.push_back(p.patch);
+  }
+
+  /// (R1) How far apart two passes are on the surface at p for a step of 1 mm across them in flat space: the
+  /// step in part space, lifted along the axis to stay on the tangent plane, without what runs along the
+  /// pass.
+  double stretch(const EnvelopePoint& p, bool& steep) const {
+    const Deformation::Steps step = field_.deformation.steps(p.flat);
+    const double facing = std::max(dot(p.normal, p.axis), kSteepestAcross);
+    steep = facing > dot(p.normal, p.axis);
+    const auto lifted = [&](Vec3 v) { return v - p.axis * (dot(p.normal, v) / facing); };
+    const Vec3 across = lifted(step.y * raster_.dx - step.x * raster_.dy);
+    const Vec3 along = normalized(lifted(step.x * raster_.dx + step.y * raster_.dy));
+    return length(across - along * dot(across, along));
+  }
+
+  void find_needs(const Pass& pass, Traced& t) const {
+    int last = -1;
+    for (std::size_t i = 0; i < pass.size(); ++i) {
+      bool steep = false;
+      const double apart = stretch(pass[i], steep) * raster_.step;
+      const int halvings =
+          std::clamp(static_cast<int>(std::ceil(std::log2(apart / wished_) - 1e-9)), 0, halvings_);
+      t.steep += steep ? 1 : 0;
+      const double at = raster_.along(pass[i].flat.x, pass[i].flat.y);
+      if (i > 0) {
+        const int depth = std::max(last, halvings);
+        const double from = raster_.along(pass[i - 1].flat.x, pass[i - 1].flat.y);
+        if (!t.needs.empty() && t.needs.back().halvings == depth && t.needs.back().to == from) {
+          t.needs.back().to = at;
+        } else if (depth > 0) {
+          t.needs.push_back({from, at, depth});
+        }
+      }
+      last = halvings;
+    }
+  }
+
+  /// (R3) Rows half way between those there are, where either neighbour needs it; stretches closer than a
+  /// step are one, and each is a step longer at both ends, so that no place between two rows is missed.
+  std::vector<Task> between(int depth) const {
+    std::vector<Task> tasks;
+    const double pitch = std::ldexp(1.0, -depth);
+    for (double row = depth == 1 ? pitch : pitch - 0.5; row < raster_.count - 0.5; row += 2.0 * pitch) {
+      std::vector<std::pair<double, double>> runs;
+      for (double beside : {row - pitch, row + pitch}) {
+        const auto found = needs_.find(beside);
+        if (found == needs_.end()) continue;
+        for (const Need& need : found->second)
+          if (need.halvings >= depth) runs.push_back({need.from - wished_, need.to + wished_});
+      }
+      std::sort(runs.begin(), runs.end());
+      const FlatLine whole = raster_.row(row);
+      const double start = raster_.along(whole.x, whole.y);
+      for (std::size_t i = 0; i < runs.size();) {
+        double to = runs[i].second;
+        std::size_t next = i + 1;
+        for (; next < runs.size() && runs[next].first <= to + wished_; ++next)
+          to = std::max(to, runs[next].second);
+        const double from = std::max(runs[i].first - start, 0.0), end = std::min(to - start, whole.length);
+        i = next;
+        if (from >= end) continue;
+        add_pieces(row,
+                   {whole.dx == 0.0 ? whole.x : whole.x_at(from),
+                    whole.dy == 0.0 ? whole.y : whole.y_at(from), whole.dx, whole.dy, end - from},
+                   tasks);
+      }
+    }
+    return tasks;
+  }
+
+  const ClField& field_;
+  const PlanOptions& options_;
+  EnvelopeOptions envelope_;
+  double thinning_;
+  const std::function<bool(double)>& progress_;
+  PassRules rules_;
+  double wished_;
+  int halvings_ = 0;
+  Raster raster_;
+  std::map<double, std::vector<Pass>> rows_;  ///< by row number; exact, being sums of powers of two
+  std::map<double, std::vector<Need>> needs_;
+  Passes result_;
+};
+
+}  // namespace
+
+Result<Passes> trace_raster(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
+                            double thinning, const std::function<bool(double)>& progress) {
+  return RasterTracer(field, options, envelope, thinning, progress).run();
+}
+
+}  // namespace tiltfeed

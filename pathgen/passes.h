@@ -1,0 +1,64 @@
+#pragma once
+// The passes of a raster: rows of the envelope, as near to each other as the side step asks on the part, with
+// what may not be cut left out. (R1)..(R3) in pathgen/README.md.
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include "kinematics/result.h"
+#include "pathgen/cl_field.h"
+#include "pathgen/envelope.h"
+#include "pathgen/region.h"
+
+namespace tiltfeed {
+
+/// Why a point of the envelope is not cut.
+enum class Refusal { kNone, kTilt, kHeight, kShank, kHolder };
+
+/// Points refused, by Refusal, and the patches that stand behind shank and holder refusals.
+struct Refusals {
+  std::array<std::uint64_t, 5> count{};
+  std::array<std::uint64_t, 5> raised{};  ///< points that stay, raised clear of the part by shank or holder
+  std::vector<PatchId> patches;           ///< ascending, each once
+};
+
+struct Passes {
+  std::vector<std::vector<Pass>> rows;  ///< from right to left of the pass direction; thinned
+  std::uint64_t traced = 0;             ///< points of the envelope before anything was left out
+  double top = -std::numeric_limits<double>::infinity();  ///< highest z' of the envelope
+  std::vector<PatchId> too_near;                          ///< patches left out for kLeastAxisDistance
+  Refusals refusals;
+  std::uint64_t steep = 0;  ///< points on walls too steep for the side step to be kept
+};
+
+class PassRules {
+ public:
+  PassRules(const PlanOptions& options, const ClField& field)
+      : options_(options), surface_(field.surface), region_(options.containment, field.deformation) {}
+  Refusal refusal(const EnvelopePoint& p) const;
+  /// Does the point stand clear of the surface because shank or holder touch?
+  ToolPart touching(const EnvelopePoint& p) const { return surface_.piece(p.patch).part; }
+  const Region& region() const { return region_; }
+
+ private:
+  const PlanOptions& options_;
+  const ClSurface& surface_;
+  Region region_;
+};
+
+/// Most times a row is halved for the side step on the part.
+inline constexpr int kMostHalvings = 7;
+
+/// Properties: with StepMeasure::kFlat rows are evenly spaced; with kSurface and kScallop neighbouring passes
+/// are at most the side step apart on the part, where the surface leans at most kSteepestAcross across them,
+/// and as a rule not less than half of it. Errors: as lay_raster; kCancelled when `progress` returns false.
+Result<Passes> trace_raster(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
+                            double thinning, const std::function<bool(double)>& progress);
+
+/// Cosine of 75 degrees: walls steeper than this across the passes keep the spacing of such a wall; they are
+/// better cut by z-level contours.
+inline constexpr double kSteepestAcross = 0.26;
+
+}  // namespace tiltfeed
