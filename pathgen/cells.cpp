@@ -9,7 +9,6 @@
 #include <span>
 
 #include "kinematics/units.h"
-#include "pathgen/reach.h"
 
 namespace tiltfeed {
 
@@ -39,12 +38,10 @@ class CellMaker {
   CellMaker(const ClSurface& surface, const Deformation& map, double smallest, Cells& out)
       : surface_(surface), map_(map), smallest_(smallest), out_(out) {}
 
-  /// `floor`: z' below which no CL point of the cutting part lies.
-  void add(PatchId patch, double floor) {
+  void add(PatchId patch) {
     patch_ = patch;
     piece_ = &surface_.piece(patch);
     const ClSurface::Core core = surface_.core(patch);
-    if (piece_->part != ToolPart::kCutter && highest_reference(surface_, map_, patch) < floor) return;
     add_near(core);
     const bool both = surface_.sides() == Sides::kBoth && core.count != 2;
     for (int side = 1; side >= (both ? -1 : 1); side -= 2) {
@@ -321,13 +318,12 @@ class CellMaker {
 }  // namespace
 
 Cells make_cells(const ClSurface& surface, const Deformation& deformation, double smallest) {
-  const double floor = surface.pieces().size() > 1 ? lowest_reference(surface, deformation) : 0.0;
   std::array<Cells, kBlocks> blocks;
   const std::size_t patches = surface.patch_count();
   tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
     CellMaker maker(surface, deformation, smallest, blocks[b]);
     for (std::size_t p = patches * b / kBlocks; p < patches * (b + 1) / kBlocks; ++p)
-      maker.add(static_cast<PatchId>(p), floor);
+      maker.add(static_cast<PatchId>(p));
   });
   Cells all;
   std::size_t cells = 0, corners = 0;

@@ -3,6 +3,7 @@
 // pads. (S1)..(S3) in pathgen/README.md.
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "pathgen/cl_surface.h"
@@ -22,6 +23,7 @@ struct Cell {
   std::uint32_t first = 0;  ///< corner
   std::uint32_t count = 0;  ///< of corners; 2: opposite corners of a box
   float pad_x = 0.0f, pad_y = 0.0f;
+  float top = std::numeric_limits<float>::infinity();  ///< no CL point of the patch is higher (z')
 };
 
 struct Cells {

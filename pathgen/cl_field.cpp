@@ -9,8 +9,7 @@ namespace tiltfeed {
 
 namespace {
 
-/// Cells are not split below this size (mm), nor below this share of the side step: there the point, line or
-/// circle is inside or next to them.
+/// mm, and share of the side step.
 constexpr double kSmallestCell = 0.1;
 constexpr double kSmallestCellShare = 0.25;
 
@@ -39,19 +38,22 @@ double mean_rho(const Mesh& mesh, Sides sides, double offset, const AxisFrame& f
 }
 
 Result<std::unique_ptr<const ClField>> field_of(const Mesh& mesh, Sides sides, const PlanOptions& options) {
-  std::vector<ToolPiece> pieces = tool_pieces(options);
+  std::vector<ToolPiece> pieces{tool_pieces(options).front()};
   const double scale = mean_rho(mesh, sides, pieces[0].corner, options.axis);
   if (scale <= 0.0) return nothing_faces();
   ClSurface surface(mesh, sides, std::move(pieces));
   const Deformation deformation(options.axis, scale);
-  Cells cells = make_cells(surface, deformation,
-                           std::max(kSmallestCell, kSmallestCellShare * options.pattern.side_step));
+  Cells cells = make_cells(surface, deformation, smallest_cell(options));
   if (cells.cells.empty()) return nothing_faces();
   FlatIndex index(std::move(cells), deformation);
   return std::make_unique<const ClField>(ClField{std::move(surface), deformation, std::move(index)});
 }
 
 }  // namespace
+
+double smallest_cell(const PlanOptions& options) {
+  return std::max(kSmallestCell, kSmallestCellShare * options.pattern.side_step);
+}
 
 Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const PlanOptions& options,
                                                   std::vector<std::string>& warnings) {

@@ -20,9 +20,13 @@ struct ClField {
   FlatIndex index;
 };
 
-/// Offsets and deforms the part for one axis field. Where facets show the tool their inside, both sides of
-/// all count as surface, with a warning. Errors: kUnreachable when nothing faces the tool.
+/// Offsets the part by the cutting part of the tool and deforms it for one axis field. Where facets show the
+/// tool their inside, both sides of all count as surface, with a warning. Errors: kUnreachable when nothing
+/// faces the tool.
 Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const PlanOptions& options,
                                                   std::vector<std::string>& warnings);
+
+/// Cells are not split below this size (mm): there the point, line or circle is inside or next to them.
+double smallest_cell(const PlanOptions& options);
 
 }  // namespace tiltfeed

@@ -26,6 +26,8 @@ constexpr double kLookSteps = 16.0;
 constexpr double kThinShare = 0.3;
 /// A border over which the surface rises by more tolerances than this is a wall.
 constexpr double kWallRise = 8.0;
+/// A loop shorter than this, in tolerances, goes round nothing that counts.
+constexpr double kLeastLoop = 8.0;
 /// A step of the flat plane to measure it by, mm.
 constexpr double kProbe = 1e-4;
 
@@ -40,6 +42,12 @@ struct Stop {
   EnvelopePoint point;
 };
 
+double length_of(const Pass& pass) {
+  double sum = 0.0;
+  for (std::size_t i = 1; i < pass.size(); ++i) sum += distance(pass[i - 1].centre, pass[i].centre);
+  return sum;
+}
+
 class Tracer {
  public:
   Tracer(const TraceOptions& options, Heights& heights)
@@ -50,7 +58,15 @@ class Tracer {
 
   Trace run(const Loop& loop) {
     std::vector<Stop> stops;
-    for (const Crossing& c : kept(loop)) stops.push_back(stop_at(c));
+    const std::vector<Crossing> crossings = kept(loop);
+    const std::size_t n = crossings.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      // Across the contour: a grid line may cross it at any angle.
+      const Direction2 along = direction(crossings[(i + n - 1) % n].outside, crossings[(i + 1) % n].outside);
+      const bool ends_meet = i == 0 || i + 1 == n;  // perhaps beyond a seam
+      stops.push_back(stop_at(crossings[i], ends_meet ? direction(crossings[i].inside, crossings[i].outside)
+                                                      : Direction2{along.y, -along.x}));
+    }
     for (std::size_t i = 0; i < stops.size(); ++i) {
       emit(stops[i]);
       refine(stops[i], stops[(i + 1) % stops.size()], 0);
@@ -84,10 +100,10 @@ class Tracer {
     return length > 0.0 ? Direction2{(to.x - from.x) / length, (to.y - from.y) / length} : Direction2{1.0, 0.0};
   }
 
-  Stop stop_at(const Crossing& c) {
+  /// On the border between the two places of a crossing, and off it by the stand-off in the direction `out`.
+  Stop stop_at(const Crossing& c, Direction2 out) {
     Crossing border = c;
-    const Direction2 out = direction(c.inside, c.outside);
-    const double fine = flat_length(c.outside, out, options_.tolerance * kFineShare);
+    const double fine = flat_length(c.outside, direction(c.inside, c.outside), options_.tolerance * kFineShare);
     bisect(heights_, border_, fine, border.outside, border.inside);
     Place place = moved(border.outside, out, flat_length(c.outside, out, options_.tolerance * kStandOff));
     if (heights_.at(place) > border_) place = border.outside;
@@ -119,15 +135,15 @@ class Tracer {
 
   /// Emits what is needed strictly between two stops.
   void refine(const Stop& a, const Stop& b, int depth) {
+    if (!has_column(a.place) || !has_column(b.place)) return cut();
     const Point<Flat> half = map_.flatten(lerp(a.point.centre, b.point.centre, 0.5));
     const Place middle = near(half, lerp(a.place, b.place, 0.5));
     const Direction2 along = direction(a.place, b.place), out{along.y, -along.x};
     const bool straight = length(cross(a.point.axis, b.point.axis)) <= options_.max_axis_step &&
                           std::abs(half.z - options_.level) <= options_.tolerance * kRiseShare;
-    const bool usable = has_column(a.place) && has_column(b.place);
-    const double top = options_.level + options_.tolerance, here = heights_.at(middle);
-    const bool clear = usable && here <= top && heights_.highest(a.place, b.place) <= top;
-    if (straight && clear && (here >= options_.level - options_.tolerance || rises_beside(middle, out))) return;
+    const double top = options_.level + options_.tolerance;
+    const bool clear = heights_.at(middle) <= top && heights_.highest(a.place, b.place) <= top;
+    if (straight && clear && rises_beside(middle, out) && quarters_clear(a.place, b.place, top)) return;
     const double size = distance(a.point.centre, b.point.centre);
     std::optional<Stop> stop;
     if (depth < kMostHalvings && size > options_.tolerance * kShortestShare)
@@ -137,8 +153,15 @@ class Tracer {
       emit(*stop);
       refine(*stop, b, depth + 1);
     } else if (!clear || !straight) {
-      leave_out();
+      ++trace_.left_out;
+      cut();
     }
+  }
+
+  /// A wall that a move only grazes may lie between the places where highest() looked: it does so within the
+  /// envelope's tolerance sideways, and most of all there.
+  bool quarters_clear(Place a, Place b, double top) {
+    return heights_.at(lerp(a, b, 0.25)) <= top && heights_.at(lerp(a, b, 0.75)) <= top;
   }
 
   bool rises_beside(Place p, Direction2 out) {
@@ -154,7 +177,7 @@ class Tracer {
     Place last = from;
     for (double gone = std::min(least, step); gone <= reach + least; gone += step) {
       const Place next = moved(from, way, gone);
-      if ((heights_.at(next) > border_) != inside) return stop_at(inside ? Crossing{next, last} : Crossing{last, next});
+      if ((heights_.at(next) > border_) != inside) return stop_at(inside ? Crossing{next, last} : Crossing{last, next}, out);
       last = next;
     }
     return std::nullopt;
@@ -162,10 +185,7 @@ class Tracer {
 
   void emit(const Stop& stop) { pass_.push_back(stop.point); }
   /// The move from the last point is not made.
-  void leave_out() {
-    ++trace_.left_out;
-    cuts_.push_back(pass_.size());
-  }
+  void cut() { cuts_.push_back(pass_.size()); }
 
   Trace finish() {
     for (EnvelopePoint& p : pass_) {
@@ -176,6 +196,7 @@ class Tracer {
     }
     if (cuts_.empty()) {
       pass_.push_back(pass_.front());
+      if (length_of(pass_) < kLeastLoop * options_.tolerance) return {};
       trace_.passes.push_back(std::move(pass_));
     } else {  // from the first cut round to it again
       std::rotate(pass_.begin(), pass_.begin() + static_cast<std::ptrdiff_t>(cuts_.front() % pass_.size()),

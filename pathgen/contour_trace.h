@@ -21,9 +21,9 @@ struct Trace {
   std::uint64_t left_out = 0;  ///< moves left out because the surface rises over them
 };
 
-/// Properties: on every move the envelope is at most level + tolerance; on every point, and in the middle of
-/// every move, it is higher than level - tolerance there or at most two tolerances aside. A closed pass ends
-/// with its first point. Requires: the loop's level is level + kRiseShare * tolerance.
+/// Properties: on every move the envelope is at most level + tolerance; at every point, and in the middle of
+/// every move, it is higher than the level at most two tolerances aside (but where a border is so narrow that
+/// it cannot be followed). A closed pass ends with its first point. Requires: the loop's level is level + kRiseShare * tolerance.
 Trace trace_contour(const Loop& loop, const TraceOptions& options, Heights& heights);
 
 }  // namespace tiltfeed

@@ -33,7 +33,6 @@ class Profile {
  public:
   Profile(Envelope& field, const FlatLine& line)
       : field_(field), surface_(field.surface_), map_(field.map_), line_(line), options_(field.options_) {
-    field_.index_.along(line, field_.scratch_, field_.candidates_);
     flank_ = options_.tolerance * kFlankShare;
     // (E3) Between two points of one sheet another curved sheet can rise by its sagitta over the gap.
     const ToolPiece& cutter = surface_.pieces().front();
@@ -116,7 +115,9 @@ class Profile {
     ClHit best;
     for (const Candidate& c : active_) {
       ClHit hit;
-      if (c.from > run || c.to < run || !surface_.top(c.patch, line, hit)) continue;
+      if (c.from > run || c.to < run) continue;
+      if (sample.hit && static_cast<double>(c.top) < best.z) continue;
+      if (!surface_.top(c.patch, line, hit)) continue;
       if (!map_.in_column({x, y, hit.z}, 0.0)) continue;  // seen from its own column
       const bool wins = !sample.hit || hit.z > best.z || (hit.z == best.z && c.patch < sample.point.patch);
       if (!wins) continue;
@@ -220,10 +221,52 @@ class Profile {
   LineEnvelope result_;
 };
 
-LineEnvelope Envelope::along(const FlatLine& line) { return Profile(*this, line).build(); }
+LineEnvelope Envelope::along(const FlatLine& line) {
+  index_.along(line, scratch_, candidates_);
+  const PatchId cutter = surface_.features();
+  if (std::none_of(candidates_.begin(), candidates_.end(),
+                   [&](const Candidate& c) { return c.patch >= cutter; }))
+    return Profile(*this, line).build();
+  // The cutting part alone shows how low shank and holder come.
+  all_ = candidates_;
+  std::erase_if(candidates_, [&](const Candidate& c) { return c.patch >= cutter; });
+  LineEnvelope found = Profile(*this, line).build();
+  if (!keep_guards(found, line)) return found;
+  return Profile(*this, line).build();
+}
+
+/// Makes those patches of shank and holder candidates that can be higher than what was found of the cutting
+/// part; false if none can.
+bool Envelope::keep_guards(const LineEnvelope& found, const FlatLine& line) {
+  std::vector<std::pair<double, double>> heights;  // run, z'; a gap has no height
+  for (const Pass& pass : found.passes)
+    for (const EnvelopePoint& p : pass)
+      heights.push_back({(p.flat.x - line.x) * line.dx + (p.flat.y - line.y) * line.dy, p.flat.z});
+  const PatchId cutter = surface_.features();
+  candidates_.clear();
+  bool guarded = false;
+  for (const Candidate& c : all_) {
+    if (c.patch >= cutter) {
+      auto at = std::lower_bound(heights.begin(), heights.end(), std::pair{c.from, 0.0},
+                                 [](const auto& a, const auto& b) { return a.first < b.first; });
+      if (at != heights.begin()) --at;
+      bool higher = false;
+      for (; at != heights.end() && !higher; ++at) {
+        higher = at->second - options_.tolerance < static_cast<double>(c.top);
+        if (at->first > c.to) break;
+      }
+      if (!higher) continue;
+      guarded = true;
+    }
+    candidates_.push_back(c);
+  }
+  return guarded;
+}
 
 std::optional<EnvelopePoint> Envelope::at(double x, double y) {
-  const auto sample = Profile(*this, {x, y, 1.0, 0.0, 0.0}).start();
+  const FlatLine line{x, y, 1.0, 0.0, 0.0};
+  index_.along(line, scratch_, candidates_);
+  const auto sample = Profile(*this, line).start();
   if (!sample.hit) return std::nullopt;
   return sample.point;
 }

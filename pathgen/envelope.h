@@ -62,13 +62,14 @@ class Envelope {
 
  private:
   friend class Profile;
+  bool keep_guards(const LineEnvelope& found, const FlatLine& line);
   const ClSurface& surface_;
   const Deformation& map_;
   const FlatIndex& index_;
   EnvelopeOptions options_;
   FlatIndex::Scratch scratch_;
-  std::vector<Candidate> candidates_;
-  std::optional<Point<Part>> end_;  ///< the column's end asked for last, and whether it is covered
+  std::vector<Candidate> candidates_, all_;  ///< of the line; those now in use, and with shank and holder
+  std::optional<Point<Part>> end_;           ///< the column's end asked for last, and whether it is covered
   bool end_covered_ = false;
 };
 

@@ -205,7 +205,7 @@ void FlatIndex::add_cell(const Cell& cell, const FlatLine& line, const Box& swep
       Range run;
       if (!run_interval(cell, corner, line, tx * x_.period, ty * y_.period, run)) continue;
       if (run.high < 0.0 || run.low > line.length) continue;
-      candidates.push_back({std::max(run.low, 0.0), std::min(run.high, line.length), cell.patch});
+      candidates.push_back({std::max(run.low, 0.0), std::min(run.high, line.length), cell.patch, cell.top});
     }
 }
 

@@ -24,6 +24,7 @@ struct FlatLine {
 struct Candidate {
   double from = 0.0, to = 0.0;
   PatchId patch = 0;
+  float top = std::numeric_limits<float>::infinity();  ///< as Cell::top
 };
 
 /// The rectangle that holds every cell; a coordinate that wraps and is covered past its seam has its full

@@ -29,12 +29,18 @@ Place Heights::folded(Place p) const {
   return {p.x > 0.0 ? p.x - half : p.x + half, std::copysign(2.0 * pole, p.y) - p.y};
 }
 
+/// Outside a point or line, what is too near to it lies below: the tool is free above. Elsewhere the column
+/// ends above.
+bool Heights::may_be_shut() const {
+  return map_.s() < 0.0 || map_.frame().mode == AxisMode::kCircle;
+}
+
 EnvelopePoint Heights::contact(Place p) {
   const Place f = folded(p);
   if (const auto point = envelope_.at(f.x, f.y)) return *point;
   EnvelopePoint none;
   none.flat.z = kNoSurface;
-  if (map_.frame().mode == AxisMode::kFixed) return none;
+  if (!may_be_shut()) return none;
   const LineEnvelope here = envelope_.along({f.x, f.y, 1.0, 0.0, 0.0});
   if (!here.too_near.empty()) none.flat.z = kShut, none.patch = here.too_near.front();
   return none;
@@ -45,7 +51,7 @@ double Heights::at(Place p) { return contact(p).flat.z; }
 double Heights::highest(Place a, Place b) {
   double top = kNoSurface;
   const LineEnvelope found = envelope_.along(line_between(a, b));
-  if (!found.too_near.empty()) return kShut;
+  if (!found.too_near.empty() && may_be_shut()) return kShut;
   for (const Pass& pass : found.passes)
     for (const EnvelopePoint& p : pass) top = std::max(top, p.flat.z);
   return top;

@@ -52,6 +52,7 @@ class Heights {
 
  private:
   Place folded(Place p) const;
+  bool may_be_shut() const;
 
   const Deformation& map_;
   Envelope envelope_;

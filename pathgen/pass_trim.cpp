@@ -178,6 +178,18 @@ std::vector<Pass> inside_polygon(const std::vector<Pass>& passes, const Deformat
 
 double slope(const EnvelopePoint& point) { return angle_between(point.normal, point.axis); }
 
+std::vector<Pass> steep_of(const std::vector<Pass>& passes, const Deformation& map, Angle split_slope,
+                           double overlap) {
+  return keep_where(
+      passes, map, [&](const EnvelopePoint& p) { return slope(p) >= split_slope.radians(); }, overlap);
+}
+
+std::vector<Pass> shallow_of(const std::vector<Pass>& passes, const Deformation& map, Angle split_slope,
+                             double overlap) {
+  return keep_where(
+      passes, map, [&](const EnvelopePoint& p) { return slope(p) < split_slope.radians(); }, overlap);
+}
+
 bool is_closed(const Pass& pass) { return pass.size() > 2 && pass.front().centre == pass.back().centre; }
 
 void start_near(Pass& pass, Point<Part> to) {

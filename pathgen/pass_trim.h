@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "kinematics/units.h"
 #include "pathgen/envelope.h"
 
 namespace tiltfeed {
@@ -29,6 +30,13 @@ std::vector<Pass> inside_polygon(const std::vector<Pass>& passes, const Deformat
 
 /// Angle of the surface against the plane across the axis, rad.
 double slope(const EnvelopePoint& point);
+
+/// Both sides of a split by slope: each place of the surface is in one, and within `overlap` of the border
+/// along a pass in both.
+std::vector<Pass> steep_of(const std::vector<Pass>& passes, const Deformation& map, Angle split_slope,
+                           double overlap);
+std::vector<Pass> shallow_of(const std::vector<Pass>& passes, const Deformation& map, Angle split_slope,
+                             double overlap);
 
 bool is_closed(const Pass& pass);
 /// Turns a closed pass round so that it starts at its point nearest to `to`.

@@ -8,6 +8,7 @@
 #include "pathgen/cl_field.h"
 #include "pathgen/envelope.h"
 #include "pathgen/far_side.h"
+#include "pathgen/guards.h"
 #include "pathgen/linking.h"
 #include "pathgen/passes.h"
 #include "pathgen/refusals.h"
@@ -138,9 +139,9 @@ class Planner {
     report_.facets = part_.mesh.facets.size();
     report_.warnings = part_.warnings;
     if (!stages_.begin("CL surface")) return cancelled();
-    const auto field = make_field(part_, options_, report_.warnings);
+    auto field = make_field(part_, options_, report_.warnings);
     if (!field) return tl::unexpected(field.error());
-    if (auto done = find_passes(**field); !done) return done;
+    if (auto done = find_passes(*field); !done) return done;
     const Result<double> clearance_z = clearance_surface(part_.mesh, top_, (*field)->deformation, options_);
     if (!clearance_z) return tl::unexpected(clearance_z.error());
     if (auto done = join(**field, *clearance_z); !done) return done;
@@ -154,21 +155,43 @@ class Planner {
     return fail(Code::kCancelled, "planning was cancelled; nothing was written");
   }
 
-  /// The passes of the pattern, without what may not be cut, thinned.
-  Result<void> find_passes(const ClField& field) {
-    if (!stages_.begin("passes")) return cancelled();
-    auto passes = trace_raster(field, options_, envelope_, options_.tolerance * kThinningShare,
-                               [this](double share) { return stages_.report(share); });
+  /// The passes of the pattern, without what may not be cut, thinned. Where shank or holder matter, `field`
+  /// becomes that with their patches.
+  Result<void> find_passes(std::unique_ptr<const ClField>& field) {
+    auto passes = trace("passes", *field);
     if (!passes) return tl::unexpected(passes.error());
+    if (auto guarded = guarded_field(*field, options_, *passes, false)) {
+      field = std::move(guarded);
+      passes = trace("shank and holder", *field);
+      if (!passes) return tl::unexpected(passes.error());
+    }
+    if (auto reported = guarded_field(*field, options_, *passes, true))
+      warn_touches(find_touches(*reported, envelope_, *passes));
     passes_ = std::move(passes->rows);
     report_.slice_points = passes->traced;
     top_ = passes->top;
-    warn_too_near(field.surface, passes->too_near, report_);
+    warn_too_near(field->surface, passes->too_near, report_);
     if (report_.slice_points == 0)
       return fail(Code::kUnreachable,
                   "the tool reaches no facet of the part: check axis.sense, axis.origin_mm, axis.n and "
                   "containment");
-    return report_refusals(field.surface, *passes, report_);
+    return report_refusals(field->surface, *passes, report_);
+  }
+
+  Result<Passes> trace(const char* stage, const ClField& field) {
+    if (!stages_.begin(stage)) return cancelled();
+    return trace_raster(field, options_, envelope_, options_.tolerance * kThinningShare,
+                        [this](double share) { return stages_.report(share); });
+  }
+
+  void warn_touches(const Touches& touches) {
+    if (touches.points == 0) return;
+    report_.warnings.push_back("at " + std::to_string(touches.points) +
+                               " points shank or holder come nearer to the part than their clearance, first "
+                               "facet " +
+                               std::to_string(touches.facets.front()) + " (" +
+                               std::to_string(touches.facets.size()) +
+                               " facets in all); guards ask for a report only: nothing was changed");
   }
 
   /// Clearance on the far side, links.

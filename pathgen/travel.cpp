@@ -50,7 +50,7 @@ Travel::Way Travel::find(Point<Flat> from, Point<Flat> to, std::vector<Pose>& po
   const Point<Flat> target{short_way(from.x, to.x, map_.period_x()), short_way(from.y, to.y, map_.period_y()),
                            to.z};
   const Pose start = pose(from);
-  poses = poses_of({from, target});
+  poses = poses_of({from, target}, false);
   Way way = check(start, poses);
   if (way == Way::kFound || map_.frame().mode == AxisMode::kFixed) return way;
   struct Ranked {
@@ -59,8 +59,11 @@ Travel::Way Travel::find(Point<Flat> from, Point<Flat> to, std::vector<Pose>& po
   };
   std::vector<Ranked> candidates;
   for (const Corners& corners : detours(from, target)) {
-    if (!inside(corners)) continue;
-    candidates.push_back({poses_of(corners), 0.0});
+    candidates.push_back({poses_of(corners, true), 0.0});
+    if (candidates.back().poses.empty()) {
+      candidates.pop_back();
+      continue;
+    }
     const Pose* at = &start;
     for (const Pose& next : candidates.back().poses) {
       candidates.back().length += distance(at->tip, next.tip);
@@ -90,25 +93,22 @@ double Travel::steps(Point<Flat> from, Point<Flat> to) const {
   return std::max(1.0, std::ceil((turn_x + turn_y) / std::sqrt(8.0 * kDipShare * options_.clearance / rho)));
 }
 
-/// Along straight lines of flat space from corner to corner, the first left out.
-std::vector<Pose> Travel::poses_of(const Corners& corners) const {
+/// Along straight lines of flat space from corner to corner, the first left out. Detours stay in their own
+/// columns, where nothing is above the clearance surface; one that does not has no poses.
+std::vector<Pose> Travel::poses_of(const Corners& corners, bool detour) const {
   std::vector<Pose> poses;
   for (std::size_t c = 1; c < corners.size(); ++c) {
     const double count = steps(corners[c - 1], corners[c]);
     for (double i = 1.0; i <= count; ++i) {
-      const Pose next = pose(lerp(corners[c - 1], corners[c], i / count));
+      const Point<Flat> place = lerp(corners[c - 1], corners[c], i / count);
+      if (detour && !map_.in_column(place, kLeastAxisDistance)) return {};
+      const Pose next = pose(place);
       const bool moved = poses.empty() || distance(poses.back().tip, next.tip) > kSamePlace ||
                          length(poses.back().axis - next.axis) > kSamePlace;
       if (moved) poses.push_back(next);
     }
   }
   return poses;
-}
-
-/// Detours stay in their own columns, where nothing is above the clearance surface.
-bool Travel::inside(const Corners& corners) const {
-  return std::all_of(corners.begin(), corners.end(),
-                     [&](Point<Flat> f) { return map_.in_column(f, kLeastAxisDistance); });
 }
 
 Travel::Way Travel::check(const Pose& start, const std::vector<Pose>& poses) {

@@ -37,8 +37,7 @@ class Travel {
   std::vector<Corners> detours(Point<Flat> from, Point<Flat> to) const;
   double least_tilt_y(double x, double near_y) const;
   double steps(Point<Flat> from, Point<Flat> to) const;
-  std::vector<Pose> poses_of(const Corners& corners) const;
-  bool inside(const Corners& corners) const;
+  std::vector<Pose> poses_of(const Corners& corners, bool detour) const;
   Way check(const Pose& start, const std::vector<Pose>& poses);
 
   const Deformation& map_;

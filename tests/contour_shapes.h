@@ -116,7 +116,7 @@ inline double let_down(const Mesh& mesh, const AxisLine& line, double radius, do
     const auto over = [&](double s, double t) {
       const Vec3 p = a + ((b + (c - b) * t) - a) * s;
       const double h = dot(p, line.axis), d = length(p - line.axis * h);
-      return d <= radius ? h + std::sqrt(radius * radius - d * d) : h - 1e4 * (d - radius);
+      return d <= radius ? h + std::sqrt(radius * radius - d * d) : h - 1e8 * (d - radius);
     };
     double z = largest([&](double s) { return largest([&](double t) { return over(s, t); }); });
     if (z > top) top = z;
