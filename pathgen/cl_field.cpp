@@ -46,7 +46,8 @@ Result<std::unique_ptr<const ClField>> field_of(const Mesh& mesh, Sides sides, c
   Cells cells = make_cells(surface, deformation, smallest_cell(options));
   if (cells.cells.empty()) return nothing_faces();
   FlatIndex index(std::move(cells), deformation);
-  return std::make_unique<const ClField>(ClField{std::move(surface), deformation, std::move(index)});
+  const FlatBounds bounds = index.bounds();
+  return std::make_unique<const ClField>(ClField{std::move(surface), deformation, std::move(index), bounds});
 }
 
 }  // namespace

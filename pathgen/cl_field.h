@@ -18,6 +18,7 @@ struct ClField {
   ClSurface surface;
   Deformation deformation;
   FlatIndex index;
+  FlatBounds bounds;  ///< of what the cutting part can reach
 };
 
 /// Offsets the part by the cutting part of the tool and deforms it for one axis field. Where facets show the

@@ -72,8 +72,7 @@ class Order {
   }
   /// The loops of one region end up next to each other.
   void push(std::vector<LoopId> ids) {
-    std::stable_sort(ids.begin(), ids.end(),
-                     [&](LoopId a, LoopId b) { return outside(a) > outside(b); });
+    std::stable_sort(ids.begin(), ids.end(), [&](LoopId a, LoopId b) { return outside(a) > outside(b); });
     ready_.insert(ready_.end(), ids.begin(), ids.end());
   }
 

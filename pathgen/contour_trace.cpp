@@ -10,8 +10,8 @@ namespace {
 
 /// Share of the tolerance to which borders are found by halving.
 constexpr double kFineShare = 0.125;
-/// Points stand off the border by this share of the tolerance, so that moves round what is convex need not cut
-/// into it.
+/// Points stand off the border by this share of the tolerance, so that moves round what is convex need not
+/// cut into it.
 constexpr double kStandOff = 1.0;
 /// How far aside of the middle of a move the surface must rise, in tolerances.
 constexpr double kAside = 2.0;
@@ -69,7 +69,9 @@ class Tracer {
     }
     for (std::size_t i = 0; i < stops.size(); ++i) {
       emit(stops[i]);
-      refine(stops[i], stops[(i + 1) % stops.size()], 0);
+      Stop next = stops[(i + 1) % n];
+      next.place = near({next.place.x, next.place.y, 0.0}, stops[i].place);  // over the seam
+      refine(stops[i], next, 0);
     }
     return finish();
   }
@@ -90,20 +92,22 @@ class Tracer {
   /// mm of the flat plane for `mm` of part space at the level, along d.
   double flat_length(Place p, Direction2 d, double mm) const {
     const Place q = moved(p, d, kProbe);
-    const double real = distance(map_.unflatten({p.x, p.y, options_.level}),
-                                 map_.unflatten({q.x, q.y, options_.level}));
+    const double real =
+        distance(map_.unflatten({p.x, p.y, options_.level}), map_.unflatten({q.x, q.y, options_.level}));
     return mm * kProbe / std::max(real, 0.01 * kProbe);
   }
 
   static Direction2 direction(Place from, Place to) {
     const double length = distance(from, to);
-    return length > 0.0 ? Direction2{(to.x - from.x) / length, (to.y - from.y) / length} : Direction2{1.0, 0.0};
+    return length > 0.0 ? Direction2{(to.x - from.x) / length, (to.y - from.y) / length}
+                        : Direction2{1.0, 0.0};
   }
 
   /// On the border between the two places of a crossing, and off it by the stand-off in the direction `out`.
   Stop stop_at(const Crossing& c, Direction2 out) {
     Crossing border = c;
-    const double fine = flat_length(c.outside, direction(c.inside, c.outside), options_.tolerance * kFineShare);
+    const double fine =
+        flat_length(c.outside, direction(c.inside, c.outside), options_.tolerance * kFineShare);
     bisect(heights_, border_, fine, border.outside, border.inside);
     Place place = moved(border.outside, out, flat_length(c.outside, out, options_.tolerance * kStandOff));
     if (heights_.at(place) > border_) place = border.outside;
@@ -177,7 +181,8 @@ class Tracer {
     Place last = from;
     for (double gone = std::min(least, step); gone <= reach + least; gone += step) {
       const Place next = moved(from, way, gone);
-      if ((heights_.at(next) > border_) != inside) return stop_at(inside ? Crossing{next, last} : Crossing{last, next}, out);
+      if ((heights_.at(next) > border_) != inside)
+        return stop_at(inside ? Crossing{next, last} : Crossing{last, next}, out);
       last = next;
     }
     return std::nullopt;

@@ -23,7 +23,8 @@ struct Trace {
 
 /// Properties: on every move the envelope is at most level + tolerance; at every point, and in the middle of
 /// every move, it is higher than the level at most two tolerances aside (but where a border is so narrow that
-/// it cannot be followed). A closed pass ends with its first point. Requires: the loop's level is level + kRiseShare * tolerance.
+/// it cannot be followed). A closed pass ends with its first point. Requires: the loop's level is level +
+/// kRiseShare * tolerance.
 Trace trace_contour(const Loop& loop, const TraceOptions& options, Heights& heights);
 
 }  // namespace tiltfeed

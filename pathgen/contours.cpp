@@ -35,8 +35,7 @@ Interval heights_of(const LevelGrid& grid, const FlatPolygon& boundary) {
     span.low = std::min(span.low, z), span.high = std::max(span.high, z);
   };
   for (std::size_t j = 0; j < grid.rows.size(); ++j)
-    for (const HeightSample& s : grid.rows[j])
-      take(grid.x.low + s.run, grid.y.at(static_cast<int>(j)), s.z);
+    for (const HeightSample& s : grid.rows[j]) take(grid.x.low + s.run, grid.y.at(static_cast<int>(j)), s.z);
   for (std::size_t i = 0; i < grid.columns.size(); ++i)
     for (const HeightSample& s : grid.columns[i])
       take(grid.x.at(static_cast<int>(i)), grid.y.low + s.run, s.z);
@@ -101,7 +100,8 @@ class ZLevels {
       const std::size_t to = std::min(from + kLoopsPerReport, all.size());
       tbb::parallel_for(from, to, [&](std::size_t i) {
         const auto k = static_cast<std::size_t>(all[i].level), l = static_cast<std::size_t>(all[i].loop);
-        const TraceOptions how{levels_[k], tolerance_, options_.envelope.max_axis_step, options_.pattern.climb};
+        const TraceOptions how{levels_[k], tolerance_, options_.envelope.max_axis_step,
+                               options_.pattern.climb};
         traces_[k][l] = trace_contour(sets_[k].loops()[l], how, heights_.local());
         traces_[k][l].passes = inside_polygon(traces_[k][l].passes, map_, options_.boundary);
       });
@@ -156,9 +156,9 @@ Result<std::vector<double>> levels_between(double top, double bottom, double ste
   if (!(bottom <= top)) return fail(Code::kUnreachable, "the containment lies above the whole surface");
   const double count = std::max(1.0, std::ceil((top - bottom) / step_down - kWholeStep));
   if (count > kMaxLevels)
-    return fail(Code::kLimit, "pattern.step_down_mm of " + std::to_string(step_down) + " asks for more than " +
-                                  std::to_string(static_cast<int>(kMaxLevels)) + " levels over " +
-                                  std::to_string(top - bottom) + " mm; use a larger step");
+    return fail(Code::kLimit, "pattern.step_down_mm of " + std::to_string(step_down) +
+                                  " asks for more than " + std::to_string(static_cast<int>(kMaxLevels)) +
+                                  " levels over " + std::to_string(top - bottom) + " mm; use a larger step");
   std::vector<double> levels;
   for (double k = 1.0; k <= count; ++k) levels.push_back(top + (bottom - top) * (k / count));
   return levels;

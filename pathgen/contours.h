@@ -21,8 +21,9 @@ struct ContourOptions {
 };
 
 struct Contours {
-  /// In the order of machining; what is in one group is best linked without going far away. A closed pass ends
-  /// with its first point, and no pass may be run backwards. x', y' of points lie within half a turn of 0.
+  /// In the order of machining; what is in one group is best linked without going far away. A closed pass
+  /// ends with its first point, and no pass may be run backwards. x', y' of points lie within half a turn of
+  /// 0.
   std::vector<std::vector<Pass>> groups;
   std::vector<std::string> warnings;
 };
@@ -34,10 +35,11 @@ inline constexpr double kMaxLevelNodes = 200e6;
 /// The CL reference on the border of where the envelope is higher than the level, at z' = level, for levels
 /// evenly and at most step_down apart: from the highest place on a grid line (or height.high), where there is
 /// none, to the lowest (or height.low, which may lie below: walls down from where the surface ends).
-/// Properties, t = envelope.tolerance: on every move the envelope is at most level + t, or a move grazes a wall
-/// less than t deep; at every point it is higher than the level at most 2 t aside; each comes after the loops above it (order_of). Features narrower
-/// than grid_spacing that no grid line meets are missed: their contours are left out, never cut into.
-/// Errors: kLimit for too many levels or too fine a grid, kUnreachable when there is nothing, kCancelled.
+/// Properties, t = envelope.tolerance: on every move the envelope is at most level + t, or a move grazes a
+/// wall less than t deep; at every point it is higher than the level at most 2 t aside; each comes after the
+/// loops above it (order_of). Features narrower than grid_spacing that no grid line meets are missed: their
+/// contours are left out, never cut into. Errors: kLimit for too many levels or too fine a grid, kUnreachable
+/// when there is nothing, kCancelled.
 Result<Contours> z_level(const ClField& field, const ContourOptions& options, const Progress& progress);
 
 /// Distance of the grid lines on which contours are found: the smaller of side_step and step_down, at least

@@ -46,10 +46,12 @@ double highest_reference(const ClSurface& surface, const Deformation& map, Patch
 /// The lowest place of the passes in each square of flat space.
 class LowestPlaces {
  public:
-  LowestPlaces(const Passes& passes, const FlatBounds& bounds, const Deformation& map) : bounds_(bounds) {
+  /// `spacing`: of the passes in flat space, mm: no square lies between two of them.
+  LowestPlaces(const Passes& passes, const FlatBounds& bounds, double spacing, const Deformation& map)
+      : bounds_(bounds) {
     const double width = std::max(bounds.max_x - bounds.min_x, 1e-9);
     const double height = std::max(bounds.max_y - bounds.min_y, 1e-9);
-    size_ = std::max(width, height) / kMostPlaces;
+    size_ = std::max(spacing, std::max(width, height) / kMostPlaces);
     columns_ = static_cast<std::int64_t>(std::ceil(width / size_));
     rows_ = static_cast<std::int64_t>(std::ceil(height / size_));
     wraps_x_ = map.period_x() > 0.0, wraps_y_ = map.period_y() > 0.0;
@@ -139,10 +141,12 @@ std::unique_ptr<const ClField> guarded_field(const ClField& field, const PlanOpt
   if (pieces.size() < 2) return nullptr;
   ClSurface surface(field.surface.mesh(), field.surface.sides(), std::move(pieces));
   Cells cells = make_cells(surface, field.deformation, smallest_cell(options));
-  const LowestPlaces lowest(passes, field.index.bounds(), field.deformation);
+  const double spacing = 2.0 * std::max(options.pattern.side_step, options.pattern.step_down);
+  const LowestPlaces lowest(passes, field.bounds, spacing, field.deformation);
   if (!drop_low(cells, surface, field.deformation, lowest)) return nullptr;
   FlatIndex index(std::move(cells), field.deformation);
-  return std::make_unique<const ClField>(ClField{std::move(surface), field.deformation, std::move(index)});
+  return std::make_unique<const ClField>(
+      ClField{std::move(surface), field.deformation, std::move(index), field.bounds});
 }
 
 Touches find_touches(const ClField& guarded, const EnvelopeOptions& options, const Passes& passes) {

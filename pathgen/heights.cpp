@@ -31,9 +31,7 @@ Place Heights::folded(Place p) const {
 
 /// Outside a point or line, what is too near to it lies below: the tool is free above. Elsewhere the column
 /// ends above.
-bool Heights::may_be_shut() const {
-  return map_.s() < 0.0 || map_.frame().mode == AxisMode::kCircle;
-}
+bool Heights::may_be_shut() const { return map_.s() < 0.0 || map_.frame().mode == AxisMode::kCircle; }
 
 EnvelopePoint Heights::contact(Place p) {
   const Place f = folded(p);

@@ -60,7 +60,8 @@ void LevelSet::link(const Ring& ring, std::size_t exit, std::size_t entry) {
 void LevelSet::link_all(const Ring& ring, bool inside_connected) {
   const std::size_t n = ring.crossings.size();
   for (std::size_t k = 0; k < n; ++k) {
-    if (inside_[static_cast<std::size_t>(ring.after[k])]) continue;  // k is where the border leaves the inside
+    if (inside_[static_cast<std::size_t>(ring.after[k])])
+      continue;  // k is where the border leaves the inside
     link(ring, k, inside_connected ? (k + 1) % n : (k + n - 1) % n);
   }
 }
@@ -101,7 +102,8 @@ bool LevelSet::connected(const Cell& cell, const Ring& ring, bool inside) {
 /// A grid line inside a cell.
 LevelSet::Side LevelSet::inner_side(Place from, Place to, int low, int high) {
   const FlatLine line = line_between(from, to);
-  const bool in_low = inside_[static_cast<std::size_t>(low)], in_high = inside_[static_cast<std::size_t>(high)];
+  const bool in_low = inside_[static_cast<std::size_t>(low)],
+             in_high = inside_[static_cast<std::size_t>(high)];
   std::size_t next = 0;
   const std::vector<Crossing> found =
       cross_edge(heights_.profile(line), line, next, 0.0, line.length, in_low, in_high);

@@ -34,7 +34,8 @@ Result<LevelGrid> make_level_grid(const ClField& field, double spacing, const En
                                   const Progress& progress) {
   const FlatBounds& b = field.index.bounds();
   const double nodes = (b.max_x - b.min_x) / spacing * ((b.max_y - b.min_y) / spacing);
-  const double crossings = field.index.crossings(1.0, 0.0, spacing) + field.index.crossings(0.0, 1.0, spacing);
+  const double crossings =
+      field.index.crossings(1.0, 0.0, spacing) + field.index.crossings(0.0, 1.0, spacing);
   if (nodes > kMaxGridNodes || crossings > kMaxCrossings)
     return fail(Code::kLimit, "contours are found on grid lines " + std::to_string(spacing) +
                                   " mm apart, which is too fine for a surface of " +
@@ -49,13 +50,15 @@ Result<LevelGrid> make_level_grid(const ClField& field, double spacing, const En
   grid.rows.resize(static_cast<std::size_t>(rows));
   grid.columns.resize(static_cast<std::size_t>(columns));
   tbb::enumerable_thread_specific<Heights> heights([&] { return Heights(field, options); });
-  const auto outermost = [](const GridAxis& axis, int k) { return !axis.wraps && (k == 0 || k == axis.cells); };
+  const auto outermost = [](const GridAxis& axis, int k) {
+    return !axis.wraps && (k == 0 || k == axis.cells);
+  };
   const auto trace = [&](int k) {
     if (k >= rows) {
       const int i = k - rows;
       if (outermost(grid.x, i)) return;
-      grid.columns[static_cast<std::size_t>(i)] = heights.local().profile(
-          {grid.x.at(i), grid.y.low, 0.0, 1.0, grid.y.step * grid.y.cells});
+      grid.columns[static_cast<std::size_t>(i)] =
+          heights.local().profile({grid.x.at(i), grid.y.low, 0.0, 1.0, grid.y.step * grid.y.cells});
       return;
     }
     if (outermost(grid.y, k)) return;

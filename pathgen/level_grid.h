@@ -25,10 +25,12 @@ inline constexpr double kMaxGridNodes = 20e6;
 /// Where a coordinate does not wrap, the outermost lines lie outside the surface: no height, empty profile.
 struct LevelGrid {
   GridAxis x, y;
-  std::vector<double> node_heights;                 ///< by node()
-  std::vector<std::vector<HeightSample>> rows;      ///< by j: along x' at y.at(j), run from x.low
-  std::vector<std::vector<HeightSample>> columns;   ///< by i: along y' at x.at(i), run from y.low
-  int node(int i, int j) const { return (y.wraps ? j % y.cells : j) * x.nodes() + (x.wraps ? i % x.cells : i); }
+  std::vector<double> node_heights;                ///< by node()
+  std::vector<std::vector<HeightSample>> rows;     ///< by j: along x' at y.at(j), run from x.low
+  std::vector<std::vector<HeightSample>> columns;  ///< by i: along y' at x.at(i), run from y.low
+  int node(int i, int j) const {
+    return (y.wraps ? j % y.cells : j) * x.nodes() + (x.wraps ? i % x.cells : i);
+  }
 };
 
 /// Lines evenly and at most `spacing` apart. Errors: kLimit for more than kMaxGridNodes or kMaxCrossings,

@@ -60,7 +60,8 @@ void LevelSet::cross_line(const std::vector<HeightSample>& samples, const FlatLi
   std::size_t next = 0;
   for (int k = 0; k < cells; ++k) {
     const int low = nodes[static_cast<std::size_t>(k)], high = nodes[static_cast<std::size_t>(k) + 1];
-    const bool in_low = inside_[static_cast<std::size_t>(low)], in_high = inside_[static_cast<std::size_t>(high)];
+    const bool in_low = inside_[static_cast<std::size_t>(low)],
+               in_high = inside_[static_cast<std::size_t>(high)];
     const std::vector<Crossing> found =
         cross_edge(samples, line, next, step * k, step * (k + 1), in_low, in_high);
     if (found.empty()) {
@@ -125,7 +126,10 @@ void LevelSet::cross_cells() {
         continue;
       const int sw = grid_.node(i, j), se = grid_.node(i + 1, j), ne = grid_.node(i + 1, j + 1),
                 nw = grid_.node(i, j + 1);
-      resolve({x.at(i), y.at(j), x.at(i + 1), y.at(j + 1),
+      resolve({x.at(i),
+               y.at(j),
+               x.at(i + 1),
+               y.at(j + 1),
                {side_of(edges[0], sw, se), side_of(edges[1], se, ne), side_of(edges[2], nw, ne),
                 side_of(edges[3], sw, nw)}},
               0);
@@ -196,7 +200,8 @@ int LevelSet::region_at(const Witness& w) const {
   }
   if (before > 0 && before < count) return find(active->thin + before - 1);
   const int line = row ? w.edge / grid_.x.cells : (w.edge - row_edges_) / grid_.y.cells;
-  const int along = (row ? w.edge % grid_.x.cells : (w.edge - row_edges_) % grid_.y.cells) + (before > 0 ? 1 : 0);
+  const int along =
+      (row ? w.edge % grid_.x.cells : (w.edge - row_edges_) % grid_.y.cells) + (before > 0 ? 1 : 0);
   return find(row ? grid_.node(along, line) : grid_.node(line, along));
 }
 

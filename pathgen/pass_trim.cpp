@@ -47,7 +47,8 @@ class Measured {
  private:
   EnvelopePoint at(double run) const {
     const auto next = std::lower_bound(run_.begin(), run_.end(), run);
-    const auto k = static_cast<std::size_t>(std::min<std::ptrdiff_t>(next - run_.begin(), std::ssize(run_) - 1));
+    const auto k =
+        static_cast<std::size_t>(std::min<std::ptrdiff_t>(next - run_.begin(), std::ssize(run_) - 1));
     if (k == 0 || run_[k] == run) return pass_[k];
     return between(map_, pass_[k - 1], pass_[k], (run - run_[k - 1]) / (run_[k] - run_[k - 1]));
   }

@@ -21,6 +21,30 @@ Refusal PassRules::refusal(const EnvelopePoint& p) const {
   return Refusal::kNone;
 }
 
+bool PassRules::may_cut(const EnvelopePoint& p, Refusals& refusals) const {
+  const Refusal why = refusal(p);
+  ++refusals.count[static_cast<std::size_t>(why)];
+  const ToolPart part = touching(p);
+  if (part == ToolPart::kCutter) return why == Refusal::kNone;
+  refusals.patches.push_back(p.patch);
+  if (why == Refusal::kNone)
+    ++refusals
+          .raised[static_cast<std::size_t>(part == ToolPart::kShank ? Refusal::kShank : Refusal::kHolder)];
+  return why == Refusal::kNone;
+}
+
+void Refusals::add(const Refusals& other) {
+  for (std::size_t i = 0; i < count.size(); ++i) count[i] += other.count[i], raised[i] += other.raised[i];
+  patches.insert(patches.end(), other.patches.begin(), other.patches.end());
+}
+
+void Passes::add(const Passes& other) {
+  traced += other.traced, steep += other.steep;
+  top = std::max(top, other.top);
+  too_near.insert(too_near.end(), other.too_near.begin(), other.too_near.end());
+  refusals.add(other.refusals);
+}
+
 namespace {
 
 /// Rows between two calls of the progress function.
@@ -63,7 +87,7 @@ class RasterTracer {
     const Pattern& pattern = options_.pattern;
     const bool flat = pattern.measure == StepMeasure::kFlat;
     halvings_ = flat ? 0 : kMostHalvings;
-    const auto raster = lay_raster(field_.index, rules_.region().within(field_.index.bounds()), pattern,
+    const auto raster = lay_raster(field_.index, rules_.region().within(field_.bounds), pattern,
                                    flat ? wished_ : kCoarse * wished_);
     if (!raster) return tl::unexpected(raster.error());
     raster_ = *raster;
@@ -76,9 +100,6 @@ class RasterTracer {
       if (!trace(tasks, depth)) return cancelled();
     }
     for (auto& [row, passes] : rows_) result_.rows.push_back(std::move(passes));
-    auto& patches = result_.refusals.patches;
-    std::sort(patches.begin(), patches.end());
-    patches.erase(std::unique(patches.begin(), patches.end()), patches.end());
     return std::move(result_);
   }
 
@@ -123,12 +144,7 @@ class RasterTracer {
     result_.traced += t.points, result_.steep += t.steep;
     result_.top = std::max(result_.top, t.top);
     result_.too_near.insert(result_.too_near.end(), t.too_near.begin(), t.too_near.end());
-    for (std::size_t i = 0; i < t.refusals.count.size(); ++i) {
-      result_.refusals.count[i] += t.refusals.count[i];
-      result_.refusals.raised[i] += t.refusals.raised[i];
-    }
-    auto& patches = result_.refusals.patches;
-    patches.insert(patches.end(), t.refusals.patches.begin(), t.refusals.patches.end());
+    result_.refusals.add(t.refusals);
     auto& passes = rows_[row];
     for (Pass& pass : t.passes) passes.push_back(std::move(pass));
     auto& needs = needs_[row];
@@ -143,26 +159,12 @@ class RasterTracer {
       t.points += pass.size();
       for (const EnvelopePoint& p : pass) {
         t.top = std::max(t.top, p.flat.z);
-        note_raised(p, t.refusals);
       }
       if (halvings_ > 0) find_needs(pass, t);
     }
-    leave_out(found.passes, [&](const EnvelopePoint& p) {
-      const Refusal refusal = rules_.refusal(p);
-      ++t.refusals.count[static_cast<std::size_t>(refusal)];
-      if (refusal == Refusal::kShank || refusal == Refusal::kHolder) t.refusals.patches.push_back(p.patch);
-      return refusal != Refusal::kNone;
-    });
+    leave_out(found.passes, [&](const EnvelopePoint& p) { return !rules_.may_cut(p, t.refusals); });
     for (const Pass& pass : found.passes) t.passes.push_back(thinned(pass, thinning_, envelope_));
     return t;
-  }
-
-  void note_raised(const EnvelopePoint& p, Refusals& refusals) const {
-    const ToolPart part = rules_.touching(p);
-    if (part == ToolPart::kCutter || rules_.refusal(p) != Refusal::kNone) return;
-    ++refusals
-          .raised[static_cast<std::size_t>(part == ToolPart::kShank ? Refusal::kShank : Refusal::kHolder)];
-    refusals.patches.push_back(p.patch);
   }
 
   /// (R1) How far apart two passes are on the surface at p for a step of 1 mm across them in flat space: the

@@ -21,7 +21,8 @@ enum class Refusal { kNone, kTilt, kHeight, kShank, kHolder };
 struct Refusals {
   std::array<std::uint64_t, 5> count{};
   std::array<std::uint64_t, 5> raised{};  ///< points that stay, raised clear of the part by shank or holder
-  std::vector<PatchId> patches;           ///< ascending, each once
+  std::vector<PatchId> patches;
+  void add(const Refusals& other);
 };
 
 struct Passes {
@@ -30,7 +31,11 @@ struct Passes {
   double top = -std::numeric_limits<double>::infinity();  ///< highest z' of the envelope
   std::vector<PatchId> too_near;                          ///< patches left out for kLeastAxisDistance
   Refusals refusals;
+  bool as_given = false;    ///< rows are groups in the order to be cut, and no pass may be run backwards
   std::uint64_t steep = 0;  ///< points on walls too steep for the side step to be kept
+
+  /// Takes over all but the rows.
+  void add(const Passes& other);
 };
 
 class PassRules {
@@ -38,6 +43,8 @@ class PassRules {
   PassRules(const PlanOptions& options, const ClField& field)
       : options_(options), surface_(field.surface), region_(options.containment, field.deformation) {}
   Refusal refusal(const EnvelopePoint& p) const;
+  /// The same, noted in `refusals`; so are points that stay but are raised.
+  bool may_cut(const EnvelopePoint& p, Refusals& refusals) const;
   /// Does the point stand clear of the surface because shank or holder touch?
   ToolPart touching(const EnvelopePoint& p) const { return surface_.piece(p.patch).part; }
   const Region& region() const { return region_; }

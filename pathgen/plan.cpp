@@ -11,6 +11,7 @@
 #include "pathgen/guards.h"
 #include "pathgen/linking.h"
 #include "pathgen/passes.h"
+#include "pathgen/pattern.h"
 #include "pathgen/refusals.h"
 
 namespace tiltfeed {
@@ -98,7 +99,13 @@ Result<void> check_options(const PlanOptions& o) {
   const auto positive = [](double v) { return std::isfinite(v) && v > 0.0; };
   if (!positive(o.cutter.diameter)) return fail(Code::kInput, "cutter.diameter_mm must be a positive length");
   const bool by_scallop = o.pattern.measure == StepMeasure::kScallop;
-  if (by_scallop ? !(o.pattern.side_step >= 0.0) : !positive(o.pattern.side_step))
+  const bool by_levels = o.pattern.kind == PatternKind::kZLevel || o.pattern.kind == PatternKind::kSplit;
+  if (by_levels && !positive(o.pattern.step_down))
+    return fail(Code::kInput, "pattern.step_down_mm must be a positive length");
+  if (o.smoothing != 0.0)
+    return fail(Code::kInput, "points.smoothing_mm is not made by this version: remove it or set it to 0");
+  if (by_scallop || o.pattern.kind == PatternKind::kZLevel ? !(o.pattern.side_step >= 0.0)
+                                                           : !positive(o.pattern.side_step))
     return fail(Code::kInput, "pattern.side_step_mm must be a positive length");
   if (by_scallop && !positive(o.pattern.scallop))
     return fail(Code::kInput, "pattern.scallop_mm must be a positive length");
@@ -117,8 +124,9 @@ void measure(const std::vector<Move>& moves, PlanReport& report) {
   for (std::size_t i = 0; i < moves.size(); ++i) {
     const MoveKind kind = moves[i].kind;
     if (kind == MoveKind::kCut) ++report.points;
-    if (kind == MoveKind::kPlunge) ++report.passes;
     if (i == 0) continue;
+    // Leads plunge too: a pass is what is cut after them.
+    if (kind == MoveKind::kPlunge && moves[i - 1].kind == MoveKind::kRapid) ++report.passes;
     (kind == MoveKind::kRapid ? report.rapid_length : report.cut_length) +=
         distance(moves[i - 1].pose.tip, moves[i].pose.tip);
   }
@@ -168,6 +176,7 @@ class Planner {
     if (auto reported = guarded_field(*field, options_, *passes, true))
       warn_touches(find_touches(*reported, envelope_, *passes));
     passes_ = std::move(passes->rows);
+    as_given_ = passes->as_given;
     report_.slice_points = passes->traced;
     top_ = passes->top;
     warn_too_near(field->surface, passes->too_near, report_);
@@ -180,8 +189,9 @@ class Planner {
 
   Result<Passes> trace(const char* stage, const ClField& field) {
     if (!stages_.begin(stage)) return cancelled();
-    return trace_raster(field, options_, envelope_, options_.tolerance * kThinningShare,
-                        [this](double share) { return stages_.report(share); });
+    return trace_pattern(
+        field, options_, envelope_, options_.tolerance * kThinningShare,
+        [this](const char*, double share) { return stages_.report(share); }, report_.warnings);
   }
 
   void warn_touches(const Touches& touches) {
@@ -212,7 +222,7 @@ class Planner {
           " points left out: beyond the axis point, line or circle the shank would hit the part");
 
     if (!stages_.begin("link")) return cancelled();
-    const Linking links{.direction = options_.pattern.direction,
+    const Linking links{.direction = as_given_ ? Direction::kOneWay : options_.pattern.direction,
                         .reference_height = reference_height(options_.cutter),
                         .clearance_z = clearance_z,
                         .clearance = options_.links.clearance,
@@ -223,6 +233,7 @@ class Planner {
                         .plunge_ratio = options_.cut_feed.mm_per_min() / options_.plunge_feed.mm_per_min(),
                         .up = options_.up,
                         .tilt_max = options_.tilt_max,
+                        .order = as_given_ ? PassOrder::kGiven : PassOrder::kRegions,
                         .allowed = [rules = PassRules(options_, field)](const EnvelopePoint& p) {
                           return rules.refusal(p) == Refusal::kNone && rules.region().contains(p.flat);
                         }};
@@ -246,6 +257,7 @@ class Planner {
   const PlanOptions& options_;
   EnvelopeOptions envelope_;
   std::vector<std::vector<Pass>> passes_;                  ///< by line
+  bool as_given_ = false;                                  ///< they keep their order and direction
   double top_ = -std::numeric_limits<double>::infinity();  ///< highest z' of the envelope
   ToolPath& path_;
   PlanReport& report_;

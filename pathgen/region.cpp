@@ -56,8 +56,15 @@ std::vector<FlatLine> Region::inside(const FlatLine& line) const {
   return pieces;
 }
 
-bool Region::contains(Point<Flat> f) const {
-  if (!first_.contains(f.x) || !second_.contains(f.y) || !reaches(f.z)) return false;
+bool Region::contains(Point<Flat> f) const { return reaches(f.z) && over(f); }
+
+Interval Region::levels() const {
+  if (sign_ > 0.0) return height_;
+  return {-height_.high, -height_.low};
+}
+
+bool Region::over(Point<Flat> f) const {
+  if (!first_.contains(f.x) || !second_.contains(f.y)) return false;
   if (boundary_.empty()) return true;
   bool in = false;
   for (std::size_t i = 0; i < boundary_.size(); ++i) {

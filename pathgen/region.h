@@ -21,6 +21,12 @@ class Region {
   std::vector<FlatLine> inside(const FlatLine& line) const;
   /// Is the height of a CL point (z') within the limits?
   bool reaches(double z) const { return height_.contains(z * sign_); }
+  /// Is (x', y') within limits and boundary?
+  bool over(Point<Flat> f) const;
+  /// Is there any limit to x' and y'?
+  bool limited() const { return first_.bounded() || second_.bounded() || !boundary_.empty(); }
+  /// The limits of z'.
+  Interval levels() const;
   /// All of it: limits, boundary and height.
   bool contains(Point<Flat> f) const;
   /// Corners of the boundary, mm; empty: none.

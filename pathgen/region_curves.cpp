@@ -46,7 +46,8 @@ double distance_from(const FlatPolygon& polygon, Place p) {
 
 /// The pieces of a closed curve that lie further than half a step from the regions, if any of it is further
 /// than kFarFromNext.
-std::vector<FlatCurve> far_pieces(const FlatCurve& closed, const std::vector<FlatRegion>& regions, double step) {
+std::vector<FlatCurve> far_pieces(const FlatCurve& closed, const std::vector<FlatRegion>& regions,
+                                  double step) {
   const auto off = [&](Place p) {
     double least = kShut;
     for (const FlatRegion& region : regions) {
@@ -75,7 +76,8 @@ std::vector<FlatCurve> far_pieces(const FlatCurve& closed, const std::vector<Fla
   FlatCurve piece;
   double furthest = 0.0;
   for (std::size_t k = 0; k < dense.size(); ++k) {
-    const std::size_t here = (static_cast<std::size_t>(near) + k) % dense.size(), next = (here + 1) % dense.size();
+    const std::size_t here = (static_cast<std::size_t>(near) + k) % dense.size(),
+                      next = (here + 1) % dense.size();
     if (over[here] > 0.0) piece.push_back(dense[here]), furthest = std::max(furthest, over[here]);
     if ((over[here] > 0.0) == (over[next] > 0.0)) continue;
     if (over[next] > 0.0) {
@@ -116,10 +118,10 @@ class Rings {
 
  private:
   /// Curves for what of the core the next rings leave out, with the ring round it.
-  void fill(const FlatRegion& core, const std::vector<FlatRegion>& next, const std::vector<std::size_t>& outer,
-            const CurveOptions& options) {
-    const auto round = std::find_if(outer.begin(), outer.end(),
-                                    [&](std::size_t o) { return holds(rings[o].region, core); });
+  void fill(const FlatRegion& core, const std::vector<FlatRegion>& next,
+            const std::vector<std::size_t>& outer, const CurveOptions& options) {
+    const auto round =
+        std::find_if(outer.begin(), outer.end(), [&](std::size_t o) { return holds(rings[o].region, core); });
     if (round == outer.end()) return;
     const auto add_pieces = [&](const FlatPolygon& polygon) {
       for (FlatCurve& piece : far_pieces(curve_of(polygon, options.clockwise), next, options.side_step))
@@ -128,7 +130,8 @@ class Rings {
     add_pieces(core.border);
     for (const FlatPolygon& hole : core.holes) add_pieces(hole);
   }
-  std::vector<std::size_t> add(const std::vector<FlatRegion>& regions, const std::vector<std::size_t>* outer) {
+  std::vector<std::size_t> add(const std::vector<FlatRegion>& regions,
+                               const std::vector<std::size_t>* outer) {
     std::vector<std::size_t> added;
     for (const FlatRegion& region : regions) {
       const std::size_t id = rings.size();

@@ -63,12 +63,12 @@ Result<std::vector<FlatRegion>> silhouette(const ClField& field, double spacing,
   return regions_of(polygons);
 }
 
-Result<Contours> region_pattern(const ClField& field, const ContourOptions& options, const Progress& progress) {
+Result<Contours> region_pattern(const ClField& field, const ContourOptions& options,
+                                const Progress& progress) {
   const Pattern& pattern = options.pattern;
   if (!(pattern.side_step > 0.0)) return fail(Code::kInput, "pattern.side_step_mm must be a positive length");
-  auto regions = options.boundary.empty()
-                     ? silhouette(field, pattern.side_step, options.envelope, progress)
-                     : Result<std::vector<FlatRegion>>(regions_of({options.boundary}));
+  auto regions = options.boundary.empty() ? silhouette(field, pattern.side_step, options.envelope, progress)
+                                          : Result<std::vector<FlatRegion>>(regions_of({options.boundary}));
   if (!regions) return tl::unexpected(regions.error());
   const auto curves = region_curves(*regions, {pattern.side_step, options.envelope.tolerance, pattern.climb,
                                                pattern.kind == PatternKind::kSpiral});
@@ -94,8 +94,9 @@ Result<Contours> region_pattern(const ClField& field, const ContourOptions& opti
     if (!passes.empty()) result.groups.push_back(std::move(passes));
   }
   if (result.groups.empty())
-    return fail(Code::kUnreachable, "nothing is left of the region half a pattern.side_step_mm inside its "
-                                    "border, or it has no surface: check containment");
+    return fail(Code::kUnreachable,
+                "nothing is left of the region half a pattern.side_step_mm inside its "
+                "border, or it has no surface: check containment");
   if (curves->loops_in_spiral > 0)
     result.warnings.push_back(std::to_string(curves->loops_in_spiral) +
                               " rings stay closed loops: a spiral cannot go round holes");

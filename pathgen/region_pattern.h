@@ -20,6 +20,7 @@ Result<std::vector<FlatRegion>> silhouette(const ClField& field, double spacing,
 /// pattern.kind kContour or kSpiral over options.boundary, or over the silhouette without one; the order and
 /// the bounds are those of region_curves. Errors: as silhouette and region_curves; kUnreachable when nothing
 /// is left of the region, or it has no surface.
-Result<Contours> region_pattern(const ClField& field, const ContourOptions& options, const Progress& progress);
+Result<Contours> region_pattern(const ClField& field, const ContourOptions& options,
+                                const Progress& progress);
 
 }  // namespace tiltfeed

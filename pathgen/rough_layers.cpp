@@ -154,14 +154,15 @@ Result<Contours> rough_layers(const ClField& field, const std::vector<FlatLine>&
   if (!std::isfinite(bottom))
     bottom = lowest.empty() ? kShut : *std::min_element(lowest.begin(), lowest.end());
   if (!(bottom < stock_top))
-    return fail(Code::kUnreachable, "no surface lies below the stock's top, z' = " + std::to_string(stock_top) +
-                                        " mm: check the stock and containment");
+    return fail(Code::kUnreachable, "no surface lies below the stock's top, z' = " +
+                                        std::to_string(stock_top) + " mm: check the stock and containment");
   const auto levels = levels_between(stock_top, bottom, options.pattern.step_down);
   if (!levels) return tl::unexpected(levels.error());
   Contours result;
   double upper = stock_top;
   for (const double lower : *levels) {
-    const RoughLayer layer{upper, lower, options.envelope.tolerance, options.envelope.max_axis_step, over_gaps};
+    const RoughLayer layer{upper, lower, options.envelope.tolerance, options.envelope.max_axis_step,
+                           over_gaps};
     std::vector<std::vector<Pass>> groups(lines.size());
     if (!each_line("layers", [&](std::size_t k) {
           groups[k] = inside_polygon(layer_passes(traced[k], lines[k], layer, heights.local()),

@@ -17,13 +17,13 @@ struct RoughLayer {
 };
 
 /// The passes of one line at z' = max(envelope, lower), without what is higher than `upper`: that is at the
-/// part already. `passes`: Envelope::along(line). Ends and the places where a pass comes down to the floor are
-/// found within kTrimStep; none is higher than it may be.
+/// part already. `passes`: Envelope::along(line). Ends and the places where a pass comes down to the floor
+/// are found within kTrimStep; none is higher than it may be.
 std::vector<Pass> layer_passes(const std::vector<Pass>& passes, const FlatLine& line, const RoughLayer& layer,
                                Heights& heights);
 
-/// All layers over all lines, one group for each line of each layer: from `stock_top` (z' of the CL reference)
-/// down to the lowest place of the lines, or to height.low, evenly and at most step_down apart.
+/// All layers over all lines, one group for each line of each layer: from `stock_top` (z' of the CL
+/// reference) down to the lowest place of the lines, or to height.low, evenly and at most step_down apart.
 /// Errors: kLimit, kInput for the step; kUnreachable when nothing lies below stock_top; kCancelled.
 Result<Contours> rough_layers(const ClField& field, const std::vector<FlatLine>& lines, double stock_top,
                               bool over_gaps, const ContourOptions& options, const Progress& progress);

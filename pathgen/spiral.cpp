@@ -74,8 +74,8 @@ class Track {
   std::vector<double> run_;
 };
 
-/// Runs on the inner track of the places nearest to the marks, never going back; nothing where that is not one
-/// turn, or too far away.
+/// Runs on the inner track of the places nearest to the marks, never going back; nothing where that is not
+/// one turn, or too far away.
 std::optional<std::vector<double>> feet(const std::vector<Mark>& marks, const Track& inner, double furthest) {
   std::vector<double> runs;
   for (const Mark& mark : marks) {

@@ -46,7 +46,8 @@ struct Shapes {
   void revolve(double x, double y, const std::vector<std::array<double, 2>>& profile, int count) {
     const auto at = [&](std::size_t k, int i) {
       const double turn = 2.0 * kPi * i / count;
-      return Point<Part>{x + profile[k][0] * std::cos(turn), y + profile[k][0] * std::sin(turn), profile[k][1]};
+      return Point<Part>{x + profile[k][0] * std::cos(turn), y + profile[k][0] * std::sin(turn),
+                         profile[k][1]};
     };
     for (std::size_t k = 0; k + 1 < profile.size(); ++k)
       for (int i = 0; i < count; ++i) {
@@ -54,7 +55,8 @@ struct Shapes {
         if (profile[k + 1][0] > 0.0) facet(at(k, i + 1), at(k + 1, i + 1), at(k + 1, i));
       }
   }
-  /// From (r + radius, z) over the top: a dome (r = 0) or, with `whole`, a bead of radius `radius` on a ring r.
+  /// From (r + radius, z) over the top: a dome (r = 0) or, with `whole`, a bead of radius `radius` on a ring
+  /// r.
   void bead(double x, double y, double r, double radius, double z, bool whole, int count) {
     std::vector<std::array<double, 2>> profile;
     const int steps = whole ? 48 : 32;

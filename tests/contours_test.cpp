@@ -71,7 +71,8 @@ void each_place(const Contours& contours, const Deformation& map, std::size_t mo
 }
 
 /// Nowhere does the ball cut deeper than the tolerance, and everywhere it touches within it.
-void expect_on_the_border(const Mesh& mesh, const ClField& field, const Contours& contours, std::size_t most) {
+void expect_on_the_border(const Mesh& mesh, const ClField& field, const Contours& contours,
+                          std::size_t most) {
   const Deformation& map = field.deformation;
   std::size_t places = 0;
   each_place(contours, map, most, [&](Point<Flat> p) {
@@ -232,7 +233,9 @@ TEST(ZLevel, AWallMuchThinnerThanTheGridIsNotMissed) {
   Shapes shapes;
   shapes.floor(-20, -20, 20, 20, 0.0);
   const double c = std::cos(0.3), s = std::sin(0.3), w = 0.01;
-  const auto corner = [&](double u, double v, double z) { return Point<Part>{u * c - v * s, u * s + v * c, z}; };
+  const auto corner = [&](double u, double v, double z) {
+    return Point<Part>{u * c - v * s, u * s + v * c, z};
+  };
   shapes.quad(corner(-9, -w, 5), corner(9, -w, 5), corner(9, w, 5), corner(-9, w, 5));
   shapes.quad(corner(-9, -w, 0), corner(9, -w, 0), corner(9, -w, 5), corner(-9, -w, 5));
   shapes.quad(corner(9, w, 0), corner(-9, w, 0), corner(-9, w, 5), corner(9, w, 5));
@@ -259,14 +262,17 @@ TEST(ZLevel, PointModeGivesTheSpheresCirclesInPartSpace) {
   AxisFrame frame;
   frame.mode = AxisMode::kPoint, frame.n = {1, 0, 0}, frame.t = {0, 1, 0};
   Shapes shapes;
-  shapes.revolve(0, 0, [&] {
-    std::vector<std::array<double, 2>> arc;
-    for (int k = -20; k <= 20; ++k) {
-      const double turn = 0.05 * k;
-      arc.push_back({big * std::cos(turn), big * std::sin(turn)});
-    }
-    return arc;
-  }(), 240);
+  shapes.revolve(
+      0, 0,
+      [&] {
+        std::vector<std::array<double, 2>> arc;
+        for (int k = -20; k <= 20; ++k) {
+          const double turn = 0.05 * k;
+          arc.push_back({big * std::cos(turn), big * std::sin(turn)});
+        }
+        return arc;
+      }(),
+      240);
   Shapes dome;
   dome.bead(0.0, 0.0, 0.0, 6.0, 0.0, false, 120);
   for (const auto& f : dome.mesh.facets) {  // its pole to +x
@@ -290,9 +296,37 @@ TEST(ZLevel, PointModeGivesTheSpheresCirclesInPartSpace) {
       EXPECT_NEAR(length(p.centre - Point<Part>{}), rho, 1e-6);
       // On the dome grown by the ball, but where the equator of the dome is seen past.
       const double cosine = (rho * rho + big * big - 64.0) / (2.0 * rho * big);
-      EXPECT_NEAR(angle_between(p.centre - Point<Part>{}, Vec3{1, 0, 0}) * rho, std::acos(cosine) * rho, 0.03);
+      EXPECT_NEAR(angle_between(p.centre - Point<Part>{}, Vec3{1, 0, 0}) * rho, std::acos(cosine) * rho,
+                  0.03);
     }
     EXPECT_LE(distance(pass[0].centre, centre), 8.05);
+  });
+  expect_on_the_border(shapes.mesh, *field, contours, 40);
+}
+
+TEST(ZLevel, GoesAllRoundALineOverTheSeam) {
+  // A collar on a shaft; the axes run through the shaft's middle.
+  AxisFrame frame;
+  frame.mode = AxisMode::kLine, frame.t = {0, 0, 1}, frame.n = {1, 0, 0};
+  Shapes shapes;
+  shapes.revolve(0, 0, {{10, -15}, {10, -2}, {13, -2}, {13, 2}, {10, 2}, {10, 15}}, 360);
+  const auto field = field_over(shapes.mesh, frame, 2.0 * kRadius, 12.0);
+  ContourOptions options = options_for(1.0, 0.9);
+  options.height = {12.5, 13.5};
+  const Contours contours = contours_of(*field, options);
+  ASSERT_EQ(pass_count(contours), 2u);
+  EXPECT_TRUE(contours.warnings.empty());
+  const double turn = field->deformation.period_y();
+  each_pass(contours, [&](const Pass& pass) {
+    EXPECT_TRUE(is_closed(pass));
+    const double side = pass[0].flat.x > 0.0 ? 1.0 : -1.0;
+    double gone = 0.0;
+    for (std::size_t i = 0; i < pass.size(); ++i) {
+      EXPECT_NEAR(pass[i].flat.x, side * (2.0 + kRadius), kTolerance);  // the wall less the ball
+      EXPECT_LE(std::abs(pass[i].flat.y), turn / 2.0 + 1e-9);
+      if (i > 0) gone += std::remainder(pass[i].flat.y - pass[i - 1].flat.y, turn);
+    }
+    EXPECT_NEAR(gone, -side * turn, 1e-6);  // once round, the collar on the right
   });
   expect_on_the_border(shapes.mesh, *field, contours, 40);
 }

@@ -114,7 +114,8 @@ TEST(RegionCurves, GoRoundHolesTheOtherWay) {
 
 TEST(RegionCurves, SpiralIsOneCurveWhoseTurnsAreAtMostAStepApart) {
   const double step = 1.3;
-  for (const FlatPolygon& polygon : {circle(1, 2, 12, 300), kSquare, FlatPolygon{{0, 0}, {31, 0}, {31, 13}, {0, 13}}}) {
+  for (const FlatPolygon& polygon :
+       {circle(1, 2, 12, 300), kSquare, FlatPolygon{{0, 0}, {31, 0}, {31, 13}, {0, 13}}}) {
     const RegionCurves curves = curves_of({polygon}, step, true);
     ASSERT_EQ(curves.groups.size(), 1u);
     ASSERT_EQ(curves.groups[0].size(), 1u);  // unbroken
@@ -145,7 +146,8 @@ TEST(RegionCurves, SpiralIsOneCurveWhoseTurnsAreAtMostAStepApart) {
 
 TEST(RegionCurves, SpiralGoesRoundOutwardTurnsAndBreaksWhereTheRegionDoes) {
   // A dumb-bell: one spiral outside, one in each bell.
-  const FlatPolygon bells{{0, 0}, {12, 0}, {12, 4}, {20, 4}, {20, 0}, {32, 0}, {32, 12}, {20, 12}, {20, 8}, {12, 8}, {12, 12}, {0, 12}};
+  const FlatPolygon bells{{0, 0},   {12, 0},  {12, 4}, {20, 4}, {20, 0},  {32, 0},
+                          {32, 12}, {20, 12}, {20, 8}, {12, 8}, {12, 12}, {0, 12}};
   const RegionCurves curves = curves_of({bells}, 1.2, true);
   std::size_t count = 0;
   for (const auto& group : curves.groups)
@@ -176,7 +178,8 @@ TEST(RegionPattern, LiesOnTheEnvelopeAllAlong) {
       EXPECT_EQ(is_closed(pass), kind == PatternKind::kContour);
       for (const EnvelopePoint& p : pass) widest = std::max(widest, p.flat.x);
       for (std::size_t i = 0; i + 1 < pass.size(); i += 1 + pass.size() / 15)
-        EXPECT_NEAR(let_down(shapes.mesh, field->deformation.axis_line(pass[i].flat.x, pass[i].flat.y), kRadius, -3.0),
+        EXPECT_NEAR(let_down(shapes.mesh, field->deformation.axis_line(pass[i].flat.x, pass[i].flat.y),
+                             kRadius, -3.0),
                     pass[i].flat.z, 0.01);
     }
     EXPECT_NEAR(widest, 16.0, 0.05);

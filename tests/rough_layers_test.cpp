@@ -45,9 +45,9 @@ TEST(RoughLayers, EachIsTheHigherOfFloorAndEnvelopeWhereThatIsNotCutYet) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> anywhere(0.1, 45.9);
   std::size_t present = 0, absent = 0;
-  for (const RoughLayer& layer : {RoughLayer{11.0, 8.0, 0.0025, 0.03, false},
-                                  RoughLayer{8.0, 5.0, 0.0025, 0.03, false},
-                                  RoughLayer{5.0, 2.0, 0.0025, 0.03, false}}) {
+  for (const RoughLayer& layer :
+       {RoughLayer{11.0, 8.0, 0.0025, 0.03, false}, RoughLayer{8.0, 5.0, 0.0025, 0.03, false},
+        RoughLayer{5.0, 2.0, 0.0025, 0.03, false}}) {
     const auto clipped = layer_passes(passes, line, layer, heights);
     for (const Pass& pass : clipped)
       for (std::size_t i = 0; i + 1 < pass.size(); ++i)
@@ -85,6 +85,25 @@ TEST(RoughLayers, EndAtTheWallExactlyAndNeverInIt) {
   EXPECT_NEAR(clipped[0].back().flat.x, 13.0, kTrimStep);  // the wall less the ball
   EXPECT_LE(clipped[0].back().flat.x, 13.0);
   for (const EnvelopePoint& p : clipped[0]) EXPECT_EQ(p.flat.z, 3.0);
+}
+
+TEST(RoughLayers, LeaveTheFloorAndEndOnARampExactly) {
+  Shapes shapes;
+  shapes.quad({0, -10, 0}, {30, -10, 15}, {30, 10, 15}, {0, 10, 0});
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  Heights heights(*field, kLimits);
+  const FlatLine line{1.0, 0.0, 1.0, 0.0, 28.0};
+  const auto clipped =
+      layer_passes(heights.envelope().along(line).passes, line, {9.0, 6.0, 0.0025, 0.03, false}, heights);
+  ASSERT_EQ(clipped.size(), 1u);
+  // The ramp's plane raised by the ball: z = x / 2 + R / cos.
+  const auto ramp_x = [](double z) { return 2.0 * (z - kRadius * std::sqrt(1.25)); };
+  EXPECT_NEAR(clipped[0].back().flat.x, ramp_x(9.0), kTrimStep);
+  EXPECT_LE(clipped[0].back().flat.z, 9.0);
+  double leaves = 0.0;
+  for (const EnvelopePoint& p : clipped[0])
+    if (p.flat.z <= 6.0) leaves = std::max(leaves, p.flat.x);
+  EXPECT_NEAR(leaves, ramp_x(6.0), kTrimStep);
 }
 
 TEST(RoughLayers, GoOnOverGapsAtTheFloorWhenAsked) {
