@@ -28,6 +28,8 @@ std::string report_json(const PlanOutcome& o) {
   json["passes"] = o.plan.passes;
   json["slice_points"] = o.plan.slice_points;
   json["points"] = o.plan.points;
+  json["retracts"] = o.plan.retracts;
+  json["joins"] = o.plan.joins;
   json["cut_length_mm"] = o.plan.cut_length;
   json["rapid_length_mm"] = o.plan.rapid_length;
   json["blocks"] = o.program.blocks;
@@ -58,10 +60,11 @@ std::string report_text(const PlanOutcome& o) {
   double wall = 0.0;
   for (const StageTime& t : o.times) wall += t.seconds;
   text +=
-      format("%llu facets, %llu passes, %llu points, %.1f m cut, %.1f m rapid\n",
+      format("%llu facets, %llu passes, %llu points (of %llu), %.1f m cut, %.1f m rapid, %llu retracts\n",
              static_cast<unsigned long long>(o.plan.facets), static_cast<unsigned long long>(o.plan.passes),
-             static_cast<unsigned long long>(o.plan.points), o.plan.cut_length / 1000.0,
-             o.plan.rapid_length / 1000.0);
+             static_cast<unsigned long long>(o.plan.points),
+             static_cast<unsigned long long>(o.plan.slice_points), o.plan.cut_length / 1000.0,
+             o.plan.rapid_length / 1000.0, static_cast<unsigned long long>(o.plan.retracts));
   text +=
       format("%llu blocks, %.1f MB, machining time %.1f min, tip within %.4f mm of its path between blocks\n",
              static_cast<unsigned long long>(o.program.blocks), static_cast<double>(o.program.bytes) / 1e6,

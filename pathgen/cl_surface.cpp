@@ -124,7 +124,7 @@ bool ClSurface::top(const ToolPiece& piece, PatchId feature, const AxisLine& lin
   return drop_on_vertex(piece, mesh_.vertices[vertex.vertex], line, hit) && behind(vertex, hit.normal);
 }
 
-/// Do the edge's facets lie behind the contact normal?
+/// (C6) Do the edge's facets lie behind the contact normal?
 bool ClSurface::behind(const EdgePatch& edge, Vec3 normal) const {
   const Point<Part> p = mesh_.vertices[edge.v0];
   for (std::uint32_t apex : {edge.w0, edge.w1}) {

@@ -35,7 +35,7 @@ Point<Flat> Deformation::flatten(Point<Part> p) const {
   const Vec3 d = p - frame_.origin;
   const double pt = dot(d, frame_.t), pn = dot(d, frame_.n), pb = dot(d, b_);
   switch (frame_.mode) {
-    case AxisMode::kFixed:
+    case AxisMode::kFixed:  // (D4)
       return {pt, pb, pn};
     case AxisMode::kLine:  // (D2)
       return {pt, scale_y_ * std::atan2(pb, pn), s_ * std::hypot(pb, pn)};

@@ -15,9 +15,9 @@ struct ClHit {
   Vec3 twist;      ///< mm; how the turning of the axis tilts the CL surface: (C5)
 };
 
-/// Slack of the patch borders: an angle (rad) on the ball, and as a share of the radius a length. Wide enough
-/// to close the seams that rounding and skipped nearly flat edges leave; it raises the surface by R kSeam^2 /
-/// 8, less than 1e-9 mm.
+/// (C4) Slack of the patch borders: an angle (rad) on the ball, and as a share of the radius a length. Wide
+/// enough to close the seams that rounding and skipped nearly flat edges leave; it raises the surface of a
+/// ball by R kSeam^2 / 8, less than 1e-9 mm.
 inline constexpr double kSeam = 2e-5;
 /// A facet or edge steeper than this against the axis (cosine, squared sine) has no height of its own.
 inline constexpr double kSteepest = 1e-9;

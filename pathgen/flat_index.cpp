@@ -60,7 +60,31 @@ bool run_interval(const Cell& cell, const FlatCorner* corner, const FlatLine& li
   return run.low <= run.high;
 }
 
+/// Joins the intervals that the cells of one patch have on a line, where they overlap.
+void join_pieces(std::vector<Candidate>& pieces, std::vector<Candidate>& candidates) {
+  std::sort(pieces.begin(), pieces.end(), [](const Candidate& a, const Candidate& b) {
+    if (a.patch != b.patch) return a.patch < b.patch;
+    if (a.from != b.from) return a.from < b.from;
+    return a.to < b.to;
+  });
+  const std::size_t first = candidates.size();
+  for (const Candidate& piece : pieces) {
+    if (candidates.size() > first && candidates.back().patch == piece.patch &&
+        piece.from <= candidates.back().to) {
+      candidates.back().to = std::max(candidates.back().to, piece.to);
+    } else {
+      candidates.push_back(piece);
+    }
+  }
+}
+
 }  // namespace
+
+bool FlatIndex::has_siblings(std::uint32_t cell) const {
+  const std::vector<Cell>& cells = cells_.cells;
+  return (cell > 0 && cells[cell - 1].patch == cells[cell].patch) ||
+         (cell + 1 < cells.size() && cells[cell + 1].patch == cells[cell].patch);
+}
 
 std::int64_t FlatIndex::Axis::bin(double value) const {
   return static_cast<std::int64_t>(std::floor((value - low) / size));
@@ -211,6 +235,7 @@ void FlatIndex::add_cell(const Cell& cell, const FlatLine& line, const Box& swep
 
 void FlatIndex::along(const FlatLine& line, Scratch& scratch, std::vector<Candidate>& candidates) const {
   candidates.clear();
+  scratch.pieces.clear();
   scratch.seen.resize(cells_.cells.size(), 0);
   if (++scratch.question == 0) {
     std::fill(scratch.seen.begin(), scratch.seen.end(), 0U);
@@ -224,7 +249,7 @@ void FlatIndex::along(const FlatLine& line, Scratch& scratch, std::vector<Candid
       const std::uint32_t c = entries_[e];
       if (scratch.seen[c] == scratch.question) continue;
       scratch.seen[c] = scratch.question;
-      add_cell(cells_.cells[c], line, swept, candidates);
+      add_cell(cells_.cells[c], line, swept, has_siblings(c) ? scratch.pieces : candidates);
     }
   };
   if (line.dx == 0.0 || line.dy == 0.0) {
@@ -237,6 +262,7 @@ void FlatIndex::along(const FlatLine& line, Scratch& scratch, std::vector<Candid
       each_bin({std::min(xa, xb), std::max(xa, xb), std::min(ya, yb), std::max(ya, yb)}, visit);
     }
   }
+  join_pieces(scratch.pieces, candidates);
   std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
     if (a.from != b.from) return a.from < b.from;
     if (a.patch != b.patch) return a.patch < b.patch;

@@ -42,10 +42,11 @@ class FlatIndex {
   struct Scratch {
     std::vector<std::uint32_t> seen;  ///< per cell: the question it was last seen in
     std::uint32_t question = 0;
+    std::vector<Candidate> pieces;  ///< of patches with several cells
   };
 
-  /// Properties: a patch that is the highest anywhere on the line is among the candidates there; they are
-  /// sorted by (from, patch, to) and lie within [0, line.length].
+  /// Properties: a patch that is the highest anywhere on the line is among the candidates there; intervals of
+  /// one patch do not overlap; they are sorted by (from, patch, to) and lie within [0, line.length].
   void along(const FlatLine& line, Scratch& scratch, std::vector<Candidate>& candidates) const;
 
   /// Calls visit(patch) for each cell whose box holds (x, y), until it returns true; returns that.
@@ -81,6 +82,7 @@ class FlatIndex {
   void find_bounds(const Deformation& deformation);
   void choose_bins();
   void fill_bins();
+  bool has_siblings(std::uint32_t cell) const;
   template <class Visit>
   void each_bin(const Box& box, Visit visit) const;
   void add_cell(const Cell& cell, const FlatLine& line, const Box& swept,

@@ -12,6 +12,10 @@ namespace {
 /// So far beyond the end of a pass the surface is taken to be gone (mm): more than the envelope's own search
 /// for the end, less than any tolerance.
 constexpr double kBeyondEnd = 1e-6;
+/// Steeper than this (rise over run) is searched as a wall, by halving.
+constexpr double kSteep = 4.0;
+/// How far aside of where a straight surface would cross, in finenesses; and nearest to an end (share).
+constexpr double kAside = 0.4, kLeastShare = 0.01;
 
 }  // namespace
 
@@ -75,9 +79,23 @@ std::vector<HeightSample> Heights::profile(const FlatLine& line) {
 }
 
 void bisect(Heights& heights, double level, double fineness, Place& outside, Place& inside) {
-  while (distance(outside, inside) > fineness) {
-    const Place middle = lerp(outside, inside, 0.5);
-    (heights.at(middle) > level ? inside : outside) = middle;
+  if (distance(outside, inside) <= fineness) return;
+  double low = heights.at(outside), high = heights.at(inside);
+  for (int step = 0; distance(outside, inside) > fineness; ++step) {
+    const double gap = distance(outside, inside);
+    double share = 0.5;
+    // Where the surface is no wall, two looks to either side of where a straight one crosses, then a halving.
+    if (step % 3 != 2 && high > low && high - low < kSteep * gap) {
+      const double aside = (step % 3 == 0 ? kAside : -kAside) * fineness / gap;
+      share = std::clamp((level - low) / (high - low) + aside, kLeastShare, 1.0 - kLeastShare);
+    }
+    const Place middle = lerp(outside, inside, share);
+    const double z = heights.at(middle);
+    if (z > level) {
+      inside = middle, high = z;
+    } else {
+      outside = middle, low = z;
+    }
   }
 }
 

@@ -1,8 +1,13 @@
 #include "pathgen/pattern.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "pathgen/contours.h"
+#include "pathgen/raster.h"
+#include "pathgen/region_pattern.h"
+#include "pathgen/rough_layers.h"
 
 namespace tiltfeed {
 
@@ -10,6 +15,13 @@ namespace {
 
 /// Where a pattern is split by slope, both sides overlap by this share of the side step.
 constexpr double kOverlapShare = 1.0;
+
+ContourOptions contour_options(const PlanOptions& options, const EnvelopeOptions& envelope,
+                               const Region& region) {
+  ContourOptions contours{envelope, options.pattern, region.boundary(), region.levels()};
+  if (contours.pattern.side_step <= 0.0) contours.pattern.side_step = contours.pattern.step_down;
+  return contours;
+}
 
 /// Contours as passes: without what may not be cut.
 Passes from_contours(Contours&& contours, const ClField& field, const PlanOptions& options) {
@@ -27,20 +39,23 @@ Passes from_contours(Contours&& contours, const ClField& field, const PlanOption
   return passes;
 }
 
-Result<Passes> trace_levels(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
-                            const Progress& progress, std::vector<std::string>& warnings) {
-  ContourOptions contours{envelope, options.pattern, {}, {}};
-  if (contours.pattern.side_step <= 0.0) contours.pattern.side_step = contours.pattern.step_down;
-  const Region region(options.containment, field.deformation);
-  contours.height = region.levels();
-  auto found = z_level(field, contours, progress);
-  if (!found) return tl::unexpected(found.error());
-  warnings.insert(warnings.end(), found->warnings.begin(), found->warnings.end());
+Passes within(Contours&& found, const Region& region, const ClField& field, const PlanOptions& options,
+              std::vector<std::string>& warnings) {
+  warnings.insert(warnings.end(), found.warnings.begin(), found.warnings.end());
   if (region.limited())
-    for (auto& group : found->groups)
+    for (auto& group : found.groups)
       group = keep_where(
           group, field.deformation, [&](const EnvelopePoint& p) { return region.over(p.flat); }, 0.0);
-  return from_contours(std::move(*found), field, options);
+  return from_contours(std::move(found), field, options);
+}
+
+Result<Passes> trace_levels(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
+                            const Progress& progress, std::vector<std::string>& warnings) {
+  const Region region(options.containment, field.deformation);
+  const ContourOptions contours = contour_options(options, envelope, region);
+  auto found = z_level(field, contours, progress);
+  if (!found) return tl::unexpected(found.error());
+  return within(std::move(*found), region, field, options, warnings);
 }
 
 /// Walls by contours, first; the rest by rows.
@@ -61,6 +76,39 @@ Result<Passes> trace_split(const ClField& field, const PlanOptions& options, con
   return walls;
 }
 
+/// The region's border moved inwards, as loops or as a spiral.
+Result<Passes> trace_region(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
+                            const Progress& progress, std::vector<std::string>& warnings) {
+  const Region region(options.containment, field.deformation);
+  auto found = region_pattern(field, contour_options(options, envelope, region), progress);
+  if (!found) return tl::unexpected(found.error());
+  return within(std::move(*found), region, field, options, warnings);
+}
+
+/// Layers from the top of the part, or of the containment, down.
+Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
+                           const Progress& progress, std::vector<std::string>& warnings) {
+  const Region region(options.containment, field.deformation);
+  const auto raster =
+      lay_raster(field.index, region.within(field.bounds), options.pattern, options.pattern.side_step);
+  if (!raster) return tl::unexpected(raster.error());
+  std::vector<FlatLine> lines;
+  for (double k = 0.0; k < raster->count; ++k)
+    for (const FlatLine& piece : region.inside(raster->row(k))) lines.push_back(piece);
+  double top = region.levels().high;
+  if (!std::isfinite(top)) {
+    top = -std::numeric_limits<double>::infinity();
+    for (Point<Part> v : field.surface.mesh().vertices) top = std::max(top, field.deformation.flatten(v).z);
+    top += reference_height(options.cutter) + options.allowance + options.axial_stock;
+  }
+  // Stock stands beside the part, too, where a containment says how far.
+  auto found =
+      rough_layers(field, lines, top, region.limited(), contour_options(options, envelope, region), progress);
+  if (!found) return tl::unexpected(found.error());
+  warnings.insert(warnings.end(), found->warnings.begin(), found->warnings.end());
+  return from_contours(std::move(*found), field, options);
+}
+
 }  // namespace
 
 Result<Passes> trace_pattern(const ClField& field, const PlanOptions& options,
@@ -76,12 +124,11 @@ Result<Passes> trace_pattern(const ClField& field, const PlanOptions& options,
       return trace_split(field, options, envelope, thinning, progress, warnings);
     case PatternKind::kContour:
     case PatternKind::kSpiral:
+      return trace_region(field, options, envelope, progress, warnings);
     case PatternKind::kRough:
-      break;
+      return trace_rough(field, options, envelope, progress, warnings);
   }
-  return fail(Code::kInput,
-              "pattern.kind: contour, spiral and rough are not made by this version; use raster, "
-              "z_level or split");
+  return fail(Code::kInput, "pattern.kind is unknown");
 }
 
 }  // namespace tiltfeed

@@ -7,8 +7,8 @@
 
 namespace tiltfeed {
 
-/// The passes of the pattern on this field; groups where the pattern has groups. Errors: as trace_raster and
-/// z_level; kInput for a pattern that is not made.
+/// The passes of the pattern on this field; groups where the pattern has groups. Errors: as trace_raster,
+/// z_level, region_pattern and rough_layers.
 Result<Passes> trace_pattern(const ClField& field, const PlanOptions& options,
                              const EnvelopeOptions& envelope, double thinning, const Progress& progress,
                              std::vector<std::string>& warnings);

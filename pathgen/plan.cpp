@@ -99,7 +99,8 @@ Result<void> check_options(const PlanOptions& o) {
   const auto positive = [](double v) { return std::isfinite(v) && v > 0.0; };
   if (!positive(o.cutter.diameter)) return fail(Code::kInput, "cutter.diameter_mm must be a positive length");
   const bool by_scallop = o.pattern.measure == StepMeasure::kScallop;
-  const bool by_levels = o.pattern.kind == PatternKind::kZLevel || o.pattern.kind == PatternKind::kSplit;
+  const bool by_levels = o.pattern.kind == PatternKind::kZLevel || o.pattern.kind == PatternKind::kSplit ||
+                         o.pattern.kind == PatternKind::kRough;
   if (by_levels && !positive(o.pattern.step_down))
     return fail(Code::kInput, "pattern.step_down_mm must be a positive length");
   if (o.smoothing != 0.0)
@@ -214,12 +215,12 @@ class Planner {
     const std::uint64_t trimmed = far_side.trim(passes_);
     if (trimmed == left)
       return fail(Code::kGouge,
-                  "at every point of the path the shank would hit the part beyond the point, line or circle; "
+                  "at every point of the path shank or holder would hit the part beyond the point, line or circle; "
                   "use a shorter cutter.shank_length_mm");
     if (trimmed > 0)
       report_.warnings.push_back(
           std::to_string(trimmed) + " of " + std::to_string(left) +
-          " points left out: beyond the axis point, line or circle the shank would hit the part");
+          " points left out: beyond the axis point, line or circle shank or holder would hit the part");
 
     if (!stages_.begin("link")) return cancelled();
     const Linking links{.direction = as_given_ ? Direction::kOneWay : options_.pattern.direction,
@@ -247,8 +248,13 @@ class Planner {
     if (linked.skipped_passes > 0)
       report_.warnings.push_back(
           std::to_string(linked.skipped_passes) +
-          " passes left out: on the way to them the shank would hit the part beyond the axis "
+          " passes left out: on the way to them shank or holder would hit the part beyond the axis "
           "point, line or circle; a shorter cutter.shank_length_mm may reach them");
+    if (linked.straight_ends > 0)
+      report_.warnings.push_back(std::to_string(linked.straight_ends) +
+                                 " ends of passes have no room for an arc of links.lead_radius_mm: straight "
+                                 "there");
+    report_.retracts = linked.retracts, report_.joins = linked.joins;
     path_.moves = std::move(linked.moves);
     return {};
   }

@@ -26,6 +26,8 @@ struct PlanReport {
   std::uint64_t passes = 0;                     ///< unbroken runs of cutting moves
   std::uint64_t slice_points = 0;               ///< envelope points before thinning
   std::uint64_t points = 0;                     ///< cutting moves of the path
+  std::uint64_t retracts = 0;                   ///< to the clearance surface, the last one included
+  std::uint64_t joins = 0;                      ///< passes begun from the one before, on the surface
   double cut_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm
   std::vector<std::string> warnings;
   std::vector<StageTime> times;

@@ -84,7 +84,8 @@ inline std::unique_ptr<const ClField> field_over(const Mesh& mesh, const AxisFra
   ClSurface surface(mesh, Sides::kOutward, tool_pieces(ball(diameter)));
   const Deformation map(frame, scale);
   FlatIndex index(make_cells(surface, map, 0.5), map);
-  return std::make_unique<const ClField>(ClField{std::move(surface), map, std::move(index)});
+  const FlatBounds bounds = index.bounds();
+  return std::make_unique<const ClField>(ClField{std::move(surface), map, std::move(index), bounds});
 }
 
 /// Largest value of a concave function on [0, 1].

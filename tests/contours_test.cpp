@@ -7,7 +7,7 @@
 #include <map>
 #include <random>
 
-#include "contour_shapes.h"
+#include "tests/contour_shapes.h"
 
 namespace tiltfeed {
 namespace {

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "path_proof.h"
+#include "tests/path_proof.h"
 #include "pathgen/linking.h"
 #include "pathgen/travel.h"
 

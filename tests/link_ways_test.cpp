@@ -6,7 +6,7 @@
 #include <random>
 #include <utility>
 
-#include "link_shop.h"
+#include "tests/link_shop.h"
 #include "pathgen/joins.h"
 #include "pathgen/leads.h"
 #include "pathgen/travel.h"

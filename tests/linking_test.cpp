@@ -8,7 +8,7 @@
 #include <random>
 #include <tuple>
 
-#include "link_shop.h"
+#include "tests/link_shop.h"
 
 namespace tiltfeed {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "contour_shapes.h"
+#include "tests/contour_shapes.h"
 
 namespace tiltfeed {
 namespace {
