@@ -19,6 +19,9 @@ constexpr double kArcShare = 0.26;
 /// within sqrt(2 R kEndStep) of the end of the flank.
 constexpr double kEndStep = 1e-7;
 
+/// See break_points().
+constexpr double kBreakShare = 1.0 / 8.0;
+
 struct Sample {
   double run = 0.0;
   bool hit = false;
@@ -66,14 +69,14 @@ class Profile {
   }
 
  private:
-  /// Ends of the candidates' intervals, those closer than the tolerance taken as one: a ball that is
-  /// missed between two samples so near rises above its neighbours by less than tolerance^2 / (8 R).
+  /// Ends of the candidates' intervals, those closer than kBreakShare of the curved step taken as one: what
+  /// rises or sinks between two samples so near does so by kBreakShare^2 of the tolerance at most.
   std::vector<double> break_points() const {
     std::vector<double> breaks;
     breaks.reserve(field_.candidates_.size() * 2);
     for (const Candidate& c : field_.candidates_) breaks.push_back(c.from), breaks.push_back(c.to);
     std::sort(breaks.begin(), breaks.end());
-    const auto close = [this](double a, double b) { return b - a < options_.tolerance; };
+    const auto close = [this](double a, double b) { return b - a < curved_step_ * kBreakShare; };
     const double last = breaks.empty() ? 0.0 : breaks.back();
     breaks.erase(std::unique(breaks.begin(), breaks.end(), close), breaks.end());
     if (!breaks.empty() && breaks.back() < last)

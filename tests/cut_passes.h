@@ -93,8 +93,8 @@ inline std::vector<CutRun> dense(const std::vector<CutRun>& runs, double spacing
       const int steps = std::max(1, static_cast<int>(std::ceil(size / spacing)));
       for (int k = 1; k <= steps; ++k) {
         const double f = static_cast<double>(k) / steps;
-        finer.back().push_back({lerp(run[i - 1].tip, run[i].tip, f),
-                                normalized(run[i - 1].axis * (1.0 - f) + run[i].axis * f)});
+        finer.back().push_back(
+            {lerp(run[i - 1].tip, run[i].tip, f), normalized(run[i - 1].axis * (1.0 - f) + run[i].axis * f)});
       }
     }
   }

@@ -1,11 +1,10 @@
-// What passes promise: their distance on the part, the ridges they leave, containment, guards, patterns,
-// directions and point spacing, each by brute force or closed form on the planned path.
+// What passes promise: their distance on the part, the ridges they leave and containment, each by brute force
+// on the planned path.
 #include "pathgen/passes.h"
 
 #include <gtest/gtest.h>
 
 #include "cut_passes.h"
-#include "sim/tool_solid.h"
 
 namespace tiltfeed {
 namespace {
@@ -49,8 +48,7 @@ std::vector<Point<Part>> places(const Grid& g, const std::function<Point<Part>(d
   std::vector<Point<Part>> found;
   for (int i = 0; i <= g.columns; ++i)
     for (int j = 0; j <= g.rows; ++j)
-      found.push_back(
-          tip(g.u0 + (g.u1 - g.u0) * i / g.columns, g.v0 + (g.v1 - g.v0) * j / g.rows));
+      found.push_back(tip(g.u0 + (g.u1 - g.u0) * i / g.columns, g.v0 + (g.v1 - g.v0) * j / g.rows));
   return found;
 }
 
@@ -94,11 +92,12 @@ TEST(Passes, KeepTheSideStepNearThePole) {
   const auto rho = [](double, double v) { return v < 0.9 ? 10.0 : 32.0; };
   const CheckedMesh part = sheet(kPointFrame, {-1.5, 1.5, 0.2, 1.35, 60, 46}, rho);
   const Deformation map(kPointFrame, 1.0);
-  const auto where = places({-1.3, 1.3, 1.0, 1.25, 23, 11},
-                            [&](double u, double v) { return map.unflatten({u, v, 32.0}); });
+  const auto where = places({-1.3, 1.3, 1.0, 1.25, 23, 11}, [&](double u, double v) {
+    return map.unflatten({u, v, 32.0});
+  });
   PlanOptions o = options_with(kPointFrame);
   o.pattern.side_step = 1.0;
-  expect_side_step(part, o, where);  // rows round the pole: far from the mean radius
+  expect_side_step(part, o, where);             // rows round the pole: far from the mean radius
   o.pattern.angle = Angle::from_degrees(45.0);  // rows that meet at the pole at a slant
   o.pattern.measure = StepMeasure::kSurface;
   const Spacing slanted = spacing(runs_of(part, o), where);
@@ -148,12 +147,12 @@ TEST(Passes, LeaveRidgesAsHighAsTheScallop) {
   }
 }
 
+// The step is taken at the ball's centre, which a bore brings nearer together than the surface.
 TEST(Passes, DISABLED_LeaveRidgesNoHigherThanTheScallopInABore) {
   AxisFrame frame = kLineFrame;
   frame.sense = Sense::kInward;
   const double radius = 10.0;
-  const CheckedMesh part =
-      sheet(frame, {0, 12, -1.2, 1.2, 4, 160}, [&](double, double) { return -radius; });
+  const CheckedMesh part = sheet(frame, {0, 12, -1.2, 1.2, 4, 160}, [&](double, double) { return -radius; });
   PlanOptions o = options_with(frame);
   o.cutter = {8.0, 100.0, 8.0};
   o.links.clearance = 1.0;
@@ -187,7 +186,8 @@ Extent extent(const std::vector<CutRun>& runs, const AxisFrame& axis, double ref
     for (const Pose& pose : run) {
       const Point<Flat> f = own_coordinates(pose, map, reference);
       const double at[3] = {f.x, f.y, f.z};
-      for (int i = 0; i < 3; ++i) e.low[i] = std::min(e.low[i], at[i]), e.high[i] = std::max(e.high[i], at[i]);
+      for (int i = 0; i < 3; ++i)
+        e.low[i] = std::min(e.low[i], at[i]), e.high[i] = std::max(e.high[i], at[i]);
     }
   return e;
 }
@@ -253,7 +253,10 @@ TEST(Passes, StayInABoundaryAndCoverIt) {
     for (double x = -8.0; x <= 7.0; x += 0.5)
       for (double y = -7.0; y <= 6.0; y += 0.5)
         if (in_ell(x, y, 0.0)) {
-          EXPECT_LE(from_runs(Point<Part>{x, y, 0.0}, runs), (angle == 25.0 ? 1.0 : 0.5) * 1.5 + 1e-9) << x << y;
+          // At a slant a row may end up to a whole step before the corner beside it.
+          EXPECT_LE(from_runs(Point<Part>{x, y, 0.0}, runs),
+                    (angle == 25.0 ? 1.0 : 0.5) * o.pattern.side_step + kBorder)
+              << x << " " << y;
         }
   }
 }
@@ -273,95 +276,6 @@ TEST(Passes, SayWhenTheContainmentIsEmpty) {
     ASSERT_FALSE(planned);
     EXPECT_EQ(planned.error().code, Code::kUnreachable);
     EXPECT_NE(planned.error().message.find("containment"), std::string::npos) << planned.error().message;
-  }
-}
-
-/// A floor before a wall 20 mm high, and a tool whose holder is as wide as the wall is near.
-struct Shop {
-  CheckedMesh part = sheet(kUpright, {-20, 20, -6, 6, 80, 1},
-                           [](double u, double) { return std::clamp((u - 9.9) * 100.0, 0.0, 20.0); });
-  sim::PartDistance surface{part.mesh};
-  PlanOptions plain = options_with(kUpright), guarded = plain;
-  Cutter tool;
-
-  explicit Shop(Reaction reaction) {
-    plain.cutter = {4.0, 100.0, 12.0};
-    plain.max_point_distance = 0.25;
-    guarded = plain;
-    guarded.cutter.holder = {{16.0, 20.0, 30.0}};
-    guarded.holder = {0.5, reaction};
-    tool = guarded.cutter;
-  }
-  bool clear(const Pose& pose) const {
-    return sim::ToolSolid(tool).clearance(surface, pose, sim::ToolPart::kHolder, 2.0).value >=
-           guarded.holder.clearance - guarded.tolerance;
-  }
-  /// Share of the length of the moves on which the holder is clear, and that length.
-  std::pair<double, double> clear_length(const std::vector<CutRun>& runs) const {
-    double all = 0.0, good = 0.0;
-    for (const CutRun& run : dense(runs, 0.25))
-      for (std::size_t i = 1; i < run.size(); ++i) {
-        const double size = distance(run[i - 1].tip, run[i].tip);
-        all += size, good += clear(run[i - 1]) && clear(run[i]) ? size : 0.0;
-      }
-    return {good / all, good};
-  }
-  static bool warns(const Plan& planned) {
-    return std::any_of(planned.report.warnings.begin(), planned.report.warnings.end(), [](const auto& w) {
-      return w.find("holder") != std::string::npos && w.find("facet") != std::string::npos;
-    });
-  }
-};
-
-TEST(Guards, TrimmingLeavesNoHolderContactAndNoMoreOutThanThat) {
-  const Shop shop(Reaction::kTrim);
-  const auto plain = shop.clear_length(runs_of(shop.part, shop.plain));
-  ASSERT_LT(plain.first, 0.9);
-  const auto planned = plan(shop.part, shop.guarded, nullptr);
-  ASSERT_TRUE(planned) << planned.error().message;
-  EXPECT_TRUE(Shop::warns(*planned));
-  const auto trimmed = shop.clear_length(runs_of(planned->path));
-  EXPECT_EQ(trimmed.first, 1.0);
-  EXPECT_NEAR(trimmed.second, plain.second, 0.03 * plain.second);
-}
-
-TEST(Guards, RetractingKeepsAllColumnsAndRaisesTheTool) {
-  const Shop shop(Reaction::kRetract);
-  const auto plain = runs_of(shop.part, shop.plain);
-  const auto planned = plan(shop.part, shop.guarded, nullptr);
-  ASSERT_TRUE(planned) << planned.error().message;
-  EXPECT_TRUE(Shop::warns(*planned));
-  const auto raised = runs_of(planned->path);
-  EXPECT_EQ(shop.clear_length(raised).first, 1.0);
-  double highest = 0.0;
-  for (const CutRun& run : plain)
-    for (const Pose& pose : run) {
-      double aside = std::numeric_limits<double>::infinity(), lift = -aside;
-      for (const CutRun& other : raised)
-        for (std::size_t i = 1; i < other.size(); ++i) {
-          const Point<Part> a = other[i - 1].tip, b = other[i].tip;
-          const Vec3 ab{b.x - a.x, b.y - a.y, 0}, ap{pose.tip.x - a.x, pose.tip.y - a.y, 0};
-          const double f = squared_length(ab) > 0 ? std::clamp(dot(ab, ap) / squared_length(ab), 0.0, 1.0) : 0;
-          const double d = length(ap - ab * f), z = a.z + (b.z - a.z) * f - pose.tip.z;
-          if (d < aside - 1e-9 || (d < aside + 1e-9 && z > lift)) aside = d, lift = z;
-        }
-      EXPECT_LT(aside, 1e-6);
-      EXPECT_GT(lift, -2.0 * shop.plain.tolerance) << pose.tip.x << ' ' << pose.tip.y << ' ' << pose.tip.z << ' ' << aside;
-      highest = std::max(highest, lift);
-    }
-  EXPECT_NEAR(highest, 20.0 - 12.0 + 0.5, 0.1);  // the holder's lower end half a millimetre over the wall
-}
-
-TEST(Guards, ReportingChangesNothingButTheReport) {
-  const Shop shop(Reaction::kReport);
-  const auto plain = plan(shop.part, shop.plain, nullptr), guarded = plan(shop.part, shop.guarded, nullptr);
-  ASSERT_TRUE(plain && guarded);
-  EXPECT_FALSE(Shop::warns(*plain));
-  EXPECT_TRUE(Shop::warns(*guarded));
-  ASSERT_EQ(plain->path.moves.size(), guarded->path.moves.size());
-  for (std::size_t i = 0; i < plain->path.moves.size(); ++i) {
-    EXPECT_EQ(plain->path.moves[i].pose, guarded->path.moves[i].pose);
-    EXPECT_EQ(plain->path.moves[i].kind, guarded->path.moves[i].kind);
   }
 }
 

@@ -243,11 +243,11 @@ TEST(Stream, ProgressIsShownAndCanStop) {
     EXPECT_LE(state.executed, state.acknowledged);
     EXPECT_LE(state.acknowledged, state.sent);
     EXPECT_EQ(state.total, 200007u);
-    return ++calls < 4;
+    return ++calls < 2;
   });
   ASSERT_FALSE(report);
   EXPECT_NE(report.error().message.find("stopped on request"), std::string::npos) << report.error().message;
-  EXPECT_LE(calls, 5);
+  EXPECT_LE(calls, 3);
 }
 
 TEST(Stream, NothingIsSentWhenTheProgramIsWrong) {
