@@ -1,5 +1,7 @@
 #include "pathgen/cl_field.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -13,6 +15,8 @@ namespace {
 constexpr double kSmallestCell = 0.1;
 constexpr double kSmallestCellShare = 0.25;
 
+constexpr std::size_t kFacetsPerBlock = 4096;
+
 tl::unexpected<Error> nothing_faces() {
   return fail(Code::kUnreachable,
               "no facet of the part faces the tool: check axis.sense, axis.origin_mm and axis.n");
@@ -23,17 +27,27 @@ tl::unexpected<Error> nothing_faces() {
 double mean_rho(const Mesh& mesh, Sides sides, double offset, const AxisFrame& frame) {
   if (frame.mode == AxisMode::kFixed) return 1.0;
   const Deformation probe(frame, 1.0);
+  struct Sum {
+    double weight = 0.0, rho = 0.0;
+  };
+  // In blocks of fixed size, so that the sum is the same for any number of threads.
+  std::vector<Sum> sums((mesh.facets.size() + kFacetsPerBlock - 1) / kFacetsPerBlock);
+  tbb::parallel_for(std::size_t{0}, sums.size(), [&](std::size_t block) {
+    const std::size_t end = std::min(mesh.facets.size(), (block + 1) * kFacetsPerBlock);
+    for (std::size_t i = block * kFacetsPerBlock; i < end; ++i) {
+      const auto& f = mesh.facets[i];
+      const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
+      const Vec3 normal = cross(b - a, c - a);
+      const double area = length(normal);
+      const Point<Part> centre = lerp(lerp(a, b, 0.5), c, 1.0 / 3.0) + normal * (offset / area);
+      const double rho = std::abs(probe.flatten(centre).z);
+      if (rho <= 0.0) continue;
+      if (sides == Sides::kOutward && dot(normal, probe.axis_at(centre)) <= 0.0) continue;
+      sums[block].weight += area, sums[block].rho += area * rho;
+    }
+  });
   double weight = 0.0, sum = 0.0;
-  for (const auto& f : mesh.facets) {
-    const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
-    const Vec3 normal = cross(b - a, c - a);
-    const double area = length(normal);
-    const Point<Part> centre = lerp(lerp(a, b, 0.5), c, 1.0 / 3.0) + normal * (offset / area);
-    const double rho = std::abs(probe.flatten(centre).z);
-    if (rho <= 0.0) continue;
-    if (sides == Sides::kOutward && dot(normal, probe.axis_at(centre)) <= 0.0) continue;
-    weight += area, sum += area * rho;
-  }
+  for (const Sum& s : sums) weight += s.weight, sum += s.rho;
   return weight > 0.0 ? sum / weight : 0.0;
 }
 

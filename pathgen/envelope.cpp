@@ -235,7 +235,17 @@ LineEnvelope Envelope::along(const FlatLine& line) {
   std::erase_if(candidates_, [&](const Candidate& c) { return c.patch >= cutter; });
   LineEnvelope found = Profile(*this, line).build();
   if (!keep_guards(found, line)) return found;
-  return Profile(*this, line).build();
+  LineEnvelope guarded = Profile(*this, line).build();
+  // Shank and holder raise the tool; they do not send it where the cutting part has nothing to cut.
+  const auto run = [&](const EnvelopePoint& p) {
+    return (p.flat.x - line.x) * line.dx + (p.flat.y - line.y) * line.dy;
+  };
+  leave_out(guarded.passes, [&](const EnvelopePoint& p) {
+    return std::none_of(found.passes.begin(), found.passes.end(), [&](const Pass& pass) {
+      return run(p) >= run(pass.front()) && run(p) <= run(pass.back());
+    });
+  });
+  return guarded;
 }
 
 /// Makes those patches of shank and holder candidates that can be higher than what was found of the cutting

@@ -1,5 +1,7 @@
 #include "pathgen/flat_index.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -12,6 +14,8 @@ namespace {
 /// Bins as small as keep the entries of all cells below this many a cell.
 constexpr double kEntriesPerCell = 4.0;
 constexpr double kMostBins = 16e6;
+/// Of bins, filled side by side.
+constexpr std::size_t kStripes = 2;
 
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -98,9 +102,11 @@ std::int64_t FlatIndex::Axis::wrapped(std::int64_t b) const {
 
 FlatIndex::FlatIndex(Cells cells, const Deformation& deformation) : cells_(std::move(cells)) {
   assert(!cells_.cells.empty());
-  find_bounds(deformation);
-  choose_bins();
-  fill_bins();
+  std::vector<Box> boxes(cells_.cells.size());
+  tbb::parallel_for(std::size_t{0}, boxes.size(), [&](std::size_t c) { boxes[c] = box_of(cells_.cells[c]); });
+  find_bounds(boxes, deformation);
+  choose_bins(boxes);
+  fill_bins(boxes);
 }
 
 FlatIndex::Box FlatIndex::box_of(const Cell& cell) const {
@@ -134,10 +140,9 @@ double FlatIndex::crossings(double dx, double dy, double step) const {
   return static_cast<double>(cells_.cells.size()) + widths / step;
 }
 
-void FlatIndex::find_bounds(const Deformation& deformation) {
+void FlatIndex::find_bounds(const std::vector<Box>& boxes, const Deformation& deformation) {
   Range x, y;
-  for (const Cell& cell : cells_.cells) {
-    const Box box = box_of(cell);
+  for (const Box& box : boxes) {
     x.add(box.low_x), x.add(box.high_x), y.add(box.low_y), y.add(box.high_y);
   }
   const auto settle = [](Range& range, double period, Axis& axis) {
@@ -157,13 +162,12 @@ void FlatIndex::find_bounds(const Deformation& deformation) {
   bounds_ = {x.low, x.high, y.low, y.high};
 }
 
-void FlatIndex::choose_bins() {
+void FlatIndex::choose_bins(const std::vector<Box>& boxes) {
   const double width = std::max(bounds_.max_x - bounds_.min_x, 1e-9);
   const double height = std::max(bounds_.max_y - bounds_.min_y, 1e-9);
   const auto count = static_cast<double>(cells_.cells.size());
   double wide = 0.0, high = 0.0, area = 0.0;
-  for (const Cell& cell : cells_.cells) {
-    const Box box = box_of(cell);
+  for (const Box& box : boxes) {
     const double w = std::min(box.high_x - box.low_x, width), h = std::min(box.high_y - box.low_y, height);
     wide += w, high += h, area += w * h;
   }
@@ -199,15 +203,26 @@ void FlatIndex::each_bin(const Box& box, Visit visit) const {
       visit(static_cast<std::size_t>(y_.wrapped(j) * x_.count + x_.wrapped(i)));
 }
 
-void FlatIndex::fill_bins() {
-  start_.assign(static_cast<std::size_t>(x_.count * y_.count) + 1, 0);
-  for (const Cell& cell : cells_.cells) each_bin(box_of(cell), [&](std::size_t bin) { ++start_[bin + 1]; });
+/// Stripes of rows are filled side by side; each bin lists its cells in rising order.
+void FlatIndex::fill_bins(const std::vector<Box>& boxes) {
+  const auto bins = static_cast<std::size_t>(x_.count * y_.count);
+  start_.assign(bins + 1, 0);
+  const auto stripe = [&](std::size_t k, const auto& visit) {
+    const std::size_t low = bins * k / kStripes, high = bins * (k + 1) / kStripes;
+    for (std::uint32_t c = 0; c < boxes.size(); ++c)
+      each_bin(boxes[c], [&](std::size_t bin) {
+        if (bin >= low && bin < high) visit(bin, c);
+      });
+  };
+  tbb::parallel_for(std::size_t{0}, kStripes, [&](std::size_t k) {
+    stripe(k, [&](std::size_t bin, std::uint32_t) { ++start_[bin + 1]; });
+  });
   for (std::size_t b = 1; b < start_.size(); ++b) start_[b] += start_[b - 1];
   entries_.resize(start_.back());
-  for (std::uint32_t c = 0; c < cells_.cells.size(); ++c)
-    each_bin(box_of(cells_.cells[c]), [&](std::size_t bin) { entries_[start_[bin]++] = c; });
-  for (std::size_t b = start_.size() - 1; b > 0; --b) start_[b] = start_[b - 1];
-  start_[0] = 0;
+  std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
+  tbb::parallel_for(std::size_t{0}, kStripes, [&](std::size_t k) {
+    stripe(k, [&](std::size_t bin, std::uint32_t c) { entries_[next[bin]++] = c; });
+  });
 }
 
 /// A cell over the seam, or on a line that passes it, may meet the line on more than one turn.

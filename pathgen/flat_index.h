@@ -79,9 +79,9 @@ class FlatIndex {
   };
   Box box_of(const Cell& cell) const;
   bool holds(const Cell& cell, double x, double y) const;
-  void find_bounds(const Deformation& deformation);
-  void choose_bins();
-  void fill_bins();
+  void find_bounds(const std::vector<Box>& boxes, const Deformation& deformation);
+  void choose_bins(const std::vector<Box>& boxes);
+  void fill_bins(const std::vector<Box>& boxes);
   bool has_siblings(std::uint32_t cell) const;
   template <class Visit>
   void each_bin(const Box& box, Visit visit) const;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "pathgen/pass_trim.h"
 #include "pathgen/raster.h"
 
 namespace tiltfeed {
@@ -163,7 +164,9 @@ class RasterTracer {
       if (halvings_ > 0) find_needs(pass, t);
     }
     leave_out(found.passes, [&](const EnvelopePoint& p) { return !rules_.may_cut(p, t.refusals); });
-    for (const Pass& pass : found.passes) t.passes.push_back(thinned(pass, thinning_, envelope_));
+    for (const Pass& pass : found.passes)
+      t.passes.push_back(
+          spaced(thinned(pass, thinning_, envelope_), field_.deformation, envelope_.max_distance));
     return t;
   }
 
@@ -171,13 +174,19 @@ class RasterTracer {
   /// step in part space, lifted along the axis to stay on the tangent plane, without what runs along the
   /// pass.
   double stretch(const EnvelopePoint& p, bool& steep) const {
-    const Deformation::Steps step = field_.deformation.steps(p.flat);
     const double facing = std::max(dot(p.normal, p.axis), kSteepestAcross);
     steep = facing > dot(p.normal, p.axis);
     const auto lifted = [&](Vec3 v) { return v - p.axis * (dot(p.normal, v) / facing); };
-    const Vec3 across = lifted(step.y * raster_.dx - step.x * raster_.dy);
-    const Vec3 along = normalized(lifted(step.x * raster_.dx + step.y * raster_.dy));
-    return length(across - along * dot(across, along));
+    // Rows meet the part below the CL reference: in a hollow further apart than there.
+    const double contact = p.flat.z - field_.surface.pieces().front().corner * facing;
+    double widest = 0.0;
+    for (const double z : {p.flat.z, contact}) {
+      const Deformation::Steps step = field_.deformation.steps({p.flat.x, p.flat.y, z});
+      const Vec3 across = lifted(step.y * raster_.dx - step.x * raster_.dy);
+      const Vec3 along = normalized(lifted(step.x * raster_.dx + step.y * raster_.dy));
+      widest = std::max(widest, length(across - along * dot(across, along)));
+    }
+    return widest;
   }
 
   void find_needs(const Pass& pass, Traced& t) const {

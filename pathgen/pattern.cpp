@@ -26,6 +26,8 @@ ContourOptions contour_options(const PlanOptions& options, const EnvelopeOptions
 /// Contours as passes: without what may not be cut.
 Passes from_contours(Contours&& contours, const ClField& field, const PlanOptions& options) {
   const PassRules rules(options, field);
+  const double max_distance =
+      options.max_point_distance > 0.0 ? options.max_point_distance : std::numeric_limits<double>::infinity();
   Passes passes;
   passes.as_given = true;
   for (std::vector<Pass>& group : contours.groups) {
@@ -34,6 +36,7 @@ Passes from_contours(Contours&& contours, const ClField& field, const PlanOption
       for (const EnvelopePoint& p : pass) passes.top = std::max(passes.top, p.flat.z);
     }
     leave_out(group, [&](const EnvelopePoint& p) { return !rules.may_cut(p, passes.refusals); });
+    for (Pass& pass : group) pass = spaced(pass, field.deformation, max_distance);
     passes.rows.push_back(std::move(group));
   }
   return passes;

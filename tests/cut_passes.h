@@ -10,7 +10,7 @@
 #include <limits>
 #include <vector>
 
-#include "bent_parts.h"
+#include "tests/bent_parts.h"
 #include "pathgen/plan.h"
 
 namespace tiltfeed {

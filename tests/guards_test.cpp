@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "cut_passes.h"
+#include "tests/cut_passes.h"
 #include "sim/tool_solid.h"
 
 namespace tiltfeed {
@@ -102,7 +102,7 @@ TEST(Guards, ReportingChangesNothingButTheReport) {
   }
 }
 
-TEST(Guards, DISABLED_RetractingAddsNoColumnsThatTheCutterDoesNotReach) {
+TEST(Guards, RetractingAddsNoColumnsThatTheCutterDoesNotReach) {
   const Shop shop(Reaction::kRetract);
   // Round the part's corners the cutter's columns end on an arc.
   for (const CutRun& run : dense(runs_of(shop.part, shop.guarded), 0.2))

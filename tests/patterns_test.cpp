@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "cut_passes.h"
+#include "tests/cut_passes.h"
 
 namespace tiltfeed {
 namespace {
@@ -180,11 +180,11 @@ TEST(Patterns, RowsHavePointsAsNearAsAsked) {
   for (const AxisFrame& axis : {kUpright, kRing}) expect_near_points(axis, PatternKind::kRaster, false);
 }
 
-TEST(Patterns, DISABLED_RowsHavePointsAsNearAsAskedOnWallsToo) {
+TEST(Patterns, RowsHavePointsAsNearAsAskedOnWallsToo) {
   for (const AxisFrame& axis : {kUpright, kRing}) expect_near_points(axis, PatternKind::kRaster, true);
 }
 
-TEST(Patterns, DISABLED_ContoursHavePointsAsNearAsAsked) {
+TEST(Patterns, ContoursHavePointsAsNearAsAsked) {
   for (const AxisFrame& axis : {kUpright, kRing}) expect_near_points(axis, PatternKind::kZLevel, true);
 }
 
