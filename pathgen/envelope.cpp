@@ -236,44 +236,45 @@ LineEnvelope Envelope::along(const FlatLine& line) {
   LineEnvelope found = Profile(*this, line).build();
   if (!keep_guards(found, line)) return found;
   LineEnvelope guarded = Profile(*this, line).build();
-  // Shank and holder raise the tool; they do not send it where the cutting part has nothing to cut.
-  const auto run = [&](const EnvelopePoint& p) {
-    return (p.flat.x - line.x) * line.dx + (p.flat.y - line.y) * line.dy;
-  };
-  leave_out(guarded.passes, [&](const EnvelopePoint& p) {
-    return std::none_of(found.passes.begin(), found.passes.end(), [&](const Pass& pass) {
-      return run(p) >= run(pass.front()) && run(p) <= run(pass.back());
-    });
-  });
+  guarded.guarded = true;
+  for (const Pass& pass : found.passes)
+    guarded.cut.push_back({line.run_of(pass.front().flat.x, pass.front().flat.y),
+                           line.run_of(pass.back().flat.x, pass.back().flat.y)});
   return guarded;
 }
 
 /// Makes those patches of shank and holder candidates that can be higher than what was found of the cutting
 /// part; false if none can.
 bool Envelope::keep_guards(const LineEnvelope& found, const FlatLine& line) {
-  std::vector<std::pair<double, double>> heights;  // run, z'; a gap has no height
-  for (const Pass& pass : found.passes)
-    for (const EnvelopePoint& p : pass)
-      heights.push_back({(p.flat.x - line.x) * line.dx + (p.flat.y - line.y) * line.dy, p.flat.z});
   const PatchId cutter = surface_.features();
   candidates_.clear();
   bool guarded = false;
   for (const Candidate& c : all_) {
     if (c.patch >= cutter) {
-      auto at = std::lower_bound(heights.begin(), heights.end(), std::pair{c.from, 0.0},
-                                 [](const auto& a, const auto& b) { return a.first < b.first; });
-      if (at != heights.begin()) --at;
-      bool higher = false;
-      for (; at != heights.end() && !higher; ++at) {
-        higher = at->second - options_.tolerance < static_cast<double>(c.top);
-        if (at->first > c.to) break;
-      }
-      if (!higher) continue;
+      if (!may_rise(c, found, line)) continue;
       guarded = true;
     }
     candidates_.push_back(c);
   }
   return guarded;
+}
+
+/// Can the candidate be higher than what was found of the cutting part, or is it where that finds nothing?
+bool Envelope::may_rise(const Candidate& c, const LineEnvelope& found, const FlatLine& line) const {
+  for (const Pass& pass : found.passes) {
+    const auto run = [&](const EnvelopePoint& p) { return line.run_of(p.flat.x, p.flat.y); };
+    if (run(pass.back()) < c.from) continue;
+    if (run(pass.front()) > c.from || run(pass.back()) < c.to) return true;
+    auto at = std::lower_bound(pass.begin(), pass.end(), c.from,
+                               [&](const EnvelopePoint& p, double from) { return run(p) < from; });
+    if (at != pass.begin()) --at;
+    for (; at != pass.end(); ++at) {
+      if (at->flat.z - options_.tolerance < static_cast<double>(c.top)) return true;
+      if (run(*at) > c.to) break;
+    }
+    return false;
+  }
+  return true;
 }
 
 std::optional<EnvelopePoint> Envelope::at(double x, double y) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "pathgen/cl_surface.h"
@@ -39,7 +40,9 @@ inline constexpr double kLeastAxisDistance = 0.1;
 
 struct LineEnvelope {
   std::vector<Pass> passes;
-  std::vector<PatchId> too_near;  ///< patches left out for kLeastAxisDistance, each once
+  std::vector<PatchId> too_near;               ///< patches left out for kLeastAxisDistance, each once
+  bool guarded = false;                        ///< shank or holder may have raised it
+  std::vector<std::pair<double, double>> cut;  ///< if so: run coordinates over which the cutting part touches
 };
 
 /// The upper envelope of the CL surface over the flat space. One object a thread; surface, deformation and
@@ -63,6 +66,7 @@ class Envelope {
  private:
   friend class Profile;
   bool keep_guards(const LineEnvelope& found, const FlatLine& line);
+  bool may_rise(const Candidate& c, const LineEnvelope& found, const FlatLine& line) const;
   const ClSurface& surface_;
   const Deformation& map_;
   const FlatIndex& index_;

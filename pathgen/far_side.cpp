@@ -21,7 +21,7 @@ FarSide::FarSide(const Mesh& mesh, const Deformation& deformation, const PlanOpt
       clearance_z_(clearance_z),
       reference_height_(reference_height(options.cutter)),
       thinnest_(options.cutter.radius()) {
-  for (const ToolPiece& piece : tool_pieces(options)) {
+  for (const ToolPiece& piece : all_pieces(options)) {
     if (piece.part == ToolPart::kHolder && options.holder.reaction == Reaction::kReport) continue;
     if (piece.part == ToolPart::kShank && options.shank.reaction == Reaction::kReport) continue;
     const double start = piece.above_reference, end = start + piece.length;

@@ -18,6 +18,7 @@ struct FlatLine {
   double length = 0.0;  ///< mm
   double x_at(double run) const { return x + dx * run; }
   double y_at(double run) const { return y + dy * run; }
+  double run_of(double at_x, double at_y) const { return (at_x - x) * dx + (at_y - y) * dy; }
 };
 
 /// Patch `patch` can be the highest only for run coordinates in [from, to].

@@ -141,7 +141,9 @@ std::unique_ptr<const ClField> guarded_field(const ClField& field, const PlanOpt
   if (pieces.size() < 2) return nullptr;
   ClSurface surface(field.surface.mesh(), field.surface.sides(), std::move(pieces));
   Cells cells = make_cells(surface, field.deformation, smallest_cell(options));
-  const double spacing = 2.0 * std::max(options.pattern.side_step, options.pattern.step_down);
+  // Leads and joins reach a little beyond the passes.
+  const double spacing = 2.0 * std::max(options.pattern.side_step, options.pattern.step_down) +
+                         options.links.lead_radius + options.links.join_distance;
   const LowestPlaces lowest(passes, field.bounds, spacing, field.deformation);
   if (!drop_low(cells, surface, field.deformation, lowest)) return nullptr;
   FlatIndex index(std::move(cells), field.deformation);

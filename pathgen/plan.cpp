@@ -67,15 +67,17 @@ EnvelopeOptions envelope_options(const PlanOptions& options) {
 }
 
 /// z' of the clearance surface. In outside work it clears every vertex of the part, machined or not; in
-/// inside work, where room is short, the highest cutter location.
+/// inside work, where room is short, the highest cutter location, or what the part's nearest vertex could
+/// make of it where there is room for that.
 Result<double> clearance_surface(const Mesh& mesh, double top, const Deformation& deformation,
                                  const PlanOptions& options) {
-  if (deformation.s() > 0.0)
-    for (Point<Part> v : mesh.vertices)
-      top = std::max(top, deformation.flatten(v).z + reference_height(options.cutter) + options.allowance +
-                              options.axial_stock);
+  const double lift = reference_height(options.cutter) + options.allowance + options.axial_stock;
+  double bound = top;
+  for (Point<Part> v : mesh.vertices) bound = std::max(bound, deformation.flatten(v).z + lift);
   const double z = top + options.links.clearance;
-  if (deformation.s() < 0.0 && z > -kLeastAxisDistance)
+  if (deformation.s() > 0.0) return bound + options.links.clearance;
+  if (bound + options.links.clearance <= -kLeastAxisDistance) return bound + options.links.clearance;
+  if (z > -kLeastAxisDistance)
     return fail(Code::kLimit,
                 "clearance_mm of " + std::to_string(options.links.clearance) +
                     " reaches the axis point, line or circle: the highest cutter location is only " +
@@ -214,9 +216,10 @@ class Planner {
       for (const Pass& pass : passes) left += pass.size();
     const std::uint64_t trimmed = far_side.trim(passes_);
     if (trimmed == left)
-      return fail(Code::kGouge,
-                  "at every point of the path shank or holder would hit the part beyond the point, line or circle; "
-                  "use a shorter cutter.shank_length_mm");
+      return fail(
+          Code::kGouge,
+          "at every point of the path shank or holder would hit the part beyond the point, line or circle; "
+          "use a shorter cutter.shank_length_mm");
     if (trimmed > 0)
       report_.warnings.push_back(
           std::to_string(trimmed) + " of " + std::to_string(left) +

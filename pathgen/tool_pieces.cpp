@@ -42,25 +42,29 @@ ToolPiece step(ToolPart part, double from, double to, double lower, double upper
 
 }  // namespace
 
-std::vector<ToolPiece> tool_pieces(const PlanOptions& options) {
+std::vector<ToolPiece> all_pieces(const PlanOptions& options) {
   const Cutter& cutter = options.cutter;
   std::vector<ToolPiece> pieces{cutting_part(options)};
-  double widest = pieces[0].outer;
-  const auto add = [&](const ToolPiece& piece) {
-    if (piece.outer <= widest) return;  // in the shadow of what is below
-    pieces.push_back(piece);
-    widest = piece.outer;
-  };
-  const double grown = options.allowance + options.shank.clearance;
   if (cutter.cutting_end() < cutter.shank_length)
-    add(step(ToolPart::kShank, cutter.cutting_end(), cutter.shank_length, cutter.shank_radius(),
-             cutter.shank_radius(), grown, options));
+    pieces.push_back(step(ToolPart::kShank, cutter.cutting_end(), cutter.shank_length, cutter.shank_radius(),
+                          cutter.shank_radius(), options.allowance + options.shank.clearance, options));
   double height = cutter.shank_length;
   for (const HolderStep& s : cutter.holder) {
-    add(step(ToolPart::kHolder, height, height + s.length, s.lower_diameter / 2.0, s.upper_diameter / 2.0,
-             options.allowance + options.holder.clearance, options));
+    pieces.push_back(step(ToolPart::kHolder, height, height + s.length, s.lower_diameter / 2.0,
+                          s.upper_diameter / 2.0, options.allowance + options.holder.clearance, options));
     height += s.length;
   }
+  return pieces;
+}
+
+std::vector<ToolPiece> tool_pieces(const PlanOptions& options) {
+  std::vector<ToolPiece> pieces = all_pieces(options);
+  double widest = 0.0;
+  std::erase_if(pieces, [&](const ToolPiece& piece) {
+    if (piece.outer <= widest) return true;  // in the shadow of what is below
+    widest = piece.outer;
+    return false;
+  });
   return pieces;
 }
 

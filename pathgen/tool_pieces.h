@@ -32,6 +32,9 @@ struct ToolPiece {
 /// Height of the CL reference over the tip, mm: the centre of the ball or of the rounded edge.
 inline double reference_height(const Cutter& cutter) { return cutter.nose_radius(); }
 
+/// Every piece of the tool, from the tip up; the first is the cutting part. Grown as below.
+std::vector<ToolPiece> all_pieces(const PlanOptions& options);
+
 /// The pieces that stick out further than what is below them, from the tip up; the first is the cutting part.
 /// Grown by the stock that is to stay, shank and holder by their clearances besides.
 std::vector<ToolPiece> tool_pieces(const PlanOptions& options);
