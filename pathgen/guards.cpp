@@ -59,6 +59,8 @@ class LowestPlaces {
     for (const auto& row : passes.rows)
       for (const Pass& pass : row)
         for (std::size_t i = 0; i + 1 < pass.size(); ++i) add(pass[i].flat, pass[i + 1].flat);
+    // Contours run elsewhere, and on other levels, once shank and holder are heeded.
+    if (passes.as_given) lowest_.assign(lowest_.size(), -kInfinity);
   }
 
   /// Over all places of the passes in the rectangle.

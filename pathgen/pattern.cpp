@@ -23,11 +23,17 @@ ContourOptions contour_options(const PlanOptions& options, const EnvelopeOptions
   return contours;
 }
 
+/// Share of the tolerance by which shank or holder may stand too low.
+constexpr double kHeldShare = 0.5;
+
 /// Contours as passes: without what may not be cut.
-Passes from_contours(Contours&& contours, const ClField& field, const PlanOptions& options) {
+Passes from_contours(Contours&& contours, const ClField& field, const PlanOptions& options,
+                     const EnvelopeOptions& limits) {
   const PassRules rules(options, field);
   const double max_distance =
       options.max_point_distance > 0.0 ? options.max_point_distance : std::numeric_limits<double>::infinity();
+  Envelope envelope(field.surface, field.deformation, field.index, limits);
+  const bool guarded = field.surface.pieces().size() > 1;
   Passes passes;
   passes.as_given = true;
   for (std::vector<Pass>& group : contours.groups) {
@@ -35,7 +41,19 @@ Passes from_contours(Contours&& contours, const ClField& field, const PlanOption
       passes.traced += pass.size();
       for (const EnvelopePoint& p : pass) passes.top = std::max(passes.top, p.flat.z);
     }
-    leave_out(group, [&](const EnvelopePoint& p) { return !rules.may_cut(p, passes.refusals); });
+    leave_out(group, [&](const EnvelopePoint& p) {
+      if (!rules.may_cut(p, passes.refusals)) return true;
+      if (!guarded) return false;
+      // A contour is found between grid lines: shank and holder are asked again at each of its points.
+      const auto held = envelope.at(p.flat.x, p.flat.y);
+      if (!held || held->flat.z <= p.flat.z + kHeldShare * options.tolerance) return false;
+      const ToolPart part = rules.touching(*held);
+      if (part == ToolPart::kCutter) return false;
+      ++passes.refusals
+            .count[static_cast<std::size_t>(part == ToolPart::kShank ? Refusal::kShank : Refusal::kHolder)];
+      passes.refusals.patches.push_back(held->patch);
+      return true;
+    });
     for (Pass& pass : group) pass = spaced(pass, field.deformation, max_distance);
     passes.rows.push_back(std::move(group));
   }
@@ -43,13 +61,13 @@ Passes from_contours(Contours&& contours, const ClField& field, const PlanOption
 }
 
 Passes within(Contours&& found, const Region& region, const ClField& field, const PlanOptions& options,
-              std::vector<std::string>& warnings) {
+              const EnvelopeOptions& envelope, std::vector<std::string>& warnings) {
   warnings.insert(warnings.end(), found.warnings.begin(), found.warnings.end());
   if (region.limited())
     for (auto& group : found.groups)
       group = keep_where(
           group, field.deformation, [&](const EnvelopePoint& p) { return region.over(p.flat); }, 0.0);
-  return from_contours(std::move(found), field, options);
+  return from_contours(std::move(found), field, options, envelope);
 }
 
 Result<Passes> trace_levels(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
@@ -58,7 +76,7 @@ Result<Passes> trace_levels(const ClField& field, const PlanOptions& options, co
   const ContourOptions contours = contour_options(options, envelope, region);
   auto found = z_level(field, contours, progress);
   if (!found) return tl::unexpected(found.error());
-  return within(std::move(*found), region, field, options, warnings);
+  return within(std::move(*found), region, field, options, envelope, warnings);
 }
 
 /// Walls by contours, first; the rest by rows.
@@ -85,7 +103,7 @@ Result<Passes> trace_region(const ClField& field, const PlanOptions& options, co
   const Region region(options.containment, field.deformation);
   auto found = region_pattern(field, contour_options(options, envelope, region), progress);
   if (!found) return tl::unexpected(found.error());
-  return within(std::move(*found), region, field, options, warnings);
+  return within(std::move(*found), region, field, options, envelope, warnings);
 }
 
 /// Layers from the top of the part, or of the containment, down.
@@ -109,7 +127,7 @@ Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, con
       rough_layers(field, lines, top, region.limited(), contour_options(options, envelope, region), progress);
   if (!found) return tl::unexpected(found.error());
   warnings.insert(warnings.end(), found->warnings.begin(), found->warnings.end());
-  return from_contours(std::move(*found), field, options);
+  return from_contours(std::move(*found), field, options, envelope);
 }
 
 }  // namespace

@@ -181,7 +181,8 @@ class Planner {
     passes_ = std::move(passes->rows);
     as_given_ = passes->as_given;
     report_.slice_points = passes->traced;
-    top_ = passes->top;
+    // The first level lies up to a step under the top of the surface.
+    top_ = passes->top + (passes->as_given ? options_.pattern.step_down : 0.0);
     warn_too_near(field->surface, passes->too_near, report_);
     if (report_.slice_points == 0)
       return fail(Code::kUnreachable,
