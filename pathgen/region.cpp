@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pathgen/pass_trim.h"
+
 namespace tiltfeed {
 
 Region::Region(const Containment& containment, const Deformation& deformation)
@@ -65,15 +67,7 @@ Interval Region::levels() const {
 
 bool Region::over(Point<Flat> f) const {
   if (!first_.contains(f.x) || !second_.contains(f.y)) return false;
-  if (boundary_.empty()) return true;
-  bool in = false;
-  for (std::size_t i = 0; i < boundary_.size(); ++i) {
-    const auto& p = boundary_[i];
-    const auto& q = boundary_[(i + 1) % boundary_.size()];
-    if ((p[1] < f.y) == (q[1] < f.y)) continue;
-    if (f.x < p[0] + (q[0] - p[0]) * ((f.y - p[1]) / (q[1] - p[1]))) in = !in;
-  }
-  return in;
+  return in_polygon(boundary_, f.x, f.y);
 }
 
 }  // namespace tiltfeed
