@@ -29,10 +29,6 @@ class ClSurface {
   PatchId patch_count() const { return features() * static_cast<PatchId>(pieces_.size()); }
   const ToolPiece& piece(PatchId patch) const { return pieces_[patch / features()]; }
   bool is_face(PatchId patch) const { return patch % features() < mesh_.facets.size(); }
-  bool is_edge(PatchId patch) const {
-    const PatchId feature = patch % features();
-    return feature >= mesh_.facets.size() && feature < mesh_.facets.size() + edges_.size();
-  }
   /// The facet of the STL file that the patch stands on.
   std::uint32_t facet_of(PatchId patch) const;
 

@@ -64,7 +64,6 @@ class FlatIndex {
 
   const FlatBounds& bounds() const { return bounds_; }
   const std::vector<PatchId>& near() const { return cells_.near; }
-  std::size_t cell_count() const { return cells_.cells.size(); }
 
  private:
   struct Box {

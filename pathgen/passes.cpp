@@ -28,9 +28,7 @@ bool PassRules::may_cut(const EnvelopePoint& p, Refusals& refusals) const {
   const ToolPart part = touching(p);
   if (part == ToolPart::kCutter) return why == Refusal::kNone;
   refusals.patches.push_back(p.patch);
-  if (why == Refusal::kNone)
-    ++refusals
-          .raised[static_cast<std::size_t>(part == ToolPart::kShank ? Refusal::kShank : Refusal::kHolder)];
+  if (why == Refusal::kNone) ++refusals.raised[static_cast<std::size_t>(refusal_by(part))];
   return why == Refusal::kNone;
 }
 

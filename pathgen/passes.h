@@ -2,6 +2,7 @@
 // The passes of a raster: rows of the envelope, as near to each other as the side step asks on the part, with
 // what may not be cut left out. (R1)..(R3) in pathgen/README.md.
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -16,6 +17,11 @@ namespace tiltfeed {
 
 /// Why a point of the envelope is not cut.
 enum class Refusal { kNone, kTilt, kHeight, kShank, kHolder };
+
+/// What a place is refused for when this part of the tool, not the cutting part, comes too near.
+constexpr Refusal refusal_by(ToolPart part) {
+  return part == ToolPart::kShank ? Refusal::kShank : Refusal::kHolder;
+}
 
 /// Points refused, by Refusal, and the patches that stand behind shank and holder refusals.
 struct Refusals {
@@ -34,7 +40,7 @@ struct Passes {
   bool as_given = false;    ///< rows are groups in the order to be cut, and no pass may be run backwards
   std::uint64_t steep = 0;  ///< points on walls too steep for the side step to be kept
 
-  /// Takes over all but the rows.
+  /// Adds all of it but the rows.
   void add(const Passes& other);
 };
 

@@ -30,8 +30,6 @@ constexpr double kHeldShare = 0.5;
 Passes from_contours(Contours&& contours, const ClField& field, const PlanOptions& options,
                      const EnvelopeOptions& limits) {
   const PassRules rules(options, field);
-  const double max_distance =
-      options.max_point_distance > 0.0 ? options.max_point_distance : std::numeric_limits<double>::infinity();
   Envelope envelope(field.surface, field.deformation, field.index, limits);
   const bool guarded = field.surface.pieces().size() > 1;
   Passes passes;
@@ -49,12 +47,11 @@ Passes from_contours(Contours&& contours, const ClField& field, const PlanOption
       if (!held || held->flat.z <= p.flat.z + kHeldShare * options.tolerance) return false;
       const ToolPart part = rules.touching(*held);
       if (part == ToolPart::kCutter) return false;
-      ++passes.refusals
-            .count[static_cast<std::size_t>(part == ToolPart::kShank ? Refusal::kShank : Refusal::kHolder)];
+      ++passes.refusals.count[static_cast<std::size_t>(refusal_by(part))];
       passes.refusals.patches.push_back(held->patch);
       return true;
     });
-    for (Pass& pass : group) pass = spaced(pass, field.deformation, max_distance);
+    for (Pass& pass : group) pass = spaced(pass, field.deformation, limits.max_distance);
     passes.rows.push_back(std::move(group));
   }
   return passes;
