@@ -1,6 +1,7 @@
 // The opening of a Grbl session: who is there, is it idle, how large is its receive buffer?
 
 #include <algorithm>
+#include <utility>
 
 #include "daemon/grbl_session.h"
 
@@ -21,6 +22,9 @@ constexpr int kDefaultReceiveBuffer = 128;
 constexpr int kMinReceiveBuffer = 16, kMaxReceiveBuffer = 1 << 20;
 /// Line buffers: Grbl 1.1h has 80 bytes with the terminating zero, grblHAL and FluidNC 256.
 constexpr std::size_t kShortLine = 79, kLongLine = 255;
+/// N words of the Grbl family end at 10,000,000; with 'N' that is eight bytes more a line.
+constexpr std::uint64_t kMostNumbered = 9'999'999;
+constexpr std::size_t kNumberBytes = 8;
 
 }  // namespace
 
@@ -46,18 +50,23 @@ void GrblSession::on_opening_line(GrblReplyKind kind, std::string_view line) {
   switch (kind) {
     case GrblReplyKind::kBanner:
       long_lines_ = line.starts_with("GrblHAL") || line.find("FluidNC") != line.npos;
+      numbers_lines_ =
+          options_.number_lines && line.starts_with("GrblHAL") && options_.total <= kMostNumbered;
       probe_ = Probe::kNone;  // whatever was asked before the start is gone
       status_seen_ = false;
       next_poll_ = now_;
       break;
     case GrblReplyKind::kStatus:
       on_status(line);
+      if (phase_ == Phase::kConnect) move(Event::kAnswered);
       if (ready() && probe_ == Probe::kNone) start_probe();
       if (ready() && probe_ == Probe::kAnswered) begin_streaming();
       break;
     case GrblReplyKind::kFeedback:
       if (probe_ != Probe::kAsked) break;
       if (line.find("grblHAL") != line.npos || line.find("FluidNC") != line.npos) long_lines_ = true;
+      if (line.find("grblHAL") != line.npos && options_.number_lines && options_.total <= kMostNumbered)
+        numbers_lines_ = true;
       if (const auto buffers = parse_buffers(line)) {
         buffers_ = *buffers;
         identity_seen_ = true;
@@ -82,7 +91,8 @@ void GrblSession::on_opening_line(GrblReplyKind kind, std::string_view line) {
   }
 }
 
-void GrblSession::begin_streaming() {
+/// Errors: kLimit when the program has a line that this controller cannot take.
+Result<void> GrblSession::check_buffers() {
   int receive = buffers_.receive > 0 ? buffers_.receive : largest_receive_free_;
   if (receive < kMinReceiveBuffer || receive > kMaxReceiveBuffer) receive = kDefaultReceiveBuffer;
   window_ = static_cast<std::size_t>(receive - 1);
@@ -90,15 +100,41 @@ void GrblSession::begin_streaming() {
   std::size_t limit = long_lines_ ? kLongLine : kShortLine;
   if (options_.max_line > 0) limit = static_cast<std::size_t>(options_.max_line);
   limit = std::min(limit, window_ - 1);
-  if (options_.longest > limit)
-    return fault(Code::kLimit,
-                 "line " + std::to_string(options_.longest_line) + " has " +
-                     std::to_string(options_.longest) + " bytes, this controller takes " +
-                     std::to_string(limit) + "; nothing was sent: post the program with shorter lines",
-                 false);
-  phase_ = Phase::kStreaming;
-  last_report_ = last_progress_ = now_;
+  if (numbers_lines_ && options_.longest + kNumberBytes > limit) numbers_lines_ = false;
+  if (options_.longest <= limit) return {};
+  return fail(Code::kLimit, "line " + std::to_string(options_.longest_line) + " has " +
+                                std::to_string(options_.longest) + " bytes, this controller takes " +
+                                std::to_string(limit) +
+                                "; nothing was sent: post the program with shorter lines");
 }
+
+void GrblSession::begin_streaming() {
+  if (const Result<void> fits = check_buffers(); !fits)
+    return fault(fits.error().code, fits.error().message, false);
+  last_report_ = last_progress_ = now_;
+  if (options_.check && !checked_ && status_.state != "Check") {
+    move(Event::kCheckBegins);
+    put({0, "$C"}, Kind::kCheckOn);
+  } else {
+    move(Event::kReady);
+  }
+}
+
+/// The banner after check mode: the same controller, so only its state is asked for again.
+void GrblSession::restart_after_check() {
+  move(Event::kChecked);
+  in_flight_.clear();
+  in_flight_bytes_ = 0;
+  recent_.clear();
+  acknowledged_ = 0;
+  ended_ = false;
+  rewind_ = true;
+  probe_ = Probe::kNone;
+  status_seen_ = false;
+  opened_ = next_poll_ = now_;
+}
+
+bool GrblSession::wants_rewind() { return std::exchange(rewind_, false); }
 
 void GrblSession::check_opening_time() {
   if (plain_ok_ && now_ - *plain_ok_ >= kPlainOkSettle) {

@@ -63,6 +63,12 @@ std::optional<GrblStatus> parse_status(std::string_view line) {
       status.receive_free = number(take_field(field, ','));
     } else if (field.starts_with("MPos:") || field.starts_with("WPos:") || field.starts_with("Ln:")) {
       status.position += field;
+      if (field.starts_with("Ln:")) status.line = number(field.substr(3));
+    } else if (field.starts_with("Ov:")) {
+      field.remove_prefix(3);
+      status.feed_override = number(take_field(field, ','));
+      status.rapid_override = number(take_field(field, ','));
+      status.spindle_override = number(take_field(field, ','));
     }
   }
   return status;

@@ -26,6 +26,8 @@ struct GrblStatus {
   int planner_free = -1;  ///< first figure of Bf:, -1 when absent
   int receive_free = -1;  ///< second figure of Bf:
   std::string position;   ///< MPos: or WPos: and Ln:, as text: compared only, to see progress
+  int line = -1;          ///< Ln:, -1 when absent
+  int feed_override = -1, rapid_override = -1, spindle_override = -1;  ///< Ov:, percent, -1 when absent
 };
 
 /// Requires: classify_reply(line) is kStatus. Nothing when the state is not a word of letters.

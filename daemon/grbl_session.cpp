@@ -18,10 +18,6 @@ constexpr Time kReportTimeout = seconds(5);
 constexpr Time kStallTimeout = seconds(10);
 /// The same while the machine says Run: a slow block may not show in the printed position.
 constexpr Time kRunStallTimeout = seconds(300);
-/// Blocks that have left the planner but are still in the step segment buffer (10 segments on grblHAL).
-constexpr std::size_t kStepSegments = 16;
-/// When the controller does not tell its planner's depth: more than any known (grblHAL 100 to 1000).
-constexpr std::size_t kUnknownPlanner = 1024;
 /// A reply line is shorter on every known firmware; longer ones are noise.
 constexpr std::size_t kMaxReply = 1024;
 constexpr std::string_view kBarrier = "G4P0";
@@ -31,52 +27,72 @@ constexpr std::string_view kBarrier = "G4P0";
 GrblSession::GrblSession(const GrblOptions& options, Time now)
     : options_(options), now_(now), opened_(now), next_poll_(now), last_report_(now), last_progress_(now) {}
 
+void GrblSession::move(Event event) {
+  const std::optional<Phase> next = next_phase(phase_, event);
+  assert(next);
+  phase_ = *next;
+}
+
 void GrblSession::write(std::string_view bytes) {
   out_ += bytes;
   written_ += bytes.size();
 }
 
+/// Real-time bytes are taken out of the stream at once and count towards no buffer, so they go in front of
+/// everything that has not left.
+void GrblSession::urge(char byte) { out_.insert(urgent_++, 1, byte); }
+
 bool GrblSession::wants_work() const {
-  if (phase_ != Phase::kStreaming || ended_ || next_) return false;
-  if (!in_flight_.empty() && in_flight_.back().line.alone) return false;
+  if ((phase_ != Phase::kRun && phase_ != Phase::kCheck) || ended_ || next_) return false;
+  if (!in_flight_.empty() && (in_flight_.back().line.alone || in_flight_.back().kind != Kind::kLine))
+    return false;
   // Ask again when an eighth of the window is free: fewer, larger writes, and seven eighths stay full.
   return window_ - in_flight_bytes_ >= window_ / 8;
 }
 
 void GrblSession::push(Line line) {
   assert(wants_work());
+  if (numbers_lines_ && line.text.front() != 'N') line.text.insert(0, "N" + std::to_string(line.number));
   next_ = std::move(line);
   move_next();
 }
 
 /// Puts the next line, and at the end the barrier, on its way if the window has room.
 void GrblSession::move_next() {
-  if (phase_ != Phase::kStreaming || (!next_ && !ended_)) return;
-  if (!in_flight_.empty() && (in_flight_.back().line.alone || (next_ && next_->alone))) return;
-  Flight flight;
-  flight.barrier = !next_;
-  if (flight.barrier) flight.line.text = kBarrier;
-  const std::size_t size = (next_ ? next_->text.size() : kBarrier.size()) + 1;
-  if (in_flight_bytes_ + size > window_) return;
-  if (next_) flight.line = std::move(*next_);
-  next_.reset();
+  if ((phase_ != Phase::kRun && phase_ != Phase::kCheck) || (!next_ && !ended_)) return;
+  if (!in_flight_.empty()) {
+    const Flight& last = in_flight_.back();
+    if (last.kind != Kind::kLine || last.line.alone || (next_ && next_->alone)) return;
+  }
+  if (next_) {
+    const bool waits = next_->waits;
+    if (!put(*next_, Kind::kLine)) return;
+    next_.reset();
+    if (waits && phase_ == Phase::kRun) move(Event::kOperatorStop);
+  } else if (put({0, std::string(kBarrier)}, Kind::kBarrier) && phase_ == Phase::kRun) {
+    move(Event::kAllSent);
+  }
+}
+
+/// False when the window has no room.
+bool GrblSession::put(Line line, Kind kind) {
+  const std::size_t size = line.text.size() + 1;
+  if (in_flight_bytes_ + size > window_) return false;
   if (in_flight_.empty()) last_progress_ = now_;
-  write(flight.line.text);
+  write(line.text);
   write("\n");
-  flight.end = written_;
   in_flight_bytes_ += size;
-  if (flight.barrier) phase_ = Phase::kDraining;
-  in_flight_.push_back(std::move(flight));
+  in_flight_.push_back({std::move(line), written_, kind});
+  return true;
 }
 
 std::string_view GrblSession::output(Time now) {
   now_ = now;
-  if (phase_ == Phase::kDone || phase_ == Phase::kFault) return out_;
+  if (is_final(phase_)) return out_;
   move_next();
   if (now_ >= next_poll_) {
-    // A question mark is taken out of the stream at once and counts towards no buffer. When the wire is
-    // stuck the last one has not even left.
-    if (out_.empty() || out_.back() != '?') write("?");
+    // When the wire is stuck the last one has not even left.
+    if (out_.find('?') == out_.npos) urge('?');
     next_poll_ = now_ + kPollInterval;
   }
   return out_;
@@ -85,12 +101,14 @@ std::string_view GrblSession::output(Time now) {
 void GrblSession::sent(std::size_t count) {
   assert(count <= out_.size());
   out_.erase(0, count);
-  taken_ += count;
+  const std::size_t urgent = std::min(count, urgent_);
+  urgent_ -= urgent;
+  taken_ += count - urgent;
 }
 
 void GrblSession::receive(std::string_view bytes, Time now) {
   now_ = now;
-  while (!bytes.empty() && phase_ != Phase::kFault && phase_ != Phase::kDone) {
+  while (!bytes.empty() && !is_final(phase_)) {
     const std::size_t lf = bytes.find('\n');
     if (lf == bytes.npos) {
       partial_ += bytes;
@@ -107,15 +125,15 @@ void GrblSession::receive(std::string_view bytes, Time now) {
     }
     bytes.remove_prefix(lf + 1);
   }
-  if (phase_ == Phase::kOpening) check_opening_time();
-  if (phase_ == Phase::kStreaming || phase_ == Phase::kDraining) check_running_time();
+  if (phase_ == Phase::kConnect || phase_ == Phase::kIdentify) check_opening_time();
+  if (phase_ == Phase::kCheck || (!is_opening(phase_) && !is_final(phase_))) check_running_time();
 }
 
 void GrblSession::on_line(std::string_view line) {
   if (line.ends_with('\r')) line.remove_suffix(1);
   if (line.empty()) return;
   const GrblReplyKind kind = classify_reply(line);
-  if (phase_ == Phase::kOpening)
+  if (phase_ == Phase::kConnect || phase_ == Phase::kIdentify)
     on_opening_line(kind, line);
   else
     on_running_line(kind, line);
@@ -131,15 +149,22 @@ void GrblSession::on_status(std::string_view line) {
       status->planner_free != status_.planner_free || status->receive_free != status_.receive_free)
     last_progress_ = now_;
   largest_receive_free_ = std::max(largest_receive_free_, status->receive_free);
+  if (status->feed_override > 0) feed_.reported = status->feed_override;
+  if (status->rapid_override > 0) rapid_.reported = status->rapid_override;
+  if (status->spindle_override > 0) spindle_.reported = status->spindle_override;
   status_ = std::move(*status);
   status_seen_ = true;
-  if (status_.state.starts_with("Alarm")) {
-    const bool opening = phase_ == Phase::kOpening;
-    fault(Code::kLink,
-          opening ? "the machine is in alarm; home it ($H) or unlock it ($X) first: nothing was sent"
-                  : "the machine is in alarm",
-          false);
-  }
+  if (status_.state.starts_with("Alarm"))
+    return fault(Code::kLink,
+                 is_opening(phase_)
+                     ? "the machine is in alarm; home it ($H) or unlock it ($X) first: nothing was sent"
+                     : "the machine is in alarm",
+                 false, Event::kAlarm);
+  if (is_opening(phase_)) return;
+  follow_line_number();
+  if (phase_ == Phase::kStop) return follow_stop();
+  follow_hold();
+  follow_overrides();
 }
 
 void GrblSession::on_running_line(GrblReplyKind kind, std::string_view line) {
@@ -152,16 +177,13 @@ void GrblSession::on_running_line(GrblReplyKind kind, std::string_view line) {
     case GrblReplyKind::kFeedback:
       return;
     case GrblReplyKind::kError:
-      if (in_flight_.empty()) return fault(Code::kLink, "'" + text + "' with no line on its way", true);
-      return fault(Code::kLink,
-                   "the controller answers '" + text + "' to " +
-                       (in_flight_.front().barrier
-                            ? "the final " + in_flight_.front().line.text
-                            : quote_line(in_flight_.front().line.number, in_flight_.front().line.text)),
-                   true);
+      if (phase_ == Phase::kStop) return;
+      return fault(Code::kLink, refusal(text), phase_ != Phase::kCheck);
     case GrblReplyKind::kAlarm:
-      return fault(Code::kLink, "the controller reports '" + text + "'", false);
+      return fault(Code::kLink, "the controller reports '" + text + "'", false, Event::kAlarm);
     case GrblReplyKind::kBanner:
+      if (phase_ == Phase::kStop && reset_sent_) return finish_stop();
+      if (phase_ == Phase::kCheck && checked_) return restart_after_check();
       return fault(Code::kLink, "the controller has restarted ('" + text + "'); home it before anything else",
                    false);
     case GrblReplyKind::kGarbled:
@@ -170,32 +192,63 @@ void GrblSession::on_running_line(GrblReplyKind kind, std::string_view line) {
   }
 }
 
+std::string GrblSession::refusal(const std::string& text) const {
+  if (in_flight_.empty()) return "'" + text + "' with no line on its way";
+  const Flight& oldest = in_flight_.front();
+  return "the controller answers '" + text + "' to " +
+         (oldest.kind == Kind::kLine ? quote_line(oldest.line.number, oldest.line.text) : oldest.line.text);
+}
+
 void GrblSession::on_ok() {
-  if (in_flight_.empty() || in_flight_.front().end > taken_)
+  if (in_flight_.empty() || in_flight_.front().end > taken_) {
+    if (phase_ == Phase::kStop) return;  // of a line that was given up
     return fault(Code::kLink, "one ok more than lines sent: a line was cut in two on its way", true);
-  last_progress_ = now_;
-  Flight& flight = in_flight_.front();
-  in_flight_bytes_ -= flight.line.text.size() + 1;
-  if (flight.barrier) {
-    phase_ = Phase::kDone;
-  } else {
-    ++acknowledged_;
-    recent_.push_back(flight.line.number);
-    if (recent_.size() > planner_depth()) recent_.pop_front();
   }
+  last_progress_ = now_;
+  const Flight flight = std::move(in_flight_.front());
   in_flight_.pop_front();
+  in_flight_bytes_ -= flight.line.text.size() + 1;
+  switch (flight.kind) {
+    case Kind::kLine:
+      ++acknowledged_;
+      recent_.push_back(flight.line.number);
+      if (recent_.size() > planner_depth()) recent_.pop_front();
+      if (phase_ == Phase::kToolChange && flight.line.waits) move(Event::kOperatorDone);
+      return;
+    case Kind::kBarrier:
+      if (phase_ == Phase::kCheck) {
+        put({0, "$C"}, Kind::kCheckOff);
+        checked_ = true;  // leaving check mode restarts the controller
+        return;
+      }
+      recent_.clear();
+      if (phase_ == Phase::kHold) move(Event::kResumed), move(Event::kAllSent);
+      if (phase_ == Phase::kDrain) move(Event::kProved);
+      return;
+    case Kind::kCheckOn:
+    case Kind::kCheckOff:
+      return;
+  }
+}
+
+/// Ln: names the line in execution: those before it have run.
+void GrblSession::follow_line_number() {
+  if (!numbers_lines_ || status_.line <= 0) return;
+  const auto line = static_cast<std::uint64_t>(status_.line);
+  if (std::find(recent_.begin(), recent_.end(), line) == recent_.end()) return;
+  while (recent_.front() != line) recent_.pop_front();
 }
 
 bool GrblSession::waiting_for_operator() const {
   for (const std::string_view state : {"Hold", "Door", "Tool", "Home"})
     if (status_.state.starts_with(state)) return true;
-  return false;
+  return phase_ == Phase::kToolChange || phase_ == Phase::kHold;
 }
 
 void GrblSession::check_running_time() {
   if (now_ - last_report_ >= kReportTimeout)
     return fault(Code::kLink, "the controller has not answered a status request for 5 s", true);
-  if (in_flight_.empty() || waiting_for_operator()) return;
+  if (in_flight_.empty() || phase_ == Phase::kStop || waiting_for_operator()) return;
   Time allowed = status_.state == "Run" ? kRunStallTimeout : kStallTimeout;
   for (const Flight& flight : in_flight_)
     allowed += std::chrono::duration_cast<Time>(std::chrono::duration<double>(flight.line.dwell));
@@ -207,57 +260,8 @@ void GrblSession::check_running_time() {
           true);
 }
 
-void GrblSession::stop() {
-  if (phase_ != Phase::kDone && phase_ != Phase::kFault) fault(Code::kLink, "stopped on request", true);
-}
-
-void GrblSession::link_lost(const Error& error) { fault(error.code, error.message, false); }
-
-// ---- reports -------------------------------------------------------------------------------------------
-
-/// Every settled motion line is executed or holds a planner block (or a step segment).
-std::size_t GrblSession::planner_depth() const {
-  return (buffers_.planner > 0 ? static_cast<std::size_t>(buffers_.planner) : kUnknownPlanner) +
-         kStepSegments;
-}
-
-bool GrblSession::reached_wire(const Flight& flight) const {
-  return flight.end - flight.line.text.size() - 1 < taken_;
-}
-
-std::string GrblSession::uncertain_lines() const {
-  std::uint64_t first = recent_.empty() ? 0 : recent_.front();
-  std::uint64_t last = recent_.empty() ? 0 : recent_.back();
-  for (const Flight& flight : in_flight_) {
-    if (flight.barrier || !reached_wire(flight)) break;
-    if (first == 0) first = flight.line.number;
-    last = flight.line.number;
-  }
-  if (first == 0) return "no line was sent";
-  return "lines " + std::to_string(first) + " to " + std::to_string(last) +
-         " may have run; earlier ones have, later ones have not";
-}
-
-void GrblSession::fault(Code code, const std::string& what, bool hold) {
-  const bool opening = phase_ == Phase::kOpening || code == Code::kLimit;
-  error_ = {code, opening ? what : what + "; " + uncertain_lines()};
-  phase_ = Phase::kFault;
-  out_.clear();
-  if (hold && !opening) out_ = "!";  // the lines in the controller would run on otherwise
-}
-
-SendState GrblSession::state() const {
-  SendState state;
-  state.phase = phase_;
-  state.total = options_.total;
-  state.acknowledged = acknowledged_;
-  state.sent = acknowledged_;
-  for (const Flight& flight : in_flight_)
-    if (!flight.barrier && flight.end <= taken_) ++state.sent;
-  const std::uint64_t open = recent_.size();
-  state.executed = phase_ == Phase::kDone ? acknowledged_ : acknowledged_ - open;
-  state.machine = status_.state;
-  return state;
+void GrblSession::link_lost(const Error& error) {
+  if (!is_final(phase_)) fault(error.code, error.message, false);
 }
 
 }  // namespace tiltfeed

@@ -21,11 +21,13 @@ struct GrblOptions {
   std::uint64_t longest_line = 0;  ///< that line's number
   int receive_buffer = 0;          ///< bytes; 0: ask
   int max_line = 0;                ///< bytes; 0: by the firmware's name
+  bool check = false;              ///< read the whole program in check mode ($C) first
+  bool number_lines = false;       ///< put N words in front, and take Ln: for what runs (grblHAL)
 };
 
 /// Properties: the bytes of lines on their way (line + LF, from push to ok) never exceed window(); each "ok"
 /// settles the oldest line; nothing but a whole "ok" settles anything; done only after the ok of a final
-/// G4P0.
+/// G4P0; real-time bytes overtake every line that the wire has not taken yet.
 class GrblSession {
  public:
   GrblSession(const GrblOptions& options, Time now);
@@ -34,13 +36,14 @@ class GrblSession {
   /// Requires: wants_work().
   void push(Line line);
   void end_of_program() { ended_ = true; }
+  /// True once: the check is over, the program is wanted again from its first line.
+  bool wants_rewind();
 
+  void command(const OperatorCommand& command, Time now);
   std::string_view output(Time now);
   void sent(std::size_t count);
   void receive(std::string_view bytes, Time now);
   Time deadline() const;
-  /// Feed hold, then fault.
-  void stop();
   /// The wire has gone: fault, with what may have run.
   void link_lost(const Error& error);
 
@@ -52,37 +55,62 @@ class GrblSession {
   std::size_t in_flight_bytes() const { return in_flight_bytes_; }
 
  private:
+  enum class Kind : std::uint8_t { kLine, kBarrier, kCheckOn, kCheckOff };
   struct Flight {
     Line line;
-    std::uint64_t end = 0;  // bytes of output up to and with its LF
-    bool barrier = false;   // the final G4P0
+    std::uint64_t end = 0;  // bytes of output up to and with its LF, real-time bytes not counted
+    Kind kind = Kind::kLine;
+  };
+  struct Override {
+    int target = 0;    // percent; 0: never asked for
+    int reported = 0;  // by the controller; 0: not yet
+    Time stepped{};
   };
 
+  void move(Event event);
   void on_line(std::string_view line);
-  void on_opening_line(GrblReplyKind kind, std::string_view line);
-  void on_running_line(GrblReplyKind kind, std::string_view line);
-  void on_status(std::string_view line);
-  void on_ok();
   void write(std::string_view bytes);
+  void urge(char byte);
+
+  void on_opening_line(GrblReplyKind kind, std::string_view line);
   void start_probe();
   void end_probe();
   void begin_streaming();
-  void move_next();
+  Result<void> check_buffers();
+  void restart_after_check();
   void check_opening_time();
-  void check_running_time();
   bool ready() const;
+
+  void move_next();
+  bool put(Line line, Kind kind);
+  void on_running_line(GrblReplyKind kind, std::string_view line);
+  void on_status(std::string_view line);
+  void on_ok();
+  void follow_line_number();
+  void check_running_time();
   bool waiting_for_operator() const;
   std::size_t planner_depth() const;
   bool reached_wire(const Flight& flight) const;
-  std::string uncertain_lines() const;
-  void fault(Code code, const std::string& what, bool hold);
+  LineRange uncertain() const;
+  void fault(Code code, const std::string& what, bool hold, Event event = Event::kFailed);
+  std::string refusal(const std::string& text) const;
+
+  void ask_hold();
+  void ask_resume();
+  void ask_stop();
+  void ask_override(Override& which, int percent);
+  void follow_hold();
+  void follow_stop();
+  void finish_stop();
+  void follow_overrides();
 
   GrblOptions options_;
-  Phase phase_ = Phase::kOpening;
+  Phase phase_ = Phase::kConnect;
   Error error_;
   std::string partial_;                    // bytes of a reply line that has not ended yet
-  std::string out_;                        // bytes for the wire
-  std::uint64_t written_ = 0, taken_ = 0;  // bytes ever put into out_, bytes that the wire took
+  std::string out_;                        // bytes for the wire, real-time bytes first
+  std::size_t urgent_ = 0;                 // of these, real-time bytes that no line waits for
+  std::uint64_t written_ = 0, taken_ = 0;  // bytes of lines ever put into out_, and that the wire took
   std::size_t window_ = 0;
   Time now_{};
 
@@ -92,9 +120,11 @@ class GrblSession {
   std::optional<Time> plain_ok_;  // an ok before any [OPT:]: perhaps somebody else's
   GrblBuffers buffers_;
   int largest_receive_free_ = 0;
-  bool long_lines_ = false;  // firmware with a 256-byte line buffer
+  bool long_lines_ = false;     // firmware with a 256-byte line buffer
+  bool numbers_lines_ = false;  // firmware that reports Ln:
   std::string last_heard_;
   Time opened_{};
+  bool checked_ = false, rewind_ = false;
 
   // Streaming.
   std::optional<Line> next_;      // does not fit yet
@@ -103,6 +133,12 @@ class GrblSession {
   bool ended_ = false;
   std::uint64_t acknowledged_ = 0;
   std::deque<std::uint64_t> recent_;  // numbers of the newest settled lines, which may not have run yet
+
+  // Operator.
+  bool hold_seen_ = false, reset_sent_ = false;
+  Time asked_{}, repeated_{};
+  Override feed_, rapid_, spindle_;
+  std::string refused_;
 
   GrblStatus status_;
   bool status_seen_ = false;

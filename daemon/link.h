@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/link_profile.h"
 #include "kinematics/result.h"
 
 namespace tiltfeed {
@@ -40,12 +41,13 @@ enum class LinkKind { kGrbl, kModbusTcp, kModbusRtu };
 /// Which wire, and the two figures that a controller may not tell by itself.
 struct LinkSpec {
   LinkKind kind = LinkKind::kGrbl;
-  std::string place;       ///< device file, or host name or address
-  int port = 502;          ///< of Modbus TCP
-  int baud = 115200;       ///< of a serial line
-  int unit = 1;            ///< Modbus unit (slave) number
-  int receive_buffer = 0;  ///< of a Grbl controller, bytes; 0: ask the controller
-  int max_line = 0;        ///< longest line that a Grbl controller takes, bytes; 0: by its firmware
+  std::string place;         ///< device file, or host name or address
+  int port = 502;            ///< of Modbus TCP
+  int baud = 115200;         ///< of a serial line
+  int unit = 1;              ///< Modbus unit (slave) number
+  int receive_buffer = 0;    ///< of a Grbl controller, bytes; 0: ask the controller
+  int max_line = 0;          ///< longest line that a Grbl controller takes, bytes; 0: by its firmware
+  LinkProfile profile = {};  ///< the rest, from the machine profile; not part of the LINK text
 };
 
 /// Reads `grbl:/dev/ttyUSB0[@115200]`, `modbus-tcp:HOST:PORT[/UNIT]` (IPv6 in brackets) or

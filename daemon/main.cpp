@@ -174,11 +174,12 @@ int send_command(const std::string& program, const std::string& link_text) {
   auto link = parse_link(link_text);
   if (!link) return report(link.error());
   ProgressLine line;
-  auto sent = send_program(program, *link, [&](const SendState& state) {
-    return line.show("send", state.total > 0
-                                 ? static_cast<double>(state.acknowledged) / static_cast<double>(state.total)
-                                 : 0.0);
-  });
+  auto sent = send_program(program, *link, {}, {[&](const SendState& state) {
+                             return line.show(std::string("send: ") + phase_name(state.phase),
+                                              state.total > 0 ? static_cast<double>(state.acknowledged) /
+                                                                    static_cast<double>(state.total)
+                                                              : 0.0);
+                           }});
   if (!sent) return report(sent.error());
   std::printf("%llu blocks sent and executed in %.2f s, %llu bytes, %llu resends\n",
               static_cast<unsigned long long>(sent->lines), sent->seconds,

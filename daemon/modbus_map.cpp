@@ -25,9 +25,9 @@ std::uint16_t word_at(std::string_view bytes, std::size_t index) {
                                     static_cast<unsigned char>(bytes[2 * index + 1]));
 }
 
-void put_long(std::uint16_t* at, std::uint32_t value) {
-  at[0] = static_cast<std::uint16_t>(value >> 16);
-  at[1] = static_cast<std::uint16_t>(value & 0xFFFF);
+void put_long(std::uint16_t* at, std::uint32_t value, bool low_word_first) {
+  at[low_word_first ? 1 : 0] = static_cast<std::uint16_t>(value >> 16);
+  at[low_word_first ? 0 : 1] = static_cast<std::uint16_t>(value & 0xFFFF);
 }
 
 /// CRC-32 (IEEE 802.3, as zlib) over all words but the two that hold it.
@@ -70,7 +70,7 @@ Result<RingIdentity> parse_identity(std::span<const std::uint16_t> words) {
   return identity;
 }
 
-RingStatus parse_ring_status(std::span<const std::uint16_t> w) {
+RingStatus parse_ring_status(std::span<const std::uint16_t> w, bool low_word_first) {
   assert(w.size() == kStatusWords);
   RingStatus status;
   status.status_seq = w[0];
@@ -87,7 +87,9 @@ RingStatus parse_ring_status(std::span<const std::uint16_t> w) {
   status.command_ack = w[11];
   status.command_result = w[12];
   status.feed_override = w[13];
-  status.line = static_cast<std::uint32_t>(w[15]) << 16 | w[16];
+  status.heartbeat = w[14];
+  const std::size_t high = low_word_first ? 16 : 15, low = low_word_first ? 15 : 16;
+  status.line = static_cast<std::uint32_t>(w[high]) << 16 | w[low];
   status.torn = w[0] != w[23];
   return status;
 }
@@ -111,14 +113,14 @@ const char* ring_state_name(RingState state) {
 }
 
 Result<std::array<std::uint16_t, kBlockWords>> encode_block(const NumericBlock& block, std::uint16_t seq,
-                                                            const RingIdentity& scale) {
+                                                            const RingIdentity& scale, bool low_word_first) {
   constexpr double kMin = std::numeric_limits<std::int32_t>::min();
   constexpr double kMax = std::numeric_limits<std::int32_t>::max();
   constexpr double kMaxUnsigned = std::numeric_limits<std::uint32_t>::max();
   std::array<std::uint16_t, kBlockWords> words{};
   words[0] = seq;
   words[1] = static_cast<std::uint16_t>(static_cast<int>(block.op) | (block.inverse_time ? 0x0100 : 0));
-  put_long(&words[2], static_cast<std::uint32_t>(block.line));
+  put_long(&words[2], static_cast<std::uint32_t>(block.line), low_word_first);
   const double linear = std::pow(10.0, scale.linear_exponent), rotary = std::pow(10.0, scale.rotary_exponent);
   const struct {
     const char* name;
@@ -131,24 +133,24 @@ Result<std::array<std::uint16_t, kBlockWords>> encode_block(const NumericBlock& 
   for (int axis = 0; axis < 5; ++axis) {
     const auto counts = scaled(axes[axis].name, axes[axis].value, axes[axis].scale, kMin, kMax);
     if (!counts) return tl::unexpected<Error>(counts.error());
-    put_long(&words[4 + 2 * axis], *counts);
+    put_long(&words[4 + 2 * axis], *counts, low_word_first);
   }
   double feed = 0.0;
   if (block.op == BlockOp::kFeed) feed = block.feed;
   if (block.op == BlockOp::kDwell) feed = block.seconds;  // milliseconds
   if (block.op == BlockOp::kMCode) {
     feed = block.spindle;
-    put_long(&words[4], static_cast<std::uint32_t>(block.m_code));
+    put_long(&words[4], static_cast<std::uint32_t>(block.m_code), low_word_first);
   }
   const auto counts = scaled("F", feed, kThousandths, 0.0, kMaxUnsigned);
   if (!counts) return tl::unexpected<Error>(counts.error());
-  put_long(&words[14], *counts);
+  put_long(&words[14], *counts, low_word_first);
   return words;
 }
 
 std::vector<std::uint16_t> encode_window(std::uint16_t session,
                                          std::span<const std::array<std::uint16_t, kBlockWords>> blocks,
-                                         bool end_of_program) {
+                                         bool end_of_program, bool low_word_first) {
   assert(!blocks.empty() && blocks.size() <= kWindowBlocks);
   std::vector<std::uint16_t> words(kWindowWords, 0);
   words[0] = session;
@@ -157,18 +159,18 @@ std::vector<std::uint16_t> encode_window(std::uint16_t session,
   words[3] = end_of_program ? 1 : 0;
   for (std::size_t k = 0; k < blocks.size(); ++k)
     for (std::size_t i = 0; i < kBlockWords; ++i) words[kFirstBlockWord + kBlockWords * k + i] = blocks[k][i];
-  put_long(&words[kCrcWord], crc_without(words, kCrcWord));
+  put_long(&words[kCrcWord], crc_without(words, kCrcWord), low_word_first);
   return words;
 }
 
 std::vector<std::uint16_t> encode_mailbox(std::uint16_t session, std::uint16_t command_seq, MailboxCode code,
-                                          std::uint32_t argument) {
+                                          std::uint32_t argument, bool low_word_first) {
   std::vector<std::uint16_t> words(kMailboxWords, 0);
   words[0] = session;
   words[1] = command_seq;
   words[2] = static_cast<std::uint16_t>(code);
-  put_long(&words[3], argument);
-  put_long(&words[5], crc_without(words, 5));
+  put_long(&words[3], argument, low_word_first);
+  put_long(&words[5], crc_without(words, 5), low_word_first);
   return words;
 }
 

@@ -15,11 +15,7 @@
 
 namespace tiltfeed {
 
-inline constexpr std::uint16_t kIdentityAddress = 0x0000, kIdentityWords = 16;
-inline constexpr std::uint16_t kWindowAddress = 0x0100, kWindowWords = 118;
-inline constexpr std::uint16_t kMailboxAddress = 0x0180, kMailboxWords = 7;
-inline constexpr std::uint16_t kStatusAddress = 0x0200, kStatusWords = 24;
-inline constexpr std::uint16_t kHeartbeatAddress = 0x0240;
+inline constexpr std::uint16_t kIdentityWords = 16, kWindowWords = 118, kMailboxWords = 7, kStatusWords = 24;
 inline constexpr std::uint16_t kMagic = 0x5446, kMapVersion = 1;
 inline constexpr std::uint16_t kBlockWords = 16, kWindowBlocks = 7;
 
@@ -59,22 +55,23 @@ struct RingStatus {
   std::uint16_t alarm = 0;
   Nack nack = Nack::kNone;
   std::uint16_t nack_seq = 0, command_ack = 0, command_result = 0, feed_override = 0;
+  std::uint16_t heartbeat = 0;  ///< as the controller heard it last
   std::uint32_t line = 0;
   bool torn = false;  ///< the first and the last word differ: read again
 };
 /// Requires: kStatusWords words.
-RingStatus parse_ring_status(std::span<const std::uint16_t> words);
+RingStatus parse_ring_status(std::span<const std::uint16_t> words, bool low_word_first);
 const char* ring_state_name(RingState state);
 
 /// One block as registers. Errors: kLimit when a value does not fit, with the axis and the value.
 Result<std::array<std::uint16_t, kBlockWords>> encode_block(const NumericBlock& block, std::uint16_t seq,
-                                                            const RingIdentity& scale);
+                                                            const RingIdentity& scale, bool low_word_first);
 /// The whole ring window. Requires: 1..kWindowBlocks blocks.
 std::vector<std::uint16_t> encode_window(std::uint16_t session,
                                          std::span<const std::array<std::uint16_t, kBlockWords>> blocks,
-                                         bool end_of_program);
+                                         bool end_of_program, bool low_word_first);
 std::vector<std::uint16_t> encode_mailbox(std::uint16_t session, std::uint16_t command_seq, MailboxCode code,
-                                          std::uint32_t argument);
+                                          std::uint32_t argument, bool low_word_first);
 
 /// A request on a message link: four header words (write address, write count, read address, read count),
 /// then the words to write. Both counts above 0: one FC23; write only: FC16; read only: FC3.

@@ -9,30 +9,33 @@ namespace tiltfeed {
 
 namespace {
 
-/// The controller feed-holds after 1 s without a change; the rule is 0.3 s, less one slow RTU exchange.
-constexpr Time kHeartbeatInterval = std::chrono::milliseconds(150);
+/// Part of the controller's watchdog time: two lost exchanges and their time-outs fit in.
+constexpr double kHeartbeatShare = 0.15;
 /// Blocks kept ready beside those in the controller.
 constexpr std::size_t kReadyBlocks = 2 * kWindowBlocks;
 
 }  // namespace
 
 bool ModbusSession::wants_work() const {
-  return phase_ == Phase::kStreaming && !ended_ && pending_.size() - accepted_pending_ < kReadyBlocks;
+  if (!skip_ || ended_ || is_final(phase_)) return false;
+  if (pushed_ < known_) return true;
+  return phase_ == Phase::kRun && pending_.size() - accepted_pending_ < kReadyBlocks;
 }
 
 void ModbusSession::push(NumericBlock block) {
   assert(wants_work());
-  auto words = encode_block(block, static_cast<std::uint16_t>(pushed_ + 1), identity_);
+  auto words =
+      encode_block(block, static_cast<std::uint16_t>(pushed_ + 1), identity_, options_.map.low_word_first);
   if (!words) {
     const std::string name = quote_line(block.line, block.text);
     return fault(words.error().code, name + ": " + words.error().message);
   }
-  ++pushed_;
+  if (++pushed_ <= known_) ++accepted_pending_;
   pending_.push_back({std::move(block), *words});
 }
 
 std::string_view ModbusSession::output(Time now) {
-  if (phase_ == Phase::kDone || phase_ == Phase::kFault || now < next_request_) return {};
+  if (is_final(phase_) || now < next_request_) return {};
   if (request_.empty()) make_request(now);
   return request_;
 }
@@ -46,13 +49,13 @@ void ModbusSession::make_request(Time now) {
   request_is_window_ = false;
   request_reads_status_ = step_ != Step::kIdentify;
   if (step_ == Step::kIdentify) {
-    request.read_address = kIdentityAddress;
+    request.read_address = options_.map.identity;
     request.read_count = kIdentityWords;
   } else {
     const bool write = step_ != Step::kLookAround && !read_only_next_;
     if (write) request.words = next_words(now, request.write_address);
     request_reads_status_ = !write || use_fc23_;
-    request.read_address = request_reads_status_ ? kStatusAddress : std::uint16_t{0};
+    request.read_address = request_reads_status_ ? options_.map.status : std::uint16_t{0};
     request.read_count = request_reads_status_ ? kStatusWords : std::uint16_t{0};
   }
   request_ = pack_request(request);
@@ -60,22 +63,28 @@ void ModbusSession::make_request(Time now) {
 
 std::vector<std::uint16_t> ModbusSession::next_words(Time now, std::uint16_t& address) {
   if (step_ == Step::kStream) {
+    if (!mail_.empty() && (mail_.front().code != MailboxCode::kResume || !heartbeat_due(now))) {
+      address = options_.map.mailbox;
+      return encode_mailbox(options_.session_id, command_seq_, mail_.front().code, mail_.front().argument,
+                            options_.map.low_word_first);
+    }
     if (!heartbeat_due(now) && room_for_frame()) {
-      address = kWindowAddress;
+      address = options_.map.window;
       return window_words();
     }
-    address = kHeartbeatAddress;
+    address = options_.map.heartbeat;
     last_heartbeat_ = now;
     return {++heartbeat_};
   }
-  address = kMailboxAddress;
-  MailboxCode code = MailboxCode::kOpen;
-  if (step_ == Step::kClose) code = MailboxCode::kClose;
-  if (step_ == Step::kHold) code = MailboxCode::kHold;
-  return encode_mailbox(options_.session_id, command_seq_, code, 0);
+  address = options_.map.mailbox;
+  const MailboxCode code = step_ == Step::kClose ? MailboxCode::kClose : MailboxCode::kOpen;
+  return encode_mailbox(options_.session_id, command_seq_, code, 0, options_.map.low_word_first);
 }
 
-bool ModbusSession::heartbeat_due(Time now) const { return now - last_heartbeat_ >= kHeartbeatInterval; }
+bool ModbusSession::heartbeat_due(Time now) const {
+  return now - last_heartbeat_ >= std::chrono::duration_cast<Time>(
+                                      std::chrono::duration<double>(options_.map.watchdog * kHeartbeatShare));
+}
 
 /// Whole frames, unless the program's end or a very small ring makes them shorter.
 bool ModbusSession::room_for_frame() const {
@@ -93,7 +102,7 @@ std::vector<std::uint16_t> ModbusSession::window_words() {
   touched_ = std::max(touched_, accepted() + frame_count_);
   request_is_window_ = true;
   return encode_window(options_.session_id, std::span(blocks).first(frame_count_),
-                       ended_ && frame_count_ == waiting);
+                       ended_ && frame_count_ == waiting, options_.map.low_word_first);
 }
 
 }  // namespace tiltfeed

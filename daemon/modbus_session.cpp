@@ -32,15 +32,26 @@ int ahead(std::uint16_t to, std::uint16_t from) {
 
 std::uint16_t sequence(std::uint64_t block) { return static_cast<std::uint16_t>(block); }
 
+bool is_operator_stop(const NumericBlock& block) {
+  return block.op == BlockOp::kMCode && (block.m_code == 0 || block.m_code == 1 || block.m_code == 6);
+}
+
 }  // namespace
 
 ModbusSession::ModbusSession(const ModbusOptions& options, Time now)
     : options_(options), next_request_(now), last_reply_(now), last_progress_(now), step_began_(now) {
   assert(options.session_id != 0);
+  if (!options.attach) skip_ = 0;
+}
+
+void ModbusSession::move(Event event) {
+  const std::optional<Phase> next = next_phase(phase_, event);
+  assert(next);
+  phase_ = *next;
 }
 
 void ModbusSession::receive(std::string_view bytes, Time now) {
-  if (bytes.empty() || request_.empty() || phase_ == Phase::kDone || phase_ == Phase::kFault) return;
+  if (bytes.empty() || request_.empty() || is_final(phase_)) return;
   on_reply(unpack_reply(bytes), now);
 }
 
@@ -55,7 +66,7 @@ void ModbusSession::on_reply(const ModbusReply& reply, Time now) {
   read_only_next_ = !request_reads_status_;
   if (!request_reads_status_) return;
   if (reply.words.size() != kStatusWords) return fault(Code::kLink, "a status reply has the wrong length");
-  on_status(parse_ring_status(reply.words), now);
+  on_status(parse_ring_status(reply.words, options_.map.low_word_first), now);
 }
 
 /// The request stays as it is: the same bytes go out again.
@@ -91,7 +102,10 @@ void ModbusSession::on_identity(std::span<const std::uint16_t> words, Time now) 
   const Result<RingIdentity> identity = parse_identity(words);
   if (!identity) return fault(identity.error().code, identity.error().message);
   identity_ = *identity;
+  if (options_.map.linear_exponent >= 0) identity_.linear_exponent = options_.map.linear_exponent;
+  if (options_.map.rotary_exponent >= 0) identity_.rotary_exponent = options_.map.rotary_exponent;
   use_fc23_ = identity_.fc23;
+  move(Event::kAnswered);
   step_ = Step::kLookAround;
   step_began_ = now;
 }
@@ -108,6 +122,8 @@ void ModbusSession::on_status(const RingStatus& status, Time now) {
   if (status.torn) return read_again("torn (its first and last word differ)", now);
   if (last_status_seq_ == status.status_seq) return read_again("old (its sequence number stands still)", now);
   last_status_seq_ = status.status_seq;
+  if (status.boot_id != identity_.boot_id && aborting_)
+    return fault(Code::kCancelled, "aborted on request: the controller was reset in motion, home it first");
   if (status.boot_id != identity_.boot_id)
     return fault(Code::kLink, "the controller has restarted (boot_id " + std::to_string(identity_.boot_id) +
                                   " became " + std::to_string(status.boot_id) +
@@ -116,11 +132,10 @@ void ModbusSession::on_status(const RingStatus& status, Time now) {
     case Step::kIdentify:
       return;
     case Step::kLookAround:
-      look_around(status);
+      look_around(status, now);
       break;
     case Step::kOpen:
     case Step::kClose:
-    case Step::kHold:
       on_command_status(status, now);
       break;
     case Step::kStream:
@@ -129,18 +144,49 @@ void ModbusSession::on_status(const RingStatus& status, Time now) {
   }
 }
 
-void ModbusSession::look_around(const RingStatus& status) {
+void ModbusSession::look_around(const RingStatus& status, Time now) {
   status_ = status;
+  command_seq_ = static_cast<std::uint16_t>(status.command_ack + 1);
+  rereads_ = 0;
   if (status.state == RingState::kAlarm)
-    return fault(Code::kLink, "the machine is in alarm " + std::to_string(status.alarm) +
-                                  "; clear it at the controller first: nothing was sent");
+    return fault(Code::kLink,
+                 "the machine is in alarm " + std::to_string(status.alarm) +
+                     "; clear it at the controller first: nothing was sent",
+                 Event::kAlarm);
+  if (options_.attach) return continue_run(status, now);
   if (status.state == RingState::kRunning || status.state == RingState::kHold)
     return fault(Code::kLink, std::string("the machine is in state ") + ring_state_name(status.state) +
                                   " with session " + std::to_string(status.session) +
                                   "; end that first: nothing was sent");
-  command_seq_ = static_cast<std::uint16_t>(status.command_ack + 1);
-  rereads_ = 0;
   step_ = Step::kOpen;
+}
+
+/// The controller's own counters say where the run stands; the caller's say which 65536 they belong to.
+void ModbusSession::continue_run(const RingStatus& status, Time now) {
+  if (identity_.boot_id != options_.boot)
+    return fault(Code::kLink, "the controller has restarted since (boot_id " + std::to_string(options_.boot) +
+                                  " became " + std::to_string(identity_.boot_id) +
+                                  "): what was not completed is unknown; nothing was sent");
+  if (status.session != options_.session_id)
+    return fault(Code::kLink, "the controller has session " + std::to_string(status.session) + ", not " +
+                                  std::to_string(options_.session_id) + ", any more; nothing was sent");
+  const int further = ahead(status.last_accepted, sequence(options_.accepted));
+  const int open = ahead(status.last_accepted, status.last_completed);
+  known_ = options_.accepted + static_cast<std::uint64_t>(std::max(further, 0));
+  if (further < 0 || open < 0 || known_ > options_.reserved || static_cast<std::uint64_t>(open) > known_)
+    return fault(Code::kLink, "the controller's counters do not fit what is on record (accepted " +
+                                  std::to_string(status.last_accepted) + ", on record " +
+                                  std::to_string(options_.accepted) + " to " +
+                                  std::to_string(options_.reserved) + "); nothing was sent");
+  completed_ = pushed_ = known_ - static_cast<std::uint64_t>(open);
+  touched_ = known_;
+  skip_ = completed_;
+  step_ = Step::kStream;
+  move(Event::kReady);
+  last_progress_ = now;
+  heartbeat_ = status.heartbeat;
+  last_heartbeat_ = now - std::chrono::hours(1);  // due at once: a resume needs a living heartbeat
+  read_only_next_ = true;  // the blocks that the controller has are read from the program first
 }
 
 void ModbusSession::on_command_status(const RingStatus& status, Time now) {
@@ -151,11 +197,7 @@ void ModbusSession::on_command_status(const RingStatus& status, Time now) {
     next_request_ = now + kFullRingPoll;
     return;
   }
-  if (step_ == Step::kClose) {
-    phase_ = Phase::kDone;
-    return;
-  }
-  if (step_ == Step::kHold) return fault(Code::kLink, "stopped on request");
+  if (step_ == Step::kClose) return move(Event::kProved);
   if (!answered) return fault(Code::kLink, "the controller does not answer to 'open session'");
   if (status.command_result != 0)
     return fault(Code::kLink, "the controller refuses a session (result " +
@@ -163,26 +205,38 @@ void ModbusSession::on_command_status(const RingStatus& status, Time now) {
   if (status.session != options_.session_id || status.last_accepted != 0 || status.last_completed != 0)
     return fault(Code::kLink, "the controller opened another session than asked; nothing was sent");
   step_ = Step::kStream;
-  phase_ = Phase::kStreaming;
+  ++command_seq_;
+  move(Event::kReady);
   last_progress_ = now;
 }
 
 void ModbusSession::on_stream_status(const RingStatus& status, Time now) {
+  if (phase_ == Phase::kStop && !mail_.empty() && mail_.front().code == MailboxCode::kClose &&
+      status.command_ack == command_seq_)
+    return finish_stop();
   if (status.state == RingState::kNoSession)
     return fault(Code::kLink, "the controller has dropped the session");
   if (status.session != options_.session_id) return read_again("of another session", now);
   if (!advance(status, now)) return;
   rereads_ = 0;
   if (status.state == RingState::kAlarm)
-    return fault(Code::kLink, "the machine is in alarm " + std::to_string(status.alarm) + " at " +
-                                  block_name(status.last_started));
+    return fault(
+        Code::kLink,
+        "the machine is in alarm " + std::to_string(status.alarm) + " at " + block_name(status.last_started),
+        Event::kAlarm);
+  follow_mail(status, now);
+  follow_hold(status);
+  if (is_final(phase_)) return;
   if (judge_window_) judge_frame(status);
   if (phase_ == Phase::kFault) return;
-  if (ended_ && accepted() == pushed_) phase_ = Phase::kDraining;
-  if (ended_ && completed_ == pushed_) {
+  if (ended_ && accepted() == pushed_ && phase_ == Phase::kRun) move(Event::kAllSent);
+  if (phase_ == Phase::kDrain && completed_ == pushed_ && mail_.empty()) {
     step_ = Step::kClose;
     step_began_ = now;
-    ++command_seq_;
+    return;
+  }
+  if (!mail_.empty()) {
+    next_request_ = now + kFullRingPoll;
     return;
   }
   const bool stands = status.state == RingState::kIdle || status.state == RingState::kDone;
@@ -190,7 +244,7 @@ void ModbusSession::on_stream_status(const RingStatus& status, Time now) {
     return fault(Code::kLink, "the machine stands idle although blocks wait in its ring");
   if (room_for_frame() || wants_work()) return;
   next_request_ = now + kFullRingPoll;
-  if (phase_ == Phase::kDraining) next_request_ = now + kDrainPoll;
+  if (phase_ == Phase::kDrain) next_request_ = now + kDrainPoll;
   if (status.state == RingState::kHold) next_request_ = now + kHoldPoll;
 }
 
@@ -211,7 +265,11 @@ bool ModbusSession::advance(const RingStatus& status, Time now) {
   accepted_pending_ += static_cast<unsigned>(more_accepted);
   frame_count_ -= std::min<std::size_t>(frame_count_, static_cast<unsigned>(more_accepted));
   if (more_accepted > 0) refusals_ = 0;
-  for (int i = 0; i < more_completed; ++i) pending_.pop_front();
+  for (int i = 0; i < more_completed; ++i) {
+    waits_at_ =
+        is_operator_stop(pending_.front().block) ? std::optional(pending_.front().words[0]) : std::nullopt;
+    pending_.pop_front();
+  }
   accepted_pending_ -= static_cast<unsigned>(more_completed);
   completed_ += static_cast<unsigned>(more_completed);
   status_ = status;
@@ -234,19 +292,9 @@ void ModbusSession::judge_frame(const RingStatus& status) {
                            block_name(sequence(accepted() + 1)));
 }
 
-void ModbusSession::stop() {
-  if (phase_ == Phase::kDone || phase_ == Phase::kFault || step_ == Step::kClose || step_ == Step::kHold)
-    return;
-  if (step_ != Step::kStream) return fault(Code::kLink, "stopped on request");
-  step_ = Step::kHold;
-  ++command_seq_;
-  request_.clear();
-  read_only_next_ = false;
-  step_began_ = last_reply_;
-  next_request_ = Time{0};
+void ModbusSession::link_lost(const Error& error) {
+  if (!is_final(phase_)) fault(error.code, error.message);
 }
-
-void ModbusSession::link_lost(const Error& error) { fault(error.code, error.message); }
 
 // ---- reports -------------------------------------------------------------------------------------------
 
@@ -258,27 +306,39 @@ std::string ModbusSession::block_name(std::uint16_t seq) const {
   return quote_line(block.line, block.text);
 }
 
-std::string ModbusSession::uncertain_lines() const {
-  if (touched_ == 0) return "no block was sent";
-  if (touched_ == completed_) return "all blocks that were sent have run";
-  const NumericBlock& first = pending_.front().block;
-  const NumericBlock& last = pending_[touched_ - completed_ - 1].block;
-  return quote_line(first.line, first.text) + " to line " + std::to_string(last.line) +
-         " may have run; earlier ones have, later ones have not";
+LineRange ModbusSession::uncertain() const {
+  if (touched_ == completed_ || pending_.empty()) return {};
+  const std::size_t last = std::min<std::uint64_t>(touched_ - completed_, pending_.size()) - 1;
+  return {pending_.front().block.line, pending_[last].block.line};
 }
 
-void ModbusSession::fault(Code code, const std::string& what) {
-  if (step_ == Step::kClose) {  // everything was read back as completed before
-    phase_ = Phase::kDone;
-    return;
-  }
-  error_ = {code, phase_ == Phase::kOpening ? what : what + "; " + uncertain_lines()};
-  phase_ = Phase::kFault;
+void ModbusSession::fault(Code code, const std::string& what, Event event) {
+  if (step_ == Step::kClose) return move(Event::kProved);  // everything was read back as completed before
+  error_ = {code, what};
+  if (!is_opening(phase_))
+    error_.message +=
+        "; " + (touched_ == completed_ ? "all blocks that were sent have run" : describe(uncertain()));
+  move(event);
   request_.clear();
 }
 
 SendState ModbusSession::state() const {
-  return {phase_, options_.total, touched_, accepted(), completed_, resends_, ring_state_name(status_.state)};
+  SendState state;
+  state.phase = phase_;
+  state.total = options_.total;
+  state.sent = touched_;
+  state.acknowledged = std::max(accepted(), known_);
+  state.executed = completed_;
+  state.resends = resends_;
+  state.machine = ring_state_name(status_.state);
+  state.line = status_.line;
+  if (phase_ != Phase::kDone) state.uncertain = uncertain();
+  state.provable = true;
+  state.session = options_.session_id;
+  state.boot = identity_.boot_id;
+  state.feed_override = status_.feed_override;
+  state.refused = refused_;
+  return state;
 }
 
 }  // namespace tiltfeed

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/link_profile.h"
 #include "daemon/link.h"
 #include "daemon/modbus_map.h"
 #include "daemon/session.h"
@@ -19,11 +20,17 @@ namespace tiltfeed {
 struct ModbusOptions {
   std::uint64_t total = 0;       ///< blocks of the program
   std::uint16_t session_id = 1;  ///< not 0, another one for each run
+  RingMap map = {};
+  /// Go on with a run that another process began: session_id is that run's name.
+  bool attach = false;
+  std::uint16_t boot = 0;                    ///< of that run
+  std::uint64_t accepted = 0, reserved = 0;  ///< blocks surely accepted, blocks that may have been sent
 };
 
 /// Properties: a request is repeated identically until its reply was read; blocks count as taken over only by
 /// a last_accepted that was read, in one piece, for the same boot_id and session; a changed boot_id is a
-/// fault and nothing is sent again; done only when last_completed reaches the last block.
+/// fault and nothing is sent again; done only when last_completed reaches the last block; an operator's
+/// command goes out before any block that is not out yet.
 class ModbusSession {
  public:
   ModbusSession(const ModbusOptions& options, Time now);
@@ -32,14 +39,16 @@ class ModbusSession {
   /// Requires: wants_work().
   void push(NumericBlock block);
   void end_of_program() { ended_ = true; }
+  bool wants_rewind() const { return false; }
+  /// Blocks to pass over before the first push; nothing while that is not known yet.
+  std::optional<std::uint64_t> first_block() const { return skip_; }
 
+  void command(const OperatorCommand& command, Time now);
   /// The request to send now, or nothing before deadline().
   std::string_view output(Time now);
   void sent(std::size_t count);
   void receive(std::string_view reply, Time now);
   Time deadline() const { return next_request_; }
-  /// Hold by the mailbox, then fault.
-  void stop();
   /// The wire has gone: fault, with what may have run.
   void link_lost(const Error& error);
 
@@ -49,12 +58,17 @@ class ModbusSession {
 
  private:
   /// Which step of the opening, the streaming or the closing is next.
-  enum class Step { kIdentify, kLookAround, kOpen, kStream, kClose, kHold };
+  enum class Step { kIdentify, kLookAround, kOpen, kStream, kClose };
+  struct Mail {
+    MailboxCode code = MailboxCode::kHold;
+    std::uint32_t argument = 0;
+  };
   struct Pending {
     NumericBlock block;
     std::array<std::uint16_t, kBlockWords> words{};
   };
 
+  void move(Event event);
   void make_request(Time now);
   std::vector<std::uint16_t> next_words(Time now, std::uint16_t& address);
   std::vector<std::uint16_t> window_words();
@@ -66,7 +80,12 @@ class ModbusSession {
   void on_exception(std::uint8_t exception, Time now);
   void on_identity(std::span<const std::uint16_t> words, Time now);
   void on_status(const RingStatus& status, Time now);
-  void look_around(const RingStatus& status);
+  void look_around(const RingStatus& status, Time now);
+  void continue_run(const RingStatus& status, Time now);
+  void post(MailboxCode code, std::uint32_t argument, Time now);
+  void follow_mail(const RingStatus& status, Time now);
+  void follow_hold(const RingStatus& status);
+  void finish_stop();
   void on_command_status(const RingStatus& status, Time now);
   void on_stream_status(const RingStatus& status, Time now);
   bool advance(const RingStatus& status, Time now);
@@ -74,12 +93,12 @@ class ModbusSession {
   void read_again(const char* why, Time now);
 
   std::uint64_t accepted() const { return completed_ + accepted_pending_; }
-  std::string uncertain_lines() const;
+  LineRange uncertain() const;
   std::string block_name(std::uint16_t seq) const;
-  void fault(Code code, const std::string& what);
+  void fault(Code code, const std::string& what, Event event = Event::kFailed);
 
   ModbusOptions options_;
-  Phase phase_ = Phase::kOpening;
+  Phase phase_ = Phase::kConnect;
   Step step_ = Step::kIdentify;
   Error error_;
   RingIdentity identity_;
@@ -90,7 +109,14 @@ class ModbusSession {
   std::size_t accepted_pending_ = 0;  // of these, taken over by the controller
   std::size_t frame_count_ = 0;       // blocks in the frame that is out
   std::uint64_t pushed_ = 0, completed_ = 0, touched_ = 0;
+  std::uint64_t known_ = 0;            // accepted before this process came
+  std::optional<std::uint64_t> skip_;  // completed before this process came
   bool ended_ = false;
+
+  std::deque<Mail> mail_;                  // the first one is out, or due
+  std::optional<std::uint16_t> waits_at_;  // the newest completed block, if it is M0, M1 or M6
+  bool hold_seen_ = false, aborting_ = false;
+  std::string refused_;
 
   std::string request_;  // out, not answered yet
   bool request_reads_status_ = false, read_only_next_ = false, use_fc23_ = true;

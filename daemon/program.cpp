@@ -33,17 +33,22 @@ bool is_live(char c) {
   return c == '!' || c == '~' || c == '?' || c == kReset || static_cast<unsigned char>(c) >= kFirstHigh;
 }
 
-/// Codes that must travel alone; G in tenths, so 281 is G28.1.
-bool travels_alone(char letter, double value) {
-  const int tenths = static_cast<int>(value * 10.0 + 0.5);
-  if (letter == 'M') return tenths == 0 || tenths == 10 || tenths == 60;
-  return letter == 'G' && (tenths == 100 || tenths == 281 || tenths == 301);
+/// Tenths of a code's number, so 281 is G28.1.
+int tenths(double value) { return static_cast<int>(value * 10.0 + 0.5); }
+
+bool waits_for_operator(char letter, double value) {
+  return letter == 'M' && (tenths(value) == 0 || tenths(value) == 10 || tenths(value) == 60);
 }
 
-/// Sets alone and dwell; true when the line ends the program. Lines that are not plain words are left to the
-/// controller, which knows its own language.
+/// Codes that write to EEPROM, during which received bytes are lost.
+bool writes_settings(char letter, double value) {
+  return letter == 'G' && (tenths(value) == 100 || tenths(value) == 281 || tenths(value) == 301);
+}
+
+/// Sets alone, waits and dwell; true when the line ends the program. Lines that are not plain words are left
+/// to the controller, which knows its own language.
 bool read_codes(Line& line) {
-  line.alone = false;
+  line.alone = line.waits = false;
   line.dwell = 0.0;
   bool ends = false, dwells = false;
   double p = 0.0;
@@ -54,7 +59,8 @@ bool read_codes(Line& line) {
   while (!rest.empty()) {
     const std::optional<Word> word = take_word(rest);
     if (!word) return ends;
-    line.alone = line.alone || travels_alone(word->letter, word->value);
+    line.waits = line.waits || waits_for_operator(word->letter, word->value);
+    line.alone = line.alone || line.waits || writes_settings(word->letter, word->value);
     if (word->letter == 'M' && (word->value == 2.0 || word->value == 30.0)) ends = true;
     if (word->letter == 'G' && word->value == 4.0) dwells = true;
     if (word->letter == 'P') p = word->value;

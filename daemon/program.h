@@ -20,6 +20,7 @@ struct Line {
   std::uint64_t number = 0;  ///< 1-based in the file
   std::string text;
   bool alone = false;  ///< nothing else may be on its way with it: M0 M1 M6, G10 G28.1 G30.1
+  bool waits = false;  ///< of these, M0 M1 M6: answered when the operator has acted
   double dwell = 0.0;  ///< seconds that G4 asks for
 };
 

@@ -18,8 +18,8 @@ using std::chrono::milliseconds;
 constexpr Time kProgressInterval = milliseconds(100);
 /// After a fault one last byte (feed hold) may be due; it gets this long to leave.
 constexpr Time kLastWordWait = milliseconds(100);
-/// A session always wants to be called again soon; this bounds a mistake there.
-constexpr Time kLongestWait = milliseconds(500);
+/// An operator's command waits no longer than this: well within a status interval.
+constexpr Time kLongestWait = milliseconds(50);
 
 class SteadyClock : public Clock {
  public:
@@ -31,12 +31,34 @@ tl::unexpected<Error> at_line(const Program& program, const Line& line, const Er
               program.path() + ":" + std::to_string(line.number) + ": '" + line.text + "': " + error.message);
 }
 
-/// Program lines for a GrblSession.
+/// Asks for the record of each block before a session has it.
+class Reserve {
+ public:
+  explicit Reserve(const StreamHooks& hooks) : hooks_(hooks) {}
+  Result<void> before(std::uint64_t block, std::uint64_t line) {
+    if (!hooks_.reserve || block <= reserved_) return {};
+    const Result<std::uint64_t> reserved = hooks_.reserve(block, line);
+    if (!reserved) return tl::unexpected<Error>(reserved.error());
+    reserved_ = *reserved;
+    return {};
+  }
+
+ private:
+  const StreamHooks& hooks_;
+  std::uint64_t reserved_ = 0;
+};
+
+/// Program lines for a session that sends text.
 class LineFeed {
  public:
   explicit LineFeed(Program& program) : program_(program) {}
 
-  Result<void> fill(GrblSession& session) {
+  template <class Session>
+  Result<void> fill(Session& session, Reserve& reserve) {
+    if (session.wants_rewind()) {
+      if (const Result<void> back = program_.rewind(); !back) return back;
+      blocks_ = 0;
+    }
     while (session.wants_work()) {
       Line line;
       const Result<bool> more = program_.next(line);
@@ -45,6 +67,9 @@ class LineFeed {
         session.end_of_program();
         return {};
       }
+      ++blocks_;
+      if (session.phase() == Phase::kRun)
+        if (const Result<void> noted = reserve.before(blocks_, line.number); !noted) return noted;
       session.push(std::move(line));
     }
     return {};
@@ -52,6 +77,7 @@ class LineFeed {
 
  private:
   Program& program_;
+  std::uint64_t blocks_ = 0;
 };
 
 /// Program lines as numeric blocks for a ModbusSession, or just counted.
@@ -73,7 +99,7 @@ class BlockFeed {
     return true;
   }
 
-  Result<void> fill(ModbusSession& session) {
+  Result<void> fill(ModbusSession& session, Reserve& reserve) {
     while (session.wants_work()) {
       NumericBlock block;
       const Result<bool> more = next(block);
@@ -82,6 +108,8 @@ class BlockFeed {
         session.end_of_program();
         return {};
       }
+      if (++count_ <= *session.first_block()) continue;  // completed before this process came
+      if (const Result<void> noted = reserve.before(count_, block.line); !noted) return noted;
       session.push(std::move(block));
     }
     return {};
@@ -93,6 +121,7 @@ class BlockFeed {
   Line line_;
   std::vector<NumericBlock> blocks_;
   std::size_t used_ = 0;
+  std::uint64_t count_ = 0;
 };
 
 /// Converts the whole program before anything is sent. Returns the number of blocks.
@@ -105,42 +134,69 @@ Result<std::uint64_t> survey_blocks(Program& program) {
     const Result<bool> more = feed.next(block);
     if (!more) return tl::unexpected<Error>(more.error());
     if (!*more) break;
-    if (const auto words = encode_block(block, 0, usual_scale); !words)
-      return at_line(program, {block.line, block.text, false, 0.0}, words.error());
+    if (const auto words = encode_block(block, 0, usual_scale, false); !words)
+      return at_line(program, {block.line, block.text}, words.error());
   }
   if (blocks == 0) return fail(Code::kInput, program.path() + ": has no block to send");
   if (const Result<void> back = program.rewind(); !back) return tl::unexpected<Error>(back.error());
   return blocks;
 }
 
-bool finished(Phase phase) { return phase == Phase::kDone || phase == Phase::kFault; }
+/// The wire, and whoever looks on.
+class WatchedLink {
+ public:
+  WatchedLink(Link& link, Clock& clock, const StreamHooks& hooks)
+      : link_(link), clock_(clock), hooks_(hooks) {}
+  Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) {
+    in.clear();
+    Result<std::size_t> taken = link_.exchange(out, wait, in);
+    if (!hooks_.traffic) return taken;
+    const Time now = clock_.now();
+    if (taken && *taken > 0) hooks_.traffic(Way::kOut, out.substr(0, *taken), now);
+    if (!in.empty()) hooks_.traffic(Way::kIn, in, now);
+    return taken;
+  }
+
+ private:
+  Link& link_;
+  Clock& clock_;
+  const StreamHooks& hooks_;
+};
 
 template <class Session>
-tl::unexpected<Error> say_last_word(Session& session, Link& link, Clock& clock) {
+void say_last_word(Session& session, WatchedLink& link, Time now) {
   std::string in;
-  const std::string_view out = session.output(clock.now());
+  const std::string_view out = session.output(now);
   if (!out.empty())
     static_cast<void>(link.exchange(out, kLastWordWait, in));  // best effort: it has failed anyway
-  return tl::unexpected<Error>(session.error());
 }
 
-/// The loop: program -> session -> wire -> session, until done or fault.
+template <class Session>
+void obey(Session& session, CommandQueue* commands, Time now) {
+  if (commands == nullptr) return;
+  while (const std::optional<OperatorCommand> command = commands->take()) session.command(*command, now);
+}
+
+/// The loop: program -> session -> wire -> session, until a final phase.
 template <class Session, class Feed>
-Result<SendReport> run(Session& session, Feed& feed, Link& link, Clock& clock, const SendProgress& progress) {
+Result<SendReport> run(Session& session, Feed& feed, Link& wire, Clock& clock, const StreamHooks& hooks) {
+  WatchedLink link(wire, clock, hooks);
+  Reserve reserve(hooks);
   SendReport report;
   const Time began = clock.now();
   Time next_progress = began;
+  Phase shown = session.phase();
+  std::optional<Error> program_error;
   std::string in;
-  while (!finished(session.phase())) {
-    if (const Result<void> fed = feed.fill(session); !fed) {
-      session.stop();
-      if (finished(session.phase())) static_cast<void>(say_last_word(session, link, clock));
-      return tl::unexpected<Error>(fed.error());
+  while (!is_final(session.phase())) {
+    obey(session, hooks.commands, clock.now());
+    if (const Result<void> fed = program_error ? Result<void>() : feed.fill(session, reserve); !fed) {
+      program_error = fed.error();
+      session.command({Order::kStop}, clock.now());
     }
     Time now = clock.now();
     const std::string_view out = session.output(now);
-    if (finished(session.phase())) break;
-    in.clear();
+    if (is_final(session.phase())) break;
     const Result<std::size_t> taken =
         link.exchange(out, std::clamp(session.deadline() - now, Time::zero(), kLongestWait), in);
     if (!taken) {
@@ -151,14 +207,17 @@ Result<SendReport> run(Session& session, Feed& feed, Link& link, Clock& clock, c
     report.bytes += *taken;
     now = clock.now();
     session.receive(in, now);
-    if (now >= next_progress) {
+    if (hooks.progress && (now >= next_progress || session.phase() != shown)) {
       next_progress = now + kProgressInterval;
-      if (progress && !progress(session.state())) session.stop();
+      shown = session.phase();
+      if (!is_final(shown) && !hooks.progress(session.state())) session.command({Order::kStop}, now);
     }
   }
   const SendState state = session.state();
-  if (progress) progress(state);
-  if (session.phase() == Phase::kFault) return say_last_word(session, link, clock);
+  if (session.phase() != Phase::kDone) say_last_word(session, link, clock.now());
+  if (hooks.progress) hooks.progress(state);
+  if (program_error) return tl::unexpected<Error>(*program_error);
+  if (session.phase() != Phase::kDone) return tl::unexpected<Error>(session.error());
   report.lines = state.sent;
   report.acknowledged = state.acknowledged;
   report.executed = state.executed;
@@ -179,13 +238,15 @@ struct Opened {
   std::uint64_t blocks = 0;
 };
 
+bool is_modbus(LinkKind kind) { return kind == LinkKind::kModbusTcp || kind == LinkKind::kModbusRtu; }
+
 Result<Opened> open_program(const std::string& path, LinkKind kind) {
   Result<Program> program = Program::open(path);
   if (!program) return tl::unexpected<Error>(program.error());
   Result<ProgramFacts> facts = program->survey();
   if (!facts) return tl::unexpected<Error>(facts.error());
   std::uint64_t blocks = facts->lines;
-  if (kind != LinkKind::kGrbl) {
+  if (is_modbus(kind)) {
     const Result<std::uint64_t> counted = survey_blocks(*program);
     if (!counted) return tl::unexpected<Error>(counted.error());
     blocks = *counted;
@@ -193,19 +254,47 @@ Result<Opened> open_program(const std::string& path, LinkKind kind) {
   return Opened{std::move(*program), std::move(*facts), blocks};
 }
 
+ModbusOptions modbus_options(const LinkSpec& spec, const SendOptions& options, std::uint64_t blocks) {
+  ModbusOptions modbus;
+  modbus.total = blocks;
+  modbus.map = spec.profile.ring;
+  modbus.session_id = options.session_id != 0 ? options.session_id : new_session_id();
+  if (options.attach) {
+    modbus.attach = true;
+    modbus.session_id = options.attach->session;
+    modbus.boot = options.attach->boot;
+    modbus.accepted = options.attach->accepted;
+    modbus.reserved = options.attach->reserved;
+  }
+  return modbus;
+}
+
+GrblOptions grbl_options(const LinkSpec& spec, const SendOptions& options, const ProgramFacts& facts) {
+  GrblOptions grbl;
+  grbl.total = facts.lines;
+  grbl.longest = facts.longest;
+  grbl.longest_line = facts.longest_line;
+  grbl.receive_buffer = spec.receive_buffer;
+  grbl.max_line = spec.max_line;
+  grbl.check = options.check || spec.profile.check;
+  grbl.number_lines = spec.profile.line_numbers;
+  return grbl;
+}
+
 Result<SendReport> send_opened(Opened& opened, const LinkSpec& spec, Link& link, Clock& clock,
-                               std::uint16_t session_id, const SendProgress& progress) {
+                               const SendOptions& options, const StreamHooks& hooks) {
+  if (options.attach && !is_modbus(spec.kind))
+    return fail(Code::kUsage,
+                describe(spec) + ": this link cannot prove what was executed; resume from a line");
   Result<SendReport> report;
-  if (spec.kind == LinkKind::kGrbl) {
-    GrblSession session({opened.facts.lines, opened.facts.longest, opened.facts.longest_line,
-                         spec.receive_buffer, spec.max_line},
-                        clock.now());
-    LineFeed feed(opened.program);
-    report = run(session, feed, link, clock, progress);
-  } else {
-    ModbusSession session({opened.blocks, session_id}, clock.now());
+  if (is_modbus(spec.kind)) {
+    ModbusSession session(modbus_options(spec, options, opened.blocks), clock.now());
     BlockFeed feed(opened.program);
-    report = run(session, feed, link, clock, progress);
+    report = run(session, feed, link, clock, hooks);
+  } else {
+    GrblSession session(grbl_options(spec, options, opened.facts), clock.now());
+    LineFeed feed(opened.program);
+    report = run(session, feed, link, clock, hooks);
   }
   if (!report) return fail(report.error().code, describe(spec) + ": " + report.error().message);
   if (const Result<void> same = opened.program.rewind(); !same) return tl::unexpected<Error>(same.error());
@@ -216,21 +305,34 @@ Result<SendReport> send_opened(Opened& opened, const LinkSpec& spec, Link& link,
 
 }  // namespace
 
+void CommandQueue::push(const OperatorCommand& command) {
+  const std::lock_guard lock(mutex_);
+  waiting_.push_back(command);
+}
+
+std::optional<OperatorCommand> CommandQueue::take() {
+  const std::lock_guard lock(mutex_);
+  if (waiting_.empty()) return std::nullopt;
+  const OperatorCommand first = waiting_.front();
+  waiting_.erase(waiting_.begin());
+  return first;
+}
+
 Result<SendReport> send_over(const std::string& program_path, const LinkSpec& spec, Link& link, Clock& clock,
-                             std::uint16_t session_id, const SendProgress& progress) {
+                             const SendOptions& options, const StreamHooks& hooks) {
   Result<Opened> opened = open_program(program_path, spec.kind);
   if (!opened) return tl::unexpected<Error>(opened.error());
-  return send_opened(*opened, spec, link, clock, session_id, progress);
+  return send_opened(*opened, spec, link, clock, options, hooks);
 }
 
 Result<SendReport> send_program(const std::string& program_path, const LinkSpec& spec,
-                                const SendProgress& progress) {
+                                const SendOptions& options, const StreamHooks& hooks) {
   Result<Opened> opened = open_program(program_path, spec.kind);
   if (!opened) return tl::unexpected<Error>(opened.error());
   Result<std::unique_ptr<Link>> link = open_link(spec);
   if (!link) return tl::unexpected<Error>(link.error());
   SteadyClock clock;
-  return send_opened(*opened, spec, **link, clock, new_session_id(), progress);
+  return send_opened(*opened, spec, **link, clock, options, hooks);
 }
 
 }  // namespace tiltfeed

@@ -26,7 +26,7 @@ class FakeGrbl {
   std::size_t unanswered = 0;      // bytes of lines that came and whose ok has not been heard
   std::size_t most_unanswered = 0;
   bool silent_status = false, withhold = false;
-  int position = 0, polls = 0, holds = 0;
+  int position = 0, polls = 0, holds = 0, resumes = 0, resets = 0;
 
   void receive(std::string_view bytes) {
     for (const char c : bytes) {
@@ -37,6 +37,15 @@ class FakeGrbl {
       } else if (c == '!') {
         ++holds;
         state = "Hold:0";
+      } else if (c == '~') {
+        ++resumes;
+        state = "Idle";
+      } else if (c == 0x18) {
+        ++resets;
+        state = "Idle";
+        arrived_.clear();
+        partial_.clear();
+        replies += "\r\nGrbl 1.1h ['$' for help]\r\n";
       } else if (c == '\n') {
         ++unanswered;
         arrived_.push_back(std::move(partial_));
@@ -102,7 +111,7 @@ struct Bench {
   void feed() {
     while (session.wants_work()) {
       if (next == texts.size()) return session.end_of_program();
-      Line line{next + 1, texts[next], texts[next] == "M0", 0.0};
+      Line line{next + 1, texts[next], texts[next] == "M0", texts[next] == "M0", 0.0};
       if (texts[next].starts_with("G4P")) line.dwell = std::stod(texts[next].substr(3));
       session.push(std::move(line));
       ++next;
@@ -128,13 +137,13 @@ struct Bench {
     now += step;
   }
   void open() {
-    for (int i = 0; i < 20 && session.phase() == Phase::kOpening; ++i) exchange();
-    ASSERT_EQ(session.phase(), Phase::kStreaming) << session.error().message;
+    for (int i = 0; i < 20 && is_opening(session.phase()); ++i) exchange();
+    ASSERT_EQ(session.phase(), Phase::kRun) << session.error().message;
     talk();
   }
   void say(const std::string& text) { session.receive(text, now); }
   void finish(int limit = 100000) {
-    for (int i = 0; i < limit && session.phase() != Phase::kDone && session.phase() != Phase::kFault; ++i) {
+    for (int i = 0; i < limit && !is_final(session.phase()); ++i) {
       fake.work();
       exchange();
     }

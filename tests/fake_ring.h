@@ -199,7 +199,7 @@ struct Bench {
     const std::string request(session.output(now));
     if (request.empty()) {
       now = std::max(now + milliseconds(1), session.deadline());
-      return session.phase() != Phase::kDone && session.phase() != Phase::kFault;
+      return !is_final(session.phase());
     }
     session.sent(request.size());
     last_request = request;
@@ -207,11 +207,11 @@ struct Bench {
     now += milliseconds(1);
     session.receive(pack_reply(reply), now);
     ring.execute(per_turn);
-    return session.phase() != Phase::kDone && session.phase() != Phase::kFault;
+    return !is_final(session.phase());
   }
   void open() {
-    for (int i = 0; i < 20 && session.phase() == Phase::kOpening; ++i) turn();
-    ASSERT_EQ(session.phase(), Phase::kStreaming) << session.error().message;
+    for (int i = 0; i < 20 && is_opening(session.phase()); ++i) turn();
+    ASSERT_EQ(session.phase(), Phase::kRun) << session.error().message;
   }
   void check_all_executed_once() {
     ASSERT_EQ(session.phase(), Phase::kDone) << session.error().message;

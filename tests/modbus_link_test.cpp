@@ -136,7 +136,7 @@ Result<SendReport> send_blocks(const LinkSpec& link) {
     out << "G0X0Y0Z0A0C0\n";
     for (int i = 2; i <= kBlocks; ++i) out << "G1X" << i << "F1000\n";
   }
-  auto report = send_program(path, link, {});
+  auto report = send_program(path, link, {}, {});
   std::filesystem::remove(path);
   return report;
 }

@@ -42,16 +42,16 @@ TEST(ModbusSession, BlockWordsAreThoseOfTheMap) {
   m.inverse_time = false;
   m.m_code = 3;
   m.spindle = 12000;
-  const auto words = encode_block(m, 0xFFFF, RingIdentity{});
+  const auto words = encode_block(m, 0xFFFF, RingIdentity{}, false);
   EXPECT_EQ((*words)[0], 0xFFFF);
   EXPECT_EQ((*words)[1], 4);
   EXPECT_EQ((*words)[5], 3);
   EXPECT_EQ(static_cast<std::uint32_t>((*words)[14]) << 16 | (*words)[15], 12000000u);
   m.op = BlockOp::kDwell;
   m.seconds = 2.5;
-  EXPECT_EQ((*encode_block(m, 1, RingIdentity{}))[15], 2500);
+  EXPECT_EQ((*encode_block(m, 1, RingIdentity{}, false))[15], 2500);
   m.rotary = 214748.5;  // beyond 32 bits at 1e-4
-  EXPECT_EQ(encode_block(m, 1, RingIdentity{}).error().code, Code::kLimit);
+  EXPECT_EQ(encode_block(m, 1, RingIdentity{}, false).error().code, Code::kLimit);
 }
 
 TEST(ModbusSession, SequenceNumbersWrapOverSeventyThousandBlocks) {
@@ -195,7 +195,7 @@ TEST(ModbusSession, AlarmAndBadBlockNameTheLine) {
   bench.ring.alarm = 3;
   bench.ring.state = 4;
   bench.turn();
-  ASSERT_EQ(bench.session.phase(), Phase::kFault);
+  ASSERT_EQ(bench.session.phase(), Phase::kAlarm);
   EXPECT_NE(bench.session.error().message.find("alarm 3"), std::string::npos);
   EXPECT_NE(bench.session.error().message.find("'G1X1.5F12.5'"), std::string::npos);
   Bench bad(100);
@@ -262,7 +262,7 @@ TEST(ModbusSession, TheHeartbeatIsKeptUpWhileFramesFlow) {
   int beats = 0;
   Time last{0};
   while (bench.turn()) {
-    if (bench.session.phase() != Phase::kStreaming) last = bench.now;
+    if (bench.session.phase() != Phase::kRun) last = bench.now;
     if (bench.ring.heartbeats != beats) last = bench.now;
     beats = bench.ring.heartbeats;
     ASSERT_LE(bench.now - last, milliseconds(300));
@@ -274,11 +274,14 @@ TEST(ModbusSession, StopHoldsByTheMailbox) {
   Bench bench(200);
   bench.open();
   for (int i = 0; i < 5; ++i) bench.turn();
-  bench.session.stop();
+  bench.session.command({Order::kStop}, bench.now);
   while (bench.turn()) {
   }
   EXPECT_EQ(bench.ring.commands[2], 1);
-  EXPECT_EQ(bench.session.phase(), Phase::kFault);
+  EXPECT_EQ(bench.ring.commands[4], 1);
+  EXPECT_EQ(bench.ring.commands[8], 1);
+  EXPECT_EQ(bench.session.phase(), Phase::kStopped);
+  EXPECT_EQ(bench.session.error().code, Code::kCancelled);
   EXPECT_NE(bench.session.error().message.find("stopped on request"), std::string::npos);
 }
 

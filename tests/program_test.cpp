@@ -145,7 +145,7 @@ Result<std::vector<NumericBlock>> convert(const std::vector<std::string>& texts)
   BlockReader reader;
   std::vector<NumericBlock> blocks;
   for (std::size_t i = 0; i < texts.size(); ++i)
-    if (const auto read = reader.read({i + 1, texts[i], false, 0.0}, blocks); !read)
+    if (const auto read = reader.read({i + 1, texts[i], false, false, 0.0}, blocks); !read)
       return tl::unexpected<Error>(read.error());
   return blocks;
 }

@@ -199,7 +199,7 @@ TEST(Stream, AResponderOnAPseudoTerminalGetsEveryLine) {
     const ProgramFile program(buffer == 128 ? 50000 : 200000);
     Responder responder(buffer);
     const double cpu = cpu_seconds();
-    const auto report = send_program(program.path, grbl_link(responder.device), {});
+    const auto report = send_program(program.path, grbl_link(responder.device), {}, {});
     ASSERT_TRUE(report) << report.error().message;
     show(buffer == 128 ? "pseudo-terminal, 128-byte buffer" : "pseudo-terminal, 1024-byte buffer", *report,
          cpu_seconds() - cpu);
@@ -214,7 +214,7 @@ TEST(Stream, AnErrorStopsAndNamesTheLine) {
   const ProgramFile program(1000);
   Responder responder(1024);
   responder.error_after = 500;
-  const auto report = send_program(program.path, grbl_link(responder.device), {});
+  const auto report = send_program(program.path, grbl_link(responder.device), {}, {});
   ASSERT_FALSE(report);
   // Line 501 that was sent is line 503 of the file: % and the header comment are not sent.
   EXPECT_NE(report.error().message.find("error:33' to line 503 'G1X"), std::string::npos)
@@ -227,7 +227,7 @@ TEST(Stream, APulledCableIsAnErrorAtOnce) {
   Responder responder(1024);
   responder.hang_up_after = 1000;
   const auto from = std::chrono::steady_clock::now();
-  const auto report = send_program(program.path, grbl_link(responder.device), {});
+  const auto report = send_program(program.path, grbl_link(responder.device), {}, {});
   ASSERT_FALSE(report);
   EXPECT_EQ(report.error().code, Code::kLink);
   EXPECT_NE(report.error().message.find("connection lost"), std::string::npos) << report.error().message;
@@ -239,24 +239,25 @@ TEST(Stream, ProgressIsShownAndCanStop) {
   const ProgramFile program(200000);
   Responder responder(1024);
   int calls = 0;
-  const auto report = send_program(program.path, grbl_link(responder.device), [&](const SendState& state) {
-    EXPECT_LE(state.executed, state.acknowledged);
-    EXPECT_LE(state.acknowledged, state.sent);
-    EXPECT_EQ(state.total, 200007u);
-    return ++calls < 2;
-  });
+  const auto report =
+      send_program(program.path, grbl_link(responder.device), {}, {[&](const SendState& state) {
+                     EXPECT_LE(state.executed, state.acknowledged);
+                     EXPECT_LE(state.acknowledged, state.sent);
+                     EXPECT_EQ(state.total, 200007u);
+                     return ++calls < 2;
+                   }});
   ASSERT_FALSE(report);
   EXPECT_NE(report.error().message.find("stopped on request"), std::string::npos) << report.error().message;
-  EXPECT_LE(calls, 3);
+  EXPECT_LE(calls, 8) << "after the stop only changes of phase and the end are shown";
 }
 
 TEST(Stream, NothingIsSentWhenTheProgramIsWrong) {
   const std::string path = temp_name(".nc");
   std::ofstream(path) << "G21\nG0X0Y0Z0A0C0\nG1X1F100\nG1X!2\n";
   Responder responder(1024);
-  const auto report = send_program(path, grbl_link(responder.device), {});
+  const auto report = send_program(path, grbl_link(responder.device), {}, {});
   std::ofstream(path) << "G0X0Y0Z0A0C0\nG2X1I1F100\n";
-  const auto modbus = send_program(path, *parse_link("modbus-tcp:127.0.0.1:1/1"), {});
+  const auto modbus = send_program(path, *parse_link("modbus-tcp:127.0.0.1:1/1"), {}, {});
   std::filesystem::remove(path);
   ASSERT_FALSE(report);
   EXPECT_EQ(report.error().code, Code::kInput);
@@ -276,7 +277,7 @@ TEST(Stream, TheSimulatedGrblExecutesTheProgram) {
   SimThread sim(
       [&](const sim::EndpointOptions& options) { return sim::serve_pty(controller, path, options); });
   const double cpu = cpu_seconds();
-  const auto report = send_program(program.path, grbl_link(path), {});
+  const auto report = send_program(program.path, grbl_link(path), {}, {});
   const double used = cpu_seconds() - cpu;
   sim.stop();
   ASSERT_TRUE(report) << report.error().message;
@@ -296,7 +297,7 @@ TEST(Stream, TheSimulatedRingExecutesTheProgramOverTcp) {
     return sim::serve_modbus_tcp(controller, "127.0.0.1", 0, options);
   });
   const double cpu = cpu_seconds();
-  const auto report = send_program(program.path, *parse_link("modbus-tcp:" + sim.place), {});
+  const auto report = send_program(program.path, *parse_link("modbus-tcp:" + sim.place), {}, {});
   const double used = cpu_seconds() - cpu;
   sim.stop();
   ASSERT_TRUE(report) << report.error().message;
@@ -314,7 +315,7 @@ TEST(Stream, TheSimulatedRingExecutesTheProgramOverRtu) {
   const std::string path = temp_name(".tty");
   SimThread sim(
       [&](const sim::EndpointOptions& options) { return sim::serve_modbus_rtu(controller, path, options); });
-  const auto report = send_program(program.path, *parse_link("modbus-rtu:" + path + "@115200/1"), {});
+  const auto report = send_program(program.path, *parse_link("modbus-rtu:" + path + "@115200/1"), {}, {});
   sim.stop();
   ASSERT_TRUE(report) << report.error().message;
   show("simulated ring, Modbus RTU on a pseudo-terminal", *report, 0.0);
@@ -324,7 +325,7 @@ TEST(Stream, TheSimulatedRingExecutesTheProgramOverRtu) {
 
 TEST(Stream, WithoutAServerTheErrorSaysWhere) {
   const ProgramFile program(10);
-  const auto report = send_program(program.path, *parse_link("modbus-tcp:127.0.0.1:1/1"), {});
+  const auto report = send_program(program.path, *parse_link("modbus-tcp:127.0.0.1:1/1"), {}, {});
   ASSERT_FALSE(report);
   EXPECT_EQ(report.error().code, Code::kLink);
   EXPECT_NE(report.error().message.find("modbus-tcp:127.0.0.1:1/1"), std::string::npos);

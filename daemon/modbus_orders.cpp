@@ -1,0 +1,102 @@
+// What an operator asks a ring controller for, through the mailbox: each command has a number and is executed
+// once, so it is repeated until the number comes back.
+
+#include <algorithm>
+
+#include "daemon/modbus_session.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// A mailbox command is a matter of one controller cycle.
+constexpr Time kMailTimeout = std::chrono::seconds(5);
+constexpr int kMinOverride = 10, kMaxOverride = 200;
+
+}  // namespace
+
+void ModbusSession::command(const OperatorCommand& command, Time now) {
+  refused_.clear();
+  if (is_final(phase_) || phase_ == Phase::kStop || step_ == Step::kClose) return;
+  if (is_opening(phase_)) {
+    refused_ = "nothing moves yet";
+    if (command.order != Order::kStop && command.order != Order::kAbort) return;
+    error_ = {Code::kCancelled, "stopped on request; nothing was sent"};
+    return move(Event::kStood);
+  }
+  const bool waiting = phase_ == Phase::kHold || phase_ == Phase::kToolChange;
+  switch (command.order) {
+    case Order::kHold:
+      if (waiting) return;
+      hold_seen_ = false;
+      move(Event::kHeld);
+      return post(MailboxCode::kHold, 0, now);
+    case Order::kResume:
+      if (!waiting) {
+        refused_ = "the machine is not held";
+        return;
+      }
+      return post(MailboxCode::kResume, 0, now);
+    case Order::kStop:
+      move(Event::kStopAsked);
+      post(MailboxCode::kHold, 0, now);
+      mail_.push_back({MailboxCode::kStop, 0});
+      return mail_.push_back({MailboxCode::kClose, 0});
+    case Order::kAbort:
+      aborting_ = true;
+      return post(MailboxCode::kReset, 0, now);
+    case Order::kFeedOverride:
+      return post(MailboxCode::kOverride,
+                  static_cast<std::uint32_t>(std::clamp(command.value, kMinOverride, kMaxOverride)), now);
+    case Order::kRapidOverride:
+    case Order::kSpindleOverride:
+      refused_ = "this controller has a feed override only";
+  }
+}
+
+/// A request that is out is given up for it: a frame may be repeated at any time.
+void ModbusSession::post(MailboxCode code, std::uint32_t argument, Time now) {
+  if (mail_.empty()) step_began_ = now;
+  mail_.push_back({code, argument});
+  request_.clear();
+  read_only_next_ = false;
+  next_request_ = std::min(next_request_, now);
+}
+
+void ModbusSession::follow_mail(const RingStatus& status, Time now) {
+  if (mail_.empty()) return;
+  if (status.command_ack == command_seq_) {
+    mail_.pop_front();
+    ++command_seq_;
+    step_began_ = now;
+    if (status.command_result != 0) refused_ = "the controller refuses the command";
+    return;
+  }
+  if (now - step_began_ >= kMailTimeout)
+    fault(Code::kLink, "the controller does not answer to a command within 5 s");
+}
+
+/// The ring was emptied and the session closed, so nobody can go on with it; what was read before stands.
+void ModbusSession::finish_stop() {
+  error_ = {Code::kCancelled,
+            "stopped on request; " +
+                (touched_ == completed_ ? "all blocks that were sent have run" : describe(uncertain()))};
+  move(Event::kStood);
+}
+
+void ModbusSession::follow_hold(const RingStatus& status) {
+  const bool held = status.state == RingState::kHold;
+  if (phase_ == Phase::kRun || phase_ == Phase::kDrain) {
+    if (!held) return;
+    hold_seen_ = true;
+    // M0 counts as completed while it waits.
+    const bool tool_change = phase_ == Phase::kRun && waits_at_ == status.last_started;
+    return move(tool_change ? Event::kOperatorStop : Event::kHeld);
+  }
+  if (phase_ != Phase::kHold && phase_ != Phase::kToolChange) return;
+  hold_seen_ = hold_seen_ || held;
+  if (hold_seen_ && !held && mail_.empty())
+    move(phase_ == Phase::kHold ? Event::kResumed : Event::kOperatorDone);
+}
+
+}  // namespace tiltfeed
