@@ -29,7 +29,8 @@ struct MachineProfile {
 };
 
 /// Properties: every limit pair has min < max, speeds and accelerations are above 0, directions are unit, the
-/// table's is exactly (0, 0, 1), the head's is not vertical, letters differ and mean nothing else in G-code.
+/// tilt's is parallel neither to the rotary's nor to the spindle's, letters differ and mean nothing else in
+/// G-code.
 /// Errors: kInput as file:line:column, what was expected, the nearest known key; kIo.
 Result<MachineProfile> load_machine(const std::string& path);
 /// The same from text; `path` names it in messages and becomes MachineProfile::path.

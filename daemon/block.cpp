@@ -196,8 +196,10 @@ void ProgramText::block(std::size_t index, Modal& modal, Lines& lines, Piece& pi
   if (!modal.any || q.x != at.x) out = axis(out, 'X', q.x, linear);
   if (!modal.any || q.y != at.y) out = axis(out, 'Y', q.y, linear);
   if (!modal.any || q.z != at.z) out = axis(out, 'Z', q.z, linear);
-  if (!modal.any || q.a != at.a) out = axis(out, tilt.letter, q.a, angular);
-  if (!modal.any || q.c != at.c) out = axis(out, rotary.letter, q.c, angular);
+  if (!modal.any || q.a != at.a)
+    out = axis(out, tilt.letter, control_word(tilt.word, q.a, at.a, angular), angular);
+  if (!modal.any || q.c != at.c)
+    out = axis(out, rotary.letter, control_word(rotary.word, q.c, at.c, angular), angular);
   if (!rapid) out = feed(out, move.seconds, piece);
   if (*begin == ' ') out = std::copy(begin + 1, out, begin);  // no G word in front
   lines.end_line(out, index + 1);

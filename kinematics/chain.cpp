@@ -6,70 +6,146 @@
 namespace tiltfeed {
 namespace {
 
-// A head axis this near to perpendicular (its z component) is perpendicular: what a profile's 15 digits mean.
+// A direction this near to square (its cosine) is square: what a profile's 15 digits mean.
 constexpr double kPerpendicular = 1e-12;
-// How far the half-angle sine of (K5) may pass the head's reach by rounding alone.
+// How far an axis may lie beyond the reach (rad) by rounding alone.
 constexpr double kReachRounding = 1e-12;
-// Directions of a profile are unit to this.
+// Directions of a profile are unit to this; two that are nearer to parallel turn about the same axis.
 constexpr double kUnit = 1e-9;
 
-double radians_per_degree(const RotaryAxis& axis) { return axis.sign * (kPi / 180.0); }
+/// Degrees of the word to radians of the tool against the work.
+double radians_per_degree(const RotaryAxis& axis, bool under_work) {
+  return axis.sign * (kPi / 180.0) * (under_work ? -1.0 : 1.0);
+}
+
+bool vertical(const MachineModel& machine) {
+  const Vec3 n = machine.rotary.direction;
+  return machine.structure == Structure::kTableHead && n.x == 0.0 && n.y == 0.0 &&
+         machine.spindle == Vec3{0.0, 0.0, 1.0};
+}
+
+ChainKind kind_of(const MachineModel& machine) {
+  if (vertical(machine)) return ChainKind::kVertical;
+  switch (machine.structure) {
+    case Structure::kTableTable:
+      return ChainKind::kTableTable;
+    case Structure::kHeadHead:
+      return ChainKind::kHeadHead;
+    case Structure::kTableHead:
+      break;
+  }
+  return ChainKind::kTableHead;
+}
 
 }  // namespace
 
 Chain::Chain(const MachineModel& machine, const Setup& setup)
-    : head_direction_(machine.tilt.direction),
-      head_sine_(std::hypot(head_direction_.x, head_direction_.y)),
-      perpendicular_(std::abs(head_direction_.z) < kPerpendicular),
-      lever_(turned(head_direction_, machine.pivot_to_gauge + Vec3{0.0, 0.0, -setup.tool_length})),
-      tool_(turned(head_direction_, {0.0, 0.0, 1.0})),
+    : kind_(kind_of(machine)),
+      square_(kind_ == ChainKind::kVertical && std::abs(machine.tilt.direction.z) < kPerpendicular),
+      tilt_direction_(machine.tilt.direction),
+      rotary_direction_(kind_ == ChainKind::kVertical ? Vec3{0.0, 0.0, 1.0} : machine.rotary.direction),
+      lever_(turned(tilt_direction_, machine.pivot_to_gauge - machine.spindle * setup.tool_length)),
+      tool_(turned(tilt_direction_, machine.spindle)),
+      offset_(machine.rotary_to_tilt),
       part_zero_(setup.part_zero),
       fixture_(setup.fixture),
       fixture_back_(transposed(setup.fixture)),
-      head_scale_(radians_per_degree(machine.tilt)),
-      head_zero_(machine.tilt.zero),
-      table_scale_(radians_per_degree(machine.rotary) * (machine.rotary.direction.z < 0.0 ? -1.0 : 1.0)),
-      table_zero_(machine.rotary.zero) {
-  assert(std::abs(length(head_direction_) - 1.0) < kUnit && head_sine_ > kUnit);
-  assert(std::abs(std::abs(machine.rotary.direction.z) - 1.0) < kUnit);
+      tilt_scale_(radians_per_degree(machine.tilt, machine.structure == Structure::kTableTable)),
+      tilt_zero_(machine.tilt.zero),
+      rotary_scale_(radians_per_degree(machine.rotary, machine.structure != Structure::kHeadHead)),
+      rotary_zero_(machine.rotary.zero) {
+  const Vec3 nC = rotary_direction_, nT = tilt_direction_, e = machine.spindle;
+  assert(std::abs(length(nT) - 1.0) < kUnit && std::abs(length(machine.rotary.direction) - 1.0) < kUnit);
+  assert(length(cross(nC, nT)) > kUnit && length(cross(nT, e)) > kUnit);
+  if (kind_ == ChainKind::kVertical && machine.rotary.direction.z < 0.0) rotary_scale_ = -rotary_scale_;
+  const Vec3 square = std::abs(nC.x) < 0.5 ? Vec3{1.0, 0.0, 0.0} : Vec3{0.0, 1.0, 0.0};
+  azimuth_x_ = normalized(square - nC * dot(nC, square));
+  azimuth_y_ = cross(nC, azimuth_x_);
+  // (K5): the tool is nearest to nC at alpha0 = atan2(b, a), and farthest from it opposite to that.
+  nearest_tilt_ = std::atan2(dot(nC, tool_.cross), dot(nC, e - tool_.along));
+  const Vec3 nearest = tool_.at(Trig::of(nearest_tilt_)), farthest = tool_.at(Trig::of(nearest_tilt_ + kPi));
+  least_chord2_ = squared_length(nearest - nC);
+  other_chord2_ = squared_length(farthest + nC);
+  least_off_ = angle_between(nearest, nC);
+  greatest_off_ = angle_between(farthest, nC);
 }
 
-Vec3 Chain::linear(Point<Part> tip, Trig head, Trig table) const {
-  return turn_z(fixture_ * from_origin(tip) + part_zero_, table) - part_zero_ + lever_.v - lever_.at(head);
+Pose Chain::pose(Vec3 linear, Trig tilt, Trig rotary) const {
+  switch (kind_) {
+    case ChainKind::kVertical:
+      return pose_of<ChainKind::kVertical>(linear, tilt, rotary);
+    case ChainKind::kTableTable:
+      return pose_of<ChainKind::kTableTable>(linear, tilt, rotary);
+    case ChainKind::kHeadHead:
+      return pose_of<ChainKind::kHeadHead>(linear, tilt, rotary);
+    case ChainKind::kTableHead:
+      break;
+  }
+  return pose_of<ChainKind::kTableHead>(linear, tilt, rotary);
+}
+
+Vec3 Chain::linear(Point<Part> tip, Trig tilt, Trig rotary) const {
+  const Vec3 home = fixture_ * from_origin(tip), w = part_zero_, v = lever_.v, d = offset_;
+  switch (kind_) {
+    case ChainKind::kVertical:
+      return turn_z(home + w, reversed(rotary)) - w + v - lever_.at(tilt);
+    case ChainKind::kTableTable:
+      return turn(tilt_direction_, turn(rotary_direction_, home + w, reversed(rotary)) - d, reversed(tilt)) +
+             d - w;
+    case ChainKind::kHeadHead:
+      return home + v + d - turn(rotary_direction_, d + lever_.at(tilt), rotary);
+    case ChainKind::kTableHead:
+      break;
+  }
+  return turn(rotary_direction_, home + w, reversed(rotary)) - w + v - lever_.at(tilt);
 }
 
 double Chain::radius(Point<Part> tip) const {
-  const Vec3 arm = fixture_ * from_origin(tip) + part_zero_;
-  return std::hypot(arm.x, arm.y);
+  const Vec3 arm =
+      kind_ == ChainKind::kHeadHead ? offset_ + lever_.v : fixture_ * from_origin(tip) + part_zero_;
+  if (kind_ == ChainKind::kVertical) return std::hypot(arm.x, arm.y);
+  return length(cross(rotary_direction_, arm));
 }
 
-double Chain::nearest_head(Vec3 axis_T, Trig table) const {
-  const Vec3 u = turn_z(axis_T, table);
+double Chain::nearest_tilt(Vec3 axis_T, Trig rotary) const {
+  const Trig back = reversed(rotary);
+  const Vec3 u = kind_ == ChainKind::kVertical ? turn_z(axis_T, back) : turn(rotary_direction_, axis_T, back);
   return std::atan2(dot(tool_.cross, u), dot(tool_.v - tool_.along, u));
 }
 
-AxisSolutions Chain::solve_axis(Vec3 axis_T) const {
-  const Vec3 u = axis_T;
+double Chain::azimuth(Vec3 axis) const { return std::atan2(dot(axis, azimuth_y_), dot(axis, azimuth_x_)); }
+
+AxisSolutions Chain::solve_square(Vec3 u) const {
   AxisSolutions found;
   found.off_pole = std::hypot(u.x, u.y);
-  double head = 0.0;
-  if (perpendicular_) {
-    head = std::atan2(found.off_pole, u.z);  // (K3), (K4)
-  } else {
-    // (K5) with e = nC in half angles: sin(head / 2) = sin(tilt / 2) / sin(nu), exact at the pole.
-    const double half = length(u - Vec3{0.0, 0.0, 1.0}) / 2.0;
-    found.reachable = half <= head_sine_ + kReachRounding;
-    head = 2.0 * std::atan2(half, std::sqrt(std::max(0.0, (head_sine_ - half) * (head_sine_ + half))));
-  }
-  found.angles = {{{head, 0.0}, {-head, 0.0}}};
-  found.table_free = found.off_pole < kAtPole;
-  if (found.table_free) return found;
-  // The table turns the part's azimuth to the one that the head gives the tool.
-  const double azimuth = std::atan2(u.y, u.x);
-  const Trig turn = Trig::of(head);
+  const double tilt = std::atan2(found.off_pole, u.z);  // (K3), (K4)
+  found.angles = {{{tilt, 0.0}, {-tilt, 0.0}}};
+  found.rotary_free = found.off_pole < kAtPole;
+  if (found.rotary_free) return found;
+  // The rotary turns the tool's azimuth to the one of the axis on the work.
+  const double wanted = std::atan2(u.y, u.x);
+  const Trig turn = Trig::of(tilt);
   for (std::size_t i = 0; i < 2; ++i) {
     const Vec3 h = tool_.at(i == 0 ? turn : reversed(turn));
-    found.angles[i].table = std::atan2(h.y, h.x) - azimuth;
+    found.angles[i].rotary = wanted - std::atan2(h.y, h.x);
+  }
+  return found;
+}
+
+AxisSolutions Chain::solve_axis(Vec3 axis_T) const {
+  if (square_) return solve_square(axis_T);
+  const Vec3 u = axis_T, nC = rotary_direction_;
+  AxisSolutions found;
+  found.off_pole = length(cross(nC, u));
+  // (K5) by squared chords, exact at the pole: tan^2 of half the way from alpha0 is near / far.
+  const double near = squared_length(u - nC) - least_chord2_, far = squared_length(u + nC) - other_chord2_;
+  const double off = off_rotary(u), missed = std::max(least_off_ - off, off - greatest_off_);
+  if (missed > kReachRounding) found.missed = missed;
+  const double way = 2.0 * std::atan2(std::sqrt(std::max(0.0, near)), std::sqrt(std::max(0.0, far)));
+  found.rotary_free = found.off_pole < kAtPole;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double tilt = nearest_tilt_ + (i == 0 ? way : -way);
+    found.angles[i] = {tilt, found.rotary_free ? 0.0 : azimuth(u) - azimuth(tool_.at(Trig::of(tilt)))};
   }
   return found;
 }

@@ -1,7 +1,9 @@
 #pragma once
 // One machine with one set-up as formulas: the constants of (K1)..(K5) worked out once, angles as cosine and
 // sine, so that a block can be sampled without trigonometric calls.
-// Physical angles are in rad: `head` (alpha) about the head's direction, `table` (phi) about +z.
+// Angles, in rad, turn the tool against the work: counter-clockwise about the axis's direction where the axis
+// is in the head, clockwise where it is under the work. So the tool axis is R(nC, rotary) R(nT, tilt) e on
+// the work, whatever the structure.
 
 #include <array>
 #include <cmath>
@@ -23,81 +25,118 @@ constexpr Trig operator*(Trig a, Trig b) {
 constexpr Trig reversed(Trig t) { return {t.cos, -t.sin}; }
 /// The vector turned about +z.
 constexpr Vec3 turn_z(Vec3 v, Trig t) { return {t.cos * v.x - t.sin * v.y, t.sin * v.x + t.cos * v.y, v.z}; }
+/// The vector turned about the unit vector `n` [Rodrigues].
+constexpr Vec3 turn(Vec3 n, Vec3 v, Trig t) {
+  return v * t.cos + cross(n, v) * t.sin + n * (dot(n, v) * (1.0 - t.cos));
+}
 
-/// Physical rotary angles, rad.
+/// Angles of both rotaries, rad.
 struct RotaryAngles {
-  double head = 0.0, table = 0.0;
+  double tilt = 0.0, rotary = 0.0;
 };
 
-/// Nearer to the table's axis than this (rad) the table angle has no meaning in a double: "at the pole".
+/// Nearer to the rotary axis than this (rad) the rotary's angle has no meaning in a double: "at the pole".
 inline constexpr double kAtPole = 1e-12;
 
 /// The rotary angles that give a tool axis.
 struct AxisSolutions {
-  double off_pole = 0.0;                 ///< sine of the angle between the tool axis and the table's
-  bool reachable = true;                 ///< by the head; else the angles mean nothing
-  bool table_free = false;               ///< at the pole: any table angle does, here 0
-  std::array<RotaryAngles, 2> angles{};  ///< the one with head >= 0 first
+  double off_pole = 0.0;                 ///< sine of the angle between the tool axis and the rotary's
+  double missed = 0.0;                   ///< how far the axis lies beyond the reach, rad; 0: reached
+  bool rotary_free = false;              ///< at the pole: any rotary angle does, here 0
+  std::array<RotaryAngles, 2> angles{};  ///< for a missed axis: the nearest that is reached
 };
 
-/// Joints, and their physical rotary angles as cosine and sine.
+/// Joints, and their angles as cosine and sine.
 struct Posture {
   Joints joints;
-  Trig head, table;
+  Trig tilt, rotary;
+};
+
+/// The formulas that a chain needs.
+enum class ChainKind {
+  kVertical,  ///< kTableHead whose table turns about z and whose spindle is z: fewer terms
+  kTableHead,
+  kTableTable,
+  kHeadHead,
 };
 
 class Chain {
  public:
-  /// Requires: directions unit; the table's vertical, the head's not.
+  /// Requires: directions unit, those of the rotaries and of tilt and spindle not parallel.
   Chain(const MachineModel& machine, const Setup& setup);
 
-  double head_radians(double a) const { return (a - head_zero_) * head_scale_; }
-  double table_radians(double c) const { return (c - table_zero_) * table_scale_; }
-  /// The words, degrees, of physical angles.
-  double head_word(double radians) const { return radians / head_scale_ + head_zero_; }
-  double table_word(double radians) const { return radians / table_scale_ + table_zero_; }
-  Trig head_trig(double a) const { return Trig::of(head_radians(a)); }
-  Trig table_trig(double c) const { return Trig::of(table_radians(c)); }
+  double tilt_radians(double a) const { return (a - tilt_zero_) * tilt_scale_; }
+  double rotary_radians(double c) const { return (c - rotary_zero_) * rotary_scale_; }
+  /// The words, degrees, of angles.
+  double tilt_word(double radians) const { return radians / tilt_scale_ + tilt_zero_; }
+  double rotary_word(double radians) const { return radians / rotary_scale_ + rotary_zero_; }
+  Trig tilt_trig(double a) const { return Trig::of(tilt_radians(a)); }
+  Trig rotary_trig(double c) const { return Trig::of(rotary_radians(c)); }
 
+  ChainKind kind() const { return kind_; }
   /// (K1), (K2) forward. `linear`: the X Y Z words.
-  Pose pose(Vec3 linear, Trig head, Trig table) const;  // inline below: sampled in vector code
+  Pose pose(Vec3 linear, Trig tilt, Trig rotary) const;
+  /// The same for the chain's own kind, which the caller tells: sampled in vector code.
+  template <ChainKind kind>
+  Pose pose_of(Vec3 linear, Trig tilt, Trig rotary) const;  // inline below
   /// (K2): the X Y Z words that put the tip there.
-  Vec3 linear(Point<Part> tip, Trig head, Trig table) const;
+  Vec3 linear(Point<Part> tip, Trig tilt, Trig rotary) const;
 
-  /// RW u: a part direction on the table at table zero.
+  /// RW u: a part direction as the work sees it at home.
   Vec3 on_table(Vec3 direction_P) const { return fixture_ * direction_P; }
-  /// (K3)..(K5): both rotary solutions of an axis on the table.
+  /// (K3)..(K5): both rotary solutions of an axis on the work.
   AxisSolutions solve_axis(Vec3 axis_T) const;
-  /// The head angle whose tool axis comes nearest to `axis_T` when the table stands at `table`.
-  double nearest_head(Vec3 axis_T, Trig table) const;
-  /// Largest angle between tool axis and table axis that the head can make, rad.
-  double reach() const { return 2.0 * std::asin(head_sine_); }
-  /// Distance of the tip from the table's axis, mm.
+  /// The tilt angle whose tool axis comes nearest to `axis_T` when the rotary stands at `rotary`.
+  double nearest_tilt(Vec3 axis_T, Trig rotary) const;
+  /// Angle between a direction and the rotary axis, rad; its least and greatest for tool axes.
+  double off_rotary(Vec3 axis_T) const { return angle_between(axis_T, rotary_direction_); }
+  std::array<double, 2> reach() const { return {least_off_, greatest_off_}; }
+  /// Distance of the tip (of the work or, for head-head, of the tool) from the rotary's axis, mm.
   double radius(Point<Part> tip) const;
 
  private:
-  /// R(nH, alpha) applied to the vector with these three parts: v, nH x v, nH (nH.v).
+  /// R(n, angle) applied to the vector with these three parts: v, n x v, n (n.v).
   struct Turned {
     Vec3 v, cross, along;
     Vec3 at(Trig t) const { return v * t.cos + cross * t.sin + along * (1.0 - t.cos); }
   };
   static Turned turned(Vec3 n, Vec3 v) { return {v, cross(n, v), n * dot(n, v)}; }
+  AxisSolutions solve_square(Vec3 axis_T) const;
+  double azimuth(Vec3 axis) const;
 
-  Vec3 head_direction_;
-  double head_sine_;  ///< of the angle between head and table axis
-  bool perpendicular_;
+  ChainKind kind_;
+  bool square_;  ///< kVertical, and the tilt's direction square to z
+  Vec3 tilt_direction_, rotary_direction_;
   Turned lever_;  ///< v, pivot to tip
-  Turned tool_;   ///< the tool axis at head zero, ez
+  Turned tool_;   ///< e, the tool axis at home
+  Vec3 offset_;   ///< d, rotary axis to tilt axis
   Vec3 part_zero_;
   Rotation fixture_, fixture_back_;
-  double head_scale_, head_zero_, table_scale_, table_zero_;
+  double tilt_scale_, tilt_zero_, rotary_scale_, rotary_zero_;
+  Vec3 azimuth_x_, azimuth_y_;          ///< unit, square to the rotary axis
+  double nearest_tilt_;                 ///< where the tool is nearest to the rotary axis
+  double least_chord2_, other_chord2_;  ///< squared: tool there to nC; the tool opposite to -nC
+  double least_off_, greatest_off_;
 };
 
-inline Pose Chain::pose(Vec3 linear, Trig head, Trig table) const {
-  const Trig back = reversed(table);
-  const Vec3 tip_T = turn_z(linear + part_zero_ - lever_.v + lever_.at(head), back) - part_zero_;
+template <ChainKind kind>
+inline Pose Chain::pose_of(Vec3 linear, Trig tilt, Trig rotary) const {
+  const Vec3 w = part_zero_, v = lever_.v, d = offset_, nC = rotary_direction_;
+  Vec3 tip_T, axis_T;
+  if constexpr (kind == ChainKind::kVertical) {
+    tip_T = turn_z(linear + w - v + lever_.at(tilt), rotary) - w;
+    axis_T = turn_z(tool_.at(tilt), rotary);
+  } else {
+    if constexpr (kind == ChainKind::kTableHead)
+      tip_T = turn(nC, linear + w - v + lever_.at(tilt), rotary) - w;
+    if constexpr (kind == ChainKind::kTableTable)
+      tip_T = turn(nC, d + turn(tilt_direction_, linear + w - d, tilt), rotary) - w;
+    if constexpr (kind == ChainKind::kHeadHead)
+      tip_T = linear - v - d + turn(nC, d + lever_.at(tilt), rotary);
+    axis_T = turn(nC, tool_.at(tilt), rotary);
+  }
   const Vec3 tip_P = fixture_back_ * tip_T;
-  return {{tip_P.x, tip_P.y, tip_P.z}, fixture_back_ * turn_z(tool_.at(head), back)};
+  return {{tip_P.x, tip_P.y, tip_P.z}, fixture_back_ * axis_T};
 }
 
 }  // namespace tiltfeed

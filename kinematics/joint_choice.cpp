@@ -16,9 +16,12 @@ constexpr int kStartTurns = 2;
 
 double nearest_turn(double word, double from) { return word + 360.0 * std::round((from - word) / 360.0); }
 
-/// The word rounded; to the other side where rounding alone would carry it over a limit.
+/// The word rounded; to the other side where rounding alone would carry it over a limit; off a whole turn
+/// where its sign is the way and 0 has none.
 double rounded_within(double word, const RotaryAxis& axis, int decimals) {
   const double rounded = round_decimal(word, decimals), step = 1.0 / decimal_scale(decimals);
+  if (axis.word == RotaryWord::kSigned && std::remainder(rounded, 360.0) == 0.0)
+    return round_decimal(rounded + step, decimals);
   if (rounded < axis.min && rounded + step >= axis.min) return round_decimal(rounded + step, decimals);
   if (rounded > axis.max && rounded - step <= axis.max) return round_decimal(rounded - step, decimals);
   return rounded;
@@ -36,12 +39,12 @@ JointChooser::JointChooser(const MachineModel& machine, const Setup& setup, int 
       cone_sine_(std::sin(pole_cone)) {}
 
 Posture JointChooser::placed(Point<Part> tip, double a, double c) const {
-  const Trig head = chain_.head_trig(a), table = chain_.table_trig(c);
-  const Vec3 p = chain_.linear(tip, head, table);
+  const Trig tilt = chain_.tilt_trig(a), rotary = chain_.rotary_trig(c);
+  const Vec3 p = chain_.linear(tip, tilt, rotary);
   return {{round_decimal(p.x, linear_decimals_), round_decimal(p.y, linear_decimals_),
            round_decimal(p.z, linear_decimals_), a, c},
-          head,
-          table};
+          tilt,
+          rotary};
 }
 
 Choice JointChooser::placed(Point<Part> tip, const Candidate& candidate) const {
@@ -58,11 +61,11 @@ RotarySolutions JointChooser::solve(const Pose& pose) const {
   const Vec3 axis = chain_.on_table(pose.axis);
   const AxisSolutions angles = chain_.solve_axis(axis);
   RotarySolutions found;
-  found.reachable = angles.reachable;
-  found.in_cone = in_cone(axis, angles.off_pole);
-  found.table_free = angles.table_free;
+  found.reachable = angles.missed <= pole_cone_;
+  found.in_cone = found.reachable && angles.off_pole <= cone_sine_;
+  found.rotary_free = angles.rotary_free;
   for (std::size_t i = 0; i < 2; ++i)
-    found.words[i] = {chain_.head_word(angles.angles[i].head), chain_.table_word(angles.angles[i].table)};
+    found.words[i] = {chain_.tilt_word(angles.angles[i].tilt), chain_.rotary_word(angles.angles[i].rotary)};
   return found;
 }
 
@@ -80,8 +83,8 @@ std::array<JointChooser::Candidate, 2> JointChooser::candidates(const RotarySolu
   std::array<Candidate, 2> found;
   for (int branch = 0; branch < 2; ++branch) {
     const RotarySolutions::Words& words = solutions.words[branch];
-    const double a = nearest_turn(words.head, from.a);
-    const double c = solutions.table_free ? from.c : nearest_turn(words.table, from.c);
+    const double a = nearest_turn(words.tilt, from.a);
+    const double c = solutions.rotary_free ? from.c : nearest_turn(words.rotary, from.c);
     found[branch] = {rounded_within(a, machine_.tilt, rotary_decimals_),
                      rounded_within(c, machine_.rotary, rotary_decimals_), branch};
   }
@@ -149,11 +152,11 @@ std::optional<std::string> JointChooser::nearest_breaks(const Pose& pose, const 
 Result<Choice> JointChooser::at_pole(const Pose& pose, const Choice& from, double c) const {
   const Vec3 axis = chain_.on_table(pose.axis);
   c = rounded_within(c, machine_.rotary, rotary_decimals_);
-  const double head = chain_.nearest_head(axis, chain_.table_trig(c));
-  const double wanted = nearest_turn(chain_.head_word(head), from.joints.a);
-  // A head that ends at the pole stands at its limit while the axis passes within the cone beyond it.
+  const double tilt = chain_.nearest_tilt(axis, chain_.rotary_trig(c));
+  const double wanted = nearest_turn(chain_.tilt_word(tilt), from.joints.a);
+  // A tilt that ends at the pole stands at its limit while the axis passes within the cone beyond it.
   const double a = std::clamp(wanted, machine_.tilt.min, machine_.tilt.max);
-  const double missed = std::abs(chain_.head_radians(a) - chain_.head_radians(wanted));
+  const double missed = std::abs(chain_.tilt_radians(a) - chain_.tilt_radians(wanted));
   Choice choice{rounded(pose.tip, missed <= pole_cone_ ? a : wanted, c), from.branch, true, false};
   if (auto text = broken_limit(machine_, choice.joints)) return fail(Code::kLimit, *text);
   return choice;
@@ -194,7 +197,11 @@ Result<std::vector<Choice>> JointChooser::starts(const Pose& pose) const {
       return fail(Code::kLimit, text ? *text : *broken_limit(machine_, placed(pose.tip, nearest[1]).joints));
     }
   }
-  std::stable_sort(found.begin(), found.end(), [](const Choice& p, const Choice& q) {
+  const auto preferred = [&](const Choice& choice) {
+    return (choice.joints.a - machine_.tilt.zero) * machine_.preferred_tilt > 0.0;
+  };
+  std::stable_sort(found.begin(), found.end(), [&](const Choice& p, const Choice& q) {
+    if (preferred(p) != preferred(q)) return preferred(p);
     if (std::abs(p.joints.c) != std::abs(q.joints.c)) return std::abs(p.joints.c) < std::abs(q.joints.c);
     return p.joints.a > q.joints.a;
   });

@@ -1,6 +1,6 @@
 #pragma once
-// Which of the many joint positions of a pose: head branch, turns of the table, the pole, limits; rounded to
-// the printed decimals (K9).
+// Which of the many joint positions of a pose: branch of the tilt, turns of the rotary, the pole, limits;
+// rounded to the printed decimals (K9).
 
 #include <array>
 #include <optional>
@@ -15,25 +15,26 @@ namespace tiltfeed {
 
 /// The joints taken for a pose.
 struct Choice : Posture {  ///< rounded
-  int branch = 0;          ///< 0: physical head angle >= 0
-  bool at_pole = false;    ///< inside the pole cone: the table word is the one before
+  int branch = 0;          ///< index of AxisSolutions::angles
+  bool at_pole = false;    ///< inside the pole cone: the rotary word is the one before
   bool forced = false;     ///< a limit excluded the solution nearest to the joints before
 };
 
 /// What a pose asks of the rotaries, whatever the joints before it.
 struct RotarySolutions {
   struct Words {
-    double head = 0.0, table = 0.0;  ///< degrees, on any turn
+    double tilt = 0.0, rotary = 0.0;  ///< degrees, on any turn
   };
   std::array<Words, 2> words;  ///< by branch
   bool reachable = true;
-  bool in_cone = false;     ///< inside the pole cone: the table is held
-  bool table_free = false;  ///< at the other pole: the table word before is kept
+  bool in_cone = false;      ///< inside the pole cone: the rotary is held
+  bool rotary_free = false;  ///< at the pole: the rotary word before is kept
 };
 
 class JointChooser {
  public:
-  /// `pole_cone`: half-angle about the table's axis, rad, inside which the table is held.
+  /// `pole_cone`: half-angle about the rotary's axis, rad, inside which the rotary is held; and what an axis
+  /// may lie beyond the reach.
   JointChooser(const MachineModel& machine, const Setup& setup, int linear_decimals, int rotary_decimals,
                double pole_cone);
 
@@ -48,7 +49,7 @@ class JointChooser {
   Result<Choice> next_rotary(const Pose& pose, const RotarySolutions& solutions, const Choice& from) const;
   /// What limit the nearest solution of all breaks, if it does.
   std::optional<std::string> nearest_breaks(const Pose& pose, const Choice& from) const;
-  /// The table held or turned to `c` at a pose inside the pole cone; the head at its best.
+  /// The rotary held or turned to `c` at a pose inside the pole cone; the tilt at its best.
   /// Errors: kLimit.
   Result<Choice> at_pole(const Pose& pose, const Choice& from, double c) const;
   /// The rounded linear words for a tip and rounded rotary words.
@@ -72,7 +73,6 @@ class JointChooser {
   Result<Choice> next_within_limits(const Pose& pose, const std::array<Candidate, 2>& nearest,
                                     const Choice& from) const;
   tl::unexpected<Error> unreachable(const Pose& pose) const;
-  bool in_cone(Vec3 axis_T, double off_pole) const { return off_pole <= cone_sine_ && axis_T.z > 0.0; }
 
   const MachineModel& machine_;
   Chain chain_;

@@ -1,7 +1,9 @@
-// Right-handed frames; phi = rotary.sign (C - C0) and alpha = tilt.sign (A - A0) are counter-clockwise seen
-// from the tip of the axis's direction. Formulas: kinematics/README.md.
+// Right-handed frames; a body's turn, sign (word - zero), is counter-clockwise seen from the tip of its
+// axis's direction. Formulas: kinematics/README.md.
 
 #include "kinematics/machine.h"
+
+#include <cmath>
 
 #include "kinematics/chain.h"
 #include "kinematics/decimal.h"
@@ -31,8 +33,8 @@ bool inside(double value, double min, double max) { return value >= min && value
 
 Pose forward(const MachineModel& machine, const Setup& setup, const Joints& joints) {
   const Chain chain(machine, setup);
-  return chain.pose({joints.x, joints.y, joints.z}, Trig::of(chain.head_radians(joints.a)),
-                    Trig::of(chain.table_radians(joints.c)));
+  return chain.pose({joints.x, joints.y, joints.z}, Trig::of(chain.tilt_radians(joints.a)),
+                    Trig::of(chain.rotary_radians(joints.c)));
 }
 
 Result<std::array<Joints, 2>> inverse(const MachineModel& machine, const Setup& setup, const Pose& pose,
@@ -40,19 +42,34 @@ Result<std::array<Joints, 2>> inverse(const MachineModel& machine, const Setup& 
   const Chain chain(machine, setup);
   const Vec3 axis = chain.on_table(normalized(pose.axis));
   const AxisSolutions solved = chain.solve_axis(axis);
-  if (!solved.reachable) return fail(Code::kUnreachable, unreachable_text(machine, pose.axis, axis));
+  if (solved.missed > 0.0) return fail(Code::kUnreachable, unreachable_text(machine, pose.axis, axis));
   std::array<Joints, 2> joints;
   for (std::size_t i = 0; i < 2; ++i) {
-    const double c = solved.table_free ? c_at_pole : wrapped(chain.table_word(solved.angles[i].table));
-    joints[i] = solve_linear(machine, setup, pose.tip, chain.head_word(solved.angles[i].head), c);
+    const double c = solved.rotary_free ? c_at_pole : wrapped(chain.rotary_word(solved.angles[i].rotary));
+    joints[i] = solve_linear(machine, setup, pose.tip, chain.tilt_word(solved.angles[i].tilt), c);
   }
   return joints;
 }
 
 Joints solve_linear(const MachineModel& machine, const Setup& setup, Point<Part> tip, double a, double c) {
   const Chain chain(machine, setup);
-  const Vec3 p = chain.linear(tip, Trig::of(chain.head_radians(a)), Trig::of(chain.table_radians(c)));
+  const Vec3 p = chain.linear(tip, Trig::of(chain.tilt_radians(a)), Trig::of(chain.rotary_radians(c)));
   return {p.x, p.y, p.z, a, c};
+}
+
+double control_word(RotaryWord counting, double to, double from, int decimals) {
+  if (counting == RotaryWord::kAccumulate) return to;
+  const double place = round_decimal(to - 360.0 * std::floor(to / 360.0), decimals);
+  return counting == RotaryWord::kSigned && to < from ? -place : place;
+}
+
+double counted_turn(RotaryWord counting, double word, double from) {
+  if (counting == RotaryWord::kAccumulate) return word;
+  double to = std::abs(word) + 360.0 * std::round((from - std::abs(word)) / 360.0);
+  if (counting == RotaryWord::kShortest) return word + 360.0 * std::round((from - word) / 360.0);
+  if (word >= 0.0 && to < from) to += 360.0;
+  if (word < 0.0 && to > from) to -= 360.0;
+  return to;
 }
 
 bool within_limits(const MachineModel& m, const Joints& q) {
@@ -69,12 +86,16 @@ std::optional<std::string> broken_limit(const MachineModel& m, const Joints& q) 
 }
 
 std::string unreachable_text(const MachineModel& machine, Vec3 axis_P, Vec3 axis_T) {
-  const double tilt = angle_between(axis_T, {0.0, 0.0, 1.0});
+  const Chain chain(machine, {});
+  const auto [least, greatest] = chain.reach();
+  const double off = chain.off_rotary(axis_T);
+  const auto degrees = [](double radians) { return decimal(Angle::from_radians(radians).degrees(), 4); };
   return "tool axis (" + decimal(axis_P.x, 6) + ", " + decimal(axis_P.y, 6) + ", " + decimal(axis_P.z, 6) +
-         ") lies " + decimal(Angle::from_radians(tilt).degrees(), 4) +
-         " degrees from the table's axis; the head of " + machine.name + " reaches 0 to " +
-         decimal(Angle::from_radians(Chain(machine, {}).reach()).degrees(), 4) +
-         " degrees: tilt the tool less or turn the part on the table";
+         ") lies " + degrees(off) + " degrees from the axis of " + machine.rotary.letter + "; " +
+         machine.tilt.letter + " of " + machine.name + " reaches " + degrees(least) + " to " +
+         degrees(greatest) + " degrees: " +
+         (off < least ? "allow a larger axis tolerance or tilt the part (setup.fixture)"
+                      : "tilt the tool less or turn the part on the table");
 }
 
 }  // namespace tiltfeed

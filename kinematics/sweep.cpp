@@ -71,11 +71,12 @@ class SweepSampler {
 
   /// Sample i: linear words `start` + (i + 1) `step`, the i-th angles, the sweep's fraction `f`, whose place
   /// on the great circle is `place`.
-  Deviation worst(const Chain& chain, Vec3 start, Vec3 step, const LanesOfTurns& head,
-                  const LanesOfTurns& table, const Lane& f, const LanesOfTurns& place) {
+  template <ChainKind kind>
+  Deviation worst(const Chain& chain, Vec3 start, Vec3 step, const LanesOfTurns& tilt,
+                  const LanesOfTurns& rotary, const Lane& f, const LanesOfTurns& place) {
     for (std::size_t i = 0; i < kLanes; ++i) {
-      const Pose pose =
-          chain.pose(start + step * static_cast<double>(static_cast<int>(i) + 1), head.at(i), table.at(i));
+      const Pose pose = chain.pose_of<kind>(start + step * static_cast<double>(static_cast<int>(i) + 1),
+                                            tilt.at(i), rotary.at(i));
       const Vec3 axis = sweep_.axis_ * place.cos[i] + sweep_.ahead_ * place.sin[i];
       const Vec3 turning = sweep_.ahead_ * place.cos[i] - sweep_.axis_ * place.sin[i];
       const Vec3 tip_off = (pose.tip - sweep_.tip_) - sweep_.way_ * f[i];
@@ -132,14 +133,25 @@ Deviation worst_deviation(const Chain& chain, const Sweep& sweep, double f0, dou
                           const Joints& to, double corner_radius) {
   const Joints& q = from.joints;
   const auto part = [](double whole) { return Trig::of(whole / kBlockSamples); };
-  const LanesOfTurns head(from.head, part(chain.head_radians(to.a) - chain.head_radians(q.a)));
-  const LanesOfTurns table(from.table, part(chain.table_radians(to.c) - chain.table_radians(q.c)));
+  const LanesOfTurns tilt(from.tilt, part(chain.tilt_radians(to.a) - chain.tilt_radians(q.a)));
+  const LanesOfTurns rotary(from.rotary, part(chain.rotary_radians(to.c) - chain.rotary_radians(q.c)));
   const LanesOfTurns place(f0 > 0.0 ? Trig::of(f0 * sweep.angle()) : Trig{}, part((f1 - f0) * sweep.angle()));
   Lane f;
   for (int i = 0; i < kBlockSamples; ++i) f[i] = f0 + (f1 - f0) * (i + 1) / kBlockSamples;
   const Vec3 start = linear_words(q);
-  return SweepSampler(sweep, corner_radius)
-      .worst(chain, start, (linear_words(to) - start) / kBlockSamples, head, table, f, place);
+  const Vec3 step = (linear_words(to) - start) / kBlockSamples;
+  SweepSampler sampler(sweep, corner_radius);
+  switch (chain.kind()) {
+    case ChainKind::kVertical:
+      return sampler.worst<ChainKind::kVertical>(chain, start, step, tilt, rotary, f, place);
+    case ChainKind::kTableTable:
+      return sampler.worst<ChainKind::kTableTable>(chain, start, step, tilt, rotary, f, place);
+    case ChainKind::kHeadHead:
+      return sampler.worst<ChainKind::kHeadHead>(chain, start, step, tilt, rotary, f, place);
+    case ChainKind::kTableHead:
+      break;
+  }
+  return sampler.worst<ChainKind::kTableHead>(chain, start, step, tilt, rotary, f, place);
 }
 
 }  // namespace tiltfeed

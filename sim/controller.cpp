@@ -35,7 +35,7 @@ GrblController::GrblController(const MachineModel& machine, const Setup& setup, 
                                Motion::Sink sink)
     : options_(options),
       motion_(machine, setup, std::max<std::size_t>(1, options.planner), std::move(sink)),
-      reader_(machine.tilt.letter, machine.rotary.letter),
+      reader_(machine),
       out_(kBanner) {
   reader_.set_position(motion_.position());
 }
@@ -289,7 +289,7 @@ void GrblController::reset() {
   placed_ = 0;
   line_too_long_ = after_cr_ = reply_due_ = waiting_ = check_mode_ = reset_needed_ = false;
   latched_error_ = 0;
-  reader_ = GcodeReader(motion_.machine().tilt.letter, motion_.machine().rotary.letter);
+  reader_ = GcodeReader(motion_.machine());
   reader_.set_position(motion_.position());
   ++totals_.resets;
   if (moving) {

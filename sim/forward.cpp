@@ -73,19 +73,38 @@ double turn_of(const RotaryAxis& axis, double word) {
 }  // namespace
 
 Pose forward_by_frames(const MachineModel& machine, const Setup& setup, const Joints& joints) {
-  const Vec3 centre = from_origin(machine.table_centre);
-  const Vec3 pivot_to_tip = machine.pivot_to_gauge + Vec3{0, 0, -setup.tool_length};
+  const Vec3 centre = from_origin(machine.table_centre), zero = centre + setup.part_zero;
+  const Vec3 between = machine.rotary_to_tilt;
+  const Vec3 pivot_to_tip = machine.pivot_to_gauge + machine.spindle * -setup.tool_length;
+  const Frame slides = moved(joints.x, joints.y, joints.z), fixture = mounted(setup.fixture);
+  const Frame rotary = turned(machine.rotary.direction, turn_of(machine.rotary, joints.c));
+  const Frame tilt = turned(machine.tilt.direction, turn_of(machine.tilt, joints.a));
 
-  // bed -> table -> part
-  const Frame part = moved(centre) * turned(machine.rotary.direction, turn_of(machine.rotary, joints.c)) *
-                     moved(setup.part_zero) * mounted(setup.fixture);
-  // bed -> slides -> head -> tool tip. With table and head at zero the program's origin is part zero, so the
-  // slides' home puts the tip on part zero: the pivot then stands at centre + w - (pivot to tip).
-  const Frame tool = moved(centre + setup.part_zero - pivot_to_tip) * moved(joints.x, joints.y, joints.z) *
-                     turned(machine.tilt.direction, turn_of(machine.tilt, joints.a)) * moved(pivot_to_tip);
-
-  const Frame seen = undone(part) * tool;
-  return {{seen.m[0][3], seen.m[1][3], seen.m[2][3]}, {seen.m[0][2], seen.m[1][2], seen.m[2][2]}};
+  // With both rotaries at home the program's origin is part zero, so the slides' home puts the tip there:
+  // each chain is laid out from `zero`, bed -> carriers -> part and bed -> slides -> carriers -> tip.
+  Frame part, tip;
+  switch (machine.structure) {
+    case Structure::kTableHead:
+      part = moved(centre) * rotary * moved(setup.part_zero) * fixture;
+      tip = moved(zero - pivot_to_tip) * slides * tilt * moved(pivot_to_tip);
+      break;
+    case Structure::kTableTable:
+      part = moved(centre + between) * tilt * moved(-between) * rotary * moved(setup.part_zero) * fixture;
+      tip = moved(zero) * slides;
+      break;
+    case Structure::kHeadHead:
+      part = moved(zero) * fixture;
+      tip = moved(zero - pivot_to_tip - between) * slides * rotary * moved(between) * tilt *
+            moved(pivot_to_tip);
+      break;
+  }
+  const Frame seen = undone(part) * tip;
+  const auto seen_direction = [&](std::size_t row) {
+    const Vec3 e = machine.spindle;
+    return seen.m[row][0] * e.x + seen.m[row][1] * e.y + seen.m[row][2] * e.z;
+  };
+  return {{seen.m[0][3], seen.m[1][3], seen.m[2][3]},
+          {seen_direction(0), seen_direction(1), seen_direction(2)}};
 }
 
 }  // namespace tiltfeed::sim

@@ -209,7 +209,7 @@ int verify_job(const VerifyFiles& files) {
   if (!part) return report(part.error());
   const MachineModel& machine = job->machine.model;
   const auto program = read_file(files.program, [&](std::istream& in, const std::string& name) {
-    return read_program(in, name, machine.tilt.letter, machine.rotary.letter);
+    return read_program(in, name, sim::GcodeReader(machine));
   });
   if (!program) return report(program.error());
   const auto planned = read_file(files.cl, read_cl);

@@ -120,8 +120,11 @@ void ModbusController::note_end() {
 /// False when the ring is full or the block raised an alarm.
 bool ModbusController::append(Words words) {
   if (motion_.free_slots() == 0) return false;
-  const std::optional<Block> block = decode(words);
+  std::optional<Block> block = decode(words);
   assert(block);
+  const MachineModel& machine = motion_.machine();
+  block->target.a = turned_to(machine.tilt.word, block->target.a, planned_.a);
+  block->target.c = turned_to(machine.rotary.word, block->target.c, planned_.c);
   if (motion_.outside(block->target)) {
     forget_blocks();
     alarm_ = kAlarmSoftLimit;

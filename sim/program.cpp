@@ -285,8 +285,8 @@ Result<void> GcodeReader::read_line(std::string_view line, std::vector<Block>& b
   if (words.has('X')) next.at.x = words['X'];
   if (words.has('Y')) next.at.y = words['Y'];
   if (words.has('Z')) next.at.z = words['Z'];
-  if (words.has(tilt_)) next.at.a = words[tilt_];
-  if (words.has(rotary_)) next.at.c = words[rotary_];
+  if (words.has(tilt_)) next.at.a = turned_to(tilt_word_, words[tilt_], modal_.at.a);
+  if (words.has(rotary_)) next.at.c = turned_to(rotary_word_, words[rotary_], modal_.at.c);
 
   emit(words, axes, modal_.at, next, words.has('N') ? static_cast<std::uint32_t>(words['N']) : lines_,
        blocks);
@@ -306,9 +306,21 @@ Result<std::vector<Block>> GcodeReader::read_line(std::string_view line) {
   return blocks;
 }
 
+double turned_to(RotaryWord counting, double word, double at) {
+  if (counting == RotaryWord::kAccumulate) return word;
+  if (counting == RotaryWord::kShortest) return at + std::remainder(word - at, 360.0);
+  // The place of the word on the turn that `at` is on; the next or the one before where that is behind.
+  const double on = 360.0 * std::floor(at / 360.0) + std::abs(word);
+  if (std::signbit(word)) return on > at ? on - 360.0 : on;
+  return on < at ? on + 360.0 : on;
+}
+
 Result<std::vector<Block>> read_program(std::istream& in, const std::string& name, char tilt_letter,
                                         char rotary_letter) {
-  GcodeReader reader(tilt_letter, rotary_letter);
+  return read_program(in, name, GcodeReader(tilt_letter, rotary_letter));
+}
+
+Result<std::vector<Block>> read_program(std::istream& in, const std::string& name, GcodeReader reader) {
   std::vector<Block> blocks;
   std::string line;
   std::uint64_t number = 0;

@@ -57,8 +57,14 @@ struct ModalState {
 /// Reads one line at a time; keeps the modal state. A refused line changes nothing.
 class GcodeReader {
  public:
-  /// Letters of the head's and the table's words ('A', 'C' usually).
+  /// Letters of the rotary words ('A', 'C' usually), which count their turns.
   GcodeReader(char tilt_letter, char rotary_letter) : tilt_(tilt_letter), rotary_(rotary_letter) {}
+  /// Letters and counting of a machine.
+  explicit GcodeReader(const MachineModel& machine)
+      : tilt_(machine.tilt.letter),
+        rotary_(machine.rotary.letter),
+        tilt_word_(machine.tilt.word),
+        rotary_word_(machine.rotary.word) {}
 
   /// The blocks of a line, in order of execution (M3 before the move, M2 after it); none for blank, comment
   /// or purely modal lines. Errors: kInput with the word that is wrong: unknown letter or code, number
@@ -75,6 +81,7 @@ class GcodeReader {
 
  private:
   char tilt_, rotary_;
+  RotaryWord tilt_word_ = RotaryWord::kAccumulate, rotary_word_ = RotaryWord::kAccumulate;
   ModalState modal_;
   Fault fault_ = Fault::kNone;
   bool ended_ = false;
@@ -82,7 +89,11 @@ class GcodeReader {
   std::string text_;  ///< the line without blanks and comments, upper case
 };
 
+/// Where a rotary that stands at `at` (degrees, turns counted) goes when the control reads `word`.
+double turned_to(RotaryWord counting, double word, double at);
+
 /// A whole program, up to M2, M30, the closing % or the end of the text. Errors: kInput with `name`:line.
+Result<std::vector<Block>> read_program(std::istream& in, const std::string& name, GcodeReader reader);
 Result<std::vector<Block>> read_program(std::istream& in, const std::string& name, char tilt_letter,
                                         char rotary_letter);
 

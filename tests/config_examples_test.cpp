@@ -172,11 +172,27 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
       ++count;
     }
   }
-  EXPECT_EQ(count, 8u + 3 + 4 + 8 + 6 + 2);
-  for (const char* key :
-       {"letter", "direction", "sign", "zero_deg", "min_deg", "table_centre_mm", "pivot_to_gauge_mm",
-        "dialect", "linear_decimals", "rotary_decimals", "max_line_length", "line_numbers",
-        "max_inverse_time_per_min", "default", "receive_buffer_bytes"})
+  EXPECT_EQ(count, 11u + 3 + 4 + 11 + 6 + 2);
+  for (const char* key : {"structure",
+                          "letter",
+                          "direction",
+                          "sign",
+                          "zero_deg",
+                          "word",
+                          "continuous",
+                          "min_deg",
+                          "prefer",
+                          "table_centre_mm",
+                          "pivot_to_gauge_mm",
+                          "spindle_direction",
+                          "dialect",
+                          "linear_decimals",
+                          "rotary_decimals",
+                          "max_line_length",
+                          "line_numbers",
+                          "max_inverse_time_per_min",
+                          "default",
+                          "receive_buffer_bytes"})
     EXPECT_TRUE(documented(text, key)) << key;
 }
 
@@ -201,6 +217,26 @@ TEST(Examples, TheMachineIsTheDocumentedOne) {
   EXPECT_EQ(profile->model.rotary.sign, -1);  // (K3): phi = -C
   EXPECT_EQ(profile->model.rotary.max, 36000.0);
   EXPECT_EQ(profile->model.pivot_to_gauge, (Vec3{0, 0, -150}));
+}
+
+TEST(Examples, AllMachinesLoadAndStateWhereTheirFiguresComeFrom) {
+  std::set<std::string> structures;
+  std::size_t count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(SOURCE_DIR "/config/machines")) {
+    SCOPED_TRACE(entry.path().string());
+    const Result<MachineProfile> profile = load_machine(entry.path().string());
+    ASSERT_TRUE(profile.has_value()) << profile.error().message;
+    EXPECT_EQ(profile->model.name, entry.path().stem().string());
+    const std::string text = text_of(entry.path().string());
+    const std::string said = text.substr(0, text.find("\nname:"));
+    EXPECT_TRUE(said.find("Source") != std::string::npos || said.find("made-up") != std::string::npos);
+    const std::string described = describe(*profile);
+    const std::size_t at = described.find("structure: ");
+    structures.insert(described.substr(at, described.find('\n', at) - at));
+    ++count;
+  }
+  EXPECT_GE(count, 6u);
+  EXPECT_EQ(structures.size(), 3u);
 }
 
 TEST(Examples, AllJobsLoad) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <vector>
 
@@ -92,6 +93,45 @@ TEST(MachineProfile, ReadsEveryValue) {
   EXPECT_EQ(profile->receive_buffer, 1024);
 }
 
+TEST(MachineProfile, ReadsEveryStructure) {
+  const std::string table =
+      replaced(replaced(kGood, "tilt:\n",
+                        "structure: table-table\nrotary_to_tilt_mm: [1, 2, 3]\n"
+                        "spindle_direction: [0, -0.3, 0.4]\ntilt:\n  prefer: negative\n"),
+               "pivot_to_gauge_mm: [1.5, -22, -145.4]\n", "");
+  const Result<MachineProfile> two = parse_machine(table, kPath);
+  ASSERT_TRUE(two.has_value()) << two.error().message;
+  EXPECT_EQ(two->model.structure, Structure::kTableTable);
+  EXPECT_EQ(two->model.rotary_to_tilt, (Vec3{1, 2, 3}));
+  EXPECT_NEAR(length(two->model.spindle - Vec3{0, -0.6, 0.8}), 0.0, 1e-15);
+  EXPECT_EQ(two->model.preferred_tilt, -1);
+  EXPECT_NE(describe(*two).find("rotary_to_tilt_mm: [1, 2, 3]"), std::string::npos);
+  const Result<MachineProfile> head =
+      parse("tilt:\n", "structure: head-head\nrotary_to_tilt_mm: [1, 2, 3]\ntilt:\n");
+  ASSERT_TRUE(head.has_value()) << head.error().message;
+  EXPECT_EQ(head->model.structure, Structure::kHeadHead);
+  const Result<MachineProfile> tilted = parse("direction: [0, 0, 2]", "direction: [0, 1e-4, -1]");
+  ASSERT_TRUE(tilted.has_value()) << tilted.error().message;
+  EXPECT_NEAR(tilted->model.rotary.direction.y, 1e-4, 1e-11);
+}
+
+TEST(MachineProfile, AnEndlessAxisHasNoLimits) {
+  const struct {
+    const char* key;
+    RotaryWord word;
+  } cases[] = {{"continuous: true", RotaryWord::kAccumulate},
+               {"word: shortest", RotaryWord::kShortest},
+               {"word: signed", RotaryWord::kSigned},
+               {"word: signed, continuous: true", RotaryWord::kSigned}};
+  for (const auto& c : cases) {
+    const Result<MachineProfile> profile = parse("min_deg: -360, max_deg: 720", c.key);
+    ASSERT_TRUE(profile.has_value()) << profile.error().message;
+    EXPECT_EQ(profile->model.rotary.word, c.word);
+    EXPECT_EQ(profile->model.rotary.max, std::numeric_limits<double>::infinity());
+    EXPECT_NE(describe(*profile).find("rotary.min_deg: none"), std::string::npos);
+  }
+}
+
 TEST(MachineProfile, ProgramAndLinkMayBeLeftOut) {
   const std::string least =
       replaced(kGood.substr(0, kGood.find("program:")), "table_centre_mm: [17, 18, 19]\n", "");
@@ -145,11 +185,24 @@ const std::vector<BadText> kBadTexts = {
     {"letter: B", "letter: AB", "7:11", "A B C E U V W"},
     {"letter: B", "letter: \"\"", "7:11", "expected a text"},
     {"letter: B", "letter: C", "15:18", "C is tilt.letter too"},
-    {"direction: [0, 3, 4]", "direction: [0, 0, -1]", "8:14", "it is vertical"},
+    {"direction: [0, 3, 4]", "direction: [0, 0, -1]", "8:14", "it is that of the spindle"},
     {"direction: [0, 3, 4]", "direction: [0, 0.01, 1]", "8:14", "at least 1 degree"},
     {"direction: [0, 3, 4]", "direction: [0, 0, 0]", "8:14", "zero vector"},
-    {"direction: [0, 0, 2]", "direction: [0, 0, -1]", "15:32", "expected [0, 0, 1]"},
-    {"direction: [0, 0, 2]", "direction: [0, 1e-9, 1]", "15:32", "expected [0, 0, 1]"},
+    {"direction: [0, 0, 2]", "direction: [0, 3, 4.001]", "15:32", "two axes at least 1 degree apart"},
+    {"rotary: {", "rotary: {prefer: positive, ", "15:10", "unknown key 'prefer'"},
+    {"rotary: {", "rotary: {word: modulo, ", "15:16", "expected one of accumulate, shortest, signed"},
+    {"rotary: {", "rotary: {word: signed, ", "15:76", "not used by an axis that turns without end"},
+    {"rotary: {", "rotary: {continuous: true, ", "15:80", "not used by an axis that turns without end"},
+    {"rotary: {letter: C, direction: [0, 0, 2], sign: +1, min_deg: -360, max_deg: 720,",
+     "rotary: {letter: C, direction: [0, 0, 2], sign: +1, word: shortest, continuous: false,", "15:81",
+     "modulo 360 has no limits"},
+    {"letter: B", "prefer: left\n  letter: B", "7:11", "expected one of positive, negative, quicker"},
+    {"tilt:", "structure: head-table\ntilt:", "6:12", "expected one of table-head, table-table, head-head"},
+    {"tilt:", "structure: table-table\nrotary_to_tilt_mm: [0, 0, 0]\ntilt:", "20:20",
+     "not used without a tilting head"},
+    {"tilt:", "structure: head-head\ntilt:", "1:1", "missing key 'rotary_to_tilt_mm'"},
+    {"tilt:", "rotary_to_tilt_mm: [0, 0, 0]\ntilt:", "6:20", "where the slides lie between"},
+    {"tilt:", "spindle_direction: [0, 3, 4]\ntilt:", "9:14", "it is that of the spindle"},
     {"sign: -1", "sign: 0", "9:9", "expected one of 1, +1, -1, found '0'"},
     {"sign: -1", "sign: -1.0", "9:9", "expected one of 1, +1, -1"},
     {"sign: -1", "sign: minus", "9:9", "expected one of 1, +1, -1"},
@@ -158,7 +211,7 @@ const std::vector<BadText> kBadTexts = {
     {"min_deg: -30", "min_deg: -361", "11:12", "at least -360"},
     {"max_deg: 720", "max_deg: -361", "15:77", "not above min_deg"},
     {"velocity_deg_per_min: 13", "velocity_deg_per_min: .inf", "13:25", "it must be finite"},
-    {"[1.5, -22, -145.4]", "[1.5, -22, 0]", "18:20", "expected it below 0"},
+    {"[1.5, -22, -145.4]", "[1.5, -22, 0.5]", "18:20", "expected at most 0"},
     {"[1.5, -22, -145.4]", "[1.5, -22]", "18:20", "[x, y, z]"},
     {"pivot_to_gauge_mm: [1.5, -22, -145.4]\n", "", "1:1", "missing key 'pivot_to_gauge_mm'"},
     {"dialect: grbl", "dialect: fanuc", "20:12", "expected one of rs274, grbl, found 'fanuc'"},
@@ -198,14 +251,16 @@ TEST(MachineProfile, DescribesEveryValue) {
             "linear.y.velocity_mm_per_min: 7\nlinear.y.acceleration_mm_per_s2: 8\n"
             "linear.z.min_mm: -9\nlinear.z.max_mm: 10\n"
             "linear.z.velocity_mm_per_min: 11\nlinear.z.acceleration_mm_per_s2: 12\n"
+            "structure: table-head\n"
             "tilt.letter: B\ntilt.direction: [0, 0.6, 0.8]\ntilt.sign: -1\ntilt.zero_deg: 1.5\n"
-            "tilt.min_deg: -30\ntilt.max_deg: 95\n"
-            "tilt.velocity_deg_per_min: 13\ntilt.acceleration_deg_per_s2: 14\n"
+            "tilt.word: accumulate\ntilt.min_deg: -30\ntilt.max_deg: 95\n"
+            "tilt.velocity_deg_per_min: 13\ntilt.acceleration_deg_per_s2: 14\ntilt.prefer: quicker\n"
             "rotary.letter: C\nrotary.direction: [0, 0, 1]\nrotary.sign: 1\nrotary.zero_deg: 0\n"
-            "rotary.min_deg: -360\nrotary.max_deg: 720\n"
+            "rotary.word: accumulate\nrotary.min_deg: -360\nrotary.max_deg: 720\n"
             "rotary.velocity_deg_per_min: 15\nrotary.acceleration_deg_per_s2: 16\n"
             "table_centre_mm: [17, 18, 19]\n"
             "pivot_to_gauge_mm: [1.5, -22, -145.4]\n"
+            "spindle_direction: [0, 0, 1]\n"
             "program.dialect: grbl\nprogram.linear_decimals: 3\nprogram.rotary_decimals: 5\n"
             "program.max_line_length: 70\nprogram.line_numbers: true\n"
             "program.max_inverse_time_per_min: 9999.5\n"
