@@ -1,0 +1,182 @@
+#include "daemon/run_journal.h"
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+
+namespace tiltfeed {
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+/// Progress is written this often and made durable this often, so a slow disk is asked once a second.
+constexpr Time kWriteInterval = milliseconds(100);
+constexpr Time kSyncInterval = seconds(1);
+/// A reservation should last about this long: after a power loss no more than that is uncertain.
+constexpr Time kShortReserve = seconds(1), kLongReserve = seconds(4);
+constexpr std::uint64_t kMinReserve = 64, kMaxReserve = 4096;
+/// Sequence numbers on the ring are 16 bit and compared by their signed difference.
+constexpr std::uint64_t kSequenceHalf = 1u << 15;
+
+std::int64_t wall_ms() {
+  return std::chrono::duration_cast<milliseconds>(std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+/// True when the time has come, or when the clock went back.
+bool due(const std::optional<Time>& last, Time now, Time interval) {
+  return !last || now < *last || now - *last >= interval;
+}
+
+std::string blocks(std::uint64_t first, std::uint64_t last) {
+  return "blocks " + std::to_string(first) + " to " + std::to_string(last);
+}
+
+}  // namespace
+
+bool is_provable(LinkKind kind) { return kind == LinkKind::kModbusTcp || kind == LinkKind::kModbusRtu; }
+
+Result<HostBoot> host_boot() {
+  const std::string path = "/proc/sys/kernel/random/boot_id";
+  std::ifstream in(path);
+  std::string text, digits;
+  std::getline(in, text);
+  for (const char c : text)
+    if (c != '-') digits += c;
+  HostBoot boot{};
+  if (digits.size() != 2 * boot.size()) return fail(Code::kIo, path + ": cannot be read; is /proc mounted?");
+  for (std::size_t i = 0; i < boot.size(); ++i)
+    boot[i] = static_cast<std::uint8_t>(std::stoul(digits.substr(2 * i, 2), nullptr, 16));
+  return boot;
+}
+
+// ---- while it streams ----------------------------------------------------------------------------------
+
+Result<RunRecorder> RunRecorder::begin(Journal& journal, const RunSubject& subject) {
+  RunRecord record;
+  const std::optional<RunRecord>& last = journal.content().last;
+  record.run = last ? last->run + 1 : 1;
+  record.link = static_cast<std::uint8_t>(subject.link);
+  record.session_id = subject.session_id;
+  record.job = subject.job;
+  record.total = subject.total;
+  record.program = subject.program;
+  record.host = subject.host;
+  RunRecorder recorder(journal, record);
+  if (Result<void> written = recorder.write(true); !written) return tl::unexpected<Error>(written.error());
+  return recorder;
+}
+
+Result<RunRecorder> RunRecorder::go_on(Journal& journal, const RunSubject& subject) {
+  RunRecord record = *journal.content().last;
+  // After a power loss the last record of `offered` may be lost, the reservation is not.
+  if (record.host != subject.host) record.offered = record.reserved;
+  record.host = subject.host;
+  record.event = RunEvent::kBegan;
+  RunRecorder recorder(journal, record);
+  if (Result<void> written = recorder.write(true); !written) return tl::unexpected<Error>(written.error());
+  return recorder;
+}
+
+Result<void> RunRecorder::write(bool durable) {
+  record_.wall_ms = wall_ms();
+  if (Result<void> written = journal_->append(record_); !written) return written;
+  return durable ? journal_->sync() : Result<void>{};
+}
+
+void RunRecorder::take(const SendState& state) {
+  if (state.boot_id != 0) record_.boot_id = state.boot_id;
+  record_.acknowledged = std::max(record_.acknowledged, state.acknowledged);
+  record_.executed = std::max(record_.executed, state.executed);
+}
+
+Result<void> RunRecorder::before_wire(const SendState& state, std::uint64_t offered, Time now) {
+  const bool bound = state.boot_id != 0 && record_.boot_id == 0;
+  const bool finished =
+      record_.event != RunEvent::kExecuted && record_.total > 0 && state.executed == record_.total;
+  bool durable = bound || finished, wanted = durable;
+  if (offered > record_.reserved) {
+    const Time lasted = reserved_at_ ? now - *reserved_at_ : kShortReserve;
+    if (lasted < kShortReserve) chunk_ = std::min(chunk_ * 2, kMaxReserve);
+    if (lasted > kLongReserve) chunk_ = std::max(chunk_ / 2, kMinReserve);
+    record_.reserved = std::min(offered + chunk_, std::max(record_.total, offered));
+    reserved_at_ = now;
+    durable = wanted = true;
+  }
+  if (offered > record_.offered) {
+    record_.offered = std::min(offered + kOfferSlack, record_.reserved);
+    wanted = true;
+  }
+  const bool news = state.executed > record_.executed || state.acknowledged > record_.acknowledged;
+  wanted = wanted || (news && due(written_at_, now, kWriteInterval));
+  if (!wanted) return {};
+  take(state);
+  record_.event = finished ? RunEvent::kExecuted : RunEvent::kStreaming;
+  written_at_ = now;
+  if (due(synced_at_, now, kSyncInterval)) durable = true;
+  if (durable) synced_at_ = now;
+  return write(durable);
+}
+
+Result<void> RunRecorder::end(RunEvent event, const SendState& state) {
+  take(state);
+  record_.event = event;
+  return write(true);
+}
+
+// ---- after it was cut off ------------------------------------------------------------------------------
+
+namespace {
+
+ResumeDecision uncertain(ResumeDecision decision, const std::string& why) {
+  decision.way = ResumeWay::kUncertain;
+  decision.text = why + "; ";
+  if (decision.may_have > decision.executed)
+    decision.text +=
+        blocks(decision.executed + 1, decision.may_have) +
+        " may have run, earlier ones have, later ones have not; look at the machine, then re-enter "
+        "with --from BLOCK";
+  else
+    decision.text += std::to_string(decision.executed) + " blocks have run; re-enter with --from BLOCK";
+  return decision;
+}
+
+}  // namespace
+
+ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& now) {
+  ResumeDecision decision;
+  if (!journal.last) {
+    decision.way = ResumeWay::kFresh;
+    decision.text = "it was never started";
+    return decision;
+  }
+  const RunRecord& last = *journal.last;
+  // The reservation was durable before anything left; `offered` is only as good as this host's memory.
+  const std::uint64_t left = last.host == now.host && journal.damaged == 0 ? last.offered : last.reserved;
+  decision.executed = last.executed;
+  decision.may_have = std::max({left, last.acknowledged, last.executed});
+  if (last.program != now.program || last.total != now.total)
+    return uncertain(decision, "the program is not the one that was running");
+  if (last.executed == last.total) {
+    decision.way = ResumeWay::kFinished;
+    decision.text = "all " + std::to_string(last.total) + " blocks are executed";
+    return decision;
+  }
+  if (decision.may_have == 0) {
+    decision.way = ResumeWay::kFresh;
+    decision.text = "nothing was sent";
+    return decision;
+  }
+  if (!is_provable(static_cast<LinkKind>(last.link)) || last.link != static_cast<std::uint8_t>(now.link))
+    return uncertain(decision, "this link cannot prove what was executed");
+  if (last.boot_id == 0 || decision.may_have - decision.executed >= kSequenceHalf)
+    return uncertain(decision, "the journal does not say enough to ask the controller");
+  decision.way = ResumeWay::kContinue;
+  decision.ring = {last.session_id, last.boot_id, last.executed, decision.may_have};
+  decision.text = "asks the controller, which counts what it executed, then goes on after that";
+  return decision;
+}
+
+}  // namespace tiltfeed
