@@ -1,6 +1,7 @@
 #include "daemon/job_run.h"
 
 #include <cassert>
+#include <random>
 
 #include "daemon/sha256.h"
 
@@ -14,36 +15,43 @@ Result<JobRun> prepare_run(const std::string& program, const LinkSpec& link, std
   if (!blocks) return tl::unexpected<Error>(blocks.error());
   const Result<HostBoot> host = host_boot();
   if (!host) return tl::unexpected<Error>(host.error());
-  run.subject = {job, *blocks, *hash, link.kind, new_session_id(), *host};
+  std::random_device random;  // an old session's blocks can never be taken for this one's
+  const auto session = static_cast<std::uint16_t>(1 + random() % 0xFFFF);
+  run.subject = {job, *blocks, *hash, link.kind, session, *host};
   return run;
 }
 
 Result<SendReport> run_job(const JobRun& run, const ResumeDecision& decision, Journal& journal, Link& link,
-                           Clock& clock, const SendProgress& progress, SendHooks hooks) {
+                           Clock& clock, StreamHooks hooks) {
   assert(decision.way == ResumeWay::kFresh || decision.way == ResumeWay::kContinue);
   const bool continues = decision.way == ResumeWay::kContinue;
   Result<RunRecorder> recorder =
       continues ? RunRecorder::go_on(journal, run.subject) : RunRecorder::begin(journal, run.subject);
   if (!recorder) return tl::unexpected<Error>(recorder.error());
-  if (continues) hooks.resume = decision.ring;
+  SendOptions options;
+  options.session_id = recorder->record().session_id;
+  if (continues) options.attach = decision.ring;
 
+  CommandQueue own_commands;
+  if (hooks.commands == nullptr) hooks.commands = &own_commands;
   SendState newest;
-  bool asked_to_stop = false;
-  hooks.before_wire = [&, owner = hooks.before_wire](const SendState& state,
-                                                     std::uint64_t offered) -> Result<void> {
+  Result<void> kept;  // by the journal
+  bool woken = !continues;
+  hooks.reserve = [&](std::uint64_t next, std::uint64_t) { return recorder->reserve(next, clock.now()); };
+  hooks.progress = [&, owner = hooks.progress](const SendState& state) {
     newest = state;
-    if (Result<void> told = recorder->before_wire(state, offered, clock.now()); !told) return told;
-    return owner ? owner(state, offered) : Result<void>{};
+    if (!woken && state.phase == Phase::kHold) {
+      woken = true;
+      hooks.commands->push({Order::kResume});
+    }
+    if (kept && !is_final(state.phase)) kept = recorder->progress(state, clock.now());
+    return (!owner || owner(state)) && kept.has_value();
   };
-  const SendProgress watched = [&](const SendState& state) {
-    newest = state;
-    const bool more = !progress || progress(state);
-    asked_to_stop = asked_to_stop || !more;
-    return more;
-  };
-  Result<SendReport> report =
-      send_over(run.program, run.link, link, clock, recorder->record().session_id, watched, hooks);
-  const RunEvent event = report ? RunEvent::kExecuted : asked_to_stop ? RunEvent::kStopped : RunEvent::kFault;
+  const Result<SendReport> report = send_over(run.program, run.link, link, clock, options, hooks);
+  if (!kept) return tl::unexpected<Error>(kept.error());
+  const RunEvent event = newest.phase == Phase::kDone      ? RunEvent::kExecuted
+                         : newest.phase == Phase::kStopped ? RunEvent::kStopped
+                                                           : RunEvent::kFault;
   // A journal that failed has said so already, and holds what was durable.
   if (const Result<void> ended = recorder->end(event, newest); !ended && report)
     return tl::unexpected<Error>(ended.error());

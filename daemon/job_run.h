@@ -17,9 +17,10 @@ struct JobRun {
 /// Reads the program once for its hash and its number of blocks. Errors: as `send_program` before it sends.
 Result<JobRun> prepare_run(const std::string& program, const LinkSpec& link, std::uint64_t job);
 
-/// Streams as `decision` says, and keeps the journal. Requires: decision.way is kFresh or kContinue. Errors:
-/// kIo of the journal (nothing left after it), else as `send_program`.
+/// Streams as `decision` says, and keeps the journal. A controller that holds because nobody fed its watchdog
+/// is resumed once: who calls this has the operator's word. Requires: decision.way is kFresh or kContinue.
+/// Errors: kIo of the journal (nothing left after it), else as `send_program`.
 Result<SendReport> run_job(const JobRun& run, const ResumeDecision& decision, Journal& journal, Link& link,
-                           Clock& clock, const SendProgress& progress, SendHooks hooks = {});
+                           Clock& clock, StreamHooks hooks);
 
 }  // namespace tiltfeed

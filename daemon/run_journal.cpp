@@ -87,35 +87,35 @@ Result<void> RunRecorder::write(bool durable) {
 }
 
 void RunRecorder::take(const SendState& state) {
-  if (state.boot_id != 0) record_.boot_id = state.boot_id;
+  if (state.boot != 0) record_.boot_id = state.boot;
   record_.acknowledged = std::max(record_.acknowledged, state.acknowledged);
   record_.executed = std::max(record_.executed, state.executed);
 }
 
-Result<void> RunRecorder::before_wire(const SendState& state, std::uint64_t offered, Time now) {
-  const bool bound = state.boot_id != 0 && record_.boot_id == 0;
-  const bool finished =
-      record_.event != RunEvent::kExecuted && record_.total > 0 && state.executed == record_.total;
-  bool durable = bound || finished, wanted = durable;
-  if (offered > record_.reserved) {
+Result<std::uint64_t> RunRecorder::reserve(std::uint64_t next, Time now) {
+  const bool durable = next > record_.reserved;
+  if (durable) {
     const Time lasted = reserved_at_ ? now - *reserved_at_ : kShortReserve;
     if (lasted < kShortReserve) chunk_ = std::min(chunk_ * 2, kMaxReserve);
     if (lasted > kLongReserve) chunk_ = std::max(chunk_ / 2, kMinReserve);
-    record_.reserved = std::min(offered + chunk_, std::max(record_.total, offered));
+    record_.reserved = std::max(next, std::min(next + chunk_, record_.total));
     reserved_at_ = now;
-    durable = wanted = true;
   }
-  if (offered > record_.offered) {
-    record_.offered = std::min(offered + kOfferSlack, record_.reserved);
-    wanted = true;
-  }
+  record_.offered = std::max(record_.offered, std::min(next + kOfferSlack - 1, record_.reserved));
+  if (const Result<void> written = write(durable); !written) return tl::unexpected<Error>(written.error());
+  return record_.offered;
+}
+
+Result<void> RunRecorder::progress(const SendState& state, Time now) {
+  const bool bound = state.boot != 0 && record_.boot_id == 0;
+  const bool finished =
+      record_.event != RunEvent::kExecuted && record_.total > 0 && state.executed == record_.total;
   const bool news = state.executed > record_.executed || state.acknowledged > record_.acknowledged;
-  wanted = wanted || (news && due(written_at_, now, kWriteInterval));
-  if (!wanted) return {};
+  if (!bound && !finished && !(news && due(written_at_, now, kWriteInterval))) return {};
   take(state);
   record_.event = finished ? RunEvent::kExecuted : RunEvent::kStreaming;
   written_at_ = now;
-  if (due(synced_at_, now, kSyncInterval)) durable = true;
+  const bool durable = bound || finished || due(synced_at_, now, kSyncInterval);
   if (durable) synced_at_ = now;
   return write(durable);
 }
@@ -174,7 +174,7 @@ ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& no
   if (last.boot_id == 0 || decision.may_have - decision.executed >= kSequenceHalf)
     return uncertain(decision, "the journal does not say enough to ask the controller");
   decision.way = ResumeWay::kContinue;
-  decision.ring = {last.session_id, last.boot_id, last.executed, decision.may_have};
+  decision.ring = {last.session_id, last.boot_id, last.acknowledged, decision.may_have};
   decision.text = "asks the controller, which counts what it executed, then goes on after that";
   return decision;
 }

@@ -27,8 +27,9 @@ struct RunSubject {
 };
 
 /// Writes the journal while a run streams. Properties, whatever the clock does: a block leaves only after a
-/// durable record that allows it; each record that a killed process leaves says at most kSlack blocks more
-/// than left; the record that all blocks are executed is durable before the session is closed.
+/// durable record that allows it and names the controller's boot_id; what a killed process leaves says at
+/// most kOfferSlack blocks more than left; that all blocks are executed is durable before the session is
+/// closed.
 class RunRecorder {
  public:
   /// A new run. Errors: kIo.
@@ -36,8 +37,10 @@ class RunRecorder {
   /// The run that the journal holds goes on. Requires: it has one. Errors: kIo.
   static Result<RunRecorder> go_on(Journal& journal, const RunSubject& subject);
 
-  /// SendHooks::before_wire. Errors: kIo: nothing may leave.
-  Result<void> before_wire(const SendState& state, std::uint64_t offered, Time now);
+  /// StreamHooks::reserve: allows block `next` and perhaps some more. Errors: kIo: it must not leave.
+  Result<std::uint64_t> reserve(std::uint64_t next, Time now);
+  /// StreamHooks::progress. Errors: kIo.
+  Result<void> progress(const SendState& state, Time now);
   /// The run has ended. Errors: kIo.
   Result<void> end(RunEvent event, const SendState& state);
   const RunRecord& record() const { return record_; }
@@ -67,7 +70,7 @@ struct ResumeDecision {
   ResumeWay way = ResumeWay::kUncertain;
   std::uint64_t executed = 0;  ///< blocks that have surely run
   std::uint64_t may_have = 0;  ///< blocks executed + 1 to this one may have run
-  RingResume ring;             ///< of kContinue
+  Attachment ring;             ///< of kContinue
   std::string text;            ///< for the operator: why, and the range in blocks
 };
 

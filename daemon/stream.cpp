@@ -186,6 +186,7 @@ Result<SendReport> run(Session& session, Feed& feed, Link& wire, Clock& clock, c
   const Time began = clock.now();
   Time next_progress = began;
   Phase shown = session.phase();
+  bool proved = false;
   std::optional<Error> program_error;
   std::string in;
   while (!is_final(session.phase())) {
@@ -207,7 +208,10 @@ Result<SendReport> run(Session& session, Feed& feed, Link& wire, Clock& clock, c
     report.bytes += *taken;
     now = clock.now();
     session.receive(in, now);
-    if (hooks.progress && (now >= next_progress || session.phase() != shown)) {
+    const bool finished =
+        !proved && session.phase() == Phase::kDrain && session.state().executed == session.state().total;
+    proved = proved || finished;
+    if (hooks.progress && (now >= next_progress || session.phase() != shown || finished)) {
       next_progress = now + kProgressInterval;
       shown = session.phase();
       if (!is_final(shown) && !hooks.progress(session.state())) session.command({Order::kStop}, now);
@@ -316,6 +320,12 @@ std::optional<OperatorCommand> CommandQueue::take() {
   const OperatorCommand first = waiting_.front();
   waiting_.erase(waiting_.begin());
   return first;
+}
+
+Result<std::uint64_t> count_blocks(const std::string& program_path, LinkKind kind) {
+  const Result<Opened> opened = open_program(program_path, kind);
+  if (!opened) return tl::unexpected<Error>(opened.error());
+  return opened->blocks;
 }
 
 Result<SendReport> send_over(const std::string& program_path, const LinkSpec& spec, Link& link, Clock& clock,

@@ -16,7 +16,8 @@
 
 namespace tiltfeed {
 
-/// Called at most about ten times a second, at each change of phase, and once at the end. Return false to
+/// Called at most about ten times a second, at each change of phase, when every block is executed (before the
+/// controller is told that the run is over), and once at the end. Return false to
 /// stop.
 using SendProgress = std::function<bool(const SendState&)>;
 
@@ -81,6 +82,9 @@ struct SendReport {
 /// (wire or controller, with the lines that may have run), kCancelled (stopped on request, likewise).
 Result<SendReport> send_program(const std::string& program_path, const LinkSpec& link,
                                 const SendOptions& options, const StreamHooks& hooks);
+
+/// Blocks of the program, as this kind of link counts them. Errors: as `send_program` before it sends.
+Result<std::uint64_t> count_blocks(const std::string& program_path, LinkKind kind);
 
 /// The same over a wire and a clock that are given.
 Result<SendReport> send_over(const std::string& program_path, const LinkSpec& spec, Link& link, Clock& clock,

@@ -63,7 +63,7 @@ inline JournalDisk journal_disk(const std::shared_ptr<SimulatedDisk>& disk) {
   };
   out.sync = [disk] {
     if (disk->fails()) return -EIO;
-    if (!disk->lies) disk->durable = disk->file;
+    if (!disk->lies) disk->durable.append(disk->file, disk->durable.size());
     return 0;
   };
   out.replace = [disk](std::string_view content) {

@@ -1,0 +1,405 @@
+#pragma once
+// A sender that is killed at any step, again and again, against a simulated ring controller that lives on in
+// the parent: real processes, a real socket, a real journal file. The same without processes for power loss,
+// where only what was made durable is left.
+
+#include <poll.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <zlib.h>
+
+#include "daemon/job_run.h"
+#include "daemon/modbus_map.h"
+#include "sim/modbus_controller.h"
+#include "tests/sim_machine.h"
+#include "tests/simulated_disk.h"
+
+namespace tiltfeed {
+
+inline constexpr std::uint16_t kStatusAt = 0x0200, kMailboxAt = 0x0180;
+
+/// What a broken sender would do; each must be found by the campaign.
+enum class Bug {
+  kNone,
+  kNoJournal,         // nothing is on record
+  kStartsAnew,        // does not look at what is
+  kFromExecuted,      // a new session after the executed blocks of the journal: asks nobody
+  kFromAcknowledged,  // the same after the acknowledged ones
+  kFromOffered,       // the same after those that may have left
+  kNoCheckSum,        // a torn record is believed
+  kBuffered,          // a record is written when the next one comes
+  kOldProgram,        // goes on although the file is another one
+  kNeverDurable,      // no sync (power loss)
+  kOfferedForSure,    // after a power loss believes what was not durable
+};
+
+/// One campaign's program: `blocks` short feed moves, each of its own place.
+struct KillProgram {
+  explicit KillProgram(int blocks, const std::string& folder) : path(folder + "/program.nc") {
+    std::filesystem::create_directories(folder);
+    std::ostringstream out;
+    out << "G21 G90 G94\nG0 X0 Y0 Z0 A0 C0\nG93\n";
+    char line[100];
+    for (int i = 1; i < blocks; ++i) {
+      std::snprintf(line, sizeof line, "G1 X%.4f Y%.4f Z%.4f A%.4f C%.4f F20000\n", i * 0.01, i % 7 * 0.1,
+                    i % 5 * 0.1, i % 11 * 0.01, i * 0.02);
+      out << line;
+    }
+    out << "M2\n";
+    std::ofstream(path) << out.str();
+    std::istringstream in(out.str());
+    expected = *sim::read_program(in, path, 'A', 'C');
+  }
+  std::string path;
+  std::vector<sim::Block> expected;
+};
+
+inline bool same_block(const sim::Block& a, const sim::Block& b) {
+  const auto near = [](double p, double q) { return std::abs(p - q) < 1e-9; };
+  return a.op == b.op && a.m_code == b.m_code &&
+         (a.op == sim::Op::kMCode ||
+          (near(a.target.x, b.target.x) && near(a.target.y, b.target.y) && near(a.target.z, b.target.z) &&
+           near(a.target.a, b.target.a) && near(a.target.c, b.target.c) && near(a.feed, b.feed)));
+}
+
+/// The controller, and what it executed.
+struct RingMachine {
+  RingMachine()
+      : controller(sim::test_machine(), {}, {.ring = 24, .boot_id = 7},
+                   [this](const sim::TraceRow& row) { executed.push_back(row.command); }) {}
+
+  std::string serve(const std::string& bytes) {
+    pass(0.0005);
+    const ModbusRequest request = unpack_request(bytes);
+    if (!request.words.empty()) {
+      const auto access = controller.write(request.write_address, request.words);
+      if (access != sim::Access::kOk) return pack_reply({static_cast<std::uint8_t>(access), {}});
+    }
+    ModbusReply reply{kReplyOk, std::vector<std::uint16_t>(request.read_count)};
+    if (request.read_count > 0) controller.read(request.read_address, reply.words);
+    return pack_reply(reply);
+  }
+  void pass(double seconds) {
+    now += seconds;
+    controller.advance_link(now);
+    controller.advance(now);
+  }
+  /// As when its power fails: what its ring held is gone, and it starts with another boot_id.
+  void restart() {
+    std::vector<std::uint16_t> status(24);
+    controller.read(kStatusAt, status);
+    const auto reset =
+        encode_mailbox(status[2], static_cast<std::uint16_t>(status[11] + 1), MailboxCode::kReset, 0, false);
+    controller.write(kMailboxAt, reset);
+  }
+
+  std::vector<sim::Block> executed;
+  double now = 0.0;
+  sim::ModbusController controller;
+};
+
+/// Counts the steps of a sender; at one of them it dies.
+struct Steps {
+  std::uint64_t count = 0, at = ~0ull, torn = 0;
+  bool power = false;  // no process to kill: everything fails from here on
+  bool dead = false;
+  /// True when this is the step.
+  bool now() { return ++count == at; }
+  void die() {
+    dead = true;
+    if (!power) ::kill(::getpid(), SIGKILL);
+  }
+  bool step() {
+    if (!dead && now()) die();
+    return dead;
+  }
+};
+
+inline JournalDisk dying_disk(JournalDisk inner, Steps& steps, Bug bug) {
+  JournalDisk disk = inner;
+  const auto waiting = std::make_shared<std::string>();
+  disk.append = [inner, &steps, bug, waiting](std::string_view bytes) -> std::ptrdiff_t {
+    if (steps.dead) return -EIO;
+    if (steps.now()) {  // a torn write
+      inner.append(bytes.substr(0, steps.torn % (bytes.size() + 1)));
+      steps.die();
+      return -EIO;
+    }
+    if (bug != Bug::kBuffered) return inner.append(bytes);
+    if (!waiting->empty()) inner.append(*waiting);
+    *waiting = bytes;
+    return static_cast<std::ptrdiff_t>(bytes.size());
+  };
+  disk.sync = [inner, &steps, bug] {
+    if (steps.step()) return -EIO;
+    if (bug == Bug::kNeverDurable) return 0;
+    const int result = inner.sync();
+    return steps.step() ? -EIO : result;
+  };
+  disk.read = [inner, bug]() -> Result<std::string> {
+    Result<std::string> bytes = inner.read();
+    if (!bytes || bug != Bug::kNoCheckSum) return bytes;
+    bytes->resize((bytes->size() + kRecordBytes - 1) / kRecordBytes * kRecordBytes, '\0');
+    for (std::size_t at = 0; at < bytes->size(); at += kRecordBytes) {
+      const auto sum = static_cast<std::uint32_t>(
+          ::crc32(0, reinterpret_cast<const Bytef*>(bytes->data() + at), kRecordBytes - 4));
+      for (std::size_t i = 0; i < 4; ++i)
+        (*bytes)[at + kRecordBytes - 4 + i] = static_cast<char>(sum >> (8 * i) & 0xFF);
+    }
+    return bytes;
+  };
+  return disk;
+}
+
+/// Time passes only where somebody waits.
+struct ScriptClock : Clock {
+  Time time{0};
+  Time now() override { return time; }
+};
+
+/// Requests go to `send`, which gives the reply; waiting tells `wait` how long.
+struct DyingLink : Link {
+  std::function<std::string(const std::string&)> ask;
+  std::function<void(Time)> wait_for;
+  ScriptClock& clock;
+  Steps& steps;
+  DyingLink(ScriptClock& c, Steps& s) : clock(c), steps(s) {}
+  Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) override {
+    if (steps.step()) return fail(Code::kLink, "dead");
+    if (out.empty()) {
+      clock.time += wait;
+      wait_for(wait);
+      return std::size_t{0};
+    }
+    clock.time += std::chrono::microseconds(500);
+    std::string reply = ask(std::string(out));
+    if (steps.step()) return fail(Code::kLink, "dead");
+    in = std::move(reply);
+    return out.size();
+  }
+};
+
+/// The naive way to go on: the controller forgets the old session, a new one begins after `count` blocks.
+inline Result<SendReport> send_rest(const JobRun& run, std::uint64_t count, Link& link, Clock& clock) {
+  const auto ask = [&](const ModbusRequest& request) {
+    std::string in;
+    static_cast<void>(link.exchange(pack_request(request), Time{0}, in));
+    return unpack_reply(in);
+  };
+  for (const MailboxCode code : {MailboxCode::kStop, MailboxCode::kClose}) {
+    const ModbusReply status = ask({0, kStatusAt, kStatusWords, {}});
+    if (status.words.size() != kStatusWords) return fail(Code::kLink, "no status");
+    const RingStatus ring = parse_ring_status(status.words, false);
+    const auto seq = static_cast<std::uint16_t>(ring.command_ack + 1);
+    ask({kMailboxAt, 0, 0, encode_mailbox(ring.session, seq, code, 0, false)});
+  }
+  std::ifstream in(run.program);
+  std::ofstream out(run.program + ".rest");
+  std::uint64_t block = 0;
+  for (std::string line; std::getline(in, line);)
+    if (line[0] == 'G' && line.size() > 3 && line[1] != '2') {
+      if (++block > count) out << line << "\n";
+    } else if (block <= count || line == "M2") {
+      out << line << "\n";
+    }
+  out.close();
+  return send_over(run.program + ".rest", run.link, link, clock, {}, {});
+}
+
+/// Deaths of one program; then it is let live.
+inline constexpr int kDeaths = 30;
+
+enum class End : char { kDone = 'D', kKilled = 'K', kUncertain = 'U', kWrong = 'W' };
+
+/// How one life of the sender ended, and what it told the operator.
+struct Outcome {
+  End end = End::kKilled;
+  std::uint64_t executed = 0, may_have = 0;
+  std::string text;
+};
+
+inline Outcome sender_life(JobRun run, JournalDisk disk, Link& link, Clock& clock, Steps& steps, Bug bug) {
+  if (bug == Bug::kNoJournal) disk = journal_disk(std::make_shared<SimulatedDisk>());
+  auto journal = Journal::open(dying_disk(std::move(disk), steps, bug));
+  if (!journal) return {steps.dead ? End::kKilled : End::kWrong, 0, 0, journal.error().message};
+  const std::optional<RunRecord>& last = journal->content().last;
+  if (last && bug == Bug::kOfferedForSure) run.subject.host = last->host;
+  if (last && bug == Bug::kOldProgram) run.subject.program = last->program;
+  ResumeDecision decision = decide_resume(journal->content(), run.subject);
+  if (bug == Bug::kStartsAnew) decision.way = ResumeWay::kFresh;
+  Outcome outcome{End::kDone, decision.executed, decision.may_have, decision.text};
+  if (decision.way == ResumeWay::kFinished) return outcome;
+  if (decision.way == ResumeWay::kUncertain) return outcome.end = End::kUncertain, outcome;
+  Result<SendReport> report;
+  if (decision.way == ResumeWay::kContinue && bug == Bug::kFromExecuted)
+    report = send_rest(run, last->executed, link, clock);
+  else if (decision.way == ResumeWay::kContinue && bug == Bug::kFromAcknowledged)
+    report = send_rest(run, last->acknowledged, link, clock);
+  else if (decision.way == ResumeWay::kContinue && bug == Bug::kFromOffered)
+    report = send_rest(run, last->offered, link, clock);
+  else
+    report = run_job(run, decision, *journal, link, clock, {});
+  if (report) return outcome;
+  outcome.text = report.error().message;
+  outcome.end = steps.dead ? End::kKilled : End::kWrong;
+  if (outcome.text.find("restarted") != std::string::npos ||
+      outcome.text.find("in alarm") != std::string::npos)
+    outcome.end = End::kUncertain;
+  return outcome;
+}
+
+/// A life in a process of its own, killed for real. The parent is the machine.
+inline Outcome forked_life(const JobRun& run, const std::string& journal, RingMachine& machine, Steps steps,
+                           Bug bug) {
+  int ends[2];
+  if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0)
+    return {End::kWrong, 0, 0, "socketpair"};
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::close(ends[0]);
+    ScriptClock clock;
+    DyingLink link(clock, steps);
+    link.ask = [&](const std::string& request) {
+      const std::string message = "R" + request;
+      char reply[1024];
+      if (::send(ends[1], message.data(), message.size(), 0) < 0 || steps.step()) ::_exit(9);
+      const ssize_t size = ::recv(ends[1], reply, sizeof reply, 0);
+      if (size <= 0) ::_exit(9);
+      return std::string(reply, static_cast<std::size_t>(size));
+    };
+    link.wait_for = [&](Time wait) {
+      const std::string message = "T" + std::to_string(wait.count());
+      if (::send(ends[1], message.data(), message.size(), 0) < 0) ::_exit(9);
+    };
+    auto disk = journal_file(journal);
+    const Outcome outcome = disk ? sender_life(run, *disk, link, clock, steps, bug)
+                                 : Outcome{End::kWrong, 0, 0, disk.error().message};
+    const std::string message = std::string("E") + static_cast<char>(outcome.end) +
+                                std::to_string(outcome.executed) + " " + std::to_string(outcome.may_have) +
+                                " " + outcome.text;
+    ::_exit(::send(ends[1], message.data(), message.size(), 0) < 0 ? 9 : 0);
+  }
+  ::close(ends[1]);
+  Outcome outcome{End::kKilled, 0, 0, "no word from the child"};
+  char bytes[4096];
+  for (ssize_t size; (size = ::recv(ends[0], bytes, sizeof bytes, 0)) > 0;) {
+    const std::string message(bytes + 1, static_cast<std::size_t>(size - 1));
+    if (bytes[0] == 'R') {
+      const std::string reply = machine.serve(message);
+      ::send(ends[0], reply.data(), reply.size(), MSG_NOSIGNAL);
+    } else if (bytes[0] == 'T') {
+      machine.pass(std::stod(message) * 1e-9);
+    } else {
+      std::istringstream in(message.substr(1));
+      outcome.end = static_cast<End>(message[0]);
+      in >> outcome.executed >> outcome.may_have;
+      std::getline(in, outcome.text);
+    }
+  }
+  ::close(ends[0]);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) return {End::kKilled, 0, 0, ""};
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+    return {End::kWrong, 0, 0, "the child ended with " + std::to_string(status)};
+  return outcome;
+}
+
+/// A life that the power ends, in this process.
+inline Outcome powered_life(const JobRun& run, const std::shared_ptr<SimulatedDisk>& disk,
+                            RingMachine& machine, Steps steps, Bug bug) {
+  ScriptClock clock;
+  steps.power = true;
+  DyingLink link(clock, steps);
+  link.ask = [&](const std::string& request) { return machine.serve(request); };
+  link.wait_for = [&](Time wait) { machine.pass(std::chrono::duration<double>(wait).count()); };
+  return sender_life(run, journal_disk(disk), link, clock, steps, bug);
+}
+
+struct Campaign {
+  bool power = false;
+  Bug bug = Bug::kNone;
+  int restarts_in = 0;       ///< one of so many deaths takes the controller along; 0: none
+  bool new_program = false;  ///< the file is another one from the second life on
+  std::uint64_t seed = 1;
+
+  std::uint64_t kills = 0, runs = 0, uncertain = 0, wrong = 0;
+  std::string first_wrong = {};
+
+  void complain(const std::string& text) {
+    if (wrong++ == 0) first_wrong = text;
+  }
+
+  /// One program from its start to its end through any number of deaths.
+  void run(const JobRun& prepared, const KillProgram& program, const std::string& folder) {
+    std::mt19937_64 random(seed++);
+    RingMachine machine;
+    JobRun job = prepared;
+    const std::string journal = folder + "/journal";
+    std::filesystem::remove(journal);
+    const auto disk = std::make_shared<SimulatedDisk>();
+    bool restarted = false;
+    Outcome outcome;
+    ++runs;
+    for (int life = 0; life <= kDeaths; ++life) {
+      Steps steps;
+      steps.at = life < kDeaths ? 1 + random() % 140 : ~0ull;
+      steps.torn = random();
+      outcome = power ? powered_life(job, disk, machine, steps, bug)
+                      : forked_life(job, journal, machine, steps, bug);
+      if (outcome.end != End::kKilled) break;
+      ++kills;
+      machine.pass(static_cast<double>(random() % 2500) * 1e-3);
+      if (restarts_in > 0 && random() % static_cast<std::uint64_t>(restarts_in) == 0) {
+        machine.restart();
+        restarted = true;
+      }
+      if (power) {
+        disk->file = disk->durable = disk->after_power_loss(random);
+        ++job.subject.host[0];
+      }
+      if (new_program) job.subject.program[0] ^= 0x55;
+    }
+    judge(machine, program, outcome, restarted);
+  }
+
+  void judge(const RingMachine& machine, const KillProgram& program, const Outcome& outcome, bool restarted) {
+    const std::string place = " (seed " + std::to_string(seed - 1) + ", " + outcome.text + ")";
+    const std::size_t count = machine.executed.size();
+    for (std::size_t i = 0; i < count; ++i)
+      if (i >= program.expected.size() || !same_block(machine.executed[i], program.expected[i]))
+        return complain("block " + std::to_string(i + 1) + " is not the program's" + place);
+    switch (outcome.end) {
+      case End::kDone:
+        if (count != program.expected.size())
+          complain("done after " + std::to_string(count) + " blocks" + place);
+        return;
+      case End::kUncertain:
+        ++uncertain;
+        if (!restarted && !new_program) return complain("stopped without need" + place);
+        if (outcome.executed > count || outcome.may_have < count)
+          complain("the operator is told " + std::to_string(outcome.executed) + " to " +
+                   std::to_string(outcome.may_have) + ", in truth " + std::to_string(count) + place);
+        return;
+      case End::kKilled:
+        return complain("never came to an end" + place);
+      case End::kWrong:
+        return complain("stuck" + place);
+    }
+  }
+};
+
+}  // namespace tiltfeed
