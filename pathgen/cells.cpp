@@ -9,6 +9,7 @@
 #include <span>
 
 #include "kinematics/units.h"
+#include "pathgen/contact_hull.h"
 
 namespace tiltfeed {
 
@@ -20,11 +21,6 @@ constexpr double kMaxCellShare = 0.25;
 /// (S2) Half the square of the smallest circle or ball about a set, over the square of its size [Jung 1901]:
 /// a function with second derivative M leaves its linear interpolation by at most M times that.
 constexpr double kBendOfTriangle = 1.0 / 6.0, kBendOfHull = 3.0 / 16.0;
-/// Contact normals further apart than this (cosine of 60 degrees to their mean) bound nothing.
-constexpr double kNarrow = 0.5;
-/// Sine up to which an angle between contact normals, or of the axis over a cell, against the lean of the
-/// normal still tells where on its ring a flat or bull-nose tool touches.
-constexpr double kSureShare = 0.4;
 /// Most corners of a cell that keeps its hull; more become a box.
 constexpr std::size_t kMostCorners = 6;
 /// Largest relative rounding of a coordinate in single precision, doubled.
@@ -36,7 +32,7 @@ constexpr std::size_t kBlocks = 64;
 class CellMaker {
  public:
   CellMaker(const ClSurface& surface, const Deformation& map, double smallest, Cells& out)
-      : surface_(surface), map_(map), smallest_(smallest), out_(out) {}
+      : surface_(surface), map_(map), smallest_(smallest), out_(out), contact_(surface, map) {}
 
   void add(PatchId patch) {
     patch_ = patch;
@@ -45,11 +41,12 @@ class CellMaker {
     add_near(core);
     const bool both = surface_.sides() == Sides::kBoth && core.count != 2;
     for (int side = 1; side >= (both ? -1 : 1); side -= 2) {
-      surface_.normals(patch, side, normals_);
       side_ = side;
-      if (gather_normals()) {
+      const ContactHull::Reach reach = contact_.take(patch, side);
+      if (reach == ContactHull::Reach::kNone) continue;
+      if (reach == ContactHull::Reach::kBounded) {
         add_core(core);
-      } else if (normals_.empty() || !all_away(core)) {
+      } else if (reach == ContactHull::Reach::kAround || !all_away(core)) {
         return add_wide(core);  // that is all there is, on either side
       }
     }
@@ -70,20 +67,6 @@ class CellMaker {
       out_.near.push_back(patch_);
   }
 
-  /// Mean of the contact normals and how far they lie from it; false if they are too far apart.
-  bool gather_normals() {
-    if (normals_.empty()) return false;
-    Vec3 sum;
-    for (Vec3 n : normals_) sum = sum + n;
-    if (length(sum) < kSteepest) return false;
-    mean_ = normalized(sum);
-    double cosine = 1.0;
-    for (Vec3 n : normals_) cosine = std::min(cosine, dot(n, mean_));
-    cone_cosine_ = cosine;
-    cone_sine_ = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
-    return cosine >= kNarrow;
-  }
-
   bool all_away(const ClSurface::Core& core) const {
     if (core.count > 1) return false;
     const double reach = piece_->outer, rho = rho_of(core.corner[0]) - reach;
@@ -92,104 +75,33 @@ class CellMaker {
     return surface_.faces_away(patch_, side_, map_.axis_at(core.corner[0]), spread);
   }
 
-  /// The places of the CL reference over the corners of the feature, for each of the contact normals: hull_,
-  /// to be widened by margin_ (mm).
-  void place(std::span<const Point<Part>> core) {
-    hull_.clear();
-    // (S4) Directions between the normals bulge out of the hull of their ends.
-    margin_ = piece_->corner * (1.0 / cone_cosine_ - 1.0);
-    if (piece_->is_ball()) {
-      for (Point<Part> q : core)
-        for (Vec3 n : normals_) hull_.push_back(q + n * piece_->corner);
-      return;
-    }
-    place_on_rings(core);
-  }
-
-  /// (S5) Flat, bull-nose and taper: the axis stands beside the contact, on the side to which the normal
-  /// leans; where it hardly leans, anywhere round it.
-  void place_on_rings(std::span<const Point<Part>> core) {
-    double size = 0.0;
-    for (Point<Part> q : core) size = std::max(size, distance(q, core[0]));
-    const double rho = map_.frame().mode == AxisMode::kFixed ? std::numeric_limits<double>::infinity()
-                                                             : least_rho(core[0], size + piece_->outer);
-    const double spread = rho > 0.0 ? (size + 2.0 * piece_->outer) / rho : 1.0;  // of the axis, rad
-    const Vec3 axis = map_.axis_at(core[0] + mean_ * piece_->corner);
-    const double along = dot(mean_, axis), across = std::sqrt(std::max(0.0, 1.0 - along * along));
-    const double sway = (cone_sine_ + spread) / std::max(across, kSteepest);
-    // Lean of the normals against the axis; beyond the cone's they touch its upper rim, not the arc.
-    const double lean = std::atan2(across, along), open = std::acos(cone_cosine_) + spread;
-    const double cone = kPi / 2.0 - std::asin(piece_->taper_sin);
-    const bool ring = lean - open <= cone;
-    const bool rim = piece_->has_cone() && lean + open >= cone;
-    if (sway > kSureShare || spread > kSureShare) {
-      margin_ = rim ? piece_->outer + piece_->corner
-                    : piece_->flat + piece_->corner * std::sqrt(2.0 - 2.0 * cone_cosine_);
-      for (Point<Part> q : core) hull_.push_back(q + mean_ * (rim ? 0.0 : piece_->corner));
-      return;
-    }
-    // Of the ring's bulge between two directions; of what the axis turns over the feature.
-    margin_ += (rim ? piece_->outer : piece_->flat) * sway * sway;
-    for (Point<Part> q : core)
-      for (Vec3 n : normals_) {
-        if (ring) hull_.push_back(on_ring(q, n, piece_->flat, piece_->corner));
-        if (rim) hull_.push_back(on_ring(q, n, piece_->outer, 0.0));
-      }
-  }
-
-  /// The CL reference (any point of its axis line) over a contact q with normal n, on the ring of radius d
-  /// and then r along n. The axis is that of the column, found by iteration.
-  Point<Part> on_ring(Point<Part> q, Vec3 n, double d, double r) {
-    Point<Part> p = q + n * r;
-    double moved = 0.0;
-    for (int i = 0; i < 3; ++i) {
-      const Vec3 axis = map_.axis_at(p);
-      const Vec3 lateral = n - axis * dot(n, axis);
-      const Point<Part> next = q + n * r + lateral * (d / std::max(length(lateral), kSteepest));
-      moved = distance(p, next);
-      p = next;
-    }
-    margin_ = std::max(margin_, 2.0 * moved);
-    return p;
-  }
-
   /// Where a hull lies against the axis feature.
   struct Frame {
     double size = 0.0;          ///< longest distance between two points
     double rho = 0.0, r = 0.0;  ///< least possible distance from the feature, and from the axis of Theta
     double pad_x = 0.0, pad_y = 0.0;  ///< (S2) bend of the flat image against its corners
+    double rise = 0.0;                ///< the same of z'
     bool linear = false;              ///< corners and pads bound the image
     Vec3 axis;                        ///< at the first point
   };
 
   Frame frame_of(std::span<const Point<Part>> points) const {
     Frame f;
-    const AxisFrame& axis = map_.frame();
     double rho = std::numeric_limits<double>::infinity(), r = rho;
     for (std::size_t i = 0; i < points.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) f.size = std::max(f.size, squared_length(points[i] - points[j]));
-      if (axis.mode == AxisMode::kFixed) continue;
-      r = std::min(r, r_of(points[i]));
-      rho = std::min(rho, rho_of(points[i]));
+      const Deformation::Distances d = map_.distances(points[i]);
+      rho = std::min(rho, d.rho), r = std::min(r, d.r);
     }
-    f.size = std::sqrt(f.size) + margin_;
+    f.size = std::sqrt(f.size) + contact_.margin();
     f.axis = map_.axis_at(points[0]);
-    if (axis.mode == AxisMode::kFixed) {
-      f.linear = true;
-      f.rho = f.r = std::numeric_limits<double>::infinity();
-      return f;
-    }
-    if (axis.mode == AxisMode::kLine) r = std::numeric_limits<double>::infinity();
     f.linear = f.size < kMaxCellShare * std::min(r, rho);
     f.rho = rho - f.size, f.r = r - f.size;
-    if (!f.linear) return f;
+    if (!f.linear || map_.frame().mode == AxisMode::kFixed) return f;
     const double bend = f.size * f.size * (points.size() <= 3 ? kBendOfTriangle : kBendOfHull);
-    if (axis.mode == AxisMode::kLine) {
-      f.pad_y = map_.scale_y() * bend / (f.rho * f.rho);
-    } else {
-      f.pad_x = map_.scale_x() * bend / (f.r * f.r);
-      f.pad_y = map_.scale_y() * bend * (1.0 / (f.rho * f.rho) + 1.0 / (f.r * f.rho));
-    }
+    f.pad_x = map_.scale_x() * bend / (f.r * f.r);
+    f.pad_y = map_.scale_y() * bend * (1.0 / (f.rho * f.rho) + 1.0 / (f.r * f.rho));
+    f.rise = bend * (1.0 / f.rho + 1.0 / f.r);
     return f;
   }
 
@@ -199,18 +111,19 @@ class CellMaker {
   }
 
   void add_core(const ClSurface::Core& core) {
-    place(core.points());
-    if (hull_.empty()) return;  // turned away from the tool
-    const Frame f = frame_of(hull_);
+    contact_.place(core.points());
+    const std::vector<Point<Part>>& hull = contact_.points();
+    if (hull.empty()) return;  // turned away from the tool
+    const Frame f = frame_of(hull);
     if (away(f)) return;
     if (f.linear) return add_hull(f);
     const double extent = core.count > 1 ? distance(core.corner[0], core.corner[core.count - 1]) : 0.0;
     const double second = core.count > 2 ? std::max(distance(core.corner[0], core.corner[1]),
                                                     distance(core.corner[1], core.corner[2]))
                                          : 0.0;
-    if (std::max(extent, second) < smallest_ || std::max(extent, second) < margin_) {
+    if (std::max(extent, second) < smallest_ || std::max(extent, second) < contact_.margin()) {
       Point<Part> mean;
-      for (Point<Part> p : hull_) mean = mean + from_origin(p) / static_cast<double>(hull_.size());
+      for (Point<Part> p : hull) mean = mean + from_origin(p) / static_cast<double>(hull.size());
       return add_ball(mean, f.size);
     }
     const auto& [a, b, c] = core.corner;
@@ -241,18 +154,15 @@ class CellMaker {
   bool x_is_angle() const { return map_.period_x() > 0.0; }
   bool y_is_angle() const { return map_.frame().mode != AxisMode::kFixed; }
   /// Distance from the point, line or circle.
-  double rho_of(Point<Part> p) const { return std::abs(map_.flatten(p).z); }
-  double least_rho(Point<Part> p, double reach) const { return rho_of(p) - reach; }
+  double rho_of(Point<Part> p) const { return map_.distances(p).rho; }
   /// Distance from the axis of Theta.
-  double r_of(Point<Part> p) const {
-    const Vec3 d = p - map_.frame().origin;
-    return std::hypot(dot(d, map_.frame().t), dot(d, map_.frame().n));
-  }
+  double r_of(Point<Part> p) const { return map_.distances(p).r; }
   static double nearest_turn(double value, double to, double period) {
     return period > 0.0 ? value + period * std::round((to - value) / period) : value;
   }
 
-  void push(std::uint32_t count, double pad_x, double pad_y) {
+  /// `top`: z' of the highest place of the ball's centre.
+  void push(std::uint32_t count, double pad_x, double pad_y, double top) {
     double largest = 0.0;
     for (auto c = out_.corners.end() - count; c != out_.corners.end(); ++c)
       largest = std::max({largest, std::abs(static_cast<double>(c->x)), std::abs(static_cast<double>(c->y))});
@@ -260,30 +170,34 @@ class CellMaker {
     out_.cells.push_back({patch_, static_cast<std::uint32_t>(out_.corners.size() - count), count,
                           static_cast<float>(pad_x * (1.0 + kSingle) + rounding),
                           static_cast<float>(pad_y * (1.0 + kSingle) + rounding)});
+    if (!piece_->is_ball()) return;
+    top -= piece_->above_reference;
+    out_.cells.back().top = static_cast<float>(top + kSingle * std::abs(top));
   }
 
   void add_hull(const Frame& f) {
-    const Point<Flat> first = map_.flatten(hull_[0]);
+    const std::vector<Point<Part>>& hull = contact_.points();
+    const Point<Flat> first = map_.flatten(hull[0]);
     Point<Flat> low = first, high = first;
-    const bool box = hull_.size() > kMostCorners;
-    for (Point<Part> p : hull_) {
+    const bool box = hull.size() > kMostCorners;
+    for (Point<Part> p : hull) {
       const Point<Flat> flat = map_.flatten(p);
       const double x = nearest_turn(flat.x, first.x, map_.period_x());
       const double y = nearest_turn(flat.y, first.y, map_.period_y());
       low = {std::min(low.x, x), std::min(low.y, y), 0.0};
-      high = {std::max(high.x, x), std::max(high.y, y), 0.0};
+      high = {std::max(high.x, x), std::max(high.y, y), std::max(high.z, flat.z)};
       if (!box) out_.corners.push_back({static_cast<float>(x), static_cast<float>(y)});
     }
-    if (box || hull_.size() < 3) {
-      if (!box) out_.corners.resize(out_.corners.size() - hull_.size());
+    if (box || hull.size() < 3) {
+      if (!box) out_.corners.resize(out_.corners.size() - hull.size());
       out_.corners.push_back({static_cast<float>(low.x), static_cast<float>(low.y)});
       out_.corners.push_back({static_cast<float>(high.x), static_cast<float>(high.y)});
     }
     // A patch is accepted kSeam beyond its border, where a slice may run between two patches.
-    const double margin = margin_ + 2.0 * kSeam * (piece_->flat + piece_->corner);
-    push(box || hull_.size() < 3 ? 2 : static_cast<std::uint32_t>(hull_.size()),
+    const double margin = contact_.margin() + 2.0 * kSeam * (piece_->flat + piece_->corner);
+    push(box || hull.size() < 3 ? 2 : static_cast<std::uint32_t>(hull.size()),
          f.pad_x + margin * (x_is_angle() ? map_.scale_x() / f.r : 1.0),
-         f.pad_y + margin * (y_is_angle() ? map_.scale_y() / f.rho : 1.0));
+         f.pad_y + margin * (y_is_angle() ? map_.scale_y() / f.rho : 1.0), high.z + f.rise + margin);
   }
 
   /// (S3) Everything within `radius` of `centre`: an angle of asin(radius / distance) to each side.
@@ -298,7 +212,7 @@ class CellMaker {
     const FlatCorner c{static_cast<float>(flat.x), static_cast<float>(flat.y)};
     out_.corners.push_back(c);
     out_.corners.push_back(c);
-    push(2, half_x, half_y);
+    push(2, half_x, half_y, flat.z + radius);
   }
 
   const ClSurface& surface_;
@@ -308,11 +222,7 @@ class CellMaker {
   PatchId patch_ = 0;
   const ToolPiece* piece_ = nullptr;
   int side_ = 1;
-  std::vector<Vec3> normals_;  ///< of the patch, their mean, and the cone about it that holds them
-  Vec3 mean_;
-  double cone_cosine_ = 1.0, cone_sine_ = 0.0;
-  std::vector<Point<Part>> hull_;
-  double margin_ = 0.0;
+  ContactHull contact_;
 };
 
 }  // namespace

@@ -23,7 +23,7 @@ struct Cell {
   std::uint32_t first = 0;  ///< corner
   std::uint32_t count = 0;  ///< of corners; 2: opposite corners of a box
   float pad_x = 0.0f, pad_y = 0.0f;
-  float top = std::numeric_limits<float>::infinity();  ///< no CL point of the patch is higher (z')
+  float top = std::numeric_limits<float>::infinity();  ///< no CL point of the cell is higher (z')
 };
 
 struct Cells {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "pathgen/normal_cone.h"
 #include "pathgen/topology.h"
 
 namespace tiltfeed {
@@ -28,10 +29,7 @@ std::uint32_t apex(const Facet& facet, const HalfEdge& half) {
 }  // namespace
 
 ClSurface::ClSurface(const Mesh& mesh, Sides sides, std::vector<ToolPiece> pieces)
-    : mesh_(mesh),
-      sides_(sides),
-      pieces_(std::move(pieces)),
-      normals_(mesh.facets.size()) {
+    : mesh_(mesh), sides_(sides), pieces_(std::move(pieces)), normals_(mesh.facets.size()) {
   assert(!pieces_.empty());
   tbb::parallel_for(std::size_t{0}, mesh.facets.size(), [&](std::size_t i) {
     const Facet& f = mesh.facets[i];
@@ -175,23 +173,30 @@ ClSurface::Core ClSurface::core(PatchId patch) const {
   return {{mesh_.vertices[vertices_[feature - edges_.size()].vertex], {}, {}}, 1};
 }
 
-void ClSurface::normals(PatchId patch, int side, std::vector<Vec3>& normals) const {
+bool ClSurface::normals(PatchId patch, int side, std::vector<Vec3>& normals) const {
   normals.clear();
   std::size_t feature = patch % features();
   if (feature < mesh_.facets.size()) {
     normals.push_back(normals_[feature] * side);
-    return;
+    return true;
   }
   feature -= mesh_.facets.size();
   if (feature < edges_.size()) {
-    if (!narrow(edges_[feature])) return;
+    if (!narrow(edges_[feature])) return true;
     const auto [n0, n1] = convex_normals(edges_[feature]);
     normals = {n0, n1};
-    return;
+    return true;
   }
   const VertexPatch& vertex = vertices_[feature - edges_.size()];
-  if (!vertex.oriented) return;
+  if (!vertex.oriented) return true;
   for (std::uint32_t f : fan(vertex)) normals.push_back(normals_[f] * side);
+  if (sides_ == Sides::kBoth) return true;
+  std::array<Vec3, kMostSpokes> spokes;
+  if (vertex.last - vertex.first > spokes.size()) return true;
+  std::size_t count = 0;
+  for (std::uint32_t k = vertex.first; k < vertex.last; ++k)
+    spokes[count++] = mesh_.vertices[neighbours_[k]] - mesh_.vertices[vertex.vertex];
+  return cut_cone(normals, {spokes.data(), count}, kSeam);
 }
 
 bool ClSurface::faces_away(PatchId patch, int side, Vec3 axis, double spread) const {

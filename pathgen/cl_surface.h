@@ -54,8 +54,8 @@ class ClSurface {
   Core core(PatchId patch) const;
 
   /// Contact normals in whose cone all those of the patch lie. Leaves `normals` empty where they cannot be
-  /// told, or are as good as all directions.
-  void normals(PatchId patch, int side, std::vector<Vec3>& normals) const;
+  /// told, or are as good as all directions. False if the patch has none: its feature is nowhere touched.
+  bool normals(PatchId patch, int side, std::vector<Vec3>& normals) const;
 
   /// True if no contact normal of the patch leans to the tool's side of `axis` by more than `-spread` (sine):
   /// its points are nowhere the highest.

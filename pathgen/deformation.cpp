@@ -78,7 +78,28 @@ Point<Part> Deformation::unflatten(Point<Flat> f) const {
   return line.base + line.axis * f.z;
 }
 
+Deformation::Distances Deformation::distances(Point<Part> p) const {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  if (frame_.mode == AxisMode::kFixed) return {kNone, kNone};
+  const Vec3 d = p - frame_.origin;
+  const double pt = dot(d, frame_.t), pn = dot(d, frame_.n), pb = dot(d, b_);
+  if (frame_.mode == AxisMode::kLine) return {std::sqrt(pb * pb + pn * pn), kNone};
+  const double r = std::sqrt(pt * pt + pn * pn), g = r - frame_.circle_radius_or_zero();
+  return {std::sqrt(g * g + pb * pb), r};
+}
+
 Vec3 Deformation::axis_at(Point<Part> p) const {
+  if (frame_.mode == AxisMode::kFixed) return frame_.n;
+  const Vec3 d = p - frame_.origin;
+  const Vec3 along = frame_.t * dot(d, frame_.t);
+  Vec3 from = d;  // from the nearest place of the point, line or circle
+  if (frame_.mode == AxisMode::kLine) from = d - along;
+  if (frame_.mode == AxisMode::kCircle) {
+    const Vec3 ground = along + frame_.n * dot(d, frame_.n);
+    from = d - ground * (frame_.circle_radius / length(ground));
+  }
+  const double rho = length(from);
+  if (rho > 0.0) return from * (s_ / rho);  // not so where the axis is not defined
   const Point<Flat> f = flatten(p);
   return axis_line(f.x, f.y).axis;
 }
@@ -127,10 +148,9 @@ std::optional<Point<Part>> Deformation::column_end(double x, double y) const {
 }
 
 bool Deformation::in_column(Point<Flat> f, double margin) const {
-  if (frame_.mode == AxisMode::kFixed) return true;
-  const double rho = f.z * s_;
-  if (rho < margin) return false;
-  return frame_.mode != AxisMode::kCircle || frame_.circle_radius + rho * std::cos(f.y / scale_y_) >= margin;
+  Angles angles;
+  angles.cos_y = std::cos(f.y / scale_y_);
+  return in_column(f.z, angles, margin);
 }
 
 double Deformation::period_x() const {

@@ -45,6 +45,12 @@ class Deformation {
   Deformation(const AxisFrame& frame, double scale_radius);
 
   Point<Flat> flatten(Point<Part> p) const;
+  /// How far p is from the point, line or circle (rho) and from the axis of Theta (r), mm; infinite where the
+  /// mode has none.
+  struct Distances {
+    double rho, r;
+  };
+  Distances distances(Point<Part> p) const;
   Point<Part> unflatten(Point<Flat> f) const;
   AxisLine axis_line(double x, double y) const {
     Angles angles;
@@ -74,6 +80,13 @@ class Deformation {
   /// Is f at least `margin` (mm) inside its own column: away from the point, line or circle on its own side
   /// of it, and (circle) on its own side of the axis of Theta?
   bool in_column(Point<Flat> f, double margin) const;
+  /// The same for the height z' on the axis line that `angles` was last used for.
+  bool in_column(double z, const Angles& angles, double margin) const {
+    if (frame_.mode == AxisMode::kFixed) return true;
+    const double rho = z * s_;
+    if (rho < margin) return false;
+    return frame_.mode != AxisMode::kCircle || frame_.circle_radius + rho * angles.cos_y >= margin;
+  }
   /// Length of the period of x' or y' (360 degrees), or 0 where that coordinate does not wrap.
   double period_x() const;
   double period_y() const;

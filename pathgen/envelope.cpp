@@ -45,6 +45,7 @@ class Profile {
   LineEnvelope build() {
     const std::vector<double> breaks = break_points();
     if (breaks.empty()) return {};
+    pass_.reserve(2 * breaks.size());
     activate(breaks[0], breaks[0]);
     Sample left = evaluate(breaks[0]);
     emit(left);
@@ -64,7 +65,7 @@ class Profile {
 
   /// The envelope at the start of the line.
   Sample start() {
-    active_ = field_.candidates_;
+    activate(0.0, 0.0);
     return evaluate(0.0);
   }
 
@@ -84,12 +85,16 @@ class Profile {
     return breaks;
   }
 
-  /// Makes every candidate that overlaps [from, to] active, in rising order of their starts.
+  /// Makes every candidate that overlaps [from, to] active, those that may be highest first.
   void activate(double from, double to) {
     const std::vector<Candidate>& all = field_.candidates_;
     std::erase_if(active_, [&](const Candidate& c) { return c.to < from; });
-    for (; next_ < all.size() && all[next_].from <= to; ++next_)
-      if (all[next_].to >= from) active_.push_back(all[next_]);
+    for (; next_ < all.size() && all[next_].from <= to; ++next_) {
+      const Candidate& c = all[next_];
+      if (c.to < from) continue;
+      const auto lower = [&](const Candidate& other) { return other.top < c.top; };
+      active_.insert(std::find_if(active_.begin(), active_.end(), lower), c);
+    }
   }
 
   /// Does the part grown by the radius hold the place where the column ends? Then the column is shut from
@@ -119,9 +124,9 @@ class Profile {
     for (const Candidate& c : active_) {
       ClHit hit;
       if (c.from > run || c.to < run) continue;
-      if (sample.hit && static_cast<double>(c.top) < best.z) continue;
+      if (sample.hit && static_cast<double>(c.top) < best.z) break;
       if (!surface_.top(c.patch, line, hit)) continue;
-      if (!map_.in_column({x, y, hit.z}, 0.0)) continue;  // seen from its own column
+      if (!map_.in_column(hit.z, angles_, 0.0)) continue;  // seen from its own column
       const bool wins = !sample.hit || hit.z > best.z || (hit.z == best.z && c.patch < sample.point.patch);
       if (!wins) continue;
       best = hit;
@@ -129,7 +134,7 @@ class Profile {
       sample.point.patch = c.patch;
     }
     // Too near to where the column ends, or beyond it: nothing lower may be taken instead.
-    if (sample.hit && !map_.in_column({x, y, best.z}, kLeastAxisDistance)) {
+    if (sample.hit && !map_.in_column(best.z, angles_, kLeastAxisDistance)) {
       sample.hit = false;
       result_.too_near.push_back(sample.point.patch);
     }
@@ -161,9 +166,12 @@ class Profile {
   }
 
   bool another_curved_sheet(const Sample& left, const Sample& right) const {
+    // A straight move dips under the lower of its ends by what the axis turns.
+    const double low = std::min(left.point.flat.z, right.point.flat.z) -
+                       distance(left.point.centre, right.point.centre) * options_.max_axis_step;
     return std::any_of(active_.begin(), active_.end(), [&](const Candidate& c) {
-      return !surface_.is_face(c.patch) && c.from <= left.run && c.to >= right.run &&
-             c.patch != left.point.patch && c.patch != right.point.patch;
+      return !surface_.is_face(c.patch) && static_cast<double>(c.top) > low && c.from <= left.run &&
+             c.to >= right.run && c.patch != left.point.patch && c.patch != right.point.patch;
     });
   }
 
@@ -283,52 +291,6 @@ std::optional<EnvelopePoint> Envelope::at(double x, double y) {
   const auto sample = Profile(*this, line).start();
   if (!sample.hit) return std::nullopt;
   return sample.point;
-}
-
-std::uint64_t leave_out(std::vector<Pass>& passes,
-                        const std::function<bool(const EnvelopePoint&)>& unwanted) {
-  std::uint64_t count = 0;
-  std::vector<Pass> kept;
-  for (const Pass& pass : passes) {
-    Pass piece;
-    for (const EnvelopePoint& p : pass) {
-      if (!unwanted(p)) {
-        piece.push_back(p);
-        continue;
-      }
-      ++count;
-      if (!piece.empty()) kept.push_back(std::move(piece));
-      piece.clear();
-    }
-    if (!piece.empty()) kept.push_back(std::move(piece));
-  }
-  passes = std::move(kept);
-  return count;
-}
-
-Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options) {
-  Pass kept;
-  if (pass.empty()) return kept;
-  kept.push_back(pass.front());
-  // (E4) Reach as far as every skipped point allows. The reach is capped, so that the work stays linear.
-  constexpr std::size_t kLongestReach = 64;
-  std::size_t from = 0;
-  while (from + 1 < pass.size()) {
-    std::size_t to = from + 1;
-    for (std::size_t next = to + 1; next < pass.size() && next - from <= kLongestReach; ++next) {
-      if (length(cross(pass[from].axis, pass[next].axis)) > options.max_axis_step ||
-          distance(pass[from].centre, pass[next].centre) > options.max_distance)
-        break;
-      bool clear = true;
-      for (std::size_t i = from + 1; i < next && clear; ++i)
-        clear = distance_to_segment(pass[i].centre, pass[from].centre, pass[next].centre) <= tolerance;
-      if (!clear) break;
-      to = next;
-    }
-    kept.push_back(pass[to]);
-    from = to;
-  }
-  return kept;
 }
 
 }  // namespace tiltfeed

@@ -77,13 +77,4 @@ class Envelope {
   bool end_covered_ = false;
 };
 
-/// Cuts the points for which `unwanted` holds out of the passes, which so become more and shorter. Returns
-/// how many.
-std::uint64_t leave_out(std::vector<Pass>& passes, const std::function<bool(const EnvelopePoint&)>& unwanted);
-
-/// Drops points that a straight move between their neighbours passes within `tolerance` (mm), as long as the
-/// axis turns at most options.max_axis_step in one move and the move is no longer than options.max_distance.
-/// Keeps the first and the last.
-Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options);
-
 }  // namespace tiltfeed

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pathgen/thinning.h"
 #include "pathgen/tool_pieces.h"
 
 namespace tiltfeed {

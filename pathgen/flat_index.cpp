@@ -46,12 +46,13 @@ bool run_interval(const Cell& cell, const FlatCorner* corner, const FlatLine& li
     for (std::uint32_t i = 0; i < count; ++i) put(i, corner[i].x, corner[i].y);
   }
   run = {};
-  bool above = false, below = false;
+  std::uint32_t above = 0, below = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
-    above |= place[i].cross > cross_pad, below |= place[i].cross < -cross_pad;
+    above += place[i].cross > cross_pad ? 1 : 0, below += place[i].cross < -cross_pad ? 1 : 0;
     if (std::abs(place[i].cross) <= cross_pad) run.add(place[i].run);
   }
-  if (above || below) {
+  if (above == count || below == count) return false;
+  if (above + below > 0) {
     for (std::uint32_t i = 0; i < count; ++i)
       for (std::uint32_t j = i + 1; j < count; ++j)
         for (double border : {-cross_pad, cross_pad}) {
@@ -76,6 +77,7 @@ void join_pieces(std::vector<Candidate>& pieces, std::vector<Candidate>& candida
     if (candidates.size() > first && candidates.back().patch == piece.patch &&
         piece.from <= candidates.back().to) {
       candidates.back().to = std::max(candidates.back().to, piece.to);
+      candidates.back().top = std::max(candidates.back().top, piece.top);
     } else {
       candidates.push_back(piece);
     }
@@ -228,8 +230,15 @@ void FlatIndex::fill_bins(const std::vector<Box>& boxes) {
 /// A cell over the seam, or on a line that passes it, may meet the line on more than one turn.
 void FlatIndex::add_cell(const Cell& cell, const FlatLine& line, const Box& swept,
                          std::vector<Candidate>& candidates) const {
-  const Box box = box_of(cell);
   const FlatCorner* corner = cells_.corners.data() + cell.first;
+  const auto add_turned = [&](double shift_x, double shift_y) {
+    Range run;
+    if (!run_interval(cell, corner, line, shift_x, shift_y, run)) return;
+    if (run.high < 0.0 || run.low > line.length) return;
+    candidates.push_back({std::max(run.low, 0.0), std::min(run.high, line.length), cell.patch, cell.top});
+  };
+  if (x_.period <= 0.0 && y_.period <= 0.0) return add_turned(0.0, 0.0);
+  const Box box = box_of(cell);
   const auto turns = [](const Axis& axis, double low, double high, double to_low, double to_high,
                         double& first, double& last) {
     first = last = 0.0;
@@ -240,12 +249,7 @@ void FlatIndex::add_cell(const Cell& cell, const FlatLine& line, const Box& swep
   turns(x_, box.low_x, box.high_x, swept.low_x, swept.high_x, x0, x1);
   turns(y_, box.low_y, box.high_y, swept.low_y, swept.high_y, y0, y1);
   for (double tx = x0; tx <= x1; ++tx)
-    for (double ty = y0; ty <= y1; ++ty) {
-      Range run;
-      if (!run_interval(cell, corner, line, tx * x_.period, ty * y_.period, run)) continue;
-      if (run.high < 0.0 || run.low > line.length) continue;
-      candidates.push_back({std::max(run.low, 0.0), std::min(run.high, line.length), cell.patch, cell.top});
-    }
+    for (double ty = y0; ty <= y1; ++ty) add_turned(tx * x_.period, ty * y_.period);
 }
 
 void FlatIndex::along(const FlatLine& line, Scratch& scratch, std::vector<Candidate>& candidates) const {

@@ -1,4 +1,5 @@
 #include "pathgen/joins.h"
+#include "pathgen/thinning.h"
 
 #include <algorithm>
 #include <cmath>

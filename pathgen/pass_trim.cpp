@@ -191,25 +191,6 @@ std::vector<Pass> shallow_of(const std::vector<Pass>& passes, const Deformation&
       passes, map, [&](const EnvelopePoint& p) { return slope(p) < split_slope.radians(); }, overlap);
 }
 
-Pass spaced(const Pass& pass, const Deformation& map, double max_distance) {
-  if (!std::isfinite(max_distance)) return pass;
-  Pass dense;
-  for (std::size_t i = 0; i < pass.size(); ++i) {
-    const double moves =
-        i == 0 ? 1.0 : std::ceil(distance(pass[i - 1].centre, pass[i].centre) / max_distance - 1e-9);
-    for (double k = 1.0; k < moves; ++k) {
-      EnvelopePoint p = pass[i];
-      p.centre = lerp(pass[i - 1].centre, pass[i].centre, k / moves);
-      p.axis = slerp(pass[i - 1].axis, pass[i].axis, k / moves);
-      p.flat = lerp(pass[i - 1].flat, pass[i].flat, k / moves);
-      p.flat.z = map.flatten(p.centre).z;
-      dense.push_back(p);
-    }
-    dense.push_back(pass[i]);
-  }
-  return dense;
-}
-
 bool is_closed(const Pass& pass) { return pass.size() > 2 && pass.front().centre == pass.back().centre; }
 
 void start_near(Pass& pass, Point<Part> to) {

@@ -38,9 +38,6 @@ std::vector<Pass> steep_of(const std::vector<Pass>& passes, const Deformation& m
 std::vector<Pass> shallow_of(const std::vector<Pass>& passes, const Deformation& map, Angle split_slope,
                              double overlap);
 
-/// The pass with points put into its straight moves where they are longer than `max_distance` (mm).
-Pass spaced(const Pass& pass, const Deformation& map, double max_distance);
-
 bool is_closed(const Pass& pass);
 /// Turns a closed pass round so that it starts at its point nearest to `to`.
 void start_near(Pass& pass, Point<Part> to);

@@ -9,6 +9,7 @@
 
 #include "pathgen/pass_trim.h"
 #include "pathgen/raster.h"
+#include "pathgen/thinning.h"
 
 namespace tiltfeed {
 

@@ -8,6 +8,7 @@
 #include "pathgen/raster.h"
 #include "pathgen/region_pattern.h"
 #include "pathgen/rough_layers.h"
+#include "pathgen/thinning.h"
 
 namespace tiltfeed {
 

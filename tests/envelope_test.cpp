@@ -14,6 +14,7 @@
 #include "kinematics/units.h"
 #include "pathgen/mesh.h"
 #include "pathgen/raster.h"
+#include "pathgen/thinning.h"
 
 namespace tiltfeed {
 namespace {

@@ -11,9 +11,10 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/path_proof.h"
 #include "pathgen/linking.h"
+#include "pathgen/thinning.h"
 #include "pathgen/travel.h"
+#include "tests/path_proof.h"
 
 namespace tiltfeed {
 

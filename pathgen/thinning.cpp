@@ -1,0 +1,90 @@
+#include "pathgen/thinning.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tiltfeed {
+
+std::uint64_t leave_out(std::vector<Pass>& passes,
+                        const std::function<bool(const EnvelopePoint&)>& unwanted) {
+  std::uint64_t count = 0;
+  std::vector<Pass> kept;
+  for (const Pass& pass : passes) {
+    Pass piece;
+    for (const EnvelopePoint& p : pass) {
+      if (!unwanted(p)) {
+        piece.push_back(p);
+        continue;
+      }
+      ++count;
+      if (!piece.empty()) kept.push_back(std::move(piece));
+      piece.clear();
+    }
+    if (!piece.empty()) kept.push_back(std::move(piece));
+  }
+  passes = std::move(kept);
+  return count;
+}
+
+namespace {
+
+/// Do the points between `from` and `to` lie within `tolerance` of the straight move?
+bool all_on_move(const EnvelopePoint* from, const EnvelopePoint* to, double tolerance) {
+  const Vec3 move = to->centre - from->centre;
+  const double ll = squared_length(move), share = ll > 0.0 ? 1.0 / ll : 0.0;
+  // The middle is the most likely to be off.
+  const EnvelopePoint* middle = from + (to - from) / 2;
+  const auto off = [&](const EnvelopePoint& p) {
+    const Vec3 out = p.centre - from->centre;
+    const double along = std::clamp(dot(out, move) * share, 0.0, 1.0);
+    return squared_length(out - move * along) > tolerance * tolerance;
+  };
+  return !off(*middle) && std::none_of(from + 1, to, off);
+}
+
+}  // namespace
+
+Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options) {
+  Pass kept;
+  if (pass.empty()) return kept;
+  kept.reserve(pass.size() / 2 + 2);
+  kept.push_back(pass.front());
+  // (E4) Reach as far as every skipped point allows. The reach is capped, so that the work stays linear.
+  constexpr std::size_t kLongestReach = 64;
+  const double sine = options.max_axis_step, reach = options.max_distance;
+  std::size_t from = 0;
+  while (from + 1 < pass.size()) {
+    std::size_t to = from + 1;
+    for (std::size_t next = to + 1; next < pass.size() && next - from <= kLongestReach; ++next) {
+      if (squared_length(cross(pass[from].axis, pass[next].axis)) > sine * sine ||
+          squared_length(pass[next].centre - pass[from].centre) > reach * reach ||
+          !all_on_move(&pass[from], &pass[next], tolerance))
+        break;
+      to = next;
+    }
+    kept.push_back(pass[to]);
+    from = to;
+  }
+  return kept;
+}
+
+Pass spaced(const Pass& pass, const Deformation& map, double max_distance) {
+  if (!std::isfinite(max_distance)) return pass;
+  Pass dense;
+  for (std::size_t i = 0; i < pass.size(); ++i) {
+    const double moves =
+        i == 0 ? 1.0 : std::ceil(distance(pass[i - 1].centre, pass[i].centre) / max_distance - 1e-9);
+    for (double k = 1.0; k < moves; ++k) {
+      EnvelopePoint p = pass[i];
+      p.centre = lerp(pass[i - 1].centre, pass[i].centre, k / moves);
+      p.axis = slerp(pass[i - 1].axis, pass[i].axis, k / moves);
+      p.flat = lerp(pass[i - 1].flat, pass[i].flat, k / moves);
+      p.flat.z = map.flatten(p.centre).z;
+      dense.push_back(p);
+    }
+    dense.push_back(pass[i]);
+  }
+  return dense;
+}
+
+}  // namespace tiltfeed
