@@ -51,6 +51,10 @@ class Deformation {
     double rho, r;
   };
   Distances distances(Point<Part> p) const;
+  /// z' of p.
+  double height(Point<Part> p) const {
+    return frame_.mode == AxisMode::kFixed ? dot(p - frame_.origin, frame_.n) : s_ * distances(p).rho;
+  }
   Point<Part> unflatten(Point<Flat> f) const;
   AxisLine axis_line(double x, double y) const {
     Angles angles;

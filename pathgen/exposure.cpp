@@ -26,9 +26,9 @@ std::vector<std::uint32_t> exposed_backs(const ClSurface& surface, const Deforma
     const Point<Part> centre = lerp(lerp(a, b, 0.5), c, 1.0 / 3.0);
     // Is the tool kept `margin` above p, on p's own axis line?
     const auto open_at = [&](Point<Part> p, double margin) {
+      if (dot(normal, deformation.axis_at(p)) >= -kWall) return false;
       const Point<Flat> flat = deformation.flatten(p);
       const AxisLine line = deformation.axis_line(flat.x, flat.y);
-      if (dot(normal, line.axis) >= -kWall) return false;
       return !index.any_at(flat.x, flat.y, [&](PatchId patch) {
         ClHit hit;
         return surface.top(patch, line, hit) && hit.z - reference_height >= flat.z + margin - kTouching;

@@ -1,5 +1,7 @@
 #include "pathgen/far_side.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -55,11 +57,21 @@ bool FarSide::blocked(Point<Part> reference, Vec3 axis, double column, double tr
 }
 
 std::uint64_t FarSide::trim(std::vector<std::vector<Pass>>& lines) {
+  const auto travel = [this](const EnvelopePoint& p) { return std::max(0.0, clearance_z_ - p.flat.z); };
+  // Mostly the tool ends before the column does.
+  std::vector<std::uint8_t> reaches_over(lines.size(), 0);
+  tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) {
+    for (const Pass& pass : lines[i])
+      for (const EnvelopePoint& p : pass)
+        if (map_.column_length(p.flat) < reach_ + travel(p)) reaches_over[i] = 1;
+  });
   std::uint64_t count = 0;
-  for (auto& passes : lines)
-    count += leave_out(passes, [this](const EnvelopePoint& p) {
-      return blocked(p.centre, p.axis, map_.column_length(p.flat), std::max(0.0, clearance_z_ - p.flat.z));
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (reaches_over[i] == 0) continue;
+    count += leave_out(lines[i], [&](const EnvelopePoint& p) {
+      return blocked(p.centre, p.axis, map_.column_length(p.flat), travel(p));
     });
+  }
   return count;
 }
 

@@ -12,6 +12,9 @@ namespace tiltfeed {
 
 namespace {
 
+/// Up, over in a few steps, down: for the memory to set aside.
+constexpr std::size_t kMovesPerLink = 8;
+
 /// A pass as it is travelled.
 class Directed {
  public:
@@ -38,6 +41,9 @@ class Linker {
   Linked run(const Order& order, const std::vector<std::vector<Pass>>& slices) {
     linked_ = {};
     down_.reset();
+    std::size_t points = 0;
+    for (const Travelled& t : order) points += slices[t.slice][t.pass].size() + kMovesPerLink;
+    linked_.moves.reserve(points);
     for (const Travelled& t : order) add({slices[t.slice][t.pass], t.reversed});
     if (down_) retract();
     for (std::size_t i = 1; i < linked_.moves.size(); ++i)

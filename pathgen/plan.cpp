@@ -73,7 +73,7 @@ Result<double> clearance_surface(const Mesh& mesh, double top, const Deformation
                                  const PlanOptions& options) {
   const double lift = reference_height(options.cutter) + options.allowance + options.axial_stock;
   double bound = top;
-  for (Point<Part> v : mesh.vertices) bound = std::max(bound, deformation.flatten(v).z + lift);
+  for (Point<Part> v : mesh.vertices) bound = std::max(bound, deformation.height(v) + lift);
   const double z = top + options.links.clearance;
   if (deformation.s() > 0.0) return bound + options.links.clearance;
   if (bound + options.links.clearance <= -kLeastAxisDistance) return bound + options.links.clearance;

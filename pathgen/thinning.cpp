@@ -9,18 +9,19 @@ std::uint64_t leave_out(std::vector<Pass>& passes,
                         const std::function<bool(const EnvelopePoint&)>& unwanted) {
   std::uint64_t count = 0;
   std::vector<Pass> kept;
-  for (const Pass& pass : passes) {
-    Pass piece;
-    for (const EnvelopePoint& p : pass) {
-      if (!unwanted(p)) {
-        piece.push_back(p);
-        continue;
-      }
-      ++count;
-      if (!piece.empty()) kept.push_back(std::move(piece));
-      piece.clear();
+  for (Pass& pass : passes) {
+    auto from = pass.begin();
+    auto at = std::find_if(from, pass.end(), unwanted);
+    if (at == pass.end()) {
+      if (!pass.empty()) kept.push_back(std::move(pass));
+      continue;
     }
-    if (!piece.empty()) kept.push_back(std::move(piece));
+    for (; at != pass.end(); at = std::find_if(from, pass.end(), unwanted)) {
+      ++count;
+      if (at != from) kept.emplace_back(from, at);
+      from = at + 1;
+    }
+    if (from != pass.end()) kept.emplace_back(from, pass.end());
   }
   passes = std::move(kept);
   return count;
