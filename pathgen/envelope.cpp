@@ -63,9 +63,10 @@ class Profile {
     return std::move(result_);
   }
 
-  /// The envelope at the start of the line.
+  /// The envelope at the start of the line. Requires: candidates of that place, those that may be highest
+  /// first.
   Sample start() {
-    activate(0.0, 0.0);
+    active_.swap(field_.candidates_);
     return evaluate(0.0);
   }
 
@@ -100,7 +101,7 @@ class Profile {
   /// Does the part grown by the radius hold the place where the column ends? Then the column is shut from
   /// there down to wherever that body ends, which its own patches need not show.
   bool end_is_covered(double x, double y) {
-    const std::vector<PatchId>& near = field_.index_.near();
+    const std::vector<PatchId>& near = field_.index_.covering();
     if (near.empty()) return false;
     const std::optional<Point<Part>> end = map_.column_end(x, y);
     if (!end) return false;
@@ -286,9 +287,16 @@ bool Envelope::may_rise(const Candidate& c, const LineEnvelope& found, const Fla
 }
 
 std::optional<EnvelopePoint> Envelope::at(double x, double y) {
-  const FlatLine line{x, y, 1.0, 0.0, 0.0};
-  index_.along(line, scratch_, candidates_);
-  const auto sample = Profile(*this, line).start();
+  if (!asked_ || !asked_->holds(x, y)) {
+    // What is asked next is mostly near.
+    const double half = index_.spacing() / 2.0;
+    asked_ = FlatBox{x - half, x + half, y - half, y + half};
+    index_.near(*asked_, scratch_, nearby_);
+  }
+  candidates_.clear();
+  for (const FlatIndex::Nearby& n : nearby_)
+    if (n.box.holds(x, y)) candidates_.push_back({0.0, 0.0, n.patch, n.top});
+  const auto sample = Profile(*this, {x, y, 1.0, 0.0, 0.0}).start();
   if (!sample.hit) return std::nullopt;
   return sample.point;
 }

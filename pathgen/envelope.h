@@ -73,7 +73,9 @@ class Envelope {
   EnvelopeOptions options_;
   FlatIndex::Scratch scratch_;
   std::vector<Candidate> candidates_, all_;  ///< of the line; those now in use, and with shank and holder
-  std::optional<Point<Part>> end_;           ///< the column's end asked for last, and whether it is covered
+  std::optional<FlatBox> asked_;             ///< round the place that was asked for last, and what is there
+  std::vector<FlatIndex::Nearby> nearby_;
+  std::optional<Point<Part>> end_;  ///< the column's end asked for last, and whether it is covered
   bool end_covered_ = false;
 };
 

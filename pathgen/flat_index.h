@@ -1,37 +1,21 @@
 #pragma once
-// Finds the patches that a straight line of the flat space can meet, and where along it: a grid of bins over
-// the cells. (S6) in pathgen/README.md.
+// Finds the patches that a straight line of the flat space can meet, and where along it. (S1), (S6) in
+// pathgen/README.md.
 
 #include <cstdint>
 #include <vector>
 
 #include "pathgen/cells.h"
 #include "pathgen/deformation.h"
+#include "pathgen/flat_bins.h"
 
 namespace tiltfeed {
-
-/// A straight line of flat space, from (x, y) along the unit direction (dx, dy); the run coordinate is the
-/// distance from its start. Where a coordinate wraps, the line may run past the seam by up to a turn.
-struct FlatLine {
-  double x = 0.0, y = 0.0;
-  double dx = 1.0, dy = 0.0;
-  double length = 0.0;  ///< mm
-  double x_at(double run) const { return x + dx * run; }
-  double y_at(double run) const { return y + dy * run; }
-  double run_of(double at_x, double at_y) const { return (at_x - x) * dx + (at_y - y) * dy; }
-};
 
 /// Patch `patch` can be the highest only for run coordinates in [from, to].
 struct Candidate {
   double from = 0.0, to = 0.0;
   PatchId patch = 0;
   float top = std::numeric_limits<float>::infinity();  ///< as Cell::top
-};
-
-/// The rectangle that holds every cell; a coordinate that wraps and is covered past its seam has its full
-/// turn.
-struct FlatBounds {
-  double min_x = 0.0, max_x = 0.0, min_y = 0.0, max_y = 0.0;
 };
 
 class FlatIndex {
@@ -50,49 +34,45 @@ class FlatIndex {
   /// one patch do not overlap; they are sorted by (from, patch, to) and lie within [0, line.length].
   void along(const FlatLine& line, Scratch& scratch, std::vector<Candidate>& candidates) const;
 
+  /// A patch may be the highest in `box` only.
+  struct Nearby {
+    FlatBox box;
+    PatchId patch = 0;
+    float top = std::numeric_limits<float>::infinity();  ///< as Cell::top
+  };
+  /// The patches that may be the highest somewhere in `box`, the one that may be highest of all first; some
+  /// more than once.
+  void near(const FlatBox& box, Scratch& scratch, std::vector<Nearby>& nearby) const;
+  /// About the distance of neighbouring cells, mm.
+  double spacing() const { return bins_.finest(); }
+
   /// Calls visit(patch) for each cell whose box holds (x, y), until it returns true; returns that.
   template <class Visit>
   bool any_at(double x, double y, Visit visit) const {
-    const std::size_t bin =
-        static_cast<std::size_t>(y_.wrapped(y_.bin(y)) * x_.count + x_.wrapped(x_.bin(x)));
-    for (std::uint32_t e = start_[bin]; e < start_[bin + 1]; ++e)
-      if (holds(cells_.cells[entries_[e]], x, y) && visit(cells_.cells[entries_[e]].patch)) return true;
-    return false;
+    return bins_.any_at(x, y, [&](std::uint32_t cell) {
+      return holds(cells_.cells[cell], x, y) && visit(cells_.cells[cell].patch);
+    });
   }
   /// About how many cells lines in the direction (dx, dy), `step` apart, cut in all.
   double crossings(double dx, double dy, double step) const;
 
   const FlatBounds& bounds() const { return bounds_; }
-  const std::vector<PatchId>& near() const { return cells_.near; }
+  const std::vector<PatchId>& covering() const { return cells_.near; }
 
  private:
-  struct Box {
-    double low_x, high_x, low_y, high_y;
-  };
-  /// One coordinate's bins.
-  struct Axis {
-    double low = 0.0, size = 1.0;
-    std::int64_t count = 1;
-    double period = 0.0;  ///< 0: does not wrap
-    std::int64_t bin(double value) const;
-    std::int64_t wrapped(std::int64_t bin) const;
-  };
-  Box box_of(const Cell& cell) const;
   bool holds(const Cell& cell, double x, double y) const;
-  void find_bounds(const std::vector<Box>& boxes, const Deformation& deformation);
-  void choose_bins(const std::vector<Box>& boxes);
-  void fill_bins(const std::vector<Box>& boxes);
   bool has_siblings(std::uint32_t cell) const;
+  void ask(Scratch& scratch) const;
   template <class Visit>
-  void each_bin(const Box& box, Visit visit) const;
-  void add_cell(const Cell& cell, const FlatLine& line, const Box& swept,
+  void each_turn(const FlatBox& box, const FlatBox& swept, Visit visit) const;
+  void add_cell(const Cell& cell, const FlatLine& line, const FlatBox& swept,
                 std::vector<Candidate>& candidates) const;
 
   Cells cells_;
+  /// Where a coordinate wraps and is covered past its seam, else 0.
+  double period_x_ = 0.0, period_y_ = 0.0;
   FlatBounds bounds_;
-  Axis x_, y_;
-  std::vector<std::uint32_t> start_;  ///< of each bin in entries_
-  std::vector<std::uint32_t> entries_;
+  FlatBins bins_;
 };
 
 }  // namespace tiltfeed

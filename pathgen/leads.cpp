@@ -67,7 +67,7 @@ bool Leads::over_envelope(Point<Flat> from, Point<Flat> to) {
     return (p.flat.z - z) * std::max(0.0, dot(p.normal, p.axis)) <= tolerance;
   };
   // Where columns may be shut, a gap in the envelope need not be air.
-  const bool gaps_are_air = field_.index.near().empty();
+  const bool gaps_are_air = field_.index.covering().empty();
   if (run <= tolerance) {
     const auto p = envelope_.at(to.x, to.y);
     return p ? under(*p, std::min(from.z, to.z)) : gaps_are_air;

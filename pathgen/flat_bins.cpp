@@ -1,0 +1,122 @@
+#include "pathgen/flat_bins.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace tiltfeed {
+
+namespace {
+
+/// The finest bins, against the side of a square of the area that a box has on average.
+constexpr double kFinest = 0.5;
+constexpr double kMostBins = 16e6;
+/// A box lies in a grid whose bins are at least this much of its longer side: in a few bins.
+constexpr double kBinShare = 0.7;
+/// Each grid's bins are twice those of the one before.
+constexpr int kMostGrids = 24;
+/// Of bins, filled side by side.
+constexpr std::size_t kStripes = 2;
+
+}  // namespace
+
+std::int64_t FlatBins::Axis::bin(double value) const {
+  return static_cast<std::int64_t>(std::floor((value - low) / size));
+}
+
+std::int64_t FlatBins::Axis::wrapped(std::int64_t b) const {
+  if (!wraps) return std::clamp<std::int64_t>(b, 0, count - 1);
+  const std::int64_t rest = b % count;
+  return rest < 0 ? rest + count : rest;
+}
+
+void FlatBins::Axis::span(double from, double to, std::int64_t& first, std::int64_t& last) const {
+  first = bin(from), last = bin(to);
+  if (wraps) {
+    last = std::min(last, first + count - 1);
+  } else {
+    first = wrapped(first), last = wrapped(last);
+  }
+}
+
+FlatBins::FlatBins(const std::vector<FlatBox>& boxes, const FlatBounds& bounds, double period_x,
+                   double period_y)
+    : grid_of_(boxes.size()) {
+  lay_grids(boxes, bounds, period_x, period_y);
+  fill(boxes);
+}
+
+/// Grids that hold no box are left out.
+void FlatBins::lay_grids(const std::vector<FlatBox>& boxes, const FlatBounds& bounds, double period_x,
+                         double period_y) {
+  const double width = std::max(bounds.max_x - bounds.min_x, 1e-9);
+  const double height = std::max(bounds.max_y - bounds.min_y, 1e-9);
+  double finest = kFinest * std::sqrt(width * height / static_cast<double>(boxes.size()));
+  while (std::ceil(width / finest) * std::ceil(height / finest) >
+         std::min(kMostBins, 8.0 * static_cast<double>(boxes.size()) + 64.0))
+    finest *= 1.25;
+  std::array<bool, kMostGrids> used{};
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const double side = std::max(std::min(boxes[i].high_x - boxes[i].low_x, width),
+                                 std::min(boxes[i].high_y - boxes[i].low_y, height));
+    const double doublings = std::ceil(std::log2(std::max(kBinShare * side / finest, 1.0)));
+    grid_of_[i] = static_cast<std::uint8_t>(std::min<double>(doublings, kMostGrids - 1));
+    used[grid_of_[i]] = true;
+  }
+  const auto axis = [](double low, double extent, double size, double period) {
+    Axis a;
+    a.low = low, a.wraps = period > 0.0;
+    a.count = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(extent / size)));
+    a.size = extent / static_cast<double>(a.count);
+    return a;
+  };
+  std::array<std::uint8_t, kMostGrids> place{};
+  std::size_t bins = 0;
+  for (int k = 0; k < kMostGrids; ++k) {
+    if (!used[static_cast<std::size_t>(k)]) continue;
+    place[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(grids_.size());
+    const double size = std::ldexp(finest, k);
+    grids_.push_back(
+        {axis(bounds.min_x, width, size, period_x), axis(bounds.min_y, height, size, period_y), bins});
+    bins += static_cast<std::size_t>(grids_.back().x.count * grids_.back().y.count);
+  }
+  for (std::uint8_t& grid : grid_of_) grid = place[grid];
+  start_.assign(bins + 1, 0);
+}
+
+/// Stripes of bins are filled side by side; each bin lists its boxes in rising order.
+void FlatBins::fill(const std::vector<FlatBox>& boxes) {
+  const std::size_t bins = start_.size() - 1;
+  const auto each_stripe = [&](const auto& visit) {
+    tbb::parallel_for(std::size_t{0}, kStripes, [&](std::size_t k) {
+      const std::size_t low = bins * k / kStripes, high = bins * (k + 1) / kStripes;
+      for (std::uint32_t b = 0; b < boxes.size(); ++b)
+        each_bin(grids_[grid_of_[b]], boxes[b], [&](std::size_t bin) {
+          if (bin >= low && bin < high) visit(bin, b);
+        });
+    });
+  };
+  each_stripe([&](std::size_t bin, std::uint32_t) { ++start_[bin + 1]; });
+  for (std::size_t b = 1; b < start_.size(); ++b) start_[b] += start_[b - 1];
+  entries_.resize(start_.back());
+  std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
+  each_stripe([&](std::size_t bin, std::uint32_t box) { entries_[next[bin]++] = box; });
+}
+
+/// A slanted line goes piece by piece, so that it does not sweep the whole rectangle.
+std::int64_t FlatBins::pieces_of(const Grid& grid, const FlatLine& line) {
+  if (line.dx == 0.0 || line.dy == 0.0) return 1;
+  return std::max<std::int64_t>(
+      1, static_cast<std::int64_t>(std::ceil(line.length / std::min(grid.x.size, grid.y.size))));
+}
+
+FlatBox FlatBins::piece_box(const FlatLine& line, std::int64_t k, std::int64_t pieces) {
+  const double n = static_cast<double>(pieces);
+  const double a = line.length * static_cast<double>(k) / n, b = line.length * static_cast<double>(k + 1) / n;
+  const double xa = line.x_at(a), xb = line.x_at(b), ya = line.y_at(a), yb = line.y_at(b);
+  return {std::min(xa, xb), std::max(xa, xb), std::min(ya, yb), std::max(ya, yb)};
+}
+
+}  // namespace tiltfeed
