@@ -13,16 +13,20 @@ namespace {
 using Unit = std::pair<std::string_view, std::string_view>;
 
 /// Endings of keys and the units that they state, longer ones before those that they end in.
-constexpr std::array<Unit, 9> kUnits{{
+constexpr std::array<Unit, 13> kUnits{{
     {"_mm_per_min", "mm/min"},
     {"_mm_per_s2", "mm/s^2"},
+    {"_mm_per_s3", "mm/s^3"},
     {"_deg_per_min", "degrees/min"},
     {"_deg_per_s2", "degrees/s^2"},
+    {"_deg_per_s3", "degrees/s^3"},
     {"_per_min", "1/min"},
+    {"_blocks", "blocks"},
     {"_bytes", "bytes"},
     {"_deg", "degrees"},
     {"_rpm", "1/min"},
     {"_mm", "mm"},
+    {"_ms", "ms"},
 }};
 
 Unit ending_of(const std::string& key) {

@@ -13,11 +13,13 @@ namespace {
 constexpr Range kPosition{-100'000.0, 100'000.0};         // mm
 constexpr Range kVelocity = above(0.0, 1'000'000.0);      // mm/min
 constexpr Range kAcceleration = above(0.0, 1'000'000.0);  // mm/s^2
+constexpr Range kJerk = above(0.0, 1e9);                  // mm/s^3
+constexpr Range kCornerTime{0.0, 1000.0};                 // ms
 constexpr Range kInverseTime = above(0.0, 1e9);           // 1/min
 
 LinearAxis read_linear(const Section& linear, const char* key) {
-  const Section axis =
-      linear.section(key, {"min_mm", "max_mm", "velocity_mm_per_min", "acceleration_mm_per_s2"});
+  const Section axis = linear.section(
+      key, {"min_mm", "max_mm", "velocity_mm_per_min", "acceleration_mm_per_s2", "jerk_mm_per_s3"});
   LinearAxis result;
   result.min = axis.number("min_mm", kPosition);
   result.max = axis.number("max_mm", kPosition);
@@ -26,6 +28,7 @@ LinearAxis read_linear(const Section& linear, const char* key) {
                                 " mm; expected min_mm < max_mm");
   result.velocity = axis.number("velocity_mm_per_min", kVelocity);
   result.acceleration = axis.number("acceleration_mm_per_s2", kAcceleration);
+  result.jerk = axis.number("jerk_mm_per_s3", kJerk, 0.0);
   return result;
 }
 
@@ -58,6 +61,16 @@ void read_link(const Section& root, MachineProfile& profile) {
                       ", and its line end; lower max_line_length or state the controller's real buffer");
 }
 
+ControlModel read_control(const Section& root) {
+  const Section control =
+      root.optional_section("control", {"look_ahead_blocks", "corner_time_ms", "blend_rotary"});
+  ControlModel result;
+  result.look_ahead = control.integer("look_ahead_blocks", 1, 100'000, result.look_ahead);
+  result.corner_time = control.number("corner_time_ms", kCornerTime, result.corner_time * 1e3) / 1e3;
+  result.blend_rotary = control.flag("blend_rotary", result.blend_rotary);
+  return result;
+}
+
 MachineProfile read_profile(const Section& root) {
   MachineProfile profile;
   MachineModel& model = profile.model;
@@ -67,6 +80,7 @@ MachineProfile read_profile(const Section& root) {
   model.y = read_linear(linear, "y");
   model.z = read_linear(linear, "z");
   read_rotaries(root, model);
+  profile.control = read_control(root);
   profile.format = read_format(root);
   read_link(root, profile);
   return profile;
@@ -77,6 +91,7 @@ void describe_linear(Description& out, const std::string& key, const LinearAxis&
   out.add(key + ".max_mm", axis.max);
   out.add(key + ".velocity_mm_per_min", axis.velocity);
   out.add(key + ".acceleration_mm_per_s2", axis.acceleration);
+  if (axis.jerk > 0.0) out.add(key + ".jerk_mm_per_s3", axis.jerk);
 }
 
 }  // namespace
@@ -87,7 +102,7 @@ Result<MachineProfile> parse_machine(const std::string& text, const std::string&
   Complaint complaint(path);
   const Section root(*tree, "",
                      {"name", "linear", "structure", "tilt", "rotary", "table_centre_mm", "pivot_to_gauge_mm",
-                      "rotary_to_tilt_mm", "spindle_direction", "program", "link"},
+                      "rotary_to_tilt_mm", "spindle_direction", "control", "program", "link"},
                      complaint);
   MachineProfile profile = read_profile(root);
   if (complaint.first()) return tl::unexpected(*complaint.first());
@@ -111,6 +126,9 @@ std::string describe(const MachineProfile& profile) {
   describe_linear(out, "linear.y", model.y);
   describe_linear(out, "linear.z", model.z);
   describe_rotaries(out, model);
+  out.add("control.look_ahead_blocks", profile.control.look_ahead);
+  out.add("control.corner_time_ms", profile.control.corner_time * 1e3);
+  out.add("control.blend_rotary", profile.control.blend_rotary);
   out.add("program.dialect", format.dialect == Dialect::kGrbl ? "grbl" : "rs274");
   out.add("program.linear_decimals", format.linear_decimals);
   out.add("program.rotary_decimals", format.rotary_decimals);

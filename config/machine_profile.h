@@ -20,18 +20,26 @@ struct ProgramFormat {
   double max_inverse_time = 100000;  ///< largest F in G93, 1/min
 };
 
+/// How the control plans speeds; the simulated machine does it so.
+struct ControlModel {
+  int look_ahead = 200;        ///< blocks; a link's buffer may hold fewer
+  double corner_time = 0.005;  ///< s; an axis may change its speed at a corner by its acceleration times this
+  bool blend_rotary = true;    ///< false: it stops between blocks that turn a rotary axis
+};
+
 struct MachineProfile {
   std::string path;  ///< the file it came from
   MachineModel model;
+  ControlModel control;
   ProgramFormat format;
   std::string link;          ///< default link of `tiltfeed send`, may be empty
   int receive_buffer = 127;  ///< of a character-counting controller, bytes
 };
 
-/// Properties: every limit pair has min < max, speeds and accelerations are above 0, directions are unit, the
-/// tilt's is parallel neither to the rotary's nor to the spindle's, letters differ and mean nothing else in
-/// G-code.
-/// Errors: kInput as file:line:column, what was expected, the nearest known key; kIo.
+/// Properties: every limit pair has min < max, speeds and accelerations are above 0, a jerk of 0 is no limit,
+/// directions are unit, the tilt's is parallel neither to the rotary's nor to the spindle's, letters differ
+/// and mean nothing else in G-code. Errors: kInput as file:line:column, what was expected, the nearest known
+/// key; kIo.
 Result<MachineProfile> load_machine(const std::string& path);
 /// The same from text; `path` names it in messages and becomes MachineProfile::path.
 Result<MachineProfile> parse_machine(const std::string& text, const std::string& path);

@@ -16,6 +16,7 @@ constexpr Range kTiltWord{-360.0, 360.0};                 // degrees; a tilt doe
 constexpr Range kRotaryWord{-1'000'000.0, 1'000'000.0};   // degrees
 constexpr Range kVelocity = above(0.0, 1'000'000.0);      // degrees/min
 constexpr Range kAcceleration = above(0.0, 1'000'000.0);  // degrees/s^2
+constexpr Range kJerk = above(0.0, 1e9);                  // degrees/s^3
 
 /// Axes nearer to parallel than 1 degree, far below any nutating head, cannot aim the tool.
 const double kMinInclination = Angle::from_degrees(1.0).radians();
@@ -67,6 +68,7 @@ RotaryAxis read_axis_of(const Section& axis, Range word) {
   read_range(axis, word, result);
   result.velocity = axis.number("velocity_deg_per_min", kVelocity);
   result.acceleration = axis.number("acceleration_deg_per_s2", kAcceleration);
+  result.jerk = axis.number("jerk_deg_per_s3", kJerk, 0.0);
   return result;
 }
 
@@ -102,6 +104,7 @@ void describe_rotary(Description& out, const std::string& key, const RotaryAxis&
   out.add(key + ".max_deg", limit(axis.max));
   out.add(key + ".velocity_deg_per_min", axis.velocity);
   out.add(key + ".acceleration_deg_per_s2", axis.acceleration);
+  if (axis.jerk > 0.0) out.add(key + ".jerk_deg_per_s3", axis.jerk);
 }
 
 }  // namespace
@@ -109,14 +112,14 @@ void describe_rotary(Description& out, const std::string& key, const RotaryAxis&
 void read_rotaries(const Section& root, MachineModel& model) {
   model.structure = root.choice<Structure>("structure", kStructureWords, Structure::kTableHead);
   model.spindle = root.direction("spindle_direction", Vec3{0, 0, 1});
-  const Section tilt =
-      root.section("tilt", {"letter", "direction", "sign", "zero_deg", "word", "continuous", "min_deg",
-                            "max_deg", "velocity_deg_per_min", "acceleration_deg_per_s2", "prefer"});
+  const Section tilt = root.section(
+      "tilt", {"letter", "direction", "sign", "zero_deg", "word", "continuous", "min_deg", "max_deg",
+               "velocity_deg_per_min", "acceleration_deg_per_s2", "jerk_deg_per_s3", "prefer"});
   model.tilt = read_axis_of(tilt, kTiltWord);
   model.preferred_tilt = tilt.choice<int>("prefer", kPreferWords, 0);
-  const Section rotary =
-      root.section("rotary", {"letter", "direction", "sign", "zero_deg", "word", "continuous", "min_deg",
-                              "max_deg", "velocity_deg_per_min", "acceleration_deg_per_s2"});
+  const Section rotary = root.section(
+      "rotary", {"letter", "direction", "sign", "zero_deg", "word", "continuous", "min_deg", "max_deg",
+                 "velocity_deg_per_min", "acceleration_deg_per_s2", "jerk_deg_per_s3"});
   model.rotary = read_axis_of(rotary, kRotaryWord);
   if (parallel(model.tilt.direction, model.spindle))
     tilt.complain("direction",

@@ -28,6 +28,7 @@ struct LinearAxis {
   double min = 0.0, max = 0.0;  ///< travel in program coordinates, mm
   double velocity = 0.0;        ///< mm/min
   double acceleration = 0.0;    ///< mm/s^2
+  double jerk = 0.0;            ///< mm/s^3; 0: no limit
 };
 
 /// What a control makes of a rotary word.
@@ -46,6 +47,7 @@ struct RotaryAxis {
   double min = 0.0, max = 0.0;  ///< limits of the word, degrees
   double velocity = 0.0;        ///< degrees/min
   double acceleration = 0.0;    ///< degrees/s^2
+  double jerk = 0.0;            ///< degrees/s^3; 0: no limit
   RotaryWord word = RotaryWord::kAccumulate;
 };
 

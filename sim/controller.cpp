@@ -34,7 +34,7 @@ bool synchronises(const Block& block) { return block.op == Op::kDwell || block.o
 GrblController::GrblController(const MachineModel& machine, const Setup& setup, const GrblOptions& options,
                                Motion::Sink sink)
     : options_(options),
-      motion_(machine, setup, std::max<std::size_t>(1, options.planner), std::move(sink)),
+      motion_(machine, setup, std::max<std::size_t>(1, options.planner), std::move(sink), options.motion),
       reader_(machine),
       out_(kBanner) {
   reader_.set_position(motion_.position());

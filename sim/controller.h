@@ -20,6 +20,7 @@ struct GrblOptions {
   std::size_t max_line = 256;    ///< bytes without the line end
   bool latch_errors = true;      ///< after an error every line is refused until an empty or `$` line
   bool crlf_is_one_end = true;   ///< CR LF earns one reply, not two
+  MotionOptions motion{.feed_over_all_axes = true};
 };
 
 struct GrblTotals {

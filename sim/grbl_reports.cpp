@@ -22,7 +22,7 @@ void put(std::string& out, double value, int decimals) {
 std::string_view GrblController::state() const {
   if (alarm_ != 0) return "Alarm";
   if (check_mode_) return "Check";
-  if (motion_.held()) return "Hold:0";
+  if (motion_.held()) return motion_.standing() ? "Hold:0" : "Hold:1";
   const Block* running = motion_.running();
   // A dwell is reported as Idle, as the firmware does: Idle is not "finished".
   return running != nullptr && (running->op == Op::kRapid || running->op == Op::kFeed) ? "Run" : "Idle";

@@ -144,11 +144,15 @@ int serve(const ServeOptions& options) {
 
   Result<void> served;
   if (!options.pty.empty()) {
-    GrblController controller(job->machine.model, job->setup, options.grbl, sink);
+    GrblOptions grbl = options.grbl;
+    grbl.motion = motion_options(job->machine);
+    grbl.motion.feed_over_all_axes = true;  // whatever the profile says of the program's text
+    GrblController controller(job->machine.model, job->setup, grbl, sink);
     served = serve_pty(controller, options.pty, endpoint);
     summarise(controller.motion(), "dropped bytes", controller.dropped_bytes());
   } else {
     ModbusOptions modbus = options.modbus;
+    modbus.motion = motion_options(job->machine);
     modbus.boot_id = static_cast<std::uint16_t>(std::random_device{}() | 1U);  // another at every start
     ModbusController controller(job->machine.model, job->setup, modbus, sink);
     if (!options.modbus_tcp.empty()) {

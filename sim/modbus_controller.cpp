@@ -51,8 +51,9 @@ ModbusController::ModbusController(const MachineModel& machine, const Setup& set
                                    const ModbusOptions& options, Motion::Sink sink)
     : options_(options),
       sink_(std::move(sink)),
-      motion_(machine, setup, std::clamp<std::size_t>(options.ring, 1, 0x7FFF),
-              [this](const TraceRow& row) { executed(row); }),
+      motion_(
+          machine, setup, std::clamp<std::size_t>(options.ring, 1, 0x7FFF),
+          [this](const TraceRow& row) { executed(row); }, options.motion),
       planned_(motion_.position()),
       boot_id_(options.boot_id) {}
 

@@ -44,6 +44,7 @@ struct ModbusOptions {
   std::size_t ring = 64;      ///< blocks
   std::uint16_t boot_id = 1;  ///< changes at every start
   double watchdog = 1.0;      ///< s of link time without a change of the heartbeat
+  MotionOptions motion{};
 };
 
 /// CRC-32 (IEEE) over words, high byte first.

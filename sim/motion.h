@@ -1,6 +1,7 @@
 #pragma once
 // The simulated axes: a queue of blocks with a fixed number of slots, executed one after the other in
-// simulated time. Within a block every axis word moves linearly. Knows nothing of wires.
+// simulated time. Within a block every axis word moves linearly; how fast, and over which corners without a
+// stop, is planned ahead over what is queued. Knows nothing of wires.
 
 #include <cstdint>
 #include <deque>
@@ -9,6 +10,7 @@
 #include <string>
 
 #include "kinematics/machine.h"
+#include "sim/path_block.h"
 #include "sim/program.h"
 #include "sim/trace.h"
 
@@ -18,19 +20,21 @@ namespace tiltfeed::sim {
 struct MotionTotals {
   std::uint64_t blocks = 0;    ///< executed to their end
   std::uint64_t programs = 0;  ///< ended by M2 or M30
-  double busy = 0.0;           ///< sum of the blocks' times, holds excluded, s
+  double busy = 0.0;           ///< sum of the blocks' times, standstill in a hold excluded, s
   double starved = 0.0;        ///< time inside a program with nothing to execute, holds excluded, s
 };
 
-/// Properties: blocks end in the order in which they came; a block takes at least the time that its slowest
-/// axis needs at its axis velocity; the time of G93 is 60 / F; the same calls give the same rows.
-/// Seconds everywhere. Acceleration is not modelled.
+/// Properties: blocks end in the order in which they came, each exactly at its target; no axis exceeds its
+/// velocity, acceleration and jerk within a block, nor at a corner the change of velocity that MotionOptions
+/// allows; a block takes at least its programmed time; more slots or more look-ahead never make a program
+/// slower; the same calls give the same rows. Seconds everywhere. A limit of zero in the machine model states
+/// none.
 class Motion {
  public:
   using Sink = std::function<void(const TraceRow&)>;
 
   /// Axes start at zero, or at the limit nearest to it. Requires: slots >= 1.
-  Motion(MachineModel machine, Setup setup, std::size_t slots, Sink sink);
+  Motion(MachineModel machine, Setup setup, std::size_t slots, Sink sink, MotionOptions options = {});
 
   std::size_t slots() const { return slots_; }
   /// A slot is taken from push() to the block's end.
@@ -41,14 +45,17 @@ class Motion {
 
   /// Runs to `now`. Requires: now >= this->now().
   void advance(double now);
-  /// When the running block will end; nothing while idle or held.
+  /// When the running block will end or the axes come to rest in a hold; nothing while they stand.
   std::optional<double> next_event() const;
   double now() const { return now_; }
 
+  /// The axes brake at once, over as many blocks as it takes.
   void hold();
   void resume();
   bool held() const { return held_; }
-  /// Axes stop where they are and everything queued is forgotten; no row for the cut-off block.
+  /// In a hold: have the axes come to rest?
+  bool standing() const { return standing_; }
+  /// Axes stop dead where they are and everything queued is forgotten; no row for the cut-off block.
   void stop();
 
   void set_feed_override(int percent);
@@ -58,7 +65,7 @@ class Motion {
 
   Joints position() const;  ///< now
   /// The block in execution (perhaps held), or nothing.
-  const Block* running() const { return running_ ? &queue_.front() : nullptr; }
+  const Block* running() const { return running_ ? &queue_.front().command : nullptr; }
   double speed() const;  ///< of X Y Z together, mm/min; 0 when nothing moves
   double spindle() const { return spindle_; }
   const MotionTotals& totals() const { return totals_; }
@@ -68,29 +75,41 @@ class Motion {
   const MachineModel& machine() const { return machine_; }
 
  private:
+  void look_ahead();
+  void limit_entries(std::size_t last_known);
   void start_next();
+  void plan_running(const PathState& from, double exit_before);
+  void replan_running();
   void finish();
+  void stand();
   void account();
   void set_override(int& which, int percent);
-  double duration(const Block& block) const;
+  std::size_t window() const;
+  double exit_allowed() const;
+  double end() const { return since_ + profile_.seconds(); }
   double fraction() const;
-  double end() const { return since_ + (1.0 - fraction_) * duration_; }
 
   MachineModel machine_;
   Setup setup_;
   std::size_t slots_;
   Sink sink_;
-  std::deque<Block> queue_;
-  Joints at_;  ///< where the running block started
+  MotionOptions options_;
+  std::deque<PathBlock> queue_;
+  std::size_t planned_ = 0;  ///< blocks of the queue that the look-ahead has seen
+  Joints at_;                ///< where the front block starts
+  Joints last_;              ///< where the last queued block ends
+  SpeedProfile profile_;     ///< of the running block from since_ on
   double now_ = 0.0;
   double start_ = 0.0;       ///< of the running block
-  double since_ = 0.0;       ///< when fraction_ was true
-  double fraction_ = 0.0;    ///< of the running block, done at since_
-  double duration_ = 0.0;    ///< of the whole running block at the present override
+  double since_ = 0.0;       ///< when profile_ began
+  double accounted_ = 0.0;   ///< busy time is counted up to here
+  double speed_ = 0.0;       ///< at the end of the block before, in its measure
+  PathPeaks peaks_;          ///< of the running block's profiles that were cut off
   double idle_since_ = 0.0;  ///< while in a program with an empty queue
   double spindle_ = 0.0;
   int feed_override_ = 100, rapid_override_ = 100;
-  bool running_ = false, held_ = false, in_program_ = false;
+  bool running_ = false, held_ = false, standing_ = false, in_program_ = false;
+  bool halts_ = false;  ///< profile_ ends at rest inside the block
   MotionTotals totals_;
 };
 

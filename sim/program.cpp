@@ -253,6 +253,7 @@ void emit(const Words& words, bool axes, const Joints& before, const ModalState&
     move.op = feed_move ? Op::kFeed : Op::kRapid;
     move.feed = feed_move ? modal.feed : 0.0;
     move.inverse_time = feed_move && modal.inverse_time;
+    move.exact_stop = modal.exact_stop;
     blocks.push_back(move);
   }
   block.target = modal.at;
@@ -281,6 +282,7 @@ Result<void> GcodeReader::read_line(std::string_view line, std::vector<Block>& b
   const bool axes = has_axes(words, tilt_, rotary_);
   if (Check bad = check_use(words, axes, next.motion)) return refuse(bad);
   if (Check bad = resolve_feed(words, axes && next.motion == MotionMode::kFeed, next)) return refuse(bad);
+  if (words.code[kPathControl] != kAbsent) next.exact_stop = words.code[kPathControl] != 640;
   if (words.has('S')) next.spindle = words['S'];
   if (words.has('X')) next.at.x = words['X'];
   if (words.has('Y')) next.at.y = words['Y'];

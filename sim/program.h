@@ -21,9 +21,10 @@ struct Block {
   Joints target;      ///< absolute axis words at the block's end (mm, degrees)
   double feed = 0.0;  ///< F: 1/min when inverse_time, else mm/min; seconds for a dwell; 0 otherwise
   bool inverse_time = false;
-  int m_code = -1;         ///< for kMCode
-  double spindle = 0.0;    ///< S in force, 1/min
-  std::uint32_t line = 0;  ///< N word, or the 1-based count of lines read
+  bool exact_stop = false;  ///< G61, G61.1: the axes stand still at its end
+  int m_code = -1;          ///< for kMCode
+  double spindle = 0.0;     ///< S in force, 1/min
+  std::uint32_t line = 0;   ///< N word, or the 1-based count of lines read
 };
 
 /// What is wrong with a line; the value is the error number that a Grbl controller answers.
@@ -51,6 +52,7 @@ struct ModalState {
   double feed = 0.0;  ///< F of G94, mm/min; 0: not set
   double spindle = 0.0;
   bool inverse_time = false;
+  bool exact_stop = false;  ///< G61 or G61.1, not G64
   MotionMode motion = MotionMode::kNone;
 };
 

@@ -12,9 +12,10 @@ namespace {
 constexpr int kTimeDecimals = 6;  // 1 microsecond
 constexpr int kAxisDecimals = 6;  // two more than any control prints
 constexpr int kPoseDecimals = 9;  // below the rounding of the kinematics at machine size (1e-9 mm)
-constexpr std::size_t kFields = 17;
+constexpr int kRateDecimals = 6;
+constexpr std::size_t kFields = 19;
 
-/// One CSV row. Sized for the longest: 17 fixed-point numbers of up to 309 digits each do not fit, so put()
+/// One CSV row. Sized for the longest: 19 fixed-point numbers of up to 309 digits each do not fit, so put()
 /// falls back to what a broken machine would print, "nan", and the reader refuses it.
 class Row {
  public:
@@ -102,7 +103,9 @@ std::string_view read_row(std::string_view line, TraceRow& row) {
                              &row.pose.tip.z,
                              &row.pose.axis.x,
                              &row.pose.axis.y,
-                             &row.pose.axis.z};
+                             &row.pose.axis.z,
+                             &row.peak_rate,
+                             &row.peak_acceleration};
   const auto next = [](std::string_view& text) {
     const std::size_t comma = text.find(',');
     const std::string_view field = text.substr(0, comma);
@@ -142,6 +145,7 @@ void write_trace_row(const TraceRow& row, std::ostream& out) {
   const Pose& pose = row.pose;
   for (const double value : {pose.tip.x, pose.tip.y, pose.tip.z, pose.axis.x, pose.axis.y, pose.axis.z})
     text.put(value, kPoseDecimals);
+  for (const double peak : {row.peak_rate, row.peak_acceleration}) text.put(peak, kRateDecimals);
   const std::string_view line = text.line();
   out.write(line.data(), static_cast<std::streamsize>(line.size()));
 }

@@ -12,16 +12,20 @@
 
 namespace tiltfeed::sim {
 
-/// `op` is rapid, feed (f in mm/min), inverse (a feed move, f in 1/min), dwell (f in s) or M<number> (f is
-/// the spindle speed in force).
+/// Columns as TraceRow. `op` is rapid, feed (f in mm/min), inverse (a feed move, f in 1/min), dwell (f in s)
+/// or M<number> (f is the spindle speed in force).
 inline constexpr const char* kTraceHeader =
-    "block,line,op,start_s,end_s,x,y,z,a,c,f,tip_x,tip_y,tip_z,axis_i,axis_j,axis_k";
+    "block,line,op,start_s,end_s,x,y,z,a,c,f,tip_x,tip_y,tip_z,axis_i,axis_j,axis_k,peak_rate,peak_"
+    "acceleration";
 
 struct TraceRow {
   std::uint64_t block = 0;        ///< 1-based count of executed blocks
   Block command;                  ///< what was executed (op, target, feed, line)
   double start = 0.0, end = 0.0;  ///< machine time, s
   Pose pose;                      ///< at the block's end
+  /// Largest rate at which the block's fraction grew, 1/s, and the largest change of that rate, 1/s^2: times
+  /// the way of an axis in the block they are that axis's peak speed and acceleration. 0 where nothing moved.
+  double peak_rate = 0.0, peak_acceleration = 0.0;
 };
 
 void write_trace_header(std::ostream& out);

@@ -165,14 +165,14 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
   const std::string text = text_of(kMachine);
   const auto parse = [](const std::string& changed) { return parse_machine(changed, kMachine); };
   std::size_t count = 0;
-  for (const char* before :
-       {"\nname:", "\n  x:", "\n    min_mm:", "\n  letter:", "\n  dialect:", "\n  default:"}) {
+  for (const char* before : {"\nname:", "\n  x:", "\n    min_mm:", "\n  letter:", "\n  look_ahead_blocks:",
+                             "\n  dialect:", "\n  default:"}) {
     for (const std::string& key : known_keys(text, before, parse)) {
       EXPECT_NE(text.find(key + ":"), std::string::npos) << key;
       ++count;
     }
   }
-  EXPECT_EQ(count, 11u + 3 + 4 + 11 + 6 + 2);
+  EXPECT_EQ(count, 12u + 3 + 5 + 12 + 3 + 6 + 2);
   for (const char* key : {"structure",
                           "letter",
                           "direction",
@@ -192,7 +192,10 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
                           "line_numbers",
                           "max_inverse_time_per_min",
                           "default",
-                          "receive_buffer_bytes"})
+                          "receive_buffer_bytes",
+                          "look_ahead_blocks",
+                          "corner_time_ms",
+                          "blend_rotary"})
     EXPECT_TRUE(documented(text, key)) << key;
 }
 

@@ -18,32 +18,34 @@ namespace {
 const std::string kPath = "shop/m.yaml";
 
 const std::string kGood =
-    "name: nutator 5\n"                                                                     // 1
-    "linear:\n"                                                                             // 2
-    "  x: {min_mm: -1, max_mm: 2, velocity_mm_per_min: 3, acceleration_mm_per_s2: 4}\n"     // 3
-    "  y: {min_mm: -5, max_mm: 6, velocity_mm_per_min: 7, acceleration_mm_per_s2: 8}\n"     // 4
-    "  z: {min_mm: -9, max_mm: 10, velocity_mm_per_min: 11, acceleration_mm_per_s2: 12}\n"  // 5
-    "tilt:\n"                                                                               // 6
-    "  letter: B\n"                                                                         // 7
-    "  direction: [0, 3, 4]\n"                                                              // 8
-    "  sign: -1\n"                                                                          // 9
-    "  zero_deg: 1.5\n"                                                                     // 10
-    "  min_deg: -30\n"                                                                      // 11
-    "  max_deg: 95\n"                                                                       // 12
-    "  velocity_deg_per_min: 13\n"                                                          // 13
-    "  acceleration_deg_per_s2: 14\n"                                                       // 14
-    "rotary: {letter: C, direction: [0, 0, 2], sign: +1, min_deg: -360, max_deg: 720,\n"    // 15
-    "         velocity_deg_per_min: 15, acceleration_deg_per_s2: 16}\n"                     // 16
-    "table_centre_mm: [17, 18, 19]\n"                                                       // 17
-    "pivot_to_gauge_mm: [1.5, -22, -145.4]\n"                                               // 18
-    "program:\n"                                                                            // 19
-    "  dialect: grbl\n"                                                                     // 20
-    "  linear_decimals: 3\n"                                                                // 21
-    "  rotary_decimals: 5\n"                                                                // 22
-    "  max_line_length: 70\n"                                                               // 23
-    "  line_numbers: true\n"                                                                // 24
-    "  max_inverse_time_per_min: 9999.5\n"                                                  // 25
-    "link: {default: \"serial:/dev/ttyACM0\", receive_buffer_bytes: 1024}\n";               // 26
+    "name: nutator 5\n"                                                                // 1
+    "linear:\n"                                                                        // 2
+    "  x: {min_mm: -1, max_mm: 2, velocity_mm_per_min: 3, acceleration_mm_per_s2: 4,"  // 3
+    " jerk_mm_per_s3: 23}\n"
+    "  y: {min_mm: -5, max_mm: 6, velocity_mm_per_min: 7, acceleration_mm_per_s2: 8}\n"       // 4
+    "  z: {min_mm: -9, max_mm: 10, velocity_mm_per_min: 11, acceleration_mm_per_s2: 12}\n"    // 5
+    "tilt:\n"                                                                                 // 6
+    "  letter: B\n"                                                                           // 7
+    "  direction: [0, 3, 4]\n"                                                                // 8
+    "  sign: -1\n"                                                                            // 9
+    "  zero_deg: 1.5\n"                                                                       // 10
+    "  min_deg: -30\n"                                                                        // 11
+    "  max_deg: 95\n"                                                                         // 12
+    "  velocity_deg_per_min: 13\n"                                                            // 13
+    "  acceleration_deg_per_s2: 14\n"                                                         // 14
+    "rotary: {letter: C, direction: [0, 0, 2], sign: +1, min_deg: -360, max_deg: 720,\n"      // 15
+    "         velocity_deg_per_min: 15, acceleration_deg_per_s2: 16, jerk_deg_per_s3: 24}\n"  // 16
+    "table_centre_mm: [17, 18, 19]\n"                                                         // 17
+    "pivot_to_gauge_mm: [1.5, -22, -145.4]\n"                                                 // 18
+    "program:\n"                                                                              // 19
+    "  dialect: grbl\n"                                                                       // 20
+    "  linear_decimals: 3\n"                                                                  // 21
+    "  rotary_decimals: 5\n"                                                                  // 22
+    "  max_line_length: 70\n"                                                                 // 23
+    "  line_numbers: true\n"                                                                  // 24
+    "  max_inverse_time_per_min: 9999.5\n"                                                    // 25
+    "link: {default: \"serial:/dev/ttyACM0\", receive_buffer_bytes: 1024}\n"                  // 26
+    "control: {look_ahead_blocks: 40, corner_time_ms: 2.5, blend_rotary: false}\n";           // 27
 
 Result<MachineProfile> parse(const std::string& from, const std::string& to) {
   return parse_machine(replaced(kGood, from, to), kPath);
@@ -54,6 +56,7 @@ void expect_linear(const LinearAxis& axis, LinearAxis expected) {
   EXPECT_EQ(axis.max, expected.max);
   EXPECT_EQ(axis.velocity, expected.velocity);
   EXPECT_EQ(axis.acceleration, expected.acceleration);
+  EXPECT_EQ(axis.jerk, expected.jerk);
 }
 
 TEST(MachineProfile, ReadsEveryValue) {
@@ -62,7 +65,7 @@ TEST(MachineProfile, ReadsEveryValue) {
   EXPECT_EQ(profile->path, kPath);
   const MachineModel& model = profile->model;
   EXPECT_EQ(model.name, "nutator 5");
-  expect_linear(model.x, {-1, 2, 3, 4});
+  expect_linear(model.x, {-1, 2, 3, 4, 23});
   expect_linear(model.y, {-5, 6, 7, 8});
   expect_linear(model.z, {-9, 10, 11, 12});
   EXPECT_EQ(model.tilt.letter, 'B');
@@ -73,6 +76,7 @@ TEST(MachineProfile, ReadsEveryValue) {
   EXPECT_EQ(model.tilt.max, 95.0);
   EXPECT_EQ(model.tilt.velocity, 13.0);
   EXPECT_EQ(model.tilt.acceleration, 14.0);
+  EXPECT_EQ(model.tilt.jerk, 0.0) << "not limited";
   EXPECT_EQ(model.rotary.letter, 'C');
   EXPECT_EQ(model.rotary.direction, (Vec3{0, 0, 1}));
   EXPECT_EQ(model.rotary.sign, +1);
@@ -81,6 +85,7 @@ TEST(MachineProfile, ReadsEveryValue) {
   EXPECT_EQ(model.rotary.max, 720.0);
   EXPECT_EQ(model.rotary.velocity, 15.0);
   EXPECT_EQ(model.rotary.acceleration, 16.0);
+  EXPECT_EQ(model.rotary.jerk, 24.0);
   EXPECT_EQ(model.table_centre, (Point<MachineSpace>{17, 18, 19}));
   EXPECT_EQ(model.pivot_to_gauge, (Vec3{1.5, -22, -145.4}));
   EXPECT_EQ(profile->format.dialect, Dialect::kGrbl);
@@ -91,6 +96,9 @@ TEST(MachineProfile, ReadsEveryValue) {
   EXPECT_EQ(profile->format.max_inverse_time, 9999.5);
   EXPECT_EQ(profile->link, "serial:/dev/ttyACM0");
   EXPECT_EQ(profile->receive_buffer, 1024);
+  EXPECT_EQ(profile->control.look_ahead, 40);
+  EXPECT_EQ(profile->control.corner_time, 0.0025);
+  EXPECT_FALSE(profile->control.blend_rotary);
 }
 
 TEST(MachineProfile, ReadsEveryStructure) {
@@ -146,6 +154,9 @@ TEST(MachineProfile, ProgramAndLinkMayBeLeftOut) {
   EXPECT_EQ(profile->format.max_inverse_time, 100000.0);
   EXPECT_EQ(profile->link, "");
   EXPECT_EQ(profile->receive_buffer, 127);
+  EXPECT_EQ(profile->control.look_ahead, 200);
+  EXPECT_EQ(profile->control.corner_time, 0.005);
+  EXPECT_TRUE(profile->control.blend_rotary);
 }
 
 TEST(MachineProfile, ALongLineNeedsABufferOnlyWhereCharactersAreCounted) {
@@ -233,6 +244,12 @@ const std::vector<BadText> kBadTexts = {
      "number of bytes from 17 to 65536"},
     {"receive_buffer_bytes: 1024", "receive_buffer: 1024", "26:40",
      "nearest known key: receive_buffer_bytes"},
+    {"jerk_mm_per_s3: 23", "jerk_mm_per_s3: 0", "3:97", "number of mm/s^3 above 0"},
+    {"jerk_deg_per_s3: 24", "jerk_deg_per_s2: 24", "16:65", "nearest known key: jerk_deg_per_s3"},
+    {"look_ahead_blocks: 40", "look_ahead_blocks: 0", "27:30", "number of blocks from 1 to 100000"},
+    {"corner_time_ms: 2.5", "corner_time_ms: -1", "27:50", "at least 0"},
+    {"corner_time_ms: 2.5", "corner_time_s: 2.5", "27:34", "nearest known key: corner_time_ms (unit: ms)"},
+    {"blend_rotary: false", "blend_rotary: 0", "27:69", "expected one of true, false"},
 };
 
 TEST(MachineProfile, EveryKindOfBadInputHasItsPlace) {
@@ -247,6 +264,7 @@ TEST(MachineProfile, DescribesEveryValue) {
             "name: nutator 5\n"
             "linear.x.min_mm: -1\nlinear.x.max_mm: 2\n"
             "linear.x.velocity_mm_per_min: 3\nlinear.x.acceleration_mm_per_s2: 4\n"
+            "linear.x.jerk_mm_per_s3: 23\n"
             "linear.y.min_mm: -5\nlinear.y.max_mm: 6\n"
             "linear.y.velocity_mm_per_min: 7\nlinear.y.acceleration_mm_per_s2: 8\n"
             "linear.z.min_mm: -9\nlinear.z.max_mm: 10\n"
@@ -258,9 +276,11 @@ TEST(MachineProfile, DescribesEveryValue) {
             "rotary.letter: C\nrotary.direction: [0, 0, 1]\nrotary.sign: 1\nrotary.zero_deg: 0\n"
             "rotary.word: accumulate\nrotary.min_deg: -360\nrotary.max_deg: 720\n"
             "rotary.velocity_deg_per_min: 15\nrotary.acceleration_deg_per_s2: 16\n"
+            "rotary.jerk_deg_per_s3: 24\n"
             "table_centre_mm: [17, 18, 19]\n"
             "pivot_to_gauge_mm: [1.5, -22, -145.4]\n"
             "spindle_direction: [0, 0, 1]\n"
+            "control.look_ahead_blocks: 40\ncontrol.corner_time_ms: 2.5\ncontrol.blend_rotary: false\n"
             "program.dialect: grbl\nprogram.linear_decimals: 3\nprogram.rotary_decimals: 5\n"
             "program.max_line_length: 70\nprogram.line_numbers: true\n"
             "program.max_inverse_time_per_min: 9999.5\n"

@@ -93,9 +93,8 @@ TEST_F(SmallGrbl, WithholdsOkWhileThePlannerIsFull) {
 }
 
 TEST_F(SmallGrbl, DropsWhatOverrunsItsReceiveBuffer) {
-  const std::string line = "G93 G1 X1 F60\n";  // 14 bytes: 4 lines are placed or due, 40 bytes wait
-  std::string text;
-  for (int i = 0; i < 10; ++i) text += line;
+  std::string text;  // lines of 14 bytes: 4 are placed or due, 40 bytes wait
+  for (int i = 0; i < 5; ++i) text += "G93 G1 X1 F60\nG93 G1 X2 F60\n";
   EXPECT_EQ(count(say(text), "ok"), 3);
   EXPECT_EQ(controller.dropped_bytes(), 6 * 14 - 40U);
   const std::string rest = run(100);
@@ -268,7 +267,7 @@ TEST_F(Grbl, CountsStarvedTimeInsideAProgramOnly) {
   run(10);
   say(seconds(1));
   run(13);  // executed at 11, starved for 2 s
-  say(seconds(1));
+  say(seconds(1, 2));
   run(14);
   say("!");
   run(20);  // a hold is no starvation
