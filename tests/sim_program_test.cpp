@@ -49,6 +49,14 @@ TEST(SimProgram, FillsInModalValues) {
   EXPECT_EQ(blocks[8].m_code, 2);
 }
 
+TEST(SimProgram, ExactStopIsModal) {
+  const std::vector<Block> blocks =
+      read_all("G1 X1 F100\nG61 X2\nX3\nG64 X4\nG61.1\nG0 X5\nG64 P0.01 X6\nM2\n");
+  ASSERT_EQ(blocks.size(), 7U);
+  const bool stops[] = {false, true, true, false, true, false};
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(blocks[i].exact_stop, stops[i]) << i;
+}
+
 TEST(SimProgram, WordsComeInAnyOrderCaseAndSpacing) {
   const char* lines[] = {"G1 X1.5 Y2 A-3 F100", "f100y2x1.5a-3g1", "  N9 g 1 (go) x 1 . 5\tY2 A - 3 F1 00\r",
                          "Y2G01X+1.5A-3.0F100.0"};
@@ -255,6 +263,7 @@ TraceRow row_of(Op op, int m_code, bool inverse) {
   row.command.target = {-1.2345, 1000.5, -0.000125, 89.9999, -3600.1234};
   row.start = 86400.000001;
   row.end = 86400.000003;
+  row.peak_rate = 123.456789, row.peak_acceleration = 0.000001;
   row.pose = {{-12.123456789, 0.000000001, 300}, {0.267261242, 0.534522484, 0.801783726}};
   return row;
 }
@@ -282,6 +291,8 @@ TEST(SimTrace, ReadsBackWhatItWrote) {
     EXPECT_EQ(a.start, b.start);
     EXPECT_EQ(a.end, b.end);
     EXPECT_EQ(a.pose, b.pose);
+    EXPECT_EQ(a.peak_rate, b.peak_rate);
+    EXPECT_EQ(a.peak_acceleration, b.peak_acceleration);
   }
 }
 
@@ -301,7 +312,7 @@ TEST(SimTrace, LeavesOutTheRowThatIsStillBeingWritten) {
 
 TEST(SimTrace, RefusesWithNameAndLine) {
   const std::string header = std::string(kTraceHeader) + "\n";
-  const std::string good = "1,2,rapid,0,1,1,2,3,4,5,0,1,2,3,0,0,1\n";
+  const std::string good = "1,2,rapid,0,1,1,2,3,4,5,0,1,2,3,0,0,1,5,6\n";
   {
     std::istringstream in(header + good);
     ASSERT_TRUE(read_trace(in, "t"));
@@ -312,13 +323,13 @@ TEST(SimTrace, RefusesWithNameAndLine) {
   } cases[] = {{"", "t:1:"},
                {"block,line\n", "t:1:"},
                {header + good + "1,2,rapid\n", "t:3: start_s"},
-               {header + "x,2,rapid,0,1,1,2,3,4,5,0,1,2,3,0,0,1\n", "t:2: block"},
-               {header + "1,-2,rapid,0,1,1,2,3,4,5,0,1,2,3,0,0,1\n", "t:2: line"},
-               {header + "1,2,jump,0,1,1,2,3,4,5,0,1,2,3,0,0,1\n", "t:2: op"},
-               {header + "1,2,M,0,1,1,2,3,4,5,0,1,2,3,0,0,1\n", "t:2: op"},
-               {header + "1,2,rapid,0,1,nan,2,3,4,5,0,1,2,3,0,0,1\n", "t:2: x"},
-               {header + "1,2,rapid,0,1,1,2,3,4,5,0,1,2,3,0,0,1z\n", "t:2: axis_k"},
-               {header + "1,2,rapid,0,1,1,2,3,4,5,0,1,2,3,0,0,1,7\n", "t:2: the end"}};
+               {header + "x,2,rapid,0,1,1,2,3,4,5,0,1,2,3,0,0,1,5,6\n", "t:2: block"},
+               {header + "1,-2,rapid,0,1,1,2,3,4,5,0,1,2,3,0,0,1,5,6\n", "t:2: line"},
+               {header + "1,2,jump,0,1,1,2,3,4,5,0,1,2,3,0,0,1,5,6\n", "t:2: op"},
+               {header + "1,2,M,0,1,1,2,3,4,5,0,1,2,3,0,0,1,5,6\n", "t:2: op"},
+               {header + "1,2,rapid,0,1,nan,2,3,4,5,0,1,2,3,0,0,1,5,6\n", "t:2: x"},
+               {header + "1,2,rapid,0,1,1,2,3,4,5,0,1,2,3,0,0,1z,5,6\n", "t:2: axis_k"},
+               {header + "1,2,rapid,0,1,1,2,3,4,5,0,1,2,3,0,0,1,5,6,7\n", "t:2: the end"}};
   for (const auto& c : cases) {
     std::istringstream in(c.text);
     const auto read = read_trace(in, "t");
