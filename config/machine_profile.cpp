@@ -15,6 +15,7 @@ constexpr Range kVelocity = above(0.0, 1'000'000.0);      // mm/min
 constexpr Range kAcceleration = above(0.0, 1'000'000.0);  // mm/s^2
 constexpr Range kJerk = above(0.0, 1e9);                  // mm/s^3
 constexpr Range kCornerTime{0.0, 1000.0};                 // ms
+constexpr Range kByteRate{0.0, 1e9};                      // bytes/s
 constexpr Range kInverseTime = above(0.0, 1e9);           // 1/min
 
 LinearAxis read_linear(const Section& linear, const char* key) {
@@ -49,9 +50,10 @@ ProgramFormat read_format(const Section& root) {
 }
 
 void read_link(const Section& root, MachineProfile& profile) {
-  const Section link = root.optional_section("link", {"default", "receive_buffer_bytes"});
+  const Section link = root.optional_section("link", {"default", "receive_buffer_bytes", "bytes_per_s"});
   profile.link = link.text("default", "");
   profile.receive_buffer = link.integer("receive_buffer_bytes", 17, 65536, profile.receive_buffer);
+  profile.link_rate = link.number("bytes_per_s", kByteRate, profile.link_rate);
   // Character counting sends a line only when it and its line end fit; a longer one would wait for ever.
   const bool counts = profile.format.dialect == Dialect::kGrbl || link.has("receive_buffer_bytes");
   if (counts && profile.format.max_line_length + 1 > profile.receive_buffer)
@@ -61,14 +63,13 @@ void read_link(const Section& root, MachineProfile& profile) {
                       ", and its line end; lower max_line_length or state the controller's real buffer");
 }
 
-ControlModel read_control(const Section& root) {
+void read_control(const Section& root, MachineProfile& profile) {
   const Section control =
       root.optional_section("control", {"look_ahead_blocks", "corner_time_ms", "blend_rotary"});
-  ControlModel result;
-  result.look_ahead = control.integer("look_ahead_blocks", 1, 100'000, result.look_ahead);
-  result.corner_time = control.number("corner_time_ms", kCornerTime, result.corner_time * 1e3) / 1e3;
-  result.blend_rotary = control.flag("blend_rotary", result.blend_rotary);
-  return result;
+  ControlModel& model = profile.control;
+  model.look_ahead = control.integer("look_ahead_blocks", 1, 100'000, model.look_ahead);
+  model.corner_time = control.number("corner_time_ms", kCornerTime, model.corner_time * 1e3) / 1e3;
+  profile.model.blends_rotary = control.flag("blend_rotary", profile.model.blends_rotary);
 }
 
 MachineProfile read_profile(const Section& root) {
@@ -80,7 +81,7 @@ MachineProfile read_profile(const Section& root) {
   model.y = read_linear(linear, "y");
   model.z = read_linear(linear, "z");
   read_rotaries(root, model);
-  profile.control = read_control(root);
+  read_control(root, profile);
   profile.format = read_format(root);
   read_link(root, profile);
   return profile;
@@ -128,7 +129,7 @@ std::string describe(const MachineProfile& profile) {
   describe_rotaries(out, model);
   out.add("control.look_ahead_blocks", profile.control.look_ahead);
   out.add("control.corner_time_ms", profile.control.corner_time * 1e3);
-  out.add("control.blend_rotary", profile.control.blend_rotary);
+  out.add("control.blend_rotary", profile.model.blends_rotary);
   out.add("program.dialect", format.dialect == Dialect::kGrbl ? "grbl" : "rs274");
   out.add("program.linear_decimals", format.linear_decimals);
   out.add("program.rotary_decimals", format.rotary_decimals);
@@ -137,6 +138,7 @@ std::string describe(const MachineProfile& profile) {
   out.add("program.max_inverse_time_per_min", format.max_inverse_time);
   out.add("link.default", profile.link.empty() ? "none" : profile.link);
   out.add("link.receive_buffer_bytes", profile.receive_buffer);
+  out.add("link.bytes_per_s", profile.link_rate);
   return out.text();
 }
 

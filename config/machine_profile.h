@@ -24,7 +24,6 @@ struct ProgramFormat {
 struct ControlModel {
   int look_ahead = 200;        ///< blocks; a link's buffer may hold fewer
   double corner_time = 0.005;  ///< s; an axis may change its speed at a corner by its acceleration times this
-  bool blend_rotary = true;    ///< false: it stops between blocks that turn a rotary axis
 };
 
 struct MachineProfile {
@@ -34,6 +33,7 @@ struct MachineProfile {
   ProgramFormat format;
   std::string link;          ///< default link of `tiltfeed send`, may be empty
   int receive_buffer = 127;  ///< of a character-counting controller, bytes
+  double link_rate = 0.0;    ///< bytes/s that reach the control; 0: not known, then nothing is said of it
 };
 
 /// Properties: every limit pair has min < max, speeds and accelerations are above 0, a jerk of 0 is no limit,

@@ -10,6 +10,7 @@
 #include <csignal>
 #include <cstdio>
 #include <iostream>
+#include <limits>
 #include <optional>
 
 #include "config/job.h"
@@ -86,6 +87,13 @@ Result<void> write_text(const std::string& path, const std::function<Result<void
   return file->commit();
 }
 
+/// Of the highest vertex along `up`, mm.
+double height(const Mesh& mesh, Vec3 up) {
+  double highest = -std::numeric_limits<double>::infinity();
+  for (const Point<Part>& v : mesh.vertices) highest = std::max(highest, dot(from_origin(v), up));
+  return highest;
+}
+
 struct PlanFiles {
   std::string job, program, cl, report;
 };
@@ -114,11 +122,17 @@ int plan_command(const PlanFiles& files) {
   options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
   options.linear_decimals = job->machine.format.linear_decimals;
   options.rotary_decimals = job->machine.format.rotary_decimals;
+  options.clear_height = height(part->mesh, rotary_up(job->machine.model, job->setup)) + job->plan.allowance +
+                         job->plan.radial_stock + job->plan.axial_stock + job->plan.links.clearance;
   auto joints = clock.time("joints", [&] {
     return to_joints(planned->path, job->machine.model, job->setup, options,
                      [&](double f) { return line.show("joints", f); });
   });
   if (!joints) return report(joints.error());
+  if (joints->reconfigured) planned->path = std::move(*joints->reconfigured);
+  const Timing timing = clock.time("timing", [&] {
+    return time_blocks(joints->moves, job->machine.model, options.tolerance, options.axis_tolerance);
+  });
 
   if (!line.show("write", 0.0)) return report({Code::kCancelled, "cancelled; nothing was written"});
   ProgramReport program;
@@ -149,6 +163,8 @@ int plan_command(const PlanFiles& files) {
                             planned->report,
                             joints->report,
                             program,
+                            timing,
+                            starved(timing, job->machine, program),
                             clock.times,
                             seconds(usage.ru_utime) + seconds(usage.ru_stime),
                             static_cast<double>(usage.ru_maxrss) / 1024.0};

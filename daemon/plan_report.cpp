@@ -1,5 +1,6 @@
 #include "daemon/plan_report.h"
 
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -8,7 +9,7 @@ namespace tiltfeed {
 namespace {
 
 std::string format(const char* pattern, auto... values) {
-  char text[256];
+  char text[512];
   std::snprintf(text, sizeof text, pattern, values...);
   return text;
 }
@@ -17,7 +18,26 @@ nlohmann::ordered_json joints_json(const Joints& j) {
   return {{"x", j.x}, {"y", j.y}, {"z", j.z}, {"a", j.a}, {"c", j.c}};
 }
 
+nlohmann::ordered_json starvation_json(const Starvation& s) {
+  if (s.count == 0) return nullptr;
+  return {{"waits_seconds", s.waits},
+          {"first_block", s.first + 1},
+          {"blocks", s.count},
+          {"seconds", s.seconds},
+          {"needed_bytes_per_s", s.bytes_per_s}};
+}
+
+/// How far the rotary winds up, turns.
+double rotary_turns(const JointPathReport& joints) { return (joints.max.c - joints.min.c) / 360.0; }
+
 }  // namespace
+
+Starvation starved(const Timing& timing, const MachineProfile& machine, const ProgramReport& program) {
+  if (machine.link_rate <= 0.0 || program.blocks == 0) return {};
+  const double bytes = static_cast<double>(program.bytes) / static_cast<double>(program.blocks);
+  return starvation(timing.durations,
+                    {machine.link_rate, bytes, static_cast<double>(machine.receive_buffer)});
+}
 
 std::string report_json(const PlanOutcome& o) {
   nlohmann::ordered_json json;
@@ -35,7 +55,15 @@ std::string report_json(const PlanOutcome& o) {
   json["blocks"] = o.program.blocks;
   json["program_bytes"] = o.program.bytes;
   json["clamped_feeds"] = o.program.clamped_feeds;
-  json["machining_seconds"] = o.joints.seconds;
+  json["machining_seconds"] = o.timing.seconds;
+  json["programmed_seconds"] = o.joints.seconds;
+  json["slowed_blocks"] = o.timing.slowed;
+  json["peak_velocity_per_min"] = joints_json(o.timing.peak_velocity);
+  json["peak_acceleration_per_s2"] = joints_json(o.timing.peak_acceleration);
+  json["reconfigurations"] = o.joints.reconfigurations;
+  json["pole_swings"] = o.joints.pole_swings;
+  json["rotary_turns"] = rotary_turns(o.joints);
+  json["starvation"] = starvation_json(o.starved);
   json["subdivided_moves"] = o.joints.subdivided_moves;
   json["max_tip_deviation_mm"] = o.joints.max_tip_deviation;
   json["max_axis_deviation_deg"] = o.joints.max_axis_deviation;
@@ -68,7 +96,28 @@ std::string report_text(const PlanOutcome& o) {
   text +=
       format("%llu blocks, %.1f MB, machining time %.1f min, tip within %.4f mm of its path between blocks\n",
              static_cast<unsigned long long>(o.program.blocks), static_cast<double>(o.program.bytes) / 1e6,
-             o.joints.seconds / 60.0, o.joints.max_tip_deviation);
+             o.timing.seconds / 60.0, o.joints.max_tip_deviation);
+  const Joints &v = o.timing.peak_velocity, &a = o.timing.peak_acceleration;
+  const MachineModel& m = o.job.machine.model;
+  text += format(
+      "peaks: X %.0f Y %.0f Z %.0f mm/min, %c %.0f %c %.0f degrees/min; X %.0f Y %.0f Z %.0f mm/s2, %c %.0f "
+      "%c "
+      "%.0f degrees/s2; %llu blocks slowed by accelerations, %llu moves subdivided, %c winds up by %.1f "
+      "turns\n",
+      v.x, v.y, v.z, m.tilt.letter, v.a, m.rotary.letter, v.c, a.x, a.y, a.z, m.tilt.letter, a.a,
+      m.rotary.letter, a.c, static_cast<unsigned long long>(o.timing.slowed),
+      static_cast<unsigned long long>(o.joints.subdivided_moves), m.rotary.letter, rotary_turns(o.joints));
+  if (o.joints.reconfigurations > 0)
+    text += format(
+        "warning: the tool is taken off the part %llu times to turn %c back or %c over: look for marks\n",
+        static_cast<unsigned long long>(o.joints.reconfigurations), m.rotary.letter, m.tilt.letter);
+  if (o.starved.count > 0)
+    text += format(
+        "warning: blocks %zu to %zu (%.1f s) come faster than the link carries them, the machine waits for "
+        "%.1f s: "
+        "use a link of %.0f bytes/s, a larger tolerance_mm, or a lower feed\n",
+        o.starved.first + 1, o.starved.first + o.starved.count, o.starved.seconds, o.starved.waits,
+        std::ceil(o.starved.bytes_per_s));
   if (o.program.clamped_feeds > 0)
     text += format(
         "warning: %llu blocks would need a larger inverse-time F than the control takes: they run slower\n",

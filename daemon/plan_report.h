@@ -7,6 +7,7 @@
 #include "config/job.h"
 #include "daemon/block.h"
 #include "kinematics/joint_path.h"
+#include "kinematics/timing.h"
 #include "pathgen/mesh.h"
 
 namespace tiltfeed {
@@ -17,10 +18,15 @@ struct PlanOutcome {
   const PlanReport& plan;
   const JointPathReport& joints;
   const ProgramReport& program;
+  const Timing& timing;
+  Starvation starved;
   std::vector<StageTime> times;  ///< of all stages, in order
   double cpu_seconds = 0.0;
   double peak_memory_mb = 0.0;
 };
+
+/// Where the machine would wait for blocks; nowhere when the profile does not state the link's rate.
+Starvation starved(const Timing& timing, const MachineProfile& machine, const ProgramReport& program);
 
 /// JSON, one key a line.
 std::string report_json(const PlanOutcome& outcome);

@@ -162,6 +162,35 @@ Result<Choice> JointChooser::at_pole(const Pose& pose, const Choice& from, doubl
   return choice;
 }
 
+std::vector<Choice> JointChooser::choices(const Pose& pose, const RotarySolutions& solutions,
+                                          const Choice& from) const {
+  if (!solutions.reachable) return {};
+  std::vector<Choice> found;
+  const double middle = (machine_.tilt.min + machine_.tilt.max) / 2.0;
+  for (int branch = 0; branch < 2; ++branch) {
+    const RotarySolutions::Words& words = solutions.words[branch];
+    const bool held = solutions.in_cone || solutions.rotary_free;
+    const double c = held ? from.joints.c : words.rotary,
+                 a = nearest_turn(words.tilt, std::isfinite(middle) ? middle : machine_.tilt.zero);
+    // The turns next to the limits are within them: from there the rotary can go furthest.
+    const double turns[] = {from.joints.c, 0.0, machine_.rotary.min + 180.0, machine_.rotary.max - 180.0};
+    for (const double near : turns) {
+      if (!std::isfinite(near)) continue;
+      for (const double turn : {0.0, -360.0, 360.0}) {
+        const double word = nearest_turn(c, near) + turn;
+        auto choice =
+            held ? at_pole(pose, from, word) : Choice{rounded(pose.tip, a, word), branch, false, false};
+        if (!choice || !within_limits(machine_, choice->joints)) continue;
+        const bool known = std::any_of(found.begin(), found.end(), [&](const Choice& other) {
+          return other.joints == choice->joints && other.branch == choice->branch;
+        });
+        if (!known) found.push_back(*choice);
+      }
+    }
+  }
+  return found;
+}
+
 std::vector<Choice> JointChooser::start_turns(const Pose& pose, const Choice& first) const {
   std::vector<Choice> found;
   for (int turn = -kStartTurns; turn <= kStartTurns; ++turn) {

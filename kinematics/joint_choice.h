@@ -42,6 +42,9 @@ class JointChooser {
   /// Errors: kUnreachable, kLimit (no solution within limits).
   Result<std::vector<Choice>> starts(const Pose& pose) const;
   RotarySolutions solve(const Pose& pose) const;
+  /// The solutions within limits between which a reconfiguration can choose, on both branches: on the turns
+  /// next to `from`, next to 0 and next to either limit. `solutions`: those of `pose`.
+  std::vector<Choice> choices(const Pose& pose, const RotarySolutions& solutions, const Choice& from) const;
   /// The solution within limits nearest to `from` in rotary time, max_i |dq_i| / V_i; ties keep the branch.
   /// `solutions`: those of `pose`. Errors: kUnreachable, kLimit.
   Result<Choice> next(const Pose& pose, const RotarySolutions& solutions, const Choice& from) const;

@@ -8,6 +8,7 @@
 
 #include "kinematics/joint_choice.h"
 #include "kinematics/joint_errors.h"
+#include "kinematics/operation.h"
 #include "kinematics/walker.h"
 
 namespace tiltfeed {
@@ -161,6 +162,18 @@ Result<JointPath> Follower::follow(const Choice& start, const StageProgress& pro
   return std::move(out_);
 }
 
+/// The path with the reconfigurations of `plan`, followed.
+Result<JointPath> reconfigured(const ToolPath& path, const MachineModel& machine, const Setup& setup,
+                               const JointChooser& chooser, const JointPathOptions& options,
+                               const OperationPlan& plan, const StageProgress& progress) {
+  ToolPath longer = with_reconfigurations(path, machine, setup, plan, *options.clear_height);
+  auto done = Follower(longer, machine, chooser, options).follow(plan.start, progress);
+  if (!done) return done;
+  done->report.reconfigurations = plan.changes.size();
+  done->reconfigured = std::move(longer);
+  return done;
+}
+
 }  // namespace
 
 Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, const Setup& setup,
@@ -188,6 +201,10 @@ Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, c
       furthest = follower.stop()->move;
       error = done.error();
     }
+  }
+  if (options.clear_height) {
+    if (const auto plan = plan_operation(path, machine, setup, chooser, *options.clear_height))
+      return reconfigured(path, machine, setup, chooser, options, *plan, progress);
   }
   return tl::unexpected(error);
 }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "kinematics/machine.h"
@@ -27,6 +28,9 @@ struct JointPathOptions {
   double axis_tolerance = 0.1;  ///< largest angle between the moving axis and the path's axis, degrees
   int linear_decimals = 4;      ///< printed decimals of X Y Z, mm
   int rotary_decimals = 4;      ///< printed decimals of A C, degrees
+  /// Nothing (part, stock, clamp) reaches higher than this above part zero along `rotary_up`, mm. With it the
+  /// tool may be taken off the part where limits force it (K11); without it such a path is an error.
+  std::optional<double> clear_height;
 };
 
 /// Rapids, in clear air, may stray this much further than feed moves: fewer stops.
@@ -41,12 +45,15 @@ struct JointPathReport {
   double max_rapid_deviation = 0.0;    ///< of tip and ball centre on rapids, mm
   std::uint64_t subdivided_moves = 0;  ///< moves that became more than one block
   std::uint64_t pole_swings = 0;       ///< turns of the table at the pole with the tip held
+  std::uint64_t reconfigurations = 0;  ///< times that the tool is taken off to turn a rotary back or over
   Joints min, max;                     ///< travel used
 };
 
 struct JointPath {
   std::vector<JointMove> moves;  ///< moves[0] states the start joints; its seconds are 0
   JointPathReport report;
+  std::optional<ToolPath>
+      reconfigured;  ///< the path with its reconfigurations, whose moves `move` then counts
 };
 
 /// Called now and then with the fraction done, from one thread at a time; false cancels.
@@ -56,7 +63,8 @@ using StageProgress = std::function<bool(double fraction)>;
 /// everywhere on every block, not at its ends only; no limit is broken; |dC| < 180 degrees in every block; C
 /// and branch are continuous (the solution nearest to the joints before, on C + 360 k within limits, is
 /// taken); near the pole C is held, and turned in place where it must turn. Starts on other branches and
-/// turns are tried when the first leads into a limit. Errors: kUnreachable, kLimit: the first pose, the axis
+/// turns are tried when the first leads into a limit, then reconfigurations with the tool off the part.
+/// Errors: kUnreachable, kLimit: the first pose, the axis
 /// with value and limit, and what to change; kInput: a speed or feed that is 0, an axis that is not unit or
 /// turns over within one move; kCancelled. The same bits on any number of threads.
 Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, const Setup& setup,

@@ -72,6 +72,11 @@ double counted_turn(RotaryWord counting, double word, double from) {
   return to;
 }
 
+Vec3 rotary_up(const MachineModel& machine, const Setup& setup) {
+  const Vec3 n = machine.rotary.direction;
+  return transposed(setup.fixture) * (dot(n, machine.spindle) < 0.0 ? -n : n);
+}
+
 bool within_limits(const MachineModel& m, const Joints& q) {
   return inside(q.a, m.tilt.min, m.tilt.max) && inside(q.c, m.rotary.min, m.rotary.max) &&
          inside(q.x, m.x.min, m.x.max) && inside(q.y, m.y.min, m.y.max) && inside(q.z, m.z.min, m.z.max);

@@ -71,7 +71,9 @@ struct MachineModel {
   Vec3 rotary_to_tilt{0, 0, 0};  ///< table-table, head-head: a point of the rotary axis to one of the tilt
                                  ///< axis (the pivot of a head), all axes at home, mm
   Vec3 spindle{0, 0, 1};         ///< unit, from tool tip to shank with all axes at home
-  int preferred_tilt = 0;  ///< sign of the tilt from home taken where both serve; 0: whichever is quicker
+  int preferred_tilt = 0;     ///< sign of the tilt from home taken where both serve; 0: whichever is quicker
+  bool blends_rotary = true;  ///< the control blends blocks in which rotaries move; else each has to be long
+                              ///< enough to reach its speed and to leave it again (LinuxCNC)
 };
 
 /// How the part sits on the table and how long the tool is.
@@ -103,6 +105,9 @@ Joints solve_linear(const MachineModel& machine, const Setup& setup, Point<Part>
 double control_word(RotaryWord counting, double to, double from, int decimals);
 /// Where an axis at `from` goes when the control reads `word`, turns counted: undoes `control_word`.
 double counted_turn(RotaryWord counting, double word, double from);
+
+/// The rotary axis as a part direction, unit, pointing from the work to where the spindle is at home.
+Vec3 rotary_up(const MachineModel& machine, const Setup& setup);
 
 /// No limit is broken.
 bool within_limits(const MachineModel& machine, const Joints& joints);

@@ -35,7 +35,7 @@ Joints greatest(const Joints& p, const Joints& q) {
 }
 
 double Walker::seconds(const Joints& from, const Joints& to, double way) const {
-  // (K10) in minutes, without acceleration.
+  // (K10) in minutes.
   double minutes = 0.0;
   if (kind_ == MoveKind::kCut) minutes = way / path_.cut_feed.mm_per_min();
   if (kind_ == MoveKind::kPlunge) minutes = way / path_.plunge_feed.mm_per_min();
@@ -43,7 +43,15 @@ double Walker::seconds(const Joints& from, const Joints& to, double way) const {
       {minutes, std::abs(to.x - from.x) / machine_.x.velocity, std::abs(to.y - from.y) / machine_.y.velocity,
        std::abs(to.z - from.z) / machine_.z.velocity, std::abs(to.a - from.a) / machine_.tilt.velocity,
        std::abs(to.c - from.c) / machine_.rotary.velocity});
-  return minutes * 60.0;
+  const double seconds = minutes * 60.0;
+  if (machine_.blends_rotary || (to.a == from.a && to.c == from.c)) return seconds;
+  // Without look-ahead a block keeps its time only where T >= 2 v_i / a_i, v_i = |dq_i| / T.
+  const double harshest = std::max({std::abs(to.x - from.x) / machine_.x.acceleration,
+                                    std::abs(to.y - from.y) / machine_.y.acceleration,
+                                    std::abs(to.z - from.z) / machine_.z.acceleration,
+                                    std::abs(to.a - from.a) / machine_.tilt.acceleration,
+                                    std::abs(to.c - from.c) / machine_.rotary.acceleration});
+  return std::max(seconds, std::sqrt(2.0 * harshest));
 }
 
 Deviation Walker::check(const Sweep& sweep, double f0, double f1, const Joints& to) const {

@@ -172,7 +172,7 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
       ++count;
     }
   }
-  EXPECT_EQ(count, 12u + 3 + 5 + 12 + 3 + 6 + 2);
+  EXPECT_EQ(count, 12u + 3 + 5 + 12 + 3 + 6 + 3);
   for (const char* key : {"structure",
                           "letter",
                           "direction",
@@ -195,7 +195,8 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
                           "receive_buffer_bytes",
                           "look_ahead_blocks",
                           "corner_time_ms",
-                          "blend_rotary"})
+                          "blend_rotary",
+                          "bytes_per_s"})
     EXPECT_TRUE(documented(text, key)) << key;
 }
 

@@ -98,7 +98,7 @@ TEST(MachineProfile, ReadsEveryValue) {
   EXPECT_EQ(profile->receive_buffer, 1024);
   EXPECT_EQ(profile->control.look_ahead, 40);
   EXPECT_EQ(profile->control.corner_time, 0.0025);
-  EXPECT_FALSE(profile->control.blend_rotary);
+  EXPECT_FALSE(profile->model.blends_rotary);
 }
 
 TEST(MachineProfile, ReadsEveryStructure) {
@@ -156,7 +156,7 @@ TEST(MachineProfile, ProgramAndLinkMayBeLeftOut) {
   EXPECT_EQ(profile->receive_buffer, 127);
   EXPECT_EQ(profile->control.look_ahead, 200);
   EXPECT_EQ(profile->control.corner_time, 0.005);
-  EXPECT_TRUE(profile->control.blend_rotary);
+  EXPECT_TRUE(profile->model.blends_rotary);
 }
 
 TEST(MachineProfile, ALongLineNeedsABufferOnlyWhereCharactersAreCounted) {
@@ -242,6 +242,8 @@ const std::vector<BadText> kBadTexts = {
     {"receive_buffer_bytes: 1024", "receive_buffer_bytes: 70", "26:62", "lower max_line_length"},
     {"receive_buffer_bytes: 1024", "receive_buffer_bytes: 65537", "26:62",
      "number of bytes from 17 to 65536"},
+    {"receive_buffer_bytes: 1024", "bytes_per_s: -1, receive_buffer_bytes: 1024", "26:53",
+     "expected a number at least 0"},
     {"receive_buffer_bytes: 1024", "receive_buffer: 1024", "26:40",
      "nearest known key: receive_buffer_bytes"},
     {"jerk_mm_per_s3: 23", "jerk_mm_per_s3: 0", "3:97", "number of mm/s^3 above 0"},
@@ -284,7 +286,8 @@ TEST(MachineProfile, DescribesEveryValue) {
             "program.dialect: grbl\nprogram.linear_decimals: 3\nprogram.rotary_decimals: 5\n"
             "program.max_line_length: 70\nprogram.line_numbers: true\n"
             "program.max_inverse_time_per_min: 9999.5\n"
-            "link.default: serial:/dev/ttyACM0\nlink.receive_buffer_bytes: 1024\n");
+            "link.default: serial:/dev/ttyACM0\nlink.receive_buffer_bytes: 1024\n"
+            "link.bytes_per_s: 0\n");
 }
 
 TEST(KeyNames, TheNearestKeyIsTheSameWordsElseTheLeastEdits) {

@@ -1,0 +1,48 @@
+#pragma once
+// The whole operation looked at before it is walked: with which joints to start, and where the tool has to be
+// taken off the part so that the rotaries can be turned back or brought to their other side. (K11).
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "kinematics/joint_choice.h"
+#include "kinematics/machine.h"
+#include "kinematics/tool_path.h"
+
+namespace tiltfeed {
+
+/// At the end of a move: these joints there are given up for those.
+struct Reconfiguration {
+  std::size_t after = 0;  ///< index into ToolPath::moves
+  Choice from, to;
+};
+
+struct OperationPlan {
+  Choice start;
+  std::vector<Reconfiguration> changes;  ///< in the path's order
+};
+
+/// Dynamic programming over both solutions and the turns of the rotary: the fewest reconfigurations with the
+/// tool in cut, then the fewest of all, then the preferred side of the tilt, then the least rotary time, sum
+/// of max_i |dq_i| / V_i at the moves' ends. The tool is taken off only where its axis rises (kLeastRise) and
+/// the travels reach up to `clear_height`. Nothing where no way leads through. Requires: a path that
+/// check_path accepts.
+std::optional<OperationPlan> plan_operation(const ToolPath& path, const MachineModel& machine,
+                                            const Setup& setup, const JointChooser& chooser,
+                                            double clear_height);
+
+/// A tool that lies flatter than this (cosine to the rotary axis) is not taken off upwards: the way would be
+/// ten times the height, and the holder would pass low over the part.
+inline constexpr double kLeastRise = 0.1;
+
+/// How far along its axis the tool is clear. Requires: an axis that rises.
+double rise_to(double clear_height, const Pose& pose, Vec3 up);
+
+/// The path with the moves of each reconfiguration put in: off along the tool axis until the tip is
+/// `clear_height` mm along `rotary_up` above part zero, the rotaries turned there with the tip held, back
+/// down, the last of it as a plunge where the tool was in cut.
+ToolPath with_reconfigurations(const ToolPath& path, const MachineModel& machine, const Setup& setup,
+                               const OperationPlan& plan, double clear_height);
+
+}  // namespace tiltfeed

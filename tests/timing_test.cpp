@@ -1,0 +1,172 @@
+// Times of programs: closed forms of trapezoids and corners, limits held by a simulated drive, starved links.
+
+#include "kinematics/timing.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace tiltfeed {
+namespace {
+
+constexpr double kTolerance = 0.01, kAxisTolerance = 0.1;
+
+MachineModel drive() {
+  MachineModel m;
+  m.x = m.y = m.z = {-1e6, 1e6, 60000, 1000};
+  m.tilt = {'A', {1, 0, 0}, +1, 0.0, -1e6, 1e6, 6000, 200};
+  m.rotary = {'C', {0, 0, 1}, -1, 0.0, -1e6, 1e6, 6000, 400};
+  return m;
+}
+
+std::vector<JointMove> program(const std::vector<std::pair<Joints, double>>& blocks,
+                               MoveKind kind = MoveKind::kCut) {
+  std::vector<JointMove> moves;
+  for (const auto& [joints, seconds] : blocks)
+    moves.push_back({joints, seconds, moves.empty() ? MoveKind::kRapid : kind, 0});
+  return moves;
+}
+
+TEST(Timing, OneLongBlockIsATrapezoid) {
+  // 100 mm in 1 s: 100 mm/s, reached in 0.1 s over 5 mm, left again likewise.
+  const Timing t = time_blocks(program({{{}, 0}, {{100, 0, 0, 0, 0}, 1.0}}, MoveKind::kRapid), drive(),
+                               kTolerance, kAxisTolerance);
+  EXPECT_NEAR(t.seconds, 0.9 + 0.2, 1e-12);
+  EXPECT_NEAR(t.peak_velocity.x, 6000, 1e-9);
+  EXPECT_NEAR(t.peak_acceleration.x, 1000, 1e-9);
+  EXPECT_EQ(t.slowed, 1u);
+  EXPECT_EQ(t.peak_velocity.c, 0.0);
+}
+
+TEST(Timing, OneShortBlockIsATriangle) {
+  // 1 degree of A at 200 deg/s^2: up and down in 2 sqrt(s / a), whatever was programmed.
+  const Timing t = time_blocks(program({{{}, 0}, {{0, 0, 0, 1, 0}, 0.01}}, MoveKind::kRapid), drive(),
+                               kTolerance, kAxisTolerance);
+  EXPECT_NEAR(t.seconds, 2 * std::sqrt(1.0 / 200), 1e-12);
+  EXPECT_NEAR(t.peak_velocity.a, 60 * std::sqrt(200.0), 1e-9);
+}
+
+TEST(Timing, AStraightLineOfManyBlocksIsThatOfOne) {
+  std::vector<std::pair<Joints, double>> blocks{{{}, 0}};
+  for (int i = 1; i <= 1000; ++i) blocks.push_back({{0.1 * i, 0, 0, 0, 0}, 0.001});
+  const Timing t = time_blocks(program(blocks, MoveKind::kRapid), drive(), kTolerance, kAxisTolerance);
+  EXPECT_NEAR(t.seconds, 1.1, 1e-9);
+}
+
+TEST(Timing, ACornerIsRoundedOffWithinTheTolerance) {
+  // 90 degrees at 50 mm/s: each axis changes by 50 mm/s over 8 tol / dv = 1.6 ms, or slower.
+  const auto corner = program({{{}, 0}, {{50, 0, 0, 0, 0}, 1.0}, {{50, 50, 0, 0, 0}, 1.0}}, MoveKind::kRapid);
+  const Timing t = time_blocks(corner, drive(), kTolerance, kAxisTolerance);
+  // a = dv^2 / (8 tol): sqrt(8 * 0.01 * 1000) = 8.94 mm/s through the corner.
+  const double v = std::sqrt(8 * kTolerance * 1000);
+  const double lost = 50.0 / 1000 - 50.0 / 2000 + (50 - v) / 1000 - (50 * 50 - v * v) / 2000 / 50;
+  EXPECT_NEAR(t.seconds, 2.0 + 2 * lost, 1e-9);
+  const Timing coarse = time_blocks(corner, drive(), 1e9, 1e9);
+  EXPECT_NEAR(coarse.seconds, 2.05, 1e-9) << "no stop at a corner that may be rounded off at will";
+}
+
+TEST(Timing, RapidAndFeedMeetAtAStandstill) {
+  auto moves = program({{{}, 0}, {{100, 0, 0, 0, 0}, 1.0}, {{200, 0, 0, 0, 0}, 1.0}}, MoveKind::kRapid);
+  const double through = time_blocks(moves, drive(), kTolerance, kAxisTolerance).seconds;
+  moves[2].kind = MoveKind::kCut;
+  const double stopped = time_blocks(moves, drive(), kTolerance, kAxisTolerance).seconds;
+  EXPECT_NEAR(through, 2.1, 1e-9);
+  EXPECT_NEAR(stopped, 2.2, 1e-9);
+}
+
+/// Random programs of all axes; the velocities that the durations imply change no faster than the drives can.
+TEST(Timing, RandomProgramsKeepEveryLimit) {
+  const MachineModel m = drive();
+  const double limits[5] = {1000, 1000, 1000, 200, 400};
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> step;
+    std::uniform_real_distribution<double> time(0.001, 0.1);
+    Joints q, v{};
+    std::vector<std::pair<Joints, double>> blocks{{q, 0}};
+    for (int i = 0; i < 300; ++i) {
+      v = {v.x * 0.9 + step(random), v.y * 0.9 + step(random), v.z * 0.9 + step(random),
+           v.a * 0.9 + step(random), v.c * 0.9 + step(random)};
+      const double t = time(random);
+      q = {q.x + v.x * t, q.y + v.y * t, q.z + v.z * t, q.a + v.a * t, q.c + v.c * t};
+      blocks.push_back({q, t});
+    }
+    const auto moves = program(blocks);
+    const Timing timing = time_blocks(moves, m, kTolerance, kAxisTolerance);
+    double sum = 0;
+    std::array<double, 5> before{};
+    double last = 0;
+    for (std::size_t i = 1; i < moves.size(); ++i) {
+      const double t = timing.durations[i];
+      ASSERT_GE(t, moves[i].seconds * (1 - 1e-6));
+      sum += t;
+      const Joints &p = moves[i - 1].joints, &r = moves[i].joints;
+      const std::array<double, 5> d{r.x - p.x, r.y - p.y, r.z - p.z, r.a - p.a, r.c - p.c};
+      for (std::size_t k = 0; k < 5; ++k) {
+        const double mean = d[k] / t;
+        // Mean speeds of two blocks lie (t + last) / 2 apart; corner and ramp may share that time.
+        ASSERT_LE(std::abs(mean - before[k]), 2.02 * limits[k] * (t + last) / 2 + 1e-9) << "block " << i;
+        before[k] = mean;
+      }
+      last = t;
+    }
+    EXPECT_NEAR(sum, timing.seconds, 1e-4);
+    const Joints& a = timing.peak_acceleration;
+    EXPECT_LE(std::max({a.x, a.y, a.z}), 1000 * (1 + 1e-9));
+    EXPECT_LE(a.a, 200 * (1 + 1e-9));
+    EXPECT_LE(a.c, 400 * (1 + 1e-9));
+  }
+}
+
+TEST(Timing, WithoutLookAheadTheProgrammedTimesStand) {
+  MachineModel m = drive();
+  m.blends_rotary = false;
+  const Timing t = time_blocks(program({{{}, 0}, {{0, 0, 0, 1, 0}, 0.1}, {{0, 0, 0, 2, 0}, 0.1}}), m,
+                               kTolerance, kAxisTolerance);
+  EXPECT_NEAR(t.seconds, 0.2, 1e-12);
+  EXPECT_NEAR(t.peak_acceleration.a, 200, 1e-9);
+}
+
+/// The link block by block: when a block has arrived, when it can start.
+double longest_wait(const std::vector<float>& durations, const LinkRate& link) {
+  const double send = link.bytes_per_block / link.bytes_per_s;
+  const auto room = static_cast<std::size_t>(link.buffer_bytes / link.bytes_per_block);
+  double waited = 0, worst = 0;
+  // Sent as room is made: block k needs the start of block k - room.
+  std::vector<double> start(durations.size());
+  double sent = 0, free_at = 0;
+  for (std::size_t k = 0; k < durations.size(); ++k) {
+    const double begin = k < room ? 0.0 : std::max(sent, start[k - room]);
+    sent = k < room ? 0.0 : begin + send;  // the first fill is there before the cycle starts
+    start[k] = std::max(free_at, sent);
+    if (start[k] > free_at) waited += start[k] - free_at;
+    worst = std::max(worst, waited);
+    free_at = start[k] + durations[k];
+  }
+  return worst;
+}
+
+TEST(Starvation, FindsTheWindowThatALinkCannotFeed) {
+  // 20 ms blocks at 10 ms a block, but for 100 of 4 ms.
+  std::vector<float> durations(1000, 0.020F);
+  for (std::size_t i = 400; i < 500; ++i) durations[i] = 0.004F;
+  const LinkRate link{5000, 50, 500};
+  const Starvation s = starvation(durations, link);
+  EXPECT_EQ(s.first, 400u);
+  EXPECT_EQ(s.count, 100u);
+  EXPECT_NEAR(s.seconds, 0.4, 1e-6);
+  EXPECT_NEAR(s.waits, 100 * 0.006 - 10 * 0.010, 1e-5);
+  EXPECT_NEAR(s.waits, longest_wait(durations, link), 0.02);
+  EXPECT_NEAR(s.bytes_per_s, (100 * 50 - 500) / 0.4, 1e-2);
+  EXPECT_EQ(starvation(durations, {s.bytes_per_s * 1.001, 50, 500}).count, 0u) << "the remedy is one";
+  EXPECT_EQ(starvation(durations, {5000, 50, 5000}).count, 0u) << "a buffer that holds the window";
+}
+
+TEST(Starvation, ASteadyLinkNeverStarves) {
+  EXPECT_EQ(starvation(std::vector<float>(1000, 0.0101F), {5000, 50, 128}).count, 0u);
+  EXPECT_EQ(starvation({}, {5000, 50, 128}).count, 0u);
+}
+
+}  // namespace
+}  // namespace tiltfeed
