@@ -29,10 +29,21 @@ void read_directions(const Section& axis, AxisFrame& frame) {
 
 }  // namespace
 
-AxisFrame read_axis(const Section& root) {
-  const Section axis = root.section("axis", {"mode", "sense", "origin_mm", "t", "n", "circle_radius_mm"});
-  AxisFrame frame;
+void read_axis(const Section& root, PlanOptions& plan) {
+  const Section axis =
+      root.section("axis", {"mode", "sense", "origin_mm", "t", "n", "circle_radius_mm", "plane_normals",
+                            "lead_deg", "lean_deg", "smoothing_mm", "max_turn_deg_per_mm"});
+  AxisFrame& frame = plan.axis;
   frame.mode = axis.choice<AxisMode>("mode", kModeWords);
+  const std::string mode = word(kModeWords, frame.mode);
+  if (frame.mode == AxisMode::kFree) {
+    for (const char* key : {"sense", "origin_mm", "t", "n", "circle_radius_mm"})
+      axis.unused(key, "in the mode free, where the tool axis is chosen at every point");
+    read_free_axis(root, axis, plan.free, plan.cutter);
+    return;
+  }
+  for (const char* key : {"plane_normals", "lead_deg", "lean_deg", "smoothing_mm", "max_turn_deg_per_mm"})
+    axis.unused(key, "in the mode " + mode + ", only in free");
   if (frame.mode != AxisMode::kFixed)
     frame.sense = axis.choice<Sense>("sense", kSenseWords);
   else
@@ -43,9 +54,7 @@ AxisFrame read_axis(const Section& root) {
   if (frame.mode == AxisMode::kCircle)
     frame.circle_radius = axis.number("circle_radius_mm", kRadius);
   else
-    axis.unused("circle_radius_mm",
-                "in the mode " + std::string(word(kModeWords, frame.mode)) + ", only in circle");
-  return frame;
+    axis.unused("circle_radius_mm", "in the mode " + mode + ", only in circle");
 }
 
 }  // namespace tiltfeed

@@ -48,6 +48,7 @@ Containment read_containment(const Section& root, AxisMode mode) {
   containment.first = read_interval(section, keys.first, mode);
   containment.second = read_interval(section, keys.second, mode);
   containment.height = read_interval(section, keys.height, mode);
+  if (mode == AxisMode::kFree) section.unused("boundary", "in the mode free, whose containment is a box");
   const auto corners =
       section.points("boundary", range_of(first, mode), range_of(second, mode), 3, kMaxCorners);
   if (corners.empty()) return containment;

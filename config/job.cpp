@@ -41,8 +41,8 @@ Job read_job(const Section& root, const std::string& path) {
   job.stl_path = resolved(path, part.text("stl"));
   job.stl_unit_mm = read_unit(part);
   job.plan.cutter = read_cutter(root);
-  job.plan.axis = read_axis(root);
-  job.plan.pattern = read_pattern(root, job.plan.cutter);
+  read_axis(root, job.plan);
+  job.plan.pattern = read_pattern(root, job.plan);
   job.plan.containment = read_containment(root, job.plan.axis.mode);
   read_path(root, job.plan);
   const Section feeds = root.section("feeds", {"cut_mm_per_min", "plunge_mm_per_min", "spindle_rpm"});

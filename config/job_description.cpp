@@ -30,8 +30,19 @@ void describe_cutter(Description& out, const Cutter& cutter) {
   if (!cutter.holder.empty()) out.add("cutter.holder_top_mm", tidy(top));
 }
 
-void describe_axis(Description& out, const AxisFrame& axis) {
+void describe_free_axis(Description& out, const FreeAxis& free) {
+  for (std::size_t i = 0; i < free.plane_normals.size(); ++i)
+    out.add("axis.plane_normals[" + std::to_string(i + 1) + "]", free.plane_normals[i]);
+  out.add("axis.lead_deg", free.lead);
+  out.add("axis.lean_deg", free.lean);
+  out.add("axis.smoothing_mm", free.smoothing);
+  out.add("axis.max_turn_deg_per_mm", free.max_turn);
+}
+
+void describe_axis(Description& out, const PlanOptions& plan) {
+  const AxisFrame& axis = plan.axis;
   out.add("axis.mode", word(kModeWords, axis.mode));
+  if (axis.mode == AxisMode::kFree) return describe_free_axis(out, plan.free);
   if (axis.mode != AxisMode::kFixed) out.add("axis.sense", word(kSenseWords, axis.sense));
   out.add("axis.origin_mm", from_origin(axis.origin));
   out.add("axis.t", axis.t);
@@ -39,8 +50,11 @@ void describe_axis(Description& out, const AxisFrame& axis) {
   if (axis.mode == AxisMode::kCircle) out.add("axis.circle_radius_mm", axis.circle_radius);
 }
 
-void describe_pattern(Description& out, const Pattern& pattern) {
-  const auto uses = [&](const char* key) { return uses_key(pattern.kind, key); };
+void describe_pattern(Description& out, const Pattern& pattern, AxisMode mode) {
+  const auto uses = [&](const std::string& key) {
+    const bool row = key == "along" || key == "angle_deg";
+    return uses_key(pattern.kind, key) && !(mode == AxisMode::kFree && row);
+  };
   const bool scallop = pattern.measure == StepMeasure::kScallop;
   out.add("pattern.kind", word(kKindWords, pattern.kind));
   if (uses("along")) out.add("pattern.along", word(kAlongWords, pattern.along));
@@ -108,8 +122,8 @@ std::string describe(const Job& job) {
   out.add("part.stl", job.stl_path);
   out.add("part.unit_mm", job.stl_unit_mm);
   describe_cutter(out, plan.cutter);
-  describe_axis(out, plan.axis);
-  describe_pattern(out, plan.pattern);
+  describe_axis(out, plan);
+  describe_pattern(out, plan.pattern, plan.axis.mode);
   describe_containment(out, plan.containment, plan.axis.mode);
   describe_path(out, plan);
   out.add("feeds.cut_mm_per_min", plan.cut_feed.mm_per_min());

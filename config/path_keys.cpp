@@ -25,6 +25,10 @@ void read_stock(const Section& root, PlanOptions& plan) {
   const Section stock = root.optional_section("stock", {"radial_mm", "axial_mm"});
   plan.radial_stock = stock.number("radial_mm", kStock, plan.radial_stock);
   plan.axial_stock = stock.number("axial_mm", kStock, plan.axial_stock);
+  if (plan.axis.mode == AxisMode::kFree && (plan.radial_stock > 0.0 || plan.axial_stock > 0.0))
+    stock.complain(
+        plan.radial_stock > 0.0 ? "radial_mm" : "axial_mm",
+        "is not used in the axis mode free, where the axis has no one direction; use allowance_mm");
 }
 
 /// 0: no limit.
@@ -53,15 +57,29 @@ Guard read_guard(const Section& guards, const char* key, Guard guard) {
   return guard;
 }
 
+/// With the axis free, directions are chosen so that shank and holder are clear.
+void refuse_reaction(const Section& guards, const char* key, const Guard& guard) {
+  if (guard.reaction != Reaction::kTrim)
+    guards.complain(key,
+                    "the reaction " + std::string(word(kReactionWords, guard.reaction)) +
+                        " is not used in the axis mode free, which leaves out what has no clear direction; "
+                        "expected trim");
+}
+
 void read_guards(const Section& root, PlanOptions& plan) {
   const Section guards = root.optional_section("guards", {"shank", "holder"});
   plan.shank = read_guard(guards, "shank", plan.shank);
   plan.holder = read_guard(guards, "holder", plan.holder);
+  if (plan.axis.mode == AxisMode::kFree) {
+    refuse_reaction(guards, "shank", plan.shank);
+    refuse_reaction(guards, "holder", plan.holder);
+  }
   if (guards.has("holder") && plan.cutter.holder.empty())
     guards.complain("holder", "there is no holder to guard; give its steps in cutter.holder");
 }
 
-void read_links(const Section& root, LinkOptions& links) {
+void read_links(const Section& root, PlanOptions& plan) {
+  LinkOptions& links = plan.links;
   links.clearance = root.number("clearance_mm", kClearance);
   links.approach = root.number("approach_mm", kClearance);
   if (links.approach > links.clearance)
@@ -71,6 +89,11 @@ void read_links(const Section& root, LinkOptions& links) {
   const Section section = root.optional_section("links", {"join_distance_mm", "lead_radius_mm"});
   links.join_distance = section.number("join_distance_mm", kLinkLength, links.join_distance);
   links.lead_radius = section.number("lead_radius_mm", kLeadRadius, links.lead_radius);
+  if (plan.axis.mode == AxisMode::kFree && links.lead_radius > 0.0)
+    section.complain(
+        "lead_radius_mm",
+        "is not used in the axis mode free, which goes straight down the tool axis to every pass; "
+        "expected 0");
 }
 
 }  // namespace
@@ -85,7 +108,7 @@ void read_path(const Section& root, PlanOptions& plan) {
   read_stock(root, plan);
   read_points(root, plan);
   read_guards(root, plan);
-  read_links(root, plan.links);
+  read_links(root, plan);
 }
 
 }  // namespace tiltfeed

@@ -81,18 +81,28 @@ bool uses_key(PatternKind kind, const std::string& key) {
   return true;
 }
 
-Pattern read_pattern(const Section& root, const Cutter& cutter) {
+Pattern read_pattern(const Section& root, const PlanOptions& plan) {
   const Section section =
       root.section("pattern", {"kind", "along", "angle_deg", "direction", "measure", "side_step_mm",
                                "scallop_mm", "step_down_mm", "milling", "split_slope_deg"});
   Pattern pattern;
   pattern.kind = section.choice<PatternKind>("kind", kKindWords, pattern.kind);
   refuse_unused(section, pattern.kind);
+  if (plan.axis.mode == AxisMode::kFree) {
+    if (pattern.kind != PatternKind::kRaster)
+      section.complain("kind",
+                       std::string(word(kKindWords, pattern.kind)) +
+                           " needs a predefined axis; in the axis mode free passes are where the planes of "
+                           "axis.plane_normals cut the part, so expected raster");
+    for (const char* key : {"along", "angle_deg"})
+      section.unused(
+          key, "in the axis mode free, where passes are where the planes of axis.plane_normals cut the part");
+  }
   const auto uses = [&](const char* key) { return uses_key(pattern.kind, key); };
   pattern.along = section.choice<Along>("along", kAlongWords, pattern.along);
   pattern.angle = Angle::from_degrees(section.number("angle_deg", kTurn, pattern.angle.degrees()));
   pattern.direction = section.choice<Direction>("direction", kDirectionWords, pattern.direction);
-  if (uses("side_step_mm")) read_step(section, cutter, pattern);
+  if (uses("side_step_mm")) read_step(section, plan.cutter, pattern);
   if (uses("step_down_mm")) pattern.step_down = section.number("step_down_mm", kStep);
   pattern.climb = section.choice<bool>("milling", kMillingWords, pattern.climb);
   pattern.split_slope =

@@ -68,6 +68,8 @@ class Section {
   Vec3 vector(const char* key, Range range, std::optional<Vec3> fallback = {}) const;
   /// A vector of any length but zero, made unit.
   Vec3 direction(const char* key, std::optional<Vec3> fallback = {}) const;
+  /// A list of 1 to `most` vectors, each made unit; required. Empty where wrong.
+  std::vector<Vec3> directions(const char* key, std::size_t most) const;
   /// One line of printable text without blanks at its ends, not empty unless `fallback` is.
   std::string text(const char* key, std::optional<std::string> fallback = {}) const;
   /// [A-Za-z0-9 ._-]{1,40}: safe in file names, G-code comments and CL text.

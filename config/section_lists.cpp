@@ -40,6 +40,34 @@ Vec3 Section::direction(const char* key, std::optional<Vec3> fallback) const {
   return {0, 0, 1};
 }
 
+std::vector<Vec3> Section::directions(const char* key, std::size_t most) const {
+  const YamlNode* node = want(key, true);
+  if (node == nullptr) return {};
+  if (node->kind != YamlKind::kList || node->items.empty() || node->items.size() > most) {
+    complain(key,
+             "expected a list of 1 to " + std::to_string(most) + " directions [x, y, z], " + found(*node));
+    return {};
+  }
+  std::vector<Vec3> directions;
+  for (std::size_t i = 0; i < node->items.size(); ++i) {
+    const YamlNode& item = node->items[i];
+    if (item.kind != YamlKind::kList || item.items.size() != 3) {
+      complain_at(key, i, "expected a list of three numbers [x, y, z], " + found(item));
+      return {};
+    }
+    std::array<double, 3> v{};
+    for (std::size_t k = 0; k < v.size(); ++k)
+      v[k] = finite(item.items[k], item_name(path_of(key), i), key, {-kMaxDirection, kMaxDirection})
+                 .value_or(1.0);
+    if (length({v[0], v[1], v[2]}) < kMinDirection) {
+      complain_at(key, i, "the zero vector has no direction; expected at least one component other than 0");
+      return {};
+    }
+    directions.push_back(normalized({v[0], v[1], v[2]}));
+  }
+  return directions;
+}
+
 std::optional<std::array<double, 2>> Section::pair(const YamlNode& node, const std::string& name,
                                                    const char* key, Range first, Range second) const {
   if (node.kind != YamlKind::kList || node.items.size() != 2) {

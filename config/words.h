@@ -18,7 +18,8 @@ inline constexpr Words<CutterType> kCutterWords = {{"ball", CutterType::kBall},
 inline constexpr Words<AxisMode> kModeWords = {{"fixed", AxisMode::kFixed},
                                                {"point", AxisMode::kPoint},
                                                {"line", AxisMode::kLine},
-                                               {"circle", AxisMode::kCircle}};
+                                               {"circle", AxisMode::kCircle},
+                                               {"free", AxisMode::kFree}};
 inline constexpr Words<Sense> kSenseWords = {{"outward", Sense::kOutward}, {"inward", Sense::kInward}};
 inline constexpr Words<PatternKind> kKindWords = {
     {"raster", PatternKind::kRaster},   {"z_level", PatternKind::kZLevel}, {"split", PatternKind::kSplit},

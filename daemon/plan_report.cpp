@@ -30,6 +30,32 @@ nlohmann::ordered_json starvation_json(const Starvation& s) {
 /// How far the rotary winds up, turns.
 double rotary_turns(const JointPathReport& joints) { return (joints.max.c - joints.min.c) / 360.0; }
 
+const char* why_text(Unreached why) {
+  switch (why) {
+    case Unreached::kCutter:
+      return "cutter";
+    case Unreached::kShank:
+      return "shank";
+    case Unreached::kHolder:
+      return "holder";
+    case Unreached::kTilt:
+      return "tilt";
+  }
+  return "";
+}
+
+nlohmann::ordered_json free_json(const FreeReport& free) {
+  nlohmann::ordered_json json = {{"cl_points", free.cl_points},
+                                 {"directions_tested", free.directions},
+                                 {"cl_length_mm", free.cl_length},
+                                 {"unreached_length_mm", free.unreached_length},
+                                 {"breaks", free.breaks}};
+  json["unreached_facets"] = nlohmann::ordered_json::array();
+  for (const FreeReport::Facet& f : free.unreached)
+    json["unreached_facets"].push_back({{"facet", f.facet}, {"why", why_text(f.why)}});
+  return json;
+}
+
 }  // namespace
 
 Starvation starved(const Timing& timing, const MachineProfile& machine, const ProgramReport& program) {
@@ -72,6 +98,7 @@ std::string report_json(const PlanOutcome& o) {
   json["defects"] = nlohmann::ordered_json::array();
   for (const Defect& d : o.part.defects)
     json["defects"].push_back({{"kind", to_string(d.kind)}, {"count", d.count}, {"first", d.first}});
+  if (o.plan.free) json["free"] = free_json(*o.plan.free);
   json["warnings"] = o.plan.warnings;
   json["stages"] = nlohmann::ordered_json::object();
   double wall = 0.0;
@@ -93,6 +120,14 @@ std::string report_text(const PlanOutcome& o) {
              static_cast<unsigned long long>(o.plan.points),
              static_cast<unsigned long long>(o.plan.slice_points), o.plan.cut_length / 1000.0,
              o.plan.rapid_length / 1000.0, static_cast<unsigned long long>(o.plan.retracts));
+  if (o.plan.free)
+    text += format(
+        "free axis: %llu CL points, %llu directions tested, %llu breaks, %.2f %% of the slices out of "
+        "reach\n",
+        static_cast<unsigned long long>(o.plan.free->cl_points),
+        static_cast<unsigned long long>(o.plan.free->directions),
+        static_cast<unsigned long long>(o.plan.free->breaks),
+        100.0 * o.plan.free->unreached_length / o.plan.free->cl_length);
   text +=
       format("%llu blocks, %.1f MB, machining time %.1f min, tip within %.4f mm of its path between blocks\n",
              static_cast<unsigned long long>(o.program.blocks), static_cast<double>(o.program.bytes) / 1e6,

@@ -11,6 +11,7 @@ namespace tiltfeed {
 namespace {
 
 double sign_of(const AxisFrame& frame) {
+  assert(frame.mode != AxisMode::kFree);
   return frame.mode == AxisMode::kFixed ? 1.0 : static_cast<int>(frame.sense);
 }
 
@@ -41,6 +42,7 @@ Point<Flat> Deformation::flatten(Point<Part> p) const {
       return {pt, scale_y_ * std::atan2(pb, pn), s_ * std::hypot(pb, pn)};
     case AxisMode::kPoint:
     case AxisMode::kCircle:
+    case AxisMode::kFree:
       break;
   }
   // (D1), (D3): the point mode is the circle mode with R_i = 0.
@@ -65,6 +67,7 @@ AxisLine Deformation::axis_line(double x, double y, Angles& angles) const {
       return {frame_.origin + frame_.t * x, (frame_.n * angles.cos_y + b_ * angles.sin_y) * s_};
     case AxisMode::kPoint:
     case AxisMode::kCircle:
+    case AxisMode::kFree:
       break;
   }
   turn_x(), turn_y();

@@ -15,6 +15,7 @@ enum class AxisMode {
   kPoint,   ///< through the point O
   kLine,    ///< through and perpendicular to the line O + x t
   kCircle,  ///< through and perpendicular to the circle (O, radius, plane of t and n)
+  kFree,    ///< not predefined: chosen clear of the part at every point (pathgen/free_plan.h); no deformation
 };
 
 /// Where the shank points: away from the point/line/circle (outside work) or towards it (inside work).
@@ -42,6 +43,7 @@ struct AxisLine {
 class Deformation {
  public:
   /// `scale_radius`: R of the maths, mm: the mean rho of the CL surface; sets the scale of x' and y' only.
+  /// Requires: frame.mode is not kFree.
   Deformation(const AxisFrame& frame, double scale_radius);
 
   Point<Flat> flatten(Point<Part> p) const;

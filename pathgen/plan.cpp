@@ -8,6 +8,7 @@
 #include "pathgen/cl_field.h"
 #include "pathgen/envelope.h"
 #include "pathgen/far_side.h"
+#include "pathgen/free_plan.h"
 #include "pathgen/guards.h"
 #include "pathgen/linking.h"
 #include "pathgen/passes.h"
@@ -283,7 +284,10 @@ Result<Plan> plan(const CheckedMesh& part, const PlanOptions& options, const Pro
   result.path.tool = {options.cutter.diameter, options.cutter.nose_radius(), options.cutter.length};
   result.path.cut_feed = options.cut_feed;
   result.path.plunge_feed = options.plunge_feed;
-  if (auto done = Planner(part, options, progress, result).run(); !done) return tl::unexpected(done.error());
+  const auto done = options.axis.mode == AxisMode::kFree ? plan_free(part, options, progress, result)
+                                                         : Planner(part, options, progress, result).run();
+  if (!done) return tl::unexpected(done.error());
+  if (options.axis.mode == AxisMode::kFree) measure(result.path.moves, result.report);
   return result;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,23 @@ struct StageTime {
   double seconds = 0.0;
 };
 
+/// Why points of the CL surface have no admissible direction.
+enum class Unreached { kCutter, kShank, kHolder, kTilt };
+
+/// What the mode free did besides.
+struct FreeReport {
+  std::uint64_t cl_points = 0;    ///< points of the CL surface at which a direction was sought
+  std::uint64_t directions = 0;   ///< directions tested against the part, moves and links included
+  double cl_length = 0.0;         ///< of the slices of the CL surface, mm
+  double unreached_length = 0.0;  ///< of that, left out as no direction is admissible, mm
+  std::uint64_t breaks = 0;       ///< of passes, where the direction must jump
+  struct Facet {
+    std::uint32_t facet = kNoFacet;  ///< of the STL file
+    Unreached why = Unreached::kCutter;
+  };
+  std::vector<Facet> unreached;  ///< facets touched where a slice was left out, ascending, each once
+};
+
 struct PlanReport {
   std::uint64_t facets = 0;
   std::uint64_t passes = 0;                     ///< unbroken runs of cutting moves
@@ -29,6 +47,7 @@ struct PlanReport {
   std::uint64_t retracts = 0;                   ///< to the clearance surface, the last one included
   std::uint64_t joins = 0;                      ///< passes begun from the one before, on the surface
   double cut_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm
+  std::optional<FreeReport> free;               ///< with the axis free
   std::vector<std::string> warnings;
   std::vector<StageTime> times;
 };

@@ -55,7 +55,8 @@ struct Interval {
 
 /// Where the tool's axis line may be, in the axis mode's own coordinates: Theta and Phi in rad (point,
 /// circle), x in mm and Theta in rad (line), x and y in mm (fixed); `height`: distance from the point, line
-/// or circle of the cutter location (mm), or z' in the mode fixed.
+/// or circle of the cutter location (mm), or z' in the mode fixed. With the axis free: x, y and z (mm) of the
+/// cutter location, and no boundary.
 struct Containment {
   Interval first, second, height;
   /// A closed polygon in (first, second), at least three corners, either way round; empty: none.
@@ -80,10 +81,22 @@ struct LinkOptions {
   double lead_radius = 0.0;  ///< of tangential arcs into and out of each pass, mm; 0: straight down the axis
 };
 
+/// What the tool axis should be where it is free, and how the part is sliced.
+struct FreeAxis {
+  /// Of the stacks of slicing planes, unit. Each place of the CL surface is cut by the stack whose normal is
+  /// the furthest from the surface's.
+  std::vector<Vec3> plane_normals;
+  Angle lead;              ///< wished lean from the surface normal along the feed: the tip trails
+  Angle lean;              ///< wished lean from the surface normal, to the left of the feed
+  double smoothing = 0.0;  ///< wished directions are means over this length of the pass, mm
+  Angle max_turn;          ///< of the tool axis on a pass, per mm of the CL point's way
+};
+
 struct PlanOptions {
   std::string name;  ///< of the part
   Cutter cutter;
   AxisFrame axis;
+  FreeAxis free;  ///< with AxisMode::kFree
   Pattern pattern;
   Containment containment;
   double tolerance = 0.01;          ///< largest gouge, and largest gap where contact is meant, part space, mm

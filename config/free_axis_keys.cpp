@@ -1,0 +1,28 @@
+#include "config/job_keys.h"
+#include "config/words.h"
+
+namespace tiltfeed {
+namespace {
+
+constexpr Range kLean = between(-85.0, 85.0);  // degrees; further would cut with the side of the tool
+constexpr Range kSmoothing{0.0, 100.0};        // mm
+constexpr Range kMaxTurn = above(0.0, 180.0);  // degrees/mm
+constexpr double kDefaultMaxTurn = 5.0;        // degrees/mm; 10,000 degrees/min at 2000 mm/min
+constexpr std::size_t kMaxStacks = 8;
+
+}  // namespace
+
+void read_free_axis(const Section& root, const Section& axis, FreeAxis& free, const Cutter& cutter) {
+  if (cutter.type != CutterType::kBall && cutter.type != CutterType::kTaperBall)
+    root.complain("cutter",
+                  "the type " + std::string(word(kCutterWords, cutter.type)) +
+                      " has no one CL surface for all tool axes, which the mode free needs; use ball or "
+                      "taper_ball");
+  free.plane_normals = axis.directions("plane_normals", kMaxStacks);
+  free.lead = Angle::from_degrees(axis.number("lead_deg", kLean, 0.0));
+  free.lean = Angle::from_degrees(axis.number("lean_deg", kLean, 0.0));
+  free.smoothing = axis.number("smoothing_mm", kSmoothing, cutter.radius());
+  free.max_turn = Angle::from_degrees(axis.number("max_turn_deg_per_mm", kMaxTurn, kDefaultMaxTurn));
+}
+
+}  // namespace tiltfeed

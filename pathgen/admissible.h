@@ -1,0 +1,60 @@
+#pragma once
+// The admissible set of a CL point: the directions of the tool axis at which cutter, shank and holder are
+// clear of the part, the tool can be drawn back along its axis, and the machine's tilt suffices. (A1)..(A4)
+// in pathgen/README.md.
+
+#include <cstdint>
+#include <vector>
+
+#include "kinematics/units.h"
+#include "pathgen/cl_sections.h"
+#include "pathgen/direction_grid.h"
+#include "pathgen/plan.h"
+#include "pathgen/swept_tool.h"
+
+namespace tiltfeed {
+
+/// What a series of questions remembers; one for each thread.
+struct DirectionQuery {
+  std::uint32_t hint = kNoFacet;  ///< the facet that stopped the last direction
+  std::uint64_t tested = 0;       ///< directions held against the part
+};
+
+class Admissibility {
+ public:
+  /// `up`: the table's axis in part directions, unit. `tool` and `grid` must outlive the object.
+  Admissibility(const SweptTool& tool, const DirectionGrid& grid, Vec3 up, Angle tilt_max);
+
+  /// Is the axis on the surface's side of the contact, and its angle to `up` at most tilt_max?
+  bool within_limits(Vec3 normal, Vec3 axis) const;
+  /// Is it in the admissible set of the point?
+  bool admits(const ClPoint& point, Vec3 axis, DirectionQuery& query) const;
+
+  /// The admissible directions of the grid (indices, ascending): those of level kAdmissibleLevel; where some
+  /// of these are and some are not, the ones between on the next finer level; where none is, all of that
+  /// level. Requires: the grid's level is above kAdmissibleLevel.
+  std::vector<std::uint32_t> directions(const ClPoint& point, DirectionQuery& query) const;
+  static constexpr int kAdmissibleLevel = 3;
+
+  /// Why a point without admissible directions has none: the first of cutter, shank and holder without which
+  /// there would be some, or the tilt limit.
+  Unreached why_none(const ClPoint& point, DirectionQuery& query) const;
+
+  /// The direction within the limits of tilt that is nearest to `axis`.
+  Vec3 nearest_tilt(Vec3 axis) const;
+
+  const SweptTool& tool() const { return tool_; }
+  const DirectionGrid& grid() const { return grid_; }
+  Vec3 up() const { return up_; }
+  double tilt_max() const { return tilt_max_; }  ///< rad
+
+ private:
+  bool any_clear(const ClPoint& point, int parts, DirectionQuery& query) const;
+
+  const SweptTool& tool_;
+  const DirectionGrid& grid_;
+  Vec3 up_;
+  double tilt_max_, tilt_cosine_;
+};
+
+}  // namespace tiltfeed

@@ -1,0 +1,44 @@
+#pragma once
+// From the strands of one section of the CL surface to passes: what is inside the offset is cut away, ends
+// that meet are joined. (N4)..(N6) in pathgen/README.md.
+
+#include <vector>
+
+#include "pathgen/cl_sections.h"
+#include "pathgen/facet_tree.h"
+
+namespace tiltfeed {
+
+/// Places of the centre, each straight on to the next; closed: the last one is the first again.
+struct ClChain {
+  ClStrand points;
+  bool closed = false;
+};
+
+/// (N4) The parts of the strand whose centres are nowhere nearer to a facet than `radius`, less kInside:
+/// exact on every straight move. Ends of what is cut away belong to what is left.
+void trim_strand(const ClStrand& strand, const FacetTree& tree, double radius, std::vector<ClStrand>& kept);
+
+/// A ball this much (mm) inside a facet still only touches it: rounding.
+inline constexpr double kInside = 1e-8;
+
+struct JoinLimits {
+  double gap = 0.0;       ///< ends this near (mm) are one
+  double wide_gap = 0.0;  ///< ends this near are joined where the straight move is contact within `tolerance`
+  double tolerance = 0.0;  ///< mm
+  double shortest = 0.0;   ///< shorter chains are dropped, mm
+};
+
+/// (N5) Joins each end of a strand to the nearest start; near ones first. The strands run one way; which are
+/// joined does not depend on their order.
+std::vector<ClChain> join_strands(std::vector<ClStrand> strands, const FacetTree& tree, double radius,
+                                  const JoinLimits& limits);
+
+/// (N6) Drops points that a straight move passes within `tolerance`, while normals in between stay within
+/// kNormalBend (rad) of what lies between those of its ends.
+void thin_chain(ClChain& chain, double tolerance);
+inline constexpr double kNormalBend = 0.1;
+
+double length_of(const ClStrand& strand);
+
+}  // namespace tiltfeed

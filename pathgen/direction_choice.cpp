@@ -1,0 +1,47 @@
+#include "pathgen/direction_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tiltfeed {
+
+std::vector<std::uint32_t> cheapest_sequence(const std::vector<std::vector<Candidate>>& stations,
+                                             const std::vector<double>& ways, const TurnPrices& prices) {
+  std::vector<std::vector<std::uint32_t>> from(stations.size());
+  std::vector<double> before, now;
+  for (const Candidate& c : stations.empty() ? std::vector<Candidate>{} : stations.front())
+    before.push_back(c.cost);
+  for (std::size_t i = 1; i < stations.size(); ++i) {
+    const std::vector<Candidate>&last = stations[i - 1], &here = stations[i];
+    const double widest = std::min(prices.max_turn * ways[i - 1], 3.2),
+                 least_cosine = std::cos(std::min(widest, 3.14159265358979));
+    const double per_square = prices.turn / ways[i - 1];
+    const auto cheapest =
+        static_cast<std::uint32_t>(std::min_element(before.begin(), before.end()) - before.begin());
+    now.assign(here.size(), 0.0);
+    from[i].assign(here.size(), cheapest);
+    for (std::size_t k = 0; k < here.size(); ++k) {
+      double best = before[cheapest] + prices.jump;
+      for (std::uint32_t j = 0; j < last.size(); ++j) {
+        if (before[j] >= best) continue;
+        const double cosine = dot(last[j].axis, here[k].axis);
+        if (cosine < least_cosine) continue;
+        // 2 - 2 cos is the square of the chord: below that of the angle, so it never drops a better one.
+        if (before[j] + per_square * (2.0 - 2.0 * cosine) >= best) continue;
+        const double angle = angle_between(last[j].axis, here[k].axis);
+        const double cost = before[j] + per_square * angle * angle;
+        if (cost < best) best = cost, from[i][k] = j;
+      }
+      now[k] = best + here[k].cost;
+    }
+    std::swap(before, now);
+  }
+  std::vector<std::uint32_t> chosen(stations.size());
+  if (stations.empty()) return chosen;
+  chosen.back() = static_cast<std::uint32_t>(std::min_element(before.begin(), before.end()) - before.begin());
+  for (std::size_t i = stations.size(); i-- > 1;) chosen[i - 1] = from[i][chosen[i]];
+  return chosen;
+}
+
+}  // namespace tiltfeed

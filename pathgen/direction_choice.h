@@ -1,0 +1,29 @@
+#pragma once
+// The cheapest sequence of tool axes along a pass: a shortest path through the candidates of its stations.
+
+#include <cstdint>
+#include <vector>
+
+#include "kinematics/geometry.h"
+
+namespace tiltfeed {
+
+/// One candidate direction of a station, and what choosing it costs.
+struct Candidate {
+  Vec3 axis;  ///< unit
+  double cost = 0.0;
+};
+
+struct TurnPrices {
+  double turn = 0.0;      ///< times angle^2 / way between neighbours
+  double max_turn = 0.0;  ///< rad/mm; where the angle is over this times the way the sequence breaks
+  double jump = 0.0;      ///< for each break
+};
+
+/// (O3) For each station the index of its candidate in the sequence of least cost: the candidates' own costs
+/// and those of the turns. Equals are settled by the lower index. Requires: no list is empty; `ways` (mm,
+/// above 0) are those from each station to the next.
+std::vector<std::uint32_t> cheapest_sequence(const std::vector<std::vector<Candidate>>& stations,
+                                             const std::vector<double>& ways, const TurnPrices& prices);
+
+}  // namespace tiltfeed

@@ -1,0 +1,34 @@
+#pragma once
+// Directions spread evenly over the sphere: the corners of an icosahedron whose facets are cut into four
+// again and again. Those of a coarser grid come first.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "kinematics/geometry.h"
+
+namespace tiltfeed {
+
+class DirectionGrid {
+ public:
+  /// 12, 42, 162, 642, 2562, 10242 directions for level 0 to 5; neighbours are 63, 32, 16, 8, 4, 2 degrees
+  /// apart.
+  explicit DirectionGrid(int level);
+
+  const std::vector<Vec3>& directions() const { return directions_; }
+  /// How many directions a level has; they are the first of all.
+  static std::uint32_t count(int level) { return 10u * (1u << (2 * level)) + 2u; }
+  int level() const { return level_; }
+  /// The two directions between which direction i lies. Requires: it is not of level 0.
+  std::array<std::uint32_t, 2> parents(std::uint32_t i) const { return parents_[i - 12]; }
+  /// No direction is further from the nearest of a level's than this, rad.
+  static double coverage(int level);
+
+ private:
+  int level_;
+  std::vector<Vec3> directions_;
+  std::vector<std::array<std::uint32_t, 2>> parents_;  ///< from direction 12 on
+};
+
+}  // namespace tiltfeed

@@ -1,0 +1,214 @@
+#include "pathgen/free_plan.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "pathgen/cl_slices.h"
+#include "pathgen/free_links.h"
+#include "pathgen/orientation.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// The parts of the tolerance: the slices, and by how much the cutter may cut in on the way between poses
+/// that are checked. The rest is the post's and rounding's.
+constexpr double kSliceShare = 0.4, kSlackShare = 0.5;
+/// (O5) Of the tolerance, by which a turn of the axis in one move may bend the way of ball or shank.
+constexpr double kTurnShare = 0.25;
+constexpr std::size_t kPassesPerTurn = 64;
+
+std::string percent(double part, double whole) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f %%", 100.0 * part / whole);
+  return text;
+}
+
+struct Reason {
+  Unreached why;
+  const char *text, *remedy;
+};
+constexpr Reason kReasons[] = {
+    {Unreached::kCutter, "no direction of the tool axis is clear of the part for the cutter",
+     "use a smaller cutter"},
+    {Unreached::kShank,
+     "in every direction that is clear for the cutter the shank comes nearer to the part than "
+     "guards.shank.clearance_mm",
+     "use a longer cutter.cutting_length_mm or a thinner shank"},
+    {Unreached::kHolder,
+     "in every direction that is clear for cutter and shank the holder comes nearer to the part "
+     "than guards.holder.clearance_mm",
+     "use a longer cutter.shank_length_mm"},
+    {Unreached::kTilt, "every clear direction tilts the tool axis further than setup.tilt_max_deg",
+     "turn the part on the table"}};
+
+class FreePlanner {
+ public:
+  FreePlanner(const CheckedMesh& part, const PlanOptions& options, const Progress& progress, Plan& plan)
+      : part_(part),
+        options_(options),
+        progress_(progress),
+        plan_(plan),
+        report_(plan.report),
+        free_(plan.report.free.emplace()) {}
+
+  Result<void> run() {
+    if (options_.free.plane_normals.empty())
+      return fail(Code::kInput, "axis.plane_normals must have at least one direction");
+    if (options_.cutter.type != CutterType::kBall && options_.cutter.type != CutterType::kTaperBall)
+      return fail(Code::kInput,
+                  "the axis mode free needs a ball or taper_ball cutter: others have no one CL surface for "
+                  "all tool axes");
+    report_.facets = part_.mesh.facets.size();
+    report_.warnings = part_.warnings;
+    const FacetTree tree(part_.mesh);
+    if (!begin("CL surface")) return cancelled();
+    const auto slices = slice_cl_surface(part_, tree, options_, options_.tolerance * kSliceShare,
+                                         [&](double f) { return tell(f); });
+    if (stopped_) return cancelled();
+    for (const ClSlice& s : slices)
+      free_.cl_length += length_of(s.chain.points), report_.slice_points += s.chain.points.size();
+    if (slices.empty())
+      return fail(Code::kUnreachable, "no plane of axis.plane_normals cuts the part within the containment");
+    const SweptTool tool(tree, options_, options_.tolerance * kSlackShare);
+    const DirectionGrid grid(Admissibility::kAdmissibleLevel + 1);
+    const Admissibility admissible(tool, grid, options_.up, options_.tilt_max);
+    if (!begin("orientation")) return cancelled();
+    const auto runs = orient(slices, admissible);
+    if (stopped_) return cancelled();
+    if (auto told = tell_left_out(); !told) return told;
+    if (runs.empty())
+      return fail(Code::kUnreachable, "nothing is left to cut: no pass is longer than a point");
+    if (!begin("link")) return cancelled();
+    join(runs, admissible);
+    end();
+    return {};
+  }
+
+ private:
+  static tl::unexpected<Error> cancelled() {
+    return fail(Code::kCancelled, "planning was cancelled; nothing was written");
+  }
+  bool tell(double fraction) {
+    if (progress_ && !progress_(stage_, fraction)) stopped_ = true;
+    return !stopped_;
+  }
+  bool begin(const char* stage) {
+    end();
+    stage_ = stage, start_ = std::chrono::steady_clock::now();
+    return tell(0.0);
+  }
+  void end() {
+    if (stage_ == nullptr) return;
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start_;
+    report_.times.push_back({stage_, taken.count()});
+    stage_ = nullptr;
+  }
+
+  /// The axis may turn by so much in one move that the ball's centre and the shank's end leave their straight
+  /// ways by that share of the tolerance.
+  double turn_per_move() const {
+    const double reach = std::max(options_.cutter.shank_length, options_.cutter.radius());
+    const double turn = std::sqrt(8.0 * options_.tolerance * kTurnShare / reach);
+    const double asked = options_.max_angle_step.radians();
+    return asked > 0.0 ? std::min(turn, asked) : turn;
+  }
+
+  std::vector<OrientedRun> orient(const std::vector<ClSlice>& slices, const Admissibility& admissible) {
+    const OrientationOptions how{options_.free, options_.tolerance, turn_per_move(),
+                                 options_.max_point_distance, reference_height(options_.cutter)};
+    const bool turned = options_.pattern.direction == Direction::kZigzag && !reversible();
+    std::vector<OrientedPass> passes(slices.size());
+    for (std::size_t first = 0; first < slices.size() && !stopped_; first += kPassesPerTurn) {
+      tbb::parallel_for(first, std::min(slices.size(), first + kPassesPerTurn), [&](std::size_t i) {
+        if (!turned || slices[i].plane % 2 == 0) {
+          passes[i] = orient_pass(slices[i].chain, admissible, how);
+          return;
+        }
+        ClChain back = slices[i].chain;
+        std::reverse(back.points.begin(), back.points.end());
+        passes[i] = orient_pass(back, admissible, how);
+      });
+      tell(static_cast<double>(first) / static_cast<double>(slices.size()));
+    }
+    std::vector<OrientedRun> runs;
+    for (OrientedPass& pass : passes) {
+      free_.cl_points += pass.stations, free_.directions += pass.tested, free_.breaks += pass.breaks;
+      left_out_.insert(left_out_.end(), pass.left_out.begin(), pass.left_out.end());
+      for (OrientedRun& r : pass.runs) runs.push_back(std::move(r));
+    }
+    return runs;
+  }
+
+  /// Without lead and lean a pass is the same both ways.
+  bool reversible() const {
+    return options_.pattern.direction == Direction::kZigzag && options_.free.lead.radians() == 0.0 &&
+           options_.free.lean.radians() == 0.0;
+  }
+
+  /// What has no admissible direction, by reason.
+  Result<void> tell_left_out() {
+    double all = 0.0;
+    for (const Reason& reason : kReasons) {
+      double sum = 0.0;
+      std::vector<std::uint32_t> facets;
+      for (const LeftOut& l : left_out_) {
+        if (l.why != reason.why) continue;
+        sum += l.length, facets.push_back(part_.mesh.source[l.facet]);
+      }
+      if (facets.empty()) continue;
+      std::sort(facets.begin(), facets.end());
+      facets.erase(std::unique(facets.begin(), facets.end()), facets.end());
+      for (const std::uint32_t f : facets) free_.unreached.push_back({f, reason.why});
+      all += sum;
+      report_.warnings.push_back(percent(sum, free_.cl_length) +
+                                 " of the CL surface's slices left out, at facet " +
+                                 std::to_string(facets.front()) + " (" + std::to_string(facets.size()) +
+                                 " facets in all): " + reason.text + "; " + reason.remedy);
+    }
+    free_.unreached_length = all;
+    std::stable_sort(free_.unreached.begin(), free_.unreached.end(),
+                     [](const auto& a, const auto& b) { return a.facet < b.facet; });
+    if (left_out_.empty() || left_out_.size() < free_.cl_points) return {};
+    const Reason& first = kReasons[static_cast<std::size_t>(left_out_.front().why)];
+    return fail(first.why == Unreached::kTilt ? Code::kLimit : Code::kUnreachable,
+                std::string("nothing is left to cut: at facet ") +
+                    std::to_string(part_.mesh.source[left_out_.front().facet]) + " as everywhere " +
+                    first.text + "; " + first.remedy);
+  }
+
+  void join(const std::vector<OrientedRun>& runs, const Admissibility& admissible) {
+    FreeLinked linked = link_runs(runs, reversible(), admissible, options_, part_.mesh.source);
+    free_.directions += linked.tested;
+    report_.retracts = linked.retracts, report_.joins = linked.short_links;
+    if (linked.skipped_runs > 0)
+      report_.warnings.push_back(std::to_string(linked.skipped_runs) +
+                                 " runs left out: every way to them tilts the tool axis further than "
+                                 "setup.tilt_max_deg; turn the part on the table");
+    plan_.path.moves = std::move(linked.moves);
+  }
+
+  const CheckedMesh& part_;
+  const PlanOptions& options_;
+  const Progress& progress_;
+  Plan& plan_;
+  PlanReport& report_;
+  FreeReport& free_;
+  std::vector<LeftOut> left_out_;
+  const char* stage_ = nullptr;
+  std::chrono::steady_clock::time_point start_;
+  bool stopped_ = false;
+};
+
+}  // namespace
+
+Result<void> plan_free(const CheckedMesh& part, const PlanOptions& options, const Progress& progress,
+                       Plan& plan) {
+  return FreePlanner(part, options, progress, plan).run();
+}
+
+}  // namespace tiltfeed
