@@ -83,7 +83,7 @@ class ModbusSession {
   void look_around(const RingStatus& status, Time now);
   void continue_run(const RingStatus& status, Time now);
   void post(MailboxCode code, std::uint32_t argument, Time now);
-  void follow_mail(const RingStatus& status, Time now);
+  void follow_mail(const RingStatus& status);
   void follow_hold(const RingStatus& status);
   void finish_stop();
   void on_command_status(const RingStatus& status, Time now);
@@ -115,6 +115,7 @@ class ModbusSession {
 
   std::deque<Mail> mail_;                  // the first one is out, or due
   std::optional<std::uint16_t> waits_at_;  // the newest completed block, if it is M0, M1 or M6
+  int mail_tries_ = 0;
   bool hold_seen_ = false, aborting_ = false;
   std::string refused_;
 

@@ -20,6 +20,7 @@
 #include <thread>
 
 #include "sim/endpoint.h"
+#include "tests/wide_machine.h"
 
 namespace tiltfeed {
 namespace {
@@ -48,20 +49,6 @@ struct ProgramFile {
   ~ProgramFile() { std::filesystem::remove(path); }
   std::string path;
 };
-
-MachineModel wide_machine() {
-  MachineModel machine;
-  for (LinearAxis* axis : {&machine.x, &machine.y, &machine.z}) *axis = {-1000, 1000, 1e7, 1e7};
-  for (RotaryAxis* axis : {&machine.tilt, &machine.rotary}) {
-    axis->min = -1e6;
-    axis->max = 1e6;
-    axis->velocity = axis->acceleration = 1e9;
-  }
-  machine.rotary.letter = 'C';
-  machine.rotary.direction = {0, 0, 1};
-  machine.pivot_to_gauge = {0, 0, -100};
-  return machine;
-}
 
 /// Runs a simulated controller in a thread, until the test ends.
 class SimThread {
