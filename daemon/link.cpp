@@ -12,12 +12,14 @@ namespace {
 
 constexpr int kMinBaud = 300, kMaxBaud = 4000000;
 constexpr int kDefaultRtuBaud = 19200;  // the Modbus standard's default
+constexpr int kDefaultDripBaud = 9600;  // what most CNC controls are set to
 constexpr int kMaxUnit = 247;           // 0 is broadcast: never for motion
 constexpr int kMaxPort = 65535;
 
 tl::unexpected<Error> bad_link(std::string_view text, const std::string& why) {
   return fail(Code::kUsage, "link '" + std::string(text) + "': " + why +
-                                "; examples: grbl:/dev/ttyUSB0@115200, modbus-tcp:192.168.0.5:502/1, "
+                                "; examples: grbl:/dev/ttyUSB0@115200, reprap:/dev/ttyACM0@250000, "
+                                "dnc:/dev/ttyS0@9600, modbus-tcp:192.168.0.5:502/1, "
                                 "modbus-rtu:/dev/ttyS0@19200/1");
 }
 
@@ -85,6 +87,15 @@ Result<LinkSpec> parse_link(std::string_view text) {
   const std::string_view kind = text.substr(0, colon), rest = text.substr(colon + 1);
   LinkSpec spec;
   if (kind == "grbl") return parse_serial(text, rest, spec);
+  if (kind == "reprap") {
+    spec.kind = LinkKind::kRepRap;
+    return parse_serial(text, rest, spec);
+  }
+  if (kind == "dnc") {
+    spec.kind = LinkKind::kDrip;
+    spec.baud = kDefaultDripBaud;
+    return parse_serial(text, rest, spec);
+  }
   if (kind == "modbus-rtu") {
     spec.kind = LinkKind::kModbusRtu;
     spec.baud = kDefaultRtuBaud;
@@ -94,13 +105,17 @@ Result<LinkSpec> parse_link(std::string_view text) {
     spec.kind = LinkKind::kModbusTcp;
     return parse_tcp(text, rest, spec);
   }
-  return bad_link(text, "the kind must be grbl, modbus-tcp or modbus-rtu");
+  return bad_link(text, "the kind must be grbl, reprap, dnc, modbus-tcp or modbus-rtu");
 }
 
 std::string describe(const LinkSpec& link) {
   switch (link.kind) {
     case LinkKind::kGrbl:
       return "grbl:" + link.place + "@" + std::to_string(link.baud);
+    case LinkKind::kRepRap:
+      return "reprap:" + link.place + "@" + std::to_string(link.baud);
+    case LinkKind::kDrip:
+      return "dnc:" + link.place + "@" + std::to_string(link.baud);
     case LinkKind::kModbusTcp: {
       const bool v6 = link.place.find(':') != link.place.npos;
       return "modbus-tcp:" + (v6 ? "[" + link.place + "]" : link.place) + ":" + std::to_string(link.port) +
@@ -113,7 +128,19 @@ std::string describe(const LinkSpec& link) {
 }
 
 Result<std::unique_ptr<Link>> open_link(const LinkSpec& link) {
-  if (link.kind == LinkKind::kGrbl) return open_serial_link(link.place, link.baud);
+  switch (link.kind) {
+    case LinkKind::kGrbl:
+    case LinkKind::kRepRap:
+      return open_serial_link(link.place, {link.baud});
+    case LinkKind::kDrip: {
+      const DripFormat& drip = link.profile.drip;
+      return open_serial_link(link.place, {link.baud, drip.data_bits, drip.parity, drip.stop_bits,
+                                           drip.flow == FlowControl::kRtsCts});
+    }
+    case LinkKind::kModbusTcp:
+    case LinkKind::kModbusRtu:
+      break;
+  }
   return open_modbus_link(link);
 }
 

@@ -36,7 +36,7 @@ class Link {
   virtual Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) = 0;
 };
 
-enum class LinkKind { kGrbl, kModbusTcp, kModbusRtu };
+enum class LinkKind { kGrbl, kRepRap, kDrip, kModbusTcp, kModbusRtu };
 
 /// Which wire, and the two figures that a controller may not tell by itself.
 struct LinkSpec {
@@ -50,9 +50,9 @@ struct LinkSpec {
   LinkProfile profile = {};  ///< the rest, from the machine profile; not part of the LINK text
 };
 
-/// Reads `grbl:/dev/ttyUSB0[@115200]`, `modbus-tcp:HOST:PORT[/UNIT]` (IPv6 in brackets) or
-/// `modbus-rtu:/dev/ttyS0[@19200[/UNIT]]`.
-/// Errors: kUsage with what is wrong and an example of each form.
+/// Reads `grbl:/dev/ttyUSB0[@115200]`, `reprap:/dev/ttyUSB0[@115200]`, `dnc:/dev/ttyS0[@9600]`,
+/// `modbus-tcp:HOST:PORT[/UNIT]` (IPv6 in brackets) or `modbus-rtu:/dev/ttyS0[@19200[/UNIT]]`. Errors: kUsage
+/// with what is wrong and an example of each form.
 Result<LinkSpec> parse_link(std::string_view text);
 /// The LINK text again, with the defaults filled in: parse_link(describe(s)) = s.
 std::string describe(const LinkSpec& link);

@@ -147,7 +147,25 @@ void set_line_habits(int fd) {
   }
 }
 
-Result<std::unique_ptr<Link>> open_port(const std::string& device, int baud, sp_port* raw) {
+std::string describe(const SerialFormat& format) {
+  constexpr char kParities[] = {'N', 'E', 'O'};
+  return std::to_string(format.baud) + " baud, " + std::to_string(format.data_bits) +
+         kParities[static_cast<int>(format.parity)] + std::to_string(format.stop_bits) +
+         (format.rts_cts ? ", RTS/CTS" : "");
+}
+
+sp_return set_format(sp_port* port, const SerialFormat& format) {
+  constexpr sp_parity kParities[] = {SP_PARITY_NONE, SP_PARITY_EVEN, SP_PARITY_ODD};
+  sp_return code = sp_set_baudrate(port, format.baud);
+  if (code == SP_OK) code = sp_set_bits(port, format.data_bits);
+  if (code == SP_OK) code = sp_set_parity(port, kParities[static_cast<int>(format.parity)]);
+  if (code == SP_OK) code = sp_set_stopbits(port, format.stop_bits);
+  if (code == SP_OK)
+    code = sp_set_flowcontrol(port, format.rts_cts ? SP_FLOWCONTROL_RTSCTS : SP_FLOWCONTROL_NONE);
+  return code;
+}
+
+Result<std::unique_ptr<Link>> open_port(const std::string& device, const SerialFormat& format, sp_port* raw) {
   Port port(raw);
   sp_return code = sp_open(raw, SP_MODE_READ_WRITE);
   if (code != SP_OK) return cannot_open(device, port_reason(code));
@@ -156,11 +174,8 @@ Result<std::unique_ptr<Link>> open_port(const std::string& device, int baud, sp_
   if (code != SP_OK) return cannot_open(device, port_reason(code));
   if (::flock(fd, LOCK_EX | LOCK_NB) != 0) return cannot_open(device, "another program has it");
   if (::ioctl(fd, TIOCEXCL) != 0) return cannot_open(device, std::strerror(errno));
-  if ((code = sp_set_baudrate(raw, baud)) != SP_OK || (code = sp_set_bits(raw, 8)) != SP_OK ||
-      (code = sp_set_parity(raw, SP_PARITY_NONE)) != SP_OK || (code = sp_set_stopbits(raw, 1)) != SP_OK ||
-      (code = sp_set_flowcontrol(raw, SP_FLOWCONTROL_NONE)) != SP_OK)
-    return fail(Code::kLink,
-                device + ": refuses " + std::to_string(baud) + " baud, 8N1: " + port_reason(code));
+  if ((code = set_format(raw, format)) != SP_OK)
+    return fail(Code::kLink, device + ": refuses " + describe(format) + ": " + port_reason(code));
   set_line_habits(fd);
   sp_flush(raw, SP_BUF_INPUT);
   return std::make_unique<SerialLink>(device, std::move(port), fd);
@@ -183,13 +198,13 @@ Result<std::unique_ptr<Link>> open_pseudo_terminal(const std::string& device) {
 
 }  // namespace
 
-Result<std::unique_ptr<Link>> open_serial_link(const std::string& device, int baud) {
+Result<std::unique_ptr<Link>> open_serial_link(const std::string& device, const SerialFormat& format) {
   const std::unique_ptr<char, decltype(&std::free)> resolved(::realpath(device.c_str(), nullptr), &std::free);
   if (!resolved) return cannot_open(device, std::strerror(errno));
   const std::string place = resolved.get();
   sp_port* port = nullptr;
   const sp_return code = sp_get_port_by_name(place.c_str(), &port);
-  if (code == SP_OK) return open_port(place, baud, port);
+  if (code == SP_OK) return open_port(place, format, port);
   if (place.starts_with(kPseudoTerminals)) return open_pseudo_terminal(place);
   return cannot_open(device, port_reason(code));
 }

@@ -4,12 +4,22 @@
 #include <memory>
 #include <string>
 
+#include "config/link_profile.h"
 #include "daemon/link.h"
 
 namespace tiltfeed {
 
-/// 8N1, no flow control, exclusive, not blocking. Symbolic links (/dev/serial/by-id/...) are followed first.
+/// XON/XOFF is left to the session: the driver would swallow the bytes that it must see.
+struct SerialFormat {
+  int baud = 115200;
+  int data_bits = 8;
+  Parity parity = Parity::kNone;
+  int stop_bits = 1;
+  bool rts_cts = false;
+};
+
+/// Exclusive, not blocking. Symbolic links (/dev/serial/by-id/...) are followed first.
 /// Errors: kLink with the device, the system's reason and what to do; busy when somebody else has it.
-Result<std::unique_ptr<Link>> open_serial_link(const std::string& device, int baud);
+Result<std::unique_ptr<Link>> open_serial_link(const std::string& device, const SerialFormat& format);
 
 }  // namespace tiltfeed

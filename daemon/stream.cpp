@@ -5,8 +5,10 @@
 #include <random>
 #include <vector>
 
+#include "daemon/drip_session.h"
 #include "daemon/grbl_session.h"
 #include "daemon/modbus_session.h"
+#include "daemon/reprap_session.h"
 #include "daemon/words.h"
 
 namespace tiltfeed {
@@ -295,10 +297,19 @@ Result<SendReport> send_opened(Opened& opened, const LinkSpec& spec, Link& link,
     ModbusSession session(modbus_options(spec, options, opened.blocks), clock.now());
     BlockFeed feed(opened.program);
     report = run(session, feed, link, clock, hooks);
-  } else {
+  } else if (spec.kind == LinkKind::kGrbl) {
     GrblSession session(grbl_options(spec, options, opened.facts), clock.now());
     LineFeed feed(opened.program);
     report = run(session, feed, link, clock, hooks);
+  } else if (spec.kind == LinkKind::kRepRap) {
+    RepRapSession session({opened.facts.lines, spec.profile.reprap_window}, clock.now());
+    LineFeed feed(opened.program);
+    report = run(session, feed, link, clock, hooks);
+  } else {
+    DripSession session({opened.facts.lines, spec.baud, spec.profile.drip}, clock.now());
+    LineFeed feed(opened.program);
+    report = run(session, feed, link, clock, hooks);
+    if (report) report->executed.reset();  // sent is all that can be said
   }
   if (!report) return fail(report.error().code, describe(spec) + ": " + report.error().message);
   if (const Result<void> same = opened.program.rewind(); !same) return tl::unexpected<Error>(same.error());

@@ -50,6 +50,8 @@ class GrblController {
   double now() const { return motion_.now(); }
 
   int alarm() const { return alarm_; }  ///< 0: none
+  /// The axes stop and everything queued is forgotten; needs a reset, then $X.
+  void raise_alarm(int code);
   /// M2 or M30 was executed and nothing follows it.
   bool program_ended() const { return motion_.totals().programs > 0 && motion_.idle(); }
   const Motion& motion() const { return motion_; }
@@ -65,7 +67,6 @@ class GrblController {
   void pump();
   bool place_pending();
   void reset();
-  void raise_alarm(int code);
   void reply_ok();
   void reply_error(int code);
   void feed_override(int percent);

@@ -111,7 +111,8 @@ struct Bench {
   void feed() {
     while (session.wants_work()) {
       if (next == texts.size()) return session.end_of_program();
-      Line line{next + 1, texts[next], texts[next] == "M0", texts[next] == "M0", 0.0};
+      Line line{next + 1, texts[next], texts[next] == "M0" || texts[next].starts_with("G10"),
+                texts[next] == "M0", 0.0};
       if (texts[next].starts_with("G4P")) line.dwell = std::stod(texts[next].substr(3));
       session.push(std::move(line));
       ++next;

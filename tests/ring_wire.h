@@ -86,8 +86,8 @@ class RingWire : public Link, public Clock {
   static constexpr double kByteTime = 11.0 / 115200, kTimeout = 0.15;
   static constexpr std::uint8_t kUnit = 1;
 
-  void pass(double seconds) {
-    time_ += seconds;
+  void pass(double span) {
+    time_ += span;
     controller.advance_link(time_);
     controller.advance(time_);
   }

@@ -51,14 +51,14 @@ struct Terminal {
 TEST(SerialLink, TheLibserialportPathIsTaken) {
   const Terminal terminal;
   const int before = serial_shim_calls();
-  const auto link = open_serial_link(terminal.name, 115200);
+  const auto link = open_serial_link(terminal.name, {115200});
   ASSERT_TRUE(link) << link.error().message;
   EXPECT_GT(serial_shim_calls(), before + 2) << "libserialport was not asked";
 }
 
 TEST(SerialLink, EveryByteValuePassesBothWays) {
   Terminal terminal;
-  const auto link = open_serial_link(terminal.name, 115200);
+  const auto link = open_serial_link(terminal.name, {115200});
   ASSERT_TRUE(link) << link.error().message;
   std::string all;
   for (int i = 0; i < 256; ++i) all += static_cast<char>(i);
@@ -72,7 +72,7 @@ TEST(SerialLink, EveryByteValuePassesBothWays) {
 
 TEST(SerialLink, SettingsAreRawAndBaudAsAsked) {
   const Terminal terminal;
-  const auto link = open_serial_link(terminal.name, 57600);
+  const auto link = open_serial_link(terminal.name, {57600});
   ASSERT_TRUE(link) << link.error().message;
   termios settings{};
   ASSERT_EQ(::tcgetattr(terminal.keep, &settings), 0);
@@ -88,18 +88,18 @@ TEST(SerialLink, SettingsAreRawAndBaudAsAsked) {
 
 TEST(SerialLink, TheExclusiveFlagEndsWithTheLink) {
   const Terminal terminal;
-  { ASSERT_TRUE(open_serial_link(terminal.name, 115200)); }
+  { ASSERT_TRUE(open_serial_link(terminal.name, {115200})); }
   int exclusive = 1;
   ASSERT_EQ(::ioctl(terminal.keep, TIOCGEXCL, &exclusive), 0);
   EXPECT_EQ(exclusive, 0);
-  EXPECT_TRUE(open_serial_link(terminal.name, 115200)) << "cannot be opened again";
+  EXPECT_TRUE(open_serial_link(terminal.name, {115200})) << "cannot be opened again";
 }
 
 TEST(SerialLink, ASecondOpenIsRefused) {
   const Terminal terminal;
-  const auto first = open_serial_link(terminal.name, 115200);
+  const auto first = open_serial_link(terminal.name, {115200});
   ASSERT_TRUE(first);
-  const auto second = open_serial_link(terminal.name, 115200);
+  const auto second = open_serial_link(terminal.name, {115200});
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, Code::kLink);
 }
@@ -108,14 +108,14 @@ TEST(SerialLink, SymbolicLinksAreFollowed) {
   const Terminal terminal;
   const std::string path = "/tmp/tiltfeed_serial_" + std::to_string(::getpid());
   std::filesystem::create_symlink(terminal.name, path);
-  const auto link = open_serial_link(path, 115200);
+  const auto link = open_serial_link(path, {115200});
   std::filesystem::remove(path);
   EXPECT_TRUE(link) << link.error().message;
 }
 
 TEST(SerialLink, AFullWireTakesPartAndDoesNotBlock) {
   Terminal terminal;
-  const auto link = open_serial_link(terminal.name, 115200);
+  const auto link = open_serial_link(terminal.name, {115200});
   ASSERT_TRUE(link) << link.error().message;
   const std::string much(1000000, 'x');
   std::string in;
@@ -129,7 +129,7 @@ TEST(SerialLink, AFullWireTakesPartAndDoesNotBlock) {
 
 TEST(SerialLink, WaitingWaitsAndCostsNoProcessorTime) {
   const Terminal terminal;
-  const auto link = open_serial_link(terminal.name, 115200);
+  const auto link = open_serial_link(terminal.name, {115200});
   ASSERT_TRUE(link) << link.error().message;
   std::string in;
   const auto from = std::chrono::steady_clock::now();
@@ -141,7 +141,7 @@ TEST(SerialLink, WaitingWaitsAndCostsNoProcessorTime) {
 
 TEST(SerialLink, AHangUpIsAnErrorAtOnceAndNotATimeout) {
   Terminal terminal;
-  const auto link = open_serial_link(terminal.name, 115200);
+  const auto link = open_serial_link(terminal.name, {115200});
   ASSERT_TRUE(link);
   terminal.hang_up();
   std::string in;
@@ -154,7 +154,7 @@ TEST(SerialLink, AHangUpIsAnErrorAtOnceAndNotATimeout) {
 
 TEST(SerialLink, WhatIsNoPortIsRefusedWithARemedy) {
   for (const char* path : {"/dev/null", "/nonexistent/tty", "/tmp"}) {
-    const auto link = open_serial_link(path, 115200);
+    const auto link = open_serial_link(path, {115200});
     ASSERT_FALSE(link) << path;
     EXPECT_EQ(link.error().code, Code::kLink);
     EXPECT_NE(link.error().message.find("dialout"), std::string::npos);

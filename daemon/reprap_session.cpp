@@ -1,0 +1,380 @@
+#include "daemon/reprap_session.h"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+namespace tiltfeed {
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+/// Boards reset when the port opens; a bootloader and an SD card take their time.
+constexpr Time kOpenTimeout = seconds(15), kAskAgain = seconds(2);
+/// Marlin says "busy" every two seconds while it works. After three silent ones a line or its ok was lost.
+constexpr Time kSilence = seconds(6);
+/// The oldest line is sent again so many times before the wire is given up.
+constexpr int kMostProbes = 5;
+/// The same number asked for so often, one after the other: it will never arrive.
+constexpr int kMostRepeats = 10;
+/// Lines that may be in the command queue and the planner of the firmware (Marlin: 4 to 32, and 16 to 64).
+constexpr std::size_t kFirmwareDepth = 128;
+constexpr std::size_t kMaxReply = 1024, kMostWindow = 64;
+constexpr Time kLongest = milliseconds(200);
+/// After a resend the lines that were on their way are refused, too, each with a resend of its own. Nothing
+/// is sent until that is over: longer than a window of lines and the reply latency of an adapter together.
+constexpr Time kQuiet = milliseconds(60);
+
+}  // namespace
+
+std::string reprap_frame(std::uint64_t number, std::string_view text) {
+  std::string frame = "N" + std::to_string(number) + std::string(text);
+  unsigned char sum = 0;
+  for (const char c : frame) sum = static_cast<unsigned char>(sum ^ static_cast<unsigned char>(c));
+  return frame + "*" + std::to_string(sum);
+}
+
+RepRapSession::RepRapSession(const RepRapOptions& options, Time now)
+    : options_(options), now_(now), opened_(now), asked_(now - kAskAgain), last_heard_(now), deadline_(now) {
+  window_ = std::clamp<std::size_t>(static_cast<std::size_t>(std::max(1, options.window)), 1, kMostWindow);
+}
+
+void RepRapSession::move(Event event) {
+  const std::optional<Phase> next = next_phase(phase_, event);
+  assert(next);
+  phase_ = *next;
+}
+
+bool RepRapSession::wants_work() const {
+  if (phase_ != Phase::kRun || ended_ || history_.size() >= window_) return false;
+  return history_.empty() || !history_.back().line.alone;
+}
+
+void RepRapSession::push(Line line) {
+  assert(wants_work());
+  append(std::move(line), Kind::kLine);
+}
+
+void RepRapSession::append(Line line, Kind kind) {
+  if (history_.empty()) last_heard_ = now_;
+  history_.push_back({next_number_++, std::move(line), kind});
+}
+
+/// Puts lines into out_ up to the window. A line that travels alone waits until it is the oldest.
+void RepRapSession::write_due() {
+  if (now_ < quiet_until_) return;
+  while (due_ < next_number_ && out_.size() < kMaxReply) {
+    const std::uint64_t first = next_number_ - history_.size();
+    if (due_ < first || due_ - first >= window_) return;
+    const Numbered& next = history_[due_ - first];
+    if (next.line.alone && due_ != first) return;
+    if (due_ > first && history_[due_ - first - 1].line.alone) return;
+    out_ += reprap_frame(next.number, next.line.text) + "\n";
+    rounds_begun_ = true;
+    if (next.kind == Kind::kLine) touched_ = std::max(touched_, next.line.number);
+    if (next.line.waits && phase_ == Phase::kRun) move(Event::kOperatorStop);
+    ++due_;
+  }
+}
+
+std::string_view RepRapSession::output(Time now) {
+  now_ = now;
+  deadline_ = now + kLongest;
+  if (is_final(phase_)) return out_;
+  if (phase_ == Phase::kConnect && now_ - asked_ >= kAskAgain) {
+    // The empty line ends whatever fragment is left in the firmware.
+    out_ += "\n" + reprap_frame(0, "M110N0") + "\n";
+    asked_ = now_;
+  }
+  if (phase_ == Phase::kRun && ended_ && history_.empty()) {
+    append({0, "M400"}, Kind::kBarrier);
+    move(Event::kAllSent);
+  }
+  if (phase_ != Phase::kConnect) write_due();
+  if (now < quiet_until_) deadline_ = quiet_until_;
+  return out_;
+}
+
+void RepRapSession::sent(std::size_t count) {
+  assert(count <= out_.size());
+  out_.erase(0, count);
+}
+
+void RepRapSession::receive(std::string_view bytes, Time now) {
+  now_ = now;
+  while (!bytes.empty() && !is_final(phase_)) {
+    const std::size_t lf = bytes.find('\n');
+    partial_ += bytes.substr(0, lf);
+    if (partial_.size() > kMaxReply) partial_.assign("overlong reply");
+    if (lf == bytes.npos) break;
+    bytes.remove_prefix(lf + 1);
+    std::string line;
+    line.swap(partial_);
+    if (line.ends_with('\r')) line.pop_back();
+    if (!line.empty()) on_line(line);
+  }
+  if (!is_final(phase_)) check_time();
+}
+
+void RepRapSession::on_line(std::string_view line) {
+  last_text_ = line.substr(0, 80);
+  const RepRapReply reply = parse_reprap_reply(line);
+  const bool after_resend = std::exchange(resend_ok_due_, false);
+  if (reply.kind == RepRapReplyKind::kHalted)
+    return fault(Code::kLink,
+                 "the firmware has halted: '" + last_text_ + "'; home the machine before anything else");
+  if (phase_ == Phase::kConnect || phase_ == Phase::kIdentify) return on_opening(reply, line);
+  switch (reply.kind) {
+    case RepRapReplyKind::kOk:
+      last_heard_ = now_;
+      if (!after_resend || reply.line) on_ok(reply);
+      return;
+    case RepRapReplyKind::kResend:
+      return on_resend(reply);
+    case RepRapReplyKind::kError:
+      last_line_ = reply.line;
+      resend_ok_due_ = true;  // even if the resend that follows is damaged
+      return;
+    case RepRapReplyKind::kBusy:
+      last_heard_ = now_;
+      machine_ = reply.paused ? "Paused" : "Busy";
+      return;
+    case RepRapReplyKind::kStart:
+      return fault(Code::kLink, "the firmware has restarted; home the machine before anything else");
+    default:
+      return;
+  }
+}
+
+void RepRapSession::on_opening(const RepRapReply& reply, std::string_view line) {
+  if (reply.kind == RepRapReplyKind::kStart) {
+    asked_ = now_ - kAskAgain;  // what was asked before is gone
+    return;
+  }
+  if (phase_ == Phase::kConnect) {
+    if (reply.kind != RepRapReplyKind::kOk || asked_ == opened_ - kAskAgain) return;
+    move(Event::kAnswered);
+    last_heard_ = now_;
+    return append({0, "M115"}, Kind::kProbe);
+  }
+  if (reply.kind == RepRapReplyKind::kIdentity) {
+    numbers_known_ = true;
+    if (line.starts_with("FIRMWARE_NAME:")) firmware_ = line.substr(14, 60);
+    if (line == "Cap:EMERGENCY_PARSER:1") emergency_ = true;
+    return;
+  }
+  if (reply.kind == RepRapReplyKind::kError) last_line_ = reply.line;
+  if (reply.kind == RepRapReplyKind::kResend) return on_resend(reply);
+  // Without its name this is the ok of something older, or of our repeated M110.
+  if (reply.kind != RepRapReplyKind::kOk || !numbers_known_ || history_.empty()) return;
+  if (options_.window == 0 && reply.free_commands)
+    window_ = std::clamp<std::size_t>(static_cast<std::size_t>(*reply.free_commands) + 1, 1, kMostWindow);
+  settle_front();
+  move(Event::kReady);
+}
+
+void RepRapSession::on_ok(const RepRapReply& reply) {
+  machine_ = "Ready";
+  probes_ = 0;
+  const std::uint64_t first = next_number_ - history_.size();
+  if (reply.line && *reply.line >= first && *reply.line < due_) {  // it says which line it means
+    owed_ = 0;
+    return settle_before(*reply.line + 1);
+  }
+  if (reply.line) return;
+  if (owed_ > 0) {
+    --owed_;
+    return;
+  }
+  if (history_.empty() || due_ <= first) return;  // an ok too many: the numbers will tell
+  settle_front();
+}
+
+/// The firmware takes lines strictly in order: asking for n says that it has all lines before n.
+void RepRapSession::on_resend(const RepRapReply& reply) {
+  last_heard_ = now_;
+  resend_ok_due_ = true;
+  const std::optional<std::uint64_t> last = std::exchange(last_line_, std::nullopt);
+  std::uint64_t number = reply.line.value_or(0);
+  const std::uint64_t first = next_number_ - history_.size();
+  std::uint64_t first_known = first;
+  if (last && number != *last + 1) number = *last + 1;  // one of the two is damaged: judged by the window
+  if (!reply.line && !last) return;
+  if (number < first && last && reply.line && *reply.line == *last + 1) {
+    if (!take_back(number)) return;
+    first_known = next_number_ - history_.size();
+  }
+  if (number < first_known || number > due_) return;  // outside the window: damaged
+  if (std::exchange(rounds_begun_, false)) {
+    ++resends_;
+    repeats_ = number == repeated_number_ ? repeats_ + 1 : 1;
+  }
+  repeated_number_ = number;
+  quiet_until_ = now_ + kQuiet;
+  if (repeats_ > kMostRepeats)
+    return fault(Code::kLink, "the firmware asks for line number " + std::to_string(number) +
+                                  " again and again: the line is disturbed, or it cannot take this line");
+  if (number > first) {
+    if (!probing_) owed_ += number - first;
+    probes_ = 0;
+  }
+  probing_ = false;
+  settle_before(number);
+  if (is_final(phase_)) return;
+  due_ = number;
+}
+
+/// An ok was taken for that of another line: what the firmware still wants becomes unsettled again.
+bool RepRapSession::take_back(std::uint64_t number) {
+  if (settled_.empty() || settled_.front().number > number) return false;
+  while (!settled_.empty() && settled_.back().number >= number) {
+    history_.push_front(std::move(settled_.back()));
+    settled_.pop_back();
+    if (history_.front().kind != Kind::kLine) continue;
+    --acknowledged_;
+    if (!recent_.empty()) recent_.pop_back();
+  }
+  owed_ = 0;
+  return true;
+}
+
+void RepRapSession::settle_before(std::uint64_t number) {
+  while (!history_.empty() && history_.front().number < number && !is_final(phase_)) settle_front();
+}
+
+void RepRapSession::settle_front() {
+  const Numbered settled = history_.front();
+  settled_.push_back(std::move(history_.front()));
+  if (settled_.size() > kMostWindow) settled_.pop_front();
+  history_.pop_front();
+  due_ = std::max(due_, settled.number + 1);
+  if (settled.kind == Kind::kLine) {
+    ++acknowledged_;
+    recent_.push_back(settled.line.number);
+    if (recent_.size() > kFirmwareDepth) recent_.pop_front();
+    if (settled.line.waits && phase_ == Phase::kToolChange) move(Event::kOperatorDone);
+  }
+  if (settled.kind != Kind::kBarrier) return;
+  recent_.clear();
+  if (phase_ == Phase::kHold) move(Event::kResumed), move(Event::kAllSent);
+  if (phase_ == Phase::kStop) {
+    error_ = {Code::kCancelled, "stopped on request; all lines that were sent have run"};
+    move(Event::kStood);
+  } else if (phase_ == Phase::kDrain) {
+    move(Event::kProved);
+  }
+}
+
+void RepRapSession::check_time() {
+  if (is_opening(phase_) && now_ - opened_ >= kOpenTimeout)
+    return fault(Code::kLink, last_text_.empty()
+                                  ? "no answer within 15 s; check the power, the cable and the baud rate"
+                                  : "what answers does not speak RepRap (last heard: '" + last_text_ +
+                                        "'); check the baud rate");
+  if (phase_ == Phase::kConnect) return;
+  if (history_.empty() || now_ - last_heard_ < kSilence || phase_ == Phase::kToolChange) return;
+  double dwell = 0.0;
+  for (const Numbered& open : history_) dwell += open.line.dwell;
+  if (now_ - last_heard_ < kSilence + std::chrono::duration_cast<Time>(std::chrono::duration<double>(dwell)))
+    return;
+  if (++probes_ > kMostProbes) return fault(Code::kLink, "the firmware has not answered for 30 s");
+  // The oldest line once more: a firmware that has it says so by asking for a later one.
+  due_ = next_number_ - history_.size();
+  owed_ = 0;
+  probing_ = true;
+  ++resends_;
+  last_heard_ = now_;
+}
+
+void RepRapSession::command(const OperatorCommand& command, Time now) {
+  now_ = now;
+  refused_.clear();
+  if (is_final(phase_)) return;
+  switch (command.order) {
+    case Order::kHold:
+      if (phase_ != Phase::kRun && phase_ != Phase::kDrain) return;
+      refused_ = "this firmware has no feed hold: the machine stands after the lines that it has";
+      return move(Event::kHeld);
+    case Order::kResume:
+      if (phase_ == Phase::kHold) {
+        move(Event::kResumed);
+        if (!history_.empty() && history_.back().kind == Kind::kBarrier) move(Event::kAllSent);
+      } else if (phase_ == Phase::kToolChange) {
+        out_ = "M108\n" + out_;
+      } else {
+        refused_ = "the machine is not held";
+      }
+      return;
+    case Order::kStop:
+      return ask_stop();
+    case Order::kAbort:
+      fault(Code::kCancelled, "aborted on request: the firmware was halted, restart and home it first");
+      out_ = "M112\n";
+      return;
+    case Order::kFeedOverride:
+      if (phase_ == Phase::kRun)
+        return append({0, "M220S" + std::to_string(std::clamp(command.value, 10, 200))}, Kind::kInserted);
+      refused_ = "only while the program runs";
+      return;
+    case Order::kRapidOverride:
+    case Order::kSpindleOverride:
+      refused_ = "this firmware has a feed override only";
+  }
+}
+
+/// Lines that have not left are forgotten; with an emergency parser the machine stops at once, else after the
+/// lines that it has. M400 proves that it stands.
+void RepRapSession::ask_stop() {
+  if (is_opening(phase_)) {
+    error_ = {Code::kCancelled, "stopped on request; nothing has moved"};
+    return move(Event::kStood);
+  }
+  if (phase_ == Phase::kStop) return;
+  move(Event::kStopAsked);
+  if (emergency_) out_ += "M410\n";
+  while (!history_.empty() && history_.back().number >= due_) {
+    history_.pop_back();
+    --next_number_;
+  }
+  append({0, "M400"}, Kind::kBarrier);
+}
+
+void RepRapSession::link_lost(const Error& error) {
+  if (!is_final(phase_)) fault(error.code, error.message);
+}
+
+LineRange RepRapSession::uncertain() const {
+  LineRange range;
+  if (!recent_.empty()) range = {recent_.front(), recent_.back()};
+  for (const Numbered& open : history_) {
+    if (open.kind != Kind::kLine || open.line.number > touched_) continue;
+    if (range.first == 0) range.first = open.line.number;
+    range.last = open.line.number;
+  }
+  return range;
+}
+
+void RepRapSession::fault(Code code, const std::string& what) {
+  error_ = {code, is_opening(phase_) ? what : what + "; " + describe(uncertain())};
+  move(Event::kFailed);
+  out_.clear();
+}
+
+SendState RepRapSession::state() const {
+  SendState state;
+  state.phase = phase_;
+  state.total = options_.total;
+  state.acknowledged = state.sent = acknowledged_;
+  for (const Numbered& open : history_)
+    state.sent += open.kind == Kind::kLine && open.line.number <= touched_;
+  state.executed = acknowledged_ - recent_.size();
+  state.resends = resends_;
+  state.machine = machine_;
+  if (phase_ != Phase::kDone) state.uncertain = uncertain();
+  state.refused = refused_;
+  return state;
+}
+
+}  // namespace tiltfeed
