@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "config/job_keys.h"
+#include "config/program_keys.h"
 #include "config/section.h"
 #include "config/yaml_tree.h"
 
@@ -49,6 +50,7 @@ Job read_job(const Section& root, const std::string& path) {
   job.plan.cut_feed = Feed::from_mm_per_min(feeds.number("cut_mm_per_min", kFeed));
   job.plan.plunge_feed = Feed::from_mm_per_min(feeds.number("plunge_mm_per_min", kFeed));
   job.spindle_rpm = feeds.number("spindle_rpm", kSpindle, 0.0);
+  job.program = read_program_data(root);
   job.setup = read_setup(root, job.plan);
   job.machine.path = resolved(path, root.text("machine"));
   return job;
@@ -63,7 +65,7 @@ Result<Job> parse_job(const std::string& text, const std::string& path) {
   const Section root(
       *tree, "",
       {"part", "cutter", "axis", "pattern", "containment", "tolerance_mm", "allowance_mm", "stock", "points",
-       "guards", "links", "clearance_mm", "approach_mm", "feeds", "setup", "machine"},
+       "guards", "links", "clearance_mm", "approach_mm", "feeds", "program", "setup", "machine"},
       complaint);
   Job job = read_job(root, path);
   if (complaint.first()) return tl::unexpected(*complaint.first());

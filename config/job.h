@@ -18,6 +18,7 @@ struct Job {
   PlanOptions plan;
   Setup setup;               ///< tool_length = plan.cutter.length
   double spindle_rpm = 0.0;  ///< 0: no spindle words
+  ProgramData program;
   MachineProfile machine;
 };
 

@@ -3,6 +3,7 @@
 #include "config/description.h"
 #include "config/job.h"
 #include "config/job_keys.h"
+#include "config/program_keys.h"
 #include "config/words.h"
 
 namespace tiltfeed {
@@ -129,6 +130,7 @@ std::string describe(const Job& job) {
   out.add("feeds.cut_mm_per_min", plan.cut_feed.mm_per_min());
   out.add("feeds.plunge_mm_per_min", plan.plunge_feed.mm_per_min());
   out.add("feeds.spindle_rpm", job.spindle_rpm);
+  describe_program_data(out, job.program);
   out.add("setup.part_zero_mm", job.setup.part_zero);
   for (std::size_t row = 0; row < 3; ++row)
     out.add("setup.fixture_row_" + std::to_string(row + 1), job.setup.fixture.rows[row]);

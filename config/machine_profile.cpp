@@ -1,6 +1,7 @@
 #include "config/machine_profile.h"
 
 #include "config/description.h"
+#include "config/program_keys.h"
 #include "config/rotary_keys.h"
 #include "config/section.h"
 #include "config/yaml_tree.h"
@@ -16,7 +17,6 @@ constexpr Range kAcceleration = above(0.0, 1'000'000.0);  // mm/s^2
 constexpr Range kJerk = above(0.0, 1e9);                  // mm/s^3
 constexpr Range kCornerTime{0.0, 1000.0};                 // ms
 constexpr Range kByteRate{0.0, 1e9};                      // bytes/s
-constexpr Range kInverseTime = above(0.0, 1e9);           // 1/min
 
 LinearAxis read_linear(const Section& linear, const char* key) {
   const Section axis = linear.section(
@@ -30,22 +30,6 @@ LinearAxis read_linear(const Section& linear, const char* key) {
   result.velocity = axis.number("velocity_mm_per_min", kVelocity);
   result.acceleration = axis.number("acceleration_mm_per_s2", kAcceleration);
   result.jerk = axis.number("jerk_mm_per_s3", kJerk, 0.0);
-  return result;
-}
-
-ProgramFormat read_format(const Section& root) {
-  const Section program =
-      root.optional_section("program", {"dialect", "linear_decimals", "rotary_decimals", "max_line_length",
-                                        "line_numbers", "max_inverse_time_per_min"});
-  const ProgramFormat usual;
-  ProgramFormat result;
-  result.dialect = program.choice<Dialect>("dialect", {{"rs274", Dialect::kRs274}, {"grbl", Dialect::kGrbl}},
-                                           usual.dialect);
-  result.linear_decimals = program.integer("linear_decimals", 1, 6, usual.linear_decimals);
-  result.rotary_decimals = program.integer("rotary_decimals", 1, 6, usual.rotary_decimals);
-  result.max_line_length = program.integer("max_line_length", 16, 4096, usual.max_line_length);
-  result.line_numbers = program.flag("line_numbers", usual.line_numbers);
-  result.max_inverse_time = program.number("max_inverse_time_per_min", kInverseTime, usual.max_inverse_time);
   return result;
 }
 
@@ -72,7 +56,7 @@ void read_control(const Section& root, MachineProfile& profile) {
   profile.model.blends_rotary = control.flag("blend_rotary", profile.model.blends_rotary);
 }
 
-MachineProfile read_profile(const Section& root) {
+MachineProfile read_profile(const Section& root, std::optional<Dialect> dialect) {
   MachineProfile profile;
   MachineModel& model = profile.model;
   model.name = root.name("name");
@@ -82,7 +66,7 @@ MachineProfile read_profile(const Section& root) {
   model.z = read_linear(linear, "z");
   read_rotaries(root, model);
   read_control(root, profile);
-  profile.format = read_format(root);
+  profile.format = read_format(root, dialect);
   read_link(root, profile);
   return profile;
 }
@@ -97,7 +81,8 @@ void describe_linear(Description& out, const std::string& key, const LinearAxis&
 
 }  // namespace
 
-Result<MachineProfile> parse_machine(const std::string& text, const std::string& path) {
+Result<MachineProfile> parse_machine(const std::string& text, const std::string& path,
+                                     std::optional<Dialect> dialect) {
   const Result<YamlNode> tree = parse_yaml(text, path);
   if (!tree) return tl::unexpected(tree.error());
   Complaint complaint(path);
@@ -105,21 +90,20 @@ Result<MachineProfile> parse_machine(const std::string& text, const std::string&
                      {"name", "linear", "structure", "tilt", "rotary", "table_centre_mm", "pivot_to_gauge_mm",
                       "rotary_to_tilt_mm", "spindle_direction", "control", "program", "link"},
                      complaint);
-  MachineProfile profile = read_profile(root);
+  MachineProfile profile = read_profile(root, dialect);
   if (complaint.first()) return tl::unexpected(*complaint.first());
   profile.path = path;
   return profile;
 }
 
-Result<MachineProfile> load_machine(const std::string& path) {
+Result<MachineProfile> load_machine(const std::string& path, std::optional<Dialect> dialect) {
   const Result<std::string> text = read_config_text(path);
   if (!text) return tl::unexpected(text.error());
-  return parse_machine(*text, path);
+  return parse_machine(*text, path, dialect);
 }
 
 std::string describe(const MachineProfile& profile) {
   const MachineModel& model = profile.model;
-  const ProgramFormat& format = profile.format;
   Description out;
   out.add("file", profile.path);
   out.add("name", model.name);
@@ -130,12 +114,7 @@ std::string describe(const MachineProfile& profile) {
   out.add("control.look_ahead_blocks", profile.control.look_ahead);
   out.add("control.corner_time_ms", profile.control.corner_time * 1e3);
   out.add("control.blend_rotary", profile.model.blends_rotary);
-  out.add("program.dialect", format.dialect == Dialect::kGrbl ? "grbl" : "rs274");
-  out.add("program.linear_decimals", format.linear_decimals);
-  out.add("program.rotary_decimals", format.rotary_decimals);
-  out.add("program.max_line_length", format.max_line_length);
-  out.add("program.line_numbers", format.line_numbers);
-  out.add("program.max_inverse_time_per_min", format.max_inverse_time);
+  describe_format(out, profile.format);
   out.add("link.default", profile.link.empty() ? "none" : profile.link);
   out.add("link.receive_buffer_bytes", profile.receive_buffer);
   out.add("link.bytes_per_s", profile.link_rate);

@@ -1,13 +1,16 @@
 #pragma once
 // The machine profile file: what the shop knows of one machine. Every key: config/machines/generic-ac.yaml.
 
+#include <optional>
 #include <string>
 
+#include "config/program_format.h"
 #include "kinematics/machine.h"
 #include "kinematics/result.h"
 
 namespace tiltfeed {
 
+<<<<<<< HEAD
 enum class Dialect { kRs274, kGrbl };
 
 /// How the program text of this control looks.
@@ -26,6 +29,8 @@ struct ControlModel {
   double corner_time = 0.005;  ///< s; an axis may change its speed at a corner by its acceleration times this
 };
 
+=======
+>>>>>>> 28d431e (daemon: dialects as tables, post and unpost of CL files)
 struct MachineProfile {
   std::string path;  ///< the file it came from
   MachineModel model;
@@ -36,13 +41,23 @@ struct MachineProfile {
   double link_rate = 0.0;    ///< bytes/s that reach the control; 0: not known, then nothing is said of it
 };
 
+<<<<<<< HEAD
 /// Properties: every limit pair has min < max, speeds and accelerations are above 0, a jerk of 0 is no limit,
 /// directions are unit, the tilt's is parallel neither to the rotary's nor to the spindle's, letters differ
 /// and mean nothing else in G-code. Errors: kInput as file:line:column, what was expected, the nearest known
 /// key; kIo.
 Result<MachineProfile> load_machine(const std::string& path);
+=======
+/// Properties: every limit pair has min < max, speeds and accelerations are above 0, directions are unit, the
+/// tilt's is parallel neither to the rotary's nor to the spindle's, letters differ and mean nothing else in
+/// G-code.
+/// `dialect`: instead of the profile's, with that dialect's defaults for what the profile does not state.
+/// Errors: kInput as file:line:column, what was expected, the nearest known key; kIo.
+Result<MachineProfile> load_machine(const std::string& path, std::optional<Dialect> dialect = {});
+>>>>>>> 28d431e (daemon: dialects as tables, post and unpost of CL files)
 /// The same from text; `path` names it in messages and becomes MachineProfile::path.
-Result<MachineProfile> parse_machine(const std::string& text, const std::string& path);
+Result<MachineProfile> parse_machine(const std::string& text, const std::string& path,
+                                     std::optional<Dialect> dialect = {});
 /// The resolved profile, one `key: value` a line.
 std::string describe(const MachineProfile& profile);
 

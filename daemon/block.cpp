@@ -7,51 +7,26 @@
 #include <atomic>
 #include <cassert>
 #include <charconv>
-#include <cmath>
 #include <optional>
 #include <ostream>
 #include <string_view>
 
-#include "kinematics/decimal.h"
+#include "daemon/block_layout.h"
+#include "daemon/block_words.h"
+#include "kinematics/tcp_path.h"
 
 namespace tiltfeed {
 namespace {
 
-// A user's text in a comment: so many characters of [A-Za-z0-9 ._-], and the whole comment no longer than the
-// shortest control keeps.
-constexpr std::size_t kMaxName = 40;
-constexpr std::size_t kMaxComment = 70;
-// F has so many significant digits, so its error is at most half of 1e-4 of it.
-constexpr int kFeedDigits = 5;
-// The least F that kMaxDecimals can print with kFeedError: blocks of up to 69 days.
-constexpr double kLeastInverseTime = 1e-5;
-// Grbl counts N words up to here, then the count starts again.
-constexpr std::uint64_t kMaxLineNumber = 9'999'999;
 // Blocks that one thread prints at a time, the room that most of them need, and how many such pieces of text
 // may be under way: what is printed but not yet written.
 constexpr std::size_t kPieceBlocks = 2048;
 constexpr std::size_t kUsualLine = 72;
 constexpr std::size_t kPieces = 32;
-// The longest motion line: a line number, seven words of kDecimalSpace.
-constexpr std::size_t kLineSpace = 8 * kDecimalSpace;
-
-std::string plain(std::string_view text) {
-  std::string kept;
-  for (const char c : text) {
-    const bool allowed = (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') ||
-                         c == ' ' || c == '.' || c == '_' || c == '-';
-    if (allowed && kept.size() < kMaxName) kept += c;
-  }
-  return kept;
-}
-
-/// Decimals that give `value` kFeedDigits significant digits.
-int feed_decimals(double value) {
-  int decimals = kFeedDigits - 1;
-  for (double scaled = value; scaled >= 10.0 && decimals > 0; scaled /= 10.0) --decimals;
-  for (double scaled = value; scaled < 1.0 && decimals < kMaxDecimals; scaled *= 10.0) ++decimals;
-  return decimals;
-}
+// Share of the job's tolerance for the axis under TCP: what pathgen and the joints leave.
+constexpr double kTcpShare = 0.15;
+// The longest motion line: a line number, words of the dialect, seven words of kDecimalSpace.
+constexpr std::size_t kLineSpace = 9 * kDecimalSpace;
 
 /// A piece of the program, and what is to be said of it.
 struct Piece {
@@ -60,176 +35,147 @@ struct Piece {
   std::uint64_t blocks = 0, clamped_feeds = 0;
 };
 
-/// The lines of one piece.
-class Lines {
- public:
-  /// `numbered`: lines with a number before this piece.
-  Lines(const ProgramFormat& format, std::uint64_t numbered, Piece& piece)
-      : format_(format), numbered_(numbered), piece_(piece) {}
-  Lines(const Lines&) = delete;
-  Lines& operator=(const Lines&) = delete;
-
-  /// "(TILTFEED before NAME after)"; the name is cut where the comment would be too long.
-  void comment(std::string_view before, std::string_view name, const std::string& after);
-  void add(std::string_view words);
-  /// Room for the words of a motion line, its line number already there; closed by `end_line`.
-  char* begin_line();
-  void end_line(const char* end, std::uint64_t block);
-
- private:
-  void put(std::string_view line, std::uint64_t block);
-
-  const ProgramFormat& format_;
-  std::uint64_t numbered_;
-  Piece& piece_;
-  std::array<char, kLineSpace> line_;
-};
-
-void Lines::put(std::string_view line, std::uint64_t block) {
-  if (line.size() > static_cast<std::size_t>(std::max(format_.max_line_length, 0)) && piece_.too_long.empty())
-    piece_.too_long = "block " + std::to_string(block) + " is " + std::to_string(line.size()) +
-                      " bytes long, the control takes " + std::to_string(format_.max_line_length) + ": \"" +
-                      std::string(line) +
-                      "\"; print fewer decimals or no line numbers, or raise the profile's limit";
-  piece_.text.append(line);
-  piece_.text += '\n';
-}
-
-void Lines::comment(std::string_view before, std::string_view name, const std::string& after) {
-  const std::string head = "(TILTFEED " + std::string(before);
-  const auto limit = std::min(kMaxComment, static_cast<std::size_t>(std::max(format_.max_line_length, 0)));
-  const std::size_t fixed = head.size() + after.size() + 1;
-  put(head + plain(name).substr(0, fixed < limit ? limit - fixed : 0) + after + ")", 0);
-}
-
-char* Lines::begin_line() {
-  char* out = line_.data();
-  if (!format_.line_numbers) return out;
-  *out++ = 'N';
-  out = std::to_chars(out, out + 20, numbered_++ % kMaxLineNumber + 1).ptr;
-  *out++ = ' ';
-  return out;
-}
-
-void Lines::end_line(const char* end, std::uint64_t block) {
-  put({line_.data(), static_cast<std::size_t>(end - line_.data())}, block);
-}
-
-void Lines::add(std::string_view words) {
-  char* out = begin_line();
-  end_line(std::copy(words.begin(), words.end(), out), 0);
-}
-
 /// One program, printed piece by piece in any order.
 class ProgramText {
  public:
-  ProgramText(const JointPath& path, const Job& job)
-      : moves_(path.moves), seconds_(path.report.seconds), job_(job), format_(job.machine.format) {
-    while (first_feed_ < moves_.size() && moves_[first_feed_].kind == MoveKind::kRapid) ++first_feed_;
-  }
+  explicit ProgramText(const Posting& posting)
+      : posting_(posting),
+        format_(posting.machine.format),
+        table_(table_of(format_.dialect)),
+        words_(format_, posting.machine.model),
+        layout_(lay_out(posting)) {}
 
-  std::size_t pieces() const { return (moves_.size() + kPieceBlocks - 1) / kPieceBlocks; }
+  std::size_t pieces() const { return (layout_.blocks + kPieceBlocks - 1) / kPieceBlocks; }
+  std::size_t blocks() const { return layout_.blocks; }
   Piece piece(std::size_t index) const;
 
  private:
-  /// The modal words in force.
-  struct Modal {
-    Joints at;
-    bool any = false, rapid = true;
+  /// What a piece knows while it is printed.
+  struct State {
+    std::uint64_t numbered = 0;  ///< lines with a number before
+    std::size_t insert = 0, operation = 0;
+    std::string feed;  ///< the F word in force; empty: to be stated
+    std::array<char, kLineSpace> line;
   };
-  bool spindle() const { return job_.spindle_rpm > 0.0; }
-  bool feeds() const { return first_feed_ < moves_.size(); }
-  void header(Lines& lines) const;
-  void block(std::size_t index, Modal& modal, Lines& lines, Piece& piece) const;
-  char* feed(char* out, double seconds, Piece& piece) const;
+  State begin(std::size_t first) const;
+  void put(std::string_view text, bool numbered, std::size_t block, State& state, Piece& piece) const;
+  void block(std::size_t index, State& state, Piece& piece) const;
+  char* feed(char* out, const Operation& op, std::size_t index, State& state, Piece& piece) const;
+  double tip_feed(const Operation& op, const JointMove& move) const;
 
-  const std::vector<JointMove>& moves_;
-  double seconds_;
-  const Job& job_;
+  const Posting& posting_;
   const ProgramFormat& format_;
-  std::size_t first_feed_ = 0;  ///< the block that G93 precedes
+  const DialectTable& table_;
+  BlockWords words_;
+  Layout layout_;
 };
 
-void ProgramText::header(Lines& lines) const {
-  const std::string length = decimal(job_.setup.tool_length, 4);
-  lines.comment("part ", job_.plan.name, " D" + decimal(job_.plan.cutter.diameter, 4) + " L" + length);
-  lines.comment("machine ", job_.machine.model.name, "");
-  lines.comment("tool length " + length + " mm is in the words, use G49", "", "");
-  lines.comment("blocks " + std::to_string(moves_.size()), "", " time " + decimal(seconds_, 1) + " s");
-  lines.add("G21 G90 G17 G40 G49 G54");
-  if (spindle()) lines.add("S" + decimal(job_.spindle_rpm, 3) + " M3");
-}
-
-char* axis(char* out, char letter, double value, int decimals) {
-  assert(round_decimal(value, decimals) == value);
-  *out++ = ' ';
-  *out++ = letter;
-  return write_decimal(out, value, decimals);
-}
-
-char* ProgramText::feed(char* out, double seconds, Piece& piece) const {
-  // (K10) G93: F = 1/T in 1/min.
-  double f = 60.0 / seconds;
-  if (!(f <= format_.max_inverse_time)) {
-    f = format_.max_inverse_time;
-    ++piece.clamped_feeds;
+/// Appends a line, its number in front.
+void ProgramText::put(std::string_view text, bool numbered, std::size_t block, State& state,
+                      Piece& piece) const {
+  const std::size_t start = piece.text.size();
+  if (numbered && (table_.numbering != Numbering::kOptional || format_.line_numbers)) {
+    const auto step = static_cast<std::uint64_t>(format_.line_number_step);
+    const std::uint64_t count = (table_.last_number - table_.first_number) / step + 1;
+    if (table_.numbering != Numbering::kPlain) piece.text += 'N';
+    piece.text += std::to_string(table_.first_number + state.numbered++ % count * step);
+    piece.text += ' ';
   }
-  f = std::max(f, kLeastInverseTime);
-  *out++ = ' ';
-  *out++ = 'F';
-  return write_decimal(out, f, feed_decimals(f));
+  piece.text.append(text);
+  if (numbered) piece.text += table_.block_end;
+  const std::size_t size = piece.text.size() - start;
+  if (size > static_cast<std::size_t>(std::max(format_.max_line_length, 0)) && piece.too_long.empty())
+    piece.too_long = "block " + std::to_string(block) + " is " + std::to_string(size) +
+                     " bytes long, the control takes " + std::to_string(format_.max_line_length) + ": \"" +
+                     piece.text.substr(start) +
+                     "\"; print fewer decimals or no line numbers, or raise the profile's limit";
+  piece.text += format_.crlf ? "\r\n" : "\n";
 }
 
-void ProgramText::block(std::size_t index, Modal& modal, Lines& lines, Piece& piece) const {
-  const JointMove& move = moves_[index];
-  const bool rapid = move.kind == MoveKind::kRapid;
-  if (index == first_feed_) lines.add("G93");
-  const RotaryAxis &tilt = job_.machine.model.tilt, &rotary = job_.machine.model.rotary;
-  const int linear = format_.linear_decimals, angular = format_.rotary_decimals;
-  const Joints &q = move.joints, &at = modal.at;
-  char* const begin = lines.begin_line();
-  char* out = begin;
-  if (!modal.any || rapid != modal.rapid) {
-    *out++ = 'G';
-    *out++ = rapid ? '0' : '1';
+/// The feed that the path asks for, mm/min.
+double ProgramText::tip_feed(const Operation& op, const JointMove& move) const {
+  const auto after =
+      std::upper_bound(op.feeds.begin(), op.feeds.end(), move.move,
+                       [](std::uint32_t m, const FeedChange& change) { return m < change.move; });
+  if (after != op.feeds.begin()) return std::prev(after)->feed.mm_per_min();
+  return (move.kind == MoveKind::kPlunge ? op.plunge_feed : op.cut_feed).mm_per_min();
+}
+
+char* ProgramText::feed(char* out, const Operation& op, std::size_t index, State& state, Piece& piece) const {
+  const JointMove& move = op.words->moves[index];
+  const FeedWord f =
+      words_.feed_of({op.words->moves[index - 1].joints, move.joints, move.seconds, tip_feed(op, move)});
+  if (f.clamped) ++piece.clamped_feeds;
+  char* const end = words_.feed(out, f.value);
+  if (words_.feed_always()) return end;
+  const std::string_view word(out, static_cast<std::size_t>(end - out));
+  if (word == state.feed) return out;
+  state.feed = word;
+  return end;
+}
+
+void ProgramText::block(std::size_t index, State& state, Piece& piece) const {
+  while (index >= layout_.spans[state.operation].last) ++state.operation;
+  const Span& span = layout_.spans[state.operation];
+  const Operation& op = posting_.operations[state.operation];
+  const std::vector<JointMove>& moves = op.words->moves;
+  const std::size_t at = index - span.first;
+  const JointMove& move = moves[at];
+  const bool first = at == 0, rapid = move.kind == MoveKind::kRapid;
+  const bool restate = first || !table_.modal_motion;
+  char* out = state.line.data();
+  if (restate || rapid != (moves[at - 1].kind == MoveKind::kRapid)) {
+    const std::string_view word = rapid ? table_.rapid : table_.feed;
+    out = std::copy(word.begin(), word.end(), out);
   }
-  if (!modal.any || q.x != at.x) out = axis(out, 'X', q.x, linear);
-  if (!modal.any || q.y != at.y) out = axis(out, 'Y', q.y, linear);
-  if (!modal.any || q.z != at.z) out = axis(out, 'Z', q.z, linear);
-  if (!modal.any || q.a != at.a)
-    out = axis(out, tilt.letter, control_word(tilt.word, q.a, at.a, angular), angular);
-  if (!modal.any || q.c != at.c)
-    out = axis(out, rotary.letter, control_word(rotary.word, q.c, at.c, angular), angular);
-  if (!rapid) out = feed(out, move.seconds, piece);
-  if (*begin == ' ') out = std::copy(begin + 1, out, begin);  // no G word in front
-  lines.end_line(out, index + 1);
-  modal = {q, true, rapid};
+  if (first) out = std::copy(span.first_words.begin(), span.first_words.end(), out);
+  out = words_.axes(out, first ? Joints{} : moves[at - 1].joints, move.joints, first);
+  const std::string_view end = rapid ? table_.rapid_end : "", first_end = first ? table_.first_end : "";
+  out = std::copy(first_end.begin(), first_end.end(), out);
+  out = std::copy(end.begin(), end.end(), out);
+  if (first) state.feed.clear();
+  if (!rapid) out = feed(out, op, at, state, piece);
+  std::string_view text(state.line.data(), static_cast<std::size_t>(out - state.line.data()));
+  if (text.front() == ' ') text.remove_prefix(1);  // no motion word in front
+  put(text, true, index + 1, state, piece);
   ++piece.blocks;
 }
 
+ProgramText::State ProgramText::begin(std::size_t first) const {
+  State state;
+  const std::vector<Insert>& inserts = layout_.inserts;
+  for (; state.insert < inserts.size() && inserts[state.insert].block < first; ++state.insert)
+    if (inserts[state.insert].numbered) ++state.numbered;
+  state.numbered += first;
+  return state;
+}
+
 Piece ProgramText::piece(std::size_t index) const {
-  const std::size_t first = index * kPieceBlocks, last = std::min(first + kPieceBlocks, moves_.size());
-  // Lines with a number before this piece: of the header, G93, a block each.
-  const std::uint64_t opening = first > 0 ? (spindle() ? 2 : 1) + (first_feed_ < first ? 1 : 0) : 0;
+  const std::size_t first = index * kPieceBlocks, last = std::min(first + kPieceBlocks, layout_.blocks);
   Piece piece;
   piece.text.reserve(kPieceBlocks * kUsualLine);
-  Lines lines(format_, opening + first, piece);
-  if (first == 0) header(lines);
-  Modal modal;
-  if (first > 0) modal = {moves_[first - 1].joints, true, moves_[first - 1].kind == MoveKind::kRapid};
-  for (std::size_t i = first; i < last; ++i) block(i, modal, lines, piece);
-  if (last < moves_.size()) return piece;
-  if (feeds()) lines.add("G94");
-  if (spindle()) lines.add("M5");
-  lines.add("M2");
+  State state = begin(first);
+  const auto insert_to = [&](std::size_t block) {
+    for (; state.insert < layout_.inserts.size() && layout_.inserts[state.insert].block <= block;
+         ++state.insert) {
+      const Insert& line = layout_.inserts[state.insert];
+      put(line.text, line.numbered, block + 1, state, piece);
+      state.feed.clear();
+    }
+  };
+  for (std::size_t i = first; i < last; ++i) {
+    insert_to(i);
+    block(i, state, piece);
+  }
+  if (last == layout_.blocks) insert_to(last);
   return piece;
 }
 
 /// Takes the pieces in their order.
 class Sink {
  public:
-  Sink(std::ostream& out, std::size_t pieces, const StageProgress& progress)
-      : out_(out), pieces_(pieces), progress_(progress) {}
+  Sink(std::ostream& out, std::size_t pieces, int max_bytes, const StageProgress& progress)
+      : out_(out), pieces_(pieces), max_bytes_(max_bytes), progress_(progress) {}
 
   void take(const Piece& piece) {
     if (error_) return;
@@ -237,6 +183,11 @@ class Sink {
     out_.write(piece.text.data(), static_cast<std::streamsize>(piece.text.size()));
     if (!out_) return fail_with(Code::kIo, "the program could not be written: the stream refused it");
     report_.bytes += piece.text.size();
+    if (max_bytes_ > 0 && report_.bytes > static_cast<std::uint64_t>(max_bytes_))
+      return fail_with(Code::kLimit,
+                       "the program is longer than the " + std::to_string(max_bytes_) +
+                           " bytes that the control takes; allow a coarser tolerance, print fewer "
+                           "decimals, divide the job, or raise the profile's max_program_bytes");
     report_.blocks += piece.blocks;
     report_.clamped_feeds += piece.clamped_feeds;
     const double done = static_cast<double>(++taken_) / static_cast<double>(pieces_);
@@ -257,20 +208,51 @@ class Sink {
 
   std::ostream& out_;
   std::size_t pieces_, taken_ = 0;
+  int max_bytes_;
   const StageProgress& progress_;
   std::optional<Error> error_;
   std::atomic<bool> stopped_ = false;
   ProgramReport report_;
 };
 
+/// What the axis may lean moves the shank's end by no more than the tip may stray.
+TcpOptions tcp_options(const Job& job) {
+  TcpOptions options;
+  options.linear_decimals = job.machine.format.linear_decimals;
+  const double lean =
+      Angle::from_radians(job.plan.tolerance * kTcpShare / job.plan.cutter.shank_length).degrees();
+  if (lean > 0.0) options.axis_tolerance = std::min(options.axis_tolerance, lean);
+  return options;
+}
+
+Result<void> check(const Posting& posting) {
+  const ProgramFormat& format = posting.machine.format;
+  if (posting.operations.empty()) return fail(Code::kInput, "the program has no operation");
+  std::size_t blocks = 0;
+  for (const Operation& op : posting.operations) {
+    if (op.words->moves.empty()) return fail(Code::kInput, "the joint path has no block");
+    assert(op.words->moves.front().kind == MoveKind::kRapid);
+    blocks += op.words->moves.size();
+    if (format.tcp && *table_of(format.dialect).tcp_length != '\0' && op.tool_number == 0)
+      return fail(Code::kInput,
+                  std::string("TCP in ") + name_of(format.dialect).name +
+                      " needs a tool number for its H word; state program.tool, or LOADTL/ in the CL file");
+  }
+  if (format.max_blocks > 0 && blocks > static_cast<std::size_t>(format.max_blocks))
+    return fail(Code::kLimit,
+                "the program has " + std::to_string(blocks) + " blocks, the control takes " +
+                    std::to_string(format.max_blocks) +
+                    "; allow a coarser tolerance, divide the job, or raise the profile's max_blocks");
+  return {};
+}
+
 }  // namespace
 
-Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
+Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
                                     const StageProgress& progress) {
-  if (path.moves.empty()) return fail(Code::kInput, "the joint path has no block");
-  assert(path.moves.front().kind == MoveKind::kRapid);
-  const ProgramText text(path, job);
-  Sink sink(out, text.pieces(), progress);
+  if (auto valid = check(posting); !valid) return tl::unexpected(valid.error());
+  const ProgramText text(posting);
+  Sink sink(out, text.pieces(), posting.machine.format.max_bytes, progress);
   std::size_t next = 0;
   const auto order = [&](tbb::flow_control& flow) {
     if (next == text.pieces() || sink.stopped()) flow.stop();
@@ -283,6 +265,27 @@ Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::
                    tbb::make_filter<Piece, void>(tbb::filter_mode::serial_in_order,
                                                  [&](const Piece& piece) { sink.take(piece); }));
   return sink.result();
+}
+
+Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
+                                    const StageProgress& progress) {
+  const ProgramFormat& format = job.machine.format;
+  const Cutter& cutter = job.plan.cutter;
+  Operation op;
+  const JointPath tips =
+      format.tcp ? words_under_tcp(path, job.machine.model, job.setup, tcp_options(job)) : JointPath{};
+  op.words = format.tcp ? &tips : &path;
+  op.setup = job.setup;
+  op.tool = {cutter.diameter, 0.0, job.setup.tool_length};
+  op.tool_number = job.program.tool;
+  op.cut_feed = job.plan.cut_feed;
+  op.plunge_feed = job.plan.plunge_feed;
+  if (job.spindle_rpm > 0.0) op.events.push_back({0, EventKind::kSpindle, job.spindle_rpm, ""});
+  if (job.program.coolant != Coolant::kOff)
+    op.events.push_back({0, EventKind::kCoolant, job.program.coolant == Coolant::kFlood ? 1.0 : 2.0, ""});
+  Posting posting{job.plan.name, job.machine, job.program, {}};
+  posting.operations.push_back(std::move(op));
+  return write_program(posting, out, progress);
 }
 
 }  // namespace tiltfeed

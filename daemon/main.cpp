@@ -17,6 +17,7 @@
 #include "daemon/block.h"
 #include "daemon/output_file.h"
 #include "daemon/plan_report.h"
+#include "daemon/post_command.h"
 #include "daemon/stream.h"
 #include "kinematics/cl_file.h"
 #include "kinematics/joint_path.h"
@@ -232,6 +233,8 @@ int main(int argc, char** argv) {
                    "grbl:/dev/ttyUSB0@115200, modbus-tcp:HOST:PORT, modbus-rtu:/dev/ttyS0@19200")
       ->required();
 
+  const PostCommands posting(app);
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -239,5 +242,6 @@ int main(int argc, char** argv) {
   }
   if (check->parsed()) return check_command(check_job);
   if (planning->parsed()) return plan_command(files);
+  if (posting.called()) return posting.run();
   return send_command(program, link);
 }

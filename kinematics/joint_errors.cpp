@@ -54,7 +54,7 @@ Result<void> check_path(const ToolPath& path, const MachineModel& machine, const
     const Move& move = path.moves[i];
     if (!is_finite(move.pose.tip) || !(std::abs(length(move.pose.axis) - 1.0) < kUnit))
       return fail(Code::kInput, place(i, move.pose) + "the tip must be finite and the axis of length 1");
-    const Feed feed = move.kind == MoveKind::kPlunge ? path.plunge_feed : path.cut_feed;
+    const Feed feed = feed_of(path, i);
     if (move.kind != MoveKind::kRapid && !(feed.mm_per_min() > 0.0))
       return fail(Code::kInput, place(i, move.pose) + "its feed is " + decimal(feed.mm_per_min(), 4) +
                                     " mm/min; state one above 0");

@@ -1,7 +1,9 @@
 #pragma once
 // The tool path in part coordinates: what pathgen makes, the post consumes and the CL file holds.
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -41,12 +43,28 @@ struct ToolData {
   constexpr bool operator==(const ToolData&) const = default;
 };
 
+/// A feed other than the path's two: that of all feed moves from this one on.
+struct FeedChange {
+  std::uint32_t move = 0;  ///< index into ToolPath::moves
+  Feed feed;
+};
+
 /// Properties: the first move is a rapid that only states the start pose; every axis is unit to 1e-12.
 struct ToolPath {
   std::string name;  ///< of the part; ASCII [A-Za-z0-9 ._-]
   ToolData tool;
   Feed cut_feed, plunge_feed;
   std::vector<Move> moves;
+  std::vector<FeedChange> feeds;  ///< by rising move; empty: cut_feed and plunge_feed by the kind of move
 };
+
+/// The feed of a feed move.
+inline Feed feed_of(const ToolPath& path, std::size_t move) {
+  const auto after =
+      std::upper_bound(path.feeds.begin(), path.feeds.end(), move,
+                       [](std::size_t m, const FeedChange& change) { return m < change.move; });
+  if (after != path.feeds.begin()) return std::prev(after)->feed;
+  return path.moves[move].kind == MoveKind::kPlunge ? path.plunge_feed : path.cut_feed;
+}
 
 }  // namespace tiltfeed

@@ -37,8 +37,7 @@ Joints greatest(const Joints& p, const Joints& q) {
 double Walker::seconds(const Joints& from, const Joints& to, double way) const {
   // (K10) in minutes.
   double minutes = 0.0;
-  if (kind_ == MoveKind::kCut) minutes = way / path_.cut_feed.mm_per_min();
-  if (kind_ == MoveKind::kPlunge) minutes = way / path_.plunge_feed.mm_per_min();
+  if (kind_ != MoveKind::kRapid) minutes = way / feed_of(path_, index_).mm_per_min();
   minutes = std::max(
       {minutes, std::abs(to.x - from.x) / machine_.x.velocity, std::abs(to.y - from.y) / machine_.y.velocity,
        std::abs(to.z - from.z) / machine_.z.velocity, std::abs(to.a - from.a) / machine_.tilt.velocity,

@@ -178,7 +178,11 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
       ++count;
     }
   }
+<<<<<<< HEAD
   EXPECT_EQ(count, 12u + 3 + 5 + 12 + 3 + 6 + 3);
+=======
+  EXPECT_EQ(count, 11u + 3 + 4 + 11 + 22 + 2);
+>>>>>>> 28d431e (daemon: dialects as tables, post and unpost of CL files)
   for (const char* key : {"structure",
                           "letter",
                           "direction",
@@ -196,7 +200,21 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
                           "rotary_decimals",
                           "max_line_length",
                           "line_numbers",
+                          "line_number_step",
+                          "line_end",
+                          "max_blocks",
+                          "max_program_bytes",
+                          "tcp",
+                          "feed_mode",
+                          "feed_measure",
                           "max_inverse_time_per_min",
+                          "max_feed_mm_per_min",
+                          "path_control",
+                          "retract",
+                          "clamp_tilt",
+                          "unclamp_tilt",
+                          "clamp_rotary",
+                          "unclamp_rotary",
                           "default",
                           "receive_buffer_bytes",
                           "look_ahead_blocks",

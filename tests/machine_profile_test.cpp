@@ -225,7 +225,18 @@ const std::vector<BadText> kBadTexts = {
     {"[1.5, -22, -145.4]", "[1.5, -22, 0.5]", "18:20", "expected at most 0"},
     {"[1.5, -22, -145.4]", "[1.5, -22]", "18:20", "[x, y, z]"},
     {"pivot_to_gauge_mm: [1.5, -22, -145.4]\n", "", "1:1", "missing key 'pivot_to_gauge_mm'"},
-    {"dialect: grbl", "dialect: fanuc", "20:12", "expected one of rs274, grbl, found 'fanuc'"},
+    {"dialect: grbl", "dialect: okuma", "20:12", "expected one of rs274, grbl, fanuc, haas, siemens"},
+    {"dialect: grbl", "dialect: heidenhain\n  feed_mode: inverse_time", "21:14", "has no inverse time"},
+    {"dialect: grbl", "dialect: grbl\n  tcp: true", "21:8", "grbl has no words for TCP"},
+    {"dialect: grbl", "dialect: grbl\n  line_end: crlf", "21:13", "two ok"},
+    {"dialect: grbl", "dialect: grbl\n  path_control: exact", "21:17", "words of rs274"},
+    {"dialect: grbl", "dialect: rs274\n  path_control: blend", "20:3", "missing key 'program.blend_tolerance_mm'"},
+    {"dialect: grbl", "dialect: rs274\n  blend_tolerance_mm: 1", "21:23", "not used unless path_control is blend"},
+    {"dialect: grbl", "dialect: fanuc\n  tcp: true\n  feed_mode: per_minute", "22:14", "not used under TCP"},
+    {"dialect: grbl", "dialect: fanuc\n  feed_radius_mm: 5", "21:19", "not used unless feed_measure is radius"},
+    {"dialect: grbl", "dialect: fanuc\n  clamp_tilt: M10", "21:15", "belong together"},
+    {"dialect: grbl", "dialect: fanuc\n  retract: \"G0 (up)\"", "21:12", "expected words of a program"},
+    {"dialect: grbl", "dialect: fanuc\n  max_blocks: -1", "21:15", "whole number"},
     {"linear_decimals: 3", "linear_decimals: 0", "21:20", "a whole number from 1 to 6"},
     {"linear_decimals: 3", "linear_decimals: 7", "21:20", "a whole number from 1 to 6"},
     {"linear_decimals: 3", "linear_decimals: 3.0", "21:20",
@@ -285,9 +296,20 @@ TEST(MachineProfile, DescribesEveryValue) {
             "control.look_ahead_blocks: 40\ncontrol.corner_time_ms: 2.5\ncontrol.blend_rotary: false\n"
             "program.dialect: grbl\nprogram.linear_decimals: 3\nprogram.rotary_decimals: 5\n"
             "program.max_line_length: 70\nprogram.line_numbers: true\n"
+<<<<<<< HEAD
             "program.max_inverse_time_per_min: 9999.5\n"
             "link.default: serial:/dev/ttyACM0\nlink.receive_buffer_bytes: 1024\n"
             "link.bytes_per_s: 0\n");
+=======
+            "program.line_number_step: 1\nprogram.line_end: lf\n"
+            "program.max_blocks: 0\nprogram.max_program_bytes: 0\nprogram.tcp: false\n"
+            "program.feed_mode: inverse_time\nprogram.feed_measure: xyz\n"
+            "program.max_inverse_time_per_min: 9999.5\nprogram.max_feed_mm_per_min: 100000\n"
+            "program.path_control: control\nprogram.retract: default\n"
+            "program.clamp_tilt: none\nprogram.unclamp_tilt: none\n"
+            "program.clamp_rotary: none\nprogram.unclamp_rotary: none\n"
+            "link.default: serial:/dev/ttyACM0\nlink.receive_buffer_bytes: 1024\n");
+>>>>>>> 28d431e (daemon: dialects as tables, post and unpost of CL files)
 }
 
 TEST(KeyNames, TheNearestKeyIsTheSameWordsElseTheLeastEdits) {

@@ -1,0 +1,88 @@
+#pragma once
+// How program text looks: the dialects, and what a machine's profile and a job may state of it.
+
+#include <array>
+#include <string>
+
+namespace tiltfeed {
+
+/// The controls whose program text can be written and read. Their words: daemon/dialect.cpp.
+enum class Dialect { kRs274, kGrbl, kFanuc, kHaas, kSiemens, kHeidenhain, kHeidenhainIso };
+
+struct DialectName {
+  Dialect dialect;
+  const char* name;     ///< in profiles and on the command line
+  const char* control;  ///< for people
+};
+inline constexpr std::array<DialectName, 7> kDialects{{
+    {Dialect::kRs274, "rs274", "LinuxCNC and other RS274/NGC controls"},
+    {Dialect::kGrbl, "grbl", "Grbl, grblHAL, FluidNC"},
+    {Dialect::kFanuc, "fanuc", "Fanuc 30i and relatives; TCP is G43.4"},
+    {Dialect::kHaas, "haas", "Haas NGC; TCP is G234"},
+    {Dialect::kSiemens, "siemens", "Sinumerik 840D; TCP is TRAORI"},
+    {Dialect::kHeidenhain, "heidenhain", "Heidenhain iTNC and TNC, conversational; TCP is M128"},
+    {Dialect::kHeidenhainIso, "heidenhain_iso", "Heidenhain iTNC and TNC, DIN/ISO; TCP is M128"},
+}};
+
+enum class FeedMode {
+  kInverseTime,  ///< G93: F = 1 / time of the block
+  kPerMinute,    ///< G94: F = way / time, the way as FeedMeasure says
+};
+
+/// What way a control means by an F per minute in a block that also turns a rotary.
+enum class FeedMeasure {
+  kXyz,      ///< of X Y Z alone; of the rotaries in degrees where X Y Z stand still
+  kDegrees,  ///< the root of the sum of all squares, a degree counting as a mm
+  kRadius,   ///< likewise, an angle counting as its arc at a reference radius
+};
+
+enum class PathControl {
+  kControl,  ///< no word: as the control stands
+  kExact,    ///< G61: through every point
+  kBlend,    ///< G64 P: bounds X Y Z, not the rotaries
+};
+
+/// How the program text of this control looks.
+struct ProgramFormat {
+  Dialect dialect = Dialect::kRs274;
+  int linear_decimals = 4;
+  int rotary_decimals = 4;
+  int max_line_length = 79;          ///< bytes, without line end
+  bool line_numbers = false;         ///< N words; Heidenhain text always has numbers
+  double max_inverse_time = 100000;  ///< largest F in G93, 1/min
+  bool tcp = false;  ///< the control keeps the tool centre point: X Y Z are the tip's in the part's frame
+  FeedMode feed_mode = FeedMode::kInverseTime;  ///< without TCP
+  FeedMeasure feed_measure = FeedMeasure::kXyz;
+  double feed_radius = 0.0;    ///< for kRadius, mm
+  double max_feed = 100000.0;  ///< largest F per minute, mm/min
+  int line_number_step = 1;
+  bool crlf = false;   ///< lines end in CR LF
+  int max_blocks = 0;  ///< motion blocks that the control takes; 0: no limit
+  int max_bytes = 0;   ///< of the whole file; 0: no limit
+  PathControl path_control = PathControl::kExact;
+  double blend_tolerance = 0.0;  ///< for kBlend, mm
+  std::string retract;  ///< line before a tool change and at the end; "default": the dialect's; "none"
+  std::string clamp_tilt, unclamp_tilt, clamp_rotary, unclamp_rotary;  ///< words, empty: none
+};
+
+/// The format that a dialect has where a profile states nothing.
+ProgramFormat usual_format(Dialect dialect);
+const DialectName& name_of(Dialect dialect);
+/// Whether the control has a tool centre point function that we know the words of.
+constexpr bool has_tcp(Dialect d) { return d != Dialect::kRs274 && d != Dialect::kGrbl; }
+/// Whether the control has G93.
+constexpr bool has_inverse_time(Dialect d) {
+  return d != Dialect::kHeidenhain && d != Dialect::kHeidenhainIso;
+}
+
+enum class Coolant { kOff, kFlood, kMist };
+
+/// What a job states of its program.
+struct ProgramData {
+  int number = 1;       ///< O word, Fanuc and Haas
+  int tool = 0;         ///< of the tool change; 0: no tool change, the tool is in the spindle
+  int work_offset = 1;  ///< 1 is G54; the preset's number in Heidenhain text
+  Coolant coolant = Coolant::kOff;
+};
+
+}  // namespace tiltfeed

@@ -1,0 +1,215 @@
+#include "config/program_keys.h"
+
+#include <algorithm>
+
+#include "config/words.h"
+
+namespace tiltfeed {
+namespace {
+
+constexpr Range kInverseTime = above(0.0, 1e9);  // 1/min
+constexpr Range kFeed = above(0.0, 1e6);         // mm/min
+constexpr Range kRadius = above(0.0, 10'000.0);  // mm
+constexpr Range kBlend{0.0, 1.0};                // mm
+constexpr int kMostBlocks = 1'000'000'000;
+constexpr int kMostBytes = 2'000'000'000;
+constexpr std::size_t kMostWords = 40;  // characters of a line that a profile states
+
+constexpr std::initializer_list<Choice<FeedMode>> kFeedModes{{"inverse_time", FeedMode::kInverseTime},
+                                                             {"per_minute", FeedMode::kPerMinute}};
+constexpr std::initializer_list<Choice<FeedMeasure>> kFeedMeasures{
+    {"xyz", FeedMeasure::kXyz}, {"degrees", FeedMeasure::kDegrees}, {"radius", FeedMeasure::kRadius}};
+constexpr std::initializer_list<Choice<PathControl>> kPathControls{
+    {"control", PathControl::kControl}, {"exact", PathControl::kExact}, {"blend", PathControl::kBlend}};
+constexpr std::initializer_list<Choice<Coolant>> kCoolants{
+    {"none", Coolant::kOff}, {"flood", Coolant::kFlood}, {"mist", Coolant::kMist}};
+
+constexpr std::initializer_list<Choice<Dialect>> kDialectChoices{{"rs274", Dialect::kRs274},
+                                                                 {"grbl", Dialect::kGrbl},
+                                                                 {"fanuc", Dialect::kFanuc},
+                                                                 {"haas", Dialect::kHaas},
+                                                                 {"siemens", Dialect::kSiemens},
+                                                                 {"heidenhain", Dialect::kHeidenhain},
+                                                                 {"heidenhain_iso", Dialect::kHeidenhainIso}};
+
+/// Words of a program that a profile states: upper case, printable, nothing that opens a comment.
+std::string read_words(const Section& program, const char* key, const std::string& usual) {
+  const std::string text = program.text(key, usual);
+  const bool plain = std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == ' ' || c == '.' || c == '-' || c == '+' ||
+           c == '=';
+  });
+  if (program.has(key) && text != usual && text != "none" && text != "default" &&
+      (!plain || text.size() > kMostWords))
+    program.complain(key, "expected words of a program, at most " + std::to_string(kMostWords) +
+                              " of A-Z 0-9 blank . - + =, found \"" + text + "\"");
+  return text;
+}
+
+void read_feed(const Section& program, const ProgramFormat& usual, ProgramFormat& format) {
+  format.max_inverse_time = program.number("max_inverse_time_per_min", kInverseTime, usual.max_inverse_time);
+  format.max_feed = program.number("max_feed_mm_per_min", kFeed, usual.max_feed);
+  if (format.tcp) {
+    program.unused("feed_mode", "under TCP, where F is the tip's feed");
+    program.unused("feed_measure", "under TCP, where F is the tip's feed");
+    program.unused("feed_radius_mm", "under TCP, where F is the tip's feed");
+    return;
+  }
+  format.feed_mode = program.choice<FeedMode>("feed_mode", kFeedModes, usual.feed_mode);
+  if (format.feed_mode == FeedMode::kInverseTime && !has_inverse_time(format.dialect))
+    program.complain("feed_mode",
+                     std::string(name_of(format.dialect).name) + " has no inverse time; expected per_minute");
+  format.feed_measure = program.choice<FeedMeasure>("feed_measure", kFeedMeasures, usual.feed_measure);
+  if (format.feed_measure == FeedMeasure::kRadius)
+    format.feed_radius = program.number("feed_radius_mm", kRadius);
+  else
+    program.unused("feed_radius_mm", "unless feed_measure is radius");
+}
+
+void read_path_control(const Section& program, const ProgramFormat& usual, ProgramFormat& format) {
+  format.path_control = program.choice<PathControl>("path_control", kPathControls, usual.path_control);
+  if (format.path_control != PathControl::kControl && format.dialect != Dialect::kRs274)
+    program.complain("path_control", "exact and blend are words of rs274; expected control");
+  if (format.path_control == PathControl::kBlend)
+    format.blend_tolerance = program.number("blend_tolerance_mm", kBlend);
+  else
+    program.unused("blend_tolerance_mm", "unless path_control is blend");
+}
+
+void read_clamps(const Section& program, ProgramFormat& format) {
+  format.clamp_tilt = read_words(program, "clamp_tilt", "");
+  format.unclamp_tilt = read_words(program, "unclamp_tilt", "");
+  format.clamp_rotary = read_words(program, "clamp_rotary", "");
+  format.unclamp_rotary = read_words(program, "unclamp_rotary", "");
+  if (format.clamp_tilt.empty() != format.unclamp_tilt.empty())
+    program.complain("clamp_tilt", "clamp_tilt and unclamp_tilt belong together; state both or none");
+  if (format.clamp_rotary.empty() != format.unclamp_rotary.empty())
+    program.complain("clamp_rotary", "clamp_rotary and unclamp_rotary belong together; state both or none");
+}
+
+std::string or_none(const std::string& text) { return text.empty() ? "none" : text; }
+
+}  // namespace
+
+const DialectName& name_of(Dialect dialect) {
+  return *std::find_if(kDialects.begin(), kDialects.end(),
+                       [&](const DialectName& one) { return one.dialect == dialect; });
+}
+
+ProgramFormat usual_format(Dialect dialect) {
+  ProgramFormat format;
+  format.dialect = dialect;
+  format.retract = "default";
+  if (dialect == Dialect::kRs274) return format;
+  format.path_control = PathControl::kControl;
+  if (dialect == Dialect::kGrbl) return format;
+  format.max_line_length = 128;
+  if (dialect == Dialect::kFanuc || dialect == Dialect::kHaas) {
+    // Least input increment IS-B; the F of G93 that the smallest of these controls takes.
+    format.linear_decimals = format.rotary_decimals = 3;
+    format.max_inverse_time = 9999.0;
+  }
+  if (!has_inverse_time(dialect)) {
+    format.feed_mode = FeedMode::kPerMinute;
+    format.feed_measure = FeedMeasure::kDegrees;
+    format.max_feed = 99999.0;
+  }
+  if (dialect == Dialect::kSiemens) format.feed_measure = FeedMeasure::kDegrees;
+  if (dialect == Dialect::kHeidenhainIso) format.line_number_step = 10;
+  return format;
+}
+
+ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
+  const Section program = root.optional_section("program", {"dialect",
+                                                            "linear_decimals",
+                                                            "rotary_decimals",
+                                                            "max_line_length",
+                                                            "line_numbers",
+                                                            "line_number_step",
+                                                            "line_end",
+                                                            "max_blocks",
+                                                            "max_program_bytes",
+                                                            "tcp",
+                                                            "feed_mode",
+                                                            "feed_measure",
+                                                            "feed_radius_mm",
+                                                            "max_inverse_time_per_min",
+                                                            "max_feed_mm_per_min",
+                                                            "path_control",
+                                                            "blend_tolerance_mm",
+                                                            "retract",
+                                                            "clamp_tilt",
+                                                            "unclamp_tilt",
+                                                            "clamp_rotary",
+                                                            "unclamp_rotary"});
+  const Dialect stated = program.choice<Dialect>("dialect", kDialectChoices, Dialect::kRs274);
+  const ProgramFormat usual = usual_format(dialect.value_or(stated));
+  ProgramFormat result = usual;
+  result.linear_decimals = program.integer("linear_decimals", 1, 6, usual.linear_decimals);
+  result.rotary_decimals = program.integer("rotary_decimals", 1, 6, usual.rotary_decimals);
+  result.max_line_length = program.integer("max_line_length", 16, 4096, usual.max_line_length);
+  result.line_numbers = program.flag("line_numbers", usual.line_numbers);
+  result.line_number_step = program.integer("line_number_step", 1, 100, usual.line_number_step);
+  result.crlf = program.choice<bool>("line_end", {{"lf", false}, {"crlf", true}}, usual.crlf);
+  if (result.crlf && result.dialect == Dialect::kGrbl)
+    program.complain("line_end", "Grbl answers CR LF with two ok, which spoils the counting; expected lf");
+  result.max_blocks = program.integer("max_blocks", 0, kMostBlocks, usual.max_blocks);
+  result.max_bytes = program.integer("max_program_bytes", 0, kMostBytes, usual.max_bytes);
+  result.tcp = program.flag("tcp", usual.tcp);
+  if (result.tcp && !has_tcp(result.dialect))
+    program.complain("tcp",
+                     std::string(name_of(result.dialect).name) + " has no words for TCP; expected false");
+  read_feed(program, usual, result);
+  read_path_control(program, usual, result);
+  result.retract = read_words(program, "retract", usual.retract);
+  read_clamps(program, result);
+  return result;
+}
+
+void describe_format(Description& out, const ProgramFormat& format) {
+  out.add("program.dialect", name_of(format.dialect).name);
+  out.add("program.linear_decimals", format.linear_decimals);
+  out.add("program.rotary_decimals", format.rotary_decimals);
+  out.add("program.max_line_length", format.max_line_length);
+  out.add("program.line_numbers", format.line_numbers);
+  out.add("program.line_number_step", format.line_number_step);
+  out.add("program.line_end", format.crlf ? "crlf" : "lf");
+  out.add("program.max_blocks", format.max_blocks);
+  out.add("program.max_program_bytes", format.max_bytes);
+  out.add("program.tcp", format.tcp);
+  if (!format.tcp) {
+    out.add("program.feed_mode", word(kFeedModes, format.feed_mode));
+    out.add("program.feed_measure", word(kFeedMeasures, format.feed_measure));
+  }
+  if (format.feed_measure == FeedMeasure::kRadius) out.add("program.feed_radius_mm", format.feed_radius);
+  out.add("program.max_inverse_time_per_min", format.max_inverse_time);
+  out.add("program.max_feed_mm_per_min", format.max_feed);
+  out.add("program.path_control", word(kPathControls, format.path_control));
+  if (format.path_control == PathControl::kBlend)
+    out.add("program.blend_tolerance_mm", format.blend_tolerance);
+  out.add("program.retract", format.retract);
+  out.add("program.clamp_tilt", or_none(format.clamp_tilt));
+  out.add("program.unclamp_tilt", or_none(format.unclamp_tilt));
+  out.add("program.clamp_rotary", or_none(format.clamp_rotary));
+  out.add("program.unclamp_rotary", or_none(format.unclamp_rotary));
+}
+
+ProgramData read_program_data(const Section& root) {
+  const Section section = root.optional_section("program", {"number", "tool", "work_offset", "coolant"});
+  const ProgramData usual;
+  ProgramData data;
+  data.number = section.integer("number", 1, 9999, usual.number);
+  data.tool = section.integer("tool", 0, 9999, usual.tool);
+  data.work_offset = section.integer("work_offset", 1, 6, usual.work_offset);
+  data.coolant = section.choice<Coolant>("coolant", kCoolants, usual.coolant);
+  return data;
+}
+
+void describe_program_data(Description& out, const ProgramData& data) {
+  out.add("program.number", data.number);
+  out.add("program.tool", data.tool);
+  out.add("program.work_offset", data.work_offset);
+  out.add("program.coolant", word(kCoolants, data.coolant));
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,19 @@
+#pragma once
+// The sections `program` of a machine profile and of a job.
+
+#include <optional>
+
+#include "config/description.h"
+#include "config/program_format.h"
+#include "config/section.h"
+
+namespace tiltfeed {
+
+/// `dialect`: instead of the profile's; what the profile states besides stays.
+ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect);
+void describe_format(Description& out, const ProgramFormat& format);
+
+ProgramData read_program_data(const Section& root);
+void describe_program_data(Description& out, const ProgramData& data);
+
+}  // namespace tiltfeed

@@ -1,0 +1,56 @@
+#include "daemon/post.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "kinematics/tcp_path.h"
+
+namespace tiltfeed {
+namespace {
+
+// Under TCP the linear words are the tip's: joints are kept finer than what is printed.
+constexpr int kTcpDecimals = 6;
+
+/// The error with the CL line of the move that it names ("move 12, ...") in front.
+Error at_line(const Error& error, const std::string& name, const AptOperation& op) {
+  constexpr std::string_view kMove = "move ";
+  if (!error.message.starts_with(kMove)) return {error.code, name + ": " + error.message};
+  const auto move =
+      static_cast<std::size_t>(std::strtoull(error.message.c_str() + kMove.size(), nullptr, 10));
+  if (move >= op.lines.size()) return {error.code, name + ": " + error.message};
+  return {error.code, name + ":" + std::to_string(op.lines[move]) + ": " + error.message};
+}
+
+}  // namespace
+
+Result<Posted> post(const AptProgram& program, const std::string& name, const MachineProfile& machine,
+                    const PostOptions& options) {
+  Posted out;
+  out.posting = {program.name, machine, options.data, {}};
+  const ProgramFormat& format = machine.format;
+  JointPathOptions joints;
+  joints.tolerance = options.tolerance;
+  joints.axis_tolerance = format.tcp ? options.axis_tolerance / 2.0 : options.axis_tolerance;
+  joints.linear_decimals = format.tcp ? kTcpDecimals : format.linear_decimals;
+  joints.rotary_decimals = format.rotary_decimals;
+  for (const AptOperation& op : program.operations) {
+    Setup setup = options.setup;
+    setup.tool_length = op.path.tool.length;
+    if (!(setup.tool_length > 0.0))
+      return fail(Code::kInput, name + ": tool " + std::to_string(op.tool_number) +
+                                    " has no length; state LOADTL/n,LENGTH,l in the file or --tool-length");
+    auto path = to_joints(op.path, machine.model, setup, joints);
+    if (!path) return tl::unexpected(at_line(path.error(), name, op));
+    out.reports.push_back(path->report);
+    if (format.tcp)
+      *path = words_under_tcp(*path, machine.model, setup,
+                              {format.linear_decimals, options.axis_tolerance / 2.0});
+    out.words.push_back(std::make_unique<JointPath>(std::move(*path)));
+    const int tool = op.tool_number > 0 ? op.tool_number : options.data.tool;
+    out.posting.operations.push_back({out.words.back().get(), setup, op.path.tool, tool, op.path.cut_feed,
+                                      op.path.plunge_feed, op.path.feeds, op.events});
+  }
+  return out;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,33 @@
+#pragma once
+// CL text of any CAM system to a posting: every operation's joints on this machine, ready to be written.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/machine_profile.h"
+#include "daemon/block.h"
+#include "kinematics/apt_file.h"
+#include "kinematics/result.h"
+
+namespace tiltfeed {
+
+struct PostOptions {
+  double tolerance = 0.005;      ///< of the tip as the machine moves it, mm
+  double axis_tolerance = 0.05;  ///< of the axis, degrees
+  Setup setup;                   ///< part zero and fixture; the length is the tool's
+  ProgramData data;
+};
+
+/// A posting and the words that it points to.
+struct Posted {
+  std::vector<std::unique_ptr<JointPath>> words;
+  Posting posting;
+  std::vector<JointPathReport> reports;  ///< of the operations
+};
+
+/// Errors: as to_joints, with `name`:line of the CL text; kInput for a tool without length.
+Result<Posted> post(const AptProgram& program, const std::string& name, const MachineProfile& machine,
+                    const PostOptions& options);
+
+}  // namespace tiltfeed

@@ -1,0 +1,187 @@
+#include "daemon/post_command.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <optional>
+#include <vector>
+
+#include "daemon/output_file.h"
+#include "daemon/post.h"
+#include "daemon/unpost.h"
+
+namespace tiltfeed {
+namespace {
+
+constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
+constexpr double kInch = 25.4;  // mm, exactly
+
+int report(const Error& error) {
+  std::cerr << "tiltfeed: " << error.message << "\n";
+  return error.code == Code::kUsage ? kWrongUse : kFailed;
+}
+
+Result<std::ifstream> opened(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return fail(Code::kIo, path + ": cannot be opened");
+  return in;
+}
+
+Vec3 vector_of(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
+
+void list_dialects() {
+  for (const DialectName& one : kDialects) std::cout << one.name << "\t" << one.control << "\n";
+}
+
+}  // namespace
+
+struct PostCommands::Options {
+  CLI::App *post = nullptr, *unpost = nullptr;
+  std::string input, machine, output, dialect, unit = "mm", coolant;
+  bool list = false, tcp = false, no_tcp = false;
+  double tolerance = 0.0, axis_tolerance = 0.0, tool_length = 0.0;
+  std::vector<double> part_zero, fixture;
+  ProgramData data;
+
+  Result<MachineProfile> profile() const;
+  int run_post() const;
+  int run_unpost() const;
+};
+
+/// The machine profile, with the dialect and TCP of the command line.
+Result<MachineProfile> PostCommands::Options::profile() const {
+  std::optional<Dialect> wanted;
+  for (const DialectName& one : kDialects)
+    if (dialect == one.name) wanted = one.dialect;
+  if (!dialect.empty() && !wanted)
+    return fail(Code::kUsage,
+                "--dialect " + dialect + " is not known; `tiltfeed post --list-dialects` lists them");
+  auto profile = load_machine(machine, wanted);
+  if (!profile) return profile;
+  if (tcp && !has_tcp(profile->format.dialect))
+    return fail(Code::kUsage,
+                std::string("--tcp: ") + name_of(profile->format.dialect).name + " has no words for TCP");
+  if (tcp || no_tcp) profile->format.tcp = tcp;
+  return profile;
+}
+
+int PostCommands::Options::run_post() const {
+  const auto profile = this->profile();
+  if (!profile) return report(profile.error());
+  auto in = opened(input);
+  if (!in) return report(in.error());
+  const auto program = read_apt(*in, input, {unit == "inch" ? kInch : 1.0, tool_length});
+  if (!program) return report(program.error());
+  for (const std::string& note : program->notes) std::cerr << "tiltfeed: note: " << note << "\n";
+  PostOptions options;
+  if (tolerance > 0.0) options.tolerance = tolerance;
+  if (axis_tolerance > 0.0) options.axis_tolerance = axis_tolerance;
+  if (!part_zero.empty()) options.setup.part_zero = vector_of(part_zero);
+  if (!fixture.empty()) options.setup.fixture = fixture_of(vector_of(fixture));
+  options.data = data;
+  const auto posted = tiltfeed::post(*program, input, *profile, options);
+  if (!posted) return report(posted.error());
+  auto file = OutputFile::open(output);
+  if (!file) return report(file.error());
+  const auto written = write_program(posted->posting, file->stream());
+  if (!written) return report(written.error());
+  if (auto kept = file->commit(); !kept) return report(kept.error());
+  double seconds = 0.0, tip = 0.0, axis = 0.0;
+  std::size_t moves = 0;
+  for (const JointPathReport& one : posted->reports) {
+    seconds += one.seconds;
+    tip = std::max(tip, one.max_tip_deviation);
+    axis = std::max(axis, one.max_axis_deviation);
+  }
+  for (const AptOperation& op : program->operations) moves += op.path.moves.size();
+  std::printf(
+      "%zu operations, %zu moves, %llu blocks, %llu bytes, %.1f min; between points the tip is within "
+      "%.4f mm, the axis within %.4f degrees\n",
+      program->operations.size(), moves, static_cast<unsigned long long>(written->blocks),
+      static_cast<unsigned long long>(written->bytes), seconds / 60.0, tip, axis);
+  if (written->clamped_feeds > 0)
+    std::printf("warning: F of %llu blocks is limited to the control's range\n",
+                static_cast<unsigned long long>(written->clamped_feeds));
+  return kDone;
+}
+
+int PostCommands::Options::run_unpost() const {
+  const auto profile = this->profile();
+  if (!profile) return report(profile.error());
+  auto in = opened(input);
+  if (!in) return report(in.error());
+  const MachineModel& model = profile->model;
+  const auto text = read_program_text(
+      *in, input,
+      {profile->format.dialect, model.tilt.letter, model.rotary.letter, model.tilt.word, model.rotary.word});
+  if (!text) return report(text.error());
+  UnpostOptions options;
+  if (tolerance > 0.0) options.tolerance = tolerance;
+  if (axis_tolerance > 0.0) options.axis_tolerance = axis_tolerance;
+  if (tool_length > 0.0) options.tool_length = tool_length;
+  if (!part_zero.empty()) options.part_zero = vector_of(part_zero);
+  if (!fixture.empty()) options.fixture_deg = vector_of(fixture);
+  const auto program = tiltfeed::unpost(*text, *profile, options);
+  if (!program) return report({program.error().code, input + ": " + program.error().message});
+  for (const std::string& note : program->notes) std::cerr << "tiltfeed: note: " << note << "\n";
+  auto file = OutputFile::open(output);
+  if (!file) return report(file.error());
+  write_apt(*program, file->stream());
+  if (auto kept = file->commit(); !kept) return report(kept.error());
+  std::size_t blocks = 0, moves = 0;
+  for (const TextOperation& op : text->operations) blocks += op.blocks.size();
+  for (const AptOperation& op : program->operations) moves += op.path.moves.size();
+  std::printf("%zu operations, %zu blocks, %zu points\n", text->operations.size(), blocks, moves);
+  return kDone;
+}
+
+PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()) {
+  Options& o = *options_;
+  o.post =
+      app.add_subcommand("post", "write the machine's program from a CL file of any CAM system (APT text)");
+  o.unpost = app.add_subcommand("unpost", "write the tool path that a program really makes as a CL file");
+  for (CLI::App* one : {o.post, o.unpost}) {
+    const bool posts = one == o.post;
+    one->add_option("IN", o.input, posts ? "CL file (APT text)" : "program");
+    one->add_option("--machine", o.machine, "machine profile (YAML)");
+    one->add_option("--out", o.output, posts ? "program to write" : "CL file to write (APT text)");
+    one->add_option("--dialect", o.dialect, "instead of the profile's");
+    one->add_option("--tool-length", o.tool_length, "gauge line to tip, mm")->check(CLI::PositiveNumber);
+    one->add_option("--part-zero", o.part_zero, "from the table's axis to part zero, mm: X,Y,Z")
+        ->expected(3)
+        ->delimiter(',');
+    one->add_option("--fixture", o.fixture, "turn of the part about the table's x, y, z, degrees: RX,RY,RZ")
+        ->expected(3)
+        ->delimiter(',');
+    one->add_option("--tolerance", o.tolerance, "of the tip between points, mm")->check(CLI::PositiveNumber);
+    one->add_option("--axis-tolerance", o.axis_tolerance, "of the axis between points, degrees")
+        ->check(CLI::PositiveNumber);
+  }
+  o.post->add_flag("--tcp", o.tcp, "tool centre point by the control (G43.4, G234, TRAORI, M128)");
+  o.post->add_flag("--no-tcp", o.no_tcp, "joint words, whatever the profile says")->excludes("--tcp");
+  o.post->add_option("--units", o.unit, "of a file without UNITS/: mm or inch")
+      ->check(CLI::IsMember({"mm", "inch"}));
+  o.post->add_option("--tool", o.data.tool, "tool number where the file states none")
+      ->check(CLI::Range(0, 9999));
+  o.post->add_option("--number", o.data.number, "program number (O word)")->check(CLI::Range(1, 9999));
+  o.post->add_option("--work-offset", o.data.work_offset, "1 is G54")->check(CLI::Range(1, 6));
+  o.post->add_flag("--list-dialects", o.list, "list the dialects and stop");
+}
+
+PostCommands::~PostCommands() = default;
+
+bool PostCommands::called() const { return options_->post->parsed() || options_->unpost->parsed(); }
+
+int PostCommands::run() const {
+  const Options& o = *options_;
+  if (o.list) return list_dialects(), kDone;
+  for (const auto& [name, value] :
+       {std::pair{"IN", &o.input}, {"--machine", &o.machine}, {"--out", &o.output}})
+    if (value->empty())
+      return report({Code::kUsage, std::string(name) + " is required; --help lists the options"});
+  return o.post->parsed() ? o.run_post() : o.run_unpost();
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,26 @@
+#pragma once
+// What happens along a tool path besides motion: spindle, coolant, dwell, stops, remarks.
+
+#include <cstddef>
+#include <string>
+
+namespace tiltfeed {
+
+enum class EventKind {
+  kRemark,        ///< `text`
+  kSpindle,       ///< `value` in 1/min, negative: counter-clockwise, 0: off
+  kCoolant,       ///< `value` 0 off, 1 flood, 2 mist
+  kDwell,         ///< `value` in s
+  kStop,          ///< until the operator goes on
+  kOptionalStop,  ///< likewise where the operator wants it
+};
+
+struct PathEvent {
+  std::size_t move = 0;  ///< before this move; the number of moves: behind the last
+  EventKind kind = EventKind::kRemark;
+  double value = 0.0;
+  std::string text;
+  bool operator==(const PathEvent&) const = default;
+};
+
+}  // namespace tiltfeed
