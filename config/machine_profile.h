@@ -10,27 +10,12 @@
 
 namespace tiltfeed {
 
-<<<<<<< HEAD
-enum class Dialect { kRs274, kGrbl };
-
-/// How the program text of this control looks.
-struct ProgramFormat {
-  Dialect dialect = Dialect::kRs274;
-  int linear_decimals = 4;
-  int rotary_decimals = 4;
-  int max_line_length = 79;          ///< bytes, without line end
-  bool line_numbers = false;         ///< N words
-  double max_inverse_time = 100000;  ///< largest F in G93, 1/min
-};
-
 /// How the control plans speeds; the simulated machine does it so.
 struct ControlModel {
   int look_ahead = 200;        ///< blocks; a link's buffer may hold fewer
   double corner_time = 0.005;  ///< s; an axis may change its speed at a corner by its acceleration times this
 };
 
-=======
->>>>>>> 28d431e (daemon: dialects as tables, post and unpost of CL files)
 struct MachineProfile {
   std::string path;  ///< the file it came from
   MachineModel model;
@@ -41,20 +26,13 @@ struct MachineProfile {
   double link_rate = 0.0;    ///< bytes/s that reach the control; 0: not known, then nothing is said of it
 };
 
-<<<<<<< HEAD
 /// Properties: every limit pair has min < max, speeds and accelerations are above 0, a jerk of 0 is no limit,
-/// directions are unit, the tilt's is parallel neither to the rotary's nor to the spindle's, letters differ
-/// and mean nothing else in G-code. Errors: kInput as file:line:column, what was expected, the nearest known
-/// key; kIo.
-Result<MachineProfile> load_machine(const std::string& path);
-=======
-/// Properties: every limit pair has min < max, speeds and accelerations are above 0, directions are unit, the
-/// tilt's is parallel neither to the rotary's nor to the spindle's, letters differ and mean nothing else in
+/// directions are unit, the tilt's is parallel neither to the rotary's nor to the spindle's, letters differ and mean nothing else in
 /// G-code.
-/// `dialect`: instead of the profile's, with that dialect's defaults for what the profile does not state.
+/// `dialect`: if it is not the profile's, the section program is that dialect's defaults, but for clamps and
+/// line numbers.
 /// Errors: kInput as file:line:column, what was expected, the nearest known key; kIo.
 Result<MachineProfile> load_machine(const std::string& path, std::optional<Dialect> dialect = {});
->>>>>>> 28d431e (daemon: dialects as tables, post and unpost of CL files)
 /// The same from text; `path` names it in messages and becomes MachineProfile::path.
 Result<MachineProfile> parse_machine(const std::string& text, const std::string& path,
                                      std::optional<Dialect> dialect = {});

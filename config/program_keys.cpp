@@ -87,6 +87,18 @@ void read_clamps(const Section& program, ProgramFormat& format) {
     program.complain("clamp_rotary", "clamp_rotary and unclamp_rotary belong together; state both or none");
 }
 
+/// What a profile states of another control's text says nothing of this one's, but the machine's clamps
+/// remain.
+ProgramFormat for_another(Dialect dialect, const ProgramFormat& stated) {
+  ProgramFormat format = usual_format(dialect);
+  format.line_numbers = stated.line_numbers;
+  format.clamp_tilt = stated.clamp_tilt;
+  format.unclamp_tilt = stated.unclamp_tilt;
+  format.clamp_rotary = stated.clamp_rotary;
+  format.unclamp_rotary = stated.unclamp_rotary;
+  return format;
+}
+
 std::string or_none(const std::string& text) { return text.empty() ? "none" : text; }
 
 }  // namespace
@@ -103,7 +115,7 @@ ProgramFormat usual_format(Dialect dialect) {
   if (dialect == Dialect::kRs274) return format;
   format.path_control = PathControl::kControl;
   if (dialect == Dialect::kGrbl) return format;
-  format.max_line_length = 128;
+  format.max_line_length = 100;
   if (dialect == Dialect::kFanuc || dialect == Dialect::kHaas) {
     // Least input increment IS-B; the F of G93 that the smallest of these controls takes.
     format.linear_decimals = format.rotary_decimals = 3;
@@ -142,8 +154,8 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
                                                             "unclamp_tilt",
                                                             "clamp_rotary",
                                                             "unclamp_rotary"});
-  const Dialect stated = program.choice<Dialect>("dialect", kDialectChoices, Dialect::kRs274);
-  const ProgramFormat usual = usual_format(dialect.value_or(stated));
+  const ProgramFormat usual =
+      usual_format(program.choice<Dialect>("dialect", kDialectChoices, Dialect::kRs274));
   ProgramFormat result = usual;
   result.linear_decimals = program.integer("linear_decimals", 1, 6, usual.linear_decimals);
   result.rotary_decimals = program.integer("rotary_decimals", 1, 6, usual.rotary_decimals);
@@ -163,7 +175,7 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
   read_path_control(program, usual, result);
   result.retract = read_words(program, "retract", usual.retract);
   read_clamps(program, result);
-  return result;
+  return dialect && *dialect != result.dialect ? for_another(*dialect, result) : result;
 }
 
 void describe_format(Description& out, const ProgramFormat& format) {

@@ -9,7 +9,8 @@
 
 namespace tiltfeed {
 
-/// `dialect`: instead of the profile's; what the profile states besides stays.
+/// `dialect`: if it is not the profile's, that dialect's defaults, with the profile's clamps and line
+/// numbers.
 ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect);
 void describe_format(Description& out, const ProgramFormat& format);
 

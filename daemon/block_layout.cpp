@@ -64,6 +64,7 @@ class Writer {
   void remark(const std::string& text);
   void header();
   void begin(const Operation& op, bool first);
+  void take_tool(const Operation& op);
   void tool_comments(const Operation& op);
   void modes();
   void retract();
@@ -123,6 +124,7 @@ void Writer::remark(const std::string& text) {
 void Writer::header() {
   lines(table_.open);
   const Operation& first = posting_.operations.front();
+  take_tool(first);
   comment("part ", posting_.name,
           " D" + decimal(first.tool.diameter, 4) + " L" + decimal(first.tool.length, 4));
   comment("machine ", posting_.machine.model.name, "");
@@ -135,24 +137,27 @@ void Writer::header() {
 
 void Writer::tool_comments(const Operation& op) {
   const std::string length = decimal(op.tool.length, 4);
-  const bool offset = op.tool_number > 0 && *table_.length != '\0';
-  const std::string use = offset ? ", H" + std::to_string(op.tool_number) + " too" : ", use G49";
+  const char* const use = op.tool_number > 0 ? table_.length_in_tool : table_.length_alone;
   if (format_.tcp)
     comment("tool length " + length + " mm is planned, TCP takes the control's", "", "");
   else
-    comment("tool length " + length + " mm is in the words" + (table_.plus ? "" : use), "", "");
+    comment("tool length " + length + " mm is in the words" + filled_line(use, filling_), "", "");
   comment("part zero " + triple(op.setup.part_zero, 6) + " mm", "", "");
   if (turns(op.setup.fixture))
     comment("fixture " + triple(fixture_degrees(op.setup.fixture), 9) + " deg", "", "");
 }
 
+void Writer::take_tool(const Operation& op) {
+  filling_.back() = {"tool", op.tool_number > 0 ? std::to_string(op.tool_number) : ""};
+}
+
 /// Before an operation: its tool, its modes.
 void Writer::begin(const Operation& op, bool first) {
-  filling_.back() = {"tool", op.tool_number > 0 ? std::to_string(op.tool_number) : ""};
+  take_tool(op);
   if (!first) leave();
   if (op.tool_number > 0 || format_.tcp || !first) retract();
   if (!first) tool_comments(op);
-  lines(table_.tool);
+  if (op.tool_number > 0) lines(table_.tool);
   if (!format_.unclamp_tilt.empty()) line(format_.unclamp_tilt);
   if (!format_.unclamp_rotary.empty()) line(format_.unclamp_rotary);
   tilt_clamped_ = rotary_clamped_ = false;

@@ -36,8 +36,9 @@ struct DialectTable {
   int feed_decimals;                  ///< of F per minute, at most
   // Parts of the program
   const char *open, *setup, *tool, *spindle, *spindle_off, *flood, *mist, *coolant_off;
-  const char *length, *tcp_length;  ///< words in front of the axes of the first block
-  const char *tcp_on, *tcp_off;     ///< lines
+  const char *length_in_tool, *length_alone;  ///< what to do with the control's own length, for a comment
+  const char *length, *tcp_length;            ///< words in front of the axes of the first block
+  const char *tcp_on, *tcp_off;               ///< lines
   const char *inverse_on, *per_minute_on, *degrees, *radius;  ///< feed modes and what F measures
   const char *exact, *blend, *dwell, *stop, *optional_stop, *retract, *end;
 };

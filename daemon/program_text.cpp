@@ -70,8 +70,8 @@ class Reader {
   TextLanguage language_;
   ProgramTextFacts facts_;
   std::uint32_t line_ = 0;
-  bool ended_ = false, rapid_ = true, motion_known_ = false, inverse_ = false, tcp_ = false,
-       incremental_ = false;
+  bool ended_ = false, changing_ = false, rapid_ = true, motion_known_ = false, inverse_ = false,
+       tcp_ = false, incremental_ = false;
   double feed_ = 0.0, speed_ = 0.0, spindle_ = 0.0, coolant_ = 0.0;
   int turn_ = 0;  ///< spindle: 3, 4, or 0
   Joints at_;
@@ -223,7 +223,10 @@ Mistake Reader::one_code(int tenths) {
 }
 
 void Reader::machine_codes(const LineWords& words) {
-  if (words.has('T')) next_tool(static_cast<int>(words.values.at('T')));
+  if (words.has('T')) {
+    next_tool(static_cast<int>(words.values.at('T')));
+    changing_ = language_.dialect == Dialect::kGrbl;  // its M0 is the tool change
+  }
   if (words.has('S')) speed_ = words.values.at('S');
   for (const int code : words.m) {
     if (code == 3 || code == 4) turn_ = code;
@@ -231,7 +234,7 @@ void Reader::machine_codes(const LineWords& words) {
     if (code == 7) event(EventKind::kCoolant, 2.0);
     if (code == 8) event(EventKind::kCoolant, 1.0);
     if (code == 9) event(EventKind::kCoolant, 0.0);
-    if (code == 0) event(EventKind::kStop, 0.0);
+    if (code == 0 && !std::exchange(changing_, false)) event(EventKind::kStop, 0.0);
     if (code == 1) event(EventKind::kOptionalStop, 0.0);
     if (code == 128) tcp_ = true;
     if (code == 129) tcp_ = false;

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -12,7 +13,15 @@ namespace tiltfeed {
 namespace {
 
 // Blocks that are joined into one at most: bounds the work, and the block is long by then.
-constexpr std::size_t kMostJoined = 64;
+constexpr std::size_t kMostJoined = 32;
+
+// Places in each block where the axis is compared.
+constexpr std::array<double, 3> kSamples{1.0 / 3.0, 2.0 / 3.0, 1.0};
+
+Joints between(const Joints& p, const Joints& q, double f) {
+  return {p.x + f * (q.x - p.x), p.y + f * (q.y - p.y), p.z + f * (q.z - p.z), p.a + f * (q.a - p.a),
+          p.c + f * (q.c - p.c)};
+}
 
 class Joiner {
  public:
@@ -26,7 +35,7 @@ class Joiner {
 
  private:
   bool fits(std::size_t from, std::size_t to) const;
-  double fraction(std::size_t from, std::size_t at, std::size_t to) const;
+  double fraction(std::size_t from, std::size_t to, Point<Part> tip, double passed) const;
   Joints words(std::size_t index) const;
 
   const JointPath& path_;
@@ -36,31 +45,30 @@ class Joiner {
   std::vector<Pose> poses_;
 };
 
-/// How far block `at` is on the way from one block's end to another's.
-double Joiner::fraction(std::size_t from, std::size_t at, std::size_t to) const {
+/// How far a tip is on the straight way from one block's end to another's; `passed`: the share of the time,
+/// for ways no longer than what the words can say.
+double Joiner::fraction(std::size_t from, std::size_t to, Point<Part> tip, double passed) const {
   const Vec3 way = poses_[to].tip - poses_[from].tip;
-  const double square = squared_length(way);
-  // A way no longer than what the words can say: by time.
-  const double least = 10.0 / decimal_scale(options_.linear_decimals);
-  if (square > least * least)
-    return std::clamp(dot(poses_[at].tip - poses_[from].tip, way) / square, 0.0, 1.0);
-  double before = 0.0, whole = 0.0;
-  for (std::size_t i = from + 1; i <= to; ++i) {
-    whole += path_.moves[i].seconds;
-    if (i <= at) before += path_.moves[i].seconds;
-  }
-  return whole > 0.0 ? before / whole : 1.0;
+  const double square = squared_length(way), least = 10.0 / decimal_scale(options_.linear_decimals);
+  if (square <= least * least) return passed;
+  return std::clamp(dot(tip - poses_[from].tip, way) / square, 0.0, 1.0);
 }
 
-/// One block may lead from the end of block `from` to that of block `to`.
+/// One block may lead from the end of block `from` to that of block `to`: its axis is that of the blocks
+/// between wherever the tip is.
 bool Joiner::fits(std::size_t from, std::size_t to) const {
   const Joints &p = path_.moves[from].joints, &q = path_.moves[to].joints;
   if (std::abs(q.a - p.a) >= 180.0 || std::abs(q.c - p.c) >= 180.0) return false;
   const double allowed = Angle::from_degrees(options_.axis_tolerance).radians();
-  for (std::size_t i = from + 1; i < to; ++i) {
-    const double f = fraction(from, i, to);
-    const Joints between{0.0, 0.0, 0.0, p.a + f * (q.a - p.a), p.c + f * (q.c - p.c)};
-    if (angle_between(forward(machine_, setup_, between).axis, poses_[i].axis) > allowed) return false;
+  double whole = 0.0, before = 0.0;
+  for (std::size_t i = from + 1; i <= to; ++i) whole += path_.moves[i].seconds;
+  for (std::size_t i = from + 1; i <= to; before += path_.moves[i++].seconds) {
+    for (const double s : kSamples) {
+      const Pose pose =
+          forward(machine_, setup_, between(path_.moves[i - 1].joints, path_.moves[i].joints, s));
+      const double f = fraction(from, to, pose.tip, (before + s * path_.moves[i].seconds) / whole);
+      if (angle_between(forward(machine_, setup_, between(p, q, f)).axis, pose.axis) > allowed) return false;
+    }
   }
   return true;
 }

@@ -178,11 +178,7 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
       ++count;
     }
   }
-<<<<<<< HEAD
-  EXPECT_EQ(count, 12u + 3 + 5 + 12 + 3 + 6 + 3);
-=======
-  EXPECT_EQ(count, 11u + 3 + 4 + 11 + 22 + 2);
->>>>>>> 28d431e (daemon: dialects as tables, post and unpost of CL files)
+  EXPECT_EQ(count, 12u + 3 + 5 + 12 + 3 + 22 + 3);
   for (const char* key : {"structure",
                           "letter",
                           "direction",

@@ -16,6 +16,7 @@
 #include "config/job.h"
 #include "daemon/block.h"
 #include "daemon/output_file.h"
+#include "daemon/post.h"
 #include "kinematics/cl_file.h"
 #include "kinematics/joint_path.h"
 #include "pathgen/plan.h"
@@ -84,7 +85,7 @@ class Golden : public testing::TestWithParam<Case> {};
 TEST_P(Golden, ProgramAndClFileAreUnchanged) {
   const Case& c = GetParam();
   Job job = job_for(c.axis, c.along);
-  job.machine.format.dialect = c.dialect;
+  job.machine.format = usual_format(c.dialect);
   const auto planned = plan(pyramid(), job.plan, nullptr);
   ASSERT_TRUE(planned) << planned.error().message;
   const auto joints = to_joints(planned->path, job.machine.model, job.setup, {});
@@ -108,6 +109,33 @@ INSTANTIATE_TEST_SUITE_P(
                          "circle_radius_mm: 40}",
                          "y", Dialect::kRs274}),
     [](const auto& one) { return std::string(one.param.name); });
+
+/// A CL file of another CAM system, posted in every dialect.
+TEST(DialectGolden, EveryDialect) {
+  const auto machine = [](Dialect dialect) {
+    return *load_machine(SOURCE_DIR "/config/machines/generic-ac.yaml", dialect);
+  };
+  std::ifstream in(SOURCE_DIR "/tests/golden/foreign.cls");
+  const auto program = read_apt(in, "foreign.cls", {});
+  ASSERT_TRUE(program) << program.error().message;
+  EXPECT_TRUE(program->notes.empty());
+  for (const DialectName& one : kDialects) {
+    for (const bool tcp : {false, true}) {
+      if (tcp && !has_tcp(one.dialect)) continue;
+      MachineProfile profile = machine(one.dialect);
+      profile.format.tcp = tcp;
+      PostOptions options;
+      options.setup.part_zero = {30, -10, 50};
+      options.data.number = 42;
+      const auto posted = post(*program, "foreign.cls", profile, options);
+      ASSERT_TRUE(posted) << posted.error().message;
+      std::ostringstream text;
+      const auto written = write_program(posted->posting, text);
+      ASSERT_TRUE(written) << written.error().message;
+      expect_golden(std::string("dialect_") + one.name + (tcp ? "_tcp" : "") + ".nc", text.str());
+    }
+  }
+}
 
 /// A winding path long enough to be worked on in many parts, with moves past the pole now and then.
 ToolPath long_path() {

@@ -296,11 +296,6 @@ TEST(MachineProfile, DescribesEveryValue) {
             "control.look_ahead_blocks: 40\ncontrol.corner_time_ms: 2.5\ncontrol.blend_rotary: false\n"
             "program.dialect: grbl\nprogram.linear_decimals: 3\nprogram.rotary_decimals: 5\n"
             "program.max_line_length: 70\nprogram.line_numbers: true\n"
-<<<<<<< HEAD
-            "program.max_inverse_time_per_min: 9999.5\n"
-            "link.default: serial:/dev/ttyACM0\nlink.receive_buffer_bytes: 1024\n"
-            "link.bytes_per_s: 0\n");
-=======
             "program.line_number_step: 1\nprogram.line_end: lf\n"
             "program.max_blocks: 0\nprogram.max_program_bytes: 0\nprogram.tcp: false\n"
             "program.feed_mode: inverse_time\nprogram.feed_measure: xyz\n"
@@ -308,8 +303,8 @@ TEST(MachineProfile, DescribesEveryValue) {
             "program.path_control: control\nprogram.retract: default\n"
             "program.clamp_tilt: none\nprogram.unclamp_tilt: none\n"
             "program.clamp_rotary: none\nprogram.unclamp_rotary: none\n"
-            "link.default: serial:/dev/ttyACM0\nlink.receive_buffer_bytes: 1024\n");
->>>>>>> 28d431e (daemon: dialects as tables, post and unpost of CL files)
+            "link.default: serial:/dev/ttyACM0\nlink.receive_buffer_bytes: 1024\n"
+            "link.bytes_per_s: 0\n");
 }
 
 TEST(KeyNames, TheNearestKeyIsTheSameWordsElseTheLeastEdits) {

@@ -69,7 +69,8 @@ interpret() {
   mkdir -p "$folder"
   cp "$program" "$folder/program.nc"
   : > "$folder/X.var"
-  : > "$folder/X.tbl"
+  # Every tool that the program calls, of length 0: its length is in the words.
+  sed -n 's/^\(N[0-9]* \)\{0,1\}T\([0-9]*\).*/T\2 P\2 Z0 D0/p' "$program" | sort -u > "$folder/X.tbl"
   cat > "$folder/X.ini" << 'INI'
 [EMC]
 VERSION = 1.1

@@ -1,8 +1,10 @@
 (TILTFEED part pyramid D6 L100)
 (TILTFEED machine generic-ac)
 (TILTFEED tool length 100 mm is in the words, use G49)
-(TILTFEED blocks 959 time 12.8 s)
+(TILTFEED part zero 30 -10 50 mm)
+(TILTFEED blocks 940 time 12.8 s)
 G21 G90 G17 G40 G49 G54
+G61
 S12000 M3
 G0 X8.0364 Y-234.5747 Z-79.8943 A49.169 C17.0464
 Y-222.7925 Z-90.0756

@@ -1,8 +1,10 @@
 (TILTFEED part pyramid D6 L100)
 (TILTFEED machine generic-ac)
 (TILTFEED tool length 100 mm is in the words, use G49)
-(TILTFEED blocks 908 time 10.4 s)
+(TILTFEED part zero 30 -10 50 mm)
+(TILTFEED blocks 936 time 10.4 s)
 G21 G90 G17 G40 G49 G54
+G61
 S12000 M3
 G0 X-20.875 Y-270.3373 Z-120.597 A60.0222 C90
 Y-256.3217 Z-128.6816

@@ -1,0 +1,48 @@
+%
+O0042 (bracket 7)
+(TILTFEED part bracket 7 D6 L100)
+(TILTFEED machine generic-ac)
+(TILTFEED tool length 100 mm is planned, TCP takes the control's)
+(TILTFEED part zero 30 -10 50 mm)
+(TILTFEED blocks 16 time 6 s)
+G21 G90 G17 G40 G49 G80 G94 G54
+G91 G28 Z0.
+G90
+T3 M6
+S12000 M3
+M8
+G0 A0. C0.
+G0 G43.4 H3 X0. Y0. Z60. A0. C0.
+Z22.
+G1 Z20. F300.
+C45.714 F14400.
+X0.063 Z19.999 A0.143 C90. F1500.
+X0.5 Z19.995 A1.146
+X1. Y0.1 Z19.98 A2.868 C92.291
+(side second)
+X1.333 Y0.233 Z19.953 A4.037 C95.981 F1500.
+X1.5 Y0.3 Z19.94 A4.625 C97.125
+X2. Y0.5 Z19.9 A5.853 C101.31
+G0 X6. Y2. Z60.
+G49
+M9
+M5
+G91 G28 Z0.
+G90
+(TILTFEED tool length 80 mm is planned, TCP takes the control's)
+(TILTFEED part zero 30 -10 50 mm)
+T4 M6
+S8000 M4
+G0 A25.239 C-45.
+G0 G43.4 H4 X-20. Y-20. Z40. A25.239 C-45.
+G1 Z10. F508.
+G4 P500
+X-10. F508.
+X-9.5 A24.873 C-45.971
+G0 Z40.
+G49
+M5
+G91 G28 Z0.
+G90
+M30
+%

@@ -1,0 +1,261 @@
+// CL text -> program -> the tool path that it really makes, in every dialect and on every machine that is
+// shipped: the way back must be the way there.
+
+#include "daemon/post.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "daemon/unpost.h"
+#include "tests/dialect_reader.h"
+
+namespace tiltfeed {
+namespace {
+
+AptProgram foreign() {
+  std::ifstream in(SOURCE_DIR "/tests/golden/foreign.cls");
+  return *read_apt(in, "foreign.cls", {});
+}
+
+MachineProfile machine(Dialect dialect, bool tcp, const std::string& name = "generic-ac") {
+  auto profile = load_machine(SOURCE_DIR "/config/machines/" + name + ".yaml", dialect);
+  EXPECT_TRUE(profile) << profile.error().message;
+  profile->format.tcp = tcp;
+  return *profile;
+}
+
+PostOptions setup() {
+  PostOptions options;
+  options.setup.part_zero = {30, -10, 50};
+  options.setup.fixture = fixture_of({0, 0, 90});
+  return options;
+}
+
+Result<std::string> program_text(const AptProgram& program, const MachineProfile& profile,
+                                 const PostOptions& options) {
+  const auto posted = post(program, "in.cls", profile, options);
+  if (!posted) return tl::unexpected(posted.error());
+  std::ostringstream out;
+  if (auto written = write_program(posted->posting, out); !written) return tl::unexpected(written.error());
+  return out.str();
+}
+
+Result<AptProgram> back(const std::string& text, const MachineProfile& profile,
+                        const UnpostOptions& options = {}) {
+  std::istringstream in(text);
+  const MachineModel& m = profile.model;
+  const auto read = read_program_text(
+      in, "part.nc", {profile.format.dialect, m.tilt.letter, m.rotary.letter, m.tilt.word, m.rotary.word});
+  if (!read) return tl::unexpected(read.error());
+  return unpost(*read, profile, options);
+}
+
+/// Every point that the program makes lies on the path (tip on its segments, in order), and every point of
+/// the path is passed with its axis.
+void expect_same_way(const AptOperation& want, const AptOperation& got, double tip, double axis_deg) {
+  const double axis = Angle::from_degrees(axis_deg).radians();
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < want.path.moves.size(); ++i) {
+    const Pose& target = want.path.moves[i].pose;
+    std::size_t found = at;
+    while (found < got.path.moves.size() &&
+           (distance(got.path.moves[found].pose.tip, target.tip) > tip ||
+            angle_between(got.path.moves[found].pose.axis, target.axis) > axis))
+      ++found;
+    ASSERT_LT(found, got.path.moves.size()) << "move " << i << " is not made";
+    if (i > 0)
+      for (std::size_t k = at; k <= found; ++k) {
+        const Pose &p = want.path.moves[i - 1].pose, &pose = got.path.moves[k].pose;
+        const double rapid = got.path.moves[k].kind == MoveKind::kRapid ? kRapidToleranceFactor : 1.0;
+        ASSERT_LE(distance_to_segment(pose.tip, p.tip, target.tip), tip * rapid) << "point " << k;
+        ASSERT_LE(angle_between(p.axis, pose.axis) + angle_between(pose.axis, target.axis),
+                  angle_between(p.axis, target.axis) + 2.0 * axis * rapid)
+            << "point " << k;
+      }
+    at = found;
+  }
+}
+
+struct Case {
+  Dialect dialect;
+  bool tcp;
+};
+
+class Posts : public testing::TestWithParam<Case> {};
+
+TEST_P(Posts, TheProgramMakesThePath) {
+  const MachineProfile profile = machine(GetParam().dialect, GetParam().tcp);
+  const PostOptions options = setup();
+  const auto text = program_text(foreign(), profile, options);
+  ASSERT_TRUE(text) << text.error().message;
+  const auto made = back(*text, profile);
+  ASSERT_TRUE(made) << made.error().message;
+  const AptProgram want = foreign();
+  ASSERT_EQ(made->operations.size(), want.operations.size());
+  for (std::size_t k = 0; k < want.operations.size(); ++k) {
+    const AptOperation &there = want.operations[k], &here = made->operations[k];
+    EXPECT_EQ(here.tool_number, there.tool_number);
+    EXPECT_EQ(here.path.tool.length, there.path.tool.length);
+    // Three decimals may round the tip by 0.0009 mm and, through the lever of the tool, by the rotaries' as
+    // much.
+    expect_same_way(there, here, options.tolerance + 0.003, 0.06);
+    EXPECT_EQ(here.events.front().kind, EventKind::kSpindle);
+    EXPECT_EQ(here.events.front().value, k == 0 ? 12000.0 : -8000.0);
+  }
+  // The feed of the tip on the second tool's cut: 20 inches a minute.
+  const ToolPath& last = made->operations[1].path;
+  for (std::size_t i = 0; i < last.moves.size(); ++i) {
+    const bool long_cut = i > 1 && last.moves[i].kind == MoveKind::kCut &&
+                          distance(last.moves[i].pose.tip, last.moves[i - 1].pose.tip) > 1.0;
+    EXPECT_TRUE(!long_cut || std::abs(feed_of(last, i).mm_per_min() / 508.0 - 1.0) < 0.01) << i;
+  }
+}
+
+std::vector<Case> cases() {
+  std::vector<Case> all;
+  for (const DialectName& one : kDialects) {
+    all.push_back({one.dialect, false});
+    if (has_tcp(one.dialect)) all.push_back({one.dialect, true});
+  }
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(All, Posts, testing::ValuesIn(cases()), [](const auto& one) {
+  return std::string(name_of(one.param.dialect).name) + (one.param.tcp ? "_tcp" : "");
+});
+
+TEST(Post, EveryShippedMachineMakesThePath) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(SOURCE_DIR "/config/machines")) {
+    const std::string name = entry.path().stem().string();
+    for (const bool tcp : {false, true}) {
+      SCOPED_TRACE(name + (tcp ? " TCP" : ""));
+      const MachineProfile profile = machine(Dialect::kSiemens, tcp, name);
+      PostOptions options;
+      options.setup.part_zero = {0, 0, 20};
+      AptProgram want = foreign();
+      const auto text = program_text(want, profile, options);
+      // A machine may be too small for this part: then it must say so, with the line.
+      if (!text) {
+        EXPECT_NE(text.error().message.find("in.cls:"), std::string::npos) << text.error().message;
+        continue;
+      }
+      const auto made = back(*text, profile);
+      ASSERT_TRUE(made) << made.error().message;
+      for (std::size_t k = 0; k < want.operations.size(); ++k)
+        expect_same_way(want.operations[k], made->operations[k], options.tolerance + 0.003, 0.06);
+      ++count;
+    }
+  }
+  EXPECT_GE(count, 6) << "machines that could make it";
+}
+
+TEST(Post, AWrongProgramMakesAnotherPath) {
+  const MachineProfile profile = machine(Dialect::kRs274, false);
+  const auto text = program_text(foreign(), profile, setup());
+  ASSERT_TRUE(text);
+  UnpostOptions longer;
+  longer.tool_length = 101.0;
+  const auto made = back(*text, profile, longer);
+  ASSERT_TRUE(made);
+  double worst = 0.0;
+  const AptProgram want = foreign();
+  for (const Move& move : want.operations[0].path.moves) {
+    double least = 1e9;
+    for (const Move& one : made->operations[0].path.moves)
+      least = std::min(least, distance(one.pose.tip, move.pose.tip));
+    worst = std::max(worst, least);
+  }
+  EXPECT_GT(worst, 0.05) << "a tool length that is wrong by 1 mm must show where the tool leans";
+}
+
+TEST(Post, TheFeedOfEachMoveIsThatOfTheFile) {
+  // On a still axis the block time is way / feed, so F tells the feed.
+  std::istringstream in(
+      "LOADTL/1,LENGTH,50\nGOTO/0,0,10\nFEDRAT/100\nGOTO/0,0,0\nFEDRAT/250\nGOTO/10,0,0\n"
+      "FEDRAT/777\nGOTO/10,10,0\nFEDRAT/100\nGOTO/0,10,0\nFINI\n");
+  const auto program = read_apt(in, "in.cls", {});
+  ASSERT_TRUE(program) << program.error().message;
+  const auto text = program_text(*program, machine(Dialect::kRs274, false), {});
+  ASSERT_TRUE(text);
+  const SeenProgram seen = seen_program(*text, false, 'A', 'C');
+  ASSERT_EQ(seen.blocks.size(), 5u);
+  const double feeds[]{0, 10, 25, 77.7, 10};
+  for (std::size_t i = 1; i < 5; ++i) EXPECT_NEAR(seen.blocks[i].feed, feeds[i], 1e-3) << i;
+}
+
+TEST(Post, ErrorsNameTheLineOfTheFile) {
+  const MachineProfile profile = machine(Dialect::kFanuc, false);
+  const struct {
+    const char* text;
+    const char* message;
+  } table[]{{"LOADTL/1,LENGTH,50\nGOTO/0,0,10\nFEDRAT/100\n\nGOTO/0,0,0,0,0,-1\nFINI\n", "in.cls:5: move 1"},
+            {"LOADTL/1,LENGTH,50\nGOTO/0,0,10\nFEDRAT/100\nGOTO/9000,0,0\nFINI\n", "in.cls:4: move 1"},
+            {"LOADTL/1\nGOTO/0,0,10\nFINI\n", "in.cls: tool 1 has no length"}};
+  for (const auto& row : table) {
+    std::istringstream in(row.text);
+    const auto program = read_apt(in, "in.cls", {});
+    ASSERT_TRUE(program) << program.error().message;
+    const auto text = program_text(*program, profile, {});
+    ASSERT_FALSE(text) << row.text;
+    EXPECT_EQ(text.error().message.rfind(row.message, 0), 0u) << text.error().message;
+  }
+}
+
+TEST(Unpost, WithoutAHeaderTheSetUpMustBeStated) {
+  const MachineProfile profile = machine(Dialect::kRs274, false);
+  const std::string text = "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 Z0 F100\nG1 A10\nM2\n";
+  const auto no_zero = back(text, profile);
+  ASSERT_FALSE(no_zero);
+  EXPECT_NE(no_zero.error().message.find("--part-zero"), std::string::npos);
+  UnpostOptions options;
+  options.part_zero = Vec3{0, 0, 0};
+  const auto no_length = back(text, profile, options);
+  ASSERT_FALSE(no_length);
+  EXPECT_NE(no_length.error().message.find("--tool-length"), std::string::npos);
+  options.tool_length = 50.0;
+  const auto made = back(text, profile, options);
+  ASSERT_TRUE(made) << made.error().message;
+  // The head turns about its pivot, 200 mm above the tip: the tip swings on a circle, which is what comes
+  // out.
+  const Point<Part> last = made->operations[0].path.moves.back().pose.tip;
+  const double a = Angle::from_degrees(10).radians();
+  EXPECT_NEAR(last.y, 200 * std::sin(a), 1e-9);
+  EXPECT_NEAR(last.z, 200 * (1 - std::cos(a)), 1e-9);
+  for (const Move& move : made->operations[0].path.moves)
+    EXPECT_TRUE(move.pose.axis.z == 1.0 ||
+                std::abs(std::hypot(move.pose.tip.y, move.pose.tip.z - 200.0) - 200.0) < 1e-9)
+        << "on the circle";
+  EXPECT_GT(made->operations[0].path.moves.size(), 20u);
+}
+
+TEST(Unpost, FixtureAnglesComeBackFromTheHeader) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> angle(-180.0, 180.0);
+  for (int round = 0; round < 200; ++round) {
+    Vec3 degrees{angle(random), angle(random) / 2.0, angle(random)};
+    if (round % 4 == 0)
+      degrees = {90.0 * (round / 4 % 4), 90.0 * (round / 16 % 3 - 1), 90.0 * (round / 8 % 4)};
+    PostOptions options;
+    options.setup.fixture = fixture_of(degrees);
+    std::istringstream in("LOADTL/1,LENGTH,50\nGOTO/0,0,10\nFINI\n");
+    MachineProfile profile = machine(Dialect::kRs274, false);
+    profile.model.tilt.min = -360, profile.model.tilt.max = 360;
+    profile.model.x = profile.model.y = profile.model.z = {-2000, 2000, 9000, 1000};
+    const auto text = program_text(*read_apt(in, "in.cls", {}), profile, options);
+    ASSERT_TRUE(text) << text.error().message;
+    std::istringstream program(*text);
+    const auto read = read_program_text(program, "x.nc", {Dialect::kRs274, 'A', 'C'});
+    ASSERT_TRUE(read) << read.error().message;
+    const Rotation turned = fixture_of(read->operations[0].fixture_deg.value_or(Vec3{}));
+    for (std::size_t row = 0; row < 3; ++row)
+      ASSERT_LE(length(turned.rows[row] - options.setup.fixture.rows[row]), 1e-10) << *text;
+  }
+}
+
+}  // namespace
+}  // namespace tiltfeed
