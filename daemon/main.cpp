@@ -19,8 +19,10 @@
 #include "daemon/plan_report.h"
 #include "daemon/post_command.h"
 #include "daemon/stream.h"
+#include "daemon/tool_length.h"
 #include "kinematics/cl_file.h"
 #include "kinematics/joint_path.h"
+#include "kinematics/tcp_path.h"
 #include "pathgen/mesh.h"
 #include "pathgen/plan.h"
 #include "pathgen/stl.h"
@@ -121,7 +123,8 @@ int plan_command(const PlanFiles& files) {
   // What the axis may lean moves the shank's end by no more than the tip may stray.
   const Angle lean = Angle::from_radians(options.tolerance / job->plan.cutter.shank_length);
   options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
-  options.linear_decimals = job->machine.format.linear_decimals;
+  // Under TCP the linear words are the tip's, so joints are kept finer than what is printed.
+  options.linear_decimals = job->machine.format.tcp ? kTcpDecimals : job->machine.format.linear_decimals;
   options.rotary_decimals = job->machine.format.rotary_decimals;
   options.clear_height = height(part->mesh, rotary_up(job->machine.model, job->setup)) + job->plan.allowance +
                          job->plan.radial_stock + job->plan.axial_stock + job->plan.links.clearance;
@@ -233,6 +236,11 @@ int main(int argc, char** argv) {
                    "grbl:/dev/ttyUSB0@115200, modbus-tcp:HOST:PORT, modbus-rtu:/dev/ttyS0@19200")
       ->required();
 
+  double tool_length = 0.0;
+  send->add_option("--tool-length", tool_length,
+                   "gauge line to tip of the tool in the spindle, mm; a program for another is refused")
+      ->check(CLI::PositiveNumber);
+
   const PostCommands posting(app);
 
   try {
@@ -243,5 +251,7 @@ int main(int argc, char** argv) {
   if (check->parsed()) return check_command(check_job);
   if (planning->parsed()) return plan_command(files);
   if (posting.called()) return posting.run();
+  if (tool_length > 0.0)
+    if (auto same = check_tool_length(program, tool_length); !same) return report(same.error());
   return send_command(program, link);
 }

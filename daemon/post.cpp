@@ -8,9 +8,6 @@
 namespace tiltfeed {
 namespace {
 
-// Under TCP the linear words are the tip's: joints are kept finer than what is printed.
-constexpr int kTcpDecimals = 6;
-
 /// The error with the CL line of the move that it names ("move 12, ...") in front.
 Error at_line(const Error& error, const std::string& name, const AptOperation& op) {
   constexpr std::string_view kMove = "move ";

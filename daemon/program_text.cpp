@@ -1,38 +1,19 @@
 #include "daemon/program_text.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <istream>
-#include <map>
 #include <sstream>
 #include <string_view>
 #include <utility>
 
+#include "daemon/line_words.h"
 #include "kinematics/decimal.h"
 
 namespace tiltfeed {
 namespace {
 
 using Mistake = std::optional<std::string>;
-
-bool is_letter(char c) { return c >= 'A' && c <= 'Z'; }
-bool starts_number(char c) { return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.'; }
-
-/// The words of one line.
-struct LineWords {
-  std::vector<int> g;  ///< in tenths
-  std::vector<int> m;
-  std::vector<std::string> names;       ///< TRAORI, FMAX, L ...
-  std::map<char, double> values;        ///< the others
-  std::map<char, std::string> printed;  ///< their numbers as they stand
-  bool has(char letter) const { return values.contains(letter); }
-  bool has_g(int tenths) const { return std::find(g.begin(), g.end(), tenths) != g.end(); }
-  bool has_m(int code) const { return std::find(m.begin(), m.end(), code) != m.end(); }
-  bool named(std::string_view name) const {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  }
-};
 
 class Reader {
  public:
@@ -51,7 +32,6 @@ class Reader {
   void comment(std::string_view text);
   Mistake strip(std::string& line);
   bool dialogue(const std::string& line, Mistake& mistake);
-  Mistake split(std::string_view text, LineWords& words);
   Mistake apply(const LineWords& words);
   Mistake codes(const LineWords& words);
   Mistake one_code(int tenths);
@@ -159,42 +139,6 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
     if (speed && turn_ != 0) event(EventKind::kSpindle, turn_ == 4 ? -value : value);
   }
   return true;
-}
-
-Mistake Reader::split(std::string_view text, LineWords& words) {
-  while (!text.empty()) {
-    if (text.front() == ' ') {
-      text.remove_prefix(1);
-      continue;
-    }
-    std::size_t letters = 0;
-    while (letters < text.size() && is_letter(text[letters])) ++letters;
-    if (letters == 0) return "\"" + std::string(text) + "\" does not begin with a letter";
-    const char letter = text.front();
-    if (letters != 1 || text.size() == 1 || !starts_number(text[1])) {
-      words.names.emplace_back(text.substr(0, letters));
-      text.remove_prefix(letters);
-      continue;
-    }
-    text.remove_prefix(1);
-    const std::string_view digits = text.front() == '+' ? text.substr(1) : text;
-    double value = 0.0;
-    const auto [end, error] =
-        std::from_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed);
-    if (error != std::errc{} || !std::isfinite(value) ||
-        (end != digits.data() + digits.size() && *end == 'E'))
-      return std::string(1, letter) + ": the number is malformed";
-    const auto size = static_cast<std::size_t>(end - text.data());
-    if (letter == 'G') words.g.push_back(static_cast<int>(std::lround(value * 10.0)));
-    if (letter == 'M') words.m.push_back(static_cast<int>(std::lround(value)));
-    if (letter != 'G' && letter != 'M') {
-      if (words.has(letter)) return std::string(1, letter) + " stands twice";
-      words.values[letter] = value;
-      words.printed[letter] = std::string(text.substr(0, size));
-    }
-    text.remove_prefix(size);
-  }
-  return std::nullopt;
 }
 
 Mistake Reader::one_code(int tenths) {
@@ -318,7 +262,7 @@ Result<void> Reader::read(std::string line) {
   Mistake mistake;
   if (dialogue(line, mistake)) return mistake ? Result<void>(wrong(*mistake)) : Result<void>{};
   LineWords words;
-  if (auto bad = split(line, words)) return wrong(*bad);
+  if (auto bad = split_words(line, words)) return wrong(*bad);
   if (auto bad = apply(words)) return wrong(*bad);
   return {};
 }

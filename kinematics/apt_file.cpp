@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <istream>
 #include <optional>
@@ -19,20 +18,6 @@ constexpr double kInch = 25.4;  // mm, exactly
 constexpr double kNoLength = 1e-9;
 
 using Mistake = std::optional<std::string>;
-
-/// Words that would move the tool otherwise than by straight lines to the points that follow.
-constexpr std::array<std::string_view, 20> kRefused{
-    "CYCLE",  "CIRCLE", "CUTCOM", "ROTABL", "ROTATE", "INDEX", "TRACUT", "COPY",   "TRANS", "ORIGIN",
-    "MOVARC", "INDIRV", "INDIRP", "GOFWD",  "GOLFT",  "GORGT", "GOBACK", "SPLINE", "NURBS", "MIRROR"};
-/// Words that inform people or other programs.
-constexpr std::array<std::string_view, 16> kSilent{"MULTAX", "MACHIN", "TOLER",  "INTOL", "OUTTOL", "NOPOST",
-                                                   "CLPRNT", "TPRINT", "REMARK", "MSYS",  "CSYS",   "PAINT",
-                                                   "PREFUN", "SEQNO",  "LEADER", "DISPLY"};
-
-template <std::size_t N>
-bool among(const std::array<std::string_view, N>& words, std::string_view word) {
-  return std::find(words.begin(), words.end(), word) != words.end();
-}
 
 class Reader {
  public:
@@ -261,11 +246,11 @@ Mistake Reader::dispatch(const AptRecord& r) {
     program_.name = r.text;
   } else if (r.word == "FINI" || r.word == "END") {
     ended_ = true;
-  } else if (among(kRefused, r.word) && !r.has("OFF") && !r.has("NOMORE")) {
+  } else if (bends_path(r)) {
     return r.word +
            " asks for more than straight lines between the points; let the CAM system write GOTO/ alone "
            "(linear output, cycles and arcs expanded)";
-  } else if (!among(kSilent, r.word) && !among(kRefused, r.word)) {
+  } else if (!only_informs(r)) {
     note(r, r.word + " is not understood and was left out");
   }
   return std::nullopt;

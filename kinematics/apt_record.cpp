@@ -13,6 +13,18 @@ namespace {
 
 constexpr std::array<std::string_view, 5> kTextWords{"PARTNO", "PPRINT", "TPRINT", "REMARK", "INSERT"};
 
+constexpr std::array<std::string_view, 20> kBends{
+    "CYCLE",  "CIRCLE", "CUTCOM", "ROTABL", "ROTATE", "INDEX", "TRACUT", "COPY",   "TRANS", "ORIGIN",
+    "MOVARC", "INDIRV", "INDIRP", "GOFWD",  "GOLFT",  "GORGT", "GOBACK", "SPLINE", "NURBS", "MIRROR"};
+constexpr std::array<std::string_view, 16> kInforms{"MULTAX", "MACHIN", "TOLER",  "INTOL", "OUTTOL", "NOPOST",
+                                                    "CLPRNT", "TPRINT", "REMARK", "MSYS",  "CSYS",   "PAINT",
+                                                    "PREFUN", "SEQNO",  "LEADER", "DISPLY"};
+
+template <std::size_t N>
+bool among(const std::array<std::string_view, N>& words, std::string_view word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
 bool blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; }
 
@@ -78,6 +90,14 @@ std::optional<double> AptRecord::number_after(const std::string& name) const {
   if (found == words.end() || std::next(found) == words.end()) return std::nullopt;
   const auto value = number(*std::next(found));
   return value ? *value : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool bends_path(const AptRecord& record) {
+  return among(kBends, record.word) && !record.has("OFF") && !record.has("NOMORE");
+}
+
+bool only_informs(const AptRecord& record) {
+  return among(kInforms, record.word) || (among(kBends, record.word) && !bends_path(record));
 }
 
 bool AptRecords::next(AptRecord& record) {

@@ -24,6 +24,12 @@ struct AptRecord {
   std::optional<double> number_after(const std::string& name) const;
 };
 
+/// The word asks for another motion than straight lines to the points that follow (CYCLE, CIRCLE, CUTCOM
+/// ...).
+bool bends_path(const AptRecord& record);
+/// The word informs people or other programs, or ends what `bends_path` knows.
+bool only_informs(const AptRecord& record);
+
 class AptRecords {
  public:
   explicit AptRecords(std::istream& in) : in_(in) {}

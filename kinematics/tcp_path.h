@@ -8,6 +8,9 @@
 
 namespace tiltfeed {
 
+/// Decimals to round the linear joints of a path to that is to be run under TCP.
+inline constexpr int kTcpDecimals = 6;
+
 struct TcpOptions {
   int linear_decimals = 4;  ///< printed decimals of X Y Z, mm
   /// Largest angle between the axis as the control turns it and that of `path`, degrees.

@@ -92,6 +92,23 @@ if [[ $status != 1 ]] || ! grep -q 'cancelled' "$work/out.txt"; then
 fi
 absent "$work/d.nc"
 
+# CL text of another CAM system to a program and back; nothing is written unless the whole is valid.
+readonly machine=$root/config/machines/generic-ac.yaml foreign=$root/tests/golden/foreign.cls
+expect 0 'heidenhain_iso' "$bin/tiltfeed" post --list-dialects
+expect 2 'machine' "$bin/tiltfeed" post "$foreign" --out "$work/p.nc"
+expect 2 'list-dialects' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/p.nc" --dialect okuma
+expect 2 'no words for TCP' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/p.nc" --tcp
+expect 0 '2 operations' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/p.nc" --dialect fanuc --tcp
+expect 0 '2 operations' "$bin/tiltfeed" unpost "$work/p.nc" --machine "$machine" --out "$work/p.cls" --dialect fanuc
+grep -q '^LOADTL/4,LENGTH,80$' "$work/p.cls" || { echo 'FAILED: the second tool is not in the unposted file'; failed=1; }
+sed 's#^GOTO/2,0.5.*#GOTO/2,nan,19.9#' "$foreign" > "$work/nan.cls"
+expect 1 'nan.cls:20: GOTO/: number 2' "$bin/tiltfeed" post "$work/nan.cls" --machine "$machine" --out "$work/q.nc"
+sed 's#^GOTO/2,0.5.*#GOTO/2,0.5,9000#' "$foreign" > "$work/far.cls"
+expect 1 'far.cls:20: move 7.*Z .*travel' "$bin/tiltfeed" post "$work/far.cls" --machine "$machine" --out "$work/q.nc"
+absent "$work/q.nc"
+expect 0 'blocks' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/p.nc"
+expect 1 'for a tool of 100, 80 mm' "$bin/tiltfeed" send "$work/p.nc" --link grbl:/dev/no-such-port --tool-length 99
+
 # A link that is not there.
 expect 1 '/dev/no-such-port' "$bin/tiltfeed" send "$work/a.nc" --link grbl:/dev/no-such-port
 expect 1 '127.0.0.1' "$bin/tiltfeed" send "$work/a.nc" --link modbus-tcp:127.0.0.1:1

@@ -11,6 +11,7 @@
 #include <random>
 #include <sstream>
 
+#include "daemon/tool_length.h"
 #include "daemon/unpost.h"
 #include "tests/dialect_reader.h"
 
@@ -204,6 +205,25 @@ TEST(Post, ErrorsNameTheLineOfTheFile) {
     ASSERT_FALSE(text) << row.text;
     EXPECT_EQ(text.error().message.rfind(row.message, 0), 0u) << text.error().message;
   }
+}
+
+TEST(ToolLength, AnotherThanTheProgramsIsRefused) {
+  const std::string path = testing::TempDir() + "/tool_length.nc";
+  for (const bool tcp : {false, true}) {
+    const auto text = program_text(foreign(), machine(Dialect::kSiemens, tcp), setup());
+    ASSERT_TRUE(text);
+    std::ofstream(path, std::ios::binary) << *text;
+    EXPECT_TRUE(check_tool_length(path, 100.0));
+    EXPECT_TRUE(check_tool_length(path, 80.0)) << "the second tool";
+    const auto other = check_tool_length(path, 99.0);
+    EXPECT_EQ(other.has_value(), tcp) << "under TCP the control takes its own";
+    if (!other) {
+      EXPECT_NE(other.error().message.find("100, 80 mm, the tool in the spindle is 99 mm"), std::string::npos);
+    }
+  }
+  std::ofstream(path, std::ios::binary) << "G0 X1\n";
+  EXPECT_TRUE(check_tool_length(path, 99.0)) << "a program that says nothing";
+  EXPECT_EQ(check_tool_length("/nonexistent.nc", 1.0).error().code, Code::kIo);
 }
 
 TEST(Unpost, WithoutAHeaderTheSetUpMustBeStated) {
