@@ -27,11 +27,10 @@ struct MachineProfile {
 };
 
 /// Properties: every limit pair has min < max, speeds and accelerations are above 0, a jerk of 0 is no limit,
-/// directions are unit, the tilt's is parallel neither to the rotary's nor to the spindle's, letters differ and mean nothing else in
-/// G-code.
-/// `dialect`: if it is not the profile's, the section program is that dialect's defaults, but for clamps and
-/// line numbers.
-/// Errors: kInput as file:line:column, what was expected, the nearest known key; kIo.
+/// directions are unit, the tilt's is parallel neither to the rotary's nor to the spindle's, letters differ
+/// and mean nothing else in G-code. `dialect`: if it is not the profile's, the section program is that
+/// dialect's defaults, but for clamps and line numbers. Errors: kInput as file:line:column, what was
+/// expected, the nearest known key; kIo.
 Result<MachineProfile> load_machine(const std::string& path, std::optional<Dialect> dialect = {});
 /// The same from text; `path` names it in messages and becomes MachineProfile::path.
 Result<MachineProfile> parse_machine(const std::string& text, const std::string& path,
