@@ -1,0 +1,74 @@
+#include "sim/executed_path.h"
+
+#include "sim/motion.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+// Blocks that the simulated axes hold; a program from a file is never late, so any number gives its times.
+constexpr std::size_t kSlots = 64;
+
+/// Takes rows in order, keeps the moves.
+class Collector {
+ public:
+  void take(const TraceRow& row) {
+    end_ = row.end;
+    const Op op = row.command.op;
+    if (op != Op::kRapid && op != Op::kFeed) return;
+    if (!started_) {
+      started_ = true, begin_ = row.end;
+      path_.start = row.command.target, path_.start_line = row.command.line;
+      return;
+    }
+    path_.moves.push_back(
+        {row.command.target, row.start, row.end, row.block, row.command.line, op == Op::kRapid});
+  }
+  void reserve(std::size_t moves) { path_.moves.reserve(moves); }
+  Result<ExecutedPath> finish(const std::string& name) {
+    if (path_.moves.empty())
+      return fail(Code::kInput, name + ": no motion after its first block; is it the right file?");
+    path_.seconds = end_ - begin_;
+    return std::move(path_);
+  }
+
+ private:
+  ExecutedPath path_;
+  bool started_ = false;
+  double begin_ = 0.0, end_ = 0.0;
+};
+
+}  // namespace
+
+Result<ExecutedPath> execute_program(const std::vector<Block>& program, const std::string& name,
+                                     const MachineModel& machine, const Setup& setup) {
+  Collector collector;
+  collector.reserve(program.size());
+  Motion motion(machine, setup, kSlots, [&](const TraceRow& row) { collector.take(row); });
+  const auto run_until_free = [&](std::size_t slots) {
+    while (motion.free_slots() < slots) {
+      if (motion.held()) motion.resume();  // M0 waits for the operator, who is not part of the time
+      const auto next = motion.next_event();
+      if (!next) break;
+      motion.advance(*next);
+    }
+  };
+  for (const Block& block : program) {
+    if (block.op == Op::kRapid || block.op == Op::kFeed)
+      if (const auto outside = motion.outside(block.target))
+        return fail(Code::kLimit, name + ": line " + std::to_string(block.line) + ": " + *outside +
+                                      "; was the program posted for machine '" + machine.name + "'?");
+    run_until_free(1);
+    motion.push(block);
+  }
+  run_until_free(motion.slots());
+  return collector.finish(name);
+}
+
+Result<ExecutedPath> executed_path(const std::vector<TraceRow>& trace, const std::string& name) {
+  Collector collector;
+  collector.reserve(trace.size());
+  for (const TraceRow& row : trace) collector.take(row);
+  return collector.finish(name);
+}
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,44 @@
+#pragma once
+// What the verification looks at, whatever it came from: the moves that a machine made, with their times.
+// A program and an executed trace become the same thing here.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "kinematics/machine.h"
+#include "kinematics/result.h"
+#include "sim/program.h"
+#include "sim/trace.h"
+
+namespace tiltfeed::sim {
+
+/// One block that moves the tool: every axis word runs linearly from where the move before ended to `to`.
+struct ExecutedMove {
+  Joints to;
+  double start = 0.0, end = 0.0;  ///< machine time, s
+  std::uint64_t block = 0;        ///< count from 1 of the program's blocks, or TraceRow::block
+  std::uint32_t line = 0;         ///< of the program: its N word, or the count of lines
+  bool rapid = false;
+};
+
+/// Properties: times ascend; the first motion block only states `start`, the pose the tool stands at, and is
+/// not among the moves.
+struct ExecutedPath {
+  Joints start;
+  std::uint32_t start_line = 0;
+  std::vector<ExecutedMove> moves;
+  double seconds = 0.0;  ///< from the first move's start to the last row's end, dwells included
+
+  const Joints& from(std::size_t move) const { return move == 0 ? start : moves[move - 1].to; }
+};
+
+/// The program as the simulated axes (sim/motion.h) execute it when it is fed without delay.
+/// Errors: kInput when it moves no axis; kLimit when a block leaves the machine's travel: `name`, line, axis.
+Result<ExecutedPath> execute_program(const std::vector<Block>& program, const std::string& name,
+                                     const MachineModel& machine, const Setup& setup);
+
+/// The moves of an executed trace. Errors: kInput when there is none.
+Result<ExecutedPath> executed_path(const std::vector<TraceRow>& trace, const std::string& name);
+
+}  // namespace tiltfeed::sim
