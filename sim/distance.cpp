@@ -222,6 +222,10 @@ Hit PartDistance::first_touch(Point<Part> centre, Vec3 direction, double radius,
   return hit;
 }
 
+void PartDistance::near(const Segment& segment, double within, std::vector<std::uint32_t>& facets) const {
+  search(within, kNoFacet, SegmentBound(segment), [&](const Triangle& t) { facets.push_back(t.facet); });
+}
+
 double PartDistance::winding_number(Point<Part> p) const {
   double sum = 0.0;
   for (const Triangle& t : triangles_) sum += solid_angle(t, p);

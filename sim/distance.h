@@ -39,6 +39,8 @@ class PartDistance {
   /// of `hint` before all. `lower_bound(low, high)`: of the value over a box; visit(triangle) lowers `bound`.
   template <class LowerBound, class Visit>
   void search(double& bound, std::uint32_t hint, const LowerBound& lower_bound, const Visit& visit) const;
+  /// Appends the facets that may come within `within` of the segment, some more among them.
+  void near(const Segment& segment, double within, std::vector<std::uint32_t>& facets) const;
   /// How often the surface winds round p: 1 inside, 0 outside a closed mesh. Looks at every facet.
   double winding_number(Point<Part> p) const;
 

@@ -20,6 +20,7 @@
 #include "sim/endpoint.h"
 #include "sim/parts.h"
 #include "sim/picture.h"
+#include "sim/simulate_command.h"
 #include "sim/verify.h"
 
 namespace {
@@ -257,6 +258,23 @@ void add_serve_options(CLI::App& app, ServeOptions& options) {
   app.add_flag("--once", options.once, "leave after the first program, when the host is gone or silent");
 }
 
+CLI::App* add_simulate_options(CLI::App& app, SimulateOptions& options) {
+  CLI::App* const simulate =
+      app.add_subcommand("simulate", "cut the stock by a program or a trace and compare with the part");
+  simulate->add_option("JOB", options.job, "the job file")->required();
+  simulate->add_option("PROGRAM", options.program, "the program (G-code)");
+  simulate->add_option("--trace", options.trace, "what a machine executed, instead of a program");
+  simulate->add_option(
+      "--stock", options.stock,
+      "offset:MM, box, box:MM, cylinder, cylinder:MM or an STL file; default: what the job's "
+      "rapids allow for");
+  simulate->add_option("--resolution", options.resolution, "distance of the stock's lines, mm");
+  simulate->add_option("--out", options.out, "folder for the report: index.html, report.json, pictures");
+  simulate->add_option("--threads", options.threads, "the result is the same for any number")
+      ->check(CLI::Range(1, 256));
+  return simulate;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -280,6 +298,9 @@ int main(int argc, char** argv) {
   check->add_option("--trace", files.trace, "what the machine executed")->required();
   check->add_option("--picture", files.picture, "draw part and path to this PNG file");
   check->add_option("--json", files.json, "write the report to this file");
+
+  SimulateOptions simulation;
+  CLI::App* const simulate = add_simulate_options(app, simulation);
   app.require_subcommand(0, 1);
 
   try {
@@ -289,5 +310,6 @@ int main(int argc, char** argv) {
   }
   if (part->parsed()) return make_part(name, out);
   if (check->parsed()) return verify_job(files);
+  if (simulate->parsed()) return simulate_command(simulation);
   return serve(options);
 }

@@ -1,15 +1,14 @@
 #include "sim/verify.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <thread>
 
 #include "sim/executed.h"
 #include "sim/forward.h"
 #include "sim/path_walk.h"
 #include "sim/tool_solid.h"
 #include "sim/verify_judge.h"
+#include "sim/workers.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -41,19 +40,6 @@ struct Findings {
 
 void keep_larger(Extreme& kept, const Extreme& other) {
   if (other.value > kept.value) kept = other;
-}
-
-/// Runs task(0..count-1) on `threads` threads, in no particular order.
-template <class Task>
-void in_parallel(std::size_t count, int threads, const Task& task) {
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i = next++; i < count; i = next++) task(i);
-  };
-  std::vector<std::thread> helpers;
-  for (int i = 1; i < threads; ++i) helpers.emplace_back(work);
-  work();
-  for (std::thread& helper : helpers) helper.join();
 }
 
 class Verifier {

@@ -1,0 +1,188 @@
+#include <algorithm>
+#include <cmath>
+
+#include "sim/dexel_units.h"
+#include "sim/dexels.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+/// Twice the signed area of a, b and the place (u, v), the same number whichever of the two comes first.
+struct Edge {
+  double au, av, bu, bv;
+  bool swapped;
+  Edge(double u0, double v0, double u1, double v1) {
+    swapped = u0 > u1 || (u0 == u1 && v0 > v1);
+    au = swapped ? u1 : u0, av = swapped ? v1 : v0, bu = swapped ? u0 : u1, bv = swapped ? v0 : v1;
+  }
+  double area(double u, double v) const { return (bu - au) * (v - av) - (bv - av) * (u - au); }
+  /// Every place is on exactly one side, and two facets that share the edge agree on which.
+  bool left(double u, double v) const { return (area(u, v) >= 0.0) != swapped; }
+};
+
+}  // namespace
+
+Prism prism(const std::array<Point<Part>, 3>& p, double height) {
+  Prism body;
+  const Vec3 n = normalized(cross(p[1] - p[0], p[2] - p[0]));
+  body.low = {kInfinity, kInfinity, kInfinity}, body.high = -body.low;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 from = from_origin(p[k]), out = cross(p[(k + 1) % 3] - p[k], n);
+    body.normals[k] = out, body.offsets[k] = dot(out, from);
+    for (const Vec3 corner : {from, from + n * height}) {
+      body.low = {std::min(body.low.x, corner.x), std::min(body.low.y, corner.y),
+                  std::min(body.low.z, corner.z)};
+      body.high = {std::max(body.high.x, corner.x), std::max(body.high.y, corner.y),
+                   std::max(body.high.z, corner.z)};
+    }
+  }
+  body.normals[3] = -n, body.offsets[3] = -dot(n, from_origin(p[0]));
+  body.normals[4] = n, body.offsets[4] = dot(n, from_origin(p[0])) + height;
+  return body;
+}
+
+void Dexels::insides(int stripe, const Mesh& shell, std::vector<std::vector<Piece>>& lines) const {
+  struct Crossing {
+    double at;
+    int turn;  // 1: into the material
+  };
+  const Stripe& s = stripes_[stripe];
+  std::vector<std::vector<Crossing>> crossings(static_cast<std::size_t>(s.last - s.first) * lines_u_);
+  for (const auto& facet : shell.facets) {
+    std::array<Vec3, 3> p;
+    Vec3 low{kInfinity, kInfinity, kInfinity}, high = -low;
+    for (int k = 0; k < 3; ++k) {
+      p[k] = from_origin(shell.vertices[facet[k]]);
+      low = {std::min(low.x, p[k].x), std::min(low.y, p[k].y), std::min(low.z, p[k].z)};
+      high = {std::max(high.x, p[k].x), std::max(high.y, p[k].y), std::max(high.z, p[k].z)};
+    }
+    const Range r = range(low, high, s);
+    if (r.u0 > r.u1 || r.v0 > r.v1) continue;
+    const auto cu = [&](int k) { return component(p[k], axis_u_); };
+    const auto cv = [&](int k) { return component(p[k], axis_v_); };
+    const Edge ab(cu(0), cv(0), cu(1), cv(1)), bc(cu(1), cv(1), cu(2), cv(2)), ca(cu(2), cv(2), cu(0), cv(0));
+    const Vec3 n = cross(p[1] - p[0], p[2] - p[0]);
+    const double n_axis = component(n, axis_);
+    if (n_axis == 0.0) continue;
+    for (int v = r.v0; v <= r.v1; ++v) {
+      for (int u = r.u0; u <= r.u1; ++u) {
+        const double pu = low_u_ + (u + 0.5) * cell_, pv = low_v_ + (v + 0.5) * cell_;
+        const bool side = ab.left(pu, pv);
+        if (bc.left(pu, pv) != side || ca.left(pu, pv) != side) continue;
+        const double at =
+            component(p[0], axis_) -
+            ((pu - cu(0)) * component(n, axis_u_) + (pv - cv(0)) * component(n, axis_v_)) / n_axis;
+        crossings[static_cast<std::size_t>(v - s.first) * lines_u_ + u].push_back({at, side ? -1 : 1});
+      }
+    }
+  }
+  lines.resize(crossings.size());
+  for (std::size_t i = 0; i < crossings.size(); ++i) {
+    std::sort(crossings[i].begin(), crossings[i].end(), [](const Crossing& a, const Crossing& b) {
+      return a.at != b.at ? a.at < b.at : a.turn > b.turn;
+    });
+    int depth = 0;
+    double from = 0.0;
+    for (const Crossing& c : crossings[i]) {
+      if (depth == 0 && c.turn > 0) from = c.at;
+      if (depth == 1 && c.turn < 0) lines[i].push_back({to_units(from), to_units(c.at)});
+      depth += c.turn;
+    }
+  }
+}
+
+void Dexels::fill(int stripe, const Mesh& shell) {
+  std::vector<std::vector<Piece>> lines;
+  insides(stripe, shell, lines);
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    for (const Piece piece : lines[i]) add(stripes_[stripe], static_cast<std::uint32_t>(i), piece);
+}
+
+void Dexels::fill(int stripe, const SweptBody& body) {
+  Stripe& s = stripes_[stripe];
+  const Range r = range(body.low, body.high, s);
+  if (r.u0 > r.u1 || r.v0 > r.v1) return;
+  const double low = component(body.low, axis_), high = component(body.high, axis_);
+  std::array<double, 3> d{};
+  d[axis_] = 1.0;
+  const LineCutter cutter(body, {d[0], d[1], d[2]});
+  for (int v = r.v0; v <= r.v1; ++v) {
+    for (int u = r.u0; u <= r.u1; ++u) {
+      const auto line = static_cast<std::uint32_t>((v - s.first) * lines_u_ + u);
+      const Piece first = s.nodes[line].piece;
+      if (first.low * kUnit <= low && first.high * kUnit >= high) continue;
+      if (const auto inside = cutter(origin(u, v), low, high))
+        add(s, line, {to_units(inside->enter), to_units(inside->leave)});
+    }
+  }
+}
+
+void Dexels::fill(int stripe, const Box& box) {
+  Stripe& s = stripes_[stripe];
+  const Range r = range(from_origin(box.min), from_origin(box.max), s);
+  for (int v = r.v0; v <= r.v1; ++v)
+    for (int u = r.u0; u <= r.u1; ++u)
+      add(s, static_cast<std::uint32_t>((v - s.first) * lines_u_ + u),
+          {to_units(component(box.min, axis_)), to_units(component(box.max, axis_))});
+}
+
+Dexels::Lack Dexels::missing(int stripe, const Mesh& shell, double slack) const {
+  std::vector<std::vector<Piece>> lines;
+  insides(stripe, shell, lines);
+  Lack most;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    for (const Piece wanted : lines[i]) {
+      // What no piece of material covers, from below upwards.
+      std::int32_t from = wanted.low;
+      const auto lack = [&](std::int32_t to) {
+        const double gap = (static_cast<double>(to) - from) * kUnit;
+        if (gap <= std::max(slack, most.length)) return;
+        const int u = static_cast<int>(i) % lines_u_,
+                  v = static_cast<int>(i) / lines_u_ + stripes_[stripe].first;
+        const Point<Part> foot = origin(u, v);
+        std::array<double, 3> p{foot.x, foot.y, foot.z};
+        p[axis_] = 0.5 * kUnit * (static_cast<double>(from) + to);
+        most = {gap, {p[0], p[1], p[2]}};
+      };
+      for (auto at = static_cast<std::uint32_t>(i); at != kNone; at = node(stripe, at).next) {
+        const Piece piece = node(stripe, at).piece;
+        if (piece.low >= piece.high || piece.high <= from) continue;
+        if (piece.low >= wanted.high) break;
+        if (piece.low > from) lack(piece.low);
+        from = std::max(from, piece.high);
+      }
+      if (from < wanted.high) lack(wanted.high);
+    }
+  }
+  return most;
+}
+
+void Dexels::fill(int stripe, const Prism& prism) {
+  Stripe& s = stripes_[stripe];
+  const Range r = range(prism.low, prism.high, s);
+  for (int v = r.v0; v <= r.v1; ++v) {
+    for (int u = r.u0; u <= r.u1; ++u) {
+      double enter = component(prism.low, axis_), leave = component(prism.high, axis_);
+      const Vec3 foot = from_origin(origin(u, v));
+      for (std::size_t i = 0; i < prism.normals.size() && enter < leave; ++i) {
+        const double slope = component(prism.normals[i], axis_),
+                     left = prism.offsets[i] - dot(prism.normals[i], foot);
+        if (slope > 0.0)
+          leave = std::min(leave, left / slope);
+        else if (slope < 0.0)
+          enter = std::max(enter, left / slope);
+        else if (left < 0.0)
+          leave = -kInfinity;
+      }
+      if (enter < leave)
+        add(s, static_cast<std::uint32_t>((v - s.first) * lines_u_ + u), {to_units(enter), to_units(leave)});
+    }
+  }
+}
+
+bool Dexels::reaches(int stripe, const SweptBody& body) const {
+  const Range r = range(body.low, body.high, stripes_[stripe]);
+  return r.u0 <= r.u1 && r.v0 <= r.v1;
+}
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,143 @@
+#include "sim/probes.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace tiltfeed::sim {
+namespace {
+
+// A patch holds about so many probes: few enough that a far one is not asked for, many enough to share the
+// work per patch.
+constexpr double kPatchProbes = 48.0;
+// Steps of the two-dimensional low-discrepancy sequence (powers of the plastic number) [Roberts 2018].
+constexpr double kStepA = 0.7548776662466927, kStepB = 0.5698402909980532;
+constexpr std::uint32_t kSign = 0x80000000;
+
+std::uint32_t ordered(float value) {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  return (bits & kSign) != 0 ? ~bits : bits | kSign;
+}
+float from_ordered(std::uint32_t bits) {
+  return std::bit_cast<float>((bits & kSign) != 0 ? bits & ~kSign : ~bits);
+}
+
+using Corners = std::array<Point<Part>, 3>;
+
+/// Halves the triangle across its longest edge until it is small enough.
+void divide(const Corners& p, double most, std::uint32_t source, Mesh& mesh) {
+  std::vector<Corners> waiting{p};
+  while (!waiting.empty()) {
+    const Corners t = waiting.back();
+    waiting.pop_back();
+    const double area = 0.5 * length(cross(t[1] - t[0], t[2] - t[0]));
+    if (area <= most) {
+      const auto at = static_cast<std::uint32_t>(mesh.vertices.size());
+      mesh.vertices.insert(mesh.vertices.end(), t.begin(), t.end());
+      mesh.facets.push_back({at, at + 1, at + 2});
+      mesh.source.push_back(source);
+      continue;
+    }
+    int longest = 0;
+    for (int k = 1; k < 3; ++k)
+      if (distance(t[k], t[(k + 1) % 3]) > distance(t[longest], t[(longest + 1) % 3])) longest = k;
+    const Point<Part> a = t[longest], b = t[(longest + 1) % 3], c = t[(longest + 2) % 3];
+    const Point<Part> middle = lerp(a, b, 0.5);
+    waiting.push_back({middle, b, c});
+    waiting.push_back({a, middle, c});
+  }
+}
+
+Patches make_patches(const Mesh& part, double spacing) {
+  Patches patches;
+  patches.first.push_back(0);
+  const double cell = spacing * spacing;
+  // Facets that are small enough keep their shared corners: the tree then looks at no edge twice.
+  patches.mesh.vertices = part.vertices;
+  for (std::size_t f = 0; f < part.facets.size(); ++f) {
+    const auto& facet = part.facets[f];
+    const Corners p{part.vertices[facet[0]], part.vertices[facet[1]], part.vertices[facet[2]]};
+    const std::uint32_t source = f < part.source.size() ? part.source[f] : static_cast<std::uint32_t>(f);
+    if (0.5 * length(cross(p[1] - p[0], p[2] - p[0])) <= kPatchProbes * cell) {
+      patches.mesh.facets.push_back(facet);
+      patches.mesh.source.push_back(source);
+    } else {
+      divide(p, kPatchProbes * cell, source, patches.mesh);
+    }
+  }
+  for (const auto& facet : patches.mesh.facets) {
+    const auto& v = patches.mesh.vertices;
+    const Vec3 n = cross(v[facet[1]] - v[facet[0]], v[facet[2]] - v[facet[0]]);
+    const Vec3 sum = from_origin(v[facet[0]]) + from_origin(v[facet[1]]) + from_origin(v[facet[2]]);
+    const Point<Part> middle = Point<Part>{} + sum / 3.0;
+    double radius = 0.0;
+    for (const std::uint32_t c : facet) radius = std::max(radius, distance(v[c], middle));
+    patches.normal.push_back(normalized(n));
+    patches.middle.push_back(middle);
+    patches.radius.push_back(static_cast<float>(radius * (1.0 + 1e-6)));
+    const double probes = std::max(1.0, std::round(0.5 * length(n) / cell));
+    patches.first.push_back(patches.first.back() + static_cast<std::uint64_t>(probes));
+  }
+  return patches;
+}
+
+}  // namespace
+
+Probes::Probes(const Mesh& part, double spacing, double reach)
+    : spacing_(spacing),
+      reach_(reach),
+      patches_(make_patches(part, spacing)),
+      surface_(patches_.mesh),
+      values_(patches_.first.back(),
+              std::uint64_t{ordered(std::numeric_limits<float>::infinity())} << 32 | kNever) {}
+
+Point<Part> Probes::place(std::uint32_t patch, std::uint64_t probe) const {
+  const auto& facet = patches_.mesh.facets[patch];
+  const auto& v = patches_.mesh.vertices;
+  const auto i = static_cast<double>(probe - patches_.first[patch]);
+  double a = 1.0 / 3.0 + i * kStepA, b = 1.0 / 3.0 + i * kStepB;
+  a -= static_cast<double>(static_cast<std::int64_t>(a)),
+      b -= static_cast<double>(static_cast<std::int64_t>(b));
+  if (a + b > 1.0) a = 1.0 - a, b = 1.0 - b;
+  const Point<Part> o = v[facet[0]];
+  return o + (v[facet[1]] - o) * a + (v[facet[2]] - o) * b;
+}
+
+Probes::Value Probes::value(std::uint64_t probe) const {
+  // Other threads may lower it meanwhile; any of its values does then.
+  const std::uint64_t bits = std::atomic_ref<std::uint64_t>(const_cast<std::uint64_t&>(values_[probe]))
+                                 .load(std::memory_order_relaxed);
+  return {static_cast<double>(from_ordered(static_cast<std::uint32_t>(bits >> 32))),
+          static_cast<std::uint32_t>(bits)};
+}
+
+void Probes::take(std::uint64_t probe, double left, std::uint32_t move) {
+  const std::uint64_t bits = std::uint64_t{ordered(static_cast<float>(left))} << 32 | move;
+  const std::atomic_ref<std::uint64_t> value(values_[probe]);
+  std::uint64_t old = value.load(std::memory_order_relaxed);
+  while (bits < old && !value.compare_exchange_weak(old, bits, std::memory_order_relaxed)) {
+  }
+}
+
+void Probes::near_patches(const Segment& core, double within, std::vector<std::uint32_t>& patches) const {
+  patches.clear();
+  surface_.near(core, within, patches);
+  std::erase_if(patches, [&](std::uint32_t patch) {
+    return distance_to_segment(patches_.middle[patch], core.from, core.to) >
+           within + static_cast<double>(patches_.radius[patch]);
+  });
+}
+
+double Probes::patch_area(std::uint32_t patch) const {
+  const auto& f = patches_.mesh.facets[patch];
+  const auto& v = patches_.mesh.vertices;
+  return 0.5 * length(cross(v[f[1]] - v[f[0]], v[f[2]] - v[f[0]]));
+}
+
+std::size_t Probes::bytes() const {
+  const std::size_t patches = patches_.mesh.facets.size();
+  // Per patch: corners, middle, normal and a triangle with its share of the tree.
+  return values_.size() * sizeof(std::uint64_t) + patches * (sizeof(Triangle) + 160);
+}
+
+}  // namespace tiltfeed::sim

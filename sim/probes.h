@@ -1,0 +1,87 @@
+#pragma once
+// How much is left on the part: points all over its surface, each with a line along the facet's normal, cut
+// off exactly where the tool enters it. The value of a probe is the least over all that the tool did, so it
+// depends on no order. Formula (R5) is in sim/README.md.
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "pathgen/mesh.h"
+#include "sim/distance.h"
+#include "sim/swept_body.h"
+
+namespace tiltfeed::sim {
+
+/// Facets cut up until none holds many probes: what is coloured as one.
+struct Patches {
+  Mesh mesh;                         ///< source: facet of the STL file
+  std::vector<std::uint64_t> first;  ///< of its probes; one more than patches
+  std::vector<float> radius;         ///< of the circle about its corners' mean, mm
+  std::vector<Point<Part>> middle;
+  std::vector<Vec3> normal;
+};
+
+/// Of each probe.
+inline constexpr std::size_t kProbeBytes = 8;
+
+class Probes {
+ public:
+  static constexpr std::uint32_t kNever = 0xFFFFFFFF;
+
+  /// One probe for each square of `spacing`, at least one a facet; `reach`: more than that is not told apart.
+  Probes(const Mesh& part, double spacing, double reach);
+
+  /// The tool's cutting part passes from here to there: body(p) is its piece near p, all of it within
+  /// `radius` of `core`. `move` is what the probes remember. Thread-safe.
+  /// nearest(p): not more than the distance from p to that piece.
+  template <class Body, class Nearest>
+  void pass(const Segment& core, double radius, std::uint32_t move, std::vector<std::uint32_t>& near,
+            const Body& body, const Nearest& nearest);
+
+  struct Value {
+    double left = 0.0;            ///< material left along the normal, mm; below 0: cut into the part
+    std::uint32_t move = kNever;  ///< that left it; kNever: the tool never came within reach
+  };
+  Value value(std::uint64_t probe) const;
+  Point<Part> place(std::uint32_t patch, std::uint64_t probe) const;
+  const Patches& patches() const { return patches_; }
+  const PartDistance& surface() const { return surface_; }
+  std::uint64_t count() const { return patches_.first.back(); }
+  double patch_area(std::uint32_t patch) const;
+  double reach() const { return reach_; }
+  double spacing() const { return spacing_; }
+  std::size_t bytes() const;
+
+ private:
+  void near_patches(const Segment& core, double within, std::vector<std::uint32_t>& patches) const;
+  void take(std::uint64_t probe, double left, std::uint32_t move);
+
+  double spacing_, reach_;
+  Patches patches_;
+  PartDistance surface_;  ///< of the patches
+  /// The value's bits, ordered like the value, above the move: the least of these numbers is the least value,
+  /// of the earliest move.
+  std::vector<std::uint64_t> values_;
+};
+
+template <class Body, class Nearest>
+void Probes::pass(const Segment& core, double radius, std::uint32_t move, std::vector<std::uint32_t>& near,
+                  const Body& body, const Nearest& nearest) {
+  near_patches(core, radius + reach_, near);
+  for (const std::uint32_t patch : near) {
+    std::optional<SweptBody> swept;
+    std::optional<LineCutter> cutter;
+    for (std::uint64_t i = patches_.first[patch]; i < patches_.first[patch + 1]; ++i) {
+      const Point<Part> p = place(patch, i);
+      // The line cannot enter before it has come as near as the point is far.
+      if (nearest(p) >= std::min(reach_, value(i).left)) continue;
+      if (!cutter) swept = body(patches_.middle[patch]), cutter.emplace(*swept, patches_.normal[patch]);
+      const auto inside = (*cutter)(p, -radius, reach_);
+      if (inside && inside->leave > 0.0 && inside->enter < reach_) take(i, inside->enter, move);
+    }
+  }
+}
+
+}  // namespace tiltfeed::sim

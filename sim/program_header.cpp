@@ -1,0 +1,66 @@
+#include "sim/program_header.h"
+
+#include <cmath>
+#include <sstream>
+
+#include "pathgen/mesh.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+constexpr int kMostLines = 50;
+// The header prints lengths with a few decimals.
+constexpr double kSameLength = 1e-3;
+
+}  // namespace
+
+ProgramHeader read_program_header(std::istream& in) {
+  ProgramHeader header;
+  std::string line;
+  for (int i = 0; i < kMostLines && std::getline(in, line); ++i) {
+    const std::size_t open = line.find("TILTFEED ");
+    if (open == std::string::npos || (line[0] != '(' && line[0] != ';')) continue;
+    std::istringstream words(line.substr(open, line.find(')') - open));
+    std::string mark, key, word;
+    words >> mark >> key;
+    if (key == "machine") {
+      std::getline(words >> std::ws, header.machine);
+    } else if (key == "blocks") {
+      std::uint64_t count = 0;
+      if (words >> count) header.blocks = count;
+    } else if (key == "part") {
+      // NAME may hold blanks; the tool's D and L words follow it.
+      while (words >> word) {
+        char* end = nullptr;
+        const double value = word.size() > 1 ? std::strtod(word.c_str() + 1, &end) : 0.0;
+        const bool number = end != nullptr && *end == '\0';
+        if (number && word[0] == 'D')
+          header.diameter = value;
+        else if (number && word[0] == 'L')
+          header.length = value;
+        else
+          header.part += (header.part.empty() ? "" : " ") + word;
+      }
+    }
+  }
+  return header;
+}
+
+Result<void> check_header(const ProgramHeader& header, const Job& job, const std::string& name) {
+  const auto other = [&](const std::string& what, const std::string& is, const std::string& wanted) {
+    return fail(Code::kInput, name + ": the program was posted for " + what + " " + is + ", and " + job.path +
+                                  " has " + wanted + ": verify it with its own job, or post it again");
+  };
+  if (!header.machine.empty() && header.machine != job.machine.model.name)
+    return other("machine", header.machine, job.machine.model.name);
+  if (!header.part.empty() && header.part != job.plan.name) return other("part", header.part, job.plan.name);
+  const Cutter& cutter = job.plan.cutter;
+  if (header.diameter && std::abs(*header.diameter - cutter.diameter) > kSameLength)
+    return other("a tool of diameter", number_text(*header.diameter) + " mm",
+                 number_text(cutter.diameter) + " mm");
+  if (header.length && std::abs(*header.length - cutter.length) > kSameLength)
+    return other("a tool of length", number_text(*header.length) + " mm", number_text(cutter.length) + " mm");
+  return {};
+}
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,27 @@
+#pragma once
+// What a program's comments say that it was made for, against the job that it is verified with.
+
+#include <cstdint>
+#include <istream>
+#include <optional>
+#include <string>
+
+#include "config/job.h"
+#include "kinematics/result.h"
+
+namespace tiltfeed::sim {
+
+/// From comments `(TILTFEED key ...)`; what is not stated stays empty.
+struct ProgramHeader {
+  std::string part, machine;
+  std::optional<double> diameter, length;  ///< of the tool, mm
+  std::optional<std::uint64_t> blocks;     ///< that move an axis
+};
+
+/// Looks at the lines before the first block that moves an axis; the stream is left anywhere.
+ProgramHeader read_program_header(std::istream& in);
+
+/// Errors: kInput: posted for another machine, part or tool; `name` and both values.
+Result<void> check_header(const ProgramHeader& header, const Job& job, const std::string& name);
+
+}  // namespace tiltfeed::sim

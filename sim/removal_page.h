@@ -1,0 +1,38 @@
+#pragma once
+// The report as one page for people: everything inside of it, no scripts, nothing fetched.
+
+#include <string>
+#include <vector>
+
+#include "sim/removal_picture.h"
+
+namespace tiltfeed::sim {
+
+/// Lines of the program round a place, for a trouble.
+struct Excerpt {
+  std::vector<std::string> lines;
+  std::size_t marked = 0;  ///< which of them is the trouble's
+};
+
+struct PageParts {
+  const RemovalContext& context;
+  const Removal& removal;
+  const RemovalVerdict& verdict;
+  const std::vector<ColourStop>& scale;
+  std::string deviation_png, path_png;  ///< bytes
+  std::vector<Excerpt> excerpts;        ///< by trouble; empty without a program
+};
+
+std::string removal_page(const PageParts& parts);
+
+/// Text with the characters that HTML reserves written out.
+std::string escaped(const std::string& text);
+/// "1:23:45" of seconds.
+std::string clock_text(double seconds);
+
+/// SVG of the run over time: removal rate, what the machine does, where troubles are.
+std::string timeline_svg(const Removal& removal);
+/// SVG of each axis over time, place and speed, with its limits.
+std::string axes_svg(const Removal& removal, const MachineModel& machine);
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,120 @@
+#pragma once
+// The parts of a removal run: moves to bodies, bodies' findings over time, findings to places.
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "sim/removal.h"
+#include "sim/tool_sweep.h"
+
+namespace tiltfeed::sim {
+
+/// Something wrong at one move.
+struct Hit3 {
+  TroubleKind kind = TroubleKind::kGouge;
+  ToolPart tool = ToolPart::kCutter;
+  std::uint32_t move = 0;
+  double depth = 0.0;
+  std::uint32_t facet = kNoFacet;  ///< of the STL file
+  Point<Part> place;
+};
+
+struct SweptPiece {
+  std::uint32_t move = 0;
+  SweptBody body;
+};
+/// A straight step of a move.
+struct SweptStep {
+  std::uint32_t move = 0;
+  Pose from, to;
+};
+/// What some moves sweep, and what they do to the part.
+struct Swept {
+  std::vector<SweptStep> steps;
+  std::vector<SweptPiece> pieces;  ///< near stock only, in order
+  /// Which of them meet stripe s of bundle b: by b * Dexels::kStripes + s.
+  std::vector<std::vector<std::uint32_t>> by_stripe;
+  std::vector<Hit3> hits;
+  std::array<double, 4> worst{};  ///< by TroubleKind, mm
+  double feed_length = 0.0, rapid_length = 0.0;
+};
+
+/// Where there is stock at the start, in coarse cubes.
+class Occupied {
+ public:
+  explicit Occupied(const Stock& stock);
+  bool meets(Vec3 low, Vec3 high) const;
+
+ private:
+  std::array<int, 3> index(Vec3 p) const;
+  Vec3 origin_;
+  double cube_;
+  std::array<int, 3> size_{};
+  std::vector<bool> full_;
+};
+
+/// Poses of the moves: (R4) as many straight steps as keep the tool within kStray of where the axes put it.
+class Stand {
+ public:
+  Stand(const Job& job, const ExecutedPath& path, const Stock& stock, const Probes& probes,
+        const RemovalOptions& options);
+
+  const ToolSweep& sweep() const { return sweep_; }
+  /// Steps and bodies of the moves [begin, end), exact distances to the part at the steps' ends and between.
+  void sweep_moves(std::size_t begin, std::size_t end, Swept& out) const;
+  /// The cutting part's axis at the middle of a step, and how far from it the cutting part comes.
+  std::pair<Segment, double> core(const SweptStep& step) const;
+  /// Not more than the distance from p to what the cutting part sweeps, mm.
+  double nearest(const SweptStep& step, Point<Part> p) const;
+  /// A finding if the tool stands inside of the part before the first move.
+  std::optional<Hit3> starts_inside() const;
+
+ private:
+  Pose pose(const Joints& joints) const;
+  int steps(const Pose& from, const Pose& middle, const Pose& to) const;
+  void share_out(const SweptStep& step, std::vector<SweptBody>& bodies, Swept& out) const;
+  void measure(const Pose& pose, std::size_t move, Swept& out) const;
+
+  const Job& job_;
+  const ExecutedPath& path_;
+  const Stock& stock_;
+  const Probes& probes_;
+  ToolSolid solid_;
+  ToolSweep sweep_;
+  Occupied occupied_;
+  double tolerance_, top_, least_, cell_;
+};
+
+/// What happens when.
+class Timeline {
+ public:
+  Timeline(const ExecutedPath& path, double diameter, double cell);
+  /// Requires: moves in order.
+  void add(std::size_t move, double removed);
+  void add_lengths(double feed, double rapid) { feed_length_ += feed, rapid_length_ += rapid; }
+  void finish(Removal& result);
+
+ private:
+  void end_stretch();
+  void move_axes(std::size_t move);
+  std::size_t bin(double time) const;
+
+  const ExecutedPath& path_;
+  double begin_, width_, window_;
+  std::vector<TimeBin> bins_;
+  // A stretch of feed moves: all of it is air if it removes nothing.
+  double stretch_removed_ = 0.0, stretch_way_ = 0.0, stretch_seconds_ = 0.0;
+  std::size_t stretch_begin_ = 0, stretch_end_ = 0;
+  double feed_seconds_ = 0.0, rapid_seconds_ = 0.0, air_seconds_ = 0.0;
+  double feed_length_ = 0.0, rapid_length_ = 0.0;
+  std::array<double, 5> travel_low_, travel_high_;
+};
+
+/// Percentiles and the map of what is left; probes that are deeper than the tolerance become hits.
+void measure_excess(const Probes& probes, const RemovalOptions& options, const ExecutedPath& path,
+                    Removal& result, std::vector<Hit3>& hits);
+/// Runs of hits as troubles.
+std::vector<Trouble> gather(const ExecutedPath& path, const Probes& probes, std::vector<Hit3> hits);
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,92 @@
+#include "sim/removal_picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "sim/camera.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+constexpr int kWidth = 1400, kHeight = 875, kOversample = 2;
+constexpr Colour kTop{0.93, 0.94, 0.96}, kBottom{0.70, 0.73, 0.77};
+constexpr Colour kMark{0.75, 0.0, 0.55}, kMarkHeart{1.0, 1.0, 1.0};
+constexpr std::size_t kMarks = 12;
+constexpr double kHollowRange = 0.03, kHollowRadius = 12.0, kHollowStrength = 0.6, kBias = 0.02;
+
+Colour colour_of(double left, const std::vector<ColourStop>& scale) {
+  if (left <= scale.front().left) return scale.front().colour;
+  for (std::size_t i = 1; i < scale.size(); ++i) {
+    if (left > scale[i].left) continue;
+    const double f = (left - scale[i - 1].left) / (scale[i].left - scale[i - 1].left);
+    return scale[i - 1].colour + (scale[i].colour - scale[i - 1].colour) * f;
+  }
+  return scale.back().colour;
+}
+
+double light(Vec3 normal, Vec3 view, const Camera& camera) {
+  if (dot(normal, view) < 0.0) normal = -normal;
+  const Vec3 key = normalized(camera.eye() * 0.55 + camera.up() * 0.75 - camera.right() * 0.65);
+  return 0.50 + 0.55 * std::max(0.0, dot(normal, key)) + 0.15 * dot(normal, view);
+}
+
+double to_srgb(double linear) {
+  const double c = std::clamp(linear, 0.0, 1.0);
+  return c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055;
+}
+
+}  // namespace
+
+std::vector<ColourStop> colour_scale(const Removal& removal, const RemovalVerdict& verdict) {
+  const double tolerance = verdict.tolerance, wanted = verdict.excess_limit;
+  const double reach = std::max(removal.reach, 2.0 * wanted);
+  // Equal steps of colour for unequal steps of length: what matters lies near the tolerance.
+  return {{-4.0 * tolerance, {0.35, 0.0, 0.02}},
+          {-tolerance, {0.85, 0.03, 0.03}},
+          {-0.5 * tolerance, {0.95, 0.45, 0.10}},
+          {0.0, {0.12, 0.60, 0.22}},
+          {wanted, {0.45, 0.78, 0.30}},
+          {wanted + 0.1 * (reach - wanted), {0.95, 0.85, 0.25}},
+          {wanted + 0.4 * (reach - wanted), {0.10, 0.50, 0.85}},
+          {reach, {0.05, 0.08, 0.45}}};
+}
+
+std::string html_colour(Colour c) {
+  std::array<char, 8> text;
+  const auto byte = [](double v) { return static_cast<unsigned>(std::lround(to_srgb(v) * 255.0)); };
+  std::snprintf(text.data(), text.size(), "#%02x%02x%02x", byte(c.x) & 0xFF, byte(c.y) & 0xFF,
+                byte(c.z) & 0xFF);
+  return text.data();
+}
+
+Result<void> draw_deviation(const Mesh& part, const ToolPath& path, const Probes& probes,
+                            const Removal& removal, const std::vector<ColourStop>& scale,
+                            const std::string& png_path) {
+  const int width = kWidth * kOversample, height = kHeight * kOversample;
+  const Camera camera(part, path, width, height);
+  Raster raster(width, height, {kTop, kBottom});
+  const Patches& patches = probes.patches();
+  for (std::size_t p = 0; p < patches.mesh.facets.size(); ++p) {
+    std::array<ScreenPoint, 3> corners;
+    for (int k = 0; k < 3; ++k) corners[k] = camera.project(patches.mesh.vertices[patches.mesh.facets[p][k]]);
+    const double mean = static_cast<double>(removal.patch_mean[p]),
+                 low = static_cast<double>(removal.patch_low[p]);
+    // A gouge shows even where the mean hides it.
+    const Colour colour =
+        std::isnan(mean) ? kUnreachedColour : colour_of(low < scale[1].left ? low : mean, scale);
+    const double lit = light(patches.normal[p], camera.view_from(patches.middle[p]), camera);
+    raster.triangle(corners, {colour * lit, colour * lit, colour * lit});
+  }
+  raster.shade_hollows(kHollowRadius * kOversample, kHollowRange * camera.scene_radius(), kHollowStrength);
+  const double bias = kBias * camera.scene_radius();
+  for (std::size_t i = std::min(kMarks, removal.troubles.size()); i-- > 0;) {
+    const ScreenPoint at = camera.project(removal.troubles[i].place);
+    raster.disc(at, 16.0 * kOversample, kMark, 10.0 * bias);
+    raster.disc(at, 9.0 * kOversample, kMarkHeart, 11.0 * bias);
+    raster.disc(at, 5.0 * kOversample, kMark, 12.0 * bias);
+  }
+  return raster.write_png(png_path, kOversample);
+}
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,43 @@
+#pragma once
+// The verdict on a removal run, and the report of it: JSON, pictures, one page for people.
+
+#include <string>
+#include <vector>
+
+#include "config/job.h"
+#include "sim/program_header.h"
+#include "sim/removal.h"
+
+namespace tiltfeed::sim {
+
+/// What was verified with what.
+struct RemovalContext {
+  const Job& job;
+  const CheckedMesh& part;
+  StockShape stock;
+  std::string source;  ///< the program's or trace's file
+  ProgramHeader header;
+};
+
+struct RemovalVerdict {
+  double tolerance = 0.0;             ///< mm
+  double gouge = 0.0;                 ///< deepest cut of feed moves into the part, tolerated ones too, mm
+  double excess_limit = 0.0;          ///< of the median of what is left, mm
+  std::vector<std::string> failures;  ///< one line each: value, limit, place
+  bool passed() const { return failures.empty(); }
+};
+
+/// Fails: a trouble of any kind; more than half of the surface that was touched with more left than the job
+/// asks for; no surface touched at all; another number of blocks than the program's header states.
+RemovalVerdict judge(const Removal& removal, const RemovalContext& context);
+
+/// The report as JSON, keys with units, indented; the same bytes for the same run.
+std::string to_json(const RemovalContext& context, const Removal& removal, const RemovalVerdict& verdict);
+
+/// Writes report.json, index.html, deviation.png and path.png into the folder, which is made if it is absent.
+/// Errors: kIo.
+Result<void> write_removal_report(const std::string& folder, const RemovalContext& context,
+                                  const ExecutedPath& path, const Probes& probes, const Removal& removal,
+                                  const RemovalVerdict& verdict);
+
+}  // namespace tiltfeed::sim

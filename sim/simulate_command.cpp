@@ -1,0 +1,172 @@
+#include "sim/simulate_command.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <thread>
+
+#include "config/job.h"
+#include "pathgen/mesh.h"
+#include "pathgen/stl.h"
+#include "sim/executed_path.h"
+#include "sim/program_header.h"
+#include "sim/removal.h"
+#include "sim/removal_report.h"
+#include "sim/stock.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
+constexpr double kFinest = 1e-3, kCoarsest = 50.0;
+// Without --resolution: a tenth of the cutter, and so many cells along the part's longest side at most.
+constexpr double kCellsPerDiameter = 10.0, kCellsPerSide = 1500.0;
+
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
+extern "C" void interrupt_simulation(int) { interrupted = true; }
+
+int report(const Error& error) {
+  std::cerr << "tiltfeed verify: " << error.message << "\n";
+  return error.code == Code::kUsage ? kWrongUse : kFailed;
+}
+
+/// A line on standard error, rewritten in place; nothing where there is no terminal.
+class Line {
+ public:
+  bool show(const char* stage, double fraction) {
+    const auto now = std::chrono::steady_clock::now();
+    if (terminal_ && now - shown_ > std::chrono::milliseconds(100)) {
+      std::fprintf(stderr, "\r\033[K%s %3.0f %%", stage, fraction * 100.0);
+      shown_ = now;
+    }
+    return !interrupted;
+  }
+  ~Line() {
+    if (terminal_) std::fprintf(stderr, "\r\033[K");
+  }
+
+ private:
+  const bool terminal_ = isatty(STDERR_FILENO) == 1;
+  std::chrono::steady_clock::time_point shown_;
+};
+
+double default_cell(const Job& job, const CheckedMesh& part) {
+  const Vec3 size = part.bounds.max - part.bounds.min;
+  const double cell = std::max(job.plan.cutter.diameter / kCellsPerDiameter,
+                               std::max({size.x, size.y, size.z}) / kCellsPerSide);
+  return std::ceil(cell * 100.0) / 100.0;
+}
+
+/// Reads the moves, from the program or from the trace.
+Result<ExecutedPath> read_path(const SimulateOptions& options, const Job& job, ProgramHeader& header) {
+  const std::string& name = options.program.empty() ? options.trace : options.program;
+  std::ifstream in(name, std::ios::binary);
+  if (!in) return fail(Code::kIo, name + ": cannot be opened");
+  if (options.program.empty()) {
+    const auto trace = read_trace(in, name);
+    if (!trace) return tl::unexpected(trace.error());
+    return executed_path(*trace, name);
+  }
+  header = read_program_header(in);
+  if (auto fits = check_header(header, job, name); !fits) return tl::unexpected(fits.error());
+  in.clear();
+  in.seekg(0);
+  const MachineModel& machine = job.machine.model;
+  const auto program = read_program(in, name, machine.tilt.letter, machine.rotary.letter);
+  if (!program) return tl::unexpected(program.error());
+  return execute_program(*program, name, machine, job.setup);
+}
+
+Result<void> check_probes(const CheckedMesh& part, double spacing) {
+  double area = 0.0;
+  for (const auto& f : part.mesh.facets) {
+    const auto& v = part.mesh.vertices;
+    area += 0.5 * length(cross(v[f[1]] - v[f[0]], v[f[2]] - v[f[0]]));
+  }
+  const double need = area / (spacing * spacing) * static_cast<double>(kProbeBytes);
+  const std::uint64_t have = free_bytes();
+  if (have == 0 || need < 0.5 * static_cast<double>(have)) return {};
+  return fail(Code::kLimit, "a resolution of " + number_text(spacing) + " mm needs about " +
+                                std::to_string(static_cast<std::uint64_t>(need) >> 20) +
+                                " MB for the part's surface, and " + std::to_string(have >> 20) +
+                                " MB are free: use a coarser --resolution");
+}
+
+void print(const RemovalVerdict& verdict, const Removal& r) {
+  std::printf("%s\n", verdict.passed() ? "passed" : "FAILED");
+  for (const std::string& failure : verdict.failures) std::printf("  %s\n", failure.c_str());
+  std::printf("  largest gouge          %.4f mm (tolerance %.4g mm)\n", verdict.gouge, verdict.tolerance);
+  std::printf("  left on %.0f of %.0f mm2  median %.4f, 95 %% %.4f, 99 %% %.4f mm\n", r.touched_area, r.area,
+              r.excess[3], r.excess[5], r.excess[6]);
+  std::printf("  removed                %.1f of %.1f mm3\n", r.stock_volume - r.left_volume, r.stock_volume);
+  std::printf("  machining time         %.1f s, rapids %.1f s, air %.1f %% of the feed moves\n", r.seconds,
+              r.rapid_seconds, r.feed_seconds > 0.0 ? 100.0 * r.air_seconds / r.feed_seconds : 0.0);
+}
+
+}  // namespace
+
+int simulate_command(const SimulateOptions& options) {
+  const auto begun = std::chrono::steady_clock::now();
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, interrupt_simulation);
+  if (options.program.empty() == options.trace.empty())
+    return report({Code::kUsage, "a program or --trace, one of both; see --help"});
+  if (options.resolution != 0.0 && !(options.resolution >= kFinest && options.resolution <= kCoarsest))
+    return report({Code::kUsage, "--resolution " + number_text(options.resolution) + ": " +
+                                     number_text(kFinest) + " to " + number_text(kCoarsest) + " mm"});
+  Line line;
+  line.show("read", 0.0);
+  const Result<Job> job = load_job(options.job);
+  if (!job) return report(job.error());
+  auto shape = options.stock.empty() ? Result<StockShape>(default_stock(*job)) : parse_stock(options.stock);
+  if (!shape) return report(shape.error());
+  const Result<Stl> stl = read_stl(job->stl_path, job->stl_unit_mm);
+  if (!stl) return report(stl.error());
+  const Result<CheckedMesh> part = check_mesh(*stl, {job->plan.tolerance * kRepairShare});
+  if (!part) return report(part.error());
+  if (options.stock.empty() && shape->kind == StockKind::kOffset && part->sides != Sides::kOutward)
+    shape = StockShape{StockKind::kBox, shape->margin, {}};
+
+  RemovalContext context{*job, *part, *shape, options.program.empty() ? options.trace : options.program, {}};
+  const double cell = options.resolution > 0.0 ? options.resolution : default_cell(*job, *part);
+  if (const auto fits = check_probes(*part, cell); !fits) return report(fits.error());
+  const auto path = read_path(options, *job, context.header);
+  if (!path) return report(path.error());
+  line.show("stock", 0.0);
+  RemovalOptions removal;
+  removal.tolerance = job->plan.tolerance;
+  removal.threads = options.threads > 0 ? options.threads
+                                        : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  auto stock = make_stock(*shape, *part, *job, cell, removal.threads);
+  if (!stock) return report(stock.error());
+  const double read = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  Probes probes(part->mesh, cell, probe_reach(*job));
+  const auto result = remove_material(*job, *path, *stock, probes, removal,
+                                      [&](const char* stage, double f) { return line.show(stage, f); });
+  if (!result) return report(result.error());
+  const RemovalVerdict verdict = judge(*result, context);
+  const double cut = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  print(verdict, *result);
+  if (!options.out.empty()) {
+    line.show("report", 0.0);
+    if (auto written = write_removal_report(options.out, context, *path, probes, *result, verdict); !written)
+      return report(written.error());
+  }
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const double all = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  std::printf(
+      "  took                   %.2f s (reading and stock %.2f, cutting %.2f, report %.2f), %.0f MB\n", all,
+      read, cut - read, all - cut, static_cast<double>(usage.ru_maxrss) / 1024.0);
+  return verdict.passed() ? kDone : kFailed;
+}
+
+}  // namespace tiltfeed::sim

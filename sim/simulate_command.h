@@ -1,0 +1,19 @@
+#pragma once
+// `tiltfeed-sim simulate`, which `tiltfeed verify` runs: a program or a trace against stock and part.
+
+#include <string>
+
+namespace tiltfeed::sim {
+
+struct SimulateOptions {
+  std::string job, program, trace;
+  std::string stock;        ///< as for parse_stock; empty: the job's default
+  double resolution = 0.0;  ///< mm; 0: chosen from the tool and the part's size
+  std::string out;          ///< folder of the report; empty: none
+  int threads = 0;          ///< 0: as many as the machine has
+};
+
+/// Prints the verdict, writes the report. The exit status: 0 passed, 1 failed or an error, 2 wrong use.
+int simulate_command(const SimulateOptions& options);
+
+}  // namespace tiltfeed::sim

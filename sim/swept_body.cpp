@@ -1,0 +1,239 @@
+#include "sim/swept_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace tiltfeed::sim {
+namespace {
+
+// Two directions whose sine is below this span no parallelogram worth its slab: the capsules of its sides
+// cover it to less than this times its length.
+constexpr double kParallel = 1e-9;
+// A line whose direction has less than this across a capsule's axis runs along it.
+constexpr double kAlongAxis = 1e-14;
+// Ends of a line inside a solid of revolution are found to this, mm: below the unit of the stock (dexels.h).
+constexpr double kLineError = 1e-7;
+constexpr int kMostSteps = 80;
+
+Vec3 lower(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
+Vec3 upper(Vec3 a, Vec3 b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
+
+/// A convex function of the place in space: signed distance from a solid standing at a pose, and its
+/// gradient.
+struct Value {
+  double value;
+  Vec3 gradient;
+};
+
+Value distance_at(const SweptBody& body, Point<Part> p) {
+  const Vec3 from = p - body.foot;
+  const double h = dot(from, body.along);
+  const Vec3 out = from - body.along * h;
+  const double r = length(out);
+  const Slope s = body.solid->distance(r, h);
+  return {s.value, (r > 0.0 ? out * (s.along_r / r) : Vec3{}) + body.along * s.along_h};
+}
+
+/// (R3) The least over the way: the distance from the swept solid, with the gradient at that place.
+Value least_over_way(const SweptBody& body, Point<Part> p) {
+  const auto at = [&](double s) { return distance_at(body, p - body.way * s); };
+  const auto slope = [&](const Value& v) { return -dot(v.gradient, body.way); };
+  Value first = at(0.0);
+  if (slope(first) >= 0.0) return first;
+  Value last = at(1.0);
+  if (slope(last) <= 0.0) return last;
+  double low = 0.0, high = 1.0;
+  Value best = first.value < last.value ? first : last;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const double a = slope(first), b = slope(last);
+    double s = (last.value - first.value + a * low - b * high) / (a - b);
+    const double floor = first.value + a * (s - low);
+    if (floor >= best.value - kLineError) break;
+    if (step % 3 == 2 || !(s > low && s < high)) s = 0.5 * (low + high);
+    const Value middle = at(s);
+    if (middle.value < best.value) best = middle;
+    (slope(middle) < 0.0 ? first : last) = middle;
+    (slope(middle) < 0.0 ? low : high) = s;
+  }
+  return best;
+}
+
+}  // namespace
+
+SweptBody SweptBody::round(Point<Part> foot, Vec3 along, Vec3 way, double radius, ToolPart part) {
+  const Vec3 a = from_origin(foot), grow{radius, radius, radius};
+  const Vec3 low = lower(lower(a, a + along), lower(a + way, a + along + way));
+  const Vec3 high = upper(upper(a, a + along), upper(a + way, a + along + way));
+  return {foot, along, way, radius, nullptr, part, low - grow, high + grow};
+}
+
+SweptBody SweptBody::revolved(const Revolved& solid, const Pose& pose, Vec3 way, ToolPart part) {
+  const Corner &first = solid.corners().front(), &last = solid.corners().back();
+  const double from = first.h - first.radius, to = last.h + last.radius;
+  SweptBody body = round(pose.tip + pose.axis * from, pose.axis * (to - from), way, 0.0, ToolPart::kCutter);
+  // A disc of this radius across the axis reaches this far along each coordinate.
+  const auto reach = [&](double k) { return solid.widest() * std::sqrt(std::max(0.0, 1.0 - k * k)); };
+  const Vec3 grow{reach(pose.axis.x), reach(pose.axis.y), reach(pose.axis.z)};
+  return {pose.tip, pose.axis, way, 0.0, &solid, part, body.low - grow, body.high + grow};
+}
+
+double SweptBody::depth(Point<Part> p) const {
+  if (solid != nullptr) return -least_over_way(*this, p).value;
+  // The nearest point of the parallelogram: inside it, or on one of its four sides.
+  const Vec3 n = cross(along, way), from = p - foot;
+  const double nn = squared_length(n);
+  double least =
+      std::min({distance_to_segment(p, foot, foot + along), distance_to_segment(p, foot, foot + way),
+                distance_to_segment(p, foot + way, foot + way + along),
+                distance_to_segment(p, foot + along, foot + along + way)});
+  if (nn > 0.0) {
+    const double a = dot(cross(from, way), n) / nn, b = dot(cross(along, from), n) / nn;
+    if (a >= 0.0 && a <= 1.0 && b >= 0.0 && b <= 1.0) least = std::abs(dot(from, n)) / std::sqrt(nn);
+  }
+  return radius - least;
+}
+
+LineCutter::LineCutter(const SweptBody& body, Vec3 direction) : body_(body), direction_(direction) {
+  if (body.solid != nullptr) return;
+  const double along = length(body.along), way = length(body.way);
+  const Vec3 n = cross(body.along, body.way);
+  if (along == 0.0 || way == 0.0 || length(n) <= kParallel * along * way) {
+    const Vec3 whole = dot(body.along, body.way) >= 0.0 ? body.along + body.way : body.along - body.way;
+    const Vec3 start = dot(body.along, body.way) >= 0.0 ? Vec3{} : body.way;
+    capsules_[count_++] = capsule(body.foot + start, whole);
+    return;
+  }
+  const Vec3 across = cross(direction, body.along);
+  if (length(across) > kParallel * along) {
+    side_ = normalized(across);
+    const double at = dot(from_origin(body.foot), side_), by = dot(body.way, side_);
+    side_low_ = at + std::min(0.0, by) - body.radius, side_high_ = at + std::max(0.0, by) + body.radius;
+  }
+  normal_ = normalized(n);
+  grad_along_ = cross(body.way, n) / squared_length(n);
+  grad_way_ = cross(n, body.along) / squared_length(n);
+  capsules_[count_++] = capsule(body.foot, body.way);
+  capsules_[count_++] = capsule(body.foot, body.along);
+  capsules_[count_++] = capsule(body.foot + body.way, body.along);
+  capsules_[count_++] = capsule(body.foot + body.along, body.way);
+}
+
+LineCutter::Capsule LineCutter::capsule(Point<Part> from, Vec3 along) const {
+  Capsule c;
+  c.foot = from_origin(from), c.whole = length(along);
+  c.unit = c.whole > 0.0 ? along / c.whole : direction_;
+  c.along = dot(direction_, c.unit);
+  c.across = direction_ - c.unit * c.along;
+  c.square = squared_length(c.across);
+  return c;
+}
+
+void LineCutter::add_ball(Vec3 from_centre, double& value, bool leave, bool& missed) const {
+  const double b = dot(from_centre, direction_);
+  const double inside = b * b - squared_length(from_centre) + body_.radius * body_.radius;
+  missed = inside < 0.0;
+  if (missed) return;
+  value = leave ? -b + std::sqrt(inside) : -b - std::sqrt(inside);
+}
+
+void LineCutter::add_capsule(const Capsule& c, Vec3 origin, Inside& inside) const {
+  const Vec3 w = origin - c.foot;
+  const double height = dot(w, c.unit), r2 = body_.radius * body_.radius;
+  const Vec3 far = w - c.unit * height;
+  double enter = -kInfinity, leave = kInfinity;
+  const double gap = squared_length(far) - r2;
+  if (c.square > kAlongAxis) {
+    const double b = dot(far, c.across), root2 = b * b - c.square * gap;
+    if (root2 < 0.0) return;
+    const double root = std::sqrt(root2);
+    enter = (-b - root) / c.square, leave = (-b + root) / c.square;
+  } else if (gap > 0.0) {
+    return;
+  }
+  bool missed = false;
+  const auto end = [&](double& t, bool is_leave) {
+    double at = height + t * c.along;
+    if (std::isinf(t)) at = (t > 0.0) == (c.along > 0.0) ? kInfinity : -kInfinity;
+    if (at >= 0.0 && at <= c.whole) return;
+    add_ball(at < 0.0 ? w : w - c.unit * c.whole, t, is_leave, missed);
+  };
+  end(enter, false);
+  if (missed) return;
+  end(leave, true);
+  if (missed) return;
+  inside.enter = std::min(inside.enter, enter), inside.leave = std::max(inside.leave, leave);
+}
+
+/// (R2) Between the parallelogram's two shifted images.
+void LineCutter::add_slab(Vec3 origin, Inside& inside) const {
+  const Vec3 w = origin - from_origin(body_.foot);
+  double enter = -kInfinity, leave = kInfinity;
+  const auto clip = [&](double value, double slope, double low, double high) {
+    if (slope == 0.0) {
+      if (value < low || value > high) enter = kInfinity, leave = -kInfinity;
+      return;
+    }
+    const double a = (low - value) / slope, b = (high - value) / slope;
+    enter = std::max(enter, std::min(a, b)), leave = std::min(leave, std::max(a, b));
+  };
+  clip(dot(w, normal_), dot(direction_, normal_), -body_.radius, body_.radius);
+  clip(dot(w, grad_along_), dot(direction_, grad_along_), 0.0, 1.0);
+  clip(dot(w, grad_way_), dot(direction_, grad_way_), 0.0, 1.0);
+  if (enter > leave) return;
+  inside.enter = std::min(inside.enter, enter), inside.leave = std::max(inside.leave, leave);
+}
+
+std::optional<Inside> LineCutter::operator()(Point<Part> origin, double low, double high) const {
+  if (body_.solid != nullptr) return through_solid(origin, low, high);
+  Inside inside{kInfinity, -kInfinity};
+  const Vec3 o = from_origin(origin);
+  if (const double side = dot(o, side_); side < side_low_ || side > side_high_) return std::nullopt;
+  for (int i = 0; i < count_; ++i) add_capsule(capsules_[i], o, inside);
+  if (count_ > 1) add_slab(o, inside);
+  if (inside.enter > inside.leave) return std::nullopt;
+  return inside;
+}
+
+/// The distance along the line is convex: tangents at both ends of a stretch bound it from below, and from
+/// outside Newton's steps run to the border without passing it.
+std::optional<Inside> LineCutter::through_solid(Point<Part> origin, double low, double high) const {
+  const auto at = [&](double t) {
+    const Value v = least_over_way(body_, origin + direction_ * t);
+    return std::pair(v.value, dot(v.gradient, direction_));
+  };
+  auto [a, slope_a] = at(low);
+  if (a > 0.0 && slope_a >= 0.0) return std::nullopt;
+  auto [b, slope_b] = at(high);
+  if (b > 0.0 && slope_b <= 0.0) return std::nullopt;
+  double from = low, to = high, inner = a <= 0.0 ? low : high;
+  for (int step = 0; step < kMostSteps && a > 0.0 && b > 0.0; ++step) {
+    // The convex function is above both tangents: where both are above zero there is nothing.
+    const double reach_a = from - a / slope_a, reach_b = to - b / slope_b;
+    if (reach_a > reach_b) return std::nullopt;
+    double t = 0.5 * (reach_a + reach_b);
+    const auto [m, slope_m] = at(t);
+    if (m <= 0.0) {
+      inner = t;
+      break;
+    }
+    if (reach_b - reach_a < kLineError) return std::nullopt;
+    if (slope_m < 0.0)
+      from = std::max(t, reach_a), a = m, slope_a = slope_m;
+    else
+      to = t, b = m, slope_b = slope_m;
+  }
+  const auto border = [&](double outside, double value, double slope, double within) {
+    for (int step = 0; step < kMostSteps && value > kLineError; ++step) {
+      const double next = slope != 0.0 ? outside - value / slope : within;
+      if (std::abs(next - outside) < kLineError) break;
+      outside = next;
+      std::tie(value, slope) = at(outside);
+    }
+    return outside;
+  };
+  return Inside{a > 0.0 ? border(from, a, slope_a, inner) : low,
+                b > 0.0 ? border(to, b, slope_b, inner) : high};
+}
+
+}  // namespace tiltfeed::sim

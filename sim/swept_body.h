@@ -1,0 +1,66 @@
+#pragma once
+// What a piece of the tool passes through while it is pushed along a straight way: a convex body, and where a
+// line runs inside it. Formulas (R1)..(R3) are in sim/README.md.
+
+#include <array>
+#include <optional>
+
+#include "sim/revolved.h"
+#include "sim/tool_solid.h"
+
+namespace tiltfeed::sim {
+
+/// Either round: all points within `radius` of the parallelogram foot + a along + b way (a, b in 0..1), which
+/// is a ball or a piece of a shank; or `solid`, which stands at `foot` with `along` as its unit axis.
+struct SweptBody {
+  Point<Part> foot;
+  Vec3 along, way;
+  double radius = 0.0;              ///< round: mm
+  const Revolved* solid = nullptr;  ///< not owned
+  ToolPart part = ToolPart::kCutter;
+  Vec3 low, high;  ///< bounds
+
+  static SweptBody round(Point<Part> foot, Vec3 along, Vec3 way, double radius, ToolPart part);
+  static SweptBody revolved(const Revolved& solid, const Pose& pose, Vec3 way, ToolPart part);
+
+  /// How deep p is inside, mm; negative outside.
+  double depth(Point<Part> p) const;
+};
+
+/// Where a line is inside a body, mm along the line.
+struct Inside {
+  double enter = 0.0, leave = 0.0;
+};
+
+/// Lines of one direction against one body.
+class LineCutter {
+ public:
+  /// Requires: `direction` unit; `body` outlives this.
+  LineCutter(const SweptBody& body, Vec3 direction);
+
+  /// Where the line from `origin` is inside, or nothing. `low`, `high`: the stretch of it that matters; what
+  /// lies beyond may be left out.
+  std::optional<Inside> operator()(Point<Part> origin, double low, double high) const;
+
+ private:
+  /// (R1) A line through a capsule.
+  struct Capsule {
+    Vec3 foot, unit, across;  ///< across: the line's direction, less its part along the axis
+    double whole = 0.0, along = 0.0, square = 0.0;
+  };
+  Capsule capsule(Point<Part> from, Vec3 along) const;
+  void add_capsule(const Capsule& c, Vec3 origin, Inside& inside) const;
+  void add_ball(Vec3 from_centre, double& value, bool leave, bool& missed) const;
+  void add_slab(Vec3 origin, Inside& inside) const;
+  std::optional<Inside> through_solid(Point<Part> origin, double low, double high) const;
+
+  const SweptBody& body_;
+  Vec3 direction_;
+  std::array<Capsule, 4> capsules_;
+  int count_ = 0;
+  Vec3 normal_, grad_along_, grad_way_;  ///< of the parallelogram; normal_ zero: it is a line
+  Vec3 side_;                            ///< unit, across line and `along`: lines are told apart by it
+  double side_low_ = -kInfinity, side_high_ = kInfinity;  ///< of what the body covers of it
+};
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,38 @@
+#pragma once
+// The whole tool between two poses, as convex bodies.
+
+#include <vector>
+
+#include "config/job.h"
+#include "sim/swept_body.h"
+
+namespace tiltfeed::sim {
+
+/// Which bodies the cutter, shank and holder of a job sweep. (R4) Each piece is pushed along the way of its
+/// own middle, with the mean of both axes: right for a turn of the axis too, as far as the piece is short.
+class ToolSweep {
+ public:
+  explicit ToolSweep(const Cutter& cutter);
+
+  /// Appends the bodies between two poses: short pieces of the tool, cutter first, from the tip up.
+  void bodies(const Pose& from, const Pose& to, std::vector<SweptBody>& out) const;
+  /// The piece of the cutting part that is next to p.
+  SweptBody cutter_near(const Pose& from, const Pose& to, Point<Part> p) const;
+
+  /// The cutting part's axis, from the lowest point that is `reach` inside of it to its end, above the tip,
+  /// mm.
+  double core_low() const { return core_low_; }
+  double core_high() const { return core_high_; }
+  /// Length of the longest piece that is swept as one, mm.
+  double longest() const { return longest_; }
+  double reach() const { return reach_; }  ///< the cutting part is within this of its core, mm
+
+ private:
+  SweptBody piece(const Pose& from, const Pose& to, double low, double high) const;
+
+  ToolSolid solid_;
+  bool round_;  ///< a ball end: its cutting part is a capsule
+  double core_low_, core_high_, reach_, step_, longest_ = 0.0;
+};
+
+}  // namespace tiltfeed::sim
