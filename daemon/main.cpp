@@ -20,6 +20,7 @@
 #include "daemon/post_command.h"
 #include "daemon/stream.h"
 #include "daemon/tool_length.h"
+#include "daemon/verify_command.h"
 #include "kinematics/cl_file.h"
 #include "kinematics/joint_path.h"
 #include "kinematics/tcp_path.h"
@@ -242,6 +243,10 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
 
   const PostCommands posting(app);
+  // Its options are those of `tiltfeed-sim simulate`, which takes them as they are.
+  CLI::App* verify =
+      app.add_subcommand("verify", "cut the stock by a program or a trace and compare with the part");
+  verify->prefix_command()->set_help_flag();
 
   try {
     app.parse(argc, argv);
@@ -253,5 +258,6 @@ int main(int argc, char** argv) {
   if (posting.called()) return posting.run();
   if (tool_length > 0.0)
     if (auto same = check_tool_length(program, tool_length); !same) return report(same.error());
+  if (verify->parsed()) return report(run_verify(verify->remaining()));
   return send_command(program, link);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "sim/dexel_units.h"
 
@@ -158,13 +159,14 @@ Cut Dexels::cut(int stripe, const SweptBody& body, bool measure) {
   if (r.u0 > r.u1 || r.v0 > r.v1) return result;
   const double low = component(body.low, axis_), high = component(body.high, axis_);
   const std::int32_t unit_low = to_units(low), unit_high = to_units(high);
-  std::array<double, 3> d{};
-  d[axis_] = 1.0;
-  const LineCutter cutter(body, {d[0], d[1], d[2]});
+  std::optional<LineCutter> made;
   for (int tv = r.v0 / kTile; tv <= r.v1 / kTile; ++tv) {
     for (int tu = r.u0 / kTile; tu <= r.u1 / kTile; ++tu) {
       const std::size_t tile = static_cast<std::size_t>(tv - s.first / kTile) * tiles_u_ + tu;
       if (s.tiles[tile].low >= unit_high || s.tiles[tile].high <= unit_low) continue;
+      if (!made)
+        made.emplace(body, Vec3{axis_ == 0 ? 1.0 : 0.0, axis_ == 1 ? 1.0 : 0.0, axis_ == 2 ? 1.0 : 0.0});
+      const LineCutter& cutter = *made;
       std::int64_t removed = 0;
       const int u0 = std::max(r.u0, tu * kTile), u1 = std::min(r.u1, tu * kTile + kTile - 1);
       for (int v = std::max(r.v0, tv * kTile); v <= std::min(r.v1, tv * kTile + kTile - 1); ++v) {

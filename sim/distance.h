@@ -44,6 +44,7 @@ class PartDistance {
   /// How often the surface winds round p: 1 inside, 0 outside a closed mesh. Looks at every facet.
   double winding_number(Point<Part> p) const;
 
+  const Triangle& triangle(std::uint32_t facet) const { return triangles_[slot_[facet]]; }
   std::size_t facet_count() const { return triangles_.size(); }
 
  private:

@@ -119,7 +119,7 @@ void Probes::take(std::uint64_t probe, double left, std::uint32_t move) {
   }
 }
 
-void Probes::near_patches(const Segment& core, double within, std::vector<std::uint32_t>& patches) const {
+void Probes::near(const Segment& core, double within, std::vector<std::uint32_t>& patches) const {
   patches.clear();
   surface_.near(core, within, patches);
   std::erase_if(patches, [&](std::uint32_t patch) {

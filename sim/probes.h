@@ -33,12 +33,14 @@ class Probes {
   /// One probe for each square of `spacing`, at least one a facet; `reach`: more than that is not told apart.
   Probes(const Mesh& part, double spacing, double reach);
 
-  /// The tool's cutting part passes from here to there: body(p) is its piece near p, all of it within
-  /// `radius` of `core`. `move` is what the probes remember. Thread-safe.
-  /// nearest(p): not more than the distance from p to that piece.
+  /// The patches that something within `within` of the segment can come to.
+  void near(const Segment& core, double within, std::vector<std::uint32_t>& patches) const;
+  /// The tool's cutting part passes: body(p) is its piece near p, nearest(p) not more than the distance from
+  /// p to that piece. `near`: all patches within reach() of it. `move` is what the probes remember.
+  /// Thread-safe.
   template <class Body, class Nearest>
-  void pass(const Segment& core, double radius, std::uint32_t move, std::vector<std::uint32_t>& near,
-            const Body& body, const Nearest& nearest);
+  void pass(const std::vector<std::uint32_t>& near, double radius, std::uint32_t move, const Body& body,
+            const Nearest& nearest);
 
   struct Value {
     double left = 0.0;            ///< material left along the normal, mm; below 0: cut into the part
@@ -55,7 +57,6 @@ class Probes {
   std::size_t bytes() const;
 
  private:
-  void near_patches(const Segment& core, double within, std::vector<std::uint32_t>& patches) const;
   void take(std::uint64_t probe, double left, std::uint32_t move);
 
   double spacing_, reach_;
@@ -67,9 +68,8 @@ class Probes {
 };
 
 template <class Body, class Nearest>
-void Probes::pass(const Segment& core, double radius, std::uint32_t move, std::vector<std::uint32_t>& near,
-                  const Body& body, const Nearest& nearest) {
-  near_patches(core, radius + reach_, near);
+void Probes::pass(const std::vector<std::uint32_t>& near, double radius, std::uint32_t move, const Body& body,
+                  const Nearest& nearest) {
   for (const std::uint32_t patch : near) {
     std::optional<SweptBody> swept;
     std::optional<LineCutter> cutter;

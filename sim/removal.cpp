@@ -38,7 +38,6 @@ class Remover {
 
  private:
   void cut(std::size_t begin, std::size_t count, const std::vector<Swept>& chunks);
-  void probe(const std::vector<Swept>& chunks);
 
   const Job& job_;
   const ExecutedPath& path_;
@@ -82,18 +81,6 @@ void Remover::cut(std::size_t begin, std::size_t count, const std::vector<Swept>
   for (const StripeCut& c : cuts) hits_.insert(hits_.end(), c.hits.begin(), c.hits.end());
 }
 
-void Remover::probe(const std::vector<Swept>& chunks) {
-  in_parallel(chunks.size(), options_.threads, [&](std::size_t i) {
-    std::vector<std::uint32_t> near;
-    for (const SweptStep& step : chunks[i].steps) {
-      const auto body = [&](Point<Part> p) { return stand_.sweep().cutter_near(step.from, step.to, p); };
-      const auto [core, radius] = stand_.core(step);
-      probes_.pass(core, radius, step.move, near, body,
-                   [&](Point<Part> p) { return stand_.nearest(step, p); });
-    }
-  });
-}
-
 Result<Removal> Remover::run(const Progress& progress) {
   Removal result;
   result.stock_volume = stock_.volume();
@@ -108,7 +95,6 @@ Result<Removal> Remover::run(const Progress& progress) {
       stand_.sweep_moves(begin + i * kChunk, std::min(begin + count, begin + (i + 1) * kChunk), chunks[i]);
     });
     cut(begin, count, chunks);
-    probe(chunks);
     for (const Swept& chunk : chunks) {
       hits_.insert(hits_.end(), chunk.hits.begin(), chunk.hits.end());
       for (std::size_t k = 0; k < worst_.size(); ++k) worst_[k] = std::max(worst_[k], chunk.worst[k]);

@@ -15,10 +15,12 @@ constexpr double kStray = 5e-4;
 constexpr double kStrayCells = 0.125;
 // Exact distances are taken at least every so many least radii, so that nothing is passed over.
 constexpr double kLookRadii = 0.5;
+// Longer ways, in least radii or cells, are cut up, so that bodies stay near what they are long for.
+constexpr double kStepWays = 4.0;
 constexpr int kMostSteps = 20000;
 // Above this the surface winds round the point: inside.
 constexpr double kInside = 0.5;
-constexpr double kCubeCells = 16.0, kLeastCube = 2.0;
+constexpr double kCubeCells = 4.0, kLeastCube = 2.0;
 
 Joints between(const Joints& from, const Joints& to, double f) {
   const auto mix = [f](double a, double b) { return a + (b - a) * f; };
@@ -27,12 +29,16 @@ Joints between(const Joints& from, const Joints& to, double f) {
 
 }  // namespace
 
-Occupied::Occupied(const Stock& stock)
+Occupied::Occupied(const Stock& stock, double reach)
     : origin_(from_origin(stock.box.min)), cube_(std::max(kLeastCube, kCubeCells * stock.cell)) {
-  const Vec3 size = stock.box.max - stock.box.min;
+  const int by = static_cast<int>(reach / cube_) + 1;
+  const double wide = by * cube_;
+  origin_ = origin_ - Vec3{wide, wide, wide};
+  const Vec3 size = from_origin(stock.box.max) + Vec3{wide, wide, wide} - origin_;
   size_ = {static_cast<int>(size.x / cube_) + 1, static_cast<int>(size.y / cube_) + 1,
            static_cast<int>(size.z / cube_) + 1};
-  full_.assign(static_cast<std::size_t>(size_[0]) * size_[1] * size_[2], false);
+  end_ = origin_ + Vec3{size_[0] * cube_, size_[1] * cube_, size_[2] * cube_};
+  full_.assign(static_cast<std::size_t>(size_[0]) * size_[1] * size_[2], 0);
   for (const Dexels& dexels : stock.bundles) {
     for (int stripe = 0; stripe < Dexels::kStripes; ++stripe) {
       dexels.each(stripe, [&](Point<Part> foot, double low, double high) {
@@ -41,35 +47,43 @@ Occupied::Occupied(const Stock& stock)
         std::array<int, 3> from = index({p[0], p[1], p[2]});
         p[dexels.axis()] = high;
         const int last = index({p[0], p[1], p[2]})[dexels.axis()];
-        for (int& k = from[dexels.axis()]; k <= last; ++k)
-          full_[(static_cast<std::size_t>(from[2]) * size_[1] + from[1]) * size_[0] + from[0]] = true;
+        for (int& k = from[dexels.axis()]; k <= last; ++k) full_[at(from[0], from[1], from[2])] = 1;
       });
     }
   }
+  for (int axis = 0; axis < 3; ++axis) widen(axis, by);
+}
+
+/// Every cube takes the largest of those up to `by` before and behind it.
+void Occupied::widen(int axis, int by) {
+  const std::vector<char> before = full_;
+  std::array<int, 3> i{};
+  for (i[2] = 0; i[2] < size_[2]; ++i[2])
+    for (i[1] = 0; i[1] < size_[1]; ++i[1])
+      for (i[0] = 0; i[0] < size_[0]; ++i[0]) {
+        if (before[at(i[0], i[1], i[2])] == 0) continue;
+        std::array<int, 3> k = i;
+        const int last = std::min(size_[axis] - 1, i[axis] + by);
+        for (k[axis] = std::max(0, i[axis] - by); k[axis] <= last; ++k[axis]) full_[at(k[0], k[1], k[2])] = 1;
+      }
 }
 
 std::array<int, 3> Occupied::index(Vec3 p) const {
-  const auto at = [&](double v, int size) {
+  const auto cube = [&](double v, int size) {
     return static_cast<int>(std::clamp(v / cube_, 0.0, size - 1.0));
   };
   const Vec3 from = p - origin_;
-  return {at(from.x, size_[0]), at(from.y, size_[1]), at(from.z, size_[2])};
+  return {cube(from.x, size_[0]), cube(from.y, size_[1]), cube(from.z, size_[2])};
 }
 
-bool Occupied::meets(Vec3 low, Vec3 high) const {
-  const Vec3 end = origin_ + Vec3{size_[0] * cube_, size_[1] * cube_, size_[2] * cube_};
-  if (high.x < origin_.x || high.y < origin_.y || high.z < origin_.z || low.x > end.x || low.y > end.y ||
-      low.z > end.z)
+bool Occupied::near(Point<Part> p) const {
+  if (p.x < origin_.x || p.y < origin_.y || p.z < origin_.z || p.x > end_.x || p.y > end_.y || p.z > end_.z)
     return false;
-  const auto from = index(low), to = index(high);
-  for (int z = from[2]; z <= to[2]; ++z)
-    for (int y = from[1]; y <= to[1]; ++y)
-      for (int x = from[0]; x <= to[0]; ++x)
-        if (full_[(static_cast<std::size_t>(z) * size_[1] + y) * size_[0] + x]) return true;
-  return false;
+  const auto i = index(from_origin(p));
+  return full_[at(i[0], i[1], i[2])] != 0;
 }
 
-Stand::Stand(const Job& job, const ExecutedPath& path, const Stock& stock, const Probes& probes,
+Stand::Stand(const Job& job, const ExecutedPath& path, const Stock& stock, Probes& probes,
              const RemovalOptions& options)
     : job_(job),
       path_(path),
@@ -77,7 +91,9 @@ Stand::Stand(const Job& job, const ExecutedPath& path, const Stock& stock, const
       probes_(probes),
       solid_(job.plan.cutter),
       sweep_(job.plan.cutter),
-      occupied_(stock),
+      occupied_(stock, sweep_.piece_reach() + 0.5 * kStepWays * std::max(solid_.narrowest(), stock.cell)),
+      plain_(job.plan.cutter.type == CutterType::kBall && !solid_.has(ToolPart::kShank) &&
+             !solid_.has(ToolPart::kHolder)),
       tolerance_(options.tolerance),
       top_(solid_.top()),
       least_(solid_.narrowest()),
@@ -95,8 +111,7 @@ int Stand::steps(const Pose& from, const Pose& middle, const Pose& to) const {
   const double turn = angle_between(from.axis, to.axis) * sweep_.longest() / 4.0 / (kStrayCells * cell_);
   const double way = std::max(distance(from.tip, middle.tip) + distance(middle.tip, to.tip),
                               distance(end(from), end(middle)) + distance(end(middle), end(to)));
-  // Long ways are cut up so that the bodies stay near what they are long for.
-  const double pieces = way / (4.0 * std::max(least_, cell_));
+  const double pieces = way / (kStepWays * std::max(least_, cell_));
   return static_cast<int>(std::ceil(
       std::clamp(std::max({1.0, std::sqrt(tip), std::sqrt(top), turn, pieces}), 1.0, 1.0 * kMostSteps)));
 }
@@ -108,7 +123,7 @@ std::pair<Segment, double> Stand::core(const SweptStep& step) const {
   const auto half = [&](double h) {
     return 0.5 * distance(step.from.tip + step.from.axis * h, step.to.tip + step.to.axis * h);
   };
-  const double low = sweep_.core_low(), high = sweep_.core_high();
+  const double low = sweep_.core_low(), high = plain_ ? std::max(low, top_) : sweep_.core_high();
   return {{middle(low), middle(high)}, sweep_.reach() + std::max(half(low), half(high))};
 }
 
@@ -136,25 +151,52 @@ std::optional<Hit3> Stand::starts_inside() const {
               start.tip};
 }
 
-void Stand::measure(const Pose& at, std::size_t move, Swept& out) const {
-  const TroubleKind kind = path_.moves[move].rapid ? TroubleKind::kRapidPart : TroubleKind::kGouge;
-  double& worst = out.worst[static_cast<int>(kind)];
-  for (const ToolPart part : kToolParts) {
-    // Of what is tolerated only the deepest matters.
-    const Hit hit = solid_.clearance(probes_.surface(), at, part, -std::min(worst, tolerance_));
-    if (hit.facet == kNoFacet) continue;
-    worst = std::max(worst, -hit.value);
-    if (-hit.value <= tolerance_) continue;
-    out.hits.push_back({kind, part, static_cast<std::uint32_t>(move), -hit.value,
-                        probes_.patches().mesh.source[hit.facet], at.tip});
+Hit Stand::clearance(const Pose& at, ToolPart part, const std::vector<std::uint32_t>& near,
+                     double bound) const {
+  if (!plain_ || part != ToolPart::kCutter) return solid_.clearance(probes_.surface(), at, part, bound);
+  // All that the capsule can touch is among the patches at hand.
+  const double radius = sweep_.reach();
+  const Segment core{at.tip + at.axis * radius, at.tip + at.axis * std::max(radius, top_)};
+  const Patches& patches = probes_.patches();
+  Hit hit{bound, kNoFacet};
+  for (const std::uint32_t patch : near) {
+    const double far = hit.value + radius;
+    if (distance_to_segment(patches.middle[patch], core.from, core.to) >
+        far + static_cast<double>(patches.radius[patch]))
+      continue;
+    const double d2 = squared_distance(probes_.surface().triangle(patch), core);
+    if (d2 < far * far) hit = {std::sqrt(d2) - radius, patch};
   }
+  return hit;
 }
 
-void Stand::share_out(const SweptStep& step, std::vector<SweptBody>& bodies, Swept& out) const {
-  bodies.clear();
-  sweep_.bodies(step.from, step.to, bodies);
-  for (const SweptBody& body : bodies) {
-    if (!occupied_.meets(body.low, body.high)) continue;
+/// Exact distances at the step's poses, and the probes that it passes.
+void Stand::look(const SweptStep& step, Bench& bench, Swept& out) const {
+  const auto [segment, radius] = core(step);
+  probes_.near(segment, radius + probes_.reach(), bench.near);
+  const TroubleKind kind = path_.moves[step.move].rapid ? TroubleKind::kRapidPart : TroubleKind::kGouge;
+  double& worst = out.worst[static_cast<int>(kind)];
+  for (const Pose& at : bench.looks) {
+    for (const ToolPart part : kToolParts) {
+      // Of what is tolerated only the deepest matters.
+      const Hit hit = clearance(at, part, bench.near, -std::min(worst, tolerance_));
+      if (hit.facet == kNoFacet) continue;
+      worst = std::max(worst, -hit.value);
+      if (-hit.value <= tolerance_) continue;
+      out.hits.push_back(
+          {kind, part, step.move, -hit.value, probes_.patches().mesh.source[hit.facet], at.tip});
+    }
+  }
+  probes_.pass(
+      bench.near, radius, step.move, [&](Point<Part> p) { return sweep_.cutter_near(step.from, step.to, p); },
+      [&](Point<Part> p) { return nearest(step, p); });
+}
+
+void Stand::share_out(const SweptStep& step, Bench& bench, Swept& out) const {
+  bench.bodies.clear();
+  sweep_.bodies(
+      step.from, step.to, [&](Point<Part> p) { return occupied_.near(p); }, bench.bodies);
+  for (const SweptBody& body : bench.bodies) {
     for (std::size_t b = 0; b < stock_.bundles.size(); ++b) {
       const auto [first, last] = stock_.bundles[b].stripes(body);
       for (int s = first; s < last; ++s)
@@ -166,25 +208,27 @@ void Stand::share_out(const SweptStep& step, std::vector<SweptBody>& bodies, Swe
 
 void Stand::sweep_moves(std::size_t begin, std::size_t end, Swept& out) const {
   out.by_stripe.resize(stock_.bundles.size() * Dexels::kStripes);
-  std::vector<SweptBody> bodies;
+  Bench bench;
   Pose at = pose(path_.from(begin));
   for (std::size_t m = begin; m < end; ++m) {
     const Joints &from = path_.from(m), &to = path_.moves[m].to;
     const Pose middle = pose(between(from, to, 0.5)), last = pose(to);
     const int count = steps(at, middle, last);
     for (int i = 1; i <= count; ++i) {
-      const SweptStep step{static_cast<std::uint32_t>(m), at,
-                           i == count ? last : pose(between(from, to, static_cast<double>(i) / count))};
+      const auto within = [&](double f) {
+        return count == 1 && f == 0.5 ? middle : pose(between(from, to, (i - 1 + f) / count));
+      };
+      const SweptStep step{static_cast<std::uint32_t>(m), at, i == count ? last : within(1.0)};
       const double way = distance(step.from.tip, step.to.tip);
       (path_.moves[m].rapid ? out.rapid_length : out.feed_length) += way;
       const double far =
           std::max(way, distance(step.from.tip + step.from.axis * top_, step.to.tip + step.to.axis * top_));
       const int looks = std::max(2, static_cast<int>(std::ceil(far / (kLookRadii * least_))));
-      for (int k = 1; k < looks; ++k)
-        measure(pose(between(from, to, (i - 1 + static_cast<double>(k) / looks) / count)), m, out);
-      measure(step.to, m, out);
-      out.steps.push_back(step);
-      share_out(step, bodies, out);
+      bench.looks.clear();
+      for (int k = 1; k < looks; ++k) bench.looks.push_back(within(static_cast<double>(k) / looks));
+      bench.looks.push_back(step.to);
+      look(step, bench, out);
+      share_out(step, bench, out);
       at = step.to;
     }
   }

@@ -31,7 +31,6 @@ struct SweptStep {
 };
 /// What some moves sweep, and what they do to the part.
 struct Swept {
-  std::vector<SweptStep> steps;
   std::vector<SweptPiece> pieces;  ///< near stock only, in order
   /// Which of them meet stripe s of bundle b: by b * Dexels::kStripes + s.
   std::vector<std::vector<std::uint32_t>> by_stripe;
@@ -40,28 +39,33 @@ struct Swept {
   double feed_length = 0.0, rapid_length = 0.0;
 };
 
-/// Where there is stock at the start, in coarse cubes.
+/// Where stock is near at the start, in coarse cubes.
 class Occupied {
  public:
-  explicit Occupied(const Stock& stock);
-  bool meets(Vec3 low, Vec3 high) const;
+  /// Cubes within `reach` of stock count.
+  Occupied(const Stock& stock, double reach);
+  bool near(Point<Part> p) const;
 
  private:
   std::array<int, 3> index(Vec3 p) const;
-  Vec3 origin_;
+  std::size_t at(int x, int y, int z) const {
+    return (static_cast<std::size_t>(z) * size_[1] + y) * size_[0] + x;
+  }
+  void widen(int axis, int by);
+  Vec3 origin_, end_;
   double cube_;
   std::array<int, 3> size_{};
-  std::vector<bool> full_;
+  std::vector<char> full_;
 };
 
 /// Poses of the moves: (R4) as many straight steps as keep the tool within kStray of where the axes put it.
 class Stand {
  public:
-  Stand(const Job& job, const ExecutedPath& path, const Stock& stock, const Probes& probes,
+  Stand(const Job& job, const ExecutedPath& path, const Stock& stock, Probes& probes,
         const RemovalOptions& options);
 
   const ToolSweep& sweep() const { return sweep_; }
-  /// Steps and bodies of the moves [begin, end), exact distances to the part at the steps' ends and between.
+  /// Bodies of the moves [begin, end); exact distances to the part at the steps' ends and between; probes.
   void sweep_moves(std::size_t begin, std::size_t end, Swept& out) const;
   /// The cutting part's axis at the middle of a step, and how far from it the cutting part comes.
   std::pair<Segment, double> core(const SweptStep& step) const;
@@ -73,16 +77,24 @@ class Stand {
  private:
   Pose pose(const Joints& joints) const;
   int steps(const Pose& from, const Pose& middle, const Pose& to) const;
-  void share_out(const SweptStep& step, std::vector<SweptBody>& bodies, Swept& out) const;
-  void measure(const Pose& pose, std::size_t move, Swept& out) const;
+  /// What a thread works with.
+  struct Bench {
+    std::vector<SweptBody> bodies;
+    std::vector<std::uint32_t> near;
+    std::vector<Pose> looks;
+  };
+  void share_out(const SweptStep& step, Bench& bench, Swept& out) const;
+  void look(const SweptStep& step, Bench& bench, Swept& out) const;
+  Hit clearance(const Pose& pose, ToolPart part, const std::vector<std::uint32_t>& near, double bound) const;
 
   const Job& job_;
   const ExecutedPath& path_;
   const Stock& stock_;
-  const Probes& probes_;
+  Probes& probes_;
   ToolSolid solid_;
   ToolSweep sweep_;
   Occupied occupied_;
+  bool plain_;  ///< a ball end mill with a shank of its own diameter and nothing above
   double tolerance_, top_, least_, cell_;
 };
 

@@ -36,13 +36,7 @@ SweptBody ToolSweep::piece(const Pose& from, const Pose& to, double low, double 
                           ToolPart::kCutter);
 }
 
-void ToolSweep::bodies(const Pose& from, const Pose& to, std::vector<SweptBody>& out) const {
-  if (round_) {
-    // The ball by itself: its way is exact.
-    out.push_back(piece(from, to, core_low_, core_low_));
-    for (double low = core_low_; low < core_high_; low += step_)
-      out.push_back(piece(from, to, low, std::min(core_high_, low + step_)));
-  }
+void ToolSweep::solid_bodies(const Pose& from, const Pose& to, std::vector<SweptBody>& out) const {
   const Pose standing{from.tip, mean_axis(from, to)};
   for (const ToolPart part : kToolParts) {
     if (round_ && part == ToolPart::kCutter) continue;

@@ -14,8 +14,12 @@ class ToolSweep {
  public:
   explicit ToolSweep(const Cutter& cutter);
 
-  /// Appends the bodies between two poses: short pieces of the tool, cutter first, from the tip up.
-  void bodies(const Pose& from, const Pose& to, std::vector<SweptBody>& out) const;
+  /// Appends the bodies between two poses: short pieces of the tool, cutter first, from the tip up; of a
+  /// round cutter only those of which wanted(middle) is true.
+  template <class Wanted>
+  void bodies(const Pose& from, const Pose& to, const Wanted& wanted, std::vector<SweptBody>& out) const;
+  /// All of a piece is within this, and half its way, of its middle, mm.
+  double piece_reach() const { return 0.5 * step_ + reach_; }
   /// The piece of the cutting part that is next to p.
   SweptBody cutter_near(const Pose& from, const Pose& to, Point<Part> p) const;
 
@@ -29,10 +33,27 @@ class ToolSweep {
 
  private:
   SweptBody piece(const Pose& from, const Pose& to, double low, double high) const;
+  void solid_bodies(const Pose& from, const Pose& to, std::vector<SweptBody>& out) const;
 
   ToolSolid solid_;
   bool round_;  ///< a ball end: its cutting part is a capsule
   double core_low_, core_high_, reach_, step_, longest_ = 0.0;
 };
+
+template <class Wanted>
+void ToolSweep::bodies(const Pose& from, const Pose& to, const Wanted& wanted,
+                       std::vector<SweptBody>& out) const {
+  if (round_) {
+    const auto add = [&](double low, double high) {
+      const double h = 0.5 * (low + high);
+      if (wanted(lerp(from.tip + from.axis * h, to.tip + to.axis * h, 0.5)))
+        out.push_back(piece(from, to, low, high));
+    };
+    // The ball by itself: its way is exact.
+    add(core_low_, core_low_);
+    for (double low = core_low_; low < core_high_; low += step_) add(low, std::min(core_high_, low + step_));
+  }
+  solid_bodies(from, to, out);
+}
 
 }  // namespace tiltfeed::sim
