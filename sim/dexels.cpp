@@ -170,12 +170,16 @@ Cut Dexels::cut(int stripe, const SweptBody& body, bool measure) {
       std::int64_t removed = 0;
       const int u0 = std::max(r.u0, tu * kTile), u1 = std::min(r.u1, tu * kTile + kTile - 1);
       for (int v = std::max(r.v0, tv * kTile); v <= std::min(r.v1, tv * kTile + kTile - 1); ++v) {
+        const double pv = low_v_ + (v + 0.5) * cell_;
         for (int u = u0; u <= u1; ++u) {
           const auto line = static_cast<std::uint32_t>((v - s.first) * lines_u_ + u);
           const Node& first = s.nodes[line];
           if (first.piece.low >= unit_high || (first.next == kNone && first.piece.high <= unit_low)) continue;
           if (first.piece.low >= first.piece.high) continue;
-          const Point<Part> foot = origin(u, v);
+          const double pu = low_u_ + (u + 0.5) * cell_;
+          const Point<Part> foot = axis_ == 2   ? Point<Part>{pu, pv, 0.0}
+                                   : axis_ == 1 ? Point<Part>{pv, 0.0, pu}
+                                                : Point<Part>{0.0, pu, pv};
           const auto inside = cutter(foot, std::max(low, first.piece.low * kUnit),
                                      first.next == kNone ? std::min(high, first.piece.high * kUnit) : high);
           if (!inside) continue;

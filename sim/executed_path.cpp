@@ -1,5 +1,8 @@
 #include "sim/executed_path.h"
 
+#include <cmath>
+
+#include "sim/forward.h"
 #include "sim/motion.h"
 
 namespace tiltfeed::sim {
@@ -7,6 +10,8 @@ namespace {
 
 // Blocks that the simulated axes hold; a program from a file is never late, so any number gives its times.
 constexpr std::size_t kSlots = 64;
+// Poses that are asked for the main direction of the tool.
+constexpr std::size_t kDirections = 2000;
 
 /// Takes rows in order, keeps the moves.
 class Collector {
@@ -69,6 +74,16 @@ Result<ExecutedPath> executed_path(const std::vector<TraceRow>& trace, const std
   collector.reserve(trace.size());
   for (const TraceRow& row : trace) collector.take(row);
   return collector.finish(name);
+}
+
+int main_direction(const ExecutedPath& path, const MachineModel& machine, const Setup& setup) {
+  Vec3 sum;
+  const std::size_t step = path.moves.size() / kDirections + 1;
+  for (std::size_t m = 0; m < path.moves.size(); m += step) {
+    const Vec3 axis = forward_by_frames(machine, setup, path.moves[m].to).axis;
+    sum = sum + Vec3{std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)};
+  }
+  return sum.z >= sum.x && sum.z >= sum.y ? 2 : sum.y >= sum.x ? 1 : 0;
 }
 
 }  // namespace tiltfeed::sim

@@ -41,4 +41,7 @@ Result<ExecutedPath> execute_program(const std::vector<Block>& program, const st
 /// The moves of an executed trace. Errors: kInput when there is none.
 Result<ExecutedPath> executed_path(const std::vector<TraceRow>& trace, const std::string& name);
 
+/// The coordinate (0 x, 1 y, 2 z) that the tool's axis is nearest to over the feed moves, on the whole.
+int main_direction(const ExecutedPath& path, const MachineModel& machine, const Setup& setup);
+
 }  // namespace tiltfeed::sim

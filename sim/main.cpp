@@ -269,6 +269,9 @@ CLI::App* add_simulate_options(CLI::App& app, SimulateOptions& options) {
       "offset:MM, box, box:MM, cylinder, cylinder:MM or an STL file; default: what the job's "
       "rapids allow for");
   simulate->add_option("--resolution", options.resolution, "distance of the stock's lines, mm");
+  simulate->add_option("--bundles", options.bundles, "of the stock's lines: 1, along the tool, or 3")
+      ->check(CLI::IsMember({1, 3}))
+      ->capture_default_str();
   simulate->add_option("--out", options.out, "folder for the report: index.html, report.json, pictures");
   simulate->add_option("--threads", options.threads, "the result is the same for any number")
       ->check(CLI::Range(1, 256));

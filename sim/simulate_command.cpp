@@ -145,7 +145,9 @@ int simulate_command(const SimulateOptions& options) {
   removal.tolerance = job->plan.tolerance;
   removal.threads = options.threads > 0 ? options.threads
                                         : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  auto stock = make_stock(*shape, *part, *job, cell, removal.threads);
+  std::vector<int> axes{0, 1, 2};
+  if (options.bundles == 1) axes = {main_direction(*path, job->machine.model, job->setup)};
+  auto stock = make_stock(*shape, *part, *job, cell, removal.threads, axes);
   if (!stock) return report(stock.error());
   const double read = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   Probes probes(part->mesh, cell, probe_reach(*job));

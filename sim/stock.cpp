@@ -155,8 +155,8 @@ Result<void> prepare(Filling& f, const Job& job) {
   return {};
 }
 
-Result<void> check_memory(const Box& box, double cell) {
-  const std::uint64_t need = stock_bytes(box, cell), have = free_bytes();
+Result<void> check_memory(const Box& box, double cell, const std::vector<int>& axes) {
+  const std::uint64_t need = stock_bytes(box, cell, axes), have = free_bytes();
   if (have == 0 || static_cast<double>(need) < kMemoryShare * static_cast<double>(have)) return {};
   // The need grows with the square of the lines per mm.
   const double would_do =
@@ -246,9 +246,9 @@ std::size_t Stock::bytes() const {
   return sum;
 }
 
-std::uint64_t stock_bytes(const Box& box, double cell) {
+std::uint64_t stock_bytes(const Box& box, double cell, const std::vector<int>& axes) {
   std::uint64_t lines = 0;
-  for (int axis = 0; axis < 3; ++axis) lines += Dexels::line_count(axis, box, cell);
+  for (const int axis : axes) lines += Dexels::line_count(axis, box, cell);
   return lines * Dexels::kBytesPerLine;
 }
 
@@ -262,12 +262,12 @@ std::uint64_t free_bytes() {
 }
 
 Result<Stock> make_stock(const StockShape& shape, const CheckedMesh& part, const Job& job, double cell,
-                         int threads) {
+                         int threads, const std::vector<int>& axes) {
   Filling filling(part, shape);
   if (auto ready = prepare(filling, job); !ready) return tl::unexpected(ready.error());
-  if (auto fits = check_memory(filling.box, cell); !fits) return tl::unexpected(fits.error());
+  if (auto fits = check_memory(filling.box, cell, axes); !fits) return tl::unexpected(fits.error());
   Stock stock{{}, filling.box, cell};
-  for (int axis = 0; axis < 3; ++axis) stock.bundles.emplace_back(axis, filling.box, cell);
+  for (const int axis : axes) stock.bundles.emplace_back(axis, filling.box, cell);
   in_parallel(stock.bundles.size() * Dexels::kStripes, threads, [&](std::size_t i) {
     filling.fill(stock.bundles[i / Dexels::kStripes], static_cast<int>(i) % Dexels::kStripes);
   });

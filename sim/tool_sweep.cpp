@@ -6,7 +6,7 @@ namespace tiltfeed::sim {
 namespace {
 
 // Length of a piece of a round cutter, in its radii.
-constexpr double kPieceRadii = 3.0;
+constexpr double kPieceRadii = 2.0;
 
 Vec3 mean_axis(const Pose& a, const Pose& b) {
   const Vec3 sum = a.axis + b.axis;
