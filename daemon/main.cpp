@@ -223,6 +223,11 @@ int main(int argc, char** argv) {
   CLI::App* check = app.add_subcommand("check", "read a job and its machine profile, print them resolved");
   check->add_option("JOB", check_job, "job file (YAML)")->required();
 
+  // Its options are those of `tiltfeed-sim simulate`, which takes them as they are.
+  CLI::App* verify =
+      app.add_subcommand("verify", "cut the stock by a program or a trace and compare with the part");
+  verify->prefix_command()->set_help_flag();
+
   PlanFiles files;
   CLI::App* planning = app.add_subcommand("plan", "plan the tool path and write the machine's program");
   planning->add_option("JOB", files.job, "job file (YAML)")->required();
@@ -243,21 +248,17 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
 
   const PostCommands posting(app);
-  // Its options are those of `tiltfeed-sim simulate`, which takes them as they are.
-  CLI::App* verify =
-      app.add_subcommand("verify", "cut the stock by a program or a trace and compare with the part");
-  verify->prefix_command()->set_help_flag();
 
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kWrongUse;
   }
+  if (verify->parsed()) return report(run_verify(verify->remaining()));
   if (check->parsed()) return check_command(check_job);
   if (planning->parsed()) return plan_command(files);
   if (posting.called()) return posting.run();
   if (tool_length > 0.0)
     if (auto same = check_tool_length(program, tool_length); !same) return report(same.error());
-  if (verify->parsed()) return report(run_verify(verify->remaining()));
   return send_command(program, link);
 }

@@ -81,7 +81,7 @@ Result<ExecutedPath> read_path(const SimulateOptions& options, const Job& job, P
   in.clear();
   in.seekg(0);
   const MachineModel& machine = job.machine.model;
-  const auto program = read_program(in, name, machine.tilt.letter, machine.rotary.letter);
+  const auto program = read_program(in, name, GcodeReader(machine));
   if (!program) return tl::unexpected(program.error());
   return execute_program(*program, name, machine, job.setup);
 }
