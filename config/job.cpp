@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "config/job_files.h"
 #include "config/job_keys.h"
 #include "config/program_keys.h"
 #include "config/section.h"
@@ -58,7 +59,9 @@ Job read_job(const Section& root, const std::string& path) {
 
 }  // namespace
 
-Result<Job> parse_job(const std::string& text, const std::string& path) {
+namespace {
+
+Result<Job> parse_job_with(const std::string& text, const std::string& path, const JobFiles& files) {
   const Result<YamlNode> tree = parse_yaml(text, path);
   if (!tree) return tl::unexpected(tree.error());
   Complaint complaint(path);
@@ -69,6 +72,8 @@ Result<Job> parse_job(const std::string& text, const std::string& path) {
       complaint);
   Job job = read_job(root, path);
   if (complaint.first()) return tl::unexpected(*complaint.first());
+  if (!files.stl.empty()) job.stl_path = files.stl;
+  if (!files.machine.empty()) job.machine.path = files.machine;
 
   Result<MachineProfile> machine = load_machine(job.machine.path);
   if (!machine && machine.error().code == Code::kIo) {
@@ -80,10 +85,18 @@ Result<Job> parse_job(const std::string& text, const std::string& path) {
   return job;
 }
 
-Result<Job> load_job(const std::string& path) {
+}  // namespace
+
+Result<Job> parse_job(const std::string& text, const std::string& path) {
+  return parse_job_with(text, path, {});
+}
+
+Result<Job> load_job_with(const std::string& path, const JobFiles& files) {
   const Result<std::string> text = read_config_text(path);
   if (!text) return tl::unexpected(text.error());
-  return parse_job(*text, path);
+  return parse_job_with(*text, path, files);
 }
+
+Result<Job> load_job(const std::string& path) { return load_job_with(path, {}); }
 
 }  // namespace tiltfeed

@@ -13,11 +13,13 @@
 #include <limits>
 #include <optional>
 
-#include "config/job.h"
+#include "config/job_files.h"
 #include "daemon/block.h"
+#include "daemon/block_map.h"
 #include "daemon/output_file.h"
 #include "daemon/plan_report.h"
 #include "daemon/post_command.h"
+#include "daemon/service_command.h"
 #include "daemon/stream.h"
 #include "daemon/tool_length.h"
 #include "daemon/verify_command.h"
@@ -99,11 +101,11 @@ double height(const Mesh& mesh, Vec3 up) {
 }
 
 struct PlanFiles {
-  std::string job, program, cl, report;
+  std::string job, program, cl, report, map, stl, machine;
 };
 
 int plan_command(const PlanFiles& files) {
-  auto job = load_job(files.job);
+  auto job = load_job_with(files.job, {files.stl, files.machine});
   if (!job) return report(job.error());
   ProgressLine line;
   StageClock clock;
@@ -157,6 +159,12 @@ int plan_command(const PlanFiles& files) {
       });
     });
     if (!cl) return report(cl.error());
+  }
+  if (!files.map.empty()) {
+    auto map = write_text(files.map, [&](std::ostream& out) -> Result<void> {
+      return write_block_map(*joints, planned->path, out), Result<void>{};
+    });
+    if (!map) return report(map.error());
   }
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -234,6 +242,9 @@ int main(int argc, char** argv) {
   planning->add_option("--out", files.program, "program to write (G-code)")->required();
   planning->add_option("--cl", files.cl, "cutter location file to write (APT text)");
   planning->add_option("--report", files.report, "report to write (JSON)");
+  planning->add_option("--map", files.map, "map to write: from each motion block to its move and STL facet");
+  planning->add_option("--stl", files.stl, "take this part instead of the job's");
+  planning->add_option("--machine", files.machine, "take this machine profile instead of the job's");
 
   std::string program, link;
   CLI::App* send = app.add_subcommand("send", "stream a program to the controller");
@@ -248,7 +259,7 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
 
   const PostCommands posting(app);
-
+  ServiceCommands service(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -258,6 +269,7 @@ int main(int argc, char** argv) {
   if (check->parsed()) return check_command(check_job);
   if (planning->parsed()) return plan_command(files);
   if (posting.called()) return posting.run();
+  if (const std::optional<int> status = service.run()) return *status;
   if (tool_length > 0.0)
     if (auto same = check_tool_length(program, tool_length); !same) return report(same.error());
   return send_command(program, link);

@@ -1,0 +1,42 @@
+#include "config/service_config.h"
+
+#include <filesystem>
+
+#include "config/section.h"
+#include "config/yaml_tree.h"
+
+namespace tiltfeed {
+
+Result<ServiceConfig> parse_service_config(const std::string& text, const std::string& path) {
+  const Result<YamlNode> tree = parse_yaml(text, path);
+  if (!tree) return tl::unexpected(tree.error());
+  Complaint complaint(path);
+  const Section root(*tree, "", {"machine", "link", "spool", "socket", "watch"}, complaint);
+  const auto resolved = [&](const std::string& name) {
+    return (std::filesystem::path(path).parent_path() / name).lexically_normal().string();
+  };
+  ServiceConfig config;
+  config.path = path;
+  config.machine.path = resolved(root.text("machine"));
+  config.link = root.text("link", "");
+  config.spool = resolved(root.text("spool"));
+  config.socket = resolved(root.text("socket"));
+  const std::string watch = root.text("watch", "");
+  if (!watch.empty()) config.watch = resolved(watch);
+  if (complaint.first()) return tl::unexpected(*complaint.first());
+  Result<MachineProfile> machine = load_machine(config.machine.path);
+  if (!machine) return tl::unexpected(machine.error());
+  config.machine = std::move(*machine);
+  if (config.link.empty()) config.link = config.machine.link;
+  if (config.link.empty()) root.complain("link", "is missing, and the machine profile has no link.default");
+  if (complaint.first()) return tl::unexpected(*complaint.first());
+  return config;
+}
+
+Result<ServiceConfig> load_service_config(const std::string& path) {
+  const Result<std::string> text = read_config_text(path);
+  if (!text) return tl::unexpected(text.error());
+  return parse_service_config(*text, path);
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,68 @@
+#pragma once
+// What the service does with jobs: receives, plans, starts, holds, resumes, removes; answers requests.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "config/service_config.h"
+#include "daemon/api.h"
+#include "daemon/job_runner.h"
+#include "daemon/notify.h"
+#include "daemon/planner.h"
+#include "daemon/spool.h"
+
+namespace tiltfeed {
+
+/// One machine's jobs. Properties: one job at a time is on the wire, one is planned; every change is in the
+/// spool before it is answered; nothing starts or resumes by itself.
+class JobDesk {
+ public:
+  /// Settles what an earlier process left: plans again what was being planned, says of what was running
+  /// whether it can be resumed. Errors: kIo, kUsage (link).
+  static Result<JobDesk> open(const ServiceConfig& config, std::function<void()> alive);
+
+  /// One JSON line. `files` were handed over with the request; they stay the caller's.
+  std::string answer(const ApiRequest& request, std::uint32_t user, const std::vector<int>& files);
+  /// Ends of planning and of runs, the next to plan, the watch folder; call a few times a second.
+  void tick();
+  /// A new configuration; the machine's wire and profile take effect with the next job. Errors: kUsage.
+  Result<void> reload(const ServiceConfig& config);
+
+  bool busy() const { return runner_->busy(); }
+  /// Hold, and let go of the wire when the machine stands (a link that can prove it), else stop.
+  void leave();
+  /// For systemd's STATUS.
+  std::string status() const;
+
+ private:
+  JobDesk(const ServiceConfig& config, const LinkSpec& link, Spool spool, std::function<void()> alive);
+
+  Result<std::string> act(const ApiRequest& request, std::uint32_t user, const std::vector<int>& files);
+  Result<std::string> show(const SpooledJob& job, const ApiRequest& request) const;
+  Result<std::string> start(SpooledJob job);
+  Result<std::string> command(const SpooledJob& job, const OperatorCommand& command);
+  Result<std::string> resume(SpooledJob job, const ApiRequest& request, std::uint32_t user);
+  Result<std::string> enter_again(const SpooledJob& job, const ApiRequest& request, std::uint32_t user);
+  Result<std::string> remove(const SpooledJob& job);
+  Result<std::string> run(SpooledJob job, const JobRun& prepared, const ResumeDecision& decision);
+  Result<JobRun> prepare(const SpooledJob& job) const;
+  std::string job_json(const SpooledJob& job) const;
+  std::string origin_json(const SpooledJob& job, std::uint64_t block) const;
+
+  Result<void> settle();
+  void take_run_end();
+  void take_plan_end();
+  void plan_next();
+  void look_into_watch_folder();
+  void set(SpooledJob job, JobState state, const std::string& note);
+  void log(Severity severity, std::uint64_t job, const std::string& text, std::uint64_t block = 0) const;
+
+  ServiceConfig config_;
+  LinkSpec link_;
+  Spool spool_;
+  PlanProcess plan_;
+  std::unique_ptr<JobRunner> runner_;
+};
+
+}  // namespace tiltfeed

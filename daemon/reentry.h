@@ -1,0 +1,35 @@
+#pragma once
+// A program that enters another one in the middle: from wherever the tool stands, in the safe order, to the
+// block before, and on from there.
+
+#include <cstdint>
+#include <string>
+
+#include "config/machine_profile.h"
+#include "daemon/link.h"
+
+namespace tiltfeed {
+
+struct ReentryOptions {
+  std::uint64_t from = 0;      ///< first block that is executed again, counted from 1
+  double retract = 50.0;       ///< up the tool axis, first of all, and the height that is plunged at last, mm
+  double plunge_feed = 200.0;  ///< mm/min
+  double spindle_delay = 3.0;  ///< seconds until the spindle turns
+  Setup setup;                 ///< of the job; where it is not known, of a tool without length
+};
+
+struct Reentry {
+  std::string program;  ///< the whole text
+  std::string preview;  ///< what happens before the first block, a line each, for the operator
+};
+
+/// Order: retract along the tool axis (relative, since where the tool stands is not known; by hand on a link
+/// of numeric blocks, which has no relative moves), up to the program's highest Z, rotaries as programmed, X
+/// Y above the entry, spindle and coolant, down to `retract` above the entry, plunge along the axis, modal
+/// state, block `from` with all its words, the rest unchanged. Errors: kUsage (no such block; block 1 needs
+/// no re-entry), kInput (a line that is not understood: then nobody can say what is in force), kLimit (a step
+/// leaves the travel).
+Result<Reentry> write_reentry(const std::string& program, LinkKind kind, const MachineProfile& machine,
+                              const ReentryOptions& options);
+
+}  // namespace tiltfeed

@@ -1,0 +1,241 @@
+#include "daemon/service_command.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "config/job.h"
+#include "daemon/api.h"
+#include "daemon/api_socket.h"
+#include "daemon/service.h"
+
+namespace tiltfeed {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
+constexpr const char* kDefaultSocket = "/run/tiltfeed/api.sock";
+constexpr std::chrono::milliseconds kWatchInterval{500};
+
+int complain(const Error& error) {
+  std::cerr << "tiltfeed: " << error.message << "\n";
+  return error.code == Code::kUsage ? kWrongUse : kFailed;
+}
+
+std::string duration(double seconds) {
+  const long s = static_cast<long>(seconds + 0.5);
+  char text[40];
+  std::snprintf(text, sizeof text, "%ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60);
+  return text;
+}
+
+void print_job(const json& job) {
+  const auto total = job.value("blocks", std::uint64_t{0}), done = job.value("executed", std::uint64_t{0});
+  std::printf("%6llu  %-11s %-24s %llu of %llu blocks",
+              static_cast<unsigned long long>(job.value("job", std::uint64_t{0})),
+              job.value("state", "").c_str(), job.value("name", "").c_str(),
+              static_cast<unsigned long long>(done), static_cast<unsigned long long>(total));
+  if (job.contains("phase")) {
+    std::printf(", %s", job.value("phase", "").c_str());
+    if (job.value("machine_seconds", 0.0) > 0.0)
+      std::printf(", %s left", duration(job.value("remaining_seconds", 0.0)).c_str());
+  }
+  if (const std::string note = job.value("note", ""); !note.empty()) std::printf("  (%s)", note.c_str());
+  std::printf("\n");
+}
+
+bool is_over(const std::string& state) {
+  return state != "received" && state != "planning" && state != "running";
+}
+
+}  // namespace
+
+struct ServiceCommands::Options {
+  CLI::App *serve = nullptr, *submit = nullptr, *list = nullptr, *show = nullptr, *start = nullptr,
+           *hold = nullptr, *resume = nullptr, *stop = nullptr, *remove = nullptr, *watch = nullptr,
+           *override_feed = nullptr;
+  std::string config, socket, file, name;
+  std::uint64_t job = 0, block = 0, from = 0;
+  int percent = 100;
+  bool yes = false;
+
+  Result<json> ask(const ApiRequest& request, const std::vector<int>& files = {}) const;
+  int simple(ApiOp op);
+  int run_submit();
+  int run_list();
+  int run_show();
+  int run_resume();
+  int run_watch();
+};
+
+ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Options>()) {
+  Options& o = *options_;
+  const char* set = std::getenv("TILTFEED_SOCKET");
+  o.socket = set != nullptr ? set : kDefaultSocket;
+  o.serve = app.add_subcommand("serve", "run the service of one machine");
+  o.serve->add_option("--config", o.config, "its file (YAML)")->required();
+  const auto client = [&](const char* name, const char* text, bool job) {
+    CLI::App* command = app.add_subcommand(name, text);
+    command->add_option(
+        "--socket", o.socket,
+        "the service's socket (default: $TILTFEED_SOCKET, else " + std::string(kDefaultSocket) + ")");
+    if (job) command->add_option("JOB", o.job, "its number")->required();
+    return command;
+  };
+  o.submit = client("submit", "hand a job (YAML) or a program (G-code) to the service", false);
+  o.submit->add_option("FILE", o.file, "job file, or program (.nc, .ngc, .gcode, .tap)")->required();
+  o.submit->add_option("--name", o.name, "for people; default: the file's");
+  o.list = client("list", "the jobs of the service", false);
+  o.show = client("show", "one job, and what a block of it is", true);
+  o.show->add_option("--block", o.block, "from the block back to the part");
+  o.start = client("start", "begin to move: the operator's word", true);
+  o.hold = client("hold", "feed hold", true);
+  o.resume = client("resume", "end a hold, or go on with a job that was cut off", true);
+  o.resume->add_option("--from", o.from, "enter again before this block");
+  o.resume->add_flag("--yes", o.yes, "do not ask after showing how it is entered");
+  o.stop = client("stop", "hold, then forget the rest", true);
+  o.remove = client("remove", "forget a job and its files", true);
+  o.watch = client("watch", "follow a job until it ends", true);
+  o.override_feed = client("override", "feed override", true);
+  o.override_feed->add_option("PERCENT", o.percent, "10 to 200")->required()->check(CLI::Range(10, 200));
+}
+
+ServiceCommands::~ServiceCommands() = default;
+
+Result<json> ServiceCommands::Options::ask(const ApiRequest& request, const std::vector<int>& files) const {
+  const Result<std::string> line = ask_service(socket, write_request(request), files);
+  if (!line) return tl::unexpected<Error>(line.error());
+  json answer = json::parse(*line, nullptr, false);
+  if (!answer.is_object()) return fail(Code::kIo, socket + ": the answer is not understood");
+  if (!answer.value("ok", false)) return fail(Code::kInput, answer.value("error", "refused"));
+  return answer;
+}
+
+int ServiceCommands::Options::simple(ApiOp op) {
+  ApiRequest request;
+  request.op = op;
+  request.job = job;
+  request.percent = percent;
+  const Result<json> answer = ask(request);
+  if (!answer) return complain(answer.error());
+  std::cout << answer->value("text", "") << "\n";
+  return kDone;
+}
+
+int ServiceCommands::Options::run_submit() {
+  ApiRequest request;
+  request.op = ApiOp::kSubmit;
+  const std::size_t dot = file.rfind('.'), slash = file.rfind('/');
+  const std::string ending = dot == file.npos ? "" : file.substr(dot);
+  request.program = ending == ".nc" || ending == ".ngc" || ending == ".gcode" || ending == ".tap";
+  const std::size_t begin = slash == file.npos ? 0 : slash + 1;
+  request.name =
+      !name.empty() ? name : file.substr(begin, dot == file.npos || dot < begin ? file.npos : dot - begin);
+  std::vector<std::string> paths{file};
+  if (!request.program) {
+    const Result<Job> planned = load_job(file);  // says at once what is wrong with it
+    if (!planned) return complain(planned.error());
+    paths.push_back(planned->stl_path);
+  }
+  std::vector<int> files;
+  for (const std::string& path : paths) {
+    files.push_back(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (files.back() < 0) return complain({Code::kIo, path + ": " + std::strerror(errno)});
+  }
+  const Result<json> answer = ask(request, files);
+  for (const int fd : files) ::close(fd);
+  if (!answer) return complain(answer.error());
+  std::cout << answer->value("job", std::uint64_t{0}) << "\n";
+  return kDone;
+}
+
+int ServiceCommands::Options::run_list() {
+  ApiRequest request;
+  request.op = ApiOp::kList;
+  const Result<json> answer = ask(request);
+  if (!answer) return complain(answer.error());
+  std::cout << answer->value("machine", "") << " at " << answer->value("link", "") << "\n";
+  for (const json& one : (*answer)["jobs"]) print_job(one);
+  return kDone;
+}
+
+int ServiceCommands::Options::run_show() {
+  ApiRequest request;
+  request.op = ApiOp::kShow;
+  request.job = job;
+  if (block > 0) request.block = block;
+  const Result<json> answer = ask(request);
+  if (!answer) return complain(answer.error());
+  for (const auto& [key, value] : answer->items())
+    if (key != "v" && key != "ok")
+      std::cout << key << ": " << (value.is_string() ? value.get<std::string>() : value.dump()) << "\n";
+  return kDone;
+}
+
+int ServiceCommands::Options::run_resume() {
+  ApiRequest request;
+  request.op = ApiOp::kResume;
+  request.job = job;
+  if (from > 0) request.from = from;
+  Result<json> answer = ask(request);
+  if (!answer) return complain(answer.error());
+  if (answer->contains("confirm")) {
+    std::cout << answer->value("confirm", "");
+    if (!yes) {
+      std::cout << "Is the tool clear, the machine homed, the tool length as before? Type yes to move: "
+                << std::flush;
+      std::string word;
+      std::getline(std::cin, word);
+      if (word != "yes") return complain({Code::kCancelled, "nothing was sent"});
+    }
+    request.confirmed = true;
+    answer = ask(request);
+    if (!answer) return complain(answer.error());
+  }
+  std::cout << answer->value("text", "") << "\n";
+  return kDone;
+}
+
+int ServiceCommands::Options::run_watch() {
+  for (;;) {
+    ApiRequest request;
+    request.op = ApiOp::kShow;
+    request.job = job;
+    const Result<json> answer = ask(request);
+    if (!answer) return complain(answer.error());
+    print_job(*answer);
+    std::cout << std::flush;
+    const std::string state = answer->value("state", "");
+    if (is_over(state)) return state == "done" || state == "ready" ? kDone : kFailed;
+    std::this_thread::sleep_for(kWatchInterval);
+  }
+}
+
+std::optional<int> ServiceCommands::run() {
+  Options& o = *options_;
+  if (o.serve->parsed()) {
+    const Result<void> served = serve(o.config);
+    return served ? kDone : complain(served.error());
+  }
+  if (o.submit->parsed()) return o.run_submit();
+  if (o.list->parsed()) return o.run_list();
+  if (o.show->parsed()) return o.run_show();
+  if (o.resume->parsed()) return o.run_resume();
+  if (o.watch->parsed()) return o.run_watch();
+  if (o.start->parsed()) return o.simple(ApiOp::kStart);
+  if (o.hold->parsed()) return o.simple(ApiOp::kHold);
+  if (o.stop->parsed()) return o.simple(ApiOp::kStop);
+  if (o.remove->parsed()) return o.simple(ApiOp::kRemove);
+  if (o.override_feed->parsed()) return o.simple(ApiOp::kOverride);
+  return std::nullopt;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,244 @@
+#include "daemon/spool.h"
+
+#include <fcntl.h>
+#include <linux/openat2.h>
+#include <sqlite3.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <filesystem>
+
+namespace tiltfeed {
+
+namespace {
+
+constexpr const char* kStateNames[] = {"received",  "planning", "ready",   "running", "interrupted",
+                                       "uncertain", "done",     "stopped", "failed"};
+constexpr std::size_t kCopyBytes = 1 << 16;
+constexpr std::size_t kMaxName = 40;
+constexpr int kBusyWaitMs = 2000;  // somebody looks into the table with another program
+
+constexpr const char* kSchema =
+    "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;"
+    "CREATE TABLE IF NOT EXISTS jobs (id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL, program "
+    "INTEGER NOT NULL,"
+    " state TEXT NOT NULL, note TEXT NOT NULL, total INTEGER NOT NULL, executed INTEGER NOT NULL, hash TEXT "
+    "NOT NULL,"
+    " user INTEGER NOT NULL, created INTEGER NOT NULL);";
+constexpr const char* kColumns = "id, name, program, state, note, total, executed, hash, user, created";
+
+/// Opens `path` beneath `folder`, whatever links somebody put there.
+int open_beneath(int folder, const char* path, std::uint64_t flags, std::uint64_t mode) {
+  open_how how{};
+  how.flags = flags | O_CLOEXEC;
+  how.mode = mode;
+  how.resolve = RESOLVE_BENEATH | RESOLVE_NO_SYMLINKS | RESOLVE_NO_MAGICLINKS;
+  return static_cast<int>(::syscall(SYS_openat2, folder, path, &how, sizeof how));
+}
+
+struct Descriptor {
+  int fd = -1;
+  explicit Descriptor(int number) : fd(number) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (fd >= 0) ::close(fd);
+  }
+};
+
+}  // namespace
+
+const char* state_name(JobState state) { return kStateNames[static_cast<std::size_t>(state)]; }
+
+std::optional<JobState> state_of(const std::string& name) {
+  for (std::size_t i = 0; i < std::size(kStateNames); ++i)
+    if (name == kStateNames[i]) return static_cast<JobState>(i);
+  return std::nullopt;
+}
+
+std::string plain_name(const std::string& text) {
+  std::string kept;
+  for (const char c : text)
+    if (kept.size() < kMaxName && ((c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
+                                   (c >= '0' && c <= '9') || c == ' ' || c == '.' || c == '_' || c == '-'))
+      kept += c;
+  return kept.empty() ? "job" : kept;
+}
+
+/// The connection, and one statement at a time.
+struct Spool::Table {
+  sqlite3* db = nullptr;
+  ~Table() { sqlite3_close(db); }
+
+  Error error(const std::string& folder) const {
+    return {Code::kIo, folder + "/jobs.db: " + (db != nullptr ? sqlite3_errmsg(db) : "out of memory")};
+  }
+  struct Statement {
+    sqlite3_stmt* s = nullptr;
+    ~Statement() { sqlite3_finalize(s); }
+    std::string text(int column) const {
+      const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(s, column));
+      return bytes != nullptr ? bytes : "";
+    }
+    std::uint64_t number(int column) const {
+      return static_cast<std::uint64_t>(sqlite3_column_int64(s, column));
+    }
+    void bind(int at, const std::string& value) {
+      sqlite3_bind_text(s, at, value.data(), static_cast<int>(value.size()), SQLITE_TRANSIENT);
+    }
+    void bind(int at, std::uint64_t value) { sqlite3_bind_int64(s, at, static_cast<sqlite3_int64>(value)); }
+  };
+  bool prepare(Statement& statement, const std::string& sql) const {
+    return sqlite3_prepare_v2(db, sql.c_str(), -1, &statement.s, nullptr) == SQLITE_OK;
+  }
+};
+
+Spool::Spool(std::string folder, std::unique_ptr<Table> table)
+    : folder_(std::move(folder)), table_(std::move(table)) {}
+Spool::Spool(Spool&&) noexcept = default;
+Spool::~Spool() = default;
+
+Result<Spool> Spool::open(const std::string& folder) {
+  std::error_code made;
+  std::filesystem::create_directories(folder + "/jobs", made);
+  if (made) return fail(Code::kIo, folder + ": cannot be made: " + made.message());
+  ::chmod((folder + "/jobs").c_str(), S_IRWXU);
+  auto table = std::make_unique<Table>();
+  const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOFOLLOW;
+  if (sqlite3_open_v2((folder + "/jobs.db").c_str(), &table->db, flags, nullptr) != SQLITE_OK)
+    return tl::unexpected<Error>(table->error(folder));
+  sqlite3_busy_timeout(table->db, kBusyWaitMs);
+  if (sqlite3_exec(table->db, kSchema, nullptr, nullptr, nullptr) != SQLITE_OK)
+    return tl::unexpected<Error>(table->error(folder));
+  return Spool(folder, std::move(table));
+}
+
+std::string Spool::folder_of(std::uint64_t id) const { return folder_ + "/jobs/" + std::to_string(id); }
+
+Result<void> Spool::copy_in(std::uint64_t id, const char* name, int from, std::uint64_t limit) {
+  struct stat status {};
+  if (::fstat(from, &status) != 0 || !S_ISREG(status.st_mode))
+    return fail(Code::kInput, std::string(name) + ": what was handed over is not a regular file");
+  if (static_cast<std::uint64_t>(status.st_size) > limit)
+    return fail(Code::kInput, std::string(name) + ": " + std::to_string(status.st_size) + " bytes; at most " +
+                                  std::to_string(limit) + " are taken");
+  const Descriptor root(::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const std::string path = "jobs/" + std::to_string(id) + "/" + name;
+  const Descriptor out(open_beneath(root.fd, path.c_str(), O_WRONLY | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR));
+  if (out.fd < 0) return fail(Code::kIo, folder_ + "/" + path + ": " + std::strerror(errno));
+  const auto buffer = std::make_unique<char[]>(kCopyBytes);
+  for (std::uint64_t done = 0;;) {
+    const ssize_t count = ::pread(from, buffer.get(), kCopyBytes, static_cast<off_t>(done));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return fail(Code::kIo, std::string(name) + ": " + std::strerror(errno));
+    if (count == 0) break;
+    done += static_cast<std::uint64_t>(count);
+    if (done > limit) return fail(Code::kInput, std::string(name) + ": grows while it is read");
+    if (::write(out.fd, buffer.get(), static_cast<std::size_t>(count)) != count)
+      return fail(Code::kIo, folder_ + "/" + path + ": cannot be written: " + std::strerror(errno));
+  }
+  if (::fsync(out.fd) != 0) return fail(Code::kIo, folder_ + "/" + path + ": " + std::strerror(errno));
+  return {};
+}
+
+Result<std::uint64_t> Spool::add(const SpooledJob& job, const std::vector<int>& files) {
+  if (files.size() != (job.program ? 1u : 2u))
+    return fail(Code::kUsage, job.program ? "a program comes as one file"
+                                          : "a job comes as two files: its text and its STL");
+  const auto jobs = list();
+  if (!jobs) return tl::unexpected<Error>(jobs.error());
+  if (jobs->size() >= kMaxJobs)
+    return fail(Code::kLimit, "the spool holds " + std::to_string(kMaxJobs) + " jobs; remove some");
+  Table::Statement insert;
+  if (!table_->prepare(insert,
+                       "INSERT INTO jobs (name, program, state, note, total, executed, hash, user, created) "
+                       "VALUES (?, ?, 'failed', 'not received whole', 0, 0, '', ?, ?)"))
+    return tl::unexpected<Error>(table_->error(folder_));
+  insert.bind(1, plain_name(job.name));
+  insert.bind(2, std::uint64_t{job.program});
+  insert.bind(3, std::uint64_t{job.user});
+  insert.bind(4, static_cast<std::uint64_t>(std::time(nullptr)));
+  if (sqlite3_step(insert.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  SpooledJob added = job;
+  added.id = static_cast<std::uint64_t>(sqlite3_last_insert_rowid(table_->db));
+  std::error_code made;
+  std::filesystem::create_directory(folder_of(added.id), made);
+  Result<void> copied;
+  if (made) copied = fail(Code::kIo, folder_of(added.id) + ": " + made.message());
+  if (copied)
+    copied = job.program ? copy_in(added.id, "program.nc", files[0], kMaxProgramBytes)
+                         : copy_in(added.id, "job.yaml", files[0], kMaxJobBytes);
+  if (copied && !job.program) copied = copy_in(added.id, "part.stl", files[1], kMaxPartBytes);
+  added.note.clear();
+  if (copied) copied = update(added);
+  if (!copied) {
+    static_cast<void>(remove(added.id));
+    return tl::unexpected<Error>(copied.error());
+  }
+  return added.id;
+}
+
+Result<std::vector<SpooledJob>> Spool::list() const {
+  Table::Statement rows;
+  if (!table_->prepare(rows, std::string("SELECT ") + kColumns + " FROM jobs ORDER BY id"))
+    return tl::unexpected<Error>(table_->error(folder_));
+  std::vector<SpooledJob> jobs;
+  int step = 0;
+  while ((step = sqlite3_step(rows.s)) == SQLITE_ROW) {
+    SpooledJob job;
+    job.id = rows.number(0);
+    job.name = rows.text(1);
+    job.program = rows.number(2) != 0;
+    job.state = state_of(rows.text(3)).value_or(JobState::kFailed);
+    job.note = rows.text(4);
+    job.total = rows.number(5);
+    job.executed = rows.number(6);
+    job.hash = rows.text(7);
+    job.user = static_cast<std::uint32_t>(rows.number(8));
+    job.created = static_cast<std::int64_t>(rows.number(9));
+    jobs.push_back(std::move(job));
+  }
+  if (step != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  return jobs;
+}
+
+Result<SpooledJob> Spool::find(std::uint64_t id) const {
+  auto jobs = list();
+  if (!jobs) return tl::unexpected<Error>(jobs.error());
+  for (SpooledJob& job : *jobs)
+    if (job.id == id) return std::move(job);
+  return fail(Code::kUsage, "there is no job " + std::to_string(id) + "; `tiltfeed list` shows them");
+}
+
+Result<void> Spool::update(const SpooledJob& job) {
+  Table::Statement change;
+  if (!table_->prepare(change,
+                       "UPDATE jobs SET state = ?, note = ?, total = ?, executed = ?, hash = ? WHERE id = ?"))
+    return tl::unexpected<Error>(table_->error(folder_));
+  change.bind(1, std::string(state_name(job.state)));
+  change.bind(2, job.note);
+  change.bind(3, job.total);
+  change.bind(4, job.executed);
+  change.bind(5, job.hash);
+  change.bind(6, job.id);
+  if (sqlite3_step(change.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  return {};
+}
+
+Result<void> Spool::remove(std::uint64_t id) {
+  std::error_code gone;
+  std::filesystem::remove_all(folder_of(id), gone);
+  if (gone) return fail(Code::kIo, folder_of(id) + ": cannot be removed: " + gone.message());
+  Table::Statement erase;
+  if (!table_->prepare(erase, "DELETE FROM jobs WHERE id = ?"))
+    return tl::unexpected<Error>(table_->error(folder_));
+  erase.bind(1, id);
+  if (sqlite3_step(erase.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  return {};
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,83 @@
+#pragma once
+// The jobs of one machine: a table (SQLite) and a folder for each job. File names are made here; nothing that
+// a user typed becomes part of a path.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinematics/result.h"
+
+namespace tiltfeed {
+
+enum class JobState : std::uint8_t {
+  kReceived,     ///< to be planned
+  kPlanning,     ///< in a process of its own
+  kReady,        ///< waits for an operator's start
+  kRunning,      ///< on the wire, held included
+  kInterrupted,  ///< cut off; the controller can prove what it executed: resume goes on
+  kUncertain,    ///< cut off; nothing can be proved: resume --from BLOCK, after a look at the machine
+  kDone,
+  kStopped,  ///< by an operator; as kUncertain
+  kFailed,   ///< planning failed
+};
+const char* state_name(JobState state);
+std::optional<JobState> state_of(const std::string& name);
+
+struct SpooledJob {
+  std::uint64_t id = 0;
+  std::string name;      ///< for people: [A-Za-z0-9 ._-], at most 40
+  bool program = false;  ///< came as a program, not as a job to plan
+  JobState state = JobState::kReceived;
+  std::string note;  ///< why it is in this state
+  std::uint64_t total = 0, executed = 0;
+  std::string hash;          ///< of the program, hexadecimal; pinned when it became ready
+  std::uint32_t user = 0;    ///< who submitted it
+  std::int64_t created = 0;  ///< seconds since 1970
+};
+
+/// Largest files that a submission may bring, bytes.
+inline constexpr std::uint64_t kMaxPartBytes = 512ull << 20, kMaxProgramBytes = 2048ull << 20,
+                               kMaxJobBytes = 1u << 20;
+/// Jobs that a spool holds, done ones included.
+inline constexpr std::size_t kMaxJobs = 1000;
+
+/// [A-Za-z0-9 ._-], at most 40 of them; "job" when nothing is left.
+std::string plain_name(const std::string& text);
+
+class Spool {
+ public:
+  /// Makes the folder and its table where they are not there. Errors: kIo.
+  static Result<Spool> open(const std::string& folder);
+  Spool(Spool&&) noexcept;
+  Spool& operator=(Spool&&) = delete;
+  ~Spool();
+
+  /// Takes copies of what the descriptors hold: of a job its text and its STL, of a program only that.
+  /// Errors: kInput (not a regular file, too large), kLimit (too many jobs), kIo.
+  Result<std::uint64_t> add(const SpooledJob& job, const std::vector<int>& files);
+  /// In the order of submission. Errors: kIo.
+  Result<std::vector<SpooledJob>> list() const;
+  /// Errors: kUsage when there is none; kIo.
+  Result<SpooledJob> find(std::uint64_t id) const;
+  /// State, note, counts and hash. Errors: kIo.
+  Result<void> update(const SpooledJob& job);
+  /// With its files. Errors: kIo.
+  Result<void> remove(std::uint64_t id);
+
+  /// FOLDER/jobs/ID, and files in it: job.yaml part.stl program.nc report.json block.map journal ...
+  std::string folder_of(std::uint64_t id) const;
+  std::string file(std::uint64_t id, const char* name) const { return folder_of(id) + "/" + name; }
+
+ private:
+  struct Table;
+  Spool(std::string folder, std::unique_ptr<Table> table);
+  Result<void> copy_in(std::uint64_t id, const char* name, int from, std::uint64_t limit);
+
+  std::string folder_;
+  std::unique_ptr<Table> table_;
+};
+
+}  // namespace tiltfeed
