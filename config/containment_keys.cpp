@@ -48,7 +48,9 @@ Containment read_containment(const Section& root, AxisMode mode) {
   containment.first = read_interval(section, keys.first, mode);
   containment.second = read_interval(section, keys.second, mode);
   containment.height = read_interval(section, keys.height, mode);
-  if (mode == AxisMode::kFree) section.unused("boundary", "in the mode free, whose containment is a box");
+  if (mode == AxisMode::kFree || mode == AxisMode::kIndexed)
+    section.unused("boundary",
+                   "in the mode " + std::string(word(kModeWords, mode)) + ", whose containment is a box");
   const auto corners =
       section.points("boundary", range_of(first, mode), range_of(second, mode), 3, kMaxCorners);
   if (corners.empty()) return containment;

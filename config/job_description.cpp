@@ -40,10 +40,17 @@ void describe_free_axis(Description& out, const FreeAxis& free) {
   out.add("axis.max_turn_deg_per_mm", free.max_turn);
 }
 
+void describe_indexed_axis(Description& out, const IndexedAxis& indexed) {
+  out.add("axis.most_directions", static_cast<double>(indexed.most_directions));
+  out.add("axis.coverage_percent", tidy(100.0 * indexed.coverage));
+  out.add("axis.steepest_deg", indexed.steepest);
+}
+
 void describe_axis(Description& out, const PlanOptions& plan) {
   const AxisFrame& axis = plan.axis;
   out.add("axis.mode", word(kModeWords, axis.mode));
   if (axis.mode == AxisMode::kFree) return describe_free_axis(out, plan.free);
+  if (axis.mode == AxisMode::kIndexed) return describe_indexed_axis(out, plan.indexed);
   if (axis.mode != AxisMode::kFixed) out.add("axis.sense", word(kSenseWords, axis.sense));
   out.add("axis.origin_mm", from_origin(axis.origin));
   out.add("axis.t", axis.t);

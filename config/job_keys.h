@@ -15,7 +15,7 @@ struct CoordinateKeys {
   const char *first, *second, *height;
 };
 constexpr CoordinateKeys coordinate_keys(AxisMode mode) {
-  if (mode == AxisMode::kFixed || mode == AxisMode::kFree) return {"x_mm", "y_mm", "z_mm"};
+  if (mode == AxisMode::kFixed || mode == AxisMode::kFree || mode == AxisMode::kIndexed) return {"x_mm", "y_mm", "z_mm"};
   if (mode == AxisMode::kLine) return {"x_mm", "theta_deg", "rho_mm"};
   return {"theta_deg", "phi_deg", "rho_mm"};
 }
@@ -32,6 +32,8 @@ void read_axis(const Section& root, PlanOptions& plan);
 /// The keys of the section axis in the mode free, and what else of the job does not go with it. Requires:
 /// plan.cutter.
 void read_free_axis(const Section& root, const Section& axis, FreeAxis& free, const Cutter& cutter);
+/// The same in the mode indexed.
+void read_indexed_axis(const Section& root, const Section& axis, IndexedAxis& indexed, const Cutter& cutter);
 Pattern read_pattern(const Section& root, const PlanOptions& plan);
 Containment read_containment(const Section& root, AxisMode mode);
 /// Tolerance, what is left on the part, points, guards, links. Requires: plan.cutter.

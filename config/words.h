@@ -19,7 +19,8 @@ inline constexpr Words<AxisMode> kModeWords = {{"fixed", AxisMode::kFixed},
                                                {"point", AxisMode::kPoint},
                                                {"line", AxisMode::kLine},
                                                {"circle", AxisMode::kCircle},
-                                               {"free", AxisMode::kFree}};
+                                               {"free", AxisMode::kFree},
+                                               {"indexed", AxisMode::kIndexed}};
 inline constexpr Words<Sense> kSenseWords = {{"outward", Sense::kOutward}, {"inward", Sense::kInward}};
 inline constexpr Words<PatternKind> kKindWords = {
     {"raster", PatternKind::kRaster},   {"z_level", PatternKind::kZLevel}, {"split", PatternKind::kSplit},

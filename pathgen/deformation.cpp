@@ -12,6 +12,7 @@ namespace {
 
 double sign_of(const AxisFrame& frame) {
   assert(frame.mode != AxisMode::kFree);
+  assert(frame.mode != AxisMode::kIndexed);
   return frame.mode == AxisMode::kFixed ? 1.0 : static_cast<int>(frame.sense);
 }
 
@@ -43,6 +44,7 @@ Point<Flat> Deformation::flatten(Point<Part> p) const {
     case AxisMode::kPoint:
     case AxisMode::kCircle:
     case AxisMode::kFree:
+    case AxisMode::kIndexed:
       break;
   }
   // (D1), (D3): the point mode is the circle mode with R_i = 0.
@@ -68,6 +70,7 @@ AxisLine Deformation::axis_line(double x, double y, Angles& angles) const {
     case AxisMode::kPoint:
     case AxisMode::kCircle:
     case AxisMode::kFree:
+    case AxisMode::kIndexed:
       break;
   }
   turn_x(), turn_y();

@@ -16,6 +16,7 @@ enum class AxisMode {
   kLine,    ///< through and perpendicular to the line O + x t
   kCircle,  ///< through and perpendicular to the circle (O, radius, plane of t and n)
   kFree,    ///< not predefined: chosen clear of the part at every point (pathgen/free_plan.h); no deformation
+  kIndexed  ///< one of a few fixed directions, each for what it reaches (pathgen/indexed.h); no deformation
 };
 
 /// Where the shank points: away from the point/line/circle (outside work) or towards it (inside work).

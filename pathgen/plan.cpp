@@ -10,9 +10,12 @@
 #include "pathgen/far_side.h"
 #include "pathgen/free_plan.h"
 #include "pathgen/guards.h"
+#include "pathgen/indexed.h"
 #include "pathgen/linking.h"
+#include "pathgen/pass_trim.h"
 #include "pathgen/passes.h"
 #include "pathgen/pattern.h"
+#include "pathgen/plan_where.h"
 #include "pathgen/refusals.h"
 
 namespace tiltfeed {
@@ -139,9 +142,12 @@ void measure(const std::vector<Move>& moves, PlanReport& report) {
 /// The story, stage by stage; each leaves its result for the next. Errors as plan().
 class Planner {
  public:
-  Planner(const CheckedMesh& part, const PlanOptions& options, const Progress& progress, Plan& result)
+  /// `wanted` may be null: everywhere.
+  Planner(const CheckedMesh& part, const PlanOptions& options, const WantedPart* wanted,
+          const Progress& progress, Plan& result)
       : part_(part),
         options_(options),
+        wanted_(wanted),
         envelope_(envelope_options(options)),
         path_(result.path),
         report_(result.report),
@@ -189,13 +195,52 @@ class Planner {
       return fail(Code::kUnreachable,
                   "the tool reaches no facet of the part: check axis.sense, axis.origin_mm, axis.n and "
                   "containment");
-    return report_refusals(field->surface, *passes, report_);
+    if (wanted_ == nullptr) return report_refusals(field->surface, *passes, report_);
+    PlanReport elsewhere = report_;
+    if (auto done = report_refusals(field->surface, *passes, elsewhere); !done) return done;
+    return keep_wanted(*field);
   }
+
+  /// Cuts the passes, which have been to what is wanted, and thins them once more.
+  Result<void> keep_wanted(const ClField& field) {
+    bool any = false;
+    for (std::vector<Pass>& row : passes_) {
+      for (Pass& pass : row) pass = spaced(pass, field.deformation, wanted_->spacing);
+      row = broken(keep_where(row, field.deformation, wanted_->place, wanted_->overlap));
+      for (Pass& pass : row) pass = thinned(pass, thinning(), envelope_);
+      any |= !row.empty();
+    }
+    if (!any) return fail(Code::kUnreachable, "nothing that is wanted of this direction is in its reach");
+    return {};
+  }
+
+  /// The passes without the moves that may not be cut.
+  std::vector<Pass> broken(const std::vector<Pass>& passes) const {
+    if (!wanted_->straight) return passes;
+    std::vector<Pass> pieces;
+    for (const Pass& pass : passes) {
+      Pass piece;
+      for (const EnvelopePoint& p : pass) {
+        if (!piece.empty() && !wanted_->straight(piece.back(), p)) {
+          if (piece.size() > 1) pieces.push_back(piece);
+          piece.clear();
+        }
+        piece.push_back(p);
+      }
+      if (piece.size() > 1) pieces.push_back(std::move(piece));
+    }
+    return pieces;
+  }
+
+  /// Two thinnings share what one may leave.
+  double thinning() const { return options_.tolerance * kThinningShare * (wanted_ != nullptr ? 0.5 : 1.0); }
 
   Result<Passes> trace(const char* stage, const ClField& field) {
     if (!stages_.begin(stage)) return cancelled();
+    EnvelopeOptions envelope = envelope_;
+    if (wanted_ != nullptr) envelope.max_distance = std::min(envelope.max_distance, wanted_->spacing);
     return trace_pattern(
-        field, options_, envelope_, options_.tolerance * kThinningShare,
+        field, options_, envelope, thinning(),
         [this](const char*, double share) { return stages_.report(share); }, report_.warnings);
   }
 
@@ -266,6 +311,7 @@ class Planner {
 
   const CheckedMesh& part_;
   const PlanOptions& options_;
+  const WantedPart* wanted_;
   EnvelopeOptions envelope_;
   std::vector<std::vector<Pass>> passes_;                  ///< by line
   bool as_given_ = false;                                  ///< they keep their order and direction
@@ -275,20 +321,32 @@ class Planner {
   Stages stages_;
 };
 
-}  // namespace
-
-Result<Plan> plan(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
+Result<Plan> run_planner(const CheckedMesh& part, const PlanOptions& options, const WantedPart* wanted,
+                         const Progress& progress) {
   if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
   Plan result;
   result.path.name = options.name;
   result.path.tool = {options.cutter.diameter, options.cutter.nose_radius(), options.cutter.length};
   result.path.cut_feed = options.cut_feed;
   result.path.plunge_feed = options.plunge_feed;
-  const auto done = options.axis.mode == AxisMode::kFree ? plan_free(part, options, progress, result)
-                                                         : Planner(part, options, progress, result).run();
+  const auto done = options.axis.mode == AxisMode::kFree
+                        ? plan_free(part, options, progress, result)
+                        : Planner(part, options, wanted, progress, result).run();
   if (!done) return tl::unexpected(done.error());
   if (options.axis.mode == AxisMode::kFree) measure(result.path.moves, result.report);
   return result;
+}
+
+}  // namespace
+
+Result<Plan> plan_where(const CheckedMesh& part, const PlanOptions& options, const WantedPart& wanted,
+                        const Progress& progress) {
+  return run_planner(part, options, &wanted, progress);
+}
+
+Result<Plan> plan(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
+  if (options.axis.mode == AxisMode::kIndexed) return plan_indexed(part, options, progress);
+  return run_planner(part, options, nullptr, progress);
 }
 
 }  // namespace tiltfeed

@@ -2,6 +2,7 @@
 // What a job asks of the path: tool, axis, pattern, containment, accuracy, links.
 
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <vector>
@@ -92,11 +93,21 @@ struct FreeAxis {
   Angle max_turn;          ///< of the tool axis on a pass, per mm of the CL point's way
 };
 
+/// How the fixed directions of indexed machining are chosen.
+struct IndexedAxis {
+  std::uint32_t most_directions = 6;  ///< at most kMostDirections (pathgen/index_order.h)
+  /// Share of the area within reach of any direction that is enough: no direction is added for the rest.
+  double coverage = 0.995;
+  /// A direction counts for a place only if it leans no further than this from the surface's normal.
+  Angle steepest = Angle::from_degrees(75.0);
+};
+
 struct PlanOptions {
   std::string name;  ///< of the part
   Cutter cutter;
   AxisFrame axis;
   FreeAxis free;  ///< with AxisMode::kFree
+  IndexedAxis indexed;  ///< with AxisMode::kIndexed
   Pattern pattern;
   Containment containment;
   double tolerance = 0.01;          ///< largest gouge, and largest gap where contact is meant, part space, mm

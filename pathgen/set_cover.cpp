@@ -1,154 +1,190 @@
 #include "pathgen/set_cover.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cassert>
+#include <cmath>
 #include <cstddef>
+#include <initializer_list>
+#include <optional>
+#include <utility>
 
 namespace tiltfeed {
 
 namespace {
 
-/// Sums of the same weights in another order differ by this share of the whole at most.
-constexpr double kRounding = 1e-12;
+/// With more sets than this, exchanging three for two takes too long.
+constexpr std::size_t kMostForThree = 8;
+
+/// Elements, a bit each.
+using Bits = std::vector<std::uint64_t>;
+
+std::uint32_t count(const Bits& bits) {
+  int sum = 0;
+  for (const std::uint64_t word : bits) sum += std::popcount(word);
+  return static_cast<std::uint32_t>(sum);
+}
+/// What a holds and b does not.
+std::uint32_t count_without(const Bits& a, const Bits& b) {
+  int sum = 0;
+  for (std::size_t w = 0; w < a.size(); ++w) sum += std::popcount(a[w] & ~b[w]);
+  return static_cast<std::uint32_t>(sum);
+}
+void add(Bits& a, const Bits& b) {
+  for (std::size_t w = 0; w < a.size(); ++w) a[w] |= b[w];
+}
+
+using Chosen = std::vector<std::uint32_t>;
 
 class Chooser {
  public:
-  Chooser(const std::vector<std::vector<std::uint8_t>>& sets, const std::vector<double>& weights, double share,
-          std::uint32_t most)
-      : sets_(sets), weights_(weights), most_(most), held_(weights.size(), 0) {
-    for (std::size_t e = 0; e < weights.size(); ++e) {
-      all_ += weights[e];
-      const bool any = std::any_of(sets.begin(), sets.end(), [e](const auto& s) { return s[e] != 0; });
-      wanted_ += any ? weights[e] : 0.0;
+  Chooser(const std::vector<std::vector<std::uint8_t>>& sets, double share, std::uint32_t most)
+      : most_(most) {
+    const std::size_t elements = sets.empty() ? 0 : sets[0].size();
+    words_ = (elements + 63) / 64;
+    Bits all(words_, 0);
+    for (const auto& set : sets) {
+      assert(set.size() == elements);
+      Bits bits(words_, 0);
+      for (std::size_t e = 0; e < elements; ++e)
+        if (set[e] != 0) bits[e / 64] |= std::uint64_t{1} << e % 64;
+      add(all, bits);
+      sets_.push_back(std::move(bits));
     }
-    wanted_ = share * wanted_ - kRounding * all_;
+    constexpr double kRounding = 1e-9;
+    wanted_ = static_cast<std::uint32_t>(std::ceil(share * count(all) - kRounding));
   }
 
   SetCover run() {
     grow();
-    while (drop() || merge() || exchange()) grow();
-    drop_rest();
-    return {in_order(), weight_};
+    while (drop() || two_to_one() || three_to_two() || exchange()) grow();
+    return in_order();
   }
 
  private:
-  bool enough() const { return weight_ >= wanted_; }
-  /// What set s adds to those chosen.
-  double gain(std::uint32_t s) const {
-    double sum = 0.0;
-    for (std::size_t e = 0; e < weights_.size(); ++e)
-      if (sets_[s][e] != 0 && held_[e] == 0) sum += weights_[e];
-    return sum;
+  Bits held_by(const Chosen& some) const {
+    Bits held(words_, 0);
+    for (const std::uint32_t s : some) add(held, sets_[s]);
+    return held;
   }
-  /// What only set s holds of those chosen.
-  double own(std::uint32_t s) const {
-    double sum = 0.0;
-    for (std::size_t e = 0; e < weights_.size(); ++e)
-      if (sets_[s][e] != 0 && held_[e] == 1) sum += weights_[e];
-    return sum;
+  bool enough(const Chosen& some) const { return count(held_by(some)) >= wanted_; }
+  Chosen without(std::initializer_list<std::size_t> places) const {
+    Chosen rest;
+    for (std::size_t i = 0; i < chosen_.size(); ++i)
+      if (std::find(places.begin(), places.end(), i) == places.end()) rest.push_back(chosen_[i]);
+    return rest;
   }
-  void put(std::uint32_t s) {
-    weight_ += gain(s);
-    for (std::size_t e = 0; e < weights_.size(); ++e) held_[e] += sets_[s][e];
-    chosen_.push_back(s);
-  }
-  void take(std::size_t place) {
-    const std::uint32_t s = chosen_[place];
-    weight_ -= own(s);
-    for (std::size_t e = 0; e < weights_.size(); ++e) held_[e] -= sets_[s][e];
-    chosen_.erase(chosen_.begin() + static_cast<std::ptrdiff_t>(place));
-  }
-  /// The set that adds the most; the number of sets if none adds anything.
-  std::uint32_t best() const {
-    double most = kRounding * all_;
-    auto found = static_cast<std::uint32_t>(sets_.size());
+  /// The set that adds the most, if any adds something.
+  std::optional<std::uint32_t> best(const Bits& held) const {
+    std::uint32_t most = 0;
+    std::optional<std::uint32_t> found;
     for (std::uint32_t s = 0; s < sets_.size(); ++s)
-      if (const double g = gain(s); g > most * (1.0 + kRounding)) most = g, found = s;
+      if (const std::uint32_t gain = count_without(sets_[s], held); gain > most) most = gain, found = s;
     return found;
   }
+  /// Two sets that with `held` are enough.
+  std::optional<std::array<std::uint32_t, 2>> best_two(const Bits& held) const {
+    const std::uint32_t lacking = wanted_ - std::min(wanted_, count(held));
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> gains;  // descending; then by index
+    for (std::uint32_t s = 0; s < sets_.size(); ++s)
+      if (const std::uint32_t gain = count_without(sets_[s], held); gain > 0) gains.emplace_back(~gain, s);
+    std::sort(gains.begin(), gains.end());
+    for (std::size_t i = 0; i < gains.size() && 2 * ~gains[i].first >= lacking; ++i) {
+      Bits with = held;
+      add(with, sets_[gains[i].second]);
+      for (std::size_t j = i + 1; j < gains.size() && ~gains[i].first + ~gains[j].first >= lacking; ++j)
+        if (~gains[i].first + count_without(sets_[gains[j].second], with) >= lacking)
+          return std::array{gains[i].second, gains[j].second};
+    }
+    return std::nullopt;
+  }
+
   void grow() {
-    while (!enough() && chosen_.size() < most_) {
-      const std::uint32_t s = best();
-      if (s == sets_.size()) return;
-      put(s);
+    while (!enough(chosen_) && chosen_.size() < most_) {
+      const auto s = best(held_by(chosen_));
+      if (!s) return;
+      chosen_.push_back(*s);
     }
   }
-  /// Leaves out the set whose loss is the least, if that leaves enough.
   bool drop() {
-    if (chosen_.empty()) return false;
-    std::size_t least = 0;
-    for (std::size_t i = 1; i < chosen_.size(); ++i)
-      if (own(chosen_[i]) < own(chosen_[least])) least = i;
-    if (weight_ - own(chosen_[least]) < wanted_) return false;
-    take(least);
-    return true;
+    for (std::size_t i = chosen_.size(); i-- > 0;)
+      if (enough(without({i}))) {
+        chosen_ = without({i});
+        return true;
+      }
+    return false;
   }
-  void drop_rest() {
-    while (drop()) continue;
-  }
-  /// One set for two, if that leaves enough.
-  bool merge() {
+  bool two_to_one() {
     for (std::size_t i = 0; i < chosen_.size(); ++i)
       for (std::size_t j = i + 1; j < chosen_.size(); ++j) {
-        const std::uint32_t first = chosen_[i], second = chosen_[j];
-        take(j), take(i);
-        const std::uint32_t s = best();
-        if (s != sets_.size() && weight_ + gain(s) >= wanted_) {
-          put(s);
+        Chosen rest = without({i, j});
+        const auto s = best(held_by(rest));
+        if (!s) continue;
+        rest.push_back(*s);
+        if (!enough(rest)) continue;
+        chosen_ = rest;
+        return true;
+      }
+    return false;
+  }
+  bool three_to_two() {
+    if (chosen_.size() > kMostForThree || !enough(chosen_)) return false;
+    for (std::size_t i = 0; i < chosen_.size(); ++i)
+      for (std::size_t j = i + 1; j < chosen_.size(); ++j)
+        for (std::size_t k = j + 1; k < chosen_.size(); ++k) {
+          Chosen rest = without({i, j, k});
+          const auto two = best_two(held_by(rest));
+          if (!two) continue;
+          rest.insert(rest.end(), two->begin(), two->end());
+          chosen_ = rest;
           return true;
         }
-        put(first), put(second);
-        std::rotate(chosen_.begin() + static_cast<std::ptrdiff_t>(i), chosen_.end() - 2, chosen_.end() - 1);
-        std::rotate(chosen_.begin() + static_cast<std::ptrdiff_t>(j), chosen_.end() - 1, chosen_.end());
-      }
     return false;
   }
   /// One set for another with which all hold more, where they do not hold enough.
   bool exchange() {
-    if (enough()) return false;
+    const std::uint32_t before = count(held_by(chosen_));
+    if (before >= wanted_) return false;
     for (std::size_t i = 0; i < chosen_.size(); ++i) {
-      const std::uint32_t old = chosen_[i];
-      const double before = weight_;
-      take(i);
-      const std::uint32_t s = best();
-      if (s != sets_.size() && weight_ + gain(s) > before + kRounding * all_) {
-        put(s);
-        return true;
-      }
-      put(old);
-      std::rotate(chosen_.begin() + static_cast<std::ptrdiff_t>(i), chosen_.end() - 1, chosen_.end());
+      Chosen other = without({i});
+      const auto s = best(held_by(other));
+      if (!s) continue;
+      other.push_back(*s);
+      if (count(held_by(other)) <= before) continue;
+      chosen_ = other;
+      return true;
     }
     return false;
   }
   /// By what each adds to those before it.
-  std::vector<std::uint32_t> in_order() {
-    std::vector<std::uint32_t> left = chosen_, order;
+  SetCover in_order() const {
+    Chosen left = chosen_;
     std::sort(left.begin(), left.end());
-    std::fill(held_.begin(), held_.end(), 0u);
+    SetCover cover;
+    Bits held(words_, 0);
     while (!left.empty()) {
-      const auto next =
-          std::max_element(left.begin(), left.end(), [&](auto a, auto b) { return gain(a) < gain(b); });
-      for (std::size_t e = 0; e < weights_.size(); ++e) held_[e] += sets_[*next][e];
-      order.push_back(*next);
+      const auto next = std::max_element(left.begin(), left.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return count_without(sets_[a], held) < count_without(sets_[b], held);
+      });
+      add(held, sets_[*next]);
+      cover.chosen.push_back(*next);
       left.erase(next);
     }
-    return order;
+    cover.held = count(held);
+    return cover;
   }
 
-  const std::vector<std::vector<std::uint8_t>>& sets_;
-  const std::vector<double>& weights_;
-  std::uint32_t most_;
-  double all_ = 0.0, wanted_ = 0.0, weight_ = 0.0;
-  std::vector<std::uint32_t> held_;  ///< by how many chosen sets, of each element
-  std::vector<std::uint32_t> chosen_;
+  std::uint32_t most_, wanted_ = 0;
+  std::size_t words_ = 0;
+  std::vector<Bits> sets_;
+  Chosen chosen_;
 };
 
 }  // namespace
 
-SetCover cover_by_few(const std::vector<std::vector<std::uint8_t>>& sets, const std::vector<double>& weights,
-                      double share, std::uint32_t most) {
-  for (const auto& set : sets) assert(set.size() == weights.size());
-  return Chooser(sets, weights, share, most).run();
+SetCover cover_by_few(const std::vector<std::vector<std::uint8_t>>& sets, double share, std::uint32_t most) {
+  return Chooser(sets, share, most).run();
 }
 
 }  // namespace tiltfeed

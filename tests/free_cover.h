@@ -51,13 +51,15 @@ struct FreeCoverage {
 
 class FreeCover {
  public:
-  /// All must outlive the object. `across`: the planes' normal, unit; `step`: between two passes, mm.
-  FreeCover(const Mesh& mesh, const sim::PartDistance& part, const Reach& reach, Vec3 across, PassStep kind,
-            double step, double tolerance)
+  /// All must outlive the object. `across`: the normals of the stacks of planes, unit: each place is cut by
+  /// the stack whose normal is the furthest from the surface's; empty: passes run anyhow. `step`: between two
+  /// passes, mm.
+  FreeCover(const Mesh& mesh, const sim::PartDistance& part, const Reach& reach, std::vector<Vec3> across,
+            PassStep kind, double step, double tolerance)
       : mesh_(mesh),
         part_(part),
         reach_(reach),
-        across_(across),
+        across_(std::move(across)),
         kind_(kind),
         step_(step),
         tolerance_(tolerance) {}
@@ -114,6 +116,23 @@ class FreeCover {
 
   double left(Point<Part> p, const Place& ball) const { return distance(p, ball.centre) - reach_.radius(); }
 
+  /// The directions across the passes that may lie at a place: those of the stack that cuts it, and of others
+  /// that may cut the surface beside it; or every 45 degrees.
+  std::vector<Vec3> crossings(Vec3 normal) const {
+    constexpr double kNearlyAsSteep = 0.1;
+    std::vector<Vec3> found;
+    if (across_.empty()) {
+      const Vec3 u = normalized(cross(std::abs(normal.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, normal));
+      for (int k = 0; k < 4; ++k) found.push_back(rotation_about(normal, kPi / 4 * k) * u);
+      return found;
+    }
+    double least = 1.0;
+    for (const Vec3 n : across_) least = std::min(least, std::abs(dot(n, normal)));
+    for (const Vec3 n : across_)
+      if (std::abs(dot(n, normal)) <= least + kNearlyAsSteep) found.push_back(n);
+    return found;
+  }
+
   /// The most that passes one step apart must leave at p, wherever they lie; infinite where none can lie
   /// beside p. `only_reachable`: passes lie only where the tool can stand.
   double must_leave(Point<Part> p, const Place& seat, bool only_reachable) const {
@@ -125,9 +144,11 @@ class FreeCover {
           leaves[i + 1] = left(p, places[i]);
       return leaves;
     };
-    const std::vector<double> up = cost(roll(seat, across_)), down = cost(roll(seat, -across_));
     double most = 0.0;
-    for (int k = 0; k <= kPhases; ++k) most = std::max(most, std::min(up[k], down[kPhases - k]));
+    for (const Vec3 across : crossings(seat.normal)) {
+      const std::vector<double> up = cost(roll(seat, across)), down = cost(roll(seat, -across));
+      for (int k = 0; k <= kPhases; ++k) most = std::max(most, std::min(up[k], down[kPhases - k]));
+    }
     return most;
   }
 
@@ -150,7 +171,7 @@ class FreeCover {
   const Mesh& mesh_;
   const sim::PartDistance& part_;
   const Reach& reach_;
-  Vec3 across_;
+  std::vector<Vec3> across_;
   PassStep kind_;
   double step_, tolerance_;
 };

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <numeric>
@@ -16,10 +17,10 @@ namespace {
 
 using Sets = std::vector<std::vector<std::uint8_t>>;
 
-double weight_of(const Sets& sets, const std::vector<double>& weights, const std::vector<std::uint32_t>& some) {
-  double sum = 0.0;
-  for (std::size_t e = 0; e < weights.size(); ++e)
-    if (std::any_of(some.begin(), some.end(), [&](std::uint32_t s) { return sets[s][e] != 0; })) sum += weights[e];
+std::uint32_t held_by(const Sets& sets, const std::vector<std::uint32_t>& some) {
+  std::uint32_t sum = 0;
+  for (std::size_t e = 0; e < sets[0].size(); ++e)
+    sum += std::any_of(some.begin(), some.end(), [&](std::uint32_t s) { return sets[s][e] != 0; }) ? 1 : 0;
   return sum;
 }
 
@@ -43,7 +44,6 @@ struct Random {
 
 struct Case {
   Sets sets;
-  std::vector<double> weights;
   double share = 1.0;
 };
 
@@ -51,7 +51,6 @@ Case random_case(Random& random) {
   Case c;
   const std::uint32_t count = 4 + random.below(8), elements = 6 + random.below(30);
   const double fill = 0.1 + 0.4 * random.unit();
-  for (std::uint32_t e = 0; e < elements; ++e) c.weights.push_back(0.1 + random.unit());
   for (std::uint32_t s = 0; s < count; ++s) {
     c.sets.emplace_back();
     for (std::uint32_t e = 0; e < elements; ++e) c.sets.back().push_back(random.unit() < fill ? 1 : 0);
@@ -61,11 +60,11 @@ Case random_case(Random& random) {
 }
 
 /// The fewest sets that hold `wanted`.
-std::uint32_t fewest(const Case& c, double wanted) {
+std::uint32_t fewest(const Case& c, std::uint32_t wanted) {
   auto least = static_cast<std::uint32_t>(c.sets.size());
   for (std::uint32_t bits = 0; bits < 1u << c.sets.size(); ++bits)
     if (const auto size = static_cast<std::uint32_t>(std::popcount(bits));
-        size < least && weight_of(c.sets, c.weights, members(bits)) >= wanted)
+        size < least && held_by(c.sets, members(bits)) >= wanted)
       least = size;
   return least;
 }
@@ -78,20 +77,20 @@ TEST(SetCover, IsWithinOneOfTheFewestAndMostlyThat) {
     const Case c = random_case(random);
     std::vector<std::uint32_t> all(c.sets.size());
     std::iota(all.begin(), all.end(), 0u);
-    const double wanted = c.share * weight_of(c.sets, c.weights, all) - 1e-9;
-    const SetCover found = cover_by_few(c.sets, c.weights, c.share, 99);
-    ASSERT_NEAR(found.weight, weight_of(c.sets, c.weights, found.chosen), 1e-9) << i;
-    ASSERT_GE(found.weight, wanted) << i;
+    const auto wanted = static_cast<std::uint32_t>(std::ceil(c.share * held_by(c.sets, all) - 1e-9));
+    const SetCover found = cover_by_few(c.sets, c.share, 99);
+    ASSERT_EQ(found.held, held_by(c.sets, found.chosen)) << i;
+    ASSERT_GE(found.held, wanted) << i;
     const std::uint32_t least = fewest(c, wanted);
     ASSERT_LE(found.chosen.size(), least + 1) << i;
     optimal += found.chosen.size() == least ? 1 : 0;
     for (const std::uint32_t s : found.chosen) {
       std::vector<std::uint32_t> rest = found.chosen;
       std::erase(rest, s);
-      ASSERT_LT(weight_of(c.sets, c.weights, rest), wanted) << "set " << s << " is not needed in case " << i;
+      ASSERT_LT(held_by(c.sets, rest), wanted) << "set " << s << " is not needed in case " << i;
     }
   }
-  EXPECT_GE(optimal, kCases * 9 / 10);
+  EXPECT_GE(optimal, kCases * 95 / 100);
 }
 
 TEST(SetCover, HoldsNearlyAsMuchAsAnyWhereTooFewAreAllowed) {
@@ -99,28 +98,50 @@ TEST(SetCover, HoldsNearlyAsMuchAsAnyWhereTooFewAreAllowed) {
   for (int i = 0; i < 200; ++i) {
     const Case c = random_case(random);
     const std::uint32_t most = 1 + random.below(3);
-    const SetCover found = cover_by_few(c.sets, c.weights, 1.0, most);
+    const SetCover found = cover_by_few(c.sets, 1.0, most);
     ASSERT_LE(found.chosen.size(), most);
-    double best = 0.0;
+    std::uint32_t best = 0;
     for (std::uint32_t bits = 0; bits < 1u << c.sets.size(); ++bits)
       if (std::popcount(bits) <= static_cast<int>(most))
-        best = std::max(best, weight_of(c.sets, c.weights, members(bits)));
-    ASSERT_GE(found.weight, 0.9 * best) << i;
-    ASSERT_LE(found.weight, best + 1e-9) << i;
+        best = std::max(best, held_by(c.sets, members(bits)));
+    ASSERT_GE(found.held, 0.85 * best) << i;
+    ASSERT_LE(found.held, best) << i;
   }
 }
 
 /// Greedy takes the large set in the middle first and ends with three; two suffice.
 TEST(SetCover, ExchangesWhatGreedyTakesFirst) {
   const Sets sets{{1, 1, 1, 1, 0, 0, 0, 0}, {0, 0, 0, 0, 1, 1, 1, 1}, {0, 1, 1, 1, 1, 1, 1, 0}};
-  const SetCover found = cover_by_few(sets, std::vector<double>(8, 1.0), 1.0, 9);
+  const SetCover found = cover_by_few(sets, 1.0, 9);
   EXPECT_EQ(found.chosen, (std::vector<std::uint32_t>{0, 1}));
-  EXPECT_EQ(found.weight, 8.0);
+  EXPECT_EQ(found.held, 8u);
+}
+
+/// Pairs of a cube's sides that are not opposite: two opposite pairs taken first leave two sides that no pair
+/// holds; three pairs suffice.
+TEST(SetCover, ThreeDirectionsHoldTheSixSidesOfACube) {
+  Sets sets;
+  for (const auto& [a, b] : {std::array{0, 2},
+                             {1, 3},
+                             {0, 3},
+                             {0, 4},
+                             {0, 5},
+                             {1, 2},
+                             {1, 4},
+                             {1, 5},
+                             {2, 4},
+                             {2, 5},
+                             {3, 4},
+                             {3, 5}}) {
+    sets.emplace_back(6, 0);
+    sets.back()[a] = sets.back()[b] = 1;
+  }
+  EXPECT_EQ(cover_by_few(sets, 1.0, 9).chosen.size(), 3u);
 }
 
 TEST(SetCover, NothingToCoverNeedsNothing) {
-  EXPECT_TRUE(cover_by_few({}, {}, 1.0, 5).chosen.empty());
-  EXPECT_TRUE(cover_by_few({{0, 0}, {0, 0}}, {1.0, 1.0}, 1.0, 5).chosen.empty());
+  EXPECT_TRUE(cover_by_few({}, 1.0, 5).chosen.empty());
+  EXPECT_TRUE(cover_by_few({{0, 0}, {0, 0}}, 1.0, 5).chosen.empty());
 }
 
 TEST(IndexOrder, IsTheBestOfAllOrders) {

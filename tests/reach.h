@@ -30,6 +30,8 @@ struct ReachOptions {
   std::array<double, 3> clearance{};  ///< that cutter, shank and holder must keep, mm
   Vec3 up{0, 0, 1};
   Angle tilt_max = Angle::from_degrees(180.0);
+  /// Of a direction against the surface's normal; past 90 degrees: where the ball touches an edge.
+  Angle steepest = Angle::from_degrees(91.2);
   int directions = 800;  ///< on the whole sphere, besides the coordinate axes and each place's own normal
 };
 
@@ -97,7 +99,7 @@ class Reach {
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t i = 0; i < directions_.size(); ++i) {
       const double facing = dot(directions_[i], normal);
-      if (facing > -kGrazing) order.emplace_back(-facing, i);
+      if (facing > std::cos(options_.steepest.radians())) order.emplace_back(-facing, i);
     }
     std::sort(order.begin(), order.end());
     for (const auto& [facing, i] : order)
@@ -116,9 +118,6 @@ class Reach {
 
   /// Coordinates of a seat are off by their rounding, mm.
   static constexpr double kRounding = 1e-6;
-  /// The shank may lean past the surface that the ball touches only at an edge or by rounding.
-  static constexpr double kGrazing = 0.02;
-
   const sim::PartDistance& part_;
   ReachOptions options_;
   sim::ToolSolid tool_, room_;

@@ -51,7 +51,7 @@ struct Rings {
   FreeCoverage covered(Angle tilt_max = degrees(180.0)) const {
     const ReachOptions o{.cutter = cutter, .tilt_max = tilt_max, .directions = 200};
     const Reach reach(distances, part.bounds, o);
-    return FreeCover(part.mesh, distances, reach, {0, 0, 1}, PassStep::kSurface, step(), kTolerance)
+    return FreeCover(part.mesh, distances, reach, {{0, 0, 1}}, PassStep::kSurface, step(), kTolerance)
         .cover(path, 1500);
   }
   /// The first cut of a ring.

@@ -1,0 +1,25 @@
+#include "config/job_keys.h"
+#include "config/words.h"
+#include "pathgen/index_order.h"
+
+namespace tiltfeed {
+namespace {
+
+constexpr Range kCoverage{50.0, 100.0};          // percent
+constexpr Range kSteepest = between(0.0, 90.0);  // degrees
+
+}  // namespace
+
+void read_indexed_axis(const Section& root, const Section& axis, IndexedAxis& indexed, const Cutter& cutter) {
+  if (cutter.type != CutterType::kBall && cutter.type != CutterType::kTaperBall)
+    root.complain("cutter", "the type " + std::string(word(kCutterWords, cutter.type)) +
+                                " touches the part at other places for other tool axes, which the mode "
+                                "indexed cannot weigh; use ball or taper_ball");
+  indexed.most_directions = static_cast<std::uint32_t>(
+      axis.integer("most_directions", 1, kMostDirections, static_cast<int>(indexed.most_directions)));
+  indexed.coverage = axis.number("coverage_percent", kCoverage, 100.0 * indexed.coverage) / 100.0;
+  indexed.steepest =
+      Angle::from_degrees(axis.number("steepest_deg", kSteepest, tidy(indexed.steepest.degrees())));
+}
+
+}  // namespace tiltfeed

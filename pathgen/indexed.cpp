@@ -1,0 +1,314 @@
+#include "pathgen/indexed.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include "pathgen/direction_grid.h"
+#include "pathgen/index_order.h"
+#include "pathgen/indexed_cells.h"
+#include "pathgen/indexed_regions.h"
+#include "pathgen/plan_where.h"
+#include "pathgen/set_cover.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// Places on the surface by which directions are chosen.
+constexpr std::uint32_t kSamples = 2000;
+/// Candidates are 16 degrees apart, or 8 where those do not reach what others do.
+constexpr int kCoarseLevel = 2, kFineLevel = 3;
+/// Planes of the part count as candidates of their own: at most this many, of at least this share of the
+/// area.
+constexpr std::size_t kMostPlanes = 24;
+constexpr double kLeastPlane = 0.005;
+/// Normals that agree to this are one plane's.
+constexpr double kPlaneRounding = 1e-3;
+/// Cells per diagonal of the part's box.
+constexpr double kCellsAcross = 100.0;
+/// Share of the tolerance within which the envelope counts as touched: its own share, and some room.
+constexpr double kContactShare = 0.75;
+/// Largest turn of the axis in one move between two directions.
+const Angle kTurnStep = Angle::from_degrees(10.0);
+/// Share of the tolerance by which the cutting part may seem to cut in where it touches.
+constexpr double kSlackShare = 0.25;
+
+std::string text_of(Vec3 d) {
+  const auto tidy = [](double v) { return number_text(std::abs(v) < 5e-5 ? 0.0 : v); };
+  return "(" + tidy(d.x) + ", " + tidy(d.y) + ", " + tidy(d.z) + ")";
+}
+
+std::string percent_text(double share) { return number_text(std::round(share * 1e4) / 100.0) + " %"; }
+
+/// The normals of the part's largest planes, the largest first.
+std::vector<Vec3> plane_normals(const Mesh& mesh) {
+  std::map<std::array<long long, 3>, Vec3> planes;  // the sum of area times normal
+  double whole = 0.0;
+  for (const auto& [i, j, k] : mesh.facets) {
+    const Point<Part> a = mesh.vertices[i];
+    const Vec3 twice = cross(mesh.vertices[j] - a, mesh.vertices[k] - a), n = normalized(twice);
+    const auto round = [](double v) { return std::llround(v / kPlaneRounding); };
+    Vec3& sum = planes[{round(n.x), round(n.y), round(n.z)}];
+    sum = sum + twice, whole += length(twice);
+  }
+  std::vector<Vec3> found;
+  for (const auto& [key, sum] : planes)
+    if (length(sum) >= kLeastPlane * whole) found.push_back(sum);
+  std::stable_sort(found.begin(), found.end(), [](Vec3 a, Vec3 b) { return length(a) > length(b); });
+  if (found.size() > kMostPlanes) found.resize(kMostPlanes);
+  for (Vec3& n : found) n = normalized(n);
+  return found;
+}
+
+/// The directions a machinist would set first come first; then `count` of the grid from `first` on. Only
+/// those within the tilt limit.
+std::vector<Vec3> coarse_candidates(const CheckedMesh& part, const PlanOptions& options) {
+  std::vector<Vec3> all{options.up};
+  for (const Vec3 d :
+       {Vec3{0, 0, 1}, Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, -1}})
+    all.push_back(d);
+  for (const Vec3 n : plane_normals(part.mesh)) all.push_back(n);
+  const DirectionGrid grid(kCoarseLevel);
+  all.insert(all.end(), grid.directions().begin(), grid.directions().end());
+  std::vector<Vec3> kept;
+  for (const Vec3 d : all)
+    if (angle_between(d, options.up) <= options.tilt_max.radians() &&
+        std::none_of(kept.begin(), kept.end(), [d](Vec3 k) { return angle_between(d, k) < kPlaneRounding; }))
+      kept.push_back(d);
+  return kept;
+}
+
+/// Directions and what of the samples each reaches.
+struct Candidates {
+  std::vector<Vec3> directions;
+  std::vector<std::vector<std::uint8_t>> sets;
+  bool reach(std::size_t sample) const {
+    return std::any_of(sets.begin(), sets.end(), [sample](const auto& s) { return s[sample] != 0; });
+  }
+};
+
+Candidates find_candidates(const CheckedMesh& part, const PlanOptions& options, const CellReach& reach,
+                           const std::vector<SurfaceCell>& samples) {
+  Candidates found{coarse_candidates(part, options), {}};
+  found.sets = reach_sets(reach, samples, found.directions);
+  std::vector<SurfaceCell> missed;
+  for (std::size_t c = 0; c < samples.size(); ++c)
+    if (!found.reach(c)) missed.push_back(samples[c]);
+  const DirectionGrid grid(kFineLevel);
+  const std::vector<Vec3> fine(grid.directions().begin() + DirectionGrid::count(kCoarseLevel),
+                               grid.directions().end());
+  const auto some = reach_sets(reach, missed, fine);
+  std::vector<Vec3> useful;
+  for (std::size_t d = 0; d < fine.size(); ++d)
+    if (std::any_of(some[d].begin(), some[d].end(), [](std::uint8_t r) { return r != 0; }))
+      useful.push_back(fine[d]);
+  for (auto& set : reach_sets(reach, samples, useful)) found.sets.push_back(std::move(set));
+  found.directions.insert(found.directions.end(), useful.begin(), useful.end());
+  return found;
+}
+
+AxisFrame frame_of(Vec3 direction, Vec3 up) {
+  AxisFrame frame;
+  Vec3 level = cross(up, direction);
+  if (length(level) < 1e-6) level = cross(std::abs(up.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}, up);
+  frame.n = direction;
+  frame.t = normalized(level - direction * dot(level, direction));
+  return frame;
+}
+
+/// The story of one plan.
+class Indexed {
+ public:
+  Indexed(const CheckedMesh& part, const PlanOptions& options, const Progress& progress)
+      : part_(part), options_(options), progress_(progress) {
+    middle_ = lerp(part.bounds.min, part.bounds.max, 0.5);
+    for (const Point<Part> v : part.mesh.vertices) radius_ = std::max(radius_, distance(v, middle_));
+    plan_.report.facets = part.mesh.facets.size();
+    plan_.report.warnings = part.warnings;
+  }
+
+  Result<Plan> run() {
+    const auto start = std::chrono::steady_clock::now();
+    if (progress_ && !progress_("reach", 0.0)) return cancelled();
+    const FacetTree tree(part_.mesh);
+    const SweptTool tool(tree, options_, kSlackShare * options_.tolerance);
+    const CellReach reach(tool, options_);
+    const double size = std::max(2.0 * radius_ / kCellsAcross, options_.tolerance);
+    const std::vector<SurfaceCell> cells = make_cells(part_.mesh, size);
+    if (auto done = choose(reach, sample_cells(cells, kSamples)); !done) return tl::unexpected(done.error());
+    if (progress_ && !progress_("regions", 0.0)) return cancelled();
+    const IndexedRegions regions(cells, size, chosen_, reach_sets(reach, cells, chosen_),
+                                 2.0 * std::max(options_.pattern.side_step, options_.pattern.step_down));
+    plan_.report.times.push_back(
+        {"directions", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()});
+    for (std::size_t d = 0; d < chosen_.size(); ++d)
+      if (auto done = cut(d, regions, reach); !done) return tl::unexpected(done.error());
+    if (plan_.path.moves.empty())
+      return fail(Code::kUnreachable, "no direction leaves anything to cut: check containment and guards");
+    return std::move(plan_);
+  }
+
+ private:
+  static tl::unexpected<Error> cancelled() {
+    return fail(Code::kCancelled, "planning was cancelled; nothing was written");
+  }
+
+  /// The directions, in the order of machining.
+  Result<void> choose(const CellReach& reach, const std::vector<SurfaceCell>& samples) {
+    const Candidates all = find_candidates(part_, options_, reach, samples);
+    const SetCover cover =
+        cover_by_few(all.sets, options_.indexed.coverage, options_.indexed.most_directions);
+    tell_unreached(reach, samples, all, cover);
+    if (cover.chosen.empty())
+      return fail(Code::kUnreachable,
+                  "the tool reaches the part from no direction within setup.tilt_max_deg and "
+                  "axis.steepest_deg; use a smaller or longer cutter");
+    std::vector<Vec3> chosen;
+    for (const std::uint32_t c : cover.chosen) chosen.push_back(all.directions[c]);
+    for (const std::uint32_t i : order_by_travel(chosen, options_.up)) chosen_.push_back(chosen[i]);
+    return {};
+  }
+
+  /// (I1) What of the surface is not reached, and why.
+  void tell_unreached(const CellReach& reach, const std::vector<SurfaceCell>& samples, const Candidates& all,
+                      const SetCover& cover) {
+    const DirectionGrid grid(kFineLevel);
+    const std::vector<Vec3>& everywhere = grid.directions();
+    std::array<double, 6> lost{};  // too wide, cutter, shank, holder, tilt, not chosen
+    std::array<std::uint32_t, 6> first{};
+    double whole = 0.0;
+    for (std::size_t c = 0; c < samples.size(); ++c) {
+      whole += samples[c].area;
+      const auto in = [&](std::uint32_t s) { return all.sets[s][c] != 0; };
+      if (std::any_of(cover.chosen.begin(), cover.chosen.end(), in)) continue;
+      std::size_t why = 0;
+      if (all.reach(c)) {
+        why = 5;
+      } else if (reach.seats(samples[c])) {
+        for (why = 1; why < 4; ++why) {
+          std::uint32_t hint = kNoFacet;
+          if (std::none_of(everywhere.begin(), everywhere.end(),
+                           [&](Vec3 d) { return reach.clears(samples[c], d, hint, static_cast<int>(why)); }))
+            break;
+        }
+      }
+      if (lost[why] == 0.0) first[why] = samples[c].source;
+      lost[why] += samples[c].area;
+    }
+    constexpr const char* kWhy[] = {
+        "the cutter's end does not fit there; use a smaller one",
+        "the cutter hits the part from every direction; use a thinner one, or a larger axis.steepest_deg",
+        "the shank hits the part from every direction; use a longer cutter.cutting_length_mm or a thinner "
+        "shank",
+        "the holder hits the part from every direction; use a longer cutter.shank_length_mm",
+        "the tool axis would tilt further than setup.tilt_max_deg; turn the part on the table",
+        "the directions chosen do not reach it, others do; raise axis.most_directions or "
+        "axis.coverage_percent, or use the mode free"};
+    for (std::size_t why = 0; why < lost.size(); ++why)
+      if (lost[why] > 0.0)
+        plan_.report.warnings.push_back(percent_text(lost[why] / whole) +
+                                        " of the surface is left, the first at facet " +
+                                        std::to_string(first[why]) + ": " + kWhy[why]);
+  }
+
+  Result<void> cut(std::size_t d, const IndexedRegions& regions, const CellReach& reach) {
+    if (regions.area(d) <= 0.0) return {};
+    PlanOptions options = options_;
+    options.axis = frame_of(chosen_[d], options_.up);
+    options.containment = {};
+    const double gap = kContactShare * options_.tolerance + options_.radial_stock + options_.axial_stock;
+    // Where the side of the tool runs down past an overhang its end touches nothing, and that is not wanted.
+    const auto wanted = [&](const EnvelopePoint& p) {
+      const Containment& in = options_.containment;
+      if (!in.first.contains(p.centre.x) || !in.second.contains(p.centre.y) ||
+          !in.height.contains(p.centre.z))
+        return false;
+      const auto contact = reach.contact(p.centre, gap);
+      return contact && regions.wants(d, contact->place, contact->facet);
+    };
+    const auto straight = [&](const EnvelopePoint& a, const EnvelopePoint& b) {
+      return reach.contact(a.centre, gap) && reach.contact(lerp(a.centre, b.centre, 0.5), gap) &&
+             reach.contact(b.centre, gap);
+    };
+    const Progress progress = [&](const char* stage, double fraction) {
+      return !progress_ || progress_(stage, fraction);
+    };
+    auto part = plan_where(part_, options, {wanted, straight, regions.spacing(), options_.pattern.side_step},
+                           progress);
+    const std::string name = "direction " + std::to_string(d + 1) + " of " + std::to_string(chosen_.size()) +
+                             ", " + text_of(chosen_[d]) + ": ";
+    if (!part && part.error().code == Code::kUnreachable) {
+      plan_.report.warnings.push_back(name + part.error().message);
+      return {};
+    }
+    if (!part) return tl::unexpected(part.error());
+    add(std::move(*part), chosen_[d], name);
+    return {};
+  }
+
+  /// The axis is put back to the last digit: cutting passes rounds it.
+  void add(Plan&& part, Vec3 axis, const std::string& name) {
+    PlanReport& all = plan_.report;
+    const PlanReport& one = part.report;
+    all.passes += one.passes, all.slice_points += one.slice_points, all.points += one.points;
+    all.retracts += one.retracts, all.joins += one.joins;
+    all.cut_length += one.cut_length, all.rapid_length += one.rapid_length;
+    for (std::size_t w = part_.warnings.size(); w < one.warnings.size(); ++w)
+      all.warnings.push_back(name + one.warnings[w]);
+    for (Move& move : part.path.moves) move.pose.axis = axis;
+    for (const StageTime& time : one.times) {
+      const auto known = std::find_if(all.times.begin(), all.times.end(),
+                                      [&](const StageTime& t) { return t.stage == time.stage; });
+      if (known == all.times.end())
+        all.times.push_back(time);
+      else
+        known->seconds += time.seconds;
+    }
+    if (plan_.path.moves.empty()) {
+      plan_.path = std::move(part.path);
+      return;
+    }
+    turn_to(part.path.moves.front().pose);
+    plan_.path.moves.insert(plan_.path.moves.end(), part.path.moves.begin(), part.path.moves.end());
+  }
+
+  /// (I4) From the end of one direction's path, above all of the part as that direction sees it, to a place
+  /// beyond the sphere; round the sphere; and to the start of the next path.
+  void turn_to(const Pose& next) {
+    const double beyond = radius_ + options_.links.clearance;
+    // Half way through a turn by `step` the tip is nearer to the middle by its arrow; half the clearance.
+    const double step = 2.0 * std::acos(1.0 - 0.5 * options_.links.clearance / beyond);
+    const Vec3 from = plan_.path.moves.back().pose.axis;
+    for (const Vec3 axis :
+         turns_between(from, next.axis, options_.up, std::min(kTurnStep, Angle::from_radians(step)))) {
+      const Pose pose{middle_ + axis * beyond, axis};
+      plan_.report.rapid_length += distance(plan_.path.moves.back().pose.tip, pose.tip);
+      plan_.path.moves.push_back({pose, MoveKind::kRapid});
+    }
+    plan_.report.rapid_length += distance(plan_.path.moves.back().pose.tip, next.tip);
+  }
+
+  const CheckedMesh& part_;
+  const PlanOptions& options_;
+  const Progress& progress_;
+  Point<Part> middle_;
+  double radius_ = 0.0;       ///< of the sphere about the middle that holds the part, mm
+  std::vector<Vec3> chosen_;  ///< in the order of machining
+  Plan plan_;
+};
+
+}  // namespace
+
+Result<Plan> plan_indexed(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
+  const CutterType type = options.cutter.type;
+  if (type != CutterType::kBall && type != CutterType::kTaperBall)
+    return fail(Code::kInput, "the axis mode indexed needs a cutter of type ball or taper_ball");
+  if (options.indexed.most_directions < 1 || options.indexed.most_directions > kMostDirections)
+    return fail(Code::kInput, "axis.most_directions must be from 1 to " + std::to_string(kMostDirections));
+  return Indexed(part, options, progress).run();
+}
+
+}  // namespace tiltfeed
