@@ -1,3 +1,4 @@
+#include "config/description.h"
 #include "config/job_keys.h"
 #include "config/words.h"
 #include "pathgen/index_order.h"

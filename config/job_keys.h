@@ -15,7 +15,8 @@ struct CoordinateKeys {
   const char *first, *second, *height;
 };
 constexpr CoordinateKeys coordinate_keys(AxisMode mode) {
-  if (mode == AxisMode::kFixed || mode == AxisMode::kFree || mode == AxisMode::kIndexed) return {"x_mm", "y_mm", "z_mm"};
+  if (mode == AxisMode::kFixed || mode == AxisMode::kFree || mode == AxisMode::kIndexed)
+    return {"x_mm", "y_mm", "z_mm"};
   if (mode == AxisMode::kLine) return {"x_mm", "theta_deg", "rho_mm"};
   return {"theta_deg", "phi_deg", "rho_mm"};
 }

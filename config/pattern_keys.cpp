@@ -98,6 +98,11 @@ Pattern read_pattern(const Section& root, const PlanOptions& plan) {
       section.unused(
           key, "in the axis mode free, where passes are where the planes of axis.plane_normals cut the part");
   }
+  const bool has_region = pattern.kind == PatternKind::kContour || pattern.kind == PatternKind::kSpiral ||
+                          pattern.kind == PatternKind::kRough;
+  if (plan.axis.mode == AxisMode::kIndexed && has_region)
+    section.complain("kind", std::string(word(kKindWords, pattern.kind)) +
+                                 " is not made in the axis mode indexed; expected raster, z_level or split");
   const auto uses = [&](const char* key) { return uses_key(pattern.kind, key); };
   pattern.along = section.choice<Along>("along", kAlongWords, pattern.along);
   pattern.angle = Angle::from_degrees(section.number("angle_deg", kTurn, pattern.angle.degrees()));

@@ -15,12 +15,9 @@ inline constexpr Words<CutterType> kCutterWords = {{"ball", CutterType::kBall},
                                                    {"bull_nose", CutterType::kBullNose},
                                                    {"flat", CutterType::kFlat},
                                                    {"taper_ball", CutterType::kTaperBall}};
-inline constexpr Words<AxisMode> kModeWords = {{"fixed", AxisMode::kFixed},
-                                               {"point", AxisMode::kPoint},
-                                               {"line", AxisMode::kLine},
-                                               {"circle", AxisMode::kCircle},
-                                               {"free", AxisMode::kFree},
-                                               {"indexed", AxisMode::kIndexed}};
+inline constexpr Words<AxisMode> kModeWords = {{"fixed", AxisMode::kFixed}, {"point", AxisMode::kPoint},
+                                               {"line", AxisMode::kLine},   {"circle", AxisMode::kCircle},
+                                               {"free", AxisMode::kFree},   {"indexed", AxisMode::kIndexed}};
 inline constexpr Words<Sense> kSenseWords = {{"outward", Sense::kOutward}, {"inward", Sense::kInward}};
 inline constexpr Words<PatternKind> kKindWords = {
     {"raster", PatternKind::kRaster},   {"z_level", PatternKind::kZLevel}, {"split", PatternKind::kSplit},

@@ -6,14 +6,14 @@
 
 namespace tiltfeed {
 
-std::vector<std::uint32_t> cheapest_sequence(const std::vector<std::vector<Candidate>>& stations,
+std::vector<std::uint32_t> cheapest_sequence(const std::vector<std::vector<AxisCandidate>>& stations,
                                              const std::vector<double>& ways, const TurnPrices& prices) {
   std::vector<std::vector<std::uint32_t>> from(stations.size());
   std::vector<double> before, now;
-  for (const Candidate& c : stations.empty() ? std::vector<Candidate>{} : stations.front())
+  for (const AxisCandidate& c : stations.empty() ? std::vector<AxisCandidate>{} : stations.front())
     before.push_back(c.cost);
   for (std::size_t i = 1; i < stations.size(); ++i) {
-    const std::vector<Candidate>&last = stations[i - 1], &here = stations[i];
+    const std::vector<AxisCandidate>&last = stations[i - 1], &here = stations[i];
     const double widest = std::min(prices.max_turn * ways[i - 1], 3.2),
                  least_cosine = std::cos(std::min(widest, 3.14159265358979));
     const double per_square = prices.turn / ways[i - 1];

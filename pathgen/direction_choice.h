@@ -9,7 +9,7 @@
 namespace tiltfeed {
 
 /// One candidate direction of a station, and what choosing it costs.
-struct Candidate {
+struct AxisCandidate {
   Vec3 axis;  ///< unit
   double cost = 0.0;
 };
@@ -23,7 +23,7 @@ struct TurnPrices {
 /// (O3) For each station the index of its candidate in the sequence of least cost: the candidates' own costs
 /// and those of the turns. Equals are settled by the lower index. Requires: no list is empty; `ways` (mm,
 /// above 0) are those from each station to the next.
-std::vector<std::uint32_t> cheapest_sequence(const std::vector<std::vector<Candidate>>& stations,
+std::vector<std::uint32_t> cheapest_sequence(const std::vector<std::vector<AxisCandidate>>& stations,
                                              const std::vector<double>& ways, const TurnPrices& prices);
 
 }  // namespace tiltfeed

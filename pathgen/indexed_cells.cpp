@@ -64,8 +64,8 @@ std::optional<Contact> CellReach::contact(Point<Part> centre, double gap) const 
   double radius = tool_.ball() + gap;
   const Vec3 half{radius, radius, radius};
   std::optional<Contact> found;
-  tool_.tree().each_in({centre - half, centre + half}, [&](std::uint32_t facet, const Corners& c) {
-    const Point<Part> near = nearest_point(centre, c);
+  tool_.tree().each_in({centre - half, centre + half}, [&](std::uint32_t facet, const PlacedFacet& f) {
+    const Point<Part> near = nearest_point(centre, f.corners);
     if (distance(centre, near) < radius) radius = distance(centre, near), found = {near, facet};
   });
   return found;

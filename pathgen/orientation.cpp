@@ -33,7 +33,7 @@ struct Station {
   ClPoint point;
   Vec3 wished;
   bool asked = false, wish_admitted = false, all = false;  ///< all: the candidates are the admissible set
-  std::vector<Candidate> candidates;
+  std::vector<AxisCandidate> candidates;
   Vec3 axis;
 };
 
@@ -103,7 +103,7 @@ class Orienter {
       Station& s = stations_[i];
       const double weight = weight_of(i);
       if (!s.all) s.candidates = {{s.wished, 0.0}};
-      for (Candidate& c : s.candidates) {
+      for (AxisCandidate& c : s.candidates) {
         const double angle = angle_between(c.axis, s.wished);
         c.cost = angle * angle * weight;
       }
@@ -137,13 +137,13 @@ class Orienter {
     for (const std::uint32_t i : admissible_.directions(s.point, query_))
       s.candidates.push_back({admissible_.grid().directions()[i], 0.0});
     if (s.candidates.size() > kMostCandidates) {
-      const auto nearer = [&](const Candidate& a, const Candidate& b) {
+      const auto nearer = [&](const AxisCandidate& a, const AxisCandidate& b) {
         return dot(a.axis, s.wished) > dot(b.axis, s.wished);
       };
       std::stable_sort(s.candidates.begin(), s.candidates.end(), nearer);
       s.candidates.resize(kMostCandidates);
     }
-    if (s.wish_admitted) s.candidates.insert(s.candidates.begin(), Candidate{s.wished, 0.0});
+    if (s.wish_admitted) s.candidates.insert(s.candidates.begin(), AxisCandidate{s.wished, 0.0});
   }
 
   /// (O3) The stations with their directions, in stretches without a break.
@@ -159,7 +159,7 @@ class Orienter {
   }
 
   void choose(std::size_t first, std::size_t last) {
-    std::vector<std::vector<Candidate>> candidates;
+    std::vector<std::vector<AxisCandidate>> candidates;
     std::vector<double> ways;
     for (std::size_t i = first; i < last; ++i) {
       candidates.push_back(stations_[i].candidates);
