@@ -19,7 +19,7 @@ constexpr double kReachOfStock = 3.0, kLeastReach = 0.5;
 /// What the lines of one stripe of one bundle say of a batch.
 struct StripeCut {
   std::vector<std::int64_t> removed;  ///< by move of the batch, units of length
-  std::vector<Hit3> hits;
+  std::vector<MoveHit> hits;
 };
 
 class Remover {
@@ -46,7 +46,7 @@ class Remover {
   const RemovalOptions& options_;
   Stand stand_;
   Timeline timeline_;
-  std::vector<Hit3> hits_;
+  std::vector<MoveHit> hits_;
   std::array<double, 4> worst_{};
 };
 
@@ -102,17 +102,17 @@ Result<Removal> Remover::run(const Progress& progress) {
     }
   }
   if (progress) progress("cut", 1.0);
-  for (const Hit3& hit : hits_) {
-    double& worst = worst_[static_cast<int>(hit.kind)];
-    worst = std::max(worst, hit.depth);
-  }
-  result.worst = worst_;
   result.left_volume = stock_.volume();
   result.cell = stock_.cell;
   result.bytes = stock_.bytes() + probes_.bytes() + path_.moves.size() * sizeof(ExecutedMove);
   timeline_.finish(result);
   measure_excess(probes_, options_, path_, result, hits_);
-  result.troubles = gather(path_, probes_, std::move(hits_));
+  for (const MoveHit& hit : hits_) {
+    double& worst = worst_[static_cast<int>(hit.kind)];
+    worst = std::max(worst, hit.depth);
+  }
+  result.worst = worst_;
+  result.troubles = gather(path_, std::move(hits_));
   return result;
 }
 

@@ -101,11 +101,27 @@ void Timeline::finish(Removal& result) {
   result.travel_low = travel_low_, result.travel_high = travel_high_;
 }
 
+namespace {
+
+/// Leaves out probes at moves whose exact depth is known: along the normal a flank seems deeper than it is.
+void add_unknown(const std::vector<MoveHit>& probed, std::vector<MoveHit>& hits) {
+  std::vector<std::uint32_t> known;
+  for (const MoveHit& hit : hits)
+    if (hit.kind == TroubleKind::kGouge || hit.kind == TroubleKind::kRapidPart) known.push_back(hit.move);
+  std::sort(known.begin(), known.end());
+  for (const MoveHit& hit : probed) {
+    const auto next = std::lower_bound(known.begin(), known.end(), hit.move - std::min(hit.move, kRunGap));
+    if (next == known.end() || *next > hit.move + kRunGap) hits.push_back(hit);
+  }
+}
+
+}  // namespace
+
 void measure_excess(const Probes& probes, const RemovalOptions& options, const ExecutedPath& path,
-                    Removal& result, std::vector<Hit3>& hits) {
-  struct Part1 {
+                    Removal& result, std::vector<MoveHit>& hits) {
+  struct Share {
     std::vector<double> area;
-    std::vector<Hit3> hits;
+    std::vector<MoveHit> hits;
     std::uint64_t touched = 0;
     double all = 0.0, near = 0.0, deepest = 0.0;
   };
@@ -115,9 +131,9 @@ void measure_excess(const Probes& probes, const RemovalOptions& options, const E
   const auto steps = static_cast<std::size_t>(2.0 * probes.reach() / kExcessStep) + 1;
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
   result.patch_low.assign(count, kNone), result.patch_high = result.patch_mean = result.patch_low;
-  std::vector<Part1> parts(kExcessTasks);
+  std::vector<Share> parts(kExcessTasks);
   in_parallel(kExcessTasks, options.threads, [&](std::size_t task) {
-    Part1& out = parts[task];
+    Share& out = parts[task];
     out.area.assign(steps, 0.0);
     for (std::size_t p = count * task / kExcessTasks; p < count * (task + 1) / kExcessTasks; ++p) {
       const auto patch = static_cast<std::uint32_t>(p);
@@ -126,7 +142,8 @@ void measure_excess(const Probes& probes, const RemovalOptions& options, const E
       out.all += area;
       double sum = 0.0, least = kInfinity, most = -kInfinity;
       std::uint64_t touched = 0;
-      Hit3 deepest{TroubleKind::kGouge, ToolPart::kCutter, 0, options.tolerance, patches.mesh.source[p], {}};
+      MoveHit deepest{TroubleKind::kGouge, ToolPart::kCutter,      0,
+                      options.tolerance,   patches.mesh.source[p], {}};
       for (std::uint64_t i = patches.first[p]; i < patches.first[p + 1]; ++i) {
         const Probes::Value v = probes.value(i);
         if (v.move == Probes::kNever) continue;
@@ -146,12 +163,14 @@ void measure_excess(const Probes& probes, const RemovalOptions& options, const E
     }
   });
   std::vector<double> area(steps, 0.0);
-  for (const Part1& part : parts) {
+  std::vector<MoveHit> probed;
+  for (const Share& part : parts) {
     for (std::size_t i = 0; i < steps; ++i) area[i] += part.area[i];
     result.touched += part.touched, result.area += part.all, result.touched_area += part.near;
     result.deepest = std::min(result.deepest, part.deepest);
-    hits.insert(hits.end(), part.hits.begin(), part.hits.end());
+    probed.insert(probed.end(), part.hits.begin(), part.hits.end());
   }
+  add_unknown(probed, hits);
   result.probes = probes.count(), result.reach = probes.reach(), result.probe_spacing = probes.spacing();
   for (std::size_t k = 0; k < kPercentiles.size(); ++k) {
     double below = 0.0;
@@ -162,15 +181,15 @@ void measure_excess(const Probes& probes, const RemovalOptions& options, const E
   }
 }
 
-std::vector<Trouble> gather(const ExecutedPath& path, const Probes&, std::vector<Hit3> hits) {
-  std::stable_sort(hits.begin(), hits.end(), [](const Hit3& a, const Hit3& b) {
+std::vector<Trouble> gather(const ExecutedPath& path, std::vector<MoveHit> hits) {
+  std::stable_sort(hits.begin(), hits.end(), [](const MoveHit& a, const MoveHit& b) {
     if (a.kind != b.kind) return a.kind < b.kind;
     if (a.tool != b.tool) return a.tool < b.tool;
     return a.move < b.move;
   });
   std::vector<Trouble> troubles;
-  const Hit3* before = nullptr;
-  for (const Hit3& hit : hits) {
+  const MoveHit* before = nullptr;
+  for (const MoveHit& hit : hits) {
     const bool same = before != nullptr && before->kind == hit.kind && before->tool == hit.tool &&
                       hit.move - before->move <= kRunGap;
     before = &hit;

@@ -138,17 +138,17 @@ double Stand::nearest(const SweptStep& step, Point<Part> p) const {
          slack;
 }
 
-std::optional<Hit3> Stand::starts_inside() const {
+std::optional<MoveHit> Stand::starts_inside() const {
   const Pose start = pose(path_.start);
   const Point<Part> centre = start.tip + start.axis * sweep_.core_low();
   if (probes_.surface().winding_number(centre) <= kInside) return std::nullopt;
   const std::uint32_t patch = probes_.surface().nearest(centre).facet;
-  return Hit3{TroubleKind::kRapidPart,
-              ToolPart::kCutter,
-              0,
-              solid_.cutting().widest(),
-              probes_.patches().mesh.source[patch],
-              start.tip};
+  return MoveHit{TroubleKind::kRapidPart,
+                 ToolPart::kCutter,
+                 0,
+                 solid_.cutting().widest(),
+                 probes_.patches().mesh.source[patch],
+                 start.tip};
 }
 
 Hit Stand::clearance(const Pose& at, ToolPart part, const std::vector<std::uint32_t>& near,

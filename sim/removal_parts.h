@@ -11,7 +11,7 @@
 namespace tiltfeed::sim {
 
 /// Something wrong at one move.
-struct Hit3 {
+struct MoveHit {
   TroubleKind kind = TroubleKind::kGouge;
   ToolPart tool = ToolPart::kCutter;
   std::uint32_t move = 0;
@@ -34,7 +34,7 @@ struct Swept {
   std::vector<SweptPiece> pieces;  ///< near stock only, in order
   /// Which of them meet stripe s of bundle b: by b * Dexels::kStripes + s.
   std::vector<std::vector<std::uint32_t>> by_stripe;
-  std::vector<Hit3> hits;
+  std::vector<MoveHit> hits;
   std::array<double, 4> worst{};  ///< by TroubleKind, mm
   double feed_length = 0.0, rapid_length = 0.0;
 };
@@ -72,7 +72,7 @@ class Stand {
   /// Not more than the distance from p to what the cutting part sweeps, mm.
   double nearest(const SweptStep& step, Point<Part> p) const;
   /// A finding if the tool stands inside of the part before the first move.
-  std::optional<Hit3> starts_inside() const;
+  std::optional<MoveHit> starts_inside() const;
 
  private:
   Pose pose(const Joints& joints) const;
@@ -123,10 +123,10 @@ class Timeline {
   std::array<double, 5> travel_low_, travel_high_;
 };
 
-/// Percentiles and the map of what is left; probes that are deeper than the tolerance become hits.
+/// Percentiles and the map of what is left; probes deeper than the tolerance become hits where none is yet.
 void measure_excess(const Probes& probes, const RemovalOptions& options, const ExecutedPath& path,
-                    Removal& result, std::vector<Hit3>& hits);
+                    Removal& result, std::vector<MoveHit>& hits);
 /// Runs of hits as troubles.
-std::vector<Trouble> gather(const ExecutedPath& path, const Probes& probes, std::vector<Hit3> hits);
+std::vector<Trouble> gather(const ExecutedPath& path, std::vector<MoveHit> hits);
 
 }  // namespace tiltfeed::sim
