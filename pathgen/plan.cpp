@@ -17,6 +17,7 @@
 #include "pathgen/pattern.h"
 #include "pathgen/plan_where.h"
 #include "pathgen/refusals.h"
+#include "pathgen/thinning.h"
 
 namespace tiltfeed {
 

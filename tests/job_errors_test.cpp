@@ -99,7 +99,7 @@ const std::vector<BadText> kBadTexts = {
     {"part_zero_mm: [1, 2, 3]", "part_zero_mm: [1, b, 3]", "16:27", "found 'b'"},
     {"part_zero_mm: [1, 2, 3]", "part_zero_mm: [1, 2, 1e5]", "16:30", "at most 10000"},
     {"[10, 20, 30]", "[10, 361, 30]", "16:61", "expected a number of degrees at least -360"},
-    {"mode: circle", "mode: torus", "4:9", "expected one of fixed, point, line, circle, free, found 'torus'"},
+    {"mode: circle", "mode: torus", "4:9", "expected one of fixed, point, line, circle, free, indexed, found 'torus'"},
     {"sense: inward", "sense: in", "5:10", "expected one of outward, inward, found 'in'"},
     {"type: ball", "type: bull", "2:16", "expected one of ball, bull_nose, flat, taper_ball, found 'bull'"},
     {"along: y", "along: Y", "10:18", "expected one of x, y, found 'Y'"},

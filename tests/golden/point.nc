@@ -2,7 +2,7 @@
 (TILTFEED machine generic-ac)
 (TILTFEED tool length 100 mm is in the words, use G49)
 (TILTFEED part zero 30 -10 50 mm)
-(TILTFEED blocks 802 time 11 s)
+(TILTFEED blocks 788 time 11 s)
 G21 G90 G17 G40 G49 G54
 S12000 M3
 G0 X1.5278 Y-258.4583 Z-174.7631 A72.5346 C-22.8764
