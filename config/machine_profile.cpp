@@ -88,9 +88,11 @@ Result<MachineProfile> parse_machine(const std::string& text, const std::string&
   Complaint complaint(path);
   const Section root(*tree, "",
                      {"name", "linear", "structure", "tilt", "rotary", "table_centre_mm", "pivot_to_gauge_mm",
-                      "rotary_to_tilt_mm", "spindle_direction", "control", "program", "link"},
+                      "rotary_to_tilt_mm", "spindle_direction", "control", "check", "program", "link"},
                      complaint);
   MachineProfile profile = read_profile(root, dialect);
+  if (complaint.first()) return tl::unexpected(*complaint.first());
+  profile.vectors = read_vectors(root, profile.model);
   if (complaint.first()) return tl::unexpected(*complaint.first());
   profile.path = path;
   return profile;
@@ -111,6 +113,7 @@ std::string describe(const MachineProfile& profile) {
   describe_linear(out, "linear.y", model.y);
   describe_linear(out, "linear.z", model.z);
   describe_rotaries(out, model);
+  describe_vectors(out, profile.vectors);
   out.add("control.look_ahead_blocks", profile.control.look_ahead);
   out.add("control.corner_time_ms", profile.control.corner_time * 1e3);
   out.add("control.blend_rotary", profile.model.blends_rotary);

@@ -3,7 +3,9 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "config/machine_vectors.h"
 #include "config/program_format.h"
 #include "kinematics/machine.h"
 #include "kinematics/result.h"
@@ -19,6 +21,7 @@ struct ControlModel {
 struct MachineProfile {
   std::string path;  ///< the file it came from
   MachineModel model;
+  std::vector<MachineVector> vectors;  ///< measured places, which the model reproduces
   ControlModel control;
   ProgramFormat format;
   std::string link;          ///< default link of `tiltfeed send`, may be empty
@@ -28,9 +31,9 @@ struct MachineProfile {
 
 /// Properties: every limit pair has min < max, speeds and accelerations are above 0, a jerk of 0 is no limit,
 /// directions are unit, the tilt's is parallel neither to the rotary's nor to the spindle's, letters differ
-/// and mean nothing else in G-code. `dialect`: if it is not the profile's, the section program is that
-/// dialect's defaults, but for clamps and line numbers. Errors: kInput as file:line:column, what was
-/// expected, the nearest known key; kIo.
+/// and mean nothing else in G-code, the model reproduces every measured place. `dialect`: if it is not the
+/// profile's, the section program is that dialect's defaults, but for clamps and line numbers. Errors: kInput
+/// as file:line:column, what was expected, the nearest known key; kIo.
 Result<MachineProfile> load_machine(const std::string& path, std::optional<Dialect> dialect = {});
 /// The same from text; `path` names it in messages and becomes MachineProfile::path.
 Result<MachineProfile> parse_machine(const std::string& text, const std::string& path,

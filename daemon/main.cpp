@@ -16,6 +16,7 @@
 #include "config/job_files.h"
 #include "daemon/block.h"
 #include "daemon/block_map.h"
+#include "daemon/machine_command.h"
 #include "daemon/output_file.h"
 #include "daemon/plan_report.h"
 #include "daemon/post_command.h"
@@ -259,6 +260,7 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
 
   const PostCommands posting(app);
+  const MachineCommands machines(app);
   ServiceCommands service(app);
   try {
     app.parse(argc, argv);
@@ -269,6 +271,7 @@ int main(int argc, char** argv) {
   if (check->parsed()) return check_command(check_job);
   if (planning->parsed()) return plan_command(files);
   if (posting.called()) return posting.run();
+  if (machines.called()) return machines.run();
   if (const std::optional<int> status = service.run()) return *status;
   if (tool_length > 0.0)
     if (auto same = check_tool_length(program, tool_length); !same) return report(same.error());

@@ -178,7 +178,7 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
       ++count;
     }
   }
-  EXPECT_EQ(count, 12u + 3 + 5 + 12 + 3 + 22 + 3);
+  EXPECT_EQ(count, 13u + 3 + 5 + 12 + 3 + 22 + 3);
   for (const char* key : {"structure",
                           "letter",
                           "direction",
@@ -216,6 +216,7 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
                           "look_ahead_blocks",
                           "corner_time_ms",
                           "blend_rotary",
+                          "check",
                           "bytes_per_s"})
     EXPECT_TRUE(documented(text, key)) << key;
 }

@@ -140,6 +140,46 @@ TEST(MachineProfile, AnEndlessAxisHasNoLimits) {
   }
 }
 
+TEST(MachineProfile, AWrongSignIsNamedByThePlaceThatDisagrees) {
+  // Places by (K1), written out for this machine: B about (0, 0.6, 0.8), C about z, both as in kGood.
+  const Result<MachineProfile> profile = parse_machine(kGood, kPath);
+  ASSERT_TRUE(profile.has_value());
+  for (const auto& [tilt, rotary] : {std::pair{31.5, 0.0}, {1.5, 40.0}, {21.5, -70.0}}) {
+    const auto turned = [](Vec3 v, Vec3 n, double degrees) {
+      return rotation_about(n, degrees * kPi / 180) * v;
+    };
+    const Vec3 lever{1.5, -22, -245.4}, bent = turned(lever, {0, 0.6, 0.8}, -(tilt - 1.5));
+    const Vec3 tip = turned(Vec3{10, 20, 30} + bent - lever, {0, 0, 1}, -rotary);
+    const Vec3 axis = turned(turned({0, 0, 1}, {0, 0.6, 0.8}, -(tilt - 1.5)), {0, 0, 1}, -rotary);
+    std::ostringstream vector;
+    vector.precision(12);
+    vector << "check:\n  - {x_mm: 10, y_mm: 20, z_mm: 30, tilt_deg: " << tilt << ", rotary_deg: " << rotary
+           << ", tool_length_mm: 100,\n     tip_mm: [" << tip.x << ", " << tip.y << ", " << tip.z
+           << "], axis: [" << axis.x << ", " << axis.y << ", " << axis.z << "]}\n";
+    const std::string text = vector.str() + kGood;
+    ASSERT_TRUE(parse_machine(text, kPath).has_value()) << parse_machine(text, kPath).error().message;
+    const auto wrong_tilt = parse_machine(replaced(text, "sign: -1", "sign: 1"), kPath);
+    const auto wrong_rotary = parse_machine(replaced(text, "sign: +1", "sign: -1"), kPath);
+    ASSERT_EQ(wrong_tilt.has_value(), tilt == 1.5);
+    ASSERT_EQ(wrong_rotary.has_value(), rotary == 0.0);
+    const auto expect_said = [](const auto& result, const char* part) {
+      EXPECT_NE(result.error().message.find(part), std::string::npos) << result.error().message;
+    };
+    if (!wrong_tilt) {
+      expect_said(wrong_tilt, "check[1].tip_mm: the profile puts the tool at");
+      expect_said(wrong_tilt, "agree with tilt.sign: -1");
+    }
+    if (!wrong_rotary) {
+      expect_said(wrong_rotary, "agree with rotary.sign: 1");
+    }
+    const auto longer = parse_machine(replaced(text, "tool_length_mm: 100", "tool_length_mm: 130"), kPath);
+    if (tilt != 1.5) {
+      ASSERT_FALSE(longer.has_value());
+      EXPECT_NE(longer.error().message.find("no sign makes it agree"), std::string::npos);
+    }
+  }
+}
+
 TEST(MachineProfile, ProgramAndLinkMayBeLeftOut) {
   const std::string least =
       replaced(kGood.substr(0, kGood.find("program:")), "table_centre_mm: [17, 18, 19]\n", "");
@@ -230,10 +270,13 @@ const std::vector<BadText> kBadTexts = {
     {"dialect: grbl", "dialect: grbl\n  tcp: true", "21:8", "grbl has no words for TCP"},
     {"dialect: grbl", "dialect: grbl\n  line_end: crlf", "21:13", "two ok"},
     {"dialect: grbl", "dialect: grbl\n  path_control: exact", "21:17", "words of rs274"},
-    {"dialect: grbl", "dialect: rs274\n  path_control: blend", "20:3", "missing key 'program.blend_tolerance_mm'"},
-    {"dialect: grbl", "dialect: rs274\n  blend_tolerance_mm: 1", "21:23", "not used unless path_control is blend"},
+    {"dialect: grbl", "dialect: rs274\n  path_control: blend", "20:3",
+     "missing key 'program.blend_tolerance_mm'"},
+    {"dialect: grbl", "dialect: rs274\n  blend_tolerance_mm: 1", "21:23",
+     "not used unless path_control is blend"},
     {"dialect: grbl", "dialect: fanuc\n  tcp: true\n  feed_mode: per_minute", "22:14", "not used under TCP"},
-    {"dialect: grbl", "dialect: fanuc\n  feed_radius_mm: 5", "21:19", "not used unless feed_measure is radius"},
+    {"dialect: grbl", "dialect: fanuc\n  feed_radius_mm: 5", "21:19",
+     "not used unless feed_measure is radius"},
     {"dialect: grbl", "dialect: fanuc\n  clamp_tilt: M10", "21:15", "belong together"},
     {"dialect: grbl", "dialect: fanuc\n  retract: \"G0 (up)\"", "21:12", "expected words of a program"},
     {"dialect: grbl", "dialect: fanuc\n  max_blocks: -1", "21:15", "whole number"},
@@ -259,6 +302,10 @@ const std::vector<BadText> kBadTexts = {
      "nearest known key: receive_buffer_bytes"},
     {"jerk_mm_per_s3: 23", "jerk_mm_per_s3: 0", "3:97", "number of mm/s^3 above 0"},
     {"jerk_deg_per_s3: 24", "jerk_deg_per_s2: 24", "16:65", "nearest known key: jerk_deg_per_s3"},
+    {"tilt:", "check: [{x_mm: 1, y_mm: 2, z_mm: 3, tilt_deg: 1.5, rotary_deg: 0, tip_mm: [1, 2, 4]}]\ntilt:",
+     "6:75", "the profile puts the tool at (1, 2, 3)"},
+    {"tilt:", "check: [{x_mm: 1, y_mm: 2, z_mm: 3, tilt_deg: 1.5, rotary_deg: 0, tip: [1, 2, 4]}]\ntilt:",
+     "6:67", "nearest known key: tip_mm"},
     {"look_ahead_blocks: 40", "look_ahead_blocks: 0", "27:30", "number of blocks from 1 to 100000"},
     {"corner_time_ms: 2.5", "corner_time_ms: -1", "27:50", "at least 0"},
     {"corner_time_ms: 2.5", "corner_time_s: 2.5", "27:34", "nearest known key: corner_time_ms (unit: ms)"},
@@ -293,6 +340,7 @@ TEST(MachineProfile, DescribesEveryValue) {
             "table_centre_mm: [17, 18, 19]\n"
             "pivot_to_gauge_mm: [1.5, -22, -145.4]\n"
             "spindle_direction: [0, 0, 1]\n"
+            "check: 0 measured places agree\n"
             "control.look_ahead_blocks: 40\ncontrol.corner_time_ms: 2.5\ncontrol.blend_rotary: false\n"
             "program.dialect: grbl\nprogram.linear_decimals: 3\nprogram.rotary_decimals: 5\n"
             "program.max_line_length: 70\nprogram.line_numbers: true\n"

@@ -1,0 +1,117 @@
+// The printed programs of the four demonstration parts, read back by the simulated control and moved by the
+// simulated machine's own kinematics: between blocks, at many places of every block, tip, ball centre and
+// axis stay on the planned path (K6), (K7).
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+
+#include "config/job.h"
+#include "daemon/block.h"
+#include "kinematics/joint_path.h"
+#include "pathgen/plan.h"
+#include "sim/forward.h"
+#include "sim/parts.h"
+#include "sim/program.h"
+#include "tests/joint_path_check.h"
+
+namespace tiltfeed {
+namespace {
+
+// Places on each block. The post samples eight; these are no multiple of them, so they fall between.
+constexpr int kPlaces = 27;
+// Passes this much further apart than the job's: fewer of the same.
+constexpr double kSparser = 5.0;
+
+struct Worst {
+  double tip = 0, centre = 0, axis = 0, rapid = 0;
+  std::size_t tip_block = 0, axis_block = 0;
+};
+
+/// The executed blocks against the moves that they belong to.
+Worst sampled(const ToolPath& path, const JointPath& joints, const std::vector<sim::Block>& blocks,
+              const MachineModel& machine, const tiltfeed::Setup& setup) {
+  Worst worst;
+  const double radius = path.tool.corner_radius;
+  for (std::size_t i = 1; i < blocks.size(); ++i) {
+    const std::size_t move = joints.moves[i].move;
+    const Pose &from = path.moves[move - 1].pose, &to = path.moves[move].pose;
+    const Joints &p = blocks[i - 1].target, &q = blocks[i].target;
+    for (int k = 1; k <= kPlaces; ++k) {
+      const double f = static_cast<double>(k) / kPlaces, g = 1 - f;
+      const Pose pose = sim::forward_by_frames(
+          machine, setup,
+          {g * p.x + f * q.x, g * p.y + f * q.y, g * p.z + f * q.z, g * p.a + f * q.a, g * p.c + f * q.c});
+      const double tip = joint_check::off_segment(pose.tip, from.tip, to.tip);
+      const double axis = joint_check::off_arc(pose.axis, from.axis, to.axis);
+      const double centre = joint_check::off_segment(
+          pose.tip + pose.axis * radius, from.tip + from.axis * radius, to.tip + to.axis * radius);
+      if (path.moves[move].kind == MoveKind::kRapid) {
+        worst.rapid = std::max(worst.rapid, tip);
+        continue;
+      }
+      if (tip > worst.tip) worst.tip = tip, worst.tip_block = i;
+      if (axis > worst.axis) worst.axis = axis, worst.axis_block = i;
+      // The centre of a turning tool runs on a bow; only moves that hardly turn have a straight one.
+      if (angle_between(from.axis, to.axis) < 1e-4) worst.centre = std::max(worst.centre, centre);
+    }
+  }
+  return worst;
+}
+
+class Posted : public testing::TestWithParam<const char*> {};
+
+TEST_P(Posted, ProgramStaysOnThePathBetweenItsBlocks) {
+  const std::string name = GetParam();
+  auto job = load_job(SOURCE_DIR "/config/jobs/" + name + ".yaml");
+  ASSERT_TRUE(job) << job.error().message;
+  job->plan.pattern.side_step *= kSparser;
+  Stl stl;
+  stl.facets = *sim::part_by_name(name);
+  const auto part = check_mesh(stl, {job->plan.tolerance / 4});
+  ASSERT_TRUE(part) << part.error().message;
+  const auto planned = plan(*part, job->plan, nullptr);
+  ASSERT_TRUE(planned) << planned.error().message;
+
+  JointPathOptions options;
+  options.tolerance = job->plan.tolerance * 0.35;
+  options.axis_tolerance =
+      std::min(options.axis_tolerance,
+               Angle::from_radians(options.tolerance / job->plan.cutter.shank_length).degrees());
+  const auto joints = to_joints(planned->path, job->machine.model, job->setup, options);
+  ASSERT_TRUE(joints) << joints.error().message;
+  std::stringstream text;
+  const auto before = std::chrono::steady_clock::now();
+  ASSERT_TRUE(write_program(*joints, *job, text));
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - before;
+
+  const auto read = sim::read_program(text, name, sim::GcodeReader(job->machine.model));
+  ASSERT_TRUE(read) << read.error().message;
+  std::vector<sim::Block> blocks;
+  for (const sim::Block& block : *read)
+    if (block.op == sim::Op::kRapid || block.op == sim::Op::kFeed) blocks.push_back(block);
+  ASSERT_EQ(blocks.size(), joints->moves.size());
+  const Worst worst = sampled(planned->path, *joints, blocks, job->machine.model, job->setup);
+  std::printf(
+      "%s: %zu blocks, %.0f blocks/s posted; tip %.5f mm (block %zu), centre %.5f mm, axis %.5f degrees "
+      "(block %zu), rapids %.4f mm; allowed %.5f mm, %.5f degrees\n",
+      name.c_str(), blocks.size(), static_cast<double>(blocks.size()) / took.count(), worst.tip,
+      worst.tip_block, worst.centre, worst.axis, worst.axis_block, worst.rapid, options.tolerance,
+      options.axis_tolerance);
+  EXPECT_LE(worst.tip, options.tolerance);
+  EXPECT_LE(worst.centre, options.tolerance);
+  EXPECT_LE(worst.axis, options.axis_tolerance);
+  EXPECT_LE(worst.rapid, options.tolerance * kRapidToleranceFactor);
+  // The bounds are used, not undercut by needless blocks; where passes do not turn the tool, by rapids.
+  EXPECT_GT(std::max(worst.tip, worst.rapid / kRapidToleranceFactor), 0.5 * options.tolerance);
+}
+
+INSTANTIATE_TEST_SUITE_P(Parts, Posted, testing::Values("tyre", "pin", "sphere", "handle"),
+                         [](const auto& one) { return std::string(one.param); });
+
+}  // namespace
+}  // namespace tiltfeed
