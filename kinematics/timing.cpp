@@ -1,6 +1,8 @@
 #include "kinematics/timing.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <array>
@@ -15,6 +17,21 @@ using Axes = std::array<double, kAxes>;
 
 Axes axes(const Joints& q) { return {q.x, q.y, q.z, q.a, q.c}; }
 Joints joints(const Axes& q) { return {q[0], q[1], q[2], q[3], q[4]}; }
+
+/// Of some blocks: per s and per s^2.
+struct Peaks {
+  Axes velocity{}, acceleration{};
+  std::uint64_t slowed = 0;
+  Peaks with(const Peaks& other) const {
+    Peaks both = *this;
+    for (std::size_t i = 0; i < kAxes; ++i) {
+      both.velocity[i] = std::max(velocity[i], other.velocity[i]);
+      both.acceleration[i] = std::max(acceleration[i], other.acceleration[i]);
+    }
+    both.slowed += other.slowed;
+    return both;
+  }
+};
 
 /// One pass over a program. `w` is the square of the speed as a share of the programmed one; all limits of
 /// acceleration are linear in it.
@@ -35,12 +52,11 @@ class Pass {
   double corner(std::size_t block) const;
   /// Largest change of w over a block.
   double gain(std::size_t block) const;
-  void add(std::size_t block, double before, double after);
+  void add(std::size_t block, double before, double after, Peaks& peaks);
 
   const std::vector<JointMove>& moves_;
   Axes acceleration_, tolerance_;
   std::vector<double> w_, gain_;  ///< behind each block; over each block
-  Axes velocity_{}, most_{};
   Timing out_;
 };
 
@@ -78,7 +94,7 @@ double Pass::gain(std::size_t block) const {
 }
 
 /// The block from the speed `before` to `after` as a trapezoid.
-void Pass::add(std::size_t block, double before, double after) {
+void Pass::add(std::size_t block, double before, double after, Peaks& peaks) {
   const double g = gain_[block], programmed = moves_[block].seconds;
   const double top = std::min(1.0, (before + after + g) / 2.0);
   const double v0 = std::sqrt(before), v1 = std::sqrt(after), v = std::sqrt(top);
@@ -86,21 +102,21 @@ void Pass::add(std::size_t block, double before, double after) {
   const double rest = std::max(0.0, 1.0 - up - down);
   const double seconds = programmed * (2.0 * up / (v0 + v) + 2.0 * down / (v1 + v) + rest / v);
   const Axes d = way(block);
-  const bool speeds = up > 0.0 || down > 0.0;
+  const double velocity = v / programmed;
+  const double acceleration = up > 0.0 || down > 0.0 ? g / (2.0 * programmed * programmed) : 0.0;
   for (std::size_t i = 0; i < kAxes; ++i) {
-    velocity_[i] = std::max(velocity_[i], std::abs(d[i]) / programmed * v);
-    if (speeds) most_[i] = std::max(most_[i], std::abs(d[i]) * g / (2.0 * programmed * programmed));
+    peaks.velocity[i] = std::max(peaks.velocity[i], std::abs(d[i]) * velocity);
+    peaks.acceleration[i] = std::max(peaks.acceleration[i], std::abs(d[i]) * acceleration);
   }
-  out_.seconds += seconds;
-  out_.durations[block] = static_cast<float>(seconds);
-  if (seconds > programmed * (1.0 + kSlowed)) ++out_.slowed;
+  out_.durations[block] = seconds;
+  if (seconds > programmed * (1.0 + kSlowed)) ++peaks.slowed;
 }
 
 Timing Pass::time() {
   const std::size_t count = moves_.size();
   w_.assign(count, 0.0);
   gain_.assign(count, 0.0);
-  out_.durations.assign(count, 0.0F);
+  out_.durations.assign(count, 0.0);
   tbb::parallel_for(std::size_t{1}, std::max<std::size_t>(count, 1), [&](std::size_t block) {
     w_[block] = corner(block);
     gain_[block] = gain(block);
@@ -109,10 +125,21 @@ Timing Pass::time() {
     w_[block] = std::min(w_[block], w_[block - 1] + gain_[block]);
   for (std::size_t block = count; block-- > 1;)
     w_[block - 1] = std::min(w_[block - 1], w_[block] + gain_[block]);
-  for (std::size_t block = 1; block < count; ++block) add(block, w_[block - 1], w_[block]);
-  for (double& v : velocity_) v *= 60.0;
-  out_.peak_velocity = joints(velocity_);
-  out_.peak_acceleration = joints(most_);
+  const Peaks peaks = tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(1, std::max<std::size_t>(count, 1)), Peaks{},
+      [&](const tbb::blocked_range<std::size_t>& range, Peaks part) {
+        for (std::size_t block = range.begin(); block < range.end(); ++block)
+          add(block, w_[block - 1], w_[block], part);
+        return part;
+      },
+      [](const Peaks& a, const Peaks& b) { return a.with(b); });
+  // In order: the sum has to be the same for any number of threads.
+  for (const double seconds : out_.durations) out_.seconds += seconds;
+  out_.slowed = peaks.slowed;
+  out_.peak_velocity = joints(peaks.velocity);
+  for (double Joints::*v : {&Joints::x, &Joints::y, &Joints::z, &Joints::a, &Joints::c})
+    out_.peak_velocity.*v *= 60.0;
+  out_.peak_acceleration = joints(peaks.acceleration);
   return std::move(out_);
 }
 
@@ -123,7 +150,7 @@ Timing as_programmed(const std::vector<JointMove>& moves) {
   for (std::size_t block = 0; block < moves.size(); ++block) {
     const double seconds = moves[block].seconds;
     out.seconds += seconds;
-    out.durations.push_back(static_cast<float>(seconds));
+    out.durations.push_back(seconds);
     if (block == 0) continue;
     const Axes from = axes(moves[block - 1].joints), to = axes(moves[block].joints);
     for (std::size_t i = 0; i < kAxes; ++i) {
@@ -145,7 +172,7 @@ Timing time_blocks(const std::vector<JointMove>& moves, const MachineModel& mach
   return Pass(moves, machine, tolerance, axis_tolerance).time();
 }
 
-Starvation starvation(const std::vector<float>& durations, const LinkRate& link) {
+Starvation starvation(const std::vector<double>& durations, const LinkRate& link) {
   const double send = link.bytes_per_block / link.bytes_per_s;
   // What waits in the control when the window begins.
   const double ahead = std::floor(link.buffer_bytes / link.bytes_per_block) * send;

@@ -13,11 +13,11 @@ namespace tiltfeed {
 
 /// What the whole program asks of the machine.
 struct Timing {
-  double seconds = 0.0;          ///< machining time, accelerations and stops included
-  std::uint64_t slowed = 0;      ///< blocks that take longer than programmed, by more than kSlowed
-  Joints peak_velocity;          ///< mm/min and degrees/min
-  Joints peak_acceleration;      ///< mm/s^2 and degrees/s^2
-  std::vector<float> durations;  ///< of each block, s
+  double seconds = 0.0;           ///< machining time, accelerations and stops included
+  std::uint64_t slowed = 0;       ///< blocks that take longer than programmed, by more than kSlowed
+  Joints peak_velocity;           ///< mm/min and degrees/min
+  Joints peak_acceleration;       ///< mm/s^2 and degrees/s^2
+  std::vector<double> durations;  ///< of each block, s
 };
 
 /// A block that takes longer by this share of its time counts as slowed.
@@ -47,6 +47,6 @@ struct Starvation {
 };
 
 /// The window with the longest wait; `count` is 0 where the machine never waits. Requires: rates above 0.
-Starvation starvation(const std::vector<float>& durations, const LinkRate& link);
+Starvation starvation(const std::vector<double>& durations, const LinkRate& link);
 
 }  // namespace tiltfeed

@@ -10,6 +10,7 @@
 #include "kinematics/machine.h"
 #include "sim/forward.h"
 #include "sim/program.h"
+#include "tests/joint_path_check.h"
 
 namespace tiltfeed {
 namespace {
@@ -135,6 +136,45 @@ TEST(MachineTypes, ProgramCoordinatesArePartCoordinatesAtHome) {
     const Point<Part> tip{4, 5, 6};
     const Joints joints = solve_linear(m, setup, tip, m.tilt.zero, m.rotary.zero);
     EXPECT_LT(length(Vec3{joints.x, joints.y, joints.z} - setup.fixture * from_origin(tip)), 1e-12);
+  }
+}
+
+/// Random joint paths on random machines of every structure, a third of the poses near the rotary axis.
+TEST(MachineTypes, RandomPathsStayOnTheirWay) {
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    Workshop shop(seed);
+    const Nominal& nominal = kNominals[seed % 4];
+    // So little out of true that the pole is missed by less than the axis may stray.
+    MachineModel m = shop.machine(kStructures[seed % 3], nominal.tilt, nominal.rotary, nominal.spindle,
+                                  seed % 2 == 0 ? 0.0 : 5e-5);
+    const MachineModel fast = joint_check::trunnion();
+    m.x = m.y = m.z = {-1e5, 1e5, 12000, 2000};
+    m.tilt.min = m.tilt.zero - 181;
+    m.tilt.max = m.tilt.zero + 181;
+    m.rotary.min = -36000;
+    m.rotary.max = 36000;
+    m.tilt.velocity = fast.tilt.velocity;
+    m.rotary.velocity = fast.rotary.velocity;
+    const tiltfeed::Setup setup = shop.setup();
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> unit(0, 1), degrees(-180, 180);
+    const Vec3 up = rotary_up(m, setup);
+    const Vec3 across = normalized(cross(up, std::abs(up.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+    std::vector<Pose> poses;
+    for (int i = 0; i < 12; ++i) {
+      const double tilt = unit(random) < 0.33 ? std::pow(10.0, -6 + 7 * unit(random)) : 55 * unit(random);
+      const Vec3 leaning = rotation_about(across, tilt * kPi / 180) * up;
+      poses.push_back({{shop.spread(40), shop.spread(40), shop.spread(40)},
+                       normalized(rotation_about(up, degrees(random)) * leaning)});
+    }
+    const ToolPath path = joint_check::path_of(poses, seed % 3 == 0 ? MoveKind::kRapid : MoveKind::kCut);
+    JointPathOptions options;
+    options.axis_tolerance = 0.2;
+    const auto joints = to_joints(path, m, setup, options);
+    ASSERT_TRUE(joints) << joints.error().message;
+    joint_check::check_densely(path, m, setup, options, *joints);
+    ASSERT_FALSE(HasFailure());
   }
 }
 

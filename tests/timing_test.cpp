@@ -129,7 +129,7 @@ TEST(Timing, WithoutLookAheadTheProgrammedTimesStand) {
 }
 
 /// The link block by block: when a block has arrived, when it can start.
-double longest_wait(const std::vector<float>& durations, const LinkRate& link) {
+double longest_wait(const std::vector<double>& durations, const LinkRate& link) {
   const double send = link.bytes_per_block / link.bytes_per_s;
   const auto room = static_cast<std::size_t>(link.buffer_bytes / link.bytes_per_block);
   double waited = 0, worst = 0;
@@ -149,8 +149,8 @@ double longest_wait(const std::vector<float>& durations, const LinkRate& link) {
 
 TEST(Starvation, FindsTheWindowThatALinkCannotFeed) {
   // 20 ms blocks at 10 ms a block, but for 100 of 4 ms.
-  std::vector<float> durations(1000, 0.020F);
-  for (std::size_t i = 400; i < 500; ++i) durations[i] = 0.004F;
+  std::vector<double> durations(1000, 0.020);
+  for (std::size_t i = 400; i < 500; ++i) durations[i] = 0.004;
   const LinkRate link{5000, 50, 500};
   const Starvation s = starvation(durations, link);
   EXPECT_EQ(s.first, 400u);
@@ -164,7 +164,7 @@ TEST(Starvation, FindsTheWindowThatALinkCannotFeed) {
 }
 
 TEST(Starvation, ASteadyLinkNeverStarves) {
-  EXPECT_EQ(starvation(std::vector<float>(1000, 0.0101F), {5000, 50, 128}).count, 0u);
+  EXPECT_EQ(starvation(std::vector<double>(1000, 0.0101), {5000, 50, 128}).count, 0u);
   EXPECT_EQ(starvation({}, {5000, 50, 128}).count, 0u);
 }
 
