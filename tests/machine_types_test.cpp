@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "config/machine_profile.h"
@@ -282,6 +283,33 @@ TEST(RotaryWords, SayTheTurnThatIsMeant) {
     EXPECT_EQ(control_word(row.counting, row.to, row.from, 4), row.word);
     EXPECT_EQ(counted_turn(row.counting, row.word, row.from), row.to);
     EXPECT_EQ(sim::turned_to(row.counting, row.word, row.from), row.to);
+  }
+}
+
+TEST(RotaryWords, OfAPathTurnTheSimulatorAlongWithIt) {
+  // To and fro over whole turns, where a signed word has no sign.
+  const auto poses = joint_check::sampled(600, [](double f) {
+    return Pose{{20, 0, 0}, joint_check::axis_at(30, 90 + 800 * std::sin(6 * f))};
+  });
+  for (const RotaryWord counting : {RotaryWord::kShortest, RotaryWord::kSigned}) {
+    MachineModel m = joint_check::trunnion();
+    m.rotary.word = counting;
+    m.rotary.min = -std::numeric_limits<double>::infinity();
+    m.rotary.max = std::numeric_limits<double>::infinity();
+    const auto joints = to_joints(joint_check::path_of(poses), m, joint_check::standing(), {});
+    ASSERT_TRUE(joints) << joints.error().message;
+    double counted = 0.0, at = 0.0, offset = 0.0;
+    for (std::size_t i = 0; i < joints->moves.size(); ++i) {
+      const double to = joints->moves[i].joints.c;
+      if (i > 0 && to == at) continue;
+      const double word = control_word(counting, to, at, 4);
+      EXPECT_FALSE(word == 0.0 && counting == RotaryWord::kSigned);
+      counted = sim::turned_to(counting, word, counted);
+      if (i == 0) offset = to - counted;  // the first word may be reached on another turn
+      ASSERT_NEAR(counted + offset, to, 1e-9) << "block " << i;
+      at = to;
+    }
+    EXPECT_NEAR(std::remainder(offset, 360.0), 0.0, 1e-9);
   }
 }
 

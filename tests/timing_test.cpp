@@ -4,8 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
+
+#include "tests/joint_path_check.h"
 
 namespace tiltfeed {
 namespace {
@@ -126,6 +129,37 @@ TEST(Timing, WithoutLookAheadTheProgrammedTimesStand) {
                                kTolerance, kAxisTolerance);
   EXPECT_NEAR(t.seconds, 0.2, 1e-12);
   EXPECT_NEAR(t.peak_acceleration.a, 200, 1e-9);
+}
+
+// LinuxCNC: a line with rotary words keeps its time only if T >= 2 v / a on every axis, v = |dq| / T.
+TEST(Timing, WithoutLookAheadEveryBlockCanKeepItsTime) {
+  MachineModel m = joint_check::trunnion();
+  const ToolPath path = joint_check::path_of(joint_check::sampled(2000, [](double f) {
+    return Pose{{60 * f, 20 * std::sin(20 * f), 0}, joint_check::axis_at(30 + 10 * std::sin(40 * f), 90 * f)};
+  }));
+  std::size_t hurried = 0;
+  for (const bool look_ahead : {true, false}) {
+    m.look_ahead = look_ahead;
+    const auto joints = to_joints(path, m, joint_check::standing(), {});
+    ASSERT_TRUE(joints) << joints.error().message;
+    for (std::size_t i = 1; i < joints->moves.size(); ++i) {
+      const Joints &p = joints->moves[i - 1].joints, &q = joints->moves[i].joints;
+      const double t = joints->moves[i].seconds;
+      const std::array<std::pair<double, double>, 5> ways{{{q.x - p.x, m.x.acceleration},
+                                                           {q.y - p.y, m.y.acceleration},
+                                                           {q.z - p.z, m.z.acceleration},
+                                                           {q.a - p.a, m.tilt.acceleration},
+                                                           {q.c - p.c, m.rotary.acceleration}}};
+      for (const auto& [way, a] : ways) {
+        const bool keeps = t * (1 + 1e-9) >= 2 * std::abs(way) / t / a;
+        if (look_ahead)
+          hurried += keeps ? 0 : 1;
+        else
+          EXPECT_TRUE(keeps) << "block " << i;
+      }
+    }
+  }
+  EXPECT_GT(hurried, 0u) << "the path is too slow to show anything";
 }
 
 /// The link block by block: when a block has arrived, when it can start.
