@@ -139,7 +139,7 @@ TEST(Timing, WithoutLookAheadEveryBlockCanKeepItsTime) {
   }));
   std::size_t hurried = 0;
   for (const bool look_ahead : {true, false}) {
-    m.look_ahead = look_ahead;
+    m.blends_rotary = look_ahead;
     const auto joints = to_joints(path, m, joint_check::standing(), {});
     ASSERT_TRUE(joints) << joints.error().message;
     for (std::size_t i = 1; i < joints->moves.size(); ++i) {

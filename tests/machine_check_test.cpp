@@ -1,7 +1,7 @@
 // `machine check` for every shipped profile: its program is read by the simulated control, whose own
 // kinematics finds the tip where the comments say, in one place all the time.
 
-#include "daemon/machine_command.h"
+#include "daemon/machine_check.h"
 
 #include <gtest/gtest.h>
 
