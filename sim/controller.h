@@ -55,6 +55,8 @@ class GrblController {
   /// M2 or M30 was executed and nothing follows it.
   bool program_ended() const { return motion_.totals().programs > 0 && motion_.idle(); }
   const Motion& motion() const { return motion_; }
+  /// It would take more lines at once.
+  bool hungry() const { return !reply_due_; }
   const GrblTotals& totals() const { return totals_; }
   std::uint64_t dropped_bytes() const { return totals_.dropped_bytes; }
 

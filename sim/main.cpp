@@ -14,14 +14,12 @@
 #include <random>
 
 #include "config/job.h"
-#include "kinematics/cl_file.h"
-#include "pathgen/mesh.h"
 #include "pathgen/stl.h"
+#include "sim/dry_run.h"
 #include "sim/endpoint.h"
 #include "sim/parts.h"
-#include "sim/picture.h"
 #include "sim/simulate_command.h"
-#include "sim/verify.h"
+#include "sim/verify_command.h"
 
 namespace {
 
@@ -36,10 +34,6 @@ struct ServeOptions {
   GrblOptions grbl;
   ModbusOptions modbus;
   bool once = false;
-};
-
-struct VerifyFiles {
-  std::string job, program, cl, trace, picture, json;
 };
 
 int report(const Error& error) {
@@ -110,11 +104,12 @@ class Trace {
   bool fresh_ = false;
 };
 
-void summarise(const Motion& motion, const char* lost_name, std::uint64_t lost) {
+void summarise(const Motion& motion, ReferenceRun& reference, const char* lost_name, std::uint64_t lost) {
   const MotionTotals& totals = motion.totals();
-  std::printf("executed %llu blocks, machine time %.3f s, starved %.3f s, %s %llu\n",
-              static_cast<unsigned long long>(totals.blocks), totals.busy, totals.starved, lost_name,
-              static_cast<unsigned long long>(lost));
+  std::printf(
+      "executed %llu blocks, machine time %.3f s, starved %.3f s, short of look-ahead %.3f s, %s %llu\n",
+      static_cast<unsigned long long>(totals.blocks), totals.busy, totals.starved,
+      std::max(0.0, totals.busy - reference.seconds()), lost_name, static_cast<unsigned long long>(lost));
 }
 
 int serve(const ServeOptions& options) {
@@ -141,19 +136,25 @@ int serve(const ServeOptions& options) {
     std::printf("ready on %s\n", where.c_str());
     std::fflush(stdout);
   };
-  const auto sink = [&](const TraceRow& row) { trace.take(row); };
+  MotionOptions motion = motion_options(job->machine);
+  // Whatever the profile says of the program's text: Grbl counts all axes, the ring X Y Z.
+  motion.feed_over_all_axes = !options.pty.empty();
+  ReferenceRun reference(job->machine.model, job->setup, motion);
+  const auto sink = [&](const TraceRow& row) {
+    trace.take(row);
+    reference.take(row);
+  };
 
   Result<void> served;
   if (!options.pty.empty()) {
     GrblOptions grbl = options.grbl;
-    grbl.motion = motion_options(job->machine);
-    grbl.motion.feed_over_all_axes = true;  // whatever the profile says of the program's text
+    grbl.motion = motion;
     GrblController controller(job->machine.model, job->setup, grbl, sink);
     served = serve_pty(controller, options.pty, endpoint);
-    summarise(controller.motion(), "dropped bytes", controller.dropped_bytes());
+    summarise(controller.motion(), reference, "dropped bytes", controller.dropped_bytes());
   } else {
     ModbusOptions modbus = options.modbus;
-    modbus.motion = motion_options(job->machine);
+    modbus.motion = motion;
     modbus.boot_id = static_cast<std::uint16_t>(std::random_device{}() | 1U);  // another at every start
     ModbusController controller(job->machine.model, job->setup, modbus, sink);
     if (!options.modbus_tcp.empty()) {
@@ -161,7 +162,7 @@ int serve(const ServeOptions& options) {
     } else {
       served = serve_modbus_rtu(controller, options.modbus_rtu, endpoint);
     }
-    summarise(controller.motion(), "refused frames", controller.rejected_windows());
+    summarise(controller.motion(), reference, "refused frames", controller.rejected_windows());
   }
   if (!served) return report(served.error());
   if (const auto closed = trace.close_or_flush(); !closed) return report(closed.error());
@@ -174,67 +175,6 @@ int make_part(const std::string& name, const std::string& path) {
   if (const auto written = write_stl(path, *part); !written) return report(written.error());
   std::printf("%s: %zu facets\n", path.c_str(), part->size());
   return kDone;
-}
-
-/// Opens `path` and reads it with `read(stream, path)`.
-template <class Read>
-auto read_file(const std::string& path, const Read& read)
-    -> decltype(read(std::declval<std::istream&>(), path)) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return fail(Code::kIo, path + ": cannot be opened");
-  return read(in, path);
-}
-
-void print(const VerifyReport& r) {
-  const auto line = [](const char* what, const Extreme& worst, const char* unit) {
-    std::printf("  %-16s %.6f %s (block %llu, line %u)\n", what, worst.value, unit,
-                static_cast<unsigned long long>(worst.place.block), worst.place.line);
-  };
-  std::printf("%s\n", r.passed() ? "passed" : "FAILED");
-  std::printf(
-      "  blocks           %llu of %llu executed, %llu missing, %llu repeated, %llu altered\n",
-      static_cast<unsigned long long>(r.program.executed), static_cast<unsigned long long>(r.program.blocks),
-      static_cast<unsigned long long>(r.program.missing), static_cast<unsigned long long>(r.program.repeated),
-      static_cast<unsigned long long>(r.program.altered));
-  line("gouge", r.gouge, "mm");
-  line("rapid overlap", r.rapid_overlap, "mm");
-  line("gap", r.gap, "mm");
-  line("tip deviation", r.tip_deviation, "mm");
-  line("axis deviation", r.axis_deviation, "degrees");
-  std::printf("  machine time     %.3f s\n", r.seconds);
-  for (const std::string& failure : r.failures) std::printf("  %s\n", failure.c_str());
-}
-
-int verify_job(const VerifyFiles& files) {
-  const Result<Job> job = load_job(files.job);
-  if (!job) return report(job.error());
-  const Result<Stl> stl = read_stl(job->stl_path, job->stl_unit_mm);
-  if (!stl) return report(stl.error());
-  const Result<CheckedMesh> part = check_mesh(*stl, {job->plan.tolerance * kRepairShare});
-  if (!part) return report(part.error());
-  const MachineModel& machine = job->machine.model;
-  const auto program = read_file(files.program, [&](std::istream& in, const std::string& name) {
-    return read_program(in, name, sim::GcodeReader(machine));
-  });
-  if (!program) return report(program.error());
-  const auto planned = read_file(files.cl, read_cl);
-  if (!planned) return report(planned.error());
-  const auto trace = read_file(files.trace, read_trace);
-  if (!trace) return report(trace.error());
-
-  const auto verified =
-      verify(*job, part->mesh, *program, *planned, *trace, {}, [](const char*, double) { return true; });
-  if (!verified) return report(verified.error());
-  print(*verified);
-  if (!files.json.empty()) {
-    std::ofstream out(files.json, std::ios::binary | std::ios::trunc);
-    if (!(out << to_json(*verified) << std::flush))
-      return report({Code::kIo, files.json + ": cannot be written"});
-  }
-  if (!files.picture.empty())
-    if (const auto drawn = draw_part_with_path(part->mesh, *planned, files.picture); !drawn)
-      return report(drawn.error());
-  return verified->passed() ? kDone : kFailed;
 }
 
 void add_serve_options(CLI::App& app, ServeOptions& options) {
@@ -294,11 +234,13 @@ int main(int argc, char** argv) {
 
   VerifyFiles files;
   CLI::App* const check =
-      app.add_subcommand("verify", "prove from an executed trace that a job was done right");
+      app.add_subcommand("verify", "prove from an executed trace, or a program, that a job was done right");
   check->add_option("JOB", files.job, "the job file")->required();
-  check->add_option("--program", files.program, "the program that was sent")->required();
+  check->add_option("--program", files.program, "the program that was sent");
+  check->add_option("--canon", files.canon, "instead: what rs274 of LinuxCNC made of it");
   check->add_option("--cl", files.cl, "the planned tool path")->required();
-  check->add_option("--trace", files.trace, "what the machine executed")->required();
+  check->add_option("--trace", files.trace,
+                    "what the machine executed; without it the program is executed here");
   check->add_option("--picture", files.picture, "draw part and path to this PNG file");
   check->add_option("--json", files.json, "write the report to this file");
 
@@ -312,7 +254,11 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kDone : kWrongUse;
   }
   if (part->parsed()) return make_part(name, out);
-  if (check->parsed()) return verify_job(files);
+  if (check->parsed()) {
+    const Result<bool> passed = verify_command(files);
+    if (!passed) return report(passed.error());
+    return *passed ? kDone : kFailed;
+  }
   if (simulate->parsed()) return simulate_command(simulation);
   return serve(options);
 }

@@ -2,6 +2,7 @@
 // The register-map model: a controller that takes numbered, CRC-protected windows of blocks through holding
 // registers. Pure: register reads and writes in, simulated time. The map is in sim/README.md.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <deque>
@@ -74,6 +75,12 @@ class ModbusController {
   double now() const { return motion_.now(); }
 
   const Motion& motion() const { return motion_; }
+  /// There is room for a whole window (half a small ring), which a host waits for before it sends.
+  bool has_room() const {
+    return motion_.free_slots() >= std::clamp<std::size_t>(motion_.slots() / 2, 1, kBlocksPerWindow);
+  }
+  /// It would take more, and the program goes on.
+  bool hungry() const { return has_room() && !end_seq_; }
   RunState state() const;
   /// A program came to its end (M2, M30 or the end flag) and nothing follows it.
   bool program_ended() const { return motion_.idle() && (programs_ > 0 || motion_.totals().programs > 0); }

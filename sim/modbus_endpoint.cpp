@@ -154,6 +154,7 @@ Result<void> serve(ModbusController& controller, modbus_t* context, int listener
       const int on = 1;
       if (client >= 0) setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     } else if (heard) {
+      pace.make_room(controller);
       const bool served = server.serve();
       if (!served && listener >= 0) {
         modbus_close(context);

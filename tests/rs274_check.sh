@@ -3,6 +3,7 @@
 # command must be the block that the program's text states.
 #
 #   rs274_check.sh PROGRAM.nc WORK_FOLDER     judges one program (heads A or B, table C)
+#   rs274_check.sh --canon PROGRAM.nc WORK_FOLDER   only interprets it: WORK_FOLDER/canon has the canonical commands
 #   rs274_check.sh --self-test WORK_FOLDER    judges wrong programs and expects each to be refused
 #
 # rs274 comes from Debian's linuxcnc-uspace, unpacked and not installed, into $TILTFEED_TOOLS (build/tools).
@@ -227,7 +228,14 @@ NC
   echo "self-test passed"
 }
 
-[ $# = 2 ] || die "usage: rs274_check.sh PROGRAM.nc WORK_FOLDER | --self-test WORK_FOLDER"
+if [ "${1-}" = --canon ] && [ $# = 3 ]; then
+  [ -r "$2" ] || die "$2 cannot be read"
+  fetch
+  install_libraries
+  interpret "$2" "$3" || die "$2 was refused"
+  exit
+fi
+[ $# = 2 ] || die "usage: rs274_check.sh PROGRAM.nc WORK_FOLDER | --canon PROGRAM.nc WORK_FOLDER | --self-test WORK_FOLDER"
 fetch
 install_libraries
 if [ "$1" = --self-test ]; then
