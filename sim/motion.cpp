@@ -221,7 +221,9 @@ void Motion::stand() {
   if (held_) {
     standing_ = true;
   } else {
-    replan_running();  // resumed when it was too late to go on without coming to rest
+    // From the end itself: the profile at this time may be a rounding short of it.
+    peaks_.raise(profile_.peaks(profile_.seconds()));
+    plan_running(profile_.end(), 0.0);  // resumed when it was too late to go on without coming to rest
   }
 }
 

@@ -97,6 +97,15 @@ TEST(Motion, OneMoveWithAJerkLimitHasSevenPhasesOrFewer) {
   EXPECT_NEAR(single(way, 60000, j), 2 * (p / a + a / j), 1e-9);
 }
 
+TEST(Motion, TheAxisThatIsNearestToItsLimitDecides) {
+  MachineModel machine = heavy_machine(kJerk);
+  machine.x.acceleration = 600, machine.y.jerk = 8000;
+  // 30 and 40 mm: along the way of 50 mm a is at most 600 / 0.6 and 1000 / 0.8, j at most 20000 / 0.6 and
+  // 8000 / 0.8.
+  const double v = 250.0, a = 1000.0, j = 10000.0;
+  EXPECT_NEAR(run({feed({300, 400, 0, 0, 0}, 60 * v)}, machine).seconds(), 500 / v + v / a + a / j, 1e-9);
+}
+
 TEST(Motion, ARightAngleIsTakenAtTheSpeedThatTheCornerTimeAllows) {
   const double v = 100.0, corner = 0.02, c = kAcceleration * corner, a = kAcceleration;
   const auto time = [&](double corner_time) {
