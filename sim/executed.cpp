@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sim/forward.h"
+#include "sim/path_block.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -35,6 +36,20 @@ std::vector<ExecutedBlock> executed_blocks(const std::vector<TraceRow>& trace) {
     started = true, before = i;
   }
   return blocks;
+}
+
+AxisPeaks axis_peaks(const std::vector<TraceRow>& trace) {
+  AxisPeaks peaks;
+  for (const ExecutedBlock& block : executed_blocks(trace)) {
+    const TraceRow& row = trace[block.to];
+    const AxisVector from = axes_of(trace[block.from].command.target), to = axes_of(row.command.target);
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      const double way = std::abs(to[i] - from[i]);
+      peaks.speed[i] = std::max(peaks.speed[i], way * row.peak_rate * 60.0);
+      peaks.acceleration[i] = std::max(peaks.acceleration[i], way * row.peak_acceleration);
+    }
+  }
+  return peaks;
 }
 
 std::uint32_t sample_block(const MachineModel& machine, const Setup& setup, const Joints& from,

@@ -1,6 +1,7 @@
 #pragma once
 // The executed motion as dense poses: joints linear within each block, own forward kinematics.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -16,6 +17,15 @@ struct ExecutedBlock {
 
 /// The blocks that move an axis, in order; the first motion block of the trace is the start of the first.
 std::vector<ExecutedBlock> executed_blocks(const std::vector<TraceRow>& trace);
+
+/// Largest values over a trace, X Y Z tilt rotary.
+struct AxisPeaks {
+  std::array<double, 5> speed{};         ///< mm/min, degrees/min
+  std::array<double, 5> acceleration{};  ///< within blocks, mm/s^2, degrees/s^2
+};
+
+/// From the peaks of each block. Requires: the rows are whole and in order.
+AxisPeaks axis_peaks(const std::vector<TraceRow>& trace);
 
 struct Sampling {
   int per_block = 5;      ///< at least

@@ -236,6 +236,7 @@ void Verifier::collect_missed() {
 VerifyReport Verifier::report(const std::vector<Block>& program) {
   report_.program = check_program(program, trace_);
   report_.seconds = trace_.back().end - trace_[blocks_.front().from].end;
+  report_.peaks = axis_peaks(trace_);
   collect_missed();
   std::uint64_t above = 0;
   std::size_t bin = kDropBins + 1;

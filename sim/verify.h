@@ -11,6 +11,7 @@
 #include "kinematics/result.h"
 #include "kinematics/tool_path.h"
 #include "pathgen/mesh.h"
+#include "sim/executed.h"
 #include "sim/program_check.h"
 #include "sim/tool_solid.h"
 #include "sim/trace.h"
@@ -62,6 +63,7 @@ struct VerifyReport {
   double drop_999 = 0.0;          ///< 99.9 percent of the cutting samples drop less than this, mm
   std::uint64_t samples = 0, cut_samples = 0;
   double seconds = 0.0;  ///< machine time from the first move's end to the last row's end
+  AxisPeaks peaks;
   double cut_length = 0.0, plunge_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm
   std::vector<std::string> failures;                                 ///< one line each: value, limit, place
   bool passed() const { return failures.empty(); }

@@ -41,6 +41,11 @@ void print(const VerifyReport& r) {
   line("tip deviation", r.tip_deviation, "mm");
   line("axis deviation", r.axis_deviation, "degrees");
   std::printf("  machine time     %.3f s\n", r.seconds);
+  const auto peaks = [](const char* what, const std::array<double, 5>& p) {
+    std::printf("  %-16s X %.0f Y %.0f Z %.0f tilt %.0f rotary %.0f\n", what, p[0], p[1], p[2], p[3], p[4]);
+  };
+  peaks("peak, per min", r.peaks.speed);
+  peaks("peak, per s^2", r.peaks.acceleration);
   for (const std::string& failure : r.failures) std::printf("  %s\n", failure.c_str());
 }
 

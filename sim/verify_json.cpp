@@ -49,6 +49,8 @@ std::string to_json(const VerifyReport& r) {
   json["cut_samples"] = r.cut_samples;
   json["air_samples"] = r.air_samples;
   json["machine_time_s"] = r.seconds;
+  json["axis_peak_speed_per_min"] = r.peaks.speed;
+  json["axis_peak_acceleration_per_s2"] = r.peaks.acceleration;
   json["cut_length_mm"] = r.cut_length;
   json["plunge_length_mm"] = r.plunge_length;
   json["rapid_length_mm"] = r.rapid_length;
