@@ -8,7 +8,9 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <vector>
 
+#include "config/job.h"
 #include "pathgen/plan.h"
 #include "pathgen/stl.h"
 #include "sim/parts.h"
@@ -22,77 +24,46 @@ constexpr double kTolerance = 0.01;
 constexpr double kSpacing = 0.05;  ///< of the poses on cuts, mm
 constexpr double kLeastCover = 0.99;
 
-struct Case {
-  std::string name;  ///< of a formula part, or of a public model
-  double unit_mm = 1.0;
-  Cutter cutter;
-  double side_step = 1.0;
-  std::vector<Vec3> planes;
-  int points = 1000;
-};
+constexpr int kSurfacePoints = 1000;
 
-std::string model_file(const std::string& name) {
-  return SOURCE_DIR "/../shared/models/public/" + name + ".stl";
-}
 bool is_formula(const std::string& name) { return name == "sphere" || name == "handle"; }
 
-/// A ball end mill with a shank a little thinner and a holder.
-Cutter tool(double ball, double reach, double holder) {
-  Cutter c{ball, reach + 80, reach};
-  c.cutting_length = 2 * ball, c.shank_diameter = 0.9 * ball;
-  c.holder = {{holder, holder, 30}};
-  return c;
+Result<Job> job_of(const std::string& name) {
+  return load_job(SOURCE_DIR "/tests/jobs/free/" + name + ".yaml");
 }
 
-std::vector<Case> cases() {
-  const Vec3 x{1, 0, 0}, z{0, 0, 1};
-  std::vector<Case> all{
-      {"sphere", 1, tool(10, 90, 30), 2.0, {z, x}, 1000},
-      {"handle", 1, tool(6, 60, 25), 1.5, {x, z}, 1000},
-      {"propeller_d", 1, tool(3, 50, 20), 1.0, {z, x}, 1000},
-      {"impeller_aero", 1, tool(2, 40, 20), 1.0, {z, x}, 1000},
-      {"knob_shifter", 1, tool(5, 60, 25), 1.5, {z, x}, 1000},
-      {"tooth_molar", 1, tool(1, 20, 10), 0.3, {z, x}, 1000},
-      {"femur", 1, tool(10, 90, 40), 4.0, {z, x}, 1000},
-      {"blade_nasa", 1000, tool(3, 50, 20), 0.8, {z, x}, 1000},
-  };
-  std::erase_if(
-      all, [](const Case& c) { return !is_formula(c.name) && !std::filesystem::exists(model_file(c.name)); });
+/// Those whose part is there.
+std::vector<std::string> cases() {
+  std::vector<std::string> all{"sphere",       "handle",      "propeller_d", "impeller_aero",
+                               "knob_shifter", "tooth_molar", "femur",       "blade_nasa"};
+  std::erase_if(all, [](const std::string& name) {
+    const auto job = job_of(name);
+    return job && !is_formula(name) && !std::filesystem::exists(job->stl_path);
+  });
   return all;
 }
 
-Result<CheckedMesh> load(const Case& c) {
+Result<CheckedMesh> load(const std::string& name, const Job& job) {
   Stl stl;
-  if (is_formula(c.name)) {
-    stl.facets = *sim::part_by_name(c.name);
+  if (is_formula(name)) {
+    stl.facets = *sim::part_by_name(name);
   } else {
-    auto read = read_stl(model_file(c.name), c.unit_mm);
+    auto read = read_stl(job.stl_path, job.stl_unit_mm);
     if (!read) return tl::unexpected(read.error());
     stl = std::move(*read);
   }
   return check_mesh(stl);
 }
 
-PlanOptions options_for(const Case& c) {
-  PlanOptions o;
-  o.name = c.name, o.cutter = c.cutter, o.tolerance = kTolerance;
-  o.axis.mode = AxisMode::kFree;
-  o.free.plane_normals = c.planes, o.free.lead = Angle::from_degrees(10.0);
-  o.free.smoothing = c.cutter.radius(), o.free.max_turn = Angle::from_degrees(5.0);
-  o.pattern.side_step = c.side_step;
-  o.holder.clearance = 0.5;
-  o.links.clearance = 5, o.links.approach = 1;
-  o.cut_feed = Feed::from_mm_per_min(2000), o.plunge_feed = Feed::from_mm_per_min(600);
-  return o;
-}
-
-class FreeProof : public ::testing::TestWithParam<Case> {};
+class FreeProof : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(FreeProof, IsClearInContactAndComplete) {
-  const Case& c = GetParam();
-  const auto part = load(c);
+  const std::string& name = GetParam();
+  const auto job = job_of(name);
+  ASSERT_TRUE(job) << job.error().message;
+  const PlanOptions& o = job->plan;
+  const auto part = load(name, *job);
   ASSERT_TRUE(part) << part.error().message;
-  const PlanOptions o = options_for(c);
   const auto start = std::chrono::steady_clock::now();
   const auto planned = plan(*part, o, {});
   ASSERT_TRUE(planned) << planned.error().message;
@@ -109,14 +80,14 @@ TEST_P(FreeProof, IsClearInContactAndComplete) {
                      .up = o.up,
                      .tilt_max = o.tilt_max,
                      .directions = 500});
-  const FreeCoverage k =
-      FreeCover(part->mesh, distances, reach, c.planes, PassStep::kPlanes, c.side_step, kTolerance)
-          .cover(path, c.points);
+  const FreeCoverage k = FreeCover(part->mesh, distances, reach, o.free.plane_normals, PassStep::kPlanes,
+                                   o.pattern.side_step, kTolerance)
+                             .cover(path, kSurfacePoints);
   std::printf(
       "%s: %zu facets, plan %.2f s, %zu moves, %llu breaks; %zu + %zu poses: gouge cut %.4f %.4f %.4f, link "
       "%.4f %.4f "
       "%.4f, contact %.4f; cover %.4f of %zu (border %zu, shallow %zu), no seat %zu, no direction %zu\n",
-      c.name.c_str(), part->mesh.facets.size(), seconds, path.moves.size(),
+      name.c_str(), part->mesh.facets.size(), seconds, path.moves.size(),
       static_cast<unsigned long long>(planned->report.free ? planned->report.free->breaks : 0),
       found.cut_poses, found.link_poses, found.cut[0].value, found.cut[1].value, found.cut[2].value,
       found.link[0].value, found.link[1].value, found.link[2].value, found.contact.value, k.share(),
@@ -138,7 +109,7 @@ TEST_P(FreeProof, IsClearInContactAndComplete) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Parts, FreeProof, ::testing::ValuesIn(cases()),
-                         [](const auto& one) { return one.param.name; });
+                         [](const auto& one) { return one.param; });
 
 }  // namespace
 }  // namespace tiltfeed
