@@ -147,7 +147,7 @@ TEST(Indexed, HollowSphere) {
   ASSERT_TRUE(made) << made.error().message;
   for (const auto& t : made->report.times) std::printf("    %s %.2f\n", t.stage.c_str(), t.seconds);
   // Its inside needs a direction for every few places: the mode free's work.
-  expect_good(*made, proof_of(part, o, made->path, 500), 0.6);
+  expect_good(*made, proof_of(part, o, made->path, 250), 0.6);
 }
 
 }  // namespace
