@@ -41,4 +41,11 @@ struct LinkProfile {
   bool check = false;         ///< let a Grbl controller read the program first ($C)
 };
 
+class Section;
+class Description;
+
+/// Reads the section `wire` of a machine profile, which may be absent. Complaints go to the section.
+LinkProfile read_link_profile(const Section& root);
+void describe(const LinkProfile& profile, Description& out);
+
 }  // namespace tiltfeed

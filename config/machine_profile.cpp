@@ -68,6 +68,7 @@ MachineProfile read_profile(const Section& root, std::optional<Dialect> dialect)
   read_control(root, profile);
   profile.format = read_format(root, dialect);
   read_link(root, profile);
+  profile.wire = read_link_profile(root);
   return profile;
 }
 
@@ -88,7 +89,7 @@ Result<MachineProfile> parse_machine(const std::string& text, const std::string&
   Complaint complaint(path);
   const Section root(*tree, "",
                      {"name", "linear", "structure", "tilt", "rotary", "table_centre_mm", "pivot_to_gauge_mm",
-                      "rotary_to_tilt_mm", "spindle_direction", "control", "check", "program", "link"},
+                      "rotary_to_tilt_mm", "spindle_direction", "control", "check", "program", "link", "wire"},
                      complaint);
   MachineProfile profile = read_profile(root, dialect);
   if (complaint.first()) return tl::unexpected(*complaint.first());
@@ -121,6 +122,7 @@ std::string describe(const MachineProfile& profile) {
   out.add("link.default", profile.link.empty() ? "none" : profile.link);
   out.add("link.receive_buffer_bytes", profile.receive_buffer);
   out.add("link.bytes_per_s", profile.link_rate);
+  describe(profile.wire, out);
   return out.text();
 }
 

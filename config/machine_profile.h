@@ -7,6 +7,7 @@
 
 #include "config/machine_vectors.h"
 #include "config/program_format.h"
+#include "config/link_profile.h"
 #include "kinematics/machine.h"
 #include "kinematics/result.h"
 
@@ -27,6 +28,7 @@ struct MachineProfile {
   std::string link;          ///< default link of `tiltfeed send`, may be empty
   int receive_buffer = 127;  ///< of a character-counting controller, bytes
   double link_rate = 0.0;    ///< bytes/s that reach the control; 0: not known, then nothing is said of it
+  LinkProfile wire;          ///< how its wire wants to be used
 };
 
 /// Properties: every limit pair has min < max, speeds and accelerations are above 0, a jerk of 0 is no limit,

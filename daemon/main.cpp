@@ -200,9 +200,19 @@ int check_command(const std::string& path) {
   return kDone;
 }
 
-int send_command(const std::string& program, const std::string& link_text) {
+int send_command(const std::string& program, std::string link_text, const std::string& machine) {
+  MachineProfile profile;
+  if (!machine.empty()) {
+    auto loaded = load_machine(machine);
+    if (!loaded) return report(loaded.error());
+    profile = std::move(*loaded);
+  }
+  if (link_text.empty()) link_text = profile.link;
+  if (link_text.empty())
+    return report({Code::kUsage, "no link: give --link, or --machine with a profile that has link.default"});
   auto link = parse_link(link_text);
   if (!link) return report(link.error());
+  link->profile = profile.wire;
   ProgressLine line;
   auto sent = send_program(program, *link, {}, {[&](const SendState& state) {
                              return line.show(std::string("send: ") + phase_name(state.phase),
@@ -211,9 +221,10 @@ int send_command(const std::string& program, const std::string& link_text) {
                                                               : 0.0);
                            }});
   if (!sent) return report(sent.error());
-  std::printf("%llu blocks sent and executed in %.2f s, %llu bytes, %llu resends\n",
-              static_cast<unsigned long long>(sent->lines), sent->seconds,
-              static_cast<unsigned long long>(sent->bytes), static_cast<unsigned long long>(sent->resends));
+  std::printf("%llu blocks %s in %.2f s, %llu bytes, %llu resends\n",
+              static_cast<unsigned long long>(sent->lines), sent->executed ? "sent and executed" : "sent",
+              sent->seconds, static_cast<unsigned long long>(sent->bytes),
+              static_cast<unsigned long long>(sent->resends));
   return kDone;
 }
 
@@ -247,12 +258,13 @@ int main(int argc, char** argv) {
   planning->add_option("--stl", files.stl, "take this part instead of the job's");
   planning->add_option("--machine", files.machine, "take this machine profile instead of the job's");
 
-  std::string program, link;
+  std::string program, link, send_machine;
   CLI::App* send = app.add_subcommand("send", "stream a program to the controller");
   send->add_option("PROGRAM", program, "program to send (G-code)")->required();
   send->add_option("--link", link,
-                   "grbl:/dev/ttyUSB0@115200, modbus-tcp:HOST:PORT, modbus-rtu:/dev/ttyS0@19200")
-      ->required();
+                   "grbl:/dev/ttyUSB0@115200, reprap:/dev/ttyACM0@250000, dnc:/dev/ttyS0@9600, "
+                   "modbus-tcp:HOST:PORT, modbus-rtu:/dev/ttyS0@19200; else the profile's link.default");
+  send->add_option("--machine", send_machine, "machine profile (YAML): its default link and its wire");
 
   double tool_length = 0.0;
   send->add_option("--tool-length", tool_length,
@@ -275,5 +287,5 @@ int main(int argc, char** argv) {
   if (const std::optional<int> status = service.run()) return *status;
   if (tool_length > 0.0)
     if (auto same = check_tool_length(program, tool_length); !same) return report(same.error());
-  return send_command(program, link);
+  return send_command(program, link, send_machine);
 }

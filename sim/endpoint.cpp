@@ -7,8 +7,12 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
+#include <optional>
 
+#include "sim/faulty_line.h"
 #include "sim/pty.h"
+#include "sim/serial_pace.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -27,44 +31,125 @@ bool drain(int fd, std::string& unsent) {
   return written > 0;
 }
 
+constexpr int kAlarmHardLimit = 1;  // of the Grbl family
+void perform_alarm(GrblController& controller) { controller.raise_alarm(kAlarmHardLimit); }
+void perform_alarm(RepRapController& controller) { controller.halt(); }
+void perform_alarm(DripController& controller) { controller.raise_alarm(kAlarmFraming); }
+void perform_reset(GrblController& controller) { controller.receive("\x18"); }
+void perform_reset(RepRapController& controller) { controller.reset(); }
+void perform_reset(DripController& controller) { controller.reset(); }
+
+/// A controller behind a terminal whose line has a speed and faults.
+template <class Controller>
+class Endpoint {
+ public:
+  Endpoint(Controller& controller, std::string path, const EndpointOptions& options)
+      : controller_(controller),
+        path_(std::move(path)),
+        options_(options),
+        pace_(options.speed),
+        line_(options.faults),
+        speed_(options.byte_time) {}
+
+  Result<void> serve() {
+    if (const Result<void> opened = open(); !opened) return opened;
+    while (true) {
+      std::array<pollfd, 2> fds{{{waiting_ ? -1 : pty_->master(), POLLIN, 0}, {options_.stop_fd, POLLIN, 0}}};
+      if (!unsent_.empty() && !waiting_) fds[0].events |= POLLOUT;
+      double wait = pace_.wait(controller_);
+      if (waiting_ || !options_.faults.rules.empty()) wait = std::min(wait, kLineTick);
+      const timespec timeout{0, static_cast<long>(wait * 1e9)};
+      if (ppoll(fds.data(), fds.size(), &timeout, nullptr) < 0 && errno != EINTR)
+        return fail(Code::kIo, path_ + ": " + std::strerror(errno));
+      if (fds[1].revents != 0) break;
+      if (const Result<void> there = follow_disconnect(); !there) return there;
+      pace_.follow(controller_);
+      const bool traffic = exchange(waiting_ || (fds[0].revents & POLLIN) != 0);
+      if (traffic || controller_.next_event()) last_traffic_ = pace_.real();
+      if (pace_.time_to_flush()) options_.flush();
+      if (options_.once && controller_.program_ended() && pace_.real() - last_traffic_ >= kQuietEnd) break;
+    }
+    if (options_.line) options_.line(speed_.bytes(), speed_.use());
+    options_.flush();
+    return {};
+  }
+
+ private:
+  static constexpr double kLineTick = 0.001;  // of a paced line, s
+
+  Result<void> open() {
+    Result<Pty> pty = Pty::open(path_);
+    if (!pty) return tl::unexpected<Error>(std::move(pty.error()));
+    pty_.emplace(std::move(*pty));
+    fcntl(pty_->master(), F_SETFL, fcntl(pty_->master(), F_GETFL) | O_NONBLOCK);
+    options_.ready(path_ + " (" + pty_->device() + ")");
+    return {};
+  }
+
+  /// Away: the terminal is closed, its link gone. Back: another terminal.
+  Result<void> follow_disconnect() {
+    const bool away = line_.away(pace_.real());
+    if (away && pty_) {
+      pty_.reset();
+      unsent_.clear();
+      waiting_ = false;
+    }
+    while (line_.away(pace_.real())) {
+      const timespec tick{0, static_cast<long>(kLineTick * 1e9)};
+      nanosleep(&tick, nullptr);
+    }
+    return pty_ ? Result<void>() : open();
+  }
+
+  /// True when bytes passed either way.
+  bool exchange(bool readable) {
+    const double now = pace_.real();
+    const std::size_t most = speed_.allowed(now, line_.slow_read() ? 1 : bytes_.size());
+    ssize_t count = 0;
+    if (readable && most > 0) count = read(pty_->master(), bytes_.data(), most);
+    waiting_ = speed_.paced() && readable && (count > 0 || most == 0);
+    if (!waiting_) speed_.idle();
+    if (count > 0) {
+      speed_.passed(static_cast<std::size_t>(count));
+      line_.to_machine({bytes_.data(), static_cast<std::size_t>(count)}, now);
+    }
+    if (line_.reset_due(now)) perform_reset(controller_);
+    if (line_.alarm_due(now)) perform_alarm(controller_);
+    const std::string arrived = line_.at_machine(now);
+    if (!arrived.empty()) {
+      controller_.receive(arrived);
+    } else if (!waiting_) {
+      pace_.jump(controller_);
+    }
+    if (controller_.has_output()) line_.to_host(controller_.take_output(), now);
+    unsent_ += line_.at_host(now);
+    if (unsent_.size() > kMostUnread) unsent_.clear();
+    return drain(pty_->master(), unsent_) || count > 0;
+  }
+
+  Controller& controller_;
+  std::string path_;
+  const EndpointOptions& options_;
+  Pace pace_;
+  FaultyLine line_;
+  SerialPace speed_;
+  std::optional<Pty> pty_;
+  std::array<char, kReadBytes> bytes_{};
+  std::string unsent_;
+  double last_traffic_ = 0.0;
+  bool waiting_ = false;  ///< bytes may lie in the terminal that the line has not carried yet
+};
+
 }  // namespace
 
 Result<void> serve_pty(GrblController& controller, const std::string& path, EndpointOptions options) {
-  Result<Pty> pty = Pty::open(path);
-  if (!pty) return tl::unexpected<Error>(std::move(pty.error()));
-  const int fd = pty->master();
-  fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) | O_NONBLOCK);
-  options.ready(path + " (" + pty->device() + ")");
-
-  Pace pace(options.speed);
-  std::array<char, kReadBytes> bytes{};
-  std::string unsent;
-  double last_traffic = 0.0;
-  while (true) {
-    std::array<pollfd, 2> fds{{{fd, POLLIN, 0}, {options.stop_fd, POLLIN, 0}}};
-    if (!unsent.empty()) fds[0].events |= POLLOUT;
-    const double wait = pace.wait(controller);
-    const timespec timeout{0, static_cast<long>(wait * 1e9)};
-    if (ppoll(fds.data(), fds.size(), &timeout, nullptr) < 0 && errno != EINTR)
-      return fail(Code::kIo, path + ": " + std::strerror(errno));
-    if (fds[1].revents != 0) break;
-
-    pace.follow(controller);
-    const ssize_t count = (fds[0].revents & POLLIN) != 0 ? read(fd, bytes.data(), bytes.size()) : 0;
-    if (count > 0) {
-      controller.receive({bytes.data(), static_cast<std::size_t>(count)});
-    } else {
-      pace.jump(controller);
-    }
-    if (controller.has_output()) unsent += controller.take_output();
-    if (unsent.size() > kMostUnread) unsent.clear();
-    const bool sent = drain(fd, unsent);
-    if (count > 0 || sent || controller.next_event()) last_traffic = pace.real();
-    if (pace.time_to_flush()) options.flush();
-    if (options.once && controller.program_ended() && pace.real() - last_traffic >= kQuietEnd) break;
-  }
-  options.flush();
-  return {};
+  return Endpoint(controller, path, options).serve();
+}
+Result<void> serve_pty(RepRapController& controller, const std::string& path, EndpointOptions options) {
+  return Endpoint(controller, path, options).serve();
+}
+Result<void> serve_pty(DripController& controller, const std::string& path, EndpointOptions options) {
+  return Endpoint(controller, path, options).serve();
 }
 
 }  // namespace tiltfeed::sim

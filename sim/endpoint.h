@@ -5,13 +5,18 @@
 
 #include "kinematics/result.h"
 #include "sim/controller.h"
+#include "sim/drip_controller.h"
 #include "sim/modbus_controller.h"
 #include "sim/pace.h"
+#include "sim/reprap_controller.h"
 
 namespace tiltfeed::sim {
 
-/// Grbl on a pseudo-terminal, with a symbolic link `path` to it. Errors: kIo.
+/// On a pseudo-terminal, with a symbolic link `path` to it. After a disconnect of the fault script it is
+/// another terminal under the same link. Errors: kIo.
 Result<void> serve_pty(GrblController& controller, const std::string& path, EndpointOptions options);
+Result<void> serve_pty(RepRapController& controller, const std::string& path, EndpointOptions options);
+Result<void> serve_pty(DripController& controller, const std::string& path, EndpointOptions options);
 
 /// Modbus TCP server on a numeric IPv4 address; port 0 takes a free one, `ready` tells which. One client at
 /// a time; it may come and go. Errors: kUsage, kIo.

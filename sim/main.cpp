@@ -30,7 +30,8 @@ constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
 constexpr std::size_t kTraceBufferBytes = 1 << 20;
 
 struct ServeOptions {
-  std::string pty, modbus_tcp, modbus_rtu, job, trace, speed = "max";
+  std::string pty, reprap, drip, modbus_tcp, modbus_rtu, job, trace, faults, speed = "max";
+  int baud = 0;
   GrblOptions grbl;
   ModbusOptions modbus;
   bool once = false;
@@ -113,15 +114,25 @@ void summarise(const Motion& motion, ReferenceRun& reference, const char* lost_n
 }
 
 int serve(const ServeOptions& options) {
-  const int wires = !options.pty.empty() + !options.modbus_tcp.empty() + !options.modbus_rtu.empty();
+  const int wires = !options.pty.empty() + !options.reprap.empty() + !options.drip.empty() +
+                    !options.modbus_tcp.empty() + !options.modbus_rtu.empty();
   if (wires != 1 || options.job.empty())
     return report(
-        {Code::kUsage, "one of --pty, --modbus-tcp, --modbus-rtu and --job are needed; see --help"});
+        {Code::kUsage,
+         "one of --pty, --reprap, --dnc, --modbus-tcp, --modbus-rtu and --job are needed; see --help"});
   EndpointOptions endpoint;
   const Result<double> speed = parse_speed(options.speed);
   if (!speed) return report(speed.error());
   endpoint.speed = *speed;
   endpoint.once = options.once;
+  // 8N1 has ten bits a byte; 7E2 and the 8E1 of Modbus have eleven.
+  const int bits = options.drip.empty() && options.modbus_rtu.empty() ? 10 : 11;
+  if (options.baud > 0) endpoint.byte_time = static_cast<double>(bits) / options.baud;
+  if (!options.faults.empty()) {
+    const Result<FaultScript> script = load_fault_script(options.faults);
+    if (!script) return report(script.error());
+    endpoint.faults = *script;
+  }
 
   const auto address = parse_address(options.modbus_tcp.empty() ? "127.0.0.1:0" : options.modbus_tcp);
   if (!address) return report(address.error());
@@ -145,8 +156,19 @@ int serve(const ServeOptions& options) {
     reference.take(row);
   };
 
+  endpoint.line = [](std::size_t bytes, double use) {
+    if (use > 0.0) std::printf("line carried %zu bytes, use %.2f %%\n", bytes, 100.0 * use);
+  };
   Result<void> served;
-  if (!options.pty.empty()) {
+  if (!options.reprap.empty()) {
+    RepRapController controller(job->machine.model, job->setup, {}, sink);
+    served = serve_pty(controller, options.reprap, endpoint);
+    summarise(controller.motion(), "resends", controller.totals().resends);
+  } else if (!options.drip.empty()) {
+    DripController controller(job->machine.model, job->setup, {}, sink);
+    served = serve_pty(controller, options.drip, endpoint);
+    summarise(controller.motion(), "alarm", static_cast<std::uint64_t>(controller.alarm()));
+  } else if (!options.pty.empty()) {
     GrblOptions grbl = options.grbl;
     grbl.motion = motion;
     GrblController controller(job->machine.model, job->setup, grbl, sink);
@@ -179,6 +201,11 @@ int make_part(const std::string& name, const std::string& path) {
 
 void add_serve_options(CLI::App& app, ServeOptions& options) {
   app.add_option("--pty", options.pty, "serve Grbl on a pseudo-terminal; PATH becomes a link to it");
+  app.add_option("--reprap", options.reprap, "serve RepRap firmware (Marlin) on a pseudo-terminal");
+  app.add_option("--dnc", options.drip, "serve a CNC control's drip feed on a pseudo-terminal");
+  app.add_option("--faults", options.faults, "what goes wrong on the wire: a fault script");
+  app.add_option("--baud", options.baud, "serial links: pace the line, bits per second")
+      ->check(CLI::Range(300, 4000000));
   app.add_option("--modbus-tcp", options.modbus_tcp,
                  "serve Modbus TCP on HOST:PORT; port 0 takes a free one");
   app.add_option("--modbus-rtu", options.modbus_rtu, "serve Modbus RTU, unit 1, on a pseudo-terminal");

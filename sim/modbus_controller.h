@@ -63,6 +63,8 @@ class ModbusController {
   Access write(std::uint16_t address, std::span<const std::uint16_t> words);
   /// A read of the status counts its status_seq up.
   Access read(std::uint16_t address, std::span<std::uint16_t> words);
+  /// As after power-on: another boot id, no session; the positions stay.
+  void reset();
   /// Is there something to read at all these registers? Changes nothing.
   static Access readable(std::uint16_t address, std::size_t count);
 
@@ -101,7 +103,6 @@ class ModbusController {
   bool append(Words block);
   std::optional<Block> decode(Words block) const;
   void forget_blocks();
-  void reset();
   void executed(const TraceRow& row);
   std::array<std::uint16_t, kStatusWords> status() const;
   std::array<std::uint16_t, kIdentityWords> identity() const;

@@ -8,11 +8,15 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
+#include <ctime>
 #include <memory>
 
 #include "sim/endpoint.h"
+#include "sim/faulty_line.h"
 #include "sim/pty.h"
 
 namespace tiltfeed::sim {
@@ -54,8 +58,12 @@ int exception_of(Access access) {
 /// Applies requests to the model; libmodbus then only encodes the reply from `mapping`.
 class Server {
  public:
-  Server(ModbusController& controller, modbus_t* context)
-      : controller_(controller), context_(context), mapping_(modbus_mapping_new(0, 0, kMapEnd, 0)) {}
+  Server(ModbusController& controller, modbus_t* context, const EndpointOptions& options)
+      : controller_(controller),
+        context_(context),
+        line_(options.faults),
+        byte_time_(options.byte_time),
+        mapping_(modbus_mapping_new(0, 0, kMapEnd, 0)) {}
   bool good() const { return mapping_ != nullptr; }
 
   /// Receives and answers one request. False when the client has gone or talks nonsense.
@@ -66,14 +74,47 @@ class Server {
     if (length == 0) return true;  // RTU: for another unit
     const int header = modbus_get_header_length(context_);
     const Request request{frame.data() + header, static_cast<std::size_t>(length - header)};
-    const int exception = apply(request);
+    const FrameFate fate = line_.frame();
+    pass(length, 0.0);
+    if (fate.lose_request) return true;
+    const int exception = fate.exception != 0 ? fate.exception : apply(request);
+    if (fate.lose_reply) return true;
+    if (fate.wrong_unit) frame[static_cast<std::size_t>(header - 1)] ^= 8;
+    if (fate.half_frame) return write_raw(frame.data(), static_cast<std::size_t>(header + 1));
+    pass(exception != 0 ? kShortReply : reply_bytes(request), fate.late);
     const int sent = exception != 0
                          ? modbus_reply_exception(context_, frame.data(), static_cast<unsigned>(exception))
                          : modbus_reply(context_, frame.data(), length, mapping_.get());
     return sent >= 0;
   }
 
+  /// The rules of the fault script that have a time. True when the client must go.
+  bool follow_faults(double now) {
+    if (line_.reset_due(now)) controller_.reset();
+    return line_.away(now);
+  }
+
  private:
+  static constexpr int kShortReply = 5;
+
+  /// A paced line is silent for 3.5 characters after each frame (1.75 ms above 19200 baud).
+  void pass(int bytes, double late) const {
+    constexpr double kLeastGap = 0.00175;
+    const double span =
+        late + (byte_time_ > 0.0 ? bytes * byte_time_ + std::max(kLeastGap, 3.5 * byte_time_) : 0.0);
+    if (span <= 0.0) return;
+    const timespec time{static_cast<time_t>(span), static_cast<long>((span - std::floor(span)) * 1e9)};
+    nanosleep(&time, nullptr);
+  }
+  /// Of an RTU reply, with unit, function and CRC.
+  static int reply_bytes(const Request& request) {
+    const bool reads = request.function() == kReadHolding || request.function() == kReadWrite;
+    return reads ? 5 + 2 * request.word(3) : 8;
+  }
+  bool write_raw(const std::uint8_t* bytes, std::size_t count) const {
+    return ::write(modbus_get_socket(context_), bytes, count) == static_cast<ssize_t>(count);
+  }
+
   /// The exception code of the reply; 0: none.
   int apply(const Request& request) {
     switch (request.function()) {
@@ -125,6 +166,8 @@ class Server {
 
   ModbusController& controller_;
   modbus_t* context_;
+  FaultyLine line_;
+  double byte_time_;  ///< s; 0: not paced
   Mapping mapping_;
 };
 
@@ -135,7 +178,7 @@ tl::unexpected<Error> modbus_error(const std::string& what) {
 /// Serves one wire until stop or once. `listener` accepts TCP clients; -1: the wire `client` is always there.
 Result<void> serve(ModbusController& controller, modbus_t* context, int listener, int client,
                    const EndpointOptions& options, const std::string& where) {
-  Server server(controller, context);
+  Server server(controller, context, options);
   if (!server.good()) return modbus_error(where);
   options.ready(where);
   Pace pace(options.speed);
@@ -149,6 +192,10 @@ Result<void> serve(ModbusController& controller, modbus_t* context, int listener
     pace.follow(controller);
     controller.advance_link(pace.real());
     const bool heard = fds[0].revents != 0;
+    if (server.follow_faults(pace.real())) {
+      if (client >= 0 && listener >= 0) modbus_close(context), client = -1;
+      continue;
+    }
     if (heard && client < 0) {
       client = modbus_tcp_accept(context, &listener);
       const int on = 1;

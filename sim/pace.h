@@ -7,15 +7,20 @@
 #include <functional>
 #include <string>
 
+#include "sim/fault_script.h"
 #include "sim/motion.h"
 
 namespace tiltfeed::sim {
 
 struct EndpointOptions {
-  double speed = 0.0;  ///< simulated seconds per real second; 0: as fast as possible
-  bool once = false;   ///< leave when a program has ended and the host has nothing more to say
-  int stop_fd = -1;    ///< leave when this becomes readable; -1: never
+  double speed = 0.0;       ///< simulated seconds per real second; 0: as fast as possible
+  bool once = false;        ///< leave when a program has ended and the host has nothing more to say
+  double byte_time = 0.0;   ///< s of a byte on the serial line; 0: as fast as the system
+  FaultScript faults = {};  ///< what goes wrong on the wire
+  int stop_fd = -1;         ///< leave when this becomes readable; -1: never
   std::function<void()> flush = [] {};  ///< now and then, when there may be something to write out
+  std::function<void(std::size_t bytes, double use)> line =
+      {};  ///< at the end: bytes from the host, use of the line
   std::function<void(const std::string& where)> ready = [](const std::string&) {};  ///< the host may connect
 };
 

@@ -352,7 +352,37 @@ TEST(MachineProfile, DescribesEveryValue) {
             "program.clamp_tilt: none\nprogram.unclamp_tilt: none\n"
             "program.clamp_rotary: none\nprogram.unclamp_rotary: none\n"
             "link.default: serial:/dev/ttyACM0\nlink.receive_buffer_bytes: 1024\n"
-            "link.bytes_per_s: 0\n");
+            "link.bytes_per_s: 0\n"
+            "wire.line_numbers: false\nwire.check: false\nwire.reprap_window: 0\n"
+            "wire.dnc.data_bits: 7\nwire.dnc.parity: even\nwire.dnc.stop_bits: 2\nwire.dnc.flow: xon_xoff\n"
+            "wire.dnc.end_of_block: lf\nwire.dnc.leader_bytes: 0\nwire.dnc.trailer_bytes: 0\n"
+            "wire.dnc.percent: true\nwire.dnc.wait_for_start: true\nwire.dnc.xon: 17\nwire.dnc.xoff: 19\n"
+            "wire.ring.identity: 0\nwire.ring.window: 256\nwire.ring.mailbox: 384\nwire.ring.status: 512\n"
+            "wire.ring.heartbeat: 576\nwire.ring.low_word_first: false\nwire.ring.linear_exponent: -1\n"
+            "wire.ring.rotary_exponent: -1\nwire.ring.watchdog_s: 1\n");
+}
+
+TEST(MachineProfile, TheWireIsRead) {
+  const auto with = [](const std::string& wire) { return parse_machine(std::string(kGood) + wire, kPath); };
+  const auto drip = with(
+      "wire: {dnc: {data_bits: 8, parity: odd, stop_bits: 1, flow: rts_cts, end_of_block: lf_cr_cr,\n"
+      "  leader_bytes: 40, percent: false, wait_for_start: false, xon: 18, xoff: 20}}\n");
+  ASSERT_TRUE(drip) << drip.error().message;
+  EXPECT_EQ(drip->wire.drip.parity, Parity::kOdd);
+  EXPECT_EQ(drip->wire.drip.flow, FlowControl::kRtsCts);
+  EXPECT_EQ(drip->wire.drip.end_of_block, EndOfBlock::kLfCrCr);
+  EXPECT_EQ(drip->wire.drip.xoff, 20);
+  const auto map =
+      with("wire: {ring: {window: 4096, low_word_first: true, linear_exponent: 5, watchdog_s: 0.5}}\n");
+  ASSERT_TRUE(map) << map.error().message;
+  EXPECT_EQ(map->wire.ring.window, 4096);
+  EXPECT_TRUE(map->wire.ring.low_word_first);
+  EXPECT_EQ(map->wire.ring.watchdog, 0.5);
+  EXPECT_FALSE(with("wire: {dnc: {data_bits: 6}}\n"));
+  EXPECT_FALSE(with("wire: {dnc: {xon: 19}}\n")) << "the same byte twice";
+  EXPECT_FALSE(with("wire: {dnc: {parity: mark}}\n"));
+  EXPECT_FALSE(with("wire: {ring: {window: 65536}}\n"));
+  EXPECT_FALSE(with("wire: {ring: {words: 1}}\n"));
 }
 
 TEST(KeyNames, TheNearestKeyIsTheSameWordsElseTheLeastEdits) {
