@@ -112,6 +112,10 @@ void DripController::advance(double now) {
   motion_.advance(now);
 }
 
+void DripController::invite() {
+  if (started_ && !in_program_ && !ended_ && buffer_.empty() && alarm_ == 0) out_ += kDc1;
+}
+
 void DripController::raise_alarm(int code) {
   alarm_ = code;
   motion_.hold();

@@ -38,6 +38,8 @@ class DripController {
   std::optional<double> next_event() const;
   double now() const { return motion_.now(); }
 
+  /// DC1 once more, while nothing has come: for a host that was not there the first time.
+  void invite();
   bool clear_to_send() const { return started_ && !stopped_; }
   int alarm() const { return alarm_; }  ///< 0: none
   /// Raises an alarm (NAK), or is reset by the operator (SYN).

@@ -39,6 +39,12 @@ void perform_reset(GrblController& controller) { controller.receive("\x18"); }
 void perform_reset(RepRapController& controller) { controller.reset(); }
 void perform_reset(DripController& controller) { controller.reset(); }
 
+// How often a control that waits for its program says so, s.
+constexpr double kInviteEvery = 0.5;
+void invite(GrblController&) {}
+void invite(RepRapController&) {}
+void invite(DripController& controller) { controller.invite(); }
+
 /// A controller behind a terminal whose line has a speed and faults.
 template <class Controller>
 class Endpoint {
@@ -64,6 +70,10 @@ class Endpoint {
       if (fds[1].revents != 0) break;
       if (const Result<void> there = follow_disconnect(); !there) return there;
       pace_.follow(controller_);
+      if (pace_.real() - invited_ >= kInviteEvery) {
+        invited_ = pace_.real();
+        invite(controller_);
+      }
       const bool traffic = exchange(waiting_ || (fds[0].revents & POLLIN) != 0);
       if (traffic || controller_.next_event()) last_traffic_ = pace_.real();
       if (pace_.time_to_flush()) options_.flush();
@@ -136,7 +146,7 @@ class Endpoint {
   std::optional<Pty> pty_;
   std::array<char, kReadBytes> bytes_{};
   std::string unsent_;
-  double last_traffic_ = 0.0;
+  double last_traffic_ = 0.0, invited_ = 0.0;
   bool waiting_ = false;  ///< bytes may lie in the terminal that the line has not carried yet
 };
 

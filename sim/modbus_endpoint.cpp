@@ -11,9 +11,9 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cmath>
-#include <ctime>
+#include <chrono>
 #include <memory>
+#include <thread>
 
 #include "sim/endpoint.h"
 #include "sim/faulty_line.h"
@@ -75,6 +75,7 @@ class Server {
     const int header = modbus_get_header_length(context_);
     const Request request{frame.data() + header, static_cast<std::size_t>(length - header)};
     const FrameFate fate = line_.frame();
+    busy_until_ = std::chrono::steady_clock::now();
     pass(length, 0.0);
     if (fate.lose_request) return true;
     const int exception = fate.exception != 0 ? fate.exception : apply(request);
@@ -97,14 +98,15 @@ class Server {
  private:
   static constexpr int kShortReply = 5;
 
-  /// A paced line is silent for 3.5 characters after each frame (1.75 ms above 19200 baud).
-  void pass(int bytes, double late) const {
+  /// The line is busy for so many bytes more. A paced one is silent for 3.5 characters after each frame (1.75
+  /// ms above 19200 baud).
+  void pass(int bytes, double late) {
     constexpr double kLeastGap = 0.00175;
     const double span =
         late + (byte_time_ > 0.0 ? bytes * byte_time_ + std::max(kLeastGap, 3.5 * byte_time_) : 0.0);
     if (span <= 0.0) return;
-    const timespec time{static_cast<time_t>(span), static_cast<long>((span - std::floor(span)) * 1e9)};
-    nanosleep(&time, nullptr);
+    busy_until_ += std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(span));
+    std::this_thread::sleep_until(busy_until_);
   }
   /// Of an RTU reply, with unit, function and CRC.
   static int reply_bytes(const Request& request) {
@@ -168,6 +170,7 @@ class Server {
   modbus_t* context_;
   FaultyLine line_;
   double byte_time_;  ///< s; 0: not paced
+  std::chrono::steady_clock::time_point busy_until_;
   Mapping mapping_;
 };
 

@@ -25,19 +25,20 @@ class SerialPace {
   void passed(std::size_t count) {
     free_at_ += static_cast<double>(count) * byte_time_;
     bytes_ += count;
+    last_ = free_at_;
     if (bytes_ == count) first_ = free_at_;
   }
   /// Nothing waits any more.
   void idle() { busy_ = false; }
   /// Of the time from the first byte to the last, the share in which bytes passed.
   double use() const {
-    const double span = free_at_ - first_;
+    const double span = last_ - first_;
     return span > 0.0 ? static_cast<double>(bytes_) * byte_time_ / span : 0.0;
   }
   std::size_t bytes() const { return bytes_; }
 
  private:
-  double byte_time_, free_at_ = 0.0, first_ = 0.0;
+  double byte_time_, free_at_ = 0.0, first_ = 0.0, last_ = 0.0;
   std::size_t bytes_ = 0;
   bool busy_ = false;
 };
