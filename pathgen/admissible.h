@@ -25,6 +25,7 @@ class Admissibility {
   /// `up`: the table's axis in part directions, unit. `tool` and `grid` must outlive the object.
   Admissibility(const SweptTool& tool, const DirectionGrid& grid, Vec3 up, Angle tilt_max);
 
+  bool within_tilt(Vec3 axis) const { return tilt_max_ >= kPi || dot(up_, axis) >= tilt_cosine_; }
   /// Is the axis on the surface's side of the contact, and its angle to `up` at most tilt_max?
   bool within_limits(Vec3 normal, Vec3 axis) const;
   /// Is it in the admissible set of the point?
@@ -36,11 +37,17 @@ class Admissibility {
   std::vector<std::uint32_t> directions(const ClPoint& point, DirectionQuery& query) const;
   static constexpr int kAdmissibleLevel = 3;
 
+  /// Enough of these for a choice near `wished`: those of level kAdmissibleLevel within `window` (rad) of it,
+  /// and of the next finer level those between `wished` and the one of these that is nearest to it. Where
+  /// there is none within the window: all, as above.
+  std::vector<std::uint32_t> directions_near(const ClPoint& point, Vec3 wished, double window,
+                                             DirectionQuery& query) const;
+
   /// Why a point without admissible directions has none: the first of cutter, shank and holder without which
   /// there would be some, or the tilt limit.
   Unreached why_none(const ClPoint& point, DirectionQuery& query) const;
 
-  /// The direction within the limits of tilt that is nearest to `axis`.
+  /// The axis itself, or, further from `up` than a little less than the tilt limit, the nearest that is not.
   Vec3 nearest_tilt(Vec3 axis) const;
 
   const SweptTool& tool() const { return tool_; }

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "kinematics/units.h"
 
 namespace tiltfeed {
 
@@ -14,8 +15,8 @@ std::vector<std::uint32_t> cheapest_sequence(const std::vector<std::vector<AxisC
     before.push_back(c.cost);
   for (std::size_t i = 1; i < stations.size(); ++i) {
     const std::vector<AxisCandidate>&last = stations[i - 1], &here = stations[i];
-    const double widest = std::min(prices.max_turn * ways[i - 1], 3.2),
-                 least_cosine = std::cos(std::min(widest, 3.14159265358979));
+    const double widest = std::min(prices.max_turn * ways[i - 1] + prices.spare, kPi);
+    const double least_cosine = std::cos(widest);
     const double per_square = prices.turn / ways[i - 1];
     const auto cheapest =
         static_cast<std::uint32_t>(std::min_element(before.begin(), before.end()) - before.begin());

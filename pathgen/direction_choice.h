@@ -16,8 +16,9 @@ struct AxisCandidate {
 
 struct TurnPrices {
   double turn = 0.0;      ///< times angle^2 / way between neighbours
-  double max_turn = 0.0;  ///< rad/mm; where the angle is over this times the way the sequence breaks
-  double jump = 0.0;      ///< for each break
+  double max_turn = 0.0;  ///< rad/mm, and
+  double spare = 0.0;  ///< rad: where the angle is over max_turn times the way and this the sequence breaks
+  double jump = 0.0;   ///< for each break
 };
 
 /// (O3) For each station the index of its candidate in the sequence of least cost: the candidates' own costs

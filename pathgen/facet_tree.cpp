@@ -26,6 +26,18 @@ struct Bounds {
   void add(const Bounds& b) { low = lower(low, b.low), high = upper(high, b.high), count += b.count; }
 };
 
+/// Of the smallest ball about three places: the middle of the longest side, or the middle of the circle
+/// through all three where no angle is obtuse.
+Point<Part> ball_centre(Point<Part> a, Point<Part> b, Point<Part> c) {
+  const Vec3 u = b - a, v = c - a, w = c - b;
+  const double uu = squared_length(u), vv = squared_length(v), ww = squared_length(w);
+  if (uu >= vv + ww) return lerp(a, b, 0.5);
+  if (vv >= uu + ww) return lerp(a, c, 0.5);
+  if (ww >= uu + vv) return lerp(b, c, 0.5);
+  const Vec3 n = cross(u, v);
+  return a + (cross(n, u) * vv + cross(v, n) * uu) / (2.0 * squared_length(n));
+}
+
 }  // namespace
 
 /// Halves each node where the areas of the halves, times their facets, are least.
@@ -112,7 +124,12 @@ FacetTree::FacetTree(const Mesh& mesh) {
     slot_[facet_[i]] = i;
     const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
     const Vec3 n = normalized(cross(b - a, c - a));
-    placed_[i] = {{a, b, c}, n, dot(n, from_origin(a))};
+    const Point<Part> centre = ball_centre(a, b, c);
+    placed_[i] = {{a, b, c},
+                  n,
+                  dot(n, from_origin(a)),
+                  centre,
+                  std::max({distance(centre, a), distance(centre, b), distance(centre, c)})};
   }
   const Node& root = nodes_.front();
   bounds_ = {{root.low.x, root.low.y, root.low.z}, {root.high.x, root.high.y, root.high.z}};

@@ -15,11 +15,13 @@ namespace tiltfeed {
 
 using Corners = std::array<Point<Part>, 3>;
 
-/// A facet with its plane: normal.p = offset.
+/// A facet with its plane, normal.p = offset, and a ball about it.
 struct PlacedFacet {
   Corners corners;
   Vec3 normal;  ///< unit
   double offset = 0.0;
+  Point<Part> centre;
+  double radius = 0.0;
 };
 
 class FacetTree {

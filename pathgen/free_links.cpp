@@ -119,7 +119,7 @@ class RunLinker {
     }
     return true;
   }
-  bool allowed(Vec3 axis) const { return admissible_.nearest_tilt(axis) == axis; }
+  bool allowed(Vec3 axis) const { return admissible_.within_tilt(axis); }
 
   /// Where the tip is on the sphere when the tool is drawn back from there.
   Pose on_sphere(const OrientedPoint& p) const {

@@ -17,7 +17,7 @@ namespace {
 
 /// The parts of the tolerance: the slices, and by how much the cutter may cut in on the way between poses
 /// that are checked. The rest is the post's and rounding's.
-constexpr double kSliceShare = 0.4, kSlackShare = 0.5;
+constexpr double kSliceShare = 0.4, kSlackShare = 0.4;
 /// (O5) Of the tolerance, by which a turn of the axis in one move may bend the way of ball or shank.
 constexpr double kTurnShare = 0.25;
 constexpr std::size_t kPassesPerTurn = 64;

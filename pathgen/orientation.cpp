@@ -1,7 +1,9 @@
 #include "pathgen/orientation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "pathgen/direction_choice.h"
 #include "pathgen/pass_curve.h"
@@ -15,12 +17,24 @@ constexpr double kStationShare = 0.4;
 /// Where the wished direction is not admissible, so far (mm per radian of the widest turn) to both sides
 /// others are looked at, too.
 constexpr double kMarginTurn = 1.0;
+/// Directions so near to the wish are looked at wherever any but it are, rad.
+constexpr double kLeastWindow = 0.25;
+/// Where the wish is not admitted directions further from it by up to this are looked at, rad; where there is
+/// none, all.
+constexpr double kWidestWindow = 0.9;
 /// Candidates of a station at most: those that depart least.
 constexpr std::size_t kMostCandidates = 96;
+/// Neighbours on the grid are up to so far apart, rad: a turn may be so much faster at one station, and is
+/// evened out with those before and after.
+constexpr double kGridTurn = 0.17;
 /// A break costs as much as a departure of one radian over this length, mm.
 constexpr double kJumpLength = 20.0;
 /// Borders of what can be reached, and overlaps at breaks, are found this closely, mm.
 constexpr double kBorder = 0.1;
+/// Up to so many radii of the ball over the reference moves are checked pose by pose, further up by a bound.
+constexpr double kBoundedFrom = 3.0;
+/// A cylinder of radius r that steps by s leaves s^2 / (8 r) of a corner: a fifth of the tolerance at most.
+constexpr double kStepShare = 8.0 * 0.2;
 /// How often directions are evened out between their neighbours.
 constexpr int kSmoothings = 6;
 /// Directions that would turn by less than this (rad) are even.
@@ -32,7 +46,9 @@ struct Station {
   double way = 0.0;
   ClPoint point;
   Vec3 wished;
-  bool asked = false, wish_admitted = false, all = false;  ///< all: the candidates are the admissible set
+  bool asked = false, wish_admitted = false;
+  double window =
+      0.0;  ///< the candidates are the admissible directions so near to the wish, rad; 0: the wish
   std::vector<AxisCandidate> candidates;
   Vec3 axis;
 };
@@ -51,7 +67,7 @@ class Orienter {
         max_turn_(options.wish.max_turn.radians()),
         scale_(std::max(options.wish.smoothing, admissible.tool().ball())),
         lever_(lever()),
-        step_(std::sqrt(admissible.tool().ball() * options.tolerance)) {}
+        step_(std::sqrt(kStepShare * admissible.tool().ball() * options.tolerance)) {}
 
   OrientedPass run() {
     const int count = std::max(
@@ -64,7 +80,7 @@ class Orienter {
       for (const double way : failed_) add_station(way);
       std::sort(stations_.begin(), stations_.end(),
                 [](const Station& a, const Station& b) { return a.way < b.way; });
-      for (const double way : failed_) look(index_of(way));
+      for (const double way : failed_) fill_between(index_of(way));
       failed_.clear();
     }
     report_left_out();
@@ -102,7 +118,7 @@ class Orienter {
     for (std::size_t i = 0; i < stations_.size(); ++i) {
       Station& s = stations_[i];
       const double weight = weight_of(i);
-      if (!s.all) s.candidates = {{s.wished, 0.0}};
+      if (s.window <= 0.0) s.candidates = {{s.wished, 0.0}};
       for (AxisCandidate& c : s.candidates) {
         const double angle = angle_between(c.axis, s.wished);
         c.cost = angle * angle * weight;
@@ -116,11 +132,20 @@ class Orienter {
                                     stations_.begin());
   }
 
-  /// The admissible sets of station i and those round about.
+  /// The admissible sets of station i and those round about: the further off, the nearer to the wish.
   void look(std::size_t i) {
     const double at = stations_[i].way, margin = kMarginTurn / max_turn_;
-    for (std::size_t k = i; k < stations_.size() && stations_[k].way <= at + margin; ++k) fill(stations_[k]);
-    for (std::size_t k = i; k-- > 0 && stations_[k].way >= at - margin;) fill(stations_[k]);
+    const auto window = [&](double way) { return kLeastWindow + kWidestWindow * std::exp(-way / scale_); };
+    for (std::size_t k = i; k < stations_.size() && stations_[k].way <= at + margin; ++k)
+      fill(stations_[k], window(stations_[k].way - at));
+    for (std::size_t k = i; k-- > 0 && stations_[k].way >= at - margin;)
+      fill(stations_[k], window(at - stations_[k].way));
+  }
+
+  /// The admissible sets of a station put in, and of its neighbours.
+  void fill_between(std::size_t i) {
+    for (std::size_t k = i > 0 ? i - 1 : 0; k <= std::min(i + 1, stations_.size() - 1); ++k)
+      fill(stations_[k], kWidestWindow);
   }
 
   double weight_of(std::size_t i) const {
@@ -129,12 +154,13 @@ class Orienter {
     return (before + after) / 2.0;
   }
 
-  void fill(Station& s) {
-    if (s.all) return;
+  void fill(Station& s, double window) {
+    window = std::min(window, kPi);
+    if (s.window >= window - kLeastWindow / 2.0) return;
     if (!s.asked) s.asked = true, s.wish_admitted = admissible_.admits(s.point, s.wished, query_);
-    s.all = true;
+    s.window = window;
     s.candidates.clear();
-    for (const std::uint32_t i : admissible_.directions(s.point, query_))
+    for (const std::uint32_t i : admissible_.directions_near(s.point, s.wished, window, query_))
       s.candidates.push_back({admissible_.grid().directions()[i], 0.0});
     if (s.candidates.size() > kMostCandidates) {
       const auto nearer = [&](const AxisCandidate& a, const AxisCandidate& b) {
@@ -165,13 +191,14 @@ class Orienter {
       candidates.push_back(stations_[i].candidates);
       if (i > first) ways.push_back(stations_[i].way - stations_[i - 1].way);
     }
-    const auto chosen = cheapest_sequence(candidates, ways, {scale_ * scale_, max_turn_, kJumpLength});
+    const auto chosen =
+        cheapest_sequence(candidates, ways, {scale_ * scale_, max_turn_, kGridTurn, kJumpLength});
     Stretch stretch;
     for (std::size_t i = first; i < last; ++i) {
       Station s = stations_[i];
       s.axis = candidates[i - first][chosen[i - first]].axis;
       if (!stretch.stations.empty() &&
-          angle_between(stretch.stations.back().axis, s.axis) > max_turn_ * ways[i - first - 1] + 1e-12) {
+          angle_between(stretch.stations.back().axis, s.axis) > max_turn_ * ways[i - first - 1] + kGridTurn) {
         stretches_.push_back(std::move(stretch));
         stretch = {};
       }
@@ -184,6 +211,7 @@ class Orienter {
   /// (O4) Directions towards the mean of their neighbours and the wish, as far as admissible.
   void smooth(Stretch& stretch) {
     std::vector<Station>& s = stretch.stations;
+    if (std::all_of(s.begin(), s.end(), [](const Station& at) { return at.window <= 0.0; })) return;
     for (int round = 0; round < kSmoothings; ++round) {
       for (std::size_t i = 0; i < s.size(); ++i) {
         // The least of the costs of (O3), to the second order, with the neighbours held.
@@ -197,7 +225,8 @@ class Orienter {
         for (const double share : {1.0, 0.5, 0.25}) {
           const Vec3 axis = slerp(s[i].axis, aim, share);
           if (angle_between(axis, s[i].axis) < kSmooth) break;
-          if (!turn_allowed(s, i, axis) || !admissible_.admits(s[i].point, axis, query_)) continue;
+          if (!turn_allowed(s, i, axis)) continue;
+          if (!admissible_.admits(s[i].point, axis, query_)) continue;
           s[i].axis = axis;
           break;
         }
@@ -244,6 +273,9 @@ class Orienter {
       if (stretches_[k].stations.front().way > begin) extend(stretches_[k], false, begin);
       make_run(stretches_[k].stations, last);
     }
+    std::stable_sort(cleared_now_.begin(), cleared_now_.end(),
+                     [](const Cleared& a, const Cleared& b) { return a.from < b.from; });
+    cleared_ = std::exchange(cleared_now_, {});
     pass_.breaks = pass_.runs.empty() ? 0 : pass_.runs.size() - 1;
   }
 
@@ -295,22 +327,53 @@ class Orienter {
     run = std::move(divided);
   }
 
-  /// Is the tool clear all along the move? Between two poses checked no point of it moves further than what a
-  /// ball leaves of a corner between two places within an eighth of the tolerance.
+  /// Is the tool clear all along the move? High up by a bound; near the contact, or where that does not tell,
+  /// at poses between which no point of the tool moves further than what a ball leaves of a corner between
+  /// two places within a fifth of the tolerance.
   bool clear(const OrientedPoint& a, const OrientedPoint& b) {
-    const double turn = angle_between(a.axis, b.axis);
-    const double way = distance(a.point.centre, b.point.centre) + lever_ * turn;
-    const int steps = std::max(1, static_cast<int>(std::ceil(way / step_)));
+    const double turn = angle_between(a.axis, b.axis), way = distance(a.point.centre, b.point.centre);
+    const double from = kBoundedFrom * admissible_.tool().ball();
+    ++query_.tested;
+    const bool bounded = !admissible_.tool().may_stop(
+        lerp(a.point.centre, b.point.centre, 0.5), slerp(a.axis, b.axis, 0.5), way / 2.0, turn / 2.0, from);
+    const int steps =
+        std::max(1, static_cast<int>(std::ceil((way + (bounded ? from : lever_) * turn) / step_)));
     const double h = options_.reference_height;
     const Point<Part> tip_a = a.point.centre - a.axis * h, tip_b = b.point.centre - b.axis * h;
     for (int k = 0; k <= steps; ++k) {
       const double f = static_cast<double>(k) / steps;
       const Vec3 axis = slerp(a.axis, b.axis, f);
+      const Point<Part> centre = lerp(tip_a, tip_b, f) + axis * h;
       ++query_.tested;
-      if (admissible_.tool().stop(lerp(tip_a, tip_b, f) + axis * h, axis, query_.hint)) return false;
-      if (admissible_.nearest_tilt(axis) != axis) return false;
+      if (bounded ? admissible_.tool().stopped_below(centre, axis, from, query_.hint)
+                  : admissible_.tool().stop(centre, axis, query_.hint).has_value())
+        return false;
+      if (!admissible_.within_tilt(axis)) return false;
     }
     return true;
+  }
+
+  /// A station more half way between the two about the place.
+  void note_failed(double way) {
+    const std::size_t after = std::clamp<std::size_t>(index_of(way), 1, stations_.size() - 1);
+    const double middle = 0.5 * (stations_[after - 1].way + stations_[after].way);
+    if (stations_[after].way - stations_[after - 1].way > kBorder &&
+        (failed_.empty() || failed_.back() != middle))
+      failed_.push_back(middle);
+  }
+
+  /// A move that was found clear the time before; runs are made in the order of their ways.
+  struct Cleared {
+    double from;
+    std::array<Vec3, 2> axes;
+    double to;
+  };
+  bool known_clear(const Placed& a, const Placed& b) const {
+    const auto before = [](const Cleared& c, double way) { return c.from < way; };
+    for (auto c = std::lower_bound(cleared_.begin(), cleared_.end(), a.way, before);
+         c != cleared_.end() && c->from == a.way; ++c)
+      if (c->to == b.way && c->axes[0] == a.at.axis && c->axes[1] == b.at.axis) return true;
+    return false;
   }
 
   void check(const std::vector<Placed>& run, bool last) {
@@ -320,9 +383,10 @@ class Orienter {
       checked.clear();
     };
     for (std::size_t i = 1; i < run.size(); ++i) {
-      const bool fine = clear(run[i - 1].at, run[i].at);
+      const bool fine = known_clear(run[i - 1], run[i]) || clear(run[i - 1].at, run[i].at);
+      if (fine) cleared_now_.push_back({run[i - 1].way, {run[i - 1].at.axis, run[i].at.axis}, run[i].way});
       if (!fine && !last && run[i].way - run[i - 1].way > kBorder)
-        failed_.push_back(0.5 * (run[i - 1].way + run[i].way));
+        note_failed(0.5 * (run[i - 1].way + run[i].way));
       if (!fine) end_run();
       checked.push_back(run[i].at);
     }
@@ -345,6 +409,7 @@ class Orienter {
   std::vector<Station> stations_;
   std::vector<Stretch> stretches_;
   std::vector<double> failed_;
+  std::vector<Cleared> cleared_, cleared_now_;  ///< moves of the time before, and of this
   DirectionQuery query_;
   OrientedPass pass_;
 };

@@ -84,6 +84,15 @@ Box box_about(Point<Part> p, double r) { return {p - Vec3{r, r, r}, p + Vec3{r, 
 
 namespace {
 
+/// (A3) Is the ball about the facet clear of the cylinder about the frustum?
+bool away_from_ball(const SweptTool::Frustum& frustum, Point<Part> centre, Vec3 axis,
+                    const PlacedFacet& facet) {
+  const Vec3 d = facet.centre - centre;
+  const double h = dot(d, axis), reach = frustum.widest + facet.radius;
+  return h + facet.radius < frustum.from || h - facet.radius > frustum.to ||
+         squared_length(d) - h * h > reach * reach;
+}
+
 /// (A3) Is all of the frustum on one side of the facet's plane?
 bool beside_plane(const SweptTool::Frustum& frustum, Point<Part> centre, Vec3 axis,
                   const PlacedFacet& facet) {
@@ -98,7 +107,8 @@ bool beside_plane(const SweptTool::Frustum& frustum, Point<Part> centre, Vec3 ax
 }  // namespace
 
 bool meets(const SweptTool::Frustum& frustum, Point<Part> centre, Vec3 axis, const PlacedFacet& facet) {
-  if (beside_plane(frustum, centre, axis, facet)) return false;
+  if (away_from_ball(frustum, centre, axis, facet) || beside_plane(frustum, centre, axis, facet))
+    return false;
   const Corners& triangle = facet.corners;
   const Vec3 v[3] = {triangle[0] - centre, triangle[1] - centre, triangle[2] - centre};
   const double z[3] = {dot(v[0], axis), dot(v[1], axis), dot(v[2], axis)};
@@ -184,6 +194,45 @@ std::optional<Blocker> SweptTool::stop(Point<Part> centre, Vec3 axis, std::uint3
     if (found) return Blocker{f.part, hint};
   }
   return std::nullopt;
+}
+
+bool SweptTool::may_stop(Point<Part> centre, Vec3 axis, double off, double turn, double from) const {
+  const Box& box = tree_.bounds();
+  const Point<Part> middle = lerp(box.min, box.max, 0.5);
+  const double highest = distance(middle, centre) + distance(middle, box.max);
+  for (const Frustum& f : swept_) {
+    // A point of the tool at height h and distance r from the axis moves by at most off + (h + r) turn.
+    const double moved = off + f.widest * turn,
+                 low = std::max(f.from - moved - std::abs(f.from) * turn, from);
+    const double high = std::min(f.to, highest) + moved + std::min(f.to, highest) * turn;
+    if (low >= high) continue;
+    Frustum grown{
+        f.part,         low,
+        high,           f.radius + f.slope * std::max(0.0, low - f.from) + moved + std::max(0.0, low) * turn,
+        f.slope + turn, 0.0};
+    grown.widest = grown.radius + grown.slope * (high - low);
+    const bool found =
+        tree_.any_along(centre, axis, low, high, grown.widest,
+                        [&](std::uint32_t, const PlacedFacet& c) { return meets(grown, centre, axis, c); });
+    if (found) return true;
+  }
+  return false;
+}
+
+bool SweptTool::stopped_below(Point<Part> centre, Vec3 axis, double to, std::uint32_t& hint) const {
+  for (Frustum f : swept_) {
+    if (f.from >= to) continue;
+    if (f.to > to) f.widest = f.radius + f.slope * (to - f.from), f.to = to;
+    if (hint != kNoFacet && meets(f, centre, axis, tree_.facet(hint))) return true;
+    const bool found =
+        tree_.any_along(centre, axis, f.from, f.to, f.widest, [&](std::uint32_t facet, const PlacedFacet& c) {
+          if (!meets(f, centre, axis, c)) return false;
+          hint = facet;
+          return true;
+        });
+    if (found) return true;
+  }
+  return false;
 }
 
 std::optional<Blocker> SweptTool::hit(Point<Part> centre, Vec3 axis) const {

@@ -40,6 +40,12 @@ class SweptTool {
   std::optional<Blocker> stop(Point<Part> centre, Vec3 axis, std::uint32_t& hint) const;
   /// The same for the cutting part alone (`parts` 1), with the shank (2), with the holder (3).
   std::optional<Blocker> stop(Point<Part> centre, Vec3 axis, std::uint32_t& hint, int parts) const;
+  /// Does anything stop the tool, drawn back as above, on a move during which the reference stays within
+  /// `off` (mm) of `centre` and the axis within `turn` (rad) of `axis`? Only what of the tool is higher than
+  /// `from` over the reference is asked. No answer is wrong that says it is clear.
+  bool may_stop(Point<Part> centre, Vec3 axis, double off, double turn, double from) const;
+  /// As stop(), of what of the tool is lower than `to` over the reference; nothing is swept higher.
+  bool stopped_below(Point<Part> centre, Vec3 axis, double to, std::uint32_t& hint) const;
   /// What the tool as it stands, ball and all, meets; nothing is swept.
   std::optional<Blocker> hit(Point<Part> centre, Vec3 axis) const;
 
