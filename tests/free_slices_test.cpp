@@ -1,0 +1,176 @@
+// Slices of the whole CL surface against closed forms and against the judge's own distances.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "pathgen/cl_slices.h"
+#include "sim/distance.h"
+#include "sim/parts.h"
+#include "tests/soup.h"
+
+namespace tiltfeed {
+namespace {
+
+using soup::operator+;
+
+constexpr double kTolerance = 0.004;
+
+PlanOptions options(double diameter, std::vector<Vec3> normals, double step) {
+  PlanOptions o;
+  o.cutter.diameter = diameter, o.cutter.shank_length = 50, o.cutter.length = 80;
+  o.free.plane_normals = std::move(normals);
+  o.pattern.side_step = step;
+  return o;
+}
+
+std::vector<ClSlice> slices(const CheckedMesh& part, const PlanOptions& o) {
+  const FacetTree tree(part.mesh);
+  return slice_cl_surface(part, tree, o, kTolerance, [](double) { return true; });
+}
+
+/// Every point and every middle of a move is in contact with the part, and on its plane.
+void expect_contact(const CheckedMesh& part, const PlanOptions& o, const std::vector<ClSlice>& found) {
+  const sim::PartDistance distance_to(part.mesh);
+  const double r = o.cutter.radius();
+  for (const ClSlice& s : found) {
+    const ClStrand& p = s.chain.points;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      const double d = distance_to.nearest(p[i].centre).value;
+      ASSERT_GE(d, r - kTolerance);
+      ASSERT_LE(d, r + kTolerance);
+      ASSERT_NEAR(dot(from_origin(p[i].centre), o.free.plane_normals[s.stack]), s.height, kTolerance);
+      ASSERT_NEAR(length(p[i].normal), 1.0, 1e-9);
+      if (i == 0) continue;
+      const double middle = distance_to.nearest(lerp(p[i - 1].centre, p[i].centre, 0.5)).value;
+      ASSERT_GE(middle, r - kTolerance) << "move " << i << " of the slice at " << s.height;
+      ASSERT_LE(middle, r + kTolerance) << "move " << i << " of the slice at " << s.height;
+    }
+  }
+}
+
+TEST(FreeSlices, ACubeIsGoneRoundAlongItsSidesAndQuarterCircles) {
+  const CheckedMesh part = soup::check(soup::cube(0, 20));
+  const auto found = slices(part, options(6, {{0, 0, 1}}, 4));
+  // From -3 to 23: seven planes, two of them above and below the cube where the ball rolls over its rims.
+  double levels = 0;
+  for (const ClSlice& s : found) {
+    EXPECT_TRUE(s.chain.closed);
+    if (s.height <= 0.0 || s.height >= 20.0) continue;
+    ++levels;
+    EXPECT_NEAR(length_of(s.chain.points), 80 + 6 * kPi, 0.02) << s.height;
+  }
+  EXPECT_EQ(levels, 5);
+  expect_contact(part, options(6, {{0, 0, 1}}, 4), found);
+}
+
+TEST(FreeSlices, AHollowCornerIsCutShort) {
+  const CheckedMesh part = soup::check(soup::ell());
+  const auto found = slices(part, options(1, {{0, 0, 1}}, 1));
+  int levels = 0;
+  for (const ClSlice& s : found) {
+    if (s.height <= 0.0 || s.height >= 6.0) continue;
+    ++levels;
+    EXPECT_TRUE(s.chain.closed);
+    EXPECT_NEAR(length_of(s.chain.points), 24 - 2 * 0.5 + 5 * kPi / 2 * 0.5, 0.02);
+  }
+  EXPECT_GE(levels, 5);
+  expect_contact(part, options(1, {{0, 0, 1}}, 1), found);
+}
+
+TEST(FreeSlices, ACavityIsSlicedToo) {
+  const CheckedMesh part = soup::check(soup::cube(0, 40) + soup::reversed(soup::cube(10, 30)));
+  const auto found = slices(part, options(6, {{0, 0, 1}}, 5));
+  double inside = 0.0, outside = 0.0;
+  for (const ClSlice& s : found) {
+    const Point<Part> p = s.chain.points.front().centre;
+    const bool in = p.x > 5 && p.x < 35 && p.y > 5 && p.y < 35 && p.z > 5 && p.z < 35;
+    (in ? inside : outside) += length_of(s.chain.points);
+    if (in) {
+      EXPECT_NEAR(length_of(s.chain.points), 4 * (20 - 6), 0.02);
+    }
+  }
+  EXPECT_GT(inside, 100.0);
+  EXPECT_GT(outside, 500.0);
+  expect_contact(part, options(6, {{0, 0, 1}}, 5), found);
+}
+
+TEST(FreeSlices, AnyNormalCutsInContact) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  const CheckedMesh torus = soup::check(soup::torus()), ell = soup::check(soup::ell());
+  for (int i = 0; i < 12; ++i) {
+    const Vec3 n = normalized({normal(random), normal(random), normal(random)});
+    SCOPED_TRACE(testing::Message() << "normal " << n.x << ", " << n.y << ", " << n.z);
+    const PlanOptions o = options(i % 2 ? 1.5 : 0.6, {n}, 0.7);
+    const CheckedMesh& part = i % 3 == 0 ? torus : ell;
+    const auto found = slices(part, o);
+    EXPECT_GT(found.size(), 4u);
+    expect_contact(part, o, found);
+  }
+}
+
+TEST(FreeSlices, TheHollowSphereIsCutInsideAndOutInUnbrokenPasses) {
+  Stl stl;
+  stl.facets = sim::hollow_sphere();
+  const Result<CheckedMesh> part = check_mesh(stl);
+  ASSERT_TRUE(part.has_value());
+  const PlanOptions o = options(10, {{1, 0, 0}}, 10);
+  const auto found = slices(*part, o);
+  expect_contact(*part, o, found);
+  std::size_t closed = 0;
+  double inside = 0.0;
+  for (const ClSlice& s : found) {
+    closed += s.chain.closed ? 1 : 0;
+    if (length(from_origin(s.chain.points.front().centre)) < 36.0) inside += length_of(s.chain.points);
+  }
+  EXPECT_GT(inside, 500.0);
+  EXPECT_GE(closed * 10, found.size() * 8);
+}
+
+TEST(FreeSlices, EveryPlaceBelongsToTheStackThatCutsItMostSquarely) {
+  const CheckedMesh part = soup::check(soup::cube(0, 20));
+  const PlanOptions o = options(4, {{1, 0, 0}, {0, 0, 1}}, 2);
+  for (const ClSlice& s : slices(part, o))
+    for (std::size_t i = 1; i < s.chain.points.size(); ++i) {
+      const ClPoint& p = s.chain.points[i];
+      EXPECT_FALSE(std::abs(p.normal.x) > 0.99 && s.stack != 1u);
+      EXPECT_FALSE(std::abs(p.normal.z) > 0.99 && s.stack != 0u);
+    }
+}
+
+TEST(FreeSlices, TheContainmentIsABoxOfCentres) {
+  const CheckedMesh part = soup::check(soup::cube(0, 20));
+  PlanOptions o = options(4, {{1, 0, 0}}, 2);
+  o.containment.height = {5.0, 15.0};
+  const auto found = slices(part, o);
+  double low = 1e9, high = -1e9;
+  for (const ClSlice& s : found)
+    for (const ClPoint& p : s.chain.points)
+      low = std::min(low, p.centre.z), high = std::max(high, p.centre.z);
+  EXPECT_NEAR(low, 5.0, 1e-9);
+  EXPECT_NEAR(high, 15.0, 1e-9);
+}
+
+TEST(FreeSlices, WithMeasureSurfacePlanesCloseUpWhereTheSurfaceLeans) {
+  Stl stl;
+  stl.facets = sim::hollow_sphere();
+  const Result<CheckedMesh> part = check_mesh(stl);
+  PlanOptions o = options(10, {{1, 0, 0}}, 8);
+  o.pattern.measure = StepMeasure::kSurface;
+  // On the outside, neighbouring passes are at most a side step apart: no circle of that width round the axis
+  // of the stack is free of passes.
+  std::vector<double> angles;
+  for (const ClSlice& s : slices(*part, o))
+    for (const ClPoint& p : s.chain.points)
+      if (length(from_origin(p.centre)) > 52.0)
+        angles.push_back(std::acos(p.centre.x / length(from_origin(p.centre))));
+  std::sort(angles.begin(), angles.end());
+  ASSERT_FALSE(angles.empty());
+  EXPECT_LT(angles.front() * 55, 8.0);
+  for (std::size_t i = 1; i < angles.size(); ++i) ASSERT_LT((angles[i] - angles[i - 1]) * 55, 8.5);
+}
+
+}  // namespace
+}  // namespace tiltfeed
