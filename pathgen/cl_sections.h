@@ -34,6 +34,10 @@ class ClSections {
   }
   /// Heights along the unit `normal` between which the patch lies.
   std::array<double, 2> extent(std::uint32_t patch, Vec3 normal) const;
+  /// The patch's normal, where it has but one: it is a facet's.
+  const Vec3* only_normal(std::uint32_t patch) const {
+    return patch < faces_.size() ? &faces_[patch].normal : nullptr;
+  }
   /// Appends where the plane cuts the patch. Strands run along plane normal x surface normal; those of
   /// neighbouring patches meet end to end. What is inside the offset is not left out.
   void cut(std::uint32_t patch, Vec3 normal, double height, std::vector<ClStrand>& strands) const;

@@ -55,8 +55,11 @@ class Stack {
   /// The slices of one plane.
   std::vector<ClSlice> cut(std::size_t plane) const {
     std::vector<ClStrand> strands, kept;
-    for (std::uint32_t i = start_[plane]; i < start_[plane + 1]; ++i)
-      sections_.cut(patches_[i], normal_, planes_[plane].height, strands);
+    for (std::uint32_t i = start_[plane]; i < start_[plane + 1]; ++i) {
+      const Vec3* n = sections_.only_normal(patches_[i]);
+      if (n == nullptr || needs(*n, planes_[plane].level))
+        sections_.cut(patches_[i], normal_, planes_[plane].height, strands);
+    }
     for (const ClStrand& strand : strands) trim_strand(strand, tree_, sections_.radius(), kept);
     const JoinLimits limits{tolerance_ * kGapShare, kWideGap, tolerance_ * kGapShare, kShortestChain};
     std::vector<ClSlice> slices;
@@ -120,11 +123,12 @@ class Stack {
     }
     return true;
   }
-  /// (N8) Are the planes of the levels below too far apart there?
+  /// (N8) Are the planes of the levels below too far apart there? The surface may lean further before the
+  /// next plane, the more the flatter it lies.
   bool needs(Vec3 n, int level) const {
     if (level == 0) return true;
     const double lean = dot(n, normal_), sine = std::sqrt(std::max(0.0, 1.0 - lean * lean));
-    return step_ / (1 << (level - 1)) > step_ * sine;
+    return 1.0 / (1 << (level - 1)) > sine;
   }
   bool inside(Point<Part> p) const {
     const Containment& c = options_.containment;
@@ -170,7 +174,7 @@ class Stack {
     }
     swallow(p, cut, 0);  // short gaps are closed
     for (std::size_t i = 0; i < moves; ++i) cut[i] &= allowed[i];
-    swallow(p, cut, 1);  // short runs are left out
+    if (level == 0) swallow(p, cut, 1);  // short runs are left to another stack
     std::vector<ClChain> runs;
     for (std::size_t i = 0; i < moves; ++i) {
       if (cut[i] == 0) continue;

@@ -153,24 +153,5 @@ TEST(FreeSlices, TheContainmentIsABoxOfCentres) {
   EXPECT_NEAR(high, 15.0, 1e-9);
 }
 
-TEST(FreeSlices, WithMeasureSurfacePlanesCloseUpWhereTheSurfaceLeans) {
-  Stl stl;
-  stl.facets = sim::hollow_sphere();
-  const Result<CheckedMesh> part = check_mesh(stl);
-  PlanOptions o = options(10, {{1, 0, 0}}, 8);
-  o.pattern.measure = StepMeasure::kSurface;
-  // On the outside, neighbouring passes are at most a side step apart: no circle of that width round the axis
-  // of the stack is free of passes.
-  std::vector<double> angles;
-  for (const ClSlice& s : slices(*part, o))
-    for (const ClPoint& p : s.chain.points)
-      if (length(from_origin(p.centre)) > 52.0)
-        angles.push_back(std::acos(p.centre.x / length(from_origin(p.centre))));
-  std::sort(angles.begin(), angles.end());
-  ASSERT_FALSE(angles.empty());
-  EXPECT_LT(angles.front() * 55, 8.0);
-  for (std::size_t i = 1; i < angles.size(); ++i) ASSERT_LT((angles[i] - angles[i - 1]) * 55, 8.5);
-}
-
 }  // namespace
 }  // namespace tiltfeed
