@@ -114,6 +114,7 @@ RATE = re.compile(r"SET_FEED_RATE\(([^)]*)\)")
 SAME = 1e-4      # the canonical commands have four decimals
 LONG_WAY = 0.01  # mm; on shorter ways four decimals of the rate say nothing
 SAME_RATE = 0.02
+LEAST_FEED = 0.1  # mm/min; a linear way that is slower runs too fast in LinuxCNC, so it must be exactly zero
 
 
 def blocks(path):
@@ -164,6 +165,8 @@ def main():
             rapids += 1
         else:
             way = math.dist(before[:3], want[:3])
+            if 0 < way < LEAST_FEED / feed:
+                sys.exit(f"line {number}: {way:.6f} mm at F{feed} is below {LEAST_FEED} mm/min, which LinuxCNC runs too fast")
             if way > LONG_WAY:
                 timed += 1
                 if not abs(rate / (way * feed) - 1) <= SAME_RATE:
@@ -225,6 +228,20 @@ NC
   expect_refusal exponent 'rs274 (exit' "$folder/exponent.nc" "$good" "$folder"
   sed '/^M2/d' "$good" > "$folder/endless.nc"
   expect_refusal no_end 'rs274' "$folder/endless.nc" "$good" "$folder"
+  sed 's/^G0 X1/G43.4 H1\nG0 X1/' "$good" > "$folder/tcp.nc"
+  expect_refusal tcp_word 'rs274 (exit' "$folder/tcp.nc" "$good" "$folder"
+  sed 's/^G94/G94\nG1 X5/' "$good" > "$folder/g94.nc"
+  expect_refusal no_f_in_g94 'rs274 (exit' "$folder/g94.nc" "$good" "$folder"
+  sed 's/^(TILT.*/(a (nested) comment)/' "$good" > "$folder/nested.nc"
+  expect_refusal nested_comment 'rs274 (exit' "$folder/nested.nc" "$good" "$folder"
+  sed '1s/^/\xEF\xBB\xBF/' "$good" > "$folder/mark.nc"
+  expect_refusal byte_order_mark 'rs274 (exit' "$folder/mark.nc" "$good" "$folder"
+  sed '1s/^/%\n/; /^M2/d' "$good" > "$folder/percent.nc"
+  expect_refusal one_percent 'rs274' "$folder/percent.nc" "$good" "$folder"
+  sed "s/^Z20.5/Z20.5 ($(printf '%0260d' 0))/" "$good" > "$folder/long.nc"
+  expect_refusal long_line 'rs274 (exit' "$folder/long.nc" "$good" "$folder"
+  sed 's/^X4.25 A12.3456 C-25.5 F60/X1.0001 A12.3456 C-25.5 F60/' "$good" > "$folder/hasty.nc"
+  expect_refusal hasty 'runs too fast' "$folder/hasty.nc" "$folder/hasty.nc" "$folder"
   echo "self-test passed"
 }
 
