@@ -175,6 +175,7 @@ void Writer::modes() {
   if (format_.path_control == PathControl::kExact) lines(table_.exact);
   if (format_.path_control == PathControl::kBlend) lines(table_.blend);
   if (format_.tcp || format_.feed_mode != FeedMode::kPerMinute) return;
+  lines(table_.per_minute_on);
   if (format_.feed_measure == FeedMeasure::kDegrees) lines(table_.degrees);
   if (format_.feed_measure == FeedMeasure::kRadius) lines(table_.radius);
 }

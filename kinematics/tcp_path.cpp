@@ -59,13 +59,17 @@ double Joiner::fraction(std::size_t from, std::size_t to, Point<Part> tip, doubl
 bool Joiner::fits(std::size_t from, std::size_t to) const {
   const Joints &p = path_.moves[from].joints, &q = path_.moves[to].joints;
   if (std::abs(q.a - p.a) >= 180.0 || std::abs(q.c - p.c) >= 180.0) return false;
+  if (path_.moves[from + 1].kind != path_.moves[to].kind) return false;
   const double allowed = Angle::from_degrees(options_.axis_tolerance).radians();
+  const double strays =
+      options_.tip_tolerance * (path_.moves[to].kind == MoveKind::kRapid ? kRapidToleranceFactor : 1.0);
   double whole = 0.0, before = 0.0;
   for (std::size_t i = from + 1; i <= to; ++i) whole += path_.moves[i].seconds;
   for (std::size_t i = from + 1; i <= to; before += path_.moves[i++].seconds) {
     for (const double s : kSamples) {
       const Pose pose =
           forward(machine_, setup_, between(path_.moves[i - 1].joints, path_.moves[i].joints, s));
+      if (distance_to_segment(pose.tip, poses_[from].tip, poses_[to].tip) > strays) return false;
       const double f = fraction(from, to, pose.tip, (before + s * path_.moves[i].seconds) / whole);
       if (angle_between(forward(machine_, setup_, between(p, q, f)).axis, pose.axis) > allowed) return false;
     }

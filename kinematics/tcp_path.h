@@ -15,6 +15,9 @@ struct TcpOptions {
   int linear_decimals = 4;  ///< printed decimals of X Y Z, mm
   /// Largest angle between the axis as the control turns it and that of `path`, degrees.
   double axis_tolerance = 0.05;
+  /// Largest distance of a tip that is left out from the straight line, mm; kRapidToleranceFactor times that
+  /// on rapids.
+  double tip_tolerance = 0.01;
 };
 
 /// The words (in the places of the joints), with blocks of one move joined where the tip needs no point

@@ -162,6 +162,11 @@ TEST_P(Dialects, FeedsGiveTheTimesOfTheBlocks) {
       posting = posting_of(GetParam(), {&path});
       posting.machine.format = format;
       const std::string text = text_of(posting);
+      if (has_inverse_time(GetParam().dialect)) {
+        EXPECT_LT(text.find(mode == FeedMode::kInverseTime && !GetParam().tcp ? "G93" : "G94"),
+                  text.find(" F"))
+            << "the feed mode is stated before the first F";
+      }
       std::istringstream in(text);
       const auto read = read_program_text(in, "x.nc", language_of(posting.machine));
       ASSERT_TRUE(read) << read.error().message;
