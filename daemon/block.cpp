@@ -133,7 +133,6 @@ void ProgramText::block(std::size_t index, State& state, Piece& piece) const {
   const std::string_view end = rapid ? table_.rapid_end : "", first_end = first ? table_.first_end : "";
   out = std::copy(first_end.begin(), first_end.end(), out);
   out = std::copy(end.begin(), end.end(), out);
-  if (first) state.feed.clear();
   if (!rapid) out = feed(out, op, at, state, piece);
   std::string_view text(state.line.data(), static_cast<std::size_t>(out - state.line.data()));
   if (text.front() == ' ') text.remove_prefix(1);  // no motion word in front
