@@ -1,0 +1,21 @@
+// Requests: what is understood is written and understood again.
+
+#include "daemon/api.h"
+#include "tests/fuzz/fuzz.h"
+
+using namespace tiltfeed;
+
+FUZZ_TARGET(api) {
+  const auto request = parse_request(bytes);
+  if (!request) {
+    HOLDS(request.error().code == Code::kUsage);
+    const std::string refusal = write_refusal(request.error());
+    return HOLDS(refusal.find('\n') == refusal.size() - 1);
+  }
+  std::string line = write_request(*request);
+  HOLDS(line.back() == '\n' && line.find('\n') == line.size() - 1);
+  line.pop_back();
+  const auto again = parse_request(line);
+  HOLDS(again && again->op == request->op && again->job == request->job && again->block == request->block &&
+        again->from == request->from && again->confirmed == request->confirmed);
+}

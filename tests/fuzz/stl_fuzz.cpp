@@ -1,0 +1,16 @@
+// STL bytes: every facet that comes out is finite, and there are no more of them than the bytes can hold.
+
+#include <cmath>
+#include <span>
+
+#include "pathgen/stl.h"
+#include "tests/fuzz/fuzz.h"
+
+FUZZ_TARGET(stl) {
+  const auto stl = tiltfeed::parse_stl(std::span(bytes.data(), bytes.size()), "fuzz.stl", 1.0);
+  if (!stl) return HOLDS(!stl.error().message.empty());
+  HOLDS(!stl->facets.empty() && stl->facets.size() <= bytes.size() / 25 + 1);
+  for (const auto& facet : stl->facets)
+    for (const auto& corner : facet)
+      HOLDS(std::isfinite(corner.x) && std::isfinite(corner.y) && std::isfinite(corner.z));
+}
