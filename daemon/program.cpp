@@ -33,8 +33,13 @@ bool is_live(char c) {
   return c == '!' || c == '~' || c == '?' || c == kReset || static_cast<unsigned char>(c) >= kFirstHigh;
 }
 
-/// Tenths of a code's number, so 281 is G28.1.
-int tenths(double value) { return static_cast<int>(value * 10.0 + 0.5); }
+/// No control has a G or M code from here on.
+constexpr double kLargestCode = 1000.0;
+
+/// Tenths of a code's number, so 281 is G28.1; -1 where it cannot be one.
+int tenths(double value) {
+  return value >= 0.0 && value < kLargestCode ? static_cast<int>(value * 10.0 + 0.5) : -1;
+}
 
 bool waits_for_operator(char letter, double value) {
   return letter == 'M' && (tenths(value) == 0 || tenths(value) == 10 || tenths(value) == 60);
