@@ -87,10 +87,11 @@ Result<MachineProfile> parse_machine(const std::string& text, const std::string&
   const Result<YamlNode> tree = parse_yaml(text, path);
   if (!tree) return tl::unexpected(tree.error());
   Complaint complaint(path);
-  const Section root(*tree, "",
-                     {"name", "linear", "structure", "tilt", "rotary", "table_centre_mm", "pivot_to_gauge_mm",
-                      "rotary_to_tilt_mm", "spindle_direction", "control", "check", "program", "link", "wire"},
-                     complaint);
+  const Section root(
+      *tree, "",
+      {"name", "linear", "structure", "tilt", "rotary", "table_centre_mm", "pivot_to_gauge_mm",
+       "rotary_to_tilt_mm", "spindle_direction", "control", "check", "program", "link", "wire"},
+      complaint);
   MachineProfile profile = read_profile(root, dialect);
   if (complaint.first()) return tl::unexpected(*complaint.first());
   profile.vectors = read_vectors(root, profile.model);

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "config/link_profile.h"
 #include "config/machine_vectors.h"
 #include "config/program_format.h"
-#include "config/link_profile.h"
 #include "kinematics/machine.h"
 #include "kinematics/result.h"
 

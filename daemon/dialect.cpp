@@ -11,6 +11,7 @@ constexpr std::size_t kMaxProgramName = 24;
 // Largest N words; Fanuc and Haas have five digits, Grbl counts to here and starts again.
 constexpr std::uint64_t kFiveDigits = 99'999, kSevenDigits = 9'999'999, kEightDigits = 99'999'999;
 
+// clang-format off
 constexpr std::array<DialectTable, 7> kTables{{
     {.dialect = Dialect::kRs274,
      .comment_open = "(", .comment_close = ")", .numbering = Numbering::kOptional, .unnumbered = "%(",
@@ -102,6 +103,7 @@ constexpr std::array<DialectTable, 7> kTables{{
      .exact = "", .blend = "", .dwell = "G04 F{seconds}", .stop = "M0", .optional_stop = "M1",
      .retract = "G00 G40 G90 Z-1 M91", .end = "M30|N99999999 %{name} G71 *"},
 }};
+// clang-format on
 
 /// Appends `line` with its braces filled; false when it asks for what there is not.
 bool fill(std::string_view line, const Filling& filling, std::string& text) {
@@ -154,7 +156,8 @@ std::string program_name(std::string_view name) {
   std::string text;
   for (const char c : name) {
     const char upper = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-    const bool kept = (upper >= 'A' && upper <= 'Z') || (upper >= '0' && upper <= '9') || upper == '_' || upper == '-';
+    const bool kept =
+        (upper >= 'A' && upper <= 'Z') || (upper >= '0' && upper <= '9') || upper == '_' || upper == '-';
     if (text.size() < kMaxProgramName && (kept || upper == ' ')) text += kept ? upper : '_';
   }
   return text.empty() ? "TILTFEED" : text;

@@ -10,8 +10,8 @@
 namespace tiltfeed {
 
 /// How far the rotary axes of a tilting head and a turning table go from one direction to the other when both
-/// run at the same time: the greater of the change in tilt from `up` and the turn about it (the short way; none
-/// where either direction is along `up`, where the table need not turn). Symmetric.
+/// run at the same time: the greater of the change in tilt from `up` and the turn about it (the short way;
+/// none where either direction is along `up`, where the table need not turn). Symmetric.
 Angle rotary_travel(Vec3 from, Vec3 to, Vec3 up);
 
 /// Most directions that can be ordered.

@@ -106,7 +106,7 @@ struct PlanOptions {
   std::string name;  ///< of the part
   Cutter cutter;
   AxisFrame axis;
-  FreeAxis free;  ///< with AxisMode::kFree
+  FreeAxis free;        ///< with AxisMode::kFree
   IndexedAxis indexed;  ///< with AxisMode::kIndexed
   Pattern pattern;
   Containment containment;

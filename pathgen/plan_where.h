@@ -12,7 +12,8 @@ namespace tiltfeed {
 struct WantedPart {
   /// Shall the tool cut there? Asked along straight moves, too, where nothing but `centre` is exact.
   std::function<bool(const EnvelopePoint&)> place;
-  /// May the tool cut straight from one point to the next of a pass? Empty: always. A pass is broken where not.
+  /// May the tool cut straight from one point to the next of a pass? Empty: always. A pass is broken where
+  /// not.
   std::function<bool(const EnvelopePoint&, const EnvelopePoint&)> straight{};
   double spacing = 0.0;  ///< a pass is asked at places at most this far apart, mm
   double overlap = 0.0;  ///< it is cut this much beyond along the pass, mm

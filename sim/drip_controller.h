@@ -47,6 +47,8 @@ class DripController {
   void reset();
   bool program_ended() const { return ended_ && motion_.idle(); }
   const Motion& motion() const { return motion_; }
+  /// It would take more lines at once.
+  bool hungry() const { return !ended_ && clear_to_send(); }
   /// Most bytes that came between a DC3 and its DC1.
   std::size_t most_after_stop() const { return most_after_stop_; }
   std::uint64_t bytes_before_start() const { return before_start_; }

@@ -163,11 +163,11 @@ int serve(const ServeOptions& options) {
   if (!options.reprap.empty()) {
     RepRapController controller(job->machine.model, job->setup, {}, sink);
     served = serve_pty(controller, options.reprap, endpoint);
-    summarise(controller.motion(), "resends", controller.totals().resends);
+    summarise(controller.motion(), reference, "resends", controller.totals().resends);
   } else if (!options.drip.empty()) {
     DripController controller(job->machine.model, job->setup, {}, sink);
     served = serve_pty(controller, options.drip, endpoint);
-    summarise(controller.motion(), "alarm", static_cast<std::uint64_t>(controller.alarm()));
+    summarise(controller.motion(), reference, "alarm", static_cast<std::uint64_t>(controller.alarm()));
   } else if (!options.pty.empty()) {
     GrblOptions grbl = options.grbl;
     grbl.motion = motion;

@@ -50,6 +50,8 @@ class RepRapController {
   void halt();
   bool program_ended() const { return motion_.totals().programs > 0 && motion_.idle(); }
   const Motion& motion() const { return motion_; }
+  /// It would take more lines at once.
+  bool hungry() const { return queue_.empty() && placed_ >= pending_.size() && !paused_ && !halted_; }
   const RepRapTotals& totals() const { return totals_; }
 
  private:

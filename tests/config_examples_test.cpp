@@ -178,7 +178,7 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
       ++count;
     }
   }
-  EXPECT_EQ(count, 13u + 3 + 5 + 12 + 3 + 22 + 3);
+  EXPECT_EQ(count, 14u + 3 + 5 + 12 + 3 + 22 + 3);
   for (const char* key : {"structure",
                           "letter",
                           "direction",

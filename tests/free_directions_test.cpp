@@ -156,7 +156,7 @@ TEST(FreeDirections, TheReasonIsTheFirstPartOfTheToolWithoutARoom) {
 }
 
 /// What a sequence costs.
-double cost(const std::vector<std::vector<Candidate>>& stations, const std::vector<double>& ways,
+double cost(const std::vector<std::vector<AxisCandidate>>& stations, const std::vector<double>& ways,
             const TurnPrices& prices, const std::vector<std::uint32_t>& chosen) {
   double sum = 0.0;
   for (std::size_t i = 0; i < stations.size(); ++i) {
@@ -173,7 +173,7 @@ TEST(FreeDirections, TheSequenceIsTheCheapestOfAll) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   for (int round = 0; round < 200; ++round) {
-    std::vector<std::vector<Candidate>> stations(5);
+    std::vector<std::vector<AxisCandidate>> stations(5);
     std::vector<double> ways;
     for (auto& s : stations) {
       const int count = 1 + static_cast<int>(uniform(random) * 4);
