@@ -10,7 +10,7 @@ namespace tiltfeed {
 namespace {
 
 /// Part of the controller's watchdog time: two lost exchanges and their time-outs fit in.
-constexpr double kHeartbeatShare = 0.25;
+constexpr double kHeartbeatShare = 0.15;
 /// Blocks kept ready beside those in the controller.
 constexpr std::size_t kReadyBlocks = 2 * kWindowBlocks;
 
@@ -54,9 +54,7 @@ void ModbusSession::make_request(Time now) {
   } else {
     const bool write = step_ != Step::kLookAround && !read_only_next_;
     if (write) request.words = next_words(now, request.write_address);
-    // While frames flow, they bring the status: a heartbeat between them is kept short.
-    request_is_beat_ = write && request.write_address == options_.map.heartbeat && room_for_frame();
-    request_reads_status_ = !write || (use_fc23_ && !request_is_beat_);
+    request_reads_status_ = !write || use_fc23_;
     request.read_address = request_reads_status_ ? options_.map.status : std::uint16_t{0};
     request.read_count = request_reads_status_ ? kStatusWords : std::uint16_t{0};
   }

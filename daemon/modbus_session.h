@@ -121,7 +121,6 @@ class ModbusSession {
 
   std::string request_;  // out, not answered yet
   bool request_reads_status_ = false, read_only_next_ = false, use_fc23_ = true;
-  bool request_is_beat_ = false;  // and nothing else
   bool request_is_window_ = false, judge_window_ = false;
   std::uint16_t command_seq_ = 0, heartbeat_ = 0;
   std::uint64_t resends_ = 0;
