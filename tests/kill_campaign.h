@@ -255,9 +255,9 @@ inline Outcome sender_life(JobRun run, JournalDisk disk, Link& link, Clock& cloc
   if (report) return outcome;
   outcome.text = report.error().message;
   outcome.end = steps.dead ? End::kKilled : End::kWrong;
-  if (outcome.text.find("restarted") != std::string::npos ||
-      outcome.text.find("in alarm") != std::string::npos)
-    outcome.end = End::kUncertain;
+  // The controller cannot tell any more: judged as left to the operator, with the journal's range.
+  for (const char* left : {"restarted", "in alarm", "any more"})
+    if (outcome.text.find(left) != std::string::npos) outcome.end = End::kUncertain;
   return outcome;
 }
 
