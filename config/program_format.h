@@ -59,7 +59,7 @@ struct ProgramFormat {
   bool crlf = false;   ///< lines end in CR LF
   int max_blocks = 0;  ///< motion blocks that the control takes; 0: no limit
   int max_bytes = 0;   ///< of the whole file; 0: no limit
-  PathControl path_control = PathControl::kExact;
+  PathControl path_control = PathControl::kControl;
   double blend_tolerance = 0.0;  ///< for kBlend, mm
   std::string retract;  ///< line before a tool change and at the end; "default": the dialect's; "none"
   std::string clamp_tilt, unclamp_tilt, clamp_rotary, unclamp_rotary;  ///< words, empty: none

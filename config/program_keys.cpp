@@ -112,9 +112,7 @@ ProgramFormat usual_format(Dialect dialect) {
   ProgramFormat format;
   format.dialect = dialect;
   format.retract = "default";
-  if (dialect == Dialect::kRs274) return format;
-  format.path_control = PathControl::kControl;
-  if (dialect == Dialect::kGrbl) return format;
+  if (dialect == Dialect::kRs274 || dialect == Dialect::kGrbl) return format;
   format.max_line_length = 100;
   if (dialect == Dialect::kFanuc || dialect == Dialect::kHaas) {
     // Least input increment IS-B; the F of G93 that the smallest of these controls takes.

@@ -12,6 +12,8 @@ namespace tiltfeed {
 
 namespace {
 
+/// Cosine of the steepest lean for which an approach is lengthened.
+constexpr double kLeastFacing = 0.05;
 /// Up, over in a few steps, down: for the memory to set aside.
 constexpr std::size_t kMovesPerLink = 8;
 
@@ -86,13 +88,18 @@ class Linker {
       return false;
     }
     const Point<Flat> foot = arc.empty() ? pass[0].flat : arc.back();
-    if (const double start = foot.z + options_.approach; start < options_.clearance_z)
+    if (const double start = foot.z + approach_to(pass[0]); start < options_.clearance_z)
       push(travel_.pose({foot.x, foot.y, start}), MoveKind::kRapid);
     for (auto place = arc.rbegin(); place != arc.rend(); ++place)
       push(travel_.pose(*place), MoveKind::kPlunge);
     push(pose_of(pass[0]), MoveKind::kPlunge, surface_.facet_of(pass[0].patch));
     count_lead(!arc.empty());
     return true;
+  }
+
+  /// (L1) Stock as thick as the approach is nearer along the axis where the surface is steep.
+  double approach_to(const EnvelopePoint& p) const {
+    return options_.approach / std::max(dot(p.normal, p.axis), kLeastFacing);
   }
 
   Travel::Way travel_to(Point<Flat> to) {

@@ -12,6 +12,22 @@ constexpr int kMostLines = 50;
 // The header prints lengths with a few decimals.
 constexpr double kSameLength = 1e-3;
 
+std::string place_text(Vec3 v) {
+  return "(" + number_text(v.x) + ", " + number_text(v.y) + ", " + number_text(v.z) + ") mm";
+}
+
+/// `TILTFEED part zero X Y Z mm`, and nothing after it: the part's own line ends with the tool.
+bool read_part_zero(const std::string& text, ProgramHeader& header) {
+  std::istringstream words(text);
+  std::string mark, part, zero, unit, more;
+  Vec3 at;
+  if (!(words >> mark >> part >> zero >> at.x >> at.y >> at.z >> unit) || zero != "zero" || unit != "mm" ||
+      words >> more)
+    return false;
+  header.part_zero = at;
+  return true;
+}
+
 }  // namespace
 
 ProgramHeader read_program_header(std::istream& in) {
@@ -28,6 +44,8 @@ ProgramHeader read_program_header(std::istream& in) {
     } else if (key == "blocks") {
       std::uint64_t count = 0;
       if (words >> count) header.blocks = count;
+    } else if (key == "part" && read_part_zero(words.str(), header)) {
+      continue;
     } else if (key == "part") {
       // NAME may hold blanks; the tool's D and L words follow it.
       while (words >> word) {
@@ -54,6 +72,8 @@ Result<void> check_header(const ProgramHeader& header, const Job& job, const std
   if (!header.machine.empty() && header.machine != job.machine.model.name)
     return other("machine", header.machine, job.machine.model.name);
   if (!header.part.empty() && header.part != job.plan.name) return other("part", header.part, job.plan.name);
+  if (header.part_zero && length(*header.part_zero - job.setup.part_zero) > kSameLength)
+    return other("part zero", place_text(*header.part_zero), place_text(job.setup.part_zero));
   const Cutter& cutter = job.plan.cutter;
   if (header.diameter && std::abs(*header.diameter - cutter.diameter) > kSameLength)
     return other("a tool of diameter", number_text(*header.diameter) + " mm",

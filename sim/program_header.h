@@ -15,13 +15,14 @@ namespace tiltfeed::sim {
 struct ProgramHeader {
   std::string part, machine;
   std::optional<double> diameter, length;  ///< of the tool, mm
+  std::optional<Vec3> part_zero;           ///< from the rotary axis, mm
   std::optional<std::uint64_t> blocks;     ///< that move an axis
 };
 
 /// Looks at the lines before the first block that moves an axis; the stream is left anywhere.
 ProgramHeader read_program_header(std::istream& in);
 
-/// Errors: kInput: posted for another machine, part or tool; `name` and both values.
+/// Errors: kInput: posted for another machine, part, part zero or tool; `name` and both values.
 Result<void> check_header(const ProgramHeader& header, const Job& job, const std::string& name);
 
 }  // namespace tiltfeed::sim
