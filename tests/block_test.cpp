@@ -176,7 +176,7 @@ TEST(Block, GoldenText) {
   EXPECT_EQ(program_of(path, test_job(), &report),
             "(TILTFEED part pin D6 L100.5)\n(TILTFEED machine test-ac)\n"
             "(TILTFEED tool length 100.5 mm is in the words, use G49)\n(TILTFEED part zero 20 -10 60 mm)\n"
-            "(TILTFEED blocks 6 time 5 s)\nG21 G90 G17 G40 G49 G54\nG61\nS12000 M3\n"
+            "(TILTFEED blocks 6 time 5 s)\nG21 G90 G17 G40 G49 G54\nS12000 M3\n"
             "G0 X0 Y-12.5 Z100 A0 C-90\nX0.0001 Z50\nG93\nG1 Z10 F15\nX10 A30.25 C450.0625 F8571.4\n"
             "C451 F100000\nG0 Z100\nG94\nM5\nM2\n");
   EXPECT_EQ(report.clamped_feeds, 1u);
@@ -263,7 +263,7 @@ TEST(Block, NoSpindleWordsWithoutSpindle) {
   JointPath path;
   path.moves = {{{0, 0, 0, 0, 0}, 0.0, MoveKind::kRapid, 0}};
   const ReadBack back = read_back(program_of(path, job));
-  EXPECT_EQ(back.words, (std::vector<std::string>{"G21 G90 G17 G40 G49 G54", "G61", "M2"}));
+  EXPECT_EQ(back.words, (std::vector<std::string>{"G21 G90 G17 G40 G49 G54", "M2"}));
 }
 
 TEST(Block, LongLinesAreRefused) {

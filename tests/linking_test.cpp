@@ -115,7 +115,10 @@ TEST_P(RandomPart, WithoutJoinsAndLeadsEachPassStandsBetweenTwoLegsOfItsAxes) {
         ASSERT_EQ(moves[at++].kind, MoveKind::kRapid);
       }
       take(over(first, 1e9), first.axis, MoveKind::kRapid);
-      take(over(first, shop.links.approach), first.axis, MoveKind::kRapid);
+      // Longer where the surface is steep, so that stock as thick as the approach is not met by a rapid.
+      const double approach = shop.links.approach / std::max(dot(first.normal, first.axis), 0.05);
+      if (first.flat.z + approach < shop.links.clearance_z)
+        take(over(first, approach), first.axis, MoveKind::kRapid);
       take(over(first, 0.0), first.axis, MoveKind::kPlunge);
       for (std::size_t i = 1; i < pass.size(); ++i) take(over(pass[i], 0.0), pass[i].axis, MoveKind::kCut);
       take(over(last, 1e9), last.axis, MoveKind::kRapid);
