@@ -151,8 +151,9 @@ TEST(FreeDirections, TheReasonIsTheFirstPartOfTheToolWithoutARoom) {
   options.cutter = {.diameter = 6, .length = 90, .shank_length = 60};
   const SweptTool tool(shut_tree, options, kSlack);
   const Admissibility admissible(tool, grid, {0, 0, 1}, Angle::from_degrees(180));
-  EXPECT_TRUE(admissible.directions(bottom, query).empty());
-  EXPECT_EQ(admissible.why_none(bottom, query), Unreached::kCutter);
+  DirectionQuery shut_query;  // a hint belongs to one part
+  EXPECT_TRUE(admissible.directions(bottom, shut_query).empty());
+  EXPECT_EQ(admissible.why_none(bottom, shut_query), Unreached::kCutter);
 }
 
 /// What a sequence costs.
