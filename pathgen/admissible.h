@@ -14,7 +14,7 @@
 
 namespace tiltfeed {
 
-/// What a series of questions remembers; one for each thread.
+/// What a series of questions about one part remembers; one for each thread.
 struct DirectionQuery {
   std::uint32_t hint = kNoFacet;  ///< the facet that stopped the last direction
   std::uint64_t tested = 0;       ///< directions held against the part

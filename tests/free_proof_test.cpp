@@ -34,8 +34,7 @@ Result<Job> job_of(const std::string& name) {
 
 /// Those whose part is there.
 std::vector<std::string> cases() {
-  std::vector<std::string> all{"sphere",       "handle",      "propeller_d", "impeller_aero",
-                               "knob_shifter", "tooth_molar", "femur",       "blade_nasa"};
+  std::vector<std::string> all{"sphere", "handle", "knob_shifter", "tooth_molar", "femur"};
   std::erase_if(all, [](const std::string& name) {
     const auto job = job_of(name);
     return job && !is_formula(name) && !std::filesystem::exists(job->stl_path);
