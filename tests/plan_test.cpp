@@ -1,6 +1,7 @@
 // The stages together: closed forms on a sphere and a torus, the same path for a moved or shuffled mesh and
 // for any number of threads, clear rapids, cancelling, and an answer for what cannot be planned.
 #include "pathgen/plan.h"
+#include "tests/cut_passes.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -73,19 +74,6 @@ CheckedMesh sphere(double radius, int splits) {
   return *check_mesh(stl);
 }
 
-PlanOptions options_for(const AxisFrame& axis) {
-  PlanOptions o;
-  o.name = "test";
-  o.cutter = {4.0, 100.0, 30.0};
-  o.axis = axis;
-  o.pattern.side_step = 1.5;
-  o.links.clearance = 4.0;
-  o.links.approach = 1.0;
-  o.cut_feed = Feed::from_mm_per_min(1000);
-  o.plunge_feed = Feed::from_mm_per_min(300);
-  return o;
-}
-
 const AxisFrame kPointFrame{AxisMode::kPoint, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0.0};
 const AxisFrame kRing{AxisMode::kCircle, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 60.0};
 
@@ -102,7 +90,7 @@ TEST(Plan, TipsLieOnASphereAndAxesPointOutwards) {
   ASSERT_LT(sag, 0.1);
   for (double allowance : {0.0, 0.5})
     for (Along along : {Along::kX, Along::kY}) {
-      PlanOptions o = options_for(kPointFrame);
+      PlanOptions o = options_with(kPointFrame);
       o.allowance = allowance;
       o.pattern.along = along;
       const auto planned = plan(part, o, nullptr);
@@ -123,7 +111,7 @@ TEST(Plan, TipsLieOnASphereAndAxesPointOutwards) {
 
 TEST(Plan, RapidsStayOutsideTheClearanceSurfaceWhileTravelling) {
   const CheckedMesh part = torus(60.0, 15.0);
-  const PlanOptions o = options_for(kRing);
+  const PlanOptions o = options_with(kRing);
   const auto planned = plan(part, o, nullptr);
   ASSERT_TRUE(planned) << planned.error().message;
   const auto& moves = planned->path.moves;
@@ -165,7 +153,7 @@ CheckedMesh uneven_torus() {
 
 TEST(Plan, AMovedPartGivesTheMovedPath) {
   const CheckedMesh part = uneven_torus();
-  const auto straight = plan(part, options_for(kRing), nullptr);
+  const auto straight = plan(part, options_with(kRing), nullptr);
   ASSERT_TRUE(straight);
   const Rotation turn = rotation_about(normalized(Vec3{1, 2, 3}), 0.7);
   const Vec3 shift{120.0, -45.0, 8.0};
@@ -174,7 +162,7 @@ TEST(Plan, AMovedPartGivesTheMovedPath) {
   AxisFrame frame = kRing;
   frame.origin = Point<Part>{} + shift;
   frame.t = turn * frame.t, frame.n = turn * frame.n;
-  const auto there = plan(moved, options_for(frame), nullptr);
+  const auto there = plan(moved, options_with(frame), nullptr);
   ASSERT_TRUE(there);
   EXPECT_LT(difference(straight->path, there->path, turn, shift), 1e-6);
 }
@@ -205,11 +193,11 @@ TEST(Plan, ShuffledFacetsGiveTheSamePath) {
   std::mt19937 random(5);
   std::shuffle(shuffled.mesh.facets.begin(), shuffled.mesh.facets.end(), random);
   for (auto& f : shuffled.mesh.facets) std::rotate(f.begin(), f.begin() + random() % 3, f.end());
-  const auto a = plan(part, options_for(kRing), nullptr), b = plan(shuffled, options_for(kRing), nullptr);
+  const auto a = plan(part, options_with(kRing), nullptr), b = plan(shuffled, options_with(kRing), nullptr);
   ASSERT_TRUE(a && b);
   // Where patches meet, rounding decides which of two equal heights is taken, and so which points are
   // dropped.
-  const double tolerance = options_for(kRing).tolerance;
+  const double tolerance = options_with(kRing).tolerance;
   EXPECT_LT(stray(a->path, b->path), tolerance);
   EXPECT_LT(stray(b->path, a->path), tolerance);
   EXPECT_EQ(a->report.passes, b->report.passes);
@@ -218,16 +206,16 @@ TEST(Plan, ShuffledFacetsGiveTheSamePath) {
 
 TEST(Plan, AnyNumberOfThreadsGivesTheSameBits) {
   const CheckedMesh part = uneven_torus();
-  const auto many = plan(part, options_for(kRing), nullptr);
+  const auto many = plan(part, options_with(kRing), nullptr);
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-  const auto single = plan(part, options_for(kRing), nullptr);
+  const auto single = plan(part, options_with(kRing), nullptr);
   ASSERT_TRUE(many && single);
   EXPECT_EQ(difference(many->path, single->path, Rotation{}, Vec3{}), 0.0);
 }
 
 TEST(Plan, ZigzagTurnsEverySecondPassRound) {
   const CheckedMesh part = sphere(25.0, 3);
-  PlanOptions o = options_for(kPointFrame);
+  PlanOptions o = options_with(kPointFrame);
   const auto passes_rising = [&](Direction direction) {
     o.pattern.direction = direction;
     const auto planned = plan(part, o, nullptr);
@@ -250,7 +238,7 @@ TEST(Plan, AShankThatWouldHitTheFarWallIsRefused) {
   turn_over(cavity);
   AxisFrame frame = kRing;
   frame.sense = Sense::kInward;
-  PlanOptions o = options_for(frame);
+  PlanOptions o = options_with(frame);
   o.cutter.shank_length = 35.0;  // tip on one wall, 40 mm from the other
   o.links.clearance = 2.0;
   const auto fits = plan(cavity, o, nullptr);
@@ -266,7 +254,7 @@ TEST(Plan, OutsideWorkInTheRingsHoleMindsTheFarSide) {
   const CheckedMesh part = torus(20.0, 6.0);  // a hole 28 mm wide
   AxisFrame frame = kRing;
   frame.circle_radius = 20.0;
-  PlanOptions o = options_for(frame);
+  PlanOptions o = options_with(frame);
   o.links.clearance = 3.0;
   o.cutter.shank_length = 20.0;  // shorter than the hole is wide, retracted too
   const auto fits = plan(part, o, nullptr);
@@ -295,7 +283,7 @@ TEST(Plan, APartlyBlockedCavityIsTrimmedWithAWarning) {
   cavity.sides = Sides::kBoth;
   AxisFrame frame = kRing;
   frame.sense = Sense::kInward;
-  PlanOptions o = options_for(frame);
+  PlanOptions o = options_with(frame);
   o.links.clearance = 2.0;
   o.cutter.shank_length = 60.0;
   const auto planned = plan(cavity, o, nullptr);
@@ -306,7 +294,7 @@ TEST(Plan, APartlyBlockedCavityIsTrimmedWithAWarning) {
 
 TEST(Plan, WhatNeedsMoreTiltIsLeftOut) {
   const CheckedMesh part = sphere(25.0, 3);
-  PlanOptions o = options_for(kPointFrame);
+  PlanOptions o = options_with(kPointFrame);
   const auto whole = plan(part, o, nullptr);
   o.up = normalized(Vec3{1, 2, -1});
   o.tilt_max = Angle::from_degrees(60.0);
@@ -329,7 +317,7 @@ TEST(Plan, WhatNeedsMoreTiltIsLeftOut) {
 TEST(Plan, CancelsWhenTheUserSaysSo) {
   const CheckedMesh part = uneven_torus();
   int calls = 0;
-  const auto planned = plan(part, options_for(kRing), [&](const char*, double) { return ++calls < 4; });
+  const auto planned = plan(part, options_with(kRing), [&](const char*, double) { return ++calls < 4; });
   ASSERT_FALSE(planned);
   EXPECT_EQ(planned.error().code, Code::kCancelled);
   EXPECT_EQ(calls, 4);
@@ -337,7 +325,7 @@ TEST(Plan, CancelsWhenTheUserSaysSo) {
 
 TEST(Plan, WhereTheLinePiercesThePartItSaysSoAndPlansTheRest) {
   const CheckedMesh part = sphere(25.0, 3);
-  PlanOptions o = options_for({AxisMode::kLine, Sense::kOutward, {0, 0, 0}, {0, 0, 1}, {1, 0, 0}, 0.0});
+  PlanOptions o = options_with({AxisMode::kLine, Sense::kOutward, {0, 0, 0}, {0, 0, 1}, {1, 0, 0}, 0.0});
   for (Along along : {Along::kX, Along::kY}) {
     o.pattern.along = along;
     const auto planned = plan(part, o, nullptr);
@@ -354,7 +342,7 @@ TEST(Plan, WhereTheLinePiercesThePartItSaysSoAndPlansTheRest) {
 
 TEST(Plan, AnswersWhatCannotBePlanned) {
   const CheckedMesh part = torus(60.0, 15.0);
-  PlanOptions o = options_for(kRing);
+  PlanOptions o = options_with(kRing);
   const auto code = [&] {
     const auto planned = plan(part, o, nullptr);
     EXPECT_FALSE(planned);
@@ -362,19 +350,19 @@ TEST(Plan, AnswersWhatCannotBePlanned) {
   };
   o.axis.sense = Sense::kInward;  // the torus turns its back to its own circle
   EXPECT_EQ(code(), Code::kUnreachable);
-  o = options_for(kRing);
+  o = options_with(kRing);
   o.pattern.side_step = 1e-6;  // too many passes
   EXPECT_EQ(code(), Code::kLimit);
   o.pattern.side_step = 3e-4;  // too many cuts of facets
   EXPECT_EQ(code(), Code::kLimit);
   for (double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
-    o = options_for(kRing), o.pattern.side_step = bad;
+    o = options_with(kRing), o.pattern.side_step = bad;
     EXPECT_EQ(code(), Code::kInput);
-    o = options_for(kRing), o.tolerance = bad;
+    o = options_with(kRing), o.tolerance = bad;
     EXPECT_EQ(code(), Code::kInput);
-    o = options_for(kRing), o.cutter.diameter = bad;
+    o = options_with(kRing), o.cutter.diameter = bad;
     EXPECT_EQ(code(), Code::kInput);
-    o = options_for(kRing), o.links.clearance = bad;
+    o = options_with(kRing), o.links.clearance = bad;
     EXPECT_EQ(code(), Code::kInput);
   }
 }
@@ -382,7 +370,7 @@ TEST(Plan, AnswersWhatCannotBePlanned) {
 TEST(Plan, AClearanceThatReachesTheCircleIsRefused) {
   CheckedMesh cavity = torus(60.0, 20.0);
   turn_over(cavity);
-  PlanOptions o = options_for(kRing);
+  PlanOptions o = options_with(kRing);
   o.axis.sense = Sense::kInward;
   o.cutter.shank_length = 30.0;
   o.links.clearance = 19.0;

@@ -12,28 +12,12 @@
 #include "sim/removal.h"
 #include "sim/removal_report.h"
 #include "sim/tool_sweep.h"
+#include "tests/box_mesh.h"
 
 namespace tiltfeed::sim {
 namespace {
 
 constexpr double kRadius = 2.0, kPivot = 150.0;
-
-Mesh boxes(const std::vector<std::array<Vec3, 2>>& all) {
-  Mesh mesh;
-  for (const auto& [low, high] : all) {
-    const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
-    for (int i = 0; i < 8; ++i)
-      mesh.vertices.push_back({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
-    const std::uint32_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                                       {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-    for (const auto& q : quads) {
-      mesh.facets.push_back({base + q[0], base + q[1], base + q[2]});
-      mesh.facets.push_back({base + q[0], base + q[2], base + q[3]});
-    }
-  }
-  for (std::uint32_t i = 0; i < mesh.facets.size(); ++i) mesh.source.push_back(i + 1000);
-  return mesh;
-}
 
 CheckedMesh checked(const Mesh& mesh) {
   CheckedMesh part;
@@ -159,7 +143,7 @@ TEST(Removal, SphereCavity) {
 TEST(Removal, BarTurnedByTheTable) {
   // A thin core stands for the part; the bar of radius 9 is turned to radius 6 by one turn of C.
   const Job job = make_job();
-  const CheckedMesh part = checked(boxes({{Vec3{-1, -1, -10}, Vec3{1, 1, 0}}}));
+  const CheckedMesh part = checked(box_mesh({{Vec3{-1, -1, -10}, Vec3{1, 1, 0}}}));
   for (const double cell : {0.5, 0.2}) {
     const auto shape = parse_stock("cylinder:" + std::to_string(9.0 - std::sqrt(2.0)));
     ASSERT_TRUE(shape);
@@ -205,7 +189,7 @@ Joints joints_for(const Pose& p) {
 
 struct Shop {
   Job job = make_job();
-  CheckedMesh part = checked(boxes({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}}));
+  CheckedMesh part = checked(box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}}));
   std::vector<std::string> lines{"G21 G90 G94"};
   std::vector<std::size_t> cuts;  ///< lines that cut
 
@@ -318,7 +302,7 @@ TEST(Removal, GougeIsFoundAtACoarseResolution) {
 TEST(Removal, DeletedBlockIsFound) {
   Shop shop;
   // Behind the plate stands a wall that the tool is led over at the end.
-  shop.part = checked(boxes({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}, {Vec3{-8, 6, -6}, Vec3{8, 8, 4}}}));
+  shop.part = checked(box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}, {Vec3{-8, 6, -6}, Vec3{8, 8, 4}}}));
   const Vec3 up = normalized({0.2, -0.5, 1.0});
   shop.move("G0", {Point<Part>{6, 20, 0} + up * 10.0, up});
   shop.lines.insert(shop.lines.begin(),
@@ -380,7 +364,7 @@ TEST(Removal, HolderHitIsFound) {
   shop.job.plan.cutter.holder = {{20.0, 24.0, 20.0}};
   EXPECT_TRUE(shop.run(0.5).verdict.passed());
   // A post of stock beside the plate, as high as the holder is low.
-  shop.part = checked(boxes({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}, {Vec3{-8, -14, -6}, Vec3{8, -11, 16}}}));
+  shop.part = checked(box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}, {Vec3{-8, -14, -6}, Vec3{8, -11, 16}}}));
   const auto [removal, verdict] = shop.run(0.5);
   EXPECT_FALSE(verdict.passed());
   const Trouble* in_part = first_of(removal, TroubleKind::kGouge);
@@ -432,7 +416,7 @@ TEST(RemovalInput, StockTexts) {
 
 TEST(RemovalInput, StockThatDoesNotHoldThePart) {
   const Job job = make_job();
-  const CheckedMesh part = checked(boxes({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}}));
+  const CheckedMesh part = checked(box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}}));
   const std::string path = BINARY_DIR "/removal_stock.stl";
   const auto write = [&](const Mesh& mesh) {
     std::vector<std::array<Point<Part>, 3>> facets;
@@ -440,21 +424,21 @@ TEST(RemovalInput, StockThatDoesNotHoldThePart) {
       facets.push_back({mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]]});
     ASSERT_TRUE(write_stl(path, facets));
   };
-  write(boxes({{Vec3{-9, -5, -7}, Vec3{9, 5, 1}}}));
+  write(box_mesh({{Vec3{-9, -5, -7}, Vec3{9, 5, 1}}}));
   EXPECT_TRUE(make_stock(*parse_stock(path), part, job, 0.5, 2));
-  write(boxes({{Vec3{-9, -5, -7}, Vec3{9, 3, 1}}}));  // a side is short
+  write(box_mesh({{Vec3{-9, -5, -7}, Vec3{9, 3, 1}}}));  // a side is short
   const auto small = make_stock(*parse_stock(path), part, job, 0.5, 2);
   ASSERT_FALSE(small);
   EXPECT_EQ(small.error().code, Code::kInput);
   EXPECT_NE(small.error().message.find("does not hold the part"), std::string::npos);
   // Its box is large enough, a step in it is not.
-  write(boxes({{Vec3{-9, -5, -7}, Vec3{0.01, 5, 1}}, {Vec3{0.02, -5, -7}, Vec3{9, 5, -1}}}));
+  write(box_mesh({{Vec3{-9, -5, -7}, Vec3{0.01, 5, 1}}, {Vec3{0.02, -5, -7}, Vec3{9, 5, -1}}}));
   EXPECT_FALSE(make_stock(*parse_stock(path), part, job, 0.5, 2));
 }
 
 TEST(RemovalInput, MoreMemoryThanThereIs) {
   const Job job = make_job();
-  const CheckedMesh part = checked(boxes({{Vec3{-400, -400, -400}, Vec3{400, 400, 0}}}));
+  const CheckedMesh part = checked(box_mesh({{Vec3{-400, -400, -400}, Vec3{400, 400, 0}}}));
   const auto stock = make_stock(*parse_stock("box"), part, job, 0.002, 2);
   ASSERT_FALSE(stock);
   EXPECT_EQ(stock.error().code, Code::kLimit);
@@ -463,7 +447,7 @@ TEST(RemovalInput, MoreMemoryThanThereIs) {
 
 TEST(RemovalInput, OpenPart) {
   const Job job = make_job();
-  CheckedMesh part = checked(boxes({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}}));
+  CheckedMesh part = checked(box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}}));
   part.sides = Sides::kBoth;
   EXPECT_EQ(make_stock(*parse_stock("offset:1"), part, job, 0.5, 2).error().code, Code::kMesh);
   EXPECT_TRUE(make_stock(*parse_stock("box:1"), part, job, 0.5, 2));

@@ -10,28 +10,12 @@
 #include <random>
 
 #include "sim/path_walk.h"
+#include "tests/box_mesh.h"
 
 namespace tiltfeed::sim {
 namespace {
 
 constexpr double kRadius = 2.0, kShank = 40.0, kPivot = 150.0;
-
-Mesh box_mesh(const std::vector<std::array<Vec3, 2>>& boxes) {
-  Mesh mesh;
-  for (const auto& [low, high] : boxes) {
-    const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
-    for (int i = 0; i < 8; ++i)
-      mesh.vertices.push_back({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
-    const std::uint32_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                                       {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-    for (const auto& q : quads) {
-      mesh.facets.push_back({base + q[0], base + q[1], base + q[2]});
-      mesh.facets.push_back({base + q[0], base + q[2], base + q[3]});
-    }
-  }
-  for (std::uint32_t i = 0; i < mesh.facets.size(); ++i) mesh.source.push_back(i + 1000);
-  return mesh;
-}
 
 /// A plate 60 x 40 with its top at z = 0.
 Mesh plate() { return box_mesh({{Vec3{-30, -20, -10}, Vec3{30, 20, 0}}}); }
