@@ -48,6 +48,9 @@ void read_points(const Section& root, PlanOptions& plan) {
   plan.max_angle_step = Angle::from_degrees(
       read_point_step(points, "max_angle_deg", kMaxPointTurn, plan.max_angle_step.degrees()));
   plan.smoothing = points.number("smoothing_mm", kSmoothing, plan.smoothing);
+  if (plan.axis.mode == AxisMode::kFree && plan.smoothing > 0.0)
+    points.complain("smoothing_mm",
+                    "is not used in the axis mode free; expected 0 (axis.smoothing_mm is another)");
 }
 
 Guard read_guard(const Section& guards, const char* key, Guard guard) {

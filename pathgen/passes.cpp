@@ -40,9 +40,16 @@ void Refusals::add(const Refusals& other) {
 
 void Passes::add(const Passes& other) {
   traced += other.traced, steep += other.steep;
+  smoothed.add(other.smoothed);
   top = std::max(top, other.top);
   too_near.insert(too_near.end(), other.too_near.begin(), other.too_near.end());
   refusals.add(other.refusals);
+}
+
+void smooth(std::vector<Pass>& passes, double radius, const PassRules& rules, Envelope& envelope,
+            Smoothed& report) {
+  for (Pass& pass : passes) pass = smoothed(pass, {radius, envelope.options().tolerance}, envelope, report);
+  leave_out(passes, [&](const EnvelopePoint& p) { return !rules.region().reaches(p.flat.z); });
 }
 
 namespace {
@@ -69,6 +76,7 @@ struct Traced {
   std::uint64_t points = 0, steep = 0;
   double top = -std::numeric_limits<double>::infinity();
   Refusals refusals;
+  Smoothed smoothed;
 };
 
 class RasterTracer {
@@ -145,6 +153,7 @@ class RasterTracer {
     result_.top = std::max(result_.top, t.top);
     result_.too_near.insert(result_.too_near.end(), t.too_near.begin(), t.too_near.end());
     result_.refusals.add(t.refusals);
+    result_.smoothed.add(t.smoothed);
     auto& passes = rows_[row];
     for (Pass& pass : t.passes) passes.push_back(std::move(pass));
     auto& needs = needs_[row];
@@ -170,6 +179,7 @@ class RasterTracer {
       if (halvings_ > 0) find_needs(pass, t);
     }
     leave_out(found.passes, [&](const EnvelopePoint& p) { return !rules_.may_cut(p, t.refusals); });
+    if (options_.smoothing > 0.0) smooth(found.passes, options_.smoothing, rules_, envelope, t.smoothed);
     for (const Pass& pass : found.passes)
       t.passes.push_back(
           spaced(thinned(pass, thinning_, envelope_), field_.deformation, envelope_.max_distance));

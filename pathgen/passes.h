@@ -12,6 +12,7 @@
 #include "pathgen/cl_field.h"
 #include "pathgen/envelope.h"
 #include "pathgen/region.h"
+#include "pathgen/smoothing.h"
 
 namespace tiltfeed {
 
@@ -39,6 +40,7 @@ struct Passes {
   Refusals refusals;
   bool as_given = false;    ///< rows are groups in the order to be cut, and no pass may be run backwards
   std::uint64_t steep = 0;  ///< points on walls too steep for the side step to be kept
+  Smoothed smoothed;
 
   /// Adds all of it but the rows.
   void add(const Passes& other);
@@ -60,6 +62,11 @@ class PassRules {
   const ClSurface& surface_;
   Region region_;
 };
+
+/// Rounds off the concave corners of passes that may be cut as they are; what rises out of the region is left
+/// out.
+void smooth(std::vector<Pass>& passes, double radius, const PassRules& rules, Envelope& envelope,
+            Smoothed& report);
 
 /// Most times a row is halved for the side step on the part.
 inline constexpr int kMostHalvings = 7;

@@ -29,7 +29,7 @@ constexpr double kHeldShare = 0.5;
 
 /// Contours as passes: without what may not be cut.
 Passes from_contours(Contours&& contours, const ClField& field, const PlanOptions& options,
-                     const EnvelopeOptions& limits) {
+                     const EnvelopeOptions& limits, double smoothing) {
   const PassRules rules(options, field);
   Envelope envelope(field.surface, field.deformation, field.index, limits);
   const bool guarded = field.surface.pieces().size() > 1;
@@ -52,6 +52,7 @@ Passes from_contours(Contours&& contours, const ClField& field, const PlanOption
       passes.refusals.patches.push_back(held->patch);
       return true;
     });
+    if (smoothing > 0.0) smooth(group, smoothing, rules, envelope, passes.smoothed);
     for (Pass& pass : group) pass = spaced(pass, field.deformation, limits.max_distance);
     passes.rows.push_back(std::move(group));
   }
@@ -59,13 +60,13 @@ Passes from_contours(Contours&& contours, const ClField& field, const PlanOption
 }
 
 Passes within(Contours&& found, const Region& region, const ClField& field, const PlanOptions& options,
-              const EnvelopeOptions& envelope, std::vector<std::string>& warnings) {
+              const EnvelopeOptions& envelope, double smoothing, std::vector<std::string>& warnings) {
   warnings.insert(warnings.end(), found.warnings.begin(), found.warnings.end());
   if (region.limited())
     for (auto& group : found.groups)
       group = keep_where(
           group, field.deformation, [&](const EnvelopePoint& p) { return region.over(p.flat); }, 0.0);
-  return from_contours(std::move(found), field, options, envelope);
+  return from_contours(std::move(found), field, options, envelope, smoothing);
 }
 
 Result<Passes> trace_levels(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
@@ -74,7 +75,7 @@ Result<Passes> trace_levels(const ClField& field, const PlanOptions& options, co
   const ContourOptions contours = contour_options(options, envelope, region);
   auto found = z_level(field, contours, progress);
   if (!found) return tl::unexpected(found.error());
-  return within(std::move(*found), region, field, options, envelope, warnings);
+  return within(std::move(*found), region, field, options, envelope, 0.0, warnings);
 }
 
 /// Walls by contours, first; the rest by rows.
@@ -101,7 +102,7 @@ Result<Passes> trace_region(const ClField& field, const PlanOptions& options, co
   const Region region(options.containment, field.deformation);
   auto found = region_pattern(field, contour_options(options, envelope, region), progress);
   if (!found) return tl::unexpected(found.error());
-  return within(std::move(*found), region, field, options, envelope, warnings);
+  return within(std::move(*found), region, field, options, envelope, options.smoothing, warnings);
 }
 
 /// Layers from the top of the part, or of the containment, down.
@@ -125,7 +126,7 @@ Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, con
       rough_layers(field, lines, top, region.limited(), contour_options(options, envelope, region), progress);
   if (!found) return tl::unexpected(found.error());
   warnings.insert(warnings.end(), found->warnings.begin(), found->warnings.end());
-  return from_contours(std::move(*found), field, options, envelope);
+  return from_contours(std::move(*found), field, options, envelope, 0.0);
 }
 
 }  // namespace

@@ -110,8 +110,10 @@ Result<void> check_options(const PlanOptions& o) {
                          o.pattern.kind == PatternKind::kRough;
   if (by_levels && !positive(o.pattern.step_down))
     return fail(Code::kInput, "pattern.step_down_mm must be a positive length");
-  if (o.smoothing != 0.0)
-    return fail(Code::kInput, "points.smoothing_mm is not made by this version: remove it or set it to 0");
+  if (!(o.smoothing >= 0.0)) return fail(Code::kInput, "points.smoothing_mm must be zero or more");
+  if (o.smoothing > 0.0 && (o.pattern.kind == PatternKind::kZLevel || o.pattern.kind == PatternKind::kRough))
+    return fail(Code::kInput,
+                "points.smoothing_mm raises the tool out of corners: not on the levels of z_level and rough");
   if (by_scallop || o.pattern.kind == PatternKind::kZLevel ? !(o.pattern.side_step >= 0.0)
                                                            : !positive(o.pattern.side_step))
     return fail(Code::kInput, "pattern.side_step_mm must be a positive length");
@@ -192,6 +194,7 @@ class Planner {
     // The first level lies up to a step under the top of the surface.
     top_ = passes->top + (passes->as_given ? options_.pattern.step_down : 0.0);
     warn_too_near(field->surface, passes->too_near, report_);
+    warn_smoothed(passes->smoothed);
     if (report_.slice_points == 0)
       return fail(Code::kUnreachable,
                   "the tool reaches no facet of the part: check axis.sense, axis.origin_mm, axis.n and "
@@ -243,6 +246,13 @@ class Planner {
     return trace_pattern(
         field, options_, envelope, thinning(),
         [this](const char*, double share) { return stages_.report(share); }, report_.warnings);
+  }
+
+  void warn_smoothed(const Smoothed& smoothed) {
+    if (smoothed.points == 0) return;
+    report_.warnings.push_back("points.smoothing_mm leaves up to " + std::to_string(smoothed.most) +
+                               " mm along the tool axis in concave corners, at " +
+                               std::to_string(smoothed.points) + " points of the envelope");
   }
 
   void warn_touches(const Touches& touches) {

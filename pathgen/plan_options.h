@@ -116,7 +116,7 @@ struct PlanOptions {
   double axial_stock = 0.0;         ///< stock left besides, along the tool axis, mm
   double max_point_distance = 0.0;  ///< between two points of a pass, mm; 0: no limit
   Angle max_angle_step;    ///< of the tool axis between two points of a pass; 0: no limit but the tolerance's
-  double smoothing = 0.0;  ///< concave corners of a pass are rounded off over this length, mm
+  double smoothing = 0.0;  ///< least radius of a pass's concave corners, mm; 0: none
   Guard shank, holder;
   LinkOptions links;
   Feed cut_feed, plunge_feed;

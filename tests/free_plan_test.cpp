@@ -229,6 +229,7 @@ TEST(FreeJob, EveryKindOfBadInputHasItsPlace) {
       {"approach_mm: 1\n", "approach_mm: 1\nstock: {radial_mm: 0.1}\n", "11:20", "use allowance_mm"},
       {"approach_mm: 1\n", "approach_mm: 1\nguards: {shank: {reaction: retract}}\n", "11:17",
        "expected trim"},
+      {"approach_mm: 1\n", "approach_mm: 1\npoints: {smoothing_mm: 1}\n", "11:24", "expected 0"},
       {"approach_mm: 1\n", "approach_mm: 1\nlinks: {lead_radius_mm: 1}\n", "11:25", "expected 0"},
   };
   for (const BadText& bad : table)

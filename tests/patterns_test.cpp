@@ -94,9 +94,7 @@ TEST(Patterns, BadInputIsRefusedByName) {
     EXPECT_NE(planned.error().message.find(key), std::string::npos) << planned.error().message;
   };
   PlanOptions o = options_with(kUpright);
-  o.smoothing = 0.5;
-  refused(o, Code::kInput, "points.smoothing_mm");
-  o = options_with(kUpright), o.pattern.kind = PatternKind::kZLevel;
+  o.pattern.kind = PatternKind::kZLevel;
   refused(o, Code::kInput, "pattern.step_down_mm");
   o = options_with(kUpright), o.pattern.side_step = 0.0;
   for (StepMeasure measure : {StepMeasure::kFlat, StepMeasure::kSurface}) {
