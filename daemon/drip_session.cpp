@@ -122,6 +122,7 @@ void DripSession::receive(std::string_view bytes, Time now) {
     } else if (c == kNak) {
       return fault("the control reports an alarm (NAK)");
     } else if (c == kSyn) {
+      loss_ = Loss::kRestarted;
       return fault("the control was reset (SYN)");
     }
   }
@@ -138,23 +139,21 @@ Time DripSession::deadline() const {
 
 void DripSession::command(const OperatorCommand& command, Time now) {
   now_ = now;
-  refused_.clear();
-  if (is_final(phase_)) return;
+  const Answer answer = answer_to(command.order, phase_);
+  refused_ = refusal_text(answer);
+  if (answer == Answer::kEnd) {
+    error_ = {Code::kCancelled, "stopped on request; nothing was sent"};
+    return move(Event::kStood);
+  }
+  if (answer != Answer::kObey) return;
   switch (command.order) {
     case Order::kHold:
-      if (phase_ != Phase::kRun && phase_ != Phase::kDrain) return;
       refused_ = "no feed hold over this link: the control executes what it has";
       return move(Event::kHeld);
     case Order::kResume:
-      if (phase_ == Phase::kHold) return move(Event::kResumed);
-      refused_ = "the sending is not held";
-      return;
+      return move(Event::kResumed);
     case Order::kStop:
     case Order::kAbort:
-      if (phase_ == Phase::kConnect) {
-        error_ = {Code::kCancelled, "stopped on request; nothing was sent"};
-        return move(Event::kStood);
-      }
       if (phase_ != Phase::kStop) move(Event::kStopAsked);
       return;
     default:
@@ -163,7 +162,9 @@ void DripSession::command(const OperatorCommand& command, Time now) {
 }
 
 void DripSession::link_lost(const Error& error) {
-  if (!is_final(phase_)) fault(error.message);
+  if (is_final(phase_)) return;
+  loss_ = Loss::kWire;
+  fault(error.message);
 }
 
 void DripSession::fault(const std::string& what) {
@@ -183,6 +184,7 @@ SendState DripSession::state() const {
   state.machine = phase_ == Phase::kConnect ? "waiting for DC1" : stopped_by_control_ ? "XOFF" : "sending";
   state.uncertain = uncertain();
   state.refused = refused_;
+  state.loss = loss_;
   return state;
 }
 

@@ -58,6 +58,7 @@ class DripSession {
   DripOptions options_;
   Phase phase_ = Phase::kConnect;
   Error error_;
+  Loss loss_ = Loss::kNone;
   std::string out_;                        // not yet given to the wire
   std::uint64_t written_ = 0, taken_ = 0;  // bytes ever put into out_, and that the wire took
   std::size_t shown_ = 0;                  // bytes of out_ that output() has shown

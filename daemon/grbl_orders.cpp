@@ -32,16 +32,22 @@ constexpr unsigned char kRapidFull = 0x95, kRapidHalf = 0x96, kRapidQuarter = 0x
 
 void GrblSession::command(const OperatorCommand& command, Time now) {
   now_ = now;
-  refused_.clear();
-  if (is_final(phase_)) return;
+  const Answer answer = answer_to(command.order, phase_);
+  refused_ = refusal_text(answer);
+  if (answer == Answer::kEnd) return end_opening(command.order);
+  if (answer != Answer::kObey) return;
   switch (command.order) {
     case Order::kHold:
       return ask_hold();
     case Order::kResume:
-      return ask_resume();
+      urge(kResumeByte);
+      last_progress_ = now_;
+      if (phase_ == Phase::kHold) hold_seen_ = true;  // the next report that shows no hold ends it
+      return;
     case Order::kStop:
       return ask_stop();
     case Order::kAbort:
+      loss_ = Loss::kRestarted;
       fault(Code::kCancelled, "aborted on request: the controller was reset in motion, home it first", false);
       out_ = kResetByte;
       return;
@@ -54,38 +60,30 @@ void GrblSession::command(const OperatorCommand& command, Time now) {
   }
 }
 
+/// A reset leaves check mode, and stops what somebody else may have set in motion.
+void GrblSession::end_opening(Order order) {
+  const bool reset = phase_ == Phase::kCheck || order == Order::kAbort;
+  error_ = {Code::kCancelled, "stopped on request; nothing has moved"};
+  move(Event::kStood);
+  out_ = reset ? std::string(1, kResetByte) : std::string();
+  urgent_ = out_.size();
+}
+
 void GrblSession::ask_hold() {
-  if (phase_ == Phase::kToolChange || phase_ == Phase::kHold || phase_ == Phase::kStop) return;
-  if (is_opening(phase_)) {
-    refused_ = "nothing moves yet";
-    return;
-  }
   urge(kHoldByte);
   repeated_ = now_;
   hold_seen_ = false;
   move(Event::kHeld);
 }
 
-void GrblSession::ask_resume() {
-  if (phase_ != Phase::kHold && phase_ != Phase::kToolChange) {
-    refused_ = "the machine is not held";
-    return;
-  }
-  urge(kResumeByte);
-  last_progress_ = now_;
-  if (phase_ == Phase::kHold) hold_seen_ = true;  // the next report that shows no hold ends it
+/// Once a status interval, until a report shows that it has acted.
+void GrblSession::urge_again(char byte) {
+  if (now_ - repeated_ < kRepeatInterval) return;
+  urge(byte);
+  repeated_ = now_;
 }
 
 void GrblSession::ask_stop() {
-  if (is_opening(phase_)) {
-    const bool checking = phase_ == Phase::kCheck;
-    error_ = {Code::kCancelled, "stopped on request; nothing has moved"};
-    move(Event::kStood);
-    out_ = checking ? std::string(1, kResetByte) : std::string();  // leaves check mode
-    urgent_ = out_.size();
-    return;
-  }
-  if (phase_ == Phase::kStop) return;
   out_.clear();
   urgent_ = 0;
   urge(kHoldByte);
@@ -109,9 +107,8 @@ void GrblSession::follow_hold() {
     move(Event::kResumed);
     last_progress_ = now_;
     if (!in_flight_.empty() && in_flight_.back().kind == Kind::kBarrier) move(Event::kAllSent);
-  } else if (now_ - repeated_ >= kRepeatInterval) {
-    urge(kHoldByte);
-    repeated_ = now_;
+  } else {
+    urge_again(kHoldByte);
   }
 }
 
@@ -130,9 +127,7 @@ void GrblSession::follow_stop() {
   }
   if (now_ - asked_ >= kStandTimeout)
     return fault(Code::kLink, "the machine does not stand 10 s after the stop", true);
-  if (now_ - repeated_ < kRepeatInterval) return;
-  urge(reset_sent_ ? kResetByte : kHoldByte);
-  repeated_ = now_;
+  urge_again(reset_sent_ ? kResetByte : kHoldByte);
 }
 
 void GrblSession::finish_stop() {

@@ -54,6 +54,7 @@ SendState GrblSession::state() const {
   state.machine = status_.state;
   state.feed_override = feed_.reported;
   state.refused = refused_;
+  state.loss = loss_;
   if (status_.line > 0) state.line = static_cast<std::uint64_t>(status_.line);
   if (is_opening(phase_)) return state;
   state.acknowledged = acknowledged_;

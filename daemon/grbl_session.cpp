@@ -184,6 +184,7 @@ void GrblSession::on_running_line(GrblReplyKind kind, std::string_view line) {
     case GrblReplyKind::kBanner:
       if (phase_ == Phase::kStop && reset_sent_) return finish_stop();
       if (phase_ == Phase::kCheck && checked_) return restart_after_check();
+      loss_ = Loss::kRestarted;
       return fault(Code::kLink, "the controller has restarted ('" + text + "'); home it before anything else",
                    false);
     case GrblReplyKind::kGarbled:
@@ -246,8 +247,10 @@ bool GrblSession::waiting_for_operator() const {
 }
 
 void GrblSession::check_running_time() {
-  if (now_ - last_report_ >= kReportTimeout)
+  if (now_ - last_report_ >= kReportTimeout) {
+    loss_ = Loss::kWire;
     return fault(Code::kLink, "the controller has not answered a status request for 5 s", true);
+  }
   if (in_flight_.empty() || phase_ == Phase::kStop || waiting_for_operator()) return;
   Time allowed = status_.state == "Run" ? kRunStallTimeout : kStallTimeout;
   for (const Flight& flight : in_flight_)
@@ -261,7 +264,9 @@ void GrblSession::check_running_time() {
 }
 
 void GrblSession::link_lost(const Error& error) {
-  if (!is_final(phase_)) fault(error.code, error.message, false);
+  if (is_final(phase_)) return;
+  loss_ = Loss::kWire;
+  fault(error.code, error.message, false);
 }
 
 }  // namespace tiltfeed

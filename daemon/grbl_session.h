@@ -95,18 +95,20 @@ class GrblSession {
   void fault(Code code, const std::string& what, bool hold, Event event = Event::kFailed);
   std::string refusal(const std::string& text) const;
 
+  void end_opening(Order order);
   void ask_hold();
-  void ask_resume();
   void ask_stop();
   void ask_override(Override& which, int percent);
   void follow_hold();
   void follow_stop();
   void finish_stop();
+  void urge_again(char byte);
   void follow_overrides();
 
   GrblOptions options_;
   Phase phase_ = Phase::kConnect;
   Error error_;
+  Loss loss_ = Loss::kNone;
   std::string partial_;                    // bytes of a reply line that has not ended yet
   std::string out_;                        // bytes for the wire, real-time bytes first
   std::size_t urgent_ = 0;                 // of these, real-time bytes that no line waits for

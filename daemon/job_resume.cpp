@@ -166,7 +166,7 @@ void JobDesk::take_run_end() {
   if (decision.way == ResumeWay::kFresh) return set(*job, JobState::kReady, why);
   if (end->state.phase == Phase::kStopped) return set(*job, JobState::kStopped, why);
   // A controller that restarted or forgot the run has said so: asking it again will not help.
-  const bool lost = why.find("restarted") != why.npos || why.find("any more") != why.npos;
+  const bool lost = end->state.loss == Loss::kRestarted || end->state.loss == Loss::kForgotten;
   const bool provable = decision.way == ResumeWay::kContinue && !lost;
   set(*job, provable ? JobState::kInterrupted : JobState::kUncertain, why);
 }

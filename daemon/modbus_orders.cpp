@@ -16,26 +16,19 @@ constexpr int kMinOverride = 10, kMaxOverride = 200;
 }  // namespace
 
 void ModbusSession::command(const OperatorCommand& command, Time now) {
-  refused_.clear();
-  if (is_final(phase_) || phase_ == Phase::kStop || step_ == Step::kClose) return;
-  if (is_opening(phase_)) {
-    refused_ = "nothing moves yet";
-    if (command.order != Order::kStop && command.order != Order::kAbort) return;
+  const Answer answer = step_ == Step::kClose ? Answer::kIgnore : answer_to(command.order, phase_);
+  refused_ = refusal_text(answer);
+  if (answer == Answer::kEnd) {
     error_ = {Code::kCancelled, "stopped on request; nothing was sent"};
     return move(Event::kStood);
   }
-  const bool waiting = phase_ == Phase::kHold || phase_ == Phase::kToolChange;
+  if (answer != Answer::kObey) return;
   switch (command.order) {
     case Order::kHold:
-      if (waiting) return;
       hold_seen_ = false;
       move(Event::kHeld);
       return post(MailboxCode::kHold, 0, now);
     case Order::kResume:
-      if (!waiting) {
-        refused_ = "the machine is not held";
-        return;
-      }
       return post(MailboxCode::kResume, 0, now);
     case Order::kStop:
       move(Event::kStopAsked);
@@ -44,6 +37,7 @@ void ModbusSession::command(const OperatorCommand& command, Time now) {
       return mail_.push_back({MailboxCode::kClose, 0});
     case Order::kAbort:
       aborting_ = true;
+      while (mail_.size() > 1) mail_.pop_back();  // the first one's number may be taken already
       return post(MailboxCode::kReset, 0, now);
     case Order::kFeedOverride:
       return post(MailboxCode::kOverride,

@@ -73,7 +73,7 @@ void ModbusSession::on_reply(const ModbusReply& reply, Time now) {
 void ModbusSession::on_missing(Time now) {
   ++resends_;
   if (now - last_reply_ >= kLinkLoss)
-    fault(Code::kLink, "no reply from the controller for 10 s; check the cable and the unit number");
+    lose(Loss::kWire, "no reply from the controller for 10 s; check the cable and the unit number");
 }
 
 void ModbusSession::on_exception(std::uint8_t exception, Time now) {
@@ -91,7 +91,7 @@ void ModbusSession::on_exception(std::uint8_t exception, Time now) {
     case 10:
     case 11:
       next_request_ = now + kBusyPause;
-      if (now - last_reply_ >= kLinkLoss) fault(Code::kLink, name + " for 10 s: the controller stays busy");
+      if (now - last_reply_ >= kLinkLoss) lose(Loss::kWire, name + " for 10 s: the controller stays busy");
       return;
     default:
       return fault(Code::kLink, name + ": the controller's register map is another one, or it is defective");
@@ -122,12 +122,14 @@ void ModbusSession::on_status(const RingStatus& status, Time now) {
   if (status.torn) return read_again("torn (its first and last word differ)", now);
   if (last_status_seq_ == status.status_seq) return read_again("old (its sequence number stands still)", now);
   last_status_seq_ = status.status_seq;
-  if (status.boot_id != identity_.boot_id && aborting_)
+  if (status.boot_id != identity_.boot_id && aborting_) {
+    loss_ = Loss::kRestarted;
     return fault(Code::kCancelled, "aborted on request: the controller was reset in motion, home it first");
+  }
   if (status.boot_id != identity_.boot_id)
-    return fault(Code::kLink, "the controller has restarted (boot_id " + std::to_string(identity_.boot_id) +
-                                  " became " + std::to_string(status.boot_id) +
-                                  "); nothing is sent again: home the machine first");
+    return lose(Loss::kRestarted,
+                "the controller has restarted (boot_id " + std::to_string(identity_.boot_id) + " became " +
+                    std::to_string(status.boot_id) + "); nothing is sent again: home the machine first");
   switch (step_) {
     case Step::kIdentify:
       return;
@@ -164,12 +166,13 @@ void ModbusSession::look_around(const RingStatus& status, Time now) {
 /// The controller's own counters say where the run stands; the caller's say which 65536 they belong to.
 void ModbusSession::continue_run(const RingStatus& status, Time now) {
   if (identity_.boot_id != options_.boot)
-    return fault(Code::kLink, "the controller has restarted since (boot_id " + std::to_string(options_.boot) +
-                                  " became " + std::to_string(identity_.boot_id) +
-                                  "): what was not completed is unknown; nothing was sent");
+    return lose(Loss::kRestarted, "the controller has restarted since (boot_id " +
+                                      std::to_string(options_.boot) + " became " +
+                                      std::to_string(identity_.boot_id) +
+                                      "): what was not completed is unknown; nothing was sent");
   if (status.session != options_.session_id)
-    return fault(Code::kLink, "the controller has session " + std::to_string(status.session) + ", not " +
-                                  std::to_string(options_.session_id) + ", any more; nothing was sent");
+    return lose(Loss::kForgotten, "the controller has session " + std::to_string(status.session) + ", not " +
+                                      std::to_string(options_.session_id) + ", any more; nothing was sent");
   const int further = ahead(status.last_accepted, sequence(options_.accepted));
   const int open = ahead(status.last_accepted, status.last_completed);
   known_ = options_.accepted + static_cast<std::uint64_t>(std::max(further, 0));
@@ -215,7 +218,7 @@ void ModbusSession::on_stream_status(const RingStatus& status, Time now) {
       status.command_ack == command_seq_)
     return finish_stop();
   if (status.state == RingState::kNoSession)
-    return fault(Code::kLink, "the controller has dropped the session");
+    return lose(Loss::kForgotten, "the controller has dropped the session");
   if (status.session != options_.session_id) return read_again("of another session", now);
   if (!advance(status, now)) return;
   rereads_ = 0;
@@ -280,7 +283,8 @@ bool ModbusSession::advance(const RingStatus& status, Time now) {
 void ModbusSession::judge_frame(const RingStatus& status) {
   judge_window_ = false;
   if (frame_count_ == 0) return;
-  if (status.nack == Nack::kSession) return fault(Code::kLink, "the controller no longer knows this session");
+  if (status.nack == Nack::kSession)
+    return lose(Loss::kForgotten, "the controller no longer knows this session");
   const int place = ahead(status.nack_seq, sequence(accepted()));
   if (status.nack == Nack::kBadBlock && place >= 1 && place <= static_cast<int>(frame_count_))
     return fault(Code::kLink, "the controller refuses " + block_name(status.nack_seq) + " as a bad block");
@@ -293,7 +297,9 @@ void ModbusSession::judge_frame(const RingStatus& status) {
 }
 
 void ModbusSession::link_lost(const Error& error) {
-  if (!is_final(phase_)) fault(error.code, error.message);
+  if (is_final(phase_)) return;
+  loss_ = Loss::kWire;
+  fault(error.code, error.message);
 }
 
 // ---- reports -------------------------------------------------------------------------------------------
@@ -322,6 +328,11 @@ void ModbusSession::fault(Code code, const std::string& what, Event event) {
   request_.clear();
 }
 
+void ModbusSession::lose(Loss loss, const std::string& what) {
+  loss_ = loss;
+  fault(Code::kLink, what);
+}
+
 SendState ModbusSession::state() const {
   SendState state;
   state.phase = phase_;
@@ -333,6 +344,7 @@ SendState ModbusSession::state() const {
   state.machine = ring_state_name(status_.state);
   state.line = status_.line;
   if (phase_ != Phase::kDone) state.uncertain = uncertain();
+  state.loss = loss_;
   state.provable = true;
   state.session = options_.session_id;
   state.boot = identity_.boot_id;

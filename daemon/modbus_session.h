@@ -96,11 +96,13 @@ class ModbusSession {
   LineRange uncertain() const;
   std::string block_name(std::uint16_t seq) const;
   void fault(Code code, const std::string& what, Event event = Event::kFailed);
+  void lose(Loss loss, const std::string& what);
 
   ModbusOptions options_;
   Phase phase_ = Phase::kConnect;
   Step step_ = Step::kIdentify;
   Error error_;
+  Loss loss_ = Loss::kNone;
   RingIdentity identity_;
   RingStatus status_;
   std::optional<std::uint16_t> last_status_seq_;

@@ -122,9 +122,11 @@ void RepRapSession::on_line(std::string_view line) {
   last_text_ = line.substr(0, 80);
   const RepRapReply reply = parse_reprap_reply(line);
   const bool after_resend = std::exchange(resend_ok_due_, false);
-  if (reply.kind == RepRapReplyKind::kHalted)
+  if (reply.kind == RepRapReplyKind::kHalted) {
+    loss_ = Loss::kRestarted;
     return fault(Code::kLink,
                  "the firmware has halted: '" + last_text_ + "'; home the machine before anything else");
+  }
   if (phase_ == Phase::kConnect || phase_ == Phase::kIdentify) return on_opening(reply, line);
   switch (reply.kind) {
     case RepRapReplyKind::kOk:
@@ -142,6 +144,7 @@ void RepRapSession::on_line(std::string_view line) {
       machine_ = reply.paused ? "Paused" : "Busy";
       return;
     case RepRapReplyKind::kStart:
+      loss_ = Loss::kRestarted;
       return fault(Code::kLink, "the firmware has restarted; home the machine before anything else");
     default:
       return;
@@ -279,7 +282,10 @@ void RepRapSession::check_time() {
   for (const Numbered& open : history_) dwell += open.line.dwell;
   if (now_ - last_heard_ < kSilence + std::chrono::duration_cast<Time>(std::chrono::duration<double>(dwell)))
     return;
-  if (++probes_ > kMostProbes) return fault(Code::kLink, "the firmware has not answered for 30 s");
+  if (++probes_ > kMostProbes) {
+    loss_ = Loss::kWire;
+    return fault(Code::kLink, "the firmware has not answered for 30 s");
+  }
   // The oldest line once more: a firmware that has it says so by asking for a later one.
   due_ = next_number_ - history_.size();
   owed_ = 0;
@@ -290,26 +296,31 @@ void RepRapSession::check_time() {
 
 void RepRapSession::command(const OperatorCommand& command, Time now) {
   now_ = now;
-  refused_.clear();
-  if (is_final(phase_)) return;
+  const Answer answer = answer_to(command.order, phase_);
+  refused_ = refusal_text(answer);
+  if (answer == Answer::kEnd) {
+    error_ = {Code::kCancelled, "stopped on request; nothing has moved"};
+    move(Event::kStood);
+    out_ = command.order == Order::kAbort ? "M112\n" : "";
+    return;
+  }
+  if (answer != Answer::kObey) return;
   switch (command.order) {
     case Order::kHold:
-      if (phase_ != Phase::kRun && phase_ != Phase::kDrain) return;
       refused_ = "this firmware has no feed hold: the machine stands after the lines that it has";
       return move(Event::kHeld);
     case Order::kResume:
       if (phase_ == Phase::kHold) {
         move(Event::kResumed);
         if (!history_.empty() && history_.back().kind == Kind::kBarrier) move(Event::kAllSent);
-      } else if (phase_ == Phase::kToolChange) {
-        out_ = "M108\n" + out_;
       } else {
-        refused_ = "the machine is not held";
+        out_ = "M108\n" + out_;
       }
       return;
     case Order::kStop:
       return ask_stop();
     case Order::kAbort:
+      loss_ = Loss::kRestarted;
       fault(Code::kCancelled, "aborted on request: the firmware was halted, restart and home it first");
       out_ = "M112\n";
       return;
@@ -327,11 +338,6 @@ void RepRapSession::command(const OperatorCommand& command, Time now) {
 /// Lines that have not left are forgotten; with an emergency parser the machine stops at once, else after the
 /// lines that it has. M400 proves that it stands.
 void RepRapSession::ask_stop() {
-  if (is_opening(phase_)) {
-    error_ = {Code::kCancelled, "stopped on request; nothing has moved"};
-    return move(Event::kStood);
-  }
-  if (phase_ == Phase::kStop) return;
   move(Event::kStopAsked);
   if (emergency_) out_ += "M410\n";
   while (!history_.empty() && history_.back().number >= due_) {
@@ -342,7 +348,9 @@ void RepRapSession::ask_stop() {
 }
 
 void RepRapSession::link_lost(const Error& error) {
-  if (!is_final(phase_)) fault(error.code, error.message);
+  if (is_final(phase_)) return;
+  loss_ = Loss::kWire;
+  fault(error.code, error.message);
 }
 
 LineRange RepRapSession::uncertain() const {
@@ -374,6 +382,7 @@ SendState RepRapSession::state() const {
   state.machine = machine_;
   if (phase_ != Phase::kDone) state.uncertain = uncertain();
   state.refused = refused_;
+  state.loss = loss_;
   return state;
 }
 

@@ -70,6 +70,7 @@ class RepRapSession {
   RepRapOptions options_;
   Phase phase_ = Phase::kConnect;
   Error error_;
+  Loss loss_ = Loss::kNone;
   std::string partial_, out_;
   std::size_t window_ = 1;
   Time now_{}, opened_{}, asked_{}, last_heard_{}, deadline_{};

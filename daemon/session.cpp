@@ -67,6 +67,40 @@ const char* event_name(Event event) {
   return kNames[static_cast<int>(event)];
 }
 
+const char* loss_name(Loss loss) {
+  constexpr const char* kNames[] = {"none", "wire", "restarted", "forgotten"};
+  return kNames[static_cast<int>(loss)];
+}
+
+Answer answer_to(Order order, Phase phase) {
+  if (is_final(phase)) return Answer::kIgnore;
+  const bool waits = phase == Phase::kHold || phase == Phase::kToolChange;
+  switch (order) {
+    case Order::kHold:
+      if (is_opening(phase)) return Answer::kNothingYet;
+      return waits || phase == Phase::kStop ? Answer::kIgnore : Answer::kObey;
+    case Order::kResume:
+      return waits ? Answer::kObey : Answer::kNotHeld;
+    case Order::kStop:
+      if (is_opening(phase)) return Answer::kEnd;
+      return phase == Phase::kStop ? Answer::kIgnore : Answer::kObey;
+    case Order::kAbort:
+      return is_opening(phase) ? Answer::kEnd : Answer::kObey;
+    case Order::kFeedOverride:
+    case Order::kRapidOverride:
+    case Order::kSpindleOverride:
+      if (is_opening(phase)) return Answer::kNothingYet;
+      return phase == Phase::kStop ? Answer::kIgnore : Answer::kObey;
+  }
+  return Answer::kIgnore;
+}
+
+const char* refusal_text(Answer answer) {
+  if (answer == Answer::kNotHeld) return "the machine is not held";
+  if (answer == Answer::kNothingYet) return "nothing moves yet";
+  return "";
+}
+
 std::string quote_line(std::uint64_t number, const std::string& text) {
   return "line " + std::to_string(number) + " '" + text + "'";
 }

@@ -61,6 +61,15 @@ bool is_opening(Phase phase);
 const char* phase_name(Phase phase);
 const char* event_name(Event event);
 
+/// What a run that did not come to its end leaves behind: decisions look at this, never at a message.
+enum class Loss : std::uint8_t {
+  kNone,       ///< nothing that the controller would not still know
+  kWire,       ///< no reply, or the wire has gone: the controller may have everything
+  kRestarted,  ///< the controller has started anew: what was not completed is unknown
+  kForgotten,  ///< it has another session, or none
+};
+const char* loss_name(Loss loss);
+
 enum class Order : std::uint8_t {
   kHold,             ///< feed hold: overtakes everything that is buffered
   kResume,           ///< ends a hold or a tool change
@@ -75,6 +84,18 @@ struct OperatorCommand {
   Order order = Order::kHold;
   int value = 0;
 };
+
+/// How every session meets an order, by its phase; what the link can do of it is the session's own matter.
+enum class Answer : std::uint8_t {
+  kObey,
+  kIgnore,      ///< it is so already, or too late
+  kNotHeld,     ///< refused: there is nothing to resume
+  kNothingYet,  ///< refused: nothing moves yet
+  kEnd,         ///< nothing was sent: the run ends at once
+};
+Answer answer_to(Order order, Phase phase);
+/// Why an order is refused; empty where it is not.
+const char* refusal_text(Answer answer);
 
 /// Lines of the program file; 0, 0: none.
 struct LineRange {
@@ -93,6 +114,7 @@ struct SendState {
   std::string machine = {};   ///< the machine's own word for its state: Idle, Run, Hold, ...
   std::uint64_t line = 0;     ///< program line in execution, where the controller tells; 0: unknown
   LineRange uncertain = {};   ///< lines that may or may not have run, if everything ended now
+  Loss loss = Loss::kNone;    ///< kFault, kAlarm: what of the run is lost
   bool provable = false;      ///< the link can continue with the next block after a loss (Modbus ring)
   std::uint16_t session = 0;  ///< Modbus: name of the run in the controller
   std::uint16_t boot = 0;     ///< Modbus: the controller's boot_id

@@ -193,7 +193,8 @@ struct DyingLink : Link {
 };
 
 /// The naive way to go on: the controller forgets the old session, a new one begins after `count` blocks.
-inline Result<SendReport> send_rest(const JobRun& run, std::uint64_t count, Link& link, Clock& clock) {
+inline Result<SendReport> send_rest(const JobRun& run, std::uint64_t count, Link& link, Clock& clock,
+                                    const StreamHooks& hooks) {
   const auto ask = [&](const ModbusRequest& request) {
     std::string in;
     static_cast<void>(link.exchange(pack_request(request), Time{0}, in));
@@ -216,7 +217,7 @@ inline Result<SendReport> send_rest(const JobRun& run, std::uint64_t count, Link
       out << line << "\n";
     }
   out.close();
-  return send_over(run.program + ".rest", run.link, link, clock, {}, {});
+  return send_over(run.program + ".rest", run.link, link, clock, {}, hooks);
 }
 
 /// Deaths of one program; then it is let live.
@@ -244,20 +245,23 @@ inline Outcome sender_life(JobRun run, JournalDisk disk, Link& link, Clock& cloc
   if (decision.way == ResumeWay::kFinished) return outcome;
   if (decision.way == ResumeWay::kUncertain) return outcome.end = End::kUncertain, outcome;
   Result<SendReport> report;
+  SendState newest;
+  StreamHooks hooks;
+  hooks.progress = [&](const SendState& state) { return newest = state, true; };
   if (decision.way == ResumeWay::kContinue && bug == Bug::kFromExecuted)
-    report = send_rest(run, last->executed, link, clock);
+    report = send_rest(run, last->executed, link, clock, hooks);
   else if (decision.way == ResumeWay::kContinue && bug == Bug::kFromAcknowledged)
-    report = send_rest(run, last->acknowledged, link, clock);
+    report = send_rest(run, last->acknowledged, link, clock, hooks);
   else if (decision.way == ResumeWay::kContinue && bug == Bug::kFromOffered)
-    report = send_rest(run, last->offered, link, clock);
+    report = send_rest(run, last->offered, link, clock, hooks);
   else
-    report = run_job(run, decision, *journal, link, clock, {});
+    report = run_job(run, decision, *journal, link, clock, hooks);
   if (report) return outcome;
   outcome.text = report.error().message;
   outcome.end = steps.dead ? End::kKilled : End::kWrong;
   // The controller cannot tell any more: judged as left to the operator, with the journal's range.
-  for (const char* left : {"restarted", "in alarm", "any more"})
-    if (outcome.text.find(left) != std::string::npos) outcome.end = End::kUncertain;
+  if (newest.loss == Loss::kRestarted || newest.loss == Loss::kForgotten || newest.phase == Phase::kAlarm)
+    outcome.end = End::kUncertain;
   return outcome;
 }
 

@@ -38,6 +38,27 @@ TEST(Phases, EveryPhaseIsReachedAndDoneOnlyThroughDrain) {
   EXPECT_EQ(reached.size(), static_cast<std::size_t>(kPhases));
 }
 
+TEST(Phases, WhatIsObeyedHasItsTransition) {
+  // The events that the orders lead to: a session that obeys never asks for a transition that is not there.
+  for (int p = 0; p < kPhases; ++p) {
+    const auto phase = static_cast<Phase>(p);
+    const auto obeyed = [&](Order order) { return answer_to(order, phase) == Answer::kObey; };
+    EXPECT_TRUE(!obeyed(Order::kHold) || next_phase(phase, Event::kHeld)) << phase_name(phase);
+    EXPECT_TRUE(!obeyed(Order::kStop) || next_phase(phase, Event::kStopAsked)) << phase_name(phase);
+    const Event resumed = phase == Phase::kHold ? Event::kResumed : Event::kOperatorDone;
+    EXPECT_TRUE(!obeyed(Order::kResume) || next_phase(phase, resumed)) << phase_name(phase);
+    EXPECT_EQ(obeyed(Order::kAbort), !is_opening(phase) && !is_final(phase)) << phase_name(phase);
+    for (const Order order : {Order::kStop, Order::kAbort}) {
+      EXPECT_EQ(answer_to(order, phase) == Answer::kEnd, is_opening(phase)) << phase_name(phase);
+      EXPECT_TRUE(!is_opening(phase) || next_phase(phase, Event::kStood) == Phase::kStopped);
+    }
+    for (int order = 0; order <= static_cast<int>(Order::kSpindleOverride) && is_final(phase); ++order)
+      EXPECT_EQ(answer_to(static_cast<Order>(order), phase), Answer::kIgnore) << phase_name(phase);
+  }
+  EXPECT_EQ(answer_to(Order::kResume, Phase::kRun), Answer::kNotHeld);
+  EXPECT_EQ(answer_to(Order::kHold, Phase::kIdentify), Answer::kNothingYet);
+}
+
 TEST(Orders, FeedHoldActsWithinAStatusIntervalWhateverIsBuffered) {
   for (const double each : {0.002, 0.02, 2.0}) {
     LineRun run;

@@ -71,12 +71,14 @@ inline CampaignOutcome campaign_run(const CampaignProgram& program, sim::FaultSc
                 [&](const sim::TraceRow& row) { executed.push_back(row.command); });
   CommandQueue operator_;
   Attachment record;
+  SendState newest;
   StreamHooks hooks;
   hooks.commands = &operator_;
   hooks.reserve = [&](std::uint64_t next, std::uint64_t) -> Result<std::uint64_t> {
     return record.reserved = next + 15;
   };
   hooks.progress = [&](const SendState& state) {
+    newest = state;
     if (state.session != 0 && state.boot != 0) record.session = state.session, record.boot = state.boot;
     record.accepted = std::max(record.accepted, state.acknowledged);
     if (state.phase == Phase::kHold || state.phase == Phase::kToolChange) operator_.push({Order::kResume});
@@ -92,11 +94,7 @@ inline CampaignOutcome campaign_run(const CampaignProgram& program, sim::FaultSc
   if (kill) wire.die_at = 5 + random() % 120;
   std::string path = program.path;
   Result<SendReport> sent = send_over(path, spec, wire, wire, options, hooks);
-  const auto lost = [&] {
-    return sent ? false
-                : sent.error().message.find("killed") != std::string::npos ||
-                      sent.error().message.find("no reply from the controller for 10 s") != std::string::npos;
-  };
+  const auto lost = [&] { return !sent && newest.loss == Loss::kWire; };
   for (; lost() && outcome.kills < 50; ++outcome.kills) {
     if (kill) wire.die_at = wire.exchanges + 5 + random() % 120;
     if (record.session == 0) {  // nothing was begun
@@ -113,7 +111,7 @@ inline CampaignOutcome campaign_run(const CampaignProgram& program, sim::FaultSc
     again.attach = record;
     sent = send_over(path, spec, wire, wire, again, hooks);
     // The run may have ended, or not begun, when it was killed: then the controller has no such session.
-    if (!sent && sent.error().message.find("any more") != std::string::npos &&
+    if (!sent && newest.loss == Loss::kForgotten &&
         (executed.size() == program.blocks.size() || executed.empty())) {
       if (executed.empty()) {
         sent = send_over(path, spec, wire, wire, options, hooks);
