@@ -35,6 +35,8 @@ std::optional<std::string> split_words(std::string_view text, LineWords& words) 
         (end != digits.data() + digits.size() && *end == 'E'))
       return std::string(1, letter) + ": the number is malformed";
     const auto size = static_cast<std::size_t>(end - text.data());
+    if ((letter == 'G' || letter == 'M' || letter == 'T') && !(value >= 0.0 && value < kLargestNumber))
+      return std::string(1, letter) + ": no code and no tool has this number";
     if (letter == 'G') words.g.push_back(static_cast<int>(std::lround(value * 10.0)));
     if (letter == 'M') words.m.push_back(static_cast<int>(std::lround(value)));
     if (letter != 'G' && letter != 'M') {

@@ -10,6 +10,9 @@
 
 namespace tiltfeed {
 
+/// Codes and tool numbers lie below.
+inline constexpr double kLargestNumber = 1e8;
+
 struct LineWords {
   std::vector<int> g;  ///< in tenths: G43.4 is 434
   std::vector<int> m;

@@ -134,6 +134,10 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
     double value = 0.0;
     const bool speed = word[0] == 'S';
     if (word == "Z" || !(std::istringstream(word.substr(speed ? 1 : 0)) >> value)) continue;
+    if (!speed && !(value >= 0.0 && value < kLargestNumber)) {
+      mistake = "the tool's number is too large";
+      return true;
+    }
     if (!speed) next_tool(static_cast<int>(value));
     if (speed) speed_ = value;
     if (speed && turn_ != 0) event(EventKind::kSpindle, turn_ == 4 ? -value : value);

@@ -8,6 +8,8 @@ namespace tiltfeed {
 namespace {
 
 constexpr char kAxisNames[] = "XYZAC";
+/// No control has a G or M code from here on; what is larger must not wrap into one.
+constexpr double kLargestCode = 1000.0;
 /// Largest S, 1/min: the wire counts thousandths in an int32.
 constexpr double kMaxSpindle = 2147483.0;
 /// Longest dwell, s: an hour; the wire counts milliseconds.
@@ -48,6 +50,7 @@ struct BlockReader::Parsed {
 };
 
 Result<void> BlockReader::take_g(double value, Parsed& parsed) {
+  if (!(value >= 0.0 && value < kLargestCode)) return fail(Code::kInput, show('G', value) + " is not a code");
   switch (static_cast<int>(std::lround(value * 10.0))) {
     case 0:
       motion_set_ = rapid_ = true;
@@ -89,7 +92,7 @@ Result<void> BlockReader::take_g(double value, Parsed& parsed) {
 }
 
 Result<void> BlockReader::take_m(double value, Parsed& parsed) {
-  const int code = static_cast<int>(value);
+  const int code = value >= 0.0 && value < kLargestCode ? static_cast<int>(value) : -1;
   if (code != value) return fail(Code::kInput, show('M', value) + " is not a code");
   switch (code) {
     case 0:

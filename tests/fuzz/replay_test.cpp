@@ -21,6 +21,10 @@ int fuzz_stl(const std::uint8_t* data, std::size_t size);
 int fuzz_yaml(const std::uint8_t* data, std::size_t size);
 int fuzz_gcode(const std::uint8_t* data, std::size_t size);
 int fuzz_cl(const std::uint8_t* data, std::size_t size);
+int fuzz_apt(const std::uint8_t* data, std::size_t size);
+int fuzz_dialect(const std::uint8_t* data, std::size_t size);
+int fuzz_reprap(const std::uint8_t* data, std::size_t size);
+int fuzz_drip(const std::uint8_t* data, std::size_t size);
 int fuzz_grbl(const std::uint8_t* data, std::size_t size);
 int fuzz_modbus(const std::uint8_t* data, std::size_t size);
 int fuzz_journal(const std::uint8_t* data, std::size_t size);
@@ -83,7 +87,9 @@ INSTANTIATE_TEST_SUITE_P(Fuzz, Replay,
                          testing::Values(Named{"stl", fuzz_stl}, Named{"yaml", fuzz_yaml},
                                          Named{"gcode", fuzz_gcode}, Named{"cl", fuzz_cl},
                                          Named{"grbl", fuzz_grbl}, Named{"modbus", fuzz_modbus},
-                                         Named{"journal", fuzz_journal}, Named{"api", fuzz_api}),
+                                         Named{"journal", fuzz_journal}, Named{"api", fuzz_api},
+                                         Named{"apt", fuzz_apt}, Named{"dialect", fuzz_dialect},
+                                         Named{"reprap", fuzz_reprap}, Named{"drip", fuzz_drip}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace
