@@ -180,6 +180,7 @@ void GrblSession::on_running_line(GrblReplyKind kind, std::string_view line) {
       if (phase_ == Phase::kStop) return;
       return fault(Code::kLink, refusal(text), phase_ != Phase::kCheck);
     case GrblReplyKind::kAlarm:
+      loss_ = Loss::kForgotten;
       return fault(Code::kLink, "the controller reports '" + text + "'", false, Event::kAlarm);
     case GrblReplyKind::kBanner:
       if (phase_ == Phase::kStop && reset_sent_) return finish_stop();

@@ -66,7 +66,7 @@ enum class Loss : std::uint8_t {
   kNone,       ///< nothing that the controller would not still know
   kWire,       ///< no reply, or the wire has gone: the controller may have everything
   kRestarted,  ///< the controller has started anew: what was not completed is unknown
-  kForgotten,  ///< it has another session, or none
+  kForgotten,  ///< it has dropped what it had of the run, or has another session
 };
 const char* loss_name(Loss loss);
 
