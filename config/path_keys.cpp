@@ -81,6 +81,16 @@ void read_guards(const Section& root, PlanOptions& plan) {
     guards.complain("holder", "there is no holder to guard; give its steps in cutter.holder");
 }
 
+/// Ends of passes this near to each other are those of neighbours, also where the surface leans by up to 60
+/// degrees across them.
+double near_passes(const PlanOptions& plan) {
+  const Pattern& pattern = plan.pattern;
+  if (plan.axis.mode == AxisMode::kFree || plan.axis.mode == AxisMode::kIndexed ||
+      pattern.kind == PatternKind::kRough)
+    return 0.0;
+  return std::min(2.0 * pattern.side_step, kLinkLength.max);
+}
+
 void read_links(const Section& root, PlanOptions& plan) {
   LinkOptions& links = plan.links;
   links.clearance = root.number("clearance_mm", kClearance);
@@ -90,7 +100,10 @@ void read_links(const Section& root, PlanOptions& plan) {
                                      exact_text(links.clearance) +
                                      " mm; the approach is the last part of the way down from there");
   const Section section = root.optional_section("links", {"join_distance_mm", "lead_radius_mm"});
-  links.join_distance = section.number("join_distance_mm", kLinkLength, links.join_distance);
+  links.join_distance = section.number("join_distance_mm", kLinkLength, near_passes(plan));
+  if (plan.pattern.kind == PatternKind::kRough && links.join_distance > 0.0)
+    section.complain("join_distance_mm",
+                     "is not used by the kind rough, whose layers lie above the surface; expected 0");
   links.lead_radius = section.number("lead_radius_mm", kLeadRadius, links.lead_radius);
   if (plan.axis.mode == AxisMode::kFree && links.lead_radius > 0.0)
     section.complain(

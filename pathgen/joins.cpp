@@ -22,7 +22,7 @@ double Joins::time_over(const EnvelopePoint& a, const EnvelopePoint& b) const {
   const double z = options_.clearance_z, up = z - a.flat.z, down = z - b.flat.z;
   const double across =
       distance(travel_.pose({a.flat.x, a.flat.y, z}).tip, travel_.pose({b.flat.x, b.flat.y, z}).tip);
-  const double plunge = std::min(down, options_.approach);
+  const double plunge = std::min(down, approach_to(b, options_.approach));
   return (up + across + down - plunge) / kRapidPerCut + plunge * options_.plunge_ratio;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "pathgen/joins.h"
 #include "pathgen/leads.h"
@@ -12,8 +13,6 @@ namespace tiltfeed {
 
 namespace {
 
-/// Cosine of the steepest lean for which an approach is lengthened.
-constexpr double kLeastFacing = 0.05;
 /// Up, over in a few steps, down: for the memory to set aside.
 constexpr std::size_t kMovesPerLink = 8;
 
@@ -59,13 +58,17 @@ class Linker {
   void add(const Directed& pass) {
     if (!join(pass) && !fly(pass)) return;
     for (std::size_t i = 1; i < pass.size(); ++i) cut(pass[i]);
-    down_ = Joins::End{pass[pass.size() - 1], pass[pass.size() < 2 ? 0 : pass.size() - 2]};
+    const EnvelopePoint& end = pass[pass.size() - 1];
+    down_ = Down{{end, pass[pass.size() < 2 ? 0 : pass.size() - 2]}, &end};
   }
 
   /// (L5)
   bool join(const Directed& pass) {
     if (!down_ || options_.join_distance <= 0.0) return false;
-    const auto between = joins_.between(*down_, {pass[0], pass[std::min<std::size_t>(1, pass.size() - 1)]});
+    const auto [known, unknown] = joined_.try_emplace({down_->end, &pass[0]});
+    std::optional<Pass>& between = known->second;
+    if (unknown)
+      between = joins_.between(down_->at, {pass[0], pass[std::min<std::size_t>(1, pass.size() - 1)]});
     if (!between) return false;
     for (const EnvelopePoint& p : *between) cut(p);
     cut(pass[0]);
@@ -88,18 +91,13 @@ class Linker {
       return false;
     }
     const Point<Flat> foot = arc.empty() ? pass[0].flat : arc.back();
-    if (const double start = foot.z + approach_to(pass[0]); start < options_.clearance_z)
+    if (const double start = foot.z + approach_to(pass[0], options_.approach); start < options_.clearance_z)
       push(travel_.pose({foot.x, foot.y, start}), MoveKind::kRapid);
     for (auto place = arc.rbegin(); place != arc.rend(); ++place)
       push(travel_.pose(*place), MoveKind::kPlunge);
     push(pose_of(pass[0]), MoveKind::kPlunge, surface_.facet_of(pass[0].patch));
     count_lead(!arc.empty());
     return true;
-  }
-
-  /// (L1) Stock as thick as the approach is nearer along the axis where the surface is steep.
-  double approach_to(const EnvelopePoint& p) const {
-    return options_.approach / std::max(dot(p.normal, p.axis), kLeastFacing);
   }
 
   Travel::Way travel_to(Point<Flat> to) {
@@ -116,9 +114,9 @@ class Linker {
 
   void retract() {
     std::vector<Point<Flat>> arc;
-    if (options_.lead_radius > 0.0) arc = leads_.arc(down_->point, down_->inward);
+    if (options_.lead_radius > 0.0) arc = leads_.arc(down_->at.point, down_->at.inward);
     for (const Point<Flat>& place : arc) push(travel_.pose(place), MoveKind::kPlunge);
-    at_ = arc.empty() ? down_->point.flat : arc.back();
+    at_ = arc.empty() ? down_->at.point.flat : arc.back();
     at_.z = options_.clearance_z;
     push(travel_.pose(at_), MoveKind::kRapid);
     count_lead(!arc.empty());
@@ -141,8 +139,14 @@ class Linker {
   Travel travel_;
   Joins joins_;
   Leads leads_;
-  std::optional<Joins::End> down_;  ///< where a pass ended, while the tool is there
-  Point<Flat> at_;                  ///< while it is on the clearance surface
+  struct Down {
+    Joins::End at;
+    const EnvelopePoint* end;  ///< of the pass
+  };
+  std::optional<Down> down_;  ///< where a pass ended, while the tool is there
+  /// From end to start; orders of the same passes share most.
+  std::map<std::pair<const EnvelopePoint*, const EnvelopePoint*>, std::optional<Pass>> joined_;
+  Point<Flat> at_;  ///< while it is on the clearance surface
   Linked linked_;
 };
 

@@ -2,6 +2,7 @@
 // Passes of the envelope to one tool path: order, direction, and the moves between them, on the envelope or
 // through clear air. (L1)..(L6) in pathgen/README.md.
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -64,6 +65,15 @@ Linked link(const std::vector<std::vector<Pass>>& slices, const ClField& field, 
 /// The pose of the tool with its CL reference at `reference`.
 inline Pose pose_at(Point<Part> reference, Vec3 axis, double reference_height) {
   return {reference - axis * reference_height, axis};
+}
+
+/// Cosine of the steepest lean for which an approach is lengthened.
+inline constexpr double kLeastFacing = 0.05;
+
+/// (L1) Length of the way down at plunge feed: stock as thick as the approach is nearer along the axis where
+/// the surface is steep.
+inline double approach_to(const EnvelopePoint& p, double approach) {
+  return approach / std::max(dot(p.normal, p.axis), kLeastFacing);
 }
 
 /// The image of `target` nearest to `from`, where the coordinate has that period (0: none).

@@ -146,7 +146,7 @@ TEST(JobOptions, OptionsThatAreLeftOutStayThePlannersOwn) {
   EXPECT_EQ(plan.smoothing, planner.smoothing);
   EXPECT_EQ(plan.shank.reaction, planner.shank.reaction);
   EXPECT_EQ(plan.shank.clearance, planner.shank.clearance);
-  EXPECT_EQ(plan.links.join_distance, planner.links.join_distance);
+  EXPECT_EQ(plan.links.join_distance, 2.0 * plan.pattern.side_step);  // neighbours, on slopes too
   EXPECT_EQ(plan.links.lead_radius, planner.links.lead_radius);
 }
 
