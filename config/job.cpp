@@ -47,6 +47,7 @@ Job read_job(const Section& root, const std::string& path) {
   job.plan.pattern = read_pattern(root, job.plan);
   job.plan.containment = read_containment(root, job.plan.axis.mode);
   read_path(root, job.plan);
+  job.axis_tolerance = read_axis_tolerance(root, job.plan);
   const Section feeds = root.section("feeds", {"cut_mm_per_min", "plunge_mm_per_min", "spindle_rpm"});
   job.plan.cut_feed = Feed::from_mm_per_min(feeds.number("cut_mm_per_min", kFeed));
   job.plan.plunge_feed = Feed::from_mm_per_min(feeds.number("plunge_mm_per_min", kFeed));

@@ -16,6 +16,7 @@ struct Job {
   std::string stl_path;      ///< resolved against the job file's folder
   double stl_unit_mm = 1.0;  ///< length of the STL's unit
   PlanOptions plan;
+  Angle axis_tolerance;      ///< by which the axis may lean near the rotary's pole; 0: not at all
   Setup setup;               ///< tool_length = plan.cutter.length
   double spindle_rpm = 0.0;  ///< 0: no spindle words
   ProgramData program;

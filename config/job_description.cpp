@@ -100,7 +100,7 @@ void describe_containment(Description& out, const Containment& containment, Axis
   if (!any) out.add("containment", "none");
 }
 
-void describe_path(Description& out, const PlanOptions& plan) {
+void describe_path(Description& out, const PlanOptions& plan, Angle axis_tolerance) {
   out.add("tolerance_mm", plan.tolerance);
   out.add("allowance_mm", plan.allowance);
   out.add("stock.radial_mm", plan.radial_stock);
@@ -108,6 +108,7 @@ void describe_path(Description& out, const PlanOptions& plan) {
   out.add("points.max_distance_mm", plan.max_point_distance);
   out.add("points.max_angle_deg", plan.max_angle_step);
   out.add("points.smoothing_mm", plan.smoothing);
+  out.add("points.axis_tolerance_deg", axis_tolerance);
   out.add("guards.shank.clearance_mm", plan.shank.clearance);
   out.add("guards.shank.reaction", word(kReactionWords, plan.shank.reaction));
   if (!plan.cutter.holder.empty()) {
@@ -133,7 +134,7 @@ std::string describe(const Job& job) {
   describe_axis(out, plan);
   describe_pattern(out, plan.pattern, plan.axis.mode);
   describe_containment(out, plan.containment, plan.axis.mode);
-  describe_path(out, plan);
+  describe_path(out, plan, job.axis_tolerance);
   out.add("feeds.cut_mm_per_min", plan.cut_feed.mm_per_min());
   out.add("feeds.plunge_mm_per_min", plan.plunge_feed.mm_per_min());
   out.add("feeds.spindle_rpm", job.spindle_rpm);

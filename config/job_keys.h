@@ -39,6 +39,8 @@ Pattern read_pattern(const Section& root, const PlanOptions& plan);
 Containment read_containment(const Section& root, AxisMode mode);
 /// Tolerance, what is left on the part, points, guards, links. Requires: plan.cutter.
 void read_path(const Section& root, PlanOptions& plan);
+/// points.axis_tolerance_deg. Requires: plan.cutter, plan.axis.
+Angle read_axis_tolerance(const Section& root, const PlanOptions& plan);
 /// Also plan.up and plan.tilt_max. Requires: plan.cutter.
 Setup read_setup(const Section& root, PlanOptions& plan);
 

@@ -17,6 +17,7 @@ constexpr Range kLeadRadius{0.0, 100.0};          // mm
 constexpr Range kSmoothing{0.0, 100.0};           // mm
 constexpr double kMaxPointDistance = 1000.0;      // mm
 constexpr double kMaxPointTurn = 90.0;            // degrees
+constexpr Range kAxisTolerance{0.0, 10.0};        // degrees
 /// Closer points than these, mm and degrees, are more than a control can read and a drive can follow.
 constexpr double kLeastPointStep = 0.001;
 
@@ -40,9 +41,13 @@ double read_point_step(const Section& points, const char* key, double max, doubl
   return step;
 }
 
+Section points_of(const Section& root) {
+  return root.optional_section("points",
+                               {"max_distance_mm", "max_angle_deg", "smoothing_mm", "axis_tolerance_deg"});
+}
+
 void read_points(const Section& root, PlanOptions& plan) {
-  const Section points =
-      root.optional_section("points", {"max_distance_mm", "max_angle_deg", "smoothing_mm"});
+  const Section points = points_of(root);
   plan.max_point_distance =
       read_point_step(points, "max_distance_mm", kMaxPointDistance, plan.max_point_distance);
   plan.max_angle_step = Angle::from_degrees(
@@ -113,6 +118,20 @@ void read_links(const Section& root, PlanOptions& plan) {
 }
 
 }  // namespace
+
+Angle read_axis_tolerance(const Section& root, const PlanOptions& plan) {
+  const Section points = points_of(root);
+  const double degrees = points.number("axis_tolerance_deg", kAxisTolerance, 0.0);
+  if (degrees <= 0.0) return {};
+  if (plan.axis.mode == AxisMode::kFixed || plan.axis.mode == AxisMode::kIndexed)
+    points.complain("axis_tolerance_deg", "is not used where the axis stands while cutting; expected 0");
+  if (plan.cutter.type != CutterType::kBall && plan.cutter.type != CutterType::kTaperBall)
+    points.complain(
+        "axis_tolerance_deg",
+        "a cutter that leans touches elsewhere unless it ends in a ball; expected 0, or the cutter "
+        "type ball or taper_ball");
+  return Angle::from_degrees(degrees);
+}
 
 void read_path(const Section& root, PlanOptions& plan) {
   plan.tolerance = root.number("tolerance_mm", kTolerance, plan.tolerance);

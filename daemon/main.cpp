@@ -17,6 +17,7 @@
 #include "daemon/block.h"
 #include "daemon/block_map.h"
 #include "daemon/machine_command.h"
+#include "daemon/near_pole.h"
 #include "daemon/output_file.h"
 #include "daemon/plan_report.h"
 #include "daemon/post_command.h"
@@ -121,6 +122,8 @@ int plan_command(const PlanFiles& files) {
   if (!planned) return report(planned.error());
   clock.times.insert(clock.times.end(), planned->report.times.begin(), planned->report.times.end());
 
+  const PoleBendReport bend = clock.time("pole", [&] { return bend_near_pole(*job, *part, planned->path); });
+
   if (!line.show("joints", 0.0)) return report({Code::kCancelled, "cancelled; nothing was written"});
   JointPathOptions options;
   options.tolerance = job->plan.tolerance * kPostShare;
@@ -175,6 +178,7 @@ int plan_command(const PlanFiles& files) {
   const PlanOutcome outcome{*job,
                             *part,
                             planned->report,
+                            bend,
                             joints->report,
                             program,
                             timing,

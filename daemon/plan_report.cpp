@@ -88,6 +88,11 @@ std::string report_json(const PlanOutcome& o) {
   json["peak_acceleration_per_s2"] = joints_json(o.timing.peak_acceleration);
   json["reconfigurations"] = o.joints.reconfigurations;
   json["pole_swings"] = o.joints.pole_swings;
+  if (o.job.axis_tolerance.radians() > 0.0)
+    json["pole_bend"] = {{"pieces", o.bend.stretches},
+                         {"points", o.bend.points},
+                         {"largest_deg", o.bend.largest.degrees()},
+                         {"refused_pieces", o.bend.refused}};
   json["rotary_turns"] = rotary_turns(o.joints);
   json["starvation"] = starvation_json(o.starved);
   json["subdivided_moves"] = o.joints.subdivided_moves;
@@ -142,6 +147,12 @@ std::string report_text(const PlanOutcome& o) {
       v.x, v.y, v.z, m.tilt.letter, v.a, m.rotary.letter, v.c, a.x, a.y, a.z, m.tilt.letter, a.a,
       m.rotary.letter, a.c, static_cast<unsigned long long>(o.timing.slowed),
       static_cast<unsigned long long>(o.joints.subdivided_moves), m.rotary.letter, rotary_turns(o.joints));
+  if (o.bend.stretches + o.bend.refused > 0)
+    text += format(
+        "near the pole the axis leans by up to %.2f degrees at %zu points of %zu pieces; %zu pieces stay "
+        "exact, "
+        "as the tool is not clear there\n",
+        o.bend.largest.degrees(), o.bend.points, o.bend.stretches, o.bend.refused);
   if (o.joints.reconfigurations > 0)
     text += format(
         "warning: the tool is taken off the part %llu times to turn %c back or %c over: look for marks\n",

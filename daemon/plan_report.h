@@ -7,6 +7,7 @@
 #include "config/job.h"
 #include "daemon/block.h"
 #include "kinematics/joint_path.h"
+#include "kinematics/pole_bend.h"
 #include "kinematics/timing.h"
 #include "pathgen/mesh.h"
 
@@ -16,6 +17,7 @@ struct PlanOutcome {
   const Job& job;
   const CheckedMesh& part;
   const PlanReport& plan;
+  const PoleBendReport& bend;
   const JointPathReport& joints;
   const ProgramReport& program;
   const Timing& timing;

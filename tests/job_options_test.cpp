@@ -115,6 +115,14 @@ TEST(JobOptions, ReadsStockPointsGuardsAndLinks) {
   EXPECT_EQ(plan.max_point_distance, 3.0);
   EXPECT_NEAR(plan.max_angle_step.degrees(), 5.0, 1e-12);
   EXPECT_EQ(plan.smoothing, 0.6);
+  EXPECT_EQ(with_options().axis_tolerance, Angle{});
+  const auto leaning = parse_job(
+      replaced(replaced(kOptionsJob, "type: bull_nose\n  diameter_mm: 10\n  corner_radius_mm: 2",
+                        "type: ball\n  diameter_mm: 10"),
+               "smoothing_mm: 0.6", "axis_tolerance_deg: 2"),
+      kJobPath);
+  ASSERT_TRUE(leaning) << leaning.error().message;
+  EXPECT_EQ(leaning->axis_tolerance, Angle::from_degrees(2.0));
   EXPECT_EQ(plan.shank.clearance, 0.5);
   EXPECT_EQ(plan.shank.reaction, Reaction::kRetract);
   EXPECT_EQ(plan.holder.clearance, 2.0);
@@ -188,6 +196,7 @@ TEST(JobOptions, DescribesEveryOption) {
                            "points.max_distance_mm: 3\n",
                            "points.max_angle_deg: 5\n",
                            "points.smoothing_mm: 0.6\n",
+                           "points.axis_tolerance_deg: 0\n",
                            "guards.shank.clearance_mm: 0.5\n",
                            "guards.shank.reaction: retract\n",
                            "guards.holder.clearance_mm: 2\n",
