@@ -141,15 +141,26 @@ std::int64_t Dexels::remove(Stripe& s, std::uint32_t line, Piece cut, Piece& lon
   return removed;
 }
 
+bool Dexels::meets_tile(const Range& r, int tile_v, const Stripe& s, Piece along) const {
+  for (int tu = r.u0 / kTile; tu <= r.u1 / kTile; ++tu) {
+    const Piece& tile = s.tiles[static_cast<std::size_t>(tile_v - s.first / kTile) * tiles_u_ + tu];
+    if (tile.low < along.high && tile.high > along.low) return true;
+  }
+  return false;
+}
+
 std::pair<int, int> Dexels::stripes(const SweptBody& body) const {
   Stripe all;
   all.first = 0, all.last = lines_v_;
   const Range r = range(body.low, body.high, all);
   if (r.u0 > r.u1 || r.v0 > r.v1) return {0, 0};
-  int first = r.v0 / kTile * kStripes / rows_, last = first;
-  while (stripes_[first].last <= r.v0) ++first;
-  for (last = first + 1; last < kStripes && stripes_[last].first <= r.v1;) ++last;
-  return {first, last};
+  const Piece along{to_units(component(body.low, axis_)), to_units(component(body.high, axis_))};
+  int at = r.v0 / kTile * kStripes / rows_, first = kStripes, last = 0;
+  for (int tv = r.v0 / kTile; tv <= r.v1 / kTile; ++tv) {
+    while (stripes_[at].last <= tv * kTile) ++at;
+    if (last != at + 1 && meets_tile(r, tv, stripes_[at], along)) first = std::min(first, at), last = at + 1;
+  }
+  return {std::min(first, last), last};
 }
 
 Cut Dexels::cut(int stripe, const SweptBody& body, bool measure) {

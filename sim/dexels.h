@@ -59,7 +59,7 @@ class Dexels {
   };
   Lack missing(int stripe, const Mesh& shell, double slack) const;
 
-  /// The stripes that a body can meet, [first, second).
+  /// The stripes in which a body can meet material that is there now, [first, second).
   std::pair<int, int> stripes(const SweptBody& body) const;
   /// Takes the body away. `measure`: also find `deepest`.
   Cut cut(int stripe, const SweptBody& body, bool measure);
@@ -107,6 +107,7 @@ class Dexels {
   }
   Point<Part> origin(int u, int v) const;
   Range range(Vec3 low, Vec3 high, const Stripe& stripe) const;
+  bool meets_tile(const Range& range, int tile_v, const Stripe& stripe, Piece along) const;
   void add(Stripe& stripe, std::uint32_t line, Piece piece);
   std::int64_t remove(Stripe& stripe, std::uint32_t line, Piece piece, Piece& longest);
   void bound_tile(Stripe& stripe, int tile_u, int tile_v) const;

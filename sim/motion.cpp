@@ -4,8 +4,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "sim/forward.h"
-
 namespace tiltfeed::sim {
 namespace {
 
@@ -31,7 +29,7 @@ std::optional<std::string> outside_travel(char letter, double value, double min,
 }  // namespace
 
 Motion::Motion(MachineModel machine, Setup setup, std::size_t slots, Sink sink, MotionOptions options)
-    : machine_(std::move(machine)), setup_(setup), slots_(slots), sink_(std::move(sink)), options_(options) {
+    : machine_(std::move(machine)), chain_(machine_, setup), slots_(slots), sink_(std::move(sink)), options_(options) {
   assert(slots_ >= 1);
   const MachineModel& m = machine_;
   at_ = {nearest_to_zero(m.x.min, m.x.max), nearest_to_zero(m.y.min, m.y.max),
@@ -248,7 +246,7 @@ void Motion::finish() {
       ++totals_.programs;
     }
   }
-  TraceRow row{totals_.blocks, command, start_, now_, forward_by_frames(machine_, setup_, at_)};
+  TraceRow row{totals_.blocks, command, start_, now_, chain_(at_)};
   row.command.target = at_;
   if (!block.stands && block.length > 0.0) {
     row.peak_rate = peaks_.speed / block.length;

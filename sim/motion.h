@@ -10,6 +10,7 @@
 #include <string>
 
 #include "kinematics/machine.h"
+#include "sim/forward.h"
 #include "sim/path_block.h"
 #include "sim/program.h"
 #include "sim/trace.h"
@@ -90,7 +91,7 @@ class Motion {
   double fraction() const;
 
   MachineModel machine_;
-  Setup setup_;
+  FrameChain chain_;
   std::size_t slots_;
   Sink sink_;
   MotionOptions options_;

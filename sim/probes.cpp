@@ -12,6 +12,8 @@ namespace {
 constexpr double kPatchProbes = 48.0;
 // Steps of the two-dimensional low-discrepancy sequence (powers of the plastic number) [Roberts 2018].
 constexpr double kStepA = 0.7548776662466927, kStepB = 0.5698402909980532;
+// A line whose direction has a squared sine below this to the way runs along it.
+constexpr double kAlongWay = 1e-14;
 constexpr std::uint32_t kSign = 0x80000000;
 
 std::uint32_t ordered(float value) {
@@ -89,7 +91,8 @@ Probes::Probes(const Mesh& part, double spacing, double reach)
       patches_(make_patches(part, spacing)),
       surface_(patches_.mesh),
       values_(patches_.first.back(),
-              std::uint64_t{ordered(std::numeric_limits<float>::infinity())} << 32 | kNever) {}
+              std::uint64_t{ordered(std::numeric_limits<float>::infinity())} << 32 | kNever),
+      highest_(patches_.mesh.facets.size(), std::numeric_limits<float>::infinity()) {}
 
 Point<Part> Probes::place(std::uint32_t patch, std::uint64_t probe) const {
   const auto& facet = patches_.mesh.facets[patch];
@@ -119,13 +122,62 @@ void Probes::take(std::uint64_t probe, double left, std::uint32_t move) {
   }
 }
 
-void Probes::near(const Segment& core, double within, std::vector<std::uint32_t>& patches) const {
-  patches.clear();
-  surface_.near(core, within, patches);
-  std::erase_if(patches, [&](std::uint32_t patch) {
-    return distance_to_segment(patches_.middle[patch], core.from, core.to) >
-           within + static_cast<double>(patches_.radius[patch]);
-  });
+double Probes::settle(std::uint32_t patch, double highest) {
+  // Rounded up: a bound. What other threads have lowered meanwhile only makes it wider than need be.
+  const auto bound = std::nextafter(static_cast<float>(highest), std::numeric_limits<float>::infinity());
+  std::atomic_ref<float>(highest_[patch]).store(bound, std::memory_order_relaxed);
+  return static_cast<double>(bound);
+}
+
+namespace {
+
+/// (R1) Where the line from w (seen from the way's start) along n enters what the ball sweeps, and leaves it
+/// above w: the way's cylinder, or the ball at that end which the line passes the cylinder's wall beyond.
+struct BallLine {
+  explicit BallLine(const BallWay& the_way, Vec3 normal)
+      : way(the_way),
+        n(normal),
+        along(dot(n, way.unit)),
+        square(squared_length(n - way.unit * along)),
+        r2(way.radius * way.radius) {}
+
+  static double enter(double b, double gap, double s) {
+    const double root2 = b * b - s * gap;
+    return root2 < 0.0 ? kInfinity : (-b - std::sqrt(root2)) / s;
+  }
+  double operator()(Vec3 w) const {
+    const double rise = dot(w, n), height = dot(w, way.unit), ww = squared_length(w);
+    double at = along < 0.0 ? kInfinity : -kInfinity, t = kInfinity;  // on the way; along the line
+    if (square > kAlongWay) {
+      t = enter(rise - height * along, ww - height * height - r2, square);
+      at = height + t * along;
+    }
+    if (at < 0.0)
+      t = enter(rise, ww - r2, 1.0);
+    else if (at > way.whole)
+      t = enter(rise - along * way.whole, ww + way.whole * (way.whole - 2.0 * height) - r2, 1.0);
+    // From below it leaves above w only if w itself is inside.
+    const double on = std::clamp(height, 0.0, way.whole);
+    return t < 0.0 && ww + on * (on - 2.0 * height) >= r2 ? kInfinity : t;
+  }
+
+  const BallWay& way;
+  Vec3 n;
+  double along, square, r2;
+};
+
+}  // namespace
+
+double Probes::pass_ball(std::uint32_t patch, const BallWay& way, std::uint32_t move) {
+  const BallLine line(way, patches_.normal[patch]);
+  double highest = -kInfinity;
+  for (std::uint64_t i = patches_.first[patch]; i < patches_.first[patch + 1]; ++i) {
+    double left = value(i).left;
+    const double enter = line(place(patch, i) - way.from);
+    if (enter < std::min(left, reach_)) take(i, left = enter, move);
+    highest = std::max(highest, left);
+  }
+  return settle(patch, highest);
 }
 
 double Probes::patch_area(std::uint32_t patch) const {

@@ -3,6 +3,7 @@
 // off exactly where the tool enters it. The value of a probe is the least over all that the tool did, so it
 // depends on no order. Formula (R5) is in sim/README.md.
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <optional>
@@ -26,6 +27,22 @@ struct Patches {
 /// Of each probe.
 inline constexpr std::size_t kProbeBytes = 8;
 
+/// The way of a ball's centre, straight.
+struct BallWay {
+  Point<Part> from;
+  Vec3 unit;  ///< zero if it stands
+  double whole = 0.0, radius = 0.0;
+
+  BallWay(Point<Part> start, Point<Part> end, double ball)
+      : from(start), whole(tiltfeed::distance(start, end)), radius(ball) {
+    if (whole > 0.0) unit = (end - start) / whole;
+  }
+  double distance(Point<Part> p) const {
+    const Vec3 m = p - from;
+    return length(m - unit * std::clamp(dot(m, unit), 0.0, whole));
+  }
+};
+
 class Probes {
  public:
   static constexpr std::uint32_t kNever = 0xFFFFFFFF;
@@ -33,14 +50,17 @@ class Probes {
   /// One probe for each square of `spacing`, at least one a facet; `reach`: more than that is not told apart.
   Probes(const Mesh& part, double spacing, double reach);
 
-  /// The patches that something within `within` of the segment can come to.
-  void near(const Segment& core, double within, std::vector<std::uint32_t>& patches) const;
-  /// The tool's cutting part passes: body(p) is its piece near p, nearest(p) not more than the distance from
-  /// p to that piece. `near`: all patches within reach() of it. `move` is what the probes remember.
-  /// Thread-safe.
+  /// The tool's cutting part passes the probes of a patch: body(p) is its piece near p, nearest(p) not more than
+  /// the distance from p to that piece. `move` is what the probes remember. Thread-safe.
   template <class Body, class Nearest>
-  void pass(const std::vector<std::uint32_t>& near, double radius, std::uint32_t move, const Body& body,
-            const Nearest& nearest);
+  void pass(std::uint32_t patch, double radius, std::uint32_t move, const Body& body, const Nearest& nearest);
+  /// The same for a ball; the new highest().
+  double pass_ball(std::uint32_t patch, const BallWay& way, std::uint32_t move);
+  /// Not less than any value of the patch's probes, mm.
+  double highest(std::uint32_t patch) const {
+    return static_cast<double>(std::atomic_ref<float>(const_cast<float&>(highest_[patch]))
+                                   .load(std::memory_order_relaxed));
+  }
 
   struct Value {
     double left = 0.0;            ///< material left along the normal, mm; below 0: cut into the part
@@ -58,6 +78,7 @@ class Probes {
 
  private:
   void take(std::uint64_t probe, double left, std::uint32_t move);
+  double settle(std::uint32_t patch, double highest);
 
   double spacing_, reach_;
   Patches patches_;
@@ -65,23 +86,28 @@ class Probes {
   /// The value's bits, ordered like the value, above the move: the least of these numbers is the least value,
   /// of the earliest move.
   std::vector<std::uint64_t> values_;
+  std::vector<float> highest_;  ///< by patch: bounds that are made anew when its probes are looked at
 };
 
 template <class Body, class Nearest>
-void Probes::pass(const std::vector<std::uint32_t>& near, double radius, std::uint32_t move, const Body& body,
+void Probes::pass(std::uint32_t patch, double radius, std::uint32_t move, const Body& body,
                   const Nearest& nearest) {
-  for (const std::uint32_t patch : near) {
-    std::optional<SweptBody> swept;
-    std::optional<LineCutter> cutter;
-    for (std::uint64_t i = patches_.first[patch]; i < patches_.first[patch + 1]; ++i) {
-      const Point<Part> p = place(patch, i);
-      // The line cannot enter before it has come as near as the point is far.
-      if (nearest(p) >= std::min(reach_, value(i).left)) continue;
+  std::optional<SweptBody> swept;
+  std::optional<LineCutter> cutter;
+  double highest = -kInfinity;
+  for (std::uint64_t i = patches_.first[patch]; i < patches_.first[patch + 1]; ++i) {
+    const Point<Part> p = place(patch, i);
+    double left = value(i).left;
+    // The line cannot enter before it has come as near as the point is far.
+    if (nearest(p) < std::min(reach_, left)) {
       if (!cutter) swept = body(patches_.middle[patch]), cutter.emplace(*swept, patches_.normal[patch]);
       const auto inside = (*cutter)(p, -radius, reach_);
-      if (inside && inside->leave > 0.0 && inside->enter < reach_) take(i, inside->enter, move);
+      if (inside && inside->leave > 0.0 && inside->enter < reach_)
+        take(i, inside->enter, move), left = std::min(left, inside->enter);
     }
+    highest = std::max(highest, left);
   }
+  settle(patch, highest);
 }
 
 }  // namespace tiltfeed::sim

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "sim/contact.h"
 #include "sim/removal.h"
-#include "sim/tool_sweep.h"
 
 namespace tiltfeed::sim {
 
@@ -23,11 +23,6 @@ struct MoveHit {
 struct SweptPiece {
   std::uint32_t move = 0;
   SweptBody body;
-};
-/// A straight step of a move.
-struct SweptStep {
-  std::uint32_t move = 0;
-  Pose from, to;
 };
 /// What some moves sweep, and what they do to the part.
 struct Swept {
@@ -58,43 +53,29 @@ class Occupied {
   std::vector<char> full_;
 };
 
-/// Poses of the moves: (R4) as many straight steps as keep the tool within kStray of where the axes put it.
+/// Poses of the moves: (R4) as many straight steps as keep the tool near where the axes put it.
 class Stand {
  public:
   Stand(const Job& job, const ExecutedPath& path, const Stock& stock, Probes& probes,
         const RemovalOptions& options);
 
-  const ToolSweep& sweep() const { return sweep_; }
-  /// Bodies of the moves [begin, end); exact distances to the part at the steps' ends and between; probes.
+  /// Bodies of the moves [begin, end); what they do to the part.
   void sweep_moves(std::size_t begin, std::size_t end, Swept& out) const;
-  /// The cutting part's axis at the middle of a step, and how far from it the cutting part comes.
-  std::pair<Segment, double> core(const SweptStep& step) const;
-  /// Not more than the distance from p to what the cutting part sweeps, mm.
-  double nearest(const SweptStep& step, Point<Part> p) const;
   /// A finding if the tool stands inside of the part before the first move.
   std::optional<MoveHit> starts_inside() const;
 
  private:
-  Pose pose(const Joints& joints) const;
-  int steps(const Pose& from, const Pose& middle, const Pose& to) const;
-  /// What a thread works with.
-  struct Bench {
-    std::vector<SweptBody> bodies;
-    std::vector<std::uint32_t> near;
-    std::vector<Pose> looks;
-  };
-  void share_out(const SweptStep& step, Bench& bench, Swept& out) const;
-  void look(const SweptStep& step, Bench& bench, Swept& out) const;
-  Hit clearance(const Pose& pose, ToolPart part, const std::vector<std::uint32_t>& near, double bound) const;
+  void add_steps(std::size_t move, const Pose& from, std::vector<SweptStep>& steps) const;
+  void share_out(const SweptStep& step, std::vector<SweptBody>& bodies, Swept& out) const;
 
-  const Job& job_;
   const ExecutedPath& path_;
   const Stock& stock_;
-  Probes& probes_;
+  const Probes& probes_;
+  FrameChain chain_;
   ToolSolid solid_;
   ToolSweep sweep_;
+  Contact contact_;
   Occupied occupied_;
-  bool plain_;  ///< a ball end mill with a shank of its own diameter and nothing above
   double tolerance_, top_, least_, cell_;
 };
 

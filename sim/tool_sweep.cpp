@@ -8,12 +8,12 @@ namespace {
 // Length of a piece of a round cutter, in its radii.
 constexpr double kPieceRadii = 2.0;
 
+}  // namespace
+
 Vec3 mean_axis(const Pose& a, const Pose& b) {
   const Vec3 sum = a.axis + b.axis;
   return squared_length(sum) > 0.0 ? normalized(sum) : a.axis;
 }
-
-}  // namespace
 
 ToolSweep::ToolSweep(const Cutter& cutter) : solid_(cutter), round_(cutter.type == CutterType::kBall) {
   reach_ = solid_.cutting().widest();

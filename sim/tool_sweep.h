@@ -8,6 +8,9 @@
 
 namespace tiltfeed::sim {
 
+/// The unit axis half way between two poses'.
+Vec3 mean_axis(const Pose& a, const Pose& b);
+
 /// Which bodies the cutter, shank and holder of a job sweep. (R4) Each piece is pushed along the way of its
 /// own middle, with the mean of both axes: right for a turn of the axis too, as far as the piece is short.
 class ToolSweep {
@@ -23,6 +26,7 @@ class ToolSweep {
   /// The piece of the cutting part that is next to p.
   SweptBody cutter_near(const Pose& from, const Pose& to, Point<Part> p) const;
 
+  bool round() const { return round_; }  ///< a ball end: its cutting part is all within reach() of its core
   /// The cutting part's axis, from the lowest point that is `reach` inside of it to its end, above the tip,
   /// mm.
   double core_low() const { return core_low_; }

@@ -1,0 +1,73 @@
+#pragma once
+// The tool against the part along straight steps: how deep it cuts (exactly, whatever the resolution), and
+// the probes that its cutting part passes. What may be left out, and why, is in sim/README.md, (R6).
+
+#include <array>
+#include <vector>
+
+#include "sim/executed_path.h"
+#include "sim/forward.h"
+#include "sim/probes.h"
+#include "sim/tool_sweep.h"
+
+namespace tiltfeed::sim {
+
+/// A straight step of a move: its share [begin, end] of the move, the poses there, and how far any point of the
+/// tool may be from the straight way between them, mm.
+struct SweptStep {
+  std::uint32_t move = 0;
+  double begin = 0.0, end = 1.0, stray = 0.0;
+  Pose from, to;
+};
+
+/// The tool deeper in the part than what is tolerated.
+struct Overlap {
+  ToolPart tool = ToolPart::kCutter;
+  std::uint32_t move = 0;
+  double depth = 0.0;        ///< mm
+  std::uint32_t patch = 0;   ///< of the probes
+  Point<Part> place;         ///< of the tool tip
+};
+
+/// What a run of steps does to the part.
+struct Contacts {
+  std::vector<Overlap> overlaps;   ///< deeper than the tolerance
+  std::array<double, 2> worst{};   ///< deepest of feed moves and of rapids, tolerated ones too, mm
+};
+
+class Contact {
+ public:
+  /// `tolerance`: of what is less deep only the deepest is looked for, mm. Outlived by all references.
+  Contact(const ExecutedPath& path, const FrameChain& chain, const ToolSolid& solid, const ToolSweep& sweep,
+          Probes& probes, double tolerance);
+
+  /// Steps in order, each starting where the one before ends. Thread-safe.
+  Contacts meet(const std::vector<SweptStep>& steps) const;
+
+ private:
+  struct Candidate;
+  struct Group;
+  struct Watch;
+  struct Run;
+  std::size_t group_end(const std::vector<SweptStep>& steps, std::size_t begin) const;
+  void gather(const SweptStep* begin, const SweptStep* end, Group& group) const;
+  void pass(const SweptStep& step, Run& run) const;
+  void pass_side(const SweptStep& step, const Candidate& patch, double lowest, double most, Run& run) const;
+  void watch(const SweptStep& step, Run& run) const;
+  void touch(const SweptStep& step, std::uint32_t patch, Run& run) const;
+  void touch_side(const SweptStep& step, std::uint32_t patch, Run& run) const;
+  Pose pose(const SweptStep& step, double f) const;
+  int looks(const SweptStep& step) const;
+  double travel(const Pose& from, const Pose& to) const;
+
+  const ExecutedPath& path_;
+  const FrameChain& chain_;
+  const ToolSweep& sweep_;
+  Probes& probes_;
+  std::vector<std::pair<ToolPart, Revolved>> watched_;  ///< what the core does not cover
+  bool round_;   ///< the cutting part is all within radius_ of its core
+  bool closed_;  ///< and nothing else is: what the core touches is cut
+  double tolerance_, radius_, low_, high_, top_, widest_, look_;
+};
+
+}  // namespace tiltfeed::sim
