@@ -32,8 +32,10 @@ Joints between(const Joints& from, const Joints& to, double f) {
 struct Contact::Candidate {
   Point<Part> middle;
   Vec3 normal;
-  double radius = 0.0;
-  double rise = 0.0;  ///< how far it reaches along the tool's axis from its middle, mm
+  double radius = 0.0;  ///< mm
+  double rise = 0.0;    ///< how far it reaches along the tool's axis from its middle, mm
+  double offset = 0.0;  ///< of its plane
+  bool faces = false;   ///< the tool's axis points away from it in all of the group
   std::uint32_t patch = 0;
 };
 
@@ -53,7 +55,7 @@ struct Contact::Run {
   std::vector<Watch> watches;
   std::vector<Pose> poses;  ///< of the step's looks
   std::vector<Pose> ways;   ///< ends of pieces of the step
-  Overlap deepest;  ///< of the step
+  Overlap deepest;          ///< of the step
   double* worst = nullptr;
   double allowed = 0.0;  ///< what is not deeper does not matter, mm
   void report(const Overlap& overlap, double tolerance) {
@@ -81,7 +83,8 @@ Contact::Contact(const ExecutedPath& path, const FrameChain& chain, const ToolSo
   closed_ = round_ && (alone || end >= low_ + radius_);
   if (closed_ && alone) high_ = std::max(low_, top_);
   if (!closed_)
-    for (const Revolved& piece : solid.pieces(ToolPart::kCutter)) watched_.emplace_back(ToolPart::kCutter, piece);
+    for (const Revolved& piece : solid.pieces(ToolPart::kCutter))
+      watched_.emplace_back(ToolPart::kCutter, piece);
   else if (!alone)  // the core's upper end is round, the cutting part's is not
     watched_.emplace_back(ToolPart::kCutter, Revolved::from_rims({{radius_, high_}, {radius_, end}}));
   for (const ToolPart part : {ToolPart::kShank, ToolPart::kHolder})
@@ -95,7 +98,8 @@ Pose Contact::pose(const SweptStep& step, double f) const {
 
 /// No point of the tool moves further, where its ends move straight.
 double Contact::travel(const Pose& from, const Pose& to) const {
-  return std::max(distance(from.tip, to.tip), distance(from.tip + from.axis * top_, to.tip + to.axis * top_)) +
+  return std::max(distance(from.tip, to.tip),
+                  distance(from.tip + from.axis * top_, to.tip + to.axis * top_)) +
          widest_ * length(to.axis - from.axis);
 }
 
@@ -125,8 +129,8 @@ void Contact::gather(const SweptStep* begin, const SweptStep* end, Group& group)
   for (const SweptStep* s = begin; s != end; ++s) {
     for (const Pose& p : {s->from, s->to}) {
       const Point<Part> on = sheet.on_way(at(p, low_));
-      stray = std::max({stray, distance(at(p, low_), on),
-                        distance(at(p, high_), on + axis * (high_ - low_))});
+      stray =
+          std::max({stray, distance(at(p, low_), on), distance(at(p, high_), on + axis * (high_ - low_))});
       turn = std::max(turn, length(p.axis - axis));
     }
     stray = std::max(stray, s->stray);
@@ -137,13 +141,14 @@ void Contact::gather(const SweptStep* begin, const SweptStep* end, Group& group)
   group.candidates.clear();
   double bound = within;
   probes_.surface().search(
-      bound, kNoFacet, [&](Vec3 low, Vec3 high) { return sheet.bound(low, high); },
+      bound, kNoFacet, [&](Vec3 low, Vec3 high) { return sheet.bound(low, high, within); },
       [&](const Triangle& t) {
         const Point<Part> middle = patches.middle[t.facet];
         const double radius = static_cast<double>(patches.radius[t.facet]);
         if (length(sheet.to(middle)) > within + radius) return;
         const Vec3 n = patches.normal[t.facet];
-        group.candidates.push_back({middle, n, radius, radius * (length(cross(n, axis)) + turn), t.facet});
+        group.candidates.push_back({middle, n, radius, radius * (length(cross(n, axis)) + turn),
+                                    dot(n, from_origin(middle)) + radius_, dot(n, axis) > turn, t.facet});
       });
 }
 
@@ -155,28 +160,31 @@ void Contact::pass(const SweptStep& step, Run& run) const {
   for (const Candidate& c : run.group.candidates) {
     // What can matter is left less than `most` above the patch, or is deeper in it than `allowed`.
     double most = std::min(probes_.reach(), probes_.highest(c.patch));
-    const double start = dot(c.normal, from - c.middle) - radius_, end = dot(c.normal, to - c.middle) - radius_;
-    const double up = dot(c.normal, step.from.axis), up_end = dot(c.normal, step.to.axis);
-    const double lower = std::min(start, end),
-                 lowest = std::min({lower, start + up * core, end + up_end * core});
     const double deep = step.stray - run.allowed;
+    const double start = dot(c.normal, from_origin(from)) - c.offset,
+                 end = dot(c.normal, from_origin(to)) - c.offset, lower = std::min(start, end);
+    if (c.faces && lower >= std::max(most, deep)) continue;
+    const double up = dot(c.normal, step.from.axis), up_end = dot(c.normal, step.to.axis);
+    const double lowest = std::min({lower, start + up * core, end + up_end * core});
     if (lowest >= std::max(most, deep)) continue;
     if (round_ && lower < std::max(most, deep) && std::max(start, end) > -2.0 * radius_) {
       const double gap = way.distance(c.middle) - radius_ - c.radius;
       if (closed_ && gap < deep && lower < deep) touch(step, c.patch, run);
-      if (lower < most && gap < std::max(0.0, most)) most = std::min(most, probes_.pass_ball(c.patch, way, step.move));
+      if (lower < most && gap < std::max(0.0, most))
+        most = std::min(most, probes_.pass_ball(c.patch, way, step.move));
     }
     // Is all that can matter nearer to the ball at the core's lower end than to the rest of it?
-    const double height = std::max(dot(c.middle - step.from.tip, step.from.axis),
-                                   dot(c.middle - step.to.tip, step.to.axis)) +
-                          c.rise + slack + std::max(0.0, most) * std::max({0.0, up, up_end});
+    const double height =
+        std::max(dot(c.middle - step.from.tip, step.from.axis), dot(c.middle - step.to.tip, step.to.axis)) +
+        c.rise + slack + std::max(0.0, most) * std::max({0.0, up, up_end});
     if (round_ && std::min(up, up_end) > 0.0 && height <= low_) continue;
     if (lowest < std::max(most, deep)) pass_side(step, c, lowest, most, run);
   }
 }
 
 /// A patch beside the tool, or any of a tool that is no ball.
-void Contact::pass_side(const SweptStep& step, const Candidate& c, double lowest, double most, Run& run) const {
+void Contact::pass_side(const SweptStep& step, const Candidate& c, double lowest, double most,
+                        Run& run) const {
   const Vec3 axis = mean_axis(step.from, step.to);
   const Point<Part> from = step.from.tip + step.from.axis * low_, to = step.to.tip + step.to.axis * low_;
   const Sheet sheet(from, to - from, axis * (high_ - low_));
@@ -194,7 +202,8 @@ void Contact::pass_side(const SweptStep& step, const Candidate& c, double lowest
       nearest);
 }
 
-/// The ball along the step: bounded by its straight way, and where that may be too deep, by pieces of the true one.
+/// The ball along the step: bounded by its straight way, and where that may be too deep, by pieces of the
+/// true one.
 void Contact::touch(const SweptStep& step, std::uint32_t patch, Run& run) const {
   const Triangle& triangle = probes_.surface().triangle(patch);
   const auto ball = [&](const Pose& p) { return p.tip + p.axis * low_; };

@@ -12,8 +12,8 @@
 
 namespace tiltfeed::sim {
 
-/// A straight step of a move: its share [begin, end] of the move, the poses there, and how far any point of the
-/// tool may be from the straight way between them, mm.
+/// A straight step of a move: its share [begin, end] of the move, the poses there, and how far any point of
+/// the tool may be from the straight way between them, mm.
 struct SweptStep {
   std::uint32_t move = 0;
   double begin = 0.0, end = 1.0, stray = 0.0;
@@ -24,15 +24,15 @@ struct SweptStep {
 struct Overlap {
   ToolPart tool = ToolPart::kCutter;
   std::uint32_t move = 0;
-  double depth = 0.0;        ///< mm
-  std::uint32_t patch = 0;   ///< of the probes
-  Point<Part> place;         ///< of the tool tip
+  double depth = 0.0;       ///< mm
+  std::uint32_t patch = 0;  ///< of the probes
+  Point<Part> place;        ///< of the tool tip
 };
 
 /// What a run of steps does to the part.
 struct Contacts {
-  std::vector<Overlap> overlaps;   ///< deeper than the tolerance
-  std::array<double, 2> worst{};   ///< deepest of feed moves and of rapids, tolerated ones too, mm
+  std::vector<Overlap> overlaps;  ///< deeper than the tolerance
+  std::array<double, 2> worst{};  ///< deepest of feed moves and of rapids, tolerated ones too, mm
 };
 
 class Contact {

@@ -1,5 +1,6 @@
 #include "sim/executed_path.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "sim/forward.h"
@@ -8,7 +9,7 @@
 namespace tiltfeed::sim {
 namespace {
 
-// Blocks that the simulated axes hold; a program from a file is never late, so any number gives its times.
+// Blocks that the simulated axes hold, if they look no further ahead; a program from a file is never late.
 constexpr std::size_t kSlots = 64;
 // Poses that are asked for the main direction of the tool.
 constexpr std::size_t kDirections = 2000;
@@ -45,10 +46,13 @@ class Collector {
 }  // namespace
 
 Result<ExecutedPath> execute_program(const std::vector<Block>& program, const std::string& name,
-                                     const MachineModel& machine, const Setup& setup) {
+                                     const MachineModel& machine, const Setup& setup,
+                                     const MotionOptions& options) {
   Collector collector;
   collector.reserve(program.size());
-  Motion motion(machine, setup, kSlots, [&](const TraceRow& row) { collector.take(row); });
+  Motion motion(
+      machine, setup, std::max(kSlots, options.look_ahead), [&](const TraceRow& row) { collector.take(row); },
+      options);
   const auto run_until_free = [&](std::size_t slots) {
     while (motion.free_slots() < slots) {
       if (motion.held()) motion.resume();  // M0 waits for the operator, who is not part of the time

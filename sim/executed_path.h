@@ -8,6 +8,7 @@
 
 #include "kinematics/machine.h"
 #include "kinematics/result.h"
+#include "sim/motion_options.h"
 #include "sim/program.h"
 #include "sim/trace.h"
 
@@ -33,10 +34,12 @@ struct ExecutedPath {
   const Joints& from(std::size_t move) const { return move == 0 ? start : moves[move - 1].to; }
 };
 
-/// The program as the simulated axes (sim/motion.h) execute it when it is fed without delay.
+/// The program as the simulated axes (sim/motion.h) execute it when it is fed without delay;
+/// `options`: how its control plans speeds.
 /// Errors: kInput when it moves no axis; kLimit when a block leaves the machine's travel: `name`, line, axis.
 Result<ExecutedPath> execute_program(const std::vector<Block>& program, const std::string& name,
-                                     const MachineModel& machine, const Setup& setup);
+                                     const MachineModel& machine, const Setup& setup,
+                                     const MotionOptions& options = {});
 
 /// The moves of an executed trace. Errors: kInput when there is none.
 Result<ExecutedPath> executed_path(const std::vector<TraceRow>& trace, const std::string& name);

@@ -7,12 +7,12 @@ namespace {
 struct Turn {
   Vec3 x, y, z;  ///< rows
 
-  Vec3 out(Vec3 v) const { return {dot(x, v), dot(y, v), dot(z, v)}; }         ///< to the frame before
-  Vec3 back(Vec3 v) const { return x * v.x + y * v.y + z * v.z; }  ///< from the frame before: transposed
+  Vec3 out(Vec3 v) const { return {dot(x, v), dot(y, v), dot(z, v)}; }  ///< to the frame before
+  Vec3 back(Vec3 v) const { return x * v.x + y * v.y + z * v.z; }       ///< from the frame before: transposed
 };
 
-/// A body that turns about `axis` through the frame's origin, by the quaternion (cos t/2, axis sin t/2); t: how
-/// far the rotary has turned it, counter-clockwise about its direction.
+/// A body that turns about `axis` through the frame's origin, by the quaternion (cos t/2, axis sin t/2); t:
+/// how far the rotary has turned it, counter-clockwise about its direction.
 Turn turned(const RotaryAxis& rotary, double word) {
   const double angle = Angle::from_degrees(rotary.sign * (word - rotary.zero)).radians();
   const double w = std::cos(angle / 2.0), s = std::sin(angle / 2.0);
@@ -35,9 +35,9 @@ FrameChain::FrameChain(const MachineModel& machine, const Setup& setup)
       pivot_to_tip_(machine.pivot_to_gauge + machine.spindle * -setup.tool_length),
       fixture_(setup.fixture) {}
 
-// With both rotaries at home the program's origin is part zero, so the slides' home puts the tip at `zero`: each
-// chain is laid out from there, out from the tip over carriers and slides to the bed, and back over the carriers
-// to the part.
+// With both rotaries at home the program's origin is part zero, so the slides' home puts the tip at `zero`:
+// each chain is laid out from there, out from the tip over carriers and slides to the bed, and back over the
+// carriers to the part.
 Pose FrameChain::operator()(const Joints& joints) const {
   const Vec3 slides{joints.x, joints.y, joints.z}, zero = centre_ + part_zero_;
   const Turn rotary = turned(rotary_, joints.c), tilt = turned(tilt_, joints.a);

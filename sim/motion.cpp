@@ -29,7 +29,11 @@ std::optional<std::string> outside_travel(char letter, double value, double min,
 }  // namespace
 
 Motion::Motion(MachineModel machine, Setup setup, std::size_t slots, Sink sink, MotionOptions options)
-    : machine_(std::move(machine)), chain_(machine_, setup), slots_(slots), sink_(std::move(sink)), options_(options) {
+    : machine_(std::move(machine)),
+      chain_(machine_, setup),
+      slots_(slots),
+      sink_(std::move(sink)),
+      options_(options) {
   assert(slots_ >= 1);
   const MachineModel& m = machine_;
   at_ = {nearest_to_zero(m.x.min, m.x.max), nearest_to_zero(m.y.min, m.y.max),

@@ -24,6 +24,18 @@ float from_ordered(std::uint32_t bits) {
   return std::bit_cast<float>((bits & kSign) != 0 ? bits & ~kSign : ~bits);
 }
 
+/// The places of so many probes on a triangle, as shares of two of its sides.
+std::vector<std::array<double, 2>> spread(std::uint64_t count) {
+  std::vector<std::array<double, 2>> places;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    double whole = 0.0, a = std::modf(1.0 / 3.0 + static_cast<double>(i) * kStepA, &whole),
+           b = std::modf(1.0 / 3.0 + static_cast<double>(i) * kStepB, &whole);
+    if (a + b > 1.0) a = 1.0 - a, b = 1.0 - b;
+    places.push_back({a, b});
+  }
+  return places;
+}
+
 using Corners = std::array<Point<Part>, 3>;
 
 /// Halves the triangle across its longest edge until it is small enough.
@@ -92,16 +104,17 @@ Probes::Probes(const Mesh& part, double spacing, double reach)
       surface_(patches_.mesh),
       values_(patches_.first.back(),
               std::uint64_t{ordered(std::numeric_limits<float>::infinity())} << 32 | kNever),
-      highest_(patches_.mesh.facets.size(), std::numeric_limits<float>::infinity()) {}
+      highest_(patches_.mesh.facets.size(), std::numeric_limits<float>::infinity()) {
+  std::uint64_t most = 0;
+  for (std::size_t p = 0; p + 1 < patches_.first.size(); ++p)
+    most = std::max(most, patches_.first[p + 1] - patches_.first[p]);
+  spread_ = spread(most);
+}
 
 Point<Part> Probes::place(std::uint32_t patch, std::uint64_t probe) const {
   const auto& facet = patches_.mesh.facets[patch];
   const auto& v = patches_.mesh.vertices;
-  const auto i = static_cast<double>(probe - patches_.first[patch]);
-  double a = 1.0 / 3.0 + i * kStepA, b = 1.0 / 3.0 + i * kStepB;
-  a -= static_cast<double>(static_cast<std::int64_t>(a)),
-      b -= static_cast<double>(static_cast<std::int64_t>(b));
-  if (a + b > 1.0) a = 1.0 - a, b = 1.0 - b;
+  const auto [a, b] = spread_[probe - patches_.first[patch]];
   const Point<Part> o = v[facet[0]];
   return o + (v[facet[1]] - o) * a + (v[facet[2]] - o) * b;
 }
@@ -131,8 +144,9 @@ double Probes::settle(std::uint32_t patch, double highest) {
 
 namespace {
 
-/// (R1) Where the line from w (seen from the way's start) along n enters what the ball sweeps, and leaves it
-/// above w: the way's cylinder, or the ball at that end which the line passes the cylinder's wall beyond.
+/// (R1), (R5) Where the line from w (seen from the way's start) along n enters what the ball sweeps: the
+/// way's cylinder, or the ball at that end which the line passes the cylinder's wall beyond. Below w it
+/// counts only as far as w itself is inside.
 struct BallLine {
   explicit BallLine(const BallWay& the_way, Vec3 normal)
       : way(the_way),
@@ -156,9 +170,9 @@ struct BallLine {
       t = enter(rise, ww - r2, 1.0);
     else if (at > way.whole)
       t = enter(rise - along * way.whole, ww + way.whole * (way.whole - 2.0 * height) - r2, 1.0);
-    // From below it leaves above w only if w itself is inside.
-    const double on = std::clamp(height, 0.0, way.whole);
-    return t < 0.0 && ww + on * (on - 2.0 * height) >= r2 ? kInfinity : t;
+    if (t >= 0.0) return t;
+    const double on = std::clamp(height, 0.0, way.whole), d2 = ww + on * (on - 2.0 * height);
+    return d2 >= r2 ? kInfinity : std::max(t, std::sqrt(std::max(0.0, d2)) - way.radius);
   }
 
   const BallWay& way;

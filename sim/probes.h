@@ -4,6 +4,7 @@
 // depends on no order. Formula (R5) is in sim/README.md.
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <optional>
@@ -50,16 +51,16 @@ class Probes {
   /// One probe for each square of `spacing`, at least one a facet; `reach`: more than that is not told apart.
   Probes(const Mesh& part, double spacing, double reach);
 
-  /// The tool's cutting part passes the probes of a patch: body(p) is its piece near p, nearest(p) not more than
-  /// the distance from p to that piece. `move` is what the probes remember. Thread-safe.
+  /// The tool's cutting part passes the probes of a patch: body(p) is its piece near p, nearest(p) not more
+  /// than the distance from p to that piece. `move` is what the probes remember. Thread-safe.
   template <class Body, class Nearest>
   void pass(std::uint32_t patch, double radius, std::uint32_t move, const Body& body, const Nearest& nearest);
   /// The same for a ball; the new highest().
   double pass_ball(std::uint32_t patch, const BallWay& way, std::uint32_t move);
   /// Not less than any value of the patch's probes, mm.
   double highest(std::uint32_t patch) const {
-    return static_cast<double>(std::atomic_ref<float>(const_cast<float&>(highest_[patch]))
-                                   .load(std::memory_order_relaxed));
+    return static_cast<double>(
+        std::atomic_ref<float>(const_cast<float&>(highest_[patch])).load(std::memory_order_relaxed));
   }
 
   struct Value {
@@ -82,7 +83,8 @@ class Probes {
 
   double spacing_, reach_;
   Patches patches_;
-  PartDistance surface_;  ///< of the patches
+  std::vector<std::array<double, 2>> spread_;  ///< of the probes on a patch, in order
+  PartDistance surface_;                       ///< of the patches
   /// The value's bits, ordered like the value, above the move: the least of these numbers is the least value,
   /// of the earliest move.
   std::vector<std::uint64_t> values_;
@@ -102,8 +104,11 @@ void Probes::pass(std::uint32_t patch, double radius, std::uint32_t move, const 
     if (nearest(p) < std::min(reach_, left)) {
       if (!cutter) swept = body(patches_.middle[patch]), cutter.emplace(*swept, patches_.normal[patch]);
       const auto inside = (*cutter)(p, -radius, reach_);
-      if (inside && inside->leave > 0.0 && inside->enter < reach_)
-        take(i, inside->enter, move), left = std::min(left, inside->enter);
+      if (inside && inside->leave > 0.0 && inside->enter < std::min(left, reach_)) {
+        const double depth = inside->enter < 0.0 ? std::max(0.0, swept->depth(p)) : 0.0;
+        left = std::min(left, std::max(inside->enter, -depth));
+        take(i, left, move);
+      }
     }
     highest = std::max(highest, left);
   }

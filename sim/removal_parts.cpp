@@ -108,9 +108,10 @@ void Stand::add_steps(std::size_t move, const Pose& from, std::vector<SweptStep>
   const double low = std::max(stray(0.0), stray(sweep_.core_low())), top = stray(top_);
   const double turn = angle_between(from.axis, to.axis) * sweep_.longest() / 4.0 / (kStrayCells * cell_);
   const double pieces = std::max(way(0.0), way(top_)) / (kStepWays * std::max(least_, cell_));
-  const int count = static_cast<int>(std::ceil(
-      std::clamp(std::max({std::sqrt(low / (kStrayTolerances * tolerance_)), std::sqrt(top / (kStrayCells * cell_)), turn, pieces}), 1.0,
-                 1.0 * kMostSteps)));
+  const int count =
+      static_cast<int>(std::ceil(std::clamp(std::max({std::sqrt(low / (kStrayTolerances * tolerance_)),
+                                                      std::sqrt(top / (kStrayCells * cell_)), turn, pieces}),
+                                            1.0, 1.0 * kMostSteps)));
   Pose last = from;
   for (int i = 1; i <= count; ++i) {
     const double begin = static_cast<double>(i - 1) / count, done = static_cast<double>(i) / count;
@@ -162,8 +163,8 @@ void Stand::sweep_moves(std::size_t begin, std::size_t end, Swept& out) const {
   out.worst[static_cast<int>(TroubleKind::kGouge)] = contacts.worst[0];
   out.worst[static_cast<int>(TroubleKind::kRapidPart)] = contacts.worst[1];
   for (const Overlap& o : contacts.overlaps)
-    out.hits.push_back({path_.moves[o.move].rapid ? TroubleKind::kRapidPart : TroubleKind::kGouge, o.tool, o.move,
-                        o.depth, probes_.patches().mesh.source[o.patch], o.place});
+    out.hits.push_back({path_.moves[o.move].rapid ? TroubleKind::kRapidPart : TroubleKind::kGouge, o.tool,
+                        o.move, o.depth, probes_.patches().mesh.source[o.patch], o.place});
   std::vector<SweptBody> bodies;
   for (const SweptStep& step : steps) {
     (path_.moves[step.move].rapid ? out.rapid_length : out.feed_length) +=

@@ -12,40 +12,59 @@ namespace tiltfeed::sim {
 class Sheet {
  public:
   Sheet(Point<Part> foot, Vec3 way, Vec3 along)
-      : foot_(foot), way_(way), along_(along), ww_(dot(way, way)), wa_(dot(way, along)), aa_(dot(along, along)) {
+      : foot_(foot),
+        way_(way),
+        along_(along),
+        ww_(dot(way, way)),
+        wa_(dot(way, along)),
+        aa_(dot(along, along)) {
     const double det = ww_ * aa_ - wa_ * wa_;
     inverse_ = det > kFlat * ww_ * aa_ ? 1.0 / det : 0.0;
+    per_ww_ = ww_ > 0.0 ? 1.0 / ww_ : 0.0, per_aa_ = aa_ > 0.0 ? 1.0 / aa_ : 0.0;
+    const Vec3 f = from_origin(foot), corners[3] = {f + way, f + along, f + way + along};
+    low_ = high_ = f;
+    for (const Vec3 c : corners) {
+      low_ = {std::min(low_.x, c.x), std::min(low_.y, c.y), std::min(low_.z, c.z)};
+      high_ = {std::max(high_.x, c.x), std::max(high_.y, c.y), std::max(high_.z, c.z)};
+    }
   }
 
   /// From the nearest point of the sheet to p.
   Vec3 to(Point<Part> p) const {
     const Vec3 m = p - foot_;
     const double mw = dot(m, way_), ma = dot(m, along_);
-    if (inverse_ > 0.0) {
-      const double a = (aa_ * mw - wa_ * ma) * inverse_, b = (ww_ * ma - wa_ * mw) * inverse_;
-      if (a >= 0.0 && a <= 1.0 && b >= 0.0 && b <= 1.0) return m - way_ * a - along_ * b;
-    }
-    // On one of the four sides.
-    const auto part = [](double along, double whole) {
-      return whole > 0.0 ? std::clamp(along / whole, 0.0, 1.0) : 0.0;
+    const auto part = [](double value) { return std::clamp(value, 0.0, 1.0); };
+    const auto beside_way = [&](double b) { return m - along_ * b - way_ * part((mw - b * wa_) * per_ww_); };
+    const auto beside_along = [&](double a) {
+      return m - way_ * a - along_ * part((ma - a * wa_) * per_aa_);
     };
-    Vec3 best = m - way_ * part(mw, ww_);
-    for (const Vec3 other : {m - along_ * part(ma, aa_), m - way_ - along_ * part(ma - wa_, aa_),
-                             m - along_ - way_ * part(mw - wa_, ww_)})
-      if (squared_length(other) < squared_length(best)) best = other;
-    return best;
+    const auto nearer = [](Vec3 a, Vec3 b) { return squared_length(a) < squared_length(b) ? a : b; };
+    if (inverse_ == 0.0)
+      return nearer(nearer(beside_way(0.0), beside_way(1.0)), nearer(beside_along(0.0), beside_along(1.0)));
+    const double a = (aa_ * mw - wa_ * ma) * inverse_, b = (ww_ * ma - wa_ * mw) * inverse_;
+    const bool off_a = a < 0.0 || a > 1.0, off_b = b < 0.0 || b > 1.0;
+    if (!off_a && !off_b) return m - way_ * a - along_ * b;
+    // From outside, the nearest side is one of those that p lies beyond.
+    if (!off_a) return beside_way(b < 0.0 ? 0.0 : 1.0);
+    if (!off_b) return beside_along(a < 0.0 ? 0.0 : 1.0);
+    return nearer(beside_way(b < 0.0 ? 0.0 : 1.0), beside_along(a < 0.0 ? 0.0 : 1.0));
   }
   /// The point of the way (b = 0) nearest to p.
   Point<Part> on_way(Point<Part> p) const {
-    return foot_ + way_ * (ww_ > 0.0 ? std::clamp(dot(p - foot_, way_) / ww_, 0.0, 1.0) : 0.0);
+    return foot_ + way_ * std::clamp(dot(p - foot_, way_) * per_ww_, 0.0, 1.0);
   }
-  /// Not more than the distance from the box: the sheet is convex, so it lies behind the plane through its point
-  /// nearest to the box's middle, square to the way there.
-  double bound(Vec3 low, Vec3 high) const {
+  /// Not more than the distance from the box, if below `enough`: by the sheet's own box, then: the sheet is
+  /// convex, so it lies behind the plane through its point nearest to the box's middle, square to the way
+  /// there.
+  double bound(Vec3 low, Vec3 high, double enough) const {
+    const double apart = std::max({low.x - high_.x, low_.x - high.x, low.y - high_.y, low_.y - high.y,
+                                   low.z - high_.z, low_.z - high.z, 0.0});
+    if (apart >= enough) return apart;
     const Vec3 half = (high - low) * 0.5, u = to(Point<Part>{} + (low + high) * 0.5);
     const double far2 = squared_length(u);
     if (far2 <= 0.0) return 0.0;
-    return (far2 - std::abs(u.x) * half.x - std::abs(u.y) * half.y - std::abs(u.z) * half.z) / std::sqrt(far2);
+    return (far2 - std::abs(u.x) * half.x - std::abs(u.y) * half.y - std::abs(u.z) * half.z) /
+           std::sqrt(far2);
   }
 
  private:
@@ -53,8 +72,8 @@ class Sheet {
   // 1e-6 of its length.
   static constexpr double kFlat = 1e-12;
   Point<Part> foot_;
-  Vec3 way_, along_;
-  double ww_, wa_, aa_, inverse_;
+  Vec3 way_, along_, low_, high_;
+  double ww_, wa_, aa_, inverse_, per_ww_, per_aa_;
 };
 
 }  // namespace tiltfeed::sim

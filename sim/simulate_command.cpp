@@ -83,7 +83,7 @@ Result<ExecutedPath> read_path(const SimulateOptions& options, const Job& job, P
   const MachineModel& machine = job.machine.model;
   const auto program = read_program(in, name, GcodeReader(machine));
   if (!program) return tl::unexpected(program.error());
-  return execute_program(*program, name, machine, job.setup);
+  return execute_program(*program, name, machine, job.setup, motion_options(job.machine));
 }
 
 Result<void> check_probes(const CheckedMesh& part, double spacing) {
