@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "config/job_keys.h"
 #include "config/words.h"
 
@@ -7,7 +9,8 @@ namespace {
 constexpr Range kLean = between(-85.0, 85.0);  // degrees; further would cut with the side of the tool
 constexpr Range kSmoothing{0.0, 100.0};        // mm
 constexpr Range kMaxTurn = above(0.0, 180.0);  // degrees/mm
-constexpr double kDefaultMaxTurn = 5.0;        // degrees/mm; 10,000 degrees/min at 2000 mm/min
+constexpr double kDefaultTurn =
+    25.0;  // degrees over the cutter's radius: a small cutter rolls over edges faster
 constexpr std::size_t kMaxStacks = 8;
 
 }  // namespace
@@ -22,7 +25,8 @@ void read_free_axis(const Section& root, const Section& axis, FreeAxis& free, co
   free.lead = Angle::from_degrees(axis.number("lead_deg", kLean, 0.0));
   free.lean = Angle::from_degrees(axis.number("lean_deg", kLean, 0.0));
   free.smoothing = axis.number("smoothing_mm", kSmoothing, cutter.radius());
-  free.max_turn = Angle::from_degrees(axis.number("max_turn_deg_per_mm", kMaxTurn, kDefaultMaxTurn));
+  const double turn = std::min(kDefaultTurn / cutter.radius(), kMaxTurn.max);
+  free.max_turn = Angle::from_degrees(axis.number("max_turn_deg_per_mm", kMaxTurn, turn));
 }
 
 }  // namespace tiltfeed

@@ -9,11 +9,10 @@ namespace {
 
 /// An axis steeper than this against the surface normal (cosine of 89 degrees) would cut with its side alone.
 constexpr double kAlongSurface = 0.0175;
-/// Round the best direction those of the finest level are asked that are nearer to it than this, rad.
-constexpr double kAround = 0.15;
 /// Directions turned to the tilt limit stay this much (rad) within it: beyond 90 degrees the great circle
 /// between two of one tilt dips below them, and by less than this where it is up to 25 degrees long.
 constexpr double kWithinTilt = 0.01;
+constexpr int kAllParts = 3;
 
 }  // namespace
 
@@ -30,57 +29,56 @@ bool Admissibility::admits(const ClPoint& point, Vec3 axis, DirectionQuery& quer
   return !tool_.stop(point.centre, axis, query.hint);
 }
 
+bool Admissibility::stopped(const ClPoint& point, std::uint32_t i, int parts, DirectionQuery& query) const {
+  ++query.tested;
+  std::vector<std::uint32_t>& blockers = query.blockers[static_cast<std::size_t>(parts) - 1];
+  if (blockers.empty()) blockers.assign(grid_.directions().size(), kNoFacet);
+  const Vec3 axis = grid_.directions()[i];
+  if (blockers[i] != kNoFacet && tool_.stopped_by(blockers[i], point.centre, axis, parts)) return true;
+  if (!tool_.stop(point.centre, axis, query.hint, parts)) return false;
+  blockers[i] = query.hint;
+  return true;
+}
+
+bool Admissibility::admits(const ClPoint& point, std::uint32_t i, DirectionQuery& query) const {
+  return within_limits(point.normal, grid_.directions()[i]) && !stopped(point, i, kAllParts, query);
+}
+
+bool Admissibility::still_stopped(const ClPoint& point, std::uint32_t i, DirectionQuery& query) const {
+  const std::vector<std::uint32_t>& blockers = query.blockers[kAllParts - 1];
+  if (blockers.empty() || blockers[i] == kNoFacet) return false;
+  ++query.tested;
+  return tool_.stopped_by(blockers[i], point.centre, grid_.directions()[i], kAllParts);
+}
+
 std::vector<std::uint32_t> Admissibility::directions(const ClPoint& point, DirectionQuery& query) const {
   const std::uint32_t coarse = DirectionGrid::count(kAdmissibleLevel),
                       fine = DirectionGrid::count(kAdmissibleLevel + 1);
-  const std::vector<Vec3>& all = grid_.directions();
   std::vector<std::uint32_t> found;
   std::vector<std::uint8_t> clear(coarse, 0);
   for (std::uint32_t i = 0; i < coarse; ++i)
-    if (admits(point, all[i], query)) clear[i] = 1, found.push_back(i);
+    if (admits(point, i, query)) clear[i] = 1, found.push_back(i);
   const bool none = found.empty();
   for (std::uint32_t i = coarse; i < fine; ++i) {
     const auto [a, b] = grid_.parents(i);
-    if ((none || clear[a] != clear[b]) && admits(point, all[i], query)) found.push_back(i);
+    if ((none || clear[a] != clear[b]) && admits(point, i, query)) found.push_back(i);
   }
-  return found;
-}
-
-std::vector<std::uint32_t> Admissibility::directions_near(const ClPoint& point, Vec3 wished, double window,
-                                                          DirectionQuery& query) const {
-  const std::uint32_t coarse = DirectionGrid::count(kAdmissibleLevel),
-                      fine = DirectionGrid::count(kAdmissibleLevel + 1);
-  const std::vector<Vec3>& all = grid_.directions();
-  const double widest = std::cos(std::min(window, kPi));
-  std::vector<std::uint32_t> found;
-  std::uint32_t nearest = fine;
-  for (std::uint32_t i = 0; i < coarse; ++i) {
-    if (dot(all[i], wished) < widest || !admits(point, all[i], query)) continue;
-    found.push_back(i);
-    if (nearest == fine || dot(all[i], wished) > dot(all[nearest], wished)) nearest = i;
-  }
-  if (found.empty()) return directions(point, query);
-  const Vec3 best = all[nearest];
-  const double round = std::cos(kAround), reached = dot(best, wished);
-  for (std::uint32_t i = coarse; i < fine; ++i)
-    if (dot(all[i], best) >= round && dot(all[i], wished) > reached && admits(point, all[i], query))
-      found.push_back(i);
   return found;
 }
 
 bool Admissibility::any_clear(const ClPoint& point, int parts, DirectionQuery& query) const {
   const std::uint32_t count = DirectionGrid::count(kAdmissibleLevel + 1);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const Vec3 axis = grid_.directions()[i];
-    if (dot(point.normal, axis) < kAlongSurface) continue;
-    ++query.tested;
-    if (!tool_.stop(point.centre, axis, query.hint, parts)) return true;
+  std::uint32_t& last = query.clear[static_cast<std::size_t>(parts) - 1];
+  for (std::uint32_t k = 0; k <= count; ++k) {
+    const std::uint32_t i = k == 0 ? last : k - 1;
+    if (dot(point.normal, grid_.directions()[i]) < kAlongSurface) continue;
+    if (!stopped(point, i, parts, query)) return last = i, true;
   }
   return false;
 }
 
 Unreached Admissibility::why_none(const ClPoint& point, DirectionQuery& query) const {
-  if (tilt_max_ < kPi && any_clear(point, 3, query)) return Unreached::kTilt;
+  if (tilt_max_ < kPi && any_clear(point, kAllParts, query)) return Unreached::kTilt;
   if (!any_clear(point, 1, query)) return Unreached::kCutter;
   return any_clear(point, 2, query) ? Unreached::kHolder : Unreached::kShank;
 }

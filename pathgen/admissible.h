@@ -3,6 +3,7 @@
 // clear of the part, the tool can be drawn back along its axis, and the machine's tilt suffices. (A1)..(A4)
 // in pathgen/README.md.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -14,10 +15,15 @@
 
 namespace tiltfeed {
 
-/// What a series of questions about one part remembers; one for each thread.
+/// What a series of questions about one part remembers: along a pass a direction is mostly stopped by the
+/// facet that stopped it a step before. No answer depends on it. One for each thread.
 struct DirectionQuery {
   std::uint32_t hint = kNoFacet;  ///< the facet that stopped the last direction
   std::uint64_t tested = 0;       ///< directions held against the part
+  /// For one, two and all three parts of the tool, and each direction of the grid, the facet that stopped it
+  /// last.
+  std::array<std::vector<std::uint32_t>, 3> blockers;
+  std::array<std::uint32_t, 3> clear{};  ///< and the direction that was clear when one was sought last
 };
 
 class Admissibility {
@@ -30,18 +36,16 @@ class Admissibility {
   bool within_limits(Vec3 normal, Vec3 axis) const;
   /// Is it in the admissible set of the point?
   bool admits(const ClPoint& point, Vec3 axis, DirectionQuery& query) const;
+  /// The same for direction i of the grid.
+  bool admits(const ClPoint& point, std::uint32_t i, DirectionQuery& query) const;
+  /// Is direction i of the grid stopped by what stopped it last? Asks no other facet.
+  bool still_stopped(const ClPoint& point, std::uint32_t i, DirectionQuery& query) const;
 
   /// The admissible directions of the grid (indices, ascending): those of level kAdmissibleLevel; where some
   /// of these are and some are not, the ones between on the next finer level; where none is, all of that
   /// level. Requires: the grid's level is above kAdmissibleLevel.
   std::vector<std::uint32_t> directions(const ClPoint& point, DirectionQuery& query) const;
   static constexpr int kAdmissibleLevel = 3;
-
-  /// Enough of these for a choice near `wished`: those of level kAdmissibleLevel within `window` (rad) of it,
-  /// and of the next finer level those between `wished` and the one of these that is nearest to it. Where
-  /// there is none within the window: all, as above.
-  std::vector<std::uint32_t> directions_near(const ClPoint& point, Vec3 wished, double window,
-                                             DirectionQuery& query) const;
 
   /// Why a point without admissible directions has none: the first of cutter, shank and holder without which
   /// there would be some, or the tilt limit.
@@ -56,6 +60,7 @@ class Admissibility {
   double tilt_max() const { return tilt_max_; }  ///< rad
 
  private:
+  bool stopped(const ClPoint& point, std::uint32_t i, int parts, DirectionQuery& query) const;
   bool any_clear(const ClPoint& point, int parts, DirectionQuery& query) const;
 
   const SweptTool& tool_;

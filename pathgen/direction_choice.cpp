@@ -7,14 +7,14 @@
 
 namespace tiltfeed {
 
-std::vector<std::uint32_t> cheapest_sequence(const std::vector<std::vector<AxisCandidate>>& stations,
+std::vector<std::uint32_t> cheapest_sequence(const std::vector<const AxisCandidates*>& stations,
                                              const std::vector<double>& ways, const TurnPrices& prices) {
   std::vector<std::vector<std::uint32_t>> from(stations.size());
   std::vector<double> before, now;
-  for (const AxisCandidate& c : stations.empty() ? std::vector<AxisCandidate>{} : stations.front())
-    before.push_back(c.cost);
+  if (stations.empty()) return {};
+  for (const AxisCandidate& c : *stations.front()) before.push_back(c.cost);
   for (std::size_t i = 1; i < stations.size(); ++i) {
-    const std::vector<AxisCandidate>&last = stations[i - 1], &here = stations[i];
+    const AxisCandidates &last = *stations[i - 1], &here = *stations[i];
     const double widest = std::min(prices.max_turn * ways[i - 1] + prices.spare, kPi);
     const double least_cosine = std::cos(widest);
     const double per_square = prices.turn / ways[i - 1];
@@ -28,10 +28,7 @@ std::vector<std::uint32_t> cheapest_sequence(const std::vector<std::vector<AxisC
         if (before[j] >= best) continue;
         const double cosine = dot(last[j].axis, here[k].axis);
         if (cosine < least_cosine) continue;
-        // 2 - 2 cos is the square of the chord: below that of the angle, so it never drops a better one.
-        if (before[j] + per_square * (2.0 - 2.0 * cosine) >= best) continue;
-        const double angle = angle_between(last[j].axis, here[k].axis);
-        const double cost = before[j] + per_square * angle * angle;
+        const double cost = before[j] + per_square * (2.0 - 2.0 * cosine);
         if (cost < best) best = cost, from[i][k] = j;
       }
       now[k] = best + here[k].cost;
@@ -39,7 +36,6 @@ std::vector<std::uint32_t> cheapest_sequence(const std::vector<std::vector<AxisC
     std::swap(before, now);
   }
   std::vector<std::uint32_t> chosen(stations.size());
-  if (stations.empty()) return chosen;
   chosen.back() = static_cast<std::uint32_t>(std::min_element(before.begin(), before.end()) - before.begin());
   for (std::size_t i = stations.size(); i-- > 1;) chosen[i - 1] = from[i][chosen[i]];
   return chosen;

@@ -8,10 +8,14 @@
 
 namespace tiltfeed {
 
+inline constexpr std::uint32_t kNoDirection = 0xffffffff;
+
 /// One candidate direction of a station, and what choosing it costs.
 struct AxisCandidate {
   Vec3 axis;  ///< unit
   double cost = 0.0;
+  std::uint32_t direction = kNoDirection;  ///< of the grid
+  bool clear = false;                      ///< it is known to be admissible
 };
 
 struct TurnPrices {
@@ -21,10 +25,12 @@ struct TurnPrices {
   double jump = 0.0;   ///< for each break
 };
 
+using AxisCandidates = std::vector<AxisCandidate>;
+
 /// (O3) For each station the index of its candidate in the sequence of least cost: the candidates' own costs
 /// and those of the turns. Equals are settled by the lower index. Requires: no list is empty; `ways` (mm,
 /// above 0) are those from each station to the next.
-std::vector<std::uint32_t> cheapest_sequence(const std::vector<std::vector<AxisCandidate>>& stations,
+std::vector<std::uint32_t> cheapest_sequence(const std::vector<const AxisCandidates*>& stations,
                                              const std::vector<double>& ways, const TurnPrices& prices);
 
 }  // namespace tiltfeed

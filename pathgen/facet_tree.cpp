@@ -1,6 +1,8 @@
 #include "pathgen/facet_tree.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace tiltfeed {
@@ -10,6 +12,12 @@ namespace {
 constexpr std::uint32_t kLeafFacets = 4;
 /// Places where the cost of a cut is tried, each way.
 constexpr int kBins = 16;
+/// Cuts that take off little would make the tree deeper than the walk's stack: so deep at most, then halves.
+constexpr int kMostCuts = 48;
+/// Single precision: coordinates and sums of them are right to this share of the largest.
+constexpr double kRounding = 1e-6;
+/// Components of a direction below this bend a ray by less than its rounding.
+constexpr double kLevel = 1e-9;
 
 double area(Vec3 low, Vec3 high) {
   const Vec3 d = high - low;
@@ -40,11 +48,18 @@ Point<Part> ball_centre(Point<Part> a, Point<Part> b, Point<Part> c) {
 
 }  // namespace
 
-/// Halves each node where the areas of the halves, times their facets, are least.
+/// Halves each range of facets where the areas of the halves, times their facets, are least.
 struct FacetTree::Builder {
+  struct Half {
+    Bounds box;
+    std::uint32_t from = 0, to = 0;  ///< of the order
+    int depth = 0;
+  };
   std::vector<Bounds> box;
   std::vector<std::uint32_t> order;
   std::vector<Node>& nodes;
+  Vec3 middle;
+  double spare;
 
   Bounds bounds(std::uint32_t from, std::uint32_t to) const {
     Bounds all;
@@ -62,11 +77,11 @@ struct FacetTree::Builder {
     const Vec3 size = centres.high - centres.low;
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
     const double low = component(centres.low, axis), whole = component(size, axis);
-    const std::uint32_t middle = from + (to - from) / 2;
+    const std::uint32_t half_way = from + (to - from) / 2;
     const auto bin = [&](std::uint32_t f) {
       return std::min(kBins - 1, static_cast<int>((component(centre(f), axis) - low) / whole * kBins));
     };
-    if (!(whole > 0.0)) return middle;
+    if (!(whole > 0.0)) return half_way;
     std::array<Bounds, kBins> bins;
     for (std::uint32_t i = from; i < to; ++i) bins[bin(order[i])].add(box[order[i]]);
     std::array<double, kBins> above{};
@@ -84,55 +99,111 @@ struct FacetTree::Builder {
     }
     const auto first = order.begin() + from, last = order.begin() + to;
     const auto found = std::stable_partition(first, last, [&](std::uint32_t f) { return bin(f) <= at; });
-    return found == first || found == last ? middle : static_cast<std::uint32_t>(found - order.begin());
+    return found == first || found == last ? half_way : static_cast<std::uint32_t>(found - order.begin());
   }
 
-  void build(std::uint32_t node, std::uint32_t from, std::uint32_t to, int depth) {
-    const Bounds all = bounds(from, to);
-    nodes[node].low = all.low, nodes[node].high = all.high;
-    if (to - from <= kLeafFacets) {
-      nodes[node].first = from, nodes[node].count = to - from;
-      return;
+  Half half(std::uint32_t from, std::uint32_t to, int depth) const {
+    return {bounds(from, to), from, to, depth};
+  }
+
+  /// Up to four parts of the range: the one of the largest box is halved until there are.
+  std::vector<Half> parts(const Half& whole) {
+    std::vector<Half> found{whole};
+    while (found.size() < 4) {
+      std::size_t widest = found.size();
+      for (std::size_t i = 0; i < found.size(); ++i)
+        if (found[i].to - found[i].from > kLeafFacets &&
+            (widest == found.size() ||
+             area(found[i].box.low, found[i].box.high) > area(found[widest].box.low, found[widest].box.high)))
+          widest = i;
+      if (widest == found.size()) break;
+      const Half h = found[widest];
+      const std::uint32_t middle_of = h.depth < kMostCuts ? cut(h.from, h.to) : h.from + (h.to - h.from) / 2;
+      found[widest] = half(h.from, middle_of, h.depth + 1);
+      found.insert(found.begin() + static_cast<std::ptrdiff_t>(widest) + 1,
+                   half(middle_of, h.to, h.depth + 1));
     }
-    // Cuts that take off little would make the tree deeper than the walk's stack.
-    const std::uint32_t middle = depth < kStackSize / 2 ? cut(from, to) : from + (to - from) / 2;
-    const auto child = static_cast<std::uint32_t>(nodes.size());
-    nodes[node].first = child;
-    nodes.resize(nodes.size() + 2);
-    build(child, from, middle, depth + 1);
-    build(child + 1, middle, to, depth + 1);
+    return found;
+  }
+
+  /// The node of the range; its index.
+  std::uint32_t build(const Half& whole) {
+    const auto index = static_cast<std::uint32_t>(nodes.size());
+    nodes.emplace_back();
+    const float nowhere = std::numeric_limits<float>::max();
+    for (std::size_t k = 0; k < 3; ++k)
+      nodes[index].boxes.low[k] = all_lanes(nowhere), nodes[index].boxes.high[k] = all_lanes(-nowhere);
+    const std::vector<Half> found = parts(whole);
+    for (std::size_t lane = 0; lane < found.size(); ++lane) {
+      const Half& h = found[lane];
+      for (int k = 0; k < 3; ++k) {
+        nodes[index].boxes.low[k][lane] =
+            static_cast<float>(component(h.box.low, k) - component(middle, k) - spare);
+        nodes[index].boxes.high[k][lane] =
+            static_cast<float>(component(h.box.high, k) - component(middle, k) + spare);
+      }
+      const bool leaf = h.to - h.from <= kLeafFacets;
+      const std::uint32_t first = leaf ? h.from : build(h);
+      nodes[index].first[lane] = first, nodes[index].count[lane] = leaf ? h.to - h.from : 0;
+    }
+    return index;
   }
 };
+
+RayLanes FacetTree::ray_lanes(Point<Part> from, Vec3 direction, double first, double last,
+                              double reach) const {
+  const Vec3 o = from - middle_;
+  const double spare = spare_ + kRounding * (length(o) + reach);
+  const std::array<double, 3> at{o.x, o.y, o.z}, d{direction.x, direction.y, direction.z};
+  RayLanes p{};
+  const double wide = reach + spare;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double bent = std::abs(d[k]) < kLevel ? std::copysign(kLevel, d[k]) : d[k];
+    p.low[k] = all_lanes(static_cast<float>(at[k] + wide));
+    p.high[k] = all_lanes(static_cast<float>(at[k] - wide));
+    p.inverse[k] = all_lanes(static_cast<float>(1.0 / bent)), p.backwards[k] = bent < 0.0;
+    p.from[k] = all_lanes(static_cast<float>(at[k])), p.direction[k] = all_lanes(static_cast<float>(d[k]));
+  }
+  p.first = all_lanes(static_cast<float>(first - spare - kRounding * std::abs(first)));
+  p.last = all_lanes(static_cast<float>(std::min(last, 1e30) * (1.0 + kRounding) + spare));
+  p.reach = all_lanes(static_cast<float>(wide));
+  return p;
+}
 
 FacetTree::FacetTree(const Mesh& mesh) {
   const auto count = static_cast<std::uint32_t>(mesh.facets.size());
   if (count == 0) return;
-  Builder builder{std::vector<Bounds>(count), std::vector<std::uint32_t>(count), nodes_};
+  Builder builder{std::vector<Bounds>(count), std::vector<std::uint32_t>(count), nodes_, {}, 0.0};
   std::iota(builder.order.begin(), builder.order.end(), 0u);
   for (std::uint32_t f = 0; f < count; ++f) {
     for (const std::uint32_t v : mesh.facets[f])
       builder.box[f].add({from_origin(mesh.vertices[v]), from_origin(mesh.vertices[v]), 0});
     builder.box[f].count = 1;
   }
-  nodes_.reserve(count);
-  nodes_.resize(1);
-  builder.build(0, 0, count, 0);
+  const Builder::Half all = builder.half(0, count, 0);
+  bounds_ = {{all.box.low.x, all.box.low.y, all.box.low.z}, {all.box.high.x, all.box.high.y, all.box.high.z}};
+  middle_ = lerp(bounds_.min, bounds_.max, 0.5);
+  spare_ = kRounding * distance(bounds_.min, bounds_.max);
+  builder.middle = from_origin(middle_), builder.spare = spare_;
+  nodes_.reserve(count / 4 + 1);
+  builder.build(all);
   facet_ = std::move(builder.order);
   slot_.resize(count), placed_.resize(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const auto& f = mesh.facets[facet_[i]];
-    slot_[facet_[i]] = i;
-    const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
-    const Vec3 n = normalized(cross(b - a, c - a));
-    const Point<Part> centre = ball_centre(a, b, c);
-    placed_[i] = {{a, b, c},
-                  n,
-                  dot(n, from_origin(a)),
-                  centre,
-                  std::max({distance(centre, a), distance(centre, b), distance(centre, c)})};
-  }
-  const Node& root = nodes_.front();
-  bounds_ = {{root.low.x, root.low.y, root.low.z}, {root.high.x, root.high.y, root.high.z}};
+  for (std::vector<float>& of : balls_) of.assign(count + kLeafFacets, 0.0f);
+  for (std::uint32_t i = 0; i < count; ++i) place(mesh, i);
+}
+
+void FacetTree::place(const Mesh& mesh, std::uint32_t slot) {
+  const auto& f = mesh.facets[facet_[slot]];
+  slot_[facet_[slot]] = slot;
+  const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
+  const Vec3 n = normalized(cross(b - a, c - a));
+  const Point<Part> centre = ball_centre(a, b, c);
+  const double radius = std::max({distance(centre, a), distance(centre, b), distance(centre, c)});
+  placed_[slot] = {{a, b, c}, n, dot(n, from_origin(a)), centre, radius};
+  const Vec3 from_middle = centre - middle_;
+  balls_[0][slot] = static_cast<float>(from_middle.x), balls_[1][slot] = static_cast<float>(from_middle.y);
+  balls_[2][slot] = static_cast<float>(from_middle.z), balls_[3][slot] = static_cast<float>(radius + spare_);
 }
 
 }  // namespace tiltfeed

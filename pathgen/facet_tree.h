@@ -1,14 +1,14 @@
 #pragma once
-// The facets of a part in a tree of boxes, in double: who is near a place, a segment or a ray.
+// The facets of a part in a tree of boxes: who is near a place, a segment or a ray. The boxes, four at a
+// time, are of single precision and a little wider than what is in them; they only rule out.
 
 #include <array>
+#include <bit>
 #include <cassert>
-#include <cmath>
 #include <cstdint>
-#include <limits>
-#include <utility>
 #include <vector>
 
+#include "pathgen/float_lanes.h"
 #include "pathgen/mesh.h"
 
 namespace tiltfeed {
@@ -32,9 +32,9 @@ class FacetTree {
   /// Facet i of the mesh.
   const PlacedFacet& facet(std::uint32_t facet) const { return placed_[slot_[facet]]; }
 
-  /// Calls visit(index, facet) for every facet whose box comes within `reach` (mm) of the ray from + t
-  /// direction, first <= t <= last, the near ones first as a rule, until it returns true; true if one did.
-  /// Facets further off may be visited, too. Requires: direction unit, first <= last.
+  /// Calls visit(index, facet) for every facet that comes within `reach` (mm) of the ray from + t direction,
+  /// first <= t <= last, the near ones first as a rule, until it returns true; true if one did. Facets
+  /// further off may be visited, too. Requires: direction unit, first <= last.
   template <class Visit>
   bool any_along(Point<Part> from, Vec3 direction, double first, double last, double reach,
                  const Visit& visit) const;
@@ -44,56 +44,71 @@ class FacetTree {
   void each_in(const Box& box, const Visit& visit) const;
 
  private:
+  /// Coordinates from the part's middle.
   struct Node {
-    Vec3 low, high;
-    std::uint32_t first = 0;  ///< the children are first and first + 1; or the first facet's slot
-    std::uint32_t count = 0;  ///< of facets; 0: an inner node
+    FourBoxes boxes;
+    std::array<std::uint32_t, 4> first;  ///< the node in it; or the first of its facets' slots
+    std::array<std::uint32_t, 4> count;  ///< of facets; 0: a node
   };
   struct Builder;
-  static constexpr int kStackSize = 128;
+  static constexpr int kStackSize = 256;
+
+  void place(const Mesh& mesh, std::uint32_t slot);
+  RayLanes ray_lanes(Point<Part> from, Vec3 direction, double first, double last, double reach) const;
+  /// Which of the slots' balls come near it.
+  unsigned balls_met(std::uint32_t slot, const RayLanes& probe) const;
 
   std::vector<PlacedFacet> placed_;   ///< in the order of the leaves
   std::vector<std::uint32_t> facet_;  ///< of each slot
   std::vector<std::uint32_t> slot_;   ///< of each facet
+  std::array<std::vector<float>, 4>
+      balls_;  ///< of each slot: centre, from the part's middle, and radius; and four more
   std::vector<Node> nodes_;
   Box bounds_{};
+  Point<Part> middle_{};
+  double spare_ = 0.0;  ///< by which rounding may be off, mm
 };
+
+inline unsigned FacetTree::balls_met(std::uint32_t slot, const RayLanes& p) const {
+  const Lanes x = load_lanes(&balls_[0][slot]) - p.from[0], y = load_lanes(&balls_[1][slot]) - p.from[1],
+              z = load_lanes(&balls_[2][slot]) - p.from[2], r = load_lanes(&balls_[3][slot]);
+  const Lanes along = x * p.direction[0] + y * p.direction[1] + z * p.direction[2];
+  const Lanes far = x * x + y * y + z * z, reach = r + p.reach;
+  // Single precision takes one from the other to 1e-6 of them.
+  return no_more(far - along * along, reach * reach + far * 1e-6f) & no_more(p.first, along + r) &
+         no_more(along - r, p.last);
+}
 
 template <class Visit>
 bool FacetTree::any_along(Point<Part> from, Vec3 direction, double first, double last, double reach,
                           const Visit& visit) const {
   if (nodes_.empty()) return false;
-  // No component is 0: 1e-30 mm per mm bends nothing.
-  const auto inverse = [](double d) { return 1.0 / (std::abs(d) < 1e-30 ? std::copysign(1e-30, d) : d); };
-  const Vec3 o = from_origin(from), inv{inverse(direction.x), inverse(direction.y), inverse(direction.z)};
-  const auto entry = [&](const Node& n) {
-    const double x0 = (n.low.x - reach - o.x) * inv.x, x1 = (n.high.x + reach - o.x) * inv.x;
-    const double y0 = (n.low.y - reach - o.y) * inv.y, y1 = (n.high.y + reach - o.y) * inv.y;
-    const double z0 = (n.low.z - reach - o.z) * inv.z, z1 = (n.high.z + reach - o.z) * inv.z;
-    const double in =
-        std::max(std::max(std::min(x0, x1), std::min(y0, y1)), std::max(std::min(z0, z1), first));
-    const double out =
-        std::min(std::min(std::max(x0, x1), std::max(y0, y1)), std::min(std::max(z0, z1), last));
-    return in <= out ? in : std::numeric_limits<double>::infinity();
-  };
-  constexpr double kMissed = std::numeric_limits<double>::infinity();
-  if (entry(nodes_[0]) == kMissed) return false;
+  const RayLanes ray = ray_lanes(from, direction, first, last, reach);
   std::array<std::uint32_t, kStackSize> stack;
   int top = 0;
   stack[top++] = 0;
   while (top > 0) {
     const Node& node = nodes_[stack[--top]];
-    if (node.count > 0) {
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-        if (visit(facet_[i], placed_[i])) return true;
-      continue;
+    Lanes entry;
+    std::array<float, 4> at_entry;
+    const int base = top;
+    for (unsigned met = boxes_met(node.boxes, ray, entry); met != 0; met &= met - 1) {
+      const int lane = std::countr_zero(met);
+      const std::uint32_t at = node.first[lane];
+      if (node.count[lane] > 0) {
+        unsigned near = balls_met(at, ray) & ((1u << node.count[lane]) - 1);
+        for (; near != 0; near &= near - 1) {
+          const std::uint32_t slot = at + static_cast<std::uint32_t>(std::countr_zero(near));
+          if (visit(facet_[slot], placed_[slot])) return true;
+        }
+        continue;
+      }
+      assert(top < kStackSize);
+      int place = top++;  // the nearest on top
+      for (; place > base && at_entry[place - 1 - base] < entry[lane]; --place)
+        stack[place] = stack[place - 1], at_entry[place - base] = at_entry[place - 1 - base];
+      stack[place] = at, at_entry[place - base] = entry[lane];
     }
-    double near = entry(nodes_[node.first]), far = entry(nodes_[node.first + 1]);
-    std::uint32_t near_node = node.first, far_node = node.first + 1;
-    if (far < near) std::swap(near, far), std::swap(near_node, far_node);
-    assert(top + 2 <= kStackSize);
-    if (far != kMissed) stack[top++] = far_node;
-    if (near != kMissed) stack[top++] = near_node;
   }
   return false;
 }
@@ -101,21 +116,28 @@ bool FacetTree::any_along(Point<Part> from, Vec3 direction, double first, double
 template <class Visit>
 void FacetTree::each_in(const Box& box, const Visit& visit) const {
   if (nodes_.empty()) return;
+  const Vec3 low = box.min - middle_ - Vec3{spare_, spare_, spare_},
+             high = box.max - middle_ + Vec3{spare_, spare_, spare_};
+  const std::array<Lanes, 3> from{all_lanes(static_cast<float>(low.x)), all_lanes(static_cast<float>(low.y)),
+                                  all_lanes(static_cast<float>(low.z))},
+      to{all_lanes(static_cast<float>(high.x)), all_lanes(static_cast<float>(high.y)),
+         all_lanes(static_cast<float>(high.z))};
   std::array<std::uint32_t, kStackSize> stack;
   int top = 0;
   stack[top++] = 0;
   while (top > 0) {
     const Node& node = nodes_[stack[--top]];
-    if (node.low.x > box.max.x || node.high.x < box.min.x || node.low.y > box.max.y ||
-        node.high.y < box.min.y || node.low.z > box.max.z || node.high.z < box.min.z)
-      continue;
-    if (node.count > 0) {
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(facet_[i], placed_[i]);
-      continue;
+    unsigned met = 15;
+    for (std::size_t k = 0; k < 3; ++k)
+      met &= no_more(node.boxes.low[k], to[k]) & no_more(from[k], node.boxes.high[k]);
+    for (; met != 0; met &= met - 1) {
+      const int lane = std::countr_zero(met);
+      const std::uint32_t at = node.first[lane];
+      for (std::uint32_t i = at; i < at + node.count[lane]; ++i) visit(facet_[i], placed_[i]);
+      if (node.count[lane] > 0) continue;
+      assert(top < kStackSize);
+      stack[top++] = at;
     }
-    assert(top + 2 <= kStackSize);
-    stack[top++] = node.first + 1;
-    stack[top++] = node.first;
   }
 }
 

@@ -196,6 +196,12 @@ std::optional<Blocker> SweptTool::stop(Point<Part> centre, Vec3 axis, std::uint3
   return std::nullopt;
 }
 
+bool SweptTool::stopped_by(std::uint32_t facet, Point<Part> centre, Vec3 axis, int parts) const {
+  return std::any_of(swept_.begin(), swept_.end(), [&](const Frustum& f) {
+    return static_cast<int>(f.part) < parts && meets(f, centre, axis, tree_.facet(facet));
+  });
+}
+
 bool SweptTool::may_stop(Point<Part> centre, Vec3 axis, double off, double turn, double from) const {
   const Box& box = tree_.bounds();
   const Point<Part> middle = lerp(box.min, box.max, 0.5);

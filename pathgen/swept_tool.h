@@ -40,6 +40,8 @@ class SweptTool {
   std::optional<Blocker> stop(Point<Part> centre, Vec3 axis, std::uint32_t& hint) const;
   /// The same for the cutting part alone (`parts` 1), with the shank (2), with the holder (3).
   std::optional<Blocker> stop(Point<Part> centre, Vec3 axis, std::uint32_t& hint, int parts) const;
+  /// Is it this facet that stops the first `parts` of the tool there?
+  bool stopped_by(std::uint32_t facet, Point<Part> centre, Vec3 axis, int parts) const;
   /// Does anything stop the tool, drawn back as above, on a move during which the reference stays within
   /// `off` (mm) of `centre` and the axis within `turn` (rad) of `axis`? Only what of the tool is higher than
   /// `from` over the reference is asked. No answer is wrong that says it is clear.

@@ -157,15 +157,16 @@ TEST(FreeDirections, TheReasonIsTheFirstPartOfTheToolWithoutARoom) {
 }
 
 /// What a sequence costs.
-double cost(const std::vector<std::vector<AxisCandidate>>& stations, const std::vector<double>& ways,
+double cost(const std::vector<AxisCandidates>& stations, const std::vector<double>& ways,
             const TurnPrices& prices, const std::vector<std::uint32_t>& chosen) {
   double sum = 0.0;
   for (std::size_t i = 0; i < stations.size(); ++i) {
     sum += stations[i][chosen[i]].cost;
     if (i == 0) continue;
     const double turn = angle_between(stations[i - 1][chosen[i - 1]].axis, stations[i][chosen[i]].axis);
-    sum += turn > prices.max_turn * ways[i - 1] + prices.spare ? prices.jump
-                                                               : prices.turn * turn * turn / ways[i - 1];
+    sum += turn > prices.max_turn * ways[i - 1] + prices.spare
+               ? prices.jump
+               : prices.turn * 2.0 * (1.0 - std::cos(turn)) / ways[i - 1];
   }
   return sum;
 }
@@ -174,7 +175,7 @@ TEST(FreeDirections, TheSequenceIsTheCheapestOfAll) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   for (int round = 0; round < 200; ++round) {
-    std::vector<std::vector<AxisCandidate>> stations(5);
+    std::vector<AxisCandidates> stations(5);
     std::vector<double> ways;
     for (auto& s : stations) {
       const int count = 1 + static_cast<int>(uniform(random) * 4);
@@ -191,7 +192,9 @@ TEST(FreeDirections, TheSequenceIsTheCheapestOfAll) {
       while (i < 5 && ++tried[i] == stations[i].size()) tried[i++] = 0;
       if (i == 5) break;
     }
-    EXPECT_NEAR(cost(stations, ways, prices, cheapest_sequence(stations, ways, prices)), best, 1e-12);
+    std::vector<const AxisCandidates*> lists;
+    for (const AxisCandidates& list : stations) lists.push_back(&list);
+    EXPECT_NEAR(cost(stations, ways, prices, cheapest_sequence(lists, ways, prices)), best, 1e-12);
   }
 }
 

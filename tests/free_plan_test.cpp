@@ -31,6 +31,20 @@ PlanOptions options(const Cutter& cutter, double step) {
   return o;
 }
 
+/// By how much (rad) the axis turns faster on a pass than it may, at the most. CL points lie the ball's
+/// centre over the tip.
+double over_turned(const PlanOptions& o, const std::vector<Move>& moves) {
+  double most = -1.0;
+  const auto centre = [&](const Pose& p) { return p.tip + p.axis * o.cutter.radius(); };
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    if (moves[i].kind != MoveKind::kCut) continue;
+    const Pose &a = moves[i - 1].pose, &b = moves[i].pose;
+    most = std::max(
+        most, angle_between(a.axis, b.axis) - o.free.max_turn.radians() * distance(centre(a), centre(b)));
+  }
+  return most;
+}
+
 /// Along every move, tip straight and axis on the great circle: no overlap over the tolerance in feed, none
 /// at all in rapid, contact where it cuts, tilt and turn within their limits.
 void expect_right(const CheckedMesh& part, const PlanOptions& o, const Plan& plan) {
@@ -56,6 +70,7 @@ void expect_right(const CheckedMesh& part, const PlanOptions& o, const Plan& pla
   EXPECT_LE(gap, o.tolerance);
   EXPECT_LE(rapid, o.tolerance);
   EXPECT_LE(tilt, o.tilt_max.radians() + 1e-9);
+  EXPECT_LE(over_turned(o, moves), 1e-6);
   EXPECT_GT(plan.report.points, 0u);
 }
 
@@ -199,12 +214,12 @@ TEST(FreeJob, IsReadAndDescribed) {
   ASSERT_EQ(job->plan.free.plane_normals.size(), 2u);
   EXPECT_EQ(job->plan.free.plane_normals[0], (Vec3{0, 0, 1}));
   EXPECT_DOUBLE_EQ(job->plan.free.lead.degrees(), 10.0);
-  EXPECT_EQ(job->plan.free.smoothing, 3.0);  // the cutter's radius
-  EXPECT_DOUBLE_EQ(job->plan.free.max_turn.degrees(), 5.0);
+  EXPECT_EQ(job->plan.free.smoothing, 3.0);                         // the cutter's radius
+  EXPECT_DOUBLE_EQ(job->plan.free.max_turn.degrees(), 25.0 / 3.0);  // over the cutter's radius
   EXPECT_EQ(job->plan.containment.height.high, 10.0);
   const std::string text = describe(*job);
   for (const char* line : {"axis.mode: free\n", "axis.plane_normals[2]: [1, 0, 0]\n",
-                           "axis.max_turn_deg_per_mm: 5\n", "containment.z_mm: [0, 10]\n"})
+                           "axis.max_turn_deg_per_mm: 8.333", "containment.z_mm: [0, 10]\n"})
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
 }
 

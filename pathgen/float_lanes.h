@@ -1,0 +1,67 @@
+#pragma once
+// Four numbers of single precision at a time; four boxes against a ray.
+
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+#include <array>
+#include <cstddef>
+#include <cstring>
+
+namespace tiltfeed {
+
+using Lanes = float __attribute__((vector_size(16)));
+
+inline Lanes all_lanes(float v) { return Lanes{v, v, v, v}; }
+inline Lanes load_lanes(const float* from) {
+  Lanes lanes;
+  std::memcpy(&lanes, from, sizeof lanes);
+  return lanes;
+}
+
+#ifdef __SSE2__
+inline Lanes lesser(Lanes a, Lanes b) { return (Lanes)_mm_min_ps((__m128)a, (__m128)b); }
+inline Lanes greater(Lanes a, Lanes b) { return (Lanes)_mm_max_ps((__m128)a, (__m128)b); }
+/// Bit i: a[i] <= b[i].
+inline unsigned no_more(Lanes a, Lanes b) {
+  return static_cast<unsigned>(_mm_movemask_ps(_mm_cmple_ps((__m128)a, (__m128)b)));
+}
+#else
+inline Lanes lesser(Lanes a, Lanes b) { return a < b ? a : b; }
+inline Lanes greater(Lanes a, Lanes b) { return a > b ? a : b; }
+/// Bit i: a[i] <= b[i].
+inline unsigned no_more(Lanes a, Lanes b) {
+  unsigned bits = 0;
+  for (int i = 0; i < 4; ++i) bits |= a[i] <= b[i] ? 1u << i : 0u;
+  return bits;
+}
+#endif
+
+struct FourBoxes {
+  std::array<Lanes, 3> low, high;
+};
+
+/// A ray from + t direction, first <= t <= last, and how near to it what is asked for may be.
+struct RayLanes {
+  std::array<Lanes, 3> low, high;  ///< from + reach, from - reach
+  std::array<Lanes, 3> inverse;    ///< of the direction
+  std::array<bool, 3> backwards;
+  std::array<Lanes, 3> from, direction;
+  Lanes first, last, reach;
+};
+
+/// Which boxes, wider by the reach to all sides, the ray meets, a bit each, and at which t.
+inline unsigned boxes_met(const FourBoxes& boxes, const RayLanes& ray, Lanes& entry) {
+  Lanes in = ray.first, out = ray.last;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Lanes a = (boxes.low[k] - ray.low[k]) * ray.inverse[k],
+                b = (boxes.high[k] - ray.high[k]) * ray.inverse[k];
+    in = greater(in, ray.backwards[k] ? b : a);
+    out = lesser(out, ray.backwards[k] ? a : b);
+  }
+  entry = in;
+  return no_more(in, out);
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,275 @@
+#include "pathgen/pass_stations.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tiltfeed {
+
+namespace {
+
+/// Directions are sought this far apart on the pass: a share of the ball's radius; further, where the axis
+/// may not turn from one direction of the grid to the next (rad) in so short a way.
+constexpr double kStationShare = 0.4, kFurthestShare = 2.0, kGridTurn = 0.16;
+/// Where the wished direction is not admissible, so far (mm per radian of the widest turn) to both sides
+/// others are looked at, too.
+constexpr double kMarginTurn = 1.0;
+/// Directions so near to the wish are looked at wherever any but it are, rad.
+constexpr double kLeastWindow = 0.25;
+/// Where the wish is not admitted directions further from it by up to this are looked at, rad; where there is
+/// none, all.
+constexpr double kWidestWindow = 0.9;
+/// Round the direction chosen on the coarser grid those of the finer one are looked at, rad: neighbours on
+/// the coarser one are up to so far apart.
+constexpr double kAround = 0.17;
+/// Round the direction half way between its neighbours a station put in has so many more.
+constexpr int kFan = 6;
+/// A break costs as much as a departure of one radian over this length, mm.
+constexpr double kJumpLength = 20.0;
+
+/// Turns are told to this, rad.
+constexpr double kRounding = 1e-9;
+
+enum Asked : std::uint8_t { kUnknown, kClear, kStopped };
+
+}  // namespace
+
+PassStations::PassStations(const PassCurve& curve, const Admissibility& admissible, const FreeAxis& wish,
+                           DirectionQuery& query)
+    : curve_(curve),
+      admissible_(admissible),
+      query_(query),
+      max_turn_(wish.max_turn.radians()),
+      scale_(std::max(wish.smoothing, admissible.tool().ball())) {
+  const double ball = admissible.tool().ball();
+  const double apart = std::clamp(kGridTurn / max_turn_, kStationShare * ball, kFurthestShare * ball);
+  const int count = std::max(1, static_cast<int>(std::ceil(curve.length() / apart)));
+  for (int i = 0; i <= count; ++i) {
+    Station s = place(curve.length() * i / count);
+    s.wish_admitted = admissible.admits(s.point, s.wished, query);
+    stations_.push_back(std::move(s));
+  }
+  find_windows();
+}
+
+Station PassStations::place(double way) const {
+  Station s;
+  s.way = way, s.point = curve_.at(way), s.wished = admissible_.nearest_tilt(curve_.wished(way));
+  return s;
+}
+
+double PassStations::share(std::size_t i) const {
+  const double before = i > 0 ? stations_[i].way - stations_[i - 1].way : 0.0;
+  const double after = i + 1 < stations_.size() ? stations_[i + 1].way - stations_[i].way : 0.0;
+  return (before + after) / 2.0;
+}
+
+/// The wish alone, but where it is not admitted or turns too fast, and round about.
+void PassStations::find_windows() {
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    const Station& s = stations_[i];
+    if (!s.wish_admitted) look(i);
+    if (i == 0) continue;
+    const double way = s.way - stations_[i - 1].way;
+    if (angle_between(s.wished, stations_[i - 1].wished) > max_turn_ * way) look(i - 1), look(i);
+  }
+  for (std::size_t i = 0; i < stations_.size(); ++i)
+    if (stations_[i].window <= 0.0) open(i, 0.0);
+}
+
+/// Station i and those round about: the further off, the nearer to the wish.
+void PassStations::look(std::size_t i) {
+  const double at = stations_[i].way, margin = kMarginTurn / max_turn_;
+  const auto window = [&](double way) { return kLeastWindow + kWidestWindow * std::exp(-way / scale_); };
+  for (std::size_t k = i; k < stations_.size() && stations_[k].way <= at + margin; ++k)
+    open(k, window(stations_[k].way - at));
+  for (std::size_t k = i; k-- > 0 && stations_[k].way >= at - margin;) open(k, window(at - stations_[k].way));
+}
+
+void PassStations::insert(const std::vector<double>& ways) {
+  for (const double way : ways) {
+    Station s = place(way);
+    s.wish_admitted = admissible_.admits(s.point, s.wished, query_);
+    const auto after = std::upper_bound(stations_.begin(), stations_.end(), way,
+                                        [](double w, const Station& other) { return w < other.way; });
+    const auto i = static_cast<std::size_t>(after - stations_.begin());
+    stations_.insert(after, std::move(s));
+    stations_[i].between = between(i);
+    for (std::size_t k = i > 0 ? i - 1 : 0; k <= std::min(i + 1, stations_.size() - 1); ++k)
+      stations_[k].window = 0.0, open(k, kWidestWindow);
+  }
+}
+
+/// Half way between the directions of a station's neighbours, and as far to all sides as the axis may turn.
+std::vector<Vec3> PassStations::between(std::size_t i) const {
+  if (i == 0 || i + 1 == stations_.size()) return {};
+  const Station &a = stations_[i - 1], &b = stations_[i + 1];
+  if (a.candidates.empty() || b.candidates.empty()) return {};
+  const Vec3 middle = slerp(a.chosen, b.chosen, 0.5);
+  const Vec3 u = normalized(cross(middle, std::abs(middle.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+  const double turn = 0.5 * max_turn_ * std::min(stations_[i].way - a.way, b.way - stations_[i].way);
+  std::vector<Vec3> fan{middle};
+  for (int k = 0; k < kFan; ++k) {
+    const Vec3 aside = rotation_about(middle, 2.0 * kPi / kFan * k) * u;
+    fan.push_back(middle * std::cos(turn) + aside * std::sin(turn));
+  }
+  return fan;
+}
+
+/// The candidates are the wish, if admitted, and what lies between the neighbours.
+void PassStations::start(Station& s) const {
+  s.candidates.clear();
+  if (s.wish_admitted) s.candidates.push_back({s.wished, 0.0, kNoDirection, true});
+  for (const Vec3 axis : s.between)
+    if (admissible_.within_limits(s.point.normal, axis))
+      s.candidates.push_back({axis, 0.0, kNoDirection, false});
+}
+
+/// Appends a direction of the grid, unless it is known not to be admissible.
+void PassStations::take(Station& s, std::uint32_t direction) {
+  if (s.asked[direction] == kStopped) return;
+  const Vec3 axis = admissible_.grid().directions()[direction];
+  if (!admissible_.within_limits(s.point.normal, axis)) return;
+  if (s.asked[direction] == kUnknown && admissible_.still_stopped(s.point, direction, query_)) {
+    s.asked[direction] = kStopped;
+    return;
+  }
+  s.candidates.push_back({axis, 0.0, direction, s.asked[direction] == kClear});
+}
+
+/// The candidates are the wish, if admitted, and the coarser grid's directions within the window.
+void PassStations::open(std::size_t i, double window) {
+  Station& s = stations_[i];
+  window = std::min(window, kPi);
+  if (window > 0.0 && s.window >= window - kLeastWindow / 2.0) return;
+  s.window = window, s.changed = true;
+  start(s);
+  if (window <= 0.0) return;
+  const std::vector<Vec3>& grid = admissible_.grid().directions();
+  if (s.asked.empty()) s.asked.assign(grid.size(), kUnknown);
+  const double least = std::cos(window);
+  for (std::uint32_t k = 0; k < DirectionGrid::count(Admissibility::kAdmissibleLevel); ++k)
+    if (dot(grid[k], s.wished) >= least) take(s, k);
+}
+
+/// The candidates are the wish, if admitted, and all directions round the chosen one.
+void PassStations::narrow(std::size_t i) {
+  Station& s = stations_[i];
+  if (s.window <= 0.0 || s.candidates.empty()) return;
+  start(s);
+  const std::vector<Vec3>& grid = admissible_.grid().directions();
+  const double least = std::cos(kAround);
+  for (std::uint32_t k = 0; k < grid.size(); ++k)
+    if (dot(grid[k], s.chosen) >= least) take(s, k);
+  price(i);
+}
+
+/// Costs by departure, and the candidates in their order.
+void PassStations::price(std::size_t i) {
+  Station& s = stations_[i];
+  const double weight = share(i);
+  for (AxisCandidate& c : s.candidates) {
+    const double angle = angle_between(c.axis, s.wished);
+    c.cost = angle * angle * weight;
+  }
+  std::stable_sort(s.candidates.begin(), s.candidates.end(),
+                   [](const AxisCandidate& a, const AxisCandidate& b) { return a.cost < b.cost; });
+}
+
+/// Nothing that was a candidate is admissible: all directions of the coarser grid that are, else of the finer
+/// one.
+void PassStations::widen(std::size_t i) {
+  Station& s = stations_[i];
+  open(i, kPi);
+  for (const bool finer : {false, true}) {
+    if (finer)
+      for (std::uint32_t k = DirectionGrid::count(Admissibility::kAdmissibleLevel);
+           k < admissible_.grid().directions().size(); ++k)
+        take(s, k);
+    for (AxisCandidate& c : s.candidates) holds(s, c);
+    std::erase_if(s.candidates, [](const AxisCandidate& c) { return !c.clear; });
+    if (!s.candidates.empty()) break;
+  }
+  price(i);
+}
+
+/// Is the candidate admissible?
+bool PassStations::holds(Station& s, AxisCandidate& candidate) {
+  if (candidate.clear) return true;
+  if (candidate.direction == kNoDirection)
+    return candidate.clear = admissible_.admits(s.point, candidate.axis, query_);
+  candidate.clear = admissible_.admits(s.point, candidate.direction, query_);
+  s.asked[candidate.direction] = candidate.clear ? kClear : kStopped;
+  return candidate.clear;
+}
+
+/// Is the candidate that a sequence wants admissible? If not, all of the station's are asked, and those that
+/// are not are taken out.
+bool PassStations::verify(std::size_t i, std::uint32_t candidate) {
+  Station& s = stations_[i];
+  if (holds(s, s.candidates[candidate])) return true;
+  for (AxisCandidate& c : s.candidates) holds(s, c);
+  std::erase_if(s.candidates, [](const AxisCandidate& c) { return !c.clear; });
+  if (s.candidates.empty()) widen(i);
+  return false;
+}
+
+/// The cheapest sequence of the stations first..last, of admissible candidates only.
+void PassStations::settle(std::size_t first, std::size_t last) {
+  std::vector<const AxisCandidates*> candidates;
+  std::vector<double> ways;
+  for (std::size_t i = first; i <= last; ++i) {
+    candidates.push_back(&stations_[i].candidates);
+    if (i > first) ways.push_back(stations_[i].way - stations_[i - 1].way);
+  }
+  for (bool settled = false; !settled;) {
+    const auto chosen =
+        cheapest_sequence(candidates, ways, {scale_ * scale_, max_turn_, kRounding, kJumpLength});
+    settled = true;
+    for (std::size_t i = first; i <= last; ++i) {
+      if (verify(i, chosen[i - first])) {
+        stations_[i].chosen = stations_[i].candidates[chosen[i - first]].axis;
+        continue;
+      }
+      settled = false;
+      if (!stations_[i].candidates.empty()) continue;
+      if (i > first) settle(first, i - 1);
+      if (i < last) settle(i + 1, last);
+      return;
+    }
+  }
+}
+
+/// Settles the stretches between stations with one candidate, which need not be settled together.
+void PassStations::settle() {
+  const auto ends = [&](std::size_t i) { return i == stations_.size() || stations_[i].candidates.empty(); };
+  for (std::size_t first = 0; first < stations_.size();) {
+    if (ends(first)) {
+      ++first;
+      continue;
+    }
+    std::size_t last = first;
+    bool changed = stations_[first].changed;
+    while (!ends(last + 1)) {
+      changed |= stations_[++last].changed;
+      if (stations_[last].candidates.size() == 1 && stations_[last].candidates[0].clear) break;
+    }
+    if (changed) settle(first, last);
+    // A station with one candidate ends one stretch and begins the next.
+    first = last > first && !ends(last + 1) ? last : last + 1;
+  }
+}
+
+void PassStations::choose() {
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    Station& s = stations_[i];
+    if (s.changed) price(i);
+    if (s.candidates.empty() && s.window < kPi) widen(i);
+  }
+  settle();
+  for (std::size_t i = 0; i < stations_.size(); ++i)
+    if (stations_[i].changed) narrow(i);
+  settle();
+  for (Station& s : stations_) s.changed = false;
+}
+
+}  // namespace tiltfeed
