@@ -34,7 +34,10 @@ bool Admissibility::stopped(const ClPoint& point, std::uint32_t i, int parts, Di
   std::vector<std::uint32_t>& blockers = query.blockers[static_cast<std::size_t>(parts) - 1];
   if (blockers.empty()) blockers.assign(grid_.directions().size(), kNoFacet);
   const Vec3 axis = grid_.directions()[i];
-  if (blockers[i] != kNoFacet && tool_.stopped_by(blockers[i], point.centre, axis, parts)) return true;
+  const auto known = [&](const std::vector<std::uint32_t>& of) {
+    return !of.empty() && of[i] != kNoFacet && tool_.stopped_by(of[i], point.centre, axis, parts);
+  };
+  if (known(blockers) || (parts < kAllParts && known(query.blockers[kAllParts - 1]))) return true;
   if (!tool_.stop(point.centre, axis, query.hint, parts)) return false;
   blockers[i] = query.hint;
   return true;
@@ -67,11 +70,14 @@ std::vector<std::uint32_t> Admissibility::directions(const ClPoint& point, Direc
 }
 
 bool Admissibility::any_clear(const ClPoint& point, int parts, DirectionQuery& query) const {
+  // All three parts are asked about only where the tilt limit is what has been in the way.
+  const bool beyond_tilt = parts == kAllParts;
   const std::uint32_t count = DirectionGrid::count(kAdmissibleLevel + 1);
   std::uint32_t& last = query.clear[static_cast<std::size_t>(parts) - 1];
   for (std::uint32_t k = 0; k <= count; ++k) {
     const std::uint32_t i = k == 0 ? last : k - 1;
-    if (dot(point.normal, grid_.directions()[i]) < kAlongSurface) continue;
+    const Vec3 axis = grid_.directions()[i];
+    if (dot(point.normal, axis) < kAlongSurface || (beyond_tilt && within_tilt(axis))) continue;
     if (!stopped(point, i, parts, query)) return last = i, true;
   }
   return false;

@@ -27,6 +27,7 @@ class Move1 {
   Move1(Point<Part> from, Point<Part> to)
       : from_(from), length_(distance(from, to)), along_((to - from) / length_) {}
   double length() const { return length_; }
+  Vec3 along() const { return along_; }
   Near at(double s, const Corners& c) const {
     const Point<Part> p = from_ + along_ * s;
     const Vec3 off = p - nearest_point(p, c);
@@ -74,21 +75,22 @@ void spans_inside(Point<Part> from, Point<Part> to, const FacetTree& tree, doubl
                   std::vector<Span>& spans) {
   spans.clear();
   const Move1 move(from, to);
-  const Vec3 pad{limit, limit, limit};
-  const Box box{Point<Part>{std::min(from.x, to.x), std::min(from.y, to.y), std::min(from.z, to.z)} - pad,
-                Point<Part>{std::max(from.x, to.x), std::max(from.y, to.y), std::max(from.z, to.z)} + pad};
-  tree.each_in(box, [&](std::uint32_t, const PlacedFacet& facet) {
-    // The plane of the facet is further off at both ends, on the same side: no distance is needed.
-    const double low = dot(facet.normal, from_origin(from)) - facet.offset;
-    const double high = dot(facet.normal, from_origin(to)) - facet.offset;
-    if ((low >= limit && high >= limit) || (low <= -limit && high <= -limit)) return;
-    const Corners& c = facet.corners;
-    Near inside{};
-    if (!find_inside(move, c, limit, inside)) return;
-    const double end = move.length();
-    spans.push_back({move.at(0.0, c).distance < limit ? 0.0 : border(move, c, limit, inside.s, 0.0),
-                     move.at(end, c).distance < limit ? end : border(move, c, limit, inside.s, end)});
-  });
+  const double end = move.length();
+  const bool all_inside =
+      tree.any_along(from, move.along(), 0.0, end, limit, [&](std::uint32_t, const PlacedFacet& facet) {
+        // The plane of the facet is further off at both ends, on the same side: no distance is needed.
+        const double low = dot(facet.normal, from_origin(from)) - facet.offset;
+        const double high = dot(facet.normal, from_origin(to)) - facet.offset;
+        if ((low >= limit && high >= limit) || (low <= -limit && high <= -limit)) return false;
+        const Corners& c = facet.corners;
+        Near inside{};
+        if (!find_inside(move, c, limit, inside)) return false;
+        const bool starts = move.at(0.0, c).distance < limit, ends = move.at(end, c).distance < limit;
+        spans.push_back({starts ? 0.0 : border(move, c, limit, inside.s, 0.0),
+                         ends ? end : border(move, c, limit, inside.s, end)});
+        return starts && ends;
+      });
+  if (all_inside) spans = {{0.0, end}};
   std::sort(spans.begin(), spans.end());
   std::size_t last = 0;
   for (std::size_t i = 1; i < spans.size(); ++i) {

@@ -28,8 +28,8 @@ struct TurnPrices {
 using AxisCandidates = std::vector<AxisCandidate>;
 
 /// (O3) For each station the index of its candidate in the sequence of least cost: the candidates' own costs
-/// and those of the turns. Equals are settled by the lower index. Requires: no list is empty; `ways` (mm,
-/// above 0) are those from each station to the next.
+/// and those of the turns. Equals are settled by the lower index. Requires: no list is empty, each is in the
+/// order of axis.z; `ways` (mm, above 0) are those from each station to the next.
 std::vector<std::uint32_t> cheapest_sequence(const std::vector<const AxisCandidates*>& stations,
                                              const std::vector<double>& ways, const TurnPrices& prices);
 

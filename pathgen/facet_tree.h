@@ -75,8 +75,8 @@ inline unsigned FacetTree::balls_met(std::uint32_t slot, const RayLanes& p) cons
   const Lanes along = x * p.direction[0] + y * p.direction[1] + z * p.direction[2];
   const Lanes far = x * x + y * y + z * z, reach = r + p.reach;
   // Single precision takes one from the other to 1e-6 of them.
-  return no_more(far - along * along, reach * reach + far * 1e-6f) & no_more(p.first, along + r) &
-         no_more(along - r, p.last);
+  return no_more(far - along * along, reach * reach + far * 1e-6f) & no_more(p.first, along + reach) &
+         no_more(along - reach, p.last);
 }
 
 template <class Visit>

@@ -163,7 +163,7 @@ void PassStations::narrow(std::size_t i) {
   price(i);
 }
 
-/// Costs by departure, and the candidates in their order.
+/// Costs by departure, and the candidates in the order that the choice requires.
 void PassStations::price(std::size_t i) {
   Station& s = stations_[i];
   const double weight = share(i);
@@ -172,7 +172,7 @@ void PassStations::price(std::size_t i) {
     c.cost = angle * angle * weight;
   }
   std::stable_sort(s.candidates.begin(), s.candidates.end(),
-                   [](const AxisCandidate& a, const AxisCandidate& b) { return a.cost < b.cost; });
+                   [](const AxisCandidate& a, const AxisCandidate& b) { return a.axis.z < b.axis.z; });
 }
 
 /// Nothing that was a candidate is admissible: all directions of the coarser grid that are, else of the finer
@@ -221,21 +221,27 @@ void PassStations::settle(std::size_t first, std::size_t last) {
     candidates.push_back(&stations_[i].candidates);
     if (i > first) ways.push_back(stations_[i].way - stations_[i - 1].way);
   }
-  for (bool settled = false; !settled;) {
+  for (bool settled = false, cut = false; !settled && !cut;) {
     const auto chosen =
         cheapest_sequence(candidates, ways, {scale_ * scale_, max_turn_, kRounding, kJumpLength});
     settled = true;
     for (std::size_t i = first; i <= last; ++i) {
-      if (verify(i, chosen[i - first])) {
+      if (verify(i, chosen[i - first]))
         stations_[i].chosen = stations_[i].candidates[chosen[i - first]].axis;
-        continue;
-      }
-      settled = false;
-      if (!stations_[i].candidates.empty()) continue;
-      if (i > first) settle(first, i - 1);
-      if (i < last) settle(i + 1, last);
-      return;
+      else
+        settled = false, cut |= stations_[i].candidates.empty();
     }
+    if (cut) settle_between(first, last);
+  }
+}
+
+/// Of the stations first..last some have no admissible direction: the stretches between these.
+void PassStations::settle_between(std::size_t first, std::size_t last) {
+  for (std::size_t i = first; i <= last;) {
+    std::size_t end = i;
+    while (end <= last && !stations_[end].candidates.empty()) ++end;
+    if (end > i) settle(i, end - 1);
+    i = end + 1;
   }
 }
 

@@ -18,8 +18,7 @@ struct Station {
   bool wish_admitted = false;
   /// The candidates are directions so near to the wish, rad; 0: the wish alone.
   double window = 0.0;
-  /// By departure from the wish; those that were found not to be admissible are taken out. None: no direction
-  /// is admissible.
+  /// Those that were found not to be admissible are taken out. None: no direction is admissible.
   AxisCandidates candidates;
   std::vector<Vec3> between;        ///< further directions, of a station put in: between its neighbours'
   std::vector<std::uint8_t> asked;  ///< of each direction of the grid, what is known; empty: nothing
@@ -58,6 +57,7 @@ class PassStations {
   void price(std::size_t i);
   void settle();
   void settle(std::size_t first, std::size_t last);
+  void settle_between(std::size_t first, std::size_t last);
   bool verify(std::size_t i, std::uint32_t candidate);
   bool holds(Station& s, AxisCandidate& candidate);
   void widen(std::size_t i);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -156,6 +157,58 @@ TEST(FreeDirections, TheReasonIsTheFirstPartOfTheToolWithoutARoom) {
   EXPECT_EQ(admissible.why_none(bottom, shut_query), Unreached::kCutter);
 }
 
+/// The least distance of a segment from a triangle, by places of the segment this far apart at most.
+double distance_from(Point<Part> from, Point<Part> to, const Corners& triangle) {
+  constexpr int kSteps = 200;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= kSteps; ++i) {
+    const Point<Part> p = lerp(from, to, static_cast<double>(i) / kSteps);
+    least = std::min(least, distance(p, nearest_point(p, triangle)));
+  }
+  return least;
+}
+
+TEST(FreeDirections, TheTreeMissesNoFacetNearASegmentOrInABox) {
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> at(-50.0, 50.0), small(-6.0, 6.0), reach_of(0.01, 15.0);
+  soup::Soup soup;
+  const auto place = [&](double far) { return Point<Part>{far + at(random), at(random), at(random)}; };
+  constexpr double kFar = 1000.0;  // from the part's zero
+  for (int i = 0; i < 400; ++i) {
+    const Point<Part> a = place(kFar);
+    const double sliver = i % 4 == 0 ? 10.0 : 1.0;
+    soup.push_back({a, a + Vec3{sliver * small(random), small(random), small(random)},
+                    a + Vec3{small(random) / sliver, small(random), small(random)}});
+  }
+  const CheckedMesh part = soup::check(soup);
+  const FacetTree tree(part.mesh);
+  std::size_t near = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Point<Part> from = place(kFar);
+    Point<Part> to = place(kFar);
+    if (i % 3 == 0) to = from + Vec3{0, 0, small(random)};  // level, and short
+    const double reach = reach_of(random), length = distance(from, to);
+    std::vector<std::uint8_t> along(part.mesh.facets.size()), in(part.mesh.facets.size());
+    tree.any_along(from, (to - from) / length, 0.0, length, reach, [&](std::uint32_t f, const PlacedFacet&) {
+      along[f] = 1;
+      return false;
+    });
+    const Vec3 pad{reach, reach, reach};
+    tree.each_in({from - pad, from + pad}, [&](std::uint32_t f, const PlacedFacet&) { in[f] = 1; });
+    for (std::uint32_t f = 0; f < part.mesh.facets.size(); ++f) {
+      const Corners& c = tree.facet(f).corners;
+      if (distance_from(from, to, c) < reach) {
+        ++near;
+        EXPECT_EQ(along[f], 1) << i << " facet " << f;
+      }
+      if (distance(from, nearest_point(from, c)) < reach) {
+        EXPECT_EQ(in[f], 1) << i << " facet " << f;
+      }
+    }
+  }
+  EXPECT_GT(near, 1000u);
+}
+
 /// What a sequence costs.
 double cost(const std::vector<AxisCandidates>& stations, const std::vector<double>& ways,
             const TurnPrices& prices, const std::vector<std::uint32_t>& chosen) {
@@ -180,6 +233,7 @@ TEST(FreeDirections, TheSequenceIsTheCheapestOfAll) {
     for (auto& s : stations) {
       const int count = 1 + static_cast<int>(uniform(random) * 4);
       for (int k = 0; k < count; ++k) s.push_back({random_direction(random), uniform(random)});
+      std::sort(s.begin(), s.end(), [](const auto& a, const auto& b) { return a.axis.z < b.axis.z; });
     }
     for (int i = 0; i < 4; ++i) ways.push_back(0.2 + uniform(random));
     // A jump is dearer than any turn that is allowed, as on a pass.
