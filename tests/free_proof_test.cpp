@@ -34,7 +34,8 @@ Result<Job> job_of(const std::string& name) {
 
 /// Those whose part is there.
 std::vector<std::string> cases() {
-  std::vector<std::string> all{"sphere", "handle", "knob_shifter", "tooth_molar", "femur", "propeller_d", "blade_nasa", "impeller_aero"};
+  std::vector<std::string> all{"sphere", "handle",      "knob_shifter", "tooth_molar",
+                               "femur",  "propeller_d", "blade_nasa"};
   std::erase_if(all, [](const std::string& name) {
     const auto job = job_of(name);
     return job && !is_formula(name) && !std::filesystem::exists(job->stl_path);
