@@ -25,6 +25,10 @@ constexpr Time kTcpReplyTimeout = milliseconds(300);
 constexpr Time kRtuThinkTime = milliseconds(100);
 /// Bytes of the longest request and reply (FC23: 118 words out, 24 in; FC3: 125 words), 11 bits a byte (8E1).
 constexpr int kLongestExchange = 256 + 256, kBitsPerByte = 11;
+/// Silence between RTU frames: 3.5 characters, 1.75 ms above 19200 baud (Modbus over serial line
+/// V1.02, 2.5.1.1).
+constexpr Time kLeastSilence = std::chrono::microseconds(1750);
+constexpr int kFastBaud = 19200;
 /// Between attempts to connect again.
 constexpr Time kReconnectPause = milliseconds(200);
 /// libmodbus puts the descriptor into an fd_set.
@@ -37,6 +41,12 @@ struct FreeContext {
   }
 };
 using Context = std::unique_ptr<modbus_t, FreeContext>;
+
+Time silence(const LinkSpec& link) {
+  if (link.kind != LinkKind::kModbusRtu) return Time::zero();
+  if (link.baud > kFastBaud) return kLeastSilence;
+  return std::chrono::duration_cast<Time>(std::chrono::duration<double>(3.5 * kBitsPerByte / link.baud));
+}
 
 class ModbusLink : public Link {
  public:
@@ -79,6 +89,13 @@ class ModbusLink : public Link {
       std::this_thread::sleep_for(kReconnectPause);
       return reply;
     }
+    std::this_thread::sleep_until(next_frame_);
+    ask_connected(request, reply);
+    next_frame_ = std::chrono::steady_clock::now() + silence_;
+    return reply;
+  }
+
+  void ask_connected(const ModbusRequest& request, ModbusReply& reply) {
     reply.words.resize(request.read_count);
     const int writes = static_cast<int>(request.words.size()), reads = request.read_count;
     int done = 0;
@@ -93,16 +110,15 @@ class ModbusLink : public Link {
     }
     if (done == (reads > 0 ? reads : writes)) {
       reply.outcome = kReplyOk;
-      return reply;
+      return;
     }
     reply.words.clear();
     const int exception = errno - MODBUS_ENOBASE;
     if (done < 0 && exception >= MODBUS_EXCEPTION_ILLEGAL_FUNCTION && exception < MODBUS_EXCEPTION_MAX) {
       reply.outcome = static_cast<std::uint8_t>(exception);
-      return reply;
+      return;
     }
     clean_wire();
-    return reply;
   }
 
   void clean_wire() {
@@ -117,7 +133,8 @@ class ModbusLink : public Link {
 
   LinkSpec spec_;
   Context context_;
-  Time reply_timeout_;
+  Time reply_timeout_, silence_ = tiltfeed::silence(spec_);
+  std::chrono::steady_clock::time_point next_frame_{};  // not before, on a serial line
   bool connected_ = false;
 };
 

@@ -48,8 +48,11 @@ void ModbusSession::command(const OperatorCommand& command, Time now) {
   }
 }
 
-/// A request that is out is given up for it: a frame may be repeated at any time.
+/// A request that is out is given up for it: a frame may be repeated at any time. What waits already is not
+/// asked for twice: on a poor line orders that pile up would keep every frame away.
 void ModbusSession::post(MailboxCode code, std::uint32_t argument, Time now) {
+  if (!mail_.empty() && mail_.back().code == code && mail_.back().argument == argument) return;
+  if (mail_.size() > 1 && mail_.back().code == code) mail_.pop_back();  // another override
   if (mail_.empty()) mail_tries_ = 0;
   mail_.push_back({code, argument});
   request_.clear();

@@ -9,8 +9,8 @@ namespace tiltfeed {
 
 namespace {
 
-/// Part of the controller's watchdog time: two lost exchanges and their time-outs fit in.
-constexpr double kHeartbeatShare = 0.15;
+/// Part of the controller's watchdog time: two lost exchanges and their time-outs fit in beside it.
+constexpr double kHeartbeatShare = 0.25;
 /// Blocks kept ready beside those in the controller.
 constexpr std::size_t kReadyBlocks = 2 * kWindowBlocks;
 
@@ -53,8 +53,9 @@ void ModbusSession::make_request(Time now) {
     request.read_count = kIdentityWords;
   } else {
     const bool write = step_ != Step::kLookAround && !read_only_next_;
+    request_is_beat_ = false;
     if (write) request.words = next_words(now, request.write_address);
-    request_reads_status_ = !write || use_fc23_;
+    request_reads_status_ = !write || (use_fc23_ && !request_is_beat_);
     request.read_address = request_reads_status_ ? options_.map.status : std::uint16_t{0};
     request.read_count = request_reads_status_ ? kStatusWords : std::uint16_t{0};
   }
@@ -68,10 +69,15 @@ std::vector<std::uint16_t> ModbusSession::next_words(Time now, std::uint16_t& ad
       return encode_mailbox(options_.session_id, command_seq_, mail_.front().code, mail_.front().argument,
                             options_.map.low_word_first);
     }
-    if (!heartbeat_due(now) && room_for_frame()) {
+    // Where a frame can follow at once, the heartbeat is a short write by itself, and never two of them in
+    // turn: on a line so slow that it is always due, frames and heartbeats alternate.
+    const bool room = room_for_frame();
+    if (room && (beat_last_ || !heartbeat_due(now))) {
+      beat_last_ = false;
       address = options_.map.window;
       return window_words();
     }
+    request_is_beat_ = beat_last_ = room && mail_.empty();
     address = options_.map.heartbeat;
     last_heartbeat_ = now;
     return {++heartbeat_};

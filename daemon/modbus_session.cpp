@@ -63,7 +63,7 @@ void ModbusSession::on_reply(const ModbusReply& reply, Time now) {
   request_.clear();
   judge_window_ = judge_window_ || request_is_window_;
   if (step_ == Step::kIdentify) return on_identity(reply.words, now);
-  read_only_next_ = !request_reads_status_;
+  read_only_next_ = !request_reads_status_ && !request_is_beat_;
   if (!request_reads_status_) return;
   if (reply.words.size() != kStatusWords) return fault(Code::kLink, "a status reply has the wrong length");
   on_status(parse_ring_status(reply.words, options_.map.low_word_first), now);

@@ -124,6 +124,8 @@ class ModbusSession {
   std::string request_;  // out, not answered yet
   bool request_reads_status_ = false, read_only_next_ = false, use_fc23_ = true;
   bool request_is_window_ = false, judge_window_ = false;
+  bool request_is_beat_ = false;  // a heartbeat that reads nothing back
+  bool beat_last_ = false;        // it was the newest write
   std::uint16_t command_seq_ = 0, heartbeat_ = 0;
   std::uint64_t resends_ = 0;
   int refusals_ = 0, rereads_ = 0;

@@ -75,14 +75,18 @@ class Server {
     const int header = modbus_get_header_length(context_);
     const Request request{frame.data() + header, static_cast<std::size_t>(length - header)};
     const FrameFate fate = line_.frame();
-    busy_until_ = std::chrono::steady_clock::now();
-    pass(length, 0.0);
+    const auto heard = std::chrono::steady_clock::now();
+    // A frame that follows without silence is part of the one before, for a slave that listens.
+    if (heard < quiet_until_) return true;
+    busy_until_ = heard;
+    pass(length, silence());
     if (fate.lose_request) return true;
     const int exception = fate.exception != 0 ? fate.exception : apply(request);
     if (fate.lose_reply) return true;
     if (fate.wrong_unit) frame[static_cast<std::size_t>(header - 1)] ^= 8;
     if (fate.half_frame) return write_raw(frame.data(), static_cast<std::size_t>(header + 1));
     pass(exception != 0 ? kShortReply : reply_bytes(request), fate.late);
+    quiet_until_ = std::chrono::steady_clock::now() + to_duration(silence());
     const int sent = exception != 0
                          ? modbus_reply_exception(context_, frame.data(), static_cast<unsigned>(exception))
                          : modbus_reply(context_, frame.data(), length, mapping_.get());
@@ -98,14 +102,20 @@ class Server {
  private:
   static constexpr int kShortReply = 5;
 
-  /// The line is busy for so many bytes more. A paced one is silent for 3.5 characters after each frame (1.75
-  /// ms above 19200 baud).
-  void pass(int bytes, double late) {
+  static std::chrono::nanoseconds to_duration(double seconds) {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(seconds));
+  }
+  /// That ends a frame on a paced line: 3.5 characters, 1.75 ms above 19200 baud. A slave waits for it before
+  /// it answers, a master before its next request.
+  double silence() const {
     constexpr double kLeastGap = 0.00175;
-    const double span =
-        late + (byte_time_ > 0.0 ? bytes * byte_time_ + std::max(kLeastGap, 3.5 * byte_time_) : 0.0);
+    return byte_time_ > 0.0 ? std::max(kLeastGap, 3.5 * byte_time_) : 0.0;
+  }
+  /// The line is busy for so many bytes more, and for `more` s.
+  void pass(int bytes, double more) {
+    const double span = more + bytes * byte_time_;
     if (span <= 0.0) return;
-    busy_until_ += std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(span));
+    busy_until_ += to_duration(span);
     std::this_thread::sleep_until(busy_until_);
   }
   /// Of an RTU reply, with unit, function and CRC.
@@ -170,7 +180,7 @@ class Server {
   modbus_t* context_;
   FaultyLine line_;
   double byte_time_;  ///< s; 0: not paced
-  std::chrono::steady_clock::time_point busy_until_;
+  std::chrono::steady_clock::time_point busy_until_, quiet_until_{};
   Mapping mapping_;
 };
 

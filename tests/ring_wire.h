@@ -3,6 +3,7 @@
 // silent and flushes, and the simulated ring controller as slave; a fault script spoils what passes. Seeded
 // bugs stand where a wrong program would have them, so that the campaign can show that it would see them.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -21,12 +22,11 @@ enum class SeededBug {
   kNoDedup,           // the controller appends a repeated frame again
   kNoCrc,             // the controller checks neither CRC-16 nor CRC-32
   kEarlyAck,          // the controller acknowledges before it has looked at the frame
-  kFullRingAck,       // the controller acknowledges what its full ring did not take
+  kFullRingAck,       // the controller offers room that it has not, and acknowledges what it did not take
   kNoWrap,            // the controller compares sequence numbers as plain numbers
   kBlindMaster,       // the host takes any reply for true, whatever its CRC-16
   kSendIsDone,        // the host takes a frame for accepted when no reply comes
   kFreshNumbers,      // the host numbers a repeated frame anew
-  kNoFlush,           // the host does not wait for late replies
   kBootIgnored,       // the host goes on after a restart of the controller
   kUnitIgnored,       // the host takes the reply of another unit
   kNoHeartbeat,       // the host forgets the heartbeat
@@ -142,8 +142,7 @@ class RingWire : public Link, public Clock {
   ModbusReply listen(const ModbusRequest& request) {
     const std::size_t expected = request.read_count > 0 ? 5u + 2u * request.read_count : 8u;
     const double deadline = time_ + kTimeout;
-    std::string got = std::move(stale_);
-    stale_.clear();
+    std::string got;
     while (got.size() < expected && time_ < deadline) {
       pass(kTimeout / 16);
       got += line.at_host(time_);
@@ -159,10 +158,8 @@ class RingWire : public Link, public Clock {
     if (fits) {
       reply.outcome = kReplyOk;
       for (std::size_t i = 0; i < request.read_count; ++i) reply.words.push_back(word_at(frame, 3 + 2 * i));
-      if (bug_ == SeededBug::kNoFlush) stale_ = got.substr(expected);
       return tamper(reply);
     }
-    if (bug_ == SeededBug::kNoFlush) return stale_ = got.substr(std::min(got.size(), expected)), reply;
     pass(kTimeout);  // a late reply comes now, or spoils the next exchange
     static_cast<void>(line.at_host(time_));
     if (bug_ == SeededBug::kSendIsDone && !request.words.empty() && request.words.size() > 7)
@@ -246,6 +243,7 @@ class RingWire : public Link, public Clock {
       std::vector<std::uint16_t> words(count);
       if (controller.read(word_at(frame, 2), words) != sim::Access::kOk) return;
       if (early_ack_ && count == 24) words[3] = *early_ack_;
+      if (bug_ == SeededBug::kFullRingAck && count == 24) words[6] = std::max<std::uint16_t>(words[6], 7);
       if (fate.wrong_unit && count == 24)
         words[3] = static_cast<std::uint16_t>(words[3] + 3);  // another machine's
       reply += static_cast<char>(2 * count);
@@ -282,7 +280,6 @@ class RingWire : public Link, public Clock {
 
   SeededBug bug_;
   double time_ = 0.0;
-  std::string stale_;
   std::vector<std::uint16_t> last_status_, last_window_;
   std::optional<std::uint16_t> early_ack_;
   std::uint16_t shift_ = 0;
