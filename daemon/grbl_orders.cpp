@@ -16,6 +16,8 @@ using std::chrono::seconds;
 constexpr char kHoldByte = '!', kResumeByte = '~', kResetByte = 0x18;
 /// A status interval: what was asked for must show in the next report.
 constexpr Time kRepeatInterval = milliseconds(200);
+/// The first look at whether a hold has acted.
+constexpr Time kHoldLook = milliseconds(20);
 /// From feed hold to standstill: longer than any axis needs to brake.
 constexpr Time kStandTimeout = seconds(10);
 /// Override steps that are on their way are not sent again before they must have been reported.
@@ -73,6 +75,7 @@ void GrblSession::ask_hold() {
   urge(kHoldByte);
   repeated_ = now_;
   hold_seen_ = false;
+  next_poll_ = std::min(next_poll_, now_ + kHoldLook);
   move(Event::kHeld);
 }
 
