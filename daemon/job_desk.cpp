@@ -36,6 +36,7 @@ JobDesk::JobDesk(const ServiceConfig& config, const LinkSpec& link, Spool spool,
     : config_(config),
       link_(link),
       spool_(std::move(spool)),
+      alive_(alive),
       runner_(std::make_unique<JobRunner>(std::move(alive))) {}
 
 Result<JobDesk> JobDesk::open(const ServiceConfig& config, std::function<void()> alive) {
@@ -215,6 +216,7 @@ Result<std::string> JobDesk::remove(const SpooledJob& job) {
 void JobDesk::tick() {
   take_run_end();
   take_plan_end();
+  take_check_end();
   plan_next();
   if (!config_.watch.empty()) look_into_watch_folder();
 }
@@ -225,27 +227,27 @@ void JobDesk::take_plan_end() {
   Result<SpooledJob> job = spool_.find(plan_.job);
   if (!job) return;
   if (!*ended) return set(*job, JobState::kFailed, ended->error().message);
-  const Result<JobRun> run = prepare_run(spool_.file(job->id, "program.nc"), link_, job->id);
-  if (!run) return set(*job, JobState::kFailed, run.error().message);
-  job->total = run->subject.total;
-  job->hash = hex(run->subject.program);
-  set(*job, JobState::kReady, "planned");
+  check_.start(spool_.file(job->id, "program.nc"), link_, job->id);
+}
+
+void JobDesk::take_check_end() {
+  const std::optional<Result<JobRun>> run = check_.take();
+  if (!run) return;
+  Result<SpooledJob> job = spool_.find(check_.job());
+  if (!job) return;  // removed meanwhile
+  if (!*run) return set(*job, JobState::kFailed, run->error().message);
+  job->total = (*run)->subject.total;
+  job->hash = hex((*run)->subject.program);
+  set(*job, JobState::kReady, job->program ? "checked" : "planned");
 }
 
 void JobDesk::plan_next() {
-  if (plan_.pid >= 0) return;
+  if (plan_.pid >= 0 || check_.busy()) return;
   const auto jobs = spool_.list();
   if (!jobs) return;
   for (const SpooledJob& job : *jobs) {
     if (job.state != JobState::kReceived) continue;
-    if (job.program) {  // checked here; the whole of it is read once
-      SpooledJob checked = job;
-      const Result<JobRun> run = prepare_run(spool_.file(job.id, "program.nc"), link_, job.id);
-      if (!run) return set(job, JobState::kFailed, run.error().message);
-      checked.total = run->subject.total;
-      checked.hash = hex(run->subject.program);
-      return set(checked, JobState::kReady, "checked");
-    }
+    if (job.program) return check_.start(spool_.file(job.id, "program.nc"), link_, job.id);
     Result<PlanProcess> started = start_plan(job.id, spool_.folder_of(job.id), config_.machine.path);
     if (!started) return set(job, JobState::kFailed, started.error().message);
     plan_ = *started;

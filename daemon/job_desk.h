@@ -7,6 +7,7 @@
 
 #include "config/service_config.h"
 #include "daemon/api.h"
+#include "daemon/job_check.h"
 #include "daemon/job_runner.h"
 #include "daemon/notify.h"
 #include "daemon/planner.h"
@@ -30,6 +31,8 @@ class JobDesk {
   Result<void> reload(const ServiceConfig& config);
 
   bool busy() const { return runner_->busy(); }
+  /// The streaming loop turns, and says so itself.
+  bool streaming() const { return runner_->busy() && runner_->streaming(); }
   /// Hold, and let go of the wire when the machine stands (a link that can prove it), else stop.
   void leave();
   /// For systemd's STATUS.
@@ -53,6 +56,7 @@ class JobDesk {
   Result<void> settle();
   void take_run_end();
   void take_plan_end();
+  void take_check_end();
   void plan_next();
   void look_into_watch_folder();
   void set(SpooledJob job, JobState state, const std::string& note);
@@ -62,6 +66,8 @@ class JobDesk {
   LinkSpec link_;
   Spool spool_;
   PlanProcess plan_;
+  ProgramCheck check_;
+  std::function<void()> alive_;
   std::unique_ptr<JobRunner> runner_;
 };
 

@@ -42,7 +42,7 @@ Result<JournalContent> read_journal_file(const std::string& path) {
 
 /// The program as it lies there now must be the one that became ready.
 Result<JobRun> JobDesk::prepare(const SpooledJob& job) const {
-  Result<JobRun> run = prepare_run(spool_.file(job.id, "program.nc"), link_, job.id);
+  Result<JobRun> run = prepare_alive(spool_.file(job.id, "program.nc"), link_, job.id, alive_);
   if (run && hex(run->subject.program) != job.hash)
     return fail(Code::kInput, name_of(job) + ": its program was changed in the spool; submit it again");
   return run;
@@ -131,7 +131,7 @@ Result<std::string> JobDesk::enter_again(const SpooledJob& job, const ApiRequest
   const Result<std::uint64_t> id = spool_.add(again, {fd});
   ::close(fd);
   if (!id) return tl::unexpected<Error>(id.error());
-  Result<JobRun> rest = prepare_run(spool_.file(*id, "program.nc"), link_, *id);
+  Result<JobRun> rest = prepare_alive(spool_.file(*id, "program.nc"), link_, *id, alive_);
   if (!rest) return tl::unexpected<Error>(rest.error());
   Result<SpooledJob> spooled = spool_.find(*id);
   if (!spooled) return tl::unexpected<Error>(spooled.error());

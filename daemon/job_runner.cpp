@@ -50,7 +50,7 @@ JobRunner::~JobRunner() {
 
 void JobRunner::start(const RunOrder& order) {
   commands_ = std::make_unique<CommandQueue>();
-  detach_ = false;
+  detach_ = streaming_ = false;
   {
     const std::lock_guard lock(mutex_);
     view_ = {};
@@ -81,6 +81,7 @@ std::optional<RunView> JobRunner::take_end() {
 }
 
 bool JobRunner::note(const SendState& state) {
+  streaming_ = true;
   alive_();
   const std::lock_guard lock(mutex_);
   view_.state = state;

@@ -44,6 +44,8 @@ class JobRunner {
   ~JobRunner();
 
   bool busy() const { return thread_.joinable(); }
+  /// The loop turns: before that the thread reads the program.
+  bool streaming() const { return streaming_; }
   /// Requires: not busy.
   void start(const RunOrder& order);
   void command(const OperatorCommand& command) { commands_->push(command); }
@@ -59,7 +61,7 @@ class JobRunner {
 
   std::function<void()> alive_;
   std::unique_ptr<CommandQueue> commands_ = std::make_unique<CommandQueue>();
-  std::atomic<bool> detach_{false};
+  std::atomic<bool> detach_{false}, streaming_{false};
   std::thread thread_;
   mutable std::mutex mutex_;  // guards what follows
   RunView view_;

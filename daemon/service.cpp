@@ -112,7 +112,7 @@ Result<void> serve(const std::string& config_path) {
     if (signal == SIGHUP) reload(config_path, *desk);
     socket->serve(polled, answer);
     desk->tick();
-    if (!desk->busy()) watchdog.feed();
+    if (!desk->streaming()) watchdog.feed();
     if (steady_clock::now() - told < kStatusInterval) continue;
     told = steady_clock::now();
     notify("STATUS=" + desk->status());
