@@ -56,12 +56,14 @@ struct ProgramFormat {
   double feed_radius = 0.0;    ///< for kRadius, mm
   double max_feed = 100000.0;  ///< largest F per minute, mm/min
   int line_number_step = 1;
-  bool crlf = false;   ///< lines end in CR LF
-  int max_blocks = 0;  ///< motion blocks that the control takes; 0: no limit
-  int max_bytes = 0;   ///< of the whole file; 0: no limit
+  bool crlf = false;     ///< lines end in CR LF
+  bool percent = false;  ///< a line % before and after the program
+  int max_blocks = 0;    ///< motion blocks that the control takes; 0: no limit
+  int max_bytes = 0;     ///< of the whole file; 0: no limit
   PathControl path_control = PathControl::kControl;
   double blend_tolerance = 0.0;  ///< for kBlend, mm
-  std::string retract;  ///< line before a tool change and at the end; "default": the dialect's; "none"
+  std::string retract;     ///< line before a tool change and at the end; "default": the dialect's; "none"
+  std::string start, end;  ///< lines before the first motion and before the program's end; empty: none
   std::string clamp_tilt, unclamp_tilt, clamp_rotary, unclamp_rotary;  ///< words, empty: none
 };
 
@@ -73,6 +75,11 @@ constexpr bool has_tcp(Dialect d) { return d != Dialect::kRs274 && d != Dialect:
 /// Whether the control has G93.
 constexpr bool has_inverse_time(Dialect d) {
   return d != Dialect::kHeidenhain && d != Dialect::kHeidenhainIso;
+}
+
+/// Whether files of this control may stand between two %.
+constexpr bool has_percent(Dialect d) {
+  return d == Dialect::kRs274 || d == Dialect::kGrbl || d == Dialect::kFanuc || d == Dialect::kHaas;
 }
 
 enum class Coolant { kOff, kFlood, kMist };

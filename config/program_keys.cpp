@@ -118,6 +118,7 @@ ProgramFormat usual_format(Dialect dialect) {
     // Least input increment IS-B; the F of G93 that the smallest of these controls takes.
     format.linear_decimals = format.rotary_decimals = 3;
     format.max_inverse_time = 9999.0;
+    format.percent = true;
   }
   if (!has_inverse_time(dialect)) {
     format.feed_mode = FeedMode::kPerMinute;
@@ -137,6 +138,7 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
                                                             "line_numbers",
                                                             "line_number_step",
                                                             "line_end",
+                                                            "percent",
                                                             "max_blocks",
                                                             "max_program_bytes",
                                                             "tcp",
@@ -148,6 +150,8 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
                                                             "path_control",
                                                             "blend_tolerance_mm",
                                                             "retract",
+                                                            "start",
+                                                            "end",
                                                             "clamp_tilt",
                                                             "unclamp_tilt",
                                                             "clamp_rotary",
@@ -163,6 +167,10 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
   result.crlf = program.choice<bool>("line_end", {{"lf", false}, {"crlf", true}}, usual.crlf);
   if (result.crlf && result.dialect == Dialect::kGrbl)
     program.complain("line_end", "Grbl answers CR LF with two ok, which spoils the counting; expected lf");
+  result.percent = program.flag("percent", usual.percent);
+  if (result.percent && !has_percent(result.dialect))
+    program.complain("percent", std::string(name_of(result.dialect).name) +
+                                    " programs do not stand between two %; expected false");
   result.max_blocks = program.integer("max_blocks", 0, kMostBlocks, usual.max_blocks);
   result.max_bytes = program.integer("max_program_bytes", 0, kMostBytes, usual.max_bytes);
   result.tcp = program.flag("tcp", usual.tcp);
@@ -172,6 +180,8 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
   read_feed(program, usual, result);
   read_path_control(program, usual, result);
   result.retract = read_words(program, "retract", usual.retract);
+  result.start = read_words(program, "start", "");
+  result.end = read_words(program, "end", "");
   read_clamps(program, result);
   return dialect && *dialect != result.dialect ? for_another(*dialect, result) : result;
 }
@@ -184,6 +194,7 @@ void describe_format(Description& out, const ProgramFormat& format) {
   out.add("program.line_numbers", format.line_numbers);
   out.add("program.line_number_step", format.line_number_step);
   out.add("program.line_end", format.crlf ? "crlf" : "lf");
+  out.add("program.percent", format.percent);
   out.add("program.max_blocks", format.max_blocks);
   out.add("program.max_program_bytes", format.max_bytes);
   out.add("program.tcp", format.tcp);
@@ -198,6 +209,8 @@ void describe_format(Description& out, const ProgramFormat& format) {
   if (format.path_control == PathControl::kBlend)
     out.add("program.blend_tolerance_mm", format.blend_tolerance);
   out.add("program.retract", format.retract);
+  out.add("program.start", or_none(format.start));
+  out.add("program.end", or_none(format.end));
   out.add("program.clamp_tilt", or_none(format.clamp_tilt));
   out.add("program.unclamp_tilt", or_none(format.unclamp_tilt));
   out.add("program.clamp_rotary", or_none(format.clamp_rotary));

@@ -122,6 +122,7 @@ void Writer::remark(const std::string& text) {
 }
 
 void Writer::header() {
+  if (format_.percent) line("%");
   lines(table_.open);
   const Operation& first = posting_.operations.front();
   take_tool(first);
@@ -151,24 +152,24 @@ void Writer::take_tool(const Operation& op) {
   filling_.back() = {"tool", op.tool_number > 0 ? std::to_string(op.tool_number) : ""};
 }
 
-/// Before an operation: its tool, its modes.
+/// Before an operation: its tool; before the first: the modes, too.
 void Writer::begin(const Operation& op, bool first) {
   take_tool(op);
   if (!first) leave();
   if (op.tool_number > 0 || format_.tcp || !first) retract();
   if (!first) tool_comments(op);
   if (op.tool_number > 0) lines(table_.tool);
-  if (!format_.unclamp_tilt.empty()) line(format_.unclamp_tilt);
-  if (!format_.unclamp_rotary.empty()) line(format_.unclamp_rotary);
+  for (const std::string& open : {format_.unclamp_tilt, format_.unclamp_rotary})
+    if (!open.empty()) line(open);
   tilt_clamped_ = rotary_clamped_ = false;
-  if (first) modes();
+  if (!first) return;
+  modes();
+  if (!format_.start.empty()) line(format_.start);
 }
 
 void Writer::retract() {
-  if (format_.retract == "default")
-    lines(table_.retract);
-  else if (format_.retract != "none")
-    line(format_.retract);
+  if (format_.retract == "default") return lines(table_.retract);
+  if (format_.retract != "none") line(format_.retract);
 }
 
 void Writer::modes() {
@@ -249,12 +250,10 @@ void Writer::motion(const Operation& op) {
   const std::size_t first = at_;
   auto next = op.events.begin();
   fed_ = false;
-  bool placed = false;
   for (std::size_t i = 0; i < moves.size(); ++i) {
     at_ = first + i;
     for (; next != op.events.end() && next->move <= moves[i].move; ++next) event(*next);
-    if (!placed) positions(op);
-    placed = true;
+    if (i == 0) positions(op);
     if (clamps) clamp(op, i);
     if (inverse && !fed_ && moves[i].kind != MoveKind::kRapid) lines(table_.inverse_on), fed_ = true;
   }
@@ -276,7 +275,9 @@ void Writer::finish() {
   leave();
   const Operation& last = posting_.operations.back();
   if (last.tool_number > 0 || format_.tcp) retract();
+  if (!format_.end.empty()) line(format_.end);
   lines(table_.end);
+  if (format_.percent) line("%");
 }
 
 Layout Writer::write() {

@@ -114,6 +114,41 @@ std::string report_json(const PlanOutcome& o) {
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
+std::string motion_text(const MotionOutcome& o) {
+  const bool small = o.program.bytes < 1'000'000;
+  std::string text =
+      format("%llu blocks, %.1f %s, machining time %.1f min, tip within %.4f mm of its path between blocks\n",
+             static_cast<unsigned long long>(o.program.blocks),
+             static_cast<double>(o.program.bytes) / (small ? 1e3 : 1e6), small ? "kB" : "MB",
+             o.timing.seconds / 60.0, o.joints.max_tip_deviation);
+  const Joints &v = o.timing.peak_velocity, &a = o.timing.peak_acceleration;
+  const MachineModel& m = o.machine;
+  text += format(
+      "peaks: X %.0f Y %.0f Z %.0f mm/min, %c %.0f %c %.0f degrees/min; X %.0f Y %.0f Z %.0f mm/s2, %c %.0f "
+      "%c "
+      "%.0f degrees/s2; %llu blocks slowed by accelerations, %llu moves subdivided, %c winds up by %.1f "
+      "turns\n",
+      v.x, v.y, v.z, m.tilt.letter, v.a, m.rotary.letter, v.c, a.x, a.y, a.z, m.tilt.letter, a.a,
+      m.rotary.letter, a.c, static_cast<unsigned long long>(o.timing.slowed),
+      static_cast<unsigned long long>(o.joints.subdivided_moves), m.rotary.letter, rotary_turns(o.joints));
+  if (o.joints.reconfigurations > 0)
+    text += format(
+        "warning: the tool is taken off the part %llu times to turn %c back or %c over: look for marks\n",
+        static_cast<unsigned long long>(o.joints.reconfigurations), m.rotary.letter, m.tilt.letter);
+  if (o.starved.count > 0)
+    text += format(
+        "warning: blocks %zu to %zu (%.1f s) come faster than the link carries them, the machine waits for "
+        "%.1f s: "
+        "use a link of %.0f bytes/s, a larger tolerance_mm, or a lower feed\n",
+        o.starved.first + 1, o.starved.first + o.starved.count, o.starved.seconds, o.starved.waits,
+        std::ceil(o.starved.bytes_per_s));
+  if (o.program.clamped_feeds > 0)
+    text += format(
+        "warning: %llu blocks would need a larger inverse-time F than the control takes: they run slower\n",
+        static_cast<unsigned long long>(o.program.clamped_feeds));
+  return text;
+}
+
 std::string report_text(const PlanOutcome& o) {
   std::string text;
   for (const std::string& w : o.plan.warnings) text += "warning: " + w + "\n";
@@ -133,41 +168,13 @@ std::string report_text(const PlanOutcome& o) {
         static_cast<unsigned long long>(o.plan.free->directions),
         static_cast<unsigned long long>(o.plan.free->breaks),
         100.0 * o.plan.free->unreached_length / o.plan.free->cl_length);
-  text +=
-      format("%llu blocks, %.1f MB, machining time %.1f min, tip within %.4f mm of its path between blocks\n",
-             static_cast<unsigned long long>(o.program.blocks), static_cast<double>(o.program.bytes) / 1e6,
-             o.timing.seconds / 60.0, o.joints.max_tip_deviation);
-  const Joints &v = o.timing.peak_velocity, &a = o.timing.peak_acceleration;
-  const MachineModel& m = o.job.machine.model;
-  text += format(
-      "peaks: X %.0f Y %.0f Z %.0f mm/min, %c %.0f %c %.0f degrees/min; X %.0f Y %.0f Z %.0f mm/s2, %c %.0f "
-      "%c "
-      "%.0f degrees/s2; %llu blocks slowed by accelerations, %llu moves subdivided, %c winds up by %.1f "
-      "turns\n",
-      v.x, v.y, v.z, m.tilt.letter, v.a, m.rotary.letter, v.c, a.x, a.y, a.z, m.tilt.letter, a.a,
-      m.rotary.letter, a.c, static_cast<unsigned long long>(o.timing.slowed),
-      static_cast<unsigned long long>(o.joints.subdivided_moves), m.rotary.letter, rotary_turns(o.joints));
   if (o.bend.stretches + o.bend.refused > 0)
     text += format(
         "near the pole the axis leans by up to %.2f degrees at %zu points of %zu pieces; %zu pieces stay "
         "exact, "
         "as the tool is not clear there\n",
         o.bend.largest.degrees(), o.bend.points, o.bend.stretches, o.bend.refused);
-  if (o.joints.reconfigurations > 0)
-    text += format(
-        "warning: the tool is taken off the part %llu times to turn %c back or %c over: look for marks\n",
-        static_cast<unsigned long long>(o.joints.reconfigurations), m.rotary.letter, m.tilt.letter);
-  if (o.starved.count > 0)
-    text += format(
-        "warning: blocks %zu to %zu (%.1f s) come faster than the link carries them, the machine waits for "
-        "%.1f s: "
-        "use a link of %.0f bytes/s, a larger tolerance_mm, or a lower feed\n",
-        o.starved.first + 1, o.starved.first + o.starved.count, o.starved.seconds, o.starved.waits,
-        std::ceil(o.starved.bytes_per_s));
-  if (o.program.clamped_feeds > 0)
-    text += format(
-        "warning: %llu blocks would need a larger inverse-time F than the control takes: they run slower\n",
-        static_cast<unsigned long long>(o.program.clamped_feeds));
+  text += motion_text({o.job.machine.model, o.joints, o.program, o.timing, o.starved});
   text += format("%.2f s (%.2f s processor), %.0f MB", wall, o.cpu_seconds, o.peak_memory_mb);
   for (const StageTime& t : o.times) text += format("; %s %.2f s", t.stage.c_str(), t.seconds);
   return text + "\n";

@@ -27,6 +27,18 @@ struct PlanOutcome {
   double peak_memory_mb = 0.0;
 };
 
+/// What a program asks of the machine, whatever it was made from.
+struct MotionOutcome {
+  const MachineModel& machine;
+  const JointPathReport& joints;
+  const ProgramReport& program;
+  const Timing& timing;
+  const Starvation& starved;
+};
+
+/// Some lines: blocks, time, per-axis peaks, wind-up, reconfigurations, starvation, clamped feeds.
+std::string motion_text(const MotionOutcome& outcome);
+
 /// Where the machine would wait for blocks; nowhere when the profile does not state the link's rate.
 Starvation starved(const Timing& timing, const MachineProfile& machine, const ProgramReport& program);
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
+#include "kinematics/clear_ends.h"
 #include "kinematics/tcp_path.h"
 
 namespace tiltfeed {
@@ -18,6 +20,24 @@ Error at_line(const Error& error, const std::string& name, const AptOperation& o
   return {error.code, name + ":" + std::to_string(op.lines[move]) + ": " + error.message};
 }
 
+/// `report` of one more operation; `first`: it is the first.
+void add(const JointPathReport& report, bool first, JointPathReport& sum) {
+  if (first) {
+    sum = report;
+    return;
+  }
+  sum.seconds += report.seconds;
+  sum.max_tip_deviation = std::max(sum.max_tip_deviation, report.max_tip_deviation);
+  sum.max_centre_deviation = std::max(sum.max_centre_deviation, report.max_centre_deviation);
+  sum.max_axis_deviation = std::max(sum.max_axis_deviation, report.max_axis_deviation);
+  sum.max_rapid_deviation = std::max(sum.max_rapid_deviation, report.max_rapid_deviation);
+  sum.subdivided_moves += report.subdivided_moves;
+  sum.pole_swings += report.pole_swings;
+  sum.reconfigurations += report.reconfigurations;
+  sum.min = least(sum.min, report.min);
+  sum.max = greatest(sum.max, report.max);
+}
+
 }  // namespace
 
 Result<Posted> post(const AptProgram& program, const std::string& name, const MachineProfile& machine,
@@ -30,15 +50,21 @@ Result<Posted> post(const AptProgram& program, const std::string& name, const Ma
   joints.axis_tolerance = format.tcp ? options.axis_tolerance / 2.0 : options.axis_tolerance;
   joints.linear_decimals = format.tcp ? kTcpDecimals : format.linear_decimals;
   joints.rotary_decimals = format.rotary_decimals;
-  for (const AptOperation& op : program.operations) {
+  joints.clear_height = options.clear_height;
+  std::vector<JointMove> all;
+  for (const AptOperation& stated : program.operations) {
     Setup setup = options.setup;
-    setup.tool_length = op.path.tool.length;
+    setup.tool_length = stated.path.tool.length;
     if (!(setup.tool_length > 0.0))
-      return fail(Code::kInput, name + ": tool " + std::to_string(op.tool_number) +
+      return fail(Code::kInput, name + ": tool " + std::to_string(stated.tool_number) +
                                     " has no length; state LOADTL/n,LENGTH,l in the file or --tool-length");
+    AptOperation op =
+        options.clear_height ? with_clear_ends(stated, machine.model, setup, *options.clear_height) : stated;
     auto path = to_joints(op.path, machine.model, setup, joints);
     if (!path) return tl::unexpected(at_line(path.error(), name, op));
-    out.reports.push_back(path->report);
+    op = reconfigured(std::move(op), *path);
+    all.insert(all.end(), path->moves.begin(), path->moves.end());
+    add(path->report, out.words.empty(), out.report);
     if (format.tcp)
       *path = words_under_tcp(*path, machine.model, setup,
                               {format.linear_decimals, options.axis_tolerance / 2.0});
@@ -47,6 +73,7 @@ Result<Posted> post(const AptProgram& program, const std::string& name, const Ma
     out.posting.operations.push_back({out.words.back().get(), setup, op.path.tool, tool, op.path.cut_feed,
                                       op.path.plunge_feed, op.path.feeds, op.events});
   }
+  out.timing = time_blocks(all, machine.model, options.tolerance, options.axis_tolerance);
   return out;
 }
 

@@ -2,6 +2,7 @@
 // CL text of any CAM system to a posting: every operation's joints on this machine, ready to be written.
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "daemon/block.h"
 #include "kinematics/apt_file.h"
 #include "kinematics/result.h"
+#include "kinematics/timing.h"
 
 namespace tiltfeed {
 
@@ -16,6 +18,10 @@ struct PostOptions {
   double tolerance = 0.005;      ///< of the tip as the machine moves it, mm
   double axis_tolerance = 0.05;  ///< of the axis, degrees
   Setup setup;                   ///< part zero and fixture; the length is the tool's
+  /// Nothing reaches higher than this above part zero along the rotary axis, mm. With it the tool comes to
+  /// and leaves every operation along its axis from there, and may be taken off in between to turn a rotary
+  /// back.
+  std::optional<double> clear_height;
   ProgramData data;
 };
 
@@ -23,7 +29,8 @@ struct PostOptions {
 struct Posted {
   std::vector<std::unique_ptr<JointPath>> words;
   Posting posting;
-  std::vector<JointPathReport> reports;  ///< of the operations
+  JointPathReport report;  ///< of all operations
+  Timing timing;           ///< of all of them, one after the other
 };
 
 /// Errors: as to_joints, with `name`:line of the CL text; kInput for a tool without length.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/output_file.h"
+#include "daemon/plan_report.h"
 #include "daemon/post.h"
 #include "daemon/unpost.h"
 
@@ -42,6 +43,7 @@ struct PostCommands::Options {
   std::string input, machine, output, dialect, unit = "mm", coolant;
   bool list = false, tcp = false, no_tcp = false;
   double tolerance = 0.0, axis_tolerance = 0.0, tool_length = 0.0;
+  std::optional<double> clear_height;
   std::vector<double> part_zero, fixture;
   ProgramData data;
 
@@ -80,6 +82,7 @@ int PostCommands::Options::run_post() const {
   if (axis_tolerance > 0.0) options.axis_tolerance = axis_tolerance;
   if (!part_zero.empty()) options.setup.part_zero = vector_of(part_zero);
   if (!fixture.empty()) options.setup.fixture = fixture_of(vector_of(fixture));
+  options.clear_height = clear_height;
   options.data = data;
   const auto posted = tiltfeed::post(*program, input, *profile, options);
   if (!posted) return report(posted.error());
@@ -88,22 +91,12 @@ int PostCommands::Options::run_post() const {
   const auto written = write_program(posted->posting, file->stream());
   if (!written) return report(written.error());
   if (auto kept = file->commit(); !kept) return report(kept.error());
-  double seconds = 0.0, tip = 0.0, axis = 0.0;
   std::size_t moves = 0;
-  for (const JointPathReport& one : posted->reports) {
-    seconds += one.seconds;
-    tip = std::max(tip, one.max_tip_deviation);
-    axis = std::max(axis, one.max_axis_deviation);
-  }
   for (const AptOperation& op : program->operations) moves += op.path.moves.size();
-  std::printf(
-      "%zu operations, %zu moves, %llu blocks, %llu bytes, %.1f min; between points the tip is within "
-      "%.4f mm, the axis within %.4f degrees\n",
-      program->operations.size(), moves, static_cast<unsigned long long>(written->blocks),
-      static_cast<unsigned long long>(written->bytes), seconds / 60.0, tip, axis);
-  if (written->clamped_feeds > 0)
-    std::printf("warning: F of %llu blocks is limited to the control's range\n",
-                static_cast<unsigned long long>(written->clamped_feeds));
+  std::printf("%zu operations, %zu moves, the axis within %.4f degrees between blocks\n",
+              program->operations.size(), moves, posted->report.max_axis_deviation);
+  const Starvation waits = starved(posted->timing, *profile, *written);
+  std::cout << motion_text({profile->model, posted->report, *written, posted->timing, waits});
   return kDone;
 }
 
@@ -159,6 +152,10 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
     one->add_option("--axis-tolerance", o.axis_tolerance, "of the axis between points, degrees")
         ->check(CLI::PositiveNumber);
   }
+  o.post->add_option(
+      "--clear-height", o.clear_height,
+      "nothing on the table reaches higher above part zero, mm: the tool comes and leaves from there, "
+      "and may be taken off in between to turn a rotary back");
   o.post->add_flag("--tcp", o.tcp, "tool centre point by the control (G43.4, G234, TRAORI, M128)");
   o.post->add_flag("--no-tcp", o.no_tcp, "joint words, whatever the profile says")->excludes("--tcp");
   o.post->add_option("--units", o.unit, "of a file without UNITS/: mm or inch")

@@ -166,11 +166,13 @@ Result<JointPath> Follower::follow(const Choice& start, const StageProgress& pro
 Result<JointPath> reconfigured(const ToolPath& path, const MachineModel& machine, const Setup& setup,
                                const JointChooser& chooser, const JointPathOptions& options,
                                const OperationPlan& plan, const StageProgress& progress) {
-  ToolPath longer = with_reconfigurations(path, machine, setup, plan, *options.clear_height);
+  std::vector<std::uint32_t> planned;
+  ToolPath longer = with_reconfigurations(path, machine, setup, plan, *options.clear_height, planned);
   auto done = Follower(longer, machine, chooser, options).follow(plan.start, progress);
   if (!done) return done;
   done->report.reconfigurations = plan.changes.size();
   done->reconfigured = std::move(longer);
+  done->planned = std::move(planned);
   return done;
 }
 
@@ -203,8 +205,11 @@ Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, c
     }
   }
   if (options.clear_height) {
-    if (const auto plan = plan_operation(path, machine, setup, chooser, *options.clear_height))
-      return reconfigured(path, machine, setup, chooser, options, *plan, progress);
+    if (const auto plan = plan_operation(path, machine, setup, chooser, *options.clear_height)) {
+      auto done = reconfigured(path, machine, setup, chooser, options, *plan, progress);
+      // Where that does not serve either, the pose of the planned path is what the user knows.
+      if (done || done.error().code == Code::kCancelled) return done;
+    }
   }
   return tl::unexpected(error);
 }

@@ -54,7 +54,13 @@ struct JointPath {
   JointPathReport report;
   std::optional<ToolPath>
       reconfigured;  ///< the path with its reconfigurations, whose moves `move` then counts
+  /// With `reconfigured`, by its moves: the move of the planned path that it is, or after which it is put in.
+  std::vector<std::uint32_t> planned;
 };
+
+/// Axis by axis.
+Joints least(const Joints& p, const Joints& q);
+Joints greatest(const Joints& p, const Joints& q);
 
 /// Called now and then with the fraction done, from one thread at a time; false cancels.
 using StageProgress = std::function<bool(double fraction)>;

@@ -3,6 +3,7 @@
 // taken off the part so that the rotaries can be turned back or brought to their other side. (K11).
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -41,8 +42,10 @@ double rise_to(double clear_height, const Pose& pose, Vec3 up);
 
 /// The path with the moves of each reconfiguration put in: off along the tool axis until the tip is
 /// `clear_height` mm along `rotary_up` above part zero, the rotaries turned there with the tip held, back
-/// down, the last of it as a plunge where the tool was in cut.
+/// down, the last of it as a plunge where the tool was in cut: at plunge feed, or at the feed in force where
+/// that is slower. `planned`: by move, the move of `path` that it is, or after which it is put in.
 ToolPath with_reconfigurations(const ToolPath& path, const MachineModel& machine, const Setup& setup,
-                               const OperationPlan& plan, double clear_height);
+                               const OperationPlan& plan, double clear_height,
+                               std::vector<std::uint32_t>& planned);
 
 }  // namespace tiltfeed

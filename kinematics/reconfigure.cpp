@@ -45,6 +45,21 @@ class Detour {
   std::vector<Move>& out_;
 };
 
+/// The feeds of the path by its new moves, and the plunges that are put in at plunge feed.
+std::vector<FeedChange> feeds_of(const ToolPath& path, const std::vector<Move>& moves,
+                                 const std::vector<std::uint32_t>& planned) {
+  if (path.feeds.empty()) return {};  // then the kind of a move tells its feed
+  std::vector<FeedChange> feeds;
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    if (moves[i].kind == MoveKind::kRapid) continue;
+    const bool put_in = planned[i] == planned[i - 1];
+    Feed feed = feed_of(path, planned[i]);
+    if (put_in) feed = std::min(feed, path.plunge_feed);
+    if (feeds.empty() || feeds.back().feed != feed) feeds.push_back({static_cast<std::uint32_t>(i), feed});
+  }
+  return feeds;
+}
+
 }  // namespace
 
 double rise_to(double clear_height, const Pose& pose, Vec3 up) {
@@ -52,20 +67,28 @@ double rise_to(double clear_height, const Pose& pose, Vec3 up) {
 }
 
 ToolPath with_reconfigurations(const ToolPath& path, const MachineModel& machine, const Setup& setup,
-                               const OperationPlan& plan, double clear_height) {
+                               const OperationPlan& plan, double clear_height,
+                               std::vector<std::uint32_t>& planned) {
   const Vec3 up = rotary_up(machine, setup);
   ToolPath out = path;
   out.moves.clear();
+  planned.clear();
   std::size_t next = 0;
+  const auto keep_to = [&](std::size_t end) {
+    for (; next < end; ++next) {
+      out.moves.push_back(path.moves[next]);
+      planned.push_back(static_cast<std::uint32_t>(next));
+    }
+  };
   for (const Reconfiguration& change : plan.changes) {
     const Move& at = path.moves[change.after];
-    out.moves.insert(out.moves.end(), path.moves.begin() + static_cast<std::ptrdiff_t>(next),
-                     path.moves.begin() + static_cast<std::ptrdiff_t>(change.after) + 1);
-    next = change.after + 1;
+    keep_to(change.after + 1);
     Detour(machine, setup, at, out.moves)
         .make(change.from.joints, change.to.joints, rise_to(clear_height, at.pose, up));
+    planned.resize(out.moves.size(), static_cast<std::uint32_t>(change.after));
   }
-  out.moves.insert(out.moves.end(), path.moves.begin() + static_cast<std::ptrdiff_t>(next), path.moves.end());
+  keep_to(path.moves.size());
+  out.feeds = feeds_of(path, out.moves, planned);
   return out;
 }
 

@@ -13,10 +13,6 @@
 
 namespace tiltfeed {
 
-/// Axis by axis.
-Joints least(const Joints& p, const Joints& q);
-Joints greatest(const Joints& p, const Joints& q);
-
 /// Why a walk ended early.
 struct WalkStop {
   Error error;

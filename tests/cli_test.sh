@@ -112,6 +112,7 @@ sed 's#^GOTO/2,0.5.*#GOTO/2,0.5,9000#' "$foreign" > "$work/far.cls"
 expect 1 'far.cls:21: move 6.*Z .*travel' "$bin/tiltfeed" post "$work/far.cls" --machine "$machine" --out "$work/q.nc"
 absent "$work/q.nc"
 expect 0 'blocks' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/p.nc"
+expect 0 'winds up by' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/r.nc" --clear-height 90
 expect 1 'for a tool of 100, 80 mm' "$bin/tiltfeed" send "$work/p.nc" --link grbl:/dev/no-such-port --tool-length 99
 
 # A link that is not there.

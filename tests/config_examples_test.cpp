@@ -178,7 +178,7 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
       ++count;
     }
   }
-  EXPECT_EQ(count, 14u + 3 + 5 + 12 + 3 + 22 + 3);
+  EXPECT_EQ(count, 14u + 3 + 5 + 12 + 3 + 25 + 3);
   for (const char* key : {"structure",
                           "letter",
                           "direction",
@@ -198,6 +198,9 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
                           "line_numbers",
                           "line_number_step",
                           "line_end",
+                          "percent",
+                          "start",
+                          "end",
                           "max_blocks",
                           "max_program_bytes",
                           "tcp",

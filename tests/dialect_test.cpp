@@ -233,6 +233,78 @@ TEST(Dialect, ClampsCloseWhereTheirAxisStandsAndOpenBeforeItTurns) {
   EXPECT_EQ(codes.substr(codes.find("M11")), "M11 M13 . M10 . . . M11 . M10 M12 . ");
 }
 
+TEST(Dialect, LineNumbersLineEndsAndPercentAreTheProfiles) {
+  const JointPath path = short_path();
+  for (const Case& c : cases()) {
+    SCOPED_TRACE(name_of(c.dialect).name);
+    Posting posting = posting_of(c, {&path});
+    const std::string plain = text_of(posting);
+    const bool numbered = c.dialect == Dialect::kHeidenhain || c.dialect == Dialect::kHeidenhainIso;
+    EXPECT_EQ(plain.find('\r'), plain.npos);
+    EXPECT_EQ(plain.rfind("%\n", 0) == 0, c.dialect == Dialect::kFanuc || c.dialect == Dialect::kHaas);
+    if (has_percent(c.dialect)) {
+      posting.machine.format.percent = false;
+      EXPECT_EQ(text_of(posting).find('%'), plain.npos);
+      posting.machine.format.percent = true;
+      const std::vector<std::string> lines = lines_of(text_of(posting));
+      EXPECT_EQ(lines.front(), "%");
+      EXPECT_EQ(lines.back(), "%");
+      EXPECT_EQ(std::count(lines.begin(), lines.end(), "%"), 2);
+    }
+    posting.machine.format = usual_format(c.dialect);
+    posting.machine.format.tcp = c.tcp;
+    posting.machine.format.crlf = true;
+    std::string crlf = text_of(posting), stripped;
+    for (std::size_t i = 0; i < crlf.size(); ++i) {
+      EXPECT_EQ(crlf[i] == '\n', i > 0 && crlf[i - 1] == '\r');
+      if (crlf[i] != '\r') stripped += crlf[i];
+    }
+    EXPECT_EQ(stripped, plain);
+    if (numbered) continue;  // always: HeidenhainNumbersEveryLineOnce
+    posting.machine.format.crlf = false;
+    posting.machine.format.line_numbers = true;
+    posting.machine.format.line_number_step = 7;
+    int number = 1;
+    std::string bare;
+    for (const std::string& line : lines_of(text_of(posting))) {
+      const std::string word = "N" + std::to_string(number) + " ";
+      if (line.rfind(word, 0) == 0) number += 7;
+      bare += (line.rfind(word, 0) == 0 ? line.substr(word.size()) : line) + "\n";
+    }
+    EXPECT_EQ(bare, plain) << "nothing but numbers, in their order";
+    EXPECT_GT(number, 7 * static_cast<int>(path.moves.size()));
+  }
+}
+
+TEST(Dialect, StartAndEndLinesOfTheProfile) {
+  const JointPath path = short_path();
+  for (const Dialect dialect : {Dialect::kRs274, Dialect::kFanuc, Dialect::kHaas}) {
+    Posting posting = posting_of({dialect, false}, {&path, &path});
+    posting.machine.format.start = "G53 G0 Z-1";
+    posting.machine.format.end = "G53 G0 X-2 Y-3";
+    const std::vector<std::string> lines = lines_of(text_of(posting));
+    const auto at = [&](const std::string& text) {
+      EXPECT_EQ(std::count(lines.begin(), lines.end(), text), 1) << text;
+      return std::find(lines.begin(), lines.end(), text) - lines.begin();
+    };
+    const auto motion =
+        std::find_if(lines.begin(), lines.end(),
+                     [](const std::string& line) {
+                       return line.find("X") != line.npos && line.find("C") != line.npos && line[0] != '(';
+                     }) -
+        lines.begin();
+    EXPECT_LT(at("G53 G0 Z-1"), motion);
+    EXPECT_EQ(lines[static_cast<std::size_t>(at("G53 G0 X-2 Y-3")) + 1],
+              dialect == Dialect::kRs274 ? "M2" : "M30");
+    // Moves in machine coordinates are none of the path.
+    std::istringstream in(text_of(posting));
+    const auto read = read_program_text(in, "x.nc", language_of(posting.machine));
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_EQ(read->operations[0].blocks.size(), path.moves.size());
+    EXPECT_EQ(read->operations[1].blocks.size(), path.moves.size());
+  }
+}
+
 TEST(Dialect, LimitsOfBlocksAndBytesAreKept) {
   const JointPath path = short_path();
   Posting posting = posting_of({Dialect::kFanuc, false}, {&path});

@@ -279,6 +279,9 @@ const std::vector<BadText> kBadTexts = {
      "not used unless feed_measure is radius"},
     {"dialect: grbl", "dialect: fanuc\n  clamp_tilt: M10", "21:15", "belong together"},
     {"dialect: grbl", "dialect: fanuc\n  retract: \"G0 (up)\"", "21:12", "expected words of a program"},
+    {"dialect: grbl", "dialect: fanuc\n  start: G0 (up)", "21:10", "expected words of a program"},
+    {"dialect: grbl", "dialect: fanuc\n  end: g53", "21:8", "expected words of a program"},
+    {"dialect: grbl", "dialect: siemens\n  percent: true", "21:12", "do not stand between two %"},
     {"dialect: grbl", "dialect: fanuc\n  max_blocks: -1", "21:15", "whole number"},
     {"linear_decimals: 3", "linear_decimals: 0", "21:20", "a whole number from 1 to 6"},
     {"linear_decimals: 3", "linear_decimals: 7", "21:20", "a whole number from 1 to 6"},
@@ -344,11 +347,12 @@ TEST(MachineProfile, DescribesEveryValue) {
             "control.look_ahead_blocks: 40\ncontrol.corner_time_ms: 2.5\ncontrol.blend_rotary: false\n"
             "program.dialect: grbl\nprogram.linear_decimals: 3\nprogram.rotary_decimals: 5\n"
             "program.max_line_length: 70\nprogram.line_numbers: true\n"
-            "program.line_number_step: 1\nprogram.line_end: lf\n"
+            "program.line_number_step: 1\nprogram.line_end: lf\nprogram.percent: false\n"
             "program.max_blocks: 0\nprogram.max_program_bytes: 0\nprogram.tcp: false\n"
             "program.feed_mode: inverse_time\nprogram.feed_measure: xyz\n"
             "program.max_inverse_time_per_min: 9999.5\nprogram.max_feed_mm_per_min: 100000\n"
             "program.path_control: control\nprogram.retract: default\n"
+            "program.start: none\nprogram.end: none\n"
             "program.clamp_tilt: none\nprogram.unclamp_tilt: none\n"
             "program.clamp_rotary: none\nprogram.unclamp_rotary: none\n"
             "link.default: serial:/dev/ttyACM0\nlink.receive_buffer_bytes: 1024\n"

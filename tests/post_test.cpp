@@ -189,6 +189,113 @@ TEST(Post, TheFeedOfEachMoveIsThatOfTheFile) {
   for (std::size_t i = 1; i < 5; ++i) EXPECT_NEAR(seen.blocks[i].feed, feeds[i], 1e-3) << i;
 }
 
+/// Axes on a cone about the pole, `turns` times round, the feed changing on the way, a stop in the middle.
+AptProgram winding(double turns) {
+  std::ostringstream text;
+  text << "LOADTL/2,LENGTH,60\nRAPID\nGOTO/30,0,20,0.2588190451,0,0.9659258263\nFEDRAT/200\n";
+  const int count = static_cast<int>(turns * 60);
+  for (int k = 0; k <= count; ++k) {
+    const double f = 2 * kPi * turns * k / count, s = std::sin(kPi / 12);
+    if (k == 1) text << "FEDRAT/900\n";
+    if (k == count / 2) text << "STOP\nFEDRAT/750\n";
+    char line[160];
+    std::snprintf(line, sizeof line, "GOTO/%.6f,%.6f,0,%.10f,%.10f,%.10f\n", 30 * std::cos(f),
+                  30 * std::sin(f), s * std::cos(f), s * std::sin(f), std::cos(kPi / 12));
+    text << line;
+  }
+  text << "FINI\n";
+  std::istringstream in(text.str());
+  const auto program = read_apt(in, "in.cls", {});
+  EXPECT_TRUE(program) << program.error().message;
+  return *program;
+}
+
+TEST(Post, TurnsARotaryBackOverTheClearHeight) {
+  MachineProfile profile = machine(Dialect::kRs274, false);
+  profile.model.rotary.min = -400, profile.model.rotary.max = 400;
+  const AptProgram want = winding(4.0);
+  PostOptions options;
+  const auto refused = program_text(want, profile, options);
+  ASSERT_FALSE(refused) << "four turns within 800 degrees";
+  EXPECT_EQ(refused.error().message.rfind("in.cls:", 0), 0u) << refused.error().message;
+  options.clear_height = 40.0;
+  const auto posted = post(want, "in.cls", profile, options);
+  ASSERT_TRUE(posted) << posted.error().message;
+  EXPECT_GE(posted->report.reconfigurations, 1u);
+  std::ostringstream text;
+  ASSERT_TRUE(write_program(posted->posting, text));
+  const auto made = back(text.str(), profile);
+  ASSERT_TRUE(made) << made.error().message;
+  const AptOperation &there = want.operations[0], &here = made->operations[0];
+  // Every pose in order, at the feed of the file, and the stop just before its move.
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < there.path.moves.size(); ++i) {
+    const Pose& target = there.path.moves[i].pose;
+    const auto reached = [&](const Pose& pose) {
+      return distance(pose.tip, target.tip) < 0.008 && angle_between(pose.axis, target.axis) < 0.002;
+    };
+    while (at < here.path.moves.size() && !reached(here.path.moves[at].pose)) ++at;
+    ASSERT_LT(at, here.path.moves.size()) << "move " << i;
+    if (i > 1 && here.path.moves[at].kind != MoveKind::kRapid) {
+      EXPECT_NEAR(feed_of(here.path, at).mm_per_min(), feed_of(there.path, i).mm_per_min(),
+                  0.01 * feed_of(there.path, i).mm_per_min())
+          << "move " << i;
+    }
+    for (const PathEvent& event : there.events)
+      if (event.kind == EventKind::kStop && event.move == i) {
+        bool found = false;
+        for (const PathEvent& seen : here.events)
+          found = found || (seen.kind == EventKind::kStop && seen.move <= at && at < seen.move + 40);
+        EXPECT_TRUE(found) << "the stop before move " << i;
+      }
+  }
+  // The tool is set down again at the first feed of the file, and turned where nothing stands.
+  double turned_low = 0.0, set_down = 1e9;
+  for (std::size_t i = 1; i < here.path.moves.size(); ++i) {
+    const Pose &p = here.path.moves[i - 1].pose, &q = here.path.moves[i].pose;
+    const bool rapid = here.path.moves[i].kind == MoveKind::kRapid;
+    if (rapid && q.tip.z < 39.9) turned_low = std::max(turned_low, angle_between(p.axis, q.axis));
+    if (!rapid && q.tip.z < p.tip.z - 0.5 && i > 40)
+      set_down = std::min(set_down, feed_of(here.path, i).mm_per_min());
+  }
+  EXPECT_LT(turned_low, 0.002);
+  EXPECT_NEAR(set_down, 200.0, 2.0);
+}
+
+TEST(Post, ComesFromAndLeavesToTheClearHeightAlongTheAxis) {
+  const MachineProfile profile = machine(Dialect::kRs274, false);
+  std::istringstream in(
+      "LOADTL/1,LENGTH,50\nSPINDL/500\nGOTO/0,0,1,0.6,0,0.8\nFEDRAT/100\nGOTO/5,0,0\nSTOP\nGOTO/"
+      "10,0,0\nSPINDL/OFF\nFINI\n");
+  const auto program = read_apt(in, "in.cls", {});
+  ASSERT_TRUE(program) << program.error().message;
+  PostOptions options;
+  options.clear_height = 25.0;
+  const auto text = program_text(*program, profile, options);
+  ASSERT_TRUE(text) << text.error().message;
+  const auto made = back(*text, profile);
+  ASSERT_TRUE(made) << made.error().message;
+  const std::vector<Move>& moves = made->operations[0].path.moves;
+  const auto expect_at = [&](const Pose& pose, Point<Part> tip) {
+    EXPECT_LT(distance(pose.tip, tip), 0.002) << pose.tip.x << " " << pose.tip.z;
+    EXPECT_LT(angle_between(pose.axis, {0.6, 0, 0.8}), 1e-4);
+  };
+  // 24 mm higher along an axis that rises by 0.8; 25 mm from the last.
+  expect_at(moves.front().pose, {18, 0, 25});
+  expect_at(moves.back().pose, {10 + 18.75, 0, 25});
+  EXPECT_EQ(moves.back().kind, MoveKind::kRapid);
+  // The spindle turns before the tool comes down, the stop stands between the same places.
+  const std::string& t = *text;
+  EXPECT_LT(t.find("S500"), t.find("G0 X"));
+  EXPECT_LT(t.find("M0"), t.find("M5"));
+  // High enough: as the file says.
+  options.clear_height = 1.0;
+  const auto low = program_text(*program, profile, options);
+  ASSERT_TRUE(low);
+  EXPECT_LT(distance(back(*low, profile)->operations[0].path.moves.front().pose.tip, Point<Part>{0, 0, 1}),
+            0.002);
+}
+
 TEST(Post, ErrorsNameTheLineOfTheFile) {
   const MachineProfile profile = machine(Dialect::kFanuc, false);
   const struct {
@@ -218,7 +325,8 @@ TEST(ToolLength, AnotherThanTheProgramsIsRefused) {
     const auto other = check_tool_length(path, 99.0);
     EXPECT_EQ(other.has_value(), tcp) << "under TCP the control takes its own";
     if (!other) {
-      EXPECT_NE(other.error().message.find("100, 80 mm, the tool in the spindle is 99 mm"), std::string::npos);
+      EXPECT_NE(other.error().message.find("100, 80 mm, the tool in the spindle is 99 mm"),
+                std::string::npos);
     }
   }
   std::ofstream(path, std::ios::binary) << "G0 X1\n";

@@ -2,7 +2,7 @@
 # LinuxCNC's interpreter as judge of a program: it must run without a complaint, and every motion that it would
 # command must be the block that the program's text states.
 #
-#   rs274_check.sh PROGRAM.nc WORK_FOLDER     judges one program (heads A or B, table C)
+#   rs274_check.sh PROGRAM.nc WORK_FOLDER     judges one program, whatever its rotary axes
 #   rs274_check.sh --canon PROGRAM.nc WORK_FOLDER   only interprets it: WORK_FOLDER/canon has the canonical commands
 #   rs274_check.sh --self-test WORK_FOLDER    judges wrong programs and expects each to be refused
 #
@@ -72,7 +72,9 @@ interpret() {
   : > "$folder/X.var"
   # Every tool that the program calls, of length 0: its length is in the words.
   sed -n 's/^\(N[0-9]* \)\{0,1\}T\([0-9]*\).*/T\2 P\2 Z0 D0/p' "$program" | sort -u > "$folder/X.tbl"
-  cat > "$folder/X.ini" << 'INI'
+  local rotaries
+  rotaries=$(sed 's/([^)]*)//g' "$program" | grep -o '[ABC]-\{0,1\}[0-9]' | cut -c 1 | sort -u | tr '\n' ' ')
+  cat > "$folder/X.ini" << INI
 [EMC]
 VERSION = 1.1
 [DISPLAY]
@@ -83,7 +85,7 @@ RS274NGC_STARTUP_CODE = G17 G21 G40 G49 G54 G80 G90 G94 G97
 [EMCIO]
 TOOL_TABLE = X.tbl
 [TRAJ]
-COORDINATES = X Y Z A C
+COORDINATES = X Y Z $rotaries
 LINEAR_UNITS = mm
 ANGULAR_UNITS = degree
 INI

@@ -1,0 +1,19 @@
+#pragma once
+// The tool's way to the first pose of a path and from its last, from a height where nothing stands.
+
+#include "kinematics/apt_file.h"
+#include "kinematics/joint_path.h"
+#include "kinematics/machine.h"
+
+namespace tiltfeed {
+
+/// The operation with a rapid along the tool axis down to its first pose and up from its last, where these
+/// are lower than `clear_height` mm along `rotary_up` above part zero; its events and lines stay with their
+/// moves. A tool that lies flatter than kLeastRise has no way up along its axis: that end is left as it is.
+AptOperation with_clear_ends(AptOperation operation, const MachineModel& machine, const Setup& setup,
+                             double clear_height);
+
+/// The operation on the path that `joints` took with its reconfigurations; itself where there are none.
+AptOperation reconfigured(AptOperation operation, const JointPath& joints);
+
+}  // namespace tiltfeed
