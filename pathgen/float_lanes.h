@@ -1,10 +1,6 @@
 #pragma once
 // Four numbers of single precision at a time; four boxes against a ray.
 
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
-
 #include <array>
 #include <cstddef>
 #include <cstring>
@@ -21,11 +17,11 @@ inline Lanes load_lanes(const float* from) {
 }
 
 #ifdef __SSE2__
-inline Lanes lesser(Lanes a, Lanes b) { return (Lanes)_mm_min_ps((__m128)a, (__m128)b); }
-inline Lanes greater(Lanes a, Lanes b) { return (Lanes)_mm_max_ps((__m128)a, (__m128)b); }
+inline Lanes lesser(Lanes a, Lanes b) { return __builtin_ia32_minps(a, b); }
+inline Lanes greater(Lanes a, Lanes b) { return __builtin_ia32_maxps(a, b); }
 /// Bit i: a[i] <= b[i].
 inline unsigned no_more(Lanes a, Lanes b) {
-  return static_cast<unsigned>(_mm_movemask_ps(_mm_cmple_ps((__m128)a, (__m128)b)));
+  return static_cast<unsigned>(__builtin_ia32_movmskps(reinterpret_cast<Lanes>(a <= b)));
 }
 #else
 inline Lanes lesser(Lanes a, Lanes b) { return a < b ? a : b; }
