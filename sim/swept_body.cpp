@@ -94,7 +94,8 @@ double SweptBody::depth(Point<Part> p) const {
   return radius - least;
 }
 
-LineCutter::LineCutter(const SweptBody& body, Vec3 direction) : body_(body), direction_(direction) {
+LineCutter::LineCutter(const SweptBody& body, Vec3 direction)
+    : body_(body), direction_(direction), r2_(body.radius * body.radius) {
   if (body.solid != nullptr) return;
   const double along = length(body.along), way = length(body.way);
   const Vec3 n = cross(body.along, body.way);
@@ -110,9 +111,9 @@ LineCutter::LineCutter(const SweptBody& body, Vec3 direction) : body_(body), dir
     const double at = dot(from_origin(body.foot), side_), by = dot(body.way, side_);
     side_low_ = at + std::min(0.0, by) - body.radius, side_high_ = at + std::max(0.0, by) + body.radius;
   }
-  normal_ = normalized(n);
-  grad_along_ = cross(body.way, n) / squared_length(n);
-  grad_way_ = cross(n, body.along) / squared_length(n);
+  slabs_ = {slab(normalized(n), -body.radius, body.radius),
+            slab(cross(body.way, n) / squared_length(n), 0.0, 1.0),
+            slab(cross(n, body.along) / squared_length(n), 0.0, 1.0)};
   capsules_[count_++] = capsule(body.foot, body.way);
   capsules_[count_++] = capsule(body.foot, body.along);
   capsules_[count_++] = capsule(body.foot + body.way, body.along);
@@ -124,74 +125,61 @@ LineCutter::Capsule LineCutter::capsule(Point<Part> from, Vec3 along) const {
   c.foot = from_origin(from), c.whole = length(along);
   c.unit = c.whole > 0.0 ? along / c.whole : direction_;
   c.along = dot(direction_, c.unit);
-  c.across = direction_ - c.unit * c.along;
-  c.square = squared_length(c.across);
+  c.square = squared_length(direction_ - c.unit * c.along);
+  c.inverse = c.square > kAlongAxis ? 1.0 / c.square : 0.0;
   return c;
 }
 
-void LineCutter::add_ball(Vec3 from_centre, double& value, bool leave, bool& missed) const {
-  const double b = dot(from_centre, direction_);
-  const double inside = b * b - squared_length(from_centre) + body_.radius * body_.radius;
-  missed = inside < 0.0;
-  if (missed) return;
-  value = leave ? -b + std::sqrt(inside) : -b - std::sqrt(inside);
+LineCutter::Slab LineCutter::slab(Vec3 gradient, double low, double high) const {
+  const double foot = dot(from_origin(body_.foot), gradient), slope = dot(direction_, gradient);
+  return {gradient, foot + low, foot + high, slope != 0.0 ? 1.0 / slope : 0.0};
 }
 
-void LineCutter::add_capsule(const Capsule& c, Vec3 origin, Inside& inside) const {
+/// (R1) The capsule's cylinder without ends, or the ball at that end which the line passes the cylinder's wall
+/// beyond. `sign` -1: where the line enters, 1: leaves; it misses the capsule: -sign infinite.
+double LineCutter::border(const Capsule& c, Vec3 origin, double sign) const {
   const Vec3 w = origin - c.foot;
-  const double height = dot(w, c.unit), r2 = body_.radius * body_.radius;
-  const Vec3 far = w - c.unit * height;
-  double enter = -kInfinity, leave = kInfinity;
-  const double gap = squared_length(far) - r2;
-  if (c.square > kAlongAxis) {
-    const double b = dot(far, c.across), root2 = b * b - c.square * gap;
-    if (root2 < 0.0) return;
-    const double root = std::sqrt(root2);
-    enter = (-b - root) / c.square, leave = (-b + root) / c.square;
-  } else if (gap > 0.0) {
-    return;
+  const double height = dot(w, c.unit), rise = dot(w, direction_), ww = squared_length(w);
+  double at = sign * c.along > 0.0 ? kInfinity : -kInfinity, t = -sign * kInfinity;
+  if (c.inverse > 0.0) {
+    const double b = rise - height * c.along, root2 = b * b - c.square * (ww - height * height - r2_);
+    if (root2 < 0.0) return t;
+    t = (-b + sign * std::sqrt(root2)) * c.inverse;
+    at = height + t * c.along;
+    if (at >= 0.0 && at <= c.whole) return t;
   }
-  bool missed = false;
-  const auto end = [&](double& t, bool is_leave) {
-    double at = height + t * c.along;
-    if (std::isinf(t)) at = (t > 0.0) == (c.along > 0.0) ? kInfinity : -kInfinity;
-    if (at >= 0.0 && at <= c.whole) return;
-    add_ball(at < 0.0 ? w : w - c.unit * c.whole, t, is_leave, missed);
-  };
-  end(enter, false);
-  if (missed) return;
-  end(leave, true);
-  if (missed) return;
-  inside.enter = std::min(inside.enter, enter), inside.leave = std::max(inside.leave, leave);
+  // The ball: its centre's place along the capsule's axis.
+  const double end = at < 0.0 ? 0.0 : c.whole, b = rise - c.along * end;
+  const double root2 = b * b - (ww + end * (end - 2.0 * height)) + r2_;
+  return root2 < 0.0 ? -sign * kInfinity : -b + sign * std::sqrt(root2);
 }
 
 /// (R2) Between the parallelogram's two shifted images.
-void LineCutter::add_slab(Vec3 origin, Inside& inside) const {
-  const Vec3 w = origin - from_origin(body_.foot);
-  double enter = -kInfinity, leave = kInfinity;
-  const auto clip = [&](double value, double slope, double low, double high) {
-    if (slope == 0.0) {
-      if (value < low || value > high) enter = kInfinity, leave = -kInfinity;
-      return;
+Inside LineCutter::between(Vec3 origin) const {
+  Inside inside{-kInfinity, kInfinity};
+  for (const Slab& s : slabs_) {
+    const double at = dot(origin, s.gradient);
+    if (s.inverse == 0.0) {
+      if (at < s.low || at > s.high) return {kInfinity, -kInfinity};
+      continue;
     }
-    const double a = (low - value) / slope, b = (high - value) / slope;
-    enter = std::max(enter, std::min(a, b)), leave = std::min(leave, std::max(a, b));
-  };
-  clip(dot(w, normal_), dot(direction_, normal_), -body_.radius, body_.radius);
-  clip(dot(w, grad_along_), dot(direction_, grad_along_), 0.0, 1.0);
-  clip(dot(w, grad_way_), dot(direction_, grad_way_), 0.0, 1.0);
-  if (enter > leave) return;
-  inside.enter = std::min(inside.enter, enter), inside.leave = std::max(inside.leave, leave);
+    const double a = (s.low - at) * s.inverse, b = (s.high - at) * s.inverse;
+    inside.enter = std::max(inside.enter, std::min(a, b)), inside.leave = std::min(inside.leave, std::max(a, b));
+  }
+  if (inside.enter > inside.leave) return {kInfinity, -kInfinity};
+  return inside;
 }
 
 std::optional<Inside> LineCutter::operator()(Point<Part> origin, double low, double high) const {
   if (body_.solid != nullptr) return through_solid(origin, low, high);
-  Inside inside{kInfinity, -kInfinity};
   const Vec3 o = from_origin(origin);
   if (const double side = dot(o, side_); side < side_low_ || side > side_high_) return std::nullopt;
-  for (int i = 0; i < count_; ++i) add_capsule(capsules_[i], o, inside);
-  if (count_ > 1) add_slab(o, inside);
-  if (inside.enter > inside.leave) return std::nullopt;
+  Inside inside = count_ > 1 ? between(o) : Inside{kInfinity, -kInfinity};
+  // Most lines have been cut off below already: they need no second end.
+  for (int i = 0; i < count_; ++i) inside.enter = std::min(inside.enter, border(capsules_[i], o, -1.0));
+  if (inside.enter >= high) return std::nullopt;
+  for (int i = 0; i < count_; ++i) inside.leave = std::max(inside.leave, border(capsules_[i], o, 1.0));
+  if (inside.leave <= low || inside.enter > inside.leave) return std::nullopt;
   return inside;
 }
 

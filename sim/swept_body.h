@@ -39,27 +39,36 @@ class LineCutter {
   LineCutter(const SweptBody& body, Vec3 direction);
 
   /// Where the line from `origin` is inside, or nothing. `low`, `high`: the stretch of it that matters; what
-  /// lies beyond may be left out.
+  /// lies beyond may be left out, and a line that is inside only there be told as nothing.
   std::optional<Inside> operator()(Point<Part> origin, double low, double high) const;
 
  private:
   /// (R1) A line through a capsule.
   struct Capsule {
-    Vec3 foot, unit, across;  ///< across: the line's direction, less its part along the axis
-    double whole = 0.0, along = 0.0, square = 0.0;
+    Vec3 foot, unit;
+    double whole = 0.0;
+    double along = 0.0;    ///< of the line's direction and the axis
+    double square = 0.0;   ///< of the line's direction less its part along the axis
+    double inverse = 0.0;  ///< of square; 0: the line runs along the axis
+  };
+  /// low <= gradient . p <= high; inverse of gradient . direction, 0: no change along the line.
+  struct Slab {
+    Vec3 gradient;
+    double low = 0.0, high = 0.0, inverse = 0.0;
   };
   Capsule capsule(Point<Part> from, Vec3 along) const;
-  void add_capsule(const Capsule& c, Vec3 origin, Inside& inside) const;
-  void add_ball(Vec3 from_centre, double& value, bool leave, bool& missed) const;
-  void add_slab(Vec3 origin, Inside& inside) const;
+  Slab slab(Vec3 gradient, double low, double high) const;
+  double border(const Capsule& c, Vec3 origin, double sign) const;
+  Inside between(Vec3 origin) const;
   std::optional<Inside> through_solid(Point<Part> origin, double low, double high) const;
 
   const SweptBody& body_;
   Vec3 direction_;
+  double r2_;
   std::array<Capsule, 4> capsules_;
   int count_ = 0;
-  Vec3 normal_, grad_along_, grad_way_;  ///< of the parallelogram; normal_ zero: it is a line
-  Vec3 side_;                            ///< unit, across line and `along`: lines are told apart by it
+  std::array<Slab, 3> slabs_;  ///< of the parallelogram, if there are more capsules than one
+  Vec3 side_;  ///< unit, across line and `along`: lines are told apart by it
   double side_low_ = -kInfinity, side_high_ = kInfinity;  ///< of what the body covers of it
 };
 
