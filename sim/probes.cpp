@@ -159,6 +159,16 @@ struct BallLine {
     const double root2 = b * b - s * gap;
     return root2 < 0.0 ? kInfinity : (-b - std::sqrt(root2)) / s;
   }
+  /// Not more than any value over a flat patch of `radius` round w: beside its way a ball of radius R hangs
+  /// over the facet by R - sqrt(R^2 - x^2), at least x^2 / 2 R, at x.
+  double least(Vec3 w, double radius) const {
+    const double rise = dot(w, n), across = dot(w, way.unit) - rise * along;
+    const double on = square > kAlongWay ? std::clamp(across / square, 0.0, way.whole) : 0.0;
+    const double beside2 = squared_length(w) - rise * rise + on * (on * square - 2.0 * across);
+    const double beside = std::max(0.0, std::sqrt(std::max(0.0, beside2)) - radius);
+    if (beside >= way.radius) return kInfinity;
+    return -rise + std::min(0.0, along * way.whole) - way.radius + beside * beside / (2.0 * way.radius);
+  }
   double operator()(Vec3 w) const {
     const double rise = dot(w, n), height = dot(w, way.unit), ww = squared_length(w);
     double at = along < 0.0 ? kInfinity : -kInfinity, t = kInfinity;  // on the way; along the line
@@ -184,6 +194,10 @@ struct BallLine {
 
 double Probes::pass_ball(std::uint32_t patch, const BallWay& way, std::uint32_t move) {
   const BallLine line(way, patches_.normal[patch]);
+  const double most = this->highest(patch);
+  if (line.least(patches_.middle[patch] - way.from, static_cast<double>(patches_.radius[patch])) >=
+      std::min(reach_, most))
+    return most;
   double highest = -kInfinity;
   for (std::uint64_t i = patches_.first[patch]; i < patches_.first[patch + 1]; ++i) {
     double left = value(i).left;

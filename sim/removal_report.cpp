@@ -1,6 +1,7 @@
 #include "sim/removal_report.h"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -10,6 +11,7 @@
 #include "sim/picture.h"
 #include "sim/removal_page.h"
 #include "sim/removal_picture.h"
+#include "sim/workers.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -30,9 +32,9 @@ std::string read_all(const std::string& path) {
 /// What the pictures draw: the poses at the moves' ends.
 ToolPath drawn_path(const Job& job, const ExecutedPath& path) {
   ToolPath drawn;
+  const FrameChain chain(job.machine.model, job.setup);
   const auto add = [&](const Joints& joints, bool rapid) {
-    drawn.moves.push_back({forward_by_frames(job.machine.model, job.setup, joints),
-                           rapid ? MoveKind::kRapid : MoveKind::kCut, kNoFacet});
+    drawn.moves.push_back({chain(joints), rapid ? MoveKind::kRapid : MoveKind::kCut, kNoFacet});
   };
   drawn.moves.reserve(path.moves.size() + 1);
   add(path.start, true);
@@ -87,12 +89,16 @@ Result<void> write_removal_report(const std::string& folder, const RemovalContex
     return written;
   const ToolPath drawn = drawn_path(context.job, path);
   const std::vector<ColourStop> scale = colour_scale(removal, verdict);
-  if (auto done = draw_deviation(context.part.mesh, drawn, probes, removal, scale, at + "deviation.png");
-      !done)
-    return done;
   PictureOptions picture;
   picture.width = 1400, picture.height = 875;
-  if (auto done = draw_part_with_path(context.part.mesh, drawn, at + "path.png", picture); !done) return done;
+  std::array<Result<void>, 2> drawings;
+  in_parallel(drawings.size(), static_cast<int>(drawings.size()), [&](std::size_t i) {
+    drawings[i] = i == 0
+                      ? draw_deviation(context.part.mesh, drawn, probes, removal, scale, at + "deviation.png")
+                      : draw_part_with_path(context.part.mesh, drawn, at + "path.png", picture);
+  });
+  for (const Result<void>& done : drawings)
+    if (!done) return done;
   const PageParts parts{context,
                         removal,
                         verdict,

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <optional>
 #include <thread>
 
 #include "config/job.h"
@@ -21,6 +22,7 @@
 #include "sim/removal.h"
 #include "sim/removal_report.h"
 #include "sim/stock.h"
+#include "sim/workers.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -101,6 +103,27 @@ Result<void> check_probes(const CheckedMesh& part, double spacing) {
                                 " MB are free: use a coarser --resolution");
 }
 
+/// The part, and the probes on it.
+struct Surface {
+  std::optional<Error> error;
+  CheckedMesh part;
+  double cell = 0.0;
+  std::optional<Probes> probes;
+};
+
+Surface read_surface(const Job& job, double resolution) {
+  Surface surface;
+  const Result<Stl> stl = read_stl(job.stl_path, job.stl_unit_mm);
+  if (!stl) return {stl.error(), {}, 0.0, {}};
+  Result<CheckedMesh> part = check_mesh(*stl, {job.plan.tolerance * kRepairShare});
+  if (!part) return {part.error(), {}, 0.0, {}};
+  surface.part = std::move(*part);
+  surface.cell = resolution > 0.0 ? resolution : default_cell(job, surface.part);
+  if (const auto fits = check_probes(surface.part, surface.cell); !fits) return {fits.error(), {}, 0.0, {}};
+  surface.probes.emplace(surface.part.mesh, surface.cell, probe_reach(job));
+  return surface;
+}
+
 void print(const RemovalVerdict& verdict, const Removal& r) {
   std::printf("%s\n", verdict.passed() ? "passed" : "FAILED");
   for (const std::string& failure : verdict.failures) std::printf("  %s\n", failure.c_str());
@@ -128,29 +151,34 @@ int simulate_command(const SimulateOptions& options) {
   if (!job) return report(job.error());
   auto shape = options.stock.empty() ? Result<StockShape>(default_stock(*job)) : parse_stock(options.stock);
   if (!shape) return report(shape.error());
-  const Result<Stl> stl = read_stl(job->stl_path, job->stl_unit_mm);
-  if (!stl) return report(stl.error());
-  const Result<CheckedMesh> part = check_mesh(*stl, {job->plan.tolerance * kRepairShare});
-  if (!part) return report(part.error());
-  if (options.stock.empty() && shape->kind == StockKind::kOffset && part->sides != Sides::kOutward)
-    shape = StockShape{StockKind::kBox, shape->margin, {}};
-
-  RemovalContext context{*job, *part, *shape, options.program.empty() ? options.trace : options.program, {}};
-  const double cell = options.resolution > 0.0 ? options.resolution : default_cell(*job, *part);
-  if (const auto fits = check_probes(*part, cell); !fits) return report(fits.error());
-  const auto path = read_path(options, *job, context.header);
-  if (!path) return report(path.error());
-  line.show("stock", 0.0);
   RemovalOptions removal;
   removal.tolerance = job->plan.tolerance;
   removal.threads = options.threads > 0 ? options.threads
                                         : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  Surface surface;
+  ProgramHeader header;
+  Result<ExecutedPath> path = fail(Code::kInput, "not read");
+  in_parallel(2, removal.threads, [&](std::size_t task) {
+    if (task == 0)
+      surface = read_surface(*job, options.resolution);
+    else
+      path = read_path(options, *job, header);
+  });
+  if (surface.error) return report(*surface.error);
+  if (!path) return report(path.error());
+  const CheckedMesh* part = &surface.part;
+  const double cell = surface.cell;
+  if (options.stock.empty() && shape->kind == StockKind::kOffset && part->sides != Sides::kOutward)
+    shape = StockShape{StockKind::kBox, shape->margin, {}};
+  const RemovalContext context{*job, *part, *shape, options.program.empty() ? options.trace : options.program,
+                               header};
+  line.show("stock", 0.0);
   std::vector<int> axes{0, 1, 2};
   if (options.bundles == 1) axes = {main_direction(*path, job->machine.model, job->setup)};
   auto stock = make_stock(*shape, *part, *job, cell, removal.threads, axes);
   if (!stock) return report(stock.error());
   const double read = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-  Probes probes(part->mesh, cell, probe_reach(*job));
+  Probes& probes = *surface.probes;
   const auto result = remove_material(*job, *path, *stock, probes, removal,
                                       [&](const char* stage, double f) { return line.show(stage, f); });
   if (!result) return report(result.error());

@@ -135,8 +135,8 @@ LineCutter::Slab LineCutter::slab(Vec3 gradient, double low, double high) const 
   return {gradient, foot + low, foot + high, slope != 0.0 ? 1.0 / slope : 0.0};
 }
 
-/// (R1) The capsule's cylinder without ends, or the ball at that end which the line passes the cylinder's wall
-/// beyond. `sign` -1: where the line enters, 1: leaves; it misses the capsule: -sign infinite.
+/// (R1) The capsule's cylinder without ends, or the ball at that end which the line passes the cylinder's
+/// wall beyond. `sign` -1: where the line enters, 1: leaves; it misses the capsule: -sign infinite.
 double LineCutter::border(const Capsule& c, Vec3 origin, double sign) const {
   const Vec3 w = origin - c.foot;
   const double height = dot(w, c.unit), rise = dot(w, direction_), ww = squared_length(w);
@@ -164,7 +164,8 @@ Inside LineCutter::between(Vec3 origin) const {
       continue;
     }
     const double a = (s.low - at) * s.inverse, b = (s.high - at) * s.inverse;
-    inside.enter = std::max(inside.enter, std::min(a, b)), inside.leave = std::min(inside.leave, std::max(a, b));
+    inside.enter = std::max(inside.enter, std::min(a, b)),
+    inside.leave = std::min(inside.leave, std::max(a, b));
   }
   if (inside.enter > inside.leave) return {kInfinity, -kInfinity};
   return inside;

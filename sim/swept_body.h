@@ -68,7 +68,7 @@ class LineCutter {
   std::array<Capsule, 4> capsules_;
   int count_ = 0;
   std::array<Slab, 3> slabs_;  ///< of the parallelogram, if there are more capsules than one
-  Vec3 side_;  ///< unit, across line and `along`: lines are told apart by it
+  Vec3 side_;                  ///< unit, across line and `along`: lines are told apart by it
   double side_low_ = -kInfinity, side_high_ = kInfinity;  ///< of what the body covers of it
 };
 
