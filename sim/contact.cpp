@@ -20,11 +20,8 @@ constexpr int kLooksInContact = 16;
 // A ball that may be too deep is looked at along so many straight pieces of its way: what they stray is the
 // square of this less than what the step does.
 constexpr int kWays = 4;
-
-Joints between(const Joints& from, const Joints& to, double f) {
-  const auto mix = [f](double a, double b) { return a + (b - a) * f; };
-  return {mix(from.x, to.x), mix(from.y, to.y), mix(from.z, to.z), mix(from.a, to.a), mix(from.c, to.c)};
-}
+// Looks at a point that seems to be cut into, for each look at the tool.
+constexpr int kDepthLooks = 16, kMostDepthLooks = 4096;
 
 }  // namespace
 
@@ -39,10 +36,6 @@ struct Contact::Candidate {
   std::uint32_t patch = 0;
 };
 
-struct Contact::Group {
-  std::vector<Candidate> candidates;
-};
-
 /// What is known of a part of the tool that is far from contact, or in it.
 struct Contact::Watch {
   double free = -kInfinity;  ///< it is at least so far from the part, mm
@@ -51,7 +44,7 @@ struct Contact::Watch {
 
 struct Contact::Run {
   Contacts found;
-  Group group;
+  std::vector<Candidate> candidates;
   std::vector<Watch> watches;
   std::vector<Pose> poses;  ///< of the step's looks
   std::vector<Pose> ways;   ///< ends of pieces of the step
@@ -120,7 +113,7 @@ std::size_t Contact::group_end(const std::vector<SweptStep>& steps, std::size_t 
 }
 
 /// The patches within reach of the sheet that the core sweeps, widened by what the steps stray from it.
-void Contact::gather(const SweptStep* begin, const SweptStep* end, Group& group) const {
+void Contact::gather(const SweptStep* begin, const SweptStep* end, std::vector<Candidate>& candidates) const {
   const auto at = [](const Pose& p, double h) { return p.tip + p.axis * h; };
   const Pose &first = begin->from, &last = (end - 1)->to;
   const Vec3 axis = mean_axis(first, last);
@@ -138,7 +131,7 @@ void Contact::gather(const SweptStep* begin, const SweptStep* end, Group& group)
   // The pieces of the sweep have the mean axis of their step.
   const double within = radius_ + probes_.reach() + stray + turn * sweep_.longest();
   const Patches& patches = probes_.patches();
-  group.candidates.clear();
+  candidates.clear();
   double bound = within;
   probes_.surface().search(
       bound, kNoFacet, [&](Vec3 low, Vec3 high) { return sheet.bound(low, high, within); },
@@ -147,8 +140,8 @@ void Contact::gather(const SweptStep* begin, const SweptStep* end, Group& group)
         const double radius = static_cast<double>(patches.radius[t.facet]);
         if (length(sheet.to(middle)) > within + radius) return;
         const Vec3 n = patches.normal[t.facet];
-        group.candidates.push_back({middle, n, radius, radius * (length(cross(n, axis)) + turn),
-                                    dot(n, from_origin(middle)) + radius_, dot(n, axis) > turn, t.facet});
+        candidates.push_back({middle, n, radius, radius * (length(cross(n, axis)) + turn),
+                              dot(n, from_origin(middle)) + radius_, dot(n, axis) > turn, t.facet});
       });
 }
 
@@ -157,7 +150,7 @@ void Contact::pass(const SweptStep& step, Run& run) const {
   const Point<Part> from = step.from.tip + step.from.axis * low_, to = step.to.tip + step.to.axis * low_;
   const double slack = length(step.to.axis - step.from.axis) * distance(from, to), core = high_ - low_;
   const BallWay way(from, to, radius_);
-  for (const Candidate& c : run.group.candidates) {
+  for (const Candidate& c : run.candidates) {
     // What can matter is left less than `most` above the patch, or is deeper in it than `allowed`.
     double most = std::min(probes_.reach(), probes_.highest(c.patch));
     const double deep = step.stray - run.allowed;
@@ -214,15 +207,13 @@ void Contact::touch(const SweptStep& step, std::uint32_t patch, Run& run) const 
     for (int k = 1; k < kWays; ++k) run.ways.push_back(pose(step, static_cast<double>(k) / kWays));
     run.ways.push_back(step.to);
   }
-  double least = kInfinity;
-  std::size_t at = 0;
-  for (std::size_t k = 0; k + 1 < run.ways.size(); ++k) {
-    const double d2 = squared_distance(triangle, Segment{ball(run.ways[k]), ball(run.ways[k + 1])});
-    if (d2 < least) least = d2, at = k;
-  }
-  const double depth = radius_ - std::sqrt(least);
+  std::array<double, kWays> squares{};
+  for (std::size_t k = 0; k < kWays; ++k)
+    squares[k] = squared_distance(triangle, Segment{ball(run.ways[k]), ball(run.ways[k + 1])});
+  const auto least = std::min_element(squares.begin(), squares.end());
+  const double depth = radius_ - std::sqrt(*least);
   if (depth <= run.allowed) return;
-  const Pose middle = pose(step, (static_cast<double>(at) + 0.5) / kWays);
+  const Pose middle = pose(step, (static_cast<double>(least - squares.begin()) + 0.5) / kWays);
   run.report({ToolPart::kCutter, step.move, depth, patch, middle.tip}, tolerance_);
 }
 
@@ -272,12 +263,27 @@ void Contact::watch(const SweptStep& step, Run& run) const {
   }
 }
 
+double Contact::depth(std::uint32_t move, Point<Part> p) const {
+  const SweptStep whole{move, 0.0, 1.0, 0.0, chain_(path_.from(move)), chain_(path_.moves[move].to)};
+  const int count = std::min(kDepthLooks * looks(whole), kMostDepthLooks);
+  double depth = -kInfinity;
+  for (int k = 0; k <= count; ++k) {
+    const Pose at = pose(whole, static_cast<double>(k) / count);
+    if (closed_)
+      depth = std::max(depth,
+                       radius_ - distance_to_segment(p, at.tip + at.axis * low_, at.tip + at.axis * high_));
+    const double h = dot(p - at.tip, at.axis), r = length(p - at.tip - at.axis * h);
+    for (const auto& [part, solid] : watched_) depth = std::max(depth, -solid.distance(r, h).value);
+  }
+  return depth;
+}
+
 Contacts Contact::meet(const std::vector<SweptStep>& steps) const {
   Run run;
   run.watches.resize(watched_.size());
   for (std::size_t begin = 0; begin < steps.size();) {
     const std::size_t end = group_end(steps, begin);
-    gather(&steps[begin], steps.data() + end, run.group);
+    gather(&steps[begin], steps.data() + end, run.candidates);
     for (; begin < end; ++begin) {
       const SweptStep& step = steps[begin];
       run.worst = &run.found.worst[path_.moves[step.move].rapid ? 1 : 0];

@@ -43,14 +43,15 @@ class Contact {
 
   /// Steps in order, each starting where the one before ends. Thread-safe.
   Contacts meet(const std::vector<SweptStep>& steps) const;
+  /// How deep the tool comes over the point during a move, mm; at poses that are near each other.
+  double depth(std::uint32_t move, Point<Part> p) const;
 
  private:
   struct Candidate;
-  struct Group;
   struct Watch;
   struct Run;
   std::size_t group_end(const std::vector<SweptStep>& steps, std::size_t begin) const;
-  void gather(const SweptStep* begin, const SweptStep* end, Group& group) const;
+  void gather(const SweptStep* begin, const SweptStep* end, std::vector<Candidate>& candidates) const;
   void pass(const SweptStep& step, Run& run) const;
   void pass_side(const SweptStep& step, const Candidate& patch, double lowest, double most, Run& run) const;
   void watch(const SweptStep& step, Run& run) const;

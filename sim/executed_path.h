@@ -34,6 +34,12 @@ struct ExecutedPath {
   const Joints& from(std::size_t move) const { return move == 0 ? start : moves[move - 1].to; }
 };
 
+/// The words at a share f of the way.
+inline Joints between(const Joints& from, const Joints& to, double f) {
+  const auto mix = [f](double a, double b) { return a + (b - a) * f; };
+  return {mix(from.x, to.x), mix(from.y, to.y), mix(from.z, to.z), mix(from.a, to.a), mix(from.c, to.c)};
+}
+
 /// The program as the simulated axes (sim/motion.h) execute it when it is fed without delay;
 /// `options`: how its control plans speeds.
 /// Errors: kInput when it moves no axis; kLimit when a block leaves the machine's travel: `name`, line, axis.

@@ -106,7 +106,7 @@ Result<Removal> Remover::run(const Progress& progress) {
   result.cell = stock_.cell;
   result.bytes = stock_.bytes() + probes_.bytes() + path_.moves.size() * sizeof(ExecutedMove);
   timeline_.finish(result);
-  measure_excess(probes_, options_, path_, result, hits_);
+  measure_excess(probes_, stand_.contact(), options_, path_, result, hits_);
   for (const MoveHit& hit : hits_) {
     double& worst = worst_[static_cast<int>(hit.kind)];
     worst = std::max(worst, hit.depth);

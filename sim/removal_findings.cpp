@@ -103,22 +103,27 @@ void Timeline::finish(Removal& result) {
 
 namespace {
 
-/// Leaves out probes at moves whose exact depth is known: along the normal a flank seems deeper than it is.
-void add_unknown(const std::vector<MoveHit>& probed, std::vector<MoveHit>& hits) {
+/// Leaves out probes at moves whose exact depth is known, and takes the others as deep as the tool truly
+/// comes over them: what is swept while the axis turns may be an eighth of a cell off.
+void add_unknown(const std::vector<MoveHit>& probed, const Contact& contact, double tolerance,
+                 std::vector<MoveHit>& hits) {
   std::vector<std::uint32_t> known;
   for (const MoveHit& hit : hits)
     if (hit.kind == TroubleKind::kGouge || hit.kind == TroubleKind::kRapidPart) known.push_back(hit.move);
   std::sort(known.begin(), known.end());
   for (const MoveHit& hit : probed) {
     const auto next = std::lower_bound(known.begin(), known.end(), hit.move - std::min(hit.move, kRunGap));
-    if (next == known.end() || *next > hit.move + kRunGap) hits.push_back(hit);
+    if (next != known.end() && *next <= hit.move + kRunGap) continue;
+    MoveHit exact = hit;
+    exact.depth = contact.depth(hit.move, hit.place);
+    if (exact.depth > tolerance) hits.push_back(exact);
   }
 }
 
 }  // namespace
 
-void measure_excess(const Probes& probes, const RemovalOptions& options, const ExecutedPath& path,
-                    Removal& result, std::vector<MoveHit>& hits) {
+void measure_excess(const Probes& probes, const Contact& contact, const RemovalOptions& options,
+                    const ExecutedPath& path, Removal& result, std::vector<MoveHit>& hits) {
   struct Share {
     std::vector<double> area;
     std::vector<MoveHit> hits;
@@ -170,7 +175,7 @@ void measure_excess(const Probes& probes, const RemovalOptions& options, const E
     result.deepest = std::min(result.deepest, part.deepest);
     probed.insert(probed.end(), part.hits.begin(), part.hits.end());
   }
-  add_unknown(probed, hits);
+  add_unknown(probed, contact, options.tolerance, hits);
   result.probes = probes.count(), result.reach = probes.reach(), result.probe_spacing = probes.spacing();
   for (std::size_t k = 0; k < kPercentiles.size(); ++k) {
     double below = 0.0;

@@ -20,11 +20,6 @@ constexpr int kMostSteps = 20000;
 constexpr double kInside = 0.5;
 constexpr double kCubeCells = 4.0, kLeastCube = 2.0;
 
-Joints between(const Joints& from, const Joints& to, double f) {
-  const auto mix = [f](double a, double b) { return a + (b - a) * f; };
-  return {mix(from.x, to.x), mix(from.y, to.y), mix(from.z, to.z), mix(from.a, to.a), mix(from.c, to.c)};
-}
-
 }  // namespace
 
 Occupied::Occupied(const Stock& stock, double reach)

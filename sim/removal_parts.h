@@ -61,6 +61,7 @@ class Stand {
 
   /// Bodies of the moves [begin, end); what they do to the part.
   void sweep_moves(std::size_t begin, std::size_t end, Swept& out) const;
+  const Contact& contact() const { return contact_; }
   /// A finding if the tool stands inside of the part before the first move.
   std::optional<MoveHit> starts_inside() const;
 
@@ -105,8 +106,8 @@ class Timeline {
 };
 
 /// Percentiles and the map of what is left; probes deeper than the tolerance become hits where none is yet.
-void measure_excess(const Probes& probes, const RemovalOptions& options, const ExecutedPath& path,
-                    Removal& result, std::vector<MoveHit>& hits);
+void measure_excess(const Probes& probes, const Contact& contact, const RemovalOptions& options,
+                    const ExecutedPath& path, Removal& result, std::vector<MoveHit>& hits);
 /// Runs of hits as troubles.
 std::vector<Trouble> gather(const ExecutedPath& path, std::vector<MoveHit> hits);
 
