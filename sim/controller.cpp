@@ -37,7 +37,7 @@ GrblController::GrblController(const MachineModel& machine, const Setup& setup, 
       motion_(machine, setup, std::max<std::size_t>(1, options.planner), std::move(sink), options.motion),
       reader_(machine),
       out_(kBanner) {
-  reader_.set_position(motion_.position());
+  reader_.with_relative().set_position(motion_.position());
 }
 
 void GrblController::receive(std::string_view bytes) {
@@ -290,7 +290,7 @@ void GrblController::reset() {
   line_too_long_ = after_cr_ = reply_due_ = waiting_ = check_mode_ = reset_needed_ = false;
   latched_error_ = 0;
   reader_ = GcodeReader(motion_.machine());
-  reader_.set_position(motion_.position());
+  reader_.with_relative().set_position(motion_.position());
   ++totals_.resets;
   if (moving) {
     alarm_ = kAlarmResetInMotion;

@@ -16,7 +16,7 @@ DripController::DripController(const MachineModel& machine, const Setup& setup,
     : options_(options),
       motion_(machine, setup, std::max<std::size_t>(1, options.planner), std::move(sink)),
       reader_(machine.tilt.letter, machine.rotary.letter) {
-  reader_.set_position(motion_.position());
+  reader_.with_relative().set_position(motion_.position());
 }
 
 void DripController::receive(std::string_view bytes) {

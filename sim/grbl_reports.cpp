@@ -81,7 +81,8 @@ void GrblController::report_parser() {
   const ModalState& modal = reader_.modal();
   out_ += "[GC:";
   out_ += modal.motion == MotionMode::kFeed ? "G1" : modal.motion == MotionMode::kRapid ? "G0" : "G80";
-  out_ += " G54 G17 G21 G90 ";
+  out_ += " G54 G17 G21 ";
+  out_ += modal.relative ? "G91 " : "G90 ";
   out_ += modal.inverse_time ? "G93" : "G94";
   out_ += motion_.spindle() > 0.0 ? " M3 M9 T0 F" : " M5 M9 T0 F";
   put(out_, modal.feed, 0);

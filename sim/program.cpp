@@ -113,8 +113,14 @@ constexpr RefusedCode kRefusedGCodes[] = {
     {434, "tool centre control is not in this machine; post without it"},
     {910, "incremental words are refused; use G90"}};
 
+constexpr int kRelative = 910;
+
 /// The group of a code, or the reason why it is refused.
-Check find_group(char letter, int code, const std::string_view rest, Group& group) {
+Check find_group(char letter, int code, const std::string_view rest, bool relative_known, Group& group) {
+  if (letter == 'G' && code == kRelative && relative_known) {
+    group = kDistance;
+    return std::nullopt;
+  }
   const std::span<const Known> known = letter == 'G' ? std::span<const Known>(kGCodes) : kMCodes;
   for (const Known& entry : known) {
     if (entry.code != code) continue;
@@ -127,13 +133,13 @@ Check find_group(char letter, int code, const std::string_view rest, Group& grou
   return mistake(Fault::kUnsupported, word_at(rest) + ": this machine has no such code");
 }
 
-Check take_code(char letter, double value, std::string_view rest, Words& words) {
+Check take_code(char letter, double value, std::string_view rest, bool relative_known, Words& words) {
   const double scaled = letter == 'G' ? value * 10.0 : value;
   if (value < 0.0 || value > kLargestCode || std::abs(scaled - std::round(scaled)) > 1e-6)
     return mistake(Fault::kNotInteger, word_at(rest) + ": not a code number");
   const int number = static_cast<int>(std::lround(scaled));
   Group group = kNonModal;
-  if (Check bad = find_group(letter, number, rest, group)) return bad;
+  if (Check bad = find_group(letter, number, rest, relative_known, group)) return bad;
   if (words.code[group] != kAbsent)
     return mistake(Fault::kModalConflict, word_at(rest) + ": a second code of the same modal group");
   words.code[group] = number;
@@ -154,7 +160,7 @@ Check take_value(char letter, double value, std::string_view rest, Words& words)
   return std::nullopt;
 }
 
-Check take_word(std::string_view& rest, char tilt, char rotary, Words& words) {
+Check take_word(std::string_view& rest, char tilt, char rotary, bool relative_known, Words& words) {
   const char letter = rest[0];
   if (!is_letter(letter)) return mistake(Fault::kNoLetter, word_at(rest) + ": a letter is expected");
   const bool code = letter == 'G' || letter == 'M';
@@ -175,7 +181,8 @@ Check take_word(std::string_view& rest, char tilt, char rotary, Words& words) {
   const bool exponent = end != last && *end == 'E';
   if (error != std::errc() || exponent || (end != last && !is_letter(*end)))
     return mistake(Fault::kBadNumber, word_at(rest) + ": the number is malformed (digits, one point, no E)");
-  Check bad = code ? take_code(letter, value, rest, words) : take_value(letter, value, rest, words);
+  Check bad =
+      code ? take_code(letter, value, rest, relative_known, words) : take_value(letter, value, rest, words);
   rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
   return bad;
 }
@@ -275,7 +282,7 @@ Result<void> GcodeReader::read_line(std::string_view line, std::vector<Block>& b
   Words words;
   std::string_view rest = text_;
   while (!rest.empty())
-    if (Check bad = take_word(rest, tilt_, rotary_, words)) return refuse(bad);
+    if (Check bad = take_word(rest, tilt_, rotary_, relative_known_, words)) return refuse(bad);
 
   ModalState next = modal_;
   next.motion = motion_mode(words, modal_.motion);
@@ -284,18 +291,23 @@ Result<void> GcodeReader::read_line(std::string_view line, std::vector<Block>& b
   if (Check bad = resolve_feed(words, axes && next.motion == MotionMode::kFeed, next)) return refuse(bad);
   if (words.code[kPathControl] != kAbsent) next.exact_stop = words.code[kPathControl] != 640;
   if (words.has('S')) next.spindle = words['S'];
-  if (words.has('X')) next.at.x = words['X'];
-  if (words.has('Y')) next.at.y = words['Y'];
-  if (words.has('Z')) next.at.z = words['Z'];
-  if (words.has(tilt_)) next.at.a = turned_to(tilt_word_, words[tilt_], modal_.at.a);
-  if (words.has(rotary_)) next.at.c = turned_to(rotary_word_, words[rotary_], modal_.at.c);
+  if (words.code[kDistance] != kAbsent) next.relative = words.code[kDistance] == kRelative;
+  const double kept = next.relative ? 1.0 : 0.0;
+  if (words.has('X')) next.at.x = words['X'] + kept * next.at.x;
+  if (words.has('Y')) next.at.y = words['Y'] + kept * next.at.y;
+  if (words.has('Z')) next.at.z = words['Z'] + kept * next.at.z;
+  const auto turned = [&](RotaryWord counting, char letter, double at) {
+    return next.relative ? at + words[letter] : turned_to(counting, words[letter], at);
+  };
+  if (words.has(tilt_)) next.at.a = turned(tilt_word_, tilt_, modal_.at.a);
+  if (words.has(rotary_)) next.at.c = turned(rotary_word_, rotary_, modal_.at.c);
 
   emit(words, axes, modal_.at, next, words.has('N') ? static_cast<std::uint32_t>(words['N']) : lines_,
        blocks);
   modal_ = next;
   if (words.code[kStopping] == 2 || words.code[kStopping] == 30) {
     ended_ = true;
-    modal_.inverse_time = false;  // the end of a program restores G1 and G94
+    modal_.inverse_time = modal_.relative = false;  // the end of a program restores G1, G90 and G94
     modal_.feed = 0.0;
     modal_.motion = MotionMode::kFeed;
   }

@@ -53,6 +53,7 @@ struct ModalState {
   double spindle = 0.0;
   bool inverse_time = false;
   bool exact_stop = false;  ///< G61 or G61.1, not G64
+  bool relative = false;    ///< G91
   MotionMode motion = MotionMode::kNone;
 };
 
@@ -75,6 +76,12 @@ class GcodeReader {
   /// The same, appended to `blocks`, for many lines.
   Result<void> read_line(std::string_view line, std::vector<Block>& blocks);
 
+  /// G91 too, as controllers know it. Judges of programs refuse it: a posted program has no relative word.
+  GcodeReader& with_relative() {
+    relative_known_ = true;
+    return *this;
+  }
+
   Fault fault() const { return fault_; }  ///< of the last line
   bool ended() const { return ended_; }   ///< M2 or M30 was read
   const ModalState& modal() const { return modal_; }
@@ -86,7 +93,7 @@ class GcodeReader {
   RotaryWord tilt_word_ = RotaryWord::kAccumulate, rotary_word_ = RotaryWord::kAccumulate;
   ModalState modal_;
   Fault fault_ = Fault::kNone;
-  bool ended_ = false;
+  bool ended_ = false, relative_known_ = false;
   std::uint32_t lines_ = 0;
   std::string text_;  ///< the line without blanks and comments, upper case
 };

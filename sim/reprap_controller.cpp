@@ -32,7 +32,7 @@ RepRapController::RepRapController(const MachineModel& machine, const Setup& set
       motion_(machine, setup, std::max<std::size_t>(1, options.planner), std::move(sink)),
       reader_(machine.tilt.letter, machine.rotary.letter),
       out_(kStart) {
-  reader_.set_position(motion_.position());
+  reader_.with_relative().set_position(motion_.position());
 }
 
 void RepRapController::receive(std::string_view bytes) {
@@ -223,7 +223,7 @@ void RepRapController::reset() {
   motion_.resume();
   motion_.set_feed_override(100);
   reader_ = GcodeReader(motion_.machine().tilt.letter, motion_.machine().rotary.letter);
-  reader_.set_position(motion_.position());
+  reader_.with_relative().set_position(motion_.position());
   rx_.clear();
   line_.clear();
   live_.clear();

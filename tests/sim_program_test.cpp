@@ -23,6 +23,22 @@ std::vector<Block> read_all(const std::string& text) {
   return blocks.value_or(std::vector<Block>{});
 }
 
+TEST(SimProgram, RelativeWordsOnlyWhereTheyAreAskedFor) {
+  GcodeReader reader = GcodeReader('A', 'C').with_relative();
+  const auto ends_at = [&](const char* line) {
+    const auto blocks = reader.read_line(line);
+    EXPECT_TRUE(blocks) << line << ": " << blocks.error().message;
+    return reader.modal().at;
+  };
+  ends_at("G0 X1 Y2 Z3 A4 C5");
+  EXPECT_EQ(ends_at("G91 G0 X1 Z-2 C-3"), (Joints{2, 2, 1, 4, 2}));
+  EXPECT_EQ(ends_at("X1 A.5"), (Joints{3, 2, 1, 4.5, 2}));
+  EXPECT_EQ(ends_at("G90 Y7"), (Joints{3, 7, 1, 4.5, 2}));
+  ends_at("G91");
+  ends_at("M2");
+  EXPECT_EQ(ends_at("G0 X1"), (Joints{1, 7, 1, 4.5, 2})) << "the end of a program restores G90";
+}
+
 TEST(SimProgram, FillsInModalValues) {
   const std::vector<Block> blocks = read_all(
       "%\n(a part)\nG21 G90 G17 G40 G49 G54 G64 G80\nS8000 M3\nG0 X1 Y-2.5 Z+3. A.5 C-180\n"
