@@ -80,7 +80,6 @@ TEST(SerialLink, SettingsAreRawAndBaudAsAsked) {
   EXPECT_EQ(settings.c_lflag & (ICANON | ECHO | ISIG), 0u);
   EXPECT_EQ(settings.c_iflag & (IXON | IXOFF | ICRNL), 0u);
   EXPECT_EQ(settings.c_oflag & OPOST, 0u);
-  EXPECT_EQ(settings.c_cflag & HUPCL, 0u) << "closing the port would reset the board";
   int exclusive = 0;
   ASSERT_EQ(::ioctl(terminal.keep, TIOCGEXCL, &exclusive), 0);
   EXPECT_NE(exclusive, 0);
@@ -95,7 +94,19 @@ TEST(SerialLink, TheExclusiveFlagEndsWithTheLink) {
   EXPECT_TRUE(open_serial_link(terminal.name, {115200})) << "cannot be opened again";
 }
 
-TEST(SerialLink, ASecondOpenIsRefused) {
+TEST(FieldFailures, F17_DtrResetsTheBoardAtOpen) {
+  const Terminal terminal;
+  for (const char* when : {"first", "again"}) {
+    const auto link = open_serial_link(terminal.name, {115200});
+    ASSERT_TRUE(link) << link.error().message;
+    termios settings{};
+    ASSERT_EQ(::tcgetattr(terminal.keep, &settings), 0);
+    EXPECT_EQ(settings.c_cflag & HUPCL, 0u)
+        << when << ": closing the port would drop DTR and reset the board";
+  }
+}
+
+TEST(FieldFailures, F24_AnotherProgramTakesThePort) {
   const Terminal terminal;
   const auto first = open_serial_link(terminal.name, {115200});
   ASSERT_TRUE(first);
