@@ -2,9 +2,9 @@
 //
 //   link_bench PROGRAM LINK [HOLDS]
 //
-// prints blocks, seconds, processor seconds, the process's peak memory in MB and, for HOLDS feed holds asked
-// for on the way, the longest time in ms until the machine said that it holds ("-": none). A hold is ended
-// after it was seen.
+// prints blocks, seconds, those of them from the first block to the last that left, processor seconds, the
+// process's peak memory in MB and, for HOLDS feed holds asked for on the way, the longest time in ms until
+// the machine said that it holds ("-": none). A hold is ended after it was seen.
 
 #include <sys/resource.h>
 
@@ -49,6 +49,10 @@ class Holds {
   Holds(int count, bool messages) : count_(count), messages_(messages) {}
 
   bool progress(const SendState& state) {
+    if (state.phase == Phase::kRun && began_ == Steady::time_point{}) began_ = Steady::now();
+    if (state.phase == Phase::kDrain || (state.phase == Phase::kDone && streaming == 0.0))
+      streaming = seconds_since(began_);
+    if (count_ == 0) return true;
     const std::uint64_t part = state.total / static_cast<std::uint64_t>(count_ + 1);
     if (asked_ < count_ && !waiting_ && state.phase == Phase::kRun &&
         state.acknowledged > part * static_cast<std::uint64_t>(asked_ + 1)) {
@@ -67,7 +71,7 @@ class Holds {
   }
 
   CommandQueue commands;
-  double longest_ms = 0.0;
+  double longest_ms = 0.0, streaming = 0.0;
 
  private:
   bool says_hold(std::string_view bytes) const {
@@ -79,7 +83,7 @@ class Holds {
 
   int count_, asked_ = 0;
   bool messages_, waiting_ = false;
-  Steady::time_point asked_at_;
+  Steady::time_point asked_at_, began_{};
 };
 
 }  // namespace
@@ -98,9 +102,9 @@ int main(int count, char** arguments) {
   const int wanted = count == 4 ? std::atoi(arguments[3]) : 0;
   Holds holds(wanted, messages);
   StreamHooks hooks;
+  hooks.progress = [&](const SendState& state) { return holds.progress(state); };
   if (wanted > 0) {
     hooks.commands = &holds.commands;
-    hooks.progress = [&](const SendState& state) { return holds.progress(state); };
     hooks.traffic = [&](Way way, std::string_view bytes, Time) { holds.traffic(way, bytes); };
   }
   const auto report = send_program(arguments[1], *link, {}, hooks);
@@ -108,8 +112,8 @@ int main(int count, char** arguments) {
     std::fprintf(stderr, "%s\n", report.error().message.c_str());
     return 1;
   }
-  std::printf("%llu %.3f %.3f %.1f ", static_cast<unsigned long long>(report->lines), report->seconds,
-              processor_seconds(), peak_megabytes());
+  std::printf("%llu %.3f %.3f %.3f %.1f ", static_cast<unsigned long long>(report->lines), report->seconds,
+              holds.streaming, processor_seconds(), peak_megabytes());
   if (wanted > 0)
     std::printf("%.1f\n", holds.longest_ms);
   else

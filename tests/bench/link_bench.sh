@@ -54,9 +54,9 @@ measure() {
   awk -v name="$name" -v limit="$limit" -v holds="$holds" -v use="$(sed -n 's/.* use \(.*\) %/\1/p' "$log")" \
     -v starved="$(sed -n 's/.* starved \([0-9.]*\) s.*/\1/p' "$log")" '{
       rate = $1 / $2
-      if (limit > 0) use = sprintf("%.1f", 100 * rate / limit)
+      if (limit > 0 && $3 > 0) use = sprintf("%.1f", 100 * $1 / $3 / limit)
       printf "| %-24s | %9d | %7.2f | %8.0f | %6s | %7s | %6.1f | %7s | %7.1f |\n", name, $1, $2, rate,
-        use == "" ? "" : sprintf("%.1f", use), holds == "" ? "" : starved, 100 * $3 / $2, $5 == "-" ? "" : $5, $4
+        use == "" ? "" : sprintf("%.1f", use), holds == "" ? "" : starved, 100 * $4 / $2, $6 == "-" ? "" : $6, $5
     }' "$work/row"
 }
 
