@@ -1,5 +1,6 @@
-// How much of a paced line is used while blocks wait to be sent, in made-up time: 98 % of it and more, for every kind of
-// text link, with the reply latency of a good adapter. The figures in real time are `./run bench links`.
+// How much of a paced line is used while blocks wait to be sent, in made-up time: 98 % of it and more, for
+// every kind of text link, with the reply latency of a good adapter. The figures in real time are `./run
+// bench links`.
 
 #include <gtest/gtest.h>
 
