@@ -118,6 +118,7 @@ int plan_command(const PlanFiles& files) {
   auto part = clock.time("check", [&] { return check_mesh(*stl, {job->plan.tolerance * kRepairShare}); });
   if (!part) return report(part.error());
   stl->facets = {};
+  job->plan.find_uncut = !files.report.empty();
   auto planned = plan(*part, job->plan, [&](const char* stage, double f) { return line.show(stage, f); });
   if (!planned) return report(planned.error());
   clock.times.insert(clock.times.end(), planned->report.times.begin(), planned->report.times.end());

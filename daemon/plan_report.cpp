@@ -44,6 +44,33 @@ const char* why_text(Unreached why) {
   return "";
 }
 
+const char* why_text(Uncut why) {
+  switch (why) {
+    case Uncut::kCutter:
+      return "cutter";
+    case Uncut::kContainment:
+      return "containment";
+    case Uncut::kTilt:
+      return "tilt";
+    case Uncut::kShank:
+      return "shank";
+    case Uncut::kHolder:
+      return "holder";
+    case Uncut::kWall:
+      return "wall";
+  }
+  return "";
+}
+
+nlohmann::ordered_json uncut_json(const UncutReport& uncut) {
+  nlohmann::ordered_json json = {
+      {"area_mm2", uncut.area}, {"facing_area_mm2", uncut.facing_area}, {"facets_turned_away", uncut.away}};
+  json["facets"] = nlohmann::ordered_json::array();
+  for (const UncutFacet& f : uncut.facets)
+    json["facets"].push_back({{"facet", f.facet}, {"why", why_text(f.why)}, {"share", f.share}});
+  return json;
+}
+
 nlohmann::ordered_json free_json(const FreeReport& free) {
   nlohmann::ordered_json json = {{"cl_points", free.cl_points},
                                  {"directions_tested", free.directions},
@@ -104,6 +131,7 @@ std::string report_json(const PlanOutcome& o) {
   for (const Defect& d : o.part.defects)
     json["defects"].push_back({{"kind", to_string(d.kind)}, {"count", d.count}, {"first", d.first}});
   if (o.plan.free) json["free"] = free_json(*o.plan.free);
+  if (o.plan.uncut) json["uncut"] = uncut_json(*o.plan.uncut);
   json["warnings"] = o.plan.warnings;
   json["stages"] = nlohmann::ordered_json::object();
   double wall = 0.0;
@@ -168,6 +196,10 @@ std::string report_text(const PlanOutcome& o) {
         static_cast<unsigned long long>(o.plan.free->directions),
         static_cast<unsigned long long>(o.plan.free->breaks),
         100.0 * o.plan.free->unreached_length / o.plan.free->cl_length);
+  if (o.plan.uncut && o.plan.uncut->area > 0.0)
+    text +=
+        format("uncut: %.1f of %.1f mm2 that face the tool, on %zu facets; which and why is in the report\n",
+               o.plan.uncut->area, o.plan.uncut->facing_area, o.plan.uncut->facets.size());
   if (o.bend.stretches + o.bend.refused > 0)
     text += format(
         "near the pole the axis leans by up to %.2f degrees at %zu points of %zu pieces; %zu pieces stay "

@@ -18,6 +18,7 @@
 #include "pathgen/plan_where.h"
 #include "pathgen/refusals.h"
 #include "pathgen/thinning.h"
+#include "pathgen/uncut.h"
 
 namespace tiltfeed {
 
@@ -167,6 +168,10 @@ class Planner {
     if (!clearance_z) return tl::unexpected(clearance_z.error());
     if (auto done = join(**field, *clearance_z); !done) return done;
     measure(path_.moves, report_);
+    if (options_.find_uncut && wanted_ == nullptr) {
+      if (!stages_.begin("uncut")) return cancelled();
+      report_.uncut = find_uncut(**field, options_, envelope_);
+    }
     stages_.end();
     return {};
   }

@@ -39,6 +39,30 @@ struct FreeReport {
   std::vector<Facet> unreached;  ///< facets touched where a slice was left out, ascending, each once
 };
 
+/// Why a place of the part stays uncut.
+enum class Uncut {
+  kCutter,  ///< the cutting part does not fit, or something else of the part is in the way along the axis
+  kContainment,  ///< outside of the containment
+  kTilt,         ///< beyond the tilt limit
+  kShank,        ///< the shank would come too near
+  kHolder,       ///< the holder would
+  kWall,         ///< parallel to the axis, and the passes end above
+};
+
+struct UncutFacet {
+  std::uint32_t facet = 0;  ///< of the STL file
+  Uncut why = Uncut::kCutter;
+  double share = 0.0;  ///< of the facet's area, above 0; over pieces no larger than the cutter's radius
+};
+
+struct UncutReport {
+  std::vector<UncutFacet> facets;  ///< that face the tool, ascending
+  std::uint64_t away = 0;          ///< facets turned away from the tool, not among them
+  double area = 0.0;               ///< uncut but for walls, mm^2
+  double wall_area = 0.0;          ///< uncut walls, mm^2
+  double facing_area = 0.0;        ///< of all that faces the tool, mm^2
+};
+
 struct PlanReport {
   std::uint64_t facets = 0;
   std::uint64_t passes = 0;                     ///< unbroken runs of cutting moves
@@ -48,6 +72,7 @@ struct PlanReport {
   std::uint64_t joins = 0;                      ///< passes begun from the one before, on the surface
   double cut_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm
   std::optional<FreeReport> free;               ///< with the axis free
+  std::optional<UncutReport> uncut;             ///< with PlanOptions::find_uncut, in one axis field
   std::vector<std::string> warnings;
   std::vector<StageTime> times;
 };

@@ -15,7 +15,7 @@ namespace {
 constexpr int kOversample = 2;  // pixels drawn per pixel of the picture, each way
 // Linear colours.
 constexpr Colour kTop{0.90, 0.92, 0.95}, kBottom{0.62, 0.66, 0.71};
-constexpr Colour kPartColour{0.36, 0.43, 0.50};
+constexpr Colour kPartColour{0.36, 0.43, 0.50}, kUncutColour{0.48, 0.16, 0.78};
 constexpr std::array<Colour, 3> kPassColours{Colour{1.0, 0.56, 0.03}, Colour{0.93, 0.13, 0.03},
                                              Colour{0.50, 0.008, 0.12}};
 constexpr Colour kRapidColour{0.01, 0.33, 0.42}, kAxisColour{0.010, 0.020, 0.075};
@@ -55,17 +55,19 @@ std::vector<std::array<Vec3, 3>> corner_normals(const Mesh& mesh) {
   return corners;
 }
 
-Colour shaded(Vec3 normal, Vec3 view, const Camera& camera) {
+Colour shaded(Colour colour, Vec3 normal, Vec3 view, const Camera& camera) {
   if (dot(normal, view) < 0.0) normal = -normal;
   const Vec3 key = normalized(camera.eye() * 0.55 + camera.up() * 0.75 - camera.right() * 0.65);
   const Vec3 fill = normalized(camera.eye() * 0.5 + camera.right() * 0.9 + camera.up() * 0.1);
   const double light = 0.34 + 0.95 * std::max(0.0, dot(normal, key)) +
                        0.28 * std::max(0.0, dot(normal, fill)) + 0.12 * dot(normal, view);
   const double gloss = std::pow(std::max(0.0, dot(normal, normalized(key + view))), 40.0);
-  return kPartColour * light + Colour{1, 1, 1} * (0.16 * gloss);
+  return colour * light + Colour{1, 1, 1} * (0.16 * gloss);
 }
 
-void draw_part(const Mesh& mesh, const Camera& camera, Raster& raster) {
+/// `uncut`: STL facets, ascending.
+void draw_part(const Mesh& mesh, const std::vector<std::uint32_t>& uncut, const Camera& camera,
+               Raster& raster) {
   const auto normals = corner_normals(mesh);
   std::vector<ScreenPoint> screen;
   screen.reserve(mesh.vertices.size());
@@ -73,10 +75,13 @@ void draw_part(const Mesh& mesh, const Camera& camera, Raster& raster) {
   for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
     std::array<ScreenPoint, 3> corners;
     std::array<Colour, 3> colours;
+    const bool marked =
+        f < mesh.source.size() && std::binary_search(uncut.begin(), uncut.end(), mesh.source[f]);
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t v = mesh.facets[f][k];
       corners[k] = screen[v];
-      colours[k] = shaded(normals[f][k], camera.view_from(mesh.vertices[v]), camera);
+      colours[k] = shaded(marked ? kUncutColour : kPartColour, normals[f][k],
+                          camera.view_from(mesh.vertices[v]), camera);
     }
     raster.triangle(corners, colours);
   }
@@ -223,7 +228,7 @@ Result<void> draw_part_with_path(const Mesh& part, const ToolPath& path, const s
   const int width = options.width * kOversample, height = options.height * kOversample;
   const Camera camera(part, path, width, height);
   Raster raster(width, height, {kTop, kBottom});
-  draw_part(part, camera, raster);
+  draw_part(part, options.uncut, camera, raster);
   raster.shade_hollows(kHollowRadius * kOversample, kHollowRange * camera.scene_radius(), kHollowStrength);
   draw_path(path.moves, options, camera, raster);
   return raster.write_png(png_path, kOversample);

@@ -10,6 +10,7 @@
 #include "sim/canon.h"
 #include "sim/dry_run.h"
 #include "sim/picture.h"
+#include "sim/uncut_facets.h"
 #include "sim/verify.h"
 
 namespace tiltfeed::sim {
@@ -101,9 +102,16 @@ Result<bool> verify_command(const VerifyFiles& files) {
     if (!(out << to_json(*verified) << std::flush))
       return fail(Code::kIo, files.json + ": cannot be written");
   }
-  if (!files.picture.empty())
-    if (const auto drawn = draw_part_with_path(*part, *planned, files.picture); !drawn)
+  if (!files.picture.empty()) {
+    PictureOptions options;
+    if (!files.plan.empty()) {
+      auto uncut = read_file(files.plan, read_uncut_facets);
+      if (!uncut) return tl::unexpected(uncut.error());
+      options.uncut = std::move(*uncut);
+    }
+    if (const auto drawn = draw_part_with_path(*part, *planned, files.picture, options); !drawn)
       return tl::unexpected(drawn.error());
+  }
   return verified->passed();
 }
 

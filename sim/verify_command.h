@@ -13,6 +13,7 @@ struct VerifyFiles {
   std::string program, canon;  ///< one of them
   std::string trace;           ///< empty: what the simulated axes make of the program
   std::string picture, json;   ///< written
+  std::string plan;            ///< report of the plan, for the picture: which facets stay uncut
 };
 
 /// Prints the report; true when the job was done right. Errors: of the files; kUsage.

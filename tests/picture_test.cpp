@@ -1,6 +1,7 @@
 // sim/picture: the PNG is read back; what is in front hides what is behind, and the path has its colours.
 
 #include "sim/picture.h"
+#include "sim/uncut_facets.h"
 
 #include <gtest/gtest.h>
 #include <png.h>
@@ -101,6 +102,42 @@ TEST(Picture, HasItsSizePartAndPath) {
   options.rapids = false;
   ASSERT_TRUE(draw_part_with_path(plate(), passes_at(0.0), file, options));
   EXPECT_EQ(read_png(file).cold(), 0);
+}
+
+TEST(Picture, MarksWhatTheReportCallsUncut) {
+  std::istringstream report(
+      R"({"slice_points": 9, "uncut": {"facets": [{"facet": 12, "why": "cutter", "share": 1.0},
+    {"facet": 13, "why": "wall", "share": 0.25}]}, "free": {"unreached_facets": [{"facet": 3, "why": "tilt"}]}})");
+  const auto uncut = read_uncut_facets(report, "r.json");
+  ASSERT_TRUE(uncut);
+  EXPECT_EQ(*uncut, (std::vector<std::uint32_t>{3, 12}));
+  for (const char* wrong : {"", "[]", "{}", R"({"slice_points": 9, "uncut": {"facets": [{"facet": -1}]}})"}) {
+    std::istringstream in(wrong);
+    EXPECT_FALSE(read_uncut_facets(in, "r.json")) << wrong;
+  }
+  const std::string file = in_test_folder("uncut.png");
+  PictureOptions options;
+  options.width = 320, options.height = 200;
+  Mesh part = plate();
+  for (std::uint32_t f = 0; f < part.facets.size(); ++f) part.source.push_back(10 + f);
+  const auto violet = [&] {
+    const auto drawn = draw_part_with_path(part, ToolPath{}, file, options);
+    EXPECT_TRUE(drawn);
+    const Image image = read_png(file);
+    int count = 0;
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) {
+        const auto p = image.at(x, y);
+        count += p[0] > p[1] + 30 && p[2] > p[1] + 40 ? 1 : 0;
+      }
+    return count;
+  };
+  EXPECT_EQ(violet(), 0);
+  options.uncut = *uncut;  // one of the two facets on top
+  const int one = violet();
+  EXPECT_GT(one, 1000);
+  options.uncut = {12, 13};
+  EXPECT_GT(violet(), one + 1000);
 }
 
 TEST(Picture, PartHidesThePathBehindIt) {

@@ -1,0 +1,205 @@
+#include "pathgen/uncut.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "pathgen/passes.h"
+
+namespace tiltfeed {
+
+namespace {
+
+constexpr std::size_t kReasons = 6;
+/// A side of a facet is cut into no more pieces.
+constexpr double kMostPieces = 32.0;
+/// The axis at the reference depends on the reference: so often it is asked again.
+constexpr int kAxisSteps = 4;
+/// Share of the tool's radius: places further off are not touched from beside either, but by chance.
+constexpr double kNear = 0.25;
+/// A search for a better place begins with this share of the tool's radius, and ends at that share of its
+/// first step.
+constexpr double kFirstStep = 0.25, kLastStep = 0.05;
+constexpr int kWays = 8;
+/// A facet that leans over by less (sine) counts as a wall: rounding of STL corners.
+constexpr double kWall = 1e-4;
+
+/// Distance of a point from the outside of the piece's lower side, mm, negative within; `d` from the axis,
+/// `h` over the ring centre.
+double distance_to_piece(const ToolPiece& piece, double d, double h) {
+  if (piece.has_cone()) {
+    const double on_cone = (d - piece.flat) * piece.taper_cos - h * piece.taper_sin - piece.corner;
+    const bool beside = (d - piece.flat) * piece.taper_sin + h * piece.taper_cos > 0.0;
+    if (beside) return std::max(on_cone, d - piece.outer);
+  } else if (h >= 0.0) {
+    return d - piece.outer;
+  }
+  return std::hypot(std::max(d - piece.flat, 0.0), h) - piece.corner;
+}
+
+struct FacetVerdict {
+  std::array<std::uint32_t, kReasons> uncut{};
+  std::uint32_t facing = 0, pieces = 0;
+};
+
+class Judge {
+ public:
+  Judge(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope)
+      : field_(field),
+        options_(options),
+        rules_(options, field),
+        piece_(field.surface.pieces().front()),
+        envelope_(field.surface, field.deformation, field.index, envelope) {}
+
+  FacetVerdict facet(std::uint32_t i) {
+    const Mesh& mesh = field_.surface.mesh();
+    const auto& f = mesh.facets[i];
+    const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
+    const double longest = std::max({distance(a, b), distance(b, c), distance(c, a)});
+    const double size = std::max(piece_.outer, options_.tolerance);
+    const double n = std::clamp(std::ceil(longest / size), 1.0, kMostPieces);
+    const Vec3 normal = normalized(cross(b - a, c - a)), ab = (b - a) / n, ac = (c - a) / n;
+    FacetVerdict verdict;
+    const auto take = [&](double u, double v) {
+      ++verdict.pieces;
+      const std::optional<std::optional<Uncut>> faces = judge(a + ab * u + ac * v, normal);
+      if (!faces) return;
+      ++verdict.facing;
+      if (*faces) ++verdict.uncut[static_cast<std::size_t>(**faces)];
+    };
+    for (double i0 = 0.0; i0 < n; ++i0)
+      for (double j0 = 0.0; i0 + j0 < n; ++j0) {
+        take(i0 + 1.0 / 3.0, j0 + 1.0 / 3.0);
+        if (i0 + j0 + 1.0 < n) take(i0 + 2.0 / 3.0, j0 + 2.0 / 3.0);
+      }
+    return verdict;
+  }
+
+ private:
+  /// Where the reference is when the tool touches `place` with the contact normal n, and the axis there.
+  AxisLine contact_line(Point<Part> place, Vec3 n) const {
+    AxisLine line{place, field_.deformation.axis_at(place)};
+    for (int k = 0; k < kAxisSteps; ++k) {
+      const double along = dot(n, line.axis);
+      const Vec3 lateral = n - line.axis * along;
+      const double across = length(lateral);
+      const Vec3 out = across > 0.0 ? lateral / across : Vec3{};
+      Point<Part> ring = place + n * piece_.corner + out * piece_.flat;
+      if (piece_.has_cone() && along < piece_.taper_sin)
+        ring = place - line.axis * piece_.cone_height(piece_.outer) + out * piece_.outer;
+      line = {ring - line.axis * piece_.above_reference,
+              field_.deformation.axis_at(ring - line.axis * piece_.above_reference)};
+    }
+    return line;
+  }
+
+  /// Of the place from the tool at that point of the envelope, mm.
+  double gap(Point<Part> place, const EnvelopePoint& at) const {
+    const Vec3 w = place - (at.centre + at.axis * piece_.above_reference);
+    const double h = dot(w, at.axis);
+    return distance_to_piece(piece_, length(w - at.axis * h), h);
+  }
+
+  /// In a hollow that is as wide as the tool it may touch from a place beside its contact, too: goes where
+  /// the gap shrinks.
+  bool touched_from_beside(Point<Part> place, Point<Flat> from) {
+    double least = std::numeric_limits<double>::infinity();
+    const double first = kFirstStep * piece_.outer;
+    for (double step = first; step > kLastStep * first;) {
+      Point<Flat> best = from;
+      for (int k = 0; k < kWays; ++k) {
+        const double turn = 2.0 * kPi * k / kWays;
+        const Point<Flat> at{from.x + step * std::cos(turn), from.y + step * std::sin(turn), 0.0};
+        const auto found = envelope_.at(at.x, at.y);
+        if (!found) continue;
+        const double beside = gap(place, *found);
+        if (beside <= options_.tolerance) return true;
+        if (beside < least) least = beside, best = at;
+      }
+      if (best == from) step /= 2.0;
+      from = best;
+    }
+    return false;
+  }
+
+  /// Nothing where the place is turned away; else why it is uncut, if it is.
+  std::optional<std::optional<Uncut>> judge(Point<Part> place, Vec3 n) {
+    const Deformation& map = field_.deformation;
+    const AxisLine line = contact_line(place, n);
+    const double facing = dot(n, line.axis);
+    if (facing < -kWall) return std::nullopt;
+    const Point<Flat> flat = map.flatten(line.base);
+    if (!rules_.region().over(flat)) return {Uncut::kContainment};
+    const auto found = envelope_.at(flat.x, flat.y);
+    const Uncut by_cutter = facing < kWall ? Uncut::kWall : Uncut::kCutter;
+    if (!found) return {by_cutter};
+    const double off = gap(place, *found);
+    if (off > options_.tolerance && !(off < kNear * piece_.outer && touched_from_beside(place, flat))) {
+      const ToolPart part = rules_.touching(*found);
+      if (part == ToolPart::kShank) return {Uncut::kShank};
+      return {part == ToolPart::kHolder ? Uncut::kHolder : by_cutter};
+    }
+    switch (rules_.refusal(*found)) {
+      case Refusal::kNone:
+        return {std::optional<Uncut>{}};
+      case Refusal::kTilt:
+        return {Uncut::kTilt};
+      case Refusal::kHeight:
+        return {Uncut::kContainment};
+      case Refusal::kShank:
+        return {Uncut::kShank};
+      case Refusal::kHolder:
+        return {Uncut::kHolder};
+    }
+    return std::nullopt;
+  }
+
+  const ClField& field_;
+  const PlanOptions& options_;
+  PassRules rules_;
+  const ToolPiece& piece_;
+  Envelope envelope_;
+};
+
+}  // namespace
+
+UncutReport find_uncut(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope) {
+  const Mesh& mesh = field.surface.mesh();
+  std::vector<FacetVerdict> verdicts(mesh.facets.size());
+  tbb::enumerable_thread_specific<Judge> judges([&] { return Judge(field, options, envelope); });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, verdicts.size()), [&](const auto& range) {
+    Judge& judge = judges.local();
+    for (std::size_t i = range.begin(); i < range.end(); ++i)
+      verdicts[i] = judge.facet(static_cast<std::uint32_t>(i));
+  });
+  UncutReport report;
+  for (std::size_t i = 0; i < verdicts.size(); ++i) {
+    const FacetVerdict& v = verdicts[i];
+    if (v.facing == 0) {
+      ++report.away;
+      continue;
+    }
+    const auto& f = mesh.facets[i];
+    const double area =
+        length(cross(mesh.vertices[f[1]] - mesh.vertices[f[0]], mesh.vertices[f[2]] - mesh.vertices[f[0]])) /
+        2.0;
+    std::uint32_t uncut = 0;
+    for (const std::uint32_t n : v.uncut) uncut += n;
+    report.facing_area += area * v.facing / v.pieces;
+    if (uncut == 0) continue;
+    const double share = static_cast<double>(uncut) / v.pieces;
+    const auto why = static_cast<Uncut>(std::max_element(v.uncut.begin(), v.uncut.end()) - v.uncut.begin());
+    (why == Uncut::kWall ? report.wall_area : report.area) += area * share;
+    report.facets.push_back({mesh.source[i], why, share});
+  }
+  std::stable_sort(report.facets.begin(), report.facets.end(),
+                   [](const UncutFacet& a, const UncutFacet& b) { return a.facet < b.facet; });
+  return report;
+}
+
+}  // namespace tiltfeed

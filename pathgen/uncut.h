@@ -1,0 +1,17 @@
+#pragma once
+// What of the part the tool cannot or may not cut in one axis field, facet by facet. (U1) in
+// pathgen/README.md.
+
+#include "pathgen/cl_field.h"
+#include "pathgen/envelope.h"
+#include "pathgen/plan.h"
+
+namespace tiltfeed {
+
+/// Holds the tool, at the place of the envelope over its contact with each piece of each facet, against that
+/// piece: it is uncut when it stays further off than `options.tolerance`, or when that place is left out.
+/// What lies between two passes counts as cut. In a hollow as wide as the tool a place may be called uncut
+/// that another place of the envelope would touch by chance. The same for any number of threads.
+UncutReport find_uncut(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope);
+
+}  // namespace tiltfeed
