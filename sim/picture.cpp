@@ -23,6 +23,7 @@ constexpr Colour kRapidColour{0.01, 0.33, 0.42}, kAxisColour{0.010, 0.020, 0.075
 constexpr double kCreaseCosine = 0.82;
 // Widths in pixels of the picture, lengths in radii of the scene.
 constexpr double kCutWidth = 2.0, kRapidWidth = 1.1, kAxisWidth = 1.5, kAxisDot = 4.5, kDash = 7.0;
+constexpr double kTurn = 0.01, kTurnCosine = 0.7;
 constexpr double kAxisLength = 0.10, kBias = 0.004, kHollowRange = 0.03, kHollowRadius = 14.0,
                  kHollowStrength = 0.75;
 
@@ -106,7 +107,41 @@ bool goes_on(const std::vector<Move>& moves, const Run& a, const Run& b) {
   return dot(gap, heading) > 0.8 * length(gap) * length(heading);
 }
 
-std::vector<Run> find_runs(const std::vector<Move>& moves) {
+/// Passes that are joined in a zigzag: the runs without the turns, where the tool goes back within `turn` mm.
+std::vector<Run> without_turns(const std::vector<Move>& moves, const std::vector<Run>& runs, double turn) {
+  std::vector<Run> straight;
+  for (const Run& run : runs) {
+    std::vector<double> way(run.last - run.first + 1, 0.0);
+    for (std::size_t i = 1; i < way.size(); ++i)
+      way[i] = way[i - 1] + distance(moves[run.first + i - 1].pose.tip, moves[run.first + i].pose.tip);
+    const auto at = [&](double mm) {
+      const auto found =
+          std::clamp(std::lower_bound(way.begin(), way.end(), mm), way.begin() + 1, way.end() - 1);
+      const std::size_t i = run.first + static_cast<std::size_t>(found - way.begin());
+      const double step = *found - *(found - 1);
+      const double share = step > 0.0 ? std::clamp((mm - *(found - 1)) / step, 0.0, 1.0) : 1.0;
+      return lerp(moves[i - 1].pose.tip, moves[i].pose.tip, share);
+    };
+    std::size_t begin = 0;
+    for (std::size_t i = 1; i + 1 < way.size(); ++i) {
+      if (way[i] < way[begin] + turn || way[i] + 2.0 * turn > way.back()) continue;
+      const Vec3 axis = moves[run.first + i].pose.axis;
+      const Vec3 in = across_axis(at(way[i]) - at(way[i] - turn), axis);
+      const Vec3 out = across_axis(at(way[i] + 2.0 * turn) - at(way[i] + turn), axis);
+      const double both = length(in) * length(out);
+      if (both == 0.0 || dot(in, out) > -kTurnCosine * both) continue;
+      const double end = way[i] + turn;
+      while (way[i] < end) ++i;
+      straight.push_back({run.first + begin, run.first + i, 0});
+      begin = i;
+    }
+    straight.push_back({run.first + begin, run.last, 0});
+  }
+  return straight;
+}
+
+/// `turn`: length of the way within which joined passes go back, mm.
+std::vector<Run> find_runs(const std::vector<Move>& moves, double turn) {
   std::vector<Run> runs;
   for (std::size_t i = 1; i < moves.size(); ++i) {
     if (moves[i].kind != MoveKind::kCut) continue;
@@ -117,6 +152,7 @@ std::vector<Run> find_runs(const std::vector<Move>& moves) {
     Run run{i - 1, i, runs.empty() ? 0 : runs.back().pass};
     runs.push_back(run);
   }
+  runs = without_turns(moves, runs, turn);
   for (std::size_t r = 1; r < runs.size(); ++r)
     runs[r].pass = runs[r - 1].pass + (goes_on(moves, runs[r - 1], runs[r]) ? 0 : 1);
   return runs;
@@ -185,7 +221,7 @@ class PathPainter {
 
 void draw_path(const std::vector<Move>& moves, const PictureOptions& options, const Camera& camera,
                Raster& raster) {
-  const std::vector<Run> runs = find_runs(moves);
+  const std::vector<Run> runs = find_runs(moves, kTurn * camera.scene_radius());
   if (runs.empty()) return;
   const int passes = runs.back().pass + 1,
             every = (passes + options.passes - 1) / std::max(1, options.passes);
@@ -196,7 +232,8 @@ void draw_path(const std::vector<Move>& moves, const PictureOptions& options, co
       const bool wanted = (r > 0 && drawn(runs[r - 1])) || (r < runs.size() && drawn(runs[r]));
       const std::size_t first = r > 0 ? runs[r - 1].last : 0,
                         last = r < runs.size() ? runs[r].first : moves.size() - 1;
-      if (wanted) painter.rapid(first, last);
+      const bool cutting = first + 1 < moves.size() && moves[first + 1].kind == MoveKind::kCut && r > 0;
+      if (wanted && !cutting) painter.rapid(first, last);
     }
   }
   double whole = 0.0;

@@ -140,6 +140,26 @@ TEST(Picture, MarksWhatTheReportCallsUncut) {
   EXPECT_GT(violet(), one + 1000);
 }
 
+TEST(Picture, PassesThatAreJoinedAreStillPasses) {
+  ToolPath path;
+  path.moves.push_back({{{-20, -10, 0}, {0, 0, 1}}, MoveKind::kPlunge});
+  for (int pass = 0; pass < 41; ++pass)
+    for (int i = 0; i <= 20; ++i) {
+      const double x = pass % 2 == 0 ? -20.0 + 2 * i : 20.0 - 2 * i;
+      path.moves.push_back({{{x, -10.0 + 0.5 * pass, 0}, {0, 0, 1}}, MoveKind::kCut});
+    }
+  const std::string file = in_test_folder("joined.png");
+  PictureOptions options;
+  options.width = 640, options.height = 400, options.axes = 0;
+  const auto warm = [&](int passes) {
+    options.passes = passes;
+    EXPECT_TRUE(draw_part_with_path(plate(), path, file, options));
+    return read_png(file).warm();
+  };
+  EXPECT_LT(5 * warm(4), warm(41));
+  EXPECT_EQ(read_png(file).cold(), 0);
+}
+
 TEST(Picture, PartHidesThePathBehindIt) {
   const std::string file = in_test_folder("hidden.png");
   PictureOptions options;
