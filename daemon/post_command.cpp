@@ -40,7 +40,7 @@ void list_dialects() {
 
 struct PostCommands::Options {
   CLI::App *post = nullptr, *unpost = nullptr;
-  std::string input, machine, output, dialect, unit = "mm", coolant;
+  std::string input, machine, output, dialect, unit;
   bool list = false, tcp = false, no_tcp = false;
   double tolerance = 0.0, axis_tolerance = 0.0, tool_length = 0.0;
   std::optional<double> clear_height;
@@ -74,7 +74,8 @@ int PostCommands::Options::run_post() const {
   if (!profile) return report(profile.error());
   auto in = opened(input);
   if (!in) return report(in.error());
-  const auto program = read_apt(*in, input, {unit == "inch" ? kInch : 1.0, tool_length});
+  const auto program =
+      read_apt(*in, input, {unit == "inch" ? kInch : (unit == "mm" ? 1.0 : 0.0), tool_length});
   if (!program) return report(program.error());
   for (const std::string& note : program->notes) std::cerr << "tiltfeed: note: " << note << "\n";
   PostOptions options;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "kinematics/apt_notes.h"
 #include "kinematics/apt_record.h"
 #include "kinematics/decimal.h"
 
@@ -21,7 +22,10 @@ using Mistake = std::optional<std::string>;
 
 class Reader {
  public:
-  Reader(std::string name, const AptOptions& options) : name_(std::move(name)), unit_(options.unit_mm) {
+  Reader(std::string name, const AptOptions& options)
+      : name_(std::move(name)),
+        unit_(options.unit_mm > 0.0 ? options.unit_mm : 1.0),
+        known_(options.unit_mm > 0.0) {
     length_ = options.tool_length;
     program_.operations.emplace_back();
     program_.operations.back().path.tool.length = length_;
@@ -48,34 +52,22 @@ class Reader {
   Mistake spindle(const AptRecord& record);
   Mistake coolant(const AptRecord& record);
   Mistake tool(const AptRecord& record);
-  Mistake cutter(const AptRecord& record);
+  Mistake cutter(AptRecord record);
   Mistake units(const AptRecord& record);
   Mistake dwell(const AptRecord& record);
-  void note(const AptRecord& record, const std::string& what);
+  void note(const AptRecord& record, const std::string& what) { notes_.add(record.line, what); }
 
   std::string name_;
   AptProgram program_;
-  struct Note {
-    std::string text;
-    std::uint32_t line = 0;
-    int count = 0;
-  };
-  std::vector<Note> notes_;
-  double unit_, length_, feed_ = 0.0, rpm_ = 0.0, turn_ = 1.0;
-  bool per_turn_ = false, rapid_ = false, ended_ = false;
+  AptNotes notes_;
+  double unit_;
+  bool known_;  ///< the unit is stated
+  double length_ = 0.0, feed_ = 0.0, rpm_ = 0.0, turn_ = 1.0;
+  bool per_turn_ = false, rapid_ = false, ended_ = false, closed_ = false;
   Point<Part> at_{};
   Vec3 axis_{0.0, 0.0, 1.0};
   ToolData cutter_{};
 };
-
-void Reader::note(const AptRecord& record, const std::string& what) {
-  const auto known =
-      std::find_if(notes_.begin(), notes_.end(), [&](const Note& one) { return one.text == what; });
-  if (known == notes_.end())
-    notes_.push_back({what, record.line, 1});
-  else
-    ++known->count;
-}
 
 Mistake Reader::set_axis(double i, double j, double k) {
   const Vec3 axis{i, j, k};
@@ -90,7 +82,7 @@ Mistake Reader::move_to(Point<Part> tip, std::uint32_t line) {
   at_ = tip;
   ToolPath& path = operation().path;
   const bool rapid = rapid_ || path.moves.empty();
-  rapid_ = false;
+  rapid_ = closed_ = false;
   if (!rapid) {
     const double rate = per_turn_ ? feed_ * rpm_ : feed_;
     if (!(feed_ > 0.0)) return "no FEDRAT/ yet for this feed move; state one before it, or RAPID";
@@ -137,6 +129,10 @@ Mistake Reader::feed(const AptRecord& record) {
   const bool inch = record.has("IPM") || record.has("IPR"), mm = record.has("MMPM") || record.has("MMPR");
   if (record.has("INVERS") || record.has("FPM") || record.has("MPM"))
     return "FEDRAT/ is understood in MMPM, IPM, MMPR or IPR; post the file with one of these";
+  if (inch && !known_)
+    return "the feed is in inches and nothing states the unit of the file; put UNITS/INCHES or UNITS/MM "
+           "before it, "
+           "or say --units";
   per_turn_ = record.has("IPR") || record.has("MMPR") || record.has("PERREV");
   feed_ = *value * (inch ? kInch : (mm ? 1.0 : unit_));
   return std::nullopt;
@@ -183,8 +179,10 @@ Mistake Reader::tool(const AptRecord& record) {
   return std::nullopt;
 }
 
-Mistake Reader::cutter(const AptRecord& record) {
-  std::array<double, 8> v{};
+/// CUTTER/d,r,... or TLDATA/MILL,d,r,...
+Mistake Reader::cutter(AptRecord record) {
+  if (record.has("MILL")) record.words.erase(record.words.begin());
+  std::array<double, 12> v{};
   std::size_t count = 0;
   if (auto bad = record.numbers(v, count)) return bad;
   if (count == 0 || v[0] < 0.0 || v[1] < 0.0) return "CUTTER/ wants diameter[,corner radius]";
@@ -197,6 +195,7 @@ Mistake Reader::cutter(const AptRecord& record) {
 }
 
 Mistake Reader::units(const AptRecord& record) {
+  known_ = true;
   if (record.has("MM"))
     unit_ = 1.0;
   else if (record.has("INCHES") || record.has("INCH"))
@@ -224,7 +223,7 @@ Mistake Reader::dispatch(const AptRecord& r) {
   if (r.word == "COOLNT") return coolant(r);
   if (r.word == "LOADTL" || r.word == "TOOLNO" || r.word == "TURRET" || (r.word == "LOAD" && r.has("TOOL")))
     return tool(r);
-  if (r.word == "CUTTER") return cutter(r);
+  if (r.word == "CUTTER" || (r.word == "TLDATA" && r.has("MILL"))) return cutter(r);
   if (r.word == "UNITS") return units(r);
   if (r.word == "DELAY") return dwell(r);
   if (r.word == "TLAXIS") {
@@ -246,6 +245,8 @@ Mistake Reader::dispatch(const AptRecord& r) {
     program_.name = r.text;
   } else if (r.word == "FINI" || r.word == "END") {
     ended_ = true;
+  } else if (r.word == "END-OF-PATH") {
+    closed_ = true;  // another may follow
   } else if (bends_path(r)) {
     return r.word +
            " asks for more than straight lines between the points; let the CAM system write GOTO/ alone "
@@ -262,12 +263,13 @@ Result<void> Reader::read(const AptRecord& record) {
 }
 
 Result<AptProgram> Reader::finish(std::uint32_t line) {
-  if (!ended_) return wrong(line, "the file ends without FINI or END: it is cut short");
+  if (!ended_ && !closed_)
+    return wrong(line, "the file ends without FINI, END or END-OF-PATH: it is cut short");
   if (operation().path.moves.empty() && program_.operations.size() > 1) program_.operations.pop_back();
   if (operation().path.moves.empty()) return wrong(line, "no GOTO/ before the end");
-  for (const Note& one : notes_)
-    program_.notes.push_back(name_ + ":" + std::to_string(one.line) + ": " + one.text +
-                             (one.count > 1 ? " (" + std::to_string(one.count) + " times)" : ""));
+  if (!known_)
+    program_.notes.push_back(name_ + ": no UNITS/: its numbers are taken as mm (else: --units inch)");
+  notes_.append_to(program_.notes, name_);
   for (AptOperation& op : program_.operations) op.path.name = program_.name;
   return std::move(program_);
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <istream>
 #include <limits>
+#include <string>
 #include <string_view>
 
 namespace tiltfeed {
@@ -16,9 +17,9 @@ constexpr std::array<std::string_view, 5> kTextWords{"PARTNO", "PPRINT", "TPRINT
 constexpr std::array<std::string_view, 20> kBends{
     "CYCLE",  "CIRCLE", "CUTCOM", "ROTABL", "ROTATE", "INDEX", "TRACUT", "COPY",   "TRANS", "ORIGIN",
     "MOVARC", "INDIRV", "INDIRP", "GOFWD",  "GOLFT",  "GORGT", "GOBACK", "SPLINE", "NURBS", "MIRROR"};
-constexpr std::array<std::string_view, 16> kInforms{"MULTAX", "MACHIN", "TOLER",  "INTOL", "OUTTOL", "NOPOST",
-                                                    "CLPRNT", "TPRINT", "REMARK", "MSYS",  "CSYS",   "PAINT",
-                                                    "PREFUN", "SEQNO",  "LEADER", "DISPLY"};
+constexpr std::array<std::string_view, 17> kInforms{
+    "TOOLPATH", "MULTAX", "MACHIN", "TOLER", "INTOL",  "OUTTOL", "NOPOST", "CLPRNT", "TPRINT",
+    "REMARK",   "MSYS",   "CSYS",   "PAINT", "PREFUN", "SEQNO",  "LEADER", "DISPLY"};
 
 template <std::size_t N>
 bool among(const std::array<std::string_view, N>& words, std::string_view word) {
@@ -42,12 +43,15 @@ std::string tight(std::string_view text) {
   return out;
 }
 
-/// The number that a word is; NaN for "nan", "inf" and beyond a double; nothing when it is no number.
+/// The number that a word is, with E or D before an exponent; NaN for "nan", "inf" and beyond a double;
+/// nothing when it is no number.
 std::optional<double> number(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
+  std::string plain(text);
+  std::replace(plain.begin(), plain.end(), 'D', 'E');
   double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (end != text.data() + text.size() || error == std::errc::invalid_argument) return std::nullopt;
+  const auto [end, error] = std::from_chars(plain.data(), plain.data() + plain.size(), value);
+  if (end != plain.data() + plain.size() || error == std::errc::invalid_argument) return std::nullopt;
   if (error != std::errc{} || !std::isfinite(value)) return std::numeric_limits<double>::quiet_NaN();
   return value;
 }

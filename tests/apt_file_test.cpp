@@ -71,6 +71,19 @@ TEST(AptFile, InchesAndFeedsPerTurn) {
   EXPECT_EQ(stated->operations[0].path.tool.length, 101.6) << "the unit of a file without UNITS/";
 }
 
+TEST(AptFile, AUnitThatNothingStatesIsNoted) {
+  const std::string text = "GOTO/0,0,1\nFEDRAT/5\nGOTO/0,0,0\nFINI\n";
+  const auto silent = read_text(text);
+  ASSERT_TRUE(silent) << silent.error().message;
+  ASSERT_EQ(silent->notes.size(), 1u);
+  EXPECT_EQ(silent->notes[0], "p.cls: no UNITS/: its numbers are taken as mm (else: --units inch)");
+  EXPECT_TRUE(read_text("UNITS/MM\n" + text)->notes.empty());
+  const auto inch = read_text(text, {25.4, 0.0});
+  EXPECT_TRUE(inch->notes.empty());
+  EXPECT_EQ(inch->operations[0].path.moves[0].pose.tip.z, 25.4);
+  EXPECT_EQ(feed_of(inch->operations[0].path, 1).mm_per_min(), 127.0);
+}
+
 TEST(AptFile, EachToolIsAnOperation) {
   const auto program = read_text(
       "CUTTER/6\nLOADTL/1,LENGTH,90\nFEDRAT/100\nGOTO/0,0,9\nGOTO/0,0,0\nCUTTER/8,4\nLOAD/TOOL,2\nGOTO/"
@@ -86,12 +99,38 @@ TEST(AptFile, EachToolIsAnOperation) {
   EXPECT_EQ(feed_of(program->operations[1].path, 1).mm_per_min(), 100.0) << "the feed stays";
 }
 
+TEST(AptFile, SeveralPathsInOneFile) {
+  const std::string path =
+      "TOOL PATH/FINISH,TOOL,BALL_6\nTLDATA/MILL,6.0000,3.0000,75.0000,0.0000,0.0000\n"
+      "MSYS/0,0,0,1,0,0,0,1,0\nLOAD/TOOL,3\nSPINDL/RPM,8000,CLW\nPAINT/SPEED,10\nRAPID\n"
+      "GOTO/1.5E+01,-2.5e0,5.0D+01,0.0,0.0,1.0\nFEDRAT/MMPM,250.0\nGOTO/15.0,-2.5,-5.0D-1\nEND-OF-PATH\n";
+  std::istringstream in(path + path);
+  const auto program = read_apt(in, "nx.cls", {1.0, 75.0});
+  ASSERT_TRUE(program) << program.error().message;
+  EXPECT_TRUE(program->notes.empty()) << program->notes.front();
+  ASSERT_EQ(program->operations.size(), 2u);
+  for (const AptOperation& op : program->operations) {
+    EXPECT_EQ(op.tool_number, 3);
+    EXPECT_EQ(op.path.tool, (ToolData{6.0, 3.0, 75.0}));
+    ASSERT_EQ(op.path.moves.size(), 2u);
+    EXPECT_EQ(op.path.moves[0].pose.tip, (Point<Part>{15.0, -2.5, 50.0}));
+    EXPECT_EQ(op.path.moves[1].pose.tip, (Point<Part>{15.0, -2.5, -0.5}));
+    EXPECT_EQ(feed_of(op.path, 1).mm_per_min(), 250.0);
+  }
+  // A path that is not closed is cut short.
+  std::istringstream open(path + path.substr(0, path.find("END-OF-PATH")));
+  const auto refused = read_apt(open, "nx.cls", {1.0, 75.0});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("cut short"), std::string::npos);
+}
+
 TEST(AptFile, UnknownWordsAreNotedAndNotFatal) {
-  const auto program = read_text("MAGIC/1\nGOTO/0,0,0\nMAGIC/2\nMACHIN/MILL\nCOOLNT/THRU\nCYCLE/OFF\nFINI\n");
+  const auto program =
+      read_text("UNITS/MM\nMAGIC/1\nGOTO/0,0,0\nMAGIC/2\nMACHIN/MILL\nCOOLNT/THRU\nCYCLE/OFF\nFINI\n");
   ASSERT_TRUE(program) << program.error().message;
   EXPECT_EQ(program->notes,
-            (std::vector<std::string>{"p.cls:1: MAGIC is not understood and was left out (2 times)",
-                                      "p.cls:5: COOLNT/THRU is posted as flood"}));
+            (std::vector<std::string>{"p.cls:2: MAGIC is not understood and was left out (2 times)",
+                                      "p.cls:6: COOLNT/THRU is posted as flood"}));
 }
 
 TEST(AptFile, BadInputIsNamedWithItsLine) {
@@ -109,6 +148,8 @@ TEST(AptFile, BadInputIsNamedWithItsLine) {
             {"GOTO/0,0,****\nFINI\n", "p.cls:1: GOTO/: number 3, \"****\", is no number"},
             {"GOTO/0,0,0,0,0,0\nFINI\n", "p.cls:1: the tool axis (0, 0, 0) has no length"},
             {"GOTO/0,0,0\nGOTO/0,0,1\nFINI\n", "p.cls:2: no FEDRAT/ yet"},
+            {"GOTO/0,0,0\nFEDRAT/5,IPM\nGOTO/0,0,1\nFINI\n",
+             "p.cls:2: the feed is in inches and nothing states the unit"},
             {"FEDRAT/0\nFINI\n", "p.cls:1: FEDRAT/ wants a feed above 0"},
             {"FEDRAT/nan\nFINI\n", "p.cls:1: FEDRAT/ wants a feed above 0"},
             {"FEDRAT/MMPM\nFINI\n", "p.cls:1: FEDRAT/ has no number"},
