@@ -10,7 +10,6 @@
 #include <csignal>
 #include <cstdio>
 #include <iostream>
-#include <limits>
 #include <optional>
 
 #include "config/job_files.h"
@@ -22,6 +21,7 @@
 #include "daemon/plan_report.h"
 #include "daemon/post_command.h"
 #include "daemon/service_command.h"
+#include "daemon/space_about.h"
 #include "daemon/stream.h"
 #include "daemon/tool_length.h"
 #include "daemon/verify_command.h"
@@ -95,13 +95,6 @@ Result<void> write_text(const std::string& path, const std::function<Result<void
   return file->commit();
 }
 
-/// Of the highest vertex along `up`, mm.
-double height(const Mesh& mesh, Vec3 up) {
-  double highest = -std::numeric_limits<double>::infinity();
-  for (const Point<Part>& v : mesh.vertices) highest = std::max(highest, dot(from_origin(v), up));
-  return highest;
-}
-
 struct PlanFiles {
   std::string job, program, cl, report, map, stl, machine;
 };
@@ -134,8 +127,7 @@ int plan_command(const PlanFiles& files) {
   // Under TCP the linear words are the tip's, so joints are kept finer than what is printed.
   options.linear_decimals = job->machine.format.tcp ? kTcpDecimals : job->machine.format.linear_decimals;
   options.rotary_decimals = job->machine.format.rotary_decimals;
-  options.clear_height = height(part->mesh, rotary_up(job->machine.model, job->setup)) + job->plan.allowance +
-                         job->plan.radial_stock + job->plan.axial_stock + job->plan.links.clearance;
+  options.clear = space_about(part->mesh, *job);
   auto joints = clock.time("joints", [&] {
     return to_joints(planned->path, job->machine.model, job->setup, options,
                      [&](double f) { return line.show("joints", f); });

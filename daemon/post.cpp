@@ -50,7 +50,7 @@ Result<Posted> post(const AptProgram& program, const std::string& name, const Ma
   joints.axis_tolerance = format.tcp ? options.axis_tolerance / 2.0 : options.axis_tolerance;
   joints.linear_decimals = format.tcp ? kTcpDecimals : format.linear_decimals;
   joints.rotary_decimals = format.rotary_decimals;
-  joints.clear_height = options.clear_height;
+  joints.clear = options.clear;
   std::vector<JointMove> all;
   for (const AptOperation& stated : program.operations) {
     Setup setup = options.setup;
@@ -59,7 +59,7 @@ Result<Posted> post(const AptProgram& program, const std::string& name, const Ma
       return fail(Code::kInput, name + ": tool " + std::to_string(stated.tool_number) +
                                     " has no length; state LOADTL/n,LENGTH,l in the file or --tool-length");
     AptOperation op =
-        options.clear_height ? with_clear_ends(stated, machine.model, setup, *options.clear_height) : stated;
+        options.clear.height ? with_clear_ends(stated, machine.model, setup, *options.clear.height) : stated;
     auto path = to_joints(op.path, machine.model, setup, joints);
     if (!path) return tl::unexpected(at_line(path.error(), name, op));
     op = reconfigured(std::move(op), *path);

@@ -43,7 +43,7 @@ struct PostCommands::Options {
   std::string input, machine, output, dialect, unit;
   bool list = false, tcp = false, no_tcp = false;
   double tolerance = 0.0, axis_tolerance = 0.0, tool_length = 0.0;
-  std::optional<double> clear_height;
+  ClearSpace clear;
   std::vector<double> part_zero, fixture;
   ProgramData data;
 
@@ -83,7 +83,7 @@ int PostCommands::Options::run_post() const {
   if (axis_tolerance > 0.0) options.axis_tolerance = axis_tolerance;
   if (!part_zero.empty()) options.setup.part_zero = vector_of(part_zero);
   if (!fixture.empty()) options.setup.fixture = fixture_of(vector_of(fixture));
-  options.clear_height = clear_height;
+  options.clear = clear;
   options.data = data;
   const auto posted = tiltfeed::post(*program, input, *profile, options);
   if (!posted) return report(posted.error());
@@ -154,9 +154,15 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
         ->check(CLI::PositiveNumber);
   }
   o.post->add_option(
-      "--clear-height", o.clear_height,
+      "--clear-height", o.clear.height,
       "nothing on the table reaches higher above part zero, mm: the tool comes and leaves from there, "
       "and may be taken off in between to turn a rotary back");
+  o.post
+      ->add_option(
+          "--clear-radius", o.clear.radius,
+          "nothing on the table reaches further from its axis, mm: a tool that lies may be taken off "
+          "sideways to turn the table back")
+      ->check(CLI::PositiveNumber);
   o.post->add_flag("--tcp", o.tcp, "tool centre point by the control (G43.4, G234, TRAORI, M128)");
   o.post->add_flag("--no-tcp", o.no_tcp, "joint words, whatever the profile says")->excludes("--tcp");
   o.post->add_option("--units", o.unit, "of a file without UNITS/: mm or inch")

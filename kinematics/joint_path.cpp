@@ -167,7 +167,7 @@ Result<JointPath> reconfigured(const ToolPath& path, const MachineModel& machine
                                const JointChooser& chooser, const JointPathOptions& options,
                                const OperationPlan& plan, const StageProgress& progress) {
   std::vector<std::uint32_t> planned;
-  ToolPath longer = with_reconfigurations(path, machine, setup, plan, *options.clear_height, planned);
+  ToolPath longer = with_reconfigurations(path, machine, setup, plan, options.clear, planned);
   auto done = Follower(longer, machine, chooser, options).follow(plan.start, progress);
   if (!done) return done;
   done->report.reconfigurations = plan.changes.size();
@@ -204,8 +204,8 @@ Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, c
       error = done.error();
     }
   }
-  if (options.clear_height) {
-    if (const auto plan = plan_operation(path, machine, setup, chooser, *options.clear_height)) {
+  if (options.clear.height || options.clear.radius) {
+    if (const auto plan = plan_operation(path, machine, setup, chooser, options.clear)) {
       auto done = reconfigured(path, machine, setup, chooser, options, *plan, progress);
       // Where that does not serve either, the pose of the planned path is what the user knows.
       if (done || done.error().code == Code::kCancelled) return done;

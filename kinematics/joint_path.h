@@ -21,6 +21,13 @@ struct JointMove {
   std::uint32_t move = 0;  ///< index into ToolPath::moves of the move that this block belongs to
 };
 
+/// What is known of the space about the work: nothing (part, stock, clamp) is higher than `height` above part
+/// zero along `rotary_up`, nor further than `radius` from the rotary's axis; mm.
+struct ClearSpace {
+  std::optional<double> height;  ///< a tool whose axis rises may be taken off upwards
+  std::optional<double> radius;  ///< a tool that lies may be taken off sideways
+};
+
 struct JointPathOptions {
   /// Largest distance of the moving tip, and of the moving ball centre (`tool.corner_radius` up the axis),
   /// from the path's; mm.
@@ -28,9 +35,9 @@ struct JointPathOptions {
   double axis_tolerance = 0.1;  ///< largest angle between the moving axis and the path's axis, degrees
   int linear_decimals = 4;      ///< printed decimals of X Y Z, mm
   int rotary_decimals = 4;      ///< printed decimals of A C, degrees
-  /// Nothing (part, stock, clamp) reaches higher than this above part zero along `rotary_up`, mm. With it the
-  /// tool may be taken off the part where limits force it (K11); without it such a path is an error.
-  std::optional<double> clear_height;
+  /// With it the tool may be taken off the part where limits force it (K11); without it such a path is an
+  /// error.
+  ClearSpace clear;
 };
 
 /// Rapids, in clear air, may stray this much further than feed moves: fewer stops.

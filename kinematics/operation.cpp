@@ -43,11 +43,12 @@ struct Run {
 class Search {
  public:
   Search(const ToolPath& path, const MachineModel& machine, const Setup& setup, const JointChooser& chooser,
-         double clear_height)
+         const ClearSpace& clear)
       : path_(path),
         machine_(machine),
+        setup_(setup),
         chooser_(chooser),
-        clear_height_(clear_height),
+        clear_(clear),
         up_(rotary_up(machine, setup)),
         solutions_(path.moves.size()) {
     tbb::parallel_for(std::size_t{0}, solutions_.size(),
@@ -60,17 +61,25 @@ class Search {
     return path_.moves[move].kind == MoveKind::kRapid ||
            (move + 1 < path_.moves.size() && path_.moves[move + 1].kind == MoveKind::kRapid);
   }
-  /// Turning the rotary at the pole does not turn the tool; a tool that lies flat cannot be taken off
-  /// upwards.
-  bool can_change(std::size_t move) const {
-    return !solutions_[move].in_cone && !solutions_[move].rotary_free &&
-           dot(path_.moves[move].pose.axis, up_) >= kLeastRise;
+  bool rises(std::size_t move) const { return dot(path_.moves[move].pose.axis, up_) >= kLeastRise; }
+  /// How far along its axis the tool is clear; nothing where it cannot be taken off.
+  std::optional<double> way_off(std::size_t move) const {
+    const Pose& pose = path_.moves[move].pose;
+    // Turning the rotary at the pole does not turn the tool.
+    if (solutions_[move].in_cone || solutions_[move].rotary_free) return std::nullopt;
+    if (rises(move)) return clear_.height ? std::optional(rise_to(*clear_.height, pose, up_)) : std::nullopt;
+    return clear_.radius ? way_out(*clear_.radius, pose, machine_, setup_) : std::nullopt;
   }
   /// The tool taken off there, with these rotary words, is within the travels.
   bool clears(std::size_t move, const Joints& at) const {
+    const std::optional<double> way = way_off(move);
+    if (!way) return false;
     const Pose& pose = path_.moves[move].pose;
-    const Point<Part> raised = pose.tip + pose.axis * rise_to(clear_height_, pose, up_);
-    return within_limits(machine_, chooser_.placed(raised, at.a, at.c).joints);
+    return within_limits(machine_, chooser_.placed(pose.tip + pose.axis * *way, at.a, at.c).joints);
+  }
+  /// A tool that lies stands while the work turns: it keeps its tilt.
+  bool may_change(std::size_t move, const Choice& from, const Choice& to) const {
+    return rises(move) || (from.branch == to.branch && from.joints.a == to.joints.a);
   }
   double minutes(const Joints& from, const Joints& to) const {
     return std::max(std::abs(to.a - from.a) / machine_.tilt.velocity,
@@ -83,8 +92,9 @@ class Search {
 
   const ToolPath& path_;
   const MachineModel& machine_;
+  const Setup& setup_;
   const JointChooser& chooser_;
-  double clear_height_;
+  const ClearSpace& clear_;
   Vec3 up_;
   std::vector<RotarySolutions> solutions_;
   std::vector<Place> places_;
@@ -102,7 +112,7 @@ Run Search::run(std::size_t place, const Choice& start) const {
     if (!next || (next->forced && !at.at_pole)) break;
     out.minutes += minutes(at.joints, next->joints);
     at = *next;
-    if (!can_change(move) || !clears(move, at.joints)) continue;
+    if (!clears(move, at.joints)) continue;
     out.cut = {move, at, out.minutes};
     if (in_air(move)) out.air = out.cut;
   }
@@ -133,7 +143,9 @@ void Search::expand(std::size_t index) {
   tbb::parallel_for(std::size_t{0}, choices.size(),
                     [&](std::size_t k) { runs[k] = run(from.move, choices[k]); });
   for (std::size_t k = 0; k < choices.size(); ++k) {
-    if (from.parent >= 0 && !clears(from.move, choices[k].joints)) continue;
+    if (from.parent >= 0 &&
+        (!clears(from.move, choices[k].joints) || !may_change(from.move, from.at, choices[k])))
+      continue;
     Place next{path_.moves.size(), from.cost, static_cast<int>(index), choices[k], {}};
     if (from.parent >= 0) next.cost.minutes += minutes(from.at.joints, choices[k].joints);
     if ((choices[k].joints.a - machine_.tilt.zero) * machine_.preferred_tilt < 0.0) ++next.cost.wrong_side;
@@ -162,7 +174,7 @@ OperationPlan Search::plan_to(const Place& end) const {
   for (; places_[static_cast<std::size_t>(at.parent)].parent >= 0;
        at = places_[static_cast<std::size_t>(at.parent)]) {
     const Place& place = places_[static_cast<std::size_t>(at.parent)];
-    plan.changes.push_back({place.move, place.at, at.chosen});
+    plan.changes.push_back({place.move, place.at, at.chosen, !rises(place.move)});
   }
   plan.start = at.chosen;
   std::reverse(plan.changes.begin(), plan.changes.end());
@@ -190,8 +202,8 @@ std::optional<OperationPlan> Search::best() {
 
 std::optional<OperationPlan> plan_operation(const ToolPath& path, const MachineModel& machine,
                                             const Setup& setup, const JointChooser& chooser,
-                                            double clear_height) {
-  return Search(path, machine, setup, chooser, clear_height).best();
+                                            const ClearSpace& clear) {
+  return Search(path, machine, setup, chooser, clear).best();
 }
 
 }  // namespace tiltfeed

@@ -20,7 +20,7 @@ constexpr double kClear = 100.0;  // mm above part zero: all parts here are lowe
 
 JointPathOptions with_detours() {
   JointPathOptions options;
-  options.clear_height = kClear;
+  options.clear.height = kClear;
   return options;
 }
 
@@ -249,6 +249,53 @@ TEST(Operation, RefusesToTakeALyingToolUpwards) {
   ASSERT_FALSE(joints);
   EXPECT_EQ(joints.error().code, Code::kLimit);
   EXPECT_NE(joints.error().message.find("C "), std::string::npos) << joints.error().message;
+}
+
+/// Round a pin with the tool lying: three turns on a table that has two. The table is turned back with the
+/// tool standing beside the work.
+TEST(Operation, TakesALyingToolOutwards) {
+  constexpr double kRadius = 45.0;
+  for (const double tilt : {88.0, 90.0, 96.0}) {
+    for (const Structure structure : {Structure::kTableHead, Structure::kTableTable}) {
+      SCOPED_TRACE(testing::Message() << tilt << " degrees, structure " << static_cast<int>(structure));
+      MachineModel m = trunnion();
+      m.structure = structure;
+      if (structure == Structure::kTableTable) m.tilt.sign = -1, m.rotary_to_tilt = {0, 0, 0};
+      m.rotary.min = -360, m.rotary.max = 360;
+      const Point<Part> centre = Point<Part>{} - standing().part_zero;  // of the table
+      const ToolPath path = path_of(sampled(600, [&](double f) {
+        const Vec3 u = axis_at(tilt, 1080 * f), out = axis_at(90, 1080 * f);
+        return Pose{Point<Part>{centre.x, centre.y, 10 * f} + out * 30.0, u};
+      }));
+      JointPathOptions options;
+      EXPECT_FALSE(to_joints(path, m, standing(), options));
+      options.clear.radius = kRadius;
+      const auto joints = to_joints(path, m, standing(), options);
+      ASSERT_TRUE(joints) << joints.error().message;
+      EXPECT_EQ(joints->report.reconfigurations, 1u);
+      check_densely(*joints->reconfigured, m, standing(), options, *joints);
+      put_in(path, *joints->reconfigured);
+      // Where the table turns, the printed words hold the tool: nothing of it is nearer than the clear
+      // radius.
+      const auto off = [&](Point<Part> p) { return std::hypot(p.x - centre.x, p.y - centre.y); };
+      double turned = 0.0;
+      for (std::size_t i = 1; i < joints->moves.size(); ++i) {
+        const Joints &p = joints->moves[i - 1].joints, &q = joints->moves[i].joints;
+        const Pose pose = forward(m, standing(), q);
+        if (joints->moves[i].kind != MoveKind::kRapid || q.c == p.c) continue;
+        turned += std::abs(q.c - p.c);
+        for (const double up : {0.0, 20.0, 100.0})
+          EXPECT_GE(off(pose.tip + pose.axis * up), kRadius - 0.1) << "block " << i;
+        EXPECT_LT(distance(Point<Part>{p.x, p.y, p.z}, Point<Part>{q.x, q.y, q.z}), 0.1) << "the tool stands";
+      }
+      EXPECT_GT(turned, 700.0);
+      // A shank that points inwards would cross the work; a rotary in the head would swing the tool.
+      ToolPath inward = path;
+      for (Move& move : inward.moves)
+        move.pose.axis = {-move.pose.axis.x, -move.pose.axis.y, move.pose.axis.z};
+      EXPECT_FALSE(to_joints(inward, m, standing(), options));
+    }
+  }
 }
 
 TEST(Operation, PrefersASideOfTheTilt) {

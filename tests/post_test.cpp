@@ -218,7 +218,7 @@ TEST(Post, TurnsARotaryBackOverTheClearHeight) {
   const auto refused = program_text(want, profile, options);
   ASSERT_FALSE(refused) << "four turns within 800 degrees";
   EXPECT_EQ(refused.error().message.rfind("in.cls:", 0), 0u) << refused.error().message;
-  options.clear_height = 40.0;
+  options.clear.height = 40.0;
   const auto posted = post(want, "in.cls", profile, options);
   ASSERT_TRUE(posted) << posted.error().message;
   EXPECT_GE(posted->report.reconfigurations, 1u);
@@ -270,7 +270,7 @@ TEST(Post, ComesFromAndLeavesToTheClearHeightAlongTheAxis) {
   const auto program = read_apt(in, "in.cls", {});
   ASSERT_TRUE(program) << program.error().message;
   PostOptions options;
-  options.clear_height = 25.0;
+  options.clear.height = 25.0;
   const auto text = program_text(*program, profile, options);
   ASSERT_TRUE(text) << text.error().message;
   const auto made = back(*text, profile);
@@ -289,7 +289,7 @@ TEST(Post, ComesFromAndLeavesToTheClearHeightAlongTheAxis) {
   EXPECT_LT(t.find("S500"), t.find("G0 X"));
   EXPECT_LT(t.find("M0"), t.find("M5"));
   // High enough: as the file says.
-  options.clear_height = 1.0;
+  options.clear.height = 1.0;
   const auto low = program_text(*program, profile, options);
   ASSERT_TRUE(low);
   EXPECT_LT(distance(back(*low, profile)->operations[0].path.moves.front().pose.tip, Point<Part>{0, 0, 1}),
