@@ -26,10 +26,14 @@ std::string remedy(const MachineModel& machine, const std::string& text) {
   const char letter = limited_axis(text);
   if (letter == '\0') return {};
   if (letter == machine.tilt.letter)
-    return "; tilt the tool less, or turn the part on the table (setup.fixture)";
+    return "; tilt the tool less, or turn the part on the table (setup.fixture_rotation_deg, post --fixture)";
   if (letter == machine.rotary.letter)
-    return "; cut to and fro (zigzag) or in shorter runs so that the table unwinds";
-  return "; move the part (setup.part_zero), or change the tool's length";
+    return "; cut to and fro (zigzag) or in shorter runs so that the table unwinds, or let the tool be taken "
+           "off "
+           "in between (post --clear-height, --clear-radius)";
+  return "; move the part on the table (setup.part_zero_mm, post --part-zero), change the tool's length, or "
+         "state "
+         "the profile's travels as the words from this work offset count";
 }
 
 }  // namespace

@@ -314,6 +314,48 @@ TEST(Post, ErrorsNameTheLineOfTheFile) {
   }
 }
 
+/// Where no joints give a pose the first such line is named, with what the machine can do; clear space or
+/// not.
+TEST(Post, WhatNoJointsGiveIsNamedWithItsLine) {
+  PostOptions options;
+  options.clear = {60.0, 80.0};
+  // A nutating head reaches so far only.
+  std::istringstream in("LOADTL/1,LENGTH,50\nGOTO/0,0,10\nFEDRAT/100\nGOTO/0,0,0,0,0.6,-0.8\nFINI\n");
+  const auto over = read_apt(in, "in.cls", {});
+  ASSERT_TRUE(over) << over.error().message;
+  const auto unreachable =
+      program_text(*over, machine(Dialect::kHeidenhain, false, "dmu-nutating-bc"), options);
+  ASSERT_FALSE(unreachable);
+  EXPECT_EQ(unreachable.error().code, Code::kUnreachable);
+  EXPECT_EQ(unreachable.error().message.rfind("in.cls:4: move ", 0), 0u) << unreachable.error().message;
+  EXPECT_NE(unreachable.error().message.find("143.1"), std::string::npos) << unreachable.error().message;
+  // A table with a gap, and a head to one side only: a quarter of the way round has no solution at all.
+  MachineProfile gap = machine(Dialect::kRs274, false);
+  gap.model.rotary.min = -130, gap.model.rotary.max = 130, gap.model.tilt.min = 0;
+  const AptProgram round = winding(1.0);
+  const auto stuck = program_text(round, gap, options);
+  ASSERT_FALSE(stuck);
+  EXPECT_EQ(stuck.error().code, Code::kLimit);
+  EXPECT_EQ(stuck.error().message.rfind("in.cls:", 0), 0u) << stuck.error().message;
+  EXPECT_NE(stuck.error().message.find(" C "), std::string::npos) << stuck.error().message;
+  EXPECT_NE(stuck.error().message.find("so that the table unwinds"), std::string::npos)
+      << stuck.error().message;
+  // The line is the first whose pose neither solution gives.
+  const auto line = static_cast<std::uint32_t>(std::stoul(stuck.error().message.substr(7)));
+  const AptOperation& op = round.operations[0];
+  std::size_t first = 0;
+  const auto given = [&](const Pose& pose) {
+    tiltfeed::Setup at;
+    at.tool_length = 60.0;
+    for (Joints q : *inverse(gap.model, at, pose, 0.0))
+      for (const double turn : {0.0, 360.0, -360.0})
+        if (q.a >= 0.0 && q.c + turn >= -130.0 && q.c + turn <= 130.0) return true;
+    return false;
+  };
+  while (given(op.path.moves[first].pose)) ++first;
+  EXPECT_EQ(line, op.lines[first]);
+}
+
 TEST(ToolLength, AnotherThanTheProgramsIsRefused) {
   const std::string path = testing::TempDir() + "/tool_length.nc";
   for (const bool tcp : {false, true}) {
