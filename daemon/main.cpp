@@ -282,7 +282,7 @@ int main(int argc, char** argv) {
   if (posting.called()) return posting.run();
   if (machines.called()) return machines.run();
   if (const std::optional<int> status = service.run()) return *status;
-  if (tool_length > 0.0)
+  if (send->count("--tool-length") > 0)
     if (auto same = check_tool_length(program, tool_length); !same) return report(same.error());
   return send_command(program, link, send_machine);
 }

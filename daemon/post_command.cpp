@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -18,6 +19,7 @@ namespace {
 
 constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
 constexpr double kInch = 25.4;  // mm, exactly
+constexpr double kMost = 1e5;   // mm or degrees that an option may state
 
 int report(const Error& error) {
   std::cerr << "tiltfeed: " << error.message << "\n";
@@ -31,6 +33,17 @@ Result<std::ifstream> opened(const std::string& path) {
 }
 
 Vec3 vector_of(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
+
+/// Numbers of mm or degrees that mean something on a machine.
+CLI::Validator finite() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        double value = 0.0;
+        if (CLI::detail::lexical_cast(text, value) && std::abs(value) <= kMost) return "";
+        return "expected a finite number up to 100000, found " + text;
+      },
+      "NUMBER");
+}
 
 void list_dialects() {
   for (const DialectName& one : kDialects) std::cout << one.name << "\t" << one.control << "\n";
@@ -142,27 +155,33 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
     one->add_option("--machine", o.machine, "machine profile (YAML)");
     one->add_option("--out", o.output, posts ? "program to write" : "CL file to write (APT text)");
     one->add_option("--dialect", o.dialect, "instead of the profile's");
-    one->add_option("--tool-length", o.tool_length, "gauge line to tip, mm")->check(CLI::PositiveNumber);
+    one->add_option("--tool-length", o.tool_length, "gauge line to tip, mm")
+        ->check(CLI::PositiveNumber & finite());
     one->add_option("--part-zero", o.part_zero, "from the table's axis to part zero, mm: X,Y,Z")
         ->expected(3)
-        ->delimiter(',');
+        ->delimiter(',')
+        ->check(finite());
     one->add_option("--fixture", o.fixture, "turn of the part about the table's x, y, z, degrees: RX,RY,RZ")
         ->expected(3)
-        ->delimiter(',');
-    one->add_option("--tolerance", o.tolerance, "of the tip between points, mm")->check(CLI::PositiveNumber);
+        ->delimiter(',')
+        ->check(finite());
+    one->add_option("--tolerance", o.tolerance, "of the tip between points, mm")
+        ->check(CLI::PositiveNumber & finite());
     one->add_option("--axis-tolerance", o.axis_tolerance, "of the axis between points, degrees")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::PositiveNumber & finite());
   }
-  o.post->add_option(
-      "--clear-height", o.clear.height,
-      "nothing on the table reaches higher above part zero, mm: the tool comes and leaves from there, "
-      "and may be taken off in between to turn a rotary back");
+  o.post
+      ->add_option(
+          "--clear-height", o.clear.height,
+          "nothing on the table reaches higher above part zero, mm: the tool comes and leaves from there, "
+          "and may be taken off in between to turn a rotary back")
+      ->check(finite());
   o.post
       ->add_option(
           "--clear-radius", o.clear.radius,
           "nothing on the table reaches further from its axis, mm: a tool that lies may be taken off "
           "sideways to turn the table back")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::PositiveNumber & finite());
   o.post->add_flag("--tcp", o.tcp, "tool centre point by the control (G43.4, G234, TRAORI, M128)");
   o.post->add_flag("--no-tcp", o.no_tcp, "joint words, whatever the profile says")->excludes("--tcp");
   o.post->add_option("--units", o.unit, "of a file without UNITS/: mm or inch")

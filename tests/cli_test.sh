@@ -112,8 +112,15 @@ sed 's#^GOTO/2,0.5.*#GOTO/2,0.5,9000#' "$foreign" > "$work/far.cls"
 expect 1 'far.cls:21: move 6.*Z .*travel' "$bin/tiltfeed" post "$work/far.cls" --machine "$machine" --out "$work/q.nc"
 absent "$work/q.nc"
 expect 0 'blocks' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/p.nc"
+for option in '--part-zero nan,0,0' '--fixture 0,inf,0' '--clear-height nan' '--clear-radius nan' '--tolerance nan' '--tool-length inf'; do
+  # shellcheck disable=SC2086  # an option and its value
+  expect 2 'finite number' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/q.nc" $option
+done
+absent "$work/q.nc"
 expect 0 'winds up by' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/r.nc" --clear-height 90
 expect 1 'for a tool of 100, 80 mm' "$bin/tiltfeed" send "$work/p.nc" --link grbl:/dev/no-such-port --tool-length 99
+
+expect 1 'is not a number mm long' "$bin/tiltfeed" send "$work/p.nc" --link grbl:/dev/no-such-port --tool-length nan
 
 # A link that is not there.
 expect 1 '/dev/no-such-port' "$bin/tiltfeed" send "$work/a.nc" --link grbl:/dev/no-such-port

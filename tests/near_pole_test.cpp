@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "daemon/space_about.h"
 #include "pathgen/move_clearance.h"
 #include "sim/tool_solid.h"
 #include "tests/box_mesh.h"
@@ -123,6 +124,22 @@ TEST(NearPole, LeansTowardsTheBeamOnlyAsFarAsThereIsRoom) {
       EXPECT_LT(pole, 1e-3) << "through the pole";
     }
   }
+}
+
+TEST(SpaceAbout, IsThatOfThePartAndTheTool) {
+  Shop s = shop(40.0, 0.8, 0.0);
+  s.job.plan.links.clearance = 5.0;
+  s.job.plan.allowance = 0.25;
+  // The beam's upper edge is the highest; the floor's corner the furthest from the table's axis, which is at
+  // minus part zero. The holder is the tool's widest.
+  const ClearSpace space = space_about(s.part.mesh, s.job);
+  const Vec3 zero = s.job.setup.part_zero;
+  EXPECT_NEAR(*space.height, 35.0 + 5.25, 1e-9);
+  EXPECT_NEAR(*space.radius, std::hypot(200.0 + std::abs(zero.x), 100.0 + std::abs(zero.y)) + 5.25 + 15.0,
+              1e-9);
+  // Laid on its side the part is as high as it was wide.
+  s.job.setup.fixture = rotation_about({1, 0, 0}, kPi / 2);
+  EXPECT_NEAR(*space_about(s.part.mesh, s.job).height, 100.0 + 5.25, 1e-9);
 }
 
 /// Its answers about single moves against the solids, at poses so close that nothing slips through.
