@@ -90,9 +90,7 @@ void read_guards(const Section& root, PlanOptions& plan) {
 /// degrees across them.
 double near_passes(const PlanOptions& plan) {
   const Pattern& pattern = plan.pattern;
-  if (plan.axis.mode == AxisMode::kFree || plan.axis.mode == AxisMode::kIndexed ||
-      pattern.kind == PatternKind::kRough)
-    return 0.0;
+  if (plan.axis.mode == AxisMode::kIndexed || pattern.kind == PatternKind::kRough) return 0.0;
   return std::min(2.0 * pattern.side_step, kLinkLength.max);
 }
 

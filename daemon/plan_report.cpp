@@ -72,11 +72,10 @@ nlohmann::ordered_json uncut_json(const UncutReport& uncut) {
 }
 
 nlohmann::ordered_json free_json(const FreeReport& free) {
-  nlohmann::ordered_json json = {{"cl_points", free.cl_points},
-                                 {"directions_tested", free.directions},
-                                 {"cl_length_mm", free.cl_length},
-                                 {"unreached_length_mm", free.unreached_length},
-                                 {"breaks", free.breaks}};
+  nlohmann::ordered_json json = {
+      {"cl_points", free.cl_points},    {"directions_tested", free.directions},
+      {"cl_length_mm", free.cl_length}, {"unreached_length_mm", free.unreached_length},
+      {"breaks", free.breaks},          {"short_links", free.short_links}};
   json["unreached_facets"] = nlohmann::ordered_json::array();
   for (const FreeReport::Facet& f : free.unreached)
     json["unreached_facets"].push_back({{"facet", f.facet}, {"why", why_text(f.why)}});

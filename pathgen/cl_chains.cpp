@@ -142,10 +142,6 @@ void trim_strand(const ClStrand& strand, const FacetTree& tree, double radius, s
   end_run();
 }
 
-namespace {
-
-/// Is the centre's straight move, which starts and ends in contact, nowhere nearer to the part than the
-/// radius, and in its middle no further, but for the tolerance?
 bool in_contact(Point<Part> from, Point<Part> to, const FacetTree& tree, double radius, double tolerance) {
   std::vector<Span> spans;
   spans_inside(from, to, tree, radius - tolerance, spans);
@@ -159,6 +155,8 @@ bool in_contact(Point<Part> from, Point<Part> to, const FacetTree& tree, double 
                });
   return near;
 }
+
+namespace {
 
 /// Cells of the grid in which starts are looked up.
 std::array<std::int64_t, 3> cell(Point<Part> p, double size) {

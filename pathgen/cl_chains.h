@@ -39,6 +39,10 @@ std::vector<ClChain> join_strands(std::vector<ClStrand> strands, const FacetTree
 void thin_chain(ClChain& chain, double tolerance);
 inline constexpr double kNormalBend = 0.1;
 
+/// Is the centre's straight move, which starts and ends in contact, nowhere nearer to the part than the
+/// radius, and in its middle no further, but for the tolerance?
+bool in_contact(Point<Part> from, Point<Part> to, const FacetTree& tree, double radius, double tolerance);
+
 double length_of(const ClStrand& strand);
 
 }  // namespace tiltfeed

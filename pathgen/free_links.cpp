@@ -7,6 +7,7 @@
 
 #include "pathgen/linking.h"
 #include "pathgen/nearest_ends.h"
+#include "pathgen/surface_joins.h"
 
 namespace tiltfeed {
 
@@ -27,9 +28,13 @@ struct Polar {
 
 class RunLinker {
  public:
-  RunLinker(const Admissibility& admissible, const PlanOptions& options,
+  RunLinker(const Admissibility& admissible, const OrientationOptions& how, const PlanOptions& options,
             const std::vector<std::uint32_t>& source)
-      : admissible_(admissible), tool_(admissible.tool()), options_(options), source_(source) {
+      : admissible_(admissible),
+        tool_(admissible.tool()),
+        options_(options),
+        source_(source),
+        joins_(admissible, how, options.links.join_distance) {
     const Box& box = tool_.tree().bounds();
     centre_ = lerp(box.min, box.max, 0.5);
     radius_ = (distance(box.min, box.max) / 2.0 + options.links.clearance + tool_.widest()) * kSphereSpare;
@@ -57,6 +62,7 @@ class RunLinker {
       at = reversed ? next.front().point.centre : next.back().point.centre;
     }
     if (down_) retract();
+    out_.tested += joins_.tested();
     return std::move(out_);
   }
 
@@ -65,7 +71,7 @@ class RunLinker {
     const auto point = [&](std::size_t i) -> const OrientedPoint& {
       return run[reversed ? run.size() - 1 - i : i];
     };
-    if (!go_short(point(0)) && !go_round(point(0))) return ++out_.skipped_runs, false;
+    if (!go_over(point(0)) && !go_short(point(0)) && !go_round(point(0))) return ++out_.skipped_runs, false;
     for (std::size_t i = 1; i < run.size(); ++i)
       push(pose(point(i), 0.0), MoveKind::kCut, point(i).point.facet);
     down_ = point(run.size() - 1);
@@ -79,6 +85,17 @@ class RunLinker {
   void plunge(const OrientedPoint& to) {
     push(pose(to, options_.links.approach), MoveKind::kRapid);
     push(pose(to, 0.0), MoveKind::kPlunge, to.point.facet);
+  }
+
+  /// (K4) Over the surface, as one pass.
+  bool go_over(const OrientedPoint& to) {
+    if (!down_) return false;
+    const auto way = joins_.join(*down_, to);
+    if (!way) return false;
+    for (const OrientedPoint& p : *way) push(pose(p, 0.0), MoveKind::kCut, p.point.facet);
+    ++out_.joins;
+    down_.reset();
+    return true;
   }
 
   /// (K3) Up by the clearance, over, and down.
@@ -240,6 +257,7 @@ class RunLinker {
   Point<Part> centre_;
   double radius_ = 0.0, height_ = 0.0, step_ = 0.0;
   Vec3 e_, f_;
+  SurfaceJoins joins_;
   std::optional<OrientedPoint> down_;  ///< where a run ended, while the tool is there
   FreeLinked out_;
 };
@@ -247,8 +265,9 @@ class RunLinker {
 }  // namespace
 
 FreeLinked link_runs(const std::vector<OrientedRun>& runs, bool reversible, const Admissibility& admissible,
-                     const PlanOptions& options, const std::vector<std::uint32_t>& source) {
-  return RunLinker(admissible, options, source).run(runs, reversible);
+                     const OrientationOptions& how, const PlanOptions& options,
+                     const std::vector<std::uint32_t>& source) {
+  return RunLinker(admissible, how, options, source).run(runs, reversible);
 }
 
 }  // namespace tiltfeed

@@ -118,9 +118,13 @@ class FreePlanner {
     return asked > 0.0 ? std::min(turn, asked) : turn;
   }
 
+  OrientationOptions orientation() const {
+    return {options_.free, options_.tolerance, turn_per_move(), options_.max_point_distance,
+            reference_height(options_.cutter)};
+  }
+
   std::vector<OrientedRun> orient(const std::vector<ClSlice>& slices, const Admissibility& admissible) {
-    const OrientationOptions how{options_.free, options_.tolerance, turn_per_move(),
-                                 options_.max_point_distance, reference_height(options_.cutter)};
+    const OrientationOptions how = orientation();
     const bool turned = options_.pattern.direction == Direction::kZigzag && !reversible();
     std::vector<OrientedPass> passes(slices.size());
     for (std::size_t first = 0; first < slices.size() && !stopped_; first += kPassesPerTurn) {
@@ -182,9 +186,11 @@ class FreePlanner {
   }
 
   void join(const std::vector<OrientedRun>& runs, const Admissibility& admissible) {
-    FreeLinked linked = link_runs(runs, reversible(), admissible, options_, part_.mesh.source);
+    const OrientationOptions how = orientation();
+    FreeLinked linked = link_runs(runs, reversible(), admissible, how, options_, part_.mesh.source);
     free_.directions += linked.tested;
-    report_.retracts = linked.retracts, report_.joins = linked.short_links;
+    report_.retracts = linked.retracts, report_.joins = linked.joins;
+    free_.short_links = linked.short_links;
     if (linked.skipped_runs > 0)
       report_.warnings.push_back(std::to_string(linked.skipped_runs) +
                                  " runs left out: every way to them tilts the tool axis further than "

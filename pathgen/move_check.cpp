@@ -63,7 +63,7 @@ bool MoveCheck::known_clear(const PlacedPoint& a, const PlacedPoint& b) const {
 }
 
 bool MoveCheck::clear(const PlacedPoint& a, const PlacedPoint& b) {
-  if (!known_clear(a, b) && !sweep_clear(a.at, b.at)) return false;
+  if (!known_clear(a, b) && !clear(a.at, b.at)) return false;
   now_.push_back({a.way, {a.at.axis, b.at.axis}, b.way});
   return true;
 }
@@ -71,7 +71,7 @@ bool MoveCheck::clear(const PlacedPoint& a, const PlacedPoint& b) {
 /// High up by a bound; near the contact, or where that does not tell, at poses between which no point of the
 /// tool moves further than what a ball leaves of a corner between two places within its share of the
 /// tolerance.
-bool MoveCheck::sweep_clear(const OrientedPoint& a, const OrientedPoint& b) {
+bool MoveCheck::clear(const OrientedPoint& a, const OrientedPoint& b) {
   const SweptTool& tool = admissible_.tool();
   const double turn = angle_between(a.axis, b.axis), way = distance(a.point.centre, b.point.centre);
   const double from = kBoundedFrom * tool.ball();

@@ -28,9 +28,10 @@ class MoveCheck {
   /// round or in this one are known. Requires: in each round moves come in rising order.
   bool clear(const PlacedPoint& a, const PlacedPoint& b);
   void next_round();
+  /// The same of any move.
+  bool clear(const OrientedPoint& a, const OrientedPoint& b);
 
  private:
-  bool sweep_clear(const OrientedPoint& a, const OrientedPoint& b);
   bool known_clear(const PlacedPoint& a, const PlacedPoint& b) const;
 
   struct Cleared {

@@ -32,6 +32,7 @@ struct FreeReport {
   double cl_length = 0.0;         ///< of the slices of the CL surface, mm
   double unreached_length = 0.0;  ///< of that, left out as no direction is admissible, mm
   std::uint64_t breaks = 0;       ///< of passes, where the direction must jump
+  std::uint64_t short_links = 0;  ///< between passes, at the clearance over the surface
   struct Facet {
     std::uint32_t facet = kNoFacet;  ///< of the STL file
     Unreached why = Unreached::kCutter;

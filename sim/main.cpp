@@ -269,8 +269,8 @@ int main(int argc, char** argv) {
   check->add_option("--trace", files.trace,
                     "what the machine executed; without it the program is executed here");
   check->add_option("--picture", files.picture, "draw part and path to this PNG file");
-  check->add_option("--plan-report", files.plan,
-                    "for the picture: marks what this report of tiltfeed plan calls uncut");
+  check->add_option("--report", files.report,
+                    "the planner's report: what it could not reach is marked there");
   check->add_option("--json", files.json, "write the report to this file");
 
   SimulateOptions simulation;

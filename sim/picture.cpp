@@ -15,7 +15,8 @@ namespace {
 constexpr int kOversample = 2;  // pixels drawn per pixel of the picture, each way
 // Linear colours.
 constexpr Colour kTop{0.90, 0.92, 0.95}, kBottom{0.62, 0.66, 0.71};
-constexpr Colour kPartColour{0.36, 0.43, 0.50}, kUncutColour{0.48, 0.16, 0.78};
+constexpr Colour kPartColour{0.36, 0.43, 0.50}, kUncutColour{0.12, 0.26, 0.80},
+    kUnreachedColour{0.42, 0.06, 0.62};
 constexpr std::array<Colour, 3> kPassColours{Colour{1.0, 0.56, 0.03}, Colour{0.93, 0.13, 0.03},
                                              Colour{0.50, 0.008, 0.12}};
 constexpr Colour kRapidColour{0.01, 0.33, 0.42}, kAxisColour{0.010, 0.020, 0.075};
@@ -24,6 +25,7 @@ constexpr double kCreaseCosine = 0.82;
 // Widths in pixels of the picture, lengths in radii of the scene.
 constexpr double kCutWidth = 2.0, kRapidWidth = 1.1, kAxisWidth = 1.5, kAxisDot = 4.5, kDash = 7.0;
 constexpr double kTurn = 0.01, kTurnCosine = 0.7;
+constexpr double kMarkWidth = 1.0, kMarkAlpha = 0.5;
 constexpr double kAxisLength = 0.10, kBias = 0.004, kHollowRange = 0.03, kHollowRadius = 14.0,
                  kHollowStrength = 0.75;
 
@@ -56,19 +58,23 @@ std::vector<std::array<Vec3, 3>> corner_normals(const Mesh& mesh) {
   return corners;
 }
 
-Colour shaded(Colour colour, Vec3 normal, Vec3 view, const Camera& camera) {
+Colour shaded(Vec3 normal, Vec3 view, const Camera& camera, Colour of) {
   if (dot(normal, view) < 0.0) normal = -normal;
   const Vec3 key = normalized(camera.eye() * 0.55 + camera.up() * 0.75 - camera.right() * 0.65);
   const Vec3 fill = normalized(camera.eye() * 0.5 + camera.right() * 0.9 + camera.up() * 0.1);
   const double light = 0.34 + 0.95 * std::max(0.0, dot(normal, key)) +
                        0.28 * std::max(0.0, dot(normal, fill)) + 0.12 * dot(normal, view);
   const double gloss = std::pow(std::max(0.0, dot(normal, normalized(key + view))), 40.0);
-  return colour * light + Colour{1, 1, 1} * (0.16 * gloss);
+  return of * light + Colour{1, 1, 1} * (0.16 * gloss);
 }
 
-/// `uncut`: STL facets, ascending.
-void draw_part(const Mesh& mesh, const std::vector<std::uint32_t>& uncut, const Camera& camera,
-               Raster& raster) {
+Colour colour_of(FacetMark mark) {
+  return mark == FacetMark::kUnreached ? kUnreachedColour
+         : mark == FacetMark::kUncut   ? kUncutColour
+                                       : kPartColour;
+}
+
+void draw_part(const Mesh& mesh, const std::vector<FacetMark>& marks, const Camera& camera, Raster& raster) {
   const auto normals = corner_normals(mesh);
   std::vector<ScreenPoint> screen;
   screen.reserve(mesh.vertices.size());
@@ -76,15 +82,26 @@ void draw_part(const Mesh& mesh, const std::vector<std::uint32_t>& uncut, const 
   for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
     std::array<ScreenPoint, 3> corners;
     std::array<Colour, 3> colours;
-    const bool marked =
-        f < mesh.source.size() && std::binary_search(uncut.begin(), uncut.end(), mesh.source[f]);
+    const Colour of = colour_of(marks.empty() ? FacetMark::kNone : marks[f]);
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t v = mesh.facets[f][k];
       corners[k] = screen[v];
-      colours[k] = shaded(marked ? kUncutColour : kPartColour, normals[f][k],
-                          camera.view_from(mesh.vertices[v]), camera);
+      colours[k] = shaded(normals[f][k], camera.view_from(mesh.vertices[v]), camera, of);
     }
     raster.triangle(corners, colours);
+  }
+}
+
+/// Edges of unreached facets, through what hides them.
+void draw_unreached(const Mesh& mesh, const std::vector<FacetMark>& marks, const Camera& camera,
+                    Raster& raster) {
+  const double in_front = 4.0 * camera.scene_radius();
+  for (std::size_t f = 0; f < marks.size(); ++f) {
+    if (marks[f] != FacetMark::kUnreached) continue;
+    for (int k = 0; k < 3; ++k)
+      raster.line(camera.project(mesh.vertices[mesh.facets[f][k]]),
+                  camera.project(mesh.vertices[mesh.facets[f][(k + 1) % 3]]), kMarkWidth * kOversample,
+                  kUnreachedColour, kMarkAlpha, in_front);
   }
 }
 
@@ -262,12 +279,15 @@ Result<void> draw_part_with_path(const Mesh& part, const ToolPath& path, const s
   if (part.facets.empty()) return fail(Code::kInput, png_path + ": no picture: the part has no facets");
   if (options.width < 16 || options.height < 16 || options.width > 8192 || options.height > 8192)
     return fail(Code::kInput, png_path + ": no picture: each side must have 16 to 8192 pixels");
+  if (!options.marks.empty() && options.marks.size() != part.facets.size())
+    return fail(Code::kInput, png_path + ": no picture: the marks are not of this part");
   const int width = options.width * kOversample, height = options.height * kOversample;
   const Camera camera(part, path, width, height);
   Raster raster(width, height, {kTop, kBottom});
-  draw_part(part, options.uncut, camera, raster);
+  draw_part(part, options.marks, camera, raster);
   raster.shade_hollows(kHollowRadius * kOversample, kHollowRange * camera.scene_radius(), kHollowStrength);
   draw_path(path.moves, options, camera, raster);
+  draw_unreached(part, options.marks, camera, raster);
   return raster.write_png(png_path, kOversample);
 }
 

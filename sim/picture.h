@@ -8,6 +8,7 @@
 #include "kinematics/result.h"
 #include "kinematics/tool_path.h"
 #include "pathgen/mesh.h"
+#include "sim/facet_marks.h"
 
 namespace tiltfeed::sim {
 
@@ -16,10 +17,12 @@ struct PictureOptions {
   int passes = 60;                  ///< about so many are drawn, evenly chosen, when there are more
   int axes = 90;                    ///< places on the drawn passes where the tool axis is shown
   bool rapids = true;
-  std::vector<std::uint32_t> uncut;  ///< STL facets to mark, ascending
+  /// Of each facet of the part: unreached ones are violet, their edges seen through the part, uncut ones
+  /// blue; empty: none is marked.
+  std::vector<FacetMark> marks;
 };
 
-/// Draws the part shaded, what stays uncut in violet, seen from where the tool comes from; cutting moves over it, from yellow (first) to
+/// Draws the part shaded, seen from where the tool comes from; cutting moves over it, from yellow (first) to
 /// crimson (last), rapids dashed, tool axes as short dark lines. The same input gives the same picture.
 /// Errors: kInput when the part has no facets; kIo.
 Result<void> draw_part_with_path(const Mesh& part, const ToolPath& path, const std::string& png_path,

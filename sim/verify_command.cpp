@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <fstream>
+#include <iterator>
 
 #include "config/job.h"
 #include "kinematics/cl_file.h"
@@ -10,7 +11,6 @@
 #include "sim/canon.h"
 #include "sim/dry_run.h"
 #include "sim/picture.h"
-#include "sim/uncut_facets.h"
 #include "sim/verify.h"
 
 namespace tiltfeed::sim {
@@ -79,6 +79,23 @@ Result<std::vector<TraceRow>> rows_of(const VerifyFiles& files, const std::vecto
   return std::move(run->rows);
 }
 
+Result<void> draw(const VerifyFiles& files, const Job& job, const Mesh& part, const ToolPath& path) {
+  std::string report;
+  if (!files.report.empty()) {
+    const auto read =
+        read_file(files.report, [](std::istream& in, const std::string&) -> Result<std::string> {
+          return std::string{std::istreambuf_iterator<char>(in), {}};
+        });
+    if (!read) return tl::unexpected(read.error());
+    report = *read;
+  }
+  auto marks = facet_marks(part, job, path, report);
+  if (!marks) return fail(marks.error().code, files.report + ": " + marks.error().message);
+  PictureOptions options;
+  options.marks = std::move(*marks);
+  return draw_part_with_path(part, path, files.picture, options);
+}
+
 }  // namespace
 
 Result<bool> verify_command(const VerifyFiles& files) {
@@ -102,16 +119,8 @@ Result<bool> verify_command(const VerifyFiles& files) {
     if (!(out << to_json(*verified) << std::flush))
       return fail(Code::kIo, files.json + ": cannot be written");
   }
-  if (!files.picture.empty()) {
-    PictureOptions options;
-    if (!files.plan.empty()) {
-      auto uncut = read_file(files.plan, read_uncut_facets);
-      if (!uncut) return tl::unexpected(uncut.error());
-      options.uncut = std::move(*uncut);
-    }
-    if (const auto drawn = draw_part_with_path(*part, *planned, files.picture, options); !drawn)
-      return tl::unexpected(drawn.error());
-  }
+  if (!files.picture.empty())
+    if (const auto drawn = draw(files, *job, *part, *planned); !drawn) return tl::unexpected(drawn.error());
   return verified->passed();
 }
 

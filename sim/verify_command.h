@@ -12,8 +12,8 @@ struct VerifyFiles {
   std::string job, cl;
   std::string program, canon;  ///< one of them
   std::string trace;           ///< empty: what the simulated axes make of the program
+  std::string report;          ///< of the planner: facets that it could not reach are marked in the picture
   std::string picture, json;   ///< written
-  std::string plan;            ///< report of the plan, for the picture: which facets stay uncut
 };
 
 /// Prints the report; true when the job was done right. Errors: of the files; kUsage.

@@ -10,6 +10,7 @@
 #include "sim/parts.h"
 #include "sim/tool_solid.h"
 #include "tests/bad_text.h"
+#include "tests/over_turned.h"
 #include "tests/soup.h"
 
 namespace tiltfeed {
@@ -29,20 +30,6 @@ PlanOptions options(const Cutter& cutter, double step) {
   o.links.clearance = 3, o.links.approach = 1;
   o.cut_feed = Feed::from_mm_per_min(1000), o.plunge_feed = Feed::from_mm_per_min(300);
   return o;
-}
-
-/// By how much (rad) the axis turns faster on a pass than it may, at the most. CL points lie the ball's
-/// centre over the tip.
-double over_turned(const PlanOptions& o, const std::vector<Move>& moves) {
-  double most = -1.0;
-  const auto centre = [&](const Pose& p) { return p.tip + p.axis * o.cutter.radius(); };
-  for (std::size_t i = 1; i < moves.size(); ++i) {
-    if (moves[i].kind != MoveKind::kCut) continue;
-    const Pose &a = moves[i - 1].pose, &b = moves[i].pose;
-    most = std::max(
-        most, angle_between(a.axis, b.axis) - o.free.max_turn.radians() * distance(centre(a), centre(b)));
-  }
-  return most;
 }
 
 /// Along every move, tip straight and axis on the great circle: no overlap over the tolerance in feed, none
@@ -148,6 +135,23 @@ TEST(FreePlan, WhatNoDirectionReachesIsReportedByFacetAndReason) {
   EXPECT_GT(plan->report.free->unreached_length, 100.0);
   ASSERT_FALSE(plan->report.warnings.empty());
   EXPECT_NE(plan->report.warnings.back().find("use a smaller cutter"), std::string::npos);
+}
+
+TEST(FreePlan, NeighbouringPassesAreJoinedInContact) {
+  const CheckedMesh part = scaled(soup::torus(), 4);
+  PlanOptions o = options({.diameter = 6, .length = 90, .shank_length = 60}, 2);
+  o.free.max_turn = Angle::from_degrees(15);
+  const auto apart = planned(part, o);
+  ASSERT_TRUE(apart.has_value()) << apart.error().message;
+  EXPECT_EQ(apart->report.joins, 0u);
+  o.links.join_distance = 4;
+  const auto joined = planned(part, o);
+  ASSERT_TRUE(joined.has_value()) << joined.error().message;
+  expect_right(part, o, *joined);
+  EXPECT_GT(joined->report.joins, 10u);
+  EXPECT_EQ(apart->report.retracts + apart->report.free->short_links,
+            joined->report.retracts + joined->report.free->short_links + joined->report.joins);
+  EXPECT_LT(joined->report.rapid_length, apart->report.rapid_length);
 }
 
 TEST(FreePlan, IsTheSameForAnyNumberOfThreads) {

@@ -1,7 +1,6 @@
 // sim/picture: the PNG is read back; what is in front hides what is behind, and the path has its colours.
 
 #include "sim/picture.h"
-#include "sim/uncut_facets.h"
 
 #include <gtest/gtest.h>
 #include <png.h>
@@ -104,42 +103,6 @@ TEST(Picture, HasItsSizePartAndPath) {
   EXPECT_EQ(read_png(file).cold(), 0);
 }
 
-TEST(Picture, MarksWhatTheReportCallsUncut) {
-  std::istringstream report(
-      R"({"slice_points": 9, "uncut": {"facets": [{"facet": 12, "why": "cutter", "share": 1.0},
-    {"facet": 13, "why": "wall", "share": 0.25}]}, "free": {"unreached_facets": [{"facet": 3, "why": "tilt"}]}})");
-  const auto uncut = read_uncut_facets(report, "r.json");
-  ASSERT_TRUE(uncut);
-  EXPECT_EQ(*uncut, (std::vector<std::uint32_t>{3, 12}));
-  for (const char* wrong : {"", "[]", "{}", R"({"slice_points": 9, "uncut": {"facets": [{"facet": -1}]}})"}) {
-    std::istringstream in(wrong);
-    EXPECT_FALSE(read_uncut_facets(in, "r.json")) << wrong;
-  }
-  const std::string file = in_test_folder("uncut.png");
-  PictureOptions options;
-  options.width = 320, options.height = 200;
-  Mesh part = plate();
-  for (std::uint32_t f = 0; f < part.facets.size(); ++f) part.source.push_back(10 + f);
-  const auto violet = [&] {
-    const auto drawn = draw_part_with_path(part, ToolPath{}, file, options);
-    EXPECT_TRUE(drawn);
-    const Image image = read_png(file);
-    int count = 0;
-    for (int y = 0; y < image.height; ++y)
-      for (int x = 0; x < image.width; ++x) {
-        const auto p = image.at(x, y);
-        count += p[0] > p[1] + 30 && p[2] > p[1] + 40 ? 1 : 0;
-      }
-    return count;
-  };
-  EXPECT_EQ(violet(), 0);
-  options.uncut = *uncut;  // one of the two facets on top
-  const int one = violet();
-  EXPECT_GT(one, 1000);
-  options.uncut = {12, 13};
-  EXPECT_GT(violet(), one + 1000);
-}
-
 TEST(Picture, PassesThatAreJoinedAreStillPasses) {
   ToolPath path;
   path.moves.push_back({{{-20, -10, 0}, {0, 0, 1}}, MoveKind::kPlunge});
@@ -166,6 +129,27 @@ TEST(Picture, PartHidesThePathBehindIt) {
   options.width = 640, options.height = 400, options.axes = 0, options.rapids = false;
   ASSERT_TRUE(draw_part_with_path(plate(), passes_at(-4.0), file, options));
   EXPECT_EQ(read_png(file).warm(), 0);
+}
+
+TEST(Picture, MarkedFacetsHaveTheirColour) {
+  const std::string file = in_test_folder("marked.png");
+  PictureOptions options;
+  options.width = 320, options.height = 200, options.axes = 0, options.rapids = false;
+  const Mesh part = plate();
+  const auto violet = [&] {  // more red than green, more blue than red
+    const Image image = read_png(file);
+    int count = 0;
+    for (std::size_t i = 0; i < image.bytes.size(); i += 3)
+      count += image.bytes[i] > image.bytes[i + 1] + 50 && image.bytes[i + 2] > image.bytes[i] ? 1 : 0;
+    return count;
+  };
+  ASSERT_TRUE(draw_part_with_path(part, ToolPath{}, file, options));
+  EXPECT_EQ(violet(), 0);
+  options.marks.assign(part.facets.size(), FacetMark::kUnreached);
+  ASSERT_TRUE(draw_part_with_path(part, ToolPath{}, file, options));
+  EXPECT_GT(violet(), 2000);
+  options.marks.pop_back();
+  EXPECT_FALSE(draw_part_with_path(part, ToolPath{}, file, options));
 }
 
 TEST(Picture, SameInputSameBytes) {
