@@ -1,0 +1,145 @@
+// The bounds that verification saves time by leave nothing out: depths against every facet at many poses,
+// probes against a march along their lines.
+
+#include "sim/contact.h"
+
+#include <random>
+
+#include "tests/plate_program.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+/// Three rows over the plate, some of them too deep, with a wall beside the tool.
+ExecutedPath rough_rows(const Job& job, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  ExecutedPath path;
+  double time = 0.0;
+  const auto go = [&](Point<Part> contact, double up, bool rapid) {
+    const Vec3 u = normalized({0.3 * any(random), -0.5 + 0.2 * any(random), 1.0});
+    const Joints to =
+        joints_for({contact + Vec3{0, 0, job.plan.cutter.radius()} + u * (up - job.plan.cutter.radius()), u});
+    path.moves.push_back({to, time, time + 1.0, path.moves.size() + 1, 0, rapid}), time += 1.0;
+  };
+  go({-9, -3, 0}, 12.0, true);
+  path.start = path.moves[0].to;
+  for (double y = -3.0; y < 3.0; y += 2.0) {
+    go({-7, y, 0}, 10.0, true);
+    for (double x = -7.0; x <= 7.0; x += 0.9) go({x, y, 0.03 * any(random)}, 0.0, false);
+    go({7, y, 0}, 10.0, true);
+  }
+  return path;
+}
+
+constexpr int kPoses = 40;
+
+/// Every facet at many poses of every move.
+std::array<double, 2> deepest(const Job& job, const ExecutedPath& path, const Mesh& part) {
+  const PartDistance surface(part);
+  const ToolSolid solid(job.plan.cutter);
+  const FrameChain chain(job.machine.model, job.setup);
+  std::array<double, 2> worst{};
+  for (std::size_t m = 0; m < path.moves.size(); ++m)
+    for (int k = 0; k <= kPoses; ++k) {
+      const Pose pose = chain(between(path.from(m), path.moves[m].to, static_cast<double>(k) / kPoses));
+      double& w = worst[path.moves[m].rapid ? 1 : 0];
+      for (const ToolPart tool : kToolParts) w = std::max(w, -solid.clearance(surface, pose, tool, -w).value);
+    }
+  return worst;
+}
+
+TEST(Contact, DepthsAreThoseOfEveryFacetAtManyPoses) {
+  Job job = make_job();
+  const CheckedMesh part =
+      checked(box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}, {Vec3{-8, 4.8, -6}, Vec3{8, 8, 3}}}));
+  Cutter holder = job.plan.cutter, flat = job.plan.cutter;
+  holder.shank_length = 15.0, holder.cutting_length = 8.0, holder.holder = {{20.0, 24.0, 20.0}};
+  flat.type = CutterType::kFlat;
+  for (const Cutter& cutter : {job.plan.cutter, holder, flat}) {
+    for (const std::uint32_t seed : {1u, 2u}) {
+      job.plan.cutter = cutter;
+      const ExecutedPath path = rough_rows(job, seed);
+      Stock stock = *make_stock(*parse_stock("box:1"), part, job, 0.5, 1, {2});
+      Probes probes(part.mesh, 0.1, 0.5);  // patches much smaller than the tool
+      const auto found = remove_material(job, path, stock, probes, {job.plan.tolerance, 1}, {});
+      ASSERT_TRUE(found);
+      const auto expected = deepest(job, path, part.mesh);
+      EXPECT_GT(expected[0], job.plan.tolerance);
+      // Exact looks are half a radius apart where no ball is pushed along exactly.
+      const double between_looks = cutter.type == CutterType::kFlat || !cutter.holder.empty() ? 0.05 : 1e-3;
+      EXPECT_NEAR(found->worst[0], expected[0], between_looks) << seed;
+      EXPECT_NEAR(found->worst[1], expected[1], 0.05 + 0.2 * expected[1]) << seed;
+    }
+  }
+}
+
+TEST(Contact, ProbesOfABallAgainstAMarchAlongTheirLines) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  const CheckedMesh part = checked(box_mesh({{Vec3{-2, -2, -2}, Vec3{2, 2, 0}}}));
+  constexpr double kReach = 0.5, kBall = 1.0, kStep = 2e-4;
+  constexpr std::uint64_t kEvery = 19;
+  int touched = 0;
+  for (int trial = 0; trial < 20; ++trial) {
+    Probes probes(part.mesh, 0.05, kReach);  // patches much smaller than the ball
+    const Point<Part> from{2 * any(random), 2 * any(random), 1.1 + 0.3 * any(random)};
+    const BallWay way(from, from + Vec3{any(random), any(random), 0.3 * any(random)}, kBall);
+    for (std::uint32_t patch = 0; patch < probes.patches().mesh.facets.size(); ++patch) {
+      probes.pass_ball(patch, way, 7);
+      for (std::uint64_t i = probes.patches().first[patch]; i < probes.patches().first[patch + 1];
+           i += kEvery) {
+        if (way.distance(probes.place(patch, i)) > kBall + kReach) continue;
+        const Point<Part> p = probes.place(patch, i);
+        double enter = kReach;
+        for (double t = kReach; t > -2.0 * kBall; t -= kStep)
+          if (way.distance(p + probes.patches().normal[patch] * t) < kBall) enter = t;
+        const double inside = kBall - way.distance(p);
+        const bool meets = enter < kReach && (enter >= 0.0 || inside > 0.0);
+        const Probes::Value value = probes.value(i);
+        if (std::abs(inside) < kStep || enter > kReach - 2.0 * kStep) continue;
+        ASSERT_EQ(value.move != Probes::kNever, meets) << trial << ": " << enter << " " << inside;
+        if (!meets) continue;
+        ++touched;
+        EXPECT_NEAR(value.left, enter >= 0.0 ? enter : std::max(enter, -inside), 2.0 * kStep) << trial;
+        EXPECT_LE(value.left, probes.highest(patch));
+      }
+    }
+  }
+  EXPECT_GT(touched, 100);
+}
+
+TEST(Contact, AGrazeOverASharpEdgeIsNoGouge) {
+  Shop shop;
+  for (const double deep : {0.004, 0.02}) {
+    shop.lines = {"G21 G90 G94"};
+    const Vec3 up{0, 0, 1};
+    for (double y = -4.0; y <= 4.0; y += 0.4) {
+      shop.move("G0", {{-10, y, 5}, up});
+      shop.move("G1", {{-10, y, -deep}, up});
+      shop.move("G1", {{10, y, -deep}, up});
+      shop.move("G0", {{10, y, 5}, up});
+    }
+    const auto [removal, verdict] = shop.run(0.1, 2, "box:1");
+    EXPECT_EQ(first_of(removal, TroubleKind::kGouge) == nullptr, deep < 0.01);
+    EXPECT_NEAR(verdict.gouge, deep, 1e-4);
+  }
+}
+
+TEST(Contact, TimesAreThoseOfTheControlThatTheProfileStates) {
+  const Shop shop;
+  std::string text;
+  for (const std::string& line : shop.lines) text += line + "\n";
+  const auto seconds = [&](const MotionOptions& options) {
+    std::istringstream in(text);
+    return execute_program(*read_program(in, "p.nc", 'A', 'C'), "p.nc", shop.job.machine.model,
+                           shop.job.setup, options)
+        ->seconds;
+  };
+  MotionOptions blind, far;
+  blind.look_ahead = 1, far.look_ahead = 200;
+  EXPECT_GT(seconds(blind), 1.05 * seconds(far));
+}
+
+}  // namespace
+}  // namespace tiltfeed::sim

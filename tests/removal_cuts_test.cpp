@@ -1,0 +1,146 @@
+// Material removal: four cuts known in closed form.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+#include "sim/tool_sweep.h"
+#include "tests/plate_program.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+/// A block of stock from (-10, -10, -10) to (10, 10, 0), nothing of a part.
+Stock block(double cell) {
+  const Box box{{-10, -10, -10}, {10, 10, 0}};
+  Stock stock{{}, box, cell};
+  for (int axis = 0; axis < 3; ++axis) {
+    stock.bundles.emplace_back(axis, box, cell);
+    for (int s = 0; s < Dexels::kStripes; ++s)
+      stock.bundles.back().fill(s, box), stock.bundles.back().settle(s);
+  }
+  return stock;
+}
+
+void cut(Stock& stock, const Cutter& cutter, const Pose& from, const Pose& to) {
+  const ToolSweep sweep(cutter);
+  std::vector<SweptBody> bodies;
+  sweep.bodies(
+      from, to, [](Point<Part>) { return true; }, bodies);
+  for (Dexels& dexels : stock.bundles)
+    for (int s = 0; s < Dexels::kStripes; ++s)
+      for (const SweptBody& body : bodies) dexels.cut(s, body, false);
+}
+
+/// Largest distance of the stock's new borders from where `left` (signed: above 0 is material) is zero, and
+/// of the stock's middles and gaps from being on their sides; the least number of new borders seen.
+struct Compared {
+  double border = 0.0;
+  std::size_t borders = 0;
+};
+template <class Left>
+Compared compare(const Stock& stock, const Left& left, double low, double high) {
+  Compared result;
+  for (const Dexels& dexels : stock.bundles) {
+    for (int s = 0; s < Dexels::kStripes; ++s) {
+      dexels.each(s, [&](Point<Part> foot, double from, double to) {
+        std::array<double, 3> p{foot.x, foot.y, foot.z};
+        const auto at = [&](double t) {
+          p[dexels.axis()] = t;
+          return left(Point<Part>{p[0], p[1], p[2]});
+        };
+        // No material where there must be none; every end inside of the block lies on the cut's surface.
+        for (int i = 0; i <= 8; ++i)
+          result.border = std::max(result.border, -at(from + (to - from) * i / 8.0));
+        const double edge_low = dexels.axis() == 2 ? -10.0 : low, edge_high = dexels.axis() == 2 ? 0.0 : high;
+        for (const double t : {from, to})
+          if (t > edge_low + 1e-3 && t < edge_high - 1e-3)
+            result.border = std::max(result.border, std::abs(at(t))), ++result.borders;
+      });
+    }
+  }
+  return result;
+}
+
+TEST(Removal, GrooveOfABallInAPlane) {
+  for (const double cell : {0.5, 0.2}) {
+    Stock stock = block(cell);
+    cut(stock, {6, 100, 40}, {{-20, 0, -1.5}, {0, 0, 1}}, {{20, 0, -1.5}, {0, 0, 1}});
+    const auto left = [](Point<Part> p) { return p.z > 1.5 ? -1.0 : std::hypot(p.y, p.z - 1.5) - 3.0; };
+    const Compared c = compare(stock, left, -10, 10);
+    EXPECT_LE(c.border, 2 * Dexels::kUnit) << cell;
+    EXPECT_GT(c.borders, 100u);
+    // The segment of the circle that lies below the plane, times the length; within half a cell over the cut.
+    const double half = std::acos(1.5 / 3.0), area = 9.0 * (half - std::sin(half) * std::cos(half));
+    EXPECT_NEAR(4000.0 - stock.volume(), area * 20.0, 0.5 * cell * 2 * half * 3.0 * 20.0 * 0.25) << cell;
+  }
+}
+
+TEST(Removal, SlotOfAFlatMill) {
+  Cutter flat{4, 100, 40};
+  flat.type = CutterType::kFlat;
+  for (const double cell : {0.5, 0.2}) {
+    Stock stock = block(cell);
+    cut(stock, flat, {{-20, 0.1, -2}, {0, 0, 1}}, {{20, 0.1, -2}, {0, 0, 1}});
+    const auto left = [](Point<Part> p) { return std::max(std::abs(p.y - 0.1) - 2.0, -2.0 - p.z); };
+    const Compared c = compare(stock, left, -10, 10);
+    EXPECT_LE(c.border, 0.5 * cell);
+    EXPECT_LE(c.border, 2e-5) << cell;
+    EXPECT_NEAR(4000.0 - stock.volume(), 4.0 * 2.0 * 20.0, 0.5 * cell * 8.0 * 20.0) << cell;
+  }
+}
+
+TEST(Removal, SphereCavity) {
+  for (const double cell : {0.5, 0.2}) {
+    Stock stock = block(cell);
+    Cutter ball{8, 100, 4.0};
+    cut(stock, ball, {{0.3, 0.2, -9}, {0, 0, 1}}, {{0.3, 0.2, -9}, {0, 0, 1}});
+    const auto left = [](Point<Part> p) { return distance(p, Point<Part>{0.3, 0.2, -5}) - 4.0; };
+    const Compared c = compare(stock, left, -10, 10);
+    EXPECT_LE(c.border, 2 * Dexels::kUnit) << cell;
+    EXPECT_GT(c.borders, 100u);
+    EXPECT_NEAR(4000.0 - stock.volume(), 4.0 / 3.0 * kPi * 64.0, 0.5 * cell * 4.0 * kPi * 16.0) << cell;
+  }
+}
+
+TEST(Removal, BarTurnedByTheTable) {
+  // A thin core stands for the part; the bar of radius 9 is turned to radius 6 by one turn of C.
+  const Job job = make_job();
+  const CheckedMesh part = checked(box_mesh({{Vec3{-1, -1, -10}, Vec3{1, 1, 0}}}));
+  for (const double cell : {0.5, 0.2}) {
+    const auto shape = parse_stock("cylinder:" + std::to_string(9.0 - std::sqrt(2.0)));
+    ASSERT_TRUE(shape);
+    auto stock = make_stock(*shape, part, job, cell, 2);
+    ASSERT_TRUE(stock) << stock.error().message;
+    const auto program = [] {
+      std::istringstream in("G21 G90 G94\nG0 X20 Y0 Z-30 A0 C0\nG1 X8 F1000\nC360 F3000\nG0 X20\nM2\n");
+      return read_program(in, "p.nc", 'A', 'C');
+    }();
+    ASSERT_TRUE(program);
+    const auto path = execute_program(*program, "p.nc", job.machine.model, job.setup);
+    ASSERT_TRUE(path);
+    Probes probes(part.mesh, cell, 0.5);
+    const auto cut = remove_material(job, *path, *stock, probes, {}, {});
+    ASSERT_TRUE(cut);
+    double worst = 0.0;
+    std::size_t seen = 0;
+    for (const Dexels& dexels : stock->bundles) {
+      for (int s = 0; s < Dexels::kStripes; ++s)
+        dexels.each(s, [&](Point<Part> foot, double from, double to) {
+          std::array<double, 3> p{foot.x, foot.y, foot.z};
+          for (const double t : {from, to}) {
+            p[dexels.axis()] = t;
+            // The flanks reach from -30 + radius up; ends on the bar's own faces are not of the cut.
+            if (std::abs(p[2] + 10.0 + 9.0 - std::sqrt(2.0)) < 0.5 || p[2] > 6.5) continue;
+            worst = std::max(worst, std::abs(std::hypot(p[0], p[1]) - 6.0)), ++seen;
+          }
+        });
+    }
+    EXPECT_LE(worst, 0.125 * cell + 1e-3) << cell;
+    EXPECT_GT(seen, 100u);
+  }
+}
+
+}  // namespace
+}  // namespace tiltfeed::sim

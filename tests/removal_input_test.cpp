@@ -1,0 +1,137 @@
+// Material removal: bad input is refused before work starts; the report page.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "sim/forward.h"
+#include "sim/simulate_command.h"
+#include "tests/plate_program.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+TEST(RemovalInput, ProgramOfAnotherMachineOrTool) {
+  const Job job = make_job();
+  const auto check = [&](const std::string& text) {
+    std::istringstream in(text);
+    return check_header(read_program_header(in), job, "p.nc");
+  };
+  EXPECT_TRUE(check("(TILTFEED part plate D4 L100)\n(TILTFEED machine test)\nG0 X1\n"));
+  EXPECT_TRUE(check("G0 X1\n"));
+  for (const auto& [text, word] : {std::pair("(TILTFEED machine other)\n", "machine other"),
+                                   std::pair("(TILTFEED part plate D6 L100)\n", "diameter 6"),
+                                   std::pair("(TILTFEED part plate D4 L90)\n", "length 90"),
+                                   std::pair("(TILTFEED part two words D4 L100)\n", "part two words")}) {
+    const auto result = check(text);
+    ASSERT_FALSE(result) << text;
+    EXPECT_NE(result.error().message.find(word), std::string::npos) << result.error().message;
+  }
+}
+
+TEST(RemovalInput, BeyondTheTravel) {
+  const Job job = make_job();
+  std::istringstream in("G21 G90\nG0 X1 Y1 Z1 A0 C0\nG0 X501\n");
+  const auto program = read_program(in, "p.nc", 'A', 'C');
+  ASSERT_TRUE(program);
+  const auto path = execute_program(*program, "p.nc", job.machine.model, job.setup);
+  ASSERT_FALSE(path);
+  EXPECT_EQ(path.error().code, Code::kLimit);
+  EXPECT_NE(path.error().message.find("line 3: X 501"), std::string::npos) << path.error().message;
+}
+
+TEST(RemovalInput, StockTexts) {
+  EXPECT_EQ(parse_stock("offset:2")->margin, 2.0);
+  EXPECT_EQ(parse_stock("box")->kind, StockKind::kBox);
+  EXPECT_EQ(parse_stock("cylinder:1.5")->margin, 1.5);
+  for (const char* bad : {"offset", "offset:", "offset:-1", "box:x", "cylinder:1mm", "absent.stl", ""})
+    EXPECT_EQ(parse_stock(bad).error().code, Code::kUsage) << bad;
+}
+
+TEST(RemovalInput, StockThatDoesNotHoldThePart) {
+  const Job job = make_job();
+  const CheckedMesh part = checked(box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}}));
+  const std::string path = BINARY_DIR "/removal_stock.stl";
+  const auto write = [&](const Mesh& mesh) {
+    std::vector<std::array<Point<Part>, 3>> facets;
+    for (const auto& f : mesh.facets)
+      facets.push_back({mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]]});
+    ASSERT_TRUE(write_stl(path, facets));
+  };
+  write(box_mesh({{Vec3{-9, -5, -7}, Vec3{9, 5, 1}}}));
+  EXPECT_TRUE(make_stock(*parse_stock(path), part, job, 0.5, 2));
+  write(box_mesh({{Vec3{-9, -5, -7}, Vec3{9, 3, 1}}}));  // a side is short
+  const auto small = make_stock(*parse_stock(path), part, job, 0.5, 2);
+  ASSERT_FALSE(small);
+  EXPECT_EQ(small.error().code, Code::kInput);
+  EXPECT_NE(small.error().message.find("does not hold the part"), std::string::npos);
+  // Its box is large enough, a step in it is not.
+  write(box_mesh({{Vec3{-9, -5, -7}, Vec3{0.01, 5, 1}}, {Vec3{0.02, -5, -7}, Vec3{9, 5, -1}}}));
+  EXPECT_FALSE(make_stock(*parse_stock(path), part, job, 0.5, 2));
+}
+
+TEST(RemovalInput, MoreMemoryThanThereIs) {
+  const Job job = make_job();
+  const CheckedMesh part = checked(box_mesh({{Vec3{-400, -400, -400}, Vec3{400, 400, 0}}}));
+  const auto stock = make_stock(*parse_stock("box"), part, job, 0.002, 2);
+  ASSERT_FALSE(stock);
+  EXPECT_EQ(stock.error().code, Code::kLimit);
+  EXPECT_NE(stock.error().message.find("--resolution"), std::string::npos);
+}
+
+TEST(RemovalInput, OpenPart) {
+  const Job job = make_job();
+  CheckedMesh part = checked(box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}}));
+  part.sides = Sides::kBoth;
+  EXPECT_EQ(make_stock(*parse_stock("offset:1"), part, job, 0.5, 2).error().code, Code::kMesh);
+  EXPECT_TRUE(make_stock(*parse_stock("box:1"), part, job, 0.5, 2));
+}
+
+TEST(RemovalInput, Cancelled) {
+  Shop shop;
+  std::istringstream in(shop.lines[1] + "\n" + shop.lines[2] + "\n");
+  const auto program = read_program(in, "p.nc", 'A', 'C');
+  const auto path = execute_program(*program, "p.nc", shop.job.machine.model, shop.job.setup);
+  ASSERT_TRUE(path);
+  auto stock = make_stock(*parse_stock("box"), shop.part, shop.job, 0.5, 1);
+  Probes probes(shop.part.mesh, 0.5, 0.5);
+  const auto cut =
+      remove_material(shop.job, *path, *stock, probes, {}, [](const char*, double) { return false; });
+  ASSERT_FALSE(cut);
+  EXPECT_EQ(cut.error().code, Code::kCancelled);
+}
+
+TEST(RemovalPage, HoldsEverythingAndFetchesNothing) {
+  Shop shop;
+  shift(shop.lines[shop.cuts[100]], 'Z', -0.2);
+  const auto shape = parse_stock("offset:0.5");
+  std::string text;
+  for (const std::string& line : shop.lines) text += line + "\n";
+  const std::string source = BINARY_DIR "/removal_program.nc", folder = BINARY_DIR "/removal_report";
+  std::ofstream(source) << text;
+  std::istringstream in(text);
+  const auto path =
+      execute_program(*read_program(in, "p.nc", 'A', 'C'), "p.nc", shop.job.machine.model, shop.job.setup);
+  auto stock = make_stock(*shape, shop.part, shop.job, 0.5, 2);
+  Probes probes(shop.part.mesh, 0.5, 0.5);
+  const auto cut = remove_material(shop.job, *path, *stock, probes, {}, {});
+  const RemovalContext context{shop.job, shop.part, *shape, source, {}};
+  const RemovalVerdict verdict = judge(*cut, context);
+  ASSERT_TRUE(write_removal_report(folder, context, *path, probes, *cut, verdict));
+  std::ifstream page(folder + "/index.html");
+  const std::string html{std::istreambuf_iterator<char>(page), {}};
+  for (const char* part :
+       {"FAILED", "id='trouble-1'", "href='#trouble-1'", "data:image/png;base64,iVBOR", "<mark>", "</html>"})
+    EXPECT_NE(html.find(part), std::string::npos) << part;
+  for (const char* part : {"http", "<script", "<link"}) EXPECT_EQ(html.find(part), std::string::npos) << part;
+  const std::size_t marked = html.find("<mark>") + 6;
+  EXPECT_EQ(html.substr(marked, html.find("</mark>") - marked), shop.lines[cut->troubles[0].line - 1]);
+  for (const char* name : {"deviation.png", "path.png", "report.json"})
+    EXPECT_GT(std::ifstream(folder + "/" + name, std::ios::ate).tellg(), 500) << name;
+  EXPECT_FALSE(write_removal_report("/dev/null/x", context, *path, probes, *cut, verdict));
+}
+
+}  // namespace
+}  // namespace tiltfeed::sim
