@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "sim/dexel_units.h"
+#include "sim/sheet.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -163,6 +164,19 @@ std::pair<int, int> Dexels::stripes(const SweptBody& body) const {
   return {std::min(first, last), last};
 }
 
+/// The least height at which a round body can be over lines within a tile's half diagonal of its middle:
+/// beside its core, at x, a ball of radius R has risen by R - sqrt(R^2 - x^2), at least x^2 / 2 R. `shadow`:
+/// of the core, across the lines.
+double Dexels::lowest(const SweptBody& body, const Sheet& shadow, int tile_u, int tile_v) const {
+  const auto middle = [&](double low, int tile) { return low + (tile * kTile + 0.5 * kTile) * cell_; };
+  std::array<double, 3> p{};
+  p[axis_u_] = middle(low_u_, tile_u), p[axis_v_] = middle(low_v_, tile_v);
+  const double half = std::sqrt(0.5) * (kTile - 1) * cell_;
+  const double beside = std::max(0.0, tiltfeed::length(shadow.to({p[0], p[1], p[2]})) - half);
+  return beside >= body.radius ? kInfinity
+                               : component(body.low, axis_) + beside * beside / (2.0 * body.radius);
+}
+
 Cut Dexels::cut(int stripe, const SweptBody& body, bool measure) {
   Stripe& s = stripes_[stripe];
   Cut result;
@@ -171,10 +185,15 @@ Cut Dexels::cut(int stripe, const SweptBody& body, bool measure) {
   const double low = component(body.low, axis_), high = component(body.high, axis_);
   const std::int32_t unit_low = to_units(low), unit_high = to_units(high);
   std::optional<LineCutter> made;
+  // Worth it for tiles that are smaller than the body.
+  std::optional<Sheet> shadow;
+  if (body.solid == nullptr && kTile * cell_ < body.radius)
+    shadow.emplace(across(body.foot), across(body.way), across(body.along));
   for (int tv = r.v0 / kTile; tv <= r.v1 / kTile; ++tv) {
     for (int tu = r.u0 / kTile; tu <= r.u1 / kTile; ++tu) {
       const std::size_t tile = static_cast<std::size_t>(tv - s.first / kTile) * tiles_u_ + tu;
       if (s.tiles[tile].low >= unit_high || s.tiles[tile].high <= unit_low) continue;
+      if (shadow && lowest(body, *shadow, tu, tv) >= s.tiles[tile].high * kUnit) continue;
       if (!made)
         made.emplace(body, Vec3{axis_ == 0 ? 1.0 : 0.0, axis_ == 1 ? 1.0 : 0.0, axis_ == 2 ? 1.0 : 0.0});
       const LineCutter& cutter = *made;

@@ -11,6 +11,8 @@
 
 namespace tiltfeed::sim {
 
+class Sheet;
+
 /// A piece of a line, in units from the coordinate zero: material from low to high.
 struct Piece {
   std::int32_t low = 0, high = 0;
@@ -108,6 +110,13 @@ class Dexels {
   Point<Part> origin(int u, int v) const;
   Range range(Vec3 low, Vec3 high, const Stripe& stripe) const;
   bool meets_tile(const Range& range, int tile_v, const Stripe& stripe, Piece along) const;
+  double lowest(const SweptBody& body, const Sheet& shadow, int tile_u, int tile_v) const;
+  /// Without what it has along the lines.
+  template <class Vector>
+  Vector across(Vector v) const {
+    (axis_ == 0 ? v.x : axis_ == 1 ? v.y : v.z) = 0.0;
+    return v;
+  }
   void add(Stripe& stripe, std::uint32_t line, Piece piece);
   std::int64_t remove(Stripe& stripe, std::uint32_t line, Piece piece, Piece& longest);
   void bound_tile(Stripe& stripe, int tile_u, int tile_v) const;
