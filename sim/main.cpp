@@ -231,6 +231,7 @@ CLI::App* add_simulate_options(CLI::App& app, SimulateOptions& options) {
   simulate->add_option("JOB", options.job, "the job file")->required();
   simulate->add_option("PROGRAM", options.program, "the program (G-code)");
   simulate->add_option("--trace", options.trace, "what a machine executed, instead of a program");
+  simulate->add_option("--canon", options.canon, "what LinuxCNC's rs274 makes of a program, instead of it");
   simulate->add_option(
       "--stock", options.stock,
       "offset:MM, box, box:MM, cylinder, cylinder:MM or an STL file; default: what the job's "

@@ -43,7 +43,9 @@ ProgramHeader read_program_header(std::istream& in) {
       std::getline(words >> std::ws, header.machine);
     } else if (key == "blocks") {
       std::uint64_t count = 0;
+      double seconds = 0.0;
       if (words >> count) header.blocks = count;
+      if (words >> word >> seconds && word == "time") header.seconds = seconds;
     } else if (key == "part" && read_part_zero(words.str(), header)) {
       continue;
     } else if (key == "part") {

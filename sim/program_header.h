@@ -17,6 +17,7 @@ struct ProgramHeader {
   std::optional<double> diameter, length;  ///< of the tool, mm
   std::optional<Vec3> part_zero;           ///< from the rotary axis, mm
   std::optional<std::uint64_t> blocks;     ///< that move an axis
+  std::optional<double> seconds;           ///< machining time that the post foresaw
 };
 
 /// Looks at the lines before the first block that moves an axis; the stream is left anywhere.

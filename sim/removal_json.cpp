@@ -138,6 +138,7 @@ std::string to_json(const RemovalContext& context, const Removal& r, const Remov
   put_excess(json, r);
   json.put("blocks", r.blocks);
   json.put("machining_seconds", r.seconds, 3);
+  if (context.header.seconds) json.put("posted_seconds", *context.header.seconds, 3);
   json.put("feed_seconds", r.feed_seconds, 3);
   json.put("rapid_seconds", r.rapid_seconds, 3);
   json.put("air_cut_seconds", r.air_seconds, 3);

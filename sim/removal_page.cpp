@@ -62,7 +62,7 @@ std::string legend(const std::vector<ColourStop>& scale) {
   for (std::size_t i = 0; i < scale.size(); ++i) {
     const double at = static_cast<double>(i) / static_cast<double>(scale.size() - 1);
     stops += text("<stop offset='%.4f' stop-color='%s'/>", at, html_colour(scale[i].colour).c_str());
-    labels += text("<text x='%.1f' y='44' text-anchor='middle'>%.4g</text>",
+    labels += text("<text x='%.1f' y='44' text-anchor='middle'>%.3g</text>",
                    40.0 + step * static_cast<double>(i), scale[i].left);
   }
   return "<svg viewBox='0 0 1040 66'><defs><linearGradient id='scale'>" + stops +
@@ -100,7 +100,9 @@ std::string cards(const PageParts& p) {
   html += card(text("%td", hits(TroubleKind::kStockHit)), "hits of shank or holder");
   html +=
       card(text("%td", hits(TroubleKind::kRapidPart) + hits(TroubleKind::kRapidStock)), "rapids that touch");
-  html += card(clock_text(r.seconds), "machining time");
+  const auto posted = p.context.header.seconds;
+  html += card(clock_text(r.seconds),
+               posted ? "machining time; the post foresaw " + clock_text(*posted) : "machining time");
   html += card(text("%.1f %%", r.feed_seconds > 0.0 ? 100.0 * r.air_seconds / r.feed_seconds : 0.0),
                "of feed time in air");
   html += card(text("%.1f cm³", (r.stock_volume - r.left_volume) / 1000.0), "removed");

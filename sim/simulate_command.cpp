@@ -17,6 +17,7 @@
 #include "config/job.h"
 #include "pathgen/mesh.h"
 #include "pathgen/stl.h"
+#include "sim/canon.h"
 #include "sim/executed_path.h"
 #include "sim/program_header.h"
 #include "sim/removal.h"
@@ -68,12 +69,22 @@ double default_cell(const Job& job, const CheckedMesh& part) {
   return std::ceil(cell * 100.0) / 100.0;
 }
 
-/// Reads the moves, from the program or from the trace.
+const std::string& source(const SimulateOptions& o) {
+  return !o.program.empty() ? o.program : !o.trace.empty() ? o.trace : o.canon;
+}
+
+/// Reads the moves.
 Result<ExecutedPath> read_path(const SimulateOptions& options, const Job& job, ProgramHeader& header) {
-  const std::string& name = options.program.empty() ? options.trace : options.program;
+  const std::string& name = source(options);
+  const MachineModel& machine = job.machine.model;
   std::ifstream in(name, std::ios::binary);
   if (!in) return fail(Code::kIo, name + ": cannot be opened");
-  if (options.program.empty()) {
+  if (!options.canon.empty()) {
+    const auto program = read_canon(in, name, machine);
+    if (!program) return tl::unexpected(program.error());
+    return execute_program(*program, name, machine, job.setup, motion_options(job.machine));
+  }
+  if (!options.trace.empty()) {
     const auto trace = read_trace(in, name);
     if (!trace) return tl::unexpected(trace.error());
     return executed_path(*trace, name);
@@ -82,7 +93,6 @@ Result<ExecutedPath> read_path(const SimulateOptions& options, const Job& job, P
   if (auto fits = check_header(header, job, name); !fits) return tl::unexpected(fits.error());
   in.clear();
   in.seekg(0);
-  const MachineModel& machine = job.machine.model;
   const auto program = read_program(in, name, GcodeReader(machine));
   if (!program) return tl::unexpected(program.error());
   return execute_program(*program, name, machine, job.setup, motion_options(job.machine));
@@ -135,13 +145,31 @@ void print(const RemovalVerdict& verdict, const Removal& r) {
               r.rapid_seconds, r.feed_seconds > 0.0 ? 100.0 * r.air_seconds / r.feed_seconds : 0.0);
 }
 
+double since(std::chrono::steady_clock::time_point begun) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+}
+
+/// `read`, `cut`: when reading and cutting ended, s.
+void print_cost(std::chrono::steady_clock::time_point begun, double read, double cut) {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  const double all = since(begun);
+  std::printf("  took                   %.2f s (reading and stock %.2f, cutting %.2f, report %.2f), ", all,
+              read, cut - read, all - cut);
+  std::printf("processor %.2f s, %.0f MB\n", seconds(usage.ru_utime) + seconds(usage.ru_stime),
+              static_cast<double>(usage.ru_maxrss) / 1024.0);
+}
+
 }  // namespace
 
 int simulate_command(const SimulateOptions& options) {
   const auto begun = std::chrono::steady_clock::now();
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, interrupt_simulation);
-  if (options.program.empty() == options.trace.empty())
-    return report({Code::kUsage, "a program or --trace, one of both; see --help"});
+  if (!options.program.empty() + !options.trace.empty() + !options.canon.empty() != 1)
+    return report({Code::kUsage, "a program, --trace or --canon, one of them; see --help"});
   if (options.resolution != 0.0 && !(options.resolution >= kFinest && options.resolution <= kCoarsest))
     return report({Code::kUsage, "--resolution " + number_text(options.resolution) + ": " +
                                      number_text(kFinest) + " to " + number_text(kCoarsest) + " mm"});
@@ -170,32 +198,26 @@ int simulate_command(const SimulateOptions& options) {
   const double cell = surface.cell;
   if (options.stock.empty() && shape->kind == StockKind::kOffset && part->sides != Sides::kOutward)
     shape = StockShape{StockKind::kBox, shape->margin, {}};
-  const RemovalContext context{*job, *part, *shape, options.program.empty() ? options.trace : options.program,
-                               header};
+  const RemovalContext context{*job, *part, *shape, source(options), header};
   line.show("stock", 0.0);
   std::vector<int> axes{0, 1, 2};
   if (options.bundles == 1) axes = {main_direction(*path, job->machine.model, job->setup)};
   auto stock = make_stock(*shape, *part, *job, cell, removal.threads, axes);
   if (!stock) return report(stock.error());
-  const double read = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  const double read = since(begun);
   Probes& probes = *surface.probes;
   const auto result = remove_material(*job, *path, *stock, probes, removal,
                                       [&](const char* stage, double f) { return line.show(stage, f); });
   if (!result) return report(result.error());
   const RemovalVerdict verdict = judge(*result, context);
-  const double cut = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  const double cut = since(begun);
   print(verdict, *result);
   if (!options.out.empty()) {
     line.show("report", 0.0);
     if (auto written = write_removal_report(options.out, context, *path, probes, *result, verdict); !written)
       return report(written.error());
   }
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const double all = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-  std::printf(
-      "  took                   %.2f s (reading and stock %.2f, cutting %.2f, report %.2f), %.0f MB\n", all,
-      read, cut - read, all - cut, static_cast<double>(usage.ru_maxrss) / 1024.0);
+  print_cost(begun, read, cut);
   return verdict.passed() ? kDone : kFailed;
 }
 
