@@ -54,7 +54,7 @@ expect 2 '' "$bin/tiltfeed-sim" --pty "$work/p" --modbus-tcp 127.0.0.1:0
 expect 2 'tyre' "$bin/tiltfeed-sim" part cube --out "$work/cube.stl"
 
 expect 0 'resolution' "$bin/tiltfeed" verify --help
-expect 2 'a program or --trace' "$bin/tiltfeed" verify "$root/config/jobs/tyre.yaml"
+expect 2 'a program, --trace or --canon' "$bin/tiltfeed" verify "$root/config/jobs/tyre.yaml"
 expect 2 'resolution 1e-09|resolution 0' "$bin/tiltfeed" verify "$root/config/jobs/tyre.yaml" x.nc --resolution 1e-9
 expect 2 'offset:MM' "$bin/tiltfeed" verify "$root/config/jobs/tyre.yaml" x.nc --stock nonsense
 
