@@ -347,7 +347,8 @@ TEST(Post, WhatNoJointsGiveIsNamedWithItsLine) {
   const auto given = [&](const Pose& pose) {
     tiltfeed::Setup at;
     at.tool_length = 60.0;
-    for (Joints q : *inverse(gap.model, at, pose, 0.0))
+    const auto solutions = inverse(gap.model, at, pose, 0.0);
+    for (const Joints& q : *solutions)
       for (const double turn : {0.0, 360.0, -360.0})
         if (q.a >= 0.0 && q.c + turn >= -130.0 && q.c + turn <= 130.0) return true;
     return false;
