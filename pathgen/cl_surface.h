@@ -40,6 +40,9 @@ class ClSurface {
                          : top(pieces_[patch / count], patch % count, line, hit);
   }
 
+  /// The same of any other piece against a feature.
+  bool top(const ToolPiece& piece, PatchId feature, const AxisLine& line, ClHit& hit) const;
+
   /// Is p so near to the patch's feature that the piece's rounded edge round p may cut into it?
   bool covers(PatchId patch, Point<Part> p) const;
 
@@ -83,7 +86,6 @@ class ClSurface {
   /// Returns a flag for each vertex: do its facets disagree on what is outside?
   std::vector<std::uint8_t> find_edges();
   void find_vertices(const std::vector<std::uint8_t>& disagree);
-  bool top(const ToolPiece& piece, PatchId feature, const AxisLine& line, ClHit& hit) const;
   bool behind(const EdgePatch& edge, Vec3 normal) const;
   bool behind(const VertexPatch& patch, Vec3 normal) const;
   bool narrow(const EdgePatch& edge) const;

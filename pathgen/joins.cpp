@@ -14,6 +14,13 @@ constexpr double kRapidPerCut = 5.0;
 /// How far back into both passes a join goes, as a share of its straight length, until it stays on the
 /// surface: an outline that is hollow towards the join bends away from the straight line by less.
 constexpr double kInsets[] = {0.0, 1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0};
+/// Cosine of the steepest lean for which a plunge is taken to be longer.
+constexpr double kLeastFacing = 0.05;
+
+/// About how far above p a rapid ends: stock as thick as the approach is met so far up on a plane that leans.
+double plunge_to(const EnvelopePoint& p, double approach) {
+  return approach / std::max(dot(p.normal, p.axis), kLeastFacing);
+}
 
 }  // namespace
 
@@ -22,7 +29,7 @@ double Joins::time_over(const EnvelopePoint& a, const EnvelopePoint& b) const {
   const double z = options_.clearance_z, up = z - a.flat.z, down = z - b.flat.z;
   const double across =
       distance(travel_.pose({a.flat.x, a.flat.y, z}).tip, travel_.pose({b.flat.x, b.flat.y, z}).tip);
-  const double plunge = std::min(down, approach_to(b, options_.approach));
+  const double plunge = std::min(down, plunge_to(b, options_.approach));
   return (up + across + down - plunge) / kRapidPerCut + plunge * options_.plunge_ratio;
 }
 

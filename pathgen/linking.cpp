@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "pathgen/approach.h"
 #include "pathgen/joins.h"
 #include "pathgen/leads.h"
 #include "pathgen/link_order.h"
@@ -37,7 +38,8 @@ class Linker {
         options_(options),
         travel_(field.deformation, options, far_side),
         joins_(field, options, far_side, envelope, travel_),
-        leads_(field, options, far_side, envelope, travel_) {}
+        leads_(field, options, far_side, envelope, travel_),
+        approaches_(field, options.approach) {}
 
   Linked run(const Order& order, const std::vector<std::vector<Pass>>& slices) {
     linked_ = {};
@@ -91,7 +93,7 @@ class Linker {
       return false;
     }
     const Point<Flat> foot = arc.empty() ? pass[0].flat : arc.back();
-    if (const double start = foot.z + approach_to(pass[0], options_.approach); start < options_.clearance_z)
+    if (const double start = approaches_.rapid_end(foot); start < options_.clearance_z)
       push(travel_.pose({foot.x, foot.y, start}), MoveKind::kRapid);
     for (auto place = arc.rbegin(); place != arc.rend(); ++place)
       push(travel_.pose(*place), MoveKind::kPlunge);
@@ -139,6 +141,7 @@ class Linker {
   Travel travel_;
   Joins joins_;
   Leads leads_;
+  Approaches approaches_;
   struct Down {
     Joins::End at;
     const EnvelopePoint* end;  ///< of the pass

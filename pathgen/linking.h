@@ -67,15 +67,6 @@ inline Pose pose_at(Point<Part> reference, Vec3 axis, double reference_height) {
   return {reference - axis * reference_height, axis};
 }
 
-/// Cosine of the steepest lean for which an approach is lengthened.
-inline constexpr double kLeastFacing = 0.05;
-
-/// (L1) Length of the way down at plunge feed: stock as thick as the approach is nearer along the axis where
-/// the surface is steep.
-inline double approach_to(const EnvelopePoint& p, double approach) {
-  return approach / std::max(dot(p.normal, p.axis), kLeastFacing);
-}
-
 /// The image of `target` nearest to `from`, where the coordinate has that period (0: none).
 inline double short_way(double from, double target, double period) {
   return period > 0.0 ? target + period * std::round((from - target) / period) : target;

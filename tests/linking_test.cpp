@@ -90,7 +90,8 @@ TEST_P(RandomPart, WithoutJoinsAndLeadsEachPassStandsBetweenTwoLegsOfItsAxes) {
   shop.links.direction = zigzag ? Direction::kZigzag : Direction::kOneWay;
   shop.links.order = PassOrder::kGiven;
   const std::vector<Move> moves = shop.run().moves;
-  std::size_t at = 0;
+  const sim::PartDistance parted(shop.part.mesh);
+  std::size_t at = 0, rapid_ends = 0;
   // The tip, `up` over the pass's end along its axis, or on the clearance surface.
   const auto over = [&](const EnvelopePoint& p, double up) {
     return p.centre + p.axis * (std::min(up, shop.links.clearance_z - p.flat.z) - kRadius);
@@ -115,10 +116,16 @@ TEST_P(RandomPart, WithoutJoinsAndLeadsEachPassStandsBetweenTwoLegsOfItsAxes) {
         ASSERT_EQ(moves[at++].kind, MoveKind::kRapid);
       }
       take(over(first, 1e9), first.axis, MoveKind::kRapid);
-      // Longer where the surface is steep, so that stock as thick as the approach is not met by a rapid.
-      const double approach = shop.links.approach / std::max(dot(first.normal, first.axis), 0.05);
-      if (first.flat.z + approach < shop.links.clearance_z)
-        take(over(first, approach), first.axis, MoveKind::kRapid);
+      // The rapid ends where stock as thick as the approach could touch the ball.
+      ASSERT_LT(at, moves.size());
+      if (moves[at].kind == MoveKind::kRapid) {
+        const Point<Part> centre = moves[at].pose.tip + moves[at].pose.axis * kRadius;
+        const double up = dot(centre - first.centre, first.axis);
+        EXPECT_GE(up, shop.links.approach - 1e-9);
+        EXPECT_GE(parted.nearest(centre, 50.0).value, kRadius + shop.links.approach - 1e-6);
+        take(over(first, up), first.axis, MoveKind::kRapid);
+        ++rapid_ends;
+      }
       take(over(first, 0.0), first.axis, MoveKind::kPlunge);
       for (std::size_t i = 1; i < pass.size(); ++i) take(over(pass[i], 0.0), pass[i].axis, MoveKind::kCut);
       take(over(last, 1e9), last.axis, MoveKind::kRapid);
@@ -126,6 +133,7 @@ TEST_P(RandomPart, WithoutJoinsAndLeadsEachPassStandsBetweenTwoLegsOfItsAxes) {
     if (zigzag) reversed = !reversed;
   }
   EXPECT_EQ(at, moves.size());
+  EXPECT_GT(rapid_ends, shop.passes() / 2);
 }
 
 /// Only what lies this far (mm) inside the sheet's border is cut, so that passes end on the surface.

@@ -2,13 +2,13 @@
 (TILTFEED machine generic-ac)
 (TILTFEED tool length 100 mm is in the words, use G49)
 (TILTFEED part zero 30 -10 50 mm)
-(TILTFEED blocks 99 time 14.6 s)
+(TILTFEED blocks 99 time 11.2 s)
 G21 G90 G17 G40 G49 G54
 S12000 M3
 G0 X-23 Y-19.125 Z24 A0 C0
-Z17.0003
+Z-0.3542
 G93
-G1 Z-2.9997 F15
+G1 Z-2.9997 F113.4
 X-22.9451 Z-2.4287 F2614.9
 X-22.7804 Z-1.8732 F2589.2
 X-22.5607 Z-1.4371 F3071.6
