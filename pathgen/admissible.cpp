@@ -13,11 +13,18 @@ constexpr double kAlongSurface = 0.0175;
 /// between two of one tilt dips below them, and by less than this where it is up to 25 degrees long.
 constexpr double kWithinTilt = 0.01;
 constexpr int kAllParts = 3;
+/// Neighbours of a direction are those that the axis may turn to between two stations, and some: as a chord.
+constexpr double kNearChord = 0.6;
 
 }  // namespace
 
 Admissibility::Admissibility(const SweptTool& tool, const DirectionGrid& grid, Vec3 up, Angle tilt_max)
-    : tool_(tool), grid_(grid), up_(up), tilt_max_(tilt_max.radians()), tilt_cosine_(std::cos(tilt_max_)) {}
+    : tool_(tool),
+      grid_(grid),
+      near_(grid, kAdmissibleLevel, kNearChord),
+      up_(up),
+      tilt_max_(tilt_max.radians()),
+      tilt_cosine_(std::cos(tilt_max_)) {}
 
 bool Admissibility::within_limits(Vec3 normal, Vec3 axis) const {
   return dot(normal, axis) >= kAlongSurface && within_tilt(axis);

@@ -56,6 +56,8 @@ class Admissibility {
 
   const SweptTool& tool() const { return tool_; }
   const DirectionGrid& grid() const { return grid_; }
+  /// Of its level kAdmissibleLevel.
+  const DirectionNeighbours& near() const { return near_; }
   Vec3 up() const { return up_; }
   double tilt_max() const { return tilt_max_; }  ///< rad
 
@@ -65,6 +67,7 @@ class Admissibility {
 
   const SweptTool& tool_;
   const DirectionGrid& grid_;
+  DirectionNeighbours near_;
   Vec3 up_;
   double tilt_max_, tilt_cosine_;
 };

@@ -70,27 +70,26 @@ double border(const Move1& move, const Corners& c, double limit, double inside, 
 
 using Span = std::array<double, 2>;
 
-/// The parts of a move that are too near to a facet, in rising order, overlaps united.
-void spans_inside(Point<Part> from, Point<Part> to, const FacetTree& tree, double limit,
-                  std::vector<Span>& spans) {
-  spans.clear();
-  const Move1 move(from, to);
+/// Appends the part of the move that is too near to the facet, if there is one; true: all of it.
+bool add_span_inside(const Move1& move, Point<Part> from, Point<Part> to, const PlacedFacet& facet,
+                     double limit, std::vector<Span>& spans) {
+  // The plane of the facet is further off at both ends, on the same side: no distance is needed.
+  const double low = dot(facet.normal, from_origin(from)) - facet.offset;
+  const double high = dot(facet.normal, from_origin(to)) - facet.offset;
+  if ((low >= limit && high >= limit) || (low <= -limit && high <= -limit)) return false;
+  const Corners& c = facet.corners;
+  Near inside{};
+  if (!find_inside(move, c, limit, inside)) return false;
   const double end = move.length();
-  const bool all_inside =
-      tree.any_along(from, move.along(), 0.0, end, limit, [&](std::uint32_t, const PlacedFacet& facet) {
-        // The plane of the facet is further off at both ends, on the same side: no distance is needed.
-        const double low = dot(facet.normal, from_origin(from)) - facet.offset;
-        const double high = dot(facet.normal, from_origin(to)) - facet.offset;
-        if ((low >= limit && high >= limit) || (low <= -limit && high <= -limit)) return false;
-        const Corners& c = facet.corners;
-        Near inside{};
-        if (!find_inside(move, c, limit, inside)) return false;
-        const bool starts = move.at(0.0, c).distance < limit, ends = move.at(end, c).distance < limit;
-        spans.push_back({starts ? 0.0 : border(move, c, limit, inside.s, 0.0),
-                         ends ? end : border(move, c, limit, inside.s, end)});
-        return starts && ends;
-      });
-  if (all_inside) spans = {{0.0, end}};
+  const bool starts = move.at(0.0, c).distance < limit, ends = move.at(end, c).distance < limit;
+  spans.push_back({starts ? 0.0 : border(move, c, limit, inside.s, 0.0),
+                   ends ? end : border(move, c, limit, inside.s, end)});
+  return starts && ends;
+}
+
+/// In rising order, overlaps united.
+void unite(std::vector<Span>& spans) {
+  if (spans.empty()) return;
   std::sort(spans.begin(), spans.end());
   std::size_t last = 0;
   for (std::size_t i = 1; i < spans.size(); ++i) {
@@ -99,7 +98,18 @@ void spans_inside(Point<Part> from, Point<Part> to, const FacetTree& tree, doubl
     else
       spans[++last] = spans[i];
   }
-  if (!spans.empty()) spans.resize(last + 1);
+  spans.resize(last + 1);
+}
+
+/// Is some part of the move too near to a facet?
+bool any_inside(Point<Part> from, Point<Part> to, const FacetTree& tree, double limit) {
+  const Move1 move(from, to);
+  std::vector<Span> spans;
+  return tree.any_along(from, move.along(), 0.0, move.length(), limit,
+                        [&](std::uint32_t, const PlacedFacet& facet) {
+                          add_span_inside(move, from, to, facet, limit, spans);
+                          return !spans.empty();
+                        });
 }
 
 ClPoint between(const ClPoint& a, const ClPoint& b, double f) {
@@ -116,7 +126,9 @@ double length_of(const ClStrand& strand) {
   return sum;
 }
 
-void trim_strand(const ClStrand& strand, const FacetTree& tree, double radius, std::vector<ClStrand>& kept) {
+void trim_strand(const ClStrand& strand, const FacetTree& tree, std::span<const std::uint32_t> obstacles,
+                 double radius, std::vector<ClStrand>& kept) {
+  if (obstacles.empty()) return kept.push_back(strand);
   ClStrand run;
   std::vector<Span> spans;
   const auto end_run = [&] {
@@ -127,7 +139,11 @@ void trim_strand(const ClStrand& strand, const FacetTree& tree, double radius, s
     const ClPoint &a = strand[i], &b = strand[i + 1];
     const double whole = distance(a.centre, b.centre);
     if (whole < kSame) continue;
-    spans_inside(a.centre, b.centre, tree, radius - kInside, spans);
+    spans.clear();
+    const Move1 move(a.centre, b.centre);
+    for (const std::uint32_t facet : obstacles)
+      if (add_span_inside(move, a.centre, b.centre, tree.facet(facet), radius - kInside, spans)) break;
+    unite(spans);
     if (run.empty()) run.push_back(a);
     for (const Span& span : spans) {
       if (span[0] > kSame)
@@ -143,9 +159,7 @@ void trim_strand(const ClStrand& strand, const FacetTree& tree, double radius, s
 }
 
 bool in_contact(Point<Part> from, Point<Part> to, const FacetTree& tree, double radius, double tolerance) {
-  std::vector<Span> spans;
-  spans_inside(from, to, tree, radius - tolerance, spans);
-  if (!spans.empty()) return false;
+  if (any_inside(from, to, tree, radius - tolerance)) return false;
   const Point<Part> middle = lerp(from, to, 0.5);
   const double reach = radius + tolerance;
   bool near = false;

@@ -2,6 +2,8 @@
 // From the strands of one section of the CL surface to passes: what is inside the offset is cut away, ends
 // that meet are joined. (N4)..(N6) in pathgen/README.md.
 
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "pathgen/cl_sections.h"
@@ -15,9 +17,11 @@ struct ClChain {
   bool closed = false;
 };
 
-/// (N4) The parts of the strand whose centres are nowhere nearer to a facet than `radius`, less kInside:
-/// exact on every straight move. Ends of what is cut away belong to what is left.
-void trim_strand(const ClStrand& strand, const FacetTree& tree, double radius, std::vector<ClStrand>& kept);
+/// (N4) The parts of the strand whose centres are nowhere nearer to one of `obstacles` (indices into the
+/// mesh) than `radius`, less kInside: exact on every straight move. Ends of what is cut away belong to what
+/// is left.
+void trim_strand(const ClStrand& strand, const FacetTree& tree, std::span<const std::uint32_t> obstacles,
+                 double radius, std::vector<ClStrand>& kept);
 
 /// A ball this much (mm) inside a facet still only touches it: rounding.
 inline constexpr double kInside = 1e-8;

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "kinematics/units.h"
+#include "pathgen/normal_cone.h"
 #include "pathgen/topology.h"
 
 namespace tiltfeed {
@@ -59,6 +60,7 @@ void ClSections::add_faces() {
       if (side < 0.0 && part_.sides == Sides::kOutward) continue;
       const Vec3 out = n * side;
       faces_.push_back({{a + out * radius_, b + out * radius_, c + out * radius_}, out, i});
+      caps_.push_back({out, 1.0, 0.0});
     }
   }
 }
@@ -95,6 +97,8 @@ std::vector<std::uint8_t> ClSections::add_edges() {
     }
     if (to - from < kFlat) return;
     edges_.push_back({start, along, distance(start, end), p, w, from, to, halves[0].facet});
+    const double middle = (from + to) / 2.0;
+    caps_.push_back(cap_of(p * std::cos(middle) + w * std::sin(middle), (to - from) / 2.0));
     sticks_out[halves[0].low] = sticks_out[halves[0].high] = 1;
   });
   return sticks_out;
@@ -110,6 +114,7 @@ void ClSections::add_vertices(const std::vector<std::uint8_t>& sticks_out) {
     if (around[v].empty()) continue;
     Vertex vertex{mesh.vertices[v], static_cast<std::uint32_t>(spokes_.size()), 0, {}, around[v].front()};
     std::vector<std::uint32_t> ring;
+    std::vector<Vec3> normals;
     for (const std::uint32_t f : around[v]) {
       const auto& corner = mesh.facets[f];
       for (const std::uint32_t u : corner)
@@ -119,32 +124,67 @@ void ClSections::add_vertices(const std::vector<std::uint8_t>& sticks_out) {
       const std::size_t k = corner[0] == v ? 0 : corner[1] == v ? 1 : 2;
       const Vec3 a = mesh.vertices[corner[(k + 1) % 3]] - vertex.at,
                  b = mesh.vertices[corner[(k + 2) % 3]] - vertex.at;
-      vertex.outward = vertex.outward + normalized(cross(a, b)) * angle_between(a, b);
+      normals.push_back(normalized(cross(a, b)));
+      vertex.outward = vertex.outward + normals.back() * angle_between(a, b);
     }
     std::sort(ring.begin(), ring.end());
     ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
     for (const std::uint32_t u : ring) spokes_.push_back(normalized(mesh.vertices[u] - vertex.at));
     vertex.last = static_cast<std::uint32_t>(spokes_.size());
+    const std::span<const Vec3> spokes(spokes_.data() + vertex.first, vertex.last - vertex.first);
+    if (part_.sides == Sides::kOutward && !cut_cone(normals, spokes, kCone)) continue;
     vertices_.push_back(vertex);
+    caps_.push_back(cap_about(normals));
   }
 }
 
 std::array<double, 2> ClSections::extent(std::uint32_t patch, Vec3 normal) const {
   if (patch < faces_.size()) {
     const auto& c = faces_[patch].corner;
-    return {std::min({dot(from_origin(c[0]), normal), dot(from_origin(c[1]), normal),
-                      dot(from_origin(c[2]), normal)}),
-            std::max({dot(from_origin(c[0]), normal), dot(from_origin(c[1]), normal),
-                      dot(from_origin(c[2]), normal)})};
+    const double a = dot(from_origin(c[0]), normal), b = dot(from_origin(c[1]), normal),
+                 d = dot(from_origin(c[2]), normal);
+    return {std::min({a, b, d}), std::max({a, b, d})};
   }
+  const auto [low, high] = caps_[patch].along(normal);
   patch -= static_cast<std::uint32_t>(faces_.size());
   if (patch < edges_.size()) {
     const Edge& e = edges_[patch];
     const double a = dot(from_origin(e.start), normal), b = a + e.length * dot(e.along, normal);
-    return {std::min(a, b) - radius_, std::max(a, b) + radius_};
+    return {std::min(a, b) + low * radius_, std::max(a, b) + high * radius_};
   }
   const double at = dot(from_origin(vertices_[patch - edges_.size()].at), normal);
-  return {at - radius_, at + radius_};
+  return {at + low * radius_, at + high * radius_};
+}
+
+PatchHull ClSections::hull(std::uint32_t patch) const {
+  PatchHull h;
+  h.normals = caps_[patch], h.near = h.far = radius_;
+  const auto own = patch;
+  double spread = 0.0;  // of the feet from their middle
+  if (patch < faces_.size()) {
+    const Face& f = faces_[patch];
+    for (const Point<Part> c : f.corner) h.foot[h.feet++] = c - f.normal * radius_;
+    h.support[h.supports++] = f.normal;
+    h.middle = h.foot[0] + ((h.foot[1] - h.foot[0]) + (h.foot[2] - h.foot[0])) / 3.0;
+    for (const Point<Part> p : h.foot) spread = std::max(spread, distance(p, h.middle));
+  } else if ((patch -= static_cast<std::uint32_t>(faces_.size())) < edges_.size()) {
+    const Edge& e = edges_[patch];
+    h.foot[h.feet++] = e.start, h.foot[h.feet++] = e.start + e.along * e.length;
+    for (const double q : {e.from, e.to}) h.support[h.supports++] = e.p * std::cos(q) + e.w * std::sin(q);
+    h.far = radius_ + sagitta_, h.middle = lerp(h.foot[0], h.foot[1], 0.5), spread = e.length / 2.0;
+  } else {
+    h.foot[h.feet++] = h.middle = vertices_[patch - edges_.size()].at;
+    h.far = radius_ + sagitta_, h.is_vertex = true;
+  }
+  const NormalCap& cap = caps_[own];
+  if (cap.cosine <= -1.0) {
+    h.reach = spread + h.far;
+  } else {
+    // Of two normals within the cap's angle of the axis the ends are no further apart than its chord.
+    h.middle = h.middle + cap.axis * h.near;
+    h.reach = spread + 2.0 * h.near * std::sqrt(std::max(0.0, (1.0 - cap.cosine) / 2.0)) + (h.far - h.near);
+  }
+  return h;
 }
 
 void ClSections::cut(std::uint32_t patch, Vec3 normal, double height, std::vector<ClStrand>& strands) const {

@@ -8,6 +8,7 @@
 
 #include "kinematics/tool_path.h"
 #include "pathgen/mesh.h"
+#include "pathgen/normal_cap.h"
 
 namespace tiltfeed {
 
@@ -20,6 +21,20 @@ struct ClPoint {
 
 /// Straight moves of the centre from point to point.
 using ClStrand = std::vector<ClPoint>;
+
+/// What bounds a patch: its centres are at feet + r n, the feet in the hull of `foot`, n in `normals` and
+/// near <= r <= far.
+struct PatchHull {
+  std::array<Point<Part>, 3> foot;
+  int feet = 0;
+  NormalCap normals;
+  std::array<Vec3, 2> support;  ///< all normals lie between these, if there are any
+  int supports = 0;
+  bool is_vertex = false;
+  double near = 0.0, far = 0.0;
+  Point<Part> middle;  ///< of a ball about all centres
+  double reach = 0.0;  ///< its radius
+};
 
 class ClSections {
  public:
@@ -34,10 +49,11 @@ class ClSections {
   }
   /// Heights along the unit `normal` between which the patch lies.
   std::array<double, 2> extent(std::uint32_t patch, Vec3 normal) const;
-  /// The patch's normal, where it has but one: it is a facet's.
-  const Vec3* only_normal(std::uint32_t patch) const {
-    return patch < faces_.size() ? &faces_[patch].normal : nullptr;
-  }
+  /// Holds all normals of the patch.
+  const NormalCap& normals(std::uint32_t patch) const { return caps_[patch]; }
+  /// Is it the patch of a facet, with one normal?
+  bool is_face(std::uint32_t patch) const { return patch < faces_.size(); }
+  PatchHull hull(std::uint32_t patch) const;
   /// Appends where the plane cuts the patch. Strands run along plane normal x surface normal; those of
   /// neighbouring patches meet end to end. What is inside the offset is not left out.
   void cut(std::uint32_t patch, Vec3 normal, double height, std::vector<ClStrand>& strands) const;
@@ -78,7 +94,8 @@ class ClSections {
   std::vector<Face> faces_;
   std::vector<Edge> edges_;
   std::vector<Vertex> vertices_;
-  std::vector<Vec3> spokes_;  ///< unit directions of the edges from each vertex
+  std::vector<NormalCap> caps_;  ///< of each patch
+  std::vector<Vec3> spokes_;     ///< unit directions of the edges from each vertex
 };
 
 }  // namespace tiltfeed

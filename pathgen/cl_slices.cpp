@@ -6,6 +6,9 @@
 #include <array>
 #include <cmath>
 
+#include "pathgen/patch_obstacles.h"
+#include "pathgen/stack_share.h"
+
 namespace tiltfeed {
 
 namespace {
@@ -37,17 +40,20 @@ double side_step(const PlanOptions& o) {
 
 class Stack {
  public:
-  Stack(const ClSections& sections, const FacetTree& tree, const PlanOptions& options, std::uint32_t index,
-        double tolerance)
+  Stack(const ClSections& sections, const PatchObstacles& obstacles, const FacetTree& tree,
+        const PlanOptions& options, std::uint32_t index, double tolerance)
       : sections_(sections),
+        obstacles_(obstacles),
         tree_(tree),
         options_(options),
         index_(index),
         normal_(options.free.plane_normals[index]),
         step_(side_step(options)),
         tolerance_(tolerance) {
-    place_planes();
-    sort_patches();
+    std::vector<std::array<double, 2>> extents;
+    for (std::uint32_t p = 0; p < sections.patches(); ++p) extents.push_back(sections.extent(p, normal_));
+    place_planes(extents);
+    sort_patches(extents);
   }
 
   std::size_t planes() const { return planes_.size(); }
@@ -56,11 +62,13 @@ class Stack {
   std::vector<ClSlice> cut(std::size_t plane) const {
     std::vector<ClStrand> strands, kept;
     for (std::uint32_t i = start_[plane]; i < start_[plane + 1]; ++i) {
-      const Vec3* n = sections_.only_normal(patches_[i]);
-      if (n == nullptr || needs(*n, planes_[plane].level))
-        sections_.cut(patches_[i], normal_, planes_[plane].height, strands);
+      const std::uint32_t patch = patches_[i];
+      if (sections_.is_face(patch) && !needs(sections_.normals(patch).axis, planes_[plane].level)) continue;
+      strands.clear();
+      sections_.cut(patch, normal_, planes_[plane].height, strands);
+      for (const ClStrand& strand : strands)
+        trim_strand(strand, tree_, obstacles_.of(patch), sections_.radius(), kept);
     }
-    for (const ClStrand& strand : strands) trim_strand(strand, tree_, sections_.radius(), kept);
     const JoinLimits limits{tolerance_ * kGapShare, kWideGap, tolerance_ * kGapShare, kShortestChain};
     std::vector<ClSlice> slices;
     for (ClChain& chain : join_strands(std::move(kept), tree_, sections_.radius(), limits)) {
@@ -73,12 +81,9 @@ class Stack {
   }
 
  private:
-  void place_planes() {
+  void place_planes(const std::vector<std::array<double, 2>>& extents) {
     double low = 1e300, high = -1e300;
-    for (std::uint32_t p = 0; p < sections_.patches(); ++p) {
-      const auto [a, b] = sections_.extent(p, normal_);
-      low = std::min(low, a), high = std::max(high, b);
-    }
+    for (const auto& [a, b] : extents) low = std::min(low, a), high = std::max(high, b);
     const auto count = static_cast<int>(std::floor((high - low) / step_));
     const double first = (low + high - count * step_) / 2.0;
     for (int i = 0; i <= count; ++i) planes_.push_back({first + i * step_, 0});
@@ -92,13 +97,16 @@ class Stack {
               [](const Plane& a, const Plane& b) { return a.height < b.height; });
   }
 
-  /// Which patches each plane meets.
-  void sort_patches() {
+  /// Which patches each plane meets, of those that may matter to the stack.
+  void sort_patches(const std::vector<std::array<double, 2>>& extents) {
+    const auto needed = stack_share(sections_, index_, options_, kShortestRun * step_);
     const auto range = [&](std::uint32_t patch) {
-      const auto [low, high] = sections_.extent(patch, normal_);
+      const auto [low, high] = extents[patch];
       const auto below = [](const Plane& p, double h) { return p.height < h; };
-      return std::array{std::lower_bound(planes_.begin(), planes_.end(), low, below) - planes_.begin(),
-                        std::lower_bound(planes_.begin(), planes_.end(), high, below) - planes_.begin()};
+      if (needed[patch] == 0) return std::array<std::ptrdiff_t, 2>{0, 0};
+      return std::array<std::ptrdiff_t, 2>{
+          std::lower_bound(planes_.begin(), planes_.end(), low, below) - planes_.begin(),
+          std::lower_bound(planes_.begin(), planes_.end(), high, below) - planes_.begin()};
     };
     start_.assign(planes_.size() + 1, 0);
     for (std::uint32_t p = 0; p < sections_.patches(); ++p) {
@@ -114,15 +122,6 @@ class Stack {
     }
   }
 
-  /// Is a place with this surface normal this stack's?
-  bool owns(Vec3 n) const {
-    const double own = std::abs(dot(n, normal_));
-    for (std::uint32_t i = 0; i < options_.free.plane_normals.size(); ++i) {
-      const double other = std::abs(dot(n, options_.free.plane_normals[i]));
-      if (other < own || (other == own && i < index_)) return false;
-    }
-    return true;
-  }
   /// (N8) Are the planes of the levels below too far apart there? The surface may lean further before the
   /// next plane, the more the flatter it lies.
   bool needs(Vec3 n, int level) const {
@@ -170,7 +169,7 @@ class Stack {
       const Vec3 sum = p[i].normal + p[i + 1].normal;
       const Vec3 n = squared_length(sum) > 0.0 ? normalized(sum) : p[i].normal;
       allowed[i] = inside(lerp(p[i].centre, p[i + 1].centre, 0.5));
-      cut[i] = allowed[i] != 0 && owns(n) && needs(n, level);
+      cut[i] = allowed[i] != 0 && owned_by(index_, n, options_) && needs(n, level);
     }
     swallow(p, cut, 0);  // short gaps are closed
     for (std::size_t i = 0; i < moves; ++i) cut[i] &= allowed[i];
@@ -208,6 +207,7 @@ class Stack {
   }
 
   const ClSections& sections_;
+  const PatchObstacles& obstacles_;
   const FacetTree& tree_;
   const PlanOptions& options_;
   std::uint32_t index_;
@@ -223,10 +223,11 @@ std::vector<ClSlice> slice_cl_surface(const CheckedMesh& part, const FacetTree& 
                                       const PlanOptions& options, double tolerance,
                                       const std::function<bool(double)>& go_on) {
   const ClSections sections(part, options.cutter.radius() + options.allowance, tolerance * kSagittaShare);
+  const PatchObstacles obstacles(sections, tree);
   std::vector<ClSlice> slices;
   const auto stacks = static_cast<std::uint32_t>(options.free.plane_normals.size());
   for (std::uint32_t s = 0; s < stacks; ++s) {
-    const Stack stack(sections, tree, options, s, tolerance);
+    const Stack stack(sections, obstacles, tree, options, s, tolerance);
     std::vector<std::vector<ClSlice>> cut(stack.planes());
     for (std::size_t first = 0; first < cut.size(); first += kPlanesPerTurn) {
       const double share = static_cast<double>(first) / static_cast<double>(cut.size());

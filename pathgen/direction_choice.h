@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kinematics/geometry.h"
+#include "pathgen/direction_grid.h"
 
 namespace tiltfeed {
 
@@ -27,10 +28,33 @@ struct TurnPrices {
 
 using AxisCandidates = std::vector<AxisCandidate>;
 
-/// (O3) For each station the index of its candidate in the sequence of least cost: the candidates' own costs
-/// and those of the turns. Equals are settled by the lower index. Requires: no list is empty, each is in the
-/// order of axis.z; `ways` (mm, above 0) are those from each station to the next.
-std::vector<std::uint32_t> cheapest_sequence(const std::vector<const AxisCandidates*>& stations,
-                                             const std::vector<double>& ways, const TurnPrices& prices);
+/// (O3) The sequence of least cost: the candidates' own costs and those of the turns.
+class CheapestSequence {
+ public:
+  /// Requires: no list is empty, each is in the order of axis.z; `ways` (mm, above 0) are those from each
+  /// station to the next. The lists must outlive the object, and so must `near`, which may be null: it makes
+  /// the search faster.
+  CheapestSequence(std::vector<const AxisCandidates*> stations, std::vector<double> ways,
+                   const TurnPrices& prices, const DirectionNeighbours* near);
+
+  /// For each station the index of its candidate. Equals are settled by keeping the direction, else by the
+  /// nearer one. The lists of stations before `changed` must be what they were when it was asked last.
+  std::vector<std::uint32_t> find(std::size_t changed = 0);
+
+ private:
+  struct Turns;
+  void reach(std::size_t station);
+  bool reach_by_neighbours(std::size_t station, const Turns& turns);
+  void reach_by_height(std::size_t station, const Turns& turns);
+
+  std::vector<const AxisCandidates*> stations_;
+  std::vector<double> ways_;
+  TurnPrices prices_;
+  const DirectionNeighbours* near_;
+  std::vector<std::uint32_t> place_,
+      others_;                             ///< of a list: the places of the grid's directions, and the rest
+  std::vector<std::vector<double>> cost_;  ///< of the cheapest sequence up to each candidate
+  std::vector<std::vector<std::uint32_t>> from_;  ///< and its candidate one station before
+};
 
 }  // namespace tiltfeed

@@ -49,4 +49,16 @@ double DirectionGrid::coverage(int level) {
   return 0.6525 / static_cast<double>(1 << level) * (level > 0 ? 1.15 : 1.0);
 }
 
+DirectionNeighbours::DirectionNeighbours(const DirectionGrid& grid, int level, double chord)
+    : chord_(chord), near_(DirectionGrid::count(level)) {
+  for (std::uint32_t i = 0; i < near_.size(); ++i) {
+    for (std::uint32_t k = 0; k < near_.size(); ++k) {
+      const double square = squared_length(grid.directions()[i] - grid.directions()[k]);
+      if (square <= chord * chord) near_[i].push_back({k, square});
+    }
+    std::stable_sort(near_[i].begin(), near_[i].end(),
+                     [](const Neighbour& a, const Neighbour& b) { return a.square < b.square; });
+  }
+}
+
 }  // namespace tiltfeed

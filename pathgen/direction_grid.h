@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "kinematics/geometry.h"
@@ -29,6 +30,26 @@ class DirectionGrid {
   int level_;
   std::vector<Vec3> directions_;
   std::vector<std::array<std::uint32_t, 2>> parents_;  ///< from direction 12 on
+};
+
+/// Of each direction of a level the others near it.
+class DirectionNeighbours {
+ public:
+  struct Neighbour {
+    std::uint32_t direction = 0;
+    double square = 0.0;  ///< of the chord between the two
+  };
+  /// Within `chord` of each other.
+  DirectionNeighbours(const DirectionGrid& grid, int level, double chord);
+
+  /// The nearest first; the first is the direction itself. Requires: direction < count().
+  std::span<const Neighbour> of(std::uint32_t direction) const { return near_[direction]; }
+  std::uint32_t count() const { return static_cast<std::uint32_t>(near_.size()); }
+  double chord() const { return chord_; }
+
+ private:
+  double chord_;
+  std::vector<std::vector<Neighbour>> near_;
 };
 
 }  // namespace tiltfeed

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace tiltfeed {
@@ -12,6 +13,13 @@ namespace {
 constexpr double kBoundedFrom = 3.0;
 /// A cylinder of radius r that steps by s leaves s^2 / (8 r) of a corner: a fifth of the tolerance at most.
 constexpr double kStepShare = 8.0 * 0.2;
+
+/// Of the room that a move has over a plane surface, how much it may take: facets are not in one plane.
+constexpr double kBoundShare = 0.7;
+/// In more pieces than this a bound takes longer than poses.
+constexpr double kMostPieces = 16.0;
+/// All of the tool.
+constexpr double kFromBelow = -std::numeric_limits<double>::infinity();
 
 double lever(const SweptTool& tool) {
   const Box& b = tool.tree().bounds();
@@ -68,6 +76,35 @@ bool MoveCheck::clear(const PlacedPoint& a, const PlacedPoint& b) {
   return true;
 }
 
+/// (O5) By how much all of the tool may move without a doubt where its axis leans from the surface's normal
+/// by q, `lean` its cosine: a cylinder of radius R that moves and grows by m stays off a plane under its ball
+/// while m (cos q + sin q) < R (1 - sin q).
+double MoveCheck::room(double lean) const {
+  const double sine = std::sqrt(std::max(0.0, 1.0 - lean * lean));
+  return kBoundShare * admissible_.tool().ball() * (1.0 - sine) / (std::max(lean, 0.0) + sine);
+}
+
+/// In pieces so short that the bound can hold.
+bool MoveCheck::clear_by_bound(const OrientedPoint& a, const OrientedPoint& b) {
+  const SweptTool& tool = admissible_.tool();
+  const double turn = angle_between(a.axis, b.axis), way = distance(a.point.centre, b.point.centre);
+  const double bent = options_.reference_height * turn * turn / 8.0;
+  const double spare = room(std::min(dot(a.axis, a.point.normal), dot(b.axis, b.point.normal))) - bent;
+  const double moved = way / 2.0 + tool.ball() * turn;
+  if (spare <= 0.0 || moved > kMostPieces * spare || !admissible_.within_tilt(a.axis) ||
+      !admissible_.within_tilt(b.axis) || !admissible_.within_tilt(slerp(a.axis, b.axis, 0.5)))
+    return false;
+  const int pieces = std::max(1, static_cast<int>(std::ceil(moved / spare)));
+  for (int k = 0; k < pieces; ++k) {
+    const double f = (k + 0.5) / pieces;
+    ++query_.tested;
+    if (tool.may_stop(lerp(a.point.centre, b.point.centre, f), slerp(a.axis, b.axis, f),
+                      way / (2.0 * pieces) + bent, turn / (2.0 * pieces), kFromBelow))
+      return false;
+  }
+  return true;
+}
+
 /// High up by a bound; near the contact, or where that does not tell, at poses between which no point of the
 /// tool moves further than what a ball leaves of a corner between two places within its share of the
 /// tolerance.
@@ -75,6 +112,7 @@ bool MoveCheck::clear(const OrientedPoint& a, const OrientedPoint& b) {
   const SweptTool& tool = admissible_.tool();
   const double turn = angle_between(a.axis, b.axis), way = distance(a.point.centre, b.point.centre);
   const double from = kBoundedFrom * tool.ball();
+  if (clear_by_bound(a, b)) return true;
   ++query_.tested;
   const bool bounded = !tool.may_stop(lerp(a.point.centre, b.point.centre, 0.5), slerp(a.axis, b.axis, 0.5),
                                       way / 2.0, turn / 2.0, from);

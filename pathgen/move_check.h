@@ -33,6 +33,8 @@ class MoveCheck {
 
  private:
   bool known_clear(const PlacedPoint& a, const PlacedPoint& b) const;
+  bool clear_by_bound(const OrientedPoint& a, const OrientedPoint& b);
+  double room(double lean) const;
 
   struct Cleared {
     double from;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tiltfeed {
 
@@ -26,6 +27,8 @@ constexpr int kFan = 6;
 /// A break costs as much as a departure of one radian over this length, mm.
 constexpr double kJumpLength = 20.0;
 
+/// So often only candidates that a sequence would want next are asked; then all of a station.
+constexpr int kFewRounds = 6;
 /// Turns are told to this, rad.
 constexpr double kRounding = 1e-9;
 
@@ -202,15 +205,33 @@ bool PassStations::holds(Station& s, AxisCandidate& candidate) {
   return candidate.clear;
 }
 
-/// Is the candidate that a sequence wants admissible? If not, all of the station's are asked, and those that
-/// are not are taken out.
-bool PassStations::verify(std::size_t i, std::uint32_t candidate) {
+/// Takes out the station's candidates that are not admissible: all of them or, in the order of what they
+/// would cost between the axes `before` and `after` (null: none), those up to the first that is.
+void PassStations::sift(std::size_t i, const Vec3* before, const Vec3* after, bool all) {
   Station& s = stations_[i];
-  if (holds(s, s.candidates[candidate])) return true;
-  for (AxisCandidate& c : s.candidates) holds(s, c);
-  std::erase_if(s.candidates, [](const AxisCandidate& c) { return !c.clear; });
+  std::vector<std::pair<double, std::uint32_t>> order;
+  const auto turn_cost = [&](const Vec3* other, Vec3 axis, std::size_t to) {
+    if (other == nullptr) return 0.0;
+    const double way = std::abs(stations_[to].way - s.way), cosine = dot(*other, axis);
+    if (std::acos(std::min(1.0, cosine)) > max_turn_ * way + kRounding) return kJumpLength;
+    return scale_ * scale_ / way * (2.0 - 2.0 * cosine);
+  };
+  for (std::uint32_t k = 0; k < s.candidates.size(); ++k) {
+    const AxisCandidate& c = s.candidates[k];
+    order.emplace_back(
+        all ? 0.0 : c.cost + turn_cost(before, c.axis, i - 1) + turn_cost(after, c.axis, i + 1), k);
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<std::uint8_t> out(s.candidates.size(), 0);
+  for (const auto& [cost, k] : order) {
+    out[k] = holds(s, s.candidates[k]) ? 0 : 1;
+    if (out[k] == 0 && !all) break;
+  }
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < out.size(); ++k)
+    if (out[k] == 0) s.candidates[kept++] = s.candidates[k];
+  s.candidates.resize(kept);
   if (s.candidates.empty()) widen(i);
-  return false;
 }
 
 /// The cheapest sequence of the stations first..last, of admissible candidates only.
@@ -221,18 +242,24 @@ void PassStations::settle(std::size_t first, std::size_t last) {
     candidates.push_back(&stations_[i].candidates);
     if (i > first) ways.push_back(stations_[i].way - stations_[i - 1].way);
   }
-  for (bool settled = false, cut = false; !settled && !cut;) {
-    const auto chosen =
-        cheapest_sequence(candidates, ways, {scale_ * scale_, max_turn_, kRounding, kJumpLength});
-    settled = true;
+  CheapestSequence cheapest(std::move(candidates), std::move(ways),
+                            {scale_ * scale_, max_turn_, kRounding, kJumpLength}, &admissible_.near());
+  bool cut = false;
+  std::size_t changed = first;
+  for (int round = 0; !cut; ++round) {
+    const auto chosen = cheapest.find(changed - first);
+    changed = last + 1;
+    for (std::size_t i = first; i <= last; ++i)
+      stations_[i].chosen = stations_[i].candidates[chosen[i - first]].axis;
     for (std::size_t i = first; i <= last; ++i) {
-      if (verify(i, chosen[i - first]))
-        stations_[i].chosen = stations_[i].candidates[chosen[i - first]].axis;
-      else
-        settled = false, cut |= stations_[i].candidates.empty();
+      if (holds(stations_[i], stations_[i].candidates[chosen[i - first]])) continue;
+      sift(i, i > first ? &stations_[i - 1].chosen : nullptr, i < last ? &stations_[i + 1].chosen : nullptr,
+           round >= kFewRounds);
+      changed = std::min(changed, i), cut |= stations_[i].candidates.empty();
     }
-    if (cut) settle_between(first, last);
+    if (changed > last) return;
   }
+  settle_between(first, last);
 }
 
 /// Of the stations first..last some have no admissible direction: the stretches between these.

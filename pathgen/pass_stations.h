@@ -58,7 +58,7 @@ class PassStations {
   void settle();
   void settle(std::size_t first, std::size_t last);
   void settle_between(std::size_t first, std::size_t last);
-  bool verify(std::size_t i, std::uint32_t candidate);
+  void sift(std::size_t i, const Vec3* before, const Vec3* after, bool all);
   bool holds(Station& s, AxisCandidate& candidate);
   void widen(std::size_t i);
 

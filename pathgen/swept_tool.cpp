@@ -216,11 +216,14 @@ bool SweptTool::may_stop(Point<Part> centre, Vec3 axis, double off, double turn,
         f.part,         low,
         high,           f.radius + f.slope * std::max(0.0, low - f.from) + moved + std::max(0.0, low) * turn,
         f.slope + turn, 0.0};
-    grown.widest = grown.radius + grown.slope * (high - low);
-    const bool found =
-        tree_.any_along(centre, axis, low, high, grown.widest,
-                        [&](std::uint32_t, const PlacedFacet& c) { return meets(grown, centre, axis, c); });
-    if (found) return true;
+    // In pieces that get no more than twice as wide: the tree is asked for what is near to the widest.
+    while (grown.from < high) {
+      const double twice = grown.slope > 0.0 ? grown.from + grown.radius / grown.slope : high;
+      grown.to = std::min(high, twice), grown.widest = grown.radius + grown.slope * (grown.to - grown.from);
+      const auto met = [&](std::uint32_t, const PlacedFacet& c) { return meets(grown, centre, axis, c); };
+      if (tree_.any_along(centre, axis, grown.from, grown.to, grown.widest, met)) return true;
+      grown.from = grown.to, grown.radius = grown.widest;
+    }
   }
   return false;
 }

@@ -248,7 +248,41 @@ TEST(FreeDirections, TheSequenceIsTheCheapestOfAll) {
     }
     std::vector<const AxisCandidates*> lists;
     for (const AxisCandidates& list : stations) lists.push_back(&list);
-    EXPECT_NEAR(cost(stations, ways, prices, cheapest_sequence(lists, ways, prices)), best, 1e-12);
+    CheapestSequence search(lists, ways, prices, nullptr);
+    EXPECT_NEAR(cost(stations, ways, prices, search.find()), best, 1e-12);
+  }
+}
+
+TEST(FreeDirections, NeighboursOnTheGridFindTheSameSequence) {
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  const DirectionGrid grid(Admissibility::kAdmissibleLevel + 1);
+  const DirectionNeighbours near(grid, Admissibility::kAdmissibleLevel, 0.6);
+  const std::uint32_t coarse = DirectionGrid::count(Admissibility::kAdmissibleLevel);
+  for (int round = 0; round < 20; ++round) {
+    std::vector<AxisCandidates> stations(6);
+    std::vector<double> ways;
+    for (auto& s : stations) {
+      const Vec3 about = random_direction(random);
+      for (std::uint32_t d = 0; d < coarse; ++d)
+        if (dot(grid.directions()[d], about) > 0.0 && uniform(random) < 0.5)
+          s.push_back({grid.directions()[d], uniform(random), d, false});
+      for (int k = 0; k < 3; ++k) s.push_back({random_direction(random), uniform(random)});
+      std::stable_sort(s.begin(), s.end(), [](const auto& a, const auto& b) { return a.axis.z < b.axis.z; });
+      ways.push_back(0.2 + 0.3 * uniform(random));
+    }
+    ways.pop_back();
+    const TurnPrices prices{1.0, 1.0, 1e-9, 20.0};
+    std::vector<const AxisCandidates*> lists;
+    for (const AxisCandidates& list : stations) lists.push_back(&list);
+    CheapestSequence plain(lists, ways, prices, nullptr), quick(lists, ways, prices, &near);
+    EXPECT_NEAR(cost(stations, ways, prices, quick.find()), cost(stations, ways, prices, plain.find()),
+                1e-12);
+    // Asked again after a list has lost what was chosen.
+    const std::size_t changed = 3;
+    stations[changed].erase(stations[changed].begin() + quick.find()[changed]);
+    EXPECT_NEAR(cost(stations, ways, prices, quick.find(changed)), cost(stations, ways, prices, plain.find()),
+                1e-12);
   }
 }
 

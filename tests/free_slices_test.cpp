@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "pathgen/cl_slices.h"
+#include "pathgen/patch_obstacles.h"
+#include "pathgen/stack_share.h"
 #include "sim/distance.h"
 #include "sim/parts.h"
 #include "tests/soup.h"
@@ -127,6 +131,67 @@ TEST(FreeSlices, TheHollowSphereIsCutInsideAndOutInUnbrokenPasses) {
   }
   EXPECT_GT(inside, 500.0);
   EXPECT_GE(closed * 10, found.size() * 8);
+}
+
+/// Calls visit(patch, strand, normal of the plane) for the strands of a few planes.
+template <class Visit>
+void each_strand(const ClSections& sections, const Visit& visit) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 n = normalized({normal(random), normal(random), normal(random)});
+    for (std::uint32_t patch = 0; patch < sections.patches(); ++patch) {
+      const auto [low, high] = sections.extent(patch, n);
+      std::vector<ClStrand> strands;
+      for (const double share : {0.01, 0.3, 0.6, 0.99})
+        sections.cut(patch, n, low + share * (high - low), strands);
+      for (const ClStrand& strand : strands) visit(patch, strand, n);
+      strands.clear();
+      sections.cut(patch, n, low - 1e-6, strands), sections.cut(patch, n, high + 1e-6, strands);
+      EXPECT_TRUE(strands.empty()) << "patch " << patch << " beyond its extent";
+    }
+  }
+}
+
+TEST(FreeSlices, OnlyObstaclesCutIntoAPatch) {
+  for (const CheckedMesh& part : {soup::check(soup::torus()), soup::check(soup::ell())}) {
+    const FacetTree tree(part.mesh);
+    const ClSections sections(part, 0.8, 0.001);
+    const PatchObstacles obstacles(sections, tree);
+    std::vector<std::uint32_t> all(part.mesh.facets.size());
+    std::iota(all.begin(), all.end(), 0u);
+    std::size_t listed = 0, cut_short = 0;
+    for (std::uint32_t p = 0; p < sections.patches(); ++p) listed += obstacles.of(p).size();
+    EXPECT_LT(listed, sections.patches() * all.size() / 4);
+    each_strand(sections, [&](std::uint32_t patch, const ClStrand& strand, Vec3) {
+      std::vector<ClStrand> kept, expected;
+      trim_strand(strand, tree, obstacles.of(patch), sections.radius(), kept);
+      trim_strand(strand, tree, all, sections.radius(), expected);
+      double length = 0.0, wanted = 0.0;
+      for (const ClStrand& s : kept) length += length_of(s);
+      for (const ClStrand& s : expected) wanted += length_of(s);
+      ASSERT_NEAR(length, wanted, 1e-6) << "patch " << patch;
+      cut_short += wanted < length_of(strand) - 1e-6 ? 1 : 0;
+    });
+    EXPECT_GT(cut_short, 0u);
+  }
+}
+
+TEST(FreeSlices, AStackCutsAllPatchesThatHavePlacesOfIt) {
+  const CheckedMesh part = soup::check(soup::torus());
+  PlanOptions o = options(1, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, 0.05);
+  o.containment.height = {0.0, 0.3};
+  const ClSections sections(part, 0.5, 0.001);
+  for (std::uint32_t stack = 0; stack < 3; ++stack) {
+    const auto needed = stack_share(sections, stack, o, 0.1);
+    EXPECT_LT(std::count(needed.begin(), needed.end(), 1), std::ssize(needed) * 3 / 4);
+    each_strand(sections, [&](std::uint32_t patch, const ClStrand& strand, Vec3) {
+      for (const ClPoint& p : strand)
+        if (owned_by(stack, p.normal, o) && o.containment.height.contains(p.centre.z)) {
+          ASSERT_EQ(needed[patch], 1) << "patch " << patch << " of stack " << stack;
+        }
+    });
+  }
 }
 
 TEST(FreeSlices, EveryPlaceBelongsToTheStackThatCutsItMostSquarely) {
