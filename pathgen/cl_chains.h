@@ -49,4 +49,9 @@ bool in_contact(Point<Part> from, Point<Part> to, const FacetTree& tree, double 
 
 double length_of(const ClStrand& strand);
 
+/// The place at the share f of the straight move from a to b.
+ClPoint between(const ClPoint& a, const ClPoint& b, double f);
+/// Points nearer than this, mm, are one.
+inline constexpr double kSamePoint = 1e-7;
+
 }  // namespace tiltfeed

@@ -11,6 +11,9 @@
 
 namespace tiltfeed {
 
+/// Of a direction at a station.
+enum Asked : std::uint8_t { kUnknown, kClear, kStopped };
+
 struct Station {
   double way = 0.0;  ///< its place on the pass, mm
   ClPoint point;
