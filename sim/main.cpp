@@ -33,6 +33,7 @@ struct ServeOptions {
   std::string pty, reprap, drip, modbus_tcp, modbus_rtu, job, trace, faults, speed = "max";
   int baud = 0;
   GrblOptions grbl;
+  RepRapOptions marlin;
   ModbusOptions modbus;
   bool once = false;
 };
@@ -161,7 +162,7 @@ int serve(const ServeOptions& options) {
   };
   Result<void> served;
   if (!options.reprap.empty()) {
-    RepRapController controller(job->machine.model, job->setup, {}, sink);
+    RepRapController controller(job->machine.model, job->setup, options.marlin, sink);
     served = serve_pty(controller, options.reprap, endpoint);
     summarise(controller.motion(), reference, "resends", controller.totals().resends);
   } else if (!options.drip.empty()) {
@@ -202,6 +203,8 @@ int make_part(const std::string& name, const std::string& path) {
 void add_serve_options(CLI::App& app, ServeOptions& options) {
   app.add_option("--pty", options.pty, "serve Grbl on a pseudo-terminal; PATH becomes a link to it");
   app.add_option("--reprap", options.reprap, "serve RepRap firmware (Marlin) on a pseudo-terminal");
+  app.add_flag("--advanced-ok", options.marlin.advanced_ok,
+               "RepRap: each ok says how many commands there is room for");
   app.add_option("--dnc", options.drip, "serve a CNC control's drip feed on a pseudo-terminal");
   app.add_option("--faults", options.faults, "what goes wrong on the wire: a fault script");
   app.add_option("--baud", options.baud, "serial links: pace the line, bits per second")

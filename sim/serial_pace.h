@@ -23,10 +23,10 @@ class SerialPace {
     return span <= 0.0 ? 0 : std::min(most, static_cast<std::size_t>(span / byte_time_));
   }
   void passed(std::size_t count) {
+    if (bytes_ == 0) first_ = free_at_;
     free_at_ += static_cast<double>(count) * byte_time_;
     bytes_ += count;
     last_ = free_at_;
-    if (bytes_ == count) first_ = free_at_;
   }
   /// Nothing waits any more.
   void idle() { busy_ = false; }

@@ -9,28 +9,8 @@ readonly bin=$1 work=$2
 root=$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")
 readonly root
 export TILTFEED_SOCKET=$work/api.sock
-started=()
-
-cleanup() {
-  for pid in "${started[@]}"; do kill -KILL "$pid" 2>/dev/null || true; done
-}
-trap cleanup EXIT
-
-die() {
-  echo "FAILED: $*"
-  for log in "$work"/*.log; do printf -- '--- %s\n' "$log" && tail -n 20 "$log"; done
-  exit 1
-}
-
-# until_true TENTHS WHAT COMMAND...: tries the command every 0.1 s.
-until_true() {
-  local tries=0 limit=$1 what=$2
-  shift 2
-  until "$@" >/dev/null 2>&1; do
-    ((++tries < limit)) || die "$what"
-    sleep 0.1
-  done
-}
+# shellcheck source=tests/processes.sh
+source "$root/tests/processes.sh"
 
 # state JOB WORD: the job is in that state.
 state() { "$bin/tiltfeed" show "$1" | grep -qx "state: $2"; }

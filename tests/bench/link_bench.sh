@@ -79,9 +79,10 @@ fast "RTU 115200" --modbus-rtu modbus-rtu@115200 "$(rtu_limit 115200)" --baud 11
 program 1500 6
 measure "RTU 115200, 6 ms blocks" --modbus-rtu modbus-rtu@115200 3 "$(rtu_limit 115200)" --baud 115200 --speed 1
 program 1500 1
-fast "RepRap 115200" --reprap reprap@115200 0 --baud 115200 --speed 1000
+fast "RepRap 115200" --reprap reprap@115200 0 --baud 115200 --speed 1000 --advanced-ok
+fast "RepRap, one by one" --reprap reprap@115200 0 --baud 115200 --speed 1000
 program 1500 6
-measure "RepRap 115200, 6 ms" --reprap reprap@115200 0 0 --baud 115200 --speed 1
+measure "RepRap 115200, 6 ms" --reprap reprap@115200 0 0 --baud 115200 --speed 1 --advanced-ok
 program 1500 1
 fast "DNC 115200" --dnc dnc@115200 0 --baud 115200 --speed 1000
 program 1000000 1

@@ -9,34 +9,14 @@ export LC_ALL=C
 readonly bin=$1 work=$2
 here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
 readonly here python=/usr/bin/python3 port_base=$((20000 + $$ % 20000))
-started=()
-
-cleanup() {
-  for pid in "${started[@]}"; do kill -KILL "$pid" 2>/dev/null || true; done
-}
-trap cleanup EXIT
-
-die() {
-  echo "FAILED: $*"
-  for log in "$work"/*.log; do printf -- '--- %s\n' "$log" && tail -n 15 "$log"; done
-  exit 1
-}
+# shellcheck source=tests/processes.sh
+source "$here/../processes.sh"
 
 for need in socat mbpoll; do
   command -v $need >/dev/null || { echo "skipped: $need is not installed"; exit 77; }
 done
 $python -c 'import pymodbus, serial, serial_asyncio' 2>/dev/null ||
   { echo "skipped: python3-pymodbus, python3-serial or python3-serial-asyncio is not installed"; exit 77; }
-
-# until_true TENTHS WHAT COMMAND...
-until_true() {
-  local tries=0 limit=$1 what=$2
-  shift 2
-  until "$@" >/dev/null 2>&1; do
-    ((++tries < limit)) || die "$what"
-    sleep 0.1
-  done
-}
 
 # background LOG COMMAND...: pid in $peer.
 background() {
@@ -114,7 +94,7 @@ lines "pyserial Marlin restarts" marlin reprap 1 --restart-after 200
 poll() {
   local name=$1 address=$2 count=$3
   shift 3
-  mbpoll -0 -1 -a 1 -t 4:hex -r "$address" -c "$count" "$@" >"$work/mbpoll.log" 2>&1 || die "$name: mbpoll failed"
+  mbpoll -0 -1 -o 10 -a 1 -t 4:hex -r "$address" -c "$count" "$@" >"$work/mbpoll.log" 2>&1 || die "$name: mbpoll failed"
   mapfile -t words < <(sed -n 's/^\[[0-9]*\]:[[:space:]]*0x//p' "$work/mbpoll.log")
   ((${#words[@]} == count)) || die "$name: ${#words[@]} registers of $count"
 }
@@ -126,7 +106,7 @@ map() {
   boot=${words[9]}
   poll "$1" 512 24 "${@:2}"
   [[ ${words[0]} == "${words[23]}" && ${words[1]} == "$boot" && ${words[7]} == 0005 ]] || die "$name: status is ${words[*]}"
-  mbpoll -0 -1 -a 1 -t 4 -r 4096 -c 1 "${@:2}" >"$work/mbpoll.log" 2>&1 && die "$name: a register that is none was read"
+  mbpoll -0 -1 -o 10 -a 1 -t 4 -r 4096 -c 1 "${@:2}" >"$work/mbpoll.log" 2>&1 && die "$name: a register that is none was read"
   grep -qi 'illegal data address' "$work/mbpoll.log" || die "$name: no exception 2"
   echo "$name: identity and status read, a foreign register refused"
 }
