@@ -173,8 +173,11 @@ double Dexels::lowest(const SweptBody& body, const Sheet& shadow, int tile_u, in
   p[axis_u_] = middle(low_u_, tile_u), p[axis_v_] = middle(low_v_, tile_v);
   const double half = std::sqrt(0.5) * (kTile - 1) * cell_;
   const double beside = std::max(0.0, tiltfeed::length(shadow.to({p[0], p[1], p[2]})) - half);
-  return beside >= body.radius ? kInfinity
-                               : component(body.low, axis_) + beside * beside / (2.0 * body.radius);
+  if (beside >= body.radius) return kInfinity;
+  const double foot = component(body.foot, axis_), along = component(body.along, axis_),
+               way = component(body.way, axis_);
+  const double core = foot + std::min(0.0, along) + std::min(0.0, way);
+  return std::max(component(body.low, axis_), core - body.radius + beside * beside / (2.0 * body.radius));
 }
 
 Cut Dexels::cut(int stripe, const SweptBody& body, bool measure) {

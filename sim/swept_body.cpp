@@ -78,6 +78,20 @@ SweptBody SweptBody::revolved(const Revolved& solid, const Pose& pose, Vec3 way,
   return {pose.tip, pose.axis, way, 0.0, &solid, part, body.low - grow, body.high + grow};
 }
 
+/// What is not nearest to the way of the ball is beside the axis, within a disc across it, or at the upper end.
+SweptBody SweptBody::without_ball() const {
+  SweptBody body = *this;
+  const double whole = length(along);
+  if (whole == 0.0) return body;
+  const Vec3 a = from_origin(foot), u = along / whole, grow{radius, radius, radius};
+  const auto reach = [&](double k) { return radius * std::sqrt(std::max(0.0, 1.0 - k * k)); };
+  const Vec3 disc{reach(u.x), reach(u.y), reach(u.z)};
+  body.above_ball = true;
+  body.low = lower(lower(a, a + way) - disc, lower(a + along, a + along + way) - grow);
+  body.high = upper(upper(a, a + way) + disc, upper(a + along, a + along + way) + grow);
+  return body;
+}
+
 double SweptBody::depth(Point<Part> p) const {
   if (solid != nullptr) return -least_over_way(*this, p).value;
   // The nearest point of the parallelogram: inside it, or on one of its four sides.
@@ -104,6 +118,10 @@ LineCutter::LineCutter(const SweptBody& body, Vec3 direction)
     const Vec3 start = dot(body.along, body.way) >= 0.0 ? Vec3{} : body.way;
     capsules_[count_++] = capsule(body.foot + start, whole);
     return;
+  }
+  if (body.above_ball) {
+    above_ = body.along, above_slope_ = dot(body.along, direction);
+    above_from_ = dot(from_origin(body.foot), above_) + std::min(0.0, dot(body.way, above_));
   }
   const Vec3 across = cross(direction, body.along);
   if (length(across) > kParallel * along) {
@@ -175,6 +193,8 @@ std::optional<Inside> LineCutter::operator()(Point<Part> origin, double low, dou
   if (body_.solid != nullptr) return through_solid(origin, low, high);
   const Vec3 o = from_origin(origin);
   if (const double side = dot(o, side_); side < side_low_ || side > side_high_) return std::nullopt;
+  // (R8) The highest place of the stretch over the ball's plane.
+  if (dot(o, above_) + above_slope_ * (above_slope_ > 0.0 ? high : low) < above_from_) return std::nullopt;
   Inside inside = count_ > 1 ? between(o) : Inside{kInfinity, -kInfinity};
   // Most lines have been cut off below already: they need no second end.
   for (int i = 0; i < count_; ++i) inside.enter = std::min(inside.enter, border(capsules_[i], o, -1.0));

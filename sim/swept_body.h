@@ -19,9 +19,14 @@ struct SweptBody {
   const Revolved* solid = nullptr;  ///< not owned
   ToolPart part = ToolPart::kCutter;
   Vec3 low, high;  ///< bounds
+  bool above_ball = false;  ///< made by without_ball()
 
   static SweptBody round(Point<Part> foot, Vec3 along, Vec3 way, double radius, ToolPart part);
   static SweptBody revolved(const Revolved& solid, const Pose& pose, Vec3 way, ToolPart part);
+
+  /// A round body of which the ball at `foot` with its way is cut by itself: what is only in that may be left
+  /// out, and is not within low and high.
+  SweptBody without_ball() const;
 
   /// How deep p is inside, mm; negative outside.
   double depth(Point<Part> p) const;
@@ -68,6 +73,8 @@ class LineCutter {
   std::array<Capsule, 4> capsules_;
   int count_ = 0;
   std::array<Slab, 3> slabs_;  ///< of the parallelogram, if there are more capsules than one
+  Vec3 above_;                 ///< above_ball: (R8) what is below above_ . p = above_from_ is the ball's
+  double above_from_ = -kInfinity, above_slope_ = 0.0;
   Vec3 side_;                  ///< unit, across line and `along`: lines are told apart by it
   double side_low_ = -kInfinity, side_high_ = kInfinity;  ///< of what the body covers of it
 };

@@ -50,8 +50,9 @@ void ToolSweep::bodies(const Pose& from, const Pose& to, const Wanted& wanted,
   if (round_) {
     const auto add = [&](double low, double high) {
       const double h = 0.5 * (low + high);
-      if (wanted(lerp(from.tip + from.axis * h, to.tip + to.axis * h, 0.5)))
-        out.push_back(piece(from, to, low, high));
+      if (!wanted(lerp(from.tip + from.axis * h, to.tip + to.axis * h, 0.5))) return;
+      out.push_back(piece(from, to, low, high));
+      if (low == core_low_ && high > low) out.back() = out.back().without_ball();
     };
     // The ball by itself: its way is exact.
     add(core_low_, core_low_);
