@@ -48,15 +48,20 @@ class Contact {
 
  private:
   struct Candidate;
+  struct View;
+  struct Meeting;
   struct Watch;
   struct Run;
   std::size_t group_end(const std::vector<SweptStep>& steps, std::size_t begin) const;
-  void gather(const SweptStep* begin, const SweptStep* end, std::vector<Candidate>& candidates) const;
-  void pass(const SweptStep& step, Run& run) const;
-  void pass_side(const SweptStep& step, const Candidate& patch, double lowest, double most, Run& run) const;
-  void watch(const SweptStep& step, Run& run) const;
-  void touch(const SweptStep& step, std::uint32_t patch, Run& run) const;
-  void touch_side(const SweptStep& step, std::uint32_t patch, Run& run) const;
+  Vec3 along_group(const Pose& first, const Pose& last, Vec3 axis) const;
+  void gather(const SweptStep* begin, const SweptStep* end, Run& run) const;
+  void view(const SweptStep* begin, const SweptStep* end, Run& run) const;
+  void pass(const Candidate& patch, Run& run) const;
+  void meet_steps(const Candidate& patch, double most, Run& run) const;
+  void pass_side(View& view, const Candidate& patch, double lowest, double most, Run& run) const;
+  void touch(View& view, std::uint32_t patch, Run& run) const;
+  void touch_side(View& view, std::uint32_t patch, Run& run) const;
+  void watch(View& view, Run& run) const;
   Pose pose(const SweptStep& step, double f) const;
   int looks(const SweptStep& step) const;
   double travel(const Pose& from, const Pose& to) const;

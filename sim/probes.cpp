@@ -192,17 +192,23 @@ struct BallLine {
 
 }  // namespace
 
+double Probes::least(std::uint32_t patch, const BallWay& way) const {
+  return BallLine(way, patches_.normal[patch])
+      .least(patches_.middle[patch] - way.from, static_cast<double>(patches_.radius[patch]));
+}
+
 double Probes::pass_ball(std::uint32_t patch, const BallWay& way, std::uint32_t move) {
   const BallLine line(way, patches_.normal[patch]);
-  const double most = this->highest(patch);
-  if (line.least(patches_.middle[patch] - way.from, static_cast<double>(patches_.radius[patch])) >=
-      std::min(reach_, most))
-    return most;
+  const auto& facet = patches_.mesh.facets[patch];
+  const auto& v = patches_.mesh.vertices;
+  const Vec3 corner = v[facet[0]] - way.from, a = v[facet[1]] - v[facet[0]], b = v[facet[2]] - v[facet[0]];
   double highest = -kInfinity;
-  for (std::uint64_t i = patches_.first[patch]; i < patches_.first[patch + 1]; ++i) {
+  const std::uint64_t first = patches_.first[patch], end = patches_.first[patch + 1];
+  for (std::uint64_t i = first; i < end; ++i) {
     double left = value(i).left;
-    const double enter = line(place(patch, i) - way.from);
-    if (enter < std::min(left, reach_)) take(i, left = enter, move);
+    const auto [share_a, share_b] = spread_[i - first];
+    const double enter = line(corner + a * share_a + b * share_b);
+    if (takes(enter, left)) take(i, left = std::min(left, enter), move);
     highest = std::max(highest, left);
   }
   return settle(patch, highest);

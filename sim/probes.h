@@ -55,7 +55,9 @@ class Probes {
   /// than the distance from p to that piece. `move` is what the probes remember. Thread-safe.
   template <class Body, class Nearest>
   void pass(std::uint32_t patch, double radius, std::uint32_t move, const Body& body, const Nearest& nearest);
-  /// The same for a ball; the new highest().
+  /// Not more than any value that the ball can leave on the patch.
+  double least(std::uint32_t patch, const BallWay& way) const;
+  /// The same as pass() for a ball; the new highest().
   double pass_ball(std::uint32_t patch, const BallWay& way, std::uint32_t move);
   /// Not less than any value of the patch's probes, mm.
   double highest(std::uint32_t patch) const {
@@ -78,6 +80,10 @@ class Probes {
   std::size_t bytes() const;
 
  private:
+  /// Would a probe of which `left` is left, a float's value, be lowered or its move be an earlier one?
+  bool takes(double enter, double left) const {
+    return enter < reach_ && static_cast<double>(static_cast<float>(enter)) <= left;
+  }
   void take(std::uint64_t probe, double left, std::uint32_t move);
   double settle(std::uint32_t patch, double highest);
 
@@ -101,10 +107,10 @@ void Probes::pass(std::uint32_t patch, double radius, std::uint32_t move, const 
     const Point<Part> p = place(patch, i);
     double left = value(i).left;
     // The line cannot enter before it has come as near as the point is far.
-    if (nearest(p) < std::min(reach_, left)) {
+    if (nearest(p) <= std::min(reach_, left)) {
       if (!cutter) swept = body(patches_.middle[patch]), cutter.emplace(*swept, patches_.normal[patch]);
       const auto inside = (*cutter)(p, -radius, reach_);
-      if (inside && inside->leave > 0.0 && inside->enter < std::min(left, reach_)) {
+      if (inside && inside->leave > 0.0 && takes(inside->enter, left)) {
         const double depth = inside->enter < 0.0 ? std::max(0.0, swept->depth(p)) : 0.0;
         left = std::min(left, std::max(inside->enter, -depth));
         take(i, left, move);

@@ -78,7 +78,8 @@ SweptBody SweptBody::revolved(const Revolved& solid, const Pose& pose, Vec3 way,
   return {pose.tip, pose.axis, way, 0.0, &solid, part, body.low - grow, body.high + grow};
 }
 
-/// What is not nearest to the way of the ball is beside the axis, within a disc across it, or at the upper end.
+/// What is not nearest to the way of the ball is beside the axis, within a disc across it, or at the upper
+/// end.
 SweptBody SweptBody::without_ball() const {
   SweptBody body = *this;
   const double whole = length(along);

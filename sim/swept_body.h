@@ -18,7 +18,7 @@ struct SweptBody {
   double radius = 0.0;              ///< round: mm
   const Revolved* solid = nullptr;  ///< not owned
   ToolPart part = ToolPart::kCutter;
-  Vec3 low, high;  ///< bounds
+  Vec3 low, high;           ///< bounds
   bool above_ball = false;  ///< made by without_ball()
 
   static SweptBody round(Point<Part> foot, Vec3 along, Vec3 way, double radius, ToolPart part);
@@ -75,7 +75,7 @@ class LineCutter {
   std::array<Slab, 3> slabs_;  ///< of the parallelogram, if there are more capsules than one
   Vec3 above_;                 ///< above_ball: (R8) what is below above_ . p = above_from_ is the ball's
   double above_from_ = -kInfinity, above_slope_ = 0.0;
-  Vec3 side_;                  ///< unit, across line and `along`: lines are told apart by it
+  Vec3 side_;  ///< unit, across line and `along`: lines are told apart by it
   double side_low_ = -kInfinity, side_high_ = kInfinity;  ///< of what the body covers of it
 };
 

@@ -1,0 +1,115 @@
+#include <algorithm>
+#include <cmath>
+
+#include "sim/contact_run.h"
+#include "sim/sheet.h"
+
+namespace tiltfeed::sim {
+
+/// (R6) Steps that can do nothing to the patch are left out, and so are those that can take no more than what
+/// another has taken: the one that may take most comes first.
+void Contact::pass(const Candidate& c, Run& run) const {
+  double most = std::min(probes_.reach(), probes_.highest(c.patch));
+  meet_steps(c, most, run);
+  const auto lower = [](const Meeting& a, const Meeting& b) { return a.lowest < b.lowest; };
+  const auto first = std::min_element(run.balls.begin(), run.balls.end(), lower);
+  if (first != run.balls.end()) std::iter_swap(run.balls.begin(), first);
+  for (const Meeting& ball : run.balls)
+    if (ball.lowest < most)
+      most = std::min(most, probes_.pass_ball(c.patch, ball.view->way, ball.view->step->move));
+  for (const Meeting& side : run.sides) {
+    const View& v = *side.view;
+    // Is all that can matter nearer to the ball at the core's lower end than to the rest of it?
+    const double height = std::max(dot(c.middle - v.step->from.tip, v.step->from.axis),
+                                   dot(c.middle - v.step->to.tip, v.step->to.axis)) +
+                          c.rise + v.slack + std::max(0.0, most) * std::max({0.0, side.up, side.up_end});
+    if (round_ && std::min(side.up, side.up_end) > 0.0 && height <= low_) continue;
+    if (side.lowest >= std::max(most, v.step->stray - run.allowed(v))) continue;
+    pass_side(*side.view, c, side.lowest, most, run);
+    most = std::min(most, probes_.highest(c.patch));
+  }
+}
+
+/// The steps that may matter to a patch of which `most` is left: by their ball, and by the rest of the core.
+void Contact::meet_steps(const Candidate& c, double most, Run& run) const {
+  const double core = high_ - low_;
+  run.balls.clear(), run.sides.clear();
+  for (View& v : run.views) {
+    if (v.last < c.first || v.first > c.last) continue;
+    // What can matter is left less than `most` above the patch, or is deeper in it than what is allowed.
+    const double deep = v.step->stray - run.allowed(v), matters = std::max(most, deep);
+    const double start = dot(c.normal, from_origin(v.from)) - c.offset,
+                 end = dot(c.normal, from_origin(v.to)) - c.offset, lower = std::min(start, end);
+    if (c.faces && lower >= matters) continue;
+    const double up = dot(c.normal, v.step->from.axis), up_end = dot(c.normal, v.step->to.axis);
+    const double lowest = std::min({lower, start + up * core, end + up_end * core});
+    if (lowest >= matters) continue;
+    run.sides.push_back({&v, lowest, up, up_end});
+    if (!round_ || lower >= matters || std::max(start, end) <= -2.0 * radius_) continue;
+    const double gap = v.way.distance(c.middle) - radius_ - c.radius;
+    if (closed_ && gap < deep && lower < deep) touch(v, c.patch, run);
+    if (lower >= most || gap >= std::max(0.0, most)) continue;
+    if (const double least = probes_.least(c.patch, v.way); least < most)
+      run.balls.push_back({&v, least, up, up_end});
+  }
+}
+
+/// A patch beside the tool, or any of a tool that is no ball.
+void Contact::pass_side(View& view, const Candidate& c, double lowest, double most, Run& run) const {
+  const SweptStep& step = *view.step;
+  const Vec3 axis = mean_axis(step.from, step.to);
+  const Sheet sheet(view.from, view.to - view.from, axis * (high_ - low_));
+  const double turn = length(step.to.axis - step.from.axis);
+  // What a place on the core may be off the sheet grows with its height.
+  const auto nearest = [&](Point<Part> p) {
+    const double far = length(sheet.to(p));
+    return far - radius_ - turn * (std::max(0.0, dot(p - view.from, axis)) + far + sweep_.longest()) -
+           step.stray;
+  };
+  const double gap = nearest(c.middle) - c.radius;
+  if (const double allowed = run.allowed(view); closed_ && gap < -allowed && lowest < step.stray - allowed)
+    touch_side(view, c.patch, run);
+  if (gap >= std::max(0.0, most) || lowest >= most) return;
+  probes_.pass(
+      c.patch, radius_, step.move, [&](Point<Part> p) { return sweep_.cutter_near(step.from, step.to, p); },
+      nearest);
+}
+
+/// The ball along the step: bounded by its straight way, and where that may be too deep, by pieces of the
+/// true one.
+void Contact::touch(View& view, std::uint32_t patch, Run& run) const {
+  const SweptStep& step = *view.step;
+  const Triangle& triangle = probes_.surface().triangle(patch);
+  const auto ball = [&](const Pose& p) { return p.tip + p.axis * low_; };
+  const double near = std::sqrt(squared_distance(triangle, Segment{view.from, view.to}));
+  if (radius_ - near <= run.allowed(view) - step.stray) return;
+  if (view.ways.empty()) {
+    view.ways.push_back(step.from);
+    for (int k = 1; k < kWays; ++k) view.ways.push_back(pose(step, static_cast<double>(k) / kWays));
+    view.ways.push_back(step.to);
+  }
+  std::array<double, kWays> squares{};
+  for (std::size_t k = 0; k < kWays; ++k)
+    squares[k] = squared_distance(triangle, Segment{ball(view.ways[k]), ball(view.ways[k + 1])});
+  const auto least = std::min_element(squares.begin(), squares.end());
+  const double depth = radius_ - std::sqrt(*least);
+  if (depth <= run.allowed(view)) return;
+  const Pose middle = pose(step, (static_cast<double>(least - squares.begin()) + 0.5) / kWays);
+  run.report(view, {ToolPart::kCutter, step.move, depth, patch, middle.tip});
+}
+
+/// The core, at poses that are near enough to each other.
+void Contact::touch_side(View& view, std::uint32_t patch, Run& run) const {
+  const SweptStep& step = *view.step;
+  const Triangle& triangle = probes_.surface().triangle(patch);
+  const int count = looks(step);
+  for (int k = 1; k <= count; ++k) {
+    const Pose p = k == count ? step.to : pose(step, static_cast<double>(k) / count);
+    const double near =
+        std::sqrt(squared_distance(triangle, Segment{p.tip + p.axis * low_, p.tip + p.axis * high_}));
+    if (radius_ - near > run.allowed(view))
+      run.report(view, {ToolPart::kCutter, step.move, radius_ - near, patch, p.tip});
+  }
+}
+
+}  // namespace tiltfeed::sim
