@@ -10,7 +10,7 @@ namespace {
 // Steps that share their candidates: so many at most, so many radii long, turning the ends of the core's
 // lower part and of all of it by so many.
 constexpr std::size_t kGroupSteps = 32;
-constexpr double kGroupRadii = 8.0, kFootTurnRadii = 0.5, kTopTurnRadii = 2.0;
+constexpr double kGroupRadii = 4.0, kFootTurnRadii = 0.5, kTopTurnRadii = 2.0;
 // The core's lower part, in radii: what is beside it is looked for closely.
 constexpr double kFootRadii = 4.0;
 

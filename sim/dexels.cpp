@@ -1,6 +1,7 @@
 #include "sim/dexels.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <optional>
 
@@ -145,7 +146,11 @@ std::int64_t Dexels::remove(Stripe& s, std::uint32_t line, Piece cut, Piece& lon
 bool Dexels::meets_tile(const Range& r, int tile_v, const Stripe& s, Piece along) const {
   for (int tu = r.u0 / kTile; tu <= r.u1 / kTile; ++tu) {
     const Piece& tile = s.tiles[static_cast<std::size_t>(tile_v - s.first / kTile) * tiles_u_ + tu];
-    if (tile.low < along.high && tile.high > along.low) return true;
+    // Another thread may narrow it meanwhile: of both ends the old and the new are bounds.
+    const auto end = [](const std::int32_t& value) {
+      return std::atomic_ref<std::int32_t>(const_cast<std::int32_t&>(value)).load(std::memory_order_relaxed);
+    };
+    if (end(tile.low) < along.high && end(tile.high) > along.low) return true;
   }
   return false;
 }
@@ -244,7 +249,8 @@ void Dexels::bound_tile(Stripe& s, int tu, int tv) const {
         if (piece.low < piece.high)
           bounds = {std::min(bounds.low, piece.low), std::max(bounds.high, piece.high)};
       }
-  s.tiles[tile] = bounds;
+  std::atomic_ref<std::int32_t>(s.tiles[tile].low).store(bounds.low, std::memory_order_relaxed);
+  std::atomic_ref<std::int32_t>(s.tiles[tile].high).store(bounds.high, std::memory_order_relaxed);
   s.stale[tile] = 0;
 }
 

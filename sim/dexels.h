@@ -61,7 +61,8 @@ class Dexels {
   };
   Lack missing(int stripe, const Mesh& shell, double slack) const;
 
-  /// The stripes in which a body can meet material that is there now, [first, second).
+  /// The stripes in which a body can meet material that is there now, [first, second). May be asked while
+  /// other threads cut.
   std::pair<int, int> stripes(const SweptBody& body) const;
   /// Takes the body away. `measure`: also find `deepest`.
   Cut cut(int stripe, const SweptBody& body, bool measure);

@@ -13,7 +13,7 @@ namespace tiltfeed::sim {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
-constexpr int kHollowSamples = 24;
+constexpr int kHollowSamples = 24, kHollowStep = 2;
 // Successive directions of the samples turn by the golden angle, so that they spread evenly.
 constexpr double kGoldenAngle = 2.399963229728653;
 
@@ -106,10 +106,15 @@ void Raster::shade_hollows(double radius, double range, double strength) {
     offset[i] = {static_cast<int>(std::lround(r * std::cos(turn))),
                  static_cast<int>(std::lround(r * std::sin(turn)))};
   }
-  for (int y = 0; y < height_; ++y) {
-    for (int x = 0; x < width_; ++x) {
+  // One look for each square of kHollowStep pixels: what is shaded is far wider.
+  for (int y0 = 0; y0 < height_; y0 += kHollowStep) {
+    for (int x0 = 0; x0 < width_; x0 += kHollowStep) {
+      const int x1 = std::min(width_, x0 + kHollowStep), y1 = std::min(height_, y0 + kHollowStep);
+      int x = x0, y = y0;
+      while (y < y1 && std::isinf(depth_[at(x, y)]))
+        if (++x == x1) x = x0, ++y;
+      if (y == y1) continue;
       const double here = static_cast<double>(depth_[at(x, y)]);
-      if (std::isinf(here)) continue;
       double covered = 0.0;
       for (const auto& [ox, oy] : offset) {
         // Opposite samples together: a plane's slope cancels out, what is left is hollow or ridge.
@@ -122,7 +127,10 @@ void Raster::shade_hollows(double radius, double range, double strength) {
         covered += std::clamp(nearer / range, 0.0, 1.0);
       }
       const auto keep = static_cast<float>(1.0 - strength * std::min(1.0, 2.0 * covered / kHollowSamples));
-      for (float& channel : colour_[at(x, y)]) channel *= keep;
+      for (int sy = y0; sy < y1; ++sy)
+        for (int sx = x0; sx < x1; ++sx)
+          if (!std::isinf(depth_[at(sx, sy)]))
+            for (float& channel : colour_[at(sx, sy)]) channel *= keep;
     }
   }
 }

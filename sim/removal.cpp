@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "sim/removal_parts.h"
 #include "sim/workers.h"
@@ -22,6 +23,13 @@ struct StripeCut {
   std::vector<MoveHit> hits;
 };
 
+/// Some moves in a row, and what they sweep.
+struct Batch {
+  std::size_t begin = 0, count = 0;
+  std::vector<Swept> chunks;
+  std::vector<StripeCut> cuts;  ///< by stripe of a bundle
+};
+
 class Remover {
  public:
   Remover(const Job& job, const ExecutedPath& path, Stock& stock, Probes& probes,
@@ -37,7 +45,10 @@ class Remover {
   Result<Removal> run(const Progress& progress);
 
  private:
-  void cut(std::size_t begin, std::size_t count, const std::vector<Swept>& chunks);
+  Batch start(std::size_t begin) const;
+  void sweep(Batch& batch, std::size_t chunk) const;
+  void cut(Batch& batch, std::size_t task);
+  void take(const Batch& batch);
 
   const Job& job_;
   const ExecutedPath& path_;
@@ -50,35 +61,54 @@ class Remover {
   std::array<double, 4> worst_{};
 };
 
-void Remover::cut(std::size_t begin, std::size_t count, const std::vector<Swept>& chunks) {
-  std::vector<StripeCut> cuts(stock_.bundles.size() * Dexels::kStripes);
+Batch Remover::start(std::size_t begin) const {
+  Batch batch;
+  batch.begin = begin, batch.count = std::min(kBatch, path_.moves.size() - begin);
+  batch.chunks.resize((batch.count + kChunk - 1) / kChunk);
+  return batch;
+}
+
+void Remover::sweep(Batch& batch, std::size_t chunk) const {
+  const std::size_t begin = batch.begin + chunk * kChunk;
+  stand_.sweep_moves(begin, std::min(batch.begin + batch.count, begin + kChunk), batch.chunks[chunk]);
+}
+
+/// The lines of a stripe by all that the batch sweeps. `task`: bundle and stripe.
+void Remover::cut(Batch& batch, std::size_t task) {
   // Less than this deep a shank or holder only rubs: what the lines and the straight ways can tell.
   const double rub = std::max(options_.tolerance, 0.5 * stock_.cell);
-  in_parallel(cuts.size(), options_.threads, [&](std::size_t task) {
-    Dexels& dexels = stock_.bundles[task / Dexels::kStripes];
-    const int stripe = static_cast<int>(task) % Dexels::kStripes;
-    StripeCut& out = cuts[task];
-    out.removed.assign(count, 0);
-    for (const Swept& chunk : chunks) {
-      for (const std::uint32_t index : chunk.by_stripe[task]) {
-        const SweptPiece& piece = chunk.pieces[index];
-        const bool rapid = path_.moves[piece.move].rapid;
-        const bool may_cut = !rapid && piece.body.part == ToolPart::kCutter;
-        const Cut cut = dexels.cut(stripe, piece.body, !may_cut);
-        out.removed[piece.move - begin] += cut.removed;
-        if (may_cut || cut.deepest <= rub) continue;
-        out.hits.push_back({rapid ? TroubleKind::kRapidStock : TroubleKind::kStockHit, piece.body.part,
-                            piece.move, cut.deepest, kNoFacet, cut.place});
-      }
+  Dexels& dexels = stock_.bundles[task / Dexels::kStripes];
+  const int stripe = static_cast<int>(task) % Dexels::kStripes;
+  StripeCut& out = batch.cuts[task];
+  out.removed.assign(batch.count, 0);
+  for (const Swept& chunk : batch.chunks) {
+    for (const std::uint32_t index : chunk.by_stripe[task]) {
+      const SweptPiece& piece = chunk.pieces[index];
+      const bool rapid = path_.moves[piece.move].rapid;
+      const bool may_cut = !rapid && piece.body.part == ToolPart::kCutter;
+      const Cut cut = dexels.cut(stripe, piece.body, !may_cut);
+      out.removed[piece.move - batch.begin] += cut.removed;
+      if (may_cut || cut.deepest <= rub) continue;
+      out.hits.push_back({rapid ? TroubleKind::kRapidStock : TroubleKind::kStockHit, piece.body.part,
+                          piece.move, cut.deepest, kNoFacet, cut.place});
     }
-  });
-  const double share = Dexels::kUnit * stock_.cell * stock_.cell / static_cast<double>(stock_.bundles.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    std::int64_t sum = 0;
-    for (const StripeCut& c : cuts) sum += c.removed[i];
-    timeline_.add(begin + i, static_cast<double>(sum) * share);
   }
-  for (const StripeCut& c : cuts) hits_.insert(hits_.end(), c.hits.begin(), c.hits.end());
+}
+
+/// What a batch found that is swept and cut.
+void Remover::take(const Batch& batch) {
+  const double share = Dexels::kUnit * stock_.cell * stock_.cell / static_cast<double>(stock_.bundles.size());
+  for (std::size_t i = 0; i < batch.count; ++i) {
+    std::int64_t sum = 0;
+    for (const StripeCut& c : batch.cuts) sum += c.removed[i];
+    timeline_.add(batch.begin + i, static_cast<double>(sum) * share);
+  }
+  for (const StripeCut& c : batch.cuts) hits_.insert(hits_.end(), c.hits.begin(), c.hits.end());
+  for (const Swept& chunk : batch.chunks) {
+    hits_.insert(hits_.end(), chunk.hits.begin(), chunk.hits.end());
+    for (std::size_t k = 0; k < worst_.size(); ++k) worst_[k] = std::max(worst_[k], chunk.worst[k]);
+    timeline_.add_lengths(chunk.feed_length, chunk.rapid_length);
+  }
 }
 
 Result<Removal> Remover::run(const Progress& progress) {
@@ -86,20 +116,21 @@ Result<Removal> Remover::run(const Progress& progress) {
   result.stock_volume = stock_.volume();
   if (const auto inside = stand_.starts_inside()) hits_.push_back(*inside);
   const std::size_t moves = path_.moves.size();
-  for (std::size_t begin = 0; begin < moves; begin += kBatch) {
-    if (progress && !progress("cut", static_cast<double>(begin) / static_cast<double>(moves)))
+  // While the lines are cut by one batch, the next one is swept and met with the part: neither asks the
+  // other.
+  std::optional<Batch> swept;
+  for (std::size_t begin = 0; begin < moves || swept; begin += kBatch) {
+    if (progress &&
+        !progress("cut", static_cast<double>(std::min(begin, moves)) / static_cast<double>(moves)))
       return fail(Code::kCancelled, "verification was cancelled");
-    const std::size_t count = std::min(kBatch, moves - begin);
-    std::vector<Swept> chunks((count + kChunk - 1) / kChunk);
-    in_parallel(chunks.size(), options_.threads, [&](std::size_t i) {
-      stand_.sweep_moves(begin + i * kChunk, std::min(begin + count, begin + (i + 1) * kChunk), chunks[i]);
-    });
-    cut(begin, count, chunks);
-    for (const Swept& chunk : chunks) {
-      hits_.insert(hits_.end(), chunk.hits.begin(), chunk.hits.end());
-      for (std::size_t k = 0; k < worst_.size(); ++k) worst_[k] = std::max(worst_[k], chunk.worst[k]);
-      timeline_.add_lengths(chunk.feed_length, chunk.rapid_length);
-    }
+    std::optional<Batch> next;
+    if (begin < moves) next = start(begin);
+    if (swept) swept->cuts.resize(stock_.bundles.size() * Dexels::kStripes);
+    const std::size_t cuts = swept ? swept->cuts.size() : 0;
+    in_parallel(cuts + (next ? next->chunks.size() : 0), options_.threads,
+                [&](std::size_t i) { i < cuts ? cut(*swept, i) : sweep(*next, i - cuts); });
+    if (swept) take(*swept);
+    swept = std::move(next);
   }
   if (progress) progress("cut", 1.0);
   result.left_volume = stock_.volume();

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 #include <sstream>
 
 #include "sim/tool_sweep.h"
@@ -140,6 +141,32 @@ TEST(Removal, BarTurnedByTheTable) {
     EXPECT_LE(worst, 0.125 * cell + 1e-3) << cell;
     EXPECT_GT(seen, 100u);
   }
+}
+
+TEST(Removal, ShankWithoutItsBallAndTheBallAreTheWhole) {
+  // A material's line is cut alike by a piece with its ball, and by the ball's way and then the rest.
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const auto any = [&](double size) { return Vec3{unit(random), unit(random), unit(random)} * size; };
+  const Box box{{-8, -8, -8}, {8, 8, 8}};
+  std::size_t met = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Vec3 along = i % 7 == 0 ? Vec3{0, 0, 2} : any(3.0), way = i % 5 == 0 ? Vec3{} : any(2.0);
+    const Point<Part> foot = Point<Part>{} + any(4.0);
+    const SweptBody whole = SweptBody::round(foot, along, way, 1.5, ToolPart::kCutter);
+    const SweptBody ball = SweptBody::round(foot, {}, way, 1.5, ToolPart::kCutter);
+    const int axis = i % 3;
+    std::array<Dexels, 2> lines{Dexels(axis, box, 0.4), Dexels(axis, box, 0.4)};
+    for (int s = 0; s < Dexels::kStripes; ++s) {
+      for (Dexels& d : lines) d.fill(s, box), d.settle(s);
+      met += lines[0].cut(s, whole, false).removed > 0 ? 1 : 0;
+      lines[1].cut(s, ball, false), lines[1].cut(s, whole.without_ball(), false);
+      // Each of the two cuts may round an end by a unit.
+      EXPECT_NEAR(static_cast<double>(lines[0].length(s)), static_cast<double>(lines[1].length(s)), 200.0)
+          << i;
+    }
+  }
+  EXPECT_GT(met, 500u);
 }
 
 }  // namespace
