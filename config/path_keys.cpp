@@ -87,11 +87,13 @@ void read_guards(const Section& root, PlanOptions& plan) {
 }
 
 /// Ends of passes this near to each other are those of neighbours, also where the surface leans by up to 60
-/// degrees across them.
+/// degrees across them; with the axis indexed, also those of two pieces of passes between which a few more
+/// belong to another direction.
 double near_passes(const PlanOptions& plan) {
   const Pattern& pattern = plan.pattern;
-  if (plan.axis.mode == AxisMode::kIndexed || pattern.kind == PatternKind::kRough) return 0.0;
-  return std::min(2.0 * pattern.side_step, kLinkLength.max);
+  if (pattern.kind == PatternKind::kRough) return 0.0;
+  const double steps = plan.axis.mode == AxisMode::kIndexed ? 4.0 : 2.0;
+  return std::min(steps * pattern.side_step, kLinkLength.max);
 }
 
 void read_links(const Section& root, PlanOptions& plan) {

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace tiltfeed {
 
@@ -40,10 +41,10 @@ Angle rotary_travel(Vec3 from, Vec3 to, Vec3 up) {
   return Angle::from_radians(std::max(tilt, turn));
 }
 
-std::vector<std::uint32_t> order_by_travel(const std::vector<Vec3>& directions, Vec3 up) {
+namespace {
+
+std::vector<std::uint32_t> exact_order(const std::vector<Vec3>& directions, Vec3 up) {
   const auto count = static_cast<std::uint32_t>(directions.size());
-  assert(count <= kMostDirections);
-  if (count == 0) return {};
   const std::uint32_t whole = (1u << count) - 1;
   constexpr double kNever = std::numeric_limits<double>::infinity();
   // least[done * count + last]: over all of `done`, ending at `last`.
@@ -76,6 +77,62 @@ std::vector<std::uint32_t> order_by_travel(const std::vector<Vec3>& directions, 
   }
   std::reverse(order.begin(), order.end());
   return order;
+}
+
+/// From `up` on.
+double travel_of(const std::vector<std::uint32_t>& order, const std::vector<Vec3>& directions, Vec3 up) {
+  double sum = 0.0;
+  Vec3 at = up;
+  for (const std::uint32_t i : order)
+    sum += rotary_travel(at, directions[i], up).radians(), at = directions[i];
+  return sum;
+}
+
+/// The nearest next each time; then stretches turned round and directions moved while that helps.
+std::vector<std::uint32_t> good_order(const std::vector<Vec3>& directions, Vec3 up) {
+  constexpr double kGain = 1e-9;  // rad
+  std::vector<std::uint32_t> left(directions.size()), order;
+  std::iota(left.begin(), left.end(), 0u);
+  for (Vec3 at = up; !left.empty(); at = directions[order.back()]) {
+    const auto next = std::min_element(left.begin(), left.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return rotary_travel(at, directions[a], up) < rotary_travel(at, directions[b], up);
+    });
+    order.push_back(*next);
+    left.erase(next);
+  }
+  double best = travel_of(order, directions, up);
+  const auto take = [&](const std::vector<std::uint32_t>& other) {
+    const double sum = travel_of(other, directions, up);
+    if (sum >= best - kGain) return false;
+    order = other, best = sum;
+    return true;
+  };
+  for (bool better = true; better;) {
+    better = false;
+    for (std::size_t i = 0; i < order.size(); ++i)
+      for (std::size_t k = 0; k < order.size(); ++k) {
+        std::vector<std::uint32_t> other = order;
+        if (i < k) {
+          std::reverse(other.begin() + static_cast<std::ptrdiff_t>(i),
+                       other.begin() + static_cast<std::ptrdiff_t>(k) + 1);
+          better |= take(other);
+          other = order;
+        }
+        const std::uint32_t moved = other[i];
+        other.erase(other.begin() + static_cast<std::ptrdiff_t>(i));
+        other.insert(other.begin() + static_cast<std::ptrdiff_t>(k), moved);
+        better |= take(other);
+      }
+  }
+  return order;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> order_by_travel(const std::vector<Vec3>& directions, Vec3 up) {
+  assert(directions.size() <= kMostDirections);
+  if (directions.empty()) return {};
+  return directions.size() <= kMostExact ? exact_order(directions, up) : good_order(directions, up);
 }
 
 std::vector<Vec3> turns_between(Vec3 from, Vec3 to, Vec3 up, Angle step) {

@@ -14,10 +14,12 @@ namespace tiltfeed {
 /// none where either direction is along `up`, where the table need not turn). Symmetric.
 Angle rotary_travel(Vec3 from, Vec3 to, Vec3 up);
 
-/// Most directions that can be ordered.
-inline constexpr std::uint32_t kMostDirections = 16;
+/// Most directions that can be ordered, and that exactly.
+inline constexpr std::uint32_t kMostDirections = 32, kMostExact = 14;
 
-/// The order with the least sum of rotary_travel from `up` over all directions: exact [Held, Karp 1962].
+/// The order with the least sum of rotary_travel from `up` over all directions: exact up to kMostExact [Held,
+/// Karp 1962]; of more, one that no turning round of a stretch of it and no moving of one direction makes
+/// shorter.
 /// Requires: at most kMostDirections, unit.
 std::vector<std::uint32_t> order_by_travel(const std::vector<Vec3>& directions, Vec3 up);
 

@@ -1,12 +1,17 @@
 #include "pathgen/indexed.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <map>
+#include <optional>
+#include <thread>
 
 #include "pathgen/direction_grid.h"
+#include "pathgen/index_candidates.h"
 #include "pathgen/index_order.h"
 #include "pathgen/indexed_cells.h"
 #include "pathgen/indexed_regions.h"
@@ -19,14 +24,8 @@ namespace {
 
 /// Places on the surface by which directions are chosen.
 constexpr std::uint32_t kSamples = 2000;
-/// Candidates are 16 degrees apart, or 8 where those do not reach what others do.
-constexpr int kCoarseLevel = 2, kFineLevel = 3;
-/// Planes of the part count as candidates of their own: at most this many, of at least this share of the
-/// area.
-constexpr std::size_t kMostPlanes = 24;
-constexpr double kLeastPlane = 0.005;
-/// Normals that agree to this are one plane's.
-constexpr double kPlaneRounding = 1e-3;
+/// What no candidate reaches is asked about in directions 8 degrees apart.
+constexpr int kEverywhereLevel = 3;
 /// Cells per diagonal of the part's box.
 constexpr double kCellsAcross = 100.0;
 /// Share of the tolerance within which the envelope counts as touched: its own share, and some room.
@@ -42,73 +41,6 @@ std::string text_of(Vec3 d) {
 }
 
 std::string percent_text(double share) { return number_text(std::round(share * 1e4) / 100.0) + " %"; }
-
-/// The normals of the part's largest planes, the largest first.
-std::vector<Vec3> plane_normals(const Mesh& mesh) {
-  std::map<std::array<long long, 3>, Vec3> planes;  // the sum of area times normal
-  double whole = 0.0;
-  for (const auto& [i, j, k] : mesh.facets) {
-    const Point<Part> a = mesh.vertices[i];
-    const Vec3 twice = cross(mesh.vertices[j] - a, mesh.vertices[k] - a), n = normalized(twice);
-    const auto round = [](double v) { return std::llround(v / kPlaneRounding); };
-    Vec3& sum = planes[{round(n.x), round(n.y), round(n.z)}];
-    sum = sum + twice, whole += length(twice);
-  }
-  std::vector<Vec3> found;
-  for (const auto& [key, sum] : planes)
-    if (length(sum) >= kLeastPlane * whole) found.push_back(sum);
-  std::stable_sort(found.begin(), found.end(), [](Vec3 a, Vec3 b) { return length(a) > length(b); });
-  if (found.size() > kMostPlanes) found.resize(kMostPlanes);
-  for (Vec3& n : found) n = normalized(n);
-  return found;
-}
-
-/// The directions a machinist would set first come first; then `count` of the grid from `first` on. Only
-/// those within the tilt limit.
-std::vector<Vec3> coarse_candidates(const CheckedMesh& part, const PlanOptions& options) {
-  std::vector<Vec3> all{options.up};
-  for (const Vec3 d :
-       {Vec3{0, 0, 1}, Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, -1}})
-    all.push_back(d);
-  for (const Vec3 n : plane_normals(part.mesh)) all.push_back(n);
-  const DirectionGrid grid(kCoarseLevel);
-  all.insert(all.end(), grid.directions().begin(), grid.directions().end());
-  std::vector<Vec3> kept;
-  for (const Vec3 d : all)
-    if (angle_between(d, options.up) <= options.tilt_max.radians() &&
-        std::none_of(kept.begin(), kept.end(), [d](Vec3 k) { return angle_between(d, k) < kPlaneRounding; }))
-      kept.push_back(d);
-  return kept;
-}
-
-/// Directions and what of the samples each reaches.
-struct Candidates {
-  std::vector<Vec3> directions;
-  std::vector<std::vector<std::uint8_t>> sets;
-  bool reach(std::size_t sample) const {
-    return std::any_of(sets.begin(), sets.end(), [sample](const auto& s) { return s[sample] != 0; });
-  }
-};
-
-Candidates find_candidates(const CheckedMesh& part, const PlanOptions& options, const CellReach& reach,
-                           const std::vector<SurfaceCell>& samples) {
-  Candidates found{coarse_candidates(part, options), {}};
-  found.sets = reach_sets(reach, samples, found.directions);
-  std::vector<SurfaceCell> missed;
-  for (std::size_t c = 0; c < samples.size(); ++c)
-    if (!found.reach(c)) missed.push_back(samples[c]);
-  const DirectionGrid grid(kFineLevel);
-  const std::vector<Vec3> fine(grid.directions().begin() + DirectionGrid::count(kCoarseLevel),
-                               grid.directions().end());
-  const auto some = reach_sets(reach, missed, fine);
-  std::vector<Vec3> useful;
-  for (std::size_t d = 0; d < fine.size(); ++d)
-    if (std::any_of(some[d].begin(), some[d].end(), [](std::uint8_t r) { return r != 0; }))
-      useful.push_back(fine[d]);
-  for (auto& set : reach_sets(reach, samples, useful)) found.sets.push_back(std::move(set));
-  found.directions.insert(found.directions.end(), useful.begin(), useful.end());
-  return found;
-}
 
 AxisFrame frame_of(Vec3 direction, Vec3 up) {
   AxisFrame frame;
@@ -144,8 +76,7 @@ class Indexed {
                                  2.0 * std::max(options_.pattern.side_step, options_.pattern.step_down));
     plan_.report.times.push_back(
         {"directions", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()});
-    for (std::size_t d = 0; d < chosen_.size(); ++d)
-      if (auto done = cut(d, regions, reach); !done) return tl::unexpected(done.error());
+    if (auto done = cut_all(regions, reach); !done) return tl::unexpected(done.error());
     if (plan_.path.moves.empty())
       return fail(Code::kUnreachable, "no direction leaves anything to cut: check containment and guards");
     return std::move(plan_);
@@ -158,7 +89,7 @@ class Indexed {
 
   /// The directions, in the order of machining.
   Result<void> choose(const CellReach& reach, const std::vector<SurfaceCell>& samples) {
-    const Candidates all = find_candidates(part_, options_, reach, samples);
+    const IndexCandidates all = index_candidates(part_, options_, reach, samples);
     const SetCover cover =
         cover_by_few(all.sets, options_.indexed.coverage, options_.indexed.most_directions);
     tell_unreached(reach, samples, all, cover);
@@ -173,9 +104,9 @@ class Indexed {
   }
 
   /// (I1) What of the surface is not reached, and why.
-  void tell_unreached(const CellReach& reach, const std::vector<SurfaceCell>& samples, const Candidates& all,
-                      const SetCover& cover) {
-    const DirectionGrid grid(kFineLevel);
+  void tell_unreached(const CellReach& reach, const std::vector<SurfaceCell>& samples,
+                      const IndexCandidates& all, const SetCover& cover) {
+    const DirectionGrid grid(kEverywhereLevel);
     const std::vector<Vec3>& everywhere = grid.directions();
     std::array<double, 6> lost{};  // too wide, cutter, shank, holder, tilt, not chosen
     std::array<std::uint32_t, 6> first{};
@@ -214,8 +145,41 @@ class Indexed {
                                         std::to_string(first[why]) + ": " + kWhy[why]);
   }
 
-  Result<void> cut(std::size_t d, const IndexedRegions& regions, const CellReach& reach) {
-    if (regions.area(d) <= 0.0) return {};
+  /// The paths of all directions, as many at a time as there are cores, put together in their order.
+  Result<void> cut_all(const IndexedRegions& regions, const CellReach& reach) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::thread::id caller = std::this_thread::get_id();
+    std::atomic<bool> stopped{false};
+    // Only the caller's thread may tell and be told.
+    const Progress progress = [&](const char* stage, double fraction) {
+      if (progress_ && std::this_thread::get_id() == caller && !progress_(stage, fraction)) stopped = true;
+      return !stopped;
+    };
+    std::vector<std::optional<Result<Plan>>> parts(chosen_.size());
+    tbb::parallel_for(std::size_t{0}, chosen_.size(), [&](std::size_t d) {
+      if (!stopped && regions.area(d) > 0.0) parts[d] = cut(d, regions, reach, progress);
+    });
+    if (stopped) return cancelled();
+    for (std::size_t d = 0; d < chosen_.size(); ++d) {
+      if (!parts[d]) continue;
+      Result<Plan>& part = *parts[d];
+      const std::string name = "direction " + std::to_string(d + 1) + " of " +
+                               std::to_string(chosen_.size()) + ", " + text_of(chosen_[d]) + ": ";
+      if (part) {
+        add(std::move(*part), chosen_[d], name);
+      } else if (part.error().code == Code::kUnreachable) {
+        plan_.report.warnings.push_back(name + part.error().message);
+      } else {
+        return tl::unexpected(part.error());
+      }
+    }
+    plan_.report.times.push_back(
+        {"passes", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()});
+    return {};
+  }
+
+  Result<Plan> cut(std::size_t d, const IndexedRegions& regions, const CellReach& reach,
+                   const Progress& progress) const {
     PlanOptions options = options_;
     options.axis = frame_of(chosen_[d], options_.up);
     options.containment = {};
@@ -233,20 +197,8 @@ class Indexed {
       return reach.contact(a.centre, gap) && reach.contact(lerp(a.centre, b.centre, 0.5), gap) &&
              reach.contact(b.centre, gap);
     };
-    const Progress progress = [&](const char* stage, double fraction) {
-      return !progress_ || progress_(stage, fraction);
-    };
-    auto part = plan_where(part_, options, {wanted, straight, regions.spacing(), options_.pattern.side_step},
-                           progress);
-    const std::string name = "direction " + std::to_string(d + 1) + " of " + std::to_string(chosen_.size()) +
-                             ", " + text_of(chosen_[d]) + ": ";
-    if (!part && part.error().code == Code::kUnreachable) {
-      plan_.report.warnings.push_back(name + part.error().message);
-      return {};
-    }
-    if (!part) return tl::unexpected(part.error());
-    add(std::move(*part), chosen_[d], name);
-    return {};
+    return plan_where(part_, options, {wanted, straight, regions.spacing(), options_.pattern.side_step},
+                      progress);
   }
 
   /// The axis is put back to the last digit: cutting passes rounds it.
@@ -259,14 +211,6 @@ class Indexed {
     for (std::size_t w = part_.warnings.size(); w < one.warnings.size(); ++w)
       all.warnings.push_back(name + one.warnings[w]);
     for (Move& move : part.path.moves) move.pose.axis = axis;
-    for (const StageTime& time : one.times) {
-      const auto known = std::find_if(all.times.begin(), all.times.end(),
-                                      [&](const StageTime& t) { return t.stage == time.stage; });
-      if (known == all.times.end())
-        all.times.push_back(time);
-      else
-        known->seconds += time.seconds;
-    }
     if (plan_.path.moves.empty()) {
       plan_.path = std::move(part.path);
       return;

@@ -91,6 +91,8 @@ std::optional<Pass> Joins::between(const End& from, const End& to) {
     std::optional<Pass> pass = along(a, b, corners);
     if (!pass) continue;
     if (!may_cut(*pass)) return std::nullopt;
+    for (std::size_t i = 1; options_.straight && i < pass->size(); ++i)
+      if (!options_.straight((*pass)[i - 1], (*pass)[i])) return std::nullopt;
     *pass = thinned(*pass, options_.thinning, envelope_.options());
     double way = 0.0;
     for (std::size_t i = 1; i < pass->size(); ++i) way += distance((*pass)[i - 1].centre, (*pass)[i].centre);

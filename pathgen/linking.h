@@ -37,6 +37,8 @@ struct Linking {
   PassOrder order = PassOrder::kRegions;
   /// May a point be cut? It is asked of the points of joins. Empty: all may.
   std::function<bool(const EnvelopePoint&)> allowed{};
+  /// And a straight move between two of them? Empty: any.
+  std::function<bool(const EnvelopePoint&, const EnvelopePoint&)> straight{};
 };
 
 struct Linked {

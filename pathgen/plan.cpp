@@ -301,9 +301,11 @@ class Planner {
                         .up = options_.up,
                         .tilt_max = options_.tilt_max,
                         .order = as_given_ ? PassOrder::kGiven : PassOrder::kRegions,
-                        .allowed = [rules = PassRules(options_, field)](const EnvelopePoint& p) {
-                          return rules.refusal(p) == Refusal::kNone && rules.region().contains(p.flat);
-                        }};
+                        .allowed =
+                            [rules = PassRules(options_, field)](const EnvelopePoint& p) {
+                              return rules.refusal(p) == Refusal::kNone && rules.region().contains(p.flat);
+                            },
+                        .straight = wanted_ != nullptr ? wanted_->straight : nullptr};
     Envelope envelope(field.surface, field.deformation, field.index, envelope_);
     Linked linked = link(passes_, field, links, far_side, envelope);
     if (linked.tilted_passes > 0)

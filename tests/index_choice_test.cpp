@@ -198,5 +198,35 @@ TEST(IndexOrder, TurnsNeverTiltFurtherThanTheirEnds) {
   }
 }
 
+/// Directions on a spiral from `up` down are best gone along it; however they are listed, the order found for
+/// more of them than are ordered exactly is no more than a little longer.
+TEST(IndexOrder, OfManyDirectionsIsNearlyTheShortest) {
+  const Vec3 up{0, 0, 1};
+  std::vector<Vec3> spiral;
+  for (int i = 0; i < 28; ++i) {
+    const double tilt = 0.3 + 0.04 * i, turn = 0.2 * i;
+    spiral.push_back({std::sin(tilt) * std::cos(turn), std::sin(tilt) * std::sin(turn), std::cos(tilt)});
+  }
+  const auto travel = [&](const std::vector<Vec3>& all) {
+    double sum = 0.0;
+    Vec3 at = up;
+    for (const Vec3 d : all) sum += rotary_travel(at, d, up).radians(), at = d;
+    return sum;
+  };
+  std::mt19937 random(5);
+  for (int round = 0; round < 10; ++round) {
+    std::vector<Vec3> listed = spiral, ordered;
+    std::shuffle(listed.begin(), listed.end(), random);
+    const auto order = order_by_travel(listed, up);
+    ASSERT_EQ(order.size(), listed.size());
+    for (const std::uint32_t i : order) ordered.push_back(listed[i]);
+    EXPECT_LE(travel(ordered), 1.1 * travel(spiral)) << round;
+    EXPECT_GE(travel(listed), 2.0 * travel(ordered));
+    auto each = order;
+    std::sort(each.begin(), each.end());
+    for (std::uint32_t i = 0; i < each.size(); ++i) EXPECT_EQ(each[i], i);
+  }
+}
+
 }  // namespace
 }  // namespace tiltfeed

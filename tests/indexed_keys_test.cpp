@@ -50,7 +50,7 @@ TEST(IndexedKeys, EveryKindOfBadTextIsRefused) {
     const char* message;
   } kCases[] = {
       {job_text("indexed, most_directions: 0"), "axis.most_directions"},
-      {job_text("indexed, most_directions: 17"), "axis.most_directions"},
+      {job_text("indexed, most_directions: 33"), "axis.most_directions"},
       {job_text("indexed, most_directions: 2.5"), "axis.most_directions"},
       {job_text("indexed, coverage_percent: 101"), "axis.coverage_percent"},
       {job_text("indexed, coverage_percent: 0.99"), "axis.coverage_percent"},

@@ -81,6 +81,9 @@ std::string BenchTable::remark(const Entry& e) {
         " s; ours without read and check " + formatted("%.3f", e.at("ours_s")) +
         " s: " + formatted("%.2f", e.at("ours_s") / e.processor_seconds) + " times");
   if (e.has("bytes")) say(grouped(e.at("bytes")) + " bytes read, one pass");
+  if (e.has("directions"))
+    say("directions sought at " + grouped(e.at("cl_points")) + " CL points, " + grouped(e.at("directions")) +
+        " tested: " + grouped(e.at("directions") / e.at("processor_s")) + " in a second of processor time");
   if (e.has("side_step")) say("side step " + formatted("%.5f", e.at("side_step")) + " mm");
   if (e.has("envelope_points")) say(grouped(e.at("envelope_points")) + " before thinning");
   for (const auto& [name, value] : e.counters)
@@ -120,6 +123,7 @@ std::string BenchTable::markdown() const {
   };
   add_exponents("facets/", "facets");
   add_exponents("points/", "points");
+  add_exponents("free_step/", "points");
   return table.text();
 }
 

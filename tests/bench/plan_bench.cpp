@@ -31,6 +31,8 @@ std::string folder = "bench";
 constexpr std::array<const char*, 4> kParts{"tyre", "pin", "handle", "sphere"};
 constexpr std::array<std::size_t, 5> kFacetSeries{250'000, 500'000, 1'000'000, 2'000'000, 4'000'000};
 constexpr std::array<std::size_t, 3> kMillionPoints{1, 5, 20};
+/// Of the mode free, mm: each next one gives twice the points.
+constexpr std::array<double, 4> kFreeSteps{2.0, 1.0, 0.5, 0.25};
 constexpr int kRepetitions = 5;
 /// Two programs of as many points: within this share.
 constexpr double kSamePoints = 0.01;
@@ -40,11 +42,11 @@ constexpr int kGridSamples = 2'000;
 
 std::string job_file(const std::string& part) { return SOURCE_DIR "/config/jobs/" + part + ".yaml"; }
 
-Result<Workload> workload(const std::string& part, std::size_t facets = 0) {
+Result<Workload> workload(const std::string& part, std::size_t facets = 0, const std::string& mode = "") {
   auto file = part_file(folder, part, facets);
   if (!file) return tl::unexpected(file.error());
   Workload work;
-  work.job = job_file(part), work.stl = *file;
+  work.job = job_file(part + mode), work.stl = *file;
   return work;
 }
 
@@ -63,6 +65,9 @@ void set_counters(State& state, const Sample& s) {
   state.counters["points"] = static_cast<double>(s.points);
   state.counters["envelope_points"] = static_cast<double>(s.envelope_points);
   state.counters["peak_bytes"] = static_cast<double>(s.peak_bytes);
+  if (s.cl_points == 0) return;
+  state.counters["cl_points"] = static_cast<double>(s.cl_points);
+  state.counters["directions"] = static_cast<double>(s.directions);
 }
 
 void stl_to_path(State& state, const Workload& work) {
@@ -130,6 +135,15 @@ void part_series(State& state, const std::string& part) {
   const auto work = workload(part);
   if (!work) return state.SkipWithError(work.error().message.c_str());
   stl_to_path(state, *work);
+}
+
+/// The mode free, at the job's side step or another one (mm).
+void free_series(State& state, const std::string& part, double side_step) {
+  auto work = workload(part, 0, "_free");
+  if (!work) return state.SkipWithError(work.error().message.c_str());
+  work->side_step = side_step;
+  stl_to_path(state, *work);
+  if (side_step > 0.0) state.counters["side_step"] = side_step;
 }
 
 void facet_series(State& state, std::size_t facets) {
@@ -250,6 +264,10 @@ void register_all() {
     add_series("facets/" + std::to_string(facets), 1, facet_series, facets);
   for (const std::size_t millions : kMillionPoints)
     add_series("points/" + std::to_string(millions) + "M", 1, point_series, millions);
+  for (const std::string part : {"sphere", "handle"})
+    add_series("free/" + part, kRepetitions, free_series, part, 0.0);
+  for (const double step : kFreeSteps)
+    add_series("free_step/" + formatted("%g", step), 1, free_series, std::string("sphere"), step);
   add_series("threads/tyre", kRepetitions, thread_ratio);
   benchmark::RegisterBenchmark("limit/read", read_and_pass)->UseRealTime()->Unit(benchmark::kMillisecond);
   for (const std::string part : {"tyre", "pin"})

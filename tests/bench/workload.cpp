@@ -51,7 +51,8 @@ std::uint64_t peak_bytes() {
 void print(const Sample& s, std::ostream& out) {
   out.precision(9);
   out << s.seconds << ' ' << s.processor_seconds << ' ' << s.plan_processor_seconds << ' ' << s.peak_bytes
-      << ' ' << s.facets << ' ' << s.points << ' ' << s.envelope_points << ' ' << s.warnings << '\n';
+      << ' ' << s.facets << ' ' << s.points << ' ' << s.envelope_points << ' ' << s.warnings << ' '
+      << s.cl_points << ' ' << s.directions << '\n';
   for (const StageTime& t : s.stages) out << t.seconds << ' ' << t.stage << '\n';
 }
 
@@ -59,7 +60,7 @@ Result<Sample> read_sample(const std::string& text) {
   std::istringstream in(text);
   Sample s;
   in >> s.seconds >> s.processor_seconds >> s.plan_processor_seconds >> s.peak_bytes >> s.facets >>
-      s.points >> s.envelope_points >> s.warnings;
+      s.points >> s.envelope_points >> s.warnings >> s.cl_points >> s.directions;
   if (!in) return fail(Code::kIo, "the measuring process printed '" + text + "'");
   StageTime stage;
   while (in >> stage.seconds && std::getline(in >> std::ws, stage.stage)) s.stages.push_back(stage);
@@ -107,6 +108,7 @@ Result<Outcome> stl_to_path(const Job& job, int threads) {
   const PlanReport& report = planned->report;
   s.facets = report.facets, s.points = report.points, s.envelope_points = report.slice_points;
   s.warnings = report.warnings.size();
+  if (report.free) s.cl_points = report.free->cl_points, s.directions = report.free->directions;
   s.stages = {{"read", read - start}, {"check", checked - read}};
   s.stages.insert(s.stages.end(), report.times.begin(), report.times.end());
   result.plan = std::move(*planned);

@@ -27,6 +27,8 @@ struct Sample {
   double plan_processor_seconds = 0.0;            ///< plan alone
   std::uint64_t peak_bytes = 0;                   ///< largest resident memory of the process so far
   std::uint64_t facets = 0, points = 0, envelope_points = 0, warnings = 0;
+  std::uint64_t cl_points = 0,
+                directions = 0;   ///< of the mode free: where one was sought, and how many were tested
   std::vector<StageTime> stages;  ///< of those seconds
 };
 
