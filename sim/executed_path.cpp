@@ -5,6 +5,7 @@
 
 #include "sim/forward.h"
 #include "sim/motion.h"
+#include "sim/path_block.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -17,6 +18,7 @@ constexpr std::size_t kDirections = 2000;
 /// Takes rows in order, keeps the moves.
 class Collector {
  public:
+  explicit Collector(const MotionOptions& options) : options_(options) {}
   void take(const TraceRow& row) {
     end_ = row.end;
     const Op op = row.command.op;
@@ -26,8 +28,12 @@ class Collector {
       path_.start = row.command.target, path_.start_line = row.command.line;
       return;
     }
-    path_.moves.push_back(
-        {row.command.target, row.start, row.end, row.block, row.command.line, op == Op::kRapid});
+    const Joints& from = path_.moves.empty() ? path_.start : path_.moves.back().to;
+    AxisVector way = axes_of(row.command.target);
+    for (std::size_t i = 0; const double start : axes_of(from)) way[i++] -= start;
+    path_.moves.push_back({row.command.target, row.start, row.end,
+                           programmed_seconds(row.command, way, options_), row.block, row.command.line,
+                           op == Op::kRapid});
   }
   void reserve(std::size_t moves) { path_.moves.reserve(moves); }
   Result<ExecutedPath> finish(const std::string& name) {
@@ -38,6 +44,7 @@ class Collector {
   }
 
  private:
+  const MotionOptions& options_;
   ExecutedPath path_;
   bool started_ = false;
   double begin_ = 0.0, end_ = 0.0;
@@ -48,7 +55,7 @@ class Collector {
 Result<ExecutedPath> execute_program(const std::vector<Block>& program, const std::string& name,
                                      const MachineModel& machine, const Setup& setup,
                                      const MotionOptions& options) {
-  Collector collector;
+  Collector collector(options);
   collector.reserve(program.size());
   Motion motion(
       machine, setup, std::max(kSlots, options.look_ahead), [&](const TraceRow& row) { collector.take(row); },
@@ -73,8 +80,9 @@ Result<ExecutedPath> execute_program(const std::vector<Block>& program, const st
   return collector.finish(name);
 }
 
-Result<ExecutedPath> executed_path(const std::vector<TraceRow>& trace, const std::string& name) {
-  Collector collector;
+Result<ExecutedPath> executed_path(const std::vector<TraceRow>& trace, const std::string& name,
+                                   const MotionOptions& options) {
+  Collector collector(options);
   collector.reserve(trace.size());
   for (const TraceRow& row : trace) collector.take(row);
   return collector.finish(name);

@@ -18,6 +18,7 @@ namespace tiltfeed::sim {
 struct ExecutedMove {
   Joints to;
   double start = 0.0, end = 0.0;  ///< machine time, s
+  double asked = 0.0;             ///< what its F asks for, s; 0: a rapid
   std::uint64_t block = 0;        ///< count from 1 of the program's blocks, or TraceRow::block
   std::uint32_t line = 0;         ///< of the program: its N word, or the count of lines
   bool rapid = false;
@@ -47,8 +48,9 @@ Result<ExecutedPath> execute_program(const std::vector<Block>& program, const st
                                      const MachineModel& machine, const Setup& setup,
                                      const MotionOptions& options = {});
 
-/// The moves of an executed trace. Errors: kInput when there is none.
-Result<ExecutedPath> executed_path(const std::vector<TraceRow>& trace, const std::string& name);
+/// The moves of an executed trace; `options`: how its control reads F. Errors: kInput when there is none.
+Result<ExecutedPath> executed_path(const std::vector<TraceRow>& trace, const std::string& name,
+                                   const MotionOptions& options = {});
 
 /// The coordinate (0 x, 1 y, 2 z) that the tool's axis is nearest to over the feed moves, on the whole.
 int main_direction(const ExecutedPath& path, const MachineModel& machine, const Setup& setup);

@@ -32,16 +32,6 @@ double norm(const AxisVector& v, std::size_t first, std::size_t end) {
   return std::sqrt(sum);
 }
 
-/// (M2) The seconds that the program asks for.
-double programmed_seconds(const Block& command, const AxisVector& way, const MotionOptions& options) {
-  if (command.op == Op::kDwell) return command.feed;
-  if (command.op != Op::kFeed) return 0.0;
-  if (command.inverse_time) return 60.0 / command.feed;
-  double length = norm(way, 0, options.feed_over_all_axes ? kAxes : kFirstRotary);
-  if (length == 0.0) length = norm(way, kFirstRotary, kAxes);
-  return length / command.feed * 60.0;
-}
-
 /// (M1), and the limits of acceleration and jerk that follow from it.
 void measure(const AxisVector& way, const AxisLimits& limits, PathBlock& block) {
   for (std::size_t i = 0; i < kAxes; ++i) {
@@ -77,6 +67,15 @@ double corner_speed(const PathBlock& before, const PathBlock& block, const Motio
 }
 
 }  // namespace
+
+double programmed_seconds(const Block& command, const AxisVector& way, const MotionOptions& options) {
+  if (command.op == Op::kDwell) return command.feed;
+  if (command.op != Op::kFeed) return 0.0;
+  if (command.inverse_time) return 60.0 / command.feed;
+  double length = norm(way, 0, options.feed_over_all_axes ? kAxes : kFirstRotary);
+  if (length == 0.0) length = norm(way, kFirstRotary, kAxes);
+  return length / command.feed * 60.0;
+}
 
 AxisVector axes_of(const Joints& joints) { return {joints.x, joints.y, joints.z, joints.a, joints.c}; }
 

@@ -35,6 +35,9 @@ struct PathBlock {
 PathBlock make_path_block(const Block& command, const Joints& from, const PathBlock* before,
                           const MachineModel& machine, const MotionOptions& options);
 
+/// (M2) The seconds that a block asks for at 100 %, 0 for a rapid; `way`: of the axes.
+double programmed_seconds(const Block& command, const AxisVector& way, const MotionOptions& options);
+
 /// Sets the speed limit for these overrides, percent.
 void apply_overrides(PathBlock& block, int feed_percent, int rapid_percent);
 

@@ -1,6 +1,8 @@
 #include "sim/program_header.h"
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <sstream>
 
 #include "pathgen/mesh.h"
@@ -11,6 +13,13 @@ namespace {
 constexpr int kMostLines = 50;
 // The header prints lengths with a few decimals.
 constexpr double kSameLength = 1e-3;
+
+/// With all the digits that the header prints: two lengths that differ must look it.
+std::string length_text(double mm) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.10g mm", mm);
+  return text.data();
+}
 
 std::string place_text(Vec3 v) {
   return "(" + number_text(v.x) + ", " + number_text(v.y) + ", " + number_text(v.z) + ") mm";
@@ -78,10 +87,9 @@ Result<void> check_header(const ProgramHeader& header, const Job& job, const std
     return other("part zero", place_text(*header.part_zero), place_text(job.setup.part_zero));
   const Cutter& cutter = job.plan.cutter;
   if (header.diameter && std::abs(*header.diameter - cutter.diameter) > kSameLength)
-    return other("a tool of diameter", number_text(*header.diameter) + " mm",
-                 number_text(cutter.diameter) + " mm");
+    return other("a tool of diameter", length_text(*header.diameter), length_text(cutter.diameter));
   if (header.length && std::abs(*header.length - cutter.length) > kSameLength)
-    return other("a tool of length", number_text(*header.length) + " mm", number_text(cutter.length) + " mm");
+    return other("a tool of length", length_text(*header.length), length_text(cutter.length));
   return {};
 }
 

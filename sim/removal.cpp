@@ -59,6 +59,7 @@ class Remover {
   Timeline timeline_;
   std::vector<MoveHit> hits_;
   std::array<double, 4> worst_{};
+  Haste haste_;
 };
 
 Batch Remover::start(std::size_t begin) const {
@@ -107,6 +108,7 @@ void Remover::take(const Batch& batch) {
   for (const Swept& chunk : batch.chunks) {
     hits_.insert(hits_.end(), chunk.hits.begin(), chunk.hits.end());
     for (std::size_t k = 0; k < worst_.size(); ++k) worst_[k] = std::max(worst_[k], chunk.worst[k]);
+    haste_.take(chunk.haste);
     timeline_.add_lengths(chunk.feed_length, chunk.rapid_length);
   }
 }
@@ -143,6 +145,8 @@ Result<Removal> Remover::run(const Progress& progress) {
     worst = std::max(worst, hit.depth);
   }
   result.worst = worst_;
+  result.haste = haste_;
+  result.haste_block = path_.moves[haste_.move].block, result.haste_line = path_.moves[haste_.move].line;
   result.troubles = gather(path_, std::move(hits_));
   return result;
 }

@@ -37,6 +37,18 @@ struct Trouble {
   std::uint32_t first_move = 0, last_move = 0;
 };
 
+/// Feed moves that ask for more at the tip than any feed of the job: a block before them is missing, or F is
+/// another's. The figures are those of the worst.
+struct Haste {
+  std::uint64_t moves = 0;  ///< how many
+  double feed = 0.0;        ///< mm/min
+  double ahead = 0.0;       ///< way beyond what the job's feed makes in the time that F asks for, mm
+  std::uint32_t move = 0;
+  Point<Part> place;  ///< of the tool tip at its end
+
+  void take(const Haste& other);
+};
+
 /// One of the equal spans of time that the run is shown in.
 struct TimeBin {
   double removed = 0.0;                          ///< mm^3
@@ -47,6 +59,9 @@ struct TimeBin {
 
 struct Removal {
   std::vector<Trouble> troubles;  ///< of each kind the worst first, kinds in order
+  Haste haste;
+  std::uint64_t haste_block = 0;  ///< ExecutedMove::block of the worst
+  std::uint32_t haste_line = 0;
   std::array<double, 4> worst{};  ///< depth by TroubleKind, mm, tolerated ones too
   std::uint64_t blocks = 0;       ///< that move an axis
   double seconds = 0.0, feed_seconds = 0.0, rapid_seconds = 0.0, air_seconds = 0.0;

@@ -86,6 +86,19 @@ void put_troubles(Json& json, const Removal& r) {
   json.close();
 }
 
+/// Feed moves that are faster at the tip than the job's feeds.
+void put_haste(Json& json, const Removal& r) {
+  json.open("too_fast", '{');
+  json.put("moves", r.haste.moves);
+  if (r.haste.moves > 0) {
+    json.put("feed_mm_per_min", r.haste.feed, 3);
+    json.put("block", r.haste_block);
+    json.put("line", std::uint64_t{r.haste_line});
+    put_point(json, "place_mm", r.haste.place);
+  }
+  json.close();
+}
+
 void put_axes(Json& json, const Removal& r, const MachineModel& m) {
   const std::array<std::string, 5> names{"X", "Y", "Z", std::string(1, m.tilt.letter),
                                          std::string(1, m.rotary.letter)};
@@ -149,6 +162,7 @@ std::string to_json(const RemovalContext& context, const Removal& r, const Remov
   json.put("removed_mm3", r.stock_volume - r.left_volume, 3);
   put_axes(json, r, context.job.machine.model);
   put_troubles(json, r);
+  put_haste(json, r);
   json.put("removal_bin_s", r.bin_seconds, 6);
   json.open("removed_by_bin_mm3", '[');
   for (const TimeBin& bin : r.bins) json.put(nullptr, bin.removed, 4);

@@ -45,6 +45,17 @@ RemovalVerdict judge(const Removal& r, const RemovalContext& context) {
     if (count[kind] > 1) line += text("; %d places in all", count[kind]);
     verdict.failures.push_back(line);
   }
+  if (r.haste.moves > 0) {
+    const double feed = std::max(plan.cut_feed.mm_per_min(), plan.plunge_feed.mm_per_min());
+    std::string line = text(
+        "feed: %.0f mm/min at the tip, the job has %.0f: is a block missing before? block %llu, line %u, "
+        "at (%.3f, %.3f, %.3f)",
+        r.haste.feed, feed, static_cast<unsigned long long>(r.haste_block), r.haste_line, r.haste.place.x,
+        r.haste.place.y, r.haste.place.z);
+    if (r.haste.moves > 1)
+      line += text("; %llu places in all", static_cast<unsigned long long>(r.haste.moves));
+    verdict.failures.push_back(line);
+  }
   if (r.touched == 0)
     verdict.failures.push_back(text("the cutter comes nowhere within %.3g mm of the part", r.reach));
   else if (r.excess[3] > verdict.excess_limit)

@@ -18,9 +18,17 @@ constexpr double kStepWays = 4.0;
 constexpr int kMostSteps = 20000;
 // Above this the surface winds round the point: inside.
 constexpr double kInside = 0.5;
+// The words are rounded, and so is F: this much way, mm, and this share of it, may be more than F makes.
+constexpr double kFeedSlack = 0.005, kFeedShare = 0.05;
 constexpr double kCubeCells = 4.0, kLeastCube = 2.0;
 
 }  // namespace
+
+void Haste::take(const Haste& other) {
+  const std::uint64_t all = moves + other.moves;
+  if (other.ahead > ahead) *this = other;
+  moves = all;
+}
 
 Occupied::Occupied(const Stock& stock, double reach)
     : origin_(from_origin(stock.box.min)), cube_(std::max(kLeastCube, kCubeCells * stock.cell)) {
@@ -89,7 +97,8 @@ Stand::Stand(const Job& job, const ExecutedPath& path, const Stock& stock, Probe
       tolerance_(options.tolerance),
       top_(solid_.top()),
       least_(solid_.narrowest()),
-      cell_(stock.cell) {}
+      cell_(stock.cell),
+      feed_(std::max(job.plan.cut_feed.mm_per_min(), job.plan.plunge_feed.mm_per_min())) {}
 
 /// A curve that strays by d from its chord strays by d / n^2 from n chords.
 void Stand::add_steps(std::size_t move, const Pose& from, std::vector<SweptStep>& steps) const {
@@ -130,6 +139,13 @@ std::optional<MoveHit> Stand::starts_inside() const {
                  start.tip};
 }
 
+/// Does F ask for more than the job's feeds make?
+void Stand::time(std::size_t move, double way, Point<Part> place, Haste& haste) const {
+  const double asked = path_.moves[move].asked, ahead = way - feed_ * asked / 60.0;
+  if (feed_ <= 0.0 || asked <= 0.0 || ahead <= kFeedSlack + kFeedShare * way) return;
+  haste.take({1, way / asked * 60.0, ahead, static_cast<std::uint32_t>(move), place});
+}
+
 void Stand::share_out(const SweptStep& step, std::vector<SweptBody>& bodies, Swept& out) const {
   bodies.clear();
   sweep_.bodies(
@@ -161,9 +177,14 @@ void Stand::sweep_moves(std::size_t begin, std::size_t end, Swept& out) const {
     out.hits.push_back({path_.moves[o.move].rapid ? TroubleKind::kRapidPart : TroubleKind::kGouge, o.tool,
                         o.move, o.depth, probes_.patches().mesh.source[o.patch], o.place});
   std::vector<SweptBody> bodies;
+  double way = 0.0;  // of the move
   for (const SweptStep& step : steps) {
-    (path_.moves[step.move].rapid ? out.rapid_length : out.feed_length) +=
-        distance(step.from.tip, step.to.tip);
+    if (step.begin == 0.0) way = 0.0;
+    way += distance(step.from.tip, step.to.tip);
+    if (step.end == 1.0) {
+      (path_.moves[step.move].rapid ? out.rapid_length : out.feed_length) += way;
+      time(step.move, way, step.to.tip, out.haste);
+    }
     share_out(step, bodies, out);
   }
 }

@@ -31,6 +31,7 @@ struct Swept {
   std::vector<std::vector<std::uint32_t>> by_stripe;
   std::vector<MoveHit> hits;
   std::array<double, 4> worst{};  ///< by TroubleKind, mm
+  Haste haste;
   double feed_length = 0.0, rapid_length = 0.0;
 };
 
@@ -67,6 +68,7 @@ class Stand {
 
  private:
   void add_steps(std::size_t move, const Pose& from, std::vector<SweptStep>& steps) const;
+  void time(std::size_t move, double way, Point<Part> place, Haste& haste) const;
   void share_out(const SweptStep& step, std::vector<SweptBody>& bodies, Swept& out) const;
 
   const ExecutedPath& path_;
@@ -78,6 +80,7 @@ class Stand {
   Contact contact_;
   Occupied occupied_;
   double tolerance_, top_, least_, cell_;
+  double feed_;  ///< the largest of the job, mm/min
 };
 
 /// What happens when.

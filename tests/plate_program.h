@@ -56,8 +56,10 @@ struct Shop {
   CheckedMesh part = checked(box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}}));
   std::vector<std::string> lines{"G21 G90 G94"};
   std::vector<std::size_t> cuts;  ///< lines that cut
+  std::vector<Pose> poses;        ///< of the lines from the second on, as they were made
 
   void move(const char* code, const Pose& pose) {
+    poses.push_back(pose);
     const Joints j = joints_for(pose);
     std::array<char, 160> line;
     std::snprintf(line.data(), line.size(), "%s X%.4f Y%.4f Z%.4f A%.4f C%.4f F1000", code, j.x, j.y, j.z,
@@ -80,6 +82,18 @@ struct Shop {
       for (double x = -5.5; x < 6.01; x += 0.5) cuts.push_back(lines.size()), move("G1", at(x, 0));
       move("G0", at(6, 10));
     }
+  }
+  /// Gives every feed move the time in which the tip moves at 1000 mm/min, what is returned.
+  double time_by_tip() {
+    constexpr double kFeed = 1000.0;
+    lines[0] = "G21 G90 G93";
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+      const std::size_t at = lines[i].find(" F");
+      if (at == std::string::npos) continue;
+      const double minutes = distance(poses[i - 2].tip, poses[i - 1].tip) / kFeed;
+      lines[i] = lines[i].substr(0, at) + " F" + std::to_string(1.0 / minutes);
+    }
+    return kFeed;
   }
   struct Outcome {
     Removal removal;

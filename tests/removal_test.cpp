@@ -63,6 +63,24 @@ TEST(Removal, DeletedBlockIsFound) {
   EXPECT_EQ(hit->line, shop.lines.size());
 }
 
+TEST(Removal, DeletedBlockThatCutsNothingWrongIsLocatedByItsTime) {
+  // On a plane the tool passes straight over the place of a missing block: only the time of the next one
+  // tells.
+  Shop shop;
+  const double feed = shop.time_by_tip();
+  shop.job.plan.cut_feed = shop.job.plan.plunge_feed = Feed::from_mm_per_min(feed);
+  EXPECT_TRUE(shop.run(0.5).verdict.passed());
+  const std::size_t bad = shop.cuts[100];
+  shop.lines.erase(shop.lines.begin() + static_cast<std::ptrdiff_t>(bad));
+  const auto [removal, verdict] = shop.run(0.5);
+  ASSERT_EQ(verdict.failures.size(), 1u);
+  EXPECT_EQ(verdict.failures[0].find("feed: "), 0u) << verdict.failures[0];
+  EXPECT_EQ(removal.haste.moves, 1u);
+  EXPECT_EQ(removal.haste_line, Shop::number(bad));
+  EXPECT_NEAR(removal.haste.feed, 2.0 * feed, 0.05 * feed);
+  EXPECT_TRUE(removal.troubles.empty());
+}
+
 TEST(Removal, WrongSignOfTheTiltIsFound) {
   Shop shop;
   const std::size_t bad = shop.cuts[200];
@@ -78,14 +96,29 @@ TEST(Removal, WrongSignOfTheTiltIsFound) {
 }
 
 TEST(Removal, WrongToolLengthIsFound) {
-  for (const double by : {0.5, -0.5}) {
+  for (const double longer : {0.5, -0.5}) {
     Shop shop;
-    // The machine does not know: it moves its head, and the tool ends elsewhere.
-    shop.job.machine.model.pivot_to_gauge.z += by;
+    // The control does not know: what is longer reaches further down from the same place of the head.
+    shop.job.machine.model.pivot_to_gauge.z -= longer;
     for (std::string& line : shop.lines)
-      if (line.find('Z') != std::string::npos) shift(line, 'Z', -by);
+      if (line.find('Z') != std::string::npos) shift(line, 'Z', -longer);
     const auto [removal, verdict] = shop.run(0.5);
-    EXPECT_FALSE(verdict.passed()) << by;
+    ASSERT_FALSE(verdict.passed()) << longer;
+    const Trouble* gouge = first_of(removal, TroubleKind::kGouge);
+    if (longer < 0.0) {  // all is left, nowhere in particular
+      EXPECT_EQ(gouge, nullptr);
+      EXPECT_NE(verdict.failures[0].find("is left"), std::string::npos) << verdict.failures[0];
+      EXPECT_GT(removal.excess[3], 0.35);
+      continue;
+    }
+    ASSERT_NE(gouge, nullptr);
+    // Along the tool's axis, which leans by about half a radian.
+    EXPECT_NEAR(gouge->depth, 0.5 * std::cos(0.48), 0.03);
+    EXPECT_TRUE(gouge->facet == 1002 || gouge->facet == 1003);
+    // Every row is wrong from its first cut to its last.
+    EXPECT_LE(gouge->last_move - gouge->first_move, shop.lines.size());
+    EXPECT_GE(gouge->line, Shop::number(shop.cuts.front()) - 1);
+    EXPECT_LE(gouge->line, Shop::number(shop.cuts.back()));
   }
 }
 
@@ -115,6 +148,11 @@ TEST(Removal, HolderHitIsFound) {
   const Trouble* in_part = first_of(removal, TroubleKind::kGouge);
   ASSERT_NE(in_part, nullptr);
   EXPECT_EQ(in_part->tool, ToolPart::kHolder);
+  // The tool leans towards the post: its first rows are the nearest.
+  EXPECT_GE(in_part->line, Shop::number(shop.cuts.front()) - 2);
+  EXPECT_LE(in_part->line, Shop::number(shop.cuts[100]));
+  EXPECT_GE(in_part->facet, 1000u + 12u);
+  EXPECT_EQ(in_part->block + 1, in_part->line);
   const Trouble* in_stock = first_of(removal, TroubleKind::kStockHit);
   ASSERT_NE(in_stock, nullptr);
   EXPECT_EQ(in_stock->tool, ToolPart::kHolder);
