@@ -4,10 +4,12 @@
 #   rs274_verdict.sh BIN JOB PROGRAM.nc PATH.cls WORK_FOLDER
 #
 # BIN: the folder of tiltfeed-sim. The program must pass in both readings with the same worst places; with one block
-# moved by 0.05 mm into the part it must fail in both, at the same place.
+# moved by 0.05 mm into the part it must fail in both, at the same place. Both the proof of the path and the removal of
+# material are asked.
 set -euo pipefail
 export LC_ALL=C
 
+readonly kCell=0.5    # mm, of the stock
 readonly kFault=0.05  # mm; several times the tolerance of any job here
 here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
 readonly here
@@ -30,6 +32,20 @@ verdict() {
   esac
 }
 
+# removed BIN JOB OUT OPTION...: the same by material removal: OUT/report.json.
+removed() {
+  local bin=$1 job=$2 out=$3 status=0
+  shift 3
+  rm -rf "$out"
+  "$bin/tiltfeed-sim" simulate "$job" "$@" --resolution "$kCell" --out "$out" > "$out.txt" 2>&1 || status=$?
+  [ -s "$out/report.json" ] || die "no report: $(cat "$out.txt")"
+  case $status in
+    0) echo pass ;;
+    1) echo fail ;;
+    *) die "tiltfeed-sim (exit $status): $(cat "$out.txt")" ;;
+  esac
+}
+
 # both BIN JOB PROGRAM CLS FOLDER: FOLDER/ours.json, FOLDER/theirs.json; prints the verdict of both.
 both() {
   local bin=$1 job=$2 program=$3 cls=$4 folder=$5 ours theirs
@@ -40,7 +56,35 @@ both() {
   theirs=$(verdict "$bin" "$job" "$cls" "$folder/theirs" --canon "$folder/canon")
   [ "$ours" = "$theirs" ] || die "$program: our reader says $ours, LinuxCNC's commands say $theirs"
   same_places "$folder/ours.json" "$folder/theirs.json" || die "$program: the worst places differ"
+  [ "$ours" = "$(removed "$bin" "$job" "$folder/removed-ours" "$program")" ] ||
+    die "$program: by material removal it is not: $ours"
+  [ "$ours" = "$(removed "$bin" "$job" "$folder/removed-theirs" --canon "$folder/canon")" ] ||
+    die "$program: by material removal of LinuxCNC's commands it is not: $ours"
+  same_removal "$folder/removed-ours/report.json" "$folder/removed-theirs/report.json" ||
+    die "$program: what is removed differs"
   echo "$ours"
+}
+
+# same_removal OURS THEIRS: the same gouges at the same places, the same material left.
+same_removal() {
+  python3 - "$1" "$2" << 'PYTHON'
+import json
+import sys
+
+SAME = 2e-6  # mm: reports have six decimals
+ours, theirs = (json.load(open(path, encoding="utf-8")) for path in sys.argv[1:])
+for key in ("passed", "blocks", "removed_mm3"):
+    if ours[key] != theirs[key]:
+        sys.exit(f"{key}: {ours[key]} and {theirs[key]}")
+for key in ("gouge_mm", "rapid_overlap_mm"):
+    if abs(ours[key] - theirs[key]) > SAME:
+        sys.exit(f"{key}: {ours[key]} and {theirs[key]}")
+if ours["left_on_part"] != theirs["left_on_part"]:
+    sys.exit(f"left: {ours['left_on_part']} and {theirs['left_on_part']}")
+places = [[(t["kind"], t["tool"], t["depth_mm"], t.get("facet"), t["place_mm"]) for t in r["troubles"]] for r in (ours, theirs)]
+if places[0] != places[1]:
+    sys.exit(f"troubles: {places[0]} and {places[1]}")
+PYTHON
 }
 
 # same_places OURS THEIRS: the same values at the same tips and planned moves; times within the rounding of rates.
