@@ -20,7 +20,7 @@ ExecutedPath rough_rows(const Job& job, std::uint32_t seed) {
     const Vec3 u = normalized({0.3 * any(random), -0.5 + 0.2 * any(random), 1.0});
     const Joints to =
         joints_for({contact + Vec3{0, 0, job.plan.cutter.radius()} + u * (up - job.plan.cutter.radius()), u});
-    path.moves.push_back({to, time, time + 1.0, path.moves.size() + 1, 0, rapid}), time += 1.0;
+    path.moves.push_back({to, time, time + 1.0, 0.0, path.moves.size() + 1, 0, rapid}), time += 1.0;
   };
   go({-9, -3, 0}, 12.0, true);
   path.start = path.moves[0].to;
