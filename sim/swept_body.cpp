@@ -194,7 +194,7 @@ std::optional<Inside> LineCutter::operator()(Point<Part> origin, double low, dou
   if (body_.solid != nullptr) return through_solid(origin, low, high);
   const Vec3 o = from_origin(origin);
   if (const double side = dot(o, side_); side < side_low_ || side > side_high_) return std::nullopt;
-  // (R8) The highest place of the stretch over the ball's plane.
+  // (R7) The highest place of the stretch over the ball's plane.
   if (dot(o, above_) + above_slope_ * (above_slope_ > 0.0 ? high : low) < above_from_) return std::nullopt;
   Inside inside = count_ > 1 ? between(o) : Inside{kInfinity, -kInfinity};
   // Most lines have been cut off below already: they need no second end.

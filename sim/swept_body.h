@@ -73,7 +73,7 @@ class LineCutter {
   std::array<Capsule, 4> capsules_;
   int count_ = 0;
   std::array<Slab, 3> slabs_;  ///< of the parallelogram, if there are more capsules than one
-  Vec3 above_;                 ///< above_ball: (R8) what is below above_ . p = above_from_ is the ball's
+  Vec3 above_;                 ///< above_ball: (R7) what is below above_ . p = above_from_ is the ball's
   double above_from_ = -kInfinity, above_slope_ = 0.0;
   Vec3 side_;  ///< unit, across line and `along`: lines are told apart by it
   double side_low_ = -kInfinity, side_high_ = kInfinity;  ///< of what the body covers of it
