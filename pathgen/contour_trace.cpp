@@ -18,9 +18,9 @@ constexpr double kAside = 2.0;
 /// Moves shorter than this share of the tolerance are not halved.
 constexpr double kShortestShare = 0.5;
 constexpr int kMostHalvings = 14;
-/// How far beside a move the border is looked for, in its lengths, and in how many steps: nearer than this
-/// the two halves are shorter than the whole.
-constexpr double kReach = 0.75;
+/// How far beside a move the border is looked for, in its lengths, and in how many steps: nearer than kReach
+/// the two halves are shorter than the whole; in the corner of a narrow notch it is further off.
+constexpr double kReach = 0.75, kFarReach = 3.0;
 constexpr double kLookSteps = 16.0;
 /// Crossings nearer to each other than this share of the grid's diagonal are one: (Z3).
 constexpr double kThinShare = 0.3;
@@ -28,6 +28,10 @@ constexpr double kThinShare = 0.3;
 constexpr double kWallRise = 8.0;
 /// A loop shorter than this, in tolerances, goes round nothing that counts.
 constexpr double kLeastLoop = 8.0;
+/// Where the surface gives way to a shut column is found this closely, in tolerances.
+constexpr double kShutEnd = 16.0;
+/// A move in the air, where the border is not found again, is made if it is no longer than this (tolerances).
+constexpr double kShortAir = 4.0;
 /// A step of the flat plane to measure it by, mm.
 constexpr double kProbe = 1e-4;
 
@@ -40,6 +44,7 @@ Place moved(Place p, Direction2 d, double by) { return {p.x + d.x * by, p.y + d.
 struct Stop {
   Place place;
   EnvelopePoint point;
+  bool shut = false;  ///< what is inside is no surface but a column where the tool may not be: no point
 };
 
 double length_of(const Pass& pass) {
@@ -112,6 +117,7 @@ class Tracer {
     Place place = moved(border.outside, out, flat_length(c.outside, out, options_.tolerance * kStandOff));
     if (heights_.at(place) > border_) place = border.outside;
     EnvelopePoint point = heights_.contact(border.inside);
+    const bool shut = point.flat.z == kShut;
     const bool wall = !(point.flat.z <= border_ + kWallRise * options_.tolerance);
     point.flat = {place.x, place.y, options_.level};
     const AxisLine line = map_.axis_line(place.x, place.y);
@@ -122,7 +128,7 @@ class Tracer {
       const Vec3 v = map_.unflatten({beside.x, beside.y, options_.level}) - point.centre;
       point.normal = normalized(v - point.axis * dot(v, point.axis));
     }
-    return {place, point};
+    return {place, point, shut};
   }
 
   Place near(Point<Flat> f, Place reference) const {
@@ -147,25 +153,33 @@ class Tracer {
                           std::abs(half.z - options_.level) <= options_.tolerance * kRiseShare;
     const double top = options_.level + options_.tolerance;
     const bool clear = heights_.at(middle) <= top && heights_.highest(a.place, b.place) <= top;
-    if (straight && clear && rises_beside(middle, out) && quarters_clear(a.place, b.place, top)) return;
+    const bool solid = !a.shut && !b.shut;
+    if (solid && straight && clear && rises_beside(middle, out) && quarters_fit(a.place, b.place, out, top))
+      return;
     const double size = distance(a.point.centre, b.point.centre);
+    if (!solid && (a.shut == b.shut || size <= kShutEnd * options_.tolerance)) return cut();
     std::optional<Stop> stop;
     if (depth < kMostHalvings && size > options_.tolerance * kShortestShare)
-      stop = border_near(middle, out, kReach * distance(a.place, b.place));
+      for (double reach = kReach; !stop && reach <= kFarReach; reach *= kFarReach / kReach)
+        stop = border_near(middle, out, reach * distance(a.place, b.place));
     if (stop && distance(stop->place, a.place) > 0.0 && distance(stop->place, b.place) > 0.0) {
       refine(a, *stop, depth + 1);
       emit(*stop);
       refine(*stop, b, depth + 1);
-    } else if (!clear || !straight) {
+    } else if (!solid) {
+      cut();
+    } else if (!clear || !straight || (size > kShortAir * options_.tolerance && !rises_beside(middle, out))) {
       ++trace_.left_out;
       cut();
     }
   }
 
   /// A wall that a move only grazes may lie between the places where highest() looked: it does so within the
-  /// envelope's tolerance sideways, and most of all there.
-  bool quarters_clear(Place a, Place b, double top) {
-    return heights_.at(lerp(a, b, 0.25)) <= top && heights_.at(lerp(a, b, 0.75)) <= top;
+  /// envelope's tolerance sideways, and most of all there. A border to and fro over the move leaves it there.
+  bool quarters_fit(Place a, Place b, Direction2 out, double top) {
+    const Place early = lerp(a, b, 0.25), late = lerp(a, b, 0.75);
+    return heights_.at(early) <= top && heights_.at(late) <= top && rises_beside(early, out) &&
+           rises_beside(late, out);
   }
 
   bool rises_beside(Place p, Direction2 out) {
@@ -188,11 +202,14 @@ class Tracer {
     return std::nullopt;
   }
 
-  void emit(const Stop& stop) { pass_.push_back(stop.point); }
+  void emit(const Stop& stop) {
+    if (!stop.shut) pass_.push_back(stop.point);
+  }
   /// The move from the last point is not made.
   void cut() { cuts_.push_back(pass_.size()); }
 
   Trace finish() {
+    if (pass_.empty()) return {};
     for (EnvelopePoint& p : pass_) {
       const auto wrap = [](double v, double period) {
         return period > 0.0 ? v - period * std::round(v / period) : v;

@@ -127,8 +127,8 @@ class ZLevels {
     }
     if (left_out > 0)
       result.warnings.push_back(std::to_string(left_out) +
-                                " moves of contours left out: the surface rises over them between two grid "
-                                "lines; a smaller pattern.side_step_mm may follow it");
+                                " moves of contours left out: between two grid lines the surface rises over "
+                                "them or falls away; a smaller pattern.side_step_mm may follow it");
     return result;
   }
 

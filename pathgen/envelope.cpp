@@ -183,7 +183,9 @@ class Profile {
   }
 
   bool turns_little(const Sample& left, const Sample& right) const {
-    return length(cross(left.point.axis, right.point.axis)) <= options_.max_axis_step &&
+    const double turn = length(cross(left.point.axis, right.point.axis));
+    return turn <= options_.max_axis_step &&
+           turns_evenly(left.point, right.point, turn, options_.tolerance, options_) &&
            distance(left.point.centre, right.point.centre) <= options_.max_distance;
   }
 

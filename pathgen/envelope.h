@@ -32,7 +32,16 @@ struct EnvelopeOptions {
       0.003;  ///< largest distance of the envelope from the straight move between two points, mm
   double max_axis_step = 0.02;  ///< largest turn of the axis between two points, rad
   double max_distance = std::numeric_limits<double>::infinity();  ///< between two points, mm
+  double reach = 0.0;  ///< how far up the tool its side must keep to the path, over the CL reference, mm
 };
+
+/// (E5) From a to b the axis turns by `turn` (rad), evenly; the true one faster the nearer it is to the
+/// point, line or circle. Do they differ by at most `tolerance` (mm) at options.reach?
+inline bool turns_evenly(const EnvelopePoint& a, const EnvelopePoint& b, double turn, double tolerance,
+                         const EnvelopeOptions& options) {
+  return options.reach * turn * std::abs(a.flat.z - b.flat.z) <=
+         4.0 * tolerance * std::min(std::abs(a.flat.z), std::abs(b.flat.z));
+}
 
 /// Nearer than this to the point, line or circle (mm) the axis turns too fast to be of use: nothing is
 /// machined there.

@@ -69,6 +69,7 @@ EnvelopeOptions envelope_options(const PlanOptions& options) {
   if (options.max_angle_step.radians() > 0.0)
     envelope.max_axis_step = std::min(envelope.max_axis_step, options.max_angle_step.radians());
   if (options.max_point_distance > 0.0) envelope.max_distance = options.max_point_distance;
+  envelope.reach = options.cutter.shank_length;
   return envelope;
 }
 

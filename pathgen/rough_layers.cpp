@@ -49,12 +49,21 @@ class Layering {
 
   /// Where there is no surface: the floor goes on, or the pass ends.
   void gap(double from, double to) {
-    if (to - from <= 2.0 * kBeyondEnd) return;
+    if (to - from <= 2.0 * kBeyondEnd) {
+      if (from > 0.0) part();
+      return;
+    }
     const EnvelopePoint first = contact(from), last = contact(to), middle = contact((from + to) / 2.0);
     const bool open = layer_.over_gaps && first.flat.z == kNoSurface && last.flat.z == kNoSurface &&
                       middle.flat.z == kNoSurface;
-    if (!open) return finish();
+    if (!open) return part();
     visit(first), visit(last);
+  }
+
+  /// What comes next does not go on from here.
+  void part() {
+    finish();
+    has_last_ = false;
   }
 
   /// The next place of the line, with the places between where a level is crossed.

@@ -57,7 +57,9 @@ Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options)
   while (from + 1 < pass.size()) {
     std::size_t to = from + 1;
     for (std::size_t next = to + 1; next < pass.size() && next - from <= kLongestReach; ++next) {
-      if (squared_length(cross(pass[from].axis, pass[next].axis)) > sine * sine ||
+      const double turn2 = squared_length(cross(pass[from].axis, pass[next].axis));
+      if (turn2 > sine * sine ||
+          !turns_evenly(pass[from], pass[next], std::sqrt(turn2), tolerance, options) ||
           squared_length(pass[next].centre - pass[from].centre) > reach * reach ||
           !all_on_move(&pass[from], &pass[next], tolerance))
         break;

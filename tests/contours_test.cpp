@@ -186,6 +186,38 @@ TEST(ZLevel, PocketIsItsOutlineShrunkAndItsIslandGrownByTheBall) {
   expect_on_the_border(shapes.mesh, *field, contours, 80);
 }
 
+TEST(ZLevel, AnAcuteCornerIsFollowedToItsEnd) {
+  // A pocket between two walls that meet at `corner`, turned so that the grid lines meet it anyhow. The
+  // ball's centre comes as near to the corner as R / sin(half of it).
+  for (const double corner : {25.0, 60.0})
+    for (int turn = 0; turn < 4; ++turn) {
+      SCOPED_TRACE(std::to_string(corner) + " degrees, turn " + std::to_string(turn));
+      const double half = corner / 2.0 * kPi / 180.0, along = 0.1 + turn * kPi / 2.2, length = 25.0;
+      const Place apex{0.37, -0.21};
+      const auto at = [&](double side, double z) {
+        const double a = along + side * half;
+        return Point<Part>{apex.x + length * std::cos(a), apex.y + length * std::sin(a), z};
+      };
+      Shapes shapes;
+      shapes.floor(-40, -40, 40, 40, 0.0);
+      const Point<Part> low{apex.x, apex.y, 0.0}, high{apex.x, apex.y, 8.0};
+      shapes.quad(at(-1, 0), low, high, at(-1, 8));
+      shapes.quad(low, at(1, 0), at(1, 8), high);
+      const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+      ContourOptions options = options_for(4.0, 1.7);
+      options.height = {4.0, 6.0};
+      const Contours contours = contours_of(*field, options);
+      const double deep = kRadius / std::sin(half);
+      const Place end{apex.x + deep * std::cos(along), apex.y + deep * std::sin(along)};
+      double nearest = 1e9;
+      each_pass(contours, [&](const Pass& pass) {
+        for (const EnvelopePoint& p : pass) nearest = std::min(nearest, distance({p.flat.x, p.flat.y}, end));
+      });
+      EXPECT_LT(nearest, 2.0 * kTolerance / std::sin(half));
+      expect_on_the_border(shapes.mesh, *field, contours, 300);
+    }
+}
+
 TEST(ZLevel, TorusBeadGivesTwoCircles) {
   Shapes shapes;
   shapes.bead(0, 0, 12.0, 3.0, 0.0, true, 240);
