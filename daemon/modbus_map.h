@@ -73,6 +73,12 @@ std::vector<std::uint16_t> encode_window(std::uint16_t session,
 std::vector<std::uint16_t> encode_mailbox(std::uint16_t session, std::uint16_t command_seq, MailboxCode code,
                                           std::uint32_t argument, bool low_word_first);
 
+/// The number of a block in the ring; how far `to` is ahead of `from` when both count modulo 2^16.
+inline std::uint16_t ring_sequence(std::uint64_t block) { return static_cast<std::uint16_t>(block); }
+inline int ring_ahead(std::uint16_t to, std::uint16_t from) {
+  return static_cast<std::int16_t>(static_cast<std::uint16_t>(to - from));
+}
+
 /// A request on a message link: four header words (write address, write count, read address, read count),
 /// then the words to write. Both counts above 0: one FC23; write only: FC16; read only: FC3.
 struct ModbusRequest {

@@ -10,27 +10,16 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// Full ring: short against the time that a ring of a few dozen blocks lasts, long against one exchange.
-constexpr Time kFullRingPoll = milliseconds(5);
 constexpr Time kDrainPoll = milliseconds(20);
 constexpr Time kHoldPoll = milliseconds(100);
 /// Exceptions "busy" and "acknowledge": the controller asks for time.
 constexpr Time kBusyPause = milliseconds(50);
 /// No usable reply for so long: the link is gone.
 constexpr Time kLinkLoss = seconds(10);
-/// A mailbox command is a matter of one controller cycle.
-constexpr Time kCommandTimeout = seconds(5);
 /// Idle although blocks are in the ring: a cycle or two is normal between blocks.
 constexpr Time kIdleStall = seconds(10);
 /// Frames refused, or status words unusable, one after the other: chance is excluded.
 constexpr int kMaxRefusals = 10, kMaxRereads = 20;
-
-/// How far `to` is ahead of `from` when both count modulo 2^16.
-int ahead(std::uint16_t to, std::uint16_t from) {
-  return static_cast<std::int16_t>(static_cast<std::uint16_t>(to - from));
-}
-
-std::uint16_t sequence(std::uint64_t block) { return static_cast<std::uint16_t>(block); }
 
 bool is_operator_stop(const NumericBlock& block) {
   return block.op == BlockOp::kMCode && (block.m_code == 0 || block.m_code == 1 || block.m_code == 6);
@@ -98,18 +87,6 @@ void ModbusSession::on_exception(std::uint8_t exception, Time now) {
   }
 }
 
-void ModbusSession::on_identity(std::span<const std::uint16_t> words, Time now) {
-  const Result<RingIdentity> identity = parse_identity(words);
-  if (!identity) return fault(identity.error().code, identity.error().message);
-  identity_ = *identity;
-  if (options_.map.linear_exponent >= 0) identity_.linear_exponent = options_.map.linear_exponent;
-  if (options_.map.rotary_exponent >= 0) identity_.rotary_exponent = options_.map.rotary_exponent;
-  use_fc23_ = identity_.fc23;
-  move(Event::kAnswered);
-  step_ = Step::kLookAround;
-  step_began_ = now;
-}
-
 /// What was read cannot be used; nothing is concluded from it.
 void ModbusSession::read_again(const char* why, Time now) {
   if (++rereads_ > kMaxRereads)
@@ -144,73 +121,6 @@ void ModbusSession::on_status(const RingStatus& status, Time now) {
       on_stream_status(status, now);
       break;
   }
-}
-
-void ModbusSession::look_around(const RingStatus& status, Time now) {
-  status_ = status;
-  command_seq_ = static_cast<std::uint16_t>(status.command_ack + 1);
-  rereads_ = 0;
-  if (status.state == RingState::kAlarm)
-    return fault(Code::kLink,
-                 "the machine is in alarm " + std::to_string(status.alarm) +
-                     "; clear it at the controller first: nothing was sent",
-                 Event::kAlarm);
-  if (options_.attach) return continue_run(status, now);
-  if (status.state == RingState::kRunning || status.state == RingState::kHold)
-    return fault(Code::kLink, std::string("the machine is in state ") + ring_state_name(status.state) +
-                                  " with session " + std::to_string(status.session) +
-                                  "; end that first: nothing was sent");
-  step_ = Step::kOpen;
-}
-
-/// The controller's own counters say where the run stands; the caller's say which 65536 they belong to.
-void ModbusSession::continue_run(const RingStatus& status, Time now) {
-  if (identity_.boot_id != options_.boot)
-    return lose(Loss::kRestarted, "the controller has restarted since (boot_id " +
-                                      std::to_string(options_.boot) + " became " +
-                                      std::to_string(identity_.boot_id) +
-                                      "): what was not completed is unknown; nothing was sent");
-  if (status.session != options_.session_id)
-    return lose(Loss::kForgotten, "the controller has session " + std::to_string(status.session) + ", not " +
-                                      std::to_string(options_.session_id) + ", any more; nothing was sent");
-  const int further = ahead(status.last_accepted, sequence(options_.accepted));
-  const int open = ahead(status.last_accepted, status.last_completed);
-  known_ = options_.accepted + static_cast<std::uint64_t>(std::max(further, 0));
-  if (further < 0 || open < 0 || known_ > options_.reserved || static_cast<std::uint64_t>(open) > known_)
-    return fault(Code::kLink, "the controller's counters do not fit what is on record (accepted " +
-                                  std::to_string(status.last_accepted) + ", on record " +
-                                  std::to_string(options_.accepted) + " to " +
-                                  std::to_string(options_.reserved) + "); nothing was sent");
-  completed_ = pushed_ = known_ - static_cast<std::uint64_t>(open);
-  touched_ = known_;
-  skip_ = completed_;
-  step_ = Step::kStream;
-  move(Event::kReady);
-  last_progress_ = now;
-  heartbeat_ = status.heartbeat;
-  last_heartbeat_ = now - std::chrono::hours(1);  // due at once: a resume needs a living heartbeat
-  read_only_next_ = true;  // the blocks that the controller has are read from the program first
-}
-
-void ModbusSession::on_command_status(const RingStatus& status, Time now) {
-  const bool answered = status.command_ack == command_seq_;
-  const bool late = now - step_began_ >= kCommandTimeout;
-  status_ = status;
-  if (!answered && !late) {
-    next_request_ = now + kFullRingPoll;
-    return;
-  }
-  if (step_ == Step::kClose) return move(Event::kProved);
-  if (!answered) return fault(Code::kLink, "the controller does not answer to 'open session'");
-  if (status.command_result != 0)
-    return fault(Code::kLink, "the controller refuses a session (result " +
-                                  std::to_string(status.command_result) + "); nothing was sent");
-  if (status.session != options_.session_id || status.last_accepted != 0 || status.last_completed != 0)
-    return fault(Code::kLink, "the controller opened another session than asked; nothing was sent");
-  step_ = Step::kStream;
-  ++command_seq_;
-  move(Event::kReady);
-  last_progress_ = now;
 }
 
 void ModbusSession::on_stream_status(const RingStatus& status, Time now) {
@@ -253,8 +163,8 @@ void ModbusSession::on_stream_status(const RingStatus& status, Time now) {
 
 /// Takes over last_accepted and last_completed; false when they cannot be true.
 bool ModbusSession::advance(const RingStatus& status, Time now) {
-  const int more_accepted = ahead(status.last_accepted, sequence(accepted()));
-  const int more_completed = ahead(status.last_completed, sequence(completed_));
+  const int more_accepted = ring_ahead(status.last_accepted, ring_sequence(accepted()));
+  const int more_completed = ring_ahead(status.last_completed, ring_sequence(completed_));
   if (more_accepted < 0 || more_completed < 0) {
     read_again("older than what was read before", now);
     return false;
@@ -285,7 +195,7 @@ void ModbusSession::judge_frame(const RingStatus& status) {
   if (frame_count_ == 0) return;
   if (status.nack == Nack::kSession)
     return lose(Loss::kForgotten, "the controller no longer knows this session");
-  const int place = ahead(status.nack_seq, sequence(accepted()));
+  const int place = ring_ahead(status.nack_seq, ring_sequence(accepted()));
   if (status.nack == Nack::kBadBlock && place >= 1 && place <= static_cast<int>(frame_count_))
     return fault(Code::kLink, "the controller refuses " + block_name(status.nack_seq) + " as a bad block");
   if (status.free_slots == 0) return;  // full: the rest goes out again when there is room
@@ -293,7 +203,7 @@ void ModbusSession::judge_frame(const RingStatus& status) {
   if (++refusals_ > kMaxRefusals)
     fault(Code::kLink, "the controller has refused the same frame " + std::to_string(kMaxRefusals) +
                            " times (nack " + std::to_string(static_cast<int>(status.nack)) + "), from " +
-                           block_name(sequence(accepted() + 1)));
+                           block_name(ring_sequence(accepted() + 1)));
 }
 
 void ModbusSession::link_lost(const Error& error) {
@@ -305,7 +215,7 @@ void ModbusSession::link_lost(const Error& error) {
 // ---- reports -------------------------------------------------------------------------------------------
 
 std::string ModbusSession::block_name(std::uint16_t seq) const {
-  const int place = ahead(seq, sequence(completed_));
+  const int place = ring_ahead(seq, ring_sequence(completed_));
   if (place < 1 || place > static_cast<int>(pending_.size()))
     return "block " + std::to_string(seq) + " (completed before)";
   const NumericBlock& block = pending_[static_cast<std::size_t>(place - 1)].block;

@@ -68,6 +68,9 @@ class ModbusSession {
     std::array<std::uint16_t, kBlockWords> words{};
   };
 
+  /// Full ring: short against the time that a ring of a few dozen blocks lasts, long against one exchange.
+  static constexpr Time kFullRingPoll = std::chrono::milliseconds(5);
+
   void move(Event event);
   void make_request(Time now);
   std::vector<std::uint16_t> next_words(Time now, std::uint16_t& address);

@@ -17,15 +17,10 @@ constexpr Time kOpenTimeout = seconds(15), kAskAgain = seconds(2);
 constexpr Time kSilence = seconds(6);
 /// The oldest line is sent again so many times before the wire is given up.
 constexpr int kMostProbes = 5;
-/// The same number asked for so often, one after the other: it will never arrive.
-constexpr int kMostRepeats = 10;
 /// Lines that may be in the command queue and the planner of the firmware (Marlin: 4 to 32, and 16 to 64).
 constexpr std::size_t kFirmwareDepth = 128;
 constexpr std::size_t kMaxReply = 1024, kMostWindow = 64;
 constexpr Time kLongest = milliseconds(200);
-/// After a resend the lines that were on their way are refused, too, each with a resend of its own. Nothing
-/// is sent until that is over: longer than a window of lines and the reply latency of an adapter together.
-constexpr Time kQuiet = milliseconds(60);
 
 }  // namespace
 
@@ -195,54 +190,6 @@ void RepRapSession::on_ok(const RepRapReply& reply) {
   settle_front();
 }
 
-/// The firmware takes lines strictly in order: asking for n says that it has all lines before n.
-void RepRapSession::on_resend(const RepRapReply& reply) {
-  last_heard_ = now_;
-  resend_ok_due_ = true;
-  const std::optional<std::uint64_t> last = std::exchange(last_line_, std::nullopt);
-  std::uint64_t number = reply.line.value_or(0);
-  const std::uint64_t first = next_number_ - history_.size();
-  std::uint64_t first_known = first;
-  if (last && number != *last + 1) number = *last + 1;  // one of the two is damaged: judged by the window
-  if (!reply.line && !last) return;
-  if (number < first && last && reply.line && *reply.line == *last + 1) {
-    if (!take_back(number)) return;
-    first_known = next_number_ - history_.size();
-  }
-  if (number < first_known || number > due_) return;  // outside the window: damaged
-  if (std::exchange(rounds_begun_, false)) {
-    ++resends_;
-    repeats_ = number == repeated_number_ ? repeats_ + 1 : 1;
-  }
-  repeated_number_ = number;
-  quiet_until_ = now_ + kQuiet;
-  if (repeats_ > kMostRepeats)
-    return fault(Code::kLink, "the firmware asks for line number " + std::to_string(number) +
-                                  " again and again: the line is disturbed, or it cannot take this line");
-  if (number > first) {
-    if (!probing_) owed_ += number - first;
-    probes_ = 0;
-  }
-  probing_ = false;
-  settle_before(number);
-  if (is_final(phase_)) return;
-  due_ = number;
-}
-
-/// An ok was taken for that of another line: what the firmware still wants becomes unsettled again.
-bool RepRapSession::take_back(std::uint64_t number) {
-  if (settled_.empty() || settled_.front().number > number) return false;
-  while (!settled_.empty() && settled_.back().number >= number) {
-    history_.push_front(std::move(settled_.back()));
-    settled_.pop_back();
-    if (history_.front().kind != Kind::kLine) continue;
-    --acknowledged_;
-    if (!recent_.empty()) recent_.pop_back();
-  }
-  owed_ = 0;
-  return true;
-}
-
 void RepRapSession::settle_before(std::uint64_t number) {
   while (!history_.empty() && history_.front().number < number && !is_final(phase_)) settle_front();
 }
@@ -292,59 +239,6 @@ void RepRapSession::check_time() {
   probing_ = true;
   ++resends_;
   last_heard_ = now_;
-}
-
-void RepRapSession::command(const OperatorCommand& command, Time now) {
-  now_ = now;
-  const Answer answer = answer_to(command.order, phase_);
-  refused_ = refusal_text(answer);
-  if (answer == Answer::kEnd) {
-    error_ = {Code::kCancelled, "stopped on request; nothing has moved"};
-    move(Event::kStood);
-    out_ = command.order == Order::kAbort ? "M112\n" : "";
-    return;
-  }
-  if (answer != Answer::kObey) return;
-  switch (command.order) {
-    case Order::kHold:
-      refused_ = "this firmware has no feed hold: the machine stands after the lines that it has";
-      return move(Event::kHeld);
-    case Order::kResume:
-      if (phase_ == Phase::kHold) {
-        move(Event::kResumed);
-        if (!history_.empty() && history_.back().kind == Kind::kBarrier) move(Event::kAllSent);
-      } else {
-        out_ = "M108\n" + out_;
-      }
-      return;
-    case Order::kStop:
-      return ask_stop();
-    case Order::kAbort:
-      loss_ = Loss::kRestarted;
-      fault(Code::kCancelled, "aborted on request: the firmware was halted, restart and home it first");
-      out_ = "M112\n";
-      return;
-    case Order::kFeedOverride:
-      if (phase_ == Phase::kRun)
-        return append({0, "M220S" + std::to_string(std::clamp(command.value, 10, 200))}, Kind::kInserted);
-      refused_ = "only while the program runs";
-      return;
-    case Order::kRapidOverride:
-    case Order::kSpindleOverride:
-      refused_ = "this firmware has a feed override only";
-  }
-}
-
-/// Lines that have not left are forgotten; with an emergency parser the machine stops at once, else after the
-/// lines that it has. M400 proves that it stands.
-void RepRapSession::ask_stop() {
-  move(Event::kStopAsked);
-  if (emergency_) out_ += "M410\n";
-  while (!history_.empty() && history_.back().number >= due_) {
-    history_.pop_back();
-    --next_number_;
-  }
-  append({0, "M400"}, Kind::kBarrier);
 }
 
 void RepRapSession::link_lost(const Error& error) {

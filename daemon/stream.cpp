@@ -8,8 +8,8 @@
 #include "daemon/drip_session.h"
 #include "daemon/grbl_session.h"
 #include "daemon/modbus_session.h"
+#include "daemon/program_feed.h"
 #include "daemon/reprap_session.h"
-#include "daemon/words.h"
 
 namespace tiltfeed {
 
@@ -27,122 +27,6 @@ class SteadyClock : public Clock {
  public:
   Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
 };
-
-tl::unexpected<Error> at_line(const Program& program, const Line& line, const Error& error) {
-  return fail(error.code,
-              program.path() + ":" + std::to_string(line.number) + ": '" + line.text + "': " + error.message);
-}
-
-/// Asks for the record of each block before a session has it.
-class Reserve {
- public:
-  explicit Reserve(const StreamHooks& hooks) : hooks_(hooks) {}
-  Result<void> before(std::uint64_t block, std::uint64_t line) {
-    if (!hooks_.reserve || block <= reserved_) return {};
-    const Result<std::uint64_t> reserved = hooks_.reserve(block, line);
-    if (!reserved) return tl::unexpected<Error>(reserved.error());
-    reserved_ = *reserved;
-    return {};
-  }
-
- private:
-  const StreamHooks& hooks_;
-  std::uint64_t reserved_ = 0;
-};
-
-/// Program lines for a session that sends text.
-class LineFeed {
- public:
-  explicit LineFeed(Program& program) : program_(program) {}
-
-  template <class Session>
-  Result<void> fill(Session& session, Reserve& reserve) {
-    if (session.wants_rewind()) {
-      if (const Result<void> back = program_.rewind(); !back) return back;
-      blocks_ = 0;
-    }
-    while (session.wants_work()) {
-      Line line;
-      const Result<bool> more = program_.next(line);
-      if (!more) return tl::unexpected<Error>(more.error());
-      if (!*more) {
-        session.end_of_program();
-        return {};
-      }
-      ++blocks_;
-      if (session.phase() == Phase::kRun)
-        if (const Result<void> noted = reserve.before(blocks_, line.number); !noted) return noted;
-      session.push(std::move(line));
-    }
-    return {};
-  }
-
- private:
-  Program& program_;
-  std::uint64_t blocks_ = 0;
-};
-
-/// Program lines as numeric blocks for a ModbusSession, or just counted.
-class BlockFeed {
- public:
-  explicit BlockFeed(Program& program) : program_(program) {}
-
-  /// False at the program's end.
-  Result<bool> next(NumericBlock& block) {
-    while (used_ == blocks_.size()) {
-      blocks_.clear();
-      used_ = 0;
-      const Result<bool> more = program_.next(line_);
-      if (!more || !*more) return more;
-      if (const Result<void> read = reader_.read(line_, blocks_); !read)
-        return at_line(program_, line_, read.error());
-    }
-    block = std::move(blocks_[used_++]);
-    return true;
-  }
-
-  Result<void> fill(ModbusSession& session, Reserve& reserve) {
-    while (session.wants_work()) {
-      NumericBlock block;
-      const Result<bool> more = next(block);
-      if (!more) return tl::unexpected<Error>(more.error());
-      if (!*more) {
-        session.end_of_program();
-        return {};
-      }
-      if (++count_ <= *session.first_block()) continue;  // completed before this process came
-      if (const Result<void> noted = reserve.before(count_, block.line); !noted) return noted;
-      session.push(std::move(block));
-    }
-    return {};
-  }
-
- private:
-  Program& program_;
-  BlockReader reader_;
-  Line line_;
-  std::vector<NumericBlock> blocks_;
-  std::size_t used_ = 0;
-  std::uint64_t count_ = 0;
-};
-
-/// Converts the whole program before anything is sent. Returns the number of blocks.
-Result<std::uint64_t> survey_blocks(Program& program) {
-  BlockFeed feed(program);
-  const RingIdentity usual_scale;
-  NumericBlock block;
-  std::uint64_t blocks = 0;
-  for (;; ++blocks) {
-    const Result<bool> more = feed.next(block);
-    if (!more) return tl::unexpected<Error>(more.error());
-    if (!*more) break;
-    if (const auto words = encode_block(block, 0, usual_scale, false); !words)
-      return at_line(program, {block.line, block.text}, words.error());
-  }
-  if (blocks == 0) return fail(Code::kInput, program.path() + ": has no block to send");
-  if (const Result<void> back = program.rewind(); !back) return tl::unexpected<Error>(back.error());
-  return blocks;
-}
 
 /// The wire, and whoever looks on.
 class WatchedLink {

@@ -1,0 +1,62 @@
+#pragma once
+// The words of a line of G-code: what they are, which go together, what is refused.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "sim/program.h"
+
+namespace tiltfeed::sim {
+
+/// Why a line is refused.
+struct Mistake {
+  Fault fault = Fault::kNone;
+  std::string message;
+};
+using Check = std::optional<Mistake>;
+
+inline Check mistake(Fault fault, std::string message) { return Mistake{fault, std::move(message)}; }
+
+// The modal groups of RS274; one code of each may stand on a line.
+enum Group {
+  kNonModal,
+  kMotion,
+  kPlane,
+  kDistance,
+  kFeedMode,
+  kUnits,
+  kCutterRadius,
+  kToolLength,
+  kOffset,
+  kPathControl,
+  kSpindleMode,
+  kStopping,
+  kToolChange,
+  kSpindle,
+  kCoolant,
+  kGroups
+};
+
+inline constexpr int kAbsent = -1;
+inline constexpr int kRelative = 910;  ///< G91
+
+/// The words of one line. G codes are kept in tenths (G61.1 = 611).
+struct Words {
+  std::array<double, 26> value{};
+  std::uint32_t seen = 0;  ///< bit per letter
+  std::array<int, kGroups> code;
+
+  Words() { code.fill(kAbsent); }
+  bool has(char letter) const { return (seen >> (letter - 'A') & 1U) != 0; }
+  double operator[](char letter) const { return value[static_cast<std::size_t>(letter - 'A')]; }
+};
+
+/// Drops blanks and comments, turns to upper case.
+Check strip(std::string_view line, std::string& text);
+/// The word at the begin of `rest`, which is taken off. `tilt` and `rotary` are the letters of those axes.
+Check take_word(std::string_view& rest, char tilt, char rotary, bool relative_known, Words& words);
+
+}  // namespace tiltfeed::sim
