@@ -26,8 +26,8 @@ std::vector<Vec3> fan(std::mt19937& random, int count, double bend) {
   std::vector<Vec3> spokes;
   for (int i = 0; i < count; ++i) {
     const double at = 2.0 * kPi * (i + 0.3 * share(random)) / count;
-    spokes.push_back(Vec3{std::cos(at), std::sin(at), bend * share(random) - 0.3 * bend} *
-                     (1.5 + share(random)));
+    const double far = 1.5 + share(random);  // drawn one after the other: every compiler makes the same fans
+    spokes.push_back(Vec3{std::cos(at), std::sin(at), bend * share(random) - 0.3 * bend} * far);
   }
   return spokes;
 }

@@ -77,7 +77,8 @@ inline int count_crossings(const Triangles& triangles, double cell) {
   for (int f = 0; f < static_cast<int>(triangles.size()); ++f)
     for_cells({triangles[f][0], triangles[f][1], triangles[f][2]}, [&](auto at) { grid[at].push_back(f); });
   int crossings = 0;
-  for (const auto& [from, to] : mesh.edges) {
+  for (const std::pair<int, int>& edge : mesh.edges) {
+    const int from = edge.first, to = edge.second;
     if (from > to) continue;
     const Point<Part> a = mesh.vertices[from], b = mesh.vertices[to];
     for_cells({a, b}, [&](auto at) {
