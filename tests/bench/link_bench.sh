@@ -7,8 +7,10 @@
 set -euo pipefail
 export LC_ALL=C
 
-readonly bin=$1 work=$2
-mkdir -p "$work"
+readonly bin=$1
+mkdir -p "$2"
+work=$(readlink -f "$2")  # a LINK names its device by a full path
+readonly work
 job=$(cd "$(dirname "$0")/../.." && pwd)/config/jobs/sphere.yaml
 readonly job program=$work/program.nc
 machine=
