@@ -110,6 +110,7 @@ void Walker::emit(const Sweep& sweep, double f0, double f1, const Choice& to, co
 /// reaches `goal`. Nothing is emitted otherwise.
 Result<bool> Walker::swing(const Sweep& sweep, double f0, double f1, const Choice& goal) {
   const Pose pose = sweep.at(f0);
+  const Sweep standing(pose, pose);  // held in place, nothing is early or late
   const double turn = goal.joints.c - at_.joints.c;
   // (K6) with no linear way: the tip leaves its place by r dphi^2 / 8; half the tolerance for that.
   const double radius = std::max(chooser_.chain().radius(pose.tip), options_.tolerance);
@@ -123,7 +124,7 @@ Result<bool> Walker::swing(const Sweep& sweep, double f0, double f1, const Choic
       at_ = before;
       return tl::unexpected(stop.error());
     }
-    const Deviation deviation = check(sweep, f0, f0, stop->joints);
+    const Deviation deviation = check(standing, 0.0, 0.0, stop->joints);
     if (excess(deviation, at_.joints, stop->joints) > 1.0) break;
     turned.emplace_back(*stop, deviation);
     at_ = *stop;

@@ -67,6 +67,25 @@ TEST(JointPole, CrossesThePoleWithAHeadThatEndsThere) {
   }
 }
 
+TEST(JointPole, SwingsBeforeAShortMoveUnderATightAxisTolerance) {
+  // As round a blade's edge: upright after a way in one direction, on in another by a degree in 0.1 mm.
+  JointPathOptions tight;
+  tight.tolerance = 0.0035, tight.axis_tolerance = 0.004;
+  for (const double azimuth : {30.0, 90.0, 140.0})
+    for (const double side : {-35.0, 35.0}) {
+      SCOPED_TRACE(testing::Message() << azimuth << ", " << side << " mm beside the table's centre");
+      const auto tip = [&](double ahead) { return Point<Part>{-20, 10 + side + ahead, 0}; };
+      std::vector<Pose> poses;
+      for (double tilt = 20; tilt > 0.5; tilt -= 1.0) poses.push_back({tip(-tilt / 10), axis_at(tilt, 0)});
+      poses.push_back({tip(0), {0, 0, 1}});
+      for (double tilt = 1; tilt < 20; tilt += 1.0) poses.push_back({tip(tilt / 10), axis_at(tilt, azimuth)});
+      JointPath joints;
+      expect_good(poses, trunnion(), &joints, tight);
+      EXPECT_EQ(joints.report.pole_swings, 1u);
+      EXPECT_NEAR(span(joints, &Joints::c), std::min(azimuth, 180.0 - azimuth), 0.1);
+    }
+}
+
 TEST(JointPole, NeverTurnsTheTableByHalfATurnInOneBlock) {
   // On the table's axis, nearly upright: a half turn would keep every tolerance and has no direction.
   MachineModel m = trunnion();
