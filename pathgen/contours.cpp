@@ -9,6 +9,7 @@
 
 #include "pathgen/contour_order.h"
 #include "pathgen/contour_trace.h"
+#include "pathgen/stages.h"
 
 namespace tiltfeed {
 
@@ -22,10 +23,6 @@ constexpr double kLeastSpacing = 16.0;
 constexpr double kWholeStep = 1e-9;
 /// Loops between two calls of the progress function.
 constexpr std::size_t kLoopsPerReport = 256;
-
-tl::unexpected<Error> cancelled() {
-  return fail(Code::kCancelled, "planning was cancelled; nothing was written");
-}
 
 /// Lowest and highest finite z' on the grid lines, inside the boundary.
 Interval heights_of(const LevelGrid& grid, const FlatPolygon& boundary) {

@@ -3,13 +3,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 
 #include "pathgen/cl_slices.h"
 #include "pathgen/free_links.h"
 #include "pathgen/orientation.h"
+#include "pathgen/stages.h"
 
 namespace tiltfeed {
 
@@ -51,10 +51,10 @@ class FreePlanner {
   FreePlanner(const CheckedMesh& part, const PlanOptions& options, const Progress& progress, Plan& plan)
       : part_(part),
         options_(options),
-        progress_(progress),
         plan_(plan),
         report_(plan.report),
-        free_(plan.report.free.emplace()) {}
+        free_(plan.report.free.emplace()),
+        stages_(progress, plan.report.times) {}
 
   Result<void> run() {
     if (options_.free.plane_normals.empty())
@@ -66,10 +66,10 @@ class FreePlanner {
     report_.facets = part_.mesh.facets.size();
     report_.warnings = part_.warnings;
     const FacetTree tree(part_.mesh);
-    if (!begin("CL surface")) return cancelled();
+    if (!stages_.begin("CL surface")) return cancelled();
     const auto slices = slice_cl_surface(part_, tree, options_, options_.tolerance * kSliceShare,
-                                         [&](double f) { return tell(f); });
-    if (stopped_) return cancelled();
+                                         [&](double f) { return stages_.report(f); });
+    if (stages_.stopped()) return cancelled();
     for (const ClSlice& s : slices)
       free_.cl_length += length_of(s.chain.points), report_.slice_points += s.chain.points.size();
     if (slices.empty())
@@ -77,38 +77,19 @@ class FreePlanner {
     const SweptTool tool(tree, options_, options_.tolerance * kSlackShare);
     const DirectionGrid grid(Admissibility::kAdmissibleLevel + 1);
     const Admissibility admissible(tool, grid, options_.up, options_.tilt_max);
-    if (!begin("orientation")) return cancelled();
+    if (!stages_.begin("orientation")) return cancelled();
     const auto runs = orient(slices, admissible);
-    if (stopped_) return cancelled();
+    if (stages_.stopped()) return cancelled();
     if (auto told = tell_left_out(); !told) return told;
     if (runs.empty())
       return fail(Code::kUnreachable, "nothing is left to cut: no pass is longer than a point");
-    if (!begin("link")) return cancelled();
+    if (!stages_.begin("link")) return cancelled();
     join(runs, admissible);
-    end();
+    stages_.end();
     return {};
   }
 
  private:
-  static tl::unexpected<Error> cancelled() {
-    return fail(Code::kCancelled, "planning was cancelled; nothing was written");
-  }
-  bool tell(double fraction) {
-    if (progress_ && !progress_(stage_, fraction)) stopped_ = true;
-    return !stopped_;
-  }
-  bool begin(const char* stage) {
-    end();
-    stage_ = stage, start_ = std::chrono::steady_clock::now();
-    return tell(0.0);
-  }
-  void end() {
-    if (stage_ == nullptr) return;
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start_;
-    report_.times.push_back({stage_, taken.count()});
-    stage_ = nullptr;
-  }
-
   /// The axis may turn by so much in one move that the ball's centre and the shank's end leave their straight
   /// ways by that share of the tolerance.
   double turn_per_move() const {
@@ -127,7 +108,7 @@ class FreePlanner {
     const OrientationOptions how = orientation();
     const bool turned = options_.pattern.direction == Direction::kZigzag && !reversible();
     std::vector<OrientedPass> passes(slices.size());
-    for (std::size_t first = 0; first < slices.size() && !stopped_; first += kPassesPerTurn) {
+    for (std::size_t first = 0; first < slices.size() && !stages_.stopped(); first += kPassesPerTurn) {
       tbb::parallel_for(first, std::min(slices.size(), first + kPassesPerTurn), [&](std::size_t i) {
         if (!turned || slices[i].plane % 2 == 0) {
           passes[i] = orient_pass(slices[i].chain, admissible, how);
@@ -137,7 +118,7 @@ class FreePlanner {
         std::reverse(back.points.begin(), back.points.end());
         passes[i] = orient_pass(back, admissible, how);
       });
-      tell(static_cast<double>(first) / static_cast<double>(slices.size()));
+      stages_.report(static_cast<double>(first) / static_cast<double>(slices.size()));
     }
     std::vector<OrientedRun> runs;
     for (OrientedPass& pass : passes) {
@@ -200,14 +181,11 @@ class FreePlanner {
 
   const CheckedMesh& part_;
   const PlanOptions& options_;
-  const Progress& progress_;
   Plan& plan_;
   PlanReport& report_;
   FreeReport& free_;
   std::vector<LeftOut> left_out_;
-  const char* stage_ = nullptr;
-  std::chrono::steady_clock::time_point start_;
-  bool stopped_ = false;
+  Stages stages_;
 };
 
 }  // namespace

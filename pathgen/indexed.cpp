@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <optional>
 #include <thread>
@@ -17,6 +16,7 @@
 #include "pathgen/indexed_regions.h"
 #include "pathgen/plan_where.h"
 #include "pathgen/set_cover.h"
+#include "pathgen/stages.h"
 
 namespace tiltfeed {
 
@@ -55,7 +55,7 @@ AxisFrame frame_of(Vec3 direction, Vec3 up) {
 class Indexed {
  public:
   Indexed(const CheckedMesh& part, const PlanOptions& options, const Progress& progress)
-      : part_(part), options_(options), progress_(progress) {
+      : part_(part), options_(options), progress_(progress), stages_(progress, plan_.report.times) {
     middle_ = lerp(part.bounds.min, part.bounds.max, 0.5);
     for (const Point<Part> v : part.mesh.vertices) radius_ = std::max(radius_, distance(v, middle_));
     plan_.report.facets = part.mesh.facets.size();
@@ -63,19 +63,16 @@ class Indexed {
   }
 
   Result<Plan> run() {
-    const auto start = std::chrono::steady_clock::now();
-    if (progress_ && !progress_("reach", 0.0)) return cancelled();
+    if (!stages_.begin("directions")) return cancelled();
     const FacetTree tree(part_.mesh);
     const SweptTool tool(tree, options_, kSlackShare * options_.tolerance);
     const CellReach reach(tool, options_);
     const double size = std::max(2.0 * radius_ / kCellsAcross, options_.tolerance);
     const std::vector<SurfaceCell> cells = make_cells(part_.mesh, size);
     if (auto done = choose(reach, sample_cells(cells, kSamples)); !done) return tl::unexpected(done.error());
-    if (progress_ && !progress_("regions", 0.0)) return cancelled();
+    if (!stages_.report(0.5)) return cancelled();
     const IndexedRegions regions(cells, size, chosen_, reach_sets(reach, cells, chosen_),
                                  2.0 * std::max(options_.pattern.side_step, options_.pattern.step_down));
-    plan_.report.times.push_back(
-        {"directions", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()});
     if (auto done = cut_all(regions, reach); !done) return tl::unexpected(done.error());
     if (plan_.path.moves.empty())
       return fail(Code::kUnreachable, "no direction leaves anything to cut: check containment and guards");
@@ -83,10 +80,6 @@ class Indexed {
   }
 
  private:
-  static tl::unexpected<Error> cancelled() {
-    return fail(Code::kCancelled, "planning was cancelled; nothing was written");
-  }
-
   /// The directions, in the order of machining.
   Result<void> choose(const CellReach& reach, const std::vector<SurfaceCell>& samples) {
     const IndexCandidates all = index_candidates(part_, options_, reach, samples);
@@ -147,7 +140,7 @@ class Indexed {
 
   /// The paths of all directions, as many at a time as there are cores, put together in their order.
   Result<void> cut_all(const IndexedRegions& regions, const CellReach& reach) {
-    const auto start = std::chrono::steady_clock::now();
+    if (!stages_.begin("passes")) return cancelled();
     const std::thread::id caller = std::this_thread::get_id();
     std::atomic<bool> stopped{false};
     // Only the caller's thread may tell and be told.
@@ -173,8 +166,7 @@ class Indexed {
         return tl::unexpected(part.error());
       }
     }
-    plan_.report.times.push_back(
-        {"passes", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()});
+    stages_.end();
     return {};
   }
 
@@ -242,6 +234,7 @@ class Indexed {
   double radius_ = 0.0;       ///< of the sphere about the middle that holds the part, mm
   std::vector<Vec3> chosen_;  ///< in the order of machining
   Plan plan_;
+  Stages stages_;
 };
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "pathgen/raster.h"
+#include "pathgen/stages.h"
 
 namespace tiltfeed {
 
@@ -72,8 +73,7 @@ Result<LevelGrid> make_level_grid(const ClField& field, double spacing, const En
   for (int from = 0; from < rows + columns; from += kLinesPerReport) {
     const int to = std::min(from + kLinesPerReport, rows + columns);
     tbb::parallel_for(from, to, trace);
-    if (progress && !progress("grid", static_cast<double>(to) / (rows + columns)))
-      return fail(Code::kCancelled, "planning was cancelled; nothing was written");
+    if (progress && !progress("grid", static_cast<double>(to) / (rows + columns))) return cancelled();
   }
   return grid;
 }

@@ -9,6 +9,7 @@
 
 #include "pathgen/pass_trim.h"
 #include "pathgen/raster.h"
+#include "pathgen/stages.h"
 #include "pathgen/thinning.h"
 
 namespace tiltfeed {
@@ -115,10 +116,6 @@ class RasterTracer {
   /// Rows of the first raster are this many side steps apart: where flat space is wider than the part, that
   /// is still near enough; elsewhere rows are put in between.
   static constexpr double kCoarse = 2.0;
-
-  static tl::unexpected<Error> cancelled() {
-    return fail(Code::kCancelled, "planning was cancelled; nothing was written");
-  }
 
   /// (R2) Distance of two passes on a plane that leave a ridge of the scallop's height.
   double wished_step() const {

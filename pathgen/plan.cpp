@@ -1,7 +1,6 @@
 #include "pathgen/plan.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -12,11 +11,13 @@
 #include "pathgen/guards.h"
 #include "pathgen/indexed.h"
 #include "pathgen/linking.h"
+#include "pathgen/option_checks.h"
 #include "pathgen/pass_trim.h"
 #include "pathgen/passes.h"
 #include "pathgen/pattern.h"
 #include "pathgen/plan_where.h"
 #include "pathgen/refusals.h"
+#include "pathgen/stages.h"
 #include "pathgen/thinning.h"
 #include "pathgen/uncut.h"
 
@@ -28,34 +29,6 @@ namespace {
 /// is the post's (its own share: JointPathOptions) and rounding's.
 constexpr double kEnvelopeShare = 0.25;
 constexpr double kThinningShare = 0.25;
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-/// The stages' clock and the user's progress in one.
-class Stages {
- public:
-  Stages(const Progress& progress, std::vector<StageTime>& times) : progress_(progress), times_(times) {}
-  /// Starts a stage, ending the one before; false if the user cancels.
-  bool begin(const char* stage) {
-    end();
-    stage_ = stage;
-    start_ = std::chrono::steady_clock::now();
-    return report(0.0);
-  }
-  bool report(double fraction) const { return !progress_ || progress_(stage_, fraction); }
-  void end() {
-    if (stage_ != nullptr) times_.push_back({stage_, seconds_since(start_)});
-    stage_ = nullptr;
-  }
-
- private:
-  const Progress& progress_;
-  std::vector<StageTime>& times_;
-  const char* stage_ = nullptr;
-  std::chrono::steady_clock::time_point start_;
-};
 
 /// (E5) The largest turn of the axis in one move: the ball's centre leaves its straight line by R turn^2 / 8
 /// and the shank its ruled surface by (shank length) turn^2 / 8.
@@ -104,34 +77,6 @@ void warn_too_near(const ClSurface& surface, const std::vector<PatchId>& too_nea
       "defined: what is nearer to it than 0.1 mm is not machined");
 }
 
-Result<void> check_options(const PlanOptions& o) {
-  const auto positive = [](double v) { return std::isfinite(v) && v > 0.0; };
-  if (!positive(o.cutter.diameter)) return fail(Code::kInput, "cutter.diameter_mm must be a positive length");
-  const bool by_scallop = o.pattern.measure == StepMeasure::kScallop;
-  const bool by_levels = o.pattern.kind == PatternKind::kZLevel || o.pattern.kind == PatternKind::kSplit ||
-                         o.pattern.kind == PatternKind::kRough;
-  if (by_levels && !positive(o.pattern.step_down))
-    return fail(Code::kInput, "pattern.step_down_mm must be a positive length");
-  if (!(o.smoothing >= 0.0)) return fail(Code::kInput, "points.smoothing_mm must be zero or more");
-  if (o.smoothing > 0.0 && (o.pattern.kind == PatternKind::kZLevel || o.pattern.kind == PatternKind::kRough))
-    return fail(Code::kInput,
-                "points.smoothing_mm raises the tool out of corners: not on the levels of z_level and rough");
-  if (by_scallop || o.pattern.kind == PatternKind::kZLevel ? !(o.pattern.side_step >= 0.0)
-                                                           : !positive(o.pattern.side_step))
-    return fail(Code::kInput, "pattern.side_step_mm must be a positive length");
-  if (by_scallop && !positive(o.pattern.scallop))
-    return fail(Code::kInput, "pattern.scallop_mm must be a positive length");
-  if (by_scallop && o.cutter.nose_radius() <= 0.0)
-    return fail(Code::kInput,
-                "pattern.measure scallop needs a rounded cutter: a flat end leaves steps, not scallops; use "
-                "measure surface");
-  if (!positive(o.tolerance)) return fail(Code::kInput, "tolerance_mm must be a positive length");
-  if (!positive(o.links.clearance)) return fail(Code::kInput, "clearance_mm must be a positive length");
-  if (!(o.allowance >= 0.0)) return fail(Code::kInput, "allowance_mm must be zero or more");
-  if (!(o.links.approach >= 0.0)) return fail(Code::kInput, "approach_mm must be zero or more");
-  return {};
-}
-
 void measure(const std::vector<Move>& moves, PlanReport& report) {
   for (std::size_t i = 0; i < moves.size(); ++i) {
     const MoveKind kind = moves[i].kind;
@@ -178,10 +123,6 @@ class Planner {
   }
 
  private:
-  static tl::unexpected<Error> cancelled() {
-    return fail(Code::kCancelled, "planning was cancelled; nothing was written");
-  }
-
   /// The passes of the pattern, without what may not be cut, thinned. Where shank or holder matter, `field`
   /// becomes that with their patches.
   Result<void> find_passes(std::unique_ptr<const ClField>& field) {

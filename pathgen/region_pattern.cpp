@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "pathgen/level_set.h"
+#include "pathgen/stages.h"
 
 namespace tiltfeed {
 
@@ -15,10 +16,6 @@ namespace {
 /// Ends of two pieces nearer than this are one place (mm): the envelope of each is exact there.
 constexpr double kJoined = 1e-6;
 constexpr std::size_t kCurvesPerReport = 64;
-
-tl::unexpected<Error> cancelled() {
-  return fail(Code::kCancelled, "planning was cancelled; nothing was written");
-}
 
 }  // namespace
 

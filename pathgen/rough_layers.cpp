@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pathgen/stages.h"
+
 namespace tiltfeed {
 
 namespace {
@@ -14,10 +16,6 @@ namespace {
 constexpr double kBeyondEnd = 1e-6;
 constexpr int kMostHalvings = 30;
 constexpr std::size_t kLinesPerReport = 64;
-
-tl::unexpected<Error> cancelled() {
-  return fail(Code::kCancelled, "planning was cancelled; nothing was written");
-}
 
 /// One line's passes, place by place along it.
 class Layering {
