@@ -61,12 +61,16 @@ class CoverProof {
   bool along_x() const { return options_.pattern.along == Along::kX; }
   double across(Point<Flat> f) const { return along_x() ? f.y : f.x; }
 
-  /// Where the passes lie, in flat coordinates of this proof's own scale, ascending.
+  /// Where the passes lie, in flat coordinates of this proof's own scale, ascending. Moves from one pass to
+  /// the next are none: they change their place across.
   std::vector<double> pass_places() const {
     std::vector<double> places, distinct;
-    for (const Move& move : path_.moves)
-      if (move.kind == MoveKind::kCut)
-        places.push_back(across(map().flatten(move.pose.tip + move.pose.axis * radius_)));
+    double last = sim::kInfinity;
+    for (const Move& move : path_.moves) {
+      const double place = across(map().flatten(move.pose.tip + move.pose.axis * radius_));
+      if (move.kind == MoveKind::kCut && std::abs(place - last) <= kGraze) places.push_back(place);
+      last = place;
+    }
     std::sort(places.begin(), places.end());
     for (const double p : places)
       if (distinct.empty() || p > distinct.back() + 1e-7) distinct.push_back(p);
