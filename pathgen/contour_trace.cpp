@@ -160,16 +160,15 @@ class Tracer {
     if (!solid && (a.shut == b.shut || size <= kShutEnd * options_.tolerance)) return cut();
     std::optional<Stop> stop;
     if (depth < kMostHalvings && size > options_.tolerance * kShortestShare)
-      for (double reach = kReach; !stop && reach <= kFarReach; reach *= kFarReach / kReach)
-        stop = border_near(middle, out, reach * distance(a.place, b.place));
+      for (const double reach : {kReach, kFarReach})
+        if (!stop) stop = border_near(middle, out, reach * distance(a.place, b.place));
     if (stop && distance(stop->place, a.place) > 0.0 && distance(stop->place, b.place) > 0.0) {
       refine(a, *stop, depth + 1);
       emit(*stop);
       refine(*stop, b, depth + 1);
-    } else if (!solid) {
-      cut();
-    } else if (!clear || !straight || (size > kShortAir * options_.tolerance && !rises_beside(middle, out))) {
-      ++trace_.left_out;
+    } else if (!solid || !clear || !straight ||
+               (size > kShortAir * options_.tolerance && !rises_beside(middle, out))) {
+      trace_.left_out += solid ? 1 : 0;
       cut();
     }
   }

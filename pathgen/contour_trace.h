@@ -18,7 +18,7 @@ inline constexpr double kRiseShare = 0.5;
 
 struct Trace {
   std::vector<Pass> passes;    ///< one closed pass, or what is left of it
-  std::uint64_t left_out = 0;  ///< moves left out because the surface rises over them
+  std::uint64_t left_out = 0;  ///< moves left out because the surface rises over them or falls away
 };
 
 /// Properties: on every move the envelope is at most level + tolerance; at every point, and in the middle of
