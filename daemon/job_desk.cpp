@@ -40,7 +40,7 @@ JobDesk::JobDesk(const ServiceConfig& config, const LinkSpec& link, Spool spool,
       runner_(std::make_unique<JobRunner>(std::move(alive))) {}
 
 Result<JobDesk> JobDesk::open(const ServiceConfig& config, std::function<void()> alive) {
-  const Result<LinkSpec> link = parse_link(config.link);
+  const Result<LinkSpec> link = parse_link(config.link, config.machine.wire);
   if (!link) return tl::unexpected<Error>(link.error());
   Result<Spool> spool = Spool::open(config.spool);
   if (!spool) return tl::unexpected<Error>(spool.error());
@@ -50,7 +50,7 @@ Result<JobDesk> JobDesk::open(const ServiceConfig& config, std::function<void()>
 }
 
 Result<void> JobDesk::reload(const ServiceConfig& config) {
-  const Result<LinkSpec> link = parse_link(config.link);
+  const Result<LinkSpec> link = parse_link(config.link, config.machine.wire);
   if (!link) return tl::unexpected<Error>(link.error());
   if (config.spool != config_.spool || config.socket != config_.socket)
     return fail(Code::kUsage, config.path + ": spool and socket change with a restart only");

@@ -52,8 +52,8 @@ struct LinkSpec {
 
 /// Reads `grbl:/dev/ttyUSB0[@115200]`, `reprap:/dev/ttyUSB0[@115200]`, `dnc:/dev/ttyS0[@9600]`,
 /// `modbus-tcp:HOST:PORT[/UNIT]` (IPv6 in brackets) or `modbus-rtu:/dev/ttyS0[@19200[/UNIT]]`. Errors: kUsage
-/// with what is wrong and an example of each form.
-Result<LinkSpec> parse_link(std::string_view text);
+/// with what is wrong and an example of each form. `profile`: what the machine profile says of the wire.
+Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile = {});
 /// The LINK text again, with the defaults filled in: parse_link(describe(s)) = s.
 std::string describe(const LinkSpec& link);
 /// Opens the wire. Errors: kLink with the device or address and what to do.

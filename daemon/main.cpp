@@ -207,9 +207,8 @@ int send_command(const std::string& program, std::string link_text, const std::s
   if (link_text.empty()) link_text = profile.link;
   if (link_text.empty())
     return report({Code::kUsage, "no link: give --link, or --machine with a profile that has link.default"});
-  auto link = parse_link(link_text);
+  const auto link = parse_link(link_text, profile.wire);
   if (!link) return report(link.error());
-  link->profile = profile.wire;
   ProgressLine line;
   auto sent = send_program(program, *link, {}, {[&](const SendState& state) {
                              return line.show(std::string("send: ") + phase_name(state.phase),
