@@ -78,6 +78,7 @@ class GrblController {
   void report_settings();
   void report_parser();
   std::string_view state() const;
+  std::string accessories() const;
 
   GrblOptions options_;
   Motion motion_;
@@ -91,7 +92,7 @@ class GrblController {
   bool reply_due_ = false, waiting_ = false;
   int latched_error_ = 0, alarm_ = 0, spindle_override_ = 100;
   bool reset_needed_ = false, check_mode_ = false, report_overrides_ = true;
-  std::string out_;
+  std::string reported_accessories_, out_;
   GrblTotals totals_;
 };
 

@@ -19,6 +19,16 @@ void put(std::string& out, double value, int decimals) {
 
 }  // namespace
 
+/// "SF": what is on, as the firmware's A: field has it.
+std::string GrblController::accessories() const {
+  const Accessories& on = motion_.accessories();
+  std::string text;
+  if (on.spindle > 0.0) text += on.reverse ? 'C' : 'S';
+  if (on.flood) text += 'F';
+  if (on.mist) text += 'M';
+  return text;
+}
+
 std::string_view GrblController::state() const {
   if (alarm_ != 0) return "Alarm";
   if (check_mode_) return "Check";
@@ -44,11 +54,15 @@ void GrblController::report_status() {
   out_ += "|FS:";
   put(out_, motion_.speed(), 0);
   out_ += ',';
-  put(out_, motion_.spindle() * spindle_override_ / 100.0, 0);
-  if (report_overrides_)
+  put(out_, motion_.accessories().spindle * spindle_override_ / 100.0, 0);
+  const std::string on = accessories();
+  if (report_overrides_ || on != reported_accessories_) {
     out_ += "|Ov:" + std::to_string(motion_.feed_override()) + ',' +
             std::to_string(motion_.rapid_override()) + ',' + std::to_string(spindle_override_);
+    if (!on.empty()) out_ += "|A:" + on;
+  }
   report_overrides_ = false;
+  reported_accessories_ = on;
   out_ += ">\r\n";
 }
 
@@ -84,7 +98,12 @@ void GrblController::report_parser() {
   out_ += " G54 G17 G21 ";
   out_ += modal.relative ? "G91 " : "G90 ";
   out_ += modal.inverse_time ? "G93" : "G94";
-  out_ += motion_.spindle() > 0.0 ? " M3 M9 T0 F" : " M5 M9 T0 F";
+  const Accessories& on = motion_.accessories();
+  out_ += on.spindle <= 0.0 ? " M5" : on.reverse ? " M4" : " M3";
+  if (on.mist) out_ += " M7";
+  if (on.flood) out_ += " M8";
+  if (!on.mist && !on.flood) out_ += " M9";
+  out_ += " T0 F";
   put(out_, modal.feed, 0);
   out_ += " S";
   put(out_, modal.spindle, 0);

@@ -94,13 +94,18 @@ void Motion::resume() {
 }
 
 void Motion::stop() {
+  quick_stop();
+  accessories_ = {};
+}
+
+void Motion::quick_stop() {
   account();
   at_ = last_ = position();
   queue_.clear();
   planned_ = 0;
   running_ = held_ = standing_ = halts_ = in_program_ = false;
   profile_ = {};
-  speed_ = spindle_ = 0.0;
+  speed_ = 0.0;
 }
 
 /// The speeds that were foretold no longer hold, for every block.
@@ -229,6 +234,19 @@ void Motion::stand() {
   }
 }
 
+void Motion::switch_accessories(const Block& command) {
+  const int m = command.m_code;
+  if (m == 3 || m == 4) {
+    accessories_.spindle = command.spindle;
+    accessories_.reverse = m == 4;
+  }
+  if (m == 5) accessories_.spindle = 0.0;
+  if (m == 7) accessories_.mist = true;
+  if (m == 8) accessories_.flood = true;
+  if (m == 9) accessories_.mist = accessories_.flood = false;
+  if (m == 2 || m == 30) accessories_ = {};
+}
+
 void Motion::finish() {
   account();
   const PathBlock block = queue_.front();
@@ -242,10 +260,8 @@ void Motion::finish() {
   ++totals_.blocks;
   idle_since_ = now_;
   if (command.op == Op::kMCode) {
-    if (command.m_code == 3 || command.m_code == 4) spindle_ = command.spindle;
-    if (command.m_code == 5) spindle_ = 0.0;
+    switch_accessories(command);
     if (command.m_code == 2 || command.m_code == 30) {
-      spindle_ = 0.0;
       in_program_ = false;
       ++totals_.programs;
     }

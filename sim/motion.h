@@ -25,6 +25,13 @@ struct MotionTotals {
   double starved = 0.0;        ///< time inside a program with nothing to execute, holds excluded, s
 };
 
+/// What turns or flows beside the axes, as M3 to M9 left it.
+struct Accessories {
+  double spindle = 0.0;  ///< 1/min; 0: it stands
+  bool reverse = false;  ///< M4
+  bool mist = false, flood = false;
+};
+
 /// Properties: blocks end in the order in which they came, each exactly at its target; no axis exceeds its
 /// velocity, acceleration and jerk within a block, nor at a corner the change of velocity that MotionOptions
 /// allows; a block takes at least its programmed time; more slots or more look-ahead never make a program
@@ -56,8 +63,11 @@ class Motion {
   bool held() const { return held_; }
   /// In a hold: have the axes come to rest?
   bool standing() const { return standing_; }
-  /// Axes stop dead where they are and everything queued is forgotten; no row for the cut-off block.
+  /// Axes stop dead where they are and everything queued is forgotten; no row for the cut-off block. Spindle
+  /// and coolant go off.
   void stop();
+  /// The same, with spindle and coolant as they are.
+  void quick_stop();
 
   void set_feed_override(int percent);
   void set_rapid_override(int percent);
@@ -68,7 +78,7 @@ class Motion {
   /// The block in execution (perhaps held), or nothing.
   const Block* running() const { return running_ ? &queue_.front().command : nullptr; }
   double speed() const;  ///< of X Y Z together, mm/min; 0 when nothing moves
-  double spindle() const { return spindle_; }
+  const Accessories& accessories() const { return accessories_; }
   const MotionTotals& totals() const { return totals_; }
 
   /// The first axis of a block that would leave its travel, as text, or nothing.
@@ -82,6 +92,7 @@ class Motion {
   void plan_running(const PathState& from, double exit_before);
   void replan_running();
   void finish();
+  void switch_accessories(const Block& command);
   void stand();
   void account();
   void set_override(int& which, int percent);
@@ -107,7 +118,7 @@ class Motion {
   double speed_ = 0.0;       ///< at the end of the block before, in its measure
   PathPeaks peaks_;          ///< of the running block's profiles that were cut off
   double idle_since_ = 0.0;  ///< while in a program with an empty queue
-  double spindle_ = 0.0;
+  Accessories accessories_;
   int feed_override_ = 100, rapid_override_ = 100;
   bool running_ = false, held_ = false, standing_ = false, in_program_ = false;
   bool halts_ = false;  ///< profile_ ends at rest inside the block

@@ -66,7 +66,7 @@ bool RepRapController::emergency(std::string_view line) {
   }
   if (line == "M112") return halt(), true;
   if (line != "M410") return false;
-  motion_.stop();
+  motion_.quick_stop();
   motion_.resume();
   reader_.set_position(motion_.position());
   pending_.clear();

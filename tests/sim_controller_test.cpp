@@ -186,6 +186,18 @@ TEST_F(Grbl, FeedOverrideStretchesTheRunningBlock) {
   EXPECT_DOUBLE_EQ(rows.at(0).end, 1.5);
 }
 
+TEST_F(Grbl, ReportsWhatTurnsAndFlowsUntilAReset) {
+  EXPECT_EQ(status().find("|A:"), std::string::npos);
+  say("M4 S900\nM7\nM8\n");
+  EXPECT_NE(status().find(",900|Ov:100,100,100|A:CFM>"), std::string::npos);
+  EXPECT_EQ(status().find("|A:"), std::string::npos) << "said once, as the firmware does";
+  EXPECT_NE(say("$G\n").find(" M4 M7 M8 "), std::string::npos);
+  say("M3 S700\nM9\n");
+  EXPECT_NE(status().find(",700|Ov:100,100,100|A:S>"), std::string::npos);
+  say("!\x18");
+  EXPECT_NE(status().find(",0|Ov:100,100,100>"), std::string::npos);
+}
+
 TEST_F(Grbl, ResetInMotionIsAnAlarm) {
   say(seconds(5));
   run(1.5);
