@@ -118,11 +118,9 @@ void GrblSession::follow_hold() {
 /// After each report while kStop. A reset of a machine that stands keeps its position.
 void GrblSession::follow_stop() {
   const std::string& state = status_.state;
-  const bool stands = state == "Hold:0" || state == "Hold" || state == "Idle" || state == "Tool" ||
-                      state == "Door:0" || state == "Check";
   if (reset_sent_) {
     if (state == "Idle") return finish_stop();
-  } else if (stands && now_ - asked_ >= kRepeatInterval) {
+  } else if (is_standing(state) && now_ - asked_ >= kRepeatInterval) {
     // The first report may be from before the hold; one interval later it is not.
     urge(kResetByte);
     reset_sent_ = true;

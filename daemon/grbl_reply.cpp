@@ -44,6 +44,12 @@ GrblReplyKind classify_reply(std::string_view line) {
   }
 }
 
+bool is_standing(std::string_view state) {
+  for (const std::string_view one : {"Hold:0", "Hold", "Idle", "Tool", "Door:0", "Check"})
+    if (state == one) return true;
+  return false;
+}
+
 std::optional<GrblStatus> parse_status(std::string_view line) {
   line.remove_prefix(1);
   line.remove_suffix(1);

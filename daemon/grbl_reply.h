@@ -33,6 +33,9 @@ struct GrblStatus {
 /// Requires: classify_reply(line) is kStatus. Nothing when the state is not a word of letters.
 std::optional<GrblStatus> parse_status(std::string_view line);
 
+/// The axes stand in this state of a report, whatever the buffers hold: a reset keeps the position.
+bool is_standing(std::string_view state);
+
 /// The figures of "[OPT:flags,planner,receive,...]"; nothing when `line` is not one.
 struct GrblBuffers {
   int planner = 0;

@@ -28,16 +28,6 @@ std::string said(const std::string& text, const char* key = "text") {
 
 std::string name_of(const SpooledJob& job) { return "job " + std::to_string(job.id); }
 
-Result<JournalContent> read_journal_file(const std::string& path) {
-  std::error_code none;
-  if (!std::filesystem::exists(path, none)) return JournalContent{};
-  const Result<JournalDisk> disk = journal_file(path);
-  if (!disk) return tl::unexpected<Error>(disk.error());
-  const Result<std::string> bytes = disk->read();
-  if (!bytes) return tl::unexpected<Error>(bytes.error());
-  return read_journal(*bytes);
-}
-
 }  // namespace
 
 /// The program as it lies there now must be the one that became ready.

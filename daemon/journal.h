@@ -67,6 +67,8 @@ struct JournalContent {
   std::uint64_t damaged = 0;      ///< slots among these that are not whole
 };
 JournalContent read_journal(std::string_view bytes);
+/// Nothing in it where there is no file. Errors: kIo, also while another process has it.
+Result<JournalContent> read_journal_file(const std::string& path);
 
 /// Properties: after `open` the file ends after its newest whole record (a torn tail is cut off); after an
 /// error nothing is written any more, because what the disk then holds is not known.

@@ -123,4 +123,14 @@ Result<JournalDisk> journal_file(const std::string& path) {
   return disk;
 }
 
+Result<JournalContent> read_journal_file(const std::string& path) {
+  std::error_code none;
+  if (!std::filesystem::exists(path, none)) return JournalContent{};
+  const Result<JournalDisk> disk = journal_file(path);
+  if (!disk) return tl::unexpected<Error>(disk.error());
+  const Result<std::string> bytes = disk->read();
+  if (!bytes) return tl::unexpected<Error>(bytes.error());
+  return read_journal(*bytes);
+}
+
 }  // namespace tiltfeed

@@ -13,6 +13,8 @@
 #include "config/job.h"
 #include "daemon/api.h"
 #include "daemon/api_socket.h"
+#include "daemon/notify.h"
+#include "daemon/safe_stop.h"
 #include "daemon/service.h"
 
 namespace tiltfeed {
@@ -59,9 +61,9 @@ bool is_over(const std::string& state) {
 }  // namespace
 
 struct ServiceCommands::Options {
-  CLI::App *serve = nullptr, *submit = nullptr, *list = nullptr, *show = nullptr, *start = nullptr,
-           *hold = nullptr, *resume = nullptr, *stop = nullptr, *remove = nullptr, *watch = nullptr,
-           *override_feed = nullptr;
+  CLI::App *serve = nullptr, *safe_stop = nullptr, *submit = nullptr, *list = nullptr, *show = nullptr,
+           *start = nullptr, *hold = nullptr, *resume = nullptr, *stop = nullptr, *remove = nullptr,
+           *watch = nullptr, *override_feed = nullptr;
   std::string config, socket, file, name;
   std::uint64_t job = 0, block = 0, from = 0;
   int percent = 100;
@@ -74,6 +76,7 @@ struct ServiceCommands::Options {
   int run_show();
   int run_resume();
   int run_watch();
+  int run_safe_stop() const;
 };
 
 ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Options>()) {
@@ -82,6 +85,8 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
   o.socket = set != nullptr ? set : kDefaultSocket;
   o.serve = app.add_subcommand("serve", "run the service of one machine");
   o.serve->add_option("--config", o.config, "its file (YAML)")->required();
+  o.safe_stop = app.add_subcommand("safe-stop", "hold the machine that a service left moving when it died");
+  o.safe_stop->add_option("--config", o.config, "the service's file (YAML)")->required();
   const auto client = [&](const char* name, const char* text, bool job) {
     CLI::App* command = app.add_subcommand(name, text);
     command->add_option(
@@ -219,12 +224,23 @@ int ServiceCommands::Options::run_watch() {
   }
 }
 
+int ServiceCommands::Options::run_safe_stop() const {
+  const Result<SafeStop> stopped = tiltfeed::safe_stop(config, service_end());
+  LogFields fields;
+  if (!stopped) return write_log(Severity::kError, "safe-stop: " + stopped.error().message, fields), kFailed;
+  fields.machine = stopped->machine;
+  fields.job = stopped->job;
+  write_log(stopped->job == 0 ? Severity::kInfo : Severity::kWarning, "safe-stop: " + stopped->text, fields);
+  return kDone;
+}
+
 std::optional<int> ServiceCommands::run() {
   Options& o = *options_;
   if (o.serve->parsed()) {
     const Result<void> served = serve(o.config);
     return served ? kDone : complain(served.error());
   }
+  if (o.safe_stop->parsed()) return o.run_safe_stop();
   if (o.submit->parsed()) return o.run_submit();
   if (o.list->parsed()) return o.run_list();
   if (o.show->parsed()) return o.run_show();

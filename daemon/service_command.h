@@ -12,7 +12,7 @@ class App;
 
 namespace tiltfeed {
 
-/// Adds serve, submit, list, show, start, hold, resume, stop, remove, watch and override to the command line.
+/// Adds serve, safe-stop, submit, list, show, start, hold, resume, stop, remove, watch and override to the command line.
 class ServiceCommands {
  public:
   explicit ServiceCommands(CLI::App& app);

@@ -13,7 +13,7 @@ fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 # The instance name makes it a unit that can be judged; the program need not be installed for that.
-sed 's#^ExecStart=/usr/bin/tiltfeed #ExecStart=/bin/true #' "$unit" >"$work/tiltfeed@test.service"
+sed -E 's#^(ExecStart|ExecStopPost)=/usr/bin/tiltfeed #\1=/bin/true #' "$unit" >"$work/tiltfeed@test.service"
 if ! systemd-analyze security --offline=true --threshold=20 "$work/tiltfeed@test.service" >"$work/score.txt" 2>&1; then
   if ! systemd-analyze security --offline=true --threshold=100 "$work/tiltfeed@test.service" >"$work/any.txt" 2>&1 &&
     ! grep -q 'Overall exposure' "$work/any.txt"; then
@@ -32,7 +32,8 @@ if systemd-analyze security --offline=true --threshold=20 "$work/bare@test.servi
   echo "FAILED: a unit without hardening passes: the gate is blind"
   exit 1
 fi
-for word in Type=notify WatchdogSec= TimeoutStopSec= ExecReload= LimitNOFILE=1024; do
+for word in Type=notify WatchdogSec= TimeoutStopSec= ExecReload= LimitNOFILE=1024 \
+  "ExecStopPost=/usr/bin/tiltfeed safe-stop --config /etc/tiltfeed/%i.yaml"; do
   grep -q "^$word" "$unit" || { echo "FAILED: the unit has no $word"; exit 1; }
 done
 echo "unit file: as expected"

@@ -1,0 +1,216 @@
+#include "daemon/safe_stop.h"
+
+#include <cassert>
+#include <cstdlib>
+#include <filesystem>
+
+#include "config/service_config.h"
+#include "daemon/grbl_reply.h"
+#include "daemon/journal.h"
+#include "daemon/reprap_session.h"
+#include "daemon/run_journal.h"
+#include "daemon/spool.h"
+
+namespace tiltfeed {
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+/// Real-time bytes may be lost like any other, so each is repeated so often.
+constexpr Time kRepeat = milliseconds(200);
+/// From feed hold to standstill: longer than any axis needs to brake.
+constexpr Time kStandTime = seconds(10);
+/// From reset to banner.
+constexpr Time kResetTime = seconds(3);
+constexpr std::size_t kMaxReply = 1024;
+static_assert(kStandTime + kResetTime < kSafeStopLimit);
+
+/// Feed hold; when the axes stand a reset, which at a stand keeps the position, forgets the lines that are
+/// still in the controller, and turns spindle and coolant off.
+class GrblStop {
+ public:
+  GrblStop(Link& wire, Clock& clock) : wire_(wire), clock_(clock), asked_(clock.now()) {}
+
+  Result<std::string> run() {
+    const Time began = clock_.now();
+    while (clock_.now() - began < kStandTime && !(stands_ && clock_.now() - began >= kRepeat))
+      if (const Result<void> turned = turn("!?"); !turned) return tl::unexpected<Error>(turned.error());
+    const Time reset = clock_.now();
+    asked_ = reset - kRepeat;
+    while (clock_.now() - reset < kResetTime && !banner_)
+      if (const Result<void> turned = turn("\x18"); !turned) return tl::unexpected<Error>(turned.error());
+    return verdict();
+  }
+
+ private:
+  Result<void> turn(const char* bytes) {
+    const Time now = clock_.now();
+    if (now >= asked_) {
+      out_ = bytes;
+      asked_ = now + kRepeat;
+    }
+    std::string in;
+    const Result<std::size_t> taken = wire_.exchange(out_, asked_ - now, in);
+    if (!taken) return tl::unexpected<Error>(taken.error());
+    out_.erase(0, *taken);
+    for (const char c : in) {
+      if (c == '\n')
+        on_line(), line_.clear();
+      else if (line_.size() < kMaxReply)
+        line_ += c;
+    }
+    return {};
+  }
+
+  void on_line() {
+    if (line_.ends_with('\r')) line_.pop_back();
+    const GrblReplyKind kind = classify_reply(line_);
+    banner_ = banner_ || kind == GrblReplyKind::kBanner;
+    alarm_ = alarm_ || kind == GrblReplyKind::kAlarm;
+    if (kind != GrblReplyKind::kStatus) return;
+    const std::optional<GrblStatus> status = parse_status(line_);
+    if (!status) return;
+    seen_ = status->state;
+    const bool alarm = seen_.starts_with("Alarm");  // the axes stand, the position is lost
+    alarm_ = alarm_ || alarm;
+    stands_ = alarm || is_standing(seen_);
+  }
+
+  Result<std::string> verdict() const {
+    if (!banner_)
+      return fail(Code::kLink, "feed hold and reset were sent, and the controller has not answered" +
+                                   (seen_.empty() ? "" : " the reset (last state: " + seen_ + ")") +
+                                   ": look at the machine, stop it there if it moves or its spindle turns");
+    if (!stands_ || alarm_)
+      return fail(Code::kLink,
+                  "the controller was reset, spindle and coolant are off, but the machine " +
+                      std::string(alarm_ ? "is in alarm" : "was not seen to stand (" + seen_ + ")") +
+                      ": its position is not to be trusted, home it before anything else");
+    return "held, then reset at a stand: spindle and coolant are off, the position is kept, what was in the "
+           "controller is forgotten";
+  }
+
+  Link& wire_;
+  Clock& clock_;
+  std::string out_, line_, seen_;
+  Time asked_;
+  bool stands_ = false, banner_ = false, alarm_ = false;
+};
+
+/// There is no hold, and M410 would drop the planned moves but not those still queued as text, which would
+/// then be cut from the wrong place. So what the firmware has runs to its end, and M5 and M9 come after it.
+Result<std::string> stop_reprap(Link& wire, Clock& clock) {
+  RepRapSession session({2, 1}, clock.now());
+  int pushed = 0;
+  const Time began = clock.now();
+  while (!is_final(session.phase()) && clock.now() - began < kSafeStopLimit) {
+    for (; pushed < 2 && session.wants_work(); ++pushed) session.push({0, pushed == 0 ? "M5" : "M9"});
+    if (pushed == 2) session.end_of_program();
+    const Time now = clock.now();
+    std::string in;
+    const Result<std::size_t> taken =
+        wire.exchange(session.output(now), std::min(session.deadline() - now, kRepeat), in);
+    if (!taken) return tl::unexpected<Error>(taken.error());
+    session.sent(*taken);
+    session.receive(in, clock.now());
+  }
+  if (session.phase() == Phase::kDone)
+    return "the lines that the firmware had have run, then spindle and coolant were turned off (this "
+           "firmware "
+           "has no hold)";
+  std::string in;  // behind whatever the firmware still has, and whatever it says
+  static_cast<void>(wire.exchange("\nM5\nM9\n", kRepeat, in));
+  return fail(Code::kLink,
+              "M5 and M9 were sent, and the firmware has not said that it took them" +
+                  (is_final(session.phase()) ? " (" + session.error().message + ")" : std::string()) +
+                  ": look at the machine, stop it there if it moves or its spindle turns");
+}
+
+constexpr const char* kDripText =
+    "nothing was sent: a CNC control takes no hold and no M5 from the wire that feeds it. It stands when the "
+    "blocks that it has are cut, with the spindle on: press feed hold and reset at the control";
+constexpr const char* kWatchdogText =
+    "nothing was sent: the controller's own watchdog holds the machine when the heartbeat stands still";
+
+class SteadyClock : public Clock {
+ public:
+  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
+};
+
+/// Something of the run may be in the controller, and it has not come to its end in order.
+bool was_moving(const std::optional<RunRecord>& last) {
+  return last && last->offered > 0 && last->event != RunEvent::kExecuted && last->event != RunEvent::kStopped;
+}
+
+/// The job that was on the machine; nothing where the spool has none. Errors: kIo.
+Result<std::optional<SpooledJob>> job_on_machine(const ServiceConfig& config, LinkKind kind) {
+  std::error_code none;
+  if (!std::filesystem::exists(config.spool + "/jobs", none)) return std::nullopt;
+  const Result<Spool> spool = Spool::open(config.spool);
+  if (!spool) return tl::unexpected<Error>(spool.error());
+  const auto jobs = spool->list();
+  if (!jobs) return tl::unexpected<Error>(jobs.error());
+  for (const SpooledJob& job : *jobs) {
+    if (job.state != JobState::kRunning) continue;
+    const Result<JournalContent> journal = read_journal_file(spool->file(job.id, "journal"));
+    if (!journal)
+      return fail(Code::kIo,
+                  journal.error().message +
+                      "; nothing was sent (while the service lives: tiltfeed hold, tiltfeed stop)");
+    if (!was_moving(journal->last)) continue;
+    if (journal->last->link != static_cast<std::uint8_t>(kind))
+      return fail(Code::kInput,
+                  config.path + ": job " + std::to_string(job.id) +
+                      " ran over another kind of link than the one stated now; nothing was sent: stop "
+                      "the machine by hand");
+    return job;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+ServiceEnd service_end() {
+  const auto value = [](const char* name) {
+    const char* text = std::getenv(name);
+    return std::string(text != nullptr ? text : "");
+  };
+  return {value("SERVICE_RESULT"), value("EXIT_CODE"), value("EXIT_STATUS")};
+}
+
+bool in_order(const ServiceEnd& end) {
+  return end.result == "success" && end.code == "exited" && end.status == "0";
+}
+
+Result<std::string> stop_machine(const LinkSpec& link, Link& wire, Clock& clock) {
+  assert(link.kind == LinkKind::kGrbl || link.kind == LinkKind::kRepRap);
+  return link.kind == LinkKind::kGrbl ? GrblStop(wire, clock).run() : stop_reprap(wire, clock);
+}
+
+Result<SafeStop> safe_stop(const std::string& config_path, const ServiceEnd& end) {
+  if (in_order(end)) return SafeStop{"", "the service ended in order; nothing was sent", 0};
+  const Result<ServiceConfig> config = load_service_config(config_path);
+  if (!config) return tl::unexpected<Error>(config.error());
+  const Result<LinkSpec> link = parse_link(config->link, config->machine.wire);
+  if (!link) return tl::unexpected<Error>(link.error());
+  const auto job = job_on_machine(*config, link->kind);
+  if (!job) return tl::unexpected<Error>(job.error());
+  SafeStop stop{config->machine.model.name, "no job was on the machine; nothing was sent", 0};
+  if (!*job) return stop;
+  stop.job = (*job)->id;
+  const std::string name = "job " + std::to_string(stop.job) + ", " + describe(*link) + ": ";
+  stop.text = name + kWatchdogText;
+  if (is_provable(link->kind)) return stop;
+  if (link->kind == LinkKind::kDrip) return fail(Code::kLink, name + kDripText);
+  const Result<std::unique_ptr<Link>> wire = open_link(*link);
+  if (!wire) return fail(wire.error().code, name + wire.error().message);
+  SteadyClock clock;
+  const Result<std::string> stopped = stop_machine(*link, **wire, clock);
+  if (!stopped) return fail(stopped.error().code, name + stopped.error().message);
+  stop.text = name + *stopped;
+  return stop;
+}
+
+}  // namespace tiltfeed
