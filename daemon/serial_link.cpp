@@ -133,18 +133,20 @@ class SerialLink : public Link {
 };
 
 /// Keeps the modem lines up when the port is closed, so that the board is not reset; replies without the
-/// 16 ms pause of USB adapters. Both only where the driver can.
-void set_line_habits(int fd) {
+/// 16 ms pause of USB adapters. Both only where the driver can. RTS/CTS is set here: libserialport 0.1.1 says
+/// so where no driver looks (CRTSCTS among the input flags). False when the driver does not take that.
+bool set_line_habits(int fd, bool rts_cts) {
   termios settings{};
-  if (::tcgetattr(fd, &settings) == 0 && (settings.c_cflag & HUPCL) != 0) {
-    settings.c_cflag &= ~static_cast<tcflag_t>(HUPCL);
-    ::tcsetattr(fd, TCSANOW, &settings);
-  }
+  if (::tcgetattr(fd, &settings) != 0) return !rts_cts;
+  settings.c_cflag &= ~static_cast<tcflag_t>(HUPCL | CRTSCTS);
+  if (rts_cts) settings.c_cflag |= CRTSCTS;
+  ::tcsetattr(fd, TCSANOW, &settings);
   serial_struct driver{};
   if (::ioctl(fd, TIOCGSERIAL, &driver) == 0) {
     driver.flags |= ASYNC_LOW_LATENCY;
     ::ioctl(fd, TIOCSSERIAL, &driver);
   }
+  return ::tcgetattr(fd, &settings) == 0 && ((settings.c_cflag & CRTSCTS) != 0) == rts_cts;
 }
 
 std::string describe(const SerialFormat& format) {
@@ -176,7 +178,9 @@ Result<std::unique_ptr<Link>> open_port(const std::string& device, const SerialF
   if (::ioctl(fd, TIOCEXCL) != 0) return cannot_open(device, std::strerror(errno));
   if ((code = set_format(raw, format)) != SP_OK)
     return fail(Code::kLink, device + ": refuses " + describe(format) + ": " + port_reason(code));
-  set_line_habits(fd);
+  if (!set_line_habits(fd, format.rts_cts))
+    return fail(Code::kLink,
+                device + ": its driver has no RTS/CTS: take another adapter, or wire.dnc.flow xon_xoff");
   sp_flush(raw, SP_BUF_INPUT);
   return std::make_unique<SerialLink>(device, std::move(port), fd);
 }

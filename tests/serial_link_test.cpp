@@ -14,6 +14,7 @@
 #include <filesystem>
 
 extern "C" int serial_shim_calls();
+extern "C" tcflag_t serial_shim_flags();
 
 namespace tiltfeed {
 namespace {
@@ -83,6 +84,27 @@ TEST(SerialLink, SettingsAreRawAndBaudAsAsked) {
   int exclusive = 0;
   ASSERT_EQ(::ioctl(terminal.keep, TIOCGEXCL, &exclusive), 0);
   EXPECT_NE(exclusive, 0);
+}
+
+TEST(SerialLink, FramingAndHandshakeAsAsked) {
+  struct Case {
+    SerialFormat format;
+    tcflag_t flags;  // of CSIZE, PARENB, PARODD, CSTOPB, CRTSCTS
+  };
+  for (const Case& c : {Case{{9600, 7, Parity::kEven, 2, false}, CS7 | PARENB | CSTOPB},
+                        Case{{9600, 7, Parity::kEven, 1, false}, CS7 | PARENB},
+                        Case{{4800, 7, Parity::kOdd, 1, true}, CS7 | PARENB | PARODD | CRTSCTS},
+                        Case{{19200, 8, Parity::kNone, 1, true}, CS8 | CRTSCTS},
+                        Case{{38400, 8, Parity::kNone, 1, false}, CS8}}) {
+    const Terminal terminal;
+    const auto link = open_serial_link(terminal.name, c.format);
+    ASSERT_TRUE(link) << link.error().message;
+    constexpr tcflag_t kFraming = CSIZE | PARENB | PARODD | CSTOPB | CRTSCTS;
+    EXPECT_EQ(serial_shim_flags() & kFraming, c.flags) << c.format.baud;
+    termios settings{};
+    ASSERT_EQ(::tcgetattr(terminal.keep, &settings), 0);
+    EXPECT_EQ(settings.c_iflag & (IXON | IXOFF), 0u) << "the driver would swallow DC1 and DC3";
+  }
 }
 
 TEST(SerialLink, TheExclusiveFlagEndsWithTheLink) {

@@ -402,7 +402,7 @@ TEST(Reentry, EndsWhereTheBlockBeforeEndedAndGoesOnAsTheProgram) {
   }
 }
 
-TEST(Reentry, MovesInTheSafeOrder) {
+TEST(FieldFailures, F19_UnsafeResume) {
   const Folder folder;
   ReentryOptions options;
   options.from = 10;
