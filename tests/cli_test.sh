@@ -45,6 +45,9 @@ expect 0 'subcommand|SUBCOMMAND' "$bin/tiltfeed" --help
 expect 0 '^tiltfeed [0-9]+\.[0-9]+' "$bin/tiltfeed" --version
 expect 0 '^tiltfeed-sim [0-9]+\.[0-9]+|^[0-9]+\.[0-9]+' "$bin/tiltfeed-sim" --version
 expect 0 'pty' "$bin/tiltfeed-sim" --help
+# What reads wires and other people's files: relocations read-only, guarded stacks.
+expect 0 'NOW' readelf -d "$bin/tiltfeed"
+expect 0 '__stack_chk_fail' readelf --wide --dyn-syms "$bin/tiltfeed"
 expect 2 'ubcommand' "$bin/tiltfeed"
 expect 2 '' "$bin/tiltfeed" plan
 expect 2 '' "$bin/tiltfeed" frobnicate

@@ -182,7 +182,8 @@ inline NumericBlock block_at(std::uint64_t line) {
 }
 
 struct Bench {
-  explicit Bench(std::uint64_t blocks) : count(blocks), session({blocks, 0x4321}, Time{0}) {}
+  explicit Bench(std::uint64_t blocks, const RingMap& map = {})
+      : count(blocks), session({blocks, 0x4321, map}, Time{0}) {}
 
   void feed() {
     while (session.wants_work()) {

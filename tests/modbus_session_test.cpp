@@ -54,6 +54,70 @@ TEST(ModbusSession, BlockWordsAreThoseOfTheMap) {
   EXPECT_EQ(encode_block(m, 1, RingIdentity{}, false).error().code, Code::kLimit);
 }
 
+/// What a controller with another map sees, as the ring of the standard map would: areas elsewhere, low words
+/// first. The check sum is over the words as they came.
+ModbusReply serve_elsewhere(FakeRing& ring, const RingMap& map, ModbusRequest request) {
+  const std::pair<std::uint16_t, std::uint16_t> areas[] = {{map.identity, 0x0000},
+                                                           {map.window, 0x0100},
+                                                           {map.mailbox, 0x0180},
+                                                           {map.status, 0x0200},
+                                                           {map.heartbeat, 0x0240}};
+  const auto standard = [&](std::uint16_t address) -> std::uint16_t {
+    for (const auto& [there, here] : areas)
+      if (there == address) return here;
+    ADD_FAILURE() << "address " << address << " is none of the map";
+    return 0xFFFF;
+  };
+  Words& words = request.words;
+  if (!words.empty()) request.write_address = standard(request.write_address);
+  if (request.read_count > 0) request.read_address = standard(request.read_address);
+  const std::size_t crc = words.size() == 118 ? 4 : words.size() == 7 ? 5 : 0;
+  if (crc > 0) {
+    const std::uint32_t sum = crc_bit_by_bit(words, crc);
+    EXPECT_EQ(words[crc], sum & 0xFFFF);
+    EXPECT_EQ(words[crc + 1], sum >> 16);
+    for (std::size_t block = 6; words.size() == 118 && block < 118; block += 16)
+      for (std::size_t i = block + 2; i < block + 16; i += 2) std::swap(words[i], words[i + 1]);
+    if (words.size() == 7) std::swap(words[3], words[4]);
+    const std::uint32_t again = crc_bit_by_bit(words, crc);
+    words[crc] = static_cast<std::uint16_t>(again >> 16);
+    words[crc + 1] = static_cast<std::uint16_t>(again & 0xFFFF);
+  }
+  return ring.serve(request);
+}
+
+TEST(ModbusSession, AddressesWordOrderScaleAndWatchdogAreThoseOfTheProfile) {
+  RingMap map;
+  map.identity = 0x3000;
+  map.window = 0x1000;
+  map.mailbox = 0x2080;
+  map.status = 0x0010;
+  map.heartbeat = 0x0900;
+  map.low_word_first = true;
+  map.linear_exponent = 3;
+  map.rotary_exponent = 2;
+  map.watchdog = 0.4;
+  Bench bench(200, map);
+  const auto wire = [&map](FakeRing& ring, const ModbusRequest& request) {
+    return serve_elsewhere(ring, map, request);
+  };
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(bench.turn(wire)) << bench.session.error().message;
+  EXPECT_EQ(static_cast<std::int32_t>(pair(bench.ring.last_block, 4)), 1500);
+  EXPECT_EQ(static_cast<std::int32_t>(pair(bench.ring.last_block, 10)), -3025);
+  bench.ring.state = 2;
+  Time last = bench.now;
+  for (int beats = bench.ring.heartbeats; bench.now < seconds(10);) {
+    ASSERT_TRUE(bench.turn(wire)) << bench.session.error().message;
+    if (bench.ring.heartbeats != beats) last = bench.now;
+    beats = bench.ring.heartbeats;
+    ASSERT_LE(bench.now - last, milliseconds(120)) << "0.1 s is a quarter of this watchdog's time";
+  }
+  bench.ring.state = 1;
+  while (bench.turn(wire)) {
+  }
+  bench.check_all_executed_once();
+}
+
 TEST(ModbusSession, SequenceNumbersWrapOverSeventyThousandBlocks) {
   Bench bench(70000);
   bench.per_turn = 7;

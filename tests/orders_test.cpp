@@ -6,6 +6,7 @@
 
 #include <set>
 
+#include "daemon/drip_session.h"
 #include "tests/fake_grbl.h"
 #include "tests/line_run.h"
 
@@ -226,6 +227,41 @@ TEST(Drip, AStuckXoffIsWaitedForAndCanBeStopped) {
   ASSERT_FALSE(outcome.report);
   EXPECT_EQ(outcome.last.phase, Phase::kStopped);
   EXPECT_GT(outcome.seconds, 500.0);
+}
+
+/// A session and what it gives to the wire in a second, with `said` by the control on the way.
+std::string drip_second(const DripFormat& format, std::string_view said) {
+  DripSession session({100, 9600, format}, Time{0});
+  std::string wire;
+  for (Time now{0}; now < std::chrono::seconds(1); now += std::chrono::milliseconds(1)) {
+    while (session.wants_work()) session.push({1, "G1X1.25Y2.5Z3.75F600"});
+    if (now == std::chrono::milliseconds(500)) session.receive(said, now);
+    const std::string out(session.output(now));
+    wire += out;
+    session.sent(out.size());
+  }
+  return wire;
+}
+
+TEST(Drip, OtherBytesThanDc1AndDc3AndTheDriversHandshake) {
+  DripFormat format;
+  format.wait_for_start = false;
+  const std::size_t whole = drip_second(format, "").size();
+  EXPECT_NEAR(static_cast<double>(whole), 9600.0 / 11.0, 15.0);
+  EXPECT_NEAR(static_cast<double>(drip_second(format, "\x13").size()), static_cast<double>(whole) / 2.0,
+              15.0);
+  EXPECT_EQ(drip_second(format, "\x14").size(), whole) << "DC4 is not this control's stop";
+  format.xoff = 0x14;
+  EXPECT_EQ(drip_second(format, "\x13").size(), whole);
+  EXPECT_LT(drip_second(format, "\x14").size(), whole * 6 / 10);
+  // With RTS/CTS the driver stops; bytes say nothing.
+  format.flow = FlowControl::kRtsCts;
+  EXPECT_EQ(drip_second(format, "\x14").size(), whole);
+  // The control's own start byte, and nothing before it.
+  format.wait_for_start = true;
+  format.xon = 0x12;
+  EXPECT_EQ(drip_second(format, "\x11").size(), 0u);
+  EXPECT_GT(drip_second(format, "\x12").size(), 0u);
 }
 
 TEST(Drip, AnAlarmOrAResetOfTheControlIsAFault) {

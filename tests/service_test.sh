@@ -89,6 +89,19 @@ state 1 interrupted || die "after SIGTERM the job is not interrupted"
 until_true 1200 "the job is not done" state 1 "done"
 once "$work/spool/jobs/1"
 
+# ---- black box: the machine goes away in mid-cut -------------------------------------------------------
+simulate --modbus-tcp "$address" --speed 8
+until_true 100 "no simulated machine" grep -q '^ready on ' "$work/sim.log"
+"$bin/tiltfeed" start 1 >/dev/null
+until_true 300 "nothing moves" past 1 50
+kill -KILL "$machine"
+wait "$machine" 2>/dev/null || true
+until_true 300 "the loss of the machine is not noticed" state 1 interrupted
+box=$work/spool/jobs/1/blackbox.txt
+head -n 1 "$box" | grep -q 'may have run' || die "the black box does not begin with what happened"
+(($(grep -c ' > ' "$box") == 100)) || die "not the last hundred requests: $(grep -c ' > ' "$box")"
+grep -Eq "^last executed: .*\"line\":[0-9]+.*\"move\":[0-9]+,\"facet\":[0-9]+" "$box" || die "no way back from block to facet"
+
 # ---- refusals ------------------------------------------------------------------------------------------
 "$bin/tiltfeed" start 99 >"$work/out.txt" 2>&1 && die "a job that is not there was started"
 grep -q 'no job 99' "$work/out.txt" || die "no word of job 99"
