@@ -62,13 +62,14 @@ DripFormat read_drip(const Section& wire) {
 
 LinkProfile read_link_profile(const Section& root) {
   const Section wire =
-      root.optional_section("wire", {"line_numbers", "check", "reprap_window", "dnc", "ring"});
+      root.optional_section("wire", {"line_numbers", "check", "reprap_window", "dnc", "ring", "drive"});
   LinkProfile profile;
   profile.line_numbers = wire.flag("line_numbers", profile.line_numbers);
   profile.check = wire.flag("check", profile.check);
   profile.reprap_window = wire.integer("reprap_window", 0, 64, profile.reprap_window);
   profile.drip = read_drip(wire);
   profile.ring = read_ring(wire);
+  profile.drive = read_drive(wire);
   return profile;
 }
 
@@ -98,6 +99,7 @@ void describe(const LinkProfile& profile, Description& out) {
   out.add("wire.ring.linear_exponent", ring.linear_exponent);
   out.add("wire.ring.rotary_exponent", ring.rotary_exponent);
   out.add("wire.ring.watchdog_s", ring.watchdog);
+  describe(profile.drive, out);
 }
 
 }  // namespace tiltfeed

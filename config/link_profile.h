@@ -2,6 +2,7 @@
 // What a machine profile says about the wire beside its address: the section `wire` of the profile file.
 // Every key: config/machines/generic-ac.yaml.
 
+#include <array>
 #include <cstdint>
 
 namespace tiltfeed {
@@ -13,6 +14,33 @@ struct RingMap {
   int linear_exponent = -1;     ///< a position word counts 10^-exponent mm; -1: as the identity says
   int rotary_exponent = -1;     ///< likewise degrees
   double watchdog = 1.0;        ///< s without a heartbeat after which the controller holds
+};
+
+/// Where a plain drive has the position of one axis.
+struct DriveAxis {
+  int word = -1;           ///< of the written block: the first of two; -1: this drive does not move the axis
+  double counts = 1000.0;  ///< per mm or degree; below 0: the drive counts the other way
+};
+
+/// A plain Modbus drive: one write sets where to and how fast, its last word sets the axes off, and one
+/// register says that they move. Addresses are 0-based holding registers, `*_word` places in the write.
+struct DriveMap {
+  std::uint16_t block = 0x6200;  ///< first register of the write
+  int words = 8;                 ///< of the write; those that nothing names are 0
+  bool low_word_first = false;   ///< of positions
+  int mode_word = 0, mode = 1;   ///< absolute positioning; a word of -1: none
+  std::array<DriveAxis, 5> axes{DriveAxis{1, 1000.0}, {}, {}, {}, {}};  ///< X Y Z tilt rotary
+  int feed_word = 3;
+  double feed_counts = 1.0;  ///< per mm/min; per degree/min where only rotary axes move
+  double rapid = 3000.0;     ///< mm/min of G0
+  int acceleration_word = 4, acceleration = 100, deceleration_word = 5, deceleration = 100;
+  int trigger = 0x0010;  ///< last word of the write
+  std::uint16_t status = 0x1003;
+  int moving_mask = 4, moving_value = 4;  ///< it moves while (status and mask) is the value
+  int fault_mask = 1;                     ///< it is in alarm while any of these is set
+  double settle = 0.02;                   ///< s after a write before `status` is believed
+  std::uint16_t stop = 0x6002;
+  int stop_value = 0x0040;  ///< what `stop` gets: brake, forget the move
 };
 
 enum class Parity : std::uint8_t { kNone, kEven, kOdd };
@@ -35,6 +63,7 @@ struct DripFormat {
 /// Everything above, and what a Grbl or RepRap controller does not tell by itself.
 struct LinkProfile {
   RingMap ring;
+  DriveMap drive;
   DripFormat drip;
   int reprap_window = 0;      ///< unanswered lines; 0: by its M115, else 1
   bool line_numbers = false;  ///< N words for grblHAL's Ln: feedback
@@ -43,6 +72,10 @@ struct LinkProfile {
 
 class Section;
 class Description;
+
+/// Its section `drive`: complains of words that lie outside the write or on one another.
+DriveMap read_drive(const Section& wire);
+void describe(const DriveMap& drive, Description& out);
 
 /// Reads the section `wire` of a machine profile, which may be absent. Complaints go to the section.
 LinkProfile read_link_profile(const Section& root);

@@ -94,7 +94,7 @@ bool JobRunner::note(const SendState& state) {
 
 void JobRunner::stream(const RunOrder& order) {
   const LinkSpec& spec = order.run.link;
-  BlackBox box(is_provable(spec.kind));
+  BlackBox box(counts_numeric_blocks(spec.kind));  // requests and replies, not text
   const auto run = [&]() -> Result<SendReport> {
     // What cannot be walked has no machine time; it can still be sent.
     if (const auto time = ProgramTime::read(order.run.program, spec.kind, order.machine); time) {

@@ -44,7 +44,7 @@ Result<LinkSpec> parse_serial(std::string_view text, std::string_view rest, Link
   // The unit follows the baud rate when there is one; "/dev/ttyS0/3" would be a device file.
   if (const auto tail = take_tail(rest, '@')) {
     std::string_view baud = *tail;
-    if (spec.kind == LinkKind::kModbusRtu) {
+    if (is_rtu(spec.kind)) {
       if (const auto unit_text = take_tail(baud, '/')) {
         const auto unit = whole_number(*unit_text, 1, kMaxUnit);
         if (!unit) return bad_link(text, "the unit must be 1 to 247");
@@ -97,16 +97,16 @@ Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile) {
     spec.baud = kDefaultDripBaud;
     return parse_serial(text, rest, spec);
   }
-  if (kind == "modbus-rtu") {
-    spec.kind = LinkKind::kModbusRtu;
+  if (kind == "modbus-rtu" || kind == "drive-rtu") {
+    spec.kind = kind == "drive-rtu" ? LinkKind::kDriveRtu : LinkKind::kModbusRtu;
     spec.baud = kDefaultRtuBaud;
     return parse_serial(text, rest, spec);
   }
-  if (kind == "modbus-tcp") {
-    spec.kind = LinkKind::kModbusTcp;
+  if (kind == "modbus-tcp" || kind == "drive-tcp") {
+    spec.kind = kind == "drive-tcp" ? LinkKind::kDriveTcp : LinkKind::kModbusTcp;
     return parse_tcp(text, rest, spec);
   }
-  return bad_link(text, "the kind must be grbl, reprap, dnc, modbus-tcp or modbus-rtu");
+  return bad_link(text, "the kind must be grbl, reprap, dnc, modbus-tcp, modbus-rtu, drive-tcp or drive-rtu");
 }
 
 std::string describe(const LinkSpec& link) {
@@ -117,13 +117,17 @@ std::string describe(const LinkSpec& link) {
       return "reprap:" + link.place + "@" + std::to_string(link.baud);
     case LinkKind::kDrip:
       return "dnc:" + link.place + "@" + std::to_string(link.baud);
-    case LinkKind::kModbusTcp: {
+    case LinkKind::kModbusTcp:
+    case LinkKind::kDriveTcp: {
       const bool v6 = link.place.find(':') != link.place.npos;
-      return "modbus-tcp:" + (v6 ? "[" + link.place + "]" : link.place) + ":" + std::to_string(link.port) +
-             "/" + std::to_string(link.unit);
+      return (is_drive(link.kind) ? "drive-tcp:" : "modbus-tcp:") +
+             (v6 ? "[" + link.place + "]" : link.place) + ":" + std::to_string(link.port) + "/" +
+             std::to_string(link.unit);
     }
     case LinkKind::kModbusRtu:
-      return "modbus-rtu:" + link.place + "@" + std::to_string(link.baud) + "/" + std::to_string(link.unit);
+    case LinkKind::kDriveRtu:
+      return (is_drive(link.kind) ? "drive-rtu:" : "modbus-rtu:") + link.place + "@" +
+             std::to_string(link.baud) + "/" + std::to_string(link.unit);
   }
   return "";
 }
@@ -140,6 +144,8 @@ Result<std::unique_ptr<Link>> open_link(const LinkSpec& link) {
     }
     case LinkKind::kModbusTcp:
     case LinkKind::kModbusRtu:
+    case LinkKind::kDriveTcp:
+    case LinkKind::kDriveRtu:
       break;
   }
   return open_modbus_link(link);

@@ -36,7 +36,12 @@ class Link {
   virtual Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) = 0;
 };
 
-enum class LinkKind { kGrbl, kRepRap, kDrip, kModbusTcp, kModbusRtu };
+/// A journal keeps these as numbers: new ones at the end.
+enum class LinkKind { kGrbl, kRepRap, kDrip, kModbusTcp, kModbusRtu, kDriveTcp, kDriveRtu };
+constexpr bool is_ring(LinkKind kind) { return kind == LinkKind::kModbusTcp || kind == LinkKind::kModbusRtu; }
+constexpr bool is_drive(LinkKind kind) { return kind == LinkKind::kDriveTcp || kind == LinkKind::kDriveRtu; }
+/// Modbus RTU, whatever the registers mean.
+constexpr bool is_rtu(LinkKind kind) { return kind == LinkKind::kModbusRtu || kind == LinkKind::kDriveRtu; }
 
 /// Which wire, and the two figures that a controller may not tell by itself.
 struct LinkSpec {
@@ -51,7 +56,8 @@ struct LinkSpec {
 };
 
 /// Reads `grbl:/dev/ttyUSB0[@115200]`, `reprap:/dev/ttyUSB0[@115200]`, `dnc:/dev/ttyS0[@9600]`,
-/// `modbus-tcp:HOST:PORT[/UNIT]` (IPv6 in brackets) or `modbus-rtu:/dev/ttyS0[@19200[/UNIT]]`. Errors: kUsage
+/// `modbus-tcp:HOST:PORT[/UNIT]` (IPv6 in brackets), `modbus-rtu:/dev/ttyS0[@19200[/UNIT]]`, or the last two
+/// with `drive-` for a plain drive. Errors: kUsage
 /// with what is wrong and an example of each form. `profile`: what the machine profile says of the wire.
 Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile = {});
 /// The LINK text again, with the defaults filled in: parse_link(describe(s)) = s.

@@ -257,9 +257,11 @@ int main(int argc, char** argv) {
   std::string program, link, send_machine;
   CLI::App* send = app.add_subcommand("send", "stream a program to the controller");
   send->add_option("PROGRAM", program, "program to send (G-code)")->required();
-  send->add_option("--link", link,
-                   "grbl:/dev/ttyUSB0@115200, reprap:/dev/ttyACM0@250000, dnc:/dev/ttyS0@9600, "
-                   "modbus-tcp:HOST:PORT, modbus-rtu:/dev/ttyS0@19200; else the profile's link.default");
+  send->add_option(
+      "--link", link,
+      "grbl:/dev/ttyUSB0@115200, reprap:/dev/ttyACM0@250000, dnc:/dev/ttyS0@9600, "
+      "modbus-tcp:HOST:PORT, modbus-rtu:/dev/ttyS0@19200, drive-tcp:HOST:PORT, drive-rtu:/dev/ttyS0@19200; "
+      "else the profile's link.default");
   send->add_option("--machine", send_machine, "machine profile (YAML): its default link and its wire");
 
   double tool_length = 0.0;

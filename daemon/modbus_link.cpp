@@ -43,7 +43,7 @@ struct FreeContext {
 using Context = std::unique_ptr<modbus_t, FreeContext>;
 
 Time silence(const LinkSpec& link) {
-  if (link.kind != LinkKind::kModbusRtu) return Time::zero();
+  if (!is_rtu(link.kind)) return Time::zero();
   if (link.baud > kFastBaud) return kLeastSilence;
   return std::chrono::duration_cast<Time>(std::chrono::duration<double>(3.5 * kBitsPerByte / link.baud));
 }
@@ -65,7 +65,7 @@ class ModbusLink : public Link {
                       " is beyond 1023, which libmodbus cannot use; close files or lower ulimit -n");
     }
     ::fcntl(fd, F_SETFD, FD_CLOEXEC);
-    if (spec_.kind == LinkKind::kModbusRtu && ::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    if (is_rtu(spec_.kind) && ::flock(fd, LOCK_EX | LOCK_NB) != 0) {
       modbus_close(context_.get());
       return fail(Code::kLink, describe(spec_) + ": another program has the port");
     }
@@ -122,7 +122,7 @@ class ModbusLink : public Link {
   }
 
   void clean_wire() {
-    if (spec_.kind == LinkKind::kModbusTcp) {
+    if (!is_rtu(spec_.kind)) {
       modbus_close(context_.get());
       connected_ = false;
       return;
@@ -139,7 +139,7 @@ class ModbusLink : public Link {
 };
 
 Result<Context> make_context(const LinkSpec& link) {
-  if (link.kind == LinkKind::kModbusTcp) {
+  if (!is_rtu(link.kind)) {
     Context context(modbus_new_tcp_pi(link.place.c_str(), std::to_string(link.port).c_str()));
     if (!context) return fail(Code::kLink, describe(link) + ": " + modbus_strerror(errno));
     return context;
@@ -160,7 +160,7 @@ Result<std::unique_ptr<Link>> open_modbus_link(const LinkSpec& link) {
   Result<Context> context = make_context(link);
   if (!context) return tl::unexpected<Error>(context.error());
   Time timeout = kTcpReplyTimeout;
-  if (link.kind == LinkKind::kModbusRtu)
+  if (is_rtu(link.kind))
     timeout =
         kRtuThinkTime +
         std::chrono::duration_cast<Time>(std::chrono::seconds(kLongestExchange * kBitsPerByte)) / link.baud;

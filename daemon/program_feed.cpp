@@ -2,6 +2,9 @@
 
 #include <string>
 
+#include "daemon/drive_block.h"
+#include "daemon/modbus_map.h"
+
 namespace tiltfeed {
 
 namespace {
@@ -26,22 +29,6 @@ Result<bool> BlockFeed::next(NumericBlock& block) {
   return true;
 }
 
-Result<void> BlockFeed::fill(ModbusSession& session, Reserve& reserve) {
-  while (session.wants_work()) {
-    NumericBlock block;
-    const Result<bool> more = next(block);
-    if (!more) return tl::unexpected<Error>(more.error());
-    if (!*more) {
-      session.end_of_program();
-      return {};
-    }
-    if (++count_ <= *session.first_block()) continue;  // completed before this process came
-    if (const Result<void> noted = reserve.before(count_, block.line); !noted) return noted;
-    session.push(std::move(block));
-  }
-  return {};
-}
-
 Result<std::uint64_t> survey_blocks(Program& program) {
   BlockFeed feed(program);
   const RingIdentity usual_scale;
@@ -57,6 +44,19 @@ Result<std::uint64_t> survey_blocks(Program& program) {
   if (blocks == 0) return fail(Code::kInput, program.path() + ": has no block to send");
   if (const Result<void> back = program.rewind(); !back) return tl::unexpected<Error>(back.error());
   return blocks;
+}
+
+Result<void> survey_drive(Program& program, const DriveMap& map) {
+  BlockFeed feed(program);
+  DriveEncoder encoder(map);
+  NumericBlock block;
+  for (;;) {
+    const Result<bool> more = feed.next(block);
+    if (!more) return tl::unexpected<Error>(more.error());
+    if (!*more) return program.rewind();
+    if (const auto words = encoder.encode(block); !words)
+      return at_line(program, {block.line, block.text}, words.error());
+  }
 }
 
 }  // namespace tiltfeed

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/modbus_session.h"
+#include "config/link_profile.h"
 #include "daemon/program.h"
 #include "daemon/stream.h"
 #include "daemon/words.h"
@@ -61,14 +61,30 @@ class LineFeed {
   std::uint64_t blocks_ = 0;
 };
 
-/// Program lines as numeric blocks for a ModbusSession, or just counted.
+/// Program lines as numeric blocks for a session over Modbus, or just counted.
 class BlockFeed {
  public:
   explicit BlockFeed(Program& program) : program_(program) {}
 
   /// False at the program's end.
   Result<bool> next(NumericBlock& block);
-  Result<void> fill(ModbusSession& session, Reserve& reserve);
+
+  template <class Session>
+  Result<void> fill(Session& session, Reserve& reserve) {
+    while (session.wants_work()) {
+      NumericBlock block;
+      const Result<bool> more = next(block);
+      if (!more) return tl::unexpected<Error>(more.error());
+      if (!*more) {
+        session.end_of_program();
+        return {};
+      }
+      if (++count_ <= *session.first_block()) continue;  // completed before this process came
+      if (const Result<void> noted = reserve.before(count_, block.line); !noted) return noted;
+      session.push(std::move(block));
+    }
+    return {};
+  }
 
  private:
   Program& program_;
@@ -81,5 +97,7 @@ class BlockFeed {
 
 /// Converts the whole program before anything is sent. Returns the number of blocks.
 Result<std::uint64_t> survey_blocks(Program& program);
+/// The same for what a drive can do of it. Errors: as DriveEncoder, with path:line.
+Result<void> survey_drive(Program& program, const DriveMap& map);
 
 }  // namespace tiltfeed

@@ -13,10 +13,8 @@
 
 namespace tiltfeed {
 
-/// The Modbus ring counts numeric blocks, every other link lines.
-constexpr bool counts_numeric_blocks(LinkKind kind) {
-  return kind == LinkKind::kModbusTcp || kind == LinkKind::kModbusRtu;
-}
+/// Modbus links count numeric blocks, every other link lines.
+constexpr bool counts_numeric_blocks(LinkKind kind) { return is_ring(kind) || is_drive(kind); }
 
 /// One block as its link counts it: a numeric block (Modbus) or a line (Grbl).
 struct WalkedBlock {

@@ -36,7 +36,7 @@ std::string blocks(std::uint64_t first, std::uint64_t last) {
 
 }  // namespace
 
-bool is_provable(LinkKind kind) { return kind == LinkKind::kModbusTcp || kind == LinkKind::kModbusRtu; }
+bool is_provable(LinkKind kind) { return is_ring(kind); }
 
 Result<HostBoot> host_boot() {
   const std::string path = "/proc/sys/kernel/random/boot_id";

@@ -7,6 +7,7 @@
 #include "config/service_config.h"
 #include "daemon/grbl_reply.h"
 #include "daemon/journal.h"
+#include "daemon/modbus_map.h"
 #include "daemon/reprap_session.h"
 #include "daemon/run_journal.h"
 #include "daemon/spool.h"
@@ -26,6 +27,10 @@ constexpr Time kStandTime = seconds(10);
 constexpr Time kResetTime = seconds(3);
 constexpr std::size_t kMaxReply = 1024;
 static_assert(kStandTime + kResetTime < kSafeStopLimit);
+
+Time settled(const DriveMap& map) {
+  return std::chrono::duration_cast<Time>(std::chrono::duration<double>(map.settle));
+}
 
 /// Feed hold; when the axes stand a reset, which at a stand keeps the position, forgets the lines that are
 /// still in the controller, and turns spindle and coolant off.
@@ -128,6 +133,29 @@ Result<std::string> stop_reprap(Link& wire, Clock& clock) {
                   ": look at the machine, stop it there if it moves or its spindle turns");
 }
 
+/// The stop value until it is answered, then the status until the drive stands: both may be repeated.
+Result<std::string> stop_drive(const DriveMap& map, Link& wire, Clock& clock) {
+  const std::string stop = pack_request({map.stop, 0, 0, {static_cast<std::uint16_t>(map.stop_value)}});
+  const std::string look = pack_request({0, map.status, 1, {}});
+  bool told = false;
+  for (const Time began = clock.now(); clock.now() - began < kStandTime;) {
+    std::string in;
+    const Result<std::size_t> taken = wire.exchange(told ? look : stop, Time::zero(), in);
+    if (!taken) return tl::unexpected<Error>(taken.error());
+    const ModbusReply reply = unpack_reply(in);
+    if (told && reply.outcome == kReplyOk && reply.words.size() == 1 &&
+        (reply.words.front() & map.moving_mask) != map.moving_value)
+      return "the drive was told to stop, and stands (spindle and coolant are not its own)";
+    told = told || reply.outcome == kReplyOk;
+    in.clear();
+    static_cast<void>(wire.exchange({}, reply.outcome == kReplyOk ? settled(map) : kRepeat, in));
+  }
+  return fail(Code::kLink, std::string("the drive ") +
+                               (told ? "was told to stop, and does not say that it stands"
+                                     : "does not answer to its stop value") +
+                               ": look at the machine, stop it there if it moves");
+}
+
 constexpr const char* kDripText =
     "nothing was sent: a CNC control takes no hold and no M5 from the wire that feeds it. It stands when the "
     "blocks that it has are cut, with the spindle on: press feed hold and reset at the control";
@@ -185,7 +213,8 @@ bool in_order(const ServiceEnd& end) {
 }
 
 Result<std::string> stop_machine(const LinkSpec& link, Link& wire, Clock& clock) {
-  assert(link.kind == LinkKind::kGrbl || link.kind == LinkKind::kRepRap);
+  assert(is_drive(link.kind) || link.kind == LinkKind::kGrbl || link.kind == LinkKind::kRepRap);
+  if (is_drive(link.kind)) return stop_drive(link.profile.drive, wire, clock);
   return link.kind == LinkKind::kGrbl ? GrblStop(wire, clock).run() : stop_reprap(wire, clock);
 }
 

@@ -23,7 +23,8 @@ bool in_order(const ServiceEnd& end);
 inline constexpr Time kSafeStopLimit = std::chrono::seconds(20);
 
 /// Stops what a dead service left on this wire, as far as the controller lets a newcomer. Returns what was
-/// reached, for people. Requires: kGrbl or kRepRap. Errors: kLink with what could not be reached or seen, and
+/// reached, for people. Requires: kGrbl, kRepRap or
+/// a drive. Errors: kLink with what could not be reached or seen, and
 /// what to do at the machine.
 Result<std::string> stop_machine(const LinkSpec& link, Link& wire, Clock& clock);
 

@@ -6,9 +6,11 @@
 #include <vector>
 
 #include "daemon/drip_session.h"
+#include "daemon/drive_session.h"
 #include "daemon/grbl_session.h"
 #include "daemon/modbus_session.h"
 #include "daemon/program_feed.h"
+#include "daemon/program_walk.h"
 #include "daemon/reprap_session.h"
 
 namespace tiltfeed {
@@ -128,15 +130,13 @@ struct Opened {
   std::uint64_t blocks = 0;
 };
 
-bool is_modbus(LinkKind kind) { return kind == LinkKind::kModbusTcp || kind == LinkKind::kModbusRtu; }
-
 Result<Opened> open_program(const std::string& path, LinkKind kind) {
   Result<Program> program = Program::open(path);
   if (!program) return tl::unexpected<Error>(program.error());
   Result<ProgramFacts> facts = program->survey();
   if (!facts) return tl::unexpected<Error>(facts.error());
   std::uint64_t blocks = facts->lines;
-  if (is_modbus(kind)) {
+  if (counts_numeric_blocks(kind)) {
     const Result<std::uint64_t> counted = survey_blocks(*program);
     if (!counted) return tl::unexpected<Error>(counted.error());
     blocks = *counted;
@@ -173,14 +173,21 @@ GrblOptions grbl_options(const LinkSpec& spec, const SendOptions& options, const
 
 Result<SendReport> send_opened(Opened& opened, const LinkSpec& spec, Link& link, Clock& clock,
                                const SendOptions& options, const StreamHooks& hooks) {
-  if (options.attach && !is_modbus(spec.kind))
+  if (options.attach && !is_ring(spec.kind))
     return fail(Code::kUsage,
                 describe(spec) + ": this link cannot prove what was executed; resume from a line");
   Result<SendReport> report;
-  if (is_modbus(spec.kind)) {
+  if (is_ring(spec.kind)) {
     ModbusSession session(modbus_options(spec, options, opened.blocks), clock.now());
     BlockFeed feed(opened.program);
     report = run(session, feed, link, clock, hooks);
+  } else if (is_drive(spec.kind)) {
+    if (const Result<void> fits = survey_drive(opened.program, spec.profile.drive); !fits)
+      return tl::unexpected<Error>(fits.error());
+    DriveSession session({opened.blocks, spec.profile.drive}, clock.now());
+    BlockFeed feed(opened.program);
+    report = run(session, feed, link, clock, hooks);
+    if (report) report->executed.reset();  // the drive's word, with nothing to tell one move from another
   } else if (spec.kind == LinkKind::kGrbl) {
     GrblSession session(grbl_options(spec, options, opened.facts), clock.now());
     LineFeed feed(opened.program);

@@ -363,7 +363,21 @@ TEST(MachineProfile, DescribesEveryValue) {
             "wire.dnc.percent: true\nwire.dnc.wait_for_start: true\nwire.dnc.xon: 17\nwire.dnc.xoff: 19\n"
             "wire.ring.identity: 0\nwire.ring.window: 256\nwire.ring.mailbox: 384\nwire.ring.status: 512\n"
             "wire.ring.heartbeat: 576\nwire.ring.low_word_first: false\nwire.ring.linear_exponent: -1\n"
-            "wire.ring.rotary_exponent: -1\nwire.ring.watchdog_s: 1\n");
+            "wire.ring.rotary_exponent: -1\nwire.ring.watchdog_s: 1\n"
+            "wire.drive.block: 25088\nwire.drive.words: 8\nwire.drive.low_word_first: false\n"
+            "wire.drive.mode_word: 0\nwire.drive.mode: 1\n"
+            "wire.drive.x.word: 1\nwire.drive.x.counts_per_mm: 1000\n"
+            "wire.drive.y.word: -1\nwire.drive.y.counts_per_mm: 1000\n"
+            "wire.drive.z.word: -1\nwire.drive.z.counts_per_mm: 1000\n"
+            "wire.drive.tilt.word: -1\nwire.drive.tilt.counts_per_deg: 1000\n"
+            "wire.drive.rotary.word: -1\nwire.drive.rotary.counts_per_deg: 1000\n"
+            "wire.drive.feed_word: 3\nwire.drive.feed_counts_per_mm_per_min: 1\n"
+            "wire.drive.rapid_mm_per_min: 3000\n"
+            "wire.drive.acceleration_word: 4\nwire.drive.acceleration: 100\n"
+            "wire.drive.deceleration_word: 5\nwire.drive.deceleration: 100\nwire.drive.trigger: 16\n"
+            "wire.drive.status: 4099\nwire.drive.moving_mask: 4\nwire.drive.moving_value: 4\n"
+            "wire.drive.fault_mask: 1\nwire.drive.settle_ms: 20\nwire.drive.stop: 24578\n"
+            "wire.drive.stop_value: 64\n");
 }
 
 TEST(MachineProfile, TheWireIsRead) {

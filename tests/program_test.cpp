@@ -218,7 +218,8 @@ TEST(ParseLink, ReadsTheThreeForms) {
   EXPECT_EQ(rtu->unit, 12);
   EXPECT_EQ(parse_link("modbus-rtu:/dev/ttyS0")->baud, 19200);
   for (const char* text :
-       {"grbl:/dev/ttyUSB0@9600", "modbus-tcp:[fe80::1]:502/1", "modbus-rtu:/dev/pts/3@19200/1"})
+       {"grbl:/dev/ttyUSB0@9600", "modbus-tcp:[fe80::1]:502/1", "modbus-rtu:/dev/pts/3@19200/1",
+        "drive-tcp:10.0.0.7:502/3", "drive-rtu:/dev/ttyS0@19200/2"})
     EXPECT_EQ(describe(*parse_link(text)), text);
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Programs of other people at the other end of the wire: pymodbus as ring controller (TCP; RTU through socat), small
+# Programs of other people at the other end of the wire: pymodbus as ring controller (TCP; RTU through socat) and drive, small
 # Grbl and Marlin responders on pyserial through socat, mbpoll as the master that reads the simulated controller. What
 # they executed is compared with the program by files that nothing of ours wrote.
 #
@@ -64,6 +64,35 @@ ring "pymodbus TCP, lost replies" "modbus-tcp:127.0.0.1:$((port_base + 3))" --tc
 wire
 ring "pymodbus RTU through socat" "modbus-rtu:$work/host@115200" --rtu "$work/machine"
 kill "$cable"
+
+# ---- pymodbus as a plain drive -------------------------------------------------------------------------
+# drive NAME PORT STATUS PEER_OPTION...: STATUS is what `send` must exit with.
+drive() {
+  local name=$1 port=$2 expected=$3 status=0
+  shift 3
+  background "$work/drive.log" $python "$here/drive_peer.py" --tcp "$port" --trace "$work/trace" "$@"
+  until_true 100 "$name: pymodbus does not come up" grep -q ready "$work/drive.log"
+  sleep 0.3
+  timeout 120 "$bin/tiltfeed" send "$work/drive.nc" --link "drive-tcp:127.0.0.1:$port" >"$work/send.log" 2>&1 || status=$?
+  ((status == expected)) || die "$name: send ended with $status"
+  kill "$peer"
+}
+{
+  printf 'G21 G90 G94\nG0 X0 Y0 Z0 A0 C0\n'
+  for ((i = 1; i <= 40; ++i)); do printf 'G1 X%d.%03d F%d\n' $((i % 7 - 3)) $((i * 11)) $((600 + i)); done
+  printf 'M2\n'
+} >"$work/drive.nc"
+# Signs as a reader of G-code has them: is below zero.
+sed -n 's/^G0 X0 .*/0 3000/p; s/^G1 X\(-\{0,1\}\)\([0-9]*\)\.\([0-9]*\) F\([0-9]*\)$/\1\2\3 \4/p' "$work/drive.nc" |
+  sed -E 's/^(-?)0+([0-9])/\1\2/' >"$work/moves"
+drive "pymodbus drive" $((port_base + 4)) 0
+same "$work/moves" "$work/trace" "pymodbus drive"
+# Made, but not answered: not made again, and stopped.
+drive "pymodbus drive, a lost answer" $((port_base + 5)) 1 --mute-write 20
+grep -q 'nothing is sent again' "$work/send.log" || die "no word of the lost answer"
+{ head -n 20 "$work/moves"; echo stop; } >"$work/moves20"
+same "$work/moves20" "$work/trace" "pymodbus drive, a lost answer"
+echo "pymodbus drive: 41 moves, each once; after a lost answer none again"
 
 # ---- pyserial as Grbl and Marlin -----------------------------------------------------------------------
 # lines NAME KIND LINK STATUS PEER_OPTION...: STATUS is what `send` must exit with.
