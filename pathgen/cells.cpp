@@ -69,9 +69,9 @@ class CellMaker {
 
   bool all_away(const ClSurface::Core& core) const {
     if (core.count > 1) return false;
-    const double reach = piece_->outer, rho = rho_of(core.corner[0]) - reach;
-    if (map_.frame().mode != AxisMode::kFixed && rho <= reach) return false;
-    const double spread = map_.frame().mode == AxisMode::kFixed ? 0.0 : reach / rho;
+    const double reach = piece_->outer, turning = map_.turning_length(map_.distances(core.corner[0])) - reach;
+    if (turning <= reach) return false;
+    const double spread = reach / turning;
     return surface_.faces_away(patch_, side_, map_.axis_at(core.corner[0]), spread);
   }
 
@@ -106,8 +106,8 @@ class CellMaker {
   }
 
   bool away(const Frame& f) const {
-    return f.rho > 0.0 &&
-           surface_.faces_away(patch_, side_, f.axis, std::isinf(f.rho) ? 0.0 : f.size / f.rho);
+    const double turning = map_.turning_length({f.rho, f.r});
+    return turning > 0.0 && surface_.faces_away(patch_, side_, f.axis, f.size / turning);
   }
 
   void add_core(const ClSurface::Core& core) {
@@ -170,7 +170,6 @@ class CellMaker {
     out_.cells.push_back({patch_, static_cast<std::uint32_t>(out_.corners.size() - count), count,
                           static_cast<float>(pad_x * (1.0 + kSingle) + rounding),
                           static_cast<float>(pad_y * (1.0 + kSingle) + rounding)});
-    if (!piece_->is_ball()) return;
     top -= piece_->above_reference;
     out_.cells.back().top = static_cast<float>(top + kSingle * std::abs(top));
   }

@@ -69,10 +69,8 @@ void ContactHull::place(std::span<const Point<Part>> core) {
 void ContactHull::place_on_rings(std::span<const Point<Part>> core) {
   double size = 0.0;
   for (Point<Part> q : core) size = std::max(size, distance(q, core[0]));
-  const double rho = map_.frame().mode == AxisMode::kFixed
-                         ? std::numeric_limits<double>::infinity()
-                         : map_.distances(core[0]).rho - size - piece_->outer;
-  const double spread = rho > 0.0 ? (size + 2.0 * piece_->outer) / rho : 1.0;  // of the axis, rad
+  const double turning = map_.turning_length(map_.distances(core[0])) - size - piece_->outer;
+  const double spread = turning > 0.0 ? (size + 2.0 * piece_->outer) / turning : 1.0;  // of the axis, rad
   const Vec3 axis = map_.axis_at(core[0] + mean_ * piece_->corner);
   const double along = dot(mean_, axis), across = std::sqrt(std::max(0.0, 1.0 - along * along));
   const double sway = (cone_sine_ + spread) / std::max(across, kSteepest);

@@ -22,7 +22,7 @@ constexpr double kLeastSpacing = 16.0;
 /// Steps that round up to one more only by rounding (share of a step).
 constexpr double kWholeStep = 1e-9;
 /// Loops between two calls of the progress function.
-constexpr std::size_t kLoopsPerReport = 256;
+constexpr std::size_t kLoopsPerReport = 16;
 
 /// Lowest and highest finite z' on the grid lines, inside the boundary.
 Interval heights_of(const LevelGrid& grid, const FlatPolygon& boundary) {

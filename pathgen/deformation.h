@@ -2,6 +2,7 @@
 // The predefined tool axis and the deformation that turns it into +z' everywhere (maths: pathgen/README.md,
 // tags D1..D4). Right-handed: (x', y', z') with b = s (n x t).
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 
@@ -54,6 +55,11 @@ class Deformation {
     double rho, r;
   };
   Distances distances(Point<Part> p) const;
+  /// Where p is at such distances the axis turns by at most a radian in this length, mm: it points at the
+  /// feature, and from a circle it also turns with Theta.
+  double turning_length(Distances d) const {
+    return frame_.mode == AxisMode::kCircle ? std::min(d.rho, d.r) : d.rho;
+  }
   /// z' of p.
   double height(Point<Part> p) const {
     return frame_.mode == AxisMode::kFixed ? dot(p - frame_.origin, frame_.n) : s_ * distances(p).rho;
