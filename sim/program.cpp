@@ -1,5 +1,6 @@
 #include "sim/program.h"
 
+#include <algorithm>
 #include <cmath>
 #include <istream>
 
@@ -7,6 +8,8 @@
 
 namespace tiltfeed::sim {
 namespace {
+
+constexpr double kMostTool = 1e9;  // larger T words count as this one
 
 bool has_axes(const Words& words, char tilt, char rotary) {
   return words.has('X') || words.has('Y') || words.has('Z') || words.has(tilt) || words.has(rotary);
@@ -51,6 +54,14 @@ Check resolve_feed(const Words& words, bool feed_move, ModalState& modal) {
   return std::nullopt;
 }
 
+/// T chooses, M6 changes. Before any M6 the tool in the spindle is taken to be what T says: some controls
+/// change at once, and others have been told in advance what is there.
+void resolve_tool(const Words& words, ModalState& modal) {
+  if (words.has('T')) modal.selected = static_cast<int>(std::min(words['T'], kMostTool));
+  modal.tool_changed |= words.code[kToolChange] != kAbsent;
+  if (words.code[kToolChange] != kAbsent || !modal.tool_changed) modal.tool = modal.selected;
+}
+
 /// The line's blocks in order of execution: tool change, spindle, coolant, dwell, motion, stop.
 void emit(const Words& words, bool axes, const Joints& before, const ModalState& modal, std::uint32_t line,
           std::vector<Block>& blocks) {
@@ -58,6 +69,7 @@ void emit(const Words& words, bool axes, const Joints& before, const ModalState&
   block.target = before;
   block.spindle = modal.spindle;
   block.line = line;
+  block.tool = modal.tool;
   const auto add_m = [&](Group group) {
     if (words.code[group] == kAbsent) return;
     block.op = Op::kMCode;
@@ -112,6 +124,7 @@ Result<void> GcodeReader::read_line(std::string_view line, std::vector<Block>& b
   if (Check bad = resolve_feed(words, axes && next.motion == MotionMode::kFeed, next)) return refuse(bad);
   if (words.code[kPathControl] != kAbsent) next.exact_stop = words.code[kPathControl] != 640;
   if (words.has('S')) next.spindle = words['S'];
+  resolve_tool(words, next);
   if (words.code[kDistance] != kAbsent) next.relative = words.code[kDistance] == kRelative;
   const double kept = next.relative ? 1.0 : 0.0;
   if (words.has('X')) next.at.x = words['X'] + kept * next.at.x;

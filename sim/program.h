@@ -15,6 +15,8 @@ namespace tiltfeed::sim {
 
 enum class Op : std::uint8_t { kRapid = 1, kFeed = 2, kDwell = 3, kMCode = 4 };
 
+inline constexpr int kToolNotSaid = -1;
+
 /// One block with every modal value filled in.
 struct Block {
   Op op = Op::kRapid;
@@ -25,6 +27,8 @@ struct Block {
   int m_code = -1;          ///< for kMCode
   double spindle = 0.0;     ///< S in force, 1/min
   std::uint32_t line = 0;   ///< N word, or the 1-based count of lines read
+  int tool =
+      kToolNotSaid;  ///< in the spindle: the T word in force at the last M6; before any, the last T word
 };
 
 /// What is wrong with a line; the value is the error number that a Grbl controller answers.
@@ -55,6 +59,9 @@ struct ModalState {
   bool exact_stop = false;  ///< G61 or G61.1, not G64
   bool relative = false;    ///< G91
   MotionMode motion = MotionMode::kNone;
+  int selected = kToolNotSaid;  ///< the last T word
+  int tool = kToolNotSaid;      ///< Block::tool
+  bool tool_changed = false;    ///< there was an M6
 };
 
 /// Reads one line at a time; keeps the modal state. A refused line changes nothing.

@@ -1,13 +1,15 @@
 #pragma once
-// What a program's comments say that it was made for, against the job that it is verified with.
+// What a program's comments and T words say that it was made for, against the job that it is verified with.
 
 #include <cstdint>
 #include <istream>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "config/job.h"
 #include "kinematics/result.h"
+#include "sim/program.h"
 
 namespace tiltfeed::sim {
 
@@ -25,5 +27,10 @@ ProgramHeader read_program_header(std::istream& in);
 
 /// Errors: kInput: posted for another machine, part, part zero or tool; `name` and both values.
 Result<void> check_header(const ProgramHeader& header, const Job& job, const std::string& name);
+
+/// Errors: kInput: the program moves with another tool in the spindle than the job's `program.tool`, by its T
+/// and M6 words; `name`, line and both numbers. A program without T words may mean any tool; T0, an empty
+/// spindle, may move in rapid.
+Result<void> check_tool(const std::vector<Block>& program, const Job& job, const std::string& name);
 
 }  // namespace tiltfeed::sim

@@ -95,6 +95,7 @@ Result<ExecutedPath> read_path(const SimulateOptions& options, const Job& job, P
   in.seekg(0);
   const auto program = read_program(in, name, GcodeReader(machine));
   if (!program) return tl::unexpected(program.error());
+  if (auto fits = check_tool(*program, job, name); !fits) return tl::unexpected(fits.error());
   return execute_program(*program, name, machine, job.setup, motion_options(job.machine));
 }
 

@@ -31,6 +31,44 @@ TEST(RemovalInput, ProgramOfAnotherMachineOrTool) {
   }
 }
 
+TEST(RemovalInput, ToolThatTheProgramMovesWith) {
+  const auto check = [](int tool, const std::string& text) {
+    Job job = make_job();
+    job.path = "job.yaml", job.program.tool = tool;
+    std::istringstream in("G21 G90 G94\n" + text);
+    const auto program = read_program(in, "p.nc", 'A', 'C');
+    EXPECT_TRUE(program) << text;
+    const auto checked = check_tool(*program, job, "p.nc");
+    return checked ? std::string() : checked.error().message;
+  };
+  struct Case {
+    int tool;             ///< of the job
+    const char* text;     ///< after the first line
+    const char* refused;  ///< what is said; empty: nothing
+  };
+  for (const Case& c : std::vector<Case>{
+           {0, "G0 X1\nG1 X2 F9\n", ""},
+           {3, "G0 X1\nG1 X2 F9\n", ""},
+           {3, "M6\nG1 X2 F9\n", ""},
+           {3, "T3 M6\nG0 X1\nG1 X2 F9\n", ""},
+           {3, "T3\nM6\nG1 X2 F9\n", ""},
+           {3, "T3\nG1 X2 F9\n", ""},
+           {3, "T3 M6\nT7\nG1 X2 F9\nM6\n", ""},        // chosen early, changed after the last move
+           {3, "T3 M6\nG1 X2 F9\nT0 M6\nG0 X1\n", ""},  // put away, home
+           {3, "T7\nG0 X1\nG1 X2 F9\n", "line 3 moves with tool T7"},
+           {3, "T7 M6\nG0 X1\nT3 M6\nG1 X2 F9\n", "line 3 moves with tool T7"},
+           {3, "N50 T3 M6\nN60 G1 X2 F9\nN70 T4\nN80 M6\nN90 G0 X1\n", "line 90 moves with tool T4"},
+           {3, "T0 M6\nG0 X1\nG1 X2 F9\n", "line 4 moves with tool T0"},
+           {3, "M6 T5\nG1 X2 F9\n", "has the cutter of tool 3 (program.tool)"},
+           {0, "T5 M6\nG1 X2 F9\n", "state program.tool"}}) {
+    const std::string said = check(c.tool, c.text);
+    if (*c.refused == '\0')
+      EXPECT_EQ(said, "") << c.text;
+    else
+      EXPECT_NE(said.find(c.refused), std::string::npos) << c.text << said;
+  }
+}
+
 TEST(RemovalInput, BeyondTheTravel) {
   const Job job = make_job();
   std::istringstream in("G21 G90\nG0 X1 Y1 Z1 A0 C0\nG0 X501\n");

@@ -96,6 +96,7 @@ TEST_F(RemovalRefusal, ProgramsByTheWordThatIsWrong) {
       {"and by length",
        "(TILTFEED part plate D4 L100.02)\nG0 X1\nG0 X2\n",
        {"length 100.02 mm", "has 100 mm"}},
+      {"another tool in the spindle", kHead + "T5 M6\nG1 X1 Z2.2 F800\nM2\n", {"bad.nc", "line 6", "T5"}},
       {"inches", with("G20"), {"bad.nc:6", "G20", "inches"}},
       {"an arc, clockwise", with("G2 X2 Y1 I1 F100"), {"bad.nc:6", "G2", "arcs"}},
       {"an arc, the other way", with("G3 X2 Y1 I1 F100"), {"bad.nc:6", "G3", "arcs"}},
