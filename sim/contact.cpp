@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "sim/contact_run.h"
 
@@ -16,6 +17,15 @@ constexpr double kLooksAhead = 8.0;
 constexpr int kLooksInContact = 16;
 // Looks at a point that seems to be cut into, for each look at the tool.
 constexpr int kDepthLooks = 16, kMostDepthLooks = 4096;
+
+/// About this share of `count`, without a divisor in common with it: steps of it visit all, evenly spread.
+constexpr double kGoldenShare = 0.6180339887498949;
+std::size_t stride_for(std::size_t count) {
+  auto stride = static_cast<std::size_t>(kGoldenShare * static_cast<double>(count));
+  while (std::gcd(++stride, count) != 1) {
+  }
+  return stride;
+}
 
 }  // namespace
 
@@ -117,14 +127,19 @@ Contacts Contact::meet(const std::vector<SweptStep>& steps) const {
   run.watches.resize(watched_.size());
   for (std::size_t begin = 0; begin < steps.size();) {
     const std::size_t end = group_end(steps, begin);
-    gather(&steps[begin], steps.data() + end, run);
-    view(&steps[begin], steps.data() + end, run);
-    for (const Candidate& candidate : run.candidates) pass(candidate, run);
-    for (View& v : run.views) {
-      watch(v, run);
-      if (v.deepest.depth > tolerance_) run.found.overlaps.push_back(v.deepest);
-    }
+    run.groups.push_back(group(&steps[begin], steps.data() + end));
+    view(run.groups.back(), run.views);
     begin = end;
+  }
+  // Far from each other one after the other: what later ones can take is then soon known to be little.
+  const std::size_t count = run.groups.size(), stride = stride_for(count);
+  for (std::size_t i = 0, at = 0; i < count; ++i, at = (at + stride) % count) {
+    gather(run.groups[at], run);
+    for (const Candidate& candidate : run.candidates) pass(candidate, run.groups[at], run);
+  }
+  for (View& v : run.views) {
+    watch(v, run);
+    if (v.deepest.depth > tolerance_) run.found.overlaps.push_back(v.deepest);
   }
   return run.found;
 }

@@ -47,18 +47,27 @@ class Contact {
   double depth(std::uint32_t move, Point<Part> p) const;
 
  private:
+  struct Stretch;
+  struct Group;
   struct Candidate;
+  struct Seen;
   struct View;
   struct Meeting;
   struct Watch;
   struct Run;
   std::size_t group_end(const std::vector<SweptStep>& steps, std::size_t begin) const;
-  Vec3 along_group(const Pose& first, const Pose& last, Vec3 axis) const;
-  void gather(const SweptStep* begin, const SweptStep* end, Run& run) const;
-  void view(const SweptStep* begin, const SweptStep* end, Run& run) const;
-  void pass(const Candidate& patch, Run& run) const;
-  void meet_steps(const Candidate& patch, double most, Run& run) const;
-  void pass_side(View& view, const Candidate& patch, double lowest, double most, Run& run) const;
+  Group group(const SweptStep* begin, const SweptStep* end) const;
+  Stretch stretch(const Group& group, double low, double high) const;
+  void view(Group& group, std::vector<View>& views) const;
+  void gather(const Group& group, Run& run) const;
+  double ball_least(const Group& group, std::uint32_t patch) const;
+  bool reaches(const Stretch& stretch, std::uint32_t patch, double most) const;
+  bool by_ball_alone(const Group& group, std::uint32_t patch, double most) const;
+  Seen see(const Group& group, std::uint32_t patch, double most) const;
+  void pass(const Candidate& candidate, const Group& group, Run& run) const;
+  void meet_steps(const Candidate& candidate, const Group& group, const Seen& patch, double most,
+                  Run& run) const;
+  void pass_side(View& view, const Seen& patch, double lowest, double most, Run& run) const;
   void touch(View& view, std::uint32_t patch, Run& run) const;
   void touch_side(View& view, std::uint32_t patch, Run& run) const;
   void watch(View& view, Run& run) const;

@@ -33,79 +33,131 @@ std::size_t Contact::group_end(const std::vector<SweptStep>& steps, std::size_t 
   return end;
 }
 
-/// The patches within reach of the sheets that the core's lower part and the rest of it sweep, each widened
-/// by what the steps stray from it.
-void Contact::gather(const SweptStep* begin, const SweptStep* end, Run& run) const {
-  const Pose &first = begin->from, &last = (end - 1)->to;
-  const Vec3 axis = mean_axis(first, last);
-  double turn = 0.0, step_stray = 0.0;
-  for (const SweptStep* s = begin; s != end; ++s) {
-    turn = std::max({turn, length(s->from.axis - axis), length(s->to.axis - axis)});
-    step_stray = std::max(step_stray, s->stray);
-  }
-  struct Stretch {
-    Sheet sheet;
-    double within;
-  };
-  const auto stretch = [&](double low, double high) {
-    const Sheet sheet(at(first, low), at(last, low) - at(first, low), axis * (high - low));
-    double stray = 0.0;
-    for (const SweptStep* s = begin; s != end; ++s) {
-      for (const Pose& p : {s->from, s->to}) {
-        const Point<Part> on = sheet.on_way(at(p, low));
-        stray = std::max({stray, distance(at(p, low), on), distance(at(p, high), on + axis * (high - low))});
-      }
+Contact::Stretch Contact::stretch(const Group& g, double low, double high) const {
+  const Pose &first = g.begin->from, &last = (g.end - 1)->to;
+  Stretch made(at(first, low), at(last, low) - at(first, low), g.axis * (high - low));
+  double stray = g.step_stray;
+  for (const SweptStep* s = g.begin; s != g.end; ++s) {
+    for (const Pose& p : {s->from, s->to}) {
+      const Point<Part> on = made.sheet.on_way(at(p, low));
+      stray = std::max({stray, distance(at(p, low), on), distance(at(p, high), on + made.core)});
     }
-    // The pieces of the sweep have the mean axis of their step.
-    return Stretch{sheet, radius_ + probes_.reach() + std::max(stray, step_stray) + turn * sweep_.longest()};
-  };
-  const Patches& patches = probes_.patches();
-  const Vec3 along = along_group(first, last, axis);
-  const auto search = [&](const Stretch& where, const Stretch* before) {
-    double bound = where.within;
-    probes_.surface().search(
-        bound, kNoFacet, [&](Vec3 low, Vec3 high) { return where.sheet.bound(low, high, where.within); },
-        [&](const Triangle& t) {
-          const Point<Part> middle = patches.middle[t.facet];
-          const double radius = static_cast<double>(patches.radius[t.facet]);
-          if (length(where.sheet.to(middle)) > where.within + radius) return;
-          if (before != nullptr && length(before->sheet.to(middle)) <= before->within + radius) return;
-          const Vec3 n = patches.normal[t.facet];
-          const double place = dot(middle - first.tip, along), wide = radius + radius_ + probes_.reach();
-          run.candidates.push_back({middle, n, radius, radius * (length(cross(n, axis)) + turn),
-                                    dot(n, from_origin(middle)) + radius_, dot(n, axis) > turn, t.facet,
-                                    place - wide, place + wide});
-        });
-  };
-  run.candidates.clear();
-  const double foot = std::min(high_, low_ + kFootRadii * radius_);
-  const Stretch lower = stretch(low_, foot);
-  search(lower, nullptr);
-  if (foot < high_) search(stretch(foot, high_), &lower);
+  }
+  // The pieces of the sweep have the mean axis of their step.
+  made.wide = stray + g.turn * sweep_.longest();
+  return made;
 }
 
-/// The unit direction of the group's way across its axis, zero if there is none.
-Vec3 Contact::along_group(const Pose& first, const Pose& last, Vec3 axis) const {
-  const Vec3 way = at(last, low_) - at(first, low_), across = way - axis * dot(way, axis);
-  return squared_length(across) > 0.0 ? normalized(across) : Vec3{};
-}
-
-void Contact::view(const SweptStep* begin, const SweptStep* end, Run& run) const {
+Contact::Group Contact::group(const SweptStep* begin, const SweptStep* end) const {
   const Pose &first = begin->from, &last = (end - 1)->to;
-  const Vec3 along = along_group(first, last, mean_axis(first, last));
-  run.views.clear();
+  Group g;
+  g.begin = begin, g.end = end;
+  g.axis = mean_axis(first, last);
   for (const SweptStep* s = begin; s != end; ++s) {
+    g.turn = std::max({g.turn, length(s->from.axis - g.axis), length(s->to.axis - g.axis)});
+    g.step_stray = std::max(g.step_stray, s->stray);
+  }
+  const double foot = std::min(high_, low_ + kFootRadii * radius_);
+  g.stretches.push_back(stretch(g, low_, foot));
+  if (foot < high_) g.stretches.push_back(stretch(g, foot, high_));
+  const Stretch& lower = g.stretches.front();
+  const Vec3 across = lower.way - g.axis * dot(lower.way, g.axis);
+  if (squared_length(across) > 0.0) g.along = normalized(across);
+  g.stray = g.step_stray;
+  for (const SweptStep* s = begin; s != end; ++s)
+    g.stray = std::max(g.stray, distance(at(s->to, low_), lower.sheet.on_way(at(s->to, low_))));
+  return g;
+}
+
+void Contact::view(Group& g, std::vector<View>& views) const {
+  g.first_view = views.size();
+  for (const SweptStep* s = g.begin; s != g.end; ++s) {
     const Point<Part> from = at(s->from, low_), to = at(s->to, low_);
     View v(*s, BallWay(from, to, radius_));
     v.from = from, v.to = to;
     const double turn = length(s->to.axis - s->from.axis), wide = s->stray + turn * sweep_.longest();
     v.slack = turn * distance(v.from, v.to);
+    g.slack = std::max(g.slack, v.slack);
     v.rapid = path_.moves[s->move].rapid;
-    const auto place = [&](Point<Part> p) { return dot(p - first.tip, along); };
+    const auto place = [&](Point<Part> p) { return dot(p - g.begin->from.tip, g.along); };
     const auto [low, high] =
         std::minmax({place(v.from), place(v.to), place(at(s->from, high_)), place(at(s->to, high_))});
     v.first = low - wide, v.last = high + wide;
-    run.views.push_back(std::move(v));
+    views.push_back(std::move(v));
+  }
+  g.end_view = views.size();
+}
+
+namespace {
+
+/// What a ball of radius R that is x beside a line has risen by over one round the line is R - sqrt(R^2 -
+/// x^2), at least this.
+double risen(double beside, double radius) {
+  return beside >= radius ? kInfinity : beside * beside / (2.0 * radius);
+}
+
+}  // namespace
+
+double Contact::ball_least(const Group& g, std::uint32_t patch) const {
+  const Stretch& lower = g.stretches.front();
+  const Vec3 n = probes_.patches().normal[patch], from = lower.foot - probes_.patches().middle[patch];
+  const double rise = dot(n, from), climb = dot(n, lower.way);
+  const Point<Part> foot = Point<Part>{} + (from - n * rise);
+  const double beside = distance_to_segment({}, foot, foot + (lower.way - n * climb));
+  const double wide = static_cast<double>(probes_.patches().radius[patch]) + g.stray;
+  return rise + std::min(0.0, climb) - g.stray - radius_ + risen(std::max(0.0, beside - wide), radius_);
+}
+
+/// (R6) Could what the stretch sweeps, within `most` of a place of the patch along its normal, be met?
+bool Contact::reaches(const Stretch& s, std::uint32_t patch, double most) const {
+  const Patches& patches = probes_.patches();
+  const Vec3 u = s.sheet.to(patches.middle[patch]);
+  const double far2 = squared_length(u), near = radius_ + s.wide + static_cast<double>(patches.radius[patch]);
+  if (far2 <= near * near) return true;
+  // The sheet is convex: a line along the normal comes nearer to it by no more than this share of its way.
+  const double towards = -dot(u, patches.normal[patch]);
+  if (towards <= 0.0 || most <= 0.0) return false;
+  const double far = std::sqrt(far2);
+  return (far - near) * far < most * towards;
+}
+
+/// Is all that can matter of the patch, `most` above it, nearer to the ball at the core's lower end than to
+/// the rest of the core, in all of the group?
+bool Contact::by_ball_alone(const Group& g, std::uint32_t patch, double most) const {
+  const Stretch& lower = g.stretches.front();
+  const Vec3 n = probes_.patches().normal[patch], from = probes_.patches().middle[patch] - lower.foot;
+  const double up = dot(n, g.axis);
+  if (!round_ || up <= g.turn) return false;
+  const double far = length(from) + length(lower.way) + g.stray,
+               rise =
+                   static_cast<double>(probes_.patches().radius[patch]) * (length(cross(n, g.axis)) + g.turn);
+  return dot(from, g.axis) - std::min(0.0, dot(lower.way, g.axis)) + g.stray + g.turn * far + rise + g.slack +
+             std::max(0.0, most) * (up + g.turn) <=
+         0.0;
+}
+
+/// The patches that the group may do something to.
+void Contact::gather(const Group& g, Run& run) const {
+  const double deep = g.step_stray - run.allowed();
+  run.candidates.clear();
+  const auto meet = [&](const Stretch& s, std::uint32_t patch) {
+    const double most = std::min(probes_.reach(), probes_.highest(patch));
+    const Stretch& lower = g.stretches.front();
+    const bool first = &s == &lower;
+    if (!reaches(s, patch, most) || (!first && reaches(lower, patch, most))) return;
+    Candidate c{patch};
+    c.ball = round_ && first && ball_least(g, patch) < std::max(most, deep);
+    c.side = !by_ball_alone(g, patch, most);
+    if (c.ball || c.side) run.candidates.push_back(c);
+  };
+  for (const Stretch& s : g.stretches) {
+    const double near = s.wide + radius_;
+    probes_.search(
+        [&](Vec3 low, Vec3 high, double most) {
+          const double within = near + std::clamp(most, 0.0, probes_.reach());
+          return s.sheet.bound(low, high, within) < within;
+        },
+        [&](std::uint32_t patch) { meet(s, patch); });
   }
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/contact.h"
+#include "sim/sheet.h"
 
 namespace tiltfeed::sim {
 
@@ -12,15 +13,44 @@ namespace tiltfeed::sim {
 // square of this less than what the step does.
 inline constexpr int kWays = 4;
 
-/// A patch that the steps of a group may come near to.
+/// A stretch of the core, pushed along the way of a group.
+struct Contact::Stretch {
+  Sheet sheet;
+  Point<Part> foot;
+  Vec3 way, core;
+  double wide = 0.0;  ///< how far any piece of it may be from the sheet, mm
+
+  Stretch(Point<Part> the_foot, Vec3 the_way, Vec3 the_core)
+      : sheet(the_foot, the_way, the_core), foot(the_foot), way(the_way), core(the_core) {}
+};
+
+/// Steps near each other, which look for patches together.
+struct Contact::Group {
+  const SweptStep *begin = nullptr, *end = nullptr;
+  std::size_t first_view = 0, end_view = 0;  ///< of Run::views
+  Vec3 axis, along;                          ///< mean axis; unit, the way across it, or zero
+  double turn = 0.0;                         ///< of any axis from the mean one
+  double step_stray = 0.0;                   ///< the largest of the steps', mm
+  double stray = 0.0;                        ///< of the core's lower end from its straight way, mm
+  double slack = 0.0;                        ///< the largest of the views', mm
+  std::vector<Stretch> stretches;            ///< the core's lower part, and the rest of it, if any
+};
+
+/// A patch that the steps of a group may do something to, by their ball, by the rest of their core.
 struct Contact::Candidate {
+  std::uint32_t patch = 0;
+  bool ball = false, side = false;
+};
+
+/// A patch as a group sees it.
+struct Contact::Seen {
   Point<Part> middle;
   Vec3 normal;
-  double radius = 0.0;  ///< mm
-  double rise = 0.0;    ///< how far it reaches along the tool's axis from its middle, mm
-  double offset = 0.0;  ///< of its plane
-  bool faces = false;   ///< the tool's axis points away from it in all of the group
   std::uint32_t patch = 0;
+  double radius = 0.0;             ///< mm
+  double rise = 0.0;               ///< how far it reaches along the tool's axis from its middle, mm
+  double offset = 0.0;             ///< of its plane, moved by the tool's radius
+  bool faces = false;              ///< the tool's axis points away from it in all of the group
   double first = 0.0, last = 0.0;  ///< of the group's direction: where the core must be to matter, mm
 };
 
@@ -53,14 +83,16 @@ struct Contact::Watch {
 
 struct Contact::Run {
   Contacts found;
-  std::vector<Candidate> candidates;
-  std::vector<View> views;
+  std::vector<Group> groups;
+  std::vector<Candidate> candidates;  ///< of one group
+  std::vector<View> views;            ///< of all groups, in order
   std::vector<Meeting> balls, sides;  ///< of one candidate
   std::vector<Watch> watches;
   std::vector<Pose> poses;  ///< of a step's looks
   double tolerance = 0.0;
 
-  /// What is not deeper does not matter, mm.
+  /// What is not deeper does not matter, of any move, mm.
+  double allowed() const { return std::min({found.worst[0], found.worst[1], tolerance}); }
   double allowed(const View& view) const { return std::min(found.worst[view.rapid ? 1 : 0], tolerance); }
   void report(View& view, const Overlap& overlap) {
     double& worst = found.worst[view.rapid ? 1 : 0];

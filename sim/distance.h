@@ -4,9 +4,12 @@
 // the radius of the segment from the ball's centre up the axis, so its clearance is that segment's distance
 // minus the radius; a negative clearance is the depth of a gouge.
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <cassert>
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -39,6 +42,14 @@ class PartDistance {
   /// of `hint` before all. `lower_bound(low, high)`: of the value over a box; visit(triangle) lowers `bound`.
   template <class LowerBound, class Visit>
   void search(double& bound, std::uint32_t hint, const LowerBound& lower_bound, const Visit& visit) const;
+  /// Visits the facets in the boxes of which reaches(low, high, bound) is true. `bounds`: one for each box,
+  /// not less than what visit(facet) has said of any facet inside, made anew on the way; other threads may do
+  /// the same, when what visit says never grows.
+  template <class Reaches, class Visit>
+  void descend(std::vector<float>& bounds, const Reaches& reaches, const Visit& visit) const {
+    if (!nodes_.empty()) descend(0, bounds, reaches, visit);
+  }
+  std::size_t box_count() const { return nodes_.size(); }
   /// Appends the facets that may come within `within` of the segment, some more among them.
   void near(const Segment& segment, double within, std::vector<std::uint32_t>& facets) const;
   /// How often the surface winds round p: 1 inside, 0 outside a closed mesh. Looks at every facet.
@@ -55,6 +66,9 @@ class PartDistance {
   };
   struct Build;
   static constexpr int kStackSize = 128;
+  template <class Reaches, class Visit>
+  float descend(std::uint32_t at, std::vector<float>& bounds, const Reaches& reaches,
+                const Visit& visit) const;
 
   std::vector<Triangle> triangles_;  ///< in the order of the leaves
   std::vector<std::uint32_t> slot_;  ///< where facet i is in triangles_
@@ -92,6 +106,23 @@ void PartDistance::search(double& bound, std::uint32_t hint, const LowerBound& l
     if (far.least < bound) stack[top++] = far;
     if (near.least < bound) stack[top++] = near;
   }
+}
+
+template <class Reaches, class Visit>
+float PartDistance::descend(std::uint32_t at, std::vector<float>& bounds, const Reaches& reaches,
+                            const Visit& visit) const {
+  const Node& node = nodes_[at];
+  const std::atomic_ref<float> stored(bounds[at]);
+  const float before = stored.load(std::memory_order_relaxed);
+  if (!reaches(node.low, node.high, static_cast<double>(before))) return before;
+  float bound = -std::numeric_limits<float>::infinity();
+  if (node.count == 0)
+    for (const std::uint32_t child : {node.first, node.first + 1})
+      bound = std::max(bound, descend(child, bounds, reaches, visit));
+  for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+    bound = std::max(bound, visit(triangles_[i].facet));
+  if (bound < before) stored.store(bound, std::memory_order_relaxed);
+  return bound;
 }
 
 }  // namespace tiltfeed::sim

@@ -104,7 +104,8 @@ Probes::Probes(const Mesh& part, double spacing, double reach)
       surface_(patches_.mesh),
       values_(patches_.first.back(),
               std::uint64_t{ordered(std::numeric_limits<float>::infinity())} << 32 | kNever),
-      highest_(patches_.mesh.facets.size(), std::numeric_limits<float>::infinity()) {
+      highest_(patches_.mesh.facets.size(), std::numeric_limits<float>::infinity()),
+      boxes_(surface_.box_count(), std::numeric_limits<float>::infinity()) {
   std::uint64_t most = 0;
   for (std::size_t p = 0; p + 1 < patches_.first.size(); ++p)
     most = std::max(most, patches_.first[p + 1] - patches_.first[p]);

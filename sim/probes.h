@@ -51,10 +51,15 @@ class Probes {
   /// One probe for each square of `spacing`, at least one a facet; `reach`: more than that is not told apart.
   Probes(const Mesh& part, double spacing, double reach);
 
-  /// The tool's cutting part passes the probes of a patch: body(p) is its piece near p, nearest(p) not more
-  /// than the distance from p to that piece. `move` is what the probes remember. Thread-safe.
-  template <class Body, class Nearest>
-  void pass(std::uint32_t patch, double radius, std::uint32_t move, const Body& body, const Nearest& nearest);
+  /// The tool's cutting part passes the probes of a patch: body(p) is its piece near p, least(p) not more
+  /// than what it can leave there, or below 0 if p may be inside. `move` is what the probes remember.
+  /// Thread-safe.
+  template <class Body, class Least>
+  void pass(std::uint32_t patch, double radius, std::uint32_t move, const Body& body, const Least& least);
+  /// Visits the patches in the boxes of which reaches(low, high, most) is true; most: not less than highest()
+  /// of any patch inside. Thread-safe.
+  template <class Reaches, class Visit>
+  void search(const Reaches& reaches, const Visit& visit);
   /// Not more than any value that the ball can leave on the patch.
   double least(std::uint32_t patch, const BallWay& way) const;
   /// The same as pass() for a ball; the new highest().
@@ -95,19 +100,27 @@ class Probes {
   /// of the earliest move.
   std::vector<std::uint64_t> values_;
   std::vector<float> highest_;  ///< by patch: bounds that are made anew when its probes are looked at
+  std::vector<float> boxes_;    ///< by box of surface_: bounds of highest_ inside
 };
 
-template <class Body, class Nearest>
+template <class Reaches, class Visit>
+void Probes::search(const Reaches& reaches, const Visit& visit) {
+  surface_.descend(boxes_, reaches, [&](std::uint32_t patch) {
+    visit(patch);
+    return std::atomic_ref<float>(highest_[patch]).load(std::memory_order_relaxed);
+  });
+}
+
+template <class Body, class Least>
 void Probes::pass(std::uint32_t patch, double radius, std::uint32_t move, const Body& body,
-                  const Nearest& nearest) {
+                  const Least& least) {
   std::optional<SweptBody> swept;
   std::optional<LineCutter> cutter;
   double highest = -kInfinity;
   for (std::uint64_t i = patches_.first[patch]; i < patches_.first[patch + 1]; ++i) {
     const Point<Part> p = place(patch, i);
     double left = value(i).left;
-    // The line cannot enter before it has come as near as the point is far.
-    if (nearest(p) <= std::min(reach_, left)) {
+    if (least(p) <= std::min(reach_, left)) {
       if (!cutter) swept = body(patches_.middle[patch]), cutter.emplace(*swept, patches_.normal[patch]);
       const auto inside = (*cutter)(p, -radius, reach_);
       if (inside && inside->leave > 0.0 && takes(inside->enter, left)) {

@@ -13,7 +13,7 @@ namespace {
 
 // Moves whose bodies are held in memory at a time, and moves that a thread takes at a time: fixed, so that
 // nothing depends on the number of threads.
-constexpr std::size_t kBatch = 4096, kChunk = 256;
+constexpr std::size_t kBatch = 32768, kChunk = 4096;
 // Material left that is told apart: as deep as this many times what shall be left, or this much, mm.
 constexpr double kReachOfStock = 3.0, kLeastReach = 0.5;
 
