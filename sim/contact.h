@@ -31,8 +31,8 @@ struct Overlap {
 
 /// What a run of steps does to the part.
 struct Contacts {
-  std::vector<Overlap> overlaps;  ///< deeper than the tolerance
-  std::array<double, 2> worst{};  ///< deepest of feed moves and of rapids, tolerated ones too, mm
+  std::vector<Overlap> overlaps;   ///< deeper than the tolerance
+  std::array<Overlap, 2> worst{};  ///< deepest of feed moves and of rapids, tolerated ones too; or depth 0
 };
 
 class Contact {

@@ -92,11 +92,13 @@ struct Contact::Run {
   double tolerance = 0.0;
 
   /// What is not deeper does not matter, of any move, mm.
-  double allowed() const { return std::min({found.worst[0], found.worst[1], tolerance}); }
-  double allowed(const View& view) const { return std::min(found.worst[view.rapid ? 1 : 0], tolerance); }
+  double allowed() const { return std::min({found.worst[0].depth, found.worst[1].depth, tolerance}); }
+  double allowed(const View& view) const {
+    return std::min(found.worst[view.rapid ? 1 : 0].depth, tolerance);
+  }
   void report(View& view, const Overlap& overlap) {
-    double& worst = found.worst[view.rapid ? 1 : 0];
-    worst = std::max(worst, overlap.depth);
+    Overlap& worst = found.worst[view.rapid ? 1 : 0];
+    if (overlap.depth > worst.depth) worst = overlap;
     if (overlap.depth > view.deepest.depth) view.deepest = overlap;
   }
 };

@@ -49,6 +49,7 @@ class Remover {
   void sweep(Batch& batch, std::size_t chunk) const;
   void cut(Batch& batch, std::size_t task);
   void take(const Batch& batch);
+  void take_worst(const MoveHit& hit);
 
   const Job& job_;
   const ExecutedPath& path_;
@@ -59,6 +60,7 @@ class Remover {
   Timeline timeline_;
   std::vector<MoveHit> hits_;
   std::array<double, 4> worst_{};
+  MoveHit gouge_;  ///< the deepest so far
   Haste haste_;
 };
 
@@ -107,10 +109,16 @@ void Remover::take(const Batch& batch) {
   for (const StripeCut& c : batch.cuts) hits_.insert(hits_.end(), c.hits.begin(), c.hits.end());
   for (const Swept& chunk : batch.chunks) {
     hits_.insert(hits_.end(), chunk.hits.begin(), chunk.hits.end());
-    for (std::size_t k = 0; k < worst_.size(); ++k) worst_[k] = std::max(worst_[k], chunk.worst[k]);
+    for (const MoveHit& worst : chunk.worst) take_worst(worst);
     haste_.take(chunk.haste);
     timeline_.add_lengths(chunk.feed_length, chunk.rapid_length);
   }
+}
+
+void Remover::take_worst(const MoveHit& hit) {
+  double& worst = worst_[static_cast<int>(hit.kind)];
+  worst = std::max(worst, hit.depth);
+  if (hit.kind == TroubleKind::kGouge && hit.depth > gouge_.depth) gouge_ = hit;
 }
 
 Result<Removal> Remover::run(const Progress& progress) {
@@ -140,11 +148,9 @@ Result<Removal> Remover::run(const Progress& progress) {
   result.bytes = stock_.bytes() + probes_.bytes() + path_.moves.size() * sizeof(ExecutedMove);
   timeline_.finish(result);
   measure_excess(probes_, stand_.contact(), options_, path_, result, hits_);
-  for (const MoveHit& hit : hits_) {
-    double& worst = worst_[static_cast<int>(hit.kind)];
-    worst = std::max(worst, hit.depth);
-  }
+  for (const MoveHit& hit : hits_) take_worst(hit);
   result.worst = worst_;
+  if (gouge_.depth > 0.0) result.gouge = gather(path_, {gouge_}).front();
   result.haste = haste_;
   result.haste_block = path_.moves[haste_.move].block, result.haste_line = path_.moves[haste_.move].line;
   result.troubles = gather(path_, std::move(hits_));

@@ -63,6 +63,7 @@ struct Removal {
   std::uint64_t haste_block = 0;  ///< ExecutedMove::block of the worst
   std::uint32_t haste_line = 0;
   std::array<double, 4> worst{};  ///< depth by TroubleKind, mm, tolerated ones too
+  Trouble gouge;                  ///< the deepest, even if it is tolerated; depth 0: none
   std::uint64_t blocks = 0;       ///< that move an axis
   double seconds = 0.0, feed_seconds = 0.0, rapid_seconds = 0.0, air_seconds = 0.0;
   double feed_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm

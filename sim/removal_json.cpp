@@ -68,21 +68,23 @@ void put_point(Json& json, const char* key, Point<Part> p) {
   json.close();
 }
 
+void put_trouble(Json& json, const char* key, const Trouble& t) {
+  json.open(key, '{');
+  json.put("kind", std::string(kTroubleNames[static_cast<int>(t.kind)]));
+  json.put("tool", std::string(kToolPartNames[static_cast<int>(t.tool)]));
+  json.put("depth_mm", t.depth);
+  json.put("block", t.block);
+  json.put("line", std::uint64_t{t.line});
+  if (t.facet != kNoFacet) json.put("facet", std::uint64_t{t.facet});
+  put_point(json, "place_mm", t.place);
+  json.put("time_s", t.time, 3);
+  json.put("moves", std::uint64_t{t.last_move} - t.first_move + 1);
+  json.close();
+}
+
 void put_troubles(Json& json, const Removal& r) {
   json.open("troubles", '[');
-  for (const Trouble& t : r.troubles) {
-    json.open(nullptr, '{');
-    json.put("kind", std::string(kTroubleNames[static_cast<int>(t.kind)]));
-    json.put("tool", std::string(kToolPartNames[static_cast<int>(t.tool)]));
-    json.put("depth_mm", t.depth);
-    json.put("block", t.block);
-    json.put("line", std::uint64_t{t.line});
-    if (t.facet != kNoFacet) json.put("facet", std::uint64_t{t.facet});
-    put_point(json, "place_mm", t.place);
-    json.put("time_s", t.time, 3);
-    json.put("moves", std::uint64_t{t.last_move} - t.first_move + 1);
-    json.close();
-  }
+  for (const Trouble& t : r.troubles) put_trouble(json, nullptr, t);
   json.close();
 }
 
@@ -146,6 +148,7 @@ std::string to_json(const RemovalContext& context, const Removal& r, const Remov
   json.put("resolution_mm", r.cell);
   json.put("tolerance_mm", verdict.tolerance);
   json.put("gouge_mm", verdict.gouge);
+  if (r.gouge.depth > 0.0) put_trouble(json, "deepest_gouge", r.gouge);
   json.put("rapid_overlap_mm", r.worst[static_cast<int>(TroubleKind::kRapidPart)]);
   json.put("excess_limit_mm", verdict.excess_limit);
   put_excess(json, r);

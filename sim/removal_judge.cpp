@@ -23,6 +23,14 @@ double scallop(const PlanOptions& plan) {
 
 }  // namespace
 
+std::string trouble_text(const Trouble& t) {
+  std::string line = text("%s %.4f mm deep, block %llu, line %u, at (%.3f, %.3f, %.3f)",
+                          kToolPartNames[static_cast<int>(t.tool)], t.depth,
+                          static_cast<unsigned long long>(t.block), t.line, t.place.x, t.place.y, t.place.z);
+  if (t.facet != kNoFacet) line += text(", facet %u", t.facet);
+  return line;
+}
+
 RemovalVerdict judge(const Removal& r, const RemovalContext& context) {
   const PlanOptions& plan = context.job.plan;
   RemovalVerdict verdict;
@@ -37,11 +45,7 @@ RemovalVerdict judge(const Removal& r, const RemovalContext& context) {
     const int kind = static_cast<int>(t.kind);
     if (told[kind]) continue;
     told[kind] = true;
-    std::string line =
-        text("%s: %s %.4f mm deep, block %llu, line %u, at (%.3f, %.3f, %.3f)", kTroubleNames[kind],
-             kToolPartNames[static_cast<int>(t.tool)], t.depth, static_cast<unsigned long long>(t.block),
-             t.line, t.place.x, t.place.y, t.place.z);
-    if (t.facet != kNoFacet) line += text(", facet %u", t.facet);
+    std::string line = std::string(kTroubleNames[kind]) + ": " + trouble_text(t);
     if (count[kind] > 1) line += text("; %d places in all", count[kind]);
     verdict.failures.push_back(line);
   }

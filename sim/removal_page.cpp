@@ -114,7 +114,11 @@ std::string cards(const PageParts& p) {
 
 std::string troubles(const PageParts& p) {
   if (p.removal.troubles.empty())
-    return "<h2>Worst places</h2>\n<p>Nothing is cut that must not be, and nothing touches.</p>\n";
+    return "<h2>Worst places</h2>\n<p>Nothing is cut that must not be, and nothing touches." +
+           (p.removal.gouge.depth > 0.0 ? " The deepest cut into the part, within the tolerance: " +
+                                              escaped(trouble_text(p.removal.gouge)) + "."
+                                        : "") +
+           "</p>\n";
   std::string html =
       "<h2>Worst places</h2>\n<table><tr><th>#</th><th>what</th><th>tool</th><th class='n'>depth, mm</th>"
       "<th class='n'>block</th><th class='n'>line</th><th class='n'>facet</th><th>place, mm</th><th "

@@ -171,11 +171,17 @@ void Stand::sweep_moves(std::size_t begin, std::size_t end, Swept& out) const {
     at = steps.back().to;
   }
   const Contacts contacts = contact_.meet(steps);
-  out.worst[static_cast<int>(TroubleKind::kGouge)] = contacts.worst[0];
-  out.worst[static_cast<int>(TroubleKind::kRapidPart)] = contacts.worst[1];
-  for (const Overlap& o : contacts.overlaps)
-    out.hits.push_back({path_.moves[o.move].rapid ? TroubleKind::kRapidPart : TroubleKind::kGouge, o.tool,
-                        o.move, o.depth, probes_.patches().mesh.source[o.patch], o.place});
+  const auto hit = [&](const Overlap& o) {
+    return MoveHit{path_.moves[o.move].rapid ? TroubleKind::kRapidPart : TroubleKind::kGouge,
+                   o.tool,
+                   o.move,
+                   o.depth,
+                   probes_.patches().mesh.source[o.patch],
+                   o.place};
+  };
+  for (std::size_t k = 0; k < out.worst.size(); ++k)
+    if (contacts.worst[k].depth > 0.0) out.worst[k] = hit(contacts.worst[k]);
+  for (const Overlap& o : contacts.overlaps) out.hits.push_back(hit(o));
   std::vector<SweptBody> bodies;
   double way = 0.0;  // of the move
   for (const SweptStep& step : steps) {

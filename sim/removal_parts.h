@@ -30,7 +30,7 @@ struct Swept {
   /// Which of them meet stripe s of bundle b: by b * Dexels::kStripes + s.
   std::vector<std::vector<std::uint32_t>> by_stripe;
   std::vector<MoveHit> hits;
-  std::array<double, 4> worst{};  ///< by TroubleKind, mm
+  std::array<MoveHit, 2> worst;  ///< deepest gouge and rapid in the part, tolerated ones too; or depth 0
   Haste haste;
   double feed_length = 0.0, rapid_length = 0.0;
 };

@@ -27,6 +27,9 @@ struct RemovalVerdict {
   bool passed() const { return failures.empty(); }
 };
 
+/// The tool's part, depth, block, line, place and facet.
+std::string trouble_text(const Trouble& trouble);
+
 /// Fails: a trouble of any kind; more than half of the surface that was touched with more left than the job
 /// asks for; no surface touched at all; another number of blocks than the program's header states.
 RemovalVerdict judge(const Removal& removal, const RemovalContext& context);

@@ -139,6 +139,7 @@ void print(const RemovalVerdict& verdict, const Removal& r) {
   std::printf("%s\n", verdict.passed() ? "passed" : "FAILED");
   for (const std::string& failure : verdict.failures) std::printf("  %s\n", failure.c_str());
   std::printf("  largest gouge          %.4f mm (tolerance %.4g mm)\n", verdict.gouge, verdict.tolerance);
+  if (r.gouge.depth > 0.0) std::printf("    there                %s\n", trouble_text(r.gouge).c_str());
   std::printf("  left on %.0f of %.0f mm2  median %.4f, 95 %% %.4f, 99 %% %.4f mm\n", r.touched_area, r.area,
               r.excess[3], r.excess[5], r.excess[6]);
   std::printf("  removed                %.1f of %.1f mm3\n", r.stock_volume - r.left_volume, r.stock_volume);

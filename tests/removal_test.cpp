@@ -41,6 +41,26 @@ TEST(Removal, GougeIsFoundAtACoarseResolution) {
     EXPECT_NEAR(gouge->line, Shop::number(bad), 1);
     EXPECT_TRUE(gouge->facet == 1002 || gouge->facet == 1003);  // of the top
     EXPECT_NEAR(verdict.gouge, gouge->depth, 1e-12);
+    EXPECT_EQ(removal.gouge.line, gouge->line);
+    EXPECT_EQ(removal.gouge.facet, gouge->facet);
+  }
+}
+
+TEST(Removal, TheDeepestGougeIsLocatedWithinTheTolerance) {
+  for (const int threads : {1, 3}) {
+    Shop shop;
+    const std::size_t bad = shop.cuts[100];
+    shift(shop.lines[bad], 'Z', -0.008);
+    const auto [removal, verdict] = shop.run(0.5, threads);
+    EXPECT_TRUE(verdict.passed());
+    EXPECT_TRUE(removal.troubles.empty());
+    EXPECT_NEAR(removal.gouge.depth, 0.008, 0.0015);
+    EXPECT_EQ(removal.gouge.depth, verdict.gouge);
+    EXPECT_NEAR(removal.gouge.line, Shop::number(bad), 1);
+    EXPECT_EQ(removal.gouge.block + 1, removal.gouge.line);
+    EXPECT_TRUE(removal.gouge.facet == 1002 || removal.gouge.facet == 1003);
+    EXPECT_LT(distance(removal.gouge.place, shop.poses[bad - 1].tip), 0.3);
+    EXPECT_NE(shop.json.find("\"deepest_gouge\""), std::string::npos);
   }
 }
 
