@@ -109,6 +109,61 @@ TEST(Contact, ProbesOfABallAgainstAMarchAlongTheirLines) {
   EXPECT_GT(touched, 100);
 }
 
+TEST(Contact, ProbesOfRowsInAnyOrderAgainstTheirFormula) {
+  constexpr double kWall = 4.8, kReach = 0.5;
+  const CheckedMesh part =
+      checked(box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}, {Vec3{-8, kWall, -6}, Vec3{8, 8, 3}}}));
+  const Job job = make_job();
+  for (const std::uint32_t seed : {1u, 2u, 3u}) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> any(0.0, 1.0);
+    struct Row {
+      double y, height;
+    };
+    std::vector<Row> rows;
+    for (int i = 0; i < 12; ++i) rows.push_back({-3.5 + 6.25 * any(random), 0.3 * any(random)});
+    ExecutedPath path;
+    const auto go = [&](double x, const Row& row, double up) {
+      const double time = static_cast<double>(path.moves.size());
+      path.moves.push_back({joints_for({{x, row.y, row.height + up}, {0, 0, 1}}), time, time + 1.0, 0.0,
+                            path.moves.size() + 1, 0, false});
+    };
+    for (const Row& row : rows) {
+      go(-9.0, row, 5.0);
+      for (double x = -9.0; x <= 9.0; x += 0.3 + any(random)) go(x, row, 0.0);
+      go(9.0, row, 0.0), go(9.0, row, 5.0);
+    }
+    path.start = path.moves[0].to;
+    Stock stock = *make_stock(*parse_stock("box:1"), part, job, 0.5, 1, {2});
+    Probes probes(part.mesh, 0.05, kReach);  // patches much smaller than the tool
+    ASSERT_TRUE(remove_material(job, path, stock, probes, {job.plan.tolerance, 2}, {}));
+    std::array<int, 2> near{}, far{};
+    for (std::uint32_t patch = 0; patch < probes.patches().mesh.facets.size(); ++patch) {
+      const Vec3 n = probes.patches().normal[patch];
+      for (std::uint64_t i = probes.patches().first[patch]; i < probes.patches().first[patch + 1]; ++i) {
+        const Point<Part> p = probes.place(patch, i);
+        const bool top = n.z > 0.5 && p.y < 4.0, wall = n.y < -0.5 && p.y > 4.0;
+        if ((!top && !wall) || std::abs(p.x) > 6.5) continue;
+        double left = kInfinity;
+        for (const Row& row : rows) {
+          // Beside the row, or below the ball's centre, of which the shank stands straight up.
+          const double off = top ? p.y - row.y : std::max(0.0, row.height + kRadius - p.z);
+          if (std::abs(off) >= kRadius) continue;
+          const double ball = std::sqrt(kRadius * kRadius - off * off);
+          left = std::min(left, top ? row.height + kRadius - ball : kWall - row.y - ball);
+        }
+        if (std::abs(left - kReach) < 1e-5) continue;
+        const Probes::Value value = probes.value(i);
+        ++(left < kReach ? near : far)[top ? 0 : 1];
+        ASSERT_EQ(value.move != Probes::kNever, left < kReach) << seed << ": " << to_string(p) << left;
+        if (left >= kReach) continue;
+        ASSERT_NEAR(value.left, left, 1e-5) << seed << ": " << to_string(p);
+      }
+    }
+    EXPECT_GT(std::min(near[0], far[1]), 1000);
+  }
+}
+
 TEST(Contact, AGrazeOverASharpEdgeIsNoGouge) {
   Shop shop;
   for (const double deep : {0.004, 0.02}) {
