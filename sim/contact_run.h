@@ -96,10 +96,14 @@ struct Contact::Run {
   double allowed(const View& view) const {
     return std::min(found.worst[view.rapid ? 1 : 0].depth, tolerance);
   }
+  /// Of equally deep ones the earliest move's counts, then the least patch: the order does not matter.
+  static bool deeper(const Overlap& a, const Overlap& b) {
+    return a.depth != b.depth ? a.depth > b.depth : a.move != b.move ? a.move < b.move : a.patch < b.patch;
+  }
   void report(View& view, const Overlap& overlap) {
     Overlap& worst = found.worst[view.rapid ? 1 : 0];
-    if (overlap.depth > worst.depth) worst = overlap;
-    if (overlap.depth > view.deepest.depth) view.deepest = overlap;
+    if (deeper(overlap, worst)) worst = overlap;
+    if (deeper(overlap, view.deepest)) view.deepest = overlap;
   }
 };
 
