@@ -30,44 +30,12 @@ nlohmann::ordered_json starvation_json(const Starvation& s) {
 /// How far the rotary winds up, turns.
 double rotary_turns(const JointPathReport& joints) { return (joints.max.c - joints.min.c) / 360.0; }
 
-const char* why_text(Unreached why) {
-  switch (why) {
-    case Unreached::kCutter:
-      return "cutter";
-    case Unreached::kShank:
-      return "shank";
-    case Unreached::kHolder:
-      return "holder";
-    case Unreached::kTilt:
-      return "tilt";
-  }
-  return "";
-}
-
-const char* why_text(Uncut why) {
-  switch (why) {
-    case Uncut::kCutter:
-      return "cutter";
-    case Uncut::kContainment:
-      return "containment";
-    case Uncut::kTilt:
-      return "tilt";
-    case Uncut::kShank:
-      return "shank";
-    case Uncut::kHolder:
-      return "holder";
-    case Uncut::kWall:
-      return "wall";
-  }
-  return "";
-}
-
 nlohmann::ordered_json uncut_json(const UncutReport& uncut) {
   nlohmann::ordered_json json = {
       {"area_mm2", uncut.area}, {"facing_area_mm2", uncut.facing_area}, {"facets_turned_away", uncut.away}};
   json["facets"] = nlohmann::ordered_json::array();
   for (const UncutFacet& f : uncut.facets)
-    json["facets"].push_back({{"facet", f.facet}, {"why", why_text(f.why)}, {"share", f.share}});
+    json["facets"].push_back({{"facet", f.facet}, {"why", word_of(f.why)}, {"share", f.share}});
   return json;
 }
 
@@ -78,7 +46,7 @@ nlohmann::ordered_json free_json(const FreeReport& free) {
       {"breaks", free.breaks},          {"short_links", free.short_links}};
   json["unreached_facets"] = nlohmann::ordered_json::array();
   for (const FreeReport::Facet& f : free.unreached)
-    json["unreached_facets"].push_back({{"facet", f.facet}, {"why", why_text(f.why)}});
+    json["unreached_facets"].push_back({{"facet", f.facet}, {"why", word_of(f.why)}});
   return json;
 }
 

@@ -49,7 +49,7 @@ class Admissibility {
 
   /// Why a point without admissible directions has none: the first of cutter, shank and holder without which
   /// there would be some, or the tilt limit.
-  Unreached why_none(const ClPoint& point, DirectionQuery& query) const;
+  Uncut why_none(const ClPoint& point, DirectionQuery& query) const;
 
   /// The axis itself, or, further from `up` than a little less than the tilt limit, the nearest that is not.
   Vec3 nearest_tilt(Vec3 axis) const;

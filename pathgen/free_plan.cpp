@@ -29,22 +29,18 @@ std::string percent(double part, double whole) {
 }
 
 struct Reason {
-  Unreached why;
-  const char *text, *remedy;
+  Uncut why;
+  const char* text;
 };
 constexpr Reason kReasons[] = {
-    {Unreached::kCutter, "no direction of the tool axis is clear of the part for the cutter",
-     "use a smaller cutter"},
-    {Unreached::kShank,
+    {Uncut::kCutter, "no direction of the tool axis is clear of the part for the cutter"},
+    {Uncut::kShank,
      "in every direction that is clear for the cutter the shank comes nearer to the part than "
-     "guards.shank.clearance_mm",
-     "use a longer cutter.cutting_length_mm or a thinner shank"},
-    {Unreached::kHolder,
+     "guards.shank.clearance_mm"},
+    {Uncut::kHolder,
      "in every direction that is clear for cutter and shank the holder comes nearer to the part "
-     "than guards.holder.clearance_mm",
-     "use a longer cutter.shank_length_mm"},
-    {Unreached::kTilt, "every clear direction tilts the tool axis further than setup.tilt_max_deg",
-     "turn the part on the table"}};
+     "than guards.holder.clearance_mm"},
+    {Uncut::kTilt, "every clear direction tilts the tool axis further than setup.tilt_max_deg"}};
 
 class FreePlanner {
  public:
@@ -153,17 +149,18 @@ class FreePlanner {
       report_.warnings.push_back(percent(sum, free_.cl_length) +
                                  " of the CL surface's slices left out, at facet " +
                                  std::to_string(facets.front()) + " (" + std::to_string(facets.size()) +
-                                 " facets in all): " + reason.text + "; " + reason.remedy);
+                                 " facets in all): " + reason.text + "; " + remedy(reason.why));
     }
     free_.unreached_length = all;
     std::stable_sort(free_.unreached.begin(), free_.unreached.end(),
                      [](const auto& a, const auto& b) { return a.facet < b.facet; });
     if (left_out_.empty() || left_out_.size() < free_.cl_points) return {};
-    const Reason& first = kReasons[static_cast<std::size_t>(left_out_.front().why)];
-    return fail(first.why == Unreached::kTilt ? Code::kLimit : Code::kUnreachable,
+    const Reason& first = *std::find_if(std::begin(kReasons), std::end(kReasons),
+                                        [this](const Reason& r) { return r.why == left_out_.front().why; });
+    return fail(first.why == Uncut::kTilt ? Code::kLimit : Code::kUnreachable,
                 std::string("nothing is left to cut: at facet ") +
                     std::to_string(part_.mesh.source[left_out_.front().facet]) + " as everywhere " +
-                    first.text + "; " + first.remedy);
+                    first.text + "; " + remedy(first.why));
   }
 
   void join(const std::vector<OrientedRun>& runs, const Admissibility& admissible) {

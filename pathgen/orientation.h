@@ -28,7 +28,7 @@ using OrientedRun = std::vector<OrientedPoint>;
 /// A stretch that is left out.
 struct LeftOut {
   double length = 0.0;  ///< mm
-  Unreached why = Unreached::kCutter;
+  Uncut why = Uncut::kCutter;
   std::uint32_t facet = kNoFacet;  ///< index into the mesh
 };
 

@@ -14,24 +14,24 @@
 
 namespace tiltfeed {
 
-Refusal PassRules::refusal(const EnvelopePoint& p) const {
+std::optional<Uncut> PassRules::refusal(const EnvelopePoint& p) const {
   if (options_.tilt_max.radians() < kPi && angle_between(p.axis, options_.up) > options_.tilt_max.radians())
-    return Refusal::kTilt;
-  if (!region_.reaches(p.flat.z)) return Refusal::kHeight;
+    return Uncut::kTilt;
+  if (!region_.reaches(p.flat.z)) return Uncut::kContainment;
   const ToolPart part = touching(p);
-  if (part == ToolPart::kShank && options_.shank.reaction == Reaction::kTrim) return Refusal::kShank;
-  if (part == ToolPart::kHolder && options_.holder.reaction == Reaction::kTrim) return Refusal::kHolder;
-  return Refusal::kNone;
+  if (part == ToolPart::kShank && options_.shank.reaction == Reaction::kTrim) return Uncut::kShank;
+  if (part == ToolPart::kHolder && options_.holder.reaction == Reaction::kTrim) return Uncut::kHolder;
+  return std::nullopt;
 }
 
 bool PassRules::may_cut(const EnvelopePoint& p, Refusals& refusals) const {
-  const Refusal why = refusal(p);
-  ++refusals.count[static_cast<std::size_t>(why)];
+  const std::optional<Uncut> why = refusal(p);
+  if (why) ++refusals.count[static_cast<std::size_t>(*why)];
   const ToolPart part = touching(p);
-  if (part == ToolPart::kCutter) return why == Refusal::kNone;
+  if (part == ToolPart::kCutter) return !why;
   refusals.patches.push_back(p.patch);
-  if (why == Refusal::kNone) ++refusals.raised[static_cast<std::size_t>(refusal_by(part))];
-  return why == Refusal::kNone;
+  if (!why) ++refusals.raised[static_cast<std::size_t>(uncut_by(part))];
+  return !why;
 }
 
 void Refusals::add(const Refusals& other) {

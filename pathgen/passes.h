@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "kinematics/result.h"
@@ -13,21 +14,15 @@
 #include "pathgen/envelope.h"
 #include "pathgen/region.h"
 #include "pathgen/smoothing.h"
+#include "pathgen/uncut_reason.h"
 
 namespace tiltfeed {
 
-/// Why a point of the envelope is not cut.
-enum class Refusal { kNone, kTilt, kHeight, kShank, kHolder };
-
-/// What a place is refused for when this part of the tool, not the cutting part, comes too near.
-constexpr Refusal refusal_by(ToolPart part) {
-  return part == ToolPart::kShank ? Refusal::kShank : Refusal::kHolder;
-}
-
-/// Points refused, by Refusal, and the patches that stand behind shank and holder refusals.
+/// Points refused, by Uncut, and the patches that stand behind shank and holder refusals.
 struct Refusals {
-  std::array<std::uint64_t, 5> count{};
-  std::array<std::uint64_t, 5> raised{};  ///< points that stay, raised clear of the part by shank or holder
+  std::array<std::uint64_t, kUncutReasons> count{};
+  std::array<std::uint64_t, kUncutReasons>
+      raised{};  ///< points that stay, raised clear of the part by shank or holder
   std::vector<PatchId> patches;
   void add(const Refusals& other);
 };
@@ -50,7 +45,8 @@ class PassRules {
  public:
   PassRules(const PlanOptions& options, const ClField& field)
       : options_(options), surface_(field.surface), region_(options.containment, field.deformation) {}
-  Refusal refusal(const EnvelopePoint& p) const;
+  /// Why the point may not be cut; nothing where it may.
+  std::optional<Uncut> refusal(const EnvelopePoint& p) const;
   /// The same, noted in `refusals`; so are points that stay but are raised.
   bool may_cut(const EnvelopePoint& p, Refusals& refusals) const;
   /// Does the point stand clear of the surface because shank or holder touch?

@@ -48,7 +48,7 @@ Passes from_contours(Contours&& contours, const ClField& field, const PlanOption
       if (!held || held->flat.z <= p.flat.z + kHeldShare * options.tolerance) return false;
       const ToolPart part = rules.touching(*held);
       if (part == ToolPart::kCutter) return false;
-      ++passes.refusals.count[static_cast<std::size_t>(refusal_by(part))];
+      ++passes.refusals.count[static_cast<std::size_t>(uncut_by(part))];
       passes.refusals.patches.push_back(held->patch);
       return true;
     });

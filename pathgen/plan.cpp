@@ -245,7 +245,7 @@ class Planner {
                         .order = as_given_ ? PassOrder::kGiven : PassOrder::kRegions,
                         .allowed =
                             [rules = PassRules(options_, field)](const EnvelopePoint& p) {
-                              return rules.refusal(p) == Refusal::kNone && rules.region().contains(p.flat);
+                              return !rules.refusal(p) && rules.region().contains(p.flat);
                             },
                         .straight = wanted_ != nullptr ? wanted_->straight : nullptr};
     Envelope envelope(field.surface, field.deformation, field.index, envelope_);

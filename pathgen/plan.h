@@ -11,6 +11,7 @@
 #include "kinematics/tool_path.h"
 #include "pathgen/mesh.h"
 #include "pathgen/plan_options.h"
+#include "pathgen/uncut_reason.h"
 
 namespace tiltfeed {
 
@@ -22,9 +23,6 @@ struct StageTime {
   double seconds = 0.0;
 };
 
-/// Why points of the CL surface have no admissible direction.
-enum class Unreached { kCutter, kShank, kHolder, kTilt };
-
 /// What the mode free did besides.
 struct FreeReport {
   std::uint64_t cl_points = 0;    ///< points of the CL surface at which a direction was sought
@@ -35,19 +33,9 @@ struct FreeReport {
   std::uint64_t short_links = 0;  ///< between passes, at the clearance over the surface
   struct Facet {
     std::uint32_t facet = kNoFacet;  ///< of the STL file
-    Unreached why = Unreached::kCutter;
+    Uncut why = Uncut::kCutter;
   };
   std::vector<Facet> unreached;  ///< facets touched where a slice was left out, ascending, each once
-};
-
-/// Why a place of the part stays uncut.
-enum class Uncut {
-  kCutter,  ///< the cutting part does not fit, or something else of the part is in the way along the axis
-  kContainment,  ///< outside of the containment
-  kTilt,         ///< beyond the tilt limit
-  kShank,        ///< the shank would come too near
-  kHolder,       ///< the holder would
-  kWall,         ///< parallel to the axis, and the passes end above
 };
 
 struct UncutFacet {

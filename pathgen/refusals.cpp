@@ -9,26 +9,21 @@ namespace tiltfeed {
 namespace {
 
 struct Reason {
-  Refusal refusal;
-  const char* why;
-  const char* remedy;
+  Uncut why;
+  const char* text;
 };
 constexpr Reason kReasons[] = {
-    {Refusal::kTilt, "the tool axis would tilt further than setup.tilt_max_deg",
-     "turn the part on the table"},
-    {Refusal::kHeight, "the tool would leave the containment's height", "widen it"},
-    {Refusal::kShank, "the shank would come nearer to the part than guards.shank.clearance_mm",
-     "use a longer cutter.cutting_length_mm or a thinner shank"},
-    {Refusal::kHolder, "the holder would come nearer to the part than guards.holder.clearance_mm",
-     "use a longer cutter.shank_length_mm"}};
+    {Uncut::kTilt, "the tool axis would tilt further than setup.tilt_max_deg"},
+    {Uncut::kContainment, "the tool would leave the containment's height"},
+    {Uncut::kShank, "the shank would come nearer to the part than guards.shank.clearance_mm"},
+    {Uncut::kHolder, "the holder would come nearer to the part than guards.holder.clearance_mm"}};
 
 /// The facets that stop shank or holder.
-std::string stopped_by(const ClSurface& surface, const Passes& passes, Refusal refusal) {
-  if (refusal != Refusal::kShank && refusal != Refusal::kHolder) return "";
-  const ToolPart part = refusal == Refusal::kShank ? ToolPart::kShank : ToolPart::kHolder;
+std::string stopped_by(const ClSurface& surface, const Passes& passes, Uncut why) {
+  if (why != Uncut::kShank && why != Uncut::kHolder) return "";
   std::vector<std::uint32_t> found;
   for (PatchId patch : passes.refusals.patches)
-    if (surface.piece(patch).part == part) found.push_back(surface.facet_of(patch));
+    if (uncut_by(surface.piece(patch).part) == why) found.push_back(surface.facet_of(patch));
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
   if (found.empty()) return "";
@@ -42,20 +37,20 @@ Result<void> report_refusals(const ClSurface& surface, const Passes& passes, Pla
   std::uint64_t left_out = 0;
   const std::string all = std::to_string(passes.traced);
   for (const Reason& reason : kReasons) {
-    const auto index = static_cast<std::size_t>(reason.refusal);
+    const auto index = static_cast<std::size_t>(reason.why);
     const std::uint64_t count = passes.refusals.count[index], raised = passes.refusals.raised[index];
     left_out += count;
     if (count == passes.traced)
-      return fail(reason.refusal == Refusal::kTilt ? Code::kLimit : Code::kUnreachable,
-                  std::string("nothing is left to cut: at every point of the path ") + reason.why + "; " +
-                      reason.remedy);
-    const std::string facets = stopped_by(surface, passes, reason.refusal);
+      return fail(reason.why == Uncut::kTilt ? Code::kLimit : Code::kUnreachable,
+                  std::string("nothing is left to cut: at every point of the path ") + reason.text + "; " +
+                      remedy(reason.why));
+    const std::string facets = stopped_by(surface, passes, reason.why);
     if (count > 0)
-      report.warnings.push_back(std::to_string(count) + " of " + all + " points left out: " + reason.why +
+      report.warnings.push_back(std::to_string(count) + " of " + all + " points left out: " + reason.text +
                                 facets);
     if (raised > 0)
       report.warnings.push_back(std::to_string(raised) + " of " + all + " points raised off the part: else " +
-                                reason.why + facets);
+                                reason.text + facets);
   }
   if (left_out == passes.traced)
     return fail(Code::kUnreachable,

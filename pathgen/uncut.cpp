@@ -15,7 +15,6 @@ namespace tiltfeed {
 
 namespace {
 
-constexpr std::size_t kReasons = 6;
 /// A side of a facet is cut into no more pieces.
 constexpr double kMostPieces = 32.0;
 /// The axis at the reference depends on the reference: so often it is asked again.
@@ -43,7 +42,7 @@ double distance_to_piece(const ToolPiece& piece, double d, double h) {
 }
 
 struct FacetVerdict {
-  std::array<std::uint32_t, kReasons> uncut{};
+  std::array<std::uint32_t, kUncutReasons> uncut{};
   std::uint32_t facing = 0, pieces = 0;
 };
 
@@ -141,22 +140,9 @@ class Judge {
     const double off = gap(place, *found);
     if (off > options_.tolerance && !(off < kNear * piece_.outer && touched_from_beside(place, flat))) {
       const ToolPart part = rules_.touching(*found);
-      if (part == ToolPart::kShank) return {Uncut::kShank};
-      return {part == ToolPart::kHolder ? Uncut::kHolder : by_cutter};
+      return {part == ToolPart::kCutter ? by_cutter : uncut_by(part)};
     }
-    switch (rules_.refusal(*found)) {
-      case Refusal::kNone:
-        return {std::optional<Uncut>{}};
-      case Refusal::kTilt:
-        return {Uncut::kTilt};
-      case Refusal::kHeight:
-        return {Uncut::kContainment};
-      case Refusal::kShank:
-        return {Uncut::kShank};
-      case Refusal::kHolder:
-        return {Uncut::kHolder};
-    }
-    return std::nullopt;
+    return {rules_.refusal(*found)};
   }
 
   const ClField& field_;

@@ -140,12 +140,12 @@ TEST(FreeDirections, TheReasonIsTheFirstPartOfTheToolWithoutARoom) {
   };
   EXPECT_GT(why({.diameter = 6, .length = 90, .shank_length = 60}, 180).first, 0u);
   EXPECT_EQ(why({.diameter = 6, .length = 90, .shank_length = 60}, 30),
-            std::pair(std::size_t{0}, Unreached::kTilt));
+            std::pair(std::size_t{0}, Uncut::kTilt));
   EXPECT_EQ(
       why({.diameter = 6, .length = 90, .shank_length = 60, .cutting_length = 10, .shank_diameter = 12}, 180),
-      std::pair(std::size_t{0}, Unreached::kShank));
+      std::pair(std::size_t{0}, Uncut::kShank));
   EXPECT_EQ(why({.diameter = 6, .length = 90, .shank_length = 12, .holder = {{20, 20, 40}}}, 180),
-            std::pair(std::size_t{0}, Unreached::kHolder));
+            std::pair(std::size_t{0}, Uncut::kHolder));
   const CheckedMesh shut = soup::check(soup::cube(0, 40) + soup::reversed(soup::cube(10, 30)));
   const FacetTree shut_tree(shut.mesh);
   PlanOptions options;
@@ -154,7 +154,7 @@ TEST(FreeDirections, TheReasonIsTheFirstPartOfTheToolWithoutARoom) {
   const Admissibility admissible(tool, grid, {0, 0, 1}, Angle::from_degrees(180));
   DirectionQuery shut_query;  // a hint belongs to one part
   EXPECT_TRUE(admissible.directions(bottom, shut_query).empty());
-  EXPECT_EQ(admissible.why_none(bottom, shut_query), Unreached::kCutter);
+  EXPECT_EQ(admissible.why_none(bottom, shut_query), Uncut::kCutter);
 }
 
 /// The least distance of a segment from a triangle, by places of the segment this far apart at most.
