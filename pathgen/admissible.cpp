@@ -24,7 +24,7 @@ Admissibility::Admissibility(const SweptTool& tool, const DirectionGrid& grid, V
       near_(grid, kAdmissibleLevel, kNearChord),
       up_(up),
       tilt_max_(tilt_max.radians()),
-      tilt_cosine_(std::cos(tilt_max_)) {}
+      tilt_(up, tilt_max) {}
 
 bool Admissibility::within_limits(Vec3 normal, Vec3 axis) const {
   return dot(normal, axis) >= kAlongSurface && within_tilt(axis);
@@ -59,21 +59,6 @@ bool Admissibility::still_stopped(const ClPoint& point, std::uint32_t i, Directi
   if (blockers.empty() || blockers[i] == kNoFacet) return false;
   ++query.tested;
   return tool_.stopped_by(blockers[i], point.centre, grid_.directions()[i], kAllParts);
-}
-
-std::vector<std::uint32_t> Admissibility::directions(const ClPoint& point, DirectionQuery& query) const {
-  const std::uint32_t coarse = DirectionGrid::count(kAdmissibleLevel),
-                      fine = DirectionGrid::count(kAdmissibleLevel + 1);
-  std::vector<std::uint32_t> found;
-  std::vector<std::uint8_t> clear(coarse, 0);
-  for (std::uint32_t i = 0; i < coarse; ++i)
-    if (admits(point, i, query)) clear[i] = 1, found.push_back(i);
-  const bool none = found.empty();
-  for (std::uint32_t i = coarse; i < fine; ++i) {
-    const auto [a, b] = grid_.parents(i);
-    if ((none || clear[a] != clear[b]) && admits(point, i, query)) found.push_back(i);
-  }
-  return found;
 }
 
 bool Admissibility::any_clear(const ClPoint& point, int parts, DirectionQuery& query) const {

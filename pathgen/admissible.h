@@ -10,6 +10,7 @@
 #include "kinematics/units.h"
 #include "pathgen/cl_sections.h"
 #include "pathgen/direction_grid.h"
+#include "pathgen/move_clearance.h"
 #include "pathgen/plan.h"
 #include "pathgen/swept_tool.h"
 
@@ -31,7 +32,7 @@ class Admissibility {
   /// `up`: the table's axis in part directions, unit. `tool` and `grid` must outlive the object.
   Admissibility(const SweptTool& tool, const DirectionGrid& grid, Vec3 up, Angle tilt_max);
 
-  bool within_tilt(Vec3 axis) const { return tilt_max_ >= kPi || dot(up_, axis) >= tilt_cosine_; }
+  bool within_tilt(Vec3 axis) const { return tilt_.allows(axis); }
   /// Is the axis on the surface's side of the contact, and its angle to `up` at most tilt_max?
   bool within_limits(Vec3 normal, Vec3 axis) const;
   /// Is it in the admissible set of the point?
@@ -41,10 +42,8 @@ class Admissibility {
   /// Is direction i of the grid stopped by what stopped it last? Asks no other facet.
   bool still_stopped(const ClPoint& point, std::uint32_t i, DirectionQuery& query) const;
 
-  /// The admissible directions of the grid (indices, ascending): those of level kAdmissibleLevel; where some
-  /// of these are and some are not, the ones between on the next finer level; where none is, all of that
-  /// level. Requires: the grid's level is above kAdmissibleLevel.
-  std::vector<std::uint32_t> directions(const ClPoint& point, DirectionQuery& query) const;
+  /// Directions are of this level of the grid, and of the next finer one round what was chosen of them or
+  /// where none of them is admissible.
   static constexpr int kAdmissibleLevel = 3;
 
   /// Why a point without admissible directions has none: the first of cutter, shank and holder without which
@@ -59,6 +58,7 @@ class Admissibility {
   /// Of its level kAdmissibleLevel.
   const DirectionNeighbours& near() const { return near_; }
   Vec3 up() const { return up_; }
+  const TiltLimit& tilt() const { return tilt_; }
   double tilt_max() const { return tilt_max_; }  ///< rad
 
  private:
@@ -69,7 +69,8 @@ class Admissibility {
   const DirectionGrid& grid_;
   DirectionNeighbours near_;
   Vec3 up_;
-  double tilt_max_, tilt_cosine_;
+  double tilt_max_;
+  TiltLimit tilt_;
 };
 
 }  // namespace tiltfeed

@@ -30,8 +30,7 @@ DirectionGrid::DirectionGrid(int level) : level_(level), directions_(icosahedron
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middle;
     const auto between = [&](std::uint32_t a, std::uint32_t b) {
       const auto [at, is_new] = middle.try_emplace(std::minmax(a, b), directions_.size());
-      if (is_new)
-        directions_.push_back(normalized(directions_[a] + directions_[b])), parents_.push_back({a, b});
+      if (is_new) directions_.push_back(normalized(directions_[a] + directions_[b]));
       return at->second;
     };
     std::vector<Triangle> finer;

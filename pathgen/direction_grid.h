@@ -2,7 +2,6 @@
 // Directions spread evenly over the sphere: the corners of an icosahedron whose facets are cut into four
 // again and again. Those of a coarser grid come first.
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -21,15 +20,12 @@ class DirectionGrid {
   /// How many directions a level has; they are the first of all.
   static std::uint32_t count(int level) { return 10u * (1u << (2 * level)) + 2u; }
   int level() const { return level_; }
-  /// The two directions between which direction i lies. Requires: it is not of level 0.
-  std::array<std::uint32_t, 2> parents(std::uint32_t i) const { return parents_[i - 12]; }
   /// No direction is further from the nearest of a level's than this, rad.
   static double coverage(int level);
 
  private:
   int level_;
   std::vector<Vec3> directions_;
-  std::vector<std::array<std::uint32_t, 2>> parents_;  ///< from direction 12 on
 };
 
 /// Of each direction of a level the others near it.

@@ -124,6 +124,7 @@ class RunLinker {
     }
   }
 
+  /// Of a tool off the part: all of it as it stands, the ball too, and nothing swept, unlike clear_along().
   bool clear(const Pose& from, const Pose& to) {
     const double way =
         distance(from.tip, to.tip) + (tool_.top() + height_) * angle_between(from.axis, to.axis);

@@ -9,22 +9,12 @@ namespace tiltfeed {
 
 namespace {
 
-/// Up to so many radii of the ball over the reference moves are checked pose by pose, further up by a bound.
-constexpr double kBoundedFrom = 3.0;
-/// A cylinder of radius r that steps by s leaves s^2 / (8 r) of a corner: a fifth of the tolerance at most.
-constexpr double kStepShare = 8.0 * 0.2;
-
 /// Of the room that a move has over a plane surface, how much it may take: facets are not in one plane.
 constexpr double kBoundShare = 0.7;
 /// In more pieces than this a bound takes longer than poses.
 constexpr double kMostPieces = 16.0;
 /// All of the tool.
 constexpr double kFromBelow = -std::numeric_limits<double>::infinity();
-
-double lever(const SweptTool& tool) {
-  const Box& b = tool.tree().bounds();
-  return std::min(tool.top(), distance(b.min, b.max));
-}
 
 }  // namespace
 
@@ -50,11 +40,7 @@ PlacedRun divided(const PlacedRun& run, const OrientationOptions& options) {
 
 MoveCheck::MoveCheck(const Admissibility& admissible, const OrientationOptions& options,
                      DirectionQuery& query)
-    : admissible_(admissible),
-      options_(options),
-      query_(query),
-      lever_(lever(admissible.tool())),
-      step_(std::sqrt(kStepShare * admissible.tool().ball() * options.tolerance)) {}
+    : admissible_(admissible), options_(options), query_(query) {}
 
 void MoveCheck::next_round() {
   std::stable_sort(now_.begin(), now_.end(),
@@ -105,32 +91,11 @@ bool MoveCheck::clear_by_bound(const OrientedPoint& a, const OrientedPoint& b) {
   return true;
 }
 
-/// High up by a bound; near the contact, or where that does not tell, at poses between which no point of the
-/// tool moves further than what a ball leaves of a corner between two places within its share of the
-/// tolerance.
+/// By one bound where the surface leaves room, else as any move.
 bool MoveCheck::clear(const OrientedPoint& a, const OrientedPoint& b) {
-  const SweptTool& tool = admissible_.tool();
-  const double turn = angle_between(a.axis, b.axis), way = distance(a.point.centre, b.point.centre);
-  const double from = kBoundedFrom * tool.ball();
-  if (clear_by_bound(a, b)) return true;
-  ++query_.tested;
-  const bool bounded = !tool.may_stop(lerp(a.point.centre, b.point.centre, 0.5), slerp(a.axis, b.axis, 0.5),
-                                      way / 2.0, turn / 2.0, from);
-  const int steps =
-      std::max(1, static_cast<int>(std::ceil((way + (bounded ? from : lever_) * turn) / step_)));
-  const double h = options_.reference_height;
-  const Point<Part> tip_a = a.point.centre - a.axis * h, tip_b = b.point.centre - b.axis * h;
-  for (int k = 0; k <= steps; ++k) {
-    const double f = static_cast<double>(k) / steps;
-    const Vec3 axis = slerp(a.axis, b.axis, f);
-    const Point<Part> centre = lerp(tip_a, tip_b, f) + axis * h;
-    ++query_.tested;
-    if (bounded ? tool.stopped_below(centre, axis, from, query_.hint)
-                : tool.stop(centre, axis, query_.hint).has_value())
-      return false;
-    if (!admissible_.within_tilt(axis)) return false;
-  }
-  return true;
+  return clear_by_bound(a, b) || clear_along(admissible_.tool(), admissible_.tilt(), {a.point.centre, a.axis},
+                                             {b.point.centre, b.axis}, options_.reference_height,
+                                             options_.tolerance, query_.hint, query_.tested);
 }
 
 }  // namespace tiltfeed

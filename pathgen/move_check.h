@@ -44,8 +44,6 @@ class MoveCheck {
   const Admissibility& admissible_;
   const OrientationOptions& options_;
   DirectionQuery& query_;
-  double lever_;  ///< how far up the tool anything of the part can be, mm
-  double step_;
   std::vector<Cleared> before_, now_;
 };
 
