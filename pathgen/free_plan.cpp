@@ -3,9 +3,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 
+#include "pathgen/axis_step.h"
 #include "pathgen/cl_slices.h"
 #include "pathgen/free_links.h"
 #include "pathgen/orientation.h"
@@ -86,18 +86,9 @@ class FreePlanner {
   }
 
  private:
-  /// The axis may turn by so much in one move that the ball's centre and the shank's end leave their straight
-  /// ways by that share of the tolerance.
-  double turn_per_move() const {
-    const double reach = std::max(options_.cutter.shank_length, options_.cutter.radius());
-    const double turn = std::sqrt(8.0 * options_.tolerance * kTurnShare / reach);
-    const double asked = options_.max_angle_step.radians();
-    return asked > 0.0 ? std::min(turn, asked) : turn;
-  }
-
   OrientationOptions orientation() const {
-    return {options_.free, options_.tolerance, turn_per_move(), options_.max_point_distance,
-            reference_height(options_.cutter)};
+    return {options_.free, options_.tolerance, largest_axis_step(options_, kTurnShare * options_.tolerance),
+            options_.max_point_distance, reference_height(options_.cutter)};
   }
 
   std::vector<OrientedRun> orient(const std::vector<ClSlice>& slices, const Admissibility& admissible) {

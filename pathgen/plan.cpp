@@ -1,9 +1,9 @@
 #include "pathgen/plan.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
+#include "pathgen/axis_step.h"
 #include "pathgen/cl_field.h"
 #include "pathgen/envelope.h"
 #include "pathgen/far_side.h"
@@ -30,17 +30,9 @@ namespace {
 constexpr double kEnvelopeShare = 0.25;
 constexpr double kThinningShare = 0.25;
 
-/// (E5) The largest turn of the axis in one move: the ball's centre leaves its straight line by R turn^2 / 8
-/// and the shank its ruled surface by (shank length) turn^2 / 8.
-double largest_axis_step(const PlanOptions& options) {
-  return std::sqrt(8.0 * options.tolerance * kThinningShare /
-                   std::max(options.cutter.shank_length, options.cutter.radius()));
-}
-
 EnvelopeOptions envelope_options(const PlanOptions& options) {
-  EnvelopeOptions envelope{options.tolerance * kEnvelopeShare, largest_axis_step(options)};
-  if (options.max_angle_step.radians() > 0.0)
-    envelope.max_axis_step = std::min(envelope.max_axis_step, options.max_angle_step.radians());
+  EnvelopeOptions envelope{options.tolerance * kEnvelopeShare,
+                           largest_axis_step(options, options.tolerance * kThinningShare)};
   if (options.max_point_distance > 0.0) envelope.max_distance = options.max_point_distance;
   envelope.reach = options.cutter.shank_length;
   return envelope;
@@ -63,18 +55,6 @@ Result<double> clearance_surface(const Mesh& mesh, double top, const Deformation
                     " reaches the axis point, line or circle: the highest cutter location is only " +
                     std::to_string(-top) + " mm away from it; use a smaller clearance");
   return z;
-}
-
-void warn_too_near(const ClSurface& surface, const std::vector<PatchId>& too_near, PlanReport& report) {
-  std::vector<std::uint32_t> facets;
-  for (PatchId patch : too_near) facets.push_back(surface.facet_of(patch));
-  std::sort(facets.begin(), facets.end());
-  facets.erase(std::unique(facets.begin(), facets.end()), facets.end());
-  if (facets.empty()) return;
-  report.warnings.push_back(
-      "near facet " + std::to_string(facets.front()) + " (" + std::to_string(facets.size()) +
-      " facets in all) the CL surface touches the axis point, line or circle, where no tool axis is "
-      "defined: what is nearer to it than 0.1 mm is not machined");
 }
 
 void measure(const std::vector<Move>& moves, PlanReport& report) {
@@ -134,14 +114,14 @@ class Planner {
       if (!passes) return tl::unexpected(passes.error());
     }
     if (auto reported = guarded_field(*field, options_, *passes, true))
-      warn_touches(find_touches(*reported, envelope_, *passes));
+      warn_touches(find_touches(*reported, envelope_, *passes), report_);
     passes_ = std::move(passes->rows);
     as_given_ = passes->as_given;
     report_.slice_points = passes->traced;
     // The first level lies up to a step under the top of the surface.
     top_ = passes->top + (passes->as_given ? options_.pattern.step_down : 0.0);
     warn_too_near(field->surface, passes->too_near, report_);
-    warn_smoothed(passes->smoothed);
+    warn_smoothed(passes->smoothed, report_);
     if (report_.slice_points == 0)
       return fail(Code::kUnreachable,
                   "the tool reaches no facet of the part: check axis.sense, axis.origin_mm, axis.n and "
@@ -193,23 +173,6 @@ class Planner {
     return trace_pattern(
         field, options_, envelope, thinning(),
         [this](const char*, double share) { return stages_.report(share); }, report_.warnings);
-  }
-
-  void warn_smoothed(const Smoothed& smoothed) {
-    if (smoothed.points == 0) return;
-    report_.warnings.push_back("points.smoothing_mm leaves up to " + std::to_string(smoothed.most) +
-                               " mm along the tool axis in concave corners, at " +
-                               std::to_string(smoothed.points) + " points of the envelope");
-  }
-
-  void warn_touches(const Touches& touches) {
-    if (touches.points == 0) return;
-    report_.warnings.push_back("at " + std::to_string(touches.points) +
-                               " points shank or holder come nearer to the part than their clearance, first "
-                               "facet " +
-                               std::to_string(touches.facets.front()) + " (" +
-                               std::to_string(touches.facets.size()) +
-                               " facets in all); guards ask for a report only: nothing was changed");
   }
 
   /// Clearance on the far side, links.

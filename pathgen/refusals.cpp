@@ -65,4 +65,33 @@ Result<void> report_refusals(const ClSurface& surface, const Passes& passes, Pla
   return {};
 }
 
+void warn_too_near(const ClSurface& surface, const std::vector<PatchId>& too_near, PlanReport& report) {
+  std::vector<std::uint32_t> facets;
+  for (PatchId patch : too_near) facets.push_back(surface.facet_of(patch));
+  std::sort(facets.begin(), facets.end());
+  facets.erase(std::unique(facets.begin(), facets.end()), facets.end());
+  if (facets.empty()) return;
+  report.warnings.push_back(
+      "near facet " + std::to_string(facets.front()) + " (" + std::to_string(facets.size()) +
+      " facets in all) the CL surface touches the axis point, line or circle, where no tool axis is "
+      "defined: what is nearer to it than 0.1 mm is not machined");
+}
+
+void warn_smoothed(const Smoothed& smoothed, PlanReport& report) {
+  if (smoothed.points == 0) return;
+  report.warnings.push_back("points.smoothing_mm leaves up to " + std::to_string(smoothed.most) +
+                            " mm along the tool axis in concave corners, at " +
+                            std::to_string(smoothed.points) + " points of the envelope");
+}
+
+void warn_touches(const Touches& touches, PlanReport& report) {
+  if (touches.points == 0) return;
+  report.warnings.push_back("at " + std::to_string(touches.points) +
+                            " points shank or holder come nearer to the part than their clearance, first "
+                            "facet " +
+                            std::to_string(touches.facets.front()) + " (" +
+                            std::to_string(touches.facets.size()) +
+                            " facets in all); guards ask for a report only: nothing was changed");
+}
+
 }  // namespace tiltfeed
