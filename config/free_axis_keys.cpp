@@ -25,8 +25,17 @@ void read_free_axis(const Section& root, const Section& axis, FreeAxis& free, co
   free.lead = Angle::from_degrees(axis.number("lead_deg", kLean, 0.0));
   free.lean = Angle::from_degrees(axis.number("lean_deg", kLean, 0.0));
   free.smoothing = axis.number("smoothing_mm", kSmoothing, cutter.radius());
-  const double turn = std::min(kDefaultTurn / cutter.radius(), kMaxTurn.max);
-  free.max_turn = Angle::from_degrees(axis.number("max_turn_deg_per_mm", kMaxTurn, turn));
+  free.max_turn = Angle::from_degrees(axis.number("max_turn_deg_per_mm", kMaxTurn, 0.0));
+}
+
+Angle default_turn(const MachineModel& machine, const Cutter& cutter, Feed feed) {
+  const double radius = cutter.radius();
+  const double tilt = machine.tilt.velocity * length(cross(machine.tilt.direction, machine.spindle));
+  const double fastest =
+      Angle::from_degrees(std::min(tilt, machine.rotary.velocity) / feed.mm_per_min()).radians();
+  const double kept = fastest / (1.0 + radius * fastest);
+  return Angle::from_radians(std::min({kept, Angle::from_degrees(kDefaultTurn).radians() / radius,
+                                       Angle::from_degrees(kMaxTurn.max).radians()}));
 }
 
 }  // namespace tiltfeed

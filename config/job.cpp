@@ -83,6 +83,8 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
   }
   if (!machine) return tl::unexpected(machine.error());
   job.machine = std::move(*machine);
+  if (Angle& turn = job.plan.free.max_turn; job.plan.axis.mode == AxisMode::kFree && turn.radians() == 0.0)
+    turn = default_turn(job.machine.model, job.plan.cutter, job.plan.cut_feed);
   return job;
 }
 

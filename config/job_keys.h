@@ -30,9 +30,14 @@ double smallest_radius(const Cutter& cutter);
 Cutter read_cutter(const Section& root);
 /// plan.axis and plan.free. Requires: plan.cutter.
 void read_axis(const Section& root, PlanOptions& plan);
-/// The keys of the section axis in the mode free, and what else of the job does not go with it. Requires:
-/// plan.cutter.
+/// The keys of the section axis in the mode free, and what else of the job does not go with it;
+/// FreeAxis::max_turn is 0 where the job leaves it to default_turn(). Requires: plan.cutter.
 void read_free_axis(const Section& root, const Section& axis, FreeAxis& free, const Cutter& cutter);
+/// The least of what a cutter of this size is given and what the machine's rotaries can do at the feed, of
+/// the tool axis per mm of the ball centre's way. The tip, whose feed it is, goes 1 - radius * turn of a mm
+/// in the meantime at the least. The rotary keeps up with it where the tool lies square to its axis; nearer
+/// the pole turns about that axis take it longer, and the feed waits for it.
+Angle default_turn(const MachineModel& machine, const Cutter& cutter, Feed feed);
 /// The same in the mode indexed.
 void read_indexed_axis(const Section& root, const Section& axis, IndexedAxis& indexed, const Cutter& cutter);
 Pattern read_pattern(const Section& root, const PlanOptions& plan);

@@ -218,12 +218,13 @@ TEST(FreeJob, IsReadAndDescribed) {
   ASSERT_EQ(job->plan.free.plane_normals.size(), 2u);
   EXPECT_EQ(job->plan.free.plane_normals[0], (Vec3{0, 0, 1}));
   EXPECT_DOUBLE_EQ(job->plan.free.lead.degrees(), 10.0);
-  EXPECT_EQ(job->plan.free.smoothing, 3.0);                         // the cutter's radius
-  EXPECT_DOUBLE_EQ(job->plan.free.max_turn.degrees(), 25.0 / 3.0);  // over the cutter's radius
+  EXPECT_EQ(job->plan.free.smoothing, 3.0);  // the cutter's radius
+  // The head tilts by 7200 degrees/min, 7.2 degrees per mm of the tip's way.
+  EXPECT_NEAR(job->plan.free.max_turn.degrees(), 7.2 / (1.0 + 3.0 * 7.2 * kPi / 180.0), 1e-9);
   EXPECT_EQ(job->plan.containment.height.high, 10.0);
   const std::string text = describe(*job);
   for (const char* line : {"axis.mode: free\n", "axis.plane_normals[2]: [1, 0, 0]\n",
-                           "axis.max_turn_deg_per_mm: 8.333", "containment.z_mm: [0, 10]\n"})
+                           "axis.max_turn_deg_per_mm: 5.228", "containment.z_mm: [0, 10]\n"})
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
 }
 
