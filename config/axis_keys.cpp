@@ -33,12 +33,12 @@ void read_axis(const Section& root, PlanOptions& plan) {
   const Section axis =
       root.section("axis", {"mode", "sense", "origin_mm", "t", "n", "circle_radius_mm", "plane_normals",
                             "lead_deg", "lean_deg", "smoothing_mm", "max_turn_deg_per_mm", "most_directions",
-                            "coverage_percent", "steepest_deg"});
+                            "coverage_percent", "least_gain_percent", "steepest_deg"});
   AxisFrame& frame = plan.axis;
   frame.mode = axis.choice<AxisMode>("mode", kModeWords);
   const std::string mode = word(kModeWords, frame.mode);
   if (frame.mode != AxisMode::kIndexed)
-    for (const char* key : {"most_directions", "coverage_percent", "steepest_deg"})
+    for (const char* key : {"most_directions", "coverage_percent", "least_gain_percent", "steepest_deg"})
       axis.unused(key, "in the mode " + mode + ", only in indexed");
   if (frame.mode == AxisMode::kIndexed) {
     for (const char* key : {"sense", "origin_mm", "t", "n", "circle_radius_mm", "plane_normals", "lead_deg",

@@ -7,6 +7,7 @@ namespace tiltfeed {
 namespace {
 
 constexpr Range kCoverage{50.0, 100.0};          // percent
+constexpr Range kGain{0.0, 50.0};                // percent
 constexpr Range kSteepest = between(0.0, 90.0);  // degrees
 
 }  // namespace
@@ -19,6 +20,7 @@ void read_indexed_axis(const Section& root, const Section& axis, IndexedAxis& in
   indexed.most_directions = static_cast<std::uint32_t>(
       axis.integer("most_directions", 1, kMostDirections, static_cast<int>(indexed.most_directions)));
   indexed.coverage = axis.number("coverage_percent", kCoverage, 100.0 * indexed.coverage) / 100.0;
+  indexed.least_gain = axis.number("least_gain_percent", kGain, 100.0 * indexed.least_gain) / 100.0;
   indexed.steepest =
       Angle::from_degrees(axis.number("steepest_deg", kSteepest, tidy(indexed.steepest.degrees())));
 }

@@ -43,6 +43,7 @@ void describe_free_axis(Description& out, const FreeAxis& free) {
 void describe_indexed_axis(Description& out, const IndexedAxis& indexed) {
   out.add("axis.most_directions", static_cast<double>(indexed.most_directions));
   out.add("axis.coverage_percent", tidy(100.0 * indexed.coverage));
+  out.add("axis.least_gain_percent", tidy(100.0 * indexed.least_gain));
   out.add("axis.steepest_deg", indexed.steepest);
 }
 

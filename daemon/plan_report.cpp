@@ -50,6 +50,16 @@ nlohmann::ordered_json free_json(const FreeReport& free) {
   return json;
 }
 
+nlohmann::ordered_json indexed_json(const IndexedReport& indexed) {
+  nlohmann::ordered_json json = {{"reached_percent", 100.0 * indexed.reached},
+                                 {"reachable_percent", 100.0 * indexed.reachable}};
+  json["directions"] = nlohmann::ordered_json::array();
+  for (const IndexedReport::Direction& d : indexed.directions)
+    json["directions"].push_back(
+        {{"axis", {d.axis.x, d.axis.y, d.axis.z}}, {"alone_percent", 100.0 * d.alone}});
+  return json;
+}
+
 }  // namespace
 
 Starvation starved(const Timing& timing, const MachineProfile& machine, const ProgramReport& program) {
@@ -98,6 +108,7 @@ std::string report_json(const PlanOutcome& o) {
   for (const Defect& d : o.part.defects)
     json["defects"].push_back({{"kind", to_string(d.kind)}, {"count", d.count}, {"first", d.first}});
   if (o.plan.free) json["free"] = free_json(*o.plan.free);
+  if (o.plan.indexed) json["indexed"] = indexed_json(*o.plan.indexed);
   if (o.plan.uncut) json["uncut"] = uncut_json(*o.plan.uncut);
   json["warnings"] = o.plan.warnings;
   json["stages"] = nlohmann::ordered_json::object();
@@ -163,6 +174,10 @@ std::string report_text(const PlanOutcome& o) {
         static_cast<unsigned long long>(o.plan.free->directions),
         static_cast<unsigned long long>(o.plan.free->breaks),
         100.0 * o.plan.free->unreached_length / o.plan.free->cl_length);
+  if (o.plan.indexed)
+    text += format("indexed: %zu directions reach %.1f %% of the surface, all directions together %.1f %%\n",
+                   o.plan.indexed->directions.size(), 100.0 * o.plan.indexed->reached,
+                   100.0 * o.plan.indexed->reachable);
   if (o.plan.uncut && o.plan.uncut->area > 0.0)
     text +=
         format("uncut: %.1f of %.1f mm2 that face the tool, on %zu facets; which and why is in the report\n",

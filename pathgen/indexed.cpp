@@ -83,8 +83,8 @@ class Indexed {
   /// The directions, in the order of machining.
   Result<void> choose(const CellReach& reach, const std::vector<SurfaceCell>& samples) {
     const IndexCandidates all = index_candidates(part_, options_, reach, samples);
-    const SetCover cover =
-        cover_by_few(all.sets, options_.indexed.coverage, options_.indexed.most_directions);
+    const IndexedAxis& how = options_.indexed;
+    const SetCover cover = cover_by_few(all.sets, how.coverage, how.most_directions, how.least_gain);
     tell_unreached(reach, samples, all, cover);
     if (cover.chosen.empty())
       return fail(Code::kUnreachable,
@@ -92,8 +92,26 @@ class Indexed {
                   "axis.steepest_deg; use a smaller or longer cutter");
     std::vector<Vec3> chosen;
     for (const std::uint32_t c : cover.chosen) chosen.push_back(all.directions[c]);
-    for (const std::uint32_t i : order_by_travel(chosen, options_.up)) chosen_.push_back(chosen[i]);
+    std::vector<std::uint32_t> order;
+    for (const std::uint32_t i : order_by_travel(chosen, options_.up))
+      chosen_.push_back(chosen[i]), order.push_back(cover.chosen[i]);
+    tell_chosen(all, order, samples.size());
     return {};
+  }
+
+  /// What the chosen candidates, in the order of machining, reach of the samples.
+  void tell_chosen(const IndexCandidates& all, const std::vector<std::uint32_t>& order, std::size_t samples) {
+    IndexedReport& report = plan_.report.indexed.emplace();
+    const double share = 1.0 / static_cast<double>(samples);
+    for (const Vec3 axis : chosen_) report.directions.push_back({axis, 0.0});
+    for (std::size_t c = 0; c < samples; ++c) {
+      if (all.reach(c)) report.reachable += share;
+      std::size_t by = 0, last = 0;
+      for (std::size_t i = 0; i < order.size(); ++i)
+        if (all.sets[order[i]][c] != 0) ++by, last = i;
+      if (by > 0) report.reached += share;
+      if (by == 1) report.directions[last].alone += share;
+    }
   }
 
   /// (I1) What of the surface is not reached, and why.
@@ -122,20 +140,19 @@ class Indexed {
       if (lost[why] == 0.0) first[why] = samples[c].source;
       lost[why] += samples[c].area;
     }
-    constexpr const char* kWhy[] = {
+    const std::array<std::string, 6> why_text{
         "the cutter's end does not fit there; use a smaller one",
         "the cutter hits the part from every direction; use a thinner one, or a larger axis.steepest_deg",
-        "the shank hits the part from every direction; use a longer cutter.cutting_length_mm or a thinner "
-        "shank",
-        "the holder hits the part from every direction; use a longer cutter.shank_length_mm",
-        "the tool axis would tilt further than setup.tilt_max_deg; turn the part on the table",
+        std::string("the shank hits the part from every direction; ") + remedy(Uncut::kShank),
+        std::string("the holder hits the part from every direction; ") + remedy(Uncut::kHolder),
+        std::string("the tool axis would tilt further than setup.tilt_max_deg; ") + remedy(Uncut::kTilt),
         "the directions chosen do not reach it, others do; raise axis.most_directions or "
-        "axis.coverage_percent, or use the mode free"};
+        "axis.coverage_percent, lower axis.least_gain_percent, or use the mode free"};
     for (std::size_t why = 0; why < lost.size(); ++why)
       if (lost[why] > 0.0)
         plan_.report.warnings.push_back(percent_text(lost[why] / whole) +
                                         " of the surface is left, the first at facet " +
-                                        std::to_string(first[why]) + ": " + kWhy[why]);
+                                        std::to_string(first[why]) + ": " + why_text[why]);
   }
 
   /// The paths of all directions, as many at a time as there are cores, put together in their order.

@@ -38,6 +38,17 @@ struct FreeReport {
   std::vector<Facet> unreached;  ///< facets touched where a slice was left out, ascending, each once
 };
 
+/// What the mode indexed chose, by places spread evenly over the part's surface.
+struct IndexedReport {
+  struct Direction {
+    Vec3 axis;           ///< unit
+    double alone = 0.0;  ///< share of the surface that of the chosen ones only this one reaches
+  };
+  std::vector<Direction> directions;  ///< in the order of machining
+  double reached = 0.0;               ///< share of the surface that they reach
+  double reachable = 0.0;  ///< by any direction that was asked: no number of fixed directions reaches more
+};
+
 struct UncutFacet {
   std::uint32_t facet = 0;  ///< of the STL file
   Uncut why = Uncut::kCutter;
@@ -61,6 +72,7 @@ struct PlanReport {
   std::uint64_t joins = 0;                      ///< passes begun from the one before, on the surface
   double cut_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm
   std::optional<FreeReport> free;               ///< with the axis free
+  std::optional<IndexedReport> indexed;         ///< with fixed directions
   std::optional<UncutReport> uncut;             ///< with PlanOptions::find_uncut, in one axis field
   std::vector<std::string> warnings;
   std::vector<StageTime> times;

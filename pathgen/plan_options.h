@@ -98,6 +98,8 @@ struct IndexedAxis {
   std::uint32_t most_directions = 6;  ///< at most kMostDirections (pathgen/index_order.h)
   /// Share of the area within reach of any direction that is enough: no direction is added for the rest.
   double coverage = 0.995;
+  /// Of that area; a direction that reaches less which no other chosen one does is not worth its turn.
+  double least_gain = 0.005;
   /// A direction counts for a place only if it leans no further than this from the surface's normal.
   Angle steepest = Angle::from_degrees(75.0);
 };

@@ -39,7 +39,8 @@ using Chosen = std::vector<std::uint32_t>;
 
 class Chooser {
  public:
-  Chooser(const std::vector<std::vector<std::uint8_t>>& sets, double share, std::uint32_t most)
+  Chooser(const std::vector<std::vector<std::uint8_t>>& sets, double share, std::uint32_t most,
+          double least_gain)
       : most_(most) {
     const std::size_t elements = sets.empty() ? 0 : sets[0].size();
     words_ = (elements + 63) / 64;
@@ -54,15 +55,26 @@ class Chooser {
     }
     constexpr double kRounding = 1e-9;
     wanted_ = static_cast<std::uint32_t>(std::ceil(share * count(all) - kRounding));
+    least_ = static_cast<std::uint32_t>(std::ceil(least_gain * count(all) - kRounding));
   }
 
   SetCover run() {
-    grow();
-    while (drop() || two_to_one() || three_to_two() || exchange()) grow();
-    return in_order();
+    improve();
+    // What small sets held may be worth another set.
+    for (Chosen best = chosen_;; best = chosen_) {
+      improve();
+      if (count(held_by(chosen_)) > count(held_by(best))) continue;
+      chosen_ = best;
+      return in_order();
+    }
   }
 
  private:
+  void improve() {
+    grow();
+    while (drop() || two_to_one() || three_to_two() || exchange()) grow();
+    drop_small();
+  }
   Bits held_by(const Chosen& some) const {
     Bits held(words_, 0);
     for (const std::uint32_t s : some) add(held, sets_[s]);
@@ -75,9 +87,9 @@ class Chooser {
       if (std::find(places.begin(), places.end(), i) == places.end()) rest.push_back(chosen_[i]);
     return rest;
   }
-  /// The set that adds the most, if any adds something.
+  /// The set that adds the most, if any adds enough to be worth it.
   std::optional<std::uint32_t> best(const Bits& held) const {
-    std::uint32_t most = 0;
+    std::uint32_t most = least_ > 0 ? least_ - 1 : 0;
     std::optional<std::uint32_t> found;
     for (std::uint32_t s = 0; s < sets_.size(); ++s)
       if (const std::uint32_t gain = count_without(sets_[s], held); gain > most) most = gain, found = s;
@@ -114,6 +126,18 @@ class Chooser {
         return true;
       }
     return false;
+  }
+  /// Sets that alone hold too little, the one with the least first.
+  void drop_small() {
+    while (!chosen_.empty()) {
+      std::size_t least = 0;
+      std::uint32_t alone = ~0u;
+      for (std::size_t i = chosen_.size(); i-- > 0;)
+        if (const std::uint32_t n = count_without(sets_[chosen_[i]], held_by(without({i}))); n < alone)
+          alone = n, least = i;
+      if (alone >= least_) return;
+      chosen_ = without({least});
+    }
   }
   bool two_to_one() {
     for (std::size_t i = 0; i < chosen_.size(); ++i)
@@ -175,7 +199,7 @@ class Chooser {
     return cover;
   }
 
-  std::uint32_t most_, wanted_ = 0;
+  std::uint32_t most_, wanted_ = 0, least_ = 0;
   std::size_t words_ = 0;
   std::vector<Bits> sets_;
   Chosen chosen_;
@@ -183,8 +207,9 @@ class Chooser {
 
 }  // namespace
 
-SetCover cover_by_few(const std::vector<std::vector<std::uint8_t>>& sets, double share, std::uint32_t most) {
-  return Chooser(sets, share, most).run();
+SetCover cover_by_few(const std::vector<std::vector<std::uint8_t>>& sets, double share, std::uint32_t most,
+                      double least_gain) {
+  return Chooser(sets, share, most, least_gain).run();
 }
 
 }  // namespace tiltfeed

@@ -109,6 +109,46 @@ TEST(SetCover, HoldsNearlyAsMuchAsAnyWhereTooFewAreAllowed) {
   }
 }
 
+/// Does each of the sets alone hold at least so many elements?
+bool worth_it(const Sets& sets, const std::vector<std::uint32_t>& some, double least) {
+  return std::all_of(some.begin(), some.end(), [&](std::uint32_t s) {
+    std::vector<std::uint32_t> rest = some;
+    std::erase(rest, s);
+    return held_by(sets, some) - held_by(sets, rest) >= least - 1e-9;
+  });
+}
+
+/// Against the most that any such family holds; without the stop nothing changes.
+TEST(SetCover, LeavesOutSetsThatAddTooLittle) {
+  Random random(3);
+  constexpr int kCases = 150;
+  double shares = 0.0;
+  int fewer = 0;
+  for (int i = 0; i < kCases; ++i) {
+    const Case c = random_case(random);
+    std::vector<std::uint32_t> every(c.sets.size());
+    std::iota(every.begin(), every.end(), 0u);
+    const std::uint32_t all = held_by(c.sets, every);
+    const double gain = 0.03 * random.below(6);
+    const SetCover found = cover_by_few(c.sets, c.share, 99, gain), plain = cover_by_few(c.sets, c.share, 99);
+    ASSERT_EQ(found.held, held_by(c.sets, found.chosen)) << i;
+    ASSERT_TRUE(worth_it(c.sets, found.chosen, gain * all)) << i;
+    if (gain == 0.0) {
+      ASSERT_EQ(found.chosen, plain.chosen) << i;
+    }
+    std::uint32_t best = 0;
+    for (std::uint32_t bits = 0; bits < 1u << c.sets.size(); ++bits)
+      if (const auto some = members(bits); worth_it(c.sets, some, gain * all))
+        best = std::max(best, held_by(c.sets, some));
+    const double share = found.held / std::min<double>(best, std::ceil(c.share * all - 1e-9));
+    ASSERT_GE(share, 0.6) << i;
+    shares += std::min(share, 1.0);
+    fewer += found.chosen.size() < plain.chosen.size() ? 1 : 0;
+  }
+  EXPECT_GT(fewer, 15);
+  EXPECT_GT(shares, 0.97 * kCases);
+}
+
 /// Greedy takes the large set in the middle first and ends with three; two suffice.
 TEST(SetCover, ExchangesWhatGreedyTakesFirst) {
   const Sets sets{{1, 1, 1, 1, 0, 0, 0, 0}, {0, 0, 0, 0, 1, 1, 1, 1}, {0, 1, 1, 1, 1, 1, 1, 0}};

@@ -27,20 +27,23 @@ TEST(IndexedKeys, HaveDefaultsAndValues) {
   EXPECT_EQ(plain->plan.axis.mode, AxisMode::kIndexed);
   EXPECT_EQ(plain->plan.indexed.most_directions, 6u);
   EXPECT_EQ(plain->plan.indexed.coverage, 0.995);
+  EXPECT_EQ(plain->plan.indexed.least_gain, 0.005);
   EXPECT_EQ(plain->plan.indexed.steepest.degrees(), 75.0);
   const auto given =
-      parse_job(job_text("indexed, most_directions: 9, coverage_percent: 90, steepest_deg: 60", "ball",
-                         "side_step_mm: 0.5", "containment: {x_mm: [1, 2], z_mm: [3, 4]}\n"),
+      parse_job(job_text("indexed, most_directions: 9, coverage_percent: 90, least_gain_percent: 2, "
+                         "steepest_deg: 60",
+                         "ball", "side_step_mm: 0.5", "containment: {x_mm: [1, 2], z_mm: [3, 4]}\n"),
                 kJobPath);
   ASSERT_TRUE(given) << given.error().message;
   EXPECT_EQ(given->plan.indexed.most_directions, 9u);
   EXPECT_EQ(given->plan.indexed.coverage, 0.9);
+  EXPECT_EQ(given->plan.indexed.least_gain, 0.02);
   EXPECT_NEAR(given->plan.indexed.steepest.degrees(), 60.0, 1e-12);
   EXPECT_EQ(given->plan.containment.first.low, 1.0);
   EXPECT_EQ(given->plan.containment.height.high, 4.0);
   const std::string said = describe(*given);
   for (const char* line : {"axis.mode: indexed\n", "axis.most_directions: 9\n", "axis.coverage_percent: 90\n",
-                           "axis.steepest_deg: 60\n"})
+                           "axis.least_gain_percent: 2\n", "axis.steepest_deg: 60\n"})
     EXPECT_NE(said.find(line), std::string::npos) << line << said;
 }
 
@@ -54,6 +57,10 @@ TEST(IndexedKeys, EveryKindOfBadTextIsRefused) {
       {job_text("indexed, most_directions: 2.5"), "axis.most_directions"},
       {job_text("indexed, coverage_percent: 101"), "axis.coverage_percent"},
       {job_text("indexed, coverage_percent: 0.99"), "axis.coverage_percent"},
+      {job_text("indexed, least_gain_percent: -1"), "axis.least_gain_percent"},
+      {job_text("indexed, least_gain_percent: 51"), "axis.least_gain_percent"},
+      {job_text("free, plane_normals: [[0, 0, 1]], least_gain_percent: 1"),
+       "axis.least_gain_percent: not used in the mode free"},
       {job_text("indexed, steepest_deg: 90"), "axis.steepest_deg"},
       {job_text("indexed, n: [0, 0, 1]"), "axis.n: not used in the mode indexed"},
       {job_text("indexed, lead_deg: 5"), "axis.lead_deg: not used in the mode indexed"},
