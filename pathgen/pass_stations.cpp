@@ -16,9 +16,9 @@ constexpr double kStationShare = 0.4, kFurthestShare = 2.0, kGridTurn = 0.16;
 constexpr double kMarginTurn = 1.0;
 /// Directions so near to the wish are looked at wherever any but it are, rad.
 constexpr double kLeastWindow = 0.25;
-/// Where the wish is not admitted directions further from it by up to this are looked at, rad; where there is
-/// none, all.
-constexpr double kWidestWindow = 0.9;
+/// Where the wish is not admitted directions further from it by up to this are looked at, rad, and to both
+/// sides by what is left of that when the axis has turned back as fast as it may; where there is none, all.
+constexpr double kWidestWindow = 1.2;
 /// Round the direction chosen on the coarser grid those of the finer one are looked at, rad: neighbours on
 /// the coarser one are up to so far apart.
 constexpr double kAround = 0.17;
@@ -73,7 +73,9 @@ void PassStations::find_windows() {
 /// Station i and those round about: the further off, the nearer to the wish.
 void PassStations::look(std::size_t i) {
   const double at = stations_[i].way, margin = kMarginTurn / max_turn_;
-  const auto window = [&](double way) { return kLeastWindow + kWidestWindow * std::exp(-way / scale_); };
+  const auto window = [&](double way) {
+    return kLeastWindow + std::max(0.0, kWidestWindow - max_turn_ * way);
+  };
   for (std::size_t k = i; k < stations_.size() && stations_[k].way <= at + margin; ++k)
     open(k, window(stations_[k].way - at));
   for (std::size_t k = i; k-- > 0 && stations_[k].way >= at - margin;) open(k, window(at - stations_[k].way));
