@@ -22,6 +22,9 @@ constexpr double kEndStep = 1e-7;
 /// See break_points().
 constexpr double kBreakShare = 1.0 / 8.0;
 
+/// Lines shorter than this share of the index's spacing are looked up like places.
+constexpr double kNearShare = 0.5;
+
 struct Sample {
   double run = 0.0;
   bool hit = false;
@@ -69,6 +72,10 @@ class Profile {
     active_.swap(field_.candidates_);
     return evaluate(0.0);
   }
+  /// The patch for which nothing may be cut there.
+  std::optional<PatchId> shut_by() const {
+    return result_.too_near.empty() ? std::nullopt : std::optional(result_.too_near.front());
+  }
 
  private:
   /// Ends of the candidates' intervals, those closer than kBreakShare of the curved step taken as one: what
@@ -105,13 +112,14 @@ class Profile {
     if (near.empty()) return false;
     const std::optional<Point<Part>> end = map_.column_end(x, y);
     if (!end) return false;
-    if (field_.end_ && *field_.end_ == *end) return field_.end_covered_;
-    const auto covering =
-        std::find_if(near.begin(), near.end(), [&](PatchId patch) { return surface_.covers(patch, *end); });
-    field_.end_ = end;
-    field_.end_covered_ = covering != near.end();
-    if (field_.end_covered_) result_.too_near.push_back(*covering);
-    return field_.end_covered_;
+    if (!field_.end_ || *field_.end_ != *end) {
+      const auto covering =
+          std::find_if(near.begin(), near.end(), [&](PatchId patch) { return surface_.covers(patch, *end); });
+      field_.end_ = end;
+      field_.end_covered_by_ = covering != near.end() ? std::optional(*covering) : std::nullopt;
+    }
+    if (field_.end_covered_by_) result_.too_near.push_back(*field_.end_covered_by_);
+    return field_.end_covered_by_.has_value();
   }
 
   /// (E1) The highest of the active patches on the axis line at `run`; equal heights: the lower patch number.
@@ -236,7 +244,12 @@ class Profile {
 };
 
 LineEnvelope Envelope::along(const FlatLine& line) {
-  index_.along(line, scratch_, candidates_);
+  if (line.length <= kNearShare * index_.spacing()) {
+    look_near({line.x, line.y}, {line.x_at(line.length), line.y_at(line.length)});
+    FlatIndex::along(line, nearby_, scratch_, candidates_);
+  } else {
+    index_.along(line, scratch_, candidates_);
+  }
   const PatchId cutter = surface_.features();
   if (std::none_of(candidates_.begin(), candidates_.end(),
                    [&](const Candidate& c) { return c.patch >= cutter; }))
@@ -254,17 +267,24 @@ LineEnvelope Envelope::along(const FlatLine& line) {
   return guarded;
 }
 
+/// What may be the highest round both places, for `nearby_`. Requires: not further apart than kNearShare of
+/// the index's spacing.
+void Envelope::look_near(std::array<double, 2> a, std::array<double, 2> b) {
+  if (asked_ && asked_->holds(a[0], a[1]) && asked_->holds(b[0], b[1])) return;
+  // What is asked next is mostly near.
+  const double half = index_.spacing() / 2.0, x = (a[0] + b[0]) / 2.0, y = (a[1] + b[1]) / 2.0;
+  asked_ = FlatBox{x - half, x + half, y - half, y + half};
+  index_.near(*asked_, scratch_, nearby_);
+}
+
 std::optional<EnvelopePoint> Envelope::at(double x, double y) {
-  if (!asked_ || !asked_->holds(x, y)) {
-    // What is asked next is mostly near.
-    const double half = index_.spacing() / 2.0;
-    asked_ = FlatBox{x - half, x + half, y - half, y + half};
-    index_.near(*asked_, scratch_, nearby_);
-  }
+  look_near({x, y}, {x, y});
   candidates_.clear();
   for (const FlatIndex::Nearby& n : nearby_)
     if (n.box.holds(x, y)) candidates_.push_back({0.0, 0.0, n.patch, n.top});
-  const auto sample = Profile(*this, {x, y, 1.0, 0.0, 0.0}).start();
+  Profile profile(*this, {x, y, 1.0, 0.0, 0.0});
+  const Sample sample = profile.start();
+  shut_by_ = profile.shut_by();
   if (!sample.hit) return std::nullopt;
   return sample.point;
 }

@@ -2,6 +2,7 @@
 // The upper envelope of one slice: the highest CL point on each axis line, so that neither ball nor straight
 // shank cuts into the part. (E1)..(E4) in pathgen/README.md.
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -69,11 +70,14 @@ class Envelope {
 
   /// The envelope on one axis line; nothing where the line misses the CL surface or may not be used.
   std::optional<EnvelopePoint> at(double x, double y);
+  /// The patch for which the last place that at() was asked for may not be used.
+  std::optional<PatchId> shut_by() const { return shut_by_; }
 
   const EnvelopeOptions& options() const { return options_; }
 
  private:
   friend class Profile;
+  void look_near(std::array<double, 2> a, std::array<double, 2> b);
   bool keep_guards(const LineEnvelope& found, const FlatLine& line);
   bool may_rise(const Candidate& c, const LineEnvelope& found, const FlatLine& line) const;
   const ClSurface& surface_;
@@ -84,8 +88,9 @@ class Envelope {
   std::vector<Candidate> candidates_, all_;  ///< of the line; those now in use, and with shank and holder
   std::optional<FlatBox> asked_;             ///< round the place that was asked for last, and what is there
   std::vector<FlatIndex::Nearby> nearby_;
-  std::optional<Point<Part>> end_;  ///< the column's end asked for last, and whether it is covered
-  bool end_covered_ = false;
+  std::optional<Point<Part>> end_;         ///< the column's end asked for last,
+  std::optional<PatchId> end_covered_by_;  ///< and the patch that covers it
+  std::optional<PatchId> shut_by_;
 };
 
 }  // namespace tiltfeed

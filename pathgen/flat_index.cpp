@@ -217,6 +217,46 @@ void FlatIndex::near(const FlatBox& box, Scratch& scratch, std::vector<Nearby>& 
   });
 }
 
+namespace {
+
+/// Where the line is in the box; false if nowhere.
+bool run_in_box(const FlatBox& box, const FlatLine& line, double& from, double& to) {
+  from = 0.0, to = line.length;
+  const auto cut = [&](double at, double d, double low, double high) {
+    if (d == 0.0) {
+      if (at < low || at > high) to = -1.0;
+      return;
+    }
+    from = std::max(from, std::min((low - at) / d, (high - at) / d));
+    to = std::min(to, std::max((low - at) / d, (high - at) / d));
+  };
+  cut(line.x, line.dx, box.low_x, box.high_x);
+  cut(line.y, line.dy, box.low_y, box.high_y);
+  return from <= to;
+}
+
+void sort_by_start(std::vector<Candidate>& candidates) {
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    if (a.from != b.from) return a.from < b.from;
+    if (a.patch != b.patch) return a.patch < b.patch;
+    return a.to < b.to;
+  });
+}
+
+}  // namespace
+
+void FlatIndex::along(const FlatLine& line, const std::vector<Nearby>& nearby, Scratch& scratch,
+                      std::vector<Candidate>& candidates) {
+  candidates.clear();
+  scratch.pieces.clear();
+  for (const Nearby& n : nearby) {
+    double from, to;
+    if (run_in_box(n.box, line, from, to)) scratch.pieces.push_back({from, to, n.patch, n.top});
+  }
+  join_pieces(scratch.pieces, candidates);
+  sort_by_start(candidates);
+}
+
 void FlatIndex::along(const FlatLine& line, Scratch& scratch, std::vector<Candidate>& candidates) const {
   candidates.clear();
   scratch.pieces.clear();
@@ -230,11 +270,7 @@ void FlatIndex::along(const FlatLine& line, Scratch& scratch, std::vector<Candid
     add_cell(cells_.cells[c], line, swept, has_siblings(c) ? scratch.pieces : candidates);
   });
   join_pieces(scratch.pieces, candidates);
-  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-    if (a.from != b.from) return a.from < b.from;
-    if (a.patch != b.patch) return a.patch < b.patch;
-    return a.to < b.to;
-  });
+  sort_by_start(candidates);
 }
 
 }  // namespace tiltfeed

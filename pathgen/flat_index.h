@@ -43,6 +43,9 @@ class FlatIndex {
   /// The patches that may be the highest somewhere in `box`, the one that may be highest of all first; some
   /// more than once.
   void near(const FlatBox& box, Scratch& scratch, std::vector<Nearby>& nearby) const;
+  /// As along(), for a line in the box that `nearby` was found for; intervals are those of the boxes.
+  static void along(const FlatLine& line, const std::vector<Nearby>& nearby, Scratch& scratch,
+                    std::vector<Candidate>& candidates);
   /// About the distance of neighbouring cells, mm.
   double spacing() const { return bins_.finest(); }
 

@@ -42,9 +42,8 @@ EnvelopePoint Heights::contact(Place p) {
   if (const auto point = envelope_.at(f.x, f.y)) return *point;
   EnvelopePoint none;
   none.flat.z = kNoSurface;
-  if (!may_be_shut()) return none;
-  const LineEnvelope here = envelope_.along({f.x, f.y, 1.0, 0.0, 0.0});
-  if (!here.too_near.empty()) none.flat.z = kShut, none.patch = here.too_near.front();
+  if (const auto patch = envelope_.shut_by(); patch && may_be_shut())
+    none.flat.z = kShut, none.patch = *patch;
   return none;
 }
 

@@ -1,5 +1,5 @@
-// Every place of the CL surface lies in a cell of its patch, and none is higher than the cell says: all patches
-// asked on many axis lines, whatever the cells say.
+// Every place of the CL surface lies in a cell of its patch, and none is higher than the cell says: all
+// patches asked on many axis lines, whatever the cells say.
 #include "pathgen/cells.h"
 
 #include <gtest/gtest.h>
@@ -56,9 +56,7 @@ Mesh fan(std::mt19937& random, double half, double size) {
     return half * u * std::abs(u);
   };
   const Point<Part> centre{place(), place(), place()};
-  const auto near = [&] {
-    return centre + Vec3{unit(random), unit(random), unit(random)} * size;
-  };
+  const auto near = [&] { return centre + Vec3{unit(random), unit(random), unit(random)} * size; };
   Mesh mesh;
   mesh.vertices = {centre, near(), near(), near(), near()};
   mesh.facets = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}};
@@ -116,7 +114,8 @@ TEST_P(CellsTest, HoldWhateverTheToolTouches) {
         bool held = false;
         double top = -kFar;
         for (const Cell& cell : cells.cells) {
-          if (cell.patch != patch || !in_box(cells, cell, at.x, at.y, map.period_x(), map.period_y())) continue;
+          if (cell.patch != patch || !in_box(cells, cell, at.x, at.y, map.period_x(), map.period_y()))
+            continue;
           held = true;
           top = std::max(top, static_cast<double>(cell.top));
         }

@@ -382,6 +382,19 @@ TEST(ZLevel, IsTheSameForAnyNumberOfThreads) {
   }
 }
 
+/// Inside a ball-shaped cavity, the tool pointing at its middle: a post that comes within a tool radius of
+/// the middle shuts every column, the one asked for first and all after it.
+TEST(ZLevel, ColumnsWhoseEndThePartCoversAreShutOneAndAll) {
+  Shapes shapes;
+  shapes.bead(0.0, 0.0, 0.0, 1.0, 0.5 * kRadius, true, 12);
+  const AxisFrame frame{AxisMode::kPoint, Sense::kInward, {}, {1, 0, 0}, {0, 0, 1}, 0.0};
+  const auto field = field_over(shapes.mesh, frame, 2.0 * kRadius, 10.0);
+  Heights heights(*field, options_for(1.0, 1.0).envelope);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> x(-30.0, 30.0), y(-14.0, 14.0);
+  for (int i = 0; i < 200; ++i) EXPECT_EQ(heights.at({x(random), y(random)}), kShut) << "place " << i;
+}
+
 TEST(ZLevel, RefusesTooManyLevelsAndNothing) {
   const Shapes shapes = pocket_with_island();
   const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
