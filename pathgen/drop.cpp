@@ -130,7 +130,8 @@ bool drop_on_edge(const ToolPiece& piece, Point<Part> p, Point<Part> q, double s
   double u = 0.0;
   Place at;
   double last = piece.has_cone() ? std::atan2(piece.taper_cos, piece.taper_sin) : kPi / 2.0;
-  const double low = std::min(u_p, u_q) - slack, high = std::max(u_p, u_q) + slack;
+  const double beyond = slack / std::sqrt(1.0 + climb * climb);  // over the ground
+  const double low = std::min(u_p, u_q) - beyond, high = std::max(u_p, u_q) + beyond;
   bool rim = false;
   if (climb < kLevel && away <= piece.flat) {  // it lies on the flat bottom
     const double half = std::sqrt(piece.flat * piece.flat - away * away);

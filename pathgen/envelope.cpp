@@ -151,14 +151,18 @@ class Profile {
     sample.point.flat = {x, y, best.z};
     sample.point.centre = line.base + line.axis * best.z;
     sample.point.axis = line.axis;
-    sample.point.normal = tilted(best, sample.point.flat);
+    lean(best, sample.point);
     return sample;
   }
 
   /// (C5) Normal of the CL surface: that of the contact, tilted by what the axis turns.
-  Vec3 tilted(const ClHit& hit, Point<Flat> flat) const {
-    if (hit.twist == Vec3{}) return hit.normal;
-    return normalized(hit.normal + map_.axis_turn(flat, hit.twist));
+  void lean(const ClHit& hit, EnvelopePoint& point) const {
+    point.normal = hit.normal;
+    if (hit.twist == Vec3{}) return;
+    const Vec3 tilted = hit.normal + map_.axis_turn(point.flat, hit.twist);
+    const double lever = length(tilted);
+    point.normal = tilted / lever;
+    point.lever = static_cast<float>(std::max(1.0, lever));
   }
 
   /// (E2) How far the tangent planes at two points are from the other point, the larger and the smaller. The
@@ -169,7 +173,8 @@ class Profile {
   };
   Lift lift(const EnvelopePoint& a, const EnvelopePoint& b) const {
     const Vec3 chord = b.centre - a.centre;
-    const double from_a = std::abs(dot(a.normal, chord)), from_b = std::abs(dot(b.normal, chord));
+    const double from_a = std::abs(dot(a.normal, chord)) * static_cast<double>(a.lever),
+                 from_b = std::abs(dot(b.normal, chord)) * static_cast<double>(b.lever);
     const double share = a.patch == b.patch && surface_.piece(a.patch).is_ball() ? kArcShare : 1.0;
     return {std::max(from_a, from_b) * share, std::min(from_a, from_b) * share};
   }
@@ -198,8 +203,15 @@ class Profile {
   }
 
   bool on_move(const Sample& sample, const Sample& left, const Sample& right) const {
-    return sample.hit && distance_to_segment(sample.point.centre, left.point.centre, right.point.centre) <=
+    return sample.hit && distance_to_segment(sample.point.centre, left.point.centre, right.point.centre) *
+                                 static_cast<double>(sample.point.lever) <=
                              options_.tolerance;
+  }
+
+  /// A flat end that lies on two features in one plane tells nothing of what is between them.
+  bool stands_level_on_two(const Sample& left, const Sample& right) const {
+    const auto level = [](const EnvelopePoint& p) { return p.normal == p.axis; };
+    return left.point.patch != right.point.patch && level(left.point) && level(right.point);
   }
 
   /// Emits what is needed strictly between two samples.
@@ -207,7 +219,7 @@ class Profile {
     if (right.run - left.run <= (left.hit == right.hit ? flank_ : kEndStep)) return;
     const bool joined = left.hit && right.hit && short_enough(left, right);
     const Lift rise = joined ? lift(left.point, right.point) : Lift{};
-    if (joined && rise.larger <= options_.tolerance) return;
+    if (joined && rise.larger <= options_.tolerance && !stands_level_on_two(left, right)) return;
     const Sample middle = evaluate((left.run + right.run) / 2.0);
     if (!left.hit && !right.hit && !middle.hit) return;
     // A corner next to one end: the middle shows whether it is no more than that, and the quarters that there

@@ -23,6 +23,7 @@ struct EnvelopePoint {
   Vec3 axis;           ///< unit, from tip to shank
   Vec3 normal;         ///< unit, of the CL surface, away from the part
   PatchId patch = 0;
+  float lever = 1.0f;  ///< (C5) what the reference strays from the surface the contact does times this, >= 1
 };
 
 /// A pass: an unbroken row of envelope points in rising run coordinate.

@@ -64,7 +64,7 @@ bool Leads::over_envelope(Point<Flat> from, Point<Flat> to) {
   const double dx = to.x - from.x, dy = to.y - from.y, run = std::hypot(dx, dy);
   const double tolerance = envelope_.options().tolerance;
   const auto under = [&](const EnvelopePoint& p, double z) {
-    return (p.flat.z - z) * std::max(0.0, dot(p.normal, p.axis)) <= tolerance;
+    return (p.flat.z - z) * std::max(0.0, dot(p.normal, p.axis)) * static_cast<double>(p.lever) <= tolerance;
   };
   // Where columns may be shut, a gap in the envelope need not be air.
   const bool gaps_are_air = field_.index.covering().empty();

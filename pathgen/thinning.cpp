@@ -38,7 +38,8 @@ bool all_on_move(const EnvelopePoint* from, const EnvelopePoint* to, double tole
   const auto off = [&](const EnvelopePoint& p) {
     const Vec3 out = p.centre - from->centre;
     const double along = std::clamp(dot(out, move) * share, 0.0, 1.0);
-    return squared_length(out - move * along) > tolerance * tolerance;
+    const double lever = static_cast<double>(p.lever);
+    return squared_length(out - move * along) * (lever * lever) > tolerance * tolerance;
   };
   return !off(*middle) && std::none_of(from + 1, to, off);
 }

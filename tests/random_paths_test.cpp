@@ -3,6 +3,7 @@
 // number.
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <random>
 
 #include "pathgen/plan.h"
@@ -195,17 +196,20 @@ std::string name_of(const testing::TestParamInfo<PatternKind>& of) {
   return of.param == PatternKind::kRaster ? "raster" : "rough";
 }
 
-unsigned cases_of(PatternKind kind) {
-  if (kind == PatternKind::kZLevel) return 60;
-  return kind == PatternKind::kRaster ? 80 : 20;
+/// The first ones, and those that a longer search has found wrong before.
+std::vector<unsigned> cases_of(PatternKind kind) {
+  std::vector<unsigned> all(kind == PatternKind::kRaster ? 80 : kind == PatternKind::kZLevel ? 60 : 20);
+  std::iota(all.begin(), all.end(), 0u);
+  if (kind == PatternKind::kRaster) all.insert(all.end(), {431, 787, 832, 839});
+  return all;
 }
 
 class RandomPath : public testing::TestWithParam<PatternKind> {};
 
 TEST_P(RandomPath, NeitherGougesNorLeavesThePart) {
-  const unsigned cases = cases_of(GetParam());
+  const std::vector<unsigned> cases = cases_of(GetParam());
   unsigned planned = 0;
-  for (unsigned seed = 0; seed < cases; ++seed) {
+  for (const unsigned seed : cases) {
     SCOPED_TRACE("case " + std::to_string(seed));
     const auto made = make_case(GetParam(), seed);
     if (!made) continue;  // a spike that stands in the plate
@@ -225,7 +229,7 @@ TEST_P(RandomPath, NeitherGougesNorLeavesThePart) {
       EXPECT_LE(m.contact, o.tolerance * 1.0001) << pasteable(m.contact_at);
     }
   }
-  EXPECT_GT(planned, cases / 2);
+  EXPECT_GT(planned, cases.size() / 2);
 }
 
 INSTANTIATE_TEST_SUITE_P(Patterns, RandomPath,
