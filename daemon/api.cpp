@@ -52,8 +52,10 @@ Result<void> take(const std::string& key, const json& value, ApiRequest& request
     request.name = value.get<std::string>();
     return {};
   }
-  if ((key == "program" || key == "confirmed") && value.is_boolean()) {
-    (key == "program" ? request.program : request.confirmed) = value.get<bool>();
+  if ((key == "program" || key == "confirmed" || key == "queue") && value.is_boolean()) {
+    (key == "program" ? request.program
+     : key == "queue" ? request.queue
+                      : request.confirmed) = value.get<bool>();
     return {};
   }
   const std::optional<std::uint64_t> number = count_of(value);
@@ -99,6 +101,7 @@ std::string write_request(const ApiRequest& request) {
   if (request.op == ApiOp::kSubmit) out["name"] = request.name, out["program"] = request.program;
   if (request.block) out["block"] = *request.block;
   if (request.from) out["from"] = *request.from;
+  if (request.queue) out["queue"] = true;
   if (request.confirmed) out["confirmed"] = true;
   if (request.op == ApiOp::kOverride) out["percent"] = request.percent;
   return out.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";

@@ -23,6 +23,7 @@ struct ApiRequest {
   bool program = false;                ///< submit: a program, not a job to plan
   std::optional<std::uint64_t> block;  ///< show: what is known of this block
   std::optional<std::uint64_t> from;   ///< resume: re-enter before this block
+  bool queue = false;                  ///< start: wait for its turn where the machine is busy
   bool confirmed = false;              ///< resume --from: the re-entry was shown and agreed to
   int percent = 100;                   ///< override
 };

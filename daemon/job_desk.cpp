@@ -3,12 +3,12 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "daemon/block_map.h"
-#include "daemon/sha256.h"
 
 namespace tiltfeed {
 
@@ -67,15 +67,21 @@ void JobDesk::log(Severity severity, std::uint64_t job, const std::string& text,
   write_log(severity, text, fields);
 }
 
-void JobDesk::set(SpooledJob job, JobState state, const std::string& note) {
+Result<void> JobDesk::keep(SpooledJob job, JobState state, const std::string& note) {
   job.state = state;
   job.note = note;
+  if (const Result<void> updated = spool_.update(job); !updated) return updated;
   const bool bad =
       state == JobState::kFailed || state == JobState::kUncertain || state == JobState::kInterrupted;
   log(bad ? Severity::kWarning : Severity::kInfo, job.id,
       std::string(state_name(state)) + (note.empty() ? "" : ": " + note), job.executed);
-  if (const Result<void> updated = spool_.update(job); !updated)
-    log(Severity::kError, job.id, updated.error().message);
+  return {};
+}
+
+void JobDesk::set(const SpooledJob& job, JobState state, const std::string& note) {
+  if (const Result<void> kept = keep(job, state, note); !kept)
+    log(Severity::kError, job.id,
+        std::string(state_name(state)) + " is not in the spool: " + kept.error().message);
 }
 
 std::string JobDesk::answer(const ApiRequest& request, std::uint32_t user, const std::vector<int>& files) {
@@ -116,7 +122,8 @@ Result<std::string> JobDesk::act(const ApiRequest& request, std::uint32_t user,
     json["machine"] = config_.machine.model.name;
     json["link"] = describe(link_);
     json["jobs"] = ordered_json::array();
-    for (const SpooledJob& job : *jobs) json["jobs"].push_back(ordered_json::parse(job_json(job)));
+    const std::vector<std::uint64_t> waiting = queue();
+    for (const SpooledJob& job : *jobs) json["jobs"].push_back(ordered_json::parse(job_json(job, waiting)));
     return reply(json);
   }
   Result<SpooledJob> job = spool_.find(request.job);
@@ -125,11 +132,11 @@ Result<std::string> JobDesk::act(const ApiRequest& request, std::uint32_t user,
     case ApiOp::kShow:
       return show(*job, request);
     case ApiOp::kStart:
-      return start(std::move(*job));
+      return start(*job, request.queue);
     case ApiOp::kHold:
       return command(*job, {Order::kHold});
     case ApiOp::kStop:
-      return command(*job, {Order::kStop});
+      return job->place > 0 ? leave_queue(std::move(*job)) : command(*job, {Order::kStop});
     case ApiOp::kOverride:
       return command(*job, {Order::kFeedOverride, request.percent});
     case ApiOp::kResume:
@@ -143,10 +150,14 @@ Result<std::string> JobDesk::act(const ApiRequest& request, std::uint32_t user,
   return fail(Code::kUsage, "this cannot be asked of a job");
 }
 
-std::string JobDesk::job_json(const SpooledJob& job) const {
-  ordered_json json = {{"job", job.id},    {"name", job.name},         {"state", state_name(job.state)},
+std::string JobDesk::job_json(const SpooledJob& job, const std::vector<std::uint64_t>& queue) const {
+  ordered_json json = {{"job", job.id},    {"name", job.name},         {"state", shown_state(job)},
                        {"note", job.note}, {"blocks", job.total},      {"executed", job.executed},
                        {"user", job.user}, {"submitted", job.created}, {"sha256", job.hash}};
+  if (const auto at = std::find(queue.begin(), queue.end(), job.id); at != queue.end()) {
+    json["queue"] = at - queue.begin() + 1;
+    json["queue_moves"] = queue_moves_;
+  }
   if (job.state != JobState::kRunning || !runner_->busy()) return json.dump();
   const RunView view = runner_->view();
   if (view.job != job.id) return json.dump();
@@ -187,7 +198,7 @@ std::string JobDesk::origin_json(const SpooledJob& job, std::uint64_t number) co
 }
 
 Result<std::string> JobDesk::show(const SpooledJob& job, const ApiRequest& request) const {
-  ordered_json json = ordered_json::parse(job_json(job));
+  ordered_json json = ordered_json::parse(job_json(job, queue()));
   json.update(good());
   json["folder"] = spool_.folder_of(job.id);
   if (request.block) json["origin"] = ordered_json::parse(origin_json(job, *request.block));
@@ -197,7 +208,7 @@ Result<std::string> JobDesk::show(const SpooledJob& job, const ApiRequest& reque
 Result<std::string> JobDesk::command(const SpooledJob& job, const OperatorCommand& command) {
   if (job.state != JobState::kRunning || !runner_->busy() || runner_->view().job != job.id)
     return fail(Code::kUsage,
-                "job " + std::to_string(job.id) + " is " + state_name(job.state) + ", not on the machine");
+                "job " + std::to_string(job.id) + " is " + shown_state(job) + ", not on the machine");
   runner_->command(command);
   return said("told the machine");
 }
@@ -205,6 +216,8 @@ Result<std::string> JobDesk::command(const SpooledJob& job, const OperatorComman
 Result<std::string> JobDesk::remove(const SpooledJob& job) {
   if (job.state == JobState::kRunning)
     return fail(Code::kUsage, "job " + std::to_string(job.id) + " is on the machine; stop it first");
+  if (job.place > 0)
+    if (const Result<std::string> left = leave_queue(job); !left) return left;
   if (plan_.job == job.id) stop_plan(plan_);
   if (const Result<void> removed = spool_.remove(job.id); !removed)
     return tl::unexpected<Error>(removed.error());
@@ -217,42 +230,9 @@ void JobDesk::tick() {
   take_run_end();
   take_plan_end();
   take_check_end();
+  start_next();
   plan_next();
   if (!config_.watch.empty()) look_into_watch_folder();
-}
-
-void JobDesk::take_plan_end() {
-  const std::optional<Result<void>> ended = check_plan(plan_);
-  if (!ended) return;
-  Result<SpooledJob> job = spool_.find(plan_.job);
-  if (!job) return;
-  if (!*ended) return set(*job, JobState::kFailed, ended->error().message);
-  check_.start(spool_.file(job->id, "program.nc"), link_, job->id);
-}
-
-void JobDesk::take_check_end() {
-  const std::optional<Result<JobRun>> run = check_.take();
-  if (!run) return;
-  Result<SpooledJob> job = spool_.find(check_.job());
-  if (!job) return;  // removed meanwhile
-  if (!*run) return set(*job, JobState::kFailed, run->error().message);
-  job->total = (*run)->subject.total;
-  job->hash = hex((*run)->subject.program);
-  set(*job, JobState::kReady, job->program ? "checked" : "planned");
-}
-
-void JobDesk::plan_next() {
-  if (plan_.pid >= 0 || check_.busy()) return;
-  const auto jobs = spool_.list();
-  if (!jobs) return;
-  for (const SpooledJob& job : *jobs) {
-    if (job.state != JobState::kReceived) continue;
-    if (job.program) return check_.start(spool_.file(job.id, "program.nc"), link_, job.id);
-    Result<PlanProcess> started = start_plan(job.id, spool_.folder_of(job.id), config_.machine.path);
-    if (!started) return set(job, JobState::kFailed, started.error().message);
-    plan_ = *started;
-    return set(job, JobState::kPlanning, "");
-  }
 }
 
 void JobDesk::look_into_watch_folder() {

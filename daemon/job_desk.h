@@ -16,7 +16,8 @@
 namespace tiltfeed {
 
 /// One machine's jobs. Properties: one job at a time is on the wire, one is planned; every change is in the
-/// spool before it is answered; nothing starts or resumes by itself.
+/// spool before it is answered; nothing resumes by itself; nothing starts by itself but the next in the
+/// queue, when the run before it was executed to its end and no restart, fault or stop lies between.
 class JobDesk {
  public:
   /// Settles what an earlier process left: plans again what was being planned, says of what was running
@@ -43,23 +44,33 @@ class JobDesk {
 
   Result<std::string> act(const ApiRequest& request, std::uint32_t user, const std::vector<int>& files);
   Result<std::string> show(const SpooledJob& job, const ApiRequest& request) const;
-  Result<std::string> start(SpooledJob job);
+  Result<std::string> start(const SpooledJob& job, bool queue);
+  Result<std::string> begin(SpooledJob job);
   Result<std::string> command(const SpooledJob& job, const OperatorCommand& command);
   Result<std::string> resume(SpooledJob job, const ApiRequest& request, std::uint32_t user);
   Result<std::string> enter_again(const SpooledJob& job, const ApiRequest& request, std::uint32_t user);
   Result<std::string> remove(const SpooledJob& job);
   Result<std::string> run(SpooledJob job, const JobRun& prepared, const ResumeDecision& decision);
   Result<JobRun> prepare(const SpooledJob& job) const;
-  std::string job_json(const SpooledJob& job) const;
+  Result<std::string> enqueue(SpooledJob job);
+  Result<std::string> leave_queue(SpooledJob job);
+  std::string place_text(std::uint64_t job) const;
+  Result<void> machine_free(std::uint64_t job) const;
+  std::vector<std::uint64_t> queue() const;
+  std::string job_json(const SpooledJob& job, const std::vector<std::uint64_t>& queue) const;
   std::string origin_json(const SpooledJob& job, std::uint64_t block) const;
 
   Result<void> settle();
   void take_run_end();
   void take_plan_end();
   void take_check_end();
+  void start_next();
+  void stand_still(std::uint64_t job, const std::string& why);
+  void plan_failed(SpooledJob job, const std::string& why);
   void plan_next();
   void look_into_watch_folder();
-  void set(SpooledJob job, JobState state, const std::string& note);
+  Result<void> keep(SpooledJob job, JobState state, const std::string& note);
+  void set(const SpooledJob& job, JobState state, const std::string& note);
   void log(Severity severity, std::uint64_t job, const std::string& text, std::uint64_t block = 0) const;
 
   ServiceConfig config_;
@@ -69,6 +80,8 @@ class JobDesk {
   ProgramCheck check_;
   std::function<void()> alive_;
   std::unique_ptr<JobRunner> runner_;
+  /// The next in the queue starts at the end of the run. Never kept over a restart.
+  bool queue_moves_ = false;
 };
 
 }  // namespace tiltfeed

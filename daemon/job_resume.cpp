@@ -39,22 +39,18 @@ Result<JobRun> JobDesk::prepare(const SpooledJob& job) const {
 }
 
 Result<std::string> JobDesk::run(SpooledJob job, const JobRun& prepared, const ResumeDecision& decision) {
-  if (runner_->busy())
-    return fail(Code::kUsage, "the machine is busy with job " + std::to_string(runner_->view().job));
+  if (const Result<void> free = machine_free(job.id); !free) return tl::unexpected<Error>(free.error());
   job.executed = decision.executed;
-  set(job, JobState::kRunning, "");
+  job.place = 0;
+  if (const Result<void> kept = keep(job, JobState::kRunning, ""); !kept)
+    return tl::unexpected<Error>(kept.error());
   runner_->start({prepared, decision, spool_.file(job.id, "journal"), spool_.file(job.id, "blackbox.txt"),
                   config_.machine.model});
   return said("started");
 }
 
-Result<std::string> JobDesk::start(SpooledJob job) {
-  if (job.state != JobState::kReady && job.state != JobState::kDone)
-    return fail(Code::kUsage, name_of(job) + " is " + state_name(job.state) +
-                                  (job.note.empty() ? "" : " (" + job.note + ")") +
-                                  "; only a ready or a done job can be started");
-  if (runner_->busy())
-    return fail(Code::kUsage, "the machine is busy with job " + std::to_string(runner_->view().job));
+/// The whole program, for a new workpiece. Requires: job.state is kReady or kDone.
+Result<std::string> JobDesk::begin(SpooledJob job) {
   const Result<JobRun> prepared = prepare(job);
   if (!prepared) return tl::unexpected<Error>(prepared.error());
   // Another workpiece: its run has a journal of its own.
@@ -104,8 +100,7 @@ Result<std::string> JobDesk::enter_again(const SpooledJob& job, const ApiRequest
   const Result<Reentry> entry = write_reentry(prepared->program, link_.kind, config_.machine, options);
   if (!entry) return tl::unexpected<Error>(entry.error());
   if (!request.confirmed) return said(entry->preview, "confirm");
-  if (runner_->busy())
-    return fail(Code::kUsage, "the machine is busy with job " + std::to_string(runner_->view().job));
+  if (const Result<void> free = machine_free(0); !free) return tl::unexpected<Error>(free.error());
 
   const std::string path = spool_.file(job.id, "reentry.nc");
   auto file = OutputFile::open(path);
@@ -138,6 +133,7 @@ Result<std::string> JobDesk::enter_again(const SpooledJob& job, const ApiRequest
 void JobDesk::take_run_end() {
   std::optional<RunView> end = runner_->take_end();
   if (!end) return;
+  if (!*end->ended) stand_still(end->job, "the run before it did not come to its end");
   Result<SpooledJob> job = spool_.find(end->job);
   if (!job) return;
   job->executed = end->state.executed;
@@ -196,6 +192,7 @@ Result<void> JobDesk::settle() {
 
 void JobDesk::leave() {
   stop_plan(plan_);
+  queue_moves_ = false;  // also where the run still comes to its end
   if (!runner_->busy()) return;
   if (is_provable(link_.kind)) {
     runner_->command({Order::kHold});

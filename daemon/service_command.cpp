@@ -45,6 +45,10 @@ void print_job(const json& job) {
               static_cast<unsigned long long>(job.value("job", std::uint64_t{0})),
               job.value("state", "").c_str(), job.value("name", "").c_str(),
               static_cast<unsigned long long>(done), static_cast<unsigned long long>(total));
+  if (job.contains("queue"))
+    std::printf(", place %llu of the queue%s",
+                static_cast<unsigned long long>(job.value("queue", std::uint64_t{0})),
+                job.value("queue_moves", false) ? "" : ", which stands still");
   if (job.contains("phase")) {
     std::printf(", %s", job.value("phase", "").c_str());
     if (job.value("machine_seconds", 0.0) > 0.0)
@@ -55,7 +59,7 @@ void print_job(const json& job) {
 }
 
 bool is_over(const std::string& state) {
-  return state != "received" && state != "planning" && state != "running";
+  return state != "received" && state != "planning" && state != "queued" && state != "running";
 }
 
 }  // namespace
@@ -67,7 +71,7 @@ struct ServiceCommands::Options {
   std::string config, socket, file, name;
   std::uint64_t job = 0, block = 0, from = 0;
   int percent = 100;
-  bool yes = false;
+  bool yes = false, queue = false;
 
   Result<json> ask(const ApiRequest& request, const std::vector<int>& files = {}) const;
   int simple(ApiOp op);
@@ -102,11 +106,14 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
   o.show = client("show", "one job, and what a block of it is", true);
   o.show->add_option("--block", o.block, "from the block back to the part");
   o.start = client("start", "begin to move: the operator's word", true);
+  o.start->add_flag("--queue", o.queue,
+                    "where the machine is busy, wait: it starts by itself when all before it are executed to "
+                    "their ends; after a stop, a fault or a restart nothing does, until a start");
   o.hold = client("hold", "feed hold", true);
   o.resume = client("resume", "end a hold, or go on with a job that was cut off", true);
   o.resume->add_option("--from", o.from, "enter again before this block");
   o.resume->add_flag("--yes", o.yes, "do not ask after showing how it is entered");
-  o.stop = client("stop", "hold, then forget the rest", true);
+  o.stop = client("stop", "hold, then forget the rest; or take it out of the queue", true);
   o.remove = client("remove", "forget a job and its files", true);
   o.watch = client("watch", "follow a job until it ends", true);
   o.override_feed = client("override", "feed override", true);
@@ -129,6 +136,7 @@ int ServiceCommands::Options::simple(ApiOp op) {
   request.op = op;
   request.job = job;
   request.percent = percent;
+  request.queue = queue;
   const Result<json> answer = ask(request);
   if (!answer) return complain(answer.error());
   std::cout << answer->value("text", "") << "\n";

@@ -28,8 +28,11 @@ constexpr const char* kSchema =
     "INTEGER NOT NULL,"
     " state TEXT NOT NULL, note TEXT NOT NULL, total INTEGER NOT NULL, executed INTEGER NOT NULL, hash TEXT "
     "NOT NULL,"
-    " user INTEGER NOT NULL, created INTEGER NOT NULL);";
-constexpr const char* kColumns = "id, name, program, state, note, total, executed, hash, user, created";
+    " user INTEGER NOT NULL, created INTEGER NOT NULL, place INTEGER NOT NULL DEFAULT 0);";
+/// For tables from before jobs could wait for their turn.
+constexpr const char* kAddPlace = "ALTER TABLE jobs ADD COLUMN place INTEGER NOT NULL DEFAULT 0";
+constexpr const char* kColumns =
+    "id, name, program, state, note, total, executed, hash, user, created, place";
 
 /// Opens `path` beneath `folder`, whatever links somebody put there.
 int open_beneath(int folder, const char* path, std::uint64_t flags, std::uint64_t mode) {
@@ -58,6 +61,11 @@ std::optional<JobState> state_of(const std::string& name) {
   for (std::size_t i = 0; i < std::size(kStateNames); ++i)
     if (name == kStateNames[i]) return static_cast<JobState>(i);
   return std::nullopt;
+}
+
+const char* shown_state(const SpooledJob& job) {
+  const bool planned = job.state == JobState::kReady || job.state == JobState::kDone;
+  return planned && job.place > 0 ? "queued" : state_name(job.state);
 }
 
 std::string plain_name(const std::string& text) {
@@ -113,6 +121,10 @@ Result<Spool> Spool::open(const std::string& folder) {
     return tl::unexpected<Error>(table->error(folder));
   sqlite3_busy_timeout(table->db, kBusyWaitMs);
   if (sqlite3_exec(table->db, kSchema, nullptr, nullptr, nullptr) != SQLITE_OK)
+    return tl::unexpected<Error>(table->error(folder));
+  Table::Statement place;
+  if (!table->prepare(place, "SELECT place FROM jobs") &&
+      sqlite3_exec(table->db, kAddPlace, nullptr, nullptr, nullptr) != SQLITE_OK)
     return tl::unexpected<Error>(table->error(folder));
   return Spool(folder, std::move(table));
 }
@@ -182,9 +194,13 @@ Result<std::uint64_t> Spool::add(const SpooledJob& job, const std::vector<int>& 
   return added.id;
 }
 
-Result<std::vector<SpooledJob>> Spool::list() const {
+Result<std::vector<SpooledJob>> Spool::list() const { return select("ORDER BY id"); }
+
+Result<std::vector<SpooledJob>> Spool::queue() const { return select("WHERE place > 0 ORDER BY place"); }
+
+Result<std::vector<SpooledJob>> Spool::select(const char* which) const {
   Table::Statement rows;
-  if (!table_->prepare(rows, std::string("SELECT ") + kColumns + " FROM jobs ORDER BY id"))
+  if (!table_->prepare(rows, std::string("SELECT ") + kColumns + " FROM jobs " + which))
     return tl::unexpected<Error>(table_->error(folder_));
   std::vector<SpooledJob> jobs;
   int step = 0;
@@ -200,6 +216,7 @@ Result<std::vector<SpooledJob>> Spool::list() const {
     job.hash = rows.text(7);
     job.user = static_cast<std::uint32_t>(rows.number(8));
     job.created = static_cast<std::int64_t>(rows.number(9));
+    job.place = rows.number(10);
     jobs.push_back(std::move(job));
   }
   if (step != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
@@ -216,15 +233,17 @@ Result<SpooledJob> Spool::find(std::uint64_t id) const {
 
 Result<void> Spool::update(const SpooledJob& job) {
   Table::Statement change;
-  if (!table_->prepare(change,
-                       "UPDATE jobs SET state = ?, note = ?, total = ?, executed = ?, hash = ? WHERE id = ?"))
+  if (!table_->prepare(
+          change,
+          "UPDATE jobs SET state = ?, note = ?, total = ?, executed = ?, hash = ?, place = ? WHERE id = ?"))
     return tl::unexpected<Error>(table_->error(folder_));
   change.bind(1, std::string(state_name(job.state)));
   change.bind(2, job.note);
   change.bind(3, job.total);
   change.bind(4, job.executed);
   change.bind(5, job.hash);
-  change.bind(6, job.id);
+  change.bind(6, job.place);
+  change.bind(7, job.id);
   if (sqlite3_step(change.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
   return {};
 }

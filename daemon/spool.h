@@ -36,7 +36,11 @@ struct SpooledJob {
   std::string hash;          ///< of the program, hexadecimal; pinned when it became ready
   std::uint32_t user = 0;    ///< who submitted it
   std::int64_t created = 0;  ///< seconds since 1970
+  /// Among the jobs that wait for their turn on the machine, the lowest first; 0: waits for none.
+  std::uint64_t place = 0;
 };
+/// What people and clients are told: "queued" where only the machine is waited for, else the state's name.
+const char* shown_state(const SpooledJob& job);
 
 /// Largest files that a submission may bring, bytes.
 inline constexpr std::uint64_t kMaxPartBytes = 512ull << 20, kMaxProgramBytes = 2048ull << 20,
@@ -49,7 +53,8 @@ std::string plain_name(const std::string& text);
 
 class Spool {
  public:
-  /// Makes the folder and its table where they are not there. Errors: kIo.
+  /// Makes the folder and its table where they are not there; a table of an earlier version is brought up to
+  /// date. Errors: kIo.
   static Result<Spool> open(const std::string& folder);
   Spool(Spool&&) noexcept;
   Spool& operator=(Spool&&) = delete;
@@ -60,9 +65,11 @@ class Spool {
   Result<std::uint64_t> add(const SpooledJob& job, const std::vector<int>& files);
   /// In the order of submission. Errors: kIo.
   Result<std::vector<SpooledJob>> list() const;
+  /// Those that wait for their turn, the next first. Errors: kIo.
+  Result<std::vector<SpooledJob>> queue() const;
   /// Errors: kUsage when there is none; kIo.
   Result<SpooledJob> find(std::uint64_t id) const;
-  /// State, note, counts and hash. Errors: kIo.
+  /// State, note, counts, hash and place, all or nothing. Errors: kIo.
   Result<void> update(const SpooledJob& job);
   /// With its files. Errors: kIo.
   Result<void> remove(std::uint64_t id);
@@ -74,6 +81,7 @@ class Spool {
  private:
   struct Table;
   Spool(std::string folder, std::unique_ptr<Table> table);
+  Result<std::vector<SpooledJob>> select(const char* which) const;
   Result<void> copy_in(std::uint64_t id, const char* name, int from, std::uint64_t limit);
 
   std::string folder_;

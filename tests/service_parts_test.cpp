@@ -50,6 +50,7 @@ TEST(Api, RequestsComeBack) {
   request.job = 12;
   request.from = 345;
   request.confirmed = true;
+  request.queue = true;
   std::string line = write_request(request);
   ASSERT_EQ(line.back(), '\n');
   line.pop_back();
@@ -59,6 +60,7 @@ TEST(Api, RequestsComeBack) {
   EXPECT_EQ(read->job, 12u);
   EXPECT_EQ(read->from, 345u);
   EXPECT_TRUE(read->confirmed);
+  EXPECT_TRUE(read->queue);
 }
 
 TEST(Api, EveryKindOfBadRequestIsRefused) {

@@ -17,5 +17,6 @@ FUZZ_TARGET(api) {
   line.pop_back();
   const auto again = parse_request(line);
   HOLDS(again && again->op == request->op && again->job == request->job && again->block == request->block &&
-        again->from == request->from && again->confirmed == request->confirmed);
+        again->from == request->from && again->queue == request->queue &&
+        again->confirmed == request->confirmed);
 }
