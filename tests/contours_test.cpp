@@ -382,11 +382,12 @@ TEST(ZLevel, IsTheSameForAnyNumberOfThreads) {
   }
 }
 
-/// Inside a ball-shaped cavity, the tool pointing at its middle: a post that comes within a tool radius of
+/// Inside a ball-shaped cavity, the tool pointing at its middle: a spike that comes within a tool radius of
 /// the middle shuts every column, the one asked for first and all after it.
 TEST(ZLevel, ColumnsWhoseEndThePartCoversAreShutOneAndAll) {
   Shapes shapes;
-  shapes.bead(0.0, 0.0, 0.0, 1.0, 0.5 * kRadius, true, 12);
+  const Point<Part> tip{0.0, 0.0, 0.5}, a{1.0, 0.0, 1.5}, b{-0.5, 0.8, 1.5}, c{-0.5, -0.8, 1.5};
+  shapes.facet(tip, b, a), shapes.facet(tip, c, b), shapes.facet(tip, a, c), shapes.facet(a, b, c);
   const AxisFrame frame{AxisMode::kPoint, Sense::kInward, {}, {1, 0, 0}, {0, 0, 1}, 0.0};
   const auto field = field_over(shapes.mesh, frame, 2.0 * kRadius, 10.0);
   Heights heights(*field, options_for(1.0, 1.0).envelope);
