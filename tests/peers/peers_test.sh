@@ -22,6 +22,7 @@ $python -c 'import pymodbus, serial, serial_asyncio' 2>/dev/null ||
 background() {
   local log=$1
   shift
+  rm -f "$log"  # what a log of the same name says of the one before is not waited for
   "$@" >"$log" 2>&1 &
   peer=$!
   started+=("$peer")
