@@ -51,8 +51,9 @@ class Run:
 
     def simulate(self, *options):
         """A simulated machine; where it listens."""
+        before = len(self.text("sim.log")) if os.path.exists(f"{self.work}/sim.log") else 0  # of one that was there
         machine = self.start("sim.log", [f"{self.bin}/tiltfeed-sim", *options, "--job", f"{ROOT}/config/jobs/sphere.yaml"])
-        ready = lambda: re.search(r"^ready on (\S+)", self.text("sim.log"), re.MULTILINE)
+        ready = lambda: re.search(r"^ready on (\S+)", self.text("sim.log")[before:], re.MULTILINE)
         self.until("no simulated machine", lambda: ready() or machine.poll() is not None)
         return ready().group(1)
 
