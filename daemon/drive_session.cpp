@@ -16,10 +16,6 @@ constexpr Time kSilence = seconds(10);
 constexpr std::size_t kReady = 2;
 constexpr std::uint8_t kAcknowledged = 5, kBusy = 6;  // Modbus exceptions
 
-bool waits(const NumericBlock& block) {
-  return block.op == BlockOp::kMCode && (block.m_code == 0 || block.m_code == 1 || block.m_code == 6);
-}
-
 Time span(double s) { return std::chrono::duration_cast<Time>(std::chrono::duration<double>(s)); }
 
 }  // namespace
@@ -57,7 +53,7 @@ void DriveSession::choose(Time now) {
   } else if (front.block.op == BlockOp::kDwell) {
     step_ = Step::kDwell;
     next_ = now + span(front.block.seconds);
-  } else if (waits(front.block)) {
+  } else if (is_operator_stop(front.block)) {
     step_ = Step::kOperator;
     next_ = now + kAgain;
     move(Event::kOperatorStop);

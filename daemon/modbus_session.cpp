@@ -21,10 +21,6 @@ constexpr Time kIdleStall = seconds(10);
 /// Frames refused, or status words unusable, one after the other: chance is excluded.
 constexpr int kMaxRefusals = 10, kMaxRereads = 20;
 
-bool is_operator_stop(const NumericBlock& block) {
-  return block.op == BlockOp::kMCode && (block.m_code == 0 || block.m_code == 1 || block.m_code == 6);
-}
-
 }  // namespace
 
 ModbusSession::ModbusSession(const ModbusOptions& options, Time now)

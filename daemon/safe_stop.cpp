@@ -123,8 +123,7 @@ Result<std::string> stop_reprap(Link& wire, Clock& clock) {
   }
   if (session.phase() == Phase::kDone)
     return "the lines that the firmware had have run, then spindle and coolant were turned off (this "
-           "firmware "
-           "has no hold)";
+           "firmware has no hold)";
   std::string in;  // behind whatever the firmware still has, and whatever it says
   static_cast<void>(wire.exchange("\nM5\nM9\n", kRepeat, in));
   return fail(Code::kLink,

@@ -23,9 +23,8 @@ bool in_order(const ServiceEnd& end);
 inline constexpr Time kSafeStopLimit = std::chrono::seconds(20);
 
 /// Stops what a dead service left on this wire, as far as the controller lets a newcomer. Returns what was
-/// reached, for people. Requires: kGrbl, kRepRap or
-/// a drive. Errors: kLink with what could not be reached or seen, and
-/// what to do at the machine.
+/// reached, for people. Requires: kGrbl, kRepRap or a drive. Errors: kLink with what could not be reached or
+/// seen, and what to do at the machine.
 Result<std::string> stop_machine(const LinkSpec& link, Link& wire, Clock& clock);
 
 /// What was done, for the log; `job` 0: there was nothing to stop.

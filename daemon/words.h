@@ -37,6 +37,11 @@ struct NumericBlock {
   std::string text;      ///< the line, for messages
 };
 
+/// M0, M1 and M6: the machine waits for the operator.
+inline bool is_operator_stop(const NumericBlock& block) {
+  return block.op == BlockOp::kMCode && (block.m_code == 0 || block.m_code == 1 || block.m_code == 6);
+}
+
 /// Turns lines into numeric blocks. Knows G0 G1 G4 G90 G93 G94 and M0-M9 M30, takes what does not change
 /// anything here (G17 G21 G40 G49 G54 G61 G64 G80 G97, N T), refuses everything else: what it does not know
 /// cannot be sent as numbers.
