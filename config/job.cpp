@@ -74,13 +74,9 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
   Job job = read_job(root, path);
   if (complaint.first()) return tl::unexpected(*complaint.first());
   if (!files.stl.empty()) job.stl_path = files.stl;
-  if (!files.machine.empty()) job.machine.path = files.machine;
-
-  Result<MachineProfile> machine = load_machine(job.machine.path);
-  if (!machine && machine.error().code == Code::kIo) {
-    root.complain("machine", machine.error().message + " (the path is relative to the job file)", Code::kIo);
-    return tl::unexpected(*complaint.first());
-  }
+  Result<MachineProfile> machine = files.machine.empty()
+                                       ? load_named_machine(job.machine.path, root, complaint)
+                                       : load_machine(files.machine);
   if (!machine) return tl::unexpected(machine.error());
   job.machine = std::move(*machine);
   if (Angle& turn = job.plan.free.max_turn; job.plan.axis.mode == AxisMode::kFree && turn.radians() == 0.0)

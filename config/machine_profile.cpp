@@ -106,6 +106,14 @@ Result<MachineProfile> load_machine(const std::string& path, std::optional<Diale
   return parse_machine(*text, path, dialect);
 }
 
+Result<MachineProfile> load_named_machine(const std::string& path, const Section& root,
+                                          const Complaint& complaint) {
+  Result<MachineProfile> machine = load_machine(path);
+  if (machine || machine.error().code != Code::kIo) return machine;
+  root.complain("machine", machine.error().message + " (the path is relative to this file)", Code::kIo);
+  return tl::unexpected(*complaint.first());
+}
+
 std::string describe(const MachineProfile& profile) {
   const MachineModel& model = profile.model;
   Description out;

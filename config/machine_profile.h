@@ -8,6 +8,7 @@
 #include "config/link_profile.h"
 #include "config/machine_vectors.h"
 #include "config/program_format.h"
+#include "config/section.h"
 #include "kinematics/machine.h"
 #include "kinematics/result.h"
 
@@ -40,6 +41,10 @@ Result<MachineProfile> load_machine(const std::string& path, std::optional<Diale
 /// The same from text; `path` names it in messages and becomes MachineProfile::path.
 Result<MachineProfile> parse_machine(const std::string& text, const std::string& path,
                                      std::optional<Dialect> dialect = {});
+/// The profile that the key `machine` of another settings file (`root`, a path relative to it) names; one
+/// that cannot be read is a complaint about that key.
+Result<MachineProfile> load_named_machine(const std::string& path, const Section& root,
+                                          const Complaint& complaint);
 /// The resolved profile, one `key: value` a line.
 std::string describe(const MachineProfile& profile);
 

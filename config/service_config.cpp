@@ -24,7 +24,7 @@ Result<ServiceConfig> parse_service_config(const std::string& text, const std::s
   const std::string watch = root.text("watch", "");
   if (!watch.empty()) config.watch = resolved(watch);
   if (complaint.first()) return tl::unexpected(*complaint.first());
-  Result<MachineProfile> machine = load_machine(config.machine.path);
+  Result<MachineProfile> machine = load_named_machine(config.machine.path, root, complaint);
   if (!machine) return tl::unexpected(machine.error());
   config.machine = std::move(*machine);
   if (config.link.empty()) config.link = config.machine.link;

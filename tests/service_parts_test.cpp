@@ -234,6 +234,11 @@ TEST(ServiceConfig, ReadsItsExampleAndNamesWhatIsWrong) {
   const auto no_link = parse_service_config("machine: machines/generic-ac.yaml\nspool: s\nsocket: x\n", path);
   ASSERT_FALSE(no_link);
   EXPECT_NE(no_link.error().message.find("link"), std::string::npos);
+  const auto absent =
+      parse_service_config("link: a\nmachine: /absent/mill.yaml\nspool: s\nsocket: x\n", path);
+  ASSERT_FALSE(absent);
+  EXPECT_EQ(absent.error().message.find(path + ":2:10: machine: /absent/mill.yaml: cannot read"), 0u)
+      << absent.error().message;
 }
 
 // ---- log, black box, map -------------------------------------------------------------------------------

@@ -5,6 +5,16 @@
 #include "config/service_config.h"
 #include "tests/fuzz/fuzz.h"
 
+namespace {
+
+/// A place in the file itself, or in the profile that it names by a whole path.
+bool names_a_file(const std::string& message) {
+  return message.find("/nowhere/fuzz.yaml") != std::string::npos ||
+         (message.starts_with('/') && message.find(':') != std::string::npos);
+}
+
+}  // namespace
+
 FUZZ_TARGET(yaml) {
   const std::string text(bytes);
   if (const auto machine = tiltfeed::parse_machine(text, "fuzz.yaml"))
@@ -14,7 +24,7 @@ FUZZ_TARGET(yaml) {
   if (const auto job = tiltfeed::parse_job(text, "/nowhere/fuzz.yaml"))
     HOLDS(job->plan.tolerance > 0.0);
   else
-    HOLDS(job.error().message.find("nowhere") != std::string::npos);
+    HOLDS(names_a_file(job.error().message));
   if (const auto service = tiltfeed::parse_service_config(text, "/nowhere/fuzz.yaml"); !service)
-    HOLDS(service.error().message.find("nowhere") != std::string::npos);
+    HOLDS(names_a_file(service.error().message));
 }
