@@ -16,8 +16,6 @@ constexpr Time kSilence = seconds(10);
 constexpr std::size_t kReady = 2;
 constexpr std::uint8_t kAcknowledged = 5, kBusy = 6;  // Modbus exceptions
 
-Time span(double s) { return std::chrono::duration_cast<Time>(std::chrono::duration<double>(s)); }
-
 }  // namespace
 
 DriveSession::DriveSession(const DriveOptions& options, Time now)
@@ -52,7 +50,7 @@ void DriveSession::choose(Time now) {
     step_ = Step::kWrite;
   } else if (front.block.op == BlockOp::kDwell) {
     step_ = Step::kDwell;
-    next_ = now + span(front.block.seconds);
+    next_ = now + time_of(front.block.seconds);
   } else if (is_operator_stop(front.block)) {
     step_ = Step::kOperator;
     next_ = now + kAgain;
@@ -123,7 +121,7 @@ void DriveSession::receive(std::string_view bytes, Time now) {
   if (step_ == Step::kWrite || step_ == Step::kStop) {
     answered_ = answered_ || step_ == Step::kWrite;
     step_ = step_ == Step::kWrite ? Step::kWatch : Step::kStand;
-    next_ = now + span(options_.map.settle);
+    next_ = now + time_of(options_.map.settle);
   } else if (reply.words.size() != 1) {
     fault("a status reply has the wrong length");
   } else {

@@ -254,8 +254,7 @@ void GrblSession::check_running_time() {
   }
   if (in_flight_.empty() || phase_ == Phase::kStop || waiting_for_operator()) return;
   Time allowed = status_.state == "Run" ? kRunStallTimeout : kStallTimeout;
-  for (const Flight& flight : in_flight_)
-    allowed += std::chrono::duration_cast<Time>(std::chrono::duration<double>(flight.line.dwell));
+  for (const Flight& flight : in_flight_) allowed += time_of(flight.line.dwell);
   if (now_ - last_progress_ >= allowed)
     fault(Code::kLink,
           std::to_string(in_flight_.size()) + " lines are not answered, oldest " +

@@ -15,6 +15,9 @@ namespace tiltfeed {
 
 /// An instant, counted from the clock's own start, or a span of time.
 using Time = std::chrono::nanoseconds;
+inline Time time_of(double seconds) {
+  return std::chrono::duration_cast<Time>(std::chrono::duration<double>(seconds));
+}
 
 class Clock {
  public:

@@ -45,7 +45,7 @@ using Context = std::unique_ptr<modbus_t, FreeContext>;
 Time silence(const LinkSpec& link) {
   if (!is_rtu(link.kind)) return Time::zero();
   if (link.baud > kFastBaud) return kLeastSilence;
-  return std::chrono::duration_cast<Time>(std::chrono::duration<double>(3.5 * kBitsPerByte / link.baud));
+  return time_of(3.5 * kBitsPerByte / link.baud);
 }
 
 class ModbusLink : public Link {

@@ -88,8 +88,7 @@ std::vector<std::uint16_t> ModbusSession::next_words(Time now, std::uint16_t& ad
 }
 
 bool ModbusSession::heartbeat_due(Time now) const {
-  return now - last_heartbeat_ >= std::chrono::duration_cast<Time>(
-                                      std::chrono::duration<double>(options_.map.watchdog * kHeartbeatShare));
+  return now - last_heartbeat_ >= time_of(options_.map.watchdog * kHeartbeatShare);
 }
 
 /// Whole frames, unless the program's end or a very small ring makes them shorter.

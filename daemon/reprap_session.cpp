@@ -227,8 +227,7 @@ void RepRapSession::check_time() {
   if (history_.empty() || now_ - last_heard_ < kSilence || phase_ == Phase::kToolChange) return;
   double dwell = 0.0;
   for (const Numbered& open : history_) dwell += open.line.dwell;
-  if (now_ - last_heard_ < kSilence + std::chrono::duration_cast<Time>(std::chrono::duration<double>(dwell)))
-    return;
+  if (now_ - last_heard_ < kSilence + time_of(dwell)) return;
   if (++probes_ > kMostProbes) {
     loss_ = Loss::kWire;
     return fault(Code::kLink, "the firmware has not answered for 30 s");

@@ -28,10 +28,6 @@ constexpr Time kResetTime = seconds(3);
 constexpr std::size_t kMaxReply = 1024;
 static_assert(kStandTime + kResetTime < kSafeStopLimit);
 
-Time settled(const DriveMap& map) {
-  return std::chrono::duration_cast<Time>(std::chrono::duration<double>(map.settle));
-}
-
 /// Feed hold; when the axes stand a reset, which at a stand keeps the position, forgets the lines that are
 /// still in the controller, and turns spindle and coolant off.
 class GrblStop {
@@ -147,7 +143,7 @@ Result<std::string> stop_drive(const DriveMap& map, Link& wire, Clock& clock) {
       return "the drive was told to stop, and stands (spindle and coolant are not its own)";
     told = told || reply.outcome == kReplyOk;
     in.clear();
-    static_cast<void>(wire.exchange({}, reply.outcome == kReplyOk ? settled(map) : kRepeat, in));
+    static_cast<void>(wire.exchange({}, reply.outcome == kReplyOk ? time_of(map.settle) : kRepeat, in));
   }
   return fail(Code::kLink, std::string("the drive ") +
                                (told ? "was told to stop, and does not say that it stands"

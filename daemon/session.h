@@ -4,12 +4,14 @@
 // deadline come out. No I/O, no clock, no thread. daemon/README.md draws phases and transitions.
 //
 // All sessions offer the same calls, and stream.cpp drives them in this order:
-//   wants_work(), push(), end_of_program()   the program, as far as the session has room for it
-//   wants_rewind()                           the program is wanted once more from its first block (after a
-//   check) command(command, now)                    an operator's wish output(now), sent(count) bytes for the
-//   wire; `count` of them were taken receive(bytes, now)                      bytes that came, perhaps none:
-//   time passes deadline()                               call again at this time at the latest link_lost()
-//   the wire has gone phase(), state(), error()
+// * wants_work(), push(), end_of_program(): the program, as far as the session has room for it;
+// * wants_rewind(): the program is wanted once more from its first block (after a check);
+// * command(command, now): an operator's wish;
+// * output(now), sent(count): bytes for the wire; `count` of them were taken;
+// * receive(bytes, now): bytes that came, perhaps none: time passes;
+// * deadline(): call again at this time at the latest;
+// * link_lost(): the wire has gone;
+// * phase(), state(), error().
 
 #include <cstdint>
 #include <optional>
