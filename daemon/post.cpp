@@ -20,24 +20,6 @@ Error at_line(const Error& error, const std::string& name, const AptOperation& o
   return {error.code, name + ":" + std::to_string(op.lines[move]) + ": " + error.message};
 }
 
-/// `report` of one more operation; `first`: it is the first.
-void add(const JointPathReport& report, bool first, JointPathReport& sum) {
-  if (first) {
-    sum = report;
-    return;
-  }
-  sum.seconds += report.seconds;
-  sum.max_tip_deviation = std::max(sum.max_tip_deviation, report.max_tip_deviation);
-  sum.max_centre_deviation = std::max(sum.max_centre_deviation, report.max_centre_deviation);
-  sum.max_axis_deviation = std::max(sum.max_axis_deviation, report.max_axis_deviation);
-  sum.max_rapid_deviation = std::max(sum.max_rapid_deviation, report.max_rapid_deviation);
-  sum.subdivided_moves += report.subdivided_moves;
-  sum.pole_swings += report.pole_swings;
-  sum.reconfigurations += report.reconfigurations;
-  sum.min = least(sum.min, report.min);
-  sum.max = greatest(sum.max, report.max);
-}
-
 }  // namespace
 
 Result<Posted> post(const AptProgram& program, const std::string& name, const MachineProfile& machine,
@@ -64,7 +46,10 @@ Result<Posted> post(const AptProgram& program, const std::string& name, const Ma
     if (!path) return tl::unexpected(at_line(path.error(), name, op));
     op = reconfigured(std::move(op), *path);
     all.insert(all.end(), path->moves.begin(), path->moves.end());
-    add(path->report, out.words.empty(), out.report);
+    if (out.words.empty())
+      out.report = path->report;
+    else
+      out.report.add(path->report);
     if (format.tcp)
       *path = words_under_tcp(*path, machine.model, setup,
                               {format.linear_decimals, options.axis_tolerance / 2.0});

@@ -12,6 +12,19 @@
 #include "kinematics/walker.h"
 
 namespace tiltfeed {
+
+void JointPathReport::add(const JointPathReport& more) {
+  seconds += more.seconds;
+  max_tip_deviation = std::max(max_tip_deviation, more.max_tip_deviation);
+  max_centre_deviation = std::max(max_centre_deviation, more.max_centre_deviation);
+  max_axis_deviation = std::max(max_axis_deviation, more.max_axis_deviation);
+  max_rapid_deviation = std::max(max_rapid_deviation, more.max_rapid_deviation);
+  subdivided_moves += more.subdivided_moves;
+  pole_swings += more.pole_swings;
+  reconfigurations += more.reconfigurations;
+  min = least(min, more.min);
+  max = greatest(max, more.max);
+}
 namespace {
 
 // Share of the tolerance that the axis may lose by holding the table near the pole; swinging the table in
@@ -99,18 +112,11 @@ Stretch Follower::walk(const Part& part, const Choice& start) const {
 
 void Follower::append(const Stretch& stretch) {
   out_.moves.insert(out_.moves.end(), stretch.moves.begin(), stretch.moves.end());
-  JointPathReport& sum = out_.report;
-  const JointPathReport& more = stretch.report;
   // One by one: a sum of the stretches' sums would be rounded otherwise than that of one walk.
-  for (const JointMove& move : stretch.moves) sum.seconds += move.seconds;
-  sum.max_tip_deviation = std::max(sum.max_tip_deviation, more.max_tip_deviation);
-  sum.max_centre_deviation = std::max(sum.max_centre_deviation, more.max_centre_deviation);
-  sum.max_axis_deviation = std::max(sum.max_axis_deviation, more.max_axis_deviation);
-  sum.max_rapid_deviation = std::max(sum.max_rapid_deviation, more.max_rapid_deviation);
-  sum.subdivided_moves += more.subdivided_moves;
-  sum.pole_swings += more.pole_swings;
-  sum.min = least(sum.min, more.min);
-  sum.max = greatest(sum.max, more.max);
+  double seconds = out_.report.seconds;
+  for (const JointMove& move : stretch.moves) seconds += move.seconds;
+  out_.report.add(stretch.report);
+  out_.report.seconds = seconds;
 }
 
 /// Room for the blocks at hand and, at their rate so far, for the rest of the path: growing by doubling would

@@ -54,6 +54,8 @@ struct JointPathReport {
   std::uint64_t pole_swings = 0;       ///< turns of the table at the pole with the tip held
   std::uint64_t reconfigurations = 0;  ///< times that the tool is taken off to turn a rotary back or over
   Joints min, max;                     ///< travel used
+  /// What comes after this.
+  void add(const JointPathReport& more);
 };
 
 struct JointPath {
