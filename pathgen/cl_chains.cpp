@@ -35,19 +35,31 @@ std::array<std::int64_t, 3> cell(Point<Part> p, double size) {
   return {index(p.x), index(p.y), index(p.z)};
 }
 
-/// For each strand the one that starts where it ends.
-std::vector<std::uint32_t> followers(const std::vector<ClStrand>& strands, const FacetTree& tree,
-                                     double radius, const JoinLimits& limits) {
-  const double gap = limits.wide_gap;
+/// Which strand starts where another one ends.
+class Followers {
+ public:
+  explicit Followers(const std::vector<ClStrand>& strands)
+      : strands_(strands), next_(strands.size(), kNone), taken_(strands.size(), 0) {}
+
+  /// Of the ends and starts not joined yet, and no further apart than `gap` (mm), the nearest first, those
+  /// that `joins` allows.
+  template <class Joins>
+  void join(double gap, const Joins& joins) {
+    for (const Pair& pair : pairs(gap)) {
+      if (next_[pair.from] != kNone || taken_[pair.to] != 0) continue;
+      if (joins(strands_[pair.from].back().centre, strands_[pair.to].front().centre))
+        next_[pair.from] = pair.to, taken_[pair.to] = 1;
+    }
+  }
+  /// For each strand the one that follows it.
+  const std::vector<std::uint32_t>& next() const { return next_; }
+
+ private:
   struct Start {
     std::array<std::int64_t, 3> cell;
     std::uint32_t strand;
     bool operator<(const Start& o) const { return std::tie(cell, strand) < std::tie(o.cell, o.strand); }
   };
-  std::vector<Start> starts;
-  for (std::uint32_t i = 0; i < strands.size(); ++i)
-    starts.push_back({cell(strands[i].front().centre, gap), i});
-  std::sort(starts.begin(), starts.end());
   struct Pair {
     double distance;
     std::uint32_t from, to;
@@ -55,33 +67,50 @@ std::vector<std::uint32_t> followers(const std::vector<ClStrand>& strands, const
       return std::tie(distance, from, to) < std::tie(o.distance, o.from, o.to);
     }
   };
-  std::vector<Pair> pairs;
-  for (std::uint32_t i = 0; i < strands.size(); ++i) {
-    const Point<Part> end = strands[i].back().centre;
+
+  std::vector<Pair> pairs(double gap) const {
+    std::vector<Start> starts;
+    for (std::uint32_t i = 0; i < strands_.size(); ++i)
+      if (taken_[i] == 0) starts.push_back({cell(strands_[i].front().centre, gap), i});
+    std::sort(starts.begin(), starts.end());
+    std::vector<Pair> found;
+    for (std::uint32_t i = 0; i < strands_.size(); ++i)
+      if (next_[i] == kNone) add_pairs(i, gap, starts, found);
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+
+  void add_pairs(std::uint32_t i, double gap, const std::vector<Start>& starts,
+                 std::vector<Pair>& found) const {
+    const Point<Part> end = strands_[i].back().centre;
     const auto at = cell(end, gap);
     for (std::int64_t x = at[0] - 1; x <= at[0] + 1; ++x)
       for (std::int64_t y = at[1] - 1; y <= at[1] + 1; ++y) {
-        auto found = std::lower_bound(starts.begin(), starts.end(), Start{{x, y, at[2] - 1}, 0});
-        for (; found != starts.end() && found->cell <= std::array<std::int64_t, 3>{x, y, at[2] + 1};
-             ++found) {
-          const double d = distance(end, strands[found->strand].front().centre);
-          if (d > gap || (found->strand == i && length_of(strands[i]) < 4.0 * d)) continue;
-          pairs.push_back({d, i, found->strand});
+        auto start = std::lower_bound(starts.begin(), starts.end(), Start{{x, y, at[2] - 1}, 0});
+        for (; start != starts.end() && start->cell <= std::array<std::int64_t, 3>{x, y, at[2] + 1};
+             ++start) {
+          const double d = distance(end, strands_[start->strand].front().centre);
+          if (d > gap || (start->strand == i && length_of(strands_[i]) < 4.0 * d)) continue;
+          found.push_back({d, i, start->strand});
         }
       }
   }
-  std::sort(pairs.begin(), pairs.end());
-  std::vector<std::uint32_t> next(strands.size(), kNone);
-  std::vector<std::uint8_t> taken(strands.size(), 0);
-  for (const Pair& pair : pairs) {
-    if (next[pair.from] != kNone || taken[pair.to] != 0) continue;
-    if (pair.distance > limits.gap &&
-        !in_contact(strands[pair.from].back().centre, strands[pair.to].front().centre, tree, radius,
-                    limits.tolerance))
-      continue;
-    next[pair.from] = pair.to, taken[pair.to] = 1;
-  }
-  return next;
+
+  const std::vector<ClStrand>& strands_;
+  std::vector<std::uint32_t> next_;
+  std::vector<std::uint8_t> taken_;
+};
+
+/// For each strand the one that starts where it ends. Most are joined by the narrow gap, which leaves few
+/// pairs for the wide one.
+std::vector<std::uint32_t> followers(const std::vector<ClStrand>& strands, const FacetTree& tree,
+                                     double radius, const JoinLimits& limits) {
+  Followers found(strands);
+  found.join(limits.gap, [](Point<Part>, Point<Part>) { return true; });
+  found.join(limits.wide_gap, [&](Point<Part> end, Point<Part> start) {
+    return in_contact(end, start, tree, radius, limits.tolerance);
+  });
+  return found.next();
 }
 
 /// Appends the strand. Where strands cross at a flat angle each runs on beyond the other's end by chords that
@@ -100,8 +129,7 @@ void append(ClStrand& chain, const ClStrand& strand, double gap) {
     chain.pop_back();
   }
   for (const ClPoint& p : strand)
-    if (chain.empty() ||
-        distance(chain.back().centre, p.centre) > (&p == &strand.front() ? gap : kSamePoint))
+    if (chain.empty() || distance(chain.back().centre, p.centre) > (&p == &strand.front() ? gap : kSamePoint))
       chain.push_back(p);
 }
 

@@ -24,7 +24,7 @@ constexpr double kShortestRun = 2.0;
 constexpr double kShortestChain = 0.01;
 /// Where two strands cross at a flat angle their chords, outside of their arcs, end up to this far apart, mm.
 constexpr double kWideGap = 1.0;
-constexpr std::size_t kPlanesPerTurn = 32;
+constexpr std::size_t kPlanesPerTurn = 64;
 
 struct Plane {
   double height;
@@ -40,10 +40,9 @@ double side_step(const PlanOptions& o) {
 
 class Stack {
  public:
-  Stack(const ClSections& sections, const PatchObstacles& obstacles, const FacetTree& tree,
-        const PlanOptions& options, std::uint32_t index, double tolerance)
+  Stack(const ClSections& sections, const FacetTree& tree, const PlanOptions& options, std::uint32_t index,
+        double tolerance)
       : sections_(sections),
-        obstacles_(obstacles),
         tree_(tree),
         options_(options),
         index_(index),
@@ -58,16 +57,23 @@ class Stack {
 
   std::size_t planes() const { return planes_.size(); }
 
-  /// The slices of one plane.
-  std::vector<ClSlice> cut(std::size_t plane) const {
+  /// Marks the patches that one of the planes cuts.
+  void mark_cut(std::vector<std::uint8_t>& patches) const {
+    for (std::size_t plane = 0; plane < planes_.size(); ++plane)
+      for (std::uint32_t i = start_[plane]; i < start_[plane + 1]; ++i)
+        if (cuts(plane, patches_[i])) patches[patches_[i]] = 1;
+  }
+
+  /// The slices of one plane. `obstacles`: of all patches that are marked.
+  std::vector<ClSlice> cut(std::size_t plane, const PatchObstacles& obstacles) const {
     std::vector<ClStrand> strands, kept;
     for (std::uint32_t i = start_[plane]; i < start_[plane + 1]; ++i) {
       const std::uint32_t patch = patches_[i];
-      if (sections_.is_face(patch) && !needs(sections_.normals(patch).axis, planes_[plane].level)) continue;
+      if (!cuts(plane, patch)) continue;
       strands.clear();
       sections_.cut(patch, normal_, planes_[plane].height, strands);
       for (const ClStrand& strand : strands)
-        trim_strand(strand, tree_, obstacles_.of(patch), sections_.radius(), kept);
+        trim_strand(strand, tree_, obstacles.of(patch), sections_.radius(), kept);
     }
     const JoinLimits limits{tolerance_ * kGapShare, kWideGap, tolerance_ * kGapShare, kShortestChain};
     std::vector<ClSlice> slices;
@@ -120,6 +126,10 @@ class Stack {
       const auto [first, last] = range(p);
       for (auto i = first; i < last; ++i) patches_[next[static_cast<std::size_t>(i)]++] = p;
     }
+  }
+
+  bool cuts(std::size_t plane, std::uint32_t patch) const {
+    return !sections_.is_face(patch) || needs(sections_.normals(patch).axis, planes_[plane].level);
   }
 
   /// (N8) Are the planes of the levels below too far apart there? The surface may lean further before the
@@ -207,7 +217,6 @@ class Stack {
   }
 
   const ClSections& sections_;
-  const PatchObstacles& obstacles_;
   const FacetTree& tree_;
   const PlanOptions& options_;
   std::uint32_t index_;
@@ -223,17 +232,24 @@ std::vector<ClSlice> slice_cl_surface(const CheckedMesh& part, const FacetTree& 
                                       const PlanOptions& options, double tolerance,
                                       const std::function<bool(double)>& go_on) {
   const ClSections sections(part, options.cutter.radius() + options.allowance, tolerance * kSagittaShare);
-  const PatchObstacles obstacles(sections, tree);
+  const auto count = static_cast<std::uint32_t>(options.free.plane_normals.size());
+  std::vector<Stack> stacks;
+  std::vector<std::uint8_t> is_cut(sections.patches(), 0);
+  for (std::uint32_t s = 0; s < count; ++s) {
+    stacks.emplace_back(sections, tree, options, s, tolerance);
+    stacks.back().mark_cut(is_cut);
+  }
+  const PatchObstacles obstacles(sections, tree, is_cut);
   std::vector<ClSlice> slices;
-  const auto stacks = static_cast<std::uint32_t>(options.free.plane_normals.size());
-  for (std::uint32_t s = 0; s < stacks; ++s) {
-    const Stack stack(sections, obstacles, tree, options, s, tolerance);
-    std::vector<std::vector<ClSlice>> cut(stack.planes());
+  for (std::uint32_t s = 0; s < count; ++s) {
+    std::vector<std::vector<ClSlice>> cut(stacks[s].planes());
     for (std::size_t first = 0; first < cut.size(); first += kPlanesPerTurn) {
       const double share = static_cast<double>(first) / static_cast<double>(cut.size());
-      if (!go_on((s + share) / stacks)) return {};
-      tbb::parallel_for(first, std::min(cut.size(), first + kPlanesPerTurn),
-                        [&](std::size_t plane) { cut[plane] = stack.cut(plane); });
+      if (!go_on((s + share) / count)) return {};
+      tbb::parallel_for(
+          first, std::min(cut.size(), first + kPlanesPerTurn),
+          [&](std::size_t plane) { cut[plane] = stacks[s].cut(plane, obstacles); },
+          tbb::simple_partitioner());
     }
     for (auto& plane : cut)
       for (ClSlice& slice : plane) slices.push_back(std::move(slice));

@@ -53,13 +53,15 @@ bool behind(const PatchHull& hull, const PlacedFacet& facet) {
 
 }  // namespace
 
-PatchObstacles::PatchObstacles(const ClSections& sections, const FacetTree& tree) {
+PatchObstacles::PatchObstacles(const ClSections& sections, const FacetTree& tree,
+                               const std::vector<std::uint8_t>& asked) {
   const std::size_t patches = sections.patches();
   std::vector<std::vector<std::uint32_t>> found((patches + kTogether - 1) / kTogether);
   first_.assign(patches + 1, 0);
   const double limit = sections.radius() - kInside;
   tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t block) {
     for (std::size_t p = block * kTogether; p < std::min(patches, (block + 1) * kTogether); ++p) {
+      if (asked[p] == 0) continue;
       const PatchHull hull = sections.hull(static_cast<std::uint32_t>(p));
       const std::size_t before = found[block].size();
       tree.any_along(

@@ -36,12 +36,10 @@ class Move1 {
   Vec3 along_;
 };
 
-/// A place of the move nearer than `limit` to the facet, if there is one: the distance is convex along the
-/// move, so between two places it is nowhere less than where their tangents meet.
-bool find_inside(const Move1& move, const Corners& c, double limit, Near& inside) {
-  Near a = move.at(0.0, c), b = move.at(move.length(), c);
-  for (const Near& end : {a, b})
-    if (end.distance < limit) return inside = end, true;
+/// A place of the move between two that are not nearer than `limit` to the facet, but is itself, if there is
+/// one: the distance is convex along the move, so between two places it is nowhere less than where their
+/// tangents meet.
+bool find_inside(const Move1& move, const Corners& c, double limit, Near a, Near b, Near& inside) {
   for (int i = 0; i < kMostSteps; ++i) {
     if (a.slope >= 0.0 || b.slope <= 0.0) return false;
     const double meet = (b.distance - b.slope * b.s - a.distance + a.slope * a.s) / (a.slope - b.slope);
@@ -65,21 +63,34 @@ double border(const Move1& move, const Corners& c, double limit, double inside, 
 
 using Span = std::array<double, 2>;
 
+/// Are plane or ball of the facet no nearer than the limit? Asks for no distance of the facet itself.
+bool clearly_off(const Move1& move, Point<Part> from, Point<Part> to, const PlacedFacet& facet,
+                 double limit) {
+  const double low = dot(facet.normal, from_origin(from)) - facet.offset;
+  const double high = dot(facet.normal, from_origin(to)) - facet.offset;
+  if ((low >= limit && high >= limit) || (low <= -limit && high <= -limit)) return true;
+  const double beside = std::clamp(dot(facet.centre - from, move.along()), 0.0, move.length());
+  const double reach = limit + facet.radius;
+  return squared_length(facet.centre - (from + move.along() * beside)) >= reach * reach;
+}
+
 /// Appends the part of the move that is too near to the facet, if there is one; true: all of it.
 bool add_span_inside(const Move1& move, Point<Part> from, Point<Part> to, const PlacedFacet& facet,
                      double limit, std::vector<Span>& spans) {
-  // The plane of the facet is further off at both ends, on the same side: no distance is needed.
-  const double low = dot(facet.normal, from_origin(from)) - facet.offset;
-  const double high = dot(facet.normal, from_origin(to)) - facet.offset;
-  if ((low >= limit && high >= limit) || (low <= -limit && high <= -limit)) return false;
+  if (clearly_off(move, from, to, facet, limit)) return false;
   const Corners& c = facet.corners;
-  Near inside{};
-  if (!find_inside(move, c, limit, inside)) return false;
   const double end = move.length();
-  const bool starts = move.at(0.0, c).distance < limit, ends = move.at(end, c).distance < limit;
+  // No place is further from the middle than half the move.
+  const Near middle = move.at(end / 2.0, c);
+  if (middle.distance - end / 2.0 >= limit) return false;
+  const Near first = move.at(0.0, c), last = move.at(end, c);
+  const bool starts = first.distance < limit, ends = last.distance < limit;
+  if (starts && ends) return spans.push_back({0.0, end}), true;
+  Near inside = starts ? first : last;
+  if (!starts && !ends && !find_inside(move, c, limit, first, last, inside)) return false;
   spans.push_back({starts ? 0.0 : border(move, c, limit, inside.s, 0.0),
                    ends ? end : border(move, c, limit, inside.s, end)});
-  return starts && ends;
+  return false;
 }
 
 /// In rising order, overlaps united.

@@ -157,7 +157,7 @@ TEST(FreeSlices, OnlyObstaclesCutIntoAPatch) {
   for (const CheckedMesh& part : {soup::check(soup::torus()), soup::check(soup::ell())}) {
     const FacetTree tree(part.mesh);
     const ClSections sections(part, 0.8, 0.001);
-    const PatchObstacles obstacles(sections, tree);
+    const PatchObstacles obstacles(sections, tree, std::vector<std::uint8_t>(sections.patches(), 1));
     std::vector<std::uint32_t> all(part.mesh.facets.size());
     std::iota(all.begin(), all.end(), 0u);
     std::size_t listed = 0, cut_short = 0;
