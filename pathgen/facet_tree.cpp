@@ -150,8 +150,8 @@ struct FacetTree::Builder {
   }
 };
 
-RayLanes FacetTree::ray_lanes(Point<Part> from, Vec3 direction, double first, double last,
-                              double reach) const {
+RayLanes FacetTree::ray_lanes(Point<Part> from, Vec3 direction, double first, double last, double reach,
+                              double ends) const {
   const Vec3 o = from - middle_;
   const double spare = spare_ + kRounding * (length(o) + reach);
   const std::array<double, 3> at{o.x, o.y, o.z}, d{direction.x, direction.y, direction.z};
@@ -167,6 +167,10 @@ RayLanes FacetTree::ray_lanes(Point<Part> from, Vec3 direction, double first, do
   p.first = all_lanes(static_cast<float>(first - spare - kRounding * std::abs(first)));
   p.last = all_lanes(static_cast<float>(std::min(last, 1e30) * (1.0 + kRounding) + spare));
   p.reach = all_lanes(static_cast<float>(wide));
+  const double height = dot(o, direction);
+  p.least_height = all_lanes(static_cast<float>(height + first - ends - spare - kRounding * std::abs(first)));
+  p.most_height =
+      all_lanes(static_cast<float>(height + std::min(last, 1e30) * (1.0 + kRounding) + ends + spare));
   return p;
 }
 

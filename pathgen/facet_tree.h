@@ -37,7 +37,16 @@ class FacetTree {
   /// further off may be visited, too. Requires: direction unit, first <= last.
   template <class Visit>
   bool any_along(Point<Part> from, Vec3 direction, double first, double last, double reach,
-                 const Visit& visit) const;
+                 const Visit& visit) const {
+    return any_near(ray_lanes(from, direction, first, last, reach, reach), visit);
+  }
+  /// The same for every facet of which something is within `reach` of the whole line and between the heights
+  /// `first` and `last` along it.
+  template <class Visit>
+  bool any_in_cylinder(Point<Part> from, Vec3 direction, double first, double last, double reach,
+                       const Visit& visit) const {
+    return any_near(ray_lanes(from, direction, first, last, reach, 0.0), visit);
+  }
 
   /// Calls visit(index, facet) for every facet whose box overlaps `box`.
   template <class Visit>
@@ -54,7 +63,11 @@ class FacetTree {
   static constexpr int kStackSize = 256;
 
   void place(const Mesh& mesh, std::uint32_t slot);
-  RayLanes ray_lanes(Point<Part> from, Vec3 direction, double first, double last, double reach) const;
+  template <class Visit>
+  bool any_near(const RayLanes& ray, const Visit& visit) const;
+  /// `ends`: by how much more than its first and last the ray's heights are.
+  RayLanes ray_lanes(Point<Part> from, Vec3 direction, double first, double last, double reach,
+                     double ends) const;
   /// Which of the slots' balls come near it.
   unsigned balls_met(std::uint32_t slot, const RayLanes& probe) const;
 
@@ -70,20 +83,20 @@ class FacetTree {
 };
 
 inline unsigned FacetTree::balls_met(std::uint32_t slot, const RayLanes& p) const {
-  const Lanes x = load_lanes(&balls_[0][slot]) - p.from[0], y = load_lanes(&balls_[1][slot]) - p.from[1],
-              z = load_lanes(&balls_[2][slot]) - p.from[2], r = load_lanes(&balls_[3][slot]);
+  const Lanes at_x = load_lanes(&balls_[0][slot]), at_y = load_lanes(&balls_[1][slot]),
+              at_z = load_lanes(&balls_[2][slot]), r = load_lanes(&balls_[3][slot]);
+  const Lanes height = at_x * p.direction[0] + at_y * p.direction[1] + at_z * p.direction[2];
+  const Lanes x = at_x - p.from[0], y = at_y - p.from[1], z = at_z - p.from[2];
   const Lanes along = x * p.direction[0] + y * p.direction[1] + z * p.direction[2];
   const Lanes far = x * x + y * y + z * z, reach = r + p.reach;
   // Single precision takes one from the other to 1e-6 of them.
-  return no_more(far - along * along, reach * reach + far * 1e-6f) & no_more(p.first, along + reach) &
-         no_more(along - reach, p.last);
+  return no_more(far - along * along, reach * reach + far * 1e-6f) & no_more(p.least_height, height + r) &
+         no_more(height - r, p.most_height);
 }
 
 template <class Visit>
-bool FacetTree::any_along(Point<Part> from, Vec3 direction, double first, double last, double reach,
-                          const Visit& visit) const {
+bool FacetTree::any_near(const RayLanes& ray, const Visit& visit) const {
   if (nodes_.empty()) return false;
-  const RayLanes ray = ray_lanes(from, direction, first, last, reach);
   std::array<std::uint32_t, kStackSize> stack;
   int top = 0;
   stack[top++] = 0;
@@ -92,7 +105,9 @@ bool FacetTree::any_along(Point<Part> from, Vec3 direction, double first, double
     Lanes entry;
     std::array<float, 4> at_entry;
     const int base = top;
-    for (unsigned met = boxes_met(node.boxes, ray, entry); met != 0; met &= met - 1) {
+    unsigned met = boxes_between(node.boxes, ray);
+    if (met != 0) met &= boxes_met(node.boxes, ray, entry);
+    for (; met != 0; met &= met - 1) {
       const int lane = std::countr_zero(met);
       const std::uint32_t at = node.first[lane];
       if (node.count[lane] > 0) {

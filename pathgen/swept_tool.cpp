@@ -185,12 +185,12 @@ std::optional<Blocker> SweptTool::stop(Point<Part> centre, Vec3 axis, std::uint3
         return Blocker{f.part, hint};
   for (const Frustum& f : swept_) {
     if (static_cast<int>(f.part) >= parts) continue;
-    const bool found =
-        tree_.any_along(centre, axis, f.from, f.to, f.widest, [&](std::uint32_t facet, const PlacedFacet& c) {
-          if (!meets(f, centre, axis, c)) return false;
-          hint = facet;
-          return true;
-        });
+    const bool found = tree_.any_in_cylinder(centre, axis, f.from, f.to, f.widest,
+                                             [&](std::uint32_t facet, const PlacedFacet& c) {
+                                               if (!meets(f, centre, axis, c)) return false;
+                                               hint = facet;
+                                               return true;
+                                             });
     if (found) return Blocker{f.part, hint};
   }
   return std::nullopt;
@@ -221,7 +221,7 @@ bool SweptTool::may_stop(Point<Part> centre, Vec3 axis, double off, double turn,
       const double twice = grown.slope > 0.0 ? grown.from + grown.radius / grown.slope : high;
       grown.to = std::min(high, twice), grown.widest = grown.radius + grown.slope * (grown.to - grown.from);
       const auto met = [&](std::uint32_t, const PlacedFacet& c) { return meets(grown, centre, axis, c); };
-      if (tree_.any_along(centre, axis, grown.from, grown.to, grown.widest, met)) return true;
+      if (tree_.any_in_cylinder(centre, axis, grown.from, grown.to, grown.widest, met)) return true;
       grown.from = grown.to, grown.radius = grown.widest;
     }
   }
@@ -233,12 +233,12 @@ bool SweptTool::stopped_below(Point<Part> centre, Vec3 axis, double to, std::uin
     if (f.from >= to) continue;
     if (f.to > to) f.widest = f.radius + f.slope * (to - f.from), f.to = to;
     if (hint != kNoFacet && meets(f, centre, axis, tree_.facet(hint))) return true;
-    const bool found =
-        tree_.any_along(centre, axis, f.from, f.to, f.widest, [&](std::uint32_t facet, const PlacedFacet& c) {
-          if (!meets(f, centre, axis, c)) return false;
-          hint = facet;
-          return true;
-        });
+    const bool found = tree_.any_in_cylinder(centre, axis, f.from, f.to, f.widest,
+                                             [&](std::uint32_t facet, const PlacedFacet& c) {
+                                               if (!meets(f, centre, axis, c)) return false;
+                                               hint = facet;
+                                               return true;
+                                             });
     if (found) return true;
   }
   return false;
@@ -253,10 +253,11 @@ std::optional<Blocker> SweptTool::hit(Point<Part> centre, Vec3 axis) const {
   });
   for (const Frustum& f : still_) {
     if (found) break;
-    tree_.any_along(centre, axis, f.from, f.to, f.widest, [&](std::uint32_t facet, const PlacedFacet& c) {
-      if (meets(f, centre, axis, c)) found = {f.part, facet};
-      return found.has_value();
-    });
+    tree_.any_in_cylinder(centre, axis, f.from, f.to, f.widest,
+                          [&](std::uint32_t facet, const PlacedFacet& c) {
+                            if (meets(f, centre, axis, c)) found = {f.part, facet};
+                            return found.has_value();
+                          });
   }
   return found;
 }

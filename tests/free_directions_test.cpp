@@ -172,7 +172,20 @@ double distance_from(Point<Part> from, Point<Part> to, const Corners& triangle) 
   return least;
 }
 
-TEST(FreeDirections, TheTreeMissesNoFacetNearASegmentOrInABox) {
+/// Has a place of the triangle, of very many, the line within `reach`, at a height from 0 to `length`?
+bool in_cylinder(Point<Part> from, Vec3 along, double length, double reach, const Corners& triangle) {
+  constexpr int kSteps = 40;
+  for (int i = 0; i <= kSteps; ++i)
+    for (int j = 0; i + j <= kSteps; ++j) {
+      const Point<Part> p = triangle[0] + (triangle[1] - triangle[0]) * (static_cast<double>(i) / kSteps) +
+                            (triangle[2] - triangle[0]) * (static_cast<double>(j) / kSteps);
+      const double height = dot(p - from, along);
+      if (height >= 0.0 && height <= length && distance(p, from + along * height) < reach) return true;
+    }
+  return false;
+}
+
+TEST(FreeDirections, TheTreeMissesNoFacetNearASegmentInACylinderOrInABox) {
   std::mt19937 random(17);
   std::uniform_real_distribution<double> at(-50.0, 50.0), small(-6.0, 6.0), reach_of(0.01, 15.0);
   soup::Soup soup;
@@ -186,17 +199,19 @@ TEST(FreeDirections, TheTreeMissesNoFacetNearASegmentOrInABox) {
   }
   const CheckedMesh part = soup::check(soup);
   const FacetTree tree(part.mesh);
-  std::size_t near = 0;
+  std::size_t near = 0, inside = 0, visited = 0;
   for (int i = 0; i < 300; ++i) {
     const Point<Part> from = place(kFar);
     Point<Part> to = place(kFar);
     if (i % 3 == 0) to = from + Vec3{0, 0, small(random)};  // level, and short
     const double reach = reach_of(random), length = distance(from, to);
-    std::vector<std::uint8_t> along(part.mesh.facets.size()), in(part.mesh.facets.size());
-    tree.any_along(from, (to - from) / length, 0.0, length, reach, [&](std::uint32_t f, const PlacedFacet&) {
-      along[f] = 1;
-      return false;
-    });
+    const Vec3 direction = (to - from) / length;
+    std::vector<std::uint8_t> along(part.mesh.facets.size()), around(along), in(along);
+    const auto mark = [](std::vector<std::uint8_t>& seen) {
+      return [&seen](std::uint32_t f, const PlacedFacet&) { return seen[f] = 1, false; };
+    };
+    tree.any_along(from, direction, 0.0, length, reach, mark(along));
+    tree.any_in_cylinder(from, direction, 0.0, length, reach, mark(around));
     const Vec3 pad{reach, reach, reach};
     tree.each_in({from - pad, from + pad}, [&](std::uint32_t f, const PlacedFacet&) { in[f] = 1; });
     for (std::uint32_t f = 0; f < part.mesh.facets.size(); ++f) {
@@ -205,12 +220,19 @@ TEST(FreeDirections, TheTreeMissesNoFacetNearASegmentOrInABox) {
         ++near;
         EXPECT_EQ(along[f], 1) << i << " facet " << f;
       }
+      if (in_cylinder(from, direction, length, reach, c)) {
+        ++inside;
+        EXPECT_EQ(around[f], 1) << i << " facet " << f;
+      }
+      visited += around[f];
       if (distance(from, nearest_point(from, c)) < reach) {
         EXPECT_EQ(in[f], 1) << i << " facet " << f;
       }
     }
   }
   EXPECT_GT(near, 1000u);
+  EXPECT_GT(inside, 1000u);
+  EXPECT_LT(visited, 2 * inside);  // and visits few others
 }
 
 /// What a sequence costs.
