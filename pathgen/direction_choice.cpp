@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "kinematics/units.h"
@@ -65,22 +66,25 @@ void CheapestSequence::reach(std::size_t i) {
 bool CheapestSequence::reach_by_neighbours(std::size_t i, const Turns& turns) {
   const AxisCandidates &last = turns.last, &here = *stations_[i];
   if (near_ == nullptr || last.size() < kFewCandidates || turns.chord > near_->chord()) return false;
-  constexpr std::uint32_t kNone = 0xffffffff;
-  place_.assign(near_->count(), kNone);
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  cost_at_.assign(near_->count(), kNone), place_.resize(near_->count());
   others_.clear();
   for (std::uint32_t j = 0; j < last.size(); ++j) {
-    if (last[j].direction < place_.size())
-      place_[last[j].direction] = j;
+    if (const std::uint32_t direction = last[j].direction; direction < near_->count())
+      cost_at_[direction] = turns.before[j], place_[direction] = j;
     else
       others_.push_back(j);
   }
   if (others_.size() > kMostOthers) return false;
+  const double square = turns.chord * turns.chord, least = turns.before[turns.cheapest];
   for (std::size_t k = 0; k < here.size(); ++k) {
-    Turns::Best best{turns.before[turns.cheapest] + turns.jump, turns.cheapest};
-    if (here[k].direction < place_.size()) {
+    Turns::Best best{least + turns.jump, turns.cheapest};
+    if (here[k].direction < near_->count()) {
       for (const DirectionNeighbours::Neighbour& near : near_->of(here[k].direction)) {
-        if (turns.too_far(near.square, best)) break;
-        if (const std::uint32_t j = place_[near.direction]; j != kNone) turns.look(j, here[k].axis, best);
+        const double turn = turns.per_square * near.square;
+        if (near.square > square || turn >= best.cost - least) break;
+        const double cost = cost_at_[near.direction] + turn;
+        if (cost < best.cost) best = {cost, place_[near.direction]};
       }
       for (const std::uint32_t j : others_) turns.look(j, here[k].axis, best);
     } else {

@@ -51,9 +51,10 @@ class CheapestSequence {
   std::vector<double> ways_;
   TurnPrices prices_;
   const DirectionNeighbours* near_;
+  std::vector<double> cost_at_;  ///< of a list: the costs of the grid's directions,
   std::vector<std::uint32_t> place_,
-      others_;                             ///< of a list: the places of the grid's directions, and the rest
-  std::vector<std::vector<double>> cost_;  ///< of the cheapest sequence up to each candidate
+      others_;                                    ///< their places, and those of the rest
+  std::vector<std::vector<double>> cost_;         ///< of the cheapest sequence up to each candidate
   std::vector<std::vector<std::uint32_t>> from_;  ///< and its candidate one station before
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <numeric>
 #include <utility>
 
 namespace tiltfeed {
@@ -39,6 +40,13 @@ DirectionGrid::DirectionGrid(int level) : level_(level), directions_(icosahedron
       finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
     }
     triangles = std::move(finer);
+  }
+  for (int i = 0; i <= level; ++i) {
+    std::vector<std::uint32_t>& order = rising_.emplace_back(count(i));
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) {
+      return directions_[a].z < directions_[b].z;
+    });
   }
 }
 

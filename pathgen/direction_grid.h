@@ -20,12 +20,17 @@ class DirectionGrid {
   /// How many directions a level has; they are the first of all.
   static std::uint32_t count(int level) { return 10u * (1u << (2 * level)) + 2u; }
   int level() const { return level_; }
+  /// Those of a level, up to this one, in the order of z.
+  const std::vector<std::uint32_t>& rising(int level) const {
+    return rising_[static_cast<std::size_t>(level)];
+  }
   /// No direction is further from the nearest of a level's than this, rad.
   static double coverage(int level);
 
  private:
   int level_;
   std::vector<Vec3> directions_;
+  std::vector<std::vector<std::uint32_t>> rising_;
 };
 
 /// Of each direction of a level the others near it.

@@ -20,7 +20,8 @@ namespace {
 constexpr double kSliceShare = 0.4, kSlackShare = 0.4;
 /// (O5) Of the tolerance, by which a turn of the axis in one move may bend the way of ball or shank.
 constexpr double kTurnShare = 0.25;
-constexpr std::size_t kPassesPerTurn = 64;
+/// Passes between two reports of how far it is; the threads wait for each other after so many.
+constexpr std::size_t kPassesPerTurn = 128;
 
 std::string percent(double part, double whole) {
   char text[32];
@@ -96,7 +97,7 @@ class FreePlanner {
     const bool turned = options_.pattern.direction == Direction::kZigzag && !reversible();
     std::vector<OrientedPass> passes(slices.size());
     for (std::size_t first = 0; first < slices.size() && !stages_.stopped(); first += kPassesPerTurn) {
-      tbb::parallel_for(first, std::min(slices.size(), first + kPassesPerTurn), [&](std::size_t i) {
+      const auto one = [&](std::size_t i) {
         if (!turned || slices[i].plane % 2 == 0) {
           passes[i] = orient_pass(slices[i].chain, admissible, how);
           return;
@@ -104,7 +105,10 @@ class FreePlanner {
         ClChain back = slices[i].chain;
         std::reverse(back.points.begin(), back.points.end());
         passes[i] = orient_pass(back, admissible, how);
-      });
+      };
+      // One by one: some take a hundred times as long as others.
+      tbb::parallel_for(first, std::min(slices.size(), first + kPassesPerTurn), one,
+                        tbb::simple_partitioner());
       stages_.report(static_cast<double>(first) / static_cast<double>(slices.size()));
     }
     std::vector<OrientedRun> runs;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "pathgen/pass_stations.h"
@@ -11,11 +12,11 @@ namespace tiltfeed {
 namespace {
 
 /// A break costs as much as a departure of one radian over this length, mm.
-constexpr double kJumpLength = 20.0;
+constexpr double kJumpLength = 40.0;
 /// So often only candidates that a sequence would want next are asked; then all of a station.
 constexpr int kFewRounds = 6;
-/// Turns are told to this, rad.
-constexpr double kRounding = 1e-9;
+/// So often directions are looked at further from the wish.
+constexpr int kFurther = 5;
 
 }  // namespace
 
@@ -33,21 +34,31 @@ bool PassStations::holds(Station& s, AxisCandidate& candidate) {
 /// would cost between the axes `before` and `after` (null: none), those up to the first that is.
 void PassStations::sift(std::size_t i, const Vec3* before, const Vec3* after, bool all) {
   Station& s = stations_[i];
-  std::vector<std::pair<double, std::uint32_t>> order;
-  const auto turn_cost = [&](const Vec3* other, Vec3 axis, std::size_t to) {
-    if (other == nullptr) return 0.0;
-    const double way = std::abs(stations_[to].way - s.way), cosine = dot(*other, axis);
-    if (std::acos(std::min(1.0, cosine)) > max_turn_ * way + kRounding) return kJumpLength;
-    return scale_ * scale_ / way * (2.0 - 2.0 * cosine);
+  struct Neighbour {
+    const Vec3* axis;
+    double price, least_cosine;
   };
+  const auto neighbour = [&](const Vec3* axis, std::size_t at) {
+    const double way = axis != nullptr ? std::abs(stations_[at].way - s.way) : 1.0;
+    return Neighbour{axis, scale_ * scale_ / way, std::cos(std::min(kPi, max_turn_ * way + kRounding))};
+  };
+  const auto turn_cost = [](const Neighbour& to, Vec3 axis) {
+    if (to.axis == nullptr) return 0.0;
+    const double cosine = dot(*to.axis, axis);
+    return cosine < to.least_cosine ? kJumpLength : to.price * (2.0 - 2.0 * cosine);
+  };
+  const Neighbour from = neighbour(before, i - 1), to = neighbour(after, i + 1);
+  std::vector<std::pair<double, std::uint32_t>> order;
+  order.reserve(s.candidates.size());
   for (std::uint32_t k = 0; k < s.candidates.size(); ++k) {
     const AxisCandidate& c = s.candidates[k];
-    order.emplace_back(
-        all ? 0.0 : c.cost + turn_cost(before, c.axis, i - 1) + turn_cost(after, c.axis, i + 1), k);
+    order.emplace_back(all ? 0.0 : c.cost + turn_cost(from, c.axis) + turn_cost(to, c.axis), k);
   }
-  std::sort(order.begin(), order.end());
+  std::make_heap(order.begin(), order.end(), std::greater<>());
   std::vector<std::uint8_t> out(s.candidates.size(), 0);
-  for (const auto& [cost, k] : order) {
+  for (auto end = order.end(); end != order.begin(); --end) {
+    std::pop_heap(order.begin(), end, std::greater<>());
+    const std::uint32_t k = (end - 1)->second;
     out[k] = holds(s, s.candidates[k]) ? 0 : 1;
     if (out[k] == 0 && !all) break;
   }
@@ -114,19 +125,22 @@ void PassStations::settle() {
     // A station with one candidate ends one stretch and begins the next.
     first = last > first && !ends(last + 1) ? last : last + 1;
   }
+  for (Station& s : stations_) s.changed = false;
 }
 
 void PassStations::choose() {
-  for (std::size_t i = 0; i < stations_.size(); ++i) {
-    Station& s = stations_[i];
-    if (s.changed) price(i);
-    if (s.candidates.empty() && s.window < kPi) widen(i);
+  for (int further = 0;; ++further) {
+    for (std::size_t i = 0; i < stations_.size(); ++i) {
+      Station& s = stations_[i];
+      if (s.changed) price(i);
+      if (s.candidates.empty() && s.window < kPi) widen(i);
+    }
+    settle();
+    if (further == kFurther || !look_further()) break;
   }
-  settle();
   for (std::size_t i = 0; i < stations_.size(); ++i)
-    if (stations_[i].changed) narrow(i);
+    if (stations_[i].coarse) narrow(i);
   settle();
-  for (Station& s : stations_) s.changed = false;
 }
 
 }  // namespace tiltfeed

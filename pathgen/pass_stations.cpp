@@ -11,14 +11,8 @@ namespace {
 /// Directions are sought this far apart on the pass: a share of the ball's radius; further, where the axis
 /// may not turn from one direction of the grid to the next (rad) in so short a way.
 constexpr double kStationShare = 0.4, kFurthestShare = 2.0, kGridTurn = 0.16;
-/// Where the wished direction is not admissible, so far (mm per radian of the widest turn) to both sides
-/// others are looked at, too.
-constexpr double kMarginTurn = 1.0;
-/// Directions so near to the wish are looked at wherever any but it are, rad.
-constexpr double kLeastWindow = 0.25;
-/// Where the wish is not admitted directions further from it by up to this are looked at, rad, and to both
-/// sides by what is left of that when the axis has turned back as fast as it may; where there is none, all.
-constexpr double kWidestWindow = 1.2;
+/// Round a station put in directions so near to the wish are looked at, rad.
+constexpr double kWideWindow = 1.2;
 /// Round the direction chosen on the coarser grid those of the finer one are looked at, rad: neighbours on
 /// the coarser one are up to so far apart.
 constexpr double kAround = 0.17;
@@ -57,30 +51,6 @@ double PassStations::share(std::size_t i) const {
   return (before + after) / 2.0;
 }
 
-/// The wish alone, but where it is not admitted or turns too fast, and round about.
-void PassStations::find_windows() {
-  for (std::size_t i = 0; i < stations_.size(); ++i) {
-    const Station& s = stations_[i];
-    if (!s.wish_admitted) look(i);
-    if (i == 0) continue;
-    const double way = s.way - stations_[i - 1].way;
-    if (angle_between(s.wished, stations_[i - 1].wished) > max_turn_ * way) look(i - 1), look(i);
-  }
-  for (std::size_t i = 0; i < stations_.size(); ++i)
-    if (stations_[i].window <= 0.0) open(i, 0.0);
-}
-
-/// Station i and those round about: the further off, the nearer to the wish.
-void PassStations::look(std::size_t i) {
-  const double at = stations_[i].way, margin = kMarginTurn / max_turn_;
-  const auto window = [&](double way) {
-    return kLeastWindow + std::max(0.0, kWidestWindow - max_turn_ * way);
-  };
-  for (std::size_t k = i; k < stations_.size() && stations_[k].way <= at + margin; ++k)
-    open(k, window(stations_[k].way - at));
-  for (std::size_t k = i; k-- > 0 && stations_[k].way >= at - margin;) open(k, window(at - stations_[k].way));
-}
-
 void PassStations::insert(const std::vector<double>& ways) {
   for (const double way : ways) {
     Station s = place(way);
@@ -91,7 +61,7 @@ void PassStations::insert(const std::vector<double>& ways) {
     stations_.insert(after, std::move(s));
     stations_[i].between = between(i);
     for (std::size_t k = i > 0 ? i - 1 : 0; k <= std::min(i + 1, stations_.size() - 1); ++k)
-      stations_[k].window = 0.0, open(k, kWidestWindow);
+      stations_[k].window = 0.0, open(k, kWideWindow);
   }
 }
 
@@ -136,26 +106,32 @@ void PassStations::take(Station& s, std::uint32_t direction) {
 void PassStations::open(std::size_t i, double window) {
   Station& s = stations_[i];
   window = std::min(window, kPi);
-  if (window > 0.0 && s.window >= window - kLeastWindow / 2.0) return;
-  s.window = window, s.changed = true;
+  if (window > 0.0 && s.window >= window) return;
+  s.window = window, s.changed = s.coarse = true;
   start(s);
   if (window <= 0.0) return;
   const std::vector<Vec3>& grid = admissible_.grid().directions();
   if (s.asked.empty()) s.asked.assign(grid.size(), kUnknown);
   const double least = std::cos(window);
-  for (std::uint32_t k = 0; k < DirectionGrid::count(Admissibility::kAdmissibleLevel); ++k)
+  for (const std::uint32_t k : admissible_.grid().rising(Admissibility::kAdmissibleLevel))
     if (dot(grid[k], s.wished) >= least) take(s, k);
 }
 
 /// The candidates are the wish, if admitted, and all directions round the chosen one.
 void PassStations::narrow(std::size_t i) {
   Station& s = stations_[i];
+  s.coarse = false;
   if (s.window <= 0.0 || s.candidates.empty()) return;
+  s.changed = true;
   start(s);
   const std::vector<Vec3>& grid = admissible_.grid().directions();
   const double least = std::cos(kAround);
-  for (std::uint32_t k = 0; k < grid.size(); ++k)
-    if (dot(grid[k], s.chosen) >= least) take(s, k);
+  const std::vector<std::uint32_t>& rising = admissible_.grid().rising(admissible_.grid().level());
+  const double spread = 2.0 * std::sin(kAround / 2.0);  // in z as in any direction
+  const auto low = std::partition_point(rising.begin(), rising.end(),
+                                        [&](std::uint32_t k) { return grid[k].z < s.chosen.z - spread; });
+  for (auto k = low; k != rising.end() && grid[*k].z <= s.chosen.z + spread; ++k)
+    if (dot(grid[*k], s.chosen) >= least) take(s, *k);
   price(i);
 }
 
@@ -167,8 +143,14 @@ void PassStations::price(std::size_t i) {
     const double angle = angle_between(c.axis, s.wished);
     c.cost = angle * angle * weight;
   }
-  std::stable_sort(s.candidates.begin(), s.candidates.end(),
-                   [](const AxisCandidate& a, const AxisCandidate& b) { return a.axis.z < b.axis.z; });
+  const auto lower = [](const AxisCandidate& a, const AxisCandidate& b) { return a.axis.z < b.axis.z; };
+  // Most come in that order.
+  const auto first = s.candidates.begin(), last = s.candidates.end();
+  const auto of_grid =
+      std::find_if(first, last, [](const AxisCandidate& c) { return c.direction != kNoDirection; });
+  std::stable_sort(first, of_grid, lower);
+  if (!std::is_sorted(of_grid, last, lower)) std::stable_sort(of_grid, last, lower);
+  std::inplace_merge(first, of_grid, last, lower);
 }
 
 /// Nothing that was a candidate is admissible: all directions of the coarser grid that are, else of the finer

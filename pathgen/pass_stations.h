@@ -27,6 +27,7 @@ struct Station {
   std::vector<std::uint8_t> asked;  ///< of each direction of the grid, what is known; empty: nothing
   Vec3 chosen;                      ///< unit; where there are candidates
   bool changed = true;              ///< since the last choice, or put in
+  bool coarse = true;               ///< the candidates are not yet those round the chosen one
 };
 
 class PassStations {
@@ -51,7 +52,10 @@ class PassStations {
 
  private:
   void find_windows();
-  void look(std::size_t i);
+  std::vector<double> needed(const std::vector<Vec3>& nearest) const;
+  Vec3 nearest_clear(Station& s);
+  void open_about(std::vector<double> needs);
+  bool look_further();
   void open(std::size_t i, double window);
   void narrow(std::size_t i);
   void start(Station& s) const;
@@ -64,6 +68,9 @@ class PassStations {
   void sift(std::size_t i, const Vec3* before, const Vec3* after, bool all);
   bool holds(Station& s, AxisCandidate& candidate);
   void widen(std::size_t i);
+
+  /// Turns are told to this, rad.
+  static constexpr double kRounding = 1e-9;
 
   const PassCurve& curve_;
   const Admissibility& admissible_;
