@@ -75,8 +75,7 @@ constexpr std::string_view kHarmless[] = {"COMMENT",
                                           "FLOOD_OFF",
                                           "MIST_ON",
                                           "MIST_OFF",
-                                          "SELECT_TOOL",
-                                          "CHANGE_TOOL",
+                                          "START_CHANGE",
                                           "SET_SPINDLE_MODE",
                                           "OPTIONAL_PROGRAM_STOP",
                                           "SET_NAIVECAM_TOLERANCE",
@@ -107,6 +106,9 @@ class Reader {
   const MachineModel& machine_;
   Joints at_;
   double rate_ = -1.0, spindle_ = 0.0;  ///< rate below 0: none yet
+  // SELECT_TOOL chooses, CHANGE_TOOL changes; before any change the chosen one counts, as in a program.
+  int selected_ = kToolNotSaid, tool_ = kToolNotSaid;
+  bool tool_changed_ = false;
   bool exact_stop_ = false, ended_ = false;
 };
 
@@ -145,6 +147,9 @@ std::optional<std::string> Reader::take_setting(const Command& command, const st
     rate_ = values[0];
   } else if (command.name == "SET_SPINDLE_SPEED" && !values.empty()) {
     spindle_ = values.back();
+  } else if (command.name == "SELECT_TOOL" && values.size() == 1 && values[0] >= 0.0) {
+    selected_ = static_cast<int>(std::min(values[0], kMostTool));
+    if (!tool_changed_) tool_ = selected_;
   } else {
     return "this machine has no such command";
   }
@@ -156,6 +161,7 @@ std::optional<std::string> Reader::take_values(const Command& command, const std
   Block block;
   block.line = command.number;
   block.spindle = spindle_;
+  block.tool = tool_;
   if (command.name == "STRAIGHT_TRAVERSE" || command.name == "STRAIGHT_FEED") {
     if (auto wrong = take_move(command.name == "STRAIGHT_TRAVERSE", values, block)) return wrong;
   } else if (command.name == "DWELL" && values.size() == 1 && values[0] >= 0.0) {
@@ -179,6 +185,11 @@ std::optional<std::string> Reader::take(const Command& command, std::vector<Bloc
                : std::optional<std::string>("inches are refused; use G21 and mm");
   if (command.name == "SET_MOTION_CONTROL_MODE") {
     exact_stop_ = !command.arguments.starts_with("CANON_CONTINUOUS");
+    return std::nullopt;
+  }
+  // Its number is the slot that the tool comes from, in some versions.
+  if (command.name == "CHANGE_TOOL") {
+    tool_changed_ = true, tool_ = selected_;
     return std::nullopt;
   }
   const auto values = numbers(command.arguments);

@@ -9,7 +9,6 @@
 namespace tiltfeed::sim {
 namespace {
 
-constexpr double kMostTool = 1e9;  // larger T words count as this one
 
 bool has_axes(const Words& words, char tilt, char rotary) {
   return words.has('X') || words.has('Y') || words.has('Z') || words.has(tilt) || words.has(rotary);

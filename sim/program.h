@@ -16,6 +16,7 @@ namespace tiltfeed::sim {
 enum class Op : std::uint8_t { kRapid = 1, kFeed = 2, kDwell = 3, kMCode = 4 };
 
 inline constexpr int kToolNotSaid = -1;
+inline constexpr double kMostTool = 1e9;  ///< larger tool numbers count as this one
 
 /// One block with every modal value filled in.
 struct Block {

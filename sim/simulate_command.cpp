@@ -82,6 +82,7 @@ Result<ExecutedPath> read_path(const SimulateOptions& options, const Job& job, P
   if (!options.canon.empty()) {
     const auto program = read_canon(in, name, machine);
     if (!program) return tl::unexpected(program.error());
+    if (auto fits = check_tool(*program, job, name); !fits) return tl::unexpected(fits.error());
     return execute_program(*program, name, machine, job.setup, motion_options(job.machine));
   }
   if (!options.trace.empty()) {

@@ -150,5 +150,22 @@ TEST(DryRun, DoesNotWaitAtM0) {
   EXPECT_NEAR(run->totals.busy, 0.1, 1e-12);
 }
 
+TEST(Canon, ToolsAreThoseOfTheProgram) {
+  const std::string move = "N..... STRAIGHT_TRAVERSE(1.0, 2.0, 3.0, 0.0, 0.0, 0.0)\n";
+  const auto tools = [&](const std::string& text) {
+    std::vector<int> found;
+    for (const Block& block : read(text + "9 N..... PROGRAM_END()\n"))
+      if (block.op == Op::kRapid) found.push_back(block.tool);
+    return found;
+  };
+  EXPECT_EQ(tools("1 " + move), std::vector<int>{kToolNotSaid});
+  // Chosen, and not yet changed: what some controls take at once; the number of a change is a slot's.
+  EXPECT_EQ(tools("1 N..... SELECT_TOOL(3)\n2 " + move), std::vector<int>{3});
+  EXPECT_EQ(tools("1 N..... SELECT_TOOL(3)\n2 N..... CHANGE_TOOL(17)\n3 " + move +
+                  "4 N..... SELECT_TOOL(5)\n5 " + move + "6 N..... CHANGE_TOOL()\n7 " + move),
+            (std::vector<int>{3, 3, 5}));
+  EXPECT_NE(refusal("1 N..... SELECT_TOOL(-3)\n").find("SELECT_TOOL"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace tiltfeed::sim

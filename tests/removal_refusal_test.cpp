@@ -185,5 +185,25 @@ TEST_F(RemovalRefusal, CanonicalCommandsAndTraces) {
   }
 }
 
+TEST_F(RemovalRefusal, CanonicalCommandsOfAnotherTool) {
+  std::ifstream job(kFolder + "/job.yaml");
+  const std::string text{std::istreambuf_iterator<char>(job), {}};
+  write("job.yaml", text + "program: {tool: 3}\n");
+  for (const int tool : {3, 5}) {
+    // What rs274 makes of T and M6.
+    write("tool.txt", "    1 N..... SELECT_TOOL(" + std::to_string(tool) +
+                          ")\n    2 N..... START_CHANGE()\n    3 N..... STOP_SPINDLE_TURNING(0)\n"
+                          "    4 N..... CHANGE_TOOL(1)\n"
+                          "    5 N..... STRAIGHT_TRAVERSE(0.0, 0.0, 20.0, 0.0, 0.0, 0.0)\n"
+                          "    6 N..... STRAIGHT_TRAVERSE(1.0, 0.0, 20.0, 0.0, 0.0, 0.0)\n"
+                          "    7 N..... PROGRAM_END()\n");
+    SimulateOptions options;
+    options.canon = kFolder + "/tool.txt";
+    const Said said = verify(options);
+    EXPECT_EQ(said.error.find("moves with tool T5") != std::string::npos, tool == 5) << said.error;
+    EXPECT_EQ(said.worked, tool == 3) << said.out;
+  }
+}
+
 }  // namespace
 }  // namespace tiltfeed::sim
