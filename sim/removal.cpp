@@ -16,6 +16,8 @@ namespace {
 constexpr std::size_t kBatch = 32768, kChunk = 4096;
 // Material left that is told apart: as deep as this many times what shall be left, or this much, mm.
 constexpr double kReachOfStock = 3.0, kLeastReach = 0.5;
+// Places where much is left that are told of each other, in cutter diameters.
+constexpr double kLeftoverDiameters = 2.0;
 
 /// What the lines of one stripe of one bundle say of a batch.
 struct StripeCut {
@@ -153,6 +155,8 @@ Result<Removal> Remover::run(const Progress& progress) {
   if (gouge_.depth > 0.0) result.gouge = gather(path_, {gouge_}).front();
   result.haste = haste_;
   result.haste_block = path_.moves[haste_.move].block, result.haste_line = path_.moves[haste_.move].line;
+  result.haste_time = path_.moves[haste_.move].start;
+  result.most_left = most_left(probes_, path_, result, kLeftoverDiameters * job_.plan.cutter.diameter);
   result.troubles = gather(path_, std::move(hits_));
   return result;
 }

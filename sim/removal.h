@@ -49,6 +49,16 @@ struct Haste {
   void take(const Haste& other);
 };
 
+/// A place where much is left on the surface that the cutter came near.
+struct Leftover {
+  double left = 0.0;        ///< along the facet's normal, mm
+  std::uint64_t block = 0;  ///< ExecutedMove::block of the move that came nearest
+  std::uint32_t line = 0;
+  std::uint32_t facet = kNoFacet;  ///< of the STL file
+  Point<Part> place;               ///< on the part
+  double time = 0.0;               ///< s
+};
+
 /// One of the equal spans of time that the run is shown in.
 struct TimeBin {
   double removed = 0.0;                          ///< mm^3
@@ -62,9 +72,11 @@ struct Removal {
   Haste haste;
   std::uint64_t haste_block = 0;  ///< ExecutedMove::block of the worst
   std::uint32_t haste_line = 0;
-  std::array<double, 4> worst{};  ///< depth by TroubleKind, mm, tolerated ones too
-  Trouble gouge;                  ///< the deepest, even if it is tolerated; depth 0: none
-  std::uint64_t blocks = 0;       ///< that move an axis
+  double haste_time = 0.0;          ///< s
+  std::vector<Leftover> most_left;  ///< the most first, two cutter diameters or more from each other
+  std::array<double, 4> worst{};    ///< depth by TroubleKind, mm, tolerated ones too
+  Trouble gouge;                    ///< the deepest, even if it is tolerated; depth 0: none
+  std::uint64_t blocks = 0;         ///< that move an axis
   double seconds = 0.0, feed_seconds = 0.0, rapid_seconds = 0.0, air_seconds = 0.0;
   double feed_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm
   double stock_volume = 0.0, left_volume = 0.0;  ///< mm^3

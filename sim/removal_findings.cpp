@@ -18,6 +18,8 @@ constexpr std::size_t kMostTroubles = 50;
 // Material left is counted in steps of this, mm, over all that the tool came near.
 constexpr double kExcessStep = 2e-4;
 constexpr std::size_t kExcessTasks = 64;
+// Places where much is left that are told.
+constexpr std::size_t kMostLeftovers = 5;
 
 std::array<double, 5> words(const Joints& j) { return {j.x, j.y, j.z, j.a, j.c}; }
 
@@ -184,6 +186,44 @@ void measure_excess(const Probes& probes, const Contact& contact, const RemovalO
       below += area[i++];
     result.excess[k] = low + (static_cast<double>(i) + 0.5) * kExcessStep;
   }
+}
+
+namespace {
+
+/// The probe of a patch with the most left.
+Leftover highest_of(const Probes& probes, const ExecutedPath& path, std::uint32_t patch) {
+  const Patches& patches = probes.patches();
+  Leftover found;
+  found.left = -kInfinity, found.facet = patches.mesh.source[patch];
+  for (std::uint64_t i = patches.first[patch]; i < patches.first[patch + 1]; ++i) {
+    const Probes::Value v = probes.value(i);
+    if (v.move == Probes::kNever || v.left <= found.left) continue;
+    const ExecutedMove& move = path.moves[v.move];
+    found.left = v.left, found.block = move.block, found.line = move.line, found.time = move.start;
+    found.place = probes.place(patch, i);
+  }
+  return found;
+}
+
+}  // namespace
+
+std::vector<Leftover> most_left(const Probes& probes, const ExecutedPath& path, const Removal& result,
+                                double apart) {
+  std::vector<Leftover> places;
+  const std::vector<Point<Part>>& middle = probes.patches().middle;
+  const auto told = [&](Point<Part> p) {
+    return std::any_of(places.begin(), places.end(),
+                       [&](const Leftover& other) { return distance(other.place, p) < apart; });
+  };
+  while (places.size() < kMostLeftovers) {
+    float most = 0.0F;
+    std::size_t at = middle.size();
+    for (std::size_t p = 0; p < middle.size(); ++p)  // never touched: NaN, not above anything
+      if (result.patch_high[p] > most && !told(middle[p])) most = result.patch_high[p], at = p;
+    if (at == middle.size()) break;
+    places.push_back(highest_of(probes, path, static_cast<std::uint32_t>(at)));
+  }
+  return places;
 }
 
 std::vector<Trouble> gather(const ExecutedPath& path, std::vector<MoveHit> hits) {

@@ -101,6 +101,22 @@ void put_haste(Json& json, const Removal& r) {
   json.close();
 }
 
+/// Where most is left.
+void put_most_left(Json& json, const Removal& r) {
+  json.open("most_left", '[');
+  for (const Leftover& l : r.most_left) {
+    json.open(nullptr, '{');
+    json.put("left_mm", l.left);
+    json.put("block", l.block);
+    json.put("line", std::uint64_t{l.line});
+    json.put("facet", std::uint64_t{l.facet});
+    put_point(json, "place_mm", l.place);
+    json.put("time_s", l.time, 3);
+    json.close();
+  }
+  json.close();
+}
+
 void put_axes(Json& json, const Removal& r, const MachineModel& m) {
   const std::array<std::string, 5> names{"X", "Y", "Z", std::string(1, m.tilt.letter),
                                          std::string(1, m.rotary.letter)};
@@ -166,6 +182,7 @@ std::string to_json(const RemovalContext& context, const Removal& r, const Remov
   put_axes(json, r, context.job.machine.model);
   put_troubles(json, r);
   put_haste(json, r);
+  put_most_left(json, r);
   json.put("removal_bin_s", r.bin_seconds, 6);
   json.open("removed_by_bin_mm3", '[');
   for (const TimeBin& bin : r.bins) json.put(nullptr, bin.removed, 4);

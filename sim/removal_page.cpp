@@ -112,44 +112,6 @@ std::string cards(const PageParts& p) {
   return html + "</div>\n";
 }
 
-std::string troubles(const PageParts& p) {
-  if (p.removal.troubles.empty())
-    return "<h2>Worst places</h2>\n<p>Nothing is cut that must not be, and nothing touches." +
-           (p.removal.gouge.depth > 0.0 ? " The deepest cut into the part, within the tolerance: " +
-                                              escaped(trouble_text(p.removal.gouge)) + "."
-                                        : "") +
-           "</p>\n";
-  std::string html =
-      "<h2>Worst places</h2>\n<table><tr><th>#</th><th>what</th><th>tool</th><th class='n'>depth, mm</th>"
-      "<th class='n'>block</th><th class='n'>line</th><th class='n'>facet</th><th>place, mm</th><th "
-      "class='n'>time</th></tr>\n";
-  for (std::size_t i = 0; i < p.removal.troubles.size(); ++i) {
-    const Trouble& t = p.removal.troubles[i];
-    html += text(
-        "<tr><td><a href='#trouble-%zu'>%zu</a></td><td>%s</td><td>%s</td><td class='n'>%.4f</td><td "
-        "class='n'>%llu</td>"
-        "<td class='n'>%u</td><td class='n'>%s</td><td>%.3f, %.3f, %.3f</td><td class='n'>%s</td></tr>\n",
-        i + 1, i + 1, kTroubleNames[static_cast<int>(t.kind)], kToolPartNames[static_cast<int>(t.tool)],
-        t.depth, static_cast<unsigned long long>(t.block), t.line,
-        t.facet == kNoFacet ? "" : std::to_string(t.facet).c_str(), t.place.x, t.place.y, t.place.z,
-        clock_text(t.time).c_str());
-  }
-  html += "</table>\n";
-  for (std::size_t i = 0; i < p.removal.troubles.size(); ++i) {
-    const Trouble& t = p.removal.troubles[i];
-    html += text("<details id='trouble-%zu'%s><summary>%zu: block %llu, line %u, %s</summary><pre>", i + 1,
-                 i < 3 ? " open" : "", i + 1, static_cast<unsigned long long>(t.block), t.line,
-                 kTroubleNames[static_cast<int>(t.kind)]);
-    if (i < p.excerpts.size())
-      for (std::size_t k = 0; k < p.excerpts[i].lines.size(); ++k)
-        html += (k == p.excerpts[i].marked ? "<mark>" + escaped(p.excerpts[i].lines[k]) + "</mark>"
-                                           : escaped(p.excerpts[i].lines[k])) +
-                "\n";
-    html += "</pre></details>\n";
-  }
-  return html;
-}
-
 std::string excess_table(const Removal& r) {
   std::string first, second;
   for (std::size_t k = 0; k < kPercentiles.size(); ++k) {
@@ -218,7 +180,7 @@ std::string removal_page(const PageParts& p) {
       "<meta name='viewport' content='width=device-width,initial-scale=1'><title>";
   html += escaped(p.context.job.plan.name) + (p.verdict.passed() ? ": passed" : ": FAILED") +
           "</title><style>" + kStyle + "</style></head><body><main>\n";
-  html += head(p) + cards(p) + troubles(p);
+  html += head(p) + cards(p) + places_html(p);
   html +=
       "<h2>What is left on the part</h2>\n" +
       figure(p.deviation_png, "the part coloured by what is left on it",

@@ -111,6 +111,9 @@ class Timeline {
 /// Percentiles and the map of what is left; probes deeper than the tolerance become hits where none is yet.
 void measure_excess(const Probes& probes, const Contact& contact, const RemovalOptions& options,
                     const ExecutedPath& path, Removal& result, std::vector<MoveHit>& hits);
+/// The places where most is left, `apart` mm or more from each other. Requires: measure_excess().
+std::vector<Leftover> most_left(const Probes& probes, const ExecutedPath& path, const Removal& result,
+                                double apart);
 /// Runs of hits as troubles.
 std::vector<Trouble> gather(const ExecutedPath& path, std::vector<MoveHit> hits);
 

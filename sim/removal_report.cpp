@@ -16,7 +16,7 @@
 namespace tiltfeed::sim {
 namespace {
 
-constexpr std::uint32_t kLinesRound = 3;  // of the program before and after a trouble's line
+constexpr std::uint32_t kLinesRound = 3;  // of the program before and after a place's line
 
 Result<void> write_file(const std::string& path, const std::string& bytes) {
   std::ofstream out(path, std::ios::binary | std::ios::trunc);
@@ -42,27 +42,29 @@ ToolPath drawn_path(const Job& job, const ExecutedPath& path) {
   return drawn;
 }
 
-/// The number that the program gives a line: its N word, or the count of lines.
-std::uint32_t number_of(const std::string& line, std::uint32_t count) {
+/// What a line of the source is known by: in a program its N word, or the count of lines; in a trace its
+/// block; the number of a canonical command.
+std::uint64_t number_of(const std::string& line, std::uint64_t count, Source kind) {
+  if (kind != Source::kProgram) return std::strtoull(line.c_str(), nullptr, 10);
   if (line.size() < 2 || (line[0] != 'N' && line[0] != 'n')) return count;
-  const unsigned long number = std::strtoul(line.c_str() + 1, nullptr, 10);
-  return static_cast<std::uint32_t>(number);
+  return std::strtoull(line.c_str() + 1, nullptr, 10);
 }
 
-std::vector<Excerpt> excerpts(const std::string& program, const std::vector<Trouble>& troubles) {
-  std::vector<Excerpt> found(troubles.size());
-  if (troubles.empty()) return found;
-  std::multimap<std::uint32_t, std::size_t> wanted;
-  for (std::size_t i = 0; i < troubles.size(); ++i) wanted.insert({troubles[i].line, i});
-  std::ifstream in(program, std::ios::binary);
+std::vector<Excerpt> excerpts(const RemovalContext& context, const std::vector<WorstPlace>& places) {
+  std::vector<Excerpt> found(places.size());
+  if (places.empty()) return found;
+  std::multimap<std::uint64_t, std::size_t> wanted;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    wanted.insert({context.kind == Source::kTrace ? places[i].block : places[i].line, i});
+  std::ifstream in(context.source, std::ios::binary);
   std::vector<std::string> before;
-  std::vector<std::pair<std::size_t, std::uint32_t>> open;  // trouble, lines still wanted
+  std::vector<std::pair<std::size_t, std::uint32_t>> open;  // place, lines still wanted
   std::string line;
-  for (std::uint32_t count = 1; std::getline(in, line); ++count) {
+  for (std::uint64_t count = 1; std::getline(in, line); ++count) {
     while (!line.empty() && line.back() == '\r') line.pop_back();
-    for (auto& [trouble, left] : open) found[trouble].lines.push_back(line), --left;
+    for (auto& [place, left] : open) found[place].lines.push_back(line), --left;
     std::erase_if(open, [](const auto& o) { return o.second == 0; });
-    const auto [from, to] = wanted.equal_range(number_of(line, count));
+    const auto [from, to] = wanted.equal_range(number_of(line, count, context.kind));
     for (auto at = from; at != to; ++at) {
       Excerpt& excerpt = found[at->second];
       if (!excerpt.lines.empty()) continue;
@@ -105,7 +107,7 @@ Result<void> write_removal_report(const std::string& folder, const RemovalContex
                         scale,
                         read_all(at + "deviation.png"),
                         read_all(at + "path.png"),
-                        excerpts(context.source, removal.troubles)};
+                        excerpts(context, worst_places(removal, verdict))};
   return write_file(at + "index.html", removal_page(parts));
 }
 

@@ -10,6 +10,9 @@
 
 namespace tiltfeed::sim {
 
+/// What the moves were read from.
+enum class Source { kProgram, kTrace, kCanon };
+
 /// What was verified with what.
 struct RemovalContext {
   const Job& job;
@@ -17,6 +20,7 @@ struct RemovalContext {
   StockShape stock;
   std::string source;  ///< the program's or trace's file
   ProgramHeader header;
+  Source kind = Source::kProgram;
 };
 
 struct RemovalVerdict {

@@ -201,7 +201,10 @@ int simulate_command(const SimulateOptions& options) {
   const double cell = surface.cell;
   if (options.stock.empty() && shape->kind == StockKind::kOffset && part->sides != Sides::kOutward)
     shape = StockShape{StockKind::kBox, shape->margin, {}};
-  const RemovalContext context{*job, *part, *shape, source(options), header};
+  const Source kind = !options.program.empty() ? Source::kProgram
+                      : !options.trace.empty() ? Source::kTrace
+                                               : Source::kCanon;
+  const RemovalContext context{*job, *part, *shape, source(options), header, kind};
   line.show("stock", 0.0);
   std::vector<int> axes{0, 1, 2};
   if (options.bundles == 1) axes = {main_direction(*path, job->machine.model, job->setup)};
