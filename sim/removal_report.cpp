@@ -1,7 +1,11 @@
 #include "sim/removal_report.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -80,12 +84,18 @@ std::vector<Excerpt> excerpts(const RemovalContext& context, const std::vector<W
 
 }  // namespace
 
-Result<void> write_removal_report(const std::string& folder, const RemovalContext& context,
-                                  const ExecutedPath& path, const Probes& probes, const Removal& removal,
-                                  const RemovalVerdict& verdict) {
+Result<void> make_report_folder(const std::string& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return fail(Code::kIo, folder + ": the folder cannot be made: " + error.message());
+  if (access(folder.c_str(), W_OK | X_OK) != 0)
+    return fail(Code::kIo, folder + ": nothing can be written there: " + std::strerror(errno));
+  return {};
+}
+
+Result<void> write_removal_report(const std::string& folder, const RemovalContext& context,
+                                  const ExecutedPath& path, const Probes& probes, const Removal& removal,
+                                  const RemovalVerdict& verdict) {
   const std::string at = folder + "/";
   if (auto written = write_file(at + "report.json", to_json(context, removal, verdict)); !written)
     return written;

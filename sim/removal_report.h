@@ -41,8 +41,10 @@ RemovalVerdict judge(const Removal& removal, const RemovalContext& context);
 /// The report as JSON, keys with units, indented; the same bytes for the same run.
 std::string to_json(const RemovalContext& context, const Removal& removal, const RemovalVerdict& verdict);
 
-/// Writes report.json, index.html, deviation.png and path.png into the folder, which is made if it is absent.
-/// Errors: kIo.
+/// The folder is made if it is absent. Errors: kIo: that cannot be, or nothing can be written into it.
+Result<void> make_report_folder(const std::string& folder);
+
+/// Writes report.json, index.html, deviation.png and path.png into the folder. Errors: kIo.
 Result<void> write_removal_report(const std::string& folder, const RemovalContext& context,
                                   const ExecutedPath& path, const Probes& probes, const Removal& removal,
                                   const RemovalVerdict& verdict);

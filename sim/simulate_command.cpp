@@ -210,6 +210,8 @@ int simulate_command(const SimulateOptions& options) {
   if (options.bundles == 1) axes = {main_direction(*path, job->machine.model, job->setup)};
   auto stock = make_stock(*shape, *part, *job, cell, removal.threads, axes);
   if (!stock) return report(stock.error());
+  if (!options.out.empty())
+    if (auto made = make_report_folder(options.out); !made) return report(made.error());
   const double read = since(begun);
   Probes& probes = *surface.probes;
   const auto result = remove_material(*job, *path, *stock, probes, removal,

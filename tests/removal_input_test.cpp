@@ -157,6 +157,7 @@ TEST(RemovalPage, HoldsEverythingAndFetchesNothing) {
   const auto cut = remove_material(shop.job, *path, *stock, probes, {}, {});
   const RemovalContext context{shop.job, shop.part, *shape, source, {}};
   const RemovalVerdict verdict = judge(*cut, context);
+  ASSERT_TRUE(make_report_folder(folder));
   ASSERT_TRUE(write_removal_report(folder, context, *path, probes, *cut, verdict));
   std::ifstream page(folder + "/index.html");
   const std::string html{std::istreambuf_iterator<char>(page), {}};
@@ -169,6 +170,7 @@ TEST(RemovalPage, HoldsEverythingAndFetchesNothing) {
   for (const char* name : {"deviation.png", "path.png", "report.json"})
     EXPECT_GT(std::ifstream(folder + "/" + name, std::ios::ate).tellg(), 500) << name;
   EXPECT_FALSE(write_removal_report("/dev/null/x", context, *path, probes, *cut, verdict));
+  EXPECT_FALSE(make_report_folder("/dev/null/x"));
 }
 
 }  // namespace

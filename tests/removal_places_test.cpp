@@ -90,6 +90,7 @@ TEST(RemovalPlaces, LinesRoundAPlaceAreTheSources) {
   const auto cut = remove_material(shop.job, *path, *stock, probes, {}, {});
   ASSERT_FALSE(cut->troubles.empty());
   const std::string folder = BINARY_DIR "/removal_places", source = folder + ".txt";
+  ASSERT_TRUE(make_report_folder(folder));
   const auto marked = [&](Source kind, const std::string& bytes) {
     std::ofstream(source, std::ios::trunc) << bytes;
     const RemovalContext context{shop.job, shop.part, *shape, source, {}, kind};

@@ -185,6 +185,15 @@ TEST_F(RemovalRefusal, CanonicalCommandsAndTraces) {
   }
 }
 
+TEST_F(RemovalRefusal, AFolderThatCannotBeMadeIsToldBeforeTheWork) {
+  SimulateOptions options;
+  options.program = kFolder + "/good.nc", options.out = kFolder + "/good.nc/report";
+  const Said said = verify(options, false);
+  EXPECT_EQ(said.status, 1);
+  EXPECT_NE(said.error.find("the folder cannot be made"), std::string::npos) << said.error;
+  EXPECT_EQ(said.out, "");
+}
+
 TEST_F(RemovalRefusal, CanonicalCommandsOfAnotherTool) {
   std::ifstream job(kFolder + "/job.yaml");
   const std::string text{std::istreambuf_iterator<char>(job), {}};
