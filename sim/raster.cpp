@@ -23,6 +23,23 @@ std::uint8_t to_srgb(double linear) {
   return static_cast<std::uint8_t>(std::lround(s * 255.0));
 }
 
+/// The same by a table: pictures ask millions of times.
+class ToSrgb {
+ public:
+  ToSrgb() {
+    for (int i = 0; i <= kSteps; ++i) byte_[i] = to_srgb(static_cast<double>(i) / kSteps);
+  }
+  std::uint8_t operator()(double linear) const {
+    const auto i = static_cast<int>(std::clamp(linear, 0.0, 1.0) * kSteps);
+    // Within a step without a change of the byte there is no other.
+    return byte_[i] == byte_[std::min(i + 1, kSteps)] ? byte_[i] : to_srgb(linear);
+  }
+
+ private:
+  static constexpr int kSteps = 16384;
+  std::array<std::uint8_t, kSteps + 1> byte_;
+};
+
 }  // namespace
 
 Raster::Raster(int width, int height, std::array<Colour, 2> background)
@@ -138,6 +155,7 @@ void Raster::shade_hollows(double radius, double range, double strength) {
 Result<void> Raster::write_png(const std::string& path, int factor) const {
   const int w = width_ / factor, h = height_ / factor;
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(w) * h * 3);
+  const ToSrgb to_byte;
   for (int y = 0; y < h; ++y) {
     for (int x = 0; x < w; ++x) {
       double sum[3] = {};
@@ -146,7 +164,7 @@ Result<void> Raster::write_png(const std::string& path, int factor) const {
           for (int k = 0; k < 3; ++k)
             sum[k] += static_cast<double>(colour_[at(x * factor + i, y * factor + j)][k]);
       for (int k = 0; k < 3; ++k)
-        bytes[(static_cast<std::size_t>(y) * w + x) * 3 + k] = to_srgb(sum[k] / (factor * factor));
+        bytes[(static_cast<std::size_t>(y) * w + x) * 3 + k] = to_byte(sum[k] / (factor * factor));
     }
   }
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "wb"), &std::fclose);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "sim/removal_parts.h"
 #include "sim/workers.h"
@@ -30,6 +31,11 @@ struct Batch {
   std::size_t begin = 0, count = 0;
   std::vector<Swept> chunks;
   std::vector<StripeCut> cuts;  ///< by stripe of a bundle
+
+  /// The lines are cut by them.
+  void forget_bodies() {
+    for (Swept& chunk : chunks) chunk.pieces = {}, chunk.by_stripe = {};
+  }
 };
 
 class Remover {
@@ -128,21 +134,28 @@ Result<Removal> Remover::run(const Progress& progress) {
   result.stock_volume = stock_.volume();
   if (const auto inside = stand_.starts_inside()) hits_.push_back(*inside);
   const std::size_t moves = path_.moves.size();
-  // While the lines are cut by one batch, the next one is swept and met with the part: neither asks the
-  // other.
-  std::optional<Batch> swept;
-  for (std::size_t begin = 0; begin < moves || swept; begin += kBatch) {
+  // While the lines are cut by one batch, the next one is swept and met with the part, and what the one
+  // before found is taken: none asks another. The longest tasks come first, so that the threads end together.
+  std::optional<Batch> swept, done;
+  for (std::size_t begin = 0; begin < moves || swept || done; begin += kBatch) {
     if (progress &&
         !progress("cut", static_cast<double>(std::min(begin, moves)) / static_cast<double>(moves)))
       return fail(Code::kCancelled, "verification was cancelled");
     std::optional<Batch> next;
     if (begin < moves) next = start(begin);
     if (swept) swept->cuts.resize(stock_.bundles.size() * Dexels::kStripes);
-    const std::size_t cuts = swept ? swept->cuts.size() : 0;
-    in_parallel(cuts + (next ? next->chunks.size() : 0), options_.threads,
-                [&](std::size_t i) { i < cuts ? cut(*swept, i) : sweep(*next, i - cuts); });
-    if (swept) take(*swept);
-    swept = std::move(next);
+    const std::size_t sweeps = next ? next->chunks.size() : 0, takes = done ? 1 : 0,
+                      cuts = swept ? swept->cuts.size() : 0;
+    in_parallel(sweeps + takes + cuts, options_.threads, [&](std::size_t i) {
+      if (i < sweeps)
+        sweep(*next, i);
+      else if (i < sweeps + takes)
+        take(*done);
+      else
+        cut(*swept, i - sweeps - takes);
+    });
+    if (swept) swept->forget_bodies();
+    done = std::exchange(swept, std::move(next));
   }
   if (progress) progress("cut", 1.0);
   result.left_volume = stock_.volume();

@@ -93,31 +93,36 @@ Result<void> make_report_folder(const std::string& folder) {
   return {};
 }
 
-Result<void> write_removal_report(const std::string& folder, const RemovalContext& context,
-                                  const ExecutedPath& path, const Probes& probes, const Removal& removal,
-                                  const RemovalVerdict& verdict) {
-  const std::string at = folder + "/";
-  if (auto written = write_file(at + "report.json", to_json(context, removal, verdict)); !written)
-    return written;
-  const ToolPath drawn = drawn_path(context.job, path);
-  const std::vector<ColourStop> scale = colour_scale(removal, verdict);
+PathDrawing draw_path(const std::string& folder, const Job& job, const CheckedMesh& part,
+                      const ExecutedPath& path) {
   PictureOptions picture;
   picture.width = 1400, picture.height = 875;
-  std::array<Result<void>, 2> drawings;
-  in_parallel(drawings.size(), static_cast<int>(drawings.size()), [&](std::size_t i) {
-    drawings[i] = i == 0
-                      ? draw_deviation(context.part.mesh, drawn, probes, removal, scale, at + "deviation.png")
-                      : draw_part_with_path(context.part.mesh, drawn, at + "path.png", picture);
+  PathDrawing drawing{drawn_path(job, path), {}};
+  drawing.written = draw_part_with_path(part.mesh, drawing.path, folder + "/path.png", picture);
+  return drawing;
+}
+
+Result<void> write_removal_report(const std::string& folder, const RemovalContext& context,
+                                  const PathDrawing& drawing, const Probes& probes, const Removal& removal,
+                                  const RemovalVerdict& verdict) {
+  if (!drawing.written) return drawing.written;
+  const std::string at = folder + "/";
+  const std::vector<ColourStop> scale = colour_scale(removal, verdict);
+  std::array<Result<void>, 2> written;
+  std::vector<Excerpt> lines;
+  in_parallel(written.size(), static_cast<int>(written.size()), [&](std::size_t i) {
+    if (i == 0) {
+      written[i] =
+          draw_deviation(context.part.mesh, drawing.path, probes, removal, scale, at + "deviation.png");
+    } else {
+      written[i] = write_file(at + "report.json", to_json(context, removal, verdict));
+      lines = excerpts(context, worst_places(removal, verdict));
+    }
   });
-  for (const Result<void>& done : drawings)
+  for (const Result<void>& done : written)
     if (!done) return done;
-  const PageParts parts{context,
-                        removal,
-                        verdict,
-                        scale,
-                        read_all(at + "deviation.png"),
-                        read_all(at + "path.png"),
-                        excerpts(context, worst_places(removal, verdict))};
+  const PageParts parts{
+      context, removal, verdict, scale, read_all(at + "deviation.png"), read_all(at + "path.png"), lines};
   return write_file(at + "index.html", removal_page(parts));
 }
 

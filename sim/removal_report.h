@@ -44,9 +44,19 @@ std::string to_json(const RemovalContext& context, const Removal& removal, const
 /// The folder is made if it is absent. Errors: kIo: that cannot be, or nothing can be written into it.
 Result<void> make_report_folder(const std::string& folder);
 
-/// Writes report.json, index.html, deviation.png and path.png into the folder. Errors: kIo.
+/// What the report shows of the path, whatever is removed by it.
+struct PathDrawing {
+  ToolPath path;         ///< the poses at the moves' ends
+  Result<void> written;  ///< path.png; kIo
+};
+
+/// Writes path.png into the folder: it asks nothing of the removal, and may be drawn meanwhile.
+PathDrawing draw_path(const std::string& folder, const Job& job, const CheckedMesh& part,
+                      const ExecutedPath& path);
+
+/// Writes report.json, index.html and deviation.png into the folder. Errors: kIo, that of the drawing, too.
 Result<void> write_removal_report(const std::string& folder, const RemovalContext& context,
-                                  const ExecutedPath& path, const Probes& probes, const Removal& removal,
+                                  const PathDrawing& drawing, const Probes& probes, const Removal& removal,
                                   const RemovalVerdict& verdict);
 
 }  // namespace tiltfeed::sim

@@ -10,6 +10,7 @@
 #include <csignal>
 #include <cstdio>
 #include <fstream>
+#include <future>
 #include <iostream>
 #include <optional>
 #include <thread>
@@ -213,6 +214,10 @@ int simulate_command(const SimulateOptions& options) {
   if (!options.out.empty())
     if (auto made = make_report_folder(options.out); !made) return report(made.error());
   const double read = since(begun);
+  std::future<PathDrawing> drawing;
+  if (!options.out.empty())
+    drawing = std::async(removal.threads > 1 ? std::launch::async : std::launch::deferred,
+                         [&] { return draw_path(options.out, *job, *part, *path); });
   Probes& probes = *surface.probes;
   const auto result = remove_material(*job, *path, *stock, probes, removal,
                                       [&](const char* stage, double f) { return line.show(stage, f); });
@@ -222,7 +227,8 @@ int simulate_command(const SimulateOptions& options) {
   print(verdict, *result);
   if (!options.out.empty()) {
     line.show("report", 0.0);
-    if (auto written = write_removal_report(options.out, context, *path, probes, *result, verdict); !written)
+    if (auto written = write_removal_report(options.out, context, drawing.get(), probes, *result, verdict);
+        !written)
       return report(written.error());
   }
   print_cost(begun, read, cut);
