@@ -129,9 +129,12 @@ void Contact::touch(View& view, std::uint32_t patch, Run& run) const {
 void Contact::touch_side(View& view, std::uint32_t patch, Run& run) const {
   const SweptStep& step = *view.step;
   const Triangle& triangle = probes_.surface().triangle(patch);
-  const int count = looks(step);
-  for (int k = 1; k <= count; ++k) {
-    const Pose p = k == count ? step.to : pose(step, static_cast<double>(k) / count);
+  if (view.looks.empty()) {
+    const int count = looks(step);
+    for (int k = 1; k < count; ++k) view.looks.push_back(pose(step, static_cast<double>(k) / count));
+    view.looks.push_back(step.to);
+  }
+  for (const Pose& p : view.looks) {
     const double near =
         std::sqrt(squared_distance(triangle, Segment{p.tip + p.axis * low_, p.tip + p.axis * high_}));
     if (radius_ - near > run.allowed(view))

@@ -65,7 +65,8 @@ struct Contact::View {
   double first = 0.0, last = 0.0;  ///< where its core is along the group's direction, mm
   bool rapid = false;
   Overlap deepest;
-  std::vector<Pose> ways;  ///< ends of pieces of the step, once they are wanted
+  std::vector<Pose> ways;   ///< ends of pieces of the step, once they are wanted
+  std::vector<Pose> looks;  ///< near enough to each other, once they are wanted
 };
 
 /// What a step may do to a patch.
