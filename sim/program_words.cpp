@@ -1,5 +1,6 @@
 #include "sim/program_words.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <span>
@@ -14,11 +15,17 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_letter(char c) { return c >= 'A' && c <= 'Z'; }
 char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; }
 
-/// The word that starts at `text`, for messages.
+// Of what is no word: it runs to the next letter, which may be far in a file that is no program.
+constexpr std::size_t kMostShown = 40;
+
+/// The word that starts at `text`, for messages: printable.
 std::string word_at(std::string_view text) {
   std::size_t end = 1;
   while (end < text.size() && !is_letter(text[end])) ++end;
-  return "'" + std::string(text.substr(0, end)) + "'";
+  std::string shown(text.substr(0, std::min(end, kMostShown)));
+  for (char& c : shown)
+    if (c < ' ' || c > '~') c = '?';
+  return "'" + shown + (end > kMostShown ? "...'" : "'");
 }
 
 struct Known {

@@ -124,14 +124,14 @@ struct Surface {
   std::optional<Probes> probes;
 };
 
-Surface read_surface(const Job& job, double resolution) {
+Surface read_surface(const Job& job, std::optional<double> resolution) {
   Surface surface;
   const Result<Stl> stl = read_stl(job.stl_path, job.stl_unit_mm);
   if (!stl) return {stl.error(), {}, 0.0, {}};
   Result<CheckedMesh> part = check_mesh(*stl, {job.plan.tolerance * kRepairShare});
   if (!part) return {part.error(), {}, 0.0, {}};
   surface.part = std::move(*part);
-  surface.cell = resolution > 0.0 ? resolution : default_cell(job, surface.part);
+  surface.cell = resolution ? *resolution : default_cell(job, surface.part);
   if (const auto fits = check_probes(surface.part, surface.cell); !fits) return {fits.error(), {}, 0.0, {}};
   surface.probes.emplace(surface.part.mesh, surface.cell, probe_reach(job));
   return surface;
@@ -174,8 +174,8 @@ int simulate_command(const SimulateOptions& options) {
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, interrupt_simulation);
   if (!options.program.empty() + !options.trace.empty() + !options.canon.empty() != 1)
     return report({Code::kUsage, "a program, --trace or --canon, one of them; see --help"});
-  if (options.resolution != 0.0 && !(options.resolution >= kFinest && options.resolution <= kCoarsest))
-    return report({Code::kUsage, "--resolution " + number_text(options.resolution) + ": " +
+  if (options.resolution && !(*options.resolution >= kFinest && *options.resolution <= kCoarsest))
+    return report({Code::kUsage, "--resolution " + number_text(*options.resolution) + ": " +
                                      number_text(kFinest) + " to " + number_text(kCoarsest) + " mm"});
   Line line;
   line.show("read", 0.0);

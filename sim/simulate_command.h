@@ -1,6 +1,7 @@
 #pragma once
 // `tiltfeed-sim simulate`, which `tiltfeed verify` runs: a program or a trace against stock and part.
 
+#include <optional>
 #include <string>
 
 namespace tiltfeed::sim {
@@ -8,7 +9,7 @@ namespace tiltfeed::sim {
 struct SimulateOptions {
   std::string job, program, trace, canon;  ///< the job, and one of the three
   std::string stock;                       ///< as for parse_stock; empty: the job's default
-  double resolution = 0.0;                 ///< mm; 0: chosen from the tool and the part's size
+  std::optional<double> resolution;        ///< mm; absent: chosen from the tool and the part's size
   std::string out;                         ///< folder of the report; empty: none
   int bundles = 1;                         ///< of the stock's lines: 1, along the tool's main direction, or 3
   int threads = 0;                         ///< 0: as many as the machine has

@@ -39,7 +39,7 @@ Said verify(SimulateOptions options, bool with_report = true) {
   Said said;
   options.job = kFolder + "/job.yaml";
   if (with_report) options.out = kFolder + "/report";
-  if (options.resolution == 0.0) options.resolution = 0.5;
+  if (!options.resolution) options.resolution = 0.5;
   std::filesystem::remove_all(kFolder + "/report");
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
@@ -136,6 +136,7 @@ TEST_F(RemovalRefusal, StocksAndResolutions) {
       {"no such file", "/absent.stl", 0.5, 1, 2, "absent.stl"},
       {"no such kind", "sphere:3", 0.5, 1, 2, "offset:MM"},
       {"finer than any", "box", 1e-5, 1, 2, "--resolution"},
+      {"none at all", "box", 0.0, 1, 2, "--resolution 0: 0.001 to 50 mm"},
       {"not a number", "box", std::nan(""), 1, 2, "--resolution"},
       {"lines for more than there is", "box:20000", 0.01, 3, 1, "MB are free"},
   };

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <random>
@@ -186,6 +187,15 @@ TEST(SimProgram, RefusesWithTheFaultAndTheWord) {
     EXPECT_EQ(r.modal().feed, before.feed) << c.line;
     EXPECT_EQ(r.modal().inverse_time, before.inverse_time) << c.line;
   }
+}
+
+TEST(SimProgram, WhatIsNoProgramIsToldInFewPrintableLetters) {
+  const std::string text = "\x1b[2J\xff\x01" + std::string(100000, '7');
+  const auto blocks = reader().read_line(text);
+  ASSERT_FALSE(blocks);
+  const std::string& said = blocks.error().message;
+  EXPECT_LT(said.size(), 100u);
+  EXPECT_TRUE(std::all_of(said.begin(), said.end(), [](char c) { return c >= ' ' && c <= '~'; })) << said;
 }
 
 TEST(SimProgram, OtherLettersForOtherMachines) {
