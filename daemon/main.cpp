@@ -110,7 +110,7 @@ int plan_command(const PlanFiles& files) {
   line.show("check", 0.0);
   auto part = clock.time("check", [&] { return check_mesh(*stl, {job->plan.tolerance * kRepairShare}); });
   if (!part) return report(part.error());
-  stl->facets = {};
+  *stl = Stl{};  // gives its memory back; facets = {} would keep it
   job->plan.find_uncut = !files.report.empty();
   auto planned = plan(*part, job->plan, [&](const char* stage, double f) { return line.show(stage, f); });
   if (!planned) return report(planned.error());

@@ -95,7 +95,7 @@ Result<Outcome> stl_to_path(const Job& job, int threads) {
   const double read = now();
   auto part = check_mesh(*stl);
   if (!part) return tl::unexpected(part.error());
-  stl->facets = {};
+  *stl = Stl{};  // gives its memory back; facets = {} would keep it
   const double checked = now(), plan_processor_start = processor_seconds();
   result.part = std::move(*part);
   auto planned = plan(result.part, job.plan, {});
