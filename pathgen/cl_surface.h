@@ -12,6 +12,7 @@
 #include "pathgen/deformation.h"
 #include "pathgen/drop.h"
 #include "pathgen/mesh.h"
+#include "pathgen/topology.h"
 
 namespace tiltfeed {
 
@@ -79,20 +80,22 @@ class ClSurface {
   };
   struct VertexPatch {
     std::uint32_t vertex;
-    std::uint32_t first, last;              ///< its neighbours, in neighbours_
-    std::uint32_t first_facet, last_facet;  ///< its facets, in fans_
-    bool oriented;                          ///< its facets agree on what is outside
+    std::uint32_t first, last;  ///< its neighbours, in neighbours_
+    bool oriented;              ///< its facets agree on what is outside
   };
-  /// Returns a flag for each vertex: do its facets disagree on what is outside?
-  std::vector<std::uint8_t> find_edges();
-  void find_vertices(const std::vector<std::uint8_t>& disagree);
+  /// What is known of a vertex from its edges.
+  struct VertexNotes {
+    std::uint8_t disagree = 0;    ///< its facets, on what is outside
+    std::uint8_t sticks_out = 0;  ///< an edge there has a patch
+  };
+  std::vector<VertexNotes> find_edges();
+  bool edge_patch(std::span<const HalfEdge> halves, EdgePatch& edge) const;
+  void find_vertices(const std::vector<VertexNotes>& notes);
   bool behind(const EdgePatch& edge, Vec3 normal) const;
   bool behind(const VertexPatch& patch, Vec3 normal) const;
   bool narrow(const EdgePatch& edge) const;
   std::array<Vec3, 2> convex_normals(const EdgePatch& edge) const;
-  std::span<const std::uint32_t> fan(const VertexPatch& patch) const {
-    return {fans_.data() + patch.first_facet, patch.last_facet - patch.first_facet};
-  }
+  std::span<const std::uint32_t> fan(const VertexPatch& patch) const { return fans_.of(patch.vertex); }
 
   const Mesh& mesh_;
   Sides sides_;
@@ -100,7 +103,8 @@ class ClSurface {
   std::vector<Vec3> normals_;
   std::vector<EdgePatch> edges_;
   std::vector<VertexPatch> vertices_;
-  std::vector<std::uint32_t> neighbours_, fans_;
+  std::vector<std::uint32_t> neighbours_;
+  VertexFans fans_;
 };
 
 }  // namespace tiltfeed

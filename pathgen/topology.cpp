@@ -66,24 +66,39 @@ void each_half(const std::vector<Facet>& facets, std::uint32_t first, std::uint3
   }
 }
 
+/// Calls work(first, last) for parts of the vertices, side by side. Each task may read all facets for its own
+/// vertices: cheaper than atomic counters for every corner, and in the order of the facets.
+template <class Work>
+void each_part(std::size_t vertices, const Work& work) {
+  tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t part) {
+    work(static_cast<std::uint32_t>(vertices * part / kParts),
+         static_cast<std::uint32_t>(vertices * (part + 1) / kParts));
+  });
+}
+
+/// Sorts the half-edges of one low vertex, six or so, which stand in the order of the facets.
+template <class Iterator>
+void sort_by_high(Iterator begin, Iterator end) {
+  const auto before = [](const HalfEdge& a, const HalfEdge& b) { return a.high < b.high; };
+  if (end - begin > kManyHalves) {
+    std::stable_sort(begin, end, before);
+    return;
+  }
+  for (auto at = begin; at < end; ++at)  // insertion
+    std::rotate(std::upper_bound(begin, at, *at, before), at, at + 1);
+}
+
 }  // namespace
 
 EdgeTable::EdgeTable(const std::vector<Facet>& facets, std::size_t vertices)
     : start_(vertices + 1, 0), halves_(facets.size() * 3) {
-  // A counting sort by the lower vertex. Each task reads all facets for its own vertices: cheaper than two
-  // atomic counters for every half-edge, and in the order of the facets.
-  const auto each_part = [&](const auto& work) {
-    tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t part) {
-      work(static_cast<std::uint32_t>(vertices * part / kParts),
-           static_cast<std::uint32_t>(vertices * (part + 1) / kParts));
-    });
-  };
-  each_part([&](std::uint32_t first, std::uint32_t last) {
+  // A counting sort by the lower vertex.
+  each_part(vertices, [&](std::uint32_t first, std::uint32_t last) {
     each_half(facets, first, last,
               [&](std::uint32_t low, std::uint32_t, std::uint32_t, bool) { ++start_[low]; });
   });
   std::exclusive_scan(start_.begin(), start_.end(), start_.begin(), 0U);
-  each_part([&](std::uint32_t first, std::uint32_t last) { gather(facets, first, last); });
+  each_part(vertices, [&](std::uint32_t first, std::uint32_t last) { gather(facets, first, last); });
 
   struct Flags {
     bool sound = true, duplicates = false;
@@ -108,17 +123,8 @@ void EdgeTable::gather(const std::vector<Facet>& facets, std::uint32_t first, st
             [&](std::uint32_t low, std::uint32_t high, std::uint32_t facet, bool forward) {
               halves_[next[low - first]++] = {low, high, facet & kFacetBits, forward};
             });
-  // Short stable sorts within each vertex, six half-edges or so, which stand in the order of the facets.
-  const auto before = [](const HalfEdge& a, const HalfEdge& b) { return a.high < b.high; };
-  for (std::uint32_t v = first; v < last; ++v) {
-    const auto begin = halves_.begin() + start_[v], end = halves_.begin() + start_[v + 1];
-    if (end - begin > kManyHalves) {
-      std::stable_sort(begin, end, before);
-      continue;
-    }
-    for (auto at = begin; at < end; ++at)  // insertion
-      std::rotate(std::upper_bound(begin, at, *at, before), at, at + 1);
-  }
+  for (std::uint32_t v = first; v < last; ++v)
+    sort_by_high(halves_.begin() + start_[v], halves_.begin() + start_[v + 1]);
 }
 
 /// Two facets on the same corners share the two edges at their lowest one.
@@ -135,6 +141,37 @@ void EdgeTable::judge(std::uint32_t vertex, bool& sound, bool& duplicates) const
     else
       pairs[count++] = pair;
   });
+}
+
+VertexFans::VertexFans(const std::vector<Facet>& facets, std::size_t vertices) : start_(vertices + 1, 0) {
+  const auto each_corner = [&](std::uint32_t first, std::uint32_t last, const auto& visit) {
+    for (std::uint32_t f = 0; f < facets.size(); ++f)
+      for (std::uint32_t v : facets[f])
+        if (v - first < last - first) visit(v, f);
+  };
+  each_part(vertices, [&](std::uint32_t first, std::uint32_t last) {
+    each_corner(first, last, [&](std::uint32_t v, std::uint32_t) { ++start_[v]; });
+  });
+  std::exclusive_scan(start_.begin(), start_.end(), start_.begin(), 0U);
+  facets_.resize(start_.back());
+  each_part(vertices, [&](std::uint32_t first, std::uint32_t last) {
+    std::vector<std::uint32_t> next(start_.begin() + first, start_.begin() + last);
+    each_corner(first, last, [&](std::uint32_t v, std::uint32_t f) { facets_[next[v - first]++] = f; });
+  });
+}
+
+/// The half-edges with this low vertex, sorted.
+void VertexFans::gather(const std::vector<Facet>& facets, std::uint32_t vertex,
+                        std::vector<HalfEdge>& halves) const {
+  halves.clear();
+  for (std::uint32_t f : of(vertex)) {
+    const Facet& corner = facets[f];
+    const std::size_t k = corner[0] == vertex ? 0 : corner[1] == vertex ? 1 : 2;
+    const std::uint32_t next = corner[(k + 1) % 3], before = corner[(k + 2) % 3];
+    if (next > vertex) halves.push_back({vertex, next, f & kFacetBits, true});
+    if (before > vertex) halves.push_back({vertex, before, f & kFacetBits, false});
+  }
+  sort_by_high(halves.begin(), halves.end());
 }
 
 Shells find_shells(const EdgeTable& edges, std::size_t facets) {

@@ -55,6 +55,36 @@ class EdgeTable {
   bool all_sound_ = true, may_have_duplicates_ = false;
 };
 
+/// The facets round each vertex, ascending, and from them the edges.
+class VertexFans {
+ public:
+  VertexFans() = default;
+  VertexFans(const std::vector<Facet>& facets, std::size_t vertices);
+
+  std::span<const std::uint32_t> of(std::uint32_t vertex) const {
+    return std::span(facets_).subspan(start_[vertex], start_[vertex + 1] - start_[vertex]);
+  }
+  /// As EdgeTable::each_edge(), of the same facets: for those who ask once, without a table's memory.
+  template <class Visit>
+  void each_edge(const std::vector<Facet>& facets, std::uint32_t first, std::uint32_t last,
+                 Visit visit) const {
+    std::vector<HalfEdge> halves;
+    for (std::uint32_t v = first; v < last; ++v) {
+      gather(facets, v, halves);
+      for (std::size_t begin = 0, end = 0; begin < halves.size(); begin = end) {
+        while (end < halves.size() && halves[end].high == halves[begin].high) ++end;
+        visit(std::span<const HalfEdge>(halves).subspan(begin, end - begin));
+      }
+    }
+  }
+
+ private:
+  void gather(const std::vector<Facet>& facets, std::uint32_t vertex, std::vector<HalfEdge>& halves) const;
+
+  std::vector<std::uint32_t> start_{0};  ///< the facets of v are start_[v] to start_[v + 1]
+  std::vector<std::uint32_t> facets_;
+};
+
 /// What an edge with these half-edges is.
 enum class EdgeState { kSound, kOpen, kNonManifold, kMisoriented };
 inline EdgeState state(std::span<const HalfEdge> edge) {
