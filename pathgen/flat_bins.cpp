@@ -1,10 +1,14 @@
 #include "pathgen/flat_bins.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 namespace tiltfeed {
 
@@ -19,8 +23,30 @@ constexpr double kBinShare = 0.7;
 constexpr int kMostGrids = 24;
 /// Of bins, filled side by side.
 constexpr std::size_t kStripes = 2;
+/// Boxes that one task takes at least: some hundred microseconds of work.
+constexpr std::size_t kGrain = 8192;
+
+template <class Work>
+void each(std::size_t count, const Work& work) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) work(i);
+  });
+}
 
 }  // namespace
+
+LooseBox loosened(const FlatBox& box) {
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  const auto down = [](double v) {
+    const auto f = static_cast<float>(v);
+    return f > v ? std::nextafter(f, -kFar) : f;
+  };
+  const auto up = [](double v) {
+    const auto f = static_cast<float>(v);
+    return f < v ? std::nextafter(f, kFar) : f;
+  };
+  return {down(box.low_x), up(box.high_x), down(box.low_y), up(box.high_y)};
+}
 
 std::int64_t FlatBins::Axis::bin(double value) const {
   return static_cast<std::int64_t>(std::floor((value - low) / size));
@@ -41,7 +67,7 @@ void FlatBins::Axis::span(double from, double to, std::int64_t& first, std::int6
   }
 }
 
-FlatBins::FlatBins(const std::vector<FlatBox>& boxes, const FlatBounds& bounds, double period_x,
+FlatBins::FlatBins(const std::vector<LooseBox>& boxes, const FlatBounds& bounds, double period_x,
                    double period_y)
     : grid_of_(boxes.size()) {
   lay_grids(boxes, bounds, period_x, period_y);
@@ -49,7 +75,7 @@ FlatBins::FlatBins(const std::vector<FlatBox>& boxes, const FlatBounds& bounds, 
 }
 
 /// Grids that hold no box are left out.
-void FlatBins::lay_grids(const std::vector<FlatBox>& boxes, const FlatBounds& bounds, double period_x,
+void FlatBins::lay_grids(const std::vector<LooseBox>& boxes, const FlatBounds& bounds, double period_x,
                          double period_y) {
   const double width = std::max(bounds.max_x - bounds.min_x, 1e-9);
   const double height = std::max(bounds.max_y - bounds.min_y, 1e-9);
@@ -57,14 +83,17 @@ void FlatBins::lay_grids(const std::vector<FlatBox>& boxes, const FlatBounds& bo
   while (std::ceil(width / finest) * std::ceil(height / finest) >
          std::min(kMostBins, 8.0 * static_cast<double>(boxes.size()) + 64.0))
     finest *= 1.25;
-  std::array<bool, kMostGrids> used{};
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const double side = std::max(std::min(boxes[i].high_x - boxes[i].low_x, width),
-                                 std::min(boxes[i].high_y - boxes[i].low_y, height));
+  const auto grid_of = [&](const LooseBox& box) {
+    const double side = std::max(std::min<double>(box.high_x - box.low_x, width),
+                                 std::min<double>(box.high_y - box.low_y, height));
     const double doublings = std::ceil(std::log2(std::max(kBinShare * side / finest, 1.0)));
-    grid_of_[i] = static_cast<std::uint8_t>(std::min<double>(doublings, kMostGrids - 1));
-    used[grid_of_[i]] = true;
-  }
+    return static_cast<std::uint8_t>(std::min<double>(doublings, kMostGrids - 1));
+  };
+  std::array<std::uint8_t, kMostGrids> used{};
+  each(boxes.size(), [&](std::size_t i) {
+    grid_of_[i] = grid_of(boxes[i]);
+    std::atomic_ref<std::uint8_t>(used[grid_of_[i]]).store(1, std::memory_order_relaxed);
+  });
   const auto axis = [](double low, double extent, double size, double period) {
     Axis a;
     a.low = low, a.wraps = period > 0.0;
@@ -75,19 +104,19 @@ void FlatBins::lay_grids(const std::vector<FlatBox>& boxes, const FlatBounds& bo
   std::array<std::uint8_t, kMostGrids> place{};
   std::size_t bins = 0;
   for (int k = 0; k < kMostGrids; ++k) {
-    if (!used[static_cast<std::size_t>(k)]) continue;
+    if (used[static_cast<std::size_t>(k)] == 0) continue;
     place[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(grids_.size());
     const double size = std::ldexp(finest, k);
     grids_.push_back(
         {axis(bounds.min_x, width, size, period_x), axis(bounds.min_y, height, size, period_y), bins});
     bins += static_cast<std::size_t>(grids_.back().x.count * grids_.back().y.count);
   }
-  for (std::uint8_t& grid : grid_of_) grid = place[grid];
+  each(boxes.size(), [&](std::size_t i) { grid_of_[i] = place[grid_of_[i]]; });
   start_.assign(bins + 1, 0);
 }
 
-/// Stripes of bins are filled side by side; each bin lists its boxes in rising order.
-void FlatBins::fill(const std::vector<FlatBox>& boxes) {
+/// A counting sort: stripes of bins are filled side by side; each bin lists its boxes in rising order.
+void FlatBins::fill(const std::vector<LooseBox>& boxes) {
   const std::size_t bins = start_.size() - 1;
   const auto each_stripe = [&](const auto& visit) {
     tbb::parallel_for(std::size_t{0}, kStripes, [&](std::size_t k) {
@@ -98,11 +127,13 @@ void FlatBins::fill(const std::vector<FlatBox>& boxes) {
         });
     });
   };
-  each_stripe([&](std::size_t bin, std::uint32_t) { ++start_[bin + 1]; });
-  for (std::size_t b = 1; b < start_.size(); ++b) start_[b] += start_[b - 1];
+  each_stripe([&](std::size_t bin, std::uint32_t) { ++start_[bin]; });
+  std::exclusive_scan(start_.begin(), start_.end(), start_.begin(), 0U);
   entries_.resize(start_.back());
-  std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-  each_stripe([&](std::size_t bin, std::uint32_t box) { entries_[next[bin]++] = box; });
+  each_stripe([&](std::size_t bin, std::uint32_t box) { entries_[start_[bin]++] = box; });
+  // Each start has been counted on to the next one.
+  std::move_backward(start_.begin(), start_.end() - 1, start_.end());
+  start_.front() = 0;
 }
 
 /// A slanted line goes piece by piece, so that it does not sweep the whole rectangle.

@@ -35,12 +35,19 @@ struct FlatBox {
   }
 };
 
+/// The same in half the memory, for a box that is only to be found.
+struct LooseBox {
+  float low_x = 0.0f, high_x = 0.0f, low_y = 0.0f, high_y = 0.0f;
+};
+/// The least that holds `box`.
+LooseBox loosened(const FlatBox& box);
+
 class FlatBins {
  public:
   FlatBins() = default;
   /// The boxes lie within `bounds`, but for what lies past a seam; where a coordinate wraps, its bounds are a
   /// whole turn. A period of 0: it does not wrap.
-  FlatBins(const std::vector<FlatBox>& boxes, const FlatBounds& bounds, double period_x, double period_y);
+  FlatBins(const std::vector<LooseBox>& boxes, const FlatBounds& bounds, double period_x, double period_y);
 
   /// Calls visit(index) for each box that the line may meet, some more than once.
   template <class Visit>
@@ -83,11 +90,11 @@ class FlatBins {
       return first + static_cast<std::size_t>(j * x.count + i);
     }
   };
-  void lay_grids(const std::vector<FlatBox>& boxes, const FlatBounds& bounds, double period_x,
+  void lay_grids(const std::vector<LooseBox>& boxes, const FlatBounds& bounds, double period_x,
                  double period_y);
-  void fill(const std::vector<FlatBox>& boxes);
-  template <class Visit>
-  static void each_bin(const Grid& grid, const FlatBox& box, Visit visit) {
+  void fill(const std::vector<LooseBox>& boxes);
+  template <class Box, class Visit>
+  static void each_bin(const Grid& grid, const Box& box, Visit visit) {
     std::int64_t i0, i1, j0, j1;
     grid.x.span(box.low_x, box.high_x, i0, i1);
     grid.y.span(box.low_y, box.high_y, j0, j1);

@@ -1,6 +1,8 @@
 #include "pathgen/flat_index.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <cassert>
@@ -11,9 +13,13 @@ namespace tiltfeed {
 
 namespace {
 
+/// Cells that one task takes at least: some hundred microseconds of work.
+constexpr std::size_t kGrain = 8192;
+
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   void add(double v) { low = std::min(low, v), high = std::max(high, v); }
+  void add(const Range& r) { low = std::min(low, r.low), high = std::max(high, r.high); }
 };
 
 /// (S1) Run interval of a cell on the line, moved by (-shift_x, -shift_y): its hull within the band of the
@@ -88,32 +94,6 @@ bool FlatIndex::has_siblings(std::uint32_t cell) const {
 
 namespace {
 
-/// The rectangle of all boxes, and the periods of what wraps there.
-struct Extent {
-  FlatBounds bounds;
-  double period_x = 0.0, period_y = 0.0;
-};
-Extent extent_of(const std::vector<FlatBox>& boxes, const Deformation& deformation) {
-  Range x, y;
-  for (const FlatBox& box : boxes) {
-    x.add(box.low_x), x.add(box.high_x), y.add(box.low_y), y.add(box.high_y);
-  }
-  const auto settle = [](Range& range, double period) {
-    if (period <= 0.0 || (range.low >= -period / 2.0 && range.high <= period / 2.0)) return 0.0;
-    range.low = -period / 2.0, range.high = period / 2.0;
-    return period;
-  };
-  Extent extent;
-  extent.period_x = settle(x, deformation.period_x());
-  extent.period_y = settle(y, deformation.period_y());
-  if (deformation.frame().mode == AxisMode::kPoint) {  // beyond a pole lie the columns of the other side
-    const double pole = kPi / 2.0 * deformation.scale_y();
-    y.low = std::max(y.low, -pole), y.high = std::min(y.high, pole);
-  }
-  extent.bounds = {x.low, x.high, y.low, y.high};
-  return extent;
-}
-
 FlatBox box_of(const Cells& cells, const Cell& cell) {
   const FlatCorner* c = cells.corners.data() + cell.first;
   FlatBox box{c->x, c->x, c->y, c->y};
@@ -126,21 +106,64 @@ FlatBox box_of(const Cells& cells, const Cell& cell) {
   return box;
 }
 
-std::vector<FlatBox> boxes_of(const Cells& cells) {
+struct Ranges {
+  Range x, y;
+};
+/// Of all boxes.
+Ranges ranges_of(const Cells& cells) {
   assert(!cells.cells.empty());
-  std::vector<FlatBox> boxes(cells.cells.size());
-  tbb::parallel_for(std::size_t{0}, boxes.size(),
-                    [&](std::size_t c) { boxes[c] = box_of(cells, cells.cells[c]); });
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, cells.cells.size(), kGrain), Ranges{},
+      [&](const auto& range, Ranges r) {
+        for (std::size_t c = range.begin(); c < range.end(); ++c) {
+          const FlatBox box = box_of(cells, cells.cells[c]);
+          r.x.add(box.low_x), r.x.add(box.high_x), r.y.add(box.low_y), r.y.add(box.high_y);
+        }
+        return r;
+      },
+      [](Ranges a, const Ranges& b) {
+        a.x.add(b.x), a.y.add(b.y);
+        return a;
+      });
+}
+
+/// The rectangle of all boxes, and the periods of what wraps there.
+struct Extent {
+  FlatBounds bounds;
+  double period_x = 0.0, period_y = 0.0;
+};
+Extent extent_of(Ranges r, const Deformation& deformation) {
+  const auto settle = [](Range& range, double period) {
+    if (period <= 0.0 || (range.low >= -period / 2.0 && range.high <= period / 2.0)) return 0.0;
+    range.low = -period / 2.0, range.high = period / 2.0;
+    return period;
+  };
+  Extent extent;
+  extent.period_x = settle(r.x, deformation.period_x());
+  extent.period_y = settle(r.y, deformation.period_y());
+  if (deformation.frame().mode == AxisMode::kPoint) {  // beyond a pole lie the columns of the other side
+    const double pole = kPi / 2.0 * deformation.scale_y();
+    r.y.low = std::max(r.y.low, -pole), r.y.high = std::min(r.y.high, pole);
+  }
+  extent.bounds = {r.x.low, r.x.high, r.y.low, r.y.high};
+  return extent;
+}
+
+std::vector<LooseBox> boxes_of(const Cells& cells) {
+  std::vector<LooseBox> boxes(cells.cells.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, boxes.size(), kGrain), [&](const auto& range) {
+    for (std::size_t c = range.begin(); c < range.end(); ++c)
+      boxes[c] = loosened(box_of(cells, cells.cells[c]));
+  });
   return boxes;
 }
 
 }  // namespace
 
 FlatIndex::FlatIndex(Cells cells, const Deformation& deformation) : cells_(std::move(cells)) {
-  const std::vector<FlatBox> boxes = boxes_of(cells_);
-  const Extent extent = extent_of(boxes, deformation);
+  const Extent extent = extent_of(ranges_of(cells_), deformation);
   period_x_ = extent.period_x, period_y_ = extent.period_y, bounds_ = extent.bounds;
-  bins_ = FlatBins(boxes, bounds_, period_x_, period_y_);
+  bins_ = FlatBins(boxes_of(cells_), bounds_, period_x_, period_y_);
 }
 
 bool FlatIndex::holds(const Cell& cell, double x, double y) const {
