@@ -61,8 +61,8 @@ class CellMaker {
     Point<Part> centre;
     double reach = 0.0;
     for (Point<Part> p : core.points()) centre = centre + from_origin(p) / core.count;
-    for (Point<Part> p : core.points()) reach = std::max(reach, distance(centre, p));
-    reach += piece_->flat + piece_->corner;
+    for (Point<Part> p : core.points()) reach = std::max(reach, squared_length(p - centre));
+    reach = std::sqrt(reach) + piece_->flat + piece_->corner;
     if ((inside_work && rho_of(centre) < reach) || (circle && r_of(centre) < reach))
       out_.near.push_back(patch_);
   }

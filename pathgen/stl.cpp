@@ -2,6 +2,9 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -27,6 +30,10 @@ constexpr std::uint64_t kRecordBytes = 50;
 constexpr std::uint64_t kNormalBytes = 12;
 /// Fewer bytes after the last record than one more record would need can hide no facet.
 constexpr std::uint64_t kMaxTrailingBytes = kRecordBytes - 1;
+
+using Range = tbb::blocked_range<std::uint64_t>;
+/// Facets that one task takes at least: some hundred microseconds of work.
+constexpr std::uint64_t kGrain = 8192;
 
 /// Closes on every way out.
 class FileDescriptor {
@@ -99,13 +106,14 @@ Result<Stl> parse_binary(std::span<const char> bytes, const std::string& name) {
   }
   Stl stl;
   stl.binary = true;
-  stl.facets.reserve(count);
-  const char* record = bytes.data() + kDataStart;
-  for (std::uint64_t i = 0; i < count; ++i, record += kRecordBytes) {
-    float c[9];
-    std::memcpy(c, record + kNormalBytes, sizeof c);
-    stl.facets.push_back({{{c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}}});
-  }
+  stl.facets.resize(count);
+  tbb::parallel_for(Range(0, count, kGrain), [&](const Range& range) {
+    for (std::uint64_t i = range.begin(); i < range.end(); ++i) {
+      float c[9];
+      std::memcpy(c, bytes.data() + kDataStart + i * kRecordBytes + kNormalBytes, sizeof c);
+      stl.facets[i] = {{{c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}}};
+    }
+  });
   const std::uint64_t trailing = bytes.size() - kDataStart - count * kRecordBytes;
   if (trailing > 0) {
     stl.warnings.push_back(name + ": " + std::to_string(trailing) +
@@ -114,33 +122,58 @@ Result<Stl> parse_binary(std::span<const char> bytes, const std::string& name) {
   return stl;
 }
 
+/// Facets that may not stay, and the first of them.
+struct Refused {
+  std::uint64_t count = 0, first = 0;
+  void add(std::uint64_t facet) {
+    if (count++ == 0) first = facet;
+  }
+  /// Of the facets after these.
+  void add(const Refused& later) {
+    if (count == 0) first = later.first;
+    count += later.count;
+  }
+};
+
 /// Scales to mm and checks every coordinate.
 Result<Stl> scaled(Stl stl, const std::string& name, double unit_mm) {
-  std::uint64_t not_finite = 0, first_not_finite = 0;
-  std::uint64_t too_far = 0, first_too_far = 0;
-  Point<Part> far_corner;
-  for (std::uint64_t i = 0; i < stl.facets.size(); ++i) {
-    bool finite = true, near = true;
-    for (Point<Part>& p : stl.facets[i]) {
-      finite = finite && is_finite(p);
-      p = {p.x * unit_mm, p.y * unit_mm, p.z * unit_mm};
-      const double reach = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-      if (near && reach > kMaxCoordinate && too_far == 0) far_corner = p;
-      near = near && reach <= kMaxCoordinate;
-    }
-    if (!finite && not_finite++ == 0) first_not_finite = i;
-    if (finite && !near && too_far++ == 0) first_too_far = i;
-  }
-  if (not_finite > 0) {
-    return fail(Code::kMesh, name + ": " + std::to_string(not_finite) +
+  const auto beyond = [](Point<Part> p) {
+    return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kMaxCoordinate;
+  };
+  struct Findings {
+    Refused not_finite, too_far;
+  };
+  const auto [not_finite, too_far] = tbb::parallel_reduce(
+      Range(0, stl.facets.size(), kGrain), Findings{},
+      [&](const Range& range, Findings found) {
+        for (std::uint64_t i = range.begin(); i < range.end(); ++i) {
+          std::array<Point<Part>, 3>& facet = stl.facets[i];
+          const bool finite =
+              std::all_of(facet.begin(), facet.end(), [](Point<Part> p) { return is_finite(p); });
+          for (Point<Part>& p : facet) p = {p.x * unit_mm, p.y * unit_mm, p.z * unit_mm};
+          if (!finite)
+            found.not_finite.add(i);
+          else if (std::any_of(facet.begin(), facet.end(), beyond))
+            found.too_far.add(i);
+        }
+        return found;
+      },
+      [](Findings a, const Findings& b) {
+        a.not_finite.add(b.not_finite), a.too_far.add(b.too_far);
+        return a;
+      });
+  if (not_finite.count > 0) {
+    return fail(Code::kMesh, name + ": " + std::to_string(not_finite.count) +
                                  " facets have NaN or infinite coordinates, the first is facet " +
-                                 std::to_string(first_not_finite) + "; repair the part and export it again");
+                                 std::to_string(not_finite.first) + "; repair the part and export it again");
   }
-  if (too_far > 0) {
-    return fail(Code::kMesh, name + ": " + std::to_string(too_far) + " facets lie beyond the limit of " +
-                                 number(kMaxCoordinate) + " mm, the first is facet " +
-                                 std::to_string(first_too_far) + " at " + to_string(far_corner) +
-                                 " mm with a unit of " + number(unit_mm) +
+  if (too_far.count > 0) {
+    const std::array<Point<Part>, 3>& facet = stl.facets[too_far.first];
+    const Point<Part> far_corner = *std::find_if(facet.begin(), facet.end(), beyond);
+    return fail(Code::kMesh, name + ": " + std::to_string(too_far.count) +
+                                 " facets lie beyond the limit of " + number(kMaxCoordinate) +
+                                 " mm, the first is facet " + std::to_string(too_far.first) + " at " +
+                                 to_string(far_corner) + " mm with a unit of " + number(unit_mm) +
                                  " mm; check the unit of the file, or move the part to its origin");
   }
   return stl;
