@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "pathgen/mesh.h"
+#include "sim/forward.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -13,6 +14,8 @@ namespace {
 constexpr int kMostLines = 50;
 // The header prints lengths with a few decimals.
 constexpr double kSameLength = 1e-3;
+// A trace prints words to 1e-6, and no lever is longer than a few metres, mm.
+constexpr double kSamePlace = 1e-3;
 
 /// With all the digits that the header prints: two lengths that differ must look it.
 std::string length_text(double mm) {
@@ -108,6 +111,21 @@ Result<void> check_tool(const std::vector<Block>& program, const Job& job, const
     return fail(Code::kInput, place + ", and " + job.path + " has the cutter of tool " +
                                   std::to_string(wanted) +
                                   " (program.tool): verify it with the job of that tool, one tool a program");
+  }
+  return {};
+}
+
+Result<void> check_trace(const std::vector<TraceRow>& trace, const Job& job, const std::string& name) {
+  const FrameChain chain(job.machine.model, job.setup);
+  for (const TraceRow& row : trace) {
+    const Op op = row.command.op;
+    if (op != Op::kRapid && op != Op::kFeed) continue;
+    const Point<Part> tip = chain(row.command.target).tip;
+    if (distance(tip, row.pose.tip) <= kSamePlace) continue;
+    return fail(Code::kInput, name + ": block " + std::to_string(row.block) + " has the tip at " +
+                                  place_text(from_origin(row.pose.tip)) + ", and by " + job.path +
+                                  " it is at " + place_text(from_origin(tip)) +
+                                  ": it is the trace of another machine, part zero or tool length");
   }
   return {};
 }

@@ -10,6 +10,7 @@
 #include "config/job.h"
 #include "kinematics/result.h"
 #include "sim/program.h"
+#include "sim/trace.h"
 
 namespace tiltfeed::sim {
 
@@ -32,5 +33,9 @@ Result<void> check_header(const ProgramHeader& header, const Job& job, const std
 /// and M6 words; `name`, line and both numbers. A program without T words may mean any tool; T0, an empty
 /// spindle, may move in rapid.
 Result<void> check_tool(const std::vector<Block>& program, const Job& job, const std::string& name);
+
+/// Errors: kInput: a tip of the trace is not where the job's machine, set-up and tool length put it by the
+/// row's words; `name`, the block and both places.
+Result<void> check_trace(const std::vector<TraceRow>& trace, const Job& job, const std::string& name);
 
 }  // namespace tiltfeed::sim

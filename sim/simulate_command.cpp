@@ -89,6 +89,7 @@ Result<ExecutedPath> read_path(const SimulateOptions& options, const Job& job, P
   if (!options.trace.empty()) {
     const auto trace = read_trace(in, name);
     if (!trace) return tl::unexpected(trace.error());
+    if (auto fits = check_trace(*trace, job, name); !fits) return tl::unexpected(fits.error());
     return executed_path(*trace, name, motion_options(job.machine));
   }
   header = read_program_header(in);

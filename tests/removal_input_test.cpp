@@ -69,6 +69,30 @@ TEST(RemovalInput, ToolThatTheProgramMovesWith) {
   }
 }
 
+TEST(RemovalInput, TraceOfAnotherMachineOrTool) {
+  const Job job = make_job();
+  std::vector<TraceRow> trace(3);
+  for (std::size_t i = 0; i < trace.size(); ++i) {
+    const double lean = 0.3 * static_cast<double>(i);
+    trace[i].block = i + 1;
+    trace[i].pose = {{1.0 * static_cast<double>(i), 2, 3},
+                     {0.6 * std::sin(lean), -0.8 * std::sin(lean), std::cos(lean)}};
+    trace[i].command.target = joints_for(trace[i].pose);
+  }
+  trace[1].command.op = Op::kMCode, trace[1].pose.tip.x += 5.0;  // says nothing of the axes
+  EXPECT_TRUE(check_trace(trace, job, "t.csv"));
+  Job longer = job, moved = job, turned = job;
+  longer.setup.tool_length += 0.05;
+  moved.setup.part_zero.x += 0.05;
+  turned.machine.model.rotary.sign = +1, turned.machine.model.rotary.zero = 30.0;
+  for (const Job& other : {longer, moved, turned}) {
+    const auto checked = check_trace(trace, other, "t.csv");
+    ASSERT_FALSE(checked);
+    EXPECT_NE(checked.error().message.find("t.csv: block "), std::string::npos) << checked.error().message;
+    EXPECT_NE(checked.error().message.find("another machine"), std::string::npos);
+  }
+}
+
 TEST(RemovalInput, BeyondTheTravel) {
   const Job job = make_job();
   std::istringstream in("G21 G90\nG0 X1 Y1 Z1 A0 C0\nG0 X501\n");
