@@ -12,12 +12,13 @@ namespace tiltfeed {
 
 namespace {
 
-/// Directions are looked at up to what has to be departed from the wish and this more, rad: two steps of the
-/// coarser grid.
+/// Directions are looked at up to what has to be departed from the wish and this more, rad: nearly three
+/// steps of the coarser grid.
 constexpr double kSpare = 0.4;
 /// And so far (times the length over which a turn costs as much as a departure) past where it has to be.
 constexpr double kSpareWay = 2.0;
-/// No departure that the limit of turns asks for is sought further than this, rad; it can always be a break.
+/// Where the sequence breaks, or comes near to the border of what was looked at, departures of up to this,
+/// rad.
 constexpr double kWidest = 1.6;
 /// A direction chosen so near to the border of what was looked at (rad, a step of the grid) might be better
 /// beyond it: looked at is so much more, rad.
