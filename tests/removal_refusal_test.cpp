@@ -11,10 +11,14 @@
 namespace tiltfeed::sim {
 namespace {
 
-const std::string kFolder = BINARY_DIR "/removal_refusals";
+/// Of the test's own: they run side by side.
+std::string folder() {
+  return BINARY_DIR "/removal_refusals/" +
+         std::string(testing::UnitTest::GetInstance()->current_test_info()->name());
+}
 
 void write(const std::string& name, const std::string& text) {
-  std::ofstream(kFolder + "/" + name, std::ios::binary) << text;
+  std::ofstream(folder() + "/" + name, std::ios::binary) << text;
 }
 
 void write_box(const std::string& name, Vec3 low, Vec3 high) {
@@ -22,7 +26,7 @@ void write_box(const std::string& name, Vec3 low, Vec3 high) {
   const Mesh mesh = box_mesh({{low, high}});
   for (const auto& f : mesh.facets)
     facets.push_back({mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]]});
-  ASSERT_TRUE(write_stl(kFolder + "/" + name, facets));
+  ASSERT_TRUE(write_stl(folder() + "/" + name, facets));
 }
 
 const std::string kHead =
@@ -37,27 +41,27 @@ struct Said {
 
 Said verify(SimulateOptions options, bool with_report = true) {
   Said said;
-  options.job = kFolder + "/job.yaml";
-  if (with_report) options.out = kFolder + "/report";
+  options.job = folder() + "/job.yaml";
+  if (with_report) options.out = folder() + "/report";
   if (!options.resolution) options.resolution = 0.5;
-  std::filesystem::remove_all(kFolder + "/report");
+  std::filesystem::remove_all(folder() + "/report");
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
   said.status = simulate_command(options);
   said.out = testing::internal::GetCapturedStdout();
   said.error = testing::internal::GetCapturedStderr();
-  said.worked = std::filesystem::exists(kFolder + "/report");
+  said.worked = std::filesystem::exists(folder() + "/report");
   return said;
 }
 
 class RemovalRefusal : public testing::Test {
  protected:
   void SetUp() override {
-    std::filesystem::create_directories(kFolder);
+    std::filesystem::create_directories(folder());
     write_box("plate.stl", {-8, -4, -6}, {8, 4, 0});
     write_box("large.stl", {-9, -5, -7}, {9, 5, 2});
     write_box("short.stl", {-9, -5, -7}, {9, 3, 2});
-    write("job.yaml", "part: {name: plate, stl: " + kFolder +
+    write("job.yaml", "part: {name: plate, stl: " + folder() +
                           "/plate.stl}\n"
                           "cutter: {type: ball, diameter_mm: 4, length_mm: 100, shank_length_mm: 40}\n"
                           "axis: {mode: fixed}\n"
@@ -72,7 +76,7 @@ class RemovalRefusal : public testing::Test {
 
 TEST_F(RemovalRefusal, WhatIsRightIsJudged) {
   SimulateOptions options;
-  options.program = kFolder + "/good.nc", options.stock = kFolder + "/large.stl";
+  options.program = folder() + "/good.nc", options.stock = folder() + "/large.stl";
   const Said said = verify(options, false);
   EXPECT_EQ(said.error, "");
   EXPECT_NE(said.out.find("largest gouge"), std::string::npos) << said.out;
@@ -112,7 +116,7 @@ TEST_F(RemovalRefusal, ProgramsByTheWordThatIsWrong) {
   for (const Case& c : cases) {
     write("bad.nc", c.program);
     SimulateOptions options;
-    options.program = kFolder + "/bad.nc";
+    options.program = folder() + "/bad.nc";
     const Said said = verify(options);
     EXPECT_EQ(said.status, 1) << c.what;
     EXPECT_EQ(said.out, "") << c.what;
@@ -142,8 +146,8 @@ TEST_F(RemovalRefusal, StocksAndResolutions) {
   };
   for (const Case& c : cases) {
     SimulateOptions options;
-    options.program = kFolder + "/good.nc", options.resolution = c.resolution, options.bundles = c.bundles;
-    options.stock = c.stock[0] == '/' ? kFolder + c.stock : c.stock;
+    options.program = folder() + "/good.nc", options.resolution = c.resolution, options.bundles = c.bundles;
+    options.stock = c.stock[0] == '/' ? folder() + c.stock : c.stock;
     const Said said = verify(options);
     EXPECT_EQ(said.status, c.status) << c.what << ": " << said.error;
     EXPECT_EQ(said.out, "") << c.what;
@@ -156,7 +160,7 @@ TEST_F(RemovalRefusal, AResolutionWhoseProbesNeedMoreThanThereIs) {
   // The stock's lines would fit, the points on the part's surface do not.
   write_box("plate.stl", {-9000, -9000, -6}, {9000, 9000, 0});
   SimulateOptions options;
-  options.program = kFolder + "/good.nc", options.resolution = 0.002;
+  options.program = folder() + "/good.nc", options.resolution = 0.002;
   const Said said = verify(options);
   EXPECT_EQ(said.status, 1);
   EXPECT_NE(said.error.find("MB for the part's surface"), std::string::npos) << said.error;
@@ -178,7 +182,7 @@ TEST_F(RemovalRefusal, CanonicalCommandsAndTraces) {
   for (const Case& c : cases) {
     write("bad.txt", c.text);
     SimulateOptions options;
-    (c.trace ? options.trace : options.canon) = kFolder + "/bad.txt";
+    (c.trace ? options.trace : options.canon) = folder() + "/bad.txt";
     const Said said = verify(options);
     EXPECT_EQ(said.status, 1) << c.text;
     EXPECT_NE(said.error.find(c.word), std::string::npos) << said.error;
@@ -188,7 +192,7 @@ TEST_F(RemovalRefusal, CanonicalCommandsAndTraces) {
 
 TEST_F(RemovalRefusal, AFolderThatCannotBeMadeIsToldBeforeTheWork) {
   SimulateOptions options;
-  options.program = kFolder + "/good.nc", options.out = kFolder + "/good.nc/report";
+  options.program = folder() + "/good.nc", options.out = folder() + "/good.nc/report";
   const Said said = verify(options, false);
   EXPECT_EQ(said.status, 1);
   EXPECT_NE(said.error.find("the folder cannot be made"), std::string::npos) << said.error;
@@ -196,7 +200,7 @@ TEST_F(RemovalRefusal, AFolderThatCannotBeMadeIsToldBeforeTheWork) {
 }
 
 TEST_F(RemovalRefusal, CanonicalCommandsOfAnotherTool) {
-  std::ifstream job(kFolder + "/job.yaml");
+  std::ifstream job(folder() + "/job.yaml");
   const std::string text{std::istreambuf_iterator<char>(job), {}};
   write("job.yaml", text + "program: {tool: 3}\n");
   for (const int tool : {3, 5}) {
@@ -208,7 +212,7 @@ TEST_F(RemovalRefusal, CanonicalCommandsOfAnotherTool) {
                           "    6 N..... STRAIGHT_TRAVERSE(1.0, 0.0, 20.0, 0.0, 0.0, 0.0)\n"
                           "    7 N..... PROGRAM_END()\n");
     SimulateOptions options;
-    options.canon = kFolder + "/tool.txt";
+    options.canon = folder() + "/tool.txt";
     const Said said = verify(options);
     EXPECT_EQ(said.error.find("moves with tool T5") != std::string::npos, tool == 5) << said.error;
     EXPECT_EQ(said.worked, tool == 3) << said.out;
