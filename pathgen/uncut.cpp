@@ -84,6 +84,7 @@ class Judge {
   AxisLine contact_line(Point<Part> place, Vec3 n) const {
     AxisLine line{place, field_.deformation.axis_at(place)};
     for (int k = 0; k < kAxisSteps; ++k) {
+      const Point<Part> last = line.base;
       const double along = dot(n, line.axis);
       const Vec3 lateral = n - line.axis * along;
       const double across = length(lateral);
@@ -93,6 +94,7 @@ class Judge {
         ring = place - line.axis * piece_.cone_height(piece_.outer) + out * piece_.outer;
       line = {ring - line.axis * piece_.above_reference,
               field_.deformation.axis_at(ring - line.axis * piece_.above_reference)};
+      if (line.base == last) break;  // a ball's centre does not ask for the axis
     }
     return line;
   }
@@ -102,6 +104,12 @@ class Judge {
     const Vec3 w = place - (at.centre + at.axis * piece_.above_reference);
     const double h = dot(w, at.axis);
     return distance_to_piece(piece_, length(w - at.axis * h), h);
+  }
+
+  bool touched_at(Point<Part> reference, Point<Part> place) {
+    const Point<Flat> flat = field_.deformation.flatten(reference);
+    const auto found = envelope_.at(flat.x, flat.y);
+    return found && gap(place, *found) <= options_.tolerance;
   }
 
   /// In a hollow that is as wide as the tool it may touch from a place beside its contact, too: goes where
@@ -138,7 +146,10 @@ class Judge {
     const Uncut by_cutter = facing < kWall ? Uncut::kWall : Uncut::kCutter;
     if (!found) return {by_cutter};
     const double off = gap(place, *found);
-    if (off > options_.tolerance && !(off < kNear * piece_.outer && touched_from_beside(place, flat))) {
+    // Beside a wall the envelope breaks off: half the tolerance off it the tool goes down there.
+    if (off > options_.tolerance &&
+        !(off < kNear * piece_.outer && (touched_at(line.base + n * (options_.tolerance / 2.0), place) ||
+                                         touched_from_beside(place, flat)))) {
       const ToolPart part = rules_.touching(*found);
       return {part == ToolPart::kCutter ? by_cutter : uncut_by(part)};
     }
