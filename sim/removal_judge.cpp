@@ -1,16 +1,10 @@
 #include <cmath>
-#include <cstdio>
 
 #include "sim/removal_report.h"
+#include "sim/text.h"
 
 namespace tiltfeed::sim {
 namespace {
-
-std::string text(const char* format, auto... values) {
-  std::array<char, 512> line;
-  std::snprintf(line.data(), line.size(), format, values...);
-  return line.data();
-}
 
 /// What two neighbouring passes must leave between them on a plane, and four times that for curvature and
 /// slopes, mm.

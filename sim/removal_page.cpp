@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+
+#include "sim/text.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -26,12 +27,6 @@ details{margin:8px 0}summary{cursor:pointer}
 svg text{font:12px system-ui,'DejaVu Sans',sans-serif;fill:#3b4550}svg .name{font-weight:700}svg .unit,svg .tick,svg .hour{fill:#6a7683;font-size:11px}svg .tick{text-anchor:end}svg .hour{text-anchor:middle}
 .key{display:inline-block;width:12px;height:12px;border-radius:2px;margin:0 5px 0 14px;vertical-align:-1px}
 )";
-
-std::string text(const char* format, auto... values) {
-  std::array<char, 1200> line;
-  std::snprintf(line.data(), line.size(), format, values...);
-  return line.data();
-}
 
 std::string base64(const std::string& bytes) {
   static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";

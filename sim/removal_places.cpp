@@ -1,16 +1,8 @@
-#include <array>
-#include <cstdio>
-
 #include "sim/removal_page.h"
+#include "sim/text.h"
 
 namespace tiltfeed::sim {
 namespace {
-
-std::string text(const char* format, auto... values) {
-  std::array<char, 1200> line;
-  std::snprintf(line.data(), line.size(), format, values...);
-  return line.data();
-}
 
 std::string row(std::size_t number, const WorstPlace& w) {
   return text(

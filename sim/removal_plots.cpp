@@ -1,20 +1,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "sim/removal_page.h"
+#include "sim/text.h"
 
 namespace tiltfeed::sim {
 namespace {
 
 constexpr double kWide = 1040.0, kLeft = 90.0, kRight = 40.0;
-
-std::string text(const char* format, auto... values) {
-  std::array<char, 600> line;
-  std::snprintf(line.data(), line.size(), format, values...);
-  return line.data();
-}
 
 /// "1200", "0.25": as many digits as a label wants.
 std::string label(double value) {
