@@ -17,6 +17,18 @@ struct HalfEdge {
   std::uint32_t facet : 31, forward : 1;
 };
 
+/// Calls visit(std::span<const HalfEdge>) for each edge. Requires: the half-edges of one edge are side by
+/// side.
+template <class Visit>
+void each_edge_of(std::span<const HalfEdge> halves, Visit& visit) {
+  for (std::size_t begin = 0, end = 0; begin < halves.size(); begin = end) {
+    while (end < halves.size() && halves[end].low == halves[begin].low &&
+           halves[end].high == halves[begin].high)
+      ++end;
+    visit(halves.subspan(begin, end - begin));
+  }
+}
+
 /// The half-edges of all facets, those of one edge side by side, in the order of (low, high, facet).
 /// Requires: the three vertices of each facet differ; below 2^31 facets.
 class EdgeTable {
@@ -32,12 +44,7 @@ class EdgeTable {
   /// The same for the edges whose low is in [first, last): for work in blocks.
   template <class Visit>
   void each_edge(std::size_t first, std::size_t last, Visit visit) const {
-    const std::size_t stop = start_[last];
-    for (std::size_t begin = start_[first], end = begin; begin < stop; begin = end) {
-      while (end < stop && halves_[end].low == halves_[begin].low && halves_[end].high == halves_[begin].high)
-        ++end;
-      visit(std::span(halves_).subspan(begin, end - begin));
-    }
+    each_edge_of(std::span(halves_).subspan(start_[first], start_[last] - start_[first]), visit);
   }
   std::size_t vertices() const { return start_.size() - 1; }
 
@@ -71,10 +78,7 @@ class VertexFans {
     std::vector<HalfEdge> halves;
     for (std::uint32_t v = first; v < last; ++v) {
       gather(facets, v, halves);
-      for (std::size_t begin = 0, end = 0; begin < halves.size(); begin = end) {
-        while (end < halves.size() && halves[end].high == halves[begin].high) ++end;
-        visit(std::span<const HalfEdge>(halves).subspan(begin, end - begin));
-      }
+      each_edge_of(halves, visit);
     }
   }
 

@@ -70,23 +70,30 @@ double default_cell(const Job& job, const CheckedMesh& part) {
   return std::ceil(cell * 100.0) / 100.0;
 }
 
-const std::string& source(const SimulateOptions& o) {
-  return !o.program.empty() ? o.program : !o.trace.empty() ? o.trace : o.canon;
+/// The one file that says the moves.
+struct Moves {
+  Source kind;
+  const std::string& name;
+};
+Moves moves_of(const SimulateOptions& o) {
+  if (!o.program.empty()) return {Source::kProgram, o.program};
+  if (!o.trace.empty()) return {Source::kTrace, o.trace};
+  return {Source::kCanon, o.canon};
 }
 
 /// Reads the moves.
 Result<ExecutedPath> read_path(const SimulateOptions& options, const Job& job, ProgramHeader& header) {
-  const std::string& name = source(options);
+  const auto [kind, name] = moves_of(options);
   const MachineModel& machine = job.machine.model;
   std::ifstream in(name, std::ios::binary);
   if (!in) return fail(Code::kIo, name + ": cannot be opened");
-  if (!options.canon.empty()) {
+  if (kind == Source::kCanon) {
     const auto program = read_canon(in, name, machine);
     if (!program) return tl::unexpected(program.error());
     if (auto fits = check_tool(*program, job, name); !fits) return tl::unexpected(fits.error());
     return execute_program(*program, name, machine, job.setup, motion_options(job.machine));
   }
-  if (!options.trace.empty()) {
+  if (kind == Source::kTrace) {
     const auto trace = read_trace(in, name);
     if (!trace) return tl::unexpected(trace.error());
     if (auto fits = check_trace(*trace, job, name); !fits) return tl::unexpected(fits.error());
@@ -203,10 +210,8 @@ int simulate_command(const SimulateOptions& options) {
   const double cell = surface.cell;
   if (options.stock.empty() && shape->kind == StockKind::kOffset && part->sides != Sides::kOutward)
     shape = StockShape{StockKind::kBox, shape->margin, {}};
-  const Source kind = !options.program.empty() ? Source::kProgram
-                      : !options.trace.empty() ? Source::kTrace
-                                               : Source::kCanon;
-  const RemovalContext context{*job, *part, *shape, source(options), header, kind};
+  const Moves moves = moves_of(options);
+  const RemovalContext context{*job, *part, *shape, moves.name, header, moves.kind};
   line.show("stock", 0.0);
   std::vector<int> axes{0, 1, 2};
   if (options.bundles == 1) axes = {main_direction(*path, job->machine.model, job->setup)};
