@@ -56,6 +56,7 @@ ClSurface::ClSurface(const Mesh& mesh, Sides sides, std::vector<ToolPiece> piece
         cross(mesh.vertices[f[1]] - mesh.vertices[f[0]], mesh.vertices[f[2]] - mesh.vertices[f[0]]));
   });
   find_vertices(find_edges());
+  features_ = static_cast<PatchId>(mesh.facets.size() + edges_.size() + vertices_.size());
 }
 
 std::vector<ClSurface::VertexNotes> ClSurface::find_edges() {

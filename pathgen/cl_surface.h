@@ -24,21 +24,22 @@ class ClSurface {
   /// `mesh` must outlive the surface. Requires: at least one piece.
   ClSurface(const Mesh& mesh, Sides sides, std::vector<ToolPiece> pieces);
 
-  PatchId features() const {
-    return static_cast<PatchId>(mesh_.facets.size() + edges_.size() + vertices_.size());
-  }
+  PatchId features() const { return features_; }
   PatchId patch_count() const { return features() * static_cast<PatchId>(pieces_.size()); }
-  const ToolPiece& piece(PatchId patch) const { return pieces_[patch / features()]; }
-  bool is_face(PatchId patch) const { return patch % features() < mesh_.facets.size(); }
+  const ToolPiece& piece(PatchId patch) const {
+    return patch < features_ ? pieces_.front() : pieces_[patch / features_];
+  }
+  bool is_face(PatchId patch) const {
+    return (patch < features_ ? patch : patch % features_) < mesh_.facets.size();
+  }
   /// The facet of the STL file that the patch stands on.
   std::uint32_t facet_of(PatchId patch) const;
 
   /// The highest point of the patch on the axis line, if the line meets it. Points just outside the patch (by
   /// kSeam) are accepted, so that neighbouring patches leave no gap.
   bool top(PatchId patch, const AxisLine& line, ClHit& hit) const {
-    const PatchId count = features();
-    return patch < count ? top(pieces_.front(), patch, line, hit)
-                         : top(pieces_[patch / count], patch % count, line, hit);
+    return patch < features_ ? top(pieces_.front(), patch, line, hit)
+                             : top(pieces_[patch / features_], patch % features_, line, hit);
   }
 
   /// The same of any other piece against a feature.
@@ -105,6 +106,7 @@ class ClSurface {
   std::vector<VertexPatch> vertices_;
   std::vector<std::uint32_t> neighbours_;
   VertexFans fans_;
+  PatchId features_ = 0;  ///< facets, edges and vertices
 };
 
 }  // namespace tiltfeed

@@ -191,14 +191,13 @@ bool drop_on_facet(const ToolPiece& piece, Point<Part> a, Point<Part> b, Point<P
     hit.twist = twist(piece, n, line.axis, aside, at.height);
   }
   hit.normal = n;
-  for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}}) {
-    const Vec3 side = to - from;
-    const Vec3 inward = cross(n, side);
-    const double depth = dot(inward, contact - from);
-    if (depth < 0.0 && depth * depth > slack * slack * squared_length(side)) return false;
-  }
   hit.z -= piece.above_reference;
-  return true;
+  const auto inside_of = [&](Point<Part> from, Point<Part> to) {
+    const Vec3 side = to - from;
+    const double depth = dot(cross(n, side), contact - from);
+    return depth >= 0.0 || depth * depth <= slack * slack * squared_length(side);
+  };
+  return inside_of(a, b) && inside_of(b, c) && inside_of(c, a);
 }
 
 }  // namespace tiltfeed

@@ -1,6 +1,7 @@
 #include "pathgen/envelope.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -20,7 +21,7 @@ constexpr double kArcShare = 0.26;
 constexpr double kEndStep = 1e-7;
 
 /// See break_points().
-constexpr double kBreakShare = 1.0 / 8.0;
+constexpr double kBreakShare = 1.0 / 4.0;
 
 /// Lines shorter than this share of the index's spacing are looked up like places.
 constexpr double kNearShare = 0.5;
@@ -50,14 +51,15 @@ class Profile {
     if (breaks.empty()) return {};
     pass_.reserve(2 * breaks.size());
     activate(breaks[0], breaks[0]);
-    Sample left = evaluate(breaks[0]);
-    emit(left);
+    std::array<Sample, 2> ends{evaluate(breaks[0])};
+    emit(ends[0]);
     for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
       activate(breaks[i], breaks[i + 1]);
-      const Sample right = evaluate(breaks[i + 1]);
+      const Sample& left = ends[i % 2];
+      Sample& right = ends[(i + 1) % 2];
+      right = evaluate(breaks[i + 1]);
       refine(left, right);
       emit(right);
-      left = right;
     }
     finish_pass();
     std::sort(result_.too_near.begin(), result_.too_near.end());
@@ -81,10 +83,12 @@ class Profile {
   /// Ends of the candidates' intervals, those closer than kBreakShare of the curved step taken as one: what
   /// rises or sinks between two samples so near does so by kBreakShare^2 of the tolerance at most.
   std::vector<double> break_points() const {
-    std::vector<double> breaks;
-    breaks.reserve(field_.candidates_.size() * 2);
-    for (const Candidate& c : field_.candidates_) breaks.push_back(c.from), breaks.push_back(c.to);
-    std::sort(breaks.begin(), breaks.end());
+    const std::vector<Candidate>& all = field_.candidates_;
+    std::vector<double> breaks(all.size() * 2);
+    const auto ends = breaks.begin() + static_cast<std::ptrdiff_t>(all.size());
+    for (std::size_t i = 0; i < all.size(); ++i) breaks[i] = all[i].from, breaks[all.size() + i] = all[i].to;
+    std::sort(ends, breaks.end());
+    std::inplace_merge(breaks.begin(), ends, breaks.end());  // they come by rising start
     const auto close = [this](double a, double b) { return b - a < curved_step_ * kBreakShare; };
     const double last = breaks.empty() ? 0.0 : breaks.back();
     breaks.erase(std::unique(breaks.begin(), breaks.end(), close), breaks.end());
@@ -171,35 +175,33 @@ class Profile {
   struct Lift {
     double larger, smaller;
   };
-  Lift lift(const EnvelopePoint& a, const EnvelopePoint& b) const {
-    const Vec3 chord = b.centre - a.centre;
+  Lift lift(const EnvelopePoint& a, const EnvelopePoint& b, Vec3 chord) const {
     const double from_a = std::abs(dot(a.normal, chord)) * static_cast<double>(a.lever),
                  from_b = std::abs(dot(b.normal, chord)) * static_cast<double>(b.lever);
     const double share = a.patch == b.patch && surface_.piece(a.patch).is_ball() ? kArcShare : 1.0;
     return {std::max(from_a, from_b) * share, std::min(from_a, from_b) * share};
   }
 
-  bool another_curved_sheet(const Sample& left, const Sample& right) const {
+  bool another_curved_sheet(const Sample& left, const Sample& right, double chord) const {
     // A straight move dips under the lower of its ends by what the axis turns.
-    const double low = std::min(left.point.flat.z, right.point.flat.z) -
-                       distance(left.point.centre, right.point.centre) * options_.max_axis_step;
+    const double low = std::min(left.point.flat.z, right.point.flat.z) - chord * options_.max_axis_step;
     return std::any_of(active_.begin(), active_.end(), [&](const Candidate& c) {
-      return !surface_.is_face(c.patch) && static_cast<double>(c.top) > low && c.from <= left.run &&
-             c.to >= right.run && c.patch != left.point.patch && c.patch != right.point.patch;
+      return static_cast<double>(c.top) > low && c.from <= left.run && c.to >= right.run &&
+             c.patch != left.point.patch && c.patch != right.point.patch && !surface_.is_face(c.patch);
     });
   }
 
-  bool short_enough(const Sample& left, const Sample& right) const {
-    if (!turns_little(left, right)) return false;
-    return distance(left.point.centre, right.point.centre) <= curved_step_ ||
-           !another_curved_sheet(left, right);
+  bool short_enough(const Sample& left, const Sample& right, Vec3 chord) const {
+    const double length2 = squared_length(chord);
+    return turns_little(left.point, right.point, length2) &&
+           (length2 <= curved_step_ * curved_step_ || !another_curved_sheet(left, right, std::sqrt(length2)));
   }
 
-  bool turns_little(const Sample& left, const Sample& right) const {
-    const double turn = length(cross(left.point.axis, right.point.axis));
-    return turn <= options_.max_axis_step &&
-           turns_evenly(left.point, right.point, turn, options_.tolerance, options_) &&
-           distance(left.point.centre, right.point.centre) <= options_.max_distance;
+  bool turns_little(const EnvelopePoint& a, const EnvelopePoint& b, double length2) const {
+    const double turn2 = squared_length(cross(a.axis, b.axis));
+    return turn2 <= options_.max_axis_step * options_.max_axis_step &&
+           turns_evenly(a, b, turn2, options_.tolerance, options_) &&
+           length2 <= options_.max_distance * options_.max_distance;
   }
 
   bool on_move(const Sample& sample, const Sample& left, const Sample& right) const {
@@ -217,8 +219,9 @@ class Profile {
   /// Emits what is needed strictly between two samples.
   void refine(const Sample& left, const Sample& right) {
     if (right.run - left.run <= (left.hit == right.hit ? flank_ : kEndStep)) return;
-    const bool joined = left.hit && right.hit && short_enough(left, right);
-    const Lift rise = joined ? lift(left.point, right.point) : Lift{};
+    const Vec3 chord = right.point.centre - left.point.centre;
+    const bool joined = left.hit && right.hit && short_enough(left, right, chord);
+    const Lift rise = joined ? lift(left.point, right.point, chord) : Lift{};
     if (joined && rise.larger <= options_.tolerance && !stands_level_on_two(left, right)) return;
     const Sample middle = evaluate((left.run + right.run) / 2.0);
     if (!left.hit && !right.hit && !middle.hit) return;
@@ -262,6 +265,15 @@ LineEnvelope Envelope::along(const FlatLine& line) {
   } else {
     index_.along(line, scratch_, candidates_);
   }
+  return along_candidates(line);
+}
+
+LineEnvelope Envelope::along(const FlatLine& line, std::span<const std::uint32_t> cells) {
+  index_.along(line, cells, scratch_, candidates_);
+  return along_candidates(line);
+}
+
+LineEnvelope Envelope::along_candidates(const FlatLine& line) {
   const PatchId cutter = surface_.features();
   if (std::none_of(candidates_.begin(), candidates_.end(),
                    [&](const Candidate& c) { return c.patch >= cutter; }))

@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -37,12 +38,14 @@ struct EnvelopeOptions {
   double reach = 0.0;  ///< how far up the tool its side must keep to the path, over the CL reference, mm
 };
 
-/// (E5) From a to b the axis turns by `turn` (rad), evenly; the true one faster the nearer it is to the
-/// point, line or circle. Do they differ by at most `tolerance` (mm) at options.reach?
-inline bool turns_evenly(const EnvelopePoint& a, const EnvelopePoint& b, double turn, double tolerance,
+/// (E5) From a to b the axis turns by an angle whose square is `turn2` (rad^2), evenly; the true one faster
+/// the nearer it is to the point, line or circle. Do they differ by at most `tolerance` (mm) at
+/// options.reach?
+inline bool turns_evenly(const EnvelopePoint& a, const EnvelopePoint& b, double turn2, double tolerance,
                          const EnvelopeOptions& options) {
-  return options.reach * turn * std::abs(a.flat.z - b.flat.z) <=
-         4.0 * tolerance * std::min(std::abs(a.flat.z), std::abs(b.flat.z));
+  const double strays = options.reach * (a.flat.z - b.flat.z);
+  const double allowed = 4.0 * tolerance * std::min(std::abs(a.flat.z), std::abs(b.flat.z));
+  return strays * strays * turn2 <= allowed * allowed;
 }
 
 /// Nearer than this to the point, line or circle (mm) the axis turns too fast to be of use: nothing is
@@ -68,6 +71,8 @@ class Envelope {
   /// stay within options.tolerance of it. Steep flanks are points whose axis lines lie at most tolerance / 10
   /// apart. A gap in the surface ends a pass.
   LineEnvelope along(const FlatLine& line);
+  /// The same, where it is known which of the index's cells the line may meet (row_cells.h).
+  LineEnvelope along(const FlatLine& line, std::span<const std::uint32_t> cells);
 
   /// The envelope on one axis line; nothing where the line misses the CL surface or may not be used.
   std::optional<EnvelopePoint> at(double x, double y);
@@ -78,6 +83,7 @@ class Envelope {
 
  private:
   friend class Profile;
+  LineEnvelope along_candidates(const FlatLine& line);
   void look_near(std::array<double, 2> a, std::array<double, 2> b);
   bool keep_guards(const LineEnvelope& found, const FlatLine& line);
   bool may_rise(const Candidate& c, const LineEnvelope& found, const FlatLine& line) const;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 namespace tiltfeed {
@@ -63,25 +64,6 @@ bool run_interval(const Cell& cell, const FlatCorner* corner, const FlatLine& li
   }
   run.low -= run_pad, run.high += run_pad;
   return run.low <= run.high;
-}
-
-/// Joins the intervals that the cells of one patch have on a line, where they overlap.
-void join_pieces(std::vector<Candidate>& pieces, std::vector<Candidate>& candidates) {
-  std::sort(pieces.begin(), pieces.end(), [](const Candidate& a, const Candidate& b) {
-    if (a.patch != b.patch) return a.patch < b.patch;
-    if (a.from != b.from) return a.from < b.from;
-    return a.to < b.to;
-  });
-  const std::size_t first = candidates.size();
-  for (const Candidate& piece : pieces) {
-    if (candidates.size() > first && candidates.back().patch == piece.patch &&
-        piece.from <= candidates.back().to) {
-      candidates.back().to = std::max(candidates.back().to, piece.to);
-      candidates.back().top = std::max(candidates.back().top, piece.top);
-    } else {
-      candidates.push_back(piece);
-    }
-  }
 }
 
 }  // namespace
@@ -166,6 +148,8 @@ FlatIndex::FlatIndex(Cells cells, const Deformation& deformation) : cells_(std::
   bins_ = FlatBins(boxes_of(cells_), bounds_, period_x_, period_y_);
 }
 
+FlatBox FlatIndex::box(std::uint32_t cell) const { return box_of(cells_, cells_.cells[cell]); }
+
 bool FlatIndex::holds(const Cell& cell, double x, double y) const {
   const FlatBox box = box_of(cells_, cell);
   const auto turned = [](double v, double low, double high, double period) {
@@ -177,29 +161,17 @@ bool FlatIndex::holds(const Cell& cell, double x, double y) const {
 }
 
 double FlatIndex::crossings(double dx, double dy, double step) const {
-  double widths = 0.0;
-  for (const Cell& cell : cells_.cells) {
-    const FlatBox box = box_of(cells_, cell);
-    widths += std::abs(dy) * (box.high_x - box.low_x) + std::abs(dx) * (box.high_y - box.low_y);
-  }
+  const double widths = tbb::parallel_deterministic_reduce(
+      tbb::blocked_range<std::size_t>(0, cells_.cells.size(), kGrain), 0.0,
+      [&](const auto& range, double sum) {
+        for (std::size_t c = range.begin(); c < range.end(); ++c) {
+          const FlatBox box = box_of(cells_, cells_.cells[c]);
+          sum += std::abs(dy) * (box.high_x - box.low_x) + std::abs(dx) * (box.high_y - box.low_y);
+        }
+        return sum;
+      },
+      std::plus<>());
   return static_cast<double>(cells_.cells.size()) + widths / step;
-}
-
-/// Calls visit(shift_x, shift_y) for each turn on which the box may overlap `swept`: over the seam, or on a
-/// line that passes it, there may be more than one.
-template <class Visit>
-void FlatIndex::each_turn(const FlatBox& box, const FlatBox& swept, Visit visit) const {
-  const auto turns = [](double period, double low, double high, double to_low, double to_high, double& first,
-                        double& last) {
-    first = last = 0.0;
-    if (period <= 0.0) return;
-    first = std::ceil((to_low - high) / period), last = std::floor((to_high - low) / period);
-  };
-  double x0, x1, y0, y1;
-  turns(period_x_, box.low_x, box.high_x, swept.low_x, swept.high_x, x0, x1);
-  turns(period_y_, box.low_y, box.high_y, swept.low_y, swept.high_y, y0, y1);
-  for (double tx = x0; tx <= x1; ++tx)
-    for (double ty = y0; ty <= y1; ++ty) visit(tx * period_x_, ty * period_y_);
 }
 
 void FlatIndex::add_cell(const Cell& cell, const FlatLine& line, const FlatBox& swept,
@@ -258,14 +230,6 @@ bool run_in_box(const FlatBox& box, const FlatLine& line, double& from, double& 
   return from <= to;
 }
 
-void sort_by_start(std::vector<Candidate>& candidates) {
-  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-    if (a.from != b.from) return a.from < b.from;
-    if (a.patch != b.patch) return a.patch < b.patch;
-    return a.to < b.to;
-  });
-}
-
 }  // namespace
 
 void FlatIndex::along(const FlatLine& line, const std::vector<Nearby>& nearby, Scratch& scratch,
@@ -277,23 +241,42 @@ void FlatIndex::along(const FlatLine& line, const std::vector<Nearby>& nearby, S
     if (run_in_box(n.box, line, from, to)) scratch.pieces.push_back({from, to, n.patch, n.top});
   }
   join_pieces(scratch.pieces, candidates);
-  sort_by_start(candidates);
+  sort_by_start(candidates, line.length, scratch.sorting);
+}
+
+namespace {
+
+/// The rectangle round a line.
+FlatBox box_round(const FlatLine& line) {
+  const double end_x = line.x_at(line.length), end_y = line.y_at(line.length);
+  return {std::min(line.x, end_x), std::max(line.x, end_x), std::min(line.y, end_y), std::max(line.y, end_y)};
+}
+
+}  // namespace
+
+void FlatIndex::along(const FlatLine& line, std::span<const std::uint32_t> cells, Scratch& scratch,
+                      std::vector<Candidate>& candidates) const {
+  candidates.clear();
+  scratch.pieces.clear();
+  const FlatBox swept = box_round(line);
+  for (const std::uint32_t c : cells)
+    add_cell(cells_.cells[c], line, swept, has_siblings(c) ? scratch.pieces : candidates);
+  join_pieces(scratch.pieces, candidates);
+  sort_by_start(candidates, line.length, scratch.sorting);
 }
 
 void FlatIndex::along(const FlatLine& line, Scratch& scratch, std::vector<Candidate>& candidates) const {
   candidates.clear();
   scratch.pieces.clear();
   ask(scratch);
-  const double end_x = line.x_at(line.length), end_y = line.y_at(line.length);
-  const FlatBox swept{std::min(line.x, end_x), std::max(line.x, end_x), std::min(line.y, end_y),
-                      std::max(line.y, end_y)};
+  const FlatBox swept = box_round(line);
   bins_.each_on(line, [&](std::uint32_t c) {
     if (scratch.seen[c] == scratch.question) return;
     scratch.seen[c] = scratch.question;
     add_cell(cells_.cells[c], line, swept, has_siblings(c) ? scratch.pieces : candidates);
   });
   join_pieces(scratch.pieces, candidates);
-  sort_by_start(candidates);
+  sort_by_start(candidates, line.length, scratch.sorting);
 }
 
 }  // namespace tiltfeed

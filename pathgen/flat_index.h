@@ -2,21 +2,17 @@
 // Finds the patches that a straight line of the flat space can meet, and where along it. (S1), (S6) in
 // pathgen/README.md.
 
+#include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "pathgen/candidates.h"
 #include "pathgen/cells.h"
 #include "pathgen/deformation.h"
 #include "pathgen/flat_bins.h"
 
 namespace tiltfeed {
-
-/// Patch `patch` can be the highest only for run coordinates in [from, to].
-struct Candidate {
-  double from = 0.0, to = 0.0;
-  PatchId patch = 0;
-  float top = std::numeric_limits<float>::infinity();  ///< as Cell::top
-};
 
 class FlatIndex {
  public:
@@ -28,11 +24,34 @@ class FlatIndex {
     std::vector<std::uint32_t> seen;  ///< per cell: the question it was last seen in
     std::uint32_t question = 0;
     std::vector<Candidate> pieces;  ///< of patches with several cells
+    CandidateSorting sorting;
   };
 
   /// Properties: a patch that is the highest anywhere on the line is among the candidates there; intervals of
   /// one patch do not overlap; they are sorted by (from, patch, to) and lie within [0, line.length].
   void along(const FlatLine& line, Scratch& scratch, std::vector<Candidate>& candidates) const;
+  /// The same, where it is known which cells the line may meet (row_cells.h): by rising number, each once.
+  void along(const FlatLine& line, std::span<const std::uint32_t> cells, Scratch& scratch,
+             std::vector<Candidate>& candidates) const;
+  std::size_t cells() const { return cells_.cells.size(); }
+  /// The box round a cell, pads and all.
+  FlatBox box(std::uint32_t cell) const;
+  /// Calls visit(shift_x, shift_y) for each turn on which the box may overlap `swept`: over the seam, or on a
+  /// line that passes it, there may be more than one.
+  template <class Visit>
+  void each_turn(const FlatBox& box, const FlatBox& swept, Visit visit) const {
+    const auto turns = [](double period, double low, double high, double to_low, double to_high,
+                          double& first, double& last) {
+      first = last = 0.0;
+      if (period <= 0.0) return;
+      first = std::ceil((to_low - high) / period), last = std::floor((to_high - low) / period);
+    };
+    double x0, x1, y0, y1;
+    turns(period_x_, box.low_x, box.high_x, swept.low_x, swept.high_x, x0, x1);
+    turns(period_y_, box.low_y, box.high_y, swept.low_y, swept.high_y, y0, y1);
+    for (double tx = x0; tx <= x1; ++tx)
+      for (double ty = y0; ty <= y1; ++ty) visit(tx * period_x_, ty * period_y_);
+  }
 
   /// A patch may be the highest in `box` only.
   struct Nearby {
@@ -66,8 +85,6 @@ class FlatIndex {
   bool holds(const Cell& cell, double x, double y) const;
   bool has_siblings(std::uint32_t cell) const;
   void ask(Scratch& scratch) const;
-  template <class Visit>
-  void each_turn(const FlatBox& box, const FlatBox& swept, Visit visit) const;
   void add_cell(const Cell& cell, const FlatLine& line, const FlatBox& swept,
                 std::vector<Candidate>& candidates) const;
 

@@ -9,14 +9,14 @@
 
 #include "pathgen/pass_trim.h"
 #include "pathgen/raster.h"
+#include "pathgen/row_cells.h"
 #include "pathgen/stages.h"
 #include "pathgen/thinning.h"
 
 namespace tiltfeed {
 
 std::optional<Uncut> PassRules::refusal(const EnvelopePoint& p) const {
-  if (options_.tilt_max.radians() < kPi && angle_between(p.axis, options_.up) > options_.tilt_max.radians())
-    return Uncut::kTilt;
+  if (dot(p.axis, options_.up) < least_upright_) return Uncut::kTilt;
   if (!region_.reaches(p.flat.z)) return Uncut::kContainment;
   const ToolPart part = touching(p);
   if (part == ToolPart::kShank && options_.shank.reaction == Reaction::kTrim) return Uncut::kShank;
@@ -57,6 +57,10 @@ namespace {
 
 /// Rows between two calls of the progress function.
 constexpr std::size_t kRowsPerReport = 64;
+/// Rows and their cells, about, that are kept at a time: some 50 MB.
+constexpr double kMeetings = 4e6;
+/// As many as this share of the index's cells must be met, or rows are looked up one by one.
+constexpr double kWorth = 0.2;
 
 /// A stretch of a row whose neighbours must be `halvings` closer than the first raster's.
 struct Need {
@@ -134,10 +138,18 @@ class RasterTracer {
     std::vector<Traced> traced(tasks.size());
     tbb::enumerable_thread_specific<Envelope> envelopes(
         [&] { return Envelope(field_.surface, field_.deformation, field_.index, envelope_); });
+    const std::size_t together = rows_together(tasks.size());
+    RowCells cells;
     for (std::size_t from = 0; from < tasks.size(); from += kRowsPerReport) {
       const std::size_t to = std::min(from + kRowsPerReport, tasks.size());
-      tbb::parallel_for(from, to,
-                        [&](std::size_t k) { traced[k] = trace(envelopes.local(), tasks[k].line); });
+      if (together > 0 && from % together == 0)
+        cells = RowCells(field_.index, lines_of(tasks, from, std::min(from + together, tasks.size())));
+      tbb::parallel_for(from, to, [&](std::size_t k) {
+        Envelope& envelope = envelopes.local();
+        const FlatLine& line = tasks[k].line;
+        traced[k] = trace(together > 0 ? envelope.along(line, cells.of(k % together)) : envelope.along(line),
+                          line, envelope);
+      });
       const double share = static_cast<double>(to) / static_cast<double>(tasks.size());
       if (progress_ && !progress_((depth + share) / (halvings_ + 1))) return false;
     }
@@ -157,9 +169,23 @@ class RasterTracer {
     needs.insert(needs.end(), t.needs.begin(), t.needs.end());
   }
 
-  Traced trace(Envelope& envelope, const FlatLine& line) const {
+  /// For how many rows at a time their cells are found; 0 where a look at each cell of the index is not worth
+  /// it.
+  std::size_t rows_together(std::size_t rows) const {
+    const double of_row = std::max(1.0, raster_.crossings / raster_.count);
+    if (static_cast<double>(rows) * of_row < kWorth * static_cast<double>(field_.index.cells())) return 0;
+    return kRowsPerReport *
+           static_cast<std::size_t>(std::ceil(kMeetings / (of_row * static_cast<double>(kRowsPerReport))));
+  }
+
+  static std::vector<FlatLine> lines_of(const std::vector<Task>& tasks, std::size_t from, std::size_t to) {
+    std::vector<FlatLine> lines;
+    for (std::size_t k = from; k < to; ++k) lines.push_back(tasks[k].line);
+    return lines;
+  }
+
+  Traced trace(LineEnvelope found, const FlatLine& line, Envelope& envelope) const {
     Traced t;
-    LineEnvelope found = envelope.along(line);
     t.too_near = std::move(found.too_near);
     // Shank and holder raise the tool; they do not send it where the cutting part has nothing to cut.
     if (found.guarded)

@@ -3,6 +3,7 @@
 // what may not be cut left out. (R1)..(R3) in pathgen/README.md.
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -44,7 +45,10 @@ struct Passes {
 class PassRules {
  public:
   PassRules(const PlanOptions& options, const ClField& field)
-      : options_(options), surface_(field.surface), region_(options.containment, field.deformation) {}
+      : options_(options),
+        surface_(field.surface),
+        region_(options.containment, field.deformation),
+        least_upright_(std::cos(options.tilt_max.radians()) - kRounding) {}
   /// Why the point may not be cut; nothing where it may.
   std::optional<Uncut> refusal(const EnvelopePoint& p) const;
   /// The same, noted in `refusals`; so are points that stay but are raised.
@@ -57,6 +61,8 @@ class PassRules {
   const PlanOptions& options_;
   const ClSurface& surface_;
   Region region_;
+  static constexpr double kRounding = 1e-15;
+  double least_upright_;  ///< cosine of the tilt, at tilt_max
 };
 
 /// Rounds off the concave corners of passes that may be cut as they are; what rises out of the region is left

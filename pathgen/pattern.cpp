@@ -53,7 +53,7 @@ Passes from_contours(Contours&& contours, const ClField& field, const PlanOption
       return true;
     });
     if (smoothing > 0.0) smooth(group, smoothing, rules, envelope, passes.smoothed);
-    for (Pass& pass : group) pass = spaced(pass, field.deformation, limits.max_distance);
+    for (Pass& pass : group) pass = spaced(std::move(pass), field.deformation, limits.max_distance);
     passes.rows.push_back(std::move(group));
   }
   return passes;

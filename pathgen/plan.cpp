@@ -136,7 +136,7 @@ class Planner {
   Result<void> keep_wanted(const ClField& field) {
     bool any = false;
     for (std::vector<Pass>& row : passes_) {
-      for (Pass& pass : row) pass = spaced(pass, field.deformation, wanted_->spacing);
+      for (Pass& pass : row) pass = spaced(std::move(pass), field.deformation, wanted_->spacing);
       row = broken(keep_where(row, field.deformation, wanted_->place, wanted_->overlap));
       for (Pass& pass : row) pass = thinned(pass, thinning(), envelope_);
       any |= !row.empty();

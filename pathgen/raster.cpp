@@ -48,12 +48,12 @@ Result<Raster> lay_raster(const FlatIndex& index, const FlatBounds& bounds, cons
                                   " passes over " + std::to_string(high - low) + " mm; use a larger step");
   raster.step = (high - low) / raster.count;
   raster.first = low + raster.step / 2.0;
-  if (const double crossings = index.crossings(raster.dx, raster.dy, std::max(raster.step, side_step));
-      crossings > kMaxCrossings)
+  raster.crossings = index.crossings(raster.dx, raster.dy, std::max(raster.step, side_step));
+  if (raster.crossings > kMaxCrossings)
     return fail(
         Code::kLimit,
         "pattern.side_step_mm of " + std::to_string(side_step) + " cuts the part's facets " +
-            std::to_string(static_cast<long long>(crossings / 1e6)) +
+            std::to_string(static_cast<long long>(raster.crossings / 1e6)) +
             " million times, more than memory is set aside for; use a larger step, or a coarser mesh");
   return raster;
 }

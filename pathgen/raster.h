@@ -18,6 +18,7 @@ struct Raster {
   double dx = 1.0, dy = 0.0;
   double first = 0.0, step = 0.0;  ///< distance of row 0 to the left of the origin; mm
   double count = 0.0;
+  double crossings = 0.0;  ///< of cells by all rows, about
   /// The piece of the row in the rectangle.
   FlatLine row(double k) const;
   /// Coordinate along the rows.

@@ -47,10 +47,8 @@ bool all_on_move(const EnvelopePoint* from, const EnvelopePoint* to, double tole
 }  // namespace
 
 Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options) {
-  Pass kept;
-  if (pass.empty()) return kept;
-  kept.reserve(pass.size() / 2 + 2);
-  kept.push_back(pass.front());
+  if (pass.empty()) return {};
+  std::vector<std::size_t> stays{0};
   // (E4) Reach as far as every skipped point allows. The reach is capped, so that the work stays linear.
   constexpr std::size_t kLongestReach = 64;
   const double sine = options.max_axis_step, reach = options.max_distance;
@@ -59,20 +57,22 @@ Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options)
     std::size_t to = from + 1;
     for (std::size_t next = to + 1; next < pass.size() && next - from <= kLongestReach; ++next) {
       const double turn2 = squared_length(cross(pass[from].axis, pass[next].axis));
-      if (turn2 > sine * sine ||
-          !turns_evenly(pass[from], pass[next], std::sqrt(turn2), tolerance, options) ||
+      if (turn2 > sine * sine || !turns_evenly(pass[from], pass[next], turn2, tolerance, options) ||
           squared_length(pass[next].centre - pass[from].centre) > reach * reach ||
           !all_on_move(&pass[from], &pass[next], tolerance))
         break;
       to = next;
     }
-    kept.push_back(pass[to]);
+    stays.push_back(to);
     from = to;
   }
+  Pass kept;
+  kept.reserve(stays.size());
+  for (const std::size_t i : stays) kept.push_back(pass[i]);
   return kept;
 }
 
-Pass spaced(const Pass& pass, const Deformation& map, double max_distance) {
+Pass spaced(Pass pass, const Deformation& map, double max_distance) {
   if (!std::isfinite(max_distance)) return pass;
   Pass dense;
   for (std::size_t i = 0; i < pass.size(); ++i) {

@@ -20,6 +20,6 @@ std::uint64_t leave_out(std::vector<Pass>& passes, const std::function<bool(cons
 Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options);
 
 /// The pass with points put into its straight moves where they are longer than `max_distance` (mm).
-Pass spaced(const Pass& pass, const Deformation& map, double max_distance);
+Pass spaced(Pass pass, const Deformation& map, double max_distance);
 
 }  // namespace tiltfeed
