@@ -15,12 +15,9 @@ namespace tiltfeed {
 
 namespace {
 
-/// Corner images bound a cell up to this size against its distance from the axis feature; beyond, its ball
-/// does.
-constexpr double kMaxCellShare = 0.25;
-/// (S2) Half the square of the smallest circle or ball about a set, over the square of its size [Jung 1901]:
-/// a function with second derivative M leaves its linear interpolation by at most M times that.
-constexpr double kBendOfTriangle = 1.0 / 6.0, kBendOfHull = 3.0 / 16.0;
+/// A cell up to this radius, against its distance from the axis feature, is flattened to first order; beyond,
+/// its ball bounds it.
+constexpr double kMaxCellShare = 0.15;
 /// Most corners of a cell that keeps its hull; more become a box.
 constexpr std::size_t kMostCorners = 6;
 /// Largest relative rounding of a coordinate in single precision, doubled.
@@ -38,94 +35,66 @@ class CellMaker {
     patch_ = patch;
     piece_ = &surface_.piece(patch);
     const ClSurface::Core core = surface_.core(patch);
-    add_near(core);
+    const Ball ball = ball_about(core.points());
+    const Deformation::Aim aim = map_.aim(ball.centre);
+    note_near(aim.away, ball.radius);
     const bool both = surface_.sides() == Sides::kBoth && core.count != 2;
     for (int side = 1; side >= (both ? -1 : 1); side -= 2) {
       side_ = side;
+      if (away(aim, ball.radius + piece_->outer)) continue;
       const ContactHull::Reach reach = contact_.take(patch, side);
       if (reach == ContactHull::Reach::kNone) continue;
-      if (reach == ContactHull::Reach::kBounded) {
-        add_core(core);
-      } else if (reach == ContactHull::Reach::kAround || !all_away(core)) {
-        return add_wide(core);  // that is all there is, on either side
-      }
+      if (reach != ContactHull::Reach::kBounded) return add_wide(core);  // all there is, on either side
+      add_core(core);
     }
   }
 
  private:
-  /// Notes a patch that may lie within reach of the point, line or circle (inside work), or of the axis of
-  /// Theta (circle): it reaches into columns in which it has no CL point.
-  void add_near(const ClSurface::Core& core) {
-    const bool inside_work = map_.s() < 0.0, circle = map_.frame().mode == AxisMode::kCircle;
-    if ((!inside_work && !circle) || piece_->part != ToolPart::kCutter) return;
+  struct Ball {
     Point<Part> centre;
-    double reach = 0.0;
-    for (Point<Part> p : core.points()) centre = centre + from_origin(p) / core.count;
-    for (Point<Part> p : core.points()) reach = std::max(reach, squared_length(p - centre));
-    reach = std::sqrt(reach) + piece_->flat + piece_->corner;
-    if ((inside_work && rho_of(centre) < reach) || (circle && r_of(centre) < reach))
+    double radius = 0.0;
+  };
+  /// About the mean of the points.
+  static Ball ball_about(std::span<const Point<Part>> points) {
+    Vec3 sum;
+    for (Point<Part> p : points) sum = sum + from_origin(p);
+    const Point<Part> centre = Point<Part>{} + sum * (1.0 / static_cast<double>(points.size()));
+    double radius = 0.0;
+    for (Point<Part> p : points) radius = std::max(radius, squared_length(p - centre));
+    return {centre, std::sqrt(radius)};
+  }
+
+  /// Notes a patch that may lie within reach of the point, line or circle (inside work), or of the axis of
+  /// Theta (circle): it reaches into columns in which it has no CL point. `away`, `radius`: of a ball about
+  /// the feature.
+  void note_near(Deformation::Distances away, double radius) {
+    const bool inside_work = map_.s() < 0.0, circle = map_.frame().mode == AxisMode::kCircle;
+    const double reach = radius + piece_->flat + piece_->corner;
+    if (((inside_work && away.rho < reach) || (circle && away.r < reach)) &&
+        piece_->part == ToolPart::kCutter)
       out_.near.push_back(patch_);
   }
 
-  bool all_away(const ClSurface::Core& core) const {
-    if (core.count > 1) return false;
-    const double reach = piece_->outer, turning = map_.turning_length(map_.distances(core.corner[0])) - reach;
-    if (turning <= reach) return false;
-    const double spread = reach / turning;
-    return surface_.faces_away(patch_, side_, map_.axis_at(core.corner[0]), spread);
-  }
-
-  /// Where a hull lies against the axis feature.
-  struct Frame {
-    double size = 0.0;          ///< longest distance between two points
-    double rho = 0.0, r = 0.0;  ///< least possible distance from the feature, and from the axis of Theta
-    double pad_x = 0.0, pad_y = 0.0;  ///< (S2) bend of the flat image against its corners
-    double rise = 0.0;                ///< the same of z'
-    bool linear = false;              ///< corners and pads bound the image
-    Vec3 axis;                        ///< at the first point
-  };
-
-  Frame frame_of(std::span<const Point<Part>> points) const {
-    Frame f;
-    double rho = std::numeric_limits<double>::infinity(), r = rho;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      for (std::size_t j = 0; j < i; ++j) f.size = std::max(f.size, squared_length(points[i] - points[j]));
-      const Deformation::Distances d = map_.distances(points[i]);
-      rho = std::min(rho, d.rho), r = std::min(r, d.r);
-    }
-    f.size = std::sqrt(f.size) + contact_.margin();
-    f.axis = map_.axis_at(points[0]);
-    f.linear = f.size < kMaxCellShare * std::min(r, rho);
-    f.rho = rho - f.size, f.r = r - f.size;
-    if (!f.linear || map_.frame().mode == AxisMode::kFixed) return f;
-    const double bend = f.size * f.size * (points.size() <= 3 ? kBendOfTriangle : kBendOfHull);
-    f.pad_x = map_.scale_x() * bend / (f.r * f.r);
-    f.pad_y = map_.scale_y() * bend * (1.0 / (f.rho * f.rho) + 1.0 / (f.r * f.rho));
-    f.rise = bend * (1.0 / f.rho + 1.0 / f.r);
-    return f;
-  }
-
-  bool away(const Frame& f) const {
-    const double turning = map_.turning_length({f.rho, f.r});
-    return turning > 0.0 && surface_.faces_away(patch_, side_, f.axis, f.size / turning);
+  /// Does the patch turn away from the tool, whose axis line comes within `radius` of the place of `aim`?
+  bool away(const Deformation::Aim& aim, double radius) const {
+    const double turning = map_.turning_length(aim.away) - radius;
+    return turning > 0.0 && surface_.faces_away(patch_, side_, aim.axis, radius / turning);
   }
 
   void add_core(const ClSurface::Core& core) {
     contact_.place(core.points());
-    const std::vector<Point<Part>>& hull = contact_.points();
-    if (hull.empty()) return;  // turned away from the tool
-    const Frame f = frame_of(hull);
-    if (away(f)) return;
-    if (f.linear) return add_hull(f);
+    if (contact_.points().empty()) return;  // turned away from the tool
+    const Ball ball = ball_about(contact_.points());
+    const double radius = ball.radius + contact_.margin();
+    const Deformation::Tangent at = map_.tangent(ball.centre);
+    if (away(at.aim, radius)) return;
+    if (radius < kMaxCellShare * std::min(at.aim.away.r, at.aim.away.rho)) return add_hull(ball, at);
     const double extent = core.count > 1 ? distance(core.corner[0], core.corner[core.count - 1]) : 0.0;
     const double second = core.count > 2 ? std::max(distance(core.corner[0], core.corner[1]),
                                                     distance(core.corner[1], core.corner[2]))
                                          : 0.0;
-    if (std::max(extent, second) < smallest_ || std::max(extent, second) < contact_.margin()) {
-      Point<Part> mean;
-      for (Point<Part> p : hull) mean = mean + from_origin(p) / static_cast<double>(hull.size());
-      return add_ball(mean, f.size);
-    }
+    if (std::max(extent, second) < smallest_ || std::max(extent, second) < contact_.margin())
+      return add_ball(ball.centre, radius);
     const auto& [a, b, c] = core.corner;
     const Point<Part> ab = lerp(a, b, 0.5);
     if (core.count == 2) {
@@ -153,14 +122,6 @@ class CellMaker {
 
   bool x_is_angle() const { return map_.period_x() > 0.0; }
   bool y_is_angle() const { return map_.frame().mode != AxisMode::kFixed; }
-  /// Distance from the point, line or circle.
-  double rho_of(Point<Part> p) const { return map_.distances(p).rho; }
-  /// Distance from the axis of Theta.
-  double r_of(Point<Part> p) const { return map_.distances(p).r; }
-  static double nearest_turn(double value, double to, double period) {
-    return period > 0.0 ? value + period * std::round((to - value) / period) : value;
-  }
-
   /// `top`: z' of the highest place of the ball's centre.
   void push(std::uint32_t count, double pad_x, double pad_y, double top) {
     double largest = 0.0;
@@ -174,30 +135,37 @@ class CellMaker {
     out_.cells.back().top = static_cast<float>(top + kSingle * std::abs(top));
   }
 
-  void add_hull(const Frame& f) {
-    const std::vector<Point<Part>>& hull = contact_.points();
-    const Point<Flat> first = map_.flatten(hull[0]);
-    Point<Flat> low = first, high = first;
-    const bool box = hull.size() > kMostCorners;
+  /// (S2) The hull's corners, flattened to first order about its middle, and what that leaves out.
+  void add_hull(const Ball& ball, const Deformation::Tangent& at) {
+    const std::span<const Point<Part>> hull = contact_.points();
+    const Point<Flat> middle = map_.flatten(ball.centre);
+    const bool box = hull.size() > kMostCorners || hull.size() < 3;
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    Vec3 low{kFar, kFar, 0.0}, high{-kFar, -kFar, -kFar};
     for (Point<Part> p : hull) {
-      const Point<Flat> flat = map_.flatten(p);
-      const double x = nearest_turn(flat.x, first.x, map_.period_x());
-      const double y = nearest_turn(flat.y, first.y, map_.period_y());
-      low = {std::min(low.x, x), std::min(low.y, y), 0.0};
-      high = {std::max(high.x, x), std::max(high.y, y), std::max(high.z, flat.z)};
-      if (!box) out_.corners.push_back({static_cast<float>(x), static_cast<float>(y)});
+      const Vec3 d = p - ball.centre;
+      const double x = dot(at.x, d), y = dot(at.y, d);
+      high.z = std::max(high.z, dot(at.aim.axis, d));
+      if (box) {
+        low = {std::min(low.x, x), std::min(low.y, y), 0.0};
+        high = {std::max(high.x, x), std::max(high.y, y), high.z};
+      } else {
+        put(middle.x + x, middle.y + y);
+      }
     }
-    if (box || hull.size() < 3) {
-      if (!box) out_.corners.resize(out_.corners.size() - hull.size());
-      out_.corners.push_back({static_cast<float>(low.x), static_cast<float>(low.y)});
-      out_.corners.push_back({static_cast<float>(high.x), static_cast<float>(high.y)});
-    }
+    if (box) put(middle.x + low.x, middle.y + low.y), put(middle.x + high.x, middle.y + high.y);
     // A patch is accepted kSeam beyond its border, where a slice may run between two patches.
     const double margin = contact_.margin() + 2.0 * kSeam * (piece_->flat + piece_->corner);
-    push(box || hull.size() < 3 ? 2 : static_cast<std::uint32_t>(hull.size()),
-         f.pad_x + margin * (x_is_angle() ? map_.scale_x() / f.r : 1.0),
-         f.pad_y + margin * (y_is_angle() ? map_.scale_y() / f.rho : 1.0), high.z + f.rise + margin);
+    const Deformation::Distances away = at.aim.away,
+                                 least{away.rho - ball.radius - margin, away.r - ball.radius - margin};
+    const Deformation::Bend bend = map_.bend(least, ball.radius);
+    push(box ? 2 : static_cast<std::uint32_t>(hull.size()),
+         bend.x + margin * (x_is_angle() ? map_.scale_x() / least.r : 1.0),
+         bend.y + margin * (y_is_angle() ? map_.scale_y() / least.rho : 1.0),
+         middle.z + high.z + bend.z + margin);
   }
+
+  void put(double x, double y) { out_.corners.push_back({static_cast<float>(x), static_cast<float>(y)}); }
 
   /// (S3) Everything within `radius` of `centre`: an angle of asin(radius / distance) to each side.
   void add_ball(Point<Part> centre, double radius) {
@@ -205,12 +173,11 @@ class CellMaker {
       return away_by > size ? std::asin(size / away_by) : kPi;
     };
     const Point<Flat> flat = map_.flatten(centre);
+    const Deformation::Distances from = map_.distances(centre);
     double half_x = radius, half_y = radius;
-    if (x_is_angle()) half_x = map_.scale_x() * half_angle(radius, r_of(centre));
-    if (y_is_angle()) half_y = map_.scale_y() * half_angle(radius, rho_of(centre));
-    const FlatCorner c{static_cast<float>(flat.x), static_cast<float>(flat.y)};
-    out_.corners.push_back(c);
-    out_.corners.push_back(c);
+    if (x_is_angle()) half_x = map_.scale_x() * half_angle(radius, from.r);
+    if (y_is_angle()) half_y = map_.scale_y() * half_angle(radius, from.rho);
+    put(flat.x, flat.y), put(flat.x, flat.y);
     push(2, half_x, half_y, flat.z + radius);
   }
 

@@ -17,7 +17,7 @@ struct FlatCorner {
 };
 
 /// Part of a patch in flat space: the hull of its corners, widened by the pads. Coordinates that wrap are
-/// those nearest to the cell's first corner, and may lie past the seam.
+/// those nearest to the cell's middle, and may lie past the seam.
 struct Cell {
   PatchId patch = 0;
   std::uint32_t first = 0;  ///< corner

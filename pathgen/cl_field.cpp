@@ -40,10 +40,10 @@ double mean_rho(const Mesh& mesh, Sides sides, double offset, const AxisFrame& f
       const Vec3 normal = cross(b - a, c - a);
       const double area = length(normal);
       const Point<Part> centre = lerp(lerp(a, b, 0.5), c, 1.0 / 3.0) + normal * (offset / area);
-      const double rho = probe.distances(centre).rho;
-      if (rho <= 0.0) continue;
-      if (sides == Sides::kOutward && dot(normal, probe.axis_at(centre)) <= 0.0) continue;
-      sums[block].weight += area, sums[block].rho += area * rho;
+      const Deformation::Aim aim = probe.aim(centre);
+      if (aim.away.rho <= 0.0) continue;
+      if (sides == Sides::kOutward && dot(normal, aim.axis) <= 0.0) continue;
+      sums[block].weight += area, sums[block].rho += area * aim.away.rho;
     }
   });
   double weight = 0.0, sum = 0.0;

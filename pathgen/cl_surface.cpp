@@ -89,13 +89,13 @@ bool ClSurface::edge_patch(std::span<const HalfEdge> halves, EdgePatch& edge) co
   if (halves.size() != 2) return true;
   edge.facets[1] = halves[1].facet;
   edge.w1 = apex(mesh_.facets[edge.facets[1]], halves[1]);
-  const Vec3 away = mesh_.vertices[edge.w1] - mesh_.vertices[edge.v0];
-  const Vec3 along = normalized(mesh_.vertices[edge.v1] - mesh_.vertices[edge.v0]);
-  const double rise =
-      dot(normals_[edge.facets[0]], away) / length(away - along * dot(away, along));  // sine of the bend
+  const Vec3 apart = mesh_.vertices[edge.w1] - mesh_.vertices[edge.v0];
+  const Vec3 along = mesh_.vertices[edge.v1] - mesh_.vertices[edge.v0];
+  const Vec3 across = apart - along * (dot(apart, along) / squared_length(along));
+  const double rise = dot(normals_[edge.facets[0]], apart);  // over the length of `across`: sine of the bend
+  const bool bent = rise * rise > kSeam * kSeam * squared_length(across);
   const bool folded = dot(normals_[edge.facets[0]], normals_[edge.facets[1]]) < kWideWedge;
-  return sides_ == Sides::kBoth ? folded || std::abs(rise) > kSeam
-                                : rise < -kSeam || (folded && rise <= kSeam);
+  return sides_ == Sides::kBoth ? folded || bent : (rise < 0.0 && bent) || (folded && !(rise > 0.0 && bent));
 }
 
 void ClSurface::find_vertices(const std::vector<VertexNotes>& notes) {
@@ -258,9 +258,14 @@ bool ClSurface::faces_away(PatchId patch, int side, Vec3 axis, double spread) co
 bool ClSurface::narrow(const EdgePatch& edge) const {
   if (edge.w0 == kNone || edge.w1 == kNone) return false;
   const Point<Part> p = mesh_.vertices[edge.v0];
-  const Vec3 e = normalized(mesh_.vertices[edge.v1] - p);
-  const Vec3 a = mesh_.vertices[edge.w0] - p, b = mesh_.vertices[edge.w1] - p;
-  return dot(normalized(a - e * dot(a, e)), normalized(b - e * dot(b, e))) <= -kWideWedge;
+  const Vec3 e = mesh_.vertices[edge.v1] - p;
+  const auto across = [&](std::uint32_t apex) {
+    const Vec3 d = mesh_.vertices[apex] - p;
+    return d - e * (dot(d, e) / squared_length(e));
+  };
+  const Vec3 a = across(edge.w0), b = across(edge.w1);
+  const double along = dot(a, b);
+  return along <= 0.0 || along * along <= kWideWedge * kWideWedge * squared_length(a) * squared_length(b);
 }
 
 /// The normals of the two facets on the edge's convex side. Requires: narrow(edge).

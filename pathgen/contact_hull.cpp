@@ -31,6 +31,10 @@ ContactHull::Reach ContactHull::take(PatchId patch, int side) {
 /// Mean of the contact normals and how far they lie from it; false if they are too far apart.
 bool ContactHull::gather_normals() {
   if (normals_.empty()) return false;
+  if (normals_.size() == 1) {  // a facet
+    mean_ = normals_[0], cone_cosine_ = 1.0, cone_sine_ = 0.0, bulge_ = 0.0;
+    return true;
+  }
   Vec3 sum;
   for (Vec3 n : normals_) sum = sum + n;
   if (length(sum) < kSteepest) return false;

@@ -26,7 +26,7 @@ class ContactHull {
   /// Requires: kBounded. The patch over this part of the feature lies in the hull of points(), widened by
   /// margin() (mm).
   void place(std::span<const Point<Part>> core);
-  const std::vector<Point<Part>>& points() const { return points_; }
+  std::span<const Point<Part>> points() const { return points_; }
   double margin() const { return margin_; }
 
  private:

@@ -40,7 +40,7 @@ Point<Flat> Deformation::flatten(Point<Part> p) const {
     case AxisMode::kFixed:  // (D4)
       return {pt, pb, pn};
     case AxisMode::kLine:  // (D2)
-      return {pt, scale_y_ * std::atan2(pb, pn), s_ * std::hypot(pb, pn)};
+      return {pt, scale_y_ * std::atan2(pb, pn), s_ * std::sqrt(pb * pb + pn * pn)};
     case AxisMode::kPoint:
     case AxisMode::kCircle:
     case AxisMode::kFree:
@@ -48,8 +48,8 @@ Point<Flat> Deformation::flatten(Point<Part> p) const {
       break;
   }
   // (D1), (D3): the point mode is the circle mode with R_i = 0.
-  const double g = std::hypot(pt, pn) - frame_.circle_radius_or_zero();
-  return {scale_x_ * std::atan2(pt, pn), scale_y_ * std::atan2(pb, g), s_ * std::hypot(g, pb)};
+  const double g = std::sqrt(pt * pt + pn * pn) - frame_.circle_radius_or_zero();
+  return {scale_x_ * std::atan2(pt, pn), scale_y_ * std::atan2(pb, g), s_ * std::sqrt(g * g + pb * pb)};
 }
 
 AxisLine Deformation::axis_line(double x, double y, Angles& angles) const {
@@ -92,6 +92,60 @@ Deformation::Distances Deformation::distances(Point<Part> p) const {
   if (frame_.mode == AxisMode::kLine) return {std::sqrt(pb * pb + pn * pn), kNone};
   const double r = std::sqrt(pt * pt + pn * pn), g = r - frame_.circle_radius_or_zero();
   return {std::sqrt(g * g + pb * pb), r};
+}
+
+/// A place in the half-plane through the axis of Theta (mode line: in the plane square to the line) that
+/// holds it. Reciprocals are 0 where the length is, or has no limit.
+struct Deformation::Section {
+  double rho = 0.0, per_rho = 0.0, r = 0.0, per_r = 0.0;
+  double pt = 0.0, pn = 0.0;
+  double cosine = 0.0, sine = 0.0;  ///< of the angle about the point, line or circle: Ph, on a line Th
+  Vec3 out;                         ///< where that angle is 0
+};
+
+[[gnu::always_inline]] inline Deformation::Section Deformation::section(Point<Part> p) const {
+  const auto inverse = [](double v) { return v > 0.0 ? 1.0 / v : 0.0; };
+  const Vec3 d = p - frame_.origin;
+  const double pb = dot(d, b_);
+  Section s;
+  s.pt = dot(d, frame_.t), s.pn = dot(d, frame_.n);
+  double g = s.pn;
+  if (frame_.mode == AxisMode::kLine) {
+    s.r = std::numeric_limits<double>::infinity(), s.out = frame_.n;
+  } else {
+    s.r = std::sqrt(s.pt * s.pt + s.pn * s.pn), s.per_r = inverse(s.r);
+    s.out = frame_.t * (s.pt * s.per_r) + frame_.n * (s.pn * s.per_r);
+    g = s.r - frame_.circle_radius_or_zero();
+  }
+  s.rho = std::sqrt(g * g + pb * pb), s.per_rho = inverse(s.rho);
+  s.cosine = g * s.per_rho, s.sine = pb * s.per_rho;
+  return s;
+}
+
+Deformation::Aim Deformation::aim(Point<Part> p) const {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  if (frame_.mode == AxisMode::kFixed) return {{kNone, kNone}, frame_.n};
+  const Section s = section(p);
+  return {{s.rho, s.r}, (s.out * s.cosine + b_ * s.sine) * s_};
+}
+
+Deformation::Tangent Deformation::tangent(Point<Part> p) const {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  if (frame_.mode == AxisMode::kFixed) return {{{kNone, kNone}, frame_.n}, frame_.t, b_};
+  const Section s = section(p);
+  const Aim aim{{s.rho, s.r}, (s.out * s.cosine + b_ * s.sine) * s_};
+  const Vec3 y = (b_ * s.cosine - s.out * s.sine) * (scale_y_ * s.per_rho);
+  if (frame_.mode == AxisMode::kLine) return {aim, frame_.t, y};
+  const double turn = scale_x_ * s.per_r * s.per_r;
+  return {aim, frame_.t * (s.pn * turn) - frame_.n * (s.pt * turn), y};
+}
+
+Deformation::Bend Deformation::bend(Distances least, double radius) const {
+  if (frame_.mode == AxisMode::kFixed) return {0.0, 0.0, 0.0};
+  const double half_square = radius * radius / 2.0, per_rho = 1.0 / least.rho;
+  const double per_r = 1.0 / least.r;  // 0 on a line
+  return {scale_x_ * half_square * per_r * per_r, scale_y_ * half_square * per_rho * (per_rho + per_r),
+          half_square * (per_rho + per_r)};
 }
 
 Vec3 Deformation::axis_at(Point<Part> p) const {

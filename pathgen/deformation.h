@@ -55,6 +55,25 @@ class Deformation {
     double rho, r;
   };
   Distances distances(Point<Part> p) const;
+  /// The same with the tool axis there (as axis_at()), for less than the two apart; where rho or r is 0, no
+  /// direction is to be trusted.
+  struct Aim {
+    Distances away;
+    Vec3 axis;
+  };
+  Aim aim(Point<Part> p) const;
+  /// The map about p to first order: dx' = x.dp, dy' = y.dp, dz' = aim.axis.dp.
+  struct Tangent {
+    Aim aim;
+    Vec3 x, y;
+  };
+  Tangent tangent(Point<Part> p) const;
+  /// How far off that the images of the places within `radius` of p may be, mm (S2); `least`: distances that
+  /// none of them falls below.
+  struct Bend {
+    double x, y, z;
+  };
+  Bend bend(Distances least, double radius) const;
   /// Where p is at such distances the axis turns by at most a radian in this length, mm: it points at the
   /// feature, and from a circle it also turns with Theta.
   double turning_length(Distances d) const {
@@ -113,6 +132,9 @@ class Deformation {
   double scale_y() const { return scale_y_; }
 
  private:
+  struct Section;
+  Section section(Point<Part> p) const;
+
   AxisFrame frame_;
   Vec3 b_;
   double s_;

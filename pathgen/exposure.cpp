@@ -62,8 +62,9 @@ class BackLook {
     const auto& corners = surface_.mesh().facets[f];
     const Point<Part> centre = centre_of(f);
     double size = 0.0;
-    for (std::uint32_t v : corners) size = std::max(size, distance(centre, surface_.mesh().vertices[v]));
-    if (!open_at(centre, size)) return false;  // well below the surface, all of it
+    for (std::uint32_t v : corners)
+      size = std::max(size, squared_length(surface_.mesh().vertices[v] - centre));
+    if (!open_at(centre, std::sqrt(size))) return false;  // well below the surface, all of it
     if (open_at(centre, 0.0)) return true;
     return std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) {
       const Point<Part> beside = lerp(centre, surface_.mesh().vertices[v], kBeside);
@@ -85,7 +86,8 @@ class BackLook {
   /// Does nothing keep the tool `margin` above p, on p's own axis line?
   bool open_at(Point<Part> p, double margin) const {
     const Point<Flat> flat = map_.flatten(p);
-    const AxisLine line = map_.axis_line(flat.x, flat.y);
+    const Vec3 axis = map_.axis_at(p);
+    const AxisLine line{p - axis * flat.z, axis};
     return !index_.any_at(flat.x, flat.y, [&](PatchId patch) {
       ClHit hit;
       return surface_.top(patch, line, hit) && hit.z - reference_height_ >= flat.z + margin - kTouching;

@@ -2,6 +2,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -21,8 +22,8 @@ constexpr double kMostBins = 16e6;
 constexpr double kBinShare = 0.7;
 /// Each grid's bins are twice those of the one before.
 constexpr int kMostGrids = 24;
-/// Of bins, filled side by side.
-constexpr std::size_t kStripes = 2;
+/// Of bins, filled side by side; each task reads all boxes.
+constexpr int kMostStripes = 2;
 /// Boxes that one task takes at least: some hundred microseconds of work.
 constexpr std::size_t kGrain = 8192;
 
@@ -48,12 +49,9 @@ LooseBox loosened(const FlatBox& box) {
   return {down(box.low_x), up(box.high_x), down(box.low_y), up(box.high_y)};
 }
 
-std::int64_t FlatBins::Axis::bin(double value) const {
-  return static_cast<std::int64_t>(std::floor((value - low) / size));
-}
-
 std::int64_t FlatBins::Axis::wrapped(std::int64_t b) const {
   if (!wraps) return std::clamp<std::int64_t>(b, 0, count - 1);
+  if (b >= 0 && b < count) return b;
   const std::int64_t rest = b % count;
   return rest < 0 ? rest + count : rest;
 }
@@ -86,19 +84,22 @@ void FlatBins::lay_grids(const std::vector<LooseBox>& boxes, const FlatBounds& b
   const auto grid_of = [&](const LooseBox& box) {
     const double side = std::max(std::min<double>(box.high_x - box.low_x, width),
                                  std::min<double>(box.high_y - box.low_y, height));
-    const double doublings = std::ceil(std::log2(std::max(kBinShare * side / finest, 1.0)));
-    return static_cast<std::uint8_t>(std::min<double>(doublings, kMostGrids - 1));
+    std::uint8_t doublings = 0;
+    for (double size = finest; size < kBinShare * side && doublings < kMostGrids - 1; size *= 2.0)
+      ++doublings;
+    return doublings;
   };
   std::array<std::uint8_t, kMostGrids> used{};
   each(boxes.size(), [&](std::size_t i) {
     grid_of_[i] = grid_of(boxes[i]);
-    std::atomic_ref<std::uint8_t>(used[grid_of_[i]]).store(1, std::memory_order_relaxed);
+    const std::atomic_ref<std::uint8_t> mark(used[grid_of_[i]]);
+    if (mark.load(std::memory_order_relaxed) == 0) mark.store(1, std::memory_order_relaxed);
   });
   const auto axis = [](double low, double extent, double size, double period) {
     Axis a;
     a.low = low, a.wraps = period > 0.0;
     a.count = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(extent / size)));
-    a.size = extent / static_cast<double>(a.count);
+    a.size = extent / static_cast<double>(a.count), a.per_size = 1.0 / a.size;
     return a;
   };
   std::array<std::uint8_t, kMostGrids> place{};
@@ -118,13 +119,29 @@ void FlatBins::lay_grids(const std::vector<LooseBox>& boxes, const FlatBounds& b
 /// A counting sort: stripes of bins are filled side by side; each bin lists its boxes in rising order.
 void FlatBins::fill(const std::vector<LooseBox>& boxes) {
   const std::size_t bins = start_.size() - 1;
+  std::vector<Span> spans(boxes.size());
+  each(boxes.size(), [&](std::size_t i) {
+    const Grid& grid = grids_[grid_of_[i]];
+    std::int64_t x0, x1, y0, y1;
+    grid.x.span(boxes[i].low_x, boxes[i].high_x, x0, x1),
+        grid.y.span(boxes[i].low_y, boxes[i].high_y, y0, y1);
+    spans[i] = {static_cast<std::int32_t>(x0), static_cast<std::int32_t>(x1), static_cast<std::int32_t>(y0),
+                static_cast<std::int32_t>(y1)};
+  });
+  const auto stripes =
+      static_cast<std::size_t>(std::clamp(tbb::this_task_arena::max_concurrency(), 1, kMostStripes));
   const auto each_stripe = [&](const auto& visit) {
-    tbb::parallel_for(std::size_t{0}, kStripes, [&](std::size_t k) {
-      const std::size_t low = bins * k / kStripes, high = bins * (k + 1) / kStripes;
-      for (std::uint32_t b = 0; b < boxes.size(); ++b)
-        each_bin(grids_[grid_of_[b]], boxes[b], [&](std::size_t bin) {
-          if (bin >= low && bin < high) visit(bin, b);
-        });
+    tbb::parallel_for(std::size_t{0}, stripes, [&](std::size_t k) {
+      const std::size_t low = bins * k / stripes, high = bins * (k + 1) / stripes;
+      for (std::uint32_t b = 0; b < boxes.size(); ++b) {
+        const Grid& grid = grids_[grid_of_[b]];
+        const Span span = spans[b];
+        for (std::int64_t j = span.y0; j <= span.y1; ++j)
+          for (std::int64_t i = span.x0; i <= span.x1; ++i) {
+            const std::size_t bin = grid.bin(grid.x.wrapped(i), grid.y.wrapped(j));
+            if (bin >= low && bin < high) visit(bin, b);
+          }
+      }
     });
   };
   each_stripe([&](std::size_t bin, std::uint32_t) { ++start_[bin]; });

@@ -76,10 +76,14 @@ class FlatBins {
  private:
   /// One coordinate's bins.
   struct Axis {
-    double low = 0.0, size = 1.0;
+    double low = 0.0, size = 1.0, per_size = 1.0;
     std::int64_t count = 1;
     bool wraps = false;
-    std::int64_t bin(double value) const;
+    std::int64_t bin(double value) const {
+      const double at = (value - low) * per_size;
+      const auto whole = static_cast<std::int64_t>(at);
+      return whole - (at < static_cast<double>(whole) ? 1 : 0);
+    }
     std::int64_t wrapped(std::int64_t bin) const;
     void span(double from, double to, std::int64_t& first, std::int64_t& last) const;
   };
@@ -89,6 +93,10 @@ class FlatBins {
     std::size_t bin(std::int64_t i, std::int64_t j) const {
       return first + static_cast<std::size_t>(j * x.count + i);
     }
+  };
+  /// The bins of a box: i in [x0, x1] and j in [y0, y1] of its grid, before they are wrapped.
+  struct Span {
+    std::int32_t x0, x1, y0, y1;
   };
   void lay_grids(const std::vector<LooseBox>& boxes, const FlatBounds& bounds, double period_x,
                  double period_y);

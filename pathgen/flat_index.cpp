@@ -1,7 +1,6 @@
 #include "pathgen/flat_index.h"
 
 #include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
@@ -91,15 +90,17 @@ FlatBox box_of(const Cells& cells, const Cell& cell) {
 struct Ranges {
   Range x, y;
 };
-/// Of all boxes.
-Ranges ranges_of(const Cells& cells) {
+/// Of all boxes, which it writes.
+Ranges ranges_of(const Cells& cells, std::vector<LooseBox>& boxes) {
   assert(!cells.cells.empty());
+  boxes.resize(cells.cells.size());
   return tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, cells.cells.size(), kGrain), Ranges{},
       [&](const auto& range, Ranges r) {
         for (std::size_t c = range.begin(); c < range.end(); ++c) {
           const FlatBox box = box_of(cells, cells.cells[c]);
-          r.x.add(box.low_x), r.x.add(box.high_x), r.y.add(box.low_y), r.y.add(box.high_y);
+          r.x.add({box.low_x, box.high_x}), r.y.add({box.low_y, box.high_y});
+          boxes[c] = loosened(box);
         }
         return r;
       },
@@ -131,21 +132,13 @@ Extent extent_of(Ranges r, const Deformation& deformation) {
   return extent;
 }
 
-std::vector<LooseBox> boxes_of(const Cells& cells) {
-  std::vector<LooseBox> boxes(cells.cells.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, boxes.size(), kGrain), [&](const auto& range) {
-    for (std::size_t c = range.begin(); c < range.end(); ++c)
-      boxes[c] = loosened(box_of(cells, cells.cells[c]));
-  });
-  return boxes;
-}
-
 }  // namespace
 
 FlatIndex::FlatIndex(Cells cells, const Deformation& deformation) : cells_(std::move(cells)) {
-  const Extent extent = extent_of(ranges_of(cells_), deformation);
+  std::vector<LooseBox> boxes;
+  const Extent extent = extent_of(ranges_of(cells_, boxes), deformation);
   period_x_ = extent.period_x, period_y_ = extent.period_y, bounds_ = extent.bounds;
-  bins_ = FlatBins(boxes_of(cells_), bounds_, period_x_, period_y_);
+  bins_ = FlatBins(boxes, bounds_, period_x_, period_y_);
 }
 
 FlatBox FlatIndex::box(std::uint32_t cell) const { return box_of(cells_, cells_.cells[cell]); }

@@ -15,7 +15,7 @@ constexpr double kWidest = 0.5;
 constexpr double kSpare = 1e-7;
 
 struct Place {
-  double x = 0.0, y = 0.0;
+  double x, y;
 };
 
 /// A plane square to the mean of some directions; each is where it meets that plane.
@@ -35,19 +35,25 @@ struct Polygon {
   void add(Place p) { corner[count++] = p; }
 };
 
-/// What of the polygon has a x + b y <= c.
-Polygon clipped(const Polygon& polygon, double a, double b, double c) {
-  Polygon kept;
-  for (std::size_t i = 0; i < polygon.count; ++i) {
-    const Place p = polygon.corner[i], q = polygon.corner[(i + 1) % polygon.count];
-    const double over_p = a * p.x + b * p.y - c, over_q = a * q.x + b * q.y - c;
-    if (over_p <= 0.0) kept.add(p);
+/// Leaves what of the polygon has a x + b y <= c.
+void clip(Polygon& polygon, double a, double b, double c) {
+  const auto over = [&](Place p) { return a * p.x + b * p.y - c; };
+  const auto last = polygon.corner.begin() + polygon.count;
+  if (std::none_of(polygon.corner.begin(), last, [&](Place p) { return over(p) > 0.0; })) return;
+  const Polygon from = polygon;
+  polygon.count = 0;
+  Place p = from.corner[from.count - 1];
+  double over_p = over(p);
+  for (std::size_t i = 0; i < from.count; ++i) {
+    const Place q = from.corner[i];
+    const double over_q = over(q);
     if ((over_p < 0.0 && over_q > 0.0) || (over_p > 0.0 && over_q < 0.0)) {
       const double t = over_p / (over_p - over_q);
-      kept.add({p.x + (q.x - p.x) * t, p.y + (q.y - p.y) * t});
+      polygon.add({p.x + (q.x - p.x) * t, p.y + (q.y - p.y) * t});
     }
+    if (over_q <= 0.0) polygon.add(q);
+    p = q, over_p = over_q;
   }
-  return kept;
 }
 
 }  // namespace
@@ -72,9 +78,7 @@ bool cut_cone(std::vector<Vec3>& normals, std::span<const Vec3> spokes, double s
   polygon.add({low.x - spare, low.y - spare}), polygon.add({high.x + spare, low.y - spare});
   polygon.add({high.x + spare, high.y + spare}), polygon.add({low.x - spare, high.y + spare});
   for (Vec3 e : spokes) {
-    const double size = length(e);
-    polygon =
-        clipped(polygon, dot(e, view.right) / size, dot(e, view.up) / size, spare - dot(e, view.mean) / size);
+    clip(polygon, dot(e, view.right), dot(e, view.up), spare * length(e) - dot(e, view.mean));
     if (polygon.count == 0) return false;
   }
   normals.clear();

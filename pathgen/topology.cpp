@@ -3,6 +3,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
@@ -16,8 +17,8 @@ using Counter = std::atomic_ref<std::uint32_t>;
 
 /// Facets or vertices that one task takes at least: a few tens of microseconds of work.
 constexpr std::size_t kGrain = 4096;
-/// Vertices are dealt to this many tasks where each must read all facets.
-constexpr std::size_t kParts = 4;
+/// Vertices are dealt to this many tasks at most where each must read all facets: no more than run at a time.
+constexpr int kMostParts = 4;
 /// A vertex with more half-edges is the tip of a cone: sorted, and looked into, another way.
 constexpr std::ptrdiff_t kManyHalves = 32;
 constexpr std::uint32_t kFacetBits = 0x7FFFFFFF;
@@ -70,9 +71,11 @@ void each_half(const std::vector<Facet>& facets, std::uint32_t first, std::uint3
 /// vertices: cheaper than atomic counters for every corner, and in the order of the facets.
 template <class Work>
 void each_part(std::size_t vertices, const Work& work) {
-  tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t part) {
-    work(static_cast<std::uint32_t>(vertices * part / kParts),
-         static_cast<std::uint32_t>(vertices * (part + 1) / kParts));
+  const auto parts =
+      static_cast<std::size_t>(std::clamp(tbb::this_task_arena::max_concurrency(), 1, kMostParts));
+  tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+    work(static_cast<std::uint32_t>(vertices * part / parts),
+         static_cast<std::uint32_t>(vertices * (part + 1) / parts));
   });
 }
 
@@ -84,8 +87,12 @@ void sort_by_high(Iterator begin, Iterator end) {
     std::stable_sort(begin, end, before);
     return;
   }
-  for (auto at = begin; at < end; ++at)  // insertion
-    std::rotate(std::upper_bound(begin, at, *at, before), at, at + 1);
+  for (auto at = begin; at < end; ++at) {  // insertion
+    const HalfEdge half = *at;
+    auto to = at;
+    for (; to > begin && before(half, *(to - 1)); --to) *to = *(to - 1);
+    *to = half;
+  }
 }
 
 }  // namespace

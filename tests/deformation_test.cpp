@@ -65,6 +65,47 @@ TEST(Deformation, IsRightHandedAndZGrowsAlongTheAxis) {
   }
 }
 
+/// Places near enough to p that no coordinate is past a seam or a pole; in all directions, mostly at the full
+/// radius, where the remainder is largest.
+TEST(Deformation, TheTangentIsOffByNoMoreThanTheBend) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (AxisFrame frame : frames())
+    for (const double circle : {280.0, 90.0}) {
+      if (frame.mode == AxisMode::kCircle) frame.circle_radius = circle;
+      const Deformation map(frame, kScaleRadius);
+      double most_x = 0.0, most_y = 0.0, most_z = 0.0;  // of the bound
+      for (int i = 0; i < 4000; ++i) {
+        const Point<Part> p = map.unflatten(random_flat(map, random));
+        const Deformation::Tangent at = map.tangent(p);
+        const Deformation::Distances from = map.distances(p);
+        EXPECT_LT(length(at.aim.axis - map.axis_at(p)), 1e-12);
+        if (frame.mode == AxisMode::kFixed) continue;
+        EXPECT_DOUBLE_EQ(at.aim.away.rho, from.rho);
+        const double radius = 0.2 * std::min(from.rho, from.r) * std::abs(unit(random));
+        const Deformation::Bend bend = map.bend({from.rho - radius, from.r - radius}, radius);
+        for (int k = 0; k < 60; ++k) {
+          const Vec3 d = normalized(Vec3{unit(random), unit(random), unit(random)}) *
+                         (k % 4 == 0 ? radius * std::abs(unit(random)) : radius);
+          const Point<Flat> image = map.flatten(p + d), middle = map.flatten(p);
+          if (std::abs(image.x - middle.x) > 0.5 * map.scale_x() && map.period_x() > 0.0) continue;
+          const double x = std::abs(image.x - middle.x - dot(at.x, d)),
+                       y = std::abs(image.y - middle.y - dot(at.y, d)),
+                       z = std::abs(image.z - middle.z - dot(at.aim.axis, d));
+          EXPECT_LE(x, bend.x + 1e-10);
+          EXPECT_LE(y, bend.y + 1e-10);
+          EXPECT_LE(z, bend.z + 1e-10);
+          if (bend.x > 1e-6) most_x = std::max(most_x, x / bend.x);
+          most_y = std::max(most_y, y / bend.y), most_z = std::max(most_z, z / bend.z);
+        }
+      }
+      if (frame.mode == AxisMode::kFixed) continue;
+      EXPECT_GT(most_y, 0.4) << "a bound that says nothing";
+      EXPECT_GT(most_z, 0.4);
+      EXPECT_GT(most_x, frame.mode == AxisMode::kLine ? -1.0 : 0.4);
+    }
+}
+
 TEST(Deformation, TrueLengthsOfAUnitStep) {
   std::mt19937 random(3);
   const double h = 1e-5;
