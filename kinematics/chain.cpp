@@ -44,7 +44,8 @@ Chain::Chain(const MachineModel& machine, const Setup& setup)
       square_(kind_ == ChainKind::kVertical && std::abs(machine.tilt.direction.z) < kPerpendicular),
       tilt_direction_(machine.tilt.direction),
       rotary_direction_(kind_ == ChainKind::kVertical ? Vec3{0.0, 0.0, 1.0} : machine.rotary.direction),
-      lever_(turned(tilt_direction_, machine.pivot_to_gauge - machine.spindle * setup.tool_length)),
+      pivot_to_tip_(machine.pivot_to_gauge - machine.spindle * setup.tool_length),
+      lever_(turned(tilt_direction_, pivot_to_tip_)),
       tool_(turned(tilt_direction_, machine.spindle)),
       offset_(machine.rotary_to_tilt),
       part_zero_(setup.part_zero),
@@ -62,7 +63,7 @@ Chain::Chain(const MachineModel& machine, const Setup& setup)
   azimuth_x_ = normalized(square - nC * dot(nC, square));
   azimuth_y_ = cross(nC, azimuth_x_);
   // (K5): the tool is nearest to nC at alpha0 = atan2(b, a), and farthest from it opposite to that.
-  nearest_tilt_ = std::atan2(dot(nC, tool_.cross), dot(nC, e - tool_.along));
+  nearest_tilt_ = std::atan2(dot(nC, tool_.cross), dot(nC, tool_.across));
   const Vec3 nearest = tool_.at(Trig::of(nearest_tilt_)), farthest = tool_.at(Trig::of(nearest_tilt_ + kPi));
   least_chord2_ = squared_length(nearest - nC);
   other_chord2_ = squared_length(farthest + nC);
@@ -71,38 +72,41 @@ Chain::Chain(const MachineModel& machine, const Setup& setup)
 }
 
 Pose Chain::pose(Vec3 linear, Trig tilt, Trig rotary) const {
+  const auto on_part = [&](const Held<Vec3>& on_table) -> Pose {
+    const Vec3 tip = fixture_back_ * (on_table.tip - part_zero_);
+    return {{tip.x, tip.y, tip.z}, fixture_back_ * on_table.axis};
+  };
   switch (kind_) {
     case ChainKind::kVertical:
-      return pose_of<ChainKind::kVertical>(linear, tilt, rotary);
+      return on_part(held<ChainKind::kVertical>(linear, tilt, rotary));
     case ChainKind::kTableTable:
-      return pose_of<ChainKind::kTableTable>(linear, tilt, rotary);
+      return on_part(held<ChainKind::kTableTable>(linear, tilt, rotary));
     case ChainKind::kHeadHead:
-      return pose_of<ChainKind::kHeadHead>(linear, tilt, rotary);
+      return on_part(held<ChainKind::kHeadHead>(linear, tilt, rotary));
     case ChainKind::kTableHead:
       break;
   }
-  return pose_of<ChainKind::kTableHead>(linear, tilt, rotary);
+  return on_part(held<ChainKind::kTableHead>(linear, tilt, rotary));
 }
 
 Vec3 Chain::linear(Point<Part> tip, Trig tilt, Trig rotary) const {
-  const Vec3 home = fixture_ * from_origin(tip), w = part_zero_, v = lever_.v, d = offset_;
+  const Vec3 arm = from_table_axis(tip), w = part_zero_, v = pivot_to_tip_, d = offset_;
   switch (kind_) {
     case ChainKind::kVertical:
-      return turn_z(home + w, reversed(rotary)) - w + v - lever_.at(tilt);
+      return turn_z(arm, reversed(rotary)) - w + v - lever_.at(tilt);
     case ChainKind::kTableTable:
-      return turn(tilt_direction_, turn(rotary_direction_, home + w, reversed(rotary)) - d, reversed(tilt)) +
+      return turn(tilt_direction_, turn(rotary_direction_, arm, reversed(rotary)) - d, reversed(tilt)) +
              d - w;
     case ChainKind::kHeadHead:
-      return home + v + d - turn(rotary_direction_, d + lever_.at(tilt), rotary);
+      return arm - w + v + d - turn(rotary_direction_, d + lever_.at(tilt), rotary);
     case ChainKind::kTableHead:
       break;
   }
-  return turn(rotary_direction_, home + w, reversed(rotary)) - w + v - lever_.at(tilt);
+  return turn(rotary_direction_, arm, reversed(rotary)) - w + v - lever_.at(tilt);
 }
 
 double Chain::radius(Point<Part> tip) const {
-  const Vec3 arm =
-      kind_ == ChainKind::kHeadHead ? offset_ + lever_.v : fixture_ * from_origin(tip) + part_zero_;
+  const Vec3 arm = kind_ == ChainKind::kHeadHead ? offset_ + pivot_to_tip_ : from_table_axis(tip);
   if (kind_ == ChainKind::kVertical) return std::hypot(arm.x, arm.y);
   return length(cross(rotary_direction_, arm));
 }
@@ -110,7 +114,7 @@ double Chain::radius(Point<Part> tip) const {
 double Chain::nearest_tilt(Vec3 axis_T, Trig rotary) const {
   const Trig back = reversed(rotary);
   const Vec3 u = kind_ == ChainKind::kVertical ? turn_z(axis_T, back) : turn(rotary_direction_, axis_T, back);
-  return std::atan2(dot(tool_.cross, u), dot(tool_.v - tool_.along, u));
+  return std::atan2(dot(tool_.cross, u), dot(tool_.across, u));
 }
 
 double Chain::azimuth(Vec3 axis) const { return std::atan2(dot(axis, azimuth_y_), dot(axis, azimuth_x_)); }

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "kinematics/lanes.h"
 #include "kinematics/machine.h"
 
 namespace tiltfeed {
@@ -23,10 +24,24 @@ constexpr Trig operator*(Trig a, Trig b) {
 }
 
 constexpr Trig reversed(Trig t) { return {t.cos, -t.sin}; }
-/// The vector turned about +z.
-constexpr Vec3 turn_z(Vec3 v, Trig t) { return {t.cos * v.x - t.sin * v.y, t.sin * v.x + t.cos * v.y, v.z}; }
+
+/// Two angles.
+struct TwinTrig {
+  Twin cos, sin;
+};
+inline TwinTrig beside(Trig a, Trig b) { return {Twin{a.cos, b.cos}, Twin{a.sin, b.sin}}; }
+inline TwinTrig operator*(TwinTrig a, TwinTrig b) {
+  return {a.cos * b.cos - a.sin * b.sin, a.sin * b.cos + a.cos * b.sin};
+}
+
+/// The vector turned about +z; one or two.
+template <class Vector, class Angle>
+constexpr Vector turn_z(Vector v, Angle t) {
+  return {t.cos * v.x - t.sin * v.y, t.sin * v.x + t.cos * v.y, v.z};
+}
 /// The vector turned about the unit vector `n` [Rodrigues].
-constexpr Vec3 turn(Vec3 n, Vec3 v, Trig t) {
+template <class Vector, class Angle>
+constexpr Vector turn(Vec3 n, Vector v, Angle t) {
   return v * t.cos + cross(n, v) * t.sin + n * (dot(n, v) * (1.0 - t.cos));
 }
 
@@ -76,12 +91,18 @@ class Chain {
   ChainKind kind() const { return kind_; }
   /// (K1), (K2) forward. `linear`: the X Y Z words.
   Pose pose(Vec3 linear, Trig tilt, Trig rotary) const;
-  /// The same for the chain's own kind, which the caller tells: sampled in vector code.
-  template <ChainKind kind>
-  Pose pose_of(Vec3 linear, Trig tilt, Trig rotary) const;  // inline below
+  /// The tip from the rotary table's axis and the tool axis, as the table sees them.
+  template <class Vector>
+  struct Held {
+    Vector tip, axis;
+  };
+  /// The same on the table for the chain's own kind, which the caller tells; one or two poses.
+  template <ChainKind kind, class Vector, class Angle>
+  Held<Vector> held(Vector linear, Angle tilt, Angle rotary) const;  // inline below
   /// (K2): the X Y Z words that put the tip there.
   Vec3 linear(Point<Part> tip, Trig tilt, Trig rotary) const;
 
+  Vec3 from_table_axis(Point<Part> tip) const { return fixture_ * from_origin(tip) + part_zero_; }
   /// RW u: a part direction as the work sees it at home.
   Vec3 on_table(Vec3 direction_P) const { return fixture_ * direction_P; }
   /// (K3)..(K5): both rotary solutions of an axis on the work.
@@ -95,21 +116,27 @@ class Chain {
   double radius(Point<Part> tip) const;
 
  private:
-  /// R(n, angle) applied to the vector with these three parts: v, n x v, n (n.v).
+  /// A vector v to be turned about n: n (n.v), v - n (n.v), n x v.
   struct Turned {
-    Vec3 v, cross, along;
-    Vec3 at(Trig t) const { return v * t.cos + cross * t.sin + along * (1.0 - t.cos); }
+    Vec3 along, across, cross;
+    /// What of R(n, angle) v changes with the angle; `along` is to be added.
+    template <class Angle>
+    auto swing(Angle t) const {
+      return across * t.cos + cross * t.sin;
+    }
+    Vec3 at(Trig t) const { return along + swing(t); }
   };
-  static Turned turned(Vec3 n, Vec3 v) { return {v, cross(n, v), n * dot(n, v)}; }
+  static Turned turned(Vec3 n, Vec3 v) { return {n * dot(n, v), v - n * dot(n, v), cross(n, v)}; }
   AxisSolutions solve_square(Vec3 axis_T) const;
   double azimuth(Vec3 axis) const;
 
   ChainKind kind_;
   bool square_;  ///< kVertical, and the tilt's direction square to z
   Vec3 tilt_direction_, rotary_direction_;
-  Turned lever_;  ///< v, pivot to tip
-  Turned tool_;   ///< e, the tool axis at home
-  Vec3 offset_;   ///< d, rotary axis to tilt axis
+  Vec3 pivot_to_tip_;  ///< v
+  Turned lever_;       ///< v
+  Turned tool_;        ///< e, the tool axis at home
+  Vec3 offset_;        ///< d, rotary axis to tilt axis
   Vec3 part_zero_;
   Rotation fixture_, fixture_back_;
   double tilt_scale_, tilt_zero_, rotary_scale_, rotary_zero_;
@@ -119,24 +146,18 @@ class Chain {
   double least_off_, greatest_off_;
 };
 
-template <ChainKind kind>
-inline Pose Chain::pose_of(Vec3 linear, Trig tilt, Trig rotary) const {
-  const Vec3 w = part_zero_, v = lever_.v, d = offset_, nC = rotary_direction_;
-  Vec3 tip_T, axis_T;
-  if constexpr (kind == ChainKind::kVertical) {
-    tip_T = turn_z(linear + w - v + lever_.at(tilt), rotary) - w;
-    axis_T = turn_z(tool_.at(tilt), rotary);
-  } else {
-    if constexpr (kind == ChainKind::kTableHead)
-      tip_T = turn(nC, linear + w - v + lever_.at(tilt), rotary) - w;
-    if constexpr (kind == ChainKind::kTableTable)
-      tip_T = turn(nC, d + turn(tilt_direction_, linear + w - d, tilt), rotary) - w;
-    if constexpr (kind == ChainKind::kHeadHead)
-      tip_T = linear - v - d + turn(nC, d + lever_.at(tilt), rotary);
-    axis_T = turn(nC, tool_.at(tilt), rotary);
-  }
-  const Vec3 tip_P = fixture_back_ * tip_T;
-  return {{tip_P.x, tip_P.y, tip_P.z}, fixture_back_ * axis_T};
+template <ChainKind kind, class Vector, class Angle>
+inline Chain::Held<Vector> Chain::held(Vector linear, Angle tilt, Angle rotary) const {
+  const Vec3 w = part_zero_, v = pivot_to_tip_, d = offset_, nC = rotary_direction_;
+  const Vector tool = tool_.along + tool_.swing(tilt);
+  const Vector under_head = linear + (w - v + lever_.along) + lever_.swing(tilt);
+  if constexpr (kind == ChainKind::kVertical) return {turn_z(under_head, rotary), turn_z(tool, rotary)};
+  const Vector axis = turn(nC, tool, rotary);
+  if constexpr (kind == ChainKind::kTableTable)
+    return {turn(nC, d + turn(tilt_direction_, linear + (w - d), tilt), rotary), axis};
+  if constexpr (kind == ChainKind::kHeadHead)
+    return {linear + (w - v - d) + turn(nC, (d + lever_.along) + lever_.swing(tilt), rotary), axis};
+  return {turn(nC, under_head, rotary), axis};
 }
 
 }  // namespace tiltfeed
