@@ -18,7 +18,7 @@ constexpr double kLeastFeed = 1e-5;
 /// Decimals that give `value` kFeedDigits significant digits.
 int feed_decimals(double value) {
   int decimals = kFeedDigits - 1;
-  for (double scaled = value; scaled >= 10.0 && decimals > 0; scaled /= 10.0) --decimals;
+  while (decimals > 0 && value >= decimal_scale(kFeedDigits - decimals)) --decimals;
   for (double scaled = value; scaled < 1.0 && decimals < kMaxDecimals; scaled *= 10.0) ++decimals;
   return decimals;
 }

@@ -67,6 +67,7 @@ Chain::Chain(const MachineModel& machine, const Setup& setup)
   const Vec3 nearest = tool_.at(Trig::of(nearest_tilt_)), farthest = tool_.at(Trig::of(nearest_tilt_ + kPi));
   least_chord2_ = squared_length(nearest - nC);
   other_chord2_ = squared_length(farthest + nC);
+  tool_azimuth_ = {std::atan2(tool_.cross.y, tool_.cross.x), std::atan2(-tool_.cross.y, -tool_.cross.x)};
   least_off_ = angle_between(nearest, nC);
   greatest_off_ = angle_between(farthest, nC);
 }
@@ -95,8 +96,8 @@ Vec3 Chain::linear(Point<Part> tip, Trig tilt, Trig rotary) const {
     case ChainKind::kVertical:
       return turn_z(arm, reversed(rotary)) - w + v - lever_.at(tilt);
     case ChainKind::kTableTable:
-      return turn(tilt_direction_, turn(rotary_direction_, arm, reversed(rotary)) - d, reversed(tilt)) +
-             d - w;
+      return turn(tilt_direction_, turn(rotary_direction_, arm, reversed(rotary)) - d, reversed(tilt)) + d -
+             w;
     case ChainKind::kHeadHead:
       return arm - w + v + d - turn(rotary_direction_, d + lever_.at(tilt), rotary);
     case ChainKind::kTableHead:
@@ -121,18 +122,15 @@ double Chain::azimuth(Vec3 axis) const { return std::atan2(dot(axis, azimuth_y_)
 
 AxisSolutions Chain::solve_square(Vec3 u) const {
   AxisSolutions found;
-  found.off_pole = std::hypot(u.x, u.y);
+  found.off_pole = std::sqrt(u.x * u.x + u.y * u.y);
   const double tilt = std::atan2(found.off_pole, u.z);  // (K3), (K4)
   found.angles = {{{tilt, 0.0}, {-tilt, 0.0}}};
   found.rotary_free = found.off_pole < kAtPole;
   if (found.rotary_free) return found;
-  // The rotary turns the tool's azimuth to the one of the axis on the work.
+  // The rotary turns the tool's azimuth to the one of the axis on the work. The tilt, square to the rotary,
+  // moves the tool in a plane with z.
   const double wanted = std::atan2(u.y, u.x);
-  const Trig turn = Trig::of(tilt);
-  for (std::size_t i = 0; i < 2; ++i) {
-    const Vec3 h = tool_.at(i == 0 ? turn : reversed(turn));
-    found.angles[i].rotary = wanted - std::atan2(h.y, h.x);
-  }
+  for (std::size_t i = 0; i < 2; ++i) found.angles[i].rotary = wanted - tool_azimuth_[i];
   return found;
 }
 

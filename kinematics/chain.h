@@ -141,6 +141,7 @@ class Chain {
   Rotation fixture_, fixture_back_;
   double tilt_scale_, tilt_zero_, rotary_scale_, rotary_zero_;
   Vec3 azimuth_x_, azimuth_y_;          ///< unit, square to the rotary axis
+  std::array<double, 2> tool_azimuth_;  ///< of a square head tilted either way
   double nearest_tilt_;                 ///< where the tool is nearest to the rotary axis
   double least_chord2_, other_chord2_;  ///< squared: tool there to nC; the tool opposite to -nC
   double least_off_, greatest_off_;

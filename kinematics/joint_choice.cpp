@@ -10,16 +10,22 @@ namespace {
 
 // Two ways whose times (min) differ by less are equally long: rounding noise of the angles.
 constexpr double kSameTime = 1e-12;
+// Rounding moves a word by this many of its last decimals at most.
+constexpr double kRoundedBy = 2.0;
 // Starts to consider: two branches on a few turns of the table.
 constexpr std::size_t kMaxStarts = 8;
 constexpr int kStartTurns = 2;
 
-double nearest_turn(double word, double from) { return word + 360.0 * std::round((from - word) / 360.0); }
+double nearest_turn(double word, double from) {
+  return std::abs(from - word) < 180.0 ? word : word + 360.0 * std::round((from - word) / 360.0);
+}
 
 /// The word rounded; to the other side where rounding alone would carry it over a limit; off a whole turn
 /// where its sign is the way and 0 has none.
 double rounded_within(double word, const RotaryAxis& axis, int decimals) {
-  const double rounded = round_decimal(word, decimals), step = 1.0 / decimal_scale(decimals);
+  const double rounded = round_decimal(word, decimals);
+  if (axis.word != RotaryWord::kSigned && rounded >= axis.min && rounded <= axis.max) return rounded;
+  const double step = 1.0 / decimal_scale(decimals);
   if (axis.word == RotaryWord::kSigned && std::remainder(rounded, 360.0) == 0.0)
     return round_decimal(rounded + step, decimals);
   if (rounded < axis.min && rounded + step >= axis.min) return round_decimal(rounded + step, decimals);
@@ -36,7 +42,10 @@ JointChooser::JointChooser(const MachineModel& machine, const Setup& setup, int 
       linear_decimals_(linear_decimals),
       rotary_decimals_(rotary_decimals),
       pole_cone_(pole_cone),
-      cone_sine_(std::sin(pole_cone)) {}
+      cone_sine_(std::sin(pole_cone)),
+      rounding_time_(
+          2.0 * kRoundedBy /
+          (decimal_scale(rotary_decimals) * std::min(machine.tilt.velocity, machine.rotary.velocity))) {}
 
 Posture JointChooser::placed(Point<Part> tip, double a, double c) const {
   const Trig tilt = chain_.tilt_trig(a), rotary = chain_.rotary_trig(c);
@@ -78,42 +87,54 @@ double JointChooser::cost(double a, double c, const Joints& from) const {
                   std::abs(c - from.c) / machine_.rotary.velocity);
 }
 
-std::array<JointChooser::Candidate, 2> JointChooser::candidates(const RotarySolutions& solutions,
-                                                                const Joints& from) const {
-  std::array<Candidate, 2> found;
-  for (int branch = 0; branch < 2; ++branch) {
-    const RotarySolutions::Words& words = solutions.words[branch];
-    const double a = nearest_turn(words.tilt, from.a);
-    const double c = solutions.rotary_free ? from.c : nearest_turn(words.rotary, from.c);
-    found[branch] = {rounded_within(a, machine_.tilt, rotary_decimals_),
-                     rounded_within(c, machine_.rotary, rotary_decimals_), branch};
-  }
-  return found;
+RotarySolutions::Words JointChooser::nearest(const RotarySolutions& solutions, int branch,
+                                             const Joints& from) const {
+  const RotarySolutions::Words& words = solutions.words[branch];
+  return {nearest_turn(words.tilt, from.a),
+          solutions.rotary_free ? from.c : nearest_turn(words.rotary, from.c)};
 }
 
-std::array<JointChooser::Candidate, 2> JointChooser::preferred(const RotarySolutions& solutions,
-                                                               const Choice& from) const {
-  std::array<Candidate, 2> found = candidates(solutions, from.joints);
+JointChooser::Candidate JointChooser::candidate(const RotarySolutions& solutions, int branch,
+                                                const Joints& from) const {
+  const RotarySolutions::Words words = nearest(solutions, branch, from);
+  return {rounded_within(words.tilt, machine_.tilt, rotary_decimals_),
+          rounded_within(words.rotary, machine_.rotary, rotary_decimals_), branch};
+}
+
+std::array<JointChooser::Candidate, 2> JointChooser::candidates(const RotarySolutions& solutions,
+                                                                const Joints& from) const {
+  return {candidate(solutions, 0, from), candidate(solutions, 1, from)};
+}
+
+int JointChooser::preferred(const RotarySolutions& solutions, const Choice& from) const {
+  const auto time = [&](int branch) {
+    const RotarySolutions::Words words = nearest(solutions, branch, from.joints);
+    return cost(words.tilt, words.rotary, from.joints);
+  };
+  const double clear = time(1) - time(0);
+  if (std::abs(clear) > rounding_time_) return clear < 0.0 ? 1 : 0;
+  const std::array<Candidate, 2> found = candidates(solutions, from.joints);
   const double difference =
       cost(found[1].a, found[1].c, from.joints) - cost(found[0].a, found[0].c, from.joints);
-  if (std::abs(difference) <= kSameTime ? from.branch == 1 : difference < 0.0) std::swap(found[0], found[1]);
-  return found;
+  if (std::abs(difference) <= kSameTime) return from.branch;
+  return difference < 0.0 ? 1 : 0;
 }
 
 Result<Choice> JointChooser::next(const Pose& pose, const RotarySolutions& solutions,
                                   const Choice& from) const {
   if (solutions.in_cone) return at_pole(pose, from, from.joints.c);
   if (!solutions.reachable) return unreachable(pose);
-  const std::array<Candidate, 2> nearest = preferred(solutions, from);
-  const Choice choice = placed(pose.tip, nearest[0]);
+  const int branch = preferred(solutions, from);
+  const Candidate best = candidate(solutions, branch, from.joints);
+  const Choice choice = placed(pose.tip, best);
   if (within_limits(machine_, choice.joints)) return choice;
-  return next_within_limits(pose, nearest, from);
+  return next_within_limits(pose, {best, candidate(solutions, 1 - branch, from.joints)}, from);
 }
 
 Result<Choice> JointChooser::next_rotary(const Pose& pose, const RotarySolutions& solutions,
                                          const Choice& from) const {
   if (solutions.in_cone || !solutions.reachable) return next(pose, solutions, from);
-  const Candidate best = preferred(solutions, from)[0];
+  const Candidate best = candidate(solutions, preferred(solutions, from), from.joints);
   if (best.a < machine_.tilt.min || best.a > machine_.tilt.max || best.c < machine_.rotary.min ||
       best.c > machine_.rotary.max)
     return next(pose, solutions, from);

@@ -65,10 +65,12 @@ class JointChooser {
     double a = 0.0, c = 0.0;  ///< words, rounded
     int branch = 0;
   };
-  /// By branch, each on the turns nearest to `from`.
+  /// On the turns nearest to `from`.
+  RotarySolutions::Words nearest(const RotarySolutions& solutions, int branch, const Joints& from) const;
+  Candidate candidate(const RotarySolutions& solutions, int branch, const Joints& from) const;
   std::array<Candidate, 2> candidates(const RotarySolutions& solutions, const Joints& from) const;
-  /// The one that `next` prefers first.
-  std::array<Candidate, 2> preferred(const RotarySolutions& solutions, const Choice& from) const;
+  /// The branch that `next` prefers: by rounded words, looked at only where rounding might decide.
+  int preferred(const RotarySolutions& solutions, const Choice& from) const;
   double cost(double a, double c, const Joints& from) const;
   Choice placed(Point<Part> tip, const Candidate& candidate) const;
   Posture rounded(Point<Part> tip, double a, double c) const;
@@ -81,6 +83,7 @@ class JointChooser {
   Chain chain_;
   int linear_decimals_, rotary_decimals_;
   double pole_cone_, cone_sine_;
+  double rounding_time_;  ///< what rounding may change of the difference of two costs, min
 };
 
 }  // namespace tiltfeed

@@ -1,5 +1,5 @@
 #pragma once
-// Two numbers side by side, and angles and vectors of them: what is asked of many places alike is computed for
+// Two numbers side by side, and vectors of them: what is asked of many places alike is computed for
 // two at a time.
 
 #include "kinematics/geometry.h"

@@ -91,7 +91,7 @@ std::vector<Station> Bender::stations(const PolePiece& piece) const {
   Vec3 ahead{};
   for (std::size_t i = piece.first + 1; i <= piece.last; ++i) {
     const Sweep sweep(path_.moves[i - 1].pose, path_.moves[i].pose);
-    const double way = length(sweep.way()), angle = sweep.angle();
+    const double way = sweep.distance(), angle = sweep.angle();
     const double minutes = std::max({way / feed_of(path_, i).mm_per_min(),
                                      Angle::from_radians(angle).degrees() / machine_.tilt.velocity, 1e-9});
     const double turned = out.back().turned, before = out.back().minutes;

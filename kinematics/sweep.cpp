@@ -1,7 +1,6 @@
 #include "kinematics/sweep.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace tiltfeed {
@@ -30,6 +29,12 @@ TwinTrig turn_of(Twin x) {
   return {1.0 - z * (1.0 / 2 - z * (1.0 / 24)), x - x * z * (1.0 / 6)};
 }
 
+/// The angle between two unit vectors so far apart.
+double angle_of(double chord) {
+  if (chord > kSmallAngle) return 2.0 * std::asin(std::min(1.0, chord / 2.0));
+  return chord + chord * chord * chord * (1.0 / 24);
+}
+
 /// An angle at two samples after the other, from the first two on.
 class Turning {
  public:
@@ -51,6 +56,7 @@ Sweep::Sweep(const Pose& from, const Pose& to)
     : tip_(from.tip), end_tip_(to.tip), way_(to.tip - from.tip), axis_(from.axis), end_axis_(to.axis) {
   const Vec3 normal = cross(from.axis, to.axis);
   angle_ = std::atan2(length(normal), dot(from.axis, to.axis));
+  distance_ = length(way_);
   if (angle_ < kSameAxis)
     angle_ = 0.0;
   else
@@ -111,8 +117,7 @@ class SweepSampler {
       sample += 2.0;
     }
     if (!late_far && !(greatest(latest) <= kSmallAngle)) return worst<kind, true>(f0, f1, from, to);
-    return {std::sqrt(greatest(tip2)), std::sqrt(greatest(centre2)),
-            2.0 * std::asin(std::min(1.0, std::sqrt(greatest(turn2)) / 2.0))};
+    return {std::sqrt(greatest(tip2)), std::sqrt(greatest(centre2)), angle_of(std::sqrt(greatest(turn2)))};
   }
 
  private:

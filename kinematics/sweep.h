@@ -17,15 +17,15 @@ class Sweep {
   Pose at(double f) const;
   /// Great-circle angle of the whole move, rad.
   double angle() const { return angle_; }
-  /// The tip's way of the whole move, mm.
-  Vec3 way() const { return way_; }
+  /// The length of the tip's way, mm.
+  double distance() const { return distance_; }
 
  private:
   friend class SweepSampler;
   Point<Part> tip_, end_tip_;
   Vec3 way_;
   Vec3 axis_, end_axis_, ahead_;  ///< axis(f) = axis cos(f angle) + ahead sin(f angle)
-  double angle_;
+  double angle_, distance_;
 };
 
 /// Largest distances over a block from the nearest pose of the sweep.

@@ -61,9 +61,9 @@ Deviation Walker::check(const Sweep& sweep, double f0, double f1, const Joints& 
 double Walker::excess(const Deviation& deviation, const Joints& from, const Joints& to) const {
   const double factor = (1.0 - kSampleShare) * (kind_ == MoveKind::kRapid ? kRapidToleranceFactor : 1.0);
   const double angle = Angle::from_degrees(options_.axis_tolerance).radians();
-  const double over = std::max({deviation.tip / options_.tolerance, deviation.centre / options_.tolerance,
-                                deviation.axis / angle}) /
-                      factor;
+  const double over =
+      std::max(std::max(deviation.tip, deviation.centre) / options_.tolerance, deviation.axis / angle) /
+      factor;
   const bool half_turn = std::abs(to.c - from.c) >= 180.0 || std::abs(to.a - from.a) >= 180.0;
   return half_turn ? std::max(over, 2.0) : over;
 }
@@ -82,23 +82,23 @@ void Walker::note(const Joints& q, const Deviation& deviation) {
       std::max(report.max_axis_deviation, Angle::from_radians(deviation.axis).degrees());
 }
 
-/// Leaves the linear axes where they are for a block in which they would move by rounding noise only, if the
-/// path allows it.
-void Walker::quieten(const Sweep& sweep, double f0, double f1, Choice& to, Deviation& deviation) const {
+/// Leaves the linear axes where they are for a block of so much `time` in which they would move by rounding
+/// noise only, if the path allows it.
+void Walker::quieten(const Sweep& sweep, double f0, double f1, Choice& to, Deviation& deviation,
+                     double& time) const {
   if (kind_ == MoveKind::kRapid) return;
   const Joints &from = at_.joints, &q = to.joints;
-  const double linear = std::hypot(q.x - from.x, q.y - from.y, q.z - from.z);
-  const double time = seconds(from, q, length(sweep.way()) * (f1 - f0));
+  const double linear = length(Vec3{q.x - from.x, q.y - from.y, q.z - from.z});
   if (linear == 0.0 || linear >= kSlowestFeed * time / 60.0) return;
   const Joints still{from.x, from.y, from.z, q.a, q.c};
   const Deviation stands = check(sweep, f0, f1, still);
   if (excess(stands, from, still) > 1.0) return;
   to.joints = still;
   deviation = stands;
+  time = seconds(from, still, sweep.distance() * (f1 - f0));
 }
 
-void Walker::emit(const Sweep& sweep, double f0, double f1, const Choice& to, const Deviation& deviation) {
-  const double time = seconds(at_.joints, to.joints, length(sweep.way()) * (f1 - f0));
+void Walker::emit(const Choice& to, const Deviation& deviation, double time) {
   const bool moves = !(to.joints == at_.joints);
   at_ = to;
   if (!moves) return;
@@ -134,8 +134,9 @@ Result<bool> Walker::swing(const Sweep& sweep, double f0, double f1, const Choic
       turned.size() == static_cast<std::size_t>(count) && excess(last, at_.joints, goal.joints) <= 1.0;
   at_ = before;
   if (!fits) return false;
-  for (const auto& [choice, deviation] : turned) emit(sweep, f0, f0, choice, deviation);
-  emit(sweep, f0, f1, goal, last);
+  for (const auto& [choice, deviation] : turned)
+    emit(choice, deviation, seconds(at_.joints, choice.joints, 0.0));
+  emit(goal, last, seconds(at_.joints, goal.joints, sweep.distance() * (f1 - f0)));
   ++out_.report.pole_swings;
   return true;
 }
@@ -161,8 +162,9 @@ Result<void> Walker::advance(const Sweep& sweep, double f0, double f1, int halvi
   Deviation deviation = check(sweep, f0, f1, goal->joints);
   const double over = excess(deviation, at_.joints, goal->joints);
   if (over <= 1.0) {
-    quieten(sweep, f0, f1, *goal, deviation);
-    emit(sweep, f0, f1, *goal, deviation);
+    double time = seconds(at_.joints, goal->joints, sweep.distance() * (f1 - f0));
+    quieten(sweep, f0, f1, *goal, deviation, time);
+    emit(*goal, deviation, time);
     return {};
   }
   if (at_.at_pole && !goal->at_pole) {

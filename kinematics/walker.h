@@ -43,8 +43,9 @@ class Walker {
   Result<void> stuck(const Sweep& sweep, double f1, const Choice& goal) const;
   Deviation check(const Sweep& sweep, double f0, double f1, const Joints& to) const;
   double excess(const Deviation& deviation, const Joints& from, const Joints& to) const;
-  void quieten(const Sweep& sweep, double f0, double f1, Choice& to, Deviation& deviation) const;
-  void emit(const Sweep& sweep, double f0, double f1, const Choice& to, const Deviation& deviation);
+  void quieten(const Sweep& sweep, double f0, double f1, Choice& to, Deviation& deviation,
+               double& time) const;
+  void emit(const Choice& to, const Deviation& deviation, double time);
   double seconds(const Joints& from, const Joints& to, double way) const;
   void note(const Joints& joints, const Deviation& deviation);
 
