@@ -8,6 +8,8 @@
 #include <modbus/modbus.h>
 #include <poll.h>
 #include <stdlib.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -29,7 +31,8 @@ class Server {
  public:
   using Plan = std::function<Trick(int)>;
 
-  explicit Server(bool rtu, Plan plan, bool fc23 = true) : rtu_(rtu), plan_(std::move(plan)) {
+  explicit Server(bool rtu, Plan plan, bool fc23 = true, int baud = 115200)
+      : rtu_(rtu), plan_(std::move(plan)) {
     mapping_ = modbus_mapping_new(0, 0, 0x300, 0);
     if (rtu) {
       wire_ = ::posix_openpt(O_RDWR | O_NOCTTY);
@@ -41,10 +44,10 @@ class Server {
       ::tcgetattr(keep_, &settings);
       ::cfmakeraw(&settings);
       ::tcsetattr(keep_, TCSANOW, &settings);
-      context_ = modbus_new_rtu(device.c_str(), 115200, 'E', 8, 1);
+      context_ = modbus_new_rtu(device.c_str(), baud, 'E', 8, 1);
       modbus_set_slave(context_, 1);
       modbus_set_socket(context_, wire_);
-      link = *parse_link("modbus-rtu:" + device + "@115200/1");
+      link = *parse_link("modbus-rtu:" + device + "@" + std::to_string(baud) + "/1");
     } else {
       for (port_ = 15020; listener_ < 0 && port_ < 15120; ++port_) {
         context_ = modbus_new_tcp("127.0.0.1", port_);
@@ -71,6 +74,7 @@ class Server {
   LinkSpec link;
   FakeRing ring;
   int requests = 0, connections = 0;
+  int ahead = 0;  ///< requests on a serial line that came before the reply to the one before was read
 
  private:
   void serve() {
@@ -93,6 +97,15 @@ class Server {
     modbus_close(context_);
     wire_ = -1;
   }
+  /// TCP: until the client has closed the connection. RTU, where nobody can see it give up: half-way through
+  /// its silence at kLateBaud, 0.34 s from either end, so that it may be that late itself.
+  void wait_until_late() const {
+    char next = 0;
+    if (rtu_)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1030));
+    else
+      while (running_ && ::recv(wire_, &next, 1, MSG_PEEK) > 0) std::this_thread::yield();
+  }
   void answer(const std::uint8_t* frame, int length) {
     const std::uint8_t* pdu = frame + modbus_get_header_length(context_);
     const auto word = [&](int at) { return static_cast<std::uint16_t>(pdu[at] << 8 | pdu[at + 1]); };
@@ -102,12 +115,14 @@ class Server {
     if (pdu[0] == 16) request.write_address = word(1), count = word(3), data = 6;
     if (pdu[0] == 23) request.write_address = word(5), count = word(7), data = 10;
     for (int i = 0; i < count; ++i) request.words.push_back(word(data + 2 * i));
+    int unread = 0;
+    if (rtu_ && ::ioctl(keep_, FIONREAD, &unread) == 0 && unread > 0) ++ahead;
     const Trick trick = plan_(requests++);
     const ModbusReply reply = ring.serve(request);
     ring.execute(7);
     if (trick == Trick::kDropClient) return drop();
     if (trick == Trick::kSilent) return;
-    if (trick == Trick::kLate) std::this_thread::sleep_for(std::chrono::milliseconds(rtu_ ? 200 : 400));
+    if (trick == Trick::kLate) wait_until_late();
     if (trick == Trick::kGarbage && ::write(wire_, "\x01\x03\x55\xAA", 4) == 4) return;
     if (reply.outcome != kReplyOk) {
       modbus_reply_exception(context_, frame, reply.outcome);
@@ -127,6 +142,8 @@ class Server {
 };
 
 constexpr int kBlocks = 140;
+// Slow enough that the client waits for 0.69 s, and is then silent for as long.
+constexpr int kLateBaud = 9600;
 
 /// Sends kBlocks blocks; line k of the file is block k.
 Result<SendReport> send_blocks(const LinkSpec& link) {
@@ -160,10 +177,12 @@ TEST(ModbusLink, ACleanWireNeedsNoResend) {
 
 TEST(ModbusLink, LateRepliesAreNeverTakenForTheNextOne) {
   for (const bool rtu : {false, true}) {
-    Server server(rtu,
-                  [](int request) { return request == 6 || request == 12 ? Trick::kLate : Trick::kNone; });
+    Server server(
+        rtu, [](int request) { return request == 6 || request == 12 ? Trick::kLate : Trick::kNone; }, true,
+        kLateBaud);
     const auto report = send_blocks(server.link);
     expect_each_block_once(server, report, 2);
+    EXPECT_EQ(server.ahead, 0) << "a late reply was taken for that of the next request";
     if (!rtu) {
       EXPECT_EQ(server.connections, 1 + static_cast<int>(report->resends))
           << "a late TCP reply must die with its connection";
