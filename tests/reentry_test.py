@@ -6,16 +6,13 @@ Y, spindle and coolant, the wait for the spindle, down, along the tool axis, and
 reentry_test.py BIN_FOLDER WORK_FOLDER
 """
 
-import csv
 import math
-import signal
 import sys
 import time
 
-from service_run import Run
+from service_run import FIRST_FEED, Run, axes, write_feeds
 
 BLOCKS, CUT_AT, FROM = 400, 80, 250  # of the program; where the service is killed; where the operator enters
-FIRST_BLOCK = 6  # of the first feed: lines, as the link counts them
 RETRACT_MM, PLUNGE = 50.0, 200.0  # as resume --from has them for a program without a job
 
 
@@ -23,24 +20,6 @@ def target(i):
     """X Y Z A C of feed i, counted from 0: the axes lean further and further."""
     return (round(0.1 * i, 4), round(20 * math.sin(0.02 * i), 4), round(10 + 0.01 * i, 4), round(15 + 0.02 * i, 4),
             round(0.05 * i, 4))
-
-
-def write_program(path):
-    with open(path, "w", encoding="ascii") as out:
-        out.write("G21 G90 G94\nG0 X0 Y0 Z60 A0 C0\nM3 S8000\nM8\nG93\n")
-        for i in range(BLOCKS):
-            out.write("G1" + "".join(f" {axis}{value:.4f}" for axis, value in zip("XYZAC", target(i))) + " F600\n")
-        out.write("G94\nM9\nM5\nM2\n")
-
-
-def rows(run):
-    """The trace; a line that is being written is left out."""
-    text = run.text("trace.csv")
-    return list(csv.DictReader(text[: text.rfind("\n") + 1].splitlines()))
-
-
-def axes(row):
-    return [float(row[axis]) for axis in "xyzac"]
 
 
 def place(row):
@@ -86,41 +65,33 @@ def judge(run, before, entry):
 
 def stands(run):
     """Nothing was executed for a second: the lines that the controller had have run."""
-    count = len(rows(run))
+    count = len(run.rows())
     time.sleep(1.0)
-    return len(rows(run)) == count
+    return len(run.rows()) == count
 
 
 def main():
     run = Run(sys.argv[1], sys.argv[2])
-    write_program(f"{run.work}/program.nc")
+    write_feeds(f"{run.work}/program.nc", [target(i) for i in range(BLOCKS)], 600)
     wire = run.simulate("--pty", f"{run.work}/machine", "--speed", "8", "--trace", f"{run.work}/trace.csv")
     run.configure("grbl:" + wire)
     try:
-        run.serve()
-        run.until("the service does not answer", lambda: run.tiltfeed("list")[0] == 0)
-        run.tiltfeed("submit", f"{run.work}/program.nc")
-        run.until("the program is not ready", lambda: run.show(1, "state") == "ready")
-        run.tiltfeed("start", "1")
-        run.until("nothing moves", lambda: len(rows(run)) > CUT_AT)
-        run.service.send_signal(signal.SIGKILL)
-        run.service.wait()
-        run.serve()
-        run.until("the service does not answer", lambda: run.tiltfeed("list")[0] == 0)
-        if run.show(1, "state") != "uncertain":
-            run.fail("a job that was cut off over Grbl is not uncertain")
+        run.serve_ready()
+        run.job_in_the_cut(CUT_AT)
+        run.kill()
+        run.serve_ready()
+        run.want(run.show(1, "state") == "uncertain", "a job that was cut off over Grbl is not uncertain")
         run.until("the machine does not stand", lambda: stands(run))
-        entered = str(FROM + FIRST_BLOCK)
+        entered = str(FROM + FIRST_FEED)
         status, shown = run.tiltfeed("resume", "1", "--from", entered)
-        if status == 0 or "1. retract" not in shown or f"then block {entered}" not in shown:
-            run.fail(f"the re-entry was not shown, or moved without a yes: {shown}")
-        before = rows(run)
+        run.want(status != 0 and "1. retract" in shown and f"then block {entered}" in shown,
+                 f"the re-entry was not shown, or moved without a yes: {shown}")
+        before = run.rows()
         status, said = run.tiltfeed("resume", "1", "--from", entered, "--yes")
-        if status != 0:
-            run.fail(f"the confirmed re-entry was refused: {said}")
+        run.want(status == 0, f"the confirmed re-entry was refused: {said}")
         run.until("the re-entered job is not done", lambda: run.show(2, "state") == "done", 120)
-        run.until("the trace is not written", lambda: len(rows(run)) >= len(before) + 9 + BLOCKS - FROM + 2)
-        after = rows(run)
+        run.until("the trace is not written", lambda: len(run.rows()) >= len(before) + 9 + BLOCKS - FROM + 2)
+        after = run.rows()
         judge(run, before[-1], after[len(before) :])
     finally:
         run.end()

@@ -7,7 +7,6 @@ itself and by the trace of what the machine did.
 safe_stop_run.py BIN_FOLDER WORK_FOLDER grbl|reprap|dnc|modbus
 """
 
-import csv
 import os
 import re
 import select
@@ -16,7 +15,7 @@ import subprocess
 import sys
 import time
 
-from service_run import ROOT, Run
+from service_run import FIRST_FEED, ROOT, Run, axes, write_feeds
 
 BLOCKS, CUT_AT, FROM = 300, 60, 260
 SLOW_BLOCKS = 40  # of RepRap: blocks that the firmware may still have when its feeder dies
@@ -34,19 +33,7 @@ def feed_of(row):
     return round(float(row["x"]) / 0.5)
 
 
-def write_program(path):
-    with open(path, "w", encoding="ascii") as out:
-        out.write("G21 G90 G94\nG0 X0 Y0 Z60 A0 C0\nM3 S8000\nM8\nG93\n")
-        for i in range(BLOCKS):
-            out.write("G1" + "".join(f" {axis}{value:.4f}" for axis, value in zip("XYZAC", target(i))) + " F900\n")
-        out.write("G94\nM9\nM5\nM2\n")
-
-
 class Shop(Run):
-    def rows(self):
-        text = self.text("trace.csv")
-        return list(csv.DictReader(text[: text.rfind("\n") + 1].splitlines()))
-
     def bytes_of(self, device, ask, seconds):
         """What the machine says on its wire, after `ask`."""
         fd = os.open(device, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
@@ -78,14 +65,6 @@ class Shop(Run):
             self.fail("safe-stop takes longer than systemd waits")
         return done.returncode, done.stdout + done.stderr
 
-    def want(self, holds, what):
-        if not holds:
-            self.fail(what)
-
-    def serve_again(self):
-        self.serve()
-        self.until("the service does not answer", lambda: self.tiltfeed("list")[0] == 0)
-
     def profile(self, identity):
         """The example machine, with the ring's identity at another register."""
         with open(f"{ROOT}/config/machines/generic-ac.yaml", encoding="utf-8") as file:
@@ -97,19 +76,6 @@ class Shop(Run):
     def configure(self, link):
         with open(f"{self.work}/service.yaml", "w", encoding="utf-8") as out:
             out.write(f"machine: machine.yaml\nlink: {link}\nspool: spool\nsocket: api.sock\n")
-
-    def job_in_the_cut(self):
-        """Submits and starts the program; its number, once CUT_AT blocks are cut."""
-        before = len(self.rows())
-        job = int(self.tiltfeed("submit", f"{self.work}/program.nc")[1])
-        self.until("the program is not ready", lambda: self.show(job, "state") == "ready")
-        self.want(self.tiltfeed("start", str(job))[0] == 0, "not started")
-        self.until("nothing moves", lambda: len(self.rows()) > before + CUT_AT)
-        return job
-
-    def kill(self, how=signal.SIGKILL):
-        self.service.send_signal(how)
-        self.service.wait()
 
     def machine_ends(self, machine):
         machine.send_signal(signal.SIGTERM)
@@ -126,7 +92,7 @@ def grbl(shop):
     device = shop.simulate("--pty", f"{shop.work}/grbl", "--speed", "1", "--trace", f"{shop.work}/trace.csv")
     machine = shop.processes[-1]
     shop.configure("grbl:" + device)
-    shop.serve_again()
+    shop.serve_ready()
 
     # Idle service: nothing was on the machine, so nothing is said to it.
     shop.kill()
@@ -136,8 +102,8 @@ def grbl(shop):
     shop.want(shop.bytes_of(device, b"", 0.3) == "", "an idle machine was spoken to")
 
     for way, end in ((signal.SIGABRT, WATCHDOG), (signal.SIGKILL, KILLED)):
-        shop.serve_again()
-        job = shop.job_in_the_cut()
+        shop.serve_ready()
+        job = shop.job_in_the_cut(CUT_AT)
         status, said = shop.safe_stop(KILLED)
         shop.want(status == 1 and "in use" in said and "tiltfeed hold" in said, "a living service was taken for a dead one")
         shop.kill(way)
@@ -148,15 +114,15 @@ def grbl(shop):
         state, place, spindle = shop.status(device)
         shop.want(state == "Idle" and spindle == 0, f"after safe-stop the machine is {state}, spindle {spindle}")
         cut = shop.rows()
-        last = [float(cut[-1][axis]) for axis in "xyzac"]
+        last = axes(cut[-1])
         number = feed_of(cut[-1])
         shop.want(last == target(number), f"the last block cut is not one of the program: {last}")
         shop.want(between(place, last, target(number + 1)), f"{place} is not on the way from {last} to {target(number + 1)}")
 
-        shop.serve_again()  # as Restart= does
+        shop.serve_ready()  # as Restart= does
         shop.want(shop.show(job, "state") == "uncertain", "after the restart the job is not uncertain")
         first, final = map(int, re.search(r"blocks (\d+) to (\d+) may have run", shop.show(job, "note")).groups())
-        here = number + 6  # counted from 1: five lines stand before feed 0; the one after the last cut is in work
+        here = number + FIRST_FEED  # the one after the last cut is in work
         shop.want(first <= here + 1 <= final + 1, f"block {here} is not in the uncertain range {first} to {final}")
         shop.want(shop.tiltfeed("resume", str(job))[0] != 0, "resumed by itself")
         shop.want(shop.tiltfeed("start", str(job))[0] != 0, "started anew")
@@ -166,16 +132,16 @@ def grbl(shop):
             shop.want(shop.tiltfeed("remove", str(job))[0] == 0, "an uncertain job cannot be removed")
             shop.kill(signal.SIGTERM)
             continue
-        entered = str(FROM + 6)
+        entered = str(FROM + FIRST_FEED)
         shop.want(shop.tiltfeed("resume", str(job), "--from", entered, "--yes")[0] == 0, "the operator cannot re-enter")
         shop.until("the re-entered job is not done", lambda: shop.show(job + 1, "state") == "done", 120)
-        rest = lambda: [[float(r[a]) for a in "xyzac"] for r in shop.rows()[len(cut):] if r["op"] == "inverse"]
+        rest = lambda: [axes(r) for r in shop.rows()[len(cut):] if r["op"] == "inverse"]
         shop.until("the rest of the program was not cut", lambda: rest() == [target(i) for i in range(FROM, BLOCKS)], 10)
         shop.kill(signal.SIGTERM)
 
     # An orderly end: the service has held the machine itself.
-    shop.serve_again()
-    shop.job_in_the_cut()
+    shop.serve_ready()
+    shop.job_in_the_cut(CUT_AT)
     shop.kill(signal.SIGTERM)
     status, said = shop.safe_stop(ORDERLY)
     shop.want(status == 0 and "ended in order" in said, "an orderly end was taken for a death")
@@ -186,8 +152,8 @@ def grbl(shop):
 
     # The machine is gone with its wire: said, and soon.
     device = shop.simulate("--pty", f"{shop.work}/grbl", "--speed", "1", "--trace", f"{shop.work}/trace.csv")
-    shop.serve_again()
-    shop.job_in_the_cut()
+    shop.serve_ready()
+    shop.job_in_the_cut(CUT_AT)
     shop.kill()
     shop.machine_ends(shop.processes[-2])
     status, said = shop.safe_stop(KILLED)
@@ -198,15 +164,15 @@ def reprap(shop):
     device = shop.simulate("--reprap", f"{shop.work}/marlin", "--speed", "1", "--trace", f"{shop.work}/trace.csv")
     machine = shop.processes[-1]
     shop.configure("reprap:" + device)
-    shop.serve_again()
-    job = shop.job_in_the_cut()
+    shop.serve_ready()
+    job = shop.job_in_the_cut(CUT_AT)
     shop.kill()
     before = len(shop.rows())
     status, said = shop.safe_stop(KILLED)
     shop.want(status == 0 and "turned off" in said, "not stopped")
     shop.until("M5 and M9 are not in the trace", lambda: [r["op"] for r in shop.rows()[-2:]] == ["M5", "M9"], 5)
     shop.want(before < len(shop.rows()) < before + SLOW_BLOCKS, "more was cut than the firmware had")
-    shop.serve_again()
+    shop.serve_ready()
     shop.want(shop.show(job, "state") == "uncertain", "after the restart the job is not uncertain")
     shop.kill(signal.SIGTERM)
     shop.machine_ends(machine)
@@ -215,8 +181,8 @@ def reprap(shop):
 def dnc(shop):
     device = shop.simulate("--dnc", f"{shop.work}/dnc", "--speed", "1", "--trace", f"{shop.work}/trace.csv")
     shop.configure("dnc:" + device)
-    shop.serve_again()
-    shop.job_in_the_cut()
+    shop.serve_ready()
+    shop.job_in_the_cut(CUT_AT)
     shop.kill()
     status, said = shop.safe_stop(KILLED)
     shop.want(status == 1 and "nothing was sent" in said and "feed hold and reset at the control" in said,
@@ -229,7 +195,7 @@ def modbus(shop):
 
     # The service takes the wire from the machine profile: where that looks elsewhere, there is no ring.
     shop.profile(64)
-    shop.serve_again()
+    shop.serve_ready()
     other = int(shop.tiltfeed("submit", f"{shop.work}/program.nc")[1])
     shop.until("the program is not ready", lambda: shop.show(other, "note") == "checked")
     shop.tiltfeed("start", str(other))
@@ -237,8 +203,8 @@ def modbus(shop):
     shop.kill(signal.SIGTERM)
     shop.profile(0)
 
-    shop.serve_again()
-    job = shop.job_in_the_cut()
+    shop.serve_ready()
+    job = shop.job_in_the_cut(CUT_AT)
     shop.kill()
     status, said = shop.safe_stop(KILLED)
     shop.want(status == 0 and "watchdog" in said, "the controller's watchdog is not named")
@@ -246,14 +212,14 @@ def modbus(shop):
     held = len(shop.rows())
     time.sleep(1.0)
     shop.want(len(shop.rows()) == held, "the controller's watchdog does not hold")
-    shop.serve_again()
+    shop.serve_ready()
     shop.want(shop.show(job, "state") == "interrupted", "the ring's proof is lost")
 
 
 def main():
     part = {"grbl": grbl, "reprap": reprap, "dnc": dnc, "modbus": modbus}[sys.argv[3]]
     shop = Shop(sys.argv[1], sys.argv[2])
-    write_program(f"{shop.work}/program.nc")
+    write_feeds(f"{shop.work}/program.nc", [target(i) for i in range(BLOCKS)], 900)
     shop.profile(0)
     try:
         part(shop)
