@@ -131,11 +131,12 @@ Contacts Contact::meet(const std::vector<SweptStep>& steps) const {
     view(run.groups.back(), run.views);
     begin = end;
   }
+  cluster(run);
   // Far from each other one after the other: what later ones can take is then soon known to be little.
-  const std::size_t count = run.groups.size(), stride = stride_for(count);
+  const std::size_t count = run.clusters.size(), stride = stride_for(count);
   for (std::size_t i = 0, at = 0; i < count; ++i, at = (at + stride) % count) {
-    gather(run.groups[at], run);
-    for (const Candidate& candidate : run.candidates) pass(candidate, run.groups[at], run);
+    gather(run.clusters[at], run);
+    for (const std::uint32_t patch : run.patches) pass(run.clusters[at], patch, run);
   }
   for (View& v : run.views) {
     watch(v, run);

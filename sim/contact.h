@@ -3,6 +3,7 @@
 // the probes that its cutting part passes. What may be left out, and why, is in sim/README.md, (R6).
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "sim/executed_path.h"
@@ -11,6 +12,8 @@
 #include "sim/tool_sweep.h"
 
 namespace tiltfeed::sim {
+
+class Sheet;
 
 /// A straight step of a move: its share [begin, end] of the move, the poses there, and how far any point of
 /// the tool may be from the straight way between them, mm.
@@ -49,27 +52,39 @@ class Contact {
  private:
   struct Stretch;
   struct Group;
+  struct Cluster;
   struct Candidate;
   struct Seen;
   struct View;
   struct Meeting;
   struct Watch;
   struct Run;
+  using Cube = std::array<std::int64_t, 3>;
+  Cube cube(const SweptStep& step) const;
   std::size_t group_end(const std::vector<SweptStep>& steps, std::size_t begin) const;
   Group group(const SweptStep* begin, const SweptStep* end) const;
   Stretch stretch(const Group& group, double low, double high) const;
   void view(Group& group, std::vector<View>& views) const;
-  void gather(const Group& group, Run& run) const;
-  double ball_least(const Group& group, std::uint32_t patch) const;
-  bool reaches(const Stretch& stretch, std::uint32_t patch, double most) const;
+  double apart(const Sheet& sheet, const Stretch& stretch) const;
+  bool join(Cluster& cluster, std::size_t group, const Run& run) const;
+  void cluster(Run& run) const;
+  void gather(const Cluster& cluster, Run& run) const;
+  void choose(const Cluster& cluster, std::uint32_t patch, Run& run) const;
+  double ball_least(const Group& group, Point<Part> middle, Vec3 normal, double radius) const;
+  double plane_least(const Stretch& stretch, std::uint32_t patch) const;
+  bool reaches(const Stretch& stretch, Point<Part> middle, Vec3 normal, double radius, double most) const;
   bool by_ball_alone(const Group& group, std::uint32_t patch, double most) const;
-  Seen see(const Group& group, std::uint32_t patch, double most) const;
-  void pass(const Candidate& candidate, const Group& group, Run& run) const;
-  void meet_steps(const Candidate& candidate, const Group& group, const Seen& patch, double most,
-                  Run& run) const;
-  void pass_side(View& view, const Seen& patch, double lowest, double most, Run& run) const;
+  std::size_t pick(const Candidate& candidate, Run& run) const;
+  Seen see(const Group& group, std::uint32_t patch, Point<Part> middle, double radius, double most) const;
+  Seen see_live(const Candidate& candidate, double most, std::span<const Probes::Live> live) const;
+  void pass(const Cluster& cluster, std::uint32_t patch, Run& run) const;
+  bool pass_steps(const Candidate& candidate, Run& run) const;
+  void touch_steps(const Candidate& candidate, Run& run) const;
+  void meet_steps(const Candidate& candidate, const Seen& seen, double most, Run& run) const;
+  bool nearest_is_ball(const View& view, const Seen& seen, double most, double up, double up_end) const;
+  double pass_side(const View& view, const Seen& seen, double most, std::span<Probes::Live> live) const;
   void touch(View& view, std::uint32_t patch, Run& run) const;
-  void touch_side(View& view, std::uint32_t patch, Run& run) const;
+  void touch_side(View& view, const Seen& seen, Run& run) const;
   void watch(View& view, Run& run) const;
   Pose pose(const SweptStep& step, double f) const;
   int looks(const SweptStep& step) const;

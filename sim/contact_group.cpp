@@ -7,28 +7,41 @@
 namespace tiltfeed::sim {
 namespace {
 
-// Steps that share their candidates: so many at most, so many radii long, turning the ends of the core's
-// lower part and of all of it by so many.
+// Steps that are taken together: so many at most, within a cube of so many radii, turning the ends of the
+// core's lower part and of all of it by so many.
 constexpr std::size_t kGroupSteps = 32;
-constexpr double kGroupRadii = 4.0, kFootTurnRadii = 0.5, kTopTurnRadii = 2.0;
+constexpr double kFootTurnRadii = 0.5, kTopTurnRadii = 2.0;
+// And with ends of steps that are off the straight way by so many radii.
+constexpr double kStrayRadii = 0.1;
 // The core's lower part, in radii: what is beside it is looked for closely.
-constexpr double kFootRadii = 4.0;
+constexpr double kFootRadii = 2.0;
 
 Point<Part> at(const Pose& p, double h) { return p.tip + p.axis * h; }
 
 }  // namespace
 
+Contact::Cube Contact::cube(const SweptStep& step) const {
+  const Point<Part> p = at(step.from, low_);
+  const double per_mm = 1.0 / (kCubeRadii * radius_);
+  const auto whole = [&](double mm) { return static_cast<std::int64_t>(std::floor(mm * per_mm)); };
+  return {whole(p.x), whole(p.y), whole(p.z)};
+}
+
 std::size_t Contact::group_end(const std::vector<SweptStep>& steps, std::size_t begin) const {
   const Pose& first = steps[begin].from;
+  const Cube where = cube(steps[begin]);
   const double foot = std::min(high_, low_ + kFootRadii * radius_);
+  const Point<Part> start = at(first, low_);
+  double way = distance(start, at(steps[begin].to, low_));
   std::size_t end = begin + 1;
-  double way = distance(first.tip, steps[begin].to.tip);
-  for (; end < steps.size() && end - begin < kGroupSteps; ++end) {
-    way += distance(steps[end].from.tip, steps[end].to.tip);
-    if (way > kGroupRadii * radius_) break;
+  for (; end < steps.size() && end - begin < kGroupSteps && cube(steps[end]) == where; ++end) {
     const double turn = length(steps[end].to.axis - first.axis);
     if (turn * (foot - low_) > kFootTurnRadii * radius_ || turn * (high_ - low_) > kTopTurnRadii * radius_)
       break;
+    // What the way goes more than straight on: it then strays by no more than root(way^2 - straight^2) / 2.
+    way += distance(at(steps[end].from, low_), at(steps[end].to, low_));
+    const double straight = distance(start, at(steps[end].to, low_));
+    if (way * way - straight * straight > 4.0 * kStrayRadii * kStrayRadii * radius_ * radius_) break;
   }
   return end;
 }
@@ -44,7 +57,7 @@ Contact::Stretch Contact::stretch(const Group& g, double low, double high) const
     }
   }
   // The pieces of the sweep have the mean axis of their step.
-  made.wide = stray + g.turn * sweep_.longest();
+  made.wide = stray + g.step_turn * sweep_.longest();
   return made;
 }
 
@@ -56,6 +69,7 @@ Contact::Group Contact::group(const SweptStep* begin, const SweptStep* end) cons
   for (const SweptStep* s = begin; s != end; ++s) {
     g.turn = std::max({g.turn, length(s->from.axis - g.axis), length(s->to.axis - g.axis)});
     g.step_stray = std::max(g.step_stray, s->stray);
+    g.step_turn = std::max(g.step_turn, length(s->to.axis - s->from.axis));
   }
   const double foot = std::min(high_, low_ + kFootRadii * radius_);
   g.stretches.push_back(stretch(g, low_, foot));
@@ -79,6 +93,7 @@ void Contact::view(Group& g, std::vector<View>& views) const {
     v.slack = turn * distance(v.from, v.to);
     g.slack = std::max(g.slack, v.slack);
     v.rapid = path_.moves[s->move].rapid;
+    g.has[v.rapid ? 1 : 0] = true;
     const auto place = [&](Point<Part> p) { return dot(p - g.begin->from.tip, g.along); };
     const auto [low, high] =
         std::minmax({place(v.from), place(v.to), place(at(s->from, high_)), place(at(s->to, high_))});
@@ -98,24 +113,31 @@ double risen(double beside, double radius) {
 
 }  // namespace
 
-double Contact::ball_least(const Group& g, std::uint32_t patch) const {
+/// Not more than any value that the ball can leave on the flat patch round `middle`.
+double Contact::ball_least(const Group& g, Point<Part> middle, Vec3 n, double radius) const {
   const Stretch& lower = g.stretches.front();
-  const Vec3 n = probes_.patches().normal[patch], from = lower.foot - probes_.patches().middle[patch];
+  const Vec3 from = lower.foot - middle;
   const double rise = dot(n, from), climb = dot(n, lower.way);
   const Point<Part> foot = Point<Part>{} + (from - n * rise);
   const double beside = distance_to_segment({}, foot, foot + (lower.way - n * climb));
-  const double wide = static_cast<double>(probes_.patches().radius[patch]) + g.stray;
-  return rise + std::min(0.0, climb) - g.stray - radius_ + risen(std::max(0.0, beside - wide), radius_);
+  return rise + std::min(0.0, climb) - g.stray - radius_ +
+         risen(std::max(0.0, beside - radius - g.stray), radius_);
+}
+
+/// Not more than the height over the patch's plane of anything that the stretch sweeps.
+double Contact::plane_least(const Stretch& s, std::uint32_t patch) const {
+  const Vec3 n = probes_.patches().normal[patch];
+  return dot(n, s.foot - probes_.patches().middle[patch]) + std::min(0.0, dot(n, s.way)) +
+         std::min(0.0, dot(n, s.core)) - s.wide - radius_;
 }
 
 /// (R6) Could what the stretch sweeps, within `most` of a place of the patch along its normal, be met?
-bool Contact::reaches(const Stretch& s, std::uint32_t patch, double most) const {
-  const Patches& patches = probes_.patches();
-  const Vec3 u = s.sheet.to(patches.middle[patch]);
-  const double far2 = squared_length(u), near = radius_ + s.wide + static_cast<double>(patches.radius[patch]);
+bool Contact::reaches(const Stretch& s, Point<Part> middle, Vec3 normal, double radius, double most) const {
+  const Vec3 u = s.sheet.to(middle);
+  const double far2 = squared_length(u), near = radius_ + s.wide + radius;
   if (far2 <= near * near) return true;
   // The sheet is convex: a line along the normal comes nearer to it by no more than this share of its way.
-  const double towards = -dot(u, patches.normal[patch]);
+  const double towards = -dot(u, normal);
   if (towards <= 0.0 || most <= 0.0) return false;
   const double far = std::sqrt(far2);
   return (far - near) * far < most * towards;
@@ -129,36 +151,11 @@ bool Contact::by_ball_alone(const Group& g, std::uint32_t patch, double most) co
   const double up = dot(n, g.axis);
   if (!round_ || up <= g.turn) return false;
   const double far = length(from) + length(lower.way) + g.stray,
-               rise =
-                   static_cast<double>(probes_.patches().radius[patch]) * (length(cross(n, g.axis)) + g.turn);
+               across = std::sqrt(std::max(0.0, 1.0 - up * up)) + kBoundSlack,
+               rise = static_cast<double>(probes_.patches().radius[patch]) * (across + g.turn);
   return dot(from, g.axis) - std::min(0.0, dot(lower.way, g.axis)) + g.stray + g.turn * far + rise + g.slack +
              std::max(0.0, most) * (up + g.turn) <=
          0.0;
-}
-
-/// The patches that the group may do something to.
-void Contact::gather(const Group& g, Run& run) const {
-  const double deep = g.step_stray - run.allowed();
-  run.candidates.clear();
-  const auto meet = [&](const Stretch& s, std::uint32_t patch) {
-    const double most = std::min(probes_.reach(), probes_.highest(patch));
-    const Stretch& lower = g.stretches.front();
-    const bool first = &s == &lower;
-    if (!reaches(s, patch, most) || (!first && reaches(lower, patch, most))) return;
-    Candidate c{patch};
-    c.ball = round_ && first && ball_least(g, patch) < std::max(most, deep);
-    c.side = !by_ball_alone(g, patch, most);
-    if (c.ball || c.side) run.candidates.push_back(c);
-  };
-  for (const Stretch& s : g.stretches) {
-    const double near = s.wide + radius_;
-    probes_.search(
-        [&](Vec3 low, Vec3 high, double most) {
-          const double within = near + std::clamp(most, 0.0, probes_.reach());
-          return s.sheet.bound(low, high, within) < within;
-        },
-        [&](std::uint32_t patch) { meet(s, patch); });
-  }
 }
 
 }  // namespace tiltfeed::sim

@@ -6,13 +6,14 @@
 
 namespace tiltfeed::sim {
 
-Contact::Seen Contact::see(const Group& g, std::uint32_t patch, double most) const {
-  const Patches& patches = probes_.patches();
+/// `middle`, `radius`: of the part of the patch that matters, `most` above it.
+Contact::Seen Contact::see(const Group& g, std::uint32_t patch, Point<Part> middle, double radius,
+                           double most) const {
   Seen seen;
-  seen.middle = patches.middle[patch], seen.normal = patches.normal[patch], seen.patch = patch;
-  seen.radius = static_cast<double>(patches.radius[patch]);
+  seen.middle = middle, seen.radius = radius, seen.patch = patch;
+  seen.normal = probes_.patches().normal[patch];
   seen.rise = seen.radius * (length(cross(seen.normal, g.axis)) + g.turn);
-  seen.offset = dot(seen.normal, from_origin(seen.middle)) + radius_;
+  seen.offset = dot(seen.normal, from_origin(probes_.patches().middle[patch])) + radius_;
   seen.faces = dot(seen.normal, g.axis) > g.turn;
   const double place = dot(seen.middle - g.begin->from.tip, g.along),
                wide = seen.radius + radius_ + std::max(0.0, most);
@@ -20,86 +21,157 @@ Contact::Seen Contact::see(const Group& g, std::uint32_t patch, double most) con
   return seen;
 }
 
-/// (R6) Steps that can do nothing to the patch are left out, and so are those that can take no more than what
-/// another has taken: the one that may take most comes first.
-void Contact::pass(const Candidate& candidate, const Group& group, Run& run) const {
-  double most = std::min(probes_.reach(), probes_.highest(candidate.patch));
-  const Seen c = see(group, candidate.patch, most);
-  meet_steps(candidate, group, c, most, run);
+/// The part of the patch that holds the probes at hand.
+Contact::Seen Contact::see_live(const Candidate& candidate, double most,
+                                std::span<const Probes::Live> live) const {
+  Vec3 sum;
+  for (const Probes::Live& l : live) sum = sum + from_origin(l.place);
+  const Point<Part> middle = Point<Part>{} + sum / static_cast<double>(live.size());
+  double radius = 0.0;
+  for (const Probes::Live& l : live) radius = std::max(radius, distance(middle, l.place));
+  return see(*candidate.group, candidate.patch, middle, radius + kBoundSlack, most);
+}
+
+/// (R6) Groups that can do nothing to the patch are left out, and so are those that can take no more than
+/// what another has taken: the one that may take most comes first.
+void Contact::pass(const Cluster& cluster, std::uint32_t patch, Run& run) const {
+  choose(cluster, patch, run);
+  if (run.candidates.empty()) return;
+  run.live.clear();
+  probes_.collect(patch, run.live);
+  const auto bound = [&] {
+    double most = -kInfinity;
+    for (const Probes::Live& l : run.live) most = std::max(most, l.bound);
+    return most;
+  };
+  bool passed = false;
+  double most = bound();
+  for (const Candidate& candidate : run.candidates) {
+    if (candidate.touch) touch_steps(candidate, run);
+    if (candidate.least < most && pass_steps(candidate, run)) passed = true, most = bound();
+  }
+  if (passed) probes_.settle(patch);
+}
+
+/// The same for the steps of a group. Did any pass the patch's probes?
+bool Contact::pass_steps(const Candidate& candidate, Run& run) const {
+  const std::span<Probes::Live> live(run.live.data(), pick(candidate, run));
+  if (live.empty()) return false;
+  double most = -kInfinity;
+  for (const Probes::Live& l : live) most = std::max(most, l.bound);
+  const Seen c = see_live(candidate, most, live);
+  meet_steps(candidate, c, most, run);
   const auto lower = [](const Meeting& a, const Meeting& b) { return a.lowest < b.lowest; };
   const auto first = std::min_element(run.balls.begin(), run.balls.end(), lower);
   if (first != run.balls.end()) std::iter_swap(run.balls.begin(), first);
   for (const Meeting& ball : run.balls)
-    if (ball.lowest < most)
-      most = std::min(most, probes_.pass_ball(c.patch, ball.view->way, ball.view->step->move));
-  for (const Meeting& side : run.sides) {
-    const View& v = *side.view;
-    // Is all that can matter nearer to the ball at the core's lower end than to the rest of it?
-    const double height = std::max(dot(c.middle - v.step->from.tip, v.step->from.axis),
-                                   dot(c.middle - v.step->to.tip, v.step->to.axis)) +
-                          c.rise + v.slack + std::max(0.0, most) * std::max({0.0, side.up, side.up_end});
-    if (round_ && std::min(side.up, side.up_end) > 0.0 && height <= low_) continue;
-    if (side.lowest >= std::max(most, v.step->stray - run.allowed(v))) continue;
-    pass_side(*side.view, c, side.lowest, most, run);
-    most = std::min(most, probes_.highest(c.patch));
+    if (ball.lowest < most) most = probes_.pass_ball(c.patch, ball.view->way, ball.view->step->move, live);
+  for (const Meeting& side : run.sides)
+    if (side.lowest < most && !nearest_is_ball(*side.view, c, most, side.up, side.up_end))
+      most = pass_side(*side.view, c, most, live);
+  return !run.balls.empty() || !run.sides.empty();
+}
+
+/// Is all that can matter nearer to the ball at the core's lower end than to the rest of it?
+bool Contact::nearest_is_ball(const View& v, const Seen& c, double most, double up, double up_end) const {
+  if (!round_ || std::min(up, up_end) <= 0.0) return false;
+  const double height = std::max(dot(c.middle - v.step->from.tip, v.step->from.axis),
+                                 dot(c.middle - v.step->to.tip, v.step->to.axis)) +
+                        c.rise + v.slack + std::max(0.0, most) * std::max({0.0, up, up_end});
+  return height <= low_;
+}
+
+/// The steps that may be deeper in a patch than what is allowed: by their ball, and by the rest of the core.
+void Contact::touch_steps(const Candidate& candidate, Run& run) const {
+  const Group& group = *candidate.group;
+  const double core = high_ - low_;
+  const Patches& patches = probes_.patches();
+  const Seen c = see(group, candidate.patch, patches.middle[candidate.patch],
+                     static_cast<double>(patches.radius[candidate.patch]), 0.0);
+  for (std::size_t i = group.first_view; i < group.end_view; ++i) {
+    View& v = run.views[i];
+    if (v.last < c.first || v.first > c.last) continue;
+    const double start = dot(c.normal, from_origin(v.from)) - c.offset,
+                 end = dot(c.normal, from_origin(v.to)) - c.offset, lower = std::min(start, end);
+    const auto deep = [&] { return v.step->stray - run.allowed(v); };
+    if (candidate.ball && lower < deep() && std::max(start, end) > -2.0 * radius_ &&
+        v.way.distance(c.middle) - radius_ - c.radius < deep())
+      touch(v, c.patch, run);
+    if (!candidate.side || (c.faces && lower >= deep())) continue;
+    const double up = dot(c.normal, v.step->from.axis), up_end = dot(c.normal, v.step->to.axis);
+    if (std::min({lower, start + up * core, end + up_end * core}) < deep() &&
+        !nearest_is_ball(v, c, 0.0, up, up_end))
+      touch_side(v, c, run);
   }
 }
 
-/// The steps that may matter to a patch of which `most` is left: by their ball, and by the rest of the core.
-void Contact::meet_steps(const Candidate& candidate, const Group& group, const Seen& c, double most,
-                         Run& run) const {
+/// The steps that may leave less than `most` on probes of a patch: by their ball, by the rest of the core.
+void Contact::meet_steps(const Candidate& candidate, const Seen& c, double most, Run& run) const {
+  const Group& group = *candidate.group;
   const double core = high_ - low_;
   run.balls.clear(), run.sides.clear();
   for (std::size_t i = group.first_view; i < group.end_view; ++i) {
     View& v = run.views[i];
     if (v.last < c.first || v.first > c.last) continue;
-    // What can matter is left less than `most` above the patch, or is deeper in it than what is allowed.
-    const double deep = v.step->stray - run.allowed(v), matters = std::max(most, deep);
     const double start = dot(c.normal, from_origin(v.from)) - c.offset,
                  end = dot(c.normal, from_origin(v.to)) - c.offset, lower = std::min(start, end);
-    if (c.faces && lower >= matters) continue;
+    if (c.faces && lower >= most) continue;
     if (candidate.side) {
       const double up = dot(c.normal, v.step->from.axis), up_end = dot(c.normal, v.step->to.axis);
       const double lowest = std::min({lower, start + up * core, end + up_end * core});
-      if (lowest >= matters) continue;
+      if (lowest >= most) continue;
       run.sides.push_back({&v, lowest, up, up_end});
     }
-    if (!candidate.ball || lower >= matters || std::max(start, end) <= -2.0 * radius_) continue;
-    const double gap = v.way.distance(c.middle) - radius_ - c.radius;
-    if (closed_ && gap < deep && lower < deep) touch(v, c.patch, run);
-    if (lower >= most || gap >= std::max(0.0, most)) continue;
-    if (const double least = probes_.least(c.patch, v.way); least < most)
+    if (!candidate.ball || lower >= most || std::max(start, end) <= -2.0 * radius_) continue;
+    if (v.way.distance(c.middle) - radius_ - c.radius >= std::max(0.0, most)) continue;
+    if (const double least = least_left(v.way, c.middle, c.normal, c.radius); least < most)
       run.balls.push_back({&v, least, 0.0, 0.0});
   }
 }
 
+namespace {
+
+/// What the core of a step sweeps, all of it.
+struct StepSheet {
+  Sheet sheet;
+  Point<Part> from;
+  Vec3 axis;
+  double turn, stray, radius, most;  ///< most: that a place off the core may be higher than where it is asked
+
+  StepSheet(const SweptStep& step, Point<Part> low, Point<Part> low_end, double core, double ball,
+            double the_most)
+      : sheet(low, low_end - low, mean_axis(step.from, step.to) * core),
+        from(low),
+        axis(mean_axis(step.from, step.to)),
+        turn(length(step.to.axis - step.from.axis)),
+        stray(step.stray),
+        radius(ball),
+        most(the_most) {}
+
+  /// Not more than the distance of p from the tool, `far` from the sheet. What a place on the core may be off
+  /// the sheet grows with its height.
+  double gap(Point<Part> p, double far) const {
+    return far - radius - turn * (std::max(0.0, dot(p - from, axis)) + far + most) - stray;
+  }
+};
+
+}  // namespace
+
 /// A patch beside the tool, or any of a tool that is no ball.
-void Contact::pass_side(View& view, const Seen& c, double lowest, double most, Run& run) const {
+double Contact::pass_side(const View& view, const Seen& c, double most, std::span<Probes::Live> live) const {
   const SweptStep& step = *view.step;
-  const Vec3 axis = mean_axis(step.from, step.to);
-  const Sheet sheet(view.from, view.to - view.from, axis * (high_ - low_));
-  const double turn = length(step.to.axis - step.from.axis);
-  // What a place on the core may be off the sheet grows with its height.
-  const auto gap_at = [&](Point<Part> p, double far) {
-    const double height = std::max(0.0, dot(p - view.from, axis)) + probes_.reach();
-    return far - radius_ - turn * (height + far + sweep_.longest()) - step.stray;
-  };
+  const StepSheet core(step, view.from, view.to, high_ - low_, radius_, probes_.reach() + sweep_.longest());
   // The sheet is convex: along the normal a line comes nearer to it by no more than `share` of its way.
-  const auto least_at = [&](double gap, double share) {
-    return gap <= 0.0 ? gap : share > 0.0 ? gap / share : kInfinity;
+  const auto least_at = [&](Point<Part> p, double radius) {
+    const Vec3 u = core.sheet.to(p);
+    const double far = length(u), gap = core.gap(p, far) - radius, towards = -dot(u, c.normal);
+    return gap <= 0.0 ? gap : towards > 0.0 ? gap * far / towards : kInfinity;
   };
-  const Vec3 u = sheet.to(c.middle);
-  const double far = length(u), gap = gap_at(c.middle, far) - c.radius;
-  if (const double allowed = run.allowed(view); closed_ && gap < -allowed && lowest < step.stray - allowed)
-    touch_side(view, c.patch, run);
-  if (lowest >= most || least_at(gap, -dot(u, c.normal) / far) >= std::max(0.0, most)) return;
-  probes_.pass(
-      c.patch, radius_, step.move, [&](Point<Part> p) { return sweep_.cutter_near(step.from, step.to, p); },
-      [&](Point<Part> p) {
-        const Vec3 to = sheet.to(p);
-        const double whole = length(to);
-        return least_at(gap_at(p, whole), -dot(to, c.normal) / whole);
-      });
+  if (least_at(c.middle, c.radius) >= std::max(0.0, most)) return most;
+  return probes_.pass(
+      c.patch, radius_, step.move, live,
+      [&](Point<Part> p) { return sweep_.cutter_near(step.from, step.to, p); },
+      [&](Point<Part> p) { return least_at(p, 0.0); });
 }
 
 /// The ball along the step: bounded by its straight way, and where that may be too deep, by pieces of the
@@ -126,9 +198,11 @@ void Contact::touch(View& view, std::uint32_t patch, Run& run) const {
 }
 
 /// The core, at poses that are near enough to each other.
-void Contact::touch_side(View& view, std::uint32_t patch, Run& run) const {
+void Contact::touch_side(View& view, const Seen& c, Run& run) const {
   const SweptStep& step = *view.step;
-  const Triangle& triangle = probes_.surface().triangle(patch);
+  const StepSheet core(step, view.from, view.to, high_ - low_, radius_, probes_.reach() + sweep_.longest());
+  if (core.gap(c.middle, length(core.sheet.to(c.middle))) - c.radius >= -run.allowed(view)) return;
+  const Triangle& triangle = probes_.surface().triangle(c.patch);
   if (view.looks.empty()) {
     const int count = looks(step);
     for (int k = 1; k < count; ++k) view.looks.push_back(pose(step, static_cast<double>(k) / count));
@@ -138,7 +212,7 @@ void Contact::touch_side(View& view, std::uint32_t patch, Run& run) const {
     const double near =
         std::sqrt(squared_distance(triangle, Segment{p.tip + p.axis * low_, p.tip + p.axis * high_}));
     if (radius_ - near > run.allowed(view))
-      run.report(view, {ToolPart::kCutter, step.move, radius_ - near, patch, p.tip});
+      run.report(view, {ToolPart::kCutter, step.move, radius_ - near, c.patch, p.tip});
   }
 }
 

@@ -12,6 +12,8 @@ namespace tiltfeed::sim {
 // A ball that may be too deep is looked at along so many straight pieces of its way: what they stray is the
 // square of this less than what the step does.
 inline constexpr int kWays = 4;
+// Groups end where they leave a cube of so many radii.
+inline constexpr double kCubeRadii = 4.0;
 
 /// A stretch of the core, pushed along the way of a group.
 struct Contact::Stretch {
@@ -24,25 +26,35 @@ struct Contact::Stretch {
       : sheet(the_foot, the_way, the_core), foot(the_foot), way(the_way), core(the_core) {}
 };
 
-/// Steps near each other, which look for patches together.
+/// Steps in a row, near each other.
 struct Contact::Group {
   const SweptStep *begin = nullptr, *end = nullptr;
   std::size_t first_view = 0, end_view = 0;  ///< of Run::views
   Vec3 axis, along;                          ///< mean axis; unit, the way across it, or zero
   double turn = 0.0;                         ///< of any axis from the mean one
-  double step_stray = 0.0;                   ///< the largest of the steps', mm
+  double step_stray = 0.0, step_turn = 0.0;  ///< the largest of the steps', mm
   double stray = 0.0;                        ///< of the core's lower end from its straight way, mm
   double slack = 0.0;                        ///< the largest of the views', mm
+  std::array<bool, 2> has{};                 ///< feed moves, rapids
   std::vector<Stretch> stretches;            ///< the core's lower part, and the rest of it, if any
 };
 
-/// A patch that the steps of a group may do something to, by their ball, by the rest of their core.
-struct Contact::Candidate {
-  std::uint32_t patch = 0;
-  bool ball = false, side = false;
+/// Groups near each other, which look for patches together.
+struct Contact::Cluster {
+  std::vector<Stretch> hull;        ///< what the groups sweep is within `wide` of these
+  std::vector<std::size_t> groups;  ///< of Run::groups
 };
 
-/// A patch as a group sees it.
+/// A group that may do something to a patch, by its steps' ball, by the rest of their core.
+struct Contact::Candidate {
+  const Group* group = nullptr;
+  std::uint32_t patch = 0;
+  bool ball = false, side = false;
+  bool touch = false;        ///< it may be too deep in it
+  double least = kInfinity;  ///< not more than the value of any probe, mm
+};
+
+/// A patch, or the part of it that holds some of its probes, as a group sees it.
 struct Contact::Seen {
   Point<Part> middle;
   Vec3 normal;
@@ -85,15 +97,23 @@ struct Contact::Watch {
 struct Contact::Run {
   Contacts found;
   std::vector<Group> groups;
-  std::vector<Candidate> candidates;  ///< of one group
-  std::vector<View> views;            ///< of all groups, in order
-  std::vector<Meeting> balls, sides;  ///< of one candidate
+  std::vector<Cluster> clusters;
+  std::vector<std::uint32_t> patches;  ///< of one cluster
+  std::vector<Candidate> candidates;   ///< of one patch
+  std::vector<View> views;             ///< of all groups, in order
+  std::vector<Probes::Live> live;      ///< likewise
+  std::vector<Meeting> balls, sides;   ///< of one candidate
   std::vector<Watch> watches;
   std::vector<Pose> poses;  ///< of a step's looks
   double tolerance = 0.0;
 
-  /// What is not deeper does not matter, of any move, mm.
-  double allowed() const { return std::min({found.worst[0].depth, found.worst[1].depth, tolerance}); }
+  /// What is not deeper does not matter, of any move of the group, mm.
+  double allowed(const Group& group) const {
+    double most = tolerance;
+    for (std::size_t k = 0; k < group.has.size(); ++k)
+      if (group.has[k]) most = std::min(most, found.worst[k].depth);
+    return most;
+  }
   double allowed(const View& view) const {
     return std::min(found.worst[view.rapid ? 1 : 0].depth, tolerance);
   }

@@ -131,9 +131,11 @@ std::vector<Run> without_turns(const std::vector<Move>& moves, const std::vector
     std::vector<double> way(run.last - run.first + 1, 0.0);
     for (std::size_t i = 1; i < way.size(); ++i)
       way[i] = way[i - 1] + distance(moves[run.first + i - 1].pose.tip, moves[run.first + i].pose.tip);
-    const auto at = [&](double mm) {
-      const auto found =
-          std::clamp(std::lower_bound(way.begin(), way.end(), mm), way.begin() + 1, way.end() - 1);
+    // Each of the four places goes forward only.
+    std::array<std::size_t, 4> from{1, 1, 1, 1};
+    const auto at = [&](double mm, std::size_t& known) {
+      while (known + 1 < way.size() && way[known] < mm) ++known;
+      const auto found = way.begin() + static_cast<std::ptrdiff_t>(known);
       const std::size_t i = run.first + static_cast<std::size_t>(found - way.begin());
       const double step = *found - *(found - 1);
       const double share = step > 0.0 ? std::clamp((mm - *(found - 1)) / step, 0.0, 1.0) : 1.0;
@@ -143,8 +145,8 @@ std::vector<Run> without_turns(const std::vector<Move>& moves, const std::vector
     for (std::size_t i = 1; i + 1 < way.size(); ++i) {
       if (way[i] < way[begin] + turn || way[i] + 2.0 * turn > way.back()) continue;
       const Vec3 axis = moves[run.first + i].pose.axis;
-      const Vec3 in = across_axis(at(way[i]) - at(way[i] - turn), axis);
-      const Vec3 out = across_axis(at(way[i] + 2.0 * turn) - at(way[i] + turn), axis);
+      const Vec3 in = across_axis(at(way[i], from[1]) - at(way[i] - turn, from[0]), axis);
+      const Vec3 out = across_axis(at(way[i] + 2.0 * turn, from[3]) - at(way[i] + turn, from[2]), axis);
       const double both = length(in) * length(out);
       if (both == 0.0 || dot(in, out) > -kTurnCosine * both) continue;
       const double end = way[i] + turn;

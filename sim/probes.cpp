@@ -136,11 +136,20 @@ void Probes::take(std::uint64_t probe, double left, std::uint32_t move) {
   }
 }
 
-double Probes::settle(std::uint32_t patch, double highest) {
+void Probes::collect(std::uint32_t patch, std::vector<Live>& live) const {
+  for (std::uint64_t i = patches_.first[patch]; i < patches_.first[patch + 1]; ++i) {
+    const double left = value(i).left;
+    live.push_back({place(patch, i), i, left, bound(left)});
+  }
+}
+
+void Probes::settle(std::uint32_t patch) {
+  double highest = -kInfinity;
+  for (std::uint64_t i = patches_.first[patch]; i < patches_.first[patch + 1]; ++i)
+    highest = std::max(highest, value(i).left);
   // Rounded up: a bound. What other threads have lowered meanwhile only makes it wider than need be.
   const auto bound = std::nextafter(static_cast<float>(highest), std::numeric_limits<float>::infinity());
   std::atomic_ref<float>(highest_[patch]).store(bound, std::memory_order_relaxed);
-  return static_cast<double>(bound);
 }
 
 namespace {
@@ -193,26 +202,22 @@ struct BallLine {
 
 }  // namespace
 
-double Probes::least(std::uint32_t patch, const BallWay& way) const {
-  return BallLine(way, patches_.normal[patch])
-      .least(patches_.middle[patch] - way.from, static_cast<double>(patches_.radius[patch]));
+double least_left(const BallWay& way, Point<Part> middle, Vec3 normal, double radius) {
+  return BallLine(way, normal).least(middle - way.from, radius);
 }
 
-double Probes::pass_ball(std::uint32_t patch, const BallWay& way, std::uint32_t move) {
+double Probes::pass_ball(std::uint32_t patch, const BallWay& way, std::uint32_t move, std::span<Live> live) {
   const BallLine line(way, patches_.normal[patch]);
-  const auto& facet = patches_.mesh.facets[patch];
-  const auto& v = patches_.mesh.vertices;
-  const Vec3 corner = v[facet[0]] - way.from, a = v[facet[1]] - v[facet[0]], b = v[facet[2]] - v[facet[0]];
-  double highest = -kInfinity;
-  const std::uint64_t first = patches_.first[patch], end = patches_.first[patch + 1];
-  for (std::uint64_t i = first; i < end; ++i) {
-    double left = value(i).left;
-    const auto [share_a, share_b] = spread_[i - first];
-    const double enter = line(corner + a * share_a + b * share_b);
-    if (takes(enter, left)) take(i, left = std::min(left, enter), move);
-    highest = std::max(highest, left);
+  double most = -kInfinity;
+  for (Live& l : live) {
+    const double enter = line(l.place - way.from);
+    if (takes(enter, l.left)) {
+      l.left = std::min(l.left, enter), l.bound = bound(l.left);
+      take(l.probe, l.left, move);
+    }
+    most = std::max(most, l.bound);
   }
-  return settle(patch, highest);
+  return most;
 }
 
 double Probes::patch_area(std::uint32_t patch) const {

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "pathgen/mesh.h"
@@ -27,6 +28,8 @@ struct Patches {
 
 /// Of each probe.
 inline constexpr std::size_t kProbeBytes = 8;
+// Bounds are this much wider than they need be, mm: far above what rounding takes from them.
+inline constexpr double kBoundSlack = 1e-9;
 
 /// The way of a ball's centre, straight.
 struct BallWay {
@@ -44,6 +47,9 @@ struct BallWay {
   }
 };
 
+/// Not more than any value that the ball can leave on a flat patch round `middle`, mm.
+double least_left(const BallWay& way, Point<Part> middle, Vec3 normal, double radius);
+
 class Probes {
  public:
   static constexpr std::uint32_t kNever = 0xFFFFFFFF;
@@ -51,19 +57,29 @@ class Probes {
   /// One probe for each square of `spacing`, at least one a facet; `reach`: more than that is not told apart.
   Probes(const Mesh& part, double spacing, double reach);
 
-  /// The tool's cutting part passes the probes of a patch: body(p) is its piece near p, least(p) not more
-  /// than what it can leave there, or below 0 if p may be inside. `move` is what the probes remember.
-  /// Thread-safe.
+  /// A probe at hand.
+  struct Live {
+    Point<Part> place;
+    std::uint64_t probe = 0;
+    double left = 0.0;   ///< Value::left, or what it was a moment ago
+    double bound = 0.0;  ///< not less than any value that would change it, mm
+  };
+  /// Appends the probes of a patch.
+  void collect(std::uint32_t patch, std::vector<Live>& live) const;
+  /// The tool's cutting part passes probes of a patch: body(p) is its piece near p, least(p) not more than
+  /// what it can leave there, or below 0 if p may be inside. `move` is what the probes remember. The largest
+  /// of their bounds. Thread-safe.
   template <class Body, class Least>
-  void pass(std::uint32_t patch, double radius, std::uint32_t move, const Body& body, const Least& least);
+  double pass(std::uint32_t patch, double radius, std::uint32_t move, std::span<Live> live, const Body& body,
+              const Least& least);
   /// Visits the patches in the boxes of which reaches(low, high, most) is true; most: not less than highest()
   /// of any patch inside. Thread-safe.
   template <class Reaches, class Visit>
   void search(const Reaches& reaches, const Visit& visit);
-  /// Not more than any value that the ball can leave on the patch.
-  double least(std::uint32_t patch, const BallWay& way) const;
-  /// The same as pass() for a ball; the new highest().
-  double pass_ball(std::uint32_t patch, const BallWay& way, std::uint32_t move);
+  /// The same as pass() for a ball.
+  double pass_ball(std::uint32_t patch, const BallWay& way, std::uint32_t move, std::span<Live> live);
+  /// Makes highest() anew; call after passing.
+  void settle(std::uint32_t patch);
   /// Not less than any value of the patch's probes, mm.
   double highest(std::uint32_t patch) const {
     return static_cast<double>(
@@ -90,7 +106,8 @@ class Probes {
     return enter < reach_ && static_cast<double>(static_cast<float>(enter)) <= left;
   }
   void take(std::uint64_t probe, double left, std::uint32_t move);
-  double settle(std::uint32_t patch, double highest);
+  /// What would change a probe with so much left is not more than this.
+  double bound(double left) const { return std::min(reach_, left) + kBoundSlack; }
 
   double spacing_, reach_;
   Patches patches_;
@@ -112,26 +129,24 @@ void Probes::search(const Reaches& reaches, const Visit& visit) {
 }
 
 template <class Body, class Least>
-void Probes::pass(std::uint32_t patch, double radius, std::uint32_t move, const Body& body,
-                  const Least& least) {
+double Probes::pass(std::uint32_t patch, double radius, std::uint32_t move, std::span<Live> live,
+                    const Body& body, const Least& least) {
   std::optional<SweptBody> swept;
   std::optional<LineCutter> cutter;
-  double highest = -kInfinity;
-  for (std::uint64_t i = patches_.first[patch]; i < patches_.first[patch + 1]; ++i) {
-    const Point<Part> p = place(patch, i);
-    double left = value(i).left;
-    if (least(p) <= std::min(reach_, left)) {
+  double most = -kInfinity;
+  for (Live& l : live) {
+    if (least(l.place) <= l.bound) {
       if (!cutter) swept = body(patches_.middle[patch]), cutter.emplace(*swept, patches_.normal[patch]);
-      const auto inside = (*cutter)(p, -radius, reach_);
-      if (inside && inside->leave > 0.0 && takes(inside->enter, left)) {
-        const double depth = inside->enter < 0.0 ? std::max(0.0, swept->depth(p)) : 0.0;
-        left = std::min(left, std::max(inside->enter, -depth));
-        take(i, left, move);
+      const auto inside = (*cutter)(l.place, -radius, reach_);
+      if (inside && inside->leave > 0.0 && takes(inside->enter, l.left)) {
+        const double depth = inside->enter < 0.0 ? std::max(0.0, swept->depth(l.place)) : 0.0;
+        l.left = std::min(l.left, std::max(inside->enter, -depth)), l.bound = bound(l.left);
+        take(l.probe, l.left, move);
       }
     }
-    highest = std::max(highest, left);
+    most = std::max(most, l.bound);
   }
-  settle(patch, highest);
+  return most;
 }
 
 }  // namespace tiltfeed::sim

@@ -21,6 +21,7 @@ constexpr double kInside = 0.5;
 // The words are rounded, and so is F: this much way, mm, and this share of it, may be more than F makes.
 constexpr double kFeedSlack = 0.005, kFeedShare = 0.05;
 constexpr double kCubeCells = 4.0, kLeastCube = 2.0;
+constexpr std::uint16_t kFarCubes = 60000;  // more are not counted
 
 }  // namespace
 
@@ -32,14 +33,14 @@ void Haste::take(const Haste& other) {
 
 Occupied::Occupied(const Stock& stock, double reach)
     : origin_(from_origin(stock.box.min)), cube_(std::max(kLeastCube, kCubeCells * stock.cell)) {
-  const int by = static_cast<int>(reach / cube_) + 1;
-  const double wide = by * cube_;
+  by_ = static_cast<int>(reach / cube_) + 1;
+  const double wide = by_ * cube_;
   origin_ = origin_ - Vec3{wide, wide, wide};
   const Vec3 size = from_origin(stock.box.max) + Vec3{wide, wide, wide} - origin_;
   size_ = {static_cast<int>(size.x / cube_) + 1, static_cast<int>(size.y / cube_) + 1,
            static_cast<int>(size.z / cube_) + 1};
   end_ = origin_ + Vec3{size_[0] * cube_, size_[1] * cube_, size_[2] * cube_};
-  full_.assign(static_cast<std::size_t>(size_[0]) * size_[1] * size_[2], 0);
+  cubes_.assign(static_cast<std::size_t>(size_[0]) * size_[1] * size_[2], kFarCubes);
   for (const Dexels& dexels : stock.bundles) {
     for (int stripe = 0; stripe < Dexels::kStripes; ++stripe) {
       dexels.each(stripe, [&](Point<Part> foot, double low, double high) {
@@ -48,25 +49,34 @@ Occupied::Occupied(const Stock& stock, double reach)
         std::array<int, 3> from = index({p[0], p[1], p[2]});
         p[dexels.axis()] = high;
         const int last = index({p[0], p[1], p[2]})[dexels.axis()];
-        for (int& k = from[dexels.axis()]; k <= last; ++k) full_[at(from[0], from[1], from[2])] = 1;
+        for (int& k = from[dexels.axis()]; k <= last; ++k) cubes_[at(from[0], from[1], from[2])] = 0;
       });
     }
   }
-  for (int axis = 0; axis < 3; ++axis) widen(axis, by);
+  measure();
 }
 
-/// Every cube takes the largest of those up to `by` before and behind it.
-void Occupied::widen(int axis, int by) {
-  const std::vector<char> before = full_;
-  std::array<int, 3> i{};
-  for (i[2] = 0; i[2] < size_[2]; ++i[2])
-    for (i[1] = 0; i[1] < size_[1]; ++i[1])
-      for (i[0] = 0; i[0] < size_[0]; ++i[0]) {
-        if (before[at(i[0], i[1], i[2])] == 0) continue;
-        std::array<int, 3> k = i;
-        const int last = std::min(size_[axis] - 1, i[axis] + by);
-        for (k[axis] = std::max(0, i[axis] - by); k[axis] <= last; ++k[axis]) full_[at(k[0], k[1], k[2])] = 1;
-      }
+/// Forward and backward: a cube is at most one further than those of its neighbours that came before.
+void Occupied::measure() {
+  const auto look = [&](int x, int y, int z, int back) {
+    std::uint16_t& here = cubes_[at(x, y, z)];
+    const auto other = [&](int dx, int dy, int dz) {
+      const int ox = x + dx, oy = y + dy, oz = z + dz;
+      if (ox < 0 || oy < 0 || oz < 0 || ox >= size_[0] || oy >= size_[1] || oz >= size_[2]) return;
+      here = std::min(here, static_cast<std::uint16_t>(cubes_[at(ox, oy, oz)] + 1));
+    };
+    for (int k = -1; k <= 1; ++k) {
+      for (int l = -1; l <= 1; ++l) other(l, k, back);
+      other(k, back, 0);
+    }
+    other(back, 0, 0);
+  };
+  for (int z = 0; z < size_[2]; ++z)
+    for (int y = 0; y < size_[1]; ++y)
+      for (int x = 0; x < size_[0]; ++x) look(x, y, z, -1);
+  for (int z = size_[2]; z-- > 0;)
+    for (int y = size_[1]; y-- > 0;)
+      for (int x = size_[0]; x-- > 0;) look(x, y, z, 1);
 }
 
 std::array<int, 3> Occupied::index(Vec3 p) const {
@@ -77,11 +87,14 @@ std::array<int, 3> Occupied::index(Vec3 p) const {
   return {cube(from.x, size_[0]), cube(from.y, size_[1]), cube(from.z, size_[2])};
 }
 
-bool Occupied::near(Point<Part> p) const {
-  if (p.x < origin_.x || p.y < origin_.y || p.z < origin_.z || p.x > end_.x || p.y > end_.y || p.z > end_.z)
-    return false;
-  const auto i = index(from_origin(p));
-  return full_[at(i[0], i[1], i[2])] != 0;
+double Occupied::clear(Point<Part> p) const {
+  const Vec3 q = from_origin(p), below = origin_ - q, above = q - end_;
+  const double outside = std::max({below.x, below.y, below.z, above.x, above.y, above.z});
+  if (outside > 0.0) return outside;
+  const auto i = index(q);
+  // Less than k cubes away from p is no further than k cubes from its own.
+  const int cubes = cubes_[at(i[0], i[1], i[2])] - by_;
+  return cubes > 0 ? (cubes - 1) * cube_ : -1.0;
 }
 
 Stand::Stand(const Job& job, const ExecutedPath& path, const Stock& stock, Probes& probes,
@@ -149,7 +162,7 @@ void Stand::time(std::size_t move, double way, Point<Part> place, Haste& haste) 
 void Stand::share_out(const SweptStep& step, std::vector<SweptBody>& bodies, Swept& out) const {
   bodies.clear();
   sweep_.bodies(
-      step.from, step.to, [&](Point<Part> p) { return occupied_.near(p); }, bodies);
+      step.from, step.to, [&](Point<Part> p) { return occupied_.clear(p); }, bodies);
   for (const SweptBody& body : bodies) {
     bool meets = false;
     for (std::size_t b = 0; b < stock_.bundles.size(); ++b) {

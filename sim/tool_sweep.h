@@ -18,9 +18,10 @@ class ToolSweep {
   explicit ToolSweep(const Cutter& cutter);
 
   /// Appends the bodies between two poses: short pieces of the tool, cutter first, from the tip up; of a
-  /// round cutter only those of which wanted(middle) is true.
-  template <class Wanted>
-  void bodies(const Pose& from, const Pose& to, const Wanted& wanted, std::vector<SweptBody>& out) const;
+  /// round cutter only those of which clear(middle) is below 0. Else it says how far round that point it
+  /// would be no other, mm.
+  template <class Clear>
+  void bodies(const Pose& from, const Pose& to, const Clear& clear, std::vector<SweptBody>& out) const;
   /// All of a piece is within this, and half its way, of its middle, mm.
   double piece_reach() const { return 0.5 * step_ + reach_; }
   /// The piece of the cutting part that is next to p.
@@ -44,13 +45,18 @@ class ToolSweep {
   double core_low_, core_high_, reach_, step_, longest_ = 0.0;
 };
 
-template <class Wanted>
-void ToolSweep::bodies(const Pose& from, const Pose& to, const Wanted& wanted,
+template <class Clear>
+void ToolSweep::bodies(const Pose& from, const Pose& to, const Clear& clear,
                        std::vector<SweptBody>& out) const {
   if (round_) {
+    double clear_to = -kInfinity;  // up to this height; points up the tool are no further apart than heights
     const auto add = [&](double low, double high) {
       const double h = 0.5 * (low + high);
-      if (!wanted(lerp(from.tip + from.axis * h, to.tip + to.axis * h, 0.5))) return;
+      if (h < clear_to) return;
+      if (const double mm = clear(lerp(from.tip + from.axis * h, to.tip + to.axis * h, 0.5)); mm >= 0.0) {
+        clear_to = h + mm;
+        return;
+      }
       out.push_back(piece(from, to, low, high));
       if (low == core_low_ && high > low) out.back() = out.back().without_ball();
     };

@@ -86,7 +86,10 @@ TEST(Contact, ProbesOfABallAgainstAMarchAlongTheirLines) {
     const Point<Part> from{2 * any(random), 2 * any(random), 1.1 + 0.3 * any(random)};
     const BallWay way(from, from + Vec3{any(random), any(random), 0.3 * any(random)}, kBall);
     for (std::uint32_t patch = 0; patch < probes.patches().mesh.facets.size(); ++patch) {
-      probes.pass_ball(patch, way, 7);
+      std::vector<Probes::Live> live;
+      probes.collect(patch, live);
+      probes.pass_ball(patch, way, 7, live);
+      probes.settle(patch);
       for (std::uint64_t i = probes.patches().first[patch]; i < probes.patches().first[patch + 1];
            i += kEvery) {
         if (way.distance(probes.place(patch, i)) > kBall + kReach) continue;
@@ -161,6 +164,84 @@ TEST(Contact, ProbesOfRowsInAnyOrderAgainstTheirFormula) {
       }
     }
     EXPECT_GT(std::min(near[0], far[1]), 1000);
+  }
+}
+
+TEST(Contact, ALedgeAtAnyHeightIsCutAsDeepAsTheShankGoes) {
+  constexpr double kDeep = 0.3, kWall = 5.0;
+  const Job job = make_job();
+  for (double height = 1.0; height < 30.0; height += 0.5) {
+    // Large patches, which reach over more than one stretch of the shank.
+    const CheckedMesh part = checked(
+        box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, -1}}, {Vec3{-8, kWall, height}, Vec3{8, 8, height + 3.5}}}));
+    ExecutedPath path;
+    const auto go = [&](double x, double up) {
+      const double time = static_cast<double>(path.moves.size());
+      path.moves.push_back({joints_for({{x, kWall - kRadius + kDeep, up}, {0, 0, 1}}), time, time + 1.0, 0.0,
+                            path.moves.size() + 1, 0, false});
+    };
+    go(-12.0, 0.0);
+    for (double x = -11.0; x <= 12.0; x += 0.7) go(x, 0.0);
+    path.start = path.moves[0].to;
+    Stock stock = *make_stock(*parse_stock("box:1"), part, job, 0.5, 1, {2});
+    Probes probes(part.mesh, 0.5, 0.5);
+    const auto found = remove_material(job, path, stock, probes, {job.plan.tolerance, 1}, {});
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->worst[0], kDeep, 1e-6) << height;
+    EXPECT_NEAR(found->deepest, -kDeep, 1e-6) << height;
+  }
+}
+
+/// Rows near each other over a plate, beside a wall; the axis turns by up to `turn` in a move. The first path
+/// is all of them in a row, the others are its parts.
+std::vector<ExecutedPath> neighbours(double turn) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  std::vector<ExecutedPath> paths(1);
+  const auto add = [&](const Joints& to, ExecutedPath& path) {
+    if (path.moves.empty()) path.start = to;
+    path.moves.push_back({to, 0.0, 1.0, 0.0, 1, 0, false});
+  };
+  for (double y = -1.0; y < 2.9; y += 0.15) {
+    ExecutedPath row, link;
+    if (!paths[0].moves.empty()) add(paths[0].moves.back().to, link);
+    const Vec3 lean{0.1 + 2.0 * turn * any(random), -0.5 + turn * any(random), 1.0};
+    for (double x = -7.0; x <= 7.0; x += 0.6) {
+      const Vec3 u = normalized(lean + Vec3{turn * any(random), turn * any(random), 0.0});
+      const Point<Part> centre{x, y + 0.05 * any(random), kRadius + 0.1 + 0.1 * any(random)};
+      const Joints to = joints_for({centre - u * kRadius, u});
+      add(to, row), add(to, paths[0]);
+    }
+    add(row.start, link);
+    paths.push_back(row), paths.push_back(link);
+  }
+  return paths;
+}
+
+TEST(Contact, ProbesOfNeighbouringRowsAreThoseOfEachRowByItself) {
+  const CheckedMesh part =
+      checked(box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}, {Vec3{-8, 4.8, -6}, Vec3{8, 8, 3}}}));
+  const Job job = make_job();
+  // What a piece sweeps while it turns is right to a share of a cell only, (R4).
+  for (const auto& [turn, error] : {std::pair(0.0, 1e-6), std::pair(0.05, 2e-3)}) {
+    const std::vector<ExecutedPath> paths = neighbours(turn);
+    for (const double spacing : {0.05, 0.3}) {
+      Probes together(part.mesh, spacing, 0.5), apart(part.mesh, spacing, 0.5);
+      for (std::size_t i = 0; i < paths.size(); ++i) {
+        Stock stock = *make_stock(*parse_stock("box:1"), part, job, 0.5, 1, {2});
+        Probes& probes = i == 0 ? together : apart;
+        ASSERT_TRUE(remove_material(job, paths[i], stock, probes, {job.plan.tolerance, 1}, {}));
+      }
+      std::uint64_t touched = 0;
+      for (std::uint64_t i = 0; i < together.count(); ++i) {
+        const double left = together.value(i).left, by_itself = apart.value(i).left;
+        ASSERT_EQ(std::isfinite(left), std::isfinite(by_itself)) << turn << " " << spacing << " " << i;
+        if (!std::isfinite(left)) continue;
+        ASSERT_NEAR(left, by_itself, error) << turn << " " << spacing << " " << i;
+        ++touched;
+      }
+      EXPECT_GT(touched, together.count() / 10);
+    }
   }
 }
 

@@ -6,6 +6,7 @@
 #include <random>
 #include <sstream>
 
+#include "sim/removal_parts.h"
 #include "sim/tool_sweep.h"
 #include "tests/plate_program.h"
 
@@ -28,7 +29,7 @@ void cut(Stock& stock, const Cutter& cutter, const Pose& from, const Pose& to) {
   const ToolSweep sweep(cutter);
   std::vector<SweptBody> bodies;
   sweep.bodies(
-      from, to, [](Point<Part>) { return true; }, bodies);
+      from, to, [](Point<Part>) { return -1.0; }, bodies);
   for (Dexels& dexels : stock.bundles)
     for (int s = 0; s < Dexels::kStripes; ++s)
       for (const SweptBody& body : bodies) dexels.cut(s, body, false);
@@ -167,6 +168,38 @@ TEST(Removal, ShankWithoutItsBallAndTheBallAreTheWhole) {
     }
   }
   EXPECT_GT(met, 500u);
+}
+
+TEST(Removal, WhatIsClearOfStockIsNotNearIt) {
+  constexpr double kReach = 2.5;
+  // A bar in one corner of a block of air.
+  const Box box{{-10, -10, -10}, {10, 10, 0}}, bar{{-9, -3, -9}, {-6, 2, -4}};
+  Stock stock{{}, box, 0.5};
+  stock.bundles.emplace_back(2, box, 0.5);
+  for (int s = 0; s < Dexels::kStripes; ++s) stock.bundles.back().fill(s, bar);
+  const Occupied occupied(stock, kReach);
+  const auto from_bar = [&](Point<Part> p) {
+    return length({std::max({bar.min.x - p.x, p.x - bar.max.x, 0.0}),
+                   std::max({bar.min.y - p.y, p.y - bar.max.y, 0.0}),
+                   std::max({bar.min.z - p.z, p.z - bar.max.z, 0.0})});
+  };
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  int clear = 0, far = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Point<Part> p{18 * any(random), 18 * any(random), 18 * any(random)};
+    const double mm = occupied.clear(p);
+    if (from_bar(p) <= kReach) {
+      ASSERT_LT(mm, 0.0) << to_string(p);
+    }
+    if (mm < 0.0) continue;
+    ++clear, far += mm > 4.0 ? 1 : 0;
+    ASSERT_GE(from_bar(p), kReach + mm) << to_string(p);
+    const Vec3 way = normalized({any(random), any(random), any(random)}) * (mm * 0.999);
+    ASSERT_GE(occupied.clear(p + way), 0.0) << to_string(p);
+  }
+  EXPECT_GT(clear, 10000);
+  EXPECT_GT(far, 5000);
 }
 
 }  // namespace
