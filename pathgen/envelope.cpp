@@ -6,6 +6,9 @@
 #include <limits>
 #include <optional>
 
+#include "pathgen/straight_moves.h"
+#include "pathgen/surface_end.h"
+
 namespace tiltfeed {
 
 namespace {
@@ -13,24 +16,11 @@ namespace {
 /// Share of the tolerance that a steep flank may lean: the step at which the search for its foot ends.
 constexpr double kFlankShare = 0.1;
 
-/// An arc leaves its chord by a quarter of what its end leaves the tangent, to first order; a little more for
-/// the rest.
-constexpr double kArcShare = 0.26;
-/// Where the surface ends, usually on a flank, its end is found this closely (mm): a ball of radius R is then
-/// within sqrt(2 R kEndStep) of the end of the flank.
-constexpr double kEndStep = 1e-7;
-
 /// See break_points().
 constexpr double kBreakShare = 1.0 / 4.0;
 
 /// Lines shorter than this share of the index's spacing are looked up like places.
 constexpr double kNearShare = 0.5;
-
-struct Sample {
-  double run = 0.0;
-  bool hit = false;
-  EnvelopePoint point;
-};
 
 }  // namespace
 
@@ -39,12 +29,13 @@ struct Sample {
 class Profile {
  public:
   Profile(Envelope& field, const FlatLine& line)
-      : field_(field), surface_(field.surface_), map_(field.map_), line_(line), options_(field.options_) {
-    flank_ = options_.tolerance * kFlankShare;
-    // (E3) Between two points of one sheet another curved sheet can rise by its sagitta over the gap.
-    const ToolPiece& cutter = surface_.pieces().front();
-    curved_step_ = std::sqrt(8.0 * (cutter.corner > 0.0 ? cutter.corner : cutter.flat) * options_.tolerance);
-  }
+      : field_(field),
+        surface_(field.surface_),
+        map_(field.map_),
+        line_(line),
+        options_(field.options_),
+        moves_(surface_, options_),
+        flank_(options_.tolerance * kFlankShare) {}
 
   LineEnvelope build() {
     const std::vector<double> breaks = break_points();
@@ -89,7 +80,7 @@ class Profile {
     for (std::size_t i = 0; i < all.size(); ++i) breaks[i] = all[i].from, breaks[all.size() + i] = all[i].to;
     std::sort(ends, breaks.end());
     std::inplace_merge(breaks.begin(), ends, breaks.end());  // they come by rising start
-    const auto close = [this](double a, double b) { return b - a < curved_step_ * kBreakShare; };
+    const auto close = [this](double a, double b) { return b - a < moves_.curved_step() * kBreakShare; };
     const double last = breaks.empty() ? 0.0 : breaks.back();
     breaks.erase(std::unique(breaks.begin(), breaks.end(), close), breaks.end());
     if (!breaks.empty() && breaks.back() < last)
@@ -169,71 +160,28 @@ class Profile {
     point.lever = static_cast<float>(std::max(1.0, lever));
   }
 
-  /// (E2) How far the tangent planes at two points are from the other point, the larger and the smaller. The
-  /// envelope between them leaves the straight move by no more than the smaller if it is two planes, by a
-  /// quarter of either if it is an arc.
-  struct Lift {
-    double larger, smaller;
-  };
-  Lift lift(const EnvelopePoint& a, const EnvelopePoint& b, Vec3 chord) const {
-    const double from_a = std::abs(dot(a.normal, chord)) * static_cast<double>(a.lever),
-                 from_b = std::abs(dot(b.normal, chord)) * static_cast<double>(b.lever);
-    const double share = a.patch == b.patch && surface_.piece(a.patch).is_ball() ? kArcShare : 1.0;
-    return {std::max(from_a, from_b) * share, std::min(from_a, from_b) * share};
-  }
-
-  bool another_curved_sheet(const Sample& left, const Sample& right, double chord) const {
-    // A straight move dips under the lower of its ends by what the axis turns.
-    const double low = std::min(left.point.flat.z, right.point.flat.z) - chord * options_.max_axis_step;
-    return std::any_of(active_.begin(), active_.end(), [&](const Candidate& c) {
-      return static_cast<double>(c.top) > low && c.from <= left.run && c.to >= right.run &&
-             c.patch != left.point.patch && c.patch != right.point.patch && !surface_.is_face(c.patch);
-    });
-  }
-
-  bool short_enough(const Sample& left, const Sample& right, Vec3 chord) const {
-    const double length2 = squared_length(chord);
-    return turns_little(left.point, right.point, length2) &&
-           (length2 <= curved_step_ * curved_step_ || !another_curved_sheet(left, right, std::sqrt(length2)));
-  }
-
-  bool turns_little(const EnvelopePoint& a, const EnvelopePoint& b, double length2) const {
-    const double turn2 = squared_length(cross(a.axis, b.axis));
-    return turn2 <= options_.max_axis_step * options_.max_axis_step &&
-           turns_evenly(a, b, turn2, options_.tolerance, options_) &&
-           length2 <= options_.max_distance * options_.max_distance;
-  }
-
-  bool on_move(const Sample& sample, const Sample& left, const Sample& right) const {
-    return sample.hit && distance_to_segment(sample.point.centre, left.point.centre, right.point.centre) *
-                                 static_cast<double>(sample.point.lever) <=
-                             options_.tolerance;
-  }
-
-  /// A flat end that lies on two features in one plane tells nothing of what is between them.
-  bool stands_level_on_two(const Sample& left, const Sample& right) const {
-    const auto level = [](const EnvelopePoint& p) { return p.normal == p.axis; };
-    return left.point.patch != right.point.patch && level(left.point) && level(right.point);
-  }
-
-  /// Emits what is needed strictly between two samples.
-  void refine(const Sample& left, const Sample& right) {
+  /// Emits what is needed strictly between two samples. `looks`: for the end of the surface there so far.
+  void refine(const Sample& left, const Sample& right, int looks = 0) {
     if (right.run - left.run <= (left.hit == right.hit ? flank_ : kEndStep)) return;
-    const Vec3 chord = right.point.centre - left.point.centre;
-    const bool joined = left.hit && right.hit && short_enough(left, right, chord);
-    const Lift rise = joined ? lift(left.point, right.point, chord) : Lift{};
-    if (joined && rise.larger <= options_.tolerance && !stands_level_on_two(left, right)) return;
-    const Sample middle = evaluate((left.run + right.run) / 2.0);
+    const bool both = left.hit && right.hit;
+    const StraightMoves::Verdict move = both ? moves_.judge(left, right, active_) : StraightMoves::Verdict{};
+    if (move.joined && move.larger <= options_.tolerance && !moves_.stands_level_on_two(left, right)) return;
+    const Sample middle =
+        evaluate(left.hit == right.hit ? (left.run + right.run) / 2.0
+                                       : next_look(surface_, map_, line_, left, right, looks));
     if (!left.hit && !right.hit && !middle.hit) return;
     // A corner next to one end: the middle shows whether it is no more than that, and the quarters that there
     // are not two of them.
-    if (joined && middle.hit && rise.smaller <= options_.tolerance && on_move(middle, left, right) &&
-        on_move(evaluate(left.run + 0.25 * (right.run - left.run)), left, right) &&
-        on_move(evaluate(left.run + 0.75 * (right.run - left.run)), left, right))
+    const auto quarter = [&](double share) {
+      return moves_.on_move(evaluate(left.run + share * (right.run - left.run)), left, right);
+    };
+    if (move.joined && middle.hit && move.smaller <= options_.tolerance &&
+        moves_.on_move(middle, left, right) &&
+        (moves_.one_corner(left, middle, right, move.length2) || (quarter(0.25) && quarter(0.75))))
       return;
-    refine(left, middle);
+    refine(left, middle, looks + 1);
     emit(middle);
-    refine(middle, right);
+    refine(middle, right, looks + 1);
   }
 
   void emit(const Sample& sample) {
@@ -250,8 +198,9 @@ class Profile {
   const Deformation& map_;
   FlatLine line_;
   const EnvelopeOptions& options_;
+  StraightMoves moves_;
+  double flank_;
   Deformation::Angles angles_;
-  double flank_ = 0.0, curved_step_ = 0.0;
   std::size_t next_ = 0;  ///< candidates before it have been active
   std::vector<Candidate> active_;
   Pass pass_;

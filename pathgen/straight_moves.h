@@ -1,0 +1,61 @@
+#pragma once
+// May the tool go straight from one point of the envelope to the next? (E2), (E3) in pathgen/README.md.
+
+#include <span>
+
+#include "pathgen/candidates.h"
+#include "pathgen/envelope.h"
+
+namespace tiltfeed {
+
+/// What the envelope is at one run coordinate of a line: a point, or nothing.
+struct Sample {
+  double run = 0.0;
+  bool hit = false;
+  EnvelopePoint point;
+};
+
+class StraightMoves {
+ public:
+  /// Both must outlive it.
+  StraightMoves(const ClSurface& surface, const EnvelopeOptions& options);
+
+  /// What the two ends of a move tell of it.
+  struct Verdict {
+    /// The axis turns little, the move is not too long, and no curved sheet but those that the ends lie on
+    /// rises over it by more than the tolerance.
+    bool joined = false;
+    /// How far the tangent planes at the ends are from the other end, mm. The envelope between leaves the
+    /// move by no more than the smaller if it is two planes, by a quarter of either if it is an arc.
+    double larger = 0.0, smaller = 0.0;
+    double length2 = 0.0;  ///< of the move, mm^2
+  };
+  /// `active`: all that may be highest between them, and not only there.
+  Verdict judge(const Sample& left, const Sample& right, std::span<const Candidate> active) const;
+
+  /// Is a sample between two others within the tolerance of the move?
+  bool on_move(const Sample& sample, const Sample& left, const Sample& right) const;
+
+  /// Is there no more than one corner between the ends, and the middle beside it? Of planes nothing rises
+  /// over the move but what the ends lie on, and over a short one nothing does.
+  bool one_corner(const Sample& left, const Sample& middle, const Sample& right, double length2) const;
+
+  /// A flat end that lies on two features in one plane tells nothing of what is between them.
+  bool stands_level_on_two(const Sample& left, const Sample& right) const;
+
+  /// Over a gap of this length (mm) between two points of one sheet another curved sheet rises by its
+  /// sagitta, the tolerance.
+  double curved_step() const { return curved_step_; }
+
+ private:
+  bool turns_little(const EnvelopePoint& a, const EnvelopePoint& b, double length2) const;
+  bool another_curved_sheet(const Sample& left, const Sample& right, double chord,
+                            std::span<const Candidate> active) const;
+  bool keeps_off(PatchId patch, Point<Part> a, Point<Part> b) const;
+
+  const ClSurface& surface_;
+  const EnvelopeOptions& options_;
+  double curved_step_;
+};
+
+}  // namespace tiltfeed
