@@ -34,6 +34,7 @@ double mean_rho(const Mesh& mesh, Sides sides, double offset, const AxisFrame& f
   std::vector<Sum> sums((mesh.facets.size() + kFacetsPerBlock - 1) / kFacetsPerBlock);
   tbb::parallel_for(std::size_t{0}, sums.size(), [&](std::size_t block) {
     const std::size_t end = std::min(mesh.facets.size(), (block + 1) * kFacetsPerBlock);
+    Sum own;
     for (std::size_t i = block * kFacetsPerBlock; i < end; ++i) {
       const auto& f = mesh.facets[i];
       const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
@@ -43,8 +44,9 @@ double mean_rho(const Mesh& mesh, Sides sides, double offset, const AxisFrame& f
       const Deformation::Aim aim = probe.aim(centre);
       if (aim.away.rho <= 0.0) continue;
       if (sides == Sides::kOutward && dot(normal, aim.axis) <= 0.0) continue;
-      sums[block].weight += area, sums[block].rho += area * aim.away.rho;
+      own.weight += area, own.rho += area * aim.away.rho;
     }
+    sums[block] = own;
   });
   double weight = 0.0, sum = 0.0;
   for (const Sum& s : sums) weight += s.weight, sum += s.rho;

@@ -91,10 +91,15 @@ class Profile {
   /// Makes every candidate that overlaps [from, to] active, those that may be highest first.
   void activate(double from, double to) {
     const std::vector<Candidate>& all = field_.candidates_;
-    std::erase_if(active_, [&](const Candidate& c) { return c.to < from; });
+    if (ends_ < from) {
+      std::erase_if(active_, [&](const Candidate& c) { return c.to < from; });
+      ends_ = std::numeric_limits<double>::infinity();
+      for (const Candidate& c : active_) ends_ = std::min(ends_, c.to);
+    }
     for (; next_ < all.size() && all[next_].from <= to; ++next_) {
       const Candidate& c = all[next_];
       if (c.to < from) continue;
+      ends_ = std::min(ends_, c.to);
       const auto lower = [&](const Candidate& other) { return other.top < c.top; };
       active_.insert(std::find_if(active_.begin(), active_.end(), lower), c);
     }
@@ -203,6 +208,7 @@ class Profile {
   Deformation::Angles angles_;
   std::size_t next_ = 0;  ///< candidates before it have been active
   std::vector<Candidate> active_;
+  double ends_ = std::numeric_limits<double>::infinity();  ///< the first of them to end
   Pass pass_;
   LineEnvelope result_;
 };

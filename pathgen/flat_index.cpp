@@ -135,16 +135,12 @@ Extent extent_of(Ranges r, const Deformation& deformation) {
 }  // namespace
 
 FlatIndex::FlatIndex(Cells cells, const Deformation& deformation) : cells_(std::move(cells)) {
-  std::vector<LooseBox> boxes;
-  const Extent extent = extent_of(ranges_of(cells_, boxes), deformation);
+  const Extent extent = extent_of(ranges_of(cells_, boxes_), deformation);
   period_x_ = extent.period_x, period_y_ = extent.period_y, bounds_ = extent.bounds;
-  bins_ = FlatBins(boxes, bounds_, period_x_, period_y_);
+  bins_ = FlatBins(boxes_, bounds_, period_x_, period_y_);
 }
 
-FlatBox FlatIndex::box(std::uint32_t cell) const { return box_of(cells_, cells_.cells[cell]); }
-
-bool FlatIndex::holds(const Cell& cell, double x, double y) const {
-  const FlatBox box = box_of(cells_, cell);
+bool FlatIndex::holds(const FlatBox& box, double x, double y) const {
   const auto turned = [](double v, double low, double high, double period) {
     return period > 0.0 ? v + period * std::round(((low + high) / 2.0 - v) / period) : v;
   };
@@ -158,7 +154,7 @@ double FlatIndex::crossings(double dx, double dy, double step) const {
       tbb::blocked_range<std::size_t>(0, cells_.cells.size(), kGrain), 0.0,
       [&](const auto& range, double sum) {
         for (std::size_t c = range.begin(); c < range.end(); ++c) {
-          const FlatBox box = box_of(cells_, cells_.cells[c]);
+          const FlatBox box = this->box(static_cast<std::uint32_t>(c));
           sum += std::abs(dy) * (box.high_x - box.low_x) + std::abs(dx) * (box.high_y - box.low_y);
         }
         return sum;
@@ -167,8 +163,9 @@ double FlatIndex::crossings(double dx, double dy, double step) const {
   return static_cast<double>(cells_.cells.size()) + widths / step;
 }
 
-void FlatIndex::add_cell(const Cell& cell, const FlatLine& line, const FlatBox& swept,
+void FlatIndex::add_cell(std::uint32_t c, const FlatLine& line, const FlatBox& swept,
                          std::vector<Candidate>& candidates) const {
+  const Cell& cell = cells_.cells[c];
   const FlatCorner* corner = cells_.corners.data() + cell.first;
   const auto add_turned = [&](double shift_x, double shift_y) {
     Range run;
@@ -177,7 +174,7 @@ void FlatIndex::add_cell(const Cell& cell, const FlatLine& line, const FlatBox& 
     candidates.push_back({std::max(run.low, 0.0), std::min(run.high, line.length), cell.patch, cell.top});
   };
   if (period_x_ <= 0.0 && period_y_ <= 0.0) return add_turned(0.0, 0.0);
-  each_turn(box_of(cells_, cell), swept, add_turned);
+  each_turn(box(c), swept, add_turned);
 }
 
 void FlatIndex::ask(Scratch& scratch) const {
@@ -194,7 +191,7 @@ void FlatIndex::near(const FlatBox& box, Scratch& scratch, std::vector<Nearby>& 
     if (scratch.seen[c] == scratch.question) return;
     scratch.seen[c] = scratch.question;
     const Cell& cell = cells_.cells[c];
-    const FlatBox own = box_of(cells_, cell);
+    const FlatBox own = this->box(c);
     each_turn(own, box, [&](double x, double y) {
       const FlatBox turned{own.low_x + x, own.high_x + x, own.low_y + y, own.high_y + y};
       if (turned.overlaps(box)) nearby.push_back({turned, cell.patch, cell.top});
@@ -253,7 +250,7 @@ void FlatIndex::along(const FlatLine& line, std::span<const std::uint32_t> cells
   scratch.pieces.clear();
   const FlatBox swept = box_round(line);
   for (const std::uint32_t c : cells)
-    add_cell(cells_.cells[c], line, swept, has_siblings(c) ? scratch.pieces : candidates);
+    add_cell(c, line, swept, has_siblings(c) ? scratch.pieces : candidates);
   join_pieces(scratch.pieces, candidates);
   sort_by_start(candidates, line.length, scratch.sorting);
 }
@@ -266,7 +263,7 @@ void FlatIndex::along(const FlatLine& line, Scratch& scratch, std::vector<Candid
   bins_.each_on(line, [&](std::uint32_t c) {
     if (scratch.seen[c] == scratch.question) return;
     scratch.seen[c] = scratch.question;
-    add_cell(cells_.cells[c], line, swept, has_siblings(c) ? scratch.pieces : candidates);
+    add_cell(c, line, swept, has_siblings(c) ? scratch.pieces : candidates);
   });
   join_pieces(scratch.pieces, candidates);
   sort_by_start(candidates, line.length, scratch.sorting);

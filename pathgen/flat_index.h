@@ -35,7 +35,10 @@ class FlatIndex {
              std::vector<Candidate>& candidates) const;
   std::size_t cells() const { return cells_.cells.size(); }
   /// The box round a cell, pads and all.
-  FlatBox box(std::uint32_t cell) const;
+  FlatBox box(std::uint32_t cell) const {
+    const LooseBox& b = boxes_[cell];
+    return {b.low_x, b.high_x, b.low_y, b.high_y};
+  }
   /// Calls visit(shift_x, shift_y) for each turn on which the box may overlap `swept`: over the seam, or on a
   /// line that passes it, there may be more than one.
   template <class Visit>
@@ -72,7 +75,7 @@ class FlatIndex {
   template <class Visit>
   bool any_at(double x, double y, Visit visit) const {
     return bins_.any_at(x, y, [&](std::uint32_t cell) {
-      return holds(cells_.cells[cell], x, y) && visit(cells_.cells[cell].patch);
+      return holds(box(cell), x, y) && visit(cells_.cells[cell].patch);
     });
   }
   /// About how many cells lines in the direction (dx, dy), `step` apart, cut in all.
@@ -82,13 +85,14 @@ class FlatIndex {
   const std::vector<PatchId>& covering() const { return cells_.near; }
 
  private:
-  bool holds(const Cell& cell, double x, double y) const;
+  bool holds(const FlatBox& box, double x, double y) const;
   bool has_siblings(std::uint32_t cell) const;
   void ask(Scratch& scratch) const;
-  void add_cell(const Cell& cell, const FlatLine& line, const FlatBox& swept,
+  void add_cell(std::uint32_t cell, const FlatLine& line, const FlatBox& swept,
                 std::vector<Candidate>& candidates) const;
 
   Cells cells_;
+  std::vector<LooseBox> boxes_;  ///< by cell
   /// Where a coordinate wraps and is covered past its seam, else 0.
   double period_x_ = 0.0, period_y_ = 0.0;
   FlatBounds bounds_;

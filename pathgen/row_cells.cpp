@@ -86,6 +86,7 @@ RowCells::RowCells(const FlatIndex& index, std::span<const FlatLine> lines) : fi
   tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
     Block& block = blocks[b];
     block.count.resize(lines.size());
+    block.meetings.reserve(index.cells() / kBlocks);
     const auto end = static_cast<std::uint32_t>(index.cells() * (b + 1) / kBlocks);
     for (auto c = static_cast<std::uint32_t>(index.cells() * b / kBlocks); c < end; ++c) {
       const std::size_t before = block.meetings.size();

@@ -16,6 +16,7 @@
 #include <string_view>
 #include <utility>
 
+#include "pathgen/read_blocks.h"
 #include "pathgen/stl_text.h"
 
 namespace tiltfeed {
@@ -248,15 +249,9 @@ Result<Stl> read_stl(const std::string& path, double unit_mm) {
                                   std::to_string(kMaxStlBytes) + "; export with a coarser tolerance");
   }
   const auto buffer = std::make_unique_for_overwrite<char[]>(size);
-  std::uint64_t filled = 0;
-  while (filled < size) {
-    const ssize_t got = ::read(file.get(), buffer.get() + filled, size - filled);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return io_error(path, "cannot read");
-    if (got == 0) break;
-    filled += static_cast<std::uint64_t>(got);
-  }
-  return parse_stl({buffer.get(), filled}, path, unit_mm);
+  const auto filled = read_blocks(file.get(), buffer.get(), size);
+  if (!filled) return io_error(path, "cannot read");
+  return parse_stl({buffer.get(), *filled}, path, unit_mm);
 }
 
 Result<void> write_stl(const std::string& path, const std::vector<std::array<Point<Part>, 3>>& facets) {

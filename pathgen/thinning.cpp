@@ -41,7 +41,7 @@ bool all_on_move(const EnvelopePoint* from, const EnvelopePoint* to, double tole
     const double lever = static_cast<double>(p.lever);
     return squared_length(out - move * along) * (lever * lever) > tolerance * tolerance;
   };
-  return !off(*middle) && std::none_of(from + 1, to, off);
+  return !off(*middle) && (to - from == 2 || std::none_of(from + 1, to, off));
 }
 
 }  // namespace
