@@ -49,9 +49,6 @@ class Linker {
     linked_.moves.reserve(points);
     for (const Travelled& t : order) add({slices[t.slice][t.pass], t.reversed});
     if (down_) retract();
-    for (std::size_t i = 1; i < linked_.moves.size(); ++i)
-      if (linked_.moves[i].kind != MoveKind::kCut)
-        linked_.air_length += distance(linked_.moves[i - 1].pose.tip, linked_.moves[i].pose.tip);
     return std::move(linked_);
   }
 
@@ -133,6 +130,8 @@ class Linker {
   Pose pose_of(const EnvelopePoint& p) const { return pose_at(p.centre, p.axis, options_.reference_height); }
   void cut(const EnvelopePoint& p) { push(pose_of(p), MoveKind::kCut, surface_.facet_of(p.patch)); }
   void push(const Pose& pose, MoveKind kind, std::uint32_t facet = kNoFacet) {
+    if (kind != MoveKind::kCut && !linked_.moves.empty())
+      linked_.air_length += distance(linked_.moves.back().pose.tip, pose.tip);
     linked_.moves.push_back({pose, kind, facet});
   }
 
