@@ -35,6 +35,12 @@ struct FlatBox {
   }
 };
 
+/// The rectangle round a line.
+inline FlatBox box_round(const FlatLine& line) {
+  const double end_x = line.x_at(line.length), end_y = line.y_at(line.length);
+  return {std::min(line.x, end_x), std::max(line.x, end_x), std::min(line.y, end_y), std::max(line.y, end_y)};
+}
+
 /// The same in half the memory, for a box that is only to be found.
 struct LooseBox {
   float low_x = 0.0f, high_x = 0.0f, low_y = 0.0f, high_y = 0.0f;

@@ -234,16 +234,6 @@ void FlatIndex::along(const FlatLine& line, const std::vector<Nearby>& nearby, S
   sort_by_start(candidates, line.length, scratch.sorting);
 }
 
-namespace {
-
-/// The rectangle round a line.
-FlatBox box_round(const FlatLine& line) {
-  const double end_x = line.x_at(line.length), end_y = line.y_at(line.length);
-  return {std::min(line.x, end_x), std::max(line.x, end_x), std::min(line.y, end_y), std::max(line.y, end_y)};
-}
-
-}  // namespace
-
 void FlatIndex::along(const FlatLine& line, std::span<const std::uint32_t> cells, Scratch& scratch,
                       std::vector<Candidate>& candidates) const {
   candidates.clear();

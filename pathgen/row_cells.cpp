@@ -54,15 +54,14 @@ class Sorted {
 };
 
 /// The rectangle round all lines.
-FlatBox box_round(std::span<const FlatLine> lines) {
+FlatBox box_round_all(std::span<const FlatLine> lines) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   FlatBox box{kFar, -kFar, kFar, -kFar};
-  for (const FlatLine& line : lines)
-    for (const double run : {0.0, line.length}) {
-      const double x = line.x_at(run), y = line.y_at(run);
-      box.low_x = std::min(box.low_x, x), box.high_x = std::max(box.high_x, x);
-      box.low_y = std::min(box.low_y, y), box.high_y = std::max(box.high_y, y);
-    }
+  for (const FlatLine& line : lines) {
+    const FlatBox one = box_round(line);
+    box = {std::min(box.low_x, one.low_x), std::max(box.high_x, one.high_x), std::min(box.low_y, one.low_y),
+           std::max(box.high_y, one.high_y)};
+  }
   return box;
 }
 
@@ -80,7 +79,7 @@ struct Block {
 RowCells::RowCells(const FlatIndex& index, std::span<const FlatLine> lines) : first_(lines.size() + 1) {
   if (lines.empty()) return;
   const Sorted sorted(lines);
-  const FlatBox round = box_round(lines);
+  const FlatBox round = box_round_all(lines);
   const double dx = lines[0].dx, dy = lines[0].dy, ax = std::abs(dx), ay = std::abs(dy);
   std::vector<Block> blocks(kBlocks);
   tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
