@@ -86,7 +86,7 @@ class SweepSampler {
     lever_ = lever * lever * angle_;
   }
 
-  /// `late`: samples may be late by more than kSmallAngle.
+  /// `late_far`: samples may be late by more than kSmallAngle.
   template <ChainKind kind, bool late_far = false>
   Deviation worst(double f0, double f1, const Posture& from, const Joints& to) const {
     const Joints& q = from.joints;

@@ -28,7 +28,7 @@ class Sorted {
     across_.reserve(lines.size());
     for (const FlatLine& line : lines) across_.push_back(line.y * line.dx - line.x * line.dy);
     const double width = across_.back() - across_.front();
-    per_mm_ = width > 0.0 ? static_cast<double>(lines.size()) / width : 0.0;
+    per_mm_ = width > kSpare ? static_cast<double>(lines.size()) / width : 0.0;
     slot_.resize(lines.size() + 1);
     std::uint32_t at = 0;
     for (std::size_t s = 0; s < slot_.size(); ++s) {
