@@ -57,4 +57,39 @@ void sort_by_start(std::vector<Candidate>& candidates, double length, CandidateS
   }
 }
 
+bool CandidateSweep::next() {
+  constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  if (all_.empty()) return false;
+  const bool first = next_ == 0;
+  from_ = first ? all_.front().from : to_;
+  const double close = first ? 0.0 : close_;
+  if (ends_ < from_) drop_ended();
+  while (next_ < all_.size() && all_[next_].from - from_ < close) take_next();
+  to_ = next_ < all_.size() ? all_[next_].from : kNowhere;
+  double last = from_;
+  for (const Candidate& c : active_) {
+    last = std::max(last, c.to);
+    if (c.to - from_ >= close) to_ = std::min(to_, c.to);
+  }
+  if (to_ == kNowhere) to_ = last;
+  if (to_ == from_ && !first) return false;
+  while (next_ < all_.size() && all_[next_].from <= to_) take_next();
+  return true;
+}
+
+void CandidateSweep::drop_ended() {
+  std::erase_if(active_, [&](const Candidate& c) { return c.to < from_; });
+  ends_ = std::numeric_limits<double>::infinity();
+  for (const Candidate& c : active_) ends_ = std::min(ends_, c.to);
+}
+
+void CandidateSweep::take_next() {
+  const Candidate& c = all_[next_++];
+  if (c.to < from_) return;
+  ends_ = std::min(ends_, c.to);
+  auto place = active_.end();
+  while (place != active_.begin() && (place - 1)->top < c.top) --place;
+  active_.insert(place, c);
+}
+
 }  // namespace tiltfeed

@@ -135,7 +135,7 @@ void ClSurface::find_vertices(const std::vector<VertexNotes>& notes) {
 }
 
 std::uint32_t ClSurface::facet_of(PatchId patch) const {
-  const std::size_t faces = mesh_.facets.size(), feature = patch % features();
+  const std::size_t faces = mesh_.facets.size(), feature = feature_of(patch);
   if (feature < faces) return mesh_.source[feature];
   if (feature < faces + edges_.size()) return mesh_.source[edges_[feature - faces].facets[0]];
   return mesh_.source[fan(vertices_[feature - faces - edges_.size()]).front()];
@@ -145,8 +145,8 @@ bool ClSurface::top(const ToolPiece& piece, PatchId feature, const AxisLine& lin
   const double slack = kSeam * (piece.flat + piece.corner);
   if (feature < mesh_.facets.size()) {
     const Facet& f = mesh_.facets[feature];
-    const Point<Part> a = mesh_.vertices[f[0]], b = mesh_.vertices[f[1]], c = mesh_.vertices[f[2]];
-    const Vec3 n = normals_[feature];
+    const Point<Part>&a = mesh_.vertices[f[0]], &b = mesh_.vertices[f[1]], &c = mesh_.vertices[f[2]];
+    const Vec3& n = normals_[feature];
     if (sides_ == Sides::kBoth && dot(n, line.axis) < 0.0)
       return drop_on_facet(piece, a, c, b, -n, slack, line, hit);
     return drop_on_facet(piece, a, b, c, n, slack, line, hit);
@@ -192,7 +192,7 @@ bool ClSurface::covers(PatchId patch, Point<Part> p) const {
   const Core c = core(patch);
   if (c.count < 3) return distance_to_segment(p, c.corner[0], c.corner[c.count - 1]) < reach;
   const auto& [u, v, w] = c.corner;
-  const Vec3 n = normals_[patch % features()];
+  const Vec3 n = normals_[feature_of(patch)];
   const bool over = dot(cross(n, v - u), p - u) >= 0.0 && dot(cross(n, w - v), p - v) >= 0.0 &&
                     dot(cross(n, u - w), p - w) >= 0.0;
   if (over) return std::abs(dot(n, p - u)) < reach;
@@ -201,7 +201,7 @@ bool ClSurface::covers(PatchId patch, Point<Part> p) const {
 }
 
 ClSurface::Core ClSurface::core(PatchId patch) const {
-  std::size_t feature = patch % features();
+  std::size_t feature = feature_of(patch);
   if (feature < mesh_.facets.size()) {
     const Facet& f = mesh_.facets[feature];
     return {{mesh_.vertices[f[0]], mesh_.vertices[f[1]], mesh_.vertices[f[2]]}, 3};
@@ -214,7 +214,7 @@ ClSurface::Core ClSurface::core(PatchId patch) const {
 
 bool ClSurface::normals(PatchId patch, int side, std::vector<Vec3>& normals) const {
   normals.clear();
-  std::size_t feature = patch % features();
+  std::size_t feature = feature_of(patch);
   if (feature < mesh_.facets.size()) {
     normals.push_back(normals_[feature] * side);
     return true;
@@ -240,7 +240,7 @@ bool ClSurface::normals(PatchId patch, int side, std::vector<Vec3>& normals) con
 
 bool ClSurface::faces_away(PatchId patch, int side, Vec3 axis, double spread) const {
   const auto away = [&](Vec3 normal) { return dot(normal, axis) < -spread; };
-  std::size_t feature = patch % features();
+  std::size_t feature = feature_of(patch);
   if (feature < mesh_.facets.size()) return away(normals_[feature] * side);
   feature -= mesh_.facets.size();
   if (feature < edges_.size()) {

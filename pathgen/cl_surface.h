@@ -29,9 +29,7 @@ class ClSurface {
   const ToolPiece& piece(PatchId patch) const {
     return patch < features_ ? pieces_.front() : pieces_[patch / features_];
   }
-  bool is_face(PatchId patch) const {
-    return (patch < features_ ? patch : patch % features_) < mesh_.facets.size();
-  }
+  bool is_face(PatchId patch) const { return feature_of(patch) < mesh_.facets.size(); }
   /// The facet of the STL file that the patch stands on.
   std::uint32_t facet_of(PatchId patch) const;
 
@@ -39,7 +37,7 @@ class ClSurface {
   /// kSeam) are accepted, so that neighbouring patches leave no gap.
   bool top(PatchId patch, const AxisLine& line, ClHit& hit) const {
     return patch < features_ ? top(pieces_.front(), patch, line, hit)
-                             : top(pieces_[patch / features_], patch % features_, line, hit);
+                             : top(pieces_[patch / features_], feature_of(patch), line, hit);
   }
 
   /// The same of any other piece against a feature.
@@ -89,6 +87,7 @@ class ClSurface {
     std::uint8_t disagree = 0;    ///< its facets, on what is outside
     std::uint8_t sticks_out = 0;  ///< an edge there has a patch
   };
+  PatchId feature_of(PatchId patch) const { return patch < features_ ? patch : patch % features_; }
   std::vector<VertexNotes> find_edges();
   bool edge_patch(std::span<const HalfEdge> halves, EdgePatch& edge) const;
   void find_vertices(const std::vector<VertexNotes>& notes);

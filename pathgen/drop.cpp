@@ -55,7 +55,7 @@ double tube_angle(const ToolPiece& piece, double p, double k, double last) {
 }  // namespace
 
 /// (C3)
-bool drop_on_vertex(const ToolPiece& piece, Point<Part> v, const AxisLine& line, ClHit& hit) {
+bool drop_on_vertex(const ToolPiece& piece, const Point<Part>& v, const AxisLine& line, ClHit& hit) {
   const Vec3 w = line.base - v;
   const double aw = dot(line.axis, w);
   const Vec3 off = w - line.axis * aw;  // from the vertex to the axis
@@ -89,18 +89,17 @@ bool drop_on_vertex(const ToolPiece& piece, Point<Part> v, const AxisLine& line,
 namespace {
 
 /// (C2) A ball: the cylinder round the edge.
-bool drop_ball_on_edge(const ToolPiece& piece, Vec3 w, Vec3 e, double slack, const AxisLine& line,
-                       ClHit& hit) {
-  const double ee = squared_length(e), radius = piece.corner;
-  const Vec3 a = line.axis - e * (dot(line.axis, e) / ee);
-  const Vec3 o = w - e * (dot(w, e) / ee);
+bool drop_ball_on_edge(const ToolPiece& piece, const Vec3& w, const Vec3& e, double slack,
+                       const AxisLine& line, ClHit& hit) {
+  const double ee = squared_length(e), radius = piece.corner, per_ee = 1.0 / ee;
+  const Vec3 a = line.axis - e * (dot(line.axis, e) * per_ee);
+  const Vec3 o = w - e * (dot(w, e) * per_ee);
   const double aa = squared_length(a), ao = dot(a, o);
   const double disc = ao * ao - aa * (squared_length(o) - radius * radius);
   if (disc < 0.0 || aa < kSteepest) return false;
   hit.z = (-ao + std::sqrt(disc)) / aa;
-  const double along = dot(w + line.axis * hit.z, e);
-  const double reach = slack * std::sqrt(ee);
-  if (along < -reach || along > ee + reach) return false;
+  const double along = dot(w + line.axis * hit.z, e), beyond = std::max(-along, along - ee);
+  if (beyond > 0.0 && beyond * beyond > slack * slack * ee) return false;
   hit.normal = (o + a * hit.z) / radius;
   hit.z -= piece.above_reference;
   hit.twist = hit.normal * piece.above_reference;
@@ -109,8 +108,8 @@ bool drop_ball_on_edge(const ToolPiece& piece, Vec3 w, Vec3 e, double slack, con
 
 }  // namespace
 
-bool drop_on_edge(const ToolPiece& piece, Point<Part> p, Point<Part> q, double slack, const AxisLine& line,
-                  ClHit& hit) {
+bool drop_on_edge(const ToolPiece& piece, const Point<Part>& p, const Point<Part>& q, double slack,
+                  const AxisLine& line, ClHit& hit) {
   const Vec3 w = line.base - p, e = q - p;
   if (piece.is_ball()) return drop_ball_on_edge(piece, w, e, slack, line, hit);
   const Vec3 a = line.axis;
@@ -169,8 +168,8 @@ bool drop_on_edge(const ToolPiece& piece, Point<Part> p, Point<Part> q, double s
 }
 
 /// (C1)
-bool drop_on_facet(const ToolPiece& piece, Point<Part> a, Point<Part> b, Point<Part> c, Vec3 n, double slack,
-                   const AxisLine& line, ClHit& hit) {
+bool drop_on_facet(const ToolPiece& piece, const Point<Part>& a, const Point<Part>& b, const Point<Part>& c,
+                   const Vec3& n, double slack, const AxisLine& line, ClHit& hit) {
   const double along = dot(n, line.axis);
   if (along < kSteepest) return false;
   const double gap = dot(n, line.base - a);
@@ -192,7 +191,7 @@ bool drop_on_facet(const ToolPiece& piece, Point<Part> a, Point<Part> b, Point<P
   }
   hit.normal = n;
   hit.z -= piece.above_reference;
-  const auto inside_of = [&](Point<Part> from, Point<Part> to) {
+  const auto inside_of = [&](const Point<Part>& from, const Point<Part>& to) {
     const Vec3 side = to - from;
     const double depth = dot(cross(n, side), contact - from);
     return depth >= 0.0 || depth * depth <= slack * slack * squared_length(side);

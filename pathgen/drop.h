@@ -23,11 +23,11 @@ inline constexpr double kSeam = 2e-5;
 inline constexpr double kSteepest = 1e-9;
 
 /// Each returns false where there is no contact within the feature, its border widened by `slack` (mm).
-bool drop_on_vertex(const ToolPiece& piece, Point<Part> v, const AxisLine& line, ClHit& hit);
-bool drop_on_edge(const ToolPiece& piece, Point<Part> p, Point<Part> q, double slack, const AxisLine& line,
-                  ClHit& hit);
+bool drop_on_vertex(const ToolPiece& piece, const Point<Part>& v, const AxisLine& line, ClHit& hit);
+bool drop_on_edge(const ToolPiece& piece, const Point<Part>& p, const Point<Part>& q, double slack,
+                  const AxisLine& line, ClHit& hit);
 /// `n`: unit normal of the facet on the tool's side, from where the corners are counter-clockwise.
-bool drop_on_facet(const ToolPiece& piece, Point<Part> a, Point<Part> b, Point<Part> c, Vec3 n, double slack,
-                   const AxisLine& line, ClHit& hit);
+bool drop_on_facet(const ToolPiece& piece, const Point<Part>& a, const Point<Part>& b, const Point<Part>& c,
+                   const Vec3& n, double slack, const AxisLine& line, ClHit& hit);
 
 }  // namespace tiltfeed

@@ -16,7 +16,8 @@ namespace {
 /// Share of the tolerance that a steep flank may lean: the step at which the search for its foot ends.
 constexpr double kFlankShare = 0.1;
 
-/// See break_points().
+/// Breaks closer than this share of the curved step are taken as one: what rises or sinks between two samples
+/// so near does so by its square of the tolerance at most.
 constexpr double kBreakShare = 1.0 / 4.0;
 
 /// Lines shorter than this share of the index's spacing are looked up like places.
@@ -35,20 +36,18 @@ class Profile {
         line_(line),
         options_(field.options_),
         moves_(surface_, options_),
-        flank_(options_.tolerance * kFlankShare) {}
+        flank_(options_.tolerance * kFlankShare),
+        sweep_(field.candidates_, moves_.curved_step() * kBreakShare) {}
 
   LineEnvelope build() {
-    const std::vector<double> breaks = break_points();
-    if (breaks.empty()) return {};
-    pass_.reserve(2 * breaks.size());
-    activate(breaks[0], breaks[0]);
-    std::array<Sample, 2> ends{evaluate(breaks[0])};
+    if (!sweep_.next()) return {};
+    pass_.reserve(2 * field_.candidates_.size());
+    std::array<Sample, 2> ends{evaluate(sweep_.to())};
     emit(ends[0]);
-    for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
-      activate(breaks[i], breaks[i + 1]);
+    for (std::size_t i = 0; sweep_.next(); ++i) {
       const Sample& left = ends[i % 2];
       Sample& right = ends[(i + 1) % 2];
-      right = evaluate(breaks[i + 1]);
+      right = evaluate(sweep_.to());
       refine(left, right);
       emit(right);
     }
@@ -59,10 +58,9 @@ class Profile {
     return std::move(result_);
   }
 
-  /// The envelope at the start of the line. Requires: candidates of that place, those that may be highest
-  /// first.
+  /// The envelope at the start of the line, where all candidates are.
   Sample start() {
-    active_.swap(field_.candidates_);
+    sweep_.next();
     return evaluate(0.0);
   }
   /// The patch for which nothing may be cut there.
@@ -71,40 +69,6 @@ class Profile {
   }
 
  private:
-  /// Ends of the candidates' intervals, those closer than kBreakShare of the curved step taken as one: what
-  /// rises or sinks between two samples so near does so by kBreakShare^2 of the tolerance at most.
-  std::vector<double> break_points() const {
-    const std::vector<Candidate>& all = field_.candidates_;
-    std::vector<double> breaks(all.size() * 2);
-    const auto ends = breaks.begin() + static_cast<std::ptrdiff_t>(all.size());
-    for (std::size_t i = 0; i < all.size(); ++i) breaks[i] = all[i].from, breaks[all.size() + i] = all[i].to;
-    std::sort(ends, breaks.end());
-    std::inplace_merge(breaks.begin(), ends, breaks.end());  // they come by rising start
-    const auto close = [this](double a, double b) { return b - a < moves_.curved_step() * kBreakShare; };
-    const double last = breaks.empty() ? 0.0 : breaks.back();
-    breaks.erase(std::unique(breaks.begin(), breaks.end(), close), breaks.end());
-    if (!breaks.empty() && breaks.back() < last)
-      breaks.push_back(last);  // the slice ends there, not a little before
-    return breaks;
-  }
-
-  /// Makes every candidate that overlaps [from, to] active, those that may be highest first.
-  void activate(double from, double to) {
-    const std::vector<Candidate>& all = field_.candidates_;
-    if (ends_ < from) {
-      std::erase_if(active_, [&](const Candidate& c) { return c.to < from; });
-      ends_ = std::numeric_limits<double>::infinity();
-      for (const Candidate& c : active_) ends_ = std::min(ends_, c.to);
-    }
-    for (; next_ < all.size() && all[next_].from <= to; ++next_) {
-      const Candidate& c = all[next_];
-      if (c.to < from) continue;
-      ends_ = std::min(ends_, c.to);
-      const auto lower = [&](const Candidate& other) { return other.top < c.top; };
-      active_.insert(std::find_if(active_.begin(), active_.end(), lower), c);
-    }
-  }
-
   /// Does the part grown by the radius hold the place where the column ends? Then the column is shut from
   /// there down to wherever that body ends, which its own patches need not show.
   bool end_is_covered(double x, double y) {
@@ -130,7 +94,7 @@ class Profile {
     const AxisLine line = map_.axis_line(x, y, angles_);
     if (end_is_covered(x, y)) return sample;
     ClHit best;
-    for (const Candidate& c : active_) {
+    for (const Candidate& c : sweep_.active()) {
       ClHit hit;
       if (c.from > run || c.to < run) continue;
       if (sample.hit && static_cast<double>(c.top) < best.z) break;
@@ -167,18 +131,21 @@ class Profile {
 
   /// Emits what is needed strictly between two samples. `looks`: for the end of the surface there so far.
   void refine(const Sample& left, const Sample& right, int looks = 0) {
-    if (right.run - left.run <= (left.hit == right.hit ? flank_ : kEndStep)) return;
+    const double width = right.run - left.run;
+    if (width <= (left.hit == right.hit ? flank_ : kEndStep)) return;
     const bool both = left.hit && right.hit;
-    const StraightMoves::Verdict move = both ? moves_.judge(left, right, active_) : StraightMoves::Verdict{};
+    const StraightMoves::Verdict move =
+        both ? moves_.judge(left, right, sweep_.active()) : StraightMoves::Verdict{};
     if (move.joined && move.larger <= options_.tolerance && !moves_.stands_level_on_two(left, right)) return;
+    if (move.joined && move.smaller <= options_.tolerance && moves_.crosses_one_edge(left, right)) return;
     const Sample middle =
-        evaluate(left.hit == right.hit ? (left.run + right.run) / 2.0
+        evaluate(left.hit == right.hit ? left.run + width * moves_.next_share(left, right, move)
                                        : next_look(surface_, map_, line_, left, right, looks));
     if (!left.hit && !right.hit && !middle.hit) return;
     // A corner next to one end: the middle shows whether it is no more than that, and the quarters that there
     // are not two of them.
     const auto quarter = [&](double share) {
-      return moves_.on_move(evaluate(left.run + share * (right.run - left.run)), left, right);
+      return moves_.on_move(evaluate(left.run + share * width), left, right);
     };
     if (move.joined && middle.hit && move.smaller <= options_.tolerance &&
         moves_.on_move(middle, left, right) &&
@@ -206,9 +173,7 @@ class Profile {
   StraightMoves moves_;
   double flank_;
   Deformation::Angles angles_;
-  std::size_t next_ = 0;  ///< candidates before it have been active
-  std::vector<Candidate> active_;
-  double ends_ = std::numeric_limits<double>::infinity();  ///< the first of them to end
+  CandidateSweep sweep_;
   Pass pass_;
   LineEnvelope result_;
 };

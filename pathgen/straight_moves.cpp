@@ -10,6 +10,10 @@ namespace {
 /// An arc leaves its chord by a quarter of what its end leaves the tangent, to first order; a little more for
 /// the rest.
 constexpr double kArcShare = 0.26;
+/// The parts of an arc are not quite alike: so much more error is reckoned with.
+constexpr double kSparePart = 1.05;
+/// Where two planes meet nearer to an end than this share of the move, half way tells more.
+constexpr double kNotAtEnd = 0.02;
 
 }  // namespace
 
@@ -81,6 +85,35 @@ bool StraightMoves::one_corner(const Sample& left, const Sample& middle, const S
   const bool planes = surface_.is_face(left.point.patch) && surface_.is_face(right.point.patch);
   return (planes || length2 <= curved_step_ * curved_step_) &&
          (middle.point.patch == left.point.patch || middle.point.patch == right.point.patch);
+}
+
+bool StraightMoves::crosses_one_edge(const Sample& left, const Sample& right) const {
+  const PatchId a = left.point.patch, b = right.point.patch;
+  const ToolPiece& piece = surface_.piece(a);
+  if (!surface_.is_face(a) || !surface_.is_face(b) || &surface_.piece(b) != &piece) return false;
+  if (!piece.is_ball() || piece.above_reference != 0.0) return false;
+  const ClSurface::Core one = surface_.core(a), other = surface_.core(b);
+  int shared = 0;
+  for (const Point<Part>& v : one.points())
+    for (const Point<Part>& w : other.points()) shared += v == w ? 1 : 0;
+  return shared >= 2;
+}
+
+double StraightMoves::next_share(const Sample& left, const Sample& right, const Verdict& move) const {
+  constexpr double kHalf = 0.5;
+  const EnvelopePoint &a = left.point, &b = right.point;
+  if (!move.joined || move.smaller <= options_.tolerance) return kHalf;
+  if (a.patch == b.patch) {
+    const double parts = std::ceil(std::sqrt(kSparePart * move.larger / options_.tolerance));
+    return 1.0 / std::max(parts, 2.0);
+  }
+  if (!surface_.is_face(a.patch) || !surface_.is_face(b.patch)) return kHalf;
+  // How steeply, along the chord, each plane leaves its end.
+  const Vec3 chord = b.centre - a.centre;
+  const double rise = -dot(a.normal, chord) / dot(a.normal, a.axis),
+               fall = dot(b.normal, chord) / dot(b.normal, a.axis);
+  const double share = fall / (rise + fall);
+  return share > kNotAtEnd && share < 1.0 - kNotAtEnd ? share : kHalf;
 }
 
 bool StraightMoves::stands_level_on_two(const Sample& left, const Sample& right) const {

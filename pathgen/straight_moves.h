@@ -40,6 +40,14 @@ class StraightMoves {
   /// over the move but what the ends lie on, and over a short one nothing does.
   bool one_corner(const Sample& left, const Sample& middle, const Sample& right, double length2) const;
 
+  /// Do the ends lie on two facets that share an edge, so that between them there are only two planes, and a
+  /// ball's arc below where these meet?
+  bool crosses_one_edge(const Sample& left, const Sample& right) const;
+
+  /// Where between the ends to look next, as a share of the way: where two planes meet; the first of as many
+  /// parts as an arc needs; else half way.
+  double next_share(const Sample& left, const Sample& right, const Verdict& move) const;
+
   /// A flat end that lies on two features in one plane tells nothing of what is between them.
   bool stands_level_on_two(const Sample& left, const Sample& right) const;
 
