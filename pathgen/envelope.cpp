@@ -188,8 +188,9 @@ LineEnvelope Envelope::along(const FlatLine& line) {
   return along_candidates(line);
 }
 
-LineEnvelope Envelope::along(const FlatLine& line, std::span<const std::uint32_t> cells) {
-  index_.along(line, cells, scratch_, candidates_);
+LineEnvelope Envelope::along(const FlatLine& line, const RowCandidates& rows, std::size_t row) {
+  rows.of(row, met_);
+  FlatIndex::along(line, met_, scratch_, candidates_);
   return along_candidates(line);
 }
 

@@ -14,6 +14,7 @@
 #include "pathgen/cl_surface.h"
 #include "pathgen/deformation.h"
 #include "pathgen/flat_index.h"
+#include "pathgen/row_candidates.h"
 
 namespace tiltfeed {
 
@@ -71,8 +72,8 @@ class Envelope {
   /// stay within options.tolerance of it. Steep flanks are points whose axis lines lie at most tolerance / 10
   /// apart. A gap in the surface ends a pass.
   LineEnvelope along(const FlatLine& line);
-  /// The same, where it is known which of the index's cells the line may meet (row_cells.h).
-  LineEnvelope along(const FlatLine& line, std::span<const std::uint32_t> cells);
+  /// The same along line `row` of those that `rows` were made for.
+  LineEnvelope along(const FlatLine& line, const RowCandidates& rows, std::size_t row);
 
   /// The envelope on one axis line; nothing where the line misses the CL surface or may not be used.
   std::optional<EnvelopePoint> at(double x, double y);
@@ -92,6 +93,7 @@ class Envelope {
   const FlatIndex& index_;
   EnvelopeOptions options_;
   FlatIndex::Scratch scratch_;
+  std::vector<Candidate> met_;
   std::vector<Candidate> candidates_, all_;  ///< of the line; those now in use, and with shank and holder
   std::optional<FlatBox> asked_;             ///< round the place that was asked for last, and what is there
   std::vector<FlatIndex::Nearby> nearby_;

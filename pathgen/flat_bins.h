@@ -18,6 +18,8 @@ struct FlatLine {
   double x_at(double run) const { return x + dx * run; }
   double y_at(double run) const { return y + dy * run; }
   double run_of(double at_x, double at_y) const { return (at_x - x) * dx + (at_y - y) * dy; }
+  /// How far to the left of the origin it passes, mm.
+  double across() const { return y * dx - x * dy; }
 };
 
 /// The rectangle that holds every cell; a coordinate that wraps and is covered past its seam has its full

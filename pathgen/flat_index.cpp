@@ -22,49 +22,6 @@ struct Range {
   void add(const Range& r) { low = std::min(low, r.low), high = std::max(high, r.high); }
 };
 
-/// (S1) Run interval of a cell on the line, moved by (-shift_x, -shift_y): its hull within the band of the
-/// cross pad. False if the line misses it.
-bool run_interval(const Cell& cell, const FlatCorner* corner, const FlatLine& line, double shift_x,
-                  double shift_y, Range& run) {
-  const double ax = std::abs(line.dx), ay = std::abs(line.dy);
-  const double cross_pad = ay * cell.pad_x + ax * cell.pad_y;
-  const double run_pad = ax * cell.pad_x + ay * cell.pad_y;
-  struct Place {
-    double cross, run;
-  };
-  Place place[8];
-  std::uint32_t count = cell.count;
-  const auto put = [&](std::uint32_t i, double x, double y) {
-    const double px = x + shift_x - line.x, py = y + shift_y - line.y;
-    place[i] = {py * line.dx - px * line.dy, px * line.dx + py * line.dy};
-  };
-  if (count == 2) {
-    count = 4;
-    put(0, corner[0].x, corner[0].y), put(1, corner[1].x, corner[0].y);
-    put(2, corner[1].x, corner[1].y), put(3, corner[0].x, corner[1].y);
-  } else {
-    for (std::uint32_t i = 0; i < count; ++i) put(i, corner[i].x, corner[i].y);
-  }
-  run = {};
-  std::uint32_t above = 0, below = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    above += place[i].cross > cross_pad ? 1 : 0, below += place[i].cross < -cross_pad ? 1 : 0;
-    if (std::abs(place[i].cross) <= cross_pad) run.add(place[i].run);
-  }
-  if (above == count || below == count) return false;
-  if (above + below > 0) {
-    for (std::uint32_t i = 0; i < count; ++i)
-      for (std::uint32_t j = i + 1; j < count; ++j)
-        for (double border : {-cross_pad, cross_pad}) {
-          const Place &p = place[i], &q = place[j];
-          if ((p.cross < border) == (q.cross < border)) continue;
-          run.add(p.run + (q.run - p.run) * ((border - p.cross) / (q.cross - p.cross)));
-        }
-  }
-  run.low -= run_pad, run.high += run_pad;
-  return run.low <= run.high;
-}
-
 }  // namespace
 
 bool FlatIndex::has_siblings(std::uint32_t cell) const {
@@ -165,13 +122,10 @@ double FlatIndex::crossings(double dx, double dy, double step) const {
 
 void FlatIndex::add_cell(std::uint32_t c, const FlatLine& line, const FlatBox& swept,
                          std::vector<Candidate>& candidates) const {
-  const Cell& cell = cells_.cells[c];
-  const FlatCorner* corner = cells_.corners.data() + cell.first;
   const auto add_turned = [&](double shift_x, double shift_y) {
-    Range run;
-    if (!run_interval(cell, corner, line, shift_x, shift_y, run)) return;
-    if (run.high < 0.0 || run.low > line.length) return;
-    candidates.push_back({std::max(run.low, 0.0), std::min(run.high, line.length), cell.patch, cell.top});
+    Candidate candidate;
+    if (seen_along(c, line.dx, line.dy, shift_x, shift_y).meets(line, candidate))
+      candidates.push_back(candidate);
   };
   if (period_x_ <= 0.0 && period_y_ <= 0.0) return add_turned(0.0, 0.0);
   each_turn(box(c), swept, add_turned);
@@ -234,13 +188,15 @@ void FlatIndex::along(const FlatLine& line, const std::vector<Nearby>& nearby, S
   sort_by_start(candidates, line.length, scratch.sorting);
 }
 
-void FlatIndex::along(const FlatLine& line, std::span<const std::uint32_t> cells, Scratch& scratch,
-                      std::vector<Candidate>& candidates) const {
+void FlatIndex::along(const FlatLine& line, std::span<const Candidate> met, Scratch& scratch,
+                      std::vector<Candidate>& candidates) {
   candidates.clear();
   scratch.pieces.clear();
-  const FlatBox swept = box_round(line);
-  for (const std::uint32_t c : cells)
-    add_cell(c, line, swept, has_siblings(c) ? scratch.pieces : candidates);
+  const auto same = [&](std::size_t a, std::size_t b) {
+    return b < met.size() && met[a].patch == met[b].patch;
+  };
+  for (std::size_t i = 0; i < met.size(); ++i)
+    (same(i, i + 1) || (i > 0 && same(i, i - 1)) ? scratch.pieces : candidates).push_back(met[i]);
   join_pieces(scratch.pieces, candidates);
   sort_by_start(candidates, line.length, scratch.sorting);
 }

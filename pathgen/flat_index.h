@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "pathgen/candidates.h"
+#include "pathgen/cell_along.h"
 #include "pathgen/cells.h"
 #include "pathgen/deformation.h"
 #include "pathgen/flat_bins.h"
@@ -30,14 +31,19 @@ class FlatIndex {
   /// Properties: a patch that is the highest anywhere on the line is among the candidates there; intervals of
   /// one patch do not overlap; they are sorted by (from, patch, to) and lie within [0, line.length].
   void along(const FlatLine& line, Scratch& scratch, std::vector<Candidate>& candidates) const;
-  /// The same, where it is known which cells the line may meet (row_cells.h): by rising number, each once.
-  void along(const FlatLine& line, std::span<const std::uint32_t> cells, Scratch& scratch,
-             std::vector<Candidate>& candidates) const;
+  /// The same from where the line meets each cell (row_candidates.h), by rising patch.
+  static void along(const FlatLine& line, std::span<const Candidate> met, Scratch& scratch,
+                    std::vector<Candidate>& candidates);
   std::size_t cells() const { return cells_.cells.size(); }
   /// The box round a cell, pads and all.
   FlatBox box(std::uint32_t cell) const {
     const LooseBox& b = boxes_[cell];
     return {b.low_x, b.high_x, b.low_y, b.high_y};
+  }
+  /// The cell, moved by (shift_x, shift_y), as lines in the direction (dx, dy) see it.
+  CellAlong seen_along(std::uint32_t cell, double dx, double dy, double shift_x, double shift_y) const {
+    const Cell& c = cells_.cells[cell];
+    return {c, cells_.corners.data() + c.first, dx, dy, shift_x, shift_y};
   }
   /// Calls visit(shift_x, shift_y) for each turn on which the box may overlap `swept`: over the seam, or on a
   /// line that passes it, there may be more than one.
@@ -74,9 +80,8 @@ class FlatIndex {
   /// Calls visit(patch) for each cell whose box holds (x, y), until it returns true; returns that.
   template <class Visit>
   bool any_at(double x, double y, Visit visit) const {
-    return bins_.any_at(x, y, [&](std::uint32_t cell) {
-      return holds(box(cell), x, y) && visit(cells_.cells[cell].patch);
-    });
+    return bins_.any_at(
+        x, y, [&](std::uint32_t cell) { return holds(box(cell), x, y) && visit(cells_.cells[cell].patch); });
   }
   /// About how many cells lines in the direction (dx, dy), `step` apart, cut in all.
   double crossings(double dx, double dy, double step) const;

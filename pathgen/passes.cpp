@@ -9,7 +9,7 @@
 
 #include "pathgen/pass_trim.h"
 #include "pathgen/raster.h"
-#include "pathgen/row_cells.h"
+#include "pathgen/row_candidates.h"
 #include "pathgen/stages.h"
 #include "pathgen/thinning.h"
 
@@ -57,8 +57,8 @@ namespace {
 
 /// Rows between two calls of the progress function.
 constexpr std::size_t kRowsPerReport = 64;
-/// Rows and their cells, about, that are kept at a time: some 50 MB.
-constexpr double kMeetings = 4e6;
+/// Meetings of rows and cells, about, that are kept at a time: some 50 MB.
+constexpr double kMeetings = 2e6;
 /// As many as this share of the index's cells must be met, or rows are looked up one by one.
 constexpr double kWorth = 0.2;
 
@@ -139,16 +139,16 @@ class RasterTracer {
     tbb::enumerable_thread_specific<Envelope> envelopes(
         [&] { return Envelope(field_.surface, field_.deformation, field_.index, envelope_); });
     const std::size_t together = rows_together(tasks.size());
-    RowCells cells;
+    RowCandidates met;
     for (std::size_t from = 0; from < tasks.size(); from += kRowsPerReport) {
       const std::size_t to = std::min(from + kRowsPerReport, tasks.size());
       if (together > 0 && from % together == 0)
-        cells = RowCells(field_.index, lines_of(tasks, from, std::min(from + together, tasks.size())));
+        met = RowCandidates(field_.index, lines_of(tasks, from, std::min(from + together, tasks.size())));
       tbb::parallel_for(from, to, [&](std::size_t k) {
         Envelope& envelope = envelopes.local();
         const FlatLine& line = tasks[k].line;
-        traced[k] = trace(together > 0 ? envelope.along(line, cells.of(k % together)) : envelope.along(line),
-                          line, envelope);
+        traced[k] = trace(together > 0 ? envelope.along(line, met, k % together) : envelope.along(line), line,
+                          envelope);
       });
       const double share = static_cast<double>(to) / static_cast<double>(tasks.size());
       if (progress_ && !progress_((depth + share) / (halvings_ + 1))) return false;

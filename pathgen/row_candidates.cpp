@@ -1,17 +1,17 @@
-#include "pathgen/row_cells.h"
+#include "pathgen/row_candidates.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
+#include <numeric>
 
 namespace tiltfeed {
 
 namespace {
 
-/// Blocks of cells worked on side by side; what they find is joined in their order.
+/// Blocks of cells worked on side by side.
 constexpr std::size_t kBlocks = 64;
 /// More than rounding (mm): what is taken here is looked at again, exactly.
 constexpr double kSpare = 1e-9;
@@ -26,7 +26,7 @@ class Sorted {
  public:
   explicit Sorted(std::span<const FlatLine> lines) {
     across_.reserve(lines.size());
-    for (const FlatLine& line : lines) across_.push_back(line.y * line.dx - line.x * line.dy);
+    for (const FlatLine& line : lines) across_.push_back(line.across());
     const double width = across_.back() - across_.front();
     per_mm_ = width > kSpare ? static_cast<double>(lines.size()) / width : 0.0;
     slot_.resize(lines.size() + 1);
@@ -66,57 +66,49 @@ FlatBox box_round_all(std::span<const FlatLine> lines) {
 }
 
 struct Meeting {
-  std::uint32_t line, cell;
+  std::uint32_t line;
+  Candidate candidate;
 };
-/// What one block of cells meets, and on each line how much.
-struct Block {
-  std::vector<Meeting> meetings;
-  std::vector<std::uint32_t> count;
-};
+
+/// By line, each line's in the order they came in; `first` of each line.
+void spread(const std::vector<Meeting>& meetings, std::vector<std::uint32_t>& first,
+            std::vector<Candidate>& met) {
+  for (const Meeting& m : meetings) ++first[m.line + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  met.resize(meetings.size());
+  for (const Meeting& m : meetings) met[first[m.line]++] = m.candidate;
+  std::copy_backward(first.begin(), first.end() - 1, first.end());
+  first.front() = 0;
+}
 
 }  // namespace
 
-RowCells::RowCells(const FlatIndex& index, std::span<const FlatLine> lines) : first_(lines.size() + 1) {
+RowCandidates::RowCandidates(const FlatIndex& index, std::span<const FlatLine> lines) : blocks_(kBlocks) {
   if (lines.empty()) return;
   const Sorted sorted(lines);
   const FlatBox round = box_round_all(lines);
-  const double dx = lines[0].dx, dy = lines[0].dy, ax = std::abs(dx), ay = std::abs(dy);
-  std::vector<Block> blocks(kBlocks);
   tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
-    Block& block = blocks[b];
-    block.count.resize(lines.size());
-    block.meetings.reserve(index.cells() / kBlocks);
+    std::vector<Meeting> meetings;
+    meetings.reserve(index.cells() / kBlocks);
     const auto end = static_cast<std::uint32_t>(index.cells() * (b + 1) / kBlocks);
-    for (auto c = static_cast<std::uint32_t>(index.cells() * b / kBlocks); c < end; ++c) {
-      const std::size_t before = block.meetings.size();
-      const FlatBox box = index.box(c);
-      index.each_turn(box, round, [&](double shift_x, double shift_y) {
-        const double x = (box.low_x + box.high_x) / 2.0 + shift_x,
-                     y = (box.low_y + box.high_y) / 2.0 + shift_y;
-        const double wide = (box.high_x - box.low_x) / 2.0, high = (box.high_y - box.low_y) / 2.0;
-        const double across = y * dx - x * dy, half = ax * high + ay * wide + kSpare;
-        const double reach = ax * wide + ay * high + kSpare;
-        sorted.each_in({across - half, across + half}, [&](std::uint32_t i) {
-          const double run = lines[i].run_of(x, y);
-          if (run < -reach || run > lines[i].length + reach) return;
-          for (std::size_t k = before; k < block.meetings.size(); ++k)  // on another turn
-            if (block.meetings[k].line == i) return;
-          block.meetings.push_back({i, c}), ++block.count[i];
+    for (auto c = static_cast<std::uint32_t>(index.cells() * b / kBlocks); c < end; ++c)
+      index.each_turn(index.box(c), round, [&](double shift_x, double shift_y) {
+        const auto cell = index.seen_along(c, lines[0].dx, lines[0].dy, shift_x, shift_y);
+        sorted.each_in({cell.least_across() - kSpare, cell.most_across() + kSpare}, [&](std::uint32_t i) {
+          Candidate candidate;
+          if (cell.meets(lines[i], candidate)) meetings.push_back({i, candidate});
         });
       });
-    }
+    blocks_[b].first.resize(lines.size() + 1);
+    spread(meetings, blocks_[b].first, blocks_[b].met);
   });
-  std::uint32_t sum = 0;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    first_[i] = sum;
-    for (Block& block : blocks) sum += std::exchange(block.count[i], sum);
-  }
-  first_.back() = sum;
-  cells_.resize(sum);
-  tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
-    for (const Meeting& m : blocks[b].meetings) cells_[blocks[b].count[m.line]++] = m.cell;
-    blocks[b] = {};
-  });
+}
+
+void RowCandidates::of(std::size_t i, std::vector<Candidate>& met) const {
+  met.clear();
+  for (const Block& block : blocks_)
+    if (!block.first.empty())
+      met.insert(met.end(), block.met.begin() + block.first[i], block.met.begin() + block.first[i + 1]);
 }
 
 }  // namespace tiltfeed

@@ -1,5 +1,5 @@
-// The cells that each row may meet, against the bins that are asked row by row: the same candidates.
-#include "pathgen/row_cells.h"
+// What is found for all rows at once, against the bins that are asked row by row: the same candidates.
+#include "pathgen/row_candidates.h"
 
 #include <gtest/gtest.h>
 
@@ -49,11 +49,18 @@ std::vector<FlatLine> pieces_of_rows(const Raster& raster, std::mt19937& random)
   return lines;
 }
 
-bool before(const Candidate& a, const Candidate& b) {
-  return std::tie(a.from, a.patch, a.to, a.top) < std::tie(b.from, b.patch, b.to, b.top);
+bool same(const Candidate& a, const Candidate& b) {
+  return std::tie(a.from, a.to, a.patch, a.top) == std::tie(b.from, b.to, b.patch, b.top);
 }
 
-TEST(RowCells, GivesEachRowWhatTheBinsGive) {
+/// Is one of `found` the same but longer or higher?
+bool covers(const std::vector<Candidate>& found, const Candidate& c) {
+  return std::any_of(found.begin(), found.end(), [&](const Candidate& f) {
+    return f.patch == c.patch && f.from <= c.from && f.to >= c.to && f.top >= c.top;
+  });
+}
+
+TEST(RowCandidates, GivesEachRowWhatTheBinsGive) {
   PlanOptions options;
   options.cutter.diameter = 4.0, options.cutter.length = 60.0, options.cutter.shank_length = 20.0;
   std::mt19937 random(5);
@@ -68,37 +75,41 @@ TEST(RowCells, GivesEachRowWhatTheBinsGive) {
       const auto raster = lay_raster(index, index.bounds(), pattern, 1.5);
       ASSERT_TRUE(raster) << raster.error().message;
       const std::vector<FlatLine> lines = pieces_of_rows(*raster, random);
-      const RowCells rows(index, lines);
+      const RowCandidates rows(index, lines);
+      std::vector<Candidate> cells;
       FlatIndex::Scratch scratch;
-      std::size_t met = 0, listed = 0;
+      std::size_t met = 0;
       for (std::size_t i = 0; i < lines.size(); ++i) {
         std::vector<Candidate> found, expected;
-        index.along(lines[i], rows.of(i), scratch, found);
+        rows.of(i, cells);
+        FlatIndex::along(lines[i], cells, scratch, found);
         index.along(lines[i], scratch, expected);
         // Beside a slanted row the bins leave out what only the pads' corners reach.
-        if (degrees != 31.0) {
-          ASSERT_EQ(found.size(), expected.size()) << "line " << i;
+        if (degrees == 31.0) {
+          for (const Candidate& c : expected) EXPECT_TRUE(covers(found, c)) << "line " << i;
+        } else {
+          EXPECT_TRUE(std::equal(found.begin(), found.end(), expected.begin(), expected.end(), same))
+              << "line " << i;
         }
-        EXPECT_TRUE(std::includes(found.begin(), found.end(), expected.begin(), expected.end(), before))
-            << "line " << i;
-        met += found.size(), listed += rows.of(i).size();
+        met += found.size();
       }
       EXPECT_GT(met, lines.size());
-      EXPECT_LE(listed, 8 * met);
     }
   }
 }
 
-TEST(RowCells, HasNothingForNoLines) {
+TEST(RowCandidates, HasNothingForNoLines) {
   const CheckedMesh ball = solid_ball(20.0, 24);
   PlanOptions options;
   options.cutter.diameter = 4.0, options.cutter.length = 60.0, options.cutter.shank_length = 20.0;
   const ClSurface surface(ball.mesh, ball.sides, tool_pieces(options));
   const Deformation map({AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 20.0);
   const FlatIndex index(make_cells(surface, map, 1.0), map);
-  EXPECT_NO_THROW(RowCells(index, {}));
+  EXPECT_NO_THROW(RowCandidates(index, {}));
   const FlatLine far{1000.0, 1000.0, 1.0, 0.0, 5.0};
-  EXPECT_TRUE(RowCells(index, std::vector{far}).of(0).empty());
+  std::vector<Candidate> met(1);
+  RowCandidates(index, std::vector{far}).of(0, met);
+  EXPECT_TRUE(met.empty());
 }
 
 }  // namespace
