@@ -69,8 +69,7 @@ void ClSections::add_faces() {
 std::vector<std::uint8_t> ClSections::add_edges() {
   const Mesh& mesh = part_.mesh;
   std::vector<std::uint8_t> sticks_out(mesh.vertices.size(), 0);
-  const EdgeTable table(mesh.facets, mesh.vertices.size());
-  table.each_edge([&](std::span<const HalfEdge> halves) {
+  VertexFans(mesh.facets, mesh.vertices.size()).each_edge([&](std::span<const HalfEdge> halves) {
     const Point<Part> start = mesh.vertices[halves[0].low], end = mesh.vertices[halves[0].high];
     const Vec3 along = normalized(end - start);
     std::vector<Vec3> into;  // unit, square to the edge, into each facet

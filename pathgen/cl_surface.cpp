@@ -65,16 +65,15 @@ std::vector<ClSurface::VertexNotes> ClSurface::find_edges() {
   std::vector<VertexNotes> notes(vertices);
   std::vector<std::vector<EdgePatch>> blocks(blocks_of(vertices));
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-    const auto last = static_cast<std::uint32_t>(std::min(vertices, (b + 1) * kBlock));
-    fans_.each_edge(mesh_.facets, static_cast<std::uint32_t>(b * kBlock), last,
-                    [&](std::span<const HalfEdge> halves) {
-                      VertexNotes &low = notes[halves[0].low], &high = notes[halves[0].high];
-                      if (state(halves) != EdgeState::kSound) mark(low.disagree), mark(high.disagree);
-                      EdgePatch edge;
-                      if (!edge_patch(halves, edge)) return;
-                      blocks[b].push_back(edge);
-                      mark(low.sticks_out), mark(high.sticks_out);
-                    });
+    const std::size_t last = std::min(vertices, (b + 1) * kBlock);
+    fans_.each_edge(b * kBlock, last, [&](std::span<const HalfEdge> halves) {
+      VertexNotes &low = notes[halves[0].low], &high = notes[halves[0].high];
+      if (state(halves) != EdgeState::kSound) mark(low.disagree), mark(high.disagree);
+      EdgePatch edge;
+      if (!edge_patch(halves, edge)) return;
+      blocks[b].push_back(edge);
+      mark(low.sticks_out), mark(high.sticks_out);
+    });
   });
   join(blocks, edges_);
   return notes;

@@ -100,7 +100,7 @@ class ClSurface {
   const Mesh& mesh_;
   Sides sides_;
   std::vector<ToolPiece> pieces_;
-  std::vector<Vec3> normals_;
+  FreshVector<Vec3> normals_;
   std::vector<EdgePatch> edges_;
   std::vector<VertexPatch> vertices_;
   std::vector<std::uint32_t> neighbours_;

@@ -82,9 +82,9 @@ class Nearby {
 };
 
 /// The ends of open edges, ascending.
-std::vector<std::uint32_t> rim_corners(const EdgeTable& edges) {
+std::vector<std::uint32_t> rim_corners(const VertexFans& fans) {
   std::vector<std::uint32_t> corners;
-  edges.each_edge([&](std::span<const HalfEdge> edge) {
+  fans.each_edge([&](std::span<const HalfEdge> edge) {
     if (edge.size() == 1) corners.insert(corners.end(), {edge[0].low, edge[0].high});
   });
   std::sort(corners.begin(), corners.end());
@@ -135,9 +135,9 @@ void cut_up(const Facet& facet, std::uint32_t from, const std::vector<std::uint3
 
 }  // namespace
 
-Found weld_corners(Mesh& mesh, const EdgeTable& edges, double distance) {
+Found weld_corners(Mesh& mesh, const VertexFans& fans, double distance) {
   Found found;
-  const std::vector<std::uint32_t> rim = rim_corners(edges);
+  const std::vector<std::uint32_t> rim = rim_corners(fans);
   const Nearby near(rim, mesh.vertices);
   std::vector<std::uint32_t> onto(mesh.vertices.size());
   std::iota(onto.begin(), onto.end(), 0U);
@@ -171,11 +171,11 @@ Found weld_corners(Mesh& mesh, const EdgeTable& edges, double distance) {
 Found split_at_corners(Mesh& mesh, double distance) {
   Found found;
   for (int round = 0; round < kMaxRounds; ++round) {
-    const EdgeTable edges(mesh.facets, mesh.vertices.size());
-    const Nearby near(rim_corners(edges), mesh.vertices);
+    const VertexFans fans(mesh.facets, mesh.vertices.size());
+    const Nearby near(rim_corners(fans), mesh.vertices);
     std::map<std::uint32_t, std::pair<std::uint32_t, Cut>>
         cuts;  // by facet, with the first corner of the edge
-    edges.each_edge([&](std::span<const HalfEdge> edge) {
+    fans.each_edge([&](std::span<const HalfEdge> edge) {
       if (edge.size() != 1 || cuts.contains(edge[0].facet)) return;
       Cut cut = cut_of(mesh, edge[0], near, distance);
       const std::uint32_t from = edge[0].forward ? edge[0].low : edge[0].high;
@@ -203,13 +203,13 @@ Found split_at_corners(Mesh& mesh, double distance) {
 Found drop_flaps(Mesh& mesh, double distance) {
   Found found;
   for (int round = 0; round < kMaxRounds; ++round) {
-    const EdgeTable edges(mesh.facets, mesh.vertices.size());
+    const VertexFans fans(mesh.facets, mesh.vertices.size());
     std::vector<std::uint32_t> rim, flaps;
-    edges.each_edge([&](std::span<const HalfEdge> edge) {
+    fans.each_edge([&](std::span<const HalfEdge> edge) {
       if (edge.size() == 1) rim.push_back(edge[0].facet);
     });
     std::sort(rim.begin(), rim.end());
-    edges.each_edge([&](std::span<const HalfEdge> edge) {
+    fans.each_edge([&](std::span<const HalfEdge> edge) {
       if (edge.size() < 3) return;
       const Point<Part> a = mesh.vertices[edge[0].low], b = mesh.vertices[edge[0].high];
       for (const HalfEdge& half : edge) {

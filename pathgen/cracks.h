@@ -11,7 +11,7 @@ namespace tiltfeed {
 /// stays where it is: no corner moves further than that, and no chain of moves arises. Facets that lose a
 /// corner go, and so do those then on the corners of an earlier one. Returns the corners moved. Requires:
 /// `edges` are those of `mesh`.
-Found weld_corners(Mesh& mesh, const EdgeTable& edges, double distance);
+Found weld_corners(Mesh& mesh, const VertexFans& fans, double distance);
 
 /// Cuts facets up where a corner of another open edge lies within `distance` of one of their open edges, so
 /// that the corner becomes theirs: the edge moves by at most `distance`, no corner does. The pieces stand in

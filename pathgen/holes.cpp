@@ -91,9 +91,9 @@ Turns turns_of(const Mesh& mesh, const Hole& hole, const Pieces& pieces) {
 
 }  // namespace
 
-std::vector<Hole> find_holes(const EdgeTable& edges) {
+std::vector<Hole> find_holes(const VertexFans& fans) {
   Steps steps;
-  edges.each_edge([&](std::span<const HalfEdge> edge) {
+  fans.each_edge([&](std::span<const HalfEdge> edge) {
     if (edge.size() != 1) return;
     const HalfEdge& e = edge[0];
     steps.insert({e.forward ? e.high : e.low, {e.forward ? e.low : e.high, e.facet}});

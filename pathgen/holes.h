@@ -29,7 +29,7 @@ struct Hole {
 
 /// The holes, in the order of their lowest corner; where several meet in a corner, each is closed as soon as
 /// it can be. Open edges that lead round no loop (neighbours that disagree) are in none.
-std::vector<Hole> find_holes(const EdgeTable& edges);
+std::vector<Hole> find_holes(const VertexFans& fans);
 
 /// The largest distance of two corners, mm. Requires: at most kMaxHoleEdges corners.
 double width(const Mesh& mesh, const Hole& hole);

@@ -40,10 +40,10 @@ struct EdgeCount {
 /// Indexed by EdgeState.
 using EdgeCounts = std::array<EdgeCount, 4>;
 
-EdgeCounts count_edges(const EdgeTable& edges, const Mesh& mesh) {
+EdgeCounts count_edges(const Welded& welded, const Mesh& mesh) {
   EdgeCounts counts;
-  if (edges.all_sound()) return counts;
-  edges.each_edge([&](std::span<const HalfEdge> edge) {
+  if (welded.survey.all_sound) return counts;
+  welded.fans.each_edge([&](std::span<const HalfEdge> edge) {
     const EdgeState what = state(edge);
     if (what == EdgeState::kSound) return;
     EdgeCount& c = counts[static_cast<std::size_t>(what)];
@@ -155,8 +155,7 @@ void name_inside_out(const Found& shells, Findings& findings) {
 }
 
 /// Turns closed shells that are inside out. Requires: every edge is sound.
-void turn_shells(CheckedMesh& out, const EdgeTable& edges, Findings& findings) {
-  const Shells shells = find_shells(edges, out.mesh.facets.size());
+void turn_shells(CheckedMesh& out, const Shells& shells, Findings& findings) {
   const InsideOut found = turn_outward(out.mesh, shells);
   if (!found.certain) {
     out.sides = Sides::kBoth;
@@ -212,7 +211,7 @@ void name_repair(const Repair& fixed, double distance, Findings& findings) {
 }
 
 /// What is done without a repair: `obstacle` is what stands against one, if it was tried.
-void orient_as_found(CheckedMesh& out, const EdgeTable& edges, const EdgeCounts& counts,
+void orient_as_found(CheckedMesh& out, const Shells& shells, const EdgeCounts& counts,
                      const std::string& obstacle, Findings& findings) {
   std::optional<std::vector<std::uint32_t>> flipped{std::in_place};
   if (of(counts, EdgeState::kMisoriented).count > 0) flipped = orient_facets(out.mesh);
@@ -221,8 +220,8 @@ void orient_as_found(CheckedMesh& out, const EdgeTable& edges, const EdgeCounts&
   name_edges(counts, why + kBothSides, flipped ? "; repaired" : kBothSides, findings);
   if (flipped && !flipped->empty())
     name_flipped({flipped->size(), out.mesh.source[flipped->front()]}, findings);
-  // Turning facets over changes no neighbourhood, so the edges found before still serve.
-  if (out.sides == Sides::kOutward) turn_shells(out, edges, findings);
+  // Turning facets over changes no neighbourhood, so the shells found before still serve.
+  if (out.sides == Sides::kOutward) turn_shells(out, shells, findings);
 }
 
 }  // namespace
@@ -279,17 +278,16 @@ Result<CheckedMesh> check_mesh(const Stl& stl, const RepairOptions& options) {
                   counted(welded.duplicate.count, "facet lies", "facets lie") +
                       " on the corners of an earlier one; left out, which changes no surface");
 
-  const EdgeTable& edges = welded.edges;
-  const EdgeCounts counts = count_edges(edges, out.mesh);
+  const EdgeCounts counts = count_edges(welded, out.mesh);
   Repair fixed;
-  if (!is_closed(counts) && options.distance > 0.0) fixed = repair(out.mesh, edges, options.distance);
+  if (!is_closed(counts) && options.distance > 0.0) fixed = repair(out.mesh, welded.fans, options.distance);
   if (fixed.mesh) {
     name_edges(counts, "; repaired", "; repaired", findings);
     name_repair(fixed, options.distance, findings);
     out.mesh = std::move(*fixed.mesh);
     remove_facets(out.mesh, without_area(out.mesh));
   } else {
-    orient_as_found(out, edges, counts, fixed.obstacle, findings);
+    orient_as_found(out, welded.survey.shells, counts, fixed.obstacle, findings);
     if (!welded.seams.empty()) remove_facets(out.mesh, welded.seams);
   }
   measure(out);

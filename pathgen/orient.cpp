@@ -14,9 +14,9 @@ struct ReversalNotes : CGAL::Polygon_mesh_processing::Default_orientation_visito
   void polygon_orientation_reversed(std::size_t facet) { reversed->at(facet) = !reversed->at(facet); }
 };
 
-bool agrees(const Mesh& mesh, const EdgeTable& edges) {
+bool agrees(const Mesh& mesh, const VertexFans& fans) {
   bool all = true;
-  edges.each_edge(
+  fans.each_edge(
       [&](std::span<const HalfEdge> edge) { all = all && state(edge) != EdgeState::kMisoriented; });
   return all && !mesh.facets.empty();
 }
@@ -55,10 +55,10 @@ std::optional<std::vector<std::uint32_t>> orient_facets(Mesh& mesh) {
   Mesh turned = mesh;
   for (std::uint32_t i = 0; i < reversed.size(); ++i)
     if (reversed[i]) turn_over(turned.facets[i]);
-  const EdgeTable edges(turned.facets, turned.vertices.size());
-  if (!agrees(turned, edges)) return std::nullopt;
+  const VertexFans fans(turned.facets, turned.vertices.size());
+  if (!agrees(turned, fans)) return std::nullopt;
 
-  keep_majority(reversed, find_shells(edges, turned.facets.size()));
+  keep_majority(reversed, survey(fans).shells);
   std::vector<std::uint32_t> list;
   for (std::uint32_t i = 0; i < reversed.size(); ++i) {
     if (!reversed[i]) continue;

@@ -98,11 +98,11 @@ class Umbrellas {
 
 Found separate_pinches(Mesh& mesh) {
   Found found;
-  const EdgeTable edges(mesh.facets, mesh.vertices.size());
+  const VertexFans fans(mesh.facets, mesh.vertices.size());
   const bool inside_out = signed_volume(mesh) < 0.0;
   std::vector<Hinge> hinges;
   std::map<std::uint32_t, std::vector<std::uint32_t>> round;  // facets round the ends of pinched edges
-  edges.each_edge([&](std::span<const HalfEdge> edge) {
+  fans.each_edge([&](std::span<const HalfEdge> edge) {
     if (edge.size() < 3) return;
     const std::vector<Hinge> here = hinges_of(mesh, edge, inside_out);
     if (here.empty()) return;
@@ -121,7 +121,7 @@ Found separate_pinches(Mesh& mesh) {
   const auto join = [&](std::uint32_t v, std::uint32_t a, std::uint32_t b) {
     if (const auto at = umbrellas.find(v); at != umbrellas.end()) at->second.join(a, b);
   };
-  edges.each_edge([&](std::span<const HalfEdge> edge) {
+  fans.each_edge([&](std::span<const HalfEdge> edge) {
     if (edge.size() != 2) return;
     for (std::uint32_t v : {edge[0].low, edge[0].high}) join(v, edge[0].facet, edge[1].facet);
   });

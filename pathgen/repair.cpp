@@ -88,10 +88,10 @@ struct Weld {
   std::uint64_t open = 0;  ///< edges left open
 };
 
-Weld weld_within(const Mesh& broken, const EdgeTable& edges, double reach) {
+Weld weld_within(const Mesh& broken, const VertexFans& fans, double reach) {
   Weld weld{reach, broken, {}, 0};
-  weld.moved = weld_corners(weld.mesh, edges, reach);
-  EdgeTable(weld.mesh.facets, weld.mesh.vertices.size()).each_edge([&](std::span<const HalfEdge> edge) {
+  weld.moved = weld_corners(weld.mesh, fans, reach);
+  VertexFans(weld.mesh.facets, weld.mesh.vertices.size()).each_edge([&](std::span<const HalfEdge> edge) {
     weld.open += edge.size() == 1;
   });
   return weld;
@@ -117,7 +117,7 @@ class Attempt {
     out_.obstacle = why;
     return false;
   }
-  EdgeTable edges_now() const { return {mesh_.facets, mesh_.vertices.size()}; }
+  VertexFans fans_now() const { return {mesh_.facets, mesh_.vertices.size()}; }
   std::string at(const HalfEdge& edge) const {
     return "at " + to_string(lerp(mesh_.vertices[edge.low], mesh_.vertices[edge.high], 0.5));
   }
@@ -147,7 +147,7 @@ class Attempt {
 bool Attempt::orient() {
   if (mesh_.facets.empty()) return give_up("all facets are smaller than the distance");
   bool agree = true;
-  edges_now().each_edge(
+  fans_now().each_edge(
       [&](std::span<const HalfEdge> edge) { agree = agree && state(edge) != EdgeState::kMisoriented; });
   if (!agree) {
     const auto flipped = orient_facets(mesh_);
@@ -160,9 +160,9 @@ bool Attempt::orient() {
 
 bool Attempt::fill_holes() {
   first_fill_ = static_cast<std::uint32_t>(mesh_.facets.size());
-  const EdgeTable edges = edges_now();
+  const VertexFans fans = fans_now();
   std::vector<std::uint32_t> beside;
-  for (const Hole& hole : find_holes(edges)) {
+  for (const Hole& hole : find_holes(fans)) {
     const Fill patch = fill(mesh_, hole);
     if (!patch.obstacle.empty()) return give_up(patch.obstacle);
     const std::uint32_t neighbour = *std::min_element(hole.beside.begin(), hole.beside.end());
@@ -176,10 +176,10 @@ bool Attempt::fill_holes() {
 }
 
 bool Attempt::turn_shells() {
-  const EdgeTable edges = edges_now();
+  const VertexFans fans = fans_now();
   std::optional<HalfEdge> unsound;
   std::size_t facets = 0;
-  edges.each_edge([&](std::span<const HalfEdge> edge) {
+  fans.each_edge([&](std::span<const HalfEdge> edge) {
     if (unsound || state(edge) == EdgeState::kSound) return;
     unsound = edge[0];
     facets = edge.size();
@@ -187,7 +187,7 @@ bool Attempt::turn_shells() {
   if (unsound)
     return give_up("the edge " + at(*unsound) + " would still have " + std::to_string(facets) +
                    (facets == 1 ? " facet" : " facets") + (facets == 2 ? " that face opposite ways" : ""));
-  const Shells shells = find_shells(edges, mesh_.facets.size());
+  const Shells shells = survey(fans).shells;
   const InsideOut turned = turn_outward(mesh_, shells);
   if (!turned.certain) return give_up("its shells are too many to tell which contains which");
   std::vector<std::uint32_t> facets_turned;
@@ -274,9 +274,9 @@ void Attempt::finish() {
 
 }  // namespace
 
-Repair repair(const Mesh& mesh, const EdgeTable& edges, double distance) {
+Repair repair(const Mesh& mesh, const VertexFans& fans, double distance) {
   std::vector<Weld> welds;
-  for (double share : kReaches) welds.push_back(weld_within(mesh, edges, distance * share));
+  for (double share : kReaches) welds.push_back(weld_within(mesh, fans, distance * share));
   const auto fewest = std::min_element(welds.begin(), welds.end(),
                                        [](const Weld& a, const Weld& b) { return a.open < b.open; });
   Repair last;

@@ -36,6 +36,6 @@ struct Repair {
 /// 3 No two facets cross that did not before: where a repair would make some, there is none.
 /// 4 All or nothing: what keeps one hole keeps all.
 /// Requires: `edges` are those of `mesh`; sources ascend; distance > 0.
-Repair repair(const Mesh& mesh, const EdgeTable& edges, double distance);
+Repair repair(const Mesh& mesh, const VertexFans& fans, double distance);
 
 }  // namespace tiltfeed

@@ -3,12 +3,11 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <bit>
+#include <atomic>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
@@ -16,42 +15,21 @@
 #include <string_view>
 #include <utility>
 
-#include "pathgen/read_blocks.h"
+#include "pathgen/file_descriptor.h"
+#include "pathgen/fresh_memory.h"
+#include "pathgen/stl_layout.h"
 #include "pathgen/stl_text.h"
 
 namespace tiltfeed {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "binary STL is read and written by copying");
-
-// Binary STL: 80 bytes of header, a 32-bit count, then records of 12 floats and a 16-bit attribute.
-constexpr std::uint64_t kHeaderBytes = 80;
-constexpr std::uint64_t kDataStart = 84;
-constexpr std::uint64_t kRecordBytes = 50;
-constexpr std::uint64_t kNormalBytes = 12;
 /// Fewer bytes after the last record than one more record would need can hide no facet.
 constexpr std::uint64_t kMaxTrailingBytes = kRecordBytes - 1;
 
 using Range = tbb::blocked_range<std::uint64_t>;
-/// Facets that one task takes at least: some hundred microseconds of work.
-constexpr std::uint64_t kGrain = 8192;
-
-/// Closes on every way out.
-class FileDescriptor {
- public:
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  ~FileDescriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
-  int get() const { return fd_; }
-  /// False when the close reports a write error.
-  bool close() { return ::close(std::exchange(fd_, -1)) == 0; }
-
- private:
-  int fd_;
-};
+/// Facets that a task takes at a time: some ten microseconds of work, and what they need fits the processor's
+/// cache.
+constexpr std::uint64_t kGrain = 2048;
 
 std::string number(double value) {
   char text[32];
@@ -59,14 +37,23 @@ std::string number(double value) {
   return {text, end};
 }
 
-tl::unexpected<Error> io_error(const std::string& path, const std::string& what) {
-  return fail(Code::kIo, path + ": " + what + ": " + std::strerror(errno));
-}
-
 std::uint32_t facet_count(std::span<const char> bytes) {
   std::uint32_t count = 0;
   std::memcpy(&count, bytes.data() + kHeaderBytes, sizeof count);
   return count;
+}
+
+Result<void> check_input(std::uint64_t size, const std::string& name, double unit_mm) {
+  if (!std::isfinite(unit_mm) || unit_mm <= 0.0) {
+    return fail(Code::kInput, name + ": a unit of " + number(unit_mm) +
+                                  " mm is not a length; give the length of the file's unit in mm");
+  }
+  if (size == 0) return fail(Code::kInput, name + ": the file is empty; export the part again");
+  if (size > kMaxStlBytes) {
+    return fail(Code::kLimit, name + ": " + std::to_string(size) + " bytes are over the limit of " +
+                                  std::to_string(kMaxStlBytes) + "; export with a coarser tolerance");
+  }
+  return {};
 }
 
 /// Why bytes that are neither ASCII STL nor a binary STL of the right size are refused.
@@ -96,33 +83,6 @@ tl::unexpected<Error> misfit(std::span<const char> bytes, const std::string& nam
                                 "; export or copy the part again");
 }
 
-Result<Stl> parse_binary(std::span<const char> bytes, const std::string& name) {
-  const std::uint64_t count = facet_count(bytes);
-  if (count == 0) {
-    return fail(Code::kInput, name + ": the binary header says 0 facets; export the part again");
-  }
-  if (count > kMaxFacets) {
-    return fail(Code::kLimit, name + ": " + std::to_string(count) + " facets are over the limit of " +
-                                  std::to_string(kMaxFacets) + "; export with a coarser tolerance");
-  }
-  Stl stl;
-  stl.binary = true;
-  stl.facets.resize(count);
-  tbb::parallel_for(Range(0, count, kGrain), [&](const Range& range) {
-    for (std::uint64_t i = range.begin(); i < range.end(); ++i) {
-      float c[9];
-      std::memcpy(c, bytes.data() + kDataStart + i * kRecordBytes + kNormalBytes, sizeof c);
-      stl.facets[i] = {{{c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}}};
-    }
-  });
-  const std::uint64_t trailing = bytes.size() - kDataStart - count * kRecordBytes;
-  if (trailing > 0) {
-    stl.warnings.push_back(name + ": " + std::to_string(trailing) +
-                           " bytes after the last facet are ignored");
-  }
-  return stl;
-}
-
 /// Facets that may not stay, and the first of them.
 struct Refused {
   std::uint64_t count = 0, first = 0;
@@ -136,27 +96,33 @@ struct Refused {
   }
 };
 
-/// Scales to mm and checks every coordinate.
-Result<Stl> scaled(Stl stl, const std::string& name, double unit_mm) {
+/// Scales to mm and checks every coordinate. `fill(first, last)` puts those facets where they belong before
+/// that, while they are in the processor's cache.
+template <class Fill>
+Result<Stl> scaled(Stl stl, const std::string& name, double unit_mm, const Fill& fill) {
   const auto beyond = [](Point<Part> p) {
     return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kMaxCoordinate;
   };
   struct Findings {
     Refused not_finite, too_far;
   };
+  const auto look = [&](std::uint64_t first, std::uint64_t last, Findings& found) {
+    fill(stl.facets, first, last);
+    for (std::uint64_t i = first; i < last; ++i) {
+      std::array<Point<Part>, 3>& facet = stl.facets[i];
+      const bool finite = std::all_of(facet.begin(), facet.end(), [](Point<Part> p) { return is_finite(p); });
+      for (Point<Part>& p : facet) p = {p.x * unit_mm, p.y * unit_mm, p.z * unit_mm};
+      if (!finite)
+        found.not_finite.add(i);
+      else if (std::any_of(facet.begin(), facet.end(), beyond))
+        found.too_far.add(i);
+    }
+  };
   const auto [not_finite, too_far] = tbb::parallel_reduce(
       Range(0, stl.facets.size(), kGrain), Findings{},
       [&](const Range& range, Findings found) {
-        for (std::uint64_t i = range.begin(); i < range.end(); ++i) {
-          std::array<Point<Part>, 3>& facet = stl.facets[i];
-          const bool finite =
-              std::all_of(facet.begin(), facet.end(), [](Point<Part> p) { return is_finite(p); });
-          for (Point<Part>& p : facet) p = {p.x * unit_mm, p.y * unit_mm, p.z * unit_mm};
-          if (!finite)
-            found.not_finite.add(i);
-          else if (std::any_of(facet.begin(), facet.end(), beyond))
-            found.too_far.add(i);
-        }
+        for (std::uint64_t i = range.begin(); i < range.end(); i += kGrain)
+          look(i, std::min(range.end(), i + kGrain), found);
         return found;
       },
       [](Findings a, const Findings& b) {
@@ -180,29 +146,53 @@ Result<Stl> scaled(Stl stl, const std::string& name, double unit_mm) {
   return stl;
 }
 
-/// One record: normal, corners, attribute 0.
-void append_record(std::string& out, const std::array<Point<Part>, 3>& facet) {
-  const Vec3 across = cross(facet[1] - facet[0], facet[2] - facet[0]);
-  const double size = length(across);
-  const Vec3 normal = size > 0.0 ? across / size : Vec3{};
-  float values[12] = {static_cast<float>(normal.x), static_cast<float>(normal.y),
-                      static_cast<float>(normal.z)};
-  for (int k = 0; k < 3; ++k) {
-    values[3 + 3 * k] = static_cast<float>(facet[k].x);
-    values[4 + 3 * k] = static_cast<float>(facet[k].y);
-    values[5 + 3 * k] = static_cast<float>(facet[k].z);
-  }
-  const std::uint16_t attribute = 0;
-  out.append(reinterpret_cast<const char*>(values), sizeof values);
-  out.append(reinterpret_cast<const char*>(&attribute), sizeof attribute);
+/// Four bytes of text as a count are over 150 million facets, more than kMaxStlBytes holds, so that no text
+/// can satisfy this, while many binary headers begin with "solid".
+bool is_binary(std::uint64_t size, std::uint32_t count) {
+  const std::uint64_t end = kDataStart + count * kRecordBytes;
+  return size >= end && size - end <= kMaxTrailingBytes;
 }
 
-bool write_all(int fd, std::string_view data) {
-  while (!data.empty()) {
-    const ssize_t written = ::write(fd, data.data(), data.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    data.remove_prefix(static_cast<std::size_t>(written));
+/// `records(first, last, place)`: where the bytes of those records are, which may be put into `place`.
+/// Requires: is_binary().
+template <class Records>
+Result<Stl> parse_binary(std::uint64_t size, std::uint32_t count, const std::string& name, double unit_mm,
+                         const Records& records) {
+  if (count == 0) {
+    return fail(Code::kInput, name + ": the binary header says 0 facets; export the part again");
+  }
+  if (count > kMaxFacets) {
+    return fail(Code::kLimit, name + ": " + std::to_string(count) + " facets are over the limit of " +
+                                  std::to_string(kMaxFacets) + "; export with a coarser tolerance");
+  }
+  Stl stl;
+  stl.binary = true;
+  resize_side_by_side(stl.facets, count);
+  const std::uint64_t trailing = size - kDataStart - count * kRecordBytes;
+  if (trailing > 0) {
+    stl.warnings.push_back(name + ": " + std::to_string(trailing) +
+                           " bytes after the last facet are ignored");
+  }
+  return scaled(std::move(stl), name, unit_mm, [&](auto& facets, std::uint64_t first, std::uint64_t last) {
+    std::array<char, kGrain * kRecordBytes> place;
+    const char* record = records(first, last, place.data());
+    for (std::uint64_t i = first; i < last; ++i, record += kRecordBytes) {
+      float c[9];
+      std::memcpy(c, record + kNormalBytes, sizeof c);
+      facets[i] = {{{c[0], c[1], c[2]}, {c[3], c[4], c[5]}, {c[6], c[7], c[8]}}};
+    }
+  });
+}
+
+/// False, and errno (EIO where the file ends before them), if the bytes cannot be read.
+bool read_at(int fd, std::uint64_t at, std::span<char> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t got = ::pread(fd, bytes.data(), bytes.size(), static_cast<off_t>(at));
+    if (got < 0 && errno == EINTR) continue;
+    if (got == 0) errno = EIO;
+    if (got <= 0) return false;
+    at += static_cast<std::uint64_t>(got);
+    bytes = bytes.subspan(static_cast<std::size_t>(got));
   }
   return true;
 }
@@ -214,26 +204,17 @@ std::string to_string(Point<Part> p) {
 }
 
 Result<Stl> parse_stl(std::span<const char> bytes, const std::string& name, double unit_mm) {
-  if (!std::isfinite(unit_mm) || unit_mm <= 0.0) {
-    return fail(Code::kInput, name + ": a unit of " + number(unit_mm) +
-                                  " mm is not a length; give the length of the file's unit in mm");
-  }
-  if (bytes.empty()) return fail(Code::kInput, name + ": the file is empty; export the part again");
-  if (bytes.size() > kMaxStlBytes) {
-    return fail(Code::kLimit, name + ": " + std::to_string(bytes.size()) + " bytes are over the limit of " +
-                                  std::to_string(kMaxStlBytes) + "; export with a coarser tolerance");
-  }
+  if (auto good = check_input(bytes.size(), name, unit_mm); !good) return tl::unexpected(good.error());
   const std::string_view text(bytes.data(), bytes.size());
-  // The size rule comes first: no text below kMaxStlBytes can satisfy it, since four bytes of text as a
-  // count are over 150 million facets, while many binary headers begin with "solid".
-  const bool fits = bytes.size() >= kDataStart &&
-                    bytes.size() >= kDataStart + facet_count(bytes) * kRecordBytes &&
-                    bytes.size() - kDataStart - facet_count(bytes) * kRecordBytes <= kMaxTrailingBytes;
-  Result<Stl> stl = fits                        ? parse_binary(bytes, name)
-                    : looks_like_text_stl(text) ? parse_text_stl(text, name)
-                                                : misfit(bytes, name);
+  if (bytes.size() >= kDataStart && is_binary(bytes.size(), facet_count(bytes)))
+    return parse_binary(bytes.size(), facet_count(bytes), name, unit_mm,
+                        [&](std::uint64_t first, std::uint64_t, char*) {
+                          return bytes.data() + kDataStart + first * kRecordBytes;
+                        });
+  if (!looks_like_text_stl(text)) return misfit(bytes, name);
+  Result<Stl> stl = parse_text_stl(text, name);
   if (!stl) return stl;
-  return scaled(std::move(*stl), name, unit_mm);
+  return scaled(std::move(*stl), name, unit_mm, [](const auto&, std::uint64_t, std::uint64_t) {});
 }
 
 Result<Stl> read_stl(const std::string& path, double unit_mm) {
@@ -244,51 +225,25 @@ Result<Stl> read_stl(const std::string& path, double unit_mm) {
   if (::fstat(file.get(), &info) != 0) return io_error(path, "cannot read");
   if (!S_ISREG(info.st_mode)) return fail(Code::kIo, path + ": cannot read: not a regular file");
   const auto size = static_cast<std::uint64_t>(info.st_size);
-  if (size > kMaxStlBytes) {
-    return fail(Code::kLimit, path + ": " + std::to_string(size) + " bytes are over the limit of " +
-                                  std::to_string(kMaxStlBytes) + "; export with a coarser tolerance");
+  if (auto good = check_input(size, path, unit_mm); !good) return tl::unexpected(good.error());
+  char head[kDataStart];
+  if (read_at(file.get(), 0, head) && is_binary(size, facet_count(head))) {
+    // Records go straight to facets: a copy of the whole file in memory would cost as much as they do.
+    std::atomic<int> error = 0;
+    auto stl = parse_binary(size, facet_count(head), path, unit_mm,
+                            [&](std::uint64_t first, std::uint64_t last, char* place) {
+                              const std::span bytes(place, (last - first) * kRecordBytes);
+                              if (!read_at(file.get(), kDataStart + first * kRecordBytes, bytes))
+                                error = errno;
+                              return place;
+                            });
+    if (error == 0) return stl;
+    errno = error;
+    return io_error(path, "cannot read");
   }
   const auto buffer = std::make_unique_for_overwrite<char[]>(size);
-  const auto filled = read_blocks(file.get(), buffer.get(), size);
-  if (!filled) return io_error(path, "cannot read");
-  return parse_stl({buffer.get(), *filled}, path, unit_mm);
-}
-
-Result<void> write_stl(const std::string& path, const std::vector<std::array<Point<Part>, 3>>& facets) {
-  if (facets.empty()) return fail(Code::kInput, path + ": there are no facets to write");
-  if (facets.size() > kMaxFacets) {
-    return fail(Code::kInput, path + ": " + std::to_string(facets.size()) + " facets are over the limit of " +
-                                  std::to_string(kMaxFacets));
-  }
-  std::string data(kHeaderBytes, '\0');
-  data.replace(0, 19, "Tiltfeed binary STL");
-  data.reserve(kDataStart + facets.size() * kRecordBytes);
-  const auto count = static_cast<std::uint32_t>(facets.size());
-  data.append(reinterpret_cast<const char*>(&count), sizeof count);
-  for (std::size_t i = 0; i < facets.size(); ++i) {
-    for (const Point<Part>& p : facets[i]) {
-      const bool is_float = std::isfinite(static_cast<float>(p.x)) &&
-                            std::isfinite(static_cast<float>(p.y)) && std::isfinite(static_cast<float>(p.z));
-      if (!is_float) {
-        return fail(Code::kInput, path + ": facet " + std::to_string(i) + " has a corner at " + to_string(p) +
-                                      ": no float32");
-      }
-    }
-    append_record(data, facets[i]);
-  }
-
-  const std::string beside = path + "." + std::to_string(::getpid()) + ".part";
-  FileDescriptor file(::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-  if (file.get() < 0) return io_error(beside, "cannot create");
-  const bool written = write_all(file.get(), data) && ::fsync(file.get()) == 0;
-  const int write_errno = errno;
-  if (!written || !file.close() || ::rename(beside.c_str(), path.c_str()) != 0) {
-    if (!written) errno = write_errno;
-    auto error = io_error(path, "cannot write");
-    ::unlink(beside.c_str());
-    return error;
-  }
-  return {};
+  if (!read_at(file.get(), 0, {buffer.get(), size})) return io_error(path, "cannot read");
+  return parse_stl({buffer.get(), size}, path, unit_mm);
 }
 
 }  // namespace tiltfeed

@@ -6,6 +6,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <numeric>
 
@@ -27,17 +28,12 @@ constexpr auto kRelaxed = std::memory_order_relaxed;
 /// Union-find on facets; the root of a tree is its lowest facet, whoever joins first.
 class Forest {
  public:
-  explicit Forest(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0U); }
-
-  std::uint32_t root(std::uint32_t i) {
-    for (;;) {
-      std::uint32_t up = at(i).load(kRelaxed);
-      if (up == i) return i;
-      const std::uint32_t top = at(up).load(kRelaxed);
-      if (top != up) at(i).compare_exchange_weak(up, top, kRelaxed);
-      i = top;
-    }
+  explicit Forest(std::size_t size) : parent_(size) {
+    tbb::parallel_for(Range(0, size, kGrain), [&](const Range& range) {
+      for (std::size_t i = range.begin(); i < range.end(); ++i) parent_[i] = static_cast<std::uint32_t>(i);
+    });
   }
+
   void join(std::uint32_t a, std::uint32_t b) {
     for (;;) {
       a = root(a), b = root(b);
@@ -47,25 +43,56 @@ class Forest {
       if (at(b).compare_exchange_strong(alone, a, kRelaxed)) return;
     }
   }
+  /// The trees, by their lowest facets.
+  Shells shells() {
+    Shells shells;
+    shells.of_facet.resize(parent_.size());
+    tbb::parallel_for(Range(0, parent_.size(), kGrain), [&](const Range& range) {
+      for (std::size_t i = range.begin(); i < range.end(); ++i)
+        shells.of_facet[i] = root(static_cast<std::uint32_t>(i));
+    });
+    for (std::uint32_t i = 0; i < shells.of_facet.size(); ++i) {
+      std::uint32_t& shell = shells.of_facet[i];
+      shell = shell == i ? shells.count++ : shells.of_facet[shell];
+    }
+    return shells;
+  }
 
  private:
+  std::uint32_t root(std::uint32_t i) {
+    for (;;) {
+      std::uint32_t up = at(i).load(kRelaxed);
+      if (up == i) return i;
+      const std::uint32_t top = at(up).load(kRelaxed);
+      if (top != up) at(i).compare_exchange_weak(up, top, kRelaxed);
+      i = top;
+    }
+  }
   Counter at(std::uint32_t i) { return Counter(parent_[i]); }
-  std::vector<std::uint32_t> parent_;
+  FreshVector<std::uint32_t> parent_;
 };
 
-/// Calls visit(low, high, facet, forward) for the half-edges whose low is in [first, last).
-template <class Visit>
-void each_half(const std::vector<Facet>& facets, std::uint32_t first, std::uint32_t last,
-               const Visit& visit) {
-  for (std::uint32_t i = 0; i < facets.size(); ++i) {
-    const auto [a, b, c] = facets[i];
-    const auto side = [&](std::uint32_t from, std::uint32_t to) {
-      const std::uint32_t low = std::min(from, to);
-      if (low - first < last - first) visit(low, std::max(from, to), i, from < to);
-    };
-    side(a, b), side(b, c), side(c, a);
+/// Two facets on the same corners share the two edges at their lowest one: the pairs of facets on the edges
+/// of one low vertex.
+class PairsAtVertex {
+ public:
+  /// Takes the next edge; true if it, or the one vertex it stands at, leaves room for two such facets.
+  bool has_twice(std::span<const HalfEdge> edge) {
+    if (edge[0].low != low_) low_ = edge[0].low, count_ = 0;
+    if (edge.size() == 1) return false;
+    const std::pair<std::uint32_t, std::uint32_t> pair{edge[0].facet, edge[1].facet};
+    if (edge.size() > 2 || count_ == kManyHalves ||
+        std::find(pairs_.begin(), pairs_.begin() + count_, pair) != pairs_.begin() + count_)
+      return true;
+    pairs_[count_++] = pair;
+    return false;
   }
-}
+
+ private:
+  std::array<std::pair<std::uint32_t, std::uint32_t>, kManyHalves> pairs_;
+  std::ptrdiff_t count_ = 0;
+  std::uint32_t low_ = 0;
+};
 
 /// Calls work(first, last) for parts of the vertices, side by side. Each task may read all facets for its own
 /// vertices: cheaper than atomic counters for every corner, and in the order of the facets.
@@ -97,60 +124,9 @@ void sort_by_high(Iterator begin, Iterator end) {
 
 }  // namespace
 
-EdgeTable::EdgeTable(const std::vector<Facet>& facets, std::size_t vertices)
-    : start_(vertices + 1, 0), halves_(facets.size() * 3) {
-  // A counting sort by the lower vertex.
-  each_part(vertices, [&](std::uint32_t first, std::uint32_t last) {
-    each_half(facets, first, last,
-              [&](std::uint32_t low, std::uint32_t, std::uint32_t, bool) { ++start_[low]; });
-  });
-  std::exclusive_scan(start_.begin(), start_.end(), start_.begin(), 0U);
-  each_part(vertices, [&](std::uint32_t first, std::uint32_t last) { gather(facets, first, last); });
-
-  struct Flags {
-    bool sound = true, duplicates = false;
-  };
-  const Flags flags = tbb::parallel_reduce(
-      Range(0, vertices, kGrain), Flags{},
-      [&](const Range& range, Flags f) {
-        for (std::size_t v = range.begin(); v < range.end(); ++v)
-          judge(static_cast<std::uint32_t>(v), f.sound, f.duplicates);
-        return f;
-      },
-      [](Flags a, Flags b) {
-        return Flags{a.sound && b.sound, a.duplicates || b.duplicates};
-      });
-  all_sound_ = flags.sound;
-  may_have_duplicates_ = flags.duplicates;
-}
-
-void EdgeTable::gather(const std::vector<Facet>& facets, std::uint32_t first, std::uint32_t last) {
-  std::vector<std::uint32_t> next(start_.begin() + first, start_.begin() + last);
-  each_half(facets, first, last,
-            [&](std::uint32_t low, std::uint32_t high, std::uint32_t facet, bool forward) {
-              halves_[next[low - first]++] = {low, high, facet & kFacetBits, forward};
-            });
-  for (std::uint32_t v = first; v < last; ++v)
-    sort_by_high(halves_.begin() + start_[v], halves_.begin() + start_[v + 1]);
-}
-
-/// Two facets on the same corners share the two edges at their lowest one.
-void EdgeTable::judge(std::uint32_t vertex, bool& sound, bool& duplicates) const {
-  std::array<std::pair<std::uint32_t, std::uint32_t>, kManyHalves> pairs;
-  std::size_t count = 0;
-  each_edge(vertex, vertex + 1, [&](std::span<const HalfEdge> edge) {
-    sound = sound && state(edge) == EdgeState::kSound;
-    if (edge.size() == 1) return;
-    const std::pair<std::uint32_t, std::uint32_t> pair{edge[0].facet, edge[1].facet};
-    if (edge.size() > 2 || count == pairs.size() ||
-        std::find(pairs.begin(), pairs.begin() + count, pair) != pairs.begin() + count)
-      duplicates = true;
-    else
-      pairs[count++] = pair;
-  });
-}
-
-VertexFans::VertexFans(const std::vector<Facet>& facets, std::size_t vertices) : start_(vertices + 1, 0) {
+VertexFans::VertexFans(const std::vector<Facet>& facets, std::size_t vertices)
+    : facets_(facets), start_(vertices + 1, 0), entries_(facets.size() * 3) {
+  // A counting sort by the vertex.
   const auto each_corner = [&](std::uint32_t first, std::uint32_t last, const auto& visit) {
     for (std::uint32_t f = 0; f < facets.size(); ++f)
       for (std::uint32_t v : facets[f])
@@ -160,19 +136,17 @@ VertexFans::VertexFans(const std::vector<Facet>& facets, std::size_t vertices) :
     each_corner(first, last, [&](std::uint32_t v, std::uint32_t) { ++start_[v]; });
   });
   std::exclusive_scan(start_.begin(), start_.end(), start_.begin(), 0U);
-  facets_.resize(start_.back());
   each_part(vertices, [&](std::uint32_t first, std::uint32_t last) {
     std::vector<std::uint32_t> next(start_.begin() + first, start_.begin() + last);
-    each_corner(first, last, [&](std::uint32_t v, std::uint32_t f) { facets_[next[v - first]++] = f; });
+    each_corner(first, last, [&](std::uint32_t v, std::uint32_t f) { entries_[next[v - first]++] = f; });
   });
 }
 
 /// The half-edges with this low vertex, sorted.
-void VertexFans::gather(const std::vector<Facet>& facets, std::uint32_t vertex,
-                        std::vector<HalfEdge>& halves) const {
+void VertexFans::gather(std::uint32_t vertex, std::vector<HalfEdge>& halves) const {
   halves.clear();
   for (std::uint32_t f : of(vertex)) {
-    const Facet& corner = facets[f];
+    const Facet& corner = facets_[f];
     const std::size_t k = corner[0] == vertex ? 0 : corner[1] == vertex ? 1 : 2;
     const std::uint32_t next = corner[(k + 1) % 3], before = corner[(k + 2) % 3];
     if (next > vertex) halves.push_back({vertex, next, f & kFacetBits, true});
@@ -181,24 +155,26 @@ void VertexFans::gather(const std::vector<Facet>& facets, std::uint32_t vertex,
   sort_by_high(halves.begin(), halves.end());
 }
 
-Shells find_shells(const EdgeTable& edges, std::size_t facets) {
-  Forest forest(facets);
-  tbb::parallel_for(Range(0, edges.vertices(), kGrain), [&](const Range& range) {
-    edges.each_edge(range.begin(), range.end(), [&](std::span<const HalfEdge> edge) {
-      if (edge.size() == 2) forest.join(edge[0].facet, edge[1].facet);
-    });
-  });
-  Shells shells;
-  shells.of_facet.resize(facets);
-  tbb::parallel_for(Range(0, facets, kGrain), [&](const Range& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i)
-      shells.of_facet[i] = forest.root(static_cast<std::uint32_t>(i));
-  });
-  for (std::uint32_t i = 0; i < facets; ++i) {
-    std::uint32_t& shell = shells.of_facet[i];
-    shell = shell == i ? shells.count++ : shells.of_facet[shell];
-  }
-  return shells;
+EdgeSurvey survey(const VertexFans& fans) {
+  struct Flags {
+    bool sound = true, duplicates = false;
+  };
+  Forest forest(fans.facets());
+  const Flags flags = tbb::parallel_reduce(
+      Range(0, fans.vertices(), kGrain), Flags{},
+      [&](const Range& range, Flags f) {
+        PairsAtVertex pairs;
+        fans.each_edge(range.begin(), range.end(), [&](std::span<const HalfEdge> edge) {
+          f.sound = f.sound && state(edge) == EdgeState::kSound;
+          f.duplicates = f.duplicates || pairs.has_twice(edge);
+          if (edge.size() == 2) forest.join(edge[0].facet, edge[1].facet);
+        });
+        return f;
+      },
+      [](Flags a, Flags b) {
+        return Flags{a.sound && b.sound, a.duplicates || b.duplicates};
+      });
+  return {flags.sound, flags.duplicates, forest.shells()};
 }
 
 }  // namespace tiltfeed

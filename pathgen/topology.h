@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "pathgen/fresh_memory.h"
+
 namespace tiltfeed {
 
 using Facet = std::array<std::uint32_t, 3>;
@@ -29,14 +31,20 @@ void each_edge_of(std::span<const HalfEdge> halves, Visit& visit) {
   }
 }
 
-/// The half-edges of all facets, those of one edge side by side, in the order of (low, high, facet).
-/// Requires: the three vertices of each facet differ; below 2^31 facets.
-class EdgeTable {
+/// The facets round each vertex, ascending, and from them the edges. The facets must stay where they are, but
+/// may be turned over. Requires: the three vertices of each facet differ; below 2^31 facets.
+class VertexFans {
  public:
-  EdgeTable() = default;
-  EdgeTable(const std::vector<Facet>& facets, std::size_t vertices);
+  VertexFans() = default;
+  VertexFans(const std::vector<Facet>& facets, std::size_t vertices);
 
-  /// Calls visit(std::span<const HalfEdge>) once for each edge.
+  std::size_t vertices() const { return start_.size() - 1; }
+  std::size_t facets() const { return facets_.size(); }
+  std::span<const std::uint32_t> of(std::uint32_t vertex) const {
+    return std::span(entries_).subspan(start_[vertex], start_[vertex + 1] - start_[vertex]);
+  }
+  /// Calls visit(std::span<const HalfEdge>) once for each edge, in the order of (low, high); its half-edges
+  /// in the order of their facets.
   template <class Visit>
   void each_edge(Visit visit) const {
     each_edge(0, vertices(), visit);
@@ -44,49 +52,19 @@ class EdgeTable {
   /// The same for the edges whose low is in [first, last): for work in blocks.
   template <class Visit>
   void each_edge(std::size_t first, std::size_t last, Visit visit) const {
-    each_edge_of(std::span(halves_).subspan(start_[first], start_[last] - start_[first]), visit);
-  }
-  std::size_t vertices() const { return start_.size() - 1; }
-
-  /// Each edge has two facets, which run along it in opposite directions.
-  bool all_sound() const { return all_sound_; }
-  /// False: no two facets have the same corners.
-  bool may_have_duplicates() const { return may_have_duplicates_; }
-
- private:
-  void gather(const std::vector<Facet>& facets, std::uint32_t first, std::uint32_t last);
-  void judge(std::uint32_t vertex, bool& sound, bool& duplicates) const;
-
-  std::vector<std::uint32_t> start_{0};  ///< the half-edges of low v are start_[v] to start_[v + 1]
-  std::vector<HalfEdge> halves_;
-  bool all_sound_ = true, may_have_duplicates_ = false;
-};
-
-/// The facets round each vertex, ascending, and from them the edges.
-class VertexFans {
- public:
-  VertexFans() = default;
-  VertexFans(const std::vector<Facet>& facets, std::size_t vertices);
-
-  std::span<const std::uint32_t> of(std::uint32_t vertex) const {
-    return std::span(facets_).subspan(start_[vertex], start_[vertex + 1] - start_[vertex]);
-  }
-  /// As EdgeTable::each_edge(), of the same facets: for those who ask once, without a table's memory.
-  template <class Visit>
-  void each_edge(const std::vector<Facet>& facets, std::uint32_t first, std::uint32_t last,
-                 Visit visit) const {
     std::vector<HalfEdge> halves;
-    for (std::uint32_t v = first; v < last; ++v) {
-      gather(facets, v, halves);
+    for (std::size_t v = first; v < last; ++v) {
+      gather(static_cast<std::uint32_t>(v), halves);
       each_edge_of(halves, visit);
     }
   }
 
  private:
-  void gather(const std::vector<Facet>& facets, std::uint32_t vertex, std::vector<HalfEdge>& halves) const;
+  void gather(std::uint32_t vertex, std::vector<HalfEdge>& halves) const;
 
-  std::vector<std::uint32_t> start_{0};  ///< the facets of v are start_[v] to start_[v + 1]
-  std::vector<std::uint32_t> facets_;
+  std::span<const Facet> facets_;
+  std::vector<std::uint32_t> start_{0};  ///< the facets of v are entries_[start_[v]] to start_[v + 1]
+  FreshVector<std::uint32_t> entries_;
 };
 
 /// What an edge with these half-edges is.
@@ -100,11 +78,17 @@ inline EdgeState state(std::span<const HalfEdge> edge) {
 /// Facets that hang together over edges with exactly two facets; shells count in the order of their first
 /// facet.
 struct Shells {
-  std::vector<std::uint32_t> of_facet;
+  FreshVector<std::uint32_t> of_facet;
   std::uint32_t count = 0;
 };
-/// For any number of threads the same.
-Shells find_shells(const EdgeTable& edges, std::size_t facets);
+
+/// What one look at all edges tells, for any number of threads the same.
+struct EdgeSurvey {
+  bool all_sound = true;             ///< each edge is kSound
+  bool may_have_duplicates = false;  ///< false: no two facets have the same corners
+  Shells shells;
+};
+EdgeSurvey survey(const VertexFans& fans);
 
 /// Turns a facet over.
 inline void turn_over(Facet& facet) { std::swap(facet[1], facet[2]); }

@@ -10,6 +10,8 @@
 #include <numeric>
 #include <span>
 
+#include "pathgen/fresh_memory.h"
+
 namespace tiltfeed {
 namespace {
 
@@ -37,7 +39,11 @@ std::uint64_t hash(Point<Part> p) {
 class CornerIndex {
  public:
   explicit CornerIndex(const Stl& stl)
-      : stl_(stl), table_(std::bit_ceil(stl.facets.size() * 4 + 16), kNone), slot_(stl.facets.size() * 3) {}
+      : stl_(stl), table_(std::bit_ceil(stl.facets.size() * 4 + 16)), slot_(stl.facets.size() * 3) {
+    tbb::parallel_for(Range(0, table_.size(), kGrain), [&](const Range& range) {
+      std::fill(table_.begin() + range.begin(), table_.begin() + range.end(), kNone);
+    });
+  }
 
   /// Vertices by first use; facets as in the file.
   Mesh mesh() {
@@ -51,9 +57,9 @@ class CornerIndex {
     tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t b) { start[b + 1] = number_firsts(b, {}, 0); });
     std::partial_sum(start.begin(), start.end(), start.begin());
     Mesh out;
-    out.vertices.resize(start.back());
-    out.facets.resize(facets);
-    out.source.resize(facets);
+    resize_side_by_side(out.vertices, start.back());
+    resize_side_by_side(out.facets, facets);
+    resize_side_by_side(out.source, facets);
     tbb::parallel_for(std::size_t{0}, blocks,
                       [&](std::size_t b) { number_firsts(b, out.vertices, start[b]); });
     tbb::parallel_for(Range(0, facets, kGrain), [&](const Range& range) {
@@ -123,7 +129,7 @@ class CornerIndex {
   }
 
   const Stl& stl_;
-  std::vector<std::uint32_t> table_, slot_;
+  FreshVector<std::uint32_t> table_, slot_;
 };
 
 /// The facets that pass the test, ascending.
@@ -152,7 +158,7 @@ void note(Found& found, const Mesh& mesh, const std::vector<std::uint32_t>& face
 
 /// Of the facets without area (ascending), those that seam: facets that hang together, all of whose edges
 /// have two facets.
-std::vector<std::uint32_t> find_seams(const Mesh& mesh, const EdgeTable& edges,
+std::vector<std::uint32_t> find_seams(const Mesh& mesh, const VertexFans& fans,
                                       const std::vector<std::uint32_t>& thin) {
   std::vector<bool> is_thin(mesh.facets.size(), false);
   for (std::uint32_t i : thin) is_thin[i] = true;
@@ -166,7 +172,7 @@ std::vector<std::uint32_t> find_seams(const Mesh& mesh, const EdgeTable& edges,
   };
   std::vector<bool> seams(mesh.facets.size(), true);  // of a root: its group still may seam
   std::vector<std::uint32_t> torn;                    // facets on an edge that has not two facets
-  edges.each_edge([&](std::span<const HalfEdge> edge) {
+  fans.each_edge([&](std::span<const HalfEdge> edge) {
     std::uint32_t first = kNone;
     for (const HalfEdge& half : edge) {
       if (!is_thin[half.facet]) continue;
@@ -200,9 +206,13 @@ Welded weld(const Stl& stl) {
   note(out.degenerate, mesh, collapsed);
   drop(collapsed);
 
-  out.edges = EdgeTable(mesh.facets, mesh.vertices.size());
-  changed = false;
-  if (out.edges.may_have_duplicates()) {
+  const auto look = [&] {
+    out.fans = VertexFans(mesh.facets, mesh.vertices.size());
+    out.survey = survey(out.fans);
+    changed = false;
+  };
+  look();
+  if (out.survey.may_have_duplicates) {
     const std::vector<std::uint32_t> duplicates = find_duplicates(mesh);
     note(out.duplicate, mesh, duplicates);
     drop(duplicates);
@@ -210,9 +220,8 @@ Welded weld(const Stl& stl) {
   const std::vector<std::uint32_t> thin = without_area(mesh);
   note(out.degenerate, mesh, thin);
   if (!thin.empty()) {
-    if (changed) out.edges = EdgeTable(mesh.facets, mesh.vertices.size());
-    changed = false;
-    const std::vector<std::uint32_t> seams = find_seams(mesh, out.edges, thin);
+    if (changed) look();
+    const std::vector<std::uint32_t> seams = find_seams(mesh, out.fans, thin);
     std::vector<std::uint32_t> dropped;
     std::set_difference(thin.begin(), thin.end(), seams.begin(), seams.end(), std::back_inserter(dropped));
     for (std::uint32_t i : seams) {
@@ -221,7 +230,7 @@ Welded weld(const Stl& stl) {
     }
     drop(dropped);
   }
-  if (changed) out.edges = EdgeTable(mesh.facets, mesh.vertices.size());
+  if (changed) look();
   return out;
 }
 

@@ -23,7 +23,8 @@ struct Found {
 struct Welded {
   /// Vertices are numbered by their first use; every one is used. Facets have three different vertices.
   Mesh mesh;
-  EdgeTable edges;  ///< of `mesh`
+  VertexFans fans;    ///< of `mesh`
+  EdgeSurvey survey;  ///< of all edges of `mesh`
   /// Facets of `mesh` without area that yet join their neighbours edge to edge (they seam a T-junction):
   /// needed to tell that the mesh is closed, ascending. No other facet lacks area.
   std::vector<std::uint32_t> seams;
