@@ -201,18 +201,26 @@ Cells make_cells(const ClSurface& surface, const Deformation& deformation, doubl
     for (std::size_t p = patches * b / kBlocks; p < patches * (b + 1) / kBlocks; ++p)
       maker.add(static_cast<PatchId>(p));
   });
-  Cells all;
-  std::size_t cells = 0, corners = 0;
-  for (const Cells& block : blocks) cells += block.cells.size(), corners += block.corners.size();
-  all.cells.reserve(cells);
-  all.corners.reserve(corners);
-  for (Cells& block : blocks) {
-    for (Cell& cell : block.cells) cell.first += static_cast<std::uint32_t>(all.corners.size());
-    all.cells.insert(all.cells.end(), block.cells.begin(), block.cells.end());
-    all.corners.insert(all.corners.end(), block.corners.begin(), block.corners.end());
-    all.near.insert(all.near.end(), block.near.begin(), block.near.end());
-    block = {};
+  // Joined in their order, each moved to its place by itself.
+  std::array<std::size_t, kBlocks + 1> cells{}, corners{};
+  for (std::size_t b = 0; b < kBlocks; ++b) {
+    cells[b + 1] = cells[b] + blocks[b].cells.size();
+    corners[b + 1] = corners[b] + blocks[b].corners.size();
   }
+  Cells all;
+  all.cells.resize(cells.back());
+  all.corners.resize(corners.back());
+  for (const Cells& block : blocks) all.near.insert(all.near.end(), block.near.begin(), block.near.end());
+  tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
+    const Cells block = std::move(blocks[b]);  // gives its memory back
+    auto to = all.cells.begin() + static_cast<std::ptrdiff_t>(cells[b]);
+    for (Cell cell : block.cells) {
+      cell.first += static_cast<std::uint32_t>(corners[b]);
+      *to++ = cell;
+    }
+    std::copy(block.corners.begin(), block.corners.end(),
+              all.corners.begin() + static_cast<std::ptrdiff_t>(corners[b]));
+  });
   return all;
 }
 

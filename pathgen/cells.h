@@ -8,6 +8,7 @@
 
 #include "pathgen/cl_surface.h"
 #include "pathgen/deformation.h"
+#include "pathgen/fresh_memory.h"
 
 namespace tiltfeed {
 
@@ -27,8 +28,8 @@ struct Cell {
 };
 
 struct Cells {
-  std::vector<Cell> cells;  ///< in the order of the patches
-  std::vector<FlatCorner> corners;
+  FreshVector<Cell> cells;  ///< in the order of the patches
+  FreshVector<FlatCorner> corners;
   std::vector<PatchId> near;  ///< patches that may cover the end of a column (Deformation::column_end)
 };
 

@@ -65,7 +65,7 @@ void FlatBins::Axis::span(double from, double to, std::int64_t& first, std::int6
   }
 }
 
-FlatBins::FlatBins(const std::vector<LooseBox>& boxes, const FlatBounds& bounds, double period_x,
+FlatBins::FlatBins(std::span<const LooseBox> boxes, const FlatBounds& bounds, double period_x,
                    double period_y)
     : grid_of_(boxes.size()) {
   lay_grids(boxes, bounds, period_x, period_y);
@@ -73,7 +73,7 @@ FlatBins::FlatBins(const std::vector<LooseBox>& boxes, const FlatBounds& bounds,
 }
 
 /// Grids that hold no box are left out.
-void FlatBins::lay_grids(const std::vector<LooseBox>& boxes, const FlatBounds& bounds, double period_x,
+void FlatBins::lay_grids(std::span<const LooseBox> boxes, const FlatBounds& bounds, double period_x,
                          double period_y) {
   const double width = std::max(bounds.max_x - bounds.min_x, 1e-9);
   const double height = std::max(bounds.max_y - bounds.min_y, 1e-9);
@@ -117,9 +117,9 @@ void FlatBins::lay_grids(const std::vector<LooseBox>& boxes, const FlatBounds& b
 }
 
 /// A counting sort: stripes of bins are filled side by side; each bin lists its boxes in rising order.
-void FlatBins::fill(const std::vector<LooseBox>& boxes) {
+void FlatBins::fill(std::span<const LooseBox> boxes) {
   const std::size_t bins = start_.size() - 1;
-  std::vector<Span> spans(boxes.size());
+  FreshVector<Span> spans(boxes.size());
   each(boxes.size(), [&](std::size_t i) {
     const Grid& grid = grids_[grid_of_[i]];
     std::int64_t x0, x1, y0, y1;

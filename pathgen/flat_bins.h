@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
+
+#include "pathgen/fresh_memory.h"
 
 namespace tiltfeed {
 
@@ -55,7 +58,7 @@ class FlatBins {
   FlatBins() = default;
   /// The boxes lie within `bounds`, but for what lies past a seam; where a coordinate wraps, its bounds are a
   /// whole turn. A period of 0: it does not wrap.
-  FlatBins(const std::vector<LooseBox>& boxes, const FlatBounds& bounds, double period_x, double period_y);
+  FlatBins(std::span<const LooseBox> boxes, const FlatBounds& bounds, double period_x, double period_y);
 
   /// Calls visit(index) for each box that the line may meet, some more than once.
   template <class Visit>
@@ -67,11 +70,12 @@ class FlatBins {
   void each_near(const FlatBox& box, Visit visit) const {
     for (const Grid& grid : grids_) each_bin(grid, box, [&](std::size_t bin) { each_in(bin, visit); });
   }
-  /// Calls visit(index) for each box that may hold (x, y), until it returns true; returns that.
+  /// Calls visit(index) for each box that may hold (x, y), the largest first, until it returns true; returns
+  /// that.
   template <class Visit>
   bool any_at(double x, double y, Visit visit) const {
-    for (const Grid& grid : grids_) {
-      const std::size_t bin = grid.bin(grid.x.wrapped(grid.x.bin(x)), grid.y.wrapped(grid.y.bin(y)));
+    for (auto grid = grids_.rbegin(); grid != grids_.rend(); ++grid) {
+      const std::size_t bin = grid->bin(grid->x.wrapped(grid->x.bin(x)), grid->y.wrapped(grid->y.bin(y)));
       for (std::uint32_t e = start_[bin]; e < start_[bin + 1]; ++e)
         if (visit(entries_[e])) return true;
     }
@@ -106,9 +110,8 @@ class FlatBins {
   struct Span {
     std::int32_t x0, x1, y0, y1;
   };
-  void lay_grids(const std::vector<LooseBox>& boxes, const FlatBounds& bounds, double period_x,
-                 double period_y);
-  void fill(const std::vector<LooseBox>& boxes);
+  void lay_grids(std::span<const LooseBox> boxes, const FlatBounds& bounds, double period_x, double period_y);
+  void fill(std::span<const LooseBox> boxes);
   template <class Box, class Visit>
   static void each_bin(const Grid& grid, const Box& box, Visit visit) {
     std::int64_t i0, i1, j0, j1;
@@ -130,9 +133,9 @@ class FlatBins {
   }
 
   std::vector<Grid> grids_;            ///< from fine to coarse
-  std::vector<std::uint8_t> grid_of_;  ///< by box
+  FreshVector<std::uint8_t> grid_of_;  ///< by box
   std::vector<std::uint32_t> start_;   ///< of each bin in entries_
-  std::vector<std::uint32_t> entries_;
+  FreshVector<std::uint32_t> entries_;
 };
 
 }  // namespace tiltfeed

@@ -25,7 +25,7 @@ struct Range {
 }  // namespace
 
 bool FlatIndex::has_siblings(std::uint32_t cell) const {
-  const std::vector<Cell>& cells = cells_.cells;
+  const auto& cells = cells_.cells;
   return (cell > 0 && cells[cell - 1].patch == cells[cell].patch) ||
          (cell + 1 < cells.size() && cells[cell + 1].patch == cells[cell].patch);
 }
@@ -48,7 +48,7 @@ struct Ranges {
   Range x, y;
 };
 /// Of all boxes, which it writes.
-Ranges ranges_of(const Cells& cells, std::vector<LooseBox>& boxes) {
+Ranges ranges_of(const Cells& cells, FreshVector<LooseBox>& boxes) {
   assert(!cells.cells.empty());
   boxes.resize(cells.cells.size());
   return tbb::parallel_reduce(

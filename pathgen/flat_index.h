@@ -97,7 +97,7 @@ class FlatIndex {
                 std::vector<Candidate>& candidates) const;
 
   Cells cells_;
-  std::vector<LooseBox> boxes_;  ///< by cell
+  FreshVector<LooseBox> boxes_;  ///< by cell
   /// Where a coordinate wraps and is covered past its seam, else 0.
   double period_x_ = 0.0, period_y_ = 0.0;
   FlatBounds bounds_;
