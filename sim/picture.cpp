@@ -33,10 +33,12 @@ constexpr double kAxisLength = 0.10, kBias = 0.004, kHollowRange = 0.03, kHollow
 std::vector<std::array<Vec3, 3>> corner_normals(const Mesh& mesh) {
   const std::size_t count = mesh.facets.size();
   std::vector<Vec3> normal(count);
+  std::vector<double> size(count);
   std::vector<std::uint32_t> begin(mesh.vertices.size() + 1, 0), around(count * 3);
   for (std::size_t f = 0; f < count; ++f) {
     const auto& [a, b, c] = mesh.facets[f];
     normal[f] = cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]);
+    size[f] = length(normal[f]);
     for (const std::uint32_t v : mesh.facets[f]) ++begin[v + 1];
   }
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) begin[v + 1] += begin[v];
@@ -50,7 +52,7 @@ std::vector<std::array<Vec3, 3>> corner_normals(const Mesh& mesh) {
       Vec3 sum;
       for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i) {
         const Vec3 other = normal[around[i]];
-        if (dot(other, normal[f]) >= kCreaseCosine * length(other) * length(normal[f])) sum = sum + other;
+        if (dot(other, normal[f]) >= kCreaseCosine * size[around[i]] * size[f]) sum = sum + other;
       }
       corners[f][k] = squared_length(sum) > 0.0 ? normalized(sum) : Vec3{0, 0, 1};
     }
@@ -64,7 +66,9 @@ Colour shaded(Vec3 normal, Vec3 view, const Camera& camera, Colour of) {
   const Vec3 fill = normalized(camera.eye() * 0.5 + camera.right() * 0.9 + camera.up() * 0.1);
   const double light = 0.34 + 0.95 * std::max(0.0, dot(normal, key)) +
                        0.28 * std::max(0.0, dot(normal, fill)) + 0.12 * dot(normal, view);
-  const double gloss = std::pow(std::max(0.0, dot(normal, normalized(key + view))), 40.0);
+  const double mirrored = std::max(0.0, dot(normal, normalized(key + view)));
+  const double squared = mirrored * mirrored, to_8 = squared * squared * squared * squared;
+  const double gloss = to_8 * to_8 * to_8 * to_8 * to_8;
   return of * light + Colour{1, 1, 1} * (0.16 * gloss);
 }
 
@@ -276,13 +280,12 @@ void draw_path(const std::vector<Move>& moves, const PictureOptions& options, co
 
 }  // namespace
 
-Result<void> draw_part_with_path(const Mesh& part, const ToolPath& path, const std::string& png_path,
-                                 const PictureOptions& options) {
-  if (part.facets.empty()) return fail(Code::kInput, png_path + ": no picture: the part has no facets");
+Result<std::string> part_with_path(const Mesh& part, const ToolPath& path, const PictureOptions& options) {
+  if (part.facets.empty()) return fail(Code::kInput, "no picture: the part has no facets");
   if (options.width < 16 || options.height < 16 || options.width > 8192 || options.height > 8192)
-    return fail(Code::kInput, png_path + ": no picture: each side must have 16 to 8192 pixels");
+    return fail(Code::kInput, "no picture: each side must have 16 to 8192 pixels");
   if (!options.marks.empty() && options.marks.size() != part.facets.size())
-    return fail(Code::kInput, png_path + ": no picture: the marks are not of this part");
+    return fail(Code::kInput, "no picture: the marks are not of this part");
   const int width = options.width * kOversample, height = options.height * kOversample;
   const Camera camera(part, path, width, height);
   Raster raster(width, height, {kTop, kBottom});
@@ -290,7 +293,14 @@ Result<void> draw_part_with_path(const Mesh& part, const ToolPath& path, const s
   raster.shade_hollows(kHollowRadius * kOversample, kHollowRange * camera.scene_radius(), kHollowStrength);
   draw_path(path.moves, options, camera, raster);
   draw_unreached(part, options.marks, camera, raster);
-  return raster.write_png(png_path, kOversample);
+  return raster.png(kOversample);
+}
+
+Result<void> draw_part_with_path(const Mesh& part, const ToolPath& path, const std::string& png_path,
+                                 const PictureOptions& options) {
+  const Result<std::string> bytes = part_with_path(part, path, options);
+  if (!bytes) return fail(bytes.error().code, png_path + ": " + bytes.error().message);
+  return write_bytes(png_path, *bytes);
 }
 
 }  // namespace tiltfeed::sim

@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
+#include <fstream>
 #include <limits>
-#include <memory>
+
+#include "sim/workers.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -40,6 +41,10 @@ class ToSrgb {
   std::array<std::uint8_t, kSteps + 1> byte_;
 };
 
+std::array<float, 3> floats(Colour c) {
+  return {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)};
+}
+
 }  // namespace
 
 Raster::Raster(int width, int height, std::array<Colour, 2> background)
@@ -49,13 +54,12 @@ Raster::Raster(int width, int height, std::array<Colour, 2> background)
       depth_(static_cast<std::size_t>(width) * height, kFar) {
   for (int y = 0; y < height; ++y) {
     const Colour c = background[0] + (background[1] - background[0]) * (static_cast<double>(y) / height);
-    const std::array<float, 3> pixel{static_cast<float>(c.x), static_cast<float>(c.y),
-                                     static_cast<float>(c.z)};
-    std::fill_n(colour_.begin() + static_cast<std::ptrdiff_t>(at(0, y)), width, pixel);
+    std::fill_n(colour_.begin() + static_cast<std::ptrdiff_t>(at(0, y)), width, floats(c));
   }
 }
 
-void Raster::triangle(const std::array<ScreenPoint, 3>& p, const std::array<Colour, 3>& c) {
+template <class Paint>
+void Raster::cover(const std::array<ScreenPoint, 3>& p, const Paint& paint) {
   const double area = (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[2].x - p[0].x) * (p[1].y - p[0].y);
   if (area == 0.0) return;
   const auto [x_low, x_high] = std::minmax({p[0].x, p[1].x, p[2].x});
@@ -74,14 +78,28 @@ void Raster::triangle(const std::array<ScreenPoint, 3>& p, const std::array<Colo
       const auto depth = static_cast<float>(a * p[0].depth + b * p[1].depth + d * p[2].depth);
       if (depth >= depth_[at(x, y)]) continue;
       depth_[at(x, y)] = depth;
-      const Colour k = c[0] * a + c[1] * b + c[2] * d;
-      colour_[at(x, y)] = {static_cast<float>(k.x), static_cast<float>(k.y), static_cast<float>(k.z)};
+      paint(at(x, y), a, b, d);
     }
   }
 }
 
+void Raster::triangle(const std::array<ScreenPoint, 3>& corners, const std::array<Colour, 3>& c) {
+  cover(corners, [&](std::size_t pixel, double share0, double share1, double share2) {
+    colour_[pixel] = floats(c[0] * share0 + c[1] * share1 + c[2] * share2);
+    if (!owner_.empty()) owner_[pixel] = kNobody;
+  });
+}
+
+void Raster::triangle(const std::array<ScreenPoint, 3>& corners, Colour colour, std::uint32_t owner) {
+  if (owner_.empty()) owner_.assign(colour_.size(), kNobody);
+  const std::array<float, 3> of = floats(colour);
+  cover(corners,
+        [&](std::size_t pixel, double, double, double) { colour_[pixel] = of, owner_[pixel] = owner; });
+}
+
 void Raster::mix(int x, int y, double depth, Colour colour, double alpha) {
   if (x < 0 || y < 0 || x >= width_ || y >= height_ || depth > static_cast<double>(depth_[at(x, y)])) return;
+  if (!owner_.empty()) owner_[at(x, y)] = kNobody;
   auto& pixel = colour_[at(x, y)];
   const double k[3] = {colour.x, colour.y, colour.z};
   for (int i = 0; i < 3; ++i)
@@ -152,30 +170,50 @@ void Raster::shade_hollows(double radius, double range, double strength) {
   }
 }
 
-Result<void> Raster::write_png(const std::string& path, int factor) const {
+Result<std::string> Raster::png(int factor, const std::vector<Colour>& by_owner, int threads) const {
   const int w = width_ / factor, h = height_ / factor;
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(w) * h * 3);
   const ToSrgb to_byte;
-  for (int y = 0; y < h; ++y) {
+  in_parallel(static_cast<std::size_t>(h), threads, [&](std::size_t row) {
+    const int y = static_cast<int>(row);
     for (int x = 0; x < w; ++x) {
       double sum[3] = {};
-      for (int j = 0; j < factor; ++j)
-        for (int i = 0; i < factor; ++i)
-          for (int k = 0; k < 3; ++k)
-            sum[k] += static_cast<double>(colour_[at(x * factor + i, y * factor + j)][k]);
+      for (int j = 0; j < factor; ++j) {
+        for (int i = 0; i < factor; ++i) {
+          const std::size_t pixel = at(x * factor + i, y * factor + j);
+          const auto& [red, green, blue] = colour_[pixel];
+          const std::uint32_t owner = owner_.empty() ? kNobody : owner_[pixel];
+          const Colour tint = owner < by_owner.size() ? by_owner[owner] : Colour{1.0, 1.0, 1.0};
+          sum[0] += static_cast<double>(red) * tint.x, sum[1] += static_cast<double>(green) * tint.y,
+              sum[2] += static_cast<double>(blue) * tint.z;
+        }
+      }
       for (int k = 0; k < 3; ++k)
         bytes[(static_cast<std::size_t>(y) * w + x) * 3 + k] = to_byte(sum[k] / (factor * factor));
     }
-  }
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "wb"), &std::fclose);
-  if (!file) return fail(Code::kIo, path + ": cannot be written; is the folder there and writable?");
+  });
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   image.width = static_cast<png_uint_32>(w), image.height = static_cast<png_uint_32>(h);
   image.format = PNG_FORMAT_RGB;
-  if (!png_image_write_to_stdio(&image, file.get(), 0, bytes.data(), 0, nullptr) ||
-      std::fflush(file.get()) != 0)
-    return fail(Code::kIo, path + ": the picture cannot be written: " + image.message);
+  std::string file(PNG_IMAGE_PNG_SIZE_MAX(image), '\0');
+  png_alloc_size_t size = file.size();
+  if (!png_image_write_to_memory(&image, file.data(), &size, 0, bytes.data(), 0, nullptr))
+    return fail(Code::kIo, std::string("a picture cannot be made: ") + image.message);
+  file.resize(size);
+  return file;
+}
+
+Result<void> Raster::write_png(const std::string& path, int factor) const {
+  const Result<std::string> bytes = png(factor);
+  if (!bytes) return tl::unexpected(bytes.error());
+  return write_bytes(path, *bytes);
+}
+
+Result<void> write_bytes(const std::string& path, const std::string& bytes) {
+  std::ofstream out(path, std::ios::binary | std::ios::trunc);
+  if (!(out << bytes << std::flush))
+    return fail(Code::kIo, path + ": cannot be written; is the folder there and writable?");
   return {};
 }
 

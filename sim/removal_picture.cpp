@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "sim/camera.h"
-
 namespace tiltfeed::sim {
 namespace {
 
@@ -60,33 +58,36 @@ std::string html_colour(Colour c) {
   return text.data();
 }
 
-Result<void> draw_deviation(const Mesh& part, const ToolPath& path, const Probes& probes,
-                            const Removal& removal, const std::vector<ColourStop>& scale,
-                            const std::string& png_path) {
-  const int width = kWidth * kOversample, height = kHeight * kOversample;
-  const Camera camera(part, path, width, height);
-  Raster raster(width, height, {kTop, kBottom});
-  const Patches& patches = probes.patches();
+DeviationPicture::DeviationPicture(const Mesh& part, const ToolPath& path, const Patches& patches)
+    : camera_(part, path, kWidth * kOversample, kHeight * kOversample),
+      raster_(kWidth * kOversample, kHeight * kOversample, {kTop, kBottom}) {
   for (std::size_t p = 0; p < patches.mesh.facets.size(); ++p) {
     std::array<ScreenPoint, 3> corners;
-    for (int k = 0; k < 3; ++k) corners[k] = camera.project(patches.mesh.vertices[patches.mesh.facets[p][k]]);
+    for (int k = 0; k < 3; ++k)
+      corners[k] = camera_.project(patches.mesh.vertices[patches.mesh.facets[p][k]]);
+    const double lit = light(patches.normal[p], camera_.view_from(patches.middle[p]), camera_);
+    raster_.triangle(corners, {lit, lit, lit}, static_cast<std::uint32_t>(p));
+  }
+  raster_.shade_hollows(kHollowRadius * kOversample, kHollowRange * camera_.scene_radius(), kHollowStrength);
+}
+
+Result<std::string> DeviationPicture::png(const Removal& removal, const std::vector<ColourStop>& scale,
+                                          int threads) {
+  std::vector<Colour> colours(removal.patch_mean.size());
+  for (std::size_t p = 0; p < colours.size(); ++p) {
     const double mean = static_cast<double>(removal.patch_mean[p]),
                  low = static_cast<double>(removal.patch_low[p]);
     // A gouge shows even where the mean hides it.
-    const Colour colour =
-        std::isnan(mean) ? kUnreachedColour : colour_of(low < scale[1].left ? low : mean, scale);
-    const double lit = light(patches.normal[p], camera.view_from(patches.middle[p]), camera);
-    raster.triangle(corners, {colour * lit, colour * lit, colour * lit});
+    colours[p] = std::isnan(mean) ? kUnreachedColour : colour_of(low < scale[1].left ? low : mean, scale);
   }
-  raster.shade_hollows(kHollowRadius * kOversample, kHollowRange * camera.scene_radius(), kHollowStrength);
-  const double bias = kBias * camera.scene_radius();
+  const double bias = kBias * camera_.scene_radius();
   for (std::size_t i = std::min(kMarks, removal.troubles.size()); i-- > 0;) {
-    const ScreenPoint at = camera.project(removal.troubles[i].place);
-    raster.disc(at, 16.0 * kOversample, kMark, 10.0 * bias);
-    raster.disc(at, 9.0 * kOversample, kMarkHeart, 11.0 * bias);
-    raster.disc(at, 5.0 * kOversample, kMark, 12.0 * bias);
+    const ScreenPoint at = camera_.project(removal.troubles[i].place);
+    raster_.disc(at, 16.0 * kOversample, kMark, 10.0 * bias);
+    raster_.disc(at, 9.0 * kOversample, kMarkHeart, 11.0 * bias);
+    raster_.disc(at, 5.0 * kOversample, kMark, 12.0 * bias);
   }
-  return raster.write_png(png_path, kOversample);
+  return raster_.png(kOversample, colours, threads);
 }
 
 }  // namespace tiltfeed::sim

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/camera.h"
 #include "sim/raster.h"
 #include "sim/removal_report.h"
 
@@ -22,9 +23,18 @@ std::vector<ColourStop> colour_scale(const Removal& removal, const RemovalVerdic
 std::string html_colour(Colour colour);
 inline constexpr Colour kUnreachedColour{0.33, 0.35, 0.38};
 
-/// Draws the part in the scale's colours with the worst places ringed. Errors: kIo.
-Result<void> draw_deviation(const Mesh& part, const ToolPath& path, const Probes& probes,
-                            const Removal& removal, const std::vector<ColourStop>& scale,
-                            const std::string& png_path);
+/// The part as the picture shows it, but for the colours: they are only known when all is cut.
+class DeviationPicture {
+ public:
+  /// Draws the patches where the camera sees them. `path` is only what the camera must have in view.
+  DeviationPicture(const Mesh& part, const ToolPath& path, const Patches& patches);
+
+  /// Puts on the scale's colours, and rings round the worst places: the bytes of a PNG file. Errors: kIo.
+  Result<std::string> png(const Removal& removal, const std::vector<ColourStop>& scale, int threads);
+
+ private:
+  Camera camera_;
+  Raster raster_;
+};
 
 }  // namespace tiltfeed::sim

@@ -8,7 +8,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 
 #include "sim/forward.h"
@@ -21,17 +20,6 @@ namespace tiltfeed::sim {
 namespace {
 
 constexpr std::uint32_t kLinesRound = 3;  // of the program before and after a place's line
-
-Result<void> write_file(const std::string& path, const std::string& bytes) {
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  if (!(out << bytes << std::flush)) return fail(Code::kIo, path + ": cannot be written");
-  return {};
-}
-
-std::string read_all(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// What the pictures draw: the poses at the moves' ends.
 ToolPath drawn_path(const Job& job, const ExecutedPath& path) {
@@ -93,37 +81,39 @@ Result<void> make_report_folder(const std::string& folder) {
   return {};
 }
 
-PathDrawing draw_path(const std::string& folder, const Job& job, const CheckedMesh& part,
-                      const ExecutedPath& path) {
+Drawings draw_report(const Job& job, const CheckedMesh& part, const ExecutedPath& path,
+                     const Patches& patches) {
   PictureOptions picture;
   picture.width = 1400, picture.height = 875;
-  PathDrawing drawing{drawn_path(job, path), {}};
-  drawing.written = draw_part_with_path(part.mesh, drawing.path, folder + "/path.png", picture);
-  return drawing;
+  const ToolPath drawn = drawn_path(job, path);
+  Drawings drawings{part_with_path(part.mesh, drawn, picture), {}};
+  drawings.deviation = std::make_shared<DeviationPicture>(part.mesh, drawn, patches);
+  return drawings;
 }
 
 Result<void> write_removal_report(const std::string& folder, const RemovalContext& context,
-                                  const PathDrawing& drawing, const Probes& probes, const Removal& removal,
-                                  const RemovalVerdict& verdict) {
-  if (!drawing.written) return drawing.written;
-  const std::string at = folder + "/";
+                                  const Drawings& drawings, const Removal& removal,
+                                  const RemovalVerdict& verdict, int threads) {
+  if (!drawings.path) return tl::unexpected(drawings.path.error());
   const std::vector<ColourStop> scale = colour_scale(removal, verdict);
-  std::array<Result<void>, 2> written;
+  Result<std::string> deviation;
+  std::string json;
   std::vector<Excerpt> lines;
-  in_parallel(written.size(), static_cast<int>(written.size()), [&](std::size_t i) {
-    if (i == 0) {
-      written[i] =
-          draw_deviation(context.part.mesh, drawing.path, probes, removal, scale, at + "deviation.png");
-    } else {
-      written[i] = write_file(at + "report.json", to_json(context, removal, verdict));
-      lines = excerpts(context, worst_places(removal, verdict));
-    }
+  in_parallel(2, threads, [&](std::size_t i) {
+    if (i == 0)
+      deviation = drawings.deviation->png(removal, scale, threads);
+    else
+      json = to_json(context, removal, verdict), lines = excerpts(context, worst_places(removal, verdict));
   });
-  for (const Result<void>& done : written)
-    if (!done) return done;
-  const PageParts parts{
-      context, removal, verdict, scale, read_all(at + "deviation.png"), read_all(at + "path.png"), lines};
-  return write_file(at + "index.html", removal_page(parts));
+  if (!deviation) return tl::unexpected(deviation.error());
+  const std::string page =
+      removal_page({context, removal, verdict, scale, *deviation, *drawings.path, lines});
+  const std::array<std::pair<const char*, const std::string*>, 4> files{
+      {{"path.png", &*drawings.path}, {"deviation.png", &*deviation}, {"report.json", &json},
+       {"index.html", &page}}};
+  for (const auto& [name, bytes] : files)
+    if (auto written = write_bytes(folder + "/" + name, *bytes); !written) return written;
+  return {};
 }
 
 }  // namespace tiltfeed::sim

@@ -1,6 +1,7 @@
 #pragma once
 // The verdict on a removal run, and the report of it: JSON, pictures, one page for people.
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -44,19 +45,21 @@ std::string to_json(const RemovalContext& context, const Removal& removal, const
 /// The folder is made if it is absent. Errors: kIo: that cannot be, or nothing can be written into it.
 Result<void> make_report_folder(const std::string& folder);
 
-/// What the report shows of the path, whatever is removed by it.
-struct PathDrawing {
-  ToolPath path;         ///< the poses at the moves' ends
-  Result<void> written;  ///< path.png; kIo
+class DeviationPicture;
+/// What the report shows whatever is removed.
+struct Drawings {
+  Result<std::string> path;  ///< the path's picture: the bytes of a PNG file; kIo
+  std::shared_ptr<DeviationPicture> deviation;
 };
 
-/// Writes path.png into the folder: it asks nothing of the removal, and may be drawn meanwhile.
-PathDrawing draw_path(const std::string& folder, const Job& job, const CheckedMesh& part,
-                      const ExecutedPath& path);
+/// Asks nothing of the removal, and may be drawn meanwhile.
+Drawings draw_report(const Job& job, const CheckedMesh& part, const ExecutedPath& path,
+                     const Patches& patches);
 
-/// Writes report.json, index.html and deviation.png into the folder. Errors: kIo, that of the drawing, too.
+/// Writes report.json, index.html, path.png and deviation.png into the folder, when all of them are made:
+/// what ends before leaves no part of a report. Errors: kIo, that of the drawings, too.
 Result<void> write_removal_report(const std::string& folder, const RemovalContext& context,
-                                  const PathDrawing& drawing, const Probes& probes, const Removal& removal,
-                                  const RemovalVerdict& verdict);
+                                  const Drawings& drawings, const Removal& removal,
+                                  const RemovalVerdict& verdict, int threads);
 
 }  // namespace tiltfeed::sim

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -13,6 +12,7 @@
 #include <future>
 #include <iostream>
 #include <optional>
+#include <string_view>
 #include <thread>
 
 #include "config/job.h"
@@ -34,9 +34,17 @@ constexpr double kFinest = 1e-3, kCoarsest = 50.0;
 // Without --resolution: a tenth of the cutter, and so many cells along the part's longest side at most.
 constexpr double kCellsPerDiameter = 10.0, kCellsPerSide = 1500.0;
 
-std::atomic<bool> interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
-extern "C" void interrupt_simulation(int) { interrupted = true; }
+// Nothing is written before all of the report is made, so there is nothing to put in order: the process ends
+// at once, whatever it is at. Only what a signal handler may call.
+constexpr std::string_view kCancelled = "tiltfeed verify: verification was cancelled\n";
+extern "C" void cancel_simulation(int) {
+  constexpr std::string_view kClearLine = "\r\033[K";
+  ssize_t sent = 0;
+  if (isatty(STDERR_FILENO) == 1) sent = write(STDERR_FILENO, kClearLine.data(), kClearLine.size());
+  if (sent >= 0) sent = write(STDERR_FILENO, kCancelled.data(), kCancelled.size());
+  static_cast<void>(sent);
+  _exit(kFailed);
+}
 
 int report(const Error& error) {
   std::cerr << "tiltfeed verify: " << error.message << "\n";
@@ -46,13 +54,12 @@ int report(const Error& error) {
 /// A line on standard error, rewritten in place; nothing where there is no terminal.
 class Line {
  public:
-  bool show(const char* stage, double fraction) {
+  void show(const char* stage, double fraction) {
     const auto now = std::chrono::steady_clock::now();
     if (terminal_ && now - shown_ > std::chrono::milliseconds(100)) {
       std::fprintf(stderr, "\r\033[K%s %3.0f %%", stage, fraction * 100.0);
       shown_ = now;
     }
-    return !interrupted;
   }
   ~Line() {
     if (terminal_) std::fprintf(stderr, "\r\033[K");
@@ -179,7 +186,7 @@ void print_cost(std::chrono::steady_clock::time_point begun, double read, double
 
 int simulate_command(const SimulateOptions& options) {
   const auto begun = std::chrono::steady_clock::now();
-  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, interrupt_simulation);
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, cancel_simulation);
   if (!options.program.empty() + !options.trace.empty() + !options.canon.empty() != 1)
     return report({Code::kUsage, "a program, --trace or --canon, one of them; see --help"});
   if (options.resolution && !(*options.resolution >= kFinest && *options.resolution <= kCoarsest))
@@ -220,20 +227,25 @@ int simulate_command(const SimulateOptions& options) {
   if (!options.out.empty())
     if (auto made = make_report_folder(options.out); !made) return report(made.error());
   const double read = since(begun);
-  std::future<PathDrawing> drawing;
-  if (!options.out.empty())
-    drawing = std::async(removal.threads > 1 ? std::launch::async : std::launch::deferred,
-                         [&] { return draw_path(options.out, *job, *part, *path); });
   Probes& probes = *surface.probes;
+  std::future<Drawings> drawings;
+  if (!options.out.empty())
+    drawings = std::async(removal.threads > 1 ? std::launch::async : std::launch::deferred,
+                          [&] { return draw_report(*job, *part, *path, probes.patches()); });
   const auto result = remove_material(*job, *path, *stock, probes, removal,
-                                      [&](const char* stage, double f) { return line.show(stage, f); });
+                                      [&](const char* stage, double f) {
+                                        line.show(stage, f);
+                                        return true;
+                                      });
   if (!result) return report(result.error());
   const RemovalVerdict verdict = judge(*result, context);
   const double cut = since(begun);
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_IGN);  // the rest is quick, and whole
   print(verdict, *result);
   if (!options.out.empty()) {
     line.show("report", 0.0);
-    if (auto written = write_removal_report(options.out, context, drawing.get(), probes, *result, verdict);
+    if (auto written = write_removal_report(options.out, context, drawings.get(), *result, verdict,
+                                            removal.threads);
         !written)
       return report(written.error());
   }

@@ -100,6 +100,24 @@ if [[ $status != 1 ]] || ! grep -q 'cancelled' "$work/out.txt"; then
 fi
 absent "$work/d.nc"
 
+# A verification, too, whatever it is at: it ends at once, and leaves no part of a report.
+sed -i 's/side_step_mm:.*/side_step_mm: 0.5/' "$work/job.yaml"
+expect 0 'blocks' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/e.nc"
+for delay in 0.2 1 3; do
+  "$bin/tiltfeed" verify "$work/job.yaml" "$work/e.nc" --resolution 0.1 --out "$work/e" > "$work/out.txt" 2>&1 &
+  sleep "$delay"
+  kill -INT $!
+  begun=$(date +%s%N) status=0
+  wait $! || status=$?
+  took=$((($(date +%s%N) - begun) / 1000000))
+  if [[ $status != 1 ]] || ! grep -q 'cancelled' "$work/out.txt" || ((took > 300)); then
+    echo "FAILED: verify interrupted after $delay s: status $status after $took ms:"
+    cat "$work/out.txt"
+    failed=1
+  fi
+  absent "$work/e/"
+done
+
 # CL text of another CAM system to a program and back; nothing is written unless the whole is valid.
 readonly machine=$root/config/machines/generic-ac.yaml foreign=$root/tests/golden/foreign.cls
 expect 0 'heidenhain_iso' "$bin/tiltfeed" post --list-dialects

@@ -226,5 +226,27 @@ TEST(Raster, NearerTriangleWinsInAnyOrder) {
   }
 }
 
+TEST(Raster, PixelsTakeTheColourOfWhoeverIsSeenThere) {
+  const std::string file = in_test_folder("owners.png");
+  const auto across = [](double left, double right, double depth) {  // covers rows 0 to 8 of these columns
+    return std::array{ScreenPoint{left, -8, depth}, ScreenPoint{right, -8, depth},
+                      ScreenPoint{0.5 * (left + right), 1000, depth}};
+  };
+  Raster raster(32, 8, {Colour{1, 0, 0}, Colour{1, 0, 0}});
+  raster.triangle(across(0, 24, 2), {1, 1, 1}, 0);
+  raster.triangle(across(8, 16, 1), {1, 1, 1}, 1);
+  raster.triangle(across(0, 24, 3), {1, 1, 1}, 2);  // hidden
+  raster.disc({20, 4, 2}, 2.0, {0, 0, 1}, 1.0);
+  const auto bytes = raster.png(1, {{0, 1, 0}, {0, 0, 0}, {1, 1, 1}}, 2);
+  ASSERT_TRUE(bytes);
+  ASSERT_TRUE(write_bytes(file, *bytes));
+  const Image image = read_png(file);
+  EXPECT_EQ(image.at(4, 4), (std::array<int, 3>{0, 255, 0}));
+  EXPECT_EQ(image.at(12, 4), (std::array<int, 3>{0, 0, 0}));
+  EXPECT_EQ(image.at(20, 4), (std::array<int, 3>{0, 0, 255}));
+  EXPECT_EQ(image.at(22, 4), (std::array<int, 3>{0, 255, 0}));
+  EXPECT_EQ(image.at(28, 4), (std::array<int, 3>{255, 0, 0}));
+}
+
 }  // namespace
 }  // namespace tiltfeed::sim

@@ -182,8 +182,8 @@ TEST(RemovalPage, HoldsEverythingAndFetchesNothing) {
   const RemovalContext context{shop.job, shop.part, *shape, source, {}};
   const RemovalVerdict verdict = judge(*cut, context);
   ASSERT_TRUE(make_report_folder(folder));
-  const PathDrawing drawing = draw_path(folder, shop.job, shop.part, *path);
-  ASSERT_TRUE(write_removal_report(folder, context, drawing, probes, *cut, verdict));
+  const Drawings drawings = draw_report(shop.job, shop.part, *path, probes.patches());
+  ASSERT_TRUE(write_removal_report(folder, context, drawings, *cut, verdict, 2));
   std::ifstream page(folder + "/index.html");
   const std::string html{std::istreambuf_iterator<char>(page), {}};
   for (const char* part :
@@ -194,7 +194,7 @@ TEST(RemovalPage, HoldsEverythingAndFetchesNothing) {
   EXPECT_EQ(html.substr(marked, html.find("</mark>") - marked), shop.lines[cut->troubles[0].line - 1]);
   for (const char* name : {"deviation.png", "path.png", "report.json"})
     EXPECT_GT(std::ifstream(folder + "/" + name, std::ios::ate).tellg(), 500) << name;
-  EXPECT_FALSE(write_removal_report("/dev/null/x", context, drawing, probes, *cut, verdict));
+  EXPECT_FALSE(write_removal_report("/dev/null/x", context, drawings, *cut, verdict, 2));
   EXPECT_FALSE(make_report_folder("/dev/null/x"));
 }
 

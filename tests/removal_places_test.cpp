@@ -91,11 +91,11 @@ TEST(RemovalPlaces, LinesRoundAPlaceAreTheSources) {
   ASSERT_FALSE(cut->troubles.empty());
   const std::string folder = BINARY_DIR "/removal_places", source = folder + ".txt";
   ASSERT_TRUE(make_report_folder(folder));
-  const PathDrawing drawing = draw_path(folder, shop.job, shop.part, *path);
+  const Drawings drawings = draw_report(shop.job, shop.part, *path, probes.patches());
   const auto marked = [&](Source kind, const std::string& bytes) {
     std::ofstream(source, std::ios::trunc) << bytes;
     const RemovalContext context{shop.job, shop.part, *shape, source, {}, kind};
-    EXPECT_TRUE(write_removal_report(folder, context, drawing, probes, *cut, judge(*cut, context)));
+    EXPECT_TRUE(write_removal_report(folder, context, drawings, *cut, judge(*cut, context), 2));
     std::ifstream page(folder + "/index.html");
     const std::string html{std::istreambuf_iterator<char>(page), {}};
     const std::size_t from = html.find("<mark>") + 6;
