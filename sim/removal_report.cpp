@@ -108,9 +108,10 @@ Result<void> write_removal_report(const std::string& folder, const RemovalContex
   if (!deviation) return tl::unexpected(deviation.error());
   const std::string page =
       removal_page({context, removal, verdict, scale, *deviation, *drawings.path, lines});
-  const std::array<std::pair<const char*, const std::string*>, 4> files{
-      {{"path.png", &*drawings.path}, {"deviation.png", &*deviation}, {"report.json", &json},
-       {"index.html", &page}}};
+  const std::array<std::pair<const char*, const std::string*>, 4> files{{{"path.png", &*drawings.path},
+                                                                         {"deviation.png", &*deviation},
+                                                                         {"report.json", &json},
+                                                                         {"index.html", &page}}};
   for (const auto& [name, bytes] : files)
     if (auto written = write_bytes(folder + "/" + name, *bytes); !written) return written;
   return {};

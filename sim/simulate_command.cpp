@@ -232,11 +232,10 @@ int simulate_command(const SimulateOptions& options) {
   if (!options.out.empty())
     drawings = std::async(removal.threads > 1 ? std::launch::async : std::launch::deferred,
                           [&] { return draw_report(*job, *part, *path, probes.patches()); });
-  const auto result = remove_material(*job, *path, *stock, probes, removal,
-                                      [&](const char* stage, double f) {
-                                        line.show(stage, f);
-                                        return true;
-                                      });
+  const auto result = remove_material(*job, *path, *stock, probes, removal, [&](const char* stage, double f) {
+    line.show(stage, f);
+    return true;
+  });
   if (!result) return report(result.error());
   const RemovalVerdict verdict = judge(*result, context);
   const double cut = since(begun);
@@ -244,8 +243,8 @@ int simulate_command(const SimulateOptions& options) {
   print(verdict, *result);
   if (!options.out.empty()) {
     line.show("report", 0.0);
-    if (auto written = write_removal_report(options.out, context, drawings.get(), *result, verdict,
-                                            removal.threads);
+    if (auto written =
+            write_removal_report(options.out, context, drawings.get(), *result, verdict, removal.threads);
         !written)
       return report(written.error());
   }
