@@ -5,6 +5,7 @@
 #include <map>
 
 #include "pathgen/approach.h"
+#include "pathgen/fresh_memory.h"
 #include "pathgen/joins.h"
 #include "pathgen/leads.h"
 #include "pathgen/link_order.h"
@@ -47,6 +48,7 @@ class Linker {
     std::size_t points = 0;
     for (const Travelled& t : order) points += slices[t.slice][t.pass].size() + kMovesPerLink;
     linked_.moves.reserve(points);
+    touch_pages(linked_.moves.data(), points * sizeof(Move));
     for (const Travelled& t : order) add({slices[t.slice][t.pass], t.reversed});
     if (down_) retract();
     return std::move(linked_);

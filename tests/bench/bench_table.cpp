@@ -74,7 +74,8 @@ std::string BenchTable::remark(const Entry& e) {
         " before thinning");
   } else if (e.has("ratio")) {
     say("1 thread / 2 threads " + formatted("%.2f", e.at("ratio")) + " (processor " +
-        formatted("%.2f", e.at("processor_ratio")) + ")");
+        formatted("%.2f", e.at("processor_ratio")) + "); the machine itself " +
+        formatted("%.2f", e.at("machine_ratio")));
   }
   if (e.has("columns"))
     say("height map of " + grouped(e.at("columns")) + " columns " + formatted("%.3f", e.processor_seconds) +

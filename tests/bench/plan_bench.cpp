@@ -8,12 +8,14 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <map>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/bench/bench_table.h"
@@ -180,6 +182,28 @@ void point_series(State& state, std::size_t millions) {
   state.counters["side_step"] = work->side_step;
 }
 
+/// What the machine itself gives to a second thread: a loop that shares nothing and stays in registers, on
+/// one thread and on two at once.
+double machine_ratio() {
+  const auto loop = [] {
+    std::array<std::uint64_t, 8> v{1, 2, 3, 4, 5, 6, 7, 8};
+    for (std::uint64_t k = 0; k < 60'000'000; ++k)
+      for (std::size_t i = 0; i < v.size(); ++i) v[i] = (v[i] + (k ^ i)) ^ v[(i + 3) % v.size()];
+    benchmark::DoNotOptimize(v);
+  };
+  const auto seconds = [](const auto& work) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  const double one = seconds(loop);
+  const double two = seconds([&] {
+    const std::jthread other(loop);
+    loop();
+  });
+  return 2.0 * one / two;
+}
+
 void thread_ratio(State& state) {
   auto work = workload("tyre");
   if (!work) return state.SkipWithError(work.error().message.c_str());
@@ -194,6 +218,7 @@ void thread_ratio(State& state) {
   set_counters(state, two);
   state.counters["ratio"] = one.seconds / two.seconds;
   state.counters["processor_ratio"] = one.processor_seconds / two.processor_seconds;
+  state.counters["machine_ratio"] = machine_ratio();
 }
 
 /// The limit: the file's bytes, and one pass over its numbers.
