@@ -2,31 +2,18 @@
 // The passes of a raster: rows of the envelope, as near to each other as the side step asks on the part, with
 // what may not be cut left out. (R1)..(R3) in pathgen/README.md.
 
-#include <array>
-#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
-#include <optional>
 #include <vector>
 
 #include "kinematics/result.h"
 #include "pathgen/cl_field.h"
 #include "pathgen/envelope.h"
-#include "pathgen/region.h"
+#include "pathgen/pass_rules.h"
 #include "pathgen/smoothing.h"
-#include "pathgen/uncut_reason.h"
 
 namespace tiltfeed {
-
-/// Points refused, by Uncut, and the patches that stand behind shank and holder refusals.
-struct Refusals {
-  std::array<std::uint64_t, kUncutReasons> count{};
-  std::array<std::uint64_t, kUncutReasons>
-      raised{};  ///< points that stay, raised clear of the part by shank or holder
-  std::vector<PatchId> patches;
-  void add(const Refusals& other);
-};
 
 struct Passes {
   std::vector<std::vector<Pass>> rows;  ///< from right to left of the pass direction; thinned
@@ -40,29 +27,6 @@ struct Passes {
 
   /// Adds all of it but the rows.
   void add(const Passes& other);
-};
-
-class PassRules {
- public:
-  PassRules(const PlanOptions& options, const ClField& field)
-      : options_(options),
-        surface_(field.surface),
-        region_(options.containment, field.deformation),
-        least_upright_(std::cos(options.tilt_max.radians()) - kRounding) {}
-  /// Why the point may not be cut; nothing where it may.
-  std::optional<Uncut> refusal(const EnvelopePoint& p) const;
-  /// The same, noted in `refusals`; so are points that stay but are raised.
-  bool may_cut(const EnvelopePoint& p, Refusals& refusals) const;
-  /// Does the point stand clear of the surface because shank or holder touch?
-  ToolPart touching(const EnvelopePoint& p) const { return surface_.piece(p.patch).part; }
-  const Region& region() const { return region_; }
-
- private:
-  const PlanOptions& options_;
-  const ClSurface& surface_;
-  Region region_;
-  static constexpr double kRounding = 1e-15;
-  double least_upright_;  ///< cosine of the tilt, at tilt_max
 };
 
 /// Rounds off the concave corners of passes that may be cut as they are; what rises out of the region is left
