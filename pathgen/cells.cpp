@@ -22,6 +22,9 @@ constexpr double kMaxCellShare = 0.15;
 constexpr std::size_t kMostCorners = 6;
 /// Largest relative rounding of a coordinate in single precision, doubled.
 constexpr double kSingle = 1.2e-7;
+/// Patches from one that is asked for to the one worked on: a microsecond. Of large parts what a patch needs
+/// lies anywhere in memory.
+constexpr std::size_t kAhead = 12;
 /// Blocks of patches worked on side by side; fixed, so that the result is the same for any number of threads.
 constexpr std::size_t kBlocks = 64;
 
@@ -198,8 +201,10 @@ Cells make_cells(const ClSurface& surface, const Deformation& deformation, doubl
   const std::size_t patches = surface.patch_count();
   tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
     CellMaker maker(surface, deformation, smallest, blocks[b]);
-    for (std::size_t p = patches * b / kBlocks; p < patches * (b + 1) / kBlocks; ++p)
+    for (std::size_t p = patches * b / kBlocks; p < patches * (b + 1) / kBlocks; ++p) {
+      if (p + kAhead < patches) surface.fetch(static_cast<PatchId>(p + kAhead));
       maker.add(static_cast<PatchId>(p));
+    }
   });
   // Joined in their order, each moved to its place by itself.
   std::array<std::size_t, kBlocks + 1> cells{}, corners{};

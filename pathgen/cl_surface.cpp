@@ -14,7 +14,6 @@
 namespace tiltfeed {
 
 namespace {
-
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 /// Beyond this angle between its two normals (cosine of 120 degrees) an edge's patch is bounded by its ball
 /// only.
@@ -197,6 +196,26 @@ bool ClSurface::covers(PatchId patch, Point<Part> p) const {
   if (over) return std::abs(dot(n, p - u)) < reach;
   return std::min({distance_to_segment(p, u, v), distance_to_segment(p, v, w),
                    distance_to_segment(p, w, u)}) < reach;
+}
+
+void ClSurface::fetch(PatchId patch) const {
+  std::size_t feature = patch % features();
+  const auto vertex = [this](std::uint32_t v) { __builtin_prefetch(&mesh_.vertices[v]); };
+  if (feature < mesh_.facets.size()) {
+    std::ranges::for_each(mesh_.facets[feature], vertex);
+    return;
+  }
+  feature -= mesh_.facets.size();
+  if (feature < edges_.size()) {
+    const EdgePatch& edge = edges_[feature];
+    for (std::uint32_t v : {edge.v0, edge.v1, edge.w0, edge.w1})
+      if (v != kNone) vertex(v);
+    for (std::uint32_t f : edge.facets) __builtin_prefetch(&normals_[f]);
+    return;
+  }
+  const VertexPatch& corner = vertices_[feature - edges_.size()];
+  for (std::uint32_t k = corner.first; k < corner.last; ++k) vertex(neighbours_[k]);
+  for (std::uint32_t f : fan(corner)) __builtin_prefetch(&normals_[f]);
 }
 
 ClSurface::Core ClSurface::core(PatchId patch) const {

@@ -55,6 +55,8 @@ class ClSurface {
   // `side` below: which side of a facet or vertex is meant where both count, +1 along the facets' normals, -1
   // against them. An edge has a patch on its convex side only, whatever `side` says.
   Core core(PatchId patch) const;
+  /// Asks for what the functions here need of the patch, for those who come to it soon.
+  void fetch(PatchId patch) const;
 
   /// Contact normals in whose cone all those of the patch lie. Leaves `normals` empty where they cannot be
   /// told, or are as good as all directions. False if the patch has none: its feature is nowhere touched.

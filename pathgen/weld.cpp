@@ -9,6 +9,7 @@
 #include <bit>
 #include <numeric>
 #include <span>
+#include <utility>
 
 #include "pathgen/fresh_memory.h"
 
@@ -193,34 +194,27 @@ std::vector<std::uint32_t> find_seams(const Mesh& mesh, const VertexFans& fans,
 
 Welded weld(const Stl& stl) {
   Welded out;
-  Mesh& mesh = out.mesh;
-  mesh = CornerIndex(stl).mesh();
-  bool changed = false;
+  Mesh& mesh = out.mesh = CornerIndex(stl).mesh();
+  bool changed = true;  // since the last look at the edges
   const auto drop = [&](const std::vector<std::uint32_t>& facets) {
-    if (facets.empty()) return;
-    remove_facets(mesh, facets);
-    changed = true;
+    if (!facets.empty()) remove_facets(mesh, facets), changed = true;
   };
-  const auto collapsed =
-      facets_where(mesh, [](const Facet& f) { return f[0] == f[1] || f[1] == f[2] || f[2] == f[0]; });
-  note(out.degenerate, mesh, collapsed);
-  drop(collapsed);
-
+  const auto name_and_drop = [&](Found& found, const std::vector<std::uint32_t>& facets) {
+    note(found, mesh, facets), drop(facets);
+  };
   const auto look = [&] {
+    if (!std::exchange(changed, false)) return;
     out.fans = VertexFans(mesh.facets, mesh.vertices.size());
     out.survey = survey(out.fans);
-    changed = false;
   };
+  const auto is_collapsed = [](const Facet& f) { return f[0] == f[1] || f[1] == f[2] || f[2] == f[0]; };
+  name_and_drop(out.degenerate, facets_where(mesh, is_collapsed));
   look();
-  if (out.survey.may_have_duplicates) {
-    const std::vector<std::uint32_t> duplicates = find_duplicates(mesh);
-    note(out.duplicate, mesh, duplicates);
-    drop(duplicates);
-  }
+  if (out.survey.may_have_duplicates) name_and_drop(out.duplicate, find_duplicates(mesh));
   const std::vector<std::uint32_t> thin = without_area(mesh);
   note(out.degenerate, mesh, thin);
   if (!thin.empty()) {
-    if (changed) look();
+    look();
     const std::vector<std::uint32_t> seams = find_seams(mesh, out.fans, thin);
     std::vector<std::uint32_t> dropped;
     std::set_difference(thin.begin(), thin.end(), seams.begin(), seams.end(), std::back_inserter(dropped));
@@ -230,7 +224,7 @@ Welded weld(const Stl& stl) {
     }
     drop(dropped);
   }
-  if (changed) look();
+  look();
   return out;
 }
 
