@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "kinematics/tool_path.h"
+#include "sim/half_edges.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -33,23 +34,21 @@ struct Bounds {
 /// Marks, for each triangle, the edges and corners that no triangle before it has.
 void share_out(const Mesh& mesh, std::vector<Triangle>& triangles) {
   std::vector<bool> corner_taken(mesh.vertices.size(), false);
-  std::vector<std::array<std::uint32_t, 4>> edges;  // low vertex, high vertex, facet, side
-  edges.reserve(mesh.facets.size() * 3);
   for (std::uint32_t i = 0; i < mesh.facets.size(); ++i) {
     triangles[i].owned = 0;
     for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t from = mesh.facets[i][k], to = mesh.facets[i][(k + 1) % 3];
-      edges.push_back({std::min(from, to), std::max(from, to), i, k});
+      const std::uint32_t from = mesh.facets[i][k];
       if (corner_taken[from]) continue;
       corner_taken[from] = true;
       triangles[i].owned = static_cast<std::uint8_t>(triangles[i].owned | 8u << k);
     }
   }
-  std::sort(edges.begin(), edges.end());
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    if (e > 0 && edges[e - 1][0] == edges[e][0] && edges[e - 1][1] == edges[e][1]) continue;
-    Triangle& owner = triangles[edges[e][2]];
-    owner.owned = static_cast<std::uint8_t>(owner.owned | 1u << edges[e][3]);
+  const std::vector<HalfEdge> halves = half_edges(mesh.facets, mesh.vertices.size());
+  for (std::size_t e = 0; e < halves.size(); ++e) {
+    const HalfEdge& half = halves[e];
+    if (e > 0 && halves[e - 1].low == half.low && halves[e - 1].high == half.high) continue;
+    Triangle& owner = triangles[half.facet];
+    owner.owned = static_cast<std::uint8_t>(owner.owned | 1u << half.side);
   }
 }
 

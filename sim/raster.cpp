@@ -195,7 +195,7 @@ Result<std::string> Raster::png(int factor, const std::vector<Colour>& by_owner,
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   image.width = static_cast<png_uint_32>(w), image.height = static_cast<png_uint_32>(h);
-  image.format = PNG_FORMAT_RGB;
+  image.format = PNG_FORMAT_RGB, image.flags = PNG_IMAGE_FLAG_FAST;
   std::string file(PNG_IMAGE_PNG_SIZE_MAX(image), '\0');
   png_alloc_size_t size = file.size();
   if (!png_image_write_to_memory(&image, file.data(), &size, 0, bytes.data(), 0, nullptr))

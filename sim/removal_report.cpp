@@ -5,10 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
+#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
+#include <string_view>
 
 #include "sim/forward.h"
 #include "sim/picture.h"
@@ -36,11 +40,40 @@ ToolPath drawn_path(const Job& job, const ExecutedPath& path) {
 
 /// What a line of the source is known by: in a program its N word, or the count of lines; in a trace its
 /// block; the number of a canonical command.
-std::uint64_t number_of(const std::string& line, std::uint64_t count, Source kind) {
-  if (kind != Source::kProgram) return std::strtoull(line.c_str(), nullptr, 10);
-  if (line.size() < 2 || (line[0] != 'N' && line[0] != 'n')) return count;
-  return std::strtoull(line.c_str() + 1, nullptr, 10);
+std::uint64_t number_of(std::string_view line, std::uint64_t count, Source kind) {
+  if (kind == Source::kProgram) {
+    if (line.size() < 2 || (line[0] != 'N' && line[0] != 'n')) return count;
+    line.remove_prefix(1);
+  }
+  line.remove_prefix(std::min(line.size(), line.find_first_not_of(" \t")));
+  std::uint64_t number = 0;
+  std::from_chars(line.data(), line.data() + line.size(), number);
+  return number;
 }
+
+/// The lines of a file, without their ends.
+class Lines {
+ public:
+  explicit Lines(const std::string& path) {
+    std::ifstream in(path, std::ios::binary | std::ios::ate);
+    text_.resize(in ? static_cast<std::size_t>(std::max<std::streamoff>(0, in.tellg())) : 0);
+    in.seekg(0);
+    in.read(text_.data(), static_cast<std::streamsize>(text_.size()));
+    left_ = std::string_view(text_).substr(0, static_cast<std::size_t>(in.gcount()));
+  }
+  std::optional<std::string_view> next() {
+    if (left_.empty()) return std::nullopt;
+    const std::size_t end = std::min(left_.find('\n'), left_.size());
+    std::string_view line = left_.substr(0, end);
+    left_.remove_prefix(std::min(end + 1, left_.size()));
+    while (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    return line;
+  }
+
+ private:
+  std::string text_;
+  std::string_view left_;
+};
 
 std::vector<Excerpt> excerpts(const RemovalContext& context, const std::vector<WorstPlace>& places) {
   std::vector<Excerpt> found(places.size());
@@ -48,24 +81,23 @@ std::vector<Excerpt> excerpts(const RemovalContext& context, const std::vector<W
   std::multimap<std::uint64_t, std::size_t> wanted;
   for (std::size_t i = 0; i < places.size(); ++i)
     wanted.insert({context.kind == Source::kTrace ? places[i].block : places[i].line, i});
-  std::ifstream in(context.source, std::ios::binary);
-  std::vector<std::string> before;
+  Lines lines(context.source);
+  std::deque<std::string_view> before;
   std::vector<std::pair<std::size_t, std::uint32_t>> open;  // place, lines still wanted
-  std::string line;
-  for (std::uint64_t count = 1; std::getline(in, line); ++count) {
-    while (!line.empty() && line.back() == '\r') line.pop_back();
-    for (auto& [place, left] : open) found[place].lines.push_back(line), --left;
+  std::uint64_t count = 1;
+  for (auto line = lines.next(); line; line = lines.next(), ++count) {
+    for (auto& [place, left] : open) found[place].lines.emplace_back(*line), --left;
     std::erase_if(open, [](const auto& o) { return o.second == 0; });
-    const auto [from, to] = wanted.equal_range(number_of(line, count, context.kind));
+    const auto [from, to] = wanted.equal_range(number_of(*line, count, context.kind));
     for (auto at = from; at != to; ++at) {
       Excerpt& excerpt = found[at->second];
       if (!excerpt.lines.empty()) continue;
-      excerpt.lines = before, excerpt.marked = before.size();
-      excerpt.lines.push_back(line);
+      excerpt.lines.assign(before.begin(), before.end()), excerpt.marked = before.size();
+      excerpt.lines.emplace_back(*line);
       open.push_back({at->second, kLinesRound});
     }
-    before.push_back(line);
-    if (before.size() > kLinesRound) before.erase(before.begin());
+    before.push_back(*line);
+    if (before.size() > kLinesRound) before.pop_front();
   }
   return found;
 }

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "pathgen/stl.h"
+#include "sim/half_edges.h"
 #include "sim/workers.h"
 
 namespace tiltfeed::sim {
@@ -34,22 +35,9 @@ Box widened(const Box& box, double by) {
 class Offset {
  public:
   Offset(const Mesh& part, double margin) : mesh_(part), margin_(margin) {
-    struct Half {
-      std::uint32_t low, high, facet;
-    };
-    std::vector<Half> halves;
-    halves.reserve(part.facets.size() * 3);
-    for (std::uint32_t f = 0; f < part.facets.size(); ++f) {
-      for (int k = 0; k < 3; ++k) {
-        const std::uint32_t a = part.facets[f][k], b = part.facets[f][(k + 1) % 3];
-        halves.push_back({std::min(a, b), std::max(a, b), f});
-      }
-    }
-    std::sort(halves.begin(), halves.end(), [](const Half& a, const Half& b) {
-      return a.low != b.low ? a.low < b.low : a.high != b.high ? a.high < b.high : a.facet < b.facet;
-    });
+    const std::vector<HalfEdge> halves = half_edges(part.facets, part.vertices.size());
     for (std::size_t i = 0; i + 1 < halves.size(); ++i) {
-      const Half &a = halves[i], &b = halves[i + 1];
+      const HalfEdge &a = halves[i], &b = halves[i + 1];
       if (a.low == b.low && a.high == b.high && is_convex(a.facet, b.facet, a.low, a.high))
         edges_.push_back({a.low, a.high});
     }
