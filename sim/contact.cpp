@@ -123,7 +123,7 @@ double Contact::depth(std::uint32_t move, Point<Part> p) const {
 
 Contacts Contact::meet(const std::vector<SweptStep>& steps) const {
   Run run;
-  run.tolerance = tolerance_;
+  run.tolerance = tolerance_, run.deepest = &deepest_;
   run.watches.resize(watched_.size());
   for (std::size_t begin = 0; begin < steps.size();) {
     const std::size_t end = group_end(steps, begin);
@@ -136,7 +136,7 @@ Contacts Contact::meet(const std::vector<SweptStep>& steps) const {
   const std::size_t count = run.clusters.size(), stride = stride_for(count);
   for (std::size_t i = 0, at = 0; i < count; ++i, at = (at + stride) % count) {
     gather(run.clusters[at], run);
-    for (const std::uint32_t patch : run.patches) pass(run.clusters[at], patch, run);
+    for (const Found& found : run.found_patches) pass(run.clusters[at], found, run);
   }
   for (View& v : run.views) {
     watch(v, run);

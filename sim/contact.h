@@ -3,6 +3,7 @@
 // the probes that its cutting part passes. What may be left out, and why, is in sim/README.md, (R6).
 
 #include <array>
+#include <atomic>
 #include <span>
 #include <vector>
 
@@ -51,8 +52,10 @@ class Contact {
 
  private:
   struct Stretch;
+  struct Facet;
   struct Group;
   struct Cluster;
+  struct Found;
   struct Candidate;
   struct Seen;
   struct View;
@@ -69,17 +72,18 @@ class Contact {
   bool join(Cluster& cluster, std::size_t group, const Run& run) const;
   void cluster(Run& run) const;
   void gather(const Cluster& cluster, Run& run) const;
-  void choose(const Cluster& cluster, std::uint32_t patch, Run& run) const;
-  double ball_least(const Group& group, Point<Part> middle, Vec3 normal, double radius) const;
-  double plane_least(const Stretch& stretch, std::uint32_t patch) const;
+  void choose(const Cluster& cluster, const Facet& facet, std::uint32_t stretches, Run& run) const;
+  double ball_least(const Group& group, const Facet& facet) const;
+  double core_least(const Stretch& stretch, const Facet& facet) const;
   bool reaches(const Stretch& stretch, Point<Part> middle, Vec3 normal, double radius, double most) const;
-  bool by_ball_alone(const Group& group, std::uint32_t patch, double most) const;
-  std::size_t pick(const Candidate& candidate, Run& run) const;
-  Seen see(const Group& group, std::uint32_t patch, Point<Part> middle, double radius, double most) const;
-  Seen see_live(const Candidate& candidate, double most, std::span<const Probes::Live> live) const;
-  void pass(const Cluster& cluster, std::uint32_t patch, Run& run) const;
-  bool pass_steps(const Candidate& candidate, Run& run) const;
-  void touch_steps(const Candidate& candidate, Run& run) const;
+  bool by_ball_alone(const Group& group, const Facet& facet, double most) const;
+  std::size_t pick(const Candidate& candidate, const Facet& facet, Run& run) const;
+  Seen see(const Group& group, const Facet& facet, Point<Part> middle, double radius, double most) const;
+  Seen see_live(const Group& group, const Facet& facet, double most,
+                std::span<const Probes::Live> live) const;
+  void pass(const Cluster& cluster, const Found& found, Run& run) const;
+  bool pass_steps(const Candidate& candidate, const Facet& facet, Run& run) const;
+  void touch_steps(const Candidate& candidate, const Facet& facet, Run& run) const;
   void meet_steps(const Candidate& candidate, const Seen& seen, double most, Run& run) const;
   bool nearest_is_ball(const View& view, const Seen& seen, double most, double up, double up_end) const;
   double pass_side(const View& view, const Seen& seen, double most, std::span<Probes::Live> live) const;
@@ -98,6 +102,9 @@ class Contact {
   bool round_;   ///< the cutting part is all within radius_ of its core
   bool closed_;  ///< and nothing else is: what the core touches is cut
   double tolerance_, radius_, low_, high_, top_, widest_, look_;
+  /// Depths of the deepest that any run has found, of feed moves and of rapids, mm: what is less deep is not
+  /// the deepest of all.
+  mutable std::array<std::atomic<double>, 2> deepest_{};
 };
 
 }  // namespace tiltfeed::sim

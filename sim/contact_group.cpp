@@ -13,8 +13,9 @@ constexpr std::size_t kGroupSteps = 32;
 constexpr double kFootTurnRadii = 0.5, kTopTurnRadii = 2.0;
 // And with ends of steps that are off the straight way by so many radii.
 constexpr double kStrayRadii = 0.1;
-// The core's lower part, in radii: what is beside it is looked for closely.
-constexpr double kFootRadii = 2.0;
+// The core's lower part, and what is told from the rest above it, in radii: what is beside them is looked for
+// closely, as it turns less far.
+constexpr double kFootRadii = 2.0, kMiddleRadii = 8.0;
 
 Point<Part> at(const Pose& p, double h) { return p.tip + p.axis * h; }
 
@@ -71,9 +72,12 @@ Contact::Group Contact::group(const SweptStep* begin, const SweptStep* end) cons
     g.step_stray = std::max(g.step_stray, s->stray);
     g.step_turn = std::max(g.step_turn, length(s->to.axis - s->from.axis));
   }
-  const double foot = std::min(high_, low_ + kFootRadii * radius_);
-  g.stretches.push_back(stretch(g, low_, foot));
-  if (foot < high_) g.stretches.push_back(stretch(g, foot, high_));
+  double from = low_;
+  for (const double to : {low_ + kFootRadii * radius_, low_ + kMiddleRadii * radius_, high_}) {
+    const double end_height = std::min(to, high_);
+    if (g.stretches.empty() || end_height > from) g.stretches.push_back(stretch(g, from, end_height));
+    from = end_height;
+  }
   const Stretch& lower = g.stretches.front();
   const Vec3 across = lower.way - g.axis * dot(lower.way, g.axis);
   if (squared_length(across) > 0.0) g.along = normalized(across);
@@ -113,22 +117,21 @@ double risen(double beside, double radius) {
 
 }  // namespace
 
-/// Not more than any value that the ball can leave on the flat patch round `middle`.
-double Contact::ball_least(const Group& g, Point<Part> middle, Vec3 n, double radius) const {
+/// Not more than any value that the ball can leave on the patch.
+double Contact::ball_least(const Group& g, const Facet& facet) const {
   const Stretch& lower = g.stretches.front();
-  const Vec3 from = lower.foot - middle;
-  const double rise = dot(n, from), climb = dot(n, lower.way);
-  const Point<Part> foot = Point<Part>{} + (from - n * rise);
-  const double beside = distance_to_segment({}, foot, foot + (lower.way - n * climb));
-  return rise + std::min(0.0, climb) - g.stray - radius_ +
-         risen(std::max(0.0, beside - radius - g.stray), radius_);
+  const Facet::Off off = facet.off(lower.lower());
+  const Vec3 from = lower.foot - facet.middle, n = facet.normal;
+  const Point<Part> foot = Point<Part>{} + (from - n * dot(n, from));
+  const double round = distance_to_segment({}, foot, foot + (lower.way - n * dot(n, lower.way)));
+  return off.over - g.stray - radius_ +
+         risen(std::max({0.0, off.beyond - g.stray, round - facet.radius - g.stray}), radius_);
 }
 
-/// Not more than the height over the patch's plane of anything that the stretch sweeps.
-double Contact::plane_least(const Stretch& s, std::uint32_t patch) const {
-  const Vec3 n = probes_.patches().normal[patch];
-  return dot(n, s.foot - probes_.patches().middle[patch]) + std::min(0.0, dot(n, s.way)) +
-         std::min(0.0, dot(n, s.core)) - s.wide - radius_;
+/// The same of anything that the stretch sweeps.
+double Contact::core_least(const Stretch& s, const Facet& facet) const {
+  const Facet::Off off = facet.off(s.corners());
+  return off.over - s.wide - radius_ + risen(std::max(0.0, off.beyond - s.wide), radius_);
 }
 
 /// (R6) Could what the stretch sweeps, within `most` of a place of the patch along its normal, be met?
@@ -145,14 +148,14 @@ bool Contact::reaches(const Stretch& s, Point<Part> middle, Vec3 normal, double 
 
 /// Is all that can matter of the patch, `most` above it, nearer to the ball at the core's lower end than to
 /// the rest of the core, in all of the group?
-bool Contact::by_ball_alone(const Group& g, std::uint32_t patch, double most) const {
+bool Contact::by_ball_alone(const Group& g, const Facet& facet, double most) const {
   const Stretch& lower = g.stretches.front();
-  const Vec3 n = probes_.patches().normal[patch], from = probes_.patches().middle[patch] - lower.foot;
+  const Vec3 n = facet.normal, from = facet.middle - lower.foot;
   const double up = dot(n, g.axis);
   if (!round_ || up <= g.turn) return false;
   const double far = length(from) + length(lower.way) + g.stray,
                across = std::sqrt(std::max(0.0, 1.0 - up * up)) + kBoundSlack,
-               rise = static_cast<double>(probes_.patches().radius[patch]) * (across + g.turn);
+               rise = facet.radius * (across + g.turn);
   return dot(from, g.axis) - std::min(0.0, dot(lower.way, g.axis)) + g.stray + g.turn * far + rise + g.slack +
              std::max(0.0, most) * (up + g.turn) <=
          0.0;

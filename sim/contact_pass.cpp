@@ -7,13 +7,13 @@
 namespace tiltfeed::sim {
 
 /// `middle`, `radius`: of the part of the patch that matters, `most` above it.
-Contact::Seen Contact::see(const Group& g, std::uint32_t patch, Point<Part> middle, double radius,
+Contact::Seen Contact::see(const Group& g, const Facet& facet, Point<Part> middle, double radius,
                            double most) const {
   Seen seen;
-  seen.middle = middle, seen.radius = radius, seen.patch = patch;
-  seen.normal = probes_.patches().normal[patch];
+  seen.middle = middle, seen.radius = radius, seen.patch = facet.patch;
+  seen.normal = facet.normal;
   seen.rise = seen.radius * (length(cross(seen.normal, g.axis)) + g.turn);
-  seen.offset = dot(seen.normal, from_origin(probes_.patches().middle[patch])) + radius_;
+  seen.offset = dot(seen.normal, from_origin(facet.middle)) + radius_;
   seen.faces = dot(seen.normal, g.axis) > g.turn;
   const double place = dot(seen.middle - g.begin->from.tip, g.along),
                wide = seen.radius + radius_ + std::max(0.0, most);
@@ -22,20 +22,22 @@ Contact::Seen Contact::see(const Group& g, std::uint32_t patch, Point<Part> midd
 }
 
 /// The part of the patch that holds the probes at hand.
-Contact::Seen Contact::see_live(const Candidate& candidate, double most,
+Contact::Seen Contact::see_live(const Group& g, const Facet& facet, double most,
                                 std::span<const Probes::Live> live) const {
   Vec3 sum;
   for (const Probes::Live& l : live) sum = sum + from_origin(l.place);
   const Point<Part> middle = Point<Part>{} + sum / static_cast<double>(live.size());
   double radius = 0.0;
   for (const Probes::Live& l : live) radius = std::max(radius, distance(middle, l.place));
-  return see(*candidate.group, candidate.patch, middle, radius + kBoundSlack, most);
+  return see(g, facet, middle, radius + kBoundSlack, most);
 }
 
 /// (R6) Groups that can do nothing to the patch are left out, and so are those that can take no more than
 /// what another has taken: the one that may take most comes first.
-void Contact::pass(const Cluster& cluster, std::uint32_t patch, Run& run) const {
-  choose(cluster, patch, run);
+void Contact::pass(const Cluster& cluster, const Found& found, Run& run) const {
+  const std::uint32_t patch = found.patch;
+  const Facet facet(probes_.patches(), probes_.surface().triangle(patch), patch);
+  choose(cluster, facet, found.stretches, run);
   if (run.candidates.empty()) return;
   run.live.clear();
   probes_.collect(patch, run.live);
@@ -47,19 +49,19 @@ void Contact::pass(const Cluster& cluster, std::uint32_t patch, Run& run) const 
   bool passed = false;
   double most = bound();
   for (const Candidate& candidate : run.candidates) {
-    if (candidate.touch) touch_steps(candidate, run);
-    if (candidate.least < most && pass_steps(candidate, run)) passed = true, most = bound();
+    if (candidate.touch) touch_steps(candidate, facet, run);
+    if (candidate.least < most && pass_steps(candidate, facet, run)) passed = true, most = bound();
   }
   if (passed) probes_.settle(patch);
 }
 
 /// The same for the steps of a group. Did any pass the patch's probes?
-bool Contact::pass_steps(const Candidate& candidate, Run& run) const {
-  const std::span<Probes::Live> live(run.live.data(), pick(candidate, run));
+bool Contact::pass_steps(const Candidate& candidate, const Facet& facet, Run& run) const {
+  const std::span<Probes::Live> live(run.live.data(), pick(candidate, facet, run));
   if (live.empty()) return false;
   double most = -kInfinity;
   for (const Probes::Live& l : live) most = std::max(most, l.bound);
-  const Seen c = see_live(candidate, most, live);
+  const Seen c = see_live(*candidate.group, facet, most, live);
   meet_steps(candidate, c, most, run);
   const auto lower = [](const Meeting& a, const Meeting& b) { return a.lowest < b.lowest; };
   const auto first = std::min_element(run.balls.begin(), run.balls.end(), lower);
@@ -82,12 +84,10 @@ bool Contact::nearest_is_ball(const View& v, const Seen& c, double most, double 
 }
 
 /// The steps that may be deeper in a patch than what is allowed: by their ball, and by the rest of the core.
-void Contact::touch_steps(const Candidate& candidate, Run& run) const {
+void Contact::touch_steps(const Candidate& candidate, const Facet& facet, Run& run) const {
   const Group& group = *candidate.group;
   const double core = high_ - low_;
-  const Patches& patches = probes_.patches();
-  const Seen c = see(group, candidate.patch, patches.middle[candidate.patch],
-                     static_cast<double>(patches.radius[candidate.patch]), 0.0);
+  const Seen c = see(group, facet, facet.middle, facet.radius, 0.0);
   for (std::size_t i = group.first_view; i < group.end_view; ++i) {
     View& v = run.views[i];
     if (v.last < c.first || v.first > c.last) continue;
@@ -95,12 +95,12 @@ void Contact::touch_steps(const Candidate& candidate, Run& run) const {
                  end = dot(c.normal, from_origin(v.to)) - c.offset, lower = std::min(start, end);
     const auto deep = [&] { return v.step->stray - run.allowed(v); };
     if (candidate.ball && lower < deep() && std::max(start, end) > -2.0 * radius_ &&
-        v.way.distance(c.middle) - radius_ - c.radius < deep())
+        facet.meets(std::array{v.from, v.to}, radius_ + deep()))
       touch(v, c.patch, run);
     if (!candidate.side || (c.faces && lower >= deep())) continue;
     const double up = dot(c.normal, v.step->from.axis), up_end = dot(c.normal, v.step->to.axis);
     if (std::min({lower, start + up * core, end + up_end * core}) < deep() &&
-        !nearest_is_ball(v, c, 0.0, up, up_end))
+        !nearest_is_ball(v, c, 0.0, up, up_end) && facet.meets(v.corners(core), radius_ + deep()))
       touch_side(v, c, run);
   }
 }

@@ -2,6 +2,7 @@
 // What a run of steps against the part keeps at hand: internal to contact*.cpp.
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "sim/contact.h"
@@ -24,6 +25,8 @@ struct Contact::Stretch {
 
   Stretch(Point<Part> the_foot, Vec3 the_way, Vec3 the_core)
       : sheet(the_foot, the_way, the_core), foot(the_foot), way(the_way), core(the_core) {}
+  std::array<Point<Part>, 2> lower() const { return {foot, foot + way}; }
+  std::array<Point<Part>, 4> corners() const { return {foot, foot + way, foot + core, foot + way + core}; }
 };
 
 /// Steps in a row, near each other.
@@ -36,7 +39,58 @@ struct Contact::Group {
   double stray = 0.0;                        ///< of the core's lower end from its straight way, mm
   double slack = 0.0;                        ///< the largest of the views', mm
   std::array<bool, 2> has{};                 ///< feed moves, rapids
-  std::vector<Stretch> stretches;            ///< the core's lower part, and the rest of it, if any
+  std::vector<Stretch> stretches;            ///< of the core, from below
+};
+
+/// A patch's plane and edges: what is pushed along is over the one and beyond the others.
+struct Contact::Facet {
+  std::uint32_t patch = 0;
+  Point<Part> middle;
+  Vec3 normal;
+  double radius = 0.0;           ///< of the circle about its corners, mm
+  Vec3 grad_v, grad_w;           ///< of the triangle's coordinates, a third each at the middle
+  std::array<double, 3> tall{};  ///< over the edges, mm for each whole of the coordinate that is 0 there
+
+  Facet(const Patches& patches, const Triangle& t, std::uint32_t the_patch)
+      : patch(the_patch),
+        middle(patches.middle[the_patch]),
+        normal(patches.normal[the_patch]),
+        radius(static_cast<double>(patches.radius[the_patch])),
+        grad_v(t.grad_v),
+        grad_w(t.grad_w) {
+    const auto height = [](Vec3 grad) {
+      const double square = squared_length(grad);
+      return square > 0.0 ? 1.0 / std::sqrt(square) : 0.0;
+    };
+    tall = {height(grad_v), height(grad_w), height(grad_v + grad_w)};
+  }
+
+  /// Of a convex body, mm: not more than the height of its points over the plane, and than their way beyond
+  /// the patch, along the plane.
+  struct Off {
+    double over = kInfinity, beyond = 0.0;
+  };
+  template <std::size_t kCount>
+  Off off(const std::array<Point<Part>, kCount>& corners) const {
+    double over = kInfinity, v_most = -kInfinity, w_most = -kInfinity, sum_least = kInfinity;
+    for (const Point<Part> corner : corners) {
+      const Vec3 from = corner - middle;
+      const double v = dot(grad_v, from), w = dot(grad_w, from);
+      over = std::min(over, dot(normal, from));
+      v_most = std::max(v_most, v), w_most = std::max(w_most, w), sum_least = std::min(sum_least, v + w);
+    }
+    constexpr double kThird = 1.0 / 3.0;
+    const double beyond = std::max(
+        {-(v_most + kThird) * tall[0], -(w_most + kThird) * tall[1], (sum_least - kThird) * tall[2]});
+    return {over, std::max(0.0, beyond - kBoundSlack)};
+  }
+  /// Could the body be within `near` of the patch?
+  template <std::size_t kCount>
+  bool meets(const std::array<Point<Part>, kCount>& corners, double near) const {
+    const Off far = off(corners);
+    const double over = std::max(0.0, far.over);
+    return near > 0.0 && over * over + far.beyond * far.beyond < near * near;
+  }
 };
 
 /// Groups near each other, which look for patches together.
@@ -45,10 +99,15 @@ struct Contact::Cluster {
   std::vector<std::size_t> groups;  ///< of Run::groups
 };
 
+/// A patch that a cluster may do something to, and by which stretches of its hull: bit k for that of number
+/// k.
+struct Contact::Found {
+  std::uint32_t patch = 0, stretches = 0;
+};
+
 /// A group that may do something to a patch, by its steps' ball, by the rest of their core.
 struct Contact::Candidate {
   const Group* group = nullptr;
-  std::uint32_t patch = 0;
   bool ball = false, side = false;
   bool touch = false;        ///< it may be too deep in it
   double least = kInfinity;  ///< not more than the value of any probe, mm
@@ -77,6 +136,10 @@ struct Contact::View {
   double first = 0.0, last = 0.0;  ///< where its core is along the group's direction, mm
   bool rapid = false;
   Overlap deepest;
+  /// Of all that a core so long passes, straight.
+  std::array<Point<Part>, 4> corners(double core) const {
+    return {from, to, from + step->from.axis * core, to + step->to.axis * core};
+  }
   std::vector<Pose> ways;   ///< ends of pieces of the step, once they are wanted
   std::vector<Pose> looks;  ///< near enough to each other, once they are wanted
 };
@@ -98,32 +161,41 @@ struct Contact::Run {
   Contacts found;
   std::vector<Group> groups;
   std::vector<Cluster> clusters;
-  std::vector<std::uint32_t> patches;  ///< of one cluster
-  std::vector<Candidate> candidates;   ///< of one patch
-  std::vector<View> views;             ///< of all groups, in order
-  std::vector<Probes::Live> live;      ///< likewise
-  std::vector<Meeting> balls, sides;   ///< of one candidate
+  std::vector<Found> found_patches;   ///< of one cluster
+  std::vector<Candidate> candidates;  ///< of one patch
+  std::vector<View> views;            ///< of all groups, in order
+  std::vector<Probes::Live> live;     ///< likewise
+  std::vector<Meeting> balls, sides;  ///< of one candidate
   std::vector<Watch> watches;
   std::vector<Pose> poses;  ///< of a step's looks
   double tolerance = 0.0;
+  std::array<std::atomic<double>, 2>* deepest = nullptr;  ///< of all runs
 
   /// What is not deeper does not matter, of any move of the group, mm.
   double allowed(const Group& group) const {
     double most = tolerance;
     for (std::size_t k = 0; k < group.has.size(); ++k)
-      if (group.has[k]) most = std::min(most, found.worst[k].depth);
+      if (group.has[k]) most = std::min(most, known(k));
     return most;
   }
-  double allowed(const View& view) const {
-    return std::min(found.worst[view.rapid ? 1 : 0].depth, tolerance);
+  double allowed(const View& view) const { return std::min(known(view.rapid ? 1 : 0), tolerance); }
+  /// What is not deeper is not the deepest; of what others have found what is as deep may be it, so that the
+  /// result does not depend on who comes first.
+  double known(std::size_t rapid) const {
+    const double others = (*deepest)[rapid].load(std::memory_order_relaxed) - kBoundSlack;
+    return std::max(found.worst[rapid].depth, others);
   }
   /// Of equally deep ones the earliest move's counts, then the least patch: the order does not matter.
   static bool deeper(const Overlap& a, const Overlap& b) {
     return a.depth != b.depth ? a.depth > b.depth : a.move != b.move ? a.move < b.move : a.patch < b.patch;
   }
   void report(View& view, const Overlap& overlap) {
-    Overlap& worst = found.worst[view.rapid ? 1 : 0];
-    if (deeper(overlap, worst)) worst = overlap;
+    const std::size_t rapid = view.rapid ? 1 : 0;
+    if (deeper(overlap, found.worst[rapid])) found.worst[rapid] = overlap;
+    double others = (*deepest)[rapid].load(std::memory_order_relaxed);
+    while (others < overlap.depth &&
+           !(*deepest)[rapid].compare_exchange_weak(others, overlap.depth, std::memory_order_relaxed)) {
+    }
     if (deeper(overlap, view.deepest)) view.deepest = overlap;
   }
 };

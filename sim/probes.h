@@ -138,7 +138,8 @@ double Probes::pass(std::uint32_t patch, double radius, std::uint32_t move, std:
     if (least(l.place) <= l.bound) {
       if (!cutter) swept = body(patches_.middle[patch]), cutter.emplace(*swept, patches_.normal[patch]);
       const auto inside = (*cutter)(l.place, -radius, reach_);
-      if (inside && inside->leave > 0.0 && takes(inside->enter, l.left)) {
+      if (inside && inside->leave > 0.0 && takes(inside->enter, l.left) &&
+          !swept->leaves_to_ball(l.place + patches_.normal[patch] * std::max(0.0, inside->enter))) {
         const double depth = inside->enter < 0.0 ? std::max(0.0, swept->depth(l.place)) : 0.0;
         l.left = std::min(l.left, std::max(inside->enter, -depth)), l.bound = bound(l.left);
         take(l.probe, l.left, move);

@@ -2,6 +2,7 @@
 // What a piece of the tool passes through while it is pushed along a straight way: a convex body, and where a
 // line runs inside it. Formulas (R1)..(R3) are in sim/README.md.
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -27,6 +28,11 @@ struct SweptBody {
   /// A round body of which the ball at `foot` with its way is cut by itself: what is only in that may be left
   /// out, and is not within low and high.
   SweptBody without_ball() const;
+
+  /// Of without_ball(): is p below the plane through the ball's centre, all along the way?
+  bool leaves_to_ball(Point<Part> p) const {
+    return above_ball && dot(p - foot, along) < std::min(0.0, dot(way, along));
+  }
 
   /// How deep p is inside, mm; negative outside.
   double depth(Point<Part> p) const;

@@ -61,7 +61,9 @@ SweptBody ToolSweep::cutter_near(const Pose& from, const Pose& to, Point<Part> p
   }
   const double low = std::clamp(h - step_, core_low_, core_high_);
   const double high = std::clamp(h + step_, core_low_, core_high_);
-  return piece(from, to, low, high);
+  const SweptBody body = piece(from, to, low, high);
+  // The ball is passed by itself, along its exact way.
+  return low == core_low_ ? body.without_ball() : body;
 }
 
 }  // namespace tiltfeed::sim

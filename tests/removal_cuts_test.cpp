@@ -170,6 +170,22 @@ TEST(Removal, ShankWithoutItsBallAndTheBallAreTheWhole) {
   EXPECT_GT(met, 500u);
 }
 
+TEST(Removal, OnlyWhatIsBelowTheBallsPlaneAllAlongTheWayIsLeftToIt) {
+  const auto body = [](Vec3 way) {
+    return SweptBody::round({1, 2, 3}, {0, 0, 4}, way, 0.5, ToolPart::kCutter);
+  };
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> place(-4.0, 8.0);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 way{place(random), place(random), place(random)};
+    const Point<Part> p{place(random), place(random), place(random)};
+    bool below = true;
+    for (int k = 0; k <= 100; ++k) below = below && p.z < 3.0 + way.z * k / 100.0;
+    EXPECT_EQ(body(way).without_ball().leaves_to_ball(p), below);
+    EXPECT_FALSE(body(way).leaves_to_ball(p));  // the ball is its own
+  }
+}
+
 TEST(Removal, WhatIsClearOfStockIsNotNearIt) {
   constexpr double kReach = 2.5;
   // A bar in one corner of a block of air.
