@@ -11,8 +11,8 @@ namespace tiltfeed {
 
 namespace {
 
-/// Blocks of cells worked on side by side.
-constexpr std::size_t kBlocks = 64;
+/// Blocks of cells are worked on side by side: so many at most, of so many cells at least.
+constexpr std::size_t kMostBlocks = 64, kLeastCells = 2048;
 /// More than rounding (mm): what is taken here is looked at again, exactly.
 constexpr double kSpare = 1e-9;
 
@@ -83,15 +83,16 @@ void spread(const std::vector<Meeting>& meetings, std::vector<std::uint32_t>& fi
 
 }  // namespace
 
-RowCandidates::RowCandidates(const FlatIndex& index, std::span<const FlatLine> lines) : blocks_(kBlocks) {
+RowCandidates::RowCandidates(const FlatIndex& index, std::span<const FlatLine> lines) {
   if (lines.empty()) return;
+  blocks_.resize(std::clamp<std::size_t>(index.cells() / kLeastCells, 1, kMostBlocks));
   const Sorted sorted(lines);
   const FlatBox round = box_round_all(lines);
-  tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
+  tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t b) {
     std::vector<Meeting> meetings;
-    meetings.reserve(index.cells() / kBlocks);
-    const auto end = static_cast<std::uint32_t>(index.cells() * (b + 1) / kBlocks);
-    for (auto c = static_cast<std::uint32_t>(index.cells() * b / kBlocks); c < end; ++c)
+    meetings.reserve(index.cells() / blocks_.size());
+    const auto end = static_cast<std::uint32_t>(index.cells() * (b + 1) / blocks_.size());
+    for (auto c = static_cast<std::uint32_t>(index.cells() * b / blocks_.size()); c < end; ++c)
       index.each_turn(index.box(c), round, [&](double shift_x, double shift_y) {
         const auto cell = index.seen_along(c, lines[0].dx, lines[0].dy, shift_x, shift_y);
         sorted.each_in({cell.least_across() - kSpare, cell.most_across() + kSpare}, [&](std::uint32_t i) {
@@ -107,8 +108,7 @@ RowCandidates::RowCandidates(const FlatIndex& index, std::span<const FlatLine> l
 void RowCandidates::of(std::size_t i, std::vector<Candidate>& met) const {
   met.clear();
   for (const Block& block : blocks_)
-    if (!block.first.empty())
-      met.insert(met.end(), block.met.begin() + block.first[i], block.met.begin() + block.first[i + 1]);
+    met.insert(met.end(), block.met.begin() + block.first[i], block.met.begin() + block.first[i + 1]);
 }
 
 }  // namespace tiltfeed
