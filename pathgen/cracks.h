@@ -10,7 +10,7 @@ namespace tiltfeed {
 /// Moves each corner on an open edge onto the lowest-numbered such corner within `distance`, if that one
 /// stays where it is: no corner moves further than that, and no chain of moves arises. Facets that lose a
 /// corner go, and so do those then on the corners of an earlier one. Returns the corners moved. Requires:
-/// `edges` are those of `mesh`.
+/// `fans` are those of `mesh`.
 Found weld_corners(Mesh& mesh, const VertexFans& fans, double distance);
 
 /// Cuts facets up where a corner of another open edge lies within `distance` of one of their open edges, so

@@ -93,7 +93,7 @@ class Envelope {
   const FlatIndex& index_;
   EnvelopeOptions options_;
   FlatIndex::Scratch scratch_;
-  std::vector<Candidate> met_;
+  std::vector<Candidate> met_;               ///< by the row, cell by cell
   std::vector<Candidate> candidates_, all_;  ///< of the line; those now in use, and with shank and holder
   std::optional<FlatBox> asked_;             ///< round the place that was asked for last, and what is there
   std::vector<FlatIndex::Nearby> nearby_;

@@ -31,11 +31,17 @@ using FreshVector = std::vector<T, Unwritten<T>>;
 /// Writes a byte to each page, side by side.
 void touch_pages(void* memory, std::size_t bytes);
 
-/// v.resize(size) of an empty vector, in pages that are touched side by side.
+/// v.reserve(size) of an empty vector, in pages that are touched side by side.
 template <class T>
-void resize_side_by_side(std::vector<T>& v, std::size_t size) {
+void reserve_side_by_side(std::vector<T>& v, std::size_t size) {
   v.reserve(size);
   touch_pages(v.data(), size * sizeof(T));
+}
+
+/// v.resize(size), likewise.
+template <class T>
+void resize_side_by_side(std::vector<T>& v, std::size_t size) {
+  reserve_side_by_side(v, size);
   v.resize(size);
 }
 

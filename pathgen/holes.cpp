@@ -16,7 +16,7 @@ struct Step {
   std::uint32_t to, facet;
 };
 
-/// By their first corner; in the order of the edge table, so the choice at a corner with several is fixed.
+/// By their first corner; in the order of the edges, so the choice at a corner with several is fixed.
 using Steps = std::multimap<std::uint32_t, Step>;
 
 /// Walks until no step leads on; each time a corner comes again, what lies between is a hole.

@@ -47,8 +47,7 @@ class Linker {
     down_.reset();
     std::size_t points = 0;
     for (const Travelled& t : order) points += slices[t.slice][t.pass].size() + kMovesPerLink;
-    linked_.moves.reserve(points);
-    touch_pages(linked_.moves.data(), points * sizeof(Move));
+    reserve_side_by_side(linked_.moves, points);
     for (const Travelled& t : order) add({slices[t.slice][t.pass], t.reversed});
     if (down_) retract();
     return std::move(linked_);

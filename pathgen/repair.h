@@ -35,7 +35,7 @@ struct Repair {
 ///   fewest edges open is tried first, then those above it.
 /// 3 No two facets cross that did not before: where a repair would make some, there is none.
 /// 4 All or nothing: what keeps one hole keeps all.
-/// Requires: `edges` are those of `mesh`; sources ascend; distance > 0.
+/// Requires: `fans` are those of `mesh`; sources ascend; distance > 0.
 Repair repair(const Mesh& mesh, const VertexFans& fans, double distance);
 
 }  // namespace tiltfeed

@@ -37,6 +37,7 @@ StraightMoves::Verdict StraightMoves::judge(const Sample& left, const Sample& ri
                from_b = std::abs(dot(b.normal, chord)) * static_cast<double>(b.lever);
   const double share = a.patch == b.patch && surface_.piece(a.patch).is_ball() ? kArcShare : 1.0;
   verdict.larger = std::max(from_a, from_b) * share, verdict.smaller = std::min(from_a, from_b) * share;
+  verdict.corner_at_end = verdict.smaller <= options_.tolerance;
   return verdict;
 }
 
@@ -63,7 +64,7 @@ bool StraightMoves::another_curved_sheet(const Sample& left, const Sample& right
 /// tolerance?
 bool StraightMoves::keeps_off(PatchId patch, Point<Part> a, Point<Part> b) const {
   const ToolPiece& piece = surface_.piece(patch);
-  if (!piece.is_ball() || piece.above_reference != 0.0) return false;
+  if (!piece.is_ball_at_reference()) return false;
   const ClSurface::Core core = surface_.core(patch);
   if (core.count == 2) {  // as seen along it
     const Vec3 edge = core.corner[1] - core.corner[0];
@@ -91,7 +92,7 @@ bool StraightMoves::crosses_one_edge(const Sample& left, const Sample& right) co
   const PatchId a = left.point.patch, b = right.point.patch;
   const ToolPiece& piece = surface_.piece(a);
   if (!surface_.is_face(a) || !surface_.is_face(b) || &surface_.piece(b) != &piece) return false;
-  if (!piece.is_ball() || piece.above_reference != 0.0) return false;
+  if (!piece.is_ball_at_reference()) return false;
   const ClSurface::Core one = surface_.core(a), other = surface_.core(b);
   int shared = 0;
   for (const Point<Part>& v : one.points())
@@ -102,7 +103,7 @@ bool StraightMoves::crosses_one_edge(const Sample& left, const Sample& right) co
 double StraightMoves::next_share(const Sample& left, const Sample& right, const Verdict& move) const {
   constexpr double kHalf = 0.5;
   const EnvelopePoint &a = left.point, &b = right.point;
-  if (!move.joined || move.smaller <= options_.tolerance) return kHalf;
+  if (!move.joined || move.corner_at_end) return kHalf;
   if (a.patch == b.patch) {
     const double parts = std::ceil(std::sqrt(kSparePart * move.larger / options_.tolerance));
     return 1.0 / std::max(parts, 2.0);

@@ -28,7 +28,8 @@ class StraightMoves {
     /// How far the tangent planes at the ends are from the other end, mm. The envelope between leaves the
     /// move by no more than the smaller if it is two planes, by a quarter of either if it is an arc.
     double larger = 0.0, smaller = 0.0;
-    double length2 = 0.0;  ///< of the move, mm^2
+    bool corner_at_end = false;  ///< joined, and the smaller is within the tolerance
+    double length2 = 0.0;        ///< of the move, mm^2
   };
   /// `active`: all that may be highest between them, and not only there.
   Verdict judge(const Sample& left, const Sample& right, std::span<const Candidate> active) const;

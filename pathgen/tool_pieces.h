@@ -22,6 +22,8 @@ struct ToolPiece {
   double length = 0.0;                      ///< from the ring centre to the piece's upper end, mm
 
   bool is_ball() const { return flat == 0.0 && taper_sin == 0.0; }
+  /// A ball whose centre is the CL reference.
+  bool is_ball_at_reference() const { return is_ball() && above_reference == 0.0; }
   bool has_cone() const { return taper_sin > 0.0; }
   /// Height of the cone at distance d from the axis. Requires: has_cone().
   double cone_height(double d) const {
