@@ -8,6 +8,7 @@
 
 #include "sim/camera.h"
 #include "sim/raster.h"
+#include "sim/write_bytes.h"
 
 namespace tiltfeed::sim {
 namespace {

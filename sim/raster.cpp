@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <limits>
 
 #include "sim/workers.h"
@@ -202,19 +201,6 @@ Result<std::string> Raster::png(int factor, const std::vector<Colour>& by_owner,
     return fail(Code::kIo, std::string("a picture cannot be made: ") + image.message);
   file.resize(size);
   return file;
-}
-
-Result<void> Raster::write_png(const std::string& path, int factor) const {
-  const Result<std::string> bytes = png(factor);
-  if (!bytes) return tl::unexpected(bytes.error());
-  return write_bytes(path, *bytes);
-}
-
-Result<void> write_bytes(const std::string& path, const std::string& bytes) {
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  if (!(out << bytes << std::flush))
-    return fail(Code::kIo, path + ": cannot be written; is the folder there and writable?");
-  return {};
 }
 
 }  // namespace tiltfeed::sim

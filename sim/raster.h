@@ -1,5 +1,5 @@
 #pragma once
-// A software rasteriser: triangles and thick lines into a colour and depth buffer, written as PNG.
+// A software rasteriser: triangles and thick lines into a colour and depth buffer, given as PNG.
 // Screen coordinates: x to the right, y down, pixels; depth grows away from the eye.
 
 #include <array>
@@ -19,9 +19,6 @@ using Colour = Vec3;
 struct ScreenPoint {
   double x = 0.0, y = 0.0, depth = 0.0;
 };
-
-/// Makes or replaces a file. Errors: kIo.
-Result<void> write_bytes(const std::string& path, const std::string& bytes);
 
 class Raster {
  public:
@@ -45,8 +42,6 @@ class Raster {
   /// Averages blocks of `factor` x `factor` pixels to sRGB: the bytes of a PNG file. The colour of a pixel
   /// that has an owner is multiplied by that of the owner. Errors: kIo.
   Result<std::string> png(int factor, const std::vector<Colour>& by_owner = {}, int threads = 1) const;
-  /// Writes them. Errors: kIo.
-  Result<void> write_png(const std::string& path, int factor) const;
 
  private:
   std::size_t at(int x, int y) const { return static_cast<std::size_t>(y) * width_ + x; }

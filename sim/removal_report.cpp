@@ -19,6 +19,7 @@
 #include "sim/removal_page.h"
 #include "sim/removal_picture.h"
 #include "sim/workers.h"
+#include "sim/write_bytes.h"
 
 namespace tiltfeed::sim {
 namespace {

@@ -12,6 +12,7 @@
 #include "sim/dry_run.h"
 #include "sim/picture.h"
 #include "sim/verify.h"
+#include "sim/write_bytes.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -114,11 +115,9 @@ Result<bool> verify_command(const VerifyFiles& files) {
       verify(*job, *part, *program, *planned, *trace, {}, [](const char*, double) { return true; });
   if (!verified) return tl::unexpected(verified.error());
   print(*verified);
-  if (!files.json.empty()) {
-    std::ofstream out(files.json, std::ios::binary | std::ios::trunc);
-    if (!(out << to_json(*verified) << std::flush))
-      return fail(Code::kIo, files.json + ": cannot be written");
-  }
+  if (!files.json.empty())
+    if (const auto written = write_bytes(files.json, to_json(*verified)); !written)
+      return tl::unexpected(written.error());
   if (!files.picture.empty())
     if (const auto drawn = draw(files, *job, *part, *planned); !drawn) return tl::unexpected(drawn.error());
   return verified->passed();

@@ -13,6 +13,7 @@
 
 #include "sim/camera.h"
 #include "sim/raster.h"
+#include "sim/write_bytes.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -204,8 +205,14 @@ TEST(Camera, SeesEverythingAndDepthGrowsAway) {
   }
 }
 
-TEST(Raster, NearerTriangleWinsInAnyOrder) {
+/// Read back from a file.
+Image seen(const Result<std::string>& png) {
   const std::string file = in_test_folder("raster.png");
+  EXPECT_TRUE(png && write_bytes(file, *png));
+  return read_png(file);
+}
+
+TEST(Raster, NearerTriangleWinsInAnyOrder) {
   const std::array<ScreenPoint, 3> near{ScreenPoint{0, 0, 1}, ScreenPoint{64, 0, 1}, ScreenPoint{0, 64, 1}},
       far{ScreenPoint{0, 0, 2}, ScreenPoint{64, 0, 2}, ScreenPoint{0, 64, 2}};
   const Colour red{1, 0, 0}, blue{0, 0, 1}, black{};
@@ -216,8 +223,7 @@ TEST(Raster, NearerTriangleWinsInAnyOrder) {
     if (!near_first) raster.triangle(near, {red, red, red});
     raster.line({0, 8, 1.5}, {64, 8, 1.5}, 4, {0, 1, 0}, 1.0, 0.0);    // behind: only right of the triangle
     raster.line({0, 20, 1.5}, {64, 20, 1.5}, 4, {0, 1, 0}, 1.0, 1.0);  // the bias brings it to the front
-    ASSERT_TRUE(raster.write_png(file, 1));
-    const Image image = read_png(file);
+    const Image image = seen(raster.png(1));
     EXPECT_EQ(image.at(4, 40), (std::array<int, 3>{255, 0, 0}));
     EXPECT_EQ(image.at(4, 8), (std::array<int, 3>{255, 0, 0}));
     EXPECT_EQ(image.at(62, 8), (std::array<int, 3>{0, 255, 0}));
@@ -227,7 +233,6 @@ TEST(Raster, NearerTriangleWinsInAnyOrder) {
 }
 
 TEST(Raster, PixelsTakeTheColourOfWhoeverIsSeenThere) {
-  const std::string file = in_test_folder("owners.png");
   const auto across = [](double left, double right, double depth) {  // covers rows 0 to 8 of these columns
     return std::array{ScreenPoint{left, -8, depth}, ScreenPoint{right, -8, depth},
                       ScreenPoint{0.5 * (left + right), 1000, depth}};
@@ -237,10 +242,7 @@ TEST(Raster, PixelsTakeTheColourOfWhoeverIsSeenThere) {
   raster.triangle(across(8, 16, 1), {1, 1, 1}, 1);
   raster.triangle(across(0, 24, 3), {1, 1, 1}, 2);  // hidden
   raster.disc({20, 4, 2}, 2.0, {0, 0, 1}, 1.0);
-  const auto bytes = raster.png(1, {{0, 1, 0}, {0, 0, 0}, {1, 1, 1}}, 2);
-  ASSERT_TRUE(bytes);
-  ASSERT_TRUE(write_bytes(file, *bytes));
-  const Image image = read_png(file);
+  const Image image = seen(raster.png(1, {{0, 1, 0}, {0, 0, 0}, {1, 1, 1}}, 2));
   EXPECT_EQ(image.at(4, 4), (std::array<int, 3>{0, 255, 0}));
   EXPECT_EQ(image.at(12, 4), (std::array<int, 3>{0, 0, 0}));
   EXPECT_EQ(image.at(20, 4), (std::array<int, 3>{0, 0, 255}));
