@@ -38,6 +38,13 @@ struct Batch {
   }
 };
 
+/// What moves removed together, as evenly as whole units go.
+void share_out(std::int64_t removed, std::int64_t* by_move, std::int64_t moves) {
+  const std::int64_t each = removed / moves;
+  for (std::int64_t i = 0; i < moves; ++i) by_move[i] += each;
+  by_move[0] += removed - each * moves;
+}
+
 class Remover {
  public:
   Remover(const Job& job, const ExecutedPath& path, Stock& stock, Probes& probes,
@@ -95,13 +102,13 @@ void Remover::cut(Batch& batch, std::size_t task) {
   for (const Swept& chunk : batch.chunks) {
     for (const std::uint32_t index : chunk.by_stripe[task]) {
       const SweptPiece& piece = chunk.pieces[index];
-      const bool rapid = path_.moves[piece.move].rapid;
+      const bool rapid = path_.moves[piece.first_move].rapid;
       const bool may_cut = !rapid && piece.body.part == ToolPart::kCutter;
       const Cut cut = dexels.cut(stripe, piece.body, !may_cut);
-      out.removed[piece.move - batch.begin] += cut.removed;
+      share_out(cut.removed, out.removed.data() + (piece.first_move - batch.begin), piece.moves);
       if (may_cut || cut.deepest <= rub) continue;
       out.hits.push_back({rapid ? TroubleKind::kRapidStock : TroubleKind::kStockHit, piece.body.part,
-                          piece.move, cut.deepest, kNoFacet, cut.place});
+                          piece.first_move, cut.deepest, kNoFacet, cut.place});
     }
   }
 }
@@ -112,14 +119,14 @@ void Remover::take(const Batch& batch) {
   for (std::size_t i = 0; i < batch.count; ++i) {
     std::int64_t sum = 0;
     for (const StripeCut& c : batch.cuts) sum += c.removed[i];
-    timeline_.add(batch.begin + i, static_cast<double>(sum) * share);
+    timeline_.add(batch.begin + i, static_cast<double>(sum) * share,
+                  batch.chunks[i / kChunk].ways[i % kChunk]);
   }
   for (const StripeCut& c : batch.cuts) hits_.insert(hits_.end(), c.hits.begin(), c.hits.end());
   for (const Swept& chunk : batch.chunks) {
     hits_.insert(hits_.end(), chunk.hits.begin(), chunk.hits.end());
     for (const MoveHit& worst : chunk.worst) take_worst(worst);
     haste_.take(chunk.haste);
-    timeline_.add_lengths(chunk.feed_length, chunk.rapid_length);
   }
 }
 

@@ -72,22 +72,22 @@ void Timeline::move_axes(std::size_t m) {
     travel_low_[k] = std::min(travel_low_[k], to[k]), travel_high_[k] = std::max(travel_high_[k], to[k]);
 }
 
-void Timeline::add(std::size_t m, double removed) {
+void Timeline::add(std::size_t m, double removed, double way) {
   const ExecutedMove& move = path_.moves[m];
   const double seconds = move.end - move.start;
   TimeBin& at = bins_[bin(0.5 * (move.start + move.end))];
   at.removed += removed;
   (move.rapid ? at.rapid : at.cutting) += seconds;
   (move.rapid ? rapid_seconds_ : feed_seconds_) += seconds;
+  (move.rapid ? rapid_length_ : feed_length_) += way;
   move_axes(m);
   if (move.rapid) {
     end_stretch();
     return;
   }
   if (stretch_seconds_ == 0.0) stretch_begin_ = m;
-  const Joints &a = path_.from(m), &b = move.to;
   stretch_removed_ += removed, stretch_seconds_ += seconds, stretch_end_ = m + 1;
-  stretch_way_ += length({b.x - a.x, b.y - a.y, b.z - a.z});
+  stretch_way_ += way;
   if (stretch_way_ >= window_) end_stretch();
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/contact.h"
+#include "sim/occupied.h"
 #include "sim/removal.h"
 
 namespace tiltfeed::sim {
@@ -20,8 +21,9 @@ struct MoveHit {
   Point<Part> place;
 };
 
+/// What a part of the tool sweeps in some moves in a row.
 struct SweptPiece {
-  std::uint32_t move = 0;
+  std::uint32_t first_move = 0, moves = 1;
   SweptBody body;
 };
 /// What some moves sweep, and what they do to the part.
@@ -32,28 +34,7 @@ struct Swept {
   std::vector<MoveHit> hits;
   std::array<MoveHit, 2> worst;  ///< deepest gouge and rapid in the part, tolerated ones too; or depth 0
   Haste haste;
-  double feed_length = 0.0, rapid_length = 0.0;
-};
-
-/// Where stock is near at the start, in coarse cubes.
-class Occupied {
- public:
-  /// Cubes within `reach` of stock count.
-  Occupied(const Stock& stock, double reach);
-  /// How far round p nothing is near, mm, or below 0: stock is.
-  double clear(Point<Part> p) const;
-
- private:
-  std::array<int, 3> index(Vec3 p) const;
-  std::size_t at(int x, int y, int z) const {
-    return (static_cast<std::size_t>(z) * size_[1] + y) * size_[0] + x;
-  }
-  void measure();
-  Vec3 origin_, end_;
-  double cube_;
-  std::array<int, 3> size_{};
-  int by_;                            ///< cubes up to this far from stock are near
-  std::vector<std::uint16_t> cubes_;  ///< how many it is to the nearest one with stock, in any direction
+  std::vector<double> ways;  ///< of the tip on the part, by move, mm
 };
 
 /// Poses of the moves: (R4) as many straight steps as keep the tool near where the axes put it.
@@ -70,8 +51,12 @@ class Stand {
 
  private:
   void add_steps(std::size_t move, const Pose& from, std::vector<SweptStep>& steps) const;
+  double turn_pieces(const Pose& from, const Pose& to) const;
   void time(std::size_t move, double way, Point<Part> place, Haste& haste) const;
-  void share_out(const SweptStep& step, std::vector<SweptBody>& bodies, Swept& out) const;
+  void sweep_stock(const std::vector<SweptStep>& steps, Swept& out) const;
+  std::size_t run_end(const std::vector<SweptStep>& steps, std::size_t begin) const;
+  void share_out(std::uint32_t first_move, std::uint32_t moves, const std::vector<SweptBody>& bodies,
+                 Swept& out) const;
 
   const ExecutedPath& path_;
   const Stock& stock_;
@@ -89,9 +74,8 @@ class Stand {
 class Timeline {
  public:
   Timeline(const ExecutedPath& path, double diameter, double cell);
-  /// Requires: moves in order.
-  void add(std::size_t move, double removed);
-  void add_lengths(double feed, double rapid) { feed_length_ += feed, rapid_length_ += rapid; }
+  /// What a move removed, mm^3, and the way of its tip on the part, mm. Requires: moves in order.
+  void add(std::size_t move, double removed, double way);
   void finish(Removal& result);
 
  private:

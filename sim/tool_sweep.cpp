@@ -36,17 +36,18 @@ SweptBody ToolSweep::piece(const Pose& from, const Pose& to, double low, double 
                           ToolPart::kCutter);
 }
 
-void ToolSweep::solid_bodies(const Pose& from, const Pose& to, std::vector<SweptBody>& out) const {
-  const Pose standing{from.tip, mean_axis(from, to)};
-  for (const ToolPart part : kToolParts) {
-    if (round_ && part == ToolPart::kCutter) continue;
-    for (const Revolved& solid : solid_.pieces(part)) {
-      const double middle =
-          part == ToolPart::kCutter ? 0.0 : 0.5 * (solid.corners().front().h + solid.corners().back().h);
-      const Point<Part> start = from.tip + from.axis * middle, end = to.tip + to.axis * middle;
-      out.push_back(
-          SweptBody::revolved(solid, {start - standing.axis * middle, standing.axis}, end - start, part));
-    }
+void ToolSweep::rest_bodies(const Pose& from, const Pose& to, std::vector<SweptBody>& out) const {
+  for (const ToolPart part : {ToolPart::kShank, ToolPart::kHolder}) solid_bodies(part, from, to, out);
+}
+
+void ToolSweep::solid_bodies(ToolPart part, const Pose& from, const Pose& to,
+                             std::vector<SweptBody>& out) const {
+  const Vec3 axis = mean_axis(from, to);
+  for (const Revolved& solid : solid_.pieces(part)) {
+    const double middle =
+        part == ToolPart::kCutter ? 0.0 : 0.5 * (solid.corners().front().h + solid.corners().back().h);
+    const Point<Part> start = from.tip + from.axis * middle, end = to.tip + to.axis * middle;
+    out.push_back(SweptBody::revolved(solid, {start - axis * middle, axis}, end - start, part));
   }
 }
 

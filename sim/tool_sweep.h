@@ -17,11 +17,13 @@ class ToolSweep {
  public:
   explicit ToolSweep(const Cutter& cutter);
 
-  /// Appends the bodies between two poses: short pieces of the tool, cutter first, from the tip up; of a
-  /// round cutter only those of which clear(middle) is below 0. Else it says how far round that point it
-  /// would be no other, mm.
+  /// Appends the bodies of the cutter between two poses: short pieces of it, from the tip up; of a round one
+  /// only those of which clear(middle) is below 0. Else it says how far round that point it would be no
+  /// other, mm.
   template <class Clear>
-  void bodies(const Pose& from, const Pose& to, const Clear& clear, std::vector<SweptBody>& out) const;
+  void cutter_bodies(const Pose& from, const Pose& to, const Clear& clear, std::vector<SweptBody>& out) const;
+  /// Appends those of shank and holder, from below.
+  void rest_bodies(const Pose& from, const Pose& to, std::vector<SweptBody>& out) const;
   /// All of a piece is within this, and half its way, of its middle, mm.
   double piece_reach() const { return 0.5 * step_ + reach_; }
   /// The piece of the cutting part that is next to p.
@@ -38,7 +40,7 @@ class ToolSweep {
 
  private:
   SweptBody piece(const Pose& from, const Pose& to, double low, double high) const;
-  void solid_bodies(const Pose& from, const Pose& to, std::vector<SweptBody>& out) const;
+  void solid_bodies(ToolPart part, const Pose& from, const Pose& to, std::vector<SweptBody>& out) const;
 
   ToolSolid solid_;
   bool round_;  ///< a ball end: its cutting part is a capsule
@@ -46,25 +48,23 @@ class ToolSweep {
 };
 
 template <class Clear>
-void ToolSweep::bodies(const Pose& from, const Pose& to, const Clear& clear,
-                       std::vector<SweptBody>& out) const {
-  if (round_) {
-    double clear_to = -kInfinity;  // up to this height; points up the tool are no further apart than heights
-    const auto add = [&](double low, double high) {
-      const double h = 0.5 * (low + high);
-      if (h < clear_to) return;
-      if (const double mm = clear(lerp(from.tip + from.axis * h, to.tip + to.axis * h, 0.5)); mm >= 0.0) {
-        clear_to = h + mm;
-        return;
-      }
-      out.push_back(piece(from, to, low, high));
-      if (low == core_low_ && high > low) out.back() = out.back().without_ball();
-    };
-    // The ball by itself: its way is exact.
-    add(core_low_, core_low_);
-    for (double low = core_low_; low < core_high_; low += step_) add(low, std::min(core_high_, low + step_));
-  }
-  solid_bodies(from, to, out);
+void ToolSweep::cutter_bodies(const Pose& from, const Pose& to, const Clear& clear,
+                              std::vector<SweptBody>& out) const {
+  if (!round_) return solid_bodies(ToolPart::kCutter, from, to, out);
+  double clear_to = -kInfinity;  // up to this height; points up the tool are no further apart than heights
+  const auto add = [&](double low, double high) {
+    const double h = 0.5 * (low + high);
+    if (h < clear_to) return;
+    if (const double mm = clear(lerp(from.tip + from.axis * h, to.tip + to.axis * h, 0.5)); mm >= 0.0) {
+      clear_to = h + mm;
+      return;
+    }
+    out.push_back(piece(from, to, low, high));
+    if (low == core_low_ && high > low) out.back() = out.back().without_ball();
+  };
+  // The ball by itself: its way is exact.
+  add(core_low_, core_low_);
+  for (double low = core_low_; low < core_high_; low += step_) add(low, std::min(core_high_, low + step_));
 }
 
 }  // namespace tiltfeed::sim

@@ -28,7 +28,7 @@ Stock block(double cell) {
 void cut(Stock& stock, const Cutter& cutter, const Pose& from, const Pose& to) {
   const ToolSweep sweep(cutter);
   std::vector<SweptBody> bodies;
-  sweep.bodies(
+  sweep.cutter_bodies(
       from, to, [](Point<Part>) { return -1.0; }, bodies);
   for (Dexels& dexels : stock.bundles)
     for (int s = 0; s < Dexels::kStripes; ++s)
@@ -106,42 +106,83 @@ TEST(Removal, SphereCavity) {
   }
 }
 
-TEST(Removal, BarTurnedByTheTable) {
-  // A thin core stands for the part; the bar of radius 9 is turned to radius 6 by one turn of C.
+/// A bar of radius 9 turned by the program to radius 6 all round: largest distance of the new borders from
+/// that, mm, and how many they are.
+struct TurnedBar {
+  double worst = 0.0;
+  std::size_t borders = 0;
+  Removal cut;
+  double volume() const { return cut.stock_volume - cut.left_volume; }
+};
+TurnedBar turn_bar(const std::string& text, double cell) {
+  TurnedBar bar;
   const Job job = make_job();
+  // A thin core stands for the part.
   const CheckedMesh part = checked(box_mesh({{Vec3{-1, -1, -10}, Vec3{1, 1, 0}}}));
-  for (const double cell : {0.5, 0.2}) {
-    const auto shape = parse_stock("cylinder:" + std::to_string(9.0 - std::sqrt(2.0)));
-    ASSERT_TRUE(shape);
-    auto stock = make_stock(*shape, part, job, cell, 2);
-    ASSERT_TRUE(stock) << stock.error().message;
-    const auto program = [] {
-      std::istringstream in("G21 G90 G94\nG0 X20 Y0 Z-30 A0 C0\nG1 X8 F1000\nC360 F3000\nG0 X20\nM2\n");
-      return read_program(in, "p.nc", 'A', 'C');
-    }();
-    ASSERT_TRUE(program);
-    const auto path = execute_program(*program, "p.nc", job.machine.model, job.setup);
-    ASSERT_TRUE(path);
-    Probes probes(part.mesh, cell, 0.5);
-    const auto cut = remove_material(job, *path, *stock, probes, {}, {});
-    ASSERT_TRUE(cut);
-    double worst = 0.0;
-    std::size_t seen = 0;
-    for (const Dexels& dexels : stock->bundles) {
-      for (int s = 0; s < Dexels::kStripes; ++s)
-        dexels.each(s, [&](Point<Part> foot, double from, double to) {
-          std::array<double, 3> p{foot.x, foot.y, foot.z};
-          for (const double t : {from, to}) {
-            p[dexels.axis()] = t;
-            // The flanks reach from -30 + radius up; ends on the bar's own faces are not of the cut.
-            if (std::abs(p[2] + 10.0 + 9.0 - std::sqrt(2.0)) < 0.5 || p[2] > 6.5) continue;
-            worst = std::max(worst, std::abs(std::hypot(p[0], p[1]) - 6.0)), ++seen;
-          }
-        });
-    }
-    EXPECT_LE(worst, 0.125 * cell + 1e-3) << cell;
-    EXPECT_GT(seen, 100u);
+  const auto shape = parse_stock("cylinder:" + std::to_string(9.0 - std::sqrt(2.0)));
+  EXPECT_TRUE(shape);
+  auto stock = make_stock(*shape, part, job, cell, 2);
+  EXPECT_TRUE(stock) << stock.error().message;
+  std::istringstream in(text);
+  const auto program = read_program(in, "p.nc", 'A', 'C');
+  EXPECT_TRUE(program);
+  const auto path = execute_program(*program, "p.nc", job.machine.model, job.setup);
+  EXPECT_TRUE(path);
+  Probes probes(part.mesh, cell, 0.5);
+  const auto cut = remove_material(job, *path, *stock, probes, {}, {});
+  EXPECT_TRUE(cut);
+  bar.cut = *cut;
+  for (const Dexels& dexels : stock->bundles) {
+    for (int s = 0; s < Dexels::kStripes; ++s)
+      dexels.each(s, [&](Point<Part> foot, double from, double to) {
+        std::array<double, 3> p{foot.x, foot.y, foot.z};
+        for (const double t : {from, to}) {
+          p[dexels.axis()] = t;
+          // The flanks reach from -30 + radius up; ends on the bar's own faces are not of the cut.
+          if (std::abs(p[2] + 10.0 + 9.0 - std::sqrt(2.0)) < 0.5 || p[2] > 6.5) continue;
+          bar.worst = std::max(bar.worst, std::abs(std::hypot(p[0], p[1]) - 6.0)), ++bar.borders;
+        }
+      });
   }
+  return bar;
+}
+
+/// One turn of C after the other, each in so many blocks.
+std::string turns(int count, int blocks) {
+  std::ostringstream text;
+  text << "G21 G90 G94\nG0 X20 Y0 Z-30 A0 C0\nG1 X8 F1000\nF3000\n";
+  for (int i = 1; i <= count * blocks; ++i) text << "C" << i * 360.0 / blocks << "\n";
+  text << "G0 X20\nM2\n";
+  return text.str();
+}
+
+TEST(Removal, BarTurnedByTheTable) {
+  for (const double cell : {0.5, 0.2}) {
+    const TurnedBar one = turn_bar(turns(1, 1), cell);
+    EXPECT_LE(one.worst, 0.125 * cell + 1e-3) << cell;
+    EXPECT_GT(one.borders, 100u);
+  }
+}
+
+TEST(Removal, ShortBlocksAreTakenTogetherByTheStock) {
+  constexpr int kBlocks = 1250;
+  const double kTolerance = RemovalOptions{}.tolerance;
+  const TurnedBar once = turn_bar(turns(1, kBlocks), 0.2);
+  EXPECT_EQ(once.cut.blocks, kBlocks + 2u);
+  EXPECT_LE(once.worst, 0.5 * kTolerance + 1e-3);
+  EXPECT_GT(once.borders, 100u);
+  // The same way a second time is air, but for what is taken up at the seam.
+  const TurnedBar twice = turn_bar(turns(2, kBlocks), 0.2);
+  EXPECT_EQ(twice.worst, once.worst);
+  EXPECT_NEAR(twice.volume(), once.volume(), 1e-4 * once.volume());
+  const double turn = twice.cut.seconds - once.cut.seconds;
+  EXPECT_LE(once.cut.air_seconds, 0.02 * turn);
+  EXPECT_NEAR(twice.cut.air_seconds - once.cut.air_seconds, turn, 0.05 * turn);
+  // What is taken together is told of all the blocks that took it: no span of time is left out.
+  const auto& bins = once.cut.bins;
+  const double mean = once.volume() / static_cast<double>(bins.size());
+  for (std::size_t i = bins.size() * 4 / 10; i < bins.size() * 9 / 10; ++i)
+    EXPECT_GT(bins[i].removed, 0.25 * mean) << i;
 }
 
 TEST(Removal, ShankWithoutItsBallAndTheBallAreTheWhole) {
