@@ -59,13 +59,13 @@ Camera::Camera(const Mesh& part, const ToolPath& path, int width, int height) {
 }
 
 void Camera::aim(const Mesh& part, const ToolPath& path) {
+  const auto each_axis = [&](const auto& visit) {
+    for (const Move& move : path.moves)
+      if (move.kind == MoveKind::kCut) visit(move.pose.axis);
+  };
   Vec3 sum;
-  Moments axes;
   double count = 0.0;
-  for (const Move& move : path.moves) {
-    if (move.kind != MoveKind::kCut) continue;
-    sum = sum + move.pose.axis, axes.add(move.pose.axis, 1.0), count += 1.0;
-  }
+  each_axis([&](Vec3 axis) { sum = sum + axis, count += 1.0; });
   const Vec3 mean = count > 0.0 ? sum / count : Vec3{0, 0, 1};
   if (length(mean) >= kAllRound) {
     const Vec3 m = normalized(mean);
@@ -81,6 +81,8 @@ void Camera::aim(const Mesh& part, const ToolPath& path) {
     eye_ = m * std::sin(kElevation) + towards * std::cos(kElevation);
     right_ = normalized(cross(m, eye_));
   } else {
+    Moments axes;
+    each_axis([&](Vec3 axis) { axes.add(axis, 1.0); });
     const Vec3 about = principal(axes, true);
     Vec3 front = mean - about * dot(mean, about);
     front = squared_length(front) > 1e-4 ? normalized(front) : any_across(about);

@@ -31,47 +31,63 @@ constexpr double kAxisLength = 0.10, kBias = 0.004, kHollowRange = 0.03, kHollow
                  kHollowStrength = 0.75;
 
 /// One normal per facet corner: the mean of those facets round the vertex that are nearly level with it.
-std::vector<std::array<Vec3, 3>> corner_normals(const Mesh& mesh) {
-  const std::size_t count = mesh.facets.size();
-  std::vector<Vec3> normal(count);
-  std::vector<double> size(count);
-  std::vector<std::uint32_t> begin(mesh.vertices.size() + 1, 0), around(count * 3);
-  for (std::size_t f = 0; f < count; ++f) {
-    const auto& [a, b, c] = mesh.facets[f];
-    normal[f] = cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]);
-    size[f] = length(normal[f]);
-    for (const std::uint32_t v : mesh.facets[f]) ++begin[v + 1];
-  }
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) begin[v + 1] += begin[v];
-  std::vector<std::uint32_t> fill(begin.begin(), begin.end() - 1);
-  for (std::size_t f = 0; f < count; ++f)
-    for (const std::uint32_t v : mesh.facets[f]) around[fill[v]++] = static_cast<std::uint32_t>(f);
-  std::vector<std::array<Vec3, 3>> corners(count);
-  for (std::size_t f = 0; f < count; ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t v = mesh.facets[f][k];
-      Vec3 sum;
-      for (std::uint32_t i = begin[v]; i < begin[v + 1]; ++i) {
-        const Vec3 other = normal[around[i]];
-        if (dot(other, normal[f]) >= kCreaseCosine * size[around[i]] * size[f]) sum = sum + other;
-      }
-      corners[f][k] = squared_length(sum) > 0.0 ? normalized(sum) : Vec3{0, 0, 1};
+class CornerNormals {
+ public:
+  explicit CornerNormals(const Mesh& mesh)
+      : mesh_(mesh),
+        normal_(mesh.facets.size()),
+        size_(mesh.facets.size()),
+        end_(mesh.vertices.size() + 1, 0),
+        around_(mesh.facets.size() * 3) {
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
+      const auto& [a, b, c] = mesh.facets[f];
+      normal_[f] = cross(mesh.vertices[b] - mesh.vertices[a], mesh.vertices[c] - mesh.vertices[a]);
+      size_[f] = length(normal_[f]);
+      for (const std::uint32_t v : mesh.facets[f]) ++end_[v + 1];
     }
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) end_[v + 1] += end_[v];
+    // Each vertex's begin moves on to its end, which is the next one's begin.
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f)
+      for (const std::uint32_t v : mesh.facets[f]) around_[end_[v]++] = static_cast<std::uint32_t>(f);
   }
-  return corners;
-}
 
-Colour shaded(Vec3 normal, Vec3 view, const Camera& camera, Colour of) {
-  if (dot(normal, view) < 0.0) normal = -normal;
-  const Vec3 key = normalized(camera.eye() * 0.55 + camera.up() * 0.75 - camera.right() * 0.65);
-  const Vec3 fill = normalized(camera.eye() * 0.5 + camera.right() * 0.9 + camera.up() * 0.1);
-  const double light = 0.34 + 0.95 * std::max(0.0, dot(normal, key)) +
-                       0.28 * std::max(0.0, dot(normal, fill)) + 0.12 * dot(normal, view);
-  const double mirrored = std::max(0.0, dot(normal, normalized(key + view)));
-  const double squared = mirrored * mirrored, to_8 = squared * squared * squared * squared;
-  const double gloss = to_8 * to_8 * to_8 * to_8 * to_8;
-  return of * light + Colour{1, 1, 1} * (0.16 * gloss);
-}
+  Vec3 operator()(std::size_t facet, int corner) const {
+    const std::uint32_t v = mesh_.facets[facet][corner];
+    Vec3 sum;
+    for (std::uint32_t i = v == 0 ? 0 : end_[v - 1]; i < end_[v]; ++i) {
+      const Vec3 other = normal_[around_[i]];
+      if (dot(other, normal_[facet]) >= kCreaseCosine * size_[around_[i]] * size_[facet]) sum = sum + other;
+    }
+    return squared_length(sum) > 0.0 ? normalized(sum) : Vec3{0, 0, 1};
+  }
+
+ private:
+  const Mesh& mesh_;
+  std::vector<Vec3> normal_;
+  std::vector<double> size_;                 ///< of normal_
+  std::vector<std::uint32_t> end_, around_;  ///< around_: by vertex, the facets that meet there
+};
+
+/// The lamps, and how a surface looks in them.
+class Light {
+ public:
+  explicit Light(const Camera& camera)
+      : key_(normalized(camera.eye() * 0.55 + camera.up() * 0.75 - camera.right() * 0.65)),
+        fill_(normalized(camera.eye() * 0.5 + camera.right() * 0.9 + camera.up() * 0.1)) {}
+
+  Colour operator()(Vec3 normal, Vec3 view, Colour of) const {
+    if (dot(normal, view) < 0.0) normal = -normal;
+    const double light = 0.34 + 0.95 * std::max(0.0, dot(normal, key_)) +
+                         0.28 * std::max(0.0, dot(normal, fill_)) + 0.12 * dot(normal, view);
+    const double mirrored = std::max(0.0, dot(normal, normalized(key_ + view)));
+    const double squared = mirrored * mirrored, to_8 = squared * squared * squared * squared;
+    const double gloss = to_8 * to_8 * to_8 * to_8 * to_8;
+    return of * light + Colour{1, 1, 1} * (0.16 * gloss);
+  }
+
+ private:
+  Vec3 key_, fill_;
+};
 
 Colour colour_of(FacetMark mark) {
   return mark == FacetMark::kUnreached ? kUnreachedColour
@@ -80,20 +96,20 @@ Colour colour_of(FacetMark mark) {
 }
 
 void draw_part(const Mesh& mesh, const std::vector<FacetMark>& marks, const Camera& camera, Raster& raster) {
-  const auto normals = corner_normals(mesh);
+  const CornerNormals normal(mesh);
+  const Light light(camera);
   std::vector<ScreenPoint> screen;
   screen.reserve(mesh.vertices.size());
   for (const Point<Part> p : mesh.vertices) screen.push_back(camera.project(p));
   for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
-    std::array<ScreenPoint, 3> corners;
-    std::array<Colour, 3> colours;
-    const Colour of = colour_of(marks.empty() ? FacetMark::kNone : marks[f]);
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t v = mesh.facets[f][k];
-      corners[k] = screen[v];
-      colours[k] = shaded(normals[f][k], camera.view_from(mesh.vertices[v]), camera, of);
-    }
-    raster.triangle(corners, colours);
+    const auto& [a, b, c] = mesh.facets[f];
+    raster.triangle({screen[a], screen[b], screen[c]}, [&] {
+      const Colour of = colour_of(marks.empty() ? FacetMark::kNone : marks[f]);
+      const auto at = [&](int k) {
+        return light(normal(f, k), camera.view_from(mesh.vertices[mesh.facets[f][k]]), of);
+      };
+      return std::array{at(0), at(1), at(2)};
+    });
   }
 }
 

@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,10 +29,12 @@ class Raster {
 
   int width() const { return width_; }
   int height() const { return height_; }
-  /// Colours are interpolated over the triangle.
-  void triangle(const std::array<ScreenPoint, 3>& corners, const std::array<Colour, 3>& colours);
-  /// A triangle of one colour, whose pixels are `owner`'s until something else is drawn over them.
-  void triangle(const std::array<ScreenPoint, 3>& corners, Colour colour, std::uint32_t owner);
+  /// colours(): those of the corners, interpolated over the triangle. Asked for if a pixel of it shows.
+  template <class Colours>
+  void triangle(const std::array<ScreenPoint, 3>& corners, const Colours& colours);
+  /// A triangle of the one colour(), whose pixels are `owner`'s until something else is drawn over them.
+  template <class OneColour>
+  void triangle(const std::array<ScreenPoint, 3>& corners, std::uint32_t owner, const OneColour& colour);
   /// A line of `thickness` pixels, `bias` nearer to the eye than it is; alpha 0..1 mixes it in. Its depth
   /// does not hide what is drawn later.
   void line(ScreenPoint from, ScreenPoint to, double thickness, Colour colour, double alpha, double bias);
@@ -46,15 +50,58 @@ class Raster {
  private:
   std::size_t at(int x, int y) const { return static_cast<std::size_t>(y) * width_ + x; }
   static constexpr std::uint32_t kNobody = 0xFFFFFFFF;
-  /// Calls paint(pixel, a, b, c) where the triangle comes nearer, its shares of the corners with it.
-  template <class Paint>
-  void cover(const std::array<ScreenPoint, 3>& corners, const Paint& paint);
+  static std::array<float, 3> floats(Colour c) {
+    return {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)};
+  }
+  /// A triangle, and the pixels whose middles are in the box round it.
+  struct Outline {
+    std::array<ScreenPoint, 3> corners;
+    double area;    ///< twice, signed
+    float nearest;  ///< no pixel of it is nearer
+    int x0, x1, y0, y1;
+  };
+  /// A pixel where a triangle comes nearer than what was there, and the corners' shares in it.
+  struct Spot {
+    std::size_t pixel;
+    double a, b, c;
+  };
+  Outline outline(const std::array<ScreenPoint, 3>& corners) const;
+  /// The spots of a row, whose depth becomes theirs; good until the next call.
+  std::span<const Spot> cover(const Outline& outline, int y);
   void mix(int x, int y, double depth, Colour colour, double alpha);
 
   int width_, height_;
   std::vector<std::array<float, 3>> colour_;
   std::vector<float> depth_;
   std::vector<std::uint32_t> owner_;  ///< none, until a triangle has one
+  std::vector<Spot> spots_;           ///< room for a row's
 };
+
+template <class Colours>
+void Raster::triangle(const std::array<ScreenPoint, 3>& corners, const Colours& colours) {
+  std::optional<std::array<Colour, 3>> of;
+  const Outline o = outline(corners);
+  for (int y = o.y0; y <= o.y1; ++y) {
+    for (const auto& [pixel, a, b, c] : cover(o, y)) {
+      if (!of) of = colours();
+      colour_[pixel] = floats((*of)[0] * a + (*of)[1] * b + (*of)[2] * c);
+      if (!owner_.empty()) owner_[pixel] = kNobody;
+    }
+  }
+}
+
+template <class OneColour>
+void Raster::triangle(const std::array<ScreenPoint, 3>& corners, std::uint32_t owner,
+                      const OneColour& colour) {
+  if (owner_.empty()) owner_.assign(colour_.size(), kNobody);
+  std::optional<std::array<float, 3>> of;
+  const Outline o = outline(corners);
+  for (int y = o.y0; y <= o.y1; ++y) {
+    for (const Spot& spot : cover(o, y)) {
+      if (!of) of = floats(colour());
+      colour_[spot.pixel] = *of, owner_[spot.pixel] = owner;
+    }
+  }
+}
 
 }  // namespace tiltfeed::sim

@@ -23,9 +23,9 @@ Colour colour_of(double left, const std::vector<ColourStop>& scale) {
   return scale.back().colour;
 }
 
-double light(Vec3 normal, Vec3 view, const Camera& camera) {
+/// `key`: where most light comes from, unit.
+double light(Vec3 normal, Vec3 view, Vec3 key) {
   if (dot(normal, view) < 0.0) normal = -normal;
-  const Vec3 key = normalized(camera.eye() * 0.55 + camera.up() * 0.75 - camera.right() * 0.65);
   return 0.50 + 0.55 * std::max(0.0, dot(normal, key)) + 0.15 * dot(normal, view);
 }
 
@@ -61,12 +61,16 @@ std::string html_colour(Colour c) {
 DeviationPicture::DeviationPicture(const Mesh& part, const ToolPath& path, const Patches& patches)
     : camera_(part, path, kWidth * kOversample, kHeight * kOversample),
       raster_(kWidth * kOversample, kHeight * kOversample, {kTop, kBottom}) {
+  const Vec3 key = normalized(camera_.eye() * 0.55 + camera_.up() * 0.75 - camera_.right() * 0.65);
+  std::vector<ScreenPoint> screen;
+  screen.reserve(patches.mesh.vertices.size());
+  for (const Point<Part> p : patches.mesh.vertices) screen.push_back(camera_.project(p));
   for (std::size_t p = 0; p < patches.mesh.facets.size(); ++p) {
-    std::array<ScreenPoint, 3> corners;
-    for (int k = 0; k < 3; ++k)
-      corners[k] = camera_.project(patches.mesh.vertices[patches.mesh.facets[p][k]]);
-    const double lit = light(patches.normal[p], camera_.view_from(patches.middle[p]), camera_);
-    raster_.triangle(corners, {lit, lit, lit}, static_cast<std::uint32_t>(p));
+    const auto& [a, b, c] = patches.mesh.facets[p];
+    raster_.triangle({screen[a], screen[b], screen[c]}, static_cast<std::uint32_t>(p), [&] {
+      const double lit = light(patches.normal[p], camera_.view_from(patches.middle[p]), key);
+      return Colour{lit, lit, lit};
+    });
   }
   raster_.shade_hollows(kHollowRadius * kOversample, kHollowRange * camera_.scene_radius(), kHollowStrength);
 }

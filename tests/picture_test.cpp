@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <random>
 
 #include "sim/camera.h"
 #include "sim/raster.h"
@@ -218,9 +219,10 @@ TEST(Raster, NearerTriangleWinsInAnyOrder) {
   const Colour red{1, 0, 0}, blue{0, 0, 1}, black{};
   for (const bool near_first : {true, false}) {
     Raster raster(64, 64, {black, black});
-    if (near_first) raster.triangle(near, {red, red, red});
-    raster.triangle(far, {blue, blue, blue});
-    if (!near_first) raster.triangle(near, {red, red, red});
+    const auto all = [](Colour colour) { return [colour] { return std::array{colour, colour, colour}; }; };
+    if (near_first) raster.triangle(near, all(red));
+    raster.triangle(far, all(blue));
+    if (!near_first) raster.triangle(near, all(red));
     raster.line({0, 8, 1.5}, {64, 8, 1.5}, 4, {0, 1, 0}, 1.0, 0.0);    // behind: only right of the triangle
     raster.line({0, 20, 1.5}, {64, 20, 1.5}, 4, {0, 1, 0}, 1.0, 1.0);  // the bias brings it to the front
     const Image image = seen(raster.png(1));
@@ -238,9 +240,13 @@ TEST(Raster, PixelsTakeTheColourOfWhoeverIsSeenThere) {
                       ScreenPoint{0.5 * (left + right), 1000, depth}};
   };
   Raster raster(32, 8, {Colour{1, 0, 0}, Colour{1, 0, 0}});
-  raster.triangle(across(0, 24, 2), {1, 1, 1}, 0);
-  raster.triangle(across(8, 16, 1), {1, 1, 1}, 1);
-  raster.triangle(across(0, 24, 3), {1, 1, 1}, 2);  // hidden
+  const auto white = [] { return Colour{1, 1, 1}; };
+  raster.triangle(across(0, 24, 2), 0, white);
+  raster.triangle(across(8, 16, 1), 1, white);
+  raster.triangle(across(0, 24, 3), 2, [&] {
+    ADD_FAILURE() << "it is hidden";
+    return white();
+  });
   raster.disc({20, 4, 2}, 2.0, {0, 0, 1}, 1.0);
   const Image image = seen(raster.png(1, {{0, 1, 0}, {0, 0, 0}, {1, 1, 1}}, 2));
   EXPECT_EQ(image.at(4, 4), (std::array<int, 3>{0, 255, 0}));
@@ -248,6 +254,121 @@ TEST(Raster, PixelsTakeTheColourOfWhoeverIsSeenThere) {
   EXPECT_EQ(image.at(20, 4), (std::array<int, 3>{0, 0, 255}));
   EXPECT_EQ(image.at(22, 4), (std::array<int, 3>{0, 255, 0}));
   EXPECT_EQ(image.at(28, 4), (std::array<int, 3>{255, 0, 0}));
+}
+
+/// Places and depths at which triangles meet, pass and hide each other, some of them thin.
+std::vector<std::array<ScreenPoint, 3>> many_triangles(int side) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(-8.0, side + 8.0), near(-3.0, 3.0), depth(-2.0, 2.0);
+  std::vector<std::array<ScreenPoint, 3>> triangles;
+  for (int i = 0; i < 300; ++i) {
+    const double x = place(random), y = place(random);
+    std::array<ScreenPoint, 3> corners;
+    for (ScreenPoint& p : corners)
+      p = i % 10 == 0 ? ScreenPoint{place(random), place(random), depth(random)}
+                      : ScreenPoint{x + near(random), y + near(random), depth(random)};
+    triangles.push_back(corners);
+  }
+  return triangles;
+}
+
+TEST(Raster, EveryPixelShowsTheTriangleThatIsNearestAtItsMiddle) {
+  constexpr int kSide = 48;
+  const auto triangles = many_triangles(kSide);
+  const auto grey = [](std::size_t i) { return static_cast<double>(i + 1) / 400.0; };
+  Raster raster(kSide, kSide, {Colour{}, Colour{}}), owned(kSide, kSide, {Colour{}, Colour{}});
+  std::vector<Colour> by_owner;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const Colour colour{grey(i), grey(i), grey(i)};
+    raster.triangle(triangles[i], [&] { return std::array{colour, colour, colour}; });
+    owned.triangle(triangles[i], static_cast<std::uint32_t>(i), [] { return Colour{1, 1, 1}; });
+    by_owner.push_back(colour);
+  }
+  const Image image = seen(raster.png(1)), of_owners = seen(owned.png(1, by_owner));
+  EXPECT_EQ(image.bytes, of_owners.bytes);
+  int compared = 0;
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      double nearest = 1e9, expected = 0.0;
+      bool close = false;  // to an edge, or to a triangle behind: rounding may decide
+      for (std::size_t i = 0; i < triangles.size(); ++i) {
+        // The place as a sum of the corners, by Cramer's rule on (1, x, y).
+        const auto& [p, q, r] = triangles[i];
+        const auto minor = [](ScreenPoint a, ScreenPoint b, ScreenPoint c) {
+          return a.x * (b.y - c.y) + b.x * (c.y - a.y) + c.x * (a.y - b.y);
+        };
+        const ScreenPoint at{x + 0.5, y + 0.5, 0.0};
+        const double whole = minor(p, q, r);
+        const double a = minor(at, q, r) / whole, b = minor(p, at, r) / whole, c = minor(p, q, at) / whole;
+        const double least = std::min({a, b, c}), depth = a * p.depth + b * q.depth + c * r.depth;
+        close |= std::abs(least) < 1e-9 || (least > 0.0 && std::abs(depth - nearest) < 1e-5);
+        if (least < 0.0 || depth >= nearest) continue;
+        nearest = depth, expected = grey(i);
+      }
+      if (close) continue;
+      ++compared;
+      const double s = expected <= 0.0031308 ? 12.92 * expected : 1.055 * std::pow(expected, 1 / 2.4) - 0.055;
+      EXPECT_NEAR(image.at(x, y)[0], s * 255.0, 0.51) << x << " " << y;
+    }
+  }
+  EXPECT_GT(compared, kSide * kSide * 9 / 10);
+}
+
+TEST(Raster, HollowsAreShadedByWhatIsRoundThem) {
+  constexpr int kSide = 40;
+  const auto plane = [&](double left, double right, double depth) {
+    const auto white = [] { return std::array{Colour{1, 1, 1}, Colour{1, 1, 1}, Colour{1, 1, 1}}; };
+    return std::pair{std::array{ScreenPoint{left, -1, depth}, ScreenPoint{right, -1, depth},
+                                ScreenPoint{right, 5.0 * kSide, depth}},
+                     white};
+  };
+  // A groove, 8 px wide and as deep as counts; nothing on the left of 6.
+  Raster raster(kSide, kSide, {Colour{1, 1, 1}, Colour{1, 1, 1}});
+  for (const auto& [left, right, depth] :
+       {std::array{6.0, 16.0, 0.0}, {16.0, 24.0, 1.0}, {24.0, 60.0, 0.0}}) {
+    const auto [corners, white] = plane(left, right, depth);
+    raster.triangle(corners, white);
+    raster.triangle({corners[0], corners[2], ScreenPoint{left, 5.0 * kSide, depth}}, white);
+  }
+  raster.shade_hollows(6.0, 1.0, 0.5);
+  const Image image = seen(raster.png(1));
+  EXPECT_EQ(image.at(2, 20)[0], 255);   // background
+  EXPECT_EQ(image.at(34, 20)[0], 255);  // flat, and at the picture's edge
+  EXPECT_EQ(image.at(39, 39)[0], 255);
+  EXPECT_EQ(image.at(9, 20)[0], 255);  // an outer edge is no hollow
+  EXPECT_LT(image.at(20, 20)[0], 235);
+  EXPECT_LT(image.at(17, 20)[0], 235);  // on one side only, at a wall
+  EXPECT_LT(image.at(20, 39)[0], 235);
+  EXPECT_LT(image.at(20, 0)[0], 235);
+  // A slope is none either, away from the picture's edge.
+  Raster slope(kSide, kSide, {Colour{1, 1, 1}, Colour{1, 1, 1}});
+  slope.triangle({ScreenPoint{-1, -1, 0}, ScreenPoint{5.0 * kSide, -1, 40}, ScreenPoint{-1, 5.0 * kSide, 20}},
+                 [] {
+                   return std::array{Colour{1, 1, 1}, Colour{1, 1, 1}, Colour{1, 1, 1}};
+                 });
+  slope.shade_hollows(6.0, 1.0, 0.5);
+  const Image even = seen(slope.png(1));
+  for (int y = 7; y < kSide - 7; ++y)
+    for (int x = 7; x < kSide - 7; ++x) EXPECT_EQ(even.at(x, y)[0], 255) << x << " " << y;
+}
+
+TEST(Raster, DiscsAndLinesCoverWhatIsWithinHalfTheirThickness) {
+  constexpr int kSide = 40;
+  const ScreenPoint from{10.25, 12.5, 0}, to{28.0, 21.75, 0};
+  Raster disc(kSide, kSide, {Colour{}, Colour{}}), line(kSide, kSide, {Colour{}, Colour{}});
+  disc.disc(from, 13.0, {1, 1, 1}, 0.0);
+  line.line(from, to, 5.0, {1, 1, 1}, 1.0, 0.0);
+  const Image round = seen(disc.png(1)), band = seen(line.png(1));
+  const double dx = to.x - from.x, dy = to.y - from.y, whole = std::hypot(dx, dy);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      const double px = x + 0.5 - from.x, py = y + 0.5 - from.y, along = (px * dx + py * dy) / whole;
+      EXPECT_EQ(round.at(x, y)[0], std::hypot(px, py) <= 6.5 ? 255 : 0) << x << " " << y;
+      // Round at its begin, and cut off at its end, where the next one begins.
+      const double off = along < 0.0 ? std::hypot(px, py) : std::abs(px * dy - py * dx) / whole;
+      EXPECT_EQ(band.at(x, y)[0], off <= 2.5 && along < whole ? 255 : 0) << x << " " << y;
+    }
+  }
 }
 
 }  // namespace
