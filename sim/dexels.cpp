@@ -71,6 +71,11 @@ void Dexels::add(Stripe& s, std::uint32_t line, Piece piece) {
     s.nodes[line].piece = piece;
     return;
   }
+  if (Piece& only = s.nodes[line].piece;
+      s.nodes[line].next == kNone && piece.low <= only.high && piece.high >= only.low) {
+    only = {std::min(only.low, piece.low), std::max(only.high, piece.high)};
+    return;
+  }
   // Pieces that the new one touches become part of it.
   std::vector<Piece> kept;
   for (std::uint32_t at = line; at != kNone; at = s.nodes[at].next) {

@@ -46,20 +46,25 @@ class Dexels {
   static std::uint64_t line_count(int axis, const Box& box, double cell);
 
   int axis() const { return axis_; }
-  /// Sets the lines of a stripe to the inside of closed oriented shells. Requires: outward normals.
-  void fill(int stripe, const Mesh& shell);
+  /// Sets the lines of a stripe to the inside of closed oriented shells, of which only `facets` may be over
+  /// or under them. Requires: outward normals.
+  void fill(int stripe, const Mesh& shell, const std::vector<std::uint32_t>& facets);
   void fill(int stripe, const SweptBody& body);  ///< adds a convex body
   void fill(int stripe, const Box& box);
   void fill(int stripe, const Prism& prism);
-  /// Could the body meet a line of the stripe?
-  bool reaches(int stripe, const SweptBody& body) const;
+  /// By stripe, in order: the numbers of those of `count` things that could meet its lines; box(i): the
+  /// bounds of one, low and high.
+  template <class BoxOf>
+  std::vector<std::vector<std::uint32_t>> by_stripe(std::size_t count, const BoxOf& box) const;
+  /// The same of facets and all within `margin` of them.
+  std::vector<std::vector<std::uint32_t>> by_stripe(const Mesh& mesh, double margin) const;
   /// What is not the part's: `shell`'s lines inside it that have no material, if longer than `slack` mm; the
   /// middle of the longest.
   struct Lack {
     double length = 0.0;
     Point<Part> place;
   };
-  Lack missing(int stripe, const Mesh& shell, double slack) const;
+  Lack missing(int stripe, const Mesh& shell, const std::vector<std::uint32_t>& facets, double slack) const;
 
   /// The stripes in which a body can meet material that is there now, [first, second). May be asked while
   /// other threads cut.
@@ -121,12 +126,27 @@ class Dexels {
   void add(Stripe& stripe, std::uint32_t line, Piece piece);
   std::int64_t remove(Stripe& stripe, std::uint32_t line, Piece piece, Piece& longest);
   void bound_tile(Stripe& stripe, int tile_u, int tile_v) const;
-  void insides(int stripe, const Mesh& shell, std::vector<std::vector<Piece>>& lines) const;
+  /// The stripes whose lines could meet what is in a box, [first, second).
+  std::pair<int, int> stripes_at(Vec3 low, Vec3 high) const;
+  template <class Visit>
+  void insides(int stripe, const Mesh& shell, const std::vector<std::uint32_t>& facets,
+               const Visit& visit) const;
 
   int axis_, axis_u_, axis_v_;
   double cell_, per_mm_, low_u_, low_v_;
   int lines_u_, lines_v_, tiles_u_, rows_;
   std::vector<Stripe> stripes_;
 };
+
+template <class BoxOf>
+std::vector<std::vector<std::uint32_t>> Dexels::by_stripe(std::size_t count, const BoxOf& box) const {
+  std::vector<std::vector<std::uint32_t>> numbers(kStripes);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto& [low, high] = box(i);
+    const auto [first, end] = stripes_at(low, high);
+    for (int stripe = first; stripe < end; ++stripe) numbers[stripe].push_back(i);
+  }
+  return numbers;
+}
 
 }  // namespace tiltfeed::sim

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <span>
 
 #include "sim/dexel_units.h"
 #include "sim/dexels.h"
@@ -19,6 +21,11 @@ struct Edge {
   /// Every place is on exactly one side, and two facets that share the edge agree on which.
   bool left(double u, double v) const { return (area(u, v) >= 0.0) != swapped; }
 };
+
+std::pair<Vec3, Vec3> bounds(Vec3 a, Vec3 b, Vec3 c) {
+  return {{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::min({a.z, b.z, c.z})},
+          {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}), std::max({a.z, b.z, c.z})}};
+}
 
 }  // namespace
 
@@ -41,21 +48,44 @@ Prism prism(const std::array<Point<Part>, 3>& p, double height) {
   return body;
 }
 
-void Dexels::insides(int stripe, const Mesh& shell, std::vector<std::vector<Piece>>& lines) const {
+std::pair<int, int> Dexels::stripes_at(Vec3 low, Vec3 high) const {
+  Stripe all;
+  all.first = 0, all.last = lines_v_;
+  const Range r = range(low, high, all);
+  if (r.u0 > r.u1 || r.v0 > r.v1) return {0, 0};
+  int first = r.v0 / kTile * kStripes / rows_;
+  while (stripes_[first].last <= r.v0) ++first;
+  int last = first;
+  while (stripes_[last].last <= r.v1) ++last;
+  return {first, last + 1};
+}
+
+std::vector<std::vector<std::uint32_t>> Dexels::by_stripe(const Mesh& mesh, double margin) const {
+  return by_stripe(mesh.facets.size(), [&](std::uint32_t facet) {
+    const auto& [a, b, c] = mesh.facets[facet];
+    const Vec3 grow{margin, margin, margin};
+    const auto [low, high] =
+        bounds(from_origin(mesh.vertices[a]), from_origin(mesh.vertices[b]), from_origin(mesh.vertices[c]));
+    return std::pair{low - grow, high + grow};
+  });
+}
+
+/// Calls visit(line, piece) for the pieces of lines inside the shell, in order.
+template <class Visit>
+void Dexels::insides(int stripe, const Mesh& shell, const std::vector<std::uint32_t>& facets,
+                     const Visit& visit) const {
   struct Crossing {
     double at;
+    std::uint32_t line;
     int turn;  // 1: into the material
   };
   const Stripe& s = stripes_[stripe];
-  std::vector<std::vector<Crossing>> crossings(static_cast<std::size_t>(s.last - s.first) * lines_u_);
-  for (const auto& facet : shell.facets) {
-    std::array<Vec3, 3> p;
-    Vec3 low{kInfinity, kInfinity, kInfinity}, high = -low;
-    for (int k = 0; k < 3; ++k) {
-      p[k] = from_origin(shell.vertices[facet[k]]);
-      low = {std::min(low.x, p[k].x), std::min(low.y, p[k].y), std::min(low.z, p[k].z)};
-      high = {std::max(high.x, p[k].x), std::max(high.y, p[k].y), std::max(high.z, p[k].z)};
-    }
+  std::vector<Crossing> found;
+  for (const std::uint32_t f : facets) {
+    const auto& facet = shell.facets[f];
+    const std::array p{from_origin(shell.vertices[facet[0]]), from_origin(shell.vertices[facet[1]]),
+                       from_origin(shell.vertices[facet[2]])};
+    const auto [low, high] = bounds(p[0], p[1], p[2]);
     const Range r = range(low, high, s);
     if (r.u0 > r.u1 || r.v0 > r.v1) continue;
     const auto cu = [&](int k) { return component(p[k], axis_u_); };
@@ -72,30 +102,35 @@ void Dexels::insides(int stripe, const Mesh& shell, std::vector<std::vector<Piec
         const double at =
             component(p[0], axis_) -
             ((pu - cu(0)) * component(n, axis_u_) + (pv - cv(0)) * component(n, axis_v_)) / n_axis;
-        crossings[static_cast<std::size_t>(v - s.first) * lines_u_ + u].push_back({at, side ? -1 : 1});
+        found.push_back({at, static_cast<std::uint32_t>((v - s.first) * lines_u_ + u), side ? -1 : 1});
       }
     }
   }
-  lines.resize(crossings.size());
-  for (std::size_t i = 0; i < crossings.size(); ++i) {
-    std::sort(crossings[i].begin(), crossings[i].end(), [](const Crossing& a, const Crossing& b) {
+  // By line; a line's begin moves on to its end while they are put there.
+  std::vector<std::uint32_t> end(s.nodes.size() + 1, 0);
+  for (const Crossing& c : found) ++end[c.line + 1];
+  for (std::size_t line = 0; line + 1 < end.size(); ++line) end[line + 1] += end[line];
+  std::vector<Crossing> crossings(found.size());
+  for (const Crossing& c : found) crossings[end[c.line]++] = c;
+  std::uint32_t begin = 0;
+  for (std::uint32_t line = 0; line + 1 < end.size(); begin = end[line++]) {
+    const std::span<Crossing> of(crossings.data() + begin, crossings.data() + end[line]);
+    std::sort(of.begin(), of.end(), [](const Crossing& a, const Crossing& b) {
       return a.at != b.at ? a.at < b.at : a.turn > b.turn;
     });
     int depth = 0;
     double from = 0.0;
-    for (const Crossing& c : crossings[i]) {
+    for (const Crossing& c : of) {
       if (depth == 0 && c.turn > 0) from = c.at;
-      if (depth == 1 && c.turn < 0) lines[i].push_back({to_units(from), to_units(c.at)});
+      if (depth == 1 && c.turn < 0) visit(line, Piece{to_units(from), to_units(c.at)});
       depth += c.turn;
     }
   }
 }
 
-void Dexels::fill(int stripe, const Mesh& shell) {
-  std::vector<std::vector<Piece>> lines;
-  insides(stripe, shell, lines);
-  for (std::size_t i = 0; i < lines.size(); ++i)
-    for (const Piece piece : lines[i]) add(stripes_[stripe], static_cast<std::uint32_t>(i), piece);
+void Dexels::fill(int stripe, const Mesh& shell, const std::vector<std::uint32_t>& facets) {
+  insides(stripe, shell, facets,
+          [&](std::uint32_t line, Piece piece) { add(stripes_[stripe], line, piece); });
 }
 
 void Dexels::fill(int stripe, const SweptBody& body) {
@@ -105,13 +140,14 @@ void Dexels::fill(int stripe, const SweptBody& body) {
   const double low = component(body.low, axis_), high = component(body.high, axis_);
   std::array<double, 3> d{};
   d[axis_] = 1.0;
-  const LineCutter cutter(body, {d[0], d[1], d[2]});
+  std::optional<LineCutter> cutter;
   for (int v = r.v0; v <= r.v1; ++v) {
     for (int u = r.u0; u <= r.u1; ++u) {
       const auto line = static_cast<std::uint32_t>((v - s.first) * lines_u_ + u);
       const Piece first = s.nodes[line].piece;
       if (first.low * kUnit <= low && first.high * kUnit >= high) continue;
-      if (const auto inside = cutter(origin(u, v), low, high))
+      if (!cutter) cutter.emplace(body, Vec3{d[0], d[1], d[2]});
+      if (const auto inside = (*cutter)(origin(u, v), low, high))
         add(s, line, {to_units(inside->enter), to_units(inside->leave)});
     }
   }
@@ -126,34 +162,30 @@ void Dexels::fill(int stripe, const Box& box) {
           {to_units(component(box.min, axis_)), to_units(component(box.max, axis_))});
 }
 
-Dexels::Lack Dexels::missing(int stripe, const Mesh& shell, double slack) const {
-  std::vector<std::vector<Piece>> lines;
-  insides(stripe, shell, lines);
+Dexels::Lack Dexels::missing(int stripe, const Mesh& shell, const std::vector<std::uint32_t>& facets,
+                             double slack) const {
   Lack most;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    for (const Piece wanted : lines[i]) {
-      // What no piece of material covers, from below upwards.
-      std::int32_t from = wanted.low;
-      const auto lack = [&](std::int32_t to) {
-        const double gap = (static_cast<double>(to) - from) * kUnit;
-        if (gap <= std::max(slack, most.length)) return;
-        const int u = static_cast<int>(i) % lines_u_,
-                  v = static_cast<int>(i) / lines_u_ + stripes_[stripe].first;
-        const Point<Part> foot = origin(u, v);
-        std::array<double, 3> p{foot.x, foot.y, foot.z};
-        p[axis_] = 0.5 * kUnit * (static_cast<double>(from) + to);
-        most = {gap, {p[0], p[1], p[2]}};
-      };
-      for (auto at = static_cast<std::uint32_t>(i); at != kNone; at = node(stripe, at).next) {
-        const Piece piece = node(stripe, at).piece;
-        if (piece.low >= piece.high || piece.high <= from) continue;
-        if (piece.low >= wanted.high) break;
-        if (piece.low > from) lack(piece.low);
-        from = std::max(from, piece.high);
-      }
-      if (from < wanted.high) lack(wanted.high);
+  insides(stripe, shell, facets, [&](std::uint32_t line, Piece wanted) {
+    // What no piece of material covers, from below upwards.
+    std::int32_t from = wanted.low;
+    const auto lack = [&](std::int32_t to) {
+      const double gap = (static_cast<double>(to) - from) * kUnit;
+      if (gap <= std::max(slack, most.length)) return;
+      const int at = static_cast<int>(line);
+      const Point<Part> foot = origin(at % lines_u_, at / lines_u_ + stripes_[stripe].first);
+      std::array<double, 3> p{foot.x, foot.y, foot.z};
+      p[axis_] = 0.5 * kUnit * (static_cast<double>(from) + to);
+      most = {gap, {p[0], p[1], p[2]}};
+    };
+    for (std::uint32_t at = line; at != kNone; at = node(stripe, at).next) {
+      const Piece piece = node(stripe, at).piece;
+      if (piece.low >= piece.high || piece.high <= from) continue;
+      if (piece.low >= wanted.high) break;
+      if (piece.low > from) lack(piece.low);
+      from = std::max(from, piece.high);
     }
-  }
+    if (from < wanted.high) lack(wanted.high);
+  });
   return most;
 }
 
@@ -178,11 +210,6 @@ void Dexels::fill(int stripe, const Prism& prism) {
         add(s, static_cast<std::uint32_t>((v - s.first) * lines_u_ + u), {to_units(enter), to_units(leave)});
     }
   }
-}
-
-bool Dexels::reaches(int stripe, const SweptBody& body) const {
-  const Range r = range(body.low, body.high, stripes_[stripe]);
-  return r.u0 <= r.u1 && r.v0 <= r.v1;
 }
 
 }  // namespace tiltfeed::sim

@@ -43,18 +43,24 @@ class Offset {
     }
   }
 
-  void fill(Dexels& dexels, int stripe) const {
-    dexels.fill(stripe, mesh_);
-    for (const auto& f : mesh_.facets) {
-      const std::array<Point<Part>, 3> p{mesh_.vertices[f[0]], mesh_.vertices[f[1]], mesh_.vertices[f[2]]};
-      if (dexels.reaches(stripe,
-                         SweptBody::round(p[0], p[1] - p[0], p[2] - p[0], margin_, ToolPart::kCutter)))
-        dexels.fill(stripe, prism(p, margin_));
+  /// What a stripe is filled with, as numbers.
+  struct Near {
+    std::vector<std::vector<std::uint32_t>> facets, edges;  ///< by stripe
+  };
+  Near near(const Dexels& dexels) const {
+    return {dexels.by_stripe(mesh_, margin_), dexels.by_stripe(edges_.size(), [&](std::uint32_t edge) {
+              const SweptBody body = capsule(edge);
+              return std::pair{body.low, body.high};
+            })};
+  }
+
+  void fill(Dexels& dexels, int stripe, const Near& near) const {
+    dexels.fill(stripe, mesh_, near.facets[stripe]);
+    for (const std::uint32_t facet : near.facets[stripe]) {
+      const auto& [a, b, c] = mesh_.facets[facet];
+      dexels.fill(stripe, prism({mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c]}, margin_));
     }
-    for (const auto& [from, to] : edges_) {
-      const Point<Part> p = mesh_.vertices[from];
-      dexels.fill(stripe, SweptBody::round(p, {}, mesh_.vertices[to] - p, margin_, ToolPart::kCutter));
-    }
+    for (const std::uint32_t edge : near.edges[stripe]) dexels.fill(stripe, capsule(edge));
   }
 
  private:
@@ -66,6 +72,11 @@ class Offset {
     for (const std::uint32_t v : mesh_.facets[b])
       if (v != low && v != high) return dot(mesh_.vertices[v] - mesh_.vertices[low], n) < 0.0;
     return false;
+  }
+
+  SweptBody capsule(std::uint32_t edge) const {
+    const Point<Part> from = mesh_.vertices[edges_[edge][0]], to = mesh_.vertices[edges_[edge][1]];
+    return SweptBody::round(from, {}, to - from, margin_, ToolPart::kCutter);
   }
 
   const Mesh& mesh_;
@@ -112,11 +123,17 @@ struct Filling {
   Revolved solid = Revolved::from_rims({{1.0, 0.0}, {1.0, 1.0}});
   std::optional<SweptBody> round;
 
-  void fill(Dexels& dexels, int stripe) const {
+  /// Of what is laid out for these lines.
+  Offset::Near near(const Dexels& dexels) const {
+    if (offset) return offset->near(dexels);
+    if (shell) return {dexels.by_stripe(shell->mesh, 0.0), {}};
+    return {};
+  }
+  void fill(Dexels& dexels, int stripe, const Offset::Near& near) const {
     if (offset)
-      offset->fill(dexels, stripe);
+      offset->fill(dexels, stripe, near);
     else if (shell)
-      dexels.fill(stripe, shell->mesh);
+      dexels.fill(stripe, shell->mesh, near.facets[stripe]);
     else if (round)
       dexels.fill(stripe, *round);
     else
@@ -169,9 +186,12 @@ Result<void> check_cover(const Stock& stock, const StockShape& shape, const Chec
     if (out > kCoverSlack) return outside(out, p);
   }
   std::vector<Dexels::Lack> lacks(stock.bundles.size() * Dexels::kStripes);
+  std::vector<std::vector<std::vector<std::uint32_t>>> facets;  // by bundle and stripe
+  for (const Dexels& bundle : stock.bundles) facets.push_back(bundle.by_stripe(part.mesh, 0.0));
   in_parallel(lacks.size(), threads, [&](std::size_t i) {
-    lacks[i] = stock.bundles[i / Dexels::kStripes].missing(static_cast<int>(i) % Dexels::kStripes, part.mesh,
-                                                           kCoverSlack);
+    const std::size_t bundle = i / Dexels::kStripes, stripe = i % Dexels::kStripes;
+    lacks[i] = stock.bundles[bundle].missing(static_cast<int>(stripe), part.mesh, facets[bundle][stripe],
+                                             kCoverSlack);
   });
   const auto most = std::max_element(lacks.begin(), lacks.end(),
                                      [](const auto& a, const auto& b) { return a.length < b.length; });
@@ -256,8 +276,11 @@ Result<Stock> make_stock(const StockShape& shape, const CheckedMesh& part, const
   if (auto fits = check_memory(filling.box, cell, axes); !fits) return tl::unexpected(fits.error());
   Stock stock{{}, filling.box, cell};
   for (const int axis : axes) stock.bundles.emplace_back(axis, filling.box, cell);
+  std::vector<Offset::Near> near(stock.bundles.size());
+  in_parallel(near.size(), threads, [&](std::size_t i) { near[i] = filling.near(stock.bundles[i]); });
   in_parallel(stock.bundles.size() * Dexels::kStripes, threads, [&](std::size_t i) {
-    filling.fill(stock.bundles[i / Dexels::kStripes], static_cast<int>(i) % Dexels::kStripes);
+    const std::size_t bundle = i / Dexels::kStripes;
+    filling.fill(stock.bundles[bundle], static_cast<int>(i) % Dexels::kStripes, near[bundle]);
   });
   if (auto held = check_cover(stock, shape, part, threads); !held) return tl::unexpected(held.error());
   return stock;

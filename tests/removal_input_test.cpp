@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <sstream>
 
+#include "sim/distance.h"
 #include "sim/forward.h"
 #include "sim/simulate_command.h"
 #include "tests/plate_program.h"
@@ -110,6 +114,68 @@ TEST(RemovalInput, StockTexts) {
   EXPECT_EQ(parse_stock("cylinder:1.5")->margin, 1.5);
   for (const char* bad : {"offset", "offset:", "offset:-1", "box:x", "cylinder:1mm", "absent.stl", ""})
     EXPECT_EQ(parse_stock(bad).error().code, Code::kUsage) << bad;
+}
+
+/// An L and a box beside it, both leaning: edges that are convex and one that is not, a narrow gap.
+CheckedMesh leaning_part() {
+  const std::array<std::array<double, 2>, 6> outline{{{0, 0}, {20, 0}, {20, 6}, {7, 6}, {7, 15}, {0, 15}}};
+  Mesh mesh = box_mesh({{Vec3{9.5, 8.5, 1}, Vec3{19, 14, 9}}});
+  const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (const double z : {0.0, 8.0})
+    for (const auto& [x, y] : outline) mesh.vertices.push_back({x, y, z});
+  for (const auto& [a, b, c] : {std::array<std::uint32_t, 3>{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}) {
+    mesh.facets.push_back({base + a, base + c, base + b});
+    mesh.facets.push_back({base + 6 + a, base + 6 + b, base + 6 + c});
+  }
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    const std::uint32_t next = (i + 1) % 6;
+    mesh.facets.push_back({base + i, base + next, base + 6 + next});
+    mesh.facets.push_back({base + i, base + 6 + next, base + 6 + i});
+  }
+  mesh.source.assign(mesh.facets.size(), 0);
+  const Rotation lean = rotation_about(normalized({1, 2, 0.5}), 0.4);
+  for (Point<Part>& p : mesh.vertices) p = Point<Part>{} + lean * from_origin(p);
+  return checked(mesh);
+}
+
+TEST(RemovalInput, OffsetStockIsWhatIsWithinItsMarginOfThePart) {
+  const Job job = make_job();
+  const CheckedMesh part = leaning_part();
+  const PartDistance distance(part.mesh);
+  constexpr double kMargin = 1.3, kCell = 0.7, kStep = 0.31;
+  const auto stock = make_stock({StockKind::kOffset, kMargin, {}}, part, job, kCell, 2);
+  ASSERT_TRUE(stock);
+  const Vec3 low = from_origin(stock->box.min), high = from_origin(stock->box.max);
+  for (const Dexels& bundle : stock->bundles) {
+    // By the foot of the line.
+    std::map<std::array<double, 3>, std::vector<std::array<double, 2>>> pieces;
+    for (int stripe = 0; stripe < Dexels::kStripes; ++stripe)
+      bundle.each(stripe, [&](Point<Part> foot, double from, double to) {
+        pieces[{foot.x, foot.y, foot.z}].push_back({from, to});
+      });
+    const std::array<double, 3> least{low.x, low.y, low.z}, most{high.x, high.y, high.z};
+    const int along = bundle.axis(), u = (along + 1) % 3, v = (along + 2) % 3;
+    int inside = 0, wrong = 0;
+    for (int i = 0; least[u] + (i + 0.5) * kCell < most[u]; ++i) {
+      for (int j = 0; least[v] + (j + 0.5) * kCell < most[v]; ++j) {
+        std::array<double, 3> p{};
+        p[u] = least[u] + (i + 0.5) * kCell, p[v] = least[v] + (j + 0.5) * kCell;
+        const auto& of_line = pieces[p];
+        for (p[along] = least[along]; p[along] < most[along]; p[along] += kStep) {
+          const Point<Part> at{p[0], p[1], p[2]};
+          const double off = distance.nearest(at).value;
+          if (std::abs(off - kMargin) < 1e-3) continue;
+          const bool expected = off < kMargin || distance.winding_number(at) > 0.5;
+          const bool is = std::any_of(of_line.begin(), of_line.end(), [&](const auto& piece) {
+            return piece[0] < p[along] && p[along] < piece[1];
+          });
+          inside += is, wrong += is != expected;
+        }
+      }
+    }
+    EXPECT_EQ(wrong, 0) << along;
+    EXPECT_GT(inside, 10000) << along;
+  }
 }
 
 TEST(RemovalInput, StockThatDoesNotHoldThePart) {
