@@ -47,7 +47,9 @@ Result<DryRun> dry_run(const std::vector<Block>& program, const std::string& nam
 
 ReferenceRun::ReferenceRun(const MachineModel& machine, const Setup& setup, MotionOptions options)
     : motion_(
-          machine, setup, kFarAhead, [](const TraceRow&) {}, far_sighted(options)) {}
+          machine, setup, kFarAhead, [](const TraceRow&) {}, far_sighted(options)) {
+  motion_.without_poses();
+}
 
 void ReferenceRun::take(const TraceRow& row) {
   while (motion_.free_slots() == 0) step(motion_);

@@ -60,6 +60,7 @@ Result<ExecutedPath> execute_program(const std::vector<Block>& program, const st
   Motion motion(
       machine, setup, std::max(kSlots, options.look_ahead), [&](const TraceRow& row) { collector.take(row); },
       options);
+  motion.without_poses();
   const auto run_until_free = [&](std::size_t slots) {
     while (motion.free_slots() < slots) {
       if (motion.held()) motion.resume();  // M0 waits for the operator, who is not part of the time

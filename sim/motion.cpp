@@ -30,6 +30,7 @@ std::optional<std::string> outside_travel(char letter, double value, double min,
 
 Motion::Motion(MachineModel machine, Setup setup, std::size_t slots, Sink sink, MotionOptions options)
     : machine_(std::move(machine)),
+      limits_(machine_),
       chain_(machine_, setup),
       slots_(slots),
       sink_(std::move(sink)),
@@ -46,7 +47,7 @@ void Motion::push(const Block& block) {
   assert(free_slots() > 0);
   if (queue_.empty() && in_program_ && !held_) totals_.starved += now_ - idle_since_;
   queue_.push_back(
-      make_path_block(block, last_, queue_.empty() ? nullptr : &queue_.back(), machine_, options_));
+      make_path_block(block, last_, queue_.empty() ? nullptr : &queue_.back(), limits_, options_));
   apply_overrides(queue_.back(), feed_override_, rapid_override_);
   if (!queue_.back().stands) last_ = block.target;
   look_ahead();
@@ -249,15 +250,18 @@ void Motion::switch_accessories(const Block& command) {
 
 void Motion::finish() {
   account();
-  const PathBlock block = queue_.front();
-  const Block& command = block.command;
+  TraceRow row;
+  row.command = queue_.front().command;
+  const bool stands = queue_.front().stands;
+  const double length = queue_.front().length;
   queue_.pop_front();
   --planned_;
   running_ = halts_ = false;
   peaks_.raise(profile_.peaks(profile_.seconds()));
   speed_ = queue_.empty() ? 0.0 : profile_.end().v;
-  if (!block.stands) at_ = command.target;
-  ++totals_.blocks;
+  const Block& command = row.command;
+  if (!stands) at_ = command.target;
+  row.block = ++totals_.blocks;
   idle_since_ = now_;
   if (command.op == Op::kMCode) {
     switch_accessories(command);
@@ -266,11 +270,12 @@ void Motion::finish() {
       ++totals_.programs;
     }
   }
-  TraceRow row{totals_.blocks, command, start_, now_, chain_(at_)};
+  row.start = start_, row.end = now_;
   row.command.target = at_;
-  if (!block.stands && block.length > 0.0) {
-    row.peak_rate = peaks_.speed / block.length;
-    row.peak_acceleration = peaks_.acceleration / block.length;
+  if (poses_) row.pose = chain_(at_);
+  if (!stands && length > 0.0) {
+    row.peak_rate = peaks_.speed / length;
+    row.peak_acceleration = peaks_.acceleration / length;
   }
   if (command.op == Op::kMCode && command.m_code == 0) hold();
   if (held_ && speed_ == 0.0) standing_ = true;

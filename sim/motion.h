@@ -44,6 +44,12 @@ class Motion {
   /// Axes start at zero, or at the limit nearest to it. Requires: slots >= 1.
   Motion(MachineModel machine, Setup setup, std::size_t slots, Sink sink, MotionOptions options = {});
 
+  /// The rows' poses stay at the origin, for sinks that do not ask for them.
+  Motion& without_poses() {
+    poses_ = false;
+    return *this;
+  }
+
   std::size_t slots() const { return slots_; }
   /// A slot is taken from push() to the block's end.
   std::size_t free_slots() const { return slots_ - queue_.size(); }
@@ -102,6 +108,7 @@ class Motion {
   double fraction() const;
 
   MachineModel machine_;
+  AxisLimits limits_;
   FrameChain chain_;
   std::size_t slots_;
   Sink sink_;
@@ -121,6 +128,7 @@ class Motion {
   Accessories accessories_;
   int feed_override_ = 100, rapid_override_ = 100;
   bool running_ = false, held_ = false, standing_ = false, in_program_ = false;
+  bool poses_ = true;
   bool halts_ = false;  ///< profile_ ends at rest inside the block
   MotionTotals totals_;
 };

@@ -12,20 +12,6 @@ constexpr std::size_t kFirstRotary = 3;
 // A limit of zero states none.
 double limit_of(double stated) { return stated > 0.0 ? stated : kUnlimited; }
 
-struct AxisLimits {
-  AxisVector velocity, acceleration, jerk;  ///< per minute, per s^2, per s^3
-};
-
-AxisLimits limits_of(const MachineModel& m) {
-  const auto row = [&](auto of) {
-    return AxisVector{limit_of(of(m.x)), limit_of(of(m.y)), limit_of(of(m.z)), limit_of(of(m.tilt)),
-                      limit_of(of(m.rotary))};
-  };
-  return {row([](const auto& axis) { return axis.velocity; }),
-          row([](const auto& axis) { return axis.acceleration; }),
-          row([](const auto& axis) { return axis.jerk; })};
-}
-
 double norm(const AxisVector& v, std::size_t first, std::size_t end) {
   double sum = 0.0;
   for (std::size_t i = first; i < end; ++i) sum += v[i] * v[i];
@@ -48,7 +34,7 @@ void measure(const AxisVector& way, const AxisLimits& limits, PathBlock& block) 
     block.direction[i] /= block.length;
     const double share = std::abs(block.direction[i]);
     most = std::max(most, share);
-    if (share > 0.0)
+    if (share > 0.0 && limits.jerk[i] < kUnlimited)
       block.limits.jerk = std::min(block.limits.jerk, limits.jerk[i] / limits.acceleration[i] / share);
   }
   block.limits.acceleration = 1.0 / most;
@@ -66,7 +52,17 @@ double corner_speed(const PathBlock& before, const PathBlock& block, const Motio
   return std::min(options.corner_time / turn, std::sqrt((before.length + block.length) / (2.0 * turn)));
 }
 
+AxisVector row(const MachineModel& m, auto of) {
+  return {limit_of(of(m.x)), limit_of(of(m.y)), limit_of(of(m.z)), limit_of(of(m.tilt)),
+          limit_of(of(m.rotary))};
+}
+
 }  // namespace
+
+AxisLimits::AxisLimits(const MachineModel& m)
+    : velocity(row(m, [](const auto& axis) { return axis.velocity; })),
+      acceleration(row(m, [](const auto& axis) { return axis.acceleration; })),
+      jerk(row(m, [](const auto& axis) { return axis.jerk; })) {}
 
 double programmed_seconds(const Block& command, const AxisVector& way, const MotionOptions& options) {
   if (command.op == Op::kDwell) return command.feed;
@@ -80,7 +76,7 @@ double programmed_seconds(const Block& command, const AxisVector& way, const Mot
 AxisVector axes_of(const Joints& joints) { return {joints.x, joints.y, joints.z, joints.a, joints.c}; }
 
 PathBlock make_path_block(const Block& command, const Joints& from, const PathBlock* before,
-                          const MachineModel& machine, const MotionOptions& options) {
+                          const AxisLimits& limits, const MotionOptions& options) {
   PathBlock block;
   block.command = command;
   block.stands = command.op == Op::kDwell || command.op == Op::kMCode;
@@ -102,7 +98,7 @@ PathBlock make_path_block(const Block& command, const Joints& from, const PathBl
   }
   block.turns = way[3] != 0.0 || way[4] != 0.0;
   block.programmed = programmed_seconds(command, way, options);
-  measure(way, limits_of(machine), block);
+  measure(way, limits, block);
   if (before != nullptr) block.corner = corner_speed(*before, block, options);
   return block;
 }

@@ -16,6 +16,12 @@ using AxisVector = std::array<double, 5>;  ///< X Y Z, tilt, rotary
 
 AxisVector axes_of(const Joints& joints);
 
+/// What a machine's axes can do; kUnlimited where nothing is stated.
+struct AxisLimits {
+  explicit AxisLimits(const MachineModel& machine);
+  AxisVector velocity, acceleration, jerk;  ///< per minute, per s^2, per s^3
+};
+
 /// One queued block. Speeds are along the block's own measure (M1): its length per second.
 struct PathBlock {
   Block command;
@@ -33,7 +39,7 @@ struct PathBlock {
 
 /// The block from `from`; `before`: the one queued before it, nullptr when the machine will stand.
 PathBlock make_path_block(const Block& command, const Joints& from, const PathBlock* before,
-                          const MachineModel& machine, const MotionOptions& options);
+                          const AxisLimits& limits, const MotionOptions& options);
 
 /// (M2) The seconds that a block asks for at 100 %, 0 for a rapid; `way`: of the axes.
 double programmed_seconds(const Block& command, const AxisVector& way, const MotionOptions& options);

@@ -213,6 +213,7 @@ SpeedProfile SpeedProfile::halt(const PathState& from, const PathLimits& limits)
 }
 
 PathState SpeedProfile::settled(const PathState& from, const PathLimits& limits) {
+  if (from.a == 0.0) return {from.s, std::max(0.0, from.v), 0.0};
   SpeedProfile profile;
   profile.end_ = from;
   profile.settle(limits);
