@@ -9,7 +9,6 @@
 namespace tiltfeed::sim {
 namespace {
 
-
 bool has_axes(const Words& words, char tilt, char rotary) {
   return words.has('X') || words.has('Y') || words.has('Z') || words.has(tilt) || words.has(rotary);
 }
@@ -108,13 +107,16 @@ Result<void> GcodeReader::read_line(std::string_view line, std::vector<Block>& b
     fault_ = bad->fault;
     return fail(Code::kInput, std::move(bad->message));
   };
-  if (Check bad = strip(line, text_)) return refuse(bad);
-  if (text_.empty() || text_ == "%") return {};
-
   Words words;
-  std::string_view rest = text_;
-  while (!rest.empty())
-    if (Check bad = take_word(rest, tilt_, rotary_, relative_known_, words)) return refuse(bad);
+  if (!take_plain_words(line, tilt_, rotary_, relative_known_, words)) {
+    words.clear();
+    if (Check bad = strip(line, text_)) return refuse(bad);
+    if (text_ == "%") return {};
+    std::string_view rest = text_;
+    while (!rest.empty())
+      if (Check bad = take_word(rest, tilt_, rotary_, relative_known_, words)) return refuse(bad);
+  }
+  if (words.empty()) return {};
 
   ModalState next = modal_;
   next.motion = motion_mode(words, modal_.motion);

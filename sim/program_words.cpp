@@ -91,10 +91,10 @@ Check take_code(char letter, double value, std::string_view rest, bool relative_
 Check take_value(char letter, double value, std::string_view rest, Words& words) {
   const std::uint32_t bit = 1U << (letter - 'A');
   if ((words.seen & bit) != 0) return mistake(Fault::kRepeatedWord, word_at(rest) + ": the letter twice");
-  const bool whole = value == std::floor(value);
-  if (letter == 'N' && (!whole || value < 0.0 || value > kLargestLineNumber))
+  const auto whole = [&] { return value == std::floor(value); };
+  if (letter == 'N' && (!whole() || value < 0.0 || value > kLargestLineNumber))
     return mistake(Fault::kLineNumber, word_at(rest) + ": line numbers are whole, 0 to 4294967295");
-  if (letter == 'T' && !whole) return mistake(Fault::kNotInteger, word_at(rest) + ": not a tool number");
+  if (letter == 'T' && !whole()) return mistake(Fault::kNotInteger, word_at(rest) + ": not a tool number");
   if (value < 0.0 && (letter == 'F' || letter == 'S' || letter == 'T' || letter == 'P'))
     return mistake(Fault::kNegative, word_at(rest) + ": must not be negative");
   words.seen |= bit;
@@ -102,7 +102,56 @@ Check take_value(char letter, double value, std::string_view rest, Words& words)
   return std::nullopt;
 }
 
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+bool is_code(char letter) { return letter == 'G' || letter == 'M'; }
+bool is_known(char letter, char tilt, char rotary) {
+  const bool axis = letter == 'X' || letter == 'Y' || letter == 'Z' || letter == tilt || letter == rotary;
+  return is_code(letter) || axis || letter == 'N' || letter == 'F' || letter == 'S' || letter == 'T' ||
+         letter == 'P';
+}
+
+// Whole numbers of so many digits and these powers are doubles without rounding, so their quotient is the
+// double nearest to the decimal fraction.
+constexpr std::ptrdiff_t kMostDigits = 15;
+constexpr std::array<double, kMostDigits + 1> kTens{1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                                    1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+
+/// The number at `at`, which goes to its end; nothing where it has no digits, or more than kMostDigits.
+std::optional<double> plain_number(const char*& at, const char* end) {
+  const bool negative = at != end && *at == '-';
+  if (negative) ++at;
+  std::uint64_t digits = 0;
+  const auto take_digits = [&] {
+    const char* const begin = at;
+    for (; at != end && is_digit(*at) && at - begin <= kMostDigits; ++at)
+      digits = digits * 10 + static_cast<std::uint64_t>(*at - '0');
+    return at - begin;
+  };
+  std::ptrdiff_t count = take_digits(), decimals = 0;
+  if (at != end && *at == '.') ++at, decimals = take_digits(), count += decimals;
+  if (count == 0 || count > kMostDigits) return std::nullopt;
+  const double value = static_cast<double>(digits) / kTens[static_cast<std::size_t>(decimals)];
+  return negative ? -value : value;
+}
+
 }  // namespace
+
+bool take_plain_words(std::string_view line, char tilt, char rotary, bool relative_known, Words& words) {
+  const char* at = line.data();
+  const char* const end = at + line.size();
+  while (true) {
+    while (at != end && is_blank(*at)) ++at;
+    if (at == end) return true;
+    const char letter = upper(*at++);
+    // After a number an E would be an exponent, even on a machine with an axis E.
+    if (!is_letter(letter) || letter == 'E' || !is_known(letter, tilt, rotary)) return false;
+    const auto value = plain_number(at, end);
+    if (!value) return false;
+    const Check bad = is_code(letter) ? take_code(letter, *value, line, relative_known, words)
+                                      : take_value(letter, *value, line, words);
+    if (bad) return false;
+  }
+}
 
 Check strip(std::string_view line, std::string& text) {
   text.clear();
@@ -116,7 +165,7 @@ Check strip(std::string_view line, std::string& text) {
     if (c == ';') break;
     if (c == '(') {
       in_comment = true;
-    } else if (c != ' ' && c != '\t' && c != '\r' && c != '\n') {
+    } else if (!is_blank(c)) {
       text.push_back(upper(c));
     }
   }
@@ -127,10 +176,7 @@ Check strip(std::string_view line, std::string& text) {
 Check take_word(std::string_view& rest, char tilt, char rotary, bool relative_known, Words& words) {
   const char letter = rest[0];
   if (!is_letter(letter)) return mistake(Fault::kNoLetter, word_at(rest) + ": a letter is expected");
-  const bool code = letter == 'G' || letter == 'M';
-  const bool axis = letter == 'X' || letter == 'Y' || letter == 'Z' || letter == tilt || letter == rotary;
-  const bool other = letter == 'N' || letter == 'F' || letter == 'S' || letter == 'T' || letter == 'P';
-  if (!code && !axis && !other)
+  if (!is_known(letter, tilt, rotary))
     return mistake(Fault::kUnsupported, word_at(rest) + ": this machine has no word " + letter);
   const char* first = rest.data() + 1;
   const char* const last = rest.data() + rest.size();
@@ -145,8 +191,8 @@ Check take_word(std::string_view& rest, char tilt, char rotary, bool relative_kn
   const bool exponent = end != last && *end == 'E';
   if (error != std::errc() || exponent || (end != last && !is_letter(*end)))
     return mistake(Fault::kBadNumber, word_at(rest) + ": the number is malformed (digits, one point, no E)");
-  Check bad =
-      code ? take_code(letter, value, rest, relative_known, words) : take_value(letter, value, rest, words);
+  Check bad = is_code(letter) ? take_code(letter, value, rest, relative_known, words)
+                              : take_value(letter, value, rest, words);
   rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
   return bad;
 }

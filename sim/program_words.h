@@ -1,6 +1,7 @@
 #pragma once
 // The words of a line of G-code: what they are, which go together, what is refused.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -45,15 +46,22 @@ inline constexpr int kRelative = 910;  ///< G91
 
 /// The words of one line. G codes are kept in tenths (G61.1 = 611).
 struct Words {
-  std::array<double, 26> value{};
-  std::uint32_t seen = 0;  ///< bit per letter
+  std::array<double, 26> value;  ///< of the letters that were seen
+  std::uint32_t seen;            ///< bit per letter
   std::array<int, kGroups> code;
 
-  Words() { code.fill(kAbsent); }
+  Words() { clear(); }
+  void clear() { seen = 0, code.fill(kAbsent); }
+  bool empty() const {
+    return seen == 0 && std::all_of(code.begin(), code.end(), [](int c) { return c == kAbsent; });
+  }
   bool has(char letter) const { return (seen >> (letter - 'A') & 1U) != 0; }
   double operator[](char letter) const { return value[static_cast<std::size_t>(letter - 'A')]; }
 };
 
+/// Most lines: takes the words of one that has no comment and no number of more digits than a double keeps.
+/// False: the line is another, or has a mistake; strip() and take_word() then say which.
+bool take_plain_words(std::string_view line, char tilt, char rotary, bool relative_known, Words& words);
 /// Drops blanks and comments, turns to upper case.
 Check strip(std::string_view line, std::string& text);
 /// The word at the begin of `rest`, which is taken off. `tilt` and `rotary` are the letters of those axes.
