@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "sim/forward.h"
 #include "sim/motion.h"
@@ -18,7 +20,9 @@ constexpr std::size_t kDirections = 2000;
 /// Takes rows in order, keeps the moves.
 class Collector {
  public:
-  explicit Collector(const MotionOptions& options) : options_(options) {}
+  Collector(const MotionOptions& options, std::size_t moves) : options_(options) {
+    path_.moves.reserve(moves);
+  }
   void take(const TraceRow& row) {
     end_ = row.end;
     const Op op = row.command.op;
@@ -35,7 +39,6 @@ class Collector {
                            programmed_seconds(row.command, way, options_), row.block, row.command.line,
                            op == Op::kRapid});
   }
-  void reserve(std::size_t moves) { path_.moves.reserve(moves); }
   Result<ExecutedPath> finish(const std::string& name) {
     if (path_.moves.empty())
       return fail(Code::kInput, name + ": no motion after its first block; is it the right file?");
@@ -44,7 +47,7 @@ class Collector {
   }
 
  private:
-  const MotionOptions& options_;
+  const MotionOptions options_;
   ExecutedPath path_;
   bool started_ = false;
   double begin_ = 0.0, end_ = 0.0;
@@ -52,39 +55,70 @@ class Collector {
 
 }  // namespace
 
-Result<ExecutedPath> execute_program(const std::vector<Block>& program, const std::string& name,
-                                     const MachineModel& machine, const Setup& setup,
-                                     const MotionOptions& options) {
-  Collector collector(options);
-  collector.reserve(program.size());
-  Motion motion(
-      machine, setup, std::max(kSlots, options.look_ahead), [&](const TraceRow& row) { collector.take(row); },
-      options);
-  motion.without_poses();
-  const auto run_until_free = [&](std::size_t slots) {
+struct ProgramRun::Parts {
+  std::string name, machine;
+  Collector collector;
+  Motion motion;
+  std::optional<Error> error;
+
+  Parts(std::string the_name, const MachineModel& model, const Setup& setup, const MotionOptions& options,
+        std::size_t expected)
+      : name(std::move(the_name)),
+        machine(model.name),
+        collector(options, expected),
+        motion(
+            model, setup, std::max(kSlots, options.look_ahead),
+            [this](const TraceRow& row) { collector.take(row); }, options) {
+    motion.without_poses();
+  }
+
+  void run_until_free(std::size_t slots) {
     while (motion.free_slots() < slots) {
       if (motion.held()) motion.resume();  // M0 waits for the operator, who is not part of the time
       const auto next = motion.next_event();
       if (!next) break;
       motion.advance(*next);
     }
-  };
-  for (const Block& block : program) {
-    if (block.op == Op::kRapid || block.op == Op::kFeed)
-      if (const auto outside = motion.outside(block.target))
-        return fail(Code::kLimit, name + ": line " + std::to_string(block.line) + ": " + *outside +
-                                      "; was the program posted for machine '" + machine.name + "'?");
-    run_until_free(1);
-    motion.push(block);
   }
-  run_until_free(motion.slots());
-  return collector.finish(name);
+};
+
+ProgramRun::ProgramRun(std::string name, const MachineModel& machine, const Setup& setup,
+                       const MotionOptions& options, std::size_t expected)
+    : parts_(std::make_unique<Parts>(std::move(name), machine, setup, options, expected)) {}
+
+ProgramRun::~ProgramRun() = default;
+
+void ProgramRun::take(const Block& block) {
+  Parts& p = *parts_;
+  if (p.error) return;
+  if (block.op == Op::kRapid || block.op == Op::kFeed) {
+    if (const auto outside = p.motion.outside(block.target)) {
+      p.error = Error{Code::kLimit, p.name + ": line " + std::to_string(block.line) + ": " + *outside +
+                                        "; was the program posted for machine '" + p.machine + "'?"};
+      return;
+    }
+  }
+  p.run_until_free(1);
+  p.motion.push(block);
+}
+
+Result<ExecutedPath> ProgramRun::finish() {
+  if (parts_->error) return tl::unexpected(*parts_->error);
+  parts_->run_until_free(parts_->motion.slots());
+  return parts_->collector.finish(parts_->name);
+}
+
+Result<ExecutedPath> execute_program(const std::vector<Block>& program, const std::string& name,
+                                     const MachineModel& machine, const Setup& setup,
+                                     const MotionOptions& options) {
+  ProgramRun run(name, machine, setup, options, program.size());
+  for (const Block& block : program) run.take(block);
+  return run.finish();
 }
 
 Result<ExecutedPath> executed_path(const std::vector<TraceRow>& trace, const std::string& name,
                                    const MotionOptions& options) {
-  Collector collector(options);
-  collector.reserve(trace.size());
+  Collector collector(options, trace.size());
   for (const TraceRow& row : trace) collector.take(row);
   return collector.finish(name);
 }

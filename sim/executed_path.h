@@ -3,6 +3,7 @@
 // A program and an executed trace become the same thing here.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -41,9 +42,24 @@ inline Joints between(const Joints& from, const Joints& to, double f) {
   return {mix(from.x, to.x), mix(from.y, to.y), mix(from.z, to.z), mix(from.a, to.a), mix(from.c, to.c)};
 }
 
-/// The program as the simulated axes (sim/motion.h) execute it when it is fed without delay;
-/// `options`: how its control plans speeds.
-/// Errors: kInput when it moves no axis; kLimit when a block leaves the machine's travel: `name`, line, axis.
+/// A program as the simulated axes (sim/motion.h) execute it when it is fed without delay, block by block;
+/// `options`: how its control plans speeds. `expected`: about how many blocks there will be; only saves time.
+class ProgramRun {
+ public:
+  ProgramRun(std::string name, const MachineModel& machine, const Setup& setup, const MotionOptions& options,
+             std::size_t expected);
+  ~ProgramRun();
+  /// After a block that leaves the machine's travel nothing more is executed.
+  void take(const Block& block);
+  /// Errors: kInput when it moved no axis; kLimit when a block left the travel: `name`, line, axis.
+  Result<ExecutedPath> finish();
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+/// All of a program. Errors: as ProgramRun.
 Result<ExecutedPath> execute_program(const std::vector<Block>& program, const std::string& name,
                                      const MachineModel& machine, const Setup& setup,
                                      const MotionOptions& options = {});

@@ -3,6 +3,7 @@
 // with the post that wrote the program. The words that it takes are listed in sim/README.md.
 
 #include <cstdint>
+#include <functional>
 #include <istream>
 #include <string>
 #include <string_view>
@@ -109,7 +110,11 @@ class GcodeReader {
 /// Where a rotary that stands at `at` (degrees, turns counted) goes when the control reads `word`.
 double turned_to(RotaryWord counting, double word, double at);
 
-/// A whole program, up to M2, M30, the closing % or the end of the text. Errors: kInput with `name`:line.
+/// A whole program, up to M2, M30, the closing % or the end of the text; the stream may be left beyond it.
+/// Calls take(block) as they are read. Errors: kInput with `name`:line; kIo.
+Result<void> read_program(std::istream& in, const std::string& name, GcodeReader reader,
+                          const std::function<void(const Block&)>& take);
+/// All of its blocks.
 Result<std::vector<Block>> read_program(std::istream& in, const std::string& name, GcodeReader reader);
 Result<std::vector<Block>> read_program(std::istream& in, const std::string& name, char tilt_letter,
                                         char rotary_letter);

@@ -96,22 +96,25 @@ Result<void> check_header(const ProgramHeader& header, const Job& job, const std
   return {};
 }
 
-Result<void> check_tool(const std::vector<Block>& program, const Job& job, const std::string& name) {
+Result<void> check_tool(const Block& block, const Job& job, const std::string& name) {
   const int wanted = job.program.tool;
-  for (const Block& block : program) {
-    const bool feed = block.op == Op::kFeed;
-    if ((!feed && block.op != Op::kRapid) || block.tool == kToolNotSaid || block.tool == wanted) continue;
-    if (block.tool == 0 && !feed) continue;
-    const std::string place =
-        name + ": line " + std::to_string(block.line) + " moves with tool T" + std::to_string(block.tool);
-    if (wanted == 0)
-      return fail(Code::kInput, place + ", and " + job.path +
-                                    " does not say which tool of the magazine its cutter is: state " +
-                                    "program.tool there, if it is this one");
-    return fail(Code::kInput, place + ", and " + job.path + " has the cutter of tool " +
-                                  std::to_string(wanted) +
-                                  " (program.tool): verify it with the job of that tool, one tool a program");
-  }
+  const bool feed = block.op == Op::kFeed;
+  if ((!feed && block.op != Op::kRapid) || block.tool == kToolNotSaid || block.tool == wanted) return {};
+  if (block.tool == 0 && !feed) return {};
+  const std::string place =
+      name + ": line " + std::to_string(block.line) + " moves with tool T" + std::to_string(block.tool);
+  if (wanted == 0)
+    return fail(Code::kInput, place + ", and " + job.path +
+                                  " does not say which tool of the magazine its cutter is: state " +
+                                  "program.tool there, if it is this one");
+  return fail(Code::kInput, place + ", and " + job.path + " has the cutter of tool " +
+                                std::to_string(wanted) +
+                                " (program.tool): verify it with the job of that tool, one tool a program");
+}
+
+Result<void> check_tool(const std::vector<Block>& program, const Job& job, const std::string& name) {
+  for (const Block& block : program)
+    if (auto fits = check_tool(block, job, name); !fits) return fits;
   return {};
 }
 

@@ -30,6 +30,8 @@ namespace tiltfeed::sim {
 namespace {
 
 constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
+// A line of a program is hardly shorter: a header that states more blocks is wrong.
+constexpr std::uint64_t kBytesPerBlock = 8;
 constexpr double kFinest = 1e-3, kCoarsest = 50.0;
 // Without --resolution: a tenth of the cutter, and so many cells along the part's longest side at most.
 constexpr double kCellsPerDiameter = 10.0, kCellsPerSide = 1500.0;
@@ -88,6 +90,28 @@ Moves moves_of(const SimulateOptions& o) {
   return {Source::kCanon, o.canon};
 }
 
+/// Executes the program as it is read, which no memory for all of its blocks is needed for.
+Result<ExecutedPath> read_and_execute(std::ifstream& in, const std::string& name, const Job& job,
+                                      ProgramHeader& header) {
+  header = read_program_header(in);
+  if (auto fits = check_header(header, job, name); !fits) return tl::unexpected(fits.error());
+  in.clear();
+  const auto size =
+      static_cast<std::uint64_t>(std::max<std::streamoff>(0, in.seekg(0, std::ios::end).tellg()));
+  in.seekg(0);
+  const std::uint64_t expected = std::min(header.blocks.value_or(0), size / kBytesPerBlock);
+  ProgramRun run(name, job.machine.model, job.setup, motion_options(job.machine), expected);
+  Result<void> fits;
+  const auto read = read_program(in, name, GcodeReader(job.machine.model), [&](const Block& block) {
+    if (fits) fits = check_tool(block, job, name);
+    if (fits) run.take(block);
+  });
+  // What cannot be read comes before what does not fit, wherever it is.
+  if (!read) return tl::unexpected(read.error());
+  if (!fits) return tl::unexpected(fits.error());
+  return run.finish();
+}
+
 /// Reads the moves.
 Result<ExecutedPath> read_path(const SimulateOptions& options, const Job& job, ProgramHeader& header) {
   const auto [kind, name] = moves_of(options);
@@ -106,14 +130,7 @@ Result<ExecutedPath> read_path(const SimulateOptions& options, const Job& job, P
     if (auto fits = check_trace(*trace, job, name); !fits) return tl::unexpected(fits.error());
     return executed_path(*trace, name, motion_options(job.machine));
   }
-  header = read_program_header(in);
-  if (auto fits = check_header(header, job, name); !fits) return tl::unexpected(fits.error());
-  in.clear();
-  in.seekg(0);
-  const auto program = read_program(in, name, GcodeReader(machine));
-  if (!program) return tl::unexpected(program.error());
-  if (auto fits = check_tool(*program, job, name); !fits) return tl::unexpected(fits.error());
-  return execute_program(*program, name, machine, job.setup, motion_options(job.machine));
+  return read_and_execute(in, name, job, header);
 }
 
 Result<void> check_probes(const CheckedMesh& part, double spacing) {

@@ -74,6 +74,28 @@ class RemovalRefusal : public testing::Test {
   }
 };
 
+// A program is executed while it is read; what is said first is not what is met first.
+TEST_F(RemovalRefusal, WhatCannotBeReadIsSaidBeforeWhatDoesNotFit) {
+  const std::string far = "G1 X5000 F800\n", other_tool = "T7 M6\nG1 X2 F800\n", arc = "G2 X3\n",
+                    end = "M2\n";
+  const auto said = [&](const std::string& text) {
+    write("bad.nc", kHead + text);
+    SimulateOptions options;
+    options.program = folder() + "/bad.nc";
+    const Said result = verify(options);
+    EXPECT_EQ(result.status, 1) << text;
+    EXPECT_FALSE(result.worked) << text;
+    return result.error;
+  };
+  const std::string name = folder() + "/bad.nc";
+  EXPECT_NE(said(far + other_tool + arc + end).find(name + ":8: "), std::string::npos);
+  EXPECT_NE(said(other_tool + far + arc + end).find(name + ":8: "), std::string::npos);
+  EXPECT_NE(said(far + other_tool + end).find("line 7 moves with tool T7"), std::string::npos);
+  EXPECT_NE(said(other_tool + far + end).find("line 6 moves with tool T7"), std::string::npos);
+  EXPECT_NE(said(far + "G1 X6000\n" + end).find("line 5: X 5000"), std::string::npos);
+  EXPECT_NE(said("G1 Z19.9 F800\nG2\nG3\n").find(name + ":6: 'G2'"), std::string::npos);
+}
+
 TEST_F(RemovalRefusal, WhatIsRightIsJudged) {
   SimulateOptions options;
   options.program = folder() + "/good.nc", options.stock = folder() + "/large.stl";

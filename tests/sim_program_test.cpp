@@ -9,8 +9,6 @@
 #include <cstdio>
 #include <random>
 #include <sstream>
-#include <string_view>
-#include <tuple>
 
 #include "sim/trace.h"
 
@@ -263,56 +261,6 @@ TEST(SimProgram, AnyBytesGiveAnErrorOrABlock) {
     for (const Block& block : *blocks) EXPECT_TRUE(std::isfinite(block.target.x)) << line;
   }
   EXPECT_GT(refused, 100000);
-}
-
-/// Words of all kinds, right and wrong ones, some with more digits than a double keeps.
-std::string random_line(std::mt19937& random) {
-  const auto pick = [&](std::string_view of) { return of[random() % of.size()]; };
-  std::string line;
-  for (int words = static_cast<int>(random() % 7); words > 0; --words) {
-    line += pick("XYZACFXYZACFGGGMNSTPxyacfgEBQ");
-    if (random() % 20 == 0) line += pick(" \t+");
-    if (random() % 3 == 0) line += '-';
-    const std::size_t whole = random() % 5, decimals = random() % 6;
-    const std::size_t more = random() % 10 == 0 ? 5 + random() % 3 : 0;
-    for (std::size_t i = 0; i < whole + more; ++i) line += pick("0123456789");
-    if (random() % 3 != 0) line += '.';
-    for (std::size_t i = 0; i < decimals + more; ++i) line += pick("0123456789");
-    if (random() % 30 == 0) line += pick(".-+eE(%$0");
-    if (random() % 4 == 0) line += pick(" \t\r");
-  }
-  return line;
-}
-
-// A comment sends a line the long way, by from_chars.
-TEST(SimProgram, PlainLinesAreReadAsThoseWithAComment) {
-  std::mt19937 random(21);
-  for (const char axis : {'A', 'E'}) {
-    GcodeReader plain = GcodeReader(axis, 'C').with_relative(),
-                commented = GcodeReader(axis, 'C').with_relative();
-    int good = 0;
-    for (int i = 0; i < 100000; ++i) {
-      const std::string line = i % 50 == 0 ? "G94 G1 X1 F2" : random_line(random);
-      const auto a = plain.read_line(line), b = commented.read_line(line + ";");
-      ASSERT_EQ(a.has_value(), b.has_value()) << line;
-      if (!a) {
-        ASSERT_EQ(a.error().message, b.error().message) << line;
-        ASSERT_EQ(plain.fault(), commented.fault()) << line;
-        continue;
-      }
-      ASSERT_EQ(a->size(), b->size()) << line;
-      for (std::size_t k = 0; k < a->size(); ++k) {
-        const Block &p = (*a)[k], &q = (*b)[k];
-        ASSERT_EQ(p.target, q.target) << line;
-        ASSERT_EQ(std::signbit(p.target.x), std::signbit(q.target.x)) << line;
-        ASSERT_EQ(std::tie(p.op, p.feed, p.inverse_time, p.exact_stop, p.m_code, p.spindle, p.line, p.tool),
-                  std::tie(q.op, q.feed, q.inverse_time, q.exact_stop, q.m_code, q.spindle, q.line, q.tool))
-            << line;
-      }
-      ++good;
-    }
-    EXPECT_GT(good, 10000);
-  }
 }
 
 TEST(SimProgram, AMillionLinesInSeconds) {
