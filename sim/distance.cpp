@@ -31,25 +31,25 @@ struct Bounds {
   }
 };
 
-/// Marks, for each triangle, the edges and corners that no triangle before it has.
-void share_out(const Mesh& mesh, std::vector<Triangle>& triangles) {
+/// Triangle::owned of each facet: the edges and corners that no facet before it has.
+std::vector<std::uint8_t> share_out(const Mesh& mesh) {
+  std::vector<std::uint8_t> owned(mesh.facets.size(), 0);
   std::vector<bool> corner_taken(mesh.vertices.size(), false);
   for (std::uint32_t i = 0; i < mesh.facets.size(); ++i) {
-    triangles[i].owned = 0;
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t from = mesh.facets[i][k];
       if (corner_taken[from]) continue;
       corner_taken[from] = true;
-      triangles[i].owned = static_cast<std::uint8_t>(triangles[i].owned | 8u << k);
+      owned[i] = static_cast<std::uint8_t>(owned[i] | 8u << k);
     }
   }
   const std::vector<HalfEdge> halves = half_edges(mesh.facets, mesh.vertices.size());
   for (std::size_t e = 0; e < halves.size(); ++e) {
     const HalfEdge& half = halves[e];
     if (e > 0 && halves[e - 1].low == half.low && halves[e - 1].high == half.high) continue;
-    Triangle& owner = triangles[half.facet];
-    owner.owned = static_cast<std::uint8_t>(owner.owned | 1u << half.side);
+    owned[half.facet] = static_cast<std::uint8_t>(owned[half.facet] | 1u << half.side);
   }
+  return owned;
 }
 
 /// Lower bound of the distance between a box and a segment: along the coordinate axes, and along the line
@@ -173,25 +173,25 @@ struct PartDistance::Build {
 
 PartDistance::PartDistance(const Mesh& mesh) {
   const auto count = static_cast<std::uint32_t>(mesh.facets.size());
-  std::vector<Triangle> made(count);
+  if (count == 0) return;
   Build build{*this, std::vector<Bounds>(count), std::vector<Vec3>(count), std::vector<std::uint32_t>(count)};
   for (std::uint32_t i = 0; i < count; ++i) {
-    const auto& f = mesh.facets[i];
-    made[i] = make_triangle(mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]], i);
-    for (const std::uint32_t corner : f) build.boxes[i].add(from_origin(mesh.vertices[corner]));
+    for (const std::uint32_t corner : mesh.facets[i]) build.boxes[i].add(from_origin(mesh.vertices[corner]));
     build.centres[i] = (build.boxes[i].low + build.boxes[i].high) * 0.5;
   }
-  share_out(mesh, made);
-  if (count == 0) return;
   std::iota(build.order.begin(), build.order.end(), 0u);
   nodes_.reserve(count);
   nodes_.resize(1);
   build.fill(0, 0, count, 0);
+  const std::vector<std::uint8_t> owned = share_out(mesh);
   triangles_.reserve(count);
   slot_.resize(count);
   for (std::uint32_t i = 0; i < count; ++i) {
-    slot_[build.order[i]] = i;
-    triangles_.push_back(made[build.order[i]]);
+    const std::uint32_t facet = build.order[i];
+    const auto& [a, b, c] = mesh.facets[facet];
+    slot_[facet] = i;
+    triangles_.push_back(make_triangle(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], facet));
+    triangles_.back().owned = owned[facet];
   }
 }
 

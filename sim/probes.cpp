@@ -68,6 +68,7 @@ Patches make_patches(const Mesh& part, double spacing) {
   const double cell = spacing * spacing;
   // Facets that are small enough keep their shared corners: the tree then looks at no edge twice.
   patches.mesh.vertices = part.vertices;
+  patches.mesh.facets.reserve(part.facets.size()), patches.mesh.source.reserve(part.facets.size());
   for (std::size_t f = 0; f < part.facets.size(); ++f) {
     const auto& facet = part.facets[f];
     const Corners p{part.vertices[facet[0]], part.vertices[facet[1]], part.vertices[facet[2]]};
@@ -79,6 +80,9 @@ Patches make_patches(const Mesh& part, double spacing) {
       divide(p, kPatchProbes * cell, source, patches.mesh);
     }
   }
+  const std::size_t count = patches.mesh.facets.size();
+  patches.normal.reserve(count), patches.middle.reserve(count), patches.radius.reserve(count);
+  patches.first.reserve(count + 1);
   for (const auto& facet : patches.mesh.facets) {
     const auto& v = patches.mesh.vertices;
     const Vec3 n = cross(v[facet[1]] - v[facet[0]], v[facet[2]] - v[facet[0]]);
