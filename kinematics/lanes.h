@@ -1,6 +1,8 @@
 #pragma once
-// Two numbers side by side, and vectors of them: what is asked of many places alike is computed for
-// two at a time.
+// Two numbers side by side, and vectors of them, or four of single precision: what is asked of many places
+// alike is computed for so many at a time.
+
+#include <cstring>
 
 #include "kinematics/geometry.h"
 
@@ -33,5 +35,59 @@ inline Twin lesser(Twin a, Twin b) { return a < b ? a : b; }
 inline Twin greater(Twin a, Twin b) { return a > b ? a : b; }
 #endif
 inline double greatest(Twin a) { return std::max(a[0], a[1]); }
+
+using Lanes = float __attribute__((vector_size(16)));
+
+inline Lanes all_lanes(float v) { return Lanes{v, v, v, v}; }
+inline Lanes load_lanes(const float* from) {
+  Lanes lanes;
+  std::memcpy(&lanes, from, sizeof lanes);
+  return lanes;
+}
+
+#ifdef __SSE2__
+inline Lanes lesser(Lanes a, Lanes b) { return __builtin_ia32_minps(a, b); }
+inline Lanes greater(Lanes a, Lanes b) { return __builtin_ia32_maxps(a, b); }
+/// Bit i: a[i] <= b[i].
+inline unsigned no_more(Lanes a, Lanes b) {
+  return static_cast<unsigned>(__builtin_ia32_movmskps(reinterpret_cast<Lanes>(a <= b)));
+}
+#else
+inline Lanes lesser(Lanes a, Lanes b) { return a < b ? a : b; }
+inline Lanes greater(Lanes a, Lanes b) { return a > b ? a : b; }
+/// Bit i: a[i] <= b[i].
+inline unsigned no_more(Lanes a, Lanes b) {
+  unsigned bits = 0;
+  for (int i = 0; i < 4; ++i) bits |= a[i] <= b[i] ? 1u << i : 0u;
+  return bits;
+}
+#endif
+#if defined(__SSE2__) && __has_builtin(__builtin_ia32_sqrtps)
+inline Lanes root(Lanes a) { return __builtin_ia32_sqrtps(a); }
+#else
+inline Lanes root(Lanes a) {
+  return Lanes{std::sqrt(a[0]), std::sqrt(a[1]), std::sqrt(a[2]), std::sqrt(a[3])};
+}
+#endif
+/// b[i] where a[i] <= limit[i], else c[i].
+inline Lanes where_no_more(Lanes a, Lanes limit, Lanes b, Lanes c) {
+  const auto mask = a <= limit;
+  using Bits = decltype(a <= limit);
+  return reinterpret_cast<Lanes>((mask & reinterpret_cast<Bits>(b)) | (~mask & reinterpret_cast<Bits>(c)));
+}
+
+struct LaneVec3 {
+  Lanes x, y, z;
+};
+
+inline LaneVec3 all_lanes(Vec3 v) {
+  return {all_lanes(static_cast<float>(v.x)), all_lanes(static_cast<float>(v.y)),
+          all_lanes(static_cast<float>(v.z))};
+}
+inline LaneVec3 operator+(LaneVec3 a, LaneVec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline LaneVec3 operator-(LaneVec3 a, LaneVec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline LaneVec3 operator*(LaneVec3 a, Lanes k) { return {a.x * k, a.y * k, a.z * k}; }
+inline Lanes dot(LaneVec3 a, LaneVec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Lanes squared_length(LaneVec3 a) { return dot(a, a); }
 
 }  // namespace tiltfeed

@@ -1,38 +1,12 @@
 #pragma once
-// Four numbers of single precision at a time; four boxes against a ray.
+// Four boxes against a ray, in single precision.
 
 #include <array>
 #include <cstddef>
-#include <cstring>
+
+#include "kinematics/lanes.h"
 
 namespace tiltfeed {
-
-using Lanes = float __attribute__((vector_size(16)));
-
-inline Lanes all_lanes(float v) { return Lanes{v, v, v, v}; }
-inline Lanes load_lanes(const float* from) {
-  Lanes lanes;
-  std::memcpy(&lanes, from, sizeof lanes);
-  return lanes;
-}
-
-#ifdef __SSE2__
-inline Lanes lesser(Lanes a, Lanes b) { return __builtin_ia32_minps(a, b); }
-inline Lanes greater(Lanes a, Lanes b) { return __builtin_ia32_maxps(a, b); }
-/// Bit i: a[i] <= b[i].
-inline unsigned no_more(Lanes a, Lanes b) {
-  return static_cast<unsigned>(__builtin_ia32_movmskps(reinterpret_cast<Lanes>(a <= b)));
-}
-#else
-inline Lanes lesser(Lanes a, Lanes b) { return a < b ? a : b; }
-inline Lanes greater(Lanes a, Lanes b) { return a > b ? a : b; }
-/// Bit i: a[i] <= b[i].
-inline unsigned no_more(Lanes a, Lanes b) {
-  unsigned bits = 0;
-  for (int i = 0; i < 4; ++i) bits |= a[i] <= b[i] ? 1u << i : 0u;
-  return bits;
-}
-#endif
 
 struct FourBoxes {
   std::array<Lanes, 3> low, high;

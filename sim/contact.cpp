@@ -135,8 +135,9 @@ Contacts Contact::meet(const std::vector<SweptStep>& steps) const {
   // Far from each other one after the other: what later ones can take is then soon known to be little.
   const std::size_t count = run.clusters.size(), stride = stride_for(count);
   for (std::size_t i = 0, at = 0; i < count; ++i, at = (at + stride) % count) {
+    line_up(run.clusters[at], run);
     gather(run.clusters[at], run);
-    for (const Found& found : run.found_patches) pass(run.clusters[at], found, run);
+    for (const Found& found : run.found_patches) pass(found, run);
   }
   for (View& v : run.views) {
     watch(v, run);

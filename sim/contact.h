@@ -15,6 +15,8 @@
 namespace tiltfeed::sim {
 
 class Sheet;
+struct Facet;
+struct FacetLanes;
 
 /// A straight step of a move: its share [begin, end] of the move, the poses there, and how far any point of
 /// the tool may be from the straight way between them, mm.
@@ -52,10 +54,11 @@ class Contact {
 
  private:
   struct Stretch;
-  struct Facet;
   struct Group;
+  struct Four;
   struct Cluster;
   struct Found;
+  struct By;
   struct Candidate;
   struct Seen;
   struct View;
@@ -72,23 +75,24 @@ class Contact {
   bool join(Cluster& cluster, std::size_t group, const Run& run) const;
   void cluster(Run& run) const;
   void gather(const Cluster& cluster, Run& run) const;
-  void choose(const Cluster& cluster, const Facet& facet, std::uint32_t stretches, Run& run) const;
-  double ball_least(const Group& group, const Facet& facet) const;
+  void line_up(const Cluster& cluster, Run& run) const;
+  void choose(const Facet& facet, std::uint32_t stretches, Run& run) const;
+  void choose(const Four& four, const Facet& facet, const FacetLanes& lanes, std::uint32_t stretches,
+              Run& run) const;
   double core_least(const Stretch& stretch, const Facet& facet) const;
   bool reaches(const Stretch& stretch, Point<Part> middle, Vec3 normal, double radius, double most) const;
-  bool by_ball_alone(const Group& group, const Facet& facet, double most) const;
   std::size_t pick(const Candidate& candidate, const Facet& facet, Run& run) const;
   Seen see(const Group& group, const Facet& facet, Point<Part> middle, double radius, double most) const;
   Seen see_live(const Group& group, const Facet& facet, double most,
                 std::span<const Probes::Live> live) const;
-  void pass(const Cluster& cluster, const Found& found, Run& run) const;
+  void pass(const Found& found, Run& run) const;
   bool pass_steps(const Candidate& candidate, const Facet& facet, Run& run) const;
   void touch_steps(const Candidate& candidate, const Facet& facet, Run& run) const;
   void meet_steps(const Candidate& candidate, const Seen& seen, double most, Run& run) const;
   bool nearest_is_ball(const View& view, const Seen& seen, double most, double up, double up_end) const;
   double pass_side(const View& view, const Seen& seen, double most, std::span<Probes::Live> live) const;
   void touch(View& view, std::uint32_t patch, Run& run) const;
-  void touch_side(View& view, const Seen& seen, Run& run) const;
+  void touch_side(View& view, const Facet& facet, const Seen& seen, Run& run) const;
   void watch(View& view, Run& run) const;
   Pose pose(const SweptStep& step, double f) const;
   int looks(const SweptStep& step) const;

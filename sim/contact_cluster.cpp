@@ -60,60 +60,27 @@ void Contact::cluster(Run& run) const {
 
 /// The patches that the cluster may do something to, each once.
 void Contact::gather(const Cluster& cluster, Run& run) const {
-  const Patches& patches = probes_.patches();
-  run.found_patches.clear();
+  FourSheets hull;
   for (std::size_t k = 0; k < cluster.hull.size(); ++k) {
     const Stretch& s = cluster.hull[k];
-    const double near = s.wide + radius_;
-    probes_.search(
-        [&](Vec3 low, Vec3 high, double most) {
-          const double within = near + std::clamp(most, 0.0, probes_.reach());
-          return s.sheet.bound(low, high, within) < within;
-        },
-        [&](std::uint32_t patch) {
-          const double most = std::min(probes_.reach(), probes_.highest(patch));
-          if (reaches(s, patches.middle[patch], patches.normal[patch],
-                      static_cast<double>(patches.radius[patch]), most))
-            run.found_patches.push_back({patch, std::uint32_t{1} << k});
-        });
+    hull.set(static_cast<int>(k), run.origin, s.foot, s.way, s.core, s.wide, radius_);
   }
-  if (cluster.hull.size() == 1) return;
-  std::vector<Found>& found = run.found_patches;
-  std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.patch < b.patch; });
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    if (kept > 0 && found[kept - 1].patch == found[i].patch)
-      found[kept - 1].stretches |= found[i].stretches;
-    else
-      found[kept++] = found[i];
-  }
-  found.resize(kept);
-}
-
-/// Those groups of the cluster that may do something to the patch, in the order of how much they may take.
-void Contact::choose(const Cluster& cluster, const Facet& facet, std::uint32_t stretches, Run& run) const {
-  const double most = std::min(probes_.reach(), probes_.highest(facet.patch));
-  run.candidates.clear();
-  for (const std::size_t i : cluster.groups) {
-    const Group& g = run.groups[i];
-    const double deep = g.step_stray - run.allowed(g), matters = std::max(most, deep);
-    Candidate c{&g};
-    const double ball = round_ && (stretches & 1) != 0 ? ball_least(g, facet) : kInfinity;
-    if (ball < matters) c.ball = true, c.least = ball, c.touch = closed_ && ball < deep;
-    if (!by_ball_alone(g, facet, most)) {
-      for (std::size_t k = 0; k < g.stretches.size(); ++k) {
-        if ((stretches >> k & 1) == 0) continue;
-        const Stretch& s = g.stretches[k];
-        const double least = core_least(s, facet);
-        if (least >= matters || !reaches(s, facet.middle, facet.normal, facet.radius, most)) continue;
-        c.side = true, c.least = std::min(c.least, least);
-        c.touch |= closed_ && least < deep;
-      }
-    }
-    if (c.ball || c.side) run.candidates.push_back(c);
-  }
-  std::sort(run.candidates.begin(), run.candidates.end(),
-            [](const Candidate& a, const Candidate& b) { return a.least < b.least; });
+  const Vec3 origin = from_origin(run.origin);
+  run.found_patches.clear();
+  probes_.search((1u << cluster.hull.size()) - 1u,
+                 [&](Vec3 low, Vec3 high, double most, std::uint32_t which) {
+                   const auto matters =
+                       static_cast<float>(std::clamp(most, 0.0, probes_.reach()) + kBoundSlack);
+                   return which & no_more(hull.distance((low + high) * 0.5 - origin, (high - low) * 0.5),
+                                          all_lanes(matters));
+                 },
+                 [&](std::uint32_t patch, std::uint32_t which) {
+                   const double most = std::min(probes_.reach(), probes_.highest(patch));
+                   const FacetLanes facet(run.origin, probes_.patches(), patch);
+                   const FourSheets::Left left = hull.left(facet, facet.middle, facet.radius);
+                   which &= no_more(left.least, all_lanes(static_cast<float>(most)));
+                   if (which != 0) run.found_patches.push_back({patch, which});
+                 });
 }
 
 /// Brings those of the probes at hand to the front that the group may lower; how many they are.
@@ -136,11 +103,11 @@ std::size_t Contact::pick(const Candidate& candidate, const Facet& facet, Run& r
     return beside2 < within * within;
   };
   std::array<double, kStrayRadii.size()> least{};
-  for (std::size_t k = 0; k < g.stretches.size() && candidate.side; ++k)
+  for (std::size_t k = 0; k < g.stretches.size() && candidate.takes.side; ++k)
     least[k] = core_least(g.stretches[k], facet);
   const auto wanted = [&](const Probes::Live& l) {
-    if (candidate.ball && by_ball(l)) return true;
-    for (std::size_t k = 0; k < g.stretches.size() && candidate.side; ++k)
+    if (candidate.takes.ball && by_ball(l)) return true;
+    for (std::size_t k = 0; k < g.stretches.size() && candidate.takes.side; ++k)
       if (least[k] < l.bound && reaches(g.stretches[k], l.place, n, 0.0, l.bound)) return true;
     return false;
   };

@@ -117,18 +117,7 @@ double risen(double beside, double radius) {
 
 }  // namespace
 
-/// Not more than any value that the ball can leave on the patch.
-double Contact::ball_least(const Group& g, const Facet& facet) const {
-  const Stretch& lower = g.stretches.front();
-  const Facet::Off off = facet.off(lower.lower());
-  const Vec3 from = lower.foot - facet.middle, n = facet.normal;
-  const Point<Part> foot = Point<Part>{} + (from - n * dot(n, from));
-  const double round = distance_to_segment({}, foot, foot + (lower.way - n * dot(n, lower.way)));
-  return off.over - g.stray - radius_ +
-         risen(std::max({0.0, off.beyond - g.stray, round - facet.radius - g.stray}), radius_);
-}
-
-/// The same of anything that the stretch sweeps.
+/// Not more than any value that anything that the stretch sweeps can leave on the patch.
 double Contact::core_least(const Stretch& s, const Facet& facet) const {
   const Facet::Off off = facet.off(s.corners());
   return off.over - s.wide - radius_ + risen(std::max(0.0, off.beyond - s.wide), radius_);
@@ -144,21 +133,6 @@ bool Contact::reaches(const Stretch& s, Point<Part> middle, Vec3 normal, double 
   if (towards <= 0.0 || most <= 0.0) return false;
   const double far = std::sqrt(far2);
   return (far - near) * far < most * towards;
-}
-
-/// Is all that can matter of the patch, `most` above it, nearer to the ball at the core's lower end than to
-/// the rest of the core, in all of the group?
-bool Contact::by_ball_alone(const Group& g, const Facet& facet, double most) const {
-  const Stretch& lower = g.stretches.front();
-  const Vec3 n = facet.normal, from = facet.middle - lower.foot;
-  const double up = dot(n, g.axis);
-  if (!round_ || up <= g.turn) return false;
-  const double far = length(from) + length(lower.way) + g.stray,
-               across = std::sqrt(std::max(0.0, 1.0 - up * up)) + kBoundSlack,
-               rise = facet.radius * (across + g.turn);
-  return dot(from, g.axis) - std::min(0.0, dot(lower.way, g.axis)) + g.stray + g.turn * far + rise + g.slack +
-             std::max(0.0, most) * (up + g.turn) <=
-         0.0;
 }
 
 }  // namespace tiltfeed::sim

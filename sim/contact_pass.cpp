@@ -34,13 +34,10 @@ Contact::Seen Contact::see_live(const Group& g, const Facet& facet, double most,
 
 /// (R6) Groups that can do nothing to the patch are left out, and so are those that can take no more than
 /// what another has taken: the one that may take most comes first.
-void Contact::pass(const Cluster& cluster, const Found& found, Run& run) const {
+void Contact::pass(const Found& found, Run& run) const {
   const std::uint32_t patch = found.patch;
   const Facet facet(probes_.patches(), probes_.surface().triangle(patch), patch);
-  choose(cluster, facet, found.stretches, run);
-  if (run.candidates.empty()) return;
-  run.live.clear();
-  probes_.collect(patch, run.live);
+  choose(facet, found.stretches, run);
   const auto bound = [&] {
     double most = -kInfinity;
     for (const Probes::Live& l : run.live) most = std::max(most, l.bound);
@@ -49,8 +46,9 @@ void Contact::pass(const Cluster& cluster, const Found& found, Run& run) const {
   bool passed = false;
   double most = bound();
   for (const Candidate& candidate : run.candidates) {
-    if (candidate.touch) touch_steps(candidate, facet, run);
-    if (candidate.least < most && pass_steps(candidate, facet, run)) passed = true, most = bound();
+    if (candidate.touches) touch_steps(candidate, facet, run);
+    if (candidate.takes && candidate.least < most && pass_steps(candidate, facet, run))
+      passed = true, most = bound();
   }
   if (passed) probes_.settle(patch);
 }
@@ -94,14 +92,14 @@ void Contact::touch_steps(const Candidate& candidate, const Facet& facet, Run& r
     const double start = dot(c.normal, from_origin(v.from)) - c.offset,
                  end = dot(c.normal, from_origin(v.to)) - c.offset, lower = std::min(start, end);
     const auto deep = [&] { return v.step->stray - run.allowed(v); };
-    if (candidate.ball && lower < deep() && std::max(start, end) > -2.0 * radius_ &&
-        facet.meets(std::array{v.from, v.to}, radius_ + deep()))
+    if (candidate.touches.ball && lower < deep() && std::max(start, end) > -2.0 * radius_ &&
+        facet.meets(Segment{v.from, v.to}, radius_ + deep()))
       touch(v, c.patch, run);
-    if (!candidate.side || (c.faces && lower >= deep())) continue;
+    if (!candidate.touches.side || (c.faces && lower >= deep())) continue;
     const double up = dot(c.normal, v.step->from.axis), up_end = dot(c.normal, v.step->to.axis);
     if (std::min({lower, start + up * core, end + up_end * core}) < deep() &&
         !nearest_is_ball(v, c, 0.0, up, up_end) && facet.meets(v.corners(core), radius_ + deep()))
-      touch_side(v, c, run);
+      touch_side(v, facet, c, run);
   }
 }
 
@@ -116,13 +114,13 @@ void Contact::meet_steps(const Candidate& candidate, const Seen& c, double most,
     const double start = dot(c.normal, from_origin(v.from)) - c.offset,
                  end = dot(c.normal, from_origin(v.to)) - c.offset, lower = std::min(start, end);
     if (c.faces && lower >= most) continue;
-    if (candidate.side) {
+    if (candidate.takes.side) {
       const double up = dot(c.normal, v.step->from.axis), up_end = dot(c.normal, v.step->to.axis);
       const double lowest = std::min({lower, start + up * core, end + up_end * core});
       if (lowest >= most) continue;
       run.sides.push_back({&v, lowest, up, up_end});
     }
-    if (!candidate.ball || lower >= most || std::max(start, end) <= -2.0 * radius_) continue;
+    if (!candidate.takes.ball || lower >= most || std::max(start, end) <= -2.0 * radius_) continue;
     if (v.way.distance(c.middle) - radius_ - c.radius >= std::max(0.0, most)) continue;
     if (const double least = least_left(v.way, c.middle, c.normal, c.radius); least < most)
       run.balls.push_back({&v, least, 0.0, 0.0});
@@ -198,7 +196,7 @@ void Contact::touch(View& view, std::uint32_t patch, Run& run) const {
 }
 
 /// The core, at poses that are near enough to each other.
-void Contact::touch_side(View& view, const Seen& c, Run& run) const {
+void Contact::touch_side(View& view, const Facet& facet, const Seen& c, Run& run) const {
   const SweptStep& step = *view.step;
   const StepSheet core(step, view.from, view.to, high_ - low_, radius_, probes_.reach() + sweep_.longest());
   if (core.gap(c.middle, length(core.sheet.to(c.middle))) - c.radius >= -run.allowed(view)) return;
@@ -209,8 +207,9 @@ void Contact::touch_side(View& view, const Seen& c, Run& run) const {
     view.looks.push_back(step.to);
   }
   for (const Pose& p : view.looks) {
-    const double near =
-        std::sqrt(squared_distance(triangle, Segment{p.tip + p.axis * low_, p.tip + p.axis * high_}));
+    const Segment look{p.tip + p.axis * low_, p.tip + p.axis * high_};
+    if (!facet.meets(look, radius_ - run.allowed(view))) continue;
+    const double near = std::sqrt(squared_distance(triangle, look));
     if (radius_ - near > run.allowed(view))
       run.report(view, {ToolPart::kCutter, step.move, radius_ - near, c.patch, p.tip});
   }

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "sim/contact.h"
+#include "sim/facet.h"
+#include "sim/four_sheets.h"
 #include "sim/sheet.h"
 
 namespace tiltfeed::sim {
@@ -15,6 +17,8 @@ namespace tiltfeed::sim {
 inline constexpr int kWays = 4;
 // Groups end where they leave a cube of so many radii.
 inline constexpr double kCubeRadii = 4.0;
+// A core is looked at in so many stretches at most.
+inline constexpr std::size_t kMostStretches = 3;
 
 /// A stretch of the core, pushed along the way of a group.
 struct Contact::Stretch {
@@ -42,55 +46,18 @@ struct Contact::Group {
   std::vector<Stretch> stretches;            ///< of the core, from below
 };
 
-/// A patch's plane and edges: what is pushed along is over the one and beyond the others.
-struct Contact::Facet {
-  std::uint32_t patch = 0;
-  Point<Part> middle;
-  Vec3 normal;
-  double radius = 0.0;           ///< of the circle about its corners, mm
-  Vec3 grad_v, grad_w;           ///< of the triangle's coordinates, a third each at the middle
-  std::array<double, 3> tall{};  ///< over the edges, mm for each whole of the coordinate that is 0 there
+/// Four groups of a cluster side by side; what is missing to four is filled up with the last of them.
+struct Contact::Four {
+  std::array<const Group*, 4> groups{};
+  unsigned filled = 0;  ///< a bit for each
+  FourSheets ball;      ///< the way of the core's lower end
+  std::array<FourSheets, kMostStretches> core;
+  LaneVec3 axis{};
+  Lanes turn{}, along{}, off{}, far{};  ///< of above_ball()
+  Lanes deep{};                         ///< what the straight way of a step must be below to be too deep
 
-  Facet(const Patches& patches, const Triangle& t, std::uint32_t the_patch)
-      : patch(the_patch),
-        middle(patches.middle[the_patch]),
-        normal(patches.normal[the_patch]),
-        radius(static_cast<double>(patches.radius[the_patch])),
-        grad_v(t.grad_v),
-        grad_w(t.grad_w) {
-    const auto height = [](Vec3 grad) {
-      const double square = squared_length(grad);
-      return square > 0.0 ? 1.0 / std::sqrt(square) : 0.0;
-    };
-    tall = {height(grad_v), height(grad_w), height(grad_v + grad_w)};
-  }
-
-  /// Of a convex body, mm: not more than the height of its points over the plane, and than their way beyond
-  /// the patch, along the plane.
-  struct Off {
-    double over = kInfinity, beyond = 0.0;
-  };
-  template <std::size_t kCount>
-  Off off(const std::array<Point<Part>, kCount>& corners) const {
-    double over = kInfinity, v_most = -kInfinity, w_most = -kInfinity, sum_least = kInfinity;
-    for (const Point<Part> corner : corners) {
-      const Vec3 from = corner - middle;
-      const double v = dot(grad_v, from), w = dot(grad_w, from);
-      over = std::min(over, dot(normal, from));
-      v_most = std::max(v_most, v), w_most = std::max(w_most, w), sum_least = std::min(sum_least, v + w);
-    }
-    constexpr double kThird = 1.0 / 3.0;
-    const double beyond = std::max(
-        {-(v_most + kThird) * tall[0], -(w_most + kThird) * tall[1], (sum_least - kThird) * tall[2]});
-    return {over, std::max(0.0, beyond - kBoundSlack)};
-  }
-  /// Could the body be within `near` of the patch?
-  template <std::size_t kCount>
-  bool meets(const std::array<Point<Part>, kCount>& corners, double near) const {
-    const Off far = off(corners);
-    const double over = std::max(0.0, far.over);
-    return near > 0.0 && over * over + far.beyond * far.beyond < near * near;
-  }
+  void set(int lane, const Group& group, Point<Part> origin, double radius);
+  Lanes above_ball(const FacetLanes& facet, float most) const;
 };
 
 /// Groups near each other, which look for patches together.
@@ -105,11 +72,16 @@ struct Contact::Found {
   std::uint32_t patch = 0, stretches = 0;
 };
 
-/// A group that may do something to a patch, by its steps' ball, by the rest of their core.
+/// By what part of a tool: by the ball at its core's lower end, by the rest of the core.
+struct Contact::By {
+  bool ball = false, side = false;
+  explicit operator bool() const { return ball || side; }
+};
+
+/// A group that may do something to a patch.
 struct Contact::Candidate {
   const Group* group = nullptr;
-  bool ball = false, side = false;
-  bool touch = false;        ///< it may be too deep in it
+  By takes, touches;         ///< it may lower probes; it may be too deep
   double least = kInfinity;  ///< not more than the value of any probe, mm
 };
 
@@ -163,6 +135,8 @@ struct Contact::Run {
   std::vector<Cluster> clusters;
   std::vector<Found> found_patches;   ///< of one cluster
   std::vector<Candidate> candidates;  ///< of one patch
+  std::vector<Four> fours;            ///< of the cluster at hand
+  Point<Part> origin;                 ///< of the fours
   std::vector<View> views;            ///< of all groups, in order
   std::vector<Probes::Live> live;     ///< likewise
   std::vector<Meeting> balls, sides;  ///< of one candidate

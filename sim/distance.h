@@ -42,12 +42,14 @@ class PartDistance {
   /// of `hint` before all. `lower_bound(low, high)`: of the value over a box; visit(triangle) lowers `bound`.
   template <class LowerBound, class Visit>
   void search(double& bound, std::uint32_t hint, const LowerBound& lower_bound, const Visit& visit) const;
-  /// Visits the facets in the boxes of which reaches(low, high, bound) is true. `bounds`: one for each box,
-  /// not less than what visit(facet) has said of any facet inside, made anew on the way; other threads may do
-  /// the same, when what visit says never grows.
+  /// Visits the facets in the boxes of which reaches(low, high, bound, which) is not 0; `which`: what it was
+  /// of the box around, at first as given, a bit for each of the bodies that ask together. `bounds`: one for
+  /// each box, not less than what visit(facet, which) has said of any facet inside, made anew on the way;
+  /// other threads may do the same, when what visit says never grows.
   template <class Reaches, class Visit>
-  void descend(std::vector<float>& bounds, const Reaches& reaches, const Visit& visit) const {
-    if (!nodes_.empty()) descend(0, bounds, reaches, visit);
+  void descend(std::vector<float>& bounds, std::uint32_t which, const Reaches& reaches,
+               const Visit& visit) const {
+    if (!nodes_.empty()) descend(0, bounds, which, reaches, visit);
   }
   std::size_t box_count() const { return nodes_.size(); }
   /// Appends the facets that may come within `within` of the segment, some more among them.
@@ -67,7 +69,7 @@ class PartDistance {
   struct Build;
   static constexpr int kStackSize = 128;
   template <class Reaches, class Visit>
-  float descend(std::uint32_t at, std::vector<float>& bounds, const Reaches& reaches,
+  float descend(std::uint32_t at, std::vector<float>& bounds, std::uint32_t which, const Reaches& reaches,
                 const Visit& visit) const;
 
   std::vector<Triangle> triangles_;  ///< in the order of the leaves
@@ -109,18 +111,19 @@ void PartDistance::search(double& bound, std::uint32_t hint, const LowerBound& l
 }
 
 template <class Reaches, class Visit>
-float PartDistance::descend(std::uint32_t at, std::vector<float>& bounds, const Reaches& reaches,
-                            const Visit& visit) const {
+float PartDistance::descend(std::uint32_t at, std::vector<float>& bounds, std::uint32_t which,
+                            const Reaches& reaches, const Visit& visit) const {
   const Node& node = nodes_[at];
   const std::atomic_ref<float> stored(bounds[at]);
   const float before = stored.load(std::memory_order_relaxed);
-  if (!reaches(node.low, node.high, static_cast<double>(before))) return before;
+  which = reaches(node.low, node.high, static_cast<double>(before), which);
+  if (which == 0) return before;
   float bound = -std::numeric_limits<float>::infinity();
   if (node.count == 0)
     for (const std::uint32_t child : {node.first, node.first + 1})
-      bound = std::max(bound, descend(child, bounds, reaches, visit));
+      bound = std::max(bound, descend(child, bounds, which, reaches, visit));
   for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-    bound = std::max(bound, visit(triangles_[i].facet));
+    bound = std::max(bound, visit(triangles_[i].facet, which));
   if (bound < before) stored.store(bound, std::memory_order_relaxed);
   return bound;
 }

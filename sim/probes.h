@@ -72,10 +72,10 @@ class Probes {
   template <class Body, class Least>
   double pass(std::uint32_t patch, double radius, std::uint32_t move, std::span<Live> live, const Body& body,
               const Least& least);
-  /// Visits the patches in the boxes of which reaches(low, high, most) is true; most: not less than highest()
-  /// of any patch inside. Thread-safe.
+  /// PartDistance::descend() over the patches in the boxes of which reaches(low, high, most, which) is not 0;
+  /// most: not less than highest() of any patch inside. Thread-safe.
   template <class Reaches, class Visit>
-  void search(const Reaches& reaches, const Visit& visit);
+  void search(std::uint32_t which, const Reaches& reaches, const Visit& visit);
   /// The same as pass() for a ball.
   double pass_ball(std::uint32_t patch, const BallWay& way, std::uint32_t move, std::span<Live> live);
   /// Makes highest() anew; call after passing.
@@ -121,9 +121,9 @@ class Probes {
 };
 
 template <class Reaches, class Visit>
-void Probes::search(const Reaches& reaches, const Visit& visit) {
-  surface_.descend(boxes_, reaches, [&](std::uint32_t patch) {
-    visit(patch);
+void Probes::search(std::uint32_t which, const Reaches& reaches, const Visit& visit) {
+  surface_.descend(boxes_, which, reaches, [&](std::uint32_t patch, std::uint32_t left) {
+    visit(patch, left);
     return std::atomic_ref<float>(highest_[patch]).load(std::memory_order_relaxed);
   });
 }
