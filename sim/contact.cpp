@@ -125,6 +125,7 @@ Contacts Contact::meet(const std::vector<SweptStep>& steps) const {
   Run run;
   run.tolerance = tolerance_, run.deepest = &deepest_;
   run.watches.resize(watched_.size());
+  run.views.reserve(steps.size());
   for (std::size_t begin = 0; begin < steps.size();) {
     const std::size_t end = group_end(steps, begin);
     run.groups.push_back(group(&steps[begin], steps.data() + end));

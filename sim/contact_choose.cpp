@@ -67,15 +67,19 @@ void Contact::choose(const Four& four, const Facet& facet, const FacetLanes& lan
   const auto radius = static_cast<float>(radius_);
   const auto most = static_cast<float>(std::min(probes_.reach(), probes_.highest(facet.patch)) + kBoundSlack);
   const auto below = [&](Lanes least, Lanes limit) { return four.filled & ~no_more(limit, least); };
-  Lanes least = all_lanes(kLaneFar), base{}, ball = least;
+  Lanes least = all_lanes(kLaneFar), base{};
+  const Lanes matters = greater(all_lanes(most), four.deep);
+  FourSheets::Trace trace{};
   unsigned takes_ball = 0, takes_side = 0, touches_ball = 0, touches_side = 0;
   if (round_ && (stretches & 1) != 0) {
     base = four.ball.over(lanes);
-    const Lanes beyond =
-        greater(four.ball.beyond(lanes), four.ball.beside(lanes, lanes.middle) - lanes.radius);
-    ball = base + risen(beyond, radius);
-    takes_ball = below(ball, all_lanes(most));
-    if (closed_) touches_ball = below(ball, four.deep);
+    Lanes ball = base + risen(four.ball.beyond(lanes), radius);
+    if (below(ball, matters) != 0) {
+      trace = four.ball.trace(lanes);
+      ball = greater(ball, base + risen(four.ball.beside(lanes, trace, lanes.middle) - lanes.radius, radius));
+      takes_ball = below(ball, all_lanes(most));
+      if (closed_) touches_ball = below(ball, four.deep);
+    }
     least = ball;
   }
   std::array<Lanes, kMostStretches> side;
@@ -85,7 +89,7 @@ void Contact::choose(const Four& four, const Facet& facet, const FacetLanes& lan
     if ((stretches >> k & 1) == 0) continue;
     const FourSheets& core = four.core[k];
     const Lanes over = core.over(lanes) + risen(core.beyond(lanes), radius);
-    if ((more & (below(over, all_lanes(most)) | below(over, four.deep))) == 0) continue;
+    if ((more & below(over, matters)) == 0) continue;
     const FourSheets::Left left = core.left(lanes, lanes.middle, lanes.radius);
     side[k] = greater(over, left.least);
     takes_side |= more & below(side[k], all_lanes(most));
@@ -98,7 +102,7 @@ void Contact::choose(const Four& four, const Facet& facet, const FacetLanes& lan
     for (const Probes::Live& l : run.live) {
       const LaneVec3 place = all_lanes(l.place - run.origin);
       const Lanes bound = all_lanes(static_cast<float>(l.bound + kBoundSlack));
-      if (no_ball != 0) no_ball &= ~below(base + risen(four.ball.beside(lanes, place), radius), bound);
+      if (no_ball != 0) no_ball &= ~below(base + risen(four.ball.beside(lanes, trace, place), radius), bound);
       for (std::size_t k = 0; k < kMostStretches && no_side != 0; ++k)
         if ((no_side & below(side[k], bound)) != 0)
           no_side &= ~below(greater(side[k], four.core[k].left(lanes, place, 0.0f).least), bound);

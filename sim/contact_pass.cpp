@@ -198,8 +198,6 @@ void Contact::touch(View& view, std::uint32_t patch, Run& run) const {
 /// The core, at poses that are near enough to each other.
 void Contact::touch_side(View& view, const Facet& facet, const Seen& c, Run& run) const {
   const SweptStep& step = *view.step;
-  const StepSheet core(step, view.from, view.to, high_ - low_, radius_, probes_.reach() + sweep_.longest());
-  if (core.gap(c.middle, length(core.sheet.to(c.middle))) - c.radius >= -run.allowed(view)) return;
   const Triangle& triangle = probes_.surface().triangle(c.patch);
   if (view.looks.empty()) {
     const int count = looks(step);

@@ -79,13 +79,21 @@ struct FourSheets {
                 lowest(f.out[2], f.middle) - f.edge[2]);
     return most - wide - slack(f);
   }
+  /// The way as it is seen along a facet's normal.
+  struct Trace {
+    LaneVec3 along;
+    Lanes per_square;
+  };
+  Trace trace(const FacetLanes& f) const {
+    const LaneVec3 along = flat(f, way);
+    return {along, 1.0f / greater(squared_length(along), all_lanes(kTiny))};
+  }
   /// Along the plane from a place, by the plane through the nearest point of the way: of sheets without core.
-  Lanes beside(const FacetLanes& f, LaneVec3 place) const {
-    const auto flat = [&](LaneVec3 v) { return v - f.normal * dot(f.normal, v); };
-    const LaneVec3 from = flat(foot - place), along = flat(way);
-    const Lanes part = clamped(-dot(from, along) / greater(squared_length(along), all_lanes(kTiny)));
-    const LaneVec3 u = from + along * part;
-    return lowest(flat(u * inverse_length(u)), place) - wide - slack(f);
+  Lanes beside(const FacetLanes& f, const Trace& t, LaneVec3 place) const {
+    const LaneVec3 from = foot - place;
+    const LaneVec3 u = flat(f, from) + t.along * clamped(-dot(from, t.along) * t.per_square);
+    const LaneVec3 towards = flat(f, u * inverse_length(u));
+    return dot(towards, from) + lesser(Lanes{}, dot(towards, way)) - wide - slack(f);
   }
   /// What may be left on lines along the normal within `round` of a place.
   struct Left {
@@ -120,6 +128,7 @@ struct FourSheets {
     const LaneVec3 u = m - way * a - core * b;
     return u * -inverse_length(u);
   }
+  static LaneVec3 flat(const FacetLanes& f, LaneVec3 v) { return v - f.normal * dot(f.normal, v); }
   static Lanes clamped(Lanes v) { return greater(lesser(v, all_lanes(1.0f)), Lanes{}); }
   static Lanes inverse_length(LaneVec3 v) {
     return 1.0f / root(greater(squared_length(v), all_lanes(kTiny)));

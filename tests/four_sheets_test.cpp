@@ -118,7 +118,7 @@ TEST(FourSheets, PlacesBesideAWayAreAsFarAtLeast) {
     const FacetLanes facet(kOrigin, one.facet);
     const Vec3 n = one.facet.normal;
     one.each([&](Point<Part> place) {
-      const Lanes beside = sheets.four.beside(facet, all_lanes(place - kOrigin));
+      const Lanes beside = sheets.four.beside(facet, sheets.four.trace(facet), all_lanes(place - kOrigin));
       for (std::size_t i = 0; i < 4; ++i) {
         double least = kInfinity;
         sheets.each(i, [&](Point<Part> centre) {
