@@ -115,17 +115,12 @@ Result<void> make_report_folder(const std::string& folder) {
 }
 
 Drawings draw_report(const Job& job, const CheckedMesh& part, const ExecutedPath& path,
-                     const Patches& patches, int threads) {
+                     const Patches& patches) {
   PictureOptions picture;
   picture.width = 1400, picture.height = 875;
   const ToolPath drawn = drawn_path(job, path);
-  Drawings drawings;
-  in_parallel(2, threads, [&](std::size_t i) {
-    if (i == 0)
-      drawings.path = part_with_path(part.mesh, drawn, picture);
-    else
-      drawings.deviation = std::make_shared<DeviationPicture>(part.mesh, drawn, patches);
-  });
+  Drawings drawings{part_with_path(part.mesh, drawn, picture), {}};
+  drawings.deviation = std::make_shared<DeviationPicture>(part.mesh, drawn, patches);
   return drawings;
 }
 

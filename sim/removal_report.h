@@ -54,7 +54,7 @@ struct Drawings {
 
 /// Asks nothing of the removal, and may be drawn meanwhile.
 Drawings draw_report(const Job& job, const CheckedMesh& part, const ExecutedPath& path,
-                     const Patches& patches, int threads);
+                     const Patches& patches);
 
 /// Writes report.json, index.html, path.png and deviation.png into the folder, when all of them are made:
 /// what ends before leaves no part of a report. Errors: kIo, that of the drawings, too.

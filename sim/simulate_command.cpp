@@ -248,7 +248,7 @@ int simulate_command(const SimulateOptions& options) {
   std::future<Drawings> drawings;
   if (!options.out.empty())
     drawings = std::async(removal.threads > 1 ? std::launch::async : std::launch::deferred,
-                          [&] { return draw_report(*job, *part, *path, probes.patches(), removal.threads); });
+                          [&] { return draw_report(*job, *part, *path, probes.patches()); });
   const auto result = remove_material(*job, *path, *stock, probes, removal, [&](const char* stage, double f) {
     line.show(stage, f);
     return true;

@@ -248,7 +248,7 @@ TEST(RemovalPage, HoldsEverythingAndFetchesNothing) {
   const RemovalContext context{shop.job, shop.part, *shape, source, {}};
   const RemovalVerdict verdict = judge(*cut, context);
   ASSERT_TRUE(make_report_folder(folder));
-  const Drawings drawings = draw_report(shop.job, shop.part, *path, probes.patches(), 1);
+  const Drawings drawings = draw_report(shop.job, shop.part, *path, probes.patches());
   ASSERT_TRUE(write_removal_report(folder, context, drawings, *cut, verdict, 2));
   std::ifstream page(folder + "/index.html");
   const std::string html{std::istreambuf_iterator<char>(page), {}};

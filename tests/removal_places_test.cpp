@@ -91,7 +91,7 @@ TEST(RemovalPlaces, LinesRoundAPlaceAreTheSources) {
   ASSERT_FALSE(cut->troubles.empty());
   const std::string folder = BINARY_DIR "/removal_places", source = folder + ".txt";
   ASSERT_TRUE(make_report_folder(folder));
-  const Drawings drawings = draw_report(shop.job, shop.part, *path, probes.patches(), 1);
+  const Drawings drawings = draw_report(shop.job, shop.part, *path, probes.patches());
   const auto marked = [&](Source kind, const std::string& bytes) {
     std::ofstream(source, std::ios::trunc) << bytes;
     const RemovalContext context{shop.job, shop.part, *shape, source, {}, kind};
