@@ -1,5 +1,5 @@
 #pragma once
-// A job, a plate and a program that finishes it, for the tests of material removal.
+// A job, a plate and a program that finishes it, for the tests of verification and of material removal.
 
 #include <gtest/gtest.h>
 
@@ -44,6 +44,7 @@ inline Job make_job() {
   return job;
 }
 
+/// (K3) with w = 0, v = (0, 0, -L), written out.
 inline Joints joints_for(const Pose& p) {
   const double a = std::atan2(std::hypot(p.axis.x, p.axis.y), p.axis.z), c = std::atan2(p.axis.x, -p.axis.y);
   return {std::cos(c) * p.tip.x + std::sin(c) * p.tip.y,

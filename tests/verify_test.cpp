@@ -7,39 +7,15 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <random>
 
-#include "sim/path_walk.h"
 #include "tests/box_mesh.h"
+#include "tests/plate_program.h"
 
 namespace tiltfeed::sim {
 namespace {
 
-constexpr double kRadius = 2.0, kShank = 40.0, kPivot = 150.0;
-
 /// A plate 60 x 40 with its top at z = 0.
 Mesh plate() { return box_mesh({{Vec3{-30, -20, -10}, Vec3{30, 20, 0}}}); }
-
-Job make_job() {
-  Job job;
-  job.plan.cutter = {2 * kRadius, 100.0, kShank};
-  job.plan.tolerance = 0.01;
-  job.machine.model.tilt.letter = 'A';
-  job.machine.model.rotary.letter = 'C';
-  job.machine.model.rotary.direction = {0, 0, 1};
-  job.machine.model.rotary.sign = -1;
-  job.machine.model.pivot_to_gauge = {0, 0, -(kPivot - 100.0)};
-  job.setup.tool_length = 100.0;
-  return job;
-}
-
-/// (K3) with w = 0, v = (0, 0, -L), written out.
-Joints joints_for(const Pose& p) {
-  const double a = std::atan2(std::hypot(p.axis.x, p.axis.y), p.axis.z), c = std::atan2(p.axis.x, -p.axis.y);
-  return {std::cos(c) * p.tip.x + std::sin(c) * p.tip.y,
-          -std::sin(c) * p.tip.x + std::cos(c) * p.tip.y - kPivot * std::sin(a),
-          p.tip.z + kPivot * (std::cos(a) - 1.0), a * 180.0 / kPi, c * 180.0 / kPi};
-}
 
 Vec3 axis_over(double x, double y) { return normalized({0.2 + 0.004 * x, -0.5 + 0.003 * y, 1.0}); }
 
@@ -373,54 +349,6 @@ TEST(ProgramCheck, TellsMissingRepeatedAndAltered) {
   trace = good;  // lost once, repeated elsewhere: the counts stay apart
   trace.insert(trace.begin() + 300, good[299]), trace.erase(trace.begin() + 20);
   expect(trace, {1, 1, 0}, "block 21 of the program");
-}
-
-TEST(PathWalk, PathsThatTurnBackOnThemselvesAreFollowed) {
-  // Down and up the same line, to and fro in sharp folds, with deviations of up to 3 micrometres.
-  std::mt19937_64 random(7);
-  std::uniform_real_distribution<double> noise(-0.003, 0.003);
-  ToolPath path;
-  const Vec3 up{0, 0, 1};
-  path.moves.push_back({{{0, 0, 10}, up}});
-  for (int i = 0; i < 40; ++i) {
-    path.moves.push_back({{{0.2 * i, 0, 0}, up}, MoveKind::kPlunge});
-    path.moves.push_back({{{0.2 * i, 0, 0.5}, up}, MoveKind::kCut});
-    path.moves.push_back({{{0.2 * i, 0, 0}, up}, MoveKind::kCut});
-    path.moves.push_back({{{0.2 * i + 0.05, 0, 8}, up}, MoveKind::kCut});
-  }
-  PathWalk walk(path);
-  double worst = 0.0;
-  std::uint32_t last = 0;
-  for (std::size_t m = 0; m < path.moves.size(); ++m) {
-    const int steps = m == 0 ? 1 : 37;
-    for (int i = 1; i <= steps; ++i) {
-      Point<Part> tip =
-          lerp(path.moves[m == 0 ? 0 : m - 1].pose.tip, path.moves[m].pose.tip, 1.0 * i / steps);
-      tip = tip + Vec3{noise(random), noise(random), noise(random)};
-      const PathPlace place = walk.step({tip, up});
-      worst = std::max(worst, place.distance);
-      EXPECT_GE(place.move, last);
-      EXPECT_LE(place.move, m + 1) << "step " << i;
-      EXPECT_GE(place.move + 1, m) << "step " << i;
-      last = place.move;
-    }
-  }
-  EXPECT_LT(worst, 0.0053);  // the noise's diagonal
-  for (std::size_t m = 0; m < path.moves.size(); ++m) EXPECT_LT(walk.visited()[m], 0.0053) << "move " << m;
-}
-
-TEST(PathWalk, TurnsOnTheSpotAreTimedByTheirAxis) {
-  ToolPath path;
-  const Vec3 a{0, 0, 1}, b = normalized({0.1, 0, 1});
-  path.moves = {{{{0, 0, 0}, a}}, {{{0, 0, 0}, b}, MoveKind::kCut}, {{{5, 0, 0}, b}, MoveKind::kCut}};
-  PathWalk walk(path);
-  walk.step({{0, 0, 0}, a});
-  for (int i = 1; i <= 10; ++i) {
-    const PathPlace place = walk.step({{0, 0, 0}, slerp(a, b, 0.1 * i)});
-    EXPECT_LT(place.angle, 1e-5);
-    EXPECT_EQ(place.distance, 0.0);
-  }
-  EXPECT_NEAR(walk.step({{2.5, 0, 0}, a}).angle, angle_between(a, b), 1e-9);
 }
 
 TEST(Verify, JsonReadsBack) {
