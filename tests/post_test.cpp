@@ -7,54 +7,13 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <random>
 #include <sstream>
 
-#include "daemon/tool_length.h"
-#include "daemon/unpost.h"
 #include "tests/dialect_reader.h"
+#include "tests/posted.h"
 
 namespace tiltfeed {
 namespace {
-
-AptProgram foreign() {
-  std::ifstream in(SOURCE_DIR "/tests/golden/foreign.cls");
-  return *read_apt(in, "foreign.cls", {});
-}
-
-MachineProfile machine(Dialect dialect, bool tcp, const std::string& name = "generic-ac") {
-  auto profile = load_machine(SOURCE_DIR "/config/machines/" + name + ".yaml", dialect);
-  EXPECT_TRUE(profile) << profile.error().message;
-  profile->format.tcp = tcp;
-  return *profile;
-}
-
-PostOptions setup() {
-  PostOptions options;
-  options.setup.part_zero = {30, -10, 50};
-  options.setup.fixture = fixture_of({0, 0, 90});
-  return options;
-}
-
-Result<std::string> program_text(const AptProgram& program, const MachineProfile& profile,
-                                 const PostOptions& options) {
-  const auto posted = post(program, "in.cls", profile, options);
-  if (!posted) return tl::unexpected(posted.error());
-  std::ostringstream out;
-  if (auto written = write_program(posted->posting, out); !written) return tl::unexpected(written.error());
-  return out.str();
-}
-
-Result<AptProgram> back(const std::string& text, const MachineProfile& profile,
-                        const UnpostOptions& options = {}) {
-  std::istringstream in(text);
-  const MachineModel& m = profile.model;
-  const auto read = read_program_text(
-      in, "part.nc", {profile.format.dialect, m.tilt.letter, m.rotary.letter, m.tilt.word, m.rotary.word});
-  if (!read) return tl::unexpected(read.error());
-  return unpost(*read, profile, options);
-}
 
 /// Every point that the program makes lies on the path (tip on its segments, in order), and every point of
 /// the path is passed with its axis.
@@ -82,12 +41,8 @@ void expect_same_way(const AptOperation& want, const AptOperation& got, double t
   }
 }
 
-struct Case {
-  Dialect dialect;
-  bool tcp;
-};
-
-class Posts : public testing::TestWithParam<Case> {};
+class Posts : public testing::TestWithParam<DialectCase> {};
+INSTANTIATE_TEST_SUITE_P(All, Posts, testing::ValuesIn(dialect_cases()), case_name);
 
 TEST_P(Posts, TheProgramMakesThePath) {
   const MachineProfile profile = machine(GetParam().dialect, GetParam().tcp);
@@ -116,18 +71,6 @@ TEST_P(Posts, TheProgramMakesThePath) {
     EXPECT_TRUE(!long_cut || std::abs(feed_of(last, i).mm_per_min() / 508.0 - 1.0) < 0.01) << i;
   }
 }
-
-std::vector<Case> cases() {
-  std::vector<Case> all;
-  for (const DialectName& one : kDialects) {
-    all.push_back({one.dialect, false});
-    if (has_tcp(one.dialect)) all.push_back({one.dialect, true});
-  }
-  return all;
-}
-INSTANTIATE_TEST_SUITE_P(All, Posts, testing::ValuesIn(cases()), [](const auto& one) {
-  return std::string(name_of(one.param.dialect).name) + (one.param.tcp ? "_tcp" : "");
-});
 
 TEST(Post, EveryShippedMachineMakesThePath) {
   int count = 0;
@@ -355,77 +298,6 @@ TEST(Post, WhatNoJointsGiveIsNamedWithItsLine) {
   };
   while (given(op.path.moves[first].pose)) ++first;
   EXPECT_EQ(line, op.lines[first]);
-}
-
-TEST(ToolLength, AnotherThanTheProgramsIsRefused) {
-  const std::string path = testing::TempDir() + "/tool_length.nc";
-  for (const bool tcp : {false, true}) {
-    const auto text = program_text(foreign(), machine(Dialect::kSiemens, tcp), setup());
-    ASSERT_TRUE(text);
-    std::ofstream(path, std::ios::binary) << *text;
-    EXPECT_TRUE(check_tool_length(path, 100.0));
-    EXPECT_TRUE(check_tool_length(path, 80.0)) << "the second tool";
-    const auto other = check_tool_length(path, 99.0);
-    EXPECT_EQ(other.has_value(), tcp) << "under TCP the control takes its own";
-    if (!other) {
-      EXPECT_NE(other.error().message.find("100, 80 mm, the tool in the spindle is 99 mm"),
-                std::string::npos);
-    }
-  }
-  std::ofstream(path, std::ios::binary) << "G0 X1\n";
-  EXPECT_TRUE(check_tool_length(path, 99.0)) << "a program that says nothing";
-  EXPECT_EQ(check_tool_length("/nonexistent.nc", 1.0).error().code, Code::kIo);
-}
-
-TEST(Unpost, WithoutAHeaderTheSetUpMustBeStated) {
-  const MachineProfile profile = machine(Dialect::kRs274, false);
-  const std::string text = "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 Z0 F100\nG1 A10\nM2\n";
-  const auto no_zero = back(text, profile);
-  ASSERT_FALSE(no_zero);
-  EXPECT_NE(no_zero.error().message.find("--part-zero"), std::string::npos);
-  UnpostOptions options;
-  options.part_zero = Vec3{0, 0, 0};
-  const auto no_length = back(text, profile, options);
-  ASSERT_FALSE(no_length);
-  EXPECT_NE(no_length.error().message.find("--tool-length"), std::string::npos);
-  options.tool_length = 50.0;
-  const auto made = back(text, profile, options);
-  ASSERT_TRUE(made) << made.error().message;
-  // The head turns about its pivot, 200 mm above the tip: the tip swings on a circle, which is what comes
-  // out.
-  const Point<Part> last = made->operations[0].path.moves.back().pose.tip;
-  const double a = Angle::from_degrees(10).radians();
-  EXPECT_NEAR(last.y, 200 * std::sin(a), 1e-9);
-  EXPECT_NEAR(last.z, 200 * (1 - std::cos(a)), 1e-9);
-  for (const Move& move : made->operations[0].path.moves)
-    EXPECT_TRUE(move.pose.axis.z == 1.0 ||
-                std::abs(std::hypot(move.pose.tip.y, move.pose.tip.z - 200.0) - 200.0) < 1e-9)
-        << "on the circle";
-  EXPECT_GT(made->operations[0].path.moves.size(), 20u);
-}
-
-TEST(Unpost, FixtureAnglesComeBackFromTheHeader) {
-  std::mt19937 random(9);
-  std::uniform_real_distribution<double> angle(-180.0, 180.0);
-  for (int round = 0; round < 200; ++round) {
-    Vec3 degrees{angle(random), angle(random) / 2.0, angle(random)};
-    if (round % 4 == 0)
-      degrees = {90.0 * (round / 4 % 4), 90.0 * (round / 16 % 3 - 1), 90.0 * (round / 8 % 4)};
-    PostOptions options;
-    options.setup.fixture = fixture_of(degrees);
-    std::istringstream in("LOADTL/1,LENGTH,50\nGOTO/0,0,10\nFINI\n");
-    MachineProfile profile = machine(Dialect::kRs274, false);
-    profile.model.tilt.min = -360, profile.model.tilt.max = 360;
-    profile.model.x = profile.model.y = profile.model.z = {-2000, 2000, 9000, 1000};
-    const auto text = program_text(*read_apt(in, "in.cls", {}), profile, options);
-    ASSERT_TRUE(text) << text.error().message;
-    std::istringstream program(*text);
-    const auto read = read_program_text(program, "x.nc", {Dialect::kRs274, 'A', 'C'});
-    ASSERT_TRUE(read) << read.error().message;
-    const Rotation turned = fixture_of(read->operations[0].fixture_deg.value_or(Vec3{}));
-    for (std::size_t row = 0; row < 3; ++row)
-      ASSERT_LE(length(turned.rows[row] - options.setup.fixture.rows[row]), 1e-10) << *text;
-  }
 }
 
 }  // namespace
