@@ -10,13 +10,12 @@
 #include <sstream>
 
 #include "config/job.h"
-#include "daemon/block.h"
-#include "daemon/program_text.h"
 #include "kinematics/tcp_path.h"
 #include "pathgen/mesh.h"
 #include "pathgen/plan.h"
 #include "sim/forward.h"
 #include "sim/parts.h"
+#include "tests/dialect_posting.h"
 #include "tests/dialect_reader.h"
 
 namespace tiltfeed {
@@ -90,50 +89,46 @@ TEST_P(DialectParts, ReadBackToTheLastDigitAndOnThePath) {
   const std::string name = GetParam();
   Job job = coarse_job(name);
   const ToolPath path = planned_path(name, job);
-  for (const DialectName& one : kDialects) {
-    for (const bool tcp : {false, true}) {
-      if (tcp && !has_tcp(one.dialect)) continue;
-      SCOPED_TRACE(std::string(one.name) + (tcp ? " TCP" : ""));
-      job.machine.format = usual_format(one.dialect);
-      job.machine.format.tcp = tcp;
-      const ProgramFormat& format = job.machine.format;
-      JointPathOptions options;
-      options.tolerance = kTolerance;
-      options.axis_tolerance = tcp ? kAxisTolerance / 2.0 : kAxisTolerance;
-      options.linear_decimals = tcp ? kTcpDecimals : format.linear_decimals;
-      options.rotary_decimals = format.rotary_decimals;
-      auto words = to_joints(path, job.machine.model, job.setup, options);
-      ASSERT_TRUE(words) << words.error().message;
-      if (tcp)
-        *words = words_under_tcp(*words, job.machine.model, job.setup,
-                                 {format.linear_decimals, kAxisTolerance / 2.0});
-      Posting posting{job.plan.name, job.machine, job.program, {}};
-      posting.operations.push_back(
-          {&*words, job.setup, path.tool, 3, path.cut_feed, path.plunge_feed, path.feeds, {}});
-      std::ostringstream out;
-      const auto written = write_program(posting, out);
-      ASSERT_TRUE(written) << written.error().message;
-      const RotaryAxis &tilt = job.machine.model.tilt, &rotary = job.machine.model.rotary;
-      const SeenProgram seen =
-          seen_program(out.str(), one.dialect == Dialect::kHeidenhain, tilt.letter, rotary.letter);
-      EXPECT_EQ(seen.trouble, "");
-      std::istringstream in(out.str());
-      const auto read =
-          read_program_text(in, "x.nc", {one.dialect, tilt.letter, rotary.letter, tilt.word, rotary.word});
-      ASSERT_TRUE(read) << read.error().message;
-      ASSERT_EQ(seen.blocks.size(), words->moves.size());
-      ASSERT_EQ(read->operations[0].blocks.size(), words->moves.size());
-      for (std::size_t i = 0; i < words->moves.size(); ++i) {
-        ASSERT_EQ(seen.blocks[i].words, words->moves[i].joints) << "block " << i;
-        ASSERT_EQ(seen.blocks[i].rapid, words->moves[i].kind == MoveKind::kRapid) << "block " << i;
-        ASSERT_EQ(read->operations[0].blocks[i].words, words->moves[i].joints) << "block " << i;
-      }
-      const Deviations worst = sampled(seen.blocks, *words, path, job);
-      std::printf("%s %s%s: %zu blocks, tip %.4f mm, axis %.4f degrees\n", name.c_str(), one.name,
-                  tcp ? " TCP" : "", words->moves.size(), worst.tip, worst.axis);
-      EXPECT_LE(worst.tip, format.linear_decimals < 4 ? kCoarsePrint : kTolerance);
-      EXPECT_LE(worst.axis, kAxisTolerance);
+  for (const auto& [dialect, tcp] : dialect_cases()) {
+    const std::string trace = name_of(dialect).name + std::string(tcp ? " TCP" : "");
+    SCOPED_TRACE(trace);
+    job.machine.format = usual_format(dialect);
+    job.machine.format.tcp = tcp;
+    const ProgramFormat& format = job.machine.format;
+    JointPathOptions options;
+    options.tolerance = kTolerance;
+    options.axis_tolerance = tcp ? kAxisTolerance / 2.0 : kAxisTolerance;
+    options.linear_decimals = tcp ? kTcpDecimals : format.linear_decimals;
+    options.rotary_decimals = format.rotary_decimals;
+    auto words = to_joints(path, job.machine.model, job.setup, options);
+    ASSERT_TRUE(words) << words.error().message;
+    if (tcp)
+      *words = words_under_tcp(*words, job.machine.model, job.setup,
+                               {format.linear_decimals, kAxisTolerance / 2.0});
+    Posting posting{job.plan.name, job.machine, job.program, {}};
+    posting.operations.push_back(
+        {&*words, job.setup, path.tool, 3, path.cut_feed, path.plunge_feed, path.feeds, {}});
+    std::ostringstream out;
+    const auto written = write_program(posting, out);
+    ASSERT_TRUE(written) << written.error().message;
+    const SeenProgram seen = seen_program(out.str(), dialect == Dialect::kHeidenhain,
+                                          job.machine.model.tilt.letter, job.machine.model.rotary.letter);
+    EXPECT_EQ(seen.trouble, "");
+    std::istringstream in(out.str());
+    const auto read = read_program_text(in, "x.nc", language_of(job.machine));
+    ASSERT_TRUE(read) << read.error().message;
+    ASSERT_EQ(seen.blocks.size(), words->moves.size());
+    ASSERT_EQ(read->operations[0].blocks.size(), words->moves.size());
+    for (std::size_t i = 0; i < words->moves.size(); ++i) {
+      ASSERT_EQ(seen.blocks[i].words, words->moves[i].joints) << "block " << i;
+      ASSERT_EQ(seen.blocks[i].rapid, words->moves[i].kind == MoveKind::kRapid) << "block " << i;
+      ASSERT_EQ(read->operations[0].blocks[i].words, words->moves[i].joints) << "block " << i;
     }
+    const Deviations worst = sampled(seen.blocks, *words, path, job);
+    std::printf("%s %s: %zu blocks, tip %.4f mm, axis %.4f degrees\n", name.c_str(), trace.c_str(),
+                words->moves.size(), worst.tip, worst.axis);
+    EXPECT_LE(worst.tip, format.linear_decimals < 4 ? kCoarsePrint : kTolerance);
+    EXPECT_LE(worst.axis, kAxisTolerance);
   }
 }
 

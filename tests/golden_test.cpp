@@ -16,10 +16,10 @@
 #include "config/job.h"
 #include "daemon/block.h"
 #include "daemon/output_file.h"
-#include "daemon/post.h"
 #include "kinematics/cl_file.h"
 #include "kinematics/joint_path.h"
 #include "pathgen/plan.h"
+#include "tests/posted.h"
 
 namespace tiltfeed {
 namespace {
@@ -112,28 +112,15 @@ INSTANTIATE_TEST_SUITE_P(
 
 /// A CL file of another CAM system, posted in every dialect.
 TEST(DialectGolden, EveryDialect) {
-  const auto machine = [](Dialect dialect) {
-    return *load_machine(SOURCE_DIR "/config/machines/generic-ac.yaml", dialect);
-  };
-  std::ifstream in(SOURCE_DIR "/tests/golden/foreign.cls");
-  const auto program = read_apt(in, "foreign.cls", {});
-  ASSERT_TRUE(program) << program.error().message;
-  EXPECT_TRUE(program->notes.empty());
-  for (const DialectName& one : kDialects) {
-    for (const bool tcp : {false, true}) {
-      if (tcp && !has_tcp(one.dialect)) continue;
-      MachineProfile profile = machine(one.dialect);
-      profile.format.tcp = tcp;
-      PostOptions options;
-      options.setup.part_zero = {30, -10, 50};
-      options.data.number = 42;
-      const auto posted = post(*program, "foreign.cls", profile, options);
-      ASSERT_TRUE(posted) << posted.error().message;
-      std::ostringstream text;
-      const auto written = write_program(posted->posting, text);
-      ASSERT_TRUE(written) << written.error().message;
-      expect_golden(std::string("dialect_") + one.name + (tcp ? "_tcp" : "") + ".nc", text.str());
-    }
+  const AptProgram program = foreign();
+  EXPECT_TRUE(program.notes.empty());
+  for (const auto& [dialect, tcp] : dialect_cases()) {
+    PostOptions options;
+    options.setup.part_zero = {30, -10, 50};
+    options.data.number = 42;
+    const auto text = program_text(program, machine(dialect, tcp), options);
+    ASSERT_TRUE(text) << text.error().message;
+    expect_golden(std::string("dialect_") + name_of(dialect).name + (tcp ? "_tcp" : "") + ".nc", *text);
   }
 }
 

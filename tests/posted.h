@@ -15,7 +15,9 @@ namespace tiltfeed {
 
 inline AptProgram foreign() {
   std::ifstream in(SOURCE_DIR "/tests/golden/foreign.cls");
-  return *read_apt(in, "foreign.cls", {});
+  const auto program = read_apt(in, "foreign.cls", {});
+  EXPECT_TRUE(program) << program.error().message;
+  return *program;
 }
 
 inline MachineProfile machine(Dialect dialect, bool tcp, const std::string& name = "generic-ac") {
