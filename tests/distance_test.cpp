@@ -10,25 +10,10 @@
 #include <random>
 
 #include "kinematics/tool_path.h"
+#include "tests/facet_soup.h"
 
 namespace tiltfeed::sim {
 namespace {
-
-using Corners = std::array<Point<Part>, 3>;
-
-Mesh mesh_of(const std::vector<Corners>& soup) {
-  Mesh mesh;
-  for (const Corners& t : soup) {
-    std::array<std::uint32_t, 3> facet{};
-    for (int k = 0; k < 3; ++k) {
-      const auto found = std::find(mesh.vertices.begin(), mesh.vertices.end(), t[k]);
-      facet[k] = static_cast<std::uint32_t>(found - mesh.vertices.begin());
-      if (found == mesh.vertices.end()) mesh.vertices.push_back(t[k]);
-    }
-    mesh.facets.push_back(facet);
-  }
-  return mesh;
-}
 
 /// A bumpy closed surface round the origin: longitude-latitude grid with poles as fans.
 std::vector<Corners> bumpy_ball(int rows, int columns) {
@@ -45,17 +30,6 @@ std::vector<Corners> bumpy_ball(int rows, int columns) {
       if (i > 0) soup.push_back({at(i, j), at(i + 1, j), at(i, j + 1)});
       if (i + 1 < rows) soup.push_back({at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
     }
-  return soup;
-}
-
-std::vector<Corners> random_soup(std::mt19937_64& random, int count) {
-  std::uniform_real_distribution<double> place(-10, 10), size(-3, 3);
-  std::vector<Corners> soup;
-  for (int i = 0; i < count; ++i) {
-    const Point<Part> a{place(random), place(random), place(random)};
-    const auto near = [&] { return a + Vec3{size(random), size(random), size(random)}; };
-    soup.push_back({a, near(), near()});
-  }
   return soup;
 }
 
@@ -98,7 +72,7 @@ double reference_distance(const Corners& t, const Segment& s) {
 
 TEST(Distance, PointEqualsBruteForce) {
   std::mt19937_64 random(1);
-  const auto soup = random_soup(random, 400);
+  const auto soup = random_soup(random, 400, 10, 3);
   const PartDistance part(mesh_of(soup));
   std::uniform_real_distribution<double> place(-15, 15);
   for (int i = 0; i < 2000; ++i) {
@@ -111,7 +85,7 @@ TEST(Distance, PointEqualsBruteForce) {
 
 TEST(Distance, SegmentEqualsConvexSearch) {
   std::mt19937_64 random(2);
-  const auto soup = random_soup(random, 60);
+  const auto soup = random_soup(random, 60, 10, 3);
   const PartDistance part(mesh_of(soup));
   std::uniform_real_distribution<double> place(-12, 12), reach(-4, 4);
   int pierced = 0;
@@ -186,7 +160,7 @@ TEST(Distance, BallFirstTouchesPlaneEdgeAndCorner) {
 
 TEST(Distance, BallCastEqualsSphereTracing) {
   std::mt19937_64 random(4);
-  const auto soup = random_soup(random, 120);
+  const auto soup = random_soup(random, 120, 10, 3);
   const PartDistance part(mesh_of(soup));
   std::uniform_real_distribution<double> place(-14, 14), size(0.05, 2.0);
   int touched = 0;

@@ -9,87 +9,18 @@
 #include <cmath>
 #include <random>
 
+#include "tests/whole_tool.h"
+
 namespace tiltfeed::sim {
 namespace {
 
-constexpr double kDegree = kPi / 180.0;
-
 Cutter ball(double diameter, double shank_length) { return {diameter, 100.0, shank_length}; }
-
-Cutter full(CutterType type) {
-  Cutter c;
-  c.type = type, c.diameter = 6.0, c.length = 90.0, c.shank_length = 30.0;
-  c.cutting_length = 12.0, c.shank_diameter = 5.0;
-  if (type == CutterType::kBullNose) c.corner_radius = 1.25;
-  if (type == CutterType::kTaperBall) c.taper = Angle::from_degrees(7.0), c.shank_diameter = 12.0;
-  c.holder = {{16.0, 22.0, 10.0}, {30.0, 26.0, 8.0}};
-  return c;
-}
-constexpr CutterType kTypes[] = {CutterType::kBall, CutterType::kBullNose, CutterType::kFlat,
-                                 CutterType::kTaperBall};
-
-/// The tool's radius at height h, from the words of pathgen/cutter.h.
-double radius_of(const Cutter& c, double h) {
-  const double r = c.diameter / 2.0;
-  const auto round = [h](double e, double k) {
-    return h >= k ? e + k : e + std::sqrt(std::max(0.0, h * (2 * k - h)));
-  };
-  if (h < c.cutting_length) {
-    if (c.type == CutterType::kFlat) return r;
-    if (c.type == CutterType::kBullNose) return round(r - c.corner_radius, c.corner_radius);
-    if (c.type == CutterType::kBall) return round(0, r);
-    const double t = c.taper.radians();
-    // The cone's apex lies r / sin t below the ball's centre.
-    return h < r * (1 - std::sin(t)) ? round(0, r) : (h - r + r / std::sin(t)) * std::tan(t);
-  }
-  if (h < c.shank_length) return c.shank_diameter / 2.0;
-  double at = c.shank_length;
-  for (const HolderStep& s : c.holder) {
-    if (h <= at + s.length)
-      return (s.lower_diameter + (s.upper_diameter - s.lower_diameter) * (h - at) / s.length) / 2.0;
-    at += s.length;
-  }
-  return -1.0;
-}
 
 double nearest_piece(const ToolSolid& tool, double r, double h) {
   double least = kInfinity;
   for (const ToolPart part : kToolParts)
     for (const Revolved& piece : tool.pieces(part)) least = std::min(least, piece.distance(r, h).value);
   return least;
-}
-
-Mesh mesh_of(const std::vector<std::array<Point<Part>, 3>>& soup) {
-  Mesh mesh;
-  for (const auto& t : soup) {
-    const auto v = static_cast<std::uint32_t>(mesh.vertices.size());
-    mesh.vertices.insert(mesh.vertices.end(), t.begin(), t.end());
-    mesh.facets.push_back({v, v + 1, v + 2});
-  }
-  return mesh;
-}
-
-std::vector<std::array<Point<Part>, 3>> random_soup(std::mt19937_64& random, int count, double box) {
-  std::uniform_real_distribution<double> place(-box, box), size(-4, 4);
-  std::vector<std::array<Point<Part>, 3>> soup;
-  for (int i = 0; i < count; ++i) {
-    const Point<Part> a{place(random), place(random), place(random)};
-    const auto near = [&] { return a + Vec3{size(random), size(random), size(random)}; };
-    soup.push_back({a, near(), near()});
-  }
-  return soup;
-}
-
-Vec3 random_axis(std::mt19937_64& random) {
-  std::normal_distribution<double> normal;
-  return normalized({normal(random), normal(random), normal(random)});
-}
-
-/// Large triangle in the plane through `at` square to `normal`.
-Mesh plane_at(Point<Part> at, Vec3 normal) {
-  const Vec3 u = normalized(cross(normal, std::abs(normal.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
-  const Vec3 v = cross(normal, u);
-  return mesh_of({{at + u * 300.0, at - u * 150.0 + v * 260.0, at - u * 150.0 - v * 260.0}});
 }
 
 TEST(ToolSolid, OutlineIsTheCutters) {
@@ -180,7 +111,7 @@ TEST(ToolSolid, ClearanceEqualsTheCapsules) {
   const Revolved capsule({{0, 2, 2, kPi / 2}, {0, 9, 2, kPi}});
   int overlaps = 0;
   for (int i = 0; i < 400; ++i) {
-    const PartDistance part(mesh_of(random_soup(random, i % 4 == 0 ? 40 : 3, 12)));
+    const PartDistance part(mesh_of(random_soup(random, i % 4 == 0 ? 40 : 3, 12, 4)));
     std::uniform_real_distribution<double> place(-10, 10);
     const Pose pose{{place(random), place(random), place(random)}, random_axis(random)};
     const double expected =
@@ -192,25 +123,6 @@ TEST(ToolSolid, ClearanceEqualsTheCapsules) {
     EXPECT_EQ(clearance(part, capsule, pose, hit.value + 1e-6, 0).value, hit.value);
   }
   EXPECT_GT(overlaps, 60);
-}
-
-TEST(ToolSolid, BallDropsAsInClosedForm) {
-  std::mt19937_64 random(13);
-  const Revolved solid({{0, 2, 2, kPi / 2}, {2, 9, 0, kPi}});
-  std::uniform_real_distribution<double> place(-10, 10);
-  int touched = 0;
-  for (int i = 0; i < 600; ++i) {
-    const PartDistance part(mesh_of(random_soup(random, i % 4 == 0 ? 40 : 3, 10)));
-    const Vec3 axis = random_axis(random);
-    const Point<Part> target{0.3 * place(random), 0.3 * place(random), 0.3 * place(random)};
-    const Pose pose{target + axis * 30.0, axis};
-    const Hit expected = part.first_touch(pose.tip + axis * 2.0, -axis, 2.0), hit = drop(part, solid, pose);
-    ASSERT_EQ(hit.facet == kNoFacet, expected.facet == kNoFacet) << i;
-    if (hit.facet == kNoFacet) continue;
-    ++touched;
-    ASSERT_NEAR(hit.value, expected.value, 1e-6) << i;
-  }
-  EXPECT_GT(touched, 150);
 }
 
 /// Least of f over the triangle: f is convex, so golden sections within golden sections find it.
@@ -254,85 +166,6 @@ TEST(ToolSolid, TriangleClearanceEqualsNestedSearch) {
   }
   EXPECT_GT(face, 100);
   EXPECT_GT(deep, 60);
-}
-
-TEST(ToolSolid, DroppedToolJustTouches) {
-  // Lowered by the drop it touches; half way and a little above it does not.
-  std::mt19937_64 random(15);
-  std::uniform_real_distribution<double> place(-3, 3);
-  int touched = 0;
-  for (int i = 0; i < 400; ++i) {
-    const ToolSolid tool(full(kTypes[i % 4]));
-    const PartDistance part(mesh_of(random_soup(random, 6, 6)));
-    const Vec3 axis = random_axis(random);
-    const Pose pose{Point<Part>{place(random), place(random), place(random)} + axis * 40.0, axis};
-    const Hit hit = drop(part, tool.cutting(), pose);
-    const auto at = [&](double s) {
-      return clearance(part, tool.cutting(), {pose.tip - axis * s, axis}).value;
-    };
-    if (hit.facet == kNoFacet) {
-      for (double s = 0.0; s < 80.0; s += 2.5) ASSERT_GT(at(s), -1e-9) << i;
-      continue;
-    }
-    ++touched;
-    ASSERT_NEAR(at(hit.value), 0.0, 1e-6) << i;
-    ASSERT_LE(at(hit.value + 1e-3), 0.0) << i;
-    for (double f = 0.05; f < 1.0; f += 0.05) ASSERT_GT(at(f * hit.value), 0.0) << i;
-    ASSERT_NEAR(drop(part, tool.cutting(), {pose.tip - axis * 5.0, axis}).value, hit.value - 5.0, 1e-8);
-    EXPECT_EQ(drop(part, tool.cutting(), pose, hit.value - 1e-6).facet, kNoFacet);
-    EXPECT_EQ(drop(part, tool.cutting(), pose, kInfinity, kNoFacet, hit.value - 1e-6).value, hit.value);
-    EXPECT_LE(drop(part, tool.cutting(), pose, kInfinity, kNoFacet, hit.value + 2.0).value, hit.value + 2.0);
-  }
-  EXPECT_GT(touched, 150);
-}
-
-TEST(ToolSolid, DropsOntoATiltedPlane) {
-  // The height of the tip over a plane tilted by theta, where the tool touches it, in closed form.
-  for (const double degrees : {0.0, 0.001, 5.0, 30.0, 60.0, 82.5, 88.0}) {
-    const double theta = degrees * kDegree, s = std::sin(theta), c = std::cos(theta);
-    const Vec3 normal{s, 0, c};
-    const PartDistance plane(plane_at({0, 0, 0}, normal));
-    const Pose pose{{0, 0, 400}, {0, 0, 1}};
-    const double r = 3.0, k = 1.25;
-    const auto height = [&](CutterType type) {
-      return 400.0 - ToolSolid(full(type)).drop(plane, pose).value;
-    };
-    EXPECT_NEAR(height(CutterType::kFlat), r * s / c, 1e-6);
-    EXPECT_NEAR(height(CutterType::kBullNose), ((r - k) * s + k) / c - k, 1e-6);
-    EXPECT_NEAR(height(CutterType::kBall), r / c - r, 1e-6);
-    const double t = 7.0 * kDegree, top = full(CutterType::kTaperBall).cutting_length;
-    const double top_r = radius_of(full(CutterType::kTaperBall), top - 1e-12);
-    // Steeper than the cone it stands on the cone's upper rim.
-    EXPECT_NEAR(height(CutterType::kTaperBall), degrees > 83.0 ? top_r * s / c - top : r / c - r, 1e-5) << t;
-  }
-}
-
-TEST(ToolSolid, DropsOntoEdgesAndCorners) {
-  const Cutter bull = full(CutterType::kBullNose), flat = full(CutterType::kFlat),
-               taper = full(CutterType::kTaperBall);
-  const Vec3 z{0, 0, 1};
-  // A level edge at distance 2.6: on the rounding of the bull-nose, on the face of the flat end.
-  const PartDistance ridge(
-      mesh_of({{Point<Part>{2.6, -50, 1}, Point<Part>{2.6, 50, 1}, Point<Part>{50, 0, -80}}}));
-  EXPECT_NEAR(ToolSolid(flat).drop(ridge, {{0, 0, 20}, z}).value, 19.0, 1e-9);
-  EXPECT_NEAR(ToolSolid(bull).drop(ridge, {{0, 0, 20}, z}).value,
-              19.0 + (1.25 - std::sqrt(1.25 * 1.25 - 0.85 * 0.85)), 1e-7);
-  // An edge rising by 45 degrees past the axis at distance 2: it meets the flat end's rim.
-  const PartDistance slope(
-      mesh_of({{Point<Part>{2, -50, -50}, Point<Part>{2, 50, 50}, Point<Part>{60, 0, -300}}}));
-  EXPECT_NEAR(ToolSolid(flat).drop(slope, {{0, 0, 20}, z}).value, 20.0 - std::sqrt(5.0), 1e-7);
-  // A needle's point on the cone.
-  const PartDistance needle(
-      mesh_of({{Point<Part>{3.4, 0, 0}, Point<Part>{3.5, 0, -90}, Point<Part>{3.4, 0.1, -90}}}));
-  const double t = 7.0 * kDegree;
-  EXPECT_NEAR(ToolSolid(taper).drop(needle, {{0, 0, 20}, z}).value,
-              20.0 + 3.4 / std::tan(t) + 3.0 - 3.0 / std::sin(t), 1e-7);
-  EXPECT_EQ(ToolSolid(bull).drop(needle, {{0, 0, 20}, z}).facet, kNoFacet);  // passes by
-  // What hangs above its widest place does not stop it.
-  EXPECT_EQ(ToolSolid(flat).drop(needle, {{1, 0, -95}, z}).facet, kNoFacet);
-  const PartDistance beam(mesh_of({{Point<Part>{0, 0, 20}, Point<Part>{30, 0, -5}, Point<Part>{30, 1, -5}}}));
-  EXPECT_EQ(ToolSolid(flat).drop(beam, {{0, 0, 0}, z}).facet, kNoFacet);
-  EXPECT_NEAR(ToolSolid(flat).drop(beam, {{0, 0, 30}, z}).value, 10.0, 1e-9);
 }
 
 TEST(ToolSolid, EveryPartFindsItsOwnOverlap) {
@@ -399,7 +232,7 @@ TEST(ToolSolid, PlainBallIsTheCapsule) {
   const ToolSolid tool(ball(4, 20));
   EXPECT_FALSE(tool.has(ToolPart::kShank) || tool.has(ToolPart::kHolder));
   for (int i = 0; i < 200; ++i) {
-    const PartDistance part(mesh_of(random_soup(random, 10, 12)));
+    const PartDistance part(mesh_of(random_soup(random, 10, 12, 4)));
     const Pose pose{{place(random), place(random), place(random)}, random_axis(random)};
     const Point<Part> centre = pose.tip + pose.axis * 2.0;
     EXPECT_EQ(tool.clearance(part, pose, ToolPart::kCutter).value,
