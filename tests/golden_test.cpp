@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
@@ -19,6 +18,7 @@
 #include "kinematics/cl_file.h"
 #include "kinematics/joint_path.h"
 #include "pathgen/plan.h"
+#include "tests/folder.h"
 #include "tests/posted.h"
 
 namespace tiltfeed {
@@ -221,9 +221,8 @@ TEST(Program, CancelledItLeavesNoFile) {
   const auto joints = to_joints(path, job.machine.model, job.setup, {}, until(1'000'000));
   ASSERT_TRUE(joints) << joints.error().message;
 
-  const auto folder = std::filesystem::path(testing::TempDir()) / ("cancelled-" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  const auto file = (folder / "long.nc").string();
+  const Folder folder("cancelled");
+  const std::string file = folder.path + "/long.nc";
   for (const int calls : {1, 3}) {
     auto out = OutputFile::open(file);
     ASSERT_TRUE(out) << out.error().message;
@@ -232,14 +231,13 @@ TEST(Program, CancelledItLeavesNoFile) {
     EXPECT_EQ(stopped.error().code, Code::kCancelled);
     EXPECT_EQ(asked, calls) << "it went on after it was told to stop";
   }
-  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path));
   {
     auto out = OutputFile::open(file);
     ASSERT_TRUE(out && write_program(*joints, job, out->stream(), until(1'000'000)) && out->commit());
     EXPECT_EQ(last, 1.0);
   }
   EXPECT_TRUE(std::filesystem::exists(file));
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <sqlite3.h>
 #include <unistd.h>
 
-#include <filesystem>
 #include <fstream>
 #include <future>
 #include <nlohmann/json.hpp>
@@ -14,6 +13,7 @@
 
 #include "daemon/job_desk.h"
 #include "sim/endpoint.h"
+#include "tests/folder.h"
 #include "tests/wide_machine.h"
 
 namespace tiltfeed {
@@ -70,14 +70,9 @@ class Machine {
 
 class Queue : public testing::Test {
  protected:
-  Queue() : folder_("/tmp/tiltfeed_queue_" + std::to_string(::getpid())) {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-    open();
-  }
+  Queue() { open(); }
   ~Queue() override {
     if (desk_) leave();
-    std::filesystem::remove_all(folder_);
   }
 
   void open() {
@@ -85,7 +80,7 @@ class Queue : public testing::Test {
     config.machine.model = wide_machine();
     config.machine.model.name = "wide";
     config.link = "modbus-tcp:" + machine_.place;
-    config.spool = folder_ + "/spool";
+    config.spool = folder_.path + "/spool";
     auto desk = JobDesk::open(config, [] {});
     ASSERT_TRUE(desk) << desk.error().message;
     desk_ = std::make_unique<JobDesk>(std::move(*desk));
@@ -109,7 +104,7 @@ class Queue : public testing::Test {
   }
   /// A program whose feeds go to Y `job`, the number that it gets.
   void submit(int job, int feeds, const std::string& more = "") {
-    const std::string path = folder_ + "/program.nc";
+    const std::string path = folder_.path + "/program.nc";
     std::ofstream out(path);
     out << "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n";
     for (int i = 0; i < feeds; ++i) out << "G1 X" << i % 2 << " Y" << job << " Z50 A0 C0 F600\n";
@@ -168,7 +163,7 @@ class Queue : public testing::Test {
     until([&] { return !machine_.feeds().empty(); });
   }
 
-  std::string folder_;
+  const Folder folder_{"queue"};
   Machine machine_;
   std::unique_ptr<JobDesk> desk_;
 };
@@ -335,7 +330,7 @@ TEST_F(Queue, AProgramThatWasChangedLeavesTheQueueWithItsError) {
   ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
   ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
   ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
-  std::ofstream(folder_ + "/spool/jobs/2/program.nc", std::ios::app) << "G0\n";
+  std::ofstream(folder_.path + "/spool/jobs/2/program.nc", std::ios::app) << "G0\n";
   until([&] { return state(2) == "ready"; });
   EXPECT_NE(ask(ApiOp::kShow, 2).value("note", "").find("was changed"), std::string::npos);
   expect_rest();
@@ -365,10 +360,9 @@ TEST_F(Queue, TakesNothingThatCannotBeStarted) {
 }
 
 TEST(Spool, OfAnEarlierVersionGetsAQueue) {
-  const std::string folder = "/tmp/tiltfeed_queue_old_" + std::to_string(::getpid());
-  std::filesystem::create_directories(folder);
+  const Folder folder("queue_old");
   sqlite3* old = nullptr;
-  ASSERT_EQ(sqlite3_open((folder + "/jobs.db").c_str(), &old), SQLITE_OK);
+  ASSERT_EQ(sqlite3_open((folder.path + "/jobs.db").c_str(), &old), SQLITE_OK);
   ASSERT_EQ(
       sqlite3_exec(
           old,
@@ -380,7 +374,7 @@ TEST(Spool, OfAnEarlierVersionGetsAQueue) {
       SQLITE_OK);
   sqlite3_close(old);
   for (const std::uint64_t place : {0u, 3u}) {  // brought up to date once, and found so
-    auto spool = Spool::open(folder);
+    auto spool = Spool::open(folder.path);
     ASSERT_TRUE(spool) << spool.error().message;
     auto job = spool->find(7);
     ASSERT_TRUE(job) << job.error().message;
@@ -390,7 +384,6 @@ TEST(Spool, OfAnEarlierVersionGetsAQueue) {
     ASSERT_TRUE(spool->update(*job));
     EXPECT_EQ(spool->queue()->size(), 1u);
   }
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

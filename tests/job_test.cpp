@@ -6,11 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 
 #include "tests/bad_text.h"
+#include "tests/folder.h"
 #include "tests/job_text.h"
 
 namespace tiltfeed {
@@ -137,22 +137,12 @@ TEST(Job, RoundedDirectionsBecomeExactlyPerpendicular) {
 
 class JobFiles : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              (std::string("tiltfeed_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-    return (folder_ / name).string();
-  }
-  std::filesystem::path folder_;
+  const Folder folder_{"job_files"};
 };
 
 TEST_F(JobFiles, UnreadableFilesAreIoErrors) {
-  const std::string missing = (folder_ / "none.yaml").string();
-  for (const std::string& path : {missing, folder_.string()}) {
+  const std::string missing = folder_.path + "/none.yaml";
+  for (const std::string& path : {missing, folder_.path}) {
     const Result<Job> job = load_job(path);
     ASSERT_FALSE(job.has_value());
     EXPECT_EQ(job.error().code, Code::kIo);
@@ -162,17 +152,19 @@ TEST_F(JobFiles, UnreadableFilesAreIoErrors) {
 }
 
 TEST_F(JobFiles, AMissingMachineIsReportedAtTheJobsKey) {
-  const std::string path = write("job.yaml", replaced(kGoodJob, "../machines/generic-ac.yaml", "m.yaml"));
+  const std::string path =
+      folder_.write("job.yaml", replaced(kGoodJob, "../machines/generic-ac.yaml", "m.yaml"));
   const Result<Job> job = load_job(path);
   ASSERT_FALSE(job.has_value());
   EXPECT_EQ(job.error().code, Code::kIo);
-  EXPECT_EQ(job.error().message.find(path + ":17:10: machine: " + (folder_ / "m.yaml").string()), 0u)
+  EXPECT_EQ(job.error().message.find(path + ":17:10: machine: " + folder_.path + "/m.yaml"), 0u)
       << job.error().message;
 }
 
 TEST_F(JobFiles, AMachinesErrorNamesTheMachinesFile) {
-  const std::string path = write("job.yaml", replaced(kGoodJob, "../machines/generic-ac.yaml", "m.yaml"));
-  const std::string machine = write(
+  const std::string path =
+      folder_.write("job.yaml", replaced(kGoodJob, "../machines/generic-ac.yaml", "m.yaml"));
+  const std::string machine = folder_.write(
       "m.yaml", replaced(text_of(SOURCE_DIR "/config/machines/generic-ac.yaml"), "letter: A", "letter: X"));
   const Result<Job> job = load_job(path);
   ASSERT_FALSE(job.has_value());
@@ -181,16 +173,16 @@ TEST_F(JobFiles, AMachinesErrorNamesTheMachinesFile) {
 }
 
 TEST_F(JobFiles, PathsAreRelativeToTheJobFile) {
-  write("m.yaml", text_of(SOURCE_DIR "/config/machines/generic-ac.yaml"));
+  folder_.write("m.yaml", text_of(SOURCE_DIR "/config/machines/generic-ac.yaml"));
   const Result<Job> job =
-      load_job(write("job.yaml", replaced(kGoodJob, "../machines/generic-ac.yaml", "./m.yaml")));
+      load_job(folder_.write("job.yaml", replaced(kGoodJob, "../machines/generic-ac.yaml", "./m.yaml")));
   ASSERT_TRUE(job.has_value()) << job.error().message;
-  EXPECT_EQ(job->machine.path, (folder_ / "m.yaml").string());
-  EXPECT_EQ(job->stl_path, (folder_ / "p.stl").string());
+  EXPECT_EQ(job->machine.path, folder_.path + "/m.yaml");
+  EXPECT_EQ(job->stl_path, folder_.path + "/p.stl");
 }
 
 TEST_F(JobFiles, LargeFilesAreRefused) {
-  const std::string path = write("job.yaml", std::string((1u << 20) + 1, '#'));
+  const std::string path = folder_.write("job.yaml", std::string((1u << 20) + 1, '#'));
   const Result<Job> job = load_job(path);
   ASSERT_FALSE(job.has_value());
   EXPECT_EQ(job.error().code, Code::kInput);

@@ -5,13 +5,13 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 
 #include "daemon/run_journal.h"
 #include "daemon/sha256.h"
+#include "tests/folder.h"
 #include "tests/simulated_disk.h"
 
 namespace tiltfeed {
@@ -127,9 +127,8 @@ TEST(Journal, StaysSmall) {
 }
 
 TEST(JournalFile, RealFileIsLockedShortenedAndReadAgain) {
-  const std::string folder = "/tmp/tiltfeed_journal_" + std::to_string(::getpid());
-  std::filesystem::create_directories(folder);
-  const std::string path = folder + "/1.journal";
+  const Folder folder("journal");
+  const std::string path = folder.path + "/1.journal";
   {
     auto disk = journal_file(path);
     ASSERT_TRUE(disk) << disk.error().message;
@@ -151,8 +150,7 @@ TEST(JournalFile, RealFileIsLockedShortenedAndReadAgain) {
   EXPECT_EQ(std::filesystem::file_size(path), kRecordBytes);
   EXPECT_EQ(std::filesystem::status(path).permissions(),
             std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
-  EXPECT_FALSE(journal_file(folder + "/none/1.journal"));
-  std::filesystem::remove_all(folder);
+  EXPECT_FALSE(journal_file(folder.path + "/none/1.journal"));
 }
 
 // ---- while it streams ----------------------------------------------------------------------------------

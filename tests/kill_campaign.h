@@ -49,7 +49,6 @@ enum class Bug {
 /// One campaign's program: `blocks` short feed moves, each of its own place.
 struct KillProgram {
   explicit KillProgram(int blocks, const std::string& folder) : path(folder + "/program.nc") {
-    std::filesystem::create_directories(folder);
     std::ostringstream out;
     out << "G21 G90 G94\nG0 X0 Y0 Z0 A0 C0\nG93\n";
     char line[100];

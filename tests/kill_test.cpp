@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/folder.h"
 #include "tests/kill_campaign.h"
 
 namespace tiltfeed {
@@ -18,14 +19,12 @@ constexpr std::uint64_t kKills = 100;
 class KillPoints : public testing::Test {
  protected:
   KillPoints()
-      : folder("/tmp/tiltfeed_kill_" + std::to_string(::getpid())),
-        program(260, folder),
+      : program(260, folder.path),
         prepared(*prepare_run(program.path, *parse_link("modbus-tcp:127.0.0.1:502"), 1)) {}
-  ~KillPoints() override { std::filesystem::remove_all(folder); }
 
   Campaign until(std::uint64_t kills, Campaign campaign) {
     while (campaign.kills < kills && campaign.wrong == 0 && campaign.runs < kills + 20)
-      campaign.run(prepared, program, folder);
+      campaign.run(prepared, program, folder.path);
     std::printf("%llu kills in %llu programs, %llu of these left to the operator, %llu wrong %s\n",
                 static_cast<unsigned long long>(campaign.kills),
                 static_cast<unsigned long long>(campaign.runs),
@@ -34,7 +33,7 @@ class KillPoints : public testing::Test {
     return campaign;
   }
 
-  std::string folder;
+  const Folder folder{"kill"};
   KillProgram program;
   JobRun prepared;
 };

@@ -15,6 +15,7 @@
 
 #include "daemon/job_runner.h"
 #include "sim/endpoint.h"
+#include "tests/folder.h"
 #include "tests/wide_machine.h"
 
 namespace tiltfeed {
@@ -68,14 +69,9 @@ class MachineProcess {
 
 class Memory : public testing::Test {
  protected:
-  Memory() : folder("/tmp/tiltfeed_memory_" + std::to_string(::getpid())) {
-    std::filesystem::create_directories(folder);
-  }
-  ~Memory() override { std::filesystem::remove_all(folder); }
-
   /// Peak of this process after the service has streamed so many blocks, MB.
   double after(int blocks, const std::string& link) {
-    const std::string path = folder + "/program.nc";
+    const std::string path = folder.path + "/program.nc";
     {
       std::ofstream out(path);
       out << "G21 G90 G94\nG0 X0 Y0 Z0 A0 C0\nG93\n";
@@ -88,9 +84,9 @@ class Memory : public testing::Test {
     EXPECT_TRUE(run) << run.error().message;
     ResumeDecision fresh;
     fresh.way = ResumeWay::kFresh;
-    std::filesystem::remove(folder + "/journal");
+    std::filesystem::remove(folder.path + "/journal");
     JobRunner runner([] {});
-    runner.start({*run, fresh, folder + "/journal", folder + "/blackbox.txt", wide_machine()});
+    runner.start({*run, fresh, folder.path + "/journal", folder.path + "/blackbox.txt", wide_machine()});
     std::optional<RunView> end;
     while (!(end = runner.take_end())) std::this_thread::sleep_for(std::chrono::milliseconds(20));
     EXPECT_TRUE(*end->ended) << end->ended->error().message;
@@ -106,11 +102,11 @@ class Memory : public testing::Test {
     EXPECT_LE(tenth - hundredth, kMostGrowth);
   }
 
-  std::string folder;
+  const Folder folder{"memory"};
 };
 
 TEST_F(Memory, AMillionBlocksOverGrblTakeNoMoreThanAHundredThousand) {
-  const std::string place = folder + "/machine";
+  const std::string place = folder.path + "/machine";
   const MachineProcess machine([&](const sim::EndpointOptions& options) {
     sim::GrblController controller(wide_machine(), {}, {}, [](const sim::TraceRow&) {});
     static_cast<void>(sim::serve_pty(controller, place, options));

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "pathgen/stl.h"
+#include "tests/folder.h"
 
 namespace tiltfeed {
 namespace {
@@ -48,10 +49,8 @@ TEST(StlFile, WrittenFileReadsBack) {
   for (auto& f : facets)
     for (Point<Part>& p : f)
       for (double* c : {&p.x, &p.y, &p.z}) *c = std::ldexp(mantissa(random), exponent(random));
-  const std::string folder = testing::TempDir() + "stl_written";
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directory(folder);
-  const std::string path = folder + "/part.stl";
+  const Folder folder("stl_written");
+  const std::string path = folder.path + "/part.stl";
   ASSERT_TRUE(write_stl(path, facets));
   EXPECT_EQ(std::filesystem::file_size(path), 84U + 50U * 300U);
   const Result<Stl> back = read_stl(path, 1.0);
@@ -66,22 +65,21 @@ TEST(StlFile, WrittenFileReadsBack) {
   float normal[3];
   file.seekg(84).read(reinterpret_cast<char*>(normal), 12);
   EXPECT_TRUE(normal[0] == 0.0F && normal[1] == 0.0F && normal[2] == 1.0F);
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);  // nothing left beside
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path), {}), 1);  // nothing left beside
 }
 
 TEST(StlFile, FailedWritesLeaveNothingBehind) {
-  const std::string folder = testing::TempDir() + "stl_failed";
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder + "/taken.stl/inside");
+  const Folder folder("stl_failed");
+  std::filesystem::create_directories(folder.path + "/taken.stl/inside");
   const Facets one = {{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}}};
-  const auto into_folder = write_stl(folder + "/taken.stl", one);
+  const auto into_folder = write_stl(folder.path + "/taken.stl", one);
   ASSERT_FALSE(into_folder);
   EXPECT_EQ(into_folder.error().code, Code::kIo);
-  EXPECT_EQ(write_stl(folder + "/missing/part.stl", one).error().code, Code::kIo);
-  EXPECT_EQ(write_stl(folder + "/part.stl", {}).error().code, Code::kInput);
-  EXPECT_EQ(write_stl(folder + "/part.stl", {{{{0, 0, 0}, {1e39, 0, 0}, {0, 1, 0}}}}).error().code,
+  EXPECT_EQ(write_stl(folder.path + "/missing/part.stl", one).error().code, Code::kIo);
+  EXPECT_EQ(write_stl(folder.path + "/part.stl", {}).error().code, Code::kInput);
+  EXPECT_EQ(write_stl(folder.path + "/part.stl", {{{{0, 0, 0}, {1e39, 0, 0}, {0, 1, 0}}}}).error().code,
             Code::kInput);
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path), {}), 1);
 }
 
 TEST(StlFile, OnlyRegularFilesAreRead) {
