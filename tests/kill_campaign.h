@@ -3,14 +3,12 @@
 // the parent: real processes, a real socket, a real journal file. The same without processes for power loss,
 // where only what was made durable is left.
 
-#include <poll.h>
 #include <signal.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -19,32 +17,11 @@
 #include <string>
 #include <vector>
 
-#include <zlib.h>
-
-#include "daemon/job_run.h"
-#include "daemon/modbus_map.h"
-#include "sim/modbus_controller.h"
+#include "tests/dying_sender.h"
+#include "tests/same_block.h"
 #include "tests/sim_machine.h"
-#include "tests/simulated_disk.h"
 
 namespace tiltfeed {
-
-inline constexpr std::uint16_t kStatusAt = 0x0200, kMailboxAt = 0x0180;
-
-/// What a broken sender would do; each must be found by the campaign.
-enum class Bug {
-  kNone,
-  kNoJournal,         // nothing is on record
-  kStartsAnew,        // does not look at what is
-  kFromExecuted,      // a new session after the executed blocks of the journal: asks nobody
-  kFromAcknowledged,  // the same after the acknowledged ones
-  kFromOffered,       // the same after those that may have left
-  kNoCheckSum,        // a torn record is believed
-  kBuffered,          // a record is written when the next one comes
-  kOldProgram,        // goes on although the file is another one
-  kNeverDurable,      // no sync (power loss)
-  kOfferedForSure,    // after a power loss believes what was not durable
-};
 
 /// One campaign's program: `blocks` short feed moves, each of its own place.
 struct KillProgram {
@@ -65,14 +42,6 @@ struct KillProgram {
   std::string path;
   std::vector<sim::Block> expected;
 };
-
-inline bool same_block(const sim::Block& a, const sim::Block& b) {
-  const auto near = [](double p, double q) { return std::abs(p - q) < 1e-9; };
-  return a.op == b.op && a.m_code == b.m_code &&
-         (a.op == sim::Op::kMCode ||
-          (near(a.target.x, b.target.x) && near(a.target.y, b.target.y) && near(a.target.z, b.target.z) &&
-           near(a.target.a, b.target.a) && near(a.target.c, b.target.c) && near(a.feed, b.feed)));
-}
 
 /// The controller, and what it executed.
 struct RingMachine {
@@ -99,10 +68,10 @@ struct RingMachine {
   /// As when its power fails: what its ring held is gone, and it starts with another boot_id.
   void restart() {
     std::vector<std::uint16_t> status(24);
-    controller.read(kStatusAt, status);
+    controller.read(sim::kStatusAt, status);
     const auto reset =
         encode_mailbox(status[2], static_cast<std::uint16_t>(status[11] + 1), MailboxCode::kReset, 0, false);
-    controller.write(kMailboxAt, reset);
+    controller.write(sim::kMailboxAt, reset);
   }
 
   std::vector<sim::Block> executed;
@@ -110,159 +79,8 @@ struct RingMachine {
   sim::ModbusController controller;
 };
 
-/// Counts the steps of a sender; at one of them it dies.
-struct Steps {
-  std::uint64_t count = 0, at = ~0ull, torn = 0;
-  bool power = false;  // no process to kill: everything fails from here on
-  bool dead = false;
-  /// True when this is the step.
-  bool now() { return ++count == at; }
-  void die() {
-    dead = true;
-    if (!power) ::kill(::getpid(), SIGKILL);
-  }
-  bool step() {
-    if (!dead && now()) die();
-    return dead;
-  }
-};
-
-inline JournalDisk dying_disk(JournalDisk inner, Steps& steps, Bug bug) {
-  JournalDisk disk = inner;
-  const auto waiting = std::make_shared<std::string>();
-  disk.append = [inner, &steps, bug, waiting](std::string_view bytes) -> std::ptrdiff_t {
-    if (steps.dead) return -EIO;
-    if (steps.now()) {  // a torn write
-      inner.append(bytes.substr(0, steps.torn % (bytes.size() + 1)));
-      steps.die();
-      return -EIO;
-    }
-    if (bug != Bug::kBuffered) return inner.append(bytes);
-    if (!waiting->empty()) inner.append(*waiting);
-    *waiting = bytes;
-    return static_cast<std::ptrdiff_t>(bytes.size());
-  };
-  disk.sync = [inner, &steps, bug] {
-    if (steps.step()) return -EIO;
-    if (bug == Bug::kNeverDurable) return 0;
-    const int result = inner.sync();
-    return steps.step() ? -EIO : result;
-  };
-  disk.read = [inner, bug]() -> Result<std::string> {
-    Result<std::string> bytes = inner.read();
-    if (!bytes || bug != Bug::kNoCheckSum) return bytes;
-    bytes->resize((bytes->size() + kRecordBytes - 1) / kRecordBytes * kRecordBytes, '\0');
-    for (std::size_t at = 0; at < bytes->size(); at += kRecordBytes) {
-      const auto sum = static_cast<std::uint32_t>(
-          ::crc32(0, reinterpret_cast<const Bytef*>(bytes->data() + at), kRecordBytes - 4));
-      for (std::size_t i = 0; i < 4; ++i)
-        (*bytes)[at + kRecordBytes - 4 + i] = static_cast<char>(sum >> (8 * i) & 0xFF);
-    }
-    return bytes;
-  };
-  return disk;
-}
-
-/// Time passes only where somebody waits.
-struct ScriptClock : Clock {
-  Time time{0};
-  Time now() override { return time; }
-};
-
-/// Requests go to `send`, which gives the reply; waiting tells `wait` how long.
-struct DyingLink : Link {
-  std::function<std::string(const std::string&)> ask;
-  std::function<void(Time)> wait_for;
-  ScriptClock& clock;
-  Steps& steps;
-  DyingLink(ScriptClock& c, Steps& s) : clock(c), steps(s) {}
-  Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) override {
-    if (steps.step()) return fail(Code::kLink, "dead");
-    if (out.empty()) {
-      clock.time += wait;
-      wait_for(wait);
-      return std::size_t{0};
-    }
-    clock.time += std::chrono::microseconds(500);
-    std::string reply = ask(std::string(out));
-    if (steps.step()) return fail(Code::kLink, "dead");
-    in = std::move(reply);
-    return out.size();
-  }
-};
-
-/// The naive way to go on: the controller forgets the old session, a new one begins after `count` blocks.
-inline Result<SendReport> send_rest(const JobRun& run, std::uint64_t count, Link& link, Clock& clock,
-                                    const StreamHooks& hooks) {
-  const auto ask = [&](const ModbusRequest& request) {
-    std::string in;
-    static_cast<void>(link.exchange(pack_request(request), Time{0}, in));
-    return unpack_reply(in);
-  };
-  for (const MailboxCode code : {MailboxCode::kStop, MailboxCode::kClose}) {
-    const ModbusReply status = ask({0, kStatusAt, kStatusWords, {}});
-    if (status.words.size() != kStatusWords) return fail(Code::kLink, "no status");
-    const RingStatus ring = parse_ring_status(status.words, false);
-    const auto seq = static_cast<std::uint16_t>(ring.command_ack + 1);
-    ask({kMailboxAt, 0, 0, encode_mailbox(ring.session, seq, code, 0, false)});
-  }
-  std::ifstream in(run.program);
-  std::ofstream out(run.program + ".rest");
-  std::uint64_t block = 0;
-  for (std::string line; std::getline(in, line);)
-    if (line[0] == 'G' && line.size() > 3 && line[1] != '2') {
-      if (++block > count) out << line << "\n";
-    } else if (block <= count || line == "M2") {
-      out << line << "\n";
-    }
-  out.close();
-  return send_over(run.program + ".rest", run.link, link, clock, {}, hooks);
-}
-
 /// Deaths of one program; then it is let live.
 inline constexpr int kDeaths = 30;
-
-enum class End : char { kDone = 'D', kKilled = 'K', kUncertain = 'U', kWrong = 'W' };
-
-/// How one life of the sender ended, and what it told the operator.
-struct Outcome {
-  End end = End::kKilled;
-  std::uint64_t executed = 0, may_have = 0;
-  std::string text;
-};
-
-inline Outcome sender_life(JobRun run, JournalDisk disk, Link& link, Clock& clock, Steps& steps, Bug bug) {
-  if (bug == Bug::kNoJournal) disk = journal_disk(std::make_shared<SimulatedDisk>());
-  auto journal = Journal::open(dying_disk(std::move(disk), steps, bug));
-  if (!journal) return {steps.dead ? End::kKilled : End::kWrong, 0, 0, journal.error().message};
-  const std::optional<RunRecord>& last = journal->content().last;
-  if (last && bug == Bug::kOfferedForSure) run.subject.host = last->host;
-  if (last && bug == Bug::kOldProgram) run.subject.program = last->program;
-  ResumeDecision decision = decide_resume(journal->content(), run.subject);
-  if (bug == Bug::kStartsAnew) decision.way = ResumeWay::kFresh;
-  Outcome outcome{End::kDone, decision.executed, decision.may_have, decision.text};
-  if (decision.way == ResumeWay::kFinished) return outcome;
-  if (decision.way == ResumeWay::kUncertain) return outcome.end = End::kUncertain, outcome;
-  Result<SendReport> report;
-  SendState newest;
-  StreamHooks hooks;
-  hooks.progress = [&](const SendState& state) { return newest = state, true; };
-  if (decision.way == ResumeWay::kContinue && bug == Bug::kFromExecuted)
-    report = send_rest(run, last->executed, link, clock, hooks);
-  else if (decision.way == ResumeWay::kContinue && bug == Bug::kFromAcknowledged)
-    report = send_rest(run, last->acknowledged, link, clock, hooks);
-  else if (decision.way == ResumeWay::kContinue && bug == Bug::kFromOffered)
-    report = send_rest(run, last->offered, link, clock, hooks);
-  else
-    report = run_job(run, decision, *journal, link, clock, hooks);
-  if (report) return outcome;
-  outcome.text = report.error().message;
-  outcome.end = steps.dead ? End::kKilled : End::kWrong;
-  // The controller cannot tell any more: judged as left to the operator, with the journal's range.
-  if (newest.loss == Loss::kRestarted || newest.loss == Loss::kForgotten || newest.phase == Phase::kAlarm)
-    outcome.end = End::kUncertain;
-  return outcome;
-}
 
 /// A life in a process of its own, killed for real. The parent is the machine.
 inline Outcome forked_life(const JobRun& run, const std::string& journal, RingMachine& machine, Steps steps,

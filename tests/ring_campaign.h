@@ -13,6 +13,7 @@
 
 #include "daemon/stream.h"
 #include "tests/ring_wire.h"
+#include "tests/same_block.h"
 #include "tests/wide_machine.h"
 
 namespace tiltfeed {
@@ -43,15 +44,6 @@ struct CampaignProgram {
   std::string path, lines;
   std::vector<sim::Block> blocks;
 };
-
-inline bool same_block(const sim::Block& a, const sim::Block& b) {
-  const auto near = [](double x, double y) { return std::abs(x - y) < 1e-9; };
-  if (a.op != b.op || a.m_code != b.m_code) return false;
-  if (a.op == sim::Op::kMCode) return true;
-  return near(a.target.x, b.target.x) && near(a.target.y, b.target.y) && near(a.target.z, b.target.z) &&
-         near(a.target.a, b.target.a) && near(a.target.c, b.target.c) && near(a.feed, b.feed) &&
-         a.inverse_time == b.inverse_time;
-}
 
 struct CampaignOutcome {
   std::uint64_t faults = 0, kills = 0, resets = 0;
