@@ -1,6 +1,6 @@
 #pragma once
-// A scripted ring controller in made-up time, written from the map again with its own bitwise CRC; it shares
-// only the packing of a request with the session.
+// A scripted ring controller in made-up time, written from the map again with a bitwise CRC; it shares only
+// the packing of a request with the session.
 
 #include <gtest/gtest.h>
 
@@ -10,25 +10,12 @@
 #include <vector>
 
 #include "daemon/modbus_session.h"
+#include "tests/crc_bit_by_bit.h"
 
 namespace tiltfeed {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-using Words = std::vector<std::uint16_t>;
-
-/// CRC-32 bit by bit over all words but the two at `hole`.
-inline std::uint32_t crc_bit_by_bit(const Words& words, std::size_t hole) {
-  std::uint32_t crc = 0xFFFFFFFFu;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (i == hole || i == hole + 1) continue;
-    for (const int byte : {words[i] >> 8, words[i] & 0xFF}) {
-      crc ^= static_cast<std::uint32_t>(byte);
-      for (int bit = 0; bit < 8; ++bit) crc = crc & 1 ? crc >> 1 ^ 0xEDB88320u : crc >> 1;
-    }
-  }
-  return ~crc;
-}
 
 inline std::uint32_t pair(const Words& words, std::size_t at) {
   return static_cast<std::uint32_t>(words[at]) << 16 | words[at + 1];

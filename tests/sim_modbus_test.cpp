@@ -3,27 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <vector>
 
 #include "sim/modbus_controller.h"
+#include "tests/crc_bit_by_bit.h"
 #include "tests/sim_machine.h"
 
 namespace tiltfeed::sim {
 namespace {
-
-using Words = std::vector<std::uint16_t>;
-
-/// CRC-32 bit by bit, independent of zlib.
-std::uint32_t plain_crc(const Words& words) {
-  std::uint32_t crc = 0xFFFFFFFF;
-  for (const std::uint16_t word : words) {
-    for (const int byte : {word >> 8, word & 0xFF}) {
-      crc ^= static_cast<std::uint32_t>(byte);
-      for (int bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ ((crc & 1) != 0 ? 0xEDB88320U : 0U);
-    }
-  }
-  return ~crc;
-}
 
 void put(Words& words, std::size_t at, std::uint32_t value) {
   words[at] = static_cast<std::uint16_t>(value >> 16);
@@ -50,18 +38,14 @@ Words window(std::uint16_t session, std::uint16_t first, const std::vector<Words
     std::copy(blocks[k].begin(), blocks[k].end(), words.begin() + 6 + 16 * static_cast<int>(k));
     words[6 + 16 * k] = static_cast<std::uint16_t>(first + k);
   }
-  Words guarded(words.begin(), words.begin() + 4);
-  guarded.insert(guarded.end(), words.begin() + 6, words.end());
-  put(words, 4, plain_crc(guarded));
+  put(words, 4, crc_bit_by_bit(words, 4));
   return words;
 }
 
 Words mailbox(std::uint16_t session, std::uint16_t seq, Command command, std::uint32_t argument = 0) {
-  Words words{session, seq, static_cast<std::uint16_t>(command), 0, 0};
+  Words words{session, seq, static_cast<std::uint16_t>(command), 0, 0, 0, 0};
   put(words, 3, argument);
-  const std::uint32_t crc = plain_crc(words);
-  words.resize(7);
-  put(words, 5, crc);
+  put(words, 5, crc_bit_by_bit(words, 5));
   return words;
 }
 
@@ -103,9 +87,9 @@ class Modbus : public ::testing::Test {
 TEST(ModbusMap, CrcIsTheIeeeOne) {
   const Words digits{0x3132, 0x3334, 0x3536, 0x3738};  // "12345678"
   EXPECT_EQ(crc_of_words(digits), 0x9AE0DAAFU);
-  EXPECT_EQ(plain_crc(digits), 0x9AE0DAAFU);
+  EXPECT_EQ(crc_bit_by_bit(digits, digits.size()), 0x9AE0DAAFU);
   const Words many(117, 0xA5C3);  // longer than the pieces it is computed in
-  EXPECT_EQ(crc_of_words(many), plain_crc(many));
+  EXPECT_EQ(crc_of_words(many), crc_bit_by_bit(many, many.size()));
 }
 
 TEST_F(Modbus, IdentityAndAddresses) {
