@@ -196,10 +196,18 @@ std::optional<Inside> LineCutter::operator()(Point<Part> origin, double low, dou
   if (const double side = dot(o, side_); side < side_low_ || side > side_high_) return std::nullopt;
   // (R7) The highest place of the stretch over the ball's plane.
   if (dot(o, above_) + above_slope_ * (above_slope_ > 0.0 ? high : low) < above_from_) return std::nullopt;
+  bool through = false;  // it is inside at the upper end of the stretch
+  if (count_ == 1) {
+    // What a line is outside of there, and comes no nearer to below, it meets beyond the stretch or nowhere.
+    const Vec3 off = capsules_[0].off(o + direction_ * high);
+    through = squared_length(off) < r2_;
+    if (!through && dot(off, direction_) <= 0.0) return std::nullopt;
+  }
   Inside inside = count_ > 1 ? between(o) : Inside{kInfinity, -kInfinity};
   // Most lines have been cut off below already: they need no second end.
   for (int i = 0; i < count_; ++i) inside.enter = std::min(inside.enter, border(capsules_[i], o, -1.0));
   if (inside.enter >= high) return std::nullopt;
+  if (through) return Inside{inside.enter, high};
   for (int i = 0; i < count_; ++i) inside.leave = std::max(inside.leave, border(capsules_[i], o, 1.0));
   if (inside.leave <= low || inside.enter > inside.leave) return std::nullopt;
   return inside;

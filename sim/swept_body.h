@@ -61,6 +61,11 @@ class LineCutter {
     double along = 0.0;    ///< of the line's direction and the axis
     double square = 0.0;   ///< of the line's direction less its part along the axis
     double inverse = 0.0;  ///< of square; 0: the line runs along the axis
+    /// From the nearest point of its axis to p.
+    Vec3 off(Vec3 p) const {
+      const Vec3 w = p - foot;
+      return w - unit * std::clamp(dot(w, unit), 0.0, whole);
+    }
   };
   /// low <= gradient . p <= high; inverse of gradient . direction, 0: no change along the line.
   struct Slab {
