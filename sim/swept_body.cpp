@@ -198,7 +198,7 @@ std::optional<Inside> LineCutter::operator()(Point<Part> origin, double low, dou
   if (dot(o, above_) + above_slope_ * (above_slope_ > 0.0 ? high : low) < above_from_) return std::nullopt;
   bool through = false;  // it is inside at the upper end of the stretch
   if (count_ == 1) {
-    // What a line is outside of there, and comes no nearer to below, it meets beyond the stretch or nowhere.
+    // Outside there, and nearest to it there or above: the line misses it in the stretch.
     const Vec3 off = capsules_[0].off(o + direction_ * high);
     through = squared_length(off) < r2_;
     if (!through && dot(off, direction_) <= 0.0) return std::nullopt;
