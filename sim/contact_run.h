@@ -53,8 +53,8 @@ struct Contact::Four {
   FourSheets ball;      ///< the way of the core's lower end
   std::array<FourSheets, kMostStretches> core;
   LaneVec3 axis{};
-  Lanes turn{}, along{}, off{}, far{};  ///< of above_ball()
-  Lanes deep{};                         ///< what the straight way of a step must be below to be too deep
+  Lanes turn{}, off{}, far{};  ///< of above_ball()
+  Lanes deep{};                ///< what the straight way of a step must be below to be too deep
 
   void set(int lane, const Group& group, Point<Part> origin, double radius);
   Lanes above_ball(const FacetLanes& facet, float most) const;

@@ -23,6 +23,8 @@ constexpr double kInside = 0.5;
 // The words are rounded, and so is F: this much way, mm, and this share of it, may be more than F makes.
 constexpr double kFeedSlack = 0.005, kFeedShare = 0.05;
 
+Point<Part> at(const Pose& p, double h) { return p.tip + p.axis * h; }
+
 }  // namespace
 
 void Haste::take(const Haste& other) {
@@ -56,7 +58,6 @@ double Stand::turn_pieces(const Pose& from, const Pose& to) const {
 void Stand::add_steps(std::size_t move, const Pose& from, std::vector<SweptStep>& steps) const {
   const Joints &start = path_.from(move), &end = path_.moves[move].to;
   const Pose middle = chain_(between(start, end, 0.5)), to = chain_(end);
-  const auto at = [](const Pose& p, double h) { return p.tip + p.axis * h; };
   const auto stray = [&](double h) { return distance(at(middle, h), lerp(at(from, h), at(to, h), 0.5)); };
   const auto way = [&](double h) {
     return distance(at(from, h), at(middle, h)) + distance(at(middle, h), at(to, h));
@@ -104,7 +105,6 @@ std::size_t Stand::run_end(const std::vector<SweptStep>& steps, std::size_t begi
   std::size_t end = begin + 1;
   if (rapid(begin)) return end;
   const double low = sweep_.core_low(), side = kStepWays * std::max(least_, cell_);
-  const auto at = [](const Pose& p, double h) { return p.tip + p.axis * h; };
   const auto cube = [per_mm = 1.0 / side](Point<Part> p) {
     return std::array{std::floor(p.x * per_mm), std::floor(p.y * per_mm), std::floor(p.z * per_mm)};
   };
@@ -159,10 +159,10 @@ void Stand::share_out(std::uint32_t first_move, std::uint32_t moves, const std::
 void Stand::sweep_moves(std::size_t begin, std::size_t end, Swept& out) const {
   out.by_stripe.resize(stock_.bundles.size() * Dexels::kStripes);
   std::vector<SweptStep> steps;
-  Pose at = chain_(path_.from(begin));
+  Pose last = chain_(path_.from(begin));
   for (std::size_t m = begin; m < end; ++m) {
-    add_steps(m, at, steps);
-    at = steps.back().to;
+    add_steps(m, last, steps);
+    last = steps.back().to;
   }
   const Contacts contacts = contact_.meet(steps);
   const auto hit = [&](const Overlap& o) {

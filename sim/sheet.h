@@ -2,7 +2,6 @@
 // What a segment covers while it is pushed along: a parallelogram, and how far things are from it.
 
 #include <algorithm>
-#include <cmath>
 
 #include "kinematics/geometry.h"
 
@@ -21,12 +20,6 @@ class Sheet {
     const double det = ww_ * aa_ - wa_ * wa_;
     inverse_ = det > kFlat * ww_ * aa_ ? 1.0 / det : 0.0;
     per_ww_ = ww_ > 0.0 ? 1.0 / ww_ : 0.0, per_aa_ = aa_ > 0.0 ? 1.0 / aa_ : 0.0;
-    const Vec3 f = from_origin(foot), corners[3] = {f + way, f + along, f + way + along};
-    low_ = high_ = f;
-    for (const Vec3 c : corners) {
-      low_ = {std::min(low_.x, c.x), std::min(low_.y, c.y), std::min(low_.z, c.z)};
-      high_ = {std::max(high_.x, c.x), std::max(high_.y, c.y), std::max(high_.z, c.z)};
-    }
   }
 
   /// From the nearest point of the sheet to p.
@@ -53,26 +46,13 @@ class Sheet {
   Point<Part> on_way(Point<Part> p) const {
     return foot_ + way_ * std::clamp(dot(p - foot_, way_) * per_ww_, 0.0, 1.0);
   }
-  /// Not more than the distance from the box, if below `enough`: by the sheet's own box, then: the sheet is
-  /// convex, so it lies behind the plane through its point nearest to the box's middle, square to the way
-  /// there.
-  double bound(Vec3 low, Vec3 high, double enough) const {
-    const double apart = std::max({low.x - high_.x, low_.x - high.x, low.y - high_.y, low_.y - high.y,
-                                   low.z - high_.z, low_.z - high.z, 0.0});
-    if (apart >= enough) return apart;
-    const Vec3 half = (high - low) * 0.5, u = to(Point<Part>{} + (low + high) * 0.5);
-    const double far2 = squared_length(u);
-    if (far2 <= 0.0) return 0.0;
-    return (far2 - std::abs(u.x) * half.x - std::abs(u.y) * half.y - std::abs(u.z) * half.z) /
-           std::sqrt(far2);
-  }
 
  private:
   // Below this squared sine of their angle the sheet is taken as its four sides: they cover it to less than
   // 1e-6 of its length.
   static constexpr double kFlat = 1e-12;
   Point<Part> foot_;
-  Vec3 way_, along_, low_, high_;
+  Vec3 way_, along_;
   double ww_, wa_, aa_, inverse_, per_ww_, per_aa_;
 };
 
