@@ -65,7 +65,6 @@ class Contact {
   struct Meeting;
   struct Watch;
   struct Run;
-  using Cube = std::array<std::int64_t, 3>;
   Cube cube(const SweptStep& step) const;
   std::size_t group_end(const std::vector<SweptStep>& steps, std::size_t begin) const;
   Group group(const SweptStep* begin, const SweptStep* end) const;
@@ -80,7 +79,7 @@ class Contact {
   void choose(const Four& four, const Facet& facet, const FacetLanes& lanes, std::uint32_t stretches,
               Run& run) const;
   double core_least(const Stretch& stretch, const Facet& facet) const;
-  bool reaches(const Stretch& stretch, Point<Part> middle, Vec3 normal, double radius, double most) const;
+  bool reaches(const Stretch& stretch, Point<Part> place, Vec3 normal, double most) const;
   std::size_t pick(const Candidate& candidate, const Facet& facet, Run& run) const;
   Seen see(const Group& group, const Facet& facet, Point<Part> middle, double radius, double most) const;
   Seen see_live(const Group& group, const Facet& facet, double most,
@@ -92,7 +91,7 @@ class Contact {
   bool nearest_is_ball(const View& view, const Seen& seen, double most, double up, double up_end) const;
   double pass_side(const View& view, const Seen& seen, double most, std::span<Probes::Live> live) const;
   void touch(View& view, std::uint32_t patch, Run& run) const;
-  void touch_side(View& view, const Facet& facet, const Seen& seen, Run& run) const;
+  void touch_side(View& view, const Facet& facet, Run& run) const;
   void watch(View& view, Run& run) const;
   Pose pose(const SweptStep& step, double f) const;
   int looks(const SweptStep& step) const;

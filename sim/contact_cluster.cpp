@@ -108,7 +108,7 @@ std::size_t Contact::pick(const Candidate& candidate, const Facet& facet, Run& r
   const auto wanted = [&](const Probes::Live& l) {
     if (candidate.takes.ball && by_ball(l)) return true;
     for (std::size_t k = 0; k < g.stretches.size() && candidate.takes.side; ++k)
-      if (least[k] < l.bound && reaches(g.stretches[k], l.place, n, 0.0, l.bound)) return true;
+      if (least[k] < l.bound && reaches(g.stretches[k], l.place, n, l.bound)) return true;
     return false;
   };
   return static_cast<std::size_t>(std::partition(run.live.begin(), run.live.end(), wanted) -

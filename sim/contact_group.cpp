@@ -17,31 +17,26 @@ constexpr double kStrayRadii = 0.1;
 // closely, as it turns less far.
 constexpr double kFootRadii = 2.0, kMiddleRadii = 8.0;
 
-Point<Part> at(const Pose& p, double h) { return p.tip + p.axis * h; }
-
 }  // namespace
 
-Contact::Cube Contact::cube(const SweptStep& step) const {
-  const Point<Part> p = at(step.from, low_);
-  const double per_mm = 1.0 / (kCubeRadii * radius_);
-  const auto whole = [&](double mm) { return static_cast<std::int64_t>(std::floor(mm * per_mm)); };
-  return {whole(p.x), whole(p.y), whole(p.z)};
+Cube Contact::cube(const SweptStep& step) const {
+  return cube_at(on_axis(step.from, low_), kCubeRadii * radius_);
 }
 
 std::size_t Contact::group_end(const std::vector<SweptStep>& steps, std::size_t begin) const {
   const Pose& first = steps[begin].from;
   const Cube where = cube(steps[begin]);
   const double foot = std::min(high_, low_ + kFootRadii * radius_);
-  const Point<Part> start = at(first, low_);
-  double way = distance(start, at(steps[begin].to, low_));
+  const Point<Part> start = on_axis(first, low_);
+  double way = distance(start, on_axis(steps[begin].to, low_));
   std::size_t end = begin + 1;
   for (; end < steps.size() && end - begin < kGroupSteps && cube(steps[end]) == where; ++end) {
     const double turn = length(steps[end].to.axis - first.axis);
     if (turn * (foot - low_) > kFootTurnRadii * radius_ || turn * (high_ - low_) > kTopTurnRadii * radius_)
       break;
     // What the way goes more than straight on: it then strays by no more than root(way^2 - straight^2) / 2.
-    way += distance(at(steps[end].from, low_), at(steps[end].to, low_));
-    const double straight = distance(start, at(steps[end].to, low_));
+    way += distance(on_axis(steps[end].from, low_), on_axis(steps[end].to, low_));
+    const double straight = distance(start, on_axis(steps[end].to, low_));
     if (way * way - straight * straight > 4.0 * kStrayRadii * kStrayRadii * radius_ * radius_) break;
   }
   return end;
@@ -49,12 +44,12 @@ std::size_t Contact::group_end(const std::vector<SweptStep>& steps, std::size_t 
 
 Contact::Stretch Contact::stretch(const Group& g, double low, double high) const {
   const Pose &first = g.begin->from, &last = (g.end - 1)->to;
-  Stretch made(at(first, low), at(last, low) - at(first, low), g.axis * (high - low));
+  Stretch made(on_axis(first, low), on_axis(last, low) - on_axis(first, low), g.axis * (high - low));
   double stray = g.step_stray;
   for (const SweptStep* s = g.begin; s != g.end; ++s) {
     for (const Pose& p : {s->from, s->to}) {
-      const Point<Part> on = made.sheet.on_way(at(p, low));
-      stray = std::max({stray, distance(at(p, low), on), distance(at(p, high), on + made.core)});
+      const Point<Part> on = made.sheet.on_way(on_axis(p, low));
+      stray = std::max({stray, distance(on_axis(p, low), on), distance(on_axis(p, high), on + made.core)});
     }
   }
   // The pieces of the sweep have the mean axis of their step.
@@ -83,14 +78,14 @@ Contact::Group Contact::group(const SweptStep* begin, const SweptStep* end) cons
   if (squared_length(across) > 0.0) g.along = normalized(across);
   g.stray = g.step_stray;
   for (const SweptStep* s = begin; s != end; ++s)
-    g.stray = std::max(g.stray, distance(at(s->to, low_), lower.sheet.on_way(at(s->to, low_))));
+    g.stray = std::max(g.stray, distance(on_axis(s->to, low_), lower.sheet.on_way(on_axis(s->to, low_))));
   return g;
 }
 
 void Contact::view(Group& g, std::vector<View>& views) const {
   g.first_view = views.size();
   for (const SweptStep* s = g.begin; s != g.end; ++s) {
-    const Point<Part> from = at(s->from, low_), to = at(s->to, low_);
+    const Point<Part> from = on_axis(s->from, low_), to = on_axis(s->to, low_);
     View v(*s, BallWay(from, to, radius_));
     v.from = from, v.to = to;
     const double turn = length(s->to.axis - s->from.axis), wide = s->stray + turn * sweep_.longest();
@@ -99,8 +94,8 @@ void Contact::view(Group& g, std::vector<View>& views) const {
     v.rapid = path_.moves[s->move].rapid;
     g.has[v.rapid ? 1 : 0] = true;
     const auto place = [&](Point<Part> p) { return dot(p - g.begin->from.tip, g.along); };
-    const auto [low, high] =
-        std::minmax({place(v.from), place(v.to), place(at(s->from, high_)), place(at(s->to, high_))});
+    const auto [low, high] = std::minmax(
+        {place(v.from), place(v.to), place(on_axis(s->from, high_)), place(on_axis(s->to, high_))});
     v.first = low - wide, v.last = high + wide;
     views.push_back(std::move(v));
   }
@@ -123,10 +118,10 @@ double Contact::core_least(const Stretch& s, const Facet& facet) const {
   return off.over - s.wide - radius_ + risen(std::max(0.0, off.beyond - s.wide), radius_);
 }
 
-/// (R6) Could what the stretch sweeps, within `most` of a place of the patch along its normal, be met?
-bool Contact::reaches(const Stretch& s, Point<Part> middle, Vec3 normal, double radius, double most) const {
-  const Vec3 u = s.sheet.to(middle);
-  const double far2 = squared_length(u), near = radius_ + s.wide + radius;
+/// (R6) Could what the stretch sweeps be met within `most` of a place of the patch along its normal?
+bool Contact::reaches(const Stretch& s, Point<Part> place, Vec3 normal, double most) const {
+  const Vec3 u = s.sheet.to(place);
+  const double far2 = squared_length(u), near = radius_ + s.wide;
   if (far2 <= near * near) return true;
   // The sheet is convex: a line along the normal comes nearer to it by no more than this share of its way.
   const double towards = -dot(u, normal);

@@ -99,7 +99,7 @@ void Contact::touch_steps(const Candidate& candidate, const Facet& facet, Run& r
     const double up = dot(c.normal, v.step->from.axis), up_end = dot(c.normal, v.step->to.axis);
     if (std::min({lower, start + up * core, end + up_end * core}) < deep() &&
         !nearest_is_ball(v, c, 0.0, up, up_end) && facet.meets(v.corners(core), radius_ + deep()))
-      touch_side(v, facet, c, run);
+      touch_side(v, facet, run);
   }
 }
 
@@ -196,20 +196,20 @@ void Contact::touch(View& view, std::uint32_t patch, Run& run) const {
 }
 
 /// The core, at poses that are near enough to each other.
-void Contact::touch_side(View& view, const Facet& facet, const Seen& c, Run& run) const {
+void Contact::touch_side(View& view, const Facet& facet, Run& run) const {
   const SweptStep& step = *view.step;
-  const Triangle& triangle = probes_.surface().triangle(c.patch);
+  const Triangle& triangle = probes_.surface().triangle(facet.patch);
   if (view.looks.empty()) {
     const int count = looks(step);
     for (int k = 1; k < count; ++k) view.looks.push_back(pose(step, static_cast<double>(k) / count));
     view.looks.push_back(step.to);
   }
   for (const Pose& p : view.looks) {
-    const Segment look{p.tip + p.axis * low_, p.tip + p.axis * high_};
+    const Segment look{on_axis(p, low_), on_axis(p, high_)};
     if (!facet.meets(look, radius_ - run.allowed(view))) continue;
     const double near = std::sqrt(squared_distance(triangle, look));
     if (radius_ - near > run.allowed(view))
-      run.report(view, {ToolPart::kCutter, step.move, radius_ - near, c.patch, p.tip});
+      run.report(view, {ToolPart::kCutter, step.move, radius_ - near, facet.patch, p.tip});
   }
 }
 

@@ -50,7 +50,7 @@ Point<Part> Dexels::origin(int u, int v) const {
   return {p[0], p[1], p[2]};
 }
 
-Dexels::Range Dexels::range(Vec3 low, Vec3 high, const Stripe& stripe) const {
+Dexels::Range Dexels::range(Vec3 low, Vec3 high, int first_row, int end_row) const {
   // Whole numbers not below and not above; the library's ceil and floor are calls.
   const auto floor = [](double x) {
     const double near = std::clamp(x, -1e9, 1e9);
@@ -61,8 +61,8 @@ Dexels::Range Dexels::range(Vec3 low, Vec3 high, const Stripe& stripe) const {
   const auto last = [&](double at, double from) { return floor((at - from) * per_mm_ - 0.5); };
   return {std::max(first(component(low, axis_u_), low_u_), 0),
           std::min(last(component(high, axis_u_), low_u_), lines_u_ - 1),
-          std::max(first(component(low, axis_v_), low_v_), stripe.first),
-          std::min(last(component(high, axis_v_), low_v_), stripe.last - 1)};
+          std::max(first(component(low, axis_v_), low_v_), first_row),
+          std::min(last(component(high, axis_v_), low_v_), end_row - 1)};
 }
 
 void Dexels::add(Stripe& s, std::uint32_t line, Piece piece) {
@@ -161,9 +161,7 @@ bool Dexels::meets_tile(const Range& r, int tile_v, const Stripe& s, Piece along
 }
 
 std::pair<int, int> Dexels::stripes(const SweptBody& body) const {
-  Stripe all;
-  all.first = 0, all.last = lines_v_;
-  const Range r = range(body.low, body.high, all);
+  const Range r = range(body.low, body.high);
   if (r.u0 > r.u1 || r.v0 > r.v1) return {0, 0};
   const Piece along{to_units(component(body.low, axis_)), to_units(component(body.high, axis_))};
   int at = r.v0 / kTile * kStripes / rows_, first = kStripes, last = 0;

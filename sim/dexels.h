@@ -114,7 +114,10 @@ class Dexels {
         visit(static_cast<std::uint32_t>((v - s.first) * lines_u_ + u), u, v);
   }
   Point<Part> origin(int u, int v) const;
-  Range range(Vec3 low, Vec3 high, const Stripe& stripe) const;
+  /// The lines in a box, of the rows of a stripe, or of all.
+  Range range(Vec3 low, Vec3 high, const Stripe& s) const { return range(low, high, s.first, s.last); }
+  Range range(Vec3 low, Vec3 high) const { return range(low, high, 0, lines_v_); }
+  Range range(Vec3 low, Vec3 high, int first_row, int end_row) const;
   bool meets_tile(const Range& range, int tile_v, const Stripe& stripe, Piece along) const;
   double lowest(const SweptBody& body, const Sheet& shadow, int tile_u, int tile_v) const;
   /// Without what it has along the lines.

@@ -49,9 +49,7 @@ Prism prism(const std::array<Point<Part>, 3>& p, double height) {
 }
 
 std::pair<int, int> Dexels::stripes_at(Vec3 low, Vec3 high) const {
-  Stripe all;
-  all.first = 0, all.last = lines_v_;
-  const Range r = range(low, high, all);
+  const Range r = range(low, high);
   if (r.u0 > r.u1 || r.v0 > r.v1) return {0, 0};
   int first = r.v0 / kTile * kStripes / rows_;
   while (stripes_[first].last <= r.v0) ++first;

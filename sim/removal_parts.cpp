@@ -23,8 +23,6 @@ constexpr double kInside = 0.5;
 // The words are rounded, and so is F: this much way, mm, and this share of it, may be more than F makes.
 constexpr double kFeedSlack = 0.005, kFeedShare = 0.05;
 
-Point<Part> at(const Pose& p, double h) { return p.tip + p.axis * h; }
-
 }  // namespace
 
 void Haste::take(const Haste& other) {
@@ -58,9 +56,11 @@ double Stand::turn_pieces(const Pose& from, const Pose& to) const {
 void Stand::add_steps(std::size_t move, const Pose& from, std::vector<SweptStep>& steps) const {
   const Joints &start = path_.from(move), &end = path_.moves[move].to;
   const Pose middle = chain_(between(start, end, 0.5)), to = chain_(end);
-  const auto stray = [&](double h) { return distance(at(middle, h), lerp(at(from, h), at(to, h), 0.5)); };
+  const auto stray = [&](double h) {
+    return distance(on_axis(middle, h), lerp(on_axis(from, h), on_axis(to, h), 0.5));
+  };
   const auto way = [&](double h) {
-    return distance(at(from, h), at(middle, h)) + distance(at(middle, h), at(to, h));
+    return distance(on_axis(from, h), on_axis(middle, h)) + distance(on_axis(middle, h), on_axis(to, h));
   };
   const double low = std::max(stray(0.0), stray(sweep_.core_low())), top = stray(top_);
   const double pieces = std::max(way(0.0), way(top_)) / (kStepWays * std::max(least_, cell_));
@@ -105,18 +105,16 @@ std::size_t Stand::run_end(const std::vector<SweptStep>& steps, std::size_t begi
   std::size_t end = begin + 1;
   if (rapid(begin)) return end;
   const double low = sweep_.core_low(), side = kStepWays * std::max(least_, cell_);
-  const auto cube = [per_mm = 1.0 / side](Point<Part> p) {
-    return std::array{std::floor(p.x * per_mm), std::floor(p.y * per_mm), std::floor(p.z * per_mm)};
-  };
   const Pose& from = steps[begin].from;
-  const Point<Part> foot = at(from, low), top = at(from, top_);
-  for (; end < steps.size() && !rapid(end) && cube(at(steps[end].from, low)) == cube(foot); ++end) {
+  const Point<Part> foot = on_axis(from, low), top = on_axis(from, top_);
+  const Cube where = cube_at(foot, side);
+  for (; end < steps.size() && !rapid(end) && cube_at(on_axis(steps[end].from, low), side) == where; ++end) {
     const Pose& to = steps[end].to;
-    const Point<Part> last_foot = at(to, low), last_top = at(to, top_);
+    const Point<Part> last_foot = on_axis(to, low), last_top = on_axis(to, top_);
     if (turn_pieces(from, to) > 1.0) break;
     const bool straight = std::all_of(&steps[begin], &steps[end], [&](const SweptStep& s) {
-      return distance_to_segment(at(s.to, low), foot, last_foot) <= kRunTolerances * tolerance_ &&
-             distance_to_segment(at(s.to, top_), top, last_top) <= kStrayCells * cell_;
+      return distance_to_segment(on_axis(s.to, low), foot, last_foot) <= kRunTolerances * tolerance_ &&
+             distance_to_segment(on_axis(s.to, top_), top, last_top) <= kStrayCells * cell_;
     });
     if (!straight) break;
   }

@@ -1,6 +1,7 @@
 #include "sim/tool_sweep.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace tiltfeed::sim {
 namespace {
@@ -13,6 +14,12 @@ constexpr double kPieceRadii = 2.0;
 Vec3 mean_axis(const Pose& a, const Pose& b) {
   const Vec3 sum = a.axis + b.axis;
   return squared_length(sum) > 0.0 ? normalized(sum) : a.axis;
+}
+
+Cube cube_at(Point<Part> p, double side) {
+  const double per_mm = 1.0 / side;
+  const auto whole = [&](double mm) { return static_cast<std::int64_t>(std::floor(mm * per_mm)); };
+  return {whole(p.x), whole(p.y), whole(p.z)};
 }
 
 ToolSweep::ToolSweep(const Cutter& cutter) : solid_(cutter), round_(cutter.type == CutterType::kBall) {

@@ -1,6 +1,8 @@
 #pragma once
 // The whole tool between two poses, as convex bodies.
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "config/job.h"
@@ -10,6 +12,12 @@ namespace tiltfeed::sim {
 
 /// The unit axis half way between two poses'.
 Vec3 mean_axis(const Pose& a, const Pose& b);
+/// The place on the tool's axis so high over the tip, mm.
+inline Point<Part> on_axis(const Pose& p, double height) { return p.tip + p.axis * height; }
+
+/// Which of the cubes of a side, mm, that fill the space: places in the same one are near each other.
+using Cube = std::array<std::int64_t, 3>;
+Cube cube_at(Point<Part> p, double side);
 
 /// Which bodies the cutter, shank and holder of a job sweep. (R4) Each piece is pushed along the way of its
 /// own middle, with the mean of both axes: right for a turn of the axis too, as far as the piece is short.
