@@ -5,9 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <iostream>
 #include <optional>
@@ -15,6 +13,7 @@
 #include "config/job_files.h"
 #include "daemon/block.h"
 #include "daemon/block_map.h"
+#include "daemon/interrupt.h"
 #include "daemon/machine_command.h"
 #include "daemon/near_pole.h"
 #include "daemon/output_file.h"
@@ -40,36 +39,33 @@ constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
 /// The post's share of the job's tolerance; pathgen uses half, the rest is rounding.
 constexpr double kPostShare = 0.35;
 
-std::atomic<bool> interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
-extern "C" void interrupt(int) { interrupted = true; }
-
 int report(const Error& error) {
   std::cerr << "tiltfeed: " << error.message << "\n";
   return error.code == Code::kUsage ? kWrongUse : kFailed;
 }
 
-/// Stage lines on standard error: rewritten in place on a terminal; elsewhere one a stage, and one every few
-/// seconds.
+/// Stage lines on standard error: rewritten in place on a terminal; elsewhere one a stage.
 class ProgressLine {
  public:
   bool show(const std::string& text, double fraction) {
     const auto now = std::chrono::steady_clock::now();
     const bool fresh = text != text_;
-    if (fresh || now - shown_ > (terminal_ ? kRedraw : kHeartbeat)) {
-      std::fprintf(stderr, terminal_ ? "\r\033[K%s %3.0f %%" : "%s %.0f %%\n", text.c_str(),
-                   fraction * 100.0);
+    if (fresh || (terminal_ && now - shown_ > kRedraw)) {
+      if (terminal_)
+        std::fprintf(stderr, "\r\033[K%s %3.0f %%", text.c_str(), fraction * 100.0);
+      else
+        std::fprintf(stderr, "%s\n", text.c_str());
       text_ = text;
       shown_ = now;
     }
-    return !interrupted;
+    return !interrupted();
   }
   ~ProgressLine() {
     if (terminal_ && !text_.empty()) std::fprintf(stderr, "\r\033[K");
   }
 
  private:
-  static constexpr std::chrono::milliseconds kRedraw{100}, kHeartbeat{2000};
+  static constexpr std::chrono::milliseconds kRedraw{100};
   const bool terminal_ = isatty(STDERR_FILENO) == 1;
   std::string text_;
   std::chrono::steady_clock::time_point shown_;
@@ -227,8 +223,7 @@ int send_command(const std::string& program, std::string link_text, const std::s
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGINT, interrupt);
-  std::signal(SIGTERM, interrupt);
+  hear_interrupts();
   CLI::App app{
       "Tiltfeed: from an STL part to a 5-axis machine with a rotary table and a tilting head.\n"
       "Not a safety device: emergency stop and guards belong to the machine."};
@@ -278,12 +273,14 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? kDone : kWrongUse;
   }
   if (verify->parsed()) return report(run_verify(verify->remaining()));
+  if (const std::optional<int> status = service.run()) return *status;
+  if (send->parsed()) {
+    if (send->count("--tool-length") > 0)
+      if (auto same = check_tool_length(program, tool_length); !same) return report(same.error());
+    return send_command(program, link, send_machine);
+  }
+  const PromptEnd prompt_end;  // what touches no machine may end at any place
   if (check->parsed()) return check_command(check_job);
   if (planning->parsed()) return plan_command(files);
-  if (posting.called()) return posting.run();
-  if (machines.called()) return machines.run();
-  if (const std::optional<int> status = service.run()) return *status;
-  if (send->count("--tool-length") > 0)
-    if (auto same = check_tool_length(program, tool_length); !same) return report(same.error());
-  return send_command(program, link, send_machine);
+  return posting.called() ? posting.run() : machines.run();
 }

@@ -21,6 +21,10 @@ class OutputFile {
   /// Flushes and renames. Errors: kIo (a full disk shows here), after which nothing is left behind.
   Result<void> commit();
 
+  /// Removes what is not committed of all files, and leaves nobody to commit any more: for a process that
+  /// ends at once. Returns the paths that were committed, with commas.
+  static std::string abandon();
+
  private:
   explicit OutputFile(const std::string& path);
   std::string path_, temporary_;

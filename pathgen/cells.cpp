@@ -25,6 +25,8 @@ constexpr double kSingle = 1.2e-7;
 /// Patches from one that is asked for to the one worked on: a microsecond. Of large parts what a patch needs
 /// lies anywhere in memory.
 constexpr std::size_t kAhead = 12;
+/// Patches between two looks at the user's word.
+constexpr std::size_t kPatchesPerLook = 16;
 /// Blocks of patches worked on side by side; fixed, so that the result is the same for any number of threads.
 constexpr std::size_t kBlocks = 64;
 
@@ -196,12 +198,15 @@ class CellMaker {
 
 }  // namespace
 
-Cells make_cells(const ClSurface& surface, const Deformation& deformation, double smallest) {
+Cells make_cells(const ClSurface& surface, const Deformation& deformation, double smallest,
+                 const ReportShare& report) {
   std::array<Cells, kBlocks> blocks;
   const std::size_t patches = surface.patch_count();
+  Watch watch(report, patches);
   tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
     CellMaker maker(surface, deformation, smallest, blocks[b]);
     for (std::size_t p = patches * b / kBlocks; p < patches * (b + 1) / kBlocks; ++p) {
+      if (p % kPatchesPerLook == 0 && !watch.next(kPatchesPerLook)) return;
       if (p + kAhead < patches) surface.fetch(static_cast<PatchId>(p + kAhead));
       maker.add(static_cast<PatchId>(p));
     }

@@ -9,6 +9,7 @@
 #include "pathgen/cl_surface.h"
 #include "pathgen/deformation.h"
 #include "pathgen/fresh_memory.h"
+#include "pathgen/watch.h"
 
 namespace tiltfeed {
 
@@ -34,7 +35,8 @@ struct Cells {
 };
 
 /// The cells of all patches that can face the tool; the same for any number of threads. Cells are not made
-/// smaller than `smallest` (mm) to follow the deformation.
-Cells make_cells(const ClSurface& surface, const Deformation& deformation, double smallest);
+/// smaller than `smallest` (mm) to follow the deformation. When the user stops it, cells are missing.
+Cells make_cells(const ClSurface& surface, const Deformation& deformation, double smallest,
+                 const ReportShare& report = {});
 
 }  // namespace tiltfeed

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "pathgen/exposure.h"
+#include "pathgen/stages.h"
 
 namespace tiltfeed {
 
@@ -16,6 +17,8 @@ constexpr double kSmallestCell = 0.1;
 constexpr double kSmallestCellShare = 0.25;
 
 constexpr std::size_t kFacetsPerBlock = 4096;
+/// Of the work: until the cells are made, and until it is known whether facets show their inside.
+constexpr double kCellsShare = 0.4, kLookShare = 0.6;
 
 tl::unexpected<Error> nothing_faces() {
   return fail(Code::kUnreachable,
@@ -53,13 +56,15 @@ double mean_rho(const Mesh& mesh, Sides sides, double offset, const AxisFrame& f
   return weight > 0.0 ? sum / weight : 0.0;
 }
 
-Result<std::unique_ptr<const ClField>> field_of(const Mesh& mesh, Sides sides, const PlanOptions& options) {
+Result<std::unique_ptr<const ClField>> field_of(const Mesh& mesh, Sides sides, const PlanOptions& options,
+                                                const ReportShare& report) {
   std::vector<ToolPiece> pieces{tool_pieces(options).front()};
   const double scale = mean_rho(mesh, sides, pieces[0].corner, options.axis);
   if (scale <= 0.0) return nothing_faces();
   ClSurface surface(mesh, sides, std::move(pieces));
   const Deformation deformation(options.axis, scale);
-  Cells cells = make_cells(surface, deformation, smallest_cell(options));
+  Cells cells = make_cells(surface, deformation, smallest_cell(options), report);
+  if (report && !report(1.0)) return cancelled();
   if (cells.cells.empty()) return nothing_faces();
   FlatIndex index(std::move(cells), deformation);
   const FlatBounds bounds = index.bounds();
@@ -73,18 +78,22 @@ double smallest_cell(const PlanOptions& options) {
 }
 
 Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const PlanOptions& options,
-                                                  std::vector<std::string>& warnings) {
-  auto field = field_of(part.mesh, part.sides, options);
+                                                  std::vector<std::string>& warnings,
+                                                  const ReportShare& report) {
+  const ReportShare looking = part_of(report, kCellsShare, kLookShare),
+                    again = part_of(report, kLookShare, 1.0);
+  auto field = field_of(part.mesh, part.sides, options, part_of(report, 0.0, kCellsShare));
   if (!field || part.sides == Sides::kBoth) return field;
-  const std::vector<std::uint32_t> backs = exposed_backs((*field)->surface, (*field)->deformation,
-                                                         (*field)->index, reference_height(options.cutter));
+  const std::vector<std::uint32_t> backs = exposed_backs(
+      (*field)->surface, (*field)->deformation, (*field)->index, reference_height(options.cutter), looking);
+  if (looking && !looking(1.0)) return cancelled();
   if (backs.empty()) return field;
   const Point<Part> place = part.mesh.vertices[part.mesh.facets[backs.front()][0]];
   warnings.push_back(std::to_string(backs.size()) + " facets show the tool their inside, first facet " +
                      std::to_string(part.mesh.source[backs.front()]) + " at " + to_string(place) +
                      ": shells cross or fold there; both sides of every facet count as surface, and the tool "
                      "keeps off both");
-  return field_of(part.mesh, Sides::kBoth, options);
+  return field_of(part.mesh, Sides::kBoth, options, again);
 }
 
 }  // namespace tiltfeed

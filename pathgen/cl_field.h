@@ -11,6 +11,7 @@
 #include "pathgen/flat_index.h"
 #include "pathgen/mesh.h"
 #include "pathgen/plan_options.h"
+#include "pathgen/watch.h"
 
 namespace tiltfeed {
 
@@ -23,9 +24,10 @@ struct ClField {
 
 /// Offsets the part by the cutting part of the tool and deforms it for one axis field. Where facets show the
 /// tool their inside, both sides of all count as surface, with a warning. Errors: kUnreachable when nothing
-/// faces the tool.
+/// faces the tool; kCancelled.
 Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const PlanOptions& options,
-                                                  std::vector<std::string>& warnings);
+                                                  std::vector<std::string>& warnings,
+                                                  const ReportShare& report = {});
 
 /// Cells are not split below this size (mm): there the point, line or circle is inside or next to them.
 double smallest_cell(const PlanOptions& options);

@@ -8,6 +8,7 @@
 
 #include "pathgen/patch_obstacles.h"
 #include "pathgen/stack_share.h"
+#include "pathgen/watch.h"
 
 namespace tiltfeed {
 
@@ -243,14 +244,18 @@ std::vector<ClSlice> slice_cl_surface(const CheckedMesh& part, const FacetTree& 
   std::vector<ClSlice> slices;
   for (std::uint32_t s = 0; s < count; ++s) {
     std::vector<std::vector<ClSlice>> cut(stacks[s].planes());
+    const ReportShare report = part_of(go_on, static_cast<double>(s) / count, (s + 1.0) / count);
+    Watch watch(report, cut.size());
     for (std::size_t first = 0; first < cut.size(); first += kPlanesPerTurn) {
-      const double share = static_cast<double>(first) / static_cast<double>(cut.size());
-      if (!go_on((s + share) / count)) return {};
+      if (watch.stopped()) return {};
       tbb::parallel_for(
           first, std::min(cut.size(), first + kPlanesPerTurn),
-          [&](std::size_t plane) { cut[plane] = stacks[s].cut(plane, obstacles); },
+          [&](std::size_t plane) {
+            if (watch.next()) cut[plane] = stacks[s].cut(plane, obstacles);
+          },
           tbb::simple_partitioner());
     }
+    if (watch.stopped()) return {};
     for (auto& plane : cut)
       for (ClSlice& slice : plane) slices.push_back(std::move(slice));
   }

@@ -103,11 +103,13 @@ class BackLook {
 }  // namespace
 
 std::vector<std::uint32_t> exposed_backs(const ClSurface& surface, const Deformation& deformation,
-                                         const FlatIndex& index, double reference_height) {
+                                         const FlatIndex& index, double reference_height,
+                                         const ReportShare& report) {
   const BackLook look(surface, deformation, index, reference_height);
   std::vector<std::uint32_t> facets = look.backs();
+  Watch watch(report, facets.size());
   tbb::parallel_for(std::size_t{0}, facets.size(), [&](std::size_t i) {
-    if (!look.is_exposed(facets[i])) facets[i] = kNoFacet;
+    if (!watch.next() || !look.is_exposed(facets[i])) facets[i] = kNoFacet;
   });
   std::erase(facets, kNoFacet);
   std::sort(facets.begin(), facets.end());

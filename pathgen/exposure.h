@@ -9,12 +9,14 @@
 #include "pathgen/cl_surface.h"
 #include "pathgen/deformation.h"
 #include "pathgen/flat_index.h"
+#include "pathgen/watch.h"
 
 namespace tiltfeed {
 
 /// Facets of the surface's mesh (indices, ascending) that turn their back to the tool although no patch of
-/// the CL surface keeps the tool above them there.
+/// the CL surface keeps the tool above them there. When the user stops it, not all of them.
 std::vector<std::uint32_t> exposed_backs(const ClSurface& surface, const Deformation& deformation,
-                                         const FlatIndex& index, double reference_height);
+                                         const FlatIndex& index, double reference_height,
+                                         const ReportShare& report = {});
 
 }  // namespace tiltfeed

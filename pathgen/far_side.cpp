@@ -56,7 +56,7 @@ bool FarSide::blocked(Point<Part> reference, Vec3 axis, double column, double tr
   });
 }
 
-std::uint64_t FarSide::trim(std::vector<std::vector<Pass>>& lines) {
+std::uint64_t FarSide::trim(std::vector<std::vector<Pass>>& lines, const ReportShare& report) {
   const auto travel = [this](const EnvelopePoint& p) { return std::max(0.0, clearance_z_ - p.flat.z); };
   // Mostly the tool ends before the column does.
   std::vector<std::uint8_t> reaches_over(lines.size(), 0);
@@ -65,11 +65,17 @@ std::uint64_t FarSide::trim(std::vector<std::vector<Pass>>& lines) {
       for (const EnvelopePoint& p : pass)
         if (map_.column_length(p.flat) < reach_ + travel(p)) reaches_over[i] = 1;
   });
-  std::uint64_t count = 0;
+  std::uint64_t count = 0, points = 0;
+  for (const std::vector<Pass>& line : lines)
+    for (const Pass& pass : line) points += pass.size();
+  Watch watch(report, points);
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    if (reaches_over[i] == 0) continue;
+    if (reaches_over[i] == 0) {
+      for (const Pass& pass : lines[i]) watch.next(pass.size());
+      continue;
+    }
     count += leave_out(lines[i], [&](const EnvelopePoint& p) {
-      return blocked(p.centre, p.axis, map_.column_length(p.flat), travel(p));
+      return watch.next() && blocked(p.centre, p.axis, map_.column_length(p.flat), travel(p));
     });
   }
   return count;

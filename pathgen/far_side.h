@@ -12,6 +12,7 @@
 #include "pathgen/deformation.h"
 #include "pathgen/envelope.h"
 #include "pathgen/plan_options.h"
+#include "pathgen/watch.h"
 
 namespace tiltfeed {
 
@@ -21,8 +22,8 @@ class FarSide {
   FarSide(const Mesh& mesh, const Deformation& deformation, const PlanOptions& options, double clearance_z);
 
   /// Cuts out of the passes every point from where the tool could not retract without hitting the far side.
-  /// Returns how many.
-  std::uint64_t trim(std::vector<std::vector<Pass>>& lines);
+  /// Returns how many. When the user stops it, points are left that should not be.
+  std::uint64_t trim(std::vector<std::vector<Pass>>& lines, const ReportShare& report = {});
 
   /// Is a straight rapid from one pose to the next free of hits on the far side?
   bool travel_clear(const Pose& from, const Pose& to);

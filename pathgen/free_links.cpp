@@ -45,7 +45,7 @@ class RunLinker {
     step_ = std::sqrt(8.0 * tool_.ball() * options.tolerance);
   }
 
-  FreeLinked run(const std::vector<OrientedRun>& runs, bool reversible) {
+  FreeLinked run(const std::vector<OrientedRun>& runs, bool reversible, const ReportShare& report) {
     std::vector<Point<Part>> ends;
     for (const OrientedRun& r : runs)
       ends.push_back(r.front().point.centre), ends.push_back(r.back().point.centre);
@@ -53,7 +53,8 @@ class RunLinker {
     if (!reversible)
       for (std::uint32_t i = 0; i < runs.size(); ++i) left.remove(2 * i + 1);
     Point<Part> at = centre_ + admissible_.up() * radius_;
-    while (const auto end = left.nearest(at)) {
+    Watch watch(report, runs.size());
+    while (const auto end = watch.next() ? left.nearest(at) : std::nullopt) {
       const OrientedRun& next = runs[*end / 2];
       const bool reversed = *end % 2 == 1;
       left.remove(*end);
@@ -267,8 +268,8 @@ class RunLinker {
 
 FreeLinked link_runs(const std::vector<OrientedRun>& runs, bool reversible, const Admissibility& admissible,
                      const OrientationOptions& how, const PlanOptions& options,
-                     const std::vector<std::uint32_t>& source) {
-  return RunLinker(admissible, how, options, source).run(runs, reversible);
+                     const std::vector<std::uint32_t>& source, const ReportShare& report) {
+  return RunLinker(admissible, how, options, source).run(runs, reversible, report);
 }
 
 }  // namespace tiltfeed

@@ -9,6 +9,7 @@
 #include "pathgen/admissible.h"
 #include "pathgen/orientation.h"
 #include "pathgen/plan_options.h"
+#include "pathgen/watch.h"
 
 namespace tiltfeed {
 
@@ -23,9 +24,10 @@ struct FreeLinked {
 
 /// `how`: the runs were oriented. Each run is travelled once, from the nearest end that is left; backwards
 /// only where `reversible`. Properties: on links the whole tool is clear of the part, and outside the sphere,
-/// `options.links.clearance` from everything; every pose keeps the tilt limit. `source`: Mesh::source.
+/// `options.links.clearance` from everything; every pose keeps the tilt limit. `source`: Mesh::source. When
+/// the user stops it, the moves are not all there.
 FreeLinked link_runs(const std::vector<OrientedRun>& runs, bool reversible, const Admissibility& admissible,
                      const OrientationOptions& how, const PlanOptions& options,
-                     const std::vector<std::uint32_t>& source);
+                     const std::vector<std::uint32_t>& source, const ReportShare& report = {});
 
 }  // namespace tiltfeed

@@ -10,6 +10,7 @@
 #include "pathgen/free_links.h"
 #include "pathgen/orientation.h"
 #include "pathgen/stages.h"
+#include "pathgen/watch.h"
 
 namespace tiltfeed {
 
@@ -82,6 +83,7 @@ class FreePlanner {
       return fail(Code::kUnreachable, "nothing is left to cut: no pass is longer than a point");
     if (!stages_.begin("link")) return cancelled();
     join(runs, admissible);
+    if (stages_.stopped()) return cancelled();
     stages_.end();
     return {};
   }
@@ -96,8 +98,11 @@ class FreePlanner {
     const OrientationOptions how = orientation();
     const bool turned = options_.pattern.direction == Direction::kZigzag && !reversible();
     std::vector<OrientedPass> passes(slices.size());
-    for (std::size_t first = 0; first < slices.size() && !stages_.stopped(); first += kPassesPerTurn) {
+    const ReportShare report = [this](double share) { return stages_.report(share); };
+    Watch watch(report, slices.size());
+    for (std::size_t first = 0; first < slices.size() && !watch.stopped(); first += kPassesPerTurn) {
       const auto one = [&](std::size_t i) {
+        if (!watch.next()) return;
         if (!turned || slices[i].plane % 2 == 0) {
           passes[i] = orient_pass(slices[i].chain, admissible, how);
           return;
@@ -109,7 +114,6 @@ class FreePlanner {
       // One by one: some take a hundred times as long as others.
       tbb::parallel_for(first, std::min(slices.size(), first + kPassesPerTurn), one,
                         tbb::simple_partitioner());
-      stages_.report(static_cast<double>(first) / static_cast<double>(slices.size()));
     }
     std::vector<OrientedRun> runs;
     for (OrientedPass& pass : passes) {
@@ -160,7 +164,8 @@ class FreePlanner {
 
   void join(const std::vector<OrientedRun>& runs, const Admissibility& admissible) {
     const OrientationOptions how = orientation();
-    FreeLinked linked = link_runs(runs, reversible(), admissible, how, options_, part_.mesh.source);
+    FreeLinked linked = link_runs(runs, reversible(), admissible, how, options_, part_.mesh.source,
+                                  [this](double share) { return stages_.report(share); });
     free_.directions += linked.tested;
     report_.retracts = linked.retracts, report_.joins = linked.joins;
     free_.short_links = linked.short_links;

@@ -12,6 +12,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMostPlaces = 512.0;
 /// A holder that stands this much (mm) too low still counts as clear: rounding.
 constexpr double kClear = 1e-6;
+/// Of the work on the cells of shank and holder, making them.
+constexpr double kCellsShare = 0.7;
 
 /// (G2) No CL point of the patch is higher than this (z'): the contact is on the feature, at most `outer`
 /// beside the axis line.
@@ -104,11 +106,14 @@ class LowestPlaces {
 };
 
 /// Drops the cells of shank and holder that lie wholly under the passes; false if none stays.
-bool drop_low(Cells& cells, const ClSurface& surface, const Deformation& map, const LowestPlaces& passes) {
+bool drop_low(Cells& cells, const ClSurface& surface, const Deformation& map, const LowestPlaces& passes,
+              const ReportShare& report) {
   bool guarded = false;
   PatchId last = 0;
   double top = kInfinity;
+  Watch watch(report, cells.cells.size());
   std::erase_if(cells.cells, [&](Cell& cell) {
+    if (!watch.next()) return false;
     if (surface.piece(cell.patch).part == ToolPart::kCutter) return false;
     if (cell.patch != last) last = cell.patch, top = highest_reference(surface, map, cell.patch);
     double low_x = kInfinity, high_x = -kInfinity, low_y = kInfinity, high_y = -kInfinity;
@@ -135,30 +140,37 @@ bool only_reports(const ToolPiece& piece, const PlanOptions& options) {
 }  // namespace
 
 std::unique_ptr<const ClField> guarded_field(const ClField& field, const PlanOptions& options,
-                                             const Passes& passes, bool reported) {
+                                             const Passes& passes, bool reported, const ReportShare& report) {
   std::vector<ToolPiece> pieces = tool_pieces(options);
   std::erase_if(pieces, [&](const ToolPiece& piece) {
     return piece.part != ToolPart::kCutter && only_reports(piece, options) != reported;
   });
   if (pieces.size() < 2) return nullptr;
   ClSurface surface(field.surface.mesh(), field.surface.sides(), std::move(pieces));
-  Cells cells = make_cells(surface, field.deformation, smallest_cell(options));
+  Cells cells =
+      make_cells(surface, field.deformation, smallest_cell(options), part_of(report, 0.0, kCellsShare));
   // Leads and joins reach a little beyond the passes.
   const double spacing = 2.0 * std::max(options.pattern.side_step, options.pattern.step_down) +
                          options.links.lead_radius + options.links.join_distance;
   const LowestPlaces lowest(passes, field.bounds, spacing, field.deformation);
-  if (!drop_low(cells, surface, field.deformation, lowest)) return nullptr;
+  if (!drop_low(cells, surface, field.deformation, lowest, part_of(report, kCellsShare, 1.0))) return nullptr;
   FlatIndex index(std::move(cells), field.deformation);
   return std::make_unique<const ClField>(
       ClField{std::move(surface), field.deformation, std::move(index), field.bounds});
 }
 
-Touches find_touches(const ClField& guarded, const EnvelopeOptions& options, const Passes& passes) {
+Touches find_touches(const ClField& guarded, const EnvelopeOptions& options, const Passes& passes,
+                     const ReportShare& report) {
   Touches touches;
+  std::size_t points = 0;
+  for (const auto& row : passes.rows)
+    for (const Pass& pass : row) points += pass.size();
+  Watch watch(report, points);
   Envelope envelope(guarded.surface, guarded.deformation, guarded.index, options);
   for (const auto& row : passes.rows)
     for (const Pass& pass : row)
       for (const EnvelopePoint& p : pass) {
+        if (!watch.next()) return touches;
         const auto held = envelope.at(p.flat.x, p.flat.y);
         if (!held || held->flat.z <= p.flat.z + kClear ||
             guarded.surface.piece(held->patch).part == ToolPart::kCutter)

@@ -60,21 +60,22 @@ std::vector<Vec3> coarse_candidates(const CheckedMesh& part, const PlanOptions& 
 }  // namespace
 
 IndexCandidates index_candidates(const CheckedMesh& part, const PlanOptions& options, const CellReach& reach,
-                                 const std::vector<SurfaceCell>& samples) {
+                                 const std::vector<SurfaceCell>& samples, const ReportShare& report) {
   IndexCandidates found{coarse_candidates(part, options), {}};
-  found.sets = reach_sets(reach, samples, found.directions);
+  found.sets = reach_sets(reach, samples, found.directions, part_of(report, 0.0, 0.4));
   std::vector<SurfaceCell> missed;
   for (std::size_t c = 0; c < samples.size(); ++c)
     if (!found.reach(c)) missed.push_back(samples[c]);
   const DirectionGrid grid(kFineLevel);
   const std::vector<Vec3> fine(grid.directions().begin() + DirectionGrid::count(kCoarseLevel),
                                grid.directions().end());
-  const auto some = reach_sets(reach, missed, fine);
+  const auto some = reach_sets(reach, missed, fine, part_of(report, 0.4, 0.7));
   std::vector<Vec3> useful;
   for (std::size_t d = 0; d < fine.size(); ++d)
     if (std::any_of(some[d].begin(), some[d].end(), [](std::uint8_t r) { return r != 0; }))
       useful.push_back(fine[d]);
-  for (auto& set : reach_sets(reach, samples, useful)) found.sets.push_back(std::move(set));
+  for (auto& set : reach_sets(reach, samples, useful, part_of(report, 0.7, 1.0)))
+    found.sets.push_back(std::move(set));
   found.directions.insert(found.directions.end(), useful.begin(), useful.end());
   return found;
 }

@@ -19,8 +19,8 @@ struct IndexCandidates {
 };
 
 /// Those that a machinist would set first come first; then an even grid, finer where it reaches samples that
-/// the rest does not.
+/// the rest does not. When the user stops it, not all is asked.
 IndexCandidates index_candidates(const CheckedMesh& part, const PlanOptions& options, const CellReach& reach,
-                                 const std::vector<SurfaceCell>& samples);
+                                 const std::vector<SurfaceCell>& samples, const ReportShare& report = {});
 
 }  // namespace tiltfeed

@@ -70,9 +70,11 @@ class Indexed {
     const double size = std::max(2.0 * radius_ / kCellsAcross, options_.tolerance);
     const std::vector<SurfaceCell> cells = make_cells(part_.mesh, size);
     if (auto done = choose(reach, sample_cells(cells, kSamples)); !done) return tl::unexpected(done.error());
-    if (!stages_.report(0.5)) return cancelled();
-    const IndexedRegions regions(cells, size, chosen_, reach_sets(reach, cells, chosen_),
+    if (stages_.stopped() || !share_(0.6)) return cancelled();
+    const IndexedRegions regions(cells, size, chosen_,
+                                 reach_sets(reach, cells, chosen_, part_of(share_, 0.6, 1.0)),
                                  2.0 * std::max(options_.pattern.side_step, options_.pattern.step_down));
+    if (stages_.stopped()) return cancelled();
     if (auto done = cut_all(regions, reach); !done) return tl::unexpected(done.error());
     if (plan_.path.moves.empty())
       return fail(Code::kUnreachable, "no direction leaves anything to cut: check containment and guards");
@@ -82,7 +84,8 @@ class Indexed {
  private:
   /// The directions, in the order of machining.
   Result<void> choose(const CellReach& reach, const std::vector<SurfaceCell>& samples) {
-    const IndexCandidates all = index_candidates(part_, options_, reach, samples);
+    const IndexCandidates all = index_candidates(part_, options_, reach, samples, part_of(share_, 0.0, 0.4));
+    if (stages_.stopped()) return cancelled();
     const IndexedAxis& how = options_.indexed;
     const SetCover cover = cover_by_few(all.sets, how.coverage, how.most_directions, how.least_gain);
     tell_unreached(reach, samples, all, cover);
@@ -122,7 +125,9 @@ class Indexed {
     std::array<double, 6> lost{};  // too wide, cutter, shank, holder, tilt, not chosen
     std::array<std::uint32_t, 6> first{};
     double whole = 0.0;
-    for (std::size_t c = 0; c < samples.size(); ++c) {
+    const ReportShare report = part_of(share_, 0.4, 0.6);
+    Watch watch(report, samples.size());
+    for (std::size_t c = 0; c < samples.size() && watch.next(); ++c) {
       whole += samples[c].area;
       const auto in = [&](std::uint32_t s) { return all.sets[s][c] != 0; };
       if (std::any_of(cover.chosen.begin(), cover.chosen.end(), in)) continue;
@@ -252,6 +257,7 @@ class Indexed {
   std::vector<Vec3> chosen_;  ///< in the order of machining
   Plan plan_;
   Stages stages_;
+  const ReportShare share_ = [this](double share) { return stages_.report(share); };
 };
 
 }  // namespace

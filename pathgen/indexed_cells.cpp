@@ -87,14 +87,18 @@ bool CellReach::reaches(const SurfaceCell& cell, Vec3 direction, std::uint32_t& 
 
 std::vector<std::vector<std::uint8_t>> reach_sets(const CellReach& reach,
                                                   const std::vector<SurfaceCell>& cells,
-                                                  const std::vector<Vec3>& directions) {
+                                                  const std::vector<Vec3>& directions,
+                                                  const ReportShare& report) {
   std::vector<std::uint8_t> seated(cells.size());
-  tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t c) { seated[c] = reach.seats(cells[c]); });
+  Watch watch(report, cells.size() * (directions.size() + 1));
+  tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t c) {
+    if (watch.next()) seated[c] = reach.seats(cells[c]);
+  });
   std::vector<std::vector<std::uint8_t>> sets(directions.size(), std::vector<std::uint8_t>(cells.size(), 0));
   tbb::parallel_for(std::size_t{0}, directions.size(), [&](std::size_t d) {
     std::uint32_t hint = kNoFacet;
     for (std::size_t c = 0; c < cells.size(); ++c)
-      if (seated[c] != 0) sets[d][c] = reach.reaches(cells[c], directions[d], hint) ? 1 : 0;
+      if (watch.next() && seated[c] != 0) sets[d][c] = reach.reaches(cells[c], directions[d], hint) ? 1 : 0;
   });
   return sets;
 }

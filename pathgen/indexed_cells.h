@@ -9,6 +9,7 @@
 #include "pathgen/mesh.h"
 #include "pathgen/plan_options.h"
 #include "pathgen/swept_tool.h"
+#include "pathgen/watch.h"
 
 namespace tiltfeed {
 
@@ -52,9 +53,11 @@ class CellReach {
   const PlanOptions& options_;
 };
 
-/// sets[d][c]: does direction d reach cell c? In parallel; the same for any number of threads.
+/// sets[d][c]: does direction d reach cell c? In parallel; the same for any number of threads. When the user
+/// stops it, not all is asked.
 std::vector<std::vector<std::uint8_t>> reach_sets(const CellReach& reach,
                                                   const std::vector<SurfaceCell>& cells,
-                                                  const std::vector<Vec3>& directions);
+                                                  const std::vector<Vec3>& directions,
+                                                  const ReportShare& report = {});
 
 }  // namespace tiltfeed

@@ -17,6 +17,8 @@ namespace {
 
 /// Up, over in a few steps, down: for the memory to set aside.
 constexpr std::size_t kMovesPerLink = 8;
+/// Of the work, the passes slice by slice; another order finds most joins known.
+constexpr double kPlainShare = 0.8;
 
 /// A pass as it is travelled.
 class Directed {
@@ -42,13 +44,17 @@ class Linker {
         leads_(field, options, far_side, envelope, travel_),
         approaches_(field, options.approach) {}
 
-  Linked run(const Order& order, const std::vector<std::vector<Pass>>& slices) {
+  Linked run(const Order& order, const std::vector<std::vector<Pass>>& slices, const ReportShare& report) {
     linked_ = {};
     down_.reset();
     std::size_t points = 0;
     for (const Travelled& t : order) points += slices[t.slice][t.pass].size() + kMovesPerLink;
     reserve_side_by_side(linked_.moves, points);
-    for (const Travelled& t : order) add({slices[t.slice][t.pass], t.reversed});
+    Watch watch(report, order.size());
+    for (const Travelled& t : order) {
+      if (!watch.next()) break;
+      add({slices[t.slice][t.pass], t.reversed});
+    }
     if (down_) retract();
     return std::move(linked_);
   }
@@ -159,11 +165,14 @@ Linked link(const std::vector<std::vector<Pass>>& slices, const ClField& field, 
             FarSide& far_side, Envelope& envelope) {
   Linker linker(field, options, far_side, envelope);
   const Order plain = plain_order(slices, options.direction);
-  Linked best = linker.run(plain, slices);
-  if (options.order == PassOrder::kGiven) return best;
+  const bool one = options.order == PassOrder::kGiven;
+  const ReportShare first = part_of(options.report, 0.0, one ? 1.0 : kPlainShare);
+  const ReportShare second = part_of(options.report, kPlainShare, 1.0);
+  Linked best = linker.run(plain, slices, first);
+  if (one || (second && !second(0.0))) return best;
   const Order regions = region_order(slices, field.deformation, options);
   if (regions == plain) return best;
-  Linked other = linker.run(regions, slices);
+  Linked other = linker.run(regions, slices, second);
   const auto left_out = [](const Linked& l) { return l.skipped_passes + l.tilted_passes; };
   const bool better = left_out(other) < left_out(best) ||
                       (left_out(other) == left_out(best) && other.air_length < best.air_length);

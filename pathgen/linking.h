@@ -13,6 +13,7 @@
 #include "pathgen/envelope.h"
 #include "pathgen/far_side.h"
 #include "pathgen/plan_options.h"
+#include "pathgen/watch.h"
 
 namespace tiltfeed {
 
@@ -39,6 +40,8 @@ struct Linking {
   std::function<bool(const EnvelopePoint&)> allowed{};
   /// And a straight move between two of them? Empty: any.
   std::function<bool(const EnvelopePoint&, const EnvelopePoint&)> straight{};
+  /// When the user stops it, the moves are not all there.
+  ReportShare report{};
 };
 
 struct Linked {

@@ -12,6 +12,7 @@
 #include "pathgen/row_candidates.h"
 #include "pathgen/stages.h"
 #include "pathgen/thinning.h"
+#include "pathgen/watch.h"
 
 namespace tiltfeed {
 
@@ -116,18 +117,21 @@ class RasterTracer {
         [&] { return Envelope(field_.surface, field_.deformation, field_.index, envelope_); });
     const std::size_t together = rows_together(tasks.size());
     RowCandidates met;
+    const ReportShare report = part_of(progress_, static_cast<double>(depth) / (halvings_ + 1),
+                                       static_cast<double>(depth + 1) / (halvings_ + 1));
+    Watch watch(report, tasks.size());
     for (std::size_t from = 0; from < tasks.size(); from += kRowsPerReport) {
       const std::size_t to = std::min(from + kRowsPerReport, tasks.size());
       if (together > 0 && from % together == 0)
         met = RowCandidates(field_.index, lines_of(tasks, from, std::min(from + together, tasks.size())));
       tbb::parallel_for(from, to, [&](std::size_t k) {
+        if (!watch.next()) return;
         Envelope& envelope = envelopes.local();
         const FlatLine& line = tasks[k].line;
         traced[k] = trace(together > 0 ? envelope.along(line, met, k % together) : envelope.along(line), line,
                           envelope);
       });
-      const double share = static_cast<double>(to) / static_cast<double>(tasks.size());
-      if (progress_ && !progress_((depth + share) / (halvings_ + 1))) return false;
+      if (watch.stopped()) return false;
     }
     for (std::size_t k = 0; k < tasks.size(); ++k) collect(tasks[k].row, traced[k]);
     return true;

@@ -19,6 +19,7 @@
 #include "pathgen/refusals.h"
 #include "pathgen/stages.h"
 #include "pathgen/thinning.h"
+#include "pathgen/tool_pieces.h"
 #include "pathgen/uncut.h"
 
 namespace tiltfeed {
@@ -87,7 +88,7 @@ class Planner {
     report_.facets = part_.mesh.facets.size();
     report_.warnings = part_.warnings;
     if (!stages_.begin("CL surface")) return cancelled();
-    auto field = make_field(part_, options_, report_.warnings);
+    auto field = make_field(part_, options_, report_.warnings, share_);
     if (!field) return tl::unexpected(field.error());
     if (auto done = find_passes(*field); !done) return done;
     const Result<double> clearance_z = clearance_surface(part_.mesh, top_, (*field)->deformation, options_);
@@ -96,7 +97,8 @@ class Planner {
     measure(path_.moves, report_);
     if (options_.find_uncut && wanted_ == nullptr) {
       if (!stages_.begin("uncut")) return cancelled();
-      report_.uncut = find_uncut(**field, options_, envelope_);
+      report_.uncut = find_uncut(**field, options_, envelope_, share_);
+      if (stages_.stopped()) return cancelled();
     }
     stages_.end();
     return {};
@@ -108,13 +110,8 @@ class Planner {
   Result<void> find_passes(std::unique_ptr<const ClField>& field) {
     auto passes = trace("passes", *field);
     if (!passes) return tl::unexpected(passes.error());
-    if (auto guarded = guarded_field(*field, options_, *passes, false)) {
-      field = std::move(guarded);
-      passes = trace("shank and holder", *field);
-      if (!passes) return tl::unexpected(passes.error());
-    }
-    if (auto reported = guarded_field(*field, options_, *passes, true))
-      warn_touches(find_touches(*reported, envelope_, *passes), report_);
+    if (tool_pieces(options_).size() > 1)
+      if (auto done = heed_guards(field, passes); !done) return done;
     passes_ = std::move(passes->rows);
     as_given_ = passes->as_given;
     report_.slice_points = passes->traced;
@@ -130,6 +127,23 @@ class Planner {
     PlanReport elsewhere = report_;
     if (auto done = report_refusals(field->surface, *passes, elsewhere); !done) return done;
     return keep_wanted(*field);
+  }
+
+  /// Passes that keep shank and holder off, and what is cut into where they only report.
+  Result<void> heed_guards(std::unique_ptr<const ClField>& field, Result<Passes>& passes) {
+    if (!stages_.begin("guards")) return cancelled();
+    auto guarded = guarded_field(*field, options_, *passes, false, share_);
+    if (stages_.stopped()) return cancelled();
+    if (guarded) {
+      field = std::move(guarded);
+      passes = trace("shank and holder", *field);
+      if (!passes) return tl::unexpected(passes.error());
+    }
+    if (!stages_.begin("touches")) return cancelled();
+    if (auto reported = guarded_field(*field, options_, *passes, true, part_of(share_, 0.0, 0.5)))
+      warn_touches(find_touches(*reported, envelope_, *passes, part_of(share_, 0.5, 1.0)), report_);
+    if (stages_.stopped()) return cancelled();
+    return {};
   }
 
   /// Cuts the passes, which have been to what is wanted, and thins them once more.
@@ -182,7 +196,8 @@ class Planner {
     std::uint64_t left = 0;
     for (const auto& passes : passes_)
       for (const Pass& pass : passes) left += pass.size();
-    const std::uint64_t trimmed = far_side.trim(passes_);
+    const std::uint64_t trimmed = far_side.trim(passes_, share_);
+    if (stages_.stopped()) return cancelled();
     if (trimmed == left)
       return fail(
           Code::kGouge,
@@ -210,9 +225,11 @@ class Planner {
                             [rules = PassRules(options_, field)](const EnvelopePoint& p) {
                               return !rules.refusal(p) && rules.region().contains(p.flat);
                             },
-                        .straight = wanted_ != nullptr ? wanted_->straight : nullptr};
+                        .straight = wanted_ != nullptr ? wanted_->straight : nullptr,
+                        .report = share_};
     Envelope envelope(field.surface, field.deformation, field.index, envelope_);
     Linked linked = link(passes_, field, links, far_side, envelope);
+    if (stages_.stopped()) return cancelled();
     if (linked.tilted_passes > 0)
       report_.warnings.push_back(
           std::to_string(linked.tilted_passes) +
@@ -242,6 +259,7 @@ class Planner {
   ToolPath& path_;
   PlanReport& report_;
   Stages stages_;
+  const ReportShare share_ = [this](double share) { return stages_.report(share); };
 };
 
 Result<Plan> run_planner(const CheckedMesh& part, const PlanOptions& options, const WantedPart* wanted,

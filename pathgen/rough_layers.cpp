@@ -141,16 +141,16 @@ Result<Contours> rough_layers(const ClField& field, const std::vector<FlatLine>&
   tbb::enumerable_thread_specific<Heights> heights([&] { return Heights(field, options.envelope); });
   std::vector<std::vector<Pass>> traced(lines.size());
   std::vector<double> lowest(lines.size(), kShut);
-  const auto each_line = [&](const char* stage, const auto& work) {
+  const auto each_line = [&](const char* stage, double done, double of, const auto& work) {
     for (std::size_t from = 0; from < lines.size(); from += kLinesPerReport) {
       const std::size_t to = std::min(from + kLinesPerReport, lines.size());
       tbb::parallel_for(from, to, work);
-      if (progress && !progress(stage, static_cast<double>(to) / static_cast<double>(lines.size())))
-        return false;
+      const double share = static_cast<double>(to) / static_cast<double>(lines.size());
+      if (progress && !progress(stage, (done + share) / of)) return false;
     }
     return true;
   };
-  if (!each_line("lines", [&](std::size_t k) {
+  if (!each_line("lines", 0.0, 1.0, [&](std::size_t k) {
         traced[k] = heights.local().envelope().along(lines[k]).passes;
         for (const Pass& pass : traced[k])
           for (const EnvelopePoint& p : pass)
@@ -166,12 +166,12 @@ Result<Contours> rough_layers(const ClField& field, const std::vector<FlatLine>&
   const auto levels = levels_between(stock_top, bottom, options.pattern.step_down);
   if (!levels) return tl::unexpected(levels.error());
   Contours result;
-  double upper = stock_top;
+  double upper = stock_top, done = 0.0;
   for (const double lower : *levels) {
     const RoughLayer layer{upper, lower, options.envelope.tolerance, options.envelope.max_axis_step,
                            over_gaps};
     std::vector<std::vector<Pass>> groups(lines.size());
-    if (!each_line("layers", [&](std::size_t k) {
+    if (!each_line("layers", done++, static_cast<double>(levels->size()), [&](std::size_t k) {
           groups[k] = inside_polygon(layer_passes(traced[k], lines[k], layer, heights.local()),
                                      field.deformation, options.boundary);
         }))

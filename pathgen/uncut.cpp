@@ -165,13 +165,15 @@ class Judge {
 
 }  // namespace
 
-UncutReport find_uncut(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope) {
+UncutReport find_uncut(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
+                       const ReportShare& report_share) {
   const Mesh& mesh = field.surface.mesh();
   std::vector<FacetVerdict> verdicts(mesh.facets.size());
   tbb::enumerable_thread_specific<Judge> judges([&] { return Judge(field, options, envelope); });
+  Watch watch(report_share, verdicts.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, verdicts.size()), [&](const auto& range) {
     Judge& judge = judges.local();
-    for (std::size_t i = range.begin(); i < range.end(); ++i)
+    for (std::size_t i = range.begin(); i < range.end() && watch.next(); ++i)
       verdicts[i] = judge.facet(static_cast<std::uint32_t>(i));
   });
   UncutReport report;

@@ -104,6 +104,19 @@ timeout --preserve-status -s INT 1.5 "$bin/tiltfeed" plan "$work/job.yaml" --out
 cancelled "interrupted"
 absent "$work/d.nc"
 
+# It does not wait for what never answers: it has the job open, and nothing comes.
+mkfifo "$work/silent.yaml"
+for signal in INT TERM; do
+  "$bin/tiltfeed" plan "$work/silent.yaml" --out "$work/d.nc" > "$work/out.txt" 2>&1 &
+  exec 3> "$work/silent.yaml"
+  status=0
+  kill "-$signal" $!
+  wait $! || status=$?
+  exec 3>&-
+  cancelled "interrupted by $signal while it waits for its job"
+  absent "$work/d.nc"
+done
+
 # A verification, too, whatever it is at: it ends at once, and leaves no part of a report.
 sed -i 's/side_step_mm:.*/side_step_mm: 0.5/' "$work/job.yaml"
 expect 0 'blocks' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/e.nc"
