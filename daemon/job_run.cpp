@@ -21,12 +21,22 @@ Result<JobRun> prepare_run(const std::string& program, const LinkSpec& link, std
   return run;
 }
 
+Result<void> begin_journal(const std::string& path, const RunSubject& subject) {
+  Result<JournalDisk> disk = journal_file(path);
+  if (!disk) return tl::unexpected<Error>(disk.error());
+  Result<Journal> journal = Journal::open(std::move(*disk));
+  if (!journal) return tl::unexpected<Error>(journal.error());
+  if (const auto begun = RunRecorder::begin(*journal, subject); !begun)
+    return tl::unexpected<Error>(begun.error());
+  return {};
+}
+
 Result<SendReport> run_job(const JobRun& run, const ResumeDecision& decision, Journal& journal, Link& link,
                            Clock& clock, StreamHooks hooks) {
   assert(decision.way == ResumeWay::kFresh || decision.way == ResumeWay::kContinue);
   const bool continues = decision.way == ResumeWay::kContinue;
-  Result<RunRecorder> recorder =
-      continues ? RunRecorder::go_on(journal, run.subject) : RunRecorder::begin(journal, run.subject);
+  Result<RunRecorder> recorder = continues ? RunRecorder::go_on(journal, run.subject, decision.may_have)
+                                           : RunRecorder::begin(journal, run.subject);
   if (!recorder) return tl::unexpected<Error>(recorder.error());
   SendOptions options;
   options.session_id = recorder->record().session_id;

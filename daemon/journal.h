@@ -1,7 +1,8 @@
 #pragma once
-// The journal of one job: what was handed to the wire, taken over and executed, run by run. Append-only
-// records of one size, each with its own check sum and the whole state of its run, so that any record that is
-// whole can be believed by itself.
+// The journal of one run: what was handed to the wire, taken over and executed. Records of one size, one
+// after the other, each with its own check sum and the whole state of its run, so that any record that is
+// whole can be believed by itself. Behind the newest one stand empty slots with check sums of their own, so
+// that a file that was cut off, or whose end was lost or damaged, is never taken for a whole one.
 
 #include <array>
 #include <cstddef>
@@ -26,8 +27,8 @@ enum class RunEvent : std::uint8_t {
   kFault,      ///< link, controller or file
 };
 
-/// Properties: executed <= acknowledged; no block after `offered` was given to the wire while this host ran;
-/// none after `reserved` even if the host lost power.
+/// Properties: executed <= acknowledged <= offered <= reserved <= total; no block after `offered` was given
+/// to the wire while this host ran; none after `reserved` even if the host lost power.
 struct RunRecord {
   RunEvent event = RunEvent::kBegan;
   std::uint8_t link = 0;                      ///< LinkKind
@@ -45,15 +46,19 @@ struct RunRecord {
 inline constexpr std::size_t kRecordBytes = 136;
 /// `number` counts the records of the file from 0; it is part of what the check sum covers.
 std::array<char, kRecordBytes> encode_record(const RunRecord& record, std::uint64_t number);
-/// Nothing when the bytes are not a whole, undamaged record with that number.
+/// Nothing when the bytes are not a whole, undamaged record with that number, or when its figures contradict
+/// each other.
 std::optional<RunRecord> decode_record(std::string_view bytes, std::uint64_t number);
+/// A slot that waits for its record.
+std::array<char, kRecordBytes> encode_empty(std::uint64_t number);
+bool is_empty(std::string_view bytes, std::uint64_t number);
 
 /// The few file operations that a journal needs. Negative results are -errno.
 struct JournalDisk {
-  std::function<Result<std::string>()> read;               ///< the whole file
-  std::function<std::ptrdiff_t(std::string_view)> append;  ///< bytes written, perhaps fewer than given
-  std::function<int(std::uint64_t size)> truncate;
-  std::function<int()> sync;                             ///< what was appended survives a power loss
+  std::function<Result<std::string>()> read;  ///< the whole file
+  /// Bytes written, perhaps fewer than given.
+  std::function<std::ptrdiff_t(std::uint64_t at, std::string_view)> write;
+  std::function<int()> sync;                             ///< what was written survives a power loss
   std::function<int(std::string_view content)> replace;  ///< the whole file, at once and durably
   std::string name;                                      ///< for messages
 };
@@ -64,13 +69,16 @@ Result<JournalDisk> journal_file(const std::string& path);
 struct JournalContent {
   std::optional<RunRecord> last;  ///< the newest whole record; figures are the largest of its run
   std::uint64_t records = 0;      ///< slots up to and with the newest whole record
-  std::uint64_t damaged = 0;      ///< slots among these that are not whole
+  std::uint64_t damaged = 0;      ///< slots among these that are neither whole nor empty
+  std::uint64_t lost = 0;         ///< such slots after the newest: newer records may have stood there
+  bool ended = false;             ///< an empty slot follows: the file was not cut off
+  bool whole() const { return last && damaged == 0 && lost == 0 && ended; }
 };
 JournalContent read_journal(std::string_view bytes);
-/// Nothing in it where there is no file. Errors: kIo, also while another process has it.
+/// Nothing in it where there is no file, or none that can be read. Errors: kIo: another process has it.
 Result<JournalContent> read_journal_file(const std::string& path);
 
-/// Properties: after `open` the file ends after its newest whole record (a torn tail is cut off); after an
+/// Properties: what is not whole is replaced at once by the next record, never mended in between; after an
 /// error nothing is written any more, because what the disk then holds is not known.
 class Journal {
  public:
@@ -78,6 +86,8 @@ class Journal {
   static Result<Journal> open(JournalDisk disk);
   const JournalContent& content() const { return content_; }
 
+  /// The file then holds nothing else, durably. Errors: kIo.
+  Result<void> start_with(const RunRecord& record);
   /// Not durable before `sync`; a process that is killed after it loses nothing. Errors: kIo.
   Result<void> append(const RunRecord& record);
   /// Errors: kIo.
@@ -85,10 +95,12 @@ class Journal {
 
  private:
   explicit Journal(JournalDisk disk) : disk_(std::move(disk)) {}
+  Result<void> make_room();
   tl::unexpected<Error> broken(const char* what, std::ptrdiff_t code);
 
   JournalDisk disk_;
   JournalContent content_;
+  std::uint64_t slots_ = 0;  ///< of the file
   std::optional<Error> error_;
 };
 

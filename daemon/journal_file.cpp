@@ -30,11 +30,13 @@ struct File {
 };
 
 constexpr mode_t kOwnerOnly = 0600;
+constexpr const char* kInUse = ": the journal is in use by another run of this job";
 
-std::ptrdiff_t write_all(int fd, std::string_view bytes) {
+std::ptrdiff_t write_all(int fd, std::uint64_t at, std::string_view bytes) {
   std::size_t done = 0;
   while (done < bytes.size()) {
-    const ssize_t count = ::write(fd, bytes.data() + done, bytes.size() - done);
+    const ssize_t count =
+        ::pwrite(fd, bytes.data() + done, bytes.size() - done, static_cast<off_t>(at + done));
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return -errno;
     if (count == 0) break;
@@ -55,8 +57,7 @@ int sync_folder(const std::string& path) {
 }
 
 int open_locked(const std::string& path, int flags) {
-  const int fd =
-      ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW | flags, kOwnerOnly);
+  const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | flags, kOwnerOnly);
   if (fd < 0) return -errno;
   if (::flock(fd, LOCK_EX | LOCK_NB) == 0) return fd;
   const int reason = errno;
@@ -82,7 +83,7 @@ int replace_file(File& file, std::string_view content) {
   ::unlink(fresh.c_str());
   const int fd = open_locked(fresh, O_EXCL);
   if (fd < 0) return fd;
-  const std::ptrdiff_t written = write_all(fd, content);
+  const std::ptrdiff_t written = write_all(fd, 0, content);
   int result = written < 0 ? static_cast<int>(written) : 0;
   if (result == 0 && static_cast<std::size_t>(written) != content.size()) result = -ENOSPC;
   if (result == 0 && ::fsync(fd) != 0) result = -errno;
@@ -104,33 +105,29 @@ Result<JournalDisk> journal_file(const std::string& path) {
   file->path = path;
   file->fd = open_locked(path, 0);
   if (file->fd < 0) {
-    const bool taken = file->fd == -EWOULDBLOCK;
-    return fail(Code::kIo, path + ": the journal " +
-                               (taken ? std::string("is in use by another run of this job")
-                                      : std::string("cannot be opened: ") + std::strerror(-file->fd)));
+    if (file->fd == -EWOULDBLOCK) return fail(Code::kIo, path + kInUse);
+    return fail(Code::kIo, path + ": the journal cannot be opened: " + std::strerror(-file->fd));
   }
   if (const int synced = sync_folder(path); synced < 0)
     return fail(Code::kIo, path + ": its folder cannot be made durable: " + std::strerror(-synced));
   JournalDisk disk;
   disk.name = path;
   disk.read = [file] { return read_all(*file); };
-  disk.append = [file](std::string_view bytes) { return write_all(file->fd, bytes); };
-  disk.truncate = [file](std::uint64_t size) {
-    return ::ftruncate(file->fd, static_cast<off_t>(size)) == 0 ? 0 : -errno;
-  };
+  disk.write = [file](std::uint64_t at, std::string_view bytes) { return write_all(file->fd, at, bytes); };
   disk.sync = [file] { return ::fdatasync(file->fd) == 0 ? 0 : -errno; };
   disk.replace = [file](std::string_view content) { return replace_file(*file, content); };
   return disk;
 }
 
 Result<JournalContent> read_journal_file(const std::string& path) {
-  std::error_code none;
-  if (!std::filesystem::exists(path, none)) return JournalContent{};
-  const Result<JournalDisk> disk = journal_file(path);
-  if (!disk) return tl::unexpected<Error>(disk.error());
-  const Result<std::string> bytes = disk->read();
-  if (!bytes) return tl::unexpected<Error>(bytes.error());
-  return read_journal(*bytes);
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+  if (fd < 0) return JournalContent{};
+  File file;
+  file.fd = fd;
+  file.path = path;
+  if (::flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return fail(Code::kIo, path + kInUse);
+  const Result<std::string> bytes = read_all(file);
+  return bytes ? read_journal(*bytes) : JournalContent{};
 }
 
 }  // namespace tiltfeed

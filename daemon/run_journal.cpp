@@ -64,15 +64,15 @@ Result<RunRecorder> RunRecorder::begin(Journal& journal, const RunSubject& subje
   record.total = subject.total;
   record.program = subject.program;
   record.host = subject.host;
-  RunRecorder recorder(journal, record);
-  if (Result<void> written = recorder.write(true); !written) return tl::unexpected<Error>(written.error());
-  return recorder;
+  record.wall_ms = wall_ms();
+  if (Result<void> begun = journal.start_with(record); !begun) return tl::unexpected<Error>(begun.error());
+  return RunRecorder(journal, record);
 }
 
-Result<RunRecorder> RunRecorder::go_on(Journal& journal, const RunSubject& subject) {
+Result<RunRecorder> RunRecorder::go_on(Journal& journal, const RunSubject& subject, std::uint64_t may_have) {
   RunRecord record = *journal.content().last;
-  // After a power loss the last record of `offered` may be lost, the reservation is not.
-  if (record.host != subject.host) record.offered = record.reserved;
+  record.offered = std::max(record.offered, may_have);
+  record.reserved = std::max(record.reserved, may_have);
   record.host = subject.host;
   record.event = RunEvent::kBegan;
   RunRecorder recorder(journal, record);
@@ -88,17 +88,31 @@ Result<void> RunRecorder::write(bool durable) {
 
 void RunRecorder::take(const SendState& state) {
   if (state.boot != 0) record_.boot_id = state.boot;
-  record_.acknowledged = std::max(record_.acknowledged, state.acknowledged);
-  record_.executed = std::max(record_.executed, state.executed);
+  // Whoever claims more than left is not believed.
+  const auto grown = [this](std::uint64_t known, std::uint64_t claimed) {
+    return std::max(known, std::min(claimed, record_.offered));
+  };
+  record_.executed = grown(record_.executed, state.executed);
+  record_.acknowledged = grown(record_.acknowledged, std::max(state.acknowledged, record_.executed));
 }
 
 Result<std::uint64_t> RunRecorder::reserve(std::uint64_t next, Time now) {
   const bool durable = next > record_.reserved;
+  if (next > record_.total || next > record_.reserved + 1)
+    return fail(Code::kInput, "block " + std::to_string(next) + " comes where " +
+                                  std::to_string(std::min(record_.reserved + 1, record_.total)) + " of " +
+                                  std::to_string(record_.total) +
+                                  " was expected: the program was changed while it ran; it is stopped");
   if (durable) {
     const Time lasted = reserved_at_ ? now - *reserved_at_ : kShortReserve;
     if (lasted < kShortReserve) chunk_ = std::min(chunk_ * 2, kMaxReserve);
     if (lasted > kLongReserve) chunk_ = std::max(chunk_ / 2, kMinReserve);
-    record_.reserved = std::max(next, std::min(next + chunk_, record_.total));
+    // A record that begins a run is never followed by a reservation at once: may_have_left counts on that.
+    if (record_.event == RunEvent::kBegan) {
+      record_.event = RunEvent::kStreaming;
+      if (const Result<void> written = write(false); !written) return tl::unexpected<Error>(written.error());
+    }
+    record_.reserved = std::min(next + chunk_, record_.total);
     reserved_at_ = now;
   }
   record_.offered = std::max(record_.offered, std::min(next + kOfferSlack - 1, record_.reserved));
@@ -130,17 +144,29 @@ Result<void> RunRecorder::end(RunEvent event, const SendState& state) {
 
 namespace {
 
-ResumeDecision uncertain(ResumeDecision decision, const std::string& why) {
+ResumeDecision uncertain(ResumeDecision decision, const std::string& why, std::uint64_t total) {
   decision.way = ResumeWay::kUncertain;
   decision.text = why + "; ";
   if (decision.may_have > decision.executed)
-    decision.text +=
-        blocks(decision.executed + 1, decision.may_have) +
-        " may have run, earlier ones have, later ones have not; look at the machine, then re-enter "
-        "with --from BLOCK";
+    decision.text += blocks(decision.executed + 1, decision.may_have) + " may have run" +
+                     (decision.executed > 0 ? ", earlier ones have" : "") +
+                     (decision.may_have < total ? ", later ones have not" : "") +
+                     "; look at the machine, then re-enter with --from BLOCK";
   else
     decision.text += std::to_string(decision.executed) + " blocks have run; re-enter with --from BLOCK";
   return decision;
+}
+
+/// The last block that may have left.
+std::uint64_t may_have_left(const JournalContent& journal, const RunSubject& now) {
+  const RunRecord& last = *journal.last;
+  if (!journal.ended) return last.total;
+  // Each record that is lost may have been a reservation, but for the one after that which begins a run.
+  const std::uint64_t lost = journal.lost - (journal.lost > 0 && last.event == RunEvent::kBegan);
+  if (lost > (last.total - last.reserved) / (kMaxReserve + 1)) return last.total;
+  if (lost > 0) return last.reserved + lost * (kMaxReserve + 1);
+  // The reservation was durable before anything left; `offered` is only as good as this host's memory.
+  return last.host == now.host && journal.damaged + journal.lost == 0 ? last.offered : last.reserved;
 }
 
 }  // namespace
@@ -148,17 +174,14 @@ ResumeDecision uncertain(ResumeDecision decision, const std::string& why) {
 ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& now) {
   ResumeDecision decision;
   if (!journal.last) {
-    decision.way = ResumeWay::kFresh;
-    decision.text = "it was never started";
-    return decision;
+    decision.may_have = now.total;
+    return uncertain(decision, "the journal of this run is lost or damaged", now.total);
   }
   const RunRecord& last = *journal.last;
-  // The reservation was durable before anything left; `offered` is only as good as this host's memory.
-  const std::uint64_t left = last.host == now.host && journal.damaged == 0 ? last.offered : last.reserved;
   decision.executed = last.executed;
-  decision.may_have = std::max({left, last.acknowledged, last.executed});
+  decision.may_have = may_have_left(journal, now);
   if (last.program != now.program || last.total != now.total)
-    return uncertain(decision, "the program is not the one that was running");
+    return uncertain(decision, "the program is not the one that was running", last.total);
   if (last.executed == last.total) {
     decision.way = ResumeWay::kFinished;
     decision.text = "all " + std::to_string(last.total) + " blocks are executed";
@@ -169,10 +192,11 @@ ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& no
     decision.text = "nothing was sent";
     return decision;
   }
+  const std::string loss = journal.whole() ? "" : "a part of the journal is lost or damaged, and ";
   if (!is_provable(static_cast<LinkKind>(last.link)) || last.link != static_cast<std::uint8_t>(now.link))
-    return uncertain(decision, "this link cannot prove what was executed");
+    return uncertain(decision, loss + "this link cannot prove what was executed", last.total);
   if (last.boot_id == 0 || decision.may_have - decision.executed >= kSequenceHalf)
-    return uncertain(decision, "the journal does not say enough to ask the controller");
+    return uncertain(decision, loss + "the journal does not say enough to ask the controller", last.total);
   decision.way = ResumeWay::kContinue;
   decision.ring = {last.session_id, last.boot_id, last.acknowledged, decision.may_have};
   decision.text = "asks the controller, which counts what it executed, then goes on after that";

@@ -32,10 +32,11 @@ struct RunSubject {
 /// closed.
 class RunRecorder {
  public:
-  /// A new run. Errors: kIo.
+  /// A new run; the journal holds nothing else afterwards. Errors: kIo.
   static Result<RunRecorder> begin(Journal& journal, const RunSubject& subject);
-  /// The run that the journal holds goes on. Requires: it has one. Errors: kIo.
-  static Result<RunRecorder> go_on(Journal& journal, const RunSubject& subject);
+  /// The run that the journal holds goes on; blocks to `may_have` may have left. Requires: it has one.
+  /// Errors: kIo.
+  static Result<RunRecorder> go_on(Journal& journal, const RunSubject& subject, std::uint64_t may_have);
 
   /// StreamHooks::reserve: allows block `next` and perhaps some more. Errors: kIo: it must not leave.
   Result<std::uint64_t> reserve(std::uint64_t next, Time now);
@@ -74,7 +75,9 @@ struct ResumeDecision {
   std::string text;            ///< for the operator: why, and the range in blocks
 };
 
-/// Pure. `program` and `total` are those of the file as it is now, `host` the running kernel's.
+/// Of a run that was begun: its journal held a record before anybody could call it that. Properties: executed
+/// <= may_have; what the journal cannot show any more may have run. Pure. `program` and `total` of `now` are
+/// those of the file as it is, `host` is the running kernel's.
 ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& now);
 
 }  // namespace tiltfeed

@@ -162,9 +162,12 @@ class SteadyClock : public Clock {
   Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
 };
 
-/// Something of the run may be in the controller, and it has not come to its end in order.
-bool was_moving(const std::optional<RunRecord>& last) {
-  return last && last->offered > 0 && last->event != RunEvent::kExecuted && last->event != RunEvent::kStopped;
+/// Something of the run may be in the controller, and it has not come to its end in order. Also where the
+/// journal cannot show it.
+bool may_move(const JournalContent& journal) {
+  if (!journal.whole()) return true;
+  const RunRecord& last = *journal.last;
+  return last.offered > 0 && last.event != RunEvent::kExecuted && last.event != RunEvent::kStopped;
 }
 
 /// The job that was on the machine; nothing where the spool has none. Errors: kIo.
@@ -182,8 +185,8 @@ Result<std::optional<SpooledJob>> job_on_machine(const ServiceConfig& config, Li
       return fail(Code::kIo,
                   journal.error().message +
                       "; nothing was sent (while the service lives: tiltfeed hold, tiltfeed stop)");
-    if (!was_moving(journal->last)) continue;
-    if (journal->last->link != static_cast<std::uint8_t>(kind))
+    if (!may_move(*journal)) continue;
+    if (journal->last && journal->last->link != static_cast<std::uint8_t>(kind))
       return fail(Code::kInput,
                   config.path + ": job " + std::to_string(job.id) +
                       " ran over another kind of link than the one stated now; nothing was sent: stop "

@@ -5,7 +5,6 @@
 
 #include <signal.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <cerrno>
 #include <fstream>
@@ -28,7 +27,6 @@ enum class Bug {
   kFromExecuted,      // a new session after the executed blocks of the journal: asks nobody
   kFromAcknowledged,  // the same after the acknowledged ones
   kFromOffered,       // the same after those that may have left
-  kNoCheckSum,        // a torn record is believed
   kBuffered,          // a record is written when the next one comes
   kOldProgram,        // goes on although the file is another one
   kNeverDurable,      // no sync (power loss)
@@ -54,36 +52,29 @@ struct Steps {
 
 inline JournalDisk dying_disk(JournalDisk inner, Steps& steps, Bug bug) {
   JournalDisk disk = inner;
-  const auto waiting = std::make_shared<std::string>();
-  disk.append = [inner, &steps, bug, waiting](std::string_view bytes) -> std::ptrdiff_t {
+  const auto waiting = std::make_shared<std::pair<std::uint64_t, std::string>>();
+  disk.write = [inner, &steps, bug, waiting](std::uint64_t at, std::string_view bytes) -> std::ptrdiff_t {
     if (steps.dead) return -EIO;
     if (steps.now()) {  // a torn write
-      inner.append(bytes.substr(0, steps.torn % (bytes.size() + 1)));
+      inner.write(at, bytes.substr(0, steps.torn % (bytes.size() + 1)));
       steps.die();
       return -EIO;
     }
-    if (bug != Bug::kBuffered) return inner.append(bytes);
-    if (!waiting->empty()) inner.append(*waiting);
-    *waiting = bytes;
+    if (bug != Bug::kBuffered) return inner.write(at, bytes);
+    if (!waiting->second.empty()) inner.write(waiting->first, waiting->second);
+    *waiting = {at, std::string(bytes)};
     return static_cast<std::ptrdiff_t>(bytes.size());
+  };
+  disk.replace = [inner, &steps](std::string_view content) {
+    if (steps.step()) return -EIO;
+    const int result = inner.replace(content);
+    return steps.step() ? -EIO : result;
   };
   disk.sync = [inner, &steps, bug] {
     if (steps.step()) return -EIO;
     if (bug == Bug::kNeverDurable) return 0;
     const int result = inner.sync();
     return steps.step() ? -EIO : result;
-  };
-  disk.read = [inner, bug]() -> Result<std::string> {
-    Result<std::string> bytes = inner.read();
-    if (!bytes || bug != Bug::kNoCheckSum) return bytes;
-    bytes->resize((bytes->size() + kRecordBytes - 1) / kRecordBytes * kRecordBytes, '\0');
-    for (std::size_t at = 0; at < bytes->size(); at += kRecordBytes) {
-      const auto sum = static_cast<std::uint32_t>(
-          ::crc32(0, reinterpret_cast<const Bytef*>(bytes->data() + at), kRecordBytes - 4));
-      for (std::size_t i = 0; i < 4; ++i)
-        (*bytes)[at + kRecordBytes - 4 + i] = static_cast<char>(sum >> (8 * i) & 0xFF);
-    }
-    return bytes;
   };
   return disk;
 }
@@ -153,7 +144,14 @@ struct Outcome {
   std::string text;
 };
 
-inline Outcome sender_life(JobRun run, JournalDisk disk, Link& link, Clock& clock, Steps& steps, Bug bug) {
+/// What the spool keeps beside the journal: the run was begun. Durable as soon as it is set.
+struct BegunMark {
+  bool begun = false;
+  std::function<void()> set;
+};
+
+inline Outcome sender_life(JobRun run, JournalDisk disk, const BegunMark& mark, Link& link, Clock& clock,
+                           Steps& steps, Bug bug) {
   if (bug == Bug::kNoJournal) disk = journal_disk(std::make_shared<SimulatedDisk>());
   auto journal = Journal::open(dying_disk(std::move(disk), steps, bug));
   if (!journal) return {steps.dead ? End::kKilled : End::kWrong, 0, 0, journal.error().message};
@@ -161,6 +159,12 @@ inline Outcome sender_life(JobRun run, JournalDisk disk, Link& link, Clock& cloc
   if (last && bug == Bug::kOfferedForSure) run.subject.host = last->host;
   if (last && bug == Bug::kOldProgram) run.subject.program = last->program;
   ResumeDecision decision = decide_resume(journal->content(), run.subject);
+  if (!mark.begun) {
+    if (const auto begun = RunRecorder::begin(*journal, run.subject); !begun)
+      return {steps.dead ? End::kKilled : End::kWrong, 0, 0, begun.error().message};
+    mark.set();
+    decision.way = ResumeWay::kFresh;
+  }
   if (bug == Bug::kStartsAnew) decision.way = ResumeWay::kFresh;
   Outcome outcome{End::kDone, decision.executed, decision.may_have, decision.text};
   if (decision.way == ResumeWay::kFinished) return outcome;

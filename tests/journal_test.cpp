@@ -12,6 +12,7 @@
 #include "daemon/run_journal.h"
 #include "daemon/sha256.h"
 #include "tests/folder.h"
+#include "tests/journal_subject.h"
 #include "tests/simulated_disk.h"
 
 namespace tiltfeed {
@@ -48,6 +49,15 @@ std::string bytes_of(std::uint64_t records) {
   return bytes;
 }
 
+std::string empties(std::uint64_t first, std::uint64_t last) {
+  std::string bytes;
+  for (std::uint64_t i = first; i < last; ++i) {
+    const auto one = encode_empty(i);
+    bytes.append(one.data(), one.size());
+  }
+  return bytes;
+}
+
 TEST(Sha256, IsThatOfTheStandard) {
   EXPECT_EQ(hex(sha256("")), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(hex(sha256("abc")), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
@@ -71,32 +81,63 @@ TEST(JournalRecord, ComesBackAndEveryFlippedBitIsSeen) {
   }
 }
 
-TEST(Journal, TornTailOfEveryLengthIsCutOff) {
-  const std::string whole = bytes_of(3);
+TEST(Journal, BytesThatAreCutOffAtAnyPlaceAreNeverAWholeJournal) {
+  const std::string whole = bytes_of(3) + empties(3, 5);
   for (std::size_t length = 0; length <= whole.size(); ++length) {
     const auto disk = std::make_shared<SimulatedDisk>();
     disk->file = whole.substr(0, length);
     auto journal = Journal::open(journal_disk(disk));
     ASSERT_TRUE(journal);
-    const std::uint64_t records = length / kRecordBytes;
-    ASSERT_EQ(journal->content().records, records);
-    ASSERT_EQ(disk->file.size(), records * kRecordBytes);
-    ASSERT_EQ(journal->content().last.has_value(), records > 0);
+    const std::uint64_t records = std::min<std::uint64_t>(3, length / kRecordBytes);
+    const JournalContent& content = journal->content();
+    ASSERT_EQ(content.records, records);
+    ASSERT_EQ(content.last.has_value(), records > 0);
+    ASSERT_EQ(content.whole(), length >= 4 * kRecordBytes) << length;
     if (records > 0) {
-      ASSERT_EQ(journal->content().last->executed, 600 + records - 1);
+      ASSERT_EQ(content.last->executed, 600 + records - 1);
     }
+    // What is not whole is replaced at once.
     ASSERT_TRUE(journal->append(sample(records)));
-    ASSERT_EQ(read_journal(disk->file).records, records + 1);
+    const JournalContent after = read_journal(disk->file);
+    ASSERT_TRUE(after.whole());
+    ASSERT_EQ(after.last, sample(records));
   }
 }
 
 TEST(Journal, ADamagedRecordBeforeWholeOnesIsCountedAndTakesNothingBack) {
-  std::string bytes = bytes_of(4);
+  std::string bytes = bytes_of(4) + empties(4, 5);
   bytes[kRecordBytes + 20] ^= 1;
   const JournalContent content = read_journal(bytes);
   EXPECT_EQ(content.records, 4u);
   EXPECT_EQ(content.damaged, 1u);
+  EXPECT_EQ(content.lost, 0u);
   EXPECT_EQ(content.last->reserved, 903u);
+}
+
+TEST(Journal, DamagedRecordsAfterTheNewestWholeOneAreCounted) {
+  std::string bytes = bytes_of(4) + empties(4, 6);
+  bytes[3 * kRecordBytes + 20] ^= 1;
+  EXPECT_EQ(read_journal(bytes).lost, 1u);
+  bytes[4 * kRecordBytes + 20] ^= 1;  // an empty slot that is damaged could have been a record
+  EXPECT_EQ(read_journal(bytes).lost, 2u);
+  EXPECT_EQ(read_journal(bytes).records, 3u);
+  EXPECT_TRUE(read_journal(bytes).ended);
+}
+
+TEST(Journal, RecordsOfAnotherRunOrWithImpossibleFiguresAreNotBelieved) {
+  RunRecord other = sample(4);
+  ++other.run;
+  RunRecord less = sample(4), more = sample(4), beyond = sample(4);
+  less.offered = less.acknowledged - 1;
+  more.executed = more.acknowledged + 1;
+  beyond.total = beyond.reserved - 1;
+  for (const RunRecord& record : {other, less, more, beyond}) {
+    const auto wrong = encode_record(record, 4);
+    const JournalContent content =
+        read_journal(bytes_of(4) + std::string(wrong.data(), wrong.size()) + empties(5, 6));
+    EXPECT_EQ(content.last, sample(3));
+    EXPECT_EQ(content.lost, 1u);
+  }
 }
 
 TEST(Journal, FiguresOfARunNeverShrink) {
@@ -107,10 +148,6 @@ TEST(Journal, FiguresOfARunNeverShrink) {
   bytes.append(third.data(), third.size());
   EXPECT_EQ(read_journal(bytes).last->reserved, 901u);
   EXPECT_EQ(read_journal(bytes).last->executed, 601u);
-  low.run = 4;  // another run starts at nothing
-  const auto fourth = encode_record(low, 3);
-  bytes.append(fourth.data(), fourth.size());
-  EXPECT_EQ(read_journal(bytes).last->reserved, 1u);
 }
 
 TEST(Journal, StaysSmall) {
@@ -119,7 +156,7 @@ TEST(Journal, StaysSmall) {
   ASSERT_TRUE(journal);
   RunRecord record = sample(0);
   for (int i = 0; i < 200000; ++i) {
-    ++record.offered;
+    record.offered = ++record.reserved;
     ASSERT_TRUE(journal->append(record));
     ASSERT_LE(disk->file.size(), 9u << 20);
   }
@@ -139,15 +176,14 @@ TEST(JournalFile, RealFileIsLockedShortenedAndReadAgain) {
     ASSERT_TRUE(journal);
     for (std::uint64_t i = 0; i < 5; ++i) ASSERT_TRUE(journal->append(sample(i)));
     ASSERT_TRUE(journal->sync());
-    const auto one = encode_record(sample(7), 0);
-    ASSERT_EQ(disk->replace({one.data(), one.size()}), 0);
-    EXPECT_EQ(disk->append("torn"), 4);
+    ASSERT_TRUE(journal->start_with(sample(7)));
     EXPECT_FALSE(journal_file(path)) << "still locked after the file was replaced";
   }
   auto journal = Journal::open(*journal_file(path));
   ASSERT_TRUE(journal);
   EXPECT_EQ(journal->content().last, sample(7));
-  EXPECT_EQ(std::filesystem::file_size(path), kRecordBytes);
+  EXPECT_TRUE(journal->content().whole());
+  EXPECT_LT(std::filesystem::file_size(path), 100 * kRecordBytes);
   EXPECT_EQ(std::filesystem::status(path).permissions(),
             std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
   EXPECT_FALSE(journal_file(folder.path + "/none/1.journal"));
@@ -155,22 +191,12 @@ TEST(JournalFile, RealFileIsLockedShortenedAndReadAgain) {
 
 // ---- while it streams ----------------------------------------------------------------------------------
 
-RunSubject subject_of(std::uint64_t total, LinkKind kind = LinkKind::kModbusTcp) {
-  RunSubject subject;
-  subject.job = 4;
-  subject.total = total;
-  subject.program = sha256("program");
-  subject.link = kind;
-  subject.session_id = 99;
-  subject.host[0] = 1;
-  return subject;
-}
-
-/// The record at the end of the file.
+/// The last record of the file, and nothing where anything of the file is not whole.
 std::optional<RunRecord> newest(const std::string& bytes) {
-  const std::uint64_t slots = bytes.size() / kRecordBytes;
-  if (slots == 0) return std::nullopt;
-  return decode_record(std::string_view(bytes).substr((slots - 1) * kRecordBytes, kRecordBytes), slots - 1);
+  const JournalContent content = read_journal(bytes);
+  if (!content.whole()) return std::nullopt;
+  return decode_record(std::string_view(bytes).substr((content.records - 1) * kRecordBytes, kRecordBytes),
+                       content.records - 1);
 }
 
 /// A run of `total` blocks, a few a turn, in the given time; false as soon as the journal fails. After every
@@ -226,7 +252,7 @@ TEST(RunRecorder, NothingLeavesBeforeItIsDurableWhateverTheClockDoes) {
     const auto disk = std::make_shared<SimulatedDisk>();
     auto journal = Journal::open(journal_disk(disk));
     ASSERT_TRUE(journal);
-    ASSERT_TRUE(stream(*journal, *disk, subject_of(5000), times));
+    ASSERT_TRUE(stream(*journal, *disk, subject_of(2000), times));
   }
 }
 
@@ -259,7 +285,7 @@ TEST(RunRecorder, AFailureOfAnyDiskOperationStopsTheRun) {
 
 // ---- what is concluded ---------------------------------------------------------------------------------
 
-JournalContent content_of(RunRecord record) { return {record, 1, 0}; }
+JournalContent content_of(RunRecord record) { return {record, 1, 0, 0, true}; }
 
 RunRecord cut_off(const RunSubject& subject) {
   RunRecord r;
@@ -280,7 +306,6 @@ RunRecord cut_off(const RunSubject& subject) {
 
 TEST(DecideResume, WhatCanBeProvedIsContinued) {
   const RunSubject now = subject_of(1000);
-  EXPECT_EQ(decide_resume({}, now).way, ResumeWay::kFresh);
   RunRecord r = cut_off(now);
   ResumeDecision d = decide_resume(content_of(r), now);
   EXPECT_EQ(d.way, ResumeWay::kContinue);
@@ -292,7 +317,7 @@ TEST(DecideResume, WhatCanBeProvedIsContinued) {
   RunSubject rebooted = now;
   rebooted.host[3] = 9;
   EXPECT_EQ(decide_resume(content_of(r), rebooted).ring.reserved, 400u);
-  EXPECT_EQ(decide_resume({r, 5, 1}, now).ring.reserved, 400u);
+  EXPECT_EQ(decide_resume({r, 5, 1, 0, true}, now).ring.reserved, 400u);
   r.offered = r.reserved = r.acknowledged = r.executed = 0;
   EXPECT_EQ(decide_resume(content_of(r), now).way, ResumeWay::kFresh);
   r = cut_off(now);
@@ -328,6 +353,28 @@ TEST(DecideResume, NothingElseResumesByItself) {
   r.reserved = r.offered = 40000;
   RunSubject large = subject_of(100000);
   EXPECT_EQ(decide_resume(content_of(r), large).way, ResumeWay::kUncertain) << "more than half the numbers";
+}
+
+TEST(RunRecorder, AControllerThatClaimsMoreThanLeftIsNotBelieved) {
+  const auto disk = std::make_shared<SimulatedDisk>();
+  Journal journal = *Journal::open(journal_disk(disk));
+  RunRecorder recorder = *RunRecorder::begin(journal, subject_of(1000));
+  const std::uint64_t granted = *recorder.reserve(1, Time{0});
+  SendState state;
+  state.total = 1000;
+  state.boot = 5;
+  state.acknowledged = state.executed = granted + 1;
+  ASSERT_TRUE(recorder.progress(state, Time{0}));
+  EXPECT_EQ(read_journal(disk->file).last->executed, granted);
+  EXPECT_TRUE(read_journal(disk->file).whole());
+}
+
+TEST(RunRecorder, BlocksThatTheProgramDidNotHaveWhenItWasCountedDoNotLeave) {
+  const auto disk = std::make_shared<SimulatedDisk>();
+  Journal journal = *Journal::open(journal_disk(disk));
+  RunRecorder recorder = *RunRecorder::begin(journal, subject_of(3));
+  ASSERT_EQ(*recorder.reserve(1, Time{0}), 3u);
+  EXPECT_FALSE(recorder.reserve(4, Time{0}));
 }
 
 }  // namespace

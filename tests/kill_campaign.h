@@ -83,8 +83,8 @@ struct RingMachine {
 inline constexpr int kDeaths = 30;
 
 /// A life in a process of its own, killed for real. The parent is the machine.
-inline Outcome forked_life(const JobRun& run, const std::string& journal, RingMachine& machine, Steps steps,
-                           Bug bug) {
+inline Outcome forked_life(const JobRun& run, const std::string& journal, bool& begun, RingMachine& machine,
+                           Steps steps, Bug bug) {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0)
     return {End::kWrong, 0, 0, "socketpair"};
@@ -106,7 +106,10 @@ inline Outcome forked_life(const JobRun& run, const std::string& journal, RingMa
       if (::send(ends[1], message.data(), message.size(), 0) < 0) ::_exit(9);
     };
     auto disk = journal_file(journal);
-    const Outcome outcome = disk ? sender_life(run, *disk, link, clock, steps, bug)
+    const BegunMark mark{begun, [&] {
+                           if (::send(ends[1], "B", 1, 0) < 0) ::_exit(9);
+                         }};
+    const Outcome outcome = disk ? sender_life(run, *disk, mark, link, clock, steps, bug)
                                  : Outcome{End::kWrong, 0, 0, disk.error().message};
     const std::string message = std::string("E") + static_cast<char>(outcome.end) +
                                 std::to_string(outcome.executed) + " " + std::to_string(outcome.may_have) +
@@ -121,6 +124,8 @@ inline Outcome forked_life(const JobRun& run, const std::string& journal, RingMa
     if (bytes[0] == 'R') {
       const std::string reply = machine.serve(message);
       ::send(ends[0], reply.data(), reply.size(), MSG_NOSIGNAL);
+    } else if (bytes[0] == 'B') {
+      begun = true;
     } else if (bytes[0] == 'T') {
       machine.pass(std::stod(message) * 1e-9);
     } else {
@@ -140,14 +145,14 @@ inline Outcome forked_life(const JobRun& run, const std::string& journal, RingMa
 }
 
 /// A life that the power ends, in this process.
-inline Outcome powered_life(const JobRun& run, const std::shared_ptr<SimulatedDisk>& disk,
+inline Outcome powered_life(const JobRun& run, const std::shared_ptr<SimulatedDisk>& disk, bool& begun,
                             RingMachine& machine, Steps steps, Bug bug) {
   ScriptClock clock;
   steps.power = true;
   DyingLink link(clock, steps);
   link.ask = [&](const std::string& request) { return machine.serve(request); };
   link.wait_for = [&](Time wait) { machine.pass(std::chrono::duration<double>(wait).count()); };
-  return sender_life(run, journal_disk(disk), link, clock, steps, bug);
+  return sender_life(run, journal_disk(disk), {begun, [&] { begun = true; }}, link, clock, steps, bug);
 }
 
 struct Campaign {
@@ -172,15 +177,15 @@ struct Campaign {
     const std::string journal = folder + "/journal";
     std::filesystem::remove(journal);
     const auto disk = std::make_shared<SimulatedDisk>();
-    bool restarted = false;
+    bool restarted = false, begun = false;
     Outcome outcome;
     ++runs;
     for (int life = 0; life <= kDeaths; ++life) {
       Steps steps;
       steps.at = life < kDeaths ? 1 + random() % 140 : ~0ull;
       steps.torn = random();
-      outcome = power ? powered_life(job, disk, machine, steps, bug)
-                      : forked_life(job, journal, machine, steps, bug);
+      outcome = power ? powered_life(job, disk, begun, machine, steps, bug)
+                      : forked_life(job, journal, begun, machine, steps, bug);
       if (outcome.end != End::kKilled) break;
       ++kills;
       machine.pass(static_cast<double>(random() % 2500) * 1e-3);

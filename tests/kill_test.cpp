@@ -67,7 +67,7 @@ TEST_F(KillPoints, AnotherProgramIsNeverContinued) {
 TEST_F(KillPoints, EverySeededBugIsFound) {
   for (const Bug bug :
        {Bug::kNoJournal, Bug::kStartsAnew, Bug::kFromExecuted, Bug::kFromAcknowledged, Bug::kFromOffered,
-        Bug::kNoCheckSum, Bug::kBuffered, Bug::kNeverDurable, Bug::kOfferedForSure}) {
+        Bug::kBuffered, Bug::kNeverDurable, Bug::kOfferedForSure}) {
     const bool power = bug == Bug::kNeverDurable || bug == Bug::kOfferedForSure;
     EXPECT_GT(until(400, {.power = power, .bug = bug}).wrong, 0u) << "bug " << static_cast<int>(bug);
   }

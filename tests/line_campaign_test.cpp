@@ -106,9 +106,9 @@ std::string run_once(const std::string& link, const std::string& text, const Fau
   if (line.said.find('~') != std::string::npos || line.said.find("M108") != std::string::npos)
     return "resumed by itself";
   JournalContent record = read_journal(disk->file);
-  if (bug == LineBug::kStartsAnew) record.last.reset();
   if (bug == LineBug::kForgetsFlight) record.last->offered = record.last->acknowledged;
-  const ResumeDecision next = decide_resume(record, run.subject);
+  ResumeDecision next = decide_resume(record, run.subject);
+  if (bug == LineBug::kStartsAnew) next.way = ResumeWay::kFresh;
   if (next.way == ResumeWay::kContinue) return "the journal lets it go on by itself";
   if (!report && next.way == ResumeWay::kFresh && !executed.empty()) return "it would start anew";
   const bool plain = link.starts_with("dnc");

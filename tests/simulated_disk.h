@@ -2,6 +2,7 @@
 // A disk in memory for the journal: what was not made durable may be lost, in part or out of order; any
 // operation can fail on request.
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <memory>
@@ -23,17 +24,15 @@ struct SimulatedDisk {
 
   bool fails() { return fail_at >= 0 && operations++ >= fail_at; }
 
-  /// What is there after a power loss: all that was durable, and of the rest any 16-byte pieces.
+  /// What is there after a power loss: all that was durable, and of what came later any pieces, as large as a
+  /// sector or smaller.
   std::string after_power_loss(std::mt19937_64& random) const {
     std::string left = durable;
-    if (file.size() > durable.size()) {
-      std::string tail = file.substr(durable.size());
-      for (std::size_t i = 0; i < tail.size(); i += 16)
-        if (random() % 2 == 0)
-          tail.replace(i, std::min<std::size_t>(16, tail.size() - i),
-                       std::min<std::size_t>(16, tail.size() - i), '\0');
-      left += tail.substr(0, random() % (tail.size() + 1));
-    }
+    const std::size_t grown = file.size() - std::min(file.size(), durable.size());
+    left.resize(durable.size() + (grown > 0 ? random() % (grown + 1) : 0), '\0');
+    const std::size_t piece = random() % 2 == 0 ? 16 : 512;
+    for (std::size_t at = 0; at < left.size(); at += piece)
+      if (random() % 2 == 0) left.replace(at, piece, file, at, std::min(piece, left.size() - at));
     return left;
   }
 };
@@ -45,25 +44,17 @@ inline JournalDisk journal_disk(const std::shared_ptr<SimulatedDisk>& disk) {
     if (disk->fails()) return fail(Code::kIo, "simulated: cannot be read");
     return disk->file;
   };
-  out.append = [disk](std::string_view bytes) -> std::ptrdiff_t {
-    if (!disk->fails()) {
-      disk->file += bytes;
-      return static_cast<std::ptrdiff_t>(bytes.size());
-    }
-    if (disk->failure != 0) return -disk->failure;
-    const std::size_t taken = bytes.size() - std::min(bytes.size(), disk->short_by);
-    disk->file += bytes.substr(0, taken);
+  out.write = [disk](std::uint64_t at, std::string_view bytes) -> std::ptrdiff_t {
+    const bool fails = disk->fails();
+    if (fails && disk->failure != 0) return -disk->failure;
+    const std::size_t taken = bytes.size() - (fails ? std::min(bytes.size(), disk->short_by) : 0);
+    disk->file.resize(std::max<std::size_t>(disk->file.size(), at + taken), '\0');
+    disk->file.replace(at, taken, bytes.substr(0, taken));
     return static_cast<std::ptrdiff_t>(taken);
-  };
-  out.truncate = [disk](std::uint64_t size) {
-    if (disk->fails()) return -EIO;
-    disk->file.resize(size);
-    if (disk->durable.size() > size) disk->durable.resize(size);
-    return 0;
   };
   out.sync = [disk] {
     if (disk->fails()) return -EIO;
-    if (!disk->lies) disk->durable.append(disk->file, disk->durable.size());
+    if (!disk->lies) disk->durable = disk->file;
     return 0;
   };
   out.replace = [disk](std::string_view content) {
