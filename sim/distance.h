@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <cassert>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -23,6 +24,36 @@ namespace tiltfeed::sim {
 struct Hit {
   double value = kInfinity;
   std::uint32_t facet = 0xFFFFFFFF;
+};
+
+inline Vec3 lower(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
+inline Vec3 upper(Vec3 a, Vec3 b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
+
+/// Lower bound of the distance between a box and a segment: along the coordinate axes, and along the line
+/// from the segment to the box's centre (the segment's point nearest to the centre is extreme there).
+struct SegmentBound {
+  Vec3 from, along, low, high;
+  double whole;
+
+  explicit SegmentBound(const Segment& s)
+      : from(from_origin(s.from)),
+        along(s.to - s.from),
+        low(lower(from, from + along)),
+        high(upper(from, from + along)),
+        whole(squared_length(along)) {}
+
+  double operator()(Vec3 box_low, Vec3 box_high) const {
+    const double dx = std::max({box_low.x - high.x, low.x - box_high.x, 0.0});
+    const double dy = std::max({box_low.y - high.y, low.y - box_high.y, 0.0});
+    const double dz = std::max({box_low.z - high.z, low.z - box_high.z, 0.0});
+    const Vec3 centre = (box_low + box_high) * 0.5, half = (box_high - box_low) * 0.5;
+    const Vec3 m = centre - from;
+    const double f = whole > 0.0 ? std::clamp(dot(m, along) / whole, 0.0, 1.0) : 0.0;
+    const Vec3 u = m - along * f;
+    const double reach = std::abs(u.x) * half.x + std::abs(u.y) * half.y + std::abs(u.z) * half.z;
+    const double far2 = squared_length(u), straight = std::sqrt(dx * dx + dy * dy + dz * dz);
+    return far2 > 0.0 ? std::max(straight, (far2 - reach) / std::sqrt(far2)) : straight;
+  }
 };
 
 class PartDistance {

@@ -18,6 +18,7 @@
 #include "sim/dry_run.h"
 #include "sim/endpoint.h"
 #include "sim/parts.h"
+#include "sim/prove_command.h"
 #include "sim/simulate_command.h"
 #include "sim/verify_command.h"
 
@@ -249,6 +250,23 @@ CLI::App* add_simulate_options(CLI::App& app, SimulateOptions& options) {
   return simulate;
 }
 
+CLI::App* add_prove_options(CLI::App& app, ProveOptions& options) {
+  CLI::App* const prove =
+      app.add_subcommand("prove", "hold every move of a program, in any dialect, against the job's part");
+  prove->add_option("JOB", options.job, "the job file")->required();
+  prove->add_option("PROGRAM", options.program, "the program, in the dialect of the job's machine")
+      ->required();
+  prove->add_option("--stl", options.stl, "take this part instead of the job's");
+  prove->add_option("--machine", options.machine, "take this machine profile instead of the job's");
+  prove->add_option("--name", options.name, "of the program in messages");
+  prove->add_option("--picture", options.picture, "draw the deepest gouge to this PNG file");
+  prove->add_flag("--told", options.told, "the program is whole when a line comes on standard input");
+  prove->add_flag("--progress", options.progress, "lines of progress on standard output");
+  prove->add_option("--threads", options.threads, "the result is the same for any number")
+      ->check(CLI::Range(1, 256));
+  return prove;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -279,6 +297,8 @@ int main(int argc, char** argv) {
 
   SimulateOptions simulation;
   CLI::App* const simulate = add_simulate_options(app, simulation);
+  ProveOptions proof;
+  CLI::App* const prove = add_prove_options(app, proof);
   app.require_subcommand(0, 1);
 
   try {
@@ -292,6 +312,7 @@ int main(int argc, char** argv) {
     if (!passed) return report(passed.error());
     return *passed ? kDone : kFailed;
   }
+  if (prove->parsed()) return prove_command(proof);
   if (simulate->parsed()) return simulate_command(simulation);
   return serve(options);
 }

@@ -16,9 +16,6 @@ constexpr double kAlongAxis = 1e-14;
 constexpr double kLineError = 1e-7;
 constexpr int kMostSteps = 80;
 
-Vec3 lower(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
-Vec3 upper(Vec3 a, Vec3 b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
-
 /// A convex function of the place in space: signed distance from a solid standing at a pose, and its
 /// gradient.
 struct Value {
