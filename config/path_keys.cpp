@@ -1,6 +1,7 @@
 #include "config/description.h"
 #include "config/job_keys.h"
 #include "config/words.h"
+#include "pathgen/side_step.h"
 
 namespace tiltfeed {
 namespace {
@@ -93,7 +94,7 @@ double near_passes(const PlanOptions& plan) {
   const Pattern& pattern = plan.pattern;
   if (pattern.kind == PatternKind::kRough) return 0.0;
   const double steps = plan.axis.mode == AxisMode::kIndexed ? 4.0 : 2.0;
-  return std::min(steps * pattern.side_step, kLinkLength.max);
+  return std::min(steps * asked_step(plan), kLinkLength.max);
 }
 
 void read_links(const Section& root, PlanOptions& plan) {

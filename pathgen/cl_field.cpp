@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "pathgen/exposure.h"
+#include "pathgen/side_step.h"
 #include "pathgen/stages.h"
 
 namespace tiltfeed {
@@ -74,7 +75,7 @@ Result<std::unique_ptr<const ClField>> field_of(const Mesh& mesh, Sides sides, c
 }  // namespace
 
 double smallest_cell(const PlanOptions& options) {
-  return std::max(kSmallestCell, kSmallestCellShare * options.pattern.side_step);
+  return std::max(kSmallestCell, kSmallestCellShare * asked_step(options));
 }
 
 Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const PlanOptions& options,

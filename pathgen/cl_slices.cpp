@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "pathgen/patch_obstacles.h"
+#include "pathgen/side_step.h"
 #include "pathgen/stack_share.h"
 #include "pathgen/watch.h"
 
@@ -32,10 +33,10 @@ struct Plane {
   int level;
 };
 
+/// On the part, of a ball grown by the allowance.
 double side_step(const PlanOptions& o) {
   if (o.pattern.measure != StepMeasure::kScallop) return o.pattern.side_step;
-  const double r = o.cutter.radius() + o.allowance, h = o.pattern.scallop;
-  const double step = 2.0 * std::sqrt(2.0 * r * h - h * h);
+  const double step = step_of_scallop(o.cutter.radius() + o.allowance, o.pattern.scallop);
   return o.pattern.side_step > 0.0 ? std::min(step, o.pattern.side_step) : step;
 }
 

@@ -1,4 +1,5 @@
 #include "pathgen/guards.h"
+#include "pathgen/side_step.h"
 
 #include <algorithm>
 #include <cmath>
@@ -150,7 +151,7 @@ std::unique_ptr<const ClField> guarded_field(const ClField& field, const PlanOpt
   Cells cells =
       make_cells(surface, field.deformation, smallest_cell(options), part_of(report, 0.0, kCellsShare));
   // Leads and joins reach a little beyond the passes.
-  const double spacing = 2.0 * std::max(options.pattern.side_step, options.pattern.step_down) +
+  const double spacing = 2.0 * std::max(asked_step(options), options.pattern.step_down) +
                          options.links.lead_radius + options.links.join_distance;
   const LowestPlaces lowest(passes, field.bounds, spacing, field.deformation);
   if (!drop_low(cells, surface, field.deformation, lowest, part_of(report, kCellsShare, 1.0))) return nullptr;

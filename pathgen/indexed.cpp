@@ -16,6 +16,7 @@
 #include "pathgen/indexed_regions.h"
 #include "pathgen/plan_where.h"
 #include "pathgen/set_cover.h"
+#include "pathgen/side_step.h"
 #include "pathgen/stages.h"
 
 namespace tiltfeed {
@@ -73,7 +74,7 @@ class Indexed {
     if (stages_.stopped() || !share_(0.6)) return cancelled();
     const IndexedRegions regions(cells, size, chosen_,
                                  reach_sets(reach, cells, chosen_, part_of(share_, 0.6, 1.0)),
-                                 2.0 * std::max(options_.pattern.side_step, options_.pattern.step_down));
+                                 2.0 * std::max(asked_step(options_), options_.pattern.step_down));
     if (stages_.stopped()) return cancelled();
     if (auto done = cut_all(regions, reach); !done) return tl::unexpected(done.error());
     if (plan_.path.moves.empty())
@@ -211,8 +212,7 @@ class Indexed {
       return reach.contact(a.centre, gap) && reach.contact(lerp(a.centre, b.centre, 0.5), gap) &&
              reach.contact(b.centre, gap);
     };
-    return plan_where(part_, options, {wanted, straight, regions.spacing(), options_.pattern.side_step},
-                      progress);
+    return plan_where(part_, options, {wanted, straight, regions.spacing(), asked_step(options_)}, progress);
   }
 
   /// The axis is put back to the last digit: cutting passes rounds it.

@@ -10,6 +10,7 @@
 #include "pathgen/pass_trim.h"
 #include "pathgen/raster.h"
 #include "pathgen/row_candidates.h"
+#include "pathgen/side_step.h"
 #include "pathgen/stages.h"
 #include "pathgen/thinning.h"
 #include "pathgen/watch.h"
@@ -38,6 +39,8 @@ constexpr std::size_t kRowsPerReport = 64;
 constexpr double kMeetings = 2e6;
 /// As many as this share of the index's cells must be met, or rows are looked up one by one.
 constexpr double kWorth = 0.2;
+/// A rectangle less than this share short of a whole turn goes all the way round: rounding.
+constexpr double kWhole = 1e-9;
 
 /// A stretch of a row whose neighbours must be `halvings` closer than the first raster's.
 struct Need {
@@ -71,7 +74,7 @@ class RasterTracer {
         thinning_(thinning),
         progress_(progress),
         rules_(options, field),
-        wished_(wished_step()) {}
+        wished_(asked_step(options)) {}
 
   Result<Passes> run() {
     const Pattern& pattern = options_.pattern;
@@ -81,6 +84,7 @@ class RasterTracer {
                                    flat ? wished_ : kCoarse * wished_);
     if (!raster) return tl::unexpected(raster.error());
     raster_ = *raster;
+    find_seams();
     std::vector<Task> tasks;
     for (double k = 0.0; k < raster_.count; ++k) add_pieces(k, raster_.row(k), tasks);
     if (!trace(tasks, 0)) return cancelled();
@@ -97,15 +101,6 @@ class RasterTracer {
   /// Rows of the first raster are this many side steps apart: where flat space is wider than the part, that
   /// is still near enough; elsewhere rows are put in between.
   static constexpr double kCoarse = 2.0;
-
-  /// (R2) Distance of two passes on a plane that leave a ridge of the scallop's height.
-  double wished_step() const {
-    const Pattern& pattern = options_.pattern;
-    if (pattern.measure != StepMeasure::kScallop) return pattern.side_step;
-    const double r = options_.cutter.nose_radius(), h = std::min(pattern.scallop, r);
-    const double step = 2.0 * std::sqrt(2.0 * r * h - h * h);
-    return pattern.side_step > 0.0 ? std::min(step, pattern.side_step) : step;
-  }
 
   void add_pieces(double row, const FlatLine& line, std::vector<Task>& tasks) const {
     for (const FlatLine& piece : rules_.region().inside(line)) tasks.push_back({row, piece});
@@ -235,14 +230,10 @@ class RasterTracer {
   std::vector<Task> between(int depth) const {
     std::vector<Task> tasks;
     const double pitch = std::ldexp(1.0, -depth);
-    for (double row = depth == 1 ? pitch : pitch - 0.5; row < raster_.count - 0.5; row += 2.0 * pitch) {
+    const double last = raster_.count - (round_across_ && depth == 1 ? 0.0 : 0.5);
+    for (double row = depth == 1 ? pitch : pitch - 0.5; row < last; row += 2.0 * pitch) {
       std::vector<std::pair<double, double>> runs;
-      for (double beside : {row - pitch, row + pitch}) {
-        const auto found = needs_.find(beside);
-        if (found == needs_.end()) continue;
-        for (const Need& need : found->second)
-          if (need.halvings >= depth) runs.push_back({need.from - wished_, need.to + wished_});
-      }
+      for (double beside : {row - pitch, row + pitch}) add_needs(beside, depth, runs);
       std::sort(runs.begin(), runs.end());
       const FlatLine whole = raster_.row(row);
       const double start = raster_.along(whole.x, whole.y);
@@ -263,6 +254,33 @@ class RasterTracer {
     return tasks;
   }
 
+  /// Stretches beside which the row needs another neighbour, past a seam also from its other side.
+  void add_needs(double row, int depth, std::vector<std::pair<double, double>>& runs) const {
+    if (round_across_) row -= raster_.count * std::ceil((row + 0.5) / raster_.count - 1.0);
+    const auto found = needs_.find(row);
+    if (found == needs_.end()) return;
+    for (const Need& need : found->second) {
+      if (need.halvings < depth) continue;
+      for (const double turn : {-turn_along_, 0.0, turn_along_}) {
+        runs.push_back({need.from - wished_ + turn, need.to + wished_ + turn});
+        if (turn_along_ == 0.0) break;
+      }
+    }
+  }
+
+  /// Where the rectangle goes all the way round, its first row is the last one's neighbour, and the ends of
+  /// rows are each other's.
+  void find_seams() {
+    const auto turn = [](double low, double high, double period) {
+      return period > 0.0 && high - low > period * (1.0 - kWhole) ? period : 0.0;
+    };
+    const FlatBounds& b = raster_.bounds;
+    const double x = turn(b.min_x, b.max_x, field_.deformation.period_x()),
+                 y = turn(b.min_y, b.max_y, field_.deformation.period_y());
+    if (raster_.dy == 0.0) turn_along_ = x, round_across_ = y > 0.0;
+    if (raster_.dx == 0.0) turn_along_ = y, round_across_ = x > 0.0;
+  }
+
   const ClField& field_;
   const PlanOptions& options_;
   EnvelopeOptions envelope_;
@@ -272,6 +290,8 @@ class RasterTracer {
   double wished_;
   int halvings_ = 0;
   Raster raster_;
+  bool round_across_ = false;  ///< row -0.5 is row count - 0.5
+  double turn_along_ = 0.0;    ///< where the rows go all the way round: how far that is; else 0
   std::map<double, std::vector<Pass>> rows_;  ///< by row number; exact, being sums of powers of two
   std::map<double, std::vector<Need>> needs_;
   Passes result_;

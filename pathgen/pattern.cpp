@@ -8,6 +8,7 @@
 #include "pathgen/raster.h"
 #include "pathgen/region_pattern.h"
 #include "pathgen/rough_layers.h"
+#include "pathgen/side_step.h"
 #include "pathgen/thinning.h"
 #include "pathgen/watch.h"
 
@@ -109,7 +110,7 @@ Result<Passes> trace_split(const ClField& field, const PlanOptions& options, con
   auto rows = trace_raster(field, options, envelope, thinning,
                            [&](double share) { return !steps || steps("passes", share); });
   if (!rows) return rows;
-  const double overlap = options.pattern.side_step * kOverlapShare;
+  const double overlap = asked_step(options) * kOverlapShare;
   for (auto& group : walls->rows)
     group = steep_of(group, field.deformation, options.pattern.split_slope, overlap);
   for (auto& row : rows->rows) row = shallow_of(row, field.deformation, options.pattern.split_slope, overlap);

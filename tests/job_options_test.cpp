@@ -155,6 +155,10 @@ TEST(JobOptions, OptionsThatAreLeftOutStayThePlannersOwn) {
   EXPECT_EQ(plan.shank.reaction, planner.shank.reaction);
   EXPECT_EQ(plan.shank.clearance, planner.shank.clearance);
   EXPECT_EQ(plan.links.join_distance, 2.0 * plan.pattern.side_step);  // neighbours, on slopes too
+  const auto by_height =
+      parse_job(replaced(kGoodJob, "side_step_mm: 0.5", "measure: scallop, scallop_mm: 0.005"), kJobPath);
+  ASSERT_TRUE(by_height) << by_height.error().message;
+  EXPECT_NEAR(by_height->plan.links.join_distance, 4.0 * std::sqrt(2.0 * 3.0 * 0.005 - 0.005 * 0.005), 1e-9);
   EXPECT_EQ(plan.links.lead_radius, planner.links.lead_radius);
 }
 
