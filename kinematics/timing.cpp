@@ -18,6 +18,9 @@ using Axes = std::array<double, kAxes>;
 Axes axes(const Joints& q) { return {q.x, q.y, q.z, q.a, q.c}; }
 Joints joints(const Axes& q) { return {q[0], q[1], q[2], q[3], q[4]}; }
 
+/// An operation begins with it: how the tool came there is not known, and takes no time here.
+bool begins(const JointMove& move) { return !(move.seconds > 0.0); }
+
 /// Of some blocks: per s and per s^2.
 struct Peaks {
   Axes velocity{}, acceleration{};
@@ -70,6 +73,7 @@ Axes Pass::way(std::size_t block) const {
 double Pass::corner(std::size_t block) const {
   if (block + 1 >= moves_.size()) return 0.0;
   const JointMove &a = moves_[block], &b = moves_[block + 1];
+  if (begins(a) || begins(b)) return 0.0;
   if ((a.kind == MoveKind::kRapid) != (b.kind == MoveKind::kRapid)) return 0.0;
   const Axes before = way(block), after = way(block + 1);
   // The velocity turns over a time `window` at the programmed speed: a bow of |dv| window / 8 off the corner.
@@ -86,6 +90,7 @@ double Pass::corner(std::size_t block) const {
 }
 
 double Pass::gain(std::size_t block) const {
+  if (begins(moves_[block])) return 0.0;
   const Axes d = way(block);
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < kAxes; ++i)
@@ -95,6 +100,7 @@ double Pass::gain(std::size_t block) const {
 
 /// The block from the speed `before` to `after` as a trapezoid.
 void Pass::add(std::size_t block, double before, double after, Peaks& peaks) {
+  if (begins(moves_[block])) return;
   const double g = gain_[block], programmed = moves_[block].seconds;
   const double top = std::min(1.0, (before + after + g) / 2.0);
   const double v0 = std::sqrt(before), v1 = std::sqrt(after), v = std::sqrt(top);
@@ -151,7 +157,7 @@ Timing as_programmed(const std::vector<JointMove>& moves) {
     const double seconds = moves[block].seconds;
     out.seconds += seconds;
     out.durations.push_back(seconds);
-    if (block == 0) continue;
+    if (block == 0 || begins(moves[block])) continue;
     const Axes from = axes(moves[block - 1].joints), to = axes(moves[block].joints);
     for (std::size_t i = 0; i < kAxes; ++i) {
       velocity[i] = std::max(velocity[i], 60.0 * std::abs(to[i] - from[i]) / seconds);

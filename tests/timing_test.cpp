@@ -50,6 +50,24 @@ TEST(Timing, OneShortBlockIsATriangle) {
   EXPECT_NEAR(t.peak_velocity.a, 60 * std::sqrt(200.0), 1e-9);
 }
 
+TEST(Timing, WhereAnOperationBeginsTheMachineStandsAndTakesNoTime) {
+  // Two operations of one block each, wherever the second begins; and two that only begin.
+  for (const Joints begin : {Joints{}, Joints{100, 0, 0, 0, 0}, Joints{7, 8, 9, 10, 11}}) {
+    Joints end = begin;
+    end.y += 100;
+    const auto moves = program({{{}, 0}, {{100, 0, 0, 0, 0}, 1.0}, {begin, 0}, {end, 1.0}}, MoveKind::kRapid);
+    EXPECT_NEAR(time_blocks(moves, drive(), kTolerance, kAxisTolerance).seconds, 2 * 1.1, 1e-12);
+    MachineModel stops = drive();
+    stops.blends_rotary = false;
+    const Timing t = time_blocks(moves, stops, kTolerance, kAxisTolerance);
+    EXPECT_NEAR(t.seconds, 2.0, 1e-12);
+    EXPECT_TRUE(std::isfinite(t.peak_velocity.x) && std::isfinite(t.peak_acceleration.c));
+    const auto points = program({{{}, 0}, {begin, 0}});
+    EXPECT_EQ(time_blocks(points, drive(), kTolerance, kAxisTolerance).seconds, 0.0);
+    EXPECT_EQ(time_blocks(points, stops, kTolerance, kAxisTolerance).seconds, 0.0);
+  }
+}
+
 TEST(Timing, AStraightLineOfManyBlocksIsThatOfOne) {
   std::vector<std::pair<Joints, double>> blocks{{{}, 0}};
   for (int i = 1; i <= 1000; ++i) blocks.push_back({{0.1 * i, 0, 0, 0, 0}, 0.001});
