@@ -83,7 +83,7 @@ class Writer {
   Layout layout_;
   std::size_t at_ = 0;  ///< the block that lines stand before
   double spindle_ = 0.0, coolant_ = 0.0;
-  bool fed_ = false, offset_ = false, tilt_clamped_ = false, rotary_clamped_ = false;
+  bool fed_ = false, compensated_ = false, offset_ = false, tilt_clamped_ = false, rotary_clamped_ = false;
 };
 
 Writer::Writer(const Posting& posting)
@@ -97,7 +97,9 @@ Writer::Writer(const Posting& posting)
               {"rotary", std::string(1, posting.machine.model.rotary.letter)},
               {"radius", decimal(format_.feed_radius, 4)},
               {"tolerance", decimal(format_.blend_tolerance, 6)},
-              {"tool", ""}};  // the last: that of the operation at hand
+              {"register", ""},
+              {"edge", "1"},
+              {"tool", ""}};  // the last three: of the operation at hand
 }
 
 void Writer::line(const std::string& text) {
@@ -149,7 +151,12 @@ void Writer::tool_comments(const Operation& op) {
 }
 
 void Writer::take_tool(const Operation& op) {
-  filling_.back() = {"tool", op.tool_number > 0 ? std::to_string(op.tool_number) : ""};
+  const std::string tool = op.tool_number > 0 ? std::to_string(op.tool_number) : "";
+  const std::string stated = op.length_register > 0 ? std::to_string(op.length_register) : "";
+  filling_.resize(filling_.size() - 3);
+  filling_.emplace_back("register", stated.empty() ? tool : stated);
+  filling_.emplace_back("edge", stated.empty() ? "1" : stated);
+  filling_.emplace_back("tool", tool);
 }
 
 /// Before an operation: its tool; before the first: the modes, too.
@@ -220,6 +227,14 @@ void Writer::event(const PathEvent& event) {
       return put(table_.stop);
     case EventKind::kOptionalStop:
       return put(table_.optional_stop);
+    case EventKind::kCutterLeft:
+    case EventKind::kCutterRight:
+      compensated_ = true;
+      filling.emplace_back("cutter", event.value > 0.0 ? decimal(event.value, 0) : filling_.back().second);
+      return put(event.kind == EventKind::kCutterLeft ? table_.cutter_left : table_.cutter_right);
+    case EventKind::kCutterOff:
+      compensated_ = false;
+      return put(table_.cutter_off);
   }
 }
 
@@ -263,8 +278,9 @@ void Writer::motion(const Operation& op) {
 
 /// After an operation: what must not be in force while the tool is changed, or at the end.
 void Writer::leave() {
+  if (compensated_) lines(table_.cutter_off);
   if (fed_) lines(table_.per_minute_on);
-  fed_ = false;
+  fed_ = compensated_ = false;
   if (format_.tcp || offset_) lines(table_.tcp_off);
   if (coolant_ != 0.0) lines(table_.coolant_off);
   if (spindle_ != 0.0) lines(table_.spindle_off);

@@ -1,7 +1,9 @@
 #pragma once
 // The dialects of program text as one table of words and rules. Words in braces are filled in: {name},
-// {number}, {offset}, {tool}, {rpm}, {turn} (3 or 4), {seconds}, {milliseconds}, {tolerance}, {tilt} and
-// {rotary} (the letters), {radius}. "|" ends a line; a line that asks for what there is not is left out.
+// {number}, {offset}, {tool}, {register} (of its length), {edge} (likewise; 1 where none
+// is stated), {cutter} (of its radius), {rpm}, {turn} (3 or 4), {seconds}, {milliseconds}, {tolerance},
+// {tilt} and {rotary} (the letters), {radius}. "|" ends a line; a line that asks for what there is not is
+// left out.
 
 #include <cstdint>
 #include <string>
@@ -36,6 +38,7 @@ struct DialectTable {
   int feed_decimals;                  ///< of F per minute, at most
   // Parts of the program
   const char *open, *setup, *tool, *spindle, *spindle_off, *flood, *mist, *coolant_off;
+  const char *cutter_left, *cutter_right, *cutter_off;  ///< the control's cutter compensation
   const char *length_in_tool, *length_alone;  ///< what to do with the control's own length, for a comment
   const char *length, *tcp_length;            ///< words in front of the axes of the first block
   const char *tcp_on, *tcp_off;               ///< lines

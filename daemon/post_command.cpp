@@ -13,6 +13,7 @@
 #include "daemon/plan_report.h"
 #include "daemon/post.h"
 #include "daemon/unpost.h"
+#include "kinematics/apt_vocabulary.h"
 
 namespace tiltfeed {
 namespace {
@@ -20,6 +21,8 @@ namespace {
 constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
 constexpr double kInch = 25.4;  // mm, exactly
 constexpr double kMost = 1e5;   // mm or degrees that an option may state
+// Of the tolerance, what the chords of an arc may take; the machine's moves have the rest.
+constexpr double kChordShare = 0.5;
 
 int report(const Error& error) {
   std::cerr << "tiltfeed: " << error.message << "\n";
@@ -54,6 +57,8 @@ void list_dialects() {
 struct PostCommands::Options {
   CLI::App *post = nullptr, *unpost = nullptr;
   std::string input, machine, output, dialect, unit;
+  std::vector<std::string> ignored;
+  double feed = 0.0;
   bool list = false, tcp = false, no_tcp = false;
   double tolerance = 0.0, axis_tolerance = 0.0, tool_length = 0.0;
   ClearSpace clear;
@@ -87,12 +92,13 @@ int PostCommands::Options::run_post() const {
   if (!profile) return report(profile.error());
   auto in = opened(input);
   if (!in) return report(in.error());
-  const auto program =
-      read_apt(*in, input, {unit == "inch" ? kInch : (unit == "mm" ? 1.0 : 0.0), tool_length});
-  if (!program) return report(program.error());
-  for (const std::string& note : program->notes) std::cerr << "tiltfeed: note: " << note << "\n";
   PostOptions options;
   if (tolerance > 0.0) options.tolerance = tolerance;
+  const auto program = read_apt(*in, input,
+                                {unit == "inch" ? kInch : (unit == "mm" ? 1.0 : 0.0), tool_length, feed,
+                                 options.tolerance * kChordShare, ignored});
+  if (!program) return report(program.error());
+  for (const std::string& note : program->notes) std::cerr << "tiltfeed: note: " << note << "\n";
   if (axis_tolerance > 0.0) options.axis_tolerance = axis_tolerance;
   if (!part_zero.empty()) options.setup.part_zero = vector_of(part_zero);
   if (!fixture.empty()) options.setup.fixture = fixture_of(vector_of(fixture));
@@ -186,6 +192,13 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
   o.post->add_flag("--no-tcp", o.no_tcp, "joint words, whatever the profile says")->excludes("--tcp");
   o.post->add_option("--units", o.unit, "of a file without UNITS/: mm or inch")
       ->check(CLI::IsMember({"mm", "inch"}));
+  o.post->add_option("--feed", o.feed, "of feed moves before the file states one, mm/min")
+      ->check(CLI::PositiveNumber & finite());
+  o.post->add_option("--ignore", o.ignored, "words of the file to leave out: CSYS, CUTCOM, ...")
+      ->delimiter(',')
+      ->check([](const std::string& word) {
+        return is_motion_word(word) ? word + " moves the tool and cannot be left out" : "";
+      });
   o.post->add_option("--tool", o.data.tool, "tool number where the file states none")
       ->check(CLI::Range(0, 9999));
   o.post->add_option("--number", o.data.number, "program number (O word)")->check(CLI::Range(1, 9999));

@@ -37,6 +37,7 @@ class Reader {
   Mistake one_code(int tenths);
   void machine_codes(const LineWords& words);
   Mistake dwell(const LineWords& words);
+  void compensation(const LineWords& words);
   Mistake motion(const LineWords& words);
   void next_tool(int number);
   /// A change of the spindle or coolant, or a stop.
@@ -51,7 +52,7 @@ class Reader {
   ProgramTextFacts facts_;
   std::uint32_t line_ = 0;
   bool ended_ = false, changing_ = false, rapid_ = true, motion_known_ = false, inverse_ = false,
-       tcp_ = false, incremental_ = false;
+       tcp_ = false, incremental_ = false, compensated_ = false;
   double feed_ = 0.0, speed_ = 0.0, spindle_ = 0.0, coolant_ = 0.0;
   int turn_ = 0;  ///< spindle: 3, 4, or 0
   Joints at_;
@@ -146,8 +147,8 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
 }
 
 Mistake Reader::one_code(int tenths) {
-  constexpr std::array<int, 21> kNothing{40,  170, 210, 280, 400, 430, 530, 540,  550,  560, 570,
-                                         580, 590, 610, 640, 710, 800, 970, 5050, 5060, 7100};
+  constexpr std::array<int, 23> kNothing{40,  170, 210, 280, 400, 410, 420, 430, 530,  540,  550, 560,
+                                         570, 580, 590, 610, 640, 710, 800, 970, 5050, 5060, 7100};
   if (tenths == 0 || tenths == 10) {
     rapid_ = tenths == 0;
     motion_known_ = true;
@@ -190,6 +191,21 @@ void Reader::machine_codes(const LineWords& words) {
   }
   if (words.has_m(3) || words.has_m(4) || (words.has('S') && turn_ != 0))
     event(EventKind::kSpindle, turn_ == 4 ? -speed_ : speed_);
+}
+
+/// G40 to G42, and the registers of length and radius.
+void Reader::compensation(const LineWords& words) {
+  const bool left = words.has_g(410), right = words.has_g(420), edge = language_.dialect == Dialect::kSiemens;
+  if (left || right)
+    event(left ? EventKind::kCutterLeft : EventKind::kCutterRight,
+          words.has('D') ? words.values.at('D') : 0.0);
+  if (words.has_g(400) && compensated_) event(EventKind::kCutterOff, 0.0);
+  if (left || right || words.has_g(400)) compensated_ = left || right;
+  const char letter = edge ? 'D' : 'H';
+  if (!words.has(letter)) return;
+  const int stated = static_cast<int>(words.values.at(letter));
+  if (stated == 0) return;  // none is in force, as before a retract
+  operation().length_register = stated == (edge ? 1 : operation().tool_number) ? 0 : stated;
 }
 
 Mistake Reader::dwell(const LineWords& words) {
@@ -256,6 +272,7 @@ Mistake Reader::apply(const LineWords& words) {
   if (words.has_g(40)) return dwell(words);
   if (words.has('F')) feed_ = words.values.at('F');
   machine_codes(words);
+  compensation(words);
   return motion(words);
 }
 

@@ -29,6 +29,7 @@ struct TextBlock {
 /// The blocks of one tool.
 struct TextOperation {
   int tool_number = 0;
+  int length_register = 0;  ///< where it is not that of the tool's number
   std::vector<TextBlock> blocks;
   std::vector<PathEvent> events;  ///< `move` counts blocks
   // From the header comments, where they say so.

@@ -89,6 +89,7 @@ double Unposter::tip_feed(const TextBlock& from, const TextBlock& to, double way
 AptOperation Unposter::run() {
   ToolPath& path = out_.path;
   out_.tool_number = text_.tool_number;
+  out_.length_register = text_.length_register;
   path.tool = {text_.diameter.value_or(0.0), 0.0, setup_.tool_length};
   auto event = text_.events.begin();
   for (std::size_t i = 0; i < text_.blocks.size(); ++i) {

@@ -5,26 +5,13 @@
 #include <charconv>
 #include <cmath>
 #include <istream>
+#include <iterator>
 #include <limits>
-#include <string>
-#include <string_view>
 
 namespace tiltfeed {
 namespace {
 
 constexpr std::array<std::string_view, 5> kTextWords{"PARTNO", "PPRINT", "TPRINT", "REMARK", "INSERT"};
-
-constexpr std::array<std::string_view, 20> kBends{
-    "CYCLE",  "CIRCLE", "CUTCOM", "ROTABL", "ROTATE", "INDEX", "TRACUT", "COPY",   "TRANS", "ORIGIN",
-    "MOVARC", "INDIRV", "INDIRP", "GOFWD",  "GOLFT",  "GORGT", "GOBACK", "SPLINE", "NURBS", "MIRROR"};
-constexpr std::array<std::string_view, 17> kInforms{
-    "TOOLPATH", "MULTAX", "MACHIN", "TOLER", "INTOL",  "OUTTOL", "NOPOST", "CLPRNT", "TPRINT",
-    "REMARK",   "MSYS",   "CSYS",   "PAINT", "PREFUN", "SEQNO",  "LEADER", "DISPLY"};
-
-template <std::size_t N>
-bool among(const std::array<std::string_view, N>& words, std::string_view word) {
-  return std::find(words.begin(), words.end(), word) != words.end();
-}
 
 bool blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; }
@@ -35,17 +22,18 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// Upper case, without blanks.
-std::string tight(std::string_view text) {
-  std::string out;
-  for (const char c : text)
-    if (!blank(c)) out += upper(c);
-  return out;
+/// The text word that a record begins with, or nothing.
+std::string_view text_word(std::string_view text) {
+  std::string head;
+  for (const char c : text.substr(0, 6))
+    if (!blank(c)) head += upper(c);
+  const auto found = std::find(kTextWords.begin(), kTextWords.end(), head);
+  return found != kTextWords.end() ? *found : std::string_view{};
 }
 
-/// The number that a word is, with E or D before an exponent; NaN for "nan", "inf" and beyond a double;
-/// nothing when it is no number.
-std::optional<double> number(std::string_view text) {
+}  // namespace
+
+std::optional<double> apt_number(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
   std::string plain(text);
   std::replace(plain.begin(), plain.end(), 'D', 'E');
@@ -56,28 +44,20 @@ std::optional<double> number(std::string_view text) {
   return value;
 }
 
-/// The text word that a record begins with, or nothing.
-std::string_view text_word(const std::string& text) {
-  const std::string head = tight(std::string_view(text).substr(0, 6));
-  const auto found = std::find(kTextWords.begin(), kTextWords.end(), head);
-  return found != kTextWords.end() ? *found : std::string_view{};
-}
-
-}  // namespace
-
-bool AptRecord::has(const std::string& name) const {
+bool AptRecord::has(std::string_view name) const {
   return std::find(words.begin(), words.end(), name) != words.end();
 }
 
-std::optional<std::string> AptRecord::numbers(std::span<double> values, std::size_t& count) const {
+AptVerdict AptRecord::numbers(std::span<double> values, std::size_t& count) const {
   count = 0;
   for (const std::string& one : words) {
-    const std::string place = word + "/: number " + std::to_string(count + 1);
-    if (one.empty()) return place + " is missing";
-    const auto value = number(one);
+    const std::string number = word + "/: number " + std::to_string(count + 1);
+    if (one.empty()) return mistake(number + " is missing", places[count]);
+    const auto value = apt_number(one);
     if (!value || !std::isfinite(*value))
-      return place + ", \"" + one + "\", is no number; write it as decimal";
-    if (count == values.size()) return word + "/ has more than " + std::to_string(count) + " numbers";
+      return mistake(number + ", \"" + one + "\", is no number; write it as decimal", places[count]);
+    if (count == values.size())
+      return mistake(word + "/ has more than " + std::to_string(count) + " numbers", places[count]);
     values[count++] = *value;
   }
   return std::nullopt;
@@ -85,27 +65,56 @@ std::optional<std::string> AptRecord::numbers(std::span<double> values, std::siz
 
 std::optional<double> AptRecord::first_number() const {
   for (const std::string& one : words)
-    if (const auto value = number(one)) return value;
+    if (const auto value = apt_number(one)) return value;
   return std::nullopt;
 }
 
-std::optional<double> AptRecord::number_after(const std::string& name) const {
+std::size_t AptRecord::count_numbers(AptPlace* second) const {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < words.size(); ++i)
+    if (apt_number(words[i]) && ++count == 2 && second != nullptr) *second = places[i];
+  return count;
+}
+
+std::optional<double> AptRecord::number_after(std::string_view name) const {
   const auto found = std::find(words.begin(), words.end(), name);
   if (found == words.end() || std::next(found) == words.end()) return std::nullopt;
-  const auto value = number(*std::next(found));
+  const auto value = apt_number(*std::next(found));
   return value ? *value : std::numeric_limits<double>::quiet_NaN();
 }
 
-bool bends_path(const AptRecord& record) {
-  return among(kBends, record.word) && !record.has("OFF") && !record.has("NOMORE");
+AptPlace AptRecords::place_of(std::size_t offset) const {
+  const auto after = std::upper_bound(pieces_.begin(), pieces_.end(), offset,
+                                      [](std::size_t at, const Piece& one) { return at < one.offset; });
+  const Piece& piece = *std::prev(after);
+  return {piece.place.line, piece.place.column + static_cast<std::uint32_t>(offset - piece.offset)};
 }
 
-bool only_informs(const AptRecord& record) {
-  return among(kInforms, record.word) || (among(kBends, record.word) && !bends_path(record));
+/// `text_` into its word and what is behind the slash.
+void AptRecords::split(AptRecord& record) const {
+  std::string* out = &record.word;
+  bool begun = false;
+  const auto open = [&](std::size_t offset) {
+    out = &record.words.emplace_back();
+    record.places.push_back(place_of(offset));
+    begun = false;
+  };
+  for (std::size_t i = 0; i < text_.size(); ++i) {
+    const char c = text_[i];
+    if (blank(c)) continue;
+    if (out == &record.word ? c == '/' : c == ',') {
+      open(i);
+      continue;
+    }
+    if (!begun && out != &record.word) record.places.back() = place_of(i);
+    begun = true;
+    *out += upper(c);
+  }
 }
 
 bool AptRecords::next(AptRecord& record) {
   text_.clear();
+  pieces_.clear();
   bool goes_on = false;
   while (text_.empty() || goes_on) {
     if (!std::getline(in_, raw_)) {
@@ -113,14 +122,18 @@ bool AptRecords::next(AptRecord& record) {
       break;
     }
     ++line_;
-    std::string_view line = raw_;
-    line = trimmed(line.substr(0, line.find("$$")));
-    if (text_.empty()) record.line = line_;
+    const std::string_view whole = raw_;
+    std::string_view line = trimmed(whole.substr(0, whole.find("$$")));
+    if (text_.empty()) pieces_.clear();
+    pieces_.push_back({text_.size(), {line_, static_cast<std::uint32_t>(line.data() - whole.data()) + 1}});
     goes_on = line.ends_with('$');
     if (goes_on) line.remove_suffix(1);
     text_ += line;
   }
+  record.place = pieces_.front().place;
+  record.word.clear();
   record.words.clear();
+  record.places.clear();
   record.text.clear();
   if (const std::string_view word = text_word(text_); !word.empty()) {
     record.word = word;
@@ -128,16 +141,8 @@ bool AptRecords::next(AptRecord& record) {
     if (record.text.starts_with('/')) record.text.erase(0, 1);
     return true;
   }
-  const std::string all = tight(text_);
-  const std::size_t slash = all.find('/');
-  record.word = all.substr(0, slash);
-  if (slash == std::string::npos) return true;
-  for (std::size_t from = slash + 1;;) {
-    const std::size_t comma = std::min(all.find(',', from), all.size());
-    record.words.push_back(all.substr(from, comma - from));
-    if (comma == all.size()) return true;
-    from = comma + 1;
-  }
+  split(record);
+  return true;
 }
 
 }  // namespace tiltfeed

@@ -34,6 +34,15 @@ void write_event(const PathEvent& event, std::string& text) {
     case EventKind::kOptionalStop:
       text += "OPSTOP\n";
       return;
+    case EventKind::kCutterLeft:
+    case EventKind::kCutterRight:
+      text += event.kind == EventKind::kCutterLeft ? "CUTCOM/LEFT" : "CUTCOM/RIGHT";
+      if (event.value > 0.0) text += "," + decimal(event.value, 0);
+      text += "\n";
+      return;
+    case EventKind::kCutterOff:
+      text += "CUTCOM/OFF\n";
+      return;
   }
 }
 
@@ -53,7 +62,9 @@ void write_apt(const AptProgram& program, std::ostream& out) {
     const ToolPath& path = op.path;
     out << "CUTTER/" << decimal(path.tool.diameter, kTipDecimals) << ","
         << decimal(path.tool.corner_radius, kTipDecimals) << "\nLOADTL/" << op.tool_number << ",LENGTH,"
-        << decimal(path.tool.length, kTipDecimals) << "\n";
+        << decimal(path.tool.length, kTipDecimals);
+    if (op.length_register > 0) out << ",ADJUST," << op.length_register;
+    out << "\n";
     auto event = op.events.begin();
     Feed feed;
     std::string text;

@@ -1,5 +1,6 @@
 #pragma once
-// What happens along a tool path besides motion: spindle, coolant, dwell, stops, remarks.
+// What happens along a tool path besides motion: spindle, coolant, dwell, stops, remarks,
+// the control's cutter compensation.
 
 #include <cstddef>
 #include <string>
@@ -13,6 +14,9 @@ enum class EventKind {
   kDwell,         ///< `value` in s
   kStop,          ///< until the operator goes on
   kOptionalStop,  ///< likewise where the operator wants it
+  kCutterLeft,    ///< the control shifts the tool to the left of its way by register `value` (0: the tool's)
+  kCutterRight,   ///< likewise to the right
+  kCutterOff,     ///< it no longer does
 };
 
 struct PathEvent {

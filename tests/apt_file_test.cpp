@@ -137,36 +137,34 @@ TEST(AptFile, BadInputIsNamedWithItsLine) {
   const struct {
     const char* text;
     const char* message;
-  } table[]{{"", "p.cls:0: the file ends without FINI"},
-            {"GOTO/0,0,0\n", "p.cls:1: the file ends without FINI"},
-            {"PARTNO a\nFINI\n", "p.cls:2: no GOTO/"},
-            {"\nGOTO/0,0\nFINI\n", "p.cls:2: GOTO/ has 2 numbers"},
-            {"GOTO/0,,0,0,0,1\nFINI\n", "p.cls:1: GOTO/: number 2 is missing"},
-            {"GOTO/0,0,0,0,0,1,\nFINI\n", "p.cls:1: GOTO/: number 7 is missing"},
-            {"GOTO/0,0, $\n nan\nFINI\n", "p.cls:1: GOTO/: number 3, \"NAN\", is no number"},
-            {"GOTO/0,0,1e999\nFINI\n", "p.cls:1: GOTO/: number 3, \"1E999\", is no number"},
-            {"GOTO/0,0,****\nFINI\n", "p.cls:1: GOTO/: number 3, \"****\", is no number"},
-            {"GOTO/0,0,0,0,0,0\nFINI\n", "p.cls:1: the tool axis (0, 0, 0) has no length"},
-            {"GOTO/0,0,0\nGOTO/0,0,1\nFINI\n", "p.cls:2: no FEDRAT/ yet"},
-            {"GOTO/0,0,0\nFEDRAT/5,IPM\nGOTO/0,0,1\nFINI\n",
-             "p.cls:2: the feed is in inches and nothing states the unit"},
-            {"FEDRAT/0\nFINI\n", "p.cls:1: FEDRAT/ wants a feed above 0"},
-            {"FEDRAT/nan\nFINI\n", "p.cls:1: FEDRAT/ wants a feed above 0"},
-            {"FEDRAT/MMPM\nFINI\n", "p.cls:1: FEDRAT/ has no number"},
-            {"GOTO/0,0,0\nFEDRAT/0.1,MMPR\nGOTO/0,0,1\n", "p.cls:3: the feed per turn needs a spindle speed"},
-            {"SPINDL/-5\n", "p.cls:1: SPINDL/ wants"},
-            {"SPINDL/SFM,300\n", "p.cls:1: SPINDL/ is understood in RPM"},
-            {"CUTTER/-1\n", "p.cls:1: CUTTER/ wants"},
-            {"LOADTL/1.5\n", "p.cls:1: LOADTL/ wants a tool number"},
-            {"LOADTL/1,LENGTH,x\n", "p.cls:1: LOADTL/ wants a LENGTH"},
-            {"UNITS/FEET\n", "p.cls:1: UNITS/ wants"},
-            {"DELAY/-1\n", "p.cls:1: DELAY/ wants"},
-            {"GODLTA/1,2\n", "p.cls:1: GODLTA/ wants"},
-            {"TLAXIS/0,0\n", "p.cls:1: TLAXIS/ wants"},
-            {"CYCLE/DRILL,5\n", "p.cls:1: CYCLE asks for more than straight lines"},
-            {"CIRCLE/0,0,0,0,0,1,5\n", "p.cls:1: CIRCLE asks for more"},
-            {"CUTCOM/LEFT\n", "p.cls:1: CUTCOM asks for more"},
-            {"ROTABL/90\n", "p.cls:1: ROTABL asks for more"}};
+  } table[]{
+      {"", "p.cls:0: the file ends without FINI"},
+      {"GOTO/0,0,0\n", "p.cls:1: the file ends without FINI"},
+      {"PARTNO a\nFINI\n", "p.cls:2: no GOTO/"},
+      {"\nGOTO/0,0\nFINI\n", "p.cls:2:1: GOTO/ has 2 numbers"},
+      {"GOTO/0,,0,0,0,1\nFINI\n", "p.cls:1:7: GOTO/: number 2 is missing"},
+      {"GOTO/0,0,0,0,0,1,\nFINI\n", "p.cls:1:17: GOTO/: number 7 is missing"},
+      {"GOTO/0,0, $\n nan\nFINI\n", "p.cls:2:2: GOTO/: number 3, \"NAN\", is no number"},
+      {"GOTO/0,0,1e999\nFINI\n", "p.cls:1:10: GOTO/: number 3, \"1E999\", is no number"},
+      {"GOTO/0,0,****\nFINI\n", "p.cls:1:10: GOTO/: number 3, \"****\", is no number"},
+      {"GOTO/0,0,0,0,0,0\nFINI\n", "p.cls:1:12: the tool axis (0, 0, 0) has no length"},
+      {"GOTO/0,0,0\nGOTO/0,0,1\nFINI\n", "p.cls:2:1: no FEDRAT/ yet"},
+      {"GOTO/0,0,0\nFEDRAT/5,IPM\nGOTO/0,0,1\nFINI\n",
+       "p.cls:2:1: the feed is in inches and nothing states the unit"},
+      {"FEDRAT/0\nFINI\n", "p.cls:1:1: FEDRAT/ wants a feed above 0"},
+      {"FEDRAT/nan\nFINI\n", "p.cls:1:1: FEDRAT/ wants a feed above 0"},
+      {"FEDRAT/MMPM\nFINI\n", "p.cls:1:1: FEDRAT/ has no number"},
+      {"GOTO/0,0,0\nFEDRAT/0.1,MMPR\nGOTO/0,0,1\n", "p.cls:3:1: the feed per turn needs a spindle speed"},
+      {"SPINDL/-5\n", "p.cls:1:1: SPINDL/ wants"},
+      {"SPINDL/SFM,300\n", "p.cls:1:1: SPINDL/ is understood in RPM"},
+      {"CUTTER/-1\n", "p.cls:1:1: CUTTER/ wants"},
+      {"LOADTL/1.5\n", "p.cls:1:1: LOADTL/ wants a tool number"},
+      {"LOADTL/1,LENGTH,x\n", "p.cls:1:1: LOADTL/ wants a LENGTH"},
+      {"UNITS/FEET\n", "p.cls:1:1: UNITS/ wants"},
+      {"DELAY/-1\n", "p.cls:1:1: DELAY/ wants"},
+      {"GODLTA/1,2\n", "p.cls:1:1: GODLTA/ wants"},
+      {"TLAXIS/0,0\n", "p.cls:1:1: TLAXIS/ wants"},
+      {"ROTABL/90\n", "p.cls:1:1: ROTABL/ asks for more than the points"}};
   for (const auto& row : table) {
     const auto program = read_text(row.text);
     ASSERT_FALSE(program) << row.text;
@@ -183,6 +181,7 @@ TEST(AptFile, RoundTrip) {
   for (int k = 1; k <= 3; ++k) {
     AptOperation op;
     op.tool_number = k;
+    op.length_register = 10 * (k - 1);
     op.path.name = program.name;
     op.path.tool = {6.0 + k, 1, 100.5};
     for (std::size_t i = 0; i < 2000; ++i) {
@@ -195,6 +194,10 @@ TEST(AptFile, RoundTrip) {
                                  Feed::from_mm_per_min(100.0 + static_cast<double>(random() % 900))});
       if (random() % 50 == 0)
         op.events.push_back({i, EventKind::kSpindle, static_cast<double>(random() % 9000) - 4000.0, ""});
+      if (i % 500 == 100) op.events.push_back({i, EventKind::kCutterLeft, 0.0, ""});
+      if (i % 500 == 150) op.events.push_back({i, EventKind::kCutterOff, 0.0, ""});
+      if (i % 500 == 200) op.events.push_back({i, EventKind::kCutterRight, 12.0, ""});
+      if (i % 500 == 300) op.events.push_back({i, EventKind::kCutterOff, 0.0, ""});
       if (random() % 50 == 0)
         op.events.push_back({i, EventKind::kCoolant, static_cast<double>(random() % 3), ""});
     }
@@ -208,6 +211,7 @@ TEST(AptFile, RoundTrip) {
   for (std::size_t k = 0; k < 3; ++k) {
     const AptOperation &want = program.operations[k], &got = back->operations[k];
     EXPECT_EQ(got.tool_number, want.tool_number);
+    EXPECT_EQ(got.length_register, want.length_register);
     EXPECT_EQ(got.path.tool, want.path.tool);
     EXPECT_EQ(got.events, want.events);
     ASSERT_EQ(got.path.moves.size(), want.path.moves.size());
