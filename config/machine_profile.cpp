@@ -67,6 +67,7 @@ MachineProfile read_profile(const Section& root, std::optional<Dialect> dialect)
   read_rotaries(root, model);
   read_control(root, profile);
   profile.format = read_format(root, dialect);
+  check_rotary_words(root, model, profile.format.dialect);
   read_link(root, profile);
   profile.wire = read_link_profile(root);
   return profile;

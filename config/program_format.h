@@ -4,6 +4,8 @@
 #include <array>
 #include <string>
 
+#include "kinematics/machine.h"
+
 namespace tiltfeed {
 
 /// The controls whose program text can be written and read. Their words: daemon/dialect.cpp.
@@ -13,15 +15,26 @@ struct DialectName {
   Dialect dialect;
   const char* name;     ///< in profiles and on the command line
   const char* control;  ///< for people
+  // Why the control does not turn a rotary the shorter way, or by the word's sign; nullptr: it does, told by
+  // a word of the program or by a parameter that the profile repeats.
+  const char *no_shortest, *no_signed;
 };
 inline constexpr std::array<DialectName, 7> kDialects{{
-    {Dialect::kRs274, "rs274", "LinuxCNC and other RS274/NGC controls"},
-    {Dialect::kGrbl, "grbl", "Grbl, grblHAL, FluidNC"},
-    {Dialect::kFanuc, "fanuc", "Fanuc 30i and relatives; TCP is G43.4"},
-    {Dialect::kHaas, "haas", "Haas NGC; TCP is G234"},
-    {Dialect::kSiemens, "siemens", "Sinumerik 840D; TCP is TRAORI"},
-    {Dialect::kHeidenhain, "heidenhain", "Heidenhain iTNC and TNC, conversational; TCP is M128"},
-    {Dialect::kHeidenhainIso, "heidenhain_iso", "Heidenhain iTNC and TNC, DIN/ISO; TCP is M128"},
+    {Dialect::kRs274, "rs274", "LinuxCNC and other RS274/NGC controls",
+     "LinuxCNC has no word and no setting for the shorter way, its WRAPPED_ROTARY is signed", nullptr},
+    {Dialect::kGrbl, "grbl", "Grbl, grblHAL, FluidNC", "Grbl counts turns", "Grbl counts turns"},
+    // Parameter 1008: ROA=0 counts turns; ROA=1 is modulo, with RAB=0 the shorter way, with RAB=1 by the
+    // sign.
+    {Dialect::kFanuc, "fanuc", "Fanuc 30i and relatives; TCP is G43.4", nullptr, nullptr},
+    {Dialect::kHaas, "haas", "Haas NGC; TCP is G234",
+     "no word of a Haas program tells the control to take the shorter way",
+     "a Haas reads the sign as part of the place"},
+    {Dialect::kSiemens, "siemens", "Sinumerik 840D; TCP is TRAORI", nullptr,
+     "a Sinumerik reads the sign as part of the place"},
+    {Dialect::kHeidenhain, "heidenhain", "Heidenhain iTNC and TNC, conversational; TCP is M128", nullptr,
+     "a TNC reads the sign as part of the place"},
+    {Dialect::kHeidenhainIso, "heidenhain_iso", "Heidenhain iTNC and TNC, DIN/ISO; TCP is M128", nullptr,
+     "a TNC reads the sign as part of the place"},
 }};
 
 enum class FeedMode {
@@ -76,6 +89,9 @@ constexpr bool has_tcp(Dialect d) { return d != Dialect::kRs274 && d != Dialect:
 constexpr bool has_inverse_time(Dialect d) {
   return d != Dialect::kHeidenhain && d != Dialect::kHeidenhainIso;
 }
+
+/// Why programs of this control cannot say rotary words that count so; nullptr: they can.
+const char* refusal_of(Dialect dialect, RotaryWord word);
 
 /// Whether files of this control may stand between two %.
 constexpr bool has_percent(Dialect d) {

@@ -108,6 +108,12 @@ const DialectName& name_of(Dialect dialect) {
                        [&](const DialectName& one) { return one.dialect == dialect; });
 }
 
+const char* refusal_of(Dialect dialect, RotaryWord word) {
+  if (word == RotaryWord::kAccumulate) return nullptr;
+  const DialectName& row = name_of(dialect);
+  return word == RotaryWord::kShortest ? row.no_shortest : row.no_signed;
+}
+
 ProgramFormat usual_format(Dialect dialect) {
   ProgramFormat format;
   format.dialect = dialect;

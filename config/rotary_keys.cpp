@@ -21,6 +21,30 @@ constexpr Range kJerk = above(0.0, 1e9);                  // degrees/s^3
 /// Axes nearer to parallel than 1 degree, far below any nutating head, cannot aim the tool.
 const double kMinInclination = Angle::from_degrees(1.0).radians();
 
+constexpr std::initializer_list<const char*> kTiltKeys{"letter",
+                                                       "direction",
+                                                       "sign",
+                                                       "zero_deg",
+                                                       "word",
+                                                       "continuous",
+                                                       "min_deg",
+                                                       "max_deg",
+                                                       "velocity_deg_per_min",
+                                                       "acceleration_deg_per_s2",
+                                                       "jerk_deg_per_s3",
+                                                       "prefer"};
+constexpr std::initializer_list<const char*> kRotaryKeys{"letter",
+                                                         "direction",
+                                                         "sign",
+                                                         "zero_deg",
+                                                         "word",
+                                                         "continuous",
+                                                         "min_deg",
+                                                         "max_deg",
+                                                         "velocity_deg_per_min",
+                                                         "acceleration_deg_per_s2",
+                                                         "jerk_deg_per_s3"};
+
 /// Letters that mean something else in RS274 programs.
 constexpr std::string_view kTakenLetters = "DFGHIJKLMNOPQRSTXYZ";
 
@@ -112,14 +136,10 @@ void describe_rotary(Description& out, const std::string& key, const RotaryAxis&
 void read_rotaries(const Section& root, MachineModel& model) {
   model.structure = root.choice<Structure>("structure", kStructureWords, Structure::kTableHead);
   model.spindle = root.direction("spindle_direction", Vec3{0, 0, 1});
-  const Section tilt = root.section(
-      "tilt", {"letter", "direction", "sign", "zero_deg", "word", "continuous", "min_deg", "max_deg",
-               "velocity_deg_per_min", "acceleration_deg_per_s2", "jerk_deg_per_s3", "prefer"});
+  const Section tilt = root.section("tilt", kTiltKeys);
   model.tilt = read_axis_of(tilt, kTiltWord);
   model.preferred_tilt = tilt.choice<int>("prefer", kPreferWords, 0);
-  const Section rotary = root.section(
-      "rotary", {"letter", "direction", "sign", "zero_deg", "word", "continuous", "min_deg", "max_deg",
-                 "velocity_deg_per_min", "acceleration_deg_per_s2", "jerk_deg_per_s3"});
+  const Section rotary = root.section("rotary", kRotaryKeys);
   model.rotary = read_axis_of(rotary, kRotaryWord);
   if (parallel(model.tilt.direction, model.spindle))
     tilt.complain("direction",
@@ -131,6 +151,17 @@ void read_rotaries(const Section& root, MachineModel& model) {
     rotary.complain("letter", std::string(1, model.rotary.letter) +
                                   " is tilt.letter too; expected two different letters");
   read_offsets(root, model);
+}
+
+void check_rotary_words(const Section& root, const MachineModel& model, Dialect dialect) {
+  const auto check = [&](const Section& axis, RotaryWord stated) {
+    if (const char* why = refusal_of(dialect, stated))
+      axis.complain("word", std::string(word(kRotaryWords, stated)) + " is no word of " +
+                                name_of(dialect).name + ": " + why +
+                                "; expected one that this control obeys");
+  };
+  check(root.section("tilt", kTiltKeys), model.tilt.word);
+  check(root.section("rotary", kRotaryKeys), model.rotary.word);
 }
 
 void describe_rotaries(Description& out, const MachineModel& model) {

@@ -129,7 +129,10 @@ void ProgramText::block(std::size_t index, State& state, Piece& piece) const {
     out = std::copy(word.begin(), word.end(), out);
   }
   if (first) out = std::copy(span.first_words.begin(), span.first_words.end(), out);
-  out = words_.axes(out, first ? Joints{} : moves[at - 1].joints, move.joints, first);
+  if (first && !format_.tcp)
+    out = words_.height(out, move.joints);
+  else
+    out = words_.axes(out, first ? Joints{} : moves[at - 1].joints, move.joints, first);
   const std::string_view end = rapid ? table_.rapid_end : "", first_end = first ? table_.first_end : "";
   out = std::copy(first_end.begin(), first_end.end(), out);
   out = std::copy(end.begin(), end.end(), out);

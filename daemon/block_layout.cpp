@@ -8,6 +8,7 @@
 
 #include "daemon/block_words.h"
 #include "kinematics/decimal.h"
+#include "kinematics/tcp_path.h"
 #include "kinematics/units.h"
 
 namespace tiltfeed {
@@ -83,7 +84,7 @@ class Writer {
   Layout layout_;
   std::size_t at_ = 0;  ///< the block that lines stand before
   double spindle_ = 0.0, coolant_ = 0.0;
-  bool fed_ = false, compensated_ = false, offset_ = false, tilt_clamped_ = false, rotary_clamped_ = false;
+  bool fed_ = false, compensated_ = false, shorter_ = false, tilt_clamped_ = false, rotary_clamped_ = false;
 };
 
 Writer::Writer(const Posting& posting)
@@ -159,11 +160,13 @@ void Writer::take_tool(const Operation& op) {
   filling_.emplace_back("tool", tool);
 }
 
-/// Before an operation: its tool; before the first: the modes, too.
+/// Before an operation: the tool taken off along the machine's Z from wherever it is, its tool; before the
+/// first: the modes, too.
 void Writer::begin(const Operation& op, bool first) {
   take_tool(op);
   if (!first) leave();
-  if (op.tool_number > 0 || format_.tcp || !first) retract();
+  retract();
+  if (first) lines(table_.plane_off);
   if (!first) tool_comments(op);
   if (op.tool_number > 0) lines(table_.tool);
   for (const std::string& open : {format_.unclamp_tilt, format_.unclamp_rotary})
@@ -174,9 +177,13 @@ void Writer::begin(const Operation& op, bool first) {
   if (!format_.start.empty()) line(format_.start);
 }
 
+/// The control's own tool length ends up there: ended below, the next Z would be deeper by it.
 void Writer::retract() {
-  if (format_.retract == "default") return lines(table_.retract);
-  if (format_.retract != "none") line(format_.retract);
+  if (format_.retract == "default")
+    lines(table_.retract);
+  else if (format_.retract != "none" && !format_.retract.empty())
+    line(format_.retract);
+  lines(table_.length_off);
 }
 
 void Writer::modes() {
@@ -193,14 +200,29 @@ std::string Writer::first_words() const {
   return words.empty() ? "" : " " + words;
 }
 
-/// Under TCP the rotaries go to their first place before it begins: the tip's way there is not a line.
+/// From the retract the rotaries turn, then X and Y go to their place; the operation's first block goes down.
+/// TCP begins there: before, the tip's way is not a line.
 void Writer::positions(const Operation& op) {
-  if (!format_.tcp) return;
-  std::array<char, 3 * kDecimalSpace> room;
-  const BlockWords words(format_, posting_.machine.model);
-  char* const end = words.rotaries(room.data(), op.words->moves.front().joints);
-  line(std::string(table_.rapid) + std::string(room.data(), end) + table_.first_end + table_.rapid_end);
-  lines(table_.tcp_on);
+  const MachineModel& machine = posting_.machine.model;
+  const BlockWords words(format_, machine);
+  const auto go = [&](char* (BlockWords::*say)(char*, const Joints&) const, const Joints& to) {
+    std::array<char, 3 * kDecimalSpace> room;
+    char* const end = (words.*say)(room.data(), to);
+    line(std::string(table_.rapid) + std::string(room.data(), end) + table_.first_end + table_.rapid_end);
+  };
+  Joints first = op.words->moves.front().joints;
+  go(&BlockWords::rotaries, first);
+  // Not before: the shorter way from an unknown place may leave the limits of an axis that has some.
+  shorter_ = machine.tilt.word == RotaryWord::kShortest || machine.rotary.word == RotaryWord::kShortest;
+  if (shorter_) lines(table_.shorter_on);
+  if (format_.tcp) {
+    const Point<Part> tip = pose_under_tcp(machine, op.setup, first).tip;
+    first = solve_linear(machine, op.setup, tip, first.a, first.c);
+    first.x = round_decimal(first.x, format_.linear_decimals);
+    first.y = round_decimal(first.y, format_.linear_decimals);
+  }
+  go(&BlockWords::place, first);
+  if (format_.tcp) lines(table_.tcp_on);
 }
 
 void Writer::event(const PathEvent& event) {
@@ -281,7 +303,9 @@ void Writer::leave() {
   if (compensated_) lines(table_.cutter_off);
   if (fed_) lines(table_.per_minute_on);
   fed_ = compensated_ = false;
-  if (format_.tcp || offset_) lines(table_.tcp_off);
+  if (format_.tcp) lines(table_.tcp_off);
+  if (shorter_) lines(table_.shorter_off);
+  shorter_ = false;
   if (coolant_ != 0.0) lines(table_.coolant_off);
   if (spindle_ != 0.0) lines(table_.spindle_off);
   coolant_ = spindle_ = 0.0;
@@ -289,8 +313,7 @@ void Writer::leave() {
 
 void Writer::finish() {
   leave();
-  const Operation& last = posting_.operations.back();
-  if (last.tool_number > 0 || format_.tcp) retract();
+  retract();
   if (!format_.end.empty()) line(format_.end);
   lines(table_.end);
   if (format_.percent) line("%");
@@ -301,7 +324,6 @@ Layout Writer::write() {
   header();
   for (const Operation& op : posting_.operations) {
     begin(op, layout_.spans.empty());
-    offset_ = !first_words().empty();
     layout_.spans.push_back({at_, at_ + op.words->moves.size(), first_words()});
     motion(op);
   }

@@ -39,18 +39,28 @@ char* BlockWords::number(char* out, double value, int decimals) const {
   return end + 1;
 }
 
-char* BlockWords::axis(char* out, char letter, double value, int decimals) const {
+char* BlockWords::value(char* out, double value, int decimals) const {
   assert(round_decimal(value, decimals) == value);
-  *out++ = ' ';
-  *out++ = letter;
   if (table_.plus && value >= 0.0) *out++ = '+';
   return number(out, value, decimals);
+}
+
+char* BlockWords::axis(char* out, char letter, double value, int decimals) const {
+  *out++ = ' ';
+  *out++ = letter;
+  return this->value(out, value, decimals);
 }
 
 /// A rotary word as the control counts turns.
 char* BlockWords::turn(char* out, const RotaryAxis& rotary, double from, double to) const {
   const int decimals = format_.rotary_decimals;
-  return axis(out, rotary.letter, control_word(rotary.word, to, from, decimals), decimals);
+  const double word = control_word(rotary.word, to, from, decimals);
+  const std::string_view open = table_.shorter_open, close = table_.shorter_close;
+  if (rotary.word != RotaryWord::kShortest || open.empty()) return axis(out, rotary.letter, word, decimals);
+  *out++ = ' ';
+  *out++ = rotary.letter;
+  out = value(std::copy(open.begin(), open.end(), out), word, decimals);
+  return std::copy(close.begin(), close.end(), out);
 }
 
 char* BlockWords::axes(char* out, const Joints& from, const Joints& to, bool all) const {
@@ -66,6 +76,15 @@ char* BlockWords::axes(char* out, const Joints& from, const Joints& to, bool all
 char* BlockWords::rotaries(char* out, const Joints& to) const {
   out = turn(out, tilt_, 0.0, to.a);
   return turn(out, rotary_, 0.0, to.c);
+}
+
+char* BlockWords::place(char* out, const Joints& to) const {
+  out = axis(out, 'X', to.x, format_.linear_decimals);
+  return axis(out, 'Y', to.y, format_.linear_decimals);
+}
+
+char* BlockWords::height(char* out, const Joints& to) const {
+  return axis(out, 'Z', to.z, format_.linear_decimals);
 }
 
 /// The way that F per minute measures, mm or degrees.

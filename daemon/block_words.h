@@ -30,8 +30,10 @@ class BlockWords {
 
   /// Appends " X1.5 ..." for the words that differ from `from`, or all.
   char* axes(char* out, const Joints& from, const Joints& to, bool all) const;
-  /// Appends " A1 C2": the rotary words of an operation's first block, alone.
+  // The words of an operation's way to its first block, apart: " A1 C2", " X3 Y4", " Z5".
   char* rotaries(char* out, const Joints& to) const;
+  char* place(char* out, const Joints& to) const;
+  char* height(char* out, const Joints& to) const;
   FeedWord feed_of(const BlockStep& step) const;
   /// Appends " F100".
   char* feed(char* out, double value) const;
@@ -40,6 +42,7 @@ class BlockWords {
 
  private:
   char* axis(char* out, char letter, double value, int decimals) const;
+  char* value(char* out, double value, int decimals) const;
   char* turn(char* out, const RotaryAxis& axis, double from, double to) const;
   char* number(char* out, double value, int decimals) const;
   double way(const Joints& from, const Joints& to) const;

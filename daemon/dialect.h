@@ -30,18 +30,24 @@ struct DialectTable {
   std::uint64_t first_number, last_number;
   const char* block_end;  ///< what closes each numbered line
   // Words
-  bool point;                         ///< whole numbers keep their decimal point (X10. is not X10)
-  bool plus;                          ///< axis words have a sign always
-  bool modal_motion;                  ///< the motion word stays in force
-  const char *rapid, *feed;           ///< motion words
-  const char *first_end, *rapid_end;  ///< words behind the axes: of the first block, of each rapid
-  int feed_decimals;                  ///< of F per minute, at most
+  bool point;                                ///< whole numbers keep their decimal point (X10. is not X10)
+  bool plus;                                 ///< axis words have a sign always
+  bool modal_motion;                         ///< the motion word stays in force
+  const char *rapid, *feed;                  ///< motion words
+  const char *first_end, *rapid_end;         ///< words behind the axes: of the first block, of each rapid
+  int feed_decimals;                         ///< of F per minute, at most
+  const char *shorter_open, *shorter_close;  ///< round the number of a rotary word that goes the shorter way
+  const char *shorter_on, *shorter_off;      ///< lines between which rotary words go the shorter way
   // Parts of the program
+  // `setup` ends what others left in force, too, where the control does so without motion: tilted planes,
+  // rotation, TCP.
   const char *open, *setup, *tool, *spindle, *spindle_off, *flood, *mist, *coolant_off;
   const char *cutter_left, *cutter_right, *cutter_off;  ///< the control's cutter compensation
   const char *length_in_tool, *length_alone;  ///< what to do with the control's own length, for a comment
   const char *length, *tcp_length;            ///< words in front of the axes of the first block
-  const char *tcp_on, *tcp_off;               ///< lines
+  const char* length_off;                     ///< lines that end that, once the tool is retracted
+  const char* plane_off;         ///< lines after the first of these that end a tilted plane and a rotation
+  const char *tcp_on, *tcp_off;  ///< lines; it ends before the tool is retracted
   const char *inverse_on, *per_minute_on, *degrees, *radius;  ///< feed modes and what F measures
   const char *exact, *blend, *dwell, *stop, *optional_stop, *retract, *end;
 };

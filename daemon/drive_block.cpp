@@ -30,15 +30,26 @@ Result<std::vector<std::uint16_t>> DriveEncoder::encode(const NumericBlock& bloc
                                   " out of the program and switch by hand");
   if (!moves(block)) return std::vector<std::uint16_t>{};
   const std::array<double, 5> to = axes_of(block);
+  const auto stays = [&](std::size_t axis) { return (block.kept >> axis & 1U) != 0; };
+  bool any = false;
+  for (std::size_t i = 0; i < to.size(); ++i) any = any || (map_.axes[i].word >= 0 && !stays(i));
+  if (!any && block.kept != 0) return std::vector<std::uint16_t>{};
+  if (block.machine)
+    return fail(Code::kInput,
+                "a plain drive has no machine coordinates; post with the profile's `retract: none`");
   std::vector<std::uint16_t> words(static_cast<std::size_t>(map_.words), 0);
   for (std::size_t i = 0; i < to.size(); ++i) {
     const DriveAxis& axis = map_.axes[i];
     if (axis.word < 0) {
-      if (before_ && axes_of(*before_)[i] != to[i])
+      if (before_ && !stays(i) && (before_->kept >> i & 1U) == 0 && axes_of(*before_)[i] != to[i])
         return fail(Code::kInput, std::string(kAxisNames[i]) +
                                       " moves, and wire.drive of the profile has no registers for it");
       continue;
     }
+    if (stays(i))
+      return fail(Code::kInput, std::string("one write moves all axes of the drive, and the program has not "
+                                            "said yet where ") +
+                                    kAxisNames[i] + " shall be");
     const double counts = std::round(to[i] * axis.counts);
     if (!(std::abs(counts) <= std::numeric_limits<std::int32_t>::max()))
       return fail(Code::kLimit, std::string(kAxisNames[i]) + " does not fit the drive's 32-bit register");

@@ -21,7 +21,10 @@ std::optional<std::string> split_words(std::string_view text, LineWords& words) 
     while (letters < text.size() && is_letter(text[letters])) ++letters;
     if (letters == 0) return "\"" + std::string(text) + "\" does not begin with a letter";
     const char letter = text.front();
-    if (letters != 1 || text.size() == 1 || !starts_number(text[1])) {
+    constexpr std::string_view kDirect = "=DC(";
+    const bool direct = letters == 1 && text.substr(1).starts_with(kDirect);
+    if (direct) text.remove_prefix(kDirect.size());
+    if (!direct && (letters != 1 || text.size() == 1 || !starts_number(text[1]))) {
       words.names.emplace_back(text.substr(0, letters));
       text.remove_prefix(letters);
       continue;
@@ -45,6 +48,10 @@ std::optional<std::string> split_words(std::string_view text, LineWords& words) 
       words.printed[letter] = std::string(text.substr(0, size));
     }
     text.remove_prefix(size);
+    if (!direct) continue;
+    if (text.empty() || text.front() != ')') return std::string(1, letter) + "=DC( without )";
+    text.remove_prefix(1);
+    words.direct += letter;
   }
   return std::nullopt;
 }

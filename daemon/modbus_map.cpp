@@ -59,6 +59,7 @@ Result<RingIdentity> parse_identity(std::span<const std::uint16_t> words) {
     return fail(Code::kLink, "the controller has map version " + std::to_string(words[1]) + ", this is 1");
   RingIdentity identity;
   identity.fc23 = (words[2] & 1) != 0;
+  identity.keeps = (words[2] & 8) != 0;
   identity.slots = words[3];
   identity.linear_exponent = words[7];
   identity.rotary_exponent = words[8];
@@ -119,7 +120,15 @@ Result<std::array<std::uint16_t, kBlockWords>> encode_block(const NumericBlock& 
   constexpr double kMaxUnsigned = std::numeric_limits<std::uint32_t>::max();
   std::array<std::uint16_t, kBlockWords> words{};
   words[0] = seq;
-  words[1] = static_cast<std::uint16_t>(static_cast<int>(block.op) | (block.inverse_time ? 0x0100 : 0));
+  if ((block.kept != 0 || block.machine) && !scale.keeps)
+    return fail(
+        Code::kInput,
+        "this controller takes moves of all five axes only, and '" + block.text +
+            "' leaves some where they are; post with the profile's `retract: none` and begin with a G0 "
+            "that states them all");
+  words[1] =
+      static_cast<std::uint16_t>(static_cast<unsigned>(block.op) | (block.inverse_time ? 0x0100U : 0U) |
+                                 (static_cast<unsigned>(block.kept) << 9) | (block.machine ? 0x4000U : 0U));
   put_long(&words[2], static_cast<std::uint32_t>(block.line), low_word_first);
   const double linear = std::pow(10.0, scale.linear_exponent), rotary = std::pow(10.0, scale.rotary_exponent);
   const struct {

@@ -41,6 +41,7 @@ enum class Nack : std::uint16_t { kNone = 0, kGap = 1, kCrc = 2, kSession = 3, k
 
 struct RingIdentity {
   bool fc23 = false;  ///< takes read/write in one request
+  bool keeps = true;  ///< takes blocks that leave axes where they are, and machine coordinates
   int slots = 0;
   int linear_exponent = 4, rotary_exponent = 4;  ///< a position word counts 10^-exponent mm or degrees
   std::uint16_t boot_id = 0;

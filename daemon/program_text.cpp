@@ -39,6 +39,7 @@ class Reader {
   Mistake dwell(const LineWords& words);
   void compensation(const LineWords& words);
   Mistake motion(const LineWords& words);
+  double turned(const LineWords& words, char letter, RotaryWord counting, double from) const;
   void next_tool(int number);
   /// A change of the spindle or coolant, or a stop.
   void event(EventKind kind, double value) {
@@ -52,7 +53,7 @@ class Reader {
   ProgramTextFacts facts_;
   std::uint32_t line_ = 0;
   bool ended_ = false, changing_ = false, rapid_ = true, motion_known_ = false, inverse_ = false,
-       tcp_ = false, incremental_ = false, compensated_ = false;
+       tcp_ = false, incremental_ = false, compensated_ = false, shorter_ = false;
   double feed_ = 0.0, speed_ = 0.0, spindle_ = 0.0, coolant_ = 0.0;
   int turn_ = 0;  ///< spindle: 3, 4, or 0
   Joints at_;
@@ -93,8 +94,9 @@ Mistake Reader::strip(std::string& line) {
     comment(std::string_view(line).substr(semicolon + 1));
     line.resize(semicolon);
   }
-  for (auto open = line.find('('); open != std::string::npos && line.find("FGROUP") == std::string::npos;
-       open = line.find('(')) {
+  // A Sinumerik's parentheses hold arguments.
+  const bool comments = language_.dialect != Dialect::kSiemens;
+  for (auto open = line.find('('); comments && open != std::string::npos; open = line.find('(')) {
     const auto close = line.find(')', open);
     if (close == std::string::npos) return "comment without ')'";
     comment(std::string_view(line).substr(open + 1, close - open - 1));
@@ -120,7 +122,8 @@ void Reader::next_tool(int number) {
 bool Reader::dialogue(const std::string& line, Mistake& mistake) {
   const auto is = [&](const char* head) { return line.starts_with(head); };
   if (is("%") || is("BEGIN PGM") || is("END PGM") || is("FGROUP") || is("FGREF") || is("CYCL DEF 247") ||
-      is("Q339") || is("CYCL DEF 9.0") || is("G247"))
+      is("Q339") || is("CYCL DEF 9.0") || is("G247") || is("PLANE RESET") || is("CYCL DEF 10.0 ROTATION") ||
+      line == "CYCL DEF 10.1 ROT+0" || line == "G73 G90 H+0")
     return true;
   if (line.size() > 1 && line[0] == 'O' && line[1] >= '0' && line[1] <= '9') return true;
   if (is("CYCL DEF 9.1 DWELL ")) {
@@ -147,8 +150,8 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
 }
 
 Mistake Reader::one_code(int tenths) {
-  constexpr std::array<int, 23> kNothing{40,  170, 210, 280, 400, 410, 420, 430, 530,  540,  550, 560,
-                                         570, 580, 590, 610, 640, 710, 800, 970, 5050, 5060, 7100};
+  constexpr std::array<int, 24> kNothing{40,  170, 210, 280, 400, 410, 420, 430, 530, 540,  550,  560,
+                                         570, 580, 590, 610, 640, 690, 710, 800, 970, 5050, 5060, 7100};
   if (tenths == 0 || tenths == 10) {
     rapid_ = tenths == 0;
     motion_known_ = true;
@@ -187,6 +190,7 @@ void Reader::machine_codes(const LineWords& words) {
     if (code == 1) event(EventKind::kOptionalStop, 0.0);
     if (code == 128) tcp_ = true;
     if (code == 129) tcp_ = false;
+    if (code == 126 || code == 127) shorter_ = code == 126;
     if (code == 2 || code == 30) ended_ = true;
   }
   if (words.has_m(3) || words.has_m(4) || (words.has('S') && turn_ != 0))
@@ -221,6 +225,18 @@ Mistake Reader::dwell(const LineWords& words) {
   return "G4 has no time";
 }
 
+/// Where an axis at `from` goes by its word: the shorter way where the program says so, on these controls.
+double Reader::turned(const LineWords& words, char letter, RotaryWord counting, double from) const {
+  const double word = words.values.at(letter);
+  const bool tnc = language_.dialect == Dialect::kHeidenhain || language_.dialect == Dialect::kHeidenhainIso;
+  if (tnc || language_.dialect == Dialect::kSiemens) {
+    const bool shorter = tnc ? shorter_ : words.direct.find(letter) != std::string::npos;
+    counting = shorter && counting == RotaryWord::kShortest ? RotaryWord::kShortest : RotaryWord::kAccumulate;
+    if (words.direct.find(letter) != std::string::npos) counting = RotaryWord::kShortest;
+  }
+  return counted_turn(counting, word, from);
+}
+
 Mistake Reader::motion(const LineWords& words) {
   const std::array<char, 5> letters{'X', 'Y', 'Z', language_.tilt, language_.rotary};
   const std::array<double*, 5> places{&at_.x, &at_.y, &at_.z, &at_.a, &at_.c};
@@ -232,8 +248,9 @@ Mistake Reader::motion(const LineWords& words) {
     known_[i] = !elsewhere;
     if (elsewhere) continue;
     const double word = words.values.at(letters[i]);
-    *places[i] = i == 3 ? counted_turn(language_.tilt_word, word, at_.a)
-                        : (i == 4 ? counted_turn(language_.rotary_word, word, at_.c) : word);
+    *places[i] =
+        i < 3 ? word
+              : turned(words, letters[i], i == 3 ? language_.tilt_word : language_.rotary_word, *places[i]);
   }
   if (elsewhere || !moves) return std::nullopt;
   if (incremental_) return "incremental words are not understood; post with G90";
@@ -256,7 +273,8 @@ Mistake Reader::codes(const LineWords& words) {
   for (const std::string& name : words.names) {
     if (name == "TRAORI" || name == "TRAFOOF")
       tcp_ = name == "TRAORI";
-    else if (name != "ORIMKS" && name != "ORIAXES" && name != "SUPA" && name != "FMAX" && name != "L")
+    else if (name != "ORIMKS" && name != "ORIAXES" && name != "TOROTOF" && name != "PAROTOF" &&
+             name != "TRANS" && name != "SUPA" && name != "FMAX" && name != "L")
       return "\"" + name + "\" is not understood";
   }
   constexpr std::string_view kOthers = "XYZFSTHDPR";

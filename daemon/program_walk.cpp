@@ -9,6 +9,9 @@ namespace {
 
 constexpr double kSecondsPerMinute = 60.0;
 
+/// Not on the way from or to an unknown place.
+bool states_place(const NumericBlock& b) { return b.kept == 0 && !b.machine; }
+
 }  // namespace
 
 Result<ProgramWalk> ProgramWalk::open(const std::string& path, LinkKind kind, const MachineModel& machine) {
@@ -21,7 +24,7 @@ double ProgramWalk::seconds_of(const NumericBlock& b) const {
   if (b.op == BlockOp::kDwell) return b.seconds;
   if (b.op == BlockOp::kMCode) return 0.0;
   if (b.op == BlockOp::kFeed && b.inverse_time) return b.feed > 0.0 ? kSecondsPerMinute / b.feed : 0.0;
-  if (!placed_) return 0.0;
+  if (!placed_ || !states_place(b)) return 0.0;
   const NumericBlock& from = at_.state;
   const double dx = std::abs(b.x - from.x), dy = std::abs(b.y - from.y), dz = std::abs(b.z - from.z);
   const double da = std::abs(b.tilt - from.tilt), dc = std::abs(b.rotary - from.rotary);
@@ -38,8 +41,8 @@ void ProgramWalk::pass(const NumericBlock& block) {
   at_.seconds += seconds_of(block);
   at_.is_move = block.op == BlockOp::kRapid || block.op == BlockOp::kFeed;
   if (at_.is_move) {
-    ++at_.moves;
-    placed_ = true;
+    placed_ = states_place(block);
+    if (placed_) ++at_.moves;
   }
   at_.state = block;
 }

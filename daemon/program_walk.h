@@ -21,7 +21,8 @@ struct WalkedBlock {
   std::uint64_t block = 0;  ///< counted from 1
   std::uint64_t line = 0;   ///< of the file
   std::string text;         ///< of that line, as sent
-  std::uint64_t moves = 0;  ///< motion blocks up to and with this one: entry of the block map, counted from 1
+  std::uint64_t moves = 0;  ///< motion blocks of the path up to and with this one, without its retract and the
+                            ///< way to its first block: entry of the block map, counted from 1
   bool is_move = false;
   NumericBlock state;    ///< axes, feed, modes in force at the block's end
   double seconds = 0.0;  ///< machine time from the program's start to the block's end
@@ -50,7 +51,7 @@ class ProgramWalk {
   std::vector<NumericBlock> blocks_;
   std::size_t used_ = 0;
   WalkedBlock at_;
-  bool placed_ = false;  // the axes have been stated
+  bool placed_ = false;  // it is known where all axes are
 };
 
 /// Block `number`. Errors: kUsage when the program has fewer; as ProgramWalk.

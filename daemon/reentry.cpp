@@ -31,8 +31,9 @@ struct InForce {
       return;
     }
     if (b.op == BlockOp::kDwell) return;
+    if (b.machine) return;  // where that is in the part's coordinates, nobody says
     at = {b.x, b.y, b.z, b.tilt, b.rotary};
-    placed = true;
+    placed = b.kept == 0;
   }
   /// Modes by their words: a line may state one long before a move uses it.
   void take_words(std::string_view line) {
@@ -82,6 +83,7 @@ Result<Survey> survey(const std::string& path, LinkKind kind, std::uint64_t from
     for (const NumericBlock& block : blocks) {
       now.take(block);
       if (block.op != BlockOp::kRapid && block.op != BlockOp::kFeed) continue;
+      if (block.machine || (block.kept & 4) != 0) continue;
       found.highest = any ? std::max(found.highest, block.z) : block.z;
       any = true;
     }

@@ -43,6 +43,8 @@ std::optional<Word> take_word(std::string_view& rest) {
 struct BlockReader::Parsed {
   bool moves = false, dwells = false, has_f = false, has_s = false, has_p = false;
   bool tolerance = false;  // G64, whose P is a tolerance
+  bool machine = false;    // G53
+  unsigned stated = 0;     // axes, a bit each
   double f = 0.0, p = 0.0;
   int spindle_code = -1, stop_code = -1;
   int coolant[2] = {-1, -1};  // M7 and M8 may stand on one line
@@ -71,6 +73,9 @@ Result<void> BlockReader::take_g(double value, Parsed& parsed) {
       return {};
     case 640:
       parsed.tolerance = true;
+      return {};
+    case 530:
+      parsed.machine = true;
       return {};
     case 170:
     case 210:
@@ -132,6 +137,7 @@ Result<void> BlockReader::take_axis(const Word& word, Parsed& parsed) {
   }
   axes_[axis] = word.value;
   known_[axis] = true;
+  parsed.stated |= 1U << axis;
   parsed.moves = true;
   return {};
 }
@@ -164,8 +170,8 @@ Result<void> BlockReader::take_other(const Word& word, Parsed& parsed) {
 }
 
 NumericBlock BlockReader::block_here(BlockOp op, const Line& line) const {
-  return {op,       false, line.number, axes_[0], axes_[1], axes_[2], axes_[3],
-          axes_[4], 0.0,   0.0,         0,        spindle_, line.text};
+  return {op,  false, line.number, axes_[0], axes_[1],  axes_[2], axes_[3], axes_[4],
+          0.0, 0.0,   0,           spindle_, line.text, 0,        false};
 }
 
 void BlockReader::add_m(int code, const Line& line, std::vector<NumericBlock>& blocks) const {
@@ -177,12 +183,16 @@ void BlockReader::add_m(int code, const Line& line, std::vector<NumericBlock>& b
 Result<void> BlockReader::add_move(const Line& line, const Parsed& parsed,
                                    std::vector<NumericBlock>& blocks) {
   if (!motion_set_) return fail(Code::kInput, "axis words before the first G0 or G1");
-  for (int axis = 0; axis < 5; ++axis)
-    if (!known_[axis])
+  unsigned kept = 0;
+  for (int axis = 0; axis < 5; ++axis) {
+    if (known_[axis] && (!parsed.machine || (parsed.stated >> axis & 1U) != 0)) continue;
+    if (!rapid_)
       return fail(Code::kInput,
                   std::string(1, kAxisNames[axis]) +
-                      " has no value yet: over Modbus every block carries all five axes, so the "
-                      "first move must state X Y Z, A (or B) and C");
+                      " has no value yet: over Modbus every block carries all five axes, so rapids "
+                      "before the first feed move must state X Y Z, A (or B) and C");
+    kept |= 1U << axis;
+  }
   if (!rapid_ && inverse_time_ && !parsed.has_f)
     return fail(Code::kInput, "no F: in inverse time (G93) every G1 line needs one");
   if (!rapid_ && !inverse_time_ && feed_ == 0.0) return fail(Code::kInput, "no F yet for this G1");
@@ -191,7 +201,11 @@ Result<void> BlockReader::add_move(const Line& line, const Parsed& parsed,
     block.inverse_time = inverse_time_;
     block.feed = inverse_time_ ? parsed.f : feed_;
   }
+  block.kept = static_cast<std::uint8_t>(kept);
+  block.machine = parsed.machine;
   blocks.push_back(std::move(block));
+  for (int axis = 0; parsed.machine && axis < 5; ++axis)
+    if ((parsed.stated >> axis & 1U) != 0) known_[axis] = false;
   return {};
 }
 

@@ -35,6 +35,10 @@ struct NumericBlock {
   int m_code = 0;
   double spindle = 0.0;  ///< S in force, 1/min
   std::string text;      ///< the line, for messages
+  /// Axes that a rapid leaves where they are: bit 0 X, 1 Y, 2 Z, 3 tilt, 4 rotary. The program has not said
+  /// where; their values mean nothing.
+  std::uint8_t kept = 0;
+  bool machine = false;  ///< G53: the place is in machine coordinates
 };
 
 /// M0, M1 and M6: the machine waits for the operator.
@@ -48,8 +52,8 @@ inline bool is_operator_stop(const NumericBlock& block) {
 class BlockReader {
  public:
   /// Appends the blocks of `line` in order of execution: spindle and coolant, dwell, move, stop.
-  /// Errors: kInput with what is wrong (the caller adds the place); an axis that has no value yet when a move
-  /// begins; a feed move without F; kLimit for a value that does not fit.
+  /// Errors: kInput with what is wrong (the caller adds the place); an axis that has no value yet when a feed
+  /// move begins, which a G53 takes from it; a feed move without F; kLimit for a value that does not fit.
   Result<void> read(const Line& line, std::vector<NumericBlock>& blocks);
 
  private:

@@ -27,8 +27,8 @@ class Collector {
     end_ = row.end;
     const Op op = row.command.op;
     if (op != Op::kRapid && op != Op::kFeed) return;
-    if (!started_) {
-      started_ = true, begin_ = row.end;
+    if (!started_ || !row.command.placed) {
+      started_ = row.command.placed, begin_ = row.end;
       path_.start = row.command.target, path_.start_line = row.command.line;
       return;
     }

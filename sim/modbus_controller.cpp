@@ -12,7 +12,9 @@ namespace {
 constexpr double kPositionScale = 1e4;  // mm and degrees
 constexpr double kFeedScale = 1e3;      // 1/min, mm/min, s of a dwell, rpm
 constexpr std::uint16_t kEndOfProgram = 1;
-constexpr std::uint16_t kInverseTime = 1 << 8;
+constexpr std::uint16_t kInverseTime = 1 << 8, kMachinePlace = 1 << 14;
+constexpr int kFirstKept = 9;  // of five bits, X Y Z tilt rotary: the axis stays where it is
+constexpr std::uint16_t kKept = 0b11111 << kFirstKept;
 constexpr std::uint16_t kAlarmSoftLimit = 2, kAlarmResetInMotion = 3;
 constexpr int kMinOverride = 10, kMaxOverride = 200;
 constexpr std::uint32_t kLargestMCode = 99;
@@ -124,8 +126,10 @@ bool ModbusController::append(Words words) {
   std::optional<Block> block = decode(words);
   assert(block);
   const MachineModel& machine = motion_.machine();
-  block->target.a = turned_to(machine.tilt.word, block->target.a, planned_.a);
-  block->target.c = turned_to(machine.rotary.word, block->target.c, planned_.c);
+  if ((words[1] >> (kFirstKept + 3) & 1) == 0)
+    block->target.a = turned_to(machine.tilt.word, block->target.a, planned_.a);
+  if ((words[1] >> (kFirstKept + 4) & 1) == 0)
+    block->target.c = turned_to(machine.rotary.word, block->target.c, planned_.c);
   if (motion_.outside(block->target)) {
     forget_blocks();
     alarm_ = kAlarmSoftLimit;
@@ -152,7 +156,9 @@ std::optional<Block> ModbusController::decode(Words words) const {
     return std::nullopt;
   block.op = static_cast<Op>(op);
   // This machine has no tool centre control, so the TCP flag is refused with the unknown ones.
-  if ((flags & ~kInverseTime) != 0 || (flags != 0 && block.op != Op::kFeed)) return std::nullopt;
+  if ((flags & ~(kInverseTime | kKept | kMachinePlace)) != 0) return std::nullopt;
+  if ((flags & kInverseTime) != 0 && block.op != Op::kFeed) return std::nullopt;
+  if ((flags & (kKept | kMachinePlace)) != 0 && block.op != Op::kRapid) return std::nullopt;
   if (block.op == Op::kMCode) {
     if (pair(words, 4) > kLargestMCode) return std::nullopt;
     block.m_code = static_cast<int>(pair(words, 4));
@@ -163,8 +169,15 @@ std::optional<Block> ModbusController::decode(Words words) const {
   if (block.op == Op::kDwell) return block;
   if ((block.op == Op::kFeed) == (f == 0)) return std::nullopt;  // a feed move has F, a rapid has none
   block.inverse_time = flags == kInverseTime;
-  block.target = {scaled_position(words, 4), scaled_position(words, 6), scaled_position(words, 8),
-                  scaled_position(words, 10), scaled_position(words, 12)};
+  double* const axes[] = {&block.target.x, &block.target.y, &block.target.z, &block.target.a,
+                          &block.target.c};
+  for (int axis = 0; axis < 5; ++axis) {
+    if ((flags >> (kFirstKept + axis) & 1) != 0) continue;
+    // Of machine coordinates only Z is known: 0 is the end of its travel.
+    if ((flags & kMachinePlace) != 0 && axis != 2) return std::nullopt;
+    *axes[axis] = scaled_position(words, 4 + 2 * static_cast<std::size_t>(axis));
+    if ((flags & kMachinePlace) != 0) block.target.z += motion_.machine().z.max;
+  }
   return block;
 }
 

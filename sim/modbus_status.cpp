@@ -9,7 +9,7 @@ namespace tiltfeed::sim {
 namespace {
 
 constexpr std::uint16_t kMapVersion = 1;
-constexpr std::uint16_t kCapabilities = 0b111;  // FC23, ring, positions
+constexpr std::uint16_t kCapabilities = 0b1111;  // FC23, ring, positions, kept axes and machine coordinates
 constexpr std::uint16_t kAxisMask = 0b11111;
 constexpr std::uint16_t kDecimalExponent = 4;
 constexpr double kPositionScale = 1e4;  // words per mm and per degree

@@ -10,6 +10,8 @@
 namespace tiltfeed::sim {
 namespace {
 
+constexpr unsigned kAllPlaced = 0b111;
+
 bool has_axes(const Words& words, char tilt, char rotary) {
   return words.has('X') || words.has('Y') || words.has('Z') || words.has(tilt) || words.has(rotary);
 }
@@ -18,6 +20,11 @@ bool has_axes(const Words& words, char tilt, char rotary) {
 Check check_use(const Words& words, bool axes, MotionMode motion) {
   const bool dwell = words.code[kNonModal] == 40;
   const bool blend = words.code[kPathControl] == 640;
+  const bool machine = words.code[kNonModal] == kMachinePlace;
+  if (machine && (words.has('X') || words.has('Y') || !words.has('Z')))
+    return mistake(Fault::kUnsupported, "G53 moves Z alone here: of this machine only the top of Z is known");
+  if (machine && motion == MotionMode::kFeed)
+    return mistake(Fault::kUnsupported, "G53 with G1; retract with G0");
   if (dwell && !words.has('P')) return mistake(Fault::kMissingP, "G4 has no P (seconds)");
   if (dwell && axes) return mistake(Fault::kUnusedWord, "G4 with axis words; give the dwell its own line");
   if (words.has('P') && !dwell && !blend) return mistake(Fault::kUnusedWord, "P without G4 or G64");
@@ -93,6 +100,8 @@ void emit(const Words& words, bool axes, const Joints& before, const ModalState&
     move.feed = feed_move ? modal.feed : 0.0;
     move.inverse_time = feed_move && modal.inverse_time;
     move.exact_stop = modal.exact_stop;
+    move.placed = modal.placed == kAllPlaced;
+    move.off_path = modal.off_path;
     blocks.push_back(move);
   }
   block.target = modal.at;
@@ -167,7 +176,12 @@ Result<void> GcodeReader::read_line(std::string_view line, std::vector<Block>& b
   const double kept = next.relative ? 1.0 : 0.0;
   if (words.has('X')) next.at.x = words['X'] + kept * next.at.x;
   if (words.has('Y')) next.at.y = words['Y'] + kept * next.at.y;
-  if (words.has('Z')) next.at.z = words['Z'] + kept * next.at.z;
+  const bool machine = words.code[kNonModal] == kMachinePlace;
+  if (words.has('Z')) next.at.z = words['Z'] + (machine ? top_ : kept * next.at.z);
+  next.placed |= (words.has('X') ? 1U : 0U) | (words.has('Y') ? 2U : 0U) | (words.has('Z') ? 4U : 0U);
+  // A feed move goes from a known place, whatever the program said.
+  if (axes && next.motion == MotionMode::kFeed) next.placed = kAllPlaced;
+  next.off_path = next.off_path || machine;
   const auto turned = [&](RotaryWord counting, char letter, double at) {
     return next.relative ? at + words[letter] : turned_to(counting, words[letter], at);
   };
@@ -177,6 +191,7 @@ Result<void> GcodeReader::read_line(std::string_view line, std::vector<Block>& b
   emit(words, axes, modal_.at, next, words.has('N') ? static_cast<std::uint32_t>(words['N']) : lines_,
        blocks);
   modal_ = next;
+  if (words.has('Z') && !machine) modal_.off_path = false;
   if (words.code[kStopping] == 2 || words.code[kStopping] == 30) {
     ended_ = true;
     modal_.inverse_time = modal_.relative = false;  // the end of a program restores G1, G90 and G94

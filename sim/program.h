@@ -29,6 +29,12 @@ struct Block {
   int m_code = -1;          ///< for kMCode
   double spindle = 0.0;     ///< S in force, 1/min
   std::uint32_t line = 0;   ///< N word, or the 1-based count of lines read
+  /// Of a motion block: the program has said where X, Y and Z are at its end. Before that, it comes from
+  /// wherever the machine stood.
+  bool placed = true;
+  /// Of a motion block: on the way from the place that a move in machine coordinates (G53) left to the next Z
+  /// in the part's, that move and this one included.
+  bool off_path = false;
   int tool =
       kToolNotSaid;  ///< in the spindle: the T word in force at the last M6; before any, the last T word
 };
@@ -61,6 +67,8 @@ struct ModalState {
   bool exact_stop = false;  ///< G61 or G61.1, not G64
   bool relative = false;    ///< G91
   MotionMode motion = MotionMode::kNone;
+  unsigned placed = 0;          ///< bits 0 to 2: X, Y, Z were stated
+  bool off_path = false;        ///< G53, and no Z since
   int selected = kToolNotSaid;  ///< the last T word
   int tool = kToolNotSaid;      ///< Block::tool
   bool tool_changed = false;    ///< there was an M6
@@ -76,7 +84,8 @@ class GcodeReader {
       : tilt_(machine.tilt.letter),
         rotary_(machine.rotary.letter),
         tilt_word_(machine.tilt.word),
-        rotary_word_(machine.rotary.word) {}
+        rotary_word_(machine.rotary.word),
+        top_(machine.z.max) {}
 
   /// The blocks of a line, in order of execution (M3 before the move, M2 after it); none for blank, comment
   /// or purely modal lines. Errors: kInput with the word that is wrong: unknown letter or code, number
@@ -100,6 +109,7 @@ class GcodeReader {
  private:
   char tilt_, rotary_;
   RotaryWord tilt_word_ = RotaryWord::kAccumulate, rotary_word_ = RotaryWord::kAccumulate;
+  double top_ = 0.0;  ///< Z where the machine's own coordinates have 0: the end of its travel
   ModalState modal_;
   Fault fault_ = Fault::kNone;
   bool ended_ = false, relative_known_ = false;

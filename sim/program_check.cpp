@@ -20,6 +20,7 @@ bool same(const Block& a, const Block& b) {
   if (a.op == Op::kMCode) return a.m_code == b.m_code;
   if (a.op == Op::kFeed && a.inverse_time != b.inverse_time) return false;
   if (a.op != Op::kRapid && !near(a.feed, b.feed)) return false;
+  if (!a.placed) return true;  // from wherever the machine stood
   const Joints &p = a.target, &q = b.target;
   return near(p.x, q.x) && near(p.y, q.y) && near(p.z, q.z) && near(p.a, q.a) && near(p.c, q.c);
 }

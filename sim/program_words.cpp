@@ -33,11 +33,11 @@ struct Known {
   Group group;
 };
 constexpr Known kGCodes[] = {
-    {0, kMotion},         {10, kMotion},      {40, kNonModal},  {170, kPlane},       {210, kUnits},
-    {400, kCutterRadius}, {490, kToolLength}, {540, kOffset},   {550, kOffset},      {560, kOffset},
-    {570, kOffset},       {580, kOffset},     {590, kOffset},   {610, kPathControl}, {611, kPathControl},
-    {640, kPathControl},  {800, kMotion},     {900, kDistance}, {930, kFeedMode},    {940, kFeedMode},
-    {970, kSpindleMode}};
+    {0, kMotion},        {10, kMotion},        {40, kNonModal},    {530, kNonModal}, {170, kPlane},
+    {210, kUnits},       {400, kCutterRadius}, {490, kToolLength}, {540, kOffset},   {550, kOffset},
+    {560, kOffset},      {570, kOffset},       {580, kOffset},     {590, kOffset},   {610, kPathControl},
+    {611, kPathControl}, {640, kPathControl},  {800, kMotion},     {900, kDistance}, {930, kFeedMode},
+    {940, kFeedMode},    {970, kSpindleMode}};
 constexpr Known kMCodes[] = {{0, kStopping}, {1, kStopping}, {2, kStopping}, {30, kStopping},
                              {3, kSpindle},  {4, kSpindle},  {5, kSpindle},  {6, kToolChange},
                              {7, kCoolant},  {8, kCoolant},  {9, kCoolant}};

@@ -42,7 +42,8 @@ enum Group {
 };
 
 inline constexpr int kAbsent = -1;
-inline constexpr int kRelative = 910;  ///< G91
+inline constexpr int kRelative = 910;      ///< G91
+inline constexpr int kMachinePlace = 530;  ///< G53
 
 /// The words of one line. G codes are kept in tenths (G61.1 = 611).
 struct Words {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "sim/executed.h"
 #include "sim/forward.h"
@@ -44,8 +45,8 @@ void keep_larger(Extreme& kept, const Extreme& other) {
 
 class Verifier {
  public:
-  Verifier(const Job& job, const Mesh& part, const ToolPath& planned, const std::vector<TraceRow>& trace,
-           const VerifyOptions& options)
+  Verifier(const Job& job, const Mesh& part, const std::vector<Block>& program, const ToolPath& planned,
+           const std::vector<TraceRow>& trace, const VerifyOptions& options)
       : job_(job),
         mesh_(part),
         planned_(planned),
@@ -56,6 +57,15 @@ class Verifier {
         blocks_(executed_blocks(trace)),
         tool_(job.plan.cutter, {job.plan.allowance, job.plan.radial_stock, job.plan.axial_stock}),
         inner_(job.plan.cutter.radius()) {
+    // The program's way from an unknown place is not the path's; nor is that to and from its retract.
+    std::vector<bool> placed;
+    for (const Block& block : program) {
+      if (block.op != Op::kRapid && block.op != Op::kFeed) continue;
+      placed.push_back(block.placed), off_path_.push_back(block.off_path);
+    }
+    const auto before = std::min(std::count(placed.begin(), placed.end(), false), std::ssize(blocks_));
+    blocks_.erase(blocks_.begin(), blocks_.begin() + before);
+    off_path_.erase(off_path_.begin(), off_path_.begin() + std::min(before + 1, std::ssize(off_path_)));
     report_.tolerance = options.tolerance > 0.0 ? options.tolerance : job.plan.tolerance;
     report_.axis_tolerance = options.axis_tolerance;
     const double least = tool_.narrowest();
@@ -75,6 +85,7 @@ class Verifier {
   void measure_contact(const Pose& pose, const TracePlace& place, std::uint32_t& hint, Findings& found) const;
   void judge_start(const Pose& start);
   void collect_missed();
+  bool off_path(std::size_t block) const { return block < off_path_.size() && off_path_[block]; }
   TracePlace place_of(const Sampled& block, std::size_t i) const;
   std::uint32_t source_of(std::uint32_t facet) const {
     return facet < mesh_.source.size() ? mesh_.source[facet] : facet;
@@ -88,10 +99,12 @@ class Verifier {
   PartDistance part_;
   PathWalk walk_;
   std::vector<ExecutedBlock> blocks_;
+  std::vector<bool> off_path_;  ///< by block: it goes to or comes from the retract
   ToolSolid tool_;
   double inner_;  ///< height over the tip of a point inside the tool, mm
   Sampling sampling_;
   Pose at_;
+  std::uint32_t move_ = 0;  ///< planned move of the last pose on the path
   std::vector<std::uint64_t> drops_ = std::vector<std::uint64_t>(kDropBins + 1, 0);
   VerifyReport report_;
 };
@@ -117,11 +130,18 @@ void Verifier::sample(std::vector<Sampled>& batch) const {
 /// Walks along the planned path; notes each pose's move, the deviations and the lengths.
 void Verifier::follow(std::vector<Sampled>& batch) {
   for (Sampled& block : batch) {
-    block.moves.assign(block.poses.size(), 0);
+    block.moves.assign(block.poses.size(), move_);
+    const bool away = off_path(block.block),
+               back = block.block + 1 < blocks_.size() && !off_path(block.block + 1);
     const bool rapid = trace_[blocks_[block.block].to].command.op == Op::kRapid;
     for (std::size_t i = 0; i < block.poses.size(); ++i) {
+      if (away && !(back && i + 1 == block.poses.size())) {
+        report_.rapid_length += distance(at_.tip, block.poses[i].tip);
+        at_ = block.poses[i];
+        continue;
+      }
       const PathPlace at = walk_.step(block.poses[i]);
-      block.moves[i] = at.move;
+      block.moves[i] = move_ = at.move;
       const TracePlace place = place_of(block, i);
       keep_larger(rapid ? report_.rapid_deviation : report_.tip_deviation, {at.distance, place});
       if (!rapid) keep_larger(report_.axis_deviation, {Angle::from_radians(at.angle).degrees(), place});
@@ -189,7 +209,7 @@ Result<void> Verifier::run(const Progress& progress) {
   if (blocks_.empty())
     return fail(Code::kInput, "verify: the trace has no motion after its first block; was the program run?");
   at_ = forward_by_frames(job_.machine.model, job_.setup, trace_[blocks_.front().from].command.target);
-  walk_.step(at_);
+  if (!off_path(0)) walk_.step(at_);
   judge_start(at_);
   std::vector<Sampled> batch;
   for (std::size_t begin = 0; begin < blocks_.size(); begin += kBatchBlocks) {
@@ -253,7 +273,7 @@ Result<VerifyReport> verify(const Job& job, const Mesh& part, const std::vector<
                             const VerifyOptions& options, const Progress& progress) {
   if (planned.moves.empty())
     return fail(Code::kInput, "verify: the planned path has no points; plan the job again");
-  Verifier verifier(job, part, planned, trace, options);
+  Verifier verifier(job, part, program, planned, trace, options);
   if (auto done = verifier.run(progress); !done) return tl::unexpected(done.error());
   return verifier.report(program);
 }

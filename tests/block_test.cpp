@@ -12,6 +12,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <set>
 #include <sstream>
 
 #include "kinematics/decimal.h"
@@ -74,6 +75,7 @@ ReadBack read_back(const std::string& text, char tilt = 'A', char rotary = 'C') 
   std::string line;
   Joints at;
   bool rapid = true, inverse = false;
+  std::set<char> stated;
   while (std::getline(in, line)) {
     const auto trouble = [&](const std::string& what) {
       if (result.trouble.empty()) result.trouble = what + " in: " + line;
@@ -114,8 +116,14 @@ ReadBack read_back(const std::string& text, char tilt = 'A', char rotary = 'C') 
       if (!axes.empty()) trouble("axes beside modal words");
       continue;
     }
-    if (result.blocks.empty() && (axes.size() != 5 || !rapid))
-      trouble("first block is not a rapid of all axes");
+    if (stated.size() < 5) {
+      // From wherever the machine stands: rotaries, X Y, and at last Z; no more in one rapid.
+      std::string letters;
+      for (const auto& [letter, value] : axes) letters += letter;
+      const std::string want = stated.empty() ? std::string{tilt, rotary} : (stated.size() == 2 ? "XY" : "Z");
+      if (!rapid || letters != want) trouble("the way to the first block begins with " + letters);
+      for (const char letter : letters) stated.insert(letter);
+    }
     for (const auto& [letter, value] : axes) {
       if (letter == 'X')
         at.x = value;
@@ -130,6 +138,7 @@ ReadBack read_back(const std::string& text, char tilt = 'A', char rotary = 'C') 
       else if (letter != 'F')
         trouble("unknown letter");
     }
+    if (stated.size() < 5) continue;
     if (rapid == (axes.count('F') == 1)) trouble("F");
     if (!rapid && (!inverse || !(axes['F'] > 0))) trouble("feed block without G93 and F");
     result.blocks.push_back({at, rapid, rapid ? 0.0 : axes['F']});
@@ -177,7 +186,7 @@ TEST(Block, GoldenText) {
             "(TILTFEED part pin D6 L100.5)\n(TILTFEED machine test-ac)\n"
             "(TILTFEED tool length 100.5 mm is in the words, use G49)\n(TILTFEED part zero 20 -10 60 mm)\n"
             "(TILTFEED blocks 6 time 5 s)\nG21 G90 G17 G40 G49 G54\nS12000 M3\n"
-            "G0 X0 Y-12.5 Z100 A0 C-90\nX0.0001 Z50\nG93\nG1 Z10 F15\nX10 A30.25 C450.0625 F8571.4\n"
+            "G0 A0 C-90\nG0 X0 Y-12.5\nG0 Z100\nX0.0001 Z50\nG93\nG1 Z10 F15\nX10 A30.25 C450.0625 F8571.4\n"
             "C451 F100000\nG0 Z100\nG94\nM5\nM2\n");
   EXPECT_EQ(report.clamped_feeds, 1u);
 }

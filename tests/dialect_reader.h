@@ -31,6 +31,10 @@ struct SeenProgram {
 inline std::vector<std::pair<char, std::string>> seen_words(std::string line, bool heidenhain) {
   if (heidenhain) line = line.substr(std::min(line.find_first_not_of("0123456789"), line.size()));
   line = line.substr(0, line.find(';'));
+  for (std::size_t at; (at = line.find("=DC(")) != line.npos;) {
+    line.erase(line.find(')', at), 1);
+    line.erase(at, 4);
+  }
   std::vector<std::pair<char, std::string>> words;
   bool comment = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -59,20 +63,26 @@ inline SeenProgram seen_program(const std::string& text, bool heidenhain, char t
       if ((c < ' ' || c > '~') && c != '\r') trouble("not printable ASCII");
     const auto words = seen_words(line, heidenhain);
     std::map<char, std::string> stated;
-    bool elsewhere = line.find("SUPA") != line.npos || line.find("TOOL CALL") != line.npos ||
-                     line[0] == 'O' || line.find("CYCL") != line.npos || line.find("FG") != line.npos ||
-                     line[0] == '%' || line.find("PGM") != line.npos;
+    bool machine = line.find("SUPA") != line.npos;
+    bool elsewhere = machine || line.find("TOOL CALL") != line.npos || line[0] == 'O' ||
+                     line.find("CYCL") != line.npos || line.find("FG") != line.npos || line[0] == '%' ||
+                     line.find("PGM") != line.npos;
     for (const auto& [letter, number] : words) {
       if (letter == 'G') {
         const double code = std::atof(number.c_str());
         if (code == 0 || code == 1) rapid = code == 0;
-        elsewhere = elsewhere || code == 53 || code == 28 || code == 4;
+        machine = machine || code == 53 || code == 28;
+        elsewhere = elsewhere || machine || code == 4;
       }
-      elsewhere = elsewhere || (letter == 'M' && number == "91");
+      machine = machine || (letter == 'M' && number == "91");
+      elsewhere = elsewhere || machine;
       stated[letter] = number;
       const double value = std::atof(number.c_str());
       if (value == 0.0 && number.find('-') != number.npos) trouble("-0");
     }
+    // In machine coordinates: where that is in the part's, nobody says.
+    for (const auto& [letter, number] : stated)
+      if (machine) at.erase(letter);
     if (elsewhere) continue;
     if (heidenhain && line.find("FMAX") != line.npos) rapid = true;
     if (heidenhain && stated.contains('F')) rapid = false;

@@ -41,9 +41,9 @@ TEST(Dialect, ClampsCloseWhereTheirAxisStandsAndOpenBeforeItTurns) {
       codes += line + " ";
     else if (line.find_first_of("XBC") != line.npos)
       codes += ". ";
-  // Start; tilt stands in the first cut, rotary does not; tilt turns on the rapid; both stand in the last
-  // cut.
-  EXPECT_EQ(codes.substr(codes.find("M11")), "M11 M13 . M10 . . . M11 . M10 M12 . ");
+  // Start; the rotaries, then X Y, go to their first place; tilt stands in the first cut, rotary does not;
+  // tilt turns on the rapid; both stand in the last cut.
+  EXPECT_EQ(codes.substr(codes.find("M11")), "M11 M13 . . M10 . . . M11 . M10 M12 . ");
 }
 
 TEST(Dialect, LineNumbersLineEndsAndPercentAreTheProfiles) {

@@ -161,6 +161,8 @@ void expect_no_seams(const std::string& text) {
   int number = 0;
   for (std::string line, word; std::getline(lines, line);) {
     if (line.front() == '(') continue;
+    if (line.find(" G0 ") != std::string::npos)
+      said.erase('G');  // the way to the first block says it each time
     std::istringstream words(line);
     words >> word;
     ASSERT_EQ(word, "N" + std::to_string(++number));

@@ -92,7 +92,10 @@ TEST(MachineProfile, AnEndlessAxisHasNoLimits) {
                {"word: signed", RotaryWord::kSigned},
                {"word: signed, continuous: true", RotaryWord::kSigned}};
   for (const auto& c : cases) {
-    const Result<MachineProfile> profile = parse_changed("min_deg: -360, max_deg: 720", c.key);
+    const Result<MachineProfile> profile =
+        parse_machine(replaced(replaced(kGoodMachine, "min_deg: -360, max_deg: 720", c.key), "dialect: grbl",
+                               "dialect: fanuc"),
+                      kMachinePath);
     ASSERT_TRUE(profile.has_value()) << profile.error().message;
     EXPECT_EQ(profile->model.rotary.word, c.word);
     EXPECT_EQ(profile->model.rotary.max, std::numeric_limits<double>::infinity());

@@ -195,9 +195,30 @@ TEST(BlockReader, RefusesWhatItCannotExpress) {
         "G1X1F0",          "G4",    "G4P-1", "P1",      "G1U1F1", "G1B1F1", "M3M5", "M0M2", "#1=2",    "S-1",
         "G1X1F5000000000", "G1XNAN"})
     EXPECT_FALSE(convert({start, bad})) << bad;
-  const auto unstated = convert({"G0Z50"});
-  ASSERT_FALSE(unstated);
-  EXPECT_NE(unstated.error().message.find("X has no value yet"), std::string::npos);
+  for (const std::vector<std::string>& lines :
+       {std::vector<std::string>{"G1Z50F1"}, {"G0Z50", "G1Y2F1"}, {start, "G1Y2F1", "G53G1Z0"}}) {
+    const auto unstated = convert(lines);
+    ASSERT_FALSE(unstated);
+    EXPECT_NE(unstated.error().message.find("X has no value yet"), std::string::npos);
+  }
+  const auto lost = convert({start, "G53G0Z0", "G1X2F1"});
+  ASSERT_FALSE(lost);
+  EXPECT_NE(lost.error().message.find("Z has no value yet"), std::string::npos);
+}
+
+/// The way from an unknown place: each rapid leaves alone what the program has not said.
+TEST(BlockReader, RapidsKeepWhatIsNotSaid) {
+  const auto blocks = convert({"G53G0Z-1", "G0A4C5", "X1Y2", "Z3", "G1X2F10", "G53G0Z0", "G0C6", "Z9"});
+  ASSERT_TRUE(blocks) << blocks.error().message;
+  const std::vector<std::uint8_t> kept{0b11011, 0b00111, 0b00100, 0, 0, 0b11011, 0b00100, 0};
+  ASSERT_EQ(blocks->size(), kept.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    EXPECT_EQ((*blocks)[i].kept, kept[i]) << i;
+    EXPECT_EQ((*blocks)[i].machine, i == 0 || i == 5) << i;
+  }
+  EXPECT_EQ((*blocks)[0].z, -1.0);
+  EXPECT_EQ((*blocks)[3].x, 1.0);
+  EXPECT_EQ((*blocks)[3].rotary, 5.0);
 }
 
 TEST(ParseLink, ReadsTheThreeForms) {

@@ -76,6 +76,9 @@ make_paths "$work"
 programs=0
 for profile in "$root"/config/machines/*.yaml; do
   machine=$(basename "$profile" .yaml)
+  # LinuxCNC has no shorter way: its WRAPPED_ROTARY is signed.
+  sed -e 's/word: shortest /word: signed /' -e 's/dialect: heidenhain/dialect: rs274/' "$profile" > "$work/$machine.profile"
+  profile=$work/$machine.profile
   sed -e "s#^machine:.*#machine: $profile#" "$root/config/jobs/sphere.yaml" > "$work/$machine.yaml"
   "$bin/tiltfeed" check "$work/$machine.yaml" > "$work/$machine.txt"
   for path in "$work"/*.cls; do

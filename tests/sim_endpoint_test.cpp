@@ -221,7 +221,7 @@ class SimTcp : public ::testing::Test {
 };
 
 const std::string kReadIdentity = "\x03" + be16(0) + be16(3);
-const std::string kIdentity = "\x03\x06" + words({0x5446, 1, 7});
+const std::string kIdentity = "\x03\x06" + words({0x5446, 1, 15});
 
 TEST_F(SimTcp, ServesClientsOneAfterTheOther) {
   for (int i = 0; i < 3; ++i) {

@@ -95,7 +95,7 @@ TEST(ModbusMap, CrcIsTheIeeeOne) {
 TEST_F(Modbus, IdentityAndAddresses) {
   Words identity(16);
   ASSERT_EQ(controller.read(0x0000, identity), Access::kOk);
-  EXPECT_EQ(identity, (Words{0x5446, 1, 7, 8, 16, 7, 31, 4, 4, 77, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(identity, (Words{0x5446, 1, 15, 8, 16, 7, 31, 4, 4, 77, 0, 0, 0, 0, 0, 0}));
   const auto read = [&](std::uint16_t at, std::size_t n) {
     Words words(n);
     return controller.read(at, words);
@@ -119,6 +119,32 @@ TEST_F(Modbus, IdentityAndAddresses) {
   EXPECT_EQ(controller.write(0x0100, Words(117)), Access::kIllegalValue);
   EXPECT_EQ(controller.write(0x0180, Words(6)), Access::kIllegalValue);
   EXPECT_EQ(controller.write(0x0240, Words(2)), Access::kIllegalValue);
+}
+
+/// Axes of a rapid that stay where they are, and the place of Z in machine coordinates.
+TEST_F(Modbus, KeptAxesStayAndMachineCoordinatesCountFromTheTop) {
+  Words retract(16), turn(16), place(16);
+  retract[1] = 1 | 1 << 14 | 0b11011 << 9;
+  put(retract, 8, static_cast<std::uint32_t>(-10000));  // Z 1 mm below the top
+  turn[1] = 1 | 0b00111 << 9;
+  put(turn, 10, 50000), put(turn, 12, 70000);  // A 5 C 7
+  put(turn, 4, 990000);                        // an X that means nothing
+  place[1] = 1 | 0b11100 << 9;
+  put(place, 4, 20000), put(place, 6, 30000);  // X 2 Y 3
+  command(Command::kOpen);
+  send(window(5, 1, {retract, turn, place}));
+  controller.advance(100.0);
+  ASSERT_EQ(rows.size(), 3U);
+  const double top = rows[0].command.target.z;
+  EXPECT_GT(top, 1.0);
+  EXPECT_EQ(rows[0].command.target, (Joints{0, 0, top, 0, 0}));
+  EXPECT_EQ(rows[1].command.target, (Joints{0, 0, top, 5, 7}));
+  EXPECT_EQ(rows[2].command.target, (Joints{2, 3, top, 5, 7}));
+  Words feeds = retract;
+  feeds[1] = 2 | 1 << 14;
+  put(feeds, 14, 1000);
+  send(window(5, 4, {feeds}));
+  EXPECT_EQ(nack(), Nack::kBadBlock) << "machine coordinates are for rapids";
 }
 
 TEST_F(Modbus, ExecutesBlocksOfEveryKind) {

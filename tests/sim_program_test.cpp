@@ -66,6 +66,28 @@ TEST(SimProgram, FillsInModalValues) {
   EXPECT_EQ(blocks[8].m_code, 2);
 }
 
+/// G53: Z from the top of its travel. Until X, Y and Z are stated the machine comes from anywhere.
+TEST(SimProgram, MachineCoordinatesAndTheWayToTheFirstBlock) {
+  MachineModel machine;
+  machine.z.max = 300;
+  machine.tilt.letter = 'A', machine.rotary.letter = 'C';
+  std::istringstream in("G53 G0 Z-1\nG0 A4 C5\nX1 Y2\nZ3\nG1 X4 F10\nG53 G0 Z0\nA0\nZ9\nM2\n");
+  const auto blocks = read_program(in, "x.nc", GcodeReader(machine));
+  ASSERT_TRUE(blocks) << blocks.error().message;
+  const std::vector<Joints> targets{{0, 0, 299, 0, 0}, {0, 0, 299, 4, 5}, {1, 2, 299, 4, 5}, {1, 2, 3, 4, 5},
+                                    {4, 2, 3, 4, 5},   {4, 2, 300, 4, 5}, {4, 2, 300, 0, 5}, {4, 2, 9, 0, 5}};
+  ASSERT_EQ(blocks->size(), targets.size() + 1);
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    EXPECT_EQ((*blocks)[i].target, targets[i]) << i;
+    EXPECT_EQ((*blocks)[i].placed, i >= 2) << i;
+    EXPECT_EQ((*blocks)[i].off_path, i != 4) << i;
+  }
+  for (const char* bad : {"G53 G0 X1", "G53 G0 Z1 Y1", "G53 G1 Z1 F1", "G53"}) {
+    GcodeReader reader(machine);
+    EXPECT_FALSE(reader.read_line(bad)) << bad;
+  }
+}
+
 TEST(SimProgram, ExactStopIsModal) {
   const std::vector<Block> blocks =
       read_all("G1 X1 F100\nG61 X2\nX3\nG64 X4\nG61.1\nG0 X5\nG64 P0.01 X6\nM2\n");
