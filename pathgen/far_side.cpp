@@ -14,6 +14,8 @@ namespace {
 
 /// A cone is checked as this many cylinders, each as wide as the cone's piece at its top.
 constexpr int kStepsPerCone = 8;
+/// Cosine between a tool and the axis of the column that its reference is in; less: that column is another's.
+constexpr double kOwnColumn = 1.0 - 1e-9;
 
 }  // namespace
 
@@ -81,19 +83,37 @@ std::uint64_t FarSide::trim(std::vector<std::vector<Pass>>& lines, const ReportS
   return count;
 }
 
+Point<Part> FarSide::reference_of(const Pose& pose) const { return pose.tip + pose.axis * reference_height_; }
+
+bool FarSide::is_astray(const Pose& pose) const {
+  return map_.frame().mode == AxisMode::kCircle &&
+         dot(map_.axis_at(reference_of(pose)), pose.axis) < kOwnColumn;
+}
+
+/// All of the tool, of whose place nothing is known.
+bool FarSide::stands_in_part(const Pose& pose) {
+  return std::any_of(tool_.begin(), tool_.end(), [&](Cylinder& c) {
+    if (!c.clearance) c.clearance = std::make_unique<Clearance>(mesh_, c.radius);
+    const Point<Part> start = reference_of(pose) + pose.axis * c.from;
+    return c.clearance->touches(start) || c.clearance->blocked(start, pose.axis, c.to - c.from);
+  });
+}
+
 bool FarSide::travel_clear(const Pose& from, const Pose& to) {
-  const auto reference_of = [&](const Pose& pose) { return pose.tip + pose.axis * reference_height_; };
   const auto column_of = [&](const Pose& pose) {
     return map_.column_length(map_.flatten(reference_of(pose)));
   };
-  if (column_of(from) >= reach_ && column_of(to) >= reach_) return true;
+  // The clearance surface of a circle runs on past the axis of Theta, into columns that it does not clear.
+  const bool strays = is_astray(from) || is_astray(to);
+  if (!strays && column_of(from) >= reach_ && column_of(to) >= reach_) return true;
   // No point of the tool's axis moves more than a quarter of its radius between two checks.
   const double way = std::max(distance(from.tip, to.tip),
                               distance(from.tip + from.axis * reach_, to.tip + to.axis * reach_));
   const double steps = std::max(1.0, std::ceil(4.0 * way / thinnest_));
   for (double k = 1.0; k <= steps; ++k) {
     const Pose pose{lerp(from.tip, to.tip, k / steps), slerp(from.axis, to.axis, k / steps)};
-    if (blocked(reference_of(pose), pose.axis, column_of(pose), 0.0)) return false;
+    if (strays ? stands_in_part(pose) : blocked(reference_of(pose), pose.axis, column_of(pose), 0.0))
+      return false;
   }
   return true;
 }

@@ -34,6 +34,9 @@ class FarSide {
     double from = 0.0, to = 0.0, radius = 0.0;
     std::unique_ptr<Clearance> clearance;  ///< made when first needed
   };
+  Point<Part> reference_of(const Pose& pose) const;
+  bool is_astray(const Pose& pose) const;
+  bool stands_in_part(const Pose& pose);
   bool blocked(Point<Part> reference, Vec3 axis, double column, double travel);
 
   const Mesh& mesh_;

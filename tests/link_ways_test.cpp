@@ -109,6 +109,24 @@ TEST(Travel, GoesRoundWhatTheFarSideBlocks) {
   }
 }
 
+TEST(Travel, MindsThePartBeyondTheRingsAxis) {
+  // Higher than the ring is wide, the clearance surface of one side's inside runs through the other side.
+  const AxisFrame frame{AxisMode::kCircle, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 13.5};
+  Shop shop(whole(frame, 6.0), frame, 3.0, 6.0);
+  const Deformation& map = shop.field->deformation;
+  shop.links.clearance_z = 20.0;
+  shop.far_side = std::make_unique<FarSide>(shop.part.mesh, map, shop.options, shop.links.clearance_z);
+  const double deg = map.scale_y() * kPi / 180.0;
+  const Point<Flat> from{0, 120 * deg, 20.0};
+  Linked linked;
+  linked.moves.push_back({shop.travel().pose(from), MoveKind::kRapid});
+  std::vector<Pose> poses;
+  ASSERT_EQ(shop.travel().find(from, {0, -120 * deg, 0}, poses), Travel::Way::kFound);
+  for (const Pose& pose : poses) linked.moves.push_back({pose, MoveKind::kRapid});
+  const Measured m = proof(shop, linked);
+  EXPECT_LE(m.rapid_overlap, kTolerance) << pasteable(m.rapid_at);
+}
+
 TEST(Tilt, LeastCosineIsThatOfTheGreatCircle) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
