@@ -28,7 +28,7 @@ struct PatchHull {
   std::array<Point<Part>, 3> foot;
   int feet = 0;
   NormalCap normals;
-  std::array<Vec3, 2> support;  ///< all normals lie between these, if there are any
+  std::array<Vec3, 3> support;  ///< all normals lie between these, if there are any
   int supports = 0;
   bool is_vertex = false;
   double near = 0.0, far = 0.0;

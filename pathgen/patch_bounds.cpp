@@ -39,7 +39,9 @@ PatchHull ClSections::hull(std::uint32_t patch) const {
   } else if ((patch -= static_cast<std::uint32_t>(faces_.size())) < edges_.size()) {
     const Edge& e = edges_[patch];
     h.foot[h.feet++] = e.start, h.foot[h.feet++] = e.start + e.along * e.length;
-    for (const double q : {e.from, e.to}) h.support[h.supports++] = e.p * std::cos(q) + e.w * std::sin(q);
+    // The ends of half a turn, as on a rim, do not tell what lies between them.
+    for (const double q : {e.from, 0.5 * (e.from + e.to), e.to})
+      h.support[h.supports++] = e.p * std::cos(q) + e.w * std::sin(q);
     h.far = radius_ + sagitta_, h.middle = lerp(h.foot[0], h.foot[1], 0.5), spread = e.length / 2.0;
   } else {
     h.foot[h.feet++] = h.middle = vertices_[patch - edges_.size()].at;

@@ -83,6 +83,21 @@ TEST(FreeSlices, AHollowCornerIsCutShort) {
   expect_contact(part, options(1, {{0, 0, 1}}, 1), found);
 }
 
+/// Round each rim the normals make half a turn, and the sheet goes on in the plane of both their ends.
+TEST(FreeSlices, ANotchInALevelSheetIsCutShort) {
+  soup::Soup sheet;
+  const auto tile = [&](double x, double y) {
+    soup::add_quad(sheet, {x, y, 0}, {x + 5, y, 0}, {x + 5, y + 5, 0}, {x, y + 5, 0});
+  };
+  tile(0, 0), tile(5, 0), tile(0, 5);
+  const CheckedMesh part = soup::check(sheet);
+  ASSERT_EQ(part.sides, Sides::kBoth);
+  for (const Vec3 n : {Vec3{0, 0, 1}, normalized(Vec3{1, 0.2, 0.1}), normalized(Vec3{-0.4, -0.3, 0.8})}) {
+    const PlanOptions o = options(2.4, {n}, 0.7);
+    expect_contact(part, o, slices(part, o));
+  }
+}
+
 TEST(FreeSlices, ACavityIsSlicedToo) {
   const CheckedMesh part = soup::check(soup::cube(0, 40) + soup::reversed(soup::cube(10, 30)));
   const auto found = slices(part, options(6, {{0, 0, 1}}, 5));
