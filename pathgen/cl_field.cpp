@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "pathgen/exposure.h"
+#include "pathgen/inside_solid.h"
 #include "pathgen/side_step.h"
 #include "pathgen/stages.h"
 
@@ -20,6 +21,10 @@ constexpr double kSmallestCellShare = 0.25;
 constexpr std::size_t kFacetsPerBlock = 4096;
 /// Of the work: until the cells are made, and until it is known whether facets show their inside.
 constexpr double kCellsShare = 0.4, kLookShare = 0.6;
+
+/// Of the facets that show their inside, so many are asked why, at this share of the way to their corners.
+constexpr std::size_t kFacetsAsked = 16;
+constexpr double kBeside = 0.8;
 
 tl::unexpected<Error> nothing_faces() {
   return fail(Code::kUnreachable,
@@ -57,8 +62,23 @@ double mean_rho(const Mesh& mesh, Sides sides, double offset, const AxisFrame& f
   return weight > 0.0 ? sum / weight : 0.0;
 }
 
-Result<std::unique_ptr<const ClField>> field_of(const Mesh& mesh, Sides sides, const PlanOptions& options,
-                                                const ReportShare& report) {
+/// Does the point, line or circle lie in the material above one of these facets?
+bool feature_in_material(const Mesh& mesh, const Deformation& map, const std::vector<std::uint32_t>& facets) {
+  const std::size_t stride = 1 + facets.size() / kFacetsAsked;
+  for (std::size_t i = 0; i < facets.size(); i += stride)
+    for (const std::uint32_t corner : mesh.facets[facets[i]]) {
+      const auto& [a, b, c] = mesh.facets[facets[i]];
+      const Point<Part> centre =
+          lerp(lerp(mesh.vertices[a], mesh.vertices[b], 0.5), mesh.vertices[c], 1.0 / 3.0);
+      const Point<Flat> flat = map.flatten(lerp(centre, mesh.vertices[corner], kBeside));
+      const std::optional<Point<Part>> end = map.column_end(flat.x, flat.y);
+      if (end && winding_number(mesh, *end) > 0.5) return true;
+    }
+  return false;
+}
+
+Result<std::unique_ptr<ClField>> field_of(const Mesh& mesh, Sides sides, const PlanOptions& options,
+                                          const ReportShare& report) {
   std::vector<ToolPiece> pieces{tool_pieces(options).front()};
   const double scale = mean_rho(mesh, sides, pieces[0].corner, options.axis);
   if (scale <= 0.0) return nothing_faces();
@@ -69,7 +89,7 @@ Result<std::unique_ptr<const ClField>> field_of(const Mesh& mesh, Sides sides, c
   if (cells.cells.empty()) return nothing_faces();
   FlatIndex index(std::move(cells), deformation);
   const FlatBounds bounds = index.bounds();
-  return std::make_unique<const ClField>(ClField{std::move(surface), deformation, std::move(index), bounds});
+  return std::make_unique<ClField>(ClField{std::move(surface), deformation, std::move(index), bounds});
 }
 
 }  // namespace
@@ -90,11 +110,15 @@ Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const
   if (looking && !looking(1.0)) return cancelled();
   if (backs.empty()) return field;
   const Point<Part> place = part.mesh.vertices[part.mesh.facets[backs.front()][0]];
+  const bool inward = options.axis.mode != AxisMode::kFixed && options.axis.sense == Sense::kInward;
+  auto both = field_of(part.mesh, Sides::kBoth, options, again);
+  if (both) (*both)->starts_inside = inward;
+  if (inward && feature_in_material(part.mesh, (*field)->deformation, backs)) return both;
   warnings.push_back(std::to_string(backs.size()) + " facets show the tool their inside, first facet " +
                      std::to_string(part.mesh.source[backs.front()]) + " at " + to_string(place) +
                      ": shells cross or fold there; both sides of every facet count as surface, and the tool "
                      "keeps off both");
-  return field_of(part.mesh, Sides::kBoth, options, again);
+  return both;
 }
 
 }  // namespace tiltfeed

@@ -20,6 +20,8 @@ struct ClField {
   Deformation deformation;
   FlatIndex index;
   FlatBounds bounds;  ///< of what the cutting part can reach
+  /// The part is closed, and inside work may start in its material: (E1), leave_material().
+  bool starts_inside = false;
 };
 
 /// Offsets the part by the cutting part of the tool and deforms it for one axis field. Where facets show the

@@ -10,6 +10,7 @@
 #include "pathgen/free_plan.h"
 #include "pathgen/guards.h"
 #include "pathgen/indexed.h"
+#include "pathgen/inside_solid.h"
 #include "pathgen/linking.h"
 #include "pathgen/option_checks.h"
 #include "pathgen/pass_trim.h"
@@ -108,10 +109,13 @@ class Planner {
   /// The passes of the pattern, without what may not be cut, thinned. Where shank or holder matter, `field`
   /// becomes that with their patches.
   Result<void> find_passes(std::unique_ptr<const ClField>& field) {
+    const bool starts_inside = field->starts_inside;
     auto passes = trace("passes", *field);
     if (!passes) return tl::unexpected(passes.error());
     if (tool_pieces(options_).size() > 1)
       if (auto done = heed_guards(field, passes); !done) return done;
+    if (starts_inside)
+      if (auto done = leave_material(part_.mesh, *passes, report_); !done) return done;
     passes_ = std::move(passes->rows);
     as_given_ = passes->as_given;
     report_.slice_points = passes->traced;

@@ -10,6 +10,9 @@
 #include <vector>
 
 #include "pathgen/cells.h"
+#include "pathgen/plan.h"
+#include "tests/cut_passes.h"
+#include "tests/soup.h"
 
 namespace tiltfeed {
 namespace {
@@ -116,6 +119,43 @@ TEST(Exposure, IsFoundAmongVeryMany) {
     }
   EXPECT_GT(2 * plates.size(), 400'000U);
   EXPECT_EQ(exposed(mesh_of(plates)), expected);
+}
+
+using soup::operator+;
+
+CheckedMesh hollow_cube() { return soup::check(soup::cube(0, 40) + soup::reversed(soup::cube(10, 30))); }
+
+/// From the wall the cavity is behind facets that show their inside: the wall would be cut from inside.
+TEST(InsideSolid, ThePointMayNotLieInTheMaterial) {
+  PlanOptions o = options_with({AxisMode::kPoint, Sense::kInward, {5, 20, 20}, {1, 0, 0}, {0, 0, 1}, 0.0});
+  o.cutter = {2.0, 100.0, 3.0}, o.links.clearance = 0.5, o.links.approach = 0.5;
+  const auto planned = plan(hollow_cube(), o, {});
+  ASSERT_FALSE(planned);
+  EXPECT_EQ(planned.error().code, Code::kUnreachable);
+  EXPECT_NE(planned.error().message.find("lies in the material"), std::string::npos)
+      << planned.error().message;
+}
+
+/// A line through a cavity and through the walls at its ends: what it sees from the walls is left out.
+TEST(InsideSolid, OfALinePartlyInTheMaterialTheRestIsCut) {
+  PlanOptions o = options_with({AxisMode::kLine, Sense::kInward, {0, 20, 20}, {1, 0, 0}, {0, 0, 1}, 0.0});
+  o.cutter = {4.0, 100.0, 6.0};
+  o.links.clearance = 2.0;
+  const auto planned = plan(hollow_cube(), o, {});
+  ASSERT_TRUE(planned) << planned.error().message;
+  EXPECT_TRUE(
+      std::any_of(planned->report.warnings.begin(), planned->report.warnings.end(),
+                  [](const std::string& w) { return w.find("lies in the material") != std::string::npos; }));
+  std::size_t cuts = 0;
+  for (const Move& move : planned->path.moves) {
+    if (move.kind != MoveKind::kCut) continue;
+    ++cuts;
+    for (const double at : {move.pose.tip.x, move.pose.tip.y, move.pose.tip.z}) {
+      EXPECT_GE(at, 10.0 - o.tolerance);
+      EXPECT_LE(at, 30.0 + o.tolerance);
+    }
+  }
+  EXPECT_GT(cuts, 50u);
 }
 
 }  // namespace

@@ -1,0 +1,50 @@
+#include "pathgen/inside_solid.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "kinematics/units.h"
+
+namespace tiltfeed {
+
+double winding_number(const Mesh& mesh, Point<Part> p) {
+  double sum = 0.0;
+  for (const auto& f : mesh.facets) {
+    const Vec3 a = mesh.vertices[f[0]] - p, b = mesh.vertices[f[1]] - p, c = mesh.vertices[f[2]] - p;
+    const double la = length(a), lb = length(b), lc = length(c);
+    sum += 2.0 *
+           std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
+  }
+  return sum / (4.0 * kPi);
+}
+
+Result<void> leave_material(const Mesh& mesh, Passes& passes, PlanReport& report) {
+  std::atomic<std::uint64_t> dropped{0};
+  tbb::parallel_for(std::size_t{0}, passes.rows.size(), [&](std::size_t i) {
+    std::erase_if(passes.rows[i], [&](const Pass& pass) {
+      if (winding_number(mesh, pass[pass.size() / 2].centre) < 0.5) return false;
+      dropped += pass.size();
+      return true;
+    });
+  });
+  if (dropped == 0) return {};
+  std::uint64_t left = 0;
+  passes.top = -std::numeric_limits<double>::infinity();
+  for (const std::vector<Pass>& row : passes.rows)
+    for (const Pass& pass : row)
+      for (const EnvelopePoint& p : pass) ++left, passes.top = std::max(passes.top, p.flat.z);
+  const std::string why =
+      "the axis point, line or circle lies in the material, and inside work starts from it: move "
+      "axis.origin_mm to where the tool's shank shall be, or turn axis.sense";
+  if (left == 0) return fail(Code::kUnreachable, why);
+  report.warnings.push_back(std::to_string(dropped) + " of " + std::to_string(dropped + left) +
+                            " points left out: there " + why);
+  return {};
+}
+
+}  // namespace tiltfeed
