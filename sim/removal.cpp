@@ -106,7 +106,7 @@ void Remover::cut(Batch& batch, std::size_t task) {
       const bool may_cut = !rapid && piece.body.part == ToolPart::kCutter;
       const Cut cut = dexels.cut(stripe, piece.body, !may_cut);
       share_out(cut.removed, out.removed.data() + (piece.first_move - batch.begin), piece.moves);
-      if (may_cut || cut.deepest <= rub) continue;
+      if (may_cut || cut.deepest <= rub || !options_.stock_known) continue;
       out.hits.push_back({rapid ? TroubleKind::kRapidStock : TroubleKind::kStockHit, piece.body.part,
                           piece.first_move, cut.deepest, kNoFacet, cut.place});
     }
@@ -170,6 +170,8 @@ Result<Removal> Remover::run(const Progress& progress) {
   result.bytes = stock_.bytes() + probes_.bytes() + path_.moves.size() * sizeof(ExecutedMove);
   timeline_.finish(result);
   measure_excess(probes_, stand_.contact(), options_, path_, result, hits_);
+  if (options_.rest_limit >= 0.0)
+    result.rest = find_rest(job_, probes_, options_.rest_limit, options_.threads);
   for (const MoveHit& hit : hits_) take_worst(hit);
   result.worst = worst_;
   if (gouge_.depth > 0.0) result.gouge = gather(path_, {gouge_}).front();

@@ -11,6 +11,7 @@
 #include "kinematics/result.h"
 #include "sim/executed_path.h"
 #include "sim/probes.h"
+#include "sim/rest.h"
 #include "sim/stock.h"
 
 namespace tiltfeed::sim {
@@ -89,6 +90,7 @@ struct Removal {
   double area = 0.0, touched_area = 0.0;  ///< mm^2
   std::array<double, 7> excess{};         ///< percentiles kPercentiles of the material left there, mm
   double deepest = 0.0;                   ///< least of it: below 0 a gouge, mm
+  Rest rest;                              ///< with RemovalOptions::rest_limit
   std::vector<float> patch_low, patch_high, patch_mean;  ///< by patch, mm; mean NaN: never touched
   double cell = 0.0;
   std::size_t bytes = 0;
@@ -96,8 +98,10 @@ struct Removal {
 inline constexpr std::array<double, 7> kPercentiles{1, 5, 25, 50, 75, 95, 99};
 
 struct RemovalOptions {
-  double tolerance = 0.01;  ///< depth that counts as trouble, mm
-  int threads = 2;          ///< the result is the same for any number
+  double tolerance = 0.01;   ///< depth that counts as trouble, mm
+  bool stock_known = true;   ///< what touches an unknown stock is no trouble
+  double rest_limit = -1.0;  ///< find_rest() with it, mm; below 0: not
+  int threads = 2;           ///< the result is the same for any number
 };
 
 /// Cuts `stock` by the path. Errors: kCancelled.

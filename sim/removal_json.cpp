@@ -150,10 +150,31 @@ void put_excess(Json& json, const Removal& r) {
 
 }  // namespace
 
+namespace {
+
+/// What the tool reaches and the program leaves.
+void put_rest(Json& json, const Rest& rest, const RemovalVerdict& verdict) {
+  json.open("rest", '{');
+  json.put("incomplete", !verdict.rest.empty());
+  json.put("area_mm2", rest.area, 3);
+  json.put("out_of_reach_mm2", rest.out_of_reach, 3);
+  json.put("limit_mm", rest.limit);
+  if (rest.facet != kNoFacet) {
+    json.put("most_left_mm", rest.left);
+    json.put("never_cut", rest.never_cut);
+    json.put("facet", static_cast<std::uint64_t>(rest.facet));
+    json.put("x_mm", rest.place.x), json.put("y_mm", rest.place.y), json.put("z_mm", rest.place.z);
+  }
+  json.close();
+}
+
+}  // namespace
+
 std::string to_json(const RemovalContext& context, const Removal& r, const RemovalVerdict& verdict) {
   Json json;
   json.open(nullptr, '{');
   json.put("passed", verdict.passed());
+  json.put("verdict", verdict.passed() ? "passed" : verdict.incomplete() ? "incomplete" : "failed");
   json.open("failures", '[');
   for (const std::string& failure : verdict.failures) json.put(nullptr, failure);
   json.close();
@@ -161,12 +182,14 @@ std::string to_json(const RemovalContext& context, const Removal& r, const Remov
   json.put("machine", context.job.machine.model.name);
   json.put("source", context.source);
   json.put("stock", to_string(context.stock));
+  if (!context.stock_from.empty()) json.put("stock_from", context.stock_from);
   json.put("resolution_mm", r.cell);
   json.put("tolerance_mm", verdict.tolerance);
   json.put("gouge_mm", verdict.gouge);
   if (r.gouge.depth > 0.0) put_trouble(json, "deepest_gouge", r.gouge);
   json.put("rapid_overlap_mm", r.worst[static_cast<int>(TroubleKind::kRapidPart)]);
   json.put("excess_limit_mm", verdict.excess_limit);
+  put_rest(json, r.rest, verdict);
   put_excess(json, r);
   json.put("blocks", r.blocks);
   json.put("machining_seconds", r.seconds, 3);

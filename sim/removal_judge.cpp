@@ -6,16 +6,26 @@
 namespace tiltfeed::sim {
 namespace {
 
-/// What two neighbouring passes must leave between them on a plane, and four times that for curvature and
-/// slopes, mm.
+/// What two neighbouring passes must leave between them on a plane, and for curvature and slopes twice that
+/// where the side step is measured on the part, four times where it is flat, mm.
 double scallop(const PlanOptions& plan) {
   if (plan.pattern.scallop > 0.0) return plan.pattern.scallop;
-  const double radius = plan.cutter.radius(), half = 0.5 * plan.pattern.side_step;
+  const Pattern& pattern = plan.pattern;
+  // Layers of roughing leave terraces.
+  if (pattern.kind == PatternKind::kRough) return pattern.step_down;
+  const bool levels = pattern.kind == PatternKind::kZLevel || pattern.kind == PatternKind::kSplit;
+  const double radius = plan.cutter.radius(),
+               half = 0.5 * std::max(pattern.side_step, levels ? pattern.step_down : 0.0);
   if (half >= radius) return radius;
-  return 4.0 * (radius - std::sqrt(radius * radius - half * half));
+  const double times = pattern.measure == StepMeasure::kSurface ? 2.0 : 4.0;
+  return times * (radius - std::sqrt(radius * radius - half * half));
 }
 
 }  // namespace
+
+double rest_limit(const PlanOptions& plan) {
+  return plan.allowance + plan.radial_stock + plan.axial_stock + plan.tolerance + scallop(plan);
+}
 
 std::string trouble_text(const Trouble& t) {
   std::string line = text("%s %.4f mm deep, block %llu, line %u, at (%.3f, %.3f, %.3f)",
@@ -30,8 +40,7 @@ RemovalVerdict judge(const Removal& r, const RemovalContext& context) {
   RemovalVerdict verdict;
   verdict.tolerance = plan.tolerance;
   verdict.gouge = std::max(r.worst[static_cast<int>(TroubleKind::kGouge)], 0.0);
-  verdict.excess_limit =
-      plan.allowance + plan.radial_stock + plan.axial_stock + plan.tolerance + scallop(plan);
+  verdict.excess_limit = rest_limit(plan);
   std::array<int, 4> count{};
   for (const Trouble& t : r.troubles) ++count[static_cast<int>(t.kind)];
   std::array<bool, 4> told{};
@@ -65,6 +74,13 @@ RemovalVerdict judge(const Removal& r, const RemovalContext& context) {
     verdict.failures.push_back(text("the program has %llu blocks that move an axis, its header states %llu",
                                     static_cast<unsigned long long>(r.blocks + 1),
                                     static_cast<unsigned long long>(*context.header.blocks)));
+  const Rest& rest = r.rest;
+  if (rest.area > kLeastRest * (r.touched_area + rest.area))
+    verdict.rest = text(
+        "%.1f mm2 of the part that the tool reaches are left with more than %.4f mm; worst: %s, facet %u, at "
+        "(%.3f, %.3f, %.3f)",
+        rest.area, rest.limit, rest.never_cut ? "never cut" : text("%.4f mm left", rest.left).c_str(),
+        rest.facet, rest.place.x, rest.place.y, rest.place.z);
   return verdict;
 }
 

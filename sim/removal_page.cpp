@@ -13,7 +13,7 @@ constexpr const char* kStyle = R"(
 :root{color-scheme:light}body{margin:0;background:#f3f4f6;color:#1c232b;font:15px/1.5 system-ui,'DejaVu Sans',sans-serif}
 main{max-width:1120px;margin:0 auto;padding:24px}h1{font-size:26px;margin:0}h2{font-size:18px;margin:34px 0 10px}
 .verdict{display:inline-block;padding:3px 14px;border-radius:4px;color:#fff;font-weight:700;letter-spacing:.06em;margin-left:14px;vertical-align:3px;font-size:16px}
-.good{background:#1d7a3e}.bad{background:#b3132b}.sub{color:#55606c;margin:4px 0 0}
+.good{background:#1d7a3e}.bad{background:#b3132b}.part{background:#b36b00}.sub{color:#55606c;margin:4px 0 0}
 .cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(190px,1fr));gap:10px;margin-top:18px}
 .card{background:#fff;border:1px solid #d9dde2;border-radius:6px;padding:10px 14px}.card b{display:block;font-size:21px;font-variant-numeric:tabular-nums}.card span{color:#55606c;font-size:13px}
 table{border-collapse:collapse;width:100%;background:#fff;border:1px solid #d9dde2;font-variant-numeric:tabular-nums}
@@ -72,13 +72,18 @@ std::string head(const PageParts& p) {
   const Job& job = p.context.job;
   const bool good = p.verdict.passed();
   std::string html =
-      "<h1>" + escaped(job.plan.name) + "<span class='verdict " + (good ? "good'>PASSED" : "bad'>FAILED") +
+      "<h1>" + escaped(job.plan.name) + "<span class='verdict " +
+      (good                     ? "good'>PASSED"
+       : p.verdict.incomplete() ? "part'>INCOMPLETE"
+                                : "bad'>FAILED") +
       "</span></h1>\n<p class='sub'>" + escaped(p.context.source) + " on machine " +
-      escaped(job.machine.model.name) + ", stock " + escaped(to_string(p.context.stock)) +
+      escaped(job.machine.model.name) + ", stock " +
+      escaped(to_string(p.context.stock) + p.context.stock_from) +
       text(", resolution %.4g mm, tolerance %.4g mm</p>\n", p.removal.cell, p.verdict.tolerance);
   if (good) return html;
   html += "<ul class='bad-list'>";
   for (const std::string& failure : p.verdict.failures) html += "<li>" + escaped(failure) + "</li>\n";
+  if (!p.verdict.rest.empty()) html += "<li>" + escaped(p.verdict.rest) + "</li>\n";
   return html + "</ul>\n";
 }
 
@@ -173,8 +178,8 @@ std::string removal_page(const PageParts& p) {
   std::string html =
       "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
       "<meta name='viewport' content='width=device-width,initial-scale=1'><title>";
-  html += escaped(p.context.job.plan.name) + (p.verdict.passed() ? ": passed" : ": FAILED") +
-          "</title><style>" + kStyle + "</style></head><body><main>\n";
+  html += escaped(p.context.job.plan.name) + ": " + p.verdict.word() + "</title><style>" + kStyle +
+          "</style></head><body><main>\n";
   html += head(p) + cards(p) + places_html(p);
   html +=
       "<h2>What is left on the part</h2>\n" +

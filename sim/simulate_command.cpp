@@ -29,7 +29,7 @@
 namespace tiltfeed::sim {
 namespace {
 
-constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
+constexpr int kDone = 0, kFailed = 1, kWrongUse = 2, kIncomplete = 3;
 // A line of a program is hardly shorter: a header that states more blocks is wrong.
 constexpr std::uint64_t kBytesPerBlock = 8;
 constexpr double kFinest = 1e-3, kCoarsest = 50.0;
@@ -77,6 +77,13 @@ double default_cell(const Job& job, const CheckedMesh& part) {
   const double cell = std::max(job.plan.cutter.diameter / kCellsPerDiameter,
                                std::max({size.x, size.y, size.z}) / kCellsPerSide);
   return std::ceil(cell * 100.0) / 100.0;
+}
+
+/// Why the stock is what nobody said that it is.
+std::string stock_from(const RemovalOptions& options) {
+  return options.stock_known
+             ? ", taken from the job's approach_mm and pattern; --stock says another"
+             : ", taken as the part is open: what touches it is not judged; --stock gives one";
 }
 
 /// The one file that says the moves.
@@ -169,13 +176,18 @@ Surface read_surface(const Job& job, std::optional<double> resolution) {
   return surface;
 }
 
-void print(const RemovalVerdict& verdict, const Removal& r) {
-  std::printf("%s\n", verdict.passed() ? "passed" : "FAILED");
+void print(const RemovalContext& context, const RemovalVerdict& verdict, const Removal& r) {
+  std::printf("%s\n", verdict.word());
   for (const std::string& failure : verdict.failures) std::printf("  %s\n", failure.c_str());
+  if (!verdict.rest.empty()) std::printf("  %s\n", verdict.rest.c_str());
+  std::printf("  stock                  %s%s\n", to_string(context.stock).c_str(),
+              context.stock_from.c_str());
   std::printf("  largest gouge          %.4f mm (tolerance %.4g mm)\n", verdict.gouge, verdict.tolerance);
   if (r.gouge.depth > 0.0) std::printf("    there                %s\n", trouble_text(r.gouge).c_str());
   std::printf("  left on %.0f of %.0f mm2  median %.4f, 95 %% %.4f, 99 %% %.4f mm\n", r.touched_area, r.area,
               r.excess[3], r.excess[5], r.excess[6]);
+  std::printf("  over the limit         %.0f mm2 in the tool's reach, %.0f mm2 out of it (limit %.4f mm)\n",
+              r.rest.area, r.rest.out_of_reach, r.rest.limit);
   std::printf("  removed                %.1f of %.1f mm3\n", r.stock_volume - r.left_volume, r.stock_volume);
   std::printf("  machining time         %.1f s, rapids %.1f s, air %.1f %% of the feed moves\n", r.seconds,
               r.rapid_seconds, r.feed_seconds > 0.0 ? 100.0 * r.air_seconds / r.feed_seconds : 0.0);
@@ -216,7 +228,7 @@ int simulate_command(const SimulateOptions& options) {
   auto shape = options.stock.empty() ? Result<StockShape>(default_stock(*job)) : parse_stock(options.stock);
   if (!shape) return report(shape.error());
   RemovalOptions removal;
-  removal.tolerance = job->plan.tolerance;
+  removal.tolerance = job->plan.tolerance, removal.rest_limit = rest_limit(job->plan);
   removal.threads = options.threads > 0 ? options.threads
                                         : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   Surface surface;
@@ -233,9 +245,10 @@ int simulate_command(const SimulateOptions& options) {
   const CheckedMesh* part = &surface.part;
   const double cell = surface.cell;
   if (options.stock.empty() && shape->kind == StockKind::kOffset && part->sides != Sides::kOutward)
-    shape = StockShape{StockKind::kBox, shape->margin, {}};
+    shape = StockShape{StockKind::kBox, shape->margin, {}}, removal.stock_known = false;
   const Moves moves = moves_of(options);
-  const RemovalContext context{*job, *part, *shape, moves.name, header, moves.kind};
+  const RemovalContext context{
+      *job, *part, *shape, moves.name, header, moves.kind, options.stock.empty() ? stock_from(removal) : ""};
   line.show("stock", 0.0);
   std::vector<int> axes{0, 1, 2};
   if (options.bundles == 1) axes = {main_direction(*path, job->machine.model, job->setup)};
@@ -257,7 +270,7 @@ int simulate_command(const SimulateOptions& options) {
   const RemovalVerdict verdict = judge(*result, context);
   const double cut = since(begun);
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_IGN);  // the rest is quick, and whole
-  print(verdict, *result);
+  print(context, verdict, *result);
   if (!options.out.empty()) {
     line.show("report", 0.0);
     if (auto written =
@@ -266,7 +279,7 @@ int simulate_command(const SimulateOptions& options) {
       return report(written.error());
   }
   print_cost(begun, read, cut);
-  return verdict.passed() ? kDone : kFailed;
+  return verdict.passed() ? kDone : verdict.incomplete() ? kIncomplete : kFailed;
 }
 
 }  // namespace tiltfeed::sim

@@ -132,6 +132,15 @@ for delay in 0.2 1 3; do
   absent "$work/e/"
 done
 
+# A program that leaves what the job's tool reaches: nothing is wrong, and it is not complete.
+expect 0 'facets' "$bin/tiltfeed-sim" part sphere --out "$work/ball.stl"
+sed -e "s#stl:.*#stl: $work/ball.stl#" -e "s#^machine:.*#machine: $root/config/machines/generic-ac.yaml#" \
+  "$root/config/jobs/sphere.yaml" > "$work/more.yaml"
+sed 's/tilt_max_deg:.*/tilt_max_deg: 40/' "$work/more.yaml" > "$work/less.yaml"
+expect 0 'blocks' "$bin/tiltfeed" plan "$work/less.yaml" --out "$work/less.nc"
+expect 0 'stock  *offset:.*taken' "$bin/tiltfeed" verify "$work/less.yaml" "$work/less.nc" --resolution 1
+expect 3 'never cut, facet' "$bin/tiltfeed" verify "$work/more.yaml" "$work/less.nc" --resolution 1
+
 # CL text of another CAM system to a program and back; nothing is written unless the whole is valid.
 readonly machine=$root/config/machines/generic-ac.yaml foreign=$root/tests/golden/foreign.cls
 expect 0 'heidenhain_iso' "$bin/tiltfeed" post --list-dialects
