@@ -14,8 +14,8 @@ constexpr std::uint32_t kEmptyMark = 0x544A5230;   // "TJR0"
 constexpr std::size_t kNumberAt = 12;
 /// A file of this size is replaced by its newest record: 10 million blocks stay within it.
 constexpr std::uint64_t kMaxRecords = (8u << 20) / kRecordBytes;
-/// Slots of a new file; a full one grows to twice as many, so that this is rare.
-constexpr std::uint64_t kFirstSlots = 64;
+/// Slots of a new file; a full one grows to twice as many, by no more than are written from little memory.
+constexpr std::uint64_t kFirstSlots = 64, kMostSlotsAtOnce = 1024;
 
 /// Little-endian fields, one after the other.
 class Writer {
@@ -199,7 +199,7 @@ Result<void> Journal::start_with(const RunRecord& record) {
 /// So that an empty slot stands behind the next record.
 Result<void> Journal::make_room() {
   if (content_.records + 1 < slots_) return {};
-  const std::uint64_t more = slots_ * 2;
+  const std::uint64_t more = slots_ + std::min(slots_, kMostSlotsAtOnce);
   const std::string bytes = empty_slots(slots_, more);
   const std::ptrdiff_t written = disk_.write(slots_ * kRecordBytes, bytes);
   if (written != static_cast<std::ptrdiff_t>(bytes.size())) return broken("made larger", written);
