@@ -32,6 +32,8 @@ class JobDesk {
   Result<void> reload(const ServiceConfig& config);
 
   bool busy() const { return runner_->busy(); }
+  /// The run on the machine has come to its end; the next tick takes it.
+  bool run_ended() const { return runner_->busy() && runner_->view().ended.has_value(); }
   /// The streaming loop turns, and says so itself.
   bool streaming() const { return runner_->busy() && runner_->streaming(); }
   /// Hold, and let go of the wire when the machine stands (a link that can prove it), else stop.

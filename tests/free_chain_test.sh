@@ -31,7 +31,7 @@ grep -q 'setup.tilt_max_deg' "$work/plan.log" || die "the warning does not name 
 "$bin/tiltfeed-sim" --pty "$work/machine" --job "$work/job.yaml" --trace "$work/trace.csv" --speed max --once \
   >"$work/sim.log" 2>&1 &
 sim=$!
-for ((tries = 0; tries < 100; ++tries)); do
+for ((tries = 0; tries < 1000; ++tries)); do
   grep -q '^ready on' "$work/sim.log" && break
   sleep 0.1
 done

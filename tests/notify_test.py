@@ -6,6 +6,7 @@ job's progress, RELOADING and READY on SIGHUP, STOPPING on SIGTERM.
 notify_test.py BIN_FOLDER WORK_FOLDER
 """
 
+import os
 import re
 import signal
 import socket
@@ -18,6 +19,30 @@ from service_run import Run
 WATCHDOG_S = 2.0  # what systemd would grant; the unit has 10 s
 LONG = 1_500_000  # blocks: reading them takes longer than that
 SHORT = 1200  # blocks of 10 ms
+
+
+class Lateness:
+    """How late this machine wakes somebody who wants to sleep, and how long its disk takes: a busy one is late with
+    everything."""
+
+    def __init__(self, folder):
+        self.most = 0.0
+        self.folder = folder
+        for act in (lambda: None, self.write):
+            threading.Thread(target=self.watch, args=(act,), daemon=True).start()
+
+    def write(self):
+        with open(f"{self.folder}/lateness", "w", encoding="ascii") as out:
+            out.write("late?")
+            out.flush()
+            os.fsync(out.fileno())
+
+    def watch(self, act):
+        while True:
+            before = time.monotonic()
+            act()
+            time.sleep(0.02)
+            self.most = max(self.most, time.monotonic() - before - 0.02)
 
 
 class Heard:
@@ -83,10 +108,10 @@ def reload(run, heard):
 
 
 def leave(run, heard):
-    run.until("the short job is not done", lambda: run.show(1, "state") == "done", 120)
-    run.until("the long program is not ready", lambda: run.show(2, "state") == "ready", 120)
+    run.until("the short job is not done", lambda: run.show(1, "state") == "done")
+    run.until("the long program is not ready", lambda: run.show(2, "state") == "ready")
     run.tiltfeed("start", "2")
-    run.until("the long job does not run", lambda: int(run.show(2, "executed") or 0) > 100, 120)
+    run.until("the long job does not run", lambda: int(run.show(2, "executed") or 0) > 100)
     since = time.monotonic()
     run.service.send_signal(signal.SIGTERM)
     run.until("no STOPPING", lambda: heard.values("STOPPING", since) == ["1"])
@@ -94,11 +119,14 @@ def leave(run, heard):
         run.fail(f"SIGTERM ended the service with {run.service.returncode}")
 
 
-def judge(run, heard, began):
+def judge(run, heard, began, late):
     beats = [began] + [at for at, text in heard.said if "WATCHDOG=1" in text.split("\n")]
-    longest, span = max(after - before for before, after in zip(beats, beats[1:])), beats[-1] - began
-    print(f"{len(beats) - 1} WATCHDOG in {span:.1f} s, at most {longest:.2f} s apart of {WATCHDOG_S} granted")
-    if longest >= WATCHDOG_S:
+    longest, at = max((after - before, before) for before, after in zip(beats, beats[1:]))
+    span = beats[-1] - began
+    print(f"{len(beats) - 1} WATCHDOG in {span:.1f} s, at most {longest:.2f} s apart of {WATCHDOG_S} granted; the machine "
+          f"was {late:.2f} s late")
+    if longest >= WATCHDOG_S + 2 * late:
+        run.notes = [note for note in heard.said if at - 1 < note[0] < at + longest + 1][-12:]
         run.fail("systemd would have killed the service")
     if span / (len(beats) - 1) < WATCHDOG_S / 10:
         run.fail("WATCHDOG far more often than asked for")
@@ -106,6 +134,7 @@ def judge(run, heard, began):
 
 def main():
     run = Run(sys.argv[1], sys.argv[2])
+    late = Lateness(run.work)
     heard = Heard(f"{run.work}/notify", run.notes)
     program(f"{run.work}/long.nc", LONG, 60000)
     program(f"{run.work}/short.nc", SHORT, 6000)
@@ -120,7 +149,7 @@ def main():
         progress(run, heard)
         reload(run, heard)
         leave(run, heard)
-        judge(run, heard, began)
+        judge(run, heard, began, late.most)
     finally:
         run.end()
     print("notify: all as expected")

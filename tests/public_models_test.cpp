@@ -18,8 +18,6 @@ namespace {
 
 const std::string kModels = SOURCE_DIR "/../shared/models/";
 
-/// Not a measure of speed: only a hang reaches it.
-constexpr double kMaxSeconds = 120.0;
 constexpr long kMaxResidentKib = 1 << 20;
 
 /// Brute force with ordered maps, sharing nothing with the mesh code.
@@ -85,7 +83,6 @@ void expect_answer(const std::string& path, const models::Model& model) {
   const Result<Stl> stl = read_stl(path, model.unit_mm);
   Result<CheckedMesh> mesh = stl ? check_mesh(*stl) : tl::unexpected(stl.error());
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  EXPECT_LT(seconds, kMaxSeconds);
 
   ASSERT_EQ(!mesh, model.refused) << (mesh ? "accepted" : mesh.error().message);
   if (!mesh) {

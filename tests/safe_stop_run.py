@@ -50,9 +50,14 @@ class Shop(Run):
 
     def status(self, device):
         """State, position, spindle speed."""
-        reports = re.findall(r"<([^|>]*)\|MPos:([^|>]*)[^>]*\|FS:[^,>]*,(\d+)[^>]*>", self.bytes_of(device, b"?", 0.4))
-        if not reports:
-            self.fail("the machine does not answer ?")
+        reports = []
+
+        def answered():
+            said = self.bytes_of(device, b"?", 0.4)
+            reports.extend(re.findall(r"<([^|>]*)\|MPos:([^|>]*)[^>]*\|FS:[^,>]*,(\d+)[^>]*>", said))
+            return reports
+
+        self.until("the machine does not answer ?", answered)
         state, place, spindle = reports[-1]
         return state, [float(x) for x in place.split(",")], int(spindle)
 
@@ -80,6 +85,13 @@ class Shop(Run):
     def machine_ends(self, machine):
         machine.send_signal(signal.SIGTERM)
         machine.wait()
+
+
+def stands(shop):
+    """Nothing was executed for a second."""
+    count = len(shop.rows())
+    time.sleep(1.0)
+    return len(shop.rows()) == count
 
 
 def between(at, a, b):
@@ -136,7 +148,7 @@ def grbl(shop):
         shop.want(shop.tiltfeed("resume", str(job), "--from", entered, "--yes")[0] == 0, "the operator cannot re-enter")
         shop.until("the re-entered job is not done", lambda: shop.show(job + 1, "state") == "done", 120)
         rest = lambda: [axes(r) for r in shop.rows()[len(cut):] if r["op"] == "inverse"]
-        shop.until("the rest of the program was not cut", lambda: rest() == [target(i) for i in range(FROM, BLOCKS)], 10)
+        shop.until("the rest of the program was not cut", lambda: rest() == [target(i) for i in range(FROM, BLOCKS)])
         shop.kill(signal.SIGTERM)
 
     # An orderly end: the service has held the machine itself.
@@ -170,7 +182,7 @@ def reprap(shop):
     before = len(shop.rows())
     status, said = shop.safe_stop(KILLED)
     shop.want(status == 0 and "turned off" in said, "not stopped")
-    shop.until("M5 and M9 are not in the trace", lambda: [r["op"] for r in shop.rows()[-2:]] == ["M5", "M9"], 5)
+    shop.until("M5 and M9 are not in the trace", lambda: [r["op"] for r in shop.rows()[-2:]] == ["M5", "M9"])
     shop.want(before < len(shop.rows()) < before + SLOW_BLOCKS, "more was cut than the firmware had")
     shop.serve_ready()
     shop.want(shop.show(job, "state") == "uncertain", "after the restart the job is not uncertain")
@@ -199,7 +211,7 @@ def modbus(shop):
     other = int(shop.tiltfeed("submit", f"{shop.work}/program.nc")[1])
     shop.until("the program is not ready", lambda: shop.show(other, "note") == "checked")
     shop.tiltfeed("start", str(other))
-    shop.until("the profile's ring addresses are not used", lambda: "register map" in (shop.show(other, "note") or ""), 10)
+    shop.until("the profile's ring addresses are not used", lambda: "register map" in (shop.show(other, "note") or ""))
     shop.kill(signal.SIGTERM)
     shop.profile(0)
 
@@ -208,10 +220,8 @@ def modbus(shop):
     shop.kill()
     status, said = shop.safe_stop(KILLED)
     shop.want(status == 0 and "watchdog" in said, "the controller's watchdog is not named")
-    time.sleep(2.0)
-    held = len(shop.rows())
-    time.sleep(1.0)
-    shop.want(len(shop.rows()) == held, "the controller's watchdog does not hold")
+    shop.until("the controller's watchdog does not hold", lambda: stands(shop))
+    shop.want(len(shop.rows()) < BLOCKS, "it stands at the program's end only")
     shop.serve_ready()
     shop.want(shop.show(job, "state") == "interrupted", "the ring's proof is lost")
 

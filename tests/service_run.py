@@ -57,7 +57,7 @@ class Run:
         with open(f"{self.work}/{name}", encoding="utf-8", errors="replace") as file:
             return file.read()
 
-    def until(self, what, condition, seconds=60.0):
+    def until(self, what, condition, seconds=300.0):
         end = time.monotonic() + seconds
         while not condition():
             if time.monotonic() > end:

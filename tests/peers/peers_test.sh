@@ -28,6 +28,9 @@ background() {
   started+=("$peer")
 }
 
+# listening PORT: somebody does.
+listening() { grep -q ":$(printf %04X "$1") 00000000:0000 0A" /proc/net/tcp; }
+
 # wire: a pair of pseudo-terminals, $work/host and $work/machine, tied together by socat; pid in $cable.
 wire() {
   rm -f "$work/host" "$work/machine"
@@ -45,7 +48,7 @@ ring() {
   shift 2
   background "$work/ring.log" $python "$here/ring_peer.py" --trace "$work/trace" "$@"
   until_true 100 "$name: pymodbus does not come up" grep -q ready "$work/ring.log"
-  sleep 0.3
+  if [[ $link == modbus-tcp:* ]]; then until_true 100 "$name: nobody listens" listening "${link##*:}"; else sleep 0.3; fi
   timeout 120 "$bin/tiltfeed" send "$work/program.nc" --link "$link" >"$work/send.log" 2>&1 || die "$name: the run failed"
   wait "$peer" || die "$name: the peer failed"
   same "$work/blocks" "$work/trace" "$name"
@@ -72,8 +75,7 @@ drive() {
   local name=$1 port=$2 expected=$3 status=0
   shift 3
   background "$work/drive.log" $python "$here/drive_peer.py" --tcp "$port" --trace "$work/trace" "$@"
-  until_true 100 "$name: pymodbus does not come up" grep -q ready "$work/drive.log"
-  sleep 0.3
+  until_true 100 "$name: nobody listens" listening "$port"
   timeout 120 "$bin/tiltfeed" send "$work/drive.nc" --link "drive-tcp:127.0.0.1:$port" >"$work/send.log" 2>&1 || status=$?
   ((status == expected)) || die "$name: send ended with $status"
   kill "$peer"
