@@ -29,11 +29,11 @@ struct Operation {
   const JointPath* words = nullptr;
   Setup setup;
   ToolData tool;
-  int tool_number = 0;      ///< 0: no tool change
-  int length_register = 0;  ///< 0: that of the tool's number
+  int tool_number = 0;  ///< 0: no tool change
   Feed cut_feed, plunge_feed;
   std::vector<FeedChange> feeds;  ///< as in ToolPath
   std::vector<PathEvent> events;  ///< by rising move; `move` counts as JointMove::move
+  int length_register = 0;        ///< 0: that of the tool's number
 };
 
 /// A whole program.

@@ -6,6 +6,8 @@
 namespace tiltfeed {
 namespace {
 
+constexpr double kWholeCode = 1e-6;
+
 bool is_letter(char c) { return c >= 'A' && c <= 'Z'; }
 bool starts_number(char c) { return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.'; }
 
@@ -40,6 +42,9 @@ std::optional<std::string> split_words(std::string_view text, LineWords& words) 
     const auto size = static_cast<std::size_t>(end - text.data());
     if ((letter == 'G' || letter == 'M' || letter == 'T') && !(value >= 0.0 && value < kLargestNumber))
       return std::string(1, letter) + ": no code and no tool has this number";
+    const double code = letter == 'G' ? value * 10.0 : value;
+    if ((letter == 'G' || letter == 'M') && std::abs(code - std::round(code)) > kWholeCode)
+      return std::string(1, letter) + std::string(text.substr(0, size)) + " is no code";
     if (letter == 'G') words.g.push_back(static_cast<int>(std::lround(value * 10.0)));
     if (letter == 'M') words.m.push_back(static_cast<int>(std::lround(value)));
     if (letter != 'G' && letter != 'M') {

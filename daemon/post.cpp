@@ -101,8 +101,8 @@ Result<Posted> post(const AptProgram& program, const std::string& name, const Ma
       *path = words_under_tcp(*path, machine.model, setup,
                               {format.linear_decimals, options.axis_tolerance / 2.0});
     out.words.push_back(std::make_unique<JointPath>(std::move(*path)));
-    out.posting.operations.push_back({out.words.back().get(), setup, op.path.tool, tool, op.length_register,
-                                      op.path.cut_feed, op.path.plunge_feed, op.path.feeds, op.events});
+    out.posting.operations.push_back({out.words.back().get(), setup, op.path.tool, tool, op.path.cut_feed,
+                                      op.path.plunge_feed, op.path.feeds, op.events, op.length_register});
   }
   out.timing = time_blocks(all, machine.model, options.tolerance, options.axis_tolerance);
   return out;

@@ -12,6 +12,7 @@
 #include "daemon/output_file.h"
 #include "daemon/plan_report.h"
 #include "daemon/post.h"
+#include "daemon/program_rules.h"
 #include "daemon/unpost.h"
 #include "kinematics/apt_vocabulary.h"
 
@@ -125,10 +126,7 @@ int PostCommands::Options::run_unpost() const {
   if (!profile) return report(profile.error());
   auto in = opened(input);
   if (!in) return report(in.error());
-  const MachineModel& model = profile->model;
-  const auto text = read_program_text(
-      *in, input,
-      {profile->format.dialect, model.tilt.letter, model.rotary.letter, model.tilt.word, model.rotary.word});
+  const auto text = read_program_text(*in, input, text_language(*profile));
   if (!text) return report(text.error());
   UnpostOptions options;
   if (tolerance > 0.0) options.tolerance = tolerance;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "daemon/line_words.h"
+#include "daemon/program_rules.h"
 #include "kinematics/decimal.h"
 
 namespace tiltfeed {
@@ -21,6 +22,7 @@ class Reader {
     facts_.operations.emplace_back();
   }
   Result<void> read(std::string line);
+  Result<void> too_long() const;
   bool ended() const { return ended_; }
   Result<ProgramTextFacts> finish();
 
@@ -29,6 +31,7 @@ class Reader {
   tl::unexpected<Error> wrong(const std::string& what) const {
     return fail(Code::kInput, name_ + ":" + std::to_string(line_) + ": " + what);
   }
+  Result<void> room(std::size_t bytes);
   void comment(std::string_view text);
   Mistake strip(std::string& line);
   bool dialogue(const std::string& line, Mistake& mistake);
@@ -53,9 +56,12 @@ class Reader {
   ProgramTextFacts facts_;
   std::uint32_t line_ = 0;
   bool ended_ = false, changing_ = false, rapid_ = true, motion_known_ = false, inverse_ = false,
-       tcp_ = false, incremental_ = false, compensated_ = false, shorter_ = false;
+       tcp_ = false, incremental_ = false, compensated_ = false, shorter_ = false, moved_ = false;
   double feed_ = 0.0, speed_ = 0.0, spindle_ = 0.0, coolant_ = 0.0;
   int turn_ = 0;  ///< spindle: 3, 4, or 0
+  int offset_ = 0;
+  std::uint64_t bytes_ = 0;
+  std::size_t blocks_ = 0, last_blocks_ = 0;
   Joints at_;
   std::array<bool, 5> known_{};
 };
@@ -125,7 +131,10 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
       is("Q339") || is("CYCL DEF 9.0") || is("G247") || is("PLANE RESET") || is("CYCL DEF 10.0 ROTATION") ||
       line == "CYCL DEF 10.1 ROT+0" || line == "G73 G90 H+0")
     return true;
-  if (line.size() > 1 && line[0] == 'O' && line[1] >= '0' && line[1] <= '9') return true;
+  const bool numbered = language_.dialect == Dialect::kFanuc || language_.dialect == Dialect::kHaas;
+  if (numbered && line.size() > 1 && line[0] == 'O' &&
+      line.find_first_not_of("0123456789", 1) == std::string::npos)
+    return true;
   if (is("CYCL DEF 9.1 DWELL ")) {
     double seconds = 0.0;
     if (!(std::istringstream(line.substr(19)) >> seconds)) mistake = "the dwell has no time";
@@ -263,11 +272,19 @@ Mistake Reader::motion(const LineWords& words) {
   if (!whole) return "a feed move before all five axis words were stated";
   if (!rapid && inverse_ && !words.has('F')) return "no F: in inverse time every feed move needs one";
   if (!rapid && !(feed_ > 0.0)) return "a feed move without F";
+  moved_ = true;
   operation().blocks.push_back({at_, rapid, tcp_, !rapid && inverse_, rapid ? 0.0 : feed_, line_});
   return std::nullopt;
 }
 
 Mistake Reader::codes(const LineWords& words) {
+  if (auto bad = misread(words, language_, incremental_)) return bad;
+  for (const int code : words.g) {
+    const bool offset = (code >= 540 && code <= 590) || code == 5050 || code == 5060;
+    if (!offset || code == std::exchange(offset_, code)) continue;
+    if (moved_) return "another work offset behind the first move is not understood";
+  }
+  if (words.has_g(800)) motion_known_ = false;
   for (const int code : words.g)
     if (auto bad = one_code(code)) return bad;
   for (const std::string& name : words.names) {
@@ -294,8 +311,24 @@ Mistake Reader::apply(const LineWords& words) {
   return motion(words);
 }
 
+/// The limits of what is held in memory.
+Result<void> Reader::room(std::size_t bytes) {
+  bytes_ += bytes + 1;
+  const TextOperation& op = facts_.operations.back();
+  if (op.blocks.size() != last_blocks_) ++blocks_;
+  last_blocks_ = op.blocks.size();
+  if (bytes_ <= kMostTextBytes && blocks_ <= kMostTextBlocks && op.events.size() <= kMostTextEvents &&
+      facts_.operations.size() <= kMostTextTools)
+    return {};
+  return fail(Code::kLimit,
+              name_ + ":" + std::to_string(line_) +
+                  ": the program is too long to be read at once (1000000 blocks, 200 MB, 200000 "
+                  "events, 10000 tools); divide it");
+}
+
 Result<void> Reader::read(std::string line) {
   ++line_;
+  if (auto fits = room(line.size()); !fits) return fits;
   if (auto bad = strip(line)) return wrong(*bad);
   if (line.empty()) return {};
   Mistake mistake;
@@ -304,6 +337,11 @@ Result<void> Reader::read(std::string line) {
   if (auto bad = split_words(line, words)) return wrong(*bad);
   if (auto bad = apply(words)) return wrong(*bad);
   return {};
+}
+
+Result<void> Reader::too_long() const {
+  return fail(Code::kInput, name_ + ":" + std::to_string(line_ + 1) + ": the line is longer than " +
+                                std::to_string(kLongestTextLine) + " bytes");
 }
 
 Result<ProgramTextFacts> Reader::finish() {
@@ -317,8 +355,12 @@ Result<ProgramTextFacts> Reader::finish() {
 Result<ProgramTextFacts> read_program_text(std::istream& in, const std::string& name,
                                            const TextLanguage& language) {
   Reader reader(name, language);
-  for (std::string line; !reader.ended() && std::getline(in, line);)
-    if (auto read = reader.read(line); !read) return tl::unexpected(read.error());
+  for (std::string line; !reader.ended();) {
+    const LineRead got = read_bounded_line(in, line, kLongestTextLine);
+    if (got == LineRead::kEnd) break;
+    const auto read = got == LineRead::kLine ? reader.read(line) : reader.too_long();
+    if (!read) return tl::unexpected(read.error());
+  }
   if (in.bad()) return fail(Code::kIo, name + ": cannot be read");
   return reader.finish();
 }

@@ -48,12 +48,14 @@ struct TextLanguage {
   Dialect dialect = Dialect::kRs274;
   char tilt = 'A', rotary = 'C';
   RotaryWord tilt_word = RotaryWord::kAccumulate, rotary_word = RotaryWord::kAccumulate;
+  std::vector<int> own_codes = {};  ///< M codes of the machine's own lines
 };
 
 /// Reads to the program's end. Moves in machine coordinates (G53, G28, SUPA, M91) leave the place unknown
 /// until it is stated again; blocks begin where all five words are known. Errors: kInput as name:line:
-/// inches, arcs, cycles, incremental words, words that are not known, a feed move without F or before all
-/// words are known, no block.
+/// inches, arcs, cycles, incremental words, words that are not known or that would be misread
+/// (program_rules.h), another work offset behind the first block, a feed move without F or before all words
+/// are known, no block; kLimit: more than the limits there.
 Result<ProgramTextFacts> read_program_text(std::istream& in, const std::string& name,
                                            const TextLanguage& language);
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "daemon/program_rules.h"
 #include "kinematics/tcp_path.h"
 
 namespace tiltfeed {
@@ -29,12 +30,15 @@ class Unposter {
            const UnpostOptions& options)
       : text_(text), machine_(machine), setup_(setup), options_(options) {}
 
-  AptOperation run();
+  /// Errors: a word beyond its axis's travel; more points than kMostTextPoints.
+  Result<AptOperation> run(std::size_t points);
 
  private:
   Pose pose(const Joints& words, bool tcp) const {
     return tcp ? pose_under_tcp(machine_.model, setup_, words) : forward(machine_.model, setup_, words);
   }
+  std::optional<std::string> beyond(const TextBlock& block) const;
+  tl::unexpected<Error> too_many(std::uint32_t line) const;
   void cut(const TextBlock& from, const TextBlock& to, double f0, const Pose& p0, double f1, const Pose& p1,
            int halvings);
   void put(const Pose& pose, const TextBlock& block);
@@ -44,6 +48,7 @@ class Unposter {
   const MachineProfile& machine_;
   const Setup& setup_;
   const UnpostOptions& options_;
+  std::size_t most_ = 0;  ///< points
   AptOperation out_;
 };
 
@@ -55,6 +60,7 @@ void Unposter::put(const Pose& pose, const TextBlock& block) {
 /// Points from f0 (already there) to f1 of a block.
 void Unposter::cut(const TextBlock& from, const TextBlock& to, double f0, const Pose& p0, double f1,
                    const Pose& p1, int halvings) {
+  if (out_.path.moves.size() > most_) return;
   double tip = 0.0, axis = 0.0;
   for (const double s : kSamples) {
     const Pose real = pose(between(from.words, to.words, f0 + s * (f1 - f0)), to.tcp);
@@ -86,7 +92,22 @@ double Unposter::tip_feed(const TextBlock& from, const TextBlock& to, double way
   return measured > 0.0 ? to.feed * way / measured : 0.0;
 }
 
-AptOperation Unposter::run() {
+/// The travel that a block breaks, if any: under TCP that of the words which the control makes of the tip.
+std::optional<std::string> Unposter::beyond(const TextBlock& block) const {
+  if (!block.tcp) return broken_limit(machine_.model, block.words);
+  const Pose at = pose(block.words, true);
+  return broken_limit(machine_.model,
+                      solve_linear(machine_.model, setup_, at.tip, block.words.a, block.words.c));
+}
+
+tl::unexpected<Error> Unposter::too_many(std::uint32_t line) const {
+  return fail(Code::kLimit, "line " + std::to_string(line) + ": the tool path has more than " +
+                                std::to_string(kMostTextPoints) +
+                                " points; divide the program, or allow a coarser tolerance");
+}
+
+Result<AptOperation> Unposter::run(std::size_t points) {
+  most_ = points;
   ToolPath& path = out_.path;
   out_.tool_number = text_.tool_number;
   out_.length_register = text_.length_register;
@@ -98,6 +119,9 @@ AptOperation Unposter::run() {
       out_.events.back().move = path.moves.size();
     }
     const TextBlock& block = text_.blocks[i];
+    if (const auto broken = beyond(block))
+      return fail(Code::kInput, "line " + std::to_string(block.line) + ": " + *broken);
+    if (path.moves.size() > most_) return too_many(block.line);
     const Pose end = pose(block.words, block.tcp);
     if (i == 0 || block.tcp != text_.blocks[i - 1].tcp) {
       put(end, block);
@@ -119,6 +143,7 @@ AptOperation Unposter::run() {
     if (path.feeds.empty())
       path.feeds.push_back({static_cast<std::uint32_t>(first), Feed::from_mm_per_min(1.0)});
   }
+  if (path.moves.size() > most_) return too_many(text_.blocks.back().line);
   for (; event != text_.events.end(); ++event) {
     out_.events.push_back(*event);
     out_.events.back().move = path.moves.size();
@@ -143,6 +168,7 @@ Rotation fixture_of(Vec3 degrees) {
 Result<AptProgram> unpost(const ProgramTextFacts& program, const MachineProfile& machine,
                           const UnpostOptions& options) {
   AptProgram out;
+  std::size_t points = 0;
   out.name = program.name;
   out.notes = program.notes;
   std::optional<Vec3> zero = options.part_zero, turned = options.fixture_deg;
@@ -157,7 +183,11 @@ Result<AptProgram> unpost(const ProgramTextFacts& program, const MachineProfile&
     if (!length)
       return fail(Code::kInput, "the program does not state the tool's length; state it: --tool-length L");
     const Setup setup{*zero, fixture_of(turned.value_or(Vec3{})), *length};
-    out.operations.push_back(Unposter(op, machine, setup, options).run());
+    auto made =
+        Unposter(op, machine, setup, options).run(kMostTextPoints - std::min(points, kMostTextPoints));
+    if (!made) return tl::unexpected(made.error());
+    points += made->path.moves.size();
+    out.operations.push_back(std::move(*made));
     out.operations.back().path.name = program.name;
   }
   return out;

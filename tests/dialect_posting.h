@@ -10,6 +10,7 @@
 
 #include "daemon/block.h"
 #include "daemon/dialect.h"
+#include "daemon/program_rules.h"
 #include "daemon/program_text.h"
 
 namespace tiltfeed {
@@ -72,9 +73,6 @@ inline std::string text_of(const Posting& posting) {
   return out.str();
 }
 
-inline TextLanguage language_of(const MachineProfile& profile) {
-  return {profile.format.dialect, profile.model.tilt.letter, profile.model.rotary.letter,
-          profile.model.tilt.word, profile.model.rotary.word};
-}
+inline TextLanguage language_of(const MachineProfile& profile) { return text_language(profile); }
 
 }  // namespace tiltfeed
