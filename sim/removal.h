@@ -77,7 +77,7 @@ struct Removal {
   std::vector<Leftover> most_left;  ///< the most first, two cutter diameters or more from each other
   std::array<double, 4> worst{};    ///< depth by TroubleKind, mm, tolerated ones too
   Trouble gouge;                    ///< the deepest, even if it is tolerated; depth 0: none
-  std::uint64_t blocks = 0;         ///< that move an axis
+  std::uint64_t blocks = 0;         ///< that move an axis on the path
   double seconds = 0.0, feed_seconds = 0.0, rapid_seconds = 0.0, air_seconds = 0.0;
   double feed_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm
   double stock_volume = 0.0, left_volume = 0.0;  ///< mm^3
