@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <iosfwd>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/job.h"
@@ -42,6 +43,7 @@ struct Posting {
   MachineProfile machine;
   ProgramData data;
   std::vector<Operation> operations;
+  std::string proof{};  ///< a word on the program's proof for its header; empty: none
 };
 
 /// Writes the program in the profile's dialect: header comments (TILTFEED ...: part, machine, tool, tool
@@ -58,5 +60,8 @@ Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
 /// rounded coarser than that).
 Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
                                     const StageProgress& progress = {});
+/// With a word on the program's proof in the header.
+Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
+                                    std::string_view proof, const StageProgress& progress);
 
 }  // namespace tiltfeed

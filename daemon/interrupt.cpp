@@ -11,7 +11,7 @@
 #include <string>
 #include <thread>
 
-#include "daemon/output_file.h"
+#include "config/output_file.h"
 
 namespace tiltfeed {
 

@@ -11,7 +11,7 @@
 
 #include "config/job_files.h"
 #include "daemon/job_desk.h"
-#include "daemon/output_file.h"
+#include "config/output_file.h"
 #include "daemon/reentry.h"
 #include "daemon/sha256.h"
 

@@ -99,6 +99,8 @@ std::string report_json(const PlanOutcome& o) {
                          {"refused_pieces", o.bend.refused}};
   json["rotary_turns"] = rotary_turns(o.joints);
   json["starvation"] = starvation_json(o.starved);
+  json["proof"] = nullptr;
+  if (o.proof) json["proof"] = {{"moves", o.proof->moves}, {"largest_gouge_mm", o.proof->gouge}};
   json["subdivided_moves"] = o.joints.subdivided_moves;
   json["max_tip_deviation_mm"] = o.joints.max_tip_deviation;
   json["max_axis_deviation_deg"] = o.joints.max_axis_deviation;
@@ -189,6 +191,10 @@ std::string report_text(const PlanOutcome& o) {
         "as the tool is not clear there\n",
         o.bend.largest.degrees(), o.bend.points, o.bend.stretches, o.bend.refused);
   text += motion_text({o.job.machine.model, o.joints, o.program, o.timing, o.starved});
+  text += o.proof
+              ? format("proven: %llu moves, nowhere deeper than %.4f mm in the part (tolerance %.4g mm)\n",
+                       static_cast<unsigned long long>(o.proof->moves), o.proof->gouge, o.job.plan.tolerance)
+              : "not proven, as --no-proof says\n";
   text += format("%.2f s (%.2f s processor), %.0f MB", wall, o.cpu_seconds, o.peak_memory_mb);
   for (const StageTime& t : o.times) text += format("; %s %.2f s", t.stage.c_str(), t.seconds);
   return text + "\n";

@@ -1,11 +1,13 @@
 #pragma once
 // What planning and posting did, as JSON for machines and a few lines for people.
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/job.h"
 #include "daemon/block.h"
+#include "daemon/proof_process.h"
 #include "kinematics/joint_path.h"
 #include "kinematics/pole_bend.h"
 #include "kinematics/timing.h"
@@ -22,7 +24,8 @@ struct PlanOutcome {
   const ProgramReport& program;
   const Timing& timing;
   Starvation starved;
-  std::vector<StageTime> times;  ///< of all stages, in order
+  std::optional<ProofFigures> proof;  ///< nothing: --no-proof
+  std::vector<StageTime> times;       ///< of all stages, in order
   double cpu_seconds = 0.0;
   double peak_memory_mb = 0.0;
 };

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "daemon/output_file.h"
+#include "config/output_file.h"
 #include "daemon/plan_report.h"
 #include "daemon/post.h"
 #include "daemon/program_rules.h"
@@ -67,6 +67,8 @@ struct PostCommands::Options {
   ProgramData data;
 
   Result<MachineProfile> profile() const;
+  Result<void> check_files() const;
+  std::ostream& said() const { return output == "-" ? std::cerr : std::cout; }
   int run_post() const;
   int run_unpost() const;
 };
@@ -86,6 +88,11 @@ Result<MachineProfile> PostCommands::Options::profile() const {
                 std::string("--tcp: ") + name_of(profile->format.dialect).name + " has no words for TCP");
   if (tcp || no_tcp) profile->format.tcp = tcp;
   return profile;
+}
+
+/// Before any work. "-" is the standard output; what the command says then goes to standard error.
+Result<void> PostCommands::Options::check_files() const {
+  return check_outputs({{"--out", output}}, {{"IN", input}, {"--machine", machine}});
 }
 
 int PostCommands::Options::run_post() const {
@@ -114,10 +121,11 @@ int PostCommands::Options::run_post() const {
   if (auto kept = file->commit(); !kept) return report(kept.error());
   std::size_t moves = 0;
   for (const AptOperation& op : program->operations) moves += op.path.moves.size();
-  std::printf("%zu operations, %zu moves, the axis within %.4f degrees between blocks\n",
-              program->operations.size(), moves, posted->report.max_axis_deviation);
+  std::fprintf(output == "-" ? stderr : stdout,
+               "%zu operations, %zu moves, the axis within %.4f degrees between blocks\n",
+               program->operations.size(), moves, posted->report.max_axis_deviation);
   const Starvation waits = starved(posted->timing, *profile, *written);
-  std::cout << motion_text({profile->model, posted->report, *written, posted->timing, waits});
+  said() << motion_text({profile->model, posted->report, *written, posted->timing, waits});
   return kDone;
 }
 
@@ -144,7 +152,8 @@ int PostCommands::Options::run_unpost() const {
   std::size_t blocks = 0, moves = 0;
   for (const TextOperation& op : text->operations) blocks += op.blocks.size();
   for (const AptOperation& op : program->operations) moves += op.path.moves.size();
-  std::printf("%zu operations, %zu blocks, %zu points\n", text->operations.size(), blocks, moves);
+  std::fprintf(output == "-" ? stderr : stdout, "%zu operations, %zu blocks, %zu points\n",
+               text->operations.size(), blocks, moves);
   return kDone;
 }
 
@@ -215,6 +224,7 @@ int PostCommands::run() const {
        {std::pair{"IN", &o.input}, {"--machine", &o.machine}, {"--out", &o.output}})
     if (value->empty())
       return report({Code::kUsage, std::string(name) + " is required; --help lists the options"});
+  if (auto fits = o.check_files(); !fits) return report(fits.error());
   return o.post->parsed() ? o.run_post() : o.run_unpost();
 }
 

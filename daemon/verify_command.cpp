@@ -4,15 +4,15 @@
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
+
+#include "daemon/proof_process.h"
 
 namespace tiltfeed {
 
 Error run_verify(const std::vector<std::string>& arguments) {
-  std::error_code error;
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (error) return {Code::kIo, "verify: /proc/self/exe: " + error.message()};
-  const std::string program = (self.parent_path() / "tiltfeed-sim").string();
+  const auto beside = program_beside("tiltfeed-sim");
+  if (!beside) return {Code::kIo, "verify: " + beside.error().message};
+  const std::string& program = *beside;
   std::vector<std::string> all{program, "simulate"};
   all.insert(all.end(), arguments.begin(), arguments.end());
   std::vector<char*> words;

@@ -42,7 +42,8 @@ bool write_all(int fd, std::string_view data) {
 
 }  // namespace
 
-Result<void> write_stl(const std::string& path, const std::vector<std::array<Point<Part>, 3>>& facets) {
+Result<std::string> stl_bytes(const std::string& path,
+                              const std::vector<std::array<Point<Part>, 3>>& facets) {
   if (facets.empty()) return fail(Code::kInput, path + ": there are no facets to write");
   if (facets.size() > kMaxFacets) {
     return fail(Code::kInput, path + ": " + std::to_string(facets.size()) + " facets are over the limit of " +
@@ -64,11 +65,16 @@ Result<void> write_stl(const std::string& path, const std::vector<std::array<Poi
     }
     append_record(data, facets[i]);
   }
+  return data;
+}
 
+Result<void> write_stl(const std::string& path, const std::vector<std::array<Point<Part>, 3>>& facets) {
+  const auto data = stl_bytes(path, facets);
+  if (!data) return tl::unexpected(data.error());
   const std::string beside = path + "." + std::to_string(::getpid()) + ".part";
   FileDescriptor file(::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
   if (file.get() < 0) return io_error(beside, "cannot create");
-  const bool written = write_all(file.get(), data) && ::fsync(file.get()) == 0;
+  const bool written = write_all(file.get(), *data) && ::fsync(file.get()) == 0;
   const int write_errno = errno;
   if (!written || !file.close() || ::rename(beside.c_str(), path.c_str()) != 0) {
     if (!written) errno = write_errno;

@@ -25,7 +25,8 @@ bool holds(const List& list, const Item& item) {
 }
 
 std::string code_text(char letter, int code) {
-  std::string text = letter + std::to_string(letter == 'G' ? code / 10 : code);
+  std::string text(1, letter);
+  text += std::to_string(letter == 'G' ? code / 10 : code);
   if (letter == 'G' && code % 10 != 0) text += "." + std::to_string(code % 10);
   return text;
 }

@@ -14,6 +14,8 @@
 #include <random>
 
 #include "config/job.h"
+#include "config/output_file.h"
+#include "config/standard_output.h"
 #include "pathgen/stl.h"
 #include "sim/dry_run.h"
 #include "sim/endpoint.h"
@@ -141,6 +143,11 @@ int serve(const ServeOptions& options) {
 
   const Result<Job> job = load_job(options.job);
   if (!job) return report(job.error());
+  const auto fits = check_outputs({{"--trace", options.trace}}, {{"--job", options.job},
+                                                                 {"--faults", options.faults},
+                                                                 {"part.stl", job->stl_path},
+                                                                 {"machine", job->machine.path}});
+  if (!fits) return report(fits.error());
   Trace trace;
   if (const auto opened = trace.open(options.trace); !opened) return report(opened.error());
   endpoint.stop_fd = catch_signals();
@@ -194,10 +201,13 @@ int serve(const ServeOptions& options) {
 }
 
 int make_part(const std::string& name, const std::string& path) {
+  if (const auto fits = check_outputs({{"--out", path}}, {}); !fits) return report(fits.error());
   const Result<Triangles> part = part_by_name(name);
   if (!part) return report(part.error());
-  if (const auto written = write_stl(path, *part); !written) return report(written.error());
-  std::printf("%s: %zu facets\n", path.c_str(), part->size());
+  const auto bytes = stl_bytes(path, *part);
+  if (!bytes) return report(bytes.error());
+  if (const auto written = write_file(path, *bytes); !written) return report(written.error());
+  std::fprintf(path == "-" ? stderr : stdout, "%s: %zu facets\n", path.c_str(), part->size());
   return kDone;
 }
 
@@ -267,9 +277,8 @@ CLI::App* add_prove_options(CLI::App& app, ProveOptions& options) {
   return prove;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+/// The exit status.
+int run(int argc, char** argv) {
   CLI::App app("A simulated five-axis machine (table C, tilting head), seen through its wire.",
                "tiltfeed-sim");
   app.set_version_flag("--version", "tiltfeed-sim " TILTFEED_VERSION);
@@ -315,4 +324,11 @@ int main(int argc, char** argv) {
   if (prove->parsed()) return prove_command(proof);
   if (simulate->parsed()) return simulate_command(simulation);
   return serve(options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  tiltfeed::open_standard_streams();
+  return tiltfeed::close_standard_output("tiltfeed-sim", run(argc, argv));
 }

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "config/job.h"
+#include "config/output_file.h"
 #include "kinematics/cl_file.h"
 #include "pathgen/mesh.h"
 #include "pathgen/stl.h"
@@ -102,6 +103,16 @@ Result<void> draw(const VerifyFiles& files, const Job& job, const Mesh& part, co
 Result<bool> verify_command(const VerifyFiles& files) {
   const Result<Job> job = load_job(files.job);
   if (!job) return tl::unexpected(job.error());
+  const auto fits =
+      check_outputs({{"--picture", files.picture}, {"--json", files.json}}, {{"JOB", files.job},
+                                                                             {"--program", files.program},
+                                                                             {"--canon", files.canon},
+                                                                             {"--cl", files.cl},
+                                                                             {"--trace", files.trace},
+                                                                             {"--report", files.report},
+                                                                             {"part.stl", job->stl_path},
+                                                                             {"machine", job->machine.path}});
+  if (!fits) return tl::unexpected(fits.error());
   const Result<Mesh> part = read_part(*job);
   if (!part) return tl::unexpected(part.error());
   const auto program = read_blocks(files, job->machine.model);

@@ -1,14 +1,11 @@
 #include "sim/write_bytes.h"
 
-#include <fstream>
+#include "config/output_file.h"
 
 namespace tiltfeed::sim {
 
 Result<void> write_bytes(const std::string& path, const std::string& bytes) {
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  if (!(out << bytes << std::flush))
-    return fail(Code::kIo, path + ": cannot be written; is the folder there and writable?");
-  return {};
+  return write_file(path, bytes);
 }
 
 }  // namespace tiltfeed::sim

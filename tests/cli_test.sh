@@ -91,6 +91,48 @@ grep -qE '^GOTO/(-?[0-9.]+,){5}-?[0-9.]+$' "$work/a.cls" || { echo 'FAILED: no G
 expect 0 'blocks' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/b.nc" --cl "$work/b.cls"
 cmp "$work/a.nc" "$work/b.nc" && cmp "$work/a.cls" "$work/b.cls" || failed=1
 
+# Every program is proven, and says so, or says that it is not.
+expect 0 'proven: [0-9]+ moves, nowhere deeper than 0\.00' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/b.nc"
+grep -qE '^\(TILTFEED proof gouge 0\.00[0-9]+ mm moves [0-9]+ *\)$' "$work/b.nc" || { echo 'FAILED: no proof in the header'; failed=1; }
+expect 0 'not proven' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/c.nc" --no-proof
+grep -q '^(TILTFEED no proof' "$work/c.nc" || { echo 'FAILED: the header keeps silent about the proof'; failed=1; }
+cmp <(grep -v TILTFEED "$work/b.nc") <(grep -v TILTFEED "$work/c.nc") || failed=1
+rm "$work/c.nc"
+expect 0 '^proven [0-9]+ moves' "$bin/tiltfeed-sim" prove "$work/job.yaml" "$work/b.nc"
+# One line whose word is lower is named.
+line=$(grep -nE '^X.* Z' "$work/b.nc" | sed -n '2000s/:.*//p')
+awk -v at="$line" 'NR == at { for (i = 1; i <= NF; ++i) if ($i ~ /^Z/) $i = "Z" substr($i, 2) - 0.05 } { print }' "$work/b.nc" > "$work/low.nc"
+expect 1 "low.nc:[0-9]+: gouge: cutter 0\.0[0-9]+ mm deep .* facet [0-9]+" \
+  "$bin/tiltfeed-sim" prove "$work/job.yaml" "$work/low.nc" --picture "$work/gouge.png"
+[[ $(head -c 4 "$work/gouge.png" | tail -c 3) == PNG ]] || { echo 'FAILED: no picture of the gouge'; failed=1; }
+
+# What would be lost, or is no file, is not written to; a standard output that takes nothing is an error.
+cp "$work/sphere.stl" "$work/kept.stl"
+expect 2 'is also the input' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/sphere.stl"
+expect 2 'is also the input' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/job.yaml"
+expect 2 'is also the output' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/c.nc" --report "$work/../$(basename "$work")/c.nc"
+cmp "$work/sphere.stl" "$work/kept.stl" || failed=1
+ln -s sphere.stl "$work/link.nc"
+expect 2 'symbolic link' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/link.nc"
+mkfifo "$work/pipe.nc"
+expect 2 'no regular file' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/pipe.nc"
+expect 2 'no regular file' "$bin/tiltfeed-sim" part pin --out "$work/pipe.nc"
+expect 2 'symbolic link' "$bin/tiltfeed-sim" part pin --out "$work/link.nc"
+[[ -p $work/pipe.nc && -L $work/link.nc ]] || { echo 'FAILED: a pipe or a link was replaced'; failed=1; }
+absent "$work/c.nc"
+"$bin/tiltfeed" plan "$work/job.yaml" --out - 2> "$work/out.txt" | cmp - "$work/b.nc" || failed=1
+for command in "tiltfeed --help" "tiltfeed --version" "tiltfeed check $work/job.yaml" "tiltfeed post --list-dialects" \
+  "tiltfeed-sim --help" "tiltfeed plan $work/job.yaml --out -" "tiltfeed-sim prove $work/job.yaml $work/b.nc"; do
+  for redirect in '> /dev/full' '>&-'; do
+    status=0
+    bash -c "exec '$bin'/$command $redirect" 2> "$work/out.txt" || status=$?
+    [[ $status == 1 ]] && grep -q 'standard output' "$work/out.txt" && continue
+    echo "FAILED: $command $redirect: status $status:"
+    cat "$work/out.txt"
+    failed=1
+  done
+done
+
 # A machine that cannot reach the part: named, and nothing written.
 sed -e "s#^machine:.*#machine: $work/short.yaml#" "$work/job.yaml" > "$work/unreachable.yaml"
 sed -e 's/min_deg: -110/min_deg: -20/; s/max_deg: 110/max_deg: 20/' "$root/config/machines/generic-ac.yaml" > "$work/short.yaml"

@@ -14,7 +14,7 @@
 
 #include "config/job.h"
 #include "daemon/block.h"
-#include "daemon/output_file.h"
+#include "config/output_file.h"
 #include "kinematics/cl_file.h"
 #include "kinematics/joint_path.h"
 #include "pathgen/plan.h"

@@ -1,0 +1,13 @@
+#pragma once
+// The standard streams of a command.
+
+namespace tiltfeed {
+
+/// Before a command opens anything: a standard stream that is closed is taken by nothing else, and a pipe
+/// whose reader has gone is an error and no signal.
+void open_standard_streams();
+/// At a command's end: what it printed has arrived. If not, says so as `program` on standard error and makes
+/// a status of 0 a 1.
+int close_standard_output(const char* program, int status);
+
+}  // namespace tiltfeed
