@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The include arrows: tests -> all; daemon -> config -> pathgen -> kinematics <- sim. sim may also use config and the
-# data types of pathgen, never the daemon; nothing uses tests; only the daemon's main.cpp reaches for plan().
+# data types of pathgen, never the daemon; nothing uses tests; only the daemon's plan_command.cpp reaches for plan().
 # In headers no library beside the standard one, tl::expected in kinematics/result.h excepted.
 #
 #   arrows_test.sh [ROOT]        checks the tree (default: the one this script is in)
@@ -13,7 +13,7 @@ allowed() {
   local from=${1%%/*}
   case $1:$2 in
     tests/*:*/*) return 0 ;;
-    daemon/main.cpp:pathgen/plan.h | config/job.h:pathgen/plan.h) return 0 ;;
+    daemon/plan_command.cpp:pathgen/plan.h | config/job.h:pathgen/plan.h) return 0 ;;
     daemon/*:pathgen/plan.h | config/*:pathgen/plan.h) return 1 ;;
     sim/*:pathgen/mesh.h | sim/*:pathgen/stl.h | sim/*:pathgen/plan.h | sim/*:pathgen/cutter.h) return 0 ;;
   esac
@@ -60,7 +60,7 @@ good_tree() {
   put pathgen/plan.h '#include "kinematics/result.h"' '#include "pathgen/mesh.h"'
   put pathgen/mesh.cpp '#include <CGAL/Surface_mesh.h>' '// #include "daemon/link.h"'
   put config/job.h '#include "pathgen/plan.h"'
-  put daemon/main.cpp '#include "pathgen/plan.h"' '#include "config/job.h"'
+  put daemon/plan_command.cpp '#include "pathgen/plan.h"' '#include "config/job.h"'
   put sim/verify.cpp '#include "pathgen/stl.h"' '#include "config/job.h"' '#include <png.h>'
   put tests/all_test.cpp '#include <gtest/gtest.h>' '#include "sim/parts.h"' '#include "daemon/link.h"'
 }
