@@ -32,7 +32,7 @@ int fuzz_api(const std::uint8_t* data, std::size_t size);
 
 namespace {
 
-constexpr int kDamages = 300;  // of each file
+constexpr std::size_t kDamages = 30000;  // of the files together, at least one of each
 
 struct Named {
   const char* name;
@@ -50,16 +50,17 @@ TEST_P(Replay, CorpusAndDamageToIt) {
   int files = 0;
   run(GetParam().target, "");
   std::vector<std::filesystem::path> paths;
-  for (const auto& entry :
-       std::filesystem::directory_iterator(std::string(SOURCE_DIR) + "/tests/fuzz/corpus/" + GetParam().name))
-    paths.push_back(entry.path());
+  for (const char* folder : {"/tests/fuzz/corpus/", "/tests/fuzz/learnt/"})
+    for (const auto& entry :
+         std::filesystem::directory_iterator(std::string(SOURCE_DIR) + folder + GetParam().name))
+      paths.push_back(entry.path());
   std::sort(paths.begin(), paths.end());
   for (const auto& path : paths) {
     std::ifstream in(path, std::ios::binary);
     const std::string bytes{std::istreambuf_iterator<char>(in), {}};
     ++files;
     run(GetParam().target, bytes);
-    for (int i = 0; i < kDamages; ++i) {
+    for (std::size_t i = 0; i <= kDamages / paths.size(); ++i) {
       std::string damaged = bytes;
       for (std::uint64_t changes = 1 + random() % 4; changes > 0 && !damaged.empty(); --changes) {
         const std::size_t at = random() % damaged.size();
