@@ -6,10 +6,10 @@
 #include <random>
 #include <utility>
 
-#include "tests/link_shop.h"
 #include "pathgen/joins.h"
 #include "pathgen/leads.h"
 #include "pathgen/travel.h"
+#include "tests/link_shop.h"
 
 namespace tiltfeed {
 namespace {

@@ -35,12 +35,13 @@ struct ToolFindings {
 
 class ToolProof {
  public:
-  /// `part` must outlive the proof. `clearance`: what cutter, shank and holder must keep, mm.
+  /// `part` must outlive the proof. `clearance`: what cutter, shank and holder must keep, mm; `growth`: the
+  /// stock that shall stay.
   ToolProof(const sim::PartDistance& part, const Box& bounds, const Cutter& cutter, double tolerance,
-            std::array<double, 3> clearance = {})
+            std::array<double, 3> clearance = {}, const sim::Growth& growth = {})
       : part_(part),
         bounds_(bounds),
-        tool_(cutter),
+        tool_(cutter, growth),
         nose_(cutter.nose_radius()),
         tolerance_(tolerance),
         clearance_(clearance) {}

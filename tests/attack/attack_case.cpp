@@ -1,0 +1,79 @@
+#include "tests/attack/attack_case.h"
+
+#include <ctime>
+#include <fstream>
+#include <stdexcept>
+
+#include "daemon/near_pole.h"
+#include "daemon/space_about.h"
+#include "tests/attack/random_job.h"
+#include "tests/attack/random_part.h"
+
+namespace tiltfeed::attack {
+namespace {
+
+/// As daemon/main.cpp shares the tolerance.
+constexpr double kRepair = 0.25, kPost = 0.35;
+
+double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+void write(const std::string& path, const std::string& text) {
+  std::ofstream out(path);
+  if (!(out << text).flush()) throw std::runtime_error("cannot write " + path);
+}
+
+Result<JointPath> posted(const Job& job, const CheckedMesh& part, const ToolPath& path) {
+  JointPathOptions options;
+  options.tolerance = job.plan.tolerance * kPost;
+  const Angle lean = Angle::from_radians(options.tolerance / job.plan.cutter.shank_length);
+  options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
+  options.linear_decimals = job.machine.format.linear_decimals;
+  options.rotary_decimals = job.machine.format.rotary_decimals;
+  options.clear = space_about(part.mesh, job);
+  return to_joints(path, job.machine.model, job.setup, options, {});
+}
+
+CaseResult refused(CaseResult result, const Error& error) {
+  result.refusal = error.message;
+  return result;
+}
+
+}  // namespace
+
+CaseResult run_job(const std::string& job_path) {
+  CaseResult result;
+  const double start = processor_seconds();
+  const auto job = load_job(job_path);
+  if (!job) return refused(result, job.error());
+  const auto stl = read_stl(job->stl_path, job->stl_unit_mm);
+  if (!stl) return refused(result, stl.error());
+  const auto part = check_mesh(*stl, {job->plan.tolerance * kRepair});
+  if (!part) return refused(result, part.error());
+  result.facets = part->mesh.facets.size();
+  auto planned = plan(*part, job->plan, {});
+  result.plan_seconds = processor_seconds() - start;
+  if (!planned) return refused(result, planned.error());
+  bend_near_pole(*job, *part, planned->path);
+  const auto joints = posted(*job, *part, planned->path);
+  result.plan_seconds = processor_seconds() - start;
+  if (!joints) return refused(result, joints.error());
+  result.moves = joints->moves.size();
+  result.verdict = judge(*job, *stl, *part, *planned, *joints);
+  result.judge_seconds = processor_seconds() - start - result.plan_seconds;
+  return result;
+}
+
+CaseResult run_case(std::uint64_t seed, const CaseFiles& files) {
+  Dice dice(seed);
+  const RandomPart part = random_part(dice, files.models);
+  const std::string name = std::to_string(seed), base = files.folder + "/" + name;
+  write(base + ".yaml",
+        "# " + part.story + "\n" + random_job(dice, part, "attack-" + name, name + ".stl", "wide.yaml"));
+  if (const auto written = write_stl(base + ".stl", part.facets); !written)
+    throw std::runtime_error(written.error().message);
+  CaseResult result = run_job(base + ".yaml");
+  result.story = part.story;
+  return result;
+}
+
+}  // namespace tiltfeed::attack

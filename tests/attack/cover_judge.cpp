@@ -1,0 +1,211 @@
+#include "tests/attack/cover_judge.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/reach.h"
+#include "tests/surface_sample.h"
+
+namespace tiltfeed::attack {
+namespace {
+
+/// Of a tool that stands in contact: its coordinates are rounded, mm.
+constexpr double kRounding = 1e-6;
+/// Rounding of a flat coordinate, of the judge's own scale.
+constexpr double kGraze = 1e-7;
+/// Shank and holder keep their clearance to the side and downwards; aslant up to sqrt(2) times as much.
+constexpr double kAslant = 1.5;
+/// Nearer to the axis feature than this share of the tool the planner is cautious, and says so.
+constexpr double kLeastRho = 0.5;
+
+}  // namespace
+
+bool CoverJudge::can_judge(const PlanOptions& o) {
+  return o.axis.mode != AxisMode::kFree && o.axis.mode != AxisMode::kIndexed &&
+         o.pattern.kind == PatternKind::kRaster && o.pattern.measure == StepMeasure::kFlat &&
+         o.pattern.angle.radians() == 0.0 && o.radial_stock == 0.0 && o.axial_stock == 0.0 &&
+         o.containment.boundary.empty();
+}
+
+CoverJudge::CoverJudge(const PlanOptions& options, const CheckedMesh& part, const ToolPath& planned,
+                       const ToolPath& executed, const sim::Growth& growth)
+    : options_(options),
+      checked_(part),
+      executed_(executed),
+      growth_(growth),
+      part_(part.mesh),
+      tool_(options.cutter, growth),
+      drawn_(drawn_out(options.cutter, distance(part.bounds.min, part.bounds.max)), growth),
+      map_(options.axis, 1.0),
+      nose_(options.cutter.nose_radius()),
+      flat_radius_(options.cutter.type == CutterType::kBall || options.cutter.type == CutterType::kTaperBall
+                       ? 0.0
+                       : options.cutter.radius() - nose_),
+      places_(pass_places(planned)) {}
+
+std::vector<double> CoverJudge::pass_places(const ToolPath& path) const {
+  std::vector<double> places, distinct;
+  double last = sim::kInfinity;
+  for (const Move& move : path.moves) {
+    const double place = across(map_.flatten(reference(move.pose)));
+    if (move.kind == MoveKind::kCut && std::abs(place - last) <= kGraze) places.push_back(place);
+    last = place;
+  }
+  std::sort(places.begin(), places.end());
+  for (const double p : places)
+    if (distinct.empty() || p > distinct.back() + kGraze) distinct.push_back(p);
+  return distinct;
+}
+
+Pose CoverJudge::standing(Point<Part> at) const {
+  const Vec3 axis = map_.axis_at(at);
+  return {at - axis * nose_, axis};
+}
+
+/// The reference lies the rounding's radius along the normal and the flat's radius square to the axis, which
+/// depends on where the reference is.
+Pose CoverJudge::seat(Point<Part> p, Vec3 normal) const {
+  const Point<Part> rounding = p + normal * (nose_ + growth_.allowance);
+  Point<Part> at = rounding;
+  for (int i = 0; i < 60 && flat_radius_ > 0.0; ++i) {
+    const Vec3 axis = map_.axis_at(at), aside = normal - axis * dot(normal, axis);
+    if (length(aside) < 1e-6) break;
+    at = rounding + normalized(aside) * flat_radius_;
+  }
+  return standing(at);
+}
+
+/// Along the axis to the axis feature (inside work), or to where the part is left behind.
+double CoverJudge::way_out(Point<Part> p) const {
+  const bool inward = options_.axis.mode != AxisMode::kFixed && options_.axis.sense == Sense::kInward;
+  if (inward) return std::abs(map_.flatten(p).z);
+  return distance(checked_.bounds.min, checked_.bounds.max) + distance(p, checked_.bounds.min);
+}
+
+/// Within the tilt limit and the containment; between two points the axis turns by (E5) at most.
+bool CoverJudge::is_wanted(const Pose& pose) const {
+  const double turn = std::sqrt(8.0 * options_.tolerance / options_.cutter.shank_length);
+  const double limit = options_.tilt_max.radians();
+  if (limit < kPi && angle_between(pose.axis, options_.up) > limit - turn) return false;
+  const Point<Flat> flat = map_.flatten(reference(pose));
+  const Containment& c = options_.containment;
+  const double around = options_.axis.mode == AxisMode::kCircle ? options_.axis.circle_radius + 1.0 : 1.0;
+  const double height = options_.axis.mode == AxisMode::kFixed ? flat.z : std::abs(flat.z);
+  if (options_.axis.mode != AxisMode::kFixed && height < std::max(kLeastRho, options_.cutter.diameter))
+    return false;
+  return c.first.contains(flat.x / around) && c.second.contains(flat.y) &&
+         c.height.contains(height - options_.tolerance) && c.height.contains(height + options_.tolerance);
+}
+
+/// The whole tool stands there with its clearances and can be drawn out along its axis.
+bool CoverJudge::is_free(const Pose& pose) const {
+  const double keep[] = {-kRounding, kAslant * options_.shank.clearance + options_.tolerance,
+                         kAslant * options_.holder.clearance + options_.tolerance};
+  for (std::size_t i = 0; i < 3; ++i)
+    if (tool_.clearance(part_, pose, sim::kToolParts[i], keep[i]).facet != kNoFacet) return false;
+  const bool inward = options_.axis.mode != AxisMode::kFixed && options_.axis.sense == Sense::kInward;
+  if (!inward) {
+    for (const sim::ToolPart part : sim::kToolParts)
+      if (drawn_.clearance(part_, pose, part, -kRounding).facet != kNoFacet) return false;
+    return true;
+  }
+  // Up to the axis feature nothing stands in the way of the tool as wide as it is anywhere.
+  const Point<Part> at = reference(pose);
+  const double way = way_out(at);
+  if (part_
+          .nearest({at + pose.axis * tool_.widest(), at + pose.axis * std::max(way, tool_.widest())},
+                   tool_.widest() + options_.tolerance)
+          .facet != kNoFacet)
+    return false;
+  return part_.winding_number(at) < 0.5;
+}
+
+double CoverJudge::leaves(Point<Part> p, const Pose& pose) const {
+  const Vec3 off = p - pose.tip;
+  const double h = dot(off, pose.axis);
+  return tool_.cutting().distance(length(off - pose.axis * h), h).value;
+}
+
+/// Infinite where the tool cannot stand or is not wanted there. A pass may be out by the tolerance along
+/// itself, which beside a wall is as deep as the wall is high: the worst counts.
+double CoverJudge::left_by_pass(Point<Part> p, Point<Flat> flat, double place) const {
+  const bool along_x = options_.pattern.along == Along::kX;
+  const Deformation::Steps steps =
+      map_.steps(along_x ? Point<Flat>{flat.x, place, flat.z} : Point<Flat>{place, flat.y, flat.z});
+  const double aside = options_.tolerance / length(along_x ? steps.x : steps.y);
+  double most = 0.0;
+  for (const double shift : {0.0, kGraze, -kGraze, aside, -aside}) {
+    const AxisLine line =
+        along_x ? map_.axis_line(flat.x + shift, place) : map_.axis_line(place, flat.y + shift);
+    const Point<Part> level = line.base + line.axis * flat.z;
+    const Point<Part> high = level + line.axis * way_out(level);
+    const Pose start{high - line.axis * nose_, line.axis};
+    const sim::Hit drop = tool_.drop(part_, start);
+    if (drop.facet == kNoFacet) return sim::kInfinity;
+    const Pose pose{start.tip - line.axis * drop.value, line.axis};
+    if (!is_wanted(pose) || !is_free({pose.tip + pose.axis * kRounding, pose.axis})) return sim::kInfinity;
+    most = std::max(most, leaves(p, pose));
+  }
+  return most;
+}
+
+/// The distance of a convex solid that hardly turns has one valley on a straight move.
+double CoverJudge::left_by_move(Point<Part> p, const Pose& a, const Pose& b, double way) const {
+  const auto left = [&](double f) { return leaves(p, {lerp(a.tip, b.tip, f), slerp(a.axis, b.axis, f)}); };
+  const int looks = 2 + static_cast<int>(way / options_.cutter.radius());
+  int best = 0;
+  double least = left(0.0);
+  for (int k = 1; k <= looks; ++k) {
+    const double here = left(static_cast<double>(k) / looks);
+    if (here < least) least = here, best = k;
+  }
+  double low = std::max(0.0, (best - 1.0) / looks), high = std::min(1.0, (best + 1.0) / looks);
+  for (int i = 0; i < 40; ++i) {
+    const double one = low + (high - low) / 3.0, two = high - (high - low) / 3.0;
+    (left(one) < left(two) ? high : low) = left(one) < left(two) ? two : one;
+  }
+  return std::min(least, left(0.5 * (low + high)));
+}
+
+double CoverJudge::left_by_path(Point<Part> p) const {
+  double least = sim::kInfinity;
+  const double reach = tool_.top();
+  for (std::size_t i = 1; i < executed_.moves.size(); ++i) {
+    if (executed_.moves[i].kind != MoveKind::kCut) continue;
+    const Pose &a = executed_.moves[i - 1].pose, &b = executed_.moves[i].pose;
+    const double far = distance(a.tip, b.tip) + angle_between(a.axis, b.axis) * reach;
+    if (std::min(leaves(p, a), leaves(p, b)) - far > least) continue;
+    least = std::min(least, left_by_move(p, a, b, far));
+  }
+  return least;
+}
+
+void CoverJudge::look_at(Point<Part> p, Vec3 normal, Found& found) const {
+  const Pose pose = seat(p, normal);
+  const double lean =
+      options_.cutter.type == CutterType::kTaperBall ? std::sin(options_.cutter.taper.radians()) : 0.0;
+  if (!(dot(pose.axis, normal) > lean + 0.02)) return;
+  if (std::abs(leaves(p, pose)) > kRounding || !is_wanted(pose) || !is_free(pose)) return;
+  const Point<Flat> flat = map_.flatten(reference(pose));
+  const auto above = std::lower_bound(places_.begin(), places_.end(), across(flat));
+  if (above == places_.begin() || above == places_.end()) return;
+  const double must = std::min(left_by_pass(p, flat, above[-1]), left_by_pass(p, flat, *above));
+  if (must == sim::kInfinity) return;
+  ++found.points;
+  const double excess = left_by_path(p) - must;
+  if (excess > found.excess) found.excess = excess, found.at = p, found.seat = pose;
+}
+
+CoverJudge::Found CoverJudge::look(int surface_points) const {
+  Found found;
+  if (places_.size() < 2) return found;
+  SurfaceSample surface(checked_.mesh);
+  for (int i = 0; i < surface_points; ++i) {
+    const SurfaceSample::At at = surface.next();
+    look_at(at.point, at.normal, found);
+    if (checked_.sides == Sides::kBoth) look_at(at.point, -at.normal, found);
+  }
+  return found;
+}
+
+}  // namespace tiltfeed::attack

@@ -1,0 +1,57 @@
+#pragma once
+// Holds a machined surface against what its passes must leave, with any cutter: at random places of the part
+// that the tool can touch, the true solid stands where the two passes beside the place lie, let down from
+// outside. More left than the better of the two leaves is a place that was not cut.
+
+#include <vector>
+
+#include "pathgen/mesh.h"
+#include "pathgen/plan_options.h"
+#include "sim/tool_solid.h"
+
+namespace tiltfeed::attack {
+
+class CoverJudge {
+ public:
+  /// Passes side by side, straight in flat space, all of the same spacing.
+  static bool can_judge(const PlanOptions& options);
+
+  /// All must outlive the judge. `planned`: where the passes lie; `executed`: what the machine makes of it.
+  CoverJudge(const PlanOptions& options, const CheckedMesh& part, const ToolPath& planned,
+             const ToolPath& executed, const sim::Growth& growth);
+
+  struct Found {
+    std::size_t points = 0;           ///< that the tool reaches, between two passes
+    double excess = -sim::kInfinity;  ///< most left over what must be, mm
+    Point<Part> at;
+    Pose seat;  ///< of a tool that touches there
+  };
+  Found look(int surface_points) const;
+
+ private:
+  std::vector<double> pass_places(const ToolPath& path) const;
+  double across(Point<Flat> f) const { return options_.pattern.along == Along::kX ? f.y : f.x; }
+  Point<Part> reference(const Pose& pose) const { return pose.tip + pose.axis * nose_; }
+  Pose standing(Point<Part> reference) const;
+  Pose seat(Point<Part> p, Vec3 normal) const;
+  double way_out(Point<Part> p) const;
+  bool is_wanted(const Pose& pose) const;
+  bool is_free(const Pose& pose) const;
+  double leaves(Point<Part> p, const Pose& pose) const;
+  double left_by_pass(Point<Part> p, Point<Flat> flat, double place) const;
+  double left_by_move(Point<Part> p, const Pose& a, const Pose& b, double way) const;
+  double left_by_path(Point<Part> p) const;
+  void look_at(Point<Part> p, Vec3 normal, Found& found) const;
+
+  const PlanOptions& options_;
+  const CheckedMesh& checked_;
+  const ToolPath& executed_;
+  sim::Growth growth_;
+  sim::PartDistance part_;
+  sim::ToolSolid tool_, drawn_;
+  Deformation map_;
+  double nose_, flat_radius_;
+  std::vector<double> places_;
+};
+
+}  // namespace tiltfeed::attack

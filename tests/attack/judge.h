@@ -1,0 +1,28 @@
+#pragma once
+// What a planned and posted job does to its part, by brute force: the moves as the machine makes them,
+// against the facets of the file, by the exact distances and tool solids of sim/.
+
+#include <string>
+#include <vector>
+
+#include "config/job.h"
+#include "kinematics/joint_path.h"
+#include "pathgen/plan.h"
+#include "pathgen/stl.h"
+
+namespace tiltfeed::attack {
+
+struct Verdict {
+  double gouge = 0.0;                         ///< deepest on cuts and plunges, mm
+  double rapid = 0.0;                         ///< deepest on rapids, mm
+  double contact = 0.0;                       ///< largest gap where contact is meant, mm
+  double left = 0.0;                          ///< most left over what the neighbouring passes must leave, mm
+  std::size_t poses = 0, surface_points = 0;  ///< looked at; of the surface: that the tool reaches
+  std::vector<std::string> findings;          ///< what is over the tolerance: "KIND DEPTH mm at PLACE"
+};
+
+/// `part`: as repaired, which contact and cover are held against; gouges are held against `stl` too.
+Verdict judge(const Job& job, const Stl& stl, const CheckedMesh& part, const Plan& planned,
+              const JointPath& joints);
+
+}  // namespace tiltfeed::attack

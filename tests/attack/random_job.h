@@ -1,0 +1,18 @@
+#pragma once
+// The text of a job for the random attack: every choice that a job file leaves to its writer, from a seed.
+
+#include <string>
+
+#include "tests/attack/dice.h"
+#include "tests/attack/random_part.h"
+
+namespace tiltfeed::attack {
+
+/// A machine profile with travels and turns for whatever a job asks, by the words of config/machines.
+std::string wide_profile();
+
+/// `stl` and `machine`: as the job names them.
+std::string random_job(Dice& dice, const RandomPart& part, const std::string& name, const std::string& stl,
+                       const std::string& machine);
+
+}  // namespace tiltfeed::attack
