@@ -14,6 +14,7 @@
 #include "daemon/block_layout.h"
 #include "daemon/block_words.h"
 #include "kinematics/tcp_path.h"
+#include "kinematics/tolerance_budget.h"
 
 namespace tiltfeed {
 namespace {
@@ -23,8 +24,6 @@ namespace {
 constexpr std::size_t kPieceBlocks = 2048;
 constexpr std::size_t kUsualLine = 72;
 constexpr std::size_t kPieces = 32;
-// Share of the job's tolerance for the axis under TCP: what pathgen and the joints leave.
-constexpr double kTcpShare = 0.15;
 // The longest motion line: a line number, words of the dialect, seven words of kDecimalSpace.
 constexpr std::size_t kLineSpace = 9 * kDecimalSpace;
 
@@ -222,7 +221,8 @@ TcpOptions tcp_options(const Job& job) {
   TcpOptions options;
   options.linear_decimals = job.machine.format.linear_decimals;
   const double lean =
-      Angle::from_radians(job.plan.tolerance * kTcpShare / job.plan.cutter.shank_length).degrees();
+      Angle::from_radians(ToleranceBudget(job.plan.tolerance).words() / job.plan.cutter.shank_length)
+          .degrees();
   if (lean > 0.0) options.axis_tolerance = std::min(options.axis_tolerance, lean);
   return options;
 }

@@ -23,6 +23,7 @@
 #include "kinematics/cl_file.h"
 #include "kinematics/joint_path.h"
 #include "kinematics/tcp_path.h"
+#include "kinematics/tolerance_budget.h"
 #include "pathgen/mesh.h"
 #include "pathgen/plan.h"
 #include "pathgen/stl.h"
@@ -31,8 +32,6 @@ namespace tiltfeed {
 namespace {
 
 constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
-/// The post's share of the job's tolerance; pathgen uses half, the rest is rounding.
-constexpr double kPostShare = 0.35;
 // The header's word on the proof: of this length, so that it can be filled in when all is written and held.
 constexpr std::string_view kNotProvenYet = "proof of this program is still to be made";
 constexpr std::string_view kNoProof = "no proof, as --no-proof says";
@@ -52,8 +51,9 @@ class StageClock {
 };
 
 JointPathOptions joint_options(const Job& job, const Mesh& part) {
+  const ToleranceBudget budget(job.plan.tolerance);
   JointPathOptions options;
-  options.tolerance = job.plan.tolerance * kPostShare;
+  options.tolerance = job.axis_tolerance.radians() > 0.0 ? budget.joints_beside_pole() : budget.joints();
   // What the axis may lean moves the shank's end by no more than the tip may stray.
   const Angle lean = Angle::from_radians(options.tolerance / job.plan.cutter.shank_length);
   options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
@@ -128,7 +128,8 @@ Result<void> Planning::plan_path() {
   auto stl = clock_.time("read", [&] { return read_stl(job_->stl_path, job_->stl_unit_mm); });
   if (!stl) return tl::unexpected(stl.error());
   show("check", 0.0);
-  auto part = clock_.time("check", [&] { return check_mesh(*stl, {job_->plan.tolerance * kRepairShare}); });
+  auto part = clock_.time("check",
+                          [&] { return check_mesh(*stl, {ToleranceBudget(job_->plan.tolerance).repair()}); });
   if (!part) return tl::unexpected(part.error());
   part_ = std::move(*part);
   *stl = Stl{};  // gives its memory back; facets = {} would keep it

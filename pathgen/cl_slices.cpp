@@ -15,9 +15,6 @@ namespace tiltfeed {
 
 namespace {
 
-/// How the slices' tolerance is shared out: chords outside their arcs, points that are dropped, gaps that are
-/// closed.
-constexpr double kSagittaShare = 0.3, kThinningShare = 0.6, kGapShare = 0.5;
 /// (N8) Planes between planes, at most: to 1/128 of the side step.
 constexpr int kMostLevels = 7;
 /// Passes and gaps of a stack shorter than so many side steps are left to, or taken from, its neighbours.
@@ -43,14 +40,14 @@ double side_step(const PlanOptions& o) {
 class Stack {
  public:
   Stack(const ClSections& sections, const FacetTree& tree, const PlanOptions& options, std::uint32_t index,
-        double tolerance)
+        const ToleranceBudget& budget)
       : sections_(sections),
         tree_(tree),
         options_(options),
         index_(index),
         normal_(options.free.plane_normals[index]),
         step_(side_step(options)),
-        tolerance_(tolerance) {
+        budget_(budget) {
     std::vector<std::array<double, 2>> extents;
     for (std::uint32_t p = 0; p < sections.patches(); ++p) extents.push_back(sections.extent(p, normal_));
     place_planes(extents);
@@ -77,11 +74,11 @@ class Stack {
       for (const ClStrand& strand : strands)
         trim_strand(strand, tree_, obstacles.of(patch), sections_.radius(), kept);
     }
-    const JoinLimits limits{tolerance_ * kGapShare, kWideGap, tolerance_ * kGapShare, kShortestChain};
+    const JoinLimits limits{budget_.gaps(), kWideGap, budget_.gaps(), kShortestChain};
     std::vector<ClSlice> slices;
     for (ClChain& chain : join_strands(std::move(kept), tree_, sections_.radius(), limits)) {
       for (ClChain& run : wanted(std::move(chain), planes_[plane].level)) {
-        thin_chain(run, tolerance_ * kThinningShare);
+        thin_chain(run, budget_.free_thinning());
         slices.push_back({index_, planes_[plane].height, static_cast<std::uint32_t>(plane), std::move(run)});
       }
     }
@@ -223,7 +220,8 @@ class Stack {
   const PlanOptions& options_;
   std::uint32_t index_;
   Vec3 normal_;
-  double step_, tolerance_;
+  double step_;
+  ToleranceBudget budget_;
   std::vector<Plane> planes_;
   std::vector<std::uint32_t> start_, patches_;  ///< patches of each plane
 };
@@ -231,14 +229,14 @@ class Stack {
 }  // namespace
 
 std::vector<ClSlice> slice_cl_surface(const CheckedMesh& part, const FacetTree& tree,
-                                      const PlanOptions& options, double tolerance,
+                                      const PlanOptions& options, const ToleranceBudget& budget,
                                       const std::function<bool(double)>& go_on) {
-  const ClSections sections(part, options.cutter.radius() + options.allowance, tolerance * kSagittaShare);
+  const ClSections sections(part, options.cutter.radius() + options.allowance, budget.chords());
   const auto count = static_cast<std::uint32_t>(options.free.plane_normals.size());
   std::vector<Stack> stacks;
   std::vector<std::uint8_t> is_cut(sections.patches(), 0);
   for (std::uint32_t s = 0; s < count; ++s) {
-    stacks.emplace_back(sections, tree, options, s, tolerance);
+    stacks.emplace_back(sections, tree, options, s, budget);
     stacks.back().mark_cut(is_cut);
   }
   const PatchObstacles obstacles(sections, tree, is_cut);

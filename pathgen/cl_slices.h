@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "kinematics/tolerance_budget.h"
 #include "pathgen/cl_chains.h"
 #include "pathgen/plan_options.h"
 
@@ -23,10 +24,10 @@ struct ClSlice {
 /// The slices of the part by the stacks of options.free, where the containment allows, by stack and height;
 /// the same for any number of threads. Each place belongs to the stack whose planes cut it most squarely.
 /// With measure surface or scallop further planes lie between where the surface leans towards a plane.
-/// `tolerance`: of the slices, mm. Empty when `go_on` returned false: it is asked now and then, on one
-/// thread, with 0..1.
+/// Chords, dropped points and gaps take their shares of the budget. Empty when `go_on` returned false: it is
+/// asked now and then, on one thread, with 0..1.
 std::vector<ClSlice> slice_cl_surface(const CheckedMesh& part, const FacetTree& tree,
-                                      const PlanOptions& options, double tolerance,
+                                      const PlanOptions& options, const ToleranceBudget& budget,
                                       const std::function<bool(double)>& go_on);
 
 }  // namespace tiltfeed

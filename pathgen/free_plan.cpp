@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "kinematics/tolerance_budget.h"
 #include "pathgen/axis_step.h"
 #include "pathgen/cl_slices.h"
 #include "pathgen/free_links.h"
@@ -16,11 +17,6 @@ namespace tiltfeed {
 
 namespace {
 
-/// The parts of the tolerance: the slices, and by how much the cutter may cut in on the way between poses
-/// that are checked. The rest is the post's and rounding's.
-constexpr double kSliceShare = 0.4, kSlackShare = 0.4;
-/// (O5) Of the tolerance, by which a turn of the axis in one move may bend the way of ball or shank.
-constexpr double kTurnShare = 0.25;
 /// Passes between two reports of how far it is; the threads wait for each other after so many.
 constexpr std::size_t kPassesPerTurn = 128;
 
@@ -65,14 +61,14 @@ class FreePlanner {
     report_.warnings = part_.warnings;
     const FacetTree tree(part_.mesh);
     if (!stages_.begin("CL surface")) return cancelled();
-    const auto slices = slice_cl_surface(part_, tree, options_, options_.tolerance * kSliceShare,
+    const auto slices = slice_cl_surface(part_, tree, options_, ToleranceBudget(options_.tolerance),
                                          [&](double f) { return stages_.report(f); });
     if (stages_.stopped()) return cancelled();
     for (const ClSlice& s : slices)
       free_.cl_length += length_of(s.chain.points), report_.slice_points += s.chain.points.size();
     if (slices.empty())
       return fail(Code::kUnreachable, "no plane of axis.plane_normals cuts the part within the containment");
-    const SweptTool tool(tree, options_, options_.tolerance * kSlackShare);
+    const SweptTool tool(tree, options_, ToleranceBudget(options_.tolerance).flank());
     const DirectionGrid grid(Admissibility::kAdmissibleLevel + 1);
     const Admissibility admissible(tool, grid, options_.up, options_.tilt_max);
     if (!stages_.begin("orientation")) return cancelled();
@@ -90,8 +86,8 @@ class FreePlanner {
 
  private:
   OrientationOptions orientation() const {
-    return {options_.free, options_.tolerance, largest_axis_step(options_, kTurnShare * options_.tolerance),
-            options_.max_point_distance, reference_height(options_.cutter)};
+    return {options_.free, options_.tolerance, largest_axis_step(options_), options_.max_point_distance,
+            reference_height(options_.cutter)};
   }
 
   std::vector<OrientedRun> orient(const std::vector<ClSlice>& slices, const Admissibility& admissible) {

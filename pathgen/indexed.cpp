@@ -9,6 +9,7 @@
 #include <optional>
 #include <thread>
 
+#include "kinematics/tolerance_budget.h"
 #include "pathgen/direction_grid.h"
 #include "pathgen/index_candidates.h"
 #include "pathgen/index_order.h"
@@ -29,12 +30,8 @@ constexpr std::uint32_t kSamples = 2000;
 constexpr int kEverywhereLevel = 3;
 /// Cells per diagonal of the part's box.
 constexpr double kCellsAcross = 100.0;
-/// Share of the tolerance within which the envelope counts as touched: its own share, and some room.
-constexpr double kContactShare = 0.75;
 /// Largest turn of the axis in one move between two directions.
 const Angle kTurnStep = Angle::from_degrees(10.0);
-/// Share of the tolerance by which the cutting part may seem to cut in where it touches.
-constexpr double kSlackShare = 0.25;
 
 std::string text_of(Vec3 d) {
   const auto tidy = [](double v) { return number_text(std::abs(v) < 5e-5 ? 0.0 : v); };
@@ -66,7 +63,7 @@ class Indexed {
   Result<Plan> run() {
     if (!stages_.begin("directions")) return cancelled();
     const FacetTree tree(part_.mesh);
-    const SweptTool tool(tree, options_, kSlackShare * options_.tolerance);
+    const SweptTool tool(tree, options_, ToleranceBudget(options_.tolerance).touch());
     const CellReach reach(tool, options_);
     const double size = std::max(2.0 * radius_ / kCellsAcross, options_.tolerance);
     const std::vector<SurfaceCell> cells = make_cells(part_.mesh, size);
@@ -198,7 +195,8 @@ class Indexed {
     PlanOptions options = options_;
     options.axis = frame_of(chosen_[d], options_.up);
     options.containment = {};
-    const double gap = kContactShare * options_.tolerance + options_.radial_stock + options_.axial_stock;
+    const double gap =
+        ToleranceBudget(options_.tolerance).half_thinned() + options_.radial_stock + options_.axial_stock;
     // Where the side of the tool runs down past an overhang its end touches nothing, and that is not wanted.
     const auto wanted = [&](const EnvelopePoint& p) {
       const Containment& in = options_.containment;

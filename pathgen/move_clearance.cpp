@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinematics/tolerance_budget.h"
 #include "pathgen/facet_tree.h"
 #include "pathgen/swept_tool.h"
 #include "pathgen/tool_pieces.h"
@@ -12,10 +13,6 @@ namespace {
 
 /// Up to so many radii of the ball over the reference moves are checked pose by pose, further up by a bound.
 constexpr double kBoundedFrom = 3.0;
-/// A cylinder of radius r that steps by s leaves s^2 / (8 r) of a corner: a fifth of the tolerance at most.
-constexpr double kStepShare = 8.0 * 0.2;
-/// Share of the tolerance by which the cutting part may seem to cut in where it touches.
-constexpr double kSlackShare = 0.25;
 
 /// How far up the tool anything of the part can be, mm.
 double lever(const SweptTool& tool) {
@@ -32,7 +29,8 @@ bool clear_along(const SweptTool& tool, const TiltLimit& tilt, const ToolStand& 
   ++tested;
   const bool bounded =
       !tool.may_stop(lerp(a.centre, b.centre, 0.5), slerp(a.axis, b.axis, 0.5), way / 2.0, turn / 2.0, from);
-  const double step = std::sqrt(kStepShare * tool.ball() * tolerance);
+  // A cylinder of radius r that steps by s leaves s^2 / (8 r) of a corner.
+  const double step = std::sqrt(8.0 * tool.ball() * ToleranceBudget(tolerance).corner());
   const int steps =
       std::max(1, static_cast<int>(std::ceil((way + (bounded ? from : lever(tool)) * turn) / step)));
   const double h = reference_height;
@@ -51,7 +49,7 @@ bool clear_along(const SweptTool& tool, const TiltLimit& tilt, const ToolStand& 
 
 MoveClearance::MoveClearance(const Mesh& mesh, const PlanOptions& options)
     : tree_(std::make_unique<FacetTree>(mesh)),
-      tool_(std::make_unique<SweptTool>(*tree_, options, kSlackShare * options.tolerance)),
+      tool_(std::make_unique<SweptTool>(*tree_, options, ToleranceBudget(options.tolerance).touch())),
       tilt_(options.up, options.tilt_max),
       reference_height_(reference_height(options.cutter)),
       tolerance_(options.tolerance) {}

@@ -42,7 +42,7 @@ struct ToolStand {
 /// circle), can they be drawn back along the axis from all of it, and does the axis keep within the limit?
 /// The ball itself is not asked about: it touches where it works. Below kBoundedFrom radii of the ball over
 /// the reference poses are asked between which no point of the tool moves further than what a ball leaves of
-/// a corner within a fifth of `tolerance` (mm); what is higher by one bound, if that tells. `hint`: as
+/// a corner within its share of `tolerance` (mm); what is higher by one bound, if that tells. `hint`: as
 /// SweptTool::stop; `tested`: grows by what was held against the part.
 bool clear_along(const SweptTool& tool, const TiltLimit& tilt, const ToolStand& from, const ToolStand& to,
                  double reference_height, double tolerance, std::uint32_t& hint, std::uint64_t& tested);

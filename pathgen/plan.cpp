@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "kinematics/tolerance_budget.h"
 #include "pathgen/axis_step.h"
 #include "pathgen/cl_field.h"
 #include "pathgen/envelope.h"
@@ -27,14 +28,8 @@ namespace tiltfeed {
 
 namespace {
 
-/// How the tolerance is shared out: the envelope's straight moves, then the points that are dropped. The rest
-/// is the post's (its own share: JointPathOptions) and rounding's.
-constexpr double kEnvelopeShare = 0.25;
-constexpr double kThinningShare = 0.25;
-
 EnvelopeOptions envelope_options(const PlanOptions& options) {
-  EnvelopeOptions envelope{options.tolerance * kEnvelopeShare,
-                           largest_axis_step(options, options.tolerance * kThinningShare)};
+  EnvelopeOptions envelope{ToleranceBudget(options.tolerance).envelope(), largest_axis_step(options)};
   if (options.max_point_distance > 0.0) envelope.max_distance = options.max_point_distance;
   envelope.reach = options.cutter.shank_length;
   return envelope;
@@ -80,6 +75,7 @@ class Planner {
       : part_(part),
         options_(options),
         wanted_(wanted),
+        budget_(options.tolerance),
         envelope_(envelope_options(options)),
         path_(result.path),
         report_(result.report),
@@ -182,7 +178,7 @@ class Planner {
   }
 
   /// Two thinnings share what one may leave.
-  double thinning() const { return options_.tolerance * kThinningShare * (wanted_ != nullptr ? 0.5 : 1.0); }
+  double thinning() const { return budget_.thinning() * (wanted_ != nullptr ? 0.5 : 1.0); }
 
   Result<Passes> trace(const char* stage, const ClField& field) {
     if (!stages_.begin(stage)) return cancelled();
@@ -220,7 +216,7 @@ class Planner {
                         .approach = options_.links.approach,
                         .join_distance = options_.links.join_distance,
                         .lead_radius = options_.links.lead_radius,
-                        .thinning = options_.tolerance * kThinningShare,
+                        .thinning = budget_.thinning(),
                         .plunge_ratio = options_.cut_feed.mm_per_min() / options_.plunge_feed.mm_per_min(),
                         .up = options_.up,
                         .tilt_max = options_.tilt_max,
@@ -256,6 +252,7 @@ class Planner {
   const CheckedMesh& part_;
   const PlanOptions& options_;
   const WantedPart* wanted_;
+  ToleranceBudget budget_;
   EnvelopeOptions envelope_;
   std::vector<std::vector<Pass>> passes_;                  ///< by line
   bool as_given_ = false;                                  ///< they keep their order and direction

@@ -13,6 +13,7 @@
 
 #include "config/job_files.h"
 #include "config/output_file.h"
+#include "kinematics/tolerance_budget.h"
 #include "pathgen/stl.h"
 #include "sim/picture.h"
 #include "sim/program_proof.h"
@@ -99,7 +100,7 @@ int prove_command(const ProveOptions& options) {
     return report(fits.error());
   const auto stl = read_stl(job->stl_path, job->stl_unit_mm);
   if (!stl) return report(stl.error());
-  const auto part = check_mesh(*stl, {job->plan.tolerance * kRepairShare});
+  const auto part = check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()});
   if (!part) return report(part.error());
   const Prover prover(*part, *job);
   std::string word;

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "config/job.h"
+#include "kinematics/tolerance_budget.h"
 #include "pathgen/mesh.h"
 #include "pathgen/stl.h"
 #include "sim/canon.h"
@@ -167,7 +168,7 @@ Surface read_surface(const Job& job, std::optional<double> resolution) {
   Surface surface;
   const Result<Stl> stl = read_stl(job.stl_path, job.stl_unit_mm);
   if (!stl) return {stl.error(), {}, 0.0, {}};
-  Result<CheckedMesh> part = check_mesh(*stl, {job.plan.tolerance * kRepairShare});
+  Result<CheckedMesh> part = check_mesh(*stl, {ToleranceBudget(job.plan.tolerance).repair()});
   if (!part) return {part.error(), {}, 0.0, {}};
   surface.part = std::move(*part);
   surface.cell = resolution ? *resolution : default_cell(job, surface.part);

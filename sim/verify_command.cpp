@@ -7,6 +7,7 @@
 #include "config/job.h"
 #include "config/output_file.h"
 #include "kinematics/cl_file.h"
+#include "kinematics/tolerance_budget.h"
 #include "pathgen/mesh.h"
 #include "pathgen/stl.h"
 #include "sim/canon.h"
@@ -55,7 +56,7 @@ void print(const VerifyReport& r) {
 Result<Mesh> read_part(const Job& job) {
   const Result<Stl> stl = read_stl(job.stl_path, job.stl_unit_mm);
   if (!stl) return tl::unexpected(stl.error());
-  Result<CheckedMesh> part = check_mesh(*stl, {job.plan.tolerance * kRepairShare});
+  Result<CheckedMesh> part = check_mesh(*stl, {ToleranceBudget(job.plan.tolerance).repair()});
   if (!part) return tl::unexpected(part.error());
   return std::move(part->mesh);
 }

@@ -100,7 +100,8 @@ TEST(FreeChoice, IsTheCheapestOfTheAdmissible) {
   const Admissibility admissible(tool, grid, {0, 0, 1}, Angle::from_degrees(120));
   const std::uint32_t coarse = DirectionGrid::count(Admissibility::kAdmissibleLevel);
   std::size_t passes = 0, refused = 0;
-  for (const ClSlice& slice : slice_cl_surface(part, tree, o, 0.004, [](double) { return true; })) {
+  for (const ClSlice& slice :
+       slice_cl_surface(part, tree, o, ToleranceBudget(0.01), [](double) { return true; })) {
     DirectionQuery query;
     const PassCurve curve(slice.chain, o.free);
     PassStations row(curve, admissible, o.free, query);
@@ -151,7 +152,8 @@ TEST(FreeChoice, LooksFarEnough) {
     const DirectionGrid grid(Admissibility::kAdmissibleLevel + 1);
     const Admissibility admissible(tool, grid, {0, 0, 1}, Angle::from_degrees(120));
     double chosen = 0.0, least = 0.0;
-    for (const ClSlice& slice : slice_cl_surface(part, tree, o, 0.004, [](double) { return true; })) {
+    for (const ClSlice& slice :
+         slice_cl_surface(part, tree, o, ToleranceBudget(0.01), [](double) { return true; })) {
       DirectionQuery query, own;
       const PassCurve curve(slice.chain, o.free);
       PassStations row(curve, admissible, o.free, query);

@@ -46,7 +46,8 @@ void expect_judged_alike(const CheckedMesh& part, const Cutter& cutter, double s
   std::mt19937 random(3);
   int clear = 0, stopped = 0;
   std::uint32_t hint = kNoFacet;
-  for (const ClSlice& s : slice_cl_surface(part, tree, o, 0.004, [](double) { return true; })) {
+  for (const ClSlice& s :
+       slice_cl_surface(part, tree, o, ToleranceBudget(0.01), [](double) { return true; })) {
     for (std::size_t i = 0; i < s.chain.points.size(); i += 7) {
       const ClPoint& p = s.chain.points[i];
       Vec3 axis = random_direction(random);

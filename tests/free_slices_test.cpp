@@ -31,7 +31,7 @@ PlanOptions options(double diameter, std::vector<Vec3> normals, double step) {
 
 std::vector<ClSlice> slices(const CheckedMesh& part, const PlanOptions& o) {
   const FacetTree tree(part.mesh);
-  return slice_cl_surface(part, tree, o, kTolerance, [](double) { return true; });
+  return slice_cl_surface(part, tree, o, ToleranceBudget(kTolerance / 0.4), [](double) { return true; });
 }
 
 /// Every point and every middle of a move is in contact with the part, and on its plane.

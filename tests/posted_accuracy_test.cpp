@@ -14,6 +14,7 @@
 #include "config/job.h"
 #include "daemon/block.h"
 #include "kinematics/joint_path.h"
+#include "kinematics/tolerance_budget.h"
 #include "pathgen/plan.h"
 #include "sim/forward.h"
 #include "sim/parts.h"
@@ -68,12 +69,12 @@ Worst sampled(const ToolPath& path, const JointPath& joints, const std::vector<s
 Worst expect_on_path(Job& job, const std::string& part_name) {
   Stl stl;
   stl.facets = *sim::part_by_name(part_name);
-  const auto part = check_mesh(stl, {job.plan.tolerance / 4});
+  const auto part = check_mesh(stl, {ToleranceBudget(job.plan.tolerance).repair()});
   const auto planned = part ? plan(*part, job.plan, nullptr) : tl::unexpected(part.error());
   EXPECT_TRUE(planned) << planned.error().message;
   if (!planned) return {};
   JointPathOptions options;
-  options.tolerance = job.plan.tolerance * 0.35;
+  options.tolerance = ToleranceBudget(job.plan.tolerance).joints();
   options.axis_tolerance =
       std::min(options.axis_tolerance,
                Angle::from_radians(options.tolerance / job.plan.cutter.shank_length).degrees());

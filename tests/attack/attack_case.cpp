@@ -6,14 +6,12 @@
 
 #include "daemon/near_pole.h"
 #include "daemon/space_about.h"
+#include "kinematics/tolerance_budget.h"
 #include "tests/attack/random_job.h"
 #include "tests/attack/random_part.h"
 
 namespace tiltfeed::attack {
 namespace {
-
-/// As daemon/main.cpp shares the tolerance.
-constexpr double kRepair = 0.25, kPost = 0.35;
 
 double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
@@ -24,7 +22,8 @@ void write(const std::string& path, const std::string& text) {
 
 Result<JointPath> posted(const Job& job, const CheckedMesh& part, const ToolPath& path) {
   JointPathOptions options;
-  options.tolerance = job.plan.tolerance * kPost;
+  const ToleranceBudget budget(job.plan.tolerance);
+  options.tolerance = job.axis_tolerance.radians() > 0.0 ? budget.joints_beside_pole() : budget.joints();
   const Angle lean = Angle::from_radians(options.tolerance / job.plan.cutter.shank_length);
   options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
   options.linear_decimals = job.machine.format.linear_decimals;
@@ -47,7 +46,7 @@ CaseResult run_job(const std::string& job_path) {
   if (!job) return refused(result, job.error());
   const auto stl = read_stl(job->stl_path, job->stl_unit_mm);
   if (!stl) return refused(result, stl.error());
-  const auto part = check_mesh(*stl, {job->plan.tolerance * kRepair});
+  const auto part = check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()});
   if (!part) return refused(result, part.error());
   result.facets = part->mesh.facets.size();
   auto planned = plan(*part, job->plan, {});
