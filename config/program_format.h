@@ -3,6 +3,7 @@
 
 #include <array>
 #include <string>
+#include <vector>
 
 #include "kinematics/machine.h"
 
@@ -15,25 +16,26 @@ struct DialectName {
   Dialect dialect;
   const char* name;     ///< in profiles and on the command line
   const char* control;  ///< for people
+  int most_decimals;    ///< that the control reads
   // Why the control does not turn a rotary the shorter way, or by the word's sign; nullptr: it does, told by
   // a word of the program or by a parameter that the profile repeats.
   const char *no_shortest, *no_signed;
 };
 inline constexpr std::array<DialectName, 7> kDialects{{
-    {Dialect::kRs274, "rs274", "LinuxCNC and other RS274/NGC controls",
+    {Dialect::kRs274, "rs274", "LinuxCNC and other RS274/NGC controls", 6,
      "LinuxCNC has no word and no setting for the shorter way, its WRAPPED_ROTARY is signed", nullptr},
-    {Dialect::kGrbl, "grbl", "Grbl, grblHAL, FluidNC", "Grbl counts turns", "Grbl counts turns"},
+    {Dialect::kGrbl, "grbl", "Grbl, grblHAL, FluidNC", 4, "Grbl counts turns", "Grbl counts turns"},
     // Parameter 1008: ROA=0 counts turns; ROA=1 is modulo, with RAB=0 the shorter way, with RAB=1 by the
     // sign.
-    {Dialect::kFanuc, "fanuc", "Fanuc 30i and relatives; TCP is G43.4", nullptr, nullptr},
-    {Dialect::kHaas, "haas", "Haas NGC; TCP is G234",
+    {Dialect::kFanuc, "fanuc", "Fanuc 30i and relatives; TCP is G43.4", 3, nullptr, nullptr},
+    {Dialect::kHaas, "haas", "Haas NGC; TCP is G234", 3,
      "no word of a Haas program tells the control to take the shorter way",
      "a Haas reads the sign as part of the place"},
-    {Dialect::kSiemens, "siemens", "Sinumerik 840D; TCP is TRAORI", nullptr,
+    {Dialect::kSiemens, "siemens", "Sinumerik 840D; TCP is TRAORI", 6, nullptr,
      "a Sinumerik reads the sign as part of the place"},
-    {Dialect::kHeidenhain, "heidenhain", "Heidenhain iTNC and TNC, conversational; TCP is M128", nullptr,
+    {Dialect::kHeidenhain, "heidenhain", "Heidenhain iTNC and TNC, conversational; TCP is M128", 4, nullptr,
      "a TNC reads the sign as part of the place"},
-    {Dialect::kHeidenhainIso, "heidenhain_iso", "Heidenhain iTNC and TNC, DIN/ISO; TCP is M128", nullptr,
+    {Dialect::kHeidenhainIso, "heidenhain_iso", "Heidenhain iTNC and TNC, DIN/ISO; TCP is M128", 4, nullptr,
      "a TNC reads the sign as part of the place"},
 }};
 
@@ -60,6 +62,8 @@ struct ProgramFormat {
   Dialect dialect = Dialect::kRs274;
   int linear_decimals = 4;
   int rotary_decimals = 4;
+  // That a fine tolerance may ask for: what the profile states, else what the control reads.
+  int most_linear_decimals = 4, most_rotary_decimals = 4;
   int max_line_length = 79;          ///< bytes, without line end
   bool line_numbers = false;         ///< N words; Heidenhain text always has numbers
   double max_inverse_time = 100000;  ///< largest F in G93, 1/min
@@ -75,14 +79,18 @@ struct ProgramFormat {
   int max_bytes = 0;     ///< of the whole file; 0: no limit
   PathControl path_control = PathControl::kControl;
   double blend_tolerance = 0.0;  ///< for kBlend, mm
-  std::string retract;     ///< line before a tool change and at the end; "default": the dialect's; "none"
-  std::string start, end;  ///< lines before the first motion and before the program's end; empty: none
+  std::string retract;  ///< line before a tool change and at the end; "default": the dialect's; "none"
+  std::vector<std::string> start, end;  ///< lines before the first motion and before the program's end
   std::string clamp_tilt, unclamp_tilt, clamp_rotary, unclamp_rotary;  ///< words, empty: none
 };
 
 /// The format that a dialect has where a profile states nothing.
 ProgramFormat usual_format(Dialect dialect);
 const DialectName& name_of(Dialect dialect);
+/// The format with so many decimals, up to the most, that rounding the words takes kRoundingShare of the
+/// tolerances (mm, degrees) at most.
+ProgramFormat fine_enough(ProgramFormat format, double tolerance, double axis_tolerance);
+inline constexpr double kRoundingShare = 0.1;
 /// Whether the control has a tool centre point function that we know the words of.
 constexpr bool has_tcp(Dialect d) { return d != Dialect::kRs274 && d != Dialect::kGrbl; }
 /// Whether the control has G93.

@@ -1,8 +1,10 @@
 #include "config/program_keys.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "config/words.h"
+#include "kinematics/decimal.h"
 
 namespace tiltfeed {
 namespace {
@@ -13,7 +15,9 @@ constexpr Range kRadius = above(0.0, 10'000.0);  // mm
 constexpr Range kBlend{0.0, 1.0};                // mm
 constexpr int kMostBlocks = 1'000'000'000;
 constexpr int kMostBytes = 2'000'000'000;
-constexpr std::size_t kMostWords = 40;  // characters of a line that a profile states
+constexpr std::size_t kMostWords = 40;  // characters of words that a profile states
+constexpr std::size_t kMostLines = 20;  // of `start` and of `end`
+constexpr std::size_t kMostLine = 72;   // characters of one of them
 
 constexpr std::initializer_list<Choice<FeedMode>> kFeedModes{{"inverse_time", FeedMode::kInverseTime},
                                                              {"per_minute", FeedMode::kPerMinute}};
@@ -44,6 +48,48 @@ std::string read_words(const Section& program, const char* key, const std::strin
     program.complain(key, "expected words of a program, at most " + std::to_string(kMostWords) +
                               " of A-Z 0-9 blank . - + =, found \"" + text + "\"");
   return text;
+}
+
+/// Words that move an axis; those of a move in the machine's own coordinates do not count.
+bool moves_the_tool(const std::string& line) {
+  std::string bare;
+  int depth = 0;  // in parentheses stand comments and arguments
+  for (const char c : line) {
+    depth += c == '(' ? 1 : 0;
+    if (depth == 0) bare += c;
+    depth -= c == ')' ? 1 : 0;
+  }
+  for (const char* elsewhere : {"G53", "G28", "G30", "SUPA", "M91", "M92"})
+    if (bare.find(elsewhere) != bare.npos) return false;
+  for (std::size_t i = 0; i + 1 < bare.size(); ++i) {
+    const bool begins = i == 0 || bare[i - 1] == ' ' || (bare[i - 1] >= '0' && bare[i - 1] <= '9');
+    const std::string_view axes = "XYZABCUVW", number = "0123456789.-+=";
+    if (begins && axes.find(bare[i]) != axes.npos && number.find(bare[i + 1]) != number.npos) return true;
+  }
+  return false;
+}
+
+/// Lines of a program that a profile states: one text or a list of them.
+std::vector<std::string> read_lines(const Section& program, const char* key) {
+  std::vector<std::string> lines = program.lines(key, kMostLines);
+  if (lines == std::vector<std::string>{"none"}) return {};
+  for (const std::string& line : lines) {
+    const bool plain = std::all_of(line.begin(), line.end(), [](char c) {
+      return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+             std::string_view(" .-+=(),_/\"").find(c) != std::string_view::npos;
+    });
+    const auto opened = std::count(line.begin(), line.end(), '('),
+               closed = std::count(line.begin(), line.end(), ')');
+    if (!plain || line.size() > kMostLine || opened != closed || line.front() == '/' || line.front() == ' ')
+      program.complain(key, "expected words of a program, at most " + std::to_string(kMostLine) +
+                                " of A-Z 0-9 blank . - + = ( ) , _ / \" in a line, found \"" + line + "\"");
+    else if (moves_the_tool(line))
+      program.complain(key,
+                       "\"" + line +
+                           "\" moves an axis where nothing is known of the part; expected a move in machine "
+                           "coordinates (G53, G28, SUPA, M91) or none");
+  }
+  return lines;
 }
 
 void read_feed(const Section& program, const ProgramFormat& usual, ProgramFormat& format) {
@@ -100,6 +146,11 @@ ProgramFormat for_another(Dialect dialect, const ProgramFormat& stated) {
 }
 
 std::string or_none(const std::string& text) { return text.empty() ? "none" : text; }
+std::string or_none(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += (text.empty() ? "" : " | ") + line;
+  return or_none(text);
+}
 
 }  // namespace
 
@@ -114,9 +165,20 @@ const char* refusal_of(Dialect dialect, RotaryWord word) {
   return word == RotaryWord::kShortest ? row.no_shortest : row.no_signed;
 }
 
+ProgramFormat fine_enough(ProgramFormat format, double tolerance, double axis_tolerance) {
+  // Half of the last decimal in each of three words, and in each of two.
+  const auto widen = [](int& decimals, int most, double worst, double allowed) {
+    while (decimals < most && worst / decimal_scale(decimals) > allowed * kRoundingShare) ++decimals;
+  };
+  widen(format.linear_decimals, format.most_linear_decimals, std::sqrt(3.0) / 2.0, tolerance);
+  widen(format.rotary_decimals, format.most_rotary_decimals, std::sqrt(2.0) / 2.0, axis_tolerance);
+  return format;
+}
+
 ProgramFormat usual_format(Dialect dialect) {
   ProgramFormat format;
   format.dialect = dialect;
+  format.most_linear_decimals = format.most_rotary_decimals = name_of(dialect).most_decimals;
   format.retract = "default";
   if (dialect == Dialect::kRs274 || dialect == Dialect::kGrbl) return format;
   format.max_line_length = 100;
@@ -167,6 +229,8 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
   ProgramFormat result = usual;
   result.linear_decimals = program.integer("linear_decimals", 1, 6, usual.linear_decimals);
   result.rotary_decimals = program.integer("rotary_decimals", 1, 6, usual.rotary_decimals);
+  if (program.has("linear_decimals")) result.most_linear_decimals = result.linear_decimals;
+  if (program.has("rotary_decimals")) result.most_rotary_decimals = result.rotary_decimals;
   result.max_line_length = program.integer("max_line_length", 16, 4096, usual.max_line_length);
   result.line_numbers = program.flag("line_numbers", usual.line_numbers);
   result.line_number_step = program.integer("line_number_step", 1, 100, usual.line_number_step);
@@ -186,8 +250,8 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
   read_feed(program, usual, result);
   read_path_control(program, usual, result);
   result.retract = read_words(program, "retract", usual.retract);
-  result.start = read_words(program, "start", "");
-  result.end = read_words(program, "end", "");
+  result.start = read_lines(program, "start");
+  result.end = read_lines(program, "end");
   read_clamps(program, result);
   return dialect && *dialect != result.dialect ? for_another(*dialect, result) : result;
 }

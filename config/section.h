@@ -72,6 +72,8 @@ class Section {
   std::vector<Vec3> directions(const char* key, std::size_t most) const;
   /// One line of printable text without blanks at its ends, not empty unless `fallback` is.
   std::string text(const char* key, std::optional<std::string> fallback = {}) const;
+  /// A text, or a list of 1 to `most` texts, each as above; empty where absent, wrong or the text is empty.
+  std::vector<std::string> lines(const char* key, std::size_t most) const;
   /// [A-Za-z0-9 ._-]{1,40}: safe in file names, G-code comments and CL text.
   std::string name(const char* key) const;
   template <class E>

@@ -40,6 +40,31 @@ Vec3 Section::direction(const char* key, std::optional<Vec3> fallback) const {
   return {0, 0, 1};
 }
 
+std::vector<std::string> Section::lines(const char* key, std::size_t most) const {
+  const YamlNode* node = find(key);
+  if (node == nullptr) return {};
+  if (node->kind == YamlKind::kScalar) {
+    const std::string one = text(key, "");
+    return one.empty() ? std::vector<std::string>{} : std::vector<std::string>{one};
+  }
+  if (node->kind != YamlKind::kList || node->items.empty() || node->items.size() > most) {
+    complain(key, "expected a text or a list of 1 to " + std::to_string(most) + " texts, " + found(*node));
+    return {};
+  }
+  std::vector<std::string> all;
+  for (std::size_t i = 0; i < node->items.size(); ++i) {
+    const YamlNode& item = node->items[i];
+    const bool printable = std::all_of(item.text.begin(), item.text.end(),
+                                       [](unsigned char byte) { return byte >= 0x20 && byte != 0x7F; });
+    if (item.kind != YamlKind::kScalar || item.text.empty() || !printable) {
+      complain_at(key, i, "expected one line of text, " + found(item));
+      return {};
+    }
+    all.push_back(item.text);
+  }
+  return all;
+}
+
 std::vector<Vec3> Section::directions(const char* key, std::size_t most) const {
   const YamlNode* node = want(key, true);
   if (node == nullptr) return {};

@@ -175,7 +175,7 @@ void Writer::begin(const Operation& op, bool first) {
   tilt_clamped_ = rotary_clamped_ = false;
   if (!first) return;
   modes();
-  if (!format_.start.empty()) line(format_.start);
+  for (const std::string& own : format_.start) line(own);
 }
 
 /// The control's own tool length ends up there: ended below, the next Z would be deeper by it.
@@ -315,7 +315,7 @@ void Writer::leave() {
 void Writer::finish() {
   leave();
   retract();
-  if (!format_.end.empty()) line(format_.end);
+  for (const std::string& own : format_.end) line(own);
   lines(table_.end);
   if (format_.percent) line("%");
 }

@@ -50,13 +50,15 @@ class StageClock {
   std::vector<StageTime> times;
 };
 
-JointPathOptions joint_options(const Job& job, const Mesh& part) {
+/// Also gives the program's words the decimals that the tolerance needs.
+JointPathOptions joint_options(Job& job, const Mesh& part) {
   const ToleranceBudget budget(job.plan.tolerance);
   JointPathOptions options;
   options.tolerance = job.axis_tolerance.radians() > 0.0 ? budget.joints_beside_pole() : budget.joints();
   // What the axis may lean moves the shank's end by no more than the tip may stray.
   const Angle lean = Angle::from_radians(options.tolerance / job.plan.cutter.shank_length);
   options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
+  job.machine.format = fine_enough(job.machine.format, options.tolerance, options.axis_tolerance);
   // Under TCP the linear words are the tip's, so joints are kept finer than what is printed.
   options.linear_decimals = job.machine.format.tcp ? kTcpDecimals : job.machine.format.linear_decimals;
   options.rotary_decimals = job.machine.format.rotary_decimals;

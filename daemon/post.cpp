@@ -64,8 +64,10 @@ Result<void> check_compensation(const AptOperation& op, const JointPath& path, c
 
 }  // namespace
 
-Result<Posted> post(const AptProgram& program, const std::string& name, const MachineProfile& machine,
+Result<Posted> post(const AptProgram& program, const std::string& name, const MachineProfile& stated_machine,
                     const PostOptions& options) {
+  MachineProfile machine = stated_machine;
+  machine.format = fine_enough(machine.format, options.tolerance, options.axis_tolerance);
   Posted out;
   out.posting = {program.name, machine, options.data, {}};
   const ProgramFormat& format = machine.format;

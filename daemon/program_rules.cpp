@@ -70,9 +70,11 @@ TextLanguage text_language(const MachineProfile& machine) {
   const ProgramFormat& format = machine.format;
   TextLanguage language{format.dialect,  model.tilt.letter, model.rotary.letter,
                         model.tilt.word, model.rotary.word, {}};
-  for (const std::string& line : {format.start, format.end, format.retract, format.clamp_tilt,
-                                  format.unclamp_tilt, format.clamp_rotary, format.unclamp_rotary})
+  for (const std::string& line : {format.retract, format.clamp_tilt, format.unclamp_tilt, format.clamp_rotary,
+                                  format.unclamp_rotary})
     add_codes(line, language.own_codes);
+  for (const std::string& line : format.start) add_codes(line, language.own_codes);
+  for (const std::string& line : format.end) add_codes(line, language.own_codes);
   return language;
 }
 

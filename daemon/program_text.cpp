@@ -127,9 +127,9 @@ void Reader::next_tool(int number) {
 /// Lines in words of a Heidenhain dialogue, and those that only set a control up; true when it was one.
 bool Reader::dialogue(const std::string& line, Mistake& mistake) {
   const auto is = [&](const char* head) { return line.starts_with(head); };
-  if (is("%") || is("BEGIN PGM") || is("END PGM") || is("FGROUP") || is("FGREF") || is("CYCL DEF 247") ||
-      is("Q339") || is("CYCL DEF 9.0") || is("G247") || is("PLANE RESET") || is("CYCL DEF 10.0 ROTATION") ||
-      line == "CYCL DEF 10.1 ROT+0" || line == "G73 G90 H+0")
+  if (is("%") || is("BEGIN PGM") || is("END PGM") || is("FGROUP") || is("FGREF") || is("CYCLE832(") ||
+      is("CYCL DEF 247") || is("Q339") || is("CYCL DEF 9.0") || is("G247") || is("PLANE RESET") ||
+      is("CYCL DEF 10.0 ROTATION") || line == "CYCL DEF 10.1 ROT+0" || line == "G73 G90 H+0")
     return true;
   const bool numbered = language_.dialect == Dialect::kFanuc || language_.dialect == Dialect::kHaas;
   if (numbered && line.size() > 1 && line[0] == 'O' &&

@@ -226,7 +226,7 @@ std::vector<Choice> JointChooser::start_turns(const Pose& pose, const Choice& fi
   return found;
 }
 
-Result<std::vector<Choice>> JointChooser::starts(const Pose& pose) const {
+Result<std::vector<Choice>> JointChooser::starts(const Pose& pose, const RotarySolutions* leave) const {
   // The turn nearest to 0, or to the limit next to it, and its neighbours.
   const double base = std::clamp(0.0, machine_.rotary.min, machine_.rotary.max);
   Choice home;
@@ -235,7 +235,13 @@ Result<std::vector<Choice>> JointChooser::starts(const Pose& pose) const {
   std::vector<Choice> found;
   if (solutions.in_cone) {
     home.at_pole = true;
-    found = start_turns(pose, home);
+    for (int branch = 0; branch < 2 && leave != nullptr; ++branch) {
+      home.branch = branch;
+      home.joints.c = nearest_turn(leave->words[branch].rotary, base);
+      for (const Choice& choice : start_turns(pose, home)) found.push_back(choice);
+    }
+    home.branch = 0, home.joints.c = base;
+    if (found.empty()) found = start_turns(pose, home);
     if (found.empty()) return fail(Code::kLimit, at_pole(pose, home, base).error().message);
   } else {
     if (!solutions.reachable) return unreachable(pose);
@@ -248,7 +254,9 @@ Result<std::vector<Choice>> JointChooser::starts(const Pose& pose) const {
     }
   }
   const auto preferred = [&](const Choice& choice) {
-    return (choice.joints.a - machine_.tilt.zero) * machine_.preferred_tilt > 0.0;
+    const bool ahead = choice.at_pole && leave != nullptr;
+    const double tilt = ahead ? leave->words[choice.branch].tilt : choice.joints.a;
+    return (tilt - machine_.tilt.zero) * machine_.preferred_tilt > 0.0;
   };
   std::stable_sort(found.begin(), found.end(), [&](const Choice& p, const Choice& q) {
     if (preferred(p) != preferred(q)) return preferred(p);

@@ -39,8 +39,14 @@ class JointChooser {
                double pole_cone);
 
   /// Solutions within limits to start from: smallest |C| first, positive tilt first among equals.
+  /// At the pole, where the rotary is free, first those from which the path leaves it without turning the
+  /// rotary: towards `leave`, the solutions of the first pose beyond the pole.
   /// Errors: kUnreachable, kLimit (no solution within limits).
-  Result<std::vector<Choice>> starts(const Pose& pose) const;
+  Result<std::vector<Choice>> starts(const Pose& pose, const RotarySolutions* leave = nullptr) const;
+  /// The rotary word of the solution that `next` prefers from there.
+  double rotary_towards(const RotarySolutions& solutions, const Choice& from) const {
+    return candidate(solutions, preferred(solutions, from), from.joints).c;
+  }
   RotarySolutions solve(const Pose& pose) const;
   /// The solutions within limits between which a reconfiguration can choose, on both branches: on the turns
   /// next to `from`, next to 0 and next to either limit. `solutions`: those of `pose`.

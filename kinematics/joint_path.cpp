@@ -192,7 +192,10 @@ Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, c
   const JointChooser chooser(machine, setup, options.linear_decimals, options.rotary_decimals,
                              cone * kPoleShare);
   const Pose& first = path.moves.front().pose;
-  const auto starts = chooser.starts(first);
+  RotarySolutions leave = chooser.solve(first);
+  for (std::size_t i = 1; leave.in_cone && i < path.moves.size(); ++i)
+    leave = chooser.solve(path.moves[i].pose);
+  const auto starts = chooser.starts(first, leave.in_cone || !leave.reachable ? nullptr : &leave);
   if (!starts) return tl::unexpected(located(starts.error(), 0, first, machine));
   // The first start that leads through; else the error of the one that came furthest. Another turn of the
   // table helps against the table's limit only, another branch against any.

@@ -23,6 +23,8 @@ constexpr int kMaxSwing = 18000;
 // A control that turns F into mm/min may not go below 0.1 mm/min (LinuxCNC), so that a linear way shorter
 // than 0.1 mm/min times the block's time runs too fast; a tenth more because F is printed rounded.
 constexpr double kSlowestFeed = 0.11;
+// Moves at the pole that are looked through for where the path leaves it: bounds the work.
+constexpr std::size_t kLookAhead = 512;
 
 }  // namespace
 
@@ -106,39 +108,71 @@ void Walker::emit(const Choice& to, const Deviation& deviation, double time) {
   out_.moves.push_back({to.joints, time, kind_, static_cast<std::uint32_t>(index_)});
 }
 
-/// From a pose inside the pole cone: turns the table in place to where `goal` needs it, if one block then
-/// reaches `goal`. Nothing is emitted otherwise.
-Result<bool> Walker::swing(const Sweep& sweep, double f0, double f1, const Choice& goal) {
-  const Pose pose = sweep.at(f0);
+/// At a pose inside the pole cone, the tip held: what turns the table by `turn`; nothing where no block fits.
+/// Leaves the joints where they are.
+Result<std::optional<Walker::Turned>> Walker::turned_in_place(const Pose& pose, double turn) {
   const Sweep standing(pose, pose);  // held in place, nothing is early or late
-  const double turn = goal.joints.c - at_.joints.c;
   // (K6) with no linear way: the tip leaves its place by r dphi^2 / 8; half the tolerance for that.
   const double radius = std::max(chooser_.chain().radius(pose.tip), options_.tolerance);
   const double step = Angle::from_radians(std::sqrt(4.0 * options_.tolerance / radius)).degrees();
   const int count = static_cast<int>(std::ceil(std::abs(turn) / std::min(step, 90.0)));
+  if (count > kMaxSwing) return std::nullopt;
   const Choice before = at_;
-  std::vector<std::pair<Choice, Deviation>> turned;
-  for (int i = 1; i <= count && count <= kMaxSwing; ++i) {
+  Turned turned;
+  for (int i = 1; i <= count; ++i) {
     const auto stop = chooser_.at_pole(pose, at_, before.joints.c + turn * i / count);
-    if (!stop) {
-      at_ = before;
-      return tl::unexpected(stop.error());
+    const Deviation deviation = stop ? check(standing, 0.0, 0.0, stop->joints) : Deviation{};
+    const bool fits = stop && excess(deviation, at_.joints, stop->joints) <= 1.0;
+    if (fits) {
+      turned.emplace_back(*stop, deviation);
+      at_ = *stop;
+      continue;
     }
-    const Deviation deviation = check(standing, 0.0, 0.0, stop->joints);
-    if (excess(deviation, at_.joints, stop->joints) > 1.0) break;
-    turned.emplace_back(*stop, deviation);
-    at_ = *stop;
+    at_ = before;
+    if (!stop) return tl::unexpected(stop.error());
+    return std::nullopt;
   }
+  at_ = before;
+  return turned;
+}
+
+/// From a pose inside the pole cone: turns the table in place to where `goal` needs it, if one block then
+/// reaches `goal`. Nothing is emitted otherwise.
+Result<bool> Walker::swing(const Sweep& sweep, double f0, double f1, const Choice& goal) {
+  const auto turned = turned_in_place(sweep.at(f0), goal.joints.c - at_.joints.c);
+  if (!turned) return tl::unexpected(turned.error());
+  if (!*turned) return false;
+  const Choice before = at_;
+  if (!(*turned)->empty()) at_ = (*turned)->back().first;
   const Deviation last = check(sweep, f0, f1, goal.joints);
-  const bool fits =
-      turned.size() == static_cast<std::size_t>(count) && excess(last, at_.joints, goal.joints) <= 1.0;
+  const bool fits = excess(last, at_.joints, goal.joints) <= 1.0;
   at_ = before;
   if (!fits) return false;
-  for (const auto& [choice, deviation] : turned)
+  for (const auto& [choice, deviation] : **turned)
     emit(choice, deviation, seconds(at_.joints, choice.joints, 0.0));
   emit(goal, last, seconds(at_.joints, goal.joints, sweep.distance() * (f1 - f0)));
   ++out_.report.pole_swings;
   return true;
+}
+
+/// (K8) After a rapid that ends at the pole: the rotary, which is free there, is turned before the tool goes
+/// into the material to where the path leaves the pole.
+void Walker::turn_ahead() {
+  const std::vector<Move>& moves = path_.moves;
+  if (kind_ != MoveKind::kRapid || !at_.at_pole) return;
+  if (index_ + 1 >= moves.size() || moves[index_ + 1].kind == MoveKind::kRapid) return;
+  const std::size_t end = std::min(moves.size(), index_ + 1 + kLookAhead);
+  for (std::size_t next = index_ + 1; next < end && moves[next].kind != MoveKind::kRapid; ++next) {
+    const RotarySolutions solutions = chooser_.solve(moves[next].pose);
+    if (solutions.in_cone) continue;
+    if (!solutions.reachable) return;
+    const double turn = chooser_.rotary_towards(solutions, at_) - at_.joints.c;
+    const auto turned = turned_in_place(moves[index_].pose, turn);
+    if (!turned || !*turned) return;  // a limit: the way into the cut then says so
+    for (const auto& [choice, deviation] : **turned)
+      emit(choice, deviation, seconds(at_.joints, choice.joints, 0.0));
+    return;
+  }
 }
 
 Result<void> Walker::stuck(const Sweep& sweep, double f1, const Choice& goal) const {
@@ -203,6 +237,7 @@ Stretch Walker::walk(const Choice& start, std::size_t first, std::span<const Rot
       break;
     }
     if (out_.moves.size() > before + 1) ++out_.report.subdivided_moves;
+    turn_ahead();
   }
   out_.end = at_;
   return std::move(out_);

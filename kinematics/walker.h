@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "kinematics/joint_choice.h"
@@ -39,6 +40,9 @@ class Walker {
 
  private:
   Result<void> advance(const Sweep& sweep, double f0, double f1, int halvings);
+  using Turned = std::vector<std::pair<Choice, Deviation>>;
+  Result<std::optional<Turned>> turned_in_place(const Pose& pose, double turn);
+  void turn_ahead();
   Result<bool> swing(const Sweep& sweep, double f0, double f1, const Choice& goal);
   Result<void> stuck(const Sweep& sweep, double f1, const Choice& goal) const;
   Deviation check(const Sweep& sweep, double f0, double f1, const Joints& to) const;

@@ -39,8 +39,10 @@ ControlReader::ControlReader(const MachineProfile& machine, const Setup& setup)
       model_(machine.model),
       frames_(machine.model, setup) {
   const ProgramFormat& f = machine.format;
-  for (const std::string& text :
-       {f.start, f.end, f.clamp_tilt, f.unclamp_tilt, f.clamp_rotary, f.unclamp_rotary})
+  std::vector<std::string> own{f.clamp_tilt, f.unclamp_tilt, f.clamp_rotary, f.unclamp_rotary};
+  own.insert(own.end(), f.start.begin(), f.start.end());
+  own.insert(own.end(), f.end.begin(), f.end.end());
+  for (const std::string& text : own)
     if (!text.empty()) own_lines_.emplace_back(bare_line(text, dialect_, room_));
 }
 

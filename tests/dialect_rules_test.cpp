@@ -93,8 +93,8 @@ TEST(Dialect, StartAndEndLinesOfTheProfile) {
   const JointPath path = short_path();
   for (const Dialect dialect : {Dialect::kRs274, Dialect::kFanuc, Dialect::kHaas}) {
     Posting posting = posting_of({dialect, false}, {&path, &path});
-    posting.machine.format.start = "G53 G0 Z-1";
-    posting.machine.format.end = "G53 G0 X-2 Y-3";
+    posting.machine.format.start = {"M77", "G53 G0 Z-1"};
+    posting.machine.format.end = {"G53 G0 X-2 Y-3"};
     const std::vector<std::string> lines = lines_of(text_of(posting));
     const auto at = [&](const std::string& text) {
       EXPECT_EQ(std::count(lines.begin(), lines.end(), text), 1) << text;
@@ -107,6 +107,7 @@ TEST(Dialect, StartAndEndLinesOfTheProfile) {
                      }) -
         lines.begin();
     EXPECT_LT(at("G53 G0 Z-1"), motion);
+    EXPECT_EQ(at("M77") + 1, at("G53 G0 Z-1"));
     EXPECT_EQ(lines[static_cast<std::size_t>(at("G53 G0 X-2 Y-3")) + 1],
               dialect == Dialect::kRs274 ? "M2" : "M30");
     // Moves in machine coordinates are none of the path.

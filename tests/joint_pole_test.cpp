@@ -111,6 +111,36 @@ TEST(JointPole, CrossesThePoleWithoutLeaveToHold) {
   EXPECT_NEAR(span(joints, &Joints::c), 180.0, 1.0);
 }
 
+/// Two plunges along the pole, each followed by a cut that leaves it: the rotary, which is free there, is
+/// turned while the tool is in the air.
+TEST(JointPole, TurnsTheFreeRotaryBeforeThePlunge) {
+  ToolPath path;
+  path.tool = {6, 3, 100};
+  path.cut_feed = path.plunge_feed = Feed::from_mm_per_min(500);
+  const auto go = [&](Point<Part> tip, Vec3 axis, MoveKind kind) {
+    path.moves.push_back({{tip, normalized(axis)}, kind, kNoFacet});
+  };
+  for (const double azimuth : {70.0, -50.0}) {
+    const Point<Part> at{azimuth / 10.0, 5, 0};
+    go(at + Vec3{0, 0, 40}, {0, 0, 1}, MoveKind::kRapid);
+    go(at, {0, 0, 1}, MoveKind::kPlunge);
+    for (int i = 1; i <= 20; ++i) go(at + Vec3{0.5 * i, 0, 0}, axis_at(i, azimuth), MoveKind::kCut);
+    go(at + Vec3{10, 0, 40}, axis_at(20, azimuth), MoveKind::kRapid);
+  }
+  const auto joints = to_joints(path, trunnion(), {}, {});
+  ASSERT_TRUE(joints) << joints.error().message;
+  EXPECT_EQ(joints->report.pole_swings, 0u);
+  double in_air = 0.0;
+  for (std::size_t i = 1; i < joints->moves.size(); ++i) {
+    const double turn = std::abs(joints->moves[i].joints.c - joints->moves[i - 1].joints.c);
+    if (joints->moves[i].kind == MoveKind::kRapid)
+      in_air += turn;
+    else
+      ASSERT_LT(turn, 0.5) << "block " << i << " turns the table in the material";
+  }
+  EXPECT_GT(in_air, 50.0);
+}
+
 TEST(JointPole, LeavesThePoleInAnyDirection) {
   for (int azimuth = -180; azimuth < 180; azimuth += 15) {
     JointPath joints;

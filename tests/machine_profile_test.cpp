@@ -103,6 +103,37 @@ TEST(MachineProfile, AnEndlessAxisHasNoLimits) {
   }
 }
 
+TEST(MachineProfile, StartAndEndTakeSeveralLinesAndParentheses) {
+  const Result<MachineProfile> profile =
+      parse_changed("dialect: grbl",
+                    "dialect: siemens\n  start: [\"CYCLE832(0.01,1)\", G53 G0 Z0]\n  end: G0 SUPA X0 Y0 D0");
+  ASSERT_TRUE(profile.has_value()) << profile.error().message;
+  EXPECT_EQ(profile->format.start, (std::vector<std::string>{"CYCLE832(0.01,1)", "G53 G0 Z0"}));
+  EXPECT_EQ(profile->format.end, (std::vector<std::string>{"G0 SUPA X0 Y0 D0"}));
+  EXPECT_NE(describe(*profile).find("program.start: CYCLE832(0.01,1) | G53 G0 Z0\n"), std::string::npos);
+}
+
+/// Rounding by half a last decimal in each word stays below a tenth of the tolerances, as far as the control
+/// reads decimals; stated ones stay.
+TEST(MachineProfile, DecimalsAreFineEnoughForTheTolerance) {
+  const struct {
+    Dialect dialect;
+    double tolerance, axis_tolerance;
+    int linear, rotary;
+  } table[]{{Dialect::kRs274, 0.0035, 0.005, 4, 4},     {Dialect::kRs274, 0.0007, 0.0005, 5, 5},
+            {Dialect::kSiemens, 0.0007, 0.00005, 5, 6}, {Dialect::kGrbl, 0.0007, 0.00005, 4, 4},
+            {Dialect::kFanuc, 0.0007, 0.00005, 3, 3},   {Dialect::kRs274, 1e-9, 1e-9, 6, 6}};
+  for (const auto& row : table) {
+    const ProgramFormat format = fine_enough(usual_format(row.dialect), row.tolerance, row.axis_tolerance);
+    EXPECT_EQ(format.linear_decimals, row.linear) << name_of(row.dialect).name;
+    EXPECT_EQ(format.rotary_decimals, row.rotary) << name_of(row.dialect).name;
+  }
+  const Result<MachineProfile> stated = parse_changed("dialect: grbl", "dialect: rs274");  // 3 and 5
+  ASSERT_TRUE(stated.has_value()) << stated.error().message;
+  EXPECT_EQ(fine_enough(stated->format, 1e-9, 1e-9).linear_decimals, 3);
+  EXPECT_EQ(fine_enough(stated->format, 1e-9, 1e-9).rotary_decimals, 5);
+}
+
 TEST(MachineProfile, ProgramAndLinkMayBeLeftOut) {
   const std::string least =
       replaced(kGoodMachine.substr(0, kGoodMachine.find("program:")), "table_centre_mm: [17, 18, 19]\n", "");

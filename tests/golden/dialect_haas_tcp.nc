@@ -4,7 +4,7 @@ O00042 (bracket 7)
 (TILTFEED machine generic-ac)
 (TILTFEED tool length 100 mm is planned, TCP takes the control's)
 (TILTFEED part zero 30 -10 50 mm)
-(TILTFEED blocks 16 time 6 s)
+(TILTFEED blocks 14 time 5.6 s)
 G21 G90 G17 G40 G80 G94 G54
 G0 G53 Z0.
 G49
@@ -12,14 +12,12 @@ G69
 T3 M6
 S12000 M3
 M8
-G0 A0. C0.
-G0 X0. Y0.
-G0 G234 H3 X0. Y0. Z60. A0. C0.
+G0 A0. C90.
+G0 X-40. Y-20.
+G0 G234 H3 X0. Y0. Z60. A0. C90.
 Z22.
 G1 Z20. F300.
-C45.714 F14400.
-X0.063 Z19.999 A0.143 C90. F1500.
-X0.5 Z19.995 A1.146
+X0.5 Z19.995 A1.146 F1500.
 X1. Y0.1 Z19.98 A2.868 C92.291
 (side second)
 X1.333 Y0.233 Z19.953 A4.037 C95.981 F1500.
