@@ -107,6 +107,7 @@ std::array<JointChooser::Candidate, 2> JointChooser::candidates(const RotarySolu
 }
 
 int JointChooser::preferred(const RotarySolutions& solutions, const Choice& from) const {
+  if (from.at_pole && solutions.barred >= 0) return 1 - solutions.barred;
   const auto time = [&](int branch) {
     const RotarySolutions::Words words = nearest(solutions, branch, from.joints);
     return cost(words.tilt, words.rotary, from.joints);

@@ -29,6 +29,7 @@ struct RotarySolutions {
   bool reachable = true;
   bool in_cone = false;      ///< inside the pole cone: the rotary is held
   bool rotary_free = false;  ///< at the pole: the rotary word before is kept
+  int barred = -1;           ///< the branch not to be taken where the path leaves the pole; -1: none
 };
 
 class JointChooser {

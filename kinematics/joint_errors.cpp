@@ -21,6 +21,8 @@ std::string place(std::size_t index, const Pose& pose) {
          ", axis " + triple(pose.axis.x, pose.axis.y, pose.axis.z, 6) + ": ";
 }
 
+bool opposite(Vec3 u, Vec3 v) { return dot(u, v) < 0.0 && angle_between(u, v) > kPi - kOpposite; }
+
 /// What to change for a broken limit; nothing for other messages.
 std::string remedy(const MachineModel& machine, const std::string& text) {
   const char letter = limited_axis(text);
@@ -62,12 +64,17 @@ Result<void> check_path(const ToolPath& path, const MachineModel& machine, const
     if (move.kind != MoveKind::kRapid && !(feed.mm_per_min() > 0.0))
       return fail(Code::kInput, place(i, move.pose) + "its feed is " + decimal(feed.mm_per_min(), 4) +
                                     " mm/min; state one above 0");
-    if (i > 0 && dot(move.pose.axis, path.moves[i - 1].pose.axis) < 0.0 &&
-        angle_between(move.pose.axis, path.moves[i - 1].pose.axis) > kPi - kOpposite)
+    if (i > 0 && opposite(move.pose.axis, path.moves[i - 1].pose.axis))
       return fail(Code::kInput,
                   place(i, move.pose) + "the axis turns over by 180 degrees in one move; give it a way");
   }
   return {};
+}
+
+bool turns_over(const ToolPath& path) {
+  for (std::size_t i = 1; i < path.moves.size(); ++i)
+    if (opposite(path.moves[i - 1].pose.axis, path.moves[i].pose.axis)) return true;
+  return false;
 }
 
 }  // namespace tiltfeed

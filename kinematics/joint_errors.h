@@ -20,4 +20,7 @@ Error located(const Error& error, std::size_t index, const Pose& pose, const Mac
 /// Errors: kInput: no moves, a speed or feed that is 0, an axis that is not unit or turns over within a move.
 Result<void> check_path(const ToolPath& path, const MachineModel& machine, const JointPathOptions& options);
 
+/// Some move's axis turns over by 180 degrees exactly, which gives it no way.
+bool turns_over(const ToolPath& path);
+
 }  // namespace tiltfeed

@@ -5,10 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
+#include <string>
+#include <string_view>
 
 #include "kinematics/joint_choice.h"
 #include "kinematics/joint_errors.h"
 #include "kinematics/operation.h"
+#include "kinematics/over_pole.h"
 #include "kinematics/walker.h"
 
 namespace tiltfeed {
@@ -50,8 +54,8 @@ bool same(const Choice& a, const Choice& b) {
 class Follower {
  public:
   Follower(const ToolPath& path, const MachineModel& machine, const JointChooser& chooser,
-           const JointPathOptions& options)
-      : path_(path), machine_(machine), chooser_(chooser), options_(options) {}
+           const JointPathOptions& options, const std::vector<int>& barred = {})
+      : path_(path), machine_(machine), chooser_(chooser), options_(options), barred_(barred) {}
 
   Result<JointPath> follow(const Choice& start, const StageProgress& progress);
   /// Where and why it ended early.
@@ -74,6 +78,7 @@ class Follower {
   const MachineModel& machine_;
   const JointChooser& chooser_;
   const JointPathOptions& options_;
+  std::vector<int> barred_;                 ///< by move, as RotarySolutions::barred; empty: none
   std::vector<RotarySolutions> solutions_;  ///< of the moves under way
   std::vector<Part> parts_;                 ///< of these moves
   Choice at_;                               ///< where the next of them starts
@@ -88,6 +93,7 @@ void Follower::foretell(std::size_t first) {
   solutions_.resize(count);
   tbb::parallel_for(std::size_t{0}, count,
                     [&](std::size_t i) { solutions_[i] = chooser_.solve(path_.moves[first + i].pose); });
+  for (std::size_t i = 0; i < count && !barred_.empty(); ++i) solutions_[i].barred = barred_[first + i];
   parts_.clear();
   Choice at = at_;
   for (std::size_t i = 0; i < count; ++i) {
@@ -182,15 +188,10 @@ Result<JointPath> reconfigured(const ToolPath& path, const MachineModel& machine
   return done;
 }
 
-}  // namespace
-
-Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, const Setup& setup,
-                            const JointPathOptions& options, const StageProgress& progress) {
-  if (auto valid = check_path(path, machine, options); !valid) return tl::unexpected(valid.error());
-  double cone = Angle::from_degrees(options.axis_tolerance).radians();
-  if (path.tool.corner_radius > 0.0) cone = std::min(cone, options.tolerance / path.tool.corner_radius);
-  const JointChooser chooser(machine, setup, options.linear_decimals, options.rotary_decimals,
-                             cone * kPoleShare);
+/// The path from the first start that leads through.
+Result<JointPath> followed(const ToolPath& path, const MachineModel& machine, const JointChooser& chooser,
+                           const JointPathOptions& options, const std::vector<int>& barred,
+                           const StageProgress& progress) {
   const Pose& first = path.moves.front().pose;
   RotarySolutions leave = chooser.solve(first);
   for (std::size_t i = 1; leave.in_cone && i < path.moves.size(); ++i)
@@ -204,7 +205,7 @@ Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, c
   std::array<bool, 2> hopeless{};
   for (const Choice& start : *starts) {
     if (hopeless[static_cast<std::size_t>(start.branch)]) continue;
-    Follower follower(path, machine, chooser, options);
+    Follower follower(path, machine, chooser, options, barred);
     auto done = follower.follow(start, progress);
     if (done || !follower.stop() || done.error().code == Code::kUnreachable) return done;
     hopeless[static_cast<std::size_t>(start.branch)] = !follower.stop()->wound_up;
@@ -213,6 +214,58 @@ Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, c
       error = done.error();
     }
   }
+  return tl::unexpected(error);
+}
+
+/// The error with the move of the path as given that it names ("move 12, ...").
+Error renumbered(const Error& error, const std::vector<std::uint32_t>& planned) {
+  constexpr std::string_view kMove = "move ";
+  if (!error.message.starts_with(kMove)) return error;
+  char* rest = nullptr;
+  const auto move = static_cast<std::size_t>(std::strtoull(error.message.c_str() + kMove.size(), &rest, 10));
+  if (move >= planned.size()) return error;
+  return {error.code, std::string(kMove) + std::to_string(planned[move]) + rest};
+}
+
+/// Over the pole in another posture than the nearest: by way of the clear height, or in place.
+Result<JointPath> followed_over_the_pole(const ToolPath& path, const MachineModel& machine,
+                                         const Setup& setup, const JointChooser& chooser,
+                                         const JointPathOptions& options, double cone,
+                                         const StageProgress& progress) {
+  Result<JointPath> done = fail(Code::kLimit, "the path does not pass the pole within a move");
+  for (const bool lift : {true, false}) {
+    if (lift && !options.clear.height) continue;
+    PolePath over = over_the_pole(path, machine, setup, chooser, options.clear, cone, lift);
+    const bool turns = std::any_of(over.barred.begin(), over.barred.end(), [](int b) { return b >= 0; });
+    if (!over.changed && !turns) break;
+    if (auto valid = check_path(over.path, machine, options); !valid) return tl::unexpected(valid.error());
+    done = followed(over.path, machine, chooser, options, over.barred, progress);
+    if (!done && done.error().code == Code::kCancelled) return done;
+    if (!done) {
+      done = tl::unexpected(renumbered(done.error(), over.planned));
+      continue;
+    }
+    done->reconfigured = std::move(over.path);
+    done->planned = std::move(over.planned);
+    return done;
+  }
+  return done;
+}
+
+}  // namespace
+
+Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, const Setup& setup,
+                            const JointPathOptions& options, const StageProgress& progress) {
+  double cone = Angle::from_degrees(options.axis_tolerance).radians();
+  if (path.tool.corner_radius > 0.0) cone = std::min(cone, options.tolerance / path.tool.corner_radius);
+  cone *= kPoleShare;
+  const JointChooser chooser(machine, setup, options.linear_decimals, options.rotary_decimals, cone);
+  if (auto valid = check_path(path, machine, options); !valid) {
+    if (!turns_over(path)) return tl::unexpected(valid.error());
+    return followed_over_the_pole(path, machine, setup, chooser, options, cone, progress);
+  }
+  auto direct = followed(path, machine, chooser, options, {}, progress);
+  if (direct || direct.error().code != Code::kLimit) return direct;
   if (options.clear.height || options.clear.radius) {
     if (const auto plan = plan_operation(path, machine, setup, chooser, options.clear)) {
       auto done = reconfigured(path, machine, setup, chooser, options, *plan, progress);
@@ -220,7 +273,9 @@ Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, c
       if (done || done.error().code == Code::kCancelled) return done;
     }
   }
-  return tl::unexpected(error);
+  auto over = followed_over_the_pole(path, machine, setup, chooser, options, cone, progress);
+  if (over || over.error().code == Code::kCancelled) return over;
+  return direct;
 }
 
 }  // namespace tiltfeed

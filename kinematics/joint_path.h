@@ -80,8 +80,8 @@ using StageProgress = std::function<bool(double fraction)>;
 /// taken); near the pole C is held, and turned in place where it must turn. Starts on other branches and
 /// turns are tried when the first leads into a limit, then reconfigurations with the tool off the part.
 /// Errors: kUnreachable, kLimit: the first pose, the axis
-/// with value and limit, and what to change; kInput: a speed or feed that is 0, an axis that is not unit or
-/// turns over within one move; kCancelled. The same bits on any number of threads.
+/// with value and limit, and what to change; kInput: a speed or feed that is 0, an axis that is not unit;
+/// kCancelled. An axis that turns over by 180 degrees within one move goes by way of the pole. The same bits on any number of threads.
 Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, const Setup& setup,
                             const JointPathOptions& options, const StageProgress& progress = {});
 

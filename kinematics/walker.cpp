@@ -191,7 +191,9 @@ Result<void> Walker::stuck(const Sweep& sweep, double f1, const Choice& goal) co
 
 Result<void> Walker::advance(const Sweep& sweep, double f0, double f1, int halvings) {
   const Pose pose = sweep.at(f1);
-  auto goal = chooser_.next(pose, f1 < 1.0 ? chooser_.solve(pose) : *ends_, at_);
+  RotarySolutions solutions = *ends_;
+  if (f1 < 1.0) solutions = chooser_.solve(pose), solutions.barred = ends_->barred;
+  auto goal = chooser_.next(pose, solutions, at_);
   if (!goal) return tl::unexpected(goal.error());
   Deviation deviation = check(sweep, f0, f1, goal->joints);
   const double over = excess(deviation, at_.joints, goal->joints);

@@ -268,7 +268,8 @@ TEST(JointPath, RefusesNonsense) {
   path.cut_feed = {};
   EXPECT_EQ(to_joints(path, trunnion(), standing(), {}).error().code, Code::kInput);
   expect_error({}, trunnion(), Code::kInput, {"no moves"});
-  expect_error({{{0, 0, 0}, {0, 0, 1}}, {{0, 0, 0}, {0, 0, -1}}}, trunnion(), Code::kInput, {"turns over"});
+  expect_error({{{0, 0, 0}, {0, 0, 1}}, {{0, 0, 0}, {0, 0, -1}}}, trunnion(), Code::kLimit,
+               {"move 1, ", "is above its limit"});
   expect_error({{{0, 0, 0}, {0, 0, 2}}}, trunnion(), Code::kInput, {"move 0"});
   MachineModel m = trunnion();
   m.rotary.velocity = 0;

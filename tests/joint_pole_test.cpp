@@ -141,6 +141,78 @@ TEST(JointPole, TurnsTheFreeRotaryBeforeThePlunge) {
   EXPECT_GT(in_air, 50.0);
 }
 
+/// A trunnion that tilts far to one side only, as most do.
+MachineModel one_sided() {
+  MachineModel m = trunnion();
+  m.structure = Structure::kTableTable;
+  m.tilt = {'B', {0, 1, 0}, -1, 0.0, -35, 110, 18000, 500};
+  m.rotary = {'C', {0, 0, 1}, -1, 0.0, -1e6, 1e6, 36000, 900};
+  m.rotary_to_tilt = {0.1, 0, 50.3};
+  return m;
+}
+
+/// The axis turns over the pole by 180 degrees about it, in a rapid and in a cut, exactly and nearly; the
+/// joints are those of another posture, and every pose of the path is reached.
+TEST(JointPole, ReversalsOverThePoleAreFound) {
+  for (const bool cut : {false, true}) {
+    for (const double turn : {179.9, 180.0, 181.0}) {
+      for (const bool height : {false, true}) {
+        SCOPED_TRACE(std::to_string(turn) + (cut ? " cut" : " rapid") + (height ? " clear height" : ""));
+        ToolPath path;
+        path.tool = {6, 3, 100};
+        path.cut_feed = path.plunge_feed = Feed::from_mm_per_min(800);
+        const Vec3 before = axis_at(60, 20), after = axis_at(60, 20 + turn);
+        const MoveKind over = cut ? MoveKind::kCut : MoveKind::kRapid;
+        path.moves = {{{{0, 0, -10}, before}, MoveKind::kRapid, kNoFacet},
+                      {{{0, 0, -40}, before}, MoveKind::kPlunge, kNoFacet},
+                      {{{5, 0, -40}, before}, MoveKind::kCut, kNoFacet},
+                      {{{5, 0, -10}, before}, MoveKind::kRapid, kNoFacet},
+                      {{{5, 0, -10}, after}, over, kNoFacet},
+                      {{{9, 0, -10}, after}, MoveKind::kCut, kNoFacet}};
+        JointPathOptions options;
+        if (height) options.clear.height = 50.0;
+        const MachineModel machine = one_sided();
+        const auto joints = to_joints(path, machine, {}, options);
+        ASSERT_TRUE(joints) << joints.error().message;
+        const ToolPath& taken = joints->reconfigured ? *joints->reconfigured : path;
+        std::size_t reached = 0;
+        for (const JointMove& move : joints->moves) {
+          EXPECT_TRUE(within_limits(machine, move.joints));
+          const Pose pose = forward(machine, {}, move.joints), &want = taken.moves[move.move].pose;
+          const bool there =
+              distance(pose.tip, want.tip) < 0.05 && angle_between(pose.axis, want.axis) < 0.01;
+          if (there && reached < path.moves.size() &&
+              distance(pose.tip, path.moves[reached].pose.tip) < 0.05 &&
+              angle_between(pose.axis, path.moves[reached].pose.axis) < 0.01)
+            ++reached;
+        }
+        EXPECT_EQ(reached, path.moves.size());
+        // A rapid turns over at the clear height: C stands while the tool is lower.
+        for (std::size_t i = 1; i < joints->moves.size() && height && !cut && turn == 180.0; ++i)
+          if (std::abs(joints->moves[i].joints.c - joints->moves[i - 1].joints.c) > 1.0) {
+            EXPECT_GT(forward(machine, {}, joints->moves[i].joints).tip.z, 49.0);
+          }
+      }
+    }
+  }
+}
+
+/// An axis turned round to its opposite has no great circle: it goes by way of the pole.
+TEST(JointPole, OppositeAxesGoByThePole) {
+  ToolPath path;
+  path.tool = {6, 3, 100};
+  path.cut_feed = path.plunge_feed = Feed::from_mm_per_min(800);
+  const Vec3 axis = axis_at(80, 0);
+  path.moves = {{{{0, 0, -10}, axis}, MoveKind::kRapid, kNoFacet},
+                {{{0, 0, -40}, axis}, MoveKind::kPlunge, kNoFacet},
+                {{{5, 0, -40}, axis * -1.0}, MoveKind::kCut, kNoFacet}};
+  const auto joints = to_joints(path, one_sided(), {}, {});
+  ASSERT_TRUE(joints) << joints.error().message;
+  const Pose end = forward(one_sided(), {}, joints->moves.back().joints);
+  EXPECT_LT(angle_between(end.axis, axis * -1.0), 1e-4);
+  EXPECT_LT(distance(end.tip, path.moves.back().pose.tip), 0.01);
+}
+
 TEST(JointPole, LeavesThePoleInAnyDirection) {
   for (int azimuth = -180; azimuth < 180; azimuth += 15) {
     JointPath joints;
