@@ -19,6 +19,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
+#include <optional>
 
 namespace tiltfeed {
 
@@ -64,24 +65,32 @@ class SerialLink : public Link {
   }
 
   Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) override {
-    Result<std::size_t> taken = write(out);
+    if (lost_) return tl::unexpected<Error>(*lost_);
+    const Result<std::size_t> taken = write(out);
     if (!taken) return taken;
-    pollfd events{fd_, POLLIN, 0};
-    if (*taken < out.size()) events.events |= POLLOUT;
-    if (wait < Time::zero()) wait = Time::zero();
-    const auto whole = std::chrono::duration_cast<std::chrono::seconds>(wait);
-    const timespec limit{whole.count(), static_cast<long>((wait - whole).count())};
-    if (::ppoll(&events, 1, &limit, nullptr) < 0 && errno != EINTR) return lost(std::strerror(errno));
-    if ((events.revents & POLLIN) != 0) {
-      const Result<void> read_all = read(in);
-      if (!read_all) return tl::unexpected<Error>(read_all.error());
-    } else if ((events.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) {
-      return lost("the port has hung up");
+    const std::size_t before = in.size();
+    if (const Result<void> alive = listen(*taken < out.size(), wait, in); !alive) {
+      // What the wire has taken, or brought, counts: the loss is told by the next call.
+      if (*taken == 0 && in.size() == before) return tl::unexpected<Error>(alive.error());
+      lost_ = alive.error();
     }
     return taken;
   }
 
  private:
+  /// Waits for bytes, and for room to write where `more` is to leave.
+  Result<void> listen(bool more, Time wait, std::string& in) {
+    pollfd events{fd_, POLLIN, 0};
+    if (more) events.events |= POLLOUT;
+    if (wait < Time::zero()) wait = Time::zero();
+    const auto whole = std::chrono::duration_cast<std::chrono::seconds>(wait);
+    const timespec limit{whole.count(), static_cast<long>((wait - whole).count())};
+    if (::ppoll(&events, 1, &limit, nullptr) < 0 && errno != EINTR) return lost(std::strerror(errno));
+    if ((events.revents & POLLIN) != 0) return read(in);
+    if ((events.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) return lost("the port has hung up");
+    return {};
+  }
+
   tl::unexpected<Error> lost(const std::string& reason) const {
     return fail(Code::kLink, device_ + ": connection lost: " + reason + "; check the cable and the power");
   }
@@ -130,6 +139,7 @@ class SerialLink : public Link {
   std::string device_;
   Port port_;  // empty for a pseudo-terminal
   int fd_;
+  std::optional<Error> lost_;  // seen by a call that had taken bytes
 };
 
 /// Keeps the modem lines up when the port is closed, so that the board is not reset; replies without the

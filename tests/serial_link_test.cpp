@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <thread>
 
 extern "C" int serial_shim_calls();
 extern "C" tcflag_t serial_shim_flags();
@@ -182,6 +183,32 @@ TEST(SerialLink, AHangUpIsAnErrorAtOnceAndNotATimeout) {
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, Code::kLink);
   EXPECT_LT(std::chrono::steady_clock::now() - from, kWait / 2);
+}
+
+TEST(SerialLink, Unplug_WhatTheWireTookCountsWhateverTheCallReturned) {
+  Terminal terminal;
+  const auto link = open_serial_link(terminal.name, {115200});
+  ASSERT_TRUE(link);
+  std::string got;
+  // The device goes as soon as the bytes have come: the loss is seen by the call that wrote them.
+  std::thread device([&] {
+    pollfd events{terminal.master, POLLIN, 0};
+    ::poll(&events, 1, -1);
+    got = terminal.read();
+    terminal.write("ok\r\n");
+    terminal.hang_up();
+  });
+  std::string in;
+  const auto taken = (*link)->exchange("G1X1\n", std::chrono::seconds(60), in);
+  device.join();
+  ASSERT_TRUE(taken) << taken.error().message;
+  EXPECT_EQ(*taken, got.size());
+  EXPECT_EQ(got, "G1X1\n");
+  // The loss is told, at the latest when what had come is read.
+  Result<std::size_t> after = (*link)->exchange("", milliseconds(0), in);
+  if (after) after = (*link)->exchange("", milliseconds(0), in);
+  ASSERT_FALSE(after);
+  EXPECT_NE(after.error().message.find("connection lost"), std::string::npos);
 }
 
 TEST(SerialLink, WhatIsNoPortIsRefusedWithARemedy) {

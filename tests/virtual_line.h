@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "daemon/link.h"
 #include "sim/controller.h"
@@ -29,6 +30,7 @@ class VirtualLine : public Link, public Clock {
   Time now() override { return std::chrono::duration_cast<Time>(std::chrono::duration<double>(time)); }
 
   Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) override {
+    if (std::exchange(lost_, false)) return hung_up();
     const double end = time + std::max(std::chrono::duration<double>(wait).count(), kStep);
     const std::size_t room = kSystemBuffer - std::min(kSystemBuffer, queued_.size());
     const std::size_t taken = std::min({out.size(), room, line.slow_read() ? std::size_t{3} : room});
@@ -41,7 +43,8 @@ class VirtualLine : public Link, public Clock {
     } while (time < end && in.size() == before && !(taken > 0 && !out.empty() && taken < out.size()));
     if (line.away(time)) {
       queued_.clear();
-      return fail(Code::kLink, "/dev/ttyUSB0: connection lost: the port has hung up");
+      if (taken == 0 && in.size() == before) return hung_up();
+      lost_ = true;  // what was taken counts
     }
     return taken;
   }
@@ -73,7 +76,12 @@ class VirtualLine : public Link, public Clock {
     if (controller.has_output()) line.to_host(controller.take_output(), time + latency);
   }
 
+  static tl::unexpected<Error> hung_up() {
+    return fail(Code::kLink, "/dev/ttyUSB0: connection lost: the port has hung up");
+  }
+
   double byte_time_, credit_ = 0.0;
+  bool lost_ = false;
   std::string queued_;
 };
 
