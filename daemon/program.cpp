@@ -1,26 +1,12 @@
 #include "daemon/program.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
+#include <algorithm>
 #include <cassert>
-#include <cerrno>
 #include <cstring>
 
 #include "daemon/words.h"
 
 namespace tiltfeed {
-
-struct Program::File {
-  int fd = -1;
-  struct stat status {};
-};
-
-void Program::CloseFile::operator()(File* file) const {
-  if (file->fd >= 0) ::close(file->fd);
-  delete file;
-}
 
 namespace {
 
@@ -77,16 +63,11 @@ bool read_codes(Line& line) {
 }  // namespace
 
 Result<Program> Program::open(const std::string& path) {
-  Program program;
+  Result<ProgramFile> file = ProgramFile::open(path);
+  if (!file) return tl::unexpected<Error>(file.error());
+  Program program(std::move(*file));
   program.path_ = path;
-  program.file_.reset(new File);
-  program.file_->fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (program.file_->fd < 0 || ::fstat(program.file_->fd, &program.file_->status) != 0)
-    return fail(Code::kIo, path + ": cannot be opened: " + std::strerror(errno));
-  if (!S_ISREG(program.file_->status.st_mode))
-    return fail(Code::kInput,
-                path + ": is not a regular file; a program is read twice, so save it to a file");
-  program.window_ = std::make_unique<char[]>(kMaxRawLine);
+  program.window_ = std::make_unique<char[]>(kMaxRawLine + ProgramFile::kPiece);
   return program;
 }
 
@@ -94,56 +75,45 @@ tl::unexpected<Error> Program::bad_line(const std::string& what) const {
   return fail(Code::kInput, path_ + ":" + std::to_string(number_) + ": " + what);
 }
 
-Result<void> Program::check_unchanged() const {
-  struct stat now {};
-  const struct stat& was = file_->status;
-  if (::fstat(file_->fd, &now) != 0) return fail(Code::kIo, path_ + ": " + std::strerror(errno));
-  if (now.st_size != was.st_size || now.st_mtim.tv_sec != was.st_mtim.tv_sec ||
-      now.st_mtim.tv_nsec != was.st_mtim.tv_nsec)
-    return fail(Code::kIo, path_ + ": was changed while it was being sent; send a copy that nobody edits");
-  return {};
-}
-
 Result<void> Program::rewind() {
-  if (::lseek(file_->fd, 0, SEEK_SET) != 0) return fail(Code::kIo, path_ + ": " + std::strerror(errno));
   begin_ = end_ = 0;
   number_ = sent_ = 0;
-  at_end_ = finished_ = false;
-  return check_unchanged();
+  at_end_ = finished_ = after_cr_ = false;
+  return file_.rewind();
 }
 
-/// The next line of the file as it stands there, without its LF.
+/// The next line of the file as it stands there, without its end: LF, CR LF, or CR alone.
 Result<bool> Program::read_raw(std::string_view& raw) {
   std::size_t searched = 0;
   for (;;) {
+    if (after_cr_ && begin_ < end_) {
+      if (window_[begin_] == '\n') ++begin_;
+      after_cr_ = false;
+    }
     const char* start = window_.get() + begin_;
-    if (const void* lf = std::memchr(start + searched, '\n', end_ - begin_ - searched)) {
-      const auto size = static_cast<std::size_t>(static_cast<const char*>(lf) - start);
-      raw = {start, size};
-      begin_ += size + 1;
-      ++number_;
-      return true;
-    }
-    searched = end_ - begin_;
-    if (at_end_) {
-      if (searched == 0) return false;
-      raw = {start, searched};
-      begin_ = end_;
-      ++number_;
-      return true;
-    }
-    if (searched == kMaxRawLine) {
+    const std::size_t size = end_ - begin_;
+    std::size_t at = searched;
+    while (at < size && start[at] != '\n' && start[at] != '\r') ++at;
+    if (std::min(at, size) > kMaxRawLine || (at == size && size == kMaxRawLine && !at_end_)) {
       ++number_;
       return bad_line("is longer than " + std::to_string(kMaxRawLine) + " bytes; is this a program?");
     }
+    if (at < size || (at_end_ && size > 0)) {
+      raw = {start, at};
+      after_cr_ = at < size && start[at] == '\r';
+      begin_ += std::min(at + 1, size);
+      ++number_;
+      return true;
+    }
+    if (at_end_) return false;
+    searched = size;
     std::memmove(window_.get(), start, searched);
     begin_ = 0;
     end_ = searched;
-    const ssize_t count = ::read(file_->fd, window_.get() + end_, kMaxRawLine - end_);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return fail(Code::kIo, path_ + ": " + std::strerror(errno));
-    at_end_ = count == 0;
-    end_ += static_cast<std::size_t>(count);
+    const Result<std::size_t> count = file_.read(window_.get() + end_);
+    if (!count) return tl::unexpected<Error>(count.error());
+    at_end_ = *count < ProgramFile::kPiece;
+    end_ += *count;
   }
 }
 
@@ -206,6 +176,7 @@ Result<bool> Program::next(Line& line) {
 }
 
 Result<ProgramFacts> Program::survey() {
+  file_.keep();
   ProgramFacts facts;
   Line line;
   for (;;) {
@@ -221,6 +192,9 @@ Result<ProgramFacts> Program::survey() {
   }
   facts.header = header_;
   if (facts.lines == 0) return fail(Code::kInput, path_ + ": has no line to send");
+  const auto hash = file_.finish();
+  if (!hash) return tl::unexpected<Error>(hash.error());
+  facts.hash = *hash;
   if (const Result<void> back = rewind(); !back) return tl::unexpected<Error>(back.error());
   return facts;
 }

@@ -96,7 +96,8 @@ LineRead read_bounded_line(std::istream& in, std::string& line, std::size_t most
   line.clear();
   std::streambuf* const buffer = in.rdbuf();
   for (int c = buffer->sbumpc(); c != std::char_traits<char>::eof(); c = buffer->sbumpc()) {
-    if (c == '\n') return LineRead::kLine;
+    if (c == '\r' && buffer->sgetc() == '\n') buffer->sbumpc();
+    if (c == '\n' || c == '\r') return LineRead::kLine;
     if (line.size() == most) return LineRead::kTooLong;
     line += static_cast<char>(c);
   }

@@ -29,7 +29,7 @@ TextLanguage text_language(const MachineProfile& machine);
 std::optional<std::string> misread(const LineWords& words, const TextLanguage& language, bool incremental);
 
 enum class LineRead { kLine, kEnd, kTooLong };
-/// The next line without its end, of at most `most` bytes.
+/// The next line without its end (LF, CR LF, or CR alone), of at most `most` bytes.
 LineRead read_bounded_line(std::istream& in, std::string& line, std::size_t most);
 
 }  // namespace tiltfeed

@@ -95,7 +95,7 @@ void Reader::comment(std::string_view text) {
 
 /// Takes comments, the block's number and its end off.
 Mistake Reader::strip(std::string& line) {
-  while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
+  while (!line.empty() && line.back() == ' ') line.pop_back();
   if (const auto semicolon = line.find(';'); semicolon != std::string::npos) {
     comment(std::string_view(line).substr(semicolon + 1));
     line.resize(semicolon);

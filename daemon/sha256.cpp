@@ -10,7 +10,6 @@ namespace tiltfeed {
 
 namespace {
 
-constexpr std::size_t kChunk = 64;  // bytes of one round of the hash
 constexpr std::size_t kRead = 1 << 16;
 
 // FIPS 180-4, 4.2.2 and 5.3.3: fractional parts of the cube and square roots of the first primes.
@@ -24,62 +23,53 @@ constexpr std::uint32_t kRound[64] = {
     0x19a4c116, 0x1e376c08, 0x2748774c, 0x34b0bcb5, 0x391c0cb3, 0x4ed8aa4a, 0x5b9cca4f, 0x682e6ff3,
     0x748f82ee, 0x78a5636f, 0x84c87814, 0x8cc70208, 0x90befffa, 0xa4506ceb, 0xbef9a3f7, 0xc67178f2};
 
-class Hash {
- public:
-  void add(std::string_view bytes) {
-    length_ += bytes.size();
-    for (const char c : bytes) {
-      chunk_[filled_++] = static_cast<std::uint8_t>(c);
-      if (filled_ == kChunk) round();
-    }
-  }
-  std::array<std::uint8_t, 32> finish() {
-    const std::uint64_t bits = length_ * 8;
-    add(std::string_view("\x80", 1));
-    while (filled_ != kChunk - 8) add(std::string_view("\0", 1));
-    for (int i = 7; i >= 0; --i) chunk_[filled_++] = static_cast<std::uint8_t>(bits >> (8 * i));
-    round();
-    std::array<std::uint8_t, 32> digest{};
-    for (std::size_t i = 0; i < 32; ++i)
-      digest[i] = static_cast<std::uint8_t>(state_[i / 4] >> (24 - 8 * (i % 4)));
-    return digest;
-  }
-
- private:
-  void round() {
-    std::uint32_t w[64];
-    for (std::size_t i = 0; i < 16; ++i)
-      w[i] = std::uint32_t{chunk_[4 * i]} << 24 | std::uint32_t{chunk_[4 * i + 1]} << 16 |
-             std::uint32_t{chunk_[4 * i + 2]} << 8 | std::uint32_t{chunk_[4 * i + 3]};
-    for (std::size_t i = 16; i < 64; ++i) {
-      const std::uint32_t s0 = std::rotr(w[i - 15], 7) ^ std::rotr(w[i - 15], 18) ^ w[i - 15] >> 3;
-      const std::uint32_t s1 = std::rotr(w[i - 2], 17) ^ std::rotr(w[i - 2], 19) ^ w[i - 2] >> 10;
-      w[i] = w[i - 16] + s0 + w[i - 7] + s1;
-    }
-    auto [a, b, c, d, e, f, g, h] = state_;
-    for (std::size_t i = 0; i < 64; ++i) {
-      const std::uint32_t t1 = h + (std::rotr(e, 6) ^ std::rotr(e, 11) ^ std::rotr(e, 25)) +
-                               ((e & f) ^ (~e & g)) + kRound[i] + w[i];
-      const std::uint32_t t2 =
-          (std::rotr(a, 2) ^ std::rotr(a, 13) ^ std::rotr(a, 22)) + ((a & b) ^ (a & c) ^ (b & c));
-      h = g, g = f, f = e, e = d + t1, d = c, c = b, b = a, a = t1 + t2;
-    }
-    const std::uint32_t now[8] = {a, b, c, d, e, f, g, h};
-    for (std::size_t i = 0; i < 8; ++i) state_[i] += now[i];
-    filled_ = 0;
-  }
-
-  std::array<std::uint32_t, 8> state_{0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
-                                      0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
-  std::array<std::uint8_t, kChunk> chunk_{};
-  std::size_t filled_ = 0;
-  std::uint64_t length_ = 0;
-};
-
 }  // namespace
 
+void Sha256Sum::add(std::string_view bytes) {
+  length_ += bytes.size();
+  for (const char c : bytes) {
+    chunk_[filled_++] = static_cast<std::uint8_t>(c);
+    if (filled_ == kChunk) round();
+  }
+}
+
+std::array<std::uint8_t, 32> Sha256Sum::finish() {
+  const std::uint64_t bits = length_ * 8;
+  add(std::string_view("\x80", 1));
+  while (filled_ != kChunk - 8) add(std::string_view("\0", 1));
+  for (int i = 7; i >= 0; --i) chunk_[filled_++] = static_cast<std::uint8_t>(bits >> (8 * i));
+  round();
+  std::array<std::uint8_t, 32> digest{};
+  for (std::size_t i = 0; i < 32; ++i)
+    digest[i] = static_cast<std::uint8_t>(state_[i / 4] >> (24 - 8 * (i % 4)));
+  return digest;
+}
+
+void Sha256Sum::round() {
+  std::uint32_t w[64];
+  for (std::size_t i = 0; i < 16; ++i)
+    w[i] = std::uint32_t{chunk_[4 * i]} << 24 | std::uint32_t{chunk_[4 * i + 1]} << 16 |
+           std::uint32_t{chunk_[4 * i + 2]} << 8 | std::uint32_t{chunk_[4 * i + 3]};
+  for (std::size_t i = 16; i < 64; ++i) {
+    const std::uint32_t s0 = std::rotr(w[i - 15], 7) ^ std::rotr(w[i - 15], 18) ^ w[i - 15] >> 3;
+    const std::uint32_t s1 = std::rotr(w[i - 2], 17) ^ std::rotr(w[i - 2], 19) ^ w[i - 2] >> 10;
+    w[i] = w[i - 16] + s0 + w[i - 7] + s1;
+  }
+  auto [a, b, c, d, e, f, g, h] = state_;
+  for (std::size_t i = 0; i < 64; ++i) {
+    const std::uint32_t t1 = h + (std::rotr(e, 6) ^ std::rotr(e, 11) ^ std::rotr(e, 25)) +
+                             ((e & f) ^ (~e & g)) + kRound[i] + w[i];
+    const std::uint32_t t2 =
+        (std::rotr(a, 2) ^ std::rotr(a, 13) ^ std::rotr(a, 22)) + ((a & b) ^ (a & c) ^ (b & c));
+    h = g, g = f, f = e, e = d + t1, d = c, c = b, b = a, a = t1 + t2;
+  }
+  const std::uint32_t now[8] = {a, b, c, d, e, f, g, h};
+  for (std::size_t i = 0; i < 8; ++i) state_[i] += now[i];
+  filled_ = 0;
+}
+
 std::array<std::uint8_t, 32> sha256(std::string_view bytes) {
-  Hash hash;
+  Sha256Sum hash;
   hash.add(bytes);
   return hash.finish();
 }
@@ -87,7 +77,7 @@ std::array<std::uint8_t, 32> sha256(std::string_view bytes) {
 Result<std::array<std::uint8_t, 32>> sha256_of_file(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) return fail(Code::kIo, path + ": cannot be opened: " + std::strerror(errno));
-  Hash hash;
+  Sha256Sum hash;
   const auto buffer = std::make_unique<char[]>(kRead);
   while (in.read(buffer.get(), kRead), in.gcount() > 0)
     hash.add({buffer.get(), static_cast<std::size_t>(in.gcount())});

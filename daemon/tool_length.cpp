@@ -5,6 +5,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "daemon/program_rules.h"
 #include "kinematics/decimal.h"
 
 namespace tiltfeed {
@@ -13,6 +14,7 @@ namespace {
 constexpr const char* kMark = "TILTFEED tool length ";
 // The header prints lengths with four decimals.
 constexpr double kPrinted = 1e-4;
+constexpr std::size_t kLongestLine = 65536;  // read in pieces beyond
 
 }  // namespace
 
@@ -20,7 +22,9 @@ Result<std::vector<double>> baked_lengths(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) return fail(Code::kIo, path + ": cannot be opened");
   std::vector<double> lengths;
-  for (std::string line; std::getline(in, line);) {
+  std::string line;
+  for (LineRead got = LineRead::kLine; got != LineRead::kEnd;) {
+    got = read_bounded_line(in, line, kLongestLine);
     const std::size_t mark = line.find(kMark);
     if (mark == std::string::npos || line.find("in the words", mark) == std::string::npos) continue;
     double length = 0.0;

@@ -5,6 +5,7 @@
 #include <istream>
 #include <optional>
 
+#include "sim/lines.h"
 #include "sim/program_words.h"
 
 namespace tiltfeed::sim {
@@ -108,47 +109,12 @@ void emit(const Words& words, bool axes, const Joints& before, const ModalState&
   add_m(kStopping);
 }
 
-/// The lines of a stream without their ends, each good until the next; the stream is read ahead.
-class Lines {
- public:
-  explicit Lines(std::istream& in) : in_(in) {}
-  std::optional<std::string_view> next() {
-    for (std::size_t searched = begin_;;) {
-      const std::size_t end = std::string_view(text_.data(), end_).find('\n', searched);
-      if (end != std::string_view::npos || (!in_ && begin_ < end_)) {
-        const std::size_t last = std::min(end, end_);
-        const std::string_view line(text_.data() + begin_, last - begin_);
-        begin_ = std::min(last + 1, end_);
-        return line;
-      }
-      if (!in_) return std::nullopt;
-      searched = end_ - begin_;
-      read_on();
-    }
-  }
-
- private:
-  /// What is left comes to the front, more behind it.
-  void read_on() {
-    std::copy(text_.begin() + static_cast<std::ptrdiff_t>(begin_),
-              text_.begin() + static_cast<std::ptrdiff_t>(end_), text_.begin());
-    end_ -= begin_, begin_ = 0;
-    if (text_.size() < end_ + kReadAhead) text_.resize(end_ + kReadAhead);
-    in_.read(text_.data() + end_, kReadAhead);
-    end_ += static_cast<std::size_t>(in_.gcount());
-  }
-
-  static constexpr std::size_t kReadAhead = 1 << 16;
-  std::istream& in_;
-  std::string text_;
-  std::size_t begin_ = 0, end_ = 0;  ///< of what is not given yet
-};
-
 }  // namespace
 
 Result<void> GcodeReader::read_line(std::string_view line, std::vector<Block>& blocks) {
   ++lines_;
   fault_ = Fault::kNone;
+  while (line.ends_with('\r') || line.ends_with('\n')) line.remove_suffix(1);
   const auto refuse = [&](Check& bad) {
     fault_ = bad->fault;
     return fail(Code::kInput, std::move(bad->message));
@@ -238,7 +204,7 @@ Result<void> read_program(std::istream& in, const std::string& name, GcodeReader
     const auto line = lines.next();
     if (!line) break;
     ++number;
-    const std::size_t first = line->find_first_not_of(" \t\r");
+    const std::size_t first = line->find_first_not_of(" \t");
     if (first != std::string::npos && (*line)[first] == '%') ++percents;
     blocks.clear();
     if (auto read = reader.read_line(*line, blocks); !read)

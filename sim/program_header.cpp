@@ -7,6 +7,7 @@
 
 #include "pathgen/mesh.h"
 #include "sim/forward.h"
+#include "sim/lines.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -44,8 +45,11 @@ bool read_part_zero(const std::string& text, ProgramHeader& header) {
 
 ProgramHeader read_program_header(std::istream& in) {
   ProgramHeader header;
-  std::string line;
-  for (int i = 0; i < kMostLines && std::getline(in, line); ++i) {
+  Lines lines(in);
+  for (int i = 0; i < kMostLines; ++i) {
+    const auto next = lines.next();
+    if (!next) break;
+    const std::string line(*next);
     const std::size_t open = line.find("TILTFEED ");
     if (open == std::string::npos || (line[0] != '(' && line[0] != ';')) continue;
     std::istringstream words(line.substr(open, line.find(')') - open));

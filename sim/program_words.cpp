@@ -102,7 +102,7 @@ Check take_value(char letter, double value, std::string_view rest, Words& words)
   return std::nullopt;
 }
 
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+bool is_blank(char c) { return c == ' ' || c == '\t'; }
 bool is_code(char letter) { return letter == 'G' || letter == 'M'; }
 bool is_known(char letter, char tilt, char rotary) {
   const bool axis = letter == 'X' || letter == 'Y' || letter == 'Z' || letter == tilt || letter == rotary;

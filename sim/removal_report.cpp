@@ -52,7 +52,7 @@ std::uint64_t number_of(std::string_view line, std::uint64_t count, Source kind)
   return number;
 }
 
-/// The lines of a file, without their ends.
+/// The lines of a file, without their ends: LF, CR LF, or CR alone.
 class Lines {
  public:
   explicit Lines(const std::string& path) {
@@ -64,10 +64,10 @@ class Lines {
   }
   std::optional<std::string_view> next() {
     if (left_.empty()) return std::nullopt;
-    const std::size_t end = std::min(left_.find('\n'), left_.size());
-    std::string_view line = left_.substr(0, end);
-    left_.remove_prefix(std::min(end + 1, left_.size()));
-    while (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    const std::size_t end = std::min(left_.find_first_of("\r\n"), left_.size());
+    const std::string_view line = left_.substr(0, end);
+    left_.remove_prefix(end);
+    left_.remove_prefix(left_.starts_with("\r\n") ? 2 : std::min<std::size_t>(1, left_.size()));
     return line;
   }
 

@@ -9,8 +9,12 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
+#include <sstream>
 
 #include "daemon/link.h"
+#include "daemon/line_words.h"
+#include "daemon/program_rules.h"
+#include "daemon/sha256.h"
 #include "daemon/words.h"
 
 namespace tiltfeed {
@@ -98,7 +102,55 @@ TEST(Program, SurveyCountsAndRewinds) {
   ASSERT_TRUE(program->next(line).value());
   EXPECT_EQ(line.number, 2u);
   std::ofstream(file.path, std::ios::app) << "G1X5\n";
-  EXPECT_EQ(program->rewind().error().code, Code::kIo) << "the file has changed";
+  ASSERT_TRUE(program->rewind());
+  EXPECT_EQ(program->next(line).error().code, Code::kIo) << "the file has changed";
+}
+
+TEST(Program, ReadsWhatItHashed_AnEditInPlaceCannotReachTheWire) {
+  std::string text;
+  while (text.size() < 4 * ProgramFile::kPiece) text += "G1X" + std::to_string(text.size()) + "\n";
+  text.resize(3 * ProgramFile::kPiece + 1000);
+  text += "\n";
+  struct Edit {
+    const char* name;
+    std::size_t at, cut;  // a byte that becomes 9, bytes that are left
+  };
+  const std::size_t all = text.size(), piece = ProgramFile::kPiece;
+  for (const Edit& edit : {Edit{"first byte of a number", 3, all}, Edit{"second piece", piece + 99, all},
+                           Edit{"last piece", all - 2, all}, Edit{"cut at a piece", all, 2 * piece},
+                           Edit{"cut in a piece", all, 2 * piece + 7}, Edit{"cut to nothing", all, 0}}) {
+    const TempFile file(text);
+    auto program = Program::open(file.path);
+    ASSERT_TRUE(program);
+    const auto facts = program->survey();
+    ASSERT_TRUE(facts);
+    EXPECT_EQ(facts->hash, sha256(text)) << edit.name;
+    const auto before = std::filesystem::last_write_time(file.path);
+    if (edit.at < all) {
+      std::fstream out(file.path, std::ios::in | std::ios::out | std::ios::binary);
+      out.seekp(static_cast<std::streamoff>(edit.at));
+      out.put(text[edit.at] == '9' ? '8' : '9');
+    }
+    std::filesystem::resize_file(file.path, edit.cut);
+    std::filesystem::last_write_time(file.path, before);
+    // Every line that is given out is the one that was hashed, up to the error.
+    Line line;
+    std::size_t at = 0;
+    Result<bool> more = program->next(line);
+    for (; more && *more; more = program->next(line)) {
+      const std::size_t end = text.find('\n', at);
+      ASSERT_EQ(line.text, text.substr(at, end - at)) << edit.name;
+      at = end + 1;
+    }
+    ASSERT_FALSE(more) << edit.name;
+    EXPECT_NE(more.error().message.find("was changed"), std::string::npos);
+  }
+  // What is behind the program's end counts, too: the file is not the one that was checked.
+  const TempFile ended("G0X1\nM30\n" + std::string(2 * piece, ' '));
+  auto program = Program::open(ended.path);
+  const auto facts = program->survey();
+  ASSERT_TRUE(facts);
+  EXPECT_EQ(facts->hash, *sha256_of_file(ended.path));
 }
 
 TEST(Program, OpenErrors) {
@@ -124,6 +176,37 @@ TEST(Program, LinesSurviveTheWindowsEdges) {
     ASSERT_EQ((*lines)[i].text, expected[i]);
     ASSERT_EQ((*lines)[i].number, i + 1);
   }
+}
+
+/// Line ends of the three kinds, in all places of the window.
+TEST(Program, CrAlone_IsALineEndAndNeverDropped) {
+  EXPECT_EQ(joined("G1 X5 F600\rY10\rM5\r"), "1:G1X5F600 2:Y10 3:M5 ");
+  EXPECT_EQ(joined("G1X1\r\nG1X2\n\rG1X3\r\r\nG1X4"), "1:G1X1 2:G1X2 4:G1X3 6:G1X4 ");
+  EXPECT_EQ(joined("; a comment ends there\rG1X1\rM30\rG0Z-50\r"), "2:G1X1 3:M30 ");
+  EXPECT_EQ(joined("(open\rG1X1)\n").substr(0, 5), "error");
+  std::mt19937 random(4);
+  std::string text;
+  for (int i = 0; i < 40000; ++i)
+    text += "G1X" + std::to_string(i) + std::string(random() % 9, ' ') + (random() % 2 ? "\r\n" : "\r");
+  const auto lines = read_all(text);
+  ASSERT_TRUE(lines);
+  ASSERT_EQ(lines->size(), 40000u);
+  for (std::size_t i = 0; i < lines->size(); ++i) {
+    ASSERT_EQ((*lines)[i].text, "G1X" + std::to_string(i));
+    ASSERT_EQ((*lines)[i].number, i + 1);
+  }
+}
+
+TEST(Words, CrAlone_IsNoPartOfALine) {
+  std::string_view rest = "\rY10";
+  EXPECT_FALSE(take_word(rest));
+  LineWords words;
+  EXPECT_TRUE(split_words("G1 X5\rY10", words));
+  std::istringstream in("G1 X5\rY10\r\n\nM5");
+  std::string line;
+  std::vector<std::string> lines;
+  while (read_bounded_line(in, line, 100) == LineRead::kLine) lines.push_back(line);
+  EXPECT_EQ(lines, (std::vector<std::string>{"G1 X5", "Y10", "", "M5"}));
 }
 
 TEST(Words, TakesPlainDecimalNumbersOnly) {

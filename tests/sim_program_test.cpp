@@ -235,6 +235,22 @@ TEST(SimProgram, NamesFileAndLine) {
   EXPECT_EQ(blocks.error().message.rfind("part.nc:4: ", 0), 0U) << blocks.error().message;
 }
 
+TEST(SimProgram, CrAlone_IsALineEndAndNeverDropped) {
+  const std::vector<Block> blocks = read_all("G0 X1 Y2 Z3 A0 C0 ; a comment\rG1 X5 F600\rY10\r\nX6\r");
+  ASSERT_EQ(blocks.size(), 4U);
+  EXPECT_EQ(blocks[1].target, (Joints{5, 2, 3, 0, 0}));
+  EXPECT_EQ(blocks[2].target, (Joints{5, 10, 3, 0, 0}));
+  EXPECT_EQ(blocks[3].target, (Joints{6, 10, 3, 0, 0}));
+  EXPECT_FALSE(reader().read_line("G0 X5\rY10")) << "it is two lines";
+  // A CR LF that the reading-ahead cuts in two is one end.
+  std::string text = "G0 X0 Y0 Z0 A0 C0\r\n";
+  for (int i = 1; i <= 30000; ++i) text += "X" + std::to_string(i % 900) + (i % 7 ? "\r\n" : " \r\n");
+  std::istringstream in(text + "G7 X1");
+  const auto wrong = read_program(in, "part.nc", 'A', 'C');
+  ASSERT_FALSE(wrong);
+  EXPECT_EQ(wrong.error().message.rfind("part.nc:30002: ", 0), 0U) << wrong.error().message;
+}
+
 TEST(SimProgram, EndsAtM2AndAtTheSecondPercent) {
   EXPECT_EQ(read_all("G0 X1\nM30\nnot even G-code\n").size(), 2U);
   EXPECT_EQ(read_all("%\nG0 X1\n%\nnot even G-code\n").size(), 1U);

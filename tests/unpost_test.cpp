@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <random>
@@ -33,6 +34,26 @@ TEST(ToolLength, AnotherThanTheProgramsIsRefused) {
   std::ofstream(path, std::ios::binary) << "G0 X1\n";
   EXPECT_TRUE(check_tool_length(path, 99.0)) << "a program that says nothing";
   EXPECT_EQ(check_tool_length("/nonexistent.nc", 1.0).error().code, Code::kIo);
+}
+
+TEST(Unpost, CrAlone_IsALineEnd) {
+  const MachineProfile profile = machine(Dialect::kRs274, false);
+  UnpostOptions options;
+  options.part_zero = Vec3{0, 0, 0};
+  options.tool_length = 50.0;
+  const std::string lf = "G21 G90\n; a comment\nG0 X0 Y0 Z50 A0 C0\nG1 Z0 F100\nG1 X7\nM2\n";
+  std::string cr = lf, both = lf;
+  std::replace(cr.begin(), cr.end(), '\n', '\r');
+  for (std::size_t at = 0; (at = both.find('\n', at)) != both.npos; at += 2) both.insert(at, "\r");
+  const auto expected = back(lf, profile, options);
+  ASSERT_TRUE(expected) << expected.error().message;
+  for (const std::string& text : {cr, both}) {
+    const auto made = back(text, profile, options);
+    ASSERT_TRUE(made) << made.error().message;
+    const auto &moves = made->operations[0].path.moves, &same = expected->operations[0].path.moves;
+    ASSERT_EQ(moves.size(), same.size());
+    EXPECT_EQ(moves.back().pose.tip.x, 7.0);
+  }
 }
 
 TEST(Unpost, WithoutAHeaderTheSetUpMustBeStated) {
