@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <modbus/modbus.h>
+#include <netdb.h>
 #include <sys/file.h>
 #include <sys/select.h>
 
@@ -48,6 +49,21 @@ Time silence(const LinkSpec& link) {
   return time_of(3.5 * kBitsPerByte / link.baud);
 }
 
+/// libmodbus leaves the errno of whatever it called last: an unknown name as a refused connection, a connection
+/// that was not made in time as one in progress.
+std::string connect_reason(const LinkSpec& link, int reason) {
+  if (is_rtu(link.kind)) return modbus_strerror(reason);
+  addrinfo hints{}, *found = nullptr;
+  hints.ai_socktype = SOCK_STREAM;
+  if (const int wrong = ::getaddrinfo(link.place.c_str(), nullptr, &hints, &found); wrong != 0)
+    return std::string(::gai_strerror(wrong)) + "; check the name";
+  ::freeaddrinfo(found);
+  if (reason == EINPROGRESS || reason == ETIMEDOUT || reason == EAGAIN)
+    return "no answer in " + std::to_string(kTcpReplyTimeout.count() / 1'000'000) +
+           " ms; check the address, the cable and the power";
+  return modbus_strerror(reason);
+}
+
 class ModbusLink : public Link {
  public:
   ModbusLink(LinkSpec spec, Context context, Time reply_timeout)
@@ -56,7 +72,7 @@ class ModbusLink : public Link {
   /// Errors: kLink with the reason.
   Result<void> connect() {
     if (modbus_connect(context_.get()) != 0)
-      return fail(Code::kLink, describe(spec_) + ": cannot connect: " + modbus_strerror(errno));
+      return fail(Code::kLink, describe(spec_) + ": cannot connect: " + connect_reason(spec_, errno));
     const int fd = modbus_get_socket(context_.get());
     if (fd >= kMaxDescriptor) {
       modbus_close(context_.get());

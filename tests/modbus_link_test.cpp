@@ -6,6 +6,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <modbus/modbus.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <stdlib.h>
 #include <sys/ioctl.h>
@@ -232,6 +233,37 @@ TEST(ModbusLink, AnEmptyRequestOnlyWaits) {
   EXPECT_EQ((*link)->exchange("", std::chrono::milliseconds(50), in).value(), 0u);
   EXPECT_GE(std::chrono::steady_clock::now() - from, std::chrono::milliseconds(50));
   EXPECT_TRUE(in.empty());
+}
+
+TEST(ModbusLink, ErrnosMeaning_IsThatOfTheOperationThatFailed) {
+  const auto why = [](const std::string& text) {
+    const auto link = open_link(*parse_link(text));
+    EXPECT_FALSE(link) << text;
+    return link ? "" : link.error().message;
+  };
+  // A listener whose queue is full answers nothing at all.
+  const int listener = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(::bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  socklen_t size = sizeof address;
+  ::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size);
+  const std::string place = "modbus-tcp:127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+  EXPECT_NE(why(place).find("refused"), std::string::npos) << "nobody listens yet";
+  ASSERT_EQ(::listen(listener, 0), 0);
+  std::vector<int> clients;
+  for (int i = 0; i < 4; ++i) {
+    clients.push_back(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK, 0));
+    ::connect(clients.back(), reinterpret_cast<sockaddr*>(&address), sizeof address);
+  }
+  const std::string silent = why(place);
+  EXPECT_NE(silent.find("no answer in 300 ms"), std::string::npos) << silent;
+  EXPECT_EQ(silent.find("progress"), std::string::npos) << silent;
+  for (const int client : clients) ::close(client);
+  ::close(listener);
+  const std::string unknown = why("modbus-tcp:" + std::string(70, 'n') + ".invalid:502");
+  EXPECT_NE(unknown.find("check the name"), std::string::npos) << unknown;
 }
 
 }  // namespace
