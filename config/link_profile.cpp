@@ -19,8 +19,8 @@ constexpr int kHighestAddress = 0xFFFF, kMostLeader = 10000;
 
 RingMap read_ring(const Section& wire) {
   const Section ring =
-      wire.optional_section("ring", {"identity", "window", "mailbox", "status", "heartbeat", "low_word_first",
-                                     "linear_exponent", "rotary_exponent", "watchdog_s"});
+      wire.optional_section("ring", {"identity", "window", "mailbox", "status", "positions", "heartbeat",
+                                     "low_word_first", "linear_exponent", "rotary_exponent", "watchdog_s"});
   RingMap map;
   const auto address = [&](const char* key, std::uint16_t usual) {
     return static_cast<std::uint16_t>(ring.integer(key, 0, kHighestAddress, usual));
@@ -29,6 +29,7 @@ RingMap read_ring(const Section& wire) {
   map.window = address("window", map.window);
   map.mailbox = address("mailbox", map.mailbox);
   map.status = address("status", map.status);
+  map.positions = address("positions", map.positions);
   map.heartbeat = address("heartbeat", map.heartbeat);
   map.low_word_first = ring.flag("low_word_first", map.low_word_first);
   map.linear_exponent = ring.integer("linear_exponent", -1, 6, map.linear_exponent);
@@ -61,11 +62,14 @@ DripFormat read_drip(const Section& wire) {
 }  // namespace
 
 LinkProfile read_link_profile(const Section& root) {
-  const Section wire =
-      root.optional_section("wire", {"line_numbers", "check", "reprap_window", "dnc", "ring", "drive"});
+  const Section wire = root.optional_section(
+      "wire", {"line_numbers", "check", "position_tolerance_mm", "position_tolerance_deg", "reprap_window",
+               "dnc", "ring", "drive"});
   LinkProfile profile;
   profile.line_numbers = wire.flag("line_numbers", profile.line_numbers);
   profile.check = wire.flag("check", profile.check);
+  profile.position.mm = wire.number("position_tolerance_mm", {0.001, 1000.0}, profile.position.mm);
+  profile.position.deg = wire.number("position_tolerance_deg", {0.001, 1000.0}, profile.position.deg);
   profile.reprap_window = wire.integer("reprap_window", 0, 64, profile.reprap_window);
   profile.drip = read_drip(wire);
   profile.ring = read_ring(wire);
@@ -78,6 +82,8 @@ void describe(const LinkProfile& profile, Description& out) {
   const RingMap& ring = profile.ring;
   out.add("wire.line_numbers", profile.line_numbers);
   out.add("wire.check", profile.check);
+  out.add("wire.position_tolerance_mm", profile.position.mm);
+  out.add("wire.position_tolerance_deg", profile.position.deg);
   out.add("wire.reprap_window", profile.reprap_window);
   out.add("wire.dnc.data_bits", drip.data_bits);
   out.add("wire.dnc.parity", word(kParityWords, drip.parity));
@@ -94,6 +100,7 @@ void describe(const LinkProfile& profile, Description& out) {
   out.add("wire.ring.window", static_cast<int>(ring.window));
   out.add("wire.ring.mailbox", static_cast<int>(ring.mailbox));
   out.add("wire.ring.status", static_cast<int>(ring.status));
+  out.add("wire.ring.positions", static_cast<int>(ring.positions));
   out.add("wire.ring.heartbeat", static_cast<int>(ring.heartbeat));
   out.add("wire.ring.low_word_first", ring.low_word_first);
   out.add("wire.ring.linear_exponent", ring.linear_exponent);

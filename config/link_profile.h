@@ -9,7 +9,7 @@ namespace tiltfeed {
 
 /// Where the ring of a Modbus controller lies and how it counts. Addresses are 0-based holding registers.
 struct RingMap {
-  std::uint16_t identity = 0x0000, window = 0x0100, mailbox = 0x0180, status = 0x0200, heartbeat = 0x0240;
+  std::uint16_t identity = 0x0000, window = 0x0100, mailbox = 0x0180, status = 0x0200, positions = 0x0220, heartbeat = 0x0240;
   bool low_word_first = false;  ///< of 32-bit values
   int linear_exponent = -1;     ///< a position word counts 10^-exponent mm; -1: as the identity says
   int rotary_exponent = -1;     ///< likewise degrees
@@ -60,11 +60,18 @@ struct DripFormat {
   char xon = 0x11, xoff = 0x13;  ///< DC1 and DC3, unless the control uses others
 };
 
+/// How far the axes may be reported off a program's way before the run is held: their resolution, and what
+/// their drives follow late.
+struct PositionTolerance {
+  double mm = 0.1, deg = 0.1;
+};
+
 /// Everything above, and what a Grbl or RepRap controller does not tell by itself.
 struct LinkProfile {
   RingMap ring;
   DriveMap drive;
   DripFormat drip;
+  PositionTolerance position;
   int reprap_window = 0;      ///< unanswered lines; 0: by its M115, else 1
   bool line_numbers = false;  ///< N words for grblHAL's Ln: feedback
   bool check = false;         ///< let a Grbl controller read the program first ($C)

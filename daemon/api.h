@@ -14,7 +14,7 @@ inline constexpr int kApiVersion = 1;
 /// Longest request line, bytes: files travel as descriptors, not as text.
 inline constexpr std::size_t kMaxRequest = 4096;
 
-enum class ApiOp : std::uint8_t { kSubmit, kList, kShow, kStart, kHold, kResume, kStop, kRemove, kOverride };
+enum class ApiOp : std::uint8_t { kSubmit, kList, kShow, kStart, kHold, kResume, kStop, kRemove, kOverride, kReset };
 
 struct ApiRequest {
   ApiOp op = ApiOp::kList;
@@ -24,7 +24,7 @@ struct ApiRequest {
   std::optional<std::uint64_t> block;  ///< show: what is known of this block
   std::optional<std::uint64_t> from;   ///< resume: re-enter before this block
   bool queue = false;                  ///< start: wait for its turn where the machine is busy
-  bool confirmed = false;              ///< resume --from: the re-entry was shown and agreed to
+  bool confirmed = false;              ///< resume --from, reset: what will happen was shown and agreed to
   int percent = 100;                   ///< override
 };
 

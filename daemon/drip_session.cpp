@@ -127,7 +127,7 @@ void DripSession::receive(std::string_view bytes, Time now) {
     }
   }
   if (phase_ == Phase::kStop && now_ >= free_at_) {
-    error_ = {Code::kCancelled, "stopped on request; " + describe(uncertain())};
+    error_ = {Code::kCancelled, "stopped on request; " + describe(state())};
     move(Event::kStood);
   }
 }
@@ -168,7 +168,7 @@ void DripSession::link_lost(const Error& error) {
 }
 
 void DripSession::fault(const std::string& what) {
-  error_ = {Code::kLink, phase_ == Phase::kConnect ? what : what + "; " + describe(uncertain())};
+  error_ = {Code::kLink, phase_ == Phase::kConnect ? what : what + "; " + describe(state())};
   move(Event::kFailed);
 }
 

@@ -146,7 +146,7 @@ void DriveSession::on_status(std::uint16_t status, Time now) {
   } else if (step_ == Step::kWatch) {
     complete();
   } else if (phase_ == Phase::kStop) {
-    error_ = {Code::kCancelled, "stopped on request; " + describe(uncertain())};
+    error_ = {Code::kCancelled, "stopped on request; " + describe(state())};
     move(Event::kStood);
   } else {
     step_ = Step::kHeld;
@@ -219,7 +219,7 @@ void DriveSession::link_lost(const Error& error) {
 
 void DriveSession::fault(const std::string& what, Event event) {
   const bool opening = is_opening(phase_);
-  error_ = {Code::kLink, opening ? what : what + "; " + describe(uncertain())};
+  error_ = {Code::kLink, opening ? what : what + "; " + describe(state())};
   move(event);
   request_ = opening ? std::string() : stop_request();
 }

@@ -29,7 +29,7 @@ constexpr std::size_t kNumberBytes = 8;
 }  // namespace
 
 bool GrblSession::ready() const {
-  return status_seen_ && (status_.state == "Idle" || status_.state == "Check");
+  return status_seen_ && status_.state == "Idle";
 }
 
 void GrblSession::start_probe() {
@@ -67,6 +67,7 @@ void GrblSession::on_opening_line(GrblReplyKind kind, std::string_view line) {
       if (line.find("grblHAL") != line.npos || line.find("FluidNC") != line.npos) long_lines_ = true;
       if (line.find("grblHAL") != line.npos && options_.number_lines && options_.total <= kMostNumbered)
         numbers_lines_ = true;
+      if (std::string letters = parse_axis_letters(line); !letters.empty()) axis_letters_ = std::move(letters);
       if (const auto buffers = parse_buffers(line)) {
         buffers_ = *buffers;
         identity_seen_ = true;
@@ -112,11 +113,12 @@ void GrblSession::begin_streaming() {
   if (const Result<void> fits = check_buffers(); !fits)
     return fault(fits.error().code, fits.error().message, false);
   last_report_ = last_progress_ = now_;
-  if (options_.check && !checked_ && status_.state != "Check") {
+  if (options_.check && !checked_) {
     move(Event::kCheckBegins);
     put({0, "$C"}, Kind::kCheckOn);
   } else {
     move(Event::kReady);
+    watch_.begin(place().value_or(no_axes()));
   }
 }
 
@@ -143,7 +145,10 @@ void GrblSession::check_opening_time() {
   }
   if (now_ - opened_ < kOpenTimeout) return;
   if (status_seen_ && !ready())
-    return fault(Code::kLink, "the machine is not idle but in state " + status_.state + "; nothing was sent",
+    return fault(Code::kLink,
+                 "the machine is not idle but in state " + status_.state +
+                     (status_.state == "Check" ? " (it reads and does not move)" : "") +
+                     "; nothing was sent: `tiltfeed reset` leads out of every state",
                  false);
   if (last_heard_.empty())
     return fault(Code::kLink, "no answer within 10 s; check the power, the cable and the baud rate", false);

@@ -75,6 +75,7 @@ void GrblSession::ask_hold() {
   urge(kHoldByte);
   repeated_ = now_;
   hold_seen_ = false;
+  held_on_request_ = true;
   next_poll_ = std::min(next_poll_, now_ + kHoldLook);
   move(Event::kHeld);
 }
@@ -101,6 +102,7 @@ void GrblSession::follow_hold() {
   if (phase_ == Phase::kRun || phase_ == Phase::kDrain) {
     if (!held) return;
     hold_seen_ = true;
+    held_on_request_ = false;
     return move(Event::kHeld);
   }
   if (phase_ != Phase::kHold) return;
@@ -122,6 +124,7 @@ void GrblSession::follow_stop() {
     if (state == "Idle") return finish_stop();
   } else if (is_standing(state) && now_ - asked_ >= kRepeatInterval) {
     // The first report may be from before the hold; one interval later it is not.
+    if (state == "Hold:0") narrow_range();
     urge(kResetByte);
     reset_sent_ = true;
     return;
@@ -132,7 +135,7 @@ void GrblSession::follow_stop() {
 }
 
 void GrblSession::finish_stop() {
-  error_ = {Code::kCancelled, "stopped on request; " + describe(uncertain())};
+  error_ = {Code::kCancelled, "stopped on request; " + describe(this->state())};
   move(Event::kStood);
   out_.clear();
   urgent_ = 0;

@@ -8,10 +8,11 @@ namespace tiltfeed {
 
 namespace {
 
-/// Blocks that have left the planner but are still in the step segment buffer (10 segments on grblHAL).
-constexpr std::size_t kStepSegments = 16;
 /// When the controller does not tell its planner's depth: more than any known (grblHAL 100 to 1000).
 constexpr std::size_t kUnknownPlanner = 1024;
+
+/// A reset ends check mode; the next program must not meet it.
+constexpr char kLeaveCheck = 0x18;
 
 }  // namespace
 
@@ -28,6 +29,7 @@ bool GrblSession::reached_wire(const Flight& flight) const {
 LineRange GrblSession::uncertain() const {
   LineRange range;
   if (is_opening(phase_)) return range;
+  if (stood_) return stood_->lines;
   if (!recent_.empty()) range = {recent_.front(), recent_.back()};
   for (const Flight& flight : in_flight_) {
     if (flight.kind != Kind::kLine || !reached_wire(flight)) break;
@@ -39,11 +41,18 @@ LineRange GrblSession::uncertain() const {
 
 void GrblSession::fault(Code code, const std::string& what, bool hold, Event event) {
   const bool opening = is_opening(phase_) || code == Code::kLimit;
-  error_ = {code, opening ? what : what + "; " + describe(uncertain())};
-  if (phase_ == Phase::kCheck) error_.message += "; nothing has moved";
+  error_ = {code, opening ? what : what + "; " + describe(state())};
+  const bool checking = phase_ == Phase::kCheck;
+  if (checking) {  // what was read was not run
+    error_.message += "; nothing has moved";
+    in_flight_.clear();
+    recent_.clear();
+    in_flight_bytes_ = acknowledged_ = 0;
+  }
   move(event);
   out_.clear();
   urgent_ = 0;
+  if (checking && event != Event::kAlarm) urge(kLeaveCheck);
   if (hold && !opening) urge('!');  // the lines in the controller would run on otherwise
 }
 
@@ -54,6 +63,7 @@ SendState GrblSession::state() const {
   state.machine = status_.state;
   state.feed_override = feed_.reported;
   state.refused = refused_;
+  if (phase_ == Phase::kHold) state.held = held_on_request_ ? "held on request" : "held at the machine; a resume goes on";
   state.loss = loss_;
   if (status_.line > 0) state.line = static_cast<std::uint64_t>(status_.line);
   if (is_opening(phase_)) return state;
@@ -62,6 +72,7 @@ SendState GrblSession::state() const {
   for (const Flight& flight : in_flight_)
     if (flight.kind == Kind::kLine && reached_wire(flight)) ++state.sent;
   state.executed = acknowledged_ - recent_.size();
+  if (stood_) state.executed = stood_->executed, state.sent = stood_->sent;
   if (phase_ != Phase::kDone) state.uncertain = uncertain();
   return state;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 
 namespace tiltfeed {
 
@@ -23,6 +24,22 @@ std::string_view take_field(std::string_view& rest, char separator) {
   return field;
 }
 
+/// "1.000,-2.500": all of it or nothing. `decimals`: of the first figure.
+std::vector<double> figures(std::string_view text, int& decimals) {
+  std::vector<double> values;
+  const std::string_view first = text.substr(0, text.find(','));
+  decimals = first.find('.') == first.npos ? 0 : static_cast<int>(first.size() - first.find('.') - 1);
+  do {
+    const std::string_view one = take_field(text, ',');
+    double value = 0.0;
+    const auto parsed =
+        std::from_chars(one.data(), one.data() + one.size(), value, std::chars_format::fixed);
+    if (parsed.ec != std::errc() || parsed.ptr != one.data() + one.size() || !std::isfinite(value)) return {};
+    values.push_back(value);
+  } while (!text.empty());
+  return values;
+}
+
 }  // namespace
 
 GrblReplyKind classify_reply(std::string_view line) {
@@ -42,6 +59,14 @@ GrblReplyKind classify_reply(std::string_view line) {
     default:
       return GrblReplyKind::kGarbled;
   }
+}
+
+std::string parse_axis_letters(std::string_view line) {
+  if (!line.starts_with("[AXS:") || line.back() != ']') return "";
+  line.remove_prefix(5);
+  line.remove_suffix(1);
+  const int count = number(take_field(line, ':'));
+  return count == static_cast<int>(line.size()) ? std::string(line) : "";
 }
 
 bool is_standing(std::string_view state) {
@@ -69,7 +94,11 @@ std::optional<GrblStatus> parse_status(std::string_view line) {
       status.receive_free = number(take_field(field, ','));
     } else if (field.starts_with("MPos:") || field.starts_with("WPos:") || field.starts_with("Ln:")) {
       status.position += field;
+      status.in_work = status.in_work || field.starts_with("WPos:");
+      if (!field.starts_with("Ln:")) status.axes = figures(field.substr(5), status.decimals);
       if (field.starts_with("Ln:")) status.line = number(field.substr(3));
+    } else if (int ignored = 0; field.starts_with("WCO:")) {
+      status.offset = figures(field.substr(4), ignored);
     } else if (field.starts_with("Ov:")) {
       field.remove_prefix(3);
       status.feed_override = number(take_field(field, ','));

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tiltfeed {
 
@@ -26,12 +27,19 @@ struct GrblStatus {
   int planner_free = -1;  ///< first figure of Bf:, -1 when absent
   int receive_free = -1;  ///< second figure of Bf:
   std::string position;   ///< MPos: or WPos: and Ln:, as text: compared only, to see progress
+  std::vector<double> axes;    ///< the figures of MPos: or WPos:; none when they are damaged
+  bool in_work = false;        ///< they are WPos:
+  std::vector<double> offset;  ///< WCO:, of most reports absent
+  int decimals = 0;            ///< of `axes`
   int line = -1;          ///< Ln:, -1 when absent
   int feed_override = -1, rapid_override = -1, spindle_override = -1;  ///< Ov:, percent, -1 when absent
 };
 
 /// Requires: classify_reply(line) is kStatus. Nothing when the state is not a word of letters.
 std::optional<GrblStatus> parse_status(std::string_view line);
+
+/// "XYZAC" of "[AXS:5:XYZAC]"; empty when `line` is not one.
+std::string parse_axis_letters(std::string_view line);
 
 /// The axes stand in this state of a report, whatever the buffers hold: a reset keeps the position.
 bool is_standing(std::string_view state);

@@ -25,7 +25,13 @@ constexpr std::string_view kBarrier = "G4P0";
 }  // namespace
 
 GrblSession::GrblSession(const GrblOptions& options, Time now)
-    : options_(options), now_(now), opened_(now), next_poll_(now), last_report_(now), last_progress_(now) {}
+    : options_(options),
+      now_(now),
+      opened_(now),
+      watch_(options.positions),
+      next_poll_(now),
+      last_report_(now),
+      last_progress_(now) {}
 
 void GrblSession::move(Event event) {
   const std::optional<Phase> next = next_phase(phase_, event);
@@ -53,6 +59,7 @@ bool GrblSession::wants_work() const {
 void GrblSession::push(Line line) {
   assert(wants_work());
   if (numbers_lines_ && line.text.front() != 'N') line.text.insert(0, "N" + std::to_string(line.number));
+  if (phase_ == Phase::kRun) watch_.push(line.number, line.text);
   next_ = std::move(line);
   move_next();
 }
@@ -154,6 +161,7 @@ void GrblSession::on_status(std::string_view line) {
   if (status->spindle_override > 0) spindle_.reported = status->spindle_override;
   status_ = std::move(*status);
   status_seen_ = true;
+  take_offset();
   if (status_.state.starts_with("Alarm"))
     return fault(Code::kLink,
                  is_opening(phase_)
@@ -163,8 +171,11 @@ void GrblSession::on_status(std::string_view line) {
   if (is_opening(phase_)) return;
   follow_line_number();
   if (phase_ == Phase::kStop) return follow_stop();
+  follow_position();
+  if (is_final(phase_)) return;
   follow_hold();
   follow_overrides();
+  prove_end();
 }
 
 void GrblSession::on_running_line(GrblReplyKind kind, std::string_view line) {
@@ -214,7 +225,7 @@ void GrblSession::on_ok() {
     case Kind::kLine:
       ++acknowledged_;
       recent_.push_back(flight.line.number);
-      if (recent_.size() > planner_depth()) recent_.pop_front();
+      if (recent_.size() > planner_depth()) forget_oldest();
       if (phase_ == Phase::kToolChange && flight.line.waits) move(Event::kOperatorDone);
       return;
     case Kind::kBarrier:
@@ -223,9 +234,10 @@ void GrblSession::on_ok() {
         checked_ = true;  // leaving check mode restarts the controller
         return;
       }
-      recent_.clear();
       if (phase_ == Phase::kHold) move(Event::kResumed), move(Event::kAllSent);
-      if (phase_ == Phase::kDrain) move(Event::kProved);
+      proving_ = phase_ == Phase::kDrain;
+      proof_polls_ = 0;
+      next_poll_ = now_;
       return;
     case Kind::kCheckOn:
     case Kind::kCheckOff:
@@ -237,8 +249,17 @@ void GrblSession::on_ok() {
 void GrblSession::follow_line_number() {
   if (!numbers_lines_ || status_.line <= 0) return;
   const auto line = static_cast<std::uint64_t>(status_.line);
-  if (std::find(recent_.begin(), recent_.end(), line) == recent_.end()) return;
-  while (recent_.front() != line) recent_.pop_front();
+  const auto found = std::find(recent_.begin(), recent_.end(), line);
+  if (found == recent_.end()) return;
+  // The line that is being cut into steps: while the axes move, those before it may still be among the steps.
+  const std::size_t behind = is_standing(status_.state) ? 0 : kStepSegments;
+  for (auto done = static_cast<std::size_t>(found - recent_.begin()); done > behind; --done) forget_oldest();
+}
+
+/// The oldest settled line has run.
+void GrblSession::forget_oldest() {
+  watch_.executed(recent_.front());
+  recent_.pop_front();
 }
 
 bool GrblSession::waiting_for_operator() const {

@@ -10,6 +10,7 @@
 
 #include "daemon/grbl_reply.h"
 #include "daemon/link.h"
+#include "daemon/position_watch.h"
 #include "daemon/program.h"
 #include "daemon/session.h"
 
@@ -23,11 +24,13 @@ struct GrblOptions {
   int max_line = 0;                ///< bytes; 0: by the firmware's name
   bool check = false;              ///< read the whole program in check mode ($C) first
   bool number_lines = false;       ///< put N words in front, and take Ln: for what runs (grblHAL)
+  PositionLimits positions = {};   ///< what reports of the axes are held to
 };
 
 /// Properties: the bytes of lines on their way (line + LF, from push to ok) never exceed window(); each "ok"
 /// settles the oldest line; nothing but a whole "ok" settles anything; done only after the ok of a final
-/// G4P0; real-time bytes overtake every line that the wire has not taken yet.
+/// G4P0, and where places are reported only with the axes at the program's end; two reports in turn of a place
+/// where no line in execution leads are a fault; real-time bytes overtake every line that the wire has not taken yet.
 class GrblSession {
  public:
   GrblSession(const GrblOptions& options, Time now);
@@ -55,6 +58,9 @@ class GrblSession {
   std::size_t in_flight_bytes() const { return in_flight_bytes_; }
 
  private:
+  /// Blocks that have left the planner but are still in the step segment buffer (10 segments on grblHAL).
+  static constexpr std::size_t kStepSegments = 16;
+
   enum class Kind : std::uint8_t { kLine, kBarrier, kCheckOn, kCheckOff };
   struct Flight {
     Line line;
@@ -89,6 +95,13 @@ class GrblSession {
   void follow_line_number();
   void check_running_time();
   bool waiting_for_operator() const;
+  void forget_oldest();
+  std::optional<AxisValues> place() const;
+  double rounding() const;
+  void take_offset();
+  void follow_position();
+  void prove_end();
+  void narrow_range();
   std::size_t planner_depth() const;
   bool reached_wire(const Flight& flight) const;
   LineRange uncertain() const;
@@ -136,8 +149,22 @@ class GrblSession {
   std::uint64_t acknowledged_ = 0;
   std::deque<std::uint64_t> recent_;  // numbers of the newest settled lines, which may not have run yet
 
+  // Places.
+  PositionWatch watch_;
+  std::string axis_letters_;    // of [AXS:]
+  std::vector<double> offset_;  // WCO:
+  bool by_hand_ = false;        // the operator may move the axes
+  int strange_ = 0;             // reports in turn of a place where the machine cannot be
+  bool proving_ = false;        // the barrier is answered, the place is still out
+  int proof_polls_ = 0;
+  struct Stood {
+    std::uint64_t executed = 0, sent = 0;
+    LineRange lines;
+  };
+  std::optional<Stood> stood_;  // what is known of the range once the axes stand
+
   // Operator.
-  bool hold_seen_ = false, reset_sent_ = false;
+  bool hold_seen_ = false, reset_sent_ = false, held_on_request_ = false;
   Time asked_{}, repeated_{};
   Override feed_, rapid_, spindle_;
   std::string refused_;

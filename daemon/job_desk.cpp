@@ -40,7 +40,7 @@ JobDesk::JobDesk(const ServiceConfig& config, const LinkSpec& link, Spool spool,
       runner_(std::make_unique<JobRunner>(std::move(alive))) {}
 
 Result<JobDesk> JobDesk::open(const ServiceConfig& config, std::function<void()> alive) {
-  const Result<LinkSpec> link = parse_link(config.link, config.machine.wire);
+  const Result<LinkSpec> link = parse_link(config.link, config.machine.wire, &config.machine.model);
   if (!link) return tl::unexpected<Error>(link.error());
   Result<Spool> spool = Spool::open(config.spool);
   if (!spool) return tl::unexpected<Error>(spool.error());
@@ -50,7 +50,7 @@ Result<JobDesk> JobDesk::open(const ServiceConfig& config, std::function<void()>
 }
 
 Result<void> JobDesk::reload(const ServiceConfig& config) {
-  const Result<LinkSpec> link = parse_link(config.link, config.machine.wire);
+  const Result<LinkSpec> link = parse_link(config.link, config.machine.wire, &config.machine.model);
   if (!link) return tl::unexpected<Error>(link.error());
   if (config.spool != config_.spool || config.socket != config_.socket)
     return fail(Code::kUsage, config.path + ": spool and socket change with a restart only");
@@ -124,8 +124,11 @@ Result<std::string> JobDesk::act(const ApiRequest& request, std::uint32_t user,
     json["jobs"] = ordered_json::array();
     const std::vector<std::uint64_t> waiting = queue();
     for (const SpooledJob& job : *jobs) json["jobs"].push_back(ordered_json::parse(job_json(job, waiting)));
+    if (reset_.valid() || !reset_text_.empty())
+      json["reset"] = reset_.valid() ? std::string("in work") : reset_text_;
     return reply(json);
   }
+  if (request.op == ApiOp::kReset) return reset(request);
   Result<SpooledJob> job = spool_.find(request.job);
   if (!job) return tl::unexpected<Error>(job.error());
   switch (request.op) {
@@ -145,6 +148,7 @@ Result<std::string> JobDesk::act(const ApiRequest& request, std::uint32_t user,
       return remove(*job);
     case ApiOp::kSubmit:
     case ApiOp::kList:
+    case ApiOp::kReset:
       break;
   }
   return fail(Code::kUsage, "this cannot be asked of a job");
@@ -171,6 +175,7 @@ std::string JobDesk::job_json(const SpooledJob& job, const std::vector<std::uint
   json["machine_seconds"] = tenth(view.machine_seconds);
   json["remaining_seconds"] = tenth(view.remaining_seconds);
   json["uncertain_lines"] = {view.state.uncertain.first, view.state.uncertain.last};
+  if (!view.state.held.empty()) json["held"] = view.state.held;
   if (!view.state.refused.empty()) json["refused"] = view.state.refused;
   return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
 }
@@ -206,9 +211,14 @@ Result<std::string> JobDesk::show(const SpooledJob& job, const ApiRequest& reque
 }
 
 Result<std::string> JobDesk::command(const SpooledJob& job, const OperatorCommand& command) {
+  const bool left = job.state == JobState::kInterrupted || job.state == JobState::kUncertain;
   if (job.state != JobState::kRunning || !runner_->busy() || runner_->view().job != job.id)
-    return fail(Code::kUsage,
-                "job " + std::to_string(job.id) + " is " + shown_state(job) + ", not on the machine");
+    return fail(Code::kUsage, "job " + std::to_string(job.id) + " is " + shown_state(job) +
+                                  ", not on the machine" +
+                                  (left ? "; `tiltfeed reset` ends what the controller may still have of it, "
+                                          "`tiltfeed remove " +
+                                              std::to_string(job.id) + "` forgets it"
+                                        : ""));
   runner_->command(command);
   return said("told the machine");
 }
@@ -228,6 +238,7 @@ Result<std::string> JobDesk::remove(const SpooledJob& job) {
 
 void JobDesk::tick() {
   take_run_end();
+  take_reset_end();
   take_plan_end();
   take_check_end();
   start_next();
@@ -269,6 +280,7 @@ std::string JobDesk::status() const {
   std::string text = "job " + std::to_string(view.job) + " " + phase_name(view.state.phase) + ": " +
                      std::to_string(view.state.executed) + " of " + std::to_string(view.state.total) +
                      " blocks";
+  if (!view.state.held.empty()) text += ", " + view.state.held;
   if (view.machine_seconds > 0.0)
     text += ", " + std::to_string(static_cast<long>(view.remaining_seconds)) + " s left";
   return text;

@@ -2,6 +2,7 @@
 // What the service does with jobs: receives, plans, starts, holds, resumes, removes; answers requests.
 
 #include <cstdint>
+#include <future>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,8 @@ class JobDesk {
   Result<std::string> resume(SpooledJob job, const ApiRequest& request, std::uint32_t user);
   Result<std::string> enter_again(const SpooledJob& job, const ApiRequest& request, std::uint32_t user);
   Result<std::string> remove(const SpooledJob& job);
+  Result<std::string> reset(const ApiRequest& request);
+  void take_reset_end();
   Result<std::string> run(SpooledJob job, const JobRun& prepared, const ResumeDecision& decision);
   Result<JobRun> prepare(const SpooledJob& job) const;
   Result<std::string> enqueue(SpooledJob job);
@@ -81,6 +84,8 @@ class JobDesk {
   PlanProcess plan_;
   ProgramCheck check_;
   std::function<void()> alive_;
+  std::future<Result<std::string>> reset_;  ///< of the machine, beside the loop
+  std::string reset_text_;                  ///< how the last one ended
   std::unique_ptr<JobRunner> runner_;
   /// The next in the queue starts at the end of the run. Never kept over a restart.
   bool queue_moves_ = false;

@@ -40,6 +40,7 @@ std::vector<std::uint64_t> JobDesk::queue() const {
 /// For this job: another may be on the machine, or be the next.
 Result<void> JobDesk::machine_free(std::uint64_t job) const {
   if (runner_->busy()) return fail(Code::kUsage, "the machine is busy with " + name_of(runner_->view().job));
+  if (reset_.valid()) return fail(Code::kUsage, "the machine is being reset");
   const std::vector<std::uint64_t> waiting = queue();
   if (queue_moves_ && !waiting.empty() && waiting.front() != job)
     return fail(Code::kUsage, name_of(waiting.front()) + " is the next and starts when it is planned");

@@ -12,6 +12,7 @@
 #include "config/job_files.h"
 #include "daemon/job_desk.h"
 #include "config/output_file.h"
+#include "daemon/machine_place.h"
 #include "daemon/reentry.h"
 #include "daemon/sha256.h"
 
@@ -24,6 +25,26 @@ using nlohmann::ordered_json;
 std::string said(const std::string& text, const char* key = "text") {
   const ordered_json json = {{"v", kApiVersion}, {"ok", true}, {key, text}};
   return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
+}
+
+class RealClock : public Clock {
+ public:
+  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
+};
+
+/// Where the machine says that it stands, and `alive` about ten times a second meanwhile.
+Result<std::optional<Joints>> place_alive(const LinkSpec& link, const MachineModel& machine,
+                                          const std::function<void()>& alive) {
+  const auto look = [&]() -> Result<std::optional<Joints>> {
+    if (link.kind != LinkKind::kGrbl && !is_ring(link.kind)) return std::optional<Joints>();
+    const Result<std::unique_ptr<Link>> wire = open_link(link);
+    if (!wire) return tl::unexpected<Error>(wire.error());
+    RealClock clock;
+    return read_place(link, machine, **wire, clock);
+  };
+  auto place = std::async(std::launch::async, look);
+  while (place.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) alive();
+  return place.get();
 }
 
 std::string name_of(const SpooledJob& job) { return "job " + std::to_string(job.id); }
@@ -50,7 +71,7 @@ Result<std::string> JobDesk::run(SpooledJob job, const JobRun& prepared, const R
     return tl::unexpected<Error>(kept.error());
   runner_->start({prepared, decision, spool_.file(job.id, "journal"), spool_.file(job.id, "blackbox.txt"),
                   config_.machine.model});
-  return said("started");
+  return said("starting");
 }
 
 /// The whole program, for a new workpiece. Requires: job.state is kReady or kDone.
@@ -101,10 +122,13 @@ Result<std::string> JobDesk::enter_again(const SpooledJob& job, const ApiRequest
     options.plunge_feed = planned->plan.plunge_feed.mm_per_min();
     options.setup = planned->setup;
   }
+  if (const Result<void> free = machine_free(0); !free) return tl::unexpected<Error>(free.error());
+  const auto stands = place_alive(link_, config_.machine.model, alive_);
+  if (!stands) return tl::unexpected<Error>(stands.error());
+  options.stands = *stands;
   const Result<Reentry> entry = write_reentry(prepared->program, link_.kind, config_.machine, options);
   if (!entry) return tl::unexpected<Error>(entry.error());
   if (!request.confirmed) return said(entry->preview, "confirm");
-  if (const Result<void> free = machine_free(0); !free) return tl::unexpected<Error>(free.error());
 
   const std::string path = spool_.file(job.id, "reentry.nc");
   auto file = OutputFile::open(path);

@@ -3,21 +3,17 @@
 #include <cassert>
 #include <random>
 
-#include "daemon/sha256.h"
-
 namespace tiltfeed {
 
 Result<JobRun> prepare_run(const std::string& program, const LinkSpec& link, std::uint64_t job) {
   JobRun run{program, link, {}};
-  const Result<Sha256> hash = sha256_of_file(program);
-  if (!hash) return tl::unexpected<Error>(hash.error());
-  const Result<std::uint64_t> blocks = count_blocks(program, link.kind);
-  if (!blocks) return tl::unexpected<Error>(blocks.error());
+  const Result<ProgramSum> sum = sum_program(program, link.kind);
+  if (!sum) return tl::unexpected<Error>(sum.error());
   const Result<HostBoot> host = host_boot();
   if (!host) return tl::unexpected<Error>(host.error());
   std::random_device random;  // an old session's blocks can never be taken for this one's
   const auto session = static_cast<std::uint16_t>(1 + random() % 0xFFFF);
-  run.subject = {job, *blocks, *hash, link.kind, session, *host};
+  run.subject = {job, sum->blocks, sum->hash, link.kind, session, *host};
   return run;
 }
 
@@ -39,6 +35,7 @@ Result<SendReport> run_job(const JobRun& run, const ResumeDecision& decision, Jo
                                            : RunRecorder::begin(journal, run.subject);
   if (!recorder) return tl::unexpected<Error>(recorder.error());
   SendOptions options;
+  options.program = run.subject.program;
   options.session_id = recorder->record().session_id;
   if (continues) options.attach = decision.ring;
 

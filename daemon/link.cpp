@@ -79,7 +79,7 @@ Result<LinkSpec> parse_tcp(std::string_view text, std::string_view rest, LinkSpe
 
 }  // namespace
 
-Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile) {
+Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile, const MachineModel* machine) {
   for (const char c : text)
     if (c <= ' ' || c > '~') return bad_link(text, "blanks and control characters have no place here");
   const std::size_t colon = text.find(':');
@@ -87,6 +87,7 @@ Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile) {
   const std::string_view kind = text.substr(0, colon), rest = text.substr(colon + 1);
   LinkSpec spec;
   spec.profile = profile;
+  spec.positions = position_limits(profile.position, machine);
   if (kind == "grbl") return parse_serial(text, rest, spec);
   if (kind == "reprap") {
     spec.kind = LinkKind::kRepRap;

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "config/link_profile.h"
+#include "daemon/position_watch.h"
 #include "kinematics/result.h"
 
 namespace tiltfeed {
@@ -35,7 +36,8 @@ class Link {
   /// that were taken. Returns as soon as something has come or was taken, at the latest after `wait`.
   /// A byte link may take part of `out` and may bring nothing. A message link takes `out` whole and brings
   /// exactly one reply in the same call (a missing reply is a reply that says so); an empty `out` only waits.
-  /// Errors: kLink when the wire is gone for good, with the device and what to do.
+  /// Errors: kLink when the wire is gone for good, with the device and what to do: nothing of `out` was taken.
+  /// A loss that is seen after bytes were taken is told by the next call.
   virtual Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) = 0;
 };
 
@@ -56,13 +58,16 @@ struct LinkSpec {
   int receive_buffer = 0;    ///< of a Grbl controller, bytes; 0: ask the controller
   int max_line = 0;          ///< longest line that a Grbl controller takes, bytes; 0: by its firmware
   LinkProfile profile = {};  ///< the rest, from the machine profile; not part of the LINK text
+  PositionLimits positions = {};  ///< where the machine may be reported; not part of the LINK text
 };
 
 /// Reads `grbl:/dev/ttyUSB0[@115200]`, `reprap:/dev/ttyUSB0[@115200]`, `dnc:/dev/ttyS0[@9600]`,
 /// `modbus-tcp:HOST:PORT[/UNIT]` (IPv6 in brackets), `modbus-rtu:/dev/ttyS0[@19200[/UNIT]]`, or the last two
 /// with `drive-` for a plain drive. Errors: kUsage
-/// with what is wrong and an example of each form. `profile`: what the machine profile says of the wire.
-Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile = {});
+/// with what is wrong and an example of each form. `profile`: what the machine profile says of the wire;
+/// `machine`: whose travels no report may leave.
+Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile = {},
+                            const MachineModel* machine = nullptr);
 /// The LINK text again, with the defaults filled in: parse_link(describe(s)) = s.
 std::string describe(const LinkSpec& link);
 /// Opens the wire. Errors: kLink with the device or address and what to do.

@@ -60,6 +60,7 @@ Result<RingIdentity> parse_identity(std::span<const std::uint16_t> words) {
   RingIdentity identity;
   identity.fc23 = (words[2] & 1) != 0;
   identity.keeps = (words[2] & 8) != 0;
+  identity.positions = (words[2] & 4) != 0;
   identity.slots = words[3];
   identity.linear_exponent = words[7];
   identity.rotary_exponent = words[8];
@@ -69,6 +70,19 @@ Result<RingIdentity> parse_identity(std::span<const std::uint16_t> words) {
   if (identity.linear_exponent > kMaxExponent || identity.rotary_exponent > kMaxExponent)
     return fail(Code::kLink, "the controller's position scale is finer than 1e-6");
   return identity;
+}
+
+std::array<double, 5> parse_positions(std::span<const std::uint16_t> words, const RingIdentity& scale,
+                                      bool low_word_first) {
+  assert(words.size() == kPositionsWords);
+  std::array<double, 5> axes{};
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const std::uint32_t high = words[2 * i + (low_word_first ? 1 : 0)];
+    const std::uint32_t low = words[2 * i + (low_word_first ? 0 : 1)];
+    const int exponent = i < 3 ? scale.linear_exponent : scale.rotary_exponent;
+    axes[i] = static_cast<std::int32_t>(high << 16 | low) / std::pow(10.0, exponent);
+  }
+  return axes;
 }
 
 RingStatus parse_ring_status(std::span<const std::uint16_t> w, bool low_word_first) {

@@ -15,7 +15,8 @@
 
 namespace tiltfeed {
 
-inline constexpr std::uint16_t kIdentityWords = 16, kWindowWords = 118, kMailboxWords = 7, kStatusWords = 24;
+inline constexpr std::uint16_t kIdentityWords = 16, kWindowWords = 118, kMailboxWords = 7, kStatusWords = 24,
+                               kPositionsWords = 10;
 inline constexpr std::uint16_t kMagic = 0x5446, kMapVersion = 1;
 inline constexpr std::uint16_t kBlockWords = 16, kWindowBlocks = 7;
 
@@ -40,8 +41,9 @@ enum class RingState : std::uint16_t {
 enum class Nack : std::uint16_t { kNone = 0, kGap = 1, kCrc = 2, kSession = 3, kBadBlock = 4 };
 
 struct RingIdentity {
-  bool fc23 = false;  ///< takes read/write in one request
-  bool keeps = true;  ///< takes blocks that leave axes where they are, and machine coordinates
+  bool fc23 = false;       ///< takes read/write in one request
+  bool keeps = true;       ///< takes blocks that leave axes where they are, and machine coordinates
+  bool positions = false;  ///< reports where the axes are
   int slots = 0;
   int linear_exponent = 4, rotary_exponent = 4;  ///< a position word counts 10^-exponent mm or degrees
   std::uint16_t boot_id = 0;
@@ -60,6 +62,9 @@ struct RingStatus {
   std::uint32_t line = 0;
   bool torn = false;  ///< the first and the last word differ: read again
 };
+/// X Y Z tilt rotary, mm and degrees. Requires: kPositionsWords words.
+std::array<double, 5> parse_positions(std::span<const std::uint16_t> words, const RingIdentity& scale,
+                                      bool low_word_first);
 /// Requires: kStatusWords words.
 RingStatus parse_ring_status(std::span<const std::uint16_t> words, bool low_word_first);
 const char* ring_state_name(RingState state);

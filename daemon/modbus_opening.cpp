@@ -1,8 +1,10 @@
 // The steps before the stream: who answers, how it stands, a new session or one that goes on.
 
 #include <algorithm>
+#include <cmath>
 
 #include "daemon/modbus_session.h"
+#include "kinematics/decimal.h"
 
 namespace tiltfeed {
 
@@ -10,6 +12,10 @@ namespace {
 
 /// A mailbox command is a matter of one controller cycle.
 constexpr Time kCommandTimeout = std::chrono::seconds(5);
+/// A drive that follows late arrives within this many readings.
+constexpr Time kPlacePoll = std::chrono::milliseconds(20);
+constexpr int kMostPlacePolls = 25;
+constexpr double kTurn = 360.0;
 
 }  // namespace
 
@@ -38,7 +44,7 @@ void ModbusSession::look_around(const RingStatus& status, Time now) {
   if (status.state == RingState::kRunning || status.state == RingState::kHold)
     return fault(Code::kLink, std::string("the machine is in state ") + ring_state_name(status.state) +
                                   " with session " + std::to_string(status.session) +
-                                  "; end that first: nothing was sent");
+                                  "; nothing was sent: `tiltfeed reset` ends that");
   step_ = Step::kOpen;
 }
 
@@ -90,6 +96,34 @@ void ModbusSession::on_command_status(const RingStatus& status, Time now) {
   ++command_seq_;
   move(Event::kReady);
   last_progress_ = now;
+}
+
+/// After the last block was read back as completed: the axes are where it leads, or it was not executed.
+void ModbusSession::on_place(std::span<const std::uint16_t> words, Time now) {
+  step_ = Step::kClose;
+  step_began_ = now;
+  if (words.size() != kPositionsWords) return;
+  const std::array<double, 5> at = parse_positions(words, identity_, options_.map.low_word_first);
+  const NumericBlock& end = *last_move_;
+  const double to[] = {end.x, end.y, end.z, end.tilt, end.rotary};
+  bool there = true;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const bool linear = i < 3;
+    const double off = linear ? at[i] - to[i] : std::remainder(at[i] - to[i], kTurn);
+    const double rounding = std::pow(10.0, -(linear ? identity_.linear_exponent : identity_.rotary_exponent));
+    there = there && std::abs(off) <= (linear ? options_.tolerance.mm : options_.tolerance.deg) + rounding;
+  }
+  if (there) return;
+  step_ = Step::kPlace;
+  next_request_ = now + kPlacePoll;
+  if (++place_polls_ <= kMostPlacePolls) return;
+  step_ = Step::kStream;
+  std::string places[2];
+  for (std::size_t i = 0; i < at.size(); ++i)
+    for (const bool reported : {true, false})
+      places[reported ? 0 : 1] += (i > 0 ? " " : "") + decimal(reported ? at[i] : to[i], 3);
+  fault(Code::kLink, "every block is counted as executed, but the axes (X Y Z tilt rotary) are at " + places[0] +
+                         " and not at the program's end, " + places[1]);
 }
 
 }  // namespace tiltfeed

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "daemon/modbus_session.h"
+#include "kinematics/decimal.h"
 
 namespace tiltfeed {
 
@@ -16,7 +17,7 @@ constexpr int kMinOverride = 10, kMaxOverride = 200;
 }  // namespace
 
 void ModbusSession::command(const OperatorCommand& command, Time now) {
-  const Answer answer = step_ == Step::kClose ? Answer::kIgnore : answer_to(command.order, phase_);
+  const Answer answer = step_ >= Step::kPlace ? Answer::kIgnore : answer_to(command.order, phase_);
   refused_ = refusal_text(answer);
   if (answer == Answer::kEnd) {
     error_ = {Code::kCancelled, "stopped on request; nothing was sent"};
@@ -25,6 +26,7 @@ void ModbusSession::command(const OperatorCommand& command, Time now) {
   if (answer != Answer::kObey) return;
   switch (command.order) {
     case Order::kHold:
+      note_hold(true, now);
       hold_seen_ = false;
       move(Event::kHeld);
       return post(MailboxCode::kHold, 0, now);
@@ -76,14 +78,28 @@ void ModbusSession::follow_mail(const RingStatus& status) {
 void ModbusSession::finish_stop() {
   error_ = {Code::kCancelled,
             "stopped on request; " +
-                (touched_ == completed_ ? "all blocks that were sent have run" : describe(uncertain()))};
+                (touched_ == completed_ ? "all blocks that were sent have run" : describe(state()))};
   move(Event::kStood);
 }
 
-void ModbusSession::follow_hold(const RingStatus& status) {
+/// The map does not say why the controller holds; that its watchdog must have is known here.
+void ModbusSession::note_hold(bool asked, Time now) {
+  const Time silent = beats_ ? std::max(late_, now - last_heartbeat_) : Time::zero();
+  if (asked)
+    held_ = "held on request";
+  else if (silent >= time_of(options_.map.watchdog))
+    held_ = "held by the controller's own watchdog: no heartbeat from this host for " +
+            decimal(std::chrono::duration<double>(silent).count(), 1) + " s; a resume goes on";
+  else
+    held_ = "held at the machine; a resume goes on";
+}
+
+void ModbusSession::follow_hold(const RingStatus& status, Time now) {
   const bool held = status.state == RingState::kHold;
   if (phase_ == Phase::kRun || phase_ == Phase::kDrain) {
+    if (!held) late_ = Time::zero();
     if (!held) return;
+    note_hold(false, now);
     hold_seen_ = true;
     // M0 counts as completed while it waits.
     const bool tool_change = phase_ == Phase::kRun && waits_at_ == status.last_started;
@@ -91,8 +107,10 @@ void ModbusSession::follow_hold(const RingStatus& status) {
   }
   if (phase_ != Phase::kHold && phase_ != Phase::kToolChange) return;
   hold_seen_ = hold_seen_ || held;
-  if (hold_seen_ && !held && mail_.empty())
-    move(phase_ == Phase::kHold ? Event::kResumed : Event::kOperatorDone);
+  if (!hold_seen_ || held || !mail_.empty()) return;
+  held_.clear();
+  late_ = Time::zero();
+  move(phase_ == Phase::kHold ? Event::kResumed : Event::kOperatorDone);
 }
 
 }  // namespace tiltfeed

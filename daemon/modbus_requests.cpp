@@ -31,6 +31,7 @@ void ModbusSession::push(NumericBlock block) {
     return fault(words.error().code, name + ": " + words.error().message);
   }
   if (++pushed_ <= known_) ++accepted_pending_;
+  if (block.op == BlockOp::kRapid || block.op == BlockOp::kFeed) last_move_ = block;
   pending_.push_back({std::move(block), *words});
 }
 
@@ -47,10 +48,11 @@ void ModbusSession::sent([[maybe_unused]] std::size_t count) {
 void ModbusSession::make_request(Time now) {
   ModbusRequest request;
   request_is_window_ = false;
-  request_reads_status_ = step_ != Step::kIdentify;
-  if (step_ == Step::kIdentify) {
-    request.read_address = options_.map.identity;
-    request.read_count = kIdentityWords;
+  request_reads_status_ = step_ != Step::kIdentify && step_ != Step::kPlace;
+  if (!request_reads_status_) {
+    const bool place = step_ == Step::kPlace;
+    request.read_address = place ? options_.map.positions : options_.map.identity;
+    request.read_count = place ? kPositionsWords : kIdentityWords;
   } else {
     const bool write = step_ != Step::kLookAround && !read_only_next_;
     request_is_beat_ = false;
@@ -79,6 +81,8 @@ std::vector<std::uint16_t> ModbusSession::next_words(Time now, std::uint16_t& ad
     }
     request_is_beat_ = beat_last_ = room && mail_.empty();
     address = options_.map.heartbeat;
+    if (beats_) late_ = std::max(late_, now - last_heartbeat_);
+    beats_ = true;
     last_heartbeat_ = now;
     return {++heartbeat_};
   }

@@ -48,6 +48,7 @@ void ModbusSession::on_reply(const ModbusReply& reply, Time now) {
   request_.clear();
   judge_window_ = judge_window_ || request_is_window_;
   if (step_ == Step::kIdentify) return on_identity(reply.words, now);
+  if (step_ == Step::kPlace) return on_place(reply.words, now);
   read_only_next_ = !request_reads_status_ && !request_is_beat_;
   if (!request_reads_status_) return;
   if (reply.words.size() != kStatusWords) return fault(Code::kLink, "a status reply has the wrong length");
@@ -63,6 +64,9 @@ void ModbusSession::on_missing(Time now) {
 
 void ModbusSession::on_exception(std::uint8_t exception, Time now) {
   const std::string name = "Modbus exception " + std::to_string(exception);
+  const bool no_place = step_ == Step::kPlace && exception <= 3;
+  if (no_place) step_ = Step::kClose, request_.clear();
+  if (no_place) return;
   switch (exception) {
     case 1:  // illegal function
       if (use_fc23_ && request_reads_status_ && step_ >= Step::kOpen && !read_only_next_) {
@@ -105,6 +109,7 @@ void ModbusSession::on_status(const RingStatus& status, Time now) {
                     std::to_string(status.boot_id) + "); nothing is sent again: home the machine first");
   switch (step_) {
     case Step::kIdentify:
+    case Step::kPlace:
       return;
     case Step::kLookAround:
       look_around(status, now);
@@ -134,13 +139,13 @@ void ModbusSession::on_stream_status(const RingStatus& status, Time now) {
         "the machine is in alarm " + std::to_string(status.alarm) + " at " + block_name(status.last_started),
         Event::kAlarm);
   follow_mail(status);
-  follow_hold(status);
+  follow_hold(status, now);
   if (is_final(phase_)) return;
   if (judge_window_) judge_frame(status);
   if (phase_ == Phase::kFault) return;
   if (ended_ && accepted() == pushed_ && phase_ == Phase::kRun) move(Event::kAllSent);
   if (phase_ == Phase::kDrain && completed_ == pushed_ && mail_.empty()) {
-    step_ = Step::kClose;
+    step_ = identity_.positions && last_move_ ? Step::kPlace : Step::kClose;
     step_began_ = now;
     return;
   }
@@ -225,11 +230,12 @@ LineRange ModbusSession::uncertain() const {
 }
 
 void ModbusSession::fault(Code code, const std::string& what, Event event) {
-  if (step_ == Step::kClose) return move(Event::kProved);  // everything was read back as completed before
+  // Everything was read back as completed before.
+  if (step_ == Step::kPlace || step_ == Step::kClose) return move(Event::kProved);
   error_ = {code, what};
   if (!is_opening(phase_))
     error_.message +=
-        "; " + (touched_ == completed_ ? "all blocks that were sent have run" : describe(uncertain()));
+        "; " + (touched_ == completed_ ? "all blocks that were sent have run" : describe(state()));
   move(event);
   request_.clear();
 }
@@ -246,6 +252,8 @@ SendState ModbusSession::state() const {
   state.sent = touched_;
   state.acknowledged = std::max(accepted(), known_);
   state.executed = completed_;
+  if (step_ == Step::kPlace && completed_ > 0) --state.executed;  // the last one's place is still out
+  state.held = held_;
   state.resends = resends_;
   state.machine = ring_state_name(status_.state);
   state.line = status_.line;

@@ -21,6 +21,7 @@ struct ModbusOptions {
   std::uint64_t total = 0;       ///< blocks of the program
   std::uint16_t session_id = 1;  ///< not 0, another one for each run
   RingMap map = {};
+  PositionTolerance tolerance = {};  ///< of the axes at the program's end
   /// Go on with a run that another process began: session_id is that run's name.
   bool attach = false;
   std::uint16_t boot = 0;                    ///< of that run
@@ -29,8 +30,8 @@ struct ModbusOptions {
 
 /// Properties: a request is repeated identically until its reply was read; blocks count as taken over only by
 /// a last_accepted that was read, in one piece, for the same boot_id and session; a changed boot_id is a
-/// fault and nothing is sent again; done only when last_completed reaches the last block; an operator's
-/// command goes out before any block that is not out yet.
+/// fault and nothing is sent again; done only when last_completed reaches the last block, and the axes, where they are
+/// reported, are at its end; an operator's command goes out before any block that is not out yet.
 class ModbusSession {
  public:
   ModbusSession(const ModbusOptions& options, Time now);
@@ -58,7 +59,7 @@ class ModbusSession {
 
  private:
   /// Which step of the opening, the streaming or the closing is next.
-  enum class Step { kIdentify, kLookAround, kOpen, kStream, kClose };
+  enum class Step { kIdentify, kLookAround, kOpen, kStream, kPlace, kClose };
   struct Mail {
     MailboxCode code = MailboxCode::kHold;
     std::uint32_t argument = 0;
@@ -87,8 +88,10 @@ class ModbusSession {
   void continue_run(const RingStatus& status, Time now);
   void post(MailboxCode code, std::uint32_t argument, Time now);
   void follow_mail(const RingStatus& status);
-  void follow_hold(const RingStatus& status);
+  void follow_hold(const RingStatus& status, Time now);
   void finish_stop();
+  void on_place(std::span<const std::uint16_t> words, Time now);
+  void note_hold(bool asked, Time now);
   void on_command_status(const RingStatus& status, Time now);
   void on_stream_status(const RingStatus& status, Time now);
   bool advance(const RingStatus& status, Time now);
@@ -122,7 +125,12 @@ class ModbusSession {
   std::optional<std::uint16_t> waits_at_;  // the newest completed block, if it is M0, M1 or M6
   int mail_tries_ = 0;
   bool hold_seen_ = false, aborting_ = false;
-  std::string refused_;
+  std::string refused_, held_;
+  bool beats_ = false;  // the controller's watchdog is armed
+  Time late_{};         // the longest time without a heartbeat since the machine ran
+
+  std::optional<NumericBlock> last_move_;
+  int place_polls_ = 0;
 
   std::string request_;  // out, not answered yet
   bool request_reads_status_ = false, read_only_next_ = false, use_fc23_ = true;

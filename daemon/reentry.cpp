@@ -106,8 +106,6 @@ class Steps {
     preview += std::to_string(++count_) + ". " + words + "\n   " + text + "\n";
     line(text);
   }
-  /// What the operator does.
-  void note(const std::string& words) { preview += std::to_string(++count_) + ". " + words + "\n"; }
   /// The move that was just said ends there. The first one that leaves the travel is kept.
   void reach(const Joints& to) {
     at_ = to;
@@ -124,26 +122,40 @@ class Steps {
   int count_ = 0;
 };
 
+/// What the linear axes do while the tool goes back along its axis from `at`, the rotaries standing.
+Joints along_axis(const MachineProfile& machine, const ReentryOptions& options, const Joints& at) {
+  const Pose pose = forward(machine.model, options.setup, at);
+  const Joints to = solve_linear(machine.model, options.setup, pose.tip + pose.axis * options.retract, at.a, at.c);
+  return {to.x - at.x, to.y - at.y, to.z - at.z, 0.0, 0.0};
+}
+
 void lift(Steps& steps, const Survey& found, const Joints& rise, const MachineProfile& machine,
           const ReentryOptions& options, bool relative) {
   const std::string feed = " F" + decimal(options.plunge_feed, 1);
-  const std::string along =
-      "G1" + steps.word('X', rise.x) + steps.word('Y', rise.y) + steps.word('Z', rise.z) + feed;
+  const Joints from = options.stands.value_or(found.before.at);
+  const Joints way = along_axis(machine, options, from);
+  const Joints clear{from.x + way.x, from.y + way.y, from.z + way.z, from.a, from.c};
+  const std::string said =
+      "retract " + decimal(options.retract, 1) + " mm along the tool axis " +
+      (options.stands ? "that the machine reports, from" + steps.word('X', from.x) + steps.word('Y', from.y) +
+                            steps.word('Z', from.z) + steps.word(machine.model.tilt.letter, from.a, true) +
+                            steps.word(machine.model.rotary.letter, from.c, true)
+                      : "of the block that is entered (the machine does not report its own), from where the "
+                        "tool stands");
   if (relative) {
     steps.line("G91");
-    steps.say(along, "retract " + decimal(options.retract, 1) +
-                         " mm along the tool axis from where the tool stands");
+    steps.say("G1" + steps.word('X', way.x) + steps.word('Y', way.y) + steps.word('Z', way.z) + feed, said);
     steps.line("G90");
   } else {
-    steps.note("by hand, before this is confirmed: retract along the tool axis until the tool is clear; " +
-               decimal(options.retract, 1) + " mm are" + along.substr(2, along.rfind(" F") - 2) +
-               " (relative)");
+    steps.say("G1" + steps.word('X', clear.x) + steps.word('Y', clear.y) + steps.word('Z', clear.z) +
+                  steps.word(machine.model.tilt.letter, from.a, true) +
+                  steps.word(machine.model.rotary.letter, from.c, true) + feed,
+              said);
   }
-  const Joints& at = found.before.at;
-  steps.reach({at.x + rise.x, at.y + rise.y, at.z + rise.z, at.a, at.c});
+  steps.reach(clear);
   // Above any place of the program by the retract, or as high as the machine goes: never down.
-  Joints top = steps.at();
-  top.z = std::min(found.highest + std::max(rise.z, 0.0), machine.model.z.max);
+  Joints top = clear;
+  top.z = std::max(clear.z, std::min(found.highest + std::max(rise.z, 0.0), machine.model.z.max));
   steps.say("G0" + steps.word('Z', top.z), "up, over the highest place of the program");
   steps.reach(top);
 }
@@ -198,11 +210,11 @@ Result<Reentry> write_reentry(const std::string& program, LinkKind kind, const M
     return fail(Code::kUsage,
                 "no axis has moved before block " + std::to_string(options.from) + ": start the job instead");
 
-  const Pose pose = forward(machine.model, options.setup, before.at);
-  Joints rise = solve_linear(machine.model, options.setup, pose.tip + pose.axis * options.retract,
-                             before.at.a, before.at.c);
-  rise = {rise.x - before.at.x, rise.y - before.at.y, rise.z - before.at.z, 0.0, 0.0};
-
+  if (counts_numeric_blocks(kind) && !options.stands)
+    return fail(Code::kUsage,
+                "this controller does not report where its axes are, so that no retract can be written for it: "
+                "move the tool clear by hand, and start a program of what is left");
+  const Joints rise = along_axis(machine, options, before.at);
   Steps steps(machine, before.at);
   steps.line("(TILTFEED re-entry before block " + std::to_string(options.from) + ", line " +
              std::to_string(found->line) + ")");

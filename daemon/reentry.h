@@ -3,6 +3,7 @@
 // block before, and on from there.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "config/machine_profile.h"
@@ -16,6 +17,8 @@ struct ReentryOptions {
   double plunge_feed = 200.0;  ///< mm/min
   double spindle_delay = 3.0;  ///< seconds until the spindle turns
   Setup setup;                 ///< of the job; where it is not known, of a tool without length
+  /// Where the axes are, as the controller reports it: the retract is along the axis that the tool has there.
+  std::optional<Joints> stands = {};
 };
 
 struct Reentry {
@@ -23,11 +26,11 @@ struct Reentry {
   std::string preview;  ///< what happens before the first block, a line each, for the operator
 };
 
-/// Order: retract along the tool axis (relative, since where the tool stands is not known; by hand on a link
-/// of numeric blocks, which has no relative moves), up to the program's highest Z, rotaries as programmed, X
+/// Order: retract along the tool axis from where the tool stands (where that is not reported, along the axis of
+/// the block that is entered; a link of numeric blocks, which has no relative moves, needs the report), up to the program's highest Z, rotaries as programmed, X
 /// Y above the entry, spindle and coolant, down to `retract` above the entry, plunge along the axis, modal
 /// state, block `from` with all its words, the rest unchanged. Errors: kUsage (no such block; block 1 needs
-/// no re-entry), kInput (a line that is not understood: then nobody can say what is in force), kLimit (a step
+/// no re-entry; no place on such a link), kInput (a line that is not understood: then nobody can say what is in force), kLimit (a step
 /// leaves the travel).
 Result<Reentry> write_reentry(const std::string& program, LinkKind kind, const MachineProfile& machine,
                               const ReentryOptions& options);

@@ -258,7 +258,7 @@ LineRange RepRapSession::uncertain() const {
 }
 
 void RepRapSession::fault(Code code, const std::string& what) {
-  error_ = {code, is_opening(phase_) ? what : what + "; " + describe(uncertain())};
+  error_ = {code, is_opening(phase_) ? what : what + "; " + describe(state())};
   move(Event::kFailed);
   out_.clear();
 }

@@ -11,8 +11,10 @@
 #include <thread>
 
 #include "config/job.h"
+#include "config/machine_profile.h"
 #include "daemon/api.h"
 #include "daemon/api_socket.h"
+#include "daemon/machine_place.h"
 #include "daemon/notify.h"
 #include "daemon/safe_stop.h"
 #include "daemon/service.h"
@@ -25,7 +27,12 @@ using nlohmann::json;
 
 constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
 constexpr const char* kDefaultSocket = "/run/tiltfeed/api.sock";
-constexpr std::chrono::milliseconds kWatchInterval{500};
+constexpr std::chrono::milliseconds kWatchInterval{500}, kStartInterval{50};
+
+class SteadyClock : public Clock {
+ public:
+  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
+};
 
 int complain(const Error& error) {
   std::cerr << "tiltfeed: " << error.message << "\n";
@@ -54,6 +61,7 @@ void print_job(const json& job) {
     if (job.value("machine_seconds", 0.0) > 0.0)
       std::printf(", %s left", duration(job.value("remaining_seconds", 0.0)).c_str());
   }
+  if (const std::string held = job.value("held", ""); !held.empty()) std::printf(", %s", held.c_str());
   if (const std::string note = job.value("note", ""); !note.empty()) std::printf("  (%s)", note.c_str());
   std::printf("\n");
 }
@@ -67,8 +75,8 @@ bool is_over(const std::string& state) {
 struct ServiceCommands::Options {
   CLI::App *serve = nullptr, *safe_stop = nullptr, *submit = nullptr, *list = nullptr, *show = nullptr,
            *start = nullptr, *hold = nullptr, *resume = nullptr, *stop = nullptr, *remove = nullptr,
-           *watch = nullptr, *override_feed = nullptr;
-  std::string config, socket, file, name;
+           *watch = nullptr, *override_feed = nullptr, *reset = nullptr;
+  std::string config, socket, file, name, link, machine;
   std::uint64_t job = 0, block = 0, from = 0;
   int percent = 100;
   bool yes = false, queue = false;
@@ -80,6 +88,10 @@ struct ServiceCommands::Options {
   int run_show();
   int run_resume();
   int run_watch();
+  int run_start();
+  int run_reset();
+  int reset_here();
+  bool agreed(const std::string& what, const char* question) const;
   int run_safe_stop() const;
 };
 
@@ -116,6 +128,10 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
   o.stop = client("stop", "hold, then forget the rest; or take it out of the queue", true);
   o.remove = client("remove", "forget a job and its files", true);
   o.watch = client("watch", "follow a job until it ends", true);
+  o.reset = client("reset", "lead the machine out of a hold, an alarm, check mode or a run nobody feeds", false);
+  o.reset->add_flag("--yes", o.yes, "do not ask after showing what it does");
+  o.reset->add_option("--link", o.link, "without a service: over this link");
+  o.reset->add_option("--machine", o.machine, "without a service: machine profile (YAML)");
   o.override_feed = client("override", "feed override", true);
   o.override_feed->add_option("PERCENT", o.percent, "10 to 200")->required()->check(CLI::Range(10, 200));
 }
@@ -201,20 +217,90 @@ int ServiceCommands::Options::run_resume() {
   Result<json> answer = ask(request);
   if (!answer) return complain(answer.error());
   if (answer->contains("confirm")) {
-    std::cout << answer->value("confirm", "");
-    if (!yes) {
-      std::cout << "Is the tool clear, the machine homed, the tool length as before? Type yes to move: "
-                << std::flush;
-      std::string word;
-      std::getline(std::cin, word);
-      if (word != "yes") return complain({Code::kCancelled, "nothing was sent"});
-    }
+    if (!agreed(answer->value("confirm", ""),
+                "Is the tool clear, the machine homed, the tool length as before? Type yes to move: "))
+      return complain({Code::kCancelled, "nothing was sent"});
     request.confirmed = true;
     answer = ask(request);
     if (!answer) return complain(answer.error());
   }
   std::cout << answer->value("text", "") << "\n";
   return kDone;
+}
+
+bool ServiceCommands::Options::agreed(const std::string& what, const char* question) const {
+  std::cout << what;
+  if (yes) return true;
+  std::cout << question << std::flush;
+  std::string word;
+  std::getline(std::cin, word);
+  return word == "yes";
+}
+
+/// Tells what became of it once the controller has taken it, or has refused.
+int ServiceCommands::Options::run_start() {
+  ApiRequest request;
+  request.op = ApiOp::kStart;
+  request.job = job;
+  request.queue = queue;
+  Result<json> answer = ask(request);
+  if (!answer) return complain(answer.error());
+  std::string text = answer->value("text", "");
+  request.op = ApiOp::kShow;
+  request.queue = false;
+  while (text == "starting") {
+    answer = ask(request);
+    if (!answer) return complain(answer.error());
+    const std::string state = answer->value("state", ""), phase = answer->value("phase", "connect");
+    if (state != "running" && state != "done")
+      return complain({Code::kLink, "job " + std::to_string(job) + " is " + state + ": " + answer->value("note", "")});
+    if (state == "done" || (phase != "connect" && phase != "identify" && phase != "check")) text = "started";
+    if (text != "started") std::this_thread::sleep_for(kStartInterval);
+  }
+  std::cout << text << "\n";
+  return kDone;
+}
+
+/// Without a service.
+int ServiceCommands::Options::reset_here() {
+  MachineProfile profile;
+  if (!machine.empty()) {
+    auto loaded = load_machine(machine);
+    if (!loaded) return complain(loaded.error());
+    profile = std::move(*loaded);
+  }
+  const auto spec = parse_link(link.empty() ? profile.link : link, profile.wire);
+  if (!spec) return complain(spec.error());
+  if (!agreed(reset_preview(*spec), "Type yes to reset: "))
+    return complain({Code::kCancelled, "nothing was sent"});
+  const Result<std::unique_ptr<Link>> wire = open_link(*spec);
+  if (!wire) return complain(wire.error());
+  SteadyClock clock;
+  const Result<std::string> done = reset_machine(*spec, **wire, clock);
+  if (!done) return complain(done.error());
+  std::cout << *done << "\n";
+  return kDone;
+}
+
+int ServiceCommands::Options::run_reset() {
+  if (!link.empty() || !machine.empty()) return reset_here();
+  ApiRequest request;
+  request.op = ApiOp::kReset;
+  Result<json> answer = ask(request);
+  if (!answer) return complain(answer.error());
+  if (!agreed(answer->value("confirm", ""), "Type yes to reset: "))
+    return complain({Code::kCancelled, "nothing was sent"});
+  request.confirmed = true;
+  if (answer = ask(request); !answer) return complain(answer.error());
+  request.op = ApiOp::kList;
+  std::string text = "in work";
+  while (text == "in work") {
+    std::this_thread::sleep_for(kStartInterval);
+    if (answer = ask(request); !answer) return complain(answer.error());
+    text = answer->value("reset", "");
+  }
+  std::cout << text << "\n";
+  return text.starts_with("done") ? kDone : kFailed;
 }
 
 int ServiceCommands::Options::run_watch() {
@@ -254,7 +340,8 @@ std::optional<int> ServiceCommands::run() {
   if (o.show->parsed()) return o.run_show();
   if (o.resume->parsed()) return o.run_resume();
   if (o.watch->parsed()) return o.run_watch();
-  if (o.start->parsed()) return o.simple(ApiOp::kStart);
+  if (o.start->parsed()) return o.run_start();
+  if (o.reset->parsed()) return o.run_reset();
   if (o.hold->parsed()) return o.simple(ApiOp::kHold);
   if (o.stop->parsed()) return o.simple(ApiOp::kStop);
   if (o.remove->parsed()) return o.simple(ApiOp::kRemove);

@@ -1,5 +1,7 @@
 #include "daemon/session.h"
 
+#include <algorithm>
+
 namespace tiltfeed {
 
 namespace {
@@ -55,7 +57,7 @@ std::optional<Phase> next_phase(Phase phase, Event event) {
 }
 
 const char* phase_name(Phase phase) {
-  constexpr const char* kNames[] = {"connect", "identify", "check", "run",     "hold",  "tool change",
+  constexpr const char* kNames[] = {"connect", "identify", "check", "run",     "hold",  "operator stop",
                                     "drain",   "stop",     "done",  "stopped", "alarm", "fault"};
   return kNames[static_cast<int>(phase)];
 }
@@ -105,10 +107,13 @@ std::string quote_line(std::uint64_t number, const std::string& text) {
   return "line " + std::to_string(number) + " '" + text + "'";
 }
 
-std::string describe(const LineRange& uncertain) {
-  if (uncertain.first == 0) return "no line was sent";
-  return "lines " + std::to_string(uncertain.first) + " to " + std::to_string(uncertain.last) +
-         " may have run; earlier ones have, later ones have not";
+std::string describe(const SendState& state) {
+  const LineRange& lines = state.uncertain;
+  if (lines.first == 0) return "no line was sent";
+  return "blocks " + std::to_string(state.executed + 1) + " to " +
+         std::to_string(std::max(state.sent, state.executed + 1)) + " may have run (lines " +
+         std::to_string(lines.first) + " to " + std::to_string(lines.last) +
+         " of the file); earlier ones have, later ones have not";
 }
 
 }  // namespace tiltfeed

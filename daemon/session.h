@@ -121,12 +121,14 @@ struct SendState {
   std::uint16_t session = 0;  ///< Modbus: name of the run in the controller
   std::uint16_t boot = 0;     ///< Modbus: the controller's boot_id
   int feed_override = 0;      ///< percent as the controller reports it; 0: unknown
+  std::string held = {};      ///< in a hold: who holds it, as far as that is known
   std::string refused = {};   ///< why the last operator command was not obeyed; empty: it was
 };
 
 /// "line 12 'G1X3'" for messages.
 std::string quote_line(std::uint64_t number, const std::string& text);
-/// "lines 3 to 9 may have run; earlier ones have, later ones have not"
-std::string describe(const LineRange& uncertain);
+/// "blocks 2 to 8 may have run (lines 3 to 9 of the file); earlier ones have, later ones have not": blocks are
+/// what `resume --from` counts.
+std::string describe(const SendState& state);
 
 }  // namespace tiltfeed

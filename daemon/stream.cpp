@@ -12,6 +12,7 @@
 #include "daemon/program_feed.h"
 #include "daemon/program_walk.h"
 #include "daemon/reprap_session.h"
+#include "daemon/safe_stop.h"
 
 namespace tiltfeed {
 
@@ -118,6 +119,39 @@ Result<SendReport> run(Session& session, Feed& feed, Link& wire, Clock& clock, c
   return report;
 }
 
+/// The wire of a run that has failed, while whoever watches it is told that it still lives.
+class AliveLink : public Link {
+ public:
+  AliveLink(Link& wire, Clock& clock, const StreamHooks& hooks, const SendState& state)
+      : link_(wire, clock, hooks), hooks_(hooks), state_(state) {}
+  Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) override {
+    if (hooks_.progress) hooks_.progress(state_);
+    std::string came;
+    Result<std::size_t> taken = link_.exchange(out, std::min(wait, kProgressInterval), came);
+    in += came;
+    gone = gone || !taken;
+    return taken;
+  }
+  bool gone = false;
+
+ private:
+  WatchedLink link_;
+  const StreamHooks& hooks_;
+  const SendState& state_;
+};
+
+/// After a fault in mid-run the machine must not run on with what it has, nor stand with its spindle turning:
+/// held, and reset at a stand. What a restart or an alarm has emptied, and a wire that has gone, are left.
+Error make_safe(const Error& error, const SendState& state, const LinkSpec& spec, Link& link, Clock& clock,
+                const StreamHooks& hooks) {
+  const bool emptied = state.loss == Loss::kRestarted || state.loss == Loss::kForgotten;
+  if (state.phase != Phase::kFault || state.sent == 0 || emptied) return error;
+  AliveLink wire(link, clock, hooks, state);
+  const Result<std::string> stopped = stop_machine(spec, wire, clock);
+  if (wire.gone) return error;
+  return {error.code, error.message + "; " + (stopped ? "then " + *stopped : stopped.error().message)};
+}
+
 /// A fresh name for the run, so that an old session's blocks can never be taken for ours.
 std::uint16_t new_session_id() {
   std::random_device random;
@@ -148,6 +182,7 @@ ModbusOptions modbus_options(const LinkSpec& spec, const SendOptions& options, s
   ModbusOptions modbus;
   modbus.total = blocks;
   modbus.map = spec.profile.ring;
+  modbus.tolerance = spec.positions.tolerance;
   modbus.session_id = options.session_id != 0 ? options.session_id : new_session_id();
   if (options.attach) {
     modbus.attach = true;
@@ -168,11 +203,14 @@ GrblOptions grbl_options(const LinkSpec& spec, const SendOptions& options, const
   grbl.max_line = spec.max_line;
   grbl.check = options.check || spec.profile.check;
   grbl.number_lines = spec.profile.line_numbers;
+  grbl.positions = spec.positions;
   return grbl;
 }
 
 Result<SendReport> send_opened(Opened& opened, const LinkSpec& spec, Link& link, Clock& clock,
                                const SendOptions& options, const StreamHooks& hooks) {
+  if (options.program && *options.program != opened.facts.hash)
+    return fail(Code::kIo, opened.program.path() + ": was changed since it was checked; nothing was sent");
   if (options.attach && !is_ring(spec.kind))
     return fail(Code::kUsage,
                 describe(spec) + ": this link cannot prove what was executed; resume from a line");
@@ -192,6 +230,7 @@ Result<SendReport> send_opened(Opened& opened, const LinkSpec& spec, Link& link,
     GrblSession session(grbl_options(spec, options, opened.facts), clock.now());
     LineFeed feed(opened.program);
     report = run(session, feed, link, clock, hooks);
+    if (!report) report = tl::unexpected(make_safe(report.error(), session.state(), spec, link, clock, hooks));
   } else if (spec.kind == LinkKind::kRepRap) {
     RepRapSession session({opened.facts.lines, spec.profile.reprap_window}, clock.now());
     LineFeed feed(opened.program);
@@ -203,7 +242,6 @@ Result<SendReport> send_opened(Opened& opened, const LinkSpec& spec, Link& link,
     if (report) report->executed.reset();  // sent is all that can be said
   }
   if (!report) return fail(report.error().code, describe(spec) + ": " + report.error().message);
-  if (const Result<void> same = opened.program.rewind(); !same) return tl::unexpected<Error>(same.error());
   report->link = spec.kind;
   report->header = opened.facts.header;
   return report;
@@ -224,10 +262,16 @@ std::optional<OperatorCommand> CommandQueue::take() {
   return first;
 }
 
-Result<std::uint64_t> count_blocks(const std::string& program_path, LinkKind kind) {
+Result<ProgramSum> sum_program(const std::string& program_path, LinkKind kind) {
   const Result<Opened> opened = open_program(program_path, kind);
   if (!opened) return tl::unexpected<Error>(opened.error());
-  return opened->blocks;
+  return ProgramSum{opened->blocks, opened->facts.hash};
+}
+
+Result<std::uint64_t> count_blocks(const std::string& program_path, LinkKind kind) {
+  const Result<ProgramSum> sum = sum_program(program_path, kind);
+  if (!sum) return tl::unexpected<Error>(sum.error());
+  return sum->blocks;
 }
 
 Result<SendReport> send_over(const std::string& program_path, const LinkSpec& spec, Link& link, Clock& clock,

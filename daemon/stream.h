@@ -1,6 +1,7 @@
 #pragma once
 // Sends a program to a controller: the one place that owns the wire, the clock and the loop.
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -62,6 +63,8 @@ struct SendOptions {
   /// controller was restarted or has another session. The machine may be in hold: then a resume command is
   /// due.
   std::optional<Attachment> attach = {};
+  /// SHA-256 that the program must have, so that the run is of what was checked.
+  std::optional<std::array<std::uint8_t, 32>> program = {};
 };
 
 struct SendReport {
@@ -85,6 +88,12 @@ Result<SendReport> send_program(const std::string& program_path, const LinkSpec&
 
 /// Blocks of the program, as this kind of link counts them. Errors: as `send_program` before it sends.
 Result<std::uint64_t> count_blocks(const std::string& program_path, LinkKind kind);
+/// The same, and the SHA-256 of the file that they were counted in.
+struct ProgramSum {
+  std::uint64_t blocks = 0;
+  std::array<std::uint8_t, 32> hash{};
+};
+Result<ProgramSum> sum_program(const std::string& program_path, LinkKind kind);
 
 /// The same over a wire and a clock that are given.
 Result<SendReport> send_over(const std::string& program_path, const LinkSpec& spec, Link& link, Clock& clock,

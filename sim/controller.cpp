@@ -195,6 +195,7 @@ void GrblController::reset() {
   motion_.set_rapid_override(100);
   spindle_override_ = 100;
   report_overrides_ = true;
+  reports_to_offset_ = 0;
   rx_.clear();
   rx_read_ = 0;
   line_.clear();

@@ -92,6 +92,7 @@ class GrblController {
   bool reply_due_ = false, waiting_ = false;
   int latched_error_ = 0, alarm_ = 0, spindle_override_ = 100;
   bool reset_needed_ = false, check_mode_ = false, report_overrides_ = true;
+  int reports_to_offset_ = 0;  ///< status reports until the next WCO:
   std::string reported_accessories_, out_;
   GrblTotals totals_;
 };

@@ -9,6 +9,9 @@ namespace tiltfeed::sim {
 namespace {
 
 constexpr int kPositionDecimals = 3;
+/// The work offset comes with every tenth report of a machine that stands, with every thirtieth of one that
+/// moves.
+constexpr int kOffsetStanding = 10, kOffsetMoving = 30;
 
 void put(std::string& out, double value, int decimals) {
   std::array<char, 350> text;  // the longest double with 3 decimals
@@ -55,6 +58,12 @@ void GrblController::report_status() {
   put(out_, motion_.speed(), 0);
   out_ += ',';
   put(out_, motion_.accessories().spindle * spindle_override_ / 100.0, 0);
+  // Work coordinates are the machine's: every offset of this controller is zero.
+  if (reports_to_offset_-- == 0) {
+    const bool busy = motion_.held() || motion_.running() != nullptr;
+    reports_to_offset_ = (busy ? kOffsetMoving : kOffsetStanding) - 1;
+    out_ += "|WCO:0.000,0.000,0.000,0.000,0.000";
+  }
   const std::string on = accessories();
   if (report_overrides_ || on != reported_accessories_) {
     out_ += "|Ov:" + std::to_string(motion_.feed_override()) + ',' +

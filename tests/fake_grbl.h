@@ -26,6 +26,9 @@ class FakeGrbl {
   std::size_t unanswered = 0;      // bytes of lines that came and whose ok has not been heard
   std::size_t most_unanswered = 0;
   bool silent_status = false, withhold = false;
+  bool offsets = true;  // WCO: in each report
+  bool frozen = false;  // answers, and moves nothing
+  int executed_x = 0;   // of the lines G1X<whole number>
   int position = 0, polls = 0, holds = 0, resumes = 0, resets = 0;
 
   void receive(std::string_view bytes) {
@@ -33,7 +36,8 @@ class FakeGrbl {
       if (c == '?') {
         ++polls;
         if (!silent_status)
-          replies += "<" + state + "|MPos:" + std::to_string(position) + ",0,0|Bf:15,128|FS:0,0>\r\n";
+          replies += "<" + state + "|MPos:" + std::to_string(position + executed_x) + ",0,0|Bf:15,128|FS:0,0" +
+                     (offsets ? "|WCO:0,0,0" : "") + ">\r\n";
       } else if (c == '!') {
         ++holds;
         state = "Hold:0";
@@ -71,6 +75,8 @@ class FakeGrbl {
       return true;
     }
     if (line != "$I") lines.push_back(line);
+    if (line.starts_with("G1X") && answer == "ok" && !frozen && line.size() < 10)
+      executed_x = std::stoi(line.substr(3));
     replies += answer + "\r\n";
     return true;
   }

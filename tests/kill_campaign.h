@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/sha256.h"
 #include "tests/dying_sender.h"
 #include "tests/same_block.h"
 #include "tests/sim_machine.h"
@@ -197,9 +198,18 @@ struct Campaign {
         disk->file = disk->durable = disk->after_power_loss(random);
         ++job.subject.host[0];
       }
-      if (new_program) job.subject.program[0] ^= 0x55;
+      if (new_program) replace_program(job);
     }
     judge(machine, program, outcome, restarted);
+  }
+
+  /// The same blocks in another file.
+  static void replace_program(JobRun& job) {
+    const std::string other = job.program + ".other";
+    std::filesystem::copy_file(job.program, other, std::filesystem::copy_options::overwrite_existing);
+    std::ofstream(other, std::ios::app) << "(another)\n";
+    job.program = other;
+    job.subject.program = *sha256_of_file(other);
   }
 
   void judge(const RingMachine& machine, const KillProgram& program, const Outcome& outcome, bool restarted) {

@@ -8,6 +8,7 @@
 #include "daemon/job_runner.h"
 #include "daemon/program_walk.h"
 #include "daemon/reentry.h"
+#include "daemon/stream.h"
 #include "sim/program.h"
 #include "tests/folder.h"
 #include "tests/sim_machine.h"
@@ -75,8 +76,11 @@ TEST(Reentry, EndsWhereTheBlockBeforeEndedAndGoesOnAsTheProgram) {
     ReentryOptions options;
     options.from = from;
     options.retract = 40.0;
+    options.stands = Joints{5, 6, 70, -20, 300};
     const auto entry = write_reentry(path, LinkKind::kModbusTcp, profile(), options);
     ASSERT_TRUE(entry) << entry.error().message;
+    // It can be sent over this link as it is: the first move states every axis.
+    EXPECT_TRUE(count_blocks(folder.write("entry.nc", entry->program), LinkKind::kModbusTcp)) << from;
     const std::vector<sim::Block> again = read_back(entry->program);
     const std::size_t rest = whole.size() - (from - 1);
     ASSERT_GT(again.size(), rest);
@@ -128,10 +132,40 @@ TEST(FieldFailures, F19_UnsafeResume) {
   EXPECT_NE(entry->preview.find("1. retract 40 mm"), std::string::npos) << entry->preview;
 }
 
+TEST(Reentry, RetractsAlongTheAxisThatTheToolReallyHas) {
+  const Folder folder("reentry");
+  const std::string path = folder.write("p.nc", kProgram);
+  ReentryOptions options;
+  options.from = 10;
+  options.retract = 40.0;
+  options.stands = Joints{5, 6, 70, -30, 300};
+  // A head tilted by 30 degrees about -X leans the tool towards +Y: 40 (0, sin 30, cos 30).
+  const auto relative = write_reentry(path, LinkKind::kGrbl, profile(), options);
+  ASSERT_TRUE(relative) << relative.error().message;
+  EXPECT_NE(relative->program.find("G91\nG1 X0 Y20 Z34.641 F200\nG90\n"), std::string::npos)
+      << relative->program;
+  EXPECT_NE(relative->preview.find("X5 Y6 Z70 A-30 C300"), std::string::npos) << relative->preview;
+  const auto absolute = write_reentry(path, LinkKind::kModbusTcp, profile(), options);
+  ASSERT_TRUE(absolute) << absolute.error().message;
+  EXPECT_NE(absolute->program.find("\nG1 X5 Y26 Z104.641 A-30 C300 F200\n"), std::string::npos)
+      << absolute->program;
+  // High above the program already: never down.
+  options.stands = Joints{5, 6, 400, 0, 300};
+  const auto high = write_reentry(path, LinkKind::kModbusTcp, profile(), options);
+  ASSERT_TRUE(high) << high.error().message;
+  EXPECT_NE(high->program.find("G0 Z440\n"), std::string::npos) << high->program;
+  // A controller that does not say where it stands.
+  options.stands.reset();
+  const auto blind = write_reentry(path, LinkKind::kModbusTcp, profile(), options);
+  ASSERT_FALSE(blind);
+  EXPECT_NE(blind.error().message.find("does not report"), std::string::npos);
+}
+
 TEST(Reentry, RefusesWhatItCannotVouchFor) {
   const Folder folder("reentry");
   const std::string path = folder.write("p.nc", kProgram);
   ReentryOptions options;
+  options.stands = Joints{0, 0, 0, 0, 0};
   const auto code = [&](const std::string& file) {
     const auto entry = write_reentry(file, LinkKind::kModbusTcp, profile(), options);
     return entry ? Code::kCancelled : entry.error().code;

@@ -41,7 +41,9 @@ struct Shop {
     const std::string path = "/tmp/tiltfeed_safe_stop_" + std::to_string(::getpid()) + ".nc";
     std::ofstream(path) << program;
     MortalLink wire(line, line.time, dies_at);
-    EXPECT_FALSE(send_over(path, link, wire, line, {}, {}));
+    const auto report = send_over(path, link, wire, line, {}, {});
+    ASSERT_FALSE(report);
+    EXPECT_NE(report.error().message.find("killed"), std::string::npos) << report.error().message;
     std::filesystem::remove(path);
   }
   /// What goes wrong on the wire from now on.

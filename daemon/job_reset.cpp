@@ -1,0 +1,59 @@
+// The order that leads out of every state of the machine, beside the loop that answers.
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/job_desk.h"
+#include "daemon/machine_place.h"
+
+namespace tiltfeed {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+class RealClock : public Clock {
+ public:
+  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
+};
+
+std::string said(const std::string& text, const char* key) {
+  const ordered_json json = {{"v", kApiVersion}, {"ok", true}, {key, text}};
+  return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
+}
+
+Result<std::string> reset_over(const LinkSpec& link) {
+  const Result<std::unique_ptr<Link>> wire = open_link(link);
+  if (!wire) return tl::unexpected<Error>(wire.error());
+  RealClock clock;
+  return reset_machine(link, **wire, clock);
+}
+
+}  // namespace
+
+/// First the operator sees what would happen; said again with the confirmation it begins, and `list` tells how
+/// it ended.
+Result<std::string> JobDesk::reset(const ApiRequest& request) {
+  if (runner_->busy())
+    return fail(Code::kUsage, "job " + std::to_string(runner_->view().job) +
+                                  " is on the machine; hold it, resume it or stop it");
+  if (reset_.valid()) return fail(Code::kUsage, "the machine is being reset already");
+  if (!request.confirmed) return said(reset_preview(link_), "confirm");
+  queue_moves_ = false;
+  reset_ = std::async(std::launch::async, reset_over, link_);
+  return said("the machine is being reset", "text");
+}
+
+/// What the controller had of an interrupted run is gone: it cannot go on by itself any more.
+void JobDesk::take_reset_end() {
+  if (!reset_.valid() || reset_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  const Result<std::string> ended = reset_.get();
+  reset_text_ = ended ? "done: " + *ended : "failed: " + ended.error().message;
+  log(ended ? Severity::kWarning : Severity::kError, 0, "reset " + reset_text_);
+  const auto jobs = spool_.list();
+  if (!ended || !jobs) return;
+  for (const SpooledJob& job : *jobs)
+    if (job.state == JobState::kInterrupted)
+      set(job, JobState::kUncertain, "the machine was reset; " + job.note);
+}
+
+}  // namespace tiltfeed
