@@ -11,9 +11,8 @@
 #include "daemon/machine_command.h"
 #include "daemon/plan_command.h"
 #include "daemon/post_command.h"
-#include "daemon/progress_line.h"
+#include "daemon/send_command.h"
 #include "daemon/service_command.h"
-#include "daemon/stream.h"
 #include "daemon/tool_length.h"
 #include "daemon/verify_command.h"
 
@@ -32,33 +31,6 @@ int check_command(const std::string& path) {
   auto job = load_job(path);
   if (!job) return report(job.error());
   std::cout << describe(*job);
-  return kDone;
-}
-
-int send_command(const std::string& program, std::string link_text, const std::string& machine) {
-  MachineProfile profile;
-  if (!machine.empty()) {
-    auto loaded = load_machine(machine);
-    if (!loaded) return report(loaded.error());
-    profile = std::move(*loaded);
-  }
-  if (link_text.empty()) link_text = profile.link;
-  if (link_text.empty())
-    return report({Code::kUsage, "no link: give --link, or --machine with a profile that has link.default"});
-  const auto link = parse_link(link_text, profile.wire);
-  if (!link) return report(link.error());
-  ProgressLine line;
-  auto sent = send_program(program, *link, {}, {[&](const SendState& state) {
-                             return line.show(std::string("send: ") + phase_name(state.phase),
-                                              state.total > 0 ? static_cast<double>(state.acknowledged) /
-                                                                    static_cast<double>(state.total)
-                                                              : 0.0);
-                           }});
-  if (!sent) return report(sent.error());
-  std::printf("%llu blocks %s in %.2f s, %llu bytes, %llu resends\n",
-              static_cast<unsigned long long>(sent->lines), sent->executed ? "sent and executed" : "sent",
-              sent->seconds, static_cast<unsigned long long>(sent->bytes),
-              static_cast<unsigned long long>(sent->resends));
   return kDone;
 }
 
