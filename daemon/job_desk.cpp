@@ -78,10 +78,15 @@ Result<void> JobDesk::keep(SpooledJob job, JobState state, const std::string& no
   return {};
 }
 
+/// It is so already: where it cannot be written it is remembered, and told all the same.
 void JobDesk::set(const SpooledJob& job, JobState state, const std::string& note) {
-  if (const Result<void> kept = keep(job, state, note); !kept)
-    log(Severity::kError, job.id,
-        std::string(state_name(state)) + " is not in the spool: " + kept.error().message);
+  const Result<void> kept = keep(job, state, note);
+  if (kept) return;
+  SpooledJob now = job;
+  now.state = state;
+  now.note = note + (note.empty() ? "" : "; ") + "not in the spool yet: " + kept.error().message;
+  spool_.remember(now);
+  log(Severity::kError, job.id, std::string(state_name(state)) + ": " + now.note);
 }
 
 std::string JobDesk::answer(const ApiRequest& request, std::uint32_t user, const std::vector<int>& files) {
@@ -239,6 +244,7 @@ Result<std::string> JobDesk::remove(const SpooledJob& job) {
 void JobDesk::tick() {
   take_run_end();
   take_reset_end();
+  spool_.save_remembered();
   take_plan_end();
   take_check_end();
   start_next();

@@ -196,7 +196,16 @@ Result<std::uint64_t> Spool::add(const SpooledJob& job, const std::vector<int>& 
 
 Result<std::vector<SpooledJob>> Spool::list() const { return select("ORDER BY id"); }
 
-Result<std::vector<SpooledJob>> Spool::queue() const { return select("WHERE place > 0 ORDER BY place"); }
+Result<std::vector<SpooledJob>> Spool::queue() const {
+  auto jobs = select("WHERE place > 0 ORDER BY place");
+  if (jobs) std::erase_if(*jobs, [](const SpooledJob& job) { return job.place == 0; });
+  return jobs;
+}
+
+void Spool::save_remembered() {
+  for (auto& [id, job] : std::map(remembered_))
+    if (!update(job)) return;
+}
 
 Result<std::vector<SpooledJob>> Spool::select(const char* which) const {
   Table::Statement rows;
@@ -217,6 +226,7 @@ Result<std::vector<SpooledJob>> Spool::select(const char* which) const {
     job.user = static_cast<std::uint32_t>(rows.number(8));
     job.created = static_cast<std::int64_t>(rows.number(9));
     job.place = rows.number(10);
+    if (const auto newer = remembered_.find(job.id); newer != remembered_.end()) job = newer->second;
     jobs.push_back(std::move(job));
   }
   if (step != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
@@ -245,6 +255,7 @@ Result<void> Spool::update(const SpooledJob& job) {
   change.bind(6, job.place);
   change.bind(7, job.id);
   if (sqlite3_step(change.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  remembered_.erase(job.id);
   return {};
 }
 

@@ -3,6 +3,7 @@
 // a user typed becomes part of a path.
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -71,6 +72,10 @@ class Spool {
   Result<SpooledJob> find(std::uint64_t id) const;
   /// State, note, counts, hash and place, all or nothing. Errors: kIo.
   Result<void> update(const SpooledJob& job);
+  /// What is so although the table could not take it (a full disk): told in its place until it can be written.
+  void remember(const SpooledJob& job) { remembered_[job.id] = job; }
+  /// Tries again to write what is remembered.
+  void save_remembered();
   /// With its files. Errors: kIo.
   Result<void> remove(std::uint64_t id);
 
@@ -86,6 +91,7 @@ class Spool {
 
   std::string folder_;
   std::unique_ptr<Table> table_;
+  std::map<std::uint64_t, SpooledJob> remembered_;
 };
 
 }  // namespace tiltfeed
