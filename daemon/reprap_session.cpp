@@ -32,7 +32,13 @@ std::string reprap_frame(std::uint64_t number, std::string_view text) {
 }
 
 RepRapSession::RepRapSession(const RepRapOptions& options, Time now)
-    : options_(options), now_(now), opened_(now), asked_(now - kAskAgain), last_heard_(now), deadline_(now) {
+    : options_(options),
+      now_(now),
+      opened_(now),
+      asked_(now - kAskAgain),
+      last_heard_(now),
+      deadline_(now),
+      watch_(options.positions) {
   window_ = std::clamp<std::size_t>(static_cast<std::size_t>(std::max(1, options.window)), 1, kMostWindow);
 }
 
@@ -49,6 +55,8 @@ bool RepRapSession::wants_work() const {
 
 void RepRapSession::push(Line line) {
   assert(wants_work());
+  watch_.push(line.number, line.text);
+  watch_.executed(line.number);  // only where the last one leads is asked for
   append(std::move(line), Kind::kLine);
 }
 
@@ -142,7 +150,7 @@ void RepRapSession::on_line(std::string_view line) {
       loss_ = Loss::kRestarted;
       return fault(Code::kLink, "the firmware has restarted; home the machine before anything else");
     default:
-      return;
+      return take_place(line);
   }
 }
 
@@ -206,14 +214,14 @@ void RepRapSession::settle_front() {
     if (recent_.size() > kFirmwareDepth) recent_.pop_front();
     if (settled.line.waits && phase_ == Phase::kToolChange) move(Event::kOperatorDone);
   }
-  if (settled.kind != Kind::kBarrier) return;
-  recent_.clear();
+  if (settled.kind != Kind::kBarrier && settled.kind != Kind::kPlace) return;
   if (phase_ == Phase::kHold) move(Event::kResumed), move(Event::kAllSent);
-  if (phase_ == Phase::kStop) {
+  if (phase_ == Phase::kStop && settled.kind == Kind::kBarrier) {
+    recent_.clear();
     error_ = {Code::kCancelled, "stopped on request; all lines that were sent have run"};
     move(Event::kStood);
   } else if (phase_ == Phase::kDrain) {
-    move(Event::kProved);
+    settled.kind == Kind::kBarrier ? ask_place() : prove_end();
   }
 }
 

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "daemon/link.h"
+#include "daemon/position_watch.h"
 #include "daemon/program.h"
 #include "daemon/reprap_reply.h"
 #include "daemon/session.h"
@@ -17,10 +18,12 @@ namespace tiltfeed {
 struct RepRapOptions {
   std::uint64_t total = 0;  ///< lines of the program
   int window = 0;           ///< unanswered lines; 0: what its "ok ... B" figures allow, else 1
+  PositionLimits positions = {};  ///< what the place at the end is held to
 };
 
 /// Properties: everything in the stream has a number and a checksum; a number is sent again only as it was;
-/// never more lines unanswered than the window; done only after the ok of a final M400. The checksum is an
+/// never more lines unanswered than the window; done only after the ok of a final M400, and where M114 tells a place, at the
+/// program's end. The checksum is an
 /// XOR of eight bits: damage that keeps it is not seen.
 class RepRapSession {
  public:
@@ -45,7 +48,7 @@ class RepRapSession {
   std::size_t window() const { return window_; }
 
  private:
-  enum class Kind : std::uint8_t { kLine, kProbe, kInserted, kBarrier };
+  enum class Kind : std::uint8_t { kLine, kProbe, kInserted, kBarrier, kPlace };
   struct Numbered {
     std::uint64_t number = 0;  // N word
     Line line;
@@ -63,6 +66,9 @@ class RepRapSession {
   void settle_front();
   bool take_back(std::uint64_t number);
   void check_time();
+  void ask_place();
+  void take_place(std::string_view line);
+  void prove_end();
   LineRange uncertain() const;
   void fault(Code code, const std::string& what);
   void ask_stop();
@@ -92,6 +98,10 @@ class RepRapSession {
   std::uint64_t acknowledged_ = 0, touched_ = 0;
   std::deque<std::uint64_t> recent_;
   std::string machine_, refused_;
+
+  PositionWatch watch_;
+  std::optional<AxisValues> place_;  // of the newest M114
+  int places_ = 0;                   // that were not the program's end
 };
 
 /// "N12G1X3*85": the line with its number and checksum.

@@ -232,7 +232,7 @@ Result<SendReport> send_opened(Opened& opened, const LinkSpec& spec, Link& link,
     report = run(session, feed, link, clock, hooks);
     if (!report) report = tl::unexpected(make_safe(report.error(), session.state(), spec, link, clock, hooks));
   } else if (spec.kind == LinkKind::kRepRap) {
-    RepRapSession session({opened.facts.lines, spec.profile.reprap_window}, clock.now());
+    RepRapSession session({opened.facts.lines, spec.profile.reprap_window, spec.positions}, clock.now());
     LineFeed feed(opened.program);
     report = run(session, feed, link, clock, hooks);
   } else {

@@ -1,6 +1,8 @@
 #include "sim/reprap_controller.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <utility>
 #include <cstdlib>
 
 namespace tiltfeed::sim {
@@ -165,7 +167,8 @@ bool RepRapController::run(const Command& command) {
     pending_.clear();
     placed_ = 0;
     const bool ours = text.starts_with("M110") || text.starts_with("M115") || text.starts_with("M400") ||
-                      text.starts_with("M220") || text.starts_with("M108");
+                      text.starts_with("M114") || text.starts_with("M220") || text.starts_with("M108");
+    if (text.starts_with("M114")) report_place();
     if (text.starts_with("M115")) {
       out_ += kIdentity;
       out_ += options_.emergency_parser ? "Cap:EMERGENCY_PARSER:1\n" : "Cap:EMERGENCY_PARSER:0\n";
@@ -182,6 +185,20 @@ bool RepRapController::run(const Command& command) {
   }
   if (text.starts_with("M400")) return motion_.idle();
   return place();
+}
+
+/// Two decimals, as the firmware prints them: where the commands lead that it has taken.
+void RepRapController::report_place() {
+  const Joints& at = reader_.modal().at;
+  const MachineModel& machine = motion_.machine();
+  const std::pair<char, double> axes[] = {
+      {'X', at.x}, {'Y', at.y}, {'Z', at.z}, {machine.tilt.letter, at.a}, {machine.rotary.letter, at.c}};
+  for (const auto& [letter, value] : axes) {
+    char text[340];
+    std::snprintf(text, sizeof text, "%c:%.2f ", letter, value);
+    out_ += text;
+  }
+  out_ += "E:0.00 Count X:0 Y:0 Z:0\n";
 }
 
 bool RepRapController::place() {

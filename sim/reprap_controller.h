@@ -67,6 +67,7 @@ class RepRapController {
   void pump();
   bool run(const Command& command);
   bool place();
+  void report_place();
   void reply_ok(const Command& command);
 
   RepRapOptions options_;

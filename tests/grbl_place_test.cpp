@@ -147,6 +147,21 @@ TEST(PlausiblePosition, ALostDecimalPointIsFoundWhileTheMachineMoves) {
   }
 }
 
+/// Two damages that the XOR of a RepRap line does not see: the place at the end tells them.
+TEST(PlausiblePosition, ARepRapLineThatWasChangedInTwoBytesIsFoundAtTheEnd) {
+  const Folder folder("place");
+  const std::string path = folder.write("part.nc", "G21\nG90\nG94\nG1 X1 Y2 Z30 A0 C0 F1200\nG1 X22 Y44\nM2\n");
+  for (const bool change : {false, true}) {
+    sim::RepRapController controller(wide_machine(), {}, {}, [](const sim::TraceRow&) {});
+    VirtualLine<sim::RepRapController> line(controller, {}, 10.0 / 115200);
+    ChangedLink changed(line, "X22Y44", change ? "X32Y54" : "X22Y44");
+    const auto report = send_over(path, *parse_link("reprap:/dev/null@115200"), changed, line, {}, {});
+    ASSERT_EQ(report.has_value(), !change) << (report ? "" : report.error().message);
+    if (!change) continue;
+    EXPECT_NE(report.error().message.find("X32 Y54"), std::string::npos) << report.error().message;
+  }
+}
+
 TEST(PlausiblePosition, BeyondTheTravelsIsAFault) {
   MachineModel machine = wide_machine();
   machine.y.max = 10.0;
