@@ -104,12 +104,11 @@ void ModbusSession::on_place(std::span<const std::uint16_t> words, Time now) {
   step_began_ = now;
   if (words.size() != kPositionsWords) return;
   const std::array<double, 5> at = parse_positions(words, identity_, options_.map.low_word_first);
-  const NumericBlock& end = *last_move_;
-  const double to[] = {end.x, end.y, end.z, end.tilt, end.rotary};
   bool there = true;
   for (std::size_t i = 0; i < at.size(); ++i) {
+    if (!end_[i]) continue;
     const bool linear = i < 3;
-    const double off = linear ? at[i] - to[i] : std::remainder(at[i] - to[i], kTurn);
+    const double off = linear ? at[i] - *end_[i] : std::remainder(at[i] - *end_[i], kTurn);
     const double rounding = std::pow(10.0, -(linear ? identity_.linear_exponent : identity_.rotary_exponent));
     there = there && std::abs(off) <= (linear ? options_.tolerance.mm : options_.tolerance.deg) + rounding;
   }
@@ -118,12 +117,13 @@ void ModbusSession::on_place(std::span<const std::uint16_t> words, Time now) {
   next_request_ = now + kPlacePoll;
   if (++place_polls_ <= kMostPlacePolls) return;
   step_ = Step::kStream;
-  std::string places[2];
-  for (std::size_t i = 0; i < at.size(); ++i)
-    for (const bool reported : {true, false})
-      places[reported ? 0 : 1] += (i > 0 ? " " : "") + decimal(reported ? at[i] : to[i], 3);
-  fault(Code::kLink, "every block is counted as executed, but the axes (X Y Z tilt rotary) are at " + places[0] +
-                         " and not at the program's end, " + places[1]);
+  std::string reported, ends;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    reported += (i > 0 ? " " : "") + decimal(at[i], 3);
+    ends += std::string(i > 0 ? " " : "") + (end_[i] ? decimal(*end_[i], 3) : "-");
+  }
+  fault(Code::kLink, "every block is counted as executed, but the axes (X Y Z tilt rotary) are at " + reported +
+                         " and not at the program's end, " + ends);
 }
 
 }  // namespace tiltfeed

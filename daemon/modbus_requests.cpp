@@ -31,8 +31,17 @@ void ModbusSession::push(NumericBlock block) {
     return fault(words.error().code, name + ": " + words.error().message);
   }
   if (++pushed_ <= known_) ++accepted_pending_;
-  if (block.op == BlockOp::kRapid || block.op == BlockOp::kFeed) last_move_ = block;
+  if (block.op == BlockOp::kRapid || block.op == BlockOp::kFeed) follow_end(block);
   pending_.push_back({std::move(block), *words});
+}
+
+void ModbusSession::follow_end(const NumericBlock& block) {
+  const double to[] = {block.x, block.y, block.z, block.tilt, block.rotary};
+  for (std::size_t i = 0; i < end_.size(); ++i) {
+    if ((block.kept >> i & 1U) != 0) continue;
+    end_[i] = to[i];
+    if (block.machine) end_[i].reset();  // where the machine's own place is is not known
+  }
 }
 
 std::string_view ModbusSession::output(Time now) {

@@ -92,6 +92,7 @@ class ModbusSession {
   void finish_stop();
   void on_place(std::span<const std::uint16_t> words, Time now);
   void note_hold(bool asked, Time now);
+  void follow_end(const NumericBlock& block);
   void on_command_status(const RingStatus& status, Time now);
   void on_stream_status(const RingStatus& status, Time now);
   bool advance(const RingStatus& status, Time now);
@@ -129,7 +130,7 @@ class ModbusSession {
   bool beats_ = false;  // the controller's watchdog is armed
   Time late_{};         // the longest time without a heartbeat since the machine ran
 
-  std::optional<NumericBlock> last_move_;
+  std::array<std::optional<double>, 5> end_;  // where the blocks lead: X Y Z tilt rotary, as far as that is known
   int place_polls_ = 0;
 
   std::string request_;  // out, not answered yet

@@ -77,10 +77,8 @@ bool PositionWatch::take_code(double code) {
   if (code == 90.0 || code == 91.0) relative_ = code == 91.0;
   if (code == 0.0 || code == 1.0) arc_ = false;
   if (code == 2.0 || code == 3.0) arc_ = true;
-  if (code == 28.0 || code == 30.0 || code == 53.0) {  // where the machine's own places are is not known
-    at_ = no_axes();
-    free_ = true;
-  }
+  if (code == 28.0 || code == 30.0) home_ = true;
+  if (home_ || code == 53.0) own_place_ = true;
   return code == 90.0 || code == 91.0 || (code >= 0.0 && code <= 3.0) || code == 28.0 || code == 30.0 ||
          code == 53.0 || changes_nothing(code);
 }
@@ -88,7 +86,7 @@ bool PositionWatch::take_code(double code) {
 void PositionWatch::push(std::uint64_t number, std::string_view text) {
   if (lost_) return;
   AxisValues words = no_axes();
-  free_ = false;
+  own_place_ = home_ = false;
   std::string_view rest = text;
   while (!rest.empty()) {
     const std::optional<Word> word = take_word(rest);
@@ -99,10 +97,15 @@ void PositionWatch::push(std::uint64_t number, std::string_view text) {
     const std::size_t axis = kAxisLetters.find(word->letter);
     if (axis != kAxisLetters.npos && !limits_.modulo[axis]) words[axis] = word->value;
   }
-  const bool own_place = free_;  // G28, G30 and G53 state no place of the program
-  for (std::size_t i = 0; i < kMostAxes; ++i)
-    if (!std::isnan(words[i]) && !own_place) at_[i] = relative_ ? at_[i] + words[i] : words[i];
-  steps_.push_back({number, at_, free_ || arc_});
+  // G28, G30 and G53 lead to the machine's own places: where these are is not known.
+  bool any = false;
+  for (std::size_t i = 0; i < kMostAxes; ++i) {
+    if (std::isnan(words[i])) continue;
+    any = true;
+    at_[i] = own_place_ ? kUnknown : relative_ ? at_[i] + words[i] : words[i];
+  }
+  if (own_place_ && !any) at_ = no_axes();
+  steps_.push_back({number, at_, home_ || arc_});
 }
 
 void PositionWatch::executed(std::uint64_t number) {

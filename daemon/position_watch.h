@@ -68,7 +68,8 @@ class PositionWatch {
   std::deque<Step> steps_;  // the oldest may be in execution
   AxisValues from_, at_;    // before the oldest, after the newest
   bool lost_ = false, relative_ = false, arc_ = false;
-  bool free_ = false;  // of the line that is read
+  bool own_place_ = false, home_ = false;  // the line that is read leads to a place of the machine's; by way
+                                           // of another one
 };
 
 }  // namespace tiltfeed

@@ -178,6 +178,25 @@ TEST(PlausiblePosition, BeyondTheTravelsIsAFault) {
   EXPECT_NE(bench.session.error().message.find("travel"), std::string::npos) << bench.session.error().message;
 }
 
+/// A retract in machine coordinates hides the place of its own axis only.
+TEST(PlausiblePosition, AfterG53TheOtherAxesAreStillKnown) {
+  PositionWatch watch({});
+  AxisValues at = no_axes();
+  at[0] = at[1] = at[2] = 0.0;
+  watch.begin(at);
+  watch.push(1, "G0X10Y20Z30");
+  watch.push(2, "G53G0Z0");
+  watch.push(3, "M2");
+  ASSERT_TRUE(watch.knows_end());
+  at[0] = 10, at[1] = 20, at[2] = -77;
+  EXPECT_TRUE(watch.at_end(at, 0.0005));
+  watch.executed(1);
+  EXPECT_EQ(watch.judge(at, 0.0005), "");
+  at[1] = 21;
+  EXPECT_FALSE(watch.at_end(at, 0.0005));
+  EXPECT_NE(watch.judge(at, 0.0005), "");
+}
+
 TEST(PlausiblePosition, AnOffsetThatChangesIsNoFault) {
   Bench bench(numbered(400));
   bench.open();
