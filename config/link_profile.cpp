@@ -62,9 +62,9 @@ DripFormat read_drip(const Section& wire) {
 }  // namespace
 
 LinkProfile read_link_profile(const Section& root) {
-  const Section wire = root.optional_section(
-      "wire", {"line_numbers", "check", "position_tolerance_mm", "position_tolerance_deg", "reprap_window",
-               "dnc", "ring", "drive"});
+  const Section wire =
+      root.optional_section("wire", {"line_numbers", "check", "position_tolerance_mm",
+                                     "position_tolerance_deg", "reprap_window", "dnc", "ring", "drive"});
   LinkProfile profile;
   profile.line_numbers = wire.flag("line_numbers", profile.line_numbers);
   profile.check = wire.flag("check", profile.check);

@@ -12,11 +12,11 @@ struct Name {
   const char* word;
   ApiOp op;
 };
-constexpr Name kOps[] = {
-    {"submit", ApiOp::kSubmit}, {"list", ApiOp::kList},     {"show", ApiOp::kShow},
-    {"start", ApiOp::kStart},   {"hold", ApiOp::kHold},     {"resume", ApiOp::kResume},
-    {"stop", ApiOp::kStop},     {"remove", ApiOp::kRemove}, {"override", ApiOp::kOverride},
-    {"reset", ApiOp::kReset}};
+constexpr Name kOps[] = {{"submit", ApiOp::kSubmit},     {"list", ApiOp::kList},
+                         {"show", ApiOp::kShow},         {"start", ApiOp::kStart},
+                         {"hold", ApiOp::kHold},         {"resume", ApiOp::kResume},
+                         {"stop", ApiOp::kStop},         {"remove", ApiOp::kRemove},
+                         {"override", ApiOp::kOverride}, {"reset", ApiOp::kReset}};
 constexpr std::size_t kMaxText = 200;
 
 tl::unexpected<Error> wrong(const std::string& what) { return fail(Code::kUsage, "request: " + what); }
@@ -88,7 +88,8 @@ Result<ApiRequest> parse_request(std::string_view line) {
   for (const auto& [key, value] : parsed.items())
     if (const Result<void> taken = take(key, value, request); !taken)
       return tl::unexpected<Error>(taken.error());
-  const bool needs_job = request.op != ApiOp::kSubmit && request.op != ApiOp::kList && request.op != ApiOp::kReset;
+  const bool needs_job =
+      request.op != ApiOp::kSubmit && request.op != ApiOp::kList && request.op != ApiOp::kReset;
   if (needs_job && request.job == 0) return wrong("\"job\" is missing");
   if (request.from && *request.from == 0) return wrong("\"from\" counts blocks from 1");
   return request;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/grbl_session.h"
+#include "daemon/wire_text.h"
 
 namespace tiltfeed {
 
@@ -28,9 +29,7 @@ constexpr std::size_t kNumberBytes = 8;
 
 }  // namespace
 
-bool GrblSession::ready() const {
-  return status_seen_ && status_.state == "Idle";
-}
+bool GrblSession::ready() const { return status_seen_ && status_.state == "Idle"; }
 
 void GrblSession::start_probe() {
   write("$I\n");
@@ -46,7 +45,7 @@ void GrblSession::end_probe() {
 
 /// Only what proves itself counts here: old replies may still be on the line.
 void GrblSession::on_opening_line(GrblReplyKind kind, std::string_view line) {
-  last_heard_ = line.substr(0, 80);
+  last_heard_ = wire_text(line);
   switch (kind) {
     case GrblReplyKind::kBanner:
       long_lines_ = line.starts_with("GrblHAL") || line.find("FluidNC") != line.npos;
@@ -67,7 +66,8 @@ void GrblSession::on_opening_line(GrblReplyKind kind, std::string_view line) {
       if (line.find("grblHAL") != line.npos || line.find("FluidNC") != line.npos) long_lines_ = true;
       if (line.find("grblHAL") != line.npos && options_.number_lines && options_.total <= kMostNumbered)
         numbers_lines_ = true;
-      if (std::string letters = parse_axis_letters(line); !letters.empty()) axis_letters_ = std::move(letters);
+      if (std::string letters = parse_axis_letters(line); !letters.empty())
+        axis_letters_ = std::move(letters);
       if (const auto buffers = parse_buffers(line)) {
         buffers_ = *buffers;
         identity_seen_ = true;
@@ -127,7 +127,7 @@ void GrblSession::restart_after_check() {
   move(Event::kChecked);
   in_flight_.clear();
   in_flight_bytes_ = 0;
-  recent_.clear();
+  forget_all();
   acknowledged_ = 0;
   ended_ = false;
   rewind_ = true;

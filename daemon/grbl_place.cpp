@@ -30,8 +30,8 @@ std::optional<AxisValues> GrblSession::place() const {
   const std::size_t count = status_.axes.size();
   if (count == 0 || count > kMostAxes || status_.decimals > kMostDecimals) return std::nullopt;
   if (!status_.in_work && offset_.size() != count) return std::nullopt;
-  const std::string_view letters = axis_letters_.size() == count ? std::string_view(axis_letters_)
-                                                                 : kAxisLetters.substr(0, 3);
+  const std::string_view letters =
+      axis_letters_.size() == count ? std::string_view(axis_letters_) : kAxisLetters.substr(0, 3);
   AxisValues place = no_axes();
   for (std::size_t i = 0; i < std::min(count, letters.size()); ++i)
     if (const std::size_t axis = kAxisLetters.find(letters[i]); axis != kAxisLetters.npos)
@@ -77,7 +77,7 @@ void GrblSession::prove_end() {
   const int most = at ? kMostProofPolls : kMostOffsetPolls;
   if (!watch_.knows_end() || !told || (at && watch_.at_end(*at, rounding())) ||
       (!at && proof_polls_ >= most)) {
-    recent_.clear();
+    forget_all();
     return move(Event::kProved);
   }
   if (++proof_polls_ <= most) {
@@ -93,7 +93,8 @@ void GrblSession::prove_end() {
 /// The axes stand for good: only lines that pass there can have run in part. Ln: names the one in execution,
 /// else the place does, with every line that comes near it.
 void GrblSession::narrow_range() {
-  std::vector<std::uint64_t> open(recent_.begin(), recent_.end());
+  std::vector<std::uint64_t> open;
+  for (const Settled& settled : recent_) open.push_back(settled.number);
   for (const Flight& flight : in_flight_)
     if (flight.kind == Kind::kLine && reached_wire(flight)) open.push_back(flight.line.number);
   LineRange lines;

@@ -30,7 +30,7 @@ LineRange GrblSession::uncertain() const {
   LineRange range;
   if (is_opening(phase_)) return range;
   if (stood_) return stood_->lines;
-  if (!recent_.empty()) range = {recent_.front(), recent_.back()};
+  if (!recent_.empty()) range = {recent_.front().number, recent_.back().number};
   for (const Flight& flight : in_flight_) {
     if (flight.kind != Kind::kLine || !reached_wire(flight)) break;
     if (range.first == 0) range.first = flight.line.number;
@@ -46,7 +46,7 @@ void GrblSession::fault(Code code, const std::string& what, bool hold, Event eve
   if (checking) {  // what was read was not run
     error_.message += "; nothing has moved";
     in_flight_.clear();
-    recent_.clear();
+    forget_all();
     in_flight_bytes_ = acknowledged_ = 0;
   }
   move(event);
@@ -63,7 +63,8 @@ SendState GrblSession::state() const {
   state.machine = status_.state;
   state.feed_override = feed_.reported;
   state.refused = refused_;
-  if (phase_ == Phase::kHold) state.held = held_on_request_ ? "held on request" : "held at the machine; a resume goes on";
+  if (phase_ == Phase::kHold)
+    state.held = held_on_request_ ? "held on request" : "held at the machine; a resume goes on";
   state.loss = loss_;
   if (status_.line > 0) state.line = static_cast<std::uint64_t>(status_.line);
   if (is_opening(phase_)) return state;

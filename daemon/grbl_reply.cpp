@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "daemon/wire_text.h"
+
 namespace tiltfeed {
 
 namespace {
@@ -32,8 +34,7 @@ std::vector<double> figures(std::string_view text, int& decimals) {
   do {
     const std::string_view one = take_field(text, ',');
     double value = 0.0;
-    const auto parsed =
-        std::from_chars(one.data(), one.data() + one.size(), value, std::chars_format::fixed);
+    const auto parsed = std::from_chars(one.data(), one.data() + one.size(), value, std::chars_format::fixed);
     if (parsed.ec != std::errc() || parsed.ptr != one.data() + one.size() || !std::isfinite(value)) return {};
     values.push_back(value);
   } while (!text.empty());
@@ -85,7 +86,7 @@ std::optional<GrblStatus> parse_status(std::string_view line) {
   const bool letters = std::all_of(word.begin(), word.end(),
                                    [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); });
   if (word.empty() || !letters) return std::nullopt;
-  status.state = state;
+  status.state = wire_text(state);
   while (!line.empty()) {
     std::string_view field = take_field(line, '|');
     if (field.starts_with("Bf:")) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "daemon/wire_text.h"
+
 namespace tiltfeed {
 
 namespace {
@@ -179,7 +181,7 @@ void GrblSession::on_status(std::string_view line) {
 }
 
 void GrblSession::on_running_line(GrblReplyKind kind, std::string_view line) {
-  const std::string text(line.substr(0, 80));
+  const std::string text = wire_text(line);
   switch (kind) {
     case GrblReplyKind::kOk:
       return on_ok();
@@ -224,8 +226,7 @@ void GrblSession::on_ok() {
   switch (flight.kind) {
     case Kind::kLine:
       ++acknowledged_;
-      recent_.push_back(flight.line.number);
-      if (recent_.size() > planner_depth()) forget_oldest();
+      settle(flight.line);
       if (phase_ == Phase::kToolChange && flight.line.waits) move(Event::kOperatorDone);
       return;
     case Kind::kBarrier:
@@ -249,17 +250,32 @@ void GrblSession::on_ok() {
 void GrblSession::follow_line_number() {
   if (!numbers_lines_ || status_.line <= 0) return;
   const auto line = static_cast<std::uint64_t>(status_.line);
-  const auto found = std::find(recent_.begin(), recent_.end(), line);
+  const auto found =
+      std::find_if(recent_.begin(), recent_.end(), [&](const Settled& one) { return one.number == line; });
   if (found == recent_.end()) return;
   // The line that is being cut into steps: while the axes move, those before it may still be among the steps.
   const std::size_t behind = is_standing(status_.state) ? 0 : kStepSegments;
   for (auto done = static_cast<std::size_t>(found - recent_.begin()); done > behind; --done) forget_oldest();
 }
 
+/// Only lines that move take a block of the planner; others have run when those before them have.
+void GrblSession::settle(const Line& line) {
+  const bool moves = line.text.find_first_of(kAxisLetters) != line.text.npos;
+  recent_.push_back({line.number, moves});
+  recent_moves_ += moves;
+  while (!recent_.empty() && (recent_moves_ > planner_depth() || !recent_.front().moves)) forget_oldest();
+}
+
 /// The oldest settled line has run.
 void GrblSession::forget_oldest() {
-  watch_.executed(recent_.front());
+  watch_.executed(recent_.front().number);
+  recent_moves_ -= recent_.front().moves;
   recent_.pop_front();
+}
+
+void GrblSession::forget_all() {
+  recent_.clear();
+  recent_moves_ = 0;
 }
 
 bool GrblSession::waiting_for_operator() const {

@@ -29,8 +29,9 @@ struct GrblOptions {
 
 /// Properties: the bytes of lines on their way (line + LF, from push to ok) never exceed window(); each "ok"
 /// settles the oldest line; nothing but a whole "ok" settles anything; done only after the ok of a final
-/// G4P0, and where places are reported only with the axes at the program's end; two reports in turn of a place
-/// where no line in execution leads are a fault; real-time bytes overtake every line that the wire has not taken yet.
+/// G4P0, and where places are reported only with the axes at the program's end; two reports in turn of a
+/// place where no line in execution leads are a fault; real-time bytes overtake every line that the wire has
+/// not taken yet.
 class GrblSession {
  public:
   GrblSession(const GrblOptions& options, Time now);
@@ -95,7 +96,9 @@ class GrblSession {
   void follow_line_number();
   void check_running_time();
   bool waiting_for_operator() const;
+  void settle(const Line& line);
   void forget_oldest();
+  void forget_all();
   std::optional<AxisValues> place() const;
   double rounding() const;
   void take_offset();
@@ -147,7 +150,12 @@ class GrblSession {
   std::size_t in_flight_bytes_ = 0;
   bool ended_ = false;
   std::uint64_t acknowledged_ = 0;
-  std::deque<std::uint64_t> recent_;  // numbers of the newest settled lines, which may not have run yet
+  struct Settled {
+    std::uint64_t number = 0;
+    bool moves = false;
+  };
+  std::deque<Settled> recent_;  // the newest settled lines, which may not have run yet
+  std::size_t recent_moves_ = 0;
 
   // Places.
   PositionWatch watch_;

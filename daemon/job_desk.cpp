@@ -22,6 +22,10 @@ std::string reply(const ordered_json& json) {
 
 ordered_json good() { return {{"v", kApiVersion}, {"ok", true}}; }
 
+std::string text_of(const ordered_json& json) {
+  return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
+}
+
 double tenth(double seconds) { return std::round(seconds * 10.0) / 10.0; }
 
 std::string said(const std::string& text) {
@@ -167,9 +171,9 @@ std::string JobDesk::job_json(const SpooledJob& job, const std::vector<std::uint
     json["queue"] = at - queue.begin() + 1;
     json["queue_moves"] = queue_moves_;
   }
-  if (job.state != JobState::kRunning || !runner_->busy()) return json.dump();
+  if (job.state != JobState::kRunning || !runner_->busy()) return text_of(json);
   const RunView view = runner_->view();
-  if (view.job != job.id) return json.dump();
+  if (view.job != job.id) return text_of(json);
   json["phase"] = phase_name(view.state.phase);
   json["machine"] = view.state.machine;
   json["sent"] = view.state.sent;
@@ -182,7 +186,7 @@ std::string JobDesk::job_json(const SpooledJob& job, const std::vector<std::uint
   json["uncertain_lines"] = {view.state.uncertain.first, view.state.uncertain.last};
   if (!view.state.held.empty()) json["held"] = view.state.held;
   if (!view.state.refused.empty()) json["refused"] = view.state.refused;
-  return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
+  return text_of(json);
 }
 
 /// Which line, which move of the tool path, which facet of the part.
@@ -191,20 +195,20 @@ std::string JobDesk::origin_json(const SpooledJob& job, std::uint64_t number) co
   const auto block = find_block(spool_.file(job.id, "program.nc"), link_.kind, config_.machine.model, number);
   if (!block) {
     json["error"] = block.error().message;
-    return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
+    return text_of(json);
   }
   json["line"] = block->line;
   json["text"] = block->text;
   json["machine_seconds"] = tenth(block->seconds);
   const NumericBlock& at = block->state;
   json["at"] = {{"x", at.x}, {"y", at.y}, {"z", at.z}, {"tilt", at.tilt}, {"rotary", at.rotary}};
-  if (!block->is_move) return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
+  if (!block->is_move) return text_of(json);
   const std::string map = spool_.file(job.id, "block.map");
   if (const auto origin = read_block_origin(map, block->moves); origin && *origin) {
     json["move"] = (*origin)->move;
     if ((*origin)->facet != kNoFacet) json["facet"] = (*origin)->facet;
   }
-  return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
+  return text_of(json);
 }
 
 Result<std::string> JobDesk::show(const SpooledJob& job, const ApiRequest& request) const {

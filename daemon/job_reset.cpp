@@ -30,8 +30,8 @@ Result<std::string> reset_over(const LinkSpec& link) {
 
 }  // namespace
 
-/// First the operator sees what would happen; said again with the confirmation it begins, and `list` tells how
-/// it ended.
+/// First the operator sees what would happen; said again with the confirmation it begins, and `list` tells
+/// how it ended.
 Result<std::string> JobDesk::reset(const ApiRequest& request) {
   if (runner_->busy())
     return fail(Code::kUsage, "job " + std::to_string(runner_->view().job) +

@@ -42,8 +42,9 @@ Result<std::string> unlock_grbl(Link& wire, Clock& clock, const std::string& don
       if (classify_reply(report) != GrblReplyKind::kStatus) continue;
       const std::optional<GrblStatus> said = parse_status(report);
       if (said && said->state == "Idle")
-        return unlocked ? "reset and unlocked: its position is not to be trusted, home it before anything else"
-                        : done;
+        return unlocked
+                   ? "reset and unlocked: its position is not to be trusted, home it before anything else"
+                   : done;
       if (said && said->state.starts_with("Alarm") && !unlocked) {
         out += "$X\n";
         unlocked = true;
@@ -147,12 +148,14 @@ std::string reset_preview(const LinkSpec& link) {
              what;
     case LinkKind::kModbusTcp:
     case LinkKind::kModbusRtu:
-      return "1. an alarm is cleared; a machine that runs is held\n2. the controller's session is stopped and "
+      return "1. an alarm is cleared; a machine that runs is held\n2. the controller's session is stopped "
+             "and "
              "closed: its ring is emptied, the position is kept\n3. where it does not obey: a reset of the "
              "controller; then home it\n" +
              what;
     case LinkKind::kRepRap:
-      return "1. the lines that the firmware has run to their end: it has no hold\n2. spindle and coolant off "
+      return "1. the lines that the firmware has run to their end: it has no hold\n2. spindle and coolant "
+             "off "
              "(M5, M9)\n" +
              what;
     case LinkKind::kDriveTcp:
@@ -167,7 +170,8 @@ std::string reset_preview(const LinkSpec& link) {
 
 Result<std::string> reset_machine(const LinkSpec& link, Link& wire, Clock& clock) {
   if (link.kind == LinkKind::kDrip)
-    return fail(Code::kUsage, "a CNC control takes no reset from the wire that feeds it; reset it at the control");
+    return fail(Code::kUsage,
+                "a CNC control takes no reset from the wire that feeds it; reset it at the control");
   if (link.kind == LinkKind::kGrbl) return reset_grbl(link, wire, clock);
   if (is_ring(link.kind)) return RingReset(link.profile.ring, wire).run();
   return stop_machine(link, wire, clock);

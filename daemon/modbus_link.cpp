@@ -49,8 +49,8 @@ Time silence(const LinkSpec& link) {
   return time_of(3.5 * kBitsPerByte / link.baud);
 }
 
-/// libmodbus leaves the errno of whatever it called last: an unknown name as a refused connection, a connection
-/// that was not made in time as one in progress.
+/// libmodbus leaves the errno of whatever it called last: an unknown name as a refused connection, a
+/// connection that was not made in time as one in progress.
 std::string connect_reason(const LinkSpec& link, int reason) {
   if (is_rtu(link.kind)) return modbus_strerror(reason);
   addrinfo hints{}, *found = nullptr;

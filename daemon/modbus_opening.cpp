@@ -122,8 +122,8 @@ void ModbusSession::on_place(std::span<const std::uint16_t> words, Time now) {
     reported += (i > 0 ? " " : "") + decimal(at[i], 3);
     ends += std::string(i > 0 ? " " : "") + (end_[i] ? decimal(*end_[i], 3) : "-");
   }
-  fault(Code::kLink, "every block is counted as executed, but the axes (X Y Z tilt rotary) are at " + reported +
-                         " and not at the program's end, " + ends);
+  fault(Code::kLink, "every block is counted as executed, but the axes (X Y Z tilt rotary) are at " +
+                         reported + " and not at the program's end, " + ends);
 }
 
 }  // namespace tiltfeed

@@ -145,7 +145,8 @@ void ModbusSession::on_stream_status(const RingStatus& status, Time now) {
   if (phase_ == Phase::kFault) return;
   if (ended_ && accepted() == pushed_ && phase_ == Phase::kRun) move(Event::kAllSent);
   if (phase_ == Phase::kDrain && completed_ == pushed_ && mail_.empty()) {
-    const bool known = std::any_of(end_.begin(), end_.end(), [](const auto& axis) { return axis.has_value(); });
+    const bool known =
+        std::any_of(end_.begin(), end_.end(), [](const auto& axis) { return axis.has_value(); });
     step_ = identity_.positions && known ? Step::kPlace : Step::kClose;
     step_began_ = now;
     return;

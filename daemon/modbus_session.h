@@ -30,8 +30,8 @@ struct ModbusOptions {
 
 /// Properties: a request is repeated identically until its reply was read; blocks count as taken over only by
 /// a last_accepted that was read, in one piece, for the same boot_id and session; a changed boot_id is a
-/// fault and nothing is sent again; done only when last_completed reaches the last block, and the axes, where they are
-/// reported, are at its end; an operator's command goes out before any block that is not out yet.
+/// fault and nothing is sent again; done only when last_completed reaches the last block, and the axes, where
+/// they are reported, are at its end; an operator's command goes out before any block that is not out yet.
 class ModbusSession {
  public:
   ModbusSession(const ModbusOptions& options, Time now);
@@ -130,7 +130,8 @@ class ModbusSession {
   bool beats_ = false;  // the controller's watchdog is armed
   Time late_{};         // the longest time without a heartbeat since the machine ran
 
-  std::array<std::optional<double>, 5> end_;  // where the blocks lead: X Y Z tilt rotary, as far as that is known
+  std::array<std::optional<double>, 5>
+      end_;  // where the blocks lead: X Y Z tilt rotary, as far as that is known
   int place_polls_ = 0;
 
   std::string request_;  // out, not answered yet

@@ -21,8 +21,7 @@ bool is_linear(std::size_t axis) {
 
 /// Codes that change neither places nor ways: planes, units and modes that a program begins with.
 bool changes_nothing(double code) {
-  constexpr double kPlain[] = {4,  17, 18, 19, 21, 40, 49, 54, 61, 61.1,
-                               64, 80, 91.1, 93, 94, 95, 96, 97};
+  constexpr double kPlain[] = {4, 17, 18, 19, 21, 40, 49, 54, 61, 61.1, 64, 80, 91.1, 93, 94, 95, 96, 97};
   return std::find(std::begin(kPlain), std::end(kPlain), code) != std::end(kPlain);
 }
 
@@ -144,8 +143,9 @@ bool PositionWatch::passes(const AxisValues& from, const Step& step, const AxisV
 std::string PositionWatch::judge(const AxisValues& at, double rounding) const {
   for (std::size_t i = 0; i < kMostAxes; ++i)
     if (at[i] < limits_.low[i] - allowed(i, rounding) || at[i] > limits_.high[i] + allowed(i, rounding))
-      return std::string(1, kAxisLetters[i]) + decimal(at[i], kPrinted) + " is beyond the machine's travel (" +
-             decimal(limits_.low[i], kPrinted) + " to " + decimal(limits_.high[i], kPrinted) + ")";
+      return std::string(1, kAxisLetters[i]) + decimal(at[i], kPrinted) +
+             " is beyond the machine's travel (" + decimal(limits_.low[i], kPrinted) + " to " +
+             decimal(limits_.high[i], kPrinted) + ")";
   if (lost_) return "";
   if (steps_.empty()) return passes(from_, {0, from_, false}, at, rounding) ? "" : "no line leads there";
   const AxisValues* from = &from_;

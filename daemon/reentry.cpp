@@ -125,7 +125,8 @@ class Steps {
 /// What the linear axes do while the tool goes back along its axis from `at`, the rotaries standing.
 Joints along_axis(const MachineProfile& machine, const ReentryOptions& options, const Joints& at) {
   const Pose pose = forward(machine.model, options.setup, at);
-  const Joints to = solve_linear(machine.model, options.setup, pose.tip + pose.axis * options.retract, at.a, at.c);
+  const Joints to =
+      solve_linear(machine.model, options.setup, pose.tip + pose.axis * options.retract, at.a, at.c);
   return {to.x - at.x, to.y - at.y, to.z - at.z, 0.0, 0.0};
 }
 
@@ -211,9 +212,10 @@ Result<Reentry> write_reentry(const std::string& program, LinkKind kind, const M
                 "no axis has moved before block " + std::to_string(options.from) + ": start the job instead");
 
   if (counts_numeric_blocks(kind) && !options.stands)
-    return fail(Code::kUsage,
-                "this controller does not report where its axes are, so that no retract can be written for it: "
-                "move the tool clear by hand, and start a program of what is left");
+    return fail(
+        Code::kUsage,
+        "this controller does not report where its axes are, so that no retract can be written for it: "
+        "move the tool clear by hand, and start a program of what is left");
   const Joints rise = along_axis(machine, options, before.at);
   Steps steps(machine, before.at);
   steps.line("(TILTFEED re-entry before block " + std::to_string(options.from) + ", line " +

@@ -26,12 +26,12 @@ struct Reentry {
   std::string preview;  ///< what happens before the first block, a line each, for the operator
 };
 
-/// Order: retract along the tool axis from where the tool stands (where that is not reported, along the axis of
-/// the block that is entered; a link of numeric blocks, which has no relative moves, needs the report), up to the program's highest Z, rotaries as programmed, X
-/// Y above the entry, spindle and coolant, down to `retract` above the entry, plunge along the axis, modal
-/// state, block `from` with all its words, the rest unchanged. Errors: kUsage (no such block; block 1 needs
-/// no re-entry; no place on such a link), kInput (a line that is not understood: then nobody can say what is in force), kLimit (a step
-/// leaves the travel).
+/// Order: retract along the tool axis from where the tool stands (where that is not reported, along the axis
+/// of the block that is entered; a link of numeric blocks, which has no relative moves, needs the report), up
+/// to the program's highest Z, rotaries as programmed, X Y above the entry, spindle and coolant, down to
+/// `retract` above the entry, plunge along the axis, modal state, block `from` with all its words, the rest
+/// unchanged. Errors: kUsage (no such block; block 1 needs no re-entry; no place on such a link), kInput (a
+/// line that is not understood: then nobody can say what is in force), kLimit (a step leaves the travel).
 Result<Reentry> write_reentry(const std::string& program, LinkKind kind, const MachineProfile& machine,
                               const ReentryOptions& options);
 

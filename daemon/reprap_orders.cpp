@@ -24,7 +24,8 @@ void RepRapSession::command(const OperatorCommand& command, Time now) {
     case Order::kResume:
       if (phase_ == Phase::kHold) {
         move(Event::kResumed);
-        if (!history_.empty() && (history_.back().kind == Kind::kBarrier || history_.back().kind == Kind::kPlace))
+        if (!history_.empty() &&
+            (history_.back().kind == Kind::kBarrier || history_.back().kind == Kind::kPlace))
           move(Event::kAllSent);
       } else {
         out_ = "M108\n" + out_;

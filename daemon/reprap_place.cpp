@@ -33,7 +33,8 @@ void RepRapSession::take_place(std::string_view line) {
     const bool named = word.size() > 2 && word[1] == ':';
     const auto parsed = std::from_chars(word.data() + (named ? 2 : 0), word.data() + word.size(), value,
                                         std::chars_format::fixed);
-    if (!named || parsed.ec != std::errc() || parsed.ptr != word.data() + word.size() || !std::isfinite(value))
+    if (!named || parsed.ec != std::errc() || parsed.ptr != word.data() + word.size() ||
+        !std::isfinite(value))
       return;
     if (const std::size_t axis = kAxisLetters.find(word[0]); axis != kAxisLetters.npos) place[axis] = value;
   }

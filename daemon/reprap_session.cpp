@@ -4,6 +4,8 @@
 #include <cassert>
 #include <utility>
 
+#include "daemon/wire_text.h"
+
 namespace tiltfeed {
 
 namespace {
@@ -122,7 +124,7 @@ void RepRapSession::receive(std::string_view bytes, Time now) {
 }
 
 void RepRapSession::on_line(std::string_view line) {
-  last_text_ = line.substr(0, 80);
+  last_text_ = wire_text(line);
   const RepRapReply reply = parse_reprap_reply(line);
   const bool after_resend = std::exchange(resend_ok_due_, false);
   if (reply.kind == RepRapReplyKind::kHalted) {
@@ -167,7 +169,7 @@ void RepRapSession::on_opening(const RepRapReply& reply, std::string_view line) 
   }
   if (reply.kind == RepRapReplyKind::kIdentity) {
     numbers_known_ = true;
-    if (line.starts_with("FIRMWARE_NAME:")) firmware_ = line.substr(14, 60);
+    if (line.starts_with("FIRMWARE_NAME:")) firmware_ = wire_text(line.substr(14, 60));
     if (line == "Cap:EMERGENCY_PARSER:1") emergency_ = true;
     return;
   }

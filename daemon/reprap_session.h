@@ -22,9 +22,8 @@ struct RepRapOptions {
 };
 
 /// Properties: everything in the stream has a number and a checksum; a number is sent again only as it was;
-/// never more lines unanswered than the window; done only after the ok of a final M400, and where M114 tells a place, at the
-/// program's end. The checksum is an
-/// XOR of eight bits: damage that keeps it is not seen.
+/// never more lines unanswered than the window; done only after the ok of a final M400, and where M114 tells
+/// a place, at the program's end. The checksum is an XOR of eight bits: damage that keeps it is not seen.
 class RepRapSession {
  public:
   RepRapSession(const RepRapOptions& options, Time now);

@@ -32,7 +32,8 @@ void watch_signals() {
   action.sa_handler = end_send;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
     struct sigaction before {};
-    if (::sigaction(signal, nullptr, &before) == 0 && signal == SIGHUP && before.sa_handler == SIG_IGN) continue;
+    if (::sigaction(signal, nullptr, &before) == 0 && signal == SIGHUP && before.sa_handler == SIG_IGN)
+      continue;
     ::sigaction(signal, &action, nullptr);
   }
   for (const int signal : {SIGTSTP, SIGTTIN, SIGTTOU}) std::signal(signal, SIG_IGN);

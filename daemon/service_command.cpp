@@ -128,7 +128,8 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
   o.stop = client("stop", "hold, then forget the rest; or take it out of the queue", true);
   o.remove = client("remove", "forget a job and its files", true);
   o.watch = client("watch", "follow a job until it ends", true);
-  o.reset = client("reset", "lead the machine out of a hold, an alarm, check mode or a run nobody feeds", false);
+  o.reset =
+      client("reset", "lead the machine out of a hold, an alarm, check mode or a run nobody feeds", false);
   o.reset->add_flag("--yes", o.yes, "do not ask after showing what it does");
   o.reset->add_option("--link", o.link, "without a service: over this link");
   o.reset->add_option("--machine", o.machine, "without a service: machine profile (YAML)");
@@ -253,7 +254,8 @@ int ServiceCommands::Options::run_start() {
     if (!answer) return complain(answer.error());
     const std::string state = answer->value("state", ""), phase = answer->value("phase", "connect");
     if (state != "running" && state != "done")
-      return complain({Code::kLink, "job " + std::to_string(job) + " is " + state + ": " + answer->value("note", "")});
+      return complain(
+          {Code::kLink, "job " + std::to_string(job) + " is " + state + ": " + answer->value("note", "")});
     if (state == "done" || (phase != "connect" && phase != "identify" && phase != "check")) text = "started";
     if (text != "started") std::this_thread::sleep_for(kStartInterval);
   }

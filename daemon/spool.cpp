@@ -12,6 +12,8 @@
 #include <ctime>
 #include <filesystem>
 
+#include "daemon/wire_text.h"
+
 namespace tiltfeed {
 
 namespace {
@@ -126,7 +128,27 @@ Result<Spool> Spool::open(const std::string& folder) {
   if (!table->prepare(place, "SELECT place FROM jobs") &&
       sqlite3_exec(table->db, kAddPlace, nullptr, nullptr, nullptr) != SQLITE_OK)
     return tl::unexpected<Error>(table->error(folder));
-  return Spool(folder, std::move(table));
+  Spool spool(folder, std::move(table));
+  if (Result<void> healed = spool.heal(); !healed) return tl::unexpected<Error>(healed.error());
+  return spool;
+}
+
+/// Bytes of a wire that an earlier version has let in as they came are written anew as text.
+Result<void> Spool::heal() {
+  std::vector<std::uint64_t> damaged;
+  {
+    Table::Statement rows;
+    if (!table_->prepare(rows, "SELECT id, note FROM jobs"))
+      return tl::unexpected<Error>(table_->error(folder_));
+    while (sqlite3_step(rows.s) == SQLITE_ROW)
+      if (const std::string note = rows.text(1); valid_text(note) != note) damaged.push_back(rows.number(0));
+  }
+  for (const std::uint64_t id : damaged) {
+    const Result<SpooledJob> job = find(id);
+    if (!job) return tl::unexpected<Error>(job.error());
+    if (Result<void> healed = update(*job); !healed) return healed;
+  }
+  return {};
 }
 
 std::string Spool::folder_of(std::uint64_t id) const { return folder_ + "/jobs/" + std::to_string(id); }
@@ -219,7 +241,7 @@ Result<std::vector<SpooledJob>> Spool::select(const char* which) const {
     job.name = rows.text(1);
     job.program = rows.number(2) != 0;
     job.state = state_of(rows.text(3)).value_or(JobState::kFailed);
-    job.note = rows.text(4);
+    job.note = valid_text(rows.text(4));
     job.total = rows.number(5);
     job.executed = rows.number(6);
     job.hash = rows.text(7);
@@ -248,7 +270,7 @@ Result<void> Spool::update(const SpooledJob& job) {
           "UPDATE jobs SET state = ?, note = ?, total = ?, executed = ?, hash = ?, place = ? WHERE id = ?"))
     return tl::unexpected<Error>(table_->error(folder_));
   change.bind(1, std::string(state_name(job.state)));
-  change.bind(2, job.note);
+  change.bind(2, valid_text(job.note));
   change.bind(3, job.total);
   change.bind(4, job.executed);
   change.bind(5, job.hash);

@@ -86,6 +86,7 @@ class Spool {
  private:
   struct Table;
   Spool(std::string folder, std::unique_ptr<Table> table);
+  Result<void> heal();
   Result<std::vector<SpooledJob>> select(const char* which) const;
   Result<void> copy_in(std::uint64_t id, const char* name, int from, std::uint64_t limit);
 

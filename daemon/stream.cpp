@@ -230,7 +230,8 @@ Result<SendReport> send_opened(Opened& opened, const LinkSpec& spec, Link& link,
     GrblSession session(grbl_options(spec, options, opened.facts), clock.now());
     LineFeed feed(opened.program);
     report = run(session, feed, link, clock, hooks);
-    if (!report) report = tl::unexpected(make_safe(report.error(), session.state(), spec, link, clock, hooks));
+    if (!report)
+      report = tl::unexpected(make_safe(report.error(), session.state(), spec, link, clock, hooks));
   } else if (spec.kind == LinkKind::kRepRap) {
     RepRapSession session({opened.facts.lines, spec.profile.reprap_window, spec.positions}, clock.now());
     LineFeed feed(opened.program);

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <utility>
 #include <cstdlib>
+#include <utility>
 
 namespace tiltfeed::sim {
 namespace {

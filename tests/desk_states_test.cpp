@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -143,7 +144,8 @@ TEST_F(DeskStates, TheRing_AnInterruptedJobHasEveryWayOut) {
   // Entered again near its end: shown, agreed to, run to its end.
   const json entry = ask(ApiOp::kResume, 1, 19995);
   ASSERT_TRUE(good(entry)) << entry;
-  EXPECT_NE(entry.value("confirm", "").find("along the tool axis that the machine reports"), std::string::npos)
+  EXPECT_NE(entry.value("confirm", "").find("along the tool axis that the machine reports"),
+            std::string::npos)
       << entry;
   const json entered = ask(ApiOp::kResume, 1, 19995, true);
   ASSERT_TRUE(good(entered)) << entered;
@@ -155,6 +157,28 @@ TEST_F(DeskStates, TheRing_AnInterruptedJobHasEveryWayOut) {
   ASSERT_TRUE(good(ask(ApiOp::kStart, 2)));
   until([&] { return state(2) != "running"; });
   EXPECT_EQ(state(2), "done") << note(2);
+}
+
+TEST_F(DeskStates, OneBadByte_OfAPoisonedTableIsHealedAtStart) {
+  submit_ready(1, 4);
+  leave();
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open((folder_.path + "/spool/jobs.db").c_str(), &db), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(db, "UPDATE jobs SET note = CAST(X'6FEB' AS TEXT)", nullptr, nullptr, nullptr),
+            SQLITE_OK);
+  sqlite3_close(db);
+  open();
+  EXPECT_EQ(note(1), "o?");
+  EXPECT_TRUE(good(ask(ApiOp::kList)));
+  leave();
+  ASSERT_EQ(sqlite3_open((folder_.path + "/spool/jobs.db").c_str(), &db), SQLITE_OK);
+  std::string kept;
+  sqlite3_exec(
+      db, "SELECT note FROM jobs",
+      [](void* to, int, char** values, char**) { return *static_cast<std::string*>(to) = values[0], 0; },
+      &kept, nullptr);
+  sqlite3_close(db);
+  EXPECT_EQ(kept, "o?");
 }
 
 TEST_F(DeskStates, AFullDisk_ShowsTheTrueStateAtOnce) {

@@ -36,8 +36,8 @@ class FakeGrbl {
       if (c == '?') {
         ++polls;
         if (!silent_status)
-          replies += "<" + state + "|MPos:" + std::to_string(position + executed_x) + ",0,0|Bf:15,128|FS:0,0" +
-                     (offsets ? "|WCO:0,0,0" : "") + ">\r\n";
+          replies += "<" + state + "|MPos:" + std::to_string(position + executed_x) +
+                     ",0,0|Bf:15,128|FS:0,0" + (offsets ? "|WCO:0,0,0" : "") + ">\r\n";
       } else if (c == '!') {
         ++holds;
         state = "Hold:0";

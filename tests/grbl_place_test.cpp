@@ -150,7 +150,8 @@ TEST(PlausiblePosition, ALostDecimalPointIsFoundWhileTheMachineMoves) {
 /// Two damages that the XOR of a RepRap line does not see: the place at the end tells them.
 TEST(PlausiblePosition, ARepRapLineThatWasChangedInTwoBytesIsFoundAtTheEnd) {
   const Folder folder("place");
-  const std::string path = folder.write("part.nc", "G21\nG90\nG94\nG1 X1 Y2 Z30 A0 C0 F1200\nG1 X22 Y44\nM2\n");
+  const std::string path =
+      folder.write("part.nc", "G21\nG90\nG94\nG1 X1 Y2 Z30 A0 C0 F1200\nG1 X22 Y44\nM2\n");
   for (const bool change : {false, true}) {
     sim::RepRapController controller(wide_machine(), {}, {}, [](const sim::TraceRow&) {});
     VirtualLine<sim::RepRapController> line(controller, {}, 10.0 / 115200);
@@ -176,6 +177,26 @@ TEST(PlausiblePosition, BeyondTheTravelsIsAFault) {
   bench.say("<Run|MPos:0.000,10.200,0.000>\r\n");
   ASSERT_EQ(bench.session.phase(), Phase::kFault);
   EXPECT_NE(bench.session.error().message.find("travel"), std::string::npos) << bench.session.error().message;
+}
+
+/// Three lines of four take no block of the planner, so that the window in lines is longer than the planner.
+TEST(PlausiblePosition, LinesWithoutMotionDoNotHideTheBlockInExecution) {
+  const Folder folder("place");
+  std::string program = "G21G90G94\nG0X0Y0Z50A0C0\nG1F1200\n";
+  for (int i = 1; i <= 400; ++i)
+    program += "G1X" + std::to_string(i % 2 * 3) + "Y" + std::to_string(i) + "\nF1200\nG1\nF1100\n";
+  const std::string path = folder.write("part.nc", program + "M2\n");
+  std::size_t rows = 0;
+  sim::GrblController controller(wide_machine(), {}, {}, [&](const sim::TraceRow&) { ++rows; });
+  VirtualLine<sim::GrblController> line(controller, {}, 10.0 / 115200);
+  StreamHooks hooks;
+  hooks.progress = [&](const SendState& state) {
+    // Line 4 k is that of move k; three lines before the first.
+    EXPECT_LE(state.executed, 3 + 4 * rows) << "more is told as executed than was";
+    return true;
+  };
+  const auto report = send_over(path, *parse_link("grbl:/dev/null@115200"), line, line, {}, hooks);
+  EXPECT_TRUE(report) << report.error().message;
 }
 
 /// A retract in machine coordinates hides the place of its own axis only.
@@ -237,7 +258,8 @@ TEST(PlausiblePosition, AgreesWithDenseSampling) {
       const double share = pick(0, 1);
       AxisValues at = no_axes();
       for (const std::size_t axis : {0, 1, 2, 3, 5})
-        at[axis] = corners[leg][axis] + share * (corners[leg + 1][axis] - corners[leg][axis]) + pick(-0.09, 0.09);
+        at[axis] =
+            corners[leg][axis] + share * (corners[leg + 1][axis] - corners[leg][axis]) + pick(-0.09, 0.09);
       EXPECT_EQ(watch.judge(at, 0.0), "") << "round " << round;
       for (const std::size_t axis : {0, 1, 2, 3, 5}) at[axis] = pick(-3, 3);
       double least = 1e9;  // the largest deviation of any axis, at the best place
@@ -245,8 +267,8 @@ TEST(PlausiblePosition, AgreesWithDenseSampling) {
         for (int s = 0; s <= 500; ++s) {
           double most = 0.0;
           for (const std::size_t axis : {0, 1, 2, 3, 5})
-            most = std::max(most, std::abs(corners[k][axis] + s / 500.0 * (corners[k + 1][axis] - corners[k][axis]) -
-                                           at[axis]));
+            most = std::max(most, std::abs(corners[k][axis] +
+                                           s / 500.0 * (corners[k + 1][axis] - corners[k][axis]) - at[axis]));
           least = std::min(least, most);
         }
       if (least > 0.1 + 1e-9 && least < 0.11) continue;  // between two samples

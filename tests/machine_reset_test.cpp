@@ -40,8 +40,9 @@ TEST(MachineReset, GrblIsLedOutOfEveryState) {
   };
   for (const State& state :
        {State{"idle", "", "Idle", true}, State{"runs without a sender", kMoves, "Run", true},
-        State{"held by a sender that is gone", "held", "Hold:0", true}, State{"check mode", "$C\n", "Check", true},
-        State{"an error that latches", "G999\n", "Idle", true}, State{"alarm", "G90 G0 X9999\n", "Alarm", false},
+        State{"held by a sender that is gone", "held", "Hold:0", true},
+        State{"check mode", "$C\n", "Check", true}, State{"an error that latches", "G999\n", "Idle", true},
+        State{"alarm", "G90 G0 X9999\n", "Alarm", false},
         State{"a line that was cut off", "G1 X", "Idle", true}}) {
     const Folder folder("reset");
     const std::string path = folder.write("small.nc", kSmall);
@@ -140,7 +141,8 @@ TEST(MachineReset, TheRingIsLedOutOfEveryState) {
   const Folder folder("reset");
   std::string program = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nM3 S8000\nG1 F600\n";
   for (int i = 1; i <= 60; ++i) program += "G1 X" + std::to_string(i % 2 * 30) + "\n";
-  const std::string path = folder.write("part.nc", program + "M2\n"), small = folder.write("small.nc", kSmall);
+  const std::string path = folder.write("part.nc", program + "M2\n"),
+                    small = folder.write("small.nc", kSmall);
   const std::string alarm = folder.write("alarm.nc", "G21 G90 G94\nG0 X0 Y0 Z0 A0 C0\nG1 X9999 F100\nM2\n");
   struct State {
     const char* name;
@@ -239,7 +241,8 @@ TEST(WatchdogHold, IsShownAsSuchAndCanBeResumed) {
 }
 
 TEST(RingPlace, TheEndIsProvedByTheReportedPosition) {
-  // A machine whose travel ends where the program still goes on would be in alarm; one whose axes slip is not.
+  // A machine whose travel ends where the program still goes on would be in alarm; one whose axes slip is
+  // not.
   const Folder folder("reset");
   RingShop shop;
   const std::string path = folder.write("small.nc", kSmall);
@@ -265,7 +268,8 @@ TEST(RingPlace, TheEndIsProvedByTheReportedPosition) {
   } slipping(shop.wire);
   const auto report = send_over(path, shop.link, slipping, shop.wire, {}, {});
   ASSERT_FALSE(report);
-  EXPECT_NE(report.error().message.find("not at the program's end"), std::string::npos) << report.error().message;
+  EXPECT_NE(report.error().message.find("not at the program's end"), std::string::npos)
+      << report.error().message;
 }
 
 }  // namespace

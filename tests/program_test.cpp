@@ -11,8 +11,8 @@
 #include <random>
 #include <sstream>
 
-#include "daemon/link.h"
 #include "daemon/line_words.h"
+#include "daemon/link.h"
 #include "daemon/program_rules.h"
 #include "daemon/sha256.h"
 #include "daemon/words.h"

@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "daemon/wire_text.h"
 #include "tests/fake_grbl.h"
 
 namespace tiltfeed {
@@ -110,6 +111,27 @@ TEST(GrblSession, RepliesMayComeByteByByte) {
     bench.now += milliseconds(1);
   }
   EXPECT_EQ(bench.session.phase(), Phase::kDone);
+}
+
+TEST(GrblSession, OneBadByte_IsNoTextInAMessage) {
+  Bench bench(numbered(20));
+  bench.open();
+  bench.say("o\xeb\x01\r\n");
+  ASSERT_EQ(bench.session.phase(), Phase::kFault);
+  EXPECT_NE(bench.session.error().message.find("'o??'"), std::string::npos) << bench.session.error().message;
+  Bench opening(numbered(20));
+  opening.fake.silent_status = true;
+  opening.exchange();
+  opening.say("\xeb\xeb\r\n");
+  for (int i = 0; i < 11; ++i) opening.exchange(seconds(1));
+  EXPECT_NE(opening.session.error().message.find("'??'"), std::string::npos)
+      << opening.session.error().message;
+  bench.say("<Hold:\xeb|MPos:0,0,0>\r\n");
+  for (const char c : bench.session.state().machine) EXPECT_GE(c, ' ');
+  EXPECT_EQ(valid_text("a\xc3\xa4\xe2\x82\xac\xf0\x9f\x98\x80"), "a\xc3\xa4\xe2\x82\xac\xf0\x9f\x98\x80");
+  EXPECT_EQ(valid_text("\xeb"
+                       "b\xc0\xaf\xed\xa0\x80\xf4\x90\x80\x80\xc3"),
+            "?b" + std::string(10, '?'));
 }
 
 TEST(GrblSession, AFragmentIsNeverAnOk) {
