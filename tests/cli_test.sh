@@ -189,7 +189,7 @@ expect 0 '2 operations' "$bin/tiltfeed" post "$foreign" --machine "$machine" --o
 expect 0 '2 operations' "$bin/tiltfeed" unpost "$work/p.nc" --machine "$machine" --out "$work/p.cls" --dialect fanuc
 grep -q '^LOADTL/4,LENGTH,80$' "$work/p.cls" || { echo 'FAILED: the second tool is not in the unposted file'; failed=1; }
 sed 's#^GOTO/2,0.5.*#GOTO/2,nan,19.9#' "$foreign" > "$work/nan.cls"
-expect 1 'nan.cls:21: GOTO/: number 2' "$bin/tiltfeed" post "$work/nan.cls" --machine "$machine" --out "$work/q.nc"
+expect 1 'nan.cls:21:8: GOTO/: number 2' "$bin/tiltfeed" post "$work/nan.cls" --machine "$machine" --out "$work/q.nc"
 sed 's#^GOTO/2,0.5.*#GOTO/2,0.5,9000#' "$foreign" > "$work/far.cls"
 expect 1 'far.cls:21: move 6.*Z .*travel' "$bin/tiltfeed" post "$work/far.cls" --machine "$machine" --out "$work/q.nc"
 absent "$work/q.nc"
