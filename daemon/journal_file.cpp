@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "daemon/durable.h"
 #include "daemon/journal.h"
 
 namespace tiltfeed {
@@ -46,14 +47,9 @@ std::ptrdiff_t write_all(int fd, std::uint64_t at, std::string_view bytes) {
 }
 
 /// A new name survives a power loss only when its folder was made durable too.
-int sync_folder(const std::string& path) {
-  std::string folder = std::filesystem::path(path).parent_path().string();
-  if (folder.empty()) folder = ".";
-  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return -errno;
-  const int result = ::fsync(fd) == 0 ? 0 : -errno;
-  ::close(fd);
-  return result;
+int sync_name(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return sync_folder(folder.empty() ? "." : folder);
 }
 
 int open_locked(const std::string& path, int flags) {
@@ -95,7 +91,7 @@ int replace_file(File& file, std::string_view content) {
   }
   ::close(file.fd);
   file.fd = fd;
-  return sync_folder(file.path);
+  return sync_name(file.path);
 }
 
 }  // namespace
@@ -108,8 +104,6 @@ Result<JournalDisk> journal_file(const std::string& path) {
     if (file->fd == -EWOULDBLOCK) return fail(Code::kIo, path + kInUse);
     return fail(Code::kIo, path + ": the journal cannot be opened: " + std::strerror(-file->fd));
   }
-  if (const int synced = sync_folder(path); synced < 0)
-    return fail(Code::kIo, path + ": its folder cannot be made durable: " + std::strerror(-synced));
   JournalDisk disk;
   disk.name = path;
   disk.read = [file] { return read_all(*file); };

@@ -12,6 +12,7 @@
 #include <ctime>
 #include <filesystem>
 
+#include "daemon/durable.h"
 #include "daemon/wire_text.h"
 
 namespace tiltfeed {
@@ -54,6 +55,12 @@ struct Descriptor {
     if (fd >= 0) ::close(fd);
   }
 };
+
+Result<void> keep_names(const std::string& folder) {
+  if (const int synced = sync_folder(folder); synced < 0)
+    return fail(Code::kIo, folder + ": cannot be made durable: " + std::strerror(-synced));
+  return {};
+}
 
 }  // namespace
 
@@ -117,6 +124,7 @@ Result<Spool> Spool::open(const std::string& folder) {
   std::filesystem::create_directories(folder + "/jobs", made);
   if (made) return fail(Code::kIo, folder + ": cannot be made: " + made.message());
   ::chmod((folder + "/jobs").c_str(), S_IRWXU);
+  if (const Result<void> kept = keep_names(folder); !kept) return tl::unexpected<Error>(kept.error());
   auto table = std::make_unique<Table>();
   const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOFOLLOW;
   if (sqlite3_open_v2((folder + "/jobs.db").c_str(), &table->db, flags, nullptr) != SQLITE_OK)
@@ -207,6 +215,8 @@ Result<std::uint64_t> Spool::add(const SpooledJob& job, const std::vector<int>& 
     copied = job.program ? copy_in(added.id, "program.nc", files[0], kMaxProgramBytes)
                          : copy_in(added.id, "job.yaml", files[0], kMaxJobBytes);
   if (copied && !job.program) copied = copy_in(added.id, "part.stl", files[1], kMaxPartBytes);
+  if (copied) copied = keep_names(folder_of(added.id));
+  if (copied) copied = keep_names(folder_ + "/jobs");
   added.note.clear();
   if (copied) copied = update(added);
   if (!copied) {

@@ -150,6 +150,15 @@ TEST(Journal, FiguresOfARunNeverShrink) {
   EXPECT_EQ(read_journal(bytes).last->executed, 601u);
 }
 
+TEST(Journal, AFullFileHasGrownDurablyBeforeItsLastSlotIsUsed) {
+  const auto disk = std::make_shared<SimulatedDisk>();
+  Journal journal = *Journal::open(journal_disk(disk));
+  for (int i = 0; i < 300; ++i) {
+    ASSERT_TRUE(journal.append(sample(0)));
+    ASSERT_GT(disk->durable.size(), journal.content().records * kRecordBytes) << "nothing shows the end";
+  }
+}
+
 TEST(Journal, StaysSmall) {
   const auto disk = std::make_shared<SimulatedDisk>();
   auto journal = Journal::open(journal_disk(disk));

@@ -1,0 +1,12 @@
+#pragma once
+// What a power loss may not take.
+
+#include <string>
+
+namespace tiltfeed {
+
+/// A name in this folder survives a power loss from here on: its file's own sync does not see to that. -errno
+/// when it fails.
+int sync_folder(const std::string& folder);
+
+}  // namespace tiltfeed
