@@ -127,8 +127,8 @@ class CellMaker {
 
   bool x_is_angle() const { return map_.period_x() > 0.0; }
   bool y_is_angle() const { return map_.frame().mode != AxisMode::kFixed; }
-  /// `top`: z' of the highest place of the ball's centre.
-  void push(std::uint32_t count, double pad_x, double pad_y, double top) {
+  /// `top`: z' of the highest place of the ball's centre; `rho`: of the furthest from the axis feature.
+  void push(std::uint32_t count, double pad_x, double pad_y, double top, double rho) {
     double largest = 0.0;
     for (auto c = out_.corners.end() - count; c != out_.corners.end(); ++c)
       largest = std::max({largest, std::abs(static_cast<double>(c->x)), std::abs(static_cast<double>(c->y))});
@@ -138,6 +138,7 @@ class CellMaker {
                           static_cast<float>(pad_y * (1.0 + kSingle) + rounding)});
     top -= piece_->above_reference;
     out_.cells.back().top = static_cast<float>(top + kSingle * std::abs(top));
+    out_.furthest = std::max(out_.furthest, rho);
   }
 
   /// (S2) The hull's corners, flattened to first order about its middle, and what that leaves out.
@@ -167,7 +168,7 @@ class CellMaker {
     push(box ? 2 : static_cast<std::uint32_t>(hull.size()),
          bend.x + margin * (x_is_angle() ? map_.scale_x() / least.r : 1.0),
          bend.y + margin * (y_is_angle() ? map_.scale_y() / least.rho : 1.0),
-         middle.z + high.z + bend.z + margin);
+         middle.z + high.z + bend.z + margin, away.rho + ball.radius + margin);
   }
 
   void put(double x, double y) { out_.corners.push_back({static_cast<float>(x), static_cast<float>(y)}); }
@@ -183,7 +184,7 @@ class CellMaker {
     if (x_is_angle()) half_x = map_.scale_x() * half_angle(radius, from.r);
     if (y_is_angle()) half_y = map_.scale_y() * half_angle(radius, from.rho);
     put(flat.x, flat.y), put(flat.x, flat.y);
-    push(2, half_x, half_y, flat.z + radius);
+    push(2, half_x, half_y, flat.z + radius, from.rho + radius);
   }
 
   const ClSurface& surface_;
@@ -220,7 +221,10 @@ Cells make_cells(const ClSurface& surface, const Deformation& deformation, doubl
   Cells all;
   all.cells.resize(cells.back());
   all.corners.resize(corners.back());
-  for (const Cells& block : blocks) all.near.insert(all.near.end(), block.near.begin(), block.near.end());
+  for (const Cells& block : blocks) {
+    all.near.insert(all.near.end(), block.near.begin(), block.near.end());
+    all.furthest = std::max(all.furthest, block.furthest);
+  }
   tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {
     const Cells block = std::move(blocks[b]);  // gives its memory back
     auto to = all.cells.begin() + static_cast<std::ptrdiff_t>(cells[b]);

@@ -31,6 +31,7 @@ struct Cell {
 struct Cells {
   FreshVector<Cell> cells;  ///< in the order of the patches
   FreshVector<FlatCorner> corners;
+  double furthest = 0.0;      ///< of their places from the point, line or circle, mm, about
   std::vector<PatchId> near;  ///< patches that may cover the end of a column (Deformation::column_end)
 };
 

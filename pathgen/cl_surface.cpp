@@ -19,6 +19,9 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 /// only.
 constexpr double kWideWedge = -0.5;
 
+/// (C4) Facets and edges ahead of a contact normal by no more than this (sine) are taken to lie behind it.
+constexpr double kAhead = 1e-4;
+
 std::uint32_t apex(const Facet& facet, const HalfEdge& half) {
   for (std::uint32_t v : facet)
     if (v != half.low && v != half.high) return v;
@@ -49,6 +52,9 @@ void join(std::vector<std::vector<T>>& blocks, std::vector<T>& all) {
 ClSurface::ClSurface(const Mesh& mesh, Sides sides, std::vector<ToolPiece> pieces)
     : mesh_(mesh), sides_(sides), pieces_(std::move(pieces)), normals_(mesh.facets.size()) {
   assert(!pieces_.empty());
+  const bool balls =
+      std::all_of(pieces_.begin(), pieces_.end(), [](const ToolPiece& p) { return p.is_ball(); });
+  least_bend_ = balls ? kSeam : kSeam * kLevel;
   tbb::parallel_for(std::size_t{0}, mesh.facets.size(), [&](std::size_t i) {
     const Facet& f = mesh.facets[i];
     normals_[i] = normalized(
@@ -72,14 +78,15 @@ std::vector<ClSurface::VertexNotes> ClSurface::find_edges() {
       if (!edge_patch(halves, edge)) return;
       blocks[b].push_back(edge);
       mark(low.sticks_out), mark(high.sticks_out);
+      if (!edge.nearly_flat) mark(low.is_sharp), mark(high.is_sharp);
     });
   });
   join(blocks, edges_);
   return notes;
 }
 
-/// An edge gets a patch when it is convex by more than the seam, or when it has not two facets, or when sides
-/// are not known and it is bent at all.
+/// An edge gets a patch when it is convex by more than least_bend_, or when it has not two facets, or when
+/// sides are not known and it is bent that much either way.
 bool ClSurface::edge_patch(std::span<const HalfEdge> halves, EdgePatch& edge) const {
   const HalfEdge& first = halves[0];
   edge = {first.low, first.high, apex(mesh_.facets[first.facet], first), kNone, {first.facet, first.facet}};
@@ -91,8 +98,11 @@ bool ClSurface::edge_patch(std::span<const HalfEdge> halves, EdgePatch& edge) co
   const Vec3 along = mesh_.vertices[edge.v1] - mesh_.vertices[edge.v0];
   const Vec3 across = apart - along * (dot(apart, along) / squared_length(along));
   const double rise = dot(normals_[edge.facets[0]], apart);  // over the length of `across`: sine of the bend
-  const bool bent = rise * rise > kSeam * kSeam * squared_length(across);
+  const double width2 = squared_length(across);
+  const bool bent = rise * rise > least_bend_ * least_bend_ * width2;
+  edge.nearly_flat = rise * rise <= kSeam * kSeam * width2;
   const bool folded = dot(normals_[edge.facets[0]], normals_[edge.facets[1]]) < kWideWedge;
+  if (folded) edge.nearly_flat = false;
   return sides_ == Sides::kBoth ? folded || bent : (rise < 0.0 && bent) || (folded && !(rise > 0.0 && bent));
 }
 
@@ -115,7 +125,8 @@ void ClSurface::find_vertices(const std::vector<VertexNotes>& notes) {
       std::sort(all.begin() + first, all.end());
       all.erase(std::unique(all.begin() + first, all.end()), all.end());
       blocks[b].vertices.push_back({v, static_cast<std::uint32_t>(first),
-                                    static_cast<std::uint32_t>(all.size()), notes[v].disagree == 0});
+                                    static_cast<std::uint32_t>(all.size()), notes[v].disagree == 0,
+                                    notes[v].is_sharp == 0});
     }
   });
   std::size_t patches = 0, neighbours = 0;
@@ -168,7 +179,8 @@ bool ClSurface::behind(const EdgePatch& edge, Vec3 normal) const {
     const double ahead = dot(normal, d);
     if (ahead <= 0.0) continue;
     const Vec3 e = mesh_.vertices[edge.v1] - p;
-    if (ahead * ahead > kSeam * kSeam * squared_length(d - e * (dot(d, e) / squared_length(e)))) return false;
+    if (ahead * ahead > kAhead * kAhead * squared_length(d - e * (dot(d, e) / squared_length(e))))
+      return false;
   }
   return true;
 }
@@ -179,7 +191,7 @@ bool ClSurface::behind(const VertexPatch& patch, Vec3 normal) const {
   for (std::uint32_t k = patch.first; k < patch.last; ++k) {
     const Vec3 e = mesh_.vertices[neighbours_[k]] - v;
     const double ahead = dot(normal, e);
-    if (ahead > 0.0 && ahead * ahead > kSeam * kSeam * squared_length(e)) return false;
+    if (ahead > 0.0 && ahead * ahead > kAhead * kAhead * squared_length(e)) return false;
   }
   return true;
 }
@@ -238,13 +250,16 @@ bool ClSurface::normals(PatchId patch, int side, std::vector<Vec3>& normals) con
     return true;
   }
   feature -= mesh_.facets.size();
+  const bool is_ball = piece(patch).is_ball();
   if (feature < edges_.size()) {
+    if (is_ball && edges_[feature].nearly_flat) return false;
     if (!narrow(edges_[feature])) return true;
     const auto [n0, n1] = convex_normals(edges_[feature]);
     normals = {n0, n1};
     return true;
   }
   const VertexPatch& vertex = vertices_[feature - edges_.size()];
+  if (is_ball && vertex.nearly_flat) return false;
   if (!vertex.oriented) return true;
   for (std::uint32_t f : fan(vertex)) normals.push_back(normals_[f] * side);
   if (sides_ == Sides::kBoth) return true;

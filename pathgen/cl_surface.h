@@ -78,16 +78,19 @@ class ClSurface {
     std::uint32_t v0, v1;                 ///< ends
     std::uint32_t w0, w1;                 ///< third corners of the facets beside it; kNone: no facet there
     std::array<std::uint32_t, 2> facets;  ///< those facets; twice the same where there is one only
+    bool nearly_flat = false;             ///< (C4) a ball needs no patch
   };
   struct VertexPatch {
     std::uint32_t vertex;
     std::uint32_t first, last;  ///< its neighbours, in neighbours_
     bool oriented;              ///< its facets agree on what is outside
+    bool nearly_flat;           ///< and so are all its edges
   };
   /// What is known of a vertex from its edges.
   struct VertexNotes {
     std::uint8_t disagree = 0;    ///< its facets, on what is outside
     std::uint8_t sticks_out = 0;  ///< an edge there has a patch
+    std::uint8_t is_sharp = 0;    ///< one that is not nearly flat has
   };
   PatchId feature_of(PatchId patch) const { return patch < features_ ? patch : patch % features_; }
   std::vector<VertexNotes> find_edges();
@@ -107,7 +110,8 @@ class ClSurface {
   std::vector<VertexPatch> vertices_;
   std::vector<std::uint32_t> neighbours_;
   VertexFans fans_;
-  PatchId features_ = 0;  ///< facets, edges and vertices
+  double least_bend_ = kSeam;  ///< (C4) sine: an edge that is bent less has no patch
+  PatchId features_ = 0;       ///< facets, edges and vertices
 };
 
 }  // namespace tiltfeed

@@ -16,6 +16,9 @@ constexpr double kNarrow = 0.5;
 /// Sine up to which an angle between contact normals, or of the axis over a cell, against the lean of the
 /// normal still tells where on its ring a flat or bull-nose tool touches.
 constexpr double kSureShare = 0.4;
+/// Sine of a normal's lean from which on it tells so: a level feature is touched anywhere under a flat
+/// bottom.
+constexpr double kSureLean = 4.0 * kLevel;
 /// A bulge (mm) that is not worth another corner.
 constexpr double kFine = 1e-3;
 
@@ -39,10 +42,10 @@ bool ContactHull::gather_normals() {
   for (Vec3 n : normals_) sum = sum + n;
   if (length(sum) < kSteepest) return false;
   mean_ = normalized(sum);
-  double cosine = 1.0;
-  for (Vec3 n : normals_) cosine = std::min(cosine, dot(n, mean_));
-  cone_cosine_ = cosine;
-  cone_sine_ = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
+  double cosine = 1.0, sine2 = 0.0;  // the sine not from the cosine, which is 1 for small angles
+  for (Vec3 n : normals_)
+    cosine = std::min(cosine, dot(n, mean_)), sine2 = std::max(sine2, squared_length(cross(n, mean_)));
+  cone_cosine_ = cosine, cone_sine_ = std::sqrt(sine2);
   if (cosine < kNarrow) return false;
   surround_normals();
   return true;
@@ -83,7 +86,7 @@ void ContactHull::place_on_rings(std::span<const Point<Part>> core) {
   const double cone = kPi / 2.0 - std::asin(piece_->taper_sin);
   const bool ring = lean - open <= cone;
   const bool rim = piece_->has_cone() && lean + open >= cone;
-  if (sway > kSureShare || spread > kSureShare) {
+  if (sway > kSureShare || spread > kSureShare || across < kSureLean) {
     margin_ = rim ? piece_->outer + piece_->corner
                   : piece_->flat + piece_->corner * std::sqrt(2.0 - 2.0 * cone_cosine_);
     for (Point<Part> q : core) points_.push_back(q + mean_ * (rim ? 0.0 : piece_->corner));

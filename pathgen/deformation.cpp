@@ -193,6 +193,13 @@ Deformation::Steps Deformation::steps(Point<Flat> f) const {
           (b_ * std::cos(phi) - out * std::sin(phi)) * (rho / scale_y_)};
 }
 
+Deformation::Stretch Deformation::stretch(double rho) const {
+  if (frame_.mode == AxisMode::kFixed) return {1.0, 1.0};
+  const double y = rho / scale_y_;
+  if (frame_.mode == AxisMode::kLine) return {1.0, y};
+  return {(frame_.circle_radius_or_zero() + rho) / scale_x_, y};
+}
+
 double Deformation::column_length(Point<Flat> f) const {
   if (frame_.mode == AxisMode::kFixed) return std::numeric_limits<double>::infinity();
   if (s_ < 0.0) return -f.z;

@@ -101,6 +101,11 @@ class Deformation {
     Vec3 x, y;
   };
   Steps steps(Point<Flat> f) const;
+  /// The most that these steps are at places up to `rho` (mm) from the point, line or circle, mm.
+  struct Stretch {
+    double x, y;
+  };
+  Stretch stretch(double rho) const;
   /// How fast the tool axis turns when f moves along v: its derivative, 1/mm for a unit v (C5).
   Vec3 axis_turn(Point<Flat> f, Vec3 v) const;
   /// How far the axis line of f runs on from f before it leaves its own flat column: to the point, line or

@@ -2,17 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tiltfeed {
 
 namespace {
 
-/// Below this sine a normal points along the axis: the flat bottom lies on the feature.
-constexpr double kLevel = 1e-9;
-/// The rounded edge against an edge of the part: largest error of the contact on the arc, rad. The height is
-/// flat there, so its error is the square of this.
-constexpr double kArcError = 1e-9;
-constexpr int kMaxSteps = 60;  ///< halving alone needs 30
+/// The rounded edge against an edge of the part: largest error of the contact's place, as a share of the
+/// tool's radius. The contact normal is that exact where kSeam is still met; the height has its square.
+constexpr double kArcError = 1e-12;
+constexpr int kMaxSteps = 60;  ///< halving alone needs 40
+constexpr double kFar = std::numeric_limits<double>::infinity();
 
 /// Where a piece touches: at this distance from the axis and height over the ring centre.
 struct Place {
@@ -24,32 +24,36 @@ Vec3 twist(const ToolPiece& piece, Vec3 normal, Vec3 axis, Vec3 lateral, double 
   return normal * (height + piece.above_reference) - lateral * dot(normal, axis);
 }
 
-/// (C2) Tube angle tau at which a rounded edge touches a line that passes the axis at distance p and climbs
-/// with slope k over the ground: tan(tau) u / d = k, with d = e + r sin(tau), u = sqrt(d^2 - p^2).
-/// Monotone in tau; returns `last` where even that is too gentle.
-double tube_angle(const ToolPiece& piece, double p, double k, double last) {
-  double low = std::asin(std::clamp((p - piece.flat) / piece.corner, 0.0, 1.0)), high = last;
-  const auto excess = [&](double tau, double& rate) {
-    const double s = std::sin(tau), c = std::cos(tau);
-    const double d = piece.flat + piece.corner * s, u = std::sqrt(std::max(d * d - p * p, 0.0));
-    const double slope = u > 0.0 ? p * p / (d * d * u) * piece.corner * c : 0.0;  // of u / d
-    rate = u / d / (c * c) + s / c * slope;
-    return s / c * u / d - k;
+/// (C2) How far along a line from its foot a rounded edge touches it that passes the axis at distance p and
+/// climbs with slope k over the ground: tan(tau) u / d = k, with d = e + r sin(tau) and u = sqrt(d^2 - p^2).
+/// Sought is u, on which d hangs smoothly: where the line is nearly level u is small against p, and a root
+/// for d would lose it. Monotone; infinite where even the upper end of the arc, at `last`, is too gentle.
+double tube_run(const ToolPiece& piece, double p, double k, double last) {
+  const double e = piece.flat, r = piece.corner, end = e + r * std::sin(last);
+  const double first = p < e ? std::sqrt(e * e - p * p) : 0.0;
+  if (end <= p) return kFar;
+  if (k < kLevel) return first;
+  double low = first, high = std::sqrt(end * end - p * p);
+  // The equation times d cos(tau), which has its sign.
+  const auto excess = [&](double u, double& rate) {
+    const double d = std::sqrt(p * p + u * u), s = std::clamp((d - e) / r, 0.0, 1.0);
+    const double c = std::sqrt((1.0 - s) * (1.0 + s)), turn = u / d;
+    rate = s + u * turn / r - k * (c > 0.0 ? c - s / c * d / r : 0.0) * turn;
+    return s * u - k * c * d;
   };
-  if (k < kLevel) return std::min(low, last);
   double rate = 0.0;
-  if (high <= low || (std::cos(high) > 0.0 && excess(high, rate) <= 0.0)) return last;
-  double tau = std::clamp(std::atan(k), low, high);
-  for (int i = 0; i < kMaxSteps && high - low > kArcError; ++i) {
-    const double over = excess(tau, rate);
-    (over > 0.0 ? high : low) = tau;
-    const double next = rate > 0.0 ? tau - over / rate : low;
-    const double middle = 0.5 * (low + high);
-    const double step = next > low && next < high ? next : middle;
-    if (std::abs(step - tau) < kArcError * 0.01) return step;
-    tau = step;
+  if (excess(high, rate) < 0.0) return kFar;
+  const double fine = kArcError * (e + r);
+  double u = std::clamp(k * p, low, high);
+  for (int i = 0; i < kMaxSteps && high - low > fine; ++i) {
+    const double over = excess(u, rate);
+    (over > 0.0 ? high : low) = u;
+    const double next = rate > 0.0 ? u - over / rate : low;
+    const double step = next > low && next < high ? next : 0.5 * (low + high);
+    if (std::abs(step - u) < fine && next == step) return step;
+    u = step;
   }
-  return tau;
+  return u;
 }
 
 }  // namespace
@@ -88,19 +92,27 @@ bool drop_on_vertex(const ToolPiece& piece, const Point<Part>& v, const AxisLine
 
 namespace {
 
-/// (C2) A ball: the cylinder round the edge.
-bool drop_ball_on_edge(const ToolPiece& piece, const Vec3& w, const Vec3& e, double slack,
-                       const AxisLine& line, ClHit& hit) {
-  const double ee = squared_length(e), radius = piece.corner, per_ee = 1.0 / ee;
+/// (C2) A ball, or the ball of a taper: the cylinder round the edge, as if that had no ends. False where it
+/// meets none, or another part of the tool does.
+bool drop_ball_on_line(const ToolPiece& piece, const Vec3& w, const Vec3& e, const AxisLine& line,
+                       ClHit& hit) {
+  const double radius = piece.corner, per_ee = 1.0 / squared_length(e);
   const Vec3 a = line.axis - e * (dot(line.axis, e) * per_ee);
   const Vec3 o = w - e * (dot(w, e) * per_ee);
   const double aa = squared_length(a), ao = dot(a, o);
   const double disc = ao * ao - aa * (squared_length(o) - radius * radius);
   if (disc < 0.0 || aa < kSteepest) return false;
   hit.z = (-ao + std::sqrt(disc)) / aa;
-  const double along = dot(w + line.axis * hit.z, e), beyond = std::max(-along, along - ee);
-  if (beyond > 0.0 && beyond * beyond > slack * slack * ee) return false;
   hit.normal = (o + a * hit.z) / radius;
+  return dot(hit.normal, line.axis) >= piece.taper_sin || !piece.has_cone();
+}
+
+/// Does the ball whose centre is at height z touch the line of `e` between its ends? Then the hit's rest.
+bool settle_ball(const ToolPiece& piece, const Vec3& w, const Vec3& e, double slack, const AxisLine& line,
+                 ClHit& hit) {
+  const double ee = squared_length(e), along = dot(w + line.axis * hit.z, e),
+               beyond = std::max(-along, along - ee);
+  if (beyond > 0.0 && beyond * beyond > slack * slack * ee) return false;
   hit.z -= piece.above_reference;
   hit.twist = hit.normal * piece.above_reference;
   return true;
@@ -111,7 +123,9 @@ bool drop_ball_on_edge(const ToolPiece& piece, const Vec3& w, const Vec3& e, dou
 bool drop_on_edge(const ToolPiece& piece, const Point<Part>& p, const Point<Part>& q, double slack,
                   const AxisLine& line, ClHit& hit) {
   const Vec3 w = line.base - p, e = q - p;
-  if (piece.is_ball()) return drop_ball_on_edge(piece, w, e, slack, line, hit);
+  const bool on_ball = piece.flat == 0.0 && drop_ball_on_line(piece, w, e, line, hit);
+  if (on_ball) return settle_ball(piece, w, e, slack, line, hit);
+  if (piece.is_ball()) return false;
   const Vec3 a = line.axis;
   const double rise = dot(e, a);
   Vec3 flat = e - a * rise;  // the edge over the ground
@@ -139,9 +153,14 @@ bool drop_on_edge(const ToolPiece& piece, const Point<Part>& p, const Point<Part
     at = {std::hypot(away, u), -piece.corner};
     hit.normal = a;
   } else {
-    const double tau = piece.corner > 0.0 ? tube_angle(piece, away, climb, last) : last;
-    if (tau < last) {
-      at = {piece.flat + piece.corner * std::sin(tau), -piece.corner * std::cos(tau)};
+    u = piece.corner > 0.0 ? tube_run(piece, away, climb, last) : kFar;
+    const bool on_arc = u < kFar;
+    double sine = 0.0, cosine = 0.0;  // of the place on the arc
+    if (on_arc) {
+      at.d = std::sqrt(away * away + u * u);
+      sine = std::clamp((at.d - piece.flat) / piece.corner, 0.0, 1.0);
+      cosine = std::sqrt((1.0 - sine) * (1.0 + sine));
+      at.height = -piece.corner * cosine;
     } else {
       const double share = piece.has_cone() ? climb * piece.taper_sin / piece.taper_cos : 1.0;  // u / d
       const double d = share < 1.0 ? away / std::sqrt(1.0 - share * share) : piece.outer;
@@ -149,15 +168,15 @@ bool drop_on_edge(const ToolPiece& piece, const Point<Part>& p, const Point<Part
       rim = d >= piece.outer || d < foot;
       at.d = std::clamp(d, foot, piece.outer);
       at.height = piece.has_cone() ? piece.cone_height(at.d) : 0.0;
+      u = std::sqrt(std::max(at.d * at.d - away * away, 0.0));
     }
-    u = std::sqrt(std::max(at.d * at.d - away * away, 0.0));
     if (u < low || u > high) return false;
     const Vec3 out = (nearest + flat * u) / at.d;  // from the axis to the contact
     if (rim) {
       hit.normal = normalized(cross(flat + a * climb, cross(a, out)));
       if (dot(hit.normal, a) < 0.0) hit.normal = -hit.normal;
-    } else if (tau < last) {
-      hit.normal = a * std::cos(tau) - out * std::sin(tau);
+    } else if (on_arc) {
+      hit.normal = a * cosine - out * sine;
     } else {
       hit.normal = a * piece.taper_sin - out * piece.taper_cos;
     }

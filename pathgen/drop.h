@@ -19,6 +19,9 @@ struct ClHit {
 /// enough to close the seams that rounding and skipped nearly flat edges leave; it raises the surface of a
 /// ball by R kSeam^2 / 8, less than 1e-9 mm.
 inline constexpr double kSeam = 2e-5;
+/// (C4) Below this sine against the axis a facet or edge is level: the flat bottom lies on it. The height is
+/// out by the tool's radius times this at most.
+inline constexpr double kLevel = 1e-6;
 /// A facet or edge steeper than this against the axis (cosine, squared sine) has no height of its own.
 inline constexpr double kSteepest = 1e-9;
 

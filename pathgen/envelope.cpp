@@ -16,10 +16,6 @@ namespace {
 /// Share of the tolerance that a steep flank may lean: the step at which the search for its foot ends.
 constexpr double kFlankShare = 0.1;
 
-/// Breaks closer than this share of the curved step are taken as one: what rises or sinks between two samples
-/// so near does so by its square of the tolerance at most.
-constexpr double kBreakShare = 1.0 / 4.0;
-
 /// Lines shorter than this share of the index's spacing are looked up like places.
 constexpr double kNearShare = 0.5;
 
@@ -35,9 +31,9 @@ class Profile {
         map_(field.map_),
         line_(line),
         options_(field.options_),
-        moves_(surface_, options_),
+        moves_(surface_, options_, stretch(field, line)),
         flank_(options_.tolerance * kFlankShare),
-        sweep_(field.candidates_, moves_.curved_step() * kBreakShare) {}
+        sweep_(field.candidates_, moves_.close()) {}
 
   LineEnvelope build() {
     if (!sweep_.next()) return {};
@@ -69,6 +65,12 @@ class Profile {
   }
 
  private:
+  /// The most that a step along the line is longer on the CL surface.
+  static double stretch(const Envelope& field, const FlatLine& line) {
+    const Deformation::Stretch most = field.map_.stretch(field.index_.furthest());
+    return std::abs(line.dx) * most.x + std::abs(line.dy) * most.y;
+  }
+
   /// Does the part grown by the radius hold the place where the column ends? Then the column is shut from
   /// there down to wherever that body ends, which its own patches need not show.
   bool end_is_covered(double x, double y) {

@@ -87,6 +87,8 @@ class FlatIndex {
   double crossings(double dx, double dy, double step) const;
 
   const FlatBounds& bounds() const { return bounds_; }
+  /// About how far the CL surface is from the point, line or circle at most, mm.
+  double furthest() const { return cells_.furthest; }
   const std::vector<PatchId>& covering() const { return cells_.near; }
 
  private:

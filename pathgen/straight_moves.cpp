@@ -1,6 +1,7 @@
 #include "pathgen/straight_moves.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace tiltfeed {
@@ -15,12 +16,17 @@ constexpr double kSparePart = 1.05;
 /// Where two planes meet nearer to an end than this share of the move, half way tells more.
 constexpr double kNotAtEnd = 0.02;
 
+/// Breaks closer than this share of the curved step are taken as one: what rises or sinks between two samples
+/// so near does so by its square of the tolerance at most. The other: where flat space is the most stretched.
+constexpr double kBreakShare = 1.0 / 4.0, kFarBreakShare = 1.0 / 2.0;
+
 }  // namespace
 
-StraightMoves::StraightMoves(const ClSurface& surface, const EnvelopeOptions& options)
+StraightMoves::StraightMoves(const ClSurface& surface, const EnvelopeOptions& options, double stretch)
     : surface_(surface), options_(options) {
   const ToolPiece& cutter = surface.pieces().front();
   curved_step_ = std::sqrt(8.0 * (cutter.corner > 0.0 ? cutter.corner : cutter.flat) * options.tolerance);
+  close_ = curved_step_ * std::min(kBreakShare, kFarBreakShare / stretch);
 }
 
 StraightMoves::Verdict StraightMoves::judge(const Sample& left, const Sample& right,
@@ -29,9 +35,7 @@ StraightMoves::Verdict StraightMoves::judge(const Sample& left, const Sample& ri
   const Vec3 chord = b.centre - a.centre;
   Verdict verdict;
   verdict.length2 = squared_length(chord);
-  verdict.joined = turns_little(a, b, verdict.length2) &&
-                   (verdict.length2 <= curved_step_ * curved_step_ ||
-                    !another_curved_sheet(left, right, std::sqrt(verdict.length2), active));
+  verdict.joined = turns_little(a, b, verdict.length2) && !another_curved_sheet(left, right, active);
   if (!verdict.joined) return verdict;
   const double from_a = std::abs(dot(a.normal, chord)) * static_cast<double>(a.lever),
                from_b = std::abs(dot(b.normal, chord)) * static_cast<double>(b.lever);
@@ -48,31 +52,83 @@ bool StraightMoves::turns_little(const EnvelopePoint& a, const EnvelopePoint& b,
          length2 <= options_.max_distance * options_.max_distance;
 }
 
-/// May a curved sheet that neither end lies on rise over the straight move?
-bool StraightMoves::another_curved_sheet(const Sample& left, const Sample& right, double chord,
+/// (E3) May a curved sheet that neither end lies on rise over the straight move?
+bool StraightMoves::another_curved_sheet(const Sample& left, const Sample& right,
                                          std::span<const Candidate> active) const {
+  if (active.empty()) return false;
+  const EnvelopePoint &a = left.point, &b = right.point;
+  const double chord = distance(a.centre, b.centre), turn = length(cross(a.axis, b.axis));
   // A straight move dips under the lower of its ends by what the axis turns.
-  const double low = std::min(left.point.flat.z, right.point.flat.z) - chord * options_.max_axis_step;
+  const double low = std::min(a.flat.z, b.flat.z) - chord * options_.max_axis_step;
+  // What stands further up is passed on a longer way: the tool's side turns with the axis.
+  const auto short_at = [&](float top) {
+    const double up = turn > 0.0 ? turn * std::max(0.0, static_cast<double>(top) - low) : 0.0;
+    return chord + up <= curved_step_;
+  };
+  if (short_at(active.front().top)) return false;
+  const double enough = std::min(close_, right.run - left.run);  // of a sheet, on the line
   return std::any_of(active.begin(), active.end(), [&](const Candidate& c) {
-    return static_cast<double>(c.top) > low && c.from <= left.run && c.to >= right.run &&
-           c.patch != left.point.patch && c.patch != right.point.patch && !surface_.is_face(c.patch) &&
-           !keeps_off(c.patch, left.point.centre, right.point.centre);
+    return static_cast<double>(c.top) > low && !short_at(c.top) &&
+           std::min(c.to, right.run) - std::max(c.from, left.run) >= enough && c.patch != a.patch &&
+           c.patch != b.patch && !surface_.is_face(c.patch) && !keeps_off(c.patch, a, b);
   });
 }
 
-/// (E3) Does a ball that moves straight from a to b keep off the patch's edge or vertex, but for the
-/// tolerance?
-bool StraightMoves::keeps_off(PatchId patch, Point<Part> a, Point<Part> b) const {
+namespace {
+
+/// The distance of two segments as seen along the unit `axis`.
+double distance_along(Vec3 axis, std::span<const Point<Part>> core, Point<Part> a, Point<Part> b) {
+  const auto seen = [&](Point<Part> p) { return p - axis * dot(p - a, axis); };
+  const Point<Part> p = seen(core.front()), q = seen(core.back()), end = seen(b);
+  if (core.size() > 1) {
+    const auto side = [&](Point<Part> from, Point<Part> to, Point<Part> of) {
+      return dot(axis, cross(to - from, of - from));
+    };
+    if (side(a, end, p) * side(a, end, q) < 0.0 && side(p, q, a) * side(p, q, end) < 0.0) return 0.0;
+  }
+  return std::min({distance_to_segment(p, a, end), distance_to_segment(q, a, end),
+                   distance_to_segment(a, p, q), distance_to_segment(end, p, q)});
+}
+
+/// Does the tool's side, over the ball's centre on a straight move from a to b, keep `near` off that part of
+/// the core that reaches up from its first corner to where it is below the centre?
+bool side_keeps_off(std::span<const Point<Part>> core, const EnvelopePoint& a, const EnvelopePoint& b,
+                    double near) {
+  double up = 0.0, share = 0.0;
+  // Where the axis turns evenly nothing is further up than along either end's axis over either end.
+  for (const EnvelopePoint* end : {&a, &b})
+    for (const Vec3 axis : {a.axis, b.axis}) {
+      const double first = dot(core.front() - end->centre, axis), last = dot(core.back() - end->centre, axis);
+      if (first <= 0.0) continue;
+      up = std::max({up, first, last});
+      share = std::max(share, last < 0.0 ? first / (first - last) : 1.0);
+    }
+  if (up == 0.0) return true;
+  const std::array part{core.front(), lerp(core.front(), core.back(), share)};
+  const double turn = length(cross(a.axis, b.axis));
+  return distance_along(a.axis, std::span(part).first(core.size()), a.centre, b.centre) - turn * up >=
+         (1.0 + turn) * near;
+}
+
+}  // namespace
+
+/// (E3) Does a ball with its side, on a straight move from a to b, keep off the patch's edge or vertex, but
+/// for the tolerance?
+bool StraightMoves::keeps_off(PatchId patch, const EnvelopePoint& a, const EnvelopePoint& b) const {
   const ToolPiece& piece = surface_.piece(patch);
   if (!piece.is_ball_at_reference()) return false;
   const ClSurface::Core core = surface_.core(patch);
+  const double near = piece.corner - options_.tolerance;
+  Point<Part> from = a.centre, to = b.centre;
   if (core.count == 2) {  // as seen along it
     const Vec3 edge = core.corner[1] - core.corner[0];
     const double share = 1.0 / squared_length(edge);
-    a = a - edge * (dot(a - core.corner[0], edge) * share);
-    b = b - edge * (dot(b - core.corner[0], edge) * share);
+    from = from - edge * (dot(from - core.corner[0], edge) * share);
+    to = to - edge * (dot(to - core.corner[0], edge) * share);
   }
-  return distance_to_segment(core.corner[0], a, b) >= piece.corner - options_.tolerance;
+  if (distance_to_segment(core.corner[0], from, to) < near) return false;
+  return side_keeps_off(core.points(), a, b, near) &&
+         (core.count == 1 || side_keeps_off(std::array{core.corner[1], core.corner[0]}, a, b, near));
 }
 
 bool StraightMoves::on_move(const Sample& sample, const Sample& left, const Sample& right) const {

@@ -17,8 +17,8 @@ struct Sample {
 
 class StraightMoves {
  public:
-  /// Both must outlive it.
-  StraightMoves(const ClSurface& surface, const EnvelopeOptions& options);
+  /// Both must outlive it. `stretch`: no mm of the line is more on the CL surface, mm.
+  StraightMoves(const ClSurface& surface, const EnvelopeOptions& options, double stretch);
 
   /// What the two ends of a move tell of it.
   struct Verdict {
@@ -52,19 +52,20 @@ class StraightMoves {
   /// A flat end that lies on two features in one plane tells nothing of what is between them.
   bool stands_level_on_two(const Sample& left, const Sample& right) const;
 
-  /// Over a gap of this length (mm) between two points of one sheet another curved sheet rises by its
-  /// sagitta, the tolerance.
-  double curved_step() const { return curved_step_; }
+  /// What reaches over less of the line than this (mm) rises over a move by less than the tolerance.
+  double close() const { return close_; }
 
  private:
   bool turns_little(const EnvelopePoint& a, const EnvelopePoint& b, double length2) const;
-  bool another_curved_sheet(const Sample& left, const Sample& right, double chord,
-                            std::span<const Candidate> active) const;
-  bool keeps_off(PatchId patch, Point<Part> a, Point<Part> b) const;
+  bool another_curved_sheet(const Sample& left, const Sample& right, std::span<const Candidate> active) const;
+  bool keeps_off(PatchId patch, const EnvelopePoint& a, const EnvelopePoint& b) const;
 
   const ClSurface& surface_;
   const EnvelopeOptions& options_;
+  /// Over a gap of this length (mm) between two points of one sheet another curved sheet rises by its
+  /// sagitta, the tolerance.
   double curved_step_;
+  double close_;
 };
 
 }  // namespace tiltfeed
