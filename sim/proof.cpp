@@ -1,6 +1,7 @@
 #include "sim/proof.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "sim/convex_gap.h"
@@ -40,6 +41,42 @@ void Proof::add(const Proof& next) {
   if (next.deepest && (!deepest || next.deepest->depth > deepest->depth)) deepest = next.deepest;
 }
 
+namespace {
+
+/// The hull of where a core's axis is at both ends of a node: does a box stay further off than `reach`?
+class Reach {
+ public:
+  Reach(const std::array<Vec3, 4>& ends, double reach)
+      : ends_(ends), reach2_(reach * reach), from_((ends[0] + ends[2]) * 0.5) {
+    along_ = (ends[1] + ends[3]) * 0.5 - from_;
+    whole_ = squared_length(along_);
+    low_ = high_ = ends[0];
+    for (const Vec3 p : ends) low_ = lower(low_, p), high_ = upper(high_, p);
+  }
+  bool misses(Vec3 low, Vec3 high) const {
+    const Vec3 gap{std::max({low.x - high_.x, low_.x - high.x, 0.0}),
+                   std::max({low.y - high_.y, low_.y - high.y, 0.0}),
+                   std::max({low.z - high_.z, low_.z - high.z, 0.0})};
+    if (squared_length(gap) >= reach2_) return true;
+    // Along the line from the axis half way to the box's middle.
+    const Vec3 middle = (low + high) * 0.5, half = (high - low) * 0.5, m = middle - from_;
+    const double share = whole_ > 0.0 ? std::clamp(dot(m, along_) / whole_, 0.0, 1.0) : 0.0;
+    const Vec3 u = m - along_ * share;
+    double most = dot(u, ends_[0]);
+    for (std::size_t i = 1; i < ends_.size(); ++i) most = std::max(most, dot(u, ends_[i]));
+    const double wide = std::abs(u.x) * half.x + std::abs(u.y) * half.y + std::abs(u.z) * half.z;
+    const double apart = dot(u, middle) - wide - most;
+    return apart > 0.0 && apart * apart >= reach2_ * squared_length(u);
+  }
+
+ private:
+  const std::array<Vec3, 4>& ends_;
+  double reach2_, whole_ = 0.0;
+  Vec3 from_, along_, low_, high_;
+};
+
+}  // namespace
+
 /// Some moves in a row, one core after the other.
 class Prover::Run {
  public:
@@ -60,8 +97,11 @@ class Prover::Run {
     Pose from, to;
     double stray = 0.0;
     int halvings = 0;
+    std::array<Vec3, 4>
+        ends{};  ///< of the core's axis: low and high where it begins, low and high where it ends
   };
 
+  Node with_ends(Node node) const;
   Node node(std::size_t first, std::size_t last) const;
   Node part_of(const Node& whole, double begin, double end) const;
   bool halves(const Node& whole, Node& left, Node& right) const;
@@ -103,7 +143,20 @@ Prover::Run::Run(const Prover& prover, std::span<const ProgramMove> moves) : pro
   }
 }
 
+Prover::Run::Node Prover::Run::with_ends(Node node) const {
+  node.ends = {from_origin(along(node.from, core_->low)), from_origin(along(node.from, core_->high)),
+               from_origin(along(node.to, core_->low)), from_origin(along(node.to, core_->high))};
+  return node;
+}
+
 Vec3 Prover::Run::furthest(const Node& node, Vec3 u) const {
+  if (core_->wide == 0.0) {
+    const Vec3* best = &node.ends[0];
+    double most = dot(*best, u);
+    for (std::size_t i = 1; i < node.ends.size(); ++i)
+      if (const double value = dot(node.ends[i], u); value > most) most = value, best = &node.ends[i];
+    return *best;
+  }
   const Vec3 p = from_origin(node.from.tip) + core_->furthest(node.from.axis, u);
   const Vec3 q = from_origin(node.to.tip) + core_->furthest(node.to.axis, u);
   return dot(p, u) >= dot(q, u) ? p : q;
@@ -127,7 +180,7 @@ double Prover::Run::slack(const Node& node) const {
 }
 
 Prover::Run::Node Prover::Run::node(std::size_t first, std::size_t last) const {
-  Node whole{first, last, 0.0, 1.0, ways_[first].from, ways_[last].to, 0.0, 0};
+  Node whole = with_ends({first, last, 0.0, 1.0, ways_[first].from, ways_[last].to, 0.0, 0, {}});
   const Point<Part> l0 = along(whole.from, core_->low), u0 = along(whole.from, core_->high);
   const Vec3 low = along(whole.to, core_->low) - l0, high = along(whole.to, core_->high) - u0,
              turn = whole.to.axis - whole.from.axis;
@@ -151,14 +204,15 @@ Prover::Run::Node Prover::Run::node(std::size_t first, std::size_t last) const {
 Prover::Run::Node Prover::Run::part_of(const Node& whole, double begin, double end) const {
   const ProgramMove& move = moves_[whole.first];
   const double share = end - begin;
-  return {whole.first,
-          whole.first,
-          begin,
-          end,
-          begin == whole.begin ? whole.from : prover_.frames_.pose(move, begin),
-          end == whole.end ? whole.to : prover_.frames_.pose(move, end),
-          ways_[whole.first].stray * share * share,
-          whole.halvings + 1};
+  return with_ends({whole.first,
+                    whole.first,
+                    begin,
+                    end,
+                    begin == whole.begin ? whole.from : prover_.frames_.pose(move, begin),
+                    end == whole.end ? whole.to : prover_.frames_.pose(move, end),
+                    ways_[whole.first].stray * share * share,
+                    whole.halvings + 1,
+                    {}});
 }
 
 bool Prover::Run::halves(const Node& whole, Node& left, Node& right) const {
@@ -207,29 +261,30 @@ bool Prover::Run::far(const Node& node) const {
 /// The facets that may be too near to the core somewhere, or within room of it, onto the stack.
 void Prover::Run::gather(const Node& node) {
   const double need = enough(node) + ask_room_;
-  const auto middle = [&](double h) { return lerp(along(node.from, h), along(node.to, h), 0.5); };
-  const Segment axis{middle(core_->low), middle(core_->high)};
-  const double half = 0.5 * length_of(node), within = need + half + core_->wide;
+  const Reach reach(node.ends, need + core_->wide);
   const double nearest = dot(along_, furthest(node, -along_));
-  const Pose pose{middle(0.0), normalized(node.from.axis + node.to.axis)};
-  const bool round = core_->wide == 0.0;
-  const Standing standing(*core_->solid, pose);
-  const SegmentBound to_axis(axis);
   const std::size_t most = facets_.size() + kManyFacets;
   const bool divides = length_of(node) > kShortest;
-  const double lean = round ? 0.0 : core_->reach * length(node.to.axis - node.from.axis);
-  const auto bound = [&](Vec3 low, Vec3 high) {
+  const auto apart = [&](Vec3 low, Vec3 high) {
     const Vec3 far{along_.x >= 0.0 ? high.x : low.x, along_.y >= 0.0 ? high.y : low.y,
                    along_.z >= 0.0 ? high.z : low.z};
-    if (nearest - dot(along_, far) >= need || (divides && facets_.size() > most)) return kInfinity;
-    return to_axis(low, high) >= within ? kInfinity
-           : round                      ? 0.0
-           : standing.distance_bound(low, high) >= need - core_->rounding + half + lean + kGapError
-               ? kInfinity
-               : 0.0;
+    return nearest - dot(along_, far) >= need || (divides && facets_.size() > most) ||
+           reach.misses(low, high);
   };
   double least = kInfinity;
-  prover_.surface_.search(least, kNoFacet, bound, [&](const Triangle& t) { facets_.push_back(&t); });
+  const auto take = [&](const Triangle& t) { facets_.push_back(&t); };
+  if (core_->wide == 0.0)
+    return prover_.surface_.search(
+        least, kNoFacet, [&](Vec3 low, Vec3 high) { return apart(low, high) ? kInfinity : 0.0; }, take);
+  // A wide core is well inside the cylinder that was asked: the piece itself, half way, tells more.
+  const Pose pose{lerp(node.from.tip, node.to.tip, 0.5), normalized(node.from.axis + node.to.axis)};
+  const Standing standing(*core_->solid, pose);
+  const double off = 0.5 * length_of(node) + core_->reach * length(node.to.axis - node.from.axis);
+  const double clear = need - core_->rounding + off + kGapError;
+  const auto bound = [&](Vec3 low, Vec3 high) {
+    return apart(low, high) || standing.distance_bound(low, high) >= clear ? kInfinity : 0.0;
+  };
+  prover_.surface_.search(least, kNoFacet, bound, take);
 }
 
 void Prover::Run::hold(const Node& node) {
