@@ -61,6 +61,7 @@ void ControlReader::put(std::vector<ControlBlock>& blocks, bool rapid) {
   block.spindle = spindle_;
   block.line = lines_;
   block.tool = tool_;
+  block.off_path = off_path_;
   blocks.push_back({block, tcp_, fresh_});
   fresh_ = false;
 }
@@ -203,7 +204,7 @@ ControlReader::Wrong ControlReader::to_machine_place(const ControlWords& words,
   for (std::size_t i = 0; i < letter.size(); ++i)
     if (i != 2 && words.has(letter[i])) known_[i] = false, fresh_ = true;
   if (words.has('Z')) {
-    at_.z = model_.z.max, known_[2] = true;
+    at_.z = model_.z.max, known_[2] = off_path_ = true;
     if (whole()) put(blocks, true);
   }
   set_tcp(tcp);
@@ -235,6 +236,7 @@ ControlReader::Wrong ControlReader::motion(const ControlWords& words, std::vecto
   if (!whole()) return std::nullopt;
   if (!rapid && (!(feed_ > 0.0) || (inverse_ && !words.has('F')))) return "a feed move without F";
   put(blocks, rapid);
+  if (words.has('Z')) off_path_ = false;
   return std::nullopt;
 }
 

@@ -66,7 +66,7 @@ class ControlReader {
   std::uint32_t lines_ = 0;
   int percents_ = 0;
   bool ended_ = false, rapid_ = true, motion_known_ = false, inverse_ = false, tcp_ = false,
-       relative_ = false, shortest_ = false, exact_ = false, fresh_ = true;
+       relative_ = false, shortest_ = false, exact_ = false, fresh_ = true, off_path_ = false;
   double feed_ = 0.0, spindle_ = 0.0;
   int selected_ = kToolNotSaid, tool_ = kToolNotSaid;
   Joints at_;

@@ -32,7 +32,7 @@ class Collector {
       path_.start = row.command.target, path_.start_line = row.command.line;
       return;
     }
-    if (row.command.off_path) ++path_.off_path;
+    if (row.command.off_path || row.command.goes_on) ++path_.off_path;
     const Joints& from = path_.moves.empty() ? path_.start : path_.moves.back().to;
     AxisVector way = axes_of(row.command.target);
     for (std::size_t i = 0; const double start : axes_of(from)) way[i++] -= start;

@@ -31,7 +31,7 @@ struct ExecutedPath {
   Joints start;
   std::uint32_t start_line = 0;
   std::vector<ExecutedMove> moves;
-  std::size_t off_path = 0;  ///< moves to and from the retract, not of the path
+  std::size_t off_path = 0;  ///< moves to and from the retract, and pieces of a block but its last
   double seconds = 0.0;  ///< from the first move's start to the last row's end, dwells included
 
   const Joints& from(std::size_t move) const { return move == 0 ? start : moves[move - 1].to; }

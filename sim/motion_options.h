@@ -13,7 +13,8 @@ struct MotionOptions {
   bool blend_rotary =
       true;  ///< false: a stop at both ends of every block that turns a rotary axis (LinuxCNC)
   bool feed_over_all_axes =
-      false;  ///< G94: F over the way of all axes, mm and degrees alike (Grbl), not X Y Z
+      false;                   ///< G94: F over the way of all axes, mm and degrees alike (Grbl), not X Y Z
+  double mm_per_degree = 1.0;  ///< of that way
 };
 
 /// What the profile states; G94 as its dialect reads it.

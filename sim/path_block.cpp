@@ -68,7 +68,9 @@ double programmed_seconds(const Block& command, const AxisVector& way, const Mot
   if (command.op == Op::kDwell) return command.feed;
   if (command.op != Op::kFeed) return 0.0;
   if (command.inverse_time) return 60.0 / command.feed;
-  double length = norm(way, 0, options.feed_over_all_axes ? kAxes : kFirstRotary);
+  double length = norm(way, 0, kFirstRotary);
+  if (options.feed_over_all_axes)
+    return std::hypot(length, norm(way, kFirstRotary, kAxes) * options.mm_per_degree) / command.feed * 60.0;
   if (length == 0.0) length = norm(way, kFirstRotary, kAxes);
   return length / command.feed * 60.0;
 }

@@ -35,6 +35,7 @@ struct Block {
   /// Of a motion block: on the way from the place that a move in machine coordinates (G53) left to the next Z
   /// in the part's, that move and this one included.
   bool off_path = false;
+  bool goes_on = false;  ///< a piece of a block of the text, more of which follows
   int tool =
       kToolNotSaid;  ///< in the spindle: the T word in force at the last M6; before any, the last T word
 };

@@ -51,8 +51,12 @@ ProgramHeader read_program_header(std::istream& in) {
     if (!next) break;
     const std::string line(*next);
     const std::size_t open = line.find("TILTFEED ");
-    if (open == std::string::npos || (line[0] != '(' && line[0] != ';')) continue;
-    std::istringstream words(line.substr(open, line.find(')') - open));
+    // Heidenhain text numbers its comments, too.
+    const std::size_t comment = line.find_first_of("(;");
+    if (open == std::string::npos || comment > open) continue;
+    std::string stated = line.substr(open, line.find(')') - open);
+    while (!stated.empty() && (stated.back() == '*' || stated.back() == '\r')) stated.pop_back();
+    std::istringstream words(stated);
     std::string mark, key, word;
     words >> mark >> key;
     if (key == "machine") {

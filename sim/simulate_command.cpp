@@ -24,6 +24,7 @@
 #include "sim/program_header.h"
 #include "sim/removal.h"
 #include "sim/removal_report.h"
+#include "sim/slide_blocks.h"
 #include "sim/stock.h"
 #include "sim/workers.h"
 
@@ -33,6 +34,8 @@ namespace {
 constexpr int kDone = 0, kFailed = 1, kWrongUse = 2, kIncomplete = 3;
 // A line of a program is hardly shorter: a header that states more blocks is wrong.
 constexpr std::uint64_t kBytesPerBlock = 8;
+// Axes that travel linearly instead of a tip that does may leave its way by this share of the tolerance.
+constexpr double kTipShare = 0.1;
 constexpr double kFinest = 1e-3, kCoarsest = 50.0;
 // Without --resolution: a tenth of the cutter, and so many cells along the part's longest side at most.
 constexpr double kCellsPerDiameter = 10.0, kCellsPerSide = 1500.0;
@@ -98,6 +101,19 @@ Moves moves_of(const SimulateOptions& o) {
   return {Source::kCanon, o.canon};
 }
 
+/// The blocks of a program in the dialect of the job's machine, X Y Z those of the slides.
+Result<void> read_in_dialect(std::istream& in, const std::string& name, const Job& job,
+                             const std::function<void(const Block&)>& take) {
+  const Dialect dialect = job.machine.format.dialect;
+  // With a tool number the text has the words of a tool change, which the simulated controller has not.
+  if ((dialect == Dialect::kRs274 || dialect == Dialect::kGrbl) && job.program.tool == 0)
+    return read_program(in, name, GcodeReader(job.machine.model), take);
+  ControlReader reader(job.machine, job.setup);
+  SlideBlocks slides(job.machine.model, job.setup, ToolSolid(job.plan.cutter).top(),
+                     kTipShare * job.plan.tolerance);
+  return read_control_program(in, name, reader, [&](const ControlBlock& one) { slides.take(one, take); });
+}
+
 /// Executes the program as it is read, which no memory for all of its blocks is needed for.
 Result<ExecutedPath> read_and_execute(std::ifstream& in, const std::string& name, const Job& job,
                                       ProgramHeader& header) {
@@ -110,10 +126,11 @@ Result<ExecutedPath> read_and_execute(std::ifstream& in, const std::string& name
   const std::uint64_t expected = std::min(header.blocks.value_or(0), size / kBytesPerBlock);
   ProgramRun run(name, job.machine.model, job.setup, motion_options(job.machine), expected);
   Result<void> fits;
-  const auto read = read_program(in, name, GcodeReader(job.machine.model), [&](const Block& block) {
+  const auto take = [&](const Block& block) {
     if (fits) fits = check_tool(block, job, name);
     if (fits) run.take(block);
-  });
+  };
+  const auto read = read_in_dialect(in, name, job, take);
   // What cannot be read comes before what does not fit, wherever it is.
   if (!read) return tl::unexpected(read.error());
   if (!fits) return tl::unexpected(fits.error());

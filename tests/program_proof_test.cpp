@@ -12,6 +12,7 @@
 
 #include "kinematics/decimal.h"
 #include "kinematics/tcp_path.h"
+#include "sim/slide_blocks.h"
 #include "tests/dialect_posting.h"
 #include "tests/plate_program.h"
 
@@ -152,6 +153,35 @@ TEST_P(EveryDialect, ProvesASoundProgram) {
   EXPECT_GE(proof->proof.moves + 1, posted.words.moves.size());
   EXPECT_LT(proof->proof.gouge, 0.01);
   EXPECT_GT(proof->proof.gouge, 0.0);
+}
+
+/// What `tiltfeed verify` executes: every piece ends where the block under TCP is at its share, in its time.
+TEST_P(EveryDialect, SlidesRunTheSameWay) {
+  const Posted posted(GetParam());
+  const MoveFrames frames(posted.job.machine.model, posted.job.setup);
+  SlideBlocks slides(posted.job.machine.model, posted.job.setup, 100.0, 1e-3);
+  Joints before;
+  std::size_t pieces = 0;
+  for (const ControlBlock& one : posted.read()) {
+    const bool moves = one.block.op == Op::kRapid || one.block.op == Op::kFeed;
+    double minutes = 0.0, parts = 0.0;
+    Joints last;
+    slides.take(one, [&](const Block& block) {
+      ++parts, last = block.target;
+      if (block.inverse_time) minutes += 1.0 / block.feed;
+    });
+    if (!moves) continue;
+    pieces += static_cast<std::size_t>(parts);
+    EXPECT_LT(distance(frames.pose(last, false).tip, frames.pose(one.block.target, one.tcp).tip), 1e-9);
+    EXPECT_LT(length(frames.pose(last, false).axis - frames.pose(one.block.target, one.tcp).axis), 1e-12);
+    const double way = std::hypot(one.block.target.x - before.x, one.block.target.y - before.y,
+                                  one.block.target.z - before.z);
+    if (one.tcp && one.block.op == Op::kFeed && way > 0.0) {
+      EXPECT_NEAR(minutes * one.block.feed, way, 1e-9);
+    }
+    before = one.block.target;
+  }
+  EXPECT_GE(pieces, posted.words.moves.size());
 }
 
 struct Damage {
