@@ -72,7 +72,7 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
        "guards", "links", "clearance_mm", "approach_mm", "feeds", "program", "setup", "machine"},
       complaint);
   Job job = read_job(root, path);
-  if (complaint.first()) return tl::unexpected(*complaint.first());
+  if (complaint.error()) return tl::unexpected(*complaint.error());
   if (!files.stl.empty()) job.stl_path = files.stl;
   Result<MachineProfile> machine = files.machine.empty()
                                        ? load_named_machine(job.machine.path, root, complaint)

@@ -94,9 +94,9 @@ Result<MachineProfile> parse_machine(const std::string& text, const std::string&
        "rotary_to_tilt_mm", "spindle_direction", "control", "check", "program", "link", "wire"},
       complaint);
   MachineProfile profile = read_profile(root, dialect);
-  if (complaint.first()) return tl::unexpected(*complaint.first());
+  if (complaint.error()) return tl::unexpected(*complaint.error());
   profile.vectors = read_vectors(root, profile.model);
-  if (complaint.first()) return tl::unexpected(*complaint.first());
+  if (complaint.error()) return tl::unexpected(*complaint.error());
   profile.path = path;
   return profile;
 }
@@ -112,7 +112,7 @@ Result<MachineProfile> load_named_machine(const std::string& path, const Section
   Result<MachineProfile> machine = load_machine(path);
   if (machine || machine.error().code != Code::kIo) return machine;
   root.complain("machine", machine.error().message + " (the path is relative to this file)", Code::kIo);
-  return tl::unexpected(*complaint.first());
+  return tl::unexpected(*complaint.error());
 }
 
 std::string describe(const MachineProfile& profile) {

@@ -13,6 +13,7 @@
 namespace tiltfeed {
 namespace {
 
+constexpr std::size_t kMostProblems = 20;    // a screenful
 constexpr std::size_t kMaxTextBytes = 1024;  // longer than any sensible file name
 constexpr std::size_t kMaxNameBytes = 40;    // a G-code header line holds it whole
 
@@ -54,7 +55,11 @@ std::string number_remedy(const YamlNode& node, const char* key) {
   if (!node.plain) return "; remove the quotes";
   const std::string_view text = without_plus(node.text);
   if (looks_octal(text)) return "; write it without the leading zero";
-  if (text.find(',') != std::string_view::npos) return "; write decimals with a point";
+  if (const std::size_t comma = text.find(','); comma != std::string_view::npos) {
+    std::string point(text);
+    point[comma] = '.';
+    return "; that is a decimal comma, write decimals with a point: " + point;
+  }
   double value = 0.0;
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (code == std::errc::result_out_of_range) return "; it does not fit a double";
@@ -69,7 +74,24 @@ std::string number_remedy(const YamlNode& node, const char* key) {
 }  // namespace
 
 void Complaint::add(TextPlace place, const std::string& message, Code code) {
-  if (!first_) first_ = Error{code, to_string(file_, place) + ": " + message};
+  if (problems_.empty()) code_ = code;
+  // What a value is checked for once it is wrong says no more of it.
+  const auto about = [](const std::string& text) { return text.substr(0, text.find(": ")); };
+  const bool told = std::any_of(problems_.begin(), problems_.end(), [&](const Problem& other) {
+    return other.place.line == place.line && other.place.column == place.column &&
+           about(other.message) == about(message);
+  });
+  if (!told) problems_.push_back({place, message});
+}
+
+std::optional<Error> Complaint::error() const {
+  if (problems_.empty()) return std::nullopt;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(problems_.size(), kMostProblems); ++i)
+    text += (i == 0 ? "" : "\n") + to_string(file_, problems_[i].place) + ": " + problems_[i].message;
+  if (problems_.size() > kMostProblems)
+    text += "\n" + file_ + ": and " + std::to_string(problems_.size() - kMostProblems) + " more";
+  return Error{code_, text};
 }
 
 Section::Section(std::string name, std::initializer_list<const char*> known, Complaint& complaint)
@@ -91,6 +113,11 @@ Section::Section(const YamlNode& node, std::string name, std::initializer_list<c
 void Section::check_keys() const {
   for (const YamlKey& key : map_->keys) {
     if (std::find(known_.begin(), known_.end(), key.text) != known_.end()) continue;
+    if (std::all_of(key.text.begin(), key.text.end(), is_digit)) {
+      complaint_->add(key.place, (name_.empty() ? "" : name_ + ": ") + "found " + quoted(key.text) +
+                                     " for a key; a decimal comma before it? Write decimals with a point");
+      continue;
+    }
     const std::string& nearest = nearest_key(key.text, known_);
     const std::string unit = unit_of(nearest);
     const bool other_unit = !unit.empty() && key.text.starts_with(stem_of(nearest));

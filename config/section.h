@@ -1,7 +1,7 @@
 #pragma once
 // Typed, checked reading of one map of a settings file. Every value is asked for by key, with its range; the
-// unit is the key's ending (side_step_mm). The first problem is kept and every getter then returns some
-// harmless value, so a reader asks for all it needs and looks at the problem once, at the end.
+// unit is the key's ending (side_step_mm). Problems are kept and every getter then returns some harmless
+// value, so a reader asks for all it needs and looks at the problems once, at the end.
 
 #include <array>
 #include <initializer_list>
@@ -14,16 +14,22 @@
 
 namespace tiltfeed {
 
-/// The first problem found in one file.
+/// The problems found in one file.
 class Complaint {
  public:
   explicit Complaint(std::string file) : file_(std::move(file)) {}
   void add(TextPlace place, const std::string& message, Code code = Code::kInput);
-  const std::optional<Error>& first() const { return first_; }
+  /// Nothing without a problem; else the first, and a line for each other one, with the code of the first.
+  std::optional<Error> error() const;
 
  private:
   std::string file_;
-  std::optional<Error> first_;
+  struct Problem {
+    TextPlace place;
+    std::string message;
+  };
+  std::vector<Problem> problems_;
+  Code code_ = Code::kInput;  ///< of the first
 };
 
 struct Range {

@@ -23,13 +23,13 @@ Result<ServiceConfig> parse_service_config(const std::string& text, const std::s
   config.socket = resolved(root.text("socket"));
   const std::string watch = root.text("watch", "");
   if (!watch.empty()) config.watch = resolved(watch);
-  if (complaint.first()) return tl::unexpected(*complaint.first());
+  if (complaint.error()) return tl::unexpected(*complaint.error());
   Result<MachineProfile> machine = load_named_machine(config.machine.path, root, complaint);
   if (!machine) return tl::unexpected(machine.error());
   config.machine = std::move(*machine);
   if (config.link.empty()) config.link = config.machine.link;
   if (config.link.empty()) root.complain("link", "is missing, and the machine profile has no link.default");
-  if (complaint.first()) return tl::unexpected(*complaint.first());
+  if (complaint.error()) return tl::unexpected(*complaint.error());
   return config;
 }
 

@@ -9,12 +9,15 @@
 #include "config/standard_output.h"
 #include "daemon/interrupt.h"
 #include "daemon/machine_command.h"
+#include "daemon/part_size.h"
 #include "daemon/plan_command.h"
 #include "daemon/post_command.h"
 #include "daemon/send_command.h"
 #include "daemon/service_command.h"
 #include "daemon/tool_length.h"
 #include "daemon/verify_command.h"
+#include "pathgen/mesh.h"
+#include "pathgen/stl.h"
 
 namespace {
 
@@ -30,7 +33,14 @@ int report(const Error& error) {
 int check_command(const std::string& path) {
   auto job = load_job(path);
   if (!job) return report(job.error());
-  std::cout << describe(*job);
+  std::cout << describe(*job) << std::flush;
+  const auto stl = read_stl(job->stl_path, job->stl_unit_mm);
+  if (!stl) return report(stl.error());
+  const auto part = check_mesh(*stl, {job->plan.tolerance * kRepairShare});
+  if (!part) return report(part.error());
+  std::cout << size_text(part->bounds) << ", " << part->mesh.facets.size() << " facets\n";
+  for (const std::string& warning : part->warnings) std::cout << "warning: " << warning << "\n";
+  if (const auto odd = unit_warning(part->bounds, *job)) std::cout << "warning: " << *odd << "\n";
   return kDone;
 }
 
@@ -44,7 +54,8 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
 
   std::string check_job;
-  CLI::App* check = app.add_subcommand("check", "read a job and its machine profile, print them resolved");
+  CLI::App* check =
+      app.add_subcommand("check", "read a job, its machine profile and its part, print them resolved");
   check->add_option("JOB", check_job, "job file (YAML)")->required();
 
   // Its options are those of `tiltfeed-sim simulate`, which takes them as they are.

@@ -16,6 +16,7 @@
 #include "daemon/block.h"
 #include "daemon/block_map.h"
 #include "daemon/near_pole.h"
+#include "daemon/part_size.h"
 #include "daemon/plan_report.h"
 #include "daemon/progress_line.h"
 #include "daemon/proof_process.h"
@@ -134,11 +135,15 @@ Result<void> Planning::plan_path() {
                           [&] { return check_mesh(*stl, {ToleranceBudget(job_->plan.tolerance).repair()}); });
   if (!part) return tl::unexpected(part.error());
   part_ = std::move(*part);
+  line_.note(size_text(part_.bounds));
+  const std::optional<std::string> odd_unit = unit_warning(part_.bounds, *job_);
+  if (odd_unit) line_.note("warning: " + *odd_unit);
   *stl = Stl{};  // gives its memory back; facets = {} would keep it
   job_->plan.find_uncut = !files_.report.empty();
   auto planned = plan(part_, job_->plan, [&](const char* stage, double f) { return show(stage, f); });
   if (!planned) return tl::unexpected(planned.error());
   planned_ = std::move(*planned);
+  if (odd_unit) planned_.report.warnings.push_back(*odd_unit);
   clock_.times.insert(clock_.times.end(), planned_.report.times.begin(), planned_.report.times.end());
 
   bend_ = clock_.time("pole", [&] { return bend_near_pole(*job_, part_, planned_.path); });

@@ -74,6 +74,8 @@ std::string report_json(const PlanOutcome& o) {
   json["part"] = o.job.plan.name;
   json["machine"] = o.job.machine.model.name;
   json["facets"] = o.plan.facets;
+  const Vec3 size = o.part.bounds.max - o.part.bounds.min;
+  json["part_size_mm"] = {size.x, size.y, size.z};
   json["part_volume_mm3"] = o.part.volume;
   json["passes"] = o.plan.passes;
   json["slice_points"] = o.plan.slice_points;

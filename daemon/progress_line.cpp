@@ -28,6 +28,10 @@ bool ProgressLine::show(const std::string& text, double fraction) {
   return !interrupted();
 }
 
+void ProgressLine::note(const std::string& text) {
+  std::fprintf(stderr, terminal_ ? "\r\033[K%s\n" : "%s\n", text.c_str());
+}
+
 ProgressLine::~ProgressLine() {
   if (terminal_ && !text_.empty()) std::fprintf(stderr, "\r\033[K");
 }

@@ -11,6 +11,8 @@ class ProgressLine {
  public:
   /// False: the user wants it to end.
   bool show(const std::string& text, double fraction);
+  /// A line of its own, which stays.
+  void note(const std::string& text);
   ~ProgressLine();
   ProgressLine();
   ProgressLine(const ProgressLine&) = delete;

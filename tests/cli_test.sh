@@ -69,7 +69,14 @@ expect 2 'a program, --trace or --canon' "$bin/tiltfeed" verify "$root/config/jo
 expect 2 'resolution 1e-09|resolution 0' "$bin/tiltfeed" verify "$root/config/jobs/tyre.yaml" x.nc --resolution 1e-9
 expect 2 'offset:MM' "$bin/tiltfeed" verify "$root/config/jobs/tyre.yaml" x.nc --stock nonsense
 
-for job in "$root"/config/jobs/*.yaml; do expect 0 'side' "$bin/tiltfeed" check "$job"; done
+expect 0 'facets' "$bin/tiltfeed-sim" part sphere --out "$work/ball.stl"
+for job in "$root"/config/jobs/*.yaml; do
+  sed -e "s#stl:.*#stl: $work/ball.stl#" -e "s#^machine:.*#machine: $root/config/machines/generic-ac.yaml#" "$job" > "$work/checked.yaml"
+  expect 0 'side' "$bin/tiltfeed" check "$work/checked.yaml"
+  expect 0 '^part [0-9.]+ x [0-9.]+ x [0-9.]+ mm, 4446 facets' "$bin/tiltfeed" check "$work/checked.yaml"
+done
+sed -i "s#stl:.*#stl: $work/no.stl#" "$work/checked.yaml"
+expect 1 'no.stl' "$bin/tiltfeed" check "$work/checked.yaml"
 expect 1 'no/such/job.yaml' "$bin/tiltfeed" check no/such/job.yaml
 
 sed 's/side_step_mm/side_stop_mm/' "$root/config/jobs/tyre.yaml" > "$work/typo.yaml"
@@ -171,7 +178,6 @@ for delay in 0.2 1 3; do
 done
 
 # A program that leaves what the job's tool reaches: nothing is wrong, and it is not complete.
-expect 0 'facets' "$bin/tiltfeed-sim" part sphere --out "$work/ball.stl"
 sed -e "s#stl:.*#stl: $work/ball.stl#" -e "s#^machine:.*#machine: $root/config/machines/generic-ac.yaml#" \
   "$root/config/jobs/sphere.yaml" > "$work/more.yaml"
 sed 's/tilt_max_deg:.*/tilt_max_deg: 40/' "$work/more.yaml" > "$work/less.yaml"

@@ -99,7 +99,8 @@ const std::vector<BadText> kBadTexts = {
     {"part_zero_mm: [1, 2, 3]", "part_zero_mm: [1, b, 3]", "16:27", "found 'b'"},
     {"part_zero_mm: [1, 2, 3]", "part_zero_mm: [1, 2, 1e5]", "16:30", "at most 10000"},
     {"[10, 20, 30]", "[10, 361, 30]", "16:61", "expected a number of degrees at least -360"},
-    {"mode: circle", "mode: torus", "4:9", "expected one of fixed, point, line, circle, free, indexed, found 'torus'"},
+    {"mode: circle", "mode: torus", "4:9",
+     "expected one of fixed, point, line, circle, free, indexed, found 'torus'"},
     {"sense: inward", "sense: in", "5:10", "expected one of outward, inward, found 'in'"},
     {"type: ball", "type: bull", "2:16", "expected one of ball, bull_nose, flat, taper_ball, found 'bull'"},
     {"along: y", "along: Y", "10:18", "expected one of x, y, found 'Y'"},
@@ -247,6 +248,22 @@ TEST(JobErrors, TheFirstProblemInReadingOrderWins) {
   const Result<Job> job = parse_job(two, kJobPath);
   ASSERT_FALSE(job.has_value());
   EXPECT_EQ(job.error().message.substr(0, kJobPath.size() + 6), kJobPath + ":2:16:");
+}
+
+TEST(JobErrors, AllProblemsOfAFileAreTold) {
+  std::string bad = replaced(kGoodJob, "type: ball", "type: drill");
+  bad = replaced(bad, "  sense:", "  sense_x:");
+  bad = replaced(bad, "tolerance_mm: 0.02", "tolerance_mm: 0,02");
+  bad = replaced(bad, "length_mm: 100", "length_mm: 1,5");
+  const Result<Job> job = parse_job(bad, kJobPath);
+  ASSERT_FALSE(job.has_value());
+  for (const char* part : {"2:16: cutter.type", "sense_x", "found '0,02'",
+                           "write decimals with a point: 0.02", "found '5' for a key; a decimal comma"})
+    EXPECT_NE(job.error().message.find(part), std::string::npos) << part << " in\n" << job.error().message;
+  const Result<Job> empty = parse_job("part: {name: p, stl: p.stl}\n", kJobPath);
+  ASSERT_FALSE(empty.has_value());
+  EXPECT_NE(empty.error().message.find("missing key 'cutter'"), std::string::npos);
+  EXPECT_NE(empty.error().message.find("missing key 'machine'"), std::string::npos);
 }
 
 TEST(JobErrors, SizeIsCapped) {

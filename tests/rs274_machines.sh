@@ -79,7 +79,8 @@ for profile in "$root"/config/machines/*.yaml; do
   # LinuxCNC has no shorter way: its WRAPPED_ROTARY is signed.
   sed -e 's/word: shortest /word: signed /' -e 's/dialect: heidenhain/dialect: rs274/' "$profile" > "$work/$machine.profile"
   profile=$work/$machine.profile
-  sed -e "s#^machine:.*#machine: $profile#" "$root/config/jobs/sphere.yaml" > "$work/$machine.yaml"
+  [[ -e $work/sphere.stl ]] || "$bin/tiltfeed-sim" part sphere --out "$work/sphere.stl" > /dev/null
+  sed -e "s#^machine:.*#machine: $profile#" -e "s#stl:.*#stl: $work/sphere.stl#" "$root/config/jobs/sphere.yaml" > "$work/$machine.yaml"
   "$bin/tiltfeed" check "$work/$machine.yaml" > "$work/$machine.txt"
   for path in "$work"/*.cls; do
     name=$(basename "$path" .cls)
