@@ -67,6 +67,8 @@ MachineProfile read_profile(const Section& root, std::optional<Dialect> dialect)
   read_rotaries(root, model);
   read_control(root, profile);
   profile.format = read_format(root, dialect);
+  if (profile.format.tcp && !model.tilt.present && !model.rotary.present)
+    root.complain("program", "tcp is true, and the machine has no rotary axis; expected false");
   check_rotary_words(root, model, profile.format.dialect);
   read_link(root, profile);
   profile.wire = read_link_profile(root);

@@ -15,6 +15,12 @@ constexpr std::size_t kMostVectors = 100;
 // An axis that was seen, not measured: which way the tool leans.
 const double kSeen = Angle::from_degrees(5.0).radians();
 
+double word_of(const Section& item, const char* key, const RotaryAxis& axis) {
+  if (axis.present) return item.number(key, kWord);
+  item.unused(key, "by a machine without that axis");
+  return 0.0;
+}
+
 std::string triple(double x, double y, double z) {
   return "(" + decimal(x, 4) + ", " + decimal(y, 4) + ", " + decimal(z, 4) + ")";
 }
@@ -66,7 +72,7 @@ std::vector<MachineVector> read_vectors(const Section& root, const MachineModel&
                                        kMostVectors)) {
     MachineVector v;
     v.words = {item.number("x_mm", kPosition), item.number("y_mm", kPosition), item.number("z_mm", kPosition),
-               item.number("tilt_deg", kWord), item.number("rotary_deg", kWord)};
+               word_of(item, "tilt_deg", model.tilt), word_of(item, "rotary_deg", model.rotary)};
     const Vec3 tip = item.vector("tip_mm", kPosition);
     v.tip = {tip.x, tip.y, tip.z};
     if (item.has("axis")) v.axis = item.direction("axis");

@@ -96,11 +96,44 @@ RotaryAxis read_axis_of(const Section& axis, Range word) {
   return result;
 }
 
+/// A direction that no axis of the model has, square to the spindle as far as a tilt must be.
+Vec3 square_to(Vec3 a, Vec3 b) {
+  const Vec3 other = std::abs(a.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  return normalized(parallel(a, b) ? cross(a, other) : cross(a, b));
+}
+
+RotaryAxis read_tilt(const Section& root, MachineModel& model) {
+  const Section tilt = root.section(
+      "tilt", {"letter", "direction", "sign", "zero_deg", "word", "continuous", "min_deg", "max_deg",
+               "velocity_deg_per_min", "acceleration_deg_per_s2", "jerk_deg_per_s3", "prefer"});
+  const RotaryAxis axis = read_axis_of(tilt, kTiltWord);
+  model.preferred_tilt = tilt.choice<int>("prefer", kPreferWords, 0);
+  if (parallel(axis.direction, model.spindle))
+    tilt.complain("direction",
+                  "it is that of the spindle, so this axis cannot tilt the tool; expected a direction at "
+                  "least 1 degree from spindle_direction");
+  return axis;
+}
+
+RotaryAxis read_rotary(const Section& root, const MachineModel& model) {
+  const Section rotary = root.section(
+      "rotary", {"letter", "direction", "sign", "zero_deg", "word", "continuous", "min_deg", "max_deg",
+                 "velocity_deg_per_min", "acceleration_deg_per_s2", "jerk_deg_per_s3"});
+  const RotaryAxis axis = read_axis_of(rotary, kRotaryWord);
+  if (!model.tilt.present) return axis;
+  if (parallel(model.tilt.direction, axis.direction))
+    rotary.complain("direction", "it is that of the tilt; expected two axes at least 1 degree apart");
+  if (model.tilt.letter == axis.letter)
+    rotary.complain("letter",
+                    std::string(1, axis.letter) + " is tilt.letter too; expected two different letters");
+  return axis;
+}
+
 /// What lies between the axes: the pivot of a tilting head, the way from one axis to the other.
 void read_offsets(const Section& root, MachineModel& model) {
   const Vec3 centre = root.vector("table_centre_mm", kPosition, Vec3{});
   model.table_centre = {centre.x, centre.y, centre.z};
-  if (model.structure == Structure::kTableTable) {
+  if (model.structure == Structure::kTableTable || !model.tilt.present) {
     root.unused("pivot_to_gauge_mm", "without a tilting head");
   } else {
     model.pivot_to_gauge = root.vector("pivot_to_gauge_mm", kPosition);
@@ -119,6 +152,7 @@ void read_offsets(const Section& root, MachineModel& model) {
 std::string limit(double value) { return std::isfinite(value) ? exact_text(value) : "none"; }
 
 void describe_rotary(Description& out, const std::string& key, const RotaryAxis& axis) {
+  if (!axis.present) return out.add(key, "none");
   out.add(key + ".letter", std::string(1, axis.letter));
   out.add(key + ".direction", axis.direction);
   out.add(key + ".sign", axis.sign);
@@ -136,20 +170,15 @@ void describe_rotary(Description& out, const std::string& key, const RotaryAxis&
 void read_rotaries(const Section& root, MachineModel& model) {
   model.structure = root.choice<Structure>("structure", kStructureWords, Structure::kTableHead);
   model.spindle = root.direction("spindle_direction", Vec3{0, 0, 1});
-  const Section tilt = root.section("tilt", kTiltKeys);
-  model.tilt = read_axis_of(tilt, kTiltWord);
-  model.preferred_tilt = tilt.choice<int>("prefer", kPreferWords, 0);
-  const Section rotary = root.section("rotary", kRotaryKeys);
-  model.rotary = read_axis_of(rotary, kRotaryWord);
-  if (parallel(model.tilt.direction, model.spindle))
-    tilt.complain("direction",
-                  "it is that of the spindle, so this axis cannot tilt the tool; expected a direction at "
-                  "least 1 degree from spindle_direction");
-  if (parallel(model.tilt.direction, model.rotary.direction))
-    rotary.complain("direction", "it is that of the tilt; expected two axes at least 1 degree apart");
-  if (model.tilt.letter == model.rotary.letter)
-    rotary.complain("letter", std::string(1, model.rotary.letter) +
-                                  " is tilt.letter too; expected two different letters");
+  // A machine that carries work and tool on slides alone, or turns one of them, lacks a section or both.
+  const bool both = model.structure != Structure::kTableHead;
+  const bool tilts = both || root.has("tilt"), turns = both || root.has("rotary");
+  if (tilts) model.tilt = read_tilt(root, model);
+  model.tilt.present = tilts;
+  if (turns) model.rotary = read_rotary(root, model);
+  if (!tilts)
+    model.tilt = absent_axis(square_to(model.spindle, turns ? model.rotary.direction : model.spindle));
+  if (!turns) model.rotary = absent_axis(model.spindle);
   read_offsets(root, model);
 }
 
@@ -160,17 +189,18 @@ void check_rotary_words(const Section& root, const MachineModel& model, Dialect 
                                 name_of(dialect).name + ": " + why +
                                 "; expected one that this control obeys");
   };
-  check(root.section("tilt", kTiltKeys), model.tilt.word);
-  check(root.section("rotary", kRotaryKeys), model.rotary.word);
+  if (model.tilt.present) check(root.section("tilt", kTiltKeys), model.tilt.word);
+  if (model.rotary.present) check(root.section("rotary", kRotaryKeys), model.rotary.word);
 }
 
 void describe_rotaries(Description& out, const MachineModel& model) {
   out.add("structure", word(kStructureWords, model.structure));
   describe_rotary(out, "tilt", model.tilt);
-  out.add("tilt.prefer", word(kPreferWords, model.preferred_tilt));
+  if (model.tilt.present) out.add("tilt.prefer", word(kPreferWords, model.preferred_tilt));
   describe_rotary(out, "rotary", model.rotary);
   out.add("table_centre_mm", from_origin(model.table_centre));
-  if (model.structure != Structure::kTableTable) out.add("pivot_to_gauge_mm", model.pivot_to_gauge);
+  if (model.structure != Structure::kTableTable && model.tilt.present)
+    out.add("pivot_to_gauge_mm", model.pivot_to_gauge);
   if (model.structure != Structure::kTableHead) out.add("rotary_to_tilt_mm", model.rotary_to_tilt);
   out.add("spindle_direction", model.spindle);
 }

@@ -8,7 +8,7 @@
 
 namespace tiltfeed {
 
-/// structure, tilt, rotary, table_centre_mm, pivot_to_gauge_mm, rotary_to_tilt_mm, spindle_direction.
+/// structure, tilt and rotary (either may be absent where the structure is table-head), table_centre_mm, pivot_to_gauge_mm, rotary_to_tilt_mm, spindle_direction.
 void read_rotaries(const Section& root, MachineModel& model);
 /// Complains at tilt.word or rotary.word where programs of the control cannot say it.
 void check_rotary_words(const Section& root, const MachineModel& model, Dialect dialect);

@@ -52,6 +52,14 @@ std::string triple(Vec3 v, int decimals) {
   return decimal(v.x, decimals) + " " + decimal(v.y, decimals) + " " + decimal(v.z, decimals);
 }
 
+/// The letters of the machine's rotary axes, each between two words.
+std::string rotaries(const MachineModel& machine, const std::string& before, const std::string& after) {
+  std::string text;
+  for (const RotaryAxis* axis : {&machine.tilt, &machine.rotary})
+    if (axis->present) text += before + axis->letter + after;
+  return text;
+}
+
 class Writer {
  public:
   explicit Writer(const Posting& posting);
@@ -91,16 +99,17 @@ Writer::Writer(const Posting& posting)
     : posting_(posting), format_(posting.machine.format), table_(table_of(format_.dialect)) {
   const std::string number = std::to_string(posting.data.number);
   const bool named = table_.numbering != Numbering::kOptional;
-  filling_ = {{"name", named ? program_name(posting.name) : plain(posting.name)},
-              {"number", std::string(number.size() < 4 ? 4 - number.size() : 0, '0') + number},
-              {"offset", work_offset_word(format_.dialect, posting.data.work_offset)},
-              {"tilt", std::string(1, posting.machine.model.tilt.letter)},
-              {"rotary", std::string(1, posting.machine.model.rotary.letter)},
-              {"radius", decimal(format_.feed_radius, 4)},
-              {"tolerance", decimal(format_.blend_tolerance, 6)},
-              {"register", ""},
-              {"edge", "1"},
-              {"tool", ""}};  // the last three: of the operation at hand
+  filling_ = {
+      {"name", named ? program_name(posting.name) : plain(posting.name)},
+      {"number", std::string(number.size() < 4 ? 4 - number.size() : 0, '0') + number},
+      {"offset", work_offset_word(format_.dialect, posting.data.work_offset)},
+      {"rotaries", rotaries(posting.machine.model, ",", "")},
+      {"in_degrees", rotaries(posting.machine.model, " FGREF[", "]=57.29578")},
+      {"at_radius", rotaries(posting.machine.model, " FGREF[", "]=" + decimal(format_.feed_radius, 4))},
+      {"tolerance", decimal(format_.blend_tolerance, 6)},
+      {"register", ""},
+      {"edge", "1"},
+      {"tool", ""}};  // the last three: of the operation at hand
 }
 
 void Writer::line(const std::string& text) {
@@ -212,7 +221,7 @@ void Writer::positions(const Operation& op) {
     line(std::string(table_.rapid) + std::string(room.data(), end) + table_.first_end + table_.rapid_end);
   };
   Joints first = op.words->moves.front().joints;
-  go(&BlockWords::rotaries, first);
+  if (machine.tilt.present || machine.rotary.present) go(&BlockWords::rotaries, first);
   // Not before: the shorter way from an unknown place may leave the limits of an axis that has some.
   shorter_ = machine.tilt.word == RotaryWord::kShortest || machine.rotary.word == RotaryWord::kShortest;
   if (shorter_) lines(table_.shorter_on);

@@ -68,14 +68,14 @@ char* BlockWords::axes(char* out, const Joints& from, const Joints& to, bool all
   if (all || to.x != from.x) out = axis(out, 'X', to.x, linear);
   if (all || to.y != from.y) out = axis(out, 'Y', to.y, linear);
   if (all || to.z != from.z) out = axis(out, 'Z', to.z, linear);
-  if (all || to.a != from.a) out = turn(out, tilt_, from.a, to.a);
-  if (all || to.c != from.c) out = turn(out, rotary_, from.c, to.c);
+  if (tilt_.present && (all || to.a != from.a)) out = turn(out, tilt_, from.a, to.a);
+  if (rotary_.present && (all || to.c != from.c)) out = turn(out, rotary_, from.c, to.c);
   return out;
 }
 
 char* BlockWords::rotaries(char* out, const Joints& to) const {
-  out = turn(out, tilt_, 0.0, to.a);
-  return turn(out, rotary_, 0.0, to.c);
+  if (tilt_.present) out = turn(out, tilt_, 0.0, to.a);
+  return rotary_.present ? turn(out, rotary_, 0.0, to.c) : out;
 }
 
 char* BlockWords::place(char* out, const Joints& to) const {

@@ -85,8 +85,8 @@ constexpr std::array<DialectTable, 7> kTables{{
      // Both orientation words: whichever of the two G groups the machine data enables, rotaries go linearly.
      .tcp_on = "TRAORI|{offset}|ORIMKS ORIAXES", .tcp_off = "TRAFOOF",
      .inverse_on = "G93", .per_minute_on = "G94",
-     .degrees = "FGROUP(X,Y,Z,{tilt},{rotary})|FGREF[{tilt}]=57.29578 FGREF[{rotary}]=57.29578",
-     .radius = "FGROUP(X,Y,Z,{tilt},{rotary})|FGREF[{tilt}]={radius} FGREF[{rotary}]={radius}",
+     .degrees = "FGROUP(X,Y,Z{rotaries})|{in_degrees}",
+     .radius = "FGROUP(X,Y,Z{rotaries})|{at_radius}",
      .exact = "", .blend = "", .dwell = "G4 F{seconds}", .stop = "M0", .optional_stop = "M1",
      .retract = "G0 SUPA Z0 D0", .end = "M30"},
     {.dialect = Dialect::kHeidenhain,

@@ -60,6 +60,10 @@ std::string word(char letter, double value, int decimals) {
   return " " + (letter + decimal(value, decimals));
 }
 
+std::string turn(const RotaryAxis& axis, double to, double from, int decimals) {
+  return axis.present ? word(axis.letter, control_word(axis.word, to, from, decimals), decimals) : "";
+}
+
 }  // namespace
 
 Result<std::string> check_program(const MachineProfile& machine, double tool_length, double height) {
@@ -86,12 +90,9 @@ Result<std::string> check_program(const MachineProfile& machine, double tool_len
                 decimal(pose.tip.y, 3) + " " + decimal(pose.tip.z, 3) + " AXIS " + decimal(pose.axis.x, 4) +
                 " " + decimal(pose.axis.y, 4) + " " + decimal(pose.axis.z, 4) + ")");
     out += line("(   " + leaning(pose.axis) + ")");
-    out += line(
-        "G1" + word('X', q.x, f.linear_decimals) + word('Y', q.y, f.linear_decimals) +
-        word('Z', q.z, f.linear_decimals) +
-        word(m.tilt.letter, control_word(m.tilt.word, q.a, at.a, f.rotary_decimals), f.rotary_decimals) +
-        word(m.rotary.letter, control_word(m.rotary.word, q.c, at.c, f.rotary_decimals), f.rotary_decimals) +
-        " " + kFeed);
+    out += line("G1" + word('X', q.x, f.linear_decimals) + word('Y', q.y, f.linear_decimals) +
+                word('Z', q.z, f.linear_decimals) + turn(m.tilt, q.a, at.a, f.rotary_decimals) +
+                turn(m.rotary, q.c, at.c, f.rotary_decimals) + " " + kFeed);
     out += line("M0");
     at = q;
   }

@@ -28,6 +28,14 @@ nlohmann::ordered_json starvation_json(const Starvation& s) {
 }
 
 /// How far the rotary winds up, turns.
+/// ", A 12 C 34 UNIT" of the rotary axes that the machine has.
+std::string turning(const MachineModel& machine, const Joints& q, const char* unit) {
+  std::string text;
+  for (const auto& [axis, value] : {std::pair{&machine.tilt, q.a}, {&machine.rotary, q.c}})
+    if (axis->present) text += format("%s %c %.0f", text.empty() ? "," : "", axis->letter, value);
+  return text.empty() ? text : text + " " + unit;
+}
+
 double rotary_turns(const JointPathReport& joints) { return (joints.max.c - joints.min.c) / 360.0; }
 
 nlohmann::ordered_json uncut_json(const UncutReport& uncut) {
@@ -134,13 +142,15 @@ std::string motion_text(const MotionOutcome& o) {
   const Joints &v = o.timing.peak_velocity, &a = o.timing.peak_acceleration;
   const MachineModel& m = o.machine;
   text += format(
-      "peaks: X %.0f Y %.0f Z %.0f mm/min, %c %.0f %c %.0f degrees/min; X %.0f Y %.0f Z %.0f mm/s2, %c %.0f "
-      "%c "
-      "%.0f degrees/s2; %llu blocks slowed by accelerations, %llu moves subdivided, %c winds up by %.1f "
-      "turns\n",
-      v.x, v.y, v.z, m.tilt.letter, v.a, m.rotary.letter, v.c, a.x, a.y, a.z, m.tilt.letter, a.a,
-      m.rotary.letter, a.c, static_cast<unsigned long long>(o.timing.slowed),
-      static_cast<unsigned long long>(o.joints.subdivided_moves), m.rotary.letter, rotary_turns(o.joints));
+      "peaks: X %.0f Y %.0f Z %.0f mm/min%s; X %.0f Y %.0f Z %.0f mm/s2%s; %llu blocks slowed by "
+      "accelerations, "
+      "%llu moves subdivided",
+      v.x, v.y, v.z, turning(m, v, "degrees/min").c_str(), a.x, a.y, a.z, turning(m, a, "degrees/s2").c_str(),
+      static_cast<unsigned long long>(o.timing.slowed),
+      static_cast<unsigned long long>(o.joints.subdivided_moves));
+  if (m.rotary.present)
+    text += format(", %c winds up by %.1f turns", m.rotary.letter, rotary_turns(o.joints));
+  text += "\n";
   if (o.joints.reconfigurations > 0)
     text += format(
         "warning: the tool is taken off the part %llu times to turn %c back or %c over: look for marks\n",

@@ -86,6 +86,8 @@ Result<MachineProfile> PostCommands::Options::profile() const {
   if (tcp && !has_tcp(profile->format.dialect))
     return fail(Code::kUsage,
                 std::string("--tcp: ") + name_of(profile->format.dialect).name + " has no words for TCP");
+  if (tcp && !profile->model.tilt.present && !profile->model.rotary.present)
+    return fail(Code::kUsage, "--tcp: " + profile->model.name + " has no rotary axis");
   if (tcp || no_tcp) profile->format.tcp = tcp;
   return profile;
 }

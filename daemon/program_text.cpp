@@ -20,6 +20,8 @@ class Reader {
  public:
   Reader(std::string name, const TextLanguage& language) : name_(std::move(name)), language_(language) {
     facts_.operations.emplace_back();
+    known_[3] = language.tilt == kNoLetter;
+    known_[4] = language.rotary == kNoLetter;
   }
   Result<void> read(std::string line);
   Result<void> too_long() const;

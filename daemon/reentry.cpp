@@ -168,8 +168,9 @@ void approach(Steps& steps, const InForce& before, const Joints& rise, const Mac
   const MachineModel& model = machine.model;
   Joints to = steps.at();
   to.a = at.a, to.c = at.c;
-  steps.say("G0" + steps.word(model.tilt.letter, at.a, true) + steps.word(model.rotary.letter, at.c, true),
-            "turn the rotary axes as programmed, turns counted");
+  const std::string turns = (model.tilt.present ? steps.word(model.tilt.letter, at.a, true) : "") +
+                            (model.rotary.present ? steps.word(model.rotary.letter, at.c, true) : "");
+  if (!turns.empty()) steps.say("G0" + turns, "turn the rotary axes as programmed, turns counted");
   steps.reach(to);
   to.x = at.x + rise.x, to.y = at.y + rise.y;
   steps.say("G0" + steps.word('X', to.x) + steps.word('Y', to.y), "X and Y over the entry");

@@ -41,6 +41,8 @@ ChainKind kind_of(const MachineModel& machine) {
 
 Chain::Chain(const MachineModel& machine, const Setup& setup)
     : kind_(kind_of(machine)),
+      has_tilt_(machine.tilt.present),
+      has_rotary_(machine.rotary.present),
       square_(kind_ == ChainKind::kVertical && std::abs(machine.tilt.direction.z) < kPerpendicular),
       tilt_direction_(machine.tilt.direction),
       rotary_direction_(kind_ == ChainKind::kVertical ? Vec3{0.0, 0.0, 1.0} : machine.rotary.direction),
@@ -134,7 +136,26 @@ AxisSolutions Chain::solve_square(Vec3 u) const {
   return found;
 }
 
+/// With an axis absent there is one posture that comes nearest to a direction.
+AxisSolutions Chain::solve_fewer(Vec3 u) const {
+  const Vec3 nC = rotary_direction_, home = tool_.at({});
+  AxisSolutions found;
+  found.off_pole = has_rotary_ ? length(cross(nC, u)) : 1.0;  // an absent rotary has no pole
+  RotaryAngles at;
+  if (has_rotary_) {
+    found.rotary_free = std::min(found.off_pole, length(cross(nC, home))) < kAtPole;
+    if (!found.rotary_free) at.rotary = azimuth(u) - azimuth(home);
+  } else if (has_tilt_) {
+    at.tilt = nearest_tilt(u, {});
+  }
+  const double missed = angle_between(turn(nC, tool_.at(Trig::of(at.tilt)), Trig::of(at.rotary)), u);
+  if (missed > kReachRounding) found.missed = missed;
+  found.angles = {at, at};
+  return found;
+}
+
 AxisSolutions Chain::solve_axis(Vec3 axis_T) const {
+  if (!has_tilt_ || !has_rotary_) return solve_fewer(axis_T);
   if (square_) return solve_square(axis_T);
   const Vec3 u = axis_T, nC = rotary_direction_;
   AxisSolutions found;

@@ -105,7 +105,8 @@ class Chain {
   Vec3 from_table_axis(Point<Part> tip) const { return fixture_ * from_origin(tip) + part_zero_; }
   /// RW u: a part direction as the work sees it at home.
   Vec3 on_table(Vec3 direction_P) const { return fixture_ * direction_P; }
-  /// (K3)..(K5): both rotary solutions of an axis on the work.
+  /// (K3)..(K5): both rotary solutions of an axis on the work; where an axis is absent they are one, with it
+  /// at home.
   AxisSolutions solve_axis(Vec3 axis_T) const;
   /// The tilt angle whose tool axis comes nearest to `axis_T` when the rotary stands at `rotary`.
   double nearest_tilt(Vec3 axis_T, Trig rotary) const;
@@ -128,9 +129,11 @@ class Chain {
   };
   static Turned turned(Vec3 n, Vec3 v) { return {n * dot(n, v), v - n * dot(n, v), cross(n, v)}; }
   AxisSolutions solve_square(Vec3 axis_T) const;
+  AxisSolutions solve_fewer(Vec3 axis_T) const;
   double azimuth(Vec3 axis) const;
 
   ChainKind kind_;
+  bool has_tilt_, has_rotary_;
   bool square_;  ///< kVertical, and the tilt's direction square to z
   Vec3 tilt_direction_, rotary_direction_;
   Vec3 pivot_to_tip_;  ///< v

@@ -27,9 +27,34 @@ std::optional<std::string> broken(const std::string& name, const char* unit, con
   return std::nullopt;
 }
 
+std::string axis_text(Vec3 axis) {
+  return "tool axis (" + decimal(axis.x, 6) + ", " + decimal(axis.y, 6) + ", " + decimal(axis.z, 6) + ")";
+}
+
+std::string degrees(double radians) { return decimal(Angle::from_radians(radians).degrees(), 4); }
+
+/// Why a machine that lacks a rotary axis, or both, does not give a tool axis.
+std::string short_of_axes(const MachineModel& machine, const Chain& chain, Vec3 axis_P, Vec3 axis_T) {
+  std::string has = "it has no rotary axis";
+  for (const RotaryAxis* axis : {&machine.tilt, &machine.rotary})
+    if (axis->present) has = std::string("of the rotary axes it has ") + axis->letter + " alone";
+  return axis_text(axis_P) + " lies " + degrees(chain.solve_axis(axis_T).missed) +
+         " degrees from the nearest that " + machine.name + " gives: " + has +
+         "; turn the part (setup.fixture), or take a machine with more rotary axes";
+}
+
 bool inside(double value, double min, double max) { return value >= min && value <= max; }
 
 }  // namespace
+
+RotaryAxis absent_axis(Vec3 direction) {
+  RotaryAxis axis;
+  axis.letter = kNoLetter;
+  axis.direction = direction;
+  axis.velocity = axis.acceleration = 1e6;  // it never moves
+  axis.present = false;
+  return axis;
+}
 
 Pose forward(const MachineModel& machine, const Setup& setup, const Joints& joints) {
   const Chain chain(machine, setup);
@@ -92,12 +117,11 @@ std::optional<std::string> broken_limit(const MachineModel& m, const Joints& q) 
 
 std::string unreachable_text(const MachineModel& machine, Vec3 axis_P, Vec3 axis_T) {
   const Chain chain(machine, {});
+  if (!machine.tilt.present || !machine.rotary.present) return short_of_axes(machine, chain, axis_P, axis_T);
   const auto [least, greatest] = chain.reach();
   const double off = chain.off_rotary(axis_T);
-  const auto degrees = [](double radians) { return decimal(Angle::from_radians(radians).degrees(), 4); };
-  return "tool axis (" + decimal(axis_P.x, 6) + ", " + decimal(axis_P.y, 6) + ", " + decimal(axis_P.z, 6) +
-         ") lies " + degrees(off) + " degrees from the axis of " + machine.rotary.letter + "; " +
-         machine.tilt.letter + " of " + machine.name + " reaches " + degrees(least) + " to " +
+  return axis_text(axis_P) + " lies " + degrees(off) + " degrees from the axis of " + machine.rotary.letter +
+         "; " + machine.tilt.letter + " of " + machine.name + " reaches " + degrees(least) + " to " +
          degrees(greatest) + " degrees: " +
          (off < least ? "allow a larger axis tolerance or tilt the part (setup.fixture)"
                       : "tilt the tool less or turn the part on the table");

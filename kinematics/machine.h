@@ -38,6 +38,9 @@ enum class RotaryWord {
   kSigned,      ///< modulo 360, the sign is the way: +10 turns forward to 10, -10 back to 10
 };
 
+/// The letter of an axis that a machine does not have.
+inline constexpr char kNoLetter = '-';
+
 /// physical rotation of the body = sign * (word - zero). Role (tilt or rotary) and letter are separate.
 struct RotaryAxis {
   char letter = 'A';
@@ -49,7 +52,12 @@ struct RotaryAxis {
   double acceleration = 0.0;    ///< degrees/s^2
   double jerk = 0.0;            ///< degrees/s^3; 0: no limit
   RotaryWord word = RotaryWord::kAccumulate;
+  bool present = true;  ///< false: the machine does not have it; it stands at 0 for ever and has no word
 };
+
+/// What stands in a model for an axis that the machine does not have. `direction`: any that is no other
+/// axis's.
+RotaryAxis absent_axis(Vec3 direction);
 
 /// Which rotary turns the work and which the tool. From the work to the tool `rotary` always comes first.
 enum class Structure {
@@ -58,7 +66,8 @@ enum class Structure {
   kHeadHead,    ///< rotary carries tilt, tilt carries the tool
 };
 
-/// A machine with two rotary axes of any directions that are not parallel. `table_centre` does not enter
+/// A machine with two rotary axes of any directions that are not parallel, or with one or none: then
+/// kTableHead, with a table (`rotary`), a head (`tilt`) or neither. `table_centre` does not enter
 /// program coordinates (K2).
 struct MachineModel {
   std::string name;

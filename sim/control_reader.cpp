@@ -38,6 +38,8 @@ ControlReader::ControlReader(const MachineProfile& machine, const Setup& setup)
       counts_points_(dialect_ == Dialect::kFanuc || dialect_ == Dialect::kHaas),
       model_(machine.model),
       frames_(machine.model, setup) {
+  known_[3] = !model_.tilt.present;
+  known_[4] = !model_.rotary.present;
   const ProgramFormat& f = machine.format;
   std::vector<std::string> own{f.clamp_tilt, f.unclamp_tilt, f.clamp_rotary, f.unclamp_rotary};
   own.insert(own.end(), f.start.begin(), f.start.end());

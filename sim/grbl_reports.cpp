@@ -78,9 +78,10 @@ void GrblController::report_status() {
 void GrblController::report_build() {
   const MachineModel& machine = motion_.machine();
   out_ += "[VER:1.1h.20260801:tiltfeed-sim]\r\n[OPT:VN," + std::to_string(options_.planner) + ',' +
-          std::to_string(options_.rx_buffer) + "]\r\n[AXS:5:XYZ";
-  out_ += machine.tilt.letter;
-  out_ += machine.rotary.letter;
+          std::to_string(options_.rx_buffer) +
+          "]\r\n[AXS:" + std::to_string(3 + machine.tilt.present + machine.rotary.present) + ":XYZ";
+  if (machine.tilt.present) out_ += machine.tilt.letter;
+  if (machine.rotary.present) out_ += machine.rotary.letter;
   out_ += "]\r\n";
 }
 

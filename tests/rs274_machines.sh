@@ -75,6 +75,8 @@ mkdir -p "$work"
 make_paths "$work"
 programs=0
 for profile in "$root"/config/machines/*.yaml; do
+  # The paths need both rotary axes.
+  grep -q '^tilt:' "$profile" && grep -q '^rotary:' "$profile" || continue
   machine=$(basename "$profile" .yaml)
   # LinuxCNC has no shorter way: its WRAPPED_ROTARY is signed.
   sed -e 's/word: shortest /word: signed /' -e 's/dialect: heidenhain/dialect: rs274/' "$profile" > "$work/$machine.profile"
