@@ -17,6 +17,7 @@ namespace tiltfeed {
 // A program that is longer has to be divided: its path is held in memory. About 60 bytes a block, 70 a point.
 inline constexpr std::size_t kMostTextBlocks = 1'000'000;
 inline constexpr std::size_t kMostTextPoints = 1'000'000;
+inline constexpr std::uint32_t kMostTextLines = 3'000'000;
 inline constexpr std::size_t kMostTextEvents = 200'000;
 inline constexpr std::size_t kMostTextTools = 10'000;
 inline constexpr std::uint64_t kMostTextBytes = 200'000'000;

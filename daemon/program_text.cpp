@@ -319,13 +319,14 @@ Result<void> Reader::room(std::size_t bytes) {
   const TextOperation& op = facts_.operations.back();
   if (op.blocks.size() != last_blocks_) ++blocks_;
   last_blocks_ = op.blocks.size();
-  if (bytes_ <= kMostTextBytes && blocks_ <= kMostTextBlocks && op.events.size() <= kMostTextEvents &&
-      facts_.operations.size() <= kMostTextTools)
+  if (line_ <= kMostTextLines && bytes_ <= kMostTextBytes && blocks_ <= kMostTextBlocks &&
+      op.events.size() <= kMostTextEvents && facts_.operations.size() <= kMostTextTools)
     return {};
-  return fail(Code::kLimit,
-              name_ + ":" + std::to_string(line_) +
-                  ": the program is too long to be read at once (1000000 blocks, 200 MB, 200000 "
-                  "events, 10000 tools); divide it");
+  return fail(
+      Code::kLimit,
+      name_ + ":" + std::to_string(line_) +
+          ": the program is too long to be read at once (1000000 blocks, 3000000 lines, 200 MB, 200000 "
+          "events, 10000 tools); divide it");
 }
 
 Result<void> Reader::read(std::string line) {

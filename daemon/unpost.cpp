@@ -14,6 +14,8 @@ namespace {
 constexpr int kMaxHalvings = 20;
 // Places inside a block where its way is compared with the straight line.
 constexpr std::array<double, 3> kSamples{0.25, 0.5, 0.75};
+// Places that are further apart than this, degrees, miss a turn of an axis between them.
+constexpr double kSampledTurn = 120.0;
 // A feed is stated anew where it differs by more than this share: words are rounded, so that block times are.
 constexpr double kSameFeed = 2e-3;
 // A tip's way shorter than this says nothing of a feed, mm.
@@ -67,8 +69,10 @@ void Unposter::cut(const TextBlock& from, const TextBlock& to, double f0, const 
     tip = std::max(tip, distance_to_segment(real.tip, p0.tip, p1.tip));
     axis = std::max(axis, angle_between(real.axis, slerp(p0.axis, p1.axis, s)));
   }
-  const bool fits =
-      tip <= options_.tolerance && axis <= Angle::from_degrees(options_.axis_tolerance).radians();
+  const double turned =
+      (f1 - f0) * std::max(std::abs(to.words.a - from.words.a), std::abs(to.words.c - from.words.c));
+  const bool fits = turned <= kSampledTurn && tip <= options_.tolerance &&
+                    axis <= Angle::from_degrees(options_.axis_tolerance).radians();
   if (fits || halvings >= kMaxHalvings) return put(p1, to);
   const double middle = 0.5 * (f0 + f1);
   const Pose at = pose(between(from.words, to.words, middle), to.tcp);

@@ -110,6 +110,7 @@ TEST(Misread, TextWithoutEndIsRefusedAtALimit) {
   } table[]{{"", "X", 5000, "p.nc:1: the line is longer than 4096 bytes"},
             {"(", "          ", 500, "p.nc:1: the line is longer than 4096 bytes"},
             {"G21 G90\nG0 X0 Y0 Z50 B0 C0\nG1 F100 X1\n", "X2\nX1\nX3\n", 400'000, "too long to be read"},
+            {"", "(a)\n(b)\n(c)\n", 1'100'000, "too long to be read"},
             {"G21 G90\nG0 X0 Y0 Z50 B0 C0\n", "M8\nM9\nM8\nM9\n", 60'000, "too long to be read"}};
   for (const auto& row : table) {
     SCOPED_TRACE(row.piece);
@@ -120,6 +121,21 @@ TEST(Misread, TextWithoutEndIsRefusedAtALimit) {
     EXPECT_NE(program.error().message.find(row.message), std::string::npos) << program.error().message;
     EXPECT_LE(text.rounds(), row.rounds);
   }
+}
+
+TEST(Misread, WholeTurnsBetweenTheSampledPlacesAreSeen) {
+  // 200 turns in one block: at every quarter of it the tip is where it was.
+  UnpostOptions options;
+  options.tool_length = 50.0;
+  options.part_zero = Vec3{};
+  options.tolerance = 5.0;
+  const auto program =
+      back(kHead + "G0 X100\nG1 C72000 F100\nM2\n", profile_of({Dialect::kRs274, false}), options);
+  ASSERT_TRUE(program) << program.error().message;
+  double way = 0.0;
+  const std::vector<Move>& moves = program->operations[0].path.moves;
+  for (std::size_t i = 2; i < moves.size(); ++i) way += distance(moves[i - 1].pose.tip, moves[i].pose.tip);
+  EXPECT_NEAR(way / (200 * 2 * kPi * 100), 1.0, 0.05);
 }
 
 TEST(Misread, NoPathHasMorePointsThanTheLimit) {
