@@ -99,9 +99,9 @@ inline constexpr std::array<double, 7> kPercentiles{1, 5, 25, 50, 75, 95, 99};
 
 struct RemovalOptions {
   double tolerance = 0.01;   ///< depth that counts as trouble, mm
+  int threads = 2;           ///< the result is the same for any number
   bool stock_known = true;   ///< what touches an unknown stock is no trouble
   double rest_limit = -1.0;  ///< find_rest() with it, mm; below 0: not
-  int threads = 2;           ///< the result is the same for any number
 };
 
 /// Cuts `stock` by the path. Errors: kCancelled.

@@ -74,7 +74,7 @@ TEST(Misread, LinesThatSayMoreThanTheReaderKnows) {
 TEST(Misread, TheMachinesOwnLinesAreKnown) {
   MachineProfile profile = profile_of({Dialect::kFanuc, false});
   profile.format.clamp_rotary = "M210";
-  profile.format.start = "M52 M777";
+  profile.format.start = {"M52 M777"};
   std::istringstream in("G21 G90 G54\nM777\nG0 X0 Y0 Z50 B0 C0\nM210\nG1 X1 F100\nM30\n");
   EXPECT_TRUE(read_program_text(in, "p.nc", text_language(profile)));
 }
