@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/lines.h"
 #include "sim/program_words.h"
 
 namespace tiltfeed::sim {
@@ -324,9 +325,12 @@ Result<void> ControlReader::read_line(std::string_view line, std::vector<Control
 Result<void> read_control_program(std::istream& in, const std::string& name, ControlReader& reader,
                                   const std::function<void(const ControlBlock&)>& take) {
   std::vector<ControlBlock> blocks;
-  for (std::string line; !reader.ended() && std::getline(in, line);) {
+  Lines lines(in);
+  while (!reader.ended()) {
+    const auto line = lines.next();
+    if (!line) break;
     blocks.clear();
-    if (auto read = reader.read_line(line, blocks); !read)
+    if (auto read = reader.read_line(*line, blocks); !read)
       return fail(read.error().code,
                   name + ":" + std::to_string(reader.lines()) + ": " + read.error().message);
     for (const ControlBlock& block : blocks) take(block);

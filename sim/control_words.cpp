@@ -159,7 +159,7 @@ std::string_view bare_line(std::string_view line, Dialect dialect, std::string& 
     }
     line = room;
   }
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  const auto blank = [](char c) { return c == ' ' || c == '\t'; };
   while (!line.empty() && (blank(line.back()) || (iso && line.back() == '*'))) line.remove_suffix(1);
   while (!line.empty() && blank(line.front())) line.remove_prefix(1);
   std::size_t number = 0;

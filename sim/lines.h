@@ -16,18 +16,19 @@ class Lines {
   explicit Lines(std::istream& in) : in_(in) {}
   std::optional<std::string_view> next() {
     for (std::size_t searched = begin_;;) {
-      const std::size_t end = std::string_view(text_.data(), end_).find_first_of("\r\n", searched);
+      const auto ends = [](char c) { return c <= '\r' && (c == '\n' || c == '\r'); };
+      const char* const found = std::find_if(text_.data() + searched, text_.data() + end_, ends);
+      const std::size_t end = static_cast<std::size_t>(found - text_.data());
       // A CR that came last may be half of a CR LF.
-      const bool known = end != std::string_view::npos && (text_[end] == '\n' || end + 1 < end_);
+      const bool known = end < end_ && (text_[end] == '\n' || end + 1 < end_);
       if (known || (!in_ && begin_ < end_)) {
-        const std::size_t last = std::min(end, end_);
-        const std::string_view line(text_.data() + begin_, last - begin_);
-        const bool both = last + 1 < end_ && text_[last] == '\r' && text_[last + 1] == '\n';
-        begin_ = std::min(last + (both ? 2 : 1), end_);
+        const std::string_view line(text_.data() + begin_, end - begin_);
+        const bool both = end + 1 < end_ && text_[end] == '\r' && text_[end + 1] == '\n';
+        begin_ = std::min(end + (both ? 2 : 1), end_);
         return line;
       }
       if (!in_) return std::nullopt;
-      searched = std::min(end, end_) - begin_;
+      searched = end - begin_;
       read_on();
     }
   }

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 
+#include "sim/lines.h"
 #include "sim/workers.h"
 
 namespace tiltfeed::sim {
@@ -17,15 +18,17 @@ constexpr std::size_t kBatch = 32768, kChunk = 2048;
 class Moves {
  public:
   Moves(std::istream& in, const std::string& name, const Job& job)
-      : in_(in), name_(name), reader_(job.machine, job.setup), frames_(job.machine.model, job.setup) {}
+      : in_(in), lines_(in), name_(name), reader_(job.machine, job.setup), frames_(job.machine.model, job.setup) {}
 
   /// Up to about `most` more; none: the program is at its end.
   Result<void> read(std::size_t most, std::vector<ProgramMove>& moves) {
     moves.clear();
-    while (moves.size() < most && !reader_.ended() && std::getline(in_, line_)) {
-      bytes_ += line_.size() + 1;
+    while (moves.size() < most && !reader_.ended()) {
+      const auto line = lines_.next();
+      if (!line) break;
+      bytes_ += line->size() + 1;
       blocks_.clear();
-      if (auto read = reader_.read_line(line_, blocks_); !read)
+      if (auto read = reader_.read_line(*line, blocks_); !read)
         return fail(read.error().code,
                     name_ + ":" + std::to_string(reader_.lines()) + ": " + read.error().message);
       for (const ControlBlock& block : blocks_) take(block, moves);
@@ -52,10 +55,10 @@ class Moves {
   }
 
   std::istream& in_;
+  Lines lines_;
   const std::string& name_;
   ControlReader reader_;
   MoveFrames frames_;
-  std::string line_;
   std::vector<ControlBlock> blocks_;
   std::vector<ProgramMove> fresh_;
   std::uint64_t count_ = 0, bytes_ = 0;

@@ -275,6 +275,20 @@ TEST(ControlWords, AHeidenhainRotaryTakesTheShorterWayUnderM126) {
   EXPECT_EQ(c_after("6 L C+10 FMAX"), -350.0);
 }
 
+TEST(ControlWords, CrAlone_IsALineEnd) {
+  const Job job = make_job();
+  ControlReader reader(job.machine, job.setup);
+  std::istringstream in("G21 G90\rG0 X0 Y0 Z5 A0 C0\rG94 G1 X5 F600\rY10\r\nM2\r");
+  std::vector<Joints> targets;
+  const auto read = read_control_program(
+      in, "p.nc", reader, [&](const ControlBlock& b) { targets.push_back(b.block.target); });
+  ASSERT_TRUE(read) << read.error().message;
+  ASSERT_GE(targets.size(), 3u);
+  EXPECT_EQ(targets[1], (Joints{5.0, 0.0, 5.0, 0.0, 0.0}));
+  EXPECT_EQ(targets[2], (Joints{5.0, 10.0, 5.0, 0.0, 0.0}));
+  EXPECT_EQ(reader.lines(), 5u);
+}
+
 TEST(ControlWords, AFanucNumberWithoutAPointIsThousandths) {
   Job job = make_job();
   job.machine.format = usual_format(Dialect::kFanuc);
