@@ -11,6 +11,7 @@ broke a rule.
 
 import argparse
 import collections
+import re
 import sys
 import time
 
@@ -106,6 +107,7 @@ class Marlin(Peer):
     def __init__(self, options):
         super().__init__(options)
         self.rx, self.number, self.seen = bytearray(), 0, 0
+        self.place = dict.fromkeys("XYZAC", 0.0)
 
     def resend(self, why):
         self.say(f"Error:{why}, Last Line: {self.number}\nResend: {self.number + 1}\nok\n")
@@ -144,8 +146,13 @@ class Marlin(Peer):
         self.number = number
         if command == "M115":
             return self.say("FIRMWARE_NAME:Marlin 2.1.2 SOURCE_CODE_URL:none\nCap:EMERGENCY_PARSER:0\nok\n")
+        if command == "M114":
+            place = " ".join(f"{axis}:{value:.2f}" for axis, value in self.place.items())
+            return self.say(f"{place} E:0.00 Count X:0 Y:0 Z:0\nok\n")
         if command != "M400":
             self.execute(command)
+            for axis, value in re.findall(r"([XYZAC])(-?[0-9.]+)", command if command[0] == "G" else ""):
+                self.place[axis] = float(value)
         if self.options.restart_after and self.done == self.options.restart_after:
             self.trace.write("RESTART\n")
             self.number = 0

@@ -134,7 +134,7 @@ poll() {
 map() {
   local name=$1 boot
   poll "$1" 0 16 "${@:2}"
-  [[ "${words[*]:0:3}" == "5446 0001 0007" && "${words[*]:4:2}" == "0010 0007" ]] || die "$name: identity is ${words[*]}"
+  [[ "${words[*]:0:3}" == "5446 0001 000F" && "${words[*]:4:2}" == "0010 0007" ]] || die "$name: identity is ${words[*]}"
   boot=${words[9]}
   poll "$1" 512 24 "${@:2}"
   [[ ${words[0]} == "${words[23]}" && ${words[1]} == "$boot" && ${words[7]} == 0005 ]] || die "$name: status is ${words[*]}"
