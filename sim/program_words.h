@@ -56,7 +56,8 @@ struct Words {
   bool empty() const {
     return seen == 0 && std::all_of(code.begin(), code.end(), [](int c) { return c == kAbsent; });
   }
-  bool has(char letter) const { return (seen >> (letter - 'A') & 1U) != 0; }
+  /// False for what is no letter, as an axis that the machine lacks.
+  bool has(char letter) const { return letter >= 'A' && letter <= 'Z' && (seen >> (letter - 'A') & 1U) != 0; }
   double operator[](char letter) const { return value[static_cast<std::size_t>(letter - 'A')]; }
 };
 
