@@ -5,6 +5,7 @@
 
 #include "kinematics/tolerance_budget.h"
 #include "pathgen/axis_step.h"
+#include "pathgen/causes.h"
 #include "pathgen/cl_field.h"
 #include "pathgen/envelope.h"
 #include "pathgen/far_side.h"
@@ -274,7 +275,7 @@ Result<Plan> run_planner(const CheckedMesh& part, const PlanOptions& options, co
   const auto done = options.axis.mode == AxisMode::kFree
                         ? plan_free(part, options, progress, result)
                         : Planner(part, options, wanted, progress, result).run();
-  if (!done) return tl::unexpected(done.error());
+  if (!done) return tl::unexpected(with_cause(done.error(), part, options));
   if (options.axis.mode == AxisMode::kFree) measure(result.path.moves, result.report);
   return result;
 }

@@ -1,0 +1,22 @@
+#pragma once
+// What in the job keeps the tool from the part: told when a plan with one axis field fails.
+
+#include <string>
+
+#include "kinematics/result.h"
+#include "pathgen/mesh.h"
+#include "pathgen/plan_options.h"
+
+namespace tiltfeed {
+
+/// The cause, its figures and the keys to change; empty where no test below holds. With a point, line or
+/// circle only. In this order, asked at even places of it along the part (a closed part only):
+/// 1 inside work, and half of the places or more lie in the material;
+/// 2 inside work, and at every other place the part is nearer than the cutter's radius with its stock;
+/// 3 within the tilt limit less than a tenth of the area faces this sense of what faces the other one.
+/// Looks at every facet for every place.
+std::string likely_cause(const CheckedMesh& part, const PlanOptions& options);
+/// The error of a plan, led by its likely cause if there is one. kUnreachable, kLimit and kGouge only.
+Error with_cause(Error error, const CheckedMesh& part, const PlanOptions& options);
+
+}  // namespace tiltfeed
