@@ -57,16 +57,20 @@ class CellMaker {
  private:
   struct Ball {
     Point<Part> centre;
-    double radius = 0.0;
+    double radius = 0.0;  ///< of steps as they bend the map: in line mode square to the line
+    double whole = 0.0;   ///< of all of them
   };
   /// About the mean of the points.
-  static Ball ball_about(std::span<const Point<Part>> points) {
+  Ball ball_about(std::span<const Point<Part>> points) const {
     Vec3 sum;
     for (Point<Part> p : points) sum = sum + from_origin(p);
     const Point<Part> centre = Point<Part>{} + sum * (1.0 / static_cast<double>(points.size()));
-    double radius = 0.0;
-    for (Point<Part> p : points) radius = std::max(radius, squared_length(p - centre));
-    return {centre, std::sqrt(radius)};
+    double radius = 0.0, whole = 0.0;
+    for (Point<Part> p : points) {
+      radius = std::max(radius, squared_length(map_.bending(p - centre)));
+      whole = std::max(whole, squared_length(p - centre));
+    }
+    return {centre, std::sqrt(radius), std::sqrt(whole)};
   }
 
   /// Notes a patch that may lie within reach of the point, line or circle (inside work), or of the axis of
@@ -94,24 +98,19 @@ class CellMaker {
     const Deformation::Tangent at = map_.tangent(ball.centre);
     if (away(at.aim, radius)) return;
     if (radius < kMaxCellShare * std::min(at.aim.away.r, at.aim.away.rho)) return add_hull(ball, at);
-    const double extent = core.count > 1 ? distance(core.corner[0], core.corner[core.count - 1]) : 0.0;
-    const double second = core.count > 2 ? std::max(distance(core.corner[0], core.corner[1]),
-                                                    distance(core.corner[1], core.corner[2]))
-                                         : 0.0;
-    if (std::max(extent, second) < smallest_ || std::max(extent, second) < contact_.margin())
-      return add_ball(ball.centre, radius);
-    const auto& [a, b, c] = core.corner;
-    const Point<Part> ab = lerp(a, b, 0.5);
-    if (core.count == 2) {
-      add_core({{a, ab, {}}, 2});
-      add_core({{ab, b, {}}, 2});
-      return;
-    }
-    const Point<Part> bc = lerp(b, c, 0.5), ca = lerp(c, a, 0.5);
-    add_core({{a, ab, ca}, 3});
-    add_core({{ab, b, bc}, 3});
-    add_core({{ca, bc, c}, 3});
-    add_core({{ab, bc, ca}, 3});
+    // The longest side, as it bends the map, is halved, until none is worth it.
+    double longest = 0.0;
+    std::size_t from = 0;
+    for (std::size_t k = 0; k < (core.count == 3 ? 3 : core.count - 1); ++k)
+      if (const double side = length(map_.bending(core.corner[(k + 1) % core.count] - core.corner[k]));
+          side > longest)
+        longest = side, from = k;
+    if (longest < smallest_ || longest < contact_.margin())
+      return add_ball(ball.centre, radius, ball.whole + contact_.margin());
+    const Point<Part> a = core.corner[from], b = core.corner[(from + 1) % core.count], middle = lerp(a, b, 0.5);
+    const Point<Part> other = core.count == 3 ? core.corner[(from + 2) % 3] : Point<Part>{};
+    add_core({{a, middle, other}, core.count});
+    add_core({{middle, b, other}, core.count});
   }
 
   /// Contact normals all round: the reference is within the tool's reach of the feature.
@@ -120,7 +119,7 @@ class CellMaker {
     const Point<Part> p = core.corner[0], q = core.corner[core.count - 1];
     const double half = distance(p, q) / 2.0;
     const Point<Part> middle = lerp(p, q, 0.5);
-    if (half <= std::max(reach, smallest_)) return add_ball(middle, half + reach);
+    if (half <= std::max(reach, smallest_)) return add_ball(middle, half + reach, half + reach);
     add_wide({{p, middle, {}}, 2});
     add_wide({{middle, q, {}}, 2});
   }
@@ -173,14 +172,15 @@ class CellMaker {
 
   void put(double x, double y) { out_.corners.push_back({static_cast<float>(x), static_cast<float>(y)}); }
 
-  /// (S3) Everything within `radius` of `centre`: an angle of asin(radius / distance) to each side.
-  void add_ball(Point<Part> centre, double radius) {
+  /// (S3) Everything within `radius` of `centre`, as it bends the map: an angle of asin(radius / distance) to
+  /// each side; `whole`: how far it reaches along a line.
+  void add_ball(Point<Part> centre, double radius, double whole) {
     const auto half_angle = [](double size, double away_by) {
       return away_by > size ? std::asin(size / away_by) : kPi;
     };
     const Point<Flat> flat = map_.flatten(centre);
     const Deformation::Distances from = map_.distances(centre);
-    double half_x = radius, half_y = radius;
+    double half_x = whole, half_y = radius;
     if (x_is_angle()) half_x = map_.scale_x() * half_angle(radius, from.r);
     if (y_is_angle()) half_y = map_.scale_y() * half_angle(radius, from.rho);
     put(flat.x, flat.y), put(flat.x, flat.y);

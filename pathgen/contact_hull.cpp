@@ -75,7 +75,7 @@ void ContactHull::place(std::span<const Point<Part>> core) {
 /// leans; where it hardly leans, anywhere round it.
 void ContactHull::place_on_rings(std::span<const Point<Part>> core) {
   double size = 0.0;
-  for (Point<Part> q : core) size = std::max(size, distance(q, core[0]));
+  for (Point<Part> q : core) size = std::max(size, length(map_.bending(q - core[0])));
   const double turning = map_.turning_length(map_.distances(core[0])) - size - piece_->outer;
   const double spread = turning > 0.0 ? (size + 2.0 * piece_->outer) / turning : 1.0;  // of the axis, rad
   const Vec3 axis = map_.axis_at(core[0] + mean_ * piece_->corner);

@@ -68,8 +68,8 @@ class Deformation {
     Vec3 x, y;
   };
   Tangent tangent(Point<Part> p) const;
-  /// How far off that the images of the places within `radius` of p may be, mm (S2); `least`: distances that
-  /// none of them falls below.
+  /// How far off that the images of places may be whose steps from p bend, see bending(), by no more than
+  /// `radius`, mm (S2); `least`: distances that none of them falls below.
   struct Bend {
     double x, y, z;
   };
@@ -78,6 +78,10 @@ class Deformation {
   /// feature, and from a circle it also turns with Theta.
   double turning_length(Distances d) const {
     return frame_.mode == AxisMode::kCircle ? std::min(d.rho, d.r) : d.rho;
+  }
+  /// What of a step d turns the axis and bends the map: all of it, but along a line nothing changes.
+  Vec3 bending(Vec3 d) const {
+    return frame_.mode == AxisMode::kLine ? d - frame_.t * dot(d, frame_.t) : d;
   }
   /// z' of p.
   double height(Point<Part> p) const {
