@@ -18,6 +18,7 @@
 #include "daemon/near_pole.h"
 #include "daemon/part_size.h"
 #include "daemon/plan_report.h"
+#include "daemon/post.h"
 #include "daemon/progress_line.h"
 #include "daemon/proof_process.h"
 #include "daemon/space_about.h"
@@ -157,7 +158,8 @@ Result<void> Planning::plan_path() {
   joints_ = std::move(*joints);
   if (joints_.reconfigured) planned_.path = std::move(*joints_.reconfigured);
   timing_ = clock_.time("timing", [&] {
-    return time_blocks(joints_.moves, job_->machine.model, options.tolerance, options.axis_tolerance);
+    return time_blocks(joints_.moves, job_->machine.model, options.tolerance, options.axis_tolerance,
+                       corners_of(job_->machine.format));
   });
   return {};
 }

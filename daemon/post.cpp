@@ -106,7 +106,7 @@ Result<Posted> post(const AptProgram& program, const std::string& name, const Ma
     out.posting.operations.push_back({out.words.back().get(), setup, op.path.tool, tool, op.path.cut_feed,
                                       op.path.plunge_feed, op.path.feeds, op.events, op.length_register});
   }
-  out.timing = time_blocks(all, machine.model, options.tolerance, options.axis_tolerance);
+  out.timing = time_blocks(all, machine.model, options.tolerance, options.axis_tolerance, corners_of(format));
   return out;
 }
 

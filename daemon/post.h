@@ -36,4 +36,9 @@ struct Posted {
 Result<Posted> post(const AptProgram& program, const std::string& name, const MachineProfile& machine,
                     const PostOptions& options);
 
+/// How the control passes corners in a program of this format.
+inline Corners corners_of(const ProgramFormat& format) {
+  return format.path_control == PathControl::kExact ? Corners::kExact : Corners::kBlended;
+}
+
 }  // namespace tiltfeed

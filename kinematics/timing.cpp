@@ -21,6 +21,11 @@ Joints joints(const Axes& q) { return {q[0], q[1], q[2], q[3], q[4]}; }
 /// An operation begins with it: how the tool came there is not known, and takes no time here.
 bool begins(const JointMove& move) { return !(move.seconds > 0.0); }
 
+/// LinuxCNC goes over a corner in X Y Z without a stop while the jump of velocity, within a servo period,
+/// takes less than this share of an axis's acceleration; the blocks beside it do without what the jump takes
+/// (K10).
+constexpr double kKinkShare = 0.1;
+
 /// Of some blocks: per s and per s^2.
 struct Peaks {
   Axes velocity{}, acceleration{};
@@ -41,8 +46,10 @@ struct Peaks {
 class Pass {
  public:
   Pass(const std::vector<JointMove>& moves, const MachineModel& machine, double tolerance,
-       double axis_tolerance)
+       double axis_tolerance, Corners corners)
       : moves_(moves),
+        exact_(corners == Corners::kExact),
+        blends_rotary_(machine.blends_rotary),
         acceleration_{machine.x.acceleration, machine.y.acceleration, machine.z.acceleration,
                       machine.tilt.acceleration, machine.rotary.acceleration},
         tolerance_{tolerance, tolerance, tolerance, axis_tolerance, axis_tolerance} {}
@@ -51,13 +58,25 @@ class Pass {
 
  private:
   Axes way(std::size_t block) const;
+  bool turns(std::size_t block) const;
+  /// Whether the control goes over from a block to the next at all.
+  bool joins(std::size_t block) const;
   /// Largest w with which the corner behind a block is passed.
   double corner(std::size_t block) const;
+  /// What LinuxCNC puts aside of the acceleration for the kink behind a block; kKinkShare or more: a stop.
+  double kink(std::size_t block) const;
+  /// Share of the acceleration that is left for the block itself.
+  double share(std::size_t block) const;
   /// Largest change of w over a block.
   double gain(std::size_t block) const;
+  /// Whether stops are those of LinuxCNC.
+  bool counts_periods() const { return exact_ || !blends_rotary_; }
+  /// Every stop waits for the end of a servo period.
+  void fill_periods();
   void add(std::size_t block, double before, double after, Peaks& peaks);
 
   const std::vector<JointMove>& moves_;
+  bool exact_, blends_rotary_;
   Axes acceleration_, tolerance_;
   std::vector<double> w_, gain_;  ///< behind each block; over each block
   Timing out_;
@@ -70,11 +89,44 @@ Axes Pass::way(std::size_t block) const {
   return d;
 }
 
-double Pass::corner(std::size_t block) const {
-  if (block + 1 >= moves_.size()) return 0.0;
+bool Pass::turns(std::size_t block) const {
+  const Axes d = way(block);
+  return d[3] != 0.0 || d[4] != 0.0;
+}
+
+bool Pass::joins(std::size_t block) const {
+  if (block == 0 || block + 1 >= moves_.size()) return false;
   const JointMove &a = moves_[block], &b = moves_[block + 1];
-  if (begins(a) || begins(b)) return 0.0;
-  if ((a.kind == MoveKind::kRapid) != (b.kind == MoveKind::kRapid)) return 0.0;
+  if (begins(a) || begins(b)) return false;
+  if ((a.kind == MoveKind::kRapid) != (b.kind == MoveKind::kRapid)) return false;
+  return (blends_rotary_ && !exact_) || !(turns(block) || turns(block + 1));
+}
+
+double Pass::kink(std::size_t block) const {
+  const Axes before = way(block), after = way(block + 1);
+  const double from = std::hypot(before[0], before[1], before[2]),
+               to = std::hypot(after[0], after[1], after[2]);
+  if (from == 0.0 || to == 0.0) return 0.0;
+  const double speed = std::min(from / moves_[block].seconds, to / moves_[block + 1].seconds);
+  double most = 0.0;
+  for (std::size_t i = 0; i < 3; ++i)
+    most =
+        std::max(most, std::abs(after[i] / to - before[i] / from) * speed / kServoPeriod / acceleration_[i]);
+  return most;
+}
+
+double Pass::share(std::size_t block) const {
+  if (!exact_) return 1.0;
+  double most = 0.0;
+  for (const std::size_t end : {block - 1, block})
+    if (joins(end)) most = std::max(most, std::min(kink(end), kKinkShare));
+  return 1.0 - most;
+}
+
+double Pass::corner(std::size_t block) const {
+  if (!joins(block)) return 0.0;
+  if (exact_) return kink(block) < kKinkShare ? 1.0 : 0.0;
+  const JointMove &a = moves_[block], &b = moves_[block + 1];
   const Axes before = way(block), after = way(block + 1);
   // The velocity turns over a time `window` at the programmed speed: a bow of |dv| window / 8 off the corner.
   double window = (a.seconds + b.seconds) / 2.0;
@@ -95,7 +147,7 @@ double Pass::gain(std::size_t block) const {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < kAxes; ++i)
     if (d[i] != 0.0) least = std::min(least, acceleration_[i] / std::abs(d[i]));
-  return 2.0 * moves_[block].seconds * moves_[block].seconds * least;
+  return 2.0 * moves_[block].seconds * moves_[block].seconds * least * share(block);
 }
 
 /// The block from the speed `before` to `after` as a trapezoid.
@@ -116,6 +168,17 @@ void Pass::add(std::size_t block, double before, double after, Peaks& peaks) {
   }
   out_.durations[block] = seconds;
   if (seconds > programmed * (1.0 + kSlowed)) ++peaks.slowed;
+}
+
+void Pass::fill_periods() {
+  double since = 0.0;  // the last stop
+  for (std::size_t block = 1; block < out_.durations.size(); ++block) {
+    since += out_.durations[block];
+    if (w_[block] > 0.0) continue;
+    const double periods = std::ceil(since / kServoPeriod * (1.0 - 1e-9));
+    out_.durations[block] += std::max(0.0, periods * kServoPeriod - since);
+    since = 0.0;
+  }
 }
 
 Timing Pass::time() {
@@ -139,6 +202,7 @@ Timing Pass::time() {
         return part;
       },
       [](const Peaks& a, const Peaks& b) { return a.with(b); });
+  if (counts_periods()) fill_periods();
   // In order: the sum has to be the same for any number of threads.
   for (const double seconds : out_.durations) out_.seconds += seconds;
   out_.slowed = peaks.slowed;
@@ -149,33 +213,11 @@ Timing Pass::time() {
   return std::move(out_);
 }
 
-/// The programmed times as they are.
-Timing as_programmed(const std::vector<JointMove>& moves) {
-  Timing out;
-  Axes velocity{}, acceleration{};
-  for (std::size_t block = 0; block < moves.size(); ++block) {
-    const double seconds = moves[block].seconds;
-    out.seconds += seconds;
-    out.durations.push_back(seconds);
-    if (block == 0 || begins(moves[block])) continue;
-    const Axes from = axes(moves[block - 1].joints), to = axes(moves[block].joints);
-    for (std::size_t i = 0; i < kAxes; ++i) {
-      velocity[i] = std::max(velocity[i], 60.0 * std::abs(to[i] - from[i]) / seconds);
-      // Half of the block to reach twice its mean speed, half to leave it.
-      acceleration[i] = std::max(acceleration[i], 2.0 * std::abs(to[i] - from[i]) / (seconds * seconds));
-    }
-  }
-  out.peak_velocity = joints(velocity);
-  out.peak_acceleration = joints(acceleration);
-  return out;
-}
-
 }  // namespace
 
 Timing time_blocks(const std::vector<JointMove>& moves, const MachineModel& machine, double tolerance,
-                   double axis_tolerance) {
-  if (!machine.blends_rotary) return as_programmed(moves);
-  return Pass(moves, machine, tolerance, axis_tolerance).time();
+                   double axis_tolerance, Corners corners) {
+  return Pass(moves, machine, tolerance, axis_tolerance, corners).time();
 }
 
 Starvation starvation(const std::vector<double>& durations, const LinkRate& link) {

@@ -23,13 +23,22 @@ struct Timing {
 /// A block that takes longer by this share of its time counts as slowed.
 inline constexpr double kSlowed = 0.01;
 
+/// What the control does where two blocks meet.
+enum class Corners {
+  kBlended,  ///< look-ahead over any number of blocks
+  kExact,    ///< exact stop (G61): every block ends at rest, but for those that go straight on in X Y Z
+};
+
+/// Servo period of LinuxCNC's configurations, s: a stop falls on a whole period.
+inline constexpr double kServoPeriod = 0.001;
+
 /// Axes move at constant acceleration along a block and round its corners off by at most `tolerance` (mm) and
 /// `axis_tolerance` (degrees), over at most half of each block beside it; they stand still before and after
-/// the program and where rapid and feed meet. Properties: no axis speeds up or slows down harder than its
-/// limit; no block is faster than programmed. Without look-ahead the programmed times stand, as they are long
-/// enough.
+/// the program and where rapid and feed meet. With kExact, and at both ends of a block that turns a rotary on
+/// a control that does not blend these, the axes stop by LinuxCNC's rule (K10). Properties: no axis speeds up
+/// or slows down harder than its limit; no block is faster than programmed.
 Timing time_blocks(const std::vector<JointMove>& moves, const MachineModel& machine, double tolerance,
-                   double axis_tolerance);
+                   double axis_tolerance, Corners corners = Corners::kBlended);
 
 /// A link and a control that take blocks so fast.
 struct LinkRate {

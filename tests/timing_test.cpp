@@ -60,7 +60,7 @@ TEST(Timing, WhereAnOperationBeginsTheMachineStandsAndTakesNoTime) {
     MachineModel stops = drive();
     stops.blends_rotary = false;
     const Timing t = time_blocks(moves, stops, kTolerance, kAxisTolerance);
-    EXPECT_NEAR(t.seconds, 2.0, 1e-12);
+    EXPECT_NEAR(t.seconds, 2 * 1.1, 1e-12);
     EXPECT_TRUE(std::isfinite(t.peak_velocity.x) && std::isfinite(t.peak_acceleration.c));
     const auto points = program({{{}, 0}, {begin, 0}});
     EXPECT_EQ(time_blocks(points, drive(), kTolerance, kAxisTolerance).seconds, 0.0);
@@ -140,13 +140,78 @@ TEST(Timing, RandomProgramsKeepEveryLimit) {
   }
 }
 
-TEST(Timing, WithoutLookAheadTheProgrammedTimesStand) {
+/// `count` equal blocks one after the other from 0.
+std::vector<JointMove> equal_blocks(int count, const Joints& step, double seconds) {
+  std::vector<std::pair<Joints, double>> blocks{{{}, 0}};
+  for (int i = 1; i <= count; ++i)
+    blocks.push_back({{step.x * i, step.y * i, step.z * i, step.a * i, step.c * i}, seconds});
+  return program(blocks);
+}
+
+/// From rest to rest in whole servo periods: T + v / a, or 2 sqrt(d / a) where v is not reached.
+double rest_to_rest(double way, double seconds, double acceleration) {
+  const double v = way / seconds;
+  const double exact =
+      v * v / acceleration <= way ? seconds + v / acceleration : 2 * std::sqrt(way / acceleration);
+  return std::ceil(exact / kServoPeriod - 1e-6) * kServoPeriod;
+}
+
+TEST(Timing, ExactStopIsFromRestToRest) {
+  MachineModel stops = drive();
+  stops.blends_rotary = false;
+  for (const double seconds : {0.3, 0.1, 0.01}) {
+    const double block = rest_to_rest(1.0, seconds, 400);
+    const auto moves = equal_blocks(40, {0.5, 0, 0, 0, 1}, seconds);
+    for (const Timing& t : {time_blocks(moves, stops, kTolerance, kAxisTolerance),
+                            time_blocks(moves, stops, 1e9, 1e9, Corners::kExact),
+                            time_blocks(moves, drive(), kTolerance, kAxisTolerance, Corners::kExact)}) {
+      EXPECT_NEAR(t.seconds, 40 * block, 1e-9);
+      EXPECT_NEAR(t.peak_acceleration.c, 400, 1e-9);
+      EXPECT_NEAR(t.peak_acceleration.x, 200, 1e-9);
+      EXPECT_NEAR(t.peak_velocity.c, 60 * std::min(1 / seconds, std::sqrt(400.0)), 1e-6);
+      EXPECT_EQ(t.slowed, 40u);
+    }
+    EXPECT_LT(time_blocks(moves, drive(), kTolerance, kAxisTolerance).seconds, 40 * block - 0.1);
+  }
+}
+
+// Measured: LinuxCNC 2.9, 1 ms, axes of 300 per s^2; tests/linuxcnc/README.md.
+TEST(Timing, ExactStopAgreesWithLinuxCnc) {
   MachineModel m = drive();
   m.blends_rotary = false;
-  const Timing t = time_blocks(program({{{}, 0}, {{0, 0, 0, 1, 0}, 0.1}, {{0, 0, 0, 2, 0}, 0.1}}), m,
-                               kTolerance, kAxisTolerance);
-  EXPECT_NEAR(t.seconds, 0.2, 1e-12);
-  EXPECT_NEAR(t.peak_acceleration.a, 200, 1e-9);
+  m.x.acceleration = m.y.acceleration = m.z.acceleration = 300;
+  m.tilt.acceleration = m.rotary.acceleration = 300;
+  std::vector<std::pair<Joints, double>> square{{{}, 0}};
+  for (int i = 1; i <= 20; ++i)
+    square.push_back({{i % 4 == 1 || i % 4 == 2 ? 1.0 : 0.0, i % 4 >= 2 ? 1.0 : 0.0, 0, 0, 0}, 0.1});
+  const std::vector<std::pair<std::vector<JointMove>, double>> measured{
+      {equal_blocks(40, {0, 0, 0, 0, 1}, 0.1), 5.362},
+      {equal_blocks(40, {0, 0, 0, 0, 1}, 0.3), 12.481},
+      {equal_blocks(40, {1, 0, 0, 0, 1}, 0.1), 5.362},
+      {equal_blocks(200, {0, 0, 0, 0, 0.1}, 0.01), 7.402},
+      {equal_blocks(200, {0, 0, 0, 0, 0.1}, 0.1), 20.802},
+      {equal_blocks(40, {1, 0, 0, 0, 0}, 0.1), 4.036},
+      {equal_blocks(200, {0.05, 0, 0, 0, 0}, 0.01), 2.020},
+      {program(square), 2.760},
+      {equal_blocks(200, {0.02, 0, 0, 0, 0.02}, 0.005), 3.402}};
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const double seconds =
+        time_blocks(measured[i].first, m, kTolerance, kAxisTolerance, Corners::kExact).seconds;
+    EXPECT_NEAR(seconds / measured[i].second, 1.0, 0.005) << "program " << i;
+  }
+}
+
+TEST(Timing, ExactStopGoesOnOnlyWhereXyzGoStraight) {
+  const auto time = [](double aside, double turn) {
+    const auto moves = program({{{}, 0}, {{100, 0, 0, 0, 0}, 1.0}, {{200, aside, 0, turn, 0}, 1.0}});
+    return time_blocks(moves, drive(), 1e9, 1e9, Corners::kExact).seconds;
+  };
+  EXPECT_NEAR(time(0, 0), 2.1, 1e-9);
+  EXPECT_NEAR(time(0, 0.001), 2.2, 1e-9) << "a rotary turns";
+  // 100 mm/s aside by 0.0005 rad within 1 ms: 50 mm/s^2, of 1000; 950 are left.
+  EXPECT_NEAR(time(0.05, 0), 2 + 0.1 / 0.95, 0.001);
+  // By 0.01 rad: 1000 mm/s^2. It stops, with 0.9 of the acceleration.
+  EXPECT_NEAR(time(1, 0), 2 * (1 + 0.1 / 0.9), 0.002);
 }
 
 // LinuxCNC: a line with rotary words keeps its time only if T >= 2 v / a on every axis, v = |dq| / T.
