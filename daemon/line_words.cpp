@@ -40,8 +40,9 @@ std::optional<std::string> split_words(std::string_view text, LineWords& words) 
         (end != digits.data() + digits.size() && *end == 'E'))
       return std::string(1, letter) + ": the number is malformed";
     const auto size = static_cast<std::size_t>(end - text.data());
-    if ((letter == 'G' || letter == 'M' || letter == 'T') && !(value >= 0.0 && value < kLargestNumber))
-      return std::string(1, letter) + ": no code and no tool has this number";
+    constexpr std::string_view kNumbered = "GMTHD";
+    if (kNumbered.find(letter) != kNumbered.npos && !(value >= 0.0 && value < kLargestNumber))
+      return std::string(1, letter) + ": no code, tool or register has this number";
     const double code = letter == 'G' ? value * 10.0 : value;
     if ((letter == 'G' || letter == 'M') && std::abs(code - std::round(code)) > kWholeCode)
       return std::string(1, letter) + std::string(text.substr(0, size)) + " is no code";

@@ -165,7 +165,7 @@ ControlReader::Wrong ControlReader::letters(const ControlWords& words) const {
 ControlReader::Wrong ControlReader::machine_codes(const ControlWords& words,
                                                   std::vector<ControlBlock>& blocks) {
   if (words.has('T')) {
-    selected_ = static_cast<int>(std::min(words['T'], kMostTool));
+    selected_ = static_cast<int>(std::clamp(words['T'], 0.0, kMostTool));
     const bool at_once = dialect_ == Dialect::kHeidenhainIso;
     if (tool_ == kToolNotSaid || at_once) tool_ = selected_;
   }
