@@ -76,7 +76,7 @@ make_paths "$work"
 programs=0
 for profile in "$root"/config/machines/*.yaml; do
   # The paths need both rotary axes.
-  grep -q '^tilt:' "$profile" && grep -q '^rotary:' "$profile" || continue
+  if ! grep -q '^tilt:' "$profile" || ! grep -q '^rotary:' "$profile"; then continue; fi
   machine=$(basename "$profile" .yaml)
   # LinuxCNC has no shorter way: its WRAPPED_ROTARY is signed.
   sed -e 's/word: shortest /word: signed /' -e 's/dialect: heidenhain/dialect: rs274/' "$profile" > "$work/$machine.profile"
