@@ -72,6 +72,7 @@ bin=$1 work=$2
 [ -x "$bin/tiltfeed" ] || die "$bin/tiltfeed is not there"
 rm -rf "$work"
 mkdir -p "$work"
+work=$(readlink -f "$work")  # jobs name their files from their own folder
 make_paths "$work"
 programs=0
 for profile in "$root"/config/machines/*.yaml; do
