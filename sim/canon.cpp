@@ -100,6 +100,7 @@ class Reader {
   std::optional<std::string> take_values(const Command& command, const std::vector<double>& values,
                                          std::vector<Block>& blocks);
   std::optional<std::string> take_move(bool rapid, const std::vector<double>& values, Block& block);
+  void follow_retract(const std::vector<double>& values, Block& block);
   std::optional<std::string> take_setting(const Command& command, const std::vector<double>& values);
   std::optional<int> m_code(std::string_view name) const;
 
@@ -110,6 +111,8 @@ class Reader {
   int selected_ = kToolNotSaid, tool_ = kToolNotSaid;
   bool tool_changed_ = false;
   bool exact_stop_ = false, ended_ = false;
+  std::vector<double> last_;  ///< numbers of the last move; empty before the first
+  bool placed_ = true, retracted_ = false;
 };
 
 std::optional<std::string> Reader::take_move(bool rapid, const std::vector<double>& values, Block& block) {
@@ -123,7 +126,26 @@ std::optional<std::string> Reader::take_move(bool rapid, const std::vector<doubl
   block.op = rapid ? Op::kRapid : Op::kFeed;
   block.feed = rapid ? 0.0 : std::max(rate_, kLeastRate);
   block.exact_stop = exact_stop_;
+  follow_retract(values, block);
   return std::nullopt;
+}
+
+/// Where all tables are empty, the machine's zero is the program's: a traverse of nothing but Z, to 0, is
+/// G53 Z0, the end of Z's travel. It lasts until Z moves again.
+void Reader::follow_retract(const std::vector<double>& values, Block& block) {
+  const bool first = last_.empty();
+  if (first) last_.assign(values.size(), 0.0);
+  const bool level = values[2] == last_[2];
+  bool others = false;
+  for (std::size_t i = 0; i < values.size(); ++i) others = others || (i != 2 && values[i] != last_[i]);
+  const bool retract = block.op == Op::kRapid && values[2] == 0.0 && !others && (first || !level);
+  if (first && retract) placed_ = false;  // where X and Y are is not known before they are stated
+  placed_ = placed_ || block.op == Op::kFeed || values[0] != last_[0] || values[1] != last_[1];
+  block.placed = placed_;
+  block.off_path = retracted_ || retract;
+  retracted_ = retract || (retracted_ && level);
+  if (retracted_) at_.z = machine_.z.max;
+  last_ = values;
 }
 
 std::optional<int> Reader::m_code(std::string_view name) const {

@@ -106,6 +106,25 @@ TEST(Canon, BothReadingsAreExecutedAlike) {
   }
 }
 
+// What rs274 prints of G53 G0 Z0, A10 C20, X1 Y2, Z30, a cut and G53 G0 Z0, against our reader of the same text.
+TEST(Canon, ARetractInMachineCoordinatesIsThatOfTheProgram) {
+  const auto traverse = [](const char* to) { return "1 N..... STRAIGHT_TRAVERSE(" + std::string(to) + ")\n"; };
+  const std::vector<Block> theirs =
+      read(traverse("0, 0, 0, 0, 0, 0") + traverse("0, 0, 0, 10, 0, 20") + traverse("1, 2, 0, 10, 0, 20") +
+           traverse("1, 2, 30, 10, 0, 20") + "2 N..... SET_FEED_RATE(100)\n" +
+           "3 N..... STRAIGHT_FEED(5, 2, 30, 10, 0, 20)\n" + traverse("5, 2, 0, 10, 0, 20") + "4 N..... PROGRAM_END()\n");
+  std::istringstream in("G53 G0 Z0\nG0 A10 C20\nG0 X1 Y2\nG0 Z30\nG1 X5 F100\nG53 G0 Z0\nM2\n");
+  const auto ours = read_program(in, "p.nc", GcodeReader(test_machine()));
+  ASSERT_TRUE(ours) << ours.error().message;
+  ASSERT_EQ(theirs.size(), ours->size());
+  for (std::size_t i = 0; i < theirs.size(); ++i) {
+    SCOPED_TRACE(i);
+    EXPECT_EQ(theirs[i].target, (*ours)[i].target);
+    EXPECT_EQ(theirs[i].placed, (*ours)[i].placed);
+    EXPECT_EQ(theirs[i].off_path, (*ours)[i].off_path);
+  }
+}
+
 TEST(Canon, RefusesByLineAndName) {
   const std::string end = "9 N..... PROGRAM_END()\n", feed = "1 N..... SET_FEED_RATE(5)\n";
   const std::pair<std::string, const char*> cases[] = {
