@@ -16,6 +16,7 @@
 #include "daemon/service_command.h"
 #include "daemon/tool_length.h"
 #include "daemon/verify_command.h"
+#include "kinematics/tolerance_budget.h"
 #include "pathgen/mesh.h"
 #include "pathgen/stl.h"
 
@@ -36,7 +37,7 @@ int check_command(const std::string& path) {
   std::cout << describe(*job) << std::flush;
   const auto stl = read_stl(job->stl_path, job->stl_unit_mm);
   if (!stl) return report(stl.error());
-  const auto part = check_mesh(*stl, {job->plan.tolerance * kRepairShare});
+  const auto part = check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()});
   if (!part) return report(part.error());
   std::cout << size_text(part->bounds) << ", " << part->mesh.facets.size() << " facets\n";
   for (const std::string& warning : part->warnings) std::cout << "warning: " << warning << "\n";
