@@ -147,7 +147,7 @@ inline std::vector<Model> all() {
                  {point({0.1, 0, 0.3}, x, z), 0.5, 0.3}),
       sound("public/piston", 1, {36074, 18035}, 178933.6, {line({40, 40, 0}, z, x), 4, 2}),
       both_sides("public/bladex", 0.1, {6899, 3446, 0, 20},
-                 {.degenerate = 11, .duplicate = 20, .open = 25, .non_manifold = 5},
+                 {.degenerate = 14, .duplicate = 20, .open = 25, .non_manifold = 5},
                  {line({0, 0, 0}, x, z), 2, 0.75}),
       refused("public/bad_truncated_binary", Code::kInput,
               "says 21672 facets (1083684 bytes), but the file is 700013 bytes: 13998 whole facets and 29 "
