@@ -61,7 +61,10 @@ std::optional<Crossing> Builder::crossing(Vec3 from, Vec3 to) const {
   const Vec3 across = cross(from, to);
   if (length(across) < kOpposite || angle_between(from, up_) <= cone_ || angle_between(to, up_) <= cone_)
     return std::nullopt;
-  const Vec3 n = normalized(across), near = normalized(up_ - n * dot(n, up_));
+  const Vec3 n = normalized(across), toward = up_ - n * dot(n, up_);
+  // A level circle is nowhere nearer to the pole than elsewhere.
+  if (length(toward) < kOpposite) return std::nullopt;
+  const Vec3 near = normalized(toward);
   if (angle_between(near, up_) > cone_) return std::nullopt;
   if (dot(cross(from, near), n) <= 0.0 || dot(cross(near, to), n) <= 0.0) return std::nullopt;
   return Crossing{near, angle_between(from, near) / whole};

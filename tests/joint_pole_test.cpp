@@ -213,6 +213,22 @@ TEST(JointPole, OppositeAxesGoByThePole) {
   EXPECT_LT(distance(end.tip, path.moves.back().pose.tip), 0.01);
 }
 
+/// Level axes all along have no place nearest to the pole: where the table cannot turn as far, that is said.
+TEST(JointPole, LevelAxesPastTheTablesTravel) {
+  MachineModel machine = trunnion();
+  machine.rotary.min = -60.0, machine.rotary.max = 60.0;
+  for (const double half_turn : {100.0, 150.0}) {
+    std::vector<Pose> poses;
+    for (double azimuth = -half_turn; azimuth <= half_turn; azimuth += 25.0) {
+      const Angle a = Angle::from_degrees(azimuth);
+      poses.push_back({{0, 0, -10}, {std::cos(a.radians()), std::sin(a.radians()), 0.0}});
+    }
+    const auto joints = to_joints(path_of(poses, MoveKind::kCut), machine, standing(), {});
+    ASSERT_FALSE(joints);
+    EXPECT_EQ(joints.error().code, Code::kLimit) << joints.error().message;
+  }
+}
+
 TEST(JointPole, LeavesThePoleInAnyDirection) {
   for (int azimuth = -180; azimuth < 180; azimuth += 15) {
     JointPath joints;
