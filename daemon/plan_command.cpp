@@ -15,6 +15,7 @@
 #include "config/output_file.h"
 #include "daemon/block.h"
 #include "daemon/block_map.h"
+#include "daemon/end_ways.h"
 #include "daemon/near_pole.h"
 #include "daemon/part_size.h"
 #include "daemon/plan_report.h"
@@ -148,6 +149,7 @@ Result<void> Planning::plan_path() {
   clock_.times.insert(clock_.times.end(), planned_.report.times.begin(), planned_.report.times.end());
 
   bend_ = clock_.time("pole", [&] { return bend_near_pole(*job_, part_, planned_.path); });
+  planned_.report.rapid_length += add_end_ways(planned_.path, part_.mesh, *job_);
   if (!show("joints", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
   const JointPathOptions options = joint_options(*job_, part_.mesh);
   auto joints = clock_.time("joints", [&] {
