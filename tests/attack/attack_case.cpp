@@ -4,6 +4,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "daemon/end_ways.h"
 #include "daemon/near_pole.h"
 #include "daemon/space_about.h"
 #include "kinematics/tolerance_budget.h"
@@ -53,6 +54,7 @@ CaseResult run_job(const std::string& job_path) {
   result.plan_seconds = processor_seconds() - start;
   if (!planned) return refused(result, planned.error());
   bend_near_pole(*job, *part, planned->path);
+  add_end_ways(planned->path, part->mesh, *job);
   const auto joints = posted(*job, *part, planned->path);
   result.plan_seconds = processor_seconds() - start;
   if (!joints) return refused(result, joints.error());
