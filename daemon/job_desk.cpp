@@ -36,9 +36,11 @@ std::string said(const std::string& text) {
 
 }  // namespace
 
-JobDesk::JobDesk(const ServiceConfig& config, const LinkSpec& link, Spool spool, std::function<void()> alive)
+JobDesk::JobDesk(const ServiceConfig& config, const LinkSpec& link, MachineClaim claim, Spool spool,
+                 std::function<void()> alive)
     : config_(config),
       link_(link),
+      claim_(std::move(claim)),
       spool_(std::move(spool)),
       alive_(alive),
       runner_(std::make_unique<JobRunner>(std::move(alive))) {}
@@ -46,9 +48,12 @@ JobDesk::JobDesk(const ServiceConfig& config, const LinkSpec& link, Spool spool,
 Result<JobDesk> JobDesk::open(const ServiceConfig& config, std::function<void()> alive) {
   const Result<LinkSpec> link = parse_link(config.link, config.machine.wire, &config.machine.model);
   if (!link) return tl::unexpected<Error>(link.error());
+  MachineClaim claim;
+  if (const Result<void> claimed = claim.follow(*link); !claimed)
+    return tl::unexpected<Error>(claimed.error());
   Result<Spool> spool = Spool::open(config.spool);
   if (!spool) return tl::unexpected<Error>(spool.error());
-  JobDesk desk(config, *link, std::move(*spool), std::move(alive));
+  JobDesk desk(config, *link, std::move(claim), std::move(*spool), std::move(alive));
   if (const Result<void> settled = desk.settle(); !settled) return tl::unexpected<Error>(settled.error());
   return desk;
 }
@@ -58,6 +63,7 @@ Result<void> JobDesk::reload(const ServiceConfig& config) {
   if (!link) return tl::unexpected<Error>(link.error());
   if (config.spool != config_.spool || config.socket != config_.socket)
     return fail(Code::kUsage, config.path + ": spool and socket change with a restart only");
+  if (const Result<void> claimed = claim_.follow(*link); !claimed) return claimed;
   config_ = config;
   link_ = *link;
   return {};
@@ -246,6 +252,7 @@ Result<std::string> JobDesk::remove(const SpooledJob& job) {
 // ---- ends of planning and of runs ------------------------------------------------------------------------
 
 void JobDesk::tick() {
+  claim_.turn_away();
   take_run_end();
   take_reset_end();
   spool_.save_remembered();

@@ -22,7 +22,7 @@ namespace tiltfeed {
 class JobDesk {
  public:
   /// Settles what an earlier process left: plans again what was being planned, says of what was running
-  /// whether it can be resumed. Errors: kIo, kUsage (link).
+  /// whether it can be resumed. Errors: kIo, kUsage (link; another service has the machine or the spool).
   static Result<JobDesk> open(const ServiceConfig& config, std::function<void()> alive);
 
   /// One JSON line. `files` were handed over with the request; they stay the caller's.
@@ -43,7 +43,8 @@ class JobDesk {
   std::string status() const;
 
  private:
-  JobDesk(const ServiceConfig& config, const LinkSpec& link, Spool spool, std::function<void()> alive);
+  JobDesk(const ServiceConfig& config, const LinkSpec& link, MachineClaim claim, Spool spool,
+          std::function<void()> alive);
 
   Result<std::string> act(const ApiRequest& request, std::uint32_t user, const std::vector<int>& files);
   Result<std::string> show(const SpooledJob& job, const ApiRequest& request) const;
@@ -80,6 +81,7 @@ class JobDesk {
 
   ServiceConfig config_;
   LinkSpec link_;
+  MachineClaim claim_;
   Spool spool_;
   PlanProcess plan_;
   ProgramCheck check_;

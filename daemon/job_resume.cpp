@@ -61,6 +61,9 @@ Result<JobRun> JobDesk::prepare(const SpooledJob& job) const {
 
 Result<std::string> JobDesk::run(SpooledJob job, const JobRun& prepared, const ResumeDecision& decision) {
   if (const Result<void> free = machine_free(job.id); !free) return tl::unexpected<Error>(free.error());
+  // An adapter may have got another device's name since the service began.
+  if (const Result<void> claimed = claim_.follow(link_); !claimed)
+    return tl::unexpected<Error>(claimed.error());
   // The spool says "running" only of what has a journal, so that a journal that is not there is a lost one.
   if (decision.way == ResumeWay::kFresh)
     if (const Result<void> begun = begin_journal(spool_.file(job.id, "journal"), prepared.subject); !begun)

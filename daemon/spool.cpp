@@ -114,15 +114,19 @@ struct Spool::Table {
   }
 };
 
-Spool::Spool(std::string folder, std::unique_ptr<Table> table)
-    : folder_(std::move(folder)), table_(std::move(table)) {}
+Spool::Spool(std::string folder, StateLock lock, std::unique_ptr<Table> table)
+    : folder_(std::move(folder)), lock_(std::move(lock)), table_(std::move(table)) {}
 Spool::Spool(Spool&&) noexcept = default;
 Spool::~Spool() = default;
 
 Result<Spool> Spool::open(const std::string& folder) {
   std::error_code made;
-  std::filesystem::create_directories(folder + "/jobs", made);
+  std::filesystem::create_directories(folder, made);
   if (made) return fail(Code::kIo, folder + ": cannot be made: " + made.message());
+  Result<StateLock> lock = StateLock::take(folder);
+  if (!lock) return tl::unexpected<Error>(lock.error());
+  std::filesystem::create_directories(folder + "/jobs", made);
+  if (made) return fail(Code::kIo, folder + "/jobs: cannot be made: " + made.message());
   ::chmod((folder + "/jobs").c_str(), S_IRWXU);
   if (const Result<void> kept = keep_names(folder); !kept) return tl::unexpected<Error>(kept.error());
   auto table = std::make_unique<Table>();
@@ -136,7 +140,7 @@ Result<Spool> Spool::open(const std::string& folder) {
   if (!table->prepare(place, "SELECT place FROM jobs") &&
       sqlite3_exec(table->db, kAddPlace, nullptr, nullptr, nullptr) != SQLITE_OK)
     return tl::unexpected<Error>(table->error(folder));
-  Spool spool(folder, std::move(table));
+  Spool spool(folder, std::move(*lock), std::move(table));
   if (Result<void> healed = spool.heal(); !healed) return tl::unexpected<Error>(healed.error());
   return spool;
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/state_lock.h"
 #include "kinematics/result.h"
 
 namespace tiltfeed {
@@ -55,7 +56,7 @@ std::string plain_name(const std::string& text);
 class Spool {
  public:
   /// Makes the folder and its table where they are not there; a table of an earlier version is brought up to
-  /// date. Errors: kIo.
+  /// date. Errors: kIo; kUsage where another process has it open, of which nothing is read or changed then.
   static Result<Spool> open(const std::string& folder);
   Spool(Spool&&) noexcept;
   Spool& operator=(Spool&&) = delete;
@@ -85,12 +86,13 @@ class Spool {
 
  private:
   struct Table;
-  Spool(std::string folder, std::unique_ptr<Table> table);
+  Spool(std::string folder, StateLock lock, std::unique_ptr<Table> table);
   Result<void> heal();
   Result<std::vector<SpooledJob>> select(const char* which) const;
   Result<void> copy_in(std::uint64_t id, const char* name, int from, std::uint64_t limit);
 
   std::string folder_;
+  StateLock lock_;
   std::unique_ptr<Table> table_;
   std::map<std::uint64_t, SpooledJob> remembered_;
 };
