@@ -175,7 +175,10 @@ Result<std::optional<SpooledJob>> job_on_machine(const ServiceConfig& config, Li
   std::error_code none;
   if (!std::filesystem::exists(config.spool + "/jobs", none)) return std::nullopt;
   const Result<Spool> spool = Spool::open(config.spool);
-  if (!spool) return tl::unexpected<Error>(spool.error());
+  if (!spool)
+    return fail(spool.error().code,
+                spool.error().message +
+                    "; nothing was sent (while a service lives: tiltfeed hold, tiltfeed stop)");
   const auto jobs = spool->list();
   if (!jobs) return tl::unexpected<Error>(jobs.error());
   for (const SpooledJob& job : *jobs) {
