@@ -20,6 +20,9 @@ constexpr double kNotAtEnd = 0.02;
 /// so near does so by its square of the tolerance at most. The other: where flat space is the most stretched.
 constexpr double kBreakShare = 1.0 / 4.0, kFarBreakShare = 1.0 / 2.0;
 
+/// A straight wall on a flat bottom, with nothing between.
+bool is_sharp(const ToolPiece& piece) { return piece.corner == 0.0 && !piece.has_cone(); }
+
 }  // namespace
 
 StraightMoves::StraightMoves(const ClSurface& surface, const EnvelopeOptions& options, double stretch)
@@ -27,6 +30,7 @@ StraightMoves::StraightMoves(const ClSurface& surface, const EnvelopeOptions& op
   const ToolPiece& cutter = surface.pieces().front();
   curved_step_ = std::sqrt(8.0 * (cutter.corner > 0.0 ? cutter.corner : cutter.flat) * options.tolerance);
   close_ = curved_step_ * std::min(kBreakShare, kFarBreakShare / stretch);
+  sharp_ = std::any_of(surface.pieces().begin(), surface.pieces().end(), is_sharp);
 }
 
 StraightMoves::Verdict StraightMoves::judge(const Sample& left, const Sample& right,
@@ -65,16 +69,40 @@ bool StraightMoves::another_curved_sheet(const Sample& left, const Sample& right
     const double up = turn > 0.0 ? turn * std::max(0.0, static_cast<double>(top) - low) : 0.0;
     return chord + up <= curved_step_;
   };
-  if (short_at(active.front().top)) return false;
+  if (!sharp_ && short_at(active.front().top)) return false;
   const double enough = std::min(close_, right.run - left.run);  // of a sheet, on the line
-  return std::any_of(active.begin(), active.end(), [&](const Candidate& c) {
-    return static_cast<double>(c.top) > low && !short_at(c.top) &&
-           std::min(c.to, right.run) - std::max(c.from, left.run) >= enough && c.patch != a.patch &&
-           c.patch != b.patch && !surface_.is_face(c.patch) && !keeps_off(c.patch, a, b);
-  });
+  for (const Candidate& c : active) {                            // from the highest down
+    if (static_cast<double>(c.top) <= low) return false;
+    const double over = std::min(c.to, right.run) - std::max(c.from, left.run);
+    if (over < 0.0 || c.patch == a.patch || c.patch == b.patch || surface_.is_face(c.patch)) continue;
+    if (sharp_ && is_sharp(surface_.piece(c.patch)) && !corners_keep_off(c.patch, a, b)) return true;
+    if (over >= enough && !short_at(c.top) && !keeps_off(c.patch, a, b)) return true;
+  }
+  return false;
 }
 
 namespace {
+
+/// Does a place that goes straight from p to q stay out of the wall of that radius about the axis through the
+/// origin, or below that height where it is within?
+bool passes_by(double radius, double height, Vec3 axis, Vec3 p, Vec3 q) {
+  const double low = dot(p, axis), high = dot(q, axis);
+  if (std::max(low, high) <= height || radius <= 0.0) return true;
+  const Vec3 start = p - axis * low, way = q - axis * high - start;
+  const double aa = squared_length(way), ab = dot(start, way), c = squared_length(start) - radius * radius;
+  double first = 0.0, last = 1.0;
+  if (aa > 0.0) {
+    const double disc = ab * ab - aa * c;
+    if (disc <= 0.0) return true;
+    const double root = std::sqrt(disc);
+    first = std::max(first, (-ab - root) / aa), last = std::min(last, (-ab + root) / aa);
+  } else if (c >= 0.0) {
+    return true;
+  }
+  if (first >= last) return true;
+  const auto at = [&](double share) { return low + (high - low) * share; };
+  return std::max(at(first), at(last)) <= height;
+}
 
 /// The distance of two segments as seen along the unit `axis`.
 double distance_along(Vec3 axis, std::span<const Point<Part>> core, Point<Part> a, Point<Part> b) {
@@ -129,6 +157,23 @@ bool StraightMoves::keeps_off(PatchId patch, const EnvelopePoint& a, const Envel
   if (distance_to_segment(core.corner[0], from, to) < near) return false;
   return side_keeps_off(core.points(), a, b, near) &&
          (core.count == 1 || side_keeps_off(std::array{core.corner[1], core.corner[0]}, a, b, near));
+}
+
+/// (E3) Do both ends of the patch's edge, or its vertex, keep out of a piece with a sharp lower edge on a
+/// straight move from a to b, but for the tolerance to the side or from below?
+bool StraightMoves::corners_keep_off(PatchId patch, const EnvelopePoint& a, const EnvelopePoint& b) const {
+  const ToolPiece& piece = surface_.piece(patch);
+  const Vec3 turn = cross(b.axis, a.axis);
+  const double bend = length(turn), chord = distance(a.centre, b.centre), towards = 1.0 + dot(a.axis, b.axis);
+  const ClSurface::Core core = surface_.core(patch);
+  return std::all_of(core.points().begin(), core.points().end(), [&](const Point<Part>& corner) {
+    // As the tool sees it, which turns from a's axis to b's.
+    const Vec3 off = corner - b.centre, aside = cross(turn, off);
+    const Vec3 from = corner - a.centre, to = off + aside + cross(turn, aside) / towards;
+    const double strays = bend * (bend * std::max(length(from), length(to)) + 2.0 * chord) / 8.0;
+    const double spare = options_.tolerance - strays;
+    return passes_by(piece.flat - spare, piece.above_reference + spare, a.axis, from, to);
+  });
 }
 
 bool StraightMoves::on_move(const Sample& sample, const Sample& left, const Sample& right) const {

@@ -59,6 +59,7 @@ class StraightMoves {
   bool turns_little(const EnvelopePoint& a, const EnvelopePoint& b, double length2) const;
   bool another_curved_sheet(const Sample& left, const Sample& right, std::span<const Candidate> active) const;
   bool keeps_off(PatchId patch, const EnvelopePoint& a, const EnvelopePoint& b) const;
+  bool corners_keep_off(PatchId patch, const EnvelopePoint& a, const EnvelopePoint& b) const;
 
   const ClSurface& surface_;
   const EnvelopeOptions& options_;
@@ -66,6 +67,7 @@ class StraightMoves {
   /// sagitta, the tolerance.
   double curved_step_;
   double close_;
+  bool sharp_;  ///< a piece has a sharp lower edge
 };
 
 }  // namespace tiltfeed

@@ -83,6 +83,65 @@ TEST_P(StraightMovesTest, KeepOffWhatPokesThroughAPlane) {
   }
 }
 
+constexpr double kFlatEnd = 4.0;  ///< radius, mm
+constexpr double kRise = 0.5;     ///< of a plate that climbs along x
+constexpr double kThin = 0.01;    ///< half the width of pillars that stand on it, mm
+
+/// A plate that climbs, and thin pillars with level tops through it.
+Mesh plate_and_pillars(const std::vector<Point<Part>>& tops) {
+  Mesh mesh;
+  mesh.vertices = {{-60, -60, -30}, {60, -60, 30}, {60, 60, 30}, {-60, 60, -30}};
+  mesh.facets = {{0, 1, 2}, {0, 2, 3}};
+  for (const Point<Part>& top : tops) {
+    const auto v = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (const double down : {0.0, -5.0})
+      for (const Vec3 aside : {Vec3{-1, -1, 0}, Vec3{1, -1, 0}, Vec3{1, 1, 0}, Vec3{-1, 1, 0}})
+        mesh.vertices.push_back(top + aside * kThin + Vec3{0, 0, down});
+    mesh.facets.push_back({v, v + 1, v + 2}), mesh.facets.push_back({v, v + 2, v + 3});
+    for (std::uint32_t k = 0; k < 4; ++k) {
+      const std::uint32_t next = (k + 1) % 4;
+      mesh.facets.push_back({v + k, v + 4 + next, v + next}),
+          mesh.facets.push_back({v + k, v + 4 + k, v + 4 + next});
+    }
+  }
+  for (std::uint32_t f = 0; f < mesh.facets.size(); ++f) mesh.source.push_back(f);
+  return mesh;
+}
+
+/// A flat end goes up the plate; a pillar's top comes under its bottom from one moment to the next and, a
+/// little later, is passed by the plate at the rim.
+TEST(StraightMoves, AFlatEndMeetsWhatComesUnderItAllAtOnce) {
+  std::vector<Point<Part>> tops;
+  for (int i = 0; i < 90; ++i) {
+    const double x = -12.0 + 0.31 * i, y = std::fmod(1.7 * i, 5.0) - 2.5,
+                 front = std::sqrt(kFlatEnd * kFlatEnd - y * y);
+    // Over the plate at the rim by a little when it comes in.
+    tops.push_back({x, y, kRise * (x - front + kFlatEnd) + 0.01 + 0.005 * (i % 7)});
+  }
+  const Mesh mesh = plate_and_pillars(tops);
+  const ClSurface surface(mesh, Sides::kOutward, {ToolPiece{.flat = kFlatEnd, .outer = kFlatEnd}});
+  const Deformation map({AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 1.0);
+  const FlatIndex index(make_cells(surface, map, 0.1), map);
+  const EnvelopeOptions limits{0.0025, 0.02};
+  Envelope envelope(surface, map, index, limits);
+  double deepest = 0.0;
+  for (double beside = -0.9; beside < 1.0; beside += 0.2) {
+    const LineEnvelope found = envelope.along({-20.0, beside, 1.0, 0.0, 30.0});
+    ASSERT_EQ(found.passes.size(), 1U);
+    const Pass& pass = found.passes[0];
+    for (std::size_t i = 0; i + 1 < pass.size(); ++i)
+      for (double share = 0.05; share < 1.0; share += 0.05) {
+        const Point<Part> p = lerp(pass[i].centre, pass[i + 1].centre, share);
+        for (const Point<Part>& top : tops) {
+          const double x = std::max(0.0, std::abs(top.x - p.x) - kThin),
+                       y = std::max(0.0, std::abs(top.y - p.y) - kThin);
+          deepest = std::max(deepest, std::min(top.z - p.z, kFlatEnd - std::hypot(x, y)));
+        }
+      }
+  }
+  EXPECT_LE(deepest, 1.05 * limits.tolerance);
+}
+
 INSTANTIATE_TEST_SUITE_P(Ridges, StraightMovesTest,
                          testing::Values(Ridge{{7.0, -5.0, kTip}, {7.0, -5.0, kTip}},
                                          Ridge{{5.0, -9.0, kTip}, {8.0, -5.0, kTip}},
