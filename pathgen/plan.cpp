@@ -95,8 +95,9 @@ class Planner {
     measure(path_.moves, report_);
     if (options_.find_uncut && wanted_ == nullptr) {
       if (!stages_.begin("uncut")) return cancelled();
-      report_.uncut = find_uncut(**field, options_, envelope_, share_);
+      report_.uncut = find_uncut(**field, options_, envelope_, path_.moves, share_);
       if (stages_.stopped()) return cancelled();
+      warn_between(report_.uncut->between, report_);
     }
     stages_.end();
     return {};

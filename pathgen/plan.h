@@ -55,12 +55,23 @@ struct UncutFacet {
   double share = 0.0;  ///< of the facet's area, above 0; over pieces no larger than the cutter's radius
 };
 
+/// What the passes leave between them of places that the tool reaches.
+struct BetweenPasses {
+  double limit = 0.0;              ///< what the job lets them leave, tolerance included, mm
+  double most = 0.0;               ///< that they leave at most, mm; at least a quarter of the limit
+  bool never = false;              ///< no pass comes near there, and `most` is only the least that is left
+  std::uint32_t facet = kNoFacet;  ///< of the STL file, there
+  Point<Part> place;
+  double area = 0.0;  ///< on which they leave more than the limit, mm^2
+};
+
 struct UncutReport {
   std::vector<UncutFacet> facets;  ///< that face the tool, ascending
   std::uint64_t away = 0;          ///< facets turned away from the tool, not among them
   double area = 0.0;               ///< uncut but for walls, mm^2
   double wall_area = 0.0;          ///< uncut walls, mm^2
   double facing_area = 0.0;        ///< of all that faces the tool, mm^2
+  BetweenPasses between;
 };
 
 struct PlanReport {

@@ -1,6 +1,7 @@
 #include "pathgen/refusals.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -82,6 +83,18 @@ void warn_smoothed(const Smoothed& smoothed, PlanReport& report) {
   report.warnings.push_back("points.smoothing_mm leaves up to " + std::to_string(smoothed.most) +
                             " mm along the tool axis in concave corners, at " +
                             std::to_string(smoothed.points) + " points of the envelope");
+}
+
+void warn_between(const BetweenPasses& between, PlanReport& report) {
+  if (between.area == 0.0) return;
+  const auto mm = [](double value) { return number_text(std::round(1e4 * value) / 1e4); };
+  const Point<Part> p = between.place;
+  report.warnings.push_back(
+      "between passes more is left than the " + mm(between.limit) +
+      " mm that the job asks for, tolerance included, on " + mm(between.area) +
+      " mm2: " + (between.never ? "no pass comes near (" : mm(between.most) + " mm at (") + mm(p.x) + ", " +
+      mm(p.y) + ", " + mm(p.z) + ") on facet " + std::to_string(between.facet) +
+      "; use a smaller pattern.side_step_mm, or pattern.measure: surface or scallop");
 }
 
 void warn_touches(const Touches& touches, PlanReport& report) {

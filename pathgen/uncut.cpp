@@ -9,7 +9,9 @@
 #include <cmath>
 #include <optional>
 
+#include "pathgen/between_passes.h"
 #include "pathgen/passes.h"
+#include "pathgen/side_step.h"
 
 namespace tiltfeed {
 
@@ -28,29 +30,27 @@ constexpr int kWays = 8;
 /// A facet that leans over by less (sine) counts as a wall: rounding of STL corners.
 constexpr double kWall = 1e-4;
 
-/// Distance of a point from the outside of the piece's lower side, mm, negative within; `d` from the axis,
-/// `h` over the ring centre.
-double distance_to_piece(const ToolPiece& piece, double d, double h) {
-  if (piece.has_cone()) {
-    const double on_cone = (d - piece.flat) * piece.taper_cos - h * piece.taper_sin - piece.corner;
-    const bool beside = (d - piece.flat) * piece.taper_sin + h * piece.taper_cos > 0.0;
-    if (beside) return std::max(on_cone, d - piece.outer);
-  } else if (h >= 0.0) {
-    return d - piece.outer;
-  }
-  return std::hypot(std::max(d - piece.flat, 0.0), h) - piece.corner;
-}
+/// What leans over by less (sine) than 15 degrees rows do not follow: walls are z_level's.
+constexpr double kSteepest = 0.26;
+/// Less than this share of the limit need not be told exactly.
+constexpr double kEnough = 0.25;
 
 struct FacetVerdict {
   std::array<std::uint32_t, kUncutReasons> uncut{};
   std::uint32_t facing = 0, pieces = 0;
+  std::uint32_t over = 0;  ///< pieces on which the passes leave more than the limit
+  double most = 0.0;       ///< that they leave, mm
+  Point<Part> place;       ///< there
 };
 
 class Judge {
  public:
-  Judge(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope)
+  Judge(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
+        const CuttingMoves& moves, double limit)
       : field_(field),
         options_(options),
+        moves_(moves),
+        limit_(limit),
         rules_(options, field),
         piece_(field.surface.pieces().front()),
         envelope_(field.surface, field.deformation, field.index, envelope) {}
@@ -66,7 +66,7 @@ class Judge {
     FacetVerdict verdict;
     const auto take = [&](double u, double v) {
       ++verdict.pieces;
-      const std::optional<std::optional<Uncut>> faces = judge(a + ab * u + ac * v, normal);
+      const std::optional<std::optional<Uncut>> faces = judge(a + ab * u + ac * v, normal, verdict);
       if (!faces) return;
       ++verdict.facing;
       if (*faces) ++verdict.uncut[static_cast<std::size_t>(**faces)];
@@ -135,7 +135,7 @@ class Judge {
   }
 
   /// Nothing where the place is turned away; else why it is uncut, if it is.
-  std::optional<std::optional<Uncut>> judge(Point<Part> place, Vec3 n) {
+  std::optional<std::optional<Uncut>> judge(Point<Part> place, Vec3 n, FacetVerdict& verdict) {
     const Deformation& map = field_.deformation;
     const AxisLine line = contact_line(place, n);
     const double facing = dot(n, line.axis);
@@ -153,11 +153,22 @@ class Judge {
       const ToolPart part = rules_.touching(*found);
       return {part == ToolPart::kCutter ? by_cutter : uncut_by(part)};
     }
-    return {rules_.refusal(*found)};
+    const std::optional<Uncut> refused = rules_.refusal(*found);
+    if (!refused && facing >= kSteepest && off <= options_.tolerance) look_between(place, line.base, verdict);
+    return {refused};
+  }
+
+  /// What the passes leave of a place that the tool reaches.
+  void look_between(Point<Part> place, Point<Part> touching, FacetVerdict& verdict) const {
+    const double left = moves_.left(place, touching, kEnough * limit_);
+    if (left > limit_) ++verdict.over;
+    if (left > verdict.most) verdict.most = left, verdict.place = place;
   }
 
   const ClField& field_;
   const PlanOptions& options_;
+  const CuttingMoves& moves_;
+  double limit_;
   PassRules rules_;
   const ToolPiece& piece_;
   Envelope envelope_;
@@ -166,10 +177,14 @@ class Judge {
 }  // namespace
 
 UncutReport find_uncut(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
-                       const ReportShare& report_share) {
+                       const std::vector<Move>& path, const ReportShare& report_share) {
   const Mesh& mesh = field.surface.mesh();
+  const double limit = asked_height(options) + options.tolerance;
+  const CuttingMoves moves(path, field.surface.pieces().front(), reference_height(options.cutter),
+                           std::max(asked_step(options), options.pattern.step_down));
   std::vector<FacetVerdict> verdicts(mesh.facets.size());
-  tbb::enumerable_thread_specific<Judge> judges([&] { return Judge(field, options, envelope); });
+  tbb::enumerable_thread_specific<Judge> judges(
+      [&] { return Judge(field, options, envelope, moves, limit); });
   Watch watch(report_share, verdicts.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, verdicts.size()), [&](const auto& range) {
     Judge& judge = judges.local();
@@ -177,6 +192,7 @@ UncutReport find_uncut(const ClField& field, const PlanOptions& options, const E
       verdicts[i] = judge.facet(static_cast<std::uint32_t>(i));
   });
   UncutReport report;
+  report.between.limit = limit;
   for (std::size_t i = 0; i < verdicts.size(); ++i) {
     const FacetVerdict& v = verdicts[i];
     if (v.facing == 0) {
@@ -190,12 +206,17 @@ UncutReport find_uncut(const ClField& field, const PlanOptions& options, const E
     std::uint32_t uncut = 0;
     for (const std::uint32_t n : v.uncut) uncut += n;
     report.facing_area += area * v.facing / v.pieces;
+    BetweenPasses& between = report.between;
+    between.area += area * v.over / v.pieces;
+    if (v.most > between.most) between.most = v.most, between.facet = mesh.source[i], between.place = v.place;
     if (uncut == 0) continue;
     const double share = static_cast<double>(uncut) / v.pieces;
     const auto why = static_cast<Uncut>(std::max_element(v.uncut.begin(), v.uncut.end()) - v.uncut.begin());
     (why == Uncut::kWall ? report.wall_area : report.area) += area * share;
     report.facets.push_back({mesh.source[i], why, share});
   }
+  report.between.never = report.between.most >= moves.farthest();
+  report.between.most = std::max(report.between.most, kEnough * limit);
   std::stable_sort(report.facets.begin(), report.facets.end(),
                    [](const UncutFacet& a, const UncutFacet& b) { return a.facet < b.facet; });
   return report;
