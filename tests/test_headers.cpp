@@ -1,0 +1,1 @@
+// Nothing: this file's target compiles the headers that the tests share.
