@@ -138,8 +138,9 @@ class Profile {
     const bool both = left.hit && right.hit;
     const StraightMoves::Verdict move =
         both ? moves_.judge(left, right, sweep_.active()) : StraightMoves::Verdict{};
-    if (move.joined && move.larger <= options_.tolerance && !moves_.stands_level_on_two(left, right)) return;
-    if (move.corner_at_end && moves_.crosses_one_edge(left, right)) return;
+    if (move.unbroken && move.larger <= options_.tolerance && !moves_.stands_level_on_two(left, right))
+      return;
+    if (move.over_one_edge) return;
     const Sample middle =
         evaluate(left.hit == right.hit ? left.run + width * moves_.next_share(left, right, move)
                                        : next_look(surface_, map_, line_, left, right, looks));
@@ -149,8 +150,8 @@ class Profile {
     const auto quarter = [&](double share) {
       return moves_.on_move(evaluate(left.run + share * width), left, right);
     };
-    if (move.corner_at_end && middle.hit && moves_.on_move(middle, left, right) &&
-        (moves_.one_corner(left, middle, right, move.length2) || (quarter(0.25) && quarter(0.75))))
+    if (move.unbroken && move.corner_at_end && middle.hit && moves_.on_move(middle, left, right) &&
+        (StraightMoves::one_corner(left, middle, right) || (quarter(0.25) && quarter(0.75))))
       return;
     refine(left, middle, looks + 1);
     emit(middle);

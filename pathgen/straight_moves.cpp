@@ -38,14 +38,18 @@ StraightMoves::Verdict StraightMoves::judge(const Sample& left, const Sample& ri
   const EnvelopePoint &a = left.point, &b = right.point;
   const Vec3 chord = b.centre - a.centre;
   Verdict verdict;
-  verdict.length2 = squared_length(chord);
-  verdict.joined = turns_little(a, b, verdict.length2) && !another_curved_sheet(left, right, active);
+  const double length2 = squared_length(chord);
+  verdict.joined = turns_little(a, b, length2) && !another_curved_sheet(left, right, active);
   if (!verdict.joined) return verdict;
   const double from_a = std::abs(dot(a.normal, chord)) * static_cast<double>(a.lever),
                from_b = std::abs(dot(b.normal, chord)) * static_cast<double>(b.lever);
   const double share = a.patch == b.patch && surface_.piece(a.patch).is_ball() ? kArcShare : 1.0;
   verdict.larger = std::max(from_a, from_b) * share, verdict.smaller = std::min(from_a, from_b) * share;
   verdict.corner_at_end = verdict.smaller <= options_.tolerance;
+  const bool same = a.patch == b.patch, is_long = length2 > curved_step_ * curved_step_;
+  verdict.over_one_edge = !same && verdict.corner_at_end &&
+                          (is_long || verdict.larger > options_.tolerance) && crosses_one_edge(a, b);
+  verdict.unbroken = same || !is_long || verdict.over_one_edge;
   return verdict;
 }
 
@@ -182,23 +186,36 @@ bool StraightMoves::on_move(const Sample& sample, const Sample& left, const Samp
                            options_.tolerance;
 }
 
-bool StraightMoves::one_corner(const Sample& left, const Sample& middle, const Sample& right,
-                               double length2) const {
-  const bool planes = surface_.is_face(left.point.patch) && surface_.is_face(right.point.patch);
-  return (planes || length2 <= curved_step_ * curved_step_) &&
-         (middle.point.patch == left.point.patch || middle.point.patch == right.point.patch);
+bool StraightMoves::one_corner(const Sample& left, const Sample& middle, const Sample& right) {
+  return middle.point.patch == left.point.patch || middle.point.patch == right.point.patch;
 }
 
-bool StraightMoves::crosses_one_edge(const Sample& left, const Sample& right) const {
-  const PatchId a = left.point.patch, b = right.point.patch;
-  const ToolPiece& piece = surface_.piece(a);
-  if (!surface_.is_face(a) || !surface_.is_face(b) || &surface_.piece(b) != &piece) return false;
+/// (E2) Does a ball go from one facet over an edge that both share to the other, and not past that edge's
+/// end?
+bool StraightMoves::crosses_one_edge(const EnvelopePoint& a, const EnvelopePoint& b) const {
+  const ToolPiece& piece = surface_.piece(a.patch);
+  if (!surface_.is_face(a.patch) || !surface_.is_face(b.patch) || &surface_.piece(b.patch) != &piece)
+    return false;
   if (!piece.is_ball_at_reference()) return false;
-  const ClSurface::Core one = surface_.core(a), other = surface_.core(b);
-  int shared = 0;
+  const ClSurface::Core one = surface_.core(a.patch), other = surface_.core(b.patch);
+  std::array<Point<Part>, 3> shared{};
+  std::size_t count = 0;
   for (const Point<Part>& v : one.points())
-    for (const Point<Part>& w : other.points()) shared += v == w ? 1 : 0;
-  return shared >= 2;
+    if (std::find(other.points().begin(), other.points().end(), v) != other.points().end())
+      shared[count++] = v;
+  if (count < 2) return false;
+  const Vec3 chord = b.centre - a.centre, edge = shared[1] - shared[0];
+  // The contact runs in its plane straight to the edge.
+  const auto meets = [&](const EnvelopePoint& end) {
+    const Point<Part> contact = end.centre - end.normal * piece.corner;
+    const Vec3 way = chord - end.axis * (dot(end.normal, chord) / dot(end.normal, end.axis));
+    const double turn = dot(end.normal, cross(way, edge));
+    if (turn == 0.0) return false;
+    const double share = dot(end.normal, cross(shared[0] - contact, edge)) / turn;
+    const double run = dot(contact + way * share - shared[0], edge);
+    return run >= 0.0 && run <= squared_length(edge);
+  };
+  return meets(a) && meets(b);
 }
 
 double StraightMoves::next_share(const Sample& left, const Sample& right, const Verdict& move) const {

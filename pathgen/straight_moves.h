@@ -29,7 +29,12 @@ class StraightMoves {
     /// move by no more than the smaller if it is two planes, by a quarter of either if it is an arc.
     double larger = 0.0, smaller = 0.0;
     bool corner_at_end = false;  ///< joined, and the smaller is within the tolerance
-    double length2 = 0.0;        ///< of the move, mm^2
+    /// There are only two planes between the ends, and a ball's arc below where these meet: a corner at an
+    /// end, and the ends lie on two facets with the way over their common edge.
+    bool over_one_edge = false;
+    /// So, or the ends lie on one sheet, or the move is so short that the tool sinks between other sheets by
+    /// less than the tolerance.
+    bool unbroken = false;
   };
   /// `active`: all that may be highest between them, and not only there.
   Verdict judge(const Sample& left, const Sample& right, std::span<const Candidate> active) const;
@@ -37,13 +42,9 @@ class StraightMoves {
   /// Is a sample between two others within the tolerance of the move?
   bool on_move(const Sample& sample, const Sample& left, const Sample& right) const;
 
-  /// Is there no more than one corner between the ends, and the middle beside it? Of planes nothing rises
-  /// over the move but what the ends lie on, and over a short one nothing does.
-  bool one_corner(const Sample& left, const Sample& middle, const Sample& right, double length2) const;
-
-  /// Do the ends lie on two facets that share an edge, so that between them there are only two planes, and a
-  /// ball's arc below where these meet?
-  bool crosses_one_edge(const Sample& left, const Sample& right) const;
+  /// Is the middle on the sheet of one of the ends, so that there is a corner beside the other at most?
+  /// Requires: unbroken.
+  static bool one_corner(const Sample& left, const Sample& middle, const Sample& right);
 
   /// Where between the ends to look next, as a share of the way: where two planes meet; the first of as many
   /// parts as an arc needs; else half way.
@@ -59,6 +60,7 @@ class StraightMoves {
   bool turns_little(const EnvelopePoint& a, const EnvelopePoint& b, double length2) const;
   bool another_curved_sheet(const Sample& left, const Sample& right, std::span<const Candidate> active) const;
   bool keeps_off(PatchId patch, const EnvelopePoint& a, const EnvelopePoint& b) const;
+  bool crosses_one_edge(const EnvelopePoint& a, const EnvelopePoint& b) const;
   bool corners_keep_off(PatchId patch, const EnvelopePoint& a, const EnvelopePoint& b) const;
 
   const ClSurface& surface_;

@@ -142,6 +142,37 @@ TEST(StraightMoves, AFlatEndMeetsWhatComesUnderItAllAtOnce) {
   EXPECT_LE(deepest, 1.05 * limits.tolerance);
 }
 
+/// Two level facets share an edge; beyond its end a notch opens, into which the ball sinks. Between points on
+/// the two facets nothing but the way tells whether it passes over the edge or past its end.
+TEST(StraightMoves, ABallSinksPastTheEndOfACommonEdge) {
+  Mesh mesh;
+  mesh.vertices = {{0, 0, 0}, {-30, 0, 0}, {10, -40, 0}, {10, 40, 0}};
+  mesh.facets = {{0, 1, 2}, {1, 0, 3}};
+  mesh.source = {0, 1};
+  const ClSurface surface(mesh, Sides::kBoth, {ToolPiece{.corner = kBall, .outer = kBall}});
+  const Deformation map({AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 1.0);
+  const FlatIndex index(make_cells(surface, map, 0.1), map);
+  const EnvelopeOptions limits{0.0025, 0.02};
+  Envelope envelope(surface, map, index, limits);
+  for (const double beyond : {-0.5, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.9}) {
+    SCOPED_TRACE("row " + std::to_string(beyond) + " mm beyond the edge's end");
+    const LineEnvelope found = envelope.along({beyond, -12.0, 0.0, 1.0, 24.0});
+    ASSERT_EQ(found.passes.size(), 1U);
+    const Pass& pass = found.passes[0];
+    double highest = 0.0;
+    for (std::size_t i = 0; i + 1 < pass.size(); ++i)
+      for (double share = 0.0; share <= 1.0; share += 0.02) {
+        const Point<Part> p = lerp(pass[i].centre, pass[i + 1].centre, share);
+        const double outside = std::max(0.0, (4.0 * p.x - std::abs(p.y)) / std::sqrt(17.0));
+        highest = std::max(highest, p.z - std::sqrt(kBall * kBall - outside * outside));
+      }
+    EXPECT_LE(highest, 1.1 * limits.tolerance);
+    if (beyond < 0.0) {
+      EXPECT_LE(pass.size(), 5U);
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Ridges, StraightMovesTest,
                          testing::Values(Ridge{{7.0, -5.0, kTip}, {7.0, -5.0, kTip}},
                                          Ridge{{5.0, -9.0, kTip}, {8.0, -5.0, kTip}},
