@@ -5,6 +5,8 @@
 #include <numbers>
 #include <optional>
 
+#include "kinematics/joint_path.h"
+#include "kinematics/tolerance_budget.h"
 #include "pathgen/linking.h"
 #include "pathgen/nearest_ends.h"
 #include "pathgen/surface_joins.h"
@@ -22,6 +24,17 @@ constexpr double kOutwards = -1e-6;
 /// A short way is tried where it is not longer than so many clearances, and turns by at most this (rad).
 constexpr double kShortWay = 6.0, kShortTurn = 1.0;
 
+/// How far any point of the tool may be from where a rapid says that it is, mm: the axes may move tip and
+/// axis off the way, and it is looked at in steps.
+double stray_of_rapids(double tolerance) {
+  return 2.0 * kRapidToleranceFactor * ToleranceBudget(tolerance).joints() + tolerance;
+}
+
+PlanOptions grown(PlanOptions options, double by) {
+  options.allowance += by;
+  return options;
+}
+
 struct Polar {
   double tilt, azimuth;
 };
@@ -32,6 +45,7 @@ class RunLinker {
             const std::vector<std::uint32_t>& source)
       : admissible_(admissible),
         tool_(admissible.tool()),
+        strayed_(tool_.tree(), grown(options, stray_of_rapids(options.tolerance)), 0.0),
         options_(options),
         source_(source),
         joins_(admissible, how, options.links.join_distance) {
@@ -125,7 +139,8 @@ class RunLinker {
     }
   }
 
-  /// Of a tool off the part: all of it as it stands, the ball too, and nothing swept, unlike clear_along().
+  /// Of a tool off the part, wherever it strays: all of it as it stands, the ball too, and nothing swept,
+  /// unlike clear_along().
   bool clear(const Pose& from, const Pose& to) {
     const double way =
         distance(from.tip, to.tip) + (tool_.top() + height_) * angle_between(from.axis, to.axis);
@@ -134,7 +149,7 @@ class RunLinker {
       const double f = static_cast<double>(k) / steps;
       const Vec3 axis = slerp(from.axis, to.axis, f);
       ++out_.tested;
-      if (!allowed(axis) || tool_.hit(lerp(from.tip, to.tip, f) + axis * height_, axis)) return false;
+      if (!allowed(axis) || strayed_.hit(lerp(from.tip, to.tip, f) + axis * height_, axis)) return false;
     }
     return true;
   }
@@ -254,6 +269,7 @@ class RunLinker {
 
   const Admissibility& admissible_;
   const SweptTool& tool_;
+  const SweptTool strayed_;  ///< grown by what rapids stray
   const PlanOptions& options_;
   const std::vector<std::uint32_t>& source_;
   Point<Part> centre_;

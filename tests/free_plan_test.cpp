@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "config/job.h"
+#include "kinematics/joint_path.h"
+#include "kinematics/tolerance_budget.h"
 #include "pathgen/plan.h"
 #include "sim/parts.h"
 #include "sim/tool_solid.h"
@@ -152,6 +154,38 @@ TEST(FreePlan, NeighbouringPassesAreJoinedInContact) {
   EXPECT_EQ(apart->report.retracts + apart->report.free->short_links,
             joined->report.retracts + joined->report.free->short_links + joined->report.joins);
   EXPECT_LT(joined->report.rapid_length, apart->report.rapid_length);
+}
+
+/// Short links turn the axis close over the part, through its holes too: they keep off it by what the axes
+/// may stray on a rapid, tip and axis.
+TEST(FreePlan, RapidsThatTurnKeepOffThePartByWhatTheyStray) {
+  Stl stl;
+  stl.facets = sim::hollow_sphere();
+  const CheckedMesh part = *check_mesh(stl);
+  PlanOptions o = options({.diameter = 10, .length = 160, .shank_length = 110}, 2);
+  o.tilt_max = Angle::from_degrees(30);
+  o.links.clearance = 5;
+  const auto plan = planned(part, o);
+  ASSERT_TRUE(plan.has_value()) << plan.error().message;
+  const sim::PartDistance surface(part.mesh);
+  const sim::ToolSolid tool(o.cutter);
+  const double stray = 2.0 * kRapidToleranceFactor * ToleranceBudget(o.tolerance).joints();
+  double nearest = 1.0;
+  std::size_t turned = 0;
+  const std::vector<Move>& moves = plan->path.moves;
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    const Pose &a = moves[i - 1].pose, &b = moves[i].pose;
+    if (moves[i].kind != MoveKind::kRapid || angle_between(a.axis, b.axis) < 1e-6) continue;
+    ++turned;
+    for (int k = 0; k <= 8; ++k)
+      for (const sim::ToolPart p : sim::kToolParts)
+        nearest = std::min(
+            nearest,
+            tool.clearance(surface, {lerp(a.tip, b.tip, k / 8.0), slerp(a.axis, b.axis, k / 8.0)}, p, nearest)
+                .value);
+  }
+  EXPECT_GT(turned, 100u);
+  EXPECT_GE(nearest, stray);
 }
 
 TEST(FreePlan, IsTheSameForAnyNumberOfThreads) {
