@@ -155,6 +155,8 @@ struct OutputFile::State {
     files().unfinished.erase(temporary);
   }
   Result<void> give_out();
+  Result<void> settle();
+  Result<void> take_name();
 };
 
 OutputFile::OutputFile(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -216,31 +218,50 @@ Result<void> OutputFile::State::give_out() {
   }
 }
 
-Result<void> OutputFile::commit() {
-  if (auto flushed = flush(); !flushed) return flushed;
-  State& s = *state_;
-  if (s.temporary.empty()) return s.give_out();
-  if (::fsync(s.fd) != 0) return io_failure(s.path, "cannot be made durable", errno);
-  if (::close(std::exchange(s.fd, -1)) != 0) return io_failure(s.path, "writing failed", errno);
+/// All of it is on the disk, under its name beside the file.
+Result<void> OutputFile::State::settle() {
+  if (temporary.empty()) return {};
+  if (::fsync(fd) != 0) return io_failure(path, "cannot be made durable", errno);
+  if (::close(std::exchange(fd, -1)) != 0) return io_failure(path, "writing failed", errno);
+  return {};
+}
+
+Result<void> OutputFile::State::take_name() {
+  if (temporary.empty()) return give_out();
   {
     const std::lock_guard lock(files().mutex);
     struct stat at {};
-    if (::lstat(s.path.c_str(), &at) == 0 && !S_ISREG(at.st_mode))
-      return fail(Code::kIo, s.path + ": has become something else than a regular file; it is not replaced");
-    if (::rename(s.temporary.c_str(), s.path.c_str()) != 0)
-      return io_failure(s.path, "cannot be replaced", errno);
-    files().unfinished.erase(s.temporary);
-    files().committed += (files().committed.empty() ? "" : ", ") + s.path;
-    s.temporary.clear();
+    if (::lstat(path.c_str(), &at) == 0 && !S_ISREG(at.st_mode))
+      return fail(Code::kIo, path + ": has become something else than a regular file; it is not replaced");
+    if (::rename(temporary.c_str(), path.c_str()) != 0) return io_failure(path, "cannot be replaced", errno);
+    files().unfinished.erase(temporary);
+    files().committed += (files().committed.empty() ? "" : ", ") + path;
+    temporary.clear();
   }
-  const int folder = ::open(folder_of(s.path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int folder = ::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return {};  // a folder that may be written and not be read
   const int reason = ::fsync(folder) == 0 ? 0 : errno;
   ::close(folder);
   // Not every file system can sync a folder.
   if (reason != 0 && reason != EINVAL)
     return fail(Code::kIo,
-                s.path + ": is written, but its folder cannot be made durable: " + std::strerror(reason));
+                path + ": is written, but its folder cannot be made durable: " + std::strerror(reason));
+  return {};
+}
+
+Result<void> OutputFile::commit() {
+  if (auto flushed = flush(); !flushed) return flushed;
+  if (auto settled = state_->settle(); !settled) return settled;
+  return state_->take_name();
+}
+
+Result<void> OutputFile::commit_all(std::vector<OutputFile>& files) {
+  for (OutputFile& file : files) {
+    if (auto flushed = file.flush(); !flushed) return flushed;
+    if (auto settled = file.state_->settle(); !settled) return settled;
+  }
+  for (OutputFile& file : files)
+    if (auto taken = file.state_->take_name(); !taken) return taken;
   return {};
 }
 

@@ -33,6 +33,9 @@ class OutputFile {
   /// Syncs, renames, syncs the folder. Errors: kIo with the file and the reason (a full disk shows here at
   /// the latest), after which nothing is left behind.
   Result<void> commit();
+  /// The same of files that belong together: all are synced before the first takes its name, so that a disk
+  /// that fails leaves all as they were.
+  static Result<void> commit_all(std::vector<OutputFile>& files);
 
   /// Removes what is not committed of all files, and leaves nobody to commit any more: for a process that
   /// ends at once. Returns the paths that were committed, with commas.

@@ -239,8 +239,7 @@ Result<void> Planning::report() {
                             static_cast<double>(usage.ru_maxrss) / 1024.0};
   if (auto added = add(files_.report, [&](std::ostream& out) { out << report_json(outcome); }); !added)
     return added;
-  for (OutputFile& file : outputs_)
-    if (auto kept = file.commit(); !kept) return kept;
+  if (auto kept = OutputFile::commit_all(outputs_); !kept) return kept;
   show("done", 1.0);
   const bool taken = files_.program == "-" || files_.cl == "-" || files_.report == "-" || files_.map == "-";
   (taken ? std::cerr : std::cout) << report_text(outcome);

@@ -119,6 +119,7 @@ int PostCommands::Options::run_post() const {
   auto file = OutputFile::open(output);
   if (!file) return report(file.error());
   const auto written = write_program(posted->posting, file->stream());
+  if (auto flushed = file->flush(); !flushed) return report(flushed.error());
   if (!written) return report(written.error());
   if (auto kept = file->commit(); !kept) return report(kept.error());
   std::size_t moves = 0;

@@ -14,12 +14,12 @@
 #include <optional>
 #include <string_view>
 
+#include "config/output_file.h"
 #include "sim/forward.h"
 #include "sim/picture.h"
 #include "sim/removal_page.h"
 #include "sim/removal_picture.h"
 #include "sim/workers.h"
-#include "sim/write_bytes.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -145,9 +145,14 @@ Result<void> write_removal_report(const std::string& folder, const RemovalContex
                                                                          {"deviation.png", &*deviation},
                                                                          {"report.json", &json},
                                                                          {"index.html", &page}}};
-  for (const auto& [name, bytes] : files)
-    if (auto written = write_bytes(folder + "/" + name, *bytes); !written) return written;
-  return {};
+  std::vector<OutputFile> outputs;
+  for (const auto& [name, bytes] : files) {
+    auto file = OutputFile::open(folder + "/" + name);
+    if (!file) return tl::unexpected(file.error());
+    file->stream() << *bytes;
+    outputs.push_back(std::move(*file));
+  }
+  return OutputFile::commit_all(outputs);
 }
 
 }  // namespace tiltfeed::sim
