@@ -1,14 +1,14 @@
 #include "sim/controller.h"
 
 #include <algorithm>
+#include <charconv>
 
 namespace tiltfeed::sim {
 namespace {
 
 // Error and alarm numbers of Grbl 1.1.
-constexpr int kErrorSystemCommand = 3, kErrorHomingOff = 5, kErrorNotIdle = 8, kErrorLocked = 9,
-              kErrorLineLength = 11;
-constexpr int kAlarmSoftLimit = 2, kAlarmResetInMotion = 3;
+constexpr int kErrorSystemCommand = 3, kErrorNotIdle = 8, kErrorLocked = 9, kErrorLineLength = 11;
+constexpr int kAlarmSoftLimit = 2, kAlarmResetInMotion = 3, kAlarmHomingReset = 6;
 
 constexpr std::string_view kBanner = "\r\nGrbl 1.1h ['$' for help]\r\n";
 constexpr std::string_view kUnlockHint = "[MSG:'$H'|'$X' to unlock]\r\n";
@@ -26,8 +26,11 @@ GrblController::GrblController(const MachineModel& machine, const Setup& setup, 
     : options_(options),
       motion_(machine, setup, std::max<std::size_t>(1, options.planner), std::move(sink), options.motion),
       reader_(machine),
+      offsets_(machine),
+      settings_(machine),
       out_(kBanner) {
-  reader_.with_relative().set_position(motion_.position());
+  reader_.with_relative();
+  place_reader(motion_.position());
 }
 
 void GrblController::receive(std::string_view bytes) {
@@ -85,7 +88,7 @@ void GrblController::execute_line() {
   } else if (line_[first] == '$') {
     latched_error_ = 0;
     system_command(std::string_view(line_).substr(first + 1));
-  } else if (alarm_ != 0) {
+  } else if (alarm_ != 0 || cycle_ != Cycle::kNone) {
     reply_error(kErrorLocked);
   } else if (latched_error_ != 0) {
     reply_error(latched_error_);
@@ -99,12 +102,31 @@ void GrblController::execute_line() {
 void GrblController::execute_gcode() {
   pending_.clear();
   placed_ = 0;
+  if (own_code()) return;
+  const GrblOffsets before = offsets_;
+  select_system();
   if (!reader_.read_line(line_, pending_)) {
+    const Joints end = planned_end();
+    offsets_ = before;
+    place_reader(end);
     const int code = static_cast<int>(reader_.fault());
     if (options_.latch_errors) latched_error_ = code;
     pending_.clear();
     reply_error(code);
     return;
+  }
+  const GrblAxes shift = grbl_axes(offsets_.shift());
+  bool ends = false;
+  for (Block& block : pending_) {
+    GrblAxes to = grbl_axes(block.target);
+    for (std::size_t i = 0; i < to.size(); ++i) to[i] += shift[i];
+    block.target = grbl_joints(to);
+    ends = ends || block.m_code == 2 || block.m_code == 30;
+  }
+  if (ends) {  // G54 again
+    const Joints end = planned_end();
+    offsets_.select(0);
+    place_reader(end);
   }
   for (const Block& block : pending_) {
     if (!motion_.outside(block.target)) continue;
@@ -118,6 +140,7 @@ void GrblController::execute_gcode() {
 
 /// Moves the due line's blocks on; true when the line is done.
 bool GrblController::place_pending() {
+  if (!follow_cycle()) return false;
   while (placed_ < pending_.size()) {
     const Block& block = pending_[placed_];
     if (synchronises(block)) {
@@ -143,6 +166,12 @@ bool GrblController::place_pending() {
 
 /// Answers the due line if it is done, then reads on.
 void GrblController::pump() {
+  if (cycle_ == Cycle::kJog && motion_.idle() && placed_ == pending_.size()) cycle_ = Cycle::kNone;
+  if (cycle_ == Cycle::kCancel && motion_.standing()) {
+    motion_.quick_stop();
+    place_reader(motion_.position());
+    cycle_ = Cycle::kNone;
+  }
   while (true) {
     if (reply_due_) {
       if (!place_pending()) return;
@@ -167,6 +196,14 @@ void GrblController::system_command(std::string_view command) {
     if (reset_needed_) return reply_error(kErrorLocked);
     if (alarm_ != 0) out_ += "[MSG:Caution: Unlocked]\r\n";
     alarm_ = 0;
+  } else if (command.starts_with("J=") || command.starts_with("j=")) {
+    if (const int error = start_jog(command.substr(2)); error != 0) return reply_error(error);
+    reply_due_ = true;
+    return pump();
+  } else if (command.starts_with('H') || command.starts_with('h')) {
+    if (const int error = start_homing(command.substr(1)); error != 0) return reply_error(error);
+    reply_due_ = true;
+    return pump();
   } else if (command == "G" || command == "g") {
     report_parser();
   } else if (command == "C" || command == "c") {
@@ -176,14 +213,23 @@ void GrblController::system_command(std::string_view command) {
     reply_ok();
     if (!check_mode_) reset();  // as the firmware does, to forget the checked program's modal state
     return;
-  } else if (!at_rest && (command == "$" || command == "I" || command == "i")) {
+  } else if (!at_rest && (command == "$" || command == "#" || command == "I" || command == "i" ||
+                          command.find('=') != command.npos)) {
     return reply_error(kErrorNotIdle);
   } else if (command == "$") {
-    report_settings();
+    out_ += settings_.report();
+  } else if (command == "#") {
+    report_parameters();
   } else if (command == "I" || command == "i") {
     report_build();
   } else {
-    return reply_error(command == "H" || command == "h" ? kErrorHomingOff : kErrorSystemCommand);
+    int number = 0;
+    const char* const end = command.data() + command.size();
+    const auto parsed = std::from_chars(command.data(), end, number);
+    if (parsed.ec != std::errc() || parsed.ptr == end || *parsed.ptr != '=')
+      return reply_error(kErrorSystemCommand);
+    if (!settings_.set(number, command.substr(static_cast<std::size_t>(parsed.ptr - command.data()) + 1)))
+      return reply_error(kErrorSystemCommand);
   }
   reply_ok();
 }
@@ -203,13 +249,16 @@ void GrblController::reset() {
   placed_ = 0;
   line_too_long_ = after_cr_ = reply_due_ = waiting_ = check_mode_ = reset_needed_ = false;
   latched_error_ = 0;
+  offsets_.forget();
   reader_ = GcodeReader(motion_.machine());
-  reader_.with_relative().set_position(motion_.position());
+  reader_.with_relative();
+  place_reader(motion_.position());
   ++totals_.resets;
   if (moving) {
-    alarm_ = kAlarmResetInMotion;
-    out_ += "ALARM:3\r\n";
+    alarm_ = cycle_ == Cycle::kHome ? kAlarmHomingReset : kAlarmResetInMotion;
+    out_ += "ALARM:" + std::to_string(alarm_) + "\r\n";
   }
+  cycle_ = Cycle::kNone;
   out_ += kBanner;
   if (alarm_ != 0) out_ += kUnlockHint;
 }
@@ -217,7 +266,8 @@ void GrblController::reset() {
 /// The line that broke the limit gets no reply; the planner is emptied.
 void GrblController::raise_alarm(int code) {
   motion_.stop();
-  reader_.set_position(motion_.position());
+  place_reader(motion_.position());
+  cycle_ = Cycle::kNone;
   pending_.clear();
   placed_ = 0;
   rx_.clear();

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/grbl_offsets.h"
 #include "sim/motion.h"
 #include "sim/program.h"
 
@@ -21,6 +22,8 @@ struct GrblOptions {
   bool latch_errors = true;      ///< after an error every line is refused until an empty or `$` line
   bool crlf_is_one_end = true;   ///< CR LF earns one reply, not two
   MotionOptions motion{.feed_over_all_axes = true};
+  std::optional<double> plate = {};  ///< machine Z of a probe's plate, as large as the table
+  bool home_switches = true;         ///< false: homing finds none
 };
 
 struct GrblTotals {
@@ -58,6 +61,7 @@ class GrblController {
   /// It would take more lines at once.
   bool hungry() const { return !reply_due_; }
   const GrblTotals& totals() const { return totals_; }
+  const GrblOffsets& offsets() const { return offsets_; }
   std::uint64_t dropped_bytes() const { return totals_.dropped_bytes; }
 
  private:
@@ -73,9 +77,26 @@ class GrblController {
   void reply_error(int code);
   void feed_override(int percent);
 
+  // What an operator asks for: grbl_operator.cpp.
+  enum class Cycle : std::uint8_t { kNone, kJog, kCancel, kHome, kProbeWaits, kProbe };
+  bool own_code();
+  void select_system();
+  int set_offsets(const GrblWords& words);
+  int start_probe(const GrblWords& words);
+  int start_jog(std::string_view words);
+  int start_homing(std::string_view axis);
+  std::optional<Joints> target_of(const GrblWords& words, bool relative, bool machine, const Joints& from);
+  void begin_probe();
+  void end_probe();
+  bool follow_cycle();
+  void cancel_jog();
+  void soft_alarm(int code);
+  void place_reader(const Joints& at);
+  Joints planned_end() const;
+
   void report_status();
   void report_build();
-  void report_settings();
+  void report_parameters();
   void report_parser();
   std::string_view state() const;
   std::string accessories() const;
@@ -83,6 +104,14 @@ class GrblController {
   GrblOptions options_;
   Motion motion_;
   GcodeReader reader_;
+  GrblOffsets offsets_;
+  GrblSettings settings_;
+  Cycle cycle_ = Cycle::kNone;
+  std::vector<Joints> home_way_;  ///< places that homing has yet to go to
+  Block probe_;                   ///< the way to where the probe touches, or to its end
+  GrblAxes touched_{};            ///< machine coordinates
+  bool touches_ = false;          ///< the last probing did
+  Joints jog_end_;                ///< of the newest jog
   std::string rx_;  ///< the receive buffer; bytes before rx_read_ are used up
   std::size_t rx_read_ = 0;
   std::string line_;  ///< the line being assembled
@@ -93,6 +122,7 @@ class GrblController {
   int latched_error_ = 0, alarm_ = 0, spindle_override_ = 100;
   bool reset_needed_ = false, check_mode_ = false, report_overrides_ = true;
   int reports_to_offset_ = 0;  ///< status reports until the next WCO:
+  int reports_to_overrides_ = 0;
   std::string reported_accessories_, out_;
   GrblTotals totals_;
 };

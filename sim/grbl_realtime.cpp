@@ -9,7 +9,7 @@ namespace {
 
 // Real-time bytes of the Grbl family; grblHAL's 8-bit twins beside them.
 constexpr unsigned char kReset = 0x18, kStatus = '?', kHold = '!', kResume = '~';
-constexpr unsigned char kStatus8 = 0x80, kResume8 = 0x81, kHold8 = 0x82;
+constexpr unsigned char kStatus8 = 0x80, kResume8 = 0x81, kHold8 = 0x82, kJogCancel = 0x85;
 constexpr unsigned char kFeedFull = 0x90, kFeedUp10 = 0x91, kFeedDown10 = 0x92, kFeedUp1 = 0x93,
                         kFeedDown1 = 0x94;
 constexpr unsigned char kRapidFull = 0x95, kRapidHalf = 0x96, kRapidQuarter = 0x97;
@@ -31,11 +31,18 @@ bool GrblController::realtime(unsigned char byte) {
       return true;
     case kHold:
     case kHold8:
-      if (alarm_ == 0) motion_.hold();
+      if (cycle_ == Cycle::kJog) {
+        cancel_jog();
+      } else if (alarm_ == 0 && cycle_ != Cycle::kHome) {
+        motion_.hold();
+      }
+      return true;
+    case kJogCancel:
+      cancel_jog();
       return true;
     case kResume:
     case kResume8:
-      if (alarm_ == 0) motion_.resume();
+      if (alarm_ == 0 && cycle_ != Cycle::kCancel) motion_.resume();
       pump();
       return true;
     default:
@@ -87,7 +94,7 @@ bool GrblController::realtime(unsigned char byte) {
       spindle(spindle_override_ - 1);
       break;
     default:
-      break;  // coolant, jog cancel, door: nothing to do in this machine
+      break;  // coolant, door: nothing to do in this machine
   }
   return true;
 }

@@ -8,10 +8,11 @@
 namespace tiltfeed::sim {
 namespace {
 
-constexpr int kPositionDecimals = 3;
 /// The work offset comes with every tenth report of a machine that stands, with every thirtieth of one that
 /// moves.
 constexpr int kOffsetStanding = 10, kOffsetMoving = 30;
+/// And so the overrides, where they do not change.
+constexpr int kOverridesStanding = 10, kOverridesMoving = 20;
 
 void put(std::string& out, double value, int decimals) {
   std::array<char, 350> text;  // the longest double with 3 decimals
@@ -35,6 +36,8 @@ std::string GrblController::accessories() const {
 std::string_view GrblController::state() const {
   if (alarm_ != 0) return "Alarm";
   if (check_mode_) return "Check";
+  if (cycle_ == Cycle::kHome) return "Home";
+  if (cycle_ == Cycle::kJog || cycle_ == Cycle::kCancel) return "Jog";
   if (motion_.held()) return motion_.standing() ? "Hold:0" : "Hold:1";
   const Block* running = motion_.running();
   // A dwell is reported as Idle, as the firmware does: Idle is not "finished".
@@ -44,13 +47,8 @@ std::string_view GrblController::state() const {
 void GrblController::report_status() {
   out_ += '<';
   out_ += state();
-  const Joints at = motion_.position();
-  const char* separator = "|MPos:";
-  for (const double axis : {at.x, at.y, at.z, at.a, at.c}) {
-    out_ += separator;
-    put(out_, axis, kPositionDecimals);
-    separator = ",";
-  }
+  const GrblAxes at = offsets_.machine(motion_.position());
+  out_ += "|MPos:" + grbl_text(at);
   out_ += "|Bf:" + std::to_string(motion_.free_slots()) + ',' +
           std::to_string(options_.rx_buffer - (rx_.size() - rx_read_));
   if (const Block* running = motion_.running()) out_ += "|Ln:" + std::to_string(running->line);
@@ -58,13 +56,16 @@ void GrblController::report_status() {
   put(out_, motion_.speed(), 0);
   out_ += ',';
   put(out_, motion_.accessories().spindle * spindle_override_ / 100.0, 0);
-  // Work coordinates are the machine's: every offset of this controller is zero.
+  if (options_.plate && at[2] <= *options_.plate) out_ += "|Pn:P";
   if (reports_to_offset_-- == 0) {
     const bool busy = motion_.held() || motion_.running() != nullptr;
     reports_to_offset_ = (busy ? kOffsetMoving : kOffsetStanding) - 1;
-    out_ += "|WCO:0.000,0.000,0.000,0.000,0.000";
+    out_ += "|WCO:" + grbl_text(offsets_.work());
   }
   const std::string on = accessories();
+  if (reports_to_overrides_-- == 0) report_overrides_ = true;
+  if (report_overrides_)
+    reports_to_overrides_ = (motion_.running() != nullptr ? kOverridesMoving : kOverridesStanding) - 1;
   if (report_overrides_ || on != reported_accessories_) {
     out_ += "|Ov:" + std::to_string(motion_.feed_override()) + ',' +
             std::to_string(motion_.rapid_override()) + ',' + std::to_string(spindle_override_);
@@ -85,27 +86,15 @@ void GrblController::report_build() {
   out_ += "]\r\n";
 }
 
-void GrblController::report_settings() {
-  const MachineModel& machine = motion_.machine();
-  const auto setting = [&](int number, double value) {
-    out_ += '$' + std::to_string(number) + '=';
-    put(out_, value, kPositionDecimals);
-    out_ += "\r\n";
-  };
-  out_ += "$10=511\r\n$20=1\r\n$22=0\r\n";
-  const double velocities[] = {machine.x.velocity, machine.y.velocity, machine.z.velocity,
-                               machine.tilt.velocity, machine.rotary.velocity};
-  const double accelerations[] = {machine.x.acceleration, machine.y.acceleration, machine.z.acceleration,
-                                  machine.tilt.acceleration, machine.rotary.acceleration};
-  for (int axis = 0; axis < 5; ++axis) setting(110 + axis, velocities[axis]);
-  for (int axis = 0; axis < 5; ++axis) setting(120 + axis, accelerations[axis]);
+void GrblController::report_parameters() {
+  out_ += offsets_.report() + "[PRB:" + grbl_text(touched_) + (touches_ ? ":1" : ":0") + "]\r\n";
 }
 
 void GrblController::report_parser() {
   const ModalState& modal = reader_.modal();
   out_ += "[GC:";
   out_ += modal.motion == MotionMode::kFeed ? "G1" : modal.motion == MotionMode::kRapid ? "G0" : "G80";
-  out_ += " G54 G17 G21 ";
+  out_ += " " + GrblOffsets::name(offsets_.selected()) + " G17 G21 ";
   out_ += modal.relative ? "G91 " : "G90 ";
   out_ += modal.inverse_time ? "G93" : "G94";
   const Accessories& on = motion_.accessories();

@@ -233,6 +233,7 @@ void add_serve_options(CLI::App& app, ServeOptions& options) {
   app.add_option("--planner", options.grbl.planner, "Grbl: planner, blocks")
       ->capture_default_str()
       ->check(CLI::Range(1, 100000));
+  app.add_option("--probe-plate", options.grbl.plate, "Grbl: machine Z where a probe touches");
   app.add_option("--ring", options.modbus.ring, "Modbus: ring, blocks")
       ->capture_default_str()
       ->check(CLI::Range(1, 32767));

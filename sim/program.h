@@ -106,6 +106,8 @@ class GcodeReader {
   const ModalState& modal() const { return modal_; }
   /// The axes stand here, whatever the blocks said (a stop, a reset).
   void set_position(const Joints& at) { modal_.at = at; }
+  /// Z where the machine's own coordinates have 0, in the program's: another work offset moves it.
+  void set_top(double top) { top_ = top; }
 
  private:
   char tilt_, rotary_;

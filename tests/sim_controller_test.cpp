@@ -195,7 +195,7 @@ TEST_F(Grbl, ReportsWhatTurnsAndFlowsUntilAReset) {
   say("M3 S700\nM9\n");
   EXPECT_NE(status().find(",700|Ov:100,100,100|A:S>"), std::string::npos);
   say("!\x18");
-  EXPECT_NE(status().find(",0|WCO:0.000,0.000,0.000,0.000,0.000|Ov:100,100,100>"), std::string::npos);
+  EXPECT_NE(status().find(",0|WCO:0.000,0.000,-500.000,0.000,0.000|Ov:100,100,100>"), std::string::npos);
 }
 
 TEST_F(Grbl, ResetInMotionIsAnAlarm) {
