@@ -100,6 +100,13 @@ std::optional<GrblStatus> parse_status(std::string_view line) {
       if (field.starts_with("Ln:")) status.line = number(field.substr(3));
     } else if (int ignored = 0; field.starts_with("WCO:")) {
       status.offset = figures(field.substr(4), ignored);
+    } else if (field.starts_with("FS:")) {
+      const std::vector<double> speeds = figures(field.substr(3), ignored);
+      if (speeds.size() >= 2) status.feed = speeds[0], status.spindle = speeds[1];
+    } else if (field.starts_with("Pn:")) {
+      status.inputs = wire_text(field.substr(3));
+    } else if (field.starts_with("A:")) {
+      status.switched = wire_text(field.substr(2));
     } else if (field.starts_with("Ov:")) {
       field.remove_prefix(3);
       status.feed_override = number(take_field(field, ','));

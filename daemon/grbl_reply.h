@@ -33,6 +33,8 @@ struct GrblStatus {
   int decimals = 0;            ///< of `axes`
   int line = -1;          ///< Ln:, -1 when absent
   int feed_override = -1, rapid_override = -1, spindle_override = -1;  ///< Ov:, percent, -1 when absent
+  double feed = -1.0, spindle = -1.0;  ///< FS:, mm/min and 1/min, -1 when absent
+  std::string inputs = {}, switched = {};  ///< letters of Pn: (inputs that are on) and A: (spindle, coolant)
 };
 
 /// Requires: classify_reply(line) is kStatus. Nothing when the state is not a word of letters.

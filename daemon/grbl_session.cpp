@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "daemon/grbl_words.h"
 #include "daemon/wire_text.h"
 
 namespace tiltfeed {
@@ -194,7 +195,8 @@ void GrblSession::on_running_line(GrblReplyKind kind, std::string_view line) {
       return fault(Code::kLink, refusal(text), phase_ != Phase::kCheck);
     case GrblReplyKind::kAlarm:
       loss_ = Loss::kForgotten;
-      return fault(Code::kLink, "the controller reports '" + text + "'", false, Event::kAlarm);
+      return fault(Code::kLink, "the controller reports '" + text + "'" + reply_meaning(line), false,
+                   Event::kAlarm);
     case GrblReplyKind::kBanner:
       if (phase_ == Phase::kStop && reset_sent_) return finish_stop();
       if (phase_ == Phase::kCheck && checked_) return restart_after_check();
@@ -211,7 +213,8 @@ std::string GrblSession::refusal(const std::string& text) const {
   if (in_flight_.empty()) return "'" + text + "' with no line on its way";
   const Flight& oldest = in_flight_.front();
   return "the controller answers '" + text + "' to " +
-         (oldest.kind == Kind::kLine ? quote_line(oldest.line.number, oldest.line.text) : oldest.line.text);
+         (oldest.kind == Kind::kLine ? quote_line(oldest.line.number, oldest.line.text) : oldest.line.text) +
+         reply_meaning(text);
 }
 
 void GrblSession::on_ok() {

@@ -1,5 +1,6 @@
 #pragma once
-// `tiltfeed machine check`: whether a profile is that of the machine in the shop.
+// `tiltfeed machine ...`: whether a profile is that of the machine in the shop, and what an operator does
+// with that machine before and after a program.
 
 #include <memory>
 
@@ -9,7 +10,7 @@ class App;
 
 namespace tiltfeed {
 
-/// Adds the command to the command line; after it is parsed, runs it.
+/// Adds the commands to the command line; after it is parsed, runs the one that was called.
 class MachineCommands {
  public:
   explicit MachineCommands(CLI::App& app);
@@ -18,7 +19,9 @@ class MachineCommands {
   MachineCommands& operator=(const MachineCommands&) = delete;
 
   bool called() const;
-  /// The program's exit status: 0 done, 1 failed; messages go to standard error.
+  /// It talks to a machine: then an interrupt ends the motion in order, not the process.
+  bool at_machine() const;
+  /// The program's exit status: 0 done, 1 failed, 2 wrong use; messages go to standard error.
   int run() const;
 
  private:

@@ -1,9 +1,8 @@
 #include "daemon/machine_place.h"
 
-#include <algorithm>
 #include <cmath>
 
-#include "daemon/grbl_reply.h"
+#include "daemon/grbl_talk.h"
 #include "daemon/modbus_map.h"
 
 namespace tiltfeed {
@@ -11,50 +10,26 @@ namespace tiltfeed {
 namespace {
 
 using std::chrono::milliseconds;
-using std::chrono::seconds;
 
-constexpr Time kAskAgain = milliseconds(50), kPlaceTime = seconds(5);
+constexpr Time kAskAgain = milliseconds(50);
 constexpr int kMostTries = 20;
-constexpr std::size_t kMostReply = 1024, kFiveAxes = 5;
+constexpr std::size_t kFiveAxes = 5;
 
-/// Asks for reports until one has a place in program coordinates: the offset comes with every tenth.
 Result<std::optional<Joints>> grbl_place(const MachineModel& machine, Link& wire, Clock& clock) {
-  std::string letters = "XYZ";
-  for (const char letter : kAxisLetters.substr(3))
-    if (letter == machine.tilt.letter || letter == machine.rotary.letter) letters += letter;
-  std::string out, line;
-  std::vector<double> offset;
-  Time ask = clock.now();
-  for (const Time began = clock.now(); clock.now() - began < kPlaceTime;) {
-    if (clock.now() >= ask) {
-      out += '?';
-      ask = clock.now() + kAskAgain;
-    }
-    std::string in;
-    const Result<std::size_t> taken = wire.exchange(out, std::max(ask - clock.now(), Time::zero()), in);
-    if (!taken) return tl::unexpected<Error>(taken.error());
-    out.erase(0, *taken);
-    for (const char c : in) {
-      if (c != '\n') {
-        if (c != '\r' && line.size() < kMostReply) line += c;
-        continue;
-      }
-      const std::string report = std::move(line);
-      line.clear();
-      const bool status = classify_reply(report) == GrblReplyKind::kStatus;
-      const std::optional<GrblStatus> said = status ? parse_status(report) : std::nullopt;
-      if (!said) continue;
-      if (!said->offset.empty()) offset = said->offset;
-      if (said->axes.size() != kFiveAxes || letters.size() != kFiveAxes) continue;
-      if (!said->in_work && offset.size() != kFiveAxes) continue;
-      const auto axis = [&](char letter) {
-        const std::size_t i = letters.find(letter);
-        return said->axes[i] - (said->in_work ? 0.0 : offset[i]);
-      };
-      return Joints{axis('X'), axis('Y'), axis('Z'), axis(machine.tilt.letter), axis(machine.rotary.letter)};
-    }
-  }
-  return std::nullopt;
+  GrblTalk talk(wire, clock);
+  const Result<GrblStatus> said = talk.report_with_offset();
+  if (!said) return tl::unexpected<Error>(said.error());
+  const bool known = said->in_work || talk.offset().size() == said->axes.size();
+  if (!known || said->axes.size() != kFiveAxes) return std::nullopt;
+  const AxisValues at = report_axes(said->axes, {}, machine),
+                   offset = said->in_work ? AxisValues{} : report_axes(talk.offset(), {}, machine);
+  const auto axis = [&](char letter) {
+    const std::size_t i = kAxisLetters.find(letter);
+    return i == kAxisLetters.npos ? std::nan("") : at[i] - offset[i];
+  };
+  const Joints place{axis('X'), axis('Y'), axis('Z'), axis(machine.tilt.letter), axis(machine.rotary.letter)};
+  const bool whole = std::isfinite(place.x + place.y + place.z + place.a + place.c);
+  return whole ? std::optional(place) : std::nullopt;
 }
 
 /// Registers of a ring controller, asked for until they come.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "daemon/grbl_reply.h"
+#include "daemon/grbl_talk.h"
 #include "daemon/machine_place.h"
 #include "daemon/modbus_map.h"
 #include "daemon/safe_stop.h"
@@ -12,45 +12,24 @@ namespace tiltfeed {
 namespace {
 
 using std::chrono::milliseconds;
-using std::chrono::seconds;
 
-constexpr Time kLook = milliseconds(50), kUnlockTime = seconds(5);
+constexpr Time kLook = milliseconds(50);
+constexpr double kUnlockTime = 5.0;  // s
 constexpr int kMostTries = 100;
-constexpr std::size_t kMostReply = 1024;
 
 /// After the reset: the state of the next reports, and $X where that is an alarm.
 Result<std::string> unlock_grbl(Link& wire, Clock& clock, const std::string& done) {
-  std::string out, line;
-  bool unlocked = false;
-  Time ask = clock.now();
-  for (const Time began = clock.now(); clock.now() - began < kUnlockTime;) {
-    if (clock.now() >= ask) {
-      out += '?';
-      ask = clock.now() + kLook;
-    }
-    std::string in;
-    const Result<std::size_t> taken = wire.exchange(out, std::max(ask - clock.now(), Time::zero()), in);
-    if (!taken) return tl::unexpected<Error>(taken.error());
-    out.erase(0, *taken);
-    for (const char c : in) {
-      if (c != '\n') {
-        if (c != '\r' && line.size() < kMostReply) line += c;
-        continue;
-      }
-      const std::string report = std::move(line);
-      line.clear();
-      if (classify_reply(report) != GrblReplyKind::kStatus) continue;
-      const std::optional<GrblStatus> said = parse_status(report);
-      if (said && said->state == "Idle")
-        return unlocked
-                   ? "reset and unlocked: its position is not to be trusted, home it before anything else"
-                   : done;
-      if (said && said->state.starts_with("Alarm") && !unlocked) {
-        out += "$X\n";
-        unlocked = true;
-      }
-    }
+  GrblTalk talk(wire, clock);
+  const auto settled = [](const GrblStatus& said) {
+    return said.state == "Idle" || said.state.starts_with("Alarm");
+  };
+  Result<GrblStatus> said = talk.report_until(settled, kUnlockTime);
+  if (said && said->state == "Idle") return done;
+  if (said) {
+    if (const Result<void> sent = talk.urge("$X\n"); !sent) return tl::unexpected<Error>(sent.error());
+    said = talk.report_until([](const GrblStatus& now) { return now.state == "Idle"; }, kUnlockTime);
   }
+  if (said) return "reset and unlocked: its position is not to be trusted, home it before anything else";
   return fail(Code::kLink, "the controller was reset and does not say that it is idle: look at the machine");
 }
 

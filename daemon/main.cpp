@@ -108,6 +108,7 @@ int run(int argc, char** argv) {
       if (auto same = check_tool_length(program, tool_length); !same) return report(same.error());
     return send_command(program, link, send_machine);
   }
+  if (machines.at_machine()) return machines.run();
   const PromptEnd prompt_end;  // what touches no machine may end at any place
   if (check->parsed()) return check_command(check_job);
   if (planning->parsed()) return plan_command(files);

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <utility>
 
+#include "daemon/grbl_words.h"
 #include "daemon/wire_text.h"
 
 namespace tiltfeed {
@@ -129,8 +130,8 @@ void RepRapSession::on_line(std::string_view line) {
   const bool after_resend = std::exchange(resend_ok_due_, false);
   if (reply.kind == RepRapReplyKind::kHalted) {
     loss_ = Loss::kRestarted;
-    return fault(Code::kLink,
-                 "the firmware has halted: '" + last_text_ + "'; home the machine before anything else");
+    return fault(Code::kLink, "the firmware has halted: '" + last_text_ + "'" + marlin_meaning(line) +
+                                  "; home the machine before anything else");
   }
   if (phase_ == Phase::kConnect || phase_ == Phase::kIdentify) return on_opening(reply, line);
   switch (reply.kind) {
