@@ -34,6 +34,8 @@ def feed_of(row):
 
 
 class Shop(Run):
+    offset = None  # of work coordinates, as the machine last told it
+
     def bytes_of(self, device, ask, seconds):
         """What the machine says on its wire, after `ask`."""
         fd = os.open(device, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
@@ -49,17 +51,20 @@ class Shop(Run):
             os.close(fd)
 
     def status(self, device):
-        """State, position, spindle speed."""
+        """State, position in program coordinates, spindle speed."""
         reports = []
 
         def answered():
-            said = self.bytes_of(device, b"?", 0.4)
+            # The work offset comes with every thirtieth report at the latest.
+            said = self.bytes_of(device, b"?" if self.offset else b"?" * 30, 0.4)
+            if told := re.findall(r"\|WCO:([^|>]*)", said):
+                self.offset = [float(x) for x in told[-1].split(",")]
             reports.extend(re.findall(r"<([^|>]*)\|MPos:([^|>]*)[^>]*\|FS:[^,>]*,(\d+)[^>]*>", said))
-            return reports
+            return reports and self.offset
 
         self.until("the machine does not answer ?", answered)
         state, place, spindle = reports[-1]
-        return state, [float(x) for x in place.split(",")], int(spindle)
+        return state, [float(x) - zero for x, zero in zip(place.split(","), self.offset)], int(spindle)
 
     def safe_stop(self, end):
         began = time.monotonic()
