@@ -1,6 +1,9 @@
 #include "sim/program_proof.h"
 
 #include <algorithm>
+#include <atomic>
+#include <functional>
+#include <mutex>
 #include <optional>
 #include <span>
 
@@ -18,7 +21,11 @@ constexpr std::size_t kBatch = 32768, kChunk = 2048;
 class Moves {
  public:
   Moves(std::istream& in, const std::string& name, const Job& job)
-      : in_(in), lines_(in), name_(name), reader_(job.machine, job.setup), frames_(job.machine.model, job.setup) {}
+      : in_(in),
+        lines_(in),
+        name_(name),
+        reader_(job.machine, job.setup),
+        frames_(job.machine.model, job.setup) {}
 
   /// Up to about `most` more; none: the program is at its end.
   Result<void> read(std::size_t most, std::vector<ProgramMove>& moves) {
@@ -79,6 +86,38 @@ void look_inside(const Prover& prover, const std::vector<ProgramMove>& places, P
 
 }  // namespace
 
+namespace {
+
+/// What of the program is done, from the middle of a batch too, said by any thread.
+class Shares {
+ public:
+  Shares(const std::function<bool(double share)>& report, double size) : report_(report), size_(size) {}
+
+  /// A batch begins of so many chunks; it reaches to the program's byte `end`.
+  void begin(std::size_t chunks, std::uint64_t end) {
+    from_ = to_, to_ = std::min(1.0, static_cast<double>(end) / size_);
+    chunks_ = chunks, done_ = 0;
+  }
+  /// A chunk is done.
+  void next() {
+    const std::lock_guard lock(mutex_);
+    ++done_;
+    const double share = from_ + (to_ - from_) * static_cast<double>(done_) / static_cast<double>(chunks_);
+    if (report_ && !stopped_ && !report_(share)) stopped_ = true;
+  }
+  bool stopped() const { return stopped_; }
+
+ private:
+  const std::function<bool(double share)>& report_;
+  const double size_;
+  std::mutex mutex_;
+  double from_ = 0.0, to_ = 0.0;
+  std::size_t chunks_ = 1, done_ = 0;
+  std::atomic<bool> stopped_ = false;
+};
+
+}  // namespace
+
 Result<ProgramProof> prove_program(std::istream& in, const std::string& name, const Job& job,
                                    const Prover& prover, int threads,
                                    const std::function<bool(double share)>& progress) {
@@ -90,21 +129,24 @@ Result<ProgramProof> prove_program(std::istream& in, const std::string& name, co
   std::vector<ProgramMove> now, next;
   Result<void> read = reader.read(kBatch, now);
   if (!read) return tl::unexpected(read.error());
+  Shares shares(progress, static_cast<double>(size));
   while (true) {
     look_inside(prover, reader.take_fresh(), result);
     std::vector<Proof> proofs((now.size() + kChunk - 1) / kChunk);
-    const double share = static_cast<double>(reader.bytes()) / static_cast<double>(size);
+    shares.begin(proofs.size(), reader.bytes());
     in_parallel(proofs.size() + 1, threads, [&](std::size_t i) {
       if (i == 0) {
         read = reader.read(kBatch, next);
         return;
       }
+      if (shares.stopped()) return;
       const std::size_t first = (i - 1) * kChunk;
       proofs[i - 1] = prover.hold(std::span(now).subspan(first, std::min(kChunk, now.size() - first)));
+      shares.next();
     });
     for (const Proof& proof : proofs) result.proof.add(proof);
     if (!read) return tl::unexpected(read.error());
-    if (progress && !progress(std::min(1.0, share))) return fail(Code::kCancelled, "the proof was cancelled");
+    if (shares.stopped()) return fail(Code::kCancelled, "the proof was cancelled");
     if (next.empty()) break;
     std::swap(now, next);
   }

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <regex>
@@ -99,6 +100,38 @@ bool shift_word(std::string& line, char letter, double by) {
   line =
       found.prefix().str() + found[1].str() + letter + number.data() + found[3].str() + found.suffix().str();
   return true;
+}
+
+/// A program shorter than what is read at a time, too, shows how far its proof is, and hears the user.
+TEST(ProgramProof, CountsWithinABatch) {
+  Posted posted(dialect_cases().front());
+  std::string rows;
+  for (int i = 0; i < 10000; ++i) rows += i % 2 == 0 ? "G0 X1\n" : "G0 X-1\n";
+  const auto end = std::find(posted.lines.rbegin(), posted.lines.rend(), "G53 G0 Z0");
+  ASSERT_NE(end, posted.lines.rend());
+  *end = "G53 G0 Z0\nG0 X0 Y0\nG0 Z60\n" + rows;
+  const CheckedMesh part = plate();
+  const Prover prover(part, posted.job);
+  std::vector<double> shares;
+  const auto prove = [&](std::size_t most) {
+    std::istringstream in(posted.text());
+    return prove_program(in, "p.nc", posted.job, prover, 2, [&](double share) {
+      shares.push_back(share);
+      return shares.size() < most;
+    });
+  };
+  const auto proven = prove(1000);
+  ASSERT_TRUE(proven) << proven.error().message;
+  EXPECT_GT(proven->proof.moves, 10000u);
+  EXPECT_GE(shares.size(), 5u);
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+  EXPECT_LE(shares.front(), 0.3);
+  EXPECT_NEAR(shares.back(), 1.0, 1e-9);
+  shares.clear();
+  const auto stopped = prove(2);
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().code, Code::kCancelled);
+  EXPECT_EQ(shares.size(), 2u);
 }
 
 class EveryDialect : public testing::TestWithParam<DialectCase> {};
@@ -280,8 +313,8 @@ TEST(ControlWords, CrAlone_IsALineEnd) {
   ControlReader reader(job.machine, job.setup);
   std::istringstream in("G21 G90\rG0 X0 Y0 Z5 A0 C0\rG94 G1 X5 F600\rY10\r\nM2\r");
   std::vector<Joints> targets;
-  const auto read = read_control_program(
-      in, "p.nc", reader, [&](const ControlBlock& b) { targets.push_back(b.block.target); });
+  const auto read = read_control_program(in, "p.nc", reader,
+                                         [&](const ControlBlock& b) { targets.push_back(b.block.target); });
   ASSERT_TRUE(read) << read.error().message;
   ASSERT_GE(targets.size(), 3u);
   EXPECT_EQ(targets[1], (Joints{5.0, 0.0, 5.0, 0.0, 0.0}));
