@@ -28,6 +28,7 @@
 #include "kinematics/tcp_path.h"
 #include "kinematics/tolerance_budget.h"
 #include "pathgen/mesh.h"
+#include "pathgen/mesh_check.h"
 #include "pathgen/plan.h"
 #include "pathgen/stl.h"
 
@@ -133,8 +134,10 @@ Result<void> Planning::plan_path() {
   auto stl = clock_.time("read", [&] { return read_stl(job_->stl_path, job_->stl_unit_mm); });
   if (!stl) return tl::unexpected(stl.error());
   show("check", 0.0);
-  auto part = clock_.time("check",
-                          [&] { return check_mesh(*stl, {ToleranceBudget(job_->plan.tolerance).repair()}); });
+  auto part = clock_.time("check", [&] {
+    return check_mesh(*stl, {ToleranceBudget(job_->plan.tolerance).repair()},
+                      [&](double f) { return show("check", f); });
+  });
   if (!part) return tl::unexpected(part.error());
   part_ = std::move(*part);
   line_.note(size_text(part_.bounds));

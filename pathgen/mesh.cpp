@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "kinematics/tool_path.h"
+#include "pathgen/mesh_check.h"
 #include "pathgen/orient.h"
 #include "pathgen/repair.h"
 #include "pathgen/topology.h"
@@ -39,6 +40,13 @@ struct EdgeCount {
 
 /// Indexed by EdgeState.
 using EdgeCounts = std::array<EdgeCount, 4>;
+
+/// Of the check, what is done after each of its steps.
+constexpr double kFinite = 0.05, kJoined = 0.5, kCounted = 0.6, kRepaired = 0.9;
+
+tl::unexpected<Error> cancelled() {
+  return fail(Code::kCancelled, "the check of the part was cancelled; nothing was written");
+}
 
 EdgeCounts count_edges(const Welded& welded, const Mesh& mesh) {
   EdgeCounts counts;
@@ -262,8 +270,14 @@ std::string number_text(double value) {
 }
 
 Result<CheckedMesh> check_mesh(const Stl& stl, const RepairOptions& options) {
+  return check_mesh(stl, options, {});
+}
+
+Result<CheckedMesh> check_mesh(const Stl& stl, const RepairOptions& options, const ReportShare& report) {
   if (auto good = check_coordinates(stl); !good) return tl::unexpected(good.error());
-  Welded welded = weld(stl);
+  const auto stopped = [&](double share) { return report && !report(share); };
+  if (stopped(kFinite)) return cancelled();
+  Welded welded = weld(stl, part_of(report, kFinite, kJoined));
   if (welded.mesh.facets.size() == welded.seams.size()) {
     return fail(Code::kMesh, "nothing is left to plan: all " + std::to_string(stl.facets.size()) +
                                  " facets are without area; check the unit of the file and export it again");
@@ -278,9 +292,13 @@ Result<CheckedMesh> check_mesh(const Stl& stl, const RepairOptions& options) {
                   counted(welded.duplicate.count, "facet lies", "facets lie") +
                       " on the corners of an earlier one; left out, which changes no surface");
 
+  if (stopped(kJoined)) return cancelled();
   const EdgeCounts counts = count_edges(welded, out.mesh);
+  if (stopped(kCounted)) return cancelled();
   Repair fixed;
-  if (!is_closed(counts) && options.distance > 0.0) fixed = repair(out.mesh, welded.fans, options.distance);
+  if (!is_closed(counts) && options.distance > 0.0)
+    fixed = repair(out.mesh, welded.fans, options.distance, part_of(report, kCounted, kRepaired));
+  if (stopped(kRepaired)) return cancelled();
   if (fixed.mesh) {
     name_edges(counts, "; repaired", "; repaired", findings);
     name_repair(fixed, options.distance, findings);

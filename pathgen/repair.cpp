@@ -274,9 +274,12 @@ void Attempt::finish() {
 
 }  // namespace
 
-Repair repair(const Mesh& mesh, const VertexFans& fans, double distance) {
+Repair repair(const Mesh& mesh, const VertexFans& fans, double distance, const ReportShare& report) {
   std::vector<Weld> welds;
-  for (double share : kReaches) welds.push_back(weld_within(mesh, fans, distance * share));
+  for (double share : kReaches) {
+    welds.push_back(weld_within(mesh, fans, distance * share));
+    if (report) report(static_cast<double>(welds.size()) / (std::size(kReaches) + 1));
+  }
   const auto fewest = std::min_element(welds.begin(), welds.end(),
                                        [](const Weld& a, const Weld& b) { return a.open < b.open; });
   Repair last;

@@ -6,6 +6,7 @@
 
 #include "pathgen/mesh.h"
 #include "pathgen/topology.h"
+#include "pathgen/watch.h"
 #include "pathgen/weld.h"
 
 namespace tiltfeed {
@@ -35,7 +36,8 @@ struct Repair {
 ///   fewest edges open is tried first, then those above it.
 /// 3 No two facets cross that did not before: where a repair would make some, there is none.
 /// 4 All or nothing: what keeps one hole keeps all.
+/// `report`: is told how far it is; its answer is not heeded.
 /// Requires: `fans` are those of `mesh`; sources ascend; distance > 0.
-Repair repair(const Mesh& mesh, const VertexFans& fans, double distance);
+Repair repair(const Mesh& mesh, const VertexFans& fans, double distance, const ReportShare& report = {});
 
 }  // namespace tiltfeed

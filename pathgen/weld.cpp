@@ -190,11 +190,15 @@ std::vector<std::uint32_t> find_seams(const Mesh& mesh, const VertexFans& fans,
   return found;
 }
 
+/// Of the welding, what is done when corners are one and when the edges are known.
+constexpr double kIndexed = 0.4, kSurveyed = 0.8;
+
 }  // namespace
 
-Welded weld(const Stl& stl) {
+Welded weld(const Stl& stl, const ReportShare& report) {
   Welded out;
   Mesh& mesh = out.mesh = CornerIndex(stl).mesh();
+  if (report) report(kIndexed);
   bool changed = true;  // since the last look at the edges
   const auto drop = [&](const std::vector<std::uint32_t>& facets) {
     if (!facets.empty()) remove_facets(mesh, facets), changed = true;
@@ -210,6 +214,7 @@ Welded weld(const Stl& stl) {
   const auto is_collapsed = [](const Facet& f) { return f[0] == f[1] || f[1] == f[2] || f[2] == f[0]; };
   name_and_drop(out.degenerate, facets_where(mesh, is_collapsed));
   look();
+  if (report) report(kSurveyed);
   if (out.survey.may_have_duplicates) name_and_drop(out.duplicate, find_duplicates(mesh));
   const std::vector<std::uint32_t> thin = without_area(mesh);
   note(out.degenerate, mesh, thin);

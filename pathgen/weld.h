@@ -7,6 +7,7 @@
 #include "pathgen/mesh.h"
 #include "pathgen/stl.h"
 #include "pathgen/topology.h"
+#include "pathgen/watch.h"
 
 namespace tiltfeed {
 
@@ -33,8 +34,8 @@ struct Welded {
 };
 
 /// Welds by exact equality of coordinates (-0 is 0); the same for any number of threads. Requires:
-/// coordinates are finite.
-Welded weld(const Stl& stl);
+/// coordinates are finite. `report`: is told how far it is; its answer is not heeded.
+Welded weld(const Stl& stl, const ReportShare& report = {});
 
 /// Facets on the same three vertices as an earlier one, whatever their order; ascending.
 std::vector<std::uint32_t> find_duplicates(const Mesh& mesh);

@@ -14,6 +14,7 @@
 #include "config/job_files.h"
 #include "config/output_file.h"
 #include "kinematics/tolerance_budget.h"
+#include "pathgen/mesh_check.h"
 #include "pathgen/stl.h"
 #include "sim/picture.h"
 #include "sim/program_proof.h"
@@ -62,6 +63,9 @@ Mesh around(const Mesh& part, Point<Part> p, double near) {
   return mesh;
 }
 
+// Of the proof, what is done when the part is checked, and when it can be asked for distances.
+constexpr double kChecked = 0.1, kReady = 0.2;
+
 /// The gouge with the part and the moves about it.
 Result<void> draw(std::istream& in, const std::string& name, const Job& job, const CheckedMesh& part,
                   const ProvenGouge& gouge, const std::string& png) {
@@ -100,9 +104,15 @@ int prove_command(const ProveOptions& options) {
     return report(fits.error());
   const auto stl = read_stl(job->stl_path, job->stl_unit_mm);
   if (!stl) return report(stl.error());
-  const auto part = check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()});
+  const auto show = [&](double share) {
+    if (options.progress) std::printf("progress %.3f\n", share), std::fflush(stdout);
+    return true;
+  };
+  const auto part = check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()},
+                               [&](double share) { return show(kChecked * share); });
   if (!part) return report(part.error());
   const Prover prover(*part, *job);
+  show(kReady);
   std::string word;
   if (options.told && !std::getline(std::cin, word)) return report({Code::kCancelled, "no program came"});
   std::ifstream in(options.program, std::ios::binary);
@@ -110,10 +120,8 @@ int prove_command(const ProveOptions& options) {
   const int threads = options.threads > 0
                           ? options.threads
                           : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const auto proven = prove_program(in, name, *job, prover, threads, [&](double share) {
-    if (options.progress) std::printf("progress %.3f\n", share), std::fflush(stdout);
-    return true;
-  });
+  const auto proven = prove_program(in, name, *job, prover, threads,
+                                    [&](double share) { return show(kReady + (1.0 - kReady) * share); });
   if (!proven) return report(proven.error());
   const auto& gouge = proven->proof.deepest;
   if (!gouge) {

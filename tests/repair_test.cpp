@@ -1,8 +1,12 @@
 #include "pathgen/repair.h"
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
 
+#include <tbb/global_control.h>
+#include <algorithm>
+#include <set>
+
+#include "pathgen/mesh_check.h"
 #include "sim/parts.h"
 #include "tests/damage.h"
 #include "tests/welded.h"
@@ -234,6 +238,32 @@ TEST(Repair, CornersAreNumberedByFirstUse) {
     for (std::size_t i = 0; i < brute.facets.size(); ++i)
       for (std::size_t k = 0; k < 3; ++k)
         ASSERT_EQ(mesh.mesh.facets[i][k], static_cast<std::uint32_t>(brute.facets[i][k]));
+  }
+}
+
+/// A part that needs a repair shows how far its check is, and hears the user.
+TEST(Repair, TheCheckCountsItsShare) {
+  Stl stl;
+  stl.facets = soup::cube(0, 10);
+  stl.facets.pop_back();
+  std::vector<double> shares;
+  const auto check = [&](std::size_t most) {
+    shares.clear();
+    return check_mesh(stl, {0.01}, [&](double share) {
+      shares.push_back(share);
+      return shares.size() < most;
+    });
+  };
+  ASSERT_TRUE(check(100));
+  const std::set<double> steps(shares.begin(), shares.end());
+  EXPECT_GE(steps.size(), 7u);
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+  EXPECT_LE(shares.back(), 1.0);
+  const std::size_t all = shares.size();
+  for (std::size_t most = 1; most < all; ++most) {
+    const auto stopped = check(most);
+    ASSERT_FALSE(stopped) << most;
+    EXPECT_EQ(stopped.error().code, Code::kCancelled);
   }
 }
 
