@@ -15,7 +15,7 @@ allowed() {
     tests/*:*/*) return 0 ;;
     daemon/plan_command.cpp:pathgen/plan.h | config/job.h:pathgen/plan.h) return 0 ;;
     daemon/*:pathgen/plan.h | config/*:pathgen/plan.h) return 1 ;;
-    sim/*:pathgen/mesh.h | sim/*:pathgen/stl.h | sim/*:pathgen/plan.h | sim/*:pathgen/cutter.h) return 0 ;;
+    sim/*:pathgen/mesh.h | sim/*:pathgen/mesh_check.h | sim/*:pathgen/stl.h | sim/*:pathgen/plan.h | sim/*:pathgen/cutter.h) return 0 ;;
   esac
   case $from:${2%/*} in
     kinematics:kinematics) return 0 ;;
