@@ -8,6 +8,8 @@ namespace {
 
 // Of half the angle between a corner's sides; narrower ones are none.
 constexpr double kNarrowest = 0.1;
+// A direction leans less than this from the axis (sine): all of a rim is as far along it.
+constexpr double kAlongAxis = 1e-12;
 
 /// The outline moved inwards by `depth`: arcs shrink about their centres, sharp corners run along their
 /// bisectors.
@@ -46,7 +48,8 @@ void measure(ToolCore& core) {
 Vec3 ToolCore::furthest(Vec3 axis, Vec3 u) const {
   const double c = dot(axis, u);
   if (wide == 0.0) return axis * (c >= 0.0 ? high : low);
-  const Vec3 out = u - axis * c;
+  // Twice: along the axis the first leaves rounding only, which points anywhere.
+  const Vec3 across = u - axis * c, out = across - axis * dot(across, axis);
   const double s = length(out);
   double most = -kInfinity;
   const Corner* best = nullptr;
@@ -54,7 +57,7 @@ Vec3 ToolCore::furthest(Vec3 axis, Vec3 u) const {
     const double value = corner.r * s + corner.h * c + corner.radius;
     if (value > most) most = value, best = &corner;
   }
-  const Vec3 aside = s > 0.0 ? out * (best->r / s) : Vec3{};
+  const Vec3 aside = s > kAlongAxis ? out * (best->r / s) : Vec3{};
   return axis * best->h + aside + u * best->radius;
 }
 

@@ -93,6 +93,32 @@ TEST(ToolCore, BoundsHowDeepAPointIsInThePiece) {
   }
 }
 
+/// Straight up and down a leaning axis, and nearly so, what is left of a direction across it is rounding.
+TEST(ToolCore, ItsFurthestPointIsItsOwnAlongTheAxisToo) {
+  std::mt19937_64 random(5);
+  for (const Cutter& cutter : cutters()) {
+    const ToolSolid solid(cutter, {});
+    for (const ToolCore& core : tool_cores(solid, 0.05)) {
+      for (int i = 0; i < 2000; ++i) {
+        const Vec3 axis =
+            normalized(Vec3{random_in(random, -1, 1), random_in(random, -1, 1), random_in(random, -1, 1)});
+        const double lean = i % 4 == 0 ? 0.0 : std::pow(10.0, random_in(random, -17, -1));
+        const Vec3 aside{random_in(random, -1, 1), random_in(random, -1, 1), random_in(random, -1, 1)};
+        const Vec3 u = normalized(axis * (i % 2 == 0 ? 1.0 : -1.0) + aside * lean),
+                   p = core.furthest(axis, u);
+        const double h = dot(p, axis), r = length(p - axis * h), c = dot(u, axis), s = length(cross(u, axis));
+        EXPECT_GE(h, core.low - core.wide - 1e-9);
+        EXPECT_LE(h, core.high + core.wide + 1e-9);
+        EXPECT_LE(r, core.wide + 1e-9);
+        double most = -kInfinity;
+        for (const Corner& corner : core.corners)
+          most = std::max(most, corner.r * s + corner.h * c + corner.radius);
+        EXPECT_NEAR(dot(p, u), most, 1e-9) << "lean " << lean;
+      }
+    }
+  }
+}
+
 /// A machine of each structure, with offsets that matter.
 std::vector<MachineModel> machines() {
   MachineModel head = make_job().machine.model, table = head, both = head;
