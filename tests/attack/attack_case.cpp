@@ -8,6 +8,7 @@
 #include "daemon/near_pole.h"
 #include "daemon/space_about.h"
 #include "kinematics/tolerance_budget.h"
+#include "tests/attack/proof_judge.h"
 #include "tests/attack/random_job.h"
 #include "tests/attack/random_part.h"
 
@@ -60,6 +61,10 @@ CaseResult run_job(const std::string& job_path) {
   if (!joints) return refused(result, joints.error());
   result.moves = joints->moves.size();
   result.verdict = judge(*job, *stl, *part, *planned, *joints);
+  const ProofVerdict proof = judge_proof(*job, *part, *joints, result.verdict.in_part);
+  auto& findings = result.verdict.findings;
+  findings.insert(findings.end(), proof.findings.begin(), proof.findings.end());
+  result.damaged = proof.damaged, result.damaged_refused = proof.refused;
   result.judge_seconds = processor_seconds() - start - result.plan_seconds;
   return result;
 }

@@ -20,6 +20,7 @@ struct CaseResult {
   Verdict verdict;
   double plan_seconds = 0.0, judge_seconds = 0.0;  ///< processor time
   std::size_t facets = 0, moves = 0;
+  std::size_t damaged = 0, damaged_refused = 0;  ///< moves that the proof was tried on
 };
 
 /// Writes the case's files, plans the job as `tiltfeed plan` does and judges what the machine makes of it.

@@ -81,6 +81,7 @@ class Judge {
 
   Verdict run() {
     proof_against(part_, contact_);
+    verdict_.in_part = std::max(verdict_.gouge, verdict_.rapid);
     if (!part_.defects.empty()) proof_against(as_read(stl_, part_), false);
     look_inside();
     if (verdict_.findings.empty()) look_for_uncut();

@@ -15,6 +15,7 @@ namespace tiltfeed::attack {
 struct Verdict {
   double gouge = 0.0;                         ///< deepest on cuts and plunges, mm
   double rapid = 0.0;                         ///< deepest on rapids, mm
+  double in_part = 0.0;                       ///< deepest on any move in the part as repaired, mm
   double contact = 0.0;                       ///< largest gap where contact is meant, mm
   double left = 0.0;                          ///< most left over what the neighbouring passes must leave, mm
   std::size_t poses = 0, surface_points = 0;  ///< looked at; of the surface: that the tool reaches

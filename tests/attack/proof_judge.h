@@ -1,0 +1,23 @@
+#pragma once
+// The proof of a program, judged in turn: what it says of the printed text of a case and of damaged moves,
+// against depths of the tool at poses along them.
+
+#include <string>
+#include <vector>
+
+#include "config/job.h"
+#include "kinematics/joint_path.h"
+#include "pathgen/mesh.h"
+
+namespace tiltfeed::attack {
+
+struct ProofVerdict {
+  std::size_t moves = 0, damaged = 0, refused = 0;  ///< held; damaged moves held, and of those refused
+  std::vector<std::string> findings;                ///< gouges that it proves, and where it is wrong
+};
+
+/// `deepest`: of the program in the part, as found at poses. Bounds: the depth of a gouge that it tells is
+/// that at the pose that it tells, and no pose is deeper than it says, each to within 5 % of the tolerance.
+ProofVerdict judge_proof(const Job& job, const CheckedMesh& part, const JointPath& joints, double deepest);
+
+}  // namespace tiltfeed::attack
