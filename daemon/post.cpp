@@ -89,6 +89,9 @@ Result<Posted> post(const AptProgram& program, const std::string& name, const Ma
     AptOperation op =
         options.clear.height ? with_clear_ends(stated, machine.model, setup, *options.clear.height) : stated;
     auto path = to_joints(op.path, machine.model, setup, joints);
+    if (!path && path.error().code == Code::kLimit && options.clear.height)
+      if (const auto why = out_of_travel_at_ends(stated, machine.model, setup, *options.clear.height))
+        return fail(Code::kLimit, name + ":" + *why);
     if (!path) return tl::unexpected(at_line(path.error(), name, op));
     op = reconfigured(std::move(op), *path);
     const int tool = op.tool_number > 0 ? op.tool_number : options.data.tool;

@@ -1,9 +1,13 @@
 #include "kinematics/clear_ends.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+#include <vector>
 
+#include "kinematics/decimal.h"
 #include "kinematics/operation.h"
+#include "kinematics/units.h"
 
 namespace tiltfeed {
 namespace {
@@ -14,7 +18,69 @@ Pose raised(const Pose& pose, Vec3 up, double clear_height) {
   return {pose.tip + pose.axis * rise_to(clear_height, pose, up), pose.axis};
 }
 
+// What is advised stays so far within the travels, mm.
+constexpr double kRoom = 0.1;
+// Words are rounded: a place this near to a limit may be beyond it, mm.
+constexpr double kNear = 0.001;
+/// So often the reach along the axis is halved.
+constexpr int kHalvings = 30;
+
+bool on_any_turn(const RotaryAxis& axis, double word) {
+  if (!axis.present) return true;
+  const double turn = 360.0 * std::ceil((axis.min - word) / 360.0);
+  return !std::isfinite(turn) || word + turn <= axis.max;
+}
+
+/// The first limit that breaks, or is nearer than kNear, with each solution whose rotaries serve; empty where
+/// one breaks none.
+std::vector<std::string> broken_limits(const Pose& pose, const MachineModel& machine, const Setup& setup) {
+  MachineModel narrower = machine;
+  for (LinearAxis* axis : {&narrower.x, &narrower.y, &narrower.z}) axis->min += kNear, axis->max -= kNear;
+  std::vector<std::string> broken;
+  const auto solutions = inverse(machine, setup, pose, 0.0);
+  if (!solutions) return broken;
+  for (Joints words : *solutions) {
+    if (!on_any_turn(machine.tilt, words.a) || !on_any_turn(machine.rotary, words.c)) continue;
+    words.a = machine.tilt.present ? std::clamp(words.a, machine.tilt.min, machine.tilt.max) : words.a;
+    words.c = machine.rotary.present ? std::clamp(words.c, machine.rotary.min, machine.rotary.max) : words.c;
+    const auto near = broken_limit(narrower, words), limit = broken_limit(machine, words);
+    if (!near) return {};
+    broken.push_back(limit ? *limit : *near);
+  }
+  return broken;
+}
+
+std::optional<std::string> out_of_travel(const Pose& pose, const MachineModel& machine, const Setup& setup,
+                                         double clear_height) {
+  const Vec3 up = rotary_up(machine, setup);
+  const Pose end = raised(pose, up, clear_height);
+  const std::vector<std::string> broken = broken_limits(end, machine, setup);
+  if (broken.empty() || !broken_limits(pose, machine, setup).empty()) return std::nullopt;
+  double low = 0.0, high = distance(pose.tip, end.tip);
+  for (int i = 0; i < kHalvings; ++i) {
+    const double way = 0.5 * (low + high);
+    const bool reached = broken_limits({pose.tip + pose.axis * way, pose.axis}, machine, setup).empty();
+    (reached ? low : high) = way;
+  }
+  const std::string height = decimal(std::floor(dot(from_origin(pose.tip + pose.axis * low), up) - kRoom), 0);
+  return "the tool leans by " + decimal(angle_between(pose.axis, up) * 180.0 / kPi, 1) +
+         " degrees and must rise " + decimal(distance(pose.tip, end.tip), 1) +
+         " mm along its axis to the clear height of " + decimal(clear_height, 3) + " mm, where " + broken[0] +
+         "; within its travels it rises to " + height + " mm: state --clear-height " + height +
+         " where nothing is higher, leave it out to begin and end as the CL file does, or move the part on "
+         "the table (post --part-zero)";
+}
+
 }  // namespace
+
+std::optional<std::string> out_of_travel_at_ends(const AptOperation& operation, const MachineModel& machine,
+                                                 const Setup& setup, double clear_height) {
+  const auto& moves = operation.path.moves;
+  for (const std::size_t end : {std::size_t{0}, moves.size() - 1})
+    if (const auto why = out_of_travel(moves[end].pose, machine, setup, clear_height))
+      return std::to_string(operation.lines[end]) + ": " + *why;
+  return std::nullopt;
+}
 
 AptOperation with_clear_ends(AptOperation operation, const MachineModel& machine, const Setup& setup,
                              double clear_height) {

@@ -1,6 +1,9 @@
 #pragma once
 // The tool's way to the first pose of a path and from its last, from a height where nothing stands.
 
+#include <optional>
+#include <string>
+
 #include "kinematics/apt_file.h"
 #include "kinematics/joint_path.h"
 #include "kinematics/machine.h"
@@ -12,6 +15,12 @@ namespace tiltfeed {
 /// moves. A tool that lies flatter than kLeastRise has no way up along its axis: that end is left as it is.
 AptOperation with_clear_ends(AptOperation operation, const MachineModel& machine, const Setup& setup,
                              double clear_height);
+
+/// Of an operation whose joints break a limit: why the travels do not let the tool rise along its axis to the
+/// clear height from the operation's first or last pose, how high they let it rise, and what to do; with the
+/// line of the CL text. Nothing where they do, or where they do not reach the pose either.
+std::optional<std::string> out_of_travel_at_ends(const AptOperation& operation, const MachineModel& machine,
+                                                 const Setup& setup, double clear_height);
 
 /// The operation on the path that `joints` took with its reconfigurations; itself where there are none.
 AptOperation reconfigured(AptOperation operation, const JointPath& joints);

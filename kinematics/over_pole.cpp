@@ -106,6 +106,12 @@ std::vector<int> barred_branches(const ToolPath& path, const MachineModel& machi
   const double middle = (machine.tilt.min + machine.tilt.max) / 2.0,
                around = std::isfinite(middle) ? middle : machine.tilt.zero;
   std::vector<int> barred(path.moves.size(), -1);
+  const auto in_travels = [&](const Posture& at) {
+    const auto holds = [](const LinearAxis& axis, double word) {
+      return word >= axis.min && word <= axis.max;
+    };
+    return holds(machine.x, at.joints.x) && holds(machine.y, at.joints.y) && holds(machine.z, at.joints.z);
+  };
   std::size_t first = 0;
   bool leads[2] = {true, true};
   const auto close = [&](std::size_t end) {
@@ -124,7 +130,9 @@ std::vector<int> barred_branches(const ToolPath& path, const MachineModel& machi
     for (int branch = 0; branch < 2; ++branch) {
       const double tilt = solutions.words[branch].tilt,
                    word = tilt + 360.0 * std::round((around - tilt) / 360.0);
-      leads[branch] = leads[branch] && word >= machine.tilt.min - kSlack && word <= machine.tilt.max + kSlack;
+      leads[branch] =
+          leads[branch] && word >= machine.tilt.min - kSlack && word <= machine.tilt.max + kSlack &&
+          in_travels(chooser.placed(path.moves[i].pose.tip, word, solutions.words[branch].rotary));
     }
   }
   close(path.moves.size());

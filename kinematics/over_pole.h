@@ -14,8 +14,8 @@ namespace tiltfeed {
 struct PolePath {
   ToolPath path;
   std::vector<std::uint32_t> planned;  ///< by move, the move of the path as given in which it ends
-  /// By move, the branch whose tilt would break a limit before the path comes to the pole again; -1: none, or
-  /// both.
+  /// By move, the branch whose tilt, X, Y or Z would break a limit before the path comes to the pole again;
+  /// -1: none, or both.
   std::vector<int> barred;
   bool changed = false;
 };

@@ -241,6 +241,43 @@ TEST(Post, ComesFromAndLeavesToTheClearHeightAlongTheAxis) {
             0.002);
 }
 
+/// A rapid that turns the tool over by exactly 180 degrees, far below the clear height: where the travels do
+/// not let the tool rise so far, the refusal says how far they do, and that serves.
+TEST(Post, AClearHeightBeyondTheTravelsIsRefusedWithOneThatServes) {
+  std::size_t refusals = 0;
+  for (const char* name : {"dmu-nutating-bc", "generic-ac", "vmc-bhead-bc", "linuxcnc-bridge-bc",
+                           "linuxcnc-trunnion-ac", "linuxcnc-max5"}) {
+    SCOPED_TRACE(name);
+    const auto profile = load_machine(SOURCE_DIR "/config/machines/" + std::string(name) + ".yaml");
+    ASSERT_TRUE(profile) << profile.error().message;
+    std::istringstream in(
+        "UNITS/MM\nMULTAX/ON\nLOADTL/1,LENGTH,100\nRAPID\nGOTO/0,0,-10,0.866025404,0,0.5\nFEDRAT/800,MMPM\n"
+        "GOTO/0,0,-40,0.866025404,0,0.5\nRAPID\nGOTO/5,0,-10,0.866025404,0,0.5\nRAPID\n"
+        "GOTO/5,0,-10,-0.866025404,0,0.5\nGOTO/5,0,-40,-0.866025404,0,0.5\nFINI\n");
+    const auto program = read_apt(in, "in.cls", {});
+    ASSERT_TRUE(program) << program.error().message;
+    PostOptions options;
+    options.setup.part_zero = {10, -5, 20};
+    options.clear.height = 400.0;
+    auto posted = post(*program, "in.cls", *profile, options);
+    for (int i = 0; i < 2 && !posted; ++i) {  // once for each end
+      ++refusals;
+      const std::string& why = posted.error().message;
+      const std::string words = "state --clear-height ";
+      const std::size_t at = why.find(words);
+      ASSERT_NE(at, why.npos) << why;
+      EXPECT_TRUE(why.rfind("in.cls:5: the tool leans by 60 degrees", 0) == 0 ||
+                  why.rfind("in.cls:12: the tool leans by 60 degrees", 0) == 0)
+          << why;
+      options.clear.height = std::strtod(why.c_str() + at + words.size(), nullptr);
+      EXPECT_GT(*options.clear.height, -10.0);
+      posted = post(*program, "in.cls", *profile, options);
+    }
+    EXPECT_TRUE(posted) << posted.error().message;
+  }
+  EXPECT_GE(refusals, 6u);
+}
+
 TEST(Post, ErrorsNameTheLineOfTheFile) {
   const MachineProfile profile = machine(Dialect::kFanuc, false);
   const struct {
