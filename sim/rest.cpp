@@ -85,7 +85,10 @@ Pose Reach::touching(Point<Part> place, Vec3 normal, Vec3 axis) const {
                           : 0.0;
   const Vec3 aside = normal - axis * dot(normal, axis);
   const Vec3 out = length(aside) > 1e-9 ? normalized(aside) : Vec3{};
-  return {place + normal * (stay(job_.plan) + corner) + out * flat - axis * corner, axis};
+  // Facets of a hollow stand up beside the plane of each of them: what they keep off the tool by less than
+  // the tolerance is no hindrance.
+  const double off = stay(job_.plan) + job_.plan.tolerance;
+  return {place + normal * (off + corner) + out * flat - axis * corner, axis};
 }
 
 Point<Part> Reach::reference_of(const Pose& pose) const {

@@ -82,6 +82,32 @@ TEST(Reach, FollowsEachAxisField) {
   }
 }
 
+/// Two slopes that rise from a fold along y, by `rise` (rad) each.
+Mesh folded(double rise) {
+  Mesh mesh;
+  const double up = 20.0 * std::tan(rise);
+  mesh.vertices = {{-20, -20, up}, {0, -20, 0}, {20, -20, up}, {-20, 20, up}, {0, 20, 0}, {20, 20, up}};
+  mesh.facets = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}};
+  mesh.source = {0, 1, 2, 3};
+  return mesh;
+}
+
+/// A hollow is made of flat facets; next to a fold between them the ball stays off by less than the
+/// tolerance.
+TEST(Reach, FoldsBetweenTheFacetsOfAHollowAreReached) {
+  const Job job = job_with(6.0);
+  const auto reached = [&](double rise) {
+    const Mesh mesh = folded(rise);
+    const PartDistance surface(mesh);
+    const Point<Part> place{0.01, 3, 0.01 * std::tan(rise)};
+    return Reach(job, surface).touches(place, {-std::sin(rise), 0, std::cos(rise)});
+  };
+  // R (1 - cos 2 rise): how deep the ball that touches one facet at the fold is in the other.
+  const double just = std::acos(1.0 - job.plan.tolerance / 3.0) / 2.0;
+  EXPECT_TRUE(reached(0.7 * just));
+  EXPECT_FALSE(reached(2.0 * just));
+}
+
 /// The verdict on the plate's program without those of its rows.
 struct Judged {
   Removal removal;
