@@ -19,7 +19,8 @@ namespace {
 constexpr std::size_t kFilesPerRequest = 2;
 constexpr std::size_t kMaxReply = 4u << 20;  // a full spool, listed
 constexpr mode_t kSocketMode = 0660;
-constexpr int kAnswerWaitMs = 60000;  // a large program is read whole before it is started
+/// A submission has time until CopyProcess loses its patience.
+constexpr int kAnswerWaitMs = 330000;
 
 bool fill_address(const std::string& path, sockaddr_un& address) {
   address = {};
@@ -63,77 +64,111 @@ Result<ApiSocket> ApiSocket::open(const std::string& path) {
 ApiSocket::ApiSocket(ApiSocket&& other) noexcept
     : path_(std::exchange(other.path_, {})),
       fd_(std::exchange(other.fd_, -1)),
+      last_(other.last_),
       clients_(std::move(other.clients_)) {
   other.clients_.clear();
 }
 
 ApiSocket::~ApiSocket() {
-  for (Client& client : clients_) {
-    close_files(client);
-    ::close(client.fd);
-  }
+  for (const Client& client : clients_) ::close(client.fd);
   if (fd_ >= 0) ::close(fd_);
   if (!path_.empty()) ::unlink(path_.c_str());
 }
 
-void ApiSocket::close_files(Client& client) {
-  for (const int file : client.files) ::close(file);
-  client.files.clear();
-}
-
 void ApiSocket::add_to(std::vector<pollfd>& polled) const {
   polled.push_back({fd_, POLLIN, 0});
-  for (const Client& client : clients_)
-    polled.push_back({client.fd, static_cast<short>(client.out.empty() ? POLLIN : POLLOUT), 0});
-}
-
-void ApiSocket::accept_client() {
-  const int fd = ::accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
-  if (fd < 0) return;
-  ucred peer{};
-  socklen_t size = sizeof peer;
-  if (clients_.size() >= kClients || ::getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) {
-    ::close(fd);
-    return;
+  for (const Client& client : clients_) {
+    // Of one that waits for its reply only that it has gone.
+    const short events = !client.out.empty() ? POLLOUT : client.waits ? 0 : POLLIN;
+    polled.push_back({client.fd, events, 0});
   }
-  clients_.push_back({fd, peer.uid, {}, {}, {}, std::chrono::steady_clock::now()});
 }
 
-void ApiSocket::serve(const std::vector<pollfd>& polled, const ApiAnswer& answer) {
+std::size_t ApiSocket::waiting() const {
+  return static_cast<std::size_t>(
+      std::count_if(clients_.begin(), clients_.end(), [](const Client& client) { return client.waits; }));
+}
+
+/// Whoever comes next may be an operator with an order.
+void ApiSocket::make_room() {
+  if (clients_.size() - waiting() < kClients) return;
+  auto oldest = clients_.end();
+  for (auto at = clients_.begin(); at != clients_.end(); ++at)
+    if (!at->waits && (oldest == clients_.end() || at->heard < oldest->heard)) oldest = at;
+  ::close(oldest->fd);
+  clients_.erase(oldest);
+}
+
+void ApiSocket::accept_clients() {
+  for (std::size_t i = 0; i < kClients; ++i) {  // the rest in the next turn
+    const int fd = ::accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (fd < 0) return;
+    ucred peer{};
+    socklen_t size = sizeof peer;
+    if (::getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) {
+      ::close(fd);
+      continue;
+    }
+    make_room();
+    clients_.push_back({fd, ++last_, peer.uid, {}, {}, HandedFiles(), std::chrono::steady_clock::now()});
+  }
+}
+
+void ApiSocket::serve(const std::vector<pollfd>& polled, const ApiTaker& take) {
   const auto now = std::chrono::steady_clock::now();
   const auto events_of = [&](int fd) {
     for (const pollfd& p : polled)
       if (p.fd == fd) return p.revents;
     return short{0};
   };
-  std::erase_if(clients_, [&](Client& client) {
+  for (Client& client : clients_) {
     const short events = events_of(client.fd);
     if (events != 0) client.heard = now;
-    if ((events == 0 || talk(client, events, answer)) && now - client.heard < kPatience) return false;
-    close_files(client);
-    ::close(client.fd);
-    return true;
+    if (events != 0 && !talk(client, events, take)) client.gone = true;
+    if (!client.waits && now - client.heard >= kPatience) client.gone = true;
+  }
+  std::erase_if(clients_, [](const Client& client) {
+    if (client.gone) ::close(client.fd);
+    return client.gone;
   });
-  if (events_of(fd_) != 0) accept_client();
+  if (events_of(fd_) != 0) accept_clients();
 }
 
 /// False when the client has gone or misbehaves.
-bool ApiSocket::talk(Client& client, short events, const ApiAnswer& answer) {
-  if ((events & POLLOUT) != 0) {
-    const ssize_t sent = ::send(client.fd, client.out.data(), client.out.size(), MSG_NOSIGNAL);
-    if (sent < 0) return errno == EAGAIN || errno == EINTR;
-    client.out.erase(0, static_cast<std::size_t>(sent));
-    return true;
-  }
+bool ApiSocket::talk(Client& client, short events, const ApiTaker& take) {
+  if ((events & POLLOUT) != 0) return send_out(client, take);
   if ((events & POLLIN) == 0) return false;  // hung up
-  if (!receive(client)) return false;
+  return receive(client) && take_line(client, take);
+}
+
+bool ApiSocket::send_out(Client& client, const ApiTaker& take) {
+  const ssize_t sent = ::send(client.fd, client.out.data(), client.out.size(), MSG_NOSIGNAL);
+  if (sent < 0) return errno == EAGAIN || errno == EINTR;
+  client.out.erase(0, static_cast<std::size_t>(sent));
+  return !client.out.empty() || take_line(client, take);
+}
+
+bool ApiSocket::take_line(Client& client, const ApiTaker& take) {
   const std::size_t end = client.in.find('\n');
   if (end == std::string::npos) return client.in.size() <= kMaxRequest;
-  const std::string line = client.in.substr(0, end);
+  if (end > kMaxRequest) return false;
+  Asked asked{client.id, client.in.substr(0, end), client.user, std::move(client.files)};
+  client.files = HandedFiles();
   client.in.erase(0, end + 1);
-  client.out = answer(line, client.user, client.files);
-  close_files(client);
-  return client.in.size() <= kMaxRequest;
+  client.waits = true;
+  take(std::move(asked));
+  return true;
+}
+
+void ApiSocket::reply(std::uint64_t id, const std::string& line, const ApiTaker& take) {
+  for (Client& client : clients_) {
+    if (client.id != id || !client.waits) continue;
+    client.waits = false;
+    client.heard = std::chrono::steady_clock::now();
+    client.out = line;
+    if (!send_out(client, take)) client.gone = true;
+    return;
+  }
 }
 
 bool ApiSocket::receive(Client& client) {
@@ -153,10 +188,10 @@ bool ApiSocket::receive(Client& client) {
     for (std::size_t i = 0; i < count; ++i) {
       int fd = -1;
       std::memcpy(&fd, CMSG_DATA(part) + i * sizeof(int), sizeof fd);
-      client.files.push_back(fd);
+      client.files.add(fd);
     }
   }
-  if (size == 0 || (message.msg_flags & MSG_CTRUNC) != 0 || client.files.size() > kFilesPerRequest)
+  if (size == 0 || (message.msg_flags & MSG_CTRUNC) != 0 || client.files.all().size() > kFilesPerRequest)
     return false;
   client.in.append(bytes, static_cast<std::size_t>(size));
   return true;

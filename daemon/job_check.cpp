@@ -5,12 +5,6 @@
 
 namespace tiltfeed {
 
-namespace {
-
-constexpr std::chrono::milliseconds kAliveInterval{100};
-
-}  // namespace
-
 void ProgramCheck::start(const std::string& program, const LinkSpec& link, std::uint64_t job) {
   assert(!busy());
   job_ = job;
@@ -20,13 +14,6 @@ void ProgramCheck::start(const std::string& program, const LinkSpec& link, std::
 std::optional<Result<JobRun>> ProgramCheck::take() {
   if (!busy() || result_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return std::nullopt;
   return result_.get();
-}
-
-Result<JobRun> prepare_alive(const std::string& program, const LinkSpec& link, std::uint64_t job,
-                             const std::function<void()>& alive) {
-  std::future<Result<JobRun>> result = std::async(std::launch::async, prepare_run, program, link, job);
-  while (result.wait_for(kAliveInterval) != std::future_status::ready) alive();
-  return result.get();
 }
 
 }  // namespace tiltfeed

@@ -3,7 +3,6 @@
 // that is done beside the service's loop, which goes on answering, and being watched.
 
 #include <cstdint>
-#include <functional>
 #include <future>
 #include <optional>
 #include <string>
@@ -26,9 +25,5 @@ class ProgramCheck {
   std::uint64_t job_ = 0;
   std::future<Result<JobRun>> result_;
 };
-
-/// `prepare_run`, and `alive` about ten times a second meanwhile.
-Result<JobRun> prepare_alive(const std::string& program, const LinkSpec& link, std::uint64_t job,
-                             const std::function<void()>& alive);
 
 }  // namespace tiltfeed

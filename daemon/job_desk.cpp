@@ -1,14 +1,10 @@
 #include "daemon/job_desk.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "daemon/block_map.h"
+#include "daemon/job_origin.h"
 
 namespace tiltfeed {
 
@@ -42,7 +38,6 @@ JobDesk::JobDesk(const ServiceConfig& config, const LinkSpec& link, MachineClaim
       link_(link),
       claim_(std::move(claim)),
       spool_(std::move(spool)),
-      alive_(alive),
       runner_(std::make_unique<JobRunner>(std::move(alive))) {}
 
 Result<JobDesk> JobDesk::open(const ServiceConfig& config, std::function<void()> alive) {
@@ -99,80 +94,106 @@ void JobDesk::set(const SpooledJob& job, JobState state, const std::string& note
   log(Severity::kError, job.id, std::string(state_name(state)) + ": " + now.note);
 }
 
-std::string JobDesk::answer(const ApiRequest& request, std::uint32_t user, const std::vector<int>& files) {
-  if (request.op != ApiOp::kList && request.op != ApiOp::kShow) {
-    LogFields fields;
-    fields.machine = config_.machine.model.name;
-    fields.job = request.job;
-    fields.block = request.from.value_or(0);
-    fields.user = user;
-    fields.by_user = true;
-    std::string asked = write_request(request);
-    asked.pop_back();
-    write_log(Severity::kInfo, "asks " + asked, fields);
-  }
-  const Result<std::string> done = act(request, user, files);
-  if (done) return *done;
-  log(Severity::kWarning, request.job, done.error().message);
-  return write_refusal(done.error());
+void JobDesk::note_request(const ApiRequest& request, std::uint32_t user) const {
+  if (request.op == ApiOp::kList || request.op == ApiOp::kShow) return;
+  LogFields fields;
+  fields.machine = config_.machine.model.name;
+  fields.job = request.job;
+  fields.block = request.from.value_or(0);
+  fields.user = user;
+  fields.by_user = true;
+  std::string asked = write_request(request);
+  asked.pop_back();
+  write_log(Severity::kInfo, "asks " + asked, fields);
 }
 
-Result<std::string> JobDesk::act(const ApiRequest& request, std::uint32_t user,
-                                 const std::vector<int>& files) {
+std::optional<std::string> JobDesk::order(const ApiRequest& request) {
+  OperatorCommand command{Order::kHold};
+  switch (request.op) {
+    case ApiOp::kHold:
+      break;
+    case ApiOp::kStop:
+      command = {Order::kStop};
+      break;
+    case ApiOp::kOverride:
+      command = {Order::kFeedOverride, request.percent};
+      break;
+    case ApiOp::kResume:
+      command = {Order::kResume};
+      if (!request.from) break;
+      return std::nullopt;
+    default:
+      return std::nullopt;
+  }
+  if (!runner_->command(request.job, command)) return std::nullopt;
+  return said("told the machine");
+}
+
+void JobDesk::ask(const ApiRequest& request, std::uint32_t user, HandedFiles files,
+                  std::function<void(std::string)> reply) {
+  note_request(request, user);
+  const Done done = [this, number = request.job, reply = std::move(reply)](Result<std::string> answer) {
+    if (!answer) log(Severity::kWarning, number, answer.error().message);
+    reply(answer ? *answer : write_refusal(answer.error()));
+  };
   if (request.op == ApiOp::kSubmit) {
     SpooledJob job;
     job.name = request.name;
     job.program = request.program;
     job.user = user;
-    const Result<std::uint64_t> id = spool_.add(job, files);
-    if (!id) return tl::unexpected<Error>(id.error());
-    ordered_json json = good();
-    json["job"] = *id;
-    return reply(json);
+    return arrivals_.add(std::move(job), std::move(files), done);
   }
-  if (request.op == ApiOp::kList) {
-    const auto jobs = spool_.list();
-    if (!jobs) return tl::unexpected<Error>(jobs.error());
-    ordered_json json = good();
-    json["machine"] = config_.machine.model.name;
-    json["link"] = describe(link_);
-    json["jobs"] = ordered_json::array();
-    const std::vector<std::uint64_t> waiting = queue();
-    for (const SpooledJob& job : *jobs) json["jobs"].push_back(ordered_json::parse(job_json(job, waiting)));
-    if (reset_.valid() || !reset_text_.empty())
-      json["reset"] = reset_.valid() ? std::string("in work") : reset_text_;
-    return reply(json);
+  if (request.op == ApiOp::kList) return done(list());
+  if (request.op == ApiOp::kReset) return done(reset(request));
+  const Result<SpooledJob> job = spool_.find(request.job);
+  if (!job) return done(tl::unexpected<Error>(job.error()));
+  if (request.op == ApiOp::kShow) return show(*job, request, done);
+  if (request.op == ApiOp::kStart) return start(*job, request.queue, done);
+  if (request.op == ApiOp::kResume) return resume(*job, request, user, done);
+  done(act(*job, request));
+}
+
+Result<std::string> JobDesk::list() const {
+  const auto jobs = spool_.list();
+  if (!jobs) return tl::unexpected<Error>(jobs.error());
+  ordered_json json = good();
+  json["machine"] = config_.machine.model.name;
+  json["link"] = describe(link_);
+  json["jobs"] = ordered_json::array();
+  const std::vector<std::uint64_t> waiting = queue();
+  for (const SpooledJob& job : *jobs) json["jobs"].push_back(ordered_json::parse(job_json(job, waiting)));
+  if (reset_.valid() || !reset_text_.empty())
+    json["reset"] = reset_.valid() ? std::string("in work") : reset_text_;
+  return reply(json);
+}
+
+/// What is done at once.
+Result<std::string> JobDesk::act(const SpooledJob& job, const ApiRequest& request) {
+  const bool ends = request.op == ApiOp::kHold || request.op == ApiOp::kStop;
+  if (ends && errands_.withdraw(job.id)) {
+    stand_still(job.id, "job " + std::to_string(job.id) + " was stopped before it began");
+    if (job.place > 0) return leave_queue(job);
+    return said("not started: nothing has moved");
   }
-  if (request.op == ApiOp::kReset) return reset(request);
-  Result<SpooledJob> job = spool_.find(request.job);
-  if (!job) return tl::unexpected<Error>(job.error());
   switch (request.op) {
-    case ApiOp::kShow:
-      return show(*job, request);
-    case ApiOp::kStart:
-      return start(*job, request.queue);
     case ApiOp::kHold:
-      return command(*job, {Order::kHold});
+      return command(job, {Order::kHold});
     case ApiOp::kStop:
-      return job->place > 0 ? leave_queue(std::move(*job)) : command(*job, {Order::kStop});
+      return job.place > 0 ? leave_queue(job) : command(job, {Order::kStop});
     case ApiOp::kOverride:
-      return command(*job, {Order::kFeedOverride, request.percent});
-    case ApiOp::kResume:
-      return resume(std::move(*job), request, user);
+      return command(job, {Order::kFeedOverride, request.percent});
     case ApiOp::kRemove:
-      return remove(*job);
-    case ApiOp::kSubmit:
-    case ApiOp::kList:
-    case ApiOp::kReset:
-      break;
+      return remove(job);
+    default:
+      return fail(Code::kUsage, "this cannot be asked of a job");
   }
-  return fail(Code::kUsage, "this cannot be asked of a job");
 }
 
 std::string JobDesk::job_json(const SpooledJob& job, const std::vector<std::uint64_t>& queue) const {
   ordered_json json = {{"job", job.id},    {"name", job.name},         {"state", shown_state(job)},
                        {"note", job.note}, {"blocks", job.total},      {"executed", job.executed},
                        {"user", job.user}, {"submitted", job.created}, {"sha256", job.hash}};
+  if (arrivals_.is_arriving(job.id)) json["state"] = "arriving", json["note"] = "its files are being copied";
   if (const auto at = std::find(queue.begin(), queue.end(), job.id); at != queue.end()) {
     json["queue"] = at - queue.begin() + 1;
     json["queue_moves"] = queue_moves_;
@@ -195,34 +216,19 @@ std::string JobDesk::job_json(const SpooledJob& job, const std::vector<std::uint
   return text_of(json);
 }
 
-/// Which line, which move of the tool path, which facet of the part.
-std::string JobDesk::origin_json(const SpooledJob& job, std::uint64_t number) const {
-  ordered_json json = {{"block", number}};
-  const auto block = find_block(spool_.file(job.id, "program.nc"), link_.kind, config_.machine.model, number);
-  if (!block) {
-    json["error"] = block.error().message;
-    return text_of(json);
-  }
-  json["line"] = block->line;
-  json["text"] = block->text;
-  json["machine_seconds"] = tenth(block->seconds);
-  const NumericBlock& at = block->state;
-  json["at"] = {{"x", at.x}, {"y", at.y}, {"z", at.z}, {"tilt", at.tilt}, {"rotary", at.rotary}};
-  if (!block->is_move) return text_of(json);
-  const std::string map = spool_.file(job.id, "block.map");
-  if (const auto origin = read_block_origin(map, block->moves); origin && *origin) {
-    json["move"] = (*origin)->move;
-    if ((*origin)->facet != kNoFacet) json["facet"] = (*origin)->facet;
-  }
-  return text_of(json);
-}
-
-Result<std::string> JobDesk::show(const SpooledJob& job, const ApiRequest& request) const {
+void JobDesk::show(const SpooledJob& job, const ApiRequest& request, const Done& done) {
   ordered_json json = ordered_json::parse(job_json(job, queue()));
   json.update(good());
   json["folder"] = spool_.folder_of(job.id);
-  if (request.block) json["origin"] = ordered_json::parse(origin_json(job, *request.block));
-  return reply(json);
+  if (!request.block) return done(reply(json));
+  const auto look = [json, program = spool_.file(job.id, "program.nc"),
+                     map = spool_.file(job.id, "block.map"), kind = link_.kind,
+                     machine = config_.machine.model, number = *request.block]() -> Errands::Then {
+    ordered_json whole = json;
+    whole["origin"] = ordered_json::parse(origin_json(program, map, kind, machine, number));
+    return [line = reply(whole)] { return line; };
+  };
+  errands_.begin({job.id, false, false}, look, done);
 }
 
 Result<std::string> JobDesk::command(const SpooledJob& job, const OperatorCommand& command) {
@@ -241,8 +247,11 @@ Result<std::string> JobDesk::command(const SpooledJob& job, const OperatorComman
 Result<std::string> JobDesk::remove(const SpooledJob& job) {
   if (job.state == JobState::kRunning)
     return fail(Code::kUsage, "job " + std::to_string(job.id) + " is on the machine; stop it first");
+  if (errands_.machine() == job.id)
+    return fail(Code::kUsage, "job " + std::to_string(job.id) + " is about to begin; stop it first");
   if (job.place > 0)
     if (const Result<std::string> left = leave_queue(job); !left) return left;
+  arrivals_.drop(job.id);
   if (plan_.job == job.id) stop_plan(plan_);
   if (const Result<void> removed = spool_.remove(job.id); !removed)
     return tl::unexpected<Error>(removed.error());
@@ -251,44 +260,22 @@ Result<std::string> JobDesk::remove(const SpooledJob& job) {
 
 // ---- ends of planning and of runs ------------------------------------------------------------------------
 
+void JobDesk::take_ends() {
+  errands_.tick();
+  arrivals_.tick(spool_);
+}
+
 void JobDesk::tick() {
   claim_.turn_away();
   take_run_end();
   take_reset_end();
+  take_ends();
   spool_.save_remembered();
   take_plan_end();
   take_check_end();
   start_next();
   plan_next();
   if (!config_.watch.empty()) look_into_watch_folder();
-}
-
-void JobDesk::look_into_watch_folder() {
-  std::error_code failed;
-  for (const auto& entry : std::filesystem::directory_iterator(config_.watch, failed)) {
-    const std::string path = entry.path().string();
-    // Only what was moved in whole: a file that is being written has another name until it is done.
-    if (entry.path().extension() != ".nc" || !entry.is_regular_file(failed) || entry.is_symlink(failed))
-      continue;
-    const int fd = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-    if (fd < 0) continue;
-    SpooledJob job;
-    job.name = entry.path().stem().string();
-    job.program = true;
-    job.user = ::getuid();
-    const Result<std::uint64_t> id = spool_.add(job, {fd});
-    ::close(fd);
-    if (id)
-      log(Severity::kInfo, *id, "taken from the watch folder");
-    else
-      log(Severity::kWarning, 0, id.error().message);
-    std::filesystem::remove(path, failed);
-    if (failed) {  // it would be taken again for ever
-      log(Severity::kError, 0, config_.watch + ": what was taken cannot be removed; not watched any more");
-      config_.watch.clear();
-      return;
-    }
-  }
 }
 
 std::string JobDesk::status() const {

@@ -2,6 +2,7 @@
 // What the service does with jobs: receives, plans, starts, holds, resumes, removes; answers requests.
 
 #include <cstdint>
+#include <functional>
 #include <future>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "config/service_config.h"
 #include "daemon/api.h"
 #include "daemon/job_check.h"
+#include "daemon/job_errands.h"
 #include "daemon/job_runner.h"
 #include "daemon/notify.h"
 #include "daemon/planner.h"
@@ -25,10 +27,20 @@ class JobDesk {
   /// whether it can be resumed. Errors: kIo, kUsage (link; another service has the machine or the spool).
   static Result<JobDesk> open(const ServiceConfig& config, std::function<void()> alive);
 
-  /// One JSON line. `files` were handed over with the request; they stay the caller's.
-  std::string answer(const ApiRequest& request, std::uint32_t user, const std::vector<int>& files);
+  /// `reply` gets one JSON line, at once or out of a later tick: what takes long is done beside the loop.
+  /// `files` were handed over with the request.
+  void ask(const ApiRequest& request, std::uint32_t user, HandedFiles files,
+           std::function<void(std::string)> reply);
+  /// An order to this job, if it is the one on the machine; the reply. From any thread, without a lock or a
+  /// disk in its way.
+  std::optional<std::string> order(const ApiRequest& request);
+  /// What was asked, into the log.
+  void note_request(const ApiRequest& request, std::uint32_t user) const;
   /// Ends of planning and of runs, the next to plan, the watch folder; call a few times a second.
   void tick();
+  /// Ends of what was asked for and takes a while; somebody waits for one while `in_work`.
+  void take_ends();
+  bool in_work() const { return !errands_.empty() || !arrivals_.empty(); }
   /// A new configuration; the machine's wire and profile take effect with the next job. Errors: kUsage.
   Result<void> reload(const ServiceConfig& config);
 
@@ -46,28 +58,30 @@ class JobDesk {
   JobDesk(const ServiceConfig& config, const LinkSpec& link, MachineClaim claim, Spool spool,
           std::function<void()> alive);
 
-  Result<std::string> act(const ApiRequest& request, std::uint32_t user, const std::vector<int>& files);
-  Result<std::string> show(const SpooledJob& job, const ApiRequest& request) const;
-  Result<std::string> start(const SpooledJob& job, bool queue);
-  Result<std::string> begin(SpooledJob job);
+  Result<std::string> act(const SpooledJob& job, const ApiRequest& request);
+  Result<std::string> list() const;
+  void show(const SpooledJob& job, const ApiRequest& request, const Done& done);
+  void start(const SpooledJob& job, bool queue, Done done);
+  void begin(const SpooledJob& job, Done done);
   Result<std::string> command(const SpooledJob& job, const OperatorCommand& command);
-  Result<std::string> resume(SpooledJob job, const ApiRequest& request, std::uint32_t user);
-  Result<std::string> enter_again(const SpooledJob& job, const ApiRequest& request, std::uint32_t user);
+  void resume(const SpooledJob& job, const ApiRequest& request, std::uint32_t user, Done done);
+  void go_on(const SpooledJob& job, Done done);
+  void enter_again(const SpooledJob& job, const ApiRequest& request, std::uint32_t user, Done done);
+  Result<std::string> run_entry(std::uint64_t id, const JobRun& rest, std::uint64_t from);
   Result<std::string> remove(const SpooledJob& job);
   Result<std::string> reset(const ApiRequest& request);
   void take_reset_end();
   Result<std::string> run(SpooledJob job, const JobRun& prepared, const ResumeDecision& decision);
-  Result<JobRun> prepare(const SpooledJob& job) const;
   Result<std::string> enqueue(SpooledJob job);
   Result<std::string> leave_queue(SpooledJob job);
   std::string place_text(std::uint64_t job) const;
   Result<void> machine_free(std::uint64_t job) const;
   std::vector<std::uint64_t> queue() const;
   std::string job_json(const SpooledJob& job, const std::vector<std::uint64_t>& queue) const;
-  std::string origin_json(const SpooledJob& job, std::uint64_t block) const;
 
   Result<void> settle();
   void take_run_end();
+  void add_origin(const SpooledJob& job, std::uint64_t block);
   void take_plan_end();
   void take_check_end();
   void start_next();
@@ -85,7 +99,9 @@ class JobDesk {
   Spool spool_;
   PlanProcess plan_;
   ProgramCheck check_;
-  std::function<void()> alive_;
+  Errands errands_;
+  Arrivals arrivals_;
+  bool leaving_ = false;
   std::future<Result<std::string>> reset_;  ///< of the machine, beside the loop
   std::string reset_text_;                  ///< how the last one ended
   std::unique_ptr<JobRunner> runner_;

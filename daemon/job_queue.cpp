@@ -41,25 +41,30 @@ std::vector<std::uint64_t> JobDesk::queue() const {
 Result<void> JobDesk::machine_free(std::uint64_t job) const {
   if (runner_->busy()) return fail(Code::kUsage, "the machine is busy with " + name_of(runner_->view().job));
   if (reset_.valid()) return fail(Code::kUsage, "the machine is being reset");
+  if (leaving_) return fail(Code::kUsage, "the service is ending");
+  if (const std::uint64_t other = errands_.machine(); other != 0)
+    return fail(Code::kUsage, "the machine is about to be given to " + name_of(other));
   const std::vector<std::uint64_t> waiting = queue();
   if (queue_moves_ && !waiting.empty() && waiting.front() != job)
     return fail(Code::kUsage, name_of(waiting.front()) + " is the next and starts when it is planned");
   return {};
 }
 
-Result<std::string> JobDesk::start(const SpooledJob& job, bool queued) {
-  if (queued && job.place > 0) return said(place_text(job.id));
+void JobDesk::start(const SpooledJob& job, bool queued, Done done) {
+  if (queued && job.place > 0) return done(said(place_text(job.id)));
   if (is_planned(job) || !queued)
-    if (const Result<void> can = startable(job); !can) return tl::unexpected<Error>(can.error());
+    if (const Result<void> can = startable(job); !can) return done(tl::unexpected<Error>(can.error()));
   const Result<void> free = machine_free(job.id);
   // What waits already goes first.
-  if (queued && (!free || !is_planned(job) || !queue().empty())) return enqueue(job);
+  if (queued && (!free || !is_planned(job) || !queue().empty())) return done(enqueue(job));
   if (!free)
-    return fail(Code::kUsage, free.error().message + "; `tiltfeed start " + std::to_string(job.id) +
-                                  " --queue` lets " + name_of(job.id) + " wait for its turn");
-  const Result<std::string> started = begin(job);
-  if (started) queue_moves_ = true;
-  return started;
+    return done(fail(Code::kUsage, free.error().message + "; `tiltfeed start " + std::to_string(job.id) +
+                                       " --queue` lets " + name_of(job.id) + " wait for its turn"));
+  begin(job, [this, id = job.id, done = std::move(done)](Result<std::string> started) {
+    if (started) queue_moves_ = true;
+    if (!started) stand_still(id, name_of(id) + " cannot be started");
+    done(std::move(started));
+  });
 }
 
 std::string JobDesk::place_text(std::uint64_t job) const {
@@ -79,7 +84,7 @@ Result<std::string> JobDesk::enqueue(SpooledJob job) {
   job.place = waiting->empty() ? 1 : waiting->back().place + 1;
   if (const Result<void> kept = spool_.update(job); !kept) return tl::unexpected<Error>(kept.error());
   // A start like any other. With nothing on the machine there is no end that it could wait for.
-  if (runner_->busy()) queue_moves_ = true;
+  if (runner_->busy() || errands_.machine() != 0) queue_moves_ = true;
   const std::string text = place_text(job.id);
   log(Severity::kInfo, job.id, text);
   return said(text);
@@ -102,20 +107,25 @@ void JobDesk::stand_still(std::uint64_t job, const std::string& why) {
 }
 
 void JobDesk::start_next() {
-  if (!queue_moves_ || runner_->busy()) return;
+  if (!queue_moves_ || runner_->busy() || errands_.machine() != 0) return;
   const auto waiting = spool_.queue();
   if (!waiting) return stand_still(0, waiting.error().message);
   // Who comes later waits for nothing, and starts by a word of its own.
   if (waiting->empty()) return stand_still(0, "nothing is left");
-  SpooledJob next = waiting->front();
+  const SpooledJob next = waiting->front();
   if (!is_planned(next)) return;
   log(Severity::kInfo, next.id, "its turn in the queue");
+  const Done done = [this, id = next.id](const Result<std::string>& started) {
+    if (started) return;
+    stand_still(id, name_of(id) + " cannot be started");
+    Result<SpooledJob> job = spool_.find(id);
+    if (!job) return;
+    job->place = 0;
+    set(*job, job->state, started.error().message);
+  };
   const Result<void> can = startable(next);
-  const Result<std::string> started = can ? begin(next) : tl::unexpected<Error>(can.error());
-  if (started) return;
-  stand_still(next.id, name_of(next.id) + " cannot be started");
-  next.place = 0;
-  set(next, next.state, started.error().message);
+  if (!can) return done(tl::unexpected<Error>(can.error()));
+  begin(next, done);
 }
 
 }  // namespace tiltfeed

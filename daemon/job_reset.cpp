@@ -36,6 +36,8 @@ Result<std::string> JobDesk::reset(const ApiRequest& request) {
   if (runner_->busy())
     return fail(Code::kUsage, "job " + std::to_string(runner_->view().job) +
                                   " is on the machine; hold it, resume it or stop it");
+  if (const std::uint64_t job = errands_.machine(); job != 0)
+    return fail(Code::kUsage, "the machine is about to be given to job " + std::to_string(job));
   if (reset_.valid()) return fail(Code::kUsage, "the machine is being reset already");
   if (!request.confirmed) return said(reset_preview(link_), "confirm");
   queue_moves_ = false;

@@ -49,11 +49,12 @@ JobRunner::~JobRunner() {
 }
 
 void JobRunner::start(const RunOrder& order) {
-  commands_ = std::make_unique<CommandQueue>();
   detach_ = streaming_ = false;
   {
     const std::lock_guard lock(mutex_);
+    while (commands_.take()) continue;  // meant for the run before
     view_ = {};
+    view_.subject = order.run.subject;
     view_.job = order.run.subject.job;
     view_.state.total = order.run.subject.total;
     time_.reset();
@@ -61,6 +62,13 @@ void JobRunner::start(const RunOrder& order) {
     began_ = std::chrono::steady_clock::now();
   }
   thread_ = std::thread([this, order] { stream(order); });
+}
+
+bool JobRunner::command(std::uint64_t job, const OperatorCommand& command) {
+  const std::lock_guard lock(mutex_);
+  if (job == 0 || view_.job != job || view_.ended) return false;
+  commands_.push(command);
+  return true;
 }
 
 RunView JobRunner::view() const {
@@ -111,7 +119,7 @@ void JobRunner::stream(const RunOrder& order) {
     LentLink link(**wire, detach_, [&] { return held; });
     RealClock clock;
     StreamHooks hooks;
-    hooks.commands = commands_.get();
+    hooks.commands = &commands_;
     hooks.progress = [&](const SendState& state) {
       // Held, or not even begun: nothing moves when the wire is let go.
       held = is_opening(state.phase) || (state.phase == Phase::kHold && state.machine.starts_with("Hold"));

@@ -31,6 +31,7 @@ struct RunView {
   double machine_seconds = 0.0;    ///< of the program, 0: not known
   double remaining_seconds = 0.0;  ///< by machine time, scaled by how this run keeps to it
   std::optional<Result<SendReport>> ended;
+  RunSubject subject;  ///< what runs
 };
 
 /// Remaining time: what is left by machine time, times how much longer than planned this run has taken so
@@ -48,7 +49,9 @@ class JobRunner {
   bool streaming() const { return streaming_; }
   /// Requires: not busy.
   void start(const RunOrder& order);
-  void command(const OperatorCommand& command) { commands_->push(command); }
+  void command(const OperatorCommand& command) { commands_.push(command); }
+  /// The same from any thread, if it is this job that is on the machine.
+  bool command(std::uint64_t job, const OperatorCommand& command);
   /// Lets go of the wire once the machine is held, the controller's session left as it is.
   void detach() { detach_ = true; }
   RunView view() const;
@@ -60,7 +63,7 @@ class JobRunner {
   bool note(const SendState& state);
 
   std::function<void()> alive_;
-  std::unique_ptr<CommandQueue> commands_ = std::make_unique<CommandQueue>();
+  CommandQueue commands_;
   std::atomic<bool> detach_{false}, streaming_{false};
   std::thread thread_;
   mutable std::mutex mutex_;  // guards what follows

@@ -53,7 +53,7 @@ struct Survey {
   std::uint64_t line = 0;  // of the file
   double highest = 0.0;    // Z of any move of the program
   std::uint64_t blocks = 0;
-  std::vector<std::string> rest;
+  std::string first;  // text of that line
 };
 
 Result<Survey> survey(const std::string& path, LinkKind kind, std::uint64_t from) {
@@ -78,6 +78,7 @@ Result<Survey> survey(const std::string& path, LinkKind kind, std::uint64_t from
     if (found.line == 0 && found.blocks >= from) {
       found.line = line.number;
       found.before = now;
+      found.first = line.text;
     }
     now.take_words(line.text);
     for (const NumericBlock& block : blocks) {
@@ -87,7 +88,6 @@ Result<Survey> survey(const std::string& path, LinkKind kind, std::uint64_t from
       found.highest = any ? std::max(found.highest, block.z) : block.z;
       any = true;
     }
-    if (found.line != 0) found.rest.push_back(line.text);
   }
   return found;
 }
@@ -199,8 +199,8 @@ bool states_motion(const std::string& line) {
 
 }  // namespace
 
-Result<Reentry> write_reentry(const std::string& program, LinkKind kind, const MachineProfile& machine,
-                              const ReentryOptions& options) {
+Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const MachineProfile& machine,
+                             const ReentryOptions& options) {
   if (options.from < 2) return fail(Code::kUsage, "block 1 needs no re-entry: start the job instead");
   Result<Survey> found = survey(program, kind, options.from);
   if (!found) return tl::unexpected<Error>(found.error());
@@ -228,13 +228,25 @@ Result<Reentry> write_reentry(const std::string& program, LinkKind kind, const M
     return fail(Code::kLimit, "re-entry before block " + std::to_string(options.from) + ", " + steps.limit +
                                   "; choose a shorter --retract or another block");
   steps.line(before.inverse_time ? "G93" : "G94" + (before.feed > 0.0 ? " F" + decimal(before.feed, 4) : ""));
-  std::string first = found->rest.front();
+  std::string first = found->first;
   if (!states_motion(first)) first = (before.rapid ? "G0" : "G1") + first;
   steps.preview += "then block " + std::to_string(options.from) + ", line " + std::to_string(found->line) +
                    ": " + first + "\n";
   steps.line(first);
-  for (std::size_t i = 1; i < found->rest.size(); ++i) steps.line(found->rest[i]);
-  return Reentry{std::move(steps.program), std::move(steps.preview)};
+  return Reentry{std::move(steps.program), std::move(steps.preview), found->line};
+}
+
+Result<void> write_reentry(const std::string& program, const Reentry& entry, std::ostream& out) {
+  Result<Program> whole = Program::open(program);
+  if (!whole) return tl::unexpected<Error>(whole.error());
+  out << entry.head;
+  Line line;
+  for (;;) {
+    const Result<bool> more = whole->next(line);
+    if (!more) return tl::unexpected<Error>(more.error());
+    if (!*more) return {};
+    if (line.number > entry.line) out << line.text << '\n';
+  }
 }
 
 }  // namespace tiltfeed

@@ -10,7 +10,7 @@
 #include <chrono>
 
 #include "daemon/api_socket.h"
-#include "daemon/job_desk.h"
+#include "daemon/desk_thread.h"
 
 namespace tiltfeed {
 
@@ -19,9 +19,6 @@ namespace {
 using std::chrono::steady_clock;
 
 constexpr int kTickMs = 100;
-constexpr std::chrono::seconds kStatusInterval{1};
-/// A machine that is told to hold stands long before; then the wire is let go of all the same.
-constexpr std::chrono::seconds kLeaveLimit{15};
 
 struct Signals {
   int fd = -1;
@@ -75,16 +72,45 @@ void reload(const std::string& path, JobDesk& desk) {
   notify("READY=1");
 }
 
-void wait_for_the_machine(JobDesk& desk, Watchdog& watchdog) {
-  notify("STOPPING=1\nSTATUS=holding the machine");
-  desk.leave();
-  const auto limit = steady_clock::now() + kLeaveLimit;
-  while (desk.busy() && steady_clock::now() < limit) {
-    ::poll(nullptr, 0, kTickMs);
-    watchdog.feed();
-    desk.tick();
+/// Who is on the socket: orders to the job on the machine are answered here, the rest at the desk.
+class Front {
+ public:
+  Front(JobDesk& desk, DeskThread& thread, ApiSocket& socket)
+      : desk_(desk), thread_(thread), socket_(socket) {}
+
+  void turn(int signal_fd) {
+    std::vector<pollfd> polled{{signal_fd, POLLIN, 0}, {thread_.wake_fd(), POLLIN, 0}};
+    socket_.add_to(polled);
+    ::poll(polled.data(), polled.size(), kTickMs);
+    for (const auto& [client, line] : thread_.take_replies()) socket_.reply(client, line, take_);
+    socket_.serve(polled, take_);
   }
-}
+
+ private:
+  void take(Asked asked) {
+    const Result<ApiRequest> request = parse_request(asked.line);
+    if (!request) return socket_.reply(asked.client, write_refusal(request.error()), take_);
+    if (const std::optional<std::string> done = desk_.order(*request)) {
+      socket_.reply(asked.client, *done, take_);
+      return thread_.post(
+          [request = *request, user = asked.user](JobDesk& desk) { desk.note_request(request, user); });
+    }
+    if (socket_.waiting() > ApiSocket::kWaiting)
+      return socket_.reply(asked.client, write_refusal({Code::kLimit, "the service is busy; ask again"}),
+                           take_);
+    const auto whole = std::make_shared<Asked>(std::move(asked));
+    thread_.post([request = *request, whole, &thread = thread_](JobDesk& desk) {
+      desk.ask(
+          request, whole->user, std::move(whole->files),
+          [&thread, client = whole->client](std::string line) { thread.reply(client, std::move(line)); });
+    });
+  }
+
+  JobDesk& desk_;
+  DeskThread& thread_;
+  ApiSocket& socket_;
+  const ApiTaker take_ = [this](Asked asked) { take(std::move(asked)); };
+};
 
 }  // namespace
 
@@ -97,28 +123,15 @@ Result<void> serve(const std::string& config_path) {
   if (!desk) return tl::unexpected<Error>(desk.error());
   Result<ApiSocket> socket = ApiSocket::open(config->socket);
   if (!socket) return tl::unexpected<Error>(socket.error());
-  const ApiAnswer answer = [&](const std::string& line, std::uint32_t user, const std::vector<int>& files) {
-    const Result<ApiRequest> request = parse_request(line);
-    return request ? desk->answer(*request, user, files) : write_refusal(request.error());
-  };
+  DeskThread thread(*desk, [&watchdog] { watchdog.feed(); });
+  Front front(*desk, thread, *socket);
   notify("READY=1\nSTATUS=idle");
-  auto told = steady_clock::now();
   for (;;) {
-    std::vector<pollfd> polled{{signals.fd, POLLIN, 0}};
-    socket->add_to(polled);
-    ::poll(polled.data(), polled.size(), kTickMs);
+    front.turn(signals.fd);
     const int signal = signals.next();
-    if (signal == SIGTERM || signal == SIGINT) break;
-    if (signal == SIGHUP) reload(config_path, *desk);
-    socket->serve(polled, answer);
-    desk->tick();
-    if (!desk->streaming()) watchdog.feed();
-    if (steady_clock::now() - told < kStatusInterval) continue;
-    told = steady_clock::now();
-    notify("STATUS=" + desk->status());
+    if (signal == SIGTERM || signal == SIGINT) return {};
+    if (signal == SIGHUP) thread.post([&](JobDesk& at) { reload(config_path, at); });
   }
-  wait_for_the_machine(*desk, watchdog);
-  return {};
 }
 
 }  // namespace tiltfeed

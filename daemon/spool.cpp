@@ -1,10 +1,8 @@
 #include "daemon/spool.h"
 
 #include <fcntl.h>
-#include <linux/openat2.h>
 #include <sqlite3.h>
 #include <sys/stat.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -21,7 +19,6 @@ namespace {
 
 constexpr const char* kStateNames[] = {"received",  "planning", "ready",   "running", "interrupted",
                                        "uncertain", "done",     "stopped", "failed"};
-constexpr std::size_t kCopyBytes = 1 << 16;
 constexpr std::size_t kMaxName = 40;
 constexpr int kBusyWaitMs = 2000;  // somebody looks into the table with another program
 
@@ -36,15 +33,6 @@ constexpr const char* kSchema =
 constexpr const char* kAddPlace = "ALTER TABLE jobs ADD COLUMN place INTEGER NOT NULL DEFAULT 0";
 constexpr const char* kColumns =
     "id, name, program, state, note, total, executed, hash, user, created, place";
-
-/// Opens `path` beneath `folder`, whatever links somebody put there.
-int open_beneath(int folder, const char* path, std::uint64_t flags, std::uint64_t mode) {
-  open_how how{};
-  how.flags = flags | O_CLOEXEC;
-  how.mode = mode;
-  how.resolve = RESOLVE_BENEATH | RESOLVE_NO_SYMLINKS | RESOLVE_NO_MAGICLINKS;
-  return static_cast<int>(::syscall(SYS_openat2, folder, path, &how, sizeof how));
-}
 
 struct Descriptor {
   int fd = -1;
@@ -165,40 +153,14 @@ Result<void> Spool::heal() {
 
 std::string Spool::folder_of(std::uint64_t id) const { return folder_ + "/jobs/" + std::to_string(id); }
 
-Result<void> Spool::copy_in(std::uint64_t id, const char* name, int from, std::uint64_t limit) {
-  struct stat status {};
-  if (::fstat(from, &status) != 0 || !S_ISREG(status.st_mode))
-    return fail(Code::kInput, std::string(name) + ": what was handed over is not a regular file");
-  if (static_cast<std::uint64_t>(status.st_size) > limit)
-    return fail(Code::kInput, std::string(name) + ": " + std::to_string(status.st_size) + " bytes; at most " +
-                                  std::to_string(limit) + " are taken");
-  const Descriptor root(::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  const std::string path = "jobs/" + std::to_string(id) + "/" + name;
-  const Descriptor out(open_beneath(root.fd, path.c_str(), O_WRONLY | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR));
-  if (out.fd < 0) return fail(Code::kIo, folder_ + "/" + path + ": " + std::strerror(errno));
-  const auto buffer = std::make_unique<char[]>(kCopyBytes);
-  for (std::uint64_t done = 0;;) {
-    const ssize_t count = ::pread(from, buffer.get(), kCopyBytes, static_cast<off_t>(done));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return fail(Code::kIo, std::string(name) + ": " + std::strerror(errno));
-    if (count == 0) break;
-    done += static_cast<std::uint64_t>(count);
-    if (done > limit) return fail(Code::kInput, std::string(name) + ": grows while it is read");
-    if (::write(out.fd, buffer.get(), static_cast<std::size_t>(count)) != count)
-      return fail(Code::kIo, folder_ + "/" + path + ": cannot be written: " + std::strerror(errno));
+Result<std::uint64_t> Spool::begin(const SpooledJob& job) {
+  {  // a reading that is still open would let no writer wait for its turn
+    Table::Statement count;
+    if (!table_->prepare(count, "SELECT count(*) FROM jobs") || sqlite3_step(count.s) != SQLITE_ROW)
+      return tl::unexpected<Error>(table_->error(folder_));
+    if (count.number(0) >= kMaxJobs)
+      return fail(Code::kLimit, "the spool holds " + std::to_string(kMaxJobs) + " jobs; remove some");
   }
-  if (::fsync(out.fd) != 0) return fail(Code::kIo, folder_ + "/" + path + ": " + std::strerror(errno));
-  return {};
-}
-
-Result<std::uint64_t> Spool::add(const SpooledJob& job, const std::vector<int>& files) {
-  if (files.size() != (job.program ? 1u : 2u))
-    return fail(Code::kUsage, job.program ? "a program comes as one file"
-                                          : "a job comes as two files: its text and its STL");
-  const auto jobs = list();
-  if (!jobs) return tl::unexpected<Error>(jobs.error());
-  if (jobs->size() >= kMaxJobs)
-    return fail(Code::kLimit, "the spool holds " + std::to_string(kMaxJobs) + " jobs; remove some");
   Table::Statement insert;
   if (!table_->prepare(insert,
                        "INSERT INTO jobs (name, program, state, note, total, executed, hash, user, created) "
@@ -209,25 +171,27 @@ Result<std::uint64_t> Spool::add(const SpooledJob& job, const std::vector<int>& 
   insert.bind(3, std::uint64_t{job.user});
   insert.bind(4, static_cast<std::uint64_t>(std::time(nullptr)));
   if (sqlite3_step(insert.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
-  SpooledJob added = job;
-  added.id = static_cast<std::uint64_t>(sqlite3_last_insert_rowid(table_->db));
+  const auto id = static_cast<std::uint64_t>(sqlite3_last_insert_rowid(table_->db));
   std::error_code made;
-  std::filesystem::create_directory(folder_of(added.id), made);
-  Result<void> copied;
-  if (made) copied = fail(Code::kIo, folder_of(added.id) + ": " + made.message());
-  if (copied)
-    copied = job.program ? copy_in(added.id, "program.nc", files[0], kMaxProgramBytes)
-                         : copy_in(added.id, "job.yaml", files[0], kMaxJobBytes);
-  if (copied && !job.program) copied = copy_in(added.id, "part.stl", files[1], kMaxPartBytes);
-  if (copied) copied = keep_names(folder_of(added.id));
-  if (copied) copied = keep_names(folder_ + "/jobs");
-  added.note.clear();
-  if (copied) copied = update(added);
-  if (!copied) {
-    static_cast<void>(remove(added.id));
-    return tl::unexpected<Error>(copied.error());
+  // A power loss may have kept the folder of a number that the table has forgotten.
+  std::filesystem::remove_all(folder_of(id), made);
+  if (!made) std::filesystem::create_directory(folder_of(id), made);
+  if (!made) return id;
+  static_cast<void>(remove(id));
+  return fail(Code::kIo, folder_of(id) + ": " + made.message());
+}
+
+Result<void> Spool::finish(const SpooledJob& job) {
+  const char* const names[] = {job.program ? "program.nc" : "job.yaml", "part.stl"};
+  for (const char* name : {names[0], names[1]}) {
+    if (name == names[1] && job.program) break;
+    const Descriptor copy(::open(file(job.id, name).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+    if (copy.fd < 0 || ::fsync(copy.fd) != 0)
+      return fail(Code::kIo, file(job.id, name) + ": " + std::strerror(errno));
   }
-  return added.id;
+  if (const Result<void> kept = keep_names(folder_of(job.id)); !kept) return kept;
+  if (const Result<void> kept = keep_names(folder_ + "/jobs"); !kept) return kept;
+  return update(job);
 }
 
 Result<std::vector<SpooledJob>> Spool::list() const { return select("ORDER BY id"); }

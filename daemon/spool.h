@@ -62,9 +62,11 @@ class Spool {
   Spool& operator=(Spool&&) = delete;
   ~Spool();
 
-  /// Takes copies of what the descriptors hold: of a job its text and its STL, of a program only that.
-  /// Errors: kInput (not a regular file, too large), kLimit (too many jobs), kIo.
-  Result<std::uint64_t> add(const SpooledJob& job, const std::vector<int>& files);
+  /// A new job whose files are still to come, with its folder: failed, should nothing more be heard of it.
+  /// Errors: kLimit (too many jobs), kIo.
+  Result<std::uint64_t> begin(const SpooledJob& job);
+  /// Its files are there: they are made durable, then the job is what `job` says. Errors: kIo.
+  Result<void> finish(const SpooledJob& job);
   /// In the order of submission. Errors: kIo.
   Result<std::vector<SpooledJob>> list() const;
   /// Those that wait for their turn, the next first. Errors: kIo.
@@ -73,7 +75,8 @@ class Spool {
   Result<SpooledJob> find(std::uint64_t id) const;
   /// State, note, counts, hash and place, all or nothing. Errors: kIo.
   Result<void> update(const SpooledJob& job);
-  /// What is so although the table could not take it (a full disk): told in its place until it can be written.
+  /// What is so although the table could not take it (a full disk): told in its place until it can be
+  /// written.
   void remember(const SpooledJob& job) { remembered_[job.id] = job; }
   /// Tries again to write what is remembered.
   void save_remembered();
@@ -89,7 +92,6 @@ class Spool {
   Spool(std::string folder, StateLock lock, std::unique_ptr<Table> table);
   Result<void> heal();
   Result<std::vector<SpooledJob>> select(const char* which) const;
-  Result<void> copy_in(std::uint64_t id, const char* name, int from, std::uint64_t limit);
 
   std::string folder_;
   StateLock lock_;

@@ -15,6 +15,7 @@
 #include "daemon/job_desk.h"
 #include "sim/endpoint.h"
 #include "tests/folder.h"
+#include "tests/spool_add.h"
 #include "tests/wide_machine.h"
 
 namespace tiltfeed {
@@ -71,7 +72,7 @@ class DeskStates : public testing::Test {
     request.job = job;
     request.from = from;
     request.confirmed = confirmed;
-    return json::parse(desk_->answer(request, 1000, {}));
+    return json::parse(answer_of(*desk_, request));
   }
   void submit_ready(std::uint64_t job, int feeds) {
     std::string text = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n";
@@ -80,7 +81,7 @@ class DeskStates : public testing::Test {
     ApiRequest request;
     request.op = ApiOp::kSubmit;
     request.program = true;
-    EXPECT_EQ(json::parse(desk_->answer(request, 1000, {fd}))["job"], job);
+    EXPECT_EQ(json::parse(answer_of(*desk_, request, 1000, {fd}))["job"], job);
     ::close(fd);
     until([&] { return state(job) == "ready"; });
   }

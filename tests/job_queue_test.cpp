@@ -14,6 +14,7 @@
 #include "daemon/job_desk.h"
 #include "sim/endpoint.h"
 #include "tests/folder.h"
+#include "tests/spool_add.h"
 #include "tests/wide_machine.h"
 
 namespace tiltfeed {
@@ -93,7 +94,7 @@ class Queue : public testing::Test {
   }
 
   json ask(const ApiRequest& request, const std::vector<int>& files = {}) {
-    return json::parse(desk_->answer(request, 1000, files));
+    return json::parse(answer_of(*desk_, request, 1000, files));
   }
   json ask(ApiOp op, std::uint64_t job, bool queue = false) {
     ApiRequest request;

@@ -14,6 +14,7 @@
 #include "daemon/safe_stop.h"
 #include "daemon/sha256.h"
 #include "tests/folder.h"
+#include "tests/spool_add.h"
 #include "tests/journal_subject.h"
 #include "tests/simulated_disk.h"
 
@@ -143,7 +144,7 @@ class LostJournal : public testing::Test {
     SpooledJob job;
     job.program = true;
     job.state = JobState::kRunning;
-    job.id = *spool.add(job, {fd});
+    job.id = *add_job(spool, job, {fd});
     ::close(fd);
     const JobRun run = *prepare_run(spool.file(job.id, "program.nc"), *parse_link(kNoDevice), job.id);
     job.total = run.subject.total;
@@ -179,8 +180,7 @@ class LostJournal : public testing::Test {
   }
   /// What safe-stop says, with the service dead.
   std::string stopped() {
-    Spool spool = *Spool::open(config_.spool);
-    EXPECT_TRUE(spool.update(job_));
+    EXPECT_TRUE(Spool::open(config_.spool)->update(job_));
     const Result<SafeStop> stop = safe_stop(config_path_, {"signal", "killed", "KILL"});
     return stop ? stop->text : stop.error().message;
   }

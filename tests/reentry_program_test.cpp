@@ -68,6 +68,13 @@ std::vector<sim::Block> read_back(const std::string& text) {
   return blocks ? *blocks : std::vector<sim::Block>{};
 }
 
+/// The text that would be sent.
+std::string whole_of(const std::string& path, const Reentry& entry) {
+  std::ostringstream out;
+  EXPECT_TRUE(write_reentry(path, entry, out));
+  return out.str();
+}
+
 TEST(Reentry, EndsWhereTheBlockBeforeEndedAndGoesOnAsTheProgram) {
   const Folder folder("reentry");
   const std::string path = folder.write("p.nc", kProgram);
@@ -77,11 +84,11 @@ TEST(Reentry, EndsWhereTheBlockBeforeEndedAndGoesOnAsTheProgram) {
     options.from = from;
     options.retract = 40.0;
     options.stands = Joints{5, 6, 70, -20, 300};
-    const auto entry = write_reentry(path, LinkKind::kModbusTcp, profile(), options);
+    const auto entry = plan_reentry(path, LinkKind::kModbusTcp, profile(), options);
     ASSERT_TRUE(entry) << entry.error().message;
     // It can be sent over this link as it is: the first move states every axis.
-    EXPECT_TRUE(count_blocks(folder.write("entry.nc", entry->program), LinkKind::kModbusTcp)) << from;
-    const std::vector<sim::Block> again = read_back(entry->program);
+    EXPECT_TRUE(count_blocks(folder.write("entry.nc", whole_of(path, *entry)), LinkKind::kModbusTcp)) << from;
+    const std::vector<sim::Block> again = read_back(whole_of(path, *entry));
     const std::size_t rest = whole.size() - (from - 1);
     ASSERT_GT(again.size(), rest);
     for (std::size_t i = 0; i < rest; ++i) {
@@ -117,14 +124,15 @@ TEST(FieldFailures, F19_UnsafeResume) {
   options.from = 10;
   options.retract = 40.0;
   options.plunge_feed = 150.0;
-  const auto entry = write_reentry(folder.write("p.nc", kProgram), LinkKind::kGrbl, profile(), options);
+  const std::string path = folder.write("p.nc", kProgram);
+  const auto entry = plan_reentry(path, LinkKind::kGrbl, profile(), options);
   ASSERT_TRUE(entry) << entry.error().message;
   // A head tilted by 30 degrees about +X leans the tool towards -Y: 40 (0, -sin 30, cos 30).
   const std::string start =
       "(TILTFEED re-entry before block 10, line 11)\nG21 G90 G17 G40 G49 G54 G94\nG91\nG1 X0 Y-20 Z34.641 "
       "F150\nG90\n";
-  ASSERT_EQ(entry->program.substr(0, start.size()), start) << entry->program;
-  const std::string rest = entry->program.substr(start.size());
+  ASSERT_EQ(whole_of(path, *entry).substr(0, start.size()), start) << whole_of(path, *entry);
+  const std::string rest = whole_of(path, *entry).substr(start.size());
   EXPECT_EQ(
       rest.substr(0, rest.find("G93")),
       "G0 Z134.641\nG0 A30 C400\nG0 X61 Y-20\nS8000 M3\nM8\nG4 P3\nG1 Z44.641 F150\nG1 X61 Y0 Z10 F150\n");
@@ -140,23 +148,23 @@ TEST(Reentry, RetractsAlongTheAxisThatTheToolReallyHas) {
   options.retract = 40.0;
   options.stands = Joints{5, 6, 70, -30, 300};
   // A head tilted by 30 degrees about -X leans the tool towards +Y: 40 (0, sin 30, cos 30).
-  const auto relative = write_reentry(path, LinkKind::kGrbl, profile(), options);
+  const auto relative = plan_reentry(path, LinkKind::kGrbl, profile(), options);
   ASSERT_TRUE(relative) << relative.error().message;
-  EXPECT_NE(relative->program.find("G91\nG1 X0 Y20 Z34.641 F200\nG90\n"), std::string::npos)
-      << relative->program;
+  EXPECT_NE(relative->head.find("G91\nG1 X0 Y20 Z34.641 F200\nG90\n"), std::string::npos)
+      << relative->head;
   EXPECT_NE(relative->preview.find("X5 Y6 Z70 A-30 C300"), std::string::npos) << relative->preview;
-  const auto absolute = write_reentry(path, LinkKind::kModbusTcp, profile(), options);
+  const auto absolute = plan_reentry(path, LinkKind::kModbusTcp, profile(), options);
   ASSERT_TRUE(absolute) << absolute.error().message;
-  EXPECT_NE(absolute->program.find("\nG1 X5 Y26 Z104.641 A-30 C300 F200\n"), std::string::npos)
-      << absolute->program;
+  EXPECT_NE(absolute->head.find("\nG1 X5 Y26 Z104.641 A-30 C300 F200\n"), std::string::npos)
+      << absolute->head;
   // High above the program already: never down.
   options.stands = Joints{5, 6, 400, 0, 300};
-  const auto high = write_reentry(path, LinkKind::kModbusTcp, profile(), options);
+  const auto high = plan_reentry(path, LinkKind::kModbusTcp, profile(), options);
   ASSERT_TRUE(high) << high.error().message;
-  EXPECT_NE(high->program.find("G0 Z440\n"), std::string::npos) << high->program;
+  EXPECT_NE(high->head.find("G0 Z440\n"), std::string::npos) << high->head;
   // A controller that does not say where it stands.
   options.stands.reset();
-  const auto blind = write_reentry(path, LinkKind::kModbusTcp, profile(), options);
+  const auto blind = plan_reentry(path, LinkKind::kModbusTcp, profile(), options);
   ASSERT_FALSE(blind);
   EXPECT_NE(blind.error().message.find("does not report"), std::string::npos);
 }
@@ -167,7 +175,7 @@ TEST(Reentry, RefusesWhatItCannotVouchFor) {
   ReentryOptions options;
   options.stands = Joints{0, 0, 0, 0, 0};
   const auto code = [&](const std::string& file) {
-    const auto entry = write_reentry(file, LinkKind::kModbusTcp, profile(), options);
+    const auto entry = plan_reentry(file, LinkKind::kModbusTcp, profile(), options);
     return entry ? Code::kCancelled : entry.error().code;
   };
   for (const std::uint64_t from : {0, 1, 2, 99}) {

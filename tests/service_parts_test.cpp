@@ -21,6 +21,7 @@
 #include "daemon/notify.h"
 #include "daemon/spool.h"
 #include "tests/folder.h"
+#include "tests/spool_add.h"
 
 namespace tiltfeed {
 namespace {
@@ -105,11 +106,10 @@ TEST(ApiSocket, KnowsTheUserTakesFilesAndDropsWhoTalksTooMuch) {
     std::vector<pollfd> polled;
     socket->add_to(polled);
     ::poll(polled.data(), polled.size(), 5);
-    socket->serve(polled, [&](const std::string& line, std::uint32_t who, const std::vector<int>&) {
-      heard = line;
-      user = who;
-      return std::string("answer\n");
-    });
+    std::uint64_t asks = 0;
+    const ApiTaker take = [&](Asked asked) { heard = asked.line, user = asked.user, asks = asked.client; };
+    socket->serve(polled, take);
+    if (asks != 0) socket->reply(asks, "answer\n", take);
   }
   EXPECT_EQ(heard, "hello");
   EXPECT_EQ(user, ::getuid());
@@ -136,7 +136,7 @@ TEST(Spool, KeepsJobsOverARestartAndMakesItsOwnNames) {
     job.name = "../../etc/passwd'); DROP TABLE jobs;--";
     job.program = true;
     job.user = 7;
-    const auto id = spool->add(job, {fd});
+    const auto id = add_job(*spool, job, {fd});
     ASSERT_TRUE(id) << id.error().message;
     auto found = spool->find(*id);
     ASSERT_TRUE(found);
@@ -165,7 +165,7 @@ TEST(Spool, KeepsJobsOverARestartAndMakesItsOwnNames) {
   // Numbers are never used again: a journal of an old job cannot be taken for a new one's.
   SpooledJob next;
   next.program = true;
-  EXPECT_EQ(*spool->add(next, {fd}), 2u);
+  EXPECT_EQ(*add_job(*spool, next, {fd}), 2u);
   ::close(fd);
 }
 
@@ -177,14 +177,14 @@ TEST(Spool, RefusesWhatIsNoFileAndLeavesNothing) {
   job.program = true;
   int ends[2];
   ASSERT_EQ(::pipe(ends), 0);
-  EXPECT_EQ(spool->add(job, {ends[0]}).error().code, Code::kInput);
+  EXPECT_EQ(add_job(*spool, job, {ends[0]}).error().code, Code::kInput);
   const int folder_fd = ::open(folder.path.c_str(), O_RDONLY);
-  EXPECT_EQ(spool->add(job, {folder_fd}).error().code, Code::kInput);
-  EXPECT_EQ(spool->add(job, {}).error().code, Code::kUsage);
+  EXPECT_EQ(add_job(*spool, job, {folder_fd}).error().code, Code::kInput);
+  EXPECT_EQ(add_job(*spool, job, {}).error().code, Code::kUsage);
   job.program = false;
   const int yaml = ::open(folder.write("big.yaml", "").c_str(), O_RDWR);
   ASSERT_EQ(::ftruncate(yaml, static_cast<off_t>(kMaxJobBytes + 1)), 0);
-  EXPECT_EQ(spool->add(job, {yaml, yaml}).error().code, Code::kInput);
+  EXPECT_EQ(add_job(*spool, job, {yaml, yaml}).error().code, Code::kInput);
   EXPECT_TRUE(spool->list()->empty());
   EXPECT_TRUE(std::filesystem::is_empty(folder.path + "/spool/jobs"));
   for (const int fd : {ends[0], ends[1], folder_fd, yaml}) ::close(fd);
@@ -199,8 +199,9 @@ TEST(Spool, ASymbolicLinkInItIsNotFollowed) {
   const int fd = ::open(folder.write("x.nc", "G0X0\n").c_str(), O_RDONLY);
   SpooledJob job;
   job.program = true;
-  EXPECT_FALSE(spool->add(job, {fd}));
+  EXPECT_TRUE(add_job(*spool, job, {fd}));
   EXPECT_TRUE(std::filesystem::is_empty(folder.path + "/outside"));
+  EXPECT_FALSE(std::filesystem::is_symlink(spool->folder_of(1)));
   ::close(fd);
 }
 
