@@ -1,6 +1,7 @@
 #include "tests/attack/cover_judge.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "tests/reach.h"
@@ -18,13 +19,45 @@ constexpr double kAslant = 1.5;
 /// Nearer to the axis feature than this share of the tool the planner is cautious, and says so.
 constexpr double kLeastRho = 0.5;
 
+/// The reach, in steps, of what the header names; a little more, as places within are only looked at.
+constexpr double kRings = 0.65, kRows = 0.5, kMeasured = 1.0, kLevels = 2.0, kMore = 1.1;
+/// Directions in which places are looked at, and circles.
+constexpr int kDirections = 12, kCircles = 2;
+/// Of so many of the surface's places, where all those about each are looked at.
+constexpr int kAskedWithin = 8;
+
+/// The side step that is asked for, at most; on a plane a scallop of height h lies between passes so far
+/// apart.
+double widest_step(const PlanOptions& o) {
+  const double r = o.cutter.nose_radius() > 0.0 ? o.cutter.nose_radius() : o.cutter.radius(),
+               h = std::min(o.pattern.scallop, r);
+  return std::max(o.pattern.side_step,
+                  o.pattern.measure == StepMeasure::kScallop ? 2.0 * std::sqrt(h * (2.0 * r - h)) : 0.0);
+}
+
+double reach_of(const PlanOptions& o) {
+  const double step = widest_step(o);
+  switch (o.pattern.kind) {
+    case PatternKind::kZLevel:
+      return kMore * kLevels * std::max(step, o.pattern.step_down);
+    case PatternKind::kSplit:
+      return kMore * kMeasured *
+             std::max(step, o.pattern.step_down / std::tan(o.pattern.split_slope.radians()));
+    case PatternKind::kContour:
+    case PatternKind::kSpiral:
+      return kMore * kRings * step;
+    default:
+      break;
+  }
+  if (o.pattern.measure != StepMeasure::kFlat) return kMore * kMeasured * step;
+  return o.pattern.angle.radians() == 0.0 && o.containment.boundary.empty() ? 0.0 : kMore * kRows * step;
+}
+
 }  // namespace
 
 bool CoverJudge::can_judge(const PlanOptions& o) {
   return o.axis.mode != AxisMode::kFree && o.axis.mode != AxisMode::kIndexed &&
-         o.pattern.kind == PatternKind::kRaster && o.pattern.measure == StepMeasure::kFlat &&
-         o.pattern.angle.radians() == 0.0 && o.radial_stock == 0.0 && o.axial_stock == 0.0 &&
-         o.containment.boundary.empty();
+         o.pattern.kind != PatternKind::kRough && o.radial_stock == 0.0 && o.axial_stock == 0.0;
 }
 
 CoverJudge::CoverJudge(const PlanOptions& options, const CheckedMesh& part, const ToolPath& planned,
@@ -41,6 +74,8 @@ CoverJudge::CoverJudge(const PlanOptions& options, const CheckedMesh& part, cons
       flat_radius_(options.cutter.type == CutterType::kBall || options.cutter.type == CutterType::kTaperBall
                        ? 0.0
                        : options.cutter.radius() - nose_),
+      laid_(options.axis, mean_rho()),
+      reach_(reach_of(options)),
       places_(pass_places(planned)) {}
 
 std::vector<double> CoverJudge::pass_places(const ToolPath& path) const {
@@ -94,7 +129,8 @@ bool CoverJudge::is_wanted(const Pose& pose) const {
   if (options_.axis.mode != AxisMode::kFixed && height < std::max(kLeastRho, options_.cutter.diameter))
     return false;
   return c.first.contains(flat.x / around) && c.second.contains(flat.y) &&
-         c.height.contains(height - options_.tolerance) && c.height.contains(height + options_.tolerance);
+         in_boundary(flat.x / around, flat.y) && c.height.contains(height - options_.tolerance) &&
+         c.height.contains(height + options_.tolerance);
 }
 
 /// The whole tool stands there with its clearances and can be drawn out along its axis.
@@ -180,16 +216,81 @@ double CoverJudge::left_by_path(Point<Part> p) const {
   return least;
 }
 
+/// By even and odd crossings of a line to one side.
+bool CoverJudge::in_boundary(double first, double second) const {
+  const auto& b = options_.containment.boundary;
+  bool in = b.empty();
+  for (std::size_t i = 0, k = b.size() - 1; i < b.size(); k = i++)
+    if ((b[i][1] > second) != (b[k][1] > second) &&
+        first < b[i][0] + (b[k][0] - b[i][0]) * (second - b[i][1]) / (b[k][1] - b[i][1]))
+      in = !in;
+  return in;
+}
+
+/// The mean distance of what faces the tool from the axis feature, by area: where flat space is as long as
+/// the part.
+double CoverJudge::mean_rho() const {
+  if (options_.axis.mode == AxisMode::kFixed) return 1.0;
+  const Mesh& mesh = checked_.mesh;
+  double sum = 0.0, area = 0.0;
+  for (const auto& f : mesh.facets) {
+    const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
+    const Vec3 normal = cross(b - a, c - a);
+    if (!(length(normal) > 0.0)) continue;
+    const Point<Part> over =
+        lerp(lerp(a, b, 0.5), c, 1.0 / 3.0) + normalized(normal) * (nose_ + growth_.allowance);
+    const double rho = std::abs(map_.flatten(over).z);
+    if (checked_.sides == Sides::kOutward && dot(normal, map_.axis_at(over)) <= 0.0) continue;
+    sum += rho * length(normal), area += length(normal);
+  }
+  return area > 0.0 ? sum / area : 1.0;
+}
+
+/// The most that is left by a tool anywhere within the reach; infinite where it cannot stand at some place
+/// there.
+double CoverJudge::must_leave_within(Point<Part> p, Point<Flat> flat) const {
+  double most = 0.0;
+  std::array<double, kDirections> height{};  ///< of the outer circle
+  for (int circle = 0; circle <= kCircles; ++circle)
+    for (int k = 0; k < (circle == 0 ? 1 : kDirections); ++k) {
+      const double turn = 2.0 * kPi * k / kDirections, away = reach_ * circle / kCircles;
+      const AxisLine line = laid_.axis_line(flat.x + away * std::cos(turn), flat.y + away * std::sin(turn));
+      const Point<Part> level = line.base + line.axis * flat.z;
+      const Pose start{level + line.axis * (way_out(level) - nose_), line.axis};
+      const sim::Hit drop = tool_.drop(part_, start);
+      if (drop.facet == kNoFacet) return sim::kInfinity;
+      const Pose pose{start.tip - line.axis * drop.value, line.axis};
+      if (!is_wanted(pose) || !is_free({pose.tip + pose.axis * kRounding, pose.axis})) return sim::kInfinity;
+      most = std::max(most, leaves(p, pose));
+      height[static_cast<std::size_t>(k)] = map_.flatten(reference(pose)).z;
+    }
+  if (options_.pattern.kind != PatternKind::kZLevel) return most;
+  // A level passes between three places in a row and the three opposite to them.
+  const auto at = [&](int k) { return height[static_cast<std::size_t>((k + kDirections) % kDirections)]; };
+  for (int k = 0; k < kDirections; ++k) {
+    const int o = k + kDirections / 2;
+    const double low = std::max({at(k - 1), at(k), at(k + 1)}),
+                 high = std::min({at(o - 1), at(o), at(o + 1)});
+    if (high - low > options_.pattern.step_down) return most;
+  }
+  return sim::kInfinity;
+}
+
+double CoverJudge::must_leave(Point<Part> p, const Pose& seat) const {
+  if (reach_ > 0.0) return must_leave_within(p, laid_.flatten(reference(seat)));
+  const Point<Flat> flat = map_.flatten(reference(seat));
+  const auto above = std::lower_bound(places_.begin(), places_.end(), across(flat));
+  if (above == places_.begin() || above == places_.end()) return sim::kInfinity;
+  return std::min(left_by_pass(p, flat, above[-1]), left_by_pass(p, flat, *above));
+}
+
 void CoverJudge::look_at(Point<Part> p, Vec3 normal, Found& found) const {
   const Pose pose = seat(p, normal);
   const double lean =
       options_.cutter.type == CutterType::kTaperBall ? std::sin(options_.cutter.taper.radians()) : 0.0;
   if (!(dot(pose.axis, normal) > lean + 0.02)) return;
   if (std::abs(leaves(p, pose)) > kRounding || !is_wanted(pose) || !is_free(pose)) return;
-  const Point<Flat> flat = map_.flatten(reference(pose));
-  const auto above = std::lower_bound(places_.begin(), places_.end(), across(flat));
-  if (above == places_.begin() || above == places_.end()) return;
-  const double must = std::min(left_by_pass(p, flat, above[-1]), left_by_pass(p, flat, *above));
+  const double must = must_leave(p, pose);
   if (must == sim::kInfinity) return;
   ++found.points;
   const double excess = left_by_path(p) - must;
@@ -198,9 +299,10 @@ void CoverJudge::look_at(Point<Part> p, Vec3 normal, Found& found) const {
 
 CoverJudge::Found CoverJudge::look(int surface_points) const {
   Found found;
-  if (places_.size() < 2) return found;
+  if (reach_ == 0.0 && places_.size() < 2) return found;
   SurfaceSample surface(checked_.mesh);
-  for (int i = 0; i < surface_points; ++i) {
+  const int asked = reach_ > 0.0 ? surface_points / kAskedWithin : surface_points;
+  for (int i = 0; i < surface_points && static_cast<int>(found.points) < asked; ++i) {
     const SurfaceSample::At at = surface.next();
     look_at(at.point, at.normal, found);
     if (checked_.sides == Sides::kBoth) look_at(at.point, -at.normal, found);

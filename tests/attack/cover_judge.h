@@ -1,7 +1,13 @@
 #pragma once
 // Holds a machined surface against what its passes must leave, with any cutter: at random places of the part
-// that the tool can touch, the true solid stands where the two passes beside the place lie, let down from
-// outside. More left than the better of the two leaves is a place that was not cut.
+// that the tool can touch, the true solid stands where a pass must be, let down from outside. More left than
+// that leaves is a place that was not cut. Where a pass must be:
+// - flat raster along x' or y': either of the two planned passes beside the place; the better one counts;
+// - else somewhere within a reach of the place in flat space; the worst of all places there counts. Reach:
+//   contour and spiral 0.65 side steps; rows at an angle 0.5; measured on the part 1, as the first rows are
+//   two apart; z_level and split 2 of the larger of side step and step down, and z_level only where the
+//   heights to two opposite sides differ by more than the step down, so that a level lies between.
+// Of a rough no bound is known.
 
 #include <vector>
 
@@ -13,7 +19,7 @@ namespace tiltfeed::attack {
 
 class CoverJudge {
  public:
-  /// Passes side by side, straight in flat space, all of the same spacing.
+  /// A bound is known.
   static bool can_judge(const PlanOptions& options);
 
   /// All must outlive the judge. `planned`: where the passes lie; `executed`: what the machine makes of it.
@@ -21,7 +27,7 @@ class CoverJudge {
              const ToolPath& executed, const sim::Growth& growth);
 
   struct Found {
-    std::size_t points = 0;           ///< that the tool reaches, between two passes
+    std::size_t points = 0;           ///< that the tool reaches, with a pass that must be near
     double excess = -sim::kInfinity;  ///< most left over what must be, mm
     Point<Part> at;
     Pose seat;  ///< of a tool that touches there
@@ -38,6 +44,10 @@ class CoverJudge {
   bool is_wanted(const Pose& pose) const;
   bool is_free(const Pose& pose) const;
   double leaves(Point<Part> p, const Pose& pose) const;
+  double must_leave(Point<Part> p, const Pose& seat) const;
+  double must_leave_within(Point<Part> p, Point<Flat> flat) const;
+  double mean_rho() const;
+  bool in_boundary(double first, double second) const;
   double left_by_pass(Point<Part> p, Point<Flat> flat, double place) const;
   double left_by_move(Point<Part> p, const Pose& a, const Pose& b, double way) const;
   double left_by_path(Point<Part> p) const;
@@ -51,6 +61,8 @@ class CoverJudge {
   sim::ToolSolid tool_, drawn_;
   Deformation map_;
   double nose_, flat_radius_;
+  Deformation laid_;  ///< flat space as passes are laid out in it; map_ has angles
+  double reach_;      ///< mm of laid_; 0: passes are straight, and known one by one
   std::vector<double> places_;
 };
 

@@ -76,13 +76,13 @@ class ProofJudge {
     if (proof.deepest) {
       Pose worst = proof.deepest->pose;
       const double there = std::max(depth(worst), depth(*told, worst));
-      deepest = std::max(deepest, there);
       if (there < proof.deepest->depth - bound)
         finding("proof tells too deep a gouge", proof.deepest->depth, there, pasteable(worst));
     } else if (deepest > tolerance_ + bound) {
       finding("proof misses a gouge", proof.gouge, deepest, where);
+    } else if (deepest > proof.gouge + bound) {
+      finding("proof understates", proof.gouge, deepest, where);
     }
-    if (deepest > proof.gouge + bound) finding("proof understates", proof.gouge, deepest, where);
   }
 
   void hold_text(double deepest) {
