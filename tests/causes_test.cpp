@@ -59,6 +59,46 @@ TEST(Causes, WhereOnlyTheOtherSenseIsWithinTheTiltItIsNamed) {
                                     "use axis.sense: inward", "setup.tilt_max_deg"}));
 }
 
+/// A slot of 3 to 4 mm in a plate that stands off the axis feature, and work in the slot only: outside work,
+/// in every mode. The message names a cutter that serves.
+TEST(Causes, ACutterTooBigForEverySlotIsNamedInOutsideWork) {
+  for (const AxisMode mode : {AxisMode::kFixed, AxisMode::kLine, AxisMode::kCircle}) {
+    SCOPED_TRACE(static_cast<int>(mode));
+    const AxisFrame axis = frame(mode, Sense::kOutward, {1, 2, 3});
+    const double turn = mode == AxisMode::kFixed ? 1.0 : 50.0, u = mode == AxisMode::kCircle ? 100.0 : 1.0;
+    // u in mm or, round the circle of 60 mm, in rad at about 100 mm.
+    const CheckedMesh part = sheet(axis, {-10 / u, 10 / u, -10 / turn, 10 / turn, 40, 20},
+                                   [&](double x, double) { return std::abs(x * u) < 1.6 ? 35.0 : 40.0; });
+    PlanOptions o = options_with(axis);
+    o.cutter = {10.0, 100.0, 60.0};
+    o.containment.first = {-6 / u, 6 / u}, o.containment.second = {-6 / turn, 6 / turn};
+    o.containment.height = {0.0, 43.0};
+    const std::string said = refusal(part, o);
+    EXPECT_TRUE(has(said, {"the cutter is too big for every hollow", "radius of 5 mm", "at none of",
+                           "use a cutter.diameter_mm below ", "It showed first so: "}));
+    const std::string words = "cutter.diameter_mm below ";
+    const double diameter = std::strtod(said.c_str() + said.find(words) + words.size(), nullptr);
+    EXPECT_GT(diameter, 2.8);
+    EXPECT_LT(diameter, 4.2);
+    o.cutter.diameter = diameter - 0.1;
+    const auto served = plan(part, o, {});
+    EXPECT_TRUE(served) << served.error().message;
+    EXPECT_EQ(likely_cause(part, o), "");
+  }
+}
+
+/// A line that leaves the material half way along the part: told only where a plan fails.
+TEST(Causes, ALineThroughTheSurfaceIsNamedInOutsideWork) {
+  const CheckedMesh part =
+      soup::check(soup::box({-40, -10, -10}, {0, 10, 10}) + soup::box({10, -10, -40}, {50, 10, -20}));
+  PlanOptions o = options_with(frame(AxisMode::kLine, Sense::kOutward, {0, 0, 0}));
+  const std::string cause = likely_cause(part, o);
+  EXPECT_TRUE(has(cause, {"axis line runs through the part's surface", "of 24 places along the part",
+                          "move axis.origin_mm"}));
+  o.axis.origin = {0, 0, -25};
+  EXPECT_EQ(likely_cause(soup::check(soup::box({-40, -10, -10}, {50, 10, 10})), o), "");
+}
+
 /// What fails for another reason keeps its message.
 TEST(Causes, NoCauseIsMadeUp) {
   PlanOptions o = options_with(frame(AxisMode::kPoint, Sense::kInward, {20, 20, 20}));
