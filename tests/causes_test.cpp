@@ -95,8 +95,10 @@ TEST(Causes, ALineThroughTheSurfaceIsNamedInOutsideWork) {
   const std::string cause = likely_cause(part, o);
   EXPECT_TRUE(has(cause, {"axis line runs through the part's surface", "of 24 places along the part",
                           "move axis.origin_mm"}));
+  const CheckedMesh bar = soup::check(soup::box({-40, -10, -10}, {50, 10, 10}));
+  EXPECT_EQ(likely_cause(bar, o), "") << "all of it inside";
   o.axis.origin = {0, 0, -25};
-  EXPECT_EQ(likely_cause(soup::check(soup::box({-40, -10, -10}, {50, 10, 10})), o), "");
+  EXPECT_EQ(likely_cause(bar, o), "") << "all of it below";
 }
 
 /// What fails for another reason keeps its message.
