@@ -52,6 +52,8 @@ std::string GrblController::take_output() {
   return taken;
 }
 
+void GrblController::greet() { out_ += kBanner; }
+
 void GrblController::advance(double now) {
   // Event by event, so that a slot is filled again at the moment at which it became free.
   for (auto event = motion_.next_event(); event && *event <= now; event = motion_.next_event()) {

@@ -44,6 +44,8 @@ class GrblController {
   void receive(std::string_view bytes);
   /// Bytes for the host; empties the buffer.
   std::string take_output();
+  /// A host has connected over a network: it gets the banner, and nothing is reset.
+  void greet();
   bool has_output() const { return !out_.empty(); }
 
   /// Runs to `now`, s. Requires: now >= this->now().

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <array>
@@ -9,10 +10,12 @@
 #include <cstring>
 #include <ctime>
 #include <optional>
+#include <type_traits>
 
 #include "sim/faulty_line.h"
 #include "sim/pty.h"
 #include "sim/serial_pace.h"
+#include "sim/tcp_port.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -23,10 +26,16 @@ constexpr std::size_t kMostUnread = 1 << 20;
 constexpr double kQuietEnd = 1.0;
 constexpr std::size_t kReadBytes = 65536;
 
+/// A host that has gone is no signal.
+ssize_t write_quietly(int fd, const char* bytes, std::size_t size) {
+  const ssize_t sent = send(fd, bytes, size, MSG_NOSIGNAL);
+  return sent < 0 && errno == ENOTSOCK ? write(fd, bytes, size) : sent;
+}
+
 /// Writes what the terminal takes; true when something was written.
 bool drain(int fd, std::string& unsent) {
   if (unsent.empty()) return false;
-  const ssize_t written = write(fd, unsent.data(), unsent.size());
+  const ssize_t written = write_quietly(fd, unsent.data(), unsent.size());
   if (written > 0) unsent.erase(0, static_cast<std::size_t>(written));
   return written > 0;
 }
@@ -45,8 +54,12 @@ void invite(GrblController&) {}
 void invite(RepRapController&) {}
 void invite(DripController& controller) { controller.invite(); }
 
-/// A controller behind a terminal whose line has a speed and faults.
-template <class Controller>
+void greet(GrblController& controller) { controller.greet(); }
+void greet(RepRapController&) {}
+void greet(DripController&) {}
+
+/// A controller behind a terminal or a socket whose line has a speed and faults.
+template <class Controller, class Port = Pty>
 class Endpoint {
  public:
   Endpoint(Controller& controller, std::string path, const EndpointOptions& options)
@@ -88,11 +101,13 @@ class Endpoint {
   static constexpr double kLineTick = 0.001;  // of a paced line, s
 
   Result<void> open() {
-    Result<Pty> pty = Pty::open(path_);
+    Result<Port> pty = Port::open(path_);
     if (!pty) return tl::unexpected<Error>(std::move(pty.error()));
     pty_.emplace(std::move(*pty));
     fcntl(pty_->master(), F_SETFL, fcntl(pty_->master(), F_GETFL) | O_NONBLOCK);
-    options_.ready(path_ + " (" + pty_->device() + ")");
+    const bool named = path_ == pty_->device();
+    if (!std::is_same_v<Port, Pty>) path_ = pty_->device();  // where it will be again after a disconnect
+    options_.ready(std::is_same_v<Port, Pty> && !named ? path_ + " (" + pty_->device() + ")" : path_);
     return {};
   }
 
@@ -116,7 +131,14 @@ class Endpoint {
     const double now = pace_.real();
     const std::size_t most = speed_.allowed(now, line_.slow_read() ? 1 : bytes_.size());
     ssize_t count = 0;
-    if (readable && most > 0) count = read(pty_->master(), bytes_.data(), most);
+    if (readable && pty_->welcome()) {
+      greet(controller_);
+      return true;
+    }
+    if (readable && most > 0 && pty_->connected()) {
+      count = read(pty_->master(), bytes_.data(), most);
+      if (count == 0 || (count < 0 && errno == ECONNRESET)) pty_->part();
+    }
     waiting_ = speed_.paced() && readable && (count > 0 || most == 0);
     if (!waiting_) speed_.idle();
     if (count > 0) {
@@ -133,7 +155,7 @@ class Endpoint {
     }
     if (controller_.has_output()) line_.to_host(controller_.take_output(), now);
     unsent_ += line_.at_host(now);
-    if (unsent_.size() > kMostUnread) unsent_.clear();
+    if (unsent_.size() > kMostUnread || !pty_->connected()) unsent_.clear();
     return drain(pty_->master(), unsent_) || count > 0;
   }
 
@@ -143,7 +165,7 @@ class Endpoint {
   Pace pace_;
   FaultyLine line_;
   SerialPace speed_;
-  std::optional<Pty> pty_;
+  std::optional<Port> pty_;
   std::array<char, kReadBytes> bytes_{};
   std::string unsent_;
   double last_traffic_ = 0.0, invited_ = 0.0;
@@ -160,6 +182,10 @@ Result<void> serve_pty(RepRapController& controller, const std::string& path, En
 }
 Result<void> serve_pty(DripController& controller, const std::string& path, EndpointOptions options) {
   return Endpoint(controller, path, options).serve();
+}
+
+Result<void> serve_tcp(GrblController& controller, const std::string& place, EndpointOptions options) {
+  return Endpoint<GrblController, TcpPort>(controller, place, options).serve();
 }
 
 }  // namespace tiltfeed::sim

@@ -26,6 +26,10 @@ class Pty {
   ~Pty();
 
   int master() const { return master_; }
+  /// As TcpPort has them: a terminal is always there.
+  static bool welcome() { return false; }
+  static void part() {}
+  static bool connected() { return true; }
   const std::string& device() const { return device_; }  ///< the slave's own name
 
  private:
