@@ -12,12 +12,12 @@ struct Name {
   const char* word;
   ApiOp op;
 };
-constexpr Name kOps[] = {{"submit", ApiOp::kSubmit},     {"list", ApiOp::kList},
-                         {"show", ApiOp::kShow},         {"start", ApiOp::kStart},
-                         {"hold", ApiOp::kHold},         {"resume", ApiOp::kResume},
-                         {"stop", ApiOp::kStop},         {"remove", ApiOp::kRemove},
-                         {"override", ApiOp::kOverride}, {"reset", ApiOp::kReset}};
-constexpr std::size_t kMaxText = 200;
+constexpr Name kOps[] = {
+    {"submit", ApiOp::kSubmit}, {"list", ApiOp::kList},      {"show", ApiOp::kShow},
+    {"start", ApiOp::kStart},   {"hold", ApiOp::kHold},      {"resume", ApiOp::kResume},
+    {"stop", ApiOp::kStop},     {"remove", ApiOp::kRemove},  {"override", ApiOp::kOverride},
+    {"reset", ApiOp::kReset},   {"machine", ApiOp::kMachine}};
+constexpr std::size_t kMaxText = 200, kMaxWords = 300;
 
 tl::unexpected<Error> wrong(const std::string& what) { return fail(Code::kUsage, "request: " + what); }
 
@@ -53,6 +53,15 @@ Result<void> take(const std::string& key, const json& value, ApiRequest& request
     request.name = value.get<std::string>();
     return {};
   }
+  if ((key == "command" || key == "words") && value.is_string() &&
+      value.get_ref<const std::string&>().size() <= kMaxWords) {
+    (key == "command" ? request.command : request.words) = value.get<std::string>();
+    return {};
+  }
+  if ((key == "held" || key == "stop") && value.is_boolean()) {
+    (key == "held" ? request.held : request.stop) = value.get<bool>();
+    return {};
+  }
   if ((key == "program" || key == "confirmed" || key == "queue") && value.is_boolean()) {
     (key == "program" ? request.program
      : key == "queue" ? request.queue
@@ -62,6 +71,7 @@ Result<void> take(const std::string& key, const json& value, ApiRequest& request
   const std::optional<std::uint64_t> number = count_of(value);
   if (key == "job" && number) return request.job = *number, Result<void>{};
   if (key == "block" && number) return request.block = *number, Result<void>{};
+  if (key == "order" && number) return request.order = *number, Result<void>{};
   if (key == "from" && number) return request.from = *number, Result<void>{};
   if (key == "percent" && number && *number >= 10 && *number <= 200)
     return request.percent = static_cast<int>(*number), Result<void>{};
@@ -88,8 +98,8 @@ Result<ApiRequest> parse_request(std::string_view line) {
   for (const auto& [key, value] : parsed.items())
     if (const Result<void> taken = take(key, value, request); !taken)
       return tl::unexpected<Error>(taken.error());
-  const bool needs_job =
-      request.op != ApiOp::kSubmit && request.op != ApiOp::kList && request.op != ApiOp::kReset;
+  const bool needs_job = request.op == ApiOp::kShow || request.op == ApiOp::kStart ||
+                         request.op == ApiOp::kRemove || (request.op == ApiOp::kResume && request.from);
   if (needs_job && request.job == 0) return wrong("\"job\" is missing");
   if (request.from && *request.from == 0) return wrong("\"from\" counts blocks from 1");
   return request;
@@ -104,6 +114,14 @@ std::string write_request(const ApiRequest& request) {
   if (request.block) out["block"] = *request.block;
   if (request.from) out["from"] = *request.from;
   if (request.queue) out["queue"] = true;
+  if (request.op == ApiOp::kMachine) {
+    if (request.order != 0)
+      out["order"] = request.order;
+    else
+      out["command"] = request.command, out["words"] = request.words;
+    if (request.held) out["held"] = true;
+    if (request.stop) out["stop"] = true;
+  }
   if (request.confirmed) out["confirmed"] = true;
   if (request.op == ApiOp::kOverride) out["percent"] = request.percent;
   return out.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";

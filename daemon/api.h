@@ -14,11 +14,11 @@ inline constexpr int kApiVersion = 1;
 /// Longest request line, bytes: files travel as descriptors, not as text.
 inline constexpr std::size_t kMaxRequest = 4096;
 
-enum class ApiOp : std::uint8_t { kSubmit, kList, kShow, kStart, kHold, kResume, kStop, kRemove, kOverride, kReset };
+enum class ApiOp : std::uint8_t { kSubmit, kList, kShow, kStart, kHold, kResume, kStop, kRemove, kOverride, kReset, kMachine };
 
 struct ApiRequest {
   ApiOp op = ApiOp::kList;
-  std::uint64_t job = 0;               ///< 0: none given
+  std::uint64_t job = 0;               ///< 0: none given; of hold, resume, stop: that on the machine
   std::string name;                    ///< submit
   bool program = false;                ///< submit: a program, not a job to plan
   std::optional<std::uint64_t> block;  ///< show: what is known of this block
@@ -26,6 +26,9 @@ struct ApiRequest {
   bool queue = false;                  ///< start: wait for its turn where the machine is busy
   bool confirmed = false;              ///< resume --from, reset: what will happen was shown and agreed to
   int percent = 100;                   ///< override
+  std::string command, words;          ///< machine: what is asked of it
+  std::uint64_t order = 0;             ///< machine: the number that a command was given; 0: a new one
+  bool held = false, stop = false;     ///< machine: the key is still held; the command is to end
 };
 
 /// {"v":1,"op":"start","job":3} and so on: see daemon/README.md. Errors: kUsage with what is wrong. Never

@@ -63,6 +63,7 @@ SendState GrblSession::state() const {
   state.machine = status_.state;
   state.feed_override = feed_.reported;
   state.refused = refused_;
+  state.place = place().value_or(no_axes());
   if (phase_ == Phase::kHold)
     state.held = held_on_request_ ? "held on request" : "held at the machine; a resume goes on";
   state.loss = loss_;

@@ -95,7 +95,8 @@ void JobDesk::set(const SpooledJob& job, JobState state, const std::string& note
 }
 
 void JobDesk::note_request(const ApiRequest& request, std::uint32_t user) const {
-  if (request.op == ApiOp::kList || request.op == ApiOp::kShow) return;
+  const bool follows = request.op == ApiOp::kMachine && request.order != 0 && !request.stop;
+  if (request.op == ApiOp::kList || request.op == ApiOp::kShow || follows) return;
   LogFields fields;
   fields.machine = config_.machine.model.name;
   fields.job = request.job;
@@ -145,7 +146,10 @@ void JobDesk::ask(const ApiRequest& request, std::uint32_t user, HandedFiles fil
   }
   if (request.op == ApiOp::kList) return done(list());
   if (request.op == ApiOp::kReset) return done(reset(request));
-  const Result<SpooledJob> job = spool_.find(request.job);
+  if (request.op == ApiOp::kMachine) return done(machine(request));
+  if (request.op == ApiOp::kStop && request.job == 0 && worker_->busy())
+    return worker_->stop(), done(said(worker_->name() + " is told to end"));
+  const Result<SpooledJob> job = request.job == 0 ? job_on_machine() : spool_.find(request.job);
   if (!job) return done(tl::unexpected<Error>(job.error()));
   if (request.op == ApiOp::kShow) return show(*job, request, done);
   if (request.op == ApiOp::kStart) return start(*job, request.queue, done);
@@ -198,6 +202,8 @@ std::string JobDesk::job_json(const SpooledJob& job, const std::vector<std::uint
     json["queue"] = at - queue.begin() + 1;
     json["queue_moves"] = queue_moves_;
   }
+  if (job.state == JobState::kPlanning && plan_.job == job.id)
+    if (const auto at = stage_of(plan_)) json["stage"] = at->stage, json["percent"] = at->percent;
   if (job.state != JobState::kRunning || !runner_->busy()) return text_of(json);
   const RunView view = runner_->view();
   if (view.job != job.id) return text_of(json);

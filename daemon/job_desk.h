@@ -12,6 +12,7 @@
 #include "daemon/job_check.h"
 #include "daemon/job_errands.h"
 #include "daemon/job_runner.h"
+#include "daemon/machine_worker.h"
 #include "daemon/notify.h"
 #include "daemon/planner.h"
 #include "daemon/spool.h"
@@ -44,7 +45,7 @@ class JobDesk {
   /// A new configuration; the machine's wire and profile take effect with the next job. Errors: kUsage.
   Result<void> reload(const ServiceConfig& config);
 
-  bool busy() const { return runner_->busy(); }
+  bool busy() const { return runner_->busy() || worker_->busy(); }
   /// The run on the machine has come to its end; the next tick takes it.
   bool run_ended() const { return runner_->busy() && runner_->view().ended.has_value(); }
   /// The streaming loop turns, and says so itself.
@@ -71,6 +72,10 @@ class JobDesk {
   Result<std::string> remove(const SpooledJob& job);
   Result<std::string> reset(const ApiRequest& request);
   void take_reset_end();
+  Result<std::string> machine(const ApiRequest& request);
+  Result<std::string> follow_order(const ApiRequest& request);
+  Result<std::string> while_running(const MachineOrder& order, const std::vector<std::string>& words);
+  Result<SpooledJob> job_on_machine();
   Result<std::string> run(SpooledJob job, const JobRun& prepared, const ResumeDecision& decision);
   Result<std::string> enqueue(SpooledJob job);
   Result<std::string> leave_queue(SpooledJob job);
@@ -105,6 +110,7 @@ class JobDesk {
   std::future<Result<std::string>> reset_;  ///< of the machine, beside the loop
   std::string reset_text_;                  ///< how the last one ended
   std::unique_ptr<JobRunner> runner_;
+  std::unique_ptr<MachineWorker> worker_ = std::make_unique<MachineWorker>();
   /// The next in the queue starts at the end of the run. Never kept over a restart.
   bool queue_moves_ = false;
 };

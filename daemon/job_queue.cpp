@@ -44,6 +44,8 @@ Result<void> JobDesk::machine_free(std::uint64_t job) const {
   if (leaving_) return fail(Code::kUsage, "the service is ending");
   if (const std::uint64_t other = errands_.machine(); other != 0)
     return fail(Code::kUsage, "the machine is about to be given to " + name_of(other));
+  if (worker_->busy())
+    return fail(Code::kUsage, worker_->name() + " is in work on the machine; `tiltfeed stop` ends it");
   const std::vector<std::uint64_t> waiting = queue();
   if (queue_moves_ && !waiting.empty() && waiting.front() != job)
     return fail(Code::kUsage, name_of(waiting.front()) + " is the next and starts when it is planned");
@@ -107,7 +109,7 @@ void JobDesk::stand_still(std::uint64_t job, const std::string& why) {
 }
 
 void JobDesk::start_next() {
-  if (!queue_moves_ || runner_->busy() || errands_.machine() != 0) return;
+  if (!queue_moves_ || runner_->busy() || worker_->busy() || errands_.machine() != 0) return;
   const auto waiting = spool_.queue();
   if (!waiting) return stand_still(0, waiting.error().message);
   // Who comes later waits for nothing, and starts by a word of its own.

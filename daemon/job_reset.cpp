@@ -39,6 +39,8 @@ Result<std::string> JobDesk::reset(const ApiRequest& request) {
   if (const std::uint64_t job = errands_.machine(); job != 0)
     return fail(Code::kUsage, "the machine is about to be given to job " + std::to_string(job));
   if (reset_.valid()) return fail(Code::kUsage, "the machine is being reset already");
+  if (worker_->busy())
+    return fail(Code::kUsage, worker_->name() + " is in work on the machine; `tiltfeed stop` ends it");
   if (!request.confirmed) return said(reset_preview(link_), "confirm");
   queue_moves_ = false;
   reset_ = std::async(std::launch::async, reset_over, link_);

@@ -291,6 +291,7 @@ void JobDesk::leave() {
   leaving_ = true;
   errands_.withdraw(0);
   queue_moves_ = false;  // also where the run still comes to its end
+  worker_->stop();
   if (!runner_->busy()) return;
   if (is_provable(link_.kind)) {
     runner_->command({Order::kHold});

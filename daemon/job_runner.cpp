@@ -66,7 +66,8 @@ void JobRunner::start(const RunOrder& order) {
 
 bool JobRunner::command(std::uint64_t job, const OperatorCommand& command) {
   const std::lock_guard lock(mutex_);
-  if (job == 0 || view_.job != job || view_.ended) return false;
+  const bool here = view_.job != 0 && !view_.ended && (job == 0 || view_.job == job);
+  if (!here) return false;
   commands_.push(command);
   return true;
 }

@@ -50,7 +50,7 @@ class JobRunner {
   /// Requires: not busy.
   void start(const RunOrder& order);
   void command(const OperatorCommand& command) { commands_.push(command); }
-  /// The same from any thread, if it is this job that is on the machine.
+  /// The same from any thread, if it is this job that is on the machine; 0: whichever is.
   bool command(std::uint64_t job, const OperatorCommand& command);
   /// Lets go of the wire once the machine is held, the controller's session left as it is.
   void detach() { detach_ = true; }

@@ -5,6 +5,7 @@
 
 #include "daemon/modbus_link.h"
 #include "daemon/serial_link.h"
+#include "daemon/tcp_link.h"
 
 namespace tiltfeed {
 
@@ -17,10 +18,12 @@ constexpr int kMaxUnit = 247;           // 0 is broadcast: never for motion
 constexpr int kMaxPort = 65535;
 
 tl::unexpected<Error> bad_link(std::string_view text, const std::string& why) {
-  return fail(Code::kUsage, "link '" + std::string(text) + "': " + why +
-                                "; examples: grbl:/dev/ttyUSB0@115200, reprap:/dev/ttyACM0@250000, "
-                                "dnc:/dev/ttyS0@9600, modbus-tcp:192.168.0.5:502/1, "
-                                "modbus-rtu:/dev/ttyS0@19200/1");
+  return fail(
+      Code::kUsage,
+      "link '" + std::string(text) + "': " + why +
+          "; examples: grbl:/dev/ttyUSB0@115200, grbl-tcp:192.168.0.5:23, reprap:/dev/ttyACM0@250000, "
+          "dnc:/dev/ttyS0@9600, modbus-tcp:192.168.0.5:502/1, "
+          "modbus-rtu:/dev/ttyS0@19200/1");
 }
 
 std::optional<int> whole_number(std::string_view text, int min, int max) {
@@ -62,6 +65,7 @@ Result<LinkSpec> parse_serial(std::string_view text, std::string_view rest, Link
 
 Result<LinkSpec> parse_tcp(std::string_view text, std::string_view rest, LinkSpec spec) {
   if (const auto unit_text = take_tail(rest, '/')) {
+    if (spec.kind == LinkKind::kGrbl) return bad_link(text, "only Modbus has units");
     const auto unit = whole_number(*unit_text, 1, kMaxUnit);
     if (!unit) return bad_link(text, "the unit must be 1 to 247");
     spec.unit = *unit;
@@ -89,6 +93,10 @@ Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile, c
   spec.profile = profile;
   spec.positions = position_limits(profile.position, machine);
   if (kind == "grbl") return parse_serial(text, rest, spec);
+  if (kind == "grbl-tcp") {
+    spec.carrier = Carrier::kTcp;
+    return parse_tcp(text, rest, spec);
+  }
   if (kind == "reprap") {
     spec.kind = LinkKind::kRepRap;
     return parse_serial(text, rest, spec);
@@ -107,24 +115,24 @@ Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile, c
     spec.kind = kind == "drive-tcp" ? LinkKind::kDriveTcp : LinkKind::kModbusTcp;
     return parse_tcp(text, rest, spec);
   }
-  return bad_link(text, "the kind must be grbl, reprap, dnc, modbus-tcp, modbus-rtu, drive-tcp or drive-rtu");
+  return bad_link(
+      text, "the kind must be grbl, grbl-tcp, reprap, dnc, modbus-tcp, modbus-rtu, drive-tcp or drive-rtu");
 }
 
 std::string describe(const LinkSpec& link) {
+  const std::string host = link.place.find(':') == link.place.npos ? link.place : "[" + link.place + "]";
   switch (link.kind) {
     case LinkKind::kGrbl:
+      if (link.carrier == Carrier::kTcp) return "grbl-tcp:" + host + ":" + std::to_string(link.port);
       return "grbl:" + link.place + "@" + std::to_string(link.baud);
     case LinkKind::kRepRap:
       return "reprap:" + link.place + "@" + std::to_string(link.baud);
     case LinkKind::kDrip:
       return "dnc:" + link.place + "@" + std::to_string(link.baud);
     case LinkKind::kModbusTcp:
-    case LinkKind::kDriveTcp: {
-      const bool v6 = link.place.find(':') != link.place.npos;
-      return (is_drive(link.kind) ? "drive-tcp:" : "modbus-tcp:") +
-             (v6 ? "[" + link.place + "]" : link.place) + ":" + std::to_string(link.port) + "/" +
-             std::to_string(link.unit);
-    }
+    case LinkKind::kDriveTcp:
+      return (is_drive(link.kind) ? "drive-tcp:" : "modbus-tcp:") + host + ":" + std::to_string(link.port) +
+             "/" + std::to_string(link.unit);
     case LinkKind::kModbusRtu:
     case LinkKind::kDriveRtu:
       return (is_drive(link.kind) ? "drive-rtu:" : "modbus-rtu:") + link.place + "@" +
@@ -136,6 +144,8 @@ std::string describe(const LinkSpec& link) {
 Result<std::unique_ptr<Link>> open_link(const LinkSpec& link) {
   switch (link.kind) {
     case LinkKind::kGrbl:
+      if (link.carrier == Carrier::kTcp) return open_tcp_link(link);
+      return open_serial_link(link.place, {link.baud});
     case LinkKind::kRepRap:
       return open_serial_link(link.place, {link.baud});
     case LinkKind::kDrip: {

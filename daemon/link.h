@@ -48,11 +48,15 @@ constexpr bool is_drive(LinkKind kind) { return kind == LinkKind::kDriveTcp || k
 /// Modbus RTU, whatever the registers mean.
 constexpr bool is_rtu(LinkKind kind) { return kind == LinkKind::kModbusRtu || kind == LinkKind::kDriveRtu; }
 
+/// What carries the bytes of a byte link.
+enum class Carrier : std::uint8_t { kSerial, kTcp };
+
 /// Which wire, and the two figures that a controller may not tell by itself.
 struct LinkSpec {
   LinkKind kind = LinkKind::kGrbl;
+  Carrier carrier = Carrier::kSerial;  ///< of a Grbl controller
   std::string place;         ///< device file, or host name or address
-  int port = 502;            ///< of Modbus TCP
+  int port = 502;            ///< of TCP
   int baud = 115200;         ///< of a serial line
   int unit = 1;              ///< Modbus unit (slave) number
   int receive_buffer = 0;    ///< of a Grbl controller, bytes; 0: ask the controller
@@ -61,7 +65,7 @@ struct LinkSpec {
   PositionLimits positions = {};  ///< where the machine may be reported; not part of the LINK text
 };
 
-/// Reads `grbl:/dev/ttyUSB0[@115200]`, `reprap:/dev/ttyUSB0[@115200]`, `dnc:/dev/ttyS0[@9600]`,
+/// Reads `grbl:/dev/ttyUSB0[@115200]`, `grbl-tcp:HOST:PORT`, `reprap:/dev/ttyUSB0[@115200]`, `dnc:/dev/ttyS0[@9600]`,
 /// `modbus-tcp:HOST:PORT[/UNIT]` (IPv6 in brackets), `modbus-rtu:/dev/ttyS0[@19200[/UNIT]]`, or the last two
 /// with `drive-` for a plain drive. Errors: kUsage
 /// with what is wrong and an example of each form. `profile`: what the machine profile says of the wire;

@@ -26,11 +26,17 @@ constexpr MachineOrder kOrders[] = {
      "value "
      "(G54=12, a plate's thickness)",
      false, true, order_probe},
-    {"settings", "[set NUMBER=VALUE]", "the controller's settings by name; set one", false, true,
-     order_settings},
+    {"settings", "[set NUMBER=VALUE | save FILE | restore FILE | compare FILE]",
+     "the controller's settings by name; set one; keep them in a file", false, true, order_settings},
     {"console", "LINE..",
      "a line to the controller as it is, and its answer: no limit of the profile is looked at", false, true,
      order_console},
+    {"tool", "park | measure Z.. [F] setter=Z|length=MM | change",
+     "park (spindle and coolant off, the profile's retract); measure a tool's length on a plate (setter: "
+     "machine Z "
+     "at which the gauge line would touch), or the plate with a tool of known length; change: guided, all of "
+     "it",
+     false, true, order_tool},
     {"override", "feed|rapid|spindle PERCENT", "10 to 200; rapid 25, 50 or 100", true, true, order_override},
 };
 

@@ -75,6 +75,7 @@ int run(int argc, char** argv) {
   planning->add_option("--machine", files.machine, "take this machine profile instead of the job's");
   planning->add_flag("!--no-proof", files.prove,
                      "do not hold the printed moves against the part; the program's header says so");
+  planning->add_option("--progress", files.progress, "file that holds stage and percentage while it plans");
   planning->add_option("--gouge-picture", files.gouge_picture,
                        "picture (PNG) of the deepest gouge where the program is refused");
 
@@ -83,7 +84,7 @@ int run(int argc, char** argv) {
   send->add_option("PROGRAM", program, "program to send (G-code)")->required();
   send->add_option(
       "--link", link,
-      "grbl:/dev/ttyUSB0@115200, reprap:/dev/ttyACM0@250000, dnc:/dev/ttyS0@9600, "
+      "grbl:/dev/ttyUSB0@115200, grbl-tcp:HOST:PORT, reprap:/dev/ttyACM0@250000, dnc:/dev/ttyS0@9600, "
       "modbus-tcp:HOST:PORT, modbus-rtu:/dev/ttyS0@19200, drive-tcp:HOST:PORT, drive-rtu:/dev/ttyS0@19200; "
       "else the profile's link.default");
   send->add_option("--machine", send_machine, "machine profile (YAML): its default link and its wire");

@@ -94,6 +94,7 @@ Result<void> within_travel(const MachineModel& machine, const AxisValues& to) {
 
 MachinePlace place_of(const GrblStatus& status, const GrblTalk& talk, const MachineModel& machine) {
   MachinePlace place;
+  if (status.decimals > kDecimals) return place;  // with four they are inches
   const AxisValues at = report_axes(status.axes, talk.letters(), machine);
   const bool known = talk.offset().size() == status.axes.size();
   const AxisValues offset = known ? report_axes(talk.offset(), talk.letters(), machine) : no_axes();

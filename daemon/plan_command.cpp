@@ -88,7 +88,7 @@ Result<void> state_figures(OutputFile& file, const ProofFigures& figures) {
 /// One run of the command, stage by stage.
 class Planning {
  public:
-  explicit Planning(const PlanFiles& files) : files_(files) {}
+  explicit Planning(const PlanFiles& files) : files_(files), line_(files.progress) {}
   Result<void> run();
 
  private:

@@ -13,6 +13,8 @@ namespace tiltfeed {
 
 namespace {
 
+constexpr const char* kProgress = "plan.progress";
+
 /// The last line of the log that says something, without anything unprintable.
 std::string last_words(const std::string& log) {
   std::ifstream in(log);
@@ -42,11 +44,12 @@ Result<PlanProcess> start_plan(std::uint64_t job, const std::string& folder, con
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
   const std::string path = "/proc/self/exe";
-  std::string words[] = {"tiltfeed",  "plan",     "job.yaml", "--out",       "program.nc",
-                         "--cl",      "path.cls", "--report", "report.json", "--map",
-                         "block.map", "--stl",    "part.stl", "--machine",   machine};
+  std::string words[] = {"tiltfeed", "plan",      "job.yaml",    "--out",      "program.nc", "--cl",
+                         "path.cls", "--report",  "report.json", "--map",      "block.map",  "--stl",
+                         "part.stl", "--machine", machine,       "--progress", kProgress};
   char* arguments[std::size(words) + 1] = {};
   for (std::size_t i = 0; i < std::size(words); ++i) arguments[i] = words[i].data();
+  ::unlink((folder + "/" + kProgress).c_str());  // of an earlier attempt
   PlanProcess process{-1, job, folder};
   const int failed = ::posix_spawn(&process.pid, path.c_str(), &files, &attributes, arguments, environ);
   posix_spawn_file_actions_destroy(&files);
@@ -65,6 +68,18 @@ std::optional<Result<void>> check_plan(PlanProcess& process) {
     return fail(Code::kInput,
                 "planning was ended by signal " + std::to_string(WTERMSIG(status)) + "; " + words);
   return fail(Code::kInput, words.empty() ? "planning failed" : words);
+}
+
+std::optional<PlanStage> stage_of(const PlanProcess& process) {
+  if (process.pid < 0) return std::nullopt;
+  std::ifstream in(process.folder + "/" + kProgress);
+  PlanStage at;
+  std::string line;
+  if (!(in >> at.percent) || !std::getline(in >> std::ws, line) || at.percent < 0 || at.percent > 100)
+    return std::nullopt;
+  for (const char c : line.substr(0, line.find_last_not_of(' ') + 1))
+    at.stage += c >= ' ' && c <= '~' ? c : '?';
+  return at;
 }
 
 void stop_plan(PlanProcess& process) {

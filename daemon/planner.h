@@ -20,6 +20,12 @@ struct PlanProcess {
 Result<PlanProcess> start_plan(std::uint64_t job, const std::string& folder, const std::string& machine);
 /// Nothing while it runs; afterwards how it ended: an error with the last line that it said.
 std::optional<Result<void>> check_plan(PlanProcess& process);
+/// What it is at: percentage and stage; nothing where that is not known yet.
+struct PlanStage {
+  int percent = 0;
+  std::string stage;
+};
+std::optional<PlanStage> stage_of(const PlanProcess& process);
 /// Ends it, if there is one.
 void stop_plan(PlanProcess& process);
 

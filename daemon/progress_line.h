@@ -14,12 +14,16 @@ class ProgressLine {
   /// A line of its own, which stays.
   void note(const std::string& text);
   ~ProgressLine();
-  ProgressLine();
+  /// `file`: holds the newest stage and percentage, too, in a line of its own; empty: none.
+  explicit ProgressLine(const std::string& file = {});
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
  private:
+  void write_file_line(const std::string& text, double fraction) const;
+
   const bool terminal_;
+  int file_ = -1;
   std::string text_;
   std::chrono::steady_clock::time_point shown_;
 };

@@ -39,6 +39,7 @@ class GrblStop {
     while (clock_.now() - began < kStandTime && !(stands_ && clock_.now() - began >= kRepeat))
       if (const Result<void> turned = turn("!?"); !turned) return tl::unexpected<Error>(turned.error());
     const Time reset = clock_.now();
+    banner_ = false;  // one that came before the reset is that of opening the wire
     asked_ = reset - kRepeat;
     while (clock_.now() - reset < kResetTime && !banner_)
       if (const Result<void> turned = turn("\x18"); !turned) return tl::unexpected<Error>(turned.error());
@@ -176,9 +177,9 @@ Result<std::optional<SpooledJob>> job_on_machine(const ServiceConfig& config, Li
   if (!std::filesystem::exists(config.spool + "/jobs", none)) return std::nullopt;
   const Result<Spool> spool = Spool::open(config.spool);
   if (!spool)
-    return fail(spool.error().code,
-                spool.error().message +
-                    "; nothing was sent (while a service lives: tiltfeed hold, tiltfeed stop)");
+    return fail(
+        spool.error().code,
+        spool.error().message + "; nothing was sent (while a service lives: tiltfeed hold, tiltfeed stop)");
   const auto jobs = spool->list();
   if (!jobs) return tl::unexpected<Error>(jobs.error());
   for (const SpooledJob& job : *jobs) {

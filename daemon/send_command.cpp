@@ -13,6 +13,7 @@
 #include <iostream>
 
 #include "config/machine_profile.h"
+#include "daemon/state_lock.h"
 #include "daemon/stream.h"
 
 namespace tiltfeed {
@@ -180,6 +181,9 @@ int send_command(const std::string& program, std::string link_text, const std::s
     return report({Code::kUsage, "no link: give --link, or --machine with a profile that has link.default"});
   const auto link = parse_link(link_text, profile.wire, machine.empty() ? nullptr : &profile.model);
   if (!link) return report(link.error());
+  MachineClaim claim;  // a serial port is locked by opening it; an address is not
+  if (link->carrier == Carrier::kTcp)
+    if (const Result<void> mine = claim.follow(*link); !mine) return report(mine.error());
   const auto sent = send_watched(program, *link);
   if (!sent) return report(sent.error());
   std::printf("%llu blocks %s in %.2f s, %llu bytes, %llu resends\n",

@@ -56,6 +56,8 @@ void print_job(const json& job) {
     std::printf(", place %llu of the queue%s",
                 static_cast<unsigned long long>(job.value("queue", std::uint64_t{0})),
                 job.value("queue_moves", false) ? "" : ", which stands still");
+  if (job.contains("stage"))
+    std::printf(", %s %d %%", job.value("stage", "").c_str(), job.value("percent", 0));
   if (job.contains("phase")) {
     std::printf(", %s", job.value("phase", "").c_str());
     if (job.value("machine_seconds", 0.0) > 0.0)
@@ -79,10 +81,11 @@ struct ServiceCommands::Options {
   std::string config, socket, file, name, link, machine;
   std::uint64_t job = 0, block = 0, from = 0;
   int percent = 100;
-  bool yes = false, queue = false;
+  bool yes = false, queue = false, as_json = false;
 
   Result<json> ask(const ApiRequest& request, const std::vector<int>& files = {}) const;
   int simple(ApiOp op);
+  int tell(const json& answer, const std::string& text) const;
   int run_submit();
   int run_list();
   int run_show();
@@ -108,7 +111,13 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
     command->add_option(
         "--socket", o.socket,
         "the service's socket (default: $TILTFEED_SOCKET, else " + std::string(kDefaultSocket) + ")");
+    command->add_flag("--json", o.as_json, "print one JSON object, of watch one a line");
     if (job) command->add_option("JOB", o.job, "its number")->required();
+    return command;
+  };
+  const auto on_machine = [&](const char* name, const char* text) {
+    CLI::App* command = client(name, text, false);
+    command->add_option("JOB", o.job, "its number; else the job on the machine")->check(CLI::PositiveNumber);
     return command;
   };
   o.submit = client("submit", "hand a job (YAML) or a program (G-code) to the service", false);
@@ -121,11 +130,13 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
   o.start->add_flag("--queue", o.queue,
                     "where the machine is busy, wait: it starts by itself when all before it are executed to "
                     "their ends; after a stop, a fault or a restart nothing does, until a start");
-  o.hold = client("hold", "feed hold", true);
-  o.resume = client("resume", "end a hold, or go on with a job that was cut off", true);
+  o.hold = on_machine("hold", "feed hold");
+  o.resume = on_machine("resume", "end a hold, or go on with a job that was cut off");
   o.resume->add_option("--from", o.from, "enter again before this block");
   o.resume->add_flag("--yes", o.yes, "do not ask after showing how it is entered");
-  o.stop = client("stop", "hold, then forget the rest; or take it out of the queue", true);
+  o.stop = on_machine(
+      "stop",
+      "hold, then forget the rest; or take it out of the queue; without a number a machine command, too");
   o.remove = client("remove", "forget a job and its files", true);
   o.watch = client("watch", "follow a job until it ends", true);
   o.reset =
@@ -156,7 +167,11 @@ int ServiceCommands::Options::simple(ApiOp op) {
   request.queue = queue;
   const Result<json> answer = ask(request);
   if (!answer) return complain(answer.error());
-  std::cout << answer->value("text", "") << "\n";
+  return tell(*answer, answer->value("text", ""));
+}
+
+int ServiceCommands::Options::tell(const json& answer, const std::string& text) const {
+  std::cout << (as_json ? answer.dump(-1, ' ', true, json::error_handler_t::replace) : text) << "\n";
   return kDone;
 }
 
@@ -183,8 +198,7 @@ int ServiceCommands::Options::run_submit() {
   const Result<json> answer = ask(request, files);
   for (const int fd : files) ::close(fd);
   if (!answer) return complain(answer.error());
-  std::cout << answer->value("job", std::uint64_t{0}) << "\n";
-  return kDone;
+  return tell(*answer, std::to_string(answer->value("job", std::uint64_t{0})));
 }
 
 int ServiceCommands::Options::run_list() {
@@ -192,6 +206,7 @@ int ServiceCommands::Options::run_list() {
   request.op = ApiOp::kList;
   const Result<json> answer = ask(request);
   if (!answer) return complain(answer.error());
+  if (as_json) return tell(*answer, "");
   std::cout << answer->value("machine", "") << " at " << answer->value("link", "") << "\n";
   for (const json& one : (*answer)["jobs"]) print_job(one);
   return kDone;
@@ -204,6 +219,7 @@ int ServiceCommands::Options::run_show() {
   if (block > 0) request.block = block;
   const Result<json> answer = ask(request);
   if (!answer) return complain(answer.error());
+  if (as_json) return tell(*answer, "");
   for (const auto& [key, value] : answer->items())
     if (key != "v" && key != "ok")
       std::cout << key << ": " << (value.is_string() ? value.get<std::string>() : value.dump()) << "\n";
@@ -225,8 +241,7 @@ int ServiceCommands::Options::run_resume() {
     answer = ask(request);
     if (!answer) return complain(answer.error());
   }
-  std::cout << answer->value("text", "") << "\n";
-  return kDone;
+  return tell(*answer, answer->value("text", ""));
 }
 
 bool ServiceCommands::Options::agreed(const std::string& what, const char* question) const {
@@ -259,8 +274,7 @@ int ServiceCommands::Options::run_start() {
     if (state == "done" || (phase != "connect" && phase != "identify" && phase != "check")) text = "started";
     if (text != "started") std::this_thread::sleep_for(kStartInterval);
   }
-  std::cout << text << "\n";
-  return kDone;
+  return tell(*answer, text);
 }
 
 /// Without a service.
@@ -301,7 +315,7 @@ int ServiceCommands::Options::run_reset() {
     if (answer = ask(request); !answer) return complain(answer.error());
     text = answer->value("reset", "");
   }
-  std::cout << text << "\n";
+  tell(*answer, text);
   return text.starts_with("done") ? kDone : kFailed;
 }
 
@@ -312,7 +326,10 @@ int ServiceCommands::Options::run_watch() {
     request.job = job;
     const Result<json> answer = ask(request);
     if (!answer) return complain(answer.error());
-    print_job(*answer);
+    if (as_json)
+      tell(*answer, "");
+    else
+      print_job(*answer);
     std::cout << std::flush;
     const std::string state = answer->value("state", "");
     if (is_over(state)) return state == "done" || state == "ready" ? kDone : kFailed;

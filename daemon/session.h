@@ -17,6 +17,7 @@
 #include <optional>
 #include <string>
 
+#include "daemon/axis_values.h"
 #include "kinematics/result.h"
 
 namespace tiltfeed {
@@ -121,6 +122,7 @@ struct SendState {
   std::uint16_t session = 0;  ///< Modbus: name of the run in the controller
   std::uint16_t boot = 0;     ///< Modbus: the controller's boot_id
   int feed_override = 0;      ///< percent as the controller reports it; 0: unknown
+  AxisValues place = no_axes();  ///< as reported, program coordinates; not a number: not known
   std::string held = {};      ///< in a hold: who holds it, as far as that is known
   std::string refused = {};   ///< why the last operator command was not obeyed; empty: it was
 };

@@ -19,4 +19,7 @@ FUZZ_TARGET(api) {
   HOLDS(again && again->op == request->op && again->job == request->job && again->block == request->block &&
         again->from == request->from && again->queue == request->queue &&
         again->confirmed == request->confirmed);
+  if (request->op != ApiOp::kMachine) return;
+  HOLDS(again->order == request->order && again->held == request->held && again->stop == request->stop);
+  HOLDS(request->order != 0 || (again->command == request->command && again->words == request->words));
 }
