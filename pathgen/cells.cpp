@@ -107,7 +107,8 @@ class CellMaker {
         longest = side, from = k;
     if (longest < smallest_ || longest < contact_.margin())
       return add_ball(ball.centre, radius, ball.whole + contact_.margin());
-    const Point<Part> a = core.corner[from], b = core.corner[(from + 1) % core.count], middle = lerp(a, b, 0.5);
+    const Point<Part> a = core.corner[from], b = core.corner[(from + 1) % core.count],
+                      middle = lerp(a, b, 0.5);
     const Point<Part> other = core.count == 3 ? core.corner[(from + 2) % 3] : Point<Part>{};
     add_core({{a, middle, other}, core.count});
     add_core({{middle, b, other}, core.count});
@@ -126,6 +127,11 @@ class CellMaker {
 
   bool x_is_angle() const { return map_.period_x() > 0.0; }
   bool y_is_angle() const { return map_.frame().mode != AxisMode::kFixed; }
+  /// Of the patch; asked for by several cells.
+  double highest_reference() {
+    if (top_of_ != patch_) top_of_ = patch_, top_ = tiltfeed::highest_reference(surface_, map_, patch_);
+    return top_ + 2.0 * kSeam * (piece_->flat + piece_->corner);
+  }
   /// `top`: z' of the highest place of the ball's centre; `rho`: of the furthest from the axis feature.
   void push(std::uint32_t count, double pad_x, double pad_y, double top, double rho) {
     double largest = 0.0;
@@ -136,6 +142,7 @@ class CellMaker {
                           static_cast<float>(pad_x * (1.0 + kSingle) + rounding),
                           static_cast<float>(pad_y * (1.0 + kSingle) + rounding)});
     top -= piece_->above_reference;
+    if (!piece_->is_ball_at_reference()) top = std::min(top, highest_reference());
     out_.cells.back().top = static_cast<float>(top + kSingle * std::abs(top));
     out_.furthest = std::max(out_.furthest, rho);
   }
@@ -195,12 +202,14 @@ class CellMaker {
   const ToolPiece* piece_ = nullptr;
   int side_ = 1;
   ContactHull contact_;
+  PatchId top_of_ = std::numeric_limits<PatchId>::max();
+  double top_ = 0.0;  ///< of the patch top_of_
 };
 
 }  // namespace
 
 Cells make_cells(const ClSurface& surface, const Deformation& deformation, double smallest,
-                 const ReportShare& report) {
+                 const ReportShare& report, const std::function<bool(PatchId)>& wanted) {
   std::array<Cells, kBlocks> blocks;
   const std::size_t patches = surface.patch_count();
   Watch watch(report, patches);
@@ -209,7 +218,7 @@ Cells make_cells(const ClSurface& surface, const Deformation& deformation, doubl
     for (std::size_t p = patches * b / kBlocks; p < patches * (b + 1) / kBlocks; ++p) {
       if (p % kPatchesPerLook == 0 && !watch.next(kPatchesPerLook)) return;
       if (p + kAhead < patches) surface.fetch(static_cast<PatchId>(p + kAhead));
-      maker.add(static_cast<PatchId>(p));
+      if (!wanted || wanted(static_cast<PatchId>(p))) maker.add(static_cast<PatchId>(p));
     }
   });
   // Joined in their order, each moved to its place by itself.

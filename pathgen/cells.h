@@ -3,6 +3,7 @@
 // pads. (S1)..(S3) in pathgen/README.md.
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -35,9 +36,13 @@ struct Cells {
   std::vector<PatchId> near;  ///< patches that may cover the end of a column (Deformation::column_end)
 };
 
+/// (G2) No CL point of the patch is higher than this (z').
+double highest_reference(const ClSurface& surface, const Deformation& map, PatchId patch);
+
 /// The cells of all patches that can face the tool; the same for any number of threads. Cells are not made
-/// smaller than `smallest` (mm) to follow the deformation. When the user stops it, cells are missing.
+/// smaller than `smallest` (mm) to follow the deformation. `wanted`: of these patches only, asked from
+/// several threads at a time. When the user stops it, cells are missing.
 Cells make_cells(const ClSurface& surface, const Deformation& deformation, double smallest,
-                 const ReportShare& report = {});
+                 const ReportShare& report = {}, const std::function<bool(PatchId)>& wanted = nullptr);
 
 }  // namespace tiltfeed

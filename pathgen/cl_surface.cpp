@@ -143,6 +143,25 @@ void ClSurface::find_vertices(const std::vector<VertexNotes>& notes) {
   }
 }
 
+std::vector<PatchId> ClSurface::numbers_of(const ClSurface& first) const {
+  const auto faces = static_cast<PatchId>(mesh_.facets.size());
+  std::vector<PatchId> numbers(first.features_);
+  for (PatchId f = 0; f < faces; ++f) numbers[f] = f;
+  // Both list what they need in the same order.
+  PatchId at = faces, mine = 0;
+  for (const EdgePatch& edge : first.edges_) {
+    while (edges_[mine].v0 != edge.v0 || edges_[mine].v1 != edge.v1) ++mine;
+    numbers[at++] = faces + mine;
+  }
+  const auto ends = faces + static_cast<PatchId>(edges_.size());
+  mine = 0;
+  for (const VertexPatch& patch : first.vertices_) {
+    while (vertices_[mine].vertex != patch.vertex) ++mine;
+    numbers[at++] = ends + mine;
+  }
+  return numbers;
+}
+
 std::uint32_t ClSurface::facet_of(PatchId patch) const {
   const std::size_t faces = mesh_.facets.size(), feature = feature_of(patch);
   if (feature < faces) return mesh_.source[feature];

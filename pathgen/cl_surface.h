@@ -25,6 +25,9 @@ class ClSurface {
   ClSurface(const Mesh& mesh, Sides sides, std::vector<ToolPiece> pieces);
 
   PatchId features() const { return features_; }
+  /// The features of a surface of the same mesh for the first piece alone, as this one numbers them: it may
+  /// need fewer, (C4).
+  std::vector<PatchId> numbers_of(const ClSurface& first) const;
   PatchId patch_count() const { return features() * static_cast<PatchId>(pieces_.size()); }
   const ToolPiece& piece(PatchId patch) const {
     return patch < features_ ? pieces_.front() : pieces_[patch / features_];

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "pathgen/pass_floor.h"
 #include "pathgen/straight_moves.h"
 #include "pathgen/surface_end.h"
 
@@ -54,9 +55,10 @@ class Profile {
     return std::move(result_);
   }
 
-  /// The envelope at the start of the line, where all candidates are.
+  /// The envelope at the start of the line, where all candidates of the cutting part are.
   Sample start() {
     sweep_.next();
+    at_place_ = true;
     return evaluate(0.0);
   }
   /// The patch for which nothing may be cut there.
@@ -96,18 +98,28 @@ class Profile {
     const AxisLine line = map_.axis_line(x, y, angles_);
     if (end_is_covered(x, y)) return sample;
     ClHit best;
-    for (const Candidate& c : sweep_.active()) {
+    const auto take = [&](PatchId patch) {
       ClHit hit;
-      if (c.from > run || c.to < run) continue;
-      if (sample.hit && static_cast<double>(c.top) < best.z) break;
-      if (!surface_.top(c.patch, line, hit)) continue;
-      if (!map_.in_column(hit.z, angles_, 0.0)) continue;  // seen from its own column
-      const bool wins = !sample.hit || hit.z > best.z || (hit.z == best.z && c.patch < sample.point.patch);
-      if (!wins) continue;
+      if (!surface_.top(patch, line, hit)) return;
+      if (!map_.in_column(hit.z, angles_, 0.0)) return;  // seen from its own column
+      if (sample.hit && (hit.z < best.z || (hit.z == best.z && patch > sample.point.patch))) return;
       best = hit;
       sample.hit = true;
-      sample.point.patch = c.patch;
+      sample.point.patch = patch;
+    };
+    for (const Candidate& c : sweep_.active()) {
+      if (c.from > run || c.to < run) continue;
+      if (sample.hit && static_cast<double>(c.top) < best.z) break;
+      take(c.patch);
     }
+    const auto take_from = [&](const CellTree& tree) {
+      tree.each(
+          {x, x, y, y},
+          [&](const FlatBox&, float top) { return !sample.hit || static_cast<double>(top) >= best.z; },
+          [&](const CellTree::Found& found) { take(found.patch); });
+    };
+    if (at_place_ && field_.places_ != nullptr) take_from(*field_.places_);
+    if (at_place_) take_from(field_.index_.guards());
     // Too near to where the column ends, or beyond it: nothing lower may be taken instead.
     if (sample.hit && !map_.in_column(best.z, angles_, kLeastAxisDistance)) {
       sample.hit = false;
@@ -176,6 +188,7 @@ class Profile {
   double flank_;
   Deformation::Angles angles_;
   CandidateSweep sweep_;
+  bool at_place_ = false;  ///< shank and holder are looked up there
   Pass pass_;
   LineEnvelope result_;
 };
@@ -197,21 +210,38 @@ LineEnvelope Envelope::along(const FlatLine& line, const RowCandidates& rows, st
 }
 
 LineEnvelope Envelope::along_candidates(const FlatLine& line) {
-  const PatchId cutter = surface_.features();
-  if (std::none_of(candidates_.begin(), candidates_.end(),
-                   [&](const Candidate& c) { return c.patch >= cutter; }))
-    return Profile(*this, line).build();
-  // The cutting part alone shows how low shank and holder come.
-  all_ = candidates_;
-  std::erase_if(candidates_, [&](const Candidate& c) { return c.patch >= cutter; });
   LineEnvelope found = Profile(*this, line).build();
-  if (!keep_guards(found, line)) return found;
-  LineEnvelope guarded = Profile(*this, line).build();
-  guarded.guarded = true;
+  if (index_.guards().empty()) return found;
+  // The cutting part alone shows how low shank and holder come.
+  const PassFloor floor(found.passes, line, options_.tolerance);
+  if (!find_guards(line, floor)) return found;
+  return raised(found, line, floor);
+}
+
+/// The passes of the cutting part, traced again where shank or holder may rise over them.
+LineEnvelope Envelope::raised(const LineEnvelope& found, const FlatLine& line, const PassFloor& floor) {
+  LineEnvelope all;
+  all.too_near = found.too_near, all.guarded = true;
   for (const Pass& pass : found.passes)
-    guarded.cut.push_back({line.run_of(pass.front().flat.x, pass.front().flat.y),
-                           line.run_of(pass.back().flat.x, pass.back().flat.y)});
-  return guarded;
+    all.cut.push_back({line.run_of(pass.front().flat.x, pass.front().flat.y),
+                       line.run_of(pass.back().flat.x, pass.back().flat.y)});
+  cutter_.swap(candidates_);
+  PassSplice splice(found.passes, line);
+  for (const auto& [from, to] : floor.stretches(guards_, line.length)) {
+    candidates_.clear();
+    for (const std::vector<Candidate>* some : {&cutter_, &guards_})
+      for (const Candidate& c : *some)
+        if (c.from <= to && c.to >= from)
+          candidates_.push_back({std::max(c.from, from), std::min(c.to, to), c.patch, c.top});
+    sort_by_start(candidates_, line.length, scratch_.sorting);
+    LineEnvelope part = Profile(*this, line).build();
+    splice.replace(from, to, std::move(part.passes));
+    all.too_near.insert(all.too_near.end(), part.too_near.begin(), part.too_near.end());
+  }
+  all.passes = splice.finish();
+  std::sort(all.too_near.begin(), all.too_near.end());
+  all.too_near.erase(std::unique(all.too_near.begin(), all.too_near.end()), all.too_near.end());
+  return all;
 }
 
 /// What may be the highest round both places, for `nearby_`. Requires: not further apart than kNearShare of
@@ -225,10 +255,12 @@ void Envelope::look_near(std::array<double, 2> a, std::array<double, 2> b) {
 }
 
 std::optional<EnvelopePoint> Envelope::at(double x, double y) {
-  look_near({x, y}, {x, y});
   candidates_.clear();
-  for (const FlatIndex::Nearby& n : nearby_)
-    if (n.box.holds(x, y)) candidates_.push_back({0.0, 0.0, n.patch, n.top});
+  if (places_ == nullptr) {
+    look_near({x, y}, {x, y});
+    for (const FlatIndex::Nearby& n : nearby_)
+      if (n.box.holds(x, y)) candidates_.push_back({0.0, 0.0, n.patch, n.top});
+  }
   Profile profile(*this, {x, y, 1.0, 0.0, 0.0});
   const Sample sample = profile.start();
   shut_by_ = profile.shut_by();

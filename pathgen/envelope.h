@@ -77,6 +77,9 @@ class Envelope {
 
   /// The envelope on one axis line; nothing where the line misses the CL surface or may not be used.
   std::optional<EnvelopePoint> at(double x, double y);
+  /// Has at() look up the cutting part in `tree`, that of the index, which must outlive the envelope: for
+  /// places in no order.
+  void look_up_in(const CellTree& tree) { places_ = &tree; }
   /// The patch for which the last place that at() was asked for may not be used.
   std::optional<PatchId> shut_by() const { return shut_by_; }
 
@@ -85,18 +88,21 @@ class Envelope {
  private:
   friend class Profile;
   LineEnvelope along_candidates(const FlatLine& line);
+  LineEnvelope raised(const LineEnvelope& found, const FlatLine& line, const class PassFloor& floor);
   void look_near(std::array<double, 2> a, std::array<double, 2> b);
-  bool keep_guards(const LineEnvelope& found, const FlatLine& line);
-  bool may_rise(const Candidate& c, const LineEnvelope& found, const FlatLine& line) const;
+  bool find_guards(const FlatLine& line, const class PassFloor& floor);
   const ClSurface& surface_;
   const Deformation& map_;
   const FlatIndex& index_;
   EnvelopeOptions options_;
   FlatIndex::Scratch scratch_;
-  std::vector<Candidate> met_;               ///< by the row, cell by cell
-  std::vector<Candidate> candidates_, all_;  ///< of the line; those now in use, and with shank and holder
-  std::optional<FlatBox> asked_;             ///< round the place that was asked for last, and what is there
+  std::vector<Candidate> met_;         ///< by the row, cell by cell
+  std::vector<Candidate> candidates_;  ///< of the line, those now in use
+  std::vector<Candidate> cutter_;      ///< of the cutting part
+  std::vector<Candidate> guards_;      ///< of shank and holder, where they may rise
+  std::optional<FlatBox> asked_;       ///< round the place that was asked for last, and what is there
   std::vector<FlatIndex::Nearby> nearby_;
+  const CellTree* places_ = nullptr;
   std::optional<Point<Part>> end_;         ///< the column's end asked for last,
   std::optional<PatchId> end_covered_by_;  ///< and the patch that covers it
   std::optional<PatchId> shut_by_;

@@ -1,43 +1,31 @@
-// Which patches of shank and holder matter on a line of the envelope.
-
-#include <algorithm>
+// Which patches of shank and holder matter on a line of the envelope. (G3) in pathgen/README.md.
 
 #include "pathgen/envelope.h"
+#include "pathgen/pass_floor.h"
 
 namespace tiltfeed {
 
-/// Makes those patches of shank and holder candidates that can be higher than what was found of the cutting
-/// part; false if none can.
-bool Envelope::keep_guards(const LineEnvelope& found, const FlatLine& line) {
-  const PatchId cutter = surface_.features();
-  candidates_.clear();
-  bool guarded = false;
-  for (const Candidate& c : all_) {
-    if (c.patch >= cutter) {
-      if (!may_rise(c, found, line)) continue;
-      guarded = true;
-    }
-    candidates_.push_back(c);
-  }
-  return guarded;
-}
-
-/// Can the candidate be higher than what was found of the cutting part, or is it where that finds nothing?
-bool Envelope::may_rise(const Candidate& c, const LineEnvelope& found, const FlatLine& line) const {
-  for (const Pass& pass : found.passes) {
-    const auto run = [&](const EnvelopePoint& p) { return line.run_of(p.flat.x, p.flat.y); };
-    if (run(pass.back()) < c.from) continue;
-    if (run(pass.front()) > c.from || run(pass.back()) < c.to) return true;
-    auto at = std::lower_bound(pass.begin(), pass.end(), c.from,
-                               [&](const EnvelopePoint& p, double from) { return run(p) < from; });
-    if (at != pass.begin()) --at;
-    for (; at != pass.end(); ++at) {
-      if (at->flat.z - options_.tolerance < static_cast<double>(c.top)) return true;
-      if (run(*at) > c.to) break;
-    }
-    return false;
-  }
-  return true;
+/// Finds where patches of shank and holder can be higher than what the cutting part has there, or where that
+/// has nothing, for `guards_`; false if nowhere.
+bool Envelope::find_guards(const FlatLine& line, const PassFloor& floor) {
+  const CellTree& tree = index_.guards();
+  scratch_.pieces.clear();
+  guards_.clear();
+  tree.each(
+      box_round(line),
+      [&](const FlatBox& box, float top) {
+        double from, to;
+        return run_in_box(box, line, from, to) && floor.lowest(from, to) < static_cast<double>(top);
+      },
+      [&](const CellTree::Found& found) {
+        Candidate c;
+        if (!index_.seen_along(found, line.dx, line.dy).meets(line, c)) return;
+        floor.each_below(c.from, c.to, static_cast<double>(c.top), [&](double from, double to) {
+          scratch_.pieces.push_back({from, to, c.patch, c.top});
+        });
+      });
+  join_pieces(scratch_.pieces, guards_);
+  return !guards_.empty();
 }
 
 }  // namespace tiltfeed

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "pathgen/thinning.h"
 #include "pathgen/tool_pieces.h"
@@ -26,6 +27,12 @@ FarSide::FarSide(const Mesh& mesh, const Deformation& deformation, const PlanOpt
       clearance_z_(clearance_z),
       reference_height_(reference_height(options.cutter)),
       thinnest_(options.cutter.radius()) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  low_ = {kFar, kFar, kFar}, high_ = {-kFar, -kFar, -kFar};
+  for (Point<Part> v : mesh.vertices) {
+    low_ = {std::min(low_.x, v.x), std::min(low_.y, v.y), std::min(low_.z, v.z)};
+    high_ = {std::max(high_.x, v.x), std::max(high_.y, v.y), std::max(high_.z, v.z)};
+  }
   for (const ToolPiece& piece : all_pieces(options)) {
     if (piece.part == ToolPart::kHolder && options.holder.reaction == Reaction::kReport) continue;
     if (piece.part == ToolPart::kShank && options.shank.reaction == Reaction::kReport) continue;
@@ -45,11 +52,32 @@ FarSide::FarSide(const Mesh& mesh, const Deformation& deformation, const PlanOpt
   }
 }
 
+/// Does a ball of the radius on the way between two points stay outside of the box round the part?
+bool FarSide::beyond_part(Point<Part> from, Point<Part> to, double radius) const {
+  double first = 0.0, last = 1.0;
+  const auto cut = [&](double a, double b, double low, double high) {
+    if (a == b) {
+      if (a < low || a > high) last = -1.0;
+      return;
+    }
+    const double enter = (low - a) / (b - a), leave = (high - a) / (b - a);
+    first = std::max(first, std::min(enter, leave)), last = std::min(last, std::max(enter, leave));
+  };
+  cut(from.x, to.x, low_.x - radius, high_.x + radius);
+  cut(from.y, to.y, low_.y - radius, high_.y + radius);
+  cut(from.z, to.z, low_.z - radius, high_.z + radius);
+  return first > last;
+}
+
 /// Does the tool, its reference going `travel` up from where it is, hit something further up than `column`?
 bool FarSide::blocked(Point<Part> reference, Vec3 axis, double column, double travel) {
   if (column >= reach_ + travel) return false;
   return std::any_of(tool_.begin(), tool_.end(), [&](Cylinder& c) {
     if (column >= c.to + travel) return false;
+    // What is further down the column is clear.
+    if (beyond_part(reference + axis * std::max(c.from, column - c.radius),
+                    reference + axis * (c.to + travel), c.radius))
+      return false;
     if (!c.clearance) c.clearance = std::make_unique<Clearance>(mesh_, c.radius);
     const Point<Part> start = reference + axis * c.from;
     // Where a cylinder starts beyond the column, nothing is known yet of its place.

@@ -39,7 +39,10 @@ class FarSide {
   bool stands_in_part(const Pose& pose);
   bool blocked(Point<Part> reference, Vec3 axis, double column, double travel);
 
+  bool beyond_part(Point<Part> from, Point<Part> to, double radius) const;
+
   const Mesh& mesh_;
+  Point<Part> low_, high_;  ///< corners of the box round the part
   const Deformation& map_;
   std::vector<Cylinder> tool_;
   double reach_ = 0.0;  ///< of the tool's upper end over the CL reference, mm

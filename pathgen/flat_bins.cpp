@@ -153,6 +153,21 @@ void FlatBins::fill(std::span<const LooseBox> boxes) {
   start_.front() = 0;
 }
 
+bool run_in_box(const FlatBox& box, const FlatLine& line, double& from, double& to) {
+  from = 0.0, to = line.length;
+  const auto cut = [&](double at, double d, double low, double high) {
+    if (d == 0.0) {
+      if (at < low || at > high) to = -1.0;
+      return;
+    }
+    from = std::max(from, std::min((low - at) / d, (high - at) / d));
+    to = std::min(to, std::max((low - at) / d, (high - at) / d));
+  };
+  cut(line.x, line.dx, box.low_x, box.high_x);
+  cut(line.y, line.dy, box.low_y, box.high_y);
+  return from <= to;
+}
+
 /// A slanted line goes piece by piece, so that it does not sweep the whole rectangle.
 std::int64_t FlatBins::pieces_of(const Grid& grid, const FlatLine& line) {
   if (line.dx == 0.0 || line.dy == 0.0) return 1;

@@ -46,6 +46,9 @@ inline FlatBox box_round(const FlatLine& line) {
   return {std::min(line.x, end_x), std::max(line.x, end_x), std::min(line.y, end_y), std::max(line.y, end_y)};
 }
 
+/// Where the line is in the box; false if nowhere.
+bool run_in_box(const FlatBox& box, const FlatLine& line, double& from, double& to);
+
 /// The same in half the memory, for a box that is only to be found.
 struct LooseBox {
   float low_x = 0.0f, high_x = 0.0f, low_y = 0.0f, high_y = 0.0f;

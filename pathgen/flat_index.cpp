@@ -32,24 +32,11 @@ bool FlatIndex::has_siblings(std::uint32_t cell) const {
 
 namespace {
 
-FlatBox box_of(const Cells& cells, const Cell& cell) {
-  const FlatCorner* c = cells.corners.data() + cell.first;
-  FlatBox box{c->x, c->x, c->y, c->y};
-  for (std::uint32_t i = 1; i < cell.count; ++i) {
-    box.low_x = std::min<double>(box.low_x, c[i].x), box.high_x = std::max<double>(box.high_x, c[i].x);
-    box.low_y = std::min<double>(box.low_y, c[i].y), box.high_y = std::max<double>(box.high_y, c[i].y);
-  }
-  box.low_x -= cell.pad_x, box.high_x += cell.pad_x;
-  box.low_y -= cell.pad_y, box.high_y += cell.pad_y;
-  return box;
-}
-
 struct Ranges {
   Range x, y;
 };
 /// Of all boxes, which it writes.
 Ranges ranges_of(const Cells& cells, FreshVector<LooseBox>& boxes) {
-  assert(!cells.cells.empty());
   boxes.resize(cells.cells.size());
   return tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, cells.cells.size(), kGrain), Ranges{},
@@ -92,9 +79,24 @@ Extent extent_of(Ranges r, const Deformation& deformation) {
 }  // namespace
 
 FlatIndex::FlatIndex(Cells cells, const Deformation& deformation) : cells_(std::move(cells)) {
+  assert(!cells_.cells.empty());
   const Extent extent = extent_of(ranges_of(cells_, boxes_), deformation);
   period_x_ = extent.period_x, period_y_ = extent.period_y, bounds_ = extent.bounds;
   bins_ = FlatBins(boxes_, bounds_, period_x_, period_y_);
+}
+
+FlatIndex::FlatIndex(const FlatIndex& cutter, std::span<const PatchId> numbers, Cells guards,
+                     const Deformation& deformation)
+    : FlatIndex(cutter) {
+  for (Cell& cell : cells_.cells) cell.patch = numbers[cell.patch];
+  for (PatchId& patch : cells_.near) patch = numbers[patch];
+  FreshVector<LooseBox> boxes;
+  Ranges ranges = ranges_of(guards, boxes);
+  ranges.x.add({bounds_.min_x, bounds_.max_x}), ranges.y.add({bounds_.min_y, bounds_.max_y});
+  bounds_ = extent_of(ranges, deformation).bounds;
+  cells_.furthest = std::max(cells_.furthest, guards.furthest);
+  guards_ = CellTree(guards, deformation);
+  guard_cells_ = std::move(guards);
 }
 
 bool FlatIndex::holds(const FlatBox& box, double x, double y) const {
@@ -155,26 +157,6 @@ void FlatIndex::near(const FlatBox& box, Scratch& scratch, std::vector<Nearby>& 
     return a.top != b.top ? a.top > b.top : a.patch < b.patch;
   });
 }
-
-namespace {
-
-/// Where the line is in the box; false if nowhere.
-bool run_in_box(const FlatBox& box, const FlatLine& line, double& from, double& to) {
-  from = 0.0, to = line.length;
-  const auto cut = [&](double at, double d, double low, double high) {
-    if (d == 0.0) {
-      if (at < low || at > high) to = -1.0;
-      return;
-    }
-    from = std::max(from, std::min((low - at) / d, (high - at) / d));
-    to = std::min(to, std::max((low - at) / d, (high - at) / d));
-  };
-  cut(line.x, line.dx, box.low_x, box.high_x);
-  cut(line.y, line.dy, box.low_y, box.high_y);
-  return from <= to;
-}
-
-}  // namespace
 
 void FlatIndex::along(const FlatLine& line, const std::vector<Nearby>& nearby, Scratch& scratch,
                       std::vector<Candidate>& candidates) {

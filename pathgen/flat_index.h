@@ -9,6 +9,7 @@
 
 #include "pathgen/candidates.h"
 #include "pathgen/cell_along.h"
+#include "pathgen/cell_tree.h"
 #include "pathgen/cells.h"
 #include "pathgen/deformation.h"
 #include "pathgen/flat_bins.h"
@@ -19,6 +20,10 @@ class FlatIndex {
  public:
   /// Requires: at least one cell.
   FlatIndex(Cells cells, const Deformation& deformation);
+  /// The same with the cells of shank and holder, which only guards() and bounds() show. `numbers`: of the
+  /// patches of `cutter`, as the surface with shank and holder has them.
+  FlatIndex(const FlatIndex& cutter, std::span<const PatchId> numbers, Cells guards,
+            const Deformation& deformation);
 
   /// What one thread needs to ask; reused from question to question.
   struct Scratch {
@@ -90,6 +95,14 @@ class FlatIndex {
   /// About how far the CL surface is from the point, line or circle at most, mm.
   double furthest() const { return cells_.furthest; }
   const std::vector<PatchId>& covering() const { return cells_.near; }
+  const CellTree& guards() const { return guards_; }
+  /// A cell of guards() as lines in the direction (dx, dy) see it.
+  CellAlong seen_along(const CellTree::Found& guard, double dx, double dy) const {
+    const Cell& c = guard_cells_.cells[guard.cell];
+    return {c, guard_cells_.corners.data() + c.first, dx, dy, guard.shift_x, guard.shift_y};
+  }
+  /// The cells of the cutting part as such a tree.
+  CellTree tree(const Deformation& deformation) const { return {cells_, deformation}; }
 
  private:
   bool holds(const FlatBox& box, double x, double y) const;
@@ -104,6 +117,8 @@ class FlatIndex {
   double period_x_ = 0.0, period_y_ = 0.0;
   FlatBounds bounds_;
   FlatBins bins_;
+  Cells guard_cells_;
+  CellTree guards_;
 };
 
 }  // namespace tiltfeed

@@ -16,36 +16,6 @@ constexpr double kClear = 1e-6;
 /// Of the work on the cells of shank and holder, making them.
 constexpr double kCellsShare = 0.7;
 
-/// (G2) No CL point of the patch is higher than this (z'): the contact is on the feature, at most `outer`
-/// beside the axis line.
-double highest_reference(const ClSurface& surface, const Deformation& map, PatchId patch) {
-  const ToolPiece& piece = surface.piece(patch);
-  const ClSurface::Core core = surface.core(patch);
-  const AxisFrame& frame = map.frame();
-  const double lift = piece.corner - piece.above_reference, aside = piece.outer;
-  double top = -kInfinity, size = 0.0;
-  for (Point<Part> p : core.points()) {
-    top = std::max(top, map.flatten(p).z);
-    size = std::max(size, distance(p, core.corner[0]));
-  }
-  if (frame.mode == AxisMode::kFixed) return top + lift;
-  if (map.s() > 0.0) {
-    if (frame.mode != AxisMode::kCircle) return top + lift;
-    // The contact may be nearest to a place of the circle further round, by an angle whose sine is at most
-    // aside / r: from there its distance is the lesser by what the circle bends.
-    double r = kInfinity;
-    for (Point<Part> p : core.points()) {
-      const Vec3 d = p - frame.origin;
-      r = std::min(r, std::hypot(dot(d, frame.t), dot(d, frame.n)));
-    }
-    const double sine = aside / std::max(r - size, 1e-9);
-    return top + lift + frame.circle_radius * (sine < 1.0 ? 1.0 - std::sqrt(1.0 - sine * sine) : 2.0);
-  }
-  // Inside work: -z' is the distance from the feature, less along the axis line, and less between corners.
-  const double near = std::max(0.0, -top - size);
-  return lift - std::sqrt(std::max(0.0, near * near - aside * aside));
-}
-
 /// The lowest place of the passes in each square of flat space.
 class LowestPlaces {
  public:
@@ -64,7 +34,10 @@ class LowestPlaces {
         for (std::size_t i = 0; i + 1 < pass.size(); ++i) add(pass[i].flat, pass[i + 1].flat);
     // Contours run elsewhere, and on other levels, once shank and holder are heeded.
     if (passes.as_given) lowest_.assign(lowest_.size(), -kInfinity);
+    sum_up();
   }
+
+  double of_all() const { return of_all_; }
 
   /// Over all places of the passes in the rectangle.
   double in(double low_x, double high_x, double low_y, double high_y) const {
@@ -73,13 +46,38 @@ class LowestPlaces {
         (wraps_y_ && (low_y < bounds_.min_y || high_y > bounds_.max_y)))
       return -kInfinity;
     double lowest = kInfinity;
-    for (std::int64_t j = row(low_y); j <= row(high_y); ++j)
-      for (std::int64_t i = column(low_x); i <= column(high_x); ++i)
-        lowest = std::min(lowest, lowest_[static_cast<std::size_t>(j * columns_ + i)]);
+    const std::int64_t x0 = column(low_x), x1 = column(high_x), y0 = row(low_y), y1 = row(high_y);
+    for (std::int64_t j = y0; j <= y1;) {
+      const bool high = j % kBlock == 0 && j + kBlock - 1 <= y1;
+      for (std::int64_t i = x0; i <= x1;) {
+        const bool whole = high && i % kBlock == 0 && i + kBlock - 1 <= x1;
+        if (whole) {
+          lowest = std::min(lowest, of_block_[static_cast<std::size_t>(j / kBlock * blocks_ + i / kBlock)]);
+        } else {
+          for (std::int64_t k = j; k < (high ? j + kBlock : j + 1); ++k)
+            lowest = std::min(lowest, lowest_[static_cast<std::size_t>(k * columns_ + i)]);
+        }
+        i += whole ? kBlock : 1;
+      }
+      j += high ? kBlock : 1;
+    }
     return lowest;
   }
 
  private:
+  /// Squares of a block in one direction.
+  static constexpr std::int64_t kBlock = 8;
+
+  void sum_up() {
+    blocks_ = columns_ / kBlock + 1;
+    of_block_.assign(static_cast<std::size_t>(blocks_ * (rows_ / kBlock + 1)), kInfinity);
+    for (std::int64_t j = 0; j < rows_; ++j)
+      for (std::int64_t i = 0; i < columns_; ++i) {
+        double& block = of_block_[static_cast<std::size_t>(j / kBlock * blocks_ + i / kBlock)];
+        block = std::min(block, lowest_[static_cast<std::size_t>(j * columns_ + i)]);
+      }
+    of_all_ = *std::min_element(of_block_.begin(), of_block_.end());
+  }
   std::int64_t column(double x) const {
     return std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor((x - bounds_.min_x) / size_)), 0,
                                     columns_ - 1);
@@ -101,36 +99,20 @@ class LowestPlaces {
 
   FlatBounds bounds_;
   double size_ = 1.0;
-  std::int64_t columns_ = 1, rows_ = 1;
+  std::int64_t columns_ = 1, rows_ = 1, blocks_ = 1;
   bool wraps_x_ = false, wraps_y_ = false;
-  std::vector<double> lowest_;
+  std::vector<double> lowest_, of_block_;
+  double of_all_ = kInfinity;
 };
 
-/// Drops the cells of shank and holder that lie wholly under the passes; false if none stays.
-bool drop_low(Cells& cells, const ClSurface& surface, const Deformation& map, const LowestPlaces& passes,
-              const ReportShare& report) {
-  bool guarded = false;
-  PatchId last = 0;
-  double top = kInfinity;
+/// Drops the cells of shank and holder that lie wholly under the passes.
+void drop_low(Cells& cells, const LowestPlaces& passes, const ReportShare& report) {
   Watch watch(report, cells.cells.size());
   std::erase_if(cells.cells, [&](Cell& cell) {
     if (!watch.next()) return false;
-    if (surface.piece(cell.patch).part == ToolPart::kCutter) return false;
-    if (cell.patch != last) last = cell.patch, top = highest_reference(surface, map, cell.patch);
-    double low_x = kInfinity, high_x = -kInfinity, low_y = kInfinity, high_y = -kInfinity;
-    for (std::uint32_t i = cell.first; i < cell.first + cell.count; ++i) {
-      const double x = cells.corners[i].x, y = cells.corners[i].y;
-      low_x = std::min(low_x, x), high_x = std::max(high_x, x);
-      low_y = std::min(low_y, y), high_y = std::max(high_y, y);
-    }
-    const double lowest =
-        passes.in(low_x - cell.pad_x, high_x + cell.pad_x, low_y - cell.pad_y, high_y + cell.pad_y);
-    if (top < lowest) return true;
-    guarded = true;
-    cell.top = std::nextafter(static_cast<float>(top), std::numeric_limits<float>::infinity());
-    return false;
+    const FlatBox box = box_of(cells, cell);
+    return static_cast<double>(cell.top) < passes.in(box.low_x, box.high_x, box.low_y, box.high_y);
   });
-  return guarded;
 }
 
 bool only_reports(const ToolPiece& piece, const PlanOptions& options) {
@@ -148,14 +130,18 @@ std::unique_ptr<const ClField> guarded_field(const ClField& field, const PlanOpt
   });
   if (pieces.size() < 2) return nullptr;
   ClSurface surface(field.surface.mesh(), field.surface.sides(), std::move(pieces));
-  Cells cells =
-      make_cells(surface, field.deformation, smallest_cell(options), part_of(report, 0.0, kCellsShare));
   // Leads and joins reach a little beyond the passes.
   const double spacing = 2.0 * std::max(asked_step(options), options.pattern.step_down) +
                          options.links.lead_radius + options.links.join_distance;
   const LowestPlaces lowest(passes, field.bounds, spacing, field.deformation);
-  if (!drop_low(cells, surface, field.deformation, lowest, part_of(report, kCellsShare, 1.0))) return nullptr;
-  FlatIndex index(std::move(cells), field.deformation);
+  Cells cells = make_cells(surface, field.deformation, smallest_cell(options),
+                           part_of(report, 0.0, kCellsShare), [&](PatchId patch) {
+                             return surface.piece(patch).part != ToolPart::kCutter &&
+                                    highest_reference(surface, field.deformation, patch) >= lowest.of_all();
+                           });
+  drop_low(cells, lowest, part_of(report, kCellsShare, 1.0));
+  if (cells.cells.empty()) return nullptr;
+  FlatIndex index(field.index, surface.numbers_of(field.surface), std::move(cells), field.deformation);
   return std::make_unique<const ClField>(
       ClField{std::move(surface), field.deformation, std::move(index), field.bounds});
 }
