@@ -21,19 +21,31 @@ namespace {
 constexpr double kMostPieces = 32.0;
 /// The axis at the reference depends on the reference: so often it is asked again.
 constexpr int kAxisSteps = 4;
-/// Share of the tool's radius: places further off are not touched from beside either, but by chance.
+/// Share of the tool's radius: a wall is not looked at again where the tool stays further off.
 constexpr double kNear = 0.25;
-/// A search for a better place begins with this share of the tool's radius, and ends at that share of its
-/// first step.
-constexpr double kFirstStep = 0.25, kLastStep = 0.05;
-constexpr int kWays = 8;
+/// So often the tool steps aside for what it meets.
+constexpr int kSidesteps = 4;
+/// Facets that lean over by less (sine) stand beside what the envelope breaks off at.
+constexpr double kSteep = 0.1;
 /// A facet that leans over by less (sine) counts as a wall: rounding of STL corners.
 constexpr double kWall = 1e-4;
-
 /// What leans over by less (sine) than 15 degrees rows do not follow: walls are z_level's.
 constexpr double kSteepest = 0.26;
 /// Less than this share of the limit need not be told exactly.
 constexpr double kEnough = 0.25;
+
+/// Where the tool stands on the envelope.
+struct Stand {
+  Point<Part> centre;  ///< of the ring
+  Vec3 axis;
+};
+
+/// Of the place from the tool that stands there, mm.
+double gap(const ToolPiece& piece, Point<Part> place, const Stand& at) {
+  const Vec3 w = place - at.centre;
+  const double h = dot(w, at.axis);
+  return distance_to_piece(piece, length(w - at.axis * h), h);
+}
 
 struct FacetVerdict {
   std::array<std::uint32_t, kUncutReasons> uncut{};
@@ -45,15 +57,17 @@ struct FacetVerdict {
 
 class Judge {
  public:
-  Judge(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
-        const CuttingMoves& moves, double limit)
+  Judge(const ClField& field, const CellTree& tree, const PlanOptions& options,
+        const EnvelopeOptions& envelope, const CuttingMoves& moves, double limit)
       : field_(field),
         options_(options),
         moves_(moves),
         limit_(limit),
         rules_(options, field),
         piece_(field.surface.pieces().front()),
-        envelope_(field.surface, field.deformation, field.index, envelope) {}
+        envelope_(field.surface, field.deformation, field.index, envelope) {
+    envelope_.look_up_in(tree);
+  }
 
   FacetVerdict facet(std::uint32_t i) {
     const Mesh& mesh = field_.surface.mesh();
@@ -99,39 +113,53 @@ class Judge {
     return line;
   }
 
-  /// Of the place from the tool at that point of the envelope, mm.
-  double gap(Point<Part> place, const EnvelopePoint& at) const {
-    const Vec3 w = place - (at.centre + at.axis * piece_.above_reference);
-    const double h = dot(w, at.axis);
-    return distance_to_piece(piece_, length(w - at.axis * h), h);
+  Stand stand(const EnvelopePoint& at) const {
+    return {at.centre + at.axis * piece_.above_reference, at.axis};
   }
 
-  bool touched_at(Point<Part> reference, Point<Part> place) {
-    const Point<Flat> flat = field_.deformation.flatten(reference);
-    const auto found = envelope_.at(flat.x, flat.y);
-    return found && gap(place, *found) <= options_.tolerance;
+  /// (U3) Where the tool stands in contact, of the part; nothing on the cone.
+  std::optional<Point<Part>> contact(const EnvelopePoint& at) const {
+    const double along = dot(at.normal, at.axis);
+    if (field_.surface.piece(at.patch).part != ToolPart::kCutter || along < piece_.taper_sin)
+      return std::nullopt;
+    const Vec3 lateral = at.normal - at.axis * along;
+    const double across = length(lateral);
+    if (piece_.flat > 0.0 && across < kSteep) return std::nullopt;
+    const Vec3 out = across > 0.0 ? lateral * (piece_.flat / across) : Vec3{};
+    return stand(at).centre - at.normal * piece_.corner - out;
   }
 
-  /// In a hollow that is as wide as the tool it may touch from a place beside its contact, too: goes where
-  /// the gap shrinks.
-  bool touched_from_beside(Point<Part> place, Point<Flat> from) {
-    double least = std::numeric_limits<double>::infinity();
-    const double first = kFirstStep * piece_.outer;
-    for (double step = first; step > kLastStep * first;) {
-      Point<Flat> best = from;
-      for (int k = 0; k < kWays; ++k) {
-        const double turn = 2.0 * kPi * k / kWays;
-        const Point<Flat> at{from.x + step * std::cos(turn), from.y + step * std::sin(turn), 0.0};
-        const auto found = envelope_.at(at.x, at.y);
-        if (!found) continue;
-        const double beside = gap(place, *found);
-        if (beside <= options_.tolerance) return true;
-        if (beside < least) least = beside, best = at;
-      }
-      if (best == from) step /= 2.0;
-      from = best;
+  /// (U3) A tool that does not get to where it touches the place with the normal n may get to where it does
+  /// so beside that: it goes there from what it meets, as far as it has leeway.
+  bool touched_from_beside(Point<Part> place, Vec3 n, const AxisLine& line, EnvelopePoint met) {
+    const double leeway =
+        std::sqrt((2.0 * piece_.corner + options_.tolerance) * options_.tolerance) + options_.tolerance;
+    const Point<Part> middle = line.base + line.axis * piece_.above_reference;
+    Point<Part> centre = middle;
+    for (int k = 0; k < kSidesteps; ++k) {
+      const std::optional<Point<Part>> at = contact(met);
+      if (!at) return false;
+      const double depth = -gap(piece_, *at, {centre, line.axis});
+      if (depth > leeway) return false;
+      const Vec3 away = normalized(centre - *at), aside = away - n * dot(away, n);
+      const double share2 = squared_length(aside);
+      if (share2 * leeway * leeway < depth * depth) return false;
+      centre = centre + aside * (std::max(depth, options_.tolerance / 4.0) / share2);
+      if (distance(centre, middle) > leeway) return false;
+      const Point<Flat> flat = field_.deformation.flatten(centre - line.axis * piece_.above_reference);
+      const auto found = envelope_.at(flat.x, flat.y);
+      if (!found) return false;
+      if (gap(piece_, place, stand(*found)) <= options_.tolerance) return true;
+      met = *found;
     }
     return false;
+  }
+
+  /// Beside a wall the envelope breaks off: half the tolerance off it the tool goes down there.
+  bool touched_off_wall(const AxisLine& line, Vec3 n, Point<Part> place) {
+    const Point<Flat> flat = field_.deformation.flatten(line.base + n * (options_.tolerance / 2.0));
+    const auto found = envelope_.at(flat.x, flat.y);
+    return found && gap(piece_, place, stand(*found)) <= options_.tolerance;
   }
 
   /// Nothing where the place is turned away; else why it is uncut, if it is.
@@ -145,11 +173,11 @@ class Judge {
     const auto found = envelope_.at(flat.x, flat.y);
     const Uncut by_cutter = facing < kWall ? Uncut::kWall : Uncut::kCutter;
     if (!found) return {by_cutter};
-    const double off = gap(place, *found);
-    // Beside a wall the envelope breaks off: half the tolerance off it the tool goes down there.
+    const Stand at = stand(*found);
+    const double off = gap(piece_, place, at);
     if (off > options_.tolerance &&
-        !(off < kNear * piece_.outer && (touched_at(line.base + n * (options_.tolerance / 2.0), place) ||
-                                         touched_from_beside(place, flat)))) {
+        !(facing < kSteep && off < kNear * piece_.outer && touched_off_wall(line, n, place)) &&
+        !touched_from_beside(place, n, line, *found)) {
       const ToolPart part = rules_.touching(*found);
       return {part == ToolPart::kCutter ? by_cutter : uncut_by(part)};
     }
@@ -183,8 +211,9 @@ UncutReport find_uncut(const ClField& field, const PlanOptions& options, const E
   const CuttingMoves moves(path, field.surface.pieces().front(), reference_height(options.cutter),
                            std::max(asked_step(options), options.pattern.step_down));
   std::vector<FacetVerdict> verdicts(mesh.facets.size());
+  const CellTree tree = field.index.tree(field.deformation);
   tbb::enumerable_thread_specific<Judge> judges(
-      [&] { return Judge(field, options, envelope, moves, limit); });
+      [&] { return Judge(field, tree, options, envelope, moves, limit); });
   Watch watch(report_share, verdicts.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, verdicts.size()), [&](const auto& range) {
     Judge& judge = judges.local();
