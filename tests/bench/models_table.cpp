@@ -24,13 +24,18 @@ constexpr std::size_t kPoses = 100'000;
 constexpr int kSurfacePoints = 5'000;
 /// PathProof takes this many poses on a move, or more.
 constexpr std::size_t kPosesPerMove = 3;
+/// No model may cost more than this many times what the tyre does for each of its facets and envelope points.
+constexpr double kMostTimes = 10.0;
+/// The job that the others are held against.
+constexpr const char* kMeasure = "tyre";
 /// Longer messages are cut in the table.
 constexpr std::size_t kLongestMessage = 100;
 
 const std::vector<std::string>& heads() {
   static const std::vector<std::string> all{
-      "job",       "axis",  "facets",  "envelope points", "points",   "wall s",  "processor s", "peak MB",
-      "tolerance", "gouge", "contact", "rapid",           "uncut of", "surface", "warnings",    "verdict"};
+      "job",         "axis",    "facets",   "envelope points", "points",    "wall s",
+      "processor s", "ns each", "times",    "peak MB",         "tolerance", "gouge",
+      "contact",     "rapid",   "uncut of", "surface",         "warnings",  "verdict"};
   return all;
 }
 
@@ -72,6 +77,8 @@ std::vector<std::string> proven(const Job& job, const Outcome& outcome) {
           grouped(static_cast<double>(s.points)),
           formatted("%.2f", s.seconds),
           formatted("%.2f", s.processor_seconds),
+          formatted("%.0f", 1e9 * s.processor_seconds / static_cast<double>(s.facets + s.envelope_points)),
+          "-",  // what it is of the tyre's, which this process does not know
           formatted("%.0f", static_cast<double>(s.peak_bytes) / (1 << 20)),
           formatted("%g", options.tolerance),
           formatted("%.4f", m.gouge),
@@ -121,9 +128,25 @@ Result<std::string> model_of(const std::string& job_path, const std::string& fol
   return std::string();  // the row says what is wrong with the job
 }
 
+/// Puts what each of a row's facets and points costs, over what the tyre's do, into the row; true if that is
+/// too much. `measure`: of the tyre, ns; 0 until its row has come.
+bool costs_too_much(std::vector<std::string>& cells, double& measure) {
+  const auto column = [](const char* head) {
+    return static_cast<std::size_t>(std::find(heads().begin(), heads().end(), head) - heads().begin());
+  };
+  const std::string& each = cells[column("ns each")];
+  if (each == "-") return false;
+  const double ns = std::stod(each);
+  if (cells.front() == kMeasure) measure = ns;
+  if (measure == 0.0) return false;
+  cells[column("times")] = formatted("%.1f", ns / measure);
+  return ns > kMostTimes * measure;
+}
+
 int table_of(const std::vector<std::string>& jobs, const std::string& folder, const std::string& markdown) {
   MarkdownTable table(heads());
-  std::size_t within = 0;
+  std::size_t within = 0, costly = 0;
+  double measure = 0.0;
   for (const std::string& path : jobs) {
     const std::string name = std::filesystem::path(path).stem().string();
     const auto stl = model_of(path, folder);
@@ -139,6 +162,7 @@ int table_of(const std::vector<std::string>& jobs, const std::string& folder, co
       cells = refused(text ? "its process printed no row" : text.error().message, "-");
       cells.insert(cells.begin(), name);
     }
+    costly += costs_too_much(cells, measure) ? 1 : 0;
     within += cells.back() == "within" ? 1 : 0;
     std::printf("%s: %s\n", name.c_str(), cells.back().c_str());
     std::fflush(stdout);
@@ -146,12 +170,15 @@ int table_of(const std::vector<std::string>& jobs, const std::string& folder, co
   }
   const std::string text = table.text() + "\n" + std::to_string(within) + " of " +
                            std::to_string(table.size()) +
-                           " within their tolerance in gouge, contact, rapids and cover.\n";
+                           " within their tolerance in gouge, contact, rapids and cover; " +
+                           std::to_string(costly) + " cost more than " + formatted("%g", kMostTimes) +
+                           " times the tyre for each facet and envelope point.\n";
   std::printf("\n%s", text.c_str());
-  if (markdown.empty()) return 0;
+  const int status = costly == 0 ? 0 : 1;
+  if (markdown.empty()) return status;
   const auto written = write_file(markdown, text);
   if (!written) std::fprintf(stderr, "models_table: %s\n", written.error().message.c_str());
-  return written ? 0 : 1;
+  return written ? status : 1;
 }
 
 }  // namespace
