@@ -64,6 +64,7 @@ CaseResult run_job(const std::string& job_path) {
   const ProofVerdict proof = judge_proof(*job, *part, *joints, result.verdict.in_part);
   auto& findings = result.verdict.findings;
   findings.insert(findings.end(), proof.findings.begin(), proof.findings.end());
+  result.refusal = proof.refusal;
   result.damaged = proof.damaged, result.damaged_refused = proof.refused;
   result.judge_seconds = processor_seconds() - start - result.plan_seconds;
   return result;

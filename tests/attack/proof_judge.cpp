@@ -100,7 +100,11 @@ class ProofJudge {
     compare(proven->proof, deepest, "the program", &told);
     Pose worst = gouge->pose;
     const double there = depth(told, worst);
-    finding("gouge", gouge->depth, there, pasteable(worst));
+    const bool retracts = gouge->rapid && gouge->block > joints_.moves.size();
+    if (retracts && dot(gouge->pose.axis, job_.plan.up) < 0.0 && verdict_.findings.empty())
+      verdict_.refusal = "the retract from below the part is in it";
+    else
+      finding("gouge", gouge->depth, there, pasteable(worst));
   }
 
   /// The move of a block, counted from 1 as the proof does.

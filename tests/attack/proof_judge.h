@@ -14,6 +14,9 @@ namespace tiltfeed::attack {
 struct ProofVerdict {
   std::size_t moves = 0, damaged = 0, refused = 0;  ///< held; damaged moves held, and of those refused
   std::vector<std::string> findings;                ///< gouges that it proves, and where it is wrong
+  /// The program is rightly refused for the control's own retract: a tool that points upwards from below has
+  /// the part above it.
+  std::string refusal;
 };
 
 /// `deepest`: of the program in the part, as found at poses. Bounds: the depth of a gouge that it tells is
