@@ -238,16 +238,15 @@ void JobDesk::show(const SpooledJob& job, const ApiRequest& request, const Done&
 }
 
 Result<std::string> JobDesk::command(const SpooledJob& job, const OperatorCommand& command) {
+  if (job.state == JobState::kRunning && runner_->command(job.id, command)) return said("told the machine");
+  if (job.state == JobState::kInterrupted && command.order == Order::kStop) return forget_run(job);
   const bool left = job.state == JobState::kInterrupted || job.state == JobState::kUncertain;
-  if (job.state != JobState::kRunning || !runner_->busy() || runner_->view().job != job.id)
-    return fail(Code::kUsage, "job " + std::to_string(job.id) + " is " + shown_state(job) +
-                                  ", not on the machine" +
-                                  (left ? "; `tiltfeed reset` ends what the controller may still have of it, "
-                                          "`tiltfeed remove " +
-                                              std::to_string(job.id) + "` forgets it"
-                                        : ""));
-  runner_->command(command);
-  return said("told the machine");
+  return fail(
+      Code::kUsage,
+      "job " + std::to_string(job.id) + " is " + shown_state(job) + ", not on the machine" +
+          (left ? "; `tiltfeed reset` ends what the controller may still have of it, `tiltfeed remove " +
+                      std::to_string(job.id) + "` forgets it"
+                : ""));
 }
 
 Result<std::string> JobDesk::remove(const SpooledJob& job) {

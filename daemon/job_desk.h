@@ -71,6 +71,9 @@ class JobDesk {
   Result<std::string> run_entry(std::uint64_t id, const JobRun& rest, std::uint64_t from);
   Result<std::string> remove(const SpooledJob& job);
   Result<std::string> reset(const ApiRequest& request);
+  Result<void> may_reset() const;
+  void begin_reset(std::uint64_t stopped);
+  Result<std::string> forget_run(const SpooledJob& job);
   void take_reset_end();
   Result<std::string> machine(const ApiRequest& request);
   Result<std::string> follow_order(const ApiRequest& request);
@@ -109,6 +112,7 @@ class JobDesk {
   bool leaving_ = false;
   std::future<Result<std::string>> reset_;  ///< of the machine, beside the loop
   std::string reset_text_;                  ///< how the last one ended
+  std::uint64_t stopped_ = 0;               ///< the interrupted job that an operator ends by it
   std::unique_ptr<JobRunner> runner_;
   std::unique_ptr<MachineWorker> worker_ = std::make_unique<MachineWorker>();
   /// The next in the queue starts at the end of the run. Never kept over a restart.

@@ -30,9 +30,7 @@ Result<std::string> reset_over(const LinkSpec& link) {
 
 }  // namespace
 
-/// First the operator sees what would happen; said again with the confirmation it begins, and `list` tells
-/// how it ended.
-Result<std::string> JobDesk::reset(const ApiRequest& request) {
+Result<void> JobDesk::may_reset() const {
   if (runner_->busy())
     return fail(Code::kUsage, "job " + std::to_string(runner_->view().job) +
                                   " is on the machine; hold it, resume it or stop it");
@@ -41,10 +39,30 @@ Result<std::string> JobDesk::reset(const ApiRequest& request) {
   if (reset_.valid()) return fail(Code::kUsage, "the machine is being reset already");
   if (worker_->busy())
     return fail(Code::kUsage, worker_->name() + " is in work on the machine; `tiltfeed stop` ends it");
+  return {};
+}
+
+/// First the operator sees what would happen; said again with the confirmation it begins, and `list` tells
+/// how it ended.
+Result<std::string> JobDesk::reset(const ApiRequest& request) {
+  if (const Result<void> may = may_reset(); !may) return tl::unexpected<Error>(may.error());
   if (!request.confirmed) return said(reset_preview(link_), "confirm");
-  queue_moves_ = false;
-  reset_ = std::async(std::launch::async, reset_over, link_);
+  begin_reset(0);
   return said("the machine is being reset", "text");
+}
+
+/// `stopped`: the interrupted job that an operator ends by it; 0: none.
+void JobDesk::begin_reset(std::uint64_t stopped) {
+  queue_moves_ = false;
+  stopped_ = stopped;
+  reset_ = std::async(std::launch::async, reset_over, link_);
+}
+
+/// A stop of an interrupted job: the controller holds, and still has blocks of it.
+Result<std::string> JobDesk::forget_run(const SpooledJob& job) {
+  if (const Result<void> may = may_reset(); !may) return tl::unexpected<Error>(may.error());
+  begin_reset(job.id);
+  return said("the controller is told to forget it; `tiltfeed list` says how that ends", "text");
 }
 
 /// What the controller had of an interrupted run is gone: it cannot go on by itself any more.
@@ -57,7 +75,8 @@ void JobDesk::take_reset_end() {
   if (!ended || !jobs) return;
   for (const SpooledJob& job : *jobs)
     if (job.state == JobState::kInterrupted)
-      set(job, JobState::kUncertain, "the machine was reset; " + job.note);
+      set(job, job.id == stopped_ ? JobState::kStopped : JobState::kUncertain,
+          (job.id == stopped_ ? "stopped; the machine was reset; " : "the machine was reset; ") + job.note);
 }
 
 }  // namespace tiltfeed

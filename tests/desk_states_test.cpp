@@ -1,4 +1,4 @@
-// Ways out of the states of a job over the ring: a desk with the simulated machine behind it, in one process.
+// What a damaged table and a full disk may not change: a desk with the simulated machine behind it, in one process.
 // What is waited for are states that last.
 
 #include <fcntl.h>
@@ -97,14 +97,6 @@ class DeskStates : public testing::Test {
       desk_->tick();
     }
   }
-  /// The job is on the machine, the service leaves, and comes again.
-  void cut_off() {
-    const std::size_t before = executed_;
-    until([&] { return executed_ > before + 3; });
-    leave();
-    open();
-    ASSERT_EQ(state(1), "interrupted") << note(1);
-  }
 
   const Folder folder_{"desk_states"};
   int stop_[2] = {-1, -1};
@@ -113,52 +105,6 @@ class DeskStates : public testing::Test {
   std::string place_;
   std::unique_ptr<JobDesk> desk_;
 };
-
-TEST_F(DeskStates, TheRing_AnInterruptedJobHasEveryWayOut) {
-  submit_ready(1, 20000);
-  submit_ready(2, 4);
-  ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
-  cut_off();
-
-  // Another job does not start over it, and is told the way.
-  ASSERT_TRUE(good(ask(ApiOp::kStart, 2)));
-  until([&] { return !desk_->busy(); });
-  EXPECT_EQ(state(2), "ready");
-  EXPECT_NE(note(2).find("tiltfeed reset"), std::string::npos) << note(2);
-  const json stopped = ask(ApiOp::kStop, 1);
-  EXPECT_FALSE(good(stopped));
-  EXPECT_NE(stopped.value("error", "").find("tiltfeed reset"), std::string::npos) << stopped;
-
-  // Resumed, it goes on where it was; then it is cut off again.
-  ASSERT_TRUE(good(ask(ApiOp::kResume, 1)));
-  cut_off();
-
-  // Reset: shown first, then done; the job cannot go on by itself any more.
-  const json shown = ask(ApiOp::kReset);
-  EXPECT_NE(shown.value("confirm", "").find("session"), std::string::npos) << shown;
-  EXPECT_EQ(state(1), "interrupted") << "nothing before the word";
-  ASSERT_TRUE(good(ask(ApiOp::kReset, 0, {}, true)));
-  until([&] { return ask(ApiOp::kList).value("reset", "in work") != "in work"; });
-  EXPECT_EQ(ask(ApiOp::kList).value("reset", "").substr(0, 5), "done:");
-  EXPECT_EQ(state(1), "uncertain");
-
-  // Entered again near its end: shown, agreed to, run to its end.
-  const json entry = ask(ApiOp::kResume, 1, 19995);
-  ASSERT_TRUE(good(entry)) << entry;
-  EXPECT_NE(entry.value("confirm", "").find("along the tool axis that the machine reports"),
-            std::string::npos)
-      << entry;
-  const json entered = ask(ApiOp::kResume, 1, 19995, true);
-  ASSERT_TRUE(good(entered)) << entered;
-  EXPECT_FALSE(good(ask(ApiOp::kReset, 0, {}, true)) && desk_->busy()) << "not while a job is on the machine";
-  until([&] { return state(3) != "running"; });
-  EXPECT_EQ(state(3), "done") << note(3);
-
-  ASSERT_TRUE(good(ask(ApiOp::kRemove, 1)));
-  ASSERT_TRUE(good(ask(ApiOp::kStart, 2)));
-  until([&] { return state(2) != "running"; });
-  EXPECT_EQ(state(2), "done") << note(2);
-}
 
 TEST_F(DeskStates, OneBadByte_OfAPoisonedTableIsHealedAtStart) {
   submit_ready(1, 4);
