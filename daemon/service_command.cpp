@@ -12,12 +12,14 @@
 
 #include "config/job.h"
 #include "config/machine_profile.h"
+#include "config/service_config.h"
 #include "daemon/api.h"
 #include "daemon/api_socket.h"
 #include "daemon/machine_place.h"
 #include "daemon/notify.h"
 #include "daemon/safe_stop.h"
 #include "daemon/service.h"
+#include "daemon/spool_backup.h"
 
 namespace tiltfeed {
 
@@ -77,8 +79,8 @@ bool is_over(const std::string& state) {
 struct ServiceCommands::Options {
   CLI::App *serve = nullptr, *safe_stop = nullptr, *submit = nullptr, *list = nullptr, *show = nullptr,
            *start = nullptr, *hold = nullptr, *resume = nullptr, *stop = nullptr, *remove = nullptr,
-           *watch = nullptr, *override_feed = nullptr, *reset = nullptr;
-  std::string config, socket, file, name, link, machine;
+           *watch = nullptr, *override_feed = nullptr, *reset = nullptr, *backup = nullptr;
+  std::string config, socket, file, name, link, machine, to;
   std::uint64_t job = 0, block = 0, from = 0;
   int percent = 100;
   bool yes = false, queue = false, as_json = false;
@@ -96,6 +98,7 @@ struct ServiceCommands::Options {
   int reset_here();
   bool agreed(const std::string& what, const char* question) const;
   int run_safe_stop() const;
+  int run_backup() const;
 };
 
 ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Options>()) {
@@ -106,6 +109,9 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
   o.serve->add_option("--config", o.config, "its file (YAML)")->required();
   o.safe_stop = app.add_subcommand("safe-stop", "hold the machine that a service left moving when it died");
   o.safe_stop->add_option("--config", o.config, "the service's file (YAML)")->required();
+  o.backup = app.add_subcommand("backup", "copy the service's jobs, which may be at work meanwhile");
+  o.backup->add_option("--config", o.config, "the service's file (YAML)")->required();
+  o.backup->add_option("FOLDER", o.to, "the copy; not there yet")->required();
   const auto client = [&](const char* name, const char* text, bool job) {
     CLI::App* command = app.add_subcommand(name, text);
     command->add_option(
@@ -347,6 +353,15 @@ int ServiceCommands::Options::run_safe_stop() const {
   return kDone;
 }
 
+int ServiceCommands::Options::run_backup() const {
+  const Result<ServiceConfig> service = load_service_config(config);
+  if (!service) return complain(service.error());
+  const Result<std::uint64_t> jobs = back_up(service->spool, to);
+  if (!jobs) return complain(jobs.error());
+  std::cout << to << ": " << *jobs << " jobs, without the journals of their runs\n";
+  return kDone;
+}
+
 std::optional<int> ServiceCommands::run() {
   Options& o = *options_;
   if (o.serve->parsed()) {
@@ -354,6 +369,7 @@ std::optional<int> ServiceCommands::run() {
     return served ? kDone : complain(served.error());
   }
   if (o.safe_stop->parsed()) return o.run_safe_stop();
+  if (o.backup->parsed()) return o.run_backup();
   if (o.submit->parsed()) return o.run_submit();
   if (o.list->parsed()) return o.run_list();
   if (o.show->parsed()) return o.run_show();

@@ -11,6 +11,7 @@
 #include <filesystem>
 
 #include "daemon/durable.h"
+#include "daemon/spool_layout.h"
 #include "daemon/wire_text.h"
 
 namespace tiltfeed {
@@ -22,15 +23,6 @@ constexpr const char* kStateNames[] = {"received",  "planning", "ready",   "runn
 constexpr std::size_t kMaxName = 40;
 constexpr int kBusyWaitMs = 2000;  // somebody looks into the table with another program
 
-constexpr const char* kSchema =
-    "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;"
-    "CREATE TABLE IF NOT EXISTS jobs (id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL, program "
-    "INTEGER NOT NULL,"
-    " state TEXT NOT NULL, note TEXT NOT NULL, total INTEGER NOT NULL, executed INTEGER NOT NULL, hash TEXT "
-    "NOT NULL,"
-    " user INTEGER NOT NULL, created INTEGER NOT NULL, place INTEGER NOT NULL DEFAULT 0);";
-/// For tables from before jobs could wait for their turn.
-constexpr const char* kAddPlace = "ALTER TABLE jobs ADD COLUMN place INTEGER NOT NULL DEFAULT 0";
 constexpr const char* kColumns =
     "id, name, program, state, note, total, executed, hash, user, created, place";
 
@@ -122,12 +114,8 @@ Result<Spool> Spool::open(const std::string& folder) {
   if (sqlite3_open_v2((folder + "/jobs.db").c_str(), &table->db, flags, nullptr) != SQLITE_OK)
     return tl::unexpected<Error>(table->error(folder));
   sqlite3_busy_timeout(table->db, kBusyWaitMs);
-  if (sqlite3_exec(table->db, kSchema, nullptr, nullptr, nullptr) != SQLITE_OK)
-    return tl::unexpected<Error>(table->error(folder));
-  Table::Statement place;
-  if (!table->prepare(place, "SELECT place FROM jobs") &&
-      sqlite3_exec(table->db, kAddPlace, nullptr, nullptr, nullptr) != SQLITE_OK)
-    return tl::unexpected<Error>(table->error(folder));
+  if (const Result<void> made_new = bring_up_to_date(table->db, folder + "/jobs.db"); !made_new)
+    return tl::unexpected<Error>(made_new.error());
   Spool spool(folder, std::move(*lock), std::move(table));
   if (Result<void> healed = spool.heal(); !healed) return tl::unexpected<Error>(healed.error());
   return spool;
