@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
+#include <future>
 #include <optional>
-#include <thread>
 
 #include "kinematics/tolerance_budget.h"
 #include "pathgen/direction_grid.h"
@@ -17,6 +16,7 @@
 #include "pathgen/indexed_regions.h"
 #include "pathgen/plan_where.h"
 #include "pathgen/set_cover.h"
+#include "pathgen/shares.h"
 #include "pathgen/side_step.h"
 #include "pathgen/stages.h"
 
@@ -161,17 +161,21 @@ class Indexed {
   /// The paths of all directions, as many at a time as there are cores, put together in their order.
   Result<void> cut_all(const IndexedRegions& regions, const CellReach& reach) {
     if (!stages_.begin("passes")) return cancelled();
-    const std::thread::id caller = std::this_thread::get_id();
-    std::atomic<bool> stopped{false};
-    // Only the caller's thread may tell and be told.
-    const Progress progress = [&](const char* stage, double fraction) {
-      if (progress_ && std::this_thread::get_id() == caller && !progress_(stage, fraction)) stopped = true;
-      return !stopped;
-    };
     std::vector<std::optional<Result<Plan>>> parts(chosen_.size());
-    tbb::parallel_for(std::size_t{0}, chosen_.size(), [&](std::size_t d) {
-      if (!stopped && regions.area(d) > 0.0) parts[d] = cut(d, regions, reach, progress);
+    Shares shares(chosen_.size());
+    // Only the caller's thread may tell and be told.
+    auto all = std::async(std::launch::async, [&] {
+      const Shares::End end(shares);
+      tbb::parallel_for(std::size_t{0}, chosen_.size(), [&](std::size_t d) {
+        const Progress progress = [&](const char* stage, double f) { return shares.tell(d, stage, f); };
+        if (regions.area(d) > 0.0 && shares.tell(d, "", 0.0)) parts[d] = cut(d, regions, reach, progress);
+        shares.tell(d, "", 1.0);
+      });
     });
+    bool stopped = false;
+    while (const auto share = shares.next())
+      if (!stopped && !stages_.report(*share)) stopped = true, shares.stop();
+    all.get();
     if (stopped) return cancelled();
     for (std::size_t d = 0; d < chosen_.size(); ++d) {
       if (!parts[d]) continue;
