@@ -146,6 +146,14 @@ TEST(MachineConsole, GivesTheAnswerAndErrorsInWords) {
     EXPECT_EQ(shop.ask("console", {line}).error().code, Code::kUsage) << line;
 }
 
+TEST(MachineConsole, TakesNoAnswerToSomebodyElsesLine) {
+  OperatorShop shop;
+  shop.controller.receive("G4 P1\nG4 P2\n");  // answered only later, one by one
+  const std::string said = shop.say("console", {"$G"});
+  EXPECT_TRUE(has(said, "[GC:")) << said;
+  EXPECT_FALSE(has(said, "[VER:")) << said;
+}
+
 TEST(MachineConsole, WaitsForALongLineAndNotForASilentController) {
   OperatorShop shop;
   EXPECT_EQ(shop.say("console", {"G1 X100 F300"}), "ok");
@@ -194,7 +202,8 @@ TEST(GrblWords, EveryNumberOfTheTablesHasWordsAndWhatToDo) {
   EXPECT_EQ(grbl_error_text(250), "error:250");
   EXPECT_EQ(reply_meaning("error:22").find(": no feed"), 0u);
   EXPECT_EQ(reply_meaning("ALARM:1").find(": a limit switch"), 0u);
-  for (const char* line : {"error:", "error", "ALARM:999", "error:x"}) EXPECT_EQ(reply_meaning(line), "") << line;
+  for (const char* line : {"error:", "error", "ALARM:999", "error:x"})
+    EXPECT_EQ(reply_meaning(line), "") << line;
   EXPECT_EQ(grbl_setting_name(113, "XYZAC").name, "A highest rate");
   EXPECT_EQ(grbl_setting_name(114, "XYZAC").name, "C highest rate");
   EXPECT_EQ(grbl_setting_name(115, "XYZAC").name, "");
