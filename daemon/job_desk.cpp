@@ -16,6 +16,8 @@ std::string reply(const ordered_json& json) {
   return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
 }
 
+constexpr std::size_t kPage = 1000;  // jobs that are listed at once
+
 ordered_json good() { return {{"v", kApiVersion}, {"ok", true}}; }
 
 std::string text_of(const ordered_json& json) {
@@ -144,7 +146,7 @@ void JobDesk::ask(const ApiRequest& request, std::uint32_t user, HandedFiles fil
     job.user = user;
     return arrivals_.add(std::move(job), std::move(files), done);
   }
-  if (request.op == ApiOp::kList) return done(list());
+  if (request.op == ApiOp::kList) return done(list(request.job));
   if (request.op == ApiOp::kReset) return done(reset(request));
   if (request.op == ApiOp::kMachine) return done(machine(request));
   if (request.op == ApiOp::kStop && request.job == 0 && worker_->busy())
@@ -157,8 +159,8 @@ void JobDesk::ask(const ApiRequest& request, std::uint32_t user, HandedFiles fil
   done(act(*job, request));
 }
 
-Result<std::string> JobDesk::list() const {
-  const auto jobs = spool_.list();
+Result<std::string> JobDesk::list(std::uint64_t after) const {
+  const auto jobs = spool_.page(after, kPage);
   if (!jobs) return tl::unexpected<Error>(jobs.error());
   ordered_json json = good();
   json["machine"] = config_.machine.model.name;
@@ -166,6 +168,7 @@ Result<std::string> JobDesk::list() const {
   json["jobs"] = ordered_json::array();
   const std::vector<std::uint64_t> waiting = queue();
   for (const SpooledJob& job : *jobs) json["jobs"].push_back(ordered_json::parse(job_json(job, waiting)));
+  if (jobs->size() == kPage) json["more"] = true;
   if (reset_.valid() || !reset_text_.empty())
     json["reset"] = reset_.valid() ? std::string("in work") : reset_text_;
   return reply(json);

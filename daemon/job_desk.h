@@ -60,7 +60,7 @@ class JobDesk {
           std::function<void()> alive);
 
   Result<std::string> act(const SpooledJob& job, const ApiRequest& request);
-  Result<std::string> list() const;
+  Result<std::string> list(std::uint64_t after) const;
   void show(const SpooledJob& job, const ApiRequest& request, const Done& done);
   void start(const SpooledJob& job, bool queue, Done done);
   void begin(const SpooledJob& job, Done done);

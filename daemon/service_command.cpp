@@ -210,7 +210,16 @@ int ServiceCommands::Options::run_submit() {
 int ServiceCommands::Options::run_list() {
   ApiRequest request;
   request.op = ApiOp::kList;
-  const Result<json> answer = ask(request);
+  Result<json> answer = ask(request);
+  while (answer && answer->value("more", false)) {
+    request.job = (*answer)["jobs"].back().value("job", std::uint64_t{0});
+    Result<json> next = ask(request);
+    if (!next) return complain(next.error());
+    json jobs = std::move((*answer)["jobs"]);
+    for (json& job : (*next)["jobs"]) jobs.push_back(std::move(job));
+    (*next)["jobs"] = std::move(jobs);
+    answer = std::move(next);
+  }
   if (!answer) return complain(answer.error());
   if (as_json) return tell(*answer, "");
   std::cout << answer->value("machine", "") << " at " << answer->value("link", "") << "\n";

@@ -184,6 +184,16 @@ Result<void> Spool::finish(const SpooledJob& job) {
 
 Result<std::vector<SpooledJob>> Spool::list() const { return select("ORDER BY id"); }
 
+Result<std::vector<SpooledJob>> Spool::page(std::uint64_t after, std::size_t most) const {
+  return select("WHERE id > " + std::to_string(after) + " ORDER BY id LIMIT " + std::to_string(most));
+}
+
+Result<std::vector<SpooledJob>> Spool::received() const {
+  auto jobs = select("WHERE state = 'received' ORDER BY id");
+  if (jobs) std::erase_if(*jobs, [](const SpooledJob& job) { return job.state != JobState::kReceived; });
+  return jobs;
+}
+
 Result<std::vector<SpooledJob>> Spool::queue() const {
   auto jobs = select("WHERE place > 0 ORDER BY place");
   if (jobs) std::erase_if(*jobs, [](const SpooledJob& job) { return job.place == 0; });
@@ -195,7 +205,7 @@ void Spool::save_remembered() {
     if (!update(job)) return;
 }
 
-Result<std::vector<SpooledJob>> Spool::select(const char* which) const {
+Result<std::vector<SpooledJob>> Spool::select(const std::string& which) const {
   Table::Statement rows;
   if (!table_->prepare(rows, std::string("SELECT ") + kColumns + " FROM jobs " + which))
     return tl::unexpected<Error>(table_->error(folder_));
@@ -222,10 +232,9 @@ Result<std::vector<SpooledJob>> Spool::select(const char* which) const {
 }
 
 Result<SpooledJob> Spool::find(std::uint64_t id) const {
-  auto jobs = list();
+  auto jobs = select("WHERE id = " + std::to_string(id));
   if (!jobs) return tl::unexpected<Error>(jobs.error());
-  for (SpooledJob& job : *jobs)
-    if (job.id == id) return std::move(job);
+  if (!jobs->empty()) return std::move(jobs->front());
   return fail(Code::kUsage, "there is no job " + std::to_string(id) + "; `tiltfeed list` shows them");
 }
 

@@ -48,7 +48,7 @@ const char* shown_state(const SpooledJob& job);
 inline constexpr std::uint64_t kMaxPartBytes = 512ull << 20, kMaxProgramBytes = 2048ull << 20,
                                kMaxJobBytes = 1u << 20;
 /// Jobs that a spool holds, done ones included.
-inline constexpr std::size_t kMaxJobs = 1000;
+inline constexpr std::size_t kMaxJobs = 10000;
 
 /// [A-Za-z0-9 ._-], at most 40 of them; "job" when nothing is left.
 std::string plain_name(const std::string& text);
@@ -69,6 +69,10 @@ class Spool {
   Result<void> finish(const SpooledJob& job);
   /// In the order of submission. Errors: kIo.
   Result<std::vector<SpooledJob>> list() const;
+  /// So many at most, those that were submitted after job `after`. Errors: kIo.
+  Result<std::vector<SpooledJob>> page(std::uint64_t after, std::size_t most) const;
+  /// Those that nobody has planned or checked yet. Errors: kIo.
+  Result<std::vector<SpooledJob>> received() const;
   /// Those that wait for their turn, the next first. Errors: kIo.
   Result<std::vector<SpooledJob>> queue() const;
   /// Errors: kUsage when there is none; kIo.
@@ -91,7 +95,7 @@ class Spool {
   struct Table;
   Spool(std::string folder, StateLock lock, std::unique_ptr<Table> table);
   Result<void> heal();
-  Result<std::vector<SpooledJob>> select(const char* which) const;
+  Result<std::vector<SpooledJob>> select(const std::string& which) const;
 
   std::string folder_;
   StateLock lock_;

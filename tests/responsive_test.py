@@ -68,7 +68,7 @@ def hold_and_go_on(run, job, what, others=(), turns=10):
     """The slowest answer; none of the others is answered before them."""
     slowest = 0.0
     for _ in range(turns):
-        slowest = max(slowest, order(run, what, op="hold", job=job), order(run, what, op="resume", job=job))
+        slowest = max(slowest, order(run, what, op="hold", job=job), order(run, what, op="resume"))
     run.want(all(other.answer is None for other in others), f"{what}: the order had to wait for it: {others[0].answer}" if others else what)
     print(f"hold, resume beside {what}: {slowest * 1000:.1f} ms at most of {2 * turns}")
     return slowest

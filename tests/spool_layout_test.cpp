@@ -114,6 +114,38 @@ TEST_F(Layout, C19ALaterLayoutIsRefusedAndStaysAsItIs) {
   EXPECT_EQ(sql("PRAGMA user_version"), "3");
 }
 
+TEST_F(Layout, C18TenThousandJobsAreHeldAndListedInPages) {
+  ASSERT_TRUE(open());
+  sql("WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 10000) INSERT INTO jobs "
+      "(name, program, "
+      "state, note, total, executed, hash, user, created) SELECT 'part ' || i, 1, 'ready', "
+      "printf('%.600c', 'x'), 7, 0, 'ab', 1, 2 FROM n");
+  ServiceConfig config;
+  config.machine.model = wide_machine();
+  config.link = "grbl:/dev/absent";
+  config.spool = folder_.path + "/spool";
+  {
+    auto desk = JobDesk::open(config, [] {});
+    ASSERT_TRUE(desk) << desk.error().message;
+    ApiRequest list;
+    std::uint64_t listed = 0;
+    for (bool more = true; more;) {
+      const std::string page = answer_of(*desk, list);
+      ASSERT_LT(page.size(), 4u << 20) << "what a client takes";
+      for (std::size_t at = 0; (at = page.find("{\"job\":", at)) != std::string::npos; ++at) {
+        ASSERT_EQ(std::stoull(page.substr(at + 7)), listed + 1);
+        list.job = ++listed;
+      }
+      more = page.find("\"more\":true") != std::string::npos;
+    }
+    EXPECT_EQ(listed, 10000u);
+  }
+  auto spool = open();
+  EXPECT_EQ(spool->begin({}).error().code, Code::kLimit);
+  ASSERT_TRUE(spool->remove(17));
+  EXPECT_EQ(*spool->begin({}), 10001u);
+}
+
 TEST_F(Layout, C19ACopyOfASpoolIsOneAndUnderstatesNothing) {
   const std::string text = "G21\nG1 X1 F600\nX2\nX3\nM2\n", copy = folder_.path + "/copy";
   ServiceConfig config;
