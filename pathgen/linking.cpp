@@ -42,7 +42,7 @@ class Linker {
         travel_(field.deformation, options, far_side),
         joins_(field, options, far_side, envelope, travel_),
         leads_(field, options, far_side, envelope, travel_),
-        approaches_(field, options.approach) {}
+        approaches_(field, options.approach, options.clearance_z) {}
 
   Linked run(const Order& order, const std::vector<std::vector<Pass>>& slices, const ReportShare& report) {
     linked_ = {};

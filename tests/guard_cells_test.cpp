@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "pathgen/approach.h"
 #include "pathgen/cl_field.h"
 #include "pathgen/envelope.h"
 #include "pathgen/tool_pieces.h"
@@ -118,6 +119,40 @@ TEST_P(GuardCells, PlacesAndLinesEqualEveryPatchAsked) {
   }
   EXPECT_GT(moves, 60u);
   EXPECT_LE(joined, 8u);
+}
+
+/// A rapid ends where shank and holder, too, have the approach between them and the part.
+TEST_P(GuardCells, RapidsEndOverWhatEveryPieceOfTheToolTouches) {
+  constexpr double kApproach = 1.5;
+  const Yard yard(GetParam().frame, 2);
+  const ClField field{yard.all, yard.map, yard.index, yard.index.bounds()};
+  const ClSurface& surface = field.surface;
+  Envelope envelope(surface, field.deformation, field.index, {});
+  std::vector<ToolPiece> grown = surface.pieces();
+  for (ToolPiece& piece : grown) piece.corner += kApproach, piece.outer += kApproach * piece.taper_cos;
+  std::mt19937 random(9);
+  const FlatBounds& b = field.bounds;
+  const double from = GetParam().frame.sense == Sense::kInward ? -12.0 : 90.0;
+  Approaches approaches(field, kApproach, from);
+  std::size_t by_holder = 0;
+  for (int i = 0; i < 150; ++i) {
+    const auto at = envelope.at(std::uniform_real_distribution(b.min_x, b.max_x)(random),
+                                std::uniform_real_distribution(b.min_y, b.max_y)(random));
+    if (!at) continue;
+    Deformation::Angles angles;
+    const AxisLine line = field.deformation.axis_line(at->flat.x, at->flat.y, angles);
+    double expected = at->flat.z + kApproach;
+    bool holder = false;
+    for (PatchId feature = 0; feature < surface.features(); ++feature)
+      for (const ToolPiece& piece : grown)
+        if (ClHit hit; surface.top(piece, feature, line, hit) &&
+                       field.deformation.in_column(hit.z, angles, 0.0) && hit.z > expected)
+          expected = hit.z, holder = piece.part != ToolPart::kCutter;
+    ASSERT_LT(expected, from);
+    EXPECT_EQ(approaches.rapid_end(at->flat), expected) << at->flat.x << ", " << at->flat.y;
+    by_holder += holder ? 1 : 0;
+  }
+  EXPECT_GT(by_holder, 10u);
 }
 
 /// Under a wide holder lie the more cells the finer the mesh is. Over the cutting part's own height few of
