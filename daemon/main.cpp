@@ -3,7 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 
 #include "config/job.h"
 #include "config/standard_output.h"
@@ -31,14 +33,33 @@ int report(const Error& error) {
   return error.code == Code::kUsage ? kWrongUse : kFailed;
 }
 
-int check_command(const std::string& path) {
+/// "key: value" lines as one object.
+nlohmann::ordered_json as_object(const std::string& lines) {
+  nlohmann::ordered_json object;
+  std::istringstream in(lines);
+  for (std::string line; std::getline(in, line);)
+    if (const std::size_t colon = line.find(": "); colon != line.npos)
+      object[line.substr(0, colon)] = line.substr(colon + 2);
+  return object;
+}
+
+int check_command(const std::string& path, bool as_json) {
   auto job = load_job(path);
   if (!job) return report(job.error());
-  std::cout << describe(*job) << std::flush;
+  if (!as_json) std::cout << describe(*job) << std::flush;
   const auto stl = read_stl(job->stl_path, job->stl_unit_mm);
   if (!stl) return report(stl.error());
   const auto part = check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()});
   if (!part) return report(part.error());
+  if (as_json) {
+    nlohmann::ordered_json json = {{"job", as_object(describe(*job))},
+                                   {"size", size_text(part->bounds)},
+                                   {"facets", part->mesh.facets.size()},
+                                   {"warnings", part->warnings}};
+    if (const auto odd = unit_warning(part->bounds, *job)) json["warnings"].push_back(*odd);
+    std::cout << json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) << "\n";
+    return kDone;
+  }
   std::cout << size_text(part->bounds) << ", " << part->mesh.facets.size() << " facets\n";
   for (const std::string& warning : part->warnings) std::cout << "warning: " << warning << "\n";
   if (const auto odd = unit_warning(part->bounds, *job)) std::cout << "warning: " << *odd << "\n";
@@ -58,6 +79,8 @@ int run(int argc, char** argv) {
   CLI::App* check =
       app.add_subcommand("check", "read a job, its machine profile and its part, print them resolved");
   check->add_option("JOB", check_job, "job file (YAML)")->required();
+  bool check_json = false;
+  check->add_flag("--json", check_json, "print one JSON object");
 
   // Its options are those of `tiltfeed-sim simulate`, which takes them as they are.
   CLI::App* verify =
@@ -111,7 +134,7 @@ int run(int argc, char** argv) {
   }
   if (machines.at_machine()) return machines.run();
   const PromptEnd prompt_end;  // what touches no machine may end at any place
-  if (check->parsed()) return check_command(check_job);
+  if (check->parsed()) return check_command(check_job, check_json);
   if (planning->parsed()) return plan_command(files);
   return posting.called() ? posting.run() : machines.run();
 }

@@ -74,6 +74,7 @@ for job in "$root"/config/jobs/*.yaml; do
   sed -e "s#stl:.*#stl: $work/ball.stl#" -e "s#^machine:.*#machine: $root/config/machines/generic-ac.yaml#" "$job" > "$work/checked.yaml"
   expect 0 'side' "$bin/tiltfeed" check "$work/checked.yaml"
   expect 0 '^part [0-9.]+ x [0-9.]+ x [0-9.]+ mm, 4446 facets' "$bin/tiltfeed" check "$work/checked.yaml"
+  expect 0 '"tolerance_mm":"0[.0-9]+".*"facets":4446,"warnings":\[' "$bin/tiltfeed" check "$work/checked.yaml" --json
 done
 sed -i "s#stl:.*#stl: $work/no.stl#" "$work/checked.yaml"
 expect 1 'no.stl' "$bin/tiltfeed" check "$work/checked.yaml"
