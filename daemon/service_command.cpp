@@ -216,7 +216,7 @@ int ServiceCommands::Options::run_list() {
     Result<json> next = ask(request);
     if (!next) return complain(next.error());
     json jobs = std::move((*answer)["jobs"]);
-    for (json& job : (*next)["jobs"]) jobs.push_back(std::move(job));
+    for (json& one : (*next)["jobs"]) jobs.push_back(std::move(one));
     (*next)["jobs"] = std::move(jobs);
     answer = std::move(next);
   }
