@@ -14,9 +14,9 @@
 #include "daemon/safe_stop.h"
 #include "daemon/sha256.h"
 #include "tests/folder.h"
-#include "tests/spool_add.h"
 #include "tests/journal_subject.h"
 #include "tests/simulated_disk.h"
+#include "tests/spool_add.h"
 
 namespace tiltfeed {
 namespace {
@@ -126,16 +126,14 @@ TEST(DecideResume, ARunThatWentOnWithADamagedJournalKeepsTheWholeRange) {
 // ----------------------------------------------------------------------------------------
 
 constexpr std::uint64_t kBlocks = 500;
-/// Nothing can be opened there, so safe-stop says by its failure that it would have acted.
-constexpr const char* kNoDevice = "grbl:/dev/tiltfeed_no_such_device@115200";
 
 class LostJournal : public testing::Test {
  protected:
   LostJournal() {
     const std::string machine = std::string(SOURCE_DIR) + "/config/machines/generic-ac.yaml";
     std::filesystem::copy_file(machine, folder_.path + "/machine.yaml");
-    config_path_ = folder_.write("service.yaml", "machine: machine.yaml\nlink: " + std::string(kNoDevice) +
-                                                     "\nspool: spool\nsocket: api.sock\n");
+    config_path_ = folder_.write(
+        "service.yaml", "machine: machine.yaml\nlink: " + no_device_ + "\nspool: spool\nsocket: api.sock\n");
     config_ = *load_service_config(config_path_);
     std::string program = "G21 G90 G94\n";
     for (std::uint64_t i = 1; i < kBlocks; ++i) program += "G1 X" + std::to_string(i % 9) + " F600\n";
@@ -146,7 +144,7 @@ class LostJournal : public testing::Test {
     job.state = JobState::kRunning;
     job.id = *add_job(spool, job, {fd});
     ::close(fd);
-    const JobRun run = *prepare_run(spool.file(job.id, "program.nc"), *parse_link(kNoDevice), job.id);
+    const JobRun run = *prepare_run(spool.file(job.id, "program.nc"), *parse_link(no_device_), job.id);
     job.total = run.subject.total;
     job.hash = hex(run.subject.program);
     EXPECT_TRUE(spool.update(job));
@@ -186,6 +184,8 @@ class LostJournal : public testing::Test {
   }
 
   const Folder folder_{"lost_journal"};
+  /// Nothing can be opened there, so safe-stop says by its failure that it would have acted.
+  const std::string no_device_ = "grbl:" + folder_.path + "/no_such_device@115200";
   std::string config_path_, journal_, begun_, streamed_;
   ServiceConfig config_;
   SpooledJob job_;

@@ -122,7 +122,7 @@ TEST_F(Layout, C18TenThousandJobsAreHeldAndListedInPages) {
       "printf('%.600c', 'x'), 7, 0, 'ab', 1, 2 FROM n");
   ServiceConfig config;
   config.machine.model = wide_machine();
-  config.link = "grbl:/dev/absent";
+  config.link = "grbl:" + folder_.path + "/absent";
   config.spool = folder_.path + "/spool";
   {
     auto desk = JobDesk::open(config, [] {});
@@ -150,7 +150,7 @@ TEST_F(Layout, C19ACopyOfASpoolIsOneAndUnderstatesNothing) {
   const std::string text = "G21\nG1 X1 F600\nX2\nX3\nM2\n", copy = folder_.path + "/copy";
   ServiceConfig config;
   config.machine.model = wide_machine();
-  config.link = "grbl:/dev/absent";
+  config.link = "grbl:" + folder_.path + "/absent";
   config.spool = copy;
   {
     auto spool = open();

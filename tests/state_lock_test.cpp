@@ -66,6 +66,20 @@ std::string desk_says(const ServiceConfig& config) {
   return desk ? "open" : desk.error().message;
 }
 
+/// A claim holds on the whole computer: tests that run at the same time have other ports. Nothing listens
+/// there.
+const std::string kPort = std::to_string(1000 + ::getpid() % 5000);
+
+/// Outlives the claims on it: its number may be another test's right after.
+struct Terminal {
+  const int fd = ::posix_openpt(O_RDWR | O_NOCTTY);
+  const std::string name;
+  Terminal() : name(::grantpt(fd) == 0 && ::unlockpt(fd) == 0 ? ::ptsname(fd) : "") {}
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+  ~Terminal() { ::close(fd); }
+};
+
 class OneService : public testing::Test {
  protected:
   const Folder folder_{"state_lock"};
@@ -74,13 +88,13 @@ class OneService : public testing::Test {
 
 TEST_F(OneService, C14TheSecondOfASpoolSaysWhoHasItAndChangesNothing) {
   const std::string spool = folder_.path + "/spool";
-  const auto first = JobDesk::open(config_of(spool, "modbus-tcp:192.0.2.1:502"), [] {});
+  const auto first = JobDesk::open(config_of(spool, "modbus-tcp:192.0.2.1:" + kPort), [] {});
   ASSERT_TRUE(first) << first.error().message;
   const auto before = picture(spool);
   EXPECT_GE(before.size(), 3u);
   std::filesystem::create_directory_symlink(spool, folder_.path + "/by-another-name");
   for (const std::string& name : {spool, folder_.path + "/by-another-name"}) {
-    const ServiceConfig second = config_of(name, "modbus-tcp:192.0.2.2:502");
+    const ServiceConfig second = config_of(name, "modbus-tcp:192.0.2.2:" + kPort);
     for (const std::string& said : {desk_says(second), elsewhere([&] { return desk_says(second); })}) {
       EXPECT_NE(said.find("is in use by " + mine_), std::string::npos) << said;
       EXPECT_NE(said.find("nothing in it was changed"), std::string::npos) << said;
@@ -91,27 +105,27 @@ TEST_F(OneService, C14TheSecondOfASpoolSaysWhoHasItAndChangesNothing) {
 
 TEST_F(OneService, C14ALockDiesWithItsProcess) {
   const std::string spool = folder_.path + "/spool";
-  const ServiceConfig config = config_of(spool, "modbus-tcp:192.0.2.1:502");
+  const ServiceConfig config = config_of(spool, "modbus-tcp:192.0.2.1:" + kPort);
   EXPECT_EQ(elsewhere([&] { return desk_says(config); }), "open");
   EXPECT_EQ(desk_says(config), "open");
   EXPECT_EQ(desk_says(config), "open") << "given back";
 }
 
 TEST_F(OneService, C14TwoNamesOfOneMachineAreRefused) {
-  const int terminal = ::posix_openpt(O_RDWR | O_NOCTTY);
-  ASSERT_EQ(::grantpt(terminal) | ::unlockpt(terminal), 0);
-  const std::string device = ::ptsname(terminal);
+  const Terminal terminal;
+  const std::string device = terminal.name;
+  ASSERT_NE(device, "");
   std::filesystem::create_symlink(device, folder_.path + "/by-id");
   std::filesystem::create_symlink("by-id", folder_.path + "/by-path");
   const std::vector<std::vector<std::string>> machines = {
       {"grbl:" + device + "@115200", "grbl:" + folder_.path + "/by-id",
        "modbus-rtu:" + folder_.path + "/by-path@9600/3"},
       {"grbl:" + folder_.path + "/absent", "grbl:" + folder_.path + "/x/../absent"},
-      {"modbus-tcp:127.0.0.1:15020", "modbus-tcp:localhost:15020", "modbus-tcp:LOCALHOST:15020/1",
-       "drive-tcp:[::1]:15020", "modbus-tcp:[::ffff:127.0.0.1]:15020", "modbus-tcp:127.1:15020",
-       "modbus-tcp:0.0.0.0:15020"},
-      {"modbus-tcp:192.0.2.9:15020", "modbus-tcp:[::ffff:192.0.2.9]:15020"},
-      {"modbus-tcp:a..invalid:15020", "modbus-tcp:A..Invalid:15020"}};
+      {"modbus-tcp:127.0.0.1:" + kPort, "modbus-tcp:localhost:" + kPort,
+       "modbus-tcp:LOCALHOST:" + kPort + "/1", "drive-tcp:[::1]:" + kPort,
+       "modbus-tcp:[::ffff:127.0.0.1]:" + kPort, "modbus-tcp:127.1:" + kPort, "modbus-tcp:0.0.0.0:" + kPort},
+      {"modbus-tcp:192.0.2.9:" + kPort, "modbus-tcp:[::ffff:192.0.2.9]:" + kPort},
+      {"modbus-tcp:a..invalid:" + kPort, "modbus-tcp:A..Invalid:" + kPort}};
   for (const auto& names : machines) {
     for (const std::string& first : names)
       for (const std::string& second : names) {
@@ -128,31 +142,29 @@ TEST_F(OneService, C14TwoNamesOfOneMachineAreRefused) {
   std::vector<MachineClaim> all(machines.size() + 2);
   for (std::size_t i = 0; i < machines.size(); ++i)
     EXPECT_TRUE(all[i].follow(link_to(machines[i].front()))) << machines[i].front();
-  EXPECT_TRUE(all[machines.size()].follow(link_to("modbus-tcp:127.0.0.1:15021")));
-  EXPECT_TRUE(all[machines.size() + 1].follow(link_to("modbus-tcp:127.0.0.1:15020/2")));
-  ::close(terminal);
+  EXPECT_TRUE(all[machines.size()].follow(link_to("modbus-tcp:127.0.0.1:1" + kPort)));
+  EXPECT_TRUE(all[machines.size() + 1].follow(link_to("modbus-tcp:127.0.0.1:" + kPort + "/2")));
 }
 
 TEST_F(OneService, C14AClaimMovesWithItsDevice) {
-  const int terminal = ::posix_openpt(O_RDWR | O_NOCTTY);
-  ASSERT_EQ(::grantpt(terminal) | ::unlockpt(terminal), 0);
+  const Terminal terminal;
   const LinkSpec named = link_to("grbl:" + folder_.path + "/by-id"),
-                 device = link_to(std::string("grbl:") + ::ptsname(terminal));
+                 device = link_to("grbl:" + terminal.name);
   MachineClaim one, two;
   ASSERT_TRUE(one.follow(named)) << "not plugged in yet";
   ASSERT_TRUE(two.follow(device));
-  std::filesystem::create_symlink(::ptsname(terminal), folder_.path + "/by-id");
+  std::filesystem::create_symlink(terminal.name, folder_.path + "/by-id");
   EXPECT_FALSE(one.follow(named)) << "the other has it";
-  ASSERT_TRUE(two.follow(link_to("modbus-tcp:192.0.2.9:15020"))) << "which lets go of it";
+  ASSERT_TRUE(two.follow(link_to("modbus-tcp:192.0.2.9:" + kPort))) << "which lets go of it";
   EXPECT_TRUE(one.follow(named));
   EXPECT_FALSE(two.follow(device));
-  ::close(terminal);
 }
 
 TEST_F(OneService, C14AServiceOfTheSameMachineOpensNoSpool) {
-  const auto first = JobDesk::open(config_of(folder_.path + "/spool", "modbus-tcp:localhost:15020"), [] {});
+  const auto first =
+      JobDesk::open(config_of(folder_.path + "/spool", "modbus-tcp:localhost:" + kPort), [] {});
   ASSERT_TRUE(first) << first.error().message;
-  const ServiceConfig second = config_of(folder_.path + "/other", "modbus-tcp:127.0.0.1:15020");
+  const ServiceConfig second = config_of(folder_.path + "/other", "modbus-tcp:127.0.0.1:" + kPort);
   const std::string said = elsewhere([&] { return desk_says(second); });
   EXPECT_NE(said.find(mine_), std::string::npos) << said;
   EXPECT_FALSE(std::filesystem::exists(folder_.path + "/other"));
