@@ -75,12 +75,24 @@ def hold_and_go_on(run, job, what, others=(), turns=10):
 
 
 def children(run):
-    tasks = f"/proc/{run.service.pid}/task"
     found = []
-    for task in os.listdir(tasks):
-        with open(f"{tasks}/{task}/children", encoding="ascii") as file:
-            found += [int(word) for word in file.read().split()]
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open(f"/proc/{name}/stat", encoding="ascii", errors="replace") as file:
+                parent = file.read().rpartition(")")[2].split()[1]
+        except OSError:  # it has ended
+            continue
+        if int(parent) == run.service.pid:
+            found.append(int(name))
     return found
+
+
+def stopped(child):
+    try:
+        os.kill(child, signal.SIGSTOP)
+        return True
+    except ProcessLookupError:
+        return False
 
 
 def submission_that_stands(run, path):
@@ -89,8 +101,7 @@ def submission_that_stands(run, path):
         with open(path, "rb") as file:
             client = Client(run).ask([file.fileno()], op="submit", name="large", program=True).read_aside()
         while client.answer is None:
-            for child in children(run):
-                os.kill(child, signal.SIGSTOP)
+            for child in filter(stopped, children(run)):
                 time.sleep(0.05)  # were it ready, its answer would be here
                 if client.answer is None:
                     return client, child
