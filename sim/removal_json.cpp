@@ -46,6 +46,7 @@ class Json {
     }
     text_ += '"';
   }
+  void put(const char* key, const char* value) { put(key, std::string(value)); }
   void put(const char* key, bool value) {
     begin(key);
     text_ += value ? "true" : "false";

@@ -61,6 +61,7 @@ TEST(Removal, TheDeepestGougeIsLocatedWithinTheTolerance) {
     EXPECT_TRUE(removal.gouge.facet == 1002 || removal.gouge.facet == 1003);
     EXPECT_LT(distance(removal.gouge.place, shop.poses[bad - 1].tip), 0.3);
     EXPECT_NE(shop.json.find("\"deepest_gouge\""), std::string::npos);
+    EXPECT_NE(shop.json.find("\"verdict\": \"passed\""), std::string::npos);
   }
 }
 

@@ -9,8 +9,9 @@ set -euo pipefail
 export LC_ALL=C
 readonly bin=$1 job=$2 program=$3 lines=$4 line=$5 resolution=$6 folder=$7
 mkdir -p "$folder"
-blocks=$(head -n "$lines" "$program" | grep -cE '^[^(]*[XYZAC]-?[0-9]')
-readonly blocks
+stated=$(sed -n 's/^(TILTFEED blocks \([0-9]*\) .*/\1/p;10q' "$program")
+after=$(tail -n "+$((lines + 1))" "$program" | grep -v G53 | grep -cE '^[^(]*[XYZAC]-?[0-9]')  # G53 is the retract
+readonly blocks=$((stated - after))
 
 # damaged AWK: the program with one line changed; AWK sees the words in force in w[], may set them and skip the line.
 damaged() {
@@ -32,11 +33,12 @@ damaged() {
 
 # judged WHAT JOB: a row: what is said of damaged.nc.
 judged() {
-  local out=$folder/out.txt status=0 said
+  local out=$folder/out.txt status=0 said verdict=failed
   "$bin/tiltfeed-sim" simulate "$2" "$folder/damaged.nc" --resolution "$resolution" >"$out" 2>&1 || status=$?
   said=$(sed -n '2{/^  [a-z].*:/s/^ *//p}' "$out" | sed 's/; .*//')
   [[ $(head -1 "$out") == tiltfeed\ verify:* ]] && said="refused: $(sed 's/.*: the program/the program/; s/: verify it.*//; 1q' "$out")"
-  printf '| %s | %s | %s | %s |\n' "$1" "$([ "$status" = 0 ] && echo passed || echo failed)" \
+  case $status in 0) verdict=passed ;; 3) verdict=incomplete ;; esac
+  printf '| %s | %s | %s | %s |\n' "$1" "$verdict" \
     "$(sed -n 's/^ *largest gouge *\([0-9.]* mm\).*/\1/p' "$out")" "$said"
 }
 
