@@ -22,6 +22,8 @@ using std::chrono::milliseconds;
 
 /// Two lost TCP replies must fit into the controller's 1 s heartbeat limit.
 constexpr Time kTcpReplyTimeout = milliseconds(300);
+/// A drive's move is not repeated, so that an answer that is only late must not end the run.
+constexpr Time kDriveReplyTimeout = milliseconds(1000);
 /// What an RTU controller may think about, beside the time that the bytes take.
 constexpr Time kRtuThinkTime = milliseconds(100);
 /// Bytes of the longest request and reply (FC23: 118 words out, 24 in; FC3: 125 words), 11 bits a byte (8E1).
@@ -175,10 +177,10 @@ Result<Context> make_context(const LinkSpec& link) {
 Result<std::unique_ptr<Link>> open_modbus_link(const LinkSpec& link) {
   Result<Context> context = make_context(link);
   if (!context) return tl::unexpected<Error>(context.error());
-  Time timeout = kTcpReplyTimeout;
+  Time timeout = is_drive(link.kind) ? kDriveReplyTimeout : kTcpReplyTimeout;
   if (is_rtu(link.kind))
     timeout =
-        kRtuThinkTime +
+        (is_drive(link.kind) ? kDriveReplyTimeout : kRtuThinkTime) +
         std::chrono::duration_cast<Time>(std::chrono::seconds(kLongestExchange * kBitsPerByte)) / link.baud;
   const auto microseconds = std::chrono::duration_cast<std::chrono::microseconds>(timeout).count();
   modbus_set_error_recovery(context->get(), MODBUS_ERROR_RECOVERY_NONE);

@@ -149,14 +149,15 @@ std::vector<std::string> machine_keys(const LinkSpec& link) {
     return {"device " + (none ? link.place : path.string())};
   }
   const std::string at = ":" + std::to_string(link.port) + "/" + std::to_string(link.unit);
+  std::string name = link.place;
+  for (char& c : name)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  // This name is the loopback whatever the resolver knows (RFC 6761, 6.3); without /etc/hosts it knows
+  // nothing.
+  if (name == "localhost") name = "127.0.0.1";
   addrinfo hints{}, *found = nullptr;
   hints.ai_socktype = SOCK_STREAM;
-  if (::getaddrinfo(link.place.c_str(), nullptr, &hints, &found) != 0) {
-    std::string name = link.place;
-    for (char& c : name)
-      if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    return {name + at};
-  }
+  if (::getaddrinfo(name.c_str(), nullptr, &hints, &found) != 0) return {name + at};
   std::set<std::string> keys;
   for (const addrinfo* one = found; one != nullptr; one = one->ai_next)
     if (one->ai_family == AF_INET || one->ai_family == AF_INET6) keys.insert(address_text(*one) + at);
