@@ -12,11 +12,13 @@
 
 #include "daemon/api.h"
 #include "daemon/api_socket.h"
+#include "daemon/command.h"
 #include "daemon/held_keys.h"
 #include "daemon/interrupt.h"
 #include "daemon/machine_check.h"
 #include "daemon/machine_guides.h"
 #include "daemon/state_lock.h"
+#include "daemon/steady_clock.h"
 
 namespace tiltfeed {
 
@@ -24,22 +26,10 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
-constexpr const char* kDefaultSocket = "/run/tiltfeed/api.sock";
 constexpr std::chrono::milliseconds kAskAgain{50};
 
 std::atomic<bool> hung_up{false};
 extern "C" void take_hang_up(int) { hung_up = true; }
-
-class SteadyClock : public Clock {
- public:
-  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
-};
-
-int complain(const Error& error) {
-  std::cerr << "tiltfeed: " << error.message << "\n";
-  return error.code == Code::kUsage ? kWrongUse : kFailed;
-}
 
 bool wants_end() { return interrupted() || hung_up; }
 
@@ -120,8 +110,7 @@ MachineCommands::MachineCommands(CLI::App& app) : options_(std::make_unique<Opti
   o.check->add_option("--tool-length", o.tool_length, "gauge line to tip, mm (100)")
       ->check(CLI::Range(0.0, 1e4));
   o.check->add_option("--height", o.height, "of the tip over the zero point, mm (100)");
-  const char* set = std::getenv("TILTFEED_SOCKET");
-  o.socket = set != nullptr ? set : kDefaultSocket;
+  o.socket = service_socket();
   for (const MachineOrder& one : machine_orders()) {
     CLI::App* const order = machine->add_subcommand(one.name, one.what);
     if (*one.words != '\0') order->add_option("WORDS", o.words, one.words);

@@ -9,6 +9,7 @@
 
 #include "config/job.h"
 #include "config/standard_output.h"
+#include "daemon/command.h"
 #include "daemon/interrupt.h"
 #include "daemon/machine_command.h"
 #include "daemon/part_size.h"
@@ -26,13 +27,6 @@ namespace {
 
 using namespace tiltfeed;
 
-constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
-
-int report(const Error& error) {
-  std::cerr << "tiltfeed: " << error.message << "\n";
-  return error.code == Code::kUsage ? kWrongUse : kFailed;
-}
-
 /// "key: value" lines as one object.
 nlohmann::ordered_json as_object(const std::string& lines) {
   nlohmann::ordered_json object;
@@ -45,12 +39,12 @@ nlohmann::ordered_json as_object(const std::string& lines) {
 
 int check_command(const std::string& path, bool as_json) {
   auto job = load_job(path);
-  if (!job) return report(job.error());
+  if (!job) return complain(job.error());
   if (!as_json) std::cout << describe(*job) << std::flush;
   const auto stl = read_stl(job->stl_path, job->stl_unit_mm);
-  if (!stl) return report(stl.error());
+  if (!stl) return complain(stl.error());
   const auto part = check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()});
-  if (!part) return report(part.error());
+  if (!part) return complain(part.error());
   if (as_json) {
     nlohmann::ordered_json json = {{"job", as_object(describe(*job))},
                                    {"size", size_text(part->bounds)},
@@ -125,11 +119,11 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kWrongUse;
   }
-  if (verify->parsed()) return report(run_verify(verify->remaining()));
+  if (verify->parsed()) return complain(run_verify(verify->remaining()));
   if (const std::optional<int> status = service.run()) return *status;
   if (send->parsed()) {
     if (send->count("--tool-length") > 0)
-      if (auto same = check_tool_length(program, tool_length); !same) return report(same.error());
+      if (auto same = check_tool_length(program, tool_length); !same) return complain(same.error());
     return send_command(program, link, send_machine);
   }
   if (machines.at_machine()) return machines.run();

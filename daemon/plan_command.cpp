@@ -15,6 +15,7 @@
 #include "config/output_file.h"
 #include "daemon/block.h"
 #include "daemon/block_map.h"
+#include "daemon/command.h"
 #include "daemon/end_ways.h"
 #include "daemon/near_pole.h"
 #include "daemon/part_size.h"
@@ -35,7 +36,6 @@
 namespace tiltfeed {
 namespace {
 
-constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
 // The header's word on the proof: of this length, so that it can be filled in when all is written and held.
 constexpr std::string_view kNotProvenYet = "proof of this program is still to be made";
 constexpr std::string_view kNoProof = "no proof, as --no-proof says";

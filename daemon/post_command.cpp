@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/output_file.h"
+#include "daemon/command.h"
 #include "daemon/plan_report.h"
 #include "daemon/post.h"
 #include "daemon/program_rules.h"
@@ -19,16 +20,10 @@
 namespace tiltfeed {
 namespace {
 
-constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
 constexpr double kInch = 25.4;  // mm, exactly
 constexpr double kMost = 1e5;   // mm or degrees that an option may state
 // Of the tolerance, what the chords of an arc may take; the machine's moves have the rest.
 constexpr double kChordShare = 0.5;
-
-int report(const Error& error) {
-  std::cerr << "tiltfeed: " << error.message << "\n";
-  return error.code == Code::kUsage ? kWrongUse : kFailed;
-}
 
 Result<std::ifstream> opened(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -99,15 +94,15 @@ Result<void> PostCommands::Options::check_files() const {
 
 int PostCommands::Options::run_post() const {
   const auto profile = this->profile();
-  if (!profile) return report(profile.error());
+  if (!profile) return complain(profile.error());
   auto in = opened(input);
-  if (!in) return report(in.error());
+  if (!in) return complain(in.error());
   PostOptions options;
   if (tolerance > 0.0) options.tolerance = tolerance;
   const auto program = read_apt(*in, input,
                                 {unit == "inch" ? kInch : (unit == "mm" ? 1.0 : 0.0), tool_length, feed,
                                  options.tolerance * kChordShare, ignored});
-  if (!program) return report(program.error());
+  if (!program) return complain(program.error());
   for (const std::string& note : program->notes) std::cerr << "tiltfeed: note: " << note << "\n";
   if (axis_tolerance > 0.0) options.axis_tolerance = axis_tolerance;
   if (!part_zero.empty()) options.setup.part_zero = vector_of(part_zero);
@@ -115,13 +110,13 @@ int PostCommands::Options::run_post() const {
   options.clear = clear;
   options.data = data;
   const auto posted = tiltfeed::post(*program, input, *profile, options);
-  if (!posted) return report(posted.error());
+  if (!posted) return complain(posted.error());
   auto file = OutputFile::open(output);
-  if (!file) return report(file.error());
+  if (!file) return complain(file.error());
   const auto written = write_program(posted->posting, file->stream());
-  if (auto flushed = file->flush(); !flushed) return report(flushed.error());
-  if (!written) return report(written.error());
-  if (auto kept = file->commit(); !kept) return report(kept.error());
+  if (auto flushed = file->flush(); !flushed) return complain(flushed.error());
+  if (!written) return complain(written.error());
+  if (auto kept = file->commit(); !kept) return complain(kept.error());
   std::size_t moves = 0;
   for (const AptOperation& op : program->operations) moves += op.path.moves.size();
   std::fprintf(output == "-" ? stderr : stdout,
@@ -134,11 +129,11 @@ int PostCommands::Options::run_post() const {
 
 int PostCommands::Options::run_unpost() const {
   const auto profile = this->profile();
-  if (!profile) return report(profile.error());
+  if (!profile) return complain(profile.error());
   auto in = opened(input);
-  if (!in) return report(in.error());
+  if (!in) return complain(in.error());
   const auto text = read_program_text(*in, input, text_language(*profile));
-  if (!text) return report(text.error());
+  if (!text) return complain(text.error());
   UnpostOptions options;
   if (tolerance > 0.0) options.tolerance = tolerance;
   if (axis_tolerance > 0.0) options.axis_tolerance = axis_tolerance;
@@ -146,12 +141,12 @@ int PostCommands::Options::run_unpost() const {
   if (!part_zero.empty()) options.part_zero = vector_of(part_zero);
   if (!fixture.empty()) options.fixture_deg = vector_of(fixture);
   const auto program = tiltfeed::unpost(*text, *profile, options);
-  if (!program) return report({program.error().code, input + ": " + program.error().message});
+  if (!program) return complain({program.error().code, input + ": " + program.error().message});
   for (const std::string& note : program->notes) std::cerr << "tiltfeed: note: " << note << "\n";
   auto file = OutputFile::open(output);
-  if (!file) return report(file.error());
+  if (!file) return complain(file.error());
   write_apt(*program, file->stream());
-  if (auto kept = file->commit(); !kept) return report(kept.error());
+  if (auto kept = file->commit(); !kept) return complain(kept.error());
   std::size_t blocks = 0, moves = 0;
   for (const TextOperation& op : text->operations) blocks += op.blocks.size();
   for (const AptOperation& op : program->operations) moves += op.path.moves.size();
@@ -226,8 +221,8 @@ int PostCommands::run() const {
   for (const auto& [name, value] :
        {std::pair{"IN", &o.input}, {"--machine", &o.machine}, {"--out", &o.output}})
     if (value->empty())
-      return report({Code::kUsage, std::string(name) + " is required; --help lists the options"});
-  if (auto fits = o.check_files(); !fits) return report(fits.error());
+      return complain({Code::kUsage, std::string(name) + " is required; --help lists the options"});
+  if (auto fits = o.check_files(); !fits) return complain(fits.error());
   return o.post->parsed() ? o.run_post() : o.run_unpost();
 }
 

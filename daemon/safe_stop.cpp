@@ -11,6 +11,7 @@
 #include "daemon/reprap_session.h"
 #include "daemon/run_journal.h"
 #include "daemon/spool.h"
+#include "daemon/steady_clock.h"
 
 namespace tiltfeed {
 
@@ -157,11 +158,6 @@ constexpr const char* kDripText =
     "blocks that it has are cut, with the spindle on: press feed hold and reset at the control";
 constexpr const char* kWatchdogText =
     "nothing was sent: the controller's own watchdog holds the machine when the heartbeat stands still";
-
-class SteadyClock : public Clock {
- public:
-  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
-};
 
 /// Something of the run may be in the controller, and it has not come to its end in order. Also where the
 /// journal cannot show it.

@@ -13,14 +13,13 @@
 #include <iostream>
 
 #include "config/machine_profile.h"
+#include "daemon/command.h"
 #include "daemon/state_lock.h"
 #include "daemon/stream.h"
 
 namespace tiltfeed {
 
 namespace {
-
-constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
 
 std::atomic<bool> ended{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
@@ -146,11 +145,6 @@ class StatusLine {
   std::chrono::steady_clock::time_point at_;
 };
 
-int report(const Error& error) {
-  std::cerr << "tiltfeed: " << error.message << "\n";
-  return error.code == Code::kUsage ? kWrongUse : kFailed;
-}
-
 Result<SendReport> send_watched(const std::string& program, const LinkSpec& link) {
   CommandQueue orders;
   Keys keys;
@@ -173,19 +167,20 @@ int send_command(const std::string& program, std::string link_text, const std::s
   MachineProfile profile;
   if (!machine.empty()) {
     auto loaded = load_machine(machine);
-    if (!loaded) return report(loaded.error());
+    if (!loaded) return complain(loaded.error());
     profile = std::move(*loaded);
   }
   if (link_text.empty()) link_text = profile.link;
   if (link_text.empty())
-    return report({Code::kUsage, "no link: give --link, or --machine with a profile that has link.default"});
+    return complain(
+        {Code::kUsage, "no link: give --link, or --machine with a profile that has link.default"});
   const auto link = parse_link(link_text, profile.wire, machine.empty() ? nullptr : &profile.model);
-  if (!link) return report(link.error());
+  if (!link) return complain(link.error());
   MachineClaim claim;  // a serial port is locked by opening it; an address is not
   if (link->carrier == Carrier::kTcp)
-    if (const Result<void> mine = claim.follow(*link); !mine) return report(mine.error());
+    if (const Result<void> mine = claim.follow(*link); !mine) return complain(mine.error());
   const auto sent = send_watched(program, *link);
-  if (!sent) return report(sent.error());
+  if (!sent) return complain(sent.error());
   std::printf("%llu blocks %s in %.2f s, %llu bytes, %llu resends\n",
               static_cast<unsigned long long>(sent->lines), sent->executed ? "sent and executed" : "sent",
               sent->seconds, static_cast<unsigned long long>(sent->bytes),

@@ -15,11 +15,13 @@
 #include "config/service_config.h"
 #include "daemon/api.h"
 #include "daemon/api_socket.h"
+#include "daemon/command.h"
 #include "daemon/machine_place.h"
 #include "daemon/notify.h"
 #include "daemon/safe_stop.h"
 #include "daemon/service.h"
 #include "daemon/spool_backup.h"
+#include "daemon/steady_clock.h"
 
 namespace tiltfeed {
 
@@ -27,19 +29,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
-constexpr const char* kDefaultSocket = "/run/tiltfeed/api.sock";
 constexpr std::chrono::milliseconds kWatchInterval{500}, kStartInterval{50};
-
-class SteadyClock : public Clock {
- public:
-  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
-};
-
-int complain(const Error& error) {
-  std::cerr << "tiltfeed: " << error.message << "\n";
-  return error.code == Code::kUsage ? kWrongUse : kFailed;
-}
 
 std::string duration(double seconds) {
   const long s = static_cast<long>(seconds + 0.5);
@@ -103,8 +93,7 @@ struct ServiceCommands::Options {
 
 ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Options>()) {
   Options& o = *options_;
-  const char* set = std::getenv("TILTFEED_SOCKET");
-  o.socket = set != nullptr ? set : kDefaultSocket;
+  o.socket = service_socket();
   o.serve = app.add_subcommand("serve", "run the service of one machine");
   o.serve->add_option("--config", o.config, "its file (YAML)")->required();
   o.safe_stop = app.add_subcommand("safe-stop", "hold the machine that a service left moving when it died");

@@ -13,6 +13,7 @@
 #include "daemon/program_walk.h"
 #include "daemon/reprap_session.h"
 #include "daemon/safe_stop.h"
+#include "daemon/steady_clock.h"
 
 namespace tiltfeed {
 
@@ -25,11 +26,6 @@ constexpr Time kProgressInterval = milliseconds(100);
 constexpr Time kLastWordWait = milliseconds(100);
 /// An operator's command waits no longer than this: well within a status interval.
 constexpr Time kLongestWait = milliseconds(50);
-
-class SteadyClock : public Clock {
- public:
-  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
-};
 
 /// The wire, and whoever looks on.
 class WatchedLink {
