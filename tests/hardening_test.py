@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """What the linker and the compiler put into the programs against what comes from outside, read from the ELF.
 
-hardening_test.py PROGRAM... [--linked PROGRAM...]    of the latter only what the linker does
+hardening_test.py PROGRAM... --of FILE...    FILE: the archives and object files that the programs are linked from
 """
 
 import re
@@ -13,10 +13,7 @@ def told(*words):
     return subprocess.run(words, capture_output=True, text=True, check=True).stdout
 
 
-COMPILED = ("stack protector", "FORTIFY")
-
-
-def missing(program, linked):
+def missing(program):
     """What is not there, by its name."""
     header, segments = told("readelf", "-hW", program), told("readelf", "-lW", program)
     dynamic, symbols = told("readelf", "-dW", program), told("readelf", "--dyn-syms", "-W", program)
@@ -30,15 +27,29 @@ def missing(program, linked):
         "FORTIFY": re.search(r"__\w+_chk(@|\s)", symbols.replace("__stack_chk_fail", "")),
         "no text relocations": "TEXTREL" not in dynamic,
     }
-    return [name for name, found in wanted.items() if not found and not (linked and name in COMPILED)]
+    if "X86-64" in header:  # what the compiler does where a frame is larger than a page
+        wanted["stack growth that is checked"] = re.search(r"\sor[lq]\s+\$0x0,\(%rsp\)", told("objdump", "-d", program))
+    return [name for name, found in wanted.items() if not found]
+
+
+def unmarked(file):
+    """Object files without the compiler's mark of control-flow protection, or a whole archive without stack protector."""
+    if "X86-64" in told("readelf", "-hW", file):
+        members = re.split(r"^File: ", told("readelf", "-nW", file), flags=re.M)
+        for member in members[1:] or [file + "\n" + members[0]]:
+            if not re.search(r"x86 feature:.*IBT.*SHSTK", member):
+                yield member.split("\n", 1)[0] + ": without control-flow protection"
+    if file.endswith(".a") and "__stack_chk_fail" not in told("nm", "-u", file):
+        yield file + ": without stack protector"
 
 
 def main():
-    split = sys.argv.index("--linked") if "--linked" in sys.argv else len(sys.argv)
-    programs = [(program, False) for program in sys.argv[1:split]] + [(program, True) for program in sys.argv[split + 1 :]]
-    bad = [f"{program}: without {name}" for program, linked in programs for name in missing(program, linked)]
-    print("\n".join(bad) if bad else f"{len(programs)} programs: as wanted")
-    sys.exit(1 if bad else 0)
+    split = sys.argv.index("--of")
+    programs, files = sys.argv[1:split], [file for file in sys.argv[split + 1 :] if file]
+    bad = [f"{program}: without {name}" for program in programs for name in missing(program)]
+    bad += [line for file in files for line in unmarked(file)]
+    print("\n".join(bad) if bad else f"{len(programs)} programs and {len(files)} files they are linked from: as wanted")
+    sys.exit(1 if bad or not programs or not files else 0)
 
 
 if __name__ == "__main__":
