@@ -9,7 +9,8 @@
 #include <string_view>
 
 #include "config/link_profile.h"
-#include "daemon/position_watch.h"
+#include "daemon/link_kind.h"
+#include "daemon/position_limits.h"
 #include "kinematics/result.h"
 
 namespace tiltfeed {
@@ -40,13 +41,6 @@ class Link {
   /// A loss that is seen after bytes were taken is told by the next call.
   virtual Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) = 0;
 };
-
-/// A journal keeps these as numbers: new ones at the end.
-enum class LinkKind { kGrbl, kRepRap, kDrip, kModbusTcp, kModbusRtu, kDriveTcp, kDriveRtu };
-constexpr bool is_ring(LinkKind kind) { return kind == LinkKind::kModbusTcp || kind == LinkKind::kModbusRtu; }
-constexpr bool is_drive(LinkKind kind) { return kind == LinkKind::kDriveTcp || kind == LinkKind::kDriveRtu; }
-/// Modbus RTU, whatever the registers mean.
-constexpr bool is_rtu(LinkKind kind) { return kind == LinkKind::kModbusRtu || kind == LinkKind::kDriveRtu; }
 
 /// What carries the bytes of a byte link.
 enum class Carrier : std::uint8_t { kSerial, kTcp };

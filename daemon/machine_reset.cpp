@@ -5,7 +5,7 @@
 #include "daemon/grbl_talk.h"
 #include "daemon/machine_place.h"
 #include "daemon/modbus_map.h"
-#include "daemon/safe_stop.h"
+#include "daemon/stop_machine.h"
 
 namespace tiltfeed {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "daemon/grbl_words.h"
-#include "daemon/safe_stop.h"
+#include "daemon/stop_machine.h"
 #include "daemon/wire_text.h"
 #include "kinematics/decimal.h"
 

@@ -27,39 +27,6 @@ bool changes_nothing(double code) {
 
 }  // namespace
 
-AxisValues no_axes() {
-  AxisValues axes;
-  axes.fill(kUnknown);
-  return axes;
-}
-
-std::string describe(const AxisValues& axes) {
-  std::string text;
-  for (std::size_t i = 0; i < kMostAxes; ++i)
-    if (!std::isnan(axes[i]))
-      text += (text.empty() ? "" : " ") + std::string(1, kAxisLetters[i]) + decimal(axes[i], kPrinted);
-  return text;
-}
-
-PositionLimits position_limits(const PositionTolerance& tolerance, const MachineModel* machine) {
-  PositionLimits limits;
-  limits.tolerance = tolerance;
-  if (machine == nullptr) return limits;
-  const auto set = [&](std::size_t axis, double low, double high) {
-    limits.low[axis] = low;
-    limits.high[axis] = high;
-  };
-  set(0, machine->x.min, machine->x.max);
-  set(1, machine->y.min, machine->y.max);
-  set(2, machine->z.min, machine->z.max);
-  for (const RotaryAxis* axis : {&machine->tilt, &machine->rotary})
-    if (const std::size_t at = kAxisLetters.find(axis->letter); at != kAxisLetters.npos) {
-      limits.modulo[at] = axis->word != RotaryWord::kAccumulate;
-      if (!limits.modulo[at]) set(at, axis->min, axis->max);
-    }
-  return limits;
-}
-
 PositionWatch::PositionWatch(const PositionLimits& limits)
     : limits_(limits), from_(no_axes()), at_(no_axes()) {}
 

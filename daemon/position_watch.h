@@ -2,28 +2,17 @@
 // The axes as a controller reports them against the blocks that may be in execution: a machine that is where
 // no block leads has read another program than the one that was sent. Pure.
 
-#include <array>
 #include <cstdint>
 #include <deque>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "config/link_profile.h"
 #include "daemon/axis_values.h"
+#include "daemon/position_limits.h"
 #include "daemon/session.h"
-#include "kinematics/machine.h"
 
 namespace tiltfeed {
-
-/// How far a report may be off, and how far an axis can go.
-struct PositionLimits {
-  PositionTolerance tolerance = {};
-  AxisValues low = no_axes(), high = no_axes();  ///< travel, program coordinates; not a number: not known
-  std::array<bool, kMostAxes> modulo = {};       ///< words of this axis count modulo 360: not compared
-};
-/// Travels of a machine profile; none without one.
-PositionLimits position_limits(const PositionTolerance& tolerance, const MachineModel* machine);
 
 /// Properties: a place is told as wrong only where every axis of it is known and no block between the oldest
 /// that may be in execution and the newest that was pushed passes within the tolerance of it. A word that is

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "config/machine_profile.h"
-#include "daemon/link.h"
+#include "daemon/link_kind.h"
 #include "daemon/words.h"
 
 namespace tiltfeed {

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "daemon/link.h"
+#include "kinematics/result.h"
 
 namespace tiltfeed {
 
@@ -18,14 +18,6 @@ ServiceEnd service_end();
 /// It left by itself, having held the machine. A service that was ended by a signal has not, although systemd
 /// calls some signals a success.
 bool in_order(const ServiceEnd& end);
-
-/// Longest time that a stop takes, beside opening the wire: less than the unit's TimeoutStopSec.
-inline constexpr Time kSafeStopLimit = std::chrono::seconds(20);
-
-/// Stops what a dead service left on this wire, as far as the controller lets a newcomer. Returns what was
-/// reached, for people. Requires: kGrbl, kRepRap or a drive. Errors: kLink with what could not be reached or
-/// seen, and what to do at the machine.
-Result<std::string> stop_machine(const LinkSpec& link, Link& wire, Clock& clock);
 
 /// What was done, for the log; `job` 0: there was nothing to stop.
 struct SafeStop {

@@ -12,8 +12,8 @@
 #include "daemon/program_feed.h"
 #include "daemon/program_walk.h"
 #include "daemon/reprap_session.h"
-#include "daemon/safe_stop.h"
 #include "daemon/steady_clock.h"
+#include "daemon/stop_machine.h"
 
 namespace tiltfeed {
 

@@ -11,7 +11,7 @@
 #include "pathgen/cl_sections.h"
 #include "pathgen/direction_grid.h"
 #include "pathgen/move_clearance.h"
-#include "pathgen/plan.h"
+#include "pathgen/uncut_reason.h"
 #include "pathgen/swept_tool.h"
 
 namespace tiltfeed {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "pathgen/exposure.h"
-#include "pathgen/inside_solid.h"
+#include "pathgen/winding.h"
 #include "pathgen/side_step.h"
 #include "pathgen/stages.h"
 

@@ -9,7 +9,7 @@
 #include "pathgen/cl_field.h"
 #include "pathgen/envelope.h"
 #include "pathgen/pass_trim.h"
-#include "pathgen/plan.h"
+#include "pathgen/stages.h"
 
 namespace tiltfeed {
 

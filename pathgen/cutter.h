@@ -7,6 +7,8 @@
 
 namespace tiltfeed {
 
+enum class ToolPart { kCutter, kShank, kHolder };
+
 enum class CutterType {
   kBall,      ///< a ball end of `diameter`
   kBullNose,  ///< `diameter` with the edge rounded by `corner_radius`

@@ -6,7 +6,7 @@
 
 #include "kinematics/result.h"
 #include "pathgen/heights.h"
-#include "pathgen/plan.h"
+#include "pathgen/stages.h"
 
 namespace tiltfeed {
 

@@ -3,7 +3,7 @@
 
 #include "kinematics/result.h"
 #include "pathgen/passes.h"
-#include "pathgen/plan.h"
+#include "pathgen/stages.h"
 
 namespace tiltfeed {
 

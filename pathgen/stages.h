@@ -2,11 +2,21 @@
 // The stages of planning: their names to the user, their times to the report, and his word to stop.
 
 #include <chrono>
+#include <functional>
+#include <string>
 #include <vector>
 
-#include "pathgen/plan.h"
+#include "kinematics/result.h"
 
 namespace tiltfeed {
+
+/// Called on one thread with the stage's name and 0..1; return false to cancel.
+using Progress = std::function<bool(const char* stage, double fraction)>;
+
+struct StageTime {
+  std::string stage;
+  double seconds = 0.0;
+};
 
 /// What a stage returns that was told to stop.
 inline tl::unexpected<Error> cancelled() {

@@ -8,8 +8,6 @@
 
 namespace tiltfeed {
 
-enum class ToolPart { kCutter, kShank, kHolder };
-
 /// Seen from below, at distance d from the axis: a disc up to `flat`, an arc of radius `corner` up to the
 /// cone, the cone up to `outer`, and a straight wall above. Heights are over the *ring centre*: the plane in
 /// which the arc's centre runs round the axis.

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "pathgen/tool_pieces.h"
+#include "pathgen/cutter.h"
 
 namespace tiltfeed {
 
