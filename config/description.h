@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "kinematics/geometry.h"
-#include "kinematics/units.h"
+#include "kinematics/basics/geometry.h"
+#include "kinematics/basics/units.h"
 
 namespace tiltfeed {
 

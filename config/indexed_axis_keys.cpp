@@ -1,7 +1,7 @@
 #include "config/description.h"
 #include "config/job_keys.h"
 #include "config/words.h"
-#include "pathgen/index_order.h"
+#include "pathgen/indexed/index_order.h"
 
 namespace tiltfeed {
 namespace {

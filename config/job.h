@@ -5,9 +5,9 @@
 #include <string>
 
 #include "config/machine_profile.h"
-#include "kinematics/machine.h"
-#include "kinematics/result.h"
-#include "pathgen/plan.h"
+#include "kinematics/basics/result.h"
+#include "kinematics/machine/machine.h"
+#include "pathgen/plan/plan.h"
 
 namespace tiltfeed {
 

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "config/section.h"
-#include "kinematics/machine.h"
-#include "pathgen/plan_options.h"
+#include "kinematics/machine/machine.h"
+#include "pathgen/options/plan_options.h"
 
 namespace tiltfeed {
 

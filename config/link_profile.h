@@ -9,7 +9,8 @@ namespace tiltfeed {
 
 /// Where the ring of a Modbus controller lies and how it counts. Addresses are 0-based holding registers.
 struct RingMap {
-  std::uint16_t identity = 0x0000, window = 0x0100, mailbox = 0x0180, status = 0x0200, positions = 0x0220, heartbeat = 0x0240;
+  std::uint16_t identity = 0x0000, window = 0x0100, mailbox = 0x0180, status = 0x0200, positions = 0x0220,
+                heartbeat = 0x0240;
   bool low_word_first = false;  ///< of 32-bit values
   int linear_exponent = -1;     ///< a position word counts 10^-exponent mm; -1: as the identity says
   int rotary_exponent = -1;     ///< likewise degrees

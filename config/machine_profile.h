@@ -9,8 +9,8 @@
 #include "config/machine_vectors.h"
 #include "config/program_format.h"
 #include "config/section.h"
-#include "kinematics/machine.h"
-#include "kinematics/result.h"
+#include "kinematics/basics/result.h"
+#include "kinematics/machine/machine.h"
 
 namespace tiltfeed {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "kinematics/decimal.h"
+#include "kinematics/basics/decimal.h"
 
 namespace tiltfeed {
 namespace {

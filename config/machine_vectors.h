@@ -8,7 +8,7 @@
 
 #include "config/description.h"
 #include "config/section.h"
-#include "kinematics/machine.h"
+#include "kinematics/machine/machine.h"
 
 namespace tiltfeed {
 

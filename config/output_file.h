@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "kinematics/result.h"
+#include "kinematics/basics/result.h"
 
 namespace tiltfeed {
 

@@ -1,7 +1,7 @@
 #include "config/description.h"
 #include "config/job_keys.h"
 #include "config/words.h"
-#include "pathgen/side_step.h"
+#include "pathgen/options/side_step.h"
 
 namespace tiltfeed {
 namespace {

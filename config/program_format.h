@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "kinematics/machine.h"
+#include "kinematics/machine/machine.h"
 
 namespace tiltfeed {
 
-/// The controls whose program text can be written and read. Their words: daemon/dialect.cpp.
+/// The controls whose program text can be written and read. Their words: daemon/post/dialect.cpp.
 enum class Dialect { kRs274, kGrbl, kFanuc, kHaas, kSiemens, kHeidenhain, kHeidenhainIso };
 
 struct DialectName {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "config/words.h"
-#include "kinematics/decimal.h"
+#include "kinematics/basics/decimal.h"
 
 namespace tiltfeed {
 namespace {

@@ -4,11 +4,12 @@
 #include "config/description.h"
 #include "config/program_format.h"
 #include "config/section.h"
-#include "kinematics/machine.h"
+#include "kinematics/machine/machine.h"
 
 namespace tiltfeed {
 
-/// structure, tilt and rotary (either may be absent where the structure is table-head), table_centre_mm, pivot_to_gauge_mm, rotary_to_tilt_mm, spindle_direction.
+/// structure, tilt and rotary (either may be absent where the structure is table-head), table_centre_mm,
+/// pivot_to_gauge_mm, rotary_to_tilt_mm, spindle_direction.
 void read_rotaries(const Section& root, MachineModel& model);
 /// Complains at tilt.word or rotary.word where programs of the control cannot say it.
 void check_rotary_words(const Section& root, const MachineModel& model, Dialect dialect);

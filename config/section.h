@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "config/yaml_tree.h"
-#include "kinematics/geometry.h"
+#include "kinematics/basics/geometry.h"
 
 namespace tiltfeed {
 

@@ -4,7 +4,7 @@
 #include <initializer_list>
 
 #include "config/section.h"
-#include "pathgen/plan_options.h"
+#include "pathgen/options/plan_options.h"
 
 namespace tiltfeed {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "kinematics/result.h"
+#include "kinematics/basics/result.h"
 
 namespace tiltfeed {
 

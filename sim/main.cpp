@@ -16,13 +16,13 @@
 #include "config/job.h"
 #include "config/output_file.h"
 #include "config/standard_output.h"
-#include "pathgen/stl.h"
-#include "sim/dry_run.h"
-#include "sim/endpoint.h"
-#include "sim/parts.h"
-#include "sim/prove_command.h"
-#include "sim/simulate_command.h"
-#include "sim/verify_command.h"
+#include "pathgen/mesh/stl.h"
+#include "sim/motion/dry_run.h"
+#include "sim/parts/parts.h"
+#include "sim/path_check/verify_command.h"
+#include "sim/proof/prove_command.h"
+#include "sim/report/simulate_command.h"
+#include "sim/wire/endpoint.h"
 
 namespace {
 

@@ -4,10 +4,10 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "daemon/end_ways.h"
-#include "daemon/near_pole.h"
-#include "daemon/space_about.h"
-#include "kinematics/tolerance_budget.h"
+#include "daemon/post/end_ways.h"
+#include "daemon/post/near_pole.h"
+#include "daemon/post/space_about.h"
+#include "kinematics/basics/tolerance_budget.h"
 #include "tests/attack/proof_judge.h"
 #include "tests/attack/random_job.h"
 #include "tests/attack/random_part.h"

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "tests/reach.h"
-#include "tests/surface_sample.h"
+#include "tests/judges/reach.h"
+#include "tests/judges/surface_sample.h"
 
 namespace tiltfeed::attack {
 namespace {

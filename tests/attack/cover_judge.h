@@ -11,9 +11,9 @@
 
 #include <vector>
 
-#include "pathgen/mesh.h"
-#include "pathgen/plan_options.h"
-#include "sim/tool_solid.h"
+#include "pathgen/mesh/mesh.h"
+#include "pathgen/options/plan_options.h"
+#include "sim/solid/tool_solid.h"
 
 namespace tiltfeed::attack {
 

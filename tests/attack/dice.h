@@ -8,8 +8,8 @@
 #include <iterator>
 #include <random>
 
-#include "kinematics/geometry.h"
-#include "kinematics/units.h"
+#include "kinematics/basics/geometry.h"
+#include "kinematics/basics/units.h"
 
 namespace tiltfeed::attack {
 

@@ -4,10 +4,10 @@
 #include <cstdio>
 #include <string_view>
 
-#include "sim/forward.h"
+#include "sim/motion/forward.h"
 #include "tests/attack/cover_judge.h"
-#include "tests/path_proof.h"
-#include "tests/tool_proof.h"
+#include "tests/judges/path_proof.h"
+#include "tests/judges/tool_proof.h"
 
 namespace tiltfeed::attack {
 namespace {

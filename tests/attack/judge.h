@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "config/job.h"
-#include "kinematics/joint_path.h"
-#include "pathgen/plan.h"
-#include "pathgen/stl.h"
+#include "kinematics/joints/joint_path.h"
+#include "pathgen/mesh/stl.h"
+#include "pathgen/plan/plan.h"
 
 namespace tiltfeed::attack {
 

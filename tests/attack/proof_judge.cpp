@@ -5,11 +5,11 @@
 #include <cstdio>
 #include <sstream>
 
-#include "daemon/block.h"
-#include "sim/control_reader.h"
-#include "sim/program_proof.h"
+#include "daemon/post/block.h"
+#include "sim/control/control_reader.h"
+#include "sim/proof/program_proof.h"
 #include "tests/attack/dice.h"
-#include "tests/tool_proof.h"
+#include "tests/judges/tool_proof.h"
 
 namespace tiltfeed::attack {
 namespace {

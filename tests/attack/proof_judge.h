@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "config/job.h"
-#include "kinematics/joint_path.h"
-#include "pathgen/mesh.h"
+#include "kinematics/joints/joint_path.h"
+#include "pathgen/mesh/mesh.h"
 
 namespace tiltfeed::attack {
 

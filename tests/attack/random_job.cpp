@@ -6,7 +6,7 @@
 #include <cstdarg>
 #include <cstdio>
 
-#include "pathgen/deformation.h"
+#include "pathgen/axis/deformation.h"
 
 namespace tiltfeed::attack {
 namespace {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <map>
 
-#include "sim/parts.h"
+#include "sim/parts/parts.h"
 
 namespace tiltfeed::attack {
 namespace {

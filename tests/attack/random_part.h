@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "pathgen/stl.h"
+#include "pathgen/mesh/stl.h"
 #include "tests/attack/dice.h"
 
 namespace tiltfeed::attack {

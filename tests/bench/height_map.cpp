@@ -7,7 +7,7 @@
 #include <random>
 #include <utility>
 
-#include "sim/distance.h"
+#include "sim/solid/distance.h"
 
 namespace tiltfeed::bench {
 

@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "pathgen/deformation.h"
-#include "pathgen/mesh.h"
+#include "pathgen/axis/deformation.h"
+#include "pathgen/mesh/mesh.h"
 
 namespace tiltfeed::bench {
 
@@ -20,7 +20,8 @@ struct HeightMap {
 /// Requires: a closed, oriented mesh; frame.mode == kFixed; radius, step > 0 (mm).
 HeightMap height_map(const Mesh& mesh, const AxisFrame& frame, double radius, double step);
 
-/// The largest difference, mm, to the exact drop of the ball (sim/distance.h) at `samples` random columns.
+/// The largest difference, mm, to the exact drop of the ball (sim/solid/distance.h) at `samples` random
+/// columns.
 double largest_error(const HeightMap& map, const Mesh& mesh, const AxisFrame& frame, double radius,
                      int samples);
 

@@ -15,8 +15,8 @@
 #include <fstream>
 #include <string>
 
-#include "daemon/modbus_map.h"
-#include "daemon/stream.h"
+#include "daemon/stream/stream.h"
+#include "daemon/wire/modbus_map.h"
 
 namespace {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "kinematics/result.h"
+#include "kinematics/basics/result.h"
 
 namespace tiltfeed::bench {
 

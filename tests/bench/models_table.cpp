@@ -12,8 +12,8 @@
 
 #include "tests/bench/markdown.h"
 #include "tests/bench/workload.h"
-#include "tests/cover_proof.h"
-#include "tests/path_proof.h"
+#include "tests/judges/cover_proof.h"
+#include "tests/judges/path_proof.h"
 
 namespace tiltfeed::bench {
 namespace {

@@ -16,7 +16,7 @@
 #include <optional>
 #include <sstream>
 
-#include "sim/parts.h"
+#include "sim/parts/parts.h"
 
 extern char** environ;
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "config/job.h"
-#include "kinematics/result.h"
-#include "pathgen/plan.h"
+#include "kinematics/basics/result.h"
+#include "pathgen/plan/plan.h"
 
 namespace tiltfeed::bench {
 

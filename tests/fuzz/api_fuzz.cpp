@@ -1,6 +1,6 @@
 // Requests: what is understood is written and understood again.
 
-#include "daemon/api.h"
+#include "daemon/service/api.h"
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "kinematics/apt_file.h"
+#include "kinematics/cl_text/apt_file.h"
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;

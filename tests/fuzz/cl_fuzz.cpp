@@ -3,7 +3,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "kinematics/cl_file.h"
+#include "kinematics/cl_text/cl_file.h"
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "daemon/program_text.h"
+#include "daemon/post/program_text.h"
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;

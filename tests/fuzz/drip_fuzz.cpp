@@ -1,7 +1,7 @@
 // What a CNC control says to a drip feed: any bytes. After DC3 nothing leaves until DC1, and never more than
 // the wire sends in the time that is promised.
 
-#include "daemon/drip_session.h"
+#include "daemon/protocol/drip_session.h"
 #include "tests/fuzz/fuzz_session.h"
 
 using namespace tiltfeed;

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/program.h"
-#include "daemon/session.h"
+#include "daemon/program/program.h"
+#include "daemon/protocol/session.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace tiltfeed {

@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "daemon/program.h"
-#include "daemon/words.h"
+#include "daemon/program/program.h"
+#include "daemon/program/words.h"
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;

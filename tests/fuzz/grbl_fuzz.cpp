@@ -1,7 +1,7 @@
 // What a Grbl controller says: any bytes, in any pieces, never settle more lines than were sent.
 
-#include "daemon/grbl_reply.h"
-#include "daemon/grbl_session.h"
+#include "daemon/protocol/grbl_reply.h"
+#include "daemon/protocol/grbl_session.h"
 #include "tests/fuzz/fuzz_session.h"
 
 using namespace tiltfeed;

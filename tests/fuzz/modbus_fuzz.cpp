@@ -1,8 +1,8 @@
 // Modbus replies of any content: the session never counts a block that it did not send, and never ends well
 // by itself.
 
-#include "daemon/modbus_map.h"
-#include "daemon/modbus_session.h"
+#include "daemon/protocol/modbus_session.h"
+#include "daemon/wire/modbus_map.h"
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;

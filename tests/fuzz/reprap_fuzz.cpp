@@ -1,7 +1,7 @@
 // What a RepRap firmware says: any bytes never settle a line that has not left, nor one twice.
 
-#include "daemon/reprap_reply.h"
-#include "daemon/reprap_session.h"
+#include "daemon/protocol/reprap_reply.h"
+#include "daemon/protocol/reprap_session.h"
 #include "tests/fuzz/fuzz_session.h"
 
 using namespace tiltfeed;

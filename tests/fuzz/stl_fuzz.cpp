@@ -3,7 +3,7 @@
 #include <cmath>
 #include <span>
 
-#include "pathgen/stl.h"
+#include "pathgen/mesh/stl.h"
 #include "tests/fuzz/fuzz.h"
 
 FUZZ_TARGET(stl) {

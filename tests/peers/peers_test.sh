@@ -9,8 +9,8 @@ export LC_ALL=C
 readonly bin=$1 work=$2
 here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
 readonly here python=/usr/bin/python3 port_base=$((20000 + $$ % 20000))
-# shellcheck source=tests/processes.sh
-source "$here/../processes.sh"
+# shellcheck source=tests/system/processes.sh
+source "$here/../system/processes.sh"
 
 for need in socat mbpoll; do
   command -v $need >/dev/null || { echo "skipped: $need is not installed"; exit 77; }

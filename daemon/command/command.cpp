@@ -1,0 +1,18 @@
+#include "daemon/command/command.h"
+
+#include <cstdlib>
+#include <iostream>
+
+namespace tiltfeed {
+
+int complain(const Error& error) {
+  std::cerr << "tiltfeed: " << error.message << "\n";
+  return error.code == Code::kUsage ? kWrongUse : kFailed;
+}
+
+std::string service_socket() {
+  const char* const set = std::getenv("TILTFEED_SOCKET");
+  return set != nullptr ? set : kDefaultSocket;
+}
+
+}  // namespace tiltfeed

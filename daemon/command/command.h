@@ -1,0 +1,20 @@
+#pragma once
+// What all subcommands of tiltfeed share: how they end, and where the service is.
+
+#include <string>
+
+#include "kinematics/basics/result.h"
+
+namespace tiltfeed {
+
+/// Exit statuses.
+inline constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
+
+/// Writes the error to standard error; the exit status that goes with it.
+int complain(const Error& error);
+
+inline constexpr const char* kDefaultSocket = "/run/tiltfeed/api.sock";
+/// $TILTFEED_SOCKET, else kDefaultSocket.
+std::string service_socket();
+
+}  // namespace tiltfeed

@@ -1,0 +1,141 @@
+// The program `tiltfeed`: its command line.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <sstream>
+
+#include "config/job.h"
+#include "config/standard_output.h"
+#include "daemon/command/command.h"
+#include "daemon/command/interrupt.h"
+#include "daemon/command/machine_command.h"
+#include "daemon/command/plan_command.h"
+#include "daemon/command/post_command.h"
+#include "daemon/command/send_command.h"
+#include "daemon/command/service_command.h"
+#include "daemon/command/verify_command.h"
+#include "daemon/plan/part_size.h"
+#include "daemon/post/tool_length.h"
+#include "kinematics/basics/tolerance_budget.h"
+#include "pathgen/mesh/mesh.h"
+#include "pathgen/mesh/stl.h"
+
+namespace {
+
+using namespace tiltfeed;
+
+/// "key: value" lines as one object.
+nlohmann::ordered_json as_object(const std::string& lines) {
+  nlohmann::ordered_json object;
+  std::istringstream in(lines);
+  for (std::string line; std::getline(in, line);)
+    if (const std::size_t colon = line.find(": "); colon != line.npos)
+      object[line.substr(0, colon)] = line.substr(colon + 2);
+  return object;
+}
+
+int check_command(const std::string& path, bool as_json) {
+  auto job = load_job(path);
+  if (!job) return complain(job.error());
+  if (!as_json) std::cout << describe(*job) << std::flush;
+  const auto stl = read_stl(job->stl_path, job->stl_unit_mm);
+  if (!stl) return complain(stl.error());
+  const auto part = check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()});
+  if (!part) return complain(part.error());
+  if (as_json) {
+    nlohmann::ordered_json json = {{"job", as_object(describe(*job))},
+                                   {"size", size_text(part->bounds)},
+                                   {"facets", part->mesh.facets.size()},
+                                   {"warnings", part->warnings}};
+    if (const auto odd = unit_warning(part->bounds, *job)) json["warnings"].push_back(*odd);
+    std::cout << json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) << "\n";
+    return kDone;
+  }
+  std::cout << size_text(part->bounds) << ", " << part->mesh.facets.size() << " facets\n";
+  for (const std::string& warning : part->warnings) std::cout << "warning: " << warning << "\n";
+  if (const auto odd = unit_warning(part->bounds, *job)) std::cout << "warning: " << *odd << "\n";
+  return kDone;
+}
+
+/// The exit status.
+int run(int argc, char** argv) {
+  hear_interrupts();
+  CLI::App app{
+      "Tiltfeed: from an STL part to a 5-axis machine with a rotary table and a tilting head.\n"
+      "Not a safety device: emergency stop and guards belong to the machine."};
+  app.set_version_flag("--version", "tiltfeed " TILTFEED_VERSION);
+  app.require_subcommand(1);
+
+  std::string check_job;
+  CLI::App* check =
+      app.add_subcommand("check", "read a job, its machine profile and its part, print them resolved");
+  check->add_option("JOB", check_job, "job file (YAML)")->required();
+  bool check_json = false;
+  check->add_flag("--json", check_json, "print one JSON object");
+
+  // Its options are those of `tiltfeed-sim simulate`, which takes them as they are.
+  CLI::App* verify =
+      app.add_subcommand("verify", "cut the stock by a program or a trace and compare with the part");
+  verify->prefix_command()->set_help_flag();
+
+  PlanFiles files;
+  CLI::App* planning = app.add_subcommand("plan", "plan the tool path and write the machine's program");
+  planning->add_option("JOB", files.job, "job file (YAML)")->required();
+  planning->add_option("--out", files.program, "program to write (G-code)")->required();
+  planning->add_option("--cl", files.cl, "cutter location file to write (APT text)");
+  planning->add_option("--report", files.report, "report to write (JSON)");
+  planning->add_option("--map", files.map, "map to write: from each motion block to its move and STL facet");
+  planning->add_option("--stl", files.stl, "take this part instead of the job's");
+  planning->add_option("--machine", files.machine, "take this machine profile instead of the job's");
+  planning->add_flag("!--no-proof", files.prove,
+                     "do not hold the printed moves against the part; the program's header says so");
+  planning->add_option("--progress", files.progress, "file that holds stage and percentage while it plans");
+  planning->add_option("--gouge-picture", files.gouge_picture,
+                       "picture (PNG) of the deepest gouge where the program is refused");
+
+  std::string program, link, send_machine;
+  CLI::App* send = app.add_subcommand("send", "stream a program to the controller");
+  send->add_option("PROGRAM", program, "program to send (G-code)")->required();
+  send->add_option(
+      "--link", link,
+      "grbl:/dev/ttyUSB0@115200, grbl-tcp:HOST:PORT, reprap:/dev/ttyACM0@250000, dnc:/dev/ttyS0@9600, "
+      "modbus-tcp:HOST:PORT, modbus-rtu:/dev/ttyS0@19200, drive-tcp:HOST:PORT, drive-rtu:/dev/ttyS0@19200; "
+      "else the profile's link.default");
+  send->add_option("--machine", send_machine, "machine profile (YAML): its default link and its wire");
+
+  double tool_length = 0.0;
+  send->add_option("--tool-length", tool_length,
+                   "gauge line to tip of the tool in the spindle, mm; a program for another is refused")
+      ->check(CLI::PositiveNumber);
+
+  const PostCommands posting(app);
+  const MachineCommands machines(app);
+  ServiceCommands service(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kWrongUse;
+  }
+  if (verify->parsed()) return complain(run_verify(verify->remaining()));
+  if (const std::optional<int> status = service.run()) return *status;
+  if (send->parsed()) {
+    if (send->count("--tool-length") > 0)
+      if (auto same = check_tool_length(program, tool_length); !same) return complain(same.error());
+    return send_command(program, link, send_machine);
+  }
+  if (machines.at_machine()) return machines.run();
+  const PromptEnd prompt_end;  // what touches no machine may end at any place
+  if (check->parsed()) return check_command(check_job, check_json);
+  if (planning->parsed()) return plan_command(files);
+  return posting.called() ? posting.run() : machines.run();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  open_standard_streams();
+  return close_standard_output("tiltfeed", run(argc, argv));
+}

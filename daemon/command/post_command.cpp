@@ -1,0 +1,229 @@
+#include "daemon/command/post_command.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <optional>
+#include <vector>
+
+#include "config/output_file.h"
+#include "daemon/command/command.h"
+#include "daemon/plan/plan_report.h"
+#include "daemon/post/post.h"
+#include "daemon/post/program_rules.h"
+#include "daemon/post/unpost.h"
+#include "kinematics/cl_text/apt_vocabulary.h"
+
+namespace tiltfeed {
+namespace {
+
+constexpr double kInch = 25.4;  // mm, exactly
+constexpr double kMost = 1e5;   // mm or degrees that an option may state
+// Of the tolerance, what the chords of an arc may take; the machine's moves have the rest.
+constexpr double kChordShare = 0.5;
+
+Result<std::ifstream> opened(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return fail(Code::kIo, path + ": cannot be opened");
+  return in;
+}
+
+Vec3 vector_of(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
+
+/// Numbers of mm or degrees that mean something on a machine.
+CLI::Validator finite() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        double value = 0.0;
+        if (CLI::detail::lexical_cast(text, value) && std::abs(value) <= kMost) return "";
+        return "expected a finite number up to 100000, found " + text;
+      },
+      "NUMBER");
+}
+
+void list_dialects() {
+  for (const DialectName& one : kDialects) std::cout << one.name << "\t" << one.control << "\n";
+}
+
+}  // namespace
+
+struct PostCommands::Options {
+  CLI::App *post = nullptr, *unpost = nullptr;
+  std::string input, machine, output, dialect, unit;
+  std::vector<std::string> ignored;
+  double feed = 0.0;
+  bool list = false, tcp = false, no_tcp = false;
+  double tolerance = 0.0, axis_tolerance = 0.0, tool_length = 0.0;
+  ClearSpace clear;
+  std::vector<double> part_zero, fixture;
+  ProgramData data;
+
+  Result<MachineProfile> profile() const;
+  Result<void> check_files() const;
+  std::ostream& said() const { return output == "-" ? std::cerr : std::cout; }
+  int run_post() const;
+  int run_unpost() const;
+};
+
+/// The machine profile, with the dialect and TCP of the command line.
+Result<MachineProfile> PostCommands::Options::profile() const {
+  std::optional<Dialect> wanted;
+  for (const DialectName& one : kDialects)
+    if (dialect == one.name) wanted = one.dialect;
+  if (!dialect.empty() && !wanted)
+    return fail(Code::kUsage,
+                "--dialect " + dialect + " is not known; `tiltfeed post --list-dialects` lists them");
+  auto profile = load_machine(machine, wanted);
+  if (!profile) return profile;
+  if (tcp && !has_tcp(profile->format.dialect))
+    return fail(Code::kUsage,
+                std::string("--tcp: ") + name_of(profile->format.dialect).name + " has no words for TCP");
+  if (tcp && !profile->model.tilt.present && !profile->model.rotary.present)
+    return fail(Code::kUsage, "--tcp: " + profile->model.name + " has no rotary axis");
+  if (tcp || no_tcp) profile->format.tcp = tcp;
+  return profile;
+}
+
+/// Before any work. "-" is the standard output; what the command says then goes to standard error.
+Result<void> PostCommands::Options::check_files() const {
+  return check_outputs({{"--out", output}}, {{"IN", input}, {"--machine", machine}});
+}
+
+int PostCommands::Options::run_post() const {
+  const auto profile = this->profile();
+  if (!profile) return complain(profile.error());
+  auto in = opened(input);
+  if (!in) return complain(in.error());
+  PostOptions options;
+  if (tolerance > 0.0) options.tolerance = tolerance;
+  const auto program = read_apt(*in, input,
+                                {unit == "inch" ? kInch : (unit == "mm" ? 1.0 : 0.0), tool_length, feed,
+                                 options.tolerance * kChordShare, ignored});
+  if (!program) return complain(program.error());
+  for (const std::string& note : program->notes) std::cerr << "tiltfeed: note: " << note << "\n";
+  if (axis_tolerance > 0.0) options.axis_tolerance = axis_tolerance;
+  if (!part_zero.empty()) options.setup.part_zero = vector_of(part_zero);
+  if (!fixture.empty()) options.setup.fixture = fixture_of(vector_of(fixture));
+  options.clear = clear;
+  options.data = data;
+  const auto posted = tiltfeed::post(*program, input, *profile, options);
+  if (!posted) return complain(posted.error());
+  auto file = OutputFile::open(output);
+  if (!file) return complain(file.error());
+  const auto written = write_program(posted->posting, file->stream());
+  if (auto flushed = file->flush(); !flushed) return complain(flushed.error());
+  if (!written) return complain(written.error());
+  if (auto kept = file->commit(); !kept) return complain(kept.error());
+  std::size_t moves = 0;
+  for (const AptOperation& op : program->operations) moves += op.path.moves.size();
+  std::fprintf(output == "-" ? stderr : stdout,
+               "%zu operations, %zu moves, the axis within %.4f degrees between blocks\n",
+               program->operations.size(), moves, posted->report.max_axis_deviation);
+  const Starvation waits = starved(posted->timing, *profile, *written);
+  said() << motion_text({profile->model, posted->report, *written, posted->timing, waits});
+  return kDone;
+}
+
+int PostCommands::Options::run_unpost() const {
+  const auto profile = this->profile();
+  if (!profile) return complain(profile.error());
+  auto in = opened(input);
+  if (!in) return complain(in.error());
+  const auto text = read_program_text(*in, input, text_language(*profile));
+  if (!text) return complain(text.error());
+  UnpostOptions options;
+  if (tolerance > 0.0) options.tolerance = tolerance;
+  if (axis_tolerance > 0.0) options.axis_tolerance = axis_tolerance;
+  if (tool_length > 0.0) options.tool_length = tool_length;
+  if (!part_zero.empty()) options.part_zero = vector_of(part_zero);
+  if (!fixture.empty()) options.fixture_deg = vector_of(fixture);
+  const auto program = tiltfeed::unpost(*text, *profile, options);
+  if (!program) return complain({program.error().code, input + ": " + program.error().message});
+  for (const std::string& note : program->notes) std::cerr << "tiltfeed: note: " << note << "\n";
+  auto file = OutputFile::open(output);
+  if (!file) return complain(file.error());
+  write_apt(*program, file->stream());
+  if (auto kept = file->commit(); !kept) return complain(kept.error());
+  std::size_t blocks = 0, moves = 0;
+  for (const TextOperation& op : text->operations) blocks += op.blocks.size();
+  for (const AptOperation& op : program->operations) moves += op.path.moves.size();
+  std::fprintf(output == "-" ? stderr : stdout, "%zu operations, %zu blocks, %zu points\n",
+               text->operations.size(), blocks, moves);
+  return kDone;
+}
+
+PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()) {
+  Options& o = *options_;
+  o.post =
+      app.add_subcommand("post", "write the machine's program from a CL file of any CAM system (APT text)");
+  o.unpost = app.add_subcommand("unpost", "write the tool path that a program really makes as a CL file");
+  for (CLI::App* one : {o.post, o.unpost}) {
+    const bool posts = one == o.post;
+    one->add_option("IN", o.input, posts ? "CL file (APT text)" : "program");
+    one->add_option("--machine", o.machine, "machine profile (YAML)");
+    one->add_option("--out", o.output, posts ? "program to write" : "CL file to write (APT text)");
+    one->add_option("--dialect", o.dialect, "instead of the profile's");
+    one->add_option("--tool-length", o.tool_length, "gauge line to tip, mm")
+        ->check(CLI::PositiveNumber & finite());
+    one->add_option("--part-zero", o.part_zero, "from the table's axis to part zero, mm: X,Y,Z")
+        ->expected(3)
+        ->delimiter(',')
+        ->check(finite());
+    one->add_option("--fixture", o.fixture, "turn of the part about the table's x, y, z, degrees: RX,RY,RZ")
+        ->expected(3)
+        ->delimiter(',')
+        ->check(finite());
+    one->add_option("--tolerance", o.tolerance, "of the tip between points, mm")
+        ->check(CLI::PositiveNumber & finite());
+    one->add_option("--axis-tolerance", o.axis_tolerance, "of the axis between points, degrees")
+        ->check(CLI::PositiveNumber & finite());
+  }
+  o.post
+      ->add_option(
+          "--clear-height", o.clear.height,
+          "nothing on the table reaches higher above part zero, mm: the tool comes and leaves from there, "
+          "and may be taken off in between to turn a rotary back")
+      ->check(finite());
+  o.post
+      ->add_option(
+          "--clear-radius", o.clear.radius,
+          "nothing on the table reaches further from its axis, mm: a tool that lies may be taken off "
+          "sideways to turn the table back")
+      ->check(CLI::PositiveNumber & finite());
+  o.post->add_flag("--tcp", o.tcp, "tool centre point by the control (G43.4, G234, TRAORI, M128)");
+  o.post->add_flag("--no-tcp", o.no_tcp, "joint words, whatever the profile says")->excludes("--tcp");
+  o.post->add_option("--units", o.unit, "of a file without UNITS/: mm or inch")
+      ->check(CLI::IsMember({"mm", "inch"}));
+  o.post->add_option("--feed", o.feed, "of feed moves before the file states one, mm/min")
+      ->check(CLI::PositiveNumber & finite());
+  o.post->add_option("--ignore", o.ignored, "words of the file to leave out: CSYS, CUTCOM, ...")
+      ->delimiter(',')
+      ->check([](const std::string& word) {
+        return is_motion_word(word) ? word + " moves the tool and cannot be left out" : "";
+      });
+  o.post->add_option("--tool", o.data.tool, "tool number where the file states none")
+      ->check(CLI::Range(0, 9999));
+  o.post->add_option("--number", o.data.number, "program number (O word)")->check(CLI::Range(1, 9999));
+  o.post->add_option("--work-offset", o.data.work_offset, "1 is G54")->check(CLI::Range(1, 6));
+  o.post->add_flag("--list-dialects", o.list, "list the dialects and stop");
+}
+
+PostCommands::~PostCommands() = default;
+
+bool PostCommands::called() const { return options_->post->parsed() || options_->unpost->parsed(); }
+
+int PostCommands::run() const {
+  const Options& o = *options_;
+  if (o.list) return list_dialects(), kDone;
+  for (const auto& [name, value] :
+       {std::pair{"IN", &o.input}, {"--machine", &o.machine}, {"--out", &o.output}})
+    if (value->empty())
+      return complain({Code::kUsage, std::string(name) + " is required; --help lists the options"});
+  if (auto fits = o.check_files(); !fits) return complain(fits.error());
+  return o.post->parsed() ? o.run_post() : o.run_unpost();
+}
+
+}  // namespace tiltfeed

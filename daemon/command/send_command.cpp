@@ -1,0 +1,191 @@
+#include "daemon/command/send_command.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <iostream>
+
+#include "config/machine_profile.h"
+#include "daemon/command/command.h"
+#include "daemon/service/state_lock.h"
+#include "daemon/stream/stream.h"
+
+namespace tiltfeed {
+
+namespace {
+
+std::atomic<bool> ended{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
+extern "C" void end_send(int) { ended = true; }
+
+/// A signal that would end the process ends the run in order instead; one that the caller has switched off
+/// (nohup) stays so. Ctrl-Z must not leave a machine without its sender.
+void watch_signals() {
+  struct sigaction action {};
+  action.sa_handler = end_send;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+    struct sigaction before {};
+    if (::sigaction(signal, nullptr, &before) == 0 && signal == SIGHUP && before.sa_handler == SIG_IGN)
+      continue;
+    ::sigaction(signal, &action, nullptr);
+  }
+  for (const int signal : {SIGTSTP, SIGTTIN, SIGTTOU}) std::signal(signal, SIG_IGN);
+}
+
+/// The operator's keys, where standard input is a terminal that this process has.
+class Keys {
+ public:
+  Keys() {
+    if (isatty(STDIN_FILENO) != 1 || isatty(STDERR_FILENO) != 1 || !in_front()) return;
+    if (::tcgetattr(STDIN_FILENO, &before_) != 0) return;
+    termios raw = before_;
+    raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+    active_ = ::tcsetattr(STDIN_FILENO, TCSANOW, &raw) == 0;
+  }
+  ~Keys() {
+    if (active_) ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
+  }
+  Keys(const Keys&) = delete;
+  Keys& operator=(const Keys&) = delete;
+
+  bool active() const { return active_; }
+  /// What was typed since, as orders. False when the terminal has gone.
+  bool take(CommandQueue& orders, const SendState& state) {
+    while (active_ && in_front()) {
+      pollfd typed{STDIN_FILENO, POLLIN, 0};
+      if (::poll(&typed, 1, 0) <= 0) return true;
+      char key = 0;
+      if ((typed.revents & POLLIN) == 0 || ::read(STDIN_FILENO, &key, 1) != 1) return false;
+      press(key, orders, state);
+    }
+    return true;
+  }
+
+ private:
+  static bool in_front() { return ::tcgetpgrp(STDIN_FILENO) == ::getpgrp(); }
+
+  void press(char key, CommandQueue& orders, const SendState& state) {
+    const auto change = [&](Order order, int& percent, int by) {
+      percent = std::clamp(by == 0 ? 100 : percent + by, 10, 200);
+      orders.push({order, percent});
+    };
+    if (feed_ == 0) feed_ = state.feed_override > 0 ? state.feed_override : 100;
+    switch (key) {
+      case 'h':
+      case '!':
+        return orders.push({Order::kHold});
+      case 'r':
+      case '~':
+        return orders.push({Order::kResume});
+      case 'q':
+        return orders.push({Order::kStop});
+      case '+':
+      case '-':
+        return change(Order::kFeedOverride, feed_, key == '+' ? 10 : -10);
+      case '0':
+        return change(Order::kFeedOverride, feed_, 0);
+      case '>':
+      case '<':
+        return change(Order::kSpindleOverride, spindle_, key == '>' ? 10 : -10);
+      case '1':
+      case '2':
+      case '3':
+        return orders.push({Order::kRapidOverride, key == '1' ? 25 : key == '2' ? 50 : 100});
+      default:
+        return;
+    }
+  }
+
+  termios before_{};
+  bool active_ = false;
+  int feed_ = 0, spindle_ = 100;  // percent, as asked for last
+};
+
+/// On a terminal one line, rewritten; elsewhere a line a phase, and one every few seconds.
+class StatusLine {
+ public:
+  /// False when it cannot be written any more.
+  bool show(const SendState& state) {
+    const auto now = std::chrono::steady_clock::now();
+    const bool fresh = shown_ != phase_name(state.phase);
+    if (!open_ || (!fresh && now - at_ < (terminal_ ? kRedraw : kHeartbeat))) return true;
+    shown_ = phase_name(state.phase);
+    at_ = now;
+    const double share =
+        state.total > 0 ? static_cast<double>(state.acknowledged) / static_cast<double>(state.total) : 0.0;
+    if (!terminal_) return std::fprintf(stderr, "send: %s %.0f %%\n", shown_.c_str(), share * 100.0) > 0;
+    std::string text = "send: " + shown_ + ", " + std::to_string(state.acknowledged) + " of " +
+                       std::to_string(state.total) + " blocks taken, " + std::to_string(state.executed) +
+                       " executed";
+    if (!state.machine.empty()) text += ", machine " + state.machine;
+    if (state.feed_override > 0) text += ", feed " + std::to_string(state.feed_override) + " %";
+    if (!state.held.empty()) text += ", " + state.held;
+    if (!state.refused.empty()) text += " (" + state.refused + ")";
+    return std::fprintf(stderr, "\r\033[K%s", text.c_str()) > 0 && std::fflush(stderr) == 0;
+  }
+  void say(const char* text) const {
+    if (terminal_) std::fprintf(stderr, "%s\n", text);
+  }
+  ~StatusLine() {
+    if (terminal_ && !shown_.empty()) std::fprintf(stderr, "\r\033[K");
+  }
+
+ private:
+  static constexpr std::chrono::milliseconds kRedraw{100}, kHeartbeat{2000};
+  const bool open_ = ::fcntl(STDERR_FILENO, F_GETFD) >= 0;  // it may have been closed from the start
+  const bool terminal_ = isatty(STDERR_FILENO) == 1;
+  std::string shown_;
+  std::chrono::steady_clock::time_point at_;
+};
+
+Result<SendReport> send_watched(const std::string& program, const LinkSpec& link) {
+  CommandQueue orders;
+  Keys keys;
+  StatusLine line;
+  if (keys.active())
+    line.say("keys: h hold, r resume, q stop; feed + - 0; spindle > <; rapids 1 2 3 (25, 50, 100 %)");
+  StreamHooks hooks;
+  hooks.commands = &orders;
+  hooks.progress = [&](const SendState& state) {
+    const bool typed = keys.take(orders, state), told = line.show(state);
+    return typed && told && !ended;
+  };
+  return send_program(program, link, {}, hooks);
+}
+
+}  // namespace
+
+int send_command(const std::string& program, std::string link_text, const std::string& machine) {
+  watch_signals();
+  MachineProfile profile;
+  if (!machine.empty()) {
+    auto loaded = load_machine(machine);
+    if (!loaded) return complain(loaded.error());
+    profile = std::move(*loaded);
+  }
+  if (link_text.empty()) link_text = profile.link;
+  if (link_text.empty())
+    return complain(
+        {Code::kUsage, "no link: give --link, or --machine with a profile that has link.default"});
+  const auto link = parse_link(link_text, profile.wire, machine.empty() ? nullptr : &profile.model);
+  if (!link) return complain(link.error());
+  MachineClaim claim;  // a serial port is locked by opening it; an address is not
+  if (link->carrier == Carrier::kTcp)
+    if (const Result<void> mine = claim.follow(*link); !mine) return complain(mine.error());
+  const auto sent = send_watched(program, *link);
+  if (!sent) return complain(sent.error());
+  std::printf("%llu blocks %s in %.2f s, %llu bytes, %llu resends\n",
+              static_cast<unsigned long long>(sent->lines), sent->executed ? "sent and executed" : "sent",
+              sent->seconds, static_cast<unsigned long long>(sent->bytes),
+              static_cast<unsigned long long>(sent->resends));
+  return kDone;
+}
+
+}  // namespace tiltfeed

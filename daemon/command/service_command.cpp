@@ -1,0 +1,385 @@
+#include "daemon/command/service_command.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "config/job.h"
+#include "config/machine_profile.h"
+#include "config/service_config.h"
+#include "daemon/command/command.h"
+#include "daemon/machine/machine_place.h"
+#include "daemon/service/api.h"
+#include "daemon/service/api_socket.h"
+#include "daemon/service/notify.h"
+#include "daemon/service/safe_stop.h"
+#include "daemon/service/service.h"
+#include "daemon/service/spool_backup.h"
+#include "daemon/wire/steady_clock.h"
+
+namespace tiltfeed {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::chrono::milliseconds kWatchInterval{500}, kStartInterval{50};
+
+std::string duration(double seconds) {
+  const long s = static_cast<long>(seconds + 0.5);
+  char text[40];
+  std::snprintf(text, sizeof text, "%ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60);
+  return text;
+}
+
+void print_job(const json& job) {
+  const auto total = job.value("blocks", std::uint64_t{0}), done = job.value("executed", std::uint64_t{0});
+  std::printf("%6llu  %-11s %-24s %llu of %llu blocks",
+              static_cast<unsigned long long>(job.value("job", std::uint64_t{0})),
+              job.value("state", "").c_str(), job.value("name", "").c_str(),
+              static_cast<unsigned long long>(done), static_cast<unsigned long long>(total));
+  if (job.contains("queue"))
+    std::printf(", place %llu of the queue%s",
+                static_cast<unsigned long long>(job.value("queue", std::uint64_t{0})),
+                job.value("queue_moves", false) ? "" : ", which stands still");
+  if (job.contains("stage"))
+    std::printf(", %s %d %%", job.value("stage", "").c_str(), job.value("percent", 0));
+  if (job.contains("phase")) {
+    std::printf(", %s", job.value("phase", "").c_str());
+    if (job.value("machine_seconds", 0.0) > 0.0)
+      std::printf(", %s left", duration(job.value("remaining_seconds", 0.0)).c_str());
+  }
+  if (const std::string held = job.value("held", ""); !held.empty()) std::printf(", %s", held.c_str());
+  if (const std::string note = job.value("note", ""); !note.empty()) std::printf("  (%s)", note.c_str());
+  std::printf("\n");
+}
+
+bool is_over(const std::string& state) {
+  return state != "received" && state != "planning" && state != "queued" && state != "running";
+}
+
+}  // namespace
+
+struct ServiceCommands::Options {
+  CLI::App *serve = nullptr, *safe_stop = nullptr, *submit = nullptr, *list = nullptr, *show = nullptr,
+           *start = nullptr, *hold = nullptr, *resume = nullptr, *stop = nullptr, *remove = nullptr,
+           *watch = nullptr, *override_feed = nullptr, *reset = nullptr, *backup = nullptr;
+  std::string config, socket, file, name, link, machine, to;
+  std::uint64_t job = 0, block = 0, from = 0;
+  int percent = 100;
+  bool yes = false, queue = false, as_json = false;
+
+  Result<json> ask(const ApiRequest& request, const std::vector<int>& files = {}) const;
+  int simple(ApiOp op);
+  int tell(const json& answer, const std::string& text) const;
+  int run_submit();
+  int run_list();
+  int run_show();
+  int run_resume();
+  int run_watch();
+  int run_start();
+  int run_reset();
+  int reset_here();
+  bool agreed(const std::string& what, const char* question) const;
+  int run_safe_stop() const;
+  int run_backup() const;
+};
+
+ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Options>()) {
+  Options& o = *options_;
+  o.socket = service_socket();
+  o.serve = app.add_subcommand("serve", "run the service of one machine");
+  o.serve->add_option("--config", o.config, "its file (YAML)")->required();
+  o.safe_stop = app.add_subcommand("safe-stop", "hold the machine that a service left moving when it died");
+  o.safe_stop->add_option("--config", o.config, "the service's file (YAML)")->required();
+  o.backup = app.add_subcommand("backup", "copy the service's jobs, which may be at work meanwhile");
+  o.backup->add_option("--config", o.config, "the service's file (YAML)")->required();
+  o.backup->add_option("FOLDER", o.to, "the copy; not there yet")->required();
+  const auto client = [&](const char* name, const char* text, bool job) {
+    CLI::App* command = app.add_subcommand(name, text);
+    command->add_option(
+        "--socket", o.socket,
+        "the service's socket (default: $TILTFEED_SOCKET, else " + std::string(kDefaultSocket) + ")");
+    command->add_flag("--json", o.as_json, "print one JSON object, of watch one a line");
+    if (job) command->add_option("JOB", o.job, "its number")->required();
+    return command;
+  };
+  const auto on_machine = [&](const char* name, const char* text) {
+    CLI::App* command = client(name, text, false);
+    command->add_option("JOB", o.job, "its number; else the job on the machine")->check(CLI::PositiveNumber);
+    return command;
+  };
+  o.submit = client("submit", "hand a job (YAML) or a program (G-code) to the service", false);
+  o.submit->add_option("FILE", o.file, "job file, or program (.nc, .ngc, .gcode, .tap)")->required();
+  o.submit->add_option("--name", o.name, "for people; default: the file's");
+  o.list = client("list", "the jobs of the service", false);
+  o.show = client("show", "one job, and what a block of it is", true);
+  o.show->add_option("--block", o.block, "from the block back to the part");
+  o.start = client("start", "begin to move: the operator's word", true);
+  o.start->add_flag("--queue", o.queue,
+                    "where the machine is busy, wait: it starts by itself when all before it are executed to "
+                    "their ends; after a stop, a fault or a restart nothing does, until a start");
+  o.hold = on_machine("hold", "feed hold");
+  o.resume = on_machine("resume", "end a hold, or go on with a job that was cut off");
+  o.resume->add_option("--from", o.from, "enter again before this block");
+  o.resume->add_flag("--yes", o.yes, "do not ask after showing how it is entered");
+  o.stop = on_machine(
+      "stop",
+      "hold, then forget the rest; or take it out of the queue; without a number a machine command, too");
+  o.remove = client("remove", "forget a job and its files", true);
+  o.watch = client("watch", "follow a job until it ends", true);
+  o.reset =
+      client("reset", "lead the machine out of a hold, an alarm, check mode or a run nobody feeds", false);
+  o.reset->add_flag("--yes", o.yes, "do not ask after showing what it does");
+  o.reset->add_option("--link", o.link, "without a service: over this link");
+  o.reset->add_option("--machine", o.machine, "without a service: machine profile (YAML)");
+  o.override_feed = client("override", "feed override", true);
+  o.override_feed->add_option("PERCENT", o.percent, "10 to 200")->required()->check(CLI::Range(10, 200));
+}
+
+ServiceCommands::~ServiceCommands() = default;
+
+Result<json> ServiceCommands::Options::ask(const ApiRequest& request, const std::vector<int>& files) const {
+  const Result<std::string> line = ask_service(socket, write_request(request), files);
+  if (!line) return tl::unexpected<Error>(line.error());
+  json answer = json::parse(*line, nullptr, false);
+  if (!answer.is_object()) return fail(Code::kIo, socket + ": the answer is not understood");
+  if (!answer.value("ok", false)) return fail(Code::kInput, answer.value("error", "refused"));
+  return answer;
+}
+
+int ServiceCommands::Options::simple(ApiOp op) {
+  ApiRequest request;
+  request.op = op;
+  request.job = job;
+  request.percent = percent;
+  request.queue = queue;
+  const Result<json> answer = ask(request);
+  if (!answer) return complain(answer.error());
+  return tell(*answer, answer->value("text", ""));
+}
+
+int ServiceCommands::Options::tell(const json& answer, const std::string& text) const {
+  std::cout << (as_json ? answer.dump(-1, ' ', true, json::error_handler_t::replace) : text) << "\n";
+  return kDone;
+}
+
+int ServiceCommands::Options::run_submit() {
+  ApiRequest request;
+  request.op = ApiOp::kSubmit;
+  const std::size_t dot = file.rfind('.'), slash = file.rfind('/');
+  const std::string ending = dot == file.npos ? "" : file.substr(dot);
+  request.program = ending == ".nc" || ending == ".ngc" || ending == ".gcode" || ending == ".tap";
+  const std::size_t begin = slash == file.npos ? 0 : slash + 1;
+  request.name =
+      !name.empty() ? name : file.substr(begin, dot == file.npos || dot < begin ? file.npos : dot - begin);
+  std::vector<std::string> paths{file};
+  if (!request.program) {
+    const Result<Job> planned = load_job(file);  // says at once what is wrong with it
+    if (!planned) return complain(planned.error());
+    paths.push_back(planned->stl_path);
+  }
+  std::vector<int> files;
+  for (const std::string& path : paths) {
+    files.push_back(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (files.back() < 0) return complain({Code::kIo, path + ": " + std::strerror(errno)});
+  }
+  const Result<json> answer = ask(request, files);
+  for (const int fd : files) ::close(fd);
+  if (!answer) return complain(answer.error());
+  return tell(*answer, std::to_string(answer->value("job", std::uint64_t{0})));
+}
+
+int ServiceCommands::Options::run_list() {
+  ApiRequest request;
+  request.op = ApiOp::kList;
+  Result<json> answer = ask(request);
+  while (answer && answer->value("more", false)) {
+    request.job = (*answer)["jobs"].back().value("job", std::uint64_t{0});
+    Result<json> next = ask(request);
+    if (!next) return complain(next.error());
+    json jobs = std::move((*answer)["jobs"]);
+    for (json& one : (*next)["jobs"]) jobs.push_back(std::move(one));
+    (*next)["jobs"] = std::move(jobs);
+    answer = std::move(next);
+  }
+  if (!answer) return complain(answer.error());
+  if (as_json) return tell(*answer, "");
+  std::cout << answer->value("machine", "") << " at " << answer->value("link", "") << "\n";
+  for (const json& one : (*answer)["jobs"]) print_job(one);
+  return kDone;
+}
+
+int ServiceCommands::Options::run_show() {
+  ApiRequest request;
+  request.op = ApiOp::kShow;
+  request.job = job;
+  if (block > 0) request.block = block;
+  const Result<json> answer = ask(request);
+  if (!answer) return complain(answer.error());
+  if (as_json) return tell(*answer, "");
+  for (const auto& [key, value] : answer->items())
+    if (key != "v" && key != "ok")
+      std::cout << key << ": " << (value.is_string() ? value.get<std::string>() : value.dump()) << "\n";
+  return kDone;
+}
+
+int ServiceCommands::Options::run_resume() {
+  ApiRequest request;
+  request.op = ApiOp::kResume;
+  request.job = job;
+  if (from > 0) request.from = from;
+  Result<json> answer = ask(request);
+  if (!answer) return complain(answer.error());
+  if (answer->contains("confirm")) {
+    if (!agreed(answer->value("confirm", ""),
+                "Is the tool clear, the machine homed, the tool length as before? Type yes to move: "))
+      return complain({Code::kCancelled, "nothing was sent"});
+    request.confirmed = true;
+    answer = ask(request);
+    if (!answer) return complain(answer.error());
+  }
+  return tell(*answer, answer->value("text", ""));
+}
+
+bool ServiceCommands::Options::agreed(const std::string& what, const char* question) const {
+  std::cout << what;
+  if (yes) return true;
+  std::cout << question << std::flush;
+  std::string word;
+  std::getline(std::cin, word);
+  return word == "yes";
+}
+
+/// Tells what became of it once the controller has taken it, or has refused.
+int ServiceCommands::Options::run_start() {
+  ApiRequest request;
+  request.op = ApiOp::kStart;
+  request.job = job;
+  request.queue = queue;
+  Result<json> answer = ask(request);
+  if (!answer) return complain(answer.error());
+  std::string text = answer->value("text", "");
+  request.op = ApiOp::kShow;
+  request.queue = false;
+  while (text == "starting") {
+    answer = ask(request);
+    if (!answer) return complain(answer.error());
+    const std::string state = answer->value("state", ""), phase = answer->value("phase", "connect");
+    if (state != "running" && state != "done")
+      return complain(
+          {Code::kLink, "job " + std::to_string(job) + " is " + state + ": " + answer->value("note", "")});
+    if (state == "done" || (phase != "connect" && phase != "identify" && phase != "check")) text = "started";
+    if (text != "started") std::this_thread::sleep_for(kStartInterval);
+  }
+  return tell(*answer, text);
+}
+
+/// Without a service.
+int ServiceCommands::Options::reset_here() {
+  MachineProfile profile;
+  if (!machine.empty()) {
+    auto loaded = load_machine(machine);
+    if (!loaded) return complain(loaded.error());
+    profile = std::move(*loaded);
+  }
+  const auto spec = parse_link(link.empty() ? profile.link : link, profile.wire);
+  if (!spec) return complain(spec.error());
+  if (!agreed(reset_preview(*spec), "Type yes to reset: "))
+    return complain({Code::kCancelled, "nothing was sent"});
+  const Result<std::unique_ptr<Link>> wire = open_link(*spec);
+  if (!wire) return complain(wire.error());
+  SteadyClock clock;
+  const Result<std::string> done = reset_machine(*spec, **wire, clock);
+  if (!done) return complain(done.error());
+  std::cout << *done << "\n";
+  return kDone;
+}
+
+int ServiceCommands::Options::run_reset() {
+  if (!link.empty() || !machine.empty()) return reset_here();
+  ApiRequest request;
+  request.op = ApiOp::kReset;
+  Result<json> answer = ask(request);
+  if (!answer) return complain(answer.error());
+  if (!agreed(answer->value("confirm", ""), "Type yes to reset: "))
+    return complain({Code::kCancelled, "nothing was sent"});
+  request.confirmed = true;
+  if (answer = ask(request); !answer) return complain(answer.error());
+  request.op = ApiOp::kList;
+  std::string text = "in work";
+  while (text == "in work") {
+    std::this_thread::sleep_for(kStartInterval);
+    if (answer = ask(request); !answer) return complain(answer.error());
+    text = answer->value("reset", "");
+  }
+  tell(*answer, text);
+  return text.starts_with("done") ? kDone : kFailed;
+}
+
+int ServiceCommands::Options::run_watch() {
+  for (;;) {
+    ApiRequest request;
+    request.op = ApiOp::kShow;
+    request.job = job;
+    const Result<json> answer = ask(request);
+    if (!answer) return complain(answer.error());
+    if (as_json)
+      tell(*answer, "");
+    else
+      print_job(*answer);
+    std::cout << std::flush;
+    const std::string state = answer->value("state", "");
+    if (is_over(state)) return state == "done" || state == "ready" ? kDone : kFailed;
+    std::this_thread::sleep_for(kWatchInterval);
+  }
+}
+
+int ServiceCommands::Options::run_safe_stop() const {
+  const Result<SafeStop> stopped = tiltfeed::safe_stop(config, service_end());
+  LogFields fields;
+  if (!stopped) return write_log(Severity::kError, "safe-stop: " + stopped.error().message, fields), kFailed;
+  fields.machine = stopped->machine;
+  fields.job = stopped->job;
+  write_log(stopped->job == 0 ? Severity::kInfo : Severity::kWarning, "safe-stop: " + stopped->text, fields);
+  return kDone;
+}
+
+int ServiceCommands::Options::run_backup() const {
+  const Result<ServiceConfig> service = load_service_config(config);
+  if (!service) return complain(service.error());
+  const Result<std::uint64_t> jobs = back_up(service->spool, to);
+  if (!jobs) return complain(jobs.error());
+  std::cout << to << ": " << *jobs << " jobs, without the journals of their runs\n";
+  return kDone;
+}
+
+std::optional<int> ServiceCommands::run() {
+  Options& o = *options_;
+  if (o.serve->parsed()) {
+    const Result<void> served = serve(o.config);
+    return served ? kDone : complain(served.error());
+  }
+  if (o.safe_stop->parsed()) return o.run_safe_stop();
+  if (o.backup->parsed()) return o.run_backup();
+  if (o.submit->parsed()) return o.run_submit();
+  if (o.list->parsed()) return o.run_list();
+  if (o.show->parsed()) return o.run_show();
+  if (o.resume->parsed()) return o.run_resume();
+  if (o.watch->parsed()) return o.run_watch();
+  if (o.start->parsed()) return o.run_start();
+  if (o.reset->parsed()) return o.run_reset();
+  if (o.hold->parsed()) return o.simple(ApiOp::kHold);
+  if (o.stop->parsed()) return o.simple(ApiOp::kStop);
+  if (o.remove->parsed()) return o.simple(ApiOp::kRemove);
+  if (o.override_feed->parsed()) return o.simple(ApiOp::kOverride);
+  return std::nullopt;
+}
+
+}  // namespace tiltfeed

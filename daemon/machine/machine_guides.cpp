@@ -1,0 +1,173 @@
+#include "daemon/machine/machine_guides.h"
+
+#include <charconv>
+#include <fstream>
+#include <istream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <ostream>
+#include <sstream>
+
+#include "config/output_file.h"
+#include "daemon/wire/wire_text.h"
+
+namespace tiltfeed {
+
+namespace {
+
+using nlohmann::ordered_json;
+using Settings = std::map<int, std::string>;
+
+constexpr std::size_t kMostLines = 4096;
+
+Result<Settings> of_controller(const MachineAct& act) {
+  const Result<MachineAnswer> answer = act("settings", {});
+  if (!answer) return tl::unexpected<Error>(answer.error());
+  Settings found;
+  const auto json = ordered_json::parse(answer->json);
+  for (const auto& one : json["settings"]) found[one.value("number", 0)] = one.value("value", "");
+  return found;
+}
+
+/// "$110=500" a line; blank lines and what begins with ; # ( are passed over.
+Result<Settings> of_file(const std::string& path) {
+  std::ifstream in(path);
+  if (!in) return fail(Code::kIo, path + ": cannot be read");
+  Settings found;
+  std::size_t count = 0;
+  for (std::string line; std::getline(in, line);) {
+    const auto wrong = [&](const char* what) {
+      return fail(Code::kInput,
+                  path + ":" + std::to_string(count) + ": " + what + ": '" + wire_text(line) + "'");
+    };
+    if (++count > kMostLines) return wrong("too many lines for a file of settings");
+    const std::size_t first = line.find_first_not_of(" \t\r"), note = line.find_first_of(";\r\t ", first);
+    if (first == line.npos || line[first] == ';' || line[first] == '#' || line[first] == '(') continue;
+    const std::string text = line.substr(first, note == line.npos ? note : note - first);
+    int number = 0;
+    const auto parsed = std::from_chars(text.data() + 1, text.data() + text.size(), number);
+    const auto at = static_cast<std::size_t>(parsed.ptr - text.data());
+    if (text[0] != '$' || parsed.ec != std::errc() || at >= text.size() || text[at] != '=')
+      return wrong("$NUMBER=VALUE is expected");
+    if (!found.emplace(number, text.substr(at + 1)).second) return wrong("this setting is there twice");
+  }
+  if (found.empty()) return fail(Code::kInput, path + ": has no settings");
+  return found;
+}
+
+bool same(const std::string& a, const std::string& b) {
+  double x = 0.0, y = 0.0;
+  const auto number = [](const std::string& text, double& value) {
+    const auto parsed =
+        std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed);
+    return parsed.ec == std::errc() && parsed.ptr == text.data() + text.size();
+  };
+  return number(a, x) && number(b, y) ? x == y : a == b;
+}
+
+Result<MachineAnswer> save(const Settings& now, const std::string& path) {
+  std::string text;
+  for (const auto& [number, value] : now) text += "$" + std::to_string(number) + "=" + value + "\n";
+  if (const auto written = write_file(path, text); !written) return tl::unexpected<Error>(written.error());
+  return MachineAnswer{path + ": " + std::to_string(now.size()) + " settings",
+                       ordered_json({{"file", path}, {"settings", now.size()}}).dump()};
+}
+
+Result<MachineAnswer> compare(const Settings& now, const Settings& kept, const std::string& path) {
+  std::string text;
+  for (const auto& [number, value] : kept) {
+    const auto is = now.find(number);
+    if (is == now.end() || !same(is->second, value))
+      text += "\n$" + std::to_string(number) + ": file " + wire_text(value) + ", controller " +
+              (is == now.end() ? "has none" : is->second);
+  }
+  for (const auto& [number, value] : now)
+    if (!kept.contains(number))
+      text += "\n$" + std::to_string(number) + ": file has none, controller " + value;
+  if (!text.empty()) return fail(Code::kInput, path + " and the controller differ:" + text);
+  return MachineAnswer{path + ": as in the controller", R"({"same":true})"};
+}
+
+/// Some settings want others first (soft limits want homing): what is refused is tried again after the rest.
+Result<MachineAnswer> restore(const MachineAct& act, const Settings& now, const Settings& kept) {
+  std::vector<std::pair<int, std::string>> open;
+  for (const auto& [number, value] : kept)
+    if (const auto is = now.find(number); is == now.end() || !same(is->second, value))
+      open.emplace_back(number, value);
+  const std::size_t all = open.size();
+  std::string text;
+  for (std::size_t before = all + 1; !open.empty() && open.size() < before;) {
+    before = open.size();
+    std::vector<std::pair<int, std::string>> refused;
+    std::optional<Error> first;
+    for (const auto& [number, value] : open) {
+      const Result<MachineAnswer> set = act("settings", {"set", std::to_string(number) + "=" + value});
+      if (set) {
+        text += set->text + "\n";
+        continue;
+      }
+      if (!first) first = set.error();
+      refused.emplace_back(number, value);
+    }
+    if (refused.size() == before)
+      return fail(first->code, first->message + "\n" + std::to_string(all - refused.size()) + " of " +
+                                   std::to_string(all) + " settings that differed were restored");
+    open = std::move(refused);
+  }
+  return MachineAnswer{text + std::to_string(all) + " settings restored, " +
+                           std::to_string(kept.size() - all) + " were as in the file",
+                       ordered_json({{"restored", all}, {"same", kept.size() - all}}).dump()};
+}
+
+}  // namespace
+
+bool is_settings_file(const std::string& name, const std::vector<std::string>& words) {
+  return name == "settings" && words.size() == 2 &&
+         (words[0] == "save" || words[0] == "restore" || words[0] == "compare");
+}
+
+Result<MachineAnswer> settings_file(const MachineAct& act, const std::string& what, const std::string& path) {
+  Result<Settings> kept;
+  if (what != "save") kept = of_file(path);
+  if (!kept) return tl::unexpected<Error>(kept.error());
+  const Result<Settings> now = of_controller(act);
+  if (!now) return tl::unexpected<Error>(now.error());
+  if (what == "save") return save(*now, path);
+  return what == "compare" ? compare(*now, *kept, path) : restore(act, *now, *kept);
+}
+
+Result<MachineAnswer> change_tool(const MachineAct& act, std::istream& in, std::ostream& out) {
+  const Result<MachineAnswer> parked = act("tool", {"park"});
+  if (!parked) return parked;
+  out << parked->text << "\nChange the tool, then press Enter: " << std::flush;
+  const auto ended = [] {
+    return fail(Code::kCancelled, "the tool change was not ended: nothing is known of the tool");
+  };
+  std::string line;
+  if (!std::getline(in, line)) return ended();
+  out << "Its length from gauge line to tip in mm, or how to measure it (Z-30 F50 setter=-120.5): "
+      << std::flush;
+  if (!std::getline(in, line)) return ended();
+  double length = 0.0;
+  std::istringstream number(line);
+  std::string rest;
+  std::string how = "as entered";
+  if (!(number >> length) || number >> rest) {
+    std::vector<std::string> words{"measure"};
+    std::istringstream text(line);
+    for (std::string word; text >> word;) words.push_back(word);
+    const Result<MachineAnswer> measured = act("tool", words);
+    if (!measured) return measured;
+    length = ordered_json::parse(measured->json).value("length", 0.0);
+    how = measured->text;
+  }
+  if (!(length > 0.0 && length < 1e4))
+    return fail(Code::kUsage, "a tool's length is above 0 and below 10000 mm");
+  std::ostringstream text;
+  text << "tool length " << length << " mm, " << how << "; `tiltfeed send PROGRAM --tool-length " << length
+       << "` refuses a program for another";
+  return MachineAnswer{text.str(), ordered_json({{"length", length}}).dump()};
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,51 @@
+#pragma once
+// What an operator does with a machine before and after a program: one table of commands, for the plain
+// command line and the service alike. Each says only what the controller proved.
+
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/machine_profile.h"
+#include "daemon/wire/link.h"
+
+namespace tiltfeed {
+
+/// What a command works with.
+struct MachineBench {
+  const MachineProfile& machine;
+  const LinkSpec& link;
+  Link& wire;
+  Clock& clock;
+  /// The operator wants no more: a motion is ended.
+  std::function<bool()> stopped = [] { return false; };
+  /// A continuous jog goes on as long as this is true: somebody holds the key.
+  std::function<bool()> held = [] { return false; };
+};
+
+/// `text`: lines for people. `json`: the same as one object.
+struct MachineAnswer {
+  std::string text, json;
+};
+
+struct MachineOrder {
+  const char* name;
+  const char* words;   ///< what may follow it, for --help
+  const char* what;    ///< for --help
+  bool while_running;  ///< the service has an answer of its own while a program is on the machine
+  bool grbl_only;      ///< other links have no way to do it
+  Result<MachineAnswer> (*act)(const MachineBench&, const std::vector<std::string>& words);
+};
+
+std::span<const MachineOrder> machine_orders();
+/// Nothing where there is no such command.
+const MachineOrder* find_machine_order(std::string_view name);
+
+/// Errors: kUsage: an unknown command, words that it does not take, a link that cannot do it; kLimit: a place
+/// beyond the profile's travel; kLink with the controller's number in words; kCancelled.
+Result<MachineAnswer> perform_order(const MachineBench& bench, std::string_view name,
+                                    const std::vector<std::string>& words);
+
+}  // namespace tiltfeed

@@ -1,0 +1,78 @@
+#include "daemon/machine/machine_place.h"
+
+#include <cmath>
+
+#include "daemon/machine/grbl_talk.h"
+#include "daemon/wire/modbus_map.h"
+
+namespace tiltfeed {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr Time kAskAgain = milliseconds(50);
+constexpr int kMostTries = 20;
+constexpr std::size_t kFiveAxes = 5;
+
+Result<std::optional<Joints>> grbl_place(const MachineModel& machine, Link& wire, Clock& clock) {
+  GrblTalk talk(wire, clock);
+  const Result<GrblStatus> said = talk.report_with_offset();
+  if (!said) return tl::unexpected<Error>(said.error());
+  const bool known = said->in_work || talk.offset().size() == said->axes.size();
+  if (!known || said->axes.size() != kFiveAxes) return std::nullopt;
+  const AxisValues at = report_axes(said->axes, {}, machine),
+                   offset = said->in_work ? AxisValues{} : report_axes(talk.offset(), {}, machine);
+  const auto axis = [&](char letter) {
+    const std::size_t i = kAxisLetters.find(letter);
+    return i == kAxisLetters.npos ? std::nan("") : at[i] - offset[i];
+  };
+  const Joints place{axis('X'), axis('Y'), axis('Z'), axis(machine.tilt.letter), axis(machine.rotary.letter)};
+  const bool whole = std::isfinite(place.x + place.y + place.z + place.a + place.c);
+  return whole ? std::optional(place) : std::nullopt;
+}
+
+/// Registers of a ring controller, asked for until they come.
+Result<std::vector<std::uint16_t>> ask(Link& wire, const ModbusRequest& request) {
+  for (int tries = 0; tries < kMostTries; ++tries) {
+    std::string in;
+    const Result<std::size_t> taken = wire.exchange(pack_request(request), Time::zero(), in);
+    if (!taken) return tl::unexpected<Error>(taken.error());
+    const ModbusReply reply = unpack_reply(in);
+    if (reply.outcome == kReplyOk && reply.words.size() == request.read_count) return reply.words;
+    in.clear();
+    static_cast<void>(wire.exchange({}, kAskAgain, in));
+  }
+  return fail(Code::kLink, "no usable reply from the controller; check the cable and the unit number");
+}
+
+Result<RingIdentity> ask_identity(const RingMap& map, Link& wire) {
+  const auto words = ask(wire, {0, map.identity, kIdentityWords, {}});
+  if (!words) return tl::unexpected<Error>(words.error());
+  Result<RingIdentity> identity = parse_identity(*words);
+  if (!identity) return identity;
+  if (map.linear_exponent >= 0) identity->linear_exponent = map.linear_exponent;
+  if (map.rotary_exponent >= 0) identity->rotary_exponent = map.rotary_exponent;
+  return identity;
+}
+
+Result<std::optional<Joints>> ring_place(const RingMap& map, Link& wire) {
+  const Result<RingIdentity> identity = ask_identity(map, wire);
+  if (!identity) return tl::unexpected<Error>(identity.error());
+  if (!identity->positions) return std::nullopt;
+  const auto words = ask(wire, {0, map.positions, kPositionsWords, {}});
+  if (!words) return tl::unexpected<Error>(words.error());
+  const auto at = parse_positions(*words, *identity, map.low_word_first);
+  return Joints{at[0], at[1], at[2], at[3], at[4]};
+}
+
+}  // namespace
+
+Result<std::optional<Joints>> read_place(const LinkSpec& link, const MachineModel& machine, Link& wire,
+                                         Clock& clock) {
+  if (link.kind == LinkKind::kGrbl) return grbl_place(machine, wire, clock);
+  if (is_ring(link.kind)) return ring_place(link.profile.ring, wire);
+  return std::nullopt;
+}
+
+}  // namespace tiltfeed

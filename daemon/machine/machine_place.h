@@ -1,0 +1,24 @@
+#pragma once
+// A look at a machine that no run is on: where its axes are, and the one order that leads out of every state.
+
+#include <optional>
+#include <string>
+
+#include "daemon/wire/link.h"
+#include "kinematics/machine/machine.h"
+
+namespace tiltfeed {
+
+/// Where the axes are, as the controller reports it, in program coordinates. Nothing where it does not tell
+/// (RepRap, drip feed, plain drives, a Grbl without offsets). Errors: kLink.
+Result<std::optional<Joints>> read_place(const LinkSpec& link, const MachineModel& machine, Link& wire,
+                                         Clock& clock);
+
+/// What `reset_machine` will do over this link, for the operator who has to agree to it.
+std::string reset_preview(const LinkSpec& link);
+/// Ends whatever the controller is in (hold, check mode, alarm, a run that nobody feeds): it stands idle, its
+/// buffers are empty, spindle and coolant are off. Returns what was reached. Errors: kLink with what was not,
+/// and what to do at the machine.
+Result<std::string> reset_machine(const LinkSpec& link, Link& wire, Clock& clock);
+
+}  // namespace tiltfeed

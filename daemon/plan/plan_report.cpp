@@ -1,0 +1,226 @@
+#include "daemon/plan/plan_report.h"
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace tiltfeed {
+
+namespace {
+
+std::string format(const char* pattern, auto... values) {
+  char text[512];
+  std::snprintf(text, sizeof text, pattern, values...);
+  return text;
+}
+
+nlohmann::ordered_json joints_json(const Joints& j) {
+  return {{"x", j.x}, {"y", j.y}, {"z", j.z}, {"a", j.a}, {"c", j.c}};
+}
+
+nlohmann::ordered_json starvation_json(const Starvation& s) {
+  if (s.count == 0) return nullptr;
+  return {{"waits_seconds", s.waits},
+          {"first_block", s.first + 1},
+          {"blocks", s.count},
+          {"seconds", s.seconds},
+          {"needed_bytes_per_s", s.bytes_per_s}};
+}
+
+/// How far the rotary winds up, turns.
+/// ", A 12 C 34 UNIT" of the rotary axes that the machine has.
+std::string turning(const MachineModel& machine, const Joints& q, const char* unit) {
+  std::string text;
+  for (const auto& [axis, value] : {std::pair{&machine.tilt, q.a}, {&machine.rotary, q.c}})
+    if (axis->present) text += format("%s %c %.0f", text.empty() ? "," : "", axis->letter, value);
+  return text.empty() ? text : text + " " + unit;
+}
+
+double rotary_turns(const JointPathReport& joints) { return (joints.max.c - joints.min.c) / 360.0; }
+
+nlohmann::ordered_json uncut_json(const UncutReport& uncut) {
+  nlohmann::ordered_json json = {
+      {"area_mm2", uncut.area}, {"facing_area_mm2", uncut.facing_area}, {"facets_turned_away", uncut.away}};
+  const BetweenPasses& between = uncut.between;
+  json["between_passes"] = {{"limit_mm", between.limit},  {"most_mm", between.most},
+                            {"never_cut", between.never}, {"area_over_mm2", between.area},
+                            {"facet", nullptr},           {"place_mm", nullptr}};
+  if (between.facet != kNoFacet) {
+    json["between_passes"]["facet"] = between.facet;
+    json["between_passes"]["place_mm"] = {between.place.x, between.place.y, between.place.z};
+  }
+  json["facets"] = nlohmann::ordered_json::array();
+  for (const UncutFacet& f : uncut.facets)
+    json["facets"].push_back({{"facet", f.facet}, {"why", word_of(f.why)}, {"share", f.share}});
+  return json;
+}
+
+nlohmann::ordered_json free_json(const FreeReport& free) {
+  nlohmann::ordered_json json = {
+      {"cl_points", free.cl_points},    {"directions_tested", free.directions},
+      {"cl_length_mm", free.cl_length}, {"unreached_length_mm", free.unreached_length},
+      {"breaks", free.breaks},          {"short_links", free.short_links}};
+  json["unreached_facets"] = nlohmann::ordered_json::array();
+  for (const FreeReport::Facet& f : free.unreached)
+    json["unreached_facets"].push_back({{"facet", f.facet}, {"why", word_of(f.why)}});
+  return json;
+}
+
+nlohmann::ordered_json indexed_json(const IndexedReport& indexed) {
+  nlohmann::ordered_json json = {{"reached_percent", 100.0 * indexed.reached},
+                                 {"reachable_percent", 100.0 * indexed.reachable}};
+  json["directions"] = nlohmann::ordered_json::array();
+  for (const IndexedReport::Direction& d : indexed.directions)
+    json["directions"].push_back(
+        {{"axis", {d.axis.x, d.axis.y, d.axis.z}}, {"alone_percent", 100.0 * d.alone}});
+  return json;
+}
+
+}  // namespace
+
+Starvation starved(const Timing& timing, const MachineProfile& machine, const ProgramReport& program) {
+  if (machine.link_rate <= 0.0 || program.blocks == 0) return {};
+  const double bytes = static_cast<double>(program.bytes) / static_cast<double>(program.blocks);
+  return starvation(timing.durations,
+                    {machine.link_rate, bytes, static_cast<double>(machine.receive_buffer)});
+}
+
+std::string report_json(const PlanOutcome& o) {
+  nlohmann::ordered_json json;
+  json["part"] = o.job.plan.name;
+  json["machine"] = o.job.machine.model.name;
+  json["facets"] = o.plan.facets;
+  const Vec3 size = o.part.bounds.max - o.part.bounds.min;
+  json["part_size_mm"] = {size.x, size.y, size.z};
+  json["part_volume_mm3"] = o.part.volume;
+  json["passes"] = o.plan.passes;
+  json["slice_points"] = o.plan.slice_points;
+  json["points"] = o.plan.points;
+  json["retracts"] = o.plan.retracts;
+  json["joins"] = o.plan.joins;
+  json["cut_length_mm"] = o.plan.cut_length;
+  json["rapid_length_mm"] = o.plan.rapid_length;
+  json["blocks"] = o.program.blocks;
+  json["program_bytes"] = o.program.bytes;
+  json["clamped_feeds"] = o.program.clamped_feeds;
+  json["machining_seconds"] = o.timing.seconds;
+  json["programmed_seconds"] = o.joints.seconds;
+  json["slowed_blocks"] = o.timing.slowed;
+  json["peak_velocity_per_min"] = joints_json(o.timing.peak_velocity);
+  json["peak_acceleration_per_s2"] = joints_json(o.timing.peak_acceleration);
+  json["reconfigurations"] = o.joints.reconfigurations;
+  json["pole_swings"] = o.joints.pole_swings;
+  if (o.job.axis_tolerance.radians() > 0.0)
+    json["pole_bend"] = {{"pieces", o.bend.stretches},
+                         {"points", o.bend.points},
+                         {"largest_deg", o.bend.largest.degrees()},
+                         {"refused_pieces", o.bend.refused}};
+  json["rotary_turns"] = rotary_turns(o.joints);
+  json["starvation"] = starvation_json(o.starved);
+  json["proof"] = nullptr;
+  if (o.proof) json["proof"] = {{"moves", o.proof->moves}, {"largest_gouge_mm", o.proof->gouge}};
+  json["subdivided_moves"] = o.joints.subdivided_moves;
+  json["max_tip_deviation_mm"] = o.joints.max_tip_deviation;
+  json["max_axis_deviation_deg"] = o.joints.max_axis_deviation;
+  json["travel_min"] = joints_json(o.joints.min);
+  json["travel_max"] = joints_json(o.joints.max);
+  json["defects"] = nlohmann::ordered_json::array();
+  for (const Defect& d : o.part.defects)
+    json["defects"].push_back({{"kind", to_string(d.kind)}, {"count", d.count}, {"first", d.first}});
+  if (o.plan.free) json["free"] = free_json(*o.plan.free);
+  if (o.plan.indexed) json["indexed"] = indexed_json(*o.plan.indexed);
+  if (o.plan.uncut) json["uncut"] = uncut_json(*o.plan.uncut);
+  json["warnings"] = o.plan.warnings;
+  json["stages"] = nlohmann::ordered_json::object();
+  double wall = 0.0;
+  for (const StageTime& t : o.times) json["stages"][t.stage + "_seconds"] = t.seconds, wall += t.seconds;
+  json["wall_seconds"] = wall;
+  json["cpu_seconds"] = o.cpu_seconds;
+  json["peak_memory_mb"] = o.peak_memory_mb;
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+std::string motion_text(const MotionOutcome& o) {
+  const bool small = o.program.bytes < 1'000'000;
+  std::string text =
+      format("%llu blocks, %.1f %s, machining time %.1f min, tip within %.4f mm of its path between blocks\n",
+             static_cast<unsigned long long>(o.program.blocks),
+             static_cast<double>(o.program.bytes) / (small ? 1e3 : 1e6), small ? "kB" : "MB",
+             o.timing.seconds / 60.0, o.joints.max_tip_deviation);
+  const Joints &v = o.timing.peak_velocity, &a = o.timing.peak_acceleration;
+  const MachineModel& m = o.machine;
+  text += format(
+      "peaks: X %.0f Y %.0f Z %.0f mm/min%s; X %.0f Y %.0f Z %.0f mm/s2%s; %llu blocks slowed by "
+      "accelerations, "
+      "%llu moves subdivided",
+      v.x, v.y, v.z, turning(m, v, "degrees/min").c_str(), a.x, a.y, a.z, turning(m, a, "degrees/s2").c_str(),
+      static_cast<unsigned long long>(o.timing.slowed),
+      static_cast<unsigned long long>(o.joints.subdivided_moves));
+  if (m.rotary.present)
+    text += format(", %c winds up by %.1f turns", m.rotary.letter, rotary_turns(o.joints));
+  text += "\n";
+  if (o.joints.reconfigurations > 0)
+    text += format(
+        "warning: the tool is taken off the part %llu times to turn %c back or %c over: look for marks\n",
+        static_cast<unsigned long long>(o.joints.reconfigurations), m.rotary.letter, m.tilt.letter);
+  if (o.starved.count > 0)
+    text += format(
+        "warning: blocks %zu to %zu (%.1f s) come faster than the link carries them, the machine waits for "
+        "%.1f s: "
+        "use a link of %.0f bytes/s, a larger tolerance_mm, or a lower feed\n",
+        o.starved.first + 1, o.starved.first + o.starved.count, o.starved.seconds, o.starved.waits,
+        std::ceil(o.starved.bytes_per_s));
+  if (o.program.clamped_feeds > 0)
+    text += format(
+        "warning: %llu blocks would need a larger inverse-time F than the control takes: they run slower\n",
+        static_cast<unsigned long long>(o.program.clamped_feeds));
+  return text;
+}
+
+std::string report_text(const PlanOutcome& o) {
+  std::string text;
+  for (const std::string& w : o.plan.warnings) text += "warning: " + w + "\n";
+  double wall = 0.0;
+  for (const StageTime& t : o.times) wall += t.seconds;
+  text +=
+      format("%llu facets, %llu passes, %llu points (of %llu), %.1f m cut, %.1f m rapid, %llu retracts\n",
+             static_cast<unsigned long long>(o.plan.facets), static_cast<unsigned long long>(o.plan.passes),
+             static_cast<unsigned long long>(o.plan.points),
+             static_cast<unsigned long long>(o.plan.slice_points), o.plan.cut_length / 1000.0,
+             o.plan.rapid_length / 1000.0, static_cast<unsigned long long>(o.plan.retracts));
+  if (o.plan.free)
+    text += format(
+        "free axis: %llu CL points, %llu directions tested, %llu breaks, %.2f %% of the slices out of "
+        "reach\n",
+        static_cast<unsigned long long>(o.plan.free->cl_points),
+        static_cast<unsigned long long>(o.plan.free->directions),
+        static_cast<unsigned long long>(o.plan.free->breaks),
+        100.0 * o.plan.free->unreached_length / o.plan.free->cl_length);
+  if (o.plan.indexed)
+    text += format("indexed: %zu directions reach %.1f %% of the surface, all directions together %.1f %%\n",
+                   o.plan.indexed->directions.size(), 100.0 * o.plan.indexed->reached,
+                   100.0 * o.plan.indexed->reachable);
+  if (o.plan.uncut && o.plan.uncut->area > 0.0)
+    text +=
+        format("uncut: %.1f of %.1f mm2 that face the tool, on %zu facets; which and why is in the report\n",
+               o.plan.uncut->area, o.plan.uncut->facing_area, o.plan.uncut->facets.size());
+  if (o.plan.uncut && o.plan.uncut->between.area == 0.0)
+    text += format("between passes at most %.4f mm are left; %.4f mm are asked, tolerance included\n",
+                   o.plan.uncut->between.most, o.plan.uncut->between.limit);
+  if (o.bend.stretches + o.bend.refused > 0)
+    text += format(
+        "near the pole the axis leans by up to %.2f degrees at %zu points of %zu pieces; %zu pieces stay "
+        "exact, "
+        "as the tool is not clear there\n",
+        o.bend.largest.degrees(), o.bend.points, o.bend.stretches, o.bend.refused);
+  text += motion_text({o.job.machine.model, o.joints, o.program, o.timing, o.starved});
+  text += o.proof
+              ? format("proven: %llu moves, nowhere deeper than %.4f mm in the part (tolerance %.4g mm)\n",
+                       static_cast<unsigned long long>(o.proof->moves), o.proof->gouge, o.job.plan.tolerance)
+              : "not proven, as --no-proof says\n";
+  text += format("%.2f s (%.2f s processor), %.0f MB", wall, o.cpu_seconds, o.peak_memory_mb);
+  for (const StageTime& t : o.times) text += format("; %s %.2f s", t.stage.c_str(), t.seconds);
+  return text + "\n";
+}
+
+}  // namespace tiltfeed

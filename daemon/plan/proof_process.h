@@ -1,0 +1,47 @@
+#pragma once
+// The proof of a program that is written and has no name yet: `tiltfeed-sim prove` as a process of its own,
+// so that what judges a program shares neither planner nor post with what made it.
+
+#include <cstdint>
+#include <string>
+
+#include "kinematics/basics/result.h"
+#include "kinematics/joints/joint_path.h"
+
+namespace tiltfeed {
+
+/// The program of that name beside this one.
+Result<std::string> program_beside(const std::string& name);
+
+struct ProofRequest {
+  std::string job, stl, machine;  ///< as `tiltfeed plan` has them
+  std::string name;               ///< of the program, for messages
+  std::string picture;            ///< of a gouge; empty: none
+};
+
+struct ProofFigures {
+  std::uint64_t moves = 0;
+  double gouge = 0.0;  ///< the tool comes nowhere deeper into the part, mm
+};
+
+class ProofProcess {
+ public:
+  /// Starts it on what is written to the descriptor, which may still grow: it reads the part meanwhile.
+  /// Errors: kIo: it is not there, or does not start.
+  static Result<ProofProcess> start(const ProofRequest& request, int program);
+  ProofProcess(ProofProcess&& other) noexcept;
+  ProofProcess& operator=(ProofProcess&&) = delete;
+  /// Ends it, if it runs.
+  ~ProofProcess();
+
+  /// The program is whole now; waits for the proof. Errors: kInput: a gouge, or words that are not
+  /// understood, with file and line; kIo; kCancelled.
+  Result<ProofFigures> finish(const StageProgress& progress);
+
+ private:
+  ProofProcess(int pid, int tell, int hear) : pid_(pid), tell_(tell), hear_(hear) {}
+  Result<std::string> listen(const StageProgress& progress);
+  int pid_ = -1, tell_ = -1, hear_ = -1;
+};
+
+}  // namespace tiltfeed

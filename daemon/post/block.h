@@ -1,0 +1,67 @@
+#pragma once
+// G-code blocks: joint path -> program text in the machine's dialect.
+
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/job.h"
+#include "kinematics/basics/path_event.h"
+#include "kinematics/basics/result.h"
+#include "kinematics/basics/tool_path.h"
+#include "kinematics/joints/joint_path.h"
+
+namespace tiltfeed {
+
+struct ProgramReport {
+  std::uint64_t blocks = 0;         ///< motion blocks written
+  std::uint64_t clamped_feeds = 0;  ///< F limited to the control's range
+  std::uint64_t bytes = 0;
+};
+
+/// Largest relative error of a printed F, where the dialect's decimals of F allow it.
+inline constexpr double kFeedError = 1e-4;
+
+/// One tool at work.
+struct Operation {
+  /// The words: joints rounded to the printed decimals; under TCP those of `words_under_tcp`.
+  const JointPath* words = nullptr;
+  Setup setup;
+  ToolData tool;
+  int tool_number = 0;  ///< 0: no tool change
+  Feed cut_feed, plunge_feed;
+  std::vector<FeedChange> feeds;  ///< as in ToolPath
+  std::vector<PathEvent> events;  ///< by rising move; `move` counts as JointMove::move
+  int length_register = 0;        ///< 0: that of the tool's number
+};
+
+/// A whole program.
+struct Posting {
+  std::string name;  ///< of the part
+  MachineProfile machine;
+  ProgramData data;
+  std::vector<Operation> operations;
+  std::string proof{};  ///< a word on the program's proof for its header; empty: none
+};
+
+/// Writes the program in the profile's dialect: header comments (TILTFEED ...: part, machine, tool, tool
+/// length and set-up that are baked in, blocks, time), safe start words, tool change, motion with all words
+/// that changed (all five in the first block of an operation, a rapid), F as the profile's feed mode has it
+/// (G93: 1/T on every feed block), end. ASCII, at most the profile's decimals, never "-0" or an exponent. The
+/// same bytes on any number of threads. After an error `out` holds a part of it: write into an OutputFile,
+/// which then leaves nothing. Errors: kLimit when a line, the blocks or the file are longer than the control
+/// takes; kInput when there is no block, or TCP needs a tool number; kIo; kCancelled.
+Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
+                                    const StageProgress& progress = {});
+
+/// The same for a job with one tool. Requires: `path` rounded to the profile's decimals (under TCP: not
+/// rounded coarser than that).
+Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
+                                    const StageProgress& progress = {});
+/// With a word on the program's proof in the header.
+Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
+                                    std::string_view proof, const StageProgress& progress);
+
+}  // namespace tiltfeed

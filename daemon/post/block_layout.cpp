@@ -1,0 +1,348 @@
+#include "daemon/post/block_layout.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "daemon/post/block_words.h"
+#include "kinematics/basics/decimal.h"
+#include "kinematics/basics/units.h"
+#include "kinematics/timing/tcp_path.h"
+
+namespace tiltfeed {
+namespace {
+
+// A user's text in a comment: so many characters of [A-Za-z0-9 ._-], and the whole comment no longer than the
+// shortest control keeps.
+constexpr std::size_t kMaxName = 40;
+constexpr std::size_t kMaxComment = 70;
+// A fixture nearer than this to no rotation is none (a rotation of 1e-9 degrees).
+constexpr double kNoRotation = 1e-11;
+
+std::string plain(std::string_view text) {
+  std::string kept;
+  for (const char c : text) {
+    const bool allowed = (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') ||
+                         c == ' ' || c == '.' || c == '_' || c == '-';
+    if (allowed && kept.size() < kMaxName) kept += c;
+  }
+  return kept;
+}
+
+/// Rz Ry Rx in degrees about the table's x, y, z: what a job file states.
+Vec3 fixture_degrees(const Rotation& r) {
+  const double level = std::hypot(r.rows[0].x, r.rows[1].x);
+  const double y = std::atan2(-r.rows[2].x, level);
+  const bool locked = level < kNoRotation;  // x and z are one: all of it to z
+  const double x = locked ? 0.0 : std::atan2(r.rows[2].y, r.rows[2].z);
+  const double z = locked ? std::atan2(-r.rows[0].y, r.rows[1].y) : std::atan2(r.rows[1].x, r.rows[0].x);
+  return Vec3{x, y, z} * (180.0 / kPi);
+}
+
+bool turns(const Rotation& r) {
+  const Rotation none;
+  double worst = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) worst = std::max(worst, length(r.rows[i] - none.rows[i]));
+  return worst > kNoRotation;
+}
+
+std::string triple(Vec3 v, int decimals) {
+  return decimal(v.x, decimals) + " " + decimal(v.y, decimals) + " " + decimal(v.z, decimals);
+}
+
+/// The letters of the machine's rotary axes, each between two words.
+std::string rotaries(const MachineModel& machine, const std::string& before, const std::string& after) {
+  std::string text;
+  for (const RotaryAxis* axis : {&machine.tilt, &machine.rotary})
+    if (axis->present) text += before + axis->letter + after;
+  return text;
+}
+
+class Writer {
+ public:
+  explicit Writer(const Posting& posting);
+  Layout write();
+
+ private:
+  void line(const std::string& text);
+  void lines(const char* words);
+  /// "(TILTFEED before NAME after)"; the name is cut where the comment would be too long.
+  void comment(std::string_view before, std::string_view name, const std::string& after);
+  void remark(const std::string& text);
+  void header();
+  void begin(const Operation& op, bool first);
+  void take_tool(const Operation& op);
+  void tool_comments(const Operation& op);
+  void modes();
+  void retract();
+  void positions(const Operation& op);
+  void event(const PathEvent& event);
+  void motion(const Operation& op);
+  void leave();
+  void finish();
+  void clamp(const Operation& op, std::size_t index);
+  std::string first_words() const;
+
+  const Posting& posting_;
+  const ProgramFormat& format_;
+  const DialectTable& table_;
+  Filling filling_;
+  Layout layout_;
+  std::size_t at_ = 0;  ///< the block that lines stand before
+  double spindle_ = 0.0, coolant_ = 0.0;
+  bool fed_ = false, compensated_ = false, shorter_ = false, tilt_clamped_ = false, rotary_clamped_ = false;
+};
+
+Writer::Writer(const Posting& posting)
+    : posting_(posting), format_(posting.machine.format), table_(table_of(format_.dialect)) {
+  const std::string number = std::to_string(posting.data.number);
+  const bool named = table_.numbering != Numbering::kOptional;
+  filling_ = {
+      {"name", named ? program_name(posting.name) : plain(posting.name)},
+      {"number", std::string(number.size() < 4 ? 4 - number.size() : 0, '0') + number},
+      {"offset", work_offset_word(format_.dialect, posting.data.work_offset)},
+      {"rotaries", rotaries(posting.machine.model, ",", "")},
+      {"in_degrees", rotaries(posting.machine.model, " FGREF[", "]=57.29578")},
+      {"at_radius", rotaries(posting.machine.model, " FGREF[", "]=" + decimal(format_.feed_radius, 4))},
+      {"tolerance", decimal(format_.blend_tolerance, 6)},
+      {"register", ""},
+      {"edge", "1"},
+      {"tool", ""}};  // the last three: of the operation at hand
+}
+
+void Writer::line(const std::string& text) {
+  const bool numbered = std::string_view(table_.unnumbered).find(text.front()) == std::string_view::npos;
+  layout_.inserts.push_back({at_, text, numbered});
+}
+
+void Writer::lines(const char* words) {
+  for (const std::string& text : filled(words, filling_)) line(text);
+}
+
+void Writer::comment(std::string_view before, std::string_view name, const std::string& after) {
+  const std::string head = table_.comment_open + ("TILTFEED " + std::string(before));
+  const std::string close = after + table_.comment_close;
+  const auto limit = std::min(kMaxComment, static_cast<std::size_t>(std::max(format_.max_line_length, 0)));
+  const std::size_t fixed = head.size() + close.size();
+  line(head + plain(name).substr(0, fixed < limit ? limit - fixed : 0) + close);
+}
+
+void Writer::remark(const std::string& text) {
+  if (!plain(text).empty()) line(table_.comment_open + plain(text) + table_.comment_close);
+}
+
+void Writer::header() {
+  if (format_.percent) line("%");
+  lines(table_.open);
+  const Operation& first = posting_.operations.front();
+  take_tool(first);
+  comment("part ", posting_.name,
+          " D" + decimal(first.tool.diameter, 4) + " L" + decimal(first.tool.length, 4));
+  comment("machine ", posting_.machine.model.name, "");
+  tool_comments(first);
+  double seconds = 0.0;
+  for (const Operation& op : posting_.operations) seconds += op.words->report.seconds;
+  comment("blocks " + std::to_string(layout_.blocks), "", " time " + decimal(seconds, 1) + " s");
+  if (!posting_.proof.empty()) comment(posting_.proof, "", "");
+  lines(table_.setup);
+}
+
+void Writer::tool_comments(const Operation& op) {
+  const std::string length = decimal(op.tool.length, 4);
+  const char* const use = op.tool_number > 0 ? table_.length_in_tool : table_.length_alone;
+  if (format_.tcp)
+    comment("tool length " + length + " mm is planned, TCP takes the control's", "", "");
+  else
+    comment("tool length " + length + " mm is in the words" + filled_line(use, filling_), "", "");
+  comment("part zero " + triple(op.setup.part_zero, 6) + " mm", "", "");
+  if (turns(op.setup.fixture))
+    comment("fixture " + triple(fixture_degrees(op.setup.fixture), 9) + " deg", "", "");
+}
+
+void Writer::take_tool(const Operation& op) {
+  const std::string tool = op.tool_number > 0 ? std::to_string(op.tool_number) : "";
+  const std::string stated = op.length_register > 0 ? std::to_string(op.length_register) : "";
+  filling_.resize(filling_.size() - 3);
+  filling_.emplace_back("register", stated.empty() ? tool : stated);
+  filling_.emplace_back("edge", stated.empty() ? "1" : stated);
+  filling_.emplace_back("tool", tool);
+}
+
+/// Before an operation: the tool taken off along the machine's Z from wherever it is, its tool; before the
+/// first: the modes, too.
+void Writer::begin(const Operation& op, bool first) {
+  take_tool(op);
+  if (!first) leave();
+  retract();
+  if (first) lines(table_.plane_off);
+  if (!first) tool_comments(op);
+  if (op.tool_number > 0) lines(table_.tool);
+  for (const std::string& open : {format_.unclamp_tilt, format_.unclamp_rotary})
+    if (!open.empty()) line(open);
+  tilt_clamped_ = rotary_clamped_ = false;
+  if (!first) return;
+  modes();
+  for (const std::string& own : format_.start) line(own);
+}
+
+/// The control's own tool length ends up there: ended below, the next Z would be deeper by it.
+void Writer::retract() {
+  if (format_.retract == "default")
+    lines(table_.retract);
+  else if (format_.retract != "none" && !format_.retract.empty())
+    line(format_.retract);
+  lines(table_.length_off);
+}
+
+void Writer::modes() {
+  if (format_.path_control == PathControl::kExact) lines(table_.exact);
+  if (format_.path_control == PathControl::kBlend) lines(table_.blend);
+  if (format_.tcp || format_.feed_mode != FeedMode::kPerMinute) return;
+  lines(table_.per_minute_on);
+  if (format_.feed_measure == FeedMeasure::kDegrees) lines(table_.degrees);
+  if (format_.feed_measure == FeedMeasure::kRadius) lines(table_.radius);
+}
+
+std::string Writer::first_words() const {
+  const std::string words = filled_line(format_.tcp ? table_.tcp_length : table_.length, filling_);
+  return words.empty() ? "" : " " + words;
+}
+
+/// From the retract the rotaries turn, then X and Y go to their place; the operation's first block goes down.
+/// TCP begins there: before, the tip's way is not a line.
+void Writer::positions(const Operation& op) {
+  const MachineModel& machine = posting_.machine.model;
+  const BlockWords words(format_, machine);
+  const auto go = [&](char* (BlockWords::*say)(char*, const Joints&) const, const Joints& to) {
+    std::array<char, 3 * kDecimalSpace> room;
+    char* const end = (words.*say)(room.data(), to);
+    line(std::string(table_.rapid) + std::string(room.data(), end) + table_.first_end + table_.rapid_end);
+  };
+  Joints first = op.words->moves.front().joints;
+  if (machine.tilt.present || machine.rotary.present) go(&BlockWords::rotaries, first);
+  // Not before: the shorter way from an unknown place may leave the limits of an axis that has some.
+  shorter_ = machine.tilt.word == RotaryWord::kShortest || machine.rotary.word == RotaryWord::kShortest;
+  if (shorter_) lines(table_.shorter_on);
+  if (format_.tcp) {
+    const Point<Part> tip = pose_under_tcp(machine, op.setup, first).tip;
+    first = solve_linear(machine, op.setup, tip, first.a, first.c);
+    first.x = round_decimal(first.x, format_.linear_decimals);
+    first.y = round_decimal(first.y, format_.linear_decimals);
+  }
+  go(&BlockWords::place, first);
+  if (format_.tcp) lines(table_.tcp_on);
+}
+
+void Writer::event(const PathEvent& event) {
+  Filling filling = filling_;
+  const auto put = [&](const char* words) {
+    for (const std::string& text : filled(words, filling)) line(text);
+  };
+  switch (event.kind) {
+    case EventKind::kRemark:
+      return remark(event.text);
+    case EventKind::kSpindle:
+      spindle_ = event.value;
+      filling.emplace_back("rpm", decimal(std::abs(event.value), 3));
+      filling.emplace_back("turn", event.value < 0.0 ? "4" : "3");
+      return put(event.value == 0.0 ? table_.spindle_off : table_.spindle);
+    case EventKind::kCoolant:
+      coolant_ = event.value;
+      return put(event.value == 0.0 ? table_.coolant_off : (event.value == 1.0 ? table_.flood : table_.mist));
+    case EventKind::kDwell:
+      filling.emplace_back("seconds", decimal(event.value, 3));
+      filling.emplace_back("milliseconds", decimal(event.value * 1000.0, 0));
+      return put(table_.dwell);
+    case EventKind::kStop:
+      return put(table_.stop);
+    case EventKind::kOptionalStop:
+      return put(table_.optional_stop);
+    case EventKind::kCutterLeft:
+    case EventKind::kCutterRight:
+      compensated_ = true;
+      filling.emplace_back("cutter", event.value > 0.0 ? decimal(event.value, 0) : filling_.back().second);
+      return put(event.kind == EventKind::kCutterLeft ? table_.cutter_left : table_.cutter_right);
+    case EventKind::kCutterOff:
+      compensated_ = false;
+      return put(table_.cutter_off);
+  }
+}
+
+/// Clamps close before a cut in which their axis stands still, and open before a block that turns it.
+void Writer::clamp(const Operation& op, std::size_t index) {
+  const std::vector<JointMove>& moves = op.words->moves;
+  if (index == 0) return;
+  const Joints &from = moves[index - 1].joints, &to = moves[index].joints;
+  if (tilt_clamped_ && to.a != from.a) line(format_.unclamp_tilt), tilt_clamped_ = false;
+  if (rotary_clamped_ && to.c != from.c) line(format_.unclamp_rotary), rotary_clamped_ = false;
+  const bool begins = moves[index].kind != MoveKind::kRapid && moves[index - 1].kind == MoveKind::kRapid;
+  if (!begins) return;
+  bool tilt_still = true, rotary_still = true;
+  for (std::size_t i = index; i < moves.size() && moves[i].kind != MoveKind::kRapid; ++i) {
+    tilt_still = tilt_still && moves[i].joints.a == from.a;
+    rotary_still = rotary_still && moves[i].joints.c == from.c;
+  }
+  if (!format_.clamp_tilt.empty() && tilt_still && !tilt_clamped_)
+    line(format_.clamp_tilt), tilt_clamped_ = true;
+  if (!format_.clamp_rotary.empty() && rotary_still && !rotary_clamped_)
+    line(format_.clamp_rotary), rotary_clamped_ = true;
+}
+
+void Writer::motion(const Operation& op) {
+  const std::vector<JointMove>& moves = op.words->moves;
+  const bool inverse = !format_.tcp && format_.feed_mode == FeedMode::kInverseTime;
+  const bool clamps = !format_.clamp_tilt.empty() || !format_.clamp_rotary.empty();
+  const std::size_t first = at_;
+  auto next = op.events.begin();
+  fed_ = false;
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    at_ = first + i;
+    for (; next != op.events.end() && next->move <= moves[i].move; ++next) event(*next);
+    if (i == 0) positions(op);
+    if (clamps) clamp(op, i);
+    if (inverse && !fed_ && moves[i].kind != MoveKind::kRapid) lines(table_.inverse_on), fed_ = true;
+  }
+  at_ = first + moves.size();
+  for (; next != op.events.end(); ++next) event(*next);
+}
+
+/// After an operation: what must not be in force while the tool is changed, or at the end.
+void Writer::leave() {
+  if (compensated_) lines(table_.cutter_off);
+  if (fed_) lines(table_.per_minute_on);
+  fed_ = compensated_ = false;
+  if (format_.tcp) lines(table_.tcp_off);
+  if (shorter_) lines(table_.shorter_off);
+  shorter_ = false;
+  if (coolant_ != 0.0) lines(table_.coolant_off);
+  if (spindle_ != 0.0) lines(table_.spindle_off);
+  coolant_ = spindle_ = 0.0;
+}
+
+void Writer::finish() {
+  leave();
+  retract();
+  for (const std::string& own : format_.end) line(own);
+  lines(table_.end);
+  if (format_.percent) line("%");
+}
+
+Layout Writer::write() {
+  for (const Operation& op : posting_.operations) layout_.blocks += op.words->moves.size();
+  header();
+  for (const Operation& op : posting_.operations) {
+    begin(op, layout_.spans.empty());
+    layout_.spans.push_back({at_, at_ + op.words->moves.size(), first_words()});
+    motion(op);
+  }
+  finish();
+  return std::move(layout_);
+}
+
+}  // namespace
+
+Layout lay_out(const Posting& posting) { return Writer(posting).write(); }
+
+}  // namespace tiltfeed

@@ -1,0 +1,50 @@
+#include "daemon/post/block_map.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <ostream>
+
+namespace tiltfeed {
+
+namespace {
+
+constexpr char kMark[8] = {'T', 'F', 'M', 'A', 'P', '1', '\n', '\0'};
+constexpr std::size_t kEntryBytes = 8;  // move, facet: little-endian, 4 bytes each
+
+void put(char* out, std::uint32_t value) {
+  for (int i = 0; i < 4; ++i) out[i] = static_cast<char>(value >> (8 * i) & 0xFF);
+}
+
+std::uint32_t get(const char* in) {
+  std::uint32_t value = 0;
+  for (int i = 0; i < 4; ++i) value |= std::uint32_t{static_cast<unsigned char>(in[i])} << (8 * i);
+  return value;
+}
+
+}  // namespace
+
+void write_block_map(const JointPath& joints, const ToolPath& path, std::ostream& out) {
+  out.write(kMark, sizeof kMark);
+  char entry[kEntryBytes];
+  for (const JointMove& block : joints.moves) {
+    put(entry, block.move);
+    put(entry + 4, block.move < path.moves.size() ? path.moves[block.move].facet : kNoFacet);
+    out.write(entry, kEntryBytes);
+  }
+}
+
+Result<std::optional<BlockOrigin>> read_block_origin(const std::string& path, std::uint64_t number) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return fail(Code::kIo, path + ": " + std::strerror(errno));
+  char mark[sizeof kMark];
+  if (!in.read(mark, sizeof mark) || std::memcmp(mark, kMark, sizeof mark) != 0)
+    return fail(Code::kInput, path + ": is not a map of blocks");
+  if (number == 0) return std::optional<BlockOrigin>();
+  in.seekg(static_cast<std::streamoff>(sizeof kMark + (number - 1) * kEntryBytes));
+  char entry[kEntryBytes];
+  if (!in.read(entry, kEntryBytes)) return std::optional<BlockOrigin>();
+  return std::optional<BlockOrigin>(BlockOrigin{get(entry), get(entry + 4)});
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,69 @@
+#pragma once
+// The dialects of program text as one table of words and rules. Words in braces are filled in: {name},
+// {number}, {offset}, {tool}, {register} (of its length), {edge} (likewise; 1 where none
+// is stated), {cutter} (of its radius), {rpm}, {turn} (3 or 4), {seconds}, {milliseconds}, {tolerance},
+// {rotaries} (",A,C" of those that the machine has), {in_degrees} and {at_radius} (FGREF of each). "|" ends a
+// line; a line that asks for what there is not is left out.
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "config/program_format.h"
+
+namespace tiltfeed {
+
+enum class Numbering {
+  kOptional,  ///< N words where the profile wants them
+  kN,         ///< N words always
+  kPlain,     ///< a number without a letter, always
+};
+
+struct DialectTable {
+  Dialect dialect;
+  // Lines
+  const char *comment_open, *comment_close;
+  Numbering numbering;
+  const char* unnumbered;  ///< lines that begin with one of these have no number
+  std::uint64_t first_number, last_number;
+  const char* block_end;  ///< what closes each numbered line
+  // Words
+  bool point;                                ///< whole numbers keep their decimal point (X10. is not X10)
+  bool plus;                                 ///< axis words have a sign always
+  bool modal_motion;                         ///< the motion word stays in force
+  const char *rapid, *feed;                  ///< motion words
+  const char *first_end, *rapid_end;         ///< words behind the axes: of the first block, of each rapid
+  int feed_decimals;                         ///< of F per minute, at most
+  const char *shorter_open, *shorter_close;  ///< round the number of a rotary word that goes the shorter way
+  const char *shorter_on, *shorter_off;      ///< lines between which rotary words go the shorter way
+  // Parts of the program
+  // `setup` ends what others left in force, too, where the control does so without motion: tilted planes,
+  // rotation, TCP.
+  const char *open, *setup, *tool, *spindle, *spindle_off, *flood, *mist, *coolant_off;
+  const char *cutter_left, *cutter_right, *cutter_off;  ///< the control's cutter compensation
+  const char *length_in_tool, *length_alone;  ///< what to do with the control's own length, for a comment
+  const char *length, *tcp_length;            ///< words in front of the axes of the first block
+  const char* length_off;                     ///< lines that end that, once the tool is retracted
+  const char* plane_off;         ///< lines after the first of these that end a tilted plane and a rotation
+  const char *tcp_on, *tcp_off;  ///< lines; it ends before the tool is retracted
+  const char *inverse_on, *per_minute_on, *degrees, *radius;  ///< feed modes and what F measures
+  const char *exact, *blend, *dwell, *stop, *optional_stop, *retract, *end;
+};
+
+const DialectTable& table_of(Dialect dialect);
+
+/// What fills the braces, by name.
+using Filling = std::vector<std::pair<std::string_view, std::string>>;
+/// The lines of a template.
+std::vector<std::string> filled(std::string_view lines, const Filling& filling);
+/// The whole of a template that has one line at most.
+std::string filled_line(std::string_view words, const Filling& filling);
+
+/// The word that selects a work offset: G54, or a Heidenhain preset number.
+std::string work_offset_word(Dialect dialect, int offset);
+/// A program's name as a Heidenhain control takes it: [A-Z0-9_-], not empty.
+std::string program_name(std::string_view name);
+
+}  // namespace tiltfeed

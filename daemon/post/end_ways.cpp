@@ -1,0 +1,150 @@
+#include "daemon/post/end_ways.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "pathgen/mesh/facet_tree.h"
+#include "pathgen/tool/swept_tool.h"
+#include "pathgen/tool/tool_pieces.h"
+
+namespace tiltfeed {
+namespace {
+
+// A tool nearer to the machine's Z than this is along it, sine: it drifts by 1 mm over a metre.
+constexpr double kAlongZ = 1e-3;
+// A plane that the tool axis leaves at a flatter angle than this is not sought, sine.
+constexpr double kLeastLeaving = 0.1;
+
+/// Where the tool can stand at a pose, and the machine's Z there.
+struct Stand {
+  Joints words;
+  Vec3 z;  ///< unit, part frame
+};
+
+class EndWays {
+ public:
+  EndWays(const Mesh& part, const Job& job)
+      : part_(part), job_(job), pieces_(all_pieces(job.plan)), base_(reference_height(job.plan.cutter)) {}
+
+  /// How far along its axis the tool is to go; 0: it need not, or there is no way.
+  double way(const Pose& pose);
+
+ private:
+  std::vector<Stand> stands(const Pose& pose) const;
+  std::optional<double> beyond(const Pose& pose, Vec3 normal) const;
+  bool in_reach(const Pose& pose, const std::vector<Stand>& stands) const;
+  bool clear(const Pose& pose, double way);
+
+  const Mesh& part_;
+  const Job& job_;
+  std::vector<ToolPiece> pieces_;
+  double base_;                    ///< of the CL reference over the tip, mm
+  std::optional<FacetTree> tree_;  ///< made when first needed
+};
+
+/// With both solutions of the tilt: which of them is taken depends on the whole path.
+std::vector<Stand> EndWays::stands(const Pose& pose) const {
+  const MachineModel& machine = job_.machine.model;
+  std::vector<Stand> found;
+  const auto solutions = inverse(machine, job_.setup, pose, 0.0);
+  if (!solutions) return found;
+  for (const Joints& words : *solutions) {
+    const bool tilts = words.a >= machine.tilt.min && words.a <= machine.tilt.max;
+    if (machine.tilt.present && !tilts) continue;
+    Joints higher = words;
+    higher.z += 1.0;
+    found.push_back({words, normalized(forward(machine, job_.setup, higher).tip -
+                                       forward(machine, job_.setup, words).tip)});
+  }
+  return found;
+}
+
+/// How far along its axis all of the tool is beyond the plane with this normal that is the clearance off the
+/// part.
+std::optional<double> EndWays::beyond(const Pose& pose, Vec3 normal) const {
+  const double along = dot(pose.axis, normal), across = std::sqrt(std::max(0.0, 1.0 - along * along));
+  if (along < kLeastLeaving) return std::nullopt;
+  double lowest = 0.0, top = -std::numeric_limits<double>::infinity();
+  for (const ToolPiece& piece : pieces_) {
+    const double ring = base_ + piece.above_reference;
+    lowest = std::min(lowest, ring * along - piece.flat * across - piece.corner);
+    if (piece.has_cone())
+      lowest = std::min(lowest, (ring + piece.cone_height(piece.outer)) * along - piece.outer * across);
+  }
+  for (const Point<Part>& v : part_.vertices) top = std::max(top, dot(v - pose.tip, normal));
+  return std::max(0.0, (top + job_.plan.links.clearance - lowest) / along);
+}
+
+bool EndWays::in_reach(const Pose& pose, const std::vector<Stand>& stands) const {
+  const MachineModel& m = job_.machine.model;
+  const auto holds = [](const LinearAxis& axis, double at) { return at >= axis.min && at <= axis.max; };
+  return std::all_of(stands.begin(), stands.end(), [&](const Stand& stand) {
+    const Joints at = solve_linear(m, job_.setup, pose.tip, stand.words.a, stand.words.c);
+    return holds(m.x, at.x) && holds(m.y, at.y) && holds(m.z, at.z);
+  });
+}
+
+/// Nothing of the part is in the way along the axis. Where the tool begins it is clear.
+bool EndWays::clear(const Pose& pose, double way) {
+  if (!tree_) tree_.emplace(part_);
+  const Point<Part> reference = pose.tip + pose.axis * base_;
+  const auto meets_part = [&](const SweptTool::Frustum& frustum) {
+    return tree_->any_along(
+        reference, pose.axis, frustum.from, frustum.to, frustum.widest,
+        [&](std::uint32_t, const PlacedFacet& facet) { return meets(frustum, reference, pose.axis, facet); });
+  };
+  return std::none_of(pieces_.begin(), pieces_.end(), [&](const ToolPiece& piece) {
+    const double ring = piece.above_reference, end = ring + piece.length + way;
+    if (!piece.has_cone()) return meets_part({piece.part, ring, end, piece.outer, 0.0, piece.outer});
+    const double slope = piece.taper_sin / piece.taper_cos, wide = ring + piece.cone_height(piece.outer),
+                 radius = piece.flat + piece.corner / piece.taper_cos;
+    return meets_part({piece.part, ring, wide, radius, slope, piece.outer}) ||
+           meets_part({piece.part, wide, end, piece.outer, 0.0, piece.outer});
+  });
+}
+
+double EndWays::way(const Pose& pose) {
+  const std::vector<Stand> stands = this->stands(pose);
+  const Vec3 a = pose.axis;
+  const bool leans = std::any_of(stands.begin(), stands.end(),
+                                 [&](const Stand& stand) { return length(cross(stand.z, a)) > kAlongZ; });
+  if (!leans) return 0.0;
+  // Of each kind of plane the furthest of all stands. Up and down the tool stays beyond each of them.
+  std::optional<double> over = 0.0, beside = 0.0, square = 0.0;
+  const auto widen = [](std::optional<double>& all, std::optional<double> one) {
+    all = all && one ? std::optional(std::max(*all, *one)) : std::nullopt;
+  };
+  for (const Stand& stand : stands) {
+    const Vec3 level = a - stand.z * dot(a, stand.z);
+    widen(over, beyond(pose, stand.z));
+    widen(beside, length(level) > kLeastLeaving ? beyond(pose, normalized(level)) : std::nullopt);
+    widen(square, dot(a, stand.z) > 0.0 ? beyond(pose, a) : std::nullopt);
+  }
+  if (over && beside && *beside < *over) std::swap(over, beside);
+  for (const std::optional<double>& way : {over, beside, square}) {
+    if (!way) continue;
+    if (*way == 0.0) return 0.0;
+    if (in_reach({pose.tip + a * *way, a}, stands) && clear(pose, *way)) return *way;
+  }
+  return 0.0;
+}
+
+}  // namespace
+
+double add_end_ways(ToolPath& path, const Mesh& part, const Job& job) {
+  EndWays ends(part, job);
+  const Pose first = path.moves.front().pose, last = path.moves.back().pose;
+  const double off = ends.way(last), above = ends.way(first);
+  if (off > 0.0) path.moves.push_back({{last.tip + last.axis * off, last.axis}, MoveKind::kRapid, kNoFacet});
+  if (above > 0.0) {
+    path.moves.insert(path.moves.begin(),
+                      {{first.tip + first.axis * above, first.axis}, MoveKind::kRapid, kNoFacet});
+    for (FeedChange& change : path.feeds) ++change.move;
+  }
+  return off + above;
+}
+
+}  // namespace tiltfeed

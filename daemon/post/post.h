@@ -1,0 +1,44 @@
+#pragma once
+// CL text of any CAM system to a posting: every operation's joints on this machine, ready to be written.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/machine_profile.h"
+#include "daemon/post/block.h"
+#include "kinematics/basics/result.h"
+#include "kinematics/cl_text/apt_file.h"
+#include "kinematics/timing/timing.h"
+
+namespace tiltfeed {
+
+struct PostOptions {
+  double tolerance = 0.005;      ///< of the tip as the machine moves it, mm
+  double axis_tolerance = 0.05;  ///< of the axis, degrees
+  Setup setup;                   ///< part zero and fixture; the length is the tool's
+  /// With a height the tool comes to and leaves every operation along its axis from there; with either it may
+  /// be taken off in between to turn a rotary back.
+  ClearSpace clear;
+  ProgramData data;
+};
+
+/// A posting and the words that it points to.
+struct Posted {
+  std::vector<std::unique_ptr<JointPath>> words;
+  Posting posting;
+  JointPathReport report;  ///< of all operations
+  Timing timing;           ///< of all of them, one after the other
+};
+
+/// Errors: as to_joints, with `name`:line of the CL text; kInput for a tool without length.
+Result<Posted> post(const AptProgram& program, const std::string& name, const MachineProfile& machine,
+                    const PostOptions& options);
+
+/// How the control passes corners in a program of this format.
+inline Corners corners_of(const ProgramFormat& format) {
+  return format.path_control == PathControl::kExact ? Corners::kExact : Corners::kBlended;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,200 @@
+#include "daemon/post/unpost.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "daemon/post/program_rules.h"
+#include "kinematics/timing/tcp_path.h"
+
+namespace tiltfeed {
+namespace {
+
+// A block is halved at most this often.
+constexpr int kMaxHalvings = 20;
+// Places inside a block where its way is compared with the straight line.
+constexpr std::array<double, 3> kSamples{0.25, 0.5, 0.75};
+// Places that are further apart than this, degrees, miss a turn of an axis between them.
+constexpr double kSampledTurn = 120.0;
+// A feed is stated anew where it differs by more than this share: words are rounded, so that block times are.
+constexpr double kSameFeed = 2e-3;
+// A tip's way shorter than this says nothing of a feed, mm.
+constexpr double kNoWay = 1e-6;
+
+Joints between(const Joints& p, const Joints& q, double f) {
+  return {p.x + f * (q.x - p.x), p.y + f * (q.y - p.y), p.z + f * (q.z - p.z), p.a + f * (q.a - p.a),
+          p.c + f * (q.c - p.c)};
+}
+
+class Unposter {
+ public:
+  Unposter(const TextOperation& text, const MachineProfile& machine, const Setup& setup,
+           const UnpostOptions& options)
+      : text_(text), machine_(machine), setup_(setup), options_(options) {}
+
+  /// Errors: a word beyond its axis's travel; more points than kMostTextPoints.
+  Result<AptOperation> run(std::size_t points);
+
+ private:
+  Pose pose(const Joints& words, bool tcp) const {
+    return tcp ? pose_under_tcp(machine_.model, setup_, words) : forward(machine_.model, setup_, words);
+  }
+  std::optional<std::string> beyond(const TextBlock& block) const;
+  tl::unexpected<Error> too_many(std::uint32_t line) const;
+  void cut(const TextBlock& from, const TextBlock& to, double f0, const Pose& p0, double f1, const Pose& p1,
+           int halvings);
+  void put(const Pose& pose, const TextBlock& block);
+  double tip_feed(const TextBlock& from, const TextBlock& to, double way) const;
+
+  const TextOperation& text_;
+  const MachineProfile& machine_;
+  const Setup& setup_;
+  const UnpostOptions& options_;
+  std::size_t most_ = 0;  ///< points
+  AptOperation out_;
+};
+
+void Unposter::put(const Pose& pose, const TextBlock& block) {
+  out_.path.moves.push_back({pose, block.rapid ? MoveKind::kRapid : MoveKind::kCut, kNoFacet});
+  out_.lines.push_back(block.line);
+}
+
+/// Points from f0 (already there) to f1 of a block.
+void Unposter::cut(const TextBlock& from, const TextBlock& to, double f0, const Pose& p0, double f1,
+                   const Pose& p1, int halvings) {
+  if (out_.path.moves.size() > most_) return;
+  double tip = 0.0, axis = 0.0;
+  for (const double s : kSamples) {
+    const Pose real = pose(between(from.words, to.words, f0 + s * (f1 - f0)), to.tcp);
+    tip = std::max(tip, distance_to_segment(real.tip, p0.tip, p1.tip));
+    axis = std::max(axis, angle_between(real.axis, slerp(p0.axis, p1.axis, s)));
+  }
+  const double turned =
+      (f1 - f0) * std::max(std::abs(to.words.a - from.words.a), std::abs(to.words.c - from.words.c));
+  const bool fits = turned <= kSampledTurn && tip <= options_.tolerance &&
+                    axis <= Angle::from_degrees(options_.axis_tolerance).radians();
+  if (fits || halvings >= kMaxHalvings) return put(p1, to);
+  const double middle = 0.5 * (f0 + f1);
+  const Pose at = pose(between(from.words, to.words, middle), to.tcp);
+  cut(from, to, f0, p0, middle, at, halvings + 1);
+  cut(from, to, middle, at, f1, p1, halvings + 1);
+}
+
+/// Of a block whose tip travels `way`, mm/min; 0: it says nothing of one.
+double Unposter::tip_feed(const TextBlock& from, const TextBlock& to, double way) const {
+  if (way < kNoWay) return 0.0;
+  if (to.inverse_time) return way * to.feed;
+  const Joints &p = from.words, &q = to.words;
+  const double linear = std::hypot(q.x - p.x, q.y - p.y, q.z - p.z),
+               turned = std::hypot(q.a - p.a, q.c - p.c);
+  if (to.tcp) return linear > 0.0 ? to.feed : 0.0;
+  const ProgramFormat& format = machine_.format;
+  double measured = linear > 0.0 ? linear : turned;
+  if (format.feed_measure == FeedMeasure::kDegrees) measured = std::hypot(linear, turned);
+  if (format.feed_measure == FeedMeasure::kRadius)
+    measured = std::hypot(linear, Angle::from_degrees(turned).radians() * format.feed_radius);
+  return measured > 0.0 ? to.feed * way / measured : 0.0;
+}
+
+/// The travel that a block breaks, if any: under TCP that of the words which the control makes of the tip.
+std::optional<std::string> Unposter::beyond(const TextBlock& block) const {
+  if (!block.tcp) return broken_limit(machine_.model, block.words);
+  const Pose at = pose(block.words, true);
+  return broken_limit(machine_.model,
+                      solve_linear(machine_.model, setup_, at.tip, block.words.a, block.words.c));
+}
+
+tl::unexpected<Error> Unposter::too_many(std::uint32_t line) const {
+  return fail(Code::kLimit, "line " + std::to_string(line) + ": the tool path has more than " +
+                                std::to_string(kMostTextPoints) +
+                                " points; divide the program, or allow a coarser tolerance");
+}
+
+Result<AptOperation> Unposter::run(std::size_t points) {
+  most_ = points;
+  ToolPath& path = out_.path;
+  out_.tool_number = text_.tool_number;
+  out_.length_register = text_.length_register;
+  path.tool = {text_.diameter.value_or(0.0), 0.0, setup_.tool_length};
+  auto event = text_.events.begin();
+  for (std::size_t i = 0; i < text_.blocks.size(); ++i) {
+    for (; event != text_.events.end() && event->move <= i; ++event) {
+      out_.events.push_back(*event);
+      out_.events.back().move = path.moves.size();
+    }
+    const TextBlock& block = text_.blocks[i];
+    if (const auto broken = beyond(block))
+      return fail(Code::kInput, "line " + std::to_string(block.line) + ": " + *broken);
+    if (path.moves.size() > most_) return too_many(block.line);
+    const Pose end = pose(block.words, block.tcp);
+    if (i == 0 || block.tcp != text_.blocks[i - 1].tcp) {
+      put(end, block);
+      continue;
+    }
+    const TextBlock& before = text_.blocks[i - 1];
+    const std::size_t first = path.moves.size();
+    Pose at = pose(before.words, before.tcp);
+    cut(before, block, 0.0, at, 1.0, end, 0);
+    if (block.rapid) continue;
+    double way = 0.0;
+    for (std::size_t k = first; k < path.moves.size(); at = path.moves[k++].pose)
+      way += distance(at.tip, path.moves[k].pose.tip);
+    const double feed = tip_feed(before, block, way);
+    const double now = path.feeds.empty() ? 0.0 : path.feeds.back().feed.mm_per_min();
+    if (feed > 0.0 && std::abs(feed - now) > kSameFeed * now)
+      path.feeds.push_back({static_cast<std::uint32_t>(first), Feed::from_mm_per_min(feed)});
+    // A turn in place before any feed is known: that of axis words alone.
+    if (path.feeds.empty())
+      path.feeds.push_back({static_cast<std::uint32_t>(first), Feed::from_mm_per_min(1.0)});
+  }
+  if (path.moves.size() > most_) return too_many(text_.blocks.back().line);
+  for (; event != text_.events.end(); ++event) {
+    out_.events.push_back(*event);
+    out_.events.back().move = path.moves.size();
+  }
+  if (!path.feeds.empty()) path.cut_feed = path.plunge_feed = path.feeds.front().feed;
+  return std::move(out_);
+}
+
+}  // namespace
+
+Rotation fixture_of(Vec3 degrees) {
+  const auto turn = [](Vec3 axis, double angle) {
+    const double quarters = std::round(angle / 90.0);
+    Rotation r = rotation_about(axis, Angle::from_degrees(angle).radians());
+    if (angle != quarters * 90.0) return r;
+    for (Vec3& row : r.rows) row = {std::round(row.x), std::round(row.y), std::round(row.z)};
+    return r;
+  };
+  return turn({0, 0, 1}, degrees.z) * turn({0, 1, 0}, degrees.y) * turn({1, 0, 0}, degrees.x);
+}
+
+Result<AptProgram> unpost(const ProgramTextFacts& program, const MachineProfile& machine,
+                          const UnpostOptions& options) {
+  AptProgram out;
+  std::size_t points = 0;
+  out.name = program.name;
+  out.notes = program.notes;
+  std::optional<Vec3> zero = options.part_zero, turned = options.fixture_deg;
+  std::optional<double> length = options.tool_length;
+  for (const TextOperation& op : program.operations) {
+    if (op.part_zero && !options.part_zero) zero = op.part_zero;
+    if (op.fixture_deg && !options.fixture_deg) turned = op.fixture_deg;
+    if (op.tool_length && !options.tool_length) length = op.tool_length;
+    if (!zero)
+      return fail(Code::kInput,
+                  "the program does not state where the part's zero is; state it: --part-zero X,Y,Z");
+    if (!length)
+      return fail(Code::kInput, "the program does not state the tool's length; state it: --tool-length L");
+    const Setup setup{*zero, fixture_of(turned.value_or(Vec3{})), *length};
+    auto made =
+        Unposter(op, machine, setup, options).run(kMostTextPoints - std::min(points, kMostTextPoints));
+    if (!made) return tl::unexpected(made.error());
+    points += made->path.moves.size();
+    out.operations.push_back(std::move(*made));
+    out.operations.back().path.name = program.name;
+  }
+  return out;
+}
+
+}  // namespace tiltfeed

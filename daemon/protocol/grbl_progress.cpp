@@ -1,0 +1,82 @@
+// What a Grbl session can say about itself: progress, and which lines may have run.
+
+#include <algorithm>
+
+#include "daemon/protocol/grbl_session.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// When the controller does not tell its planner's depth: more than any known (grblHAL 100 to 1000).
+constexpr std::size_t kUnknownPlanner = 1024;
+
+/// A reset ends check mode; the next program must not meet it.
+constexpr char kLeaveCheck = 0x18;
+
+}  // namespace
+
+/// Every settled motion line is executed or holds a planner block (or a step segment).
+std::size_t GrblSession::planner_depth() const {
+  return (buffers_.planner > 0 ? static_cast<std::size_t>(buffers_.planner) : kUnknownPlanner) +
+         kStepSegments;
+}
+
+bool GrblSession::reached_wire(const Flight& flight) const {
+  return flight.end - flight.line.text.size() - 1 < taken_;
+}
+
+LineRange GrblSession::uncertain() const {
+  LineRange range;
+  if (is_opening(phase_)) return range;
+  if (stood_) return stood_->lines;
+  if (!recent_.empty()) range = {recent_.front().number, recent_.back().number};
+  for (const Flight& flight : in_flight_) {
+    if (flight.kind != Kind::kLine || !reached_wire(flight)) break;
+    if (range.first == 0) range.first = flight.line.number;
+    range.last = flight.line.number;
+  }
+  return range;
+}
+
+void GrblSession::fault(Code code, const std::string& what, bool hold, Event event) {
+  const bool opening = is_opening(phase_) || code == Code::kLimit;
+  error_ = {code, opening ? what : what + "; " + describe(state())};
+  const bool checking = phase_ == Phase::kCheck;
+  if (checking) {  // what was read was not run
+    error_.message += "; nothing has moved";
+    in_flight_.clear();
+    forget_all();
+    in_flight_bytes_ = acknowledged_ = 0;
+  }
+  move(event);
+  out_.clear();
+  urgent_ = 0;
+  if (checking && event != Event::kAlarm) urge(kLeaveCheck);
+  if (hold && !opening) urge('!');  // the lines in the controller would run on otherwise
+}
+
+SendState GrblSession::state() const {
+  SendState state;
+  state.phase = phase_;
+  state.total = options_.total;
+  state.machine = status_.state;
+  state.feed_override = feed_.reported;
+  state.refused = refused_;
+  state.place = place().value_or(no_axes());
+  if (phase_ == Phase::kHold)
+    state.held = held_on_request_ ? "held on request" : "held at the machine; a resume goes on";
+  state.loss = loss_;
+  if (status_.line > 0) state.line = static_cast<std::uint64_t>(status_.line);
+  if (is_opening(phase_)) return state;
+  state.acknowledged = acknowledged_;
+  state.sent = acknowledged_;
+  for (const Flight& flight : in_flight_)
+    if (flight.kind == Kind::kLine && reached_wire(flight)) ++state.sent;
+  state.executed = acknowledged_ - recent_.size();
+  if (stood_) state.executed = stood_->executed, state.sent = stood_->sent;
+  if (phase_ != Phase::kDone) state.uncertain = uncertain();
+  return state;
+}
+
+}  // namespace tiltfeed

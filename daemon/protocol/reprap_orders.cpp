@@ -1,0 +1,64 @@
+// What the operator orders, as far as the firmware can do it.
+
+#include <algorithm>
+
+#include "daemon/protocol/reprap_session.h"
+
+namespace tiltfeed {
+
+void RepRapSession::command(const OperatorCommand& command, Time now) {
+  now_ = now;
+  const Answer answer = answer_to(command.order, phase_);
+  refused_ = refusal_text(answer);
+  if (answer == Answer::kEnd) {
+    error_ = {Code::kCancelled, "stopped on request; nothing has moved"};
+    move(Event::kStood);
+    out_ = command.order == Order::kAbort ? "M112\n" : "";
+    return;
+  }
+  if (answer != Answer::kObey) return;
+  switch (command.order) {
+    case Order::kHold:
+      refused_ = "this firmware has no feed hold: the machine stands after the lines that it has";
+      return move(Event::kHeld);
+    case Order::kResume:
+      if (phase_ == Phase::kHold) {
+        move(Event::kResumed);
+        if (!history_.empty() &&
+            (history_.back().kind == Kind::kBarrier || history_.back().kind == Kind::kPlace))
+          move(Event::kAllSent);
+      } else {
+        out_ = "M108\n" + out_;
+      }
+      return;
+    case Order::kStop:
+      return ask_stop();
+    case Order::kAbort:
+      loss_ = Loss::kRestarted;
+      fault(Code::kCancelled, "aborted on request: the firmware was halted, restart and home it first");
+      out_ = "M112\n";
+      return;
+    case Order::kFeedOverride:
+      if (phase_ == Phase::kRun)
+        return append({0, "M220S" + std::to_string(std::clamp(command.value, 10, 200))}, Kind::kInserted);
+      refused_ = "only while the program runs";
+      return;
+    case Order::kRapidOverride:
+    case Order::kSpindleOverride:
+      refused_ = "this firmware has a feed override only";
+  }
+}
+
+/// Lines that have not left are forgotten; with an emergency parser the machine stops at once, else after the
+/// lines that it has. M400 proves that it stands.
+void RepRapSession::ask_stop() {
+  move(Event::kStopAsked);
+  if (emergency_) out_ += "M410\n";
+  while (!history_.empty() && history_.back().number >= due_) {
+    history_.pop_back();
+    --next_number_;
+  }
+  append({0, "M400"}, Kind::kBarrier);
+}
+
+}  // namespace tiltfeed

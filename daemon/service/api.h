@@ -1,0 +1,53 @@
+#pragma once
+// What a client may say to the service: one JSON object a line, version 1, over a Unix socket.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "kinematics/basics/result.h"
+
+namespace tiltfeed {
+
+inline constexpr int kApiVersion = 1;
+/// Longest request line, bytes: files travel as descriptors, not as text.
+inline constexpr std::size_t kMaxRequest = 4096;
+
+enum class ApiOp : std::uint8_t {
+  kSubmit,
+  kList,
+  kShow,
+  kStart,
+  kHold,
+  kResume,
+  kStop,
+  kRemove,
+  kOverride,
+  kReset,
+  kMachine
+};
+
+struct ApiRequest {
+  ApiOp op = ApiOp::kList;
+  std::uint64_t job = 0;               ///< 0: none given; of hold, resume, stop: that on the machine
+  std::string name;                    ///< submit
+  bool program = false;                ///< submit: a program, not a job to plan
+  std::optional<std::uint64_t> block;  ///< show: what is known of this block
+  std::optional<std::uint64_t> from;   ///< resume: re-enter before this block
+  bool queue = false;                  ///< start: wait for its turn where the machine is busy
+  bool confirmed = false;              ///< resume --from, reset: what will happen was shown and agreed to
+  int percent = 100;                   ///< override
+  std::string command, words;          ///< machine: what is asked of it
+  std::uint64_t order = 0;             ///< machine: the number that a command was given; 0: a new one
+  bool held = false, stop = false;     ///< machine: the key is still held; the command is to end
+};
+
+/// {"v":1,"op":"start","job":3} and so on: see daemon/README.md. Errors: kUsage with what is wrong. Never
+/// deeper than one object of plain values, never longer than kMaxRequest.
+Result<ApiRequest> parse_request(std::string_view line);
+std::string write_request(const ApiRequest& request);
+/// {"v":1,"ok":false,"error":"..."}, a line.
+std::string write_refusal(const Error& error);
+
+}  // namespace tiltfeed

@@ -1,0 +1,32 @@
+#pragma once
+// Planning in a process of its own: what it does wrong or for too long touches no machine.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "kinematics/basics/result.h"
+
+namespace tiltfeed {
+
+struct PlanProcess {
+  int pid = -1;  ///< -1: none
+  std::uint64_t job = 0;
+  std::string folder;
+};
+
+/// Starts `tiltfeed plan` on FOLDER/job.yaml with FOLDER/part.stl for this machine; writes program.nc,
+/// path.cls, report.json, block.map and plan.log there. Errors: kIo.
+Result<PlanProcess> start_plan(std::uint64_t job, const std::string& folder, const std::string& machine);
+/// Nothing while it runs; afterwards how it ended: an error with the last line that it said.
+std::optional<Result<void>> check_plan(PlanProcess& process);
+/// What it is at: percentage and stage; nothing where that is not known yet.
+struct PlanStage {
+  int percent = 0;
+  std::string stage;
+};
+std::optional<PlanStage> stage_of(const PlanProcess& process);
+/// Ends it, if there is one.
+void stop_plan(PlanProcess& process);
+
+}  // namespace tiltfeed

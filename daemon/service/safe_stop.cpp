@@ -1,0 +1,98 @@
+#include "daemon/service/safe_stop.h"
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "config/service_config.h"
+#include "daemon/journal/journal.h"
+#include "daemon/journal/run_journal.h"
+#include "daemon/machine/stop_machine.h"
+#include "daemon/service/spool.h"
+#include "daemon/wire/steady_clock.h"
+
+namespace tiltfeed {
+
+namespace {
+
+constexpr const char* kDripText =
+    "nothing was sent: a CNC control takes no hold and no M5 from the wire that feeds it. It stands when the "
+    "blocks that it has are cut, with the spindle on: press feed hold and reset at the control";
+constexpr const char* kWatchdogText =
+    "nothing was sent: the controller's own watchdog holds the machine when the heartbeat stands still";
+
+/// Something of the run may be in the controller, and it has not come to its end in order. Also where the
+/// journal cannot show it.
+bool may_move(const JournalContent& journal) {
+  if (!journal.whole()) return true;
+  const RunRecord& last = *journal.last;
+  return last.offered > 0 && last.event != RunEvent::kExecuted && last.event != RunEvent::kStopped;
+}
+
+/// The job that was on the machine; nothing where the spool has none. Errors: kIo.
+Result<std::optional<SpooledJob>> job_on_machine(const ServiceConfig& config, LinkKind kind) {
+  std::error_code none;
+  if (!std::filesystem::exists(config.spool + "/jobs", none)) return std::nullopt;
+  const Result<Spool> spool = Spool::open(config.spool);
+  if (!spool)
+    return fail(
+        spool.error().code,
+        spool.error().message + "; nothing was sent (while a service lives: tiltfeed hold, tiltfeed stop)");
+  const auto jobs = spool->list();
+  if (!jobs) return tl::unexpected<Error>(jobs.error());
+  for (const SpooledJob& job : *jobs) {
+    if (job.state != JobState::kRunning) continue;
+    const Result<JournalContent> journal = read_journal_file(spool->file(job.id, "journal"));
+    if (!journal)
+      return fail(Code::kIo,
+                  journal.error().message +
+                      "; nothing was sent (while the service lives: tiltfeed hold, tiltfeed stop)");
+    if (!may_move(*journal)) continue;
+    if (journal->last && journal->last->link != static_cast<std::uint8_t>(kind))
+      return fail(Code::kInput,
+                  config.path + ": job " + std::to_string(job.id) +
+                      " ran over another kind of link than the one stated now; nothing was sent: stop "
+                      "the machine by hand");
+    return job;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+ServiceEnd service_end() {
+  const auto value = [](const char* name) {
+    const char* text = std::getenv(name);
+    return std::string(text != nullptr ? text : "");
+  };
+  return {value("SERVICE_RESULT"), value("EXIT_CODE"), value("EXIT_STATUS")};
+}
+
+bool in_order(const ServiceEnd& end) {
+  return end.result == "success" && end.code == "exited" && end.status == "0";
+}
+
+Result<SafeStop> safe_stop(const std::string& config_path, const ServiceEnd& end) {
+  if (in_order(end)) return SafeStop{"", "the service ended in order; nothing was sent", 0};
+  const Result<ServiceConfig> config = load_service_config(config_path);
+  if (!config) return tl::unexpected<Error>(config.error());
+  const Result<LinkSpec> link = parse_link(config->link, config->machine.wire);
+  if (!link) return tl::unexpected<Error>(link.error());
+  const auto job = job_on_machine(*config, link->kind);
+  if (!job) return tl::unexpected<Error>(job.error());
+  SafeStop stop{config->machine.model.name, "no job was on the machine; nothing was sent", 0};
+  if (!*job) return stop;
+  stop.job = (*job)->id;
+  const std::string name = "job " + std::to_string(stop.job) + ", " + describe(*link) + ": ";
+  stop.text = name + kWatchdogText;
+  if (is_provable(link->kind)) return stop;
+  if (link->kind == LinkKind::kDrip) return fail(Code::kLink, name + kDripText);
+  const Result<std::unique_ptr<Link>> wire = open_link(*link);
+  if (!wire) return fail(wire.error().code, name + wire.error().message);
+  SteadyClock clock;
+  const Result<std::string> stopped = stop_machine(*link, **wire, clock);
+  if (!stopped) return fail(stopped.error().code, name + stopped.error().message);
+  stop.text = name + *stopped;
+  return stop;
+}
+
+}  // namespace tiltfeed

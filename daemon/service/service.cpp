@@ -1,0 +1,137 @@
+#include "daemon/service/service.h"
+
+#include <poll.h>
+#include <signal.h>
+#include <sys/signalfd.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+
+#include "daemon/service/api_socket.h"
+#include "daemon/service/desk_thread.h"
+
+namespace tiltfeed {
+
+namespace {
+
+using std::chrono::steady_clock;
+
+constexpr int kTickMs = 100;
+
+struct Signals {
+  int fd = -1;
+  Signals() {
+    sigset_t set;
+    sigemptyset(&set);
+    for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set, number);
+    sigprocmask(SIG_BLOCK, &set, nullptr);
+    fd = ::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+  }
+  Signals(const Signals&) = delete;
+  Signals& operator=(const Signals&) = delete;
+  ~Signals() { ::close(fd); }
+  /// 0: none.
+  int next() const {
+    signalfd_siginfo info{};
+    return ::read(fd, &info, sizeof info) == sizeof info ? static_cast<int>(info.ssi_signo) : 0;
+  }
+};
+
+/// WATCHDOG=1 at a third of the time that systemd grants, whoever calls.
+class Watchdog {
+ public:
+  Watchdog() : interval_(watchdog_us() / 3) {}
+  void feed() {
+    if (interval_.count() == 0) return;
+    const auto now = steady_clock::now().time_since_epoch().count();
+    auto last = fed_.load();
+    const auto due = last + std::chrono::duration_cast<steady_clock::duration>(interval_).count();
+    if (now >= due && fed_.compare_exchange_strong(last, now)) notify("WATCHDOG=1");
+  }
+
+ private:
+  std::chrono::microseconds interval_;
+  std::atomic<steady_clock::rep> fed_{0};
+};
+
+std::string monotonic_us() {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::to_string(now.tv_sec * 1000000LL + now.tv_nsec / 1000);
+}
+
+void reload(const std::string& path, JobDesk& desk) {
+  notify("RELOADING=1\nMONOTONIC_USEC=" + monotonic_us());
+  const Result<ServiceConfig> config = load_service_config(path);
+  const Result<void> taken = config ? desk.reload(*config) : tl::unexpected<Error>(config.error());
+  write_log(taken ? Severity::kInfo : Severity::kError,
+            taken ? path + ": read again" : taken.error().message + "; the configuration stays as it was",
+            {});
+  notify("READY=1");
+}
+
+/// Who is on the socket: orders to the job on the machine are answered here, the rest at the desk.
+class Front {
+ public:
+  Front(JobDesk& desk, DeskThread& thread, ApiSocket& socket)
+      : desk_(desk), thread_(thread), socket_(socket) {}
+
+  void turn(int signal_fd) {
+    std::vector<pollfd> polled{{signal_fd, POLLIN, 0}, {thread_.wake_fd(), POLLIN, 0}};
+    socket_.add_to(polled);
+    ::poll(polled.data(), polled.size(), kTickMs);
+    for (const auto& [client, line] : thread_.take_replies()) socket_.reply(client, line, take_);
+    socket_.serve(polled, take_);
+  }
+
+ private:
+  void take(Asked asked) {
+    const Result<ApiRequest> request = parse_request(asked.line);
+    if (!request) return socket_.reply(asked.client, write_refusal(request.error()), take_);
+    if (const std::optional<std::string> done = desk_.order(*request)) {
+      socket_.reply(asked.client, *done, take_);
+      return thread_.post(
+          [request = *request, user = asked.user](JobDesk& desk) { desk.note_request(request, user); });
+    }
+    if (socket_.waiting() > ApiSocket::kWaiting)
+      return socket_.reply(asked.client, write_refusal({Code::kLimit, "the service is busy; ask again"}),
+                           take_);
+    const auto whole = std::make_shared<Asked>(std::move(asked));
+    thread_.post([request = *request, whole, &thread = thread_](JobDesk& desk) {
+      desk.ask(
+          request, whole->user, std::move(whole->files),
+          [&thread, client = whole->client](std::string line) { thread.reply(client, std::move(line)); });
+    });
+  }
+
+  JobDesk& desk_;
+  DeskThread& thread_;
+  ApiSocket& socket_;
+  const ApiTaker take_ = [this](Asked asked) { take(std::move(asked)); };
+};
+
+}  // namespace
+
+Result<void> serve(const std::string& config_path) {
+  const Result<ServiceConfig> config = load_service_config(config_path);
+  if (!config) return tl::unexpected<Error>(config.error());
+  const Signals signals;  // before any thread is started, so that all of them leave signals to this one
+  Watchdog watchdog;
+  Result<JobDesk> desk = JobDesk::open(*config, [&watchdog] { watchdog.feed(); });
+  if (!desk) return tl::unexpected<Error>(desk.error());
+  Result<ApiSocket> socket = ApiSocket::open(config->socket);
+  if (!socket) return tl::unexpected<Error>(socket.error());
+  DeskThread thread(*desk, [&watchdog] { watchdog.feed(); });
+  Front front(*desk, thread, *socket);
+  notify("READY=1\nSTATUS=idle");
+  for (;;) {
+    front.turn(signals.fd);
+    const int signal = signals.next();
+    if (signal == SIGTERM || signal == SIGINT) return {};
+    if (signal == SIGHUP) thread.post([&](JobDesk& at) { reload(config_path, at); });
+  }
+}
+
+}  // namespace tiltfeed

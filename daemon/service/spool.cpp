@@ -1,0 +1,271 @@
+#include "daemon/service/spool.h"
+
+#include <fcntl.h>
+#include <sqlite3.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <filesystem>
+
+#include "daemon/files/durable.h"
+#include "daemon/service/spool_layout.h"
+#include "daemon/wire/wire_text.h"
+
+namespace tiltfeed {
+
+namespace {
+
+constexpr const char* kStateNames[] = {"received",  "planning", "ready",   "running", "interrupted",
+                                       "uncertain", "done",     "stopped", "failed"};
+constexpr std::size_t kMaxName = 40;
+constexpr int kBusyWaitMs = 2000;  // somebody looks into the table with another program
+
+constexpr const char* kColumns =
+    "id, name, program, state, note, total, executed, hash, user, created, place";
+
+struct Descriptor {
+  int fd = -1;
+  explicit Descriptor(int number) : fd(number) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (fd >= 0) ::close(fd);
+  }
+};
+
+Result<void> keep_names(const std::string& folder) {
+  if (const int synced = sync_folder(folder); synced < 0)
+    return fail(Code::kIo, folder + ": cannot be made durable: " + std::strerror(-synced));
+  return {};
+}
+
+}  // namespace
+
+const char* state_name(JobState state) { return kStateNames[static_cast<std::size_t>(state)]; }
+
+std::optional<JobState> state_of(const std::string& name) {
+  for (std::size_t i = 0; i < std::size(kStateNames); ++i)
+    if (name == kStateNames[i]) return static_cast<JobState>(i);
+  return std::nullopt;
+}
+
+const char* shown_state(const SpooledJob& job) {
+  const bool planned = job.state == JobState::kReady || job.state == JobState::kDone;
+  return planned && job.place > 0 ? "queued" : state_name(job.state);
+}
+
+std::string plain_name(const std::string& text) {
+  std::string kept;
+  for (const char c : text)
+    if (kept.size() < kMaxName && ((c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
+                                   (c >= '0' && c <= '9') || c == ' ' || c == '.' || c == '_' || c == '-'))
+      kept += c;
+  return kept.empty() ? "job" : kept;
+}
+
+/// The connection, and one statement at a time.
+struct Spool::Table {
+  sqlite3* db = nullptr;
+  ~Table() { sqlite3_close(db); }
+
+  Error error(const std::string& folder) const {
+    return {Code::kIo, folder + "/jobs.db: " + (db != nullptr ? sqlite3_errmsg(db) : "out of memory")};
+  }
+  struct Statement {
+    sqlite3_stmt* s = nullptr;
+    ~Statement() { sqlite3_finalize(s); }
+    std::string text(int column) const {
+      const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(s, column));
+      return bytes != nullptr ? bytes : "";
+    }
+    std::uint64_t number(int column) const {
+      return static_cast<std::uint64_t>(sqlite3_column_int64(s, column));
+    }
+    void bind(int at, const std::string& value) {
+      sqlite3_bind_text(s, at, value.data(), static_cast<int>(value.size()), SQLITE_TRANSIENT);
+    }
+    void bind(int at, std::uint64_t value) { sqlite3_bind_int64(s, at, static_cast<sqlite3_int64>(value)); }
+  };
+  bool prepare(Statement& statement, const std::string& sql) const {
+    return sqlite3_prepare_v2(db, sql.c_str(), -1, &statement.s, nullptr) == SQLITE_OK;
+  }
+};
+
+Spool::Spool(std::string folder, StateLock lock, std::unique_ptr<Table> table)
+    : folder_(std::move(folder)), lock_(std::move(lock)), table_(std::move(table)) {}
+Spool::Spool(Spool&&) noexcept = default;
+Spool::~Spool() = default;
+
+Result<Spool> Spool::open(const std::string& folder) {
+  std::error_code made;
+  std::filesystem::create_directories(folder, made);
+  if (made) return fail(Code::kIo, folder + ": cannot be made: " + made.message());
+  Result<StateLock> lock = StateLock::take(folder);
+  if (!lock) return tl::unexpected<Error>(lock.error());
+  std::filesystem::create_directories(folder + "/jobs", made);
+  if (made) return fail(Code::kIo, folder + "/jobs: cannot be made: " + made.message());
+  ::chmod((folder + "/jobs").c_str(), S_IRWXU);
+  if (const Result<void> kept = keep_names(folder); !kept) return tl::unexpected<Error>(kept.error());
+  auto table = std::make_unique<Table>();
+  const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOFOLLOW;
+  if (sqlite3_open_v2((folder + "/jobs.db").c_str(), &table->db, flags, nullptr) != SQLITE_OK)
+    return tl::unexpected<Error>(table->error(folder));
+  sqlite3_busy_timeout(table->db, kBusyWaitMs);
+  if (const Result<void> made_new = bring_up_to_date(table->db, folder + "/jobs.db"); !made_new)
+    return tl::unexpected<Error>(made_new.error());
+  Spool spool(folder, std::move(*lock), std::move(table));
+  if (Result<void> healed = spool.heal(); !healed) return tl::unexpected<Error>(healed.error());
+  return spool;
+}
+
+/// Bytes of a wire that an earlier version has let in as they came are written anew as text.
+Result<void> Spool::heal() {
+  std::vector<std::uint64_t> damaged;
+  {
+    Table::Statement rows;
+    if (!table_->prepare(rows, "SELECT id, note FROM jobs"))
+      return tl::unexpected<Error>(table_->error(folder_));
+    while (sqlite3_step(rows.s) == SQLITE_ROW)
+      if (const std::string note = rows.text(1); valid_text(note) != note) damaged.push_back(rows.number(0));
+  }
+  for (const std::uint64_t id : damaged) {
+    const Result<SpooledJob> job = find(id);
+    if (!job) return tl::unexpected<Error>(job.error());
+    if (Result<void> healed = update(*job); !healed) return healed;
+  }
+  return {};
+}
+
+std::string Spool::folder_of(std::uint64_t id) const { return folder_ + "/jobs/" + std::to_string(id); }
+
+Result<std::uint64_t> Spool::begin(const SpooledJob& job) {
+  {  // a reading that is still open would let no writer wait for its turn
+    Table::Statement count;
+    if (!table_->prepare(count, "SELECT count(*) FROM jobs") || sqlite3_step(count.s) != SQLITE_ROW)
+      return tl::unexpected<Error>(table_->error(folder_));
+    if (count.number(0) >= kMaxJobs)
+      return fail(Code::kLimit, "the spool holds " + std::to_string(kMaxJobs) + " jobs; remove some");
+  }
+  Table::Statement insert;
+  if (!table_->prepare(insert,
+                       "INSERT INTO jobs (name, program, state, note, total, executed, hash, user, created) "
+                       "VALUES (?, ?, 'failed', 'not received whole', 0, 0, '', ?, ?)"))
+    return tl::unexpected<Error>(table_->error(folder_));
+  insert.bind(1, plain_name(job.name));
+  insert.bind(2, std::uint64_t{job.program});
+  insert.bind(3, std::uint64_t{job.user});
+  insert.bind(4, static_cast<std::uint64_t>(std::time(nullptr)));
+  if (sqlite3_step(insert.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  const auto id = static_cast<std::uint64_t>(sqlite3_last_insert_rowid(table_->db));
+  std::error_code made;
+  // A power loss may have kept the folder of a number that the table has forgotten.
+  std::filesystem::remove_all(folder_of(id), made);
+  if (!made) std::filesystem::create_directory(folder_of(id), made);
+  if (!made) return id;
+  static_cast<void>(remove(id));
+  return fail(Code::kIo, folder_of(id) + ": " + made.message());
+}
+
+Result<void> Spool::finish(const SpooledJob& job) {
+  const char* const names[] = {job.program ? "program.nc" : "job.yaml", "part.stl"};
+  for (const char* name : {names[0], names[1]}) {
+    if (name == names[1] && job.program) break;
+    const Descriptor copy(::open(file(job.id, name).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+    if (copy.fd < 0 || ::fsync(copy.fd) != 0)
+      return fail(Code::kIo, file(job.id, name) + ": " + std::strerror(errno));
+  }
+  if (const Result<void> kept = keep_names(folder_of(job.id)); !kept) return kept;
+  if (const Result<void> kept = keep_names(folder_ + "/jobs"); !kept) return kept;
+  return update(job);
+}
+
+Result<std::vector<SpooledJob>> Spool::list() const { return select("ORDER BY id"); }
+
+Result<std::vector<SpooledJob>> Spool::page(std::uint64_t after, std::size_t most) const {
+  return select("WHERE id > " + std::to_string(after) + " ORDER BY id LIMIT " + std::to_string(most));
+}
+
+Result<std::vector<SpooledJob>> Spool::received() const {
+  auto jobs = select("WHERE state = 'received' ORDER BY id");
+  if (jobs) std::erase_if(*jobs, [](const SpooledJob& job) { return job.state != JobState::kReceived; });
+  return jobs;
+}
+
+Result<std::vector<SpooledJob>> Spool::queue() const {
+  auto jobs = select("WHERE place > 0 ORDER BY place");
+  if (jobs) std::erase_if(*jobs, [](const SpooledJob& job) { return job.place == 0; });
+  return jobs;
+}
+
+void Spool::save_remembered() {
+  for (auto& [id, job] : std::map(remembered_))
+    if (!update(job)) return;
+}
+
+Result<std::vector<SpooledJob>> Spool::select(const std::string& which) const {
+  Table::Statement rows;
+  if (!table_->prepare(rows, std::string("SELECT ") + kColumns + " FROM jobs " + which))
+    return tl::unexpected<Error>(table_->error(folder_));
+  std::vector<SpooledJob> jobs;
+  int step = 0;
+  while ((step = sqlite3_step(rows.s)) == SQLITE_ROW) {
+    SpooledJob job;
+    job.id = rows.number(0);
+    job.name = rows.text(1);
+    job.program = rows.number(2) != 0;
+    job.state = state_of(rows.text(3)).value_or(JobState::kFailed);
+    job.note = valid_text(rows.text(4));
+    job.total = rows.number(5);
+    job.executed = rows.number(6);
+    job.hash = rows.text(7);
+    job.user = static_cast<std::uint32_t>(rows.number(8));
+    job.created = static_cast<std::int64_t>(rows.number(9));
+    job.place = rows.number(10);
+    if (const auto newer = remembered_.find(job.id); newer != remembered_.end()) job = newer->second;
+    jobs.push_back(std::move(job));
+  }
+  if (step != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  return jobs;
+}
+
+Result<SpooledJob> Spool::find(std::uint64_t id) const {
+  auto jobs = select("WHERE id = " + std::to_string(id));
+  if (!jobs) return tl::unexpected<Error>(jobs.error());
+  if (!jobs->empty()) return std::move(jobs->front());
+  return fail(Code::kUsage, "there is no job " + std::to_string(id) + "; `tiltfeed list` shows them");
+}
+
+Result<void> Spool::update(const SpooledJob& job) {
+  Table::Statement change;
+  if (!table_->prepare(
+          change,
+          "UPDATE jobs SET state = ?, note = ?, total = ?, executed = ?, hash = ?, place = ? WHERE id = ?"))
+    return tl::unexpected<Error>(table_->error(folder_));
+  change.bind(1, std::string(state_name(job.state)));
+  change.bind(2, valid_text(job.note));
+  change.bind(3, job.total);
+  change.bind(4, job.executed);
+  change.bind(5, job.hash);
+  change.bind(6, job.place);
+  change.bind(7, job.id);
+  if (sqlite3_step(change.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  remembered_.erase(job.id);
+  return {};
+}
+
+Result<void> Spool::remove(std::uint64_t id) {
+  std::error_code gone;
+  std::filesystem::remove_all(folder_of(id), gone);
+  if (gone) return fail(Code::kIo, folder_of(id) + ": cannot be removed: " + gone.message());
+  Table::Statement erase;
+  if (!table_->prepare(erase, "DELETE FROM jobs WHERE id = ?"))
+    return tl::unexpected<Error>(table_->error(folder_));
+  erase.bind(1, id);
+  if (sqlite3_step(erase.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  return {};
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,75 @@
+#include "daemon/service/spool_layout.h"
+
+#include <sqlite3.h>
+
+namespace tiltfeed {
+
+namespace {
+
+/// Version 1 is the layout of before versions were kept: what it has is never changed here, later versions
+/// add to it.
+constexpr const char* kTable =
+    "CREATE TABLE IF NOT EXISTS jobs (id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL, program "
+    "INTEGER NOT NULL,"
+    " state TEXT NOT NULL, note TEXT NOT NULL, total INTEGER NOT NULL, executed INTEGER NOT NULL, hash TEXT "
+    "NOT NULL,"
+    " user INTEGER NOT NULL, created INTEGER NOT NULL)";
+/// Version 2: jobs can wait for their turn. Some tables without a version have it.
+constexpr const char* kPlace = "ALTER TABLE jobs ADD COLUMN place INTEGER NOT NULL DEFAULT 0";
+
+tl::unexpected<Error> failed(sqlite3* db, const std::string& path) {
+  return fail(Code::kIo, path + ": " + sqlite3_errmsg(db));
+}
+
+Result<int> version_of(sqlite3* db, const std::string& path) {
+  int version = 0;
+  const auto take = [](void* to, int, char** values, char**) {
+    *static_cast<int*>(to) = std::atoi(values[0]);
+    return 0;
+  };
+  if (sqlite3_exec(db, "PRAGMA user_version", take, &version, nullptr) != SQLITE_OK) return failed(db, path);
+  return version;
+}
+
+bool has_place(sqlite3* db) {
+  sqlite3_stmt* found = nullptr;
+  const bool has = sqlite3_prepare_v2(db, "SELECT place FROM jobs", -1, &found, nullptr) == SQLITE_OK;
+  sqlite3_finalize(found);
+  return has;
+}
+
+/// Within a transaction.
+Result<void> change(sqlite3* db, const std::string& path) {
+  const Result<int> version = version_of(db, path);
+  if (!version) return tl::unexpected<Error>(version.error());
+  if (*version > kSpoolVersion)
+    return fail(Code::kUsage, path + ": was written by a later tiltfeed (layout " + std::to_string(*version) +
+                                  ", this one knows " + std::to_string(kSpoolVersion) +
+                                  "); install that one again, or restore a backup");
+  if (*version == kSpoolVersion) return {};
+  if (sqlite3_exec(db, kTable, nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
+  if (!has_place(db) && sqlite3_exec(db, kPlace, nullptr, nullptr, nullptr) != SQLITE_OK)
+    return failed(db, path);
+  const std::string mark = "PRAGMA user_version = " + std::to_string(kSpoolVersion);
+  if (sqlite3_exec(db, mark.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
+  return {};
+}
+
+}  // namespace
+
+Result<void> bring_up_to_date(sqlite3* db, const std::string& path) {
+  // A table of a later version is not even put into another journal mode.
+  const Result<int> version = version_of(db, path);
+  if (!version) return tl::unexpected<Error>(version.error());
+  const char* const modes = "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL";
+  if (*version <= kSpoolVersion && sqlite3_exec(db, modes, nullptr, nullptr, nullptr) != SQLITE_OK)
+    return failed(db, path);
+  if (sqlite3_exec(db, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
+  Result<void> changed = change(db, path);
+  if (changed && sqlite3_exec(db, "COMMIT", nullptr, nullptr, nullptr) != SQLITE_OK)
+    changed = failed(db, path);
+  if (!changed) sqlite3_exec(db, "ROLLBACK", nullptr, nullptr, nullptr);
+  return changed;
+}
+
+}  // namespace tiltfeed

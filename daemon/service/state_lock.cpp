@@ -1,0 +1,198 @@
+#include "daemon/service/state_lock.h"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <sys/file.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstddef>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include "daemon/files/sha256.h"
+
+namespace tiltfeed {
+
+namespace {
+
+constexpr int kAsking = 8;  // who may ask at once who has a machine
+constexpr const char* kPrefix = "tiltfeed/machine/";
+
+std::string process_text(long pid) {
+  std::ifstream in("/proc/" + std::to_string(pid) + "/cmdline", std::ios::binary);
+  std::string words{std::istreambuf_iterator<char>(in), {}};
+  while (!words.empty() && words.back() == '\0') words.pop_back();
+  for (char& c : words)
+    if (c < ' ' || c > '~') c = ' ';
+  return "process " + std::to_string(pid) + (words.empty() ? "" : " (" + words + ")");
+}
+
+/// Connects and binds to this address on this computer only, whatever the address is called.
+bool is_own(const sockaddr* address, socklen_t size) {
+  const int fd = ::socket(address->sa_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return false;
+  const bool bound = ::bind(fd, address, size) == 0;
+  ::close(fd);
+  return bound;
+}
+
+/// Without the port.
+std::string address_text(const addrinfo& found) {
+  sockaddr_in v4{};
+  sockaddr_in6 v6{};
+  char text[INET6_ADDRSTRLEN] = {};
+  if (found.ai_family == AF_INET) {
+    std::memcpy(&v4, found.ai_addr, sizeof v4);
+  } else {
+    std::memcpy(&v6, found.ai_addr, sizeof v6);
+    if (IN6_IS_ADDR_V4MAPPED(&v6.sin6_addr)) {
+      v4.sin_family = AF_INET;
+      std::memcpy(&v4.sin_addr, v6.sin6_addr.s6_addr + 12, sizeof v4.sin_addr);
+    }
+  }
+  v4.sin_port = v6.sin6_port = 0;
+  const bool is_v4 = v4.sin_family == AF_INET;
+  if (is_v4 ? is_own(reinterpret_cast<const sockaddr*>(&v4), sizeof v4)
+            : is_own(reinterpret_cast<const sockaddr*>(&v6), sizeof v6))
+    return "this computer";
+  if (is_v4)
+    ::inet_ntop(AF_INET, &v4.sin_addr, text, sizeof text);
+  else
+    ::inet_ntop(AF_INET6, &v6.sin6_addr, text, sizeof text);
+  return text;
+}
+
+socklen_t address_of(const std::string& key, sockaddr_un& address) {
+  address = {};
+  address.sun_family = AF_UNIX;
+  std::string name = kPrefix + key;
+  if (name.size() >= sizeof address.sun_path) name = kPrefix + hex(sha256(key));
+  std::memcpy(address.sun_path + 1, name.data(), name.size());  // the abstract namespace
+  return static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+}
+
+std::string holder_of(const std::string& key) {
+  sockaddr_un address;
+  const socklen_t size = address_of(key, address);
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  ucred peer{};
+  socklen_t length = sizeof peer;
+  const bool known = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), size) == 0 &&
+                     ::getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &length) == 0;
+  ::close(fd);
+  return known ? process_text(peer.pid) : "another process";
+}
+
+/// The socket whose name is the claim. Errors: kUsage, kIo.
+Result<int> claim(const std::string& key, const LinkSpec& link) {
+  sockaddr_un address;
+  const socklen_t size = address_of(key, address);
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) return fail(Code::kIo, std::string("no socket: ") + std::strerror(errno));
+  if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), size) == 0 && ::listen(fd, kAsking) == 0)
+    return fd;
+  const int why = errno;
+  ::close(fd);
+  if (why != EADDRINUSE)
+    return fail(Code::kIo, describe(link) + ": cannot be claimed: " + std::strerror(why));
+  return fail(Code::kUsage, describe(link) + " leads to a machine (" + key + ") that " + holder_of(key) +
+                                " serves already: one service a machine, whatever name it has");
+}
+
+}  // namespace
+
+Result<StateLock> StateLock::take(const std::string& folder) {
+  const std::string path = folder + "/lock";
+  const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, S_IRUSR | S_IWUSR);
+  if (fd < 0) return fail(Code::kIo, path + ": cannot be opened: " + std::strerror(errno));
+  StateLock lock(fd);
+  char text[32] = {};
+  if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) return fail(Code::kIo, path + ": cannot be locked: " + std::strerror(errno));
+    long pid = 0;
+    const ssize_t size = ::pread(fd, text, sizeof text - 1, 0);
+    std::from_chars(text, text + std::max<ssize_t>(size, 0), pid);
+    return fail(Code::kUsage, folder + " is in use by " + (pid > 0 ? process_text(pid) : "another process") +
+                                  ": one service a spool; nothing in it was changed");
+  }
+  // For whom comes second; where it cannot be written the lock holds all the same.
+  const int size = std::snprintf(text, sizeof text, "%ld\n", static_cast<long>(::getpid()));
+  if (::ftruncate(fd, 0) == 0)
+    static_cast<void>(::pwrite(fd, text, static_cast<std::size_t>(size), 0) == size);
+  return lock;
+}
+
+StateLock::~StateLock() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+std::vector<std::string> machine_keys(const LinkSpec& link) {
+  if (link.place.starts_with('/')) {
+    struct stat status {};
+    if (::stat(link.place.c_str(), &status) == 0 && S_ISCHR(status.st_mode))
+      return {"device " + std::to_string(major(status.st_rdev)) + ":" +
+              std::to_string(minor(status.st_rdev))};
+    std::error_code none;
+    const auto path = std::filesystem::weakly_canonical(link.place, none);
+    return {"device " + (none ? link.place : path.string())};
+  }
+  const std::string at = ":" + std::to_string(link.port) + "/" + std::to_string(link.unit);
+  std::string name = link.place;
+  for (char& c : name)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  // This name is the loopback whatever the resolver knows (RFC 6761, 6.3); without /etc/hosts it knows
+  // nothing.
+  if (name == "localhost") name = "127.0.0.1";
+  addrinfo hints{}, *found = nullptr;
+  hints.ai_socktype = SOCK_STREAM;
+  if (::getaddrinfo(name.c_str(), nullptr, &hints, &found) != 0) return {name + at};
+  std::set<std::string> keys;
+  for (const addrinfo* one = found; one != nullptr; one = one->ai_next)
+    if (one->ai_family == AF_INET || one->ai_family == AF_INET6) keys.insert(address_text(*one) + at);
+  ::freeaddrinfo(found);
+  return {keys.begin(), keys.end()};
+}
+
+MachineClaim::~MachineClaim() {
+  for (const auto& [key, fd] : held_) ::close(fd);
+}
+
+Result<void> MachineClaim::follow(const LinkSpec& link) {
+  const std::vector<std::string> keys = machine_keys(link);
+  std::map<std::string, int> taken;
+  for (const std::string& key : keys) {
+    if (held_.contains(key)) continue;
+    const Result<int> fd = claim(key, link);
+    if (!fd) {
+      for (const auto& [own, socket] : taken) ::close(socket);
+      return tl::unexpected<Error>(fd.error());
+    }
+    taken[key] = *fd;
+  }
+  std::erase_if(held_, [&](const auto& one) {
+    if (std::find(keys.begin(), keys.end(), one.first) != keys.end()) return false;
+    ::close(one.second);
+    return true;
+  });
+  held_.merge(taken);
+  return {};
+}
+
+void MachineClaim::turn_away() const {
+  for (const auto& [key, fd] : held_)
+    for (int asking = -1; (asking = ::accept4(fd, nullptr, nullptr, SOCK_CLOEXEC)) >= 0;) ::close(asking);
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,102 @@
+#pragma once
+// Sends a program to a controller: the one place that owns the wire, the clock and the loop.
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/program/program.h"
+#include "daemon/protocol/session.h"
+#include "daemon/wire/link.h"
+#include "kinematics/basics/result.h"
+
+namespace tiltfeed {
+
+/// Called at most about ten times a second, at each change of phase, when every block is executed (before the
+/// controller is told that the run is over), and once at the end. Return false to
+/// stop.
+using SendProgress = std::function<bool(const SendState&)>;
+
+/// The only way in for an operator. Any thread may push; the loop takes within 50 ms, in order.
+class CommandQueue {
+ public:
+  void push(const OperatorCommand& command);
+  std::optional<OperatorCommand> take();
+
+ private:
+  std::mutex mutex_;
+  std::vector<OperatorCommand> waiting_;
+};
+
+enum class Way : std::uint8_t { kOut, kIn };
+
+/// What a service hangs into the loop; each may be empty. All are called on the loop's own thread and must
+/// not block for longer than a few milliseconds.
+struct StreamHooks {
+  SendProgress progress = {};
+  CommandQueue* commands = nullptr;
+  /// Everything that passes the wire, as it passes: bytes (Grbl, RepRap, drip feed) or one packed request or
+  /// reply (Modbus, daemon/wire/modbus_map.h). For a black box.
+  std::function<void(Way, std::string_view bytes, Time at)> traffic = {};
+  /// Write-ahead: called before block `next` (counted from 1, with its line in the file) may reach the wire.
+  /// Returns up to which block, >= next, that is on record; it is not called again before that one. An error
+  /// stops the machine and ends the run with that error.
+  std::function<Result<std::uint64_t>(std::uint64_t next, std::uint64_t line)> reserve = {};
+};
+
+/// What another process began and the controller still knows (Modbus ring only).
+struct Attachment {
+  std::uint16_t session = 0, boot = 0;  ///< SendState::session and boot of that run
+  std::uint64_t accepted = 0;           ///< blocks known to be accepted: a lower bound
+  std::uint64_t reserved = 0;           ///< blocks that may have reached the wire: an upper bound
+};
+
+struct SendOptions {
+  std::uint16_t session_id = 0;  ///< Modbus, names the run; 0: a random one
+  bool check = false;            ///< let the controller read the whole program first, without moving ($C)
+  /// Go on with the block after the last that the controller accepted. Fails, with nothing sent, when the
+  /// controller was restarted or has another session. The machine may be in hold: then a resume command is
+  /// due.
+  std::optional<Attachment> attach = {};
+  /// SHA-256 that the program must have, so that the run is of what was checked.
+  std::optional<std::array<std::uint8_t, 32>> program = {};
+};
+
+struct SendReport {
+  LinkKind link = LinkKind::kGrbl;
+  std::string header;              ///< the program's (TILTFEED ...) comment, may be empty
+  std::uint64_t lines = 0;         ///< blocks sent (Modbus: motion, dwell and M blocks)
+  std::uint64_t bytes = 0;         ///< taken by the wire, real-time bytes and resends included
+  std::uint64_t acknowledged = 0;  ///< blocks that the controller has taken over
+  std::optional<std::uint64_t>
+      executed;  ///< blocks proved to be executed; nothing where the link proves none
+  double seconds = 0.0;
+  std::uint64_t resends = 0;  ///< identical requests or lines sent again
+};
+
+/// Checks the whole program first and sends nothing when it finds anything wrong; then streams it and returns
+/// when the controller has proved that the last block is executed.
+/// Errors: kIo, kInput (program, with file:line and text), kLimit (line too long, number out of range), kLink
+/// (wire or controller, with the lines that may have run), kCancelled (stopped on request, likewise).
+Result<SendReport> send_program(const std::string& program_path, const LinkSpec& link,
+                                const SendOptions& options, const StreamHooks& hooks);
+
+/// Blocks of the program, as this kind of link counts them. Errors: as `send_program` before it sends.
+Result<std::uint64_t> count_blocks(const std::string& program_path, LinkKind kind);
+/// The same, and the SHA-256 of the file that they were counted in.
+struct ProgramSum {
+  std::uint64_t blocks = 0;
+  std::array<std::uint8_t, 32> hash{};
+};
+Result<ProgramSum> sum_program(const std::string& program_path, LinkKind kind);
+
+/// The same over a wire and a clock that are given.
+Result<SendReport> send_over(const std::string& program_path, const LinkSpec& spec, Link& link, Clock& clock,
+                             const SendOptions& options, const StreamHooks& hooks);
+
+}  // namespace tiltfeed

@@ -1,0 +1,14 @@
+#pragma once
+// A byte link over TCP: controllers of the Grbl family with a network board.
+
+#include <memory>
+#include <string>
+
+#include "daemon/wire/link.h"
+
+namespace tiltfeed {
+
+/// Connects within 5 s. Errors: kLink with the address, the system's reason and what to do.
+Result<std::unique_ptr<Link>> open_tcp_link(const LinkSpec& link);
+
+}  // namespace tiltfeed

@@ -1,0 +1,88 @@
+#include <cmath>
+#include <ostream>
+#include <string>
+
+#include "kinematics/basics/decimal.h"
+#include "kinematics/cl_text/apt_file.h"
+
+namespace tiltfeed {
+namespace {
+
+constexpr int kTipDecimals = 6;
+constexpr int kAxisDecimals = 9;
+constexpr int kFeedDecimals = 6;
+
+void write_event(const PathEvent& event, std::string& text) {
+  switch (event.kind) {
+    case EventKind::kRemark:
+      text += "PPRINT " + event.text + "\n";
+      return;
+    case EventKind::kSpindle:
+      text += event.value == 0.0 ? std::string("SPINDL/OFF\n")
+                                 : "SPINDL/" + decimal(std::abs(event.value), 3) +
+                                       (event.value < 0.0 ? ",RPM,CCLW\n" : ",RPM,CLW\n");
+      return;
+    case EventKind::kCoolant:
+      text += event.value == 0.0 ? "COOLNT/OFF\n" : (event.value == 1.0 ? "COOLNT/FLOOD\n" : "COOLNT/MIST\n");
+      return;
+    case EventKind::kDwell:
+      text += "DELAY/" + decimal(event.value, 3) + "\n";
+      return;
+    case EventKind::kStop:
+      text += "STOP\n";
+      return;
+    case EventKind::kOptionalStop:
+      text += "OPSTOP\n";
+      return;
+    case EventKind::kCutterLeft:
+    case EventKind::kCutterRight:
+      text += event.kind == EventKind::kCutterLeft ? "CUTCOM/LEFT" : "CUTCOM/RIGHT";
+      if (event.value > 0.0) text += "," + decimal(event.value, 0);
+      text += "\n";
+      return;
+    case EventKind::kCutterOff:
+      text += "CUTCOM/OFF\n";
+      return;
+  }
+}
+
+void write_move(const Move& move, std::string& text) {
+  if (move.kind == MoveKind::kRapid) text += "RAPID\n";
+  text += "GOTO/" + decimal(move.pose.tip.x, kTipDecimals) + "," + decimal(move.pose.tip.y, kTipDecimals) +
+          "," + decimal(move.pose.tip.z, kTipDecimals) + "," + decimal(move.pose.axis.x, kAxisDecimals) +
+          "," + decimal(move.pose.axis.y, kAxisDecimals) + "," + decimal(move.pose.axis.z, kAxisDecimals) +
+          "\n";
+}
+
+}  // namespace
+
+void write_apt(const AptProgram& program, std::ostream& out) {
+  out << "PARTNO " << program.name << "\nUNITS/MM\nMULTAX\n";
+  for (const AptOperation& op : program.operations) {
+    const ToolPath& path = op.path;
+    out << "CUTTER/" << decimal(path.tool.diameter, kTipDecimals) << ","
+        << decimal(path.tool.corner_radius, kTipDecimals) << "\nLOADTL/" << op.tool_number << ",LENGTH,"
+        << decimal(path.tool.length, kTipDecimals);
+    if (op.length_register > 0) out << ",ADJUST," << op.length_register;
+    out << "\n";
+    auto event = op.events.begin();
+    Feed feed;
+    std::string text;
+    for (std::size_t i = 0; i < path.moves.size(); ++i) {
+      text.clear();
+      for (; event != op.events.end() && event->move <= i; ++event) write_event(*event, text);
+      if (path.moves[i].kind != MoveKind::kRapid && feed_of(path, i) != feed) {
+        feed = feed_of(path, i);
+        text += "FEDRAT/" + decimal(feed.mm_per_min(), kFeedDecimals) + ",MMPM\n";
+      }
+      write_move(path.moves[i], text);
+      out << text;
+    }
+    text.clear();
+    for (; event != op.events.end(); ++event) write_event(*event, text);
+    out << text;
+  }
+  out << "FINI\n";
+}
+
+}  // namespace tiltfeed

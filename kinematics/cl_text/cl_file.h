@@ -1,0 +1,25 @@
+#pragma once
+// The tool path as APT CL text: PARTNO, UNITS/MM, MULTAX, CUTTER/d,r, LOADTL/1,LENGTH,l, FEDRAT/f,MMPM,
+// RAPID, GOTO/x,y,z,i,j,k, FINI; PPRINT remarks state both feeds. GOTO states the tool *tip* and the unit
+// axis from tip to shank, part coordinates, mm.
+
+#include <iosfwd>
+#include <string>
+
+#include "kinematics/basics/result.h"
+#include "kinematics/basics/tool_path.h"
+
+namespace tiltfeed {
+
+/// Writes `path` as CL text: 6 decimals for mm, 9 for axis components; RAPID precedes each rapid GOTO,
+/// FEDRAT/ appears where the feed changes; cut and plunge are told apart by it, or by a remark where both
+/// feeds are the same.
+void write_cl(const ToolPath& path, std::ostream& out);
+
+/// Reads CL text that `write_cl` wrote back to the same path, to the decimals written (facets excepted: CL
+/// text has none). `$$` comments, blank lines and foreign PPRINT remarks are skipped; without our remark the
+/// first FEDRAT/ is the cutting feed and another one the plunge feed. Axes are made unit again. Errors:
+/// kInput with `name`:line and what was expected.
+Result<ToolPath> read_cl(std::istream& in, const std::string& name);
+
+}  // namespace tiltfeed

@@ -1,0 +1,80 @@
+#include "kinematics/joints/joint_errors.h"
+
+#include <cassert>
+#include <cmath>
+
+#include "kinematics/basics/decimal.h"
+
+namespace tiltfeed {
+namespace {
+
+// A tool axis of a path is unit to this.
+constexpr double kUnit = 1e-9;
+// Two axes nearer to opposite than this (rad) have no great circle between them.
+constexpr double kOpposite = 1e-6;
+
+std::string place(std::size_t index, const Pose& pose) {
+  const auto triple = [](double x, double y, double z, int decimals) {
+    return "(" + decimal(x, decimals) + ", " + decimal(y, decimals) + ", " + decimal(z, decimals) + ")";
+  };
+  return "move " + std::to_string(index) + ", tip " + triple(pose.tip.x, pose.tip.y, pose.tip.z, 4) +
+         ", axis " + triple(pose.axis.x, pose.axis.y, pose.axis.z, 6) + ": ";
+}
+
+bool opposite(Vec3 u, Vec3 v) { return dot(u, v) < 0.0 && angle_between(u, v) > kPi - kOpposite; }
+
+/// What to change for a broken limit; nothing for other messages.
+std::string remedy(const MachineModel& machine, const std::string& text) {
+  const char letter = limited_axis(text);
+  if (letter == '\0') return {};
+  if (letter == machine.tilt.letter)
+    return "; tilt the tool less, or turn the part on the table (setup.fixture_rotation_deg, post --fixture)";
+  if (letter == machine.rotary.letter)
+    return "; cut to and fro (zigzag) or in shorter runs so that the table unwinds, or let the tool be taken "
+           "off "
+           "in between (post --clear-height, --clear-radius)";
+  return "; move the part on the table (setup.part_zero_mm, post --part-zero), change the tool's length, or "
+         "state "
+         "the profile's travels as the words from this work offset count";
+}
+
+}  // namespace
+
+char limited_axis(const std::string& text) { return text.size() > 1 && text[1] == ' ' ? text.front() : '\0'; }
+
+Error located(const Error& error, std::size_t index, const Pose& pose, const MachineModel& machine) {
+  return {error.code, place(index, pose) + error.message + remedy(machine, error.message)};
+}
+
+Result<void> check_path(const ToolPath& path, const MachineModel& machine, const JointPathOptions& options) {
+  assert(options.tolerance > 0.0 && options.axis_tolerance > 0.0);
+  if (path.moves.empty()) return fail(Code::kInput, "tool path " + path.name + " has no moves");
+  if (path.moves.size() > 0xFFFFFFFFu) return fail(Code::kInput, "tool path has more than 2^32 moves");
+  for (const double velocity : {machine.x.velocity, machine.y.velocity, machine.z.velocity,
+                                machine.tilt.velocity, machine.rotary.velocity}) {
+    if (!(velocity > 0.0))
+      return fail(Code::kInput, "machine " + machine.name + ": an axis velocity is " + decimal(velocity, 4) +
+                                    "; state one above 0 for every axis");
+  }
+  for (std::size_t i = 0; i < path.moves.size(); ++i) {
+    const Move& move = path.moves[i];
+    if (!is_finite(move.pose.tip) || !(std::abs(length(move.pose.axis) - 1.0) < kUnit))
+      return fail(Code::kInput, place(i, move.pose) + "the tip must be finite and the axis of length 1");
+    const Feed feed = feed_of(path, i);
+    if (move.kind != MoveKind::kRapid && !(feed.mm_per_min() > 0.0))
+      return fail(Code::kInput, place(i, move.pose) + "its feed is " + decimal(feed.mm_per_min(), 4) +
+                                    " mm/min; state one above 0");
+    if (i > 0 && opposite(move.pose.axis, path.moves[i - 1].pose.axis))
+      return fail(Code::kInput,
+                  place(i, move.pose) + "the axis turns over by 180 degrees in one move; give it a way");
+  }
+  return {};
+}
+
+bool turns_over(const ToolPath& path) {
+  for (std::size_t i = 1; i < path.moves.size(); ++i)
+    if (opposite(path.moves[i - 1].pose.axis, path.moves[i].pose.axis)) return true;
+  return false;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,271 @@
+#include "pathgen/envelope/envelope.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "pathgen/envelope/pass_floor.h"
+#include "pathgen/envelope/straight_moves.h"
+#include "pathgen/envelope/surface_end.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// Share of the tolerance that a steep flank may lean: the step at which the search for its foot ends.
+constexpr double kFlankShare = 0.1;
+
+/// Lines shorter than this share of the index's spacing are looked up like places.
+constexpr double kNearShare = 0.5;
+
+}  // namespace
+
+/// Builds the envelope along one line by evaluating it where patches begin and end, and between those places
+/// until the straight moves fit. Heights come from the patches' closed forms.
+class Profile {
+ public:
+  Profile(Envelope& field, const FlatLine& line)
+      : field_(field),
+        surface_(field.surface_),
+        map_(field.map_),
+        line_(line),
+        options_(field.options_),
+        moves_(surface_, options_, stretch(field, line)),
+        flank_(options_.tolerance * kFlankShare),
+        sweep_(field.candidates_, moves_.close()) {}
+
+  LineEnvelope build() {
+    if (!sweep_.next()) return {};
+    pass_.reserve(2 * field_.candidates_.size());
+    std::array<Sample, 2> ends{evaluate(sweep_.to())};
+    emit(ends[0]);
+    for (std::size_t i = 0; sweep_.next(); ++i) {
+      const Sample& left = ends[i % 2];
+      Sample& right = ends[(i + 1) % 2];
+      right = evaluate(sweep_.to());
+      refine(left, right);
+      emit(right);
+    }
+    finish_pass();
+    std::sort(result_.too_near.begin(), result_.too_near.end());
+    result_.too_near.erase(std::unique(result_.too_near.begin(), result_.too_near.end()),
+                           result_.too_near.end());
+    return std::move(result_);
+  }
+
+  /// The envelope at the start of the line, where all candidates of the cutting part are.
+  Sample start() {
+    sweep_.next();
+    at_place_ = true;
+    return evaluate(0.0);
+  }
+  /// The patch for which nothing may be cut there.
+  std::optional<PatchId> shut_by() const {
+    return result_.too_near.empty() ? std::nullopt : std::optional(result_.too_near.front());
+  }
+
+ private:
+  /// The most that a step along the line is longer on the CL surface.
+  static double stretch(const Envelope& field, const FlatLine& line) {
+    const Deformation::Stretch most = field.map_.stretch(field.index_.furthest());
+    return std::abs(line.dx) * most.x + std::abs(line.dy) * most.y;
+  }
+
+  /// Does the part grown by the radius hold the place where the column ends? Then the column is shut from
+  /// there down to wherever that body ends, which its own patches need not show.
+  bool end_is_covered(double x, double y) {
+    const std::vector<PatchId>& near = field_.index_.covering();
+    if (near.empty()) return false;
+    const std::optional<Point<Part>> end = map_.column_end(x, y);
+    if (!end) return false;
+    if (!field_.end_ || *field_.end_ != *end) {
+      const auto covering =
+          std::find_if(near.begin(), near.end(), [&](PatchId patch) { return surface_.covers(patch, *end); });
+      field_.end_ = end;
+      field_.end_covered_by_ = covering != near.end() ? std::optional(*covering) : std::nullopt;
+    }
+    if (field_.end_covered_by_) result_.too_near.push_back(*field_.end_covered_by_);
+    return field_.end_covered_by_.has_value();
+  }
+
+  /// (E1) The highest of the active patches on the axis line at `run`; equal heights: the lower patch number.
+  Sample evaluate(double run) {
+    Sample sample;
+    sample.run = run;
+    const double x = line_.x_at(run), y = line_.y_at(run);
+    const AxisLine line = map_.axis_line(x, y, angles_);
+    if (end_is_covered(x, y)) return sample;
+    ClHit best;
+    const auto take = [&](PatchId patch) {
+      ClHit hit;
+      if (!surface_.top(patch, line, hit)) return;
+      if (!map_.in_column(hit.z, angles_, 0.0)) return;  // seen from its own column
+      if (sample.hit && (hit.z < best.z || (hit.z == best.z && patch > sample.point.patch))) return;
+      best = hit;
+      sample.hit = true;
+      sample.point.patch = patch;
+    };
+    for (const Candidate& c : sweep_.active()) {
+      if (c.from > run || c.to < run) continue;
+      if (sample.hit && static_cast<double>(c.top) < best.z) break;
+      take(c.patch);
+    }
+    const auto take_from = [&](const CellTree& tree) {
+      tree.each(
+          {x, x, y, y},
+          [&](const FlatBox&, float top) { return !sample.hit || static_cast<double>(top) >= best.z; },
+          [&](const CellTree::Found& found) { take(found.patch); });
+    };
+    if (at_place_ && field_.places_ != nullptr) take_from(*field_.places_);
+    if (at_place_) take_from(field_.index_.guards());
+    // Too near to where the column ends, or beyond it: nothing lower may be taken instead.
+    if (sample.hit && !map_.in_column(best.z, angles_, kLeastAxisDistance)) {
+      sample.hit = false;
+      result_.too_near.push_back(sample.point.patch);
+    }
+    if (!sample.hit) return sample;
+    sample.point.flat = {x, y, best.z};
+    sample.point.centre = line.base + line.axis * best.z;
+    sample.point.axis = line.axis;
+    lean(best, sample.point);
+    return sample;
+  }
+
+  /// (C5) Normal of the CL surface: that of the contact, tilted by what the axis turns.
+  void lean(const ClHit& hit, EnvelopePoint& point) const {
+    point.normal = hit.normal;
+    if (hit.twist == Vec3{}) return;
+    const Vec3 tilted = hit.normal + map_.axis_turn(point.flat, hit.twist);
+    const double lever = length(tilted);
+    point.normal = tilted / lever;
+    point.lever = static_cast<float>(std::max(1.0, lever));
+  }
+
+  /// Emits what is needed strictly between two samples. `looks`: for the end of the surface there so far.
+  void refine(const Sample& left, const Sample& right, int looks = 0) {
+    const double width = right.run - left.run;
+    if (width <= (left.hit == right.hit ? flank_ : kEndStep)) return;
+    const bool both = left.hit && right.hit;
+    const StraightMoves::Verdict move =
+        both ? moves_.judge(left, right, sweep_.active()) : StraightMoves::Verdict{};
+    if (move.unbroken && move.larger <= options_.tolerance && !moves_.stands_level_on_two(left, right))
+      return;
+    if (move.over_one_edge) return;
+    const Sample middle =
+        evaluate(left.hit == right.hit ? left.run + width * moves_.next_share(left, right, move)
+                                       : next_look(surface_, map_, line_, left, right, looks));
+    if (!left.hit && !right.hit && !middle.hit) return;
+    // A corner next to one end: the middle shows whether it is no more than that, and the quarters that there
+    // are not two of them.
+    const auto quarter = [&](double share) {
+      return moves_.on_move(evaluate(left.run + share * width), left, right);
+    };
+    if (move.unbroken && move.corner_at_end && middle.hit && moves_.on_move(middle, left, right) &&
+        (StraightMoves::one_corner(left, middle, right) || (quarter(0.25) && quarter(0.75))))
+      return;
+    refine(left, middle, looks + 1);
+    emit(middle);
+    refine(middle, right, looks + 1);
+  }
+
+  void emit(const Sample& sample) {
+    if (!sample.hit) return finish_pass();
+    pass_.push_back(sample.point);
+  }
+  void finish_pass() {
+    if (!pass_.empty()) result_.passes.push_back(std::move(pass_));
+    pass_.clear();
+  }
+
+  Envelope& field_;
+  const ClSurface& surface_;
+  const Deformation& map_;
+  FlatLine line_;
+  const EnvelopeOptions& options_;
+  StraightMoves moves_;
+  double flank_;
+  Deformation::Angles angles_;
+  CandidateSweep sweep_;
+  bool at_place_ = false;  ///< shank and holder are looked up there
+  Pass pass_;
+  LineEnvelope result_;
+};
+
+LineEnvelope Envelope::along(const FlatLine& line) {
+  if (line.length <= kNearShare * index_.spacing()) {
+    look_near({line.x, line.y}, {line.x_at(line.length), line.y_at(line.length)});
+    FlatIndex::along(line, nearby_, scratch_, candidates_);
+  } else {
+    index_.along(line, scratch_, candidates_);
+  }
+  return along_candidates(line);
+}
+
+LineEnvelope Envelope::along(const FlatLine& line, const RowCandidates& rows, std::size_t row) {
+  rows.of(row, met_);
+  FlatIndex::along(line, met_, scratch_, candidates_);
+  return along_candidates(line);
+}
+
+LineEnvelope Envelope::along_candidates(const FlatLine& line) {
+  LineEnvelope found = Profile(*this, line).build();
+  if (index_.guards().empty()) return found;
+  // The cutting part alone shows how low shank and holder come.
+  const PassFloor floor(found.passes, line, options_.tolerance);
+  if (!find_guards(line, floor)) return found;
+  return raised(found, line, floor);
+}
+
+/// The passes of the cutting part, traced again where shank or holder may rise over them.
+LineEnvelope Envelope::raised(const LineEnvelope& found, const FlatLine& line, const PassFloor& floor) {
+  LineEnvelope all;
+  all.too_near = found.too_near, all.guarded = true;
+  for (const Pass& pass : found.passes)
+    all.cut.push_back({line.run_of(pass.front().flat.x, pass.front().flat.y),
+                       line.run_of(pass.back().flat.x, pass.back().flat.y)});
+  cutter_.swap(candidates_);
+  PassSplice splice(found.passes, line);
+  for (const auto& [from, to] : floor.stretches(guards_, line.length)) {
+    candidates_.clear();
+    for (const std::vector<Candidate>* some : {&cutter_, &guards_})
+      for (const Candidate& c : *some)
+        if (c.from <= to && c.to >= from)
+          candidates_.push_back({std::max(c.from, from), std::min(c.to, to), c.patch, c.top});
+    sort_by_start(candidates_, line.length, scratch_.sorting);
+    LineEnvelope part = Profile(*this, line).build();
+    splice.replace(from, to, std::move(part.passes));
+    all.too_near.insert(all.too_near.end(), part.too_near.begin(), part.too_near.end());
+  }
+  all.passes = splice.finish();
+  std::sort(all.too_near.begin(), all.too_near.end());
+  all.too_near.erase(std::unique(all.too_near.begin(), all.too_near.end()), all.too_near.end());
+  return all;
+}
+
+/// What may be the highest round both places, for `nearby_`. Requires: not further apart than kNearShare of
+/// the index's spacing.
+void Envelope::look_near(std::array<double, 2> a, std::array<double, 2> b) {
+  if (asked_ && asked_->holds(a[0], a[1]) && asked_->holds(b[0], b[1])) return;
+  // What is asked next is mostly near.
+  const double half = index_.spacing() / 2.0, x = (a[0] + b[0]) / 2.0, y = (a[1] + b[1]) / 2.0;
+  asked_ = FlatBox{x - half, x + half, y - half, y + half};
+  index_.near(*asked_, scratch_, nearby_);
+}
+
+std::optional<EnvelopePoint> Envelope::at(double x, double y) {
+  candidates_.clear();
+  if (places_ == nullptr) {
+    look_near({x, y}, {x, y});
+    for (const FlatIndex::Nearby& n : nearby_)
+      if (n.box.holds(x, y)) candidates_.push_back({0.0, 0.0, n.patch, n.top});
+  }
+  Profile profile(*this, {x, y, 1.0, 0.0, 0.0});
+  const Sample sample = profile.start();
+  shut_by_ = profile.shut_by();
+  if (!sample.hit) return std::nullopt;
+  return sample.point;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,111 @@
+#pragma once
+// The upper envelope of one slice: the highest CL point on each axis line, so that neither ball nor straight
+// shank cuts into the part. (E1)..(E4) in pathgen/README.md.
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "pathgen/axis/deformation.h"
+#include "pathgen/surface/cl_surface.h"
+#include "pathgen/surface/flat_index.h"
+#include "pathgen/surface/row_candidates.h"
+
+namespace tiltfeed {
+
+/// A point of the envelope, exactly on the CL surface.
+struct EnvelopePoint {
+  Point<Flat> flat;
+  Point<Part> centre;  ///< the CL reference: centre of the ball or of the rounded edge
+  Vec3 axis;           ///< unit, from tip to shank
+  Vec3 normal;         ///< unit, of the CL surface, away from the part
+  PatchId patch = 0;
+  float lever = 1.0f;  ///< (C5) what the reference strays from the surface the contact does times this, >= 1
+};
+
+/// A pass: an unbroken row of envelope points in rising run coordinate.
+using Pass = std::vector<EnvelopePoint>;
+
+struct EnvelopeOptions {
+  double tolerance =
+      0.003;  ///< largest distance of the envelope from the straight move between two points, mm
+  double max_axis_step = 0.02;  ///< largest turn of the axis between two points, rad
+  double max_distance = std::numeric_limits<double>::infinity();  ///< between two points, mm
+  double reach = 0.0;  ///< how far up the tool its side must keep to the path, over the CL reference, mm
+};
+
+/// (E5) From a to b the axis turns by an angle whose square is `turn2` (rad^2), evenly; the true one faster
+/// the nearer it is to the point, line or circle. Do they differ by at most `tolerance` (mm) at
+/// options.reach?
+inline bool turns_evenly(const EnvelopePoint& a, const EnvelopePoint& b, double turn2, double tolerance,
+                         const EnvelopeOptions& options) {
+  const double strays = options.reach * (a.flat.z - b.flat.z);
+  const double allowed = 4.0 * tolerance * std::min(std::abs(a.flat.z), std::abs(b.flat.z));
+  return strays * strays * turn2 <= allowed * allowed;
+}
+
+/// Nearer than this to the point, line or circle (mm) the axis turns too fast to be of use: nothing is
+/// machined there.
+inline constexpr double kLeastAxisDistance = 0.1;
+
+struct LineEnvelope {
+  std::vector<Pass> passes;
+  std::vector<PatchId> too_near;               ///< patches left out for kLeastAxisDistance, each once
+  bool guarded = false;                        ///< shank or holder may have raised it
+  std::vector<std::pair<double, double>> cut;  ///< if so: run coordinates over which the cutting part touches
+};
+
+/// The upper envelope of the CL surface over the flat space. One object a thread; surface, deformation and
+/// index are shared and must outlive it.
+class Envelope {
+ public:
+  Envelope(const ClSurface& surface, const Deformation& deformation, const FlatIndex& index,
+           const EnvelopeOptions& options)
+      : surface_(surface), map_(deformation), index_(index), options_(options) {}
+
+  /// Points on the envelope along the line, dense enough that straight moves of the CL reference between them
+  /// stay within options.tolerance of it. Steep flanks are points whose axis lines lie at most tolerance / 10
+  /// apart. A gap in the surface ends a pass.
+  LineEnvelope along(const FlatLine& line);
+  /// The same along line `row` of those that `rows` were made for.
+  LineEnvelope along(const FlatLine& line, const RowCandidates& rows, std::size_t row);
+
+  /// The envelope on one axis line; nothing where the line misses the CL surface or may not be used.
+  std::optional<EnvelopePoint> at(double x, double y);
+  /// Has at() look up the cutting part in `tree`, that of the index, which must outlive the envelope: for
+  /// places in no order.
+  void look_up_in(const CellTree& tree) { places_ = &tree; }
+  /// The patch for which the last place that at() was asked for may not be used.
+  std::optional<PatchId> shut_by() const { return shut_by_; }
+
+  const EnvelopeOptions& options() const { return options_; }
+
+ private:
+  friend class Profile;
+  LineEnvelope along_candidates(const FlatLine& line);
+  LineEnvelope raised(const LineEnvelope& found, const FlatLine& line, const class PassFloor& floor);
+  void look_near(std::array<double, 2> a, std::array<double, 2> b);
+  bool find_guards(const FlatLine& line, const class PassFloor& floor);
+  const ClSurface& surface_;
+  const Deformation& map_;
+  const FlatIndex& index_;
+  EnvelopeOptions options_;
+  FlatIndex::Scratch scratch_;
+  std::vector<Candidate> met_;         ///< by the row, cell by cell
+  std::vector<Candidate> candidates_;  ///< of the line, those now in use
+  std::vector<Candidate> cutter_;      ///< of the cutting part
+  std::vector<Candidate> guards_;      ///< of shank and holder, where they may rise
+  std::optional<FlatBox> asked_;       ///< round the place that was asked for last, and what is there
+  std::vector<FlatIndex::Nearby> nearby_;
+  const CellTree* places_ = nullptr;
+  std::optional<Point<Part>> end_;         ///< the column's end asked for last,
+  std::optional<PatchId> end_covered_by_;  ///< and the patch that covers it
+  std::optional<PatchId> shut_by_;
+};
+
+}  // namespace tiltfeed

@@ -1,0 +1,94 @@
+#include "pathgen/envelope/thinning.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tiltfeed {
+
+std::uint64_t leave_out(std::vector<Pass>& passes,
+                        const std::function<bool(const EnvelopePoint&)>& unwanted) {
+  std::uint64_t count = 0;
+  std::vector<Pass> kept;
+  for (Pass& pass : passes) {
+    auto from = pass.begin();
+    auto at = std::find_if(from, pass.end(), unwanted);
+    if (at == pass.end()) {
+      if (!pass.empty()) kept.push_back(std::move(pass));
+      continue;
+    }
+    for (; at != pass.end(); at = std::find_if(from, pass.end(), unwanted)) {
+      ++count;
+      if (at != from) kept.emplace_back(from, at);
+      from = at + 1;
+    }
+    if (from != pass.end()) kept.emplace_back(from, pass.end());
+  }
+  passes = std::move(kept);
+  return count;
+}
+
+namespace {
+
+/// Do the points between `from` and `to` lie within `tolerance` of the straight move?
+bool all_on_move(const EnvelopePoint* from, const EnvelopePoint* to, double tolerance) {
+  const Vec3 move = to->centre - from->centre;
+  const double ll = squared_length(move), share = ll > 0.0 ? 1.0 / ll : 0.0;
+  // The middle is the most likely to be off.
+  const EnvelopePoint* middle = from + (to - from) / 2;
+  const auto off = [&](const EnvelopePoint& p) {
+    const Vec3 out = p.centre - from->centre;
+    const double along = std::clamp(dot(out, move) * share, 0.0, 1.0);
+    const double lever = static_cast<double>(p.lever);
+    return squared_length(out - move * along) * (lever * lever) > tolerance * tolerance;
+  };
+  return !off(*middle) && (to - from == 2 || std::none_of(from + 1, to, off));
+}
+
+}  // namespace
+
+Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options) {
+  if (pass.empty()) return {};
+  std::vector<std::size_t> stays{0};
+  // (E4) Reach as far as every skipped point allows. The reach is capped, so that the work stays linear.
+  constexpr std::size_t kLongestReach = 64;
+  const double sine = options.max_axis_step, reach = options.max_distance;
+  std::size_t from = 0;
+  while (from + 1 < pass.size()) {
+    std::size_t to = from + 1;
+    for (std::size_t next = to + 1; next < pass.size() && next - from <= kLongestReach; ++next) {
+      const double turn2 = squared_length(cross(pass[from].axis, pass[next].axis));
+      if (turn2 > sine * sine || !turns_evenly(pass[from], pass[next], turn2, tolerance, options) ||
+          squared_length(pass[next].centre - pass[from].centre) > reach * reach ||
+          !all_on_move(&pass[from], &pass[next], tolerance))
+        break;
+      to = next;
+    }
+    stays.push_back(to);
+    from = to;
+  }
+  Pass kept;
+  kept.reserve(stays.size());
+  for (const std::size_t i : stays) kept.push_back(pass[i]);
+  return kept;
+}
+
+Pass spaced(Pass pass, const Deformation& map, double max_distance) {
+  if (!std::isfinite(max_distance)) return pass;
+  Pass dense;
+  for (std::size_t i = 0; i < pass.size(); ++i) {
+    const double moves =
+        i == 0 ? 1.0 : std::ceil(distance(pass[i - 1].centre, pass[i].centre) / max_distance - 1e-9);
+    for (double k = 1.0; k < moves; ++k) {
+      EnvelopePoint p = pass[i];
+      p.centre = lerp(pass[i - 1].centre, pass[i].centre, k / moves);
+      p.axis = slerp(pass[i - 1].axis, pass[i].axis, k / moves);
+      p.flat = lerp(pass[i - 1].flat, pass[i].flat, k / moves);
+      p.flat.z = map.flatten(p.centre).z;
+      dense.push_back(p);
+    }
+    dense.push_back(pass[i]);
+  }
+  return dense;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,25 @@
+#pragma once
+// How many points a pass has: those that add nothing go, others are put in where moves are too long. (E4) in
+// pathgen/README.md.
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "pathgen/envelope/envelope.h"
+
+namespace tiltfeed {
+
+/// Cuts the points for which `unwanted` holds out of the passes, which so become more and shorter. Returns
+/// how many.
+std::uint64_t leave_out(std::vector<Pass>& passes, const std::function<bool(const EnvelopePoint&)>& unwanted);
+
+/// Drops points that a straight move between their neighbours passes within `tolerance` (mm), as long as the
+/// axis turns at most options.max_axis_step in one move and the move is no longer than options.max_distance.
+/// Keeps the first and the last.
+Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options);
+
+/// The pass with points put into its straight moves where they are longer than `max_distance` (mm).
+Pass spaced(Pass pass, const Deformation& map, double max_distance);
+
+}  // namespace tiltfeed

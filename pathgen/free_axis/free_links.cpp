@@ -1,0 +1,291 @@
+#include "pathgen/free_axis/free_links.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "kinematics/basics/tolerance_budget.h"
+#include "kinematics/joints/joint_path.h"
+#include "pathgen/free_axis/surface_joins.h"
+#include "pathgen/linking/linking.h"
+#include "pathgen/linking/nearest_ends.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// Moves over the sphere turn and travel by at most this, rad (3 degrees): chords dip by 0.04 percent of it,
+/// which the sphere has to spare.
+constexpr double kSphereStep = 0.052;
+constexpr double kSphereSpare = 1.0005;
+/// Directions are outwards if they lean inwards by less than this: rounding.
+constexpr double kOutwards = -1e-6;
+/// A short way is tried where it is not longer than so many clearances, and turns by at most this (rad).
+constexpr double kShortWay = 6.0, kShortTurn = 1.0;
+
+/// How far any point of the tool may be from where a rapid says that it is, mm: the axes may move tip and
+/// axis off the way, and it is looked at in steps.
+double stray_of_rapids(double tolerance) {
+  return 2.0 * kRapidToleranceFactor * ToleranceBudget(tolerance).joints() + tolerance;
+}
+
+PlanOptions grown(PlanOptions options, double by) {
+  options.allowance += by;
+  return options;
+}
+
+struct Polar {
+  double tilt, azimuth;
+};
+
+class RunLinker {
+ public:
+  RunLinker(const Admissibility& admissible, const OrientationOptions& how, const PlanOptions& options,
+            const std::vector<std::uint32_t>& source)
+      : admissible_(admissible),
+        tool_(admissible.tool()),
+        strayed_(tool_.tree(), grown(options, stray_of_rapids(options.tolerance)), 0.0),
+        options_(options),
+        source_(source),
+        joins_(admissible, how, options.links.join_distance) {
+    const Box& box = tool_.tree().bounds();
+    centre_ = lerp(box.min, box.max, 0.5);
+    radius_ = (distance(box.min, box.max) / 2.0 + options.links.clearance + tool_.widest()) * kSphereSpare;
+    height_ = reference_height(options.cutter);
+    const Vec3 up = admissible.up();
+    e_ = normalized(std::abs(up.x) < 0.6 ? cross(up, Vec3{1, 0, 0}) : cross(up, Vec3{0, 1, 0}));
+    f_ = cross(up, e_);
+    step_ = std::sqrt(8.0 * tool_.ball() * options.tolerance);
+  }
+
+  FreeLinked run(const std::vector<OrientedRun>& runs, bool reversible, const ReportShare& report) {
+    std::vector<Point<Part>> ends;
+    for (const OrientedRun& r : runs)
+      ends.push_back(r.front().point.centre), ends.push_back(r.back().point.centre);
+    NearestEnds left(ends);
+    if (!reversible)
+      for (std::uint32_t i = 0; i < runs.size(); ++i) left.remove(2 * i + 1);
+    Point<Part> at = centre_ + admissible_.up() * radius_;
+    Watch watch(report, runs.size());
+    while (const auto end = watch.next() ? left.nearest(at) : std::nullopt) {
+      const OrientedRun& next = runs[*end / 2];
+      const bool reversed = *end % 2 == 1;
+      left.remove(*end);
+      if (reversible) left.remove(*end ^ 1u);
+      if (!add(next, reversed)) continue;
+      at = reversed ? next.front().point.centre : next.back().point.centre;
+    }
+    if (down_) retract();
+    out_.tested += joins_.tested();
+    return std::move(out_);
+  }
+
+ private:
+  bool add(const OrientedRun& run, bool reversed) {
+    const auto point = [&](std::size_t i) -> const OrientedPoint& {
+      return run[reversed ? run.size() - 1 - i : i];
+    };
+    if (!go_over(point(0)) && !go_short(point(0)) && !go_round(point(0))) return ++out_.skipped_runs, false;
+    for (std::size_t i = 1; i < run.size(); ++i)
+      push(pose(point(i), 0.0), MoveKind::kCut, point(i).point.facet);
+    down_ = point(run.size() - 1);
+    return true;
+  }
+
+  Pose pose(const OrientedPoint& p, double lift) const {
+    return pose_at(p.point.centre + p.axis * lift, p.axis, height_);
+  }
+
+  void plunge(const OrientedPoint& to) {
+    push(pose(to, options_.links.approach), MoveKind::kRapid);
+    push(pose(to, 0.0), MoveKind::kPlunge, to.point.facet);
+  }
+
+  /// (K4) Over the surface, as one pass.
+  bool go_over(const OrientedPoint& to) {
+    if (!down_) return false;
+    const auto way = joins_.join(*down_, to);
+    if (!way) return false;
+    for (const OrientedPoint& p : *way) push(pose(p, 0.0), MoveKind::kCut, p.point.facet);
+    ++out_.joins;
+    down_.reset();
+    return true;
+  }
+
+  /// (K3) Up by the clearance, over, and down.
+  bool go_short(const OrientedPoint& to) {
+    if (!down_) return false;
+    const double lift = options_.links.clearance;
+    const Pose from = pose(*down_, lift), over = pose(to, lift);
+    const double turn = angle_between(from.axis, over.axis);
+    if (distance(from.tip, over.tip) > kShortWay * lift || turn > kShortTurn || !clear(from, over))
+      return false;
+    push(from, MoveKind::kRapid);
+    divide(from, over);
+    plunge(to);
+    ++out_.short_links;
+    down_.reset();
+    return true;
+  }
+
+  /// In moves that turn by at most kSphereStep.
+  void divide(const Pose& from, const Pose& to) {
+    const int parts =
+        std::max(1, static_cast<int>(std::ceil(angle_between(from.axis, to.axis) / kSphereStep)));
+    for (int k = 1; k <= parts; ++k) {
+      const double f = static_cast<double>(k) / parts;
+      push({lerp(from.tip, to.tip, f), slerp(from.axis, to.axis, f)}, MoveKind::kRapid);
+    }
+  }
+
+  /// Of a tool off the part, wherever it strays: all of it as it stands, the ball too, and nothing swept,
+  /// unlike clear_along().
+  bool clear(const Pose& from, const Pose& to) {
+    const double way =
+        distance(from.tip, to.tip) + (tool_.top() + height_) * angle_between(from.axis, to.axis);
+    const int steps = std::max(1, static_cast<int>(std::ceil(way / step_)));
+    for (int k = 0; k <= steps; ++k) {
+      const double f = static_cast<double>(k) / steps;
+      const Vec3 axis = slerp(from.axis, to.axis, f);
+      ++out_.tested;
+      if (!allowed(axis) || strayed_.hit(lerp(from.tip, to.tip, f) + axis * height_, axis)) return false;
+    }
+    return true;
+  }
+  bool allowed(Vec3 axis) const { return admissible_.within_tilt(axis); }
+
+  /// Where the tip is on the sphere when the tool is drawn back from there.
+  Pose on_sphere(const OrientedPoint& p) const {
+    const Pose inside = pose(p, 0.0);
+    const Vec3 m = inside.tip - centre_;
+    const double along = dot(m, p.axis), c = squared_length(m) - radius_ * radius_;
+    return {inside.tip + p.axis * (std::sqrt(std::max(0.0, along * along - c)) - along), p.axis};
+  }
+
+  void retract() {
+    push(on_sphere(*down_), MoveKind::kRapid);
+    ++out_.retracts;
+    down_.reset();
+  }
+
+  /// (K1) Out to the sphere, over it, in again. The tool stays up where there is no way.
+  bool go_round(const OrientedPoint& to) {
+    if (down_) retract();
+    const Pose entry = on_sphere(to);
+    if (out_.moves.empty()) {
+      push(entry, MoveKind::kRapid);
+    } else {
+      const auto way = find_way(out_.moves.back().pose, entry);
+      if (!way) return false;
+      for (const Pose& p : *way) push(p, MoveKind::kRapid);
+    }
+    plunge(to);
+    return true;
+  }
+
+  using Way = std::vector<Pose>;
+
+  /// (K2) The first of the ways over the sphere that leans outwards and within the tilt limit all along.
+  std::optional<Way> find_way(const Pose& from, const Pose& to) const {
+    const Vec3 out_from = outwards(from.tip), out_to = outwards(to.tip);
+    const bool opposite = dot(out_from, out_to) < -0.999;
+    if (!opposite) {
+      for (const bool polar : {false, true}) {
+        Way way;
+        if (turn(from.axis, to.axis, out_from, out_to, polar, way)) return way;
+      }
+    }
+    for (const bool over_top : {false, true}) {
+      if (opposite && !over_top) continue;
+      Way way;
+      const Vec3 lean_from = leaning(out_from), lean_to = leaning(out_to);
+      if (!turn_in_place(from.axis, lean_from, out_from, way)) continue;
+      const bool there =
+          over_top ? travel(out_from, admissible_.up(), way) && travel(admissible_.up(), out_to, way)
+                   : travel(out_from, out_to, way);
+      if (there && turn_in_place(lean_to, to.axis, out_to, way)) return way;
+    }
+    return std::nullopt;
+  }
+
+  Vec3 outwards(Point<Part> p) const { return normalized(p - centre_); }
+  /// Outwards, as far as the tilt limit lets the axis lean.
+  Vec3 leaning(Vec3 out) const { return admissible_.nearest_tilt(out); }
+
+  Polar polar(Vec3 axis) const {
+    const Vec3 up = admissible_.up();
+    return {angle_between(axis, up), std::atan2(dot(axis, f_), dot(axis, e_))};
+  }
+  Vec3 between(Vec3 a, Vec3 b, double f, bool by_polar) const {
+    if (!by_polar) return slerp(a, b, f);
+    const Polar p = polar(a), q = polar(b);
+    double swing = q.azimuth - p.azimuth;
+    swing -= 2.0 * kPi * std::round(swing / (2.0 * kPi));
+    const double tilt = p.tilt + (q.tilt - p.tilt) * f, azimuth = p.azimuth + swing * f;
+    return admissible_.up() * std::cos(tilt) +
+           (e_ * std::cos(azimuth) + f_ * std::sin(azimuth)) * std::sin(tilt);
+  }
+
+  /// Turns the axis while the tip goes over the sphere.
+  bool turn(Vec3 a, Vec3 b, Vec3 out_a, Vec3 out_b, bool by_polar, Way& way) const {
+    if (!by_polar && dot(a, b) < -0.999) return false;
+    double widest = std::max(angle_between(a, b), angle_between(out_a, out_b));
+    if (by_polar) widest = std::max(widest, kPi);
+    const int parts = std::max(1, static_cast<int>(std::ceil(widest / kSphereStep)));
+    for (int k = 1; k <= parts; ++k) {
+      const double f = static_cast<double>(k) / parts;
+      const Vec3 out = slerp(out_a, out_b, f), axis = k == parts ? b : between(a, b, f, by_polar);
+      if (!allowed(axis) || dot(axis, out) < kOutwards) return false;
+      way.push_back({centre_ + out * radius_, axis});
+    }
+    return true;
+  }
+
+  bool turn_in_place(Vec3 a, Vec3 b, Vec3 out, Way& way) const {
+    const std::size_t before = way.size();
+    for (const bool by_polar : {false, true}) {
+      way.resize(before);
+      if (turn(a, b, out, out, by_polar, way)) return true;
+    }
+    return false;
+  }
+
+  /// Over the sphere on a great circle, the axis outwards.
+  bool travel(Vec3 from, Vec3 to, Way& way) const {
+    if (dot(from, to) < -0.9999) return false;
+    const int parts = std::max(1, static_cast<int>(std::ceil(angle_between(from, to) / kSphereStep)));
+    for (int k = 1; k <= parts; ++k) {
+      const Vec3 out = slerp(from, to, static_cast<double>(k) / parts), axis = leaning(out);
+      if (dot(axis, out) < kOutwards) return false;
+      way.push_back({centre_ + out * radius_, axis});
+    }
+    return true;
+  }
+
+  void push(const Pose& at, MoveKind kind, std::uint32_t facet = kNoFacet) {
+    out_.moves.push_back({at, kind, facet == kNoFacet ? kNoFacet : source_[facet]});
+  }
+
+  const Admissibility& admissible_;
+  const SweptTool& tool_;
+  const SweptTool strayed_;  ///< grown by what rapids stray
+  const PlanOptions& options_;
+  const std::vector<std::uint32_t>& source_;
+  Point<Part> centre_;
+  double radius_ = 0.0, height_ = 0.0, step_ = 0.0;
+  Vec3 e_, f_;
+  SurfaceJoins joins_;
+  std::optional<OrientedPoint> down_;  ///< where a run ended, while the tool is there
+  FreeLinked out_;
+};
+
+}  // namespace
+
+FreeLinked link_runs(const std::vector<OrientedRun>& runs, bool reversible, const Admissibility& admissible,
+                     const OrientationOptions& how, const PlanOptions& options,
+                     const std::vector<std::uint32_t>& source, const ReportShare& report) {
+  return RunLinker(admissible, how, options, source).run(runs, reversible, report);
+}
+
+}  // namespace tiltfeed

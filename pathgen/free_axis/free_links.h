@@ -1,0 +1,33 @@
+#pragma once
+// Runs with free axes to one tool path: out along the axis to a sphere round everything, over it, and in
+// again; or a short way close by. (K1)..(K4) of the section on free links in pathgen/README.md.
+
+#include <cstdint>
+#include <vector>
+
+#include "kinematics/basics/tool_path.h"
+#include "pathgen/free_axis/admissible.h"
+#include "pathgen/free_axis/orientation.h"
+#include "pathgen/options/plan_options.h"
+#include "pathgen/progress/watch.h"
+
+namespace tiltfeed {
+
+struct FreeLinked {
+  std::vector<Move> moves;
+  std::uint64_t retracts = 0;      ///< to the sphere, the last one included
+  std::uint64_t joins = 0;         ///< over the surface, in contact
+  std::uint64_t short_links = 0;   ///< close to the part
+  std::uint64_t skipped_runs = 0;  ///< to which no way keeps the tilt limit
+  std::uint64_t tested = 0;        ///< poses held against the part
+};
+
+/// `how`: the runs were oriented. Each run is travelled once, from the nearest end that is left; backwards
+/// only where `reversible`. Properties: on links the whole tool is clear of the part, and outside the sphere,
+/// `options.links.clearance` from everything; every pose keeps the tilt limit. `source`: Mesh::source. When
+/// the user stops it, the moves are not all there.
+FreeLinked link_runs(const std::vector<OrientedRun>& runs, bool reversible, const Admissibility& admissible,
+                     const OrientationOptions& how, const PlanOptions& options,
+                     const std::vector<std::uint32_t>& source, const ReportShare& report = {});
+
+}  // namespace tiltfeed

@@ -1,0 +1,48 @@
+#pragma once
+// Which of the chosen directions cuts which cell of the surface.
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <unordered_map>
+#include <vector>
+
+#include "pathgen/indexed/indexed_cells.h"
+
+namespace tiltfeed {
+
+class IndexedRegions {
+ public:
+  /// A cell belongs to the direction that reaches it and faces it best. Within `overlap` (mm) of the border
+  /// it is cut from both sides, where both reach it. What none reaches in its middle is left to all: some of
+  /// it may be in reach. `cells` must outlive the object.
+  /// Requires: at most kMostDirections, `sets` of reach_sets(cells, directions), cells of `size` (mm).
+  IndexedRegions(const std::vector<SurfaceCell>& cells, double size, const std::vector<Vec3>& directions,
+                 const std::vector<std::vector<std::uint8_t>>& sets, double overlap);
+
+  /// Shall direction d cut where it touches this facet of the mesh at p?
+  bool wants(std::size_t d, Point<Part> p, std::uint32_t facet) const;
+  /// Of the cells that belong to it, mm^2.
+  double area(std::size_t d) const { return area_[d]; }
+  /// Passes asked this closely miss no cell, mm.
+  double spacing() const { return size_; }
+
+ private:
+  using Key = std::array<std::int64_t, 3>;
+  struct Hash {
+    std::size_t operator()(const Key& k) const;
+  };
+  Key key(Point<Part> p) const;
+  /// Calls visit(key) for the box of p and all beside it.
+  template <class Visit>
+  void each_near(Point<Part> p, const Visit& visit) const;
+
+  const std::vector<SurfaceCell>& cells_;
+  double size_;
+  double edge_;                                                   ///< of a box, mm
+  std::unordered_map<Key, std::vector<std::uint32_t>, Hash> at_;  ///< cells by box
+  std::vector<std::uint32_t> wanted_;                             ///< a bit for each direction, of each cell
+  std::vector<double> area_;
+};
+
+}  // namespace tiltfeed

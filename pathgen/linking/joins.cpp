@@ -1,0 +1,105 @@
+#include "pathgen/linking/joins.h"
+#include "pathgen/envelope/thinning.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tiltfeed {
+
+namespace {
+
+/// How many times faster a rapid goes than a cut. The planner does not know the machine's axes; most rapid
+/// at several times any cutting feed.
+constexpr double kRapidPerCut = 5.0;
+/// How far back into both passes a join goes, as a share of its straight length, until it stays on the
+/// surface: an outline that is hollow towards the join bends away from the straight line by less.
+constexpr double kInsets[] = {0.0, 1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0};
+/// Cosine of the steepest lean for which a plunge is taken to be longer.
+constexpr double kLeastFacing = 0.05;
+
+/// About how far above p a rapid ends: stock as thick as the approach is met so far up on a plane that leans.
+double plunge_to(const EnvelopePoint& p, double approach) {
+  return approach / std::max(dot(p.normal, p.axis), kLeastFacing);
+}
+
+}  // namespace
+
+/// Of retract, travel and plunge, as the length (mm) that is cut in that time.
+double Joins::time_over(const EnvelopePoint& a, const EnvelopePoint& b) const {
+  const double z = options_.clearance_z, up = z - a.flat.z, down = z - b.flat.z;
+  const double across =
+      distance(travel_.pose({a.flat.x, a.flat.y, z}).tip, travel_.pose({b.flat.x, b.flat.y, z}).tip);
+  const double plunge = std::min(down, plunge_to(b, options_.approach));
+  return (up + across + down - plunge) / kRapidPerCut + plunge * options_.plunge_ratio;
+}
+
+bool Joins::may_cut(const Pass& pass) const {
+  const Deformation& map = field_.deformation;
+  for (std::size_t i = 0; i < pass.size(); ++i) {
+    if (i > 0 && !travel_.within_tilt(pass[i - 1].axis, pass[i].axis)) return false;
+    if (!options_.allowed) continue;
+    EnvelopePoint p = pass[i];  // a line past the seam has its points a turn on
+    p.flat.x = short_way(0.0, p.flat.x, map.period_x()), p.flat.y = short_way(0.0, p.flat.y, map.period_y());
+    if (!options_.allowed(p)) return false;
+  }
+  std::vector<std::vector<Pass>> lines{{pass}};
+  return far_side_.trim(lines) == 0;
+}
+
+/// On the envelope from a over the corners to b, where it is unbroken.
+std::optional<Pass> Joins::along(const EnvelopePoint& a, const EnvelopePoint& b,
+                                 const std::vector<Point<Flat>>& corners) {
+  const double tolerance = envelope_.options().tolerance;
+  Pass pass{a};
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    const double dx = corners[i].x - corners[i - 1].x, dy = corners[i].y - corners[i - 1].y;
+    const double run = std::hypot(dx, dy);
+    if (run == 0.0) continue;
+    const LineEnvelope found = envelope_.along({corners[i - 1].x, corners[i - 1].y, dx / run, dy / run, run});
+    if (found.passes.size() != 1) return std::nullopt;
+    const Pass& leg = found.passes.front();
+    const double missing =
+        run - std::hypot(leg.back().flat.x - corners[i - 1].x, leg.back().flat.y - corners[i - 1].y);
+    if (distance(leg.front().centre, pass.back().centre) > tolerance || missing > tolerance)
+      return std::nullopt;
+    pass.insert(pass.end(), leg.begin() + 1, leg.end());
+  }
+  if (distance(pass.back().centre, b.centre) > tolerance) return std::nullopt;
+  if (pass.size() > 1) pass.pop_back();
+  pass.push_back(b);
+  return pass;
+}
+
+std::optional<Pass> Joins::between(const End& from, const End& to) {
+  const EnvelopePoint &a = from.point, &b = to.point;
+  const double apart = distance(a.centre, b.centre);
+  if (apart > options_.join_distance) return std::nullopt;
+  const double longest = time_over(a, b);
+  if (apart >= longest) return std::nullopt;
+  const Deformation& map = field_.deformation;
+  const Point<Flat> end{short_way(a.flat.x, b.flat.x, map.period_x()),
+                        short_way(a.flat.y, b.flat.y, map.period_y()), b.flat.z};
+  const double run = std::hypot(end.x - a.flat.x, end.y - a.flat.y);
+  const auto inset = [&](Point<Flat> at, const End& e, double by) {
+    const double dx = e.inward.flat.x - e.point.flat.x, dy = e.inward.flat.y - e.point.flat.y;
+    const double step = std::hypot(dx, dy);
+    return step > 0.0 ? Point<Flat>{at.x + dx * by / step, at.y + dy * by / step, at.z} : at;
+  };
+  for (const double share : kInsets) {
+    std::vector<Point<Flat>> corners{a.flat, end};
+    if (share > 0.0) corners = {a.flat, inset(a.flat, from, share * run), inset(end, to, share * run), end};
+    std::optional<Pass> pass = along(a, b, corners);
+    if (!pass) continue;
+    if (!may_cut(*pass)) return std::nullopt;
+    for (std::size_t i = 1; options_.straight && i < pass->size(); ++i)
+      if (!options_.straight((*pass)[i - 1], (*pass)[i])) return std::nullopt;
+    *pass = thinned(*pass, options_.thinning, envelope_.options());
+    double way = 0.0;
+    for (std::size_t i = 1; i < pass->size(); ++i) way += distance((*pass)[i - 1].centre, (*pass)[i].centre);
+    if (way >= longest) return std::nullopt;
+    return Pass(pass->begin() + 1, pass->end() - 1);
+  }
+  return std::nullopt;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,39 @@
+#pragma once
+// From the end of one pass to the start of the next on the envelope. (L5) in pathgen/README.md.
+
+#include <optional>
+
+#include "pathgen/linking/travel.h"
+
+namespace tiltfeed {
+
+class Joins {
+ public:
+  Joins(const ClField& field, const Linking& options, FarSide& far_side, Envelope& envelope,
+        const Travel& travel)
+      : field_(field), options_(options), far_side_(far_side), envelope_(envelope), travel_(travel) {}
+
+  /// An end of a pass, and the pass's point next to it (the end itself in a pass of one point).
+  struct End {
+    EnvelopePoint point, inward;
+  };
+  /// The points between a and b, thinned, both left out: along the straight flat line or, where the surface
+  /// ends short of that, a little way back into both passes. Nothing when the ends are further apart than
+  /// join_distance, the envelope has a gap there, a point may not be cut or is blocked on the far side, or
+  /// going up and over is quicker.
+  std::optional<Pass> between(const End& a, const End& b);
+
+ private:
+  double time_over(const EnvelopePoint& a, const EnvelopePoint& b) const;
+  bool may_cut(const Pass& pass) const;
+  std::optional<Pass> along(const EnvelopePoint& a, const EnvelopePoint& b,
+                            const std::vector<Point<Flat>>& corners);
+
+  const ClField& field_;
+  const Linking& options_;
+  FarSide& far_side_;
+  Envelope& envelope_;
+  const Travel& travel_;
+};
+
+}  // namespace tiltfeed

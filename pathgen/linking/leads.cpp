@@ -1,0 +1,112 @@
+#include "pathgen/linking/leads.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tiltfeed {
+
+namespace {
+
+/// Where a pass climbs away from its end by more than this slope, an arc would have to come from far below
+/// it: at this slope it dips 0.3 of its radius below the end.
+const double kSteepestSine = std::sqrt(0.5);
+/// An arc shorter than this (rad) is as good as none: the pass comes down the axis itself.
+constexpr double kLeastArc = 0.01;
+/// An arc has at least this many moves, so that its first one is tangential.
+constexpr double kLeastMoves = 8.0;
+/// An arc of more moves turns the axis too fast to be of use.
+constexpr double kMostMoves = 1000.0;
+/// Points nearer than this (mm) give no direction.
+constexpr double kNoDirection = 1e-6;
+
+}  // namespace
+
+/// The arc about end + radius * up, `up` square to the direction u into the pass, on the axis's side:
+/// end + radius (up (1 - cos turn) - u sin turn), until it points along the axis.
+std::vector<Point<Flat>> Leads::shape(const EnvelopePoint& end, const EnvelopePoint& next) const {
+  const Vec3 chord = next.centre - end.centre;
+  if (length(chord) < kNoDirection) return {};
+  const Vec3 u = normalized(chord);
+  const double sine = dot(u, end.axis);
+  if (sine > kSteepestSine) return {};
+  const double whole = std::acos(std::clamp(-sine, -1.0, 1.0));
+  if (whole < kLeastArc) return {};
+  const Vec3 up = normalized(end.axis - u * sine);
+  const Deformation& map = field_.deformation;
+  // Chords lie towards the centre, away from the surface, by radius * step^2 / 8.
+  const double by_chord = whole / std::sqrt(8.0 * options_.thinning / options_.lead_radius);
+  double count = std::ceil(std::max(kLeastMoves, by_chord));
+  for (;;) {
+    std::vector<Point<Flat>> places;
+    Point<Flat> last = end.flat;
+    Vec3 axis = end.axis;
+    double widest = 0.0;
+    for (double k = 1.0; k <= count; ++k) {
+      const double turn = whole * k / count;
+      const Vec3 away = up * (1.0 - std::cos(turn)) - u * std::sin(turn);
+      Point<Flat> f = map.flatten(end.centre + away * options_.lead_radius);
+      f.x = short_way(last.x, f.x, map.period_x()), f.y = short_way(last.y, f.y, map.period_y());
+      if (!map.in_column(f, kLeastAxisDistance)) return {};
+      const Vec3 there = map.axis_line(f.x, f.y).axis;
+      widest = std::max(widest, length(cross(axis, there)));
+      places.push_back(f);
+      last = f, axis = there;
+    }
+    const double allowed = envelope_.options().max_axis_step;
+    if (widest <= allowed) return places;
+    if (count > kMostMoves) return {};
+    count = std::ceil(count * std::max(1.1, widest / allowed));
+  }
+}
+
+/// Is the move on or over the envelope, along all of its flat line?
+bool Leads::over_envelope(Point<Flat> from, Point<Flat> to) {
+  const double dx = to.x - from.x, dy = to.y - from.y, run = std::hypot(dx, dy);
+  const double tolerance = envelope_.options().tolerance;
+  const auto under = [&](const EnvelopePoint& p, double z) {
+    return (p.flat.z - z) * std::max(0.0, dot(p.normal, p.axis)) * static_cast<double>(p.lever) <= tolerance;
+  };
+  // Where columns may be shut, a gap in the envelope need not be air.
+  const bool gaps_are_air = field_.index.covering().empty();
+  if (run <= tolerance) {
+    const auto p = envelope_.at(to.x, to.y);
+    return p ? under(*p, std::min(from.z, to.z)) : gaps_are_air;
+  }
+  const LineEnvelope found = envelope_.along({from.x, from.y, dx / run, dy / run, run});
+  if (!found.too_near.empty()) return false;
+  double covered = 0.0;
+  for (const Pass& pass : found.passes)
+    for (const EnvelopePoint& p : pass) {
+      const double at = ((p.flat.x - from.x) * dx + (p.flat.y - from.y) * dy) / (run * run);
+      if (!under(p, from.z + (to.z - from.z) * at)) return false;
+      if (&p == &pass.front()) covered -= at * run;
+      if (&p == &pass.back()) covered += at * run;
+    }
+  return gaps_are_air || covered >= run - tolerance;
+}
+
+/// Could the tool come down to this place from the clearance surface, and go back?
+bool Leads::free_above(Point<Flat> place) {
+  if (place.z > options_.clearance_z) return false;
+  const AxisLine line = field_.deformation.axis_line(place.x, place.y);
+  EnvelopePoint p;
+  p.flat = place, p.centre = line.base + line.axis * place.z, p.axis = line.axis;
+  std::vector<std::vector<Pass>> lines{{Pass{p}}};
+  return far_side_.trim(lines) == 0;
+}
+
+std::vector<Point<Flat>> Leads::arc(const EnvelopePoint& end, const EnvelopePoint& next) {
+  std::vector<Point<Flat>> places = shape(end, next);
+  if (places.empty() || !free_above(places.back())) return {};
+  Point<Flat> from = end.flat;
+  for (const Point<Flat>& to : places) {
+    const Pose a = travel_.pose(from), b = travel_.pose(to);
+    const bool clear =
+        travel_.within_tilt(a.axis, b.axis) && over_envelope(from, to) && far_side_.travel_clear(a, b);
+    if (!clear) return {};
+    from = to;
+  }
+  return places;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,35 @@
+#pragma once
+// Tangential arcs into and out of a pass, in the plane of its direction and the tool axis. (L6) in
+// pathgen/README.md.
+
+#include <vector>
+
+#include "pathgen/linking/travel.h"
+
+namespace tiltfeed {
+
+class Leads {
+ public:
+  Leads(const ClField& field, const Linking& options, FarSide& far_side, Envelope& envelope,
+        const Travel& travel)
+      : field_(field), options_(options), far_side_(far_side), envelope_(envelope), travel_(travel) {}
+
+  /// The arc from the end `end` of a pass outwards and up; `next` is the pass's point next to it. Each is the
+  /// place of the CL reference, `end` itself left out; the last is where the arc points along the axis of
+  /// `end`. Empty where the pass climbs away from its end too steeply, the envelope is in the way, the arc
+  /// ends above the clearance surface, tilts too far, or is blocked on the far side.
+  std::vector<Point<Flat>> arc(const EnvelopePoint& end, const EnvelopePoint& next);
+
+ private:
+  std::vector<Point<Flat>> shape(const EnvelopePoint& end, const EnvelopePoint& next) const;
+  bool over_envelope(Point<Flat> from, Point<Flat> to);
+  bool free_above(Point<Flat> place);
+
+  const ClField& field_;
+  const Linking& options_;
+  FarSide& far_side_;
+  Envelope& envelope_;
+  const Travel& travel_;
+};
+
+}  // namespace tiltfeed

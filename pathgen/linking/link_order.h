@@ -1,0 +1,29 @@
+#pragma once
+// In which order and direction the passes are travelled. (L3) in pathgen/README.md.
+
+#include <cstdint>
+#include <vector>
+
+#include "pathgen/linking/linking.h"
+
+namespace tiltfeed {
+
+/// A pass, and whether it is travelled from back to front.
+struct Travelled {
+  std::uint32_t slice = 0, pass = 0;
+  bool reversed = false;
+  bool operator==(const Travelled&) const = default;
+};
+using Order = std::vector<Travelled>;
+
+/// Slice by slice; in zigzag every second slice that has passes is travelled backwards.
+Order plain_order(const std::vector<std::vector<Pass>>& slices, Direction direction);
+
+/// Region by region: a region is a row of passes on neighbouring slices, each of which overlaps the next and
+/// no other. In zigzag they are travelled to and fro, from either end of the row; else all forwards and in
+/// rising slices, so that the stock stays on one side. From the end of a region to the nearest start.
+/// Properties: holds each pass once; the work is n log n. Requires: no pass is empty.
+Order region_order(const std::vector<std::vector<Pass>>& slices, const Deformation& deformation,
+                   const Linking& options);
+
+}  // namespace tiltfeed

@@ -1,0 +1,182 @@
+#include "pathgen/linking/linking.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "pathgen/linking/approach.h"
+#include "pathgen/linking/joins.h"
+#include "pathgen/linking/leads.h"
+#include "pathgen/linking/link_order.h"
+#include "pathgen/linking/travel.h"
+#include "pathgen/mesh/fresh_memory.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// Up, over in a few steps, down: for the memory to set aside.
+constexpr std::size_t kMovesPerLink = 8;
+/// Of the work, the passes slice by slice; another order finds most joins known.
+constexpr double kPlainShare = 0.8;
+
+/// A pass as it is travelled.
+class Directed {
+ public:
+  Directed(const Pass& pass, bool reversed) : pass_(pass), reversed_(reversed) {}
+  std::size_t size() const { return pass_.size(); }
+  const EnvelopePoint& operator[](std::size_t i) const {
+    return reversed_ ? pass_[pass_.size() - 1 - i] : pass_[i];
+  }
+
+ private:
+  const Pass& pass_;
+  bool reversed_;
+};
+
+class Linker {
+ public:
+  Linker(const ClField& field, const Linking& options, FarSide& far_side, Envelope& envelope)
+      : surface_(field.surface),
+        options_(options),
+        travel_(field.deformation, options, far_side),
+        joins_(field, options, far_side, envelope, travel_),
+        leads_(field, options, far_side, envelope, travel_),
+        approaches_(field, options.approach, options.clearance_z) {}
+
+  Linked run(const Order& order, const std::vector<std::vector<Pass>>& slices, const ReportShare& report) {
+    linked_ = {};
+    down_.reset();
+    std::size_t points = 0;
+    for (const Travelled& t : order) points += slices[t.slice][t.pass].size() + kMovesPerLink;
+    reserve_side_by_side(linked_.moves, points);
+    Watch watch(report, order.size());
+    for (const Travelled& t : order) {
+      if (!watch.next()) break;
+      add({slices[t.slice][t.pass], t.reversed});
+    }
+    if (down_) retract();
+    return std::move(linked_);
+  }
+
+ private:
+  /// Requires: pass is not empty.
+  void add(const Directed& pass) {
+    if (!join(pass) && !fly(pass)) return;
+    for (std::size_t i = 1; i < pass.size(); ++i) cut(pass[i]);
+    const EnvelopePoint& end = pass[pass.size() - 1];
+    down_ = Down{{end, pass[pass.size() < 2 ? 0 : pass.size() - 2]}, &end};
+  }
+
+  /// (L5)
+  bool join(const Directed& pass) {
+    if (!down_ || options_.join_distance <= 0.0) return false;
+    const auto [known, unknown] = joined_.try_emplace({down_->end, &pass[0]});
+    std::optional<Pass>& between = known->second;
+    if (unknown)
+      between = joins_.between(down_->at, {pass[0], pass[std::min<std::size_t>(1, pass.size() - 1)]});
+    if (!between) return false;
+    for (const EnvelopePoint& p : *between) cut(p);
+    cut(pass[0]);
+    ++linked_.joins;
+    return true;
+  }
+
+  /// (L1) Up, over and down. Where there is no way, the pass is counted as left out, and the tool stays up.
+  bool fly(const Directed& pass) {
+    if (down_) retract();
+    std::vector<Point<Flat>> arc;
+    if (options_.lead_radius > 0.0 && pass.size() > 1) arc = leads_.arc(pass[0], pass[1]);
+    Travel::Way way = arc.empty() ? Travel::Way::kBlocked : travel_to(arc.back());
+    if (way != Travel::Way::kFound) {
+      arc.clear();
+      way = travel_to(pass[0].flat);
+    }
+    if (way != Travel::Way::kFound) {
+      ++(way == Travel::Way::kTilted ? linked_.tilted_passes : linked_.skipped_passes);
+      return false;
+    }
+    const Point<Flat> foot = arc.empty() ? pass[0].flat : arc.back();
+    if (const double start = approaches_.rapid_end(foot); start < options_.clearance_z)
+      push(travel_.pose({foot.x, foot.y, start}), MoveKind::kRapid);
+    for (auto place = arc.rbegin(); place != arc.rend(); ++place)
+      push(travel_.pose(*place), MoveKind::kPlunge);
+    push(pose_of(pass[0]), MoveKind::kPlunge, surface_.facet_of(pass[0].patch));
+    count_lead(!arc.empty());
+    return true;
+  }
+
+  Travel::Way travel_to(Point<Flat> to) {
+    if (linked_.moves.empty()) {
+      push(travel_.pose({to.x, to.y, options_.clearance_z}), MoveKind::kRapid);
+      return Travel::Way::kFound;
+    }
+    std::vector<Pose> poses;
+    const Travel::Way way = travel_.find(at_, to, poses);
+    if (way == Travel::Way::kFound)
+      for (const Pose& pose : poses) push(pose, MoveKind::kRapid);
+    return way;
+  }
+
+  void retract() {
+    std::vector<Point<Flat>> arc;
+    if (options_.lead_radius > 0.0) arc = leads_.arc(down_->at.point, down_->at.inward);
+    for (const Point<Flat>& place : arc) push(travel_.pose(place), MoveKind::kPlunge);
+    at_ = arc.empty() ? down_->at.point.flat : arc.back();
+    at_.z = options_.clearance_z;
+    push(travel_.pose(at_), MoveKind::kRapid);
+    count_lead(!arc.empty());
+    ++linked_.retracts;
+    down_.reset();
+  }
+
+  void count_lead(bool placed) {
+    if (options_.lead_radius <= 0.0) return;
+    ++(placed ? linked_.leads : linked_.straight_ends);
+  }
+  Pose pose_of(const EnvelopePoint& p) const { return pose_at(p.centre, p.axis, options_.reference_height); }
+  void cut(const EnvelopePoint& p) { push(pose_of(p), MoveKind::kCut, surface_.facet_of(p.patch)); }
+  void push(const Pose& pose, MoveKind kind, std::uint32_t facet = kNoFacet) {
+    if (kind != MoveKind::kCut && !linked_.moves.empty())
+      linked_.air_length += distance(linked_.moves.back().pose.tip, pose.tip);
+    linked_.moves.push_back({pose, kind, facet});
+  }
+
+  const ClSurface& surface_;
+  const Linking& options_;
+  Travel travel_;
+  Joins joins_;
+  Leads leads_;
+  Approaches approaches_;
+  struct Down {
+    Joins::End at;
+    const EnvelopePoint* end;  ///< of the pass
+  };
+  std::optional<Down> down_;  ///< where a pass ended, while the tool is there
+  /// From end to start; orders of the same passes share most.
+  std::map<std::pair<const EnvelopePoint*, const EnvelopePoint*>, std::optional<Pass>> joined_;
+  Point<Flat> at_;  ///< while it is on the clearance surface
+  Linked linked_;
+};
+
+}  // namespace
+
+Linked link(const std::vector<std::vector<Pass>>& slices, const ClField& field, const Linking& options,
+            FarSide& far_side, Envelope& envelope) {
+  Linker linker(field, options, far_side, envelope);
+  const Order plain = plain_order(slices, options.direction);
+  const bool one = options.order == PassOrder::kGiven;
+  const ReportShare first = part_of(options.report, 0.0, one ? 1.0 : kPlainShare);
+  const ReportShare second = part_of(options.report, kPlainShare, 1.0);
+  Linked best = linker.run(plain, slices, first);
+  if (one || (second && !second(0.0))) return best;
+  const Order regions = region_order(slices, field.deformation, options);
+  if (regions == plain) return best;
+  Linked other = linker.run(regions, slices, second);
+  const auto left_out = [](const Linked& l) { return l.skipped_passes + l.tilted_passes; };
+  const bool better = left_out(other) < left_out(best) ||
+                      (left_out(other) == left_out(best) && other.air_length < best.air_length);
+  return better ? std::move(other) : std::move(best);
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,50 @@
+#pragma once
+// Ways over the clearance surface: constant z', and the axis never tilted further than the machine can.
+// (L2), (L4) in pathgen/README.md.
+
+#include <vector>
+
+#include "pathgen/linking/linking.h"
+
+namespace tiltfeed {
+
+/// The cosine of the largest angle to `up` on the great circle from a to b. Requires: all unit.
+double least_cosine(Vec3 a, Vec3 b, Vec3 up);
+
+class Travel {
+ public:
+  Travel(const Deformation& deformation, const Linking& options, FarSide& far_side);
+
+  enum class Way {
+    kFound,
+    kBlocked,  ///< every way within the tilt limit hits the part on the far side
+    kTilted,   ///< every way tilts too far
+  };
+  /// Sets `poses` to those of the moves from `from` to `to`; z' of both is not looked at. The short way round
+  /// first, then the others in rising length.
+  Way find(Point<Flat> from, Point<Flat> to, std::vector<Pose>& poses);
+
+  /// Does the axis stay within the tilt limit while it turns from a to b?
+  bool within_tilt(Vec3 a, Vec3 b) const {
+    return unlimited_ || least_cosine(a, b, options_.up) >= least_allowed_;
+  }
+  /// The pose over the flat point.
+  Pose pose(Point<Flat> f) const;
+
+ private:
+  using Corners = std::vector<Point<Flat>>;
+  Corners detour(Point<Flat> from, Point<Flat> to, double share) const;
+  std::vector<Corners> detours(Point<Flat> from, Point<Flat> to) const;
+  double least_tilt_y(double x, double near_y) const;
+  double steps(Point<Flat> from, Point<Flat> to) const;
+  std::vector<Pose> poses_of(const Corners& corners, bool detour) const;
+  Way check(const Pose& start, const std::vector<Pose>& poses);
+
+  const Deformation& map_;
+  const Linking& options_;
+  FarSide& far_side_;
+  bool unlimited_;
+  double least_allowed_;  ///< cosine of the tilt
+};
+
+}  // namespace tiltfeed

@@ -1,0 +1,101 @@
+#pragma once
+// The part as a triangle mesh: welded, checked, its defects named.
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "kinematics/basics/geometry.h"
+#include "kinematics/basics/result.h"
+#include "pathgen/mesh/stl.h"
+
+namespace tiltfeed {
+
+struct Box {
+  Point<Part> min, max;
+};
+
+/// The box with p in it.
+inline Box grown(const Box& box, Point<Part> p) {
+  return {{std::min(box.min.x, p.x), std::min(box.min.y, p.y), std::min(box.min.z, p.z)},
+          {std::max(box.max.x, p.x), std::max(box.max.y, p.y), std::max(box.max.z, p.z)}};
+}
+
+/// Facet i has corners vertices[facets[i][0..2]], counter-clockwise seen from outside where the mesh is
+/// oriented, and came from facet source[i] of the STL file, counting from 0 (ascending; a facet that fills a
+/// hole has the source of a facet beside it). Corners of a facet differ, every facet has an area (height over
+/// its longest edge > 1e-6 mm), and every vertex is used.
+struct Mesh {
+  std::vector<Point<Part>> vertices;
+  std::vector<std::array<std::uint32_t, 3>> facets;
+  std::vector<std::uint32_t> source;
+};
+
+enum class DefectKind {
+  kDegenerate,   ///< facets without area: dropped
+  kDuplicate,    ///< facets on the same three vertices as an earlier one, whatever their order: dropped
+  kOpenEdge,     ///< edges with one facet
+  kNonManifold,  ///< edges with more than two facets
+  kMisoriented,  ///< edges that their two facets run along in the same direction; repaired if kFlipped
+  kFlipped,      ///< facets turned over to agree with their neighbours
+  kInsideOut,    ///< closed shells whose normals pointed inwards: turned over
+  kWelded,       ///< corners moved onto one next to them: a crack closed
+  kSplit,        ///< facets cut up at a neighbour's corner on their edge: a T-junction closed
+  kFlap,         ///< facets hung on an edge that had its two: dropped
+  kSeparated,    ///< edges along which solids touch: each solid given corners of its own there
+  kFilled,       ///< holes filled
+};
+
+struct Defect {
+  DefectKind kind;
+  std::uint64_t count = 0;
+  std::string first;  ///< the first place: "facet 17 at (1.2, 3.4, 5.6)"
+};
+
+/// Which side of a facet is outside.
+enum class Sides {
+  kOutward,  ///< closed and oriented: the normal's side only
+  kBoth,     ///< not to be trusted: both sides are treated as surface, which is always safe
+};
+
+struct CheckedMesh {
+  Mesh mesh;
+  Sides sides = Sides::kOutward;
+  std::vector<Defect> defects;        ///< in the order of DefectKind, counts > 0 only
+  std::vector<std::string> warnings;  ///< one line each: count, first place, consequence
+  Box bounds;
+  double volume = 0.0;  ///< mm^3, of the mesh as repaired; meaningful where closed
+};
+
+std::string to_string(DefectKind kind);
+
+/// To four digits: how warnings print a length.
+std::string number_text(double value);
+
+/// The part of a job's tolerance that repair may take: as much as each approximation of the planner.
+inline constexpr double kRepairShare = 0.25;
+
+struct RepairOptions {
+  /// How far repair may move the surface, mm; the default goes with a tolerance of 0.01 mm. 0: open edges and
+  /// edges with more than two facets are only named. Holes: see pathgen/mesh/holes.h.
+  double distance = 0.01 * kRepairShare;
+};
+
+/// Welds equal corners (exact equality of coordinates), drops degenerate and duplicate facets, orients,
+/// repairs what is still not closed (pathgen/mesh/repair.h), and names every defect. Properties: 1
+/// Sides::kOutward if and only if each directed edge has exactly one opposite, facets without area that
+///   join two neighbours (they seam a T-junction) included, and the normals point out of the material. Such
+///   seams are dropped after that test: with them left out, their edges show one facet each.
+/// 2 Where each directed edge had its opposite in the file, no corner moves. A repair moves none further than
+///   distance / 2, and no facet further than distance; its fills are the only new surface. It closes all or
+///   is not made: then no corner moves, and a warning says what stood against it.
+/// 3 Facets keep the file's order; of duplicates the first stays.
+/// 4 Nested shells: a void inside a shell keeps its normals into the void.
+/// 5 The same for any number of threads.
+/// Defects are counted in the file as read; what a repair did follows them under kinds of its own.
+/// Errors: kMesh when nothing is left to plan, or coordinates are beyond kMaxCoordinate or not finite.
+Result<CheckedMesh> check_mesh(const Stl& stl, const RepairOptions& options = {});
+
+}  // namespace tiltfeed

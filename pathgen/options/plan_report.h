@@ -1,0 +1,82 @@
+#pragma once
+// What a plan tells of itself: for the user's report and for the tests.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinematics/basics/tool_path.h"
+#include "pathgen/mesh/mesh.h"
+#include "pathgen/options/uncut_reason.h"
+#include "pathgen/progress/stages.h"
+
+namespace tiltfeed {
+
+/// Of a plan with the axis free.
+struct FreeReport {
+  std::uint64_t cl_points = 0;    ///< points of the CL surface at which a direction was sought
+  std::uint64_t directions = 0;   ///< directions tested against the part, moves and links included
+  double cl_length = 0.0;         ///< of the slices of the CL surface, mm
+  double unreached_length = 0.0;  ///< of that, left out as no direction is admissible, mm
+  std::uint64_t breaks = 0;       ///< of passes, where the direction must jump
+  std::uint64_t short_links = 0;  ///< between passes, at the clearance over the surface
+  struct Facet {
+    std::uint32_t facet = kNoFacet;  ///< of the STL file
+    Uncut why = Uncut::kCutter;
+  };
+  std::vector<Facet> unreached;  ///< facets touched where a slice was left out, ascending, each once
+};
+
+/// What the mode indexed chose, by places spread evenly over the part's surface.
+struct IndexedReport {
+  struct Direction {
+    Vec3 axis;           ///< unit
+    double alone = 0.0;  ///< share of the surface that of the chosen ones only this one reaches
+  };
+  std::vector<Direction> directions;  ///< in the order of machining
+  double reached = 0.0;               ///< share of the surface that they reach
+  double reachable = 0.0;  ///< by any direction that was asked: no number of fixed directions reaches more
+};
+
+struct UncutFacet {
+  std::uint32_t facet = 0;  ///< of the STL file
+  Uncut why = Uncut::kCutter;
+  double share = 0.0;  ///< of the facet's area, above 0; over pieces no larger than the cutter's radius
+};
+
+/// What the passes leave between them of places that the tool reaches.
+struct BetweenPasses {
+  double limit = 0.0;              ///< what the job lets them leave, tolerance included, mm
+  double most = 0.0;               ///< that they leave at most, mm; at least a quarter of the limit
+  bool never = false;              ///< no pass comes near there, and `most` is only the least that is left
+  std::uint32_t facet = kNoFacet;  ///< of the STL file, there
+  Point<Part> place;
+  double area = 0.0;  ///< on which they leave more than the limit, mm^2
+};
+
+struct UncutReport {
+  std::vector<UncutFacet> facets;  ///< that face the tool, ascending
+  std::uint64_t away = 0;          ///< facets turned away from the tool, not among them
+  double area = 0.0;               ///< uncut but for walls, mm^2
+  double wall_area = 0.0;          ///< uncut walls, mm^2
+  double facing_area = 0.0;        ///< of all that faces the tool, mm^2
+  BetweenPasses between;
+};
+
+struct PlanReport {
+  std::uint64_t facets = 0;
+  std::uint64_t passes = 0;                     ///< unbroken runs of cutting moves
+  std::uint64_t slice_points = 0;               ///< envelope points before thinning
+  std::uint64_t points = 0;                     ///< cutting moves of the path
+  std::uint64_t retracts = 0;                   ///< to the clearance surface, the last one included
+  std::uint64_t joins = 0;                      ///< passes begun from the one before, on the surface
+  double cut_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm
+  std::optional<FreeReport> free;               ///< with the axis free
+  std::optional<IndexedReport> indexed;         ///< with fixed directions
+  std::optional<UncutReport> uncut;             ///< with PlanOptions::find_uncut, in one axis field
+  std::vector<std::string> warnings;
+  std::vector<StageTime> times;
+};
+
+}  // namespace tiltfeed

@@ -1,0 +1,30 @@
+#pragma once
+// A loop of crossings to a pass at constant z': the contour between the crossings. (Z3) in pathgen/README.md.
+
+#include "pathgen/pattern/level_set.h"
+
+namespace tiltfeed {
+
+struct TraceOptions {
+  double level = 0.0;      ///< z' of the tool, mm
+  double tolerance = 0.0;  ///< mm, part space
+  double max_axis_step = 0.0;
+  bool climb = true;  ///< what is higher lies on the right of the feed
+};
+
+/// Of the tolerance: how far over the level the surface may be where the contour's border is taken; the rest
+/// is for what rises between two points.
+inline constexpr double kRiseShare = 0.5;
+
+struct Trace {
+  std::vector<Pass> passes;    ///< one closed pass, or what is left of it
+  std::uint64_t left_out = 0;  ///< moves left out because the surface rises over them or falls away
+};
+
+/// Properties: on every move the envelope is at most level + tolerance; at every point, and in the middle of
+/// every move, it is higher than the level at most two tolerances aside (but where a border is so narrow that
+/// it cannot be followed). A closed pass ends with its first point. Requires: the loop's level is level +
+/// kRiseShare * tolerance.
+Trace trace_contour(const Loop& loop, const TraceOptions& options, Heights& heights);
+
+}  // namespace tiltfeed

@@ -1,0 +1,180 @@
+#include "pathgen/pattern/pattern.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "pathgen/envelope/thinning.h"
+#include "pathgen/options/side_step.h"
+#include "pathgen/pattern/contours.h"
+#include "pathgen/pattern/raster.h"
+#include "pathgen/pattern/region_pattern.h"
+#include "pathgen/pattern/rough_layers.h"
+#include "pathgen/progress/watch.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// Where a pattern is split by slope, both sides overlap by this share of the side step.
+constexpr double kOverlapShare = 1.0;
+/// Of the work there, the contours.
+constexpr double kWallsShare = 0.7;
+
+ContourOptions contour_options(const PlanOptions& options, const EnvelopeOptions& envelope,
+                               const Region& region) {
+  ContourOptions contours{envelope, options.pattern, region.boundary(), region.levels()};
+  if (contours.pattern.side_step <= 0.0) contours.pattern.side_step = contours.pattern.step_down;
+  return contours;
+}
+
+/// For work whose steps, in this order, each count from 0 to 1.
+Progress in_order(const Progress& progress, std::vector<std::string> steps, double from, double to) {
+  if (!progress) return {};
+  return [&progress, steps = std::move(steps), from, to](const char* step, double share) {
+    const auto at = static_cast<double>(std::find(steps.begin(), steps.end(), step) - steps.begin());
+    return progress(step, from + (to - from) * (at + share) / static_cast<double>(steps.size()));
+  };
+}
+
+/// Share of the tolerance by which shank or holder may stand too low.
+constexpr double kHeldShare = 0.5;
+
+/// Contours as passes: without what may not be cut.
+Passes from_contours(Contours&& contours, const ClField& field, const PlanOptions& options,
+                     const EnvelopeOptions& limits, double smoothing, const Progress& progress) {
+  const PassRules rules(options, field);
+  Envelope envelope(field.surface, field.deformation, field.index, limits);
+  const bool guarded = field.surface.pieces().size() > 1;
+  Passes passes;
+  passes.as_given = true;
+  std::size_t points = 0;
+  for (const std::vector<Pass>& group : contours.groups)
+    for (const Pass& pass : group) points += pass.size();
+  const ReportShare report = [&](double share) { return !progress || progress("held", share); };
+  Watch watch(report, points);
+  for (std::vector<Pass>& group : contours.groups) {
+    for (const Pass& pass : group) {
+      passes.traced += pass.size();
+      for (const EnvelopePoint& p : pass) passes.top = std::max(passes.top, p.flat.z);
+    }
+    leave_out(group, [&](const EnvelopePoint& p) {
+      if (!watch.next()) return false;
+      if (!rules.may_cut(p, passes.refusals)) return true;
+      if (!guarded) return false;
+      // A contour is found between grid lines: shank and holder are asked again at each of its points.
+      const auto held = envelope.at(p.flat.x, p.flat.y);
+      if (!held || held->flat.z <= p.flat.z + kHeldShare * options.tolerance) return false;
+      const ToolPart part = rules.touching(*held);
+      if (part == ToolPart::kCutter) return false;
+      ++passes.refusals.count[static_cast<std::size_t>(uncut_by(part))];
+      passes.refusals.patches.push_back(held->patch);
+      return true;
+    });
+    if (smoothing > 0.0) smooth(group, smoothing, rules, envelope, passes.smoothed);
+    for (Pass& pass : group) pass = spaced(std::move(pass), field.deformation, limits.max_distance);
+    passes.rows.push_back(std::move(group));
+  }
+  return passes;
+}
+
+Passes within(Contours&& found, const Region& region, const ClField& field, const PlanOptions& options,
+              const EnvelopeOptions& envelope, double smoothing, const Progress& progress,
+              std::vector<std::string>& warnings) {
+  warnings.insert(warnings.end(), found.warnings.begin(), found.warnings.end());
+  if (region.limited())
+    for (auto& group : found.groups)
+      group = keep_where(
+          group, field.deformation, [&](const EnvelopePoint& p) { return region.over(p.flat); }, 0.0);
+  return from_contours(std::move(found), field, options, envelope, smoothing, progress);
+}
+
+/// They are the first `share_of_all` of the work that `progress` counts.
+Result<Passes> trace_levels(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
+                            const Progress& progress, double share_of_all,
+                            std::vector<std::string>& warnings) {
+  const Region region(options.containment, field.deformation);
+  const ContourOptions contours = contour_options(options, envelope, region);
+  const Progress steps = in_order(progress, {"grid", "levels", "contours", "held"}, 0.0, share_of_all);
+  auto found = z_level(field, contours, steps);
+  if (!found) return tl::unexpected(found.error());
+  return within(std::move(*found), region, field, options, envelope, 0.0, steps, warnings);
+}
+
+/// Walls by contours, first; the rest by rows.
+Result<Passes> trace_split(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
+                           double thinning, const Progress& progress, std::vector<std::string>& warnings) {
+  auto walls = trace_levels(field, options, envelope, progress, kWallsShare, warnings);
+  if (!walls) return walls;
+  const Progress steps = in_order(progress, {"passes"}, kWallsShare, 1.0);
+  auto rows = trace_raster(field, options, envelope, thinning,
+                           [&](double share) { return !steps || steps("passes", share); });
+  if (!rows) return rows;
+  const double overlap = asked_step(options) * kOverlapShare;
+  for (auto& group : walls->rows)
+    group = steep_of(group, field.deformation, options.pattern.split_slope, overlap);
+  for (auto& row : rows->rows) row = shallow_of(row, field.deformation, options.pattern.split_slope, overlap);
+  std::move(rows->rows.begin(), rows->rows.end(), std::back_inserter(walls->rows));
+  walls->add(*rows);
+  walls->steep = 0;  // contours have them
+  return walls;
+}
+
+/// The region's border moved inwards, as loops or as a spiral.
+Result<Passes> trace_region(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
+                            const Progress& progress, std::vector<std::string>& warnings) {
+  const Region region(options.containment, field.deformation);
+  const Progress steps = in_order(progress, {"grid", "curves", "held"}, 0.0, 1.0);
+  auto found = region_pattern(field, contour_options(options, envelope, region), steps);
+  if (!found) return tl::unexpected(found.error());
+  return within(std::move(*found), region, field, options, envelope, options.smoothing, steps, warnings);
+}
+
+/// Layers from the top of the part, or of the containment, down.
+Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
+                           const Progress& progress, std::vector<std::string>& warnings) {
+  const Region region(options.containment, field.deformation);
+  const auto raster =
+      lay_raster(field.index, region.within(field.bounds), options.pattern, options.pattern.side_step);
+  if (!raster) return tl::unexpected(raster.error());
+  std::vector<FlatLine> lines;
+  for (double k = 0.0; k < raster->count; ++k)
+    for (const FlatLine& piece : region.inside(raster->row(k))) lines.push_back(piece);
+  double top = region.levels().high;
+  if (!std::isfinite(top)) {
+    top = -std::numeric_limits<double>::infinity();
+    for (Point<Part> v : field.surface.mesh().vertices) top = std::max(top, field.deformation.flatten(v).z);
+    top += reference_height(options.cutter) + options.allowance + options.axial_stock;
+  }
+  const Progress steps = in_order(progress, {"lines", "layers", "held"}, 0.0, 1.0);
+  // Stock stands beside the part, too, where a containment says how far.
+  auto found =
+      rough_layers(field, lines, top, region.limited(), contour_options(options, envelope, region), steps);
+  if (!found) return tl::unexpected(found.error());
+  warnings.insert(warnings.end(), found->warnings.begin(), found->warnings.end());
+  return from_contours(std::move(*found), field, options, envelope, 0.0, steps);
+}
+
+}  // namespace
+
+Result<Passes> trace_pattern(const ClField& field, const PlanOptions& options,
+                             const EnvelopeOptions& envelope, double thinning, const Progress& progress,
+                             std::vector<std::string>& warnings) {
+  switch (options.pattern.kind) {
+    case PatternKind::kRaster:
+      return trace_raster(field, options, envelope, thinning,
+                          [&](double share) { return !progress || progress("passes", share); });
+    case PatternKind::kZLevel:
+      return trace_levels(field, options, envelope, progress, 1.0, warnings);
+    case PatternKind::kSplit:
+      return trace_split(field, options, envelope, thinning, progress, warnings);
+    case PatternKind::kContour:
+    case PatternKind::kSpiral:
+      return trace_region(field, options, envelope, progress, warnings);
+    case PatternKind::kRough:
+      return trace_rough(field, options, envelope, progress, warnings);
+  }
+  return fail(Code::kInput, "pattern.kind is unknown");
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,191 @@
+#include "pathgen/plan/free_plan.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "kinematics/basics/tolerance_budget.h"
+#include "pathgen/free_axis/free_links.h"
+#include "pathgen/free_axis/orientation.h"
+#include "pathgen/free_slices/cl_slices.h"
+#include "pathgen/options/axis_step.h"
+#include "pathgen/progress/stages.h"
+#include "pathgen/progress/watch.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// Passes between two reports of how far it is; the threads wait for each other after so many.
+constexpr std::size_t kPassesPerTurn = 128;
+
+std::string percent(double part, double whole) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f %%", 100.0 * part / whole);
+  return text;
+}
+
+struct Reason {
+  Uncut why;
+  const char* text;
+};
+constexpr Reason kReasons[] = {
+    {Uncut::kCutter, "no direction of the tool axis is clear of the part for the cutter"},
+    {Uncut::kShank,
+     "in every direction that is clear for the cutter the shank comes nearer to the part than "
+     "guards.shank.clearance_mm"},
+    {Uncut::kHolder,
+     "in every direction that is clear for cutter and shank the holder comes nearer to the part "
+     "than guards.holder.clearance_mm"},
+    {Uncut::kTilt, "every clear direction tilts the tool axis further than setup.tilt_max_deg"}};
+
+class FreePlanner {
+ public:
+  FreePlanner(const CheckedMesh& part, const PlanOptions& options, const Progress& progress, Plan& plan)
+      : part_(part),
+        options_(options),
+        plan_(plan),
+        report_(plan.report),
+        free_(plan.report.free.emplace()),
+        stages_(progress, plan.report.times) {}
+
+  Result<void> run() {
+    if (options_.free.plane_normals.empty())
+      return fail(Code::kInput, "axis.plane_normals must have at least one direction");
+    if (options_.cutter.type != CutterType::kBall && options_.cutter.type != CutterType::kTaperBall)
+      return fail(Code::kInput,
+                  "the axis mode free needs a ball or taper_ball cutter: others have no one CL surface for "
+                  "all tool axes");
+    report_.facets = part_.mesh.facets.size();
+    report_.warnings = part_.warnings;
+    const FacetTree tree(part_.mesh);
+    if (!stages_.begin("CL surface")) return cancelled();
+    const auto slices = slice_cl_surface(part_, tree, options_, ToleranceBudget(options_.tolerance),
+                                         [&](double f) { return stages_.report(f); });
+    if (stages_.stopped()) return cancelled();
+    for (const ClSlice& s : slices)
+      free_.cl_length += length_of(s.chain.points), report_.slice_points += s.chain.points.size();
+    if (slices.empty())
+      return fail(Code::kUnreachable, "no plane of axis.plane_normals cuts the part within the containment");
+    const SweptTool tool(tree, options_, ToleranceBudget(options_.tolerance).flank());
+    const DirectionGrid grid(Admissibility::kAdmissibleLevel + 1);
+    const Admissibility admissible(tool, grid, options_.up, options_.tilt_max);
+    if (!stages_.begin("orientation")) return cancelled();
+    const auto runs = orient(slices, admissible);
+    if (stages_.stopped()) return cancelled();
+    if (auto told = tell_left_out(); !told) return told;
+    if (runs.empty())
+      return fail(Code::kUnreachable, "nothing is left to cut: no pass is longer than a point");
+    if (!stages_.begin("link")) return cancelled();
+    join(runs, admissible);
+    if (stages_.stopped()) return cancelled();
+    stages_.end();
+    return {};
+  }
+
+ private:
+  OrientationOptions orientation() const {
+    return {options_.free, options_.tolerance, largest_axis_step(options_), options_.max_point_distance,
+            reference_height(options_.cutter)};
+  }
+
+  std::vector<OrientedRun> orient(const std::vector<ClSlice>& slices, const Admissibility& admissible) {
+    const OrientationOptions how = orientation();
+    const bool turned = options_.pattern.direction == Direction::kZigzag && !reversible();
+    std::vector<OrientedPass> passes(slices.size());
+    const ReportShare report = [this](double share) { return stages_.report(share); };
+    Watch watch(report, slices.size());
+    for (std::size_t first = 0; first < slices.size() && !watch.stopped(); first += kPassesPerTurn) {
+      const auto one = [&](std::size_t i) {
+        if (!watch.next()) return;
+        if (!turned || slices[i].plane % 2 == 0) {
+          passes[i] = orient_pass(slices[i].chain, admissible, how);
+          return;
+        }
+        ClChain back = slices[i].chain;
+        std::reverse(back.points.begin(), back.points.end());
+        passes[i] = orient_pass(back, admissible, how);
+      };
+      // One by one: some take a hundred times as long as others.
+      tbb::parallel_for(first, std::min(slices.size(), first + kPassesPerTurn), one,
+                        tbb::simple_partitioner());
+    }
+    std::vector<OrientedRun> runs;
+    for (OrientedPass& pass : passes) {
+      free_.cl_points += pass.stations, free_.directions += pass.tested, free_.breaks += pass.breaks;
+      left_out_.insert(left_out_.end(), pass.left_out.begin(), pass.left_out.end());
+      for (OrientedRun& r : pass.runs) runs.push_back(std::move(r));
+    }
+    return runs;
+  }
+
+  /// Without lead and lean a pass is the same both ways.
+  bool reversible() const {
+    return options_.pattern.direction == Direction::kZigzag && options_.free.lead.radians() == 0.0 &&
+           options_.free.lean.radians() == 0.0;
+  }
+
+  /// What has no admissible direction, by reason.
+  Result<void> tell_left_out() {
+    double all = 0.0;
+    for (const Reason& reason : kReasons) {
+      double sum = 0.0;
+      std::vector<std::uint32_t> facets;
+      for (const LeftOut& l : left_out_) {
+        if (l.why != reason.why) continue;
+        sum += l.length, facets.push_back(part_.mesh.source[l.facet]);
+      }
+      if (facets.empty()) continue;
+      std::sort(facets.begin(), facets.end());
+      facets.erase(std::unique(facets.begin(), facets.end()), facets.end());
+      for (const std::uint32_t f : facets) free_.unreached.push_back({f, reason.why});
+      all += sum;
+      report_.warnings.push_back(percent(sum, free_.cl_length) +
+                                 " of the CL surface's slices left out, at facet " +
+                                 std::to_string(facets.front()) + " (" + std::to_string(facets.size()) +
+                                 " facets in all): " + reason.text + "; " + remedy(reason.why));
+    }
+    free_.unreached_length = all;
+    std::stable_sort(free_.unreached.begin(), free_.unreached.end(),
+                     [](const auto& a, const auto& b) { return a.facet < b.facet; });
+    if (left_out_.empty() || left_out_.size() < free_.cl_points) return {};
+    const Reason& first = *std::find_if(std::begin(kReasons), std::end(kReasons),
+                                        [this](const Reason& r) { return r.why == left_out_.front().why; });
+    return fail(first.why == Uncut::kTilt ? Code::kLimit : Code::kUnreachable,
+                std::string("nothing is left to cut: at facet ") +
+                    std::to_string(part_.mesh.source[left_out_.front().facet]) + " as everywhere " +
+                    first.text + "; " + remedy(first.why));
+  }
+
+  void join(const std::vector<OrientedRun>& runs, const Admissibility& admissible) {
+    const OrientationOptions how = orientation();
+    FreeLinked linked = link_runs(runs, reversible(), admissible, how, options_, part_.mesh.source,
+                                  [this](double share) { return stages_.report(share); });
+    free_.directions += linked.tested;
+    report_.retracts = linked.retracts, report_.joins = linked.joins;
+    free_.short_links = linked.short_links;
+    if (linked.skipped_runs > 0)
+      report_.warnings.push_back(std::to_string(linked.skipped_runs) +
+                                 " runs left out: every way to them tilts the tool axis further than "
+                                 "setup.tilt_max_deg; turn the part on the table");
+    plan_.path.moves = std::move(linked.moves);
+  }
+
+  const CheckedMesh& part_;
+  const PlanOptions& options_;
+  Plan& plan_;
+  PlanReport& report_;
+  FreeReport& free_;
+  std::vector<LeftOut> left_out_;
+  Stages stages_;
+};
+
+}  // namespace
+
+Result<void> plan_free(const CheckedMesh& part, const PlanOptions& options, const Progress& progress,
+                       Plan& plan) {
+  return FreePlanner(part, options, progress, plan).run();
+}
+
+}  // namespace tiltfeed

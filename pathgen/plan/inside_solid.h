@@ -1,0 +1,16 @@
+#pragma once
+// Inside work from a point, line or circle that lies in the material: there the tool would come from inside
+// the part, where no facet is in its way.
+
+#include "kinematics/basics/result.h"
+#include "pathgen/mesh/mesh.h"
+#include "pathgen/options/plan_report.h"
+#include "pathgen/pattern/passes.h"
+
+namespace tiltfeed {
+
+/// Drops the passes that lie in the material, with a warning. Requires: no pass crosses the surface.
+/// Errors: kUnreachable when none is left.
+Result<void> leave_material(const Mesh& mesh, Passes& passes, PlanReport& report);
+
+}  // namespace tiltfeed

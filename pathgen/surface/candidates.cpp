@@ -1,0 +1,95 @@
+#include "pathgen/surface/candidates.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace tiltfeed {
+
+namespace {
+
+/// On a shorter line (mm) all candidates start in one bin.
+constexpr double kShort = 1e-9;
+
+}  // namespace
+
+void join_pieces(std::vector<Candidate>& pieces, std::vector<Candidate>& candidates) {
+  std::sort(pieces.begin(), pieces.end(), [](const Candidate& a, const Candidate& b) {
+    if (a.patch != b.patch) return a.patch < b.patch;
+    if (a.from != b.from) return a.from < b.from;
+    return a.to < b.to;
+  });
+  const std::size_t first = candidates.size();
+  for (const Candidate& piece : pieces) {
+    if (candidates.size() > first && candidates.back().patch == piece.patch &&
+        piece.from <= candidates.back().to) {
+      candidates.back().to = std::max(candidates.back().to, piece.to);
+      candidates.back().top = std::max(candidates.back().top, piece.top);
+    } else {
+      candidates.push_back(piece);
+    }
+  }
+}
+
+/// They are spread over as many bins as there are, then each bin is sorted.
+void sort_by_start(std::vector<Candidate>& candidates, double length, CandidateSorting& room) {
+  const std::size_t count = candidates.size();
+  if (count == 0) return;
+  const double per_mm = length > kShort ? static_cast<double>(count) / length : 0.0;
+  const auto bin = [&](const Candidate& c) {
+    return std::min(static_cast<std::size_t>(c.from * per_mm), count - 1);
+  };
+  std::vector<std::uint32_t>& start = room.start;
+  start.assign(count + 1, 0);
+  for (const Candidate& c : candidates) ++start[bin(c) + 1];
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  room.candidates.resize(count);
+  for (const Candidate& c : candidates) room.candidates[start[bin(c)]++] = c;
+  candidates.swap(room.candidates);
+  std::uint32_t from = 0;  // each start has moved on to the end of its bin
+  for (std::size_t b = 0; b < count; from = start[b++]) {
+    if (start[b] - from < 2) continue;
+    std::sort(candidates.begin() + from, candidates.begin() + start[b],
+              [](const Candidate& p, const Candidate& q) {
+                if (p.from != q.from) return p.from < q.from;
+                if (p.patch != q.patch) return p.patch < q.patch;
+                return p.to < q.to;
+              });
+  }
+}
+
+bool CandidateSweep::next() {
+  constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  if (all_.empty()) return false;
+  const bool first = next_ == 0;
+  from_ = first ? all_.front().from : to_;
+  const double close = first ? 0.0 : close_;
+  if (ends_ < from_) drop_ended();
+  while (next_ < all_.size() && all_[next_].from - from_ < close) take_next();
+  to_ = next_ < all_.size() ? all_[next_].from : kNowhere;
+  double last = from_;
+  for (const Candidate& c : active_) {
+    last = std::max(last, c.to);
+    if (c.to - from_ >= close) to_ = std::min(to_, c.to);
+  }
+  if (to_ == kNowhere) to_ = last;
+  if (to_ == from_ && !first) return false;
+  while (next_ < all_.size() && all_[next_].from <= to_) take_next();
+  return true;
+}
+
+void CandidateSweep::drop_ended() {
+  std::erase_if(active_, [&](const Candidate& c) { return c.to < from_; });
+  ends_ = std::numeric_limits<double>::infinity();
+  for (const Candidate& c : active_) ends_ = std::min(ends_, c.to);
+}
+
+void CandidateSweep::take_next() {
+  const Candidate& c = all_[next_++];
+  if (c.to < from_) return;
+  ends_ = std::min(ends_, c.to);
+  auto place = active_.end();
+  while (place != active_.begin() && (place - 1)->top < c.top) --place;
+  active_.insert(place, c);
+}
+
+}  // namespace tiltfeed

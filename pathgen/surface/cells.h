@@ -1,0 +1,48 @@
+#pragma once
+// Where in flat space each patch of the CL surface may be the highest: hulls of a few corners, widened by
+// pads. (S1)..(S3) in pathgen/README.md.
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include "pathgen/axis/deformation.h"
+#include "pathgen/mesh/fresh_memory.h"
+#include "pathgen/progress/watch.h"
+#include "pathgen/surface/cl_surface.h"
+
+namespace tiltfeed {
+
+/// A place (x', y'), mm; single precision suffices for a bound, and its rounding is in the pads.
+struct FlatCorner {
+  float x = 0.0f, y = 0.0f;
+};
+
+/// Part of a patch in flat space: the hull of its corners, widened by the pads. Coordinates that wrap are
+/// those nearest to the cell's middle, and may lie past the seam.
+struct Cell {
+  PatchId patch = 0;
+  std::uint32_t first = 0;  ///< corner
+  std::uint32_t count = 0;  ///< of corners; 2: opposite corners of a box
+  float pad_x = 0.0f, pad_y = 0.0f;
+  float top = std::numeric_limits<float>::infinity();  ///< no CL point of the cell is higher (z')
+};
+
+struct Cells {
+  FreshVector<Cell> cells;  ///< in the order of the patches
+  FreshVector<FlatCorner> corners;
+  double furthest = 0.0;      ///< of their places from the point, line or circle, mm, about
+  std::vector<PatchId> near;  ///< patches that may cover the end of a column (Deformation::column_end)
+};
+
+/// (G2) No CL point of the patch is higher than this (z').
+double highest_reference(const ClSurface& surface, const Deformation& map, PatchId patch);
+
+/// The cells of all patches that can face the tool; the same for any number of threads. Cells are not made
+/// smaller than `smallest` (mm) to follow the deformation. `wanted`: of these patches only, asked from
+/// several threads at a time. When the user stops it, cells are missing.
+Cells make_cells(const ClSurface& surface, const Deformation& deformation, double smallest,
+                 const ReportShare& report = {}, const std::function<bool(PatchId)>& wanted = nullptr);
+
+}  // namespace tiltfeed

@@ -1,0 +1,124 @@
+#include "pathgen/surface/cl_field.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "pathgen/mesh/winding.h"
+#include "pathgen/options/side_step.h"
+#include "pathgen/progress/stages.h"
+#include "pathgen/surface/exposure.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// mm, and share of the side step.
+constexpr double kSmallestCell = 0.1;
+constexpr double kSmallestCellShare = 0.25;
+
+constexpr std::size_t kFacetsPerBlock = 4096;
+/// Of the work: until the cells are made, and until it is known whether facets show their inside.
+constexpr double kCellsShare = 0.4, kLookShare = 0.6;
+
+/// Of the facets that show their inside, so many are asked why, at this share of the way to their corners.
+constexpr std::size_t kFacetsAsked = 16;
+constexpr double kBeside = 0.8;
+
+tl::unexpected<Error> nothing_faces() {
+  return fail(Code::kUnreachable,
+              "no facet of the part faces the tool: check axis.sense, axis.origin_mm and axis.n");
+}
+
+/// R of the maths: the mean distance of the CL surface from the axis feature, over the facets that face the
+/// tool.
+double mean_rho(const Mesh& mesh, Sides sides, double offset, const AxisFrame& frame) {
+  if (frame.mode == AxisMode::kFixed) return 1.0;
+  const Deformation probe(frame, 1.0);
+  struct Sum {
+    double weight = 0.0, rho = 0.0;
+  };
+  // In blocks of fixed size, so that the sum is the same for any number of threads.
+  std::vector<Sum> sums((mesh.facets.size() + kFacetsPerBlock - 1) / kFacetsPerBlock);
+  tbb::parallel_for(std::size_t{0}, sums.size(), [&](std::size_t block) {
+    const std::size_t end = std::min(mesh.facets.size(), (block + 1) * kFacetsPerBlock);
+    Sum own;
+    for (std::size_t i = block * kFacetsPerBlock; i < end; ++i) {
+      const auto& f = mesh.facets[i];
+      const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
+      const Vec3 normal = cross(b - a, c - a);
+      const double area = length(normal);
+      const Point<Part> centre = lerp(lerp(a, b, 0.5), c, 1.0 / 3.0) + normal * (offset / area);
+      const Deformation::Aim aim = probe.aim(centre);
+      if (aim.away.rho <= 0.0) continue;
+      if (sides == Sides::kOutward && dot(normal, aim.axis) <= 0.0) continue;
+      own.weight += area, own.rho += area * aim.away.rho;
+    }
+    sums[block] = own;
+  });
+  double weight = 0.0, sum = 0.0;
+  for (const Sum& s : sums) weight += s.weight, sum += s.rho;
+  return weight > 0.0 ? sum / weight : 0.0;
+}
+
+/// Does the point, line or circle lie in the material above one of these facets?
+bool feature_in_material(const Mesh& mesh, const Deformation& map, const std::vector<std::uint32_t>& facets) {
+  const std::size_t stride = 1 + facets.size() / kFacetsAsked;
+  for (std::size_t i = 0; i < facets.size(); i += stride)
+    for (const std::uint32_t corner : mesh.facets[facets[i]]) {
+      const auto& [a, b, c] = mesh.facets[facets[i]];
+      const Point<Part> centre =
+          lerp(lerp(mesh.vertices[a], mesh.vertices[b], 0.5), mesh.vertices[c], 1.0 / 3.0);
+      const Point<Flat> flat = map.flatten(lerp(centre, mesh.vertices[corner], kBeside));
+      const std::optional<Point<Part>> end = map.column_end(flat.x, flat.y);
+      if (end && winding_number(mesh, *end) > 0.5) return true;
+    }
+  return false;
+}
+
+Result<std::unique_ptr<ClField>> field_of(const Mesh& mesh, Sides sides, const PlanOptions& options,
+                                          const ReportShare& report) {
+  std::vector<ToolPiece> pieces{tool_pieces(options).front()};
+  const double scale = mean_rho(mesh, sides, pieces[0].corner, options.axis);
+  if (scale <= 0.0) return nothing_faces();
+  ClSurface surface(mesh, sides, std::move(pieces));
+  const Deformation deformation(options.axis, scale);
+  Cells cells = make_cells(surface, deformation, smallest_cell(options), report);
+  if (report && !report(1.0)) return cancelled();
+  if (cells.cells.empty()) return nothing_faces();
+  FlatIndex index(std::move(cells), deformation);
+  const FlatBounds bounds = index.bounds();
+  return std::make_unique<ClField>(ClField{std::move(surface), deformation, std::move(index), bounds});
+}
+
+}  // namespace
+
+double smallest_cell(const PlanOptions& options) {
+  return std::max(kSmallestCell, kSmallestCellShare * asked_step(options));
+}
+
+Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const PlanOptions& options,
+                                                  std::vector<std::string>& warnings,
+                                                  const ReportShare& report) {
+  const ReportShare looking = part_of(report, kCellsShare, kLookShare),
+                    again = part_of(report, kLookShare, 1.0);
+  auto field = field_of(part.mesh, part.sides, options, part_of(report, 0.0, kCellsShare));
+  if (!field || part.sides == Sides::kBoth) return field;
+  const std::vector<std::uint32_t> backs = exposed_backs(
+      (*field)->surface, (*field)->deformation, (*field)->index, reference_height(options.cutter), looking);
+  if (looking && !looking(1.0)) return cancelled();
+  if (backs.empty()) return field;
+  const Point<Part> place = part.mesh.vertices[part.mesh.facets[backs.front()][0]];
+  const bool inward = options.axis.mode != AxisMode::kFixed && options.axis.sense == Sense::kInward;
+  auto both = field_of(part.mesh, Sides::kBoth, options, again);
+  if (both) (*both)->starts_inside = inward;
+  if (inward && feature_in_material(part.mesh, (*field)->deformation, backs)) return both;
+  warnings.push_back(std::to_string(backs.size()) + " facets show the tool their inside, first facet " +
+                     std::to_string(part.mesh.source[backs.front()]) + " at " + to_string(place) +
+                     ": shells cross or fold there; both sides of every facet count as surface, and the tool "
+                     "keeps off both");
+  return both;
+}
+
+}  // namespace tiltfeed

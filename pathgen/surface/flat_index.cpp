@@ -1,0 +1,200 @@
+#include "pathgen/surface/flat_index.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+namespace tiltfeed {
+
+namespace {
+
+/// Cells that one task takes at least: some hundred microseconds of work.
+constexpr std::size_t kGrain = 8192;
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void add(double v) { low = std::min(low, v), high = std::max(high, v); }
+  void add(const Range& r) { low = std::min(low, r.low), high = std::max(high, r.high); }
+};
+
+}  // namespace
+
+bool FlatIndex::has_siblings(std::uint32_t cell) const {
+  const auto& cells = cells_.cells;
+  return (cell > 0 && cells[cell - 1].patch == cells[cell].patch) ||
+         (cell + 1 < cells.size() && cells[cell + 1].patch == cells[cell].patch);
+}
+
+namespace {
+
+struct Ranges {
+  Range x, y;
+};
+/// Of all boxes, which it writes.
+Ranges ranges_of(const Cells& cells, FreshVector<LooseBox>& boxes) {
+  boxes.resize(cells.cells.size());
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, cells.cells.size(), kGrain), Ranges{},
+      [&](const auto& range, Ranges r) {
+        for (std::size_t c = range.begin(); c < range.end(); ++c) {
+          const FlatBox box = box_of(cells, cells.cells[c]);
+          r.x.add({box.low_x, box.high_x}), r.y.add({box.low_y, box.high_y});
+          boxes[c] = loosened(box);
+        }
+        return r;
+      },
+      [](Ranges a, const Ranges& b) {
+        a.x.add(b.x), a.y.add(b.y);
+        return a;
+      });
+}
+
+/// The rectangle of all boxes, and the periods of what wraps there.
+struct Extent {
+  FlatBounds bounds;
+  double period_x = 0.0, period_y = 0.0;
+};
+Extent extent_of(Ranges r, const Deformation& deformation) {
+  const auto settle = [](Range& range, double period) {
+    if (period <= 0.0 || (range.low >= -period / 2.0 && range.high <= period / 2.0)) return 0.0;
+    range.low = -period / 2.0, range.high = period / 2.0;
+    return period;
+  };
+  Extent extent;
+  extent.period_x = settle(r.x, deformation.period_x());
+  extent.period_y = settle(r.y, deformation.period_y());
+  if (deformation.frame().mode == AxisMode::kPoint) {  // beyond a pole lie the columns of the other side
+    const double pole = kPi / 2.0 * deformation.scale_y();
+    r.y.low = std::max(r.y.low, -pole), r.y.high = std::min(r.y.high, pole);
+  }
+  extent.bounds = {r.x.low, r.x.high, r.y.low, r.y.high};
+  return extent;
+}
+
+}  // namespace
+
+FlatIndex::FlatIndex(Cells cells, const Deformation& deformation) : cells_(std::move(cells)) {
+  assert(!cells_.cells.empty());
+  const Extent extent = extent_of(ranges_of(cells_, boxes_), deformation);
+  period_x_ = extent.period_x, period_y_ = extent.period_y, bounds_ = extent.bounds;
+  bins_ = FlatBins(boxes_, bounds_, period_x_, period_y_);
+}
+
+FlatIndex::FlatIndex(const FlatIndex& cutter, std::span<const PatchId> numbers, Cells guards,
+                     const Deformation& deformation)
+    : FlatIndex(cutter) {
+  for (Cell& cell : cells_.cells) cell.patch = numbers[cell.patch];
+  for (PatchId& patch : cells_.near) patch = numbers[patch];
+  FreshVector<LooseBox> boxes;
+  Ranges ranges = ranges_of(guards, boxes);
+  ranges.x.add({bounds_.min_x, bounds_.max_x}), ranges.y.add({bounds_.min_y, bounds_.max_y});
+  bounds_ = extent_of(ranges, deformation).bounds;
+  cells_.furthest = std::max(cells_.furthest, guards.furthest);
+  guards_ = CellTree(guards, deformation);
+  guard_cells_ = std::move(guards);
+}
+
+bool FlatIndex::holds(const FlatBox& box, double x, double y) const {
+  const auto turned = [](double v, double low, double high, double period) {
+    return period > 0.0 ? v + period * std::round(((low + high) / 2.0 - v) / period) : v;
+  };
+  const double tx = turned(x, box.low_x, box.high_x, period_x_),
+               ty = turned(y, box.low_y, box.high_y, period_y_);
+  return tx >= box.low_x && tx <= box.high_x && ty >= box.low_y && ty <= box.high_y;
+}
+
+double FlatIndex::crossings(double dx, double dy, double step) const {
+  const double widths = tbb::parallel_deterministic_reduce(
+      tbb::blocked_range<std::size_t>(0, cells_.cells.size(), kGrain), 0.0,
+      [&](const auto& range, double sum) {
+        for (std::size_t c = range.begin(); c < range.end(); ++c) {
+          const FlatBox box = this->box(static_cast<std::uint32_t>(c));
+          sum += std::abs(dy) * (box.high_x - box.low_x) + std::abs(dx) * (box.high_y - box.low_y);
+        }
+        return sum;
+      },
+      std::plus<>());
+  return static_cast<double>(cells_.cells.size()) + widths / step;
+}
+
+void FlatIndex::add_cell(std::uint32_t c, const FlatLine& line, const FlatBox& swept,
+                         std::vector<Candidate>& candidates) const {
+  const auto add_turned = [&](double shift_x, double shift_y) {
+    Candidate candidate;
+    if (seen_along(c, line.dx, line.dy, shift_x, shift_y).meets(line, candidate))
+      candidates.push_back(candidate);
+  };
+  if (period_x_ <= 0.0 && period_y_ <= 0.0) return add_turned(0.0, 0.0);
+  each_turn(box(c), swept, add_turned);
+}
+
+void FlatIndex::ask(Scratch& scratch) const {
+  scratch.seen.resize(cells_.cells.size(), 0);
+  if (++scratch.question != 0) return;
+  std::fill(scratch.seen.begin(), scratch.seen.end(), 0U);
+  scratch.question = 1;
+}
+
+void FlatIndex::near(const FlatBox& box, Scratch& scratch, std::vector<Nearby>& nearby) const {
+  nearby.clear();
+  ask(scratch);
+  bins_.each_near(box, [&](std::uint32_t c) {
+    if (scratch.seen[c] == scratch.question) return;
+    scratch.seen[c] = scratch.question;
+    const Cell& cell = cells_.cells[c];
+    const FlatBox own = this->box(c);
+    each_turn(own, box, [&](double x, double y) {
+      const FlatBox turned{own.low_x + x, own.high_x + x, own.low_y + y, own.high_y + y};
+      if (turned.overlaps(box)) nearby.push_back({turned, cell.patch, cell.top});
+    });
+  });
+  std::sort(nearby.begin(), nearby.end(), [](const Nearby& a, const Nearby& b) {
+    return a.top != b.top ? a.top > b.top : a.patch < b.patch;
+  });
+}
+
+void FlatIndex::along(const FlatLine& line, const std::vector<Nearby>& nearby, Scratch& scratch,
+                      std::vector<Candidate>& candidates) {
+  candidates.clear();
+  scratch.pieces.clear();
+  for (const Nearby& n : nearby) {
+    double from, to;
+    if (run_in_box(n.box, line, from, to)) scratch.pieces.push_back({from, to, n.patch, n.top});
+  }
+  join_pieces(scratch.pieces, candidates);
+  sort_by_start(candidates, line.length, scratch.sorting);
+}
+
+void FlatIndex::along(const FlatLine& line, std::span<const Candidate> met, Scratch& scratch,
+                      std::vector<Candidate>& candidates) {
+  candidates.clear();
+  scratch.pieces.clear();
+  const auto same = [&](std::size_t a, std::size_t b) {
+    return b < met.size() && met[a].patch == met[b].patch;
+  };
+  for (std::size_t i = 0; i < met.size(); ++i)
+    (same(i, i + 1) || (i > 0 && same(i, i - 1)) ? scratch.pieces : candidates).push_back(met[i]);
+  join_pieces(scratch.pieces, candidates);
+  sort_by_start(candidates, line.length, scratch.sorting);
+}
+
+void FlatIndex::along(const FlatLine& line, Scratch& scratch, std::vector<Candidate>& candidates) const {
+  candidates.clear();
+  scratch.pieces.clear();
+  ask(scratch);
+  const FlatBox swept = box_round(line);
+  bins_.each_on(line, [&](std::uint32_t c) {
+    if (scratch.seen[c] == scratch.question) return;
+    scratch.seen[c] = scratch.question;
+    add_cell(c, line, swept, has_siblings(c) ? scratch.pieces : candidates);
+  });
+  join_pieces(scratch.pieces, candidates);
+  sort_by_start(candidates, line.length, scratch.sorting);
+}
+
+}  // namespace tiltfeed

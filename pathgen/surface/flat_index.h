@@ -1,0 +1,124 @@
+#pragma once
+// Finds the patches that a straight line of the flat space can meet, and where along it. (S1), (S6) in
+// pathgen/README.md.
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pathgen/axis/deformation.h"
+#include "pathgen/surface/candidates.h"
+#include "pathgen/surface/cell_along.h"
+#include "pathgen/surface/cell_tree.h"
+#include "pathgen/surface/cells.h"
+#include "pathgen/surface/flat_bins.h"
+
+namespace tiltfeed {
+
+class FlatIndex {
+ public:
+  /// Requires: at least one cell.
+  FlatIndex(Cells cells, const Deformation& deformation);
+  /// The same with the cells of shank and holder, which only guards() and bounds() show. `numbers`: of the
+  /// patches of `cutter`, as the surface with shank and holder has them.
+  FlatIndex(const FlatIndex& cutter, std::span<const PatchId> numbers, Cells guards,
+            const Deformation& deformation);
+
+  /// What one thread needs to ask; reused from question to question.
+  struct Scratch {
+    std::vector<std::uint32_t> seen;  ///< per cell: the question it was last seen in
+    std::uint32_t question = 0;
+    std::vector<Candidate> pieces;  ///< of patches with several cells
+    CandidateSorting sorting;
+  };
+
+  /// Properties: a patch that is the highest anywhere on the line is among the candidates there; intervals of
+  /// one patch do not overlap; they are sorted by (from, patch, to) and lie within [0, line.length].
+  void along(const FlatLine& line, Scratch& scratch, std::vector<Candidate>& candidates) const;
+  /// The same from where the line meets each cell (row_candidates.h), by rising patch.
+  static void along(const FlatLine& line, std::span<const Candidate> met, Scratch& scratch,
+                    std::vector<Candidate>& candidates);
+  std::size_t cells() const { return cells_.cells.size(); }
+  /// The box round a cell, pads and all.
+  FlatBox box(std::uint32_t cell) const {
+    const LooseBox& b = boxes_[cell];
+    return {b.low_x, b.high_x, b.low_y, b.high_y};
+  }
+  /// The cell, moved by (shift_x, shift_y), as lines in the direction (dx, dy) see it.
+  CellAlong seen_along(std::uint32_t cell, double dx, double dy, double shift_x, double shift_y) const {
+    const Cell& c = cells_.cells[cell];
+    return {c, cells_.corners.data() + c.first, dx, dy, shift_x, shift_y};
+  }
+  /// Calls visit(shift_x, shift_y) for each turn on which the box may overlap `swept`: over the seam, or on a
+  /// line that passes it, there may be more than one.
+  template <class Visit>
+  void each_turn(const FlatBox& box, const FlatBox& swept, Visit visit) const {
+    const auto turns = [](double period, double low, double high, double to_low, double to_high,
+                          double& first, double& last) {
+      first = last = 0.0;
+      if (period <= 0.0) return;
+      first = std::ceil((to_low - high) / period), last = std::floor((to_high - low) / period);
+    };
+    double x0, x1, y0, y1;
+    turns(period_x_, box.low_x, box.high_x, swept.low_x, swept.high_x, x0, x1);
+    turns(period_y_, box.low_y, box.high_y, swept.low_y, swept.high_y, y0, y1);
+    for (double tx = x0; tx <= x1; ++tx)
+      for (double ty = y0; ty <= y1; ++ty) visit(tx * period_x_, ty * period_y_);
+  }
+
+  /// A patch may be the highest in `box` only.
+  struct Nearby {
+    FlatBox box;
+    PatchId patch = 0;
+    float top = std::numeric_limits<float>::infinity();  ///< as Cell::top
+  };
+  /// The patches that may be the highest somewhere in `box`, the one that may be highest of all first; some
+  /// more than once.
+  void near(const FlatBox& box, Scratch& scratch, std::vector<Nearby>& nearby) const;
+  /// As along(), for a line in the box that `nearby` was found for; intervals are those of the boxes.
+  static void along(const FlatLine& line, const std::vector<Nearby>& nearby, Scratch& scratch,
+                    std::vector<Candidate>& candidates);
+  /// About the distance of neighbouring cells, mm.
+  double spacing() const { return bins_.finest(); }
+
+  /// Calls visit(patch) for each cell whose box holds (x, y), until it returns true; returns that.
+  template <class Visit>
+  bool any_at(double x, double y, Visit visit) const {
+    return bins_.any_at(
+        x, y, [&](std::uint32_t cell) { return holds(box(cell), x, y) && visit(cells_.cells[cell].patch); });
+  }
+  /// About how many cells lines in the direction (dx, dy), `step` apart, cut in all.
+  double crossings(double dx, double dy, double step) const;
+
+  const FlatBounds& bounds() const { return bounds_; }
+  /// About how far the CL surface is from the point, line or circle at most, mm.
+  double furthest() const { return cells_.furthest; }
+  const std::vector<PatchId>& covering() const { return cells_.near; }
+  const CellTree& guards() const { return guards_; }
+  /// A cell of guards() as lines in the direction (dx, dy) see it.
+  CellAlong seen_along(const CellTree::Found& guard, double dx, double dy) const {
+    const Cell& c = guard_cells_.cells[guard.cell];
+    return {c, guard_cells_.corners.data() + c.first, dx, dy, guard.shift_x, guard.shift_y};
+  }
+  /// The cells of the cutting part as such a tree.
+  CellTree tree(const Deformation& deformation) const { return {cells_, deformation}; }
+
+ private:
+  bool holds(const FlatBox& box, double x, double y) const;
+  bool has_siblings(std::uint32_t cell) const;
+  void ask(Scratch& scratch) const;
+  void add_cell(std::uint32_t cell, const FlatLine& line, const FlatBox& swept,
+                std::vector<Candidate>& candidates) const;
+
+  Cells cells_;
+  FreshVector<LooseBox> boxes_;  ///< by cell
+  /// Where a coordinate wraps and is covered past its seam, else 0.
+  double period_x_ = 0.0, period_y_ = 0.0;
+  FlatBounds bounds_;
+  FlatBins bins_;
+  Cells guard_cells_;
+  CellTree guards_;
+};
+
+}  // namespace tiltfeed

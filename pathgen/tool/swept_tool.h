@@ -1,0 +1,72 @@
+#pragma once
+// Cutter, shank and holder against the part, exactly: the tool where it stands, and the tool with all the way
+// on which it can be drawn back along its axis. (A1)..(A3) in pathgen/README.md.
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "kinematics/basics/tool_path.h"
+#include "pathgen/mesh/facet_tree.h"
+#include "pathgen/tool/tool_pieces.h"
+
+namespace tiltfeed {
+
+/// What of the tool meets which facet (index into the mesh) of the part.
+struct Blocker {
+  ToolPart part = ToolPart::kCutter;
+  std::uint32_t facet = 0;
+};
+
+class SweptTool {
+ public:
+  /// A part of the tool between two heights over the CL reference: a cylinder or a cone that widens upwards.
+  struct Frustum {
+    ToolPart part = ToolPart::kCutter;
+    double from = 0.0, to = 0.0;  ///< mm; to: may be infinite
+    double radius = 0.0;          ///< at the lower end, mm
+    double slope = 0.0;           ///< by which the radius grows over the height
+    double widest = 0.0;          ///< radius at the upper end, mm
+  };
+
+  /// `slack`: by which the cutting part may cut in, mm; it touches the part where it works. `tree` must
+  /// outlive the tool. Requires: a ball or taper-ball cutter.
+  SweptTool(const FacetTree& tree, const PlanOptions& options, double slack);
+
+  /// What stops the tool from standing with its CL reference (the ball's centre) at `centre` and being drawn
+  /// back along `axis` (unit) for ever. The ball itself is not asked about where it stands: it touches there.
+  /// `hint`: the facet that stopped a tool nearby; it is asked first, and set to what is found. Safe to call
+  /// from several threads.
+  std::optional<Blocker> stop(Point<Part> centre, Vec3 axis, std::uint32_t& hint) const;
+  /// The same for the cutting part alone (`parts` 1), with the shank (2), with the holder (3).
+  std::optional<Blocker> stop(Point<Part> centre, Vec3 axis, std::uint32_t& hint, int parts) const;
+  /// Is it this facet that stops the first `parts` of the tool there?
+  bool stopped_by(std::uint32_t facet, Point<Part> centre, Vec3 axis, int parts) const;
+  /// Does anything stop the tool, drawn back as above, on a move during which the reference stays within
+  /// `off` (mm) of `centre` and the axis within `turn` (rad) of `axis`? Only what of the tool is higher than
+  /// `from` over the reference is asked. No answer is wrong that says it is clear.
+  bool may_stop(Point<Part> centre, Vec3 axis, double off, double turn, double from) const;
+  /// As stop(), of what of the tool is lower than `to` over the reference; nothing is swept higher.
+  bool stopped_below(Point<Part> centre, Vec3 axis, double to, std::uint32_t& hint) const;
+  /// What the tool as it stands, ball and all, meets; nothing is swept.
+  std::optional<Blocker> hit(Point<Part> centre, Vec3 axis) const;
+
+  double ball() const { return ball_; }      ///< radius of the ball with the allowance, mm
+  double widest() const { return widest_; }  ///< of any part of the tool, mm
+  double top() const { return top_; }        ///< of the tool over the CL reference, mm
+  const FacetTree& tree() const { return tree_; }
+
+ private:
+  const FacetTree& tree_;
+  double ball_, slack_, widest_ = 0.0, top_ = 0.0;
+  std::vector<Frustum> swept_;  ///< without what is in another's shadow; the widest last
+  std::vector<Frustum> still_;
+};
+
+/// Does the frustum, its lower end at `centre` + from `axis`, meet the facet? Exact but for rounding.
+bool meets(const SweptTool::Frustum& frustum, Point<Part> centre, Vec3 axis, const PlacedFacet& facet);
+
+/// The place of the triangle that is nearest to p.
+Point<Part> nearest_point(Point<Part> p, const Corners& triangle);
+
+}  // namespace tiltfeed

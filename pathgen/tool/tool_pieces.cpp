@@ -1,0 +1,71 @@
+#include "pathgen/tool/tool_pieces.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tiltfeed {
+
+namespace {
+
+/// (T1) The cutting part, its reference at the centre of its rounded edge, grown by the stock left.
+ToolPiece cutting_part(const PlanOptions& o) {
+  const Cutter& cutter = o.cutter;
+  ToolPiece piece;
+  piece.corner = cutter.nose_radius() + o.allowance;
+  piece.flat = cutter.radius() - cutter.nose_radius() + o.radial_stock;
+  piece.outer = piece.flat + piece.corner;
+  piece.above_reference = -o.axial_stock;
+  piece.length = cutter.cutting_end() - cutter.nose_radius() + o.axial_stock;
+  if (cutter.type == CutterType::kTaperBall) {
+    piece.taper_sin = std::sin(cutter.taper.radians()), piece.taper_cos = std::cos(cutter.taper.radians());
+    piece.outer = cutter.cutting_top_radius() + o.radial_stock + o.allowance / piece.taper_cos;
+  }
+  return piece;
+}
+
+/// (T2) A step of shank or holder between two heights over the tip: a disc, and a cone where it widens.
+ToolPiece step(ToolPart part, double from, double to, double lower, double upper, double grown,
+               const PlanOptions& o) {
+  ToolPiece piece;
+  piece.part = part;
+  piece.flat = lower + grown + o.radial_stock;
+  piece.outer = piece.flat;
+  if (upper > lower) {
+    const double slant = std::hypot(upper - lower, to - from);
+    piece.taper_sin = (upper - lower) / slant, piece.taper_cos = (to - from) / slant;
+    piece.outer = upper + grown + o.radial_stock;
+  }
+  piece.above_reference = from - grown - o.axial_stock - reference_height(o.cutter);
+  piece.length = to - from + grown + o.axial_stock;
+  return piece;
+}
+
+}  // namespace
+
+std::vector<ToolPiece> all_pieces(const PlanOptions& options) {
+  const Cutter& cutter = options.cutter;
+  std::vector<ToolPiece> pieces{cutting_part(options)};
+  if (cutter.cutting_end() < cutter.shank_length)
+    pieces.push_back(step(ToolPart::kShank, cutter.cutting_end(), cutter.shank_length, cutter.shank_radius(),
+                          cutter.shank_radius(), options.allowance + options.shank.clearance, options));
+  double height = cutter.shank_length;
+  for (const HolderStep& s : cutter.holder) {
+    pieces.push_back(step(ToolPart::kHolder, height, height + s.length, s.lower_diameter / 2.0,
+                          s.upper_diameter / 2.0, options.allowance + options.holder.clearance, options));
+    height += s.length;
+  }
+  return pieces;
+}
+
+std::vector<ToolPiece> tool_pieces(const PlanOptions& options) {
+  std::vector<ToolPiece> pieces = all_pieces(options);
+  double widest = 0.0;
+  std::erase_if(pieces, [&](const ToolPiece& piece) {
+    if (piece.outer <= widest) return true;  // in the shadow of what is below
+    widest = piece.outer;
+    return false;
+  });
+  return pieces;
+}
+
+}  // namespace tiltfeed

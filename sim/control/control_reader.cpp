@@ -1,0 +1,342 @@
+#include "sim/control/control_reader.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/gcode/lines.h"
+#include "sim/gcode/program_words.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+// Codes that move nothing and change no meaning of later words, in tenths.
+constexpr std::array kQuietG{170, 210,  400,  430,  490,  540,  550,  560,  570,  580, 590, 600, 610,
+                             611, 640,  641,  642,  643,  644,  645,  690,  710,  800, 900, 940, 970,
+                             930, 5000, 5050, 5060, 5070, 5080, 5090, 7100, 2470, 280, 530, 40};
+// M codes that jump, repeat or move.
+constexpr std::array kRefusedM{94, 97, 98, 99, 140};
+// Names that end what others may have left on, and words of motion without a number.
+constexpr std::array<std::string_view, 14> kQuietNames{"TRAORI", "TRAFOOF", "TOROTOF", "PAROTOF", "TRANS",
+                                                       "ROT",    "ORIMKS",  "ORIAXES", "SUPA",    "FMAX",
+                                                       "L",      "SOFT",    "BRISK",   "RESET"};
+
+template <class List, class Item>
+bool holds(const List& list, const Item& item) {
+  return std::find(std::begin(list), std::end(list), item) != std::end(list);
+}
+
+std::string code_text(char letter, int code) {
+  std::string text(1, letter);
+  text += std::to_string(letter == 'G' ? code / 10 : code);
+  if (letter == 'G' && code % 10 != 0) text += "." + std::to_string(code % 10);
+  return text;
+}
+
+}  // namespace
+
+ControlReader::ControlReader(const MachineProfile& machine, const Setup& setup)
+    : dialect_(machine.format.dialect),
+      counts_points_(dialect_ == Dialect::kFanuc || dialect_ == Dialect::kHaas),
+      model_(machine.model),
+      frames_(machine.model, setup) {
+  known_[3] = !model_.tilt.present;
+  known_[4] = !model_.rotary.present;
+  const ProgramFormat& f = machine.format;
+  std::vector<std::string> own{f.clamp_tilt, f.unclamp_tilt, f.clamp_rotary, f.unclamp_rotary};
+  own.insert(own.end(), f.start.begin(), f.start.end());
+  own.insert(own.end(), f.end.begin(), f.end.end());
+  for (const std::string& text : own)
+    if (!text.empty()) own_lines_.emplace_back(bare_line(text, dialect_, room_));
+}
+
+/// The profile's own text: that it does not move the axes is the profile's to say.
+bool ControlReader::own_line(std::string_view line) const {
+  return !own_lines_.empty() && std::find(own_lines_.begin(), own_lines_.end(), line) != own_lines_.end();
+}
+
+void ControlReader::put(std::vector<ControlBlock>& blocks, bool rapid) {
+  Block block;
+  block.op = rapid ? Op::kRapid : Op::kFeed;
+  block.target = at_;
+  block.feed = rapid ? 0.0 : feed_;
+  block.inverse_time = !rapid && inverse_;
+  block.exact_stop = exact_;
+  block.spindle = spindle_;
+  block.line = lines_;
+  block.tool = tool_;
+  block.off_path = off_path_;
+  blocks.push_back({block, tcp_, fresh_});
+  fresh_ = false;
+}
+
+void ControlReader::put_code(std::vector<ControlBlock>& blocks, int code) {
+  Block block;
+  block.op = Op::kMCode, block.m_code = code, block.target = at_, block.spindle = spindle_;
+  block.line = lines_, block.tool = tool_;
+  blocks.push_back({block, tcp_, fresh_});
+}
+
+/// Where the axes stand does not change, what X Y Z mean does.
+void ControlReader::set_tcp(bool on) {
+  if (on == tcp_) return;
+  if (whole())
+    at_ = on ? frames_.tip_words(at_) : frames_.slide_words(at_);
+  else
+    known_[0] = known_[1] = known_[2] = false, fresh_ = true;
+  tcp_ = on;
+}
+
+double ControlReader::turned(const RotaryAxis& axis, double at, WordWay way, double word) const {
+  const double circle = 360.0 * std::floor(at / 360.0) + (word - 360.0 * std::floor(word / 360.0));
+  switch (way) {
+    case WordWay::kShortest:
+      return turned_to(RotaryWord::kShortest, word, at);
+    case WordWay::kForward:
+      return circle < at ? circle + 360.0 : circle;
+    case WordWay::kBack:
+      return circle > at ? circle - 360.0 : circle;
+    case WordWay::kPlain:
+      break;
+  }
+  // These turn the shorter way only where a word says so; without it a place is one of the present turn.
+  const bool told = dialect_ == Dialect::kSiemens || dialect_ == Dialect::kHeidenhain ||
+                    dialect_ == Dialect::kHeidenhainIso;
+  if (axis.word == RotaryWord::kShortest && told && !shortest_)
+    return word >= 0.0 && word < 360.0 ? circle : word;
+  return turned_to(axis.word, word, at);
+}
+
+ControlReader::Wrong ControlReader::one_code(int tenths) {
+  const bool heidenhain = dialect_ == Dialect::kHeidenhainIso;
+  if (tenths == 0 || tenths == 10) {
+    rapid_ = tenths == 0, motion_known_ = true;
+  } else if (heidenhain && (tenths == 710 || tenths == 730)) {
+    return std::nullopt;  // mm; the rotation is looked at where its angle is
+  } else if (tenths == 434 || tenths == 2340) {
+    set_tcp(true);
+  } else if (tenths == 910) {
+    relative_ = true;
+  } else if (tenths == 200 || tenths == 700 || tenths == 7000) {
+    return "the program is in inches";
+  } else if (tenths == 20 || tenths == 30) {
+    return "arcs are refused";
+  } else if (!holds(kQuietG, tenths)) {
+    return code_text('G', tenths) + " is not understood";
+  }
+  if (tenths == 900) relative_ = false;
+  if (tenths == 490 || tenths == 430) set_tcp(false);
+  if (tenths == 610 || tenths == 611 || tenths == 600) exact_ = true;
+  if (tenths >= 640 && tenths <= 645) exact_ = false;
+  if (tenths == 930 || tenths == 940) {
+    if (inverse_ != (tenths == 930)) feed_ = 0.0;
+    inverse_ = tenths == 930;
+  }
+  return std::nullopt;
+}
+
+ControlReader::Wrong ControlReader::names(const ControlWords& words) {
+  for (std::size_t i = 0; i < words.name_count; ++i) {
+    const std::string_view name = words.names[i];
+    if (name == "TRAORI") set_tcp(true);
+    if (name == "TRAFOOF") set_tcp(false);
+    const bool measure =
+        name.starts_with("FGROUP(") || name.starts_with("FGREF[") || name.starts_with("CYCLE832(");
+    if (!measure && !holds(kQuietNames, name)) return "\"" + std::string(name) + "\" is not understood";
+    // With words behind them they shift or turn the part.
+    if ((name == "TRANS" || name == "ROT") && words.seen != 0)
+      return std::string(name) + " with axis words is refused";
+  }
+  return std::nullopt;
+}
+
+ControlReader::Wrong ControlReader::letters(const ControlWords& words) const {
+  constexpr std::string_view kOthers = "XYZFSTHDPRQ";
+  for (char letter = 'A'; letter <= 'Z'; ++letter) {
+    if (!words.has(letter) || kOthers.find(letter) != kOthers.npos || letter == model_.tilt.letter ||
+        letter == model_.rotary.letter)
+      continue;
+    if (letter == 'H') continue;
+    return std::string(1, letter) + " is no word of this machine";
+  }
+  if (words.has_g(730) && !(words.has('H') && words['H'] == 0.0)) return "a turned part is refused";
+  return std::nullopt;
+}
+
+ControlReader::Wrong ControlReader::machine_codes(const ControlWords& words,
+                                                  std::vector<ControlBlock>& blocks) {
+  if (words.has('T')) {
+    selected_ = static_cast<int>(std::clamp(words['T'], 0.0, kMostTool));
+    const bool at_once = dialect_ == Dialect::kHeidenhainIso;
+    if (tool_ == kToolNotSaid || at_once) tool_ = selected_;
+  }
+  if (words.has('S')) spindle_ = words['S'];
+  for (std::size_t i = 0; i < words.m_count; ++i) {
+    const int code = words.m[i];
+    if (holds(kRefusedM, code))
+      return code_text('M', code) + " is refused: it moves, or runs another program";
+    if (code == 6) tool_ = selected_;
+    if (code == 128) set_tcp(true);
+    if (code == 129) set_tcp(false);
+    if (code == 126 || code == 127) shortest_ = code == 126;
+    if (code == 2 || code == 30) ended_ = true;
+    const bool after = code <= 2 || code == 30;
+    if (!after && code <= 9) put_code(blocks, code);
+  }
+  return std::nullopt;
+}
+
+ControlReader::Wrong ControlReader::dwell(const ControlWords& words, std::vector<ControlBlock>& blocks) {
+  for (const char letter : {'P', 'F', 'X'}) {
+    if (!words.has(letter)) continue;
+    Block block;
+    block.op = Op::kDwell, block.target = at_, block.line = lines_, block.tool = tool_;
+    block.feed = words[letter] * (letter == 'P' && counts_points_ && !words.has_point('P') ? 1e-3 : 1.0);
+    block.spindle = spindle_;
+    blocks.push_back({block, tcp_, fresh_});
+    return std::nullopt;
+  }
+  return "a dwell without a time";
+}
+
+/// A Z in machine coordinates goes up to the end of its travel; the other axes go where nobody says.
+ControlReader::Wrong ControlReader::to_machine_place(const ControlWords& words,
+                                                     std::vector<ControlBlock>& blocks) {
+  const bool tcp = tcp_;
+  set_tcp(false);
+  const std::array<char, 5> letter{'X', 'Y', 'Z', model_.tilt.letter, model_.rotary.letter};
+  for (std::size_t i = 0; i < letter.size(); ++i)
+    if (i != 2 && words.has(letter[i])) known_[i] = false, fresh_ = true;
+  if (words.has('Z')) {
+    at_.z = model_.z.max, known_[2] = off_path_ = true;
+    if (whole()) put(blocks, true);
+  }
+  set_tcp(tcp);
+  return std::nullopt;
+}
+
+ControlReader::Wrong ControlReader::motion(const ControlWords& words, std::vector<ControlBlock>& blocks) {
+  const std::array<char, 5> letter{'X', 'Y', 'Z', model_.tilt.letter, model_.rotary.letter};
+  if (!std::any_of(letter.begin(), letter.end(), [&](char one) { return words.has(one); }))
+    return std::nullopt;
+  if (words.has_g(530) || words.has_g(280) || words.named("SUPA") || words.has_m(91))
+    return to_machine_place(words, blocks);
+  if (relative_) return "incremental words are refused";
+  const bool plain = dialect_ == Dialect::kHeidenhain;
+  if (plain && !words.named("L")) return "axis words without L";
+  if (!plain && !motion_known_) return "axis words before the first G0 or G1";
+  const std::array<double*, 5> place{&at_.x, &at_.y, &at_.z, &at_.a, &at_.c};
+  for (std::size_t i = 0; i < letter.size(); ++i) {
+    if (!words.has(letter[i])) continue;
+    double word = words[letter[i]];
+    if (counts_points_ && !words.has_point(letter[i])) word *= 1e-3;
+    const WordWay way = words.way[static_cast<std::size_t>(letter[i] - 'A')];
+    const RotaryAxis& axis = i == 3 ? model_.tilt : model_.rotary;
+    *place[i] = i < 3 ? word : turned(axis, known_[i] ? *place[i] : 0.0, way, word);
+    known_[i] = true;
+  }
+  const bool rapid = plain ? words.named("FMAX") : rapid_;
+  if (!whole() && !rapid) return "a feed move before all five axis words are stated";
+  if (!whole()) return std::nullopt;
+  if (!rapid && (!(feed_ > 0.0) || (inverse_ && !words.has('F')))) return "a feed move without F";
+  put(blocks, rapid);
+  if (words.has('Z')) off_path_ = false;
+  return std::nullopt;
+}
+
+ControlReader::Wrong ControlReader::tool_call(std::string_view line, std::vector<ControlBlock>& blocks) {
+  ControlWords words;
+  std::string_view rest = line.substr(line.find("CALL") + 4);
+  while (!rest.empty() && rest.front() == ' ') rest.remove_prefix(1);
+  std::size_t digits = 0;
+  int number = 0;
+  while (digits < rest.size() && rest[digits] >= '0' && rest[digits] <= '9')
+    number = std::min(number * 10 + (rest[digits++] - '0'), 99'999'999);
+  if (digits > 0) selected_ = tool_ = number, put_code(blocks, 6);
+  if (auto bad = take_apart(rest.substr(digits), words)) return bad;
+  if (words.has('S')) spindle_ = words['S'];
+  return std::nullopt;
+}
+
+/// Lines that are no list of words; true: it was one.
+bool ControlReader::whole_line(std::string_view line, Wrong& wrong, std::vector<ControlBlock>& blocks) {
+  const auto is = [&](std::string_view head) { return line.starts_with(head); };
+  const bool plain = dialect_ == Dialect::kHeidenhain, iso = dialect_ == Dialect::kHeidenhainIso;
+  if (line.front() == '%') {
+    const bool pair = !iso && dialect_ != Dialect::kSiemens;
+    if (iso && line.find(" G70") != line.npos) wrong = "the program is in inches";
+    if (++percents_ == 2 && (pair || iso)) ended_ = true;
+    return true;
+  }
+  if (is("PLANE")) {
+    if (!is("PLANE RESET")) wrong = "a tilted plane is refused";
+    return true;
+  }
+  if (is("Q") && (plain || iso)) return true;
+  if (!plain) return counts_points_ && (is("O") || is(":"));
+  if (is("BEGIN PGM") && line.ends_with(" INCH")) wrong = "the program is in inches";
+  if (is("END PGM")) ended_ = true;
+  if (is("BEGIN PGM") || is("END PGM") || is("BLK FORM") || is("CYCL DEF 247") || is("CYCL DEF 9.0") ||
+      is("CYCL DEF 10.0") || is("CYCL DEF 32."))
+    return true;
+  if (is("CYCL DEF 10.1")) {
+    if (line != "CYCL DEF 10.1 ROT+0") wrong = "a turned part is refused";
+    return true;
+  }
+  if (is("CYCL DEF 9.1 DWELL ")) {
+    ControlWords words;
+    if (auto bad = take_apart("P" + std::string(line.substr(19)), words))
+      wrong = bad;
+    else
+      wrong = dwell(words, blocks);
+    return true;
+  }
+  if (!is("TOOL CALL")) return false;
+  wrong = tool_call(line, blocks);
+  return true;
+}
+
+ControlReader::Wrong ControlReader::read(std::string_view line, std::vector<ControlBlock>& blocks) {
+  Wrong wrong;
+  if (whole_line(line, wrong, blocks)) return wrong;
+  ControlWords words;
+  if (auto bad = take_apart(line, words)) return bad;
+  for (std::size_t i = 0; i < words.g_count; ++i)
+    if (auto bad = one_code(words.g[i])) return bad;
+  if (auto bad = names(words)) return bad;
+  if (auto bad = letters(words)) return bad;
+  if (words.has_g(40)) return dwell(words, blocks);
+  if (words.has_g(2470)) return std::nullopt;
+  if (words.has('F')) feed_ = words['F'];
+  if (auto bad = machine_codes(words, blocks)) return bad;
+  if (auto bad = motion(words, blocks)) return bad;
+  for (std::size_t i = 0; i < words.m_count; ++i)
+    if (words.m[i] <= 2 || words.m[i] == 30) put_code(blocks, words.m[i]);
+  return std::nullopt;
+}
+
+Result<void> ControlReader::read_line(std::string_view line, std::vector<ControlBlock>& blocks) {
+  ++lines_;
+  const std::string_view bare = bare_line(line, dialect_, room_);
+  if (bare.empty() || own_line(bare)) return {};
+  if (auto wrong = read(bare, blocks)) return fail(Code::kInput, *wrong);
+  return {};
+}
+
+Result<void> read_control_program(std::istream& in, const std::string& name, ControlReader& reader,
+                                  const std::function<void(const ControlBlock&)>& take) {
+  std::vector<ControlBlock> blocks;
+  Lines lines(in);
+  while (!reader.ended()) {
+    const auto line = lines.next();
+    if (!line) break;
+    blocks.clear();
+    if (auto read = reader.read_line(*line, blocks); !read)
+      return fail(read.error().code,
+                  name + ":" + std::to_string(reader.lines()) + ": " + read.error().message);
+    for (const ControlBlock& block : blocks) take(block);
+  }
+  if (in.bad()) return fail(Code::kIo, name + ": cannot be read to its end");
+  return {};
+}
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,80 @@
+#pragma once
+// Program text of every dialect as its control executes it: blocks with every modal value filled in. A reader
+// of its own, which shares nothing with the post that wrote the text. What it takes is in sim/README.md.
+
+#include <cstdint>
+#include <functional>
+#include <istream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/machine_profile.h"
+#include "kinematics/basics/result.h"
+#include "sim/control/control_words.h"
+#include "sim/control/move_frames.h"
+#include "sim/gcode/program.h"
+
+namespace tiltfeed::sim {
+
+/// A block, and what its words mean.
+struct ControlBlock {
+  Block block;         ///< `line` is that of the text, from 1
+  bool tcp = false;    ///< X Y Z of the target are the tip's in the part's frame
+  bool fresh = false;  ///< where it begins is not known: it only states where the axes are
+};
+
+/// Places in machine coordinates (G53, G28, SUPA, M91) are not known in the program's: a Z there is taken as
+/// the upper end of its travel, any other axis is unknown until the program states it again. Motion blocks
+/// begin with the one that makes all five places known.
+class ControlReader {
+ public:
+  ControlReader(const MachineProfile& machine, const Setup& setup);
+
+  /// Appends the blocks of a line, in the order of execution. Errors: kInput: what is not understood: it is
+  /// refused and not passed over, but for the lines of the profile's own (start, end, clamps).
+  Result<void> read_line(std::string_view line, std::vector<ControlBlock>& blocks);
+  bool ended() const { return ended_; }
+  std::uint32_t lines() const { return lines_; }
+
+ private:
+  using Wrong = std::optional<std::string>;
+  Wrong read(std::string_view line, std::vector<ControlBlock>& blocks);
+  bool own_line(std::string_view line) const;
+  bool whole_line(std::string_view line, Wrong& wrong, std::vector<ControlBlock>& blocks);
+  Wrong tool_call(std::string_view line, std::vector<ControlBlock>& blocks);
+  Wrong codes(const ControlWords& words);
+  Wrong one_code(int tenths);
+  Wrong names(const ControlWords& words);
+  Wrong letters(const ControlWords& words) const;
+  Wrong machine_codes(const ControlWords& words, std::vector<ControlBlock>& blocks);
+  Wrong dwell(const ControlWords& words, std::vector<ControlBlock>& blocks);
+  Wrong motion(const ControlWords& words, std::vector<ControlBlock>& blocks);
+  Wrong to_machine_place(const ControlWords& words, std::vector<ControlBlock>& blocks);
+  double turned(const RotaryAxis& axis, double at, WordWay way, double word) const;
+  void set_tcp(bool on);
+  void put(std::vector<ControlBlock>& blocks, bool rapid);
+  void put_code(std::vector<ControlBlock>& blocks, int code);
+  bool whole() const { return known_[0] && known_[1] && known_[2] && known_[3] && known_[4]; }
+
+  const Dialect dialect_;
+  const bool counts_points_;  ///< numbers without a point are thousandths
+  const MachineModel model_;
+  const MoveFrames frames_;
+  std::vector<std::string> own_lines_;
+  std::string room_;
+  std::uint32_t lines_ = 0;
+  int percents_ = 0;
+  bool ended_ = false, rapid_ = true, motion_known_ = false, inverse_ = false, tcp_ = false,
+       relative_ = false, shortest_ = false, exact_ = false, fresh_ = true, off_path_ = false;
+  double feed_ = 0.0, spindle_ = 0.0;
+  int selected_ = kToolNotSaid, tool_ = kToolNotSaid;
+  Joints at_;
+  std::array<bool, 5> known_{};
+};
+
+/// A whole program, as read_program does it.
+Result<void> read_control_program(std::istream& in, const std::string& name, ControlReader& reader,
+                                  const std::function<void(const ControlBlock&)>& take);
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,180 @@
+#include "sim/proof/program_proof.h"
+
+#include <algorithm>
+#include <atomic>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <span>
+
+#include "sim/basics/workers.h"
+#include "sim/gcode/lines.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+// Moves that are read while those before are held, and moves that a thread holds at a time: fixed, so that
+// nothing depends on the number of threads.
+constexpr std::size_t kBatch = 32768, kChunk = 2048;
+
+/// Reads moves, some at a time.
+class Moves {
+ public:
+  Moves(std::istream& in, const std::string& name, const Job& job)
+      : in_(in),
+        lines_(in),
+        name_(name),
+        reader_(job.machine, job.setup),
+        frames_(job.machine.model, job.setup) {}
+
+  /// Up to about `most` more; none: the program is at its end.
+  Result<void> read(std::size_t most, std::vector<ProgramMove>& moves) {
+    moves.clear();
+    while (moves.size() < most && !reader_.ended()) {
+      const auto line = lines_.next();
+      if (!line) break;
+      bytes_ += line->size() + 1;
+      blocks_.clear();
+      if (auto read = reader_.read_line(*line, blocks_); !read)
+        return fail(read.error().code,
+                    name_ + ":" + std::to_string(reader_.lines()) + ": " + read.error().message);
+      for (const ControlBlock& block : blocks_) take(block, moves);
+    }
+    if (in_.bad()) return fail(Code::kIo, name_ + ": cannot be read to its end");
+    return {};
+  }
+  std::uint64_t blocks() const { return count_; }
+  std::uint64_t bytes() const { return bytes_; }
+  /// Places that the program takes over from, since the last call.
+  std::vector<ProgramMove> take_fresh() { return std::exchange(fresh_, {}); }
+
+ private:
+  void take(const ControlBlock& one, std::vector<ProgramMove>& moves) {
+    const Block& block = one.block;
+    if (block.op != Op::kRapid && block.op != Op::kFeed) return;
+    if (one.tcp != tcp_) at_ = one.tcp ? frames_.tip_words(at_) : frames_.slide_words(at_);
+    tcp_ = one.tcp;
+    ++count_;
+    const ProgramMove move{
+        one.fresh ? block.target : at_, block.target, block.op == Op::kRapid, one.tcp, block.line, count_};
+    (one.fresh ? fresh_ : moves).push_back(move);
+    at_ = block.target;
+  }
+
+  std::istream& in_;
+  Lines lines_;
+  const std::string& name_;
+  ControlReader reader_;
+  MoveFrames frames_;
+  std::vector<ControlBlock> blocks_;
+  std::vector<ProgramMove> fresh_;
+  std::uint64_t count_ = 0, bytes_ = 0;
+  Joints at_;
+  bool tcp_ = false;
+};
+
+/// Where the program takes over the tool may be in the part without touching its surface.
+void look_inside(const Prover& prover, const std::vector<ProgramMove>& places, ProgramProof& result) {
+  for (const ProgramMove& place : places) {
+    const Pose pose = prover.frames().pose(place.to, place.tcp);
+    if (result.inside || !prover.inside(pose)) continue;
+    result.inside = true;
+    result.proof.deepest = ProvenGouge{
+        ToolPart::kCutter, prover.depth_inside(pose), place.rapid, place.line, place.block, pose, 0};
+  }
+}
+
+}  // namespace
+
+namespace {
+
+/// What of the program is done, from the middle of a batch too, said by any thread.
+class Shares {
+ public:
+  Shares(const std::function<bool(double share)>& report, double size) : report_(report), size_(size) {}
+
+  /// A batch begins of so many chunks; it reaches to the program's byte `end`.
+  void begin(std::size_t chunks, std::uint64_t end) {
+    from_ = to_, to_ = std::min(1.0, static_cast<double>(end) / size_);
+    chunks_ = chunks, done_ = 0;
+  }
+  /// A chunk is done.
+  void next() {
+    const std::lock_guard lock(mutex_);
+    ++done_;
+    const double share = from_ + (to_ - from_) * static_cast<double>(done_) / static_cast<double>(chunks_);
+    if (report_ && !stopped_ && !report_(share)) stopped_ = true;
+  }
+  bool stopped() const { return stopped_; }
+
+ private:
+  const std::function<bool(double share)>& report_;
+  const double size_;
+  std::mutex mutex_;
+  double from_ = 0.0, to_ = 0.0;
+  std::size_t chunks_ = 1, done_ = 0;
+  std::atomic<bool> stopped_ = false;
+};
+
+}  // namespace
+
+Result<ProgramProof> prove_program(std::istream& in, const std::string& name, const Job& job,
+                                   const Prover& prover, int threads,
+                                   const std::function<bool(double share)>& progress) {
+  const auto size = std::max<std::streamoff>(1, in.seekg(0, std::ios::end).tellg());
+  in.clear();
+  in.seekg(0);
+  Moves reader(in, name, job);
+  ProgramProof result;
+  std::vector<ProgramMove> now, next;
+  Result<void> read = reader.read(kBatch, now);
+  if (!read) return tl::unexpected(read.error());
+  Shares shares(progress, static_cast<double>(size));
+  while (true) {
+    look_inside(prover, reader.take_fresh(), result);
+    std::vector<Proof> proofs((now.size() + kChunk - 1) / kChunk);
+    shares.begin(proofs.size(), reader.bytes());
+    in_parallel(proofs.size() + 1, threads, [&](std::size_t i) {
+      if (i == 0) {
+        read = reader.read(kBatch, next);
+        return;
+      }
+      if (shares.stopped()) return;
+      const std::size_t first = (i - 1) * kChunk;
+      proofs[i - 1] = prover.hold(std::span(now).subspan(first, std::min(kChunk, now.size() - first)));
+      shares.next();
+    });
+    for (const Proof& proof : proofs) result.proof.add(proof);
+    if (!read) return tl::unexpected(read.error());
+    if (shares.stopped()) return fail(Code::kCancelled, "the proof was cancelled");
+    if (next.empty()) break;
+    std::swap(now, next);
+  }
+  look_inside(prover, reader.take_fresh(), result);
+  result.blocks = reader.blocks();
+  if (result.proof.moves == 0) return fail(Code::kInput, name + ": no motion after its first block");
+  return result;
+}
+
+Result<ToolPath> moves_between(std::istream& in, const std::string& name, const Job& job, std::uint64_t first,
+                               std::uint64_t last) {
+  in.clear();
+  in.seekg(0);
+  Moves reader(in, name, job);
+  const MoveFrames frames(job.machine.model, job.setup);
+  ToolPath path;
+  std::vector<ProgramMove> moves;
+  while (true) {
+    if (auto read = reader.read(kChunk, moves); !read) return tl::unexpected(read.error());
+    for (const ProgramMove& move : moves) {
+      if (move.block < first || move.block > last) continue;
+      const MoveKind kind = move.rapid ? MoveKind::kRapid : MoveKind::kCut;
+      if (path.moves.empty())
+        path.moves.push_back({frames.pose(move.from, move.tcp), MoveKind::kRapid, kNoFacet});
+      path.moves.push_back({frames.pose(move.to, move.tcp), kind, kNoFacet});
+    }
+    if (moves.empty() || reader.blocks() > last) return path;
+  }
+}
+
+}  // namespace tiltfeed::sim

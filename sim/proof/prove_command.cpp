@@ -1,0 +1,137 @@
+#include "sim/proof/prove_command.h"
+
+#include <sys/prctl.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <thread>
+#include <unordered_map>
+#include <vector>
+
+#include "config/job_files.h"
+#include "config/output_file.h"
+#include "kinematics/basics/tolerance_budget.h"
+#include "pathgen/mesh/mesh_check.h"
+#include "pathgen/mesh/stl.h"
+#include "sim/basics/text.h"
+#include "sim/picture/picture.h"
+#include "sim/proof/program_proof.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
+// Of a gouge's picture: so many blocks before and after, and what is so many diameters around.
+constexpr std::uint64_t kBlocksAround = 150;
+constexpr double kDiametersAround = 4.0;
+
+int report(const Error& error) {
+  std::cerr << "tiltfeed-sim prove: " << error.message << "\n";
+  return error.code == Code::kUsage ? kWrongUse : kFailed;
+}
+
+std::string gouge_text(const ProvenGouge& g, const std::string& name, const Job& job) {
+  const Point<Part> at = g.pose.tip;
+  const bool grown = job.plan.allowance > 0.0 || job.plan.radial_stock > 0.0 || job.plan.axial_stock > 0.0;
+  return text(
+      "%s:%u: gouge: %s %.4f mm deep in the part%s in a %s move, block %llu, tip at (%.3f, %.3f, %.3f), "
+      "facet %u; the tolerance is %.4g mm",
+      name.c_str(), g.line, kToolPartNames[static_cast<int>(g.tool)], g.depth,
+      grown ? " with its allowance" : "", g.rapid ? "rapid" : "feed",
+      static_cast<unsigned long long>(g.block), at.x, at.y, at.z, g.facet, job.plan.tolerance);
+}
+
+/// The facets that come within `near` of p.
+Mesh around(const Mesh& part, Point<Part> p, double near) {
+  Mesh mesh;
+  std::unordered_map<std::uint32_t, std::uint32_t> kept;
+  for (std::size_t i = 0; i < part.facets.size(); ++i) {
+    const auto& [a, b, c] = part.facets[i];
+    const Triangle triangle = make_triangle(part.vertices[a], part.vertices[b], part.vertices[c], 0);
+    if (squared_distance(triangle, p) > near * near) continue;
+    mesh.facets.push_back(part.facets[i]);
+    for (std::uint32_t& corner : mesh.facets.back()) {
+      const auto [one, fresh] = kept.try_emplace(corner, static_cast<std::uint32_t>(mesh.vertices.size()));
+      if (fresh) mesh.vertices.push_back(part.vertices[corner]);
+      corner = one->second;
+    }
+    mesh.source.push_back(part.source[i]);
+  }
+  return mesh;
+}
+
+// Of the proof, what is done when the part is checked, and when it can be asked for distances.
+constexpr double kChecked = 0.1, kReady = 0.2;
+
+/// The gouge with the part and the moves about it.
+Result<void> draw(std::istream& in, const std::string& name, const Job& job, const CheckedMesh& part,
+                  const ProvenGouge& gouge, const std::string& png) {
+  const std::uint64_t first = gouge.block > kBlocksAround ? gouge.block - kBlocksAround : 1;
+  auto path = moves_between(in, name, job, first, gouge.block + kBlocksAround);
+  if (!path) return tl::unexpected(path.error());
+  Point<Part> place = gouge.pose.tip;
+  for (std::size_t i = 0; i < part.mesh.facets.size(); ++i)
+    if (part.mesh.source[i] == gouge.facet) place = part.mesh.vertices[part.mesh.facets[i][0]];
+  const double near = distance(place, gouge.pose.tip) + kDiametersAround * job.plan.cutter.diameter;
+  std::erase_if(path->moves, [&](const Move& move) {
+    return distance(move.pose.tip, gouge.pose.tip) > near && distance(move.pose.tip, place) > near;
+  });
+  path->moves.push_back({gouge.pose, MoveKind::kCut, kNoFacet});
+  const Mesh mesh = around(part.mesh, gouge.pose.tip, near);
+  PictureOptions options;
+  options.marks.assign(mesh.facets.size(), FacetMark::kNone);
+  for (std::size_t i = 0; i < mesh.facets.size(); ++i)
+    if (mesh.source[i] == gouge.facet) options.marks[i] = FacetMark::kUnreached;
+  return draw_part_with_path(mesh, *path, png, options);
+}
+
+}  // namespace
+
+int prove_command(const ProveOptions& options) {
+  // Who tells it that the program is whole has started it, and wants no proof without living on.
+  if (options.told) ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  const std::string& name = options.name.empty() ? options.program : options.name;
+  const auto job = load_job_with(options.job, {options.stl, options.machine});
+  if (!job) return report(job.error());
+  if (const auto fits = check_outputs({{"--picture", options.picture}}, {{"JOB", options.job},
+                                                                         {"PROGRAM", options.program},
+                                                                         {"part.stl", job->stl_path},
+                                                                         {"machine", job->machine.path}});
+      !fits)
+    return report(fits.error());
+  const auto stl = read_stl(job->stl_path, job->stl_unit_mm);
+  if (!stl) return report(stl.error());
+  const auto show = [&](double share) {
+    if (options.progress) std::printf("progress %.3f\n", share), std::fflush(stdout);
+    return true;
+  };
+  const auto part = check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()},
+                               [&](double share) { return show(kChecked * share); });
+  if (!part) return report(part.error());
+  const Prover prover(*part, *job);
+  show(kReady);
+  std::string word;
+  if (options.told && !std::getline(std::cin, word)) return report({Code::kCancelled, "no program came"});
+  std::ifstream in(options.program, std::ios::binary);
+  if (!in) return report({Code::kIo, name + ": cannot be opened"});
+  const int threads = options.threads > 0
+                          ? options.threads
+                          : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const auto proven = prove_program(in, name, *job, prover, threads,
+                                    [&](double share) { return show(kReady + (1.0 - kReady) * share); });
+  if (!proven) return report(proven.error());
+  const auto& gouge = proven->proof.deepest;
+  if (!gouge) {
+    std::printf("proven %llu moves, largest gouge %.4f mm\n",
+                static_cast<unsigned long long>(proven->proof.moves), proven->proof.gouge);
+    return kDone;
+  }
+  if (!options.picture.empty())
+    if (auto drawn = draw(in, name, *job, *part, *gouge, options.picture); !drawn) report(drawn.error());
+  return report({Code::kInput, gouge_text(*gouge, name, *job)});
+}
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,216 @@
+#include "sim/removal/rest.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "sim/basics/workers.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+/// Sine of the least lean over the tool axis that rows can follow: walls are z_level's.
+constexpr double kSteepest = 0.26;
+/// Directions tried where the axis is free.
+constexpr int kDirections = 200;
+/// Cosine of the furthest that a free axis leans from the normal.
+constexpr double kLeastFacing = 0.09;
+/// The axis at the reference depends on the reference: so often it is asked again.
+constexpr int kAxisSteps = 4;
+/// A pose this much (mm) too near counts as clear: rounding.
+constexpr double kRounding = 1e-6;
+/// Patches that are held against the tool, at most: of more an even share.
+constexpr std::size_t kMostPatches = 20'000;
+constexpr std::size_t kTasks = 64;
+
+bool in_polygon(const std::vector<std::array<double, 2>>& corners, double x, double y) {
+  bool inside = corners.empty();
+  for (std::size_t i = 0, j = corners.size() - 1; i < corners.size(); j = i++) {
+    const auto &a = corners[i], &b = corners[j];
+    if ((a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0]) inside = !inside;
+  }
+  return inside;
+}
+
+/// Stock that is to stay, along the part's normal.
+double stay(const PlanOptions& plan) { return plan.allowance + plan.radial_stock + plan.axial_stock; }
+
+bool is_free(const PlanOptions& plan) {
+  return plan.axis.mode == AxisMode::kFree || plan.axis.mode == AxisMode::kIndexed;
+}
+
+}  // namespace
+
+Reach::Reach(const Job& job, const PartDistance& surface)
+    : job_(job), surface_(surface), solid_(job.plan.cutter) {
+  if (!is_free(job.plan)) return;
+  // Evenly over the sphere (Fibonacci).
+  for (int i = 0; i < kDirections; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / kDirections, r = std::sqrt(1.0 - z * z);
+    const double turn = i * kPi * (3.0 - std::sqrt(5.0));
+    const Vec3 d{r * std::cos(turn), r * std::sin(turn), z};
+    if (angle_between(d, job.plan.up) <= job.plan.tilt_max.radians()) directions_.push_back(d);
+  }
+}
+
+/// The tool axis of the job's field; nothing on the feature itself.
+std::optional<Vec3> Reach::field_axis(Point<Part> reference) const {
+  const AxisFrame& f = job_.plan.axis;
+  const double sign = f.sense == Sense::kOutward ? 1.0 : -1.0;
+  Vec3 away = reference - f.origin;
+  switch (f.mode) {
+    case AxisMode::kPoint:
+      break;
+    case AxisMode::kLine:
+      away = away - f.t * dot(away, f.t);
+      break;
+    case AxisMode::kCircle: {
+      const Vec3 flat = f.t * dot(away, f.t) + f.n * dot(away, f.n);
+      if (length(flat) == 0.0) return std::nullopt;
+      away = away - flat * (f.circle_radius / length(flat));
+      break;
+    }
+    default:
+      return f.n;
+  }
+  if (length(away) == 0.0) return std::nullopt;
+  return normalized(away) * sign;
+}
+
+Pose Reach::touching(Point<Part> place, Vec3 normal, Vec3 axis) const {
+  const Cutter& cutter = job_.plan.cutter;
+  const double corner = cutter.nose_radius();
+  const double flat = cutter.type == CutterType::kBullNose || cutter.type == CutterType::kFlat
+                          ? cutter.radius() - corner
+                          : 0.0;
+  const Vec3 aside = normal - axis * dot(normal, axis);
+  const Vec3 out = length(aside) > 1e-9 ? normalized(aside) : Vec3{};
+  // Facets of a hollow stand up beside the plane of each of them: what they keep off the tool by less than
+  // the tolerance is no hindrance.
+  const double off = stay(job_.plan) + job_.plan.tolerance;
+  return {place + normal * (off + corner) + out * flat - axis * corner, axis};
+}
+
+Point<Part> Reach::reference_of(const Pose& pose) const {
+  return pose.tip + pose.axis * job_.plan.cutter.nose_radius();
+}
+
+/// In the coordinates of the axis mode, as the job gives them.
+bool Reach::contained(Point<Part> reference) const {
+  const Containment& in = job_.plan.containment;
+  const AxisFrame& f = job_.plan.axis;
+  const Vec3 p = reference - f.origin, b = cross(f.n, f.t) * (f.sense == Sense::kOutward ? 1.0 : -1.0);
+  double first = dot(p, f.t), second = dot(p, b), height = dot(p, f.n);
+  if (f.mode == AxisMode::kLine) {
+    second = std::atan2(dot(p, b), dot(p, f.n)), height = std::hypot(dot(p, b), dot(p, f.n));
+  } else if (f.mode == AxisMode::kPoint || f.mode == AxisMode::kCircle) {
+    const double across = std::hypot(dot(p, f.t), dot(p, f.n)) - f.circle_radius_or_zero();
+    first = std::atan2(dot(p, f.t), dot(p, f.n));
+    second = std::atan2(dot(p, b), across), height = std::hypot(across, dot(p, b));
+  } else if (is_free(job_.plan)) {
+    first = reference.x, second = reference.y, height = reference.z;
+  }
+  return in.first.contains(first) && in.second.contains(second) && in.height.contains(height) &&
+         in_polygon(in.boundary, first, second);
+}
+
+bool Reach::clear(const Pose& pose) const {
+  const PlanOptions& plan = job_.plan;
+  if (angle_between(pose.axis, plan.up) > plan.tilt_max.radians()) return false;
+  const auto free_by = [&](ToolPart part, double distance) {
+    return solid_.clearance(surface_, pose, part, distance).value >= distance - kRounding;
+  };
+  // Only what keeps the tool away for sure is in its way.
+  return free_by(ToolPart::kCutter, plan.allowance) &&
+         (plan.shank.reaction == Reaction::kReport || free_by(ToolPart::kShank, plan.shank.clearance)) &&
+         (plan.holder.reaction == Reaction::kReport || free_by(ToolPart::kHolder, plan.holder.clearance));
+}
+
+bool Reach::touches(Point<Part> place, Vec3 normal) const {
+  if (is_free(job_.plan)) {
+    return std::any_of(directions_.begin(), directions_.end(), [&](Vec3 axis) {
+      if (dot(axis, normal) < std::max(kLeastFacing, kSteepest)) return false;
+      const Pose pose = touching(place, normal, axis);
+      return contained(reference_of(pose)) && clear(pose);
+    });
+  }
+  std::optional<Vec3> axis = field_axis(place + normal * job_.plan.cutter.nose_radius());
+  Pose pose;
+  for (int k = 0; k < kAxisSteps && axis; ++k) {
+    if (dot(*axis, normal) < kSteepest) return false;
+    pose = touching(place, normal, *axis);
+    axis = field_axis(reference_of(pose));
+  }
+  if (!axis) return false;
+  pose = touching(place, normal, *axis);
+  return contained(reference_of(pose)) && clear(pose);
+}
+
+namespace {
+
+/// What of a patch is over the limit.
+struct Over {
+  std::uint32_t patch = 0;
+  double area = 0.0, left = 0.0;  ///< of those probes; of the one in their middle
+  std::uint64_t probe = 0;        ///< that one
+  bool never = false;
+};
+
+std::vector<Over> over_limit(const Probes& probes, double limit) {
+  std::vector<Over> all;
+  const Patches& patches = probes.patches();
+  std::vector<std::uint64_t> wrong;
+  for (std::uint32_t p = 0; p < patches.mesh.facets.size(); ++p) {
+    wrong.clear();
+    for (std::uint64_t i = patches.first[p]; i < patches.first[p + 1]; ++i) {
+      const Probes::Value v = probes.value(i);
+      if (v.move == Probes::kNever || v.left > limit) wrong.push_back(i);
+    }
+    if (wrong.empty()) continue;
+    const std::uint64_t middle = wrong[wrong.size() / 2];
+    const Probes::Value v = probes.value(middle);
+    const bool never = v.move == Probes::kNever;
+    all.push_back({p,
+                   probes.patch_area(p) * static_cast<double>(wrong.size()) /
+                       static_cast<double>(patches.first[p + 1] - patches.first[p]),
+                   never ? probes.reach() : v.left, middle, never});
+  }
+  return all;
+}
+
+}  // namespace
+
+Rest find_rest(const Job& job, const Probes& probes, double limit, int threads) {
+  Rest rest;
+  rest.limit = limit;
+  std::vector<Over> all = over_limit(probes, limit);
+  double whole = 0.0, asked = 0.0;
+  for (const Over& over : all) whole += over.area;
+  if (all.size() > kMostPatches) {
+    std::vector<Over> some;
+    for (std::size_t i = 0; i < kMostPatches; ++i) some.push_back(all[i * all.size() / kMostPatches]);
+    all = std::move(some);
+  }
+  const Reach reach(job, probes.surface());
+  std::vector<std::uint8_t> reached(all.size(), 0);
+  in_parallel(kTasks, threads, [&](std::size_t task) {
+    for (std::size_t i = all.size() * task / kTasks; i < all.size() * (task + 1) / kTasks; ++i)
+      reached[i] =
+          reach.touches(probes.place(all[i].patch, all[i].probe), probes.patches().normal[all[i].patch]) ? 1
+                                                                                                         : 0;
+  });
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    asked += all[i].area;
+    if (reached[i] == 0) continue;
+    rest.area += all[i].area;
+    if (all[i].left <= rest.left) continue;
+    rest.left = all[i].left, rest.never_cut = all[i].never;
+    rest.facet = probes.patches().mesh.source[all[i].patch];
+    rest.place = probes.place(all[i].patch, all[i].probe);
+  }
+  if (asked > 0.0) rest.area *= whole / asked;
+  rest.out_of_reach = whole - rest.area;
+  return rest;
+}
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,387 @@
+// The queue of the service: a desk with the simulated ring behind it, in one process. What ran is what the
+// simulated machine executed, told by the Y of its feeds.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <future>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "daemon/service/job_desk.h"
+#include "sim/wire/endpoint.h"
+#include "tests/peers/spool_add.h"
+#include "tests/shapes/wide_machine.h"
+#include "tests/texts/folder.h"
+
+namespace tiltfeed {
+namespace {
+
+using nlohmann::json;
+using std::chrono::steady_clock;
+
+constexpr int kShort = 8, kLong = 4000;  // feeds of 0.1 s; time runs four times as fast
+constexpr auto kPatience = std::chrono::seconds(300);
+
+/// The simulated ring on a port of its own; `feeds` are the Y of what it executed.
+class Machine {
+ public:
+  Machine() {
+    EXPECT_EQ(::pipe(stop_), 0);
+    std::promise<std::string> where;
+    std::future<std::string> known = where.get_future();
+    thread_ = std::thread([this, promise = std::move(where)]() mutable {
+      sim::ModbusController ring(wide_machine(), {}, {}, [this](const sim::TraceRow& row) {
+        const std::lock_guard lock(mutex_);
+        if (row.command.op == sim::Op::kFeed) feeds_.push_back(static_cast<int>(row.command.target.y));
+      });
+      sim::EndpointOptions options;
+      options.stop_fd = stop_[0];
+      options.speed = 4.0;
+      options.ready = [&](const std::string& text) { promise.set_value(text); };
+      EXPECT_TRUE(sim::serve_modbus_tcp(ring, "127.0.0.1", 0, options));
+    });
+    place = known.get();
+  }
+  ~Machine() {
+    stop();
+    ::close(stop_[0]);
+    ::close(stop_[1]);
+  }
+  void stop() {
+    if (!thread_.joinable()) return;
+    EXPECT_EQ(::write(stop_[1], "x", 1), 1);
+    thread_.join();
+  }
+  std::vector<int> feeds() const {
+    const std::lock_guard lock(mutex_);
+    return feeds_;
+  }
+  std::string place;
+
+ private:
+  int stop_[2] = {-1, -1};
+  std::thread thread_;
+  mutable std::mutex mutex_;
+  std::vector<int> feeds_;
+};
+
+class Queue : public testing::Test {
+ protected:
+  Queue() { open(); }
+  ~Queue() override {
+    if (desk_) leave();
+  }
+
+  void open() {
+    ServiceConfig config;
+    config.machine.model = wide_machine();
+    config.machine.model.name = "wide";
+    config.link = "modbus-tcp:" + machine_.place;
+    config.spool = folder_.path + "/spool";
+    auto desk = JobDesk::open(config, [] {});
+    ASSERT_TRUE(desk) << desk.error().message;
+    desk_ = std::make_unique<JobDesk>(std::move(*desk));
+  }
+  /// As at SIGTERM.
+  void leave() {
+    desk_->leave();
+    until([&] { return !desk_->busy(); });
+    desk_.reset();
+  }
+
+  json ask(const ApiRequest& request, const std::vector<int>& files = {}) {
+    return json::parse(answer_of(*desk_, request, 1000, files));
+  }
+  json ask(ApiOp op, std::uint64_t job, bool queue = false) {
+    ApiRequest request;
+    request.op = op;
+    request.job = job;
+    request.queue = queue;
+    return ask(request);
+  }
+  /// A program whose feeds go to Y `job`, the number that it gets.
+  void submit(int job, int feeds, const std::string& more = "") {
+    const std::string path = folder_.path + "/program.nc";
+    std::ofstream out(path);
+    out << "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n";
+    for (int i = 0; i < feeds; ++i) out << "G1 X" << i % 2 << " Y" << job << " Z50 A0 C0 F600\n";
+    out << more << "M2\n";
+    out.close();
+    ApiRequest request;
+    request.op = ApiOp::kSubmit;
+    request.program = true;
+    const int fd = ::open(path.c_str(), O_RDONLY);
+    EXPECT_EQ(ask(request, {fd})["job"], job);
+    ::close(fd);
+  }
+  void submit_ready(int job, int feeds) {
+    submit(job, feeds);
+    until([&] { return state(job) == "ready"; });
+  }
+  bool good(const json& answer) { return answer.value("ok", false); }
+  std::string state(std::uint64_t job) { return ask(ApiOp::kShow, job).value("state", ""); }
+  int place(std::uint64_t job) { return ask(ApiOp::kShow, job).value("queue", 0); }
+  bool moves(std::uint64_t job) { return ask(ApiOp::kShow, job).value("queue_moves", false); }
+  template <class Condition>
+  void until(Condition condition) {
+    const auto end = steady_clock::now() + kPatience;
+    while (!condition()) {
+      ASSERT_LT(steady_clock::now(), end) << ask(ApiOp::kList, 0).dump(1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      desk_->tick();
+    }
+  }
+  /// Its run has come to its end, and that is not looked at yet.
+  void wait_for_the_end() {
+    for (const auto end = steady_clock::now() + kPatience; !desk_->run_ended();) {
+      ASSERT_LT(steady_clock::now(), end);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+  /// Nothing starts: what would start by itself does so in a tick.
+  void expect_rest() {
+    for (int i = 0; i < 10; ++i) {
+      desk_->tick();
+      ASSERT_FALSE(desk_->busy());
+    }
+  }
+  /// Job 1 runs; jobs 2 and 3 wait, short.
+  void fill(int feeds = kLong) {
+    submit_ready(1, feeds);
+    submit_ready(2, kShort);
+    submit_ready(3, kShort);
+    ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
+    ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
+    ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
+    until([&] { return !machine_.feeds().empty(); });
+  }
+
+  const Folder folder_{"queue"};
+  Machine machine_;
+  std::unique_ptr<JobDesk> desk_;
+};
+
+TEST_F(Queue, RunsEachJobOnceAndInTheOrderOfTheStarts) {
+  for (const int job : {1, 2, 3, 4}) submit_ready(job, kShort);
+  EXPECT_TRUE(good(ask(ApiOp::kStart, 2, true))) << "nothing is on the machine: it starts at once";
+  EXPECT_EQ(state(2), "running");
+  const json refused = ask(ApiOp::kStart, 4);
+  EXPECT_FALSE(good(refused));
+  EXPECT_NE(refused.value("error", "").find("tiltfeed start 4 --queue"), std::string::npos) << refused;
+  for (const int job : {4, 1, 3}) EXPECT_TRUE(good(ask(ApiOp::kStart, job, true)));
+  EXPECT_TRUE(good(ask(ApiOp::kStart, 4, true))) << "said twice";
+  EXPECT_EQ(state(4), "queued");
+  EXPECT_EQ(place(4), 1);
+  EXPECT_EQ(place(1), 2);
+  EXPECT_EQ(place(3), 3);
+  EXPECT_TRUE(moves(4));
+  until([&] { return state(3) == "done"; });
+  std::vector<int> expected;
+  for (const int job : {2, 4, 1, 3}) expected.insert(expected.end(), kShort, job);
+  EXPECT_EQ(machine_.feeds(), expected);
+  expect_rest();
+
+  // A done job is a workpiece more; what comes after the last end waits for nothing but a word of its own.
+  EXPECT_TRUE(good(ask(ApiOp::kStart, 1, true)));
+  EXPECT_TRUE(good(ask(ApiOp::kStart, 2, true)));
+  EXPECT_EQ(state(2), "queued");
+  EXPECT_TRUE(good(ask(ApiOp::kStop, 2)));
+  EXPECT_EQ(state(2), "done") << "as it was";
+  until([&] { return state(1) == "done"; });
+  expect_rest();
+}
+
+TEST_F(Queue, StandsStillAfterAStopUntilAStart) {
+  fill();
+  ASSERT_TRUE(good(ask(ApiOp::kStop, 1)));
+  until([&] { return state(1) == "stopped"; });
+  expect_rest();
+  EXPECT_EQ(state(2), "queued");
+  EXPECT_FALSE(moves(2));
+  submit_ready(4, kShort);
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 4, true)));
+  EXPECT_EQ(place(4), 3) << "behind those that wait";
+  expect_rest();
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 3))) << "any of them";
+  until([&] { return state(4) == "done"; });
+  const std::vector<int> feeds = machine_.feeds();
+  std::vector<int> expected;
+  for (const int job : {3, 2, 4}) expected.insert(expected.end(), kShort, job);
+  ASSERT_GT(feeds.size(), expected.size());
+  EXPECT_EQ(std::vector<int>(feeds.end() - static_cast<long>(expected.size()), feeds.end()), expected);
+}
+
+TEST_F(Queue, StandsStillWhenTheMachineIsLost) {
+  fill();
+  machine_.stop();
+  until([&] { return !desk_->busy(); });
+  EXPECT_EQ(state(1), "interrupted");
+  expect_rest();
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 2))) << "it finds no machine";
+  until([&] { return !desk_->busy(); });
+  EXPECT_EQ(state(2), "ready");
+  expect_rest();
+  EXPECT_EQ(state(3), "queued");
+}
+
+TEST_F(Queue, IsKeptOverARestartAndNothingInItStarts) {
+  constexpr int kFeeds = 80;
+  fill(kFeeds);
+  leave();
+  open();
+  EXPECT_EQ(state(1), "interrupted");
+  EXPECT_EQ(place(2), 1);
+  EXPECT_EQ(place(3), 2);
+  expect_rest();
+  ASSERT_TRUE(good(ask(ApiOp::kResume, 1)));
+  until([&] { return state(1) == "done"; });
+  expect_rest();  // a resume is no start
+  EXPECT_EQ(state(2), "queued");
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 2)));
+  until([&] { return state(3) == "done"; });
+  std::vector<int> expected(kFeeds, 1);
+  for (const int job : {2, 3}) expected.insert(expected.end(), kShort, job);
+  EXPECT_EQ(machine_.feeds(), expected);
+}
+
+TEST_F(Queue, NothingStartsWhileTheServiceEnds) {
+  for (const int job : {1, 2}) submit_ready(job, kShort);
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
+  wait_for_the_end();
+  leave();  // job 1 was executed to its end
+  open();
+  EXPECT_EQ(state(2), "queued");
+  expect_rest();
+}
+
+TEST_F(Queue, WaitsForTheCheckOfItsProgramAndStandsStillWhereThatFails) {
+  submit_ready(1, kLong);
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
+  submit(2, kShort);
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
+  EXPECT_EQ(state(2), "received");
+  EXPECT_EQ(place(2), 1);
+  until([&] { return state(2) == "queued"; });
+  EXPECT_TRUE(moves(2));
+  submit(3, kShort, "G1 X!\n");
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
+  until([&] { return state(3) == "failed"; });
+  EXPECT_EQ(place(3), 0);
+  EXPECT_EQ(place(2), 1);
+  EXPECT_FALSE(moves(2));
+}
+
+TEST_F(Queue, TheMachineWaitsForTheNextAndForNoOther) {
+  for (const int job : {1, 2}) submit_ready(job, kShort);
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
+  submit(3, kShort);  // no tick yet: nobody looks at it
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
+  wait_for_the_end();
+  desk_->tick();
+  ASSERT_EQ(state(1), "done");
+  EXPECT_EQ(state(3), "received");
+  EXPECT_TRUE(moves(3));
+  const json refused = ask(ApiOp::kStart, 2);
+  EXPECT_FALSE(good(refused));
+  EXPECT_NE(refused.value("error", "").find("job 3 is the next"), std::string::npos) << refused;
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
+  until([&] { return state(2) == "done"; });
+  std::vector<int> expected;
+  for (const int job : {1, 3, 2}) expected.insert(expected.end(), kShort, job);
+  EXPECT_EQ(machine_.feeds(), expected);
+}
+
+TEST_F(Queue, StandsStillWhereTheNextIsTakenOut) {
+  for (const int job : {1, 2}) submit_ready(job, kShort);
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
+  submit(3, kShort);
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
+  wait_for_the_end();
+  desk_->tick();
+  ASSERT_EQ(state(1), "done");
+  ASSERT_TRUE(good(ask(ApiOp::kStop, 3)));
+  expect_rest();
+  EXPECT_EQ(state(2), "queued");
+}
+
+TEST_F(Queue, ABadProgramStopsWhatComesAfterTheRun) {
+  for (const int job : {1, 2}) submit_ready(job, kShort);
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
+  submit(3, kShort, "G1 X!\n");
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
+  until([&] { return state(1) == "done"; });
+  EXPECT_EQ(state(3), "failed");
+  expect_rest();
+  EXPECT_EQ(state(2), "queued");
+}
+
+TEST_F(Queue, AProgramThatWasChangedLeavesTheQueueWithItsError) {
+  for (const int job : {1, 2, 3}) submit_ready(job, kShort);
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
+  std::ofstream(folder_.path + "/spool/jobs/2/program.nc", std::ios::app) << "G0\n";
+  until([&] { return state(2) == "ready"; });
+  EXPECT_NE(ask(ApiOp::kShow, 2).value("note", "").find("was changed"), std::string::npos);
+  expect_rest();
+  EXPECT_EQ(state(3), "queued");
+  EXPECT_EQ(machine_.feeds(), std::vector<int>(kShort, 1));
+}
+
+TEST_F(Queue, StopAndRemoveTakeAJobOut) {
+  fill();
+  submit_ready(4, kShort);
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 4, true)));
+  ASSERT_TRUE(good(ask(ApiOp::kStop, 3)));
+  EXPECT_EQ(state(3), "ready");
+  ASSERT_TRUE(good(ask(ApiOp::kRemove, 2)));
+  EXPECT_EQ(place(4), 1);
+  EXPECT_TRUE(moves(4)) << "the run goes on, and so does what comes after it";
+  EXPECT_FALSE(good(ask(ApiOp::kHold, 4))) << "not on the machine";
+}
+
+TEST_F(Queue, TakesNothingThatCannotBeStarted) {
+  fill();
+  ASSERT_TRUE(good(ask(ApiOp::kStop, 1)));
+  until([&] { return state(1) == "stopped"; });
+  EXPECT_FALSE(good(ask(ApiOp::kStart, 1, true)));
+  EXPECT_FALSE(good(ask(ApiOp::kStart, 99, true)));
+  EXPECT_EQ(place(1), 0);
+}
+
+TEST(Spool, OfAnEarlierVersionGetsAQueue) {
+  const Folder folder("queue_old");
+  sqlite3* old = nullptr;
+  ASSERT_EQ(sqlite3_open((folder.path + "/jobs.db").c_str(), &old), SQLITE_OK);
+  ASSERT_EQ(
+      sqlite3_exec(
+          old,
+          "CREATE TABLE jobs (id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL, program INTEGER "
+          "NOT NULL, state TEXT NOT NULL, note TEXT NOT NULL, total INTEGER NOT NULL, executed INTEGER "
+          "NOT NULL, hash TEXT NOT NULL, user INTEGER NOT NULL, created INTEGER NOT NULL);"
+          "INSERT INTO jobs VALUES (7, 'old', 1, 'ready', '', 5, 0, 'ab', 7, 9);",
+          nullptr, nullptr, nullptr),
+      SQLITE_OK);
+  sqlite3_close(old);
+  for (const std::uint64_t place : {0u, 3u}) {  // brought up to date once, and found so
+    auto spool = Spool::open(folder.path);
+    ASSERT_TRUE(spool) << spool.error().message;
+    auto job = spool->find(7);
+    ASSERT_TRUE(job) << job.error().message;
+    EXPECT_EQ(job->name, "old");
+    EXPECT_EQ(job->place, place);
+    job->place = 3;
+    ASSERT_TRUE(spool->update(*job));
+    EXPECT_EQ(spool->queue()->size(), 1u);
+  }
+}
+
+}  // namespace
+}  // namespace tiltfeed

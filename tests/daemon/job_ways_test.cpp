@@ -1,0 +1,301 @@
+// Every state of a job has a way to every sensible next one: one walk over all of them, on every link that
+// the simulated machine offers. What is waited for are states that last.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <future>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <thread>
+
+#include "daemon/service/job_desk.h"
+#include "sim/wire/endpoint.h"
+#include "tests/peers/spool_add.h"
+#include "tests/shapes/wide_machine.h"
+#include "tests/texts/folder.h"
+
+namespace tiltfeed {
+namespace {
+
+using nlohmann::json;
+
+constexpr auto kPatience = std::chrono::seconds(240);  // only a hang takes so long
+constexpr int kLong = 200000, kShort = 4;              // feeds of 0.1 s
+constexpr double kSpeed = 40.0;                        // of time
+
+class JobWays : public testing::TestWithParam<const char*> {
+ protected:
+  JobWays() {
+    EXPECT_EQ(::pipe(stop_), 0);
+    begin_machine();
+    open();
+  }
+  ~JobWays() override {
+    if (desk_) leave();
+    end_machine();
+    ::close(stop_[0]);
+    ::close(stop_[1]);
+  }
+
+  void begin_machine() {
+    known_ = {};
+    machine_ = std::thread([this] { serve(); });
+    place_ = known_.get_future().get();
+  }
+  void end_machine() {
+    char byte = 'x';
+    EXPECT_EQ(::write(stop_[1], &byte, 1), 1);
+    machine_.join();
+    EXPECT_EQ(::read(stop_[0], &byte, 1), 1);
+  }
+  /// A control that is fed has no order from its wire: its operator resets it, and presses start.
+  void at_the_control() {
+    if (!drip()) return;
+    end_machine();
+    begin_machine();
+  }
+  void serve() {
+    const std::string link = GetParam(), path = folder_.path + "/wire";
+    sim::EndpointOptions options;
+    options.stop_fd = stop_[0];
+    options.speed = kSpeed;
+    options.ready = [&](const std::string& text) { known_.set_value(link == "modbus-tcp" ? text : path); };
+    const sim::Motion::Sink sink = [this](const sim::TraceRow&) { ++executed_; };
+    if (link == "grbl") {
+      sim::GrblController grbl(wide_machine(), {}, {}, sink);
+      EXPECT_TRUE(sim::serve_pty(grbl, path, options));
+    } else if (link == "reprap") {
+      sim::RepRapController marlin(wide_machine(), {}, {}, sink);
+      EXPECT_TRUE(sim::serve_pty(marlin, path, options));
+    } else if (link == "dnc") {
+      sim::DripController control(wide_machine(), {}, {}, sink);
+      EXPECT_TRUE(sim::serve_pty(control, path, options));
+    } else {
+      sim::ModbusOptions map;
+      map.watchdog = 60.0;  // a busy computer is late with its heartbeats; that is another test's
+      sim::ModbusController ring(wide_machine(), {}, map, sink);
+      EXPECT_TRUE(link == "modbus-tcp" ? sim::serve_modbus_tcp(ring, "127.0.0.1", 0, options)
+                                       : sim::serve_modbus_rtu(ring, path, options));
+    }
+  }
+  bool ring() const { return std::string(GetParam()).starts_with("modbus"); }
+
+  bool drip() const { return std::string(GetParam()) == "dnc"; }
+
+  void open() {
+    ServiceConfig config;
+    config.machine.model = wide_machine();
+    config.machine.model.name = "wide";
+    config.link = std::string(GetParam()) + ":" + place_;
+    config.spool = folder_.path + "/spool";
+    auto desk = JobDesk::open(config, [] {});
+    ASSERT_TRUE(desk) << desk.error().message;
+    desk_ = std::make_unique<JobDesk>(std::move(*desk));
+  }
+  /// As at SIGTERM.
+  void leave() {
+    desk_->leave();
+    until([&] { return !desk_->busy(); });
+    desk_.reset();
+  }
+  template <class Condition>
+  void until(Condition condition) {
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    while (!condition()) {
+      ASSERT_LT(std::chrono::steady_clock::now(), end) << ask(ApiOp::kList).dump(1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      desk_->tick();
+    }
+  }
+  json ask(ApiOp op, std::uint64_t job = 0, std::optional<std::uint64_t> from = {}, bool confirmed = false) {
+    ApiRequest request;
+    request.op = op;
+    request.job = job;
+    request.from = from;
+    request.confirmed = confirmed;
+    return json::parse(answer_of(*desk_, request));
+  }
+  std::string field(std::uint64_t job, const char* key) { return ask(ApiOp::kShow, job).value(key, ""); }
+  std::string state(std::uint64_t job) { return field(job, "state"); }
+  std::string shown(std::uint64_t job) {
+    const std::string phase = state(job) == "running" ? field(job, "phase") : "";
+    return phase == "hold" ? "held" : state(job);
+  }
+
+  /// The order is taken, and leads there.
+  void way(std::uint64_t job, const char* order, ApiOp op, const std::string& to,
+           std::optional<std::uint64_t> from = {}) {
+    const std::string before = shown(job);
+    if (op == ApiOp::kStart || from) at_the_control();
+    const json done = ask(op, job, from, from.has_value());
+    ASSERT_TRUE(done.value("ok", false)) << before << ", " << order << ": " << done;
+    if (op == ApiOp::kRemove) {
+      EXPECT_FALSE(ask(ApiOp::kShow, job).value("ok", false));
+    } else {
+      const std::uint64_t follows = from ? newest() : job;
+      until([&] { return shown(follows) == to; });
+      ASSERT_EQ(shown(follows), to) << before << ", " << order << ": " << field(follows, "note");
+    }
+    walked_.insert(before + " -- " + order + " --> " + to);
+  }
+  /// The order is refused with a text that has this in it; nothing changes.
+  void no_way(std::uint64_t job, const char* order, ApiOp op, const std::string& why) {
+    const std::string before = shown(job);
+    const json refused = ask(op, job);
+    ASSERT_FALSE(refused.value("ok", false)) << before << ", " << order << ": " << refused;
+    EXPECT_NE(refused.value("error", "").find(why), std::string::npos)
+        << before << ", " << order << ": " << refused;
+    EXPECT_EQ(shown(job), before);
+    walked_.insert(before + " -- " + order + " --> refused");
+  }
+  void none_moves(std::uint64_t job) {
+    no_way(job, "hold", ApiOp::kHold, "not on the machine");
+    no_way(job, "override", ApiOp::kOverride, "not on the machine");
+  }
+  std::uint64_t newest() { return ask(ApiOp::kList)["jobs"].back().value("job", std::uint64_t{0}); }
+  /// Its number; it is planned.
+  std::uint64_t submit(int feeds, const std::string& more = "") {
+    std::string text = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n";
+    for (int i = 0; i < feeds; ++i) text += "G1 X" + std::to_string(i % 2) + " F600\n";
+    const int fd = ::open(folder_.write("program.nc", text + more + "G94\nM2\n").c_str(), O_RDONLY);
+    ApiRequest request;
+    request.op = ApiOp::kSubmit;
+    request.program = true;
+    const json taken = json::parse(answer_of(*desk_, request, 1000, {fd}));
+    ::close(fd);
+    EXPECT_TRUE(taken.value("ok", false)) << taken;
+    const std::uint64_t job = taken.value("job", std::uint64_t{0});
+    until([&] { return state(job) != "received"; });
+    return job;
+  }
+  void until_it_cuts() {
+    const std::size_t before = executed_;
+    until([&] { return executed_ > before + 3; });
+  }
+  /// As when the power of the host fails while the job runs: journal and table are as they were then.
+  void cut_off(std::uint64_t job) {
+    const std::string spool = folder_.path + "/spool",
+                      journal = spool + "/jobs/" + std::to_string(job) + "/journal";
+    until_it_cuts();
+    std::filesystem::copy_file(journal, folder_.path + "/journal",
+                               std::filesystem::copy_options::overwrite_existing);
+    leave();
+    std::filesystem::copy_file(folder_.path + "/journal", journal,
+                               std::filesystem::copy_options::overwrite_existing);
+    {
+      auto table = Spool::open(spool);
+      ASSERT_TRUE(table) << table.error().message;
+      SpooledJob running = *table->find(job);
+      running.state = JobState::kRunning;
+      ASSERT_TRUE(table->update(running));
+    }
+    open();
+    ASSERT_EQ(state(job), ring() ? "interrupted" : "uncertain") << field(job, "note");
+    walked_.insert(std::string("running -- power loss --> ") + state(job));
+  }
+  void reset() {
+    ASSERT_TRUE(ask(ApiOp::kReset).contains("confirm"));
+    ASSERT_TRUE(ask(ApiOp::kReset, 0, {}, true).value("ok", false));
+    until([&] { return ask(ApiOp::kList).value("reset", "in work") != "in work"; });
+    const std::string said = ask(ApiOp::kList).value("reset", "");
+    EXPECT_NE(said.find(drip() ? "reset it at the control" : "done: "), std::string::npos) << said;
+  }
+  /// Out of a state after which nothing goes on by itself: shown first, then a job of its own.
+  void enter_near_the_end(std::uint64_t job) {
+    const json shows = ask(ApiOp::kResume, job, kLong - 5);
+    ASSERT_TRUE(shows.contains("confirm")) << shows;
+    way(job, "resume --from", ApiOp::kResume, "done", kLong - 5);
+  }
+
+  const Folder folder_{std::string("job_ways_") + GetParam()};
+  int stop_[2] = {-1, -1};
+  std::atomic<std::size_t> executed_{0};
+  std::promise<std::string> known_;
+  std::thread machine_;
+  std::string place_;
+  std::unique_ptr<JobDesk> desk_;
+  std::set<std::string> walked_;
+};
+
+TEST_P(JobWays, B9EveryStateHasItsWaysOut) {
+  const std::uint64_t bad = submit(1, "G1 X!\n"), brief = submit(kShort), lengthy = submit(kLong);
+  ASSERT_EQ(state(bad), "failed");
+  none_moves(bad);
+  no_way(bad, "start", ApiOp::kStart, "is failed");
+  no_way(bad, "stop", ApiOp::kStop, "not on the machine");
+  no_way(bad, "resume", ApiOp::kResume, "nothing to resume");
+  way(bad, "remove", ApiOp::kRemove, "gone");
+
+  none_moves(lengthy);
+  no_way(lengthy, "resume", ApiOp::kResume, "nothing to resume");
+  way(lengthy, "start", ApiOp::kStart, "running");
+  until_it_cuts();
+  no_way(lengthy, "start", ApiOp::kStart, "is running");
+  no_way(lengthy, "remove", ApiOp::kRemove, "stop it first");
+  no_way(brief, "start", ApiOp::kStart, "busy with job");
+  way(lengthy, "hold", ApiOp::kHold, "held");
+  no_way(lengthy, "remove", ApiOp::kRemove, "stop it first");
+  way(lengthy, "resume", ApiOp::kResume, "running");
+  until_it_cuts();
+  way(lengthy, "hold", ApiOp::kHold, "held");
+  way(lengthy, "stop", ApiOp::kStop, "stopped");
+
+  none_moves(lengthy);
+  no_way(lengthy, "start", ApiOp::kStart, "is stopped");
+  no_way(lengthy, "stop", ApiOp::kStop, "not on the machine");
+  no_way(lengthy, "resume", ApiOp::kResume, "cannot go on by itself");
+  reset();
+  enter_near_the_end(lengthy);
+  way(brief, "start", ApiOp::kStart, "done");
+  none_moves(brief);
+  way(brief, "start", ApiOp::kStart, "done");
+  way(lengthy, "remove", ApiOp::kRemove, "gone");
+
+  const std::uint64_t cut = submit(kLong);
+  way(cut, "start", ApiOp::kStart, "running");
+  cut_off(cut);
+  if (ring()) {
+    none_moves(cut);
+    no_way(cut, "start", ApiOp::kStart, "is interrupted");
+    way(cut, "resume", ApiOp::kResume, "running");
+    cut_off(cut);
+    way(cut, "stop", ApiOp::kStop, "stopped");
+    enter_near_the_end(cut);
+    way(cut, "remove", ApiOp::kRemove, "gone");
+
+    const std::uint64_t again = submit(kLong);
+    way(again, "start", ApiOp::kStart, "running");
+    cut_off(again);
+    reset();
+    ASSERT_EQ(state(again), "uncertain");
+    walked_.insert("interrupted -- reset --> uncertain");
+    no_way(again, "start", ApiOp::kStart, "is uncertain");
+    no_way(again, "resume", ApiOp::kResume, "cannot go on by itself");
+    enter_near_the_end(again);
+
+    const std::uint64_t forgotten = submit(kLong);
+    way(forgotten, "start", ApiOp::kStart, "running");
+    cut_off(forgotten);
+    way(forgotten, "remove", ApiOp::kRemove, "gone");
+    reset();  // of what the controller still has of it
+  } else {
+    no_way(cut, "start", ApiOp::kStart, "is uncertain");
+    no_way(cut, "stop", ApiOp::kStop, "tiltfeed reset");
+    no_way(cut, "resume", ApiOp::kResume, "cannot go on by itself");
+    reset();
+    enter_near_the_end(cut);
+    way(cut, "remove", ApiOp::kRemove, "gone");
+  }
+  way(brief, "start", ApiOp::kStart, "done");
+  way(brief, "remove", ApiOp::kRemove, "gone");
+  std::cout << GetParam() << ": " << walked_.size() << " ways walked\n";
+  for (const std::string& one : walked_) std::cout << "  " << one << "\n";
+}
+
+INSTANTIATE_TEST_SUITE_P(Links, JobWays,
+                         testing::Values("grbl", "reprap", "dnc", "modbus-tcp", "modbus-rtu"));
+
+}  // namespace
+}  // namespace tiltfeed

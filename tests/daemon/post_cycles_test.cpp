@@ -1,0 +1,170 @@
+// Holes, arcs and cutter compensation of CL files in programs: the tool path that a program makes is that of
+// the text, which a second reader reads.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tests/judges/apt_judge.h"
+#include "tests/texts/posted.h"
+
+namespace tiltfeed {
+namespace {
+
+constexpr double kTip = 0.005 + 0.002;  // the post's tolerance, and words of three decimals
+constexpr double kAxis = 0.06;          // degrees
+
+// As CAMWorks writes: set-ups on three sides, drilling, compensation, arcs.
+constexpr const char* kWork =
+    "PARTNO/1\nUNIT/MM\nINSERT/[HOLDER=C40] 6MM DRILL\nCUTTER/6.,0,3.,1.8,31.,0,45.\nLOAD/TOOL,6\n"
+    "CSI_SET_FLUTE_LENGTH/2.\nSELECT/TOOL,15\nCOOLNT/FLOOD\nSPINDL/3141,RPM,CLW\nTRNTYP/WORLD,0,0,0\n"
+    "CSYS/1.,0,0,0,0,1.,0,0,0,0,1.,0\nRAPID/\nGOTO/0,75.,25.\nCYCLE/INIT\n"
+    "CYCLE/DRILL,FEDTO,2.5,MMPM,207.5,RAPTO,3.,RTRCTO,25.1,DWELL,0\nGOTO/0,75.,-0.1\nGOTO/60.92,64.13,-0.1\n"
+    "CYCLE/OFF\nCUTTER/4.,0,2.\nLOAD/TOOL,7\nSPINDL/4000,RPM,CLW\nCSYS/0,0,-1.,0,-1.,0,0,0,0,1.,0,0\nRAPID/\n"
+    "GOTO/-25.,30.,-20.,-1.,0,0\nCYCLE/INIT\n"
+    "CYCLE/DEEP2,FEDTO,12.,1STPECK,5.,SUBPECK,2.,MMPM,150.,RAPTO,3.,RTRCTO,25.\nGOTO/0,30.,-20.,-1.,0,0\n"
+    "GOTO/0,40.,-20.,-1.,0,0\nCYCLE/OFF\nRAPID/\nGOTO/-40.,40.,-20.,-1.,0,0\nRAPID/\nGOTO/"
+    "-40.,40.,60.,0,0,1.\n"
+    "CUTTER/14.,0,7.\nLOAD/TOOL,16\nSPINDL/1677,RPM,CLW\nCSYS/1.,0,0,0,0,1.,0,33.,0,0,1.,0\nRAPID/\n"
+    "GOTO/20.597218,-6.692519,25.\nRAPID/\nGOTO/20.597218,-6.692519,3.\nFEDRAT/263.6,MMPM\n"
+    "GOTO/20.597218,-6.692519,-5.\nCUTCOM/LEFT\nFEDRAT/790.9,MMPM\nGOTO/16.721765,-3.225407,-5.\n"
+    "CIRCLE/16.055013,-3.970687,-5.,0,0,1.\nGOTO/15.999486,-2.972229,-5.\nFEDRAT/1054.6,MMPM\n"
+    "CIRCLE/15.,15.,-5.,0,0,-1.\nGOTO/15.,-3.,-5.\nCIRCLE/15.,15.,-5.,0,0,-1.\nGOTO/15.,-3.,-5.\nCUTCOM/OFF\n"
+    "GOTO/9.402782,-6.692519,-5.\nRAPID/\nGOTO/9.402782,-6.692519,3.\nFINI\n";
+
+PostOptions on_table() {
+  PostOptions options;
+  options.setup.part_zero = {10, -20, 30};
+  return options;
+}
+
+AptProgram read(const std::string& text, const std::vector<std::string>& ignored = {}) {
+  std::istringstream in(text);
+  const auto program = read_apt(in, "in.cls", {0.0, 120.0, 0.0, 0.0025, ignored});
+  EXPECT_TRUE(program) << program.error().message;
+  return program.value_or(AptProgram{});
+}
+
+class Cycles : public testing::TestWithParam<DialectCase> {};
+INSTANTIATE_TEST_SUITE_P(All, Cycles, testing::ValuesIn(dialect_cases()), case_name);
+
+TEST_P(Cycles, TheProgramIsTheText) {
+  const MachineProfile profile = profile_of(GetParam());
+  auto text = program_text(read(kWork), profile, on_table());
+  const bool shifts = GetParam().dialect != Dialect::kGrbl && GetParam().dialect != Dialect::kHeidenhain &&
+                      GetParam().dialect != Dialect::kHeidenhainIso && !GetParam().tcp;
+  ASSERT_EQ(text.has_value(), shifts);
+  if (!shifts) {
+    EXPECT_NE(text.error().message.find("in.cls:46: CUTCOM/: "), std::string::npos) << text.error().message;
+    EXPECT_NE(text.error().message.find("say --ignore CUTCOM"), std::string::npos);
+    text = program_text(read(kWork, {"CUTCOM"}), profile, on_table());
+    ASSERT_TRUE(text) << text.error().message;
+  }
+  const auto made = back(*text, profile);
+  ASSERT_TRUE(made) << made.error().message;
+  std::istringstream in(kWork);
+  WayOfProgram(*made, kTip, kAxis).expect(AptJudge(in).corners());
+  std::vector<EventKind> sides;
+  for (const PathEvent& event : made->operations.back().events)
+    if (event.kind >= EventKind::kCutterLeft) sides.push_back(event.kind);
+  const std::vector<EventKind> want{EventKind::kCutterLeft, EventKind::kCutterOff};
+  EXPECT_EQ(sides, shifts ? want : std::vector<EventKind>{});
+}
+
+TEST(PostWords, TheLengthsRegisterIsTheFiles) {
+  const std::string text =
+      "UNITS/MM\nLOADTL/7,ADJUST,9\nSPINDL/1000\nRAPID\nGOTO/0,0,10\nFEDRAT/100,MMPM\nGOTO/1,0,0\nFINI\n";
+  const struct {
+    Dialect dialect;
+    bool tcp;
+    const char* word;
+  } table[]{{Dialect::kRs274, false, "\nG43 H9\n"},
+            {Dialect::kFanuc, false, " G43 H9 "},
+            {Dialect::kFanuc, true, " G43.4 H9 "},
+            {Dialect::kHaas, true, " G234 H9 "},
+            {Dialect::kSiemens, false, "\nD9\n"}};
+  for (const auto& row : table) {
+    const MachineProfile profile = profile_of({row.dialect, row.tcp});
+    const auto program = program_text(read(text), profile, on_table());
+    ASSERT_TRUE(program) << program.error().message;
+    EXPECT_NE(program->find(row.word), std::string::npos) << *program;
+    const auto made = back(*program, profile);
+    ASSERT_TRUE(made) << made.error().message;
+    EXPECT_EQ(made->operations[0].length_register, 9);
+    std::string unstated = text;
+    unstated.erase(unstated.find(",ADJUST,9"), 9);
+    const auto plain = program_text(read(unstated), profile, on_table());
+    ASSERT_TRUE(plain);
+    EXPECT_EQ(plain->find("H9"), std::string::npos);
+    EXPECT_EQ(back(*plain, profile)->operations[0].length_register, 0);
+  }
+}
+
+TEST(PostWords, CompensationWorksInThePlaneOfXAndY) {
+  const auto side = [](const std::string& axis, const std::string& end, const std::string& register_word) {
+    return "UNITS/MM\nLOADTL/3\nRAPID\nGOTO/0,0,10," + axis + "\nFEDRAT/100,MMPM\nCUTCOM/RIGHT" +
+           register_word + "\nGOTO/1,0,0," + axis + "\nGOTO/9,0,0," + end + "\nCUTCOM/OFF\nFINI\n";
+  };
+  const MachineProfile head = profile_of({Dialect::kFanuc, false});
+  const auto error_of = [&](const std::string& text, const MachineProfile& machine) {
+    const auto program = program_text(read(text), machine, on_table());
+    return program ? "" : program.error().message;
+  };
+  EXPECT_NE(error_of(side("0.6,0,0.8", "0.6,0,0.8", ""), head).find("the tool is not along Z"),
+            std::string::npos);
+  EXPECT_NE(error_of(side("0,0,1", "0.1,0,0.995", ""), head).find("in.cls:7: CUTCOM/: a rotary turns"),
+            std::string::npos);
+  // On a trunnion the tool is along Z always.
+  MachineProfile trunnion = machine(Dialect::kFanuc, false, "linuxcnc-trunnion-ac");
+  const auto text = program_text(read(side("0.6,0,0.8", "0.6,0,0.8", ",12")), trunnion, on_table());
+  ASSERT_TRUE(text) << text.error().message;
+  EXPECT_NE(text->find("\nG42 D12\n"), std::string::npos);
+  const auto made = back(*text, trunnion);
+  ASSERT_TRUE(made);
+  const std::vector<PathEvent>& events = made->operations[0].events;
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(events[0], (PathEvent{1, EventKind::kCutterRight, 12.0, ""}));
+  EXPECT_EQ(events[1].kind, EventKind::kCutterOff);
+}
+
+/// CAMWorks' files, where they are at hand: each is posted right, with the option that its error names where
+/// it names one. One of them never ends its cycle, and is refused.
+TEST(PostModels, RealFilesAreTheirPrograms) {
+  const std::string folder = SOURCE_DIR "/../shared/models/apt";
+  if (!std::filesystem::exists(folder)) return;
+  int right = 0, files = 0;
+  MachineProfile profile = profile_of({Dialect::kRs274, false});
+  for (LinearAxis* axis : {&profile.model.x, &profile.model.y, &profile.model.z})
+    axis->min = -2000, axis->max = 2000;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".apt") continue;
+    SCOPED_TRACE(entry.path().filename().string());
+    ++files;
+    std::ifstream file(entry.path());
+    std::stringstream content;
+    content << file.rdbuf();
+    const auto program = read_apt(content, "in.cls", {0.0, 120.0});
+    if (!program) {
+      EXPECT_NE(program.error().message.find("while CYCLE/ is on"), std::string::npos)
+          << program.error().message;
+      continue;
+    }
+    content.clear();
+    content.seekg(0);
+    auto text = program_text(*program, profile, on_table());
+    if (!text) {
+      ASSERT_NE(text.error().message.find("say --ignore CUTCOM"), std::string::npos) << text.error().message;
+      text = program_text(read(content.str(), {"CUTCOM"}), profile, on_table());
+      ASSERT_TRUE(text) << text.error().message;
+    }
+    const auto made = back(*text, profile);
+    ASSERT_TRUE(made) << made.error().message;
+    WayOfProgram(*made, kTip, kAxis).expect(AptJudge(content).corners());
+    if (HasFatalFailure()) return;
+    ++right;
+  }
+  EXPECT_GE(10 * right, 9 * files) << right << " of " << files;
+}
+
+}  // namespace
+}  // namespace tiltfeed

@@ -1,0 +1,111 @@
+// What is taken back from a program: the set-up from its header or as stated, and the length of its tools.
+
+#include "daemon/post/unpost.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "daemon/post/tool_length.h"
+#include "tests/texts/posted.h"
+
+namespace tiltfeed {
+namespace {
+
+TEST(ToolLength, AnotherThanTheProgramsIsRefused) {
+  const std::string path = testing::TempDir() + "/tool_length.nc";
+  for (const bool tcp : {false, true}) {
+    const auto text = program_text(foreign(), machine(Dialect::kSiemens, tcp), setup());
+    ASSERT_TRUE(text);
+    std::ofstream(path, std::ios::binary) << *text;
+    EXPECT_TRUE(check_tool_length(path, 100.0));
+    EXPECT_TRUE(check_tool_length(path, 80.0)) << "the second tool";
+    const auto other = check_tool_length(path, 99.0);
+    EXPECT_EQ(other.has_value(), tcp) << "under TCP the control takes its own";
+    if (!other) {
+      EXPECT_NE(other.error().message.find("100, 80 mm, the tool in the spindle is 99 mm"),
+                std::string::npos);
+    }
+  }
+  std::ofstream(path, std::ios::binary) << "G0 X1\n";
+  EXPECT_TRUE(check_tool_length(path, 99.0)) << "a program that says nothing";
+  EXPECT_EQ(check_tool_length("/nonexistent.nc", 1.0).error().code, Code::kIo);
+}
+
+TEST(Unpost, CrAlone_IsALineEnd) {
+  const MachineProfile profile = machine(Dialect::kRs274, false);
+  UnpostOptions options;
+  options.part_zero = Vec3{0, 0, 0};
+  options.tool_length = 50.0;
+  const std::string lf = "G21 G90\n; a comment\nG0 X0 Y0 Z50 A0 C0\nG1 Z0 F100\nG1 X7\nM2\n";
+  std::string cr = lf, both = lf;
+  std::replace(cr.begin(), cr.end(), '\n', '\r');
+  for (std::size_t at = 0; (at = both.find('\n', at)) != both.npos; at += 2) both.insert(at, "\r");
+  const auto expected = back(lf, profile, options);
+  ASSERT_TRUE(expected) << expected.error().message;
+  for (const std::string& text : {cr, both}) {
+    const auto made = back(text, profile, options);
+    ASSERT_TRUE(made) << made.error().message;
+    const auto &moves = made->operations[0].path.moves, &same = expected->operations[0].path.moves;
+    ASSERT_EQ(moves.size(), same.size());
+    EXPECT_EQ(moves.back().pose.tip.x, 7.0);
+  }
+}
+
+TEST(Unpost, WithoutAHeaderTheSetUpMustBeStated) {
+  const MachineProfile profile = machine(Dialect::kRs274, false);
+  const std::string text = "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 Z0 F100\nG1 A10\nM2\n";
+  const auto no_zero = back(text, profile);
+  ASSERT_FALSE(no_zero);
+  EXPECT_NE(no_zero.error().message.find("--part-zero"), std::string::npos);
+  UnpostOptions options;
+  options.part_zero = Vec3{0, 0, 0};
+  const auto no_length = back(text, profile, options);
+  ASSERT_FALSE(no_length);
+  EXPECT_NE(no_length.error().message.find("--tool-length"), std::string::npos);
+  options.tool_length = 50.0;
+  const auto made = back(text, profile, options);
+  ASSERT_TRUE(made) << made.error().message;
+  // The head turns about its pivot, 200 mm above the tip: the tip swings on a circle, which is what comes
+  // out.
+  const Point<Part> last = made->operations[0].path.moves.back().pose.tip;
+  const double a = Angle::from_degrees(10).radians();
+  EXPECT_NEAR(last.y, 200 * std::sin(a), 1e-9);
+  EXPECT_NEAR(last.z, 200 * (1 - std::cos(a)), 1e-9);
+  for (const Move& move : made->operations[0].path.moves)
+    EXPECT_TRUE(move.pose.axis.z == 1.0 ||
+                std::abs(std::hypot(move.pose.tip.y, move.pose.tip.z - 200.0) - 200.0) < 1e-9)
+        << "on the circle";
+  EXPECT_GT(made->operations[0].path.moves.size(), 20u);
+}
+
+TEST(Unpost, FixtureAnglesComeBackFromTheHeader) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> angle(-180.0, 180.0);
+  for (int round = 0; round < 200; ++round) {
+    Vec3 degrees{angle(random), angle(random) / 2.0, angle(random)};
+    if (round % 4 == 0)
+      degrees = {90.0 * (round / 4 % 4), 90.0 * (round / 16 % 3 - 1), 90.0 * (round / 8 % 4)};
+    PostOptions options;
+    options.setup.fixture = fixture_of(degrees);
+    std::istringstream in("LOADTL/1,LENGTH,50\nGOTO/0,0,10\nFINI\n");
+    MachineProfile profile = machine(Dialect::kRs274, false);
+    profile.model.tilt.min = -360, profile.model.tilt.max = 360;
+    profile.model.x = profile.model.y = profile.model.z = {-2000, 2000, 9000, 1000};
+    const auto text = program_text(*read_apt(in, "in.cls", {}), profile, options);
+    ASSERT_TRUE(text) << text.error().message;
+    std::istringstream program(*text);
+    const auto read = read_program_text(program, "x.nc", {Dialect::kRs274, 'A', 'C'});
+    ASSERT_TRUE(read) << read.error().message;
+    const Rotation turned = fixture_of(read->operations[0].fixture_deg.value_or(Vec3{}));
+    for (std::size_t row = 0; row < 3; ++row)
+      ASSERT_LE(length(turned.rows[row] - options.setup.fixture.rows[row]), 1e-10) << *text;
+  }
+}
+
+}  // namespace
+}  // namespace tiltfeed

@@ -1,0 +1,217 @@
+#!/usr/bin/env bash
+# The programs as a user calls them: exit status 0 done, 1 failed, 2 wrong use; messages that name the place; files
+# whole or not at all.
+#
+#   cli_test.sh BIN_FOLDER WORK_FOLDER
+set -euo pipefail
+export LC_ALL=C
+readonly bin=$1 work=$2
+root=$(dirname "$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")")
+readonly root
+failed=0
+rm -rf "$work"
+mkdir -p "$work"
+
+# expect STATUS PATTERN COMMAND...: runs it and wants that status, and the pattern in what it prints.
+expect() {
+  local want=$1 pattern=$2 status=0
+  shift 2
+  "$@" > "$work/out.txt" 2>&1 || status=$?
+  if [[ $status != "$want" ]] || ! grep -qE -- "$pattern" "$work/out.txt"; then
+    printf 'FAILED: %s\n  status %s, wanted %s and /%s/; it printed:\n' "$*" "$status" "$want" "$pattern"
+    sed 's/^/    /' "$work/out.txt"
+    failed=1
+  fi
+}
+
+# cancelled WHAT: the run that ended with $status and wrote out.txt must have failed, and said that it was cancelled.
+cancelled() {
+  [[ $status == 1 ]] && grep -q 'cancelled' "$work/out.txt" && return
+  echo "FAILED: $1: status $status:"
+  cat "$work/out.txt"
+  failed=1
+}
+
+# absent FILE...: none of them may be there, nor a part of one.
+absent() {
+  local file
+  for file in "$@"; do
+    if compgen -G "$file*" > /dev/null; then
+      echo "FAILED: $file was left behind"
+      failed=1
+    fi
+  done
+}
+
+# A job of our own: a small ball end mill over the sphere's upper half.
+make_job() {
+  sed -e "s#stl:.*#stl: $work/sphere.stl#" -e "s#^machine:.*#machine: $root/config/machines/generic-ac.yaml#" \
+    -e 's/side_step_mm:.*/side_step_mm: 8/' "$root/config/jobs/tyre.yaml" > "$1"
+}
+
+expect 0 'subcommand|SUBCOMMAND' "$bin/tiltfeed" --help
+expect 0 '^tiltfeed [0-9]+\.[0-9]+' "$bin/tiltfeed" --version
+expect 0 '^tiltfeed-sim [0-9]+\.[0-9]+|^[0-9]+\.[0-9]+' "$bin/tiltfeed-sim" --version
+expect 0 'pty' "$bin/tiltfeed-sim" --help
+# What reads wires and other people's files: relocations read-only, guarded stacks.
+expect 0 'NOW' readelf -d "$bin/tiltfeed"
+expect 0 '__stack_chk_fail' readelf --wide --dyn-syms "$bin/tiltfeed"
+expect 2 'ubcommand' "$bin/tiltfeed"
+expect 2 '' "$bin/tiltfeed" plan
+expect 2 '' "$bin/tiltfeed" frobnicate
+expect 2 '' "$bin/tiltfeed" plan "$root/config/jobs/tyre.yaml"
+expect 2 'grbl:' "$bin/tiltfeed" send "$root/README.md" --link nonsense
+expect 2 '' "$bin/tiltfeed-sim" --pty "$work/p" --modbus-tcp 127.0.0.1:0
+expect 2 'tyre' "$bin/tiltfeed-sim" part cube --out "$work/cube.stl"
+
+expect 0 'resolution' "$bin/tiltfeed" verify --help
+expect 2 'a program, --trace or --canon' "$bin/tiltfeed" verify "$root/config/jobs/tyre.yaml"
+expect 2 'resolution 1e-09|resolution 0' "$bin/tiltfeed" verify "$root/config/jobs/tyre.yaml" x.nc --resolution 1e-9
+expect 2 'offset:MM' "$bin/tiltfeed" verify "$root/config/jobs/tyre.yaml" x.nc --stock nonsense
+
+expect 0 'facets' "$bin/tiltfeed-sim" part sphere --out "$work/ball.stl"
+for job in "$root"/config/jobs/*.yaml; do
+  sed -e "s#stl:.*#stl: $work/ball.stl#" -e "s#^machine:.*#machine: $root/config/machines/generic-ac.yaml#" "$job" > "$work/checked.yaml"
+  expect 0 'side' "$bin/tiltfeed" check "$work/checked.yaml"
+  expect 0 '^part [0-9.]+ x [0-9.]+ x [0-9.]+ mm, 4446 facets' "$bin/tiltfeed" check "$work/checked.yaml"
+  expect 0 '"tolerance_mm":"0[.0-9]+".*"facets":4446,"warnings":\[' "$bin/tiltfeed" check "$work/checked.yaml" --json
+done
+sed -i "s#stl:.*#stl: $work/no.stl#" "$work/checked.yaml"
+expect 1 'no.stl' "$bin/tiltfeed" check "$work/checked.yaml"
+expect 1 'no/such/job.yaml' "$bin/tiltfeed" check no/such/job.yaml
+
+sed 's/side_step_mm/side_stop_mm/' "$root/config/jobs/tyre.yaml" > "$work/typo.yaml"
+expect 1 'typo.yaml:[0-9]+:[0-9]+: .*side_step_mm' "$bin/tiltfeed" check "$work/typo.yaml"
+
+make_job "$work/job.yaml"
+expect 1 'sphere.stl' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/a.nc" --cl "$work/a.cls"
+printf 'solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0' > "$work/sphere.stl"
+expect 1 'sphere.stl' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/a.nc" --cl "$work/a.cls"
+absent "$work/a.nc" "$work/a.cls"
+
+expect 0 '236748' "$bin/tiltfeed-sim" part tyre --out "$work/sphere.stl"
+expect 1 'cannot be written|no/such' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/no/such/folder/a.nc"
+expect 0 'blocks' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/a.nc" --cl "$work/a.cls" --report "$work/a.json"
+head -c 1000 "$work/a.cls" | grep -q '^PARTNO' || { echo 'FAILED: no PARTNO'; failed=1; }
+grep -qE '^GOTO/(-?[0-9.]+,){5}-?[0-9.]+$' "$work/a.cls" || { echo 'FAILED: no GOTO with six numbers'; failed=1; }
+
+# The same job gives the same bytes.
+expect 0 'blocks' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/b.nc" --cl "$work/b.cls"
+cmp "$work/a.nc" "$work/b.nc" && cmp "$work/a.cls" "$work/b.cls" || failed=1
+
+# Every program is proven, and says so, or says that it is not.
+expect 0 'proven: [0-9]+ moves, nowhere deeper than 0\.00' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/b.nc"
+grep -qE '^\(TILTFEED proof gouge 0\.00[0-9]+ mm moves [0-9]+ *\)$' "$work/b.nc" || { echo 'FAILED: no proof in the header'; failed=1; }
+expect 0 'not proven' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/c.nc" --no-proof
+grep -q '^(TILTFEED no proof' "$work/c.nc" || { echo 'FAILED: the header keeps silent about the proof'; failed=1; }
+cmp <(grep -v TILTFEED "$work/b.nc") <(grep -v TILTFEED "$work/c.nc") || failed=1
+rm "$work/c.nc"
+expect 0 '^proven [0-9]+ moves' "$bin/tiltfeed-sim" prove "$work/job.yaml" "$work/b.nc"
+# One line whose word is lower is named.
+line=$(grep -nE '^X.* Z' "$work/b.nc" | sed -n '2000s/:.*//p')
+awk -v at="$line" 'NR == at { for (i = 1; i <= NF; ++i) if ($i ~ /^Z/) $i = "Z" substr($i, 2) - 0.05 } { print }' "$work/b.nc" > "$work/low.nc"
+expect 1 "low.nc:[0-9]+: gouge: cutter 0\.0[0-9]+ mm deep .* facet [0-9]+" \
+  "$bin/tiltfeed-sim" prove "$work/job.yaml" "$work/low.nc" --picture "$work/gouge.png"
+[[ $(head -c 4 "$work/gouge.png" | tail -c 3) == PNG ]] || { echo 'FAILED: no picture of the gouge'; failed=1; }
+
+# What would be lost, or is no file, is not written to; a standard output that takes nothing is an error.
+cp "$work/sphere.stl" "$work/kept.stl"
+expect 2 'is also the input' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/sphere.stl"
+expect 2 'is also the input' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/job.yaml"
+expect 2 'is also the output' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/c.nc" --report "$work/../$(basename "$work")/c.nc"
+cmp "$work/sphere.stl" "$work/kept.stl" || failed=1
+ln -s sphere.stl "$work/link.nc"
+expect 2 'symbolic link' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/link.nc"
+mkfifo "$work/pipe.nc"
+expect 2 'no regular file' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/pipe.nc"
+expect 2 'no regular file' "$bin/tiltfeed-sim" part pin --out "$work/pipe.nc"
+expect 2 'symbolic link' "$bin/tiltfeed-sim" part pin --out "$work/link.nc"
+[[ -p $work/pipe.nc && -L $work/link.nc ]] || { echo 'FAILED: a pipe or a link was replaced'; failed=1; }
+absent "$work/c.nc"
+"$bin/tiltfeed" plan "$work/job.yaml" --out - 2> "$work/out.txt" | cmp - "$work/b.nc" || failed=1
+for command in "tiltfeed --help" "tiltfeed --version" "tiltfeed check $work/job.yaml" "tiltfeed post --list-dialects" \
+  "tiltfeed-sim --help" "tiltfeed plan $work/job.yaml --out -" "tiltfeed-sim prove $work/job.yaml $work/b.nc"; do
+  for redirect in '> /dev/full' '>&-'; do
+    status=0
+    bash -c "exec '$bin'/$command $redirect" 2> "$work/out.txt" || status=$?
+    [[ $status == 1 ]] && grep -q 'standard output' "$work/out.txt" && continue
+    echo "FAILED: $command $redirect: status $status:"
+    cat "$work/out.txt"
+    failed=1
+  done
+done
+
+# A machine that cannot reach the part: named, and nothing written.
+sed -e "s#^machine:.*#machine: $work/short.yaml#" "$work/job.yaml" > "$work/unreachable.yaml"
+sed -e 's/min_deg: -110/min_deg: -20/; s/max_deg: 110/max_deg: 20/' "$root/config/machines/generic-ac.yaml" > "$work/short.yaml"
+expect 1 'A .*(limit|20)' "$bin/tiltfeed" plan "$work/unreachable.yaml" --out "$work/c.nc"
+absent "$work/c.nc"
+
+# Interrupted: status 1, nothing left.
+sed -i 's/side_step_mm:.*/side_step_mm: 0.01/' "$work/job.yaml"
+status=0
+"$root/tests/system/interrupt.py" 1 1 "$work/out.txt" "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/d.nc" || status=$?
+cancelled "interrupted"
+absent "$work/d.nc"
+
+# It does not wait for what never answers: it has the job open, and nothing comes.
+mkfifo "$work/silent.yaml"
+for signal in INT TERM; do
+  "$bin/tiltfeed" plan "$work/silent.yaml" --out "$work/d.nc" > "$work/out.txt" 2>&1 &
+  exec 3> "$work/silent.yaml"
+  status=0
+  kill "-$signal" $!
+  wait $! || status=$?
+  exec 3>&-
+  cancelled "interrupted by $signal while it waits for its job"
+  absent "$work/d.nc"
+done
+
+# A verification, too, whatever it is at: it ends at once, and leaves no part of a report.
+sed -i 's/side_step_mm:.*/side_step_mm: 0.5/' "$work/job.yaml"
+expect 0 'blocks' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/e.nc"
+for delay in 0.2 1 3; do
+  status=0
+  "$root/tests/system/interrupt.py" "$delay" 0.6 "$work/out.txt" "$bin/tiltfeed" verify "$work/job.yaml" "$work/e.nc" \
+    --resolution 0.1 --out "$work/e" || status=$?
+  cancelled "verify interrupted after $delay s"
+  absent "$work/e/"
+done
+
+# A program that leaves what the job's tool reaches: nothing is wrong, and it is not complete.
+sed -e "s#stl:.*#stl: $work/ball.stl#" -e "s#^machine:.*#machine: $root/config/machines/generic-ac.yaml#" \
+  "$root/config/jobs/sphere.yaml" > "$work/more.yaml"
+sed 's/tilt_max_deg:.*/tilt_max_deg: 40/' "$work/more.yaml" > "$work/less.yaml"
+expect 0 'blocks' "$bin/tiltfeed" plan "$work/less.yaml" --out "$work/less.nc"
+expect 0 'stock  *offset:.*taken' "$bin/tiltfeed" verify "$work/less.yaml" "$work/less.nc" --resolution 1
+expect 3 'never cut, facet' "$bin/tiltfeed" verify "$work/more.yaml" "$work/less.nc" --resolution 1
+
+# CL text of another CAM system to a program and back; nothing is written unless the whole is valid.
+readonly machine=$root/config/machines/generic-ac.yaml foreign=$root/tests/golden/foreign.cls
+expect 0 'heidenhain_iso' "$bin/tiltfeed" post --list-dialects
+expect 2 'machine' "$bin/tiltfeed" post "$foreign" --out "$work/p.nc"
+expect 2 'list-dialects' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/p.nc" --dialect okuma
+expect 2 'no words for TCP' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/p.nc" --tcp
+expect 0 '2 operations' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/p.nc" --dialect fanuc --tcp
+expect 0 '2 operations' "$bin/tiltfeed" unpost "$work/p.nc" --machine "$machine" --out "$work/p.cls" --dialect fanuc
+grep -q '^LOADTL/4,LENGTH,80$' "$work/p.cls" || { echo 'FAILED: the second tool is not in the unposted file'; failed=1; }
+sed 's#^GOTO/2,0.5.*#GOTO/2,nan,19.9#' "$foreign" > "$work/nan.cls"
+expect 1 'nan.cls:21:8: GOTO/: number 2' "$bin/tiltfeed" post "$work/nan.cls" --machine "$machine" --out "$work/q.nc"
+sed 's#^GOTO/2,0.5.*#GOTO/2,0.5,9000#' "$foreign" > "$work/far.cls"
+expect 1 'far.cls:21: move 6.*Z .*travel' "$bin/tiltfeed" post "$work/far.cls" --machine "$machine" --out "$work/q.nc"
+absent "$work/q.nc"
+expect 0 'blocks' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/p.nc"
+for option in '--part-zero nan,0,0' '--fixture 0,inf,0' '--clear-height nan' '--clear-radius nan' '--tolerance nan' '--tool-length inf'; do
+  # shellcheck disable=SC2086  # an option and its value
+  expect 2 'finite number' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/q.nc" $option
+done
+absent "$work/q.nc"
+expect 0 'winds up by' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/r.nc" --clear-height 90
+expect 1 'for a tool of 100, 80 mm' "$bin/tiltfeed" send "$work/p.nc" --link grbl:/dev/no-such-port --tool-length 99
+
+expect 1 'is not a number mm long' "$bin/tiltfeed" send "$work/p.nc" --link grbl:/dev/no-such-port --tool-length nan
+
+# A link that is not there.
+expect 1 '/dev/no-such-port' "$bin/tiltfeed" send "$work/a.nc" --link grbl:/dev/no-such-port
+expect 1 '127.0.0.1' "$bin/tiltfeed" send "$work/a.nc" --link modbus-tcp:127.0.0.1:1
+exit "$failed"

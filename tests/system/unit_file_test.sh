@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# The systemd unit: it verifies, and its exposure is at most 2.0 (offline score).
+set -euo pipefail
+export LC_ALL=C
+root=$(dirname "$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")")
+readonly root
+readonly unit=$root/config/systemd/tiltfeed@.service
+
+if ! command -v systemd-analyze >/dev/null; then
+  echo "skipped: systemd-analyze is not installed (Debian package systemd)"
+  exit 77
+fi
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+# The instance name makes it a unit that can be judged; the program need not be installed for that.
+sed -E 's#^(ExecStart|ExecStopPost)=/usr/bin/tiltfeed #\1=/bin/true #' "$unit" >"$work/tiltfeed@test.service"
+if ! systemd-analyze security --offline=true --threshold=20 "$work/tiltfeed@test.service" >"$work/score.txt" 2>&1; then
+  if ! systemd-analyze security --offline=true --threshold=100 "$work/tiltfeed@test.service" >"$work/any.txt" 2>&1 &&
+    ! grep -q 'Overall exposure' "$work/any.txt"; then
+    cat "$work/any.txt"
+    echo "skipped: systemd-analyze cannot judge units here"
+    exit 77
+  fi
+  cat "$work/score.txt"
+  echo "FAILED: the unit's exposure is above 2.0"
+  exit 1
+fi
+grep 'Overall exposure' "$work/score.txt" | sed 's/[^ -~]//g'
+# The gate itself: without the hardening it must fail.
+sed -n '/^\[Unit\]/,/^Restart=/p' "$work/tiltfeed@test.service" >"$work/bare@test.service"
+if systemd-analyze security --offline=true --threshold=20 "$work/bare@test.service" >/dev/null 2>&1; then
+  echo "FAILED: a unit without hardening passes: the gate is blind"
+  exit 1
+fi
+for word in Type=notify WatchdogSec= TimeoutStopSec= ExecReload= LimitNOFILE=1024 \
+  "ExecStopPost=/usr/bin/tiltfeed safe-stop --config /etc/tiltfeed/%i.yaml"; do
+  grep -q "^$word" "$unit" || { echo "FAILED: the unit has no $word"; exit 1; }
+done
+echo "unit file: as expected"
