@@ -1,6 +1,6 @@
 #pragma once
 // RepRap firmwares (Marlin): numbered lines with a checksum, resend, a window. Pure: no I/O and no clock, see
-// daemon/protocol/session.h for the calls and daemon/README.md for the rules.
+// daemon/protocol/session.h for the calls and daemon/protocol/README.md for the rules.
 
 #include <cstdint>
 #include <deque>

@@ -1,7 +1,7 @@
 #pragma once
 // What the sessions have in common: phases, events, what an operator may ask for, progress. A session is the
 // protocol as a pure state machine: bytes that came and the time go in, bytes to send, progress and the next
-// deadline come out. No I/O, no clock, no thread. daemon/README.md draws phases and transitions.
+// deadline come out. No I/O, no clock, no thread. daemon/protocol/README.md draws phases and transitions.
 //
 // All sessions offer the same calls, and stream.cpp drives them in this order:
 // * wants_work(), push(), end_of_program(): the program, as far as the session has room for it;

@@ -1,5 +1,5 @@
 // Right-handed frames; a body's turn, sign (word - zero), is counter-clockwise seen from the tip of its
-// axis's direction. Formulas: kinematics/README.md.
+// axis's direction. Formulas: kinematics/machine/README.md.
 
 #include "kinematics/machine/machine.h"
 

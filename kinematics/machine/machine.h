@@ -1,7 +1,7 @@
 #pragma once
 // The machine: where a joint position puts the tool on the part, and back.
 // Frames: P part, M machine. Signs and zeros per rotary are profile fields, since real machines disagree.
-// Equations (K1)..(K5) are in kinematics/README.md.
+// Equations (K1)..(K5) are in kinematics/machine/README.md.
 
 #include <array>
 #include <limits>

@@ -1,6 +1,6 @@
 #pragma once
 // The upper envelope of one slice: the highest CL point on each axis line, so that neither ball nor straight
-// shank cuts into the part. (E1)..(E4) in pathgen/README.md.
+// shank cuts into the part. (E1)..(E4) in pathgen/envelope/README.md.
 
 #include <array>
 #include <cstdint>

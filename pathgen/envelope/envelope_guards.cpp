@@ -1,4 +1,4 @@
-// Which patches of shank and holder matter on a line of the envelope. (G3) in pathgen/README.md.
+// Which patches of shank and holder matter on a line of the envelope. (G3) in pathgen/pattern/README.md.
 
 #include "pathgen/envelope/envelope.h"
 #include "pathgen/envelope/pass_floor.h"

@@ -1,6 +1,6 @@
 #pragma once
 // The passes of one line as a floor: how low they come between two places of it, and what of them is traced
-// anew. (G3) in pathgen/README.md.
+// anew. (G3) in pathgen/pattern/README.md.
 
 #include <cstddef>
 #include <span>

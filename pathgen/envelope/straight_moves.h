@@ -1,5 +1,5 @@
 #pragma once
-// May the tool go straight from one point of the envelope to the next? (E2), (E3) in pathgen/README.md.
+// May the tool go straight from one point of the envelope to the next? (E2), (E3) in pathgen/envelope/README.md.
 
 #include <span>
 

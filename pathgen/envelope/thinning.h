@@ -1,6 +1,6 @@
 #pragma once
 // How many points a pass has: those that add nothing go, others are put in where moves are too long. (E4) in
-// pathgen/README.md.
+// pathgen/envelope/README.md.
 
 #include <cstdint>
 #include <functional>

@@ -1,7 +1,7 @@
 #pragma once
 // The admissible set of a CL point: the directions of the tool axis at which cutter, shank and holder are
 // clear of the part, the tool can be drawn back along its axis, and the machine's tilt suffices. (A1)..(A4)
-// in pathgen/README.md.
+// in pathgen/free_axis/README.md.
 
 #include <array>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
 // The chosen directions of a pass evened out, as far as they stay admissible, and no turn over the limit.
-// (O4) in pathgen/README.md.
+// (O4) in pathgen/free_axis/README.md.
 
 #include <vector>
 

@@ -102,7 +102,7 @@ class RunLinker {
     push(pose(to, 0.0), MoveKind::kPlunge, to.point.facet);
   }
 
-  /// (K4) Over the surface, as one pass.
+  /// (J4) Over the surface, as one pass.
   bool go_over(const OrientedPoint& to) {
     if (!down_) return false;
     const auto way = joins_.join(*down_, to);
@@ -113,7 +113,7 @@ class RunLinker {
     return true;
   }
 
-  /// (K3) Up by the clearance, over, and down.
+  /// (J3) Up by the clearance, over, and down.
   bool go_short(const OrientedPoint& to) {
     if (!down_) return false;
     const double lift = options_.links.clearance;
@@ -169,7 +169,7 @@ class RunLinker {
     down_.reset();
   }
 
-  /// (K1) Out to the sphere, over it, in again. The tool stays up where there is no way.
+  /// (J1) Out to the sphere, over it, in again. The tool stays up where there is no way.
   bool go_round(const OrientedPoint& to) {
     if (down_) retract();
     const Pose entry = on_sphere(to);
@@ -186,7 +186,7 @@ class RunLinker {
 
   using Way = std::vector<Pose>;
 
-  /// (K2) The first of the ways over the sphere that leans outwards and within the tilt limit all along.
+  /// (J2) The first of the ways over the sphere that leans outwards and within the tilt limit all along.
   std::optional<Way> find_way(const Pose& from, const Pose& to) const {
     const Vec3 out_from = outwards(from.tip), out_to = outwards(to.tip);
     const bool opposite = dot(out_from, out_to) < -0.999;

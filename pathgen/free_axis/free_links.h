@@ -1,6 +1,6 @@
 #pragma once
 // Runs with free axes to one tool path: out along the axis to a sphere round everything, over it, and in
-// again; or a short way close by. (K1)..(K4) of the section on free links in pathgen/README.md.
+// again; or a short way close by. (J1)..(J4) of the section on free links in pathgen/free_axis/README.md.
 
 #include <cstdint>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 // The moves of a pass: none turns or is longer than it may, and each is clear all along. (O5) in
-// pathgen/README.md.
+// pathgen/free_axis/README.md.
 
 #include <array>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 // The tool axis along a pass: of all sequences of admissible directions the one that departs least from the
-// wished one and turns least. (O1)..(O5) in pathgen/README.md.
+// wished one and turns least. (O1)..(O5) in pathgen/free_axis/README.md.
 
 #include <cstdint>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 // The stations of a pass: places at which a direction of the tool axis is chosen, and the directions that
-// each of them may have. (O2), (O3) in pathgen/README.md.
+// each of them may have. (O2), (O3) in pathgen/free_axis/README.md.
 
 #include <cstdint>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 // Ways of the ball over the CL surface from the end of one run to the start of the next, in contact all
-// along. (K4) in pathgen/README.md.
+// along. (J4) in pathgen/free_axis/README.md.
 
 #include <optional>
 

@@ -1,6 +1,6 @@
 #pragma once
 // From the strands of one section of the CL surface to passes: what is inside the offset is cut away, ends
-// that meet are joined. (N4)..(N6) in pathgen/README.md.
+// that meet are joined. (N4)..(N6) in pathgen/free_slices/README.md.
 
 #include <cstdint>
 #include <span>

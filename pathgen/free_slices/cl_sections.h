@@ -1,6 +1,6 @@
 #pragma once
 // Where a plane cuts the swept-sphere CL surface, exactly: straight across moved facets, along arcs round
-// convex edges and round vertices that stick out. (N1)..(N3) in pathgen/README.md.
+// convex edges and round vertices that stick out. (N1)..(N3) in pathgen/free_slices/README.md.
 
 #include <array>
 #include <cstdint>

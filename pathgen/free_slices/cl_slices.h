@@ -1,6 +1,6 @@
 #pragma once
 // The whole CL surface of a ball, cavities and bores included, cut by stacks of parallel planes into passes.
-// (N7), (N8) in pathgen/README.md.
+// (N7), (N8) in pathgen/free_slices/README.md.
 
 #include <cstdint>
 #include <functional>

@@ -1,5 +1,5 @@
 #pragma once
-// Of each patch of the CL surface the facets that may cut into it. (N4) in pathgen/README.md.
+// Of each patch of the CL surface the facets that may cut into it. (N4) in pathgen/free_slices/README.md.
 
 #include <cstdint>
 #include <span>

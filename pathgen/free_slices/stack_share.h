@@ -1,5 +1,5 @@
 #pragma once
-// Of the CL surface's patches those that a stack of planes has to cut. (N7) in pathgen/README.md.
+// Of the CL surface's patches those that a stack of planes has to cut. (N7) in pathgen/free_slices/README.md.
 
 #include <cstdint>
 #include <vector>

@@ -1,5 +1,5 @@
 #pragma once
-// Directions from which a part may be machined with a fixed axis. (I1) in pathgen/README.md.
+// Directions from which a part may be machined with a fixed axis. (I1) in pathgen/indexed/README.md.
 
 #include <algorithm>
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-// How deep a rapid may go down an axis line. (L1) in pathgen/README.md.
+// How deep a rapid may go down an axis line. (L1) in pathgen/linking/README.md.
 
 #include "pathgen/surface/cl_field.h"
 

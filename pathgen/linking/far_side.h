@@ -1,7 +1,7 @@
 #pragma once
 // The far side: an axis line may run on past the point, line or circle (inside work), or past the axis of
 // Theta (inner half of a circle, outside work), into a part of the flat space that is not its own column.
-// What of the tool is there is checked by rays. (F1) in pathgen/README.md.
+// What of the tool is there is checked by rays. (F1) in pathgen/linking/README.md.
 
 #include <cstdint>
 #include <memory>

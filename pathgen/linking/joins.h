@@ -1,5 +1,5 @@
 #pragma once
-// From the end of one pass to the start of the next on the envelope. (L5) in pathgen/README.md.
+// From the end of one pass to the start of the next on the envelope. (L5) in pathgen/linking/README.md.
 
 #include <optional>
 

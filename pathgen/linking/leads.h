@@ -1,6 +1,6 @@
 #pragma once
 // Tangential arcs into and out of a pass, in the plane of its direction and the tool axis. (L6) in
-// pathgen/README.md.
+// pathgen/linking/README.md.
 
 #include <vector>
 

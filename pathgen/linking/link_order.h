@@ -1,5 +1,5 @@
 #pragma once
-// In which order and direction the passes are travelled. (L3) in pathgen/README.md.
+// In which order and direction the passes are travelled. (L3) in pathgen/linking/README.md.
 
 #include <cstdint>
 #include <vector>

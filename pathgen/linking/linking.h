@@ -1,6 +1,6 @@
 #pragma once
 // Passes of the envelope to one tool path: order, direction, and the moves between them, on the envelope or
-// through clear air. (L1)..(L6) in pathgen/README.md.
+// through clear air. (L1)..(L6) in pathgen/linking/README.md.
 
 #include <algorithm>
 #include <cstdint>

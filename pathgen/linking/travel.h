@@ -1,6 +1,6 @@
 #pragma once
 // Ways over the clearance surface: constant z', and the axis never tilted further than the machine can.
-// (L2), (L4) in pathgen/README.md.
+// (L2), (L4) in pathgen/linking/README.md.
 
 #include <vector>
 

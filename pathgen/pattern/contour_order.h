@@ -1,5 +1,5 @@
 #pragma once
-// The order in which the contours of all levels are cut. (Z4) in pathgen/README.md.
+// The order in which the contours of all levels are cut. (Z4) in pathgen/pattern/README.md.
 
 #include <vector>
 

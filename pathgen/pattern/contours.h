@@ -1,6 +1,6 @@
 #pragma once
 // Patterns of closed curves in the flat plane: contours at constant z', and a region's border moved inwards.
-// (Z1)..(Z7) in pathgen/README.md.
+// (Z1)..(Z7) in pathgen/pattern/README.md.
 
 #include <string>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 // Shank and holder: a second envelope by the same code, of what may come near them where the passes run.
-// (G1), (G2) in pathgen/README.md.
+// (G1), (G2) in pathgen/pattern/README.md.
 
 #include <memory>
 #include <vector>

@@ -1,4 +1,4 @@
-// Inside a cell of the grid: which crossings belong together. (Z2) in pathgen/README.md.
+// Inside a cell of the grid: which crossings belong together. (Z2) in pathgen/pattern/README.md.
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 // Exact profiles of the envelope along two families of grid lines, x' and y', and its heights where they
-// cross: what every level's contours are found from. (Z1) in pathgen/README.md.
+// cross: what every level's contours are found from. (Z1) in pathgen/pattern/README.md.
 
 #include <vector>
 

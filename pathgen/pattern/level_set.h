@@ -1,6 +1,6 @@
 #pragma once
 // One level's contours as loops of crossings with the grid lines, and the connected regions on both sides of
-// them. (Z1), (Z2) in pathgen/README.md.
+// them. (Z1), (Z2) in pathgen/pattern/README.md.
 
 #include <array>
 #include <vector>

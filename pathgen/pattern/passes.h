@@ -1,6 +1,6 @@
 #pragma once
 // The passes of a raster: rows of the envelope, as near to each other as the side step asks on the part, with
-// what may not be cut left out. (R1)..(R3) in pathgen/README.md.
+// what may not be cut left out. (R1)..(R3) in pathgen/pattern/README.md.
 
 #include <cstdint>
 #include <functional>

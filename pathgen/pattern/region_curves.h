@@ -1,5 +1,5 @@
 #pragma once
-// Curves that cover a region of the flat plane from its border inwards. (Z6), (Z7) in pathgen/README.md.
+// Curves that cover a region of the flat plane from its border inwards. (Z6), (Z7) in pathgen/pattern/README.md.
 
 #include <vector>
 

@@ -1,6 +1,6 @@
 #pragma once
 // Contour-parallel and spiral passes: curves of the flat plane laid on the envelope. (Z6), (Z7) in
-// pathgen/README.md.
+// pathgen/pattern/README.md.
 
 #include "pathgen/pattern/contours.h"
 #include "pathgen/pattern/region_curves.h"

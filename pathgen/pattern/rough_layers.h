@@ -1,6 +1,6 @@
 #pragma once
 // Roughing in layers of constant z': raster passes from the stock's top down to the part. (Z5) in
-// pathgen/README.md.
+// pathgen/pattern/README.md.
 
 #include <vector>
 

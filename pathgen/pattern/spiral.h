@@ -1,5 +1,5 @@
 #pragma once
-// Closed curves, one inside the other, joined to a spiral. (Z7) in pathgen/README.md.
+// Closed curves, one inside the other, joined to a spiral. (Z7) in pathgen/pattern/README.md.
 
 #include <vector>
 

@@ -1,6 +1,6 @@
 #pragma once
 // What the passes of a path leave between them: how far the tool stays, on all of its cutting moves, from
-// places that it could touch. (U2) in pathgen/README.md.
+// places that it could touch. (U2) in pathgen/plan/README.md.
 
 #include <cstdint>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 // Indexed (3+2) machining: a few fixed tool directions that together reach the part, each for what it faces
-// best, and the turns between them. (I1)..(I4) in pathgen/README.md.
+// best, and the turns between them. (I1)..(I4) in pathgen/indexed/README.md.
 
 #include "pathgen/plan/plan.h"
 

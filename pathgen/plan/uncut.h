@@ -1,6 +1,6 @@
 #pragma once
 // What of the part the tool cannot or may not cut in one axis field, facet by facet. (U1) in
-// pathgen/README.md.
+// pathgen/plan/README.md.
 
 #include "pathgen/envelope/envelope.h"
 #include "pathgen/plan/plan.h"

@@ -1,5 +1,5 @@
 #pragma once
-// A cell as lines of one direction see it. (S1) in pathgen/README.md.
+// A cell as lines of one direction see it. (S1) in pathgen/surface/README.md.
 
 #include <cstdint>
 

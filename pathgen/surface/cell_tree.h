@@ -1,7 +1,7 @@
 #pragma once
 // Cells found by how high they reach: a tree of boxes, each with the highest CL point of what is in it. Most
 // of shank and holder lies far below the passes, and is never looked at one by one. (G3) in
-// pathgen/README.md.
+// pathgen/pattern/README.md.
 
 #include <cmath>
 #include <cstdint>

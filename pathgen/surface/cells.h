@@ -1,6 +1,6 @@
 #pragma once
 // Where in flat space each patch of the CL surface may be the highest: hulls of a few corners, widened by
-// pads. (S1)..(S3) in pathgen/README.md.
+// pads. (S1)..(S3) in pathgen/surface/README.md.
 
 #include <cstdint>
 #include <functional>

@@ -1,6 +1,6 @@
 #pragma once
 // Boxes of the flat plane, found by the places and lines that meet them: grids of bins, one for each size of
-// box. (S6) in pathgen/README.md.
+// box. (S6) in pathgen/surface/README.md.
 
 #include <algorithm>
 #include <cstddef>

@@ -1,6 +1,6 @@
 #pragma once
 // Finds the patches that a straight line of the flat space can meet, and where along it. (S1), (S6) in
-// pathgen/README.md.
+// pathgen/surface/README.md.
 
 #include <cmath>
 #include <cstdint>

@@ -1,4 +1,4 @@
-// How high a piece of the tool can be held up by a feature of the part. (G2) in pathgen/README.md.
+// How high a piece of the tool can be held up by a feature of the part. (G2) in pathgen/pattern/README.md.
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 #pragma once
-// Cones of contact normals, as convex spherical polygons. (S4) in pathgen/README.md.
+// Cones of contact normals, as convex spherical polygons. (S4) in pathgen/surface/README.md.
 
 #include <span>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 // What may be the highest along each of many parallel lines, found cell by cell: each cell is looked at once,
-// not once for each line that passes it. (S7) in pathgen/README.md.
+// not once for each line that passes it. (S7) in pathgen/surface/README.md.
 
 #include <cstdint>
 #include <span>

@@ -1,7 +1,7 @@
 #pragma once
 // The exact drop of one piece of the tool along its axis line: the highest place at which it touches a
 // vertex, an edge or a facet. Closed forms but for a rounded edge against an edge of the part, which is the
-// root of a monotone function. (C1)..(C4) in pathgen/README.md.
+// root of a monotone function. (C1)..(C4) in pathgen/surface/README.md.
 
 #include "pathgen/axis/deformation.h"
 #include "pathgen/tool/tool_pieces.h"

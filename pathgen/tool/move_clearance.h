@@ -1,6 +1,6 @@
 #pragma once
 // The tool against the part all along a straight move: the planner's one check of it, and the same asked
-// about single moves from outside. (O5) in pathgen/README.md.
+// about single moves from outside. (O5) in pathgen/free_axis/README.md.
 
 #include <cmath>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
 // What the tool shows to a part below it: convex pieces, each a flat disc whose edge is rounded and runs out
-// into a cone. Dropped along the axis, the highest piece decides. (T1), (T2) in pathgen/README.md.
+// into a cone. Dropped along the axis, the highest piece decides. (T1), (T2) in pathgen/tool/README.md.
 
 #include <vector>
 

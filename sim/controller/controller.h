@@ -1,6 +1,6 @@
 #pragma once
 // The firmware model of the Grbl family (character counting): bytes in, bytes out, simulated time, no I/O.
-// The wire grammar and what each reply means are in sim/README.md.
+// The wire grammar and what each reply means are in sim/controller/README.md.
 
 #include <cstdint>
 #include <optional>

@@ -1,6 +1,6 @@
 #pragma once
 // A CNC control that is fed over its serial port while it cuts: DC1 and DC3, a small buffer, %. Bytes in,
-// bytes out, simulated time, no I/O. The wire is described in sim/README.md.
+// bytes out, simulated time, no I/O. The wire is described in sim/controller/README.md.
 
 #include <cstdint>
 #include <optional>

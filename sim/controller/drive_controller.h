@@ -1,7 +1,7 @@
 #pragma once
 // A plain Modbus drive, as many are: one write of several registers, the last of which sets the axes off; a
 // status register; a register that stops. It numbers nothing and remembers nothing. Registers in, blocks out,
-// simulated time, no I/O. Its registers are in sim/README.md.
+// simulated time, no I/O. Its registers are in sim/controller/README.md.
 
 #include <array>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
 // The register-map model: a controller that takes numbered, CRC-protected windows of blocks through holding
-// registers. Pure: register reads and writes in, simulated time. The map is in sim/README.md.
+// registers. Pure: register reads and writes in, simulated time. The map is in sim/controller/README.md.
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #pragma once
 // The firmware model of a RepRap machine (Marlin): numbered lines with a checksum, a queue of commands,
-// resend. Bytes in, bytes out, simulated time, no I/O. The wire grammar is in sim/README.md.
+// resend. Bytes in, bytes out, simulated time, no I/O. The wire grammar is in sim/controller/README.md.
 
 #include <cstdint>
 #include <deque>

@@ -1,6 +1,6 @@
 #pragma once
 // The canonical commands that LinuxCNC's interpreter (rs274) makes of a program, as blocks: a second reading
-// of the same text, by another program. The commands that are taken are listed in sim/README.md.
+// of the same text, by another program. The commands that are taken are listed in sim/gcode/README.md.
 
 #include <istream>
 #include <string>

@@ -1,6 +1,6 @@
 #pragma once
 // The simulated machine's own G-code reader: RS274 words to blocks, modal state resolved. Shares nothing
-// with the post that wrote the program. The words that it takes are listed in sim/README.md.
+// with the post that wrote the program. The words that it takes are listed in sim/gcode/README.md.
 
 #include <cstdint>
 #include <functional>

@@ -197,7 +197,7 @@ void Motion::replan_running() {
   if (since_ == now_) peaks_.raise(before.peaks(done));
 }
 
-/// (S5), (M5) The rest of the running block; `exit_before`: the speed at which it would end as planned so
+/// (M10), (M5) The rest of the running block; `exit_before`: the speed at which it would end as planned so
 /// far.
 void Motion::plan_running(const PathState& from, double exit_before) {
   const PathBlock& block = queue_.front();

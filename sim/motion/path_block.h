@@ -1,7 +1,7 @@
 #pragma once
 // A block as the look-ahead sees it: its way through the axes, measured so that every axis counts in units of
 // its own acceleration, and what speed the axes allow on it and over the corner to the next. (M1)..(M4) in
-// sim/README.md.
+// sim/motion/README.md.
 
 #include <array>
 

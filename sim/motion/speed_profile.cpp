@@ -48,13 +48,13 @@ double short_ramp_down(double v, double length, double j) {
   return x;
 }
 
-/// (S2) The speed below `high` from which, or to which, a ramp is longest.
+/// (M7) The speed below `high` from which, or to which, a ramp is longest.
 double longest_partner(double high, const PathLimits& limits) {
   const double full = full_change(limits);
   return high <= 1.5 * full ? high / 3.0 : full / 2.0;
 }
 
-/// (S2) Length that is enough for a ramp between `high` and any speed from `low` to `high`.
+/// (M7) Length that is enough for a ramp between `high` and any speed from `low` to `high`.
 double sure_length(double high, double low, const PathLimits& limits) {
   const double partner = limits.jerk < kUnlimited ? std::min(high, longest_partner(high, limits)) : 0.0;
   return ramp_length(high, std::max(low, partner), limits);

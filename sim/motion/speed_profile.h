@@ -1,7 +1,7 @@
 #pragma once
 // Speed along one block over time: ramps limited in acceleration and jerk, a stretch at constant speed
-// between them. One dimension; lengths and times in whatever units the caller has. (S1)..(S5) in
-// sim/README.md.
+// between them. One dimension; lengths and times in whatever units the caller has. (M6)..(M10) in
+// sim/motion/README.md.
 
 #include <array>
 #include <limits>
@@ -29,12 +29,12 @@ struct PathPeaks {
   void raise(const PathPeaks& other);
 };
 
-/// (S1) Least time and the length of the way for a change of speed with no acceleration at its ends; the same
+/// (M6) Least time and the length of the way for a change of speed with no acceleration at its ends; the same
 /// for both directions.
 double ramp_seconds(double from, double to, const PathLimits& limits);
 double ramp_length(double from, double to, const PathLimits& limits);
 
-/// (S3) The highest speed after `length`, coming with `from`; not less than `from`. It never falls when
+/// (M8) The highest speed after `length`, coming with `from`; not less than `from`. It never falls when
 /// `from` or `length` grows. PathLimits::speed is not looked at.
 double highest_after(double from, double length, const PathLimits& limits);
 /// The lowest one, coming with `from`; not more than `from`.
@@ -43,13 +43,13 @@ double lowest_after(double from, double length, const PathLimits& limits);
 /// Speed over time from one state to another place.
 class SpeedProfile {
  public:
-  /// (S4) The fastest way to place `end`, arriving with speed `exit` and no acceleration; a speed above the
+  /// (M9) The fastest way to place `end`, arriving with speed `exit` and no acceleration; a speed above the
   /// limit at the start is brought down first. Nothing when `end` is too near for the acceleration at the
   /// start to end. Requires: lowest_after <= exit <= highest_after of what is left when the acceleration has
   /// ended.
   static std::optional<SpeedProfile> to(const PathState& from, double end, double exit,
                                         const PathLimits& limits);
-  /// (S5) To a standstill as soon as possible, wherever that is.
+  /// (M10) To a standstill as soon as possible, wherever that is.
   static SpeedProfile halt(const PathState& from, const PathLimits& limits);
   /// With the acceleration ended as soon as possible; where the choice of a new exit speed begins.
   static PathState settled(const PathState& from, const PathLimits& limits);

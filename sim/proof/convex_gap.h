@@ -1,6 +1,6 @@
 #pragma once
 // How far two convex bodies are from each other, from below: by the points of both that lie furthest along a
-// direction [Gilbert, Johnson, Keerthi 1988]. Formula (P1) is in sim/README.md.
+// direction [Gilbert, Johnson, Keerthi 1988]. Formula (P1) is in sim/proof/README.md.
 
 #include <array>
 

@@ -1,6 +1,6 @@
 #pragma once
 // The tool against the part along straight steps: how deep it cuts (exactly, whatever the resolution), and
-// the probes that its cutting part passes. What may be left out, and why, is in sim/README.md, (R6).
+// the probes that its cutting part passes. What may be left out, and why, is in sim/removal/README.md, (W6).
 
 #include <array>
 #include <atomic>

@@ -118,7 +118,7 @@ double Contact::core_least(const Stretch& s, const Facet& facet) const {
   return off.over - s.wide - radius_ + risen(std::max(0.0, off.beyond - s.wide), radius_);
 }
 
-/// (R6) Could what the stretch sweeps be met within `most` of a place of the patch along its normal?
+/// (W6) Could what the stretch sweeps be met within `most` of a place of the patch along its normal?
 bool Contact::reaches(const Stretch& s, Point<Part> place, Vec3 normal, double most) const {
   const Vec3 u = s.sheet.to(place);
   const double far2 = squared_length(u), near = radius_ + s.wide;

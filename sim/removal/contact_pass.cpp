@@ -32,7 +32,7 @@ Contact::Seen Contact::see_live(const Group& g, const Facet& facet, double most,
   return see(g, facet, middle, radius + kBoundSlack, most);
 }
 
-/// (R6) Groups that can do nothing to the patch are left out, and so are those that can take no more than
+/// (W6) Groups that can do nothing to the patch are left out, and so are those that can take no more than
 /// what another has taken: the one that may take most comes first.
 void Contact::pass(const Found& found, Run& run) const {
   const std::uint32_t patch = found.patch;

@@ -1,6 +1,6 @@
 #pragma once
-// What four bodies that are pushed along may do to a facet, side by side: bounds in single precision, (R8) in
-// sim/README.md. Places are seen from an origin near the bodies.
+// What four bodies that are pushed along may do to a facet, side by side: bounds in single precision, (W8) in
+// sim/removal/README.md. Places are seen from an origin near the bodies.
 
 #include "kinematics/basics/lanes.h"
 #include "sim/removal/facet.h"
@@ -8,7 +8,7 @@
 namespace tiltfeed::sim {
 
 inline constexpr float kLaneFar = 1e30f;
-// (R8) Rounding takes less than this share of the largest lengths from a bound.
+// (W8) Rounding takes less than this share of the largest lengths from a bound.
 inline constexpr float kLaneSlack = 0x1p-18f;
 
 /// A facet, in all lanes.

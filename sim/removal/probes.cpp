@@ -158,7 +158,7 @@ void Probes::settle(std::uint32_t patch) {
 
 namespace {
 
-/// (R1), (R5) Where the line from w (seen from the way's start) along n enters what the ball sweeps: the
+/// (W1), (W5) Where the line from w (seen from the way's start) along n enters what the ball sweeps: the
 /// way's cylinder, or the ball at that end which the line passes the cylinder's wall beyond. Below w it
 /// counts only as far as w itself is inside.
 struct BallLine {

@@ -1,7 +1,7 @@
 #pragma once
 // How much is left on the part: points all over its surface, each with a line along the facet's normal, cut
 // off exactly where the tool enters it. The value of a probe is the least over all that the tool did, so it
-// depends on no order. Formula (R5) is in sim/README.md.
+// depends on no order. Formula (W5) is in sim/removal/README.md.
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #pragma once
 // Verification by material removal: the machine's moves against stock and part. What must hold is in
-// sim/README.md, "Material removal".
+// sim/removal/README.md, "Material removal".
 
 #include <array>
 #include <cstdint>

@@ -37,7 +37,7 @@ struct Swept {
   std::vector<double> ways;  ///< of the tip on the part, by move, mm
 };
 
-/// Poses of the moves: (R4) as many straight steps as keep the tool near where the axes put it.
+/// Poses of the moves: (W4) as many straight steps as keep the tool near where the axes put it.
 class Stand {
  public:
   Stand(const Job& job, const ExecutedPath& path, const Stock& stock, Probes& probes,

@@ -1,6 +1,6 @@
 #pragma once
-// What a program leaves of the surface that the job's tool reaches: whether it is complete. (R8) in
-// sim/README.md.
+// What a program leaves of the surface that the job's tool reaches: whether it is complete. (W8) in
+// sim/removal/README.md.
 
 #include "config/job.h"
 #include "sim/removal/probes.h"

@@ -32,7 +32,7 @@ Value distance_at(const SweptBody& body, Point<Part> p) {
   return {s.value, (r > 0.0 ? out * (s.along_r / r) : Vec3{}) + body.along * s.along_h};
 }
 
-/// (R3) The least over the way: the distance from the swept solid, with the gradient at that place.
+/// (W3) The least over the way: the distance from the swept solid, with the gradient at that place.
 Value least_over_way(const SweptBody& body, Point<Part> p) {
   const auto at = [&](double s) { return distance_at(body, p - body.way * s); };
   const auto slope = [&](const Value& v) { return -dot(v.gradient, body.way); };
@@ -151,7 +151,7 @@ LineCutter::Slab LineCutter::slab(Vec3 gradient, double low, double high) const 
   return {gradient, foot + low, foot + high, slope != 0.0 ? 1.0 / slope : 0.0};
 }
 
-/// (R1) The capsule's cylinder without ends, or the ball at that end which the line passes the cylinder's
+/// (W1) The capsule's cylinder without ends, or the ball at that end which the line passes the cylinder's
 /// wall beyond. `sign` -1: where the line enters, 1: leaves; it misses the capsule: -sign infinite.
 double LineCutter::border(const Capsule& c, Vec3 origin, double sign) const {
   const Vec3 w = origin - c.foot;
@@ -170,7 +170,7 @@ double LineCutter::border(const Capsule& c, Vec3 origin, double sign) const {
   return root2 < 0.0 ? -sign * kInfinity : -b + sign * std::sqrt(root2);
 }
 
-/// (R2) Between the parallelogram's two shifted images.
+/// (W2) Between the parallelogram's two shifted images.
 Inside LineCutter::between(Vec3 origin) const {
   Inside inside{-kInfinity, kInfinity};
   for (const Slab& s : slabs_) {
@@ -191,7 +191,7 @@ std::optional<Inside> LineCutter::operator()(Point<Part> origin, double low, dou
   if (body_.solid != nullptr) return through_solid(origin, low, high);
   const Vec3 o = from_origin(origin);
   if (const double side = dot(o, side_); side < side_low_ || side > side_high_) return std::nullopt;
-  // (R7) The highest place of the stretch over the ball's plane.
+  // (W7) The highest place of the stretch over the ball's plane.
   if (dot(o, above_) + above_slope_ * (above_slope_ > 0.0 ? high : low) < above_from_) return std::nullopt;
   bool through = false;  // it is inside at the upper end of the stretch
   if (count_ == 1) {

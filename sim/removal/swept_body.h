@@ -1,6 +1,6 @@
 #pragma once
 // What a piece of the tool passes through while it is pushed along a straight way: a convex body, and where a
-// line runs inside it. Formulas (R1)..(R3) are in sim/README.md.
+// line runs inside it. Formulas (W1)..(W3) are in sim/removal/README.md.
 
 #include <algorithm>
 #include <array>
@@ -54,7 +54,7 @@ class LineCutter {
   std::optional<Inside> operator()(Point<Part> origin, double low, double high) const;
 
  private:
-  /// (R1) A line through a capsule.
+  /// (W1) A line through a capsule.
   struct Capsule {
     Vec3 foot, unit;
     double whole = 0.0;
@@ -84,7 +84,7 @@ class LineCutter {
   std::array<Capsule, 4> capsules_;
   int count_ = 0;
   std::array<Slab, 3> slabs_;  ///< of the parallelogram, if there are more capsules than one
-  Vec3 above_;                 ///< above_ball: (R7) what is below above_ . p = above_from_ is the ball's
+  Vec3 above_;                 ///< above_ball: (W7) what is below above_ . p = above_from_ is the ball's
   double above_from_ = -kInfinity, above_slope_ = 0.0;
   Vec3 side_;  ///< unit, across line and `along`: lines are told apart by it
   double side_low_ = -kInfinity, side_high_ = kInfinity;  ///< of what the body covers of it

@@ -19,7 +19,7 @@ inline Point<Part> on_axis(const Pose& p, double height) { return p.tip + p.axis
 using Cube = std::array<std::int64_t, 3>;
 Cube cube_at(Point<Part> p, double side);
 
-/// Which bodies the cutter, shank and holder of a job sweep. (R4) Each piece is pushed along the way of its
+/// Which bodies the cutter, shank and holder of a job sweep. (W4) Each piece is pushed along the way of its
 /// own middle, with the mean of both axes: right for a turn of the axis too, as far as the piece is short.
 class ToolSweep {
  public:

@@ -1,6 +1,6 @@
 #pragma once
 // One triangle against a point, the tool's axis (a segment) and a moving ball, in closed form.
-// Formulas (V1)..(V3) are in sim/README.md. Shares nothing with pathgen's CL surface.
+// Formulas (V1)..(V3) are in sim/path_check/README.md. Shares nothing with pathgen's CL surface.
 
 #include <cstdint>
 #include <limits>

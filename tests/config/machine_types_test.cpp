@@ -259,7 +259,7 @@ TEST(MachineTypes, TheBridgeMillIsThatOfFiveAxisKins) {
   }
 }
 
-// The worked vector of the 45 degree nutating head, kinematics/README.md.
+// The worked vector of the 45 degree nutating head, kinematics/machine/README.md.
 TEST(MachineTypes, TheNutatingHeadReproducesItsWorkedVector) {
   tiltfeed::Setup setup;
   setup.tool_length = 100;

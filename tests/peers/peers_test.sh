@@ -130,7 +130,7 @@ poll() {
   mapfile -t words < <(sed -n 's/^\[[0-9]*\]:[[:space:]]*0x//p' "$work/mbpoll.log")
   ((${#words[@]} == count)) || die "$name: ${#words[@]} registers of $count"
 }
-# map NAME MBPOLL_OPTION...: identity and status as daemon/README.md has them.
+# map NAME MBPOLL_OPTION...: identity and status as daemon/protocol/README.md has them.
 map() {
   local name=$1 boot
   poll "$1" 0 16 "${@:2}"

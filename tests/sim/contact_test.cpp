@@ -224,7 +224,7 @@ TEST(Contact, ProbesOfNeighbouringRowsAreThoseOfEachRowByItself) {
   const CheckedMesh part =
       checked(box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}, {Vec3{-8, 4.8, -6}, Vec3{8, 8, 3}}}));
   const Job job = make_job();
-  // What a piece sweeps while it turns is right to an eighth of a cell only, (R4); here to a fiftieth.
+  // What a piece sweeps while it turns is right to an eighth of a cell only, (W4); here to a fiftieth.
   for (const auto& [turn, error] : {std::pair(0.0, 1e-6), std::pair(0.05, 0.01)}) {
     const std::vector<ExecutedPath> paths = neighbours(turn);
     for (const double spacing : {0.05, 0.3}) {

@@ -1,5 +1,5 @@
 // The simulated machine's frame chain against the closed forms (K2), (K3) and the worked examples of
-// kinematics/README.md; nothing here calls kinematics/machine/machine.cpp.
+// kinematics/machine/README.md; nothing here calls kinematics/machine/machine.cpp.
 
 #include "sim/motion/forward.h"
 

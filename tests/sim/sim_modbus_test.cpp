@@ -1,5 +1,5 @@
 // The register-map model under a scripted clock: frames are built here, word by word, from the map in
-// sim/README.md.
+// sim/controller/README.md.
 
 #include <gtest/gtest.h>
 

@@ -17,7 +17,7 @@ struct Dice {
   }
 };
 
-/// The definition of (S2): the longest ramp between `high` and any speed from `low` to `high`.
+/// The definition of (M7): the longest ramp between `high` and any speed from `low` to `high`.
 double longest_ramp(double high, double low, const PathLimits& limits) {
   double longest = 0.0;
   for (int i = 0; i <= 2000; ++i)

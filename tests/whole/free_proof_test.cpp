@@ -1,6 +1,6 @@
 // Paths of free orientation held against the true solids, and against what brute force says the tool can
 // reach. The formula parts always; public models where their files are. Prints the table of
-// pathgen/README.md.
+// pathgen/free_axis/README.md.
 
 #include <gtest/gtest.h>
 
