@@ -66,20 +66,20 @@ std::vector<Draft> drafts(const Cutter& cutter) {
 }
 
 /// Lets neighbours reach into each other where one fits into the other.
-void join(std::vector<Draft>& all) {
+void join(std::vector<Draft>& all, double overlap) {
   std::vector<Revolved> plain;
   for (const Draft& draft : all) plain.push_back(draft.solid());
   for (std::size_t i = 1; i < all.size(); ++i) {
     Draft &below = all[i - 1], &above = all[i];
     const double joint = below.upper, lower_radius = below.rims.back()[0], upper_radius = above.rims[0][0];
     if (upper_radius <= lower_radius) {
-      const double by = std::min(ToolSolid::kJointOverlap, 0.5 * (joint - below.lower));
+      const double by = std::min(overlap, 0.5 * (joint - below.lower));
       const double most = plain[i - 1].radius_at(joint - by);
       above.rims.insert(above.rims.begin(),
                         {std::clamp(upper_radius - by * above.lower_slope, 0.0, most), joint - by});
     }
     if (lower_radius <= upper_radius) {
-      const double by = std::min(ToolSolid::kJointOverlap, 0.5 * (above.upper - joint));
+      const double by = std::min(overlap, 0.5 * (above.upper - joint));
       const double most = plain[i].radius_at(joint + by);
       below.rims.push_back({std::clamp(lower_radius + by * below.upper_slope, 0.0, most), joint + by});
     }
@@ -114,7 +114,7 @@ Hit drop(const PartDistance& surface, const Revolved& solid, const Pose& pose, d
   return hit;
 }
 
-ToolSolid::ToolSolid(const Cutter& cutter, const Growth& growth) {
+ToolSolid::ToolSolid(const Cutter& cutter, const Growth& growth, double overlap) {
   assert(cutter.diameter > 0.0);
   std::vector<Draft> all = drafts(cutter);
   const auto grown = [&](const Revolved& solid) {
@@ -132,7 +132,7 @@ ToolSolid::ToolSolid(const Cutter& cutter, const Growth& growth) {
   const bool is_capsule =
       cutter.type == CutterType::kBall && all.size() == 1 && growth.radial == 0.0 && growth.axial == 0.0;
   if (is_capsule) capsule_ = Capsule{nose.radius, all[0].upper, nose.radius + growth.allowance};
-  join(all);
+  if (overlap > 0.0) join(all, overlap);
   for (const Draft& draft : all) pieces_[static_cast<int>(draft.part)].push_back(grown(draft.solid()));
 }
 

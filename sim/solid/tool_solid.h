@@ -41,7 +41,8 @@ class ToolSolid {
   static constexpr double kJointOverlap = 0.1;
 
   /// Requires: 0 < diameter, heights ascending, as config/job.cpp checks. All parts are grown alike.
-  explicit ToolSolid(const Cutter& cutter, const Growth& growth = {});
+  /// `overlap`: of parts that meet, mm; with 0 distances are those of each part itself.
+  explicit ToolSolid(const Cutter& cutter, const Growth& growth = {}, double overlap = kJointOverlap);
 
   bool has(ToolPart part) const { return !pieces_[static_cast<int>(part)].empty(); }
   /// Least signed distance of that part of the tool, as above; `bound` where the tool has none.

@@ -1,6 +1,7 @@
 #include "tests/attack/judge.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <string_view>
 
@@ -81,7 +82,6 @@ class Judge {
 
   Verdict run() {
     proof_against(part_, contact_);
-    verdict_.in_part = std::max(verdict_.gouge, verdict_.rapid);
     if (!part_.defects.empty()) proof_against(as_read(stl_, part_), false);
     look_inside();
     if (verdict_.findings.empty()) look_for_uncut();
@@ -93,6 +93,10 @@ class Judge {
     char text[96];
     std::snprintf(text, sizeof text, "%s %.4f mm (tolerance %g) at ", kind, value, options_.tolerance);
     verdict_.findings.push_back(text + where);
+  }
+
+  void in_part(const CheckedMesh& mesh, double depth) {
+    if (&mesh == &part_) verdict_.in_part = std::max(verdict_.in_part, depth);
   }
 
   void proof_against(const CheckedMesh& mesh, bool contact) {
@@ -109,6 +113,7 @@ class Judge {
     verdict_.poses += m.poses + m.rapid_poses;
     verdict_.gouge = std::max(verdict_.gouge, m.gouge);
     verdict_.rapid = std::max(verdict_.rapid, m.rapid_overlap);
+    in_part(mesh, std::max(m.gouge, m.rapid_overlap));
     if (m.gouge > options_.tolerance) finding("gouge", m.gouge, pasteable(m.gouge_at));
     if (m.rapid_overlap > options_.tolerance) finding("rapid", m.rapid_overlap, pasteable(m.rapid_at));
     if (!contact) return;
@@ -140,14 +145,15 @@ class Judge {
 
   void free_proof(const CheckedMesh& mesh, bool contact) {
     const sim::PartDistance distances(mesh.mesh);
-    const ToolProof proof(distances, mesh.bounds, options_.cutter, options_.tolerance,
-                          {0.0, options_.shank.clearance, options_.holder.clearance}, growth_);
+    const std::array clearance{0.0, options_.shank.clearance, options_.holder.clearance};
+    const ToolProof proof(distances, mesh.bounds, options_.cutter, options_.tolerance, clearance, growth_);
     const ToolFindings f = proof.measure(path_, 0.25 * options_.cutter.diameter);
     verdict_.poses += f.cut_poses + f.link_poses;
     for (std::size_t i = 0; i < 3; ++i) {
       const std::string tool = std::string(sim::kToolPartNames[i]);
       verdict_.gouge = std::max(verdict_.gouge, f.cut[i].value);
       verdict_.rapid = std::max(verdict_.rapid, f.link[i].value);
+      in_part(mesh, std::max(f.cut[i].value, f.link[i].value) - clearance[i]);
       if (f.cut[i].value > options_.tolerance)
         finding(("gouge by " + tool).c_str(), f.cut[i].value, pasteable(f.cut[i].at));
       if (f.link[i].value > options_.tolerance)

@@ -42,6 +42,7 @@ class ToolProof {
       : part_(part),
         bounds_(bounds),
         tool_(cutter, growth),
+        apart_(cutter, growth, 0.0),
         nose_(cutter.nose_radius()),
         tolerance_(tolerance),
         clearance_(clearance) {}
@@ -86,7 +87,8 @@ class ToolProof {
         if (state.free[part] > 0.0 || !tool_.has(sim::kToolParts[part])) continue;
         const Pose pose = between(from, move.pose, static_cast<double>(k) / steps);
         const sim::Hit hit =
-            tool_.clearance(part_, pose, sim::kToolParts[part], sim::kInfinity, state.hint[part]);
+            (clearance_[part] > 0.0 ? apart_ : tool_)
+                .clearance(part_, pose, sim::kToolParts[part], sim::kInfinity, state.hint[part]);
         state.hint[part] = hit.facet;
         const double spare = hit.value - clearance_[part];
         Worst& worst = (is_cut ? found.cut : found.link)[part];
@@ -118,7 +120,7 @@ class ToolProof {
 
   const sim::PartDistance& part_;
   Box bounds_;
-  sim::ToolSolid tool_;
+  sim::ToolSolid tool_, apart_;  ///< apart: its parts do not reach into each other
   double nose_, tolerance_;
   std::array<double, 3> clearance_;
 };
