@@ -152,10 +152,15 @@ class Tracer {
     const bool straight = length(cross(a.point.axis, b.point.axis)) <= options_.max_axis_step &&
                           std::abs(half.z - options_.level) <= options_.tolerance * kRiseShare;
     const double top = options_.level + options_.tolerance;
-    const bool clear = heights_.at(middle) <= top && heights_.highest(a.place, b.place) <= top;
     const bool solid = !a.shut && !b.shut;
-    if (solid && straight && clear && rises_beside(middle, out) && quarters_fit(a.place, b.place, out, top))
-      return;
+    const bool rises = solid && straight && rises_beside(middle, out);
+    // The envelope all along the move costs the most: it is asked last, and where nothing else decides.
+    std::optional<bool> asked;
+    const auto clear = [&] {
+      if (!asked) asked = heights_.at(middle) <= top && heights_.highest(a.place, b.place) <= top;
+      return *asked;
+    };
+    if (rises && quarters_fit(a.place, b.place, out, top) && clear()) return;
     const double size = distance(a.point.centre, b.point.centre);
     if (!solid && (a.shut == b.shut || size <= kShutEnd * options_.tolerance)) return cut();
     std::optional<Stop> stop;
@@ -166,8 +171,7 @@ class Tracer {
       refine(a, *stop, depth + 1);
       emit(*stop);
       refine(*stop, b, depth + 1);
-    } else if (!solid || !clear || !straight ||
-               (size > kShortAir * options_.tolerance && !rises_beside(middle, out))) {
+    } else if (!solid || !straight || (size > kShortAir * options_.tolerance && !rises) || !clear()) {
       trace_.left_out += solid ? 1 : 0;
       cut();
     }
