@@ -9,6 +9,8 @@ namespace {
 
 /// On a shorter line (mm) all candidates start in one bin.
 constexpr double kShort = 1e-9;
+/// So many are moved to their places one by one.
+constexpr std::size_t kFew = 4;
 
 }  // namespace
 
@@ -64,6 +66,7 @@ bool CandidateSweep::next() {
   from_ = first ? all_.front().from : to_;
   const double close = first ? 0.0 : close_;
   if (ends_ < from_) drop_ended();
+  const std::size_t settled = active_.size();
   while (next_ < all_.size() && all_[next_].from - from_ < close) take_next();
   to_ = next_ < all_.size() ? all_[next_].from : kNowhere;
   double last = from_;
@@ -74,6 +77,7 @@ bool CandidateSweep::next() {
   if (to_ == kNowhere) to_ = last;
   if (to_ == from_ && !first) return false;
   while (next_ < all_.size() && all_[next_].from <= to_) take_next();
+  settle(settled);
   return true;
 }
 
@@ -87,9 +91,19 @@ void CandidateSweep::take_next() {
   const Candidate& c = all_[next_++];
   if (c.to < from_) return;
   ends_ = std::min(ends_, c.to);
-  auto place = active_.end();
-  while (place != active_.begin() && (place - 1)->top < c.top) --place;
-  active_.insert(place, c);
+  active_.push_back(c);
+}
+
+/// Brings those from `first` on, just taken, to their places; of equals the one taken first comes first.
+void CandidateSweep::settle(std::size_t first) {
+  const auto higher = [](const Candidate& a, const Candidate& b) { return a.top > b.top; };
+  const auto taken = active_.begin() + static_cast<std::ptrdiff_t>(first);
+  if (active_.size() - first > kFew) {
+    std::stable_sort(taken, active_.end(), higher);
+    return std::inplace_merge(active_.begin(), taken, active_.end(), higher);
+  }
+  for (auto c = taken; c != active_.end(); ++c)
+    std::rotate(std::upper_bound(active_.begin(), c, *c, higher), c, c + 1);
 }
 
 }  // namespace tiltfeed

@@ -45,6 +45,7 @@ class CandidateSweep {
  private:
   void drop_ended();
   void take_next();
+  void settle(std::size_t first);
 
   std::span<const Candidate> all_;
   double close_, from_ = 0.0, to_ = 0.0;
