@@ -76,15 +76,14 @@ class Profile {
   /// Does the part grown by the radius hold the place where the column ends? Then the column is shut from
   /// there down to wherever that body ends, which its own patches need not show.
   bool end_is_covered(double x, double y) {
-    const std::vector<PatchId>& near = field_.index_.covering();
+    const ColumnEnds& near = field_.index_.covering();
     if (near.empty()) return false;
     const std::optional<Point<Part>> end = map_.column_end(x, y);
     if (!end) return false;
     if (!field_.end_ || *field_.end_ != *end) {
-      const auto covering =
-          std::find_if(near.begin(), near.end(), [&](PatchId patch) { return surface_.covers(patch, *end); });
       field_.end_ = end;
-      field_.end_covered_by_ = covering != near.end() ? std::optional(*covering) : std::nullopt;
+      field_.end_covered_by_ =
+          near.first_over(*end, [&](PatchId patch) { return surface_.covers(patch, *end); });
     }
     if (field_.end_covered_by_) result_.too_near.push_back(*field_.end_covered_by_);
     return field_.end_covered_by_.has_value();

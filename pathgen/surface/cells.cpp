@@ -42,7 +42,7 @@ class CellMaker {
     const ClSurface::Core core = surface_.core(patch);
     const Ball ball = ball_about(core.points());
     const Deformation::Aim aim = map_.aim(ball.centre);
-    note_near(aim.away, ball.radius);
+    note_near(aim.away, ball);
     const bool both = surface_.sides() == Sides::kBoth && core.count != 2;
     for (int side = 1; side >= (both ? -1 : 1); side -= 2) {
       side_ = side;
@@ -74,14 +74,14 @@ class CellMaker {
   }
 
   /// Notes a patch that may lie within reach of the point, line or circle (inside work), or of the axis of
-  /// Theta (circle): it reaches into columns in which it has no CL point. `away`, `radius`: of a ball about
-  /// the feature.
-  void note_near(Deformation::Distances away, double radius) {
+  /// Theta (circle): it reaches into columns in which it has no CL point. `ball`: about the feature, `away`
+  /// from there.
+  void note_near(Deformation::Distances away, const Ball& ball) {
     const bool inside_work = map_.s() < 0.0, circle = map_.frame().mode == AxisMode::kCircle;
-    const double reach = radius + piece_->flat + piece_->corner;
+    const double round = piece_->flat + piece_->corner, reach = ball.radius + round;
     if (((inside_work && away.rho < reach) || (circle && away.r < reach)) &&
         piece_->part == ToolPart::kCutter)
-      out_.near.push_back(patch_);
+      out_.near.push_back({patch_, ball.centre, ball.whole + round});
   }
 
   /// Does the patch turn away from the tool, whose axis line comes within `radius` of the place of `aim`?

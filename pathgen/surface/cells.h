@@ -11,6 +11,7 @@
 #include "pathgen/mesh/fresh_memory.h"
 #include "pathgen/progress/watch.h"
 #include "pathgen/surface/cl_surface.h"
+#include "pathgen/surface/column_ends.h"
 
 namespace tiltfeed {
 
@@ -32,8 +33,8 @@ struct Cell {
 struct Cells {
   FreshVector<Cell> cells;  ///< in the order of the patches
   FreshVector<FlatCorner> corners;
-  double furthest = 0.0;      ///< of their places from the point, line or circle, mm, about
-  std::vector<PatchId> near;  ///< patches that may cover the end of a column (Deformation::column_end)
+  double furthest = 0.0;          ///< of their places from the point, line or circle, mm, about
+  std::vector<NearFeature> near;  ///< what may cover the end of a column (Deformation::column_end)
 };
 
 /// (G2) No CL point of the patch is higher than this (z').

@@ -83,13 +83,14 @@ FlatIndex::FlatIndex(Cells cells, const Deformation& deformation) : cells_(std::
   const Extent extent = extent_of(ranges_of(cells_, boxes_), deformation);
   period_x_ = extent.period_x, period_y_ = extent.period_y, bounds_ = extent.bounds;
   bins_ = FlatBins(boxes_, bounds_, period_x_, period_y_);
+  covering_ = ColumnEnds(std::move(cells_.near));
 }
 
 FlatIndex::FlatIndex(const FlatIndex& cutter, std::span<const PatchId> numbers, Cells guards,
                      const Deformation& deformation)
     : FlatIndex(cutter) {
   for (Cell& cell : cells_.cells) cell.patch = numbers[cell.patch];
-  for (PatchId& patch : cells_.near) patch = numbers[patch];
+  covering_.renumber(numbers);
   FreshVector<LooseBox> boxes;
   Ranges ranges = ranges_of(guards, boxes);
   ranges.x.add({bounds_.min_x, bounds_.max_x}), ranges.y.add({bounds_.min_y, bounds_.max_y});

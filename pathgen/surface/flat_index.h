@@ -94,7 +94,7 @@ class FlatIndex {
   const FlatBounds& bounds() const { return bounds_; }
   /// About how far the CL surface is from the point, line or circle at most, mm.
   double furthest() const { return cells_.furthest; }
-  const std::vector<PatchId>& covering() const { return cells_.near; }
+  const ColumnEnds& covering() const { return covering_; }
   const CellTree& guards() const { return guards_; }
   /// A cell of guards() as lines in the direction (dx, dy) see it.
   CellAlong seen_along(const CellTree::Found& guard, double dx, double dy) const {
@@ -117,6 +117,7 @@ class FlatIndex {
   double period_x_ = 0.0, period_y_ = 0.0;
   FlatBounds bounds_;
   FlatBins bins_;
+  ColumnEnds covering_;
   Cells guard_cells_;
   CellTree guards_;
 };

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 #include <random>
 
 #include "kinematics/basics/units.h"
@@ -127,6 +128,44 @@ TEST_P(CellsTest, HoldWhateverTheToolTouches) {
   EXPECT_GT(hits, 1000u);
   EXPECT_EQ(missed, 0u) << "of " << hits;
   EXPECT_EQ(low, 0u) << "of " << hits << ", by up to " << over << " mm";
+}
+
+/// The first of all patches, asked one after the other.
+std::optional<PatchId> first_over(const ClSurface& surface, Point<Part> end) {
+  for (PatchId patch = 0; patch < surface.patch_count(); ++patch)
+    if (surface.covers(patch, end)) return patch;
+  return std::nullopt;
+}
+
+TEST_P(CellsTest, TellWhatCoversTheEndOfAColumn) {
+  const Field field = fields()[static_cast<std::size_t>(GetParam())];
+  SCOPED_TRACE(field.name);
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  Mesh mesh;
+  for (int part = 0; part < 80; ++part) {
+    const Mesh more = fan(random, 30.0, std::exp(1.2 * unit(random)));
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
+    for (const auto& [a, b, c] : more.facets) mesh.facets.push_back({first + a, first + b, first + c});
+  }
+  const ClSurface surface(mesh, Sides::kBoth, {tool_pieces(options_of(field.cutter)).front()});
+  const Deformation map({field.mode, field.sense, {}, {1, 0, 0}, {0, 0, 1}, 15.0}, 12.0);
+  const FlatIndex index(make_cells(surface, map, 0.5), map);
+  std::size_t ends = 0, covered = 0;
+  for (int place = 0; place < 1000; ++place) {
+    const Point<Part> near = mesh.vertices[static_cast<std::size_t>(place) % mesh.vertices.size()];
+    const Point<Flat> at = map.flatten(near + Vec3{unit(random), unit(random), unit(random)} * 4.0);
+    const std::optional<Point<Part>> end = map.column_end(at.x, at.y);
+    if (!end) continue;
+    const std::optional<PatchId> expected = first_over(surface, *end);
+    ++ends, covered += expected ? 1 : 0;
+    EXPECT_EQ(index.covering().first_over(*end, [&](PatchId p) { return surface.covers(p, *end); }),
+              expected);
+  }
+  const bool has_ends = field.sense == Sense::kInward || field.mode == AxisMode::kCircle;
+  EXPECT_EQ(ends > 100, has_ends);
+  if (has_ends && field.mode != AxisMode::kPoint) EXPECT_GT(covered, 10u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Fields, CellsTest, testing::Range(0, 28));
