@@ -102,8 +102,9 @@ void ModbusSession::follow_hold(const RingStatus& status, Time now) {
     note_hold(false, now);
     hold_seen_ = true;
     // M0 counts as completed while it waits.
-    const bool tool_change = phase_ == Phase::kRun && waits_at_ == status.last_started;
-    return move(tool_change ? Event::kOperatorStop : Event::kHeld);
+    const bool operator_stop = waits_at_ && waits_at_ == status.last_started;
+    if (operator_stop) held_ = "waits for the operator (M0, M1, M6); a resume goes on";
+    return move(operator_stop ? Event::kOperatorStop : Event::kHeld);
   }
   if (phase_ != Phase::kHold && phase_ != Phase::kToolChange) return;
   hold_seen_ = hold_seen_ || held;

@@ -104,10 +104,15 @@ bool ModbusSession::heartbeat_due(Time now) const {
   return now - last_heartbeat_ >= time_of(options_.map.watchdog * kHeartbeatShare);
 }
 
+/// It has blocks and does nothing with them: it may have dropped them, and what follows would hide that.
+bool ModbusSession::idles() const {
+  return completed_ < accepted() && (status_.state == RingState::kIdle || status_.state == RingState::kDone);
+}
+
 /// Whole frames, unless the program's end or a very small ring makes them shorter.
 bool ModbusSession::room_for_frame() const {
   const std::size_t waiting = pending_.size() - accepted_pending_;
-  if (waiting == 0) return false;
+  if (waiting == 0 || idles()) return false;
   const std::size_t half_ring = std::max<std::size_t>(1, static_cast<std::size_t>(identity_.slots) / 2);
   return status_.free_slots >= std::min({waiting, std::size_t{kWindowBlocks}, half_ring});
 }

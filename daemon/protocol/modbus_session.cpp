@@ -155,9 +155,9 @@ void ModbusSession::on_stream_status(const RingStatus& status, Time now) {
     next_request_ = now + kFullRingPoll;
     return;
   }
-  const bool stands = status.state == RingState::kIdle || status.state == RingState::kDone;
-  if (stands && completed_ < accepted() && now - last_progress_ >= kIdleStall)
-    return fault(Code::kLink, "the machine stands idle although blocks wait in its ring");
+  if (idles() && now - last_progress_ >= kIdleStall)
+    return fault(Code::kLink,
+                 "the machine stands idle although blocks wait in its ring, or it has dropped them");
   if (room_for_frame() || wants_work()) return;
   next_request_ = now + kFullRingPoll;
   if (phase_ == Phase::kDrain) next_request_ = now + kDrainPoll;

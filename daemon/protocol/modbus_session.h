@@ -77,6 +77,7 @@ class ModbusSession {
   void make_request(Time now);
   std::vector<std::uint16_t> next_words(Time now, std::uint16_t& address);
   std::vector<std::uint16_t> window_words();
+  bool idles() const;
   bool room_for_frame() const;
   bool heartbeat_due(Time now) const;
 

@@ -22,6 +22,7 @@ constexpr Transition kTransitions[] = {
     {Phase::kHold, Event::kResumed, Phase::kRun},
     {Phase::kRun, Event::kOperatorStop, Phase::kToolChange},
     {Phase::kHold, Event::kOperatorStop, Phase::kToolChange},
+    {Phase::kDrain, Event::kOperatorStop, Phase::kToolChange},
     {Phase::kToolChange, Event::kHeld, Phase::kHold},
     {Phase::kToolChange, Event::kOperatorDone, Phase::kRun},
     {Phase::kRun, Event::kAllSent, Phase::kDrain},

@@ -91,7 +91,7 @@ void ModbusController::take_window(Words words) {
   std::copy_n(words.begin(), 4, guarded.begin());
   std::copy(words.begin() + kWindowHeaderWords, words.end(), guarded.begin() + 4);
   if (crc_of_words(guarded) != pair(words, 4)) return refuse(Nack::kCrc, first);
-  if (session_ == 0 || words[0] != session_) return refuse(Nack::kSession, first);
+  if (session_ == 0 || spent_ || words[0] != session_) return refuse(Nack::kSession, first);
   if (count < 1 || count > kBlocksPerWindow || (words[3] & ~kEndOfProgram) != 0)
     return refuse(Nack::kBadBlock, first);
   if (alarm_ != 0) return;  // the status says so
@@ -247,6 +247,7 @@ bool ModbusController::open(std::uint16_t session) {
   if (!motion_.idle()) return false;
   motion_.stop();  // ends a hold that the session before left behind
   session_ = session;
+  spent_ = false;
   last_accepted_ = last_started_ = last_completed_ = 0;
   end_seq_.reset();
   done_ = heartbeat_seen_ = false;
@@ -256,8 +257,10 @@ bool ModbusController::open(std::uint16_t session) {
   return true;
 }
 
-/// Axes stop, the ring is emptied; the numbers stay, so that the host sees what was not completed.
+/// Axes stop, the ring is emptied; the numbers stay, so that the host sees what was not completed. Nothing
+/// may follow in this session: what was dropped would count as completed.
 void ModbusController::forget_blocks() {
+  spent_ = true;
   motion_.stop();
   seqs_.clear();
   end_seq_.reset();

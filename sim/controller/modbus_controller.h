@@ -119,6 +119,7 @@ class ModbusController {
   Nack nack_ = Nack::kNone;
   std::uint16_t nack_seq_ = 0, cmd_ack_ = 0, cmd_result_ = 0, alarm_ = 0, status_seq_ = 0, heartbeat_ = 0;
   bool heartbeat_seen_ = false, done_ = false;
+  bool spent_ = false;  ///< blocks of this session were dropped: it takes no others
   double link_now_ = 0.0, heartbeat_at_ = 0.0;
   std::uint64_t rejected_ = 0, programs_ = 0;
 };
