@@ -1,5 +1,5 @@
 #pragma once
-// The register map of the ring controller and the packing of requests for a message link. daemon/wire/README.md
+// The register map of the ring controller and the packing of requests for a message link. daemon/wire/MODBUS.md
 // has the map with its rules. Registers are 16 bit; 32-bit values stand high word first; bytes high byte
 // first.
 

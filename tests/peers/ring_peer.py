@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A ring controller behind pymodbus, written from the register map in daemon/protocol/README.md; nothing of Tiltfeed is in it.
+"""A ring controller behind pymodbus, written from the register map in daemon/wire/MODBUS.md; nothing of Tiltfeed is in it.
 
 ring_peer.py --tcp PORT | --rtu PATH [--baud N] --trace FILE [--mute N] [--no-fc23] [--slots N] [--block-ms MS]
 
