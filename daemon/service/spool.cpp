@@ -100,15 +100,14 @@ Spool::Spool(Spool&&) noexcept = default;
 Spool::~Spool() = default;
 
 Result<Spool> Spool::open(const std::string& folder) {
-  std::error_code made;
-  std::filesystem::create_directories(folder, made);
-  if (made) return fail(Code::kIo, folder + ": cannot be made: " + made.message());
+  if (const int made = make_folders(folder); made < 0)
+    return fail(Code::kIo, folder + ": cannot be made: " + std::strerror(-made));
   Result<StateLock> lock = StateLock::take(folder);
   if (!lock) return tl::unexpected<Error>(lock.error());
+  std::error_code made;
   std::filesystem::create_directories(folder + "/jobs", made);
   if (made) return fail(Code::kIo, folder + "/jobs: cannot be made: " + made.message());
   ::chmod((folder + "/jobs").c_str(), S_IRWXU);
-  if (const Result<void> kept = keep_names(folder); !kept) return tl::unexpected<Error>(kept.error());
   auto table = std::make_unique<Table>();
   const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOFOLLOW;
   if (sqlite3_open_v2((folder + "/jobs.db").c_str(), &table->db, flags, nullptr) != SQLITE_OK)
@@ -116,6 +115,8 @@ Result<Spool> Spool::open(const std::string& folder) {
   sqlite3_busy_timeout(table->db, kBusyWaitMs);
   if (const Result<void> made_new = bring_up_to_date(table->db, folder + "/jobs.db"); !made_new)
     return tl::unexpected<Error>(made_new.error());
+  // With the names of the table's own files: SQLite syncs them, and says nothing when that fails.
+  if (const Result<void> kept = keep_names(folder); !kept) return tl::unexpected<Error>(kept.error());
   Spool spool(folder, std::move(*lock), std::move(table));
   if (Result<void> healed = spool.heal(); !healed) return tl::unexpected<Error>(healed.error());
   return spool;

@@ -80,6 +80,8 @@ Result<void> copy_job(const fs::path& from, const fs::path& to) {
 }
 
 Result<std::uint64_t> copy_all(const fs::path& spool, const fs::path& to) {
+  if (const int made = make_folders(to.string()); made < 0)
+    return fail(Code::kIo, to.string() + ": cannot be made: " + std::strerror(-made));
   std::error_code failed;
   fs::create_directories(to / "jobs", failed);
   if (failed) return fail(Code::kIo, to.string() + ": cannot be made: " + failed.message());
