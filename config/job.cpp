@@ -2,7 +2,6 @@
 
 #include <filesystem>
 
-#include "config/job_files.h"
 #include "config/job_keys.h"
 #include "config/program_keys.h"
 #include "config/section.h"

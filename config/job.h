@@ -34,6 +34,12 @@ inline constexpr double kPerpendicularTolerance = 1e-5;
 /// pattern does not use has its default, and side_step is 0 where a scallop alone sets the step.
 /// Errors: kInput as file:line:column, what was expected, the nearest known key; kIo.
 Result<Job> load_job(const std::string& path);
+/// A job whose files lie elsewhere than its text says; empty: as the job says.
+struct JobFiles {
+  std::string stl, machine;
+};
+/// Errors: as load_job.
+Result<Job> load_job_with(const std::string& path, const JobFiles& files);
 /// The same from text; `path` names it in messages and its folder is where relative paths start.
 Result<Job> parse_job(const std::string& text, const std::string& path);
 /// The resolved job and its machine, one `key: value` a line.

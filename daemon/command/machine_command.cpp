@@ -18,6 +18,7 @@
 #include "daemon/service/api.h"
 #include "daemon/service/api_socket.h"
 #include "daemon/service/state_lock.h"
+#include "daemon/wire/open_link.h"
 #include "daemon/wire/steady_clock.h"
 
 namespace tiltfeed {

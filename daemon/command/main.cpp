@@ -21,6 +21,7 @@
 #include "daemon/post/tool_length.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/mesh.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/mesh/stl.h"
 
 namespace {

@@ -11,7 +11,7 @@
 #include <iostream>
 #include <optional>
 
-#include "config/job_files.h"
+#include "config/job.h"
 #include "config/output_file.h"
 #include "daemon/command/command.h"
 #include "daemon/command/progress_line.h"

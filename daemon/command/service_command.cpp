@@ -21,6 +21,7 @@
 #include "daemon/service/safe_stop.h"
 #include "daemon/service/service.h"
 #include "daemon/service/spool_backup.h"
+#include "daemon/wire/open_link.h"
 #include "daemon/wire/steady_clock.h"
 
 namespace tiltfeed {

@@ -62,4 +62,11 @@ Result<MachineAnswer> perform_order(const MachineBench& bench, std::string_view 
   return order->act(bench, words);
 }
 
+tl::unexpected<Error> wrong_words(const char* command, const std::string& what) {
+  const MachineOrder* const order = find_machine_order(command);
+  return fail(Code::kUsage, std::string(command) + ": " + what + "; it is `machine " + command +
+                                (order != nullptr && *order->words != '\0' ? " " : "") +
+                                (order != nullptr ? order->words : "") + "`");
+}
+
 }  // namespace tiltfeed

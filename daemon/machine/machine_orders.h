@@ -9,26 +9,10 @@
 #include <vector>
 
 #include "config/machine_profile.h"
+#include "daemon/machine/machine_bench.h"
 #include "daemon/wire/link.h"
 
 namespace tiltfeed {
-
-/// What a command works with.
-struct MachineBench {
-  const MachineProfile& machine;
-  const LinkSpec& link;
-  Link& wire;
-  Clock& clock;
-  /// The operator wants no more: a motion is ended.
-  std::function<bool()> stopped = [] { return false; };
-  /// A continuous jog goes on as long as this is true: somebody holds the key.
-  std::function<bool()> held = [] { return false; };
-};
-
-/// `text`: lines for people. `json`: the same as one object.
-struct MachineAnswer {
-  std::string text, json;
-};
 
 struct MachineOrder {
   const char* name;

@@ -1,5 +1,7 @@
 #include "daemon/machine/machine_worker.h"
 
+#include "daemon/wire/open_link.h"
+
 namespace tiltfeed {
 
 namespace {

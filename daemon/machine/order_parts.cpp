@@ -21,13 +21,6 @@ constexpr int kDecimals = 3;
 
 std::string figure(double value) { return decimal(value, kDecimals); }
 
-tl::unexpected<Error> wrong_words(const char* command, const std::string& what) {
-  const MachineOrder* const order = find_machine_order(command);
-  return fail(Code::kUsage, std::string(command) + ": " + what + "; it is `machine " + command +
-                                (order != nullptr && *order->words != '\0' ? " " : "") +
-                                (order != nullptr ? order->words : "") + "`");
-}
-
 Result<AxisWord> axis_word(const std::string& text) {
   AxisWord word;
   const char* const end = text.data() + text.size();

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "daemon/machine/grbl_talk.h"
-#include "daemon/machine/machine_orders.h"
+#include "daemon/machine/machine_bench.h"
 #include "daemon/wire/axis_values.h"
 
 namespace tiltfeed {
@@ -53,7 +53,6 @@ Error stopped_by_operator(const MachineBench& bench, const char* what);
 
 /// {"X":1.0,...} of the axes that are known.
 std::string axes_json(const AxisValues& axes);
-tl::unexpected<Error> wrong_words(const char* command, const std::string& what);
 
 // The commands themselves, by family.
 Result<MachineAnswer> order_status(const MachineBench& bench, const OrderWords& words);

@@ -8,43 +8,13 @@
 #include <vector>
 
 #include "config/job.h"
+#include "daemon/post/posting.h"
 #include "kinematics/basics/path_event.h"
 #include "kinematics/basics/result.h"
 #include "kinematics/basics/tool_path.h"
 #include "kinematics/joints/joint_path.h"
 
 namespace tiltfeed {
-
-struct ProgramReport {
-  std::uint64_t blocks = 0;         ///< motion blocks written
-  std::uint64_t clamped_feeds = 0;  ///< F limited to the control's range
-  std::uint64_t bytes = 0;
-};
-
-/// Largest relative error of a printed F, where the dialect's decimals of F allow it.
-inline constexpr double kFeedError = 1e-4;
-
-/// One tool at work.
-struct Operation {
-  /// The words: joints rounded to the printed decimals; under TCP those of `words_under_tcp`.
-  const JointPath* words = nullptr;
-  Setup setup;
-  ToolData tool;
-  int tool_number = 0;  ///< 0: no tool change
-  Feed cut_feed, plunge_feed;
-  std::vector<FeedChange> feeds;  ///< as in ToolPath
-  std::vector<PathEvent> events;  ///< by rising move; `move` counts as JointMove::move
-  int length_register = 0;        ///< 0: that of the tool's number
-};
-
-/// A whole program.
-struct Posting {
-  std::string name;  ///< of the part
-  MachineProfile machine;
-  ProgramData data;
-  std::vector<Operation> operations;
-  std::string proof{};  ///< a word on the program's proof for its header; empty: none
-};
 
 /// Writes the program in the profile's dialect: header comments (TILTFEED ...: part, machine, tool, tool
 /// length and set-up that are baked in, blocks, time), safe start words, tool change, motion with all words

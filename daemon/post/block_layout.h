@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/post/block.h"
 #include "daemon/post/dialect.h"
+#include "daemon/post/posting.h"
 
 namespace tiltfeed {
 

@@ -10,7 +10,7 @@
 
 #include "config/machine_profile.h"
 #include "daemon/post/line_words.h"
-#include "daemon/post/program_text.h"
+#include "daemon/post/text_language.h"
 
 namespace tiltfeed {
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/program_format.h"
+#include "daemon/post/text_language.h"
 #include "kinematics/basics/geometry.h"
 #include "kinematics/basics/path_event.h"
 #include "kinematics/basics/result.h"
@@ -41,14 +42,6 @@ struct ProgramTextFacts {
   std::string name;
   std::vector<TextOperation> operations;  ///< each with a block
   std::vector<std::string> notes;         ///< words left out, with their line
-};
-
-/// What the reader needs to know of the control.
-struct TextLanguage {
-  Dialect dialect = Dialect::kRs274;
-  char tilt = 'A', rotary = 'C';
-  RotaryWord tilt_word = RotaryWord::kAccumulate, rotary_word = RotaryWord::kAccumulate;
-  std::vector<int> own_codes = {};  ///< M codes of the machine's own lines
 };
 
 /// Reads to the program's end. Moves in machine coordinates (G53, G28, SUPA, M91) leave the place unknown

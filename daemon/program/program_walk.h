@@ -9,6 +9,7 @@
 
 #include "config/machine_profile.h"
 #include "daemon/program/link_kind.h"
+#include "daemon/program/program.h"
 #include "daemon/program/words.h"
 
 namespace tiltfeed {

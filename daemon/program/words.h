@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/program/program.h"
+#include "daemon/program/line.h"
 #include "kinematics/basics/result.h"
 
 namespace tiltfeed {

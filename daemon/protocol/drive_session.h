@@ -1,7 +1,8 @@
 #pragma once
 // A plain Modbus drive: one block at a time, written with its trigger last, then its status is asked until it
 // stands. Nothing in the drive tells one write from the same write repeated, so none is ever repeated. Pure:
-// no I/O and no clock, see daemon/protocol/session.h for the calls and daemon/protocol/README.md for the rules.
+// no I/O and no clock, see daemon/protocol/session.h for the calls and daemon/protocol/README.md for the
+// rules.
 
 #include <cstdint>
 #include <deque>

@@ -1,6 +1,7 @@
 #pragma once
 // The Grbl family's protocol: character counting against the controller's real receive buffer. Pure: no I/O
-// and no clock, see daemon/protocol/session.h for the calls and daemon/protocol/README.md for the state diagram.
+// and no clock, see daemon/protocol/session.h for the calls and daemon/protocol/README.md for the state
+// diagram.
 
 #include <cstdint>
 #include <deque>

@@ -1,7 +1,7 @@
 #pragma once
 // The ring protocol over Modbus: numbered blocks, identical resends, progress only by what was read back.
-// Pure: no I/O and no clock, see daemon/protocol/session.h for the calls and daemon/protocol/README.md for the state
-// diagram.
+// Pure: no I/O and no clock, see daemon/protocol/session.h for the calls and daemon/protocol/README.md for
+// the state diagram.
 
 #include <array>
 #include <cstdint>

@@ -43,8 +43,8 @@ struct ApiRequest {
   bool held = false, stop = false;     ///< machine: the key is still held; the command is to end
 };
 
-/// {"v":1,"op":"start","job":3} and so on: see daemon/service/README.md. Errors: kUsage with what is wrong. Never
-/// deeper than one object of plain values, never longer than kMaxRequest.
+/// {"v":1,"op":"start","job":3} and so on: see daemon/service/README.md. Errors: kUsage with what is wrong.
+/// Never deeper than one object of plain values, never longer than kMaxRequest.
 Result<ApiRequest> parse_request(std::string_view line);
 std::string write_request(const ApiRequest& request);
 /// {"v":1,"ok":false,"error":"..."}, a line.

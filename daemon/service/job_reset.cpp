@@ -4,6 +4,7 @@
 
 #include "daemon/machine/machine_place.h"
 #include "daemon/service/job_desk.h"
+#include "daemon/wire/open_link.h"
 
 namespace tiltfeed {
 

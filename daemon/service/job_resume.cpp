@@ -5,13 +5,14 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "config/job_files.h"
+#include "config/job.h"
 #include "config/output_file.h"
 #include "daemon/files/sha256.h"
 #include "daemon/journal/reentry.h"
 #include "daemon/machine/machine_place.h"
 #include "daemon/service/job_desk.h"
 #include "daemon/service/job_origin.h"
+#include "daemon/wire/open_link.h"
 
 namespace tiltfeed {
 

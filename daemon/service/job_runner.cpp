@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "daemon/stream/black_box.h"
+#include "daemon/wire/open_link.h"
 
 namespace tiltfeed {
 

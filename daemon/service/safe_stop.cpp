@@ -8,6 +8,7 @@
 #include "daemon/journal/run_journal.h"
 #include "daemon/machine/stop_machine.h"
 #include "daemon/service/spool.h"
+#include "daemon/wire/open_link.h"
 #include "daemon/wire/steady_clock.h"
 
 namespace tiltfeed {

@@ -8,7 +8,7 @@
 #include "config/link_profile.h"
 #include "daemon/program/program.h"
 #include "daemon/program/words.h"
-#include "daemon/stream/stream.h"
+#include "daemon/stream/stream_hooks.h"
 
 namespace tiltfeed {
 

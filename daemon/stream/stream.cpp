@@ -13,6 +13,7 @@
 #include "daemon/protocol/modbus_session.h"
 #include "daemon/protocol/reprap_session.h"
 #include "daemon/stream/program_feed.h"
+#include "daemon/wire/open_link.h"
 #include "daemon/wire/steady_clock.h"
 
 namespace tiltfeed {

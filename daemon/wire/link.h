@@ -68,7 +68,4 @@ Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile = 
                             const MachineModel* machine = nullptr);
 /// The LINK text again, with the defaults filled in: parse_link(describe(s)) = s.
 std::string describe(const LinkSpec& link);
-/// Opens the wire. Errors: kLink with the device or address and what to do.
-Result<std::unique_ptr<Link>> open_link(const LinkSpec& link);
-
 }  // namespace tiltfeed

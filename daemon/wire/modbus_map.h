@@ -1,7 +1,7 @@
 #pragma once
-// The register map of the ring controller and the packing of requests for a message link. daemon/wire/MODBUS.md
-// has the map with its rules. Registers are 16 bit; 32-bit values stand high word first; bytes high byte
-// first.
+// The register map of the ring controller and the packing of requests for a message link.
+// daemon/wire/MODBUS.md has the map with its rules. Registers are 16 bit; 32-bit values stand high word
+// first; bytes high byte first.
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #pragma once
 // Who may spend how much of a job's tolerance. Errors that can occur at one place, in one direction, add;
-// their shares sum to at most 1 (B1..B5 in kinematics/basics/README.md). Whoever spends takes the share by its name
-// from here.
+// their shares sum to at most 1 (B1..B5 in kinematics/basics/README.md). Whoever spends takes the share by
+// its name from here.
 
 namespace tiltfeed {
 

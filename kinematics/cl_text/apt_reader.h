@@ -6,11 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "kinematics/basics/result.h"
 #include "kinematics/cl_text/apt_arc.h"
 #include "kinematics/cl_text/apt_cycle.h"
-#include "kinematics/cl_text/apt_file.h"
 #include "kinematics/cl_text/apt_frame.h"
 #include "kinematics/cl_text/apt_notes.h"
+#include "kinematics/cl_text/apt_operation.h"
 #include "kinematics/cl_text/apt_record.h"
 
 namespace tiltfeed {

@@ -6,7 +6,7 @@
 
 #include "kinematics/basics/result.h"
 #include "kinematics/basics/tool_path.h"
-#include "kinematics/joints/joint_path.h"
+#include "kinematics/joints/joint_moves.h"
 #include "kinematics/machine/machine.h"
 
 namespace tiltfeed {

@@ -17,18 +17,6 @@
 
 namespace tiltfeed {
 
-void JointPathReport::add(const JointPathReport& more) {
-  seconds += more.seconds;
-  max_tip_deviation = std::max(max_tip_deviation, more.max_tip_deviation);
-  max_centre_deviation = std::max(max_centre_deviation, more.max_centre_deviation);
-  max_axis_deviation = std::max(max_axis_deviation, more.max_axis_deviation);
-  max_rapid_deviation = std::max(max_rapid_deviation, more.max_rapid_deviation);
-  subdivided_moves += more.subdivided_moves;
-  pole_swings += more.pole_swings;
-  reconfigurations += more.reconfigurations;
-  min = least(min, more.min);
-  max = greatest(max, more.max);
-}
 namespace {
 
 // Share of the tolerance that the axis may lose by holding the table near the pole; swinging the table in

@@ -9,7 +9,7 @@
 
 #include "kinematics/basics/tool_path.h"
 #include "kinematics/joints/joint_choice.h"
-#include "kinematics/joints/joint_path.h"
+#include "kinematics/joints/joint_moves.h"
 #include "kinematics/machine/machine.h"
 
 namespace tiltfeed {

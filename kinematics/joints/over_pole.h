@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "kinematics/joints/joint_choice.h"
-#include "kinematics/joints/joint_path.h"
+#include "kinematics/joints/joint_moves.h"
 #include "kinematics/machine/machine.h"
 
 namespace tiltfeed {

@@ -28,14 +28,6 @@ constexpr std::size_t kLookAhead = 512;
 
 }  // namespace
 
-Joints least(const Joints& p, const Joints& q) {
-  return {std::min(p.x, q.x), std::min(p.y, q.y), std::min(p.z, q.z), std::min(p.a, q.a), std::min(p.c, q.c)};
-}
-
-Joints greatest(const Joints& p, const Joints& q) {
-  return {std::max(p.x, q.x), std::max(p.y, q.y), std::max(p.z, q.z), std::max(p.a, q.a), std::max(p.c, q.c)};
-}
-
 double Walker::seconds(const Joints& from, const Joints& to, double way) const {
   // (K10) in minutes.
   double minutes = 0.0;

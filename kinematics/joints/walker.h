@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "kinematics/joints/joint_choice.h"
-#include "kinematics/joints/joint_path.h"
+#include "kinematics/joints/joint_moves.h"
 #include "kinematics/machine/sweep.h"
 
 namespace tiltfeed {

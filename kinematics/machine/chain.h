@@ -9,7 +9,8 @@
 #include <cmath>
 
 #include "kinematics/basics/lanes.h"
-#include "kinematics/machine/machine.h"
+#include "kinematics/basics/tool_path.h"
+#include "kinematics/machine/machine_model.h"
 
 namespace tiltfeed {
 

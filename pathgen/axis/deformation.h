@@ -1,6 +1,6 @@
 #pragma once
-// The predefined tool axis and the deformation that turns it into +z' everywhere (maths: pathgen/axis/README.md,
-// tags D1..D4). Right-handed: (x', y', z') with b = s (n x t).
+// The predefined tool axis and the deformation that turns it into +z' everywhere (maths:
+// pathgen/axis/README.md, tags D1..D4). Right-handed: (x', y', z') with b = s (n x t).
 
 #include <algorithm>
 #include <limits>

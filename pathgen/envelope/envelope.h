@@ -12,46 +12,12 @@
 #include <vector>
 
 #include "pathgen/axis/deformation.h"
+#include "pathgen/envelope/pass.h"
 #include "pathgen/surface/cl_surface.h"
 #include "pathgen/surface/flat_index.h"
 #include "pathgen/surface/row_candidates.h"
 
 namespace tiltfeed {
-
-/// A point of the envelope, exactly on the CL surface.
-struct EnvelopePoint {
-  Point<Flat> flat;
-  Point<Part> centre;  ///< the CL reference: centre of the ball or of the rounded edge
-  Vec3 axis;           ///< unit, from tip to shank
-  Vec3 normal;         ///< unit, of the CL surface, away from the part
-  PatchId patch = 0;
-  float lever = 1.0f;  ///< (C5) what the reference strays from the surface the contact does times this, >= 1
-};
-
-/// A pass: an unbroken row of envelope points in rising run coordinate.
-using Pass = std::vector<EnvelopePoint>;
-
-struct EnvelopeOptions {
-  double tolerance =
-      0.003;  ///< largest distance of the envelope from the straight move between two points, mm
-  double max_axis_step = 0.02;  ///< largest turn of the axis between two points, rad
-  double max_distance = std::numeric_limits<double>::infinity();  ///< between two points, mm
-  double reach = 0.0;  ///< how far up the tool its side must keep to the path, over the CL reference, mm
-};
-
-/// (E5) From a to b the axis turns by an angle whose square is `turn2` (rad^2), evenly; the true one faster
-/// the nearer it is to the point, line or circle. Do they differ by at most `tolerance` (mm) at
-/// options.reach?
-inline bool turns_evenly(const EnvelopePoint& a, const EnvelopePoint& b, double turn2, double tolerance,
-                         const EnvelopeOptions& options) {
-  const double strays = options.reach * (a.flat.z - b.flat.z);
-  const double allowed = 4.0 * tolerance * std::min(std::abs(a.flat.z), std::abs(b.flat.z));
-  return strays * strays * turn2 <= allowed * allowed;
-}
-
-/// Nearer than this to the point, line or circle (mm) the axis turns too fast to be of use: nothing is
-/// machined there.
-inline constexpr double kLeastAxisDistance = 0.1;
 
 struct LineEnvelope {
   std::vector<Pass> passes;

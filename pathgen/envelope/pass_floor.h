@@ -7,8 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "pathgen/envelope/envelope.h"
+#include "pathgen/envelope/pass.h"
 #include "pathgen/surface/candidates.h"
+#include "pathgen/surface/flat_bins.h"
 
 namespace tiltfeed {
 

@@ -1,5 +1,6 @@
 #pragma once
-// Rounds off the concave corners of a pass: the tool rises along its axis. (E6) in pathgen/envelope/README.md.
+// Rounds off the concave corners of a pass: the tool rises along its axis. (E6) in
+// pathgen/envelope/README.md.
 
 #include "pathgen/envelope/envelope.h"
 

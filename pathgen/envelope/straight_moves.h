@@ -1,9 +1,10 @@
 #pragma once
-// May the tool go straight from one point of the envelope to the next? (E2), (E3) in pathgen/envelope/README.md.
+// May the tool go straight from one point of the envelope to the next? (E2), (E3) in
+// pathgen/envelope/README.md.
 
 #include <span>
 
-#include "pathgen/envelope/envelope.h"
+#include "pathgen/envelope/pass.h"
 #include "pathgen/surface/candidates.h"
 
 namespace tiltfeed {

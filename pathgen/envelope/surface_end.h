@@ -2,6 +2,7 @@
 // Where along a line the surface ends: it is looked for between a point of the envelope and a place beyond.
 
 #include "pathgen/envelope/straight_moves.h"
+#include "pathgen/surface/flat_bins.h"
 
 namespace tiltfeed {
 

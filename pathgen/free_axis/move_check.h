@@ -5,7 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "pathgen/free_axis/orientation.h"
+#include "pathgen/free_axis/admissible.h"
+#include "pathgen/free_axis/oriented_run.h"
 
 namespace tiltfeed {
 

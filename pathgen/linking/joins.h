@@ -3,7 +3,9 @@
 
 #include <optional>
 
+#include "pathgen/envelope/envelope.h"
 #include "pathgen/linking/travel.h"
+#include "pathgen/surface/cl_field.h"
 
 namespace tiltfeed {
 

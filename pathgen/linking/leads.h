@@ -4,7 +4,9 @@
 
 #include <vector>
 
+#include "pathgen/envelope/envelope.h"
 #include "pathgen/linking/travel.h"
+#include "pathgen/surface/cl_field.h"
 
 namespace tiltfeed {
 

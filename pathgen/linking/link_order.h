@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "pathgen/linking/linking.h"
+#include "pathgen/linking/link_options.h"
 
 namespace tiltfeed {
 

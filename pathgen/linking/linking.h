@@ -11,49 +11,12 @@
 #include "kinematics/basics/units.h"
 #include "pathgen/envelope/envelope.h"
 #include "pathgen/linking/far_side.h"
+#include "pathgen/linking/link_options.h"
 #include "pathgen/options/plan_options.h"
 #include "pathgen/progress/watch.h"
 #include "pathgen/surface/cl_field.h"
 
 namespace tiltfeed {
-
-/// Which order of the passes is sought.
-enum class PassOrder {
-  kGiven,    ///< slice by slice
-  kRegions,  ///< region by region where that saves air, else slice by slice
-};
-
-struct Linking {
-  Direction direction = Direction::kZigzag;
-  double reference_height = 0.0;  ///< of the CL reference over the tip, mm
-  double clearance_z = 0.0;       ///< z' of the clearance surface, mm
-  double clearance = 0.0;         ///< of the clearance surface over what it clears, mm
-  double approach = 0.0;          ///< last part of an approach, at plunge feed, mm
-  double join_distance = 0.0;     ///< ends of passes at most this far apart may be joined, mm; 0: none
-  double lead_radius = 0.0;       ///< of the arcs into and out of a pass, mm; 0: none
-  double thinning = 0.003;        ///< a join's points that a move passes this closely are dropped, mm
-  double plunge_ratio = 1.0;      ///< cutting feed over plunge feed
-  Vec3 up{0, 0, 1};               ///< the table's axis in part directions, unit
-  Angle tilt_max = Angle::from_degrees(180.0);  ///< largest angle of the tool axis to `up`
-  PassOrder order = PassOrder::kRegions;
-  /// May a point be cut? It is asked of the points of joins. Empty: all may.
-  std::function<bool(const EnvelopePoint&)> allowed{};
-  /// And a straight move between two of them? Empty: any.
-  std::function<bool(const EnvelopePoint&, const EnvelopePoint&)> straight{};
-  /// When the user stops it, the moves are not all there.
-  ReportShare report{};
-};
-
-struct Linked {
-  std::vector<Move> moves;
-  std::uint64_t skipped_passes = 0;  ///< to which every way hits the part on the far side
-  std::uint64_t tilted_passes = 0;   ///< to which every clear way tilts the axis further than tilt_max
-  std::uint64_t retracts = 0;        ///< to the clearance surface, the last one included
-  std::uint64_t joins = 0;           ///< passes that start where a join on the envelope ends
-  std::uint64_t leads = 0;           ///< arcs
-  std::uint64_t straight_ends = 0;   ///< ends that were to have an arc but had no room for it
-  double air_length = 0.0;           ///< of the tip over rapid and plunge moves, mm
-};
 
 /// The moves over all passes. A pass whose start is near the end of the one before is joined to it on the
 /// envelope, if that is clear and saves time; such moves cut. Otherwise the tool retracts along its axis to
@@ -66,15 +29,5 @@ struct Linked {
 /// slices side by side.
 Linked link(const std::vector<std::vector<Pass>>& slices, const ClField& field, const Linking& options,
             FarSide& far_side, Envelope& envelope);
-
-/// The pose of the tool with its CL reference at `reference`.
-inline Pose pose_at(Point<Part> reference, Vec3 axis, double reference_height) {
-  return {reference - axis * reference_height, axis};
-}
-
-/// The image of `target` nearest to `from`, where the coordinate has that period (0: none).
-inline double short_way(double from, double target, double period) {
-  return period > 0.0 ? target + period * std::round((from - target) / period) : target;
-}
 
 }  // namespace tiltfeed

@@ -4,7 +4,8 @@
 
 #include <vector>
 
-#include "pathgen/linking/linking.h"
+#include "pathgen/linking/far_side.h"
+#include "pathgen/linking/link_options.h"
 
 namespace tiltfeed {
 

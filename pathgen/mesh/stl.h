@@ -9,21 +9,9 @@
 
 #include "kinematics/basics/geometry.h"
 #include "kinematics/basics/result.h"
+#include "pathgen/mesh/stl_facets.h"
 
 namespace tiltfeed {
-
-/// The facets in file order, scaled to mm, unwelded. Normals of the file are ignored: corners decide.
-/// Coordinates are the file's float32 values (text is rounded to float32 too), scaled in double.
-struct Stl {
-  std::vector<std::array<Point<Part>, 3>> facets;
-  bool binary = false;
-  std::vector<std::string> warnings;  ///< oddities that do no harm: trailing bytes, several solids
-};
-
-inline constexpr std::uint64_t kMaxStlBytes = 512ull << 20;
-inline constexpr std::uint32_t kMaxFacets = 5'000'000;
-/// Largest coordinate in any direction, mm: beyond it the unit is wrong, and float32 is coarser than 1 um.
-inline constexpr double kMaxCoordinate = 10'000.0;
 
 /// "(1.5, -2, 0.25)", to seven digits: how messages name a place.
 std::string to_string(Point<Part> p);

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "kinematics/basics/result.h"
-#include "pathgen/mesh/stl.h"
+#include "pathgen/mesh/stl_facets.h"
 
 namespace tiltfeed {
 

@@ -79,4 +79,9 @@ struct PlanReport {
   std::vector<StageTime> times;
 };
 
+struct Plan {
+  ToolPath path;
+  PlanReport report;
+};
+
 }  // namespace tiltfeed

@@ -1,5 +1,6 @@
 #pragma once
-// A loop of crossings to a pass at constant z': the contour between the crossings. (Z3) in pathgen/pattern/README.md.
+// A loop of crossings to a pass at constant z': the contour between the crossings. (Z3) in
+// pathgen/pattern/README.md.
 
 #include "pathgen/pattern/level_set.h"
 

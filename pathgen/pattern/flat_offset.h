@@ -3,9 +3,13 @@
 
 #include <vector>
 
+#include "pathgen/envelope/heights.h"
 #include "pathgen/envelope/pass_trim.h"
 
 namespace tiltfeed {
+
+/// Closed where the last place is the first.
+using FlatCurve = std::vector<Place>;
 
 /// One connected region: its border counter-clockwise, its holes clockwise.
 struct FlatRegion {

@@ -1,5 +1,6 @@
 #pragma once
-// Curves that cover a region of the flat plane from its border inwards. (Z6), (Z7) in pathgen/pattern/README.md.
+// Curves that cover a region of the flat plane from its border inwards. (Z6), (Z7) in
+// pathgen/pattern/README.md.
 
 #include <vector>
 
@@ -8,9 +9,6 @@
 #include "pathgen/pattern/flat_offset.h"
 
 namespace tiltfeed {
-
-/// Closed where the last place is the first.
-using FlatCurve = std::vector<Place>;
 
 struct CurveOptions {
   double side_step = 0.0;  ///< mm

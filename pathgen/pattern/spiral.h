@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "pathgen/pattern/region_curves.h"
+#include "pathgen/pattern/flat_offset.h"
 
 namespace tiltfeed {
 

@@ -1,7 +1,9 @@
 #pragma once
 // The mode free, stage by stage: slices of the CL surface, directions along them, links.
 
-#include "pathgen/plan/plan.h"
+#include "pathgen/mesh/mesh.h"
+#include "pathgen/options/plan_options.h"
+#include "pathgen/options/plan_report.h"
 
 namespace tiltfeed {
 

@@ -16,7 +16,7 @@
 #include "pathgen/indexed/indexed_regions.h"
 #include "pathgen/indexed/set_cover.h"
 #include "pathgen/options/side_step.h"
-#include "pathgen/plan/plan_where.h"
+#include "pathgen/plan/predefined_axis.h"
 #include "pathgen/progress/shares.h"
 #include "pathgen/progress/stages.h"
 
@@ -214,7 +214,8 @@ class Indexed {
       return reach.contact(a.centre, gap) && reach.contact(lerp(a.centre, b.centre, 0.5), gap) &&
              reach.contact(b.centre, gap);
     };
-    return plan_where(part_, options, {wanted, straight, regions.spacing(), asked_step(options_)}, progress);
+    const WantedPart asked{wanted, straight, regions.spacing(), asked_step(options_)};
+    return plan_where(part_, options, &asked, progress);
   }
 
   /// The axis is put back to the last digit: cutting passes rounds it.

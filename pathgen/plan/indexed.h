@@ -2,7 +2,9 @@
 // Indexed (3+2) machining: a few fixed tool directions that together reach the part, each for what it faces
 // best, and the turns between them. (I1)..(I4) in pathgen/indexed/README.md.
 
-#include "pathgen/plan/plan.h"
+#include "pathgen/mesh/mesh.h"
+#include "pathgen/options/plan_options.h"
+#include "pathgen/options/plan_report.h"
 
 namespace tiltfeed {
 

@@ -2,17 +2,11 @@
 // The stages in order: mesh -> CL surface -> flat space -> slices -> upper envelope -> passes -> tool path.
 
 #include "kinematics/basics/result.h"
-#include "kinematics/basics/tool_path.h"
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/options/plan_options.h"
 #include "pathgen/options/plan_report.h"
 
 namespace tiltfeed {
-
-struct Plan {
-  ToolPath path;
-  PlanReport report;
-};
 
 /// Properties: no gouge over `tolerance` by ball or shank, contact within `tolerance`, on every point of
 /// every cutting move; rapids clear the part by at least `clearance` - tolerance once retracted.

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "kinematics/basics/result.h"
+#include "pathgen/options/plan_report.h"
 #include "pathgen/pattern/guards.h"
 #include "pathgen/pattern/passes.h"
-#include "pathgen/plan/plan.h"
 
 namespace tiltfeed {
 

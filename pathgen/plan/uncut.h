@@ -3,7 +3,8 @@
 // pathgen/plan/README.md.
 
 #include "pathgen/envelope/envelope.h"
-#include "pathgen/plan/plan.h"
+#include "pathgen/options/plan_options.h"
+#include "pathgen/options/plan_report.h"
 #include "pathgen/progress/watch.h"
 #include "pathgen/surface/cl_field.h"
 

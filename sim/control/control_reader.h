@@ -1,6 +1,7 @@
 #pragma once
 // Program text of every dialect as its control executes it: blocks with every modal value filled in. A reader
-// of its own, which shares nothing with the post that wrote the text. What it takes is in sim/control/README.md.
+// of its own, which shares nothing with the post that wrote the text. What it takes is in
+// sim/control/README.md.
 
 #include <cstdint>
 #include <functional>

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "sim/gcode/program.h"
+#include "sim/gcode/fault.h"
 
 namespace tiltfeed::sim {
 

@@ -9,6 +9,7 @@
 #include "kinematics/basics/tolerance_budget.h"
 #include "kinematics/cl_text/cl_file.h"
 #include "pathgen/mesh/mesh.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/mesh/stl.h"
 #include "sim/basics/write_bytes.h"
 #include "sim/gcode/canon.h"

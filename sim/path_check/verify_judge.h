@@ -1,7 +1,7 @@
 #pragma once
 // What of a verification's figures is a failure, in words.
 
-#include "sim/path_check/verify.h"
+#include "sim/path_check/verify_report.h"
 
 namespace tiltfeed::sim {
 

@@ -1,6 +1,7 @@
 #pragma once
 // Every move of a program against the part: exact distances of the whole tool along the whole of each move,
-// by bounds from below that are made finer where they do not tell. Formulas (P1)..(P4) are in sim/proof/README.md.
+// by bounds from below that are made finer where they do not tell. Formulas (P1)..(P4) are in
+// sim/proof/README.md.
 
 #include <cstdint>
 #include <optional>

@@ -11,7 +11,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "config/job_files.h"
+#include "config/job.h"
 #include "config/output_file.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/mesh_check.h"

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pathgen/mesh/mesh.h"
+#include "sim/removal/dexel_units.h"
 #include "sim/removal/swept_body.h"
 
 namespace tiltfeed::sim {
@@ -36,8 +37,8 @@ struct Cut {
 
 class Dexels {
  public:
-  static constexpr double kUnit = 1e-5;  ///< mm; 32 bits reach 21 m
-  static constexpr int kStripes = 16;    ///< whose lines can be worked at the same time
+  static constexpr double kUnit = kDexelUnit;  ///< mm
+  static constexpr int kStripes = 16;          ///< whose lines can be worked at the same time
   static constexpr std::size_t kBytesPerLine = 14;
 
   /// Empty lines along `axis` (0 x, 1 y, 2 z) through the middles of cells that fill the box.

@@ -5,9 +5,11 @@
 #include <utility>
 #include <vector>
 
+#include "config/job.h"
 #include "sim/removal/contact.h"
 #include "sim/removal/occupied.h"
-#include "sim/removal/removal.h"
+#include "sim/removal/removal_result.h"
+#include "sim/removal/stock.h"
 
 namespace tiltfeed::sim {
 

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <optional>
 
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/mesh/stl.h"
 #include "sim/basics/workers.h"
 #include "sim/solid/half_edges.h"

@@ -7,7 +7,7 @@
 
 #include "sim/picture/camera.h"
 #include "sim/picture/raster.h"
-#include "sim/report/removal_report.h"
+#include "sim/report/removal_verdict.h"
 
 namespace tiltfeed::sim {
 

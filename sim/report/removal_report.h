@@ -8,46 +8,9 @@
 #include "config/job.h"
 #include "sim/removal/removal.h"
 #include "sim/report/program_header.h"
+#include "sim/report/removal_verdict.h"
 
 namespace tiltfeed::sim {
-
-/// What the moves were read from.
-enum class Source { kProgram, kTrace, kCanon };
-
-/// What was verified with what.
-struct RemovalContext {
-  const Job& job;
-  const CheckedMesh& part;
-  StockShape stock;
-  std::string source;  ///< the program's or trace's file
-  ProgramHeader header;
-  Source kind = Source::kProgram;
-  std::string stock_from = "";  ///< why this stock, where nobody gave it
-};
-
-struct RemovalVerdict {
-  double tolerance = 0.0;             ///< mm
-  double gouge = 0.0;                 ///< deepest cut of feed moves into the part, tolerated ones too, mm
-  double excess_limit = 0.0;          ///< of the median of what is left, mm
-  std::vector<std::string> failures;  ///< one line each: value, limit, place
-  std::string rest;  ///< what is missing where nothing is wrong but the program is not complete
-  bool passed() const { return failures.empty() && rest.empty(); }
-  bool incomplete() const { return failures.empty() && !rest.empty(); }
-  /// "passed", "incomplete", "FAILED".
-  const char* word() const { return passed() ? "passed" : incomplete() ? "incomplete" : "FAILED"; }
-};
-
-/// The tool's part, depth, block, line, place and facet.
-std::string trouble_text(const Trouble& trouble);
-
-/// Fails: a trouble of any kind; more than half of the surface that was touched with more left than the job
-/// asks for; no surface touched at all; another number of blocks than the program's header states.
-/// Incomplete: more than kLeastRest of the surface is reached by the tool and has more left than the limit.
-/// Share of the surface that is cut or could be; less is what rows leave at their ends.
-inline constexpr double kLeastRest = 0.002;
-/// What may be left where the job's passes lie side by side, mm.
-double rest_limit(const PlanOptions& plan);
-RemovalVerdict judge(const Removal& removal, const RemovalContext& context);
 
 /// The report as JSON, keys with units, indented; the same bytes for the same run.
 std::string to_json(const RemovalContext& context, const Removal& removal, const RemovalVerdict& verdict);

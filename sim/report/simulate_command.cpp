@@ -18,6 +18,7 @@
 #include "config/job.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/mesh.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/mesh/stl.h"
 #include "sim/basics/workers.h"
 #include "sim/control/slide_blocks.h"

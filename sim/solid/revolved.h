@@ -1,8 +1,8 @@
 #pragma once
 // A convex solid of revolution, and its exact distance and drop against points, straight lines, triangles and
 // boxes. Its outline lies in the half-plane (r, h): r >= 0 from the axis, h along the axis above the tool
-// tip. Formulas (V5)..(V7) are in sim/path_check/README.md. Every least value over a line is found by convex search, so
-// no closed form is shared with the planner.
+// tip. Formulas (V5)..(V7) are in sim/path_check/README.md. Every least value over a line is found by convex
+// search, so no closed form is shared with the planner.
 
 #include <array>
 #include <vector>

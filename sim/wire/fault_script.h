@@ -1,6 +1,7 @@
 #pragma once
 // What goes wrong on a wire, on request: a text with one rule a line, seeded, so that a run can be repeated.
-// The words are listed in sim/wire/README.md. A rule acts by chance (p=), or once at a time of the link (at=).
+// The words are listed in sim/wire/README.md. A rule acts by chance (p=), or once at a time of the link
+// (at=).
 
 #include <cstdint>
 #include <string>

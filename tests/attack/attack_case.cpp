@@ -8,6 +8,7 @@
 #include "daemon/post/near_pole.h"
 #include "daemon/post/space_about.h"
 #include "kinematics/basics/tolerance_budget.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "tests/attack/proof_judge.h"
 #include "tests/attack/random_job.h"
 #include "tests/attack/random_part.h"

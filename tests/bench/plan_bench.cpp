@@ -18,6 +18,7 @@
 #include <thread>
 #include <vector>
 
+#include "pathgen/mesh/mesh_check.h"
 #include "tests/bench/bench_table.h"
 #include "tests/bench/height_map.h"
 #include "tests/bench/markdown.h"

@@ -16,6 +16,7 @@
 #include <optional>
 #include <sstream>
 
+#include "pathgen/mesh/mesh_check.h"
 #include "sim/parts/parts.h"
 
 extern char** environ;

@@ -9,6 +9,7 @@
 
 #include "config/job.h"
 #include "kinematics/basics/result.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/plan/plan.h"
 
 namespace tiltfeed::bench {

@@ -2,6 +2,7 @@
 // client, over TCP and over RTU on a pseudo-terminal. Behind it stands the scripted ring of fake_ring.h.
 
 #include "daemon/wire/modbus_link.h"
+#include "daemon/wire/open_link.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

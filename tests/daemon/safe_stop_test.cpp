@@ -1,8 +1,8 @@
 // Failure 20 of the field over serial links: the service dies in mid-program, and what systemd runs after it
 // stops the simulated machine over the same wire, also where the wire spoils what is said.
 
-#include "daemon/machine/stop_machine.h"
 #include "daemon/service/safe_stop.h"
+#include "daemon/machine/stop_machine.h"
 
 #include <gtest/gtest.h>
 

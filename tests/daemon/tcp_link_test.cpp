@@ -1,6 +1,7 @@
 // Grbl over TCP: the same guarantees as on a serial line, with the simulated machine as the peer.
 
 #include "daemon/wire/tcp_link.h"
+#include "daemon/wire/open_link.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

@@ -10,6 +10,7 @@
 #include "pathgen/free_axis/admissible.h"
 #include "pathgen/free_axis/direction_choice.h"
 #include "pathgen/free_slices/cl_slices.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "sim/parts/parts.h"
 #include "sim/solid/tool_solid.h"
 #include "tests/shapes/soup.h"

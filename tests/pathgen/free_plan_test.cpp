@@ -8,6 +8,7 @@
 #include "config/job.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "kinematics/joints/joint_path.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/plan/plan.h"
 #include "sim/parts/parts.h"
 #include "sim/solid/tool_solid.h"

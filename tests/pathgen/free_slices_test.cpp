@@ -10,6 +10,7 @@
 #include "pathgen/free_slices/cl_slices.h"
 #include "pathgen/free_slices/patch_obstacles.h"
 #include "pathgen/free_slices/stack_share.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "sim/parts/parts.h"
 #include "sim/solid/distance.h"
 #include "tests/shapes/soup.h"

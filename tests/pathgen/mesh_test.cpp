@@ -1,4 +1,5 @@
 #include "pathgen/mesh/mesh.h"
+#include "pathgen/mesh/mesh_check.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 // The stages together: closed forms on a sphere and a torus, the same path for a moved or shuffled mesh and
 // for any number of threads, clear rapids, cancelling, and an answer for what cannot be planned.
 #include "pathgen/plan/plan.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "tests/shapes/cut_passes.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/mesh/repair.h"
 #include "tests/shapes/damage.h"
 

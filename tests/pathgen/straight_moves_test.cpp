@@ -1,6 +1,7 @@
 // Straight moves over a plate through which a pyramid's tip pokes: between two points on the plate nothing
 // but the tip's sphere tells that there is more. Heights in closed form.
 #include "pathgen/envelope/straight_moves.h"
+#include "pathgen/envelope/envelope.h"
 
 #include <gtest/gtest.h>
 

@@ -10,6 +10,7 @@
 
 #include "pathgen/axis/deformation.h"
 #include "pathgen/mesh/mesh.h"
+#include "pathgen/mesh/mesh_check.h"
 
 namespace tiltfeed {
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "pathgen/mesh/mesh.h"
+#include "pathgen/mesh/mesh_check.h"
 
 namespace tiltfeed::soup {
 

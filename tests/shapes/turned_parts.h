@@ -9,6 +9,7 @@
 
 #include "kinematics/basics/units.h"
 #include "pathgen/mesh/mesh.h"
+#include "pathgen/mesh/mesh_check.h"
 
 namespace tiltfeed {
 

@@ -139,6 +139,7 @@ def check(root):
                     if (file, name) != LIBRARY_IN_HEADER:
                         complaints.append(f"{file}:{number}: a header may not include <{name}>: keep libraries in "
                                           "one .cpp")
+    complaints += ["a circle of files: " + ", ".join(circle) for circle in circles(graph)]
     return complaints
 
 
@@ -182,6 +183,7 @@ pathgen/mesh/wrong.h <CGAL/Surface_mesh.h>
 daemon/post/wrong.h <modbus.h>
 config/wrong.h <yaml-cpp/yaml.h>
 daemon/post/wrong.h <tl/expected.hpp>
+pathgen/mesh/mesh.h "pathgen/mesh/mesh_circle.h"
 """.split("\n")[1:-1]
 
 

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/mesh/stl.h"
 #include "pathgen/plan/plan.h"
 #include "sim/parts/parts.h"

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/plan/plan.h"
 #include "sim/parts/parts.h"
 #include "tests/judges/path_proof.h"

@@ -12,6 +12,7 @@
 #include "config/job.h"
 #include "kinematics/timing/tcp_path.h"
 #include "pathgen/mesh/mesh.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/plan/plan.h"
 #include "sim/motion/forward.h"
 #include "sim/parts/parts.h"

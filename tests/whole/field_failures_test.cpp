@@ -1,5 +1,5 @@
-// The failures that senders have had in the field, by the numbers of the list in daemon/stream/README.md, against
-// simulated firmware in made-up time. 15, 16 and 26 are with the scripted controller, 17 and 24 in
+// The failures that senders have had in the field, by the numbers of the list in daemon/stream/README.md,
+// against simulated firmware in made-up time. 15, 16 and 26 are with the scripted controller, 17 and 24 in
 // serial_link_test.cpp.
 
 #include <gtest/gtest.h>

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "config/job.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/mesh/stl.h"
 #include "pathgen/plan/plan.h"
 #include "sim/parts/parts.h"

@@ -17,6 +17,7 @@
 #include "daemon/post/block.h"
 #include "kinematics/cl_text/cl_file.h"
 #include "kinematics/joints/joint_path.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/plan/plan.h"
 #include "tests/texts/folder.h"
 #include "tests/texts/posted.h"

@@ -15,6 +15,7 @@
 #include "daemon/post/block.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "kinematics/joints/joint_path.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/plan/plan.h"
 #include "sim/gcode/program.h"
 #include "sim/motion/forward.h"

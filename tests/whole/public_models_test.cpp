@@ -10,6 +10,7 @@
 #include <set>
 
 #include "pathgen/mesh/mesh.h"
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/mesh/stl.h"
 #include "tests/shapes/public_models.h"
 

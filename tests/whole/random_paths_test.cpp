@@ -6,6 +6,7 @@
 #include <numeric>
 #include <random>
 
+#include "pathgen/mesh/mesh_check.h"
 #include "pathgen/plan/plan.h"
 #include "tests/judges/path_proof.h"
 

@@ -1,0 +1,30 @@
+#include "daemon/wire/open_link.h"
+
+#include "daemon/wire/modbus_link.h"
+#include "daemon/wire/serial_link.h"
+#include "daemon/wire/tcp_link.h"
+
+namespace tiltfeed {
+
+Result<std::unique_ptr<Link>> open_link(const LinkSpec& link) {
+  switch (link.kind) {
+    case LinkKind::kGrbl:
+      if (link.carrier == Carrier::kTcp) return open_tcp_link(link);
+      return open_serial_link(link.place, {link.baud});
+    case LinkKind::kRepRap:
+      return open_serial_link(link.place, {link.baud});
+    case LinkKind::kDrip: {
+      const DripFormat& drip = link.profile.drip;
+      return open_serial_link(link.place, {link.baud, drip.data_bits, drip.parity, drip.stop_bits,
+                                           drip.flow == FlowControl::kRtsCts});
+    }
+    case LinkKind::kModbusTcp:
+    case LinkKind::kModbusRtu:
+    case LinkKind::kDriveTcp:
+    case LinkKind::kDriveRtu:
+      break;
+  }
+  return open_modbus_link(link);
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,285 @@
+#include "pathgen/plan/predefined_axis.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "kinematics/basics/tolerance_budget.h"
+#include "pathgen/envelope/envelope.h"
+#include "pathgen/envelope/pass_trim.h"
+#include "pathgen/envelope/thinning.h"
+#include "pathgen/linking/far_side.h"
+#include "pathgen/linking/linking.h"
+#include "pathgen/options/axis_step.h"
+#include "pathgen/options/option_checks.h"
+#include "pathgen/pattern/guards.h"
+#include "pathgen/pattern/passes.h"
+#include "pathgen/pattern/pattern.h"
+#include "pathgen/plan/causes.h"
+#include "pathgen/plan/inside_solid.h"
+#include "pathgen/plan/refusals.h"
+#include "pathgen/plan/uncut.h"
+#include "pathgen/progress/stages.h"
+#include "pathgen/surface/cl_field.h"
+#include "pathgen/tool/tool_pieces.h"
+
+namespace tiltfeed {
+
+namespace {
+
+EnvelopeOptions envelope_options(const PlanOptions& options) {
+  EnvelopeOptions envelope{ToleranceBudget(options.tolerance).envelope(), largest_axis_step(options)};
+  if (options.max_point_distance > 0.0) envelope.max_distance = options.max_point_distance;
+  envelope.reach = options.cutter.shank_length;
+  return envelope;
+}
+
+/// z' of the clearance surface. In outside work it clears every vertex of the part, machined or not; in
+/// inside work, where room is short, the highest cutter location, or what the part's nearest vertex could
+/// make of it where there is room for that.
+Result<double> clearance_surface(const Mesh& mesh, double top, const Deformation& deformation,
+                                 const PlanOptions& options) {
+  const double lift = reference_height(options.cutter) + options.allowance + options.axial_stock;
+  double bound = top;
+  for (Point<Part> v : mesh.vertices) bound = std::max(bound, deformation.height(v) + lift);
+  const double z = top + options.links.clearance;
+  if (deformation.s() > 0.0) return bound + options.links.clearance;
+  if (bound + options.links.clearance <= -kLeastAxisDistance) return bound + options.links.clearance;
+  if (z > -kLeastAxisDistance)
+    return fail(Code::kLimit,
+                "clearance_mm of " + std::to_string(options.links.clearance) +
+                    " reaches the axis point, line or circle: the highest cutter location is only " +
+                    std::to_string(-top) + " mm away from it; use a smaller clearance");
+  return z;
+}
+
+/// The story, stage by stage; each leaves its result for the next. Errors as plan().
+class Planner {
+ public:
+  /// `wanted` may be null: everywhere.
+  Planner(const CheckedMesh& part, const PlanOptions& options, const WantedPart* wanted,
+          const Progress& progress, Plan& result)
+      : part_(part),
+        options_(options),
+        wanted_(wanted),
+        budget_(options.tolerance),
+        envelope_(envelope_options(options)),
+        path_(result.path),
+        report_(result.report),
+        stages_(progress, result.report.times) {}
+
+  Result<void> run() {
+    report_.facets = part_.mesh.facets.size();
+    report_.warnings = part_.warnings;
+    if (!stages_.begin("CL surface")) return cancelled();
+    auto field = make_field(part_, options_, report_.warnings, share_);
+    if (!field) return tl::unexpected(field.error());
+    if (auto done = find_passes(*field); !done) return done;
+    const Result<double> clearance_z = clearance_surface(part_.mesh, top_, (*field)->deformation, options_);
+    if (!clearance_z) return tl::unexpected(clearance_z.error());
+    if (auto done = join(**field, *clearance_z); !done) return done;
+    measure(path_.moves, report_);
+    if (options_.find_uncut && wanted_ == nullptr) {
+      if (!stages_.begin("uncut")) return cancelled();
+      report_.uncut = find_uncut(**field, options_, envelope_, path_.moves, share_);
+      if (stages_.stopped()) return cancelled();
+      warn_between(report_.uncut->between, report_);
+    }
+    stages_.end();
+    return {};
+  }
+
+ private:
+  /// The passes of the pattern, without what may not be cut, thinned. Where shank or holder matter, `field`
+  /// becomes that with their patches.
+  Result<void> find_passes(std::unique_ptr<const ClField>& field) {
+    const bool starts_inside = field->starts_inside;
+    auto passes = trace("passes", *field);
+    if (!passes) return tl::unexpected(passes.error());
+    if (tool_pieces(options_).size() > 1)
+      if (auto done = heed_guards(field, passes); !done) return done;
+    if (starts_inside)
+      if (auto done = leave_material(part_.mesh, *passes, report_); !done) return done;
+    passes_ = std::move(passes->rows);
+    as_given_ = passes->as_given;
+    report_.slice_points = passes->traced;
+    // The first level lies up to a step under the top of the surface.
+    top_ = passes->top + (passes->as_given ? options_.pattern.step_down : 0.0);
+    warn_too_near(field->surface, passes->too_near, report_);
+    warn_smoothed(passes->smoothed, report_);
+    if (report_.slice_points == 0)
+      return fail(Code::kUnreachable,
+                  "the tool reaches no facet of the part: check axis.sense, axis.origin_mm, axis.n and "
+                  "containment");
+    if (wanted_ == nullptr) return report_refusals(field->surface, *passes, report_);
+    PlanReport elsewhere = report_;
+    if (auto done = report_refusals(field->surface, *passes, elsewhere); !done) return done;
+    return keep_wanted(*field);
+  }
+
+  /// Passes that keep shank and holder off, and what is cut into where they only report.
+  Result<void> heed_guards(std::unique_ptr<const ClField>& field, Result<Passes>& passes) {
+    if (!stages_.begin("guards")) return cancelled();
+    auto guarded = guarded_field(*field, options_, *passes, false, share_);
+    if (stages_.stopped()) return cancelled();
+    if (guarded) {
+      field = std::move(guarded);
+      passes = trace("shank and holder", *field);
+      if (!passes) return tl::unexpected(passes.error());
+    }
+    if (!stages_.begin("touches")) return cancelled();
+    if (auto reported = guarded_field(*field, options_, *passes, true, part_of(share_, 0.0, 0.5)))
+      warn_touches(find_touches(*reported, envelope_, *passes, part_of(share_, 0.5, 1.0)), report_);
+    if (stages_.stopped()) return cancelled();
+    return {};
+  }
+
+  /// Cuts the passes, which have been to what is wanted, and thins them once more.
+  Result<void> keep_wanted(const ClField& field) {
+    bool any = false;
+    for (std::vector<Pass>& row : passes_) {
+      for (Pass& pass : row) pass = spaced(std::move(pass), field.deformation, wanted_->spacing);
+      row = broken(keep_where(row, field.deformation, wanted_->place, wanted_->overlap));
+      for (Pass& pass : row) pass = thinned(pass, thinning(), envelope_);
+      any |= !row.empty();
+    }
+    if (!any) return fail(Code::kUnreachable, "nothing that is wanted of this direction is in its reach");
+    return {};
+  }
+
+  /// The passes without the moves that may not be cut.
+  std::vector<Pass> broken(const std::vector<Pass>& passes) const {
+    if (!wanted_->straight) return passes;
+    std::vector<Pass> pieces;
+    for (const Pass& pass : passes) {
+      Pass piece;
+      for (const EnvelopePoint& p : pass) {
+        if (!piece.empty() && !wanted_->straight(piece.back(), p)) {
+          if (piece.size() > 1) pieces.push_back(piece);
+          piece.clear();
+        }
+        piece.push_back(p);
+      }
+      if (piece.size() > 1) pieces.push_back(std::move(piece));
+    }
+    return pieces;
+  }
+
+  /// Two thinnings share what one may leave.
+  double thinning() const { return budget_.thinning() * (wanted_ != nullptr ? 0.5 : 1.0); }
+
+  Result<Passes> trace(const char* stage, const ClField& field) {
+    if (!stages_.begin(stage)) return cancelled();
+    EnvelopeOptions envelope = envelope_;
+    if (wanted_ != nullptr) envelope.max_distance = std::min(envelope.max_distance, wanted_->spacing);
+    return trace_pattern(
+        field, options_, envelope, thinning(),
+        [this](const char*, double share) { return stages_.report(share); }, report_.warnings);
+  }
+
+  /// Clearance on the far side, links.
+  Result<void> join(const ClField& field, double clearance_z) {
+    if (!stages_.begin("clearance")) return cancelled();
+    FarSide far_side(part_.mesh, field.deformation, options_, clearance_z);
+    std::uint64_t left = 0;
+    for (const auto& passes : passes_)
+      for (const Pass& pass : passes) left += pass.size();
+    const std::uint64_t trimmed = far_side.trim(passes_, share_);
+    if (stages_.stopped()) return cancelled();
+    if (trimmed == left)
+      return fail(
+          Code::kGouge,
+          "at every point of the path shank or holder would hit the part beyond the point, line or circle; "
+          "use a shorter cutter.shank_length_mm");
+    if (trimmed > 0)
+      report_.warnings.push_back(
+          std::to_string(trimmed) + " of " + std::to_string(left) +
+          " points left out: beyond the axis point, line or circle shank or holder would hit the part");
+
+    if (!stages_.begin("link")) return cancelled();
+    const Linking links{.direction = as_given_ ? Direction::kOneWay : options_.pattern.direction,
+                        .reference_height = reference_height(options_.cutter),
+                        .clearance_z = clearance_z,
+                        .clearance = options_.links.clearance,
+                        .approach = options_.links.approach,
+                        .join_distance = options_.links.join_distance,
+                        .lead_radius = options_.links.lead_radius,
+                        .thinning = budget_.thinning(),
+                        .plunge_ratio = options_.cut_feed.mm_per_min() / options_.plunge_feed.mm_per_min(),
+                        .up = options_.up,
+                        .tilt_max = options_.tilt_max,
+                        .order = as_given_ ? PassOrder::kGiven : PassOrder::kRegions,
+                        .allowed =
+                            [rules = PassRules(options_, field)](const EnvelopePoint& p) {
+                              return !rules.refusal(p) && rules.region().contains(p.flat);
+                            },
+                        .straight = wanted_ != nullptr ? wanted_->straight : nullptr,
+                        .report = share_};
+    Envelope envelope(field.surface, field.deformation, field.index, envelope_);
+    Linked linked = link(passes_, field, links, far_side, envelope);
+    if (stages_.stopped()) return cancelled();
+    if (linked.tilted_passes > 0)
+      report_.warnings.push_back(
+          std::to_string(linked.tilted_passes) +
+          " passes left out: every way to them over the clearance surface tilts the tool axis further than "
+          "setup.tilt_max_deg; turn the part on the table");
+    if (linked.skipped_passes > 0)
+      report_.warnings.push_back(
+          std::to_string(linked.skipped_passes) +
+          " passes left out: on the way to them shank or holder would hit the part beyond the axis "
+          "point, line or circle; a shorter cutter.shank_length_mm may reach them");
+    if (linked.straight_ends > 0)
+      report_.warnings.push_back(std::to_string(linked.straight_ends) +
+                                 " ends of passes have no room for an arc of links.lead_radius_mm: straight "
+                                 "there");
+    report_.retracts = linked.retracts, report_.joins = linked.joins;
+    path_.moves = std::move(linked.moves);
+    return {};
+  }
+
+  const CheckedMesh& part_;
+  const PlanOptions& options_;
+  const WantedPart* wanted_;
+  ToleranceBudget budget_;
+  EnvelopeOptions envelope_;
+  std::vector<std::vector<Pass>> passes_;                  ///< by line
+  bool as_given_ = false;                                  ///< they keep their order and direction
+  double top_ = -std::numeric_limits<double>::infinity();  ///< highest z' of the envelope
+  ToolPath& path_;
+  PlanReport& report_;
+  Stages stages_;
+  const ReportShare share_ = [this](double share) { return stages_.report(share); };
+};
+
+}  // namespace
+
+void measure(const std::vector<Move>& moves, PlanReport& report) {
+  for (std::size_t i = 0; i < moves.size(); ++i) {
+    const MoveKind kind = moves[i].kind;
+    if (kind == MoveKind::kCut) ++report.points;
+    if (i == 0) continue;
+    // Leads plunge too: a pass is what is cut after them.
+    if (kind == MoveKind::kPlunge && moves[i - 1].kind == MoveKind::kRapid) ++report.passes;
+    (kind == MoveKind::kRapid ? report.rapid_length : report.cut_length) +=
+        distance(moves[i - 1].pose.tip, moves[i].pose.tip);
+  }
+}
+
+Plan plan_without_moves(const PlanOptions& options) {
+  Plan plan;
+  plan.path.name = options.name;
+  plan.path.tool = {options.cutter.diameter, options.cutter.nose_radius(), options.cutter.length};
+  plan.path.cut_feed = options.cut_feed;
+  plan.path.plunge_feed = options.plunge_feed;
+  return plan;
+}
+
+Result<Plan> plan_where(const CheckedMesh& part, const PlanOptions& options, const WantedPart* wanted,
+                        const Progress& progress) {
+  if (auto ok = check_options(options); !ok) return tl::unexpected(ok.error());
+  Plan plan = plan_without_moves(options);
+  const auto done = Planner(part, options, wanted, progress, plan).run();
+  if (!done) return tl::unexpected(with_cause(done.error(), part, options));
+  return plan;
+}
+
+}  // namespace tiltfeed
