@@ -111,11 +111,10 @@ TEST(FewerAxes, ProgramsAreRightByTheSimulatedMachinesKinematics) {
       WayOfProgram(made, 0.007, 0.06).expect(corners);
       std::istringstream lines(*text);
       for (std::string line; std::getline(lines, line);) {
-        for (std::size_t at = 0; at + 2 < line.size() && line.find_first_of("(;") == std::string::npos;
-             ++at) {
+        for (std::size_t i = 0; i + 2 < line.size() && line.find_first_of("(;") == std::string::npos; ++i) {
           const bool word =
-              line[at] == ' ' && std::string("+-.0123456789").find(line[at + 2]) != std::string::npos;
-          EXPECT_FALSE(word && std::string(row.without).find(line[at + 1]) != std::string::npos) << line;
+              line[i] == ' ' && std::string("+-.0123456789").find(line[i + 2]) != std::string::npos;
+          EXPECT_FALSE(word && std::string(row.without).find(line[i + 1]) != std::string::npos) << line;
         }
       }
     }

@@ -180,8 +180,8 @@ struct Bench {
   }
   /// One turn; `wire` may change the reply, or lose request or reply.
   using Wire = std::function<ModbusReply(FakeRing&, const ModbusRequest&)>;
-  bool turn(const Wire& wire = [](FakeRing& ring, const ModbusRequest& request) {
-    return ring.serve(request);
+  bool turn(const Wire& wire = [](FakeRing& served, const ModbusRequest& request) {
+    return served.serve(request);
   }) {
     feed();
     const std::string request(session.output(now));
