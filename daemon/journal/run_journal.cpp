@@ -144,16 +144,20 @@ Result<void> RunRecorder::end(RunEvent event, const SendState& state) {
 
 namespace {
 
-ResumeDecision uncertain(ResumeDecision decision, const std::string& why, std::uint64_t total) {
+ResumeDecision uncertain(ResumeDecision decision, const std::string& why, const RunSubject& now,
+                         std::uint64_t total) {
+  // A drive does not tell where its axes are, so that nothing can enter a program for it.
+  const std::string on =
+      is_drive(now.link) ? "submit a program of what is left" : "re-enter with --from BLOCK";
   decision.way = ResumeWay::kUncertain;
   decision.text = why + "; ";
   if (decision.may_have > decision.executed)
     decision.text += blocks(decision.executed + 1, decision.may_have) + " may have run" +
                      (decision.executed > 0 ? ", earlier ones have" : "") +
                      (decision.may_have < total ? ", later ones have not" : "") +
-                     "; look at the machine, then re-enter with --from BLOCK";
+                     "; look at the machine, then " + on;
   else
-    decision.text += std::to_string(decision.executed) + " blocks have run; re-enter with --from BLOCK";
+    decision.text += std::to_string(decision.executed) + " blocks have run; " + on;
   return decision;
 }
 
@@ -175,13 +179,13 @@ ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& no
   ResumeDecision decision;
   if (!journal.last) {
     decision.may_have = now.total;
-    return uncertain(decision, "the journal of this run is lost or damaged", now.total);
+    return uncertain(decision, "the journal of this run is lost or damaged", now, now.total);
   }
   const RunRecord& last = *journal.last;
   decision.executed = last.executed;
   decision.may_have = may_have_left(journal, now);
   if (last.program != now.program || last.total != now.total)
-    return uncertain(decision, "the program is not the one that was running", last.total);
+    return uncertain(decision, "the program is not the one that was running", now, last.total);
   if (last.executed == last.total) {
     decision.way = ResumeWay::kFinished;
     decision.text = "all " + std::to_string(last.total) + " blocks are executed";
@@ -194,9 +198,10 @@ ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& no
   }
   const std::string loss = journal.whole() ? "" : "a part of the journal is lost or damaged, and ";
   if (!is_provable(static_cast<LinkKind>(last.link)) || last.link != static_cast<std::uint8_t>(now.link))
-    return uncertain(decision, loss + "this link cannot prove what was executed", last.total);
+    return uncertain(decision, loss + "this link cannot prove what was executed", now, last.total);
   if (last.boot_id == 0 || decision.may_have - decision.executed >= kSequenceHalf)
-    return uncertain(decision, loss + "the journal does not say enough to ask the controller", last.total);
+    return uncertain(decision, loss + "the journal does not say enough to ask the controller", now,
+                     last.total);
   decision.way = ResumeWay::kContinue;
   decision.ring = {last.session_id, last.boot_id, last.acknowledged, decision.may_have};
   decision.text = "asks the controller, which counts what it executed, then goes on after that";

@@ -150,6 +150,7 @@ void DriveSession::on_status(std::uint16_t status, Time now) {
     move(Event::kStood);
   } else {
     step_ = Step::kHeld;
+    if (resume_asked_) go_on();
   }
 }
 
@@ -170,6 +171,7 @@ void DriveSession::on_missing(Time now) {
 void DriveSession::command(const OperatorCommand& command, Time now) {
   const Answer answer = answer_to(command.order, phase_);
   refused_ = refusal_text(answer);
+  if (command.order == Order::kHold || command.order == Order::kStop) resume_asked_ = false;
   if (answer == Answer::kEnd) {
     error_ = {Code::kCancelled, "stopped on request; nothing has moved"};
     return move(Event::kStood);
@@ -188,16 +190,19 @@ void DriveSession::command(const OperatorCommand& command, Time now) {
         move(Event::kOperatorDone);
         return complete();
       }
-      if (step_ != Step::kHeld) {
-        refused_ = "the drive does not stand yet";
-        return;
-      }
-      move(Event::kResumed);
-      step_ = Step::kChoose;  // what the hold cut short goes out again: its end is an absolute place
+      resume_asked_ = true;
+      if (step_ == Step::kHeld) go_on();
       return;
     default:
       refused_ = "no overrides over this link";
   }
+}
+
+/// What the hold cut short goes out again: its end is an absolute place.
+void DriveSession::go_on() {
+  resume_asked_ = false;
+  move(Event::kResumed);
+  step_ = Step::kChoose;
 }
 
 void DriveSession::ask_stop(Event event, Time now) {

@@ -61,6 +61,7 @@ class DriveSession {
   void complete();
   void on_status(std::uint16_t status, Time now);
   void on_missing(Time now);
+  void go_on();
   void ask_stop(Event event, Time now);
   void fault(const std::string& what, Event event = Event::kFailed);
   std::string stop_request() const;
@@ -75,6 +76,7 @@ class DriveSession {
   std::deque<Pending> pending_;  // the front one is in work
   std::uint64_t completed_ = 0;
   bool ended_ = false;
+  bool resume_asked_ = false;  // before the drive stands
   bool written_ = false, answered_ = false;  // the front one left; the drive took it
   std::string request_, refused_;
   Time next_{}, heard_{};

@@ -227,7 +227,10 @@ void JobDesk::take_run_end() {
   Result<SpooledJob> job = spool_.find(end->job);
   if (!job) return;
   job->executed = end->state.executed;
-  if (*end->ended) return set(*job, JobState::kDone, "every block is executed");
+  if (*end->ended)
+    return set(*job, JobState::kDone,
+               (*end->ended)->executed ? "every block is executed"
+                                       : "every block was sent; this link proves no more");
   const std::string why = end->ended->error().message;
   log(Severity::kError, job->id, why, end->state.executed);
   // Where it stood, and what that was on the part: for the black box.

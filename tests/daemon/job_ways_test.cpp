@@ -12,6 +12,7 @@
 
 #include "daemon/service/job_desk.h"
 #include "sim/wire/endpoint.h"
+#include "tests/peers/drive_wire.h"
 #include "tests/peers/spool_add.h"
 #include "tests/shapes/wide_machine.h"
 #include "tests/texts/folder.h"
@@ -61,7 +62,7 @@ class JobWays : public testing::TestWithParam<const char*> {
     sim::EndpointOptions options;
     options.stop_fd = stop_[0];
     options.speed = kSpeed;
-    options.ready = [&](const std::string& text) { known_.set_value(link == "modbus-tcp" ? text : path); };
+    options.ready = [&](const std::string& text) { known_.set_value(link.ends_with("-tcp") ? text : path); };
     const sim::Motion::Sink sink = [this](const sim::TraceRow&) { ++executed_; };
     if (link == "grbl") {
       sim::GrblController grbl(wide_machine(), {}, {}, sink);
@@ -72,6 +73,9 @@ class JobWays : public testing::TestWithParam<const char*> {
     } else if (link == "dnc") {
       sim::DripController control(wide_machine(), {}, {}, sink);
       EXPECT_TRUE(sim::serve_pty(control, path, options));
+    } else if (drive()) {
+      sim::DriveController axis(wide_machine(), {}, sink);
+      DriveWire(axis, link.ends_with("-tcp"), kSpeed).serve(path, stop_[0], options.ready);
     } else {
       sim::ModbusOptions map;
       map.watchdog = 60.0;  // a busy computer is late with its heartbeats; that is another test's
@@ -81,6 +85,8 @@ class JobWays : public testing::TestWithParam<const char*> {
     }
   }
   bool ring() const { return std::string(GetParam()).starts_with("modbus"); }
+
+  bool drive() const { return std::string(GetParam()).starts_with("drive"); }
 
   bool drip() const { return std::string(GetParam()) == "dnc"; }
 
@@ -137,6 +143,9 @@ class JobWays : public testing::TestWithParam<const char*> {
       const std::uint64_t follows = from ? newest() : job;
       until([&] { return shown(follows) == to; });
       ASSERT_EQ(shown(follows), to) << before << ", " << order << ": " << field(follows, "note");
+      if (to == "done") {
+        EXPECT_EQ(field(follows, "note").find("executed") == std::string::npos, drip() || drive());
+      }
     }
     walked_.insert(before + " -- " + order + " --> " + to);
   }
@@ -193,6 +202,8 @@ class JobWays : public testing::TestWithParam<const char*> {
     }
     open();
     ASSERT_EQ(state(job), ring() ? "interrupted" : "uncertain") << field(job, "note");
+    EXPECT_EQ(field(job, "note").find("--from") == std::string::npos, ring() || drive())
+        << field(job, "note");
     walked_.insert(std::string("running -- power loss --> ") + state(job));
   }
   void reset() {
@@ -205,6 +216,13 @@ class JobWays : public testing::TestWithParam<const char*> {
   /// Out of a state after which nothing goes on by itself: shown first, then a job of its own.
   void enter_near_the_end(std::uint64_t job) {
     const json shows = ask(ApiOp::kResume, job, kLong - 5);
+    if (drive()) {
+      // It does not tell where its axes are: what is left is made a program of its own.
+      EXPECT_NE(shows.value("error", "").find("a program of what is left"), std::string::npos) << shows;
+      walked_.insert(shown(job) + " -- resume --from --> refused");
+      const std::uint64_t rest = submit(kShort);
+      return way(rest, "start (a job of the rest)", ApiOp::kStart, "done");
+    }
     ASSERT_TRUE(shows.contains("confirm")) << shows;
     way(job, "resume --from", ApiOp::kResume, "done", kLong - 5);
   }
@@ -295,7 +313,8 @@ TEST_P(JobWays, B9EveryStateHasItsWaysOut) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Links, JobWays,
-                         testing::Values("grbl", "reprap", "dnc", "modbus-tcp", "modbus-rtu"));
+                         testing::Values("grbl", "reprap", "dnc", "modbus-tcp", "modbus-rtu", "drive-tcp",
+                                         "drive-rtu"));
 
 }  // namespace
 }  // namespace tiltfeed
