@@ -7,7 +7,7 @@ namespace tiltfeed {
 
 int complain(const Error& error) {
   std::cerr << "tiltfeed: " << error.message << "\n";
-  return error.code == Code::kUsage ? kWrongUse : kFailed;
+  return error.code == Code::kUsage ? kExitWrongUse : kExitFailed;
 }
 
 std::string service_socket() {

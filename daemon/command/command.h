@@ -8,7 +8,7 @@
 namespace tiltfeed {
 
 /// Exit statuses.
-inline constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
+inline constexpr int kExitDone = 0, kExitFailed = 1, kExitWrongUse = 2;
 
 /// Writes the error to standard error; the exit status that goes with it.
 int complain(const Error& error);

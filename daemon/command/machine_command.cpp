@@ -137,11 +137,11 @@ int MachineCommands::Options::run_check() const {
   const auto program = loaded ? check_program(*loaded, tool_length, height) : tl::unexpected(loaded.error());
   if (!program) {
     std::cerr << "tiltfeed: " << program.error().message << "\n";
-    return kFailed;
+    return kExitFailed;
   }
   std::cerr << profile << ": " << loaded->vectors.size() << " measured places agree\n";
   std::cout << *program;
-  return kDone;
+  return kExitDone;
 }
 
 /// Over a link where one is named, else through the service. Errors: kUsage, those of the profile.
@@ -171,7 +171,7 @@ int MachineCommands::Options::run_order() const {
                                                                      : (*act)(name, words);
   if (!answer) return complain(answer.error());
   std::cout << (as_json ? answer->json : answer->text) << "\n";
-  return kDone;
+  return kExitDone;
 }
 
 }  // namespace tiltfeed

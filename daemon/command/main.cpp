@@ -53,12 +53,12 @@ int check_command(const std::string& path, bool as_json) {
                                    {"warnings", part->warnings}};
     if (const auto odd = unit_warning(part->bounds, *job)) json["warnings"].push_back(*odd);
     std::cout << json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) << "\n";
-    return kDone;
+    return kExitDone;
   }
   std::cout << size_text(part->bounds) << ", " << part->mesh.facets.size() << " facets\n";
   for (const std::string& warning : part->warnings) std::cout << "warning: " << warning << "\n";
   if (const auto odd = unit_warning(part->bounds, *job)) std::cout << "warning: " << *odd << "\n";
-  return kDone;
+  return kExitDone;
 }
 
 /// The exit status.
@@ -118,7 +118,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kWrongUse;
+    return app.exit(error) == 0 ? kExitDone : kExitWrongUse;
   }
   if (verify->parsed()) return complain(run_verify(verify->remaining()));
   if (const std::optional<int> status = service.run()) return *status;

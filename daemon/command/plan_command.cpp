@@ -264,9 +264,9 @@ int plan_command(const PlanFiles& files) {
     Planning planning(files);
     done = planning.run();
   }
-  if (done) return kDone;
+  if (done) return kExitDone;
   std::cerr << "tiltfeed: " << done.error().message << "\n";
-  return done.error().code == Code::kUsage ? kWrongUse : kFailed;
+  return done.error().code == Code::kUsage ? kExitWrongUse : kExitFailed;
 }
 
 }  // namespace tiltfeed

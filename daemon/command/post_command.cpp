@@ -124,7 +124,7 @@ int PostCommands::Options::run_post() const {
                program->operations.size(), moves, posted->report.max_axis_deviation);
   const Starvation waits = starved(posted->timing, *profile, *written);
   said() << motion_text({profile->model, posted->report, *written, posted->timing, waits});
-  return kDone;
+  return kExitDone;
 }
 
 int PostCommands::Options::run_unpost() const {
@@ -152,7 +152,7 @@ int PostCommands::Options::run_unpost() const {
   for (const AptOperation& op : program->operations) moves += op.path.moves.size();
   std::fprintf(output == "-" ? stderr : stdout, "%zu operations, %zu blocks, %zu points\n",
                text->operations.size(), blocks, moves);
-  return kDone;
+  return kExitDone;
 }
 
 PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()) {
@@ -217,7 +217,7 @@ bool PostCommands::called() const { return options_->post->parsed() || options_-
 
 int PostCommands::run() const {
   const Options& o = *options_;
-  if (o.list) return list_dialects(), kDone;
+  if (o.list) return list_dialects(), kExitDone;
   for (const auto& [name, value] :
        {std::pair{"IN", &o.input}, {"--machine", &o.machine}, {"--out", &o.output}})
     if (value->empty())

@@ -185,7 +185,7 @@ int send_command(const std::string& program, std::string link_text, const std::s
               static_cast<unsigned long long>(sent->lines), sent->executed ? "sent and executed" : "sent",
               sent->seconds, static_cast<unsigned long long>(sent->bytes),
               static_cast<unsigned long long>(sent->resends));
-  return kDone;
+  return kExitDone;
 }
 
 }  // namespace tiltfeed

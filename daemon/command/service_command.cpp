@@ -168,7 +168,7 @@ int ServiceCommands::Options::simple(ApiOp op) {
 
 int ServiceCommands::Options::tell(const json& answer, const std::string& text) const {
   std::cout << (as_json ? answer.dump(-1, ' ', true, json::error_handler_t::replace) : text) << "\n";
-  return kDone;
+  return kExitDone;
 }
 
 int ServiceCommands::Options::run_submit() {
@@ -214,7 +214,7 @@ int ServiceCommands::Options::run_list() {
   if (as_json) return tell(*answer, "");
   std::cout << answer->value("machine", "") << " at " << answer->value("link", "") << "\n";
   for (const json& one : (*answer)["jobs"]) print_job(one);
-  return kDone;
+  return kExitDone;
 }
 
 int ServiceCommands::Options::run_show() {
@@ -228,7 +228,7 @@ int ServiceCommands::Options::run_show() {
   for (const auto& [key, value] : answer->items())
     if (key != "v" && key != "ok")
       std::cout << key << ": " << (value.is_string() ? value.get<std::string>() : value.dump()) << "\n";
-  return kDone;
+  return kExitDone;
 }
 
 int ServiceCommands::Options::run_resume() {
@@ -300,7 +300,7 @@ int ServiceCommands::Options::reset_here() {
   const Result<std::string> done = reset_machine(*spec, **wire, clock);
   if (!done) return complain(done.error());
   std::cout << *done << "\n";
-  return kDone;
+  return kExitDone;
 }
 
 int ServiceCommands::Options::run_reset() {
@@ -321,7 +321,7 @@ int ServiceCommands::Options::run_reset() {
     text = answer->value("reset", "");
   }
   tell(*answer, text);
-  return text.starts_with("done") ? kDone : kFailed;
+  return text.starts_with("done") ? kExitDone : kExitFailed;
 }
 
 int ServiceCommands::Options::run_watch() {
@@ -337,7 +337,7 @@ int ServiceCommands::Options::run_watch() {
       print_job(*answer);
     std::cout << std::flush;
     const std::string state = answer->value("state", "");
-    if (is_over(state)) return state == "done" || state == "ready" ? kDone : kFailed;
+    if (is_over(state)) return state == "done" || state == "ready" ? kExitDone : kExitFailed;
     std::this_thread::sleep_for(kWatchInterval);
   }
 }
@@ -345,11 +345,12 @@ int ServiceCommands::Options::run_watch() {
 int ServiceCommands::Options::run_safe_stop() const {
   const Result<SafeStop> stopped = tiltfeed::safe_stop(config, service_end());
   LogFields fields;
-  if (!stopped) return write_log(Severity::kError, "safe-stop: " + stopped.error().message, fields), kFailed;
+  if (!stopped)
+    return write_log(Severity::kError, "safe-stop: " + stopped.error().message, fields), kExitFailed;
   fields.machine = stopped->machine;
   fields.job = stopped->job;
   write_log(stopped->job == 0 ? Severity::kInfo : Severity::kWarning, "safe-stop: " + stopped->text, fields);
-  return kDone;
+  return kExitDone;
 }
 
 int ServiceCommands::Options::run_backup() const {
@@ -358,14 +359,14 @@ int ServiceCommands::Options::run_backup() const {
   const Result<std::uint64_t> jobs = back_up(service->spool, to);
   if (!jobs) return complain(jobs.error());
   std::cout << to << ": " << *jobs << " jobs, without the journals of their runs\n";
-  return kDone;
+  return kExitDone;
 }
 
 std::optional<int> ServiceCommands::run() {
   Options& o = *options_;
   if (o.serve->parsed()) {
     const Result<void> served = serve(o.config);
-    return served ? kDone : complain(served.error());
+    return served ? kExitDone : complain(served.error());
   }
   if (o.safe_stop->parsed()) return o.run_safe_stop();
   if (o.backup->parsed()) return o.run_backup();

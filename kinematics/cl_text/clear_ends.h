@@ -1,5 +1,5 @@
 #pragma once
-// The tool's way to the first pose of a path and from its last, from a height where nothing stands.
+// Approach to the first pose and retract from the last, from a safe height.
 
 #include <optional>
 #include <string>

@@ -13,7 +13,7 @@
 
 namespace tiltfeed {
 
-/// Of a plan with the axis free.
+/// Additional results of AxisMode::kFree.
 struct FreeReport {
   std::uint64_t cl_points = 0;    ///< points of the CL surface at which a direction was sought
   std::uint64_t directions = 0;   ///< directions tested against the part, moves and links included

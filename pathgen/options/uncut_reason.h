@@ -7,7 +7,7 @@
 
 namespace tiltfeed {
 
-/// Of several that hold the first is told.
+/// If several reasons apply, the first one listed is reported.
 enum class Uncut {
   kCutter,  ///< the cutting part does not fit, or something else of the part is in the way along the axis
   kShank,   ///< the shank would come too near

@@ -12,7 +12,7 @@ namespace tiltfeed {
 
 /// A part of what the tool can reach.
 struct WantedPart {
-  /// Shall the tool cut there? Asked along straight moves, too, where nothing but `centre` is exact.
+  /// True where the tool must cut. Also called on interpolated points, of which only `centre` is exact.
   std::function<bool(const EnvelopePoint&)> place;
   /// May the tool cut straight from one point to the next of a pass? Empty: always. A pass is broken where
   /// not.

@@ -1,5 +1,5 @@
 #pragma once
-// What passes leave out or leave standing, and why, told to the user.
+// Warnings for points that the passes skip or leave uncut.
 
 #include <vector>
 

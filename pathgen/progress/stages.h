@@ -1,5 +1,5 @@
 #pragma once
-// The stages of planning: their names to the user, their times to the report, and his word to stop.
+// Planning stages: progress, timing and cancellation.
 
 #include <chrono>
 #include <functional>

@@ -104,7 +104,7 @@ class GcodeReader {
   std::string text_;  ///< the line without blanks and comments, upper case
 };
 
-/// Where a rotary that stands at `at` (degrees, turns counted) goes when the control reads `word`.
+/// Target of a rotary at position `at` (degrees, turns counted) when the control reads `word`.
 double turned_to(RotaryWord counting, double word, double at);
 
 /// A whole program, up to M2, M30, the closing % or the end of the text; the stream may be left beyond it.

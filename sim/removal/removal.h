@@ -21,7 +21,7 @@ namespace tiltfeed::sim {
 Result<Removal> remove_material(const Job& job, const ExecutedPath& path, Stock& stock, Probes& probes,
                                 const RemovalOptions& options, const Progress& progress);
 
-/// More than this of material left on the part cannot be told apart, mm.
+/// Upper limit of measured rest material, mm; larger values saturate.
 double probe_reach(const Job& job);
 
 }  // namespace tiltfeed::sim
