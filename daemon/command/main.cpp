@@ -83,6 +83,7 @@ int run(int argc, char** argv) {
   verify->prefix_command()->set_help_flag();
 
   PlanFiles files;
+  std::string progress;
   CLI::App* planning = app.add_subcommand("plan", "plan the tool path and write the machine's program");
   planning->add_option("JOB", files.job, "job file (YAML)")->required();
   planning->add_option("--out", files.program, "program to write (G-code)")->required();
@@ -93,7 +94,7 @@ int run(int argc, char** argv) {
   planning->add_option("--machine", files.machine, "take this machine profile instead of the job's");
   planning->add_flag("!--no-proof", files.prove,
                      "do not hold the printed moves against the part; the program's header says so");
-  planning->add_option("--progress", files.progress, "file that holds stage and percentage while it plans");
+  planning->add_option("--progress", progress, "file that holds stage and percentage while it plans");
   planning->add_option("--gouge-picture", files.gouge_picture,
                        "picture (PNG) of the deepest gouge where the program is refused");
 
@@ -130,7 +131,7 @@ int run(int argc, char** argv) {
   if (machines.at_machine()) return machines.run();
   const PromptEnd prompt_end;  // what touches no machine may end at any place
   if (check->parsed()) return check_command(check_job, check_json);
-  if (planning->parsed()) return plan_command(files);
+  if (planning->parsed()) return plan_command(files, progress);
   return posting.called() ? posting.run() : machines.run();
 }
 

@@ -1,18 +1,13 @@
 #pragma once
-// `tiltfeed plan`: the way from STL to a proven program, in order.
+// `tiltfeed plan`: shows how far it is, and what came of it.
 
 #include <string>
 
+#include "daemon/plan/plan_program.h"
+
 namespace tiltfeed {
 
-struct PlanFiles {
-  std::string job, program, cl, report, map, stl, machine;
-  std::string gouge_picture;  ///< PNG, where the program is not proven
-  bool prove = true;
-  std::string progress;  ///< file that holds stage and percentage while it plans
-};
-
-/// The exit status: 0 done, 1 failed, 2 wrong use. Files appear when all of them are written, or not at all.
-int plan_command(const PlanFiles& files);
+/// `progress`: file that holds stage and percentage while it plans; may be empty. The exit status.
+int plan_command(const PlanFiles& files, const std::string& progress);
 
 }  // namespace tiltfeed

@@ -76,7 +76,7 @@ class DriveSession {
   std::deque<Pending> pending_;  // the front one is in work
   std::uint64_t completed_ = 0;
   bool ended_ = false;
-  bool resume_asked_ = false;  // before the drive stands
+  bool resume_asked_ = false;                // before the drive stands
   bool written_ = false, answered_ = false;  // the front one left; the drive took it
   std::string request_, refused_;
   Time next_{}, heard_{};

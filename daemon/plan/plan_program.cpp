@@ -1,0 +1,266 @@
+#include "daemon/plan/plan_program.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <optional>
+
+#include "config/job.h"
+#include "config/output_file.h"
+#include "daemon/plan/part_size.h"
+#include "daemon/plan/plan_report.h"
+#include "daemon/plan/proof_process.h"
+#include "daemon/post/block.h"
+#include "daemon/post/block_map.h"
+#include "daemon/post/end_ways.h"
+#include "daemon/post/near_pole.h"
+#include "daemon/post/post.h"
+#include "daemon/post/space_about.h"
+#include "kinematics/basics/tolerance_budget.h"
+#include "kinematics/cl_text/cl_file.h"
+#include "kinematics/joints/joint_path.h"
+#include "kinematics/timing/tcp_path.h"
+#include "pathgen/mesh/mesh.h"
+#include "pathgen/mesh/mesh_check.h"
+#include "pathgen/mesh/stl.h"
+#include "pathgen/plan/plan.h"
+
+namespace tiltfeed {
+namespace {
+
+// The header's word on the proof: of this length, so that it can be filled in when all is written and held.
+constexpr std::string_view kNotProvenYet = "proof of this program is still to be made";
+constexpr std::string_view kNoProof = "no proof, as --no-proof says";
+constexpr std::size_t kHeader = 8192;  // bytes in which that word is
+
+/// Wall time of the stages that are run here.
+class StageClock {
+ public:
+  template <class Function>
+  auto time(const char* stage, Function function) {
+    const auto start = std::chrono::steady_clock::now();
+    auto result = function();
+    times.push_back({stage, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()});
+    return result;
+  }
+  std::vector<StageTime> times;
+};
+
+/// Also gives the program's words the decimals that the tolerance needs.
+JointPathOptions joint_options(Job& job, const Mesh& part) {
+  const ToleranceBudget budget(job.plan.tolerance);
+  JointPathOptions options;
+  options.tolerance = job.axis_tolerance.radians() > 0.0 ? budget.joints_beside_pole() : budget.joints();
+  // What the axis may lean moves the shank's end by no more than the tip may stray.
+  const Angle lean = Angle::from_radians(options.tolerance / job.plan.cutter.shank_length);
+  options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
+  job.machine.format = fine_enough(job.machine.format, options.tolerance, options.axis_tolerance);
+  // Under TCP the linear words are the tip's, so joints are kept finer than what is printed.
+  options.linear_decimals = job.machine.format.tcp ? kTcpDecimals : job.machine.format.linear_decimals;
+  options.rotary_decimals = job.machine.format.rotary_decimals;
+  options.clear = space_about(part, job);
+  return options;
+}
+
+/// Puts the figures where the header says that they are still to come.
+Result<void> state_figures(OutputFile& file, const ProofFigures& figures) {
+  std::array<char, kHeader> head;
+  const ssize_t size = ::pread(file.descriptor(), head.data(), head.size(), 0);
+  const std::string_view text(head.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
+  const std::size_t at = text.find(kNotProvenYet);
+  if (at == text.npos) return fail(Code::kIo, "the program's header has no place for the proof's figures");
+  std::array<char, 80> words;
+  std::snprintf(words.data(), words.size(), "proof gouge %.4f mm moves %llu", figures.gouge,
+                static_cast<unsigned long long>(figures.moves));
+  std::string filled = words.data();
+  filled.resize(kNotProvenYet.size(), ' ');
+  return file.overwrite(at, filled);
+}
+
+/// The whole way, stage by stage.
+class Planning {
+ public:
+  Planning(const PlanFiles& files, const PlanListener& listener) : files_(files), listener_(listener) {}
+  /// What to tell the user.
+  Result<std::string> run();
+
+ private:
+  Result<void> load();
+  Result<void> plan_path();
+  Result<void> write();
+  Result<void> write_others();
+  Result<void> add(const std::string& path, const std::function<void(std::ostream&)>& write);
+  Result<void> report();
+  bool show(const char* stage, double share) { return !listener_.stage || listener_.stage(stage, share); }
+  void note(const std::string& text) {
+    if (listener_.note) listener_.note(text);
+  }
+
+  const PlanFiles& files_;
+  const PlanListener& listener_;
+  StageClock clock_;
+  std::optional<Job> job_;
+  CheckedMesh part_;
+  Plan planned_;
+  PoleBendReport bend_;
+  JointPath joints_;
+  Timing timing_;
+  ProgramReport program_;
+  std::optional<ProofFigures> proof_;
+  std::vector<OutputFile> outputs_;  ///< the program first
+  std::string told_;
+};
+
+Result<void> Planning::load() {
+  const std::vector<NamedFile> outputs{{"--out", files_.program},
+                                       {"--cl", files_.cl},
+                                       {"--report", files_.report},
+                                       {"--map", files_.map},
+                                       {"--gouge-picture", files_.gouge_picture}};
+  std::vector<NamedFile> inputs{{"JOB", files_.job}, {"--stl", files_.stl}, {"--machine", files_.machine}};
+  if (auto fits = check_outputs(outputs, inputs); !fits) return fits;
+  auto job = load_job_with(files_.job, {files_.stl, files_.machine});
+  if (!job) return tl::unexpected(job.error());
+  job_ = std::move(*job);
+  inputs = {{"part.stl", job_->stl_path}, {"machine", job_->machine.path}};
+  return check_outputs(outputs, inputs);
+}
+
+Result<void> Planning::plan_path() {
+  show("read", 0.0);
+  auto stl = clock_.time("read", [&] { return read_stl(job_->stl_path, job_->stl_unit_mm); });
+  if (!stl) return tl::unexpected(stl.error());
+  show("check", 0.0);
+  auto part = clock_.time("check", [&] {
+    return check_mesh(*stl, {ToleranceBudget(job_->plan.tolerance).repair()},
+                      [&](double f) { return show("check", f); });
+  });
+  if (!part) return tl::unexpected(part.error());
+  part_ = std::move(*part);
+  note(size_text(part_.bounds));
+  const std::optional<std::string> odd_unit = unit_warning(part_.bounds, *job_);
+  if (odd_unit) note("warning: " + *odd_unit);
+  *stl = Stl{};  // gives its memory back; facets = {} would keep it
+  job_->plan.find_uncut = !files_.report.empty();
+  auto planned = plan(part_, job_->plan, [&](const char* stage, double f) { return show(stage, f); });
+  if (!planned) return tl::unexpected(planned.error());
+  planned_ = std::move(*planned);
+  if (odd_unit) planned_.report.warnings.push_back(*odd_unit);
+  clock_.times.insert(clock_.times.end(), planned_.report.times.begin(), planned_.report.times.end());
+
+  bend_ = clock_.time("pole", [&] { return bend_near_pole(*job_, part_, planned_.path); });
+  planned_.report.rapid_length += add_end_ways(planned_.path, part_.mesh, *job_);
+  if (!show("joints", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
+  const JointPathOptions options = joint_options(*job_, part_.mesh);
+  auto joints = clock_.time("joints", [&] {
+    return to_joints(planned_.path, job_->machine.model, job_->setup, options,
+                     [&](double f) { return show("joints", f); });
+  });
+  if (!joints) return tl::unexpected(joints.error());
+  joints_ = std::move(*joints);
+  if (joints_.reconfigured) planned_.path = std::move(*joints_.reconfigured);
+  timing_ = clock_.time("timing", [&] {
+    return time_blocks(joints_.moves, job_->machine.model, options.tolerance, options.axis_tolerance,
+                       corners_of(job_->machine.format));
+  });
+  return {};
+}
+
+Result<void> Planning::write() {
+  auto file = OutputFile::open(files_.program);
+  if (!file) return tl::unexpected(file.error());
+  outputs_.push_back(std::move(*file));
+  OutputFile& out = outputs_.back();
+  std::optional<ProofProcess> proof;
+  if (files_.prove) {
+    auto started = ProofProcess::start(
+        {files_.job, files_.stl, files_.machine, files_.program, files_.gouge_picture}, out.descriptor());
+    if (!started) return tl::unexpected(started.error());
+    proof.emplace(std::move(*started));
+  }
+  if (!show("write", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
+  const std::string_view word = files_.prove ? kNotProvenYet : kNoProof;
+  auto written = clock_.time("write", [&]() -> Result<ProgramReport> {
+    auto blocks =
+        write_program(joints_, *job_, out.stream(), word, [&](double f) { return show("write", f); });
+    if (auto flushed = out.flush(); !flushed) return tl::unexpected(flushed.error());
+    return blocks;
+  });
+  if (!written) return tl::unexpected(written.error());
+  program_ = *written;
+  if (!proof) return {};
+  auto proven =
+      clock_.time("proof", [&] { return proof->finish([&](double f) { return show("proof", f); }); });
+  if (!proven) return tl::unexpected(proven.error());
+  proof_ = *proven;
+  // The first block states where the axes are.
+  if (proof_->moves + 1 < program_.blocks)
+    return fail(Code::kInput, "not proven, nothing was written: " + std::to_string(program_.blocks) +
+                                  " blocks were printed and " + std::to_string(proof_->moves) +
+                                  " moves read");
+  return state_figures(out, *proof_);
+}
+
+Result<void> Planning::add(const std::string& path, const std::function<void(std::ostream&)>& write) {
+  if (path.empty()) return {};
+  auto file = OutputFile::open(path);
+  if (!file) return tl::unexpected(file.error());
+  write(file->stream());
+  outputs_.push_back(std::move(*file));
+  return outputs_.back().flush();
+}
+
+Result<void> Planning::write_others() {
+  auto cl = clock_.time(
+      "cl file", [&] { return add(files_.cl, [&](std::ostream& out) { write_cl(planned_.path, out); }); });
+  if (!cl) return cl;
+  return add(files_.map, [&](std::ostream& out) { write_block_map(joints_, planned_.path, out); });
+}
+
+Result<void> Planning::report() {
+  rusage usage{}, proof_usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  getrusage(RUSAGE_CHILDREN, &proof_usage);
+  const auto seconds = [](timeval t) {
+    return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) * 1e-6;
+  };
+  const PlanOutcome outcome{*job_,
+                            part_,
+                            planned_.report,
+                            bend_,
+                            joints_.report,
+                            program_,
+                            timing_,
+                            starved(timing_, job_->machine, program_),
+                            proof_,
+                            clock_.times,
+                            seconds(usage.ru_utime) + seconds(usage.ru_stime) +
+                                seconds(proof_usage.ru_utime) + seconds(proof_usage.ru_stime),
+                            static_cast<double>(usage.ru_maxrss) / 1024.0};
+  if (auto added = add(files_.report, [&](std::ostream& out) { out << report_json(outcome); }); !added)
+    return added;
+  if (auto kept = OutputFile::commit_all(outputs_); !kept) return kept;
+  show("done", 1.0);
+  told_ = report_text(outcome);
+  return {};
+}
+
+Result<std::string> Planning::run() {
+  for (const auto stage :
+       {&Planning::load, &Planning::plan_path, &Planning::write, &Planning::write_others, &Planning::report})
+    if (auto done = (this->*stage)(); !done) return tl::unexpected(done.error());
+  return told_;
+}
+
+}  // namespace
+
+Result<std::string> plan_program(const PlanFiles& files, const PlanListener& listener) {
+  return Planning(files, listener).run();
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,30 @@
+#pragma once
+// The way from a job to a proven program, in order: part, path, joints, program, proof, report. One function,
+// for the command line and for the process that a service starts.
+
+#include <functional>
+#include <string>
+
+#include "kinematics/basics/result.h"
+
+namespace tiltfeed {
+
+/// Empty: as the job says, or not wanted.
+struct PlanFiles {
+  std::string job, program, cl, report, map, stl, machine;
+  std::string gouge_picture;  ///< PNG, where the program is not proven
+  bool prove = true;
+};
+
+/// Both on the thread that plans; either may be empty.
+struct PlanListener {
+  std::function<bool(const char* stage, double share)> stage;  ///< 0..1; false: stop
+  std::function<void(const std::string& text)> note;           ///< a line for the user, before the end
+};
+
+/// Plans, posts and proves. Returns a screenful on what was done. Files appear when all of them are written,
+/// or not at all. Errors: those of each stage; kUsage: files that may not be outputs; kInput: the program
+/// gouges, with line, place, facet and depth; kCancelled.
+Result<std::string> plan_program(const PlanFiles& files, const PlanListener& listener);
+
+}  // namespace tiltfeed
