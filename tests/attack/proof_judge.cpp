@@ -20,6 +20,10 @@ constexpr double kBound = 0.05;
 constexpr int kDamaged = 8;
 /// Poses at which a move is looked at, and how often again so many round the deepest.
 constexpr int kPlaces = 48, kRounds = 4;
+/// The control's own moves to the first pose: over it, and down.
+constexpr std::uint64_t kApproachBlocks = 2;
+/// Poses of a tool that is drawn out, in its diameters.
+constexpr double kDrawnOut = 0.1;
 constexpr double kLeastDamage = 0.3, kMostDamage = 40.0;
 
 class ProofJudge {
@@ -28,6 +32,7 @@ class ProofJudge {
       : job_(job),
         joints_(joints),
         tolerance_(job.plan.tolerance),
+        bounds_(part.bounds),
         prover_(part, job),
         surface_(part.mesh),
         tool_(job.plan.cutter, {job.plan.allowance, job.plan.radial_stock, job.plan.axial_stock}) {}
@@ -101,10 +106,22 @@ class ProofJudge {
     Pose worst = gouge->pose;
     const double there = depth(told, worst);
     const bool retracts = gouge->rapid && gouge->block > joints_.moves.size();
+    const bool approaches = gouge->rapid && gouge->block <= kApproachBlocks;
     if (retracts && dot(gouge->pose.axis, job_.plan.up) < 0.0 && verdict_.findings.empty())
       verdict_.refusal = "the retract from below the part is in it";
+    else if (approaches && is_shut_in(told) && verdict_.findings.empty())
+      verdict_.refusal = "the part is in every way in to the first pose";
     else
       finding("gouge", gouge->depth, there, pasteable(worst));
+  }
+
+  /// Does the part stand in the way of a tool that is drawn out along its axis from the move's end?
+  bool is_shut_in(const sim::ProgramMove& move) const {
+    const Pose end = prover_.frames().pose(move, 1.0);
+    const double step = kDrawnOut * job_.plan.cutter.diameter;
+    for (double out = 0.0; out < distance(bounds_.min, bounds_.max); out += step)
+      if (depth({end.tip + end.axis * out, end.axis}) > tolerance_) return true;
+    return false;
   }
 
   /// The move of a block, counted from 1 as the proof does.
@@ -142,6 +159,7 @@ class ProofJudge {
   const Job& job_;
   const JointPath& joints_;
   double tolerance_;
+  Box bounds_;
   sim::Prover prover_;
   sim::PartDistance surface_;
   sim::ToolSolid tool_;
