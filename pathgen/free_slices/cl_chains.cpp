@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "pathgen/tool/swept_tool.h"
 
@@ -103,30 +104,38 @@ class Followers {
 
 /// For each strand the one that starts where it ends. Most are joined by the narrow gap, which leaves few
 /// pairs for the wide one.
-std::vector<std::uint32_t> followers(const std::vector<ClStrand>& strands, const FacetTree& tree,
-                                     double radius, const JoinLimits& limits) {
+template <class Joins>
+std::vector<std::uint32_t> followers(const std::vector<ClStrand>& strands, const JoinLimits& limits,
+                                     const Joins& joins) {
   Followers found(strands);
   found.join(limits.gap, [](Point<Part>, Point<Part>) { return true; });
-  found.join(limits.wide_gap, [&](Point<Part> end, Point<Part> start) {
-    return in_contact(end, start, tree, radius, limits.tolerance);
-  });
+  found.join(limits.wide_gap, joins);
   return found.next();
 }
 
-/// Appends the strand. Where strands cross at a flat angle each runs on beyond the other's end by chords that
-/// stand off their arcs: the chain goes back to beside the strand's start first.
-void append(ClStrand& chain, const ClStrand& strand, double gap) {
-  const Point<Part> start = strand.front().centre;
-  while (chain.size() > 1) {
-    const ClPoint &a = chain[chain.size() - 2], &b = chain.back();
+/// How many points of the chain come before the place that lies beside `start`, and that place.
+std::pair<std::size_t, ClPoint> beside(const ClStrand& chain, Point<Part> start) {
+  std::size_t last = chain.size() - 1;
+  for (; last > 0; --last) {
+    const ClPoint &a = chain[last - 1], &b = chain[last];
     const Vec3 along = b.centre - a.centre;
     const double f = dot(start - a.centre, along) / squared_length(along);
     if (f >= 1.0) break;
-    if (f > 0.0) {
-      chain.back() = between(a, b, f);
-      break;
-    }
-    chain.pop_back();
+    if (f > 0.0) return {last, between(a, b, f)};
+  }
+  return {last, chain[last]};
+}
+
+/// Appends the strand. Where strands cross at a flat angle each runs on beyond the other's end by chords that
+/// stand off their arcs: the chain goes back to beside the strand's start first, if the move from there is in
+/// contact. In a hollow it is not: there the strand's start may lie behind the chain's end, but above it.
+template <class Joins>
+void append(ClStrand& chain, const ClStrand& strand, double gap, const Joins& joins) {
+  const Point<Part> start = strand.front().centre;
+  if (!chain.empty()) {
+    const auto [before, place] = beside(chain, start);
+    if (distance(place.centre, start) <= gap || joins(place.centre, start))
+      chain.resize(before), chain.push_back(place);
   }
   for (const ClPoint& p : strand)
     if (chain.empty() || distance(chain.back().centre, p.centre) > (&p == &strand.front() ? gap : kSamePoint))
@@ -138,7 +147,10 @@ void append(ClStrand& chain, const ClStrand& strand, double gap) {
 std::vector<ClChain> join_strands(std::vector<ClStrand> strands, const FacetTree& tree, double radius,
                                   const JoinLimits& limits) {
   std::erase_if(strands, [](const ClStrand& s) { return s.size() < 2 || length_of(s) < kSamePoint; });
-  const std::vector<std::uint32_t> next = followers(strands, tree, radius, limits);
+  const auto joins = [&](Point<Part> end, Point<Part> start) {
+    return in_contact(end, start, tree, radius, limits.tolerance);
+  };
+  const std::vector<std::uint32_t> next = followers(strands, limits, joins);
   std::vector<std::uint8_t> used(strands.size(), 0), is_next(strands.size(), 0);
   for (const std::uint32_t n : next)
     if (n != kNone) is_next[n] = 1;
@@ -147,7 +159,7 @@ std::vector<ClChain> join_strands(std::vector<ClStrand> strands, const FacetTree
     ClChain chain;
     std::uint32_t at = first;
     for (; at != kNone && used[at] == 0; at = next[at])
-      used[at] = 1, append(chain.points, strands[at], limits.gap);
+      used[at] = 1, append(chain.points, strands[at], limits.gap, joins);
     chain.closed = at == first;
     if (chain.closed) {
       while (chain.points.size() > 2 &&

@@ -99,6 +99,28 @@ TEST(FreeSlices, ANotchInALevelSheetIsCutShort) {
   }
 }
 
+TEST(FreeSlices, AHollowUnderAnOverhangIsFollowedToItsCorner) {
+  // A floor, and a wall that leans over it by 20 degrees.
+  const double lean = 20.0 * kPi / 180.0, r = 1.0, missing = 0.5;
+  const Vec3 up{0, -std::sin(lean), std::cos(lean)}, off{0, -std::cos(lean), -std::sin(lean)};
+  const auto wall = [&](double x, double along) { return Point<Part>{x, 0, 0} + up * along; };
+  Mesh mesh;
+  mesh.vertices = {{-9, -9, 0}, {9, -9, 0}, {9, 0, 0}, {-9, 0, 0}, wall(9, 9), wall(-9, 9)};
+  mesh.facets = {{0, 1, 2}, {0, 2, 3}, {3, 2, 4}, {3, 4, 5}};
+  mesh.source = {0, 1, 2, 3};
+  const Point<Part> corner{0, -(r + std::sin(lean) * r) / std::cos(lean), r};
+  ClStrand floor, over;
+  for (int i = 0; i <= 40; ++i) floor.push_back({corner - Vec3{0, 0.05 * (40 - i), 0}, {0, 0, 1}, 0});
+  for (int i = 0; i <= 40; ++i) over.push_back({corner + up * (missing + 0.05 * i), off, 2});
+  const auto chains = join_strands({floor, over}, FacetTree(mesh), r, {kTolerance, 1.0, kTolerance, 0.0});
+  ASSERT_EQ(chains.size(), 1u);
+  const sim::PartDistance distance_to(mesh);
+  const ClStrand& p = chains[0].points;
+  EXPECT_NEAR(length_of(p), 2.0 + missing + 2.0, kTolerance);
+  for (std::size_t i = 1; i < p.size(); ++i)
+    EXPECT_NEAR(distance_to.nearest(lerp(p[i - 1].centre, p[i].centre, 0.5)).value, r, kTolerance);
+}
+
 TEST(FreeSlices, ACavityIsSlicedToo) {
   const CheckedMesh part = soup::check(soup::cube(0, 40) + soup::reversed(soup::cube(10, 30)));
   const auto found = slices(part, options(6, {{0, 0, 1}}, 5));
