@@ -78,8 +78,9 @@ bool StraightMoves::another_curved_sheet(const Sample& left, const Sample& right
   for (const Candidate& c : active) {                            // from the highest down
     if (static_cast<double>(c.top) <= low) return false;
     const double over = std::min(c.to, right.run) - std::max(c.from, left.run);
-    if (over < 0.0 || c.patch == a.patch || c.patch == b.patch || surface_.is_face(c.patch)) continue;
-    if (sharp_ && is_sharp(surface_.piece(c.patch)) && !corners_keep_off(c.patch, a, b)) return true;
+    if (over < 0.0 || surface_.is_face(c.patch)) continue;
+    if (sharp_ && is_sharp(surface_.piece(c.patch)) && !core_keeps_off(c.patch, a, b)) return true;
+    if (c.patch == a.patch || c.patch == b.patch) continue;
     if (over >= enough && !short_at(c.top) && !keeps_off(c.patch, a, b)) return true;
   }
   return false;
@@ -106,6 +107,30 @@ bool passes_by(double radius, double height, Vec3 axis, Vec3 p, Vec3 q) {
   if (first >= last) return true;
   const auto at = [&](double share) { return low + (high - low) * share; };
   return std::max(at(first), at(last)) <= height;
+}
+
+/// The same of a segment that goes from one place to another: its corners, in order round what it passes.
+bool passes_by(double radius, double height, Vec3 axis, const std::array<Vec3, 4>& corners) {
+  std::array<Point<Part>, 8> over;  // what is over the height, as seen along the axis
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vec3 p = corners[i], q = corners[(i + 1) % 4];
+    const double up = dot(p, axis) - height, next = dot(q, axis) - height;
+    if (up > 0.0) over[count++] = Point<Part>{} + (p - axis * (up + height));
+    if ((up > 0.0) != (next > 0.0)) {
+      const Vec3 at = p + (q - p) * (up / (up - next));
+      over[count++] = Point<Part>{} + (at - axis * height);
+    }
+  }
+  if (count == 0 || radius <= 0.0) return true;
+  int left = 0, right = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Point<Part> p = over[i], q = over[(i + 1) % count];
+    if (distance_to_segment(Point<Part>{}, p, q) < radius) return false;
+    const double side = dot(axis, cross(from_origin(p), from_origin(q)));
+    left += side >= 0.0 ? 1 : 0, right += side <= 0.0 ? 1 : 0;
+  }
+  return left < static_cast<int>(count) && right < static_cast<int>(count);
 }
 
 /// The distance of two segments as seen along the unit `axis`.
@@ -163,21 +188,28 @@ bool StraightMoves::keeps_off(PatchId patch, const EnvelopePoint& a, const Envel
          (core.count == 1 || side_keeps_off(std::array{core.corner[1], core.corner[0]}, a, b, near));
 }
 
-/// (E3) Do both ends of the patch's edge, or its vertex, keep out of a piece with a sharp lower edge on a
-/// straight move from a to b, but for the tolerance to the side or from below?
-bool StraightMoves::corners_keep_off(PatchId patch, const EnvelopePoint& a, const EnvelopePoint& b) const {
+/// (E3) Does the patch's edge or vertex keep out of a piece with a sharp lower edge on a straight move from a
+/// to b, but for the tolerance to the side or from below?
+bool StraightMoves::core_keeps_off(PatchId patch, const EnvelopePoint& a, const EnvelopePoint& b) const {
   const ToolPiece& piece = surface_.piece(patch);
   const Vec3 turn = cross(b.axis, a.axis);
   const double bend = length(turn), chord = distance(a.centre, b.centre), towards = 1.0 + dot(a.axis, b.axis);
   const ClSurface::Core core = surface_.core(patch);
-  return std::all_of(core.points().begin(), core.points().end(), [&](const Point<Part>& corner) {
-    // As the tool sees it, which turns from a's axis to b's.
-    const Vec3 off = corner - b.centre, aside = cross(turn, off);
-    const Vec3 from = corner - a.centre, to = off + aside + cross(turn, aside) / towards;
-    const double strays = bend * (bend * std::max(length(from), length(to)) + 2.0 * chord) / 8.0;
+  std::array<Vec3, 2> from, to;  // as the tool sees the corners, which turns from a's axis to b's
+  double most = 0.0;
+  for (std::size_t i = 0; i < core.count; ++i) {
+    const Vec3 off = core.corner[i] - b.centre, aside = cross(turn, off);
+    from[i] = core.corner[i] - a.centre, to[i] = off + aside + cross(turn, aside) / towards;
+    const double strays = bend * (bend * std::max(length(from[i]), length(to[i])) + 2.0 * chord) / 8.0;
     const double spare = options_.tolerance - strays;
-    return passes_by(piece.flat - spare, piece.above_reference + spare, a.axis, from, to);
-  });
+    if (!passes_by(piece.flat - spare, piece.above_reference + spare, a.axis, from[i], to[i])) return false;
+    most = std::max(most, strays);
+  }
+  if (core.count < 2) return true;
+  // Where the axis turns the edge does, too; of a long one then only the corners are known to keep off.
+  const double spare = options_.tolerance - most - 0.5 * length((to[1] - from[1]) - (to[0] - from[0]));
+  return spare <= 0.0 || passes_by(piece.flat - spare, piece.above_reference + spare, a.axis,
+                                   {from[0], from[1], to[1], to[0]});
 }
 
 bool StraightMoves::on_move(const Sample& sample, const Sample& left, const Sample& right) const {

@@ -62,7 +62,7 @@ class StraightMoves {
   bool another_curved_sheet(const Sample& left, const Sample& right, std::span<const Candidate> active) const;
   bool keeps_off(PatchId patch, const EnvelopePoint& a, const EnvelopePoint& b) const;
   bool crosses_one_edge(const EnvelopePoint& a, const EnvelopePoint& b) const;
-  bool corners_keep_off(PatchId patch, const EnvelopePoint& a, const EnvelopePoint& b) const;
+  bool core_keeps_off(PatchId patch, const EnvelopePoint& a, const EnvelopePoint& b) const;
 
   const ClSurface& surface_;
   const EnvelopeOptions& options_;

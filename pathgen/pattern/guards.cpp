@@ -129,7 +129,7 @@ std::unique_ptr<const ClField> guarded_field(const ClField& field, const PlanOpt
     return piece.part != ToolPart::kCutter && only_reports(piece, options) != reported;
   });
   if (pieces.size() < 2) return nullptr;
-  ClSurface surface(field.surface.mesh(), field.surface.sides(), std::move(pieces));
+  ClSurface surface(field.surface.mesh(), field.surface.sides(), with_lower_discs(pieces));
   // Leads and joins reach a little beyond the passes.
   const double spacing = 2.0 * std::max(asked_step(options), options.pattern.step_down) +
                          options.links.lead_radius + options.links.join_distance;

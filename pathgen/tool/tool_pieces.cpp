@@ -68,4 +68,19 @@ std::vector<ToolPiece> tool_pieces(const PlanOptions& options) {
   return pieces;
 }
 
+std::vector<ToolPiece> with_lower_discs(const std::vector<ToolPiece>& pieces) {
+  std::vector<ToolPiece> all;
+  double widest = 0.0;
+  for (const ToolPiece& piece : pieces) {
+    if (piece.corner == 0.0 && piece.has_cone() && piece.flat > widest) {
+      ToolPiece disc = piece;
+      disc.outer = disc.flat, disc.taper_sin = 0.0, disc.taper_cos = 1.0;
+      all.push_back(disc);
+    }
+    all.push_back(piece);
+    widest = piece.outer;
+  }
+  return all;
+}
+
 }  // namespace tiltfeed

@@ -1,6 +1,6 @@
 #pragma once
 // What the tool shows to a part below it: convex pieces, each a flat disc whose edge is rounded and runs out
-// into a cone. Dropped along the axis, the highest piece decides. (T1), (T2) in pathgen/tool/README.md.
+// into a cone. Dropped along the axis, the highest piece decides. (T1)..(T3) in pathgen/tool/README.md.
 
 #include <vector>
 
@@ -38,5 +38,8 @@ std::vector<ToolPiece> all_pieces(const PlanOptions& options);
 /// The pieces that stick out further than what is below them, from the tip up; the first is the cutting part.
 /// Grown by the stock that is to stay, shank and holder by their clearances besides.
 std::vector<ToolPiece> tool_pieces(const PlanOptions& options);
+
+/// (T3) The same with a straight piece before each cone that has a sharp lower edge.
+std::vector<ToolPiece> with_lower_discs(const std::vector<ToolPiece>& pieces);
 
 }  // namespace tiltfeed

@@ -113,5 +113,34 @@ TEST(Guards, RetractingAddsNoColumnsThatTheCutterDoesNotReach) {
     }
 }
 
+// The tool climbs a slope with a ridge across it. Between where the holder's lower rim is over the slope's
+// reach and where it is over the ridge, the ridge stands in its way for a few hundredths of a millimetre.
+TEST(Guards, AConicalHolderStepIsRaisedOverWhatItsLowerRimMeets) {
+  constexpr double kSlope = 2.0, kRidge = 8.0, kColumn = 0.5, kBall = 3.0;
+  for (int i = 0; i < 24; ++i) {
+    const double rim = 5.5 + 0.05 * i, way = 0.01 + 0.003 * i;
+    const double cone = std::tan((4.0 + 0.5 * i) * kPi / 180.0);
+    const double over = 2.0 + kSlope * rim;  // from tip to holder
+    // The tip where the rim comes to the ridge.
+    const double tip = kSlope * (kRidge - rim) + kBall * std::hypot(1.0, kSlope) - kBall;
+    const CheckedMesh part = sheet(kUpright, {-8, 24, -3, 3, 64, 1}, [&](double u, double) {
+      return std::abs(u - kRidge) < kColumn / 2 ? tip + over + way : kSlope * u;
+    });
+    PlanOptions options = options_with(kUpright);
+    options.cutter = {2.0 * kBall, 120.0, over};
+    options.cutter.holder = {{2.0 * rim, 2.0 * (rim + 8.0 * cone), 8.0}};
+    options.holder = {0.0, Reaction::kRetract};
+    options.containment.first = {-3.0, 4.0}, options.containment.second = {-2.0, 2.0};
+    const auto planned = plan(part, options, nullptr);
+    ASSERT_TRUE(planned) << planned.error().message;
+    const sim::PartDistance surface(part.mesh);
+    const sim::ToolSolid tool(options.cutter);
+    for (const CutRun& run : dense(runs_of(planned->path), 0.01))
+      for (const Pose& pose : run)
+        ASSERT_GE(tool.clearance(surface, pose, sim::ToolPart::kHolder, 1.0).value, -options.tolerance)
+            << "case " << i << " at " << pose.tip.x << " " << pose.tip.y;
+  }
+}
+
 }  // namespace
 }  // namespace tiltfeed
