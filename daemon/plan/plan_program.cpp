@@ -184,10 +184,10 @@ Result<void> Planning::write() {
     proof.emplace(std::move(*started));
   }
   if (!show("write", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
-  const std::string_view word = files_.prove ? kNotProvenYet : kNoProof;
+  const HeaderFacts header{std::string(files_.prove ? kNotProvenYet : kNoProof), timing_.seconds};
   auto written = clock_.time("write", [&]() -> Result<ProgramReport> {
     auto blocks =
-        write_program(joints_, *job_, out.stream(), word, [&](double f) { return show("write", f); });
+        write_program(joints_, *job_, out.stream(), header, [&](double f) { return show("write", f); });
     if (auto flushed = out.flush(); !flushed) return tl::unexpected(flushed.error());
     return blocks;
   });

@@ -275,7 +275,7 @@ Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::
 }
 
 Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
-                                    std::string_view proof, const StageProgress& progress) {
+                                    const HeaderFacts& header, const StageProgress& progress) {
   const ProgramFormat& format = job.machine.format;
   const Cutter& cutter = job.plan.cutter;
   Operation op;
@@ -290,7 +290,7 @@ Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::
   if (job.spindle_rpm > 0.0) op.events.push_back({0, EventKind::kSpindle, job.spindle_rpm, ""});
   if (job.program.coolant != Coolant::kOff)
     op.events.push_back({0, EventKind::kCoolant, job.program.coolant == Coolant::kFlood ? 1.0 : 2.0, ""});
-  Posting posting{job.plan.name, job.machine, job.program, {}, std::string(proof)};
+  Posting posting{job.plan.name, job.machine, job.program, {}, header.proof, header.seconds};
   posting.operations.push_back(std::move(op));
   return write_program(posting, out, progress);
 }

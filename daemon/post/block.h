@@ -30,8 +30,8 @@ Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
 /// rounded coarser than that).
 Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
                                     const StageProgress& progress = {});
-/// With a word on the program's proof in the header.
+/// With more in the header.
 Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
-                                    std::string_view proof, const StageProgress& progress);
+                                    const HeaderFacts& header, const StageProgress& progress);
 
 }  // namespace tiltfeed

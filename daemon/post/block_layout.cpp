@@ -144,6 +144,7 @@ void Writer::header() {
   tool_comments(first);
   double seconds = 0.0;
   for (const Operation& op : posting_.operations) seconds += op.words->report.seconds;
+  seconds = posting_.seconds.value_or(seconds);
   comment("blocks " + std::to_string(layout_.blocks), "", " time " + decimal(seconds, 1) + " s");
   if (!posting_.proof.empty()) comment(posting_.proof, "", "");
   lines(table_.setup);

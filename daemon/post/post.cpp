@@ -110,6 +110,7 @@ Result<Posted> post(const AptProgram& program, const std::string& name, const Ma
                                       op.path.plunge_feed, op.path.feeds, op.events, op.length_register});
   }
   out.timing = time_blocks(all, machine.model, options.tolerance, options.axis_tolerance, corners_of(format));
+  out.posting.seconds = out.timing.seconds;
   return out;
 }
 

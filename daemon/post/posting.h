@@ -2,6 +2,7 @@
 // A whole program before it is text.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,14 @@ struct Posting {
   ProgramData data;
   std::vector<Operation> operations;
   std::string proof{};  ///< a word on the program's proof for its header; empty: none
+  /// Machining time for the header, accelerations and stops included, s; nothing: the sum of the blocks' own.
+  std::optional<double> seconds{};
+};
+
+/// What the header of a program says beyond the job's own words: as in Posting.
+struct HeaderFacts {
+  std::string proof;
+  std::optional<double> seconds;
 };
 
 }  // namespace tiltfeed

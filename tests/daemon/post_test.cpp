@@ -72,6 +72,24 @@ TEST_P(Posts, TheProgramMakesThePath) {
   }
 }
 
+TEST(Post, TheHeadersTimeHasAccelerationsAndStops) {
+  // To and fro: from rest to rest d / v + v / a each, where the feed alone would need d / v.
+  constexpr double kWay = 10.0, kFeed = 6000.0;
+  constexpr int kWays = 20;
+  std::string cls = "UNITS/MM\nCUTTER/6\nLOADTL/1,LENGTH,100\nRAPID\nGOTO/0,0,50,0,0,1\nFEDRAT/6000,MMPM\n";
+  for (int i = 1; i <= kWays; ++i) cls += i % 2 != 0 ? "GOTO/10,0,50,0,0,1\n" : "GOTO/0,0,50,0,0,1\n";
+  std::istringstream in(cls + "FINI\n");
+  const auto program = read_apt(in, "in.cls", {});
+  ASSERT_TRUE(program) << program.error().message;
+  const MachineProfile profile = machine(Dialect::kRs274, false);
+  const auto text = program_text(*program, profile, setup());
+  ASSERT_TRUE(text) << text.error().message;
+  const std::size_t at = text->find(" time ");
+  ASSERT_NE(at, text->npos);
+  const double v = kFeed / 60.0, a = profile.model.x.acceleration;
+  EXPECT_NEAR(std::stod(text->substr(at + 6)), kWays * (kWay / v + v / a), 0.11) << *text;
+}
+
 TEST(Post, EveryShippedMachineMakesThePath) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(SOURCE_DIR "/config/machines")) {

@@ -4,7 +4,7 @@ O0042 (bracket 7)
 (TILTFEED machine generic-ac)
 (TILTFEED tool length 100 mm is in the words, H3 too)
 (TILTFEED part zero 30 -10 50 mm)
-(TILTFEED blocks 19 time 5.6 s)
+(TILTFEED blocks 19 time 6.5 s)
 G21 G90 G17 G40 G80 G94 G54
 G91 G28 Z0.
 G90

@@ -2,7 +2,7 @@
 (TILTFEED machine generic-ac)
 (TILTFEED tool length 100 mm is in the words, use G49)
 (TILTFEED part zero 30 -10 50 mm)
-(TILTFEED blocks 19 time 5.6 s)
+(TILTFEED blocks 19 time 6.5 s)
 G21 G90 G17 G40 G49 G54
 G53 G0 Z0
 T3

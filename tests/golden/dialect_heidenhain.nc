@@ -3,7 +3,7 @@
 2 ; TILTFEED machine generic-ac
 3 ; TILTFEED tool length 100 mm is in the words, the table's too
 4 ; TILTFEED part zero 30 -10 50 mm
-5 ; TILTFEED blocks 19 time 5.6 s
+5 ; TILTFEED blocks 19 time 6.5 s
 6 M129
 7 PLANE RESET STAY
 8 CYCL DEF 10.0 ROTATION

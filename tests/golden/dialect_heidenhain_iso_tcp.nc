@@ -3,7 +3,7 @@ N10 ;TILTFEED part bracket 7 D6 L100*
 N20 ;TILTFEED machine generic-ac*
 N30 ;TILTFEED tool length 100 mm is planned, TCP takes the control's*
 N40 ;TILTFEED part zero 30 -10 50 mm*
-N50 ;TILTFEED blocks 14 time 5.6 s*
+N50 ;TILTFEED blocks 14 time 6.5 s*
 N60 M129*
 N70 PLANE RESET STAY*
 N80 G73 G90 H+0*
