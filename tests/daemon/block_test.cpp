@@ -249,6 +249,27 @@ TEST(Block, FeedsOfAllSizesKeepTheirDigits) {
     EXPECT_NEAR(back.blocks[i].feed * path.moves[i].seconds / 60.0, 1.0, kFeedError);
 }
 
+TEST(Block, C17FeedsPerMinuteStayWithinWhatTheControlTakes) {
+  JointPath path;
+  path.moves = {{{0, 0, 0, 0, 0}, 0.0, MoveKind::kRapid, 0},
+                {{100, 0, 0, 0, 0}, 1.2, MoveKind::kCut, 1},      // 5000 mm/min: the most
+                {{200, 0, 0, 0, 0}, 1.1999, MoveKind::kCut, 2},   // 5000.4
+                {{200, 0, 0, 0, 360}, 0.6, MoveKind::kCut, 3},    // as the rotary's measure says
+                {{300, 0, 0, 0, 360}, 12.0, MoveKind::kCut, 4}};  // 500
+  Job job = test_job();
+  ProgramFormat& format = job.machine.format;
+  format.feed_mode = FeedMode::kPerMinute;
+  format.feed_measure = FeedMeasure::kDegrees;
+  format.max_feed = 5000.0;
+  ProgramReport report;
+  std::istringstream words(program_of(path, job, &report));
+  std::vector<double> feeds;
+  for (std::string word; words >> word;)
+    if (word[0] == 'F') feeds.push_back(std::stod(word.substr(1)));
+  EXPECT_EQ(feeds, (std::vector<double>{5000.0, 500.0})) << "F is stated where it changes";
+  EXPECT_EQ(report.clamped_feeds, 2u);
+}
+
 TEST(Block, HostileNamesStayInTheirComment) {
   Job job = test_job();
   job.plan.name = "a)\nG1 X99 (\r;!~?\x18\x85 b%c \xC3\xA9 0123456789012345678901234567890123456789";

@@ -246,6 +246,31 @@ TEST(ModbusSession, ClaimsThatCannotBeTrueAreFaults) {
   EXPECT_EQ(bench.session.phase(), Phase::kFault);
 }
 
+TEST(ModbusSession, C17OneBlockMoreThanWasSentOrAcceptedIsAFault) {
+  for (const bool completed : {false, true}) {
+    Bench bench(100);
+    bench.per_turn = 0;
+    bench.open();
+    bench.turn();
+    const auto sent = static_cast<std::uint16_t>(bench.session.state().sent);
+    ASSERT_GT(sent, 0);
+    ASSERT_EQ(bench.ring.accepted, sent);
+    if (completed) bench.ring.completed = sent, bench.ring.used = 0;
+    const auto claims = [&](FakeRing& ring, const ModbusRequest& request) {
+      ModbusReply reply = ring.serve({0, request.read_address, request.read_count, {}});  // the frame is lost
+      if (request.read_address != 0x0200 || reply.words.size() < 6) return reply;
+      reply.words[3] = reply.words[4] = static_cast<std::uint16_t>(bench.session.state().sent + !completed);
+      if (completed) reply.words[5] = static_cast<std::uint16_t>(reply.words[4] + 1);
+      return reply;
+    };
+    for (int i = 0; i < 3 && bench.turn(claims); ++i) {
+    }
+    EXPECT_EQ(bench.session.phase(), Phase::kFault) << (completed ? "completed" : "accepted");
+    EXPECT_NE(bench.session.error().message.find("never sent"), std::string::npos)
+        << bench.session.error().message;
+  }
+}
+
 TEST(ModbusSession, NothingFollowsBlocksThatWereDropped) {
   // Its ring was emptied beside the host: what is taken then makes last_completed pass over what was dropped.
   Bench bench(100);

@@ -206,6 +206,19 @@ TEST(GrblSession, AnOkTooManyIsAFault) {
   EXPECT_TRUE(out.empty());
 }
 
+TEST(GrblSession, C17ALineOfWhichTheWireTookAPartMayHaveRun) {
+  for (const std::size_t taken : {0u, 1u, 4u, 5u}) {  // of "G1X1\n"
+    Bench bench(numbered(1));
+    for (int i = 0; i < 20 && is_opening(bench.session.phase()); ++i) bench.exchange();
+    bench.feed();
+    ASSERT_TRUE(bench.session.output(bench.now).starts_with("G1X1\n")) << bench.session.output(bench.now);
+    bench.session.sent(taken);
+    bench.session.link_lost({Code::kLink, "unplugged"});
+    EXPECT_EQ(bench.session.state().sent, taken > 0 ? 1u : 0u) << taken;
+    EXPECT_EQ(bench.session.state().uncertain.last, taken > 0 ? 1u : 0u) << taken;
+  }
+}
+
 TEST(GrblSession, ALostOkIsAFaultAndNeverGuessed) {
   Bench bench(numbered(2));
   bench.open();

@@ -300,5 +300,37 @@ TEST(Thinned, NeverTurnsTheAxisFurtherThanAllowed) {
   EXPECT_LT(kept.size(), 20u);
 }
 
+TEST(Thinned, C17WhatIsLeftOutLiesWithinTheShareOfItsMove) {
+  constexpr double kShare = 0.01;
+  Pass pass;
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> turn(-0.02, 0.02);
+  double heading = 0.0;
+  Point<Part> at;
+  for (int i = 0; i < 2000; ++i) {
+    EnvelopePoint p;
+    p.axis = {0, 0, 1};
+    p.centre = at;
+    p.lever = static_cast<float>(1 + i % 3);
+    pass.push_back(p);
+    heading += turn(random);
+    at = at + Vec3{0.1 * std::cos(heading), 0.0, 0.1 * std::sin(heading)};
+  }
+  const Pass kept = thinned(pass, kShare, {});
+  EXPECT_LT(kept.size(), pass.size() / 3);
+  double most = 0.0;
+  std::size_t move = 0;
+  for (const EnvelopePoint& p : pass) {
+    if (p.centre == kept[move + 1].centre && move + 2 < kept.size()) ++move;
+    const Point<Part> from = kept[move].centre, to = kept[move + 1].centre;
+    double nearest = distance(p.centre, to);
+    for (int k = 0; k < 400; ++k)
+      nearest = std::min(nearest, distance(p.centre, from + (to - from) * (k / 400.0)));
+    most = std::max(most, nearest * static_cast<double>(p.lever));
+  }
+  EXPECT_LE(most, kShare * 1.1) << "sampled to a hundredth of a move";
+  EXPECT_GT(most, kShare * 0.5) << "the share is not used";
+}
+
 }  // namespace
 }  // namespace tiltfeed
