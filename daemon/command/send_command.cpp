@@ -77,6 +77,7 @@ class Keys {
       orders.push({order, percent});
     };
     if (feed_ == 0) feed_ = state.feed_override > 0 ? state.feed_override : 100;
+    if (spindle_ == 0) spindle_ = state.spindle_override > 0 ? state.spindle_override : 100;
     switch (key) {
       case 'h':
       case '!':
@@ -105,7 +106,7 @@ class Keys {
 
   termios before_{};
   bool active_ = false;
-  int feed_ = 0, spindle_ = 100;  // percent, as asked for last
+  int feed_ = 0, spindle_ = 0;  // percent, as asked for last; 0: not yet
 };
 
 /// On a terminal one line, rewritten; elsewhere a line a phase, and one every few seconds.

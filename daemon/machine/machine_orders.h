@@ -2,6 +2,7 @@
 // What an operator does with a machine before and after a program: one table of commands, for the plain
 // command line and the service alike. Each says only what the controller proved.
 
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
@@ -14,12 +15,15 @@
 
 namespace tiltfeed {
 
+/// Whose controllers have words for a command.
+enum class LinkSet : std::uint8_t { kGrbl, kGrblAndRing, kAll };
+
 struct MachineOrder {
   const char* name;
   const char* words;   ///< what may follow it, for --help
   const char* what;    ///< for --help
   bool while_running;  ///< the service has an answer of its own while a program is on the machine
-  bool grbl_only;      ///< other links have no way to do it
+  LinkSet links;       ///< the others have no way to do it
   Result<MachineAnswer> (*act)(const MachineBench&, const std::vector<std::string>& words);
 };
 

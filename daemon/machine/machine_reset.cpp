@@ -4,18 +4,14 @@
 
 #include "daemon/machine/grbl_talk.h"
 #include "daemon/machine/machine_place.h"
+#include "daemon/machine/ring_talk.h"
 #include "daemon/machine/stop_machine.h"
-#include "daemon/wire/modbus_map.h"
 
 namespace tiltfeed {
 
 namespace {
 
-using std::chrono::milliseconds;
-
-constexpr Time kLook = milliseconds(50);
 constexpr double kUnlockTime = 5.0;  // s
-constexpr int kMostTries = 100;
 
 /// After the reset: the state of the next reports, and $X where that is an alarm.
 Result<std::string> unlock_grbl(Link& wire, Clock& clock, const std::string& done) {
@@ -39,81 +35,26 @@ Result<std::string> reset_grbl(const LinkSpec& link, Link& wire, Clock& clock) {
   return unlock_grbl(wire, clock, stopped ? *stopped : "reset");
 }
 
-/// One mailbox command at a time, each with the number after the newest that was acknowledged.
-class RingReset {
- public:
-  RingReset(const RingMap& map, Link& wire) : map_(map), wire_(wire) {}
-
-  Result<std::string> run() {
-    if (const Result<void> looked = look(); !looked) return tl::unexpected<Error>(looked.error());
-    if (status_.state == RingState::kNoSession) return "the controller has no session and stands idle";
-    const std::uint16_t session = status_.session;
-    const bool alarm = status_.state == RingState::kAlarm;
-    bool obeyed = true;
-    if (alarm) obeyed = tell(MailboxCode::kClearAlarm);
-    if (status_.state == RingState::kRunning) obeyed = tell(MailboxCode::kHold) && stands();
-    obeyed = obeyed && (status_.session == 0 || (tell(MailboxCode::kStop) && tell(MailboxCode::kClose)));
-    if (obeyed)
-      return "session " + std::to_string(session) + " is closed, its ring is empty, the position is kept" +
-             (alarm ? "; the alarm is cleared" : "");
-    if (!tell(MailboxCode::kReset))
-      return fail(Code::kLink, "the controller obeys neither 'stop' nor 'reset' (state " +
-                                   std::string(ring_state_name(status_.state)) +
-                                   "): look at the machine, stop it there");
-    return "the controller was reset: home the machine before anything else";
-  }
-
- private:
-  Result<std::optional<std::vector<std::uint16_t>>> exchange(const ModbusRequest& request) {
-    std::string in;
-    const Result<std::size_t> taken = wire_.exchange(pack_request(request), Time::zero(), in);
-    if (!taken) return tl::unexpected<Error>(taken.error());
-    const ModbusReply reply = unpack_reply(in);
-    if (reply.outcome == kReplyOk && reply.words.size() == request.read_count) return reply.words;
-    in.clear();
-    static_cast<void>(wire_.exchange({}, kLook, in));
-    return std::nullopt;
-  }
-
-  /// Errors: kLink where no status comes.
-  Result<void> look() {
-    for (int tries = 0; tries < kMostTries; ++tries) {
-      const auto words = exchange({0, map_.status, kStatusWords, {}});
-      if (!words) return tl::unexpected<Error>(words.error());
-      if (!*words) continue;
-      status_ = parse_ring_status(**words, map_.low_word_first);
-      if (!status_.torn) return {};
-    }
-    return fail(Code::kLink, "no usable status from the controller; check the cable and the unit number");
-  }
-
-  /// Repeated until its number comes back. False where it was refused or never was acknowledged.
-  bool tell(MailboxCode code) {
-    const auto seq = static_cast<std::uint16_t>(status_.command_ack + 1);
-    const auto words = encode_mailbox(status_.session, seq, code, 0, map_.low_word_first);
-    for (int tries = 0; tries < kMostTries; ++tries) {
-      if (!exchange({map_.mailbox, 0, 0, words}) || !look()) return false;
-      if (status_.command_ack == seq) return status_.command_result == 0;
-      std::string in;
-      static_cast<void>(wire_.exchange({}, kLook, in));
-    }
-    return false;
-  }
-
-  bool stands() {
-    for (int tries = 0; tries < kMostTries; ++tries) {
-      if (!look()) return false;
-      if (status_.state != RingState::kRunning) return true;
-      std::string in;
-      static_cast<void>(wire_.exchange({}, kLook, in));
-    }
-    return false;
-  }
-
-  const RingMap& map_;
-  Link& wire_;
-  RingStatus status_;
-};
+Result<std::string> reset_ring(const RingMap& map, Link& wire) {
+  RingTalk talk(map, wire);
+  if (const Result<void> looked = talk.look(); !looked) return tl::unexpected<Error>(looked.error());
+  const RingStatus before = talk.status();
+  if (before.state == RingState::kNoSession) return "the controller has no session and stands idle";
+  const bool alarm = before.state == RingState::kAlarm;
+  bool obeyed = true;
+  if (alarm) obeyed = talk.tell(MailboxCode::kClearAlarm);
+  if (talk.status().state == RingState::kRunning) obeyed = talk.tell(MailboxCode::kHold) && talk.stands();
+  obeyed = obeyed &&
+           (talk.status().session == 0 || (talk.tell(MailboxCode::kStop) && talk.tell(MailboxCode::kClose)));
+  if (obeyed)
+    return "session " + std::to_string(before.session) +
+           " is closed, its ring is empty, the position is kept" + (alarm ? "; the alarm is cleared" : "");
+  if (!talk.tell(MailboxCode::kReset))
+    return fail(Code::kLink, "the controller obeys neither 'stop' nor 'reset' (state " +
+                                 std::string(ring_state_name(talk.status().state)) +
+                                 "): look at the machine, stop it there");
+  return "the controller was reset: home the machine before anything else";
+}
 
 }  // namespace
 
@@ -152,7 +93,7 @@ Result<std::string> reset_machine(const LinkSpec& link, Link& wire, Clock& clock
     return fail(Code::kUsage,
                 "a CNC control takes no reset from the wire that feeds it; reset it at the control");
   if (link.kind == LinkKind::kGrbl) return reset_grbl(link, wire, clock);
-  if (is_ring(link.kind)) return RingReset(link.profile.ring, wire).run();
+  if (is_ring(link.kind)) return reset_ring(link.profile.ring, wire);
   return stop_machine(link, wire, clock);
 }
 

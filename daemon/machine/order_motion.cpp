@@ -276,6 +276,7 @@ Result<MachineAnswer> order_home(const MachineBench& bench, const OrderWords& wo
 
 Result<MachineAnswer> order_unlock(const MachineBench& bench, const OrderWords& words) {
   if (!words.empty()) return wrong_words("unlock", "takes no words");
+  if (is_ring(bench.link.kind)) return unlock_ring(bench);
   GrblTalk talk(bench.wire, bench.clock, bench.stopped);
   Result<GrblStatus> said = talk.report();
   if (!said) return tl::unexpected<Error>(said.error());

@@ -51,6 +51,10 @@ Result<GrblAnswer> obeyed(Result<GrblAnswer> answer, const std::string& line);
 /// Ends what moves by feed hold and reset, and says where that leads.
 Error stopped_by_operator(const MachineBench& bench, const char* what);
 
+/// Over a ring: its alarm is cleared; its feed override. Errors: kUsage, kLink.
+Result<MachineAnswer> unlock_ring(const MachineBench& bench);
+Result<MachineAnswer> override_ring(const MachineBench& bench, const OrderWords& words);
+
 /// {"X":1.0,...} of the axes that are known.
 std::string axes_json(const AxisValues& axes);
 

@@ -169,6 +169,7 @@ Result<MachineAnswer> order_console(const MachineBench& bench, const OrderWords&
 }
 
 Result<MachineAnswer> order_override(const MachineBench& bench, const OrderWords& words) {
+  if (is_ring(bench.link.kind)) return override_ring(bench, words);
   int percent = 0;
   const bool number =
       words.size() == 2 && std::from_chars(words[1].data(), words[1].data() + words[1].size(), percent).ptr ==

@@ -5,6 +5,7 @@
 
 #include "daemon/machine/machine_place.h"
 #include "daemon/machine/order_parts.h"
+#include "daemon/machine/ring_talk.h"
 #include "daemon/protocol/grbl_words.h"
 
 namespace tiltfeed {
@@ -104,6 +105,28 @@ Result<MachineAnswer> grbl_status(const MachineBench& bench) {
   return out.answer();
 }
 
+Result<void> ring_status(const MachineBench& bench, Texts& out) {
+  RingTalk talk(bench.link.profile.ring, bench.wire);
+  if (const Result<void> looked = talk.look(); !looked) return looked;
+  const RingStatus& said = talk.status();
+  std::string state = ring_state_name(said.state);
+  out.json["state"] = state;
+  if (said.session != 0) {
+    state +=
+        ", session " + std::to_string(said.session) + ", " + std::to_string(said.free_slots) + " slots free";
+    out.json["session"] = said.session;
+  }
+  if (said.alarm != 0) {
+    state += ", alarm " + std::to_string(said.alarm) + " (the number is the controller's own)";
+    out.json["alarm"] = said.alarm;
+  }
+  out.line("state", state);
+  if (said.line != 0) out.line("line", std::to_string(said.line)), out.json["line"] = said.line;
+  out.line("override", "feed " + std::to_string(said.feed_override) + " %");
+  out.json["override"] = {{"feed", said.feed_override}};
+  return {};
+}
+
 }  // namespace
 
 Result<MachineAnswer> order_status(const MachineBench& bench, const OrderWords& words) {
@@ -112,8 +135,10 @@ Result<MachineAnswer> order_status(const MachineBench& bench, const OrderWords& 
   const auto at = read_place(bench.link, bench.machine.model, bench.wire, bench.clock);
   if (!at) return tl::unexpected<Error>(at.error());
   Texts out;
+  if (is_ring(bench.link.kind))
+    if (const Result<void> told = ring_status(bench, out); !told) return tl::unexpected<Error>(told.error());
   if (!*at) {
-    out.line("program", "not known: nothing on this link tells where the axes are");
+    out.line("program", "not known: the controller does not tell where the axes are");
     return out.answer();
   }
   const MachineModel& machine = bench.machine.model;

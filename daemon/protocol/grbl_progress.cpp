@@ -62,6 +62,8 @@ SendState GrblSession::state() const {
   state.total = options_.total;
   state.machine = status_.state;
   state.feed_override = feed_.reported;
+  state.rapid_override = rapid_.reported;
+  state.spindle_override = spindle_.reported;
   state.refused = refused_;
   state.place = place().value_or(no_axes());
   if (phase_ == Phase::kHold)

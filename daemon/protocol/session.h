@@ -114,14 +114,15 @@ struct SendState {
   std::uint64_t acknowledged = 0;  ///< blocks that the controller has taken over
   std::uint64_t executed = 0;      ///< blocks that are surely executed: a lower bound
   std::uint64_t resends = 0;
-  std::string machine = {};      ///< the machine's own word for its state: Idle, Run, Hold, ...
-  std::uint64_t line = 0;        ///< program line in execution, where the controller tells; 0: unknown
-  LineRange uncertain = {};      ///< lines that may or may not have run, if everything ended now
-  Loss loss = Loss::kNone;       ///< kFault, kAlarm: what of the run is lost
-  bool provable = false;         ///< the link can continue with the next block after a loss (Modbus ring)
-  std::uint16_t session = 0;     ///< Modbus: name of the run in the controller
-  std::uint16_t boot = 0;        ///< Modbus: the controller's boot_id
-  int feed_override = 0;         ///< percent as the controller reports it; 0: unknown
+  std::string machine = {};   ///< the machine's own word for its state: Idle, Run, Hold, ...
+  std::uint64_t line = 0;     ///< program line in execution, where the controller tells; 0: unknown
+  LineRange uncertain = {};   ///< lines that may or may not have run, if everything ended now
+  Loss loss = Loss::kNone;    ///< kFault, kAlarm: what of the run is lost
+  bool provable = false;      ///< the link can continue with the next block after a loss (Modbus ring)
+  std::uint16_t session = 0;  ///< Modbus: name of the run in the controller
+  std::uint16_t boot = 0;     ///< Modbus: the controller's boot_id
+  int feed_override = 0;      ///< percent as the controller reports it; 0: unknown
+  int rapid_override = 0, spindle_override = 0;  ///< likewise
   AxisValues place = no_axes();  ///< as reported, program coordinates; not a number: not known
   std::string held = {};         ///< in a hold: who holds it, as far as that is known
   std::string refused = {};      ///< why the last operator command was not obeyed; empty: it was

@@ -58,10 +58,16 @@ ordered_json status_of(const RunView& view) {
     for (std::size_t i = 0; i < kMostAxes; ++i)
       if (!std::isnan(state.place[i])) json["program"][std::string(1, kAxisLetters[i])] = state.place[i];
   }
-  if (state.feed_override > 0) {
-    text += "\noverride feed " + std::to_string(state.feed_override) + " %";
-    json["override"]["feed"] = state.feed_override;
-  }
+  std::string overrides;
+  const auto tell = [&](const char* name, int percent) {
+    if (percent == 0) return;
+    overrides += std::string(overrides.empty() ? "" : ", ") + name + " " + std::to_string(percent) + " %";
+    json["override"][name] = percent;
+  };
+  tell("feed", state.feed_override);
+  tell("rapid", state.rapid_override);
+  tell("spindle", state.spindle_override);
+  if (!overrides.empty()) text += "\noverride " + overrides;
   return {{"text", text}, {"result", json}};
 }
 

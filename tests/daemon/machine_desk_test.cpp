@@ -137,6 +137,12 @@ TEST_F(MachineDesk, WhileAProgramRunsOnlyWhatIsSafeIsPossible) {
   EXPECT_TRUE(has(order("override", "rapid 70"), "override: "));
   ASSERT_TRUE(good(order("override", "feed 55")));
   until([&] { return order("status")["result"].value("/override/feed"_json_pointer, 0) == 55; });
+  ASSERT_TRUE(good(order("override", "rapid 25")));
+  until([&] { return order("status")["result"].value("/override/rapid"_json_pointer, 0) == 25; });
+  ASSERT_TRUE(good(order("override", "spindle 120")));
+  until([&] { return order("status")["result"].value("/override/spindle"_json_pointer, 0) == 120; });
+  EXPECT_NE(order("status").value("text", "").find("override feed 55 %, rapid 25 %, spindle 120 %"),
+            std::string::npos);
   // Without a number the job on the machine is meant.
   ASSERT_TRUE(good(job(ApiOp::kHold)));
   until([&] { return order("status")["result"]["phase"] == "hold"; });

@@ -1,6 +1,7 @@
 // The order that leads out of every state, on the simulated machines: whatever they are left in, afterwards a
 // program runs to its end.
 
+#include "daemon/machine/machine_orders.h"
 #include "daemon/machine/machine_place.h"
 
 #include <gtest/gtest.h>
@@ -170,6 +171,37 @@ TEST(MachineReset, TheRingIsLedOutOfEveryState) {
     const auto report = send_over(small, shop.link, shop.wire, shop.wire, {}, {});
     EXPECT_TRUE(report) << name << ": " << report.error().message;
   }
+}
+
+TEST(MachineOrders, TheRingsMailboxOffersUnlockAndAFeedOverride) {
+  const Folder folder("reset");
+  const std::string alarm = folder.write("alarm.nc", "G21 G90 G94\nG0 X0 Y0 Z0 A0 C0\nG1 X9999 F100\nM2\n");
+  RingShop shop;
+  MachineProfile profile;
+  profile.model = wide_machine();
+  const MachineBench bench{profile, shop.link, shop.wire, shop.wire};
+  const auto say = [&](const char* name, const std::vector<std::string>& words = {}) {
+    const auto answer = perform_order(bench, name, words);
+    return answer ? answer->text : "refused: " + answer.error().message;
+  };
+  const auto has = [](const std::string& text, const char* part) { return text.find(part) != text.npos; };
+  EXPECT_TRUE(has(say("unlock"), "no alarm"));
+  EXPECT_FALSE(send_over(alarm, shop.link, shop.wire, shop.wire, {}, {}));
+  ASSERT_EQ(shop.state(), 4);
+  EXPECT_TRUE(has(say("status"), "Alarm, session")) << say("status");
+  EXPECT_TRUE(has(say("status"), "alarm 2")) << say("status");
+  EXPECT_TRUE(has(say("status"), "program  X0 Y0 Z0 A0 C0")) << say("status");
+  EXPECT_TRUE(has(say("unlock"), "alarm 2 is cleared"));
+  EXPECT_EQ(shop.state(), 0);
+  EXPECT_TRUE(has(say("override", {"feed", "55"}), "feed override 55 %"));
+  EXPECT_EQ(shop.wire.controller.motion().feed_override(), 55);
+  EXPECT_TRUE(has(say("status"), "override feed 55 %"));
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"feed", "9"}, {"feed", "201"}, {"rapid", "50"}, {"feed"}})
+    EXPECT_TRUE(has(say("override", words), "feed override only")) << words[0];
+  EXPECT_EQ(shop.wire.controller.motion().feed_override(), 55);
+  for (const char* name : {"jog", "home", "offsets", "probe", "settings", "console", "tool"})
+    EXPECT_TRUE(has(say(name, {"X1"}), "it is done at the control; over the ring status, unlock")) << name;
 }
 
 TEST(MachineReset, RepRapEndsWithSpindleAndCoolantOff) {
