@@ -189,7 +189,8 @@ bool StraightMoves::keeps_off(PatchId patch, const EnvelopePoint& a, const Envel
 }
 
 /// (E3) Does the patch's edge or vertex keep out of a piece with a sharp lower edge on a straight move from a
-/// to b, but for the tolerance to the side or from below?
+/// to b, but for the tolerance to the side or from below? What is inside at an end, where the tool may be, is
+/// beyond the column's end or turned away: it does not count.
 bool StraightMoves::core_keeps_off(PatchId patch, const EnvelopePoint& a, const EnvelopePoint& b) const {
   const ToolPiece& piece = surface_.piece(patch);
   const Vec3 turn = cross(b.axis, a.axis);
@@ -202,14 +203,19 @@ bool StraightMoves::core_keeps_off(PatchId patch, const EnvelopePoint& a, const 
     from[i] = core.corner[i] - a.centre, to[i] = off + aside + cross(turn, aside) / towards;
     const double strays = bend * (bend * std::max(length(from[i]), length(to[i])) + 2.0 * chord) / 8.0;
     const double spare = options_.tolerance - strays;
-    if (!passes_by(piece.flat - spare, piece.above_reference + spare, a.axis, from[i], to[i])) return false;
+    const auto by = [&](Vec3 p, Vec3 q) {
+      return passes_by(piece.flat - spare, piece.above_reference + spare, a.axis, p, q);
+    };
+    if (!by(from[i], to[i]) && by(from[i], from[i]) && by(to[i], to[i])) return false;
     most = std::max(most, strays);
   }
   if (core.count < 2) return true;
   // Where the axis turns the edge does, too; of a long one then only the corners are known to keep off.
   const double spare = options_.tolerance - most - 0.5 * length((to[1] - from[1]) - (to[0] - from[0]));
-  return spare <= 0.0 || passes_by(piece.flat - spare, piece.above_reference + spare, a.axis,
-                                   {from[0], from[1], to[1], to[0]});
+  const auto by = [&](const std::array<Vec3, 2>& p, const std::array<Vec3, 2>& q) {
+    return passes_by(piece.flat - spare, piece.above_reference + spare, a.axis, {p[0], p[1], q[1], q[0]});
+  };
+  return spare <= 0.0 || by(from, to) || !by(from, from) || !by(to, to);
 }
 
 bool StraightMoves::on_move(const Sample& sample, const Sample& left, const Sample& right) const {
