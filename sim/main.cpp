@@ -19,9 +19,9 @@
 #include "pathgen/mesh/stl.h"
 #include "sim/motion/dry_run.h"
 #include "sim/parts/parts.h"
-#include "sim/path_check/verify_command.h"
+#include "sim/path_check/path_check_command.h"
 #include "sim/proof/prove_command.h"
-#include "sim/report/simulate_command.h"
+#include "sim/report/verify_command.h"
 #include "sim/wire/endpoint.h"
 
 namespace {
@@ -243,25 +243,24 @@ void add_serve_options(CLI::App& app, ServeOptions& options) {
   app.add_flag("--once", options.once, "leave after the first program, when the host is gone or silent");
 }
 
-CLI::App* add_simulate_options(CLI::App& app, SimulateOptions& options) {
-  CLI::App* const simulate =
-      app.add_subcommand("simulate", "cut the stock by a program or a trace and compare with the part");
-  simulate->add_option("JOB", options.job, "the job file")->required();
-  simulate->add_option("PROGRAM", options.program, "the program (G-code)");
-  simulate->add_option("--trace", options.trace, "what a machine executed, instead of a program");
-  simulate->add_option("--canon", options.canon, "what LinuxCNC's rs274 makes of a program, instead of it");
-  simulate->add_option(
-      "--stock", options.stock,
-      "offset:MM, box, box:MM, cylinder, cylinder:MM or an STL file; default: what the job's "
-      "rapids allow for");
-  simulate->add_option("--resolution", options.resolution, "distance of the stock's lines, mm");
-  simulate->add_option("--bundles", options.bundles, "of the stock's lines: 1, along the tool, or 3")
+CLI::App* add_verify_options(CLI::App& app, VerifyOptions& options) {
+  CLI::App* const verify =
+      app.add_subcommand("verify", "cut the stock by a program or a trace and compare with the part");
+  verify->add_option("JOB", options.job, "the job file")->required();
+  verify->add_option("PROGRAM", options.program, "the program (G-code)");
+  verify->add_option("--trace", options.trace, "what a machine executed, instead of a program");
+  verify->add_option("--canon", options.canon, "what LinuxCNC's rs274 makes of a program, instead of it");
+  verify->add_option("--stock", options.stock,
+                     "offset:MM, box, box:MM, cylinder, cylinder:MM or an STL file; default: what the job's "
+                     "rapids allow for");
+  verify->add_option("--resolution", options.resolution, "distance of the stock's lines, mm");
+  verify->add_option("--bundles", options.bundles, "of the stock's lines: 1, along the tool, or 3")
       ->check(CLI::IsMember({1, 3}))
       ->capture_default_str();
-  simulate->add_option("--out", options.out, "folder for the report: index.html, report.json, pictures");
-  simulate->add_option("--threads", options.threads, "the result is the same for any number")
+  verify->add_option("--out", options.out, "folder for the report: index.html, report.json, pictures");
+  verify->add_option("--threads", options.threads, "the result is the same for any number")
       ->check(CLI::Range(1, 256));
-  return simulate;
+  return verify;
 }
 
 CLI::App* add_prove_options(CLI::App& app, ProveOptions& options) {
@@ -294,9 +293,9 @@ int run(int argc, char** argv) {
   part->add_option("NAME", name, "tyre, pin, sphere or handle")->required();
   part->add_option("--out", out, "the STL file")->required();
 
-  VerifyFiles files;
-  CLI::App* const check =
-      app.add_subcommand("verify", "prove from an executed trace, or a program, that a job was done right");
+  PathCheckFiles files;
+  CLI::App* const check = app.add_subcommand(
+      "check-path", "prove from an executed trace, or a program, that a job was done right");
   check->add_option("JOB", files.job, "the job file")->required();
   check->add_option("--program", files.program, "the program that was sent");
   check->add_option("--canon", files.canon, "instead: what rs274 of LinuxCNC made of it");
@@ -308,8 +307,8 @@ int run(int argc, char** argv) {
                     "the planner's report: what it could not reach is marked there");
   check->add_option("--json", files.json, "write the report to this file");
 
-  SimulateOptions simulation;
-  CLI::App* const simulate = add_simulate_options(app, simulation);
+  VerifyOptions verification;
+  CLI::App* const verify = add_verify_options(app, verification);
   ProveOptions proof;
   CLI::App* const prove = add_prove_options(app, proof);
   app.require_subcommand(0, 1);
@@ -321,12 +320,12 @@ int run(int argc, char** argv) {
   }
   if (part->parsed()) return make_part(name, out);
   if (check->parsed()) {
-    const Result<bool> passed = verify_command(files);
+    const Result<bool> passed = path_check_command(files);
     if (!passed) return report(passed.error());
     return *passed ? kDone : kFailed;
   }
   if (prove->parsed()) return prove_command(proof);
-  if (simulate->parsed()) return simulate_command(simulation);
+  if (verify->parsed()) return verify_command(verification);
   return serve(options);
 }
 

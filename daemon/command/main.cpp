@@ -77,7 +77,7 @@ int run(int argc, char** argv) {
   bool check_json = false;
   check->add_flag("--json", check_json, "print one JSON object");
 
-  // Its options are those of `tiltfeed-sim simulate`, which takes them as they are.
+  // Its options are those of `tiltfeed-sim verify`, which takes them as they are.
   CLI::App* verify =
       app.add_subcommand("verify", "cut the stock by a program or a trace and compare with the part");
   verify->prefix_command()->set_help_flag();

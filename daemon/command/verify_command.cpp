@@ -13,7 +13,7 @@ Error run_verify(const std::vector<std::string>& arguments) {
   const auto beside = program_beside("tiltfeed-sim");
   if (!beside) return {Code::kIo, "verify: " + beside.error().message};
   const std::string& program = *beside;
-  std::vector<std::string> all{program, "simulate"};
+  std::vector<std::string> all{program, "verify"};
   all.insert(all.end(), arguments.begin(), arguments.end());
   std::vector<char*> words;
   for (std::string& word : all) words.push_back(word.data());

@@ -9,7 +9,7 @@
 
 namespace tiltfeed {
 
-/// Replaces this process by `tiltfeed-sim simulate ARGUMENTS...` from this program's own folder: its output
+/// Replaces this process by `tiltfeed-sim verify ARGUMENTS...` from this program's own folder: its output
 /// and exit status become ours. Returns only on an error: kIo: it is not there or does not start.
 Error run_verify(const std::vector<std::string>& arguments);
 

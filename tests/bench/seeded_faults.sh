@@ -34,7 +34,7 @@ damaged() {
 # judged WHAT JOB: a row: what is said of damaged.nc.
 judged() {
   local out=$folder/out.txt status=0 said verdict=failed
-  "$bin/tiltfeed-sim" simulate "$2" "$folder/damaged.nc" --resolution "$resolution" >"$out" 2>&1 || status=$?
+  "$bin/tiltfeed-sim" verify "$2" "$folder/damaged.nc" --resolution "$resolution" >"$out" 2>&1 || status=$?
   said=$(sed -n '2{/^  [a-z].*:/s/^ *//p}' "$out" | sed 's/; .*//')
   [[ $(head -1 "$out") == tiltfeed\ verify:* ]] && said="refused: $(sed 's/.*: the program/the program/; s/: verify it.*//; 1q' "$out")"
   case $status in 0) verdict=passed ;; 3) verdict=incomplete ;; esac

@@ -31,7 +31,9 @@ TEST(PartSize, WarnsOfAUnitThatCanHardlyBeMeant) {
     const auto warning =
         unit_warning(box(c.longest, c.longest / 2, c.longest / 4), job_with(c.diameter, c.unit_mm));
     EXPECT_EQ(warning.has_value(), *c.asks != '\0') << c.longest;
-    if (warning) EXPECT_NE(warning->find(c.asks), std::string::npos) << *warning;
+    if (warning) {
+      EXPECT_NE(warning->find(c.asks), std::string::npos) << *warning;
+    }
   }
 }
 

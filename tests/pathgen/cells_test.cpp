@@ -165,7 +165,9 @@ TEST_P(CellsTest, TellWhatCoversTheEndOfAColumn) {
   }
   const bool has_ends = field.sense == Sense::kInward || field.mode == AxisMode::kCircle;
   EXPECT_EQ(ends > 100, has_ends);
-  if (has_ends && field.mode != AxisMode::kPoint) EXPECT_GT(covered, 10u);
+  if (has_ends && field.mode != AxisMode::kPoint) {
+    EXPECT_GT(covered, 10u);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Fields, CellsTest, testing::Range(0, 28));

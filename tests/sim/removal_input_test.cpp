@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "sim/motion/forward.h"
-#include "sim/report/simulate_command.h"
+#include "sim/report/verify_command.h"
 #include "sim/solid/distance.h"
 #include "tests/shapes/plate_program.h"
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "sim/report/simulate_command.h"
+#include "sim/report/verify_command.h"
 #include "tests/shapes/plate_program.h"
 
 namespace tiltfeed::sim {
@@ -39,7 +39,7 @@ struct Said {
   bool worked = false;  ///< a folder for the report was made
 };
 
-Said verify(SimulateOptions options, bool with_report = true) {
+Said verify(VerifyOptions options, bool with_report = true) {
   Said said;
   options.job = folder() + "/job.yaml";
   if (with_report) options.out = folder() + "/report";
@@ -47,7 +47,7 @@ Said verify(SimulateOptions options, bool with_report = true) {
   std::filesystem::remove_all(folder() + "/report");
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
-  said.status = simulate_command(options);
+  said.status = verify_command(options);
   said.out = testing::internal::GetCapturedStdout();
   said.error = testing::internal::GetCapturedStderr();
   said.worked = std::filesystem::exists(folder() + "/report");
@@ -80,7 +80,7 @@ TEST_F(RemovalRefusal, WhatCannotBeReadIsSaidBeforeWhatDoesNotFit) {
                     end = "M2\n";
   const auto said = [&](const std::string& text) {
     write("bad.nc", kHead + text);
-    SimulateOptions options;
+    VerifyOptions options;
     options.program = folder() + "/bad.nc";
     const Said result = verify(options);
     EXPECT_EQ(result.status, 1) << text;
@@ -97,7 +97,7 @@ TEST_F(RemovalRefusal, WhatCannotBeReadIsSaidBeforeWhatDoesNotFit) {
 }
 
 TEST_F(RemovalRefusal, WhatIsRightIsJudged) {
-  SimulateOptions options;
+  VerifyOptions options;
   options.program = folder() + "/good.nc", options.stock = folder() + "/large.stl";
   const Said said = verify(options, false);
   EXPECT_EQ(said.error, "");
@@ -137,7 +137,7 @@ TEST_F(RemovalRefusal, ProgramsByTheWordThatIsWrong) {
   };
   for (const Case& c : cases) {
     write("bad.nc", c.program);
-    SimulateOptions options;
+    VerifyOptions options;
     options.program = folder() + "/bad.nc";
     const Said said = verify(options);
     EXPECT_EQ(said.status, 1) << c.what;
@@ -167,7 +167,7 @@ TEST_F(RemovalRefusal, StocksAndResolutions) {
       {"lines for more than there is", "box:20000", 0.01, 3, 1, "MB are free"},
   };
   for (const Case& c : cases) {
-    SimulateOptions options;
+    VerifyOptions options;
     options.program = folder() + "/good.nc", options.resolution = c.resolution, options.bundles = c.bundles;
     options.stock = c.stock[0] == '/' ? folder() + c.stock : c.stock;
     const Said said = verify(options);
@@ -181,7 +181,7 @@ TEST_F(RemovalRefusal, StocksAndResolutions) {
 TEST_F(RemovalRefusal, AResolutionWhoseProbesNeedMoreThanThereIs) {
   // The stock's lines would fit, the points on the part's surface do not.
   write_box("plate.stl", {-9000, -9000, -6}, {9000, 9000, 0});
-  SimulateOptions options;
+  VerifyOptions options;
   options.program = folder() + "/good.nc", options.resolution = 0.002;
   const Said said = verify(options);
   EXPECT_EQ(said.status, 1);
@@ -203,7 +203,7 @@ TEST_F(RemovalRefusal, CanonicalCommandsAndTraces) {
   };
   for (const Case& c : cases) {
     write("bad.txt", c.text);
-    SimulateOptions options;
+    VerifyOptions options;
     (c.trace ? options.trace : options.canon) = folder() + "/bad.txt";
     const Said said = verify(options);
     EXPECT_EQ(said.status, 1) << c.text;
@@ -213,7 +213,7 @@ TEST_F(RemovalRefusal, CanonicalCommandsAndTraces) {
 }
 
 TEST_F(RemovalRefusal, AFolderThatCannotBeMadeIsToldBeforeTheWork) {
-  SimulateOptions options;
+  VerifyOptions options;
   options.program = folder() + "/good.nc", options.out = folder() + "/good.nc/report";
   const Said said = verify(options, false);
   EXPECT_EQ(said.status, 1);
@@ -233,7 +233,7 @@ TEST_F(RemovalRefusal, CanonicalCommandsOfAnotherTool) {
                           "    5 N..... STRAIGHT_TRAVERSE(0.0, 0.0, 20.0, 0.0, 0.0, 0.0)\n"
                           "    6 N..... STRAIGHT_TRAVERSE(1.0, 0.0, 20.0, 0.0, 0.0, 0.0)\n"
                           "    7 N..... PROGRAM_END()\n");
-    SimulateOptions options;
+    VerifyOptions options;
     options.canon = folder() + "/tool.txt";
     const Said said = verify(options);
     EXPECT_EQ(said.error.find("moves with tool T5") != std::string::npos, tool == 5) << said.error;

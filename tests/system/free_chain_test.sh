@@ -42,7 +42,7 @@ wait "$sim" || die "the simulated machine reported a failure"
 verify() { # PICTURE OPTION...
   local picture=$1
   shift
-  "$bin/tiltfeed-sim" verify "$work/job.yaml" --program "$work/part.nc" --cl "$work/part.cls" --trace "$work/trace.csv" \
+  "$bin/tiltfeed-sim" check-path "$work/job.yaml" --program "$work/part.nc" --cl "$work/part.cls" --trace "$work/trace.csv" \
     --json "$work/verify.json" --picture "$picture" "$@" >"$work/verify.log" 2>&1 || die "the trace is not the job"
 }
 verify "$work/marked.png" --report "$work/plan.json"
@@ -51,7 +51,7 @@ verify "$work/plain.png"
 [[ -s $work/marked.png && -s $work/plain.png ]] || die "no picture"
 ! cmp -s "$work/marked.png" "$work/plain.png" || die "the unreached facets are not marked"
 status=0
-"$bin/tiltfeed-sim" verify "$work/job.yaml" --program "$work/part.nc" --cl "$work/part.cls" --picture "$work/bad.png" \
+"$bin/tiltfeed-sim" check-path "$work/job.yaml" --program "$work/part.nc" --cl "$work/part.cls" --picture "$work/bad.png" \
   --report "$work/part.nc" >"$work/bad.log" 2>&1 || status=$?
 ((status != 0)) || die "a program was taken for a report"
 grep -q 'not the planner' "$work/bad.log" || die "the message does not say that it is no report"

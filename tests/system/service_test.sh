@@ -34,7 +34,7 @@ simulate() { # WIRE...: a simulated machine, its trace in TRACE
 once() {
   kill -TERM "$machine"
   wait "$machine" || true
-  "$bin/tiltfeed-sim" verify "$work/job.yaml" --program "$1/program.nc" --cl "$1/path.cls" --trace "$work/trace.csv" \
+  "$bin/tiltfeed-sim" check-path "$work/job.yaml" --program "$1/program.nc" --cl "$1/path.cls" --trace "$work/trace.csv" \
     --json "$work/verify.json" >"$work/verify.log" 2>&1 || die "the executed trace is not the program"
   grep -Eq '"(missing|repeated|altered)": *[1-9]' "$work/verify.json" && die "blocks missing, repeated or altered"
   (($(grep -Ec '"(missing|repeated|altered)": *0' "$work/verify.json") == 3)) || die "the verdict is not understood"

@@ -1,7 +1,7 @@
 // sim/verify: a small job whose path, joints and contact are known in closed form passes; every kind of
 // damage to it is found, with its size and place.
 
-#include "sim/path_check/verify.h"
+#include "sim/path_check/path_check.h"
 
 #include <gtest/gtest.h>
 
@@ -80,14 +80,14 @@ std::vector<TraceRow> run_of(const std::vector<Block>& program) {
   return trace;
 }
 
-VerifyReport check(const std::vector<Move>& executed, const Mesh& part = plate(), int threads = 2) {
+PathCheckReport check(const std::vector<Move>& executed, const Mesh& part = plate(), int threads = 2) {
   const auto program = program_for(executed);
-  VerifyOptions options;
+  PathCheckOptions options;
   options.threads = threads;
   const ToolPath path = make_path();
-  auto report = verify(make_job(), part, program, path, run_of(program), options, {});
+  auto report = check_path(make_job(), part, program, path, run_of(program), options, {});
   EXPECT_TRUE(report.has_value()) << report.error().message;
-  return report ? *report : VerifyReport{};
+  return report ? *report : PathCheckReport{};
 }
 
 std::string all(const std::vector<std::string>& lines) {
@@ -97,7 +97,7 @@ std::string all(const std::vector<std::string>& lines) {
 }
 
 TEST(Verify, GoodRunPassesWithTheKnownFigures) {
-  const VerifyReport r = check(make_path().moves);
+  const PathCheckReport r = check(make_path().moves);
   EXPECT_TRUE(r.passed()) << all(r.failures);
   EXPECT_TRUE(r.program.good());
   EXPECT_EQ(r.program.blocks, 5u * 84 + 2);
@@ -133,7 +133,7 @@ TEST(Verify, GougeIsFoundWithDepthBlockAndFacet) {
   auto moves = make_path().moves;
   ASSERT_EQ(moves[40].kind, MoveKind::kCut);
   moves[40].pose.tip = moves[40].pose.tip - Vec3{0, 0, 0.05};
-  const VerifyReport r = check(moves);
+  const PathCheckReport r = check(moves);
   EXPECT_FALSE(r.passed());
   EXPECT_NEAR(r.gouge.value, 0.05, 0.002);
   EXPECT_EQ(r.gouge.place.block, 42u);  // row 1 is M3
@@ -149,7 +149,7 @@ TEST(Verify, AllowanceCountsAsPart) {
   job.plan.allowance = 0.2;
   const ToolPath path = make_path();
   const auto program = program_for(path.moves);
-  const auto r = verify(job, plate(), program, path, run_of(program), {}, {});
+  const auto r = check_path(job, plate(), program, path, run_of(program), {}, {});
   ASSERT_TRUE(r);
   EXPECT_NEAR(r->gouge.value, 0.2, 0.002);
 }
@@ -157,7 +157,7 @@ TEST(Verify, AllowanceCountsAsPart) {
 TEST(Verify, CuttingInTheAirIsFound) {
   auto moves = make_path().moves;
   moves[150].pose.tip = moves[150].pose.tip + Vec3{0, 0, 0.04};
-  const VerifyReport r = check(moves);
+  const PathCheckReport r = check(moves);
   EXPECT_NEAR(r.gap.value, 0.04, 0.002);
   // Along an axis tilted by tau the ball drops 1 / cos tau as far.
   EXPECT_NEAR(r.drop.value, 0.04 / moves[150].pose.axis.z, 0.002);
@@ -169,7 +169,7 @@ TEST(Verify, PlanInTheAirIsFound) {
   ToolPath path = make_path();
   for (Move& move : path.moves) move.pose.tip = move.pose.tip + Vec3{0, 0, 0.03};
   const auto program = program_for(path.moves);
-  const auto r = verify(make_job(), plate(), program, path, run_of(program), {}, {});
+  const auto r = check_path(make_job(), plate(), program, path, run_of(program), {}, {});
   ASSERT_TRUE(r);
   EXPECT_LT(r->tip_deviation.value, 0.002);
   EXPECT_EQ(r->air_samples, r->cut_samples);
@@ -182,7 +182,7 @@ TEST(Verify, RapidThroughThePartIsFound) {
   ASSERT_EQ(moves[83].kind, MoveKind::kRapid);  // retract left out: on to the next pass along the surface
   moves.erase(moves.begin() + 83);
   moves[83].pose.tip = moves[83].pose.tip - Vec3{0, 0, 14};
-  const VerifyReport r = check(moves);
+  const PathCheckReport r = check(moves);
   EXPECT_GT(r.rapid_overlap.value, 1.0);
   EXPECT_NE(all(r.failures).find("rapid cuts into the part"), std::string::npos) << all(r.failures);
 }
@@ -191,7 +191,7 @@ TEST(Verify, ShankAgainstAWallIsFound) {
   // The tool leans towards +x; the wall's near face is where the shank's side gets at the top.
   const Mesh part = box_mesh({{Vec3{-30, -20, -10}, Vec3{30, 20, 0}}, {Vec3{16, -30, 4}, Vec3{18, 30, 60}}});
   EXPECT_LT(check(make_path().moves).gouge.value, 0.002);
-  const VerifyReport r = check(make_path().moves, part);
+  const PathCheckReport r = check(make_path().moves, part);
   EXPECT_NEAR(r.gouge.value, kRadius, 1e-9);  // the axis itself pierces the wall
   EXPECT_GE(r.gouge.place.facet, 1012u);
 }
@@ -216,16 +216,16 @@ ToolPath bull_path() {
   return path;
 }
 
-VerifyReport check_bull(const Job& job, const Mesh& part) {
+PathCheckReport check_bull(const Job& job, const Mesh& part) {
   const ToolPath path = bull_path();
   const auto program = program_for(path.moves);
-  const auto report = verify(job, part, program, path, run_of(program), {}, {});
+  const auto report = check_path(job, part, program, path, run_of(program), {}, {});
   EXPECT_TRUE(report.has_value());
-  return report ? *report : VerifyReport{};
+  return report ? *report : PathCheckReport{};
 }
 
 TEST(Verify, JudgesWithTheTrueCutter) {
-  const VerifyReport r = check_bull(bull_job(), plate());
+  const PathCheckReport r = check_bull(bull_job(), plate());
   EXPECT_TRUE(r.passed()) << all(r.failures);
   EXPECT_LT(r.gouge.value, 0.002);
   EXPECT_LT(r.gap.value, 0.002);
@@ -251,7 +251,7 @@ TEST(Verify, ShankAndHolderCountForThemselves) {
     const double edge = at.x + radius - 1.0;
     const Mesh part = box_mesh({{Vec3{-30, -20, -10}, Vec3{30, 20, 0}},
                                 {Vec3{edge, at.y - 1, at.z - 0.5}, Vec3{edge + 40, at.y + 1, at.z + 0.5}}});
-    const VerifyReport r = check_bull(bull_job(), part);
+    const PathCheckReport r = check_bull(bull_job(), part);
     const auto deepest = [&](ToolPart tool) { return r.gouge_by[static_cast<int>(tool)].value; };
     EXPECT_LT(deepest(ToolPart::kCutter), 0.002);
     EXPECT_GT(deepest(holder ? ToolPart::kHolder : ToolPart::kShank), 0.5);
@@ -264,7 +264,7 @@ TEST(Verify, ShankAndHolderCountForThemselves) {
 
 TEST(Verify, StartInsideThePartIsFound) {
   const Mesh part = box_mesh({{Vec3{-300, -300, -300}, Vec3{300, 300, 300}}});
-  const VerifyReport r = check(make_path().moves, part);
+  const PathCheckReport r = check(make_path().moves, part);
   EXPECT_FALSE(r.passed());
   EXPECT_EQ(r.rapid_overlap.value, kRadius);
 }
@@ -273,7 +273,7 @@ TEST(Verify, SkippedPointsAreMissed) {
   auto moves = make_path().moves;
   // A whole pass left out: the tool goes from the end of the second straight to the third's end.
   moves.erase(moves.begin() + 170, moves.begin() + 250);
-  const VerifyReport r = check(moves);
+  const PathCheckReport r = check(moves);
   EXPECT_GT(r.missed_point.value, 1.0);
   EXPECT_NE(all(r.failures).find("planned point missed"), std::string::npos) << all(r.failures);
   // One point of a straight row left out is no harm: the track passes it.
@@ -289,7 +289,7 @@ TEST(Verify, WrongAxisIsFound) {
   const Point<Part> centre = pose.tip + pose.axis * kRadius;
   pose.axis = rotation_about({1, 0, 0}, kPi / 180.0) * pose.axis;
   pose.tip = centre - pose.axis * kRadius;
-  const VerifyReport r = check(moves);
+  const PathCheckReport r = check(moves);
   EXPECT_NEAR(r.axis_deviation.value, 1.0, 0.02);
   EXPECT_EQ(r.axis_deviation.place.move, 300u);
 }
@@ -354,7 +354,7 @@ TEST(ProgramCheck, TellsMissingRepeatedAndAltered) {
 TEST(Verify, JsonReadsBack) {
   auto moves = make_path().moves;
   moves[40].pose.tip = moves[40].pose.tip - Vec3{0, 0, 0.05};
-  const VerifyReport r = check(moves);
+  const PathCheckReport r = check(moves);
   const auto json = nlohmann::json::parse(to_json(r));
   EXPECT_FALSE(json["passed"].get<bool>());
   EXPECT_EQ(json["failures"].size(), r.failures.size());
@@ -366,11 +366,11 @@ TEST(Verify, JsonReadsBack) {
 TEST(Verify, NothingToVerifyIsAnError) {
   const ToolPath path = make_path();
   const auto program = program_for(path.moves);
-  EXPECT_FALSE(verify(make_job(), plate(), program, path, {}, {}, {}));
-  EXPECT_FALSE(verify(make_job(), plate(), program, ToolPath{}, run_of(program), {}, {}));
-  EXPECT_FALSE(verify(make_job(), Mesh{}, program, path, run_of(program), {}, {}));
-  const auto cancelled = verify(make_job(), plate(), program, path, run_of(program), {},
-                                [](const char*, double) { return false; });
+  EXPECT_FALSE(check_path(make_job(), plate(), program, path, {}, {}, {}));
+  EXPECT_FALSE(check_path(make_job(), plate(), program, ToolPath{}, run_of(program), {}, {}));
+  EXPECT_FALSE(check_path(make_job(), Mesh{}, program, path, run_of(program), {}, {}));
+  const auto cancelled = check_path(make_job(), plate(), program, path, run_of(program), {},
+                                    [](const char*, double) { return false; });
   EXPECT_FALSE(cancelled);
 }
 

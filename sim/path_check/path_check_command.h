@@ -1,5 +1,5 @@
 #pragma once
-// `tiltfeed-sim verify`: a program or an executed trace against the planned path and the part.
+// `tiltfeed-sim check-path`: a program or an executed trace against the planned path and the part.
 
 #include <string>
 
@@ -8,7 +8,7 @@
 namespace tiltfeed::sim {
 
 /// Paths; empty: not given.
-struct VerifyFiles {
+struct PathCheckFiles {
   std::string job, cl;
   std::string program, canon;  ///< one of them
   std::string trace;           ///< empty: what the simulated axes make of the program
@@ -17,6 +17,6 @@ struct VerifyFiles {
 };
 
 /// Prints the report; true when the job was done right. Errors: of the files; kUsage.
-Result<bool> verify_command(const VerifyFiles& files);
+Result<bool> path_check_command(const PathCheckFiles& files);
 
 }  // namespace tiltfeed::sim

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "sim/path_check/verify.h"
+#include "sim/path_check/path_check.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -25,7 +25,7 @@ Json json_of(const Extreme& e) {
 
 }  // namespace
 
-std::string to_json(const VerifyReport& r) {
+std::string to_json(const PathCheckReport& r) {
   Json json;
   json["passed"] = r.passed();
   json["failures"] = r.failures;

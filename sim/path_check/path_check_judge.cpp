@@ -1,4 +1,4 @@
-#include "sim/path_check/verify_judge.h"
+#include "sim/path_check/path_check_judge.h"
 
 #include <charconv>
 #include <cmath>
@@ -24,7 +24,7 @@ std::string text_of(const TracePlace& p) {
 
 }  // namespace
 
-void judge(VerifyReport& report) {
+void judge(PathCheckReport& report) {
   const auto limit = [&](const Extreme& e, double most, const char* unit, const std::string& what) {
     if (e.value <= most) return;
     report.failures.push_back(what + " " + (std::isinf(e.value) ? "never" : number(e.value, 4) + unit) +

@@ -1,12 +1,12 @@
 #pragma once
-// `tiltfeed-sim simulate`, which `tiltfeed verify` runs: a program or a trace against stock and part.
+// `tiltfeed-sim verify`, which `tiltfeed verify` runs: a program or a trace against stock and part.
 
 #include <optional>
 #include <string>
 
 namespace tiltfeed::sim {
 
-struct SimulateOptions {
+struct VerifyOptions {
   std::string job, program, trace, canon;  ///< the job, and one of the three
   std::string stock;                       ///< as for parse_stock; empty: the job's default
   std::optional<double> resolution;        ///< mm; absent: chosen from the tool and the part's size
@@ -16,6 +16,6 @@ struct SimulateOptions {
 };
 
 /// Prints the verdict, writes the report. The exit status: 0 passed, 1 failed or an error, 2 wrong use.
-int simulate_command(const SimulateOptions& options);
+int verify_command(const VerifyOptions& options);
 
 }  // namespace tiltfeed::sim

@@ -13,13 +13,13 @@
 #include "pathgen/mesh/mesh.h"
 #include "sim/motion/trace.h"
 #include "sim/path_check/executed.h"
+#include "sim/path_check/path_check_report.h"
 #include "sim/path_check/program_check.h"
-#include "sim/path_check/verify_report.h"
 #include "sim/solid/tool_solid.h"
 
 namespace tiltfeed::sim {
 
-struct VerifyOptions {
+struct PathCheckOptions {
   double tolerance = 0.0;       ///< for gouge, gap and tip, mm; 0: the job's
   double axis_tolerance = 0.2;  ///< degrees; twice what the post allows itself
   int samples_per_block = 5;    ///< at least; evenly spaced, the block's end included
@@ -32,11 +32,11 @@ struct VerifyOptions {
 /// `part`: the checked mesh of the job's STL. Requires: planned, its axes unit.
 /// Errors: kInput when the trace has no motion, the planned path no points or the part no facets; kCancelled
 /// when cancelled.
-Result<VerifyReport> verify(const Job& job, const Mesh& part, const std::vector<Block>& program,
-                            const ToolPath& planned, const std::vector<TraceRow>& trace,
-                            const VerifyOptions& options, const Progress& progress);
+Result<PathCheckReport> check_path(const Job& job, const Mesh& part, const std::vector<Block>& program,
+                                   const ToolPath& planned, const std::vector<TraceRow>& trace,
+                                   const PathCheckOptions& options, const Progress& progress);
 
 /// The report as JSON, keys with units, indented.
-std::string to_json(const VerifyReport& report);
+std::string to_json(const PathCheckReport& report);
 
 }  // namespace tiltfeed::sim

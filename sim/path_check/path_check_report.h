@@ -31,7 +31,7 @@ struct Extreme {
   TracePlace place;
 };
 
-struct VerifyReport {
+struct PathCheckReport {
   double tolerance = 0.0, axis_tolerance = 0.0;
   ProgramCheck program;
   // Feed moves against the planned path.

@@ -1,4 +1,4 @@
-#include "sim/report/simulate_command.h"
+#include "sim/report/verify_command.h"
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -96,7 +96,7 @@ struct Moves {
   Source kind;
   const std::string& name;
 };
-Moves moves_of(const SimulateOptions& o) {
+Moves moves_of(const VerifyOptions& o) {
   if (!o.program.empty()) return {Source::kProgram, o.program};
   if (!o.trace.empty()) return {Source::kTrace, o.trace};
   return {Source::kCanon, o.canon};
@@ -139,7 +139,7 @@ Result<ExecutedPath> read_and_execute(std::ifstream& in, const std::string& name
 }
 
 /// Reads the moves.
-Result<ExecutedPath> read_path(const SimulateOptions& options, const Job& job, ProgramHeader& header) {
+Result<ExecutedPath> read_path(const VerifyOptions& options, const Job& job, ProgramHeader& header) {
   const auto [kind, name] = moves_of(options);
   const MachineModel& machine = job.machine.model;
   std::ifstream in(name, std::ios::binary);
@@ -232,7 +232,7 @@ void print_cost(std::chrono::steady_clock::time_point begun, double read, double
 
 }  // namespace
 
-int simulate_command(const SimulateOptions& options) {
+int verify_command(const VerifyOptions& options) {
   const auto begun = std::chrono::steady_clock::now();
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, cancel_simulation);
   if (!options.program.empty() + !options.trace.empty() + !options.canon.empty() != 1)

@@ -1,4 +1,4 @@
-#include "sim/path_check/verify_command.h"
+#include "sim/path_check/path_check_command.h"
 
 #include <cstdio>
 #include <fstream>
@@ -14,7 +14,7 @@
 #include "sim/basics/write_bytes.h"
 #include "sim/gcode/canon.h"
 #include "sim/motion/dry_run.h"
-#include "sim/path_check/verify.h"
+#include "sim/path_check/path_check.h"
 #include "sim/picture/picture.h"
 
 namespace tiltfeed::sim {
@@ -29,7 +29,7 @@ auto read_file(const std::string& path, const Read& read)
   return read(in, path);
 }
 
-void print(const VerifyReport& r) {
+void print(const PathCheckReport& r) {
   const auto line = [](const char* what, const Extreme& worst, const char* unit) {
     std::printf("  %-16s %.6f %s (block %llu, line %u)\n", what, worst.value, unit,
                 static_cast<unsigned long long>(worst.place.block), worst.place.line);
@@ -62,9 +62,9 @@ Result<Mesh> read_part(const Job& job) {
   return std::move(part->mesh);
 }
 
-Result<std::vector<Block>> read_blocks(const VerifyFiles& files, const MachineModel& machine) {
+Result<std::vector<Block>> read_blocks(const PathCheckFiles& files, const MachineModel& machine) {
   if (files.program.empty() == files.canon.empty())
-    return fail(Code::kUsage, "verify: one of --program and --canon is needed; see --help");
+    return fail(Code::kUsage, "check-path: one of --program and --canon is needed; see --help");
   if (files.program.empty())
     return read_file(files.canon, [&](std::istream& in, const std::string& name) {
       return read_canon(in, name, machine);
@@ -74,7 +74,7 @@ Result<std::vector<Block>> read_blocks(const VerifyFiles& files, const MachineMo
   });
 }
 
-Result<std::vector<TraceRow>> rows_of(const VerifyFiles& files, const std::vector<Block>& program,
+Result<std::vector<TraceRow>> rows_of(const PathCheckFiles& files, const std::vector<Block>& program,
                                       const Job& job) {
   if (!files.trace.empty()) return read_file(files.trace, read_trace);
   Result<DryRun> run = dry_run(program, files.canon.empty() ? files.program : files.canon, job.machine.model,
@@ -83,7 +83,7 @@ Result<std::vector<TraceRow>> rows_of(const VerifyFiles& files, const std::vecto
   return std::move(run->rows);
 }
 
-Result<void> draw(const VerifyFiles& files, const Job& job, const Mesh& part, const ToolPath& path) {
+Result<void> draw(const PathCheckFiles& files, const Job& job, const Mesh& part, const ToolPath& path) {
   std::string report;
   if (!files.report.empty()) {
     const auto read =
@@ -102,7 +102,7 @@ Result<void> draw(const VerifyFiles& files, const Job& job, const Mesh& part, co
 
 }  // namespace
 
-Result<bool> verify_command(const VerifyFiles& files) {
+Result<bool> path_check_command(const PathCheckFiles& files) {
   const Result<Job> job = load_job(files.job);
   if (!job) return tl::unexpected(job.error());
   const auto fits =
@@ -125,7 +125,7 @@ Result<bool> verify_command(const VerifyFiles& files) {
   if (!trace) return tl::unexpected(trace.error());
 
   const auto verified =
-      verify(*job, *part, *program, *planned, *trace, {}, [](const char*, double) { return true; });
+      check_path(*job, *part, *program, *planned, *trace, {}, [](const char*, double) { return true; });
   if (!verified) return tl::unexpected(verified.error());
   print(*verified);
   if (!files.json.empty())

@@ -1,4 +1,4 @@
-#include "sim/path_check/verify.h"
+#include "sim/path_check/path_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include "sim/basics/workers.h"
 #include "sim/motion/forward.h"
 #include "sim/path_check/executed.h"
+#include "sim/path_check/path_check_judge.h"
 #include "sim/path_check/path_walk.h"
-#include "sim/path_check/verify_judge.h"
 #include "sim/solid/tool_solid.h"
 
 namespace tiltfeed::sim {
@@ -46,7 +46,7 @@ void keep_larger(Extreme& kept, const Extreme& other) {
 class Verifier {
  public:
   Verifier(const Job& job, const Mesh& part, const std::vector<Block>& program, const ToolPath& planned,
-           const std::vector<TraceRow>& trace, const VerifyOptions& options)
+           const std::vector<TraceRow>& trace, const PathCheckOptions& options)
       : job_(job),
         mesh_(part),
         planned_(planned),
@@ -76,7 +76,7 @@ class Verifier {
   }
 
   Result<void> run(const Progress& progress);
-  VerifyReport report(const std::vector<Block>& program);
+  PathCheckReport report(const std::vector<Block>& program);
 
  private:
   void sample(std::vector<Sampled>& batch) const;
@@ -95,7 +95,7 @@ class Verifier {
   const Mesh& mesh_;
   const ToolPath& planned_;
   const std::vector<TraceRow>& trace_;
-  const VerifyOptions& options_;
+  const PathCheckOptions& options_;
   PartDistance part_;
   PathWalk walk_;
   std::vector<ExecutedBlock> blocks_;
@@ -106,7 +106,7 @@ class Verifier {
   Pose at_;
   std::uint32_t move_ = 0;  ///< planned move of the last pose on the path
   std::vector<std::uint64_t> drops_ = std::vector<std::uint64_t>(kDropBins + 1, 0);
-  VerifyReport report_;
+  PathCheckReport report_;
 };
 
 TracePlace Verifier::place_of(const Sampled& block, std::size_t i) const {
@@ -253,7 +253,7 @@ void Verifier::collect_missed() {
   }
 }
 
-VerifyReport Verifier::report(const std::vector<Block>& program) {
+PathCheckReport Verifier::report(const std::vector<Block>& program) {
   report_.program = check_program(program, trace_);
   report_.seconds = trace_.back().end - trace_[blocks_.front().from].end;
   report_.peaks = axis_peaks(trace_);
@@ -268,9 +268,9 @@ VerifyReport Verifier::report(const std::vector<Block>& program) {
 
 }  // namespace
 
-Result<VerifyReport> verify(const Job& job, const Mesh& part, const std::vector<Block>& program,
-                            const ToolPath& planned, const std::vector<TraceRow>& trace,
-                            const VerifyOptions& options, const Progress& progress) {
+Result<PathCheckReport> check_path(const Job& job, const Mesh& part, const std::vector<Block>& program,
+                                   const ToolPath& planned, const std::vector<TraceRow>& trace,
+                                   const PathCheckOptions& options, const Progress& progress) {
   if (planned.moves.empty())
     return fail(Code::kInput, "verify: the planned path has no points; plan the job again");
   Verifier verifier(job, part, program, planned, trace, options);
