@@ -360,5 +360,43 @@ TEST(Drive, F20_IsStoppedWhenItsServiceDies) {
   EXPECT_EQ(wire.executed.size(), 1u);
 }
 
+TEST(DriveSession, AResumeBeforeTheStandActsAtTheStandUnlessAHoldFollows) {
+  for (const bool hold_again : {false, true}) {
+    Time now{0};
+    DriveSession session({3, DriveMap{}}, now);
+    std::uint16_t status = 0;  // bit 2: it moves
+    std::vector<std::uint16_t> written;
+    const auto turn = [&] {
+      const std::string request(session.output(now));
+      if (!request.empty()) {
+        const ModbusRequest asked = unpack_request(request);
+        if (!asked.words.empty()) written.push_back(asked.write_address);
+        session.sent(request.size());
+        session.receive(pack_reply({kReplyOk, std::vector<std::uint16_t>(asked.read_count, status)}), now);
+      }
+      now += std::chrono::milliseconds(30);
+    };
+    turn();
+    ASSERT_EQ(session.phase(), Phase::kRun);
+    NumericBlock block;
+    block.x = 10.0;
+    session.push(block);
+    turn();
+    status = 4;
+    turn();
+    session.command({Order::kHold}, now);
+    turn();  // the stop value
+    turn();  // it brakes
+    session.command({Order::kResume}, now);
+    if (hold_again) session.command({Order::kHold}, now);
+    turn();
+    ASSERT_EQ(session.phase(), Phase::kHold);
+    status = 0;
+    for (int i = 0; i < 3; ++i) turn();
+    EXPECT_EQ(session.phase(), hold_again ? Phase::kHold : Phase::kRun);
+    EXPECT_EQ(written.size(), hold_again ? 2u : 3u) << "the move again, and the stop";
+  }
+}
+
 }  // namespace
 }  // namespace tiltfeed
