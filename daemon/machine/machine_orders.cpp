@@ -70,9 +70,8 @@ Result<MachineAnswer> perform_order(const MachineBench& bench, std::string_view 
   const bool can = order->links == LinkSet::kAll || kind == LinkKind::kGrbl ||
                    (order->links == LinkSet::kGrblAndRing && is_ring(kind));
   if (!can)
-    return fail(Code::kUsage, std::string(order->name) + " needs a controller of the Grbl family; " +
-                                  describe(bench.link) +
-                                  " has no words for it, so it is done at the control; " + what_can(kind));
+    return fail(Code::kUsage, std::string(order->name) + " needs a controller of the Grbl family; over " +
+                                  describe(bench.link) + " it is done at the control; " + what_can(kind));
   return order->act(bench, words);
 }
 
