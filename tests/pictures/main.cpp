@@ -13,6 +13,7 @@ struct Picture {
 };
 constexpr Picture kPictures[] = {
     {"pathgen/surface/cl_surface.svg", tiltfeed::pictures::draw_cl_surface},
+    {"pathgen/axis/deformation.svg", tiltfeed::pictures::draw_deformation},
 };
 
 }  // namespace
