@@ -14,6 +14,7 @@ struct Picture {
 constexpr Picture kPictures[] = {
     {"pathgen/surface/cl_surface.svg", tiltfeed::pictures::draw_cl_surface},
     {"pathgen/axis/deformation.svg", tiltfeed::pictures::draw_deformation},
+    {"pathgen/envelope/envelope.svg", tiltfeed::pictures::draw_envelope},
 };
 
 }  // namespace
