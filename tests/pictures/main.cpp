@@ -15,6 +15,7 @@ constexpr Picture kPictures[] = {
     {"pathgen/surface/cl_surface.svg", tiltfeed::pictures::draw_cl_surface},
     {"pathgen/axis/deformation.svg", tiltfeed::pictures::draw_deformation},
     {"pathgen/envelope/envelope.svg", tiltfeed::pictures::draw_envelope},
+    {"pathgen/free_axis/directions.svg", tiltfeed::pictures::draw_directions},
 };
 
 }  // namespace

@@ -10,5 +10,6 @@ namespace tiltfeed::pictures {
 Result<void> draw_cl_surface(const std::string& file);
 Result<void> draw_deformation(const std::string& file);
 Result<void> draw_envelope(const std::string& file);
+Result<void> draw_directions(const std::string& file);
 
 }  // namespace tiltfeed::pictures
