@@ -17,6 +17,7 @@ constexpr Picture kPictures[] = {
     {"pathgen/envelope/envelope.svg", tiltfeed::pictures::draw_envelope},
     {"pathgen/free_axis/directions.svg", tiltfeed::pictures::draw_directions},
     {"kinematics/joints/pole_bend.svg", tiltfeed::pictures::draw_pole_bend},
+    {"daemon/protocol/window.svg", tiltfeed::pictures::draw_window},
 };
 
 }  // namespace

@@ -12,5 +12,6 @@ Result<void> draw_deformation(const std::string& file);
 Result<void> draw_envelope(const std::string& file);
 Result<void> draw_directions(const std::string& file);
 Result<void> draw_pole_bend(const std::string& file);
+Result<void> draw_window(const std::string& file);
 
 }  // namespace tiltfeed::pictures
