@@ -6,9 +6,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
+#include <set>
 
 #include "daemon/files/durable.h"
 #include "daemon/service/spool_layout.h"
@@ -119,6 +121,7 @@ Result<Spool> Spool::open(const std::string& folder) {
   if (const Result<void> kept = keep_names(folder); !kept) return tl::unexpected<Error>(kept.error());
   Spool spool(folder, std::move(*lock), std::move(table));
   if (Result<void> healed = spool.heal(); !healed) return tl::unexpected<Error>(healed.error());
+  if (Result<void> swept = spool.sweep(); !swept) return tl::unexpected<Error>(swept.error());
   return spool;
 }
 
@@ -258,14 +261,43 @@ Result<void> Spool::update(const SpooledJob& job) {
 }
 
 Result<void> Spool::remove(std::uint64_t id) {
-  std::error_code gone;
-  std::filesystem::remove_all(folder_of(id), gone);
-  if (gone) return fail(Code::kIo, folder_of(id) + ": cannot be removed: " + gone.message());
+  // The row first: what is listed has its files, whatever fails.
   Table::Statement erase;
   if (!table_->prepare(erase, "DELETE FROM jobs WHERE id = ?"))
     return tl::unexpected<Error>(table_->error(folder_));
   erase.bind(1, id);
   if (sqlite3_step(erase.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  std::error_code gone;
+  std::filesystem::remove_all(folder_of(id), gone);
+  if (gone) return fail(Code::kIo, folder_of(id) + ": is no job any more, but stays: " + gone.message());
+  return {};
+}
+
+/// Folders of jobs that were removed, and that a failure or a power loss has left. The table gives no number
+/// twice.
+Result<void> Spool::sweep() {
+  Table::Statement newest, rows;
+  // Without numbers that are given once nothing is taken for a leftover.
+  if (!table_->prepare(newest, "SELECT seq FROM sqlite_sequence WHERE name = 'jobs'") ||
+      sqlite3_step(newest.s) != SQLITE_ROW)
+    return {};
+  if (!table_->prepare(rows, "SELECT id FROM jobs")) return tl::unexpected<Error>(table_->error(folder_));
+  std::set<std::string> kept;
+  int step = 0;
+  while ((step = sqlite3_step(rows.s)) == SQLITE_ROW) kept.insert(rows.text(0));
+  if (step != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  std::error_code failed;
+  std::vector<std::filesystem::path> left;
+  for (std::filesystem::directory_iterator at(folder_ + "/jobs", failed), end; !failed && at != end;
+       at.increment(failed)) {
+    const std::string name = at->path().filename().string();
+    std::uint64_t id = 0;
+    const auto read = std::from_chars(name.data(), name.data() + name.size(), id);
+    const bool number = read.ec == std::errc() && read.ptr == name.data() + name.size();
+    if (number && id <= newest.number(0) && !kept.contains(name)) left.push_back(at->path());
+  }
+  // What cannot go today goes another time.
+  for (const auto& path : left) std::filesystem::remove_all(path, failed);
   return {};
 }
 

@@ -84,7 +84,7 @@ class Spool {
   void remember(const SpooledJob& job) { remembered_[job.id] = job; }
   /// Tries again to write what is remembered.
   void save_remembered();
-  /// With its files. Errors: kIo.
+  /// With its files; what stays of them goes when the spool is opened again. Errors: kIo.
   Result<void> remove(std::uint64_t id);
 
   /// FOLDER/jobs/ID, and files in it: job.yaml part.stl program.nc report.json block.map journal ...
@@ -95,6 +95,7 @@ class Spool {
   struct Table;
   Spool(std::string folder, StateLock lock, std::unique_ptr<Table> table);
   Result<void> heal();
+  Result<void> sweep();
   Result<std::vector<SpooledJob>> select(const std::string& which) const;
 
   std::string folder_;

@@ -56,6 +56,11 @@ void SpoolLives::look(const std::string& folder) {
     if (!seen.insert(row.name).second) complain(row.name + " is there twice");
     judge(row, *spool);
   }
+  std::set<std::string> folders;
+  for (const SpooledJob& row : *rows) folders.insert(std::to_string(row.id));
+  for (const auto& entry : std::filesystem::directory_iterator(folder + "/jobs"))
+    if (!folders.contains(entry.path().filename().string()))
+      complain(entry.path().string() + " is of no job");
   for (const auto& [name, known] : known_)
     if (known.answered && !known.leaving && !seen.contains(name)) complain(name + " was taken and is lost");
 }
@@ -66,7 +71,6 @@ void SpoolLives::judge(const SpooledJob& row, const Spool& spool) {
   if (known.gone) complain(what + " was removed and is back");
   if (!known.answered && row.state == JobState::kFailed) return;  // nobody counts on it
   if (!known.states.contains(row.state)) complain(what + " was never told to be that");
-  if (known.leaving) return;
   const auto is = [&](const char* name, const std::string& text) {
     if (whole_text(spool.file(row.id, name)) != text) complain(what + " has another " + name);
   };
