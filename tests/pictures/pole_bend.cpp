@@ -1,10 +1,10 @@
-// A path past the rotary's pole, exactly and bent: the tool axis as seen from the pole, C, tilt, C's speed.
+// Two paths past the rotary's pole, exactly and bent: the tool axis as seen from the pole, C, tilt, C's
+// speed.
 
 #include "kinematics/joints/pole_bend.h"
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "kinematics/joints/joint_path.h"
 #include "tests/pictures/pictures.h"
@@ -13,11 +13,12 @@
 namespace tiltfeed::pictures {
 namespace {
 
-constexpr double kOff = 1.0, kLeave = 2.0;  // degrees: of the pole from the path, of leave to lean
+constexpr double kLeave = 2.0;              // by which the axis may lean, degrees
+constexpr double kNear = 1.0, kFar = -3.5;  // of two paths from the pole, degrees
 constexpr double kSweep = 20.0;             // degrees of tilt to each side
 constexpr double kLength = 40.0;            // mm of the path
-constexpr const char* kExact = "stroke=\"#c2410c\" stroke-width=\"2\"";
-constexpr const char* kBent = "stroke=\"#1d4ed8\" stroke-width=\"2\"";
+constexpr const char* kExact = "stroke-width=\"2\" stroke=\"#c2410c\"";
+constexpr const char* kBent = "stroke-width=\"2\" stroke=\"#1d4ed8\"";
 
 MachineModel machine() {
   MachineModel m;
@@ -29,9 +30,9 @@ MachineModel machine() {
   return m;
 }
 
-/// The axis goes on a great circle kOff beside the pole while the tip goes straight on.
-ToolPath path() {
-  const double d = Angle::from_degrees(kOff).radians(), t = Angle::from_degrees(kSweep).radians();
+/// The axis goes on a great circle beside the pole while the tip goes straight on.
+ToolPath path(double off) {
+  const double d = Angle::from_degrees(off).radians(), t = Angle::from_degrees(kSweep).radians();
   const Vec3 nearest{0, std::sin(d), std::cos(d)}, along{1, 0, 0};
   ToolPath path;
   path.name = "picture";
@@ -99,53 +100,71 @@ Line within(const Line& line, double most) {
   return out;
 }
 
-double range(const Line& line, const std::function<double(At)>& value) {
-  const auto [low, high] =
-      std::minmax_element(line.begin(), line.end(), [&](At a, At b) { return value(a) < value(b); });
-  return value(*high) - value(*low);
+double turn_of(const Line& c) {
+  const auto [low, high] = std::minmax_element(c.begin(), c.end(), [](At a, At b) { return a.y < b.y; });
+  return high->y - low->y;
+}
+double highest(const Line& line) {
+  return std::max_element(line.begin(), line.end(), [](At a, At b) { return a.y < b.y; })->y;
+}
+
+struct Panels {
+  Plot seen, c, tilt, speed;
+};
+
+Panels panels(Svg& svg, const MachineModel& m) {
+  Panels on{even_plot({55, 100}, {-8, -6}, {8, 3}, 25.0),
+            {{540, 100}, 340, 225, {0, -120}, {kLength, 120}},
+            {{55, 405}, 400, 200, {0, -25}, {kLength, 25}},
+            {{540, 405}, 340, 200, {0, 0}, {kLength, 1200}}};
+  on.seen.grid(svg, {2, 1}, "lean of the tool axis to x, degrees", "to y, degrees");
+  on.c.grid(svg, {5, 30}, "way of the tip, mm", "C, degrees");
+  on.tilt.grid(svg, {5, 10}, "way of the tip, mm", "A (tilt), degrees");
+  on.speed.grid(svg, {5, 200}, "way of the tip, mm", "speed of C at the programmed feed, degrees/s");
+  svg.circle(on.seen.at(At{}), 4, "fill=\"#333\"");
+  svg.text({on.seen.at(At{}).x + 8, on.seen.at(At{}).y + 16}, "pole");
+  const double most = m.rotary.velocity / 60.0;
+  svg.line(on.speed.at({0, most}), on.speed.at({kLength, most}), "stroke=\"#333\"");
+  svg.text({on.speed.at({kLength, most}).x - 4, on.speed.at({0, most}).y - 6},
+           "C at its fastest: " + fixed(most, 0), "text-anchor=\"end\"");
+  return on;
+}
+
+/// The path so far off the pole, exactly and bent; its row of the legend is at `row`.
+Result<void> draw(Svg& svg, const Panels& on, double off, const std::string& dashes, double row) {
+  const MachineModel m = machine();
+  Setup setup;
+  setup.part_zero = {20, -10, 60};
+  setup.tool_length = 100;
+  const ToolPath exact = path(off);
+  const PoleBend bent = bend_at_pole(exact, m, setup, {Angle::from_degrees(kLeave), 0.001},
+                                     [](const Pose&, const Pose&) { return true; });
+  for (const bool bend : {false, true}) {
+    const ToolPath& followed = bend ? bent.path : exact;
+    const auto ways = ways_of(followed, m, setup);
+    if (!ways) return tl::unexpected(ways.error());
+    const std::string look = std::string(bend ? kBent : kExact) + dashes;
+    svg.path(on.seen.at(within(seen_from_the_pole(followed), 8)), look);
+    svg.path(on.c.at(ways->c), look);
+    svg.path(on.tilt.at(ways->tilt), look);
+    svg.path(straightened(on.speed.at(ways->speed), 0.2), look);
+    const std::string what = bend ? "bent by " + fixed(bent.report.largest.degrees(), 1) + " degrees"
+                                  : fixed(std::abs(off), 1) + " degrees off the pole";
+    legend(svg, {bend ? 480.0 : 55.0, row}, look,
+           what + ": C turns by " + fixed(turn_of(ways->c), 0) + ", up to " + fixed(highest(ways->speed), 0) +
+               " degrees/s");
+  }
+  return {};
 }
 
 }  // namespace
 
 Result<void> draw_pole_bend(const std::string& file) {
-  const MachineModel m = machine();
-  Setup setup;
-  setup.part_zero = {20, -10, 60};
-  setup.tool_length = 100;
-  const ToolPath exact = path();
-  const PoleBend bent = bend_at_pole(exact, m, setup, {Angle::from_degrees(kLeave), 0.001},
-                                     [](const Pose&, const Pose&) { return true; });
-  const auto with = ways_of(bent.path, m, setup), without = ways_of(exact, m, setup);
-  if (!with) return tl::unexpected(with.error());
-  if (!without) return tl::unexpected(without.error());
-
-  Svg svg(900, 560, "A path past the pole, followed exactly and bent");
-  const Plot seen = even_plot({55, 70}, {-8, -3}, {8, 3}, 25.0);
-  seen.grid(svg, {2, 2}, "lean of the tool axis to x, degrees", "to y, degrees");
-  svg.circle(seen.at(At{}), 4, "fill=\"#333\"");
-  svg.text({seen.at(At{}).x + 8, seen.at(At{}).y + 16}, "pole");
-  svg.path(seen.at(within(seen_from_the_pole(exact), 8)), kExact);
-  svg.path(seen.at(within(seen_from_the_pole(bent.path), 8)), kBent);
-  const Plot c{{540, 70}, 340, 150, {0, -120}, {kLength, 120}};
-  c.grid(svg, {5, 30}, "way of the tip, mm", "C, degrees");
-  svg.path(c.at(without->c), kExact), svg.path(c.at(with->c), kBent);
-  const Plot tilt{{55, 300}, 400, 200, {0, -25}, {kLength, 25}};
-  tilt.grid(svg, {5, 10}, "way of the tip, mm", "A (tilt), degrees");
-  svg.path(tilt.at(without->tilt), kExact), svg.path(tilt.at(with->tilt), kBent);
-  const Plot speed{{540, 300}, 340, 200, {0, 0}, {kLength, 1200}};
-  speed.grid(svg, {5, 200}, "way of the tip, mm", "speed of C at the programmed feed, degrees/s");
-  const double most = m.rotary.velocity / 60.0;
-  svg.line(speed.at({0, most}), speed.at({kLength, most}), "stroke=\"#333\" stroke-dasharray=\"6 3\"");
-  svg.text({speed.at({kLength, most}).x - 4, speed.at({0, most}).y - 6},
-           "C at its fastest: " + fixed(most, 0) + " degrees/s", "text-anchor=\"end\"");
-  svg.path(speed.at(without->speed), kExact), svg.path(speed.at(with->speed), kBent);
-  legend(
-      svg, {55, 24}, kExact,
-      "followed exactly: C turns by " + fixed(range(without->c, [](At p) { return p.y; }), 0) + " degrees");
-  legend(svg, {370, 24}, kBent,
-         "bent by at most " + fixed(bent.report.largest.degrees(), 1) + " of " + fixed(kLeave, 0) +
-             " degrees allowed: C turns by " + fixed(range(with->c, [](At p) { return p.y; }), 0) +
-             " degrees");
+  Svg svg(900, 660, "Two paths past the pole, followed exactly and bent");
+  const Panels on = panels(svg, machine());
+  if (auto drawn = draw(svg, on, kNear, "", 24); !drawn) return drawn;
+  if (auto drawn = draw(svg, on, kFar, " stroke-dasharray=\"6 3\"", 46); !drawn) return drawn;
+  svg.text({55, 66}, "allowed lean: " + fixed(kLeave, 0) + " degrees");
   return svg.write(file);
 }
 
