@@ -53,7 +53,7 @@ AxisFrame frame_of(Vec3 direction, Vec3 up) {
 class Indexed {
  public:
   Indexed(const CheckedMesh& part, const PlanOptions& options, const Progress& progress)
-      : part_(part), options_(options), progress_(progress), stages_(progress, plan_.report.times) {
+      : part_(part), options_(options), stages_(progress, plan_.report.times) {
     middle_ = lerp(part.bounds.min, part.bounds.max, 0.5);
     for (const Point<Part> v : part.mesh.vertices) radius_ = std::max(radius_, distance(v, middle_));
     plan_.report.facets = part.mesh.facets.size();
@@ -254,7 +254,6 @@ class Indexed {
 
   const CheckedMesh& part_;
   const PlanOptions& options_;
-  const Progress& progress_;
   Point<Part> middle_;
   double radius_ = 0.0;       ///< of the sphere about the middle that holds the part, mm
   std::vector<Vec3> chosen_;  ///< in the order of machining
