@@ -14,10 +14,7 @@ int plan_command(const PlanFiles& files, const std::string& progress) {
     done = plan_program(files, {[&](const char* stage, double share) { return line.show(stage, share); },
                                 [&](const std::string& text) { line.note(text); }});
   }
-  if (!done) {
-    std::cerr << "tiltfeed: " << done.error().message << "\n";
-    return done.error().code == Code::kUsage ? kExitWrongUse : kExitFailed;
-  }
+  if (!done) return complain(done.error());
   const bool taken = files.program == "-" || files.cl == "-" || files.report == "-" || files.map == "-";
   (taken ? std::cerr : std::cout) << *done;
   return kExitDone;
