@@ -201,7 +201,7 @@ bool AptReader::flows(const AptRecord& r) {
   } else if (r.word == "OPSTOP") {
     event(EventKind::kOptionalStop, 0.0);
   } else if (r.word == "PPRINT") {
-    if (!r.text.starts_with("TILTFEED")) event(EventKind::kRemark, 0.0, r.text);
+    if (options_.own_remarks || !r.text.starts_with("TILTFEED")) event(EventKind::kRemark, 0.0, r.text);
   } else if (r.word == "PARTNO") {
     program_.name = r.text;
   } else if (r.word == "FINI" || r.word == "END") {

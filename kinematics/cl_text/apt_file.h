@@ -30,4 +30,7 @@ Result<AptProgram> read_apt(std::istream& in, const std::string& name, const Apt
 /// excepted.
 void write_apt(const AptProgram& program, std::ostream& out);
 
+/// "RAPID" where it is one, and "GOTO/x,y,z,i,j,k", to those decimals.
+void append_move(std::string& text, const Move& move);
+
 }  // namespace tiltfeed

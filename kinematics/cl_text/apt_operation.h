@@ -32,6 +32,7 @@ struct AptOptions {
   double feed = 0.0;            ///< of feed moves before any FEDRAT/, mm/min; 0: such a move is an error
   double chord_error = 0.0025;  ///< most that a chord may be off its arc, mm
   std::vector<std::string> ignored = {};  ///< words that are left out; no motion word is
+  bool own_remarks = false;               ///< PPRINT TILTFEED ... become events, too
 };
 
 }  // namespace tiltfeed

@@ -35,9 +35,13 @@ std::string_view text_word(std::string_view text) {
 
 std::optional<double> apt_number(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0.0;
+  const char* const behind = text.data() + text.size();
+  if (const auto read = std::from_chars(text.data(), behind, value);
+      read.ptr == behind && read.ec == std::errc{} && std::isfinite(value))
+    return value;
   std::string plain(text);
   std::replace(plain.begin(), plain.end(), 'D', 'E');
-  double value = 0.0;
   const auto [end, error] = std::from_chars(plain.data(), plain.data() + plain.size(), value);
   if (end != plain.data() + plain.size() || error == std::errc::invalid_argument) return std::nullopt;
   if (error != std::errc{} || !std::isfinite(value)) return std::numeric_limits<double>::quiet_NaN();
@@ -51,11 +55,12 @@ bool AptRecord::has(std::string_view name) const {
 AptVerdict AptRecord::numbers(std::span<double> values, std::size_t& count) const {
   count = 0;
   for (const std::string& one : words) {
-    const std::string number = word + "/: number " + std::to_string(count + 1);
-    if (one.empty()) return mistake(number + " is missing", places[count]);
     const auto value = apt_number(one);
-    if (!value || !std::isfinite(*value))
+    if (!value || !std::isfinite(*value)) {
+      const std::string number = word + "/: number " + std::to_string(count + 1);
+      if (one.empty()) return mistake(number + " is missing", places[count]);
       return mistake(number + ", \"" + one + "\", is no number; write it as decimal", places[count]);
+    }
     if (count == values.size())
       return mistake(word + "/ has more than " + std::to_string(count) + " numbers", places[count]);
     values[count++] = *value;
@@ -92,23 +97,25 @@ AptPlace AptRecords::place_of(std::size_t offset) const {
 
 /// `text_` into its word and what is behind the slash.
 void AptRecords::split(AptRecord& record) const {
-  std::string* out = &record.word;
-  bool begun = false;
-  const auto open = [&](std::size_t offset) {
-    out = &record.words.emplace_back();
-    record.places.push_back(place_of(offset));
-    begun = false;
+  const auto take = [&](std::string_view piece, std::string& out) {
+    out.resize(piece.size());
+    char* to = out.data();
+    for (const char c : piece)
+      if (!blank(c)) *to++ = upper(c);
+    out.resize(static_cast<std::size_t>(to - out.data()));
   };
-  for (std::size_t i = 0; i < text_.size(); ++i) {
-    const char c = text_[i];
-    if (blank(c)) continue;
-    if (out == &record.word ? c == '/' : c == ',') {
-      open(i);
-      continue;
-    }
-    if (!begun && out != &record.word) record.places.back() = place_of(i);
-    begun = true;
-    *out += upper(c);
+  const std::string_view text = text_;
+  std::size_t at = std::min(text.find('/'), text.size());
+  take(text.substr(0, at), record.word);
+  while (at < text.size()) {
+    const std::size_t end = std::min(text.find(',', at + 1), text.size());
+    const std::string_view piece = text.substr(at + 1, end - at - 1);
+    const auto first = std::find_if_not(piece.begin(), piece.end(), blank);
+    // A word that is missing stands where its slash or comma does.
+    record.places.push_back(
+        place_of(first == piece.end() ? at : static_cast<std::size_t>(first - text.begin())));
+    take(piece, record.words.emplace_back());
+    at = end;
   }
 }
 

@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <ostream>
 #include <string>
@@ -46,15 +47,23 @@ void write_event(const PathEvent& event, std::string& text) {
   }
 }
 
-void write_move(const Move& move, std::string& text) {
-  if (move.kind == MoveKind::kRapid) text += "RAPID\n";
-  text += "GOTO/" + decimal(move.pose.tip.x, kTipDecimals) + "," + decimal(move.pose.tip.y, kTipDecimals) +
-          "," + decimal(move.pose.tip.z, kTipDecimals) + "," + decimal(move.pose.axis.x, kAxisDecimals) +
-          "," + decimal(move.pose.axis.y, kAxisDecimals) + "," + decimal(move.pose.axis.z, kAxisDecimals) +
-          "\n";
-}
-
 }  // namespace
+
+void append_move(std::string& text, const Move& move) {
+  if (move.kind == MoveKind::kRapid) text += "RAPID\n";
+  text += "GOTO/";
+  std::array<char, kDecimalSpace + 1> digits;
+  const auto add = [&](double value, int decimals, char behind) {
+    char* end = write_decimal(digits.data(), value, decimals);
+    *end++ = behind;
+    text.append(digits.data(), end);
+  };
+  for (const double value : {move.pose.tip.x, move.pose.tip.y, move.pose.tip.z})
+    add(value, kTipDecimals, ',');
+  add(move.pose.axis.x, kAxisDecimals, ',');
+  add(move.pose.axis.y, kAxisDecimals, ',');
+  add(move.pose.axis.z, kAxisDecimals, '\n');
+}
 
 void write_apt(const AptProgram& program, std::ostream& out) {
   out << "PARTNO " << program.name << "\nUNITS/MM\nMULTAX\n";
@@ -75,7 +84,7 @@ void write_apt(const AptProgram& program, std::ostream& out) {
         feed = feed_of(path, i);
         text += "FEDRAT/" + decimal(feed.mm_per_min(), kFeedDecimals) + ",MMPM\n";
       }
-      write_move(path.moves[i], text);
+      append_move(text, path.moves[i]);
       out << text;
     }
     text.clear();

@@ -17,9 +17,9 @@ namespace tiltfeed {
 void write_cl(const ToolPath& path, std::ostream& out);
 
 /// Reads CL text that `write_cl` wrote back to the same path, to the decimals written (facets excepted: CL
-/// text has none). `$$` comments, blank lines and foreign PPRINT remarks are skipped; without our remark the
-/// first FEDRAT/ is the cutting feed and another one the plunge feed. Axes are made unit again. Errors:
-/// kInput with `name`:line and what was expected.
+/// text has none). It reads with `read_apt`, so a file of another CAM system is read, too: its first feed is
+/// the cutting feed and another one the plunge feed. Errors: those of `read_apt`; kInput with `name`:line
+/// for a third feed, a second tool, and a word that is not understood.
 Result<ToolPath> read_cl(std::istream& in, const std::string& name);
 
 }  // namespace tiltfeed

@@ -103,27 +103,31 @@ TEST(ClFile, BadInputIsNamedWithItsLine) {
   const struct {
     const char* text;
     const char* message;
-  } table[]{{"", "part.cl:0: the file ends without FINI"},
-            {"GOTO/0,0,0\n", "part.cl:1: the file ends without FINI"},
-            {"PARTNO a\nFINI\n", "part.cl:2: no GOTO/"},
-            {"GOTO/0,0,0\nFINI\nGOTO/0,0,0\n", "part.cl:3: text after FINI"},
-            {"GOTO/0,0\nFINI\n", "part.cl:1: GOTO/ wants"},
-            {"GOTO/0,0,0,1\nFINI\n", "part.cl:1: GOTO/ wants"},
-            {"GOTO/0,0,0,0,0,1,5\nFINI\n", "part.cl:1: GOTO/ wants"},
-            {"GOTO/0,0,0,0,0,1,\nFINI\n", "part.cl:1: GOTO/ wants"},
-            {"GOTO/0,0,nan\nFINI\n", "part.cl:1: GOTO/ wants"},
-            {"GOTO/0,0,1e999\nFINI\n", "part.cl:1: GOTO/ wants"},
-            {"GOTO/0;0;0\nFINI\n", "part.cl:1: GOTO/ wants"},
-            {"\nGOTO/0,0,0,0,0,2\nFINI\n", "part.cl:2: the tool axis is 2 long"},
-            {"FEDRAT/0\nFINI\n", "part.cl:1: FEDRAT/ wants"},
-            {"FEDRAT/5,IPM\nFINI\n", "part.cl:1: FEDRAT/ must be in MMPM"},
-            {"FEDRAT/5\nFEDRAT/6\nFEDRAT/7\n", "part.cl:3: a third feed, 7 mm/min"},
-            {"PPRINT TILTFEED FEEDS CUT,PLUNGE 8,2\nFEDRAT/9\n", "part.cl:2: a third feed"},
-            {"PPRINT TILTFEED FEEDS CUT,PLUNGE 8\n", "part.cl:1: the feeds remark"},
-            {"CUTTER/-1\n", "part.cl:1: CUTTER/ wants"},
-            {"LOADTL/1\n", "part.cl:1: LOADTL/ wants"},
-            {"UNITS/INCHES\n", "part.cl:1: \"UNITS/INCHES\" is none of"},
-            {"CIRCLE/1,2,3\n", "part.cl:1: \"CIRCLE/1,2,3\" is none of"}};
+  } table[]{
+      {"", "part.cl:0: the file ends without FINI"},
+      {"GOTO/0,0,0\n", "part.cl:1: the file ends without FINI"},
+      {"PARTNO a\nFINI\n", "part.cl:2: no GOTO/"},
+      {"GOTO/0,0\nFINI\n", "part.cl:1:1: GOTO/ has 2 numbers"},
+      {"GOTO/0,0,0,1\nFINI\n", "part.cl:1:1: GOTO/ has 4 numbers"},
+      {"GOTO/0,0,0,0,0,1,5\nFINI\n", "part.cl:1:1: GOTO/ has 7 numbers"},
+      {"GOTO/0,0,0,0,0,1,\nFINI\n", "part.cl:1:17: GOTO/: number 7 is missing"},
+      {"GOTO/0,0,nan\nFINI\n", "part.cl:1:10: GOTO/: number 3, \"NAN\", is no number"},
+      {"GOTO/0,0,1e999\nFINI\n", "part.cl:1:10: GOTO/: number 3, \"1E999\", is no number"},
+      {"GOTO/0;0;0\nFINI\n", "part.cl:1:6: GOTO/: number 1, \"0;0;0\", is no number"},
+      {"\nGOTO/0,0,0,0,0,2\nFINI\n", "part.cl:2:12: the tool axis (0, 0, 2) is not of length 1"},
+      {"FEDRAT/0\nFINI\n", "part.cl:1:1: FEDRAT/ wants"},
+      {"GOTO/0,0,0\nFEDRAT/5\nGOTO/0,0,1\nFEDRAT/6\nGOTO/0,0,2\nFEDRAT/7\nGOTO/0,0,3\nFINI\n",
+       "part.cl:7: a third feed, 7 mm/min"},
+      {"PPRINT TILTFEED FEEDS CUT,PLUNGE 8,2\nGOTO/0,0,0\nFEDRAT/9\nGOTO/0,0,1\nFINI\n",
+       "part.cl:4: a third feed, 9 mm/min"},
+      {"PPRINT TILTFEED FEEDS CUT,PLUNGE 8\nGOTO/0,0,0\nFINI\n", "part.cl:2: the feeds remark wants"},
+      {"PPRINT TILTFEED FEEDS CUT,PLUNGE 8,nan\nGOTO/0,0,0\nFINI\n", "part.cl:2: the feeds remark wants"},
+      {"CUTTER/-1\n", "part.cl:1:1: CUTTER/ wants"},
+      {"LOADTL/x,LENGTH,-1\n", "part.cl:1:1: LOADTL/ wants"},
+      {"LOADTL/1\nGOTO/0,0,0\nLOADTL/2\nGOTO/0,0,1\nFINI\n", "part.cl:4: a second tool"},
+      {"GOTO/0,0,0\nUNITS/INCHES\nFINI\n", "part.cl:2:1: UNITS/ stands behind the first motion"},
+      {"WOBBLE\nGOTO/0,0,0\nFINI\n", "part.cl:1: WOBBLE is not understood"},
+      {"CIRCLE/1,2,3\n", "part.cl:1:1: CIRCLE/ has 3 numbers"}};
   for (const auto& row : table) {
     const auto path = read_text(row.text);
     ASSERT_FALSE(path) << row.text;
