@@ -30,7 +30,7 @@ ProgramFile::ProgramFile(ProgramFile&& other) noexcept
       known_(other.known_),
       piece_(other.piece_),
       pieces_(std::move(other.pieces_)),
-      sum_(other.sum_) {}
+      sum_(std::move(other.sum_)) {}
 
 ProgramFile& ProgramFile::operator=(ProgramFile&& other) noexcept {
   std::swap(path_, other.path_);

@@ -3,13 +3,14 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace tiltfeed {
 
-/// One datagram to $NOTIFY_SOCKET: "READY=1", "STATUS=...", "WATCHDOG=1", "STOPPING=1". True when it was
+/// To $NOTIFY_SOCKET: "READY=1", "STATUS=...", "WATCHDOG=1", "STOPPING=1". True when it was
 /// sent.
 bool notify(const std::string& state);
-/// Microseconds within which WATCHDOG=1 is due, by $WATCHDOG_USEC; 0: nobody waits for it.
+/// Microseconds within which WATCHDOG=1 is due; 0: nobody waits for it.
 std::uint64_t watchdog_us();
 
 enum class Severity : std::uint8_t { kError = 3, kWarning = 4, kInfo = 6 };
@@ -24,7 +25,8 @@ struct LogFields {
 /// To the journal with fields TILTFEED_MACHINE, TILTFEED_JOB, TILTFEED_BLOCK, TILTFEED_USER where standard
 /// error goes there, else one line on standard error. Control characters are shown as '?'.
 void write_log(Severity severity, const std::string& message, const LogFields& fields);
-/// The journal's datagram: FIELD=value lines. Pure.
-std::string journal_datagram(Severity severity, const std::string& message, const LogFields& fields);
+/// What the journal is told, as FIELD=value. Pure.
+std::vector<std::string> journal_fields(Severity severity, const std::string& message,
+                                        const LogFields& fields);
 
 }  // namespace tiltfeed

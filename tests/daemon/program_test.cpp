@@ -16,6 +16,7 @@
 #include "daemon/post/program_rules.h"
 #include "daemon/program/words.h"
 #include "daemon/wire/link.h"
+#include "tests/texts/folder.h"
 
 namespace tiltfeed {
 namespace {
@@ -150,7 +151,7 @@ TEST(Program, ReadsWhatItHashed_AnEditInPlaceCannotReachTheWire) {
   auto program = Program::open(ended.path);
   const auto facts = program->survey();
   ASSERT_TRUE(facts);
-  EXPECT_EQ(facts->hash, *sha256_of_file(ended.path));
+  EXPECT_EQ(facts->hash, sha256(file_text(ended.path)));
 }
 
 TEST(Program, OpenErrors) {

@@ -227,15 +227,14 @@ TEST(ServiceConfig, ReadsItsExampleAndNamesWhatIsWrong) {
 
 // ---- log, black box, map -------------------------------------------------------------------------------
 
-TEST(Notify, DatagramHasTheFieldsAndNobodyCanAddOne) {
+TEST(Notify, TheJournalHasTheFieldsAndNobodyCanAddOne) {
   LogFields fields;
   fields.machine = "ac5";
   fields.job = 3;
   fields.block = 77;
-  EXPECT_EQ(
-      journal_datagram(Severity::kWarning, "a\nPRIORITY=0", fields),
-      "MESSAGE=a?PRIORITY=0\nPRIORITY=4\nSYSLOG_IDENTIFIER=tiltfeed\nTILTFEED_MACHINE=ac5\nTILTFEED_JOB=3\n"
-      "TILTFEED_BLOCK=77\n");
+  EXPECT_EQ(journal_fields(Severity::kWarning, "a\nPRIORITY=0", fields),
+            (std::vector<std::string>{"MESSAGE=a?PRIORITY=0", "PRIORITY=4", "SYSLOG_IDENTIFIER=tiltfeed",
+                                      "TILTFEED_MACHINE=ac5", "TILTFEED_JOB=3", "TILTFEED_BLOCK=77"}));
 }
 
 TEST(Notify, SendsToTheSocketOfSystemd) {

@@ -35,7 +35,7 @@ std::map<std::string, std::string> picture(const std::string& folder) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     const std::string path = entry.path().string();
     files[path] = std::to_string(entry.last_write_time().time_since_epoch().count()) +
-                  (entry.is_regular_file() ? hex(*sha256_of_file(path)) : "");
+                  (entry.is_regular_file() ? hex(sha256(file_text(path))) : "");
   }
   return files;
 }

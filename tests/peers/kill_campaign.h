@@ -21,6 +21,7 @@
 #include "tests/judges/same_block.h"
 #include "tests/peers/dying_sender.h"
 #include "tests/peers/sim_machine.h"
+#include "tests/texts/folder.h"
 
 namespace tiltfeed {
 
@@ -209,7 +210,7 @@ struct Campaign {
     std::filesystem::copy_file(job.program, other, std::filesystem::copy_options::overwrite_existing);
     std::ofstream(other, std::ios::app) << "(another)\n";
     job.program = other;
-    job.subject.program = *sha256_of_file(other);
+    job.subject.program = sha256(file_text(other));
   }
 
   void judge(const RingMachine& machine, const KillProgram& program, const Outcome& outcome, bool restarted) {

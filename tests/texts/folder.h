@@ -1,10 +1,11 @@
 #pragma once
-// A folder of a test's own.
+// A folder of a test's own, and what a file holds.
 
 #include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 
 namespace tiltfeed {
@@ -26,5 +27,11 @@ struct Folder {
   }
   const std::string path;
 };
+
+/// All of the file; nothing where there is none.
+inline std::string file_text(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
 
 }  // namespace tiltfeed
