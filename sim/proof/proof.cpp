@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "sim/proof/convex_gap.h"
+#include "sim/proof/proof_run.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -16,12 +16,8 @@ constexpr double kShortest = 0.5, kLongest = 4.0;
 constexpr std::size_t kManyFacets = 200;
 // What is deeper than told, by this share of the tolerance, is looked at more closely.
 constexpr double kLooseError = 0.05;
-// Gaps are found to within this, mm.
-constexpr double kGapError = 1e-7;
-// A core that is nearer to the part than this is in it, mm.
-constexpr double kPierced = 1e-6;
-// Of so many moves that cut too deep the depth is measured, at so many places of each.
-constexpr int kMostTold = 32, kPlaces = 16;
+// Of so many moves that cut too deep the depth is measured.
+constexpr int kMostTold = 32;
 // A move is halved at most this often.
 constexpr int kMostHalvings = 40;
 // What is far from the part is looked at with this much room, mm, and twice as much if it is farther.
@@ -76,62 +72,6 @@ class Reach {
 };
 
 }  // namespace
-
-/// Some moves in a row, one core after the other.
-class Prover::Run {
- public:
-  Run(const Prover& prover, std::span<const ProgramMove> moves);
-  Proof hold();
-
- private:
-  /// A move as the tool makes it; its begin is the end of the one before, unless it jumps.
-  struct Way {
-    Pose from, to;
-    double stray = 0.0;
-  };
-  /// Moves first..last, or a share of one. The tool is within `stray` of the hull of where it is at both
-  /// ends.
-  struct Node {
-    std::size_t first = 0, last = 0;
-    double begin = 0.0, end = 1.0;
-    Pose from, to;
-    double stray = 0.0;
-    int halvings = 0;
-    std::array<Vec3, 4>
-        ends{};  ///< of the core's axis: low and high where it begins, low and high where it ends
-  };
-
-  Node with_ends(Node node) const;
-  Node node(std::size_t first, std::size_t last) const;
-  Node part_of(const Node& whole, double begin, double end) const;
-  bool halves(const Node& whole, Node& left, Node& right) const;
-  double length_of(const Node& node) const;
-  double slack(const Node& node) const;
-  double enough(const Node& node) const {
-    return std::max(kPierced, core_->rounding - level_) * core_->sharpness + node.stray;
-  }
-  Vec3 furthest(const Node& node, Vec3 u) const;
-  bool far(const Node& node) const;
-  void gather(const Node& node);
-  void hold(const Node& node);
-  void hold(const Node& node, std::size_t begin, std::size_t end);
-  bool clear(const Node& node, double nearest, const Triangle& facet, double& width);
-  void tell(const Node& node, double depth, const Triangle& facet);
-
-  const Prover& prover_;
-  std::span<const ProgramMove> moves_;
-  std::vector<Way> ways_;
-  const ToolCore* core_ = nullptr;
-  double level_ = 0.0;                   ///< less deep is not looked for, mm
-  Vec3 along_;                           ///< the last direction that told tool and part apart
-  std::vector<const Triangle*> facets_;  ///< a stack: of each node those that its whole has left
-  Pose far_from_;                        ///< there the core has room_ more than it needs
-  double room_ = -1.0, ask_room_ = 0.0;
-  int clear_looks_ = 0;  ///< in a row
-  int told_ = 0;         ///< moves that cut too deep, and the last of them
-  std::size_t told_move_ = 0;
-  Proof proof_;
-};
 
 Prover::Run::Run(const Prover& prover, std::span<const ProgramMove> moves) : prover_(prover), moves_(moves) {
   ways_.reserve(moves.size());
@@ -227,27 +167,6 @@ bool Prover::Run::halves(const Node& whole, Node& left, Node& right) const {
   return true;
 }
 
-/// A plane, or else the distance of core and facet, tells them apart. `nearest`: along along_, of the core.
-bool Prover::Run::clear(const Node& node, double nearest, const Triangle& facet, double& width) {
-  const Vec3 a = from_origin(facet.a), b = a + facet.ab, c = a + facet.ac;
-  const double need = enough(node);
-  if (nearest - std::max({dot(along_, a), dot(along_, b), dot(along_, c)}) >= need) return true;
-  const auto difference = [&](Vec3 u) {
-    const double at_a = dot(u, a), at_b = dot(u, b), at_c = dot(u, c);
-    const Vec3 corner = at_a >= at_b && at_a >= at_c ? a : at_b >= at_c ? b : c;
-    return furthest(node, -u) - corner;
-  };
-  const Vec3 middle = from_origin(lerp(along(node.from, core_->low), along(node.to, core_->low), 0.5));
-  const Vec3 from_a = middle - a;
-  Vec3 guess = dot(facet.normal, from_a) >= 0.0 ? facet.normal : -facet.normal;
-  if (guess == Vec3{}) guess = from_a == Vec3{} ? Vec3{0, 0, 1} : normalized(from_a);
-  const Gap gap = gap_between(difference, guess, need, kGapError);
-  width = gap.width;
-  if (gap.width < need) return false;
-  along_ = gap.along;
-  return true;
-}
-
 /// The tool has not come further from where it was than it had room.
 bool Prover::Run::far(const Node& node) const {
   if (room_ <= 0.0) return false;
@@ -313,48 +232,38 @@ void Prover::Run::hold(const Node& node) {
 void Prover::Run::hold(const Node& node, std::size_t begin, std::size_t end) {
   if (node.first == node.last && told_ > 0 && told_move_ == node.first) return;
   double nearest = dot(along_, furthest(node, -along_)), narrowest = kInfinity;
+  const Triangle* worst = nullptr;
   Vec3 before = along_;
   for (std::size_t i = begin; i < end; ++i) {
     double width = 0.0;
     const Triangle* const facet = facets_[i];
     if (along_ != before) before = along_, nearest = dot(along_, furthest(node, -along_));
     if (clear(node, nearest, *facet, width)) continue;
-    narrowest = std::min(narrowest, width);
+    if (width < narrowest) narrowest = width, worst = facet;
     facets_.push_back(facet);
   }
-  if (facets_.size() > end) {
+  if (worst != nullptr) {
     const double depth = core_->rounding - std::max(0.0, narrowest - node.stray) / core_->sharpness;
     const double fine = (depth > prover_.tolerance_ ? kProofError : kLooseError) * prover_.tolerance_;
+    const bool tells = depth > std::min(level_, core_->rounding - 2.0 * kPierced);
+    bool whole = node.first == node.last && slack(node) <= fine;
+    double share = 0.5 * (node.begin + node.end);
+    if (whole && tells) {
+      double width = kInfinity;
+      const double enough = narrowest + fine * core_->sharpness;
+      share = nearest_share(node, *worst, enough, fine, width);
+      whole = width <= enough;
+    }
     Node left, right;
-    const bool whole = node.first == node.last && slack(node) <= fine;
     if (!whole && halves(node, left, right)) {
       const std::size_t left_end = facets_.size();
       hold(left, end, left_end);
       hold(right, end, left_end);
-    } else if (depth > std::min(level_, core_->rounding - 2.0 * kPierced)) {
-      tell(node, depth, *facets_[end]);
+    } else if (tells) {
+      tell(node, share, depth, *worst);
     }
   }
   facets_.resize(end);
-}
-
-/// How deep the tool is in the part at the node, and at places of the whole of its move.
-void Prover::Run::tell(const Node& node, double depth, const Triangle& facet) {
-  level_ = std::max(level_, depth);
-  if (depth <= prover_.tolerance_ * (1.0 + kProofError)) return;
-  ++told_, told_move_ = node.first;
-  const ProgramMove& move = moves_[node.first];
-  for (int i = -1; i <= kPlaces; ++i) {
-    const double share = i < 0 ? 0.5 * (node.begin + node.end) : static_cast<double>(i) / kPlaces;
-    const Pose pose = prover_.frames_.pose(move, share);
-    const Hit hit = prover_.solid_.clearance(prover_.surface_, pose, core_->part, 0.0, facet.facet);
-    const double deep = std::max(i < 0 ? depth : 0.0, hit.facet == kNoFacet ? 0.0 : -hit.value);
-    if (proof_.deepest && proof_.deepest->depth >= deep) continue;
-    const std::uint32_t where = hit.facet == kNoFacet ? facet.facet : hit.facet;
-    level_ = std::max(level_, deep);
-    proof_.deepest = ProvenGouge{
-        core_->part, deep, move.rapid, move.line, move.block, pose, prover_.part_.mesh.source[where]};
-  }
 }
 
 Proof Prover::Run::hold() {

@@ -238,6 +238,71 @@ TEST(Prover, FindsTheDeepestPlaceOfRandomMoves) {
   EXPECT_GT(tolerated, 2);
 }
 
+/// Where a cone turns, the hull of both ends holds more than the cone on its way: here it turns about its
+/// middle, where a corner of a facet stands beside it.
+TEST(Prover, ATurningConeIsNotToldDeeperThanItIs) {
+  std::mt19937_64 random(7);
+  Job job = make_job();
+  Cutter& cutter = job.plan.cutter;
+  cutter.type = CutterType::kTaperBall, cutter.taper = Angle::from_degrees(8), cutter.cutting_length = 40;
+  job.plan.tolerance = 0.004;
+  const ToolSolid solid(cutter, {});
+  const MoveFrames frames(job.machine.model, job.setup);
+  const double lean = cutter.taper.radians(), middle = 20.0;
+  int near = 0;
+  for (int round = 0; round < 100; ++round) {
+    const Joints at = random_words(random, {0, 0, 0, 30, 20}, 0, 20);
+    const auto about_middle = [&](double turned) {
+      const Pose pose = frames.pose(Joints{0, 0, 0, at.a + turned, at.c}, true);
+      const Point<Part> tip = pose.tip - pose.axis * middle;
+      return Joints{tip.x, tip.y, tip.z, at.a + turned, at.c};
+    };
+    const ProgramMove move{about_middle(-0.05), about_middle(0.05), false, true, 1, 1};
+    const Pose there = frames.pose(move, 0.5);
+    const Vec3 radial = normalized(cross(there.axis, random_unit(random)));
+    const Vec3 out = radial * std::cos(lean) - there.axis * std::sin(lean);
+    const double up = middle - kRadius;  // over the ball's centre
+    const Point<Part> corner = there.tip + there.axis * middle +
+                               radial * (kRadius / std::cos(lean) + up * std::tan(lean)) +
+                               out * random_in(random, -0.001, 0.01);
+    CheckedMesh part =
+        checked(mesh_of({{corner, corner + out * 5.0, corner + out * 5.0 + random_unit(random)}}));
+    part.mesh.source = {0};
+    const Prover prover(part, job);
+    const Proof proof = prover.hold({&move, 1});
+    const double seen = looked_at(prover, PartDistance(part.mesh), solid, {move}, 40);
+    if (seen > job.plan.tolerance) continue;
+    ++near;
+    EXPECT_FALSE(proof.deepest) << round << " " << seen << " " << proof.gouge;
+    EXPECT_LE(proof.gouge, seen + 0.45 * job.plan.tolerance) << round;
+  }
+  EXPECT_GT(near, 50);
+}
+
+/// The tool passes a facet in the middle of a move that is much longer than the part.
+TEST(Prover, APlaceOnALongMoveIsToldWhereTheToolIs) {
+  for (const Cutter& cutter : cutters()) {
+    Job job = make_job();
+    job.plan.cutter = cutter;
+    job.plan.tolerance = 0.02;
+    ProgramMove move;
+    move.from = {0, 0, -1733, 0, 0}, move.to = {0, 0, 4000, 0, 0}, move.tcp = true;
+    CheckedMesh part = checked(mesh_of({{Point<Part>{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}}}));
+    part.mesh.source = {0};
+    const Prover prover(part, job);
+    const Proof proof = prover.hold({&move, 1});
+    ASSERT_TRUE(proof.deepest);
+    const ToolSolid solid(cutter, {});
+    double there = 0.0;
+    for (const ToolPart tool : kToolParts)
+      if (const Hit hit = solid.clearance(PartDistance(part.mesh), proof.deepest->pose, tool);
+          hit.facet != kNoFacet)
+        there = std::max(there, -hit.value);
+    EXPECT_NEAR(there, proof.deepest->depth, 0.01 * proof.deepest->depth);
+    EXPECT_GT(there, 1.0);
+  }
+}
+
 /// The words of the plate's program as moves.
 std::vector<ProgramMove> plate_moves(const Shop& shop) {
   std::vector<ProgramMove> moves;
