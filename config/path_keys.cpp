@@ -131,6 +131,11 @@ Angle read_axis_tolerance(const Section& root, const PlanOptions& plan) {
         "axis_tolerance_deg",
         "a cutter that leans touches elsewhere unless it ends in a ball; expected 0, or the cutter "
         "type ball or taper_ball");
+  if (plan.radial_stock > 0.0 || plan.axial_stock > 0.0)
+    points.complain(
+        "axis_tolerance_deg",
+        "the stock of stock.radial_mm and stock.axial_mm lies along and square to the tool axis, and "
+        "a tool that leans cuts into it; expected 0, or the stock as allowance_mm");
   return Angle::from_degrees(degrees);
 }
 

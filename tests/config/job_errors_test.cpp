@@ -57,6 +57,8 @@ const std::vector<BadText> kBadTexts = {
      "expected the keys cut_mm_per_min, plunge_mm_per_min, spindle_rpm, found nothing"},
     {"{along: y, direction: one_way, side_step_mm: 0.5}", "[1]", "10:10", "found a list of 1"},
     {"tolerance_mm: 0.02", "tolerance_mm:", "11:1", "expected a number of mm, found nothing"},
+    {"tolerance_mm: 0.02", "tolerance_mm: 0.02\nstock: {axial_mm: 0.1}\npoints: {axis_tolerance_deg: 2}",
+     "13:30", "a tool that leans cuts into it"},
     {"tolerance_mm: 0.02", "tolerance_mm: ~", "11:1", "expected a number of mm, found nothing"},
     {"tolerance_mm: 0.02", "tolerance_mm: [0.02]", "11:15", "found a list of 1"},
     {"tolerance_mm: 0.02", "tolerance_mm: {a: 1}", "11:15", "found a map"},
