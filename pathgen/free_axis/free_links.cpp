@@ -5,9 +5,8 @@
 #include <numbers>
 #include <optional>
 
-#include "kinematics/basics/tolerance_budget.h"
-#include "kinematics/joints/joint_path.h"
 #include "pathgen/free_axis/surface_joins.h"
+#include "pathgen/linking/far_side.h"
 #include "pathgen/linking/linking.h"
 #include "pathgen/linking/nearest_ends.h"
 
@@ -23,12 +22,6 @@ constexpr double kSphereSpare = 1.0005;
 constexpr double kOutwards = -1e-6;
 /// A short way is tried where it is not longer than so many clearances, and turns by at most this (rad).
 constexpr double kShortWay = 6.0, kShortTurn = 1.0;
-
-/// How far any point of the tool may be from where a rapid says that it is, mm: the axes may move tip and
-/// axis off the way, and it is looked at in steps.
-double stray_of_rapids(double tolerance) {
-  return 2.0 * kRapidToleranceFactor * ToleranceBudget(tolerance).joints() + tolerance;
-}
 
 PlanOptions grown(PlanOptions options, double by) {
   options.allowance += by;

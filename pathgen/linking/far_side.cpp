@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "kinematics/basics/tolerance_budget.h"
+#include "kinematics/joints/joint_moves.h"
 #include "pathgen/envelope/thinning.h"
 #include "pathgen/tool/tool_pieces.h"
 
@@ -18,7 +20,16 @@ constexpr int kStepsPerCone = 8;
 /// Cosine between a tool and the axis of the column that its reference is in; less: that column is another's.
 constexpr double kOwnColumn = 1.0 - 1e-9;
 
+PlanOptions grown(PlanOptions options, double by) {
+  options.allowance += by;
+  return options;
+}
+
 }  // namespace
+
+double stray_of_rapids(double tolerance) {
+  return 2.0 * kRapidToleranceFactor * ToleranceBudget(tolerance).joints() + tolerance;
+}
 
 FarSide::FarSide(const Mesh& mesh, const Deformation& deformation, const PlanOptions& options,
                  double clearance_z)
@@ -26,13 +37,20 @@ FarSide::FarSide(const Mesh& mesh, const Deformation& deformation, const PlanOpt
       map_(deformation),
       clearance_z_(clearance_z),
       reference_height_(reference_height(options.cutter)),
-      thinnest_(options.cutter.radius()) {
+      // A cylinder of radius r that steps by s leaves s^2 / (8 r) of a corner.
+      step_(std::sqrt(8.0 * options.cutter.radius() * ToleranceBudget(options.tolerance).corner())) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   low_ = {kFar, kFar, kFar}, high_ = {-kFar, -kFar, -kFar};
   for (Point<Part> v : mesh.vertices) {
     low_ = {std::min(low_.x, v.x), std::min(low_.y, v.y), std::min(low_.z, v.z)};
     high_ = {std::max(high_.x, v.x), std::max(high_.y, v.y), std::max(high_.z, v.z)};
   }
+  tool_ = tool_of(options);
+  strayed_ = tool_of(grown(options, stray_of_rapids(options.tolerance)));
+}
+
+FarSide::Tool FarSide::tool_of(const PlanOptions& options) {
+  Tool tool;
   for (const ToolPiece& piece : all_pieces(options)) {
     if (piece.part == ToolPart::kHolder && options.holder.reaction == Reaction::kReport) continue;
     if (piece.part == ToolPart::kShank && options.shank.reaction == Reaction::kReport) continue;
@@ -46,10 +64,11 @@ FarSide::FarSide(const Mesh& mesh, const Deformation& deformation, const PlanOpt
         radius = std::min(radius, piece.flat + piece.corner * piece.taper_cos +
                                       (high - start + piece.corner) * piece.taper_sin / piece.taper_cos);
       // The first starts at the reference itself, where the way is known to be free.
-      tool_.push_back({tool_.empty() ? 0.0 : low, high, radius, nullptr});
+      tool.push_back({tool.empty() ? 0.0 : low, high, radius, nullptr});
     }
     reach_ = std::max(reach_, end);
   }
+  return tool;
 }
 
 /// Does a ball of the radius on the way between two points stay outside of the box round the part?
@@ -70,9 +89,9 @@ bool FarSide::beyond_part(Point<Part> from, Point<Part> to, double radius) const
 }
 
 /// Does the tool, its reference going `travel` up from where it is, hit something further up than `column`?
-bool FarSide::blocked(Point<Part> reference, Vec3 axis, double column, double travel) {
+bool FarSide::blocked(Tool& tool, Point<Part> reference, Vec3 axis, double column, double travel) const {
   if (column >= reach_ + travel) return false;
-  return std::any_of(tool_.begin(), tool_.end(), [&](Cylinder& c) {
+  return std::any_of(tool.begin(), tool.end(), [&](Cylinder& c) {
     if (column >= c.to + travel) return false;
     // What is further down the column is clear.
     if (beyond_part(reference + axis * std::max(c.from, column - c.radius),
@@ -105,7 +124,7 @@ std::uint64_t FarSide::trim(std::vector<std::vector<Pass>>& lines, const ReportS
       continue;
     }
     count += leave_out(lines[i], [&](const EnvelopePoint& p) {
-      return watch.next() && blocked(p.centre, p.axis, map_.column_length(p.flat), travel(p));
+      return watch.next() && blocked(tool_, p.centre, p.axis, map_.column_length(p.flat), travel(p));
     });
   }
   return count;
@@ -119,28 +138,28 @@ bool FarSide::is_astray(const Pose& pose) const {
 }
 
 /// All of the tool, of whose place nothing is known.
-bool FarSide::stands_in_part(const Pose& pose) {
-  return std::any_of(tool_.begin(), tool_.end(), [&](Cylinder& c) {
+bool FarSide::stands_in_part(Tool& tool, const Pose& pose) const {
+  return std::any_of(tool.begin(), tool.end(), [&](Cylinder& c) {
     if (!c.clearance) c.clearance = std::make_unique<Clearance>(mesh_, c.radius);
     const Point<Part> start = reference_of(pose) + pose.axis * c.from;
     return c.clearance->touches(start) || c.clearance->blocked(start, pose.axis, c.to - c.from);
   });
 }
 
-bool FarSide::travel_clear(const Pose& from, const Pose& to) {
+bool FarSide::is_clear(Tool& tool, const Pose& from, const Pose& to) const {
   const auto column_of = [&](const Pose& pose) {
     return map_.column_length(map_.flatten(reference_of(pose)));
   };
   // The clearance surface of a circle runs on past the axis of Theta, into columns that it does not clear.
   const bool strays = is_astray(from) || is_astray(to);
   if (!strays && column_of(from) >= reach_ && column_of(to) >= reach_) return true;
-  // No point of the tool's axis moves more than a quarter of its radius between two checks.
   const double way = std::max(distance(from.tip, to.tip),
                               distance(from.tip + from.axis * reach_, to.tip + to.axis * reach_));
-  const double steps = std::max(1.0, std::ceil(4.0 * way / thinnest_));
+  const double steps = std::max(1.0, std::ceil(way / step_));
   for (double k = 1.0; k <= steps; ++k) {
     const Pose pose{lerp(from.tip, to.tip, k / steps), slerp(from.axis, to.axis, k / steps)};
-    if (strays ? stands_in_part(pose) : blocked(reference_of(pose), pose.axis, column_of(pose), 0.0))
+    if (strays ? stands_in_part(tool, pose)
+               : blocked(tool, reference_of(pose), pose.axis, column_of(pose), 0.0))
       return false;
   }
   return true;

@@ -16,6 +16,10 @@
 
 namespace tiltfeed {
 
+/// How far any point of the tool may be from where a rapid says that it is, mm: the axes may move tip and
+/// axis off the way, and it is looked at in steps.
+double stray_of_rapids(double tolerance);
+
 class FarSide {
  public:
   /// `clearance_z`: z' of the clearance surface, to which the tool must be able to retract.
@@ -25,8 +29,12 @@ class FarSide {
   /// Returns how many. When the user stops it, points are left that should not be.
   std::uint64_t trim(std::vector<std::vector<Pass>>& lines, const ReportShare& report = {});
 
-  /// Is a straight rapid from one pose to the next free of hits on the far side?
-  bool travel_clear(const Pose& from, const Pose& to);
+  /// Is a straight way from one pose to the next free of hits on the far side?
+  bool travel_clear(const Pose& from, const Pose& to) { return is_clear(tool_, from, to); }
+  /// And with room for what the axes may stray on a rapid? Where the axis stands they do not.
+  bool rapid_clear(const Pose& from, const Pose& to) {
+    return is_clear(from.axis == to.axis ? tool_ : strayed_, from, to);
+  }
 
  private:
   /// A piece of the tool as a cylinder: heights over the CL reference, mm.
@@ -34,19 +42,22 @@ class FarSide {
     double from = 0.0, to = 0.0, radius = 0.0;
     std::unique_ptr<Clearance> clearance;  ///< made when first needed
   };
+  using Tool = std::vector<Cylinder>;
+  Tool tool_of(const PlanOptions& options);
   Point<Part> reference_of(const Pose& pose) const;
   bool is_astray(const Pose& pose) const;
-  bool stands_in_part(const Pose& pose);
-  bool blocked(Point<Part> reference, Vec3 axis, double column, double travel);
+  bool is_clear(Tool& tool, const Pose& from, const Pose& to) const;
+  bool stands_in_part(Tool& tool, const Pose& pose) const;
+  bool blocked(Tool& tool, Point<Part> reference, Vec3 axis, double column, double travel) const;
 
   bool beyond_part(Point<Part> from, Point<Part> to, double radius) const;
 
   const Mesh& mesh_;
   Point<Part> low_, high_;  ///< corners of the box round the part
   const Deformation& map_;
-  std::vector<Cylinder> tool_;
-  double reach_ = 0.0;  ///< of the tool's upper end over the CL reference, mm
-  double clearance_z_, reference_height_, thinnest_;
+  Tool tool_, strayed_;  ///< as it is, and grown by what rapids stray
+  double reach_ = 0.0;   ///< of the tool's upper end over the CL reference, mm
+  double clearance_z_, reference_height_, step_;
 };
 
 }  // namespace tiltfeed

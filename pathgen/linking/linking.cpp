@@ -39,6 +39,7 @@ class Linker {
   Linker(const ClField& field, const Linking& options, FarSide& far_side, Envelope& envelope)
       : surface_(field.surface),
         options_(options),
+        far_side_(far_side),
         travel_(field.deformation, options, far_side),
         joins_(field, options, far_side, envelope, travel_),
         leads_(field, options, far_side, envelope, travel_),
@@ -113,8 +114,10 @@ class Linker {
     }
     std::vector<Pose> poses;
     const Travel::Way way = travel_.find(at_, to, poses);
-    if (way == Travel::Way::kFound)
-      for (const Pose& pose : poses) push(pose, MoveKind::kRapid);
+    if (way != Travel::Way::kFound) return way;
+    for (const Pose& pose : poses)
+      push(pose,
+           far_side_.rapid_clear(linked_.moves.back().pose, pose) ? MoveKind::kRapid : MoveKind::kPlunge);
     return way;
   }
 
@@ -144,6 +147,7 @@ class Linker {
 
   const ClSurface& surface_;
   const Linking& options_;
+  FarSide& far_side_;
   Travel travel_;
   Joins joins_;
   Leads leads_;

@@ -257,8 +257,8 @@ void measure(const std::vector<Move>& moves, PlanReport& report) {
     const MoveKind kind = moves[i].kind;
     if (kind == MoveKind::kCut) ++report.points;
     if (i == 0) continue;
-    // Leads plunge too: a pass is what is cut after them.
-    if (kind == MoveKind::kPlunge && moves[i - 1].kind == MoveKind::kRapid) ++report.passes;
+    // Leads and ways close by the part plunge too; a pass begins where the tool comes to touch.
+    if (kind == MoveKind::kPlunge && moves[i].facet != kNoFacet) ++report.passes;
     (kind == MoveKind::kRapid ? report.rapid_length : report.cut_length) +=
         distance(moves[i - 1].pose.tip, moves[i].pose.tip);
   }

@@ -127,6 +127,31 @@ TEST(Travel, MindsThePartBeyondTheRingsAxis) {
   EXPECT_LE(m.rapid_overlap, kTolerance) << pasteable(m.rapid_at);
 }
 
+TEST(Travel, StraysIntoNothingOnTheFarSide) {
+  const AxisFrame frame{AxisMode::kCircle, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 20.0};
+  // From where the shank hardly fits across the hole to where it does not.
+  int slow = 0;
+  for (double shank = 24.3; shank < 25.0; shank += 0.02) {
+    Shop shop(whole(frame, 6.0), frame, 3.0, shank);
+    const double deg = shop.field->deformation.scale_y() * kPi / 180.0;
+    for (const double y : {100.0, -100.0})
+      shop.slices.push_back({{*shop.envelope->at(0.0, y * deg), *shop.envelope->at(0.1, y * deg)}});
+    const std::vector<Move> moves = shop.run().moves;
+    const sim::PartDistance part(shop.part.mesh);
+    const sim::ToolSolid strayed(shop.options.cutter, {stray_of_rapids(kTolerance)}, 0.0);
+    for (std::size_t i = 1; i < moves.size(); ++i) {
+      const Pose &from = moves[i - 1].pose, &to = moves[i].pose;
+      if (from.axis == to.axis) continue;
+      if (moves[i].kind == MoveKind::kPlunge) ++slow;
+      if (moves[i].kind != MoveKind::kRapid) continue;
+      for (const sim::ToolPart tool : sim::kToolParts)
+        EXPECT_GT(strayed.clearance(part, between(from, to, 0.5), tool).value, -kTolerance) << shank;
+    }
+    if (slow > 0) break;
+  }
+  EXPECT_GT(slow, 0);
+}
+
 TEST(Tilt, LeastCosineIsThatOfTheGreatCircle) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
