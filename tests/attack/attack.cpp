@@ -139,8 +139,7 @@ class Campaign {
   explicit Campaign(const Options& options) : o_(options) {}
 
   int run() {
-    std::filesystem::create_directories(o_.out);
-    std::ofstream(o_.out + "/wide.yaml") << wide_profile();
+    prepare(o_.out);
     std::vector<std::thread> workers;
     for (unsigned i = 0; i < o_.jobs; ++i) workers.emplace_back([this] { work(); });
     for (std::thread& worker : workers) worker.join();
@@ -268,6 +267,14 @@ int main(int argc, char** argv) {
   using namespace tiltfeed::attack;
   Options options;
   if (!read_options(argc, argv, options)) return std::fputs(kHelp, stderr), 2;
-  if (options.one > 0 || !options.job.empty()) return serve_one(options);
-  return Campaign(options).run();
+  try {
+    // Of many cases at a time none may find the machine half written.
+    const bool is_prepared = std::filesystem::exists(options.out + "/wide.yaml");
+    if (options.one > 0 && !is_prepared) prepare(options.out);
+    if (options.one > 0 || !options.job.empty()) return serve_one(options);
+    return Campaign(options).run();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "attack: %s\n", error.what());
+    return 2;
+  }
 }

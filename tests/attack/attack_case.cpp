@@ -1,6 +1,7 @@
 #include "tests/attack/attack_case.h"
 
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
@@ -41,6 +42,11 @@ CaseResult refused(CaseResult result, const Error& error) {
 }
 
 }  // namespace
+
+void prepare(const std::string& folder) {
+  std::filesystem::create_directories(folder);
+  write(folder + "/wide.yaml", wide_profile());
+}
 
 CaseResult run_job(const std::string& job_path) {
   CaseResult result;

@@ -23,7 +23,12 @@ struct CaseResult {
   std::size_t damaged = 0, damaged_refused = 0;  ///< moves that the proof was tried on
 };
 
-/// Writes the case's files, plans the job as `tiltfeed plan` does and judges what the machine makes of it.
+/// Makes the folder, if it is not there, and the machine in it that all cases are for. Throws where it
+/// cannot.
+void prepare(const std::string& folder);
+
+/// Requires: the folder is prepared. Writes the case's files, plans the job as `tiltfeed plan` does and
+/// judges what the machine makes of it.
 CaseResult run_case(std::uint64_t seed, const CaseFiles& files);
 /// The same for files that are there already.
 CaseResult run_job(const std::string& job_path);

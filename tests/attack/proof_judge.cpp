@@ -107,8 +107,11 @@ class ProofJudge {
     const double there = depth(told, worst);
     const bool retracts = gouge->rapid && gouge->block > joints_.moves.size();
     const bool approaches = gouge->rapid && gouge->block <= kApproachBlocks;
-    if (retracts && dot(gouge->pose.axis, job_.plan.up) < 0.0 && verdict_.findings.empty())
+    const bool is_below = dot(gouge->pose.axis, job_.plan.up) < 0.0;
+    if (retracts && is_below && verdict_.findings.empty())
       verdict_.refusal = "the retract from below the part is in it";
+    else if (approaches && is_below && verdict_.findings.empty())
+      verdict_.refusal = "the approach from below the part is through it";
     else if (approaches && is_shut_in(told) && verdict_.findings.empty())
       verdict_.refusal = "the part is in every way in to the first pose";
     else

@@ -14,8 +14,8 @@ namespace tiltfeed::attack {
 struct ProofVerdict {
   std::size_t moves = 0, damaged = 0, refused = 0;  ///< held; damaged moves held, and of those refused
   std::vector<std::string> findings;                ///< gouges that it proves, and where it is wrong
-  /// The program is rightly refused for the control's own retract, as a tool that points upwards from below
-  /// has the part above it, or for its own approach, as the first pose is shut in.
+  /// The program is rightly refused for the control's own retract or approach, as a tool that points upwards
+  /// from below has the part above it, or for its own approach, as the first pose is shut in.
   std::string refusal;
 };
 

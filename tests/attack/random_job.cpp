@@ -53,7 +53,8 @@ class Writer {
     all += containment();
     all += formatted("tolerance_mm: %.4f\n", tolerance_);
     if (dice_.chance(0.25)) all += formatted("allowance_mm: %.4f\n", diameter_ * dice_.spread(0.002, 0.3));
-    if (dice_.chance(0.15))
+    has_stock_ = dice_.chance(0.15);
+    if (has_stock_)
       all += formatted("stock: {radial_mm: %.4f, axial_mm: %.4f}\n", diameter_ * dice_.uniform(0.0, 0.1),
                        diameter_ * dice_.uniform(0.0, 0.1));
     all += points();
@@ -240,8 +241,10 @@ class Writer {
     if (dice_.chance(0.1)) text += formatted("  max_angle_deg: %.4f\n", dice_.uniform(0.5, 10.0));
     if (is_field() && kind_ != "z_level" && kind_ != "rough" && dice_.chance(0.1))
       text += formatted("  smoothing_mm: %.4f\n", diameter_ * dice_.uniform(0.1, 1.0));
-    if ((is_free() || (is_field() && mode_ != AxisMode::kFixed)) && ball_like_ && dice_.chance(0.1))
-      text += formatted("  axis_tolerance_deg: %.3f\n", dice_.uniform(0.1, 8.0));
+    if ((is_free() || (is_field() && mode_ != AxisMode::kFixed)) && ball_like_ && dice_.chance(0.1)) {
+      const double leans = dice_.uniform(0.1, 8.0);
+      if (!has_stock_) text += formatted("  axis_tolerance_deg: %.3f\n", leans);
+    }
     return text.empty() ? text : "points:\n" + text;
   }
 
@@ -286,7 +289,7 @@ class Writer {
   std::string kind_;
   Point<Part> anchor_;
   double diameter_ = 0.0, tolerance_ = 0.0, step_ = 0.0, shank_length_ = 0.0;
-  bool windowed_ = false, has_holder_ = false, has_neck_ = false, ball_like_ = false;
+  bool windowed_ = false, has_holder_ = false, has_neck_ = false, ball_like_ = false, has_stock_ = false;
 };
 
 }  // namespace
