@@ -1,10 +1,8 @@
-#include "sim/proof/proof.h"
+#include "sim/proof/proof_run.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "sim/proof/proof_run.h"
 
 namespace tiltfeed::sim {
 namespace {
