@@ -1,9 +1,9 @@
 #include <cmath>
 
 #include "config/description.h"
+#include "config/enum_words.h"
 #include "config/job.h"
 #include "config/job_keys.h"
-#include "config/words.h"
 
 namespace tiltfeed {
 namespace {

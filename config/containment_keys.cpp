@@ -1,9 +1,9 @@
 #include <string>
 
 #include "config/description.h"
+#include "config/enum_words.h"
 #include "config/job_keys.h"
 #include "config/polygon.h"
-#include "config/words.h"
 
 namespace tiltfeed {
 namespace {

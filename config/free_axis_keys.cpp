@@ -1,7 +1,7 @@
 #include <algorithm>
 
+#include "config/enum_words.h"
 #include "config/job_keys.h"
-#include "config/words.h"
 
 namespace tiltfeed {
 namespace {

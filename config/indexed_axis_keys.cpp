@@ -1,6 +1,6 @@
 #include "config/description.h"
+#include "config/enum_words.h"
 #include "config/job_keys.h"
-#include "config/words.h"
 #include "pathgen/indexed/index_order.h"
 
 namespace tiltfeed {

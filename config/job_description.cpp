@@ -1,10 +1,10 @@
 #include <sstream>
 
 #include "config/description.h"
+#include "config/enum_words.h"
 #include "config/job.h"
 #include "config/job_keys.h"
 #include "config/program_keys.h"
-#include "config/words.h"
 
 namespace tiltfeed {
 namespace {

@@ -1,7 +1,7 @@
 #include "config/link_profile.h"
 
 #include "config/description.h"
-#include "config/words.h"
+#include "config/enum_words.h"
 
 namespace tiltfeed {
 

@@ -1,6 +1,6 @@
 #include "config/description.h"
+#include "config/enum_words.h"
 #include "config/job_keys.h"
-#include "config/words.h"
 #include "pathgen/options/side_step.h"
 
 namespace tiltfeed {
@@ -59,7 +59,7 @@ void read_points(const Section& root, PlanOptions& plan) {
                     "is not used in the axis mode free; expected 0 (axis.smoothing_mm is another)");
 }
 
-Guard read_guard(const Section& guards, const char* key, Guard guard) {
+StandOff read_guard(const Section& guards, const char* key, StandOff guard) {
   const Section section = guards.optional_section(key, {"clearance_mm", "reaction"});
   guard.clearance = section.number("clearance_mm", kGuard, guard.clearance);
   guard.reaction = section.choice<Reaction>("reaction", kReactionWords, guard.reaction);
@@ -67,7 +67,7 @@ Guard read_guard(const Section& guards, const char* key, Guard guard) {
 }
 
 /// With the axis free, directions are chosen so that shank and holder are clear.
-void refuse_reaction(const Section& guards, const char* key, const Guard& guard) {
+void refuse_reaction(const Section& guards, const char* key, const StandOff& guard) {
   if (guard.reaction != Reaction::kTrim)
     guards.complain(key,
                     "the reaction " + std::string(word(kReactionWords, guard.reaction)) +
@@ -98,7 +98,7 @@ double near_passes(const PlanOptions& plan) {
 }
 
 void read_links(const Section& root, PlanOptions& plan) {
-  LinkOptions& links = plan.links;
+  LinkingOptions& links = plan.links;
   links.clearance = root.number("clearance_mm", kClearance);
   links.approach = root.number("approach_mm", kClearance);
   if (links.approach > links.clearance)

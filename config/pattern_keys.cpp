@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "config/description.h"
+#include "config/enum_words.h"
 #include "config/job_keys.h"
-#include "config/words.h"
 
 namespace tiltfeed {
 namespace {

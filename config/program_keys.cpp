@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "config/words.h"
+#include "config/enum_words.h"
 #include "kinematics/basics/decimal.h"
 
 namespace tiltfeed {
@@ -19,22 +19,23 @@ constexpr std::size_t kMostWords = 40;  // characters of words that a profile st
 constexpr std::size_t kMostLines = 20;  // of `start` and of `end`
 constexpr std::size_t kMostLine = 72;   // characters of one of them
 
-constexpr std::initializer_list<Choice<FeedMode>> kFeedModes{{"inverse_time", FeedMode::kInverseTime},
-                                                             {"per_minute", FeedMode::kPerMinute}};
-constexpr std::initializer_list<Choice<FeedMeasure>> kFeedMeasures{
+constexpr std::initializer_list<EnumWord<FeedMode>> kFeedModes{{"inverse_time", FeedMode::kInverseTime},
+                                                               {"per_minute", FeedMode::kPerMinute}};
+constexpr std::initializer_list<EnumWord<FeedMeasure>> kFeedMeasures{
     {"xyz", FeedMeasure::kXyz}, {"degrees", FeedMeasure::kDegrees}, {"radius", FeedMeasure::kRadius}};
-constexpr std::initializer_list<Choice<PathControl>> kPathControls{
+constexpr std::initializer_list<EnumWord<PathControl>> kPathControls{
     {"control", PathControl::kControl}, {"exact", PathControl::kExact}, {"blend", PathControl::kBlend}};
-constexpr std::initializer_list<Choice<Coolant>> kCoolants{
+constexpr std::initializer_list<EnumWord<Coolant>> kCoolants{
     {"none", Coolant::kOff}, {"flood", Coolant::kFlood}, {"mist", Coolant::kMist}};
 
-constexpr std::initializer_list<Choice<Dialect>> kDialectChoices{{"rs274", Dialect::kRs274},
-                                                                 {"grbl", Dialect::kGrbl},
-                                                                 {"fanuc", Dialect::kFanuc},
-                                                                 {"haas", Dialect::kHaas},
-                                                                 {"siemens", Dialect::kSiemens},
-                                                                 {"heidenhain", Dialect::kHeidenhain},
-                                                                 {"heidenhain_iso", Dialect::kHeidenhainIso}};
+constexpr std::initializer_list<EnumWord<Dialect>> kDialectChoices{
+    {"rs274", Dialect::kRs274},
+    {"grbl", Dialect::kGrbl},
+    {"fanuc", Dialect::kFanuc},
+    {"haas", Dialect::kHaas},
+    {"siemens", Dialect::kSiemens},
+    {"heidenhain", Dialect::kHeidenhain},
+    {"heidenhain_iso", Dialect::kHeidenhainIso}};
 
 /// Words of a program that a profile states: upper case, printable, nothing that opens a comment.
 std::string read_words(const Section& program, const char* key, const std::string& usual) {

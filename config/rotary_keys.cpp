@@ -4,7 +4,7 @@
 #include <limits>
 #include <string_view>
 
-#include "config/words.h"
+#include "config/enum_words.h"
 
 namespace tiltfeed {
 namespace {

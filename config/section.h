@@ -43,7 +43,7 @@ constexpr Range between(double min, double max) { return {min, max, true, true};
 
 /// One word that a key may have, and what it means.
 template <class E>
-struct Choice {
+struct EnumWord {
   const char* word;
   E value;
 };
@@ -83,9 +83,10 @@ class Section {
   /// [A-Za-z0-9 ._-]{1,40}: safe in file names, G-code comments and CL text.
   std::string name(const char* key) const;
   template <class E>
-  E choice(const char* key, std::initializer_list<Choice<E>> choices, std::optional<E> fallback = {}) const {
+  E choice(const char* key, std::initializer_list<EnumWord<E>> choices,
+           std::optional<E> fallback = {}) const {
     std::vector<std::string> words;
-    for (const Choice<E>& choice : choices) words.push_back(choice.word);
+    for (const EnumWord<E>& choice : choices) words.push_back(choice.word);
     const std::optional<std::size_t> index = choose(key, words, fallback.has_value());
     if (index) return choices.begin()[*index].value;
     return fallback.value_or(choices.begin()->value);

@@ -12,8 +12,8 @@
 #include "config/output_file.h"
 #include "daemon/command/command.h"
 #include "daemon/plan/plan_report.h"
+#include "daemon/post/nc_rules.h"
 #include "daemon/post/post.h"
-#include "daemon/post/program_rules.h"
 #include "daemon/post/unpost.h"
 #include "kinematics/cl_text/apt_vocabulary.h"
 
@@ -132,7 +132,7 @@ int PostCommands::Options::run_unpost() const {
   if (!profile) return complain(profile.error());
   auto in = opened(input);
   if (!in) return complain(in.error());
-  const auto text = read_program_text(*in, input, text_language(*profile));
+  const auto text = read_nc_program(*in, input, text_language(*profile));
   if (!text) return complain(text.error());
   UnpostOptions options;
   if (tolerance > 0.0) options.tolerance = tolerance;

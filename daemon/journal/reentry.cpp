@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "daemon/program/program.h"
-#include "daemon/program/program_walk.h"
-#include "daemon/program/words.h"
+#include "daemon/program/block_cursor.h"
+#include "daemon/program/line_reader.h"
+#include "daemon/program/numeric_block.h"
 #include "kinematics/basics/decimal.h"
 
 namespace tiltfeed {
@@ -37,7 +37,7 @@ struct InForce {
   }
   /// Modes by their words: a line may state one long before a move uses it.
   void take_words(std::string_view line) {
-    while (const std::optional<Word> word = take_word(line)) {
+    while (const std::optional<GcodeWord> word = take_word(line)) {
       if (word->letter == 'F') feed = word->value;
       if (word->letter != 'G') continue;
       if (word->value == 0.0 || word->value == 1.0) rapid = word->value == 0.0;
@@ -57,7 +57,7 @@ struct Survey {
 };
 
 Result<Survey> survey(const std::string& path, LinkKind kind, std::uint64_t from) {
-  Result<Program> program = Program::open(path);
+  Result<LineReader> program = LineReader::open(path);
   if (!program) return tl::unexpected<Error>(program.error());
   BlockReader reader;
   Line line;
@@ -192,7 +192,7 @@ void approach(Steps& steps, const InForce& before, const Joints& rise, const Mac
 
 bool states_motion(const std::string& line) {
   std::string_view rest = line;
-  while (const std::optional<Word> word = take_word(rest))
+  while (const std::optional<GcodeWord> word = take_word(rest))
     if (word->letter == 'G' && (word->value == 0.0 || word->value == 1.0 || word->value == 4.0)) return true;
   return false;
 }
@@ -237,7 +237,7 @@ Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const Ma
 }
 
 Result<void> write_reentry(const std::string& program, const Reentry& entry, std::ostream& out) {
-  Result<Program> whole = Program::open(program);
+  Result<LineReader> whole = LineReader::open(program);
   if (!whole) return tl::unexpected<Error>(whole.error());
   out << entry.head;
   Line line;

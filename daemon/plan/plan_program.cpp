@@ -18,9 +18,9 @@
 #include "daemon/post/block.h"
 #include "daemon/post/block_map.h"
 #include "daemon/post/end_ways.h"
-#include "daemon/post/near_pole.h"
+#include "daemon/post/near_singularity.h"
+#include "daemon/post/part_extent.h"
 #include "daemon/post/post.h"
-#include "daemon/post/space_about.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "kinematics/cl_text/cl_file.h"
 #include "kinematics/joints/joint_path.h"
@@ -63,7 +63,7 @@ JointPathOptions joint_options(Job& job, const Mesh& part) {
   // Under TCP the linear words are the tip's, so joints are kept finer than what is printed.
   options.linear_decimals = job.machine.format.tcp ? kTcpDecimals : job.machine.format.linear_decimals;
   options.rotary_decimals = job.machine.format.rotary_decimals;
-  options.clear = space_about(part, job);
+  options.clear = part_extent(part, job);
   return options;
 }
 
@@ -107,7 +107,7 @@ class Planning {
   std::optional<Job> job_;
   CheckedMesh part_;
   Plan planned_;
-  PoleBendReport bend_;
+  SingularityBendReport bend_;
   JointPath joints_;
   Timing timing_;
   ProgramReport program_;
@@ -146,14 +146,14 @@ Result<void> Planning::plan_path() {
   const std::optional<std::string> odd_unit = unit_warning(part_.bounds, *job_);
   if (odd_unit) note("warning: " + *odd_unit);
   *stl = Stl{};  // gives its memory back; facets = {} would keep it
-  job_->plan.find_uncut = !files_.report.empty();
+  job_->plan.find_rest_material = !files_.report.empty();
   auto planned = plan(part_, job_->plan, [&](const char* stage, double f) { return show(stage, f); });
   if (!planned) return tl::unexpected(planned.error());
   planned_ = std::move(*planned);
   if (odd_unit) planned_.report.warnings.push_back(*odd_unit);
   clock_.times.insert(clock_.times.end(), planned_.report.times.begin(), planned_.report.times.end());
 
-  bend_ = clock_.time("pole", [&] { return bend_near_pole(*job_, part_, planned_.path); });
+  bend_ = clock_.time("pole", [&] { return bend_near_singularity(*job_, part_, planned_.path); });
   planned_.report.rapid_length += add_end_ways(planned_.path, part_.mesh, *job_);
   if (!show("joints", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
   const JointPathOptions options = joint_options(*job_, part_.mesh);

@@ -38,7 +38,7 @@ std::string turning(const MachineModel& machine, const Joints& q, const char* un
 
 double rotary_turns(const JointPathReport& joints) { return (joints.max.c - joints.min.c) / 360.0; }
 
-nlohmann::ordered_json uncut_json(const UncutReport& uncut) {
+nlohmann::ordered_json uncut_json(const RestReport& uncut) {
   nlohmann::ordered_json json = {
       {"area_mm2", uncut.area}, {"facing_area_mm2", uncut.facing_area}, {"facets_turned_away", uncut.away}};
   const BetweenPasses& between = uncut.between;
@@ -50,7 +50,7 @@ nlohmann::ordered_json uncut_json(const UncutReport& uncut) {
     json["between_passes"]["place_mm"] = {between.place.x, between.place.y, between.place.z};
   }
   json["facets"] = nlohmann::ordered_json::array();
-  for (const UncutFacet& f : uncut.facets)
+  for (const RestFacet& f : uncut.facets)
     json["facets"].push_back({{"facet", f.facet}, {"why", word_of(f.why)}, {"share", f.share}});
   return json;
 }

@@ -9,7 +9,7 @@
 #include "daemon/plan/proof_process.h"
 #include "daemon/post/block.h"
 #include "kinematics/joints/joint_path.h"
-#include "kinematics/joints/pole_bend.h"
+#include "kinematics/joints/singularity_bend.h"
 #include "kinematics/timing/timing.h"
 #include "pathgen/mesh/mesh.h"
 
@@ -19,7 +19,7 @@ struct PlanOutcome {
   const Job& job;
   const CheckedMesh& part;
   const PlanReport& plan;
-  const PoleBendReport& bend;
+  const SingularityBendReport& bend;
   const JointPathReport& joints;
   const ProgramReport& program;
   const Timing& timing;

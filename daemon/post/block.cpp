@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "daemon/post/block_layout.h"
-#include "daemon/post/block_words.h"
+#include "daemon/post/printed_words.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "kinematics/timing/tcp_path.h"
 
@@ -65,7 +65,7 @@ class ProgramText {
   const Posting& posting_;
   const ProgramFormat& format_;
   const DialectTable& table_;
-  BlockWords words_;
+  PrintedWords words_;
   Layout layout_;
 };
 

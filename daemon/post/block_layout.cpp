@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-#include "daemon/post/block_words.h"
+#include "daemon/post/printed_words.h"
 #include "kinematics/basics/decimal.h"
 #include "kinematics/basics/units.h"
 #include "kinematics/timing/tcp_path.h"
@@ -215,14 +215,14 @@ std::string Writer::first_words() const {
 /// TCP begins there: before, the tip's way is not a line.
 void Writer::positions(const Operation& op) {
   const MachineModel& machine = posting_.machine.model;
-  const BlockWords words(format_, machine);
-  const auto go = [&](char* (BlockWords::*say)(char*, const Joints&) const, const Joints& to) {
+  const PrintedWords words(format_, machine);
+  const auto go = [&](char* (PrintedWords::*say)(char*, const Joints&) const, const Joints& to) {
     std::array<char, 3 * kDecimalSpace> room;
     char* const end = (words.*say)(room.data(), to);
     line(std::string(table_.rapid) + std::string(room.data(), end) + table_.first_end + table_.rapid_end);
   };
   Joints first = op.words->moves.front().joints;
-  if (machine.tilt.present || machine.rotary.present) go(&BlockWords::rotaries, first);
+  if (machine.tilt.present || machine.rotary.present) go(&PrintedWords::rotaries, first);
   // Not before: the shorter way from an unknown place may leave the limits of an axis that has some.
   shorter_ = machine.tilt.word == RotaryWord::kShortest || machine.rotary.word == RotaryWord::kShortest;
   if (shorter_) lines(table_.shorter_on);
@@ -232,7 +232,7 @@ void Writer::positions(const Operation& op) {
     first.x = round_decimal(first.x, format_.linear_decimals);
     first.y = round_decimal(first.y, format_.linear_decimals);
   }
-  go(&BlockWords::place, first);
+  go(&PrintedWords::place, first);
   if (format_.tcp) lines(table_.tcp_on);
 }
 

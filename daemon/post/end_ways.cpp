@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "pathgen/mesh/facet_tree.h"
+#include "pathgen/mesh/facet_bvh.h"
 #include "pathgen/tool/swept_tool.h"
 #include "pathgen/tool/tool_pieces.h"
 
@@ -41,8 +41,8 @@ class EndWays {
   const Mesh& part_;
   const Job& job_;
   std::vector<ToolPiece> pieces_;
-  double base_;                    ///< of the CL reference over the tip, mm
-  std::optional<FacetTree> tree_;  ///< made when first needed
+  double base_;                   ///< of the CL reference over the tip, mm
+  std::optional<FacetBvh> tree_;  ///< made when first needed
 };
 
 /// With both solutions of the tilt: which of them is taken depends on the whole path.

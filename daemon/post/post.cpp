@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "daemon/post/dialect.h"
-#include "kinematics/cl_text/clear_ends.h"
+#include "kinematics/cl_text/safe_approach.h"
 #include "kinematics/timing/tcp_path.h"
 
 namespace tiltfeed {
@@ -86,8 +86,9 @@ Result<Posted> post(const AptProgram& program, const std::string& name, const Ma
     if (!(setup.tool_length > 0.0))
       return fail(Code::kInput, name + ": tool " + std::to_string(stated.tool_number) +
                                     " has no length; state LOADTL/n,LENGTH,l in the file or --tool-length");
-    AptOperation op =
-        options.clear.height ? with_clear_ends(stated, machine.model, setup, *options.clear.height) : stated;
+    AptOperation op = options.clear.height
+                          ? with_safe_approach(stated, machine.model, setup, *options.clear.height)
+                          : stated;
     auto path = to_joints(op.path, machine.model, setup, joints);
     if (!path && path.error().code == Code::kLimit && options.clear.height)
       if (const auto why = out_of_travel_at_ends(stated, machine.model, setup, *options.clear.height))

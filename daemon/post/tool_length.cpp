@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "daemon/post/program_rules.h"
+#include "daemon/post/nc_rules.h"
 #include "kinematics/basics/decimal.h"
 
 namespace tiltfeed {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "daemon/post/program_rules.h"
+#include "daemon/post/nc_rules.h"
 #include "kinematics/timing/tcp_path.h"
 
 namespace tiltfeed {
@@ -169,7 +169,7 @@ Rotation fixture_of(Vec3 degrees) {
   return turn({0, 0, 1}, degrees.z) * turn({0, 1, 0}, degrees.y) * turn({1, 0, 0}, degrees.x);
 }
 
-Result<AptProgram> unpost(const ProgramTextFacts& program, const MachineProfile& machine,
+Result<AptProgram> unpost(const NcProgram& program, const MachineProfile& machine,
                           const UnpostOptions& options) {
   AptProgram out;
   std::size_t points = 0;

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "config/link_profile.h"
-#include "daemon/program/program.h"
+#include "daemon/program/line_reader.h"
 #include "daemon/protocol/session.h"
 #include "daemon/wire/link.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "config/link_profile.h"
-#include "daemon/program/words.h"
+#include "daemon/program/numeric_block.h"
 
 namespace tiltfeed {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/program/program.h"
+#include "daemon/program/line_reader.h"
 #include "daemon/protocol/grbl_reply.h"
 #include "daemon/protocol/position_watch.h"
 #include "daemon/protocol/session.h"

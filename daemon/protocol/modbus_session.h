@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "config/link_profile.h"
-#include "daemon/program/words.h"
+#include "daemon/program/numeric_block.h"
 #include "daemon/protocol/session.h"
 #include "daemon/wire/link.h"
 #include "daemon/wire/modbus_map.h"

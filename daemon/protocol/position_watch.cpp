@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "daemon/program/words.h"
+#include "daemon/program/numeric_block.h"
 #include "kinematics/basics/decimal.h"
 
 namespace tiltfeed {
@@ -55,7 +55,7 @@ void PositionWatch::push(std::uint64_t number, std::string_view text) {
   own_place_ = home_ = false;
   std::string_view rest = text;
   while (!rest.empty()) {
-    const std::optional<Word> word = take_word(rest);
+    const std::optional<GcodeWord> word = take_word(rest);
     if (!word || (word->letter == 'G' && !take_code(word->value))) {
       lost_ = true;
       return steps_.clear();

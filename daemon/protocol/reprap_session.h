@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/program/program.h"
+#include "daemon/program/line_reader.h"
 #include "daemon/protocol/position_watch.h"
 #include "daemon/protocol/reprap_reply.h"
 #include "daemon/protocol/session.h"

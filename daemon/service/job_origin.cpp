@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/post/block_map.h"
-#include "daemon/program/program_walk.h"
+#include "daemon/program/block_cursor.h"
 
 namespace tiltfeed {
 

@@ -5,7 +5,7 @@
 
 #include "config/service_config.h"
 #include "daemon/journal/journal.h"
-#include "daemon/journal/run_journal.h"
+#include "daemon/journal/run_recorder.h"
 #include "daemon/machine/stop_machine.h"
 #include "daemon/service/spool.h"
 #include "daemon/wire/open_link.h"

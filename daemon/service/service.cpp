@@ -10,7 +10,7 @@
 #include <chrono>
 
 #include "daemon/service/api_socket.h"
-#include "daemon/service/desk_thread.h"
+#include "daemon/service/job_service_thread.h"
 
 namespace tiltfeed {
 
@@ -62,21 +62,21 @@ std::string monotonic_us() {
   return std::to_string(now.tv_sec * 1000000LL + now.tv_nsec / 1000);
 }
 
-void reload(const std::string& path, JobDesk& desk) {
+void reload(const std::string& path, JobService& jobs) {
   notify("RELOADING=1\nMONOTONIC_USEC=" + monotonic_us());
   const Result<ServiceConfig> config = load_service_config(path);
-  const Result<void> taken = config ? desk.reload(*config) : tl::unexpected<Error>(config.error());
+  const Result<void> taken = config ? jobs.reload(*config) : tl::unexpected<Error>(config.error());
   write_log(taken ? Severity::kInfo : Severity::kError,
             taken ? path + ": read again" : taken.error().message + "; the configuration stays as it was",
             {});
   notify("READY=1");
 }
 
-/// Who is on the socket: orders to the job on the machine are answered here, the rest at the desk.
+/// Who is on the socket: orders to the job on the machine are answered here, the rest at the job service.
 class Front {
  public:
-  Front(JobDesk& desk, DeskThread& thread, ApiSocket& socket)
-      : desk_(desk), thread_(thread), socket_(socket) {}
+  Front(JobService& jobs, JobServiceThread& thread, ApiSocket& socket)
+      : jobs_(jobs), thread_(thread), socket_(socket) {}
 
   void turn(int signal_fd) {
     std::vector<pollfd> polled{{signal_fd, POLLIN, 0}, {thread_.wake_fd(), POLLIN, 0}};
@@ -90,24 +90,24 @@ class Front {
   void take(Asked asked) {
     const Result<ApiRequest> request = parse_request(asked.line);
     if (!request) return socket_.reply(asked.client, write_refusal(request.error()), take_);
-    if (const std::optional<std::string> done = desk_.order(*request)) {
+    if (const std::optional<std::string> done = jobs_.order(*request)) {
       socket_.reply(asked.client, *done, take_);
       return thread_.post(
-          [request = *request, user = asked.user](JobDesk& desk) { desk.note_request(request, user); });
+          [request = *request, user = asked.user](JobService& jobs) { jobs.note_request(request, user); });
     }
     if (socket_.waiting() > ApiSocket::kWaiting)
       return socket_.reply(asked.client, write_refusal({Code::kLimit, "the service is busy; ask again"}),
                            take_);
     const auto whole = std::make_shared<Asked>(std::move(asked));
-    thread_.post([request = *request, whole, &thread = thread_](JobDesk& desk) {
-      desk.ask(
+    thread_.post([request = *request, whole, &thread = thread_](JobService& jobs) {
+      jobs.ask(
           request, whole->user, std::move(whole->files),
           [&thread, client = whole->client](std::string line) { thread.reply(client, std::move(line)); });
     });
   }
 
-  JobDesk& desk_;
-  DeskThread& thread_;
+  JobService& jobs_;
+  JobServiceThread& thread_;
   ApiSocket& socket_;
   const ApiTaker take_ = [this](Asked asked) { take(std::move(asked)); };
 };
@@ -119,18 +119,18 @@ Result<void> serve(const std::string& config_path) {
   if (!config) return tl::unexpected<Error>(config.error());
   const Signals signals;  // before any thread is started, so that all of them leave signals to this one
   Watchdog watchdog;
-  Result<JobDesk> desk = JobDesk::open(*config, [&watchdog] { watchdog.feed(); });
-  if (!desk) return tl::unexpected<Error>(desk.error());
+  Result<JobService> jobs = JobService::open(*config, [&watchdog] { watchdog.feed(); });
+  if (!jobs) return tl::unexpected<Error>(jobs.error());
   Result<ApiSocket> socket = ApiSocket::open(config->socket);
   if (!socket) return tl::unexpected<Error>(socket.error());
-  DeskThread thread(*desk, [&watchdog] { watchdog.feed(); });
-  Front front(*desk, thread, *socket);
+  JobServiceThread thread(*jobs, [&watchdog] { watchdog.feed(); });
+  Front front(*jobs, thread, *socket);
   notify("READY=1\nSTATUS=idle");
   for (;;) {
     front.turn(signals.fd);
     const int signal = signals.next();
     if (signal == SIGTERM || signal == SIGINT) return {};
-    if (signal == SIGHUP) thread.post([&](JobDesk& at) { reload(config_path, at); });
+    if (signal == SIGHUP) thread.post([&](JobService& at) { reload(config_path, at); });
   }
 }
 

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "daemon/machine/stop_machine.h"
-#include "daemon/program/program_walk.h"
+#include "daemon/program/block_cursor.h"
 #include "daemon/protocol/drip_session.h"
 #include "daemon/protocol/drive_session.h"
 #include "daemon/protocol/grbl_session.h"
 #include "daemon/protocol/modbus_session.h"
 #include "daemon/protocol/reprap_session.h"
-#include "daemon/stream/program_feed.h"
+#include "daemon/stream/session_feed.h"
 #include "daemon/wire/open_link.h"
 #include "daemon/wire/steady_clock.h"
 
@@ -156,13 +156,13 @@ std::uint16_t new_session_id() {
 }
 
 struct Opened {
-  Program program;
+  LineReader program;
   ProgramFacts facts;
   std::uint64_t blocks = 0;
 };
 
 Result<Opened> open_program(const std::string& path, LinkKind kind) {
-  Result<Program> program = Program::open(path);
+  Result<LineReader> program = LineReader::open(path);
   if (!program) return tl::unexpected<Error>(program.error());
   Result<ProgramFacts> facts = program->survey();
   if (!facts) return tl::unexpected<Error>(facts.error());

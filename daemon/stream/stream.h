@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/program/program.h"
+#include "daemon/program/line_reader.h"
 #include "daemon/protocol/session.h"
 #include "daemon/stream/stream_hooks.h"
 #include "daemon/wire/link.h"

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/program/words.h"
+#include "daemon/program/numeric_block.h"
 #include "kinematics/basics/result.h"
 
 namespace tiltfeed {

@@ -9,11 +9,11 @@
 #include <string>
 #include <string_view>
 
-#include "kinematics/joints/joint_choice.h"
+#include "kinematics/joints/joint_chooser.h"
 #include "kinematics/joints/joint_errors.h"
+#include "kinematics/joints/move_subdivider.h"
 #include "kinematics/joints/operation.h"
-#include "kinematics/joints/over_pole.h"
-#include "kinematics/joints/walker.h"
+#include "kinematics/joints/over_singularity.h"
 
 namespace tiltfeed {
 
@@ -32,7 +32,7 @@ constexpr double kSpareRoom = 1.1;
 constexpr std::size_t kMostGrowth = 4;
 
 /// What a walk depends on of the moves before.
-bool same(const Choice& a, const Choice& b) {
+bool same(const JointSolution& a, const JointSolution& b) {
   return a.joints == b.joints && a.branch == b.branch && a.at_pole == b.at_pole;
 }
 
@@ -45,21 +45,21 @@ class Follower {
            const JointPathOptions& options, const std::vector<int>& barred = {})
       : path_(path), machine_(machine), chooser_(chooser), options_(options), barred_(barred) {}
 
-  Result<JointPath> follow(const Choice& start, const StageProgress& progress);
+  Result<JointPath> follow(const JointSolution& start, const StageProgress& progress);
   /// Where and why it ended early.
-  const std::optional<WalkStop>& stop() const { return stop_; }
+  const std::optional<SubdivisionStop>& stop() const { return stop_; }
 
  private:
   struct Part {
     std::size_t first = 0, count = 0;  ///< moves of the path
-    Choice start;
-    Stretch stretch;
+    JointSolution start;
+    SubdividedMoves stretch;
   };
 
   void foretell(std::size_t first);
-  Stretch walk(const Part& part, const Choice& start) const;
+  SubdividedMoves walk(const Part& part, const JointSolution& start) const;
   std::size_t join();
-  void append(const Stretch& stretch);
+  void append(const SubdividedMoves& stretch);
   void make_room();
 
   const ToolPath& path_;
@@ -69,10 +69,10 @@ class Follower {
   std::vector<int> barred_;                 ///< by move, as RotarySolutions::barred; empty: none
   std::vector<RotarySolutions> solutions_;  ///< of the moves under way
   std::vector<Part> parts_;                 ///< of these moves
-  Choice at_;                               ///< where the next of them starts
+  JointSolution at_;                        ///< where the next of them starts
   std::size_t stretches_ = 1;               ///< to foretell next
   JointPath out_;
-  std::optional<WalkStop> stop_;
+  std::optional<SubdivisionStop> stop_;
 };
 
 /// Divides the moves from `first` on into parts with their starts.
@@ -83,7 +83,7 @@ void Follower::foretell(std::size_t first) {
                     [&](std::size_t i) { solutions_[i] = chooser_.solve(path_.moves[first + i].pose); });
   for (std::size_t i = 0; i < count && !barred_.empty(); ++i) solutions_[i].barred = barred_[first + i];
   parts_.clear();
-  Choice at = at_;
+  JointSolution at = at_;
   for (std::size_t i = 0; i < count; ++i) {
     const Pose& pose = path_.moves[first + i].pose;
     if (i % kStretchMoves == 0) {
@@ -98,13 +98,13 @@ void Follower::foretell(std::size_t first) {
   }
 }
 
-Stretch Follower::walk(const Part& part, const Choice& start) const {
+SubdividedMoves Follower::walk(const Part& part, const JointSolution& start) const {
   const std::size_t offset = part.first - parts_.front().first;
-  return Walker(path_, machine_, chooser_, options_)
+  return MoveSubdivider(path_, machine_, chooser_, options_)
       .walk(start, part.first, std::span(solutions_).subspan(offset, part.count));
 }
 
-void Follower::append(const Stretch& stretch) {
+void Follower::append(const SubdividedMoves& stretch) {
   out_.moves.insert(out_.moves.end(), stretch.moves.begin(), stretch.moves.end());
   // One by one: a sum of the stretches' sums would be rounded otherwise than that of one walk.
   double seconds = out_.report.seconds;
@@ -146,7 +146,7 @@ std::size_t Follower::join() {
   return parts_.back().first + parts_.back().count;
 }
 
-Result<JointPath> Follower::follow(const Choice& start, const StageProgress& progress) {
+Result<JointPath> Follower::follow(const JointSolution& start, const StageProgress& progress) {
   at_ = start;
   out_.moves.push_back({start.joints, 0.0, MoveKind::kRapid, 0});
   out_.report.min = out_.report.max = start.joints;
@@ -191,7 +191,7 @@ Result<JointPath> followed(const ToolPath& path, const MachineModel& machine, co
   std::size_t furthest = 0;
   Error error;
   std::array<bool, 2> hopeless{};
-  for (const Choice& start : *starts) {
+  for (const JointSolution& start : *starts) {
     if (hopeless[static_cast<std::size_t>(start.branch)]) continue;
     Follower follower(path, machine, chooser, options, barred);
     auto done = follower.follow(start, progress);
@@ -223,7 +223,7 @@ Result<JointPath> followed_over_the_pole(const ToolPath& path, const MachineMode
   Result<JointPath> done = fail(Code::kLimit, "the path does not pass the pole within a move");
   for (const bool lift : {true, false}) {
     if (lift && !options.clear.height) continue;
-    PolePath over = over_the_pole(path, machine, setup, chooser, options.clear, cone, lift);
+    PathOverSingularity over = over_singularity(path, machine, setup, chooser, options.clear, cone, lift);
     const bool turns = std::any_of(over.barred.begin(), over.barred.end(), [](int b) { return b >= 0; });
     if (!over.changed && !turns) break;
     if (auto valid = check_path(over.path, machine, options); !valid) return tl::unexpected(valid.error());

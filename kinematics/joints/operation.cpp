@@ -24,9 +24,9 @@ struct Cost {
 struct Place {
   std::size_t move = 0;  ///< at whose end
   Cost cost;
-  int parent = -1;  ///< the place before; -1: the start
-  Choice chosen;    ///< there, for the way that led here
-  Choice at;        ///< joints with which the tool arrives here
+  int parent = -1;       ///< the place before; -1: the start
+  JointSolution chosen;  ///< there, for the way that led here
+  JointSolution at;      ///< joints with which the tool arrives here
 };
 
 /// One way followed from a place without a change.
@@ -35,7 +35,7 @@ struct Run {
   double minutes = 0.0;  ///< up to there
   struct Stop {
     std::size_t move = 0;
-    Choice at;
+    JointSolution at;
     double minutes = 0.0;
   } air, cut;  ///< the last place with the tool in the air, and the last of all, where a change is possible
 };
@@ -78,14 +78,14 @@ class Search {
     return within_limits(machine_, chooser_.placed(pose.tip + pose.axis * *way, at.a, at.c).joints);
   }
   /// A tool that lies stands while the work turns: it keeps its tilt.
-  bool may_change(std::size_t move, const Choice& from, const Choice& to) const {
+  bool may_change(std::size_t move, const JointSolution& from, const JointSolution& to) const {
     return rises(move) || (from.branch == to.branch && from.joints.a == to.joints.a);
   }
   double minutes(const Joints& from, const Joints& to) const {
     return std::max(std::abs(to.a - from.a) / machine_.tilt.velocity,
                     std::abs(to.c - from.c) / machine_.rotary.velocity);
   }
-  Run run(std::size_t place, const Choice& start) const;
+  Run run(std::size_t place, const JointSolution& start) const;
   void expand(std::size_t index);
   void offer(const Place& place);
   OperationPlan plan_to(const Place& end) const;
@@ -102,9 +102,9 @@ class Search {
   std::optional<Place> end_;
 };
 
-Run Search::run(std::size_t place, const Choice& start) const {
+Run Search::run(std::size_t place, const JointSolution& start) const {
   Run out;
-  Choice at = start;
+  JointSolution at = start;
   std::size_t move = place + 1;
   for (; move < path_.moves.size(); ++move) {
     const auto next = chooser_.next(path_.moves[move].pose, solutions_[move], at);
@@ -137,7 +137,7 @@ void Search::offer(const Place& place) {
 
 void Search::expand(std::size_t index) {
   const Place from = places_[index];
-  const std::vector<Choice> choices =
+  const std::vector<JointSolution> choices =
       chooser_.choices(path_.moves[from.move].pose, solutions_[from.move], from.at);
   std::vector<Run> runs(choices.size());
   tbb::parallel_for(std::size_t{0}, choices.size(),

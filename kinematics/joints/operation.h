@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "kinematics/basics/tool_path.h"
-#include "kinematics/joints/joint_choice.h"
+#include "kinematics/joints/joint_chooser.h"
 #include "kinematics/joints/joint_moves.h"
 #include "kinematics/machine/machine.h"
 
@@ -17,12 +17,12 @@ namespace tiltfeed {
 /// At the end of a move: these joints there are given up for those.
 struct Reconfiguration {
   std::size_t after = 0;  ///< index into ToolPath::moves
-  Choice from, to;
+  JointSolution from, to;
   bool outward = false;  ///< off sideways, beyond the clear radius; the tilt stays
 };
 
 struct OperationPlan {
-  Choice start;
+  JointSolution start;
   std::vector<Reconfiguration> changes;  ///< in the path's order
 };
 

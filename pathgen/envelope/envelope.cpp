@@ -111,11 +111,11 @@ class Profile {
       if (sample.hit && static_cast<double>(c.top) < best.z) break;
       take(c.patch);
     }
-    const auto take_from = [&](const CellTree& tree) {
+    const auto take_from = [&](const HullBvh& tree) {
       tree.each(
           {x, x, y, y},
           [&](const FlatBox&, float top) { return !sample.hit || static_cast<double>(top) >= best.z; },
-          [&](const CellTree::Found& found) { take(found.patch); });
+          [&](const HullBvh::Found& found) { take(found.patch); });
     };
     if (at_place_ && field_.places_ != nullptr) take_from(*field_.places_);
     if (at_place_) take_from(field_.index_.guards());

@@ -45,7 +45,7 @@ class Envelope {
   std::optional<EnvelopePoint> at(double x, double y);
   /// Has at() look up the cutting part in `tree`, that of the index, which must outlive the envelope: for
   /// places in no order.
-  void look_up_in(const CellTree& tree) { places_ = &tree; }
+  void look_up_in(const HullBvh& tree) { places_ = &tree; }
   /// The patch for which the last place that at() was asked for may not be used.
   std::optional<PatchId> shut_by() const { return shut_by_; }
 
@@ -62,13 +62,13 @@ class Envelope {
   const FlatIndex& index_;
   EnvelopeOptions options_;
   FlatIndex::Scratch scratch_;
-  std::vector<Candidate> met_;         ///< by the row, cell by cell
+  std::vector<Candidate> met_;         ///< by the row, hull by hull
   std::vector<Candidate> candidates_;  ///< of the line, those now in use
   std::vector<Candidate> cutter_;      ///< of the cutting part
   std::vector<Candidate> guards_;      ///< of shank and holder, where they may rise
   std::optional<FlatBox> asked_;       ///< round the place that was asked for last, and what is there
   std::vector<FlatIndex::Nearby> nearby_;
-  const CellTree* places_ = nullptr;
+  const HullBvh* places_ = nullptr;
   std::optional<Point<Part>> end_;         ///< the column's end asked for last,
   std::optional<PatchId> end_covered_by_;  ///< and the patch that covers it
   std::optional<PatchId> shut_by_;

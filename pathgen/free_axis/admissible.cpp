@@ -75,10 +75,10 @@ bool Admissibility::any_clear(const ClPoint& point, int parts, DirectionQuery& q
   return false;
 }
 
-Uncut Admissibility::why_none(const ClPoint& point, DirectionQuery& query) const {
-  if (tilt_max_ < kPi && any_clear(point, kAllParts, query)) return Uncut::kTilt;
-  if (!any_clear(point, 1, query)) return Uncut::kCutter;
-  return any_clear(point, 2, query) ? Uncut::kHolder : Uncut::kShank;
+RestReason Admissibility::why_none(const ClPoint& point, DirectionQuery& query) const {
+  if (tilt_max_ < kPi && any_clear(point, kAllParts, query)) return RestReason::kTilt;
+  if (!any_clear(point, 1, query)) return RestReason::kCutter;
+  return any_clear(point, 2, query) ? RestReason::kHolder : RestReason::kShank;
 }
 
 Vec3 Admissibility::nearest_tilt(Vec3 axis) const {

@@ -10,8 +10,8 @@
 #include "kinematics/basics/units.h"
 #include "pathgen/axis/direction_grid.h"
 #include "pathgen/free_slices/cl_sections.h"
-#include "pathgen/options/uncut_reason.h"
-#include "pathgen/tool/move_clearance.h"
+#include "pathgen/options/rest_reason.h"
+#include "pathgen/tool/move_collision.h"
 #include "pathgen/tool/swept_tool.h"
 
 namespace tiltfeed {
@@ -48,7 +48,7 @@ class Admissibility {
 
   /// Why a point without admissible directions has none: the first of cutter, shank and holder without which
   /// there would be some, or the tilt limit.
-  Uncut why_none(const ClPoint& point, DirectionQuery& query) const;
+  RestReason why_none(const ClPoint& point, DirectionQuery& query) const;
 
   /// The axis itself, or, further from `up` than a little less than the tilt limit, the nearest that is not.
   Vec3 nearest_tilt(Vec3 axis) const;

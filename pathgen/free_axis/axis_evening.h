@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "pathgen/free_axis/pass_stations.h"
+#include "pathgen/free_axis/stations.h"
 
 namespace tiltfeed {
 

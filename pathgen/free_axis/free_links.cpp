@@ -6,9 +6,9 @@
 #include <optional>
 
 #include "pathgen/free_axis/surface_joins.h"
-#include "pathgen/linking/far_side.h"
 #include "pathgen/linking/linking.h"
 #include "pathgen/linking/nearest_ends.h"
+#include "pathgen/linking/opposite_wall.h"
 
 namespace tiltfeed {
 
@@ -34,7 +34,7 @@ struct Polar {
 
 class RunLinker {
  public:
-  RunLinker(const Admissibility& admissible, const OrientationOptions& how, const PlanOptions& options,
+  RunLinker(const Admissibility& admissible, const ToolAxisOptions& how, const PlanOptions& options,
             const std::vector<std::uint32_t>& source)
       : admissible_(admissible),
         tool_(admissible.tool()),
@@ -52,9 +52,9 @@ class RunLinker {
     step_ = std::sqrt(8.0 * tool_.ball() * options.tolerance);
   }
 
-  FreeLinked run(const std::vector<OrientedRun>& runs, bool reversible, const ReportShare& report) {
+  FreeLinked run(const std::vector<ToolAxisRun>& runs, bool reversible, const ReportShare& report) {
     std::vector<Point<Part>> ends;
-    for (const OrientedRun& r : runs)
+    for (const ToolAxisRun& r : runs)
       ends.push_back(r.front().point.centre), ends.push_back(r.back().point.centre);
     NearestEnds left(ends);
     if (!reversible)
@@ -62,7 +62,7 @@ class RunLinker {
     Point<Part> at = centre_ + admissible_.up() * radius_;
     Watch watch(report, runs.size());
     while (const auto end = watch.next() ? left.nearest(at) : std::nullopt) {
-      const OrientedRun& next = runs[*end / 2];
+      const ToolAxisRun& next = runs[*end / 2];
       const bool reversed = *end % 2 == 1;
       left.remove(*end);
       if (reversible) left.remove(*end ^ 1u);
@@ -75,8 +75,8 @@ class RunLinker {
   }
 
  private:
-  bool add(const OrientedRun& run, bool reversed) {
-    const auto point = [&](std::size_t i) -> const OrientedPoint& {
+  bool add(const ToolAxisRun& run, bool reversed) {
+    const auto point = [&](std::size_t i) -> const ToolAxisPoint& {
       return run[reversed ? run.size() - 1 - i : i];
     };
     if (!go_over(point(0)) && !go_short(point(0)) && !go_round(point(0))) return ++out_.skipped_runs, false;
@@ -86,28 +86,28 @@ class RunLinker {
     return true;
   }
 
-  Pose pose(const OrientedPoint& p, double lift) const {
+  Pose pose(const ToolAxisPoint& p, double lift) const {
     return pose_at(p.point.centre + p.axis * lift, p.axis, height_);
   }
 
-  void plunge(const OrientedPoint& to) {
+  void plunge(const ToolAxisPoint& to) {
     push(pose(to, options_.links.approach), MoveKind::kRapid);
     push(pose(to, 0.0), MoveKind::kPlunge, to.point.facet);
   }
 
   /// (J4) Over the surface, as one pass.
-  bool go_over(const OrientedPoint& to) {
+  bool go_over(const ToolAxisPoint& to) {
     if (!down_) return false;
     const auto way = joins_.join(*down_, to);
     if (!way) return false;
-    for (const OrientedPoint& p : *way) push(pose(p, 0.0), MoveKind::kCut, p.point.facet);
+    for (const ToolAxisPoint& p : *way) push(pose(p, 0.0), MoveKind::kCut, p.point.facet);
     ++out_.joins;
     down_.reset();
     return true;
   }
 
   /// (J3) Up by the clearance, over, and down.
-  bool go_short(const OrientedPoint& to) {
+  bool go_short(const ToolAxisPoint& to) {
     if (!down_) return false;
     const double lift = options_.links.clearance;
     const Pose from = pose(*down_, lift), over = pose(to, lift);
@@ -149,7 +149,7 @@ class RunLinker {
   bool allowed(Vec3 axis) const { return admissible_.within_tilt(axis); }
 
   /// Where the tip is on the sphere when the tool is drawn back from there.
-  Pose on_sphere(const OrientedPoint& p) const {
+  Pose on_sphere(const ToolAxisPoint& p) const {
     const Pose inside = pose(p, 0.0);
     const Vec3 m = inside.tip - centre_;
     const double along = dot(m, p.axis), c = squared_length(m) - radius_ * radius_;
@@ -163,7 +163,7 @@ class RunLinker {
   }
 
   /// (J1) Out to the sphere, over it, in again. The tool stays up where there is no way.
-  bool go_round(const OrientedPoint& to) {
+  bool go_round(const ToolAxisPoint& to) {
     if (down_) retract();
     const Pose entry = on_sphere(to);
     if (out_.moves.empty()) {
@@ -269,14 +269,14 @@ class RunLinker {
   double radius_ = 0.0, height_ = 0.0, step_ = 0.0;
   Vec3 e_, f_;
   SurfaceJoins joins_;
-  std::optional<OrientedPoint> down_;  ///< where a run ended, while the tool is there
+  std::optional<ToolAxisPoint> down_;  ///< where a run ended, while the tool is there
   FreeLinked out_;
 };
 
 }  // namespace
 
-FreeLinked link_runs(const std::vector<OrientedRun>& runs, bool reversible, const Admissibility& admissible,
-                     const OrientationOptions& how, const PlanOptions& options,
+FreeLinked link_runs(const std::vector<ToolAxisRun>& runs, bool reversible, const Admissibility& admissible,
+                     const ToolAxisOptions& how, const PlanOptions& options,
                      const std::vector<std::uint32_t>& source, const ReportShare& report) {
   return RunLinker(admissible, how, options, source).run(runs, reversible, report);
 }

@@ -7,7 +7,7 @@
 
 #include "kinematics/basics/tool_path.h"
 #include "pathgen/free_axis/admissible.h"
-#include "pathgen/free_axis/orientation.h"
+#include "pathgen/free_axis/tool_axis_path.h"
 #include "pathgen/options/plan_options.h"
 #include "pathgen/progress/watch.h"
 
@@ -26,8 +26,8 @@ struct FreeLinked {
 /// only where `reversible`. Properties: on links the whole tool is clear of the part, and outside the sphere,
 /// `options.links.clearance` from everything; every pose keeps the tilt limit. `source`: Mesh::source. When
 /// the user stops it, the moves are not all there.
-FreeLinked link_runs(const std::vector<OrientedRun>& runs, bool reversible, const Admissibility& admissible,
-                     const OrientationOptions& how, const PlanOptions& options,
+FreeLinked link_runs(const std::vector<ToolAxisRun>& runs, bool reversible, const Admissibility& admissible,
+                     const ToolAxisOptions& how, const PlanOptions& options,
                      const std::vector<std::uint32_t>& source, const ReportShare& report = {});
 
 }  // namespace tiltfeed

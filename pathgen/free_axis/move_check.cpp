@@ -18,7 +18,7 @@ constexpr double kFromBelow = -std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-PlacedRun divided(const PlacedRun& run, const OrientationOptions& options) {
+PlacedRun divided(const PlacedRun& run, const ToolAxisOptions& options) {
   PlacedRun parts{run.front()};
   for (std::size_t i = 1; i < run.size(); ++i) {
     const PlacedPoint &a = run[i - 1], &b = run[i];
@@ -38,8 +38,7 @@ PlacedRun divided(const PlacedRun& run, const OrientationOptions& options) {
   return parts;
 }
 
-MoveCheck::MoveCheck(const Admissibility& admissible, const OrientationOptions& options,
-                     DirectionQuery& query)
+MoveCheck::MoveCheck(const Admissibility& admissible, const ToolAxisOptions& options, DirectionQuery& query)
     : admissible_(admissible), options_(options), query_(query) {}
 
 void MoveCheck::next_round() {
@@ -71,7 +70,7 @@ double MoveCheck::room(double lean) const {
 }
 
 /// In pieces so short that the bound can hold.
-bool MoveCheck::clear_by_bound(const OrientedPoint& a, const OrientedPoint& b) {
+bool MoveCheck::clear_by_bound(const ToolAxisPoint& a, const ToolAxisPoint& b) {
   const SweptTool& tool = admissible_.tool();
   const double turn = angle_between(a.axis, b.axis), way = distance(a.point.centre, b.point.centre);
   const double bent = options_.reference_height * turn * turn / 8.0;
@@ -92,7 +91,7 @@ bool MoveCheck::clear_by_bound(const OrientedPoint& a, const OrientedPoint& b) {
 }
 
 /// By one bound where the surface leaves room, else as any move.
-bool MoveCheck::clear(const OrientedPoint& a, const OrientedPoint& b) {
+bool MoveCheck::clear(const ToolAxisPoint& a, const ToolAxisPoint& b) {
   return clear_by_bound(a, b) || clear_along(admissible_.tool(), admissible_.tilt(), {a.point.centre, a.axis},
                                              {b.point.centre, b.axis}, options_.reference_height,
                                              options_.tolerance, query_.hint, query_.tested);

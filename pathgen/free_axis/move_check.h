@@ -6,35 +6,35 @@
 #include <vector>
 
 #include "pathgen/free_axis/admissible.h"
-#include "pathgen/free_axis/oriented_run.h"
+#include "pathgen/free_axis/tool_axis_run.h"
 
 namespace tiltfeed {
 
 /// A point of a run and where it is on the pass, mm.
 struct PlacedPoint {
   double way = 0.0;
-  OrientedPoint at;
+  ToolAxisPoint at;
 };
 using PlacedRun = std::vector<PlacedPoint>;
 
 /// With points between, evenly, where a move would turn or be longer than allowed.
-PlacedRun divided(const PlacedRun& run, const OrientationOptions& options);
+PlacedRun divided(const PlacedRun& run, const ToolAxisOptions& options);
 
 class MoveCheck {
  public:
   /// All must outlive the object.
-  MoveCheck(const Admissibility& admissible, const OrientationOptions& options, DirectionQuery& query);
+  MoveCheck(const Admissibility& admissible, const ToolAxisOptions& options, DirectionQuery& query);
 
   /// Is the tool clear, and within the tilt limit, all along the move? Moves that were clear in the last
   /// round or in this one are known. Requires: in each round moves come in rising order.
   bool clear(const PlacedPoint& a, const PlacedPoint& b);
   void next_round();
   /// The same of any move.
-  bool clear(const OrientedPoint& a, const OrientedPoint& b);
+  bool clear(const ToolAxisPoint& a, const ToolAxisPoint& b);
 
  private:
   bool known_clear(const PlacedPoint& a, const PlacedPoint& b) const;
-  bool clear_by_bound(const OrientedPoint& a, const OrientedPoint& b);
+  bool clear_by_bound(const ToolAxisPoint& a, const ToolAxisPoint& b);
   double room(double lean) const;
 
   struct Cleared {
@@ -43,7 +43,7 @@ class MoveCheck {
     double to;
   };
   const Admissibility& admissible_;
-  const OrientationOptions& options_;
+  const ToolAxisOptions& options_;
   DirectionQuery& query_;
   std::vector<Cleared> before_, now_;
 };

@@ -24,7 +24,7 @@ constexpr int kMostHalvings = 8;
 
 }  // namespace
 
-SurfaceJoins::SurfaceJoins(const Admissibility& admissible, const OrientationOptions& options, double longest)
+SurfaceJoins::SurfaceJoins(const Admissibility& admissible, const ToolAxisOptions& options, double longest)
     : admissible_(admissible),
       options_(options),
       longest_(longest),
@@ -72,7 +72,7 @@ bool SurfaceJoins::follow(const ClPoint& a, const ClPoint& b, int depth, ClStran
   return middle && follow(a, *middle, depth + 1, way) && follow(*middle, b, depth + 1, way);
 }
 
-std::optional<OrientedRun> SurfaceJoins::join(const OrientedPoint& from, const OrientedPoint& to) {
+std::optional<ToolAxisRun> SurfaceJoins::join(const ToolAxisPoint& from, const ToolAxisPoint& to) {
   const double apart = distance(from.point.centre, to.point.centre);
   if (apart > longest_ || apart < kSettled) return std::nullopt;
   ClStrand way{from.point};
@@ -90,7 +90,7 @@ std::optional<OrientedRun> SurfaceJoins::join(const OrientedPoint& from, const O
     run.push_back({at, {way[i], axis}});
   }
   run = divided(run, options_);
-  OrientedRun joined;
+  ToolAxisRun joined;
   for (std::size_t i = 1; i < run.size(); ++i) {
     if (!moves_.clear(run[i - 1].at, run[i].at)) return std::nullopt;
     joined.push_back(run[i].at);

@@ -5,19 +5,19 @@
 #include <optional>
 
 #include "pathgen/free_axis/move_check.h"
-#include "pathgen/free_axis/orientation.h"
+#include "pathgen/free_axis/tool_axis_path.h"
 
 namespace tiltfeed {
 
 class SurfaceJoins {
  public:
   /// All must outlive the object. `longest`: how far the ends may be apart, mm; 0: none are joined.
-  SurfaceJoins(const Admissibility& admissible, const OrientationOptions& options, double longest);
+  SurfaceJoins(const Admissibility& admissible, const ToolAxisOptions& options, double longest);
 
   /// The points after `from`, up to and with `to`. Nothing where the ends are too far apart, the surface
   /// between them is no single sheet, the tool is not clear, or the axis would turn faster than it may.
-  /// Properties: those of orient_pass, and contact within the tolerance's share of the slices.
-  std::optional<OrientedRun> join(const OrientedPoint& from, const OrientedPoint& to);
+  /// Properties: those of choose_tool_axes, and contact within the tolerance's share of the slices.
+  std::optional<ToolAxisRun> join(const ToolAxisPoint& from, const ToolAxisPoint& to);
   std::uint64_t tested() const { return query_.tested; }
 
  private:
@@ -26,7 +26,7 @@ class SurfaceJoins {
   bool follow(const ClPoint& a, const ClPoint& b, int depth, ClStrand& way) const;
 
   const Admissibility& admissible_;
-  const OrientationOptions& options_;
+  const ToolAxisOptions& options_;
   double longest_, gap_;
   DirectionQuery query_;
   MoveCheck moves_;

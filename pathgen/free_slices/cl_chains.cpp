@@ -144,7 +144,7 @@ void append(ClStrand& chain, const ClStrand& strand, double gap, const Joins& jo
 
 }  // namespace
 
-std::vector<ClChain> join_strands(std::vector<ClStrand> strands, const FacetTree& tree, double radius,
+std::vector<ClChain> join_strands(std::vector<ClStrand> strands, const FacetBvh& tree, double radius,
                                   const JoinLimits& limits) {
   std::erase_if(strands, [](const ClStrand& s) { return s.size() < 2 || length_of(s) < kSamePoint; });
   const auto joins = [&](Point<Part> end, Point<Part> start) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "pathgen/free_slices/cl_sections.h"
-#include "pathgen/mesh/facet_tree.h"
+#include "pathgen/mesh/facet_bvh.h"
 
 namespace tiltfeed {
 
@@ -20,7 +20,7 @@ struct ClChain {
 /// (N4) The parts of the strand whose centres are nowhere nearer to one of `obstacles` (indices into the
 /// mesh) than `radius`, less kInside: exact on every straight move. Ends of what is cut away belong to what
 /// is left.
-void trim_strand(const ClStrand& strand, const FacetTree& tree, std::span<const std::uint32_t> obstacles,
+void trim_strand(const ClStrand& strand, const FacetBvh& tree, std::span<const std::uint32_t> obstacles,
                  double radius, std::vector<ClStrand>& kept);
 
 /// A ball this much (mm) inside a facet still only touches it: rounding.
@@ -35,7 +35,7 @@ struct JoinLimits {
 
 /// (N5) Joins each end of a strand to the nearest start; near ones first. The strands run one way; which are
 /// joined does not depend on their order.
-std::vector<ClChain> join_strands(std::vector<ClStrand> strands, const FacetTree& tree, double radius,
+std::vector<ClChain> join_strands(std::vector<ClStrand> strands, const FacetBvh& tree, double radius,
                                   const JoinLimits& limits);
 
 /// (N6) Drops points that a straight move passes within `tolerance`, while normals in between stay within
@@ -45,7 +45,7 @@ inline constexpr double kNormalBend = 0.1;
 
 /// Is the centre's straight move, which starts and ends in contact, nowhere nearer to the part than the
 /// radius, and in its middle no further, but for the tolerance?
-bool in_contact(Point<Part> from, Point<Part> to, const FacetTree& tree, double radius, double tolerance);
+bool in_contact(Point<Part> from, Point<Part> to, const FacetBvh& tree, double radius, double tolerance);
 
 double length_of(const ClStrand& strand);
 

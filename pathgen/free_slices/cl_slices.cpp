@@ -39,7 +39,7 @@ double side_step(const PlanOptions& o) {
 
 class Stack {
  public:
-  Stack(const ClSections& sections, const FacetTree& tree, const PlanOptions& options, std::uint32_t index,
+  Stack(const ClSections& sections, const FacetBvh& tree, const PlanOptions& options, std::uint32_t index,
         const ToleranceBudget& budget)
       : sections_(sections),
         tree_(tree),
@@ -216,7 +216,7 @@ class Stack {
   }
 
   const ClSections& sections_;
-  const FacetTree& tree_;
+  const FacetBvh& tree_;
   const PlanOptions& options_;
   std::uint32_t index_;
   Vec3 normal_;
@@ -228,7 +228,7 @@ class Stack {
 
 }  // namespace
 
-std::vector<ClSlice> slice_cl_surface(const CheckedMesh& part, const FacetTree& tree,
+std::vector<ClSlice> slice_cl_surface(const CheckedMesh& part, const FacetBvh& tree,
                                       const PlanOptions& options, const ToleranceBudget& budget,
                                       const std::function<bool(double)>& go_on) {
   const ClSections sections(part, options.cutter.radius() + options.allowance, budget.chords());

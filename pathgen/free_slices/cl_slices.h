@@ -26,7 +26,7 @@ struct ClSlice {
 /// With measure surface or scallop further planes lie between where the surface leans towards a plane.
 /// Chords, dropped points and gaps take their shares of the budget. Empty when `go_on` returned false: it is
 /// asked now and then, on one thread, with 0..1.
-std::vector<ClSlice> slice_cl_surface(const CheckedMesh& part, const FacetTree& tree,
+std::vector<ClSlice> slice_cl_surface(const CheckedMesh& part, const FacetBvh& tree,
                                       const PlanOptions& options, const ToleranceBudget& budget,
                                       const std::function<bool(double)>& go_on);
 

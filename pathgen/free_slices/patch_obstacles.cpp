@@ -53,7 +53,7 @@ bool behind(const PatchHull& hull, const PlacedFacet& facet) {
 
 }  // namespace
 
-PatchObstacles::PatchObstacles(const ClSections& sections, const FacetTree& tree,
+PatchObstacles::PatchObstacles(const ClSections& sections, const FacetBvh& tree,
                                const std::vector<std::uint8_t>& asked) {
   const std::size_t patches = sections.patches();
   std::vector<std::vector<std::uint32_t>> found((patches + kTogether - 1) / kTogether);

@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "pathgen/free_slices/cl_sections.h"
-#include "pathgen/mesh/facet_tree.h"
+#include "pathgen/mesh/facet_bvh.h"
 
 namespace tiltfeed {
 
 class PatchObstacles {
  public:
   /// Of the patches that are not 0 in `asked`. In parallel; the same for any number of threads.
-  PatchObstacles(const ClSections& sections, const FacetTree& tree, const std::vector<std::uint8_t>& asked);
+  PatchObstacles(const ClSections& sections, const FacetBvh& tree, const std::vector<std::uint8_t>& asked);
 
   /// Facets (indices into the mesh, ascending) that a centre of the patch may be nearer to than the radius;
   /// no other is, by more than rounding. None of a patch that was not asked for.

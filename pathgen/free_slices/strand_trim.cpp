@@ -108,7 +108,7 @@ void unite(std::vector<Span>& spans) {
 }
 
 /// Is some part of the move too near to a facet?
-bool any_inside(Point<Part> from, Point<Part> to, const FacetTree& tree, double limit) {
+bool any_inside(Point<Part> from, Point<Part> to, const FacetBvh& tree, double limit) {
   const Move1 move(from, to);
   std::vector<Span> spans;
   return tree.any_along(from, move.along(), 0.0, move.length(), limit,
@@ -120,7 +120,7 @@ bool any_inside(Point<Part> from, Point<Part> to, const FacetTree& tree, double 
 
 }  // namespace
 
-void trim_strand(const ClStrand& strand, const FacetTree& tree, std::span<const std::uint32_t> obstacles,
+void trim_strand(const ClStrand& strand, const FacetBvh& tree, std::span<const std::uint32_t> obstacles,
                  double radius, std::vector<ClStrand>& kept) {
   if (obstacles.empty()) return kept.push_back(strand);
   ClStrand run;
@@ -152,7 +152,7 @@ void trim_strand(const ClStrand& strand, const FacetTree& tree, std::span<const 
   end_run();
 }
 
-bool in_contact(Point<Part> from, Point<Part> to, const FacetTree& tree, double radius, double tolerance) {
+bool in_contact(Point<Part> from, Point<Part> to, const FacetBvh& tree, double radius, double tolerance) {
   if (any_inside(from, to, tree, radius - tolerance)) return false;
   const Point<Part> middle = lerp(from, to, 0.5);
   const double reach = radius + tolerance;

@@ -38,7 +38,7 @@ double Approaches::rapid_end(Point<Flat> place) {
   for (const FlatIndex::Nearby& n : nearby_) hold_off(n.patch);
   // Flat height is a distance, so that the grown tool's rises above the tool's own by the approach at most.
   const auto may_reach = [&](const FlatBox&, double top) { return top + approach_ >= end; };
-  field_.index.guards().each(round, may_reach, [&](const CellTree::Found& f) { hold_off(f.patch); });
+  field_.index.guards().each(round, may_reach, [&](const HullBvh::Found& f) { hold_off(f.patch); });
   return end;
 }
 

@@ -43,7 +43,7 @@ bool Joins::may_cut(const Pass& pass) const {
     if (!options_.allowed(p)) return false;
   }
   std::vector<std::vector<Pass>> lines{{pass}};
-  return far_side_.trim(lines) == 0;
+  return opposite_wall_.trim(lines) == 0;
 }
 
 /// On the envelope from a over the corners to b, where it is unbroken.

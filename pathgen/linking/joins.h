@@ -11,9 +11,13 @@ namespace tiltfeed {
 
 class Joins {
  public:
-  Joins(const ClField& field, const Linking& options, FarSide& far_side, Envelope& envelope,
+  Joins(const ClField& field, const Linking& options, OppositeWall& opposite_wall, Envelope& envelope,
         const Travel& travel)
-      : field_(field), options_(options), far_side_(far_side), envelope_(envelope), travel_(travel) {}
+      : field_(field),
+        options_(options),
+        opposite_wall_(opposite_wall),
+        envelope_(envelope),
+        travel_(travel) {}
 
   /// An end of a pass, and the pass's point next to it (the end itself in a pass of one point).
   struct End {
@@ -21,8 +25,8 @@ class Joins {
   };
   /// The points between a and b, thinned, both left out: along the straight flat line or, where the surface
   /// ends short of that, a little way back into both passes. Nothing when the ends are further apart than
-  /// join_distance, the envelope has a gap there, a point may not be cut or is blocked on the far side, or
-  /// going up and over is quicker.
+  /// join_distance, the envelope has a gap there, a point may not be cut or is blocked on the opposite wall,
+  /// or going up and over is quicker.
   std::optional<Pass> between(const End& a, const End& b);
 
  private:
@@ -33,7 +37,7 @@ class Joins {
 
   const ClField& field_;
   const Linking& options_;
-  FarSide& far_side_;
+  OppositeWall& opposite_wall_;
   Envelope& envelope_;
   const Travel& travel_;
 };

@@ -92,7 +92,7 @@ bool Leads::free_above(Point<Flat> place) {
   EnvelopePoint p;
   p.flat = place, p.centre = line.base + line.axis * place.z, p.axis = line.axis;
   std::vector<std::vector<Pass>> lines{{Pass{p}}};
-  return far_side_.trim(lines) == 0;
+  return opposite_wall_.trim(lines) == 0;
 }
 
 std::vector<Point<Flat>> Leads::arc(const EnvelopePoint& end, const EnvelopePoint& next) {
@@ -102,7 +102,7 @@ std::vector<Point<Flat>> Leads::arc(const EnvelopePoint& end, const EnvelopePoin
   for (const Point<Flat>& to : places) {
     const Pose a = travel_.pose(from), b = travel_.pose(to);
     const bool clear =
-        travel_.within_tilt(a.axis, b.axis) && over_envelope(from, to) && far_side_.travel_clear(a, b);
+        travel_.within_tilt(a.axis, b.axis) && over_envelope(from, to) && opposite_wall_.travel_clear(a, b);
     if (!clear) return {};
     from = to;
   }

@@ -12,14 +12,18 @@ namespace tiltfeed {
 
 class Leads {
  public:
-  Leads(const ClField& field, const Linking& options, FarSide& far_side, Envelope& envelope,
+  Leads(const ClField& field, const Linking& options, OppositeWall& opposite_wall, Envelope& envelope,
         const Travel& travel)
-      : field_(field), options_(options), far_side_(far_side), envelope_(envelope), travel_(travel) {}
+      : field_(field),
+        options_(options),
+        opposite_wall_(opposite_wall),
+        envelope_(envelope),
+        travel_(travel) {}
 
   /// The arc from the end `end` of a pass outwards and up; `next` is the pass's point next to it. Each is the
   /// place of the CL reference, `end` itself left out; the last is where the arc points along the axis of
   /// `end`. Empty where the pass climbs away from its end too steeply, the envelope is in the way, the arc
-  /// ends above the clearance surface, tilts too far, or is blocked on the far side.
+  /// ends above the clearance surface, tilts too far, or is blocked on the opposite wall.
   std::vector<Point<Flat>> arc(const EnvelopePoint& end, const EnvelopePoint& next);
 
  private:
@@ -29,7 +33,7 @@ class Leads {
 
   const ClField& field_;
   const Linking& options_;
-  FarSide& far_side_;
+  OppositeWall& opposite_wall_;
   Envelope& envelope_;
   const Travel& travel_;
 };

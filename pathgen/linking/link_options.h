@@ -43,7 +43,7 @@ struct Linking {
 
 struct Linked {
   std::vector<Move> moves;
-  std::uint64_t skipped_passes = 0;  ///< to which every way hits the part on the far side
+  std::uint64_t skipped_passes = 0;  ///< to which every way hits the part on the opposite wall
   std::uint64_t tilted_passes = 0;   ///< to which every clear way tilts the axis further than tilt_max
   std::uint64_t retracts = 0;        ///< to the clearance surface, the last one included
   std::uint64_t joins = 0;           ///< passes that start where a join on the envelope ends

@@ -36,13 +36,13 @@ class Directed {
 
 class Linker {
  public:
-  Linker(const ClField& field, const Linking& options, FarSide& far_side, Envelope& envelope)
+  Linker(const ClField& field, const Linking& options, OppositeWall& opposite_wall, Envelope& envelope)
       : surface_(field.surface),
         options_(options),
-        far_side_(far_side),
-        travel_(field.deformation, options, far_side),
-        joins_(field, options, far_side, envelope, travel_),
-        leads_(field, options, far_side, envelope, travel_),
+        opposite_wall_(opposite_wall),
+        travel_(field.deformation, options, opposite_wall),
+        joins_(field, options, opposite_wall, envelope, travel_),
+        leads_(field, options, opposite_wall, envelope, travel_),
         approaches_(field, options.approach, options.clearance_z) {}
 
   Linked run(const Order& order, const std::vector<std::vector<Pass>>& slices, const ReportShare& report) {
@@ -116,8 +116,8 @@ class Linker {
     const Travel::Way way = travel_.find(at_, to, poses);
     if (way != Travel::Way::kFound) return way;
     for (const Pose& pose : poses)
-      push(pose,
-           far_side_.rapid_clear(linked_.moves.back().pose, pose) ? MoveKind::kRapid : MoveKind::kPlunge);
+      push(pose, opposite_wall_.rapid_clear(linked_.moves.back().pose, pose) ? MoveKind::kRapid
+                                                                             : MoveKind::kPlunge);
     return way;
   }
 
@@ -147,7 +147,7 @@ class Linker {
 
   const ClSurface& surface_;
   const Linking& options_;
-  FarSide& far_side_;
+  OppositeWall& opposite_wall_;
   Travel travel_;
   Joins joins_;
   Leads leads_;
@@ -166,8 +166,8 @@ class Linker {
 }  // namespace
 
 Linked link(const std::vector<std::vector<Pass>>& slices, const ClField& field, const Linking& options,
-            FarSide& far_side, Envelope& envelope) {
-  Linker linker(field, options, far_side, envelope);
+            OppositeWall& opposite_wall, Envelope& envelope) {
+  Linker linker(field, options, opposite_wall, envelope);
   const Order plain = plain_order(slices, options.direction);
   const bool one = options.order == PassOrder::kGiven;
   const ReportShare first = part_of(options.report, 0.0, one ? 1.0 : kPlainShare);

@@ -10,8 +10,8 @@
 #include "kinematics/basics/tool_path.h"
 #include "kinematics/basics/units.h"
 #include "pathgen/envelope/envelope.h"
-#include "pathgen/linking/far_side.h"
 #include "pathgen/linking/link_options.h"
+#include "pathgen/linking/opposite_wall.h"
 #include "pathgen/options/plan_options.h"
 #include "pathgen/progress/watch.h"
 #include "pathgen/surface/cl_field.h"
@@ -28,6 +28,6 @@ namespace tiltfeed {
 /// `field`; unless the order is kGiven, passes of a slice lie in rising order on a straight flat line, and
 /// slices side by side.
 Linked link(const std::vector<std::vector<Pass>>& slices, const ClField& field, const Linking& options,
-            FarSide& far_side, Envelope& envelope);
+            OppositeWall& opposite_wall, Envelope& envelope);
 
 }  // namespace tiltfeed

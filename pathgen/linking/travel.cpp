@@ -33,10 +33,10 @@ double least_cosine(Vec3 a, Vec3 b, Vec3 up) {
   return between ? std::min(ends, dot(lowest, up)) : ends;
 }
 
-Travel::Travel(const Deformation& deformation, const Linking& options, FarSide& far_side)
+Travel::Travel(const Deformation& deformation, const Linking& options, OppositeWall& opposite_wall)
     : map_(deformation),
       options_(options),
-      far_side_(far_side),
+      opposite_wall_(opposite_wall),
       unlimited_(options.tilt_max.radians() + kTiltSlack >= kPi),
       least_allowed_(std::cos(std::min(kPi, options.tilt_max.radians() + kTiltSlack))) {}
 
@@ -119,7 +119,7 @@ Travel::Way Travel::check(const Pose& start, const std::vector<Pose>& poses) {
   }
   at = &start;
   for (const Pose& next : poses) {
-    if (!far_side_.travel_clear(*at, next)) return Way::kBlocked;
+    if (!opposite_wall_.travel_clear(*at, next)) return Way::kBlocked;
     at = &next;
   }
   return Way::kFound;

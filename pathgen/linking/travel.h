@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "pathgen/linking/far_side.h"
 #include "pathgen/linking/link_options.h"
+#include "pathgen/linking/opposite_wall.h"
 
 namespace tiltfeed {
 
@@ -14,11 +14,11 @@ double least_cosine(Vec3 a, Vec3 b, Vec3 up);
 
 class Travel {
  public:
-  Travel(const Deformation& deformation, const Linking& options, FarSide& far_side);
+  Travel(const Deformation& deformation, const Linking& options, OppositeWall& opposite_wall);
 
   enum class Way {
     kFound,
-    kBlocked,  ///< every way within the tilt limit hits the part on the far side
+    kBlocked,  ///< every way within the tilt limit hits the part on the opposite wall
     kTilted,   ///< every way tilts too far
   };
   /// Sets `poses` to those of the moves from `from` to `to`; z' of both is not looked at. The short way round
@@ -43,7 +43,7 @@ class Travel {
 
   const Deformation& map_;
   const Linking& options_;
-  FarSide& far_side_;
+  OppositeWall& opposite_wall_;
   bool unlimited_;
   double least_allowed_;  ///< cosine of the tilt
 };

@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "kinematics/basics/tool_path.h"
-#include "pathgen/mesh/orient.h"
+#include "pathgen/mesh/facet_winding.h"
 #include "pathgen/mesh/repair.h"
 #include "pathgen/mesh/topology.h"
 #include "pathgen/mesh/weld.h"

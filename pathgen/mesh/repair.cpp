@@ -10,8 +10,8 @@
 #include <numeric>
 
 #include "pathgen/mesh/cracks.h"
+#include "pathgen/mesh/facet_winding.h"
 #include "pathgen/mesh/holes.h"
-#include "pathgen/mesh/orient.h"
 #include "pathgen/mesh/pinches.h"
 
 namespace tiltfeed {

@@ -28,9 +28,10 @@ struct Repair {
 };
 
 /// Closes `mesh`, or says why it cannot be. In this order: corners of open edges are welded, facets cut up at
-/// corners that lie on their edges, flaps dropped (cracks.h), neighbours made to agree (orient.h), touching
-/// solids given corners of their own (pinches.h), holes filled (holes.h), shells turned outward. Properties:
-/// 1 No corner moves by more than distance / 2, and no facet but a fill is further than `distance` from the
+/// corners that lie on their edges, flaps dropped (cracks.h), neighbours made to agree (facet_winding.h),
+/// touching solids given corners of their own (pinches.h), holes filled (holes.h), shells turned outward.
+/// Properties: 1 No corner moves by more than distance / 2, and no facet but a fill is further than
+/// `distance` from the
 ///   one it comes from.
 /// 2 Welds and cuts reach no further than needed: of distance / 32, / 8 and / 2 the least that leaves the
 ///   fewest edges open is tried first, then those above it.

@@ -70,12 +70,12 @@ enum class Reaction {
   kRetract,  ///< the tool is raised along its axis until it is clear, and that is reported
   kReport    ///< the path stays as it is; the report says where
 };
-struct Guard {
+struct StandOff {
   double clearance = 0.0;  ///< mm
   Reaction reaction = Reaction::kTrim;
 };
 
-struct LinkOptions {
+struct LinkingOptions {
   double clearance = 0.0;      ///< of the clearance surface over the highest CL point, mm
   double approach = 0.0;       ///< the last part of an approach, travelled at plunge feed, mm
   double join_distance = 0.0;  ///< passes whose ends are at most this far apart are joined on the surface, mm
@@ -119,9 +119,9 @@ struct PlanOptions {
   double max_point_distance = 0.0;  ///< between two points of a pass, mm; 0: no limit
   Angle max_angle_step;    ///< of the tool axis between two points of a pass; 0: no limit but the tolerance's
   double smoothing = 0.0;  ///< least radius of a pass's concave corners, mm; 0: none
-  bool find_uncut = false;  ///< say which facets stay uncut, with one axis field
-  Guard shank, holder;
-  LinkOptions links;
+  bool find_rest_material = false;  ///< say which facets stay uncut, with one axis field
+  StandOff shank, holder;
+  LinkingOptions links;
   Feed cut_feed, plunge_feed;
   Vec3 up{0, 0, 1};  ///< the table's axis in part directions, unit
   Angle tilt_max =

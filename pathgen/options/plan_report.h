@@ -8,7 +8,7 @@
 
 #include "kinematics/basics/tool_path.h"
 #include "pathgen/mesh/mesh.h"
-#include "pathgen/options/uncut_reason.h"
+#include "pathgen/options/rest_reason.h"
 #include "pathgen/progress/stages.h"
 
 namespace tiltfeed {
@@ -23,7 +23,7 @@ struct FreeReport {
   std::uint64_t short_links = 0;  ///< between passes, at the clearance over the surface
   struct Facet {
     std::uint32_t facet = kNoFacet;  ///< of the STL file
-    Uncut why = Uncut::kCutter;
+    RestReason why = RestReason::kCutter;
   };
   std::vector<Facet> unreached;  ///< facets touched where a slice was left out, ascending, each once
 };
@@ -39,9 +39,9 @@ struct IndexedReport {
   double reachable = 0.0;  ///< by any direction that was asked: no number of fixed directions reaches more
 };
 
-struct UncutFacet {
+struct RestFacet {
   std::uint32_t facet = 0;  ///< of the STL file
-  Uncut why = Uncut::kCutter;
+  RestReason why = RestReason::kCutter;
   double share = 0.0;  ///< of the facet's area, above 0; over pieces no larger than the cutter's radius
 };
 
@@ -55,12 +55,12 @@ struct BetweenPasses {
   double area = 0.0;  ///< on which they leave more than the limit, mm^2
 };
 
-struct UncutReport {
-  std::vector<UncutFacet> facets;  ///< that face the tool, ascending
-  std::uint64_t away = 0;          ///< facets turned away from the tool, not among them
-  double area = 0.0;               ///< uncut but for walls, mm^2
-  double wall_area = 0.0;          ///< uncut walls, mm^2
-  double facing_area = 0.0;        ///< of all that faces the tool, mm^2
+struct RestReport {
+  std::vector<RestFacet> facets;  ///< that face the tool, ascending
+  std::uint64_t away = 0;         ///< facets turned away from the tool, not among them
+  double area = 0.0;              ///< uncut but for walls, mm^2
+  double wall_area = 0.0;         ///< uncut walls, mm^2
+  double facing_area = 0.0;       ///< of all that faces the tool, mm^2
   BetweenPasses between;
 };
 
@@ -74,7 +74,7 @@ struct PlanReport {
   double cut_length = 0.0, rapid_length = 0.0;  ///< of the tip, mm
   std::optional<FreeReport> free;               ///< with the axis free
   std::optional<IndexedReport> indexed;         ///< with fixed directions
-  std::optional<UncutReport> uncut;             ///< with PlanOptions::find_uncut, in one axis field
+  std::optional<RestReport> uncut;              ///< with PlanOptions::find_rest_material, in one axis field
   std::vector<std::string> warnings;
   std::vector<StageTime> times;
 };

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string>
 
-#include "pathgen/pattern/raster.h"
+#include "pathgen/pattern/row_layout.h"
 #include "pathgen/progress/stages.h"
 
 namespace tiltfeed {

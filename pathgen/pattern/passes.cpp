@@ -10,7 +10,7 @@
 #include "pathgen/envelope/pass_trim.h"
 #include "pathgen/envelope/thinning.h"
 #include "pathgen/options/side_step.h"
-#include "pathgen/pattern/raster.h"
+#include "pathgen/pattern/row_layout.h"
 #include "pathgen/progress/stages.h"
 #include "pathgen/progress/watch.h"
 #include "pathgen/surface/row_candidates.h"
@@ -25,7 +25,7 @@ void Passes::add(const Passes& other) {
   refusals.add(other.refusals);
 }
 
-void smooth(std::vector<Pass>& passes, double radius, const PassRules& rules, Envelope& envelope,
+void smooth(std::vector<Pass>& passes, double radius, const PointRules& rules, Envelope& envelope,
             Smoothed& report) {
   for (Pass& pass : passes) pass = smoothed(pass, {radius, envelope.options().tolerance}, envelope, report);
   leave_out(passes, [&](const EnvelopePoint& p) { return !rules.region().reaches(p.flat.z); });
@@ -44,7 +44,7 @@ constexpr double kWhole = 1e-9;
 
 /// A stretch of a row whose neighbours must be `halvings` closer than the first raster's.
 struct Need {
-  double from = 0.0, to = 0.0;  ///< Raster::along
+  double from = 0.0, to = 0.0;  ///< RowLayout::along
   int halvings = 0;
 };
 
@@ -60,7 +60,7 @@ struct Traced {
   std::vector<Need> needs;
   std::uint64_t points = 0, steep = 0;
   double top = -std::numeric_limits<double>::infinity();
-  Refusals refusals;
+  RejectedPoints refusals;
   Smoothed smoothed;
 };
 
@@ -80,8 +80,8 @@ class RasterTracer {
     const Pattern& pattern = options_.pattern;
     const bool flat = pattern.measure == StepMeasure::kFlat;
     halvings_ = flat ? 0 : kMostHalvings;
-    const auto raster = lay_raster(field_.index, rules_.region().within(field_.bounds), pattern,
-                                   flat ? wished_ : kCoarse * wished_);
+    const auto raster = lay_rows(field_.index, rules_.region().within(field_.bounds), pattern,
+                                 flat ? wished_ : kCoarse * wished_);
     if (!raster) return tl::unexpected(raster.error());
     raster_ = *raster;
     find_seams();
@@ -148,7 +148,7 @@ class RasterTracer {
   /// it.
   std::size_t rows_together(std::size_t rows) const {
     const double of_row = std::max(1.0, raster_.crossings / raster_.count);
-    if (static_cast<double>(rows) * of_row < kWorth * static_cast<double>(field_.index.cells())) return 0;
+    if (static_cast<double>(rows) * of_row < kWorth * static_cast<double>(field_.index.hulls())) return 0;
     return kRowsPerReport *
            static_cast<std::size_t>(std::ceil(kMeetings / (of_row * static_cast<double>(kRowsPerReport))));
   }
@@ -286,10 +286,10 @@ class RasterTracer {
   EnvelopeOptions envelope_;
   double thinning_;
   const std::function<bool(double)>& progress_;
-  PassRules rules_;
+  PointRules rules_;
   double wished_;
   int halvings_ = 0;
-  Raster raster_;
+  RowLayout raster_;
   bool round_across_ = false;  ///< row -0.5 is row count - 0.5
   double turn_along_ = 0.0;    ///< where the rows go all the way round: how far that is; else 0
   std::map<double, std::vector<Pass>> rows_;  ///< by row number; exact, being sums of powers of two

@@ -10,7 +10,7 @@
 #include "kinematics/basics/result.h"
 #include "pathgen/envelope/envelope.h"
 #include "pathgen/envelope/smoothing.h"
-#include "pathgen/pattern/pass_rules.h"
+#include "pathgen/pattern/point_rules.h"
 #include "pathgen/surface/cl_field.h"
 
 namespace tiltfeed {
@@ -20,7 +20,7 @@ struct Passes {
   std::uint64_t traced = 0;             ///< points of the envelope before anything was left out
   double top = -std::numeric_limits<double>::infinity();  ///< highest z' of the envelope
   std::vector<PatchId> too_near;                          ///< patches left out for kLeastAxisDistance
-  Refusals refusals;
+  RejectedPoints refusals;
   bool as_given = false;    ///< rows are groups in the order to be cut, and no pass may be run backwards
   std::uint64_t steep = 0;  ///< points on walls too steep for the side step to be kept
   Smoothed smoothed;
@@ -31,7 +31,7 @@ struct Passes {
 
 /// Rounds off the concave corners of passes that may be cut as they are; what rises out of the region is left
 /// out.
-void smooth(std::vector<Pass>& passes, double radius, const PassRules& rules, Envelope& envelope,
+void smooth(std::vector<Pass>& passes, double radius, const PointRules& rules, Envelope& envelope,
             Smoothed& report);
 
 /// Most times a row is halved for the side step on the part.
@@ -39,7 +39,7 @@ inline constexpr int kMostHalvings = 7;
 
 /// Properties: with StepMeasure::kFlat rows are evenly spaced; with kSurface and kScallop neighbouring passes
 /// are at most the side step apart on the part, where the surface leans at most kSteepestAcross across them,
-/// and as a rule not less than half of it. Errors: as lay_raster; kCancelled when `progress` returns false.
+/// and as a rule not less than half of it. Errors: as lay_rows; kCancelled when `progress` returns false.
 Result<Passes> trace_raster(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
                             double thinning, const std::function<bool(double)>& progress);
 

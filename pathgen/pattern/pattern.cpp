@@ -7,9 +7,9 @@
 #include "pathgen/envelope/thinning.h"
 #include "pathgen/options/side_step.h"
 #include "pathgen/pattern/contours.h"
-#include "pathgen/pattern/raster.h"
 #include "pathgen/pattern/region_pattern.h"
 #include "pathgen/pattern/rough_layers.h"
+#include "pathgen/pattern/row_layout.h"
 #include "pathgen/progress/watch.h"
 
 namespace tiltfeed {
@@ -43,7 +43,7 @@ constexpr double kHeldShare = 0.5;
 /// Contours as passes: without what may not be cut.
 Passes from_contours(Contours&& contours, const ClField& field, const PlanOptions& options,
                      const EnvelopeOptions& limits, double smoothing, const Progress& progress) {
-  const PassRules rules(options, field);
+  const PointRules rules(options, field);
   Envelope envelope(field.surface, field.deformation, field.index, limits);
   const bool guarded = field.surface.pieces().size() > 1;
   Passes passes;
@@ -67,7 +67,7 @@ Passes from_contours(Contours&& contours, const ClField& field, const PlanOption
       if (!held || held->flat.z <= p.flat.z + kHeldShare * options.tolerance) return false;
       const ToolPart part = rules.touching(*held);
       if (part == ToolPart::kCutter) return false;
-      ++passes.refusals.count[static_cast<std::size_t>(uncut_by(part))];
+      ++passes.refusals.count[static_cast<std::size_t>(rest_reason_of(part))];
       passes.refusals.patches.push_back(held->patch);
       return true;
     });
@@ -135,7 +135,7 @@ Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, con
                            const Progress& progress, std::vector<std::string>& warnings) {
   const Region region(options.containment, field.deformation);
   const auto raster =
-      lay_raster(field.index, region.within(field.bounds), options.pattern, options.pattern.side_step);
+      lay_rows(field.index, region.within(field.bounds), options.pattern, options.pattern.side_step);
   if (!raster) return tl::unexpected(raster.error());
   std::vector<FlatLine> lines;
   for (double k = 0.0; k < raster->count; ++k)

@@ -7,7 +7,7 @@
 
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/free_axis/free_links.h"
-#include "pathgen/free_axis/orientation.h"
+#include "pathgen/free_axis/tool_axis_path.h"
 #include "pathgen/free_slices/cl_slices.h"
 #include "pathgen/options/axis_step.h"
 #include "pathgen/progress/stages.h"
@@ -27,18 +27,18 @@ std::string percent(double part, double whole) {
 }
 
 struct Reason {
-  Uncut why;
+  RestReason why;
   const char* text;
 };
 constexpr Reason kReasons[] = {
-    {Uncut::kCutter, "no direction of the tool axis is clear of the part for the cutter"},
-    {Uncut::kShank,
+    {RestReason::kCutter, "no direction of the tool axis is clear of the part for the cutter"},
+    {RestReason::kShank,
      "in every direction that is clear for the cutter the shank comes nearer to the part than "
      "guards.shank.clearance_mm"},
-    {Uncut::kHolder,
+    {RestReason::kHolder,
      "in every direction that is clear for cutter and shank the holder comes nearer to the part "
      "than guards.holder.clearance_mm"},
-    {Uncut::kTilt, "every clear direction tilts the tool axis further than setup.tilt_max_deg"}};
+    {RestReason::kTilt, "every clear direction tilts the tool axis further than setup.tilt_max_deg"}};
 
 class FreePlanner {
  public:
@@ -59,7 +59,7 @@ class FreePlanner {
                   "all tool axes");
     report_.facets = part_.mesh.facets.size();
     report_.warnings = part_.warnings;
-    const FacetTree tree(part_.mesh);
+    const FacetBvh tree(part_.mesh);
     if (!stages_.begin("CL surface")) return cancelled();
     const auto slices = slice_cl_surface(part_, tree, options_, ToleranceBudget(options_.tolerance),
                                          [&](double f) { return stages_.report(f); });
@@ -85,37 +85,37 @@ class FreePlanner {
   }
 
  private:
-  OrientationOptions orientation() const {
+  ToolAxisOptions orientation() const {
     return {options_.free, options_.tolerance, largest_axis_step(options_), options_.max_point_distance,
             reference_height(options_.cutter)};
   }
 
-  std::vector<OrientedRun> orient(const std::vector<ClSlice>& slices, const Admissibility& admissible) {
-    const OrientationOptions how = orientation();
+  std::vector<ToolAxisRun> orient(const std::vector<ClSlice>& slices, const Admissibility& admissible) {
+    const ToolAxisOptions how = orientation();
     const bool turned = options_.pattern.direction == Direction::kZigzag && !reversible();
-    std::vector<OrientedPass> passes(slices.size());
+    std::vector<ToolAxisPass> passes(slices.size());
     const ReportShare report = [this](double share) { return stages_.report(share); };
     Watch watch(report, slices.size());
     for (std::size_t first = 0; first < slices.size() && !watch.stopped(); first += kPassesPerTurn) {
       const auto one = [&](std::size_t i) {
         if (!watch.next()) return;
         if (!turned || slices[i].plane % 2 == 0) {
-          passes[i] = orient_pass(slices[i].chain, admissible, how);
+          passes[i] = choose_tool_axes(slices[i].chain, admissible, how);
           return;
         }
         ClChain back = slices[i].chain;
         std::reverse(back.points.begin(), back.points.end());
-        passes[i] = orient_pass(back, admissible, how);
+        passes[i] = choose_tool_axes(back, admissible, how);
       };
       // One by one: some take a hundred times as long as others.
       tbb::parallel_for(first, std::min(slices.size(), first + kPassesPerTurn), one,
                         tbb::simple_partitioner());
     }
-    std::vector<OrientedRun> runs;
-    for (OrientedPass& pass : passes) {
+    std::vector<ToolAxisRun> runs;
+    for (ToolAxisPass& pass : passes) {
       free_.cl_points += pass.stations, free_.directions += pass.tested, free_.breaks += pass.breaks;
       left_out_.insert(left_out_.end(), pass.left_out.begin(), pass.left_out.end());
-      for (OrientedRun& r : pass.runs) runs.push_back(std::move(r));
+      for (ToolAxisRun& r : pass.runs) runs.push_back(std::move(r));
     }
     return runs;
   }
@@ -152,14 +152,14 @@ class FreePlanner {
     if (left_out_.empty() || left_out_.size() < free_.cl_points) return {};
     const Reason& first = *std::find_if(std::begin(kReasons), std::end(kReasons),
                                         [this](const Reason& r) { return r.why == left_out_.front().why; });
-    return fail(first.why == Uncut::kTilt ? Code::kLimit : Code::kUnreachable,
+    return fail(first.why == RestReason::kTilt ? Code::kLimit : Code::kUnreachable,
                 std::string("nothing is left to cut: at facet ") +
                     std::to_string(part_.mesh.source[left_out_.front().facet]) + " as everywhere " +
                     first.text + "; " + remedy(first.why));
   }
 
-  void join(const std::vector<OrientedRun>& runs, const Admissibility& admissible) {
-    const OrientationOptions how = orientation();
+  void join(const std::vector<ToolAxisRun>& runs, const Admissibility& admissible) {
+    const ToolAxisOptions how = orientation();
     FreeLinked linked = link_runs(runs, reversible(), admissible, how, options_, part_.mesh.source,
                                   [this](double share) { return stages_.report(share); });
     free_.directions += linked.tested;

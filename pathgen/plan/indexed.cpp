@@ -62,7 +62,7 @@ class Indexed {
 
   Result<Plan> run() {
     if (!stages_.begin("directions")) return cancelled();
-    const FacetTree tree(part_.mesh);
+    const FacetBvh tree(part_.mesh);
     const SweptTool tool(tree, options_, ToleranceBudget(options_.tolerance).touch());
     const CellReach reach(tool, options_);
     const double size = std::max(2.0 * radius_ / kCellsAcross, options_.tolerance);
@@ -146,9 +146,9 @@ class Indexed {
     const std::array<std::string, 6> why_text{
         "the cutter's end does not fit there; use a smaller one",
         "the cutter hits the part from every direction; use a thinner one, or a larger axis.steepest_deg",
-        std::string("the shank hits the part from every direction; ") + remedy(Uncut::kShank),
-        std::string("the holder hits the part from every direction; ") + remedy(Uncut::kHolder),
-        std::string("the tool axis would tilt further than setup.tilt_max_deg; ") + remedy(Uncut::kTilt),
+        std::string("the shank hits the part from every direction; ") + remedy(RestReason::kShank),
+        std::string("the holder hits the part from every direction; ") + remedy(RestReason::kHolder),
+        std::string("the tool axis would tilt further than setup.tilt_max_deg; ") + remedy(RestReason::kTilt),
         "the directions chosen do not reach it, others do; raise axis.most_directions or "
         "axis.coverage_percent, lower axis.least_gain_percent, or use the mode free"};
     for (std::size_t why = 0; why < lost.size(); ++why)

@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-#include "pathgen/mesh/winding.h"
+#include "pathgen/mesh/winding_number.h"
 
 namespace tiltfeed {
 

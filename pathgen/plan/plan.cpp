@@ -1,9 +1,9 @@
 #include "pathgen/plan/plan.h"
 
 #include "pathgen/options/option_checks.h"
-#include "pathgen/plan/causes.h"
 #include "pathgen/plan/free_plan.h"
 #include "pathgen/plan/indexed.h"
+#include "pathgen/plan/likely_cause.h"
 #include "pathgen/plan/predefined_axis.h"
 
 namespace tiltfeed {

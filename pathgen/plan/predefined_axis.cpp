@@ -7,17 +7,17 @@
 #include "pathgen/envelope/envelope.h"
 #include "pathgen/envelope/pass_trim.h"
 #include "pathgen/envelope/thinning.h"
-#include "pathgen/linking/far_side.h"
 #include "pathgen/linking/linking.h"
+#include "pathgen/linking/opposite_wall.h"
 #include "pathgen/options/axis_step.h"
 #include "pathgen/options/option_checks.h"
-#include "pathgen/pattern/guards.h"
+#include "pathgen/pattern/holder_clearance.h"
 #include "pathgen/pattern/passes.h"
 #include "pathgen/pattern/pattern.h"
-#include "pathgen/plan/causes.h"
 #include "pathgen/plan/inside_solid.h"
-#include "pathgen/plan/refusals.h"
-#include "pathgen/plan/uncut.h"
+#include "pathgen/plan/likely_cause.h"
+#include "pathgen/plan/rejected_points.h"
+#include "pathgen/plan/rest_material.h"
 #include "pathgen/progress/stages.h"
 #include "pathgen/surface/cl_field.h"
 #include "pathgen/tool/tool_pieces.h"
@@ -78,9 +78,9 @@ class Planner {
     if (!clearance_z) return tl::unexpected(clearance_z.error());
     if (auto done = join(**field, *clearance_z); !done) return done;
     measure(path_.moves, report_);
-    if (options_.find_uncut && wanted_ == nullptr) {
+    if (options_.find_rest_material && wanted_ == nullptr) {
       if (!stages_.begin("uncut")) return cancelled();
-      report_.uncut = find_uncut(**field, options_, envelope_, path_.moves, share_);
+      report_.uncut = find_rest_material(**field, options_, envelope_, path_.moves, share_);
       if (stages_.stopped()) return cancelled();
       warn_between(report_.uncut->between, report_);
     }
@@ -119,7 +119,7 @@ class Planner {
   /// Passes that keep shank and holder off, and what is cut into where they only report.
   Result<void> heed_guards(std::unique_ptr<const ClField>& field, Result<Passes>& passes) {
     if (!stages_.begin("guards")) return cancelled();
-    auto guarded = guarded_field(*field, options_, *passes, false, share_);
+    auto guarded = holder_field(*field, options_, *passes, false, share_);
     if (stages_.stopped()) return cancelled();
     if (guarded) {
       field = std::move(guarded);
@@ -127,7 +127,7 @@ class Planner {
       if (!passes) return tl::unexpected(passes.error());
     }
     if (!stages_.begin("touches")) return cancelled();
-    if (auto reported = guarded_field(*field, options_, *passes, true, part_of(share_, 0.0, 0.5)))
+    if (auto reported = holder_field(*field, options_, *passes, true, part_of(share_, 0.0, 0.5)))
       warn_touches(find_touches(*reported, envelope_, *passes, part_of(share_, 0.5, 1.0)), report_);
     if (stages_.stopped()) return cancelled();
     return {};
@@ -176,14 +176,14 @@ class Planner {
         [this](const char*, double share) { return stages_.report(share); }, report_.warnings);
   }
 
-  /// Clearance on the far side, links.
+  /// ShankCollision on the opposite wall, links.
   Result<void> join(const ClField& field, double clearance_z) {
     if (!stages_.begin("clearance")) return cancelled();
-    FarSide far_side(part_.mesh, field.deformation, options_, clearance_z);
+    OppositeWall opposite_wall(part_.mesh, field.deformation, options_, clearance_z);
     std::uint64_t left = 0;
     for (const auto& passes : passes_)
       for (const Pass& pass : passes) left += pass.size();
-    const std::uint64_t trimmed = far_side.trim(passes_, share_);
+    const std::uint64_t trimmed = opposite_wall.trim(passes_, share_);
     if (stages_.stopped()) return cancelled();
     if (trimmed == left)
       return fail(
@@ -209,13 +209,13 @@ class Planner {
                         .tilt_max = options_.tilt_max,
                         .order = as_given_ ? PassOrder::kGiven : PassOrder::kRegions,
                         .allowed =
-                            [rules = PassRules(options_, field)](const EnvelopePoint& p) {
+                            [rules = PointRules(options_, field)](const EnvelopePoint& p) {
                               return !rules.refusal(p) && rules.region().contains(p.flat);
                             },
                         .straight = wanted_ != nullptr ? wanted_->straight : nullptr,
                         .report = share_};
     Envelope envelope(field.surface, field.deformation, field.index, envelope_);
-    Linked linked = link(passes_, field, links, far_side, envelope);
+    Linked linked = link(passes_, field, links, opposite_wall, envelope);
     if (stages_.stopped()) return cancelled();
     if (linked.tilted_passes > 0)
       report_.warnings.push_back(

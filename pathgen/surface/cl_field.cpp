@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pathgen/mesh/winding.h"
+#include "pathgen/mesh/winding_number.h"
 #include "pathgen/options/side_step.h"
 #include "pathgen/progress/stages.h"
-#include "pathgen/surface/exposure.h"
+#include "pathgen/surface/exposed_backs.h"
 
 namespace tiltfeed {
 
@@ -19,7 +19,7 @@ constexpr double kSmallestCell = 0.1;
 constexpr double kSmallestCellShare = 0.25;
 
 constexpr std::size_t kFacetsPerBlock = 4096;
-/// Of the work: until the cells are made, and until it is known whether facets show their inside.
+/// Of the work: until the hulls are made, and until it is known whether facets show their inside.
 constexpr double kCellsShare = 0.4, kLookShare = 0.6;
 
 /// Of the facets that show their inside, so many are asked why, at this share of the way to their corners.
@@ -84,17 +84,17 @@ Result<std::unique_ptr<ClField>> field_of(const Mesh& mesh, Sides sides, const P
   if (scale <= 0.0) return nothing_faces();
   ClSurface surface(mesh, sides, std::move(pieces));
   const Deformation deformation(options.axis, scale);
-  Cells cells = make_cells(surface, deformation, smallest_cell(options), report);
+  FlatHulls hulls = make_flat_hulls(surface, deformation, smallest_hull(options), report);
   if (report && !report(1.0)) return cancelled();
-  if (cells.cells.empty()) return nothing_faces();
-  FlatIndex index(std::move(cells), deformation);
+  if (hulls.hulls.empty()) return nothing_faces();
+  FlatIndex index(std::move(hulls), deformation);
   const FlatBounds bounds = index.bounds();
   return std::make_unique<ClField>(ClField{std::move(surface), deformation, std::move(index), bounds});
 }
 
 }  // namespace
 
-double smallest_cell(const PlanOptions& options) {
+double smallest_hull(const PlanOptions& options) {
   return std::max(kSmallestCell, kSmallestCellShare * asked_step(options));
 }
 

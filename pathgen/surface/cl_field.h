@@ -31,7 +31,7 @@ Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const
                                                   std::vector<std::string>& warnings,
                                                   const ReportShare& report = {});
 
-/// Cells are not split below this size (mm): there the point, line or circle is inside or next to them.
-double smallest_cell(const PlanOptions& options);
+/// Hulls are not split below this size (mm): there the point, line or circle is inside or next to them.
+double smallest_hull(const PlanOptions& options);
 
 }  // namespace tiltfeed

@@ -13,7 +13,7 @@ namespace {
 
 /// Contact normals further apart than this (cosine of 60 degrees to their mean) bound nothing.
 constexpr double kNarrow = 0.5;
-/// Sine up to which an angle between contact normals, or of the axis over a cell, against the lean of the
+/// Sine up to which an angle between contact normals, or of the axis over a hull, against the lean of the
 /// normal still tells where on its ring a flat or bull-nose tool touches.
 constexpr double kSureShare = 0.4;
 /// Sine of a normal's lean from which on it tells so: a level feature is touched anywhere under a flat

@@ -25,7 +25,7 @@ struct FlatLine {
   double across() const { return y * dx - x * dy; }
 };
 
-/// The rectangle that holds every cell; a coordinate that wraps and is covered past its seam has its full
+/// The rectangle that holds every hull; a coordinate that wraps and is covered past its seam has its full
 /// turn.
 struct FlatBounds {
   double min_x = 0.0, max_x = 0.0, min_y = 0.0, max_y = 0.0;

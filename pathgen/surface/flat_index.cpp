@@ -13,7 +13,7 @@ namespace tiltfeed {
 
 namespace {
 
-/// Cells that one task takes at least: some hundred microseconds of work.
+/// Hulls that one task takes at least: some hundred microseconds of work.
 constexpr std::size_t kGrain = 8192;
 
 struct Range {
@@ -24,10 +24,10 @@ struct Range {
 
 }  // namespace
 
-bool FlatIndex::has_siblings(std::uint32_t cell) const {
-  const auto& cells = cells_.cells;
-  return (cell > 0 && cells[cell - 1].patch == cells[cell].patch) ||
-         (cell + 1 < cells.size() && cells[cell + 1].patch == cells[cell].patch);
+bool FlatIndex::has_siblings(std::uint32_t hull) const {
+  const auto& hulls = hulls_.hulls;
+  return (hull > 0 && hulls[hull - 1].patch == hulls[hull].patch) ||
+         (hull + 1 < hulls.size() && hulls[hull + 1].patch == hulls[hull].patch);
 }
 
 namespace {
@@ -36,13 +36,13 @@ struct Ranges {
   Range x, y;
 };
 /// Of all boxes, which it writes.
-Ranges ranges_of(const Cells& cells, FreshVector<LooseBox>& boxes) {
-  boxes.resize(cells.cells.size());
+Ranges ranges_of(const FlatHulls& hulls, FreshVector<LooseBox>& boxes) {
+  boxes.resize(hulls.hulls.size());
   return tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, cells.cells.size(), kGrain), Ranges{},
+      tbb::blocked_range<std::size_t>(0, hulls.hulls.size(), kGrain), Ranges{},
       [&](const auto& range, Ranges r) {
         for (std::size_t c = range.begin(); c < range.end(); ++c) {
-          const FlatBox box = box_of(cells, cells.cells[c]);
+          const FlatBox box = box_of(hulls, hulls.hulls[c]);
           r.x.add({box.low_x, box.high_x}), r.y.add({box.low_y, box.high_y});
           boxes[c] = loosened(box);
         }
@@ -78,26 +78,26 @@ Extent extent_of(Ranges r, const Deformation& deformation) {
 
 }  // namespace
 
-FlatIndex::FlatIndex(Cells cells, const Deformation& deformation) : cells_(std::move(cells)) {
-  assert(!cells_.cells.empty());
-  const Extent extent = extent_of(ranges_of(cells_, boxes_), deformation);
+FlatIndex::FlatIndex(FlatHulls hulls, const Deformation& deformation) : hulls_(std::move(hulls)) {
+  assert(!hulls_.hulls.empty());
+  const Extent extent = extent_of(ranges_of(hulls_, boxes_), deformation);
   period_x_ = extent.period_x, period_y_ = extent.period_y, bounds_ = extent.bounds;
   bins_ = FlatBins(boxes_, bounds_, period_x_, period_y_);
-  covering_ = ColumnEnds(std::move(cells_.near));
+  covering_ = ColumnEnds(std::move(hulls_.near));
 }
 
-FlatIndex::FlatIndex(const FlatIndex& cutter, std::span<const PatchId> numbers, Cells guards,
+FlatIndex::FlatIndex(const FlatIndex& cutter, std::span<const PatchId> numbers, FlatHulls guards,
                      const Deformation& deformation)
     : FlatIndex(cutter) {
-  for (Cell& cell : cells_.cells) cell.patch = numbers[cell.patch];
+  for (FlatHull& hull : hulls_.hulls) hull.patch = numbers[hull.patch];
   covering_.renumber(numbers);
   FreshVector<LooseBox> boxes;
   Ranges ranges = ranges_of(guards, boxes);
   ranges.x.add({bounds_.min_x, bounds_.max_x}), ranges.y.add({bounds_.min_y, bounds_.max_y});
   bounds_ = extent_of(ranges, deformation).bounds;
-  cells_.furthest = std::max(cells_.furthest, guards.furthest);
-  guards_ = CellTree(guards, deformation);
-  guard_cells_ = std::move(guards);
+  hulls_.furthest = std::max(hulls_.furthest, guards.furthest);
+  guards_ = HullBvh(guards, deformation);
+  guard_hulls_ = std::move(guards);
 }
 
 bool FlatIndex::holds(const FlatBox& box, double x, double y) const {
@@ -111,7 +111,7 @@ bool FlatIndex::holds(const FlatBox& box, double x, double y) const {
 
 double FlatIndex::crossings(double dx, double dy, double step) const {
   const double widths = tbb::parallel_deterministic_reduce(
-      tbb::blocked_range<std::size_t>(0, cells_.cells.size(), kGrain), 0.0,
+      tbb::blocked_range<std::size_t>(0, hulls_.hulls.size(), kGrain), 0.0,
       [&](const auto& range, double sum) {
         for (std::size_t c = range.begin(); c < range.end(); ++c) {
           const FlatBox box = this->box(static_cast<std::uint32_t>(c));
@@ -120,10 +120,10 @@ double FlatIndex::crossings(double dx, double dy, double step) const {
         return sum;
       },
       std::plus<>());
-  return static_cast<double>(cells_.cells.size()) + widths / step;
+  return static_cast<double>(hulls_.hulls.size()) + widths / step;
 }
 
-void FlatIndex::add_cell(std::uint32_t c, const FlatLine& line, const FlatBox& swept,
+void FlatIndex::add_hull(std::uint32_t c, const FlatLine& line, const FlatBox& swept,
                          std::vector<Candidate>& candidates) const {
   const auto add_turned = [&](double shift_x, double shift_y) {
     Candidate candidate;
@@ -135,7 +135,7 @@ void FlatIndex::add_cell(std::uint32_t c, const FlatLine& line, const FlatBox& s
 }
 
 void FlatIndex::ask(Scratch& scratch) const {
-  scratch.seen.resize(cells_.cells.size(), 0);
+  scratch.seen.resize(hulls_.hulls.size(), 0);
   if (++scratch.question != 0) return;
   std::fill(scratch.seen.begin(), scratch.seen.end(), 0U);
   scratch.question = 1;
@@ -147,11 +147,11 @@ void FlatIndex::near(const FlatBox& box, Scratch& scratch, std::vector<Nearby>& 
   bins_.each_near(box, [&](std::uint32_t c) {
     if (scratch.seen[c] == scratch.question) return;
     scratch.seen[c] = scratch.question;
-    const Cell& cell = cells_.cells[c];
+    const FlatHull& hull = hulls_.hulls[c];
     const FlatBox own = this->box(c);
     each_turn(own, box, [&](double x, double y) {
       const FlatBox turned{own.low_x + x, own.high_x + x, own.low_y + y, own.high_y + y};
-      if (turned.overlaps(box)) nearby.push_back({turned, cell.patch, cell.top});
+      if (turned.overlaps(box)) nearby.push_back({turned, hull.patch, hull.top});
     });
   });
   std::sort(nearby.begin(), nearby.end(), [](const Nearby& a, const Nearby& b) {
@@ -192,7 +192,7 @@ void FlatIndex::along(const FlatLine& line, Scratch& scratch, std::vector<Candid
   bins_.each_on(line, [&](std::uint32_t c) {
     if (scratch.seen[c] == scratch.question) return;
     scratch.seen[c] = scratch.question;
-    add_cell(c, line, swept, has_siblings(c) ? scratch.pieces : candidates);
+    add_hull(c, line, swept, has_siblings(c) ? scratch.pieces : candidates);
   });
   join_pieces(scratch.pieces, candidates);
   sort_by_start(candidates, line.length, scratch.sorting);

@@ -9,46 +9,46 @@
 
 #include "pathgen/axis/deformation.h"
 #include "pathgen/surface/candidates.h"
-#include "pathgen/surface/cell_along.h"
-#include "pathgen/surface/cell_tree.h"
-#include "pathgen/surface/cells.h"
 #include "pathgen/surface/flat_bins.h"
+#include "pathgen/surface/flat_hulls.h"
+#include "pathgen/surface/hull_along.h"
+#include "pathgen/surface/hull_bvh.h"
 
 namespace tiltfeed {
 
 class FlatIndex {
  public:
-  /// Requires: at least one cell.
-  FlatIndex(Cells cells, const Deformation& deformation);
-  /// The same with the cells of shank and holder, which only guards() and bounds() show. `numbers`: of the
+  /// Requires: at least one hull.
+  FlatIndex(FlatHulls hulls, const Deformation& deformation);
+  /// The same with the hulls of shank and holder, which only guards() and bounds() show. `numbers`: of the
   /// patches of `cutter`, as the surface with shank and holder has them.
-  FlatIndex(const FlatIndex& cutter, std::span<const PatchId> numbers, Cells guards,
+  FlatIndex(const FlatIndex& cutter, std::span<const PatchId> numbers, FlatHulls guards,
             const Deformation& deformation);
 
   /// What one thread needs to ask; reused from question to question.
   struct Scratch {
-    std::vector<std::uint32_t> seen;  ///< per cell: the question it was last seen in
+    std::vector<std::uint32_t> seen;  ///< per hull: the question it was last seen in
     std::uint32_t question = 0;
-    std::vector<Candidate> pieces;  ///< of patches with several cells
+    std::vector<Candidate> pieces;  ///< of patches with several hulls
     CandidateSorting sorting;
   };
 
   /// Properties: a patch that is the highest anywhere on the line is among the candidates there; intervals of
   /// one patch do not overlap; they are sorted by (from, patch, to) and lie within [0, line.length].
   void along(const FlatLine& line, Scratch& scratch, std::vector<Candidate>& candidates) const;
-  /// The same from where the line meets each cell (row_candidates.h), by rising patch.
+  /// The same from where the line meets each hull (row_candidates.h), by rising patch.
   static void along(const FlatLine& line, std::span<const Candidate> met, Scratch& scratch,
                     std::vector<Candidate>& candidates);
-  std::size_t cells() const { return cells_.cells.size(); }
-  /// The box round a cell, pads and all.
-  FlatBox box(std::uint32_t cell) const {
-    const LooseBox& b = boxes_[cell];
+  std::size_t hulls() const { return hulls_.hulls.size(); }
+  /// The box round a hull, pads and all.
+  FlatBox box(std::uint32_t hull) const {
+    const LooseBox& b = boxes_[hull];
     return {b.low_x, b.high_x, b.low_y, b.high_y};
   }
-  /// The cell, moved by (shift_x, shift_y), as lines in the direction (dx, dy) see it.
-  CellAlong seen_along(std::uint32_t cell, double dx, double dy, double shift_x, double shift_y) const {
-    const Cell& c = cells_.cells[cell];
-    return {c, cells_.corners.data() + c.first, dx, dy, shift_x, shift_y};
+  /// The hull, moved by (shift_x, shift_y), as lines in the direction (dx, dy) see it.
+  HullAlong seen_along(std::uint32_t hull, double dx, double dy, double shift_x, double shift_y) const {
+    const FlatHull& c = hulls_.hulls[hull];
+    return {c, hulls_.corners.data() + c.first, dx, dy, shift_x, shift_y};
   }
   /// Calls visit(shift_x, shift_y) for each turn on which the box may overlap `swept`: over the seam, or on a
   /// line that passes it, there may be more than one.
@@ -71,7 +71,7 @@ class FlatIndex {
   struct Nearby {
     FlatBox box;
     PatchId patch = 0;
-    float top = std::numeric_limits<float>::infinity();  ///< as Cell::top
+    float top = std::numeric_limits<float>::infinity();  ///< as FlatHull::top
   };
   /// The patches that may be the highest somewhere in `box`, the one that may be highest of all first; some
   /// more than once.
@@ -79,47 +79,47 @@ class FlatIndex {
   /// As along(), for a line in the box that `nearby` was found for; intervals are those of the boxes.
   static void along(const FlatLine& line, const std::vector<Nearby>& nearby, Scratch& scratch,
                     std::vector<Candidate>& candidates);
-  /// About the distance of neighbouring cells, mm.
+  /// About the distance of neighbouring hulls, mm.
   double spacing() const { return bins_.finest(); }
 
-  /// Calls visit(patch) for each cell whose box holds (x, y), until it returns true; returns that.
+  /// Calls visit(patch) for each hull whose box holds (x, y), until it returns true; returns that.
   template <class Visit>
   bool any_at(double x, double y, Visit visit) const {
     return bins_.any_at(
-        x, y, [&](std::uint32_t cell) { return holds(box(cell), x, y) && visit(cells_.cells[cell].patch); });
+        x, y, [&](std::uint32_t hull) { return holds(box(hull), x, y) && visit(hulls_.hulls[hull].patch); });
   }
-  /// About how many cells lines in the direction (dx, dy), `step` apart, cut in all.
+  /// About how many hulls lines in the direction (dx, dy), `step` apart, cut in all.
   double crossings(double dx, double dy, double step) const;
 
   const FlatBounds& bounds() const { return bounds_; }
   /// About how far the CL surface is from the point, line or circle at most, mm.
-  double furthest() const { return cells_.furthest; }
+  double furthest() const { return hulls_.furthest; }
   const ColumnEnds& covering() const { return covering_; }
-  const CellTree& guards() const { return guards_; }
-  /// A cell of guards() as lines in the direction (dx, dy) see it.
-  CellAlong seen_along(const CellTree::Found& guard, double dx, double dy) const {
-    const Cell& c = guard_cells_.cells[guard.cell];
-    return {c, guard_cells_.corners.data() + c.first, dx, dy, guard.shift_x, guard.shift_y};
+  const HullBvh& guards() const { return guards_; }
+  /// A hull of guards() as lines in the direction (dx, dy) see it.
+  HullAlong seen_along(const HullBvh::Found& guard, double dx, double dy) const {
+    const FlatHull& c = guard_hulls_.hulls[guard.hull];
+    return {c, guard_hulls_.corners.data() + c.first, dx, dy, guard.shift_x, guard.shift_y};
   }
-  /// The cells of the cutting part as such a tree.
-  CellTree tree(const Deformation& deformation) const { return {cells_, deformation}; }
+  /// The hulls of the cutting part as such a tree.
+  HullBvh tree(const Deformation& deformation) const { return {hulls_, deformation}; }
 
  private:
   bool holds(const FlatBox& box, double x, double y) const;
-  bool has_siblings(std::uint32_t cell) const;
+  bool has_siblings(std::uint32_t hull) const;
   void ask(Scratch& scratch) const;
-  void add_cell(std::uint32_t cell, const FlatLine& line, const FlatBox& swept,
+  void add_hull(std::uint32_t hull, const FlatLine& line, const FlatBox& swept,
                 std::vector<Candidate>& candidates) const;
 
-  Cells cells_;
-  FreshVector<LooseBox> boxes_;  ///< by cell
+  FlatHulls hulls_;
+  FreshVector<LooseBox> boxes_;  ///< by hull
   /// Where a coordinate wraps and is covered past its seam, else 0.
   double period_x_ = 0.0, period_y_ = 0.0;
   FlatBounds bounds_;
   FlatBins bins_;
   ColumnEnds covering_;
-  Cells guard_cells_;
-  CellTree guards_;
+  FlatHulls guard_hulls_;
+  HullBvh guards_;
 };
 
 }  // namespace tiltfeed

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "pathgen/surface/cells.h"
+#include "pathgen/surface/flat_hulls.h"
 
 namespace tiltfeed {
 

@@ -11,7 +11,7 @@ namespace tiltfeed {
 
 namespace {
 
-/// Blocks of cells are worked on side by side: so many at most, of so many cells at least.
+/// Blocks of hulls are worked on side by side: so many at most, of so many hulls at least.
 constexpr std::size_t kMostBlocks = 64, kLeastCells = 2048;
 /// More than rounding (mm): what is taken here is looked at again, exactly.
 constexpr double kSpare = 1e-9;
@@ -85,19 +85,19 @@ void spread(const std::vector<Meeting>& meetings, std::vector<std::uint32_t>& fi
 
 RowCandidates::RowCandidates(const FlatIndex& index, std::span<const FlatLine> lines) {
   if (lines.empty()) return;
-  blocks_.resize(std::clamp<std::size_t>(index.cells() / kLeastCells, 1, kMostBlocks));
+  blocks_.resize(std::clamp<std::size_t>(index.hulls() / kLeastCells, 1, kMostBlocks));
   const Sorted sorted(lines);
   const FlatBox round = box_round_all(lines);
   tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t b) {
     std::vector<Meeting> meetings;
-    meetings.reserve(index.cells() / blocks_.size());
-    const auto end = static_cast<std::uint32_t>(index.cells() * (b + 1) / blocks_.size());
-    for (auto c = static_cast<std::uint32_t>(index.cells() * b / blocks_.size()); c < end; ++c)
+    meetings.reserve(index.hulls() / blocks_.size());
+    const auto end = static_cast<std::uint32_t>(index.hulls() * (b + 1) / blocks_.size());
+    for (auto c = static_cast<std::uint32_t>(index.hulls() * b / blocks_.size()); c < end; ++c)
       index.each_turn(index.box(c), round, [&](double shift_x, double shift_y) {
-        const auto cell = index.seen_along(c, lines[0].dx, lines[0].dy, shift_x, shift_y);
-        sorted.each_in({cell.least_across() - kSpare, cell.most_across() + kSpare}, [&](std::uint32_t i) {
+        const auto hull = index.seen_along(c, lines[0].dx, lines[0].dy, shift_x, shift_y);
+        sorted.each_in({hull.least_across() - kSpare, hull.most_across() + kSpare}, [&](std::uint32_t i) {
           Candidate candidate;
-          if (cell.meets(lines[i], candidate)) meetings.push_back({i, candidate});
+          if (hull.meets(lines[i], candidate)) meetings.push_back({i, candidate});
         });
       });
     blocks_[b].first.resize(lines.size() + 1);

@@ -1,5 +1,5 @@
 #pragma once
-// What may be the highest along each of many parallel lines, found cell by cell: each cell is looked at once,
+// What may be the highest along each of many parallel lines, found hull by hull: each hull is looked at once,
 // not once for each line that passes it. (S7) in pathgen/surface/README.md.
 
 #include <cstdint>
@@ -17,13 +17,13 @@ class RowCandidates {
   /// line to line.
   RowCandidates(const FlatIndex& index, std::span<const FlatLine> lines);
 
-  /// Where line `i` meets a cell, by rising patch; those of one patch may overlap.
+  /// Where line `i` meets a hull, by rising patch; those of one patch may overlap.
   void of(std::size_t i, std::vector<Candidate>& met) const;
 
  private:
-  /// What neighbouring cells meet.
+  /// What neighbouring hulls meet.
   struct Block {
-    std::vector<Candidate> met;        ///< by line, then by cell
+    std::vector<Candidate> met;        ///< by line, then by hull
     std::vector<std::uint32_t> first;  ///< of each line, in `met`
   };
   std::vector<Block> blocks_;

@@ -151,7 +151,7 @@ Point<Part> nearest_point(Point<Part> p, const Corners& t) {
   return t[0] + ab * (vb / whole) + ac * (vc / whole);
 }
 
-SweptTool::SweptTool(const FacetTree& tree, const PlanOptions& options, double slack)
+SweptTool::SweptTool(const FacetBvh& tree, const PlanOptions& options, double slack)
     : tree_(tree), ball_(options.cutter.radius() + options.allowance), slack_(slack) {
   const auto add = [&](std::vector<Frustum>& list, const ToolPiece& piece, bool swept) {
     const bool cutter = piece.part == ToolPart::kCutter;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kinematics/basics/tool_path.h"
-#include "pathgen/mesh/facet_tree.h"
+#include "pathgen/mesh/facet_bvh.h"
 #include "pathgen/tool/tool_pieces.h"
 
 namespace tiltfeed {
@@ -31,7 +31,7 @@ class SweptTool {
 
   /// `slack`: by which the cutting part may cut in, mm; it touches the part where it works. `tree` must
   /// outlive the tool. Requires: a ball or taper-ball cutter.
-  SweptTool(const FacetTree& tree, const PlanOptions& options, double slack);
+  SweptTool(const FacetBvh& tree, const PlanOptions& options, double slack);
 
   /// What stops the tool from standing with its CL reference (the ball's centre) at `centre` and being drawn
   /// back along `axis` (unit) for ever. The ball itself is not asked about where it stands: it touches there.
@@ -54,10 +54,10 @@ class SweptTool {
   double ball() const { return ball_; }      ///< radius of the ball with the allowance, mm
   double widest() const { return widest_; }  ///< of any part of the tool, mm
   double top() const { return top_; }        ///< of the tool over the CL reference, mm
-  const FacetTree& tree() const { return tree_; }
+  const FacetBvh& tree() const { return tree_; }
 
  private:
-  const FacetTree& tree_;
+  const FacetBvh& tree_;
   double ball_, slack_, widest_ = 0.0, top_ = 0.0;
   std::vector<Frustum> swept_;  ///< without what is in another's shadow; the widest last
   std::vector<Frustum> still_;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/gcode/gcode_words.h"
 #include "sim/gcode/lines.h"
-#include "sim/gcode/program_words.h"
 
 namespace tiltfeed::sim {
 namespace {

@@ -14,7 +14,7 @@
 #include "kinematics/basics/result.h"
 #include "sim/control/control_words.h"
 #include "sim/control/move_frames.h"
-#include "sim/gcode/program.h"
+#include "sim/gcode/gcode_reader.h"
 
 namespace tiltfeed::sim {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/controller/controller.h"
+#include "sim/controller/grbl_controller.h"
 
 namespace tiltfeed::sim {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "sim/controller/controller.h"
+#include "sim/controller/grbl_controller.h"
 
 namespace tiltfeed::sim {
 namespace {

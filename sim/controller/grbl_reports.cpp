@@ -3,7 +3,7 @@
 #include <array>
 #include <charconv>
 
-#include "sim/controller/controller.h"
+#include "sim/controller/grbl_controller.h"
 
 namespace tiltfeed::sim {
 namespace {

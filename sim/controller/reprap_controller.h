@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/gcode/program.h"
+#include "sim/gcode/gcode_reader.h"
 #include "sim/motion/motion.h"
 
 namespace tiltfeed::sim {

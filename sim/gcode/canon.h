@@ -8,7 +8,7 @@
 
 #include "kinematics/basics/result.h"
 #include "kinematics/machine/machine.h"
-#include "sim/gcode/program.h"
+#include "sim/gcode/gcode_reader.h"
 
 namespace tiltfeed::sim {
 

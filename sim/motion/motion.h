@@ -10,7 +10,7 @@
 #include <string>
 
 #include "kinematics/machine/machine.h"
-#include "sim/gcode/program.h"
+#include "sim/gcode/gcode_reader.h"
 #include "sim/motion/forward.h"
 #include "sim/motion/path_block.h"
 #include "sim/motion/trace.h"

@@ -6,7 +6,7 @@
 #include <array>
 
 #include "kinematics/machine/machine.h"
-#include "sim/gcode/program.h"
+#include "sim/gcode/gcode_reader.h"
 #include "sim/motion/motion_options.h"
 #include "sim/motion/speed_profile.h"
 

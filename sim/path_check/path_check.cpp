@@ -8,7 +8,7 @@
 #include "sim/motion/forward.h"
 #include "sim/path_check/executed.h"
 #include "sim/path_check/path_check_judge.h"
-#include "sim/path_check/path_walk.h"
+#include "sim/path_check/path_matching.h"
 #include "sim/solid/tool_solid.h"
 
 namespace tiltfeed::sim {
@@ -97,7 +97,7 @@ class Verifier {
   const std::vector<TraceRow>& trace_;
   const PathCheckOptions& options_;
   PartDistance part_;
-  PathWalk walk_;
+  PathMatching walk_;
   std::vector<ExecutedBlock> blocks_;
   std::vector<bool> off_path_;  ///< by block: it goes to or comes from the retract
   ToolSolid tool_;
@@ -254,7 +254,7 @@ void Verifier::collect_missed() {
 }
 
 PathCheckReport Verifier::report(const std::vector<Block>& program) {
-  report_.program = check_program(program, trace_);
+  report_.program = compare_blocks(program, trace_);
   report_.seconds = trace_.back().end - trace_[blocks_.front().from].end;
   report_.peaks = axis_peaks(trace_);
   collect_missed();

@@ -12,9 +12,9 @@
 #include "kinematics/basics/tool_path.h"
 #include "pathgen/mesh/mesh.h"
 #include "sim/motion/trace.h"
+#include "sim/path_check/block_comparison.h"
 #include "sim/path_check/executed.h"
 #include "sim/path_check/path_check_report.h"
-#include "sim/path_check/program_check.h"
 #include "sim/solid/tool_solid.h"
 
 namespace tiltfeed::sim {

@@ -36,7 +36,7 @@ void judge(PathCheckReport& report) {
                                          number(e.place.tip.z, 3) + ")"));
   };
   const double most = report.tolerance;
-  const ProgramCheck& p = report.program;
+  const BlockComparison& p = report.program;
   if (!p.good())
     report.failures.push_back(std::to_string(p.missing) + " blocks missing, " + std::to_string(p.repeated) +
                               " repeated, " + std::to_string(p.altered) + " altered: " + p.first_difference);

@@ -9,8 +9,8 @@
 #include "kinematics/basics/tool_path.h"
 #include "pathgen/mesh/mesh.h"
 #include "sim/motion/trace.h"
+#include "sim/path_check/block_comparison.h"
 #include "sim/path_check/executed.h"
-#include "sim/path_check/program_check.h"
 #include "sim/solid/tool_solid.h"
 
 namespace tiltfeed::sim {
@@ -33,7 +33,7 @@ struct Extreme {
 
 struct PathCheckReport {
   double tolerance = 0.0, axis_tolerance = 0.0;
-  ProgramCheck program;
+  BlockComparison program;
   // Feed moves against the planned path.
   Extreme tip_deviation;    ///< executed tip from planned path, mm
   Extreme axis_deviation;   ///< degrees

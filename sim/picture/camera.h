@@ -3,7 +3,7 @@
 
 #include "kinematics/basics/tool_path.h"
 #include "pathgen/mesh/mesh.h"
-#include "sim/picture/raster.h"
+#include "sim/picture/rasteriser.h"
 
 namespace tiltfeed::sim {
 

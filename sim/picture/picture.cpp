@@ -8,7 +8,7 @@
 
 #include "sim/basics/write_bytes.h"
 #include "sim/picture/camera.h"
-#include "sim/picture/raster.h"
+#include "sim/picture/rasteriser.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -95,7 +95,8 @@ Colour colour_of(FacetMark mark) {
                                        : kPartColour;
 }
 
-void draw_part(const Mesh& mesh, const std::vector<FacetMark>& marks, const Camera& camera, Raster& raster) {
+void draw_part(const Mesh& mesh, const std::vector<FacetMark>& marks, const Camera& camera,
+               Rasteriser& raster) {
   const CornerNormals normal(mesh);
   const Light light(camera);
   std::vector<ScreenPoint> screen;
@@ -115,7 +116,7 @@ void draw_part(const Mesh& mesh, const std::vector<FacetMark>& marks, const Came
 
 /// Edges of unreached facets, through what hides them.
 void draw_unreached(const Mesh& mesh, const std::vector<FacetMark>& marks, const Camera& camera,
-                    Raster& raster) {
+                    Rasteriser& raster) {
   const double in_front = 4.0 * camera.scene_radius();
   for (std::size_t f = 0; f < marks.size(); ++f) {
     if (marks[f] != FacetMark::kUnreached) continue;
@@ -206,7 +207,7 @@ Colour pass_colour(double f) {
 
 class PathPainter {
  public:
-  PathPainter(const std::vector<Move>& moves, const Camera& camera, Raster& raster)
+  PathPainter(const std::vector<Move>& moves, const Camera& camera, Rasteriser& raster)
       : moves_(moves), camera_(camera), raster_(raster), bias_(kBias * camera.scene_radius()) {}
 
   void cut(const Run& run, Colour colour) {
@@ -255,12 +256,12 @@ class PathPainter {
 
   const std::vector<Move>& moves_;
   const Camera& camera_;
-  Raster& raster_;
+  Rasteriser& raster_;
   double bias_;
 };
 
 void draw_path(const std::vector<Move>& moves, const PictureOptions& options, const Camera& camera,
-               Raster& raster) {
+               Rasteriser& raster) {
   const std::vector<Run> runs = find_runs(moves, kTurn * camera.scene_radius());
   if (runs.empty()) return;
   const int passes = runs.back().pass + 1,
@@ -305,7 +306,7 @@ Result<std::string> part_with_path(const Mesh& part, const ToolPath& path, const
     return fail(Code::kInput, "no picture: the marks are not of this part");
   const int width = options.width * kOversample, height = options.height * kOversample;
   const Camera camera(part, path, width, height);
-  Raster raster(width, height, {kTop, kBottom});
+  Rasteriser raster(width, height, {kTop, kBottom});
   draw_part(part, options.marks, camera, raster);
   raster.shade_hollows(kHollowRadius * kOversample, kHollowRange * camera.scene_radius(), kHollowStrength);
   draw_path(path.moves, options, camera, raster);

@@ -9,7 +9,7 @@
 
 #include "kinematics/basics/result.h"
 #include "kinematics/machine/machine.h"
-#include "sim/gcode/program.h"
+#include "sim/gcode/gcode_reader.h"
 #include "sim/motion/motion_options.h"
 #include "sim/motion/trace.h"
 

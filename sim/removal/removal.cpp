@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "sim/basics/workers.h"
-#include "sim/removal/removal_parts.h"
+#include "sim/removal/swept_moves.h"
 
 namespace tiltfeed::sim {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "config/job.h"
 #include "kinematics/basics/result.h"
-#include "sim/gcode/program.h"
+#include "sim/gcode/gcode_reader.h"
 #include "sim/motion/trace.h"
 
 namespace tiltfeed::sim {

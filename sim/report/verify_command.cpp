@@ -27,7 +27,7 @@
 #include "sim/removal/removal.h"
 #include "sim/removal/stock.h"
 #include "sim/report/program_header.h"
-#include "sim/report/removal_report.h"
+#include "sim/report/report.h"
 
 namespace tiltfeed::sim {
 namespace {

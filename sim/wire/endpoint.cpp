@@ -12,9 +12,9 @@
 #include <optional>
 #include <type_traits>
 
+#include "sim/wire/baud_clock.h"
 #include "sim/wire/faulty_line.h"
 #include "sim/wire/pty.h"
-#include "sim/wire/serial_pace.h"
 #include "sim/wire/tcp_port.h"
 
 namespace tiltfeed::sim {
@@ -162,9 +162,9 @@ class Endpoint {
   Controller& controller_;
   std::string path_;
   const EndpointOptions& options_;
-  Pace pace_;
+  SimClock pace_;
   FaultyLine line_;
-  SerialPace speed_;
+  BaudClock speed_;
   std::optional<Port> pty_;
   std::array<char, kReadBytes> bytes_{};
   std::string unsent_;

@@ -4,11 +4,11 @@
 #include <string>
 
 #include "kinematics/basics/result.h"
-#include "sim/controller/controller.h"
 #include "sim/controller/drip_controller.h"
+#include "sim/controller/grbl_controller.h"
 #include "sim/controller/modbus_controller.h"
 #include "sim/controller/reprap_controller.h"
-#include "sim/wire/pace.h"
+#include "sim/wire/sim_clock.h"
 
 namespace tiltfeed::sim {
 

@@ -194,7 +194,7 @@ Result<void> serve(ModbusController& controller, modbus_t* context, int listener
   Server server(controller, context, options);
   if (!server.good()) return modbus_error(where);
   options.ready(where);
-  Pace pace(options.speed);
+  SimClock pace(options.speed);
   double last_traffic = 0.0;
   while (true) {
     std::array<pollfd, 2> fds{{{client >= 0 ? client : listener, POLLIN, 0}, {options.stop_fd, POLLIN, 0}}};

@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "daemon/post/end_ways.h"
-#include "daemon/post/near_pole.h"
-#include "daemon/post/space_about.h"
+#include "daemon/post/near_singularity.h"
+#include "daemon/post/part_extent.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/mesh_check.h"
 #include "tests/attack/proof_judge.h"
@@ -32,7 +32,7 @@ Result<JointPath> posted(const Job& job, const CheckedMesh& part, const ToolPath
   options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
   options.linear_decimals = job.machine.format.linear_decimals;
   options.rotary_decimals = job.machine.format.rotary_decimals;
-  options.clear = space_about(part.mesh, job);
+  options.clear = part_extent(part.mesh, job);
   return to_joints(path, job.machine.model, job.setup, options, {});
 }
 
@@ -61,7 +61,7 @@ CaseResult run_job(const std::string& job_path) {
   auto planned = plan(*part, job->plan, {});
   result.plan_seconds = processor_seconds() - start;
   if (!planned) return refused(result, planned.error());
-  bend_near_pole(*job, *part, planned->path);
+  bend_near_singularity(*job, *part, planned->path);
   add_end_ways(planned->path, part->mesh, *job);
   const auto joints = posted(*job, *part, planned->path);
   result.plan_seconds = processor_seconds() - start;

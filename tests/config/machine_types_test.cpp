@@ -9,7 +9,7 @@
 
 #include "config/machine_profile.h"
 #include "kinematics/machine/machine.h"
-#include "sim/gcode/program.h"
+#include "sim/gcode/gcode_reader.h"
 #include "sim/motion/forward.h"
 #include "tests/judges/joint_path_check.h"
 

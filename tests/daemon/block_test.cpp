@@ -1,4 +1,4 @@
-// Program text: exact golden text, read back word by word, feeds, limits, hostile names.
+// LineReader text: exact golden text, read back word by word, feeds, limits, hostile names.
 
 #include "daemon/post/block.h"
 

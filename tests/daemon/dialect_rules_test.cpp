@@ -112,7 +112,7 @@ TEST(Dialect, StartAndEndLinesOfTheProfile) {
               dialect == Dialect::kRs274 ? "M2" : "M30");
     // Moves in machine coordinates are none of the path.
     std::istringstream in(text_of(posting));
-    const auto read = read_program_text(in, "x.nc", language_of(posting.machine));
+    const auto read = read_nc_program(in, "x.nc", language_of(posting.machine));
     ASSERT_TRUE(read) << read.error().message;
     EXPECT_EQ(read->operations[0].blocks.size(), path.moves.size());
     EXPECT_EQ(read->operations[1].blocks.size(), path.moves.size());

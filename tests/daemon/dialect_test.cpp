@@ -60,7 +60,7 @@ TEST_P(Dialects, RandomProgramsReadBackToTheLastDigit) {
     const SeenProgram seen = seen_program(text, heidenhain, 'B', 'C');
     EXPECT_EQ(seen.trouble, "");
     std::istringstream in(text);
-    const auto read = read_program_text(in, "x.nc", language_of(posting.machine));
+    const auto read = read_nc_program(in, "x.nc", language_of(posting.machine));
     ASSERT_TRUE(read) << read.error().message;
     ASSERT_EQ(read->operations.size(), 2u);
     std::size_t at = 0;
@@ -106,7 +106,7 @@ TEST_P(Dialects, FeedsGiveTheTimesOfTheBlocks) {
             << "the feed mode is stated before the first F";
       }
       std::istringstream in(text);
-      const auto read = read_program_text(in, "x.nc", language_of(posting.machine));
+      const auto read = read_nc_program(in, "x.nc", language_of(posting.machine));
       ASSERT_TRUE(read) << read.error().message;
       const auto& blocks = read->operations[0].blocks;
       for (std::size_t i = 1; i < blocks.size(); ++i) {
@@ -151,7 +151,7 @@ TEST(Dialect, WordsModuloATurnAreCountedBack) {
     Posting posting = posting_of({Dialect::kFanuc, false}, {&path});
     posting.machine.model.rotary.word = word;
     std::istringstream in(text_of(posting));
-    const auto read = read_program_text(in, "x.nc", language_of(posting.machine));
+    const auto read = read_nc_program(in, "x.nc", language_of(posting.machine));
     ASSERT_TRUE(read) << read.error().message;
     for (std::size_t i = 0; i < path.moves.size(); ++i)
       ASSERT_NEAR(read->operations[0].blocks[i].words.c, path.moves[i].joints.c, 1e-9) << "block " << i;
@@ -230,7 +230,7 @@ TEST(ProgramText, BadInputIsNamedWithItsLine) {
             {"G0 XNAN\n", "x.nc:1: "}};
   for (const auto& row : table) {
     std::istringstream in(row.text);
-    const auto read = read_program_text(in, "x.nc", {Dialect::kRs274, 'B', 'C'});
+    const auto read = read_nc_program(in, "x.nc", {Dialect::kRs274, 'B', 'C'});
     ASSERT_FALSE(read) << row.text;
     EXPECT_EQ(read.error().message.rfind(row.message, 0), 0u) << read.error().message;
   }

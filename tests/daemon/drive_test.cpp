@@ -8,10 +8,10 @@
 #include <fstream>
 
 #include "config/machine_profile.h"
-#include "daemon/journal/run_journal.h"
+#include "daemon/journal/run_recorder.h"
 #include "daemon/machine/stop_machine.h"
 #include "daemon/protocol/drive_session.h"
-#include "daemon/stream/program_feed.h"
+#include "daemon/stream/session_feed.h"
 #include "sim/controller/drive_controller.h"
 #include "sim/wire/faulty_line.h"
 #include "tests/peers/simulated_disk.h"

@@ -88,7 +88,7 @@ TEST(FewerAxes, ProgramsAreRightByTheSimulatedMachinesKinematics) {
       const auto text = program_text(program, profile, options);
       ASSERT_TRUE(text) << text.error().message;
       std::istringstream in(*text);
-      const auto read = read_program_text(in, "p.nc", text_language(profile));
+      const auto read = read_nc_program(in, "p.nc", text_language(profile));
       ASSERT_TRUE(read) << read.error().message;
       AptProgram made;
       made.operations.emplace_back();

@@ -1,5 +1,5 @@
-// The queue of the service: a desk with the simulated ring behind it, in one process. What ran is what the
-// simulated machine executed, told by the Y of its feeds.
+// The queue of the service: a job service with the simulated ring behind it, in one process. What ran is what
+// the simulated machine executed, told by the Y of its feeds.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "daemon/service/job_desk.h"
+#include "daemon/service/job_service.h"
 #include "sim/wire/endpoint.h"
 #include "tests/peers/spool_add.h"
 #include "tests/shapes/wide_machine.h"
@@ -73,7 +73,7 @@ class Queue : public testing::Test {
  protected:
   Queue() { open(); }
   ~Queue() override {
-    if (desk_) leave();
+    if (jobs_) leave();
   }
 
   void open() {
@@ -82,19 +82,19 @@ class Queue : public testing::Test {
     config.machine.model.name = "wide";
     config.link = "modbus-tcp:" + machine_.place;
     config.spool = folder_.path + "/spool";
-    auto desk = JobDesk::open(config, [] {});
-    ASSERT_TRUE(desk) << desk.error().message;
-    desk_ = std::make_unique<JobDesk>(std::move(*desk));
+    auto jobs = JobService::open(config, [] {});
+    ASSERT_TRUE(jobs) << jobs.error().message;
+    jobs_ = std::make_unique<JobService>(std::move(*jobs));
   }
   /// As at SIGTERM.
   void leave() {
-    desk_->leave();
-    until([&] { return !desk_->busy(); });
-    desk_.reset();
+    jobs_->leave();
+    until([&] { return !jobs_->busy(); });
+    jobs_.reset();
   }
 
   json ask(const ApiRequest& request, const std::vector<int>& files = {}) {
-    return json::parse(answer_of(*desk_, request, 1000, files));
+    return json::parse(answer_of(*jobs_, request, 1000, files));
   }
   json ask(ApiOp op, std::uint64_t job, bool queue = false) {
     ApiRequest request;
@@ -132,12 +132,12 @@ class Queue : public testing::Test {
     while (!condition()) {
       ASSERT_LT(steady_clock::now(), end) << ask(ApiOp::kList, 0).dump(1);
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      desk_->tick();
+      jobs_->tick();
     }
   }
   /// Its run has come to its end, and that is not looked at yet.
   void wait_for_the_end() {
-    for (const auto end = steady_clock::now() + kPatience; !desk_->run_ended();) {
+    for (const auto end = steady_clock::now() + kPatience; !jobs_->run_ended();) {
       ASSERT_LT(steady_clock::now(), end);
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
@@ -145,8 +145,8 @@ class Queue : public testing::Test {
   /// Nothing starts: what would start by itself does so in a tick.
   void expect_rest() {
     for (int i = 0; i < 10; ++i) {
-      desk_->tick();
-      ASSERT_FALSE(desk_->busy());
+      jobs_->tick();
+      ASSERT_FALSE(jobs_->busy());
     }
   }
   /// Job 1 runs; jobs 2 and 3 wait, short.
@@ -162,7 +162,7 @@ class Queue : public testing::Test {
 
   const Folder folder_{"queue"};
   Machine machine_;
-  std::unique_ptr<JobDesk> desk_;
+  std::unique_ptr<JobService> jobs_;
 };
 
 TEST_F(Queue, RunsEachJobOnceAndInTheOrderOfTheStarts) {
@@ -218,11 +218,11 @@ TEST_F(Queue, StandsStillAfterAStopUntilAStart) {
 TEST_F(Queue, StandsStillWhenTheMachineIsLost) {
   fill();
   machine_.stop();
-  until([&] { return !desk_->busy(); });
+  until([&] { return !jobs_->busy(); });
   EXPECT_EQ(state(1), "interrupted");
   expect_rest();
   ASSERT_TRUE(good(ask(ApiOp::kStart, 2))) << "it finds no machine";
-  until([&] { return !desk_->busy(); });
+  until([&] { return !jobs_->busy(); });
   EXPECT_EQ(state(2), "ready");
   expect_rest();
   EXPECT_EQ(state(3), "queued");
@@ -282,7 +282,7 @@ TEST_F(Queue, TheMachineWaitsForTheNextAndForNoOther) {
   submit(3, kShort);  // no tick yet: nobody looks at it
   ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
   wait_for_the_end();
-  desk_->tick();
+  jobs_->tick();
   ASSERT_EQ(state(1), "done");
   EXPECT_EQ(state(3), "received");
   EXPECT_TRUE(moves(3));
@@ -303,7 +303,7 @@ TEST_F(Queue, StandsStillWhereTheNextIsTakenOut) {
   ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
   ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
   wait_for_the_end();
-  desk_->tick();
+  jobs_->tick();
   ASSERT_EQ(state(1), "done");
   ASSERT_TRUE(good(ask(ApiOp::kStop, 3)));
   expect_rest();

@@ -10,7 +10,7 @@
 #include <set>
 #include <thread>
 
-#include "daemon/service/job_desk.h"
+#include "daemon/service/job_service.h"
 #include "sim/wire/endpoint.h"
 #include "tests/peers/drive_wire.h"
 #include "tests/peers/spool_add.h"
@@ -34,7 +34,7 @@ class JobWays : public testing::TestWithParam<const char*> {
     open();
   }
   ~JobWays() override {
-    if (desk_) leave();
+    if (jobs_) leave();
     end_machine();
     ::close(stop_[0]);
     ::close(stop_[1]);
@@ -96,15 +96,15 @@ class JobWays : public testing::TestWithParam<const char*> {
     config.machine.model.name = "wide";
     config.link = std::string(GetParam()) + ":" + place_;
     config.spool = folder_.path + "/spool";
-    auto desk = JobDesk::open(config, [] {});
-    ASSERT_TRUE(desk) << desk.error().message;
-    desk_ = std::make_unique<JobDesk>(std::move(*desk));
+    auto jobs = JobService::open(config, [] {});
+    ASSERT_TRUE(jobs) << jobs.error().message;
+    jobs_ = std::make_unique<JobService>(std::move(*jobs));
   }
   /// As at SIGTERM.
   void leave() {
-    desk_->leave();
-    until([&] { return !desk_->busy(); });
-    desk_.reset();
+    jobs_->leave();
+    until([&] { return !jobs_->busy(); });
+    jobs_.reset();
   }
   template <class Condition>
   void until(Condition condition) {
@@ -112,7 +112,7 @@ class JobWays : public testing::TestWithParam<const char*> {
     while (!condition()) {
       ASSERT_LT(std::chrono::steady_clock::now(), end) << ask(ApiOp::kList).dump(1);
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      desk_->tick();
+      jobs_->tick();
     }
   }
   json ask(ApiOp op, std::uint64_t job = 0, std::optional<std::uint64_t> from = {}, bool confirmed = false) {
@@ -121,7 +121,7 @@ class JobWays : public testing::TestWithParam<const char*> {
     request.job = job;
     request.from = from;
     request.confirmed = confirmed;
-    return json::parse(answer_of(*desk_, request));
+    return json::parse(answer_of(*jobs_, request));
   }
   std::string field(std::uint64_t job, const char* key) { return ask(ApiOp::kShow, job).value(key, ""); }
   std::string state(std::uint64_t job) { return field(job, "state"); }
@@ -172,7 +172,7 @@ class JobWays : public testing::TestWithParam<const char*> {
     ApiRequest request;
     request.op = ApiOp::kSubmit;
     request.program = true;
-    const json taken = json::parse(answer_of(*desk_, request, 1000, {fd}));
+    const json taken = json::parse(answer_of(*jobs_, request, 1000, {fd}));
     ::close(fd);
     EXPECT_TRUE(taken.value("ok", false)) << taken;
     const std::uint64_t job = taken.value("job", std::uint64_t{0});
@@ -233,7 +233,7 @@ class JobWays : public testing::TestWithParam<const char*> {
   std::promise<std::string> known_;
   std::thread machine_;
   std::string place_;
-  std::unique_ptr<JobDesk> desk_;
+  std::unique_ptr<JobService> jobs_;
   std::set<std::string> walked_;
 };
 

@@ -10,7 +10,7 @@
 #include <fstream>
 
 #include "daemon/files/sha256.h"
-#include "daemon/journal/run_journal.h"
+#include "daemon/journal/run_recorder.h"
 #include "tests/peers/journal_subject.h"
 #include "tests/peers/simulated_disk.h"
 #include "tests/texts/folder.h"

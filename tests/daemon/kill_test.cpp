@@ -35,7 +35,7 @@ class KillPoints : public testing::Test {
 
   const Folder folder{"kill"};
   KillProgram program;
-  JobRun prepared;
+  ProgramRun prepared;
 };
 
 TEST_F(KillPoints, ProcessKilledAtAnyStep) {

@@ -11,7 +11,7 @@
 
 #include "config/service_config.h"
 #include "daemon/files/sha256.h"
-#include "daemon/service/job_desk.h"
+#include "daemon/service/job_service.h"
 #include "daemon/service/safe_stop.h"
 #include "tests/peers/journal_subject.h"
 #include "tests/peers/simulated_disk.h"
@@ -144,7 +144,7 @@ class LostJournal : public testing::Test {
     job.state = JobState::kRunning;
     job.id = *add_job(spool, job, {fd});
     ::close(fd);
-    const JobRun run = *prepare_run(spool.file(job.id, "program.nc"), *parse_link(no_device_), job.id);
+    const ProgramRun run = *prepare_run(spool.file(job.id, "program.nc"), *parse_link(no_device_), job.id);
     job.total = run.subject.total;
     job.hash = hex(run.subject.program);
     EXPECT_TRUE(spool.update(job));
@@ -173,7 +173,7 @@ class LostJournal : public testing::Test {
       Spool spool = *Spool::open(config_.spool);
       EXPECT_TRUE(spool.update(job_));
     }
-    EXPECT_TRUE(JobDesk::open(config_, [] {}));
+    EXPECT_TRUE(JobService::open(config_, [] {}));
     return *Spool::open(config_.spool)->find(job_.id);
   }
   /// What safe-stop says, with the service dead.

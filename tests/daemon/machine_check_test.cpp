@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "sim/gcode/program.h"
+#include "sim/gcode/gcode_reader.h"
 #include "sim/motion/forward.h"
 
 namespace tiltfeed {

@@ -1,4 +1,4 @@
-// Program text that the reader would misread is refused with its line, and however much it is fed it stays
+// LineReader text that the reader would misread is refused with its line, and however much it is fed it stays
 // within its limits.
 
 #include <gtest/gtest.h>
@@ -76,7 +76,7 @@ TEST(Misread, TheMachinesOwnLinesAreKnown) {
   profile.format.clamp_rotary = "M210";
   profile.format.start = {"M52 M777"};
   std::istringstream in("G21 G90 G54\nM777\nG0 X0 Y0 Z50 B0 C0\nM210\nG1 X1 F100\nM30\n");
-  EXPECT_TRUE(read_program_text(in, "p.nc", text_language(profile)));
+  EXPECT_TRUE(read_nc_program(in, "p.nc", text_language(profile)));
 }
 
 /// A text without end: its head, then one piece again and again.
@@ -116,7 +116,7 @@ TEST(Misread, TextWithoutEndIsRefusedAtALimit) {
     SCOPED_TRACE(row.piece);
     Endless text(row.head, row.piece);
     std::istream in(&text);
-    const auto program = read_program_text(in, "p.nc", language);
+    const auto program = read_nc_program(in, "p.nc", language);
     ASSERT_FALSE(program);
     EXPECT_NE(program.error().message.find(row.message), std::string::npos) << program.error().message;
     EXPECT_LE(text.rounds(), row.rounds);

@@ -6,10 +6,10 @@
 #include <sstream>
 
 #include "daemon/journal/reentry.h"
-#include "daemon/program/program_walk.h"
-#include "daemon/service/job_runner.h"
+#include "daemon/program/block_cursor.h"
+#include "daemon/service/stream_thread.h"
 #include "daemon/stream/stream.h"
-#include "sim/gcode/program.h"
+#include "sim/gcode/gcode_reader.h"
 #include "tests/peers/sim_machine.h"
 #include "tests/texts/folder.h"
 

@@ -19,7 +19,7 @@
 #include "daemon/service/api_socket.h"
 #include "daemon/service/notify.h"
 #include "daemon/service/spool.h"
-#include "daemon/stream/black_box.h"
+#include "daemon/stream/wire_log.h"
 #include "tests/peers/spool_add.h"
 #include "tests/texts/folder.h"
 
@@ -255,8 +255,8 @@ TEST(Notify, SendsToTheSocketOfSystemd) {
   ::close(fd);
 }
 
-TEST(BlackBox, KeepsTheLastHundredLinesEachWayInOrder) {
-  BlackBox box(false);
+TEST(WireLog, KeepsTheLastHundredLinesEachWayInOrder) {
+  WireLog box(false);
   for (int i = 0; i < 250; ++i) {
     box.take(Way::kOut, "G1X" + std::to_string(i) + "\n", std::chrono::milliseconds(i));
     box.take(Way::kIn, "o", Time{0});
@@ -271,7 +271,7 @@ TEST(BlackBox, KeepsTheLastHundredLinesEachWayInOrder) {
   EXPECT_EQ(lines[1], "0.000000 < ok");
   EXPECT_EQ(lines[198], "0.249000 > G1X249");
   EXPECT_EQ(lines[200], "(open) < half\\x01");
-  BlackBox words(true);
+  WireLog words(true);
   words.take(Way::kOut, std::string("\x01\x02\xff\x00", 4), Time{0});
   EXPECT_EQ(words.text(), "0.000000 > 0102 ff00 \n");
 }

@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "daemon/files/sha256.h"
-#include "daemon/journal/job_run.h"
+#include "daemon/journal/program_run.h"
 #include "daemon/service/spool_backup.h"
 #include "tests/peers/spool_add.h"
 #include "tests/shapes/wide_machine.h"
@@ -125,12 +125,12 @@ TEST_F(Layout, C18TenThousandJobsAreHeldAndListedInPages) {
   config.link = "grbl:" + folder_.path + "/absent";
   config.spool = folder_.path + "/spool";
   {
-    auto desk = JobDesk::open(config, [] {});
-    ASSERT_TRUE(desk) << desk.error().message;
+    auto jobs = JobService::open(config, [] {});
+    ASSERT_TRUE(jobs) << jobs.error().message;
     ApiRequest list;
     std::uint64_t listed = 0;
     for (bool more = true; more;) {
-      const std::string page = answer_of(*desk, list);
+      const std::string page = answer_of(*jobs, list);
       ASSERT_LT(page.size(), 4u << 20) << "what a client takes";
       for (std::size_t at = 0; (at = page.find("{\"job\":", at)) != std::string::npos; ++at) {
         ASSERT_EQ(std::stoull(page.substr(at + 7)), listed + 1);
@@ -161,7 +161,8 @@ TEST_F(Layout, C19ACopyOfASpoolIsOneAndUnderstatesNothing) {
       job.program = true;
       job.state = state;
       job.id = *add_job(*spool, job, {fd});
-      const JobRun run = *prepare_run(spool->file(job.id, "program.nc"), *parse_link(config.link), job.id);
+      const ProgramRun run =
+          *prepare_run(spool->file(job.id, "program.nc"), *parse_link(config.link), job.id);
       job.total = run.subject.total;
       job.hash = hex(run.subject.program);
       ASSERT_TRUE(spool->update(job));
@@ -174,8 +175,8 @@ TEST_F(Layout, C19ACopyOfASpoolIsOneAndUnderstatesNothing) {
     EXPECT_EQ(*jobs, 2u);
     EXPECT_EQ(back_up(folder_.path + "/spool", copy).error().code, Code::kUsage);
   }
-  auto desk = JobDesk::open(config, [] {});
-  ASSERT_TRUE(desk) << desk.error().message;
+  auto jobs = JobService::open(config, [] {});
+  ASSERT_TRUE(jobs) << jobs.error().message;
   ASSERT_FALSE(std::filesystem::exists(copy + ".partial"));
   std::ifstream in(copy + "/jobs/2/program.nc");
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), text);
@@ -183,9 +184,9 @@ TEST_F(Layout, C19ACopyOfASpoolIsOneAndUnderstatesNothing) {
   ApiRequest show;
   show.op = ApiOp::kShow;
   show.job = 1;
-  EXPECT_NE(answer_of(*desk, show).find("\"state\":\"ready\""), std::string::npos);
+  EXPECT_NE(answer_of(*jobs, show).find("\"state\":\"ready\""), std::string::npos);
   show.job = 2;
-  const std::string begun = answer_of(*desk, show);
+  const std::string begun = answer_of(*jobs, show);
   EXPECT_NE(begun.find("\"state\":\"uncertain\""), std::string::npos) << begun;
   EXPECT_NE(begun.find("blocks 1 to 5 may have run"), std::string::npos) << begun;
 }

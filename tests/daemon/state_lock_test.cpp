@@ -11,7 +11,7 @@
 #include <map>
 
 #include "daemon/files/sha256.h"
-#include "daemon/service/job_desk.h"
+#include "daemon/service/job_service.h"
 #include "tests/shapes/wide_machine.h"
 #include "tests/texts/folder.h"
 
@@ -61,9 +61,9 @@ std::string elsewhere(const std::function<std::string()>& says) {
   return text;
 }
 
-std::string desk_says(const ServiceConfig& config) {
-  const auto desk = JobDesk::open(config, [] {});
-  return desk ? "open" : desk.error().message;
+std::string jobs_says(const ServiceConfig& config) {
+  const auto jobs = JobService::open(config, [] {});
+  return jobs ? "open" : jobs.error().message;
 }
 
 /// A claim holds on the whole computer: tests that run at the same time have other ports. Nothing listens
@@ -88,14 +88,14 @@ class OneService : public testing::Test {
 
 TEST_F(OneService, C14TheSecondOfASpoolSaysWhoHasItAndChangesNothing) {
   const std::string spool = folder_.path + "/spool";
-  const auto first = JobDesk::open(config_of(spool, "modbus-tcp:192.0.2.1:" + kPort), [] {});
+  const auto first = JobService::open(config_of(spool, "modbus-tcp:192.0.2.1:" + kPort), [] {});
   ASSERT_TRUE(first) << first.error().message;
   const auto before = picture(spool);
   EXPECT_GE(before.size(), 3u);
   std::filesystem::create_directory_symlink(spool, folder_.path + "/by-another-name");
   for (const std::string& name : {spool, folder_.path + "/by-another-name"}) {
     const ServiceConfig second = config_of(name, "modbus-tcp:192.0.2.2:" + kPort);
-    for (const std::string& said : {desk_says(second), elsewhere([&] { return desk_says(second); })}) {
+    for (const std::string& said : {jobs_says(second), elsewhere([&] { return jobs_says(second); })}) {
       EXPECT_NE(said.find("is in use by " + mine_), std::string::npos) << said;
       EXPECT_NE(said.find("nothing in it was changed"), std::string::npos) << said;
     }
@@ -106,9 +106,9 @@ TEST_F(OneService, C14TheSecondOfASpoolSaysWhoHasItAndChangesNothing) {
 TEST_F(OneService, C14ALockDiesWithItsProcess) {
   const std::string spool = folder_.path + "/spool";
   const ServiceConfig config = config_of(spool, "modbus-tcp:192.0.2.1:" + kPort);
-  EXPECT_EQ(elsewhere([&] { return desk_says(config); }), "open");
-  EXPECT_EQ(desk_says(config), "open");
-  EXPECT_EQ(desk_says(config), "open") << "given back";
+  EXPECT_EQ(elsewhere([&] { return jobs_says(config); }), "open");
+  EXPECT_EQ(jobs_says(config), "open");
+  EXPECT_EQ(jobs_says(config), "open") << "given back";
 }
 
 TEST_F(OneService, C14TwoNamesOfOneMachineAreRefused) {
@@ -162,10 +162,10 @@ TEST_F(OneService, C14AClaimMovesWithItsDevice) {
 
 TEST_F(OneService, C14AServiceOfTheSameMachineOpensNoSpool) {
   const auto first =
-      JobDesk::open(config_of(folder_.path + "/spool", "modbus-tcp:localhost:" + kPort), [] {});
+      JobService::open(config_of(folder_.path + "/spool", "modbus-tcp:localhost:" + kPort), [] {});
   ASSERT_TRUE(first) << first.error().message;
   const ServiceConfig second = config_of(folder_.path + "/other", "modbus-tcp:127.0.0.1:" + kPort);
-  const std::string said = elsewhere([&] { return desk_says(second); });
+  const std::string said = elsewhere([&] { return jobs_says(second); });
   EXPECT_NE(said.find(mine_), std::string::npos) << said;
   EXPECT_FALSE(std::filesystem::exists(folder_.path + "/other"));
 }

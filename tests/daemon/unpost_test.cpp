@@ -99,7 +99,7 @@ TEST(Unpost, FixtureAnglesComeBackFromTheHeader) {
     const auto text = program_text(*read_apt(in, "in.cls", {}), profile, options);
     ASSERT_TRUE(text) << text.error().message;
     std::istringstream program(*text);
-    const auto read = read_program_text(program, "x.nc", {Dialect::kRs274, 'A', 'C'});
+    const auto read = read_nc_program(program, "x.nc", {Dialect::kRs274, 'A', 'C'});
     ASSERT_TRUE(read) << read.error().message;
     const Rotation turned = fixture_of(read->operations[0].fixture_deg.value_or(Vec3{}));
     for (std::size_t row = 0; row < 3; ++row)

@@ -1,9 +1,9 @@
-// Program text of every dialect, read back: the first byte chooses the dialect.
+// LineReader text of every dialect, read back: the first byte chooses the dialect.
 
 #include <cmath>
 #include <sstream>
 
-#include "daemon/post/program_text.h"
+#include "daemon/post/nc_reader.h"
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;
@@ -14,7 +14,7 @@ FUZZ_TARGET(dialect) {
   const auto choice = static_cast<unsigned char>(bytes[0]);
   language.dialect = kDialects[choice % kDialects.size()].dialect;
   std::istringstream in{std::string(bytes.substr(1))};
-  const auto text = read_program_text(in, "fuzz.nc", language);
+  const auto text = read_nc_program(in, "fuzz.nc", language);
   if (!text) return HOLDS(text.error().message.find("fuzz.nc") != std::string::npos);
   HOLDS(!text->operations.empty());
   for (const TextOperation& operation : text->operations) {

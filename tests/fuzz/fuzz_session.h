@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/program/program.h"
+#include "daemon/program/line_reader.h"
 #include "daemon/protocol/session.h"
 #include "tests/fuzz/fuzz.h"
 

@@ -1,12 +1,12 @@
-// Program text: no live byte reaches a wire, no line is too long, a second pass finds the same.
+// LineReader text: no live byte reaches a wire, no line is too long, a second pass finds the same.
 
 #include <sys/mman.h>
 #include <unistd.h>
 
 #include <vector>
 
-#include "daemon/program/program.h"
-#include "daemon/program/words.h"
+#include "daemon/program/line_reader.h"
+#include "daemon/program/numeric_block.h"
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;
@@ -15,7 +15,7 @@ FUZZ_TARGET(gcode) {
   static const int fd = ::memfd_create("fuzz", 0);
   HOLDS(::ftruncate(fd, 0) == 0);
   HOLDS(::pwrite(fd, bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size()));
-  auto program = Program::open("/proc/self/fd/" + std::to_string(fd));
+  auto program = LineReader::open("/proc/self/fd/" + std::to_string(fd));
   HOLDS(program);
   const auto facts = program->survey();
   if (!facts) return HOLDS(!facts.error().message.empty());

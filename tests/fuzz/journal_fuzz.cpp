@@ -1,7 +1,7 @@
 // Journals of any content: what is concluded never says that less may have run than the records do, and never
 // that nothing has run where the journal is not whole.
 
-#include "daemon/journal/run_journal.h"
+#include "daemon/journal/run_recorder.h"
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "sim/gcode/program.h"
+#include "sim/gcode/gcode_reader.h"
 
 namespace tiltfeed {
 

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "pathgen/options/side_step.h"
-#include "pathgen/plan/uncut.h"
+#include "pathgen/plan/rest_material.h"
 #include "sim/solid/tool_solid.h"
 #include "tests/shapes/cut_passes.h"
 
@@ -105,7 +105,7 @@ struct Slope {
     o.pattern.side_step = step;
     o.pattern.measure = measure;
     o.pattern.scallop = ridge(step);
-    o.find_uncut = true;
+    o.find_rest_material = true;
     return o;
   }
   /// Height of what is left between two rows that are so far apart on the surface.
@@ -158,12 +158,12 @@ TEST(BetweenPasses, AMissingRowIsFound) {
   std::vector<Move> moves = planned->path.moves;
   for (Move& move : moves)
     if (std::abs((move.pose.tip + move.pose.axis * 2.0).y) < 0.3) move.kind = MoveKind::kRapid;
-  const BetweenPasses between = find_uncut(**field, o, envelope, moves).between;
+  const BetweenPasses between = find_rest_material(**field, o, envelope, moves).between;
   EXPECT_GT(between.most, 2.0 * Slope::ridge(0.5));
   EXPECT_NEAR(between.place.y, 0.0, 1.5);
   EXPECT_GT(between.area, 1.0);
-  EXPECT_EQ(find_uncut(**field, o, envelope, planned->path.moves).between.area, 0.0);
-  const UncutReport none = find_uncut(**field, o, envelope, {});
+  EXPECT_EQ(find_rest_material(**field, o, envelope, planned->path.moves).between.area, 0.0);
+  const RestReport none = find_rest_material(**field, o, envelope, {});
   EXPECT_TRUE(none.between.never);
 }
 

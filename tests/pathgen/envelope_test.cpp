@@ -14,7 +14,7 @@
 #include "kinematics/basics/units.h"
 #include "pathgen/envelope/thinning.h"
 #include "pathgen/mesh/mesh.h"
-#include "pathgen/pattern/raster.h"
+#include "pathgen/pattern/row_layout.h"
 
 namespace tiltfeed {
 namespace {
@@ -184,11 +184,11 @@ TEST_P(EnvelopeTest, EqualsTheToolLetDownOnTheWholeMesh) {
   const Mesh mesh = bumpy(c, 7);
   const ClSurface surface(mesh, c.sides, tool_pieces(options));
   const Deformation map(c.frame, c.rho);
-  const FlatIndex index(make_cells(surface, map, 1.0), map);
+  const FlatIndex index(make_flat_hulls(surface, map, 1.0), map);
   Pattern pattern;
   pattern.along = c.along, pattern.side_step = 9.0;
   pattern.angle = Angle::from_degrees(c.degrees);
-  const auto raster = lay_raster(index, index.bounds(), pattern, pattern.side_step);
+  const auto raster = lay_rows(index, index.bounds(), pattern, pattern.side_step);
   ASSERT_TRUE(raster) << raster.error().message;
   ASSERT_GT(raster->count, 3.0);
   const EnvelopeOptions limits{0.004, 0.03};

@@ -7,7 +7,7 @@
 
 #include "pathgen/envelope/envelope.h"
 #include "pathgen/envelope/thinning.h"
-#include "pathgen/surface/cells.h"
+#include "pathgen/surface/flat_hulls.h"
 
 namespace tiltfeed {
 namespace {
@@ -68,7 +68,7 @@ TEST_P(FarUp, TheToolsSideKeepsOff) {
   const Mesh mesh = floor_and_needle(c, map);
   const ToolPiece ball{.corner = kBall, .outer = kBall};
   const ClSurface surface(mesh, Sides::kBoth, {ball});
-  const FlatIndex index(make_cells(surface, map, 0.1), map);
+  const FlatIndex index(make_flat_hulls(surface, map, 0.1), map);
   EnvelopeOptions limits{kTolerance, std::sqrt(8.0 * kTolerance / kLength)};
   limits.reach = kLength;
   Envelope envelope(surface, map, index, limits);

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "pathgen/free_axis/pass_stations.h"
+#include "pathgen/free_axis/stations.h"
 #include "pathgen/free_slices/cl_slices.h"
 #include "tests/shapes/soup.h"
 
@@ -18,7 +18,7 @@ constexpr double kTolerance = 0.01;
 constexpr double kBreak = 40.0;
 
 struct Costs {
-  const PassStations& row;
+  const Stations& row;
   double departure(std::size_t i, Vec3 axis) const {
     const double angle = angle_between(axis, row.stations()[i].wished);
     return angle * angle * row.share(i);
@@ -94,7 +94,7 @@ PlanOptions with_holder(Angle max_turn) {
 TEST(FreeChoice, IsTheCheapestOfTheAdmissible) {
   const CheckedMesh part = large_ell();
   const PlanOptions o = with_holder(Angle::from_degrees(10));
-  const FacetTree tree(part.mesh);
+  const FacetBvh tree(part.mesh);
   const SweptTool tool(tree, o, 0.4 * kTolerance);
   const DirectionGrid grid(Admissibility::kAdmissibleLevel + 1);
   const Admissibility admissible(tool, grid, {0, 0, 1}, Angle::from_degrees(120));
@@ -104,7 +104,7 @@ TEST(FreeChoice, IsTheCheapestOfTheAdmissible) {
        slice_cl_surface(part, tree, o, ToleranceBudget(0.01), [](double) { return true; })) {
     DirectionQuery query;
     const PassCurve curve(slice.chain, o.free);
-    PassStations row(curve, admissible, o.free, query);
+    Stations row(curve, admissible, o.free, query);
     row.choose();
     const std::vector<Station>& stations = row.stations();
     if (std::any_of(stations.begin(), stations.end(), [](const Station& s) { return s.candidates.empty(); }))
@@ -147,7 +147,7 @@ TEST(FreeChoice, LooksFarEnough) {
   std::size_t looked_at = 0, all = 0;
   for (const double degrees_per_mm : {10.0, 3.0}) {
     const PlanOptions o = with_holder(Angle::from_degrees(degrees_per_mm));
-    const FacetTree tree(part.mesh);
+    const FacetBvh tree(part.mesh);
     const SweptTool tool(tree, o, 0.4 * kTolerance);
     const DirectionGrid grid(Admissibility::kAdmissibleLevel + 1);
     const Admissibility admissible(tool, grid, {0, 0, 1}, Angle::from_degrees(120));
@@ -156,7 +156,7 @@ TEST(FreeChoice, LooksFarEnough) {
          slice_cl_surface(part, tree, o, ToleranceBudget(0.01), [](double) { return true; })) {
       DirectionQuery query, own;
       const PassCurve curve(slice.chain, o.free);
-      PassStations row(curve, admissible, o.free, query);
+      Stations row(curve, admissible, o.free, query);
       row.choose();
       const std::vector<Station>& stations = row.stations();
       if (std::any_of(stations.begin(), stations.end(),

@@ -40,7 +40,7 @@ void expect_judged_alike(const CheckedMesh& part, const Cutter& cutter, double s
   o.cutter = cutter;
   o.free.plane_normals = {{0, 0, 1}};
   o.pattern.side_step = step;
-  const FacetTree tree(part.mesh);
+  const FacetBvh tree(part.mesh);
   const SweptTool tool(tree, o, kSlack);
   const sim::PartDistance surface(part.mesh);
   const sim::ToolSolid solid(cutter);
@@ -133,7 +133,7 @@ TEST(FreeDirections, TheReasonIsTheFirstPartOfTheToolWithoutARoom) {
   for (int k = 0; k < 4; ++k) soup::add_quad(shaft, o[k], o[(k + 1) % 4], i[(k + 1) % 4], i[k]);
   const CheckedMesh part = soup::check(shaft + hole);
   ASSERT_EQ(part.sides, Sides::kOutward);
-  const FacetTree tree(part.mesh);
+  const FacetBvh tree(part.mesh);
   const DirectionGrid grid(4);
   DirectionQuery query;
   const ClPoint bottom{{20, 20, 13}, {0, 0, 1}, 0};
@@ -146,21 +146,21 @@ TEST(FreeDirections, TheReasonIsTheFirstPartOfTheToolWithoutARoom) {
   };
   EXPECT_GT(why({.diameter = 6, .length = 90, .shank_length = 60}, 180).first, 0u);
   EXPECT_EQ(why({.diameter = 6, .length = 90, .shank_length = 60}, 30),
-            std::pair(std::size_t{0}, Uncut::kTilt));
+            std::pair(std::size_t{0}, RestReason::kTilt));
   EXPECT_EQ(
       why({.diameter = 6, .length = 90, .shank_length = 60, .cutting_length = 10, .shank_diameter = 12}, 180),
-      std::pair(std::size_t{0}, Uncut::kShank));
+      std::pair(std::size_t{0}, RestReason::kShank));
   EXPECT_EQ(why({.diameter = 6, .length = 90, .shank_length = 12, .holder = {{20, 20, 40}}}, 180),
-            std::pair(std::size_t{0}, Uncut::kHolder));
+            std::pair(std::size_t{0}, RestReason::kHolder));
   const CheckedMesh shut = soup::check(soup::cube(0, 40) + soup::reversed(soup::cube(10, 30)));
-  const FacetTree shut_tree(shut.mesh);
+  const FacetBvh shut_tree(shut.mesh);
   PlanOptions options;
   options.cutter = {.diameter = 6, .length = 90, .shank_length = 60};
   const SweptTool tool(shut_tree, options, kSlack);
   const Admissibility admissible(tool, grid, {0, 0, 1}, Angle::from_degrees(180));
   DirectionQuery shut_query;  // a hint belongs to one part
   EXPECT_EQ(directions(admissible, bottom, shut_query), 0u);
-  EXPECT_EQ(admissible.why_none(bottom, shut_query), Uncut::kCutter);
+  EXPECT_EQ(admissible.why_none(bottom, shut_query), RestReason::kCutter);
 }
 
 /// The least distance of a segment from a triangle, by places of the segment this far apart at most.
@@ -200,7 +200,7 @@ TEST(FreeDirections, TheTreeMissesNoFacetNearASegmentInACylinderOrInABox) {
                     a + Vec3{small(random) / sliver, small(random), small(random)}});
   }
   const CheckedMesh part = soup::check(soup);
-  const FacetTree tree(part.mesh);
+  const FacetBvh tree(part.mesh);
   std::size_t near = 0, inside = 0, visited = 0;
   for (int i = 0; i < 300; ++i) {
     const Point<Part> from = place(kFar);

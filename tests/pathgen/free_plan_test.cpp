@@ -131,7 +131,7 @@ TEST(FreePlan, WhatNoDirectionReachesIsReportedByFacetAndReason) {
   std::size_t shut = 0;
   for (const FreeReport::Facet& f : plan->report.free->unreached) {
     EXPECT_GE(f.facet, 12u);  // of the void
-    EXPECT_EQ(f.why, Uncut::kCutter);
+    EXPECT_EQ(f.why, RestReason::kCutter);
     ++shut;
   }
   EXPECT_GE(shut, 8u);

@@ -31,7 +31,7 @@ PlanOptions options(double diameter, std::vector<Vec3> normals, double step) {
 }
 
 std::vector<ClSlice> slices(const CheckedMesh& part, const PlanOptions& o) {
-  const FacetTree tree(part.mesh);
+  const FacetBvh tree(part.mesh);
   return slice_cl_surface(part, tree, o, ToleranceBudget(kTolerance / 0.4), [](double) { return true; });
 }
 
@@ -112,7 +112,7 @@ TEST(FreeSlices, AHollowUnderAnOverhangIsFollowedToItsCorner) {
   ClStrand floor, over;
   for (int i = 0; i <= 40; ++i) floor.push_back({corner - Vec3{0, 0.05 * (40 - i), 0}, {0, 0, 1}, 0});
   for (int i = 0; i <= 40; ++i) over.push_back({corner + up * (missing + 0.05 * i), off, 2});
-  const auto chains = join_strands({floor, over}, FacetTree(mesh), r, {kTolerance, 1.0, kTolerance, 0.0});
+  const auto chains = join_strands({floor, over}, FacetBvh(mesh), r, {kTolerance, 1.0, kTolerance, 0.0});
   ASSERT_EQ(chains.size(), 1u);
   const sim::PartDistance distance_to(mesh);
   const ClStrand& p = chains[0].points;
@@ -193,7 +193,7 @@ void each_strand(const ClSections& sections, const Visit& visit) {
 
 TEST(FreeSlices, OnlyObstaclesCutIntoAPatch) {
   for (const CheckedMesh& part : {soup::check(soup::torus()), soup::check(soup::ell())}) {
-    const FacetTree tree(part.mesh);
+    const FacetBvh tree(part.mesh);
     const ClSections sections(part, 0.8, 0.001);
     const PatchObstacles obstacles(sections, tree, std::vector<std::uint8_t>(sections.patches(), 1));
     std::vector<std::uint32_t> all(part.mesh.facets.size());

@@ -115,7 +115,8 @@ TEST(Travel, MindsThePartBeyondTheRingsAxis) {
   Shop shop(whole(frame, 6.0), frame, 3.0, 6.0);
   const Deformation& map = shop.field->deformation;
   shop.links.clearance_z = 20.0;
-  shop.far_side = std::make_unique<FarSide>(shop.part.mesh, map, shop.options, shop.links.clearance_z);
+  shop.opposite_wall =
+      std::make_unique<OppositeWall>(shop.part.mesh, map, shop.options, shop.links.clearance_z);
   const double deg = map.scale_y() * kPi / 180.0;
   const Point<Flat> from{0, 120 * deg, 20.0};
   Linked linked;
@@ -185,7 +186,7 @@ TEST(Join, OnlyWhereTheEnvelopeLeadsThere) {
   const auto joined = [](Shop& shop, double x) {
     shop.links.join_distance = 25.0, shop.links.plunge_ratio = 100.0;
     const Travel travel = shop.travel();
-    Joins joins(*shop.field, shop.links, *shop.far_side, *shop.envelope, travel);
+    Joins joins(*shop.field, shop.links, *shop.opposite_wall, *shop.envelope, travel);
     return joins.between(end_at(shop, -x, 3.0), end_at(shop, x, 3.0));
   };
   Shop plain = valley(level), holed = valley(level, true);
@@ -203,7 +204,7 @@ TEST(Join, NotWhereUpAndOverIsQuicker) {
   Shop shop = valley([](double x) { return std::min(0.0, 3.0 * std::abs(x) - 20.0); });
   shop.links.join_distance = 25.0;
   const Travel travel = shop.travel();
-  Joins joins(*shop.field, shop.links, *shop.far_side, *shop.envelope, travel);
+  Joins joins(*shop.field, shop.links, *shop.opposite_wall, *shop.envelope, travel);
   const auto a = end_at(shop, -9.0, 3.0), b = end_at(shop, 9.0, 3.0);
   shop.links.plunge_ratio = 1.0;
   EXPECT_FALSE(joins.between(a, b));  // the gap alone is too wide
@@ -242,7 +243,7 @@ TEST(Join, NotAcrossWhatTheFarSideBlocks) {
     Shop shop(whole(frame, 6.0), frame, 3.0, shank);
     shop.links.join_distance = 50.0, shop.links.plunge_ratio = 1000.0;
     const Travel travel = shop.travel();
-    Joins joins(*shop.field, shop.links, *shop.far_side, *shop.envelope, travel);
+    Joins joins(*shop.field, shop.links, *shop.opposite_wall, *shop.envelope, travel);
     const double deg = shop.field->deformation.scale_y() * kPi / 180.0;
     const auto a = shop.envelope->at(3.0, 110.0 * deg), b = shop.envelope->at(3.0, -110.0 * deg);
     ASSERT_TRUE(a && b);
@@ -254,7 +255,7 @@ TEST(Lead, IsAQuarterCircleOnALevelSheet) {
   Shop shop = valley(level);
   shop.links.lead_radius = 3.0;
   const Travel travel = shop.travel();
-  Leads leads(*shop.field, shop.links, *shop.far_side, *shop.envelope, travel);
+  Leads leads(*shop.field, shop.links, *shop.opposite_wall, *shop.envelope, travel);
   const auto end = shop.envelope->at(0.0, 1.0), next = shop.envelope->at(1.0, 1.0);
   const auto arc = leads.arc(*end, *next);
   ASSERT_GE(arc.size(), 8u);
@@ -274,7 +275,7 @@ TEST(Lead, NotIntoAWallNorFromFarBelow) {
   });
   shop.links.lead_radius = 3.0;
   const Travel travel = shop.travel();
-  Leads leads(*shop.field, shop.links, *shop.far_side, *shop.envelope, travel);
+  Leads leads(*shop.field, shop.links, *shop.opposite_wall, *shop.envelope, travel);
   const auto arc = [&](double x, double towards) {
     const auto end = shop.envelope->at(x, 1.0), next = shop.envelope->at(x + towards, 1.0);
     return leads.arc(*end, *next);
@@ -302,7 +303,7 @@ TEST(Lead, KeepsTheTiltLimitAndMindsTheFarSide) {
   const auto arc = [](Shop& shop, double x, double y, double next_x, double next_y) {
     shop.links.lead_radius = 2.0;
     const Travel travel = shop.travel();
-    Leads leads(*shop.field, shop.links, *shop.far_side, *shop.envelope, travel);
+    Leads leads(*shop.field, shop.links, *shop.opposite_wall, *shop.envelope, travel);
     const auto end = shop.envelope->at(x, y), next = shop.envelope->at(next_x, next_y);
     return leads.arc(*end, *next);
   };
@@ -310,10 +311,10 @@ TEST(Lead, KeepsTheTiltLimitAndMindsTheFarSide) {
   EXPECT_TRUE(arc(shell, 49.0 * deg, 0.0, 48.0 * deg, 0.0).empty());   // outwards over 50 degrees
   EXPECT_FALSE(arc(shell, 49.0 * deg, 0.0, 50.0 * deg, 0.0).empty());  // inwards
   const double turn = hole.field->deformation.scale_y() * kPi / 180.0;
-  double last = 0.0;  // the last place that the far side leaves free
+  double last = 0.0;  // the last place that the opposite wall leaves free
   for (double y = 60.0; y < 180.0; y += 1.0) {
     std::vector<std::vector<Pass>> lines{{{*hole.envelope->at(0.0, y * turn)}}};
-    if (hole.far_side->trim(lines) > 0) break;
+    if (hole.opposite_wall->trim(lines) > 0) break;
     last = y;
   }
   ASSERT_GT(last, 60.0);

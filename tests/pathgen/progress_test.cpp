@@ -28,7 +28,7 @@ struct Case {
 
 std::vector<Case> cases() {
   PlanOptions plain = options_with(kUpright);
-  plain.find_uncut = true;
+  plain.find_rest_material = true;
   std::vector<Case> all{{"rows", plain, {"CL surface", "passes", "link", "uncut"}}};
   const auto add = [&](const char* name, const std::vector<std::string>& stages) -> PlanOptions& {
     all.push_back({name, plain, stages});
@@ -52,11 +52,11 @@ std::vector<Case> cases() {
   }
   PlanOptions& indexed = add("indexed", {"directions"});
   indexed.axis.mode = AxisMode::kIndexed;
-  indexed.find_uncut = false;
+  indexed.find_rest_material = false;
   PlanOptions& free = add("free", {"CL surface", "orientation", "link"});
   free.axis.mode = AxisMode::kFree;
   free.free.plane_normals = {{0, 1, 0}};
-  free.find_uncut = false;
+  free.find_rest_material = false;
   return all;
 }
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <tuple>
 
-#include "pathgen/pattern/raster.h"
+#include "pathgen/pattern/row_layout.h"
 #include "tests/shapes/turned_parts.h"
 
 namespace tiltfeed {
@@ -38,7 +38,7 @@ std::vector<Part360> parts() {
 }
 
 /// All rows, each in two pieces with a gap at a place by chance.
-std::vector<FlatLine> pieces_of_rows(const Raster& raster, std::mt19937& random) {
+std::vector<FlatLine> pieces_of_rows(const RowLayout& raster, std::mt19937& random) {
   std::vector<FlatLine> lines;
   for (double k = 0.0; k < raster.count; ++k) {
     const FlatLine row = raster.row(k);
@@ -67,12 +67,12 @@ TEST(RowCandidates, GivesEachRowWhatTheBinsGive) {
   for (const Part360& p : parts()) {
     const ClSurface surface(p.part.mesh, p.part.sides, tool_pieces(options));
     const Deformation map(p.frame, p.rho);
-    const FlatIndex index(make_cells(surface, map, 1.0), map);
+    const FlatIndex index(make_flat_hulls(surface, map, 1.0), map);
     for (const double degrees : {0.0, 90.0, 31.0}) {
       SCOPED_TRACE(p.name + ", rows at " + std::to_string(degrees));
       Pattern pattern;
       pattern.angle = Angle::from_degrees(degrees);
-      const auto raster = lay_raster(index, index.bounds(), pattern, 1.5);
+      const auto raster = lay_rows(index, index.bounds(), pattern, 1.5);
       ASSERT_TRUE(raster) << raster.error().message;
       const std::vector<FlatLine> lines = pieces_of_rows(*raster, random);
       const RowCandidates rows(index, lines);
@@ -104,7 +104,7 @@ TEST(RowCandidates, HasNothingForNoLines) {
   options.cutter.diameter = 4.0, options.cutter.length = 60.0, options.cutter.shank_length = 20.0;
   const ClSurface surface(ball.mesh, ball.sides, tool_pieces(options));
   const Deformation map({AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 20.0);
-  const FlatIndex index(make_cells(surface, map, 1.0), map);
+  const FlatIndex index(make_flat_hulls(surface, map, 1.0), map);
   EXPECT_NO_THROW(RowCandidates(index, {}));
   const FlatLine far{1000.0, 1000.0, 1.0, 0.0, 5.0};
   std::vector<Candidate> met(1);

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "pathgen/envelope/envelope.h"
-#include "pathgen/surface/cells.h"
+#include "pathgen/surface/flat_hulls.h"
 
 namespace tiltfeed {
 namespace {
@@ -77,7 +77,7 @@ TEST(Seams, NearlyFlatPlatesHaveNoHoles) {
                      std::to_string(noise * 1e9) + " nm");
         const Mesh mesh = plate(slope, noise);
         const ClSurface surface(mesh, Sides::kOutward, {tool.piece});
-        const FlatIndex index(make_cells(surface, map, 0.1), map);
+        const FlatIndex index(make_flat_hulls(surface, map, 0.1), map);
         Envelope envelope(surface, map, index, {0.0025, 0.02});
         for (int k = 0; k < 150; ++k) {
           const double x = place(random), y = place(random);

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pathgen/surface/cells.h"
+#include "pathgen/surface/flat_hulls.h"
 
 namespace tiltfeed {
 namespace {
@@ -57,7 +57,7 @@ TEST_P(StraightMovesTest, KeepOffWhatPokesThroughAPlane) {
   const ToolPiece ball{.corner = kBall, .outer = kBall};
   const ClSurface surface(mesh, Sides::kOutward, {ball});
   const Deformation map({AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 1.0);
-  const FlatIndex index(make_cells(surface, map, 0.1), map);
+  const FlatIndex index(make_flat_hulls(surface, map, 0.1), map);
   const EnvelopeOptions limits{0.0025, 0.02};
   Envelope envelope(surface, map, index, limits);
   const double reach =
@@ -122,7 +122,7 @@ TEST(StraightMoves, AFlatEndMeetsWhatComesUnderItAllAtOnce) {
   const Mesh mesh = plate_and_pillars(tops);
   const ClSurface surface(mesh, Sides::kOutward, {ToolPiece{.flat = kFlatEnd, .outer = kFlatEnd}});
   const Deformation map({AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 1.0);
-  const FlatIndex index(make_cells(surface, map, 0.1), map);
+  const FlatIndex index(make_flat_hulls(surface, map, 0.1), map);
   const EnvelopeOptions limits{0.0025, 0.02};
   Envelope envelope(surface, map, index, limits);
   double deepest = 0.0;
@@ -152,7 +152,7 @@ TEST(StraightMoves, ABallSinksPastTheEndOfACommonEdge) {
   mesh.source = {0, 1};
   const ClSurface surface(mesh, Sides::kBoth, {ToolPiece{.corner = kBall, .outer = kBall}});
   const Deformation map({AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 1.0);
-  const FlatIndex index(make_cells(surface, map, 0.1), map);
+  const FlatIndex index(make_flat_hulls(surface, map, 0.1), map);
   const EnvelopeOptions limits{0.0025, 0.02};
   Envelope envelope(surface, map, index, limits);
   for (const double beyond : {-0.5, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.9}) {

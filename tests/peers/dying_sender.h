@@ -12,7 +12,7 @@
 #include <memory>
 #include <string>
 
-#include "daemon/journal/job_run.h"
+#include "daemon/journal/program_run.h"
 #include "daemon/wire/modbus_map.h"
 #include "sim/controller/modbus_controller.h"
 #include "tests/peers/simulated_disk.h"
@@ -108,7 +108,7 @@ struct DyingLink : Link {
 };
 
 /// The naive way to go on: the controller forgets the old session, a new one begins after `count` blocks.
-inline Result<SendReport> send_rest(const JobRun& run, std::uint64_t count, Link& link, Clock& clock,
+inline Result<SendReport> send_rest(const ProgramRun& run, std::uint64_t count, Link& link, Clock& clock,
                                     const StreamHooks& hooks) {
   const auto ask = [&](const ModbusRequest& request) {
     std::string in;
@@ -150,7 +150,7 @@ struct BegunMark {
   std::function<void()> set;
 };
 
-inline Outcome sender_life(JobRun run, JournalDisk disk, const BegunMark& mark, Link& link, Clock& clock,
+inline Outcome sender_life(ProgramRun run, JournalDisk disk, const BegunMark& mark, Link& link, Clock& clock,
                            Steps& steps, Bug bug) {
   if (bug == Bug::kNoJournal) disk = journal_disk(std::make_shared<SimulatedDisk>());
   auto journal = Journal::open(dying_disk(std::move(disk), steps, bug));

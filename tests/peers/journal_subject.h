@@ -2,7 +2,7 @@
 // What a run of the journal's tests is of.
 
 #include "daemon/files/sha256.h"
-#include "daemon/journal/run_journal.h"
+#include "daemon/journal/run_recorder.h"
 
 namespace tiltfeed {
 

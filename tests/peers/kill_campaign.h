@@ -85,8 +85,8 @@ struct RingMachine {
 inline constexpr int kDeaths = 30;
 
 /// A life in a process of its own, killed for real. The parent is the machine.
-inline Outcome forked_life(const JobRun& run, const std::string& journal, bool& begun, RingMachine& machine,
-                           Steps steps, Bug bug) {
+inline Outcome forked_life(const ProgramRun& run, const std::string& journal, bool& begun,
+                           RingMachine& machine, Steps steps, Bug bug) {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0)
     return {End::kWrong, 0, 0, "socketpair"};
@@ -147,7 +147,7 @@ inline Outcome forked_life(const JobRun& run, const std::string& journal, bool& 
 }
 
 /// A life that the power ends, in this process.
-inline Outcome powered_life(const JobRun& run, const std::shared_ptr<SimulatedDisk>& disk, bool& begun,
+inline Outcome powered_life(const ProgramRun& run, const std::shared_ptr<SimulatedDisk>& disk, bool& begun,
                             RingMachine& machine, Steps steps, Bug bug) {
   ScriptClock clock;
   steps.power = true;
@@ -172,10 +172,10 @@ struct Campaign {
   }
 
   /// One program from its start to its end through any number of deaths.
-  void run(const JobRun& prepared, const KillProgram& program, const std::string& folder) {
+  void run(const ProgramRun& prepared, const KillProgram& program, const std::string& folder) {
     std::mt19937_64 random(seed++);
     RingMachine machine;
-    JobRun job = prepared;
+    ProgramRun job = prepared;
     const std::string journal = folder + "/journal";
     std::filesystem::remove(journal);
     const auto disk = std::make_shared<SimulatedDisk>();
@@ -205,7 +205,7 @@ struct Campaign {
   }
 
   /// The same blocks in another file.
-  static void replace_program(JobRun& job) {
+  static void replace_program(ProgramRun& job) {
     const std::string other = job.program + ".other";
     std::filesystem::copy_file(job.program, other, std::filesystem::copy_options::overwrite_existing);
     std::ofstream(other, std::ios::app) << "(another)\n";

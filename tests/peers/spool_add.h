@@ -5,7 +5,7 @@
 
 #include <thread>
 
-#include "daemon/service/job_desk.h"
+#include "daemon/service/job_service.h"
 
 namespace tiltfeed {
 
@@ -29,16 +29,16 @@ inline Result<std::uint64_t> add_job(Spool& spool, const SpooledJob& job, const 
   return tl::unexpected<Error>(done->error());
 }
 
-/// What the desk answers; meanwhile only what was asked for is done.
-inline std::string answer_of(JobDesk& desk, const ApiRequest& request, std::uint32_t user = 1000,
+/// What the job service answers; meanwhile only what was asked for is done.
+inline std::string answer_of(JobService& jobs, const ApiRequest& request, std::uint32_t user = 1000,
                              const std::vector<int>& files = {}) {
   std::vector<int> own;
   for (const int file : files) own.push_back(::dup(file));
   std::optional<std::string> said;
-  desk.ask(request, user, HandedFiles(own), [&](std::string line) { said = std::move(line); });
+  jobs.ask(request, user, HandedFiles(own), [&](std::string line) { said = std::move(line); });
   while (!said) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    desk.take_ends();
+    jobs.take_ends();
   }
   return *said;
 }

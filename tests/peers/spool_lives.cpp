@@ -122,7 +122,7 @@ bool SpoolLives::set(Spool& spool, SpooledJob row, JobState state) {
   return true;
 }
 
-/// As JobDesk::settle.
+/// As JobService::settle.
 void SpoolLives::settle(Spool& spool) {
   const auto rows = spool.list();
   if (!rows) return;
@@ -163,7 +163,8 @@ void SpoolLives::plan(Spool& spool, SpooledJob row) {
   set(spool, row, JobState::kReady);
 }
 
-/// As JobDesk::begin and run: another workpiece has a journal of its own. The machine gets blocks to `until`.
+/// As JobService::begin and run: another workpiece has a journal of its own. The machine gets blocks to
+/// `until`.
 void SpoolLives::start(Spool& spool, SpooledJob row, LinkKind kind, std::uint64_t total,
                        std::uint64_t until) {
   KnownJob& known = known_.at(row.name);
@@ -204,7 +205,7 @@ bool SpoolLives::send(KnownJob& known, RunRecorder& recorder, std::uint64_t unti
   return recorder.end(done ? RunEvent::kExecuted : RunEvent::kFault, state).has_value();
 }
 
-/// As JobRunner::stream and JobDesk::take_run_end.
+/// As StreamThread::stream and JobService::take_run_end.
 void SpoolLives::stream(Spool& spool, SpooledJob row, const ResumeDecision& decision, std::uint64_t until) {
   KnownJob& known = known_.at(row.name);
   const auto run = [&]() -> bool {

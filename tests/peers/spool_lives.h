@@ -1,6 +1,6 @@
 #pragma once
 // A service's lives over one spool, and what the world outside knows: what was answered, what left for the
-// machine and what that executed. Every step is the product's own, in the order of JobDesk.
+// machine and what that executed. Every step is the product's own, in the order of JobService.
 
 #include <cstdint>
 #include <map>
@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "daemon/journal/job_run.h"
+#include "daemon/journal/program_run.h"
 #include "daemon/service/spool.h"
 
 namespace tiltfeed {

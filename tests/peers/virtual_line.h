@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "daemon/wire/link.h"
-#include "sim/controller/controller.h"
 #include "sim/controller/drip_controller.h"
+#include "sim/controller/grbl_controller.h"
 #include "sim/controller/reprap_controller.h"
 #include "sim/wire/faulty_line.h"
 

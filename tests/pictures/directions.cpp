@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "pathgen/free_axis/orientation.h"
 #include "pathgen/free_axis/pass_curve.h"
+#include "pathgen/free_axis/tool_axis_path.h"
 #include "pathgen/free_slices/cl_slices.h"
 #include "pathgen/options/axis_step.h"
 #include "tests/pictures/pictures.h"
@@ -53,7 +53,7 @@ struct Asked {
   const ClChain& chain;
   const PassCurve& curve;
   const Admissibility& admissible;
-  const OrientedPass& pass;
+  const ToolAxisPass& pass;
 };
 
 /// Bands of admissible leans at a place, degrees.
@@ -81,7 +81,7 @@ double way_of(const PassCurve& curve, Point<Part> centre) {
 }
 
 /// Half of the tool's outline, mirrored, at a pose.
-void tool(Svg& svg, const Plot& plot, const OrientedPoint& at, const Cutter& cutter) {
+void tool(Svg& svg, const Plot& plot, const ToolAxisPoint& at, const Cutter& cutter) {
   const Vec3 axis = axis_of(lean_of(at.axis)), side{axis.z, 0.0, -axis.x};
   const double r = cutter.radius(), above = cutter.shank_length - r;
   Line half{{r, 0}, {r, above}};
@@ -112,14 +112,14 @@ void section(Svg& svg, const Asked& asked, const Cutter& cutter) {
   Line centres;
   for (const ClPoint& p : asked.chain.points) centres.push_back({p.centre.x, p.centre.z});
   svg.path(plot.at(centres), "stroke=\"#333\" stroke-dasharray=\"3 2\"");
-  const OrientedRun& first = asked.pass.runs.front();
-  const auto shown = std::find_if(first.begin(), first.end(), [&](const OrientedPoint& at) {
+  const ToolAxisRun& first = asked.pass.runs.front();
+  const auto shown = std::find_if(first.begin(), first.end(), [&](const ToolAxisPoint& at) {
     return way_of(asked.curve, at.point.centre) >= kToolAt;
   });
   if (shown != first.end()) tool(svg, plot, *shown, cutter);
   double next = kBetweenTools / 2;
-  for (const OrientedRun& run : asked.pass.runs)
-    for (const OrientedPoint& at : run) {
+  for (const ToolAxisRun& run : asked.pass.runs)
+    for (const ToolAxisPoint& at : run) {
       const double way = way_of(asked.curve, at.point.centre);
       if (way < next) continue;
       next += kBetweenTools;
@@ -154,9 +154,9 @@ void chart(Svg& svg, const Asked& asked) {
   for (double way = 0.0; way <= asked.curve.length(); way += 0.25)
     wished.push_back({way, lean_of(asked.curve.wished(way))});
   svg.path(plot.at(wished), std::string("stroke-width=\"1.5\" stroke=\"") + kWished + "\"");
-  for (const OrientedRun& run : asked.pass.runs) {
+  for (const ToolAxisRun& run : asked.pass.runs) {
     Line chosen;
-    for (const OrientedPoint& at : run)
+    for (const ToolAxisPoint& at : run)
       chosen.push_back({way_of(asked.curve, at.point.centre), lean_of(at.axis)});
     svg.path(plot.at(chosen), std::string("stroke-width=\"2.5\" stroke=\"") + kChosen + "\"");
   }
@@ -168,7 +168,7 @@ Result<void> draw_directions(const std::string& file) {
   const auto part = section_part(hollow(), false);
   if (!part) return tl::unexpected(part.error());
   const PlanOptions o = options();
-  const FacetTree tree(part->mesh);
+  const FacetBvh tree(part->mesh);
   const ToleranceBudget budget(o.tolerance);
   const auto slices = slice_cl_surface(*part, tree, o, budget, [](double) { return true; });
   const auto slice = std::min_element(slices.begin(), slices.end(), [](const ClSlice& a, const ClSlice& b) {
@@ -181,8 +181,8 @@ Result<void> draw_directions(const std::string& file) {
   const SweptTool swept(tree, o, budget.flank());
   const DirectionGrid grid(Admissibility::kAdmissibleLevel + 1);
   const Admissibility admissible(swept, grid, o.up, Angle::from_degrees(kMost));
-  const OrientationOptions how{o.free, o.tolerance, largest_axis_step(o), 0.0, reference_height(o.cutter)};
-  const OrientedPass pass = orient_pass(chain, admissible, how);
+  const ToolAxisOptions how{o.free, o.tolerance, largest_axis_step(o), 0.0, reference_height(o.cutter)};
+  const ToolAxisPass pass = choose_tool_axes(chain, admissible, how);
   const PassCurve curve(chain, o.free);
   if (pass.runs.empty()) return fail(Code::kUnreachable, "no direction is admissible in the hollow");
 

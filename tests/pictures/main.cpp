@@ -16,7 +16,7 @@ constexpr Picture kPictures[] = {
     {"pathgen/axis/deformation.svg", tiltfeed::pictures::draw_deformation},
     {"pathgen/envelope/envelope.svg", tiltfeed::pictures::draw_envelope},
     {"pathgen/free_axis/directions.svg", tiltfeed::pictures::draw_directions},
-    {"kinematics/joints/pole_bend.svg", tiltfeed::pictures::draw_pole_bend},
+    {"kinematics/joints/singularity_bend.svg", tiltfeed::pictures::draw_pole_bend},
     {"daemon/protocol/window.svg", tiltfeed::pictures::draw_window},
 };
 

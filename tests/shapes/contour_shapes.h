@@ -83,7 +83,7 @@ inline std::unique_ptr<const ClField> field_over(const Mesh& mesh, const AxisFra
                                                  double scale = 1.0) {
   ClSurface surface(mesh, Sides::kOutward, tool_pieces(ball(diameter)));
   const Deformation map(frame, scale);
-  FlatIndex index(make_cells(surface, map, 0.5), map);
+  FlatIndex index(make_flat_hulls(surface, map, 0.5), map);
   const FlatBounds bounds = index.bounds();
   return std::make_unique<const ClField>(ClField{std::move(surface), map, std::move(index), bounds});
 }

@@ -63,7 +63,7 @@ struct Shop {
   std::unique_ptr<const ClField> field;
   EnvelopeOptions limits{kTolerance / 4.0, 0.025};
   std::vector<std::vector<Pass>> slices;
-  std::unique_ptr<FarSide> far_side;
+  std::unique_ptr<OppositeWall> opposite_wall;
   std::unique_ptr<Envelope> envelope;
 
   Shop(CheckedMesh made, const AxisFrame& frame, double side_step, double shank = 30.0,
@@ -100,8 +100,8 @@ struct Shop {
     links.approach = 1.0;
     links.thinning = limits.tolerance;
     links.plunge_ratio = 3.0;
-    far_side = std::make_unique<FarSide>(part.mesh, field->deformation, options, links.clearance_z);
-    far_side->trim(slices);
+    opposite_wall = std::make_unique<OppositeWall>(part.mesh, field->deformation, options, links.clearance_z);
+    opposite_wall->trim(slices);
   }
 
   /// Straight lines side by side over the part.
@@ -114,8 +114,8 @@ struct Shop {
                                          : FlatLine{b.min_x + at, b.min_y, 0.0, 1.0, y});
     return found;
   }
-  Linked run() { return link(slices, *field, links, *far_side, *envelope); }
-  Travel travel() { return {field->deformation, links, *far_side}; }
+  Linked run() { return link(slices, *field, links, *opposite_wall, *envelope); }
+  Travel travel() { return {field->deformation, links, *opposite_wall}; }
   std::size_t passes() const {
     std::size_t count = 0;
     for (const auto& slice : slices) count += slice.size();

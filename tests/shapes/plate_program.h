@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "sim/removal/removal.h"
-#include "sim/report/removal_report.h"
+#include "sim/report/report.h"
 #include "tests/shapes/box_mesh.h"
 
 namespace tiltfeed::sim {

@@ -294,15 +294,15 @@ TEST(Verify, WrongAxisIsFound) {
   EXPECT_EQ(r.axis_deviation.place.move, 300u);
 }
 
-TEST(ProgramCheck, TellsMissingRepeatedAndAltered) {
+TEST(BlockComparison, TellsMissingRepeatedAndAltered) {
   const auto program = program_for(make_path().moves);
   const auto good = run_of(program);
-  EXPECT_TRUE(check_program(program, good).good());
+  EXPECT_TRUE(compare_blocks(program, good).good());
   struct Expected {
     std::uint64_t missing, repeated, altered;
   };
   const auto expect = [&](const std::vector<TraceRow>& trace, Expected e, const char* place) {
-    const ProgramCheck check = check_program(program, trace);
+    const BlockComparison check = compare_blocks(program, trace);
     EXPECT_EQ(check.missing, e.missing) << check.first_difference;
     EXPECT_EQ(check.repeated, e.repeated) << check.first_difference;
     EXPECT_EQ(check.altered, e.altered) << check.first_difference;
@@ -336,8 +336,8 @@ TEST(ProgramCheck, TellsMissingRepeatedAndAltered) {
   barrier.command.op = Op::kDwell, barrier.command.feed = 0.0;
   trace = good;
   trace.push_back(barrier);  // the host's own, once, at the end
-  EXPECT_TRUE(check_program(program, trace).good());
-  EXPECT_EQ(check_program(program, trace).executed, good.size());
+  EXPECT_TRUE(compare_blocks(program, trace).good());
+  EXPECT_EQ(compare_blocks(program, trace).executed, good.size());
   trace.push_back(barrier);
   expect(trace, {0, 2, 0}, "(its end)");
   trace = good;
@@ -345,7 +345,7 @@ TEST(ProgramCheck, TellsMissingRepeatedAndAltered) {
   expect(trace, {0, 1, 0}, "block 101 of the program");
   trace = good;
   std::swap(trace[50], trace[51]);
-  EXPECT_FALSE(check_program(program, trace).good());
+  EXPECT_FALSE(compare_blocks(program, trace).good());
   trace = good;  // lost once, repeated elsewhere: the counts stay apart
   trace.insert(trace.begin() + 300, good[299]), trace.erase(trace.begin() + 20);
   expect(trace, {1, 1, 0}, "block 21 of the program");

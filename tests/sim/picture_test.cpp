@@ -14,7 +14,7 @@
 
 #include "sim/basics/write_bytes.h"
 #include "sim/picture/camera.h"
-#include "sim/picture/raster.h"
+#include "sim/picture/rasteriser.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -213,12 +213,12 @@ Image seen(const Result<std::string>& png) {
   return read_png(file);
 }
 
-TEST(Raster, NearerTriangleWinsInAnyOrder) {
+TEST(Rasteriser, NearerTriangleWinsInAnyOrder) {
   const std::array<ScreenPoint, 3> near{ScreenPoint{0, 0, 1}, ScreenPoint{64, 0, 1}, ScreenPoint{0, 64, 1}},
       far{ScreenPoint{0, 0, 2}, ScreenPoint{64, 0, 2}, ScreenPoint{0, 64, 2}};
   const Colour red{1, 0, 0}, blue{0, 0, 1}, black{};
   for (const bool near_first : {true, false}) {
-    Raster raster(64, 64, {black, black});
+    Rasteriser raster(64, 64, {black, black});
     const auto all = [](Colour colour) { return [colour] { return std::array{colour, colour, colour}; }; };
     if (near_first) raster.triangle(near, all(red));
     raster.triangle(far, all(blue));
@@ -234,12 +234,12 @@ TEST(Raster, NearerTriangleWinsInAnyOrder) {
   }
 }
 
-TEST(Raster, PixelsTakeTheColourOfWhoeverIsSeenThere) {
+TEST(Rasteriser, PixelsTakeTheColourOfWhoeverIsSeenThere) {
   const auto across = [](double left, double right, double depth) {  // covers rows 0 to 8 of these columns
     return std::array{ScreenPoint{left, -8, depth}, ScreenPoint{right, -8, depth},
                       ScreenPoint{0.5 * (left + right), 1000, depth}};
   };
-  Raster raster(32, 8, {Colour{1, 0, 0}, Colour{1, 0, 0}});
+  Rasteriser raster(32, 8, {Colour{1, 0, 0}, Colour{1, 0, 0}});
   const auto white = [] { return Colour{1, 1, 1}; };
   raster.triangle(across(0, 24, 2), 0, white);
   raster.triangle(across(8, 16, 1), 1, white);
@@ -272,11 +272,11 @@ std::vector<std::array<ScreenPoint, 3>> many_triangles(int side) {
   return triangles;
 }
 
-TEST(Raster, EveryPixelShowsTheTriangleThatIsNearestAtItsMiddle) {
+TEST(Rasteriser, EveryPixelShowsTheTriangleThatIsNearestAtItsMiddle) {
   constexpr int kSide = 48;
   const auto triangles = many_triangles(kSide);
   const auto grey = [](std::size_t i) { return static_cast<double>(i + 1) / 400.0; };
-  Raster raster(kSide, kSide, {Colour{}, Colour{}}), owned(kSide, kSide, {Colour{}, Colour{}});
+  Rasteriser raster(kSide, kSide, {Colour{}, Colour{}}), owned(kSide, kSide, {Colour{}, Colour{}});
   std::vector<Colour> by_owner;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const Colour colour{grey(i), grey(i), grey(i)};
@@ -314,7 +314,7 @@ TEST(Raster, EveryPixelShowsTheTriangleThatIsNearestAtItsMiddle) {
   EXPECT_GT(compared, kSide * kSide * 9 / 10);
 }
 
-TEST(Raster, HollowsAreShadedByWhatIsRoundThem) {
+TEST(Rasteriser, HollowsAreShadedByWhatIsRoundThem) {
   constexpr int kSide = 40;
   const auto plane = [&](double left, double right, double depth) {
     const auto white = [] { return std::array{Colour{1, 1, 1}, Colour{1, 1, 1}, Colour{1, 1, 1}}; };
@@ -323,7 +323,7 @@ TEST(Raster, HollowsAreShadedByWhatIsRoundThem) {
                      white};
   };
   // A groove, 8 px wide and as deep as counts; nothing on the left of 6.
-  Raster raster(kSide, kSide, {Colour{1, 1, 1}, Colour{1, 1, 1}});
+  Rasteriser raster(kSide, kSide, {Colour{1, 1, 1}, Colour{1, 1, 1}});
   for (const auto& [left, right, depth] :
        {std::array{6.0, 16.0, 0.0}, {16.0, 24.0, 1.0}, {24.0, 60.0, 0.0}}) {
     const auto [corners, white] = plane(left, right, depth);
@@ -341,7 +341,7 @@ TEST(Raster, HollowsAreShadedByWhatIsRoundThem) {
   EXPECT_LT(image.at(20, 39)[0], 235);
   EXPECT_LT(image.at(20, 0)[0], 235);
   // A slope is none either, away from the picture's edge.
-  Raster slope(kSide, kSide, {Colour{1, 1, 1}, Colour{1, 1, 1}});
+  Rasteriser slope(kSide, kSide, {Colour{1, 1, 1}, Colour{1, 1, 1}});
   slope.triangle({ScreenPoint{-1, -1, 0}, ScreenPoint{5.0 * kSide, -1, 40}, ScreenPoint{-1, 5.0 * kSide, 20}},
                  [] {
                    return std::array{Colour{1, 1, 1}, Colour{1, 1, 1}, Colour{1, 1, 1}};
@@ -352,10 +352,10 @@ TEST(Raster, HollowsAreShadedByWhatIsRoundThem) {
     for (int x = 7; x < kSide - 7; ++x) EXPECT_EQ(even.at(x, y)[0], 255) << x << " " << y;
 }
 
-TEST(Raster, DiscsAndLinesCoverWhatIsWithinHalfTheirThickness) {
+TEST(Rasteriser, DiscsAndLinesCoverWhatIsWithinHalfTheirThickness) {
   constexpr int kSide = 40;
   const ScreenPoint from{10.25, 12.5, 0}, to{28.0, 21.75, 0};
-  Raster disc(kSide, kSide, {Colour{}, Colour{}}), line(kSide, kSide, {Colour{}, Colour{}});
+  Rasteriser disc(kSide, kSide, {Colour{}, Colour{}}), line(kSide, kSide, {Colour{}, Colour{}});
   disc.disc(from, 13.0, {1, 1, 1}, 0.0);
   line.line(from, to, 5.0, {1, 1, 1}, 1.0, 0.0);
   const Image round = seen(disc.png(1)), band = seen(line.png(1));

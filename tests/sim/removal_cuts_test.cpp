@@ -6,7 +6,7 @@
 #include <random>
 #include <sstream>
 
-#include "sim/removal/removal_parts.h"
+#include "sim/removal/swept_moves.h"
 #include "sim/removal/tool_sweep.h"
 #include "tests/shapes/plate_program.h"
 

@@ -1,6 +1,6 @@
 // The Grbl firmware model under a scripted clock.
 
-#include "sim/controller/controller.h"
+#include "sim/controller/grbl_controller.h"
 
 #include <gtest/gtest.h>
 

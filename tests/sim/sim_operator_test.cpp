@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/controller/controller.h"
+#include "sim/controller/grbl_controller.h"
 #include "tests/peers/sim_machine.h"
 
 namespace tiltfeed::sim {

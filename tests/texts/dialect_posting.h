@@ -10,8 +10,8 @@
 
 #include "daemon/post/block.h"
 #include "daemon/post/dialect.h"
-#include "daemon/post/program_rules.h"
-#include "daemon/post/program_text.h"
+#include "daemon/post/nc_reader.h"
+#include "daemon/post/nc_rules.h"
 
 namespace tiltfeed {
 

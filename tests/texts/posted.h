@@ -46,7 +46,7 @@ inline Result<std::string> program_text(const AptProgram& program, const Machine
 inline Result<AptProgram> back(const std::string& text, const MachineProfile& profile,
                                const UnpostOptions& options = {}) {
   std::istringstream in(text);
-  const auto read = read_program_text(in, "part.nc", language_of(profile));
+  const auto read = read_nc_program(in, "part.nc", language_of(profile));
   if (!read) return tl::unexpected(read.error());
   return unpost(*read, profile, options);
 }

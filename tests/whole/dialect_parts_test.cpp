@@ -116,7 +116,7 @@ TEST_P(DialectParts, ReadBackToTheLastDigitAndOnThePath) {
                                           job.machine.model.tilt.letter, job.machine.model.rotary.letter);
     EXPECT_EQ(seen.trouble, "");
     std::istringstream in(out.str());
-    const auto read = read_program_text(in, "x.nc", language_of(job.machine));
+    const auto read = read_nc_program(in, "x.nc", language_of(job.machine));
     ASSERT_TRUE(read) << read.error().message;
     ASSERT_EQ(seen.blocks.size(), words->moves.size());
     ASSERT_EQ(read->operations[0].blocks.size(), words->moves.size());

@@ -1,5 +1,5 @@
-// Program text, to the last byte, against files in golden/: any change of it is seen and judged. The same on
-// any number of threads; none at all when it is cancelled. `golden_test --approve` writes the files anew.
+// LineReader text, to the last byte, against files in golden/: any change of it is seen and judged. The same
+// on any number of threads; none at all when it is cancelled. `golden_test --approve` writes the files anew.
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

@@ -6,7 +6,7 @@
 
 #include <cstdio>
 
-#include "daemon/journal/job_run.h"
+#include "daemon/journal/program_run.h"
 #include "tests/peers/line_run.h"
 #include "tests/peers/simulated_disk.h"
 
@@ -73,7 +73,7 @@ std::string run_once(const std::string& link, const std::string& text, const Fau
   VirtualLine<Controller> line(controller, *script, bits / spec.baud);
 
   const auto disk = std::make_shared<SimulatedDisk>();
-  const JobRun run = *prepare_run(path, spec, 1);
+  const ProgramRun run = *prepare_run(path, spec, 1);
   auto journal = Journal::open(journal_disk(disk));
   ResumeDecision fresh;
   fresh.way = ResumeWay::kFresh;

@@ -13,7 +13,7 @@
 #include <functional>
 #include <thread>
 
-#include "daemon/service/job_runner.h"
+#include "daemon/service/stream_thread.h"
 #include "sim/wire/endpoint.h"
 #include "tests/shapes/wide_machine.h"
 #include "tests/texts/folder.h"
@@ -85,7 +85,7 @@ class Memory : public testing::Test {
     ResumeDecision fresh;
     fresh.way = ResumeWay::kFresh;
     std::filesystem::remove(folder.path + "/journal");
-    JobRunner runner([] {});
+    StreamThread runner([] {});
     runner.start({*run, fresh, folder.path + "/journal", folder.path + "/blackbox.txt", wide_machine()});
     std::optional<RunView> end;
     while (!(end = runner.take_end())) std::this_thread::sleep_for(std::chrono::milliseconds(20));

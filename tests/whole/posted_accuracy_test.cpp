@@ -17,7 +17,7 @@
 #include "kinematics/joints/joint_path.h"
 #include "pathgen/mesh/mesh_check.h"
 #include "pathgen/plan/plan.h"
-#include "sim/gcode/program.h"
+#include "sim/gcode/gcode_reader.h"
 #include "sim/motion/forward.h"
 #include "sim/parts/parts.h"
 #include "tests/judges/joint_path_check.h"

@@ -1,0 +1,370 @@
+#include "daemon/post/nc_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <istream>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "daemon/post/dialect_words.h"
+#include "daemon/post/nc_rules.h"
+#include "kinematics/basics/decimal.h"
+
+namespace tiltfeed {
+namespace {
+
+using Mistake = std::optional<std::string>;
+
+class Reader {
+ public:
+  Reader(std::string name, const TextLanguage& language) : name_(std::move(name)), language_(language) {
+    facts_.operations.emplace_back();
+    known_[3] = language.tilt == kNoLetter;
+    known_[4] = language.rotary == kNoLetter;
+  }
+  Result<void> read(std::string line);
+  Result<void> too_long() const;
+  bool ended() const { return ended_; }
+  Result<NcProgram> finish();
+
+ private:
+  TextOperation& operation() { return facts_.operations.back(); }
+  tl::unexpected<Error> wrong(const std::string& what) const {
+    return fail(Code::kInput, name_ + ":" + std::to_string(line_) + ": " + what);
+  }
+  Result<void> room(std::size_t bytes);
+  void comment(std::string_view text);
+  Mistake strip(std::string& line);
+  bool dialogue(const std::string& line, Mistake& mistake);
+  Mistake apply(const DialectWords& words);
+  Mistake codes(const DialectWords& words);
+  Mistake one_code(int tenths);
+  void machine_codes(const DialectWords& words);
+  Mistake dwell(const DialectWords& words);
+  void compensation(const DialectWords& words);
+  Mistake motion(const DialectWords& words);
+  double turned(const DialectWords& words, char letter, RotaryWord counting, double from) const;
+  void next_tool(int number);
+  /// A change of the spindle or coolant, or a stop.
+  void event(EventKind kind, double value) {
+    if (kind == EventKind::kSpindle && value == std::exchange(spindle_, value)) return;
+    if (kind == EventKind::kCoolant && value == std::exchange(coolant_, value)) return;
+    operation().events.push_back({operation().blocks.size(), kind, value, ""});
+  }
+
+  std::string name_;
+  TextLanguage language_;
+  NcProgram facts_;
+  std::uint32_t line_ = 0;
+  bool ended_ = false, changing_ = false, rapid_ = true, motion_known_ = false, inverse_ = false,
+       tcp_ = false, incremental_ = false, compensated_ = false, shorter_ = false, moved_ = false;
+  double feed_ = 0.0, speed_ = 0.0, spindle_ = 0.0, coolant_ = 0.0;
+  int turn_ = 0;  ///< spindle: 3, 4, or 0
+  int offset_ = 0;
+  std::uint64_t bytes_ = 0;
+  std::size_t blocks_ = 0, last_blocks_ = 0;
+  Joints at_;
+  std::array<bool, 5> known_{};
+};
+
+/// "TILTFEED ..." of the header.
+void Reader::comment(std::string_view text) {
+  std::istringstream in{std::string(text)};
+  std::string mark, word;
+  if (!(in >> mark) || mark != "TILTFEED" || !(in >> word)) return;
+  if (word == "part") {
+    in >> word;
+    Vec3 v;
+    if (word == "zero" && in >> v.x >> v.y >> v.z) operation().part_zero = v;
+    if (word == "zero" || !facts_.name.empty()) return;
+    facts_.name = word;
+    while (in >> word) {
+      double value = 0.0;
+      if (word.size() > 1 && word[0] == 'D' && std::istringstream(word.substr(1)) >> value)
+        operation().diameter = value;
+    }
+  } else if (word == "tool" && in >> word && word == "length") {
+    double value = 0.0;
+    if (!(in >> value)) return;
+    if (!operation().blocks.empty()) facts_.operations.emplace_back();
+    operation().tool_length = value;
+  } else if (word == "fixture") {
+    Vec3 v;
+    if (in >> v.x >> v.y >> v.z) operation().fixture_deg = v;
+  }
+}
+
+/// Takes comments, the block's number and its end off.
+Mistake Reader::strip(std::string& line) {
+  while (!line.empty() && line.back() == ' ') line.pop_back();
+  if (const auto semicolon = line.find(';'); semicolon != std::string::npos) {
+    comment(std::string_view(line).substr(semicolon + 1));
+    line.resize(semicolon);
+  }
+  // A Sinumerik's parentheses hold arguments.
+  const bool comments = language_.dialect != Dialect::kSiemens;
+  for (auto open = line.find('('); comments && open != std::string::npos; open = line.find('(')) {
+    const auto close = line.find(')', open);
+    if (close == std::string::npos) return "comment without ')'";
+    comment(std::string_view(line).substr(open + 1, close - open - 1));
+    line.erase(open, close - open + 1);
+  }
+  while (!line.empty() && (line.back() == '*' || line.back() == ' ')) line.pop_back();
+  std::size_t from = 0;
+  const bool plain = language_.dialect == Dialect::kHeidenhain;
+  if (!plain && !line.empty() && line[0] == 'N') from = 1;
+  if (plain || from == 1)
+    while (from < line.size() && line[from] >= '0' && line[from] <= '9') ++from;
+  line.erase(0, from);
+  while (!line.empty() && line.front() == ' ') line.erase(0, 1);
+  return std::nullopt;
+}
+
+void Reader::next_tool(int number) {
+  if (number != operation().tool_number && !operation().blocks.empty()) facts_.operations.emplace_back();
+  operation().tool_number = number;
+}
+
+/// Lines in words of a Heidenhain dialogue, and those that only set a control up; true when it was one.
+bool Reader::dialogue(const std::string& line, Mistake& mistake) {
+  const auto is = [&](const char* head) { return line.starts_with(head); };
+  if (is("%") || is("BEGIN PGM") || is("END PGM") || is("FGROUP") || is("FGREF") || is("CYCLE832(") ||
+      is("CYCL DEF 247") || is("Q339") || is("CYCL DEF 9.0") || is("G247") || is("PLANE RESET") ||
+      is("CYCL DEF 10.0 ROTATION") || line == "CYCL DEF 10.1 ROT+0" || line == "G73 G90 H+0")
+    return true;
+  const bool numbered = language_.dialect == Dialect::kFanuc || language_.dialect == Dialect::kHaas;
+  if (numbered && line.size() > 1 && line[0] == 'O' &&
+      line.find_first_not_of("0123456789", 1) == std::string::npos)
+    return true;
+  if (is("CYCL DEF 9.1 DWELL ")) {
+    double seconds = 0.0;
+    if (!(std::istringstream(line.substr(19)) >> seconds)) mistake = "the dwell has no time";
+    event(EventKind::kDwell, seconds);
+    return true;
+  }
+  if (!is("TOOL CALL ")) return false;
+  std::istringstream in(line.substr(10));
+  for (std::string word; in >> word;) {
+    double value = 0.0;
+    const bool speed = word[0] == 'S';
+    if (word == "Z" || !(std::istringstream(word.substr(speed ? 1 : 0)) >> value)) continue;
+    if (!speed && !(value >= 0.0 && value < kLargestNumber)) {
+      mistake = "the tool's number is too large";
+      return true;
+    }
+    if (!speed) next_tool(static_cast<int>(value));
+    if (speed) speed_ = value;
+    if (speed && turn_ != 0) event(EventKind::kSpindle, turn_ == 4 ? -value : value);
+  }
+  return true;
+}
+
+Mistake Reader::one_code(int tenths) {
+  constexpr std::array<int, 24> kNothing{40,  170, 210, 280, 400, 410, 420, 430, 530, 540,  550,  560,
+                                         570, 580, 590, 610, 640, 690, 710, 800, 970, 5050, 5060, 7100};
+  if (tenths == 0 || tenths == 10) {
+    rapid_ = tenths == 0;
+    motion_known_ = true;
+  } else if (tenths == 930 || tenths == 940) {
+    if (inverse_ != (tenths == 930)) feed_ = 0.0;
+    inverse_ = tenths == 930;
+  } else if (tenths == 434 || tenths == 2340) {
+    tcp_ = true;
+  } else if (tenths == 490) {
+    tcp_ = false;
+  } else if (tenths == 900 || tenths == 910) {
+    incremental_ = tenths == 910;
+  } else if (tenths == 200 || tenths == 700 || tenths == 7000) {
+    return "the program is in inches; post it in mm";
+  } else if (tenths == 20 || tenths == 30) {
+    return "arcs are not understood; post with G1 alone";
+  } else if (std::find(kNothing.begin(), kNothing.end(), tenths) == kNothing.end()) {
+    return "G" + decimal(tenths / 10.0, 1) + " is not understood";
+  }
+  return std::nullopt;
+}
+
+void Reader::machine_codes(const DialectWords& words) {
+  if (words.has('T')) {
+    next_tool(static_cast<int>(words.values.at('T')));
+    changing_ = language_.dialect == Dialect::kGrbl;  // its M0 is the tool change
+  }
+  if (words.has('S')) speed_ = words.values.at('S');
+  for (const int code : words.m) {
+    if (code == 3 || code == 4) turn_ = code;
+    if (code == 5) turn_ = 0, event(EventKind::kSpindle, 0.0);
+    if (code == 7) event(EventKind::kCoolant, 2.0);
+    if (code == 8) event(EventKind::kCoolant, 1.0);
+    if (code == 9) event(EventKind::kCoolant, 0.0);
+    if (code == 0 && !std::exchange(changing_, false)) event(EventKind::kStop, 0.0);
+    if (code == 1) event(EventKind::kOptionalStop, 0.0);
+    if (code == 128) tcp_ = true;
+    if (code == 129) tcp_ = false;
+    if (code == 126 || code == 127) shorter_ = code == 126;
+    if (code == 2 || code == 30) ended_ = true;
+  }
+  if (words.has_m(3) || words.has_m(4) || (words.has('S') && turn_ != 0))
+    event(EventKind::kSpindle, turn_ == 4 ? -speed_ : speed_);
+}
+
+/// G40 to G42, and the registers of length and radius.
+void Reader::compensation(const DialectWords& words) {
+  const bool left = words.has_g(410), right = words.has_g(420), edge = language_.dialect == Dialect::kSiemens;
+  if (left || right)
+    event(left ? EventKind::kCutterLeft : EventKind::kCutterRight,
+          words.has('D') ? words.values.at('D') : 0.0);
+  if (words.has_g(400) && compensated_) event(EventKind::kCutterOff, 0.0);
+  if (left || right || words.has_g(400)) compensated_ = left || right;
+  const char letter = edge ? 'D' : 'H';
+  if (!words.has(letter)) return;
+  const int stated = static_cast<int>(words.values.at(letter));
+  if (stated == 0) return;  // none is in force, as before a retract
+  operation().length_register = stated == (edge ? 1 : operation().tool_number) ? 0 : stated;
+}
+
+Mistake Reader::dwell(const DialectWords& words) {
+  for (const char letter : {'P', 'F', 'X'}) {
+    if (!words.has(letter)) continue;
+    // Fanuc and Haas: a P without a point is in milliseconds.
+    const bool short_p =
+        letter == 'P' && (language_.dialect == Dialect::kFanuc || language_.dialect == Dialect::kHaas);
+    const bool milli = short_p && words.printed.at('P').find('.') == std::string::npos;
+    event(EventKind::kDwell, words.values.at(letter) * (milli ? 1e-3 : 1.0));
+    return std::nullopt;
+  }
+  return "G4 has no time";
+}
+
+/// Where an axis at `from` goes by its word: the shorter way where the program says so, on these controls.
+double Reader::turned(const DialectWords& words, char letter, RotaryWord counting, double from) const {
+  const double word = words.values.at(letter);
+  const bool tnc = language_.dialect == Dialect::kHeidenhain || language_.dialect == Dialect::kHeidenhainIso;
+  if (tnc || language_.dialect == Dialect::kSiemens) {
+    const bool shorter = tnc ? shorter_ : words.direct.find(letter) != std::string::npos;
+    counting = shorter && counting == RotaryWord::kShortest ? RotaryWord::kShortest : RotaryWord::kAccumulate;
+    if (words.direct.find(letter) != std::string::npos) counting = RotaryWord::kShortest;
+  }
+  return counted_turn(counting, word, from);
+}
+
+Mistake Reader::motion(const DialectWords& words) {
+  const std::array<char, 5> letters{'X', 'Y', 'Z', language_.tilt, language_.rotary};
+  const std::array<double*, 5> places{&at_.x, &at_.y, &at_.z, &at_.a, &at_.c};
+  const bool elsewhere = words.has_g(530) || words.has_g(280) || words.named("SUPA") || words.has_m(91);
+  bool moves = false;
+  for (std::size_t i = 0; i < letters.size(); ++i) {
+    if (!words.has(letters[i])) continue;
+    moves = true;
+    known_[i] = !elsewhere;
+    if (elsewhere) continue;
+    const double word = words.values.at(letters[i]);
+    *places[i] =
+        i < 3 ? word
+              : turned(words, letters[i], i == 3 ? language_.tilt_word : language_.rotary_word, *places[i]);
+  }
+  if (elsewhere || !moves) return std::nullopt;
+  if (incremental_) return "incremental words are not understood; post with G90";
+  const bool plain = language_.dialect == Dialect::kHeidenhain;
+  if (plain && !words.named("L")) return "axis words without L";
+  if (!plain && !motion_known_) return "axis words before the first G0 or G1";
+  const bool rapid = plain ? words.named("FMAX") : rapid_;
+  const bool whole = std::all_of(known_.begin(), known_.end(), [](bool one) { return one; });
+  if (!whole && rapid) return std::nullopt;
+  if (!whole) return "a feed move before all five axis words were stated";
+  if (!rapid && inverse_ && !words.has('F')) return "no F: in inverse time every feed move needs one";
+  if (!rapid && !(feed_ > 0.0)) return "a feed move without F";
+  moved_ = true;
+  operation().blocks.push_back({at_, rapid, tcp_, !rapid && inverse_, rapid ? 0.0 : feed_, line_});
+  return std::nullopt;
+}
+
+Mistake Reader::codes(const DialectWords& words) {
+  if (auto bad = misread(words, language_, incremental_)) return bad;
+  for (const int code : words.g) {
+    const bool offset = (code >= 540 && code <= 590) || code == 5050 || code == 5060;
+    if (!offset || code == std::exchange(offset_, code)) continue;
+    if (moved_) return "another work offset behind the first move is not understood";
+  }
+  if (words.has_g(800)) motion_known_ = false;
+  for (const int code : words.g)
+    if (auto bad = one_code(code)) return bad;
+  for (const std::string& name : words.names) {
+    if (name == "TRAORI" || name == "TRAFOOF")
+      tcp_ = name == "TRAORI";
+    else if (name != "ORIMKS" && name != "ORIAXES" && name != "TOROTOF" && name != "PAROTOF" &&
+             name != "TRANS" && name != "SUPA" && name != "FMAX" && name != "L")
+      return "\"" + name + "\" is not understood";
+  }
+  constexpr std::string_view kOthers = "XYZFSTHDPR";
+  for (const auto& [letter, value] : words.values)
+    if (kOthers.find(letter) == std::string_view::npos && letter != language_.tilt &&
+        letter != language_.rotary)
+      return std::string(1, letter) + " is no word of this machine";
+  return std::nullopt;
+}
+
+Mistake Reader::apply(const DialectWords& words) {
+  if (auto bad = codes(words)) return bad;
+  if (words.has_g(40)) return dwell(words);
+  if (words.has('F')) feed_ = words.values.at('F');
+  machine_codes(words);
+  compensation(words);
+  return motion(words);
+}
+
+/// The limits of what is held in memory.
+Result<void> Reader::room(std::size_t bytes) {
+  bytes_ += bytes + 1;
+  const TextOperation& op = facts_.operations.back();
+  if (op.blocks.size() != last_blocks_) ++blocks_;
+  last_blocks_ = op.blocks.size();
+  if (line_ <= kMostTextLines && bytes_ <= kMostTextBytes && blocks_ <= kMostTextBlocks &&
+      op.events.size() <= kMostTextEvents && facts_.operations.size() <= kMostTextTools)
+    return {};
+  return fail(
+      Code::kLimit,
+      name_ + ":" + std::to_string(line_) +
+          ": the program is too long to be read at once (1000000 blocks, 3000000 lines, 200 MB, 200000 "
+          "events, 10000 tools); divide it");
+}
+
+Result<void> Reader::read(std::string line) {
+  ++line_;
+  if (auto fits = room(line.size()); !fits) return fits;
+  if (auto bad = strip(line)) return wrong(*bad);
+  if (line.empty()) return {};
+  Mistake mistake;
+  if (dialogue(line, mistake)) return mistake ? Result<void>(wrong(*mistake)) : Result<void>{};
+  DialectWords words;
+  if (auto bad = split_words(line, words)) return wrong(*bad);
+  if (auto bad = apply(words)) return wrong(*bad);
+  return {};
+}
+
+Result<void> Reader::too_long() const {
+  return fail(Code::kInput, name_ + ":" + std::to_string(line_ + 1) + ": the line is longer than " +
+                                std::to_string(kLongestTextLine) + " bytes");
+}
+
+Result<NcProgram> Reader::finish() {
+  std::erase_if(facts_.operations, [](const TextOperation& op) { return op.blocks.empty(); });
+  if (facts_.operations.empty()) return wrong("no motion block before the end");
+  return std::move(facts_);
+}
+
+}  // namespace
+
+Result<NcProgram> read_nc_program(std::istream& in, const std::string& name, const TextLanguage& language) {
+  Reader reader(name, language);
+  for (std::string line; !reader.ended();) {
+    const LineRead got = read_bounded_line(in, line, kLongestTextLine);
+    if (got == LineRead::kEnd) break;
+    const auto read = got == LineRead::kLine ? reader.read(line) : reader.too_long();
+    if (!read) return tl::unexpected(read.error());
+  }
+  if (in.bad()) return fail(Code::kIo, name + ": cannot be read");
+  return reader.finish();
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,109 @@
+#include "daemon/post/nc_rules.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <istream>
+#include <span>
+#include <string_view>
+
+#include "kinematics/basics/decimal.h"
+
+namespace tiltfeed {
+namespace {
+
+// Codes that exclude each other, in tenths: motion, distances, feed, cutter side, plane.
+constexpr std::array<std::array<int, 7>, 5> kGroups{{{0, 10, 20, 30, 330, 800, 810},
+                                                     {900, 910, -1, -1, -1, -1, -1},
+                                                     {930, 940, 950, -1, -1, -1, -1},
+                                                     {400, 410, 420, -1, -1, -1, -1},
+                                                     {170, 180, 190, -1, -1, -1, -1}}};
+constexpr std::array<std::array<int, 4>, 2> kMachineGroups{{{3, 4, 5, -1}, {0, 1, 2, 30}}};
+constexpr std::array<int, 17> kMachineCodes{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 30, 91, 126, 127, 128, 129, 140};
+
+template <class Group>
+bool several(const std::vector<int>& codes, const Group& group) {
+  return std::count_if(codes.begin(), codes.end(), [&](int code) {
+           return std::find(group.begin(), group.end(), code) != group.end();
+         }) > 1;
+}
+
+/// The M codes of a profile's line.
+void add_codes(const std::string& line, std::vector<int>& codes) {
+  for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+    const bool begins = i == 0 || !std::isalnum(static_cast<unsigned char>(line[i - 1]));
+    if (line[i] == 'M' && begins && std::isdigit(static_cast<unsigned char>(line[i + 1])))
+      codes.push_back(static_cast<int>(std::strtol(line.c_str() + i + 1, nullptr, 10)));
+  }
+}
+
+/// A reference point is gone to by way of the words beside it: only incremental zeros name no place.
+std::optional<std::string> reference_point(const DialectWords& words, bool incremental) {
+  const bool axes = words.has('X') || words.has('Y') || words.has('Z');
+  const bool zeros = std::all_of(words.values.begin(), words.values.end(),
+                                 [](const auto& one) { return one.second == 0.0; });
+  if (axes && zeros && (incremental || words.has_g(910))) return std::nullopt;
+  return "G28 goes by way of a place that is not read; only G91 G28 with zeros is understood";
+}
+
+/// P and R mean something beside few words only.
+std::optional<std::string> letters(const DialectWords& words, const TextLanguage& language) {
+  const bool dwell = words.has_g(40);
+  if (words.has('P') && !dwell && !words.has_g(640)) return "P is understood in G4 and G64 only";
+  const bool plain = language.dialect == Dialect::kHeidenhain;
+  if (words.has('R') && !(plain && words.values.at('R') == 0.0)) return "R is not understood";
+  for (const char letter : {'T', 'H', 'D'})
+    if (words.has(letter) && words.values.at(letter) != std::floor(words.values.at(letter)))
+      return std::string(1, letter) + " wants a whole number";
+  const bool moves = words.has('Y') || words.has('Z') || words.has(language.tilt) ||
+                     words.has(language.rotary) || (words.has('X') && words.has('P'));
+  if (dwell && (moves || words.g.size() > 1)) return "G4 stands with other words; let it stand alone";
+  return std::nullopt;
+}
+
+}  // namespace
+
+TextLanguage text_language(const MachineProfile& machine) {
+  const MachineModel& model = machine.model;
+  const ProgramFormat& format = machine.format;
+  TextLanguage language{format.dialect,  model.tilt.letter, model.rotary.letter,
+                        model.tilt.word, model.rotary.word, {}};
+  for (const std::string& line :
+       {format.retract, format.clamp_tilt, format.unclamp_tilt, format.clamp_rotary, format.unclamp_rotary})
+    add_codes(line, language.own_codes);
+  for (const std::string& line : format.start) add_codes(line, language.own_codes);
+  for (const std::string& line : format.end) add_codes(line, language.own_codes);
+  return language;
+}
+
+std::optional<std::string> misread(const DialectWords& words, const TextLanguage& language,
+                                   bool incremental) {
+  for (const auto& group : kGroups)
+    if (several(words.g, group)) return "two G codes of one kind stand in the line";
+  for (const auto& group : kMachineGroups)
+    if (several(words.m, group)) return "two M codes of one kind stand in the line";
+  for (const int code : words.m)
+    if (std::find(kMachineCodes.begin(), kMachineCodes.end(), code) == kMachineCodes.end() &&
+        std::find(language.own_codes.begin(), language.own_codes.end(), code) == language.own_codes.end())
+      return "M" + std::to_string(code) + " is not understood, and no line of the machine profile has it";
+  if (words.has_g(280))
+    if (auto bad = reference_point(words, incremental)) return bad;
+  return letters(words, language);
+}
+
+LineRead read_bounded_line(std::istream& in, std::string& line, std::size_t most) {
+  line.clear();
+  std::streambuf* const buffer = in.rdbuf();
+  for (int c = buffer->sbumpc(); c != std::char_traits<char>::eof(); c = buffer->sbumpc()) {
+    if (c == '\r' && buffer->sgetc() == '\n') buffer->sbumpc();
+    if (c == '\n' || c == '\r') return LineRead::kLine;
+    if (line.size() == most) return LineRead::kTooLong;
+    line += static_cast<char>(c);
+  }
+  in.setstate(std::ios::eofbit);
+  return line.empty() ? LineRead::kEnd : LineRead::kLine;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,77 @@
+#pragma once
+// G-code words, and program lines as numeric blocks with the modal state resolved: what goes over Modbus.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/program/line.h"
+#include "kinematics/basics/result.h"
+
+namespace tiltfeed {
+
+/// A letter and its number, as in G93 or.
+struct GcodeWord {
+  char letter = ' ';
+  double value = 0.0;
+};
+
+/// Takes the first word off `rest`; nothing when `rest` is not a letter and a plain decimal number.
+std::optional<GcodeWord> take_word(std::string_view& rest);
+
+enum class BlockOp : std::uint8_t { kRapid = 1, kFeed = 2, kDwell = 3, kMCode = 4 };
+
+/// One block with every value filled in.
+struct NumericBlock {
+  BlockOp op = BlockOp::kRapid;
+  bool inverse_time = false;
+  std::uint64_t line = 0;
+  double x = 0.0, y = 0.0, z = 0.0;  ///< mm
+  double tilt = 0.0, rotary = 0.0;   ///< degrees, words as programmed
+  double feed = 0.0;                 ///< 1/min or mm/min
+  double seconds = 0.0;              ///< dwell
+  int m_code = 0;
+  double spindle = 0.0;  ///< S in force, 1/min
+  std::string text;      ///< the line, for messages
+  /// Axes that a rapid leaves where they are: bit 0 X, 1 Y, 2 Z, 3 tilt, 4 rotary. The program has not said
+  /// where; their values mean nothing.
+  std::uint8_t kept = 0;
+  bool machine = false;  ///< G53: the place is in machine coordinates
+};
+
+/// M0, M1 and M6: the machine waits for the operator.
+inline bool is_operator_stop(const NumericBlock& block) {
+  return block.op == BlockOp::kMCode && (block.m_code == 0 || block.m_code == 1 || block.m_code == 6);
+}
+
+/// Turns lines into numeric blocks. Knows G0 G1 G4 G90 G93 G94 and M0-M9 M30, takes what does not change
+/// anything here (G17 G21 G40 G49 G54 G61 G64 G80 G97, N T), refuses everything else: what it does not know
+/// cannot be sent as numbers.
+class BlockReader {
+ public:
+  /// Appends the blocks of `line` in order of execution: spindle and coolant, dwell, move, stop.
+  /// Errors: kInput with what is wrong (the caller adds the place); an axis that has no value yet when a feed
+  /// move begins, which a G53 takes from it; a feed move without F; kLimit for a value that does not fit.
+  Result<void> read(const Line& line, std::vector<NumericBlock>& blocks);
+
+ private:
+  struct Parsed;
+  Result<void> take_g(double value, Parsed& parsed);
+  Result<void> take_m(double value, Parsed& parsed);
+  Result<void> take_axis(const GcodeWord& word, Parsed& parsed);
+  Result<void> take_other(const GcodeWord& word, Parsed& parsed);
+  Result<void> add_move(const Line& line, const Parsed& parsed, std::vector<NumericBlock>& blocks);
+  void add_m(int code, const Line& line, std::vector<NumericBlock>& blocks) const;
+  NumericBlock block_here(BlockOp op, const Line& line) const;
+
+  double axes_[5] = {};   // X Y Z tilt rotary
+  bool known_[5] = {};    // the program has stated it
+  char tilt_letter_ = 0;  // A or B, whichever the program uses
+  bool motion_set_ = false, rapid_ = true, inverse_time_ = false;
+  double feed_ = 0.0, spindle_ = 0.0;
+  int spindle_code_ = 5;  // M3, M4 or M5 in force
+};
+
+}  // namespace tiltfeed

@@ -1,0 +1,302 @@
+#include "daemon/service/job_service.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "daemon/service/job_origin.h"
+
+namespace tiltfeed {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string reply(const ordered_json& json) {
+  return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
+}
+
+constexpr std::size_t kPage = 1000;  // jobs that are listed at once
+
+ordered_json good() { return {{"v", kApiVersion}, {"ok", true}}; }
+
+std::string text_of(const ordered_json& json) {
+  return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
+}
+
+double tenth(double seconds) { return std::round(seconds * 10.0) / 10.0; }
+
+std::string said(const std::string& text) {
+  ordered_json json = good();
+  json["text"] = text;
+  return reply(json);
+}
+
+}  // namespace
+
+JobService::JobService(const ServiceConfig& config, const LinkSpec& link, MachineClaim claim, Spool spool,
+                       std::function<void()> alive)
+    : config_(config),
+      link_(link),
+      claim_(std::move(claim)),
+      spool_(std::move(spool)),
+      runner_(std::make_unique<StreamThread>(std::move(alive))) {}
+
+Result<JobService> JobService::open(const ServiceConfig& config, std::function<void()> alive) {
+  const Result<LinkSpec> link = parse_link(config.link, config.machine.wire, &config.machine.model);
+  if (!link) return tl::unexpected<Error>(link.error());
+  MachineClaim claim;
+  if (const Result<void> claimed = claim.follow(*link); !claimed)
+    return tl::unexpected<Error>(claimed.error());
+  Result<Spool> spool = Spool::open(config.spool);
+  if (!spool) return tl::unexpected<Error>(spool.error());
+  JobService jobs(config, *link, std::move(claim), std::move(*spool), std::move(alive));
+  if (const Result<void> settled = jobs.settle(); !settled) return tl::unexpected<Error>(settled.error());
+  return jobs;
+}
+
+Result<void> JobService::reload(const ServiceConfig& config) {
+  const Result<LinkSpec> link = parse_link(config.link, config.machine.wire, &config.machine.model);
+  if (!link) return tl::unexpected<Error>(link.error());
+  if (config.spool != config_.spool || config.socket != config_.socket)
+    return fail(Code::kUsage, config.path + ": spool and socket change with a restart only");
+  if (const Result<void> claimed = claim_.follow(*link); !claimed) return claimed;
+  config_ = config;
+  link_ = *link;
+  return {};
+}
+
+void JobService::log(Severity severity, std::uint64_t job, const std::string& text,
+                     std::uint64_t block) const {
+  LogFields fields;
+  fields.machine = config_.machine.model.name;
+  fields.job = job;
+  fields.block = block;
+  write_log(severity, text, fields);
+}
+
+Result<void> JobService::keep(SpooledJob job, JobState state, const std::string& note) {
+  job.state = state;
+  job.note = note;
+  if (const Result<void> updated = spool_.update(job); !updated) return updated;
+  const bool bad =
+      state == JobState::kFailed || state == JobState::kUncertain || state == JobState::kInterrupted;
+  log(bad ? Severity::kWarning : Severity::kInfo, job.id,
+      std::string(state_name(state)) + (note.empty() ? "" : ": " + note), job.executed);
+  return {};
+}
+
+/// It is so already: where it cannot be written it is remembered, and told all the same.
+void JobService::set(const SpooledJob& job, JobState state, const std::string& note) {
+  const Result<void> kept = keep(job, state, note);
+  if (kept) return;
+  SpooledJob now = job;
+  now.state = state;
+  now.note = note + (note.empty() ? "" : "; ") + "not in the spool yet: " + kept.error().message;
+  spool_.remember(now);
+  log(Severity::kError, job.id, std::string(state_name(state)) + ": " + now.note);
+}
+
+void JobService::note_request(const ApiRequest& request, std::uint32_t user) const {
+  const bool follows = request.op == ApiOp::kMachine && request.order != 0 && !request.stop;
+  if (request.op == ApiOp::kList || request.op == ApiOp::kShow || follows) return;
+  LogFields fields;
+  fields.machine = config_.machine.model.name;
+  fields.job = request.job;
+  fields.block = request.from.value_or(0);
+  fields.user = user;
+  fields.by_user = true;
+  std::string asked = write_request(request);
+  asked.pop_back();
+  write_log(Severity::kInfo, "asks " + asked, fields);
+}
+
+std::optional<std::string> JobService::order(const ApiRequest& request) {
+  OperatorCommand command{Order::kHold};
+  switch (request.op) {
+    case ApiOp::kHold:
+      break;
+    case ApiOp::kStop:
+      command = {Order::kStop};
+      break;
+    case ApiOp::kOverride:
+      command = {Order::kFeedOverride, request.percent};
+      break;
+    case ApiOp::kResume:
+      command = {Order::kResume};
+      if (!request.from) break;
+      return std::nullopt;
+    default:
+      return std::nullopt;
+  }
+  if (!runner_->command(request.job, command)) return std::nullopt;
+  return said("told the machine");
+}
+
+void JobService::ask(const ApiRequest& request, std::uint32_t user, HandedFiles files,
+                     std::function<void(std::string)> reply) {
+  note_request(request, user);
+  const Done done = [this, number = request.job, reply = std::move(reply)](Result<std::string> answer) {
+    if (!answer) log(Severity::kWarning, number, answer.error().message);
+    reply(answer ? *answer : write_refusal(answer.error()));
+  };
+  if (request.op == ApiOp::kSubmit) {
+    SpooledJob job;
+    job.name = request.name;
+    job.program = request.program;
+    job.user = user;
+    return arrivals_.add(std::move(job), std::move(files), done);
+  }
+  if (request.op == ApiOp::kList) return done(list(request.job));
+  if (request.op == ApiOp::kReset) return done(reset(request));
+  if (request.op == ApiOp::kMachine) return done(machine(request));
+  if (request.op == ApiOp::kStop && request.job == 0 && worker_->busy())
+    return worker_->stop(), done(said(worker_->name() + " is told to end"));
+  const Result<SpooledJob> job = request.job == 0 ? job_on_machine() : spool_.find(request.job);
+  if (!job) return done(tl::unexpected<Error>(job.error()));
+  if (request.op == ApiOp::kShow) return show(*job, request, done);
+  if (request.op == ApiOp::kStart) return start(*job, request.queue, done);
+  if (request.op == ApiOp::kResume) return resume(*job, request, user, done);
+  done(act(*job, request));
+}
+
+Result<std::string> JobService::list(std::uint64_t after) const {
+  const auto jobs = spool_.page(after, kPage);
+  if (!jobs) return tl::unexpected<Error>(jobs.error());
+  ordered_json json = good();
+  json["machine"] = config_.machine.model.name;
+  json["link"] = describe(link_);
+  json["jobs"] = ordered_json::array();
+  const std::vector<std::uint64_t> waiting = queue();
+  for (const SpooledJob& job : *jobs) json["jobs"].push_back(ordered_json::parse(job_json(job, waiting)));
+  if (jobs->size() == kPage) json["more"] = true;
+  if (reset_.valid() || !reset_text_.empty())
+    json["reset"] = reset_.valid() ? std::string("in work") : reset_text_;
+  return reply(json);
+}
+
+/// What is done at once.
+Result<std::string> JobService::act(const SpooledJob& job, const ApiRequest& request) {
+  const bool ends = request.op == ApiOp::kHold || request.op == ApiOp::kStop;
+  if (ends && errands_.withdraw(job.id)) {
+    stand_still(job.id, "job " + std::to_string(job.id) + " was stopped before it began");
+    if (job.place > 0) return leave_queue(job);
+    return said("not started: nothing has moved");
+  }
+  switch (request.op) {
+    case ApiOp::kHold:
+      return command(job, {Order::kHold});
+    case ApiOp::kStop:
+      return job.place > 0 ? leave_queue(job) : command(job, {Order::kStop});
+    case ApiOp::kOverride:
+      return command(job, {Order::kFeedOverride, request.percent});
+    case ApiOp::kRemove:
+      return remove(job);
+    default:
+      return fail(Code::kUsage, "this cannot be asked of a job");
+  }
+}
+
+std::string JobService::job_json(const SpooledJob& job, const std::vector<std::uint64_t>& queue) const {
+  ordered_json json = {{"job", job.id},    {"name", job.name},         {"state", shown_state(job)},
+                       {"note", job.note}, {"blocks", job.total},      {"executed", job.executed},
+                       {"user", job.user}, {"submitted", job.created}, {"sha256", job.hash}};
+  if (arrivals_.is_arriving(job.id)) json["state"] = "arriving", json["note"] = "its files are being copied";
+  if (const auto at = std::find(queue.begin(), queue.end(), job.id); at != queue.end()) {
+    json["queue"] = at - queue.begin() + 1;
+    json["queue_moves"] = queue_moves_;
+  }
+  if (job.state == JobState::kPlanning && plan_.job == job.id)
+    if (const auto at = stage_of(plan_)) json["stage"] = at->stage, json["percent"] = at->percent;
+  if (job.state != JobState::kRunning || !runner_->busy()) return text_of(json);
+  const RunView view = runner_->view();
+  if (view.job != job.id) return text_of(json);
+  json["phase"] = phase_name(view.state.phase);
+  json["machine"] = view.state.machine;
+  json["sent"] = view.state.sent;
+  json["acknowledged"] = view.state.acknowledged;
+  json["executed"] = view.state.executed;
+  json["resends"] = view.state.resends;
+  json["seconds"] = tenth(view.seconds);
+  json["machine_seconds"] = tenth(view.machine_seconds);
+  json["remaining_seconds"] = tenth(view.remaining_seconds);
+  json["uncertain_lines"] = {view.state.uncertain.first, view.state.uncertain.last};
+  if (!view.state.held.empty()) json["held"] = view.state.held;
+  if (!view.state.refused.empty()) json["refused"] = view.state.refused;
+  return text_of(json);
+}
+
+void JobService::show(const SpooledJob& job, const ApiRequest& request, const Done& done) {
+  ordered_json json = ordered_json::parse(job_json(job, queue()));
+  json.update(good());
+  json["folder"] = spool_.folder_of(job.id);
+  if (!request.block) return done(reply(json));
+  const auto look = [json, program = spool_.file(job.id, "program.nc"),
+                     map = spool_.file(job.id, "block.map"), kind = link_.kind,
+                     machine = config_.machine.model, number = *request.block]() -> Errands::Then {
+    ordered_json whole = json;
+    whole["origin"] = ordered_json::parse(origin_json(program, map, kind, machine, number));
+    return [line = reply(whole)] { return line; };
+  };
+  errands_.begin({job.id, false, false}, look, done);
+}
+
+Result<std::string> JobService::command(const SpooledJob& job, const OperatorCommand& command) {
+  if (job.state == JobState::kRunning && runner_->command(job.id, command)) return said("told the machine");
+  if (job.state == JobState::kInterrupted && command.order == Order::kStop) return forget_run(job);
+  const bool left = job.state == JobState::kInterrupted || job.state == JobState::kUncertain;
+  return fail(
+      Code::kUsage,
+      "job " + std::to_string(job.id) + " is " + shown_state(job) + ", not on the machine" +
+          (left ? "; `tiltfeed reset` ends what the controller may still have of it, `tiltfeed remove " +
+                      std::to_string(job.id) + "` forgets it"
+                : ""));
+}
+
+Result<std::string> JobService::remove(const SpooledJob& job) {
+  if (job.state == JobState::kRunning)
+    return fail(Code::kUsage, "job " + std::to_string(job.id) + " is on the machine; stop it first");
+  if (errands_.machine() == job.id)
+    return fail(Code::kUsage, "job " + std::to_string(job.id) + " is about to begin; stop it first");
+  if (job.place > 0)
+    if (const Result<std::string> left = leave_queue(job); !left) return left;
+  arrivals_.drop(job.id);
+  if (plan_.job == job.id) stop_plan(plan_);
+  if (const Result<void> removed = spool_.remove(job.id); !removed)
+    return tl::unexpected<Error>(removed.error());
+  return said("removed");
+}
+
+// ---- ends of planning and of runs ------------------------------------------------------------------------
+
+void JobService::take_ends() {
+  errands_.tick();
+  arrivals_.tick(spool_);
+}
+
+void JobService::tick() {
+  claim_.turn_away();
+  take_run_end();
+  take_reset_end();
+  take_ends();
+  spool_.save_remembered();
+  take_plan_end();
+  take_check_end();
+  start_next();
+  plan_next();
+  if (!config_.watch.empty()) look_into_watch_folder();
+}
+
+std::string JobService::status() const {
+  if (!runner_->busy()) return plan_.pid >= 0 ? "planning job " + std::to_string(plan_.job) : "idle";
+  const RunView view = runner_->view();
+  std::string text = "job " + std::to_string(view.job) + " " + phase_name(view.state.phase) + ": " +
+                     std::to_string(view.state.executed) + " of " + std::to_string(view.state.total) +
+                     " blocks";
+  if (!view.state.held.empty()) text += ", " + view.state.held;
+  if (view.machine_seconds > 0.0)
+    text += ", " + std::to_string(static_cast<long>(view.remaining_seconds)) + " s left";
+  return text;
+}
+
+}  // namespace tiltfeed

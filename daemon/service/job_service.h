@@ -1,0 +1,122 @@
+#pragma once
+// What the service does with jobs: receives, plans, starts, holds, resumes, removes; answers requests.
+
+#include <cstdint>
+#include <functional>
+#include <future>
+#include <string>
+#include <vector>
+
+#include "config/service_config.h"
+#include "daemon/machine/machine_worker.h"
+#include "daemon/service/api.h"
+#include "daemon/service/digest_check.h"
+#include "daemon/service/job_errands.h"
+#include "daemon/service/notify.h"
+#include "daemon/service/planner.h"
+#include "daemon/service/spool.h"
+#include "daemon/service/stream_thread.h"
+
+namespace tiltfeed {
+
+/// One machine's jobs. Properties: one job at a time is on the wire, one is planned; every change is in the
+/// spool before it is answered; nothing resumes by itself; nothing starts by itself but the next in the
+/// queue, when the run before it was executed to its end and no restart, fault or stop lies between.
+class JobService {
+ public:
+  /// Settles what an earlier process left: plans again what was being planned, says of what was running
+  /// whether it can be resumed. Errors: kIo, kUsage (link; another service has the machine or the spool).
+  static Result<JobService> open(const ServiceConfig& config, std::function<void()> alive);
+
+  /// `reply` gets one JSON line, at once or out of a later tick: what takes long is done beside the loop.
+  /// `files` were handed over with the request.
+  void ask(const ApiRequest& request, std::uint32_t user, HandedFiles files,
+           std::function<void(std::string)> reply);
+  /// An order to this job, if it is the one on the machine; the reply. From any thread, without a lock or a
+  /// disk in its way.
+  std::optional<std::string> order(const ApiRequest& request);
+  /// What was asked, into the log.
+  void note_request(const ApiRequest& request, std::uint32_t user) const;
+  /// Ends of planning and of runs, the next to plan, the watch folder; call a few times a second.
+  void tick();
+  /// Ends of what was asked for and takes a while; somebody waits for one while `in_work`.
+  void take_ends();
+  bool in_work() const { return !errands_.empty() || !arrivals_.empty(); }
+  /// A new configuration; the machine's wire and profile take effect with the next job. Errors: kUsage.
+  Result<void> reload(const ServiceConfig& config);
+
+  bool busy() const { return runner_->busy() || worker_->busy(); }
+  /// The run on the machine has come to its end; the next tick takes it.
+  bool run_ended() const { return runner_->busy() && runner_->view().ended.has_value(); }
+  /// The streaming loop turns, and says so itself.
+  bool streaming() const { return runner_->busy() && runner_->streaming(); }
+  /// Hold, and let go of the wire when the machine stands (a link that can prove it), else stop.
+  void leave();
+  /// For systemd's STATUS.
+  std::string status() const;
+
+ private:
+  JobService(const ServiceConfig& config, const LinkSpec& link, MachineClaim claim, Spool spool,
+             std::function<void()> alive);
+
+  Result<std::string> act(const SpooledJob& job, const ApiRequest& request);
+  Result<std::string> list(std::uint64_t after) const;
+  void show(const SpooledJob& job, const ApiRequest& request, const Done& done);
+  void start(const SpooledJob& job, bool queue, Done done);
+  void begin(const SpooledJob& job, Done done);
+  Result<std::string> command(const SpooledJob& job, const OperatorCommand& command);
+  void resume(const SpooledJob& job, const ApiRequest& request, std::uint32_t user, Done done);
+  void go_on(const SpooledJob& job, Done done);
+  void enter_again(const SpooledJob& job, const ApiRequest& request, std::uint32_t user, Done done);
+  Result<std::string> run_entry(std::uint64_t id, const ProgramRun& rest, std::uint64_t from);
+  Result<std::string> remove(const SpooledJob& job);
+  Result<std::string> reset(const ApiRequest& request);
+  Result<void> may_reset() const;
+  void begin_reset(std::uint64_t stopped);
+  Result<std::string> forget_run(const SpooledJob& job);
+  void take_reset_end();
+  Result<std::string> machine(const ApiRequest& request);
+  Result<std::string> follow_order(const ApiRequest& request);
+  Result<std::string> while_running(const MachineOrder& order, const std::vector<std::string>& words);
+  Result<SpooledJob> job_on_machine();
+  Result<std::string> run(SpooledJob job, const ProgramRun& prepared, const ResumeDecision& decision);
+  Result<std::string> enqueue(SpooledJob job);
+  Result<std::string> leave_queue(SpooledJob job);
+  std::string place_text(std::uint64_t job) const;
+  Result<void> machine_free(std::uint64_t job) const;
+  std::vector<std::uint64_t> queue() const;
+  std::string job_json(const SpooledJob& job, const std::vector<std::uint64_t>& queue) const;
+
+  Result<void> settle();
+  void take_run_end();
+  void add_origin(const SpooledJob& job, std::uint64_t block);
+  void take_plan_end();
+  void take_check_end();
+  void start_next();
+  void stand_still(std::uint64_t job, const std::string& why);
+  void plan_failed(SpooledJob job, const std::string& why);
+  void plan_next();
+  void look_into_watch_folder();
+  Result<void> keep(SpooledJob job, JobState state, const std::string& note);
+  void set(const SpooledJob& job, JobState state, const std::string& note);
+  void log(Severity severity, std::uint64_t job, const std::string& text, std::uint64_t block = 0) const;
+
+  ServiceConfig config_;
+  LinkSpec link_;
+  MachineClaim claim_;
+  Spool spool_;
+  PlanProcess plan_;
+  DigestCheck check_;
+  Errands errands_;
+  Arrivals arrivals_;
+  bool leaving_ = false;
+  std::future<Result<std::string>> reset_;  ///< of the machine, beside the loop
+  std::string reset_text_;                  ///< how the last one ended
+  std::uint64_t stopped_ = 0;               ///< the interrupted job that an operator ends by it
+  std::unique_ptr<StreamThread> runner_;
+  std::unique_ptr<MachineWorker> worker_ = std::make_unique<MachineWorker>();
+  /// The next in the queue starts at the end of the run. Never kept over a restart.
+  bool queue_moves_ = false;
+};
+
+}  // namespace tiltfeed

@@ -1,0 +1,48 @@
+// From what was submitted to a program that can be started: planned in a process of its own, read and
+// checked.
+
+#include "daemon/files/sha256.h"
+#include "daemon/service/job_service.h"
+
+namespace tiltfeed {
+
+void JobService::plan_failed(SpooledJob job, const std::string& why) {
+  if (job.place > 0) stand_still(job.id, "job " + std::to_string(job.id) + " cannot be planned");
+  job.place = 0;
+  set(job, JobState::kFailed, why);
+}
+
+void JobService::take_plan_end() {
+  const std::optional<Result<void>> ended = check_plan(plan_);
+  if (!ended) return;
+  Result<SpooledJob> job = spool_.find(plan_.job);
+  if (!job) return;
+  if (!*ended) return plan_failed(*job, ended->error().message);
+  check_.start(spool_.file(job->id, "program.nc"), link_, job->id);
+}
+
+void JobService::take_check_end() {
+  const std::optional<Result<ProgramRun>> run = check_.take();
+  if (!run) return;
+  Result<SpooledJob> job = spool_.find(check_.job());
+  if (!job) return;  // removed meanwhile
+  if (!*run) return plan_failed(*job, run->error().message);
+  job->total = (*run)->subject.total;
+  job->hash = hex((*run)->subject.program);
+  set(*job, JobState::kReady, job->program ? "checked" : "planned");
+}
+
+void JobService::plan_next() {
+  if (plan_.pid >= 0 || check_.busy()) return;
+  const auto jobs = spool_.received();
+  if (!jobs) return;
+  for (const SpooledJob& job : *jobs) {
+    if (job.program) return check_.start(spool_.file(job.id, "program.nc"), link_, job.id);
+    Result<PlanProcess> started = start_plan(job.id, spool_.folder_of(job.id), config_.machine.path);
+    if (!started) return plan_failed(job, started.error().message);
+    plan_ = *started;
+    return set(job, JobState::kPlanning, "");
+  }
+}
+
+}  // namespace tiltfeed

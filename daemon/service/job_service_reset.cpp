@@ -1,0 +1,83 @@
+// The order that leads out of every state of the machine, beside the loop that answers.
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/machine/machine_place.h"
+#include "daemon/service/job_service.h"
+#include "daemon/wire/open_link.h"
+
+namespace tiltfeed {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+class RealClock : public Clock {
+ public:
+  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
+};
+
+std::string said(const std::string& text, const char* key) {
+  const ordered_json json = {{"v", kApiVersion}, {"ok", true}, {key, text}};
+  return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
+}
+
+Result<std::string> reset_over(const LinkSpec& link) {
+  const Result<std::unique_ptr<Link>> wire = open_link(link);
+  if (!wire) return tl::unexpected<Error>(wire.error());
+  RealClock clock;
+  return reset_machine(link, **wire, clock);
+}
+
+}  // namespace
+
+Result<void> JobService::may_reset() const {
+  if (runner_->busy())
+    return fail(Code::kUsage, "job " + std::to_string(runner_->view().job) +
+                                  " is on the machine; hold it, resume it or stop it");
+  if (const std::uint64_t job = errands_.machine(); job != 0)
+    return fail(Code::kUsage, "the machine is about to be given to job " + std::to_string(job));
+  if (reset_.valid()) return fail(Code::kUsage, "the machine is being reset already");
+  if (worker_->busy())
+    return fail(Code::kUsage, worker_->name() + " is in work on the machine; `tiltfeed stop` ends it");
+  return {};
+}
+
+/// First the operator sees what would happen; said again with the confirmation it begins, and `list` tells
+/// how it ended.
+Result<std::string> JobService::reset(const ApiRequest& request) {
+  if (const Result<void> may = may_reset(); !may) return tl::unexpected<Error>(may.error());
+  if (!request.confirmed) return said(reset_preview(link_), "confirm");
+  begin_reset(0);
+  return said("the machine is being reset", "text");
+}
+
+/// `stopped`: the interrupted job that an operator ends by it; 0: none.
+void JobService::begin_reset(std::uint64_t stopped) {
+  queue_moves_ = false;
+  stopped_ = stopped;
+  reset_ = std::async(std::launch::async, reset_over, link_);
+}
+
+/// A stop of an interrupted job: the controller holds, and still has blocks of it.
+Result<std::string> JobService::forget_run(const SpooledJob& job) {
+  if (const Result<void> may = may_reset(); !may) return tl::unexpected<Error>(may.error());
+  begin_reset(job.id);
+  return said("the controller is told to forget it; `tiltfeed list` says how that ends", "text");
+}
+
+/// What the controller had of an interrupted run is gone: it cannot go on by itself any more.
+void JobService::take_reset_end() {
+  if (!reset_.valid() || reset_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  const Result<std::string> ended = reset_.get();
+  reset_text_ = ended ? "done: " + *ended : "failed: " + ended.error().message;
+  log(ended ? Severity::kWarning : Severity::kError, 0, "reset " + reset_text_);
+  const auto jobs = spool_.list();
+  if (!ended || !jobs) return;
+  for (const SpooledJob& job : *jobs)
+    if (job.state == JobState::kInterrupted)
+      set(job, job.id == stopped_ ? JobState::kStopped : JobState::kUncertain,
+          (job.id == stopped_ ? "stopped; the machine was reset; " : "the machine was reset; ") + job.note);
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,310 @@
+// How a job gets onto the machine: started, gone on with where the controller can prove it, or entered again
+// where an operator says so.
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "config/job.h"
+#include "config/output_file.h"
+#include "daemon/files/sha256.h"
+#include "daemon/journal/reentry.h"
+#include "daemon/machine/machine_place.h"
+#include "daemon/service/job_origin.h"
+#include "daemon/service/job_service.h"
+#include "daemon/wire/open_link.h"
+
+namespace tiltfeed {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string said(const std::string& text, const char* key = "text") {
+  const ordered_json json = {{"v", kApiVersion}, {"ok", true}, {key, text}};
+  return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
+}
+
+class RealClock : public Clock {
+ public:
+  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
+};
+
+/// Where the machine says that it stands.
+Result<std::optional<Joints>> place_of(const LinkSpec& link, const MachineModel& machine) {
+  if (link.kind != LinkKind::kGrbl && !is_ring(link.kind)) return std::optional<Joints>();
+  const Result<std::unique_ptr<Link>> wire = open_link(link);
+  if (!wire) return tl::unexpected<Error>(wire.error());
+  RealClock clock;
+  return read_place(link, machine, **wire, clock);
+}
+
+/// The program as it lies there now must be the one that became ready.
+Result<ProgramRun> prepare(const SpooledJob& job, const std::string& program, const LinkSpec& link) {
+  Result<ProgramRun> run = prepare_run(program, link, job.id);
+  if (run && hex(run->subject.program) != job.hash)
+    return fail(Code::kInput,
+                "job " + std::to_string(job.id) + ": its program was changed in the spool; submit it again");
+  return run;
+}
+
+/// All that a re-entry is made from, and the files that it goes to.
+struct EntryOrder {
+  SpooledJob job;
+  std::string program, yaml, stl;  ///< of the job that is entered
+  std::string to;                  ///< program of the job that enters it; empty: it is shown only
+  std::uint64_t number = 0;        ///< of that job
+  LinkSpec link;
+  MachineProfile machine;
+  std::uint64_t from = 0;
+};
+
+Result<Reentry> plan_entry(const EntryOrder& order) {
+  const Result<ProgramRun> prepared = prepare(order.job, order.program, order.link);
+  if (!prepared) return tl::unexpected<Error>(prepared.error());
+  ReentryOptions options;
+  options.from = order.from;
+  if (const Result<Job> planned = load_job_with(order.yaml, {order.stl, order.machine.path}); planned) {
+    options.plunge_feed = planned->plan.plunge_feed.mm_per_min();
+    options.setup = planned->setup;
+  }
+  const auto stands = place_of(order.link, order.machine.model);
+  if (!stands) return tl::unexpected<Error>(stands.error());
+  options.stands = *stands;
+  return plan_reentry(order.program, order.link.kind, order.machine, options);
+}
+
+Result<ProgramRun> write_entry(const EntryOrder& order) {
+  const Result<Reentry> entry = plan_entry(order);
+  if (!entry) return tl::unexpected<Error>(entry.error());
+  auto file = OutputFile::open(order.to);
+  if (!file) return tl::unexpected<Error>(file.error());
+  if (const auto written = write_reentry(order.program, *entry, file->stream()); !written)
+    return tl::unexpected<Error>(written.error());
+  if (const Result<void> kept = file->commit(); !kept) return tl::unexpected<Error>(kept.error());
+  return prepare_run(order.to, order.link, order.number);
+}
+
+std::string name_of(const SpooledJob& job) { return "job " + std::to_string(job.id); }
+
+}  // namespace
+
+Result<std::string> JobService::run(SpooledJob job, const ProgramRun& prepared,
+                                    const ResumeDecision& decision) {
+  if (const Result<void> free = machine_free(job.id); !free) return tl::unexpected<Error>(free.error());
+  // An adapter may have got another device's name since the service began.
+  if (const Result<void> claimed = claim_.follow(link_); !claimed)
+    return tl::unexpected<Error>(claimed.error());
+  // The spool says "running" only of what has a journal, so that a journal that is not there is a lost one.
+  if (decision.way == ResumeWay::kFresh)
+    if (const Result<void> begun = begin_journal(spool_.file(job.id, "journal"), prepared.subject); !begun)
+      return tl::unexpected<Error>(begun.error());
+  job.executed = decision.executed;
+  job.place = 0;
+  if (const Result<void> kept = keep(job, JobState::kRunning, ""); !kept)
+    return tl::unexpected<Error>(kept.error());
+  runner_->start({prepared, decision, spool_.file(job.id, "journal"), spool_.file(job.id, "blackbox.txt"),
+                  config_.machine.model});
+  return said("starting");
+}
+
+/// The whole program, for a new workpiece. Requires: job.state is kReady or kDone.
+void JobService::begin(const SpooledJob& job, Done done) {
+  const auto read = [this, job, program = spool_.file(job.id, "program.nc"),
+                     link = link_]() -> Errands::Then {
+    return [this, job, prepared = prepare(job, program, link)]() -> Result<std::string> {
+      if (!prepared) return tl::unexpected<Error>(prepared.error());
+      // Another workpiece: its run has a journal of its own.
+      std::error_code gone;
+      std::filesystem::remove(spool_.file(job.id, "journal"), gone);
+      if (gone) return fail(Code::kIo, spool_.file(job.id, "journal") + ": " + gone.message());
+      ResumeDecision fresh;
+      fresh.way = ResumeWay::kFresh;
+      return run(job, *prepared, fresh);
+    };
+  };
+  errands_.begin({job.id, true, true}, read, std::move(done));
+}
+
+void JobService::resume(const SpooledJob& job, const ApiRequest& request, std::uint32_t user, Done done) {
+  if (job.state == JobState::kRunning) return done(command(job, {Order::kResume}));
+  if (request.from) return enter_again(job, request, user, std::move(done));
+  if (job.state == JobState::kUncertain || job.state == JobState::kStopped)
+    return done(fail(Code::kUsage, name_of(job) + " cannot go on by itself: " + job.note));
+  if (job.state != JobState::kInterrupted)
+    return done(
+        fail(Code::kUsage, name_of(job) + " is " + state_name(job.state) + "; there is nothing to resume"));
+  if (const Result<void> free = machine_free(job.id); !free) return done(tl::unexpected<Error>(free.error()));
+  go_on(job, std::move(done));
+}
+
+void JobService::go_on(const SpooledJob& job, Done done) {
+  const auto read = [this, job, program = spool_.file(job.id, "program.nc"),
+                     link = link_]() -> Errands::Then {
+    return [this, job, prepared = prepare(job, program, link)]() -> Result<std::string> {
+      if (!prepared) return tl::unexpected<Error>(prepared.error());
+      const Result<JournalContent> journal = read_journal_file(spool_.file(job.id, "journal"));
+      if (!journal) return tl::unexpected<Error>(journal.error());
+      const ResumeDecision decision = decide_resume(*journal, prepared->subject);
+      if (decision.way == ResumeWay::kFinished)
+        return set(job, JobState::kDone, decision.text), said(decision.text);
+      if (decision.way == ResumeWay::kUncertain)
+        return set(job, JobState::kUncertain, decision.text), fail(Code::kUsage, decision.text);
+      return run(job, *prepared, decision);
+    };
+  };
+  errands_.begin({job.id, true, true}, read, std::move(done));
+}
+
+/// First the operator sees what would move; said again with the confirmation it becomes a job of its own, and
+/// starts.
+void JobService::enter_again(const SpooledJob& job, const ApiRequest& request, std::uint32_t user,
+                             Done done) {
+  if (job.state == JobState::kReceived || job.state == JobState::kPlanning || job.state == JobState::kFailed)
+    return done(
+        fail(Code::kUsage, name_of(job) + " is " + state_name(job.state) + ": it has no program yet"));
+  if (const Result<void> free = machine_free(0); !free) return done(tl::unexpected<Error>(free.error()));
+  EntryOrder order{job,
+                   spool_.file(job.id, "program.nc"),
+                   spool_.file(job.id, "job.yaml"),
+                   spool_.file(job.id, "part.stl"),
+                   "",
+                   0,
+                   link_,
+                   config_.machine,
+                   *request.from};
+  if (!request.confirmed) {
+    const auto look = [order]() -> Errands::Then {
+      return [entry = plan_entry(order)]() -> Result<std::string> {
+        if (!entry) return tl::unexpected<Error>(entry.error());
+        return said(entry->preview, "confirm");
+      };
+    };
+    return errands_.begin({job.id, false, true}, look, std::move(done));
+  }
+  SpooledJob again;
+  again.name = job.name.substr(0, 20) + " from " + std::to_string(order.from);
+  again.program = true;
+  again.user = user;
+  const Result<std::uint64_t> id = spool_.begin(again);
+  if (!id) return done(tl::unexpected<Error>(id.error()));
+  order.number = *id;
+  order.to = spool_.file(*id, "program.nc");
+  const auto write = [this, order]() -> Errands::Then {
+    return [this, order, rest = write_entry(order)]() -> Result<std::string> {
+      if (!rest) return tl::unexpected<Error>(rest.error());
+      return run_entry(order.number, *rest, order.from);
+    };
+  };
+  errands_.begin({*id, true, true}, write,
+                 [this, id = *id, done = std::move(done)](Result<std::string> ended) {
+                   // What did not come to a program of its own is not kept.
+                   const Result<SpooledJob> left = spool_.find(id);
+                   if (!ended && left && left->state == JobState::kFailed)
+                     static_cast<void>(spool_.remove(id));
+                   done(std::move(ended));
+                 });
+}
+
+Result<std::string> JobService::run_entry(std::uint64_t id, const ProgramRun& rest, std::uint64_t from) {
+  Result<SpooledJob> job = spool_.find(id);
+  if (!job) return tl::unexpected<Error>(job.error());
+  job->total = rest.subject.total;
+  job->hash = hex(rest.subject.program);
+  job->state = JobState::kReady;
+  job->note = "enters again before block " + std::to_string(from);
+  if (const Result<void> kept = spool_.finish(*job); !kept) return tl::unexpected<Error>(kept.error());
+  ResumeDecision fresh;
+  fresh.way = ResumeWay::kFresh;
+  const Result<std::string> started = run(*job, rest, fresh);
+  return started ? Result<std::string>(said("re-entered as job " + std::to_string(id))) : started;
+}
+
+// ---- ends ------------------------------------------------------------------------------------------------
+
+void JobService::take_run_end() {
+  std::optional<RunView> end = runner_->take_end();
+  if (!end) return;
+  if (!*end->ended) stand_still(end->job, "the run before it did not come to its end");
+  Result<SpooledJob> job = spool_.find(end->job);
+  if (!job) return;
+  job->executed = end->state.executed;
+  if (*end->ended)
+    return set(*job, JobState::kDone,
+               (*end->ended)->executed ? "every block is executed"
+                                       : "every block was sent; this link proves no more");
+  const std::string why = end->ended->error().message;
+  log(Severity::kError, job->id, why, end->state.executed);
+  // Where it stood, and what that was on the part: for the black box.
+  if (end->state.executed > 0) add_origin(*job, end->state.executed);
+  const Result<JournalContent> journal = read_journal_file(spool_.file(job->id, "journal"));
+  if (!journal) return set(*job, JobState::kUncertain, why);
+  const ResumeDecision decision = decide_resume(*journal, end->subject);
+  if (decision.way == ResumeWay::kFresh) return set(*job, JobState::kReady, why);
+  if (end->state.phase == Phase::kStopped) return set(*job, JobState::kStopped, why);
+  // A controller that restarted or forgot the run has said so: asking it again will not help.
+  const bool lost = end->state.loss == Loss::kRestarted || end->state.loss == Loss::kForgotten;
+  const bool provable = decision.way == ResumeWay::kContinue && !lost;
+  set(*job, provable ? JobState::kInterrupted : JobState::kUncertain, why);
+}
+
+void JobService::add_origin(const SpooledJob& job, std::uint64_t block) {
+  const auto look = [box = spool_.file(job.id, "blackbox.txt"), program = spool_.file(job.id, "program.nc"),
+                     map = spool_.file(job.id, "block.map"), kind = link_.kind,
+                     machine = config_.machine.model, block]() -> Errands::Then {
+    std::ofstream out(box, std::ios::app);
+    out << "last executed: " << origin_json(program, map, kind, machine, block) << "\n";
+    return [] { return std::string(); };
+  };
+  errands_.begin({job.id, false, false}, look, [](const Result<std::string>&) {});
+}
+
+Result<void> JobService::settle() {
+  const auto jobs = spool_.list();
+  if (!jobs) return tl::unexpected<Error>(jobs.error());
+  for (SpooledJob job : *jobs) {
+    if (job.state == JobState::kPlanning) set(job, JobState::kReceived, "");
+    if (job.state != JobState::kRunning) continue;
+    const Result<ProgramRun> prepared = prepare(job, spool_.file(job.id, "program.nc"), link_);
+    const Result<JournalContent> journal = read_journal_file(spool_.file(job.id, "journal"));
+    if (!prepared || !journal) {
+      set(job, JobState::kUncertain, !prepared ? prepared.error().message : journal.error().message);
+      continue;
+    }
+    const ResumeDecision decision = decide_resume(*journal, prepared->subject);
+    job.executed = decision.executed;
+    const std::string text = "the service ended while it ran; " + decision.text;
+    switch (decision.way) {
+      case ResumeWay::kFresh:
+        set(job, JobState::kReady, text);
+        break;
+      case ResumeWay::kContinue:
+        set(job, JobState::kInterrupted, text);
+        break;
+      case ResumeWay::kFinished:
+        set(job, JobState::kDone, text);
+        break;
+      case ResumeWay::kUncertain:
+        set(job, JobState::kUncertain, text);
+        break;
+    }
+  }
+  return {};
+}
+
+void JobService::leave() {
+  stop_plan(plan_);
+  leaving_ = true;
+  errands_.withdraw(0);
+  queue_moves_ = false;  // also where the run still comes to its end
+  worker_->stop();
+  if (!runner_->busy()) return;
+  if (is_provable(link_.kind)) {
+    runner_->command({Order::kHold});
+    runner_->detach();
+  } else {
+    runner_->command({Order::kStop});
+  }
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,142 @@
+#include "daemon/service/stream_thread.h"
+
+#include <algorithm>
+#include <fstream>
+
+#include "daemon/stream/wire_log.h"
+#include "daemon/wire/open_link.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// Below so much of a run, how it keeps to the plan is not known yet.
+constexpr double kScaleAfter = 10.0;
+constexpr double kLeastScale = 0.2, kMostScale = 20.0;
+
+class RealClock : public Clock {
+ public:
+  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
+};
+
+/// The wire until the service lets go of it: only when the machine stands in hold.
+class LentLink : public Link {
+ public:
+  LentLink(Link& link, const std::atomic<bool>& detach, std::function<bool()> held)
+      : link_(link), detach_(detach), held_(std::move(held)) {}
+  Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) override {
+    if (detach_ && held_())
+      return fail(Code::kCancelled,
+                  "the service has ended; the machine is held, the controller keeps the run");
+    return link_.exchange(out, wait, in);
+  }
+
+ private:
+  Link& link_;
+  const std::atomic<bool>& detach_;
+  std::function<bool()> held_;
+};
+
+}  // namespace
+
+double remaining_seconds(const ProgramTime& time, std::uint64_t executed, double run_from, double seconds) {
+  const double done = time.at(executed), left = time.total() - done, own = done - run_from;
+  if (own < kScaleAfter) return left;
+  return left * std::clamp(seconds / own, kLeastScale, kMostScale);
+}
+
+StreamThread::~StreamThread() {
+  if (thread_.joinable()) thread_.join();
+}
+
+void StreamThread::start(const RunOrder& order) {
+  detach_ = streaming_ = false;
+  {
+    const std::lock_guard lock(mutex_);
+    while (commands_.take()) continue;  // meant for the run before
+    view_ = {};
+    view_.subject = order.run.subject;
+    view_.job = order.run.subject.job;
+    view_.state.total = order.run.subject.total;
+    time_.reset();
+    began_at_machine_time_.reset();
+    began_ = std::chrono::steady_clock::now();
+  }
+  thread_ = std::thread([this, order] { stream(order); });
+}
+
+bool StreamThread::command(std::uint64_t job, const OperatorCommand& command) {
+  const std::lock_guard lock(mutex_);
+  const bool here = view_.job != 0 && !view_.ended && (job == 0 || view_.job == job);
+  if (!here) return false;
+  commands_.push(command);
+  return true;
+}
+
+RunView StreamThread::view() const {
+  const std::lock_guard lock(mutex_);
+  RunView view = view_;
+  view.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+  if (!time_) return view;
+  view.machine_seconds = time_->total();
+  view.remaining_seconds =
+      remaining_seconds(*time_, view.state.executed, began_at_machine_time_.value_or(0.0), view.seconds);
+  return view;
+}
+
+std::optional<RunView> StreamThread::take_end() {
+  if (!thread_.joinable() || !view().ended) return std::nullopt;
+  thread_.join();
+  return view();
+}
+
+bool StreamThread::note(const SendState& state) {
+  streaming_ = true;
+  alive_();
+  const std::lock_guard lock(mutex_);
+  view_.state = state;
+  if (time_ && !began_at_machine_time_ && !is_opening(state.phase)) {
+    began_at_machine_time_ = time_->at(state.executed);
+    began_ = std::chrono::steady_clock::now();
+  }
+  return true;
+}
+
+void StreamThread::stream(const RunOrder& order) {
+  const LinkSpec& spec = order.run.link;
+  WireLog box(counts_numeric_blocks(spec.kind));  // requests and replies, not text
+  const auto run = [&]() -> Result<SendReport> {
+    // What cannot be walked has no machine time; it can still be sent.
+    if (const auto time = ProgramTime::read(order.run.program, spec.kind, order.machine); time) {
+      const std::lock_guard lock(mutex_);
+      time_ = std::make_shared<const ProgramTime>(*time);
+    }
+    Result<JournalDisk> disk = journal_file(order.journal);
+    if (!disk) return tl::unexpected<Error>(disk.error());
+    Result<Journal> journal = Journal::open(*disk);
+    if (!journal) return tl::unexpected<Error>(journal.error());
+    Result<std::unique_ptr<Link>> wire = open_link(spec);
+    if (!wire) return tl::unexpected<Error>(wire.error());
+    bool held = false;
+    LentLink link(**wire, detach_, [&] { return held; });
+    RealClock clock;
+    StreamHooks hooks;
+    hooks.commands = &commands_;
+    hooks.progress = [&](const SendState& state) {
+      // Held, or not even begun: nothing moves when the wire is let go.
+      held = is_opening(state.phase) || (state.phase == Phase::kHold && state.machine.starts_with("Hold"));
+      return note(state);
+    };
+    hooks.traffic = [&](Way way, std::string_view bytes, Time at) { box.take(way, bytes, at); };
+    return run_job(order.run, order.decision, *journal, link, clock, hooks);
+  };
+  Result<SendReport> report = run();
+  if (!report) {
+    std::ofstream out(order.wire_log);
+    out << report.error().message << "\n" << box.text();
+  }
+  const std::lock_guard lock(mutex_);
+  view_.ended = std::move(report);
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,76 @@
+#pragma once
+// The thread that streams: one job at a time on the machine's wire.
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "daemon/journal/program_run.h"
+#include "daemon/program/block_cursor.h"
+
+namespace tiltfeed {
+
+/// What a run needs beside its program.
+struct RunOrder {
+  ProgramRun run;
+  ResumeDecision decision;
+  std::string journal;   ///< file
+  std::string wire_log;  ///< file that is written when the run fails
+  MachineModel machine;  ///< for machine time
+};
+
+/// As it stands; the end when `ended`.
+struct RunView {
+  std::uint64_t job = 0;
+  SendState state;
+  double seconds = 0.0;            ///< since it started or went on
+  double machine_seconds = 0.0;    ///< of the program, 0: not known
+  double remaining_seconds = 0.0;  ///< by machine time, scaled by how this run keeps to it
+  std::optional<Result<SendReport>> ended;
+  RunSubject subject;  ///< what runs
+};
+
+/// Remaining time: what is left by machine time, times how much longer than planned this run has taken so
+/// far. `run_from`: machine time at which it began. Pure.
+double remaining_seconds(const ProgramTime& time, std::uint64_t executed, double run_from, double seconds);
+
+class StreamThread {
+ public:
+  /// `alive` is called from the streaming loop, about ten times a second.
+  explicit StreamThread(std::function<void()> alive) : alive_(std::move(alive)) {}
+  ~StreamThread();
+
+  bool busy() const { return thread_.joinable(); }
+  /// The loop turns: before that the thread reads the program.
+  bool streaming() const { return streaming_; }
+  /// Requires: not busy.
+  void start(const RunOrder& order);
+  void command(const OperatorCommand& command) { commands_.push(command); }
+  /// The same from any thread, if it is this job that is on the machine; 0: whichever is.
+  bool command(std::uint64_t job, const OperatorCommand& command);
+  /// Lets go of the wire once the machine is held, the controller's session left as it is.
+  void detach() { detach_ = true; }
+  RunView view() const;
+  /// The end of the run, once; then it is not busy any more.
+  std::optional<RunView> take_end();
+
+ private:
+  void stream(const RunOrder& order);
+  bool note(const SendState& state);
+
+  std::function<void()> alive_;
+  CommandQueue commands_;
+  std::atomic<bool> detach_{false}, streaming_{false};
+  std::thread thread_;
+  mutable std::mutex mutex_;  // guards what follows
+  RunView view_;
+  std::shared_ptr<const ProgramTime> time_;
+  std::optional<double> began_at_machine_time_;
+  std::chrono::steady_clock::time_point began_;
+};
+
+}  // namespace tiltfeed

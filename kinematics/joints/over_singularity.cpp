@@ -1,0 +1,152 @@
+#include "kinematics/joints/over_singularity.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "kinematics/joints/operation.h"
+
+namespace tiltfeed {
+namespace {
+
+// Two axes nearer to opposite than this (rad) have no great circle between them.
+constexpr double kOpposite = 1e-6;
+// A tilt word this near to a limit (degrees) is within it.
+constexpr double kSlack = 1e-6;
+
+struct Crossing {
+  Vec3 axis;
+  double fraction = 0.5;  ///< of the move
+};
+
+class Builder {
+ public:
+  Builder(const ToolPath& path, const MachineModel& machine, const Setup& setup, const ClearSpace& clear,
+          double cone, bool lift)
+      : path_(path), up_(rotary_up(machine, setup)), clear_(clear), cone_(cone), lift_(lift) {}
+
+  PathOverSingularity build();
+
+ private:
+  void put(const Pose& pose, const Move& move, std::size_t index) {
+    out_.path.moves.push_back({pose, move.kind, move.facet});
+    out_.planned.push_back(static_cast<std::uint32_t>(index));
+  }
+  void go(const Pose& from, const Pose& to, std::size_t index);
+  std::optional<Crossing> crossing(Vec3 from, Vec3 to) const;
+  bool rises(const Pose& pose) const { return dot(pose.axis, up_) >= kLeastRise; }
+  Pose raised(const Pose& pose) const {
+    return {pose.tip + pose.axis * rise_to(*clear_.height, pose, up_), pose.axis};
+  }
+
+  const ToolPath& path_;
+  Vec3 up_;
+  const ClearSpace& clear_;
+  double cone_;
+  bool lift_;
+  PathOverSingularity out_;
+};
+
+/// Where the great circle passes the pole, between its ends.
+std::optional<Crossing> Builder::crossing(Vec3 from, Vec3 to) const {
+  const double whole = angle_between(from, to);
+  if (dot(from, to) < 0.0 && whole > kPi - kOpposite) {
+    Vec3 way = up_ - from * dot(up_, from);
+    if (length(way) < kOpposite) {
+      const Vec3 side = std::abs(from.x) < 0.5 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+      way = side - from * dot(side, from);
+    }
+    return Crossing{normalized(way), 0.5};
+  }
+  const Vec3 across = cross(from, to);
+  if (length(across) < kOpposite || angle_between(from, up_) <= cone_ || angle_between(to, up_) <= cone_)
+    return std::nullopt;
+  const Vec3 n = normalized(across), toward = up_ - n * dot(n, up_);
+  // A level circle is nowhere nearer to the pole than elsewhere.
+  if (length(toward) < kOpposite) return std::nullopt;
+  const Vec3 near = normalized(toward);
+  if (angle_between(near, up_) > cone_) return std::nullopt;
+  if (dot(cross(from, near), n) <= 0.0 || dot(cross(near, to), n) <= 0.0) return std::nullopt;
+  return Crossing{near, angle_between(from, near) / whole};
+}
+
+void Builder::go(const Pose& from, const Pose& to, std::size_t index) {
+  const Move& move = path_.moves[index];
+  const auto over = crossing(from.axis, to.axis);
+  if (!over) return put(to, move, index);
+  out_.changed = true;
+  if (lift_ && move.kind == MoveKind::kRapid && rises(from) && rises(to)) {
+    const Pose up = raised(from), down = raised(to);
+    if (!(up == from)) put(up, move, index);
+    put({up.tip + (down.tip - up.tip) * over->fraction, over->axis}, move, index);
+    put(down, move, index);
+    if (!(down == to)) put(to, move, index);
+    return;
+  }
+  const Pose at{from.tip + (to.tip - from.tip) * over->fraction, over->axis};
+  go(from, at, index);
+  go(at, to, index);
+}
+
+PathOverSingularity Builder::build() {
+  out_.path = path_;
+  out_.path.moves.clear();
+  put(path_.moves.front().pose, path_.moves.front(), 0);
+  for (std::size_t i = 1; i < path_.moves.size(); ++i) go(path_.moves[i - 1].pose, path_.moves[i].pose, i);
+  // Feeds count moves.
+  for (FeedChange& change : out_.path.feeds)
+    change.move = static_cast<std::uint32_t>(
+        std::lower_bound(out_.planned.begin(), out_.planned.end(), change.move) - out_.planned.begin());
+  return std::move(out_);
+}
+
+/// The branch that does not lead from pole to pole, by move.
+std::vector<int> barred_branches(const ToolPath& path, const MachineModel& machine,
+                                 const JointChooser& chooser) {
+  const double middle = (machine.tilt.min + machine.tilt.max) / 2.0,
+               around = std::isfinite(middle) ? middle : machine.tilt.zero;
+  std::vector<int> barred(path.moves.size(), -1);
+  const auto in_travels = [&](const Posture& at) {
+    const auto holds = [](const LinearAxis& axis, double word) {
+      return word >= axis.min && word <= axis.max;
+    };
+    return holds(machine.x, at.joints.x) && holds(machine.y, at.joints.y) && holds(machine.z, at.joints.z);
+  };
+  std::size_t first = 0;
+  bool leads[2] = {true, true};
+  const auto close = [&](std::size_t end) {
+    if (leads[0] != leads[1])
+      std::fill(barred.begin() + static_cast<std::ptrdiff_t>(first),
+                barred.begin() + static_cast<std::ptrdiff_t>(end), leads[0] ? 1 : 0);
+    first = end + 1;
+    leads[0] = leads[1] = true;
+  };
+  for (std::size_t i = 0; i < path.moves.size(); ++i) {
+    const RotarySolutions solutions = chooser.solve(path.moves[i].pose);
+    if (solutions.in_cone) {
+      close(i);
+      continue;
+    }
+    for (int branch = 0; branch < 2; ++branch) {
+      const double tilt = solutions.words[branch].tilt,
+                   word = tilt + 360.0 * std::round((around - tilt) / 360.0);
+      leads[branch] =
+          leads[branch] && word >= machine.tilt.min - kSlack && word <= machine.tilt.max + kSlack &&
+          in_travels(chooser.placed(path.moves[i].pose.tip, word, solutions.words[branch].rotary));
+    }
+  }
+  close(path.moves.size());
+  return barred;
+}
+
+}  // namespace
+
+PathOverSingularity over_singularity(const ToolPath& path, const MachineModel& machine, const Setup& setup,
+                                     const JointChooser& chooser, const ClearSpace& clear, double cone,
+                                     bool lift) {
+  PathOverSingularity out = Builder(path, machine, setup, clear, cone, lift).build();
+  out.barred = barred_branches(out.path, machine, chooser);
+  return out;
+}
+
+}  // namespace tiltfeed

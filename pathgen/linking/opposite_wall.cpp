@@ -1,0 +1,170 @@
+#include "pathgen/linking/opposite_wall.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "kinematics/basics/tolerance_budget.h"
+#include "kinematics/joints/joint_moves.h"
+#include "pathgen/envelope/thinning.h"
+#include "pathgen/tool/tool_pieces.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// A cone is checked as this many cylinders, each as wide as the cone's piece at its top.
+constexpr int kStepsPerCone = 8;
+/// Cosine between a tool and the axis of the column that its reference is in; less: that column is another's.
+constexpr double kOwnColumn = 1.0 - 1e-9;
+
+PlanOptions grown(PlanOptions options, double by) {
+  options.allowance += by;
+  return options;
+}
+
+}  // namespace
+
+double stray_of_rapids(double tolerance) {
+  return 2.0 * kRapidToleranceFactor * ToleranceBudget(tolerance).joints() + tolerance;
+}
+
+OppositeWall::OppositeWall(const Mesh& mesh, const Deformation& deformation, const PlanOptions& options,
+                           double clearance_z)
+    : mesh_(mesh),
+      map_(deformation),
+      clearance_z_(clearance_z),
+      reference_height_(reference_height(options.cutter)),
+      // A cylinder of radius r that steps by s leaves s^2 / (8 r) of a corner.
+      step_(std::sqrt(8.0 * options.cutter.radius() * ToleranceBudget(options.tolerance).corner())) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  low_ = {kFar, kFar, kFar}, high_ = {-kFar, -kFar, -kFar};
+  for (Point<Part> v : mesh.vertices) {
+    low_ = {std::min(low_.x, v.x), std::min(low_.y, v.y), std::min(low_.z, v.z)};
+    high_ = {std::max(high_.x, v.x), std::max(high_.y, v.y), std::max(high_.z, v.z)};
+  }
+  tool_ = tool_of(options);
+  strayed_ = tool_of(grown(options, stray_of_rapids(options.tolerance)));
+}
+
+OppositeWall::Tool OppositeWall::tool_of(const PlanOptions& options) {
+  Tool tool;
+  for (const ToolPiece& piece : all_pieces(options)) {
+    if (piece.part == ToolPart::kHolder && options.holder.reaction == Reaction::kReport) continue;
+    if (piece.part == ToolPart::kShank && options.shank.reaction == Reaction::kReport) continue;
+    const double start = piece.above_reference, end = start + piece.length;
+    if (end <= 0.0) continue;
+    const int steps = piece.has_cone() ? kStepsPerCone : 1;
+    for (int k = 1; k <= steps; ++k) {
+      const double low = start + piece.length * (k - 1) / steps, high = start + piece.length * k / steps;
+      double radius = piece.outer;
+      if (piece.has_cone())
+        radius = std::min(radius, piece.flat + piece.corner * piece.taper_cos +
+                                      (high - start + piece.corner) * piece.taper_sin / piece.taper_cos);
+      // The first starts at the reference itself, where the way is known to be free.
+      tool.push_back({tool.empty() ? 0.0 : low, high, radius, nullptr});
+    }
+    reach_ = std::max(reach_, end);
+  }
+  return tool;
+}
+
+/// Does a ball of the radius on the way between two points stay outside of the box round the part?
+bool OppositeWall::beyond_part(Point<Part> from, Point<Part> to, double radius) const {
+  double first = 0.0, last = 1.0;
+  const auto cut = [&](double a, double b, double low, double high) {
+    if (a == b) {
+      if (a < low || a > high) last = -1.0;
+      return;
+    }
+    const double enter = (low - a) / (b - a), leave = (high - a) / (b - a);
+    first = std::max(first, std::min(enter, leave)), last = std::min(last, std::max(enter, leave));
+  };
+  cut(from.x, to.x, low_.x - radius, high_.x + radius);
+  cut(from.y, to.y, low_.y - radius, high_.y + radius);
+  cut(from.z, to.z, low_.z - radius, high_.z + radius);
+  return first > last;
+}
+
+/// Does the tool, its reference going `travel` up from where it is, hit something further up than `column`?
+bool OppositeWall::blocked(Tool& tool, Point<Part> reference, Vec3 axis, double column, double travel) const {
+  if (column >= reach_ + travel) return false;
+  return std::any_of(tool.begin(), tool.end(), [&](Cylinder& c) {
+    if (column >= c.to + travel) return false;
+    // What is further down the column is clear.
+    if (beyond_part(reference + axis * std::max(c.from, column - c.radius),
+                    reference + axis * (c.to + travel), c.radius))
+      return false;
+    if (!c.clearance) c.clearance = std::make_unique<ShankCollision>(mesh_, c.radius);
+    const Point<Part> start = reference + axis * c.from;
+    // Where a cylinder starts beyond the column, nothing is known yet of its place.
+    if (c.from > column - c.radius && c.from > 0.0 && c.clearance->touches(start)) return true;
+    return c.clearance->blocked(start, axis, c.to - c.from + travel);
+  });
+}
+
+std::uint64_t OppositeWall::trim(std::vector<std::vector<Pass>>& lines, const ReportShare& report) {
+  const auto travel = [this](const EnvelopePoint& p) { return std::max(0.0, clearance_z_ - p.flat.z); };
+  // Mostly the tool ends before the column does.
+  std::vector<std::uint8_t> reaches_over(lines.size(), 0);
+  tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) {
+    for (const Pass& pass : lines[i])
+      for (const EnvelopePoint& p : pass)
+        if (map_.column_length(p.flat) < reach_ + travel(p)) reaches_over[i] = 1;
+  });
+  std::uint64_t count = 0, points = 0;
+  for (const std::vector<Pass>& line : lines)
+    for (const Pass& pass : line) points += pass.size();
+  Watch watch(report, points);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (reaches_over[i] == 0) {
+      for (const Pass& pass : lines[i]) watch.next(pass.size());
+      continue;
+    }
+    count += leave_out(lines[i], [&](const EnvelopePoint& p) {
+      return watch.next() && blocked(tool_, p.centre, p.axis, map_.column_length(p.flat), travel(p));
+    });
+  }
+  return count;
+}
+
+Point<Part> OppositeWall::reference_of(const Pose& pose) const {
+  return pose.tip + pose.axis * reference_height_;
+}
+
+bool OppositeWall::is_astray(const Pose& pose) const {
+  return map_.frame().mode == AxisMode::kCircle &&
+         dot(map_.axis_at(reference_of(pose)), pose.axis) < kOwnColumn;
+}
+
+/// All of the tool, of whose place nothing is known.
+bool OppositeWall::stands_in_part(Tool& tool, const Pose& pose) const {
+  return std::any_of(tool.begin(), tool.end(), [&](Cylinder& c) {
+    if (!c.clearance) c.clearance = std::make_unique<ShankCollision>(mesh_, c.radius);
+    const Point<Part> start = reference_of(pose) + pose.axis * c.from;
+    return c.clearance->touches(start) || c.clearance->blocked(start, pose.axis, c.to - c.from);
+  });
+}
+
+bool OppositeWall::is_clear(Tool& tool, const Pose& from, const Pose& to) const {
+  const auto column_of = [&](const Pose& pose) {
+    return map_.column_length(map_.flatten(reference_of(pose)));
+  };
+  // The clearance surface of a circle runs on past the axis of Theta, into columns that it does not clear.
+  const bool strays = is_astray(from) || is_astray(to);
+  if (!strays && column_of(from) >= reach_ && column_of(to) >= reach_) return true;
+  const double way = std::max(distance(from.tip, to.tip),
+                              distance(from.tip + from.axis * reach_, to.tip + to.axis * reach_));
+  const double steps = std::max(1.0, std::ceil(way / step_));
+  for (double k = 1.0; k <= steps; ++k) {
+    const Pose pose{lerp(from.tip, to.tip, k / steps), slerp(from.axis, to.axis, k / steps)};
+    if (strays ? stands_in_part(tool, pose)
+               : blocked(tool, reference_of(pose), pose.axis, column_of(pose), 0.0))
+      return false;
+  }
+  return true;
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,64 @@
+#pragma once
+// The opposite wall: an axis line may run on past the point, line or circle (inside work), or past the axis
+// of Theta (inner half of a circle, outside work), into a part of the flat space that is not its own column.
+// What of the tool is there is checked by rays. (F1) in pathgen/linking/README.md.
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "kinematics/basics/tool_path.h"
+#include "pathgen/axis/deformation.h"
+#include "pathgen/envelope/envelope.h"
+#include "pathgen/linking/shank_collision.h"
+#include "pathgen/options/plan_options.h"
+#include "pathgen/progress/watch.h"
+
+namespace tiltfeed {
+
+/// How far any point of the tool may be from where a rapid says that it is, mm: the axes may move tip and
+/// axis off the way, and it is looked at in steps.
+double stray_of_rapids(double tolerance);
+
+class OppositeWall {
+ public:
+  /// `clearance_z`: z' of the clearance surface, to which the tool must be able to retract.
+  OppositeWall(const Mesh& mesh, const Deformation& deformation, const PlanOptions& options,
+               double clearance_z);
+
+  /// Cuts out of the passes every point from where the tool could not retract without hitting the opposite
+  /// wall. Returns how many. When the user stops it, points are left that should not be.
+  std::uint64_t trim(std::vector<std::vector<Pass>>& lines, const ReportShare& report = {});
+
+  /// Is a straight way from one pose to the next free of hits on the opposite wall?
+  bool travel_clear(const Pose& from, const Pose& to) { return is_clear(tool_, from, to); }
+  /// And with room for what the axes may stray on a rapid? Where the axis stands they do not.
+  bool rapid_clear(const Pose& from, const Pose& to) {
+    return is_clear(from.axis == to.axis ? tool_ : strayed_, from, to);
+  }
+
+ private:
+  /// A piece of the tool as a cylinder: heights over the CL reference, mm.
+  struct Cylinder {
+    double from = 0.0, to = 0.0, radius = 0.0;
+    std::unique_ptr<ShankCollision> clearance;  ///< made when first needed
+  };
+  using Tool = std::vector<Cylinder>;
+  Tool tool_of(const PlanOptions& options);
+  Point<Part> reference_of(const Pose& pose) const;
+  bool is_astray(const Pose& pose) const;
+  bool is_clear(Tool& tool, const Pose& from, const Pose& to) const;
+  bool stands_in_part(Tool& tool, const Pose& pose) const;
+  bool blocked(Tool& tool, Point<Part> reference, Vec3 axis, double column, double travel) const;
+
+  bool beyond_part(Point<Part> from, Point<Part> to, double radius) const;
+
+  const Mesh& mesh_;
+  Point<Part> low_, high_;  ///< corners of the box round the part
+  const Deformation& map_;
+  Tool tool_, strayed_;  ///< as it is, and grown by what rapids stray
+  double reach_ = 0.0;   ///< of the tool's upper end over the CL reference, mm
+  double clearance_z_, reference_height_, step_;
+};
+
+}  // namespace tiltfeed

@@ -1,0 +1,50 @@
+#pragma once
+// Which points of the envelope may be cut, and what was refused.
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "pathgen/envelope/envelope.h"
+#include "pathgen/options/plan_options.h"
+#include "pathgen/options/rest_reason.h"
+#include "pathgen/pattern/region.h"
+#include "pathgen/surface/cl_field.h"
+
+namespace tiltfeed {
+
+/// Points refused, by RestReason, and the patches that stand behind shank and holder refusals.
+struct RejectedPoints {
+  std::array<std::uint64_t, kRestReasons> count{};
+  std::array<std::uint64_t, kRestReasons>
+      raised{};  ///< points that stay, raised clear of the part by shank or holder
+  std::vector<PatchId> patches;
+  void add(const RejectedPoints& other);
+};
+
+class PointRules {
+ public:
+  PointRules(const PlanOptions& options, const ClField& field)
+      : options_(options),
+        surface_(field.surface),
+        region_(options.containment, field.deformation),
+        least_upright_(std::cos(options.tilt_max.radians()) - kRounding) {}
+  /// Why the point may not be cut; nothing where it may.
+  std::optional<RestReason> refusal(const EnvelopePoint& p) const;
+  /// The same, noted in `refusals`; so are points that stay but are raised.
+  bool may_cut(const EnvelopePoint& p, RejectedPoints& refusals) const;
+  /// Does the point stand clear of the surface because shank or holder touch?
+  ToolPart touching(const EnvelopePoint& p) const { return surface_.piece(p.patch).part; }
+  const Region& region() const { return region_; }
+
+ private:
+  const PlanOptions& options_;
+  const ClSurface& surface_;
+  Region region_;
+  static constexpr double kRounding = 1e-15;
+  double least_upright_;  ///< cosine of the tilt, at tilt_max
+};
+
+}  // namespace tiltfeed

@@ -1,0 +1,25 @@
+#pragma once
+// Warnings for points that the passes skip or leave uncut.
+
+#include <vector>
+
+#include "kinematics/basics/result.h"
+#include "pathgen/options/plan_report.h"
+#include "pathgen/pattern/holder_clearance.h"
+#include "pathgen/pattern/passes.h"
+
+namespace tiltfeed {
+
+/// Adds a warning for each reason: how many points, which facets, what to change.
+/// Errors: kLimit or kUnreachable when nothing is left.
+Result<void> report_refusals(const ClSurface& surface, const Passes& passes, PlanReport& report);
+/// Adds a warning of patches left out as they touch the axis point, line or circle; none if there are none.
+void warn_too_near(const ClSurface& surface, const std::vector<PatchId>& too_near, PlanReport& report);
+/// Adds a warning of what rounding off left in corners, if anything.
+void warn_smoothed(const Smoothed& smoothed, PlanReport& report);
+/// Adds a warning of what passes leave between them over what was asked, if anything.
+void warn_between(const BetweenPasses& between, PlanReport& report);
+/// Adds a warning of where shank or holder come near and guards only report, if anywhere.
+void warn_touches(const Touches& touches, PlanReport& report);
+
+}  // namespace tiltfeed

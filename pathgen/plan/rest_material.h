@@ -1,0 +1,22 @@
+#pragma once
+// What of the part the tool cannot or may not cut in one axis field, facet by facet. (U1) in
+// pathgen/plan/README.md.
+
+#include "pathgen/envelope/envelope.h"
+#include "pathgen/options/plan_options.h"
+#include "pathgen/options/plan_report.h"
+#include "pathgen/progress/watch.h"
+#include "pathgen/surface/cl_field.h"
+
+namespace tiltfeed {
+
+/// Holds the tool, at the place of the envelope over its contact with each piece of each facet, against that
+/// piece: it is uncut when it stays further off than `options.tolerance`, or when that place is left out.
+/// What lies between two passes counts as cut; what they leave there is said apart, of `path`. In a hollow as
+/// wide as the tool a place may be called uncut that another place of the envelope would touch by chance. The
+/// same for any number of threads. When the user stops it through `report`, what it returns is worth nothing.
+RestReport find_rest_material(const ClField& field, const PlanOptions& options,
+                              const EnvelopeOptions& envelope, const std::vector<Move>& path,
+                              const ReportShare& report = {});
+
+}  // namespace tiltfeed

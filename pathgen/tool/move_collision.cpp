@@ -1,0 +1,66 @@
+#include "pathgen/tool/move_collision.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kinematics/basics/tolerance_budget.h"
+#include "pathgen/mesh/facet_bvh.h"
+#include "pathgen/tool/swept_tool.h"
+#include "pathgen/tool/tool_pieces.h"
+
+namespace tiltfeed {
+namespace {
+
+/// Up to so many radii of the ball over the reference moves are checked pose by pose, further up by a bound.
+constexpr double kBoundedFrom = 3.0;
+
+/// How far up the tool anything of the part can be, mm.
+double lever(const SweptTool& tool) {
+  const Box& b = tool.tree().bounds();
+  return std::min(tool.top(), distance(b.min, b.max));
+}
+
+}  // namespace
+
+bool clear_along(const SweptTool& tool, const TiltLimit& tilt, const ToolStand& a, const ToolStand& b,
+                 double reference_height, double tolerance, std::uint32_t& hint, std::uint64_t& tested) {
+  const double turn = angle_between(a.axis, b.axis), way = distance(a.centre, b.centre);
+  const double from = kBoundedFrom * tool.ball();
+  ++tested;
+  const bool bounded =
+      !tool.may_stop(lerp(a.centre, b.centre, 0.5), slerp(a.axis, b.axis, 0.5), way / 2.0, turn / 2.0, from);
+  // A cylinder of radius r that steps by s leaves s^2 / (8 r) of a corner.
+  const double step = std::sqrt(8.0 * tool.ball() * ToleranceBudget(tolerance).corner());
+  const int steps =
+      std::max(1, static_cast<int>(std::ceil((way + (bounded ? from : lever(tool)) * turn) / step)));
+  const double h = reference_height;
+  const Point<Part> tip_a = a.centre - a.axis * h, tip_b = b.centre - b.axis * h;
+  for (int k = 0; k <= steps; ++k) {
+    const double f = static_cast<double>(k) / steps;
+    const Vec3 axis = slerp(a.axis, b.axis, f);
+    const Point<Part> centre = lerp(tip_a, tip_b, f) + axis * h;
+    ++tested;
+    if (bounded ? tool.stopped_below(centre, axis, from, hint) : tool.stop(centre, axis, hint).has_value())
+      return false;
+    if (!tilt.allows(axis)) return false;
+  }
+  return true;
+}
+
+MoveCollision::MoveCollision(const Mesh& mesh, const PlanOptions& options)
+    : tree_(std::make_unique<FacetBvh>(mesh)),
+      tool_(std::make_unique<SweptTool>(*tree_, options, ToleranceBudget(options.tolerance).touch())),
+      tilt_(options.up, options.tilt_max),
+      reference_height_(reference_height(options.cutter)),
+      tolerance_(options.tolerance) {}
+
+MoveCollision::~MoveCollision() = default;
+
+bool MoveCollision::clear(const Pose& from, const Pose& to) const {
+  std::uint32_t hint = kNoFacet;
+  std::uint64_t tested = 0;
+  const auto stand = [this](const Pose& p) { return ToolStand{p.tip + p.axis * reference_height_, p.axis}; };
+  return clear_along(*tool_, tilt_, stand(from), stand(to), reference_height_, tolerance_, hint, tested);
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,156 @@
+// What a damaged table and a full disk may not change: a job service with the simulated machine behind it, in
+// one process. What is waited for are states that last.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <future>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "daemon/service/job_service.h"
+#include "sim/wire/endpoint.h"
+#include "tests/peers/spool_add.h"
+#include "tests/shapes/wide_machine.h"
+#include "tests/texts/folder.h"
+
+namespace tiltfeed {
+namespace {
+
+using nlohmann::json;
+
+constexpr auto kPatience = std::chrono::seconds(120);  // only a hang takes so long
+
+class DeskStates : public testing::Test {
+ protected:
+  DeskStates() {
+    EXPECT_EQ(::pipe(stop_), 0);
+    std::promise<std::string> where;
+    std::future<std::string> known = where.get_future();
+    machine_ = std::thread([this, promise = std::move(where)]() mutable {
+      sim::ModbusController ring(wide_machine(), {}, {}, [this](const sim::TraceRow&) { ++executed_; });
+      sim::EndpointOptions options;
+      options.stop_fd = stop_[0];
+      options.speed = 4.0;
+      options.ready = [&](const std::string& text) { promise.set_value(text); };
+      EXPECT_TRUE(sim::serve_modbus_tcp(ring, "127.0.0.1", 0, options));
+    });
+    place_ = known.get();
+    open();
+  }
+  ~DeskStates() override {
+    if (jobs_) leave();
+    EXPECT_EQ(::write(stop_[1], "x", 1), 1);
+    machine_.join();
+    ::close(stop_[0]);
+    ::close(stop_[1]);
+  }
+
+  void open() {
+    ServiceConfig config;
+    config.machine.model = wide_machine();
+    config.machine.model.name = "wide";
+    config.link = "modbus-tcp:" + place_;
+    config.spool = folder_.path + "/spool";
+    auto jobs = JobService::open(config, [] {});
+    ASSERT_TRUE(jobs) << jobs.error().message;
+    jobs_ = std::make_unique<JobService>(std::move(*jobs));
+  }
+  /// As at SIGTERM.
+  void leave() {
+    jobs_->leave();
+    until([&] { return !jobs_->busy(); });
+    jobs_.reset();
+  }
+  json ask(ApiOp op, std::uint64_t job = 0, std::optional<std::uint64_t> from = {}, bool confirmed = false) {
+    ApiRequest request;
+    request.op = op;
+    request.job = job;
+    request.from = from;
+    request.confirmed = confirmed;
+    return json::parse(answer_of(*jobs_, request));
+  }
+  void submit_ready(std::uint64_t job, int feeds) {
+    std::string text = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n";
+    for (int i = 0; i < feeds; ++i) text += "G1 X" + std::to_string(i % 2) + " F600\n";
+    const int fd = ::open(folder_.write("program.nc", text + "G94\nM2\n").c_str(), O_RDONLY);
+    ApiRequest request;
+    request.op = ApiOp::kSubmit;
+    request.program = true;
+    EXPECT_EQ(json::parse(answer_of(*jobs_, request, 1000, {fd}))["job"], job);
+    ::close(fd);
+    until([&] { return state(job) == "ready"; });
+  }
+  std::string state(std::uint64_t job) { return ask(ApiOp::kShow, job).value("state", ""); }
+  std::string note(std::uint64_t job) { return ask(ApiOp::kShow, job).value("note", ""); }
+  static bool good(const json& answer) { return answer.value("ok", false); }
+  template <class Condition>
+  void until(Condition condition) {
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    while (!condition()) {
+      ASSERT_LT(std::chrono::steady_clock::now(), end) << ask(ApiOp::kList).dump(1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      jobs_->tick();
+    }
+  }
+
+  const Folder folder_{"jobs_states"};
+  int stop_[2] = {-1, -1};
+  std::atomic<std::size_t> executed_{0};
+  std::thread machine_;
+  std::string place_;
+  std::unique_ptr<JobService> jobs_;
+};
+
+TEST_F(DeskStates, OneBadByte_OfAPoisonedTableIsHealedAtStart) {
+  submit_ready(1, 4);
+  leave();
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open((folder_.path + "/spool/jobs.db").c_str(), &db), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(db, "UPDATE jobs SET note = CAST(X'6FEB' AS TEXT)", nullptr, nullptr, nullptr),
+            SQLITE_OK);
+  sqlite3_close(db);
+  open();
+  EXPECT_EQ(note(1), "o?");
+  EXPECT_TRUE(good(ask(ApiOp::kList)));
+  leave();
+  ASSERT_EQ(sqlite3_open((folder_.path + "/spool/jobs.db").c_str(), &db), SQLITE_OK);
+  std::string kept;
+  sqlite3_exec(
+      db, "SELECT note FROM jobs",
+      [](void* to, int, char** values, char**) { return *static_cast<std::string*>(to) = values[0], 0; },
+      &kept, nullptr);
+  sqlite3_close(db);
+  EXPECT_EQ(kept, "o?");
+}
+
+TEST_F(DeskStates, AFullDisk_ShowsTheTrueStateAtOnce) {
+  submit_ready(1, 20000);
+  ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
+  until([&] { return executed_ > 3; });
+  // From now on no file grows.
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto old = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit full{0, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &full), 0);
+  until([&] { return !jobs_->busy(); });
+  jobs_->tick();
+  const std::string shown = state(1), why = note(1);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, old);
+  EXPECT_NE(shown, "running") << why;
+  EXPECT_NE(why.find("not in the spool yet"), std::string::npos) << why;
+  // There is room again: it is written, and true after a restart.
+  jobs_->tick();
+  leave();
+  open();
+  EXPECT_EQ(state(1), shown) << note(1);
+}
+
+}  // namespace
+}  // namespace tiltfeed

@@ -1,0 +1,215 @@
+// The machine's commands through the service: beside jobs, refused by name while one runs. The simulated
+// machine is behind TCP. What is waited for are states that last and counts that only grow.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "daemon/command/progress_line.h"
+#include "daemon/service/job_service.h"
+#include "tests/peers/operator_shop.h"
+#include "tests/peers/spool_add.h"
+#include "tests/peers/tcp_machine.h"
+#include "tests/texts/folder.h"
+
+namespace tiltfeed {
+namespace {
+
+using nlohmann::json;
+
+constexpr auto kPatience = std::chrono::seconds(120);  // only a hang takes so long
+
+class MachineDesk : public testing::Test {
+ protected:
+  MachineDesk() {
+    ServiceConfig config;
+    config.machine.model = shop_machine();
+    config.link = "grbl-tcp:" + machine_.place;
+    config.spool = folder_.path + "/spool";
+    auto jobs = JobService::open(config, [] {});
+    EXPECT_TRUE(jobs) << jobs.error().message;
+    jobs_ = std::make_unique<JobService>(std::move(*jobs));
+  }
+  ~MachineDesk() override {
+    jobs_->leave();
+    until([&] { return !jobs_->busy(); });
+  }
+
+  json ask(const ApiRequest& request) {
+    // As the socket does it: what cannot be said in a line cannot be asked.
+    const auto read = parse_request(write_request(request).substr(0, write_request(request).size() - 1));
+    EXPECT_TRUE(read) << read.error().message;
+    if (const auto at_once = jobs_->order(*read)) return json::parse(*at_once);
+    return json::parse(answer_of(*jobs_, *read));
+  }
+  json order(const std::string& command, const std::string& words = "") {
+    ApiRequest request;
+    request.op = ApiOp::kMachine;
+    request.command = command;
+    request.words = words;
+    return ask(request);
+  }
+  json follow(std::uint64_t number, bool held = false, bool stop = false) {
+    ApiRequest request;
+    request.op = ApiOp::kMachine;
+    request.order = number;
+    request.held = held;
+    request.stop = stop;
+    return ask(request);
+  }
+  /// To its end.
+  json say(const std::string& command, const std::string& words = "") {
+    json answer = order(command, words);
+    if (!answer.contains("order")) return answer;
+    const auto number = answer["order"];
+    until([&] { return !(answer = follow(number)).contains("in_work"); });
+    return answer;
+  }
+  json job(ApiOp op, std::uint64_t number = 0) {
+    ApiRequest request;
+    request.op = op;
+    request.job = number;
+    return ask(request);
+  }
+  std::string state(std::uint64_t number) { return job(ApiOp::kShow, number).value("state", ""); }
+  void submit_ready(std::uint64_t number, int count) {
+    std::string text = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG1 F6000\n";
+    for (int i = 0; i < count; ++i) text += "G1 X" + std::to_string(i % 2 * 50) + "\n";
+    const int fd = ::open(folder_.write("program.nc", text + "M2\n").c_str(), O_RDONLY);
+    ApiRequest request;
+    request.op = ApiOp::kSubmit;
+    request.program = true;
+    EXPECT_EQ(json::parse(answer_of(*jobs_, request, 1000, {fd}))["job"], number);
+    ::close(fd);
+    until([&] { return state(number) == "ready"; });
+  }
+  static bool good(const json& answer) { return answer.value("ok", false); }
+  static bool has(const json& answer, const char* what) {
+    return answer.value("error", "").find(what) != std::string::npos;
+  }
+  template <class Condition>
+  void until(Condition condition) {
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    while (!condition()) {
+      ASSERT_LT(std::chrono::steady_clock::now(), end) << job(ApiOp::kList).dump(1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      jobs_->tick();
+    }
+  }
+
+  const Folder folder_{"machine_desk"};
+  TcpMachine machine_{shop_machine(), {}, "", 4.0};
+  std::unique_ptr<JobService> jobs_;
+};
+
+TEST_F(MachineDesk, DoesWhatThePlainCommandDoes) {
+  const json status = say("status");
+  ASSERT_TRUE(good(status)) << status;
+  EXPECT_EQ(status["result"]["state"], "Idle");
+  const json jog = say("jog", "X10 Y-2.5 F6000");
+  ASSERT_TRUE(good(jog)) << jog;
+  EXPECT_EQ(jog["result"]["program"]["X"], 10.0);
+  EXPECT_EQ(machine_.x, 10.0);
+  EXPECT_TRUE(has(say("jog", "X999"), "its travel ends at 200"));
+  EXPECT_TRUE(has(say("fly"), "no command for a machine"));
+  EXPECT_TRUE(has(follow(1), "not the newest"));
+  EXPECT_TRUE(good(say("offsets", "G55 here X0")));
+}
+
+TEST_F(MachineDesk, WhileAProgramRunsOnlyWhatIsSafeIsPossible) {
+  submit_ready(1, 100000);
+  for (const ApiOp op : {ApiOp::kHold, ApiOp::kResume, ApiOp::kStop})
+    EXPECT_TRUE(has(job(op), "no job is on the machine"));
+  ASSERT_TRUE(good(job(ApiOp::kStart, 1)));
+  until([&] { return machine_.executed > 3; });
+  for (const char* name : {"jog", "home", "unlock", "offsets", "probe", "settings", "console", "tool"}) {
+    const json refused = order(name, "X1");
+    EXPECT_TRUE(has(refused, (std::string(name) + " is not possible while job 1 is on the machine").c_str()))
+        << refused;
+  }
+  const json status = order("status");
+  ASSERT_TRUE(good(status)) << status;
+  EXPECT_EQ(status["result"]["job"], 1);
+  EXPECT_EQ(status["result"]["program"]["Z"], 50.0) << status;
+  EXPECT_TRUE(has(order("override", "rapid 70"), "override: "));
+  ASSERT_TRUE(good(order("override", "feed 55")));
+  until([&] { return order("status")["result"].value("/override/feed"_json_pointer, 0) == 55; });
+  ASSERT_TRUE(good(order("override", "rapid 25")));
+  until([&] { return order("status")["result"].value("/override/rapid"_json_pointer, 0) == 25; });
+  ASSERT_TRUE(good(order("override", "spindle 120")));
+  until([&] { return order("status")["result"].value("/override/spindle"_json_pointer, 0) == 120; });
+  EXPECT_NE(order("status").value("text", "").find("override feed 55 %, rapid 25 %, spindle 120 %"),
+            std::string::npos);
+  // Without a number the job on the machine is meant.
+  ASSERT_TRUE(good(job(ApiOp::kHold)));
+  until([&] { return order("status")["result"]["phase"] == "hold"; });
+  ASSERT_TRUE(good(job(ApiOp::kResume)));
+  const std::size_t held = machine_.executed;
+  until([&] { return machine_.executed > held + 2; });
+  ASSERT_TRUE(good(job(ApiOp::kStop)));
+  until([&] { return state(1) == "stopped"; });
+  EXPECT_TRUE(good(say("status")));
+}
+
+TEST_F(MachineDesk, AContinuousJogLastsAsLongAsItIsAskedFor) {
+  submit_ready(1, 5);
+  const json begun = order("jog", "X- F60");
+  ASSERT_TRUE(good(begun)) << begun;
+  const auto number = begun["order"];
+  until([&] { return follow(number, true).contains("in_work") && machine_.x < -0.3; });
+  EXPECT_TRUE(has(order("jog", "X1"), "jog is in work"));
+  EXPECT_TRUE(has(job(ApiOp::kStart, 1), "jog is in work"));
+  // Nobody asks any more: it ends by itself, although no word says so.
+  json ended;
+  until([&] { return !(ended = follow(number)).contains("in_work"); });
+  ASSERT_TRUE(good(ended)) << ended;
+  EXPECT_LT(ended["result"]["program"]["X"], -0.3);
+  EXPECT_GT(ended["result"]["program"]["X"], -200.0) << "a minute before the end of its travel";
+  EXPECT_EQ(say("status")["result"]["state"], "Idle");
+}
+
+TEST_F(MachineDesk, AMotionIsStoppedByItsOrderAndByStop) {
+  for (const bool by_order : {true, false}) {
+    const json begun = order("jog", by_order ? "X150 F300" : "X-150 F300");
+    ASSERT_TRUE(good(begun)) << begun;
+    const auto number = begun["order"];
+    EXPECT_TRUE(good(by_order ? follow(number, false, true) : job(ApiOp::kStop)));
+    json ended;
+    until([&] { return !(ended = follow(number)).contains("in_work"); });
+    EXPECT_TRUE(has(ended, "stopped on request")) << ended;
+    EXPECT_EQ(say("status")["result"]["state"], "Idle");
+  }
+}
+
+TEST(PlanStage, IsReadFromWhatThePlannerWrites) {
+  const Folder folder("stage");
+  PlanProcess process{1, 7, folder.path};
+  EXPECT_FALSE(stage_of(process)) << "not known yet";
+  {
+    ProgressLine line(folder.path + "/plan.progress");
+    line.show("clearance surface", 0.0);
+    auto at = stage_of(process);
+    ASSERT_TRUE(at);
+    EXPECT_EQ(at->stage, "clearance surface");
+    EXPECT_EQ(at->percent, 0);
+    line.show("a longer stage, far longer than a line of the file, far longer than a line of the file", 0.42);
+    at = stage_of(process);
+    ASSERT_TRUE(at);
+    EXPECT_EQ(at->percent, 42);
+    line.show("links", 1.0);
+    at = stage_of(process);
+    ASSERT_TRUE(at);
+    EXPECT_EQ(at->stage, "links");
+    EXPECT_EQ(at->percent, 100);
+  }
+  for (const char* text : {"", "x", "101 links\n", "5\n"}) {
+    folder.write("plan.progress", text);
+    EXPECT_FALSE(stage_of(process)) << text;
+  }
+}
+
+}  // namespace
+}  // namespace tiltfeed

@@ -1,0 +1,162 @@
+// Facets that show the tool their inside: level plates, some facing down. What keeps a ball above a place is
+// told plate by plate, in closed form.
+#include "pathgen/surface/exposed_backs.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "pathgen/plan/plan.h"
+#include "pathgen/surface/flat_hulls.h"
+#include "tests/shapes/cut_passes.h"
+#include "tests/shapes/soup.h"
+
+namespace tiltfeed {
+namespace {
+
+constexpr double kBall = 1.5;  ///< radius, mm
+
+struct Plate {
+  double x, y, wide, deep, z;
+  bool up;
+  bool holds(double px, double py) const { return px >= x && px <= x + wide && py >= y && py <= y + deep; }
+  /// Height at which the tip of a ball let down there comes to rest on it: on its outside, or beside it on
+  /// its border; its inside carries nothing.
+  double tip(double px, double py) const {
+    constexpr double kNever = -1e9;
+    if (holds(px, py)) return up ? z : kNever;
+    const double out_x = std::max({x - px, px - x - wide, 0.0}),
+                 out_y = std::max({y - py, py - y - deep, 0.0});
+    const double d = std::hypot(out_x, out_y);
+    return d < kBall ? z - kBall + std::sqrt(kBall * kBall - d * d) : kNever;
+  }
+};
+
+/// Two facets each, 2 k and 2 k + 1 of plate k.
+Mesh mesh_of(const std::vector<Plate>& plates) {
+  Mesh mesh;
+  for (const Plate& p : plates) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (const double y : {p.y, p.y + p.deep})
+      for (const double x : {p.x, p.x + p.wide}) mesh.vertices.push_back({x, y, p.z});
+    const std::uint32_t a = first, b = first + 1, c = first + 2, d = first + 3;
+    if (p.up) mesh.facets.push_back({a, b, d}), mesh.facets.push_back({a, d, c});
+    if (!p.up) mesh.facets.push_back({a, d, b}), mesh.facets.push_back({a, c, d});
+    for (int i = 0; i < 2; ++i) mesh.source.push_back(static_cast<std::uint32_t>(mesh.source.size()));
+  }
+  return mesh;
+}
+
+std::vector<std::uint32_t> exposed(const Mesh& mesh) {
+  const ToolPiece ball{.corner = kBall, .outer = kBall};
+  const ClSurface surface(mesh, Sides::kOutward, {ball});
+  const Deformation fixed(AxisFrame{}, 1.0);
+  const FlatIndex index(make_flat_hulls(surface, fixed, 0.1), fixed);
+  return exposed_backs(surface, fixed, index, kBall);
+}
+
+TEST(Exposure, LiesBetweenAllAndSomeOfTheFacetOpen) {
+  std::mt19937 random(3);
+  const auto in = [&](double low, double high) { return low + (high - low) * (random() * 0x1.0p-32); };
+  std::size_t open = 0, covered = 0, partly = 0, beside = 0;
+  for (int round = 0; round < 80; ++round) {
+    std::vector<Plate> plates;
+    for (int k = 0; k < 12; ++k)
+      plates.push_back({in(0, 20), in(0, 20), in(1, 9), in(1, 9), in(0, 8), in(0, 1) < 0.5});
+    const auto is_free = [&](Point<Part> p) {
+      return std::none_of(plates.begin(), plates.end(),
+                          [&](const Plate& q) { return q.tip(p.x, p.y) >= p.z; });
+    };
+    const Mesh mesh = mesh_of(plates);
+    const std::vector<std::uint32_t> found = exposed(mesh);
+    EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));
+    for (std::uint32_t f = 0; f < mesh.facets.size(); ++f) {
+      const bool is_found = std::binary_search(found.begin(), found.end(), f);
+      if (plates[f / 2].up) {
+        EXPECT_FALSE(is_found) << "its outside is up";
+        continue;
+      }
+      std::size_t free = 0, places = 0;
+      const auto& [a, b, c] = mesh.facets[f];
+      const Point<Part> pa = mesh.vertices[a], pb = mesh.vertices[b], pc = mesh.vertices[c];
+      const Point<Part> centre = lerp(lerp(pa, pb, 0.5), pc, 1.0 / 3.0);
+      for (double u = 0.0; u <= 1.0; u += 0.02)
+        for (double v = 0.0; u + v <= 1.0 + 1e-9; v += 0.02) {
+          const Point<Part> p = lerp(centre, pa + (pb - pa) * u + (pc - pa) * v, 0.85);
+          ++places, free += is_free(p) ? 1 : 0;
+        }
+      if (free == 0 || free == places) {
+        EXPECT_EQ(is_found, free > 0) << "round " << round << " facet " << f;
+      } else if (!is_free(centre) && is_free({centre.x, centre.y, centre.z + distance(centre, pc)}) &&
+                 is_free(lerp(centre, pc, 0.8))) {
+        EXPECT_TRUE(is_found) << "open to one side, round " << round << " facet " << f;
+        ++beside;
+      }
+      ++(free == places ? open : free == 0 ? covered : partly);
+    }
+  }
+  EXPECT_GT(open, 100U);
+  EXPECT_GT(covered, 70U);
+  EXPECT_GT(partly, 30U);
+  EXPECT_GT(beside, 10U);
+}
+
+/// So many that they are looked at tile by tile: pairs far apart, a cover over each plate or beside it.
+TEST(Exposure, IsFoundAmongVeryMany) {
+  std::vector<Plate> plates;
+  std::vector<std::uint32_t> expected;
+  for (int i = 0; i < 340; ++i)
+    for (int j = 0; j < 300; ++j) {
+      const double x = 12.0 * i, y = 9.0 * j;
+      const bool beside = (i * 7 + j * 3) % 11 == 0;
+      const auto first = static_cast<std::uint32_t>(2 * plates.size());
+      if (beside) expected.push_back(first), expected.push_back(first + 1);
+      plates.push_back({x, y, 3.0, 4.0, 0.0, false});
+      plates.push_back({beside ? x + 6.0 : x - 0.5, y - 0.5, 4.0, 5.0, 0.5, true});
+    }
+  EXPECT_GT(2 * plates.size(), 400'000U);
+  EXPECT_EQ(exposed(mesh_of(plates)), expected);
+}
+
+using soup::operator+;
+
+CheckedMesh hollow_cube() { return soup::check(soup::cube(0, 40) + soup::reversed(soup::cube(10, 30))); }
+
+/// From the wall the cavity is behind facets that show their inside: the wall would be cut from inside.
+TEST(InsideSolid, ThePointMayNotLieInTheMaterial) {
+  PlanOptions o = options_with({AxisMode::kPoint, Sense::kInward, {5, 20, 20}, {1, 0, 0}, {0, 0, 1}, 0.0});
+  o.cutter = {2.0, 100.0, 3.0}, o.links.clearance = 0.5, o.links.approach = 0.5;
+  const auto planned = plan(hollow_cube(), o, {});
+  ASSERT_FALSE(planned);
+  EXPECT_EQ(planned.error().code, Code::kUnreachable);
+  EXPECT_NE(planned.error().message.find("lies in the material"), std::string::npos)
+      << planned.error().message;
+}
+
+/// A line through a cavity and through the walls at its ends: what it sees from the walls is left out.
+TEST(InsideSolid, OfALinePartlyInTheMaterialTheRestIsCut) {
+  PlanOptions o = options_with({AxisMode::kLine, Sense::kInward, {0, 20, 20}, {1, 0, 0}, {0, 0, 1}, 0.0});
+  o.cutter = {4.0, 100.0, 6.0};
+  o.links.clearance = 2.0;
+  const auto planned = plan(hollow_cube(), o, {});
+  ASSERT_TRUE(planned) << planned.error().message;
+  EXPECT_TRUE(
+      std::any_of(planned->report.warnings.begin(), planned->report.warnings.end(),
+                  [](const std::string& w) { return w.find("lies in the material") != std::string::npos; }));
+  std::size_t cuts = 0;
+  for (const Move& move : planned->path.moves) {
+    if (move.kind != MoveKind::kCut) continue;
+    ++cuts;
+    for (const double at : {move.pose.tip.x, move.pose.tip.y, move.pose.tip.z}) {
+      EXPECT_GE(at, 10.0 - o.tolerance);
+      EXPECT_LE(at, 30.0 + o.tolerance);
+    }
+  }
+  EXPECT_GT(cuts, 50u);
+}
+
+}  // namespace
+}  // namespace tiltfeed

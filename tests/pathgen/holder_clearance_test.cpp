@@ -1,0 +1,146 @@
+// Shank and holder kept clear by each reaction, against the tool's true solid on the planned path.
+#include "pathgen/pattern/holder_clearance.h"
+
+#include <gtest/gtest.h>
+
+#include "sim/solid/tool_solid.h"
+#include "tests/shapes/cut_passes.h"
+
+namespace tiltfeed {
+namespace {
+
+const AxisFrame kUpright{AxisMode::kFixed, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.0};
+
+/// A floor before a wall 20 mm high, and a tool whose holder is as wide as the wall is near.
+struct Shop {
+  CheckedMesh part = sheet(kUpright, {-20, 20, -6, 6, 80, 1},
+                           [](double u, double) { return std::clamp((u - 9.9) * 100.0, 0.0, 20.0); });
+  sim::PartDistance surface{part.mesh};
+  PlanOptions plain = options_with(kUpright), guarded = plain;
+  Cutter tool;
+
+  explicit Shop(Reaction reaction) {
+    plain.cutter = {4.0, 100.0, 12.0};
+    plain.max_point_distance = 0.25;
+    guarded = plain;
+    guarded.cutter.holder = {{16.0, 20.0, 30.0}};
+    guarded.holder = {0.5, reaction};
+    tool = guarded.cutter;
+  }
+  bool clear(const Pose& pose) const {
+    return sim::ToolSolid(tool).clearance(surface, pose, sim::ToolPart::kHolder, 2.0).value >=
+           guarded.holder.clearance - guarded.tolerance;
+  }
+  /// Share of the length of the moves on which the holder is clear, and that length.
+  std::pair<double, double> clear_length(const std::vector<CutRun>& runs) const {
+    double all = 0.0, good = 0.0;
+    for (const CutRun& run : dense(runs, 0.25))
+      for (std::size_t i = 1; i < run.size(); ++i) {
+        const double size = distance(run[i - 1].tip, run[i].tip);
+        all += size, good += clear(run[i - 1]) && clear(run[i]) ? size : 0.0;
+      }
+    return {good / all, good};
+  }
+  static bool warns(const Plan& planned) {
+    return std::any_of(planned.report.warnings.begin(), planned.report.warnings.end(), [](const auto& w) {
+      return w.find("holder") != std::string::npos && w.find("facet") != std::string::npos;
+    });
+  }
+};
+
+TEST(Guards, TrimmingLeavesNoHolderContactAndNoMoreOutThanThat) {
+  const Shop shop(Reaction::kTrim);
+  const auto plain = shop.clear_length(runs_of(shop.part, shop.plain));
+  ASSERT_LT(plain.first, 0.9);
+  const auto planned = plan(shop.part, shop.guarded, nullptr);
+  ASSERT_TRUE(planned) << planned.error().message;
+  EXPECT_TRUE(Shop::warns(*planned));
+  const auto trimmed = shop.clear_length(runs_of(planned->path));
+  EXPECT_EQ(trimmed.first, 1.0);
+  EXPECT_NEAR(trimmed.second, plain.second, 0.03 * plain.second);
+}
+
+TEST(Guards, RetractingKeepsAllColumnsAndRaisesTheTool) {
+  const Shop shop(Reaction::kRetract);
+  const auto plain = runs_of(shop.part, shop.plain);
+  const auto planned = plan(shop.part, shop.guarded, nullptr);
+  ASSERT_TRUE(planned) << planned.error().message;
+  EXPECT_TRUE(Shop::warns(*planned));
+  const auto raised = runs_of(planned->path);
+  EXPECT_EQ(shop.clear_length(raised).first, 1.0);
+  double highest = 0.0;
+  for (const CutRun& run : plain)
+    for (const Pose& pose : run) {
+      if (std::abs(pose.tip.x) > 20.0 || std::abs(pose.tip.y) > 6.0) continue;  // beside the part
+      double aside = std::numeric_limits<double>::infinity(), lift = -aside;
+      for (const CutRun& other : raised)
+        for (std::size_t i = 1; i < other.size(); ++i) {
+          const Point<Part> a = other[i - 1].tip, b = other[i].tip;
+          const Vec3 ab{b.x - a.x, b.y - a.y, 0}, ap{pose.tip.x - a.x, pose.tip.y - a.y, 0};
+          const double f =
+              squared_length(ab) > 0 ? std::clamp(dot(ab, ap) / squared_length(ab), 0.0, 1.0) : 0;
+          const double d = length(ap - ab * f), z = a.z + (b.z - a.z) * f - pose.tip.z;
+          if (d < aside - 1e-9 || (d < aside + 1e-9 && z > lift)) aside = d, lift = z;
+        }
+      EXPECT_LT(aside, 1e-6);
+      EXPECT_GT(lift, -2.0 * shop.plain.tolerance);
+      highest = std::max(highest, lift);
+    }
+  EXPECT_NEAR(highest, 20.0 - 12.0 + 0.5, 0.1);  // the holder's lower end half a millimetre over the wall
+}
+
+TEST(Guards, ReportingChangesNothingButTheReport) {
+  const Shop shop(Reaction::kReport);
+  const auto plain = plan(shop.part, shop.plain, nullptr), guarded = plan(shop.part, shop.guarded, nullptr);
+  ASSERT_TRUE(plain && guarded);
+  EXPECT_FALSE(Shop::warns(*plain));
+  EXPECT_TRUE(Shop::warns(*guarded));
+  ASSERT_EQ(plain->path.moves.size(), guarded->path.moves.size());
+  for (std::size_t i = 0; i < plain->path.moves.size(); ++i) {
+    EXPECT_EQ(plain->path.moves[i].pose, guarded->path.moves[i].pose);
+    EXPECT_EQ(plain->path.moves[i].kind, guarded->path.moves[i].kind);
+  }
+}
+
+TEST(Guards, RetractingAddsNoColumnsThatTheCutterDoesNotReach) {
+  const Shop shop(Reaction::kRetract);
+  // Round the part's corners the cutter's columns end on an arc.
+  for (const CutRun& run : dense(runs_of(shop.part, shop.guarded), 0.2))
+    for (const Pose& pose : run) {
+      const double x = std::max(0.0, std::abs(pose.tip.x) - 20.0);
+      const double y = std::max(0.0, std::abs(pose.tip.y) - 6.0);
+      EXPECT_LE(std::hypot(x, y), 2.0 + 0.01) << pose.tip.x << " " << pose.tip.y << " " << pose.tip.z;
+    }
+}
+
+// The tool climbs a slope with a ridge across it. Between where the holder's lower rim is over the slope's
+// reach and where it is over the ridge, the ridge stands in its way for a few hundredths of a millimetre.
+TEST(Guards, AConicalHolderStepIsRaisedOverWhatItsLowerRimMeets) {
+  constexpr double kSlope = 2.0, kRidge = 8.0, kColumn = 0.5, kBall = 3.0;
+  for (int i = 0; i < 24; ++i) {
+    const double rim = 5.5 + 0.05 * i, way = 0.01 + 0.003 * i;
+    const double cone = std::tan((4.0 + 0.5 * i) * kPi / 180.0);
+    const double over = 2.0 + kSlope * rim;  // from tip to holder
+    // The tip where the rim comes to the ridge.
+    const double tip = kSlope * (kRidge - rim) + kBall * std::hypot(1.0, kSlope) - kBall;
+    const CheckedMesh part = sheet(kUpright, {-8, 24, -3, 3, 64, 1}, [&](double u, double) {
+      return std::abs(u - kRidge) < kColumn / 2 ? tip + over + way : kSlope * u;
+    });
+    PlanOptions options = options_with(kUpright);
+    options.cutter = {2.0 * kBall, 120.0, over};
+    options.cutter.holder = {{2.0 * rim, 2.0 * (rim + 8.0 * cone), 8.0}};
+    options.holder = {0.0, Reaction::kRetract};
+    options.containment.first = {-3.0, 4.0}, options.containment.second = {-2.0, 2.0};
+    const auto planned = plan(part, options, nullptr);
+    ASSERT_TRUE(planned) << planned.error().message;
+    const sim::PartDistance surface(part.mesh);
+    const sim::ToolSolid tool(options.cutter);
+    for (const CutRun& run : dense(runs_of(planned->path), 0.01))
+      for (const Pose& pose : run)
+        ASSERT_GE(tool.clearance(surface, pose, sim::ToolPart::kHolder, 1.0).value, -options.tolerance)
+            << "case " << i << " at " << pose.tip.x << " " << pose.tip.y;
+  }
+}
+
+}  // namespace
+}  // namespace tiltfeed

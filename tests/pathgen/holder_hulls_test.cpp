@@ -1,0 +1,205 @@
+// Shank and holder in the envelope against every patch of every piece, one by one; and how few are asked.
+#include "pathgen/surface/hull_bvh.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "pathgen/envelope/envelope.h"
+#include "pathgen/linking/approach.h"
+#include "pathgen/surface/cl_field.h"
+#include "pathgen/tool/tool_pieces.h"
+#include "tests/shapes/cut_passes.h"
+
+namespace tiltfeed {
+namespace {
+
+struct Case {
+  const char* name;
+  AxisFrame frame;
+};
+
+/// A rough floor with towers that a holder meets, under a tool whose holder is 12 mm over its tip.
+struct Yard {
+  Deformation map;
+  CheckedMesh part;
+  PlanOptions options;
+  ClSurface cutter, all;
+  FlatIndex index;
+
+  Yard(const AxisFrame& frame, int density)
+      : map(frame, kRadius),
+        part(floor_of(frame, map, density)),
+        options(options_of(frame)),
+        cutter(part.mesh, part.sides, {tool_pieces(options).front()}),
+        all(part.mesh, part.sides, tool_pieces(options)),
+        index(FlatIndex(make_flat_hulls(cutter, map, 0.5), map), all.numbers_of(cutter),
+              make_flat_hulls(all, map, 0.5, {},
+                              [this](PatchId patch) { return all.piece(patch).part != ToolPart::kCutter; }),
+              map) {}
+
+  static PlanOptions options_of(const AxisFrame& frame) {
+    PlanOptions options = options_with(frame);
+    options.cutter = {3.0, 100.0, 12.0};
+    options.cutter.holder = {{9.0, 13.0, 6.0}, {18.0, 18.0, 20.0}};
+    options.holder = {0.5, Reaction::kRetract};
+    return options;
+  }
+  static CheckedMesh floor_of(const AxisFrame& frame, const Deformation& map, int density) {
+    const double ground = frame.mode == AxisMode::kFixed ? 0.0 : map.s() * kRadius;
+    const double u = frame.mode == AxisMode::kFixed || frame.mode == AxisMode::kLine ? 20.0 : 0.5;
+    const double v = frame.mode == AxisMode::kFixed ? 12.0 : 0.35;
+    return sheet(frame, {-u, u, -v, v, 20 * density, 12 * density}, [=](double x, double y) {
+      const double rough = 0.4 * std::sin(9.0 * x / u + 5.0 * y / v), r = std::hypot(x / u + 0.6, y / v);
+      return ground + rough + (r < 0.25 ? 17.0 : 0.0) + (x / u > 0.7 ? 14.5 : 0.0);
+    });
+  }
+  /// By brute force.
+  std::optional<double> highest(double x, double y) const {
+    Deformation::Angles angles;
+    const AxisLine line = map.axis_line(x, y, angles);
+    std::optional<double> top;
+    for (PatchId patch = 0; patch < all.patch_count(); ++patch)
+      if (ClHit hit; all.top(patch, line, hit) && map.in_column(hit.z, angles, 0.0))
+        top = std::max(top.value_or(hit.z), hit.z);
+    return top;
+  }
+};
+
+class GuardCells : public testing::TestWithParam<Case> {};
+
+TEST_P(GuardCells, PlacesAndLinesEqualEveryPatchAsked) {
+  const Yard yard(GetParam().frame, 2);
+  const EnvelopeOptions limits{0.004, 0.03};
+  Envelope envelope(yard.all, yard.map, yard.index, limits), by_tree = envelope;
+  const HullBvh tree = yard.index.tree(yard.map);
+  by_tree.look_up_in(tree);
+  std::mt19937 random(5);
+  const FlatBounds& b = yard.index.bounds();
+  std::size_t raised = 0;
+  for (int i = 0; i < 120; ++i) {
+    const double x = std::uniform_real_distribution(b.min_x, b.max_x)(random);
+    const double y = std::uniform_real_distribution(b.min_y, b.max_y)(random);
+    const auto expected = yard.highest(x, y);
+    const auto found = envelope.at(x, y), again = by_tree.at(x, y);
+    ASSERT_EQ(found.has_value(), expected.has_value()) << x << ", " << y;
+    ASSERT_EQ(again.has_value(), expected.has_value()) << x << ", " << y;
+    if (!found) continue;
+    EXPECT_EQ(found->flat.z, *expected) << x << ", " << y;
+    EXPECT_EQ(again->flat.z, *expected) << x << ", " << y;
+    EXPECT_EQ(again->patch, found->patch);
+    raised += found->patch >= yard.all.features() ? 1 : 0;
+  }
+  EXPECT_GT(raised, 20u);
+  std::size_t moves = 0, joined = 0;
+  for (const double share : {0.3, 0.45, 0.5, 0.62}) {
+    const FlatLine line{b.min_x, b.min_y + share * (b.max_y - b.min_y), 1.0, 0.0, b.max_x - b.min_x};
+    const LineEnvelope found = envelope.along(line);
+    EXPECT_TRUE(found.guarded);
+    for (const Pass& pass : found.passes)
+      for (std::size_t i = 0; i + 1 < pass.size(); i += 1 + pass.size() / 50) {
+        const EnvelopePoint &p = pass[i], &q = pass[i + 1];
+        EXPECT_EQ(p.flat.z, yard.highest(p.flat.x, p.flat.y).value_or(0.0));
+        const double run = q.flat.x - p.flat.x, rise = q.flat.z - p.flat.z;
+        if (std::abs(rise) > 0.5 * run) continue;  // a flank
+        ++moves;
+        const auto middle = yard.highest((p.flat.x + q.flat.x) / 2.0, p.flat.y);
+        ASSERT_TRUE(middle);
+        EXPECT_LE(*middle, (p.flat.z + q.flat.z) / 2.0 + 2.0 * limits.tolerance)
+            << p.flat.x << ", " << p.flat.y;
+      }
+    // Nothing is torn where a stretch was traced anew.
+    const auto whole = [](const std::vector<Pass>& passes) {
+      double all = 0.0;
+      for (const Pass& pass : passes) all += pass.back().flat.x - pass.front().flat.x;
+      return all;
+    };
+    joined += found.passes.size();
+    EXPECT_GT(whole(found.passes), 0.85 * line.length);
+  }
+  EXPECT_GT(moves, 60u);
+  EXPECT_LE(joined, 8u);
+}
+
+/// A rapid ends where shank and holder, too, have the approach between them and the part.
+TEST_P(GuardCells, RapidsEndOverWhatEveryPieceOfTheToolTouches) {
+  constexpr double kApproach = 1.5;
+  const Yard yard(GetParam().frame, 2);
+  const ClField field{yard.all, yard.map, yard.index, yard.index.bounds()};
+  const ClSurface& surface = field.surface;
+  Envelope envelope(surface, field.deformation, field.index, {});
+  std::vector<ToolPiece> grown = surface.pieces();
+  for (ToolPiece& piece : grown) piece.corner += kApproach, piece.outer += kApproach * piece.taper_cos;
+  std::mt19937 random(9);
+  const FlatBounds& b = field.bounds;
+  const double from = GetParam().frame.sense == Sense::kInward ? -12.0 : 90.0;
+  Approaches approaches(field, kApproach, from);
+  std::size_t by_holder = 0;
+  for (int i = 0; i < 150; ++i) {
+    const auto at = envelope.at(std::uniform_real_distribution(b.min_x, b.max_x)(random),
+                                std::uniform_real_distribution(b.min_y, b.max_y)(random));
+    if (!at) continue;
+    Deformation::Angles angles;
+    const AxisLine line = field.deformation.axis_line(at->flat.x, at->flat.y, angles);
+    double expected = at->flat.z + kApproach;
+    bool holder = false;
+    for (PatchId feature = 0; feature < surface.features(); ++feature)
+      for (const ToolPiece& piece : grown)
+        if (ClHit hit; surface.top(piece, feature, line, hit) &&
+                       field.deformation.in_column(hit.z, angles, 0.0) && hit.z > expected)
+          expected = hit.z, holder = piece.part != ToolPart::kCutter;
+    ASSERT_LT(expected, from);
+    EXPECT_EQ(approaches.rapid_end(at->flat), expected) << at->flat.x << ", " << at->flat.y;
+    by_holder += holder ? 1 : 0;
+  }
+  EXPECT_GT(by_holder, 10u);
+}
+
+/// Under a wide holder lie the more hulls the finer the mesh is. Over the cutting part's own height few of
+/// them are asked, and in the open, where none of them is that high, none.
+TEST_P(GuardCells, FewAreAskedWhateverTheMesh) {
+  for (const int density : {2, 6}) {
+    const Yard yard(GetParam().frame, density);
+    const HullBvh& tree = yard.index.guards();
+    const FlatIndex own(make_flat_hulls(yard.cutter, yard.map, 0.5), yard.map);
+    Envelope cutter(yard.cutter, yard.map, own, {});
+    const FlatBounds& b = own.bounds();
+    std::size_t over = 0, asked = 0, places = 0, none = 0;
+    for (int i = 1; i < 20; ++i)
+      for (int j = 1; j < 20; ++j) {
+        const double x = b.min_x + (b.max_x - b.min_x) * i / 20, y = b.min_y + (b.max_y - b.min_y) * j / 20;
+        const FlatBox place{x, x, y, y};
+        const auto found = cutter.at(x, y);
+        if (!found) continue;
+        ++places;
+        const std::size_t before = asked;
+        tree.each(
+            place, [](const FlatBox&, float) { return true; }, [&](const HullBvh::Found&) { ++over; });
+        Deformation::Angles angles;
+        const AxisLine line = yard.map.axis_line(x, y, angles);
+        double best = found->flat.z;
+        tree.each(
+            place, [&](const FlatBox&, float top) { return static_cast<double>(top) >= best; },
+            [&](const HullBvh::Found& guard) {
+              ++asked;
+              if (ClHit hit; yard.all.top(guard.patch, line, hit)) best = std::max(best, hit.z);
+            });
+        none += asked == before ? 1 : 0;
+      }
+    ASSERT_GT(places, 100u);
+    EXPECT_GT(over, (density == 2 ? 120 : 1000) * places);
+    EXPECT_LT(asked, over / 4) << asked << " of " << over << " over " << places << " places";
+    EXPECT_GT(none, places / 5) << none << " of " << places;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Modes, GuardCells,
+    testing::Values(Case{"fixed", {AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}},
+                    Case{"line", {AxisMode::kLine, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}},
+                    Case{"into_a_line", {AxisMode::kLine, Sense::kInward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}},
+                    Case{"point", {AxisMode::kPoint, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}}),
+    [](const testing::TestParamInfo<Case>& tested) { return tested.param.name; });
+
+}  // namespace
+}  // namespace tiltfeed
