@@ -56,8 +56,12 @@ JointPathOptions joint_options(Job& job, const Mesh& part) {
   const ToleranceBudget budget(job.plan.tolerance);
   JointPathOptions options;
   options.tolerance = job.axis_tolerance.radians() > 0.0 ? budget.joints_beside_pole() : budget.joints();
-  // What the axis may lean moves the shank's end by no more than the tip may stray.
-  const Angle lean = Angle::from_radians(options.tolerance / job.plan.cutter.shank_length);
+  options.reach = job.plan.cutter.shank_length;
+  // What the axis may lean moves the shank's end by no more than the tip may stray; under TCP the words do so
+  // once more.
+  const double strays =
+      job.machine.format.tcp ? std::min(options.tolerance, budget.joints_before_words()) : options.tolerance;
+  const Angle lean = Angle::from_radians(strays / job.plan.cutter.shank_length);
   options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
   job.machine.format = fine_enough(job.machine.format, options.tolerance, options.axis_tolerance);
   // Under TCP the linear words are the tip's, so joints are kept finer than what is printed.

@@ -14,13 +14,15 @@ class ToleranceBudget {
   constexpr double repair() const { return kRepair * tolerance_; }  ///< the part's surface moves
   constexpr double joints() const {
     return kJoints * tolerance_;
-  }  ///< tip and ball as the axes move, words included
+  }  ///< tip and shank's end as the axes move, words included
   /// The same where the axis may lean near the pole.
   constexpr double joints_beside_pole() const { return (kJoints - kPole) * tolerance_; }
   constexpr double pole() const { return kPole * tolerance_; }  ///< the ball's centre between bent poses
   constexpr double words() const {
     return kWords * tolerance_;
   }  ///< of joints: the axis under TCP, at the shank's end
+  /// What is left of joints for the path that words under TCP are made from.
+  constexpr double joints_before_words() const { return (kJoints - kWords) * tolerance_; }
 
   // Of the axis modes with a predefined axis, mm.
   constexpr double envelope() const { return kEnvelope * tolerance_; }  ///< straight moves off the envelope
@@ -28,7 +30,8 @@ class ToleranceBudget {
   constexpr double turn() const {
     return kTurn * tolerance_;
   }  ///< the ball's bow while the axis turns in a move
-  constexpr double shank_turn() const { return kShankTurn * tolerance_; }  ///< the same of the shank's end
+  /// The same of the shank's end, with what the axis turns otherwise than evenly.
+  constexpr double shank_turn() const { return kShankTurn * tolerance_; }
   /// What is thinned twice has half of it each time; after the first, this is how far it may be off contact.
   constexpr double half_thinned() const { return (kEnvelope + kThinning / 2.0) * tolerance_; }
 
@@ -43,13 +46,13 @@ class ToleranceBudget {
 
  private:
   static constexpr double kRepair = 0.10, kJoints = 0.35, kPole = 0.10, kWords = 0.15;
-  static constexpr double kEnvelope = 0.25, kThinning = 0.25, kTurn = 0.05, kShankTurn = 0.25;
+  static constexpr double kEnvelope = 0.20, kThinning = 0.20, kTurn = 0.05, kShankTurn = 0.15;
   static constexpr double kChords = 0.12, kFreeThinning = 0.24, kGaps = 0.14;
   static constexpr double kFlank = 0.40, kCorner = 0.15, kTouch = 0.25;
   static constexpr double kAll = 1.0 + 1e-12;  ///< the sums are rounded
 
-  static_assert(kPole < kJoints && kWords <= kJoints && kTouch <= kFlank);
-  static_assert(kRepair + kEnvelope + kThinning + kTurn + kJoints <= kAll);            // (B1)
+  static_assert(kPole < kJoints && kWords < kJoints && kTouch <= kFlank && kTurn <= kShankTurn);
+  static_assert(kRepair + kEnvelope + kThinning + kShankTurn + kJoints <= kAll);       // (B1), (B4)
   static_assert(kRepair + kChords + kFreeThinning + kGaps + kTurn + kJoints <= kAll);  // (B2)
   static_assert(kRepair + kFlank + kCorner + kJoints <= kAll);                         // (B3)
 

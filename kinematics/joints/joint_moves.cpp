@@ -15,7 +15,7 @@ Joints greatest(const Joints& p, const Joints& q) {
 void JointPathReport::add(const JointPathReport& more) {
   seconds += more.seconds;
   max_tip_deviation = std::max(max_tip_deviation, more.max_tip_deviation);
-  max_centre_deviation = std::max(max_centre_deviation, more.max_centre_deviation);
+  max_end_deviation = std::max(max_end_deviation, more.max_end_deviation);
   max_axis_deviation = std::max(max_axis_deviation, more.max_axis_deviation);
   max_rapid_deviation = std::max(max_rapid_deviation, more.max_rapid_deviation);
   subdivided_moves += more.subdivided_moves;

@@ -26,9 +26,10 @@ struct ClearSpace {
 };
 
 struct JointPathOptions {
-  /// Largest distance of the moving tip, and of the moving ball centre (`tool.corner_radius` up the axis),
-  /// from the path's; mm.
+  /// Largest distance from the path's of the moving tip, of the moving ball centre (`tool.corner_radius` up
+  /// the axis), and of all of the tool up to `reach`; mm.
   double tolerance = 0.004;
+  double reach = 0.0;           ///< from the tip up the axis to the shank's end, mm; 0: the ball's centre
   double axis_tolerance = 0.1;  ///< largest angle between the moving axis and the path's axis, degrees
   int linear_decimals = 4;      ///< printed decimals of X Y Z, mm
   int rotary_decimals = 4;      ///< printed decimals of A C, degrees
@@ -44,9 +45,9 @@ inline constexpr double kRapidToleranceFactor = 10.0;
 struct JointPathReport {
   double seconds = 0.0;                ///< machining time, rapids included
   double max_tip_deviation = 0.0;      ///< of feed moves, mm
-  double max_centre_deviation = 0.0;   ///< of the ball's centre on feed moves, mm
+  double max_end_deviation = 0.0;      ///< of the shank's end on feed moves (JointPathOptions::reach), mm
   double max_axis_deviation = 0.0;     ///< of feed moves, degrees
-  double max_rapid_deviation = 0.0;    ///< of tip and ball centre on rapids, mm
+  double max_rapid_deviation = 0.0;    ///< of tip and shank's end on rapids, mm
   std::uint64_t subdivided_moves = 0;  ///< moves that became more than one block
   std::uint64_t pole_swings = 0;       ///< turns of the table at the pole with the tip held
   std::uint64_t reconfigurations = 0;  ///< times that the tool is taken off to turn a rotary back or over

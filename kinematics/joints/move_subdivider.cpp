@@ -48,7 +48,9 @@ double MoveSubdivider::seconds(const Joints& from, const Joints& to, double way)
 }
 
 Deviation MoveSubdivider::check(const Sweep& sweep, double f0, double f1, const Joints& to) const {
-  return worst_deviation(chooser_.chain(), sweep, f0, f1, at_, to, path_.tool.corner_radius);
+  const double centre = path_.tool.corner_radius;
+  return worst_deviation(chooser_.chain(), sweep, f0, f1, at_, to,
+                         {std::max(centre, options_.reach), centre});
 }
 
 /// The deviation over what is allowed; above 1 the block must be cut.
@@ -56,8 +58,7 @@ double MoveSubdivider::excess(const Deviation& deviation, const Joints& from, co
   const double factor = (1.0 - kSampleShare) * (kind_ == MoveKind::kRapid ? kRapidToleranceFactor : 1.0);
   const double angle = Angle::from_degrees(options_.axis_tolerance).radians();
   const double over =
-      std::max(std::max(deviation.tip, deviation.centre) / options_.tolerance, deviation.axis / angle) /
-      factor;
+      std::max(std::max(deviation.tip, deviation.end) / options_.tolerance, deviation.axis / angle) / factor;
   const bool half_turn = std::abs(to.c - from.c) >= 180.0 || std::abs(to.a - from.a) >= 180.0;
   return half_turn ? std::max(over, 2.0) : over;
 }
@@ -67,11 +68,11 @@ void MoveSubdivider::note(const Joints& q, const Deviation& deviation) {
   report.min = least(report.min, q);
   report.max = greatest(report.max, q);
   if (kind_ == MoveKind::kRapid) {
-    report.max_rapid_deviation = std::max({report.max_rapid_deviation, deviation.tip, deviation.centre});
+    report.max_rapid_deviation = std::max({report.max_rapid_deviation, deviation.tip, deviation.end});
     return;
   }
   report.max_tip_deviation = std::max(report.max_tip_deviation, deviation.tip);
-  report.max_centre_deviation = std::max(report.max_centre_deviation, deviation.centre);
+  report.max_end_deviation = std::max(report.max_end_deviation, deviation.end);
   report.max_axis_deviation =
       std::max(report.max_axis_deviation, Angle::from_radians(deviation.axis).degrees());
 }

@@ -72,15 +72,15 @@ Pose Sweep::at(double f) const {
 /// A block compared with the sweep at two samples at a time, as the table sees them.
 class SweepSampler {
  public:
-  SweepSampler(const Chain& chain, const Sweep& sweep, double corner_radius)
+  SweepSampler(const Chain& chain, const Sweep& sweep, const ToolReach& reach)
       : chain_(chain),
         tip_(chain.from_table_axis(sweep.tip_)),
         way_(chain.on_table(sweep.way_)),
         axis_(chain.on_table(sweep.axis_)),
         ahead_(chain.on_table(sweep.ahead_)),
         angle_(sweep.angle_),
-        radius_(corner_radius) {
-    const double lever = std::max(corner_radius, kLeastLever);
+        up_(reach.up) {
+    const double lever = std::max(reach.centre, kLeastLever);
     const double metric = squared_length(way_) + lever * lever * angle_ * angle_;
     per_metric_ = metric > 0.0 ? 1.0 / metric : 0.0;
     lever_ = lever * lever * angle_;
@@ -95,7 +95,7 @@ class SweepSampler {
     Turning place(f0 > 0.0 ? Trig::of(f0 * angle_) : Trig{}, (f1 - f0) * angle_);
     const Vec3 start = linear_words(q), step = (linear_words(to) - start) / kBlockSamples;
     const double way2 = squared_length(way_), part = (f1 - f0) / kBlockSamples;
-    Twin sample{1.0, 2.0}, latest{}, tip2{}, centre2{}, turn2{};
+    Twin sample{1.0, 2.0}, latest{}, tip2{}, end2{}, turn2{};
     for (int i = 0; i < kBlockSamples; i += 2) {
       const auto tool = chain_.held<kind>(start + step * sample, tilt.now, rotary.now);
       const Twin f = f0 + part * sample;
@@ -109,7 +109,7 @@ class SweepSampler {
       const TwinVec3 off = tip - way_ * there;
       const TwinVec3 turn = tool.axis - (axis_ * place_there.cos + ahead_ * place_there.sin);
       tip2 = greater(tip2, squared_length(off));
-      centre2 = greater(centre2, squared_length(off + turn * radius_));
+      end2 = greater(end2, squared_length(off + turn * up_));
       turn2 = greater(turn2, squared_length(turn));
       tilt.go_on();
       rotary.go_on();
@@ -117,18 +117,18 @@ class SweepSampler {
       sample += 2.0;
     }
     if (!late_far && !(greatest(latest) <= kSmallAngle)) return worst<kind, true>(f0, f1, from, to);
-    return {std::sqrt(greatest(tip2)), std::sqrt(greatest(centre2)), angle_of(std::sqrt(greatest(turn2)))};
+    return {std::sqrt(greatest(tip2)), std::sqrt(greatest(end2)), angle_of(std::sqrt(greatest(turn2)))};
   }
 
  private:
   const Chain& chain_;
   Vec3 tip_, way_, axis_, ahead_;
-  double angle_, radius_, lever_, per_metric_;
+  double angle_, up_, lever_, per_metric_;
 };
 
 Deviation worst_deviation(const Chain& chain, const Sweep& sweep, double f0, double f1, const Posture& from,
-                          const Joints& to, double corner_radius) {
-  const SweepSampler sampler(chain, sweep, corner_radius);
+                          const Joints& to, const ToolReach& reach) {
+  const SweepSampler sampler(chain, sweep, reach);
   switch (chain.kind()) {
     case ChainKind::kVertical:
       return sampler.worst<ChainKind::kVertical>(f0, f1, from, to);

@@ -30,9 +30,9 @@ class Sweep {
 
 /// Largest distances over a block from the nearest pose of the sweep.
 struct Deviation {
-  double tip = 0.0;     ///< mm
-  double centre = 0.0;  ///< of the point `corner_radius` up the axis (a ball end's centre), mm
-  double axis = 0.0;    ///< rad
+  double tip = 0.0;   ///< mm
+  double end = 0.0;   ///< of the point `up` the axis, mm; between it and the tip nothing strays further
+  double axis = 0.0;  ///< rad
 };
 
 /// Interior samples of a block: seven, and its end. A hump of the deviation falls between them by at most
@@ -40,8 +40,15 @@ struct Deviation {
 inline constexpr int kBlockSamples = 8;
 inline constexpr double kSampleShare = 0.1;
 
+/// How far up the axis, mm: what is to keep to the sweep; a ball end's centre, by which early is told from
+/// late.
+struct ToolReach {
+  double up = 0.0;
+  double centre = 0.0;
+};
+
 /// The block `from` -> `to` against fractions f0..f1 of the sweep, sampled.
 Deviation worst_deviation(const Chain& chain, const Sweep& sweep, double f0, double f1, const Posture& from,
-                          const Joints& to, double corner_radius);
+                          const Joints& to, const ToolReach& reach);
 
 }  // namespace tiltfeed

@@ -30,16 +30,19 @@ struct EnvelopeOptions {
   double max_axis_step = 0.02;  ///< largest turn of the axis between two points, rad
   double max_distance = std::numeric_limits<double>::infinity();  ///< between two points, mm
   double reach = 0.0;  ///< how far up the tool its side must keep to the path, over the CL reference, mm
+  double turn_tolerance = 0.002;  ///< what the side so far up may stray where the axis turns in a move, mm
 };
 
 /// (E5) From a to b the axis turns by an angle whose square is `turn2` (rad^2), evenly; the true one faster
-/// the nearer it is to the point, line or circle. Do they differ by at most `tolerance` (mm) at
-/// options.reach?
-inline bool turns_evenly(const EnvelopePoint& a, const EnvelopePoint& b, double turn2, double tolerance,
+/// the nearer it is to the point, line or circle. Does the side at options.reach stay within
+/// options.turn_tolerance of its place, bow included?
+inline bool turns_little(const EnvelopePoint& a, const EnvelopePoint& b, double turn2,
                          const EnvelopeOptions& options) {
-  const double strays = options.reach * (a.flat.z - b.flat.z);
-  const double allowed = 4.0 * tolerance * std::min(std::abs(a.flat.z), std::abs(b.flat.z));
-  return strays * strays * turn2 <= allowed * allowed;
+  if (turn2 > options.max_axis_step * options.max_axis_step) return false;
+  const double near = std::min(std::abs(a.flat.z), std::abs(b.flat.z));
+  const double left = (8.0 * options.turn_tolerance - options.reach * turn2) * near;  // of the bow
+  const double uneven = 2.0 * options.reach * (a.flat.z - b.flat.z);
+  return left >= 0.0 && uneven * uneven * turn2 <= left * left;
 }
 
 /// Nearer than this to the point, line or circle (mm) the axis turns too fast to be of use: nothing is

@@ -55,8 +55,7 @@ StraightMoves::Verdict StraightMoves::judge(const Sample& left, const Sample& ri
 
 bool StraightMoves::turns_little(const EnvelopePoint& a, const EnvelopePoint& b, double length2) const {
   const double turn2 = squared_length(cross(a.axis, b.axis));
-  return turn2 <= options_.max_axis_step * options_.max_axis_step &&
-         turns_evenly(a, b, turn2, options_.tolerance, options_) &&
+  return tiltfeed::turns_little(a, b, turn2, options_) &&
          length2 <= options_.max_distance * options_.max_distance;
 }
 

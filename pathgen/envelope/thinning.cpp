@@ -51,13 +51,13 @@ Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options)
   std::vector<std::size_t> stays{0};
   // (E4) Reach as far as every skipped point allows. The reach is capped, so that the work stays linear.
   constexpr std::size_t kLongestReach = 64;
-  const double sine = options.max_axis_step, reach = options.max_distance;
+  const double reach = options.max_distance;
   std::size_t from = 0;
   while (from + 1 < pass.size()) {
     std::size_t to = from + 1;
     for (std::size_t next = to + 1; next < pass.size() && next - from <= kLongestReach; ++next) {
       const double turn2 = squared_length(cross(pass[from].axis, pass[next].axis));
-      if (turn2 > sine * sine || !turns_evenly(pass[from], pass[next], turn2, tolerance, options) ||
+      if (!turns_little(pass[from], pass[next], turn2, options) ||
           squared_length(pass[next].centre - pass[from].centre) > reach * reach ||
           !all_on_move(&pass[from], &pass[next], tolerance))
         break;

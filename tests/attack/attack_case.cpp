@@ -28,6 +28,7 @@ Result<JointPath> posted(const Job& job, const CheckedMesh& part, const ToolPath
   JointPathOptions options;
   const ToleranceBudget budget(job.plan.tolerance);
   options.tolerance = job.axis_tolerance.radians() > 0.0 ? budget.joints_beside_pole() : budget.joints();
+  options.reach = job.plan.cutter.shank_length;
   const Angle lean = Angle::from_radians(options.tolerance / job.plan.cutter.shank_length);
   options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
   options.linear_decimals = job.machine.format.linear_decimals;

@@ -57,7 +57,7 @@ TEST(JointPath, BallCentreStaysOnItsPathToo) {
   const auto ball = to_joints(path, m, setup, options);
   ASSERT_TRUE(sharp && ball);
   EXPECT_GT(ball->moves.size(), 3 * sharp->moves.size());
-  EXPECT_LE(ball->report.max_centre_deviation, options.tolerance);
+  EXPECT_LE(ball->report.max_end_deviation, options.tolerance);
   Joints at = ball->moves[0].joints;
   double worst = 0;
   for (const JointMove& block : ball->moves) {

@@ -16,7 +16,9 @@ constexpr double kRounding = 1e-12;
 
 TEST(ToleranceBudget, WhatAddsIsNoMoreThanTheTolerance) {
   const double all = kWhole.repair() + kWhole.joints();
-  EXPECT_LE(all + kWhole.envelope() + kWhole.thinning() + kWhole.turn(), 1.0 + kRounding);
+  for (const double turning : {kWhole.turn(), kWhole.shank_turn()})  // at the ball, at the shank's end
+    EXPECT_LE(all + kWhole.envelope() + kWhole.thinning() + turning, 1.0 + kRounding);
+  EXPECT_LE(kWhole.joints_before_words() + kWhole.words(), kWhole.joints() + kRounding);
   EXPECT_LE(all + kWhole.chords() + kWhole.free_thinning() + kWhole.gaps() + kWhole.turn(), 1.0 + kRounding);
   EXPECT_LE(all + kWhole.flank() + kWhole.corner(), 1.0 + kRounding);
   EXPECT_LE(kWhole.joints_beside_pole() + kWhole.pole(), kWhole.joints() + kRounding);
@@ -40,7 +42,7 @@ TEST(ToleranceBudget, TheAxisTurnsNoFurtherInAMoveThanBallAndShankAllow) {
     PlanOptions options;
     options.cutter = {3.0, 250.0, shank};
     const ToleranceBudget budget(options.tolerance);
-    const double turn = largest_axis_step(options);
+    const double turn = largest_axis_step(options, shank);
     const double ball = bow(options.cutter.radius(), turn) / budget.turn();
     const double end = bow(shank, turn) / budget.shank_turn();
     EXPECT_LE(ball, 1.001) << shank;

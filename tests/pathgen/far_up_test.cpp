@@ -12,10 +12,11 @@
 namespace tiltfeed {
 namespace {
 
-constexpr double kBall = 5.0;          ///< radius, mm
-constexpr double kLength = 150.0;      ///< of the tool, mm
-constexpr double kTolerance = 0.0025;  /// of the envelope and of thinning, mm
-constexpr double kWidth = 1e-3;        ///< of the needle, mm
+constexpr double kBall = 5.0;                   ///< radius, mm
+constexpr double kLength = 150.0;               ///< of the tool, mm
+constexpr double kTolerance = 0.0025;           /// of the envelope and of thinning, mm
+constexpr double kTurning = 0.75 * kTolerance;  /// of the side where the axis turns, mm
+constexpr double kWidth = 1e-3;                 ///< of the needle, mm
 
 struct Case {
   const char* name;
@@ -69,8 +70,9 @@ TEST_P(FarUp, TheToolsSideKeepsOff) {
   const ToolPiece ball{.corner = kBall, .outer = kBall};
   const ClSurface surface(mesh, Sides::kBoth, {ball});
   const FlatIndex index(make_flat_hulls(surface, map, 0.1), map);
-  EnvelopeOptions limits{kTolerance, std::sqrt(8.0 * kTolerance / kLength)};
+  EnvelopeOptions limits{kTolerance, std::sqrt(8.0 * kTurning / kLength)};
   limits.reach = kLength;
+  limits.turn_tolerance = kTurning;
   Envelope envelope(surface, map, index, limits);
   const Point<Part> low = map.unflatten({0.0, 0.0, c.low}), high = map.unflatten({0.0, 0.0, c.high});
   for (const double degrees : {0.0, 90.0, 31.0})
@@ -84,8 +86,8 @@ TEST_P(FarUp, TheToolsSideKeepsOff) {
         const LineEnvelope found = envelope.along({-dy * off - 6.0 * dx, dx * off - 6.0 * dy, dx, dy, 12.0});
         ASSERT_FALSE(found.passes.empty());
         for (const Pass& pass : found.passes) {
-          EXPECT_LE(depth(pass, low, high), 2.0 * kTolerance);
-          EXPECT_LE(depth(thinned(pass, kTolerance, limits), low, high), 3.0 * kTolerance);
+          EXPECT_LE(depth(pass, low, high), kTolerance + kTurning);
+          EXPECT_LE(depth(thinned(pass, kTolerance, limits), low, high), 2.0 * kTolerance + kTurning);
         }
       }
     }

@@ -1,6 +1,6 @@
 // The printed programs of the four demonstration parts, read back by the simulated control and moved by the
-// simulated machine's own kinematics: between blocks, at many places of every block, tip, ball centre and
-// axis stay on the planned path (K6), (K7).
+// simulated machine's own kinematics: between blocks, at many places of every block, tip, ball centre,
+// shank's end and axis stay on the planned path (K6), (K7).
 
 #include <gtest/gtest.h>
 
@@ -29,15 +29,33 @@ namespace {
 constexpr int kPlaces = 27;
 // Passes this much further apart than the job's: fewer of the same.
 constexpr double kSparser = 5.0;
+// The shank's end is looked at in each block of so many, at every so many places.
+constexpr std::size_t kSomeBlocks = 20;
+constexpr int kSomePlaces = 4;
 
 struct Worst {
-  double tip = 0, centre = 0, axis = 0, rapid = 0;
+  double tip = 0, centre = 0, axis = 0, rapid = 0, end = 0;
   std::size_t tip_block = 0, axis_block = 0;
 };
 
+/// How far tip and shank's end, `reach` up the axis, are from where they should be, at the place of the move
+/// where the further of them is the nearest.
+double off_move(const Pose& pose, const Pose& from, const Pose& to, double reach) {
+  const auto off = [&](double share) {
+    const Vec3 tip = pose.tip - lerp(from.tip, to.tip, share);
+    return std::max(length(tip), length(tip + (pose.axis - slerp(from.axis, to.axis, share)) * reach));
+  };
+  double low = 0.0, high = 1.0;
+  for (int i = 0; i < 60; ++i) {
+    const double a = low + (high - low) / 3.0, b = high - (high - low) / 3.0;
+    (off(a) < off(b) ? high : low) = off(a) < off(b) ? b : a;
+  }
+  return std::min({off(0.5 * (low + high)), off(0.0), off(1.0)});
+}
+
 /// The executed blocks against the moves that they belong to.
 Worst sampled(const ToolPath& path, const JointPath& joints, const std::vector<sim::Block>& blocks,
-              const MachineModel& machine, const tiltfeed::Setup& setup) {
+              const MachineModel& machine, const tiltfeed::Setup& setup, double reach) {
   Worst worst;
   const double radius = path.tool.corner_radius;
   for (std::size_t i = 1; i < blocks.size(); ++i) {
@@ -57,6 +75,8 @@ Worst sampled(const ToolPath& path, const JointPath& joints, const std::vector<s
         worst.rapid = std::max(worst.rapid, tip);
         continue;
       }
+      if (i % kSomeBlocks == 0 && k % kSomePlaces == 2)
+        worst.end = std::max(worst.end, off_move(pose, from, to, reach));
       if (tip > worst.tip) worst.tip = tip, worst.tip_block = i;
       if (axis > worst.axis) worst.axis = axis, worst.axis_block = i;
       // The centre of a turning tool runs on a bow; only moves that hardly turn have a straight one.
@@ -76,6 +96,7 @@ Worst expect_on_path(Job& job, const std::string& part_name) {
   if (!planned) return {};
   JointPathOptions options;
   options.tolerance = ToleranceBudget(job.plan.tolerance).joints();
+  options.reach = job.plan.cutter.shank_length;
   options.axis_tolerance =
       std::min(options.axis_tolerance,
                Angle::from_radians(options.tolerance / job.plan.cutter.shank_length).degrees());
@@ -99,16 +120,17 @@ Worst expect_on_path(Job& job, const std::string& part_name) {
   blocks.erase(blocks.begin(), down == blocks.begin() ? down : std::prev(down));
   if (blocks.back().off_path) blocks.pop_back();
   EXPECT_EQ(blocks.size(), joints->moves.size());
-  const Worst worst = sampled(planned->path, *joints, blocks, job.machine.model, job.setup);
+  const Worst worst = sampled(planned->path, *joints, blocks, job.machine.model, job.setup, options.reach);
   std::printf(
-      "%s on %s: %zu blocks, %.0f blocks/s posted; tip %.5f mm (block %zu), centre %.5f mm, axis %.5f "
-      "degrees "
-      "(block %zu), rapids %.4f mm; allowed %.5f mm, %.5f degrees\n",
+      "%s on %s: %zu blocks, %.0f blocks/s posted; tip %.5f mm (block %zu), centre %.5f mm, end %.5f mm, "
+      "axis "
+      "%.5f degrees (block %zu), rapids %.4f mm; allowed %.5f mm, %.5f degrees\n",
       part_name.c_str(), job.machine.model.name.c_str(), blocks.size(),
-      static_cast<double>(blocks.size()) / took.count(), worst.tip, worst.tip_block, worst.centre, worst.axis,
-      worst.axis_block, worst.rapid, options.tolerance, options.axis_tolerance);
+      static_cast<double>(blocks.size()) / took.count(), worst.tip, worst.tip_block, worst.centre, worst.end,
+      worst.axis, worst.axis_block, worst.rapid, options.tolerance, options.axis_tolerance);
   EXPECT_LE(worst.tip, options.tolerance);
   EXPECT_LE(worst.centre, options.tolerance);
+  EXPECT_LE(worst.end, options.tolerance);
   EXPECT_LE(worst.axis, options.axis_tolerance);
   EXPECT_LE(worst.rapid, options.tolerance * kRapidToleranceFactor);
   // The bounds are used, not undercut by needless blocks; where passes do not turn the tool, by rapids.
