@@ -12,6 +12,7 @@
 #include "pathgen/options/side_step.h"
 #include "pathgen/pattern/passes.h"
 #include "pathgen/plan/between_passes.h"
+#include "pathgen/tool/contact_line.h"
 
 namespace tiltfeed {
 
@@ -19,16 +20,12 @@ namespace {
 
 /// A side of a facet is cut into no more pieces.
 constexpr double kMostPieces = 32.0;
-/// The axis at the reference depends on the reference: so often it is asked again.
-constexpr int kAxisSteps = 4;
 /// Share of the tool's radius: a wall is not looked at again where the tool stays further off.
 constexpr double kNear = 0.25;
 /// So often the tool steps aside for what it meets.
 constexpr int kSidesteps = 4;
 /// Facets that lean over by less (sine) stand beside what the envelope breaks off at.
 constexpr double kSteep = 0.1;
-/// A facet that leans over by less (sine) counts as a wall: rounding of STL corners.
-constexpr double kWall = 1e-4;
 /// What leans over by less (sine) than 15 degrees rows do not follow: walls are z_level's.
 constexpr double kSteepest = 0.26;
 /// Less than this share of the limit need not be told exactly.
@@ -55,6 +52,31 @@ struct FacetVerdict {
   Point<Part> place;       ///< there
 };
 
+/// A facet in pieces no larger than the cutter's radius, by their middles.
+struct Pieces {
+  Point<Part> corner;
+  Vec3 normal, ab, ac;
+  double along;  ///< of a side
+
+  Pieces(const Mesh& mesh, std::uint32_t facet, const ToolPiece& tool, const PlanOptions& options) {
+    const auto& f = mesh.facets[facet];
+    const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
+    const double longest = std::max({distance(a, b), distance(b, c), distance(c, a)});
+    const double size = std::max(tool.outer, options.tolerance);
+    along = std::clamp(std::ceil(longest / size), 1.0, kMostPieces);
+    corner = a, normal = normalized(cross(b - a, c - a)), ab = (b - a) / along, ac = (c - a) / along;
+  }
+  template <class Visit>
+  void each(const Visit& visit) const {
+    const auto at = [&](double u, double v) { return corner + ab * u + ac * v; };
+    for (double i = 0.0; i < along; ++i)
+      for (double j = 0.0; i + j < along; ++j) {
+        visit(at(i + 1.0 / 3.0, j + 1.0 / 3.0));
+        if (i + j + 1.0 < along) visit(at(i + 2.0 / 3.0, j + 2.0 / 3.0));
+      }
+  }
+};
+
 class Judge {
  public:
   Judge(const ClField& field, const HullBvh& tree, const PlanOptions& options,
@@ -70,49 +92,19 @@ class Judge {
   }
 
   FacetVerdict facet(std::uint32_t i) {
-    const Mesh& mesh = field_.surface.mesh();
-    const auto& f = mesh.facets[i];
-    const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
-    const double longest = std::max({distance(a, b), distance(b, c), distance(c, a)});
-    const double size = std::max(piece_.outer, options_.tolerance);
-    const double n = std::clamp(std::ceil(longest / size), 1.0, kMostPieces);
-    const Vec3 normal = normalized(cross(b - a, c - a)), ab = (b - a) / n, ac = (c - a) / n;
+    const Pieces pieces(field_.surface.mesh(), i, piece_, options_);
     FacetVerdict verdict;
-    const auto take = [&](double u, double v) {
+    pieces.each([&](Point<Part> place) {
       ++verdict.pieces;
-      const std::optional<std::optional<RestReason>> faces = judge(a + ab * u + ac * v, normal, verdict);
+      const std::optional<std::optional<RestReason>> faces = judge(place, pieces.normal, verdict);
       if (!faces) return;
       ++verdict.facing;
       if (*faces) ++verdict.uncut[static_cast<std::size_t>(**faces)];
-    };
-    for (double i0 = 0.0; i0 < n; ++i0)
-      for (double j0 = 0.0; i0 + j0 < n; ++j0) {
-        take(i0 + 1.0 / 3.0, j0 + 1.0 / 3.0);
-        if (i0 + j0 + 1.0 < n) take(i0 + 2.0 / 3.0, j0 + 2.0 / 3.0);
-      }
+    });
     return verdict;
   }
 
  private:
-  /// Where the reference is when the tool touches `place` with the contact normal n, and the axis there.
-  AxisLine contact_line(Point<Part> place, Vec3 n) const {
-    AxisLine line{place, field_.deformation.axis_at(place)};
-    for (int k = 0; k < kAxisSteps; ++k) {
-      const Point<Part> last = line.base;
-      const double along = dot(n, line.axis);
-      const Vec3 lateral = n - line.axis * along;
-      const double across = length(lateral);
-      const Vec3 out = across > 0.0 ? lateral / across : Vec3{};
-      Point<Part> ring = place + n * piece_.corner + out * piece_.flat;
-      if (piece_.has_cone() && along < piece_.taper_sin)
-        ring = place - line.axis * piece_.cone_height(piece_.outer) + out * piece_.outer;
-      line = {ring - line.axis * piece_.above_reference,
-              field_.deformation.axis_at(ring - line.axis * piece_.above_reference)};
-      if (line.base == last) break;  // a ball's centre does not ask for the axis
-    }
-    return line;
-  }
-
   Stand stand(const EnvelopePoint& at) const {
     return {at.centre + at.axis * piece_.above_reference, at.axis};
   }
@@ -165,13 +157,13 @@ class Judge {
   /// Nothing where the place is turned away; else why it is uncut, if it is.
   std::optional<std::optional<RestReason>> judge(Point<Part> place, Vec3 n, FacetVerdict& verdict) {
     const Deformation& map = field_.deformation;
-    const AxisLine line = contact_line(place, n);
+    const AxisLine line = contact_line(piece_, map, place, n);
     const double facing = dot(n, line.axis);
-    if (facing < -kWall) return std::nullopt;
+    if (facing < -kWallLean) return std::nullopt;
     const Point<Flat> flat = map.flatten(line.base);
     if (!rules_.region().over(flat)) return {RestReason::kContainment};
     const auto found = envelope_.at(flat.x, flat.y);
-    const RestReason by_cutter = facing < kWall ? RestReason::kWall : RestReason::kCutter;
+    const RestReason by_cutter = facing < kWallLean ? RestReason::kWall : RestReason::kCutter;
     if (!found) return {by_cutter};
     const Stand at = stand(*found);
     const double off = gap(piece_, place, at);
@@ -251,6 +243,20 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
   std::stable_sort(report.facets.begin(), report.facets.end(),
                    [](const RestFacet& a, const RestFacet& b) { return a.facet < b.facet; });
   return report;
+}
+
+std::vector<bool> facing_facets(const Mesh& mesh, const PlanOptions& options) {
+  const Deformation map(options.axis, 1.0);
+  const ToolPiece piece = tool_pieces(options).front();
+  std::vector<std::uint8_t> facing(mesh.facets.size());
+  tbb::parallel_for(std::size_t{0}, facing.size(), [&](std::size_t i) {
+    const Pieces pieces(mesh, static_cast<std::uint32_t>(i), piece, options);
+    pieces.each([&](Point<Part> place) {
+      const AxisLine line = contact_line(piece, map, place, pieces.normal);
+      if (dot(pieces.normal, line.axis) >= -kWallLean) facing[i] = 1;
+    });
+  });
+  return {facing.begin(), facing.end()};
 }
 
 }  // namespace tiltfeed

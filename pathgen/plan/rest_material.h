@@ -2,6 +2,8 @@
 // What of the part the tool cannot or may not cut in one axis field, facet by facet. (U1) in
 // pathgen/plan/README.md.
 
+#include <vector>
+
 #include "pathgen/envelope/envelope.h"
 #include "pathgen/options/plan_options.h"
 #include "pathgen/options/plan_report.h"
@@ -18,5 +20,9 @@ namespace tiltfeed {
 RestReport find_rest_material(const ClField& field, const PlanOptions& options,
                               const EnvelopeOptions& envelope, const std::vector<Move>& path,
                               const ReportShare& report = {});
+
+/// Which facets of the mesh face the tool with a piece at least: those that RestReport does not count as
+/// turned away. Requires: an axis field.
+std::vector<bool> facing_facets(const Mesh& mesh, const PlanOptions& options);
 
 }  // namespace tiltfeed
