@@ -10,13 +10,13 @@
 #include "config/job.h"
 #include "config/standard_output.h"
 #include "daemon/command/command.h"
+#include "daemon/command/hand_over.h"
 #include "daemon/command/interrupt.h"
 #include "daemon/command/machine_command.h"
 #include "daemon/command/plan_command.h"
 #include "daemon/command/post_command.h"
 #include "daemon/command/send_command.h"
 #include "daemon/command/service_command.h"
-#include "daemon/command/verify_command.h"
 #include "daemon/plan/part_size.h"
 #include "daemon/post/tool_length.h"
 #include "kinematics/basics/tolerance_budget.h"
@@ -81,6 +81,9 @@ int run(int argc, char** argv) {
   CLI::App* verify =
       app.add_subcommand("verify", "cut the stock by a program or a trace and compare with the part");
   verify->prefix_command()->set_help_flag();
+  CLI::App* desk =
+      app.add_subcommand("desk", "the page in a browser on this computer: a part, its job, its program");
+  desk->prefix_command()->set_help_flag();
 
   PlanFiles files;
   std::string progress;
@@ -121,7 +124,8 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitDone : kExitWrongUse;
   }
-  if (verify->parsed()) return complain(run_verify(verify->remaining()));
+  if (verify->parsed()) return complain(hand_over("tiltfeed-sim", {"verify"}, verify->remaining()));
+  if (desk->parsed()) return complain(hand_over("tiltfeed-desk", {}, desk->remaining()));
   if (const std::optional<int> status = service.run()) return *status;
   if (send->parsed()) {
     if (send->count("--tool-length") > 0)

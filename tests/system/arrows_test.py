@@ -2,7 +2,8 @@
 """The include arrows.
 
 Between folders: tests -> all; daemon -> config -> pathgen -> kinematics <- sim. sim may also use config and the data
-types of pathgen, never the daemon; nothing uses tests; only `tiltfeed plan` and the jobs reach for plan().
+types of pathgen, never the daemon; desk what the daemon may, and nothing uses desk; nothing uses tests; only `tiltfeed
+plan` and the jobs reach for plan().
 Between the rooms of a folder: as the rows tiltfeed_room(NAME USES ...) of its CMakeLists.txt say.
 Files of a folder form no circles, header and source counted as one.
 In headers no library beside the standard one, tl::expected in kinematics/basics/result.h excepted.
@@ -15,13 +16,14 @@ import re
 import sys
 import tempfile
 
-FOLDERS = ("kinematics", "pathgen", "config", "daemon", "sim", "tests")
+FOLDERS = ("kinematics", "pathgen", "config", "daemon", "sim", "desk", "tests")
 USES = {
     "kinematics": (),
     "pathgen": ("kinematics",),
     "config": ("pathgen", "kinematics"),
     "daemon": ("config", "pathgen", "kinematics"),
     "sim": ("config", "kinematics"),
+    "desk": ("config", "pathgen", "kinematics"),
     "tests": FOLDERS,
 }
 PLAN = "pathgen/plan/plan.h"
@@ -67,7 +69,7 @@ def why_not(file, included, rooms):
     here, there = file.split("/")[0], included.split("/")[0]
     if here == "tests":
         return "" if there in FOLDERS else "not a path from the root"
-    if included == PLAN and here in ("daemon", "config"):
+    if included == PLAN and here in ("daemon", "config", "desk"):
         return "" if file in MAY_PLAN else "only `tiltfeed plan` plans"
     if here == "sim" and there == "pathgen":
         return "" if included.removeprefix("pathgen/") in SIM_DATA else "sim uses the data types of pathgen only"
@@ -157,6 +159,9 @@ GOOD = {
     "daemon/plan/plan_program.cpp": '#include "pathgen/plan/plan.h"\n#include "daemon/post/block.h"\n',
     "sim/CMakeLists.txt": "tiltfeed_room(verify\n  SOURCES verify)\n",
     "sim/verify/verify.cpp": '#include "pathgen/mesh/stl.h"\n#include "config/job.h"\n#include <png.h>\n',
+    "desk/CMakeLists.txt": "tiltfeed_room(view\n  SOURCES view)\ntiltfeed_room(api\n  USES view\n  SOURCES api)\n",
+    "desk/view/view.h": '#include "pathgen/mesh/mesh.h"\n',
+    "desk/api/api.cpp": '#include "desk/view/view.h"\n#include "config/job.h"\n#include <microhttpd.h>\n',
     "tests/CMakeLists.txt": "",
     "tests/sim/all_test.cpp": '#include <gtest/gtest.h>\n#include "sim/verify/verify.h"\n',
 }
@@ -175,6 +180,13 @@ daemon/post/wrong.cpp <sim/verify/verify.h>
 daemon/post/wrong.cpp "pathgen/plan/plan.h"
 daemon/post/wrong.cpp "daemon/command/main.h"
 daemon/post/wrong.cpp "tests/helper.h"
+daemon/post/wrong.cpp "desk/view/view.h"
+sim/verify/wrong.cpp "desk/view/view.h"
+config/wrong.cpp "desk/view/view.h"
+desk/api/wrong.cpp "daemon/post/block.h"
+desk/api/wrong.cpp "sim/verify/verify.h"
+desk/api/wrong.cpp "pathgen/plan/plan.h"
+desk/view/wrong.h <microhttpd.h>
 sim/verify/wrong.cpp "daemon/post/block.h"
 sim/verify/wrong.cpp "pathgen/envelope/envelope.h"
 sim/verify/wrong.cpp "../daemon/post/block.h"

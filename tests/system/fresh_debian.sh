@@ -55,7 +55,7 @@ bare_debian() {
 
 copy_tree() {
   mkdir -p "$root/root/tiltfeed"
-  tar -C "$source_folder" --exclude=./build --exclude=./.git -cf - . | tar -C "$root/root/tiltfeed" -xf -
+  tar -C "$source_folder" --exclude=./build --exclude=./.git --exclude=node_modules -cf - . | tar -C "$root/root/tiltfeed" -xf -
 }
 
 inside() {

@@ -1,0 +1,188 @@
+#include "desk/api/desk.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "desk/api/page_reply.h"
+#include "pathgen/mesh/stl_facets.h"
+
+namespace tiltfeed::desk {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::uint64_t kSmallBody = 4096;
+constexpr std::size_t kMaxName = 120;
+
+Reply json_reply(const json& value, int status = 200) {
+  Reply reply;
+  reply.status = status;
+  reply.body = value.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";
+  return reply;
+}
+
+Reply text_reply(std::string body, int status = 200) {
+  Reply reply;
+  reply.status = status;
+  reply.body = std::move(body) + "\n";
+  return reply;
+}
+
+/// The text at `key` of a body that is one JSON object; nothing where it is anything else.
+std::optional<std::string> text_in(const std::string& body, const char* key) {
+  const json parsed = json::parse(body, nullptr, false);
+  if (!parsed.is_object()) return std::nullopt;
+  const auto found = parsed.find(key);
+  if (found == parsed.end() || !found->is_string()) return std::nullopt;
+  return found->get<std::string>();
+}
+
+/// For people to read; never a path.
+std::string shown_name(std::string name) {
+  name.erase(0, name.find_last_of("/\\") + 1);
+  name.resize(std::min(name.size(), kMaxName));
+  std::erase_if(name, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
+  return name.empty() ? "part.stl" : name;
+}
+
+}  // namespace
+
+struct Desk::Route {
+  const char* method;
+  const char* path;
+  Reply (Desk::*answer)(const Request&);
+  std::uint64_t most = 0;
+  bool file = false;
+};
+
+const std::vector<Desk::Route>& Desk::routes() {
+  static const std::vector<Route> all = {
+      {"POST", "/api/v1/session", &Desk::sign_in, kSmallBody},
+      {"GET", "/api/v1/session", &Desk::session},
+      {"DELETE", "/api/v1/session", &Desk::sign_out},
+      {"GET", "/api/v1/state", &Desk::state},
+      {"GET", "/api/v1/events", &Desk::events},
+      {"PUT", "/api/v1/part", &Desk::put_part, kMaxStlBytes, true},
+      {"POST", "/api/v1/part/unit", &Desk::set_unit, kSmallBody},
+      {"GET", "/api/v1/part/mesh", &Desk::mesh},
+      {"GET", "/api/v1/part/edges", &Desk::edges},
+  };
+  return all;
+}
+
+Desk::Desk(const DeskOptions& options, Teller tell)
+    : options_(options), part_(options.self, options.folder, std::move(tell)) {}
+
+void Desk::set_port(std::uint16_t port) {
+  port_ = port;
+  rules_.hosts.clear();
+  for (const char* name : {"127.0.0.1", "localhost"})
+    rules_.hosts.push_back(std::string(name) + ":" + std::to_string(port));
+}
+
+Result<void> Desk::open_part(const std::string& path) {
+  const std::string copy = options_.folder + "/opened.stl";
+  std::error_code error;
+  std::filesystem::copy_file(path, copy, error);
+  if (error) return fail(Code::kIo, path + ": " + error.message());
+  return part_.take(copy, shown_name(path), "mm");
+}
+
+Result<std::string> Desk::new_address() {
+  const Result<std::string> token = sessions_.new_token();
+  if (!token) return token;
+  return "http://127.0.0.1:" + std::to_string(port_) + "/#token=" + *token;
+}
+
+std::string Desk::cookie_of(const Request& request) const {
+  return std::string(cookie_value(request.cookie, "tiltfeed-" + std::to_string(port_)));
+}
+
+const Desk::Route* Desk::route_of(const Request& request) const {
+  for (const Route& route : routes())
+    if (request.path == route.path && request.method == route.method) return &route;
+  return nullptr;
+}
+
+std::optional<Reply> Desk::admit(const Request& request, BodyRule& rule) {
+  const Session* session = sessions_.find(cookie_of(request));
+  if (auto reply = refused(request, rules_, {session ? session->csrf : ""})) return reply;
+  if (request.path.rfind(kApi, 0) != 0) return std::nullopt;
+  const Route* route = route_of(request);
+  if (!route)
+    return refusal(404, "the API has no " + request.method + " at this path; desk/API.md lists what it has");
+  rule = {route->most, route->file};
+  return std::nullopt;
+}
+
+Reply Desk::answer(const Request& request) {
+  const Route* route = route_of(request);
+  return route ? (this->*route->answer)(request) : page_reply(request);
+}
+
+Reply Desk::sign_in(const Request& request) {
+  const auto token = text_in(request.body, "token");
+  if (!token) return refusal(400, "expected {\"token\": \"...\"}");
+  const Result<std::optional<Session>> opened = sessions_.open(*token);
+  if (!opened) return refusal(500, opened.error().message);
+  if (!*opened)
+    return refusal(401, "this address has been used; press Enter where tiltfeed desk runs for a new one");
+  Reply reply = json_reply({{"csrf", (*opened)->csrf}, {"session", (*opened)->number}});
+  reply.headers.emplace_back("Set-Cookie", "tiltfeed-" + std::to_string(port_) + "=" + (*opened)->cookie +
+                                               "; HttpOnly; SameSite=Strict; Path=/");
+  return reply;
+}
+
+Reply Desk::sign_out(const Request& request) {
+  sessions_.close(cookie_of(request));
+  return json_reply(json::object());
+}
+
+Reply Desk::session(const Request& request) {
+  const Session* session = sessions_.find(cookie_of(request));
+  return json_reply({{"csrf", session->csrf}, {"session", session->number}, {"version", options_.version}});
+}
+
+Reply Desk::state(const Request&) {
+  return text_reply("{\"api\": 1, \"version\": \"" + options_.version + "\", \"part\": " + part_.describe() +
+                    "}");
+}
+
+Reply Desk::events(const Request&) {
+  Reply reply;
+  reply.events = true;
+  return reply;
+}
+
+Reply Desk::put_part(const Request& request) {
+  if (request.file.empty() || request.length.value_or(0) == 0)
+    return refusal(400, "the file is empty; expected an STL");
+  const std::string unit = request.unit.empty() ? "mm" : request.unit;
+  if (const Result<void> taken = part_.take(request.file, shown_name(request.name), unit); !taken)
+    return refusal(taken.error().code == Code::kUsage ? 400 : 507, taken.error().message);
+  return text_reply(part_.describe(), 202);
+}
+
+Reply Desk::set_unit(const Request& request) {
+  const auto unit = text_in(request.body, "unit");
+  if (!unit) return refusal(400, "expected {\"unit\": \"mm\"}, inch or m");
+  if (const Result<void> set = part_.set_unit(*unit); !set) return refusal(400, set.error().message);
+  return text_reply(part_.describe(), 202);
+}
+
+Reply Desk::mesh(const Request&) { return part_.mesh(); }
+
+Reply Desk::edges(const Request&) { return part_.edges(); }
+
+std::vector<int> Desk::descriptors() const {
+  std::vector<int> all;
+  if (part_.descriptor() >= 0) all.push_back(part_.descriptor());
+  return all;
+}
+
+void Desk::hear(int descriptor) {
+  if (descriptor == part_.descriptor()) part_.hear();
+}
+
+}  // namespace tiltfeed::desk

@@ -1,0 +1,64 @@
+#pragma once
+// The desk behind the page: who is signed in, what lies on it, and which request does what (desk/API.md).
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "desk/api/part_work.h"
+#include "desk/http/access_check.h"
+#include "desk/http/http_message.h"
+#include "desk/session/session_table.h"
+
+namespace tiltfeed::desk {
+
+struct DeskOptions {
+  std::string self;     ///< this program
+  std::string folder;   ///< where its work lies while it runs
+  std::string version;  ///< of the program
+};
+
+class Desk {
+ public:
+  Desk(const DeskOptions& options, Teller tell);
+
+  /// From then on the server is known by these names only.
+  void set_port(std::uint16_t port);
+  /// The part that the command line names is copied. Errors: kIo.
+  Result<void> open_part(const std::string& path);
+  /// An address that signs one browser in, once. Errors: kIo.
+  Result<std::string> new_address();
+
+  /// As HttpCalls::admit and HttpCalls::answer.
+  std::optional<Reply> admit(const Request& request, BodyRule& rule);
+  Reply answer(const Request& request);
+
+  /// What to wait for besides the server.
+  std::vector<int> descriptors() const;
+  void hear(int descriptor);
+
+ private:
+  struct Route;
+  static const std::vector<Route>& routes();
+  const Route* route_of(const Request& request) const;
+  std::string cookie_of(const Request& request) const;
+
+  Reply sign_in(const Request& request);
+  Reply sign_out(const Request& request);
+  Reply session(const Request& request);
+  Reply state(const Request& request);
+  Reply events(const Request& request);
+  Reply put_part(const Request& request);
+  Reply set_unit(const Request& request);
+  Reply mesh(const Request& request);
+  Reply edges(const Request& request);
+
+  DeskOptions options_;
+  AccessRules rules_;
+  std::uint16_t port_ = 0;
+  SessionTable sessions_;
+  PartWork part_;
+};
+
+}  // namespace tiltfeed::desk

@@ -1,0 +1,104 @@
+#include "desk/api/part_work.h"
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "desk/http/access_check.h"
+#include "desk/view/part_view.h"
+
+namespace tiltfeed::desk {
+namespace {
+
+using nlohmann::json;
+
+std::string contents(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// What a program said before it failed, without our own prefix and line end.
+std::string last_words(std::string text, const std::string& prefix) {
+  if (text.rfind(prefix, 0) == 0) text.erase(0, prefix.size());
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  return text.empty() ? "the part's reader ended without a word; is there memory enough?" : text;
+}
+
+tl::unexpected<Error> no_unit(const std::string& word) {
+  return fail(Code::kUsage, "'" + word + "' is no unit of an STL; expected mm, inch or m");
+}
+
+}  // namespace
+
+Result<void> PartWork::take(const std::string& path, const std::string& name, const std::string& unit) {
+  if (!unit_of(unit)) return no_unit(unit);
+  const std::string kept = folder_ + "/part.stl";
+  child_.reset();  // the reader of the part before
+  std::error_code error;
+  std::filesystem::rename(path, kept, error);
+  if (error) return fail(Code::kIo, kept + ": " + error.message());
+  stl_ = kept;
+  name_ = name;
+  unit_ = unit;
+  return read();
+}
+
+Result<void> PartWork::set_unit(const std::string& unit) {
+  if (id_ == 0) return fail(Code::kUsage, "there is no part; open an STL first");
+  if (!unit_of(unit)) return no_unit(unit);
+  unit_ = unit;
+  return read();
+}
+
+Result<void> PartWork::read() {
+  ++id_;
+  seen_.clear();
+  error_.clear();
+  child_.reset();
+  Result<ChildProcess> child =
+      ChildProcess::start({program_, "--view-part", stl_, "--unit", unit_, "--into", folder_});
+  if (!child) {
+    state_ = "refused";
+    error_ = child.error().message;
+  } else {
+    state_ = "reading";
+    child_.emplace(std::move(*child));
+  }
+  tell_("part", describe());
+  return {};
+}
+
+void PartWork::hear() {
+  if (!child_ || !child_->listen()) return;
+  const ChildEnd end = child_->end();
+  child_.reset();
+  seen_ = end.status == 0 ? contents(folder_ + "/part.json") : "";
+  state_ = end.status == 0 ? "ready" : "refused";
+  if (end.status != 0) error_ = last_words(end.text, "tiltfeed-desk: ");
+  tell_("part", describe());
+}
+
+std::string PartWork::describe() const {
+  if (id_ == 0) return "null";
+  json about = json::parse(seen_, nullptr, false);
+  if (!about.is_object()) about = json::object();
+  about["id"] = id_;
+  about["name"] = name_;
+  about["unit"] = unit_;
+  about["state"] = state_;
+  if (!error_.empty()) about["error"] = error_;
+  return about.dump(-1, ' ', true, json::error_handler_t::replace);
+}
+
+Reply PartWork::buffer(const char* file) const {
+  if (state_ != "ready") return refusal(409, "there is no part that has been read");
+  Reply reply;
+  reply.type = kOctets;
+  reply.file = folder_ + "/" + file;
+  return reply;
+}
+
+}  // namespace tiltfeed::desk

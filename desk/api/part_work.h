@@ -1,0 +1,55 @@
+#pragma once
+// The part on the desk: taken, read by a process of its own, drawn.
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "desk/http/http_message.h"
+#include "desk/work/child_process.h"
+
+namespace tiltfeed::desk {
+
+/// Tells every page that listens: an event's name, and its JSON.
+using Teller = std::function<void(const std::string&, const std::string&)>;
+
+class PartWork {
+ public:
+  /// `program`: what reads parts (this program); `folder`: where the part's files are kept.
+  PartWork(std::string program, std::string folder, Teller tell)
+      : program_(std::move(program)), folder_(std::move(folder)), tell_(std::move(tell)) {}
+
+  /// Takes the file at `path` in place of the part before; it is read in the background.
+  /// Errors: kUsage: no such unit; kIo.
+  Result<void> take(const std::string& path, const std::string& name, const std::string& unit);
+  /// Reads the part again, as of another unit. Errors: kUsage: there is no part, or no such unit.
+  Result<void> set_unit(const std::string& unit);
+
+  /// JSON: null without a part; else id, name, unit, state (reading, ready, refused) and, when ready, what
+  /// write_part_view() says of it.
+  std::string describe() const;
+  Reply mesh() const { return buffer("mesh.f32"); }
+  Reply edges() const { return buffer("edges.f32"); }
+  /// Empty without a part that is ready.
+  std::string stl() const { return state_ == "ready" ? stl_ : ""; }
+  const std::string& unit() const { return unit_; }
+  const std::string& name() const { return name_; }
+  std::uint64_t id() const { return id_; }
+
+  /// What to wait for; -1: nothing. And what to do when it is there.
+  int descriptor() const { return child_ ? child_->descriptor() : -1; }
+  void hear();
+
+ private:
+  Result<void> read();
+  Reply buffer(const char* file) const;
+
+  std::string program_, folder_;
+  Teller tell_;
+  std::uint64_t id_ = 0;  // of the part and its unit; 0: none
+  std::string name_, unit_, stl_, state_, error_, seen_;
+  std::optional<ChildProcess> child_;
+};
+
+}  // namespace tiltfeed::desk

@@ -1,0 +1,129 @@
+// The program `tiltfeed-desk`: the page's server, and the processes that read for it.
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <csignal>
+#include <cstring>
+#include <iostream>
+
+#include "config/standard_output.h"
+#include "desk/api/desk.h"
+#include "desk/http/http_server.h"
+#include "desk/view/part_view.h"
+#include "desk/work/child_process.h"
+#include "desk/work/scratch_folder.h"
+
+namespace {
+
+using namespace tiltfeed;
+using namespace tiltfeed::desk;
+
+int complain(const Error& error) {
+  std::cerr << "tiltfeed-desk: " << error.message << "\n";
+  return error.code == Code::kUsage ? 2 : 1;
+}
+
+/// SIGINT and SIGTERM as a descriptor; SIGPIPE and SIGTTIN are no reason to end or stop.
+int open_signals() {
+  ::signal(SIGPIPE, SIG_IGN);
+  ::signal(SIGTTIN, SIG_IGN);  // in the background of a shell, the terminal is not ours to read
+  sigset_t ends;
+  sigemptyset(&ends);
+  sigaddset(&ends, SIGINT);
+  sigaddset(&ends, SIGTERM);
+  ::sigprocmask(SIG_BLOCK, &ends, nullptr);
+  return ::signalfd(-1, &ends, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+Result<void> print_address(Desk& desk) {
+  const Result<std::string> address = desk.new_address();
+  if (!address) return tl::unexpected<Error>(address.error());
+  std::cout << *address << std::endl;
+  return {};
+}
+
+/// A line on the standard input asks for a new address. False: nothing more comes from there.
+bool hear_input(Desk& desk) {
+  std::array<char, 256> typed{};
+  const ssize_t count = ::read(STDIN_FILENO, typed.data(), typed.size());
+  if (count <= 0) return false;
+  if (std::memchr(typed.data(), '\n', static_cast<std::size_t>(count))) (void)print_address(desk);
+  return true;
+}
+
+/// Until a signal ends it.
+int serve(Desk& desk, HttpServer& server, int signals) {
+  bool input = true;
+  while (true) {
+    std::vector<pollfd> polled{{signals, POLLIN, 0}, {server.descriptor(), POLLIN, 0}};
+    polled.push_back({input ? STDIN_FILENO : -1, POLLIN, 0});
+    for (const int fd : desk.descriptors()) polled.push_back({fd, POLLIN, 0});
+    if (::poll(polled.data(), polled.size(), server.patience_ms()) < 0 && errno != EINTR)
+      return complain({Code::kIo, std::string("poll: ") + std::strerror(errno)});
+    if (polled[0].revents != 0) return 0;
+    if (polled[2].revents != 0) input = hear_input(desk);
+    for (std::size_t i = 3; i < polled.size(); ++i)
+      if (polled[i].revents != 0) desk.hear(polled[i].fd);
+    server.turn();
+  }
+}
+
+int run_desk(const std::string& open, std::uint16_t port) {
+  const Result<std::string> self = program_beside("tiltfeed-desk");
+  if (!self) return complain(self.error());
+  Result<ScratchFolder> folder = ScratchFolder::make();
+  if (!folder) return complain(folder.error());
+  const int signals = open_signals();
+  HttpServer* teller = nullptr;
+  Desk desk({*self, folder->path(), TILTFEED_VERSION},
+            [&](const std::string& event, const std::string& data) {
+              if (teller) teller->tell(event, data);
+            });
+  Result<HttpServer> server = HttpServer::open(
+      {port, folder->path()}, {[&](const Request& r, BodyRule& rule) { return desk.admit(r, rule); },
+                               [&](const Request& r) { return desk.answer(r); }});
+  if (!server) return complain(server.error());
+  teller = &*server;
+  desk.set_port(server->port());
+  if (!open.empty())
+    if (const Result<void> opened = desk.open_part(open); !opened) return complain(opened.error());
+  if (const Result<void> printed = print_address(desk); !printed) return complain(printed.error());
+  if (::isatty(STDIN_FILENO) == 1)
+    std::cerr << "Open this address in a browser on this computer. It signs one browser in, once.\n"
+                 "Enter: a new address. Ctrl-C: the end.\n";
+  return serve(desk, *server, signals);
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{
+      "The page for one person at this computer: a part, its job, its program.\n"
+      "It listens on this computer only, and prints the address to open."};
+  app.set_version_flag("--version", "tiltfeed-desk " TILTFEED_VERSION);
+  std::string open, view, unit = "mm", into;
+  std::uint16_t port = 0;
+  app.add_option("FILE", open, "the part to begin with (STL)");
+  app.add_option("--port", port, "port to listen on; else a free one");
+  app.add_option("--view-part", view)->group("");
+  app.add_option("--unit", unit)->group("");
+  app.add_option("--into", into)->group("");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  if (view.empty()) return run_desk(open, port);
+  const Result<void> written = write_part_view(view, unit, into);
+  return written ? 0 : complain(written.error());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  open_standard_streams();
+  return close_standard_output("tiltfeed-desk", run(argc, argv));
+}

@@ -1,0 +1,120 @@
+// The desk's API (desk/API.md): requests, the session, events.
+
+export interface Part {
+  id: number;
+  name: string;
+  unit: string;
+  state: 'reading' | 'ready' | 'refused';
+  error?: string;
+  facets: number;
+  min_mm: number[];
+  max_mm: number[];
+  closed: boolean;
+  volume_mm3: number;
+  bad_edges: number;
+  marked_edges: number;
+  defects: {kind: string; count: number; first: string}[];
+  warnings: string[];
+  odd_size: boolean;
+  likelier_units: {unit: string; size_mm: number[]}[];
+}
+
+export interface State {
+  api: number;
+  version: string;
+  part: Part | null;
+}
+
+/** What the server said no with. */
+export class Refusal extends Error {
+  constructor(readonly status: number, message: string) {
+    super(message);
+  }
+}
+
+let csrf = '';
+
+async function ask(method: string, path: string, body?: BodyInit, type?: string): Promise<Response> {
+  const headers: Record<string, string> = {};
+  if (type) headers['Content-Type'] = type;
+  if (method !== 'GET') headers['X-Tiltfeed-Csrf'] = csrf;
+  let reply: Response;
+  try {
+    reply = await fetch('/api/v1/' + path, {method, headers, body, cache: 'no-store', credentials: 'same-origin'});
+  } catch {
+    throw new Refusal(0, 'tiltfeed desk does not answer; is it still running in its terminal?');
+  }
+  if (reply.ok) return reply;
+  let message = `the server answered ${reply.status}`;
+  try {
+    message = (await reply.json()).error ?? message;
+  } catch {
+    // no JSON: the status has to do
+  }
+  throw new Refusal(reply.status, message);
+}
+
+export const get_json = async <T>(path: string) => (await ask('GET', path)).json() as Promise<T>;
+export const get_floats = async (path: string) => new Float32Array(await (await ask('GET', path)).arrayBuffer());
+export const post = async <T>(path: string, body: unknown) =>
+  (await ask('POST', path, JSON.stringify(body), 'application/json')).json() as Promise<T>;
+export const put_bytes = async <T>(path: string, bytes: Blob) =>
+  (await ask('PUT', path, bytes, 'application/octet-stream')).json() as Promise<T>;
+
+/** Uses the one-time token of the address, if it has one, and takes it out of sight. */
+export async function sign_in(): Promise<void> {
+  const token = /^#token=([0-9a-f]+)$/.exec(location.hash)?.[1];
+  if (token) {
+    history.replaceState(null, '', location.pathname);
+    try {
+      csrf = (await post<{csrf: string}>('session', {token})).csrf;
+      return;
+    } catch (error) {
+      // An old address in a browser that is signed in: its session goes on.
+      if (!(error instanceof Refusal) || error.status !== 401) throw error;
+      csrf = (await get_json<{csrf: string}>('session').catch(() => { throw error; })).csrf;
+      return;
+    }
+  }
+  csrf = (await get_json<{csrf: string}>('session')).csrf;
+}
+
+export type News = (event: string, data: unknown) => void;
+const kEvents = ['part'];
+const kRetry = 3000;  // ms
+
+/**
+ * One stream of events for all tabs of this browser: the tab that has the lock listens and passes on to the others.
+ * `fresh` is called whenever events may have been missed, so that everything is fetched anew.
+ */
+export function listen(news: News, fresh: () => void, link: (up: boolean) => void): void {
+  const channel = new BroadcastChannel('tiltfeed-events');
+  channel.onmessage = ({data}) => {
+    if (data.fresh) fresh();
+    else if (data.link !== undefined) link(data.link);
+    else news(data.event, data.value);
+  };
+  const open = () => {
+    const source = new EventSource('/api/v1/events');
+    const tell = (up: boolean) => {
+      link(up);
+      channel.postMessage({link: up});
+      if (!up) return;
+      fresh();
+      channel.postMessage({fresh: true});
+    };
+    source.onopen = () => tell(true);
+    source.onerror = () => {
+      tell(false);
+      if (source.readyState === EventSource.CLOSED) setTimeout(open, kRetry);  // the browser gave up by itself
+    };
+    for (const event of kEvents) {
+      source.addEventListener(event, ({data}) => {
+        const value = JSON.parse(data);
+        news(event, value);
+        channel.postMessage({event, value});
+      });
+    }
+  };
+  void navigator.locks.request('tiltfeed-events', () => new Promise<never>(open));
+}

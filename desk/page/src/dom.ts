@@ -1,0 +1,29 @@
+// Elements from text and children; text is always text, never markup.
+
+type Child = Node | string | null | undefined | false;
+type Props = Record<string, string | boolean | number | EventListener | undefined>;
+
+/** A prop whose value is a function is a listener: `click`, `input`. */
+export function el<K extends keyof HTMLElementTagNameMap>(tag: K, props: Props = {}, ...children: Child[]) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(props)) {
+    if (typeof value === 'function') node.addEventListener(name, value);
+    else if (value === true) node.setAttribute(name, '');
+    else if (value !== false && value !== undefined) node.setAttribute(name, String(value));
+  }
+  for (const child of children) if (child) node.append(child);
+  return node;
+}
+
+export function byId<T extends HTMLElement>(id: string): T {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`no element ${id}`);
+  return found as T;
+}
+
+/** A length for people: four digits. */
+export const length_text = (mm: number) => Number(mm.toPrecision(4)).toString();
+
+export const size_text = (size: number[]) => size.map(length_text).join(' x ') + ' mm';
+
+export const count_text = (count: number) => count.toLocaleString('en');

@@ -1,0 +1,202 @@
+// The 3D view: one part, its marks. Drawn when something has changed, never in a loop. z is up, lengths are mm.
+import {
+  Box3, BufferAttribute, BufferGeometry, Color, GLSL3, Group, LineBasicMaterial, LineSegments, Mesh, OrthographicCamera,
+  RawShaderMaterial, Scene, Sphere, Vector3, WebGLRenderer,
+} from 'three';
+import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
+
+const kPartVertex = `
+in vec3 position;
+uniform mat4 modelViewMatrix, projectionMatrix;
+out vec3 seen;
+void main() {
+  vec4 at = modelViewMatrix * vec4(position, 1.0);
+  seen = at.xyz;
+  gl_Position = projectionMatrix * at;
+}`;
+// The normal is that of the facet, from its screen derivatives: no normals are sent.
+const kPartFragment = `
+precision highp float;
+in vec3 seen;
+uniform vec3 colour, back;
+out vec4 drawn;
+void main() {
+  vec3 n = normalize(cross(dFdx(seen), dFdy(seen)));
+  float light = 0.35 + 0.65 * abs(dot(n, normalize(vec3(0.3, 0.5, 0.8))));
+  drawn = vec4((gl_FrontFacing ? colour : back) * light, 1.0);
+}`;
+
+interface Palette { ground: string; part: string; back: string; mark: string }
+const kLight: Palette = {ground: '#e9edf1', part: '#8fa9c2', back: '#c98f6a', mark: '#d00000'};
+const kDark: Palette = {ground: '#0c1117', part: '#7d9ab8', back: '#a8714f', mark: '#ff5a4d'};
+
+/** Directions to look along, and what is up there. */
+const kViews: Record<string, [Vector3, Vector3]> = {
+  top: [new Vector3(0, 0, 1), new Vector3(0, 1, 0)],
+  front: [new Vector3(0, -1, 0), new Vector3(0, 0, 1)],
+  right: [new Vector3(1, 0, 0), new Vector3(0, 0, 1)],
+  iso: [new Vector3(0.6, -0.8, 0.6).normalize(), new Vector3(0, 0, 1)],
+};
+const kTurn = Math.PI / 24, kZoom = 1.2;
+const kFilled = 0.9;  // of the view, by the part
+
+export class Viewer {
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly camera = new OrthographicCamera();
+  private readonly controls: OrbitControls;
+  private readonly dark = matchMedia('(prefers-color-scheme: dark)');
+  private readonly part_material = new RawShaderMaterial({
+    vertexShader: kPartVertex, fragmentShader: kPartFragment, glslVersion: GLSL3, side: 2,
+    uniforms: {colour: {value: new Color()}, back: {value: new Color()}},
+  });
+  private readonly mark_material = new LineBasicMaterial({depthTest: false});
+  private part = new Group();
+  private box = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
+  private sphere = new Sphere(new Vector3(), 1);
+  private due = false;
+
+  /** Throws where the browser has no WebGL 2. */
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    this.renderer = new WebGLRenderer({canvas, antialias: true});
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.scene.add(this.part);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener('change', () => this.redraw());
+    this.look('iso');
+    new ResizeObserver(() => this.redraw()).observe(canvas);
+    this.dark.addEventListener('change', () => this.recolour());
+    canvas.addEventListener('keydown', (event) => this.key(event));
+    this.recolour();
+  }
+
+  /** Nine numbers for each facet, six for each marked edge, mm. */
+  show_part(corners: Float32Array, edges: Float32Array): void {
+    this.clear_part();
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(corners, 3));
+    this.box.setFromArray(corners).getBoundingSphere(this.sphere);
+    geometry.boundingSphere = this.sphere.clone();
+    this.part.add(new Mesh(geometry, this.part_material));
+    if (edges.length > 0) {
+      const marks = new BufferGeometry();
+      marks.setAttribute('position', new BufferAttribute(edges, 3));
+      marks.boundingSphere = this.sphere.clone();
+      this.part.add(new LineSegments(marks, this.mark_material));
+    }
+    this.look('iso');
+  }
+
+  clear_part(): void {
+    for (const child of this.part.children) (child as Mesh).geometry.dispose();
+    this.part.clear();
+    this.redraw();
+  }
+
+  /** `view`: a key of kViews, or fit: as it stands, all of it. */
+  look(view: string): void {
+    const [from, up] = kViews[view] ?? [this.camera.position.clone().sub(this.controls.target).normalize(), this.camera.up];
+    this.camera.up.copy(up);
+    this.controls.target.copy(this.sphere.center);
+    this.camera.position.copy(this.sphere.center).addScaledVector(from, this.sphere.radius * 4);
+    this.camera.lookAt(this.sphere.center);
+    this.controls.update();
+    this.fill();
+    this.redraw();
+  }
+
+  /** Zooms so that the box just fits. */
+  private fill(): void {
+    this.frame();
+    this.camera.updateMatrixWorld();
+    const {min, max} = this.box;
+    let across = 0, up = 0;
+    for (let i = 0; i < 8; ++i) {
+      const corner = new Vector3(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z);
+      corner.applyMatrix4(this.camera.matrixWorldInverse);
+      across = Math.max(across, Math.abs(corner.x));
+      up = Math.max(up, Math.abs(corner.y));
+    }
+    this.camera.zoom = kFilled * Math.min(this.camera.right / across, this.camera.top / up);
+  }
+
+  redraw(): void {
+    if (this.due) return;
+    this.due = true;
+    requestAnimationFrame(() => {
+      if (this.due) this.render();
+    });
+  }
+
+  render(): void {
+    this.due = false;
+    const {clientWidth: width, clientHeight: height} = this.canvas;
+    if (width === 0 || height === 0) return;
+    this.renderer.setSize(width, height, false);
+    this.frame();
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  /** The part of the plane that the canvas shows at zoom 1. */
+  private frame(): void {
+    const {clientWidth: width, clientHeight: height} = this.canvas;
+    const half = this.sphere.radius, wide = Math.max(1, width / height), tall = Math.max(1, height / width);
+    Object.assign(this.camera, {left: -half * wide, right: half * wide, top: half * tall, bottom: -half * tall});
+    this.camera.near = 0;
+    this.camera.far = this.sphere.radius * 8;
+    this.camera.updateProjectionMatrix();
+  }
+
+  /** For tests: draws now, and gives the colours at points of the canvas (CSS pixels from its top left). */
+  colours_at(points: number[][]): number[][] {
+    this.render();
+    const gl = this.renderer.getContext(), ratio = this.renderer.getPixelRatio(), pixel = new Uint8Array(4);
+    return points.map(([x, y]) => {
+      gl.readPixels(Math.round(x * ratio), this.canvas.height - 1 - Math.round(y * ratio), 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+      return [...pixel.subarray(0, 3)];
+    });
+  }
+
+  /** For tests: where a point of the part is on the canvas. */
+  project(x: number, y: number, z: number): number[] {
+    this.frame();
+    this.camera.updateMatrixWorld();
+    const at = new Vector3(x, y, z).project(this.camera);
+    return [(at.x + 1) / 2 * this.canvas.clientWidth, (1 - at.y) / 2 * this.canvas.clientHeight];
+  }
+
+  private recolour(): void {
+    const palette = this.dark.matches ? kDark : kLight;
+    this.scene.background = new Color(palette.ground);
+    // The shader's colours go to the screen as they are.
+    this.part_material.uniforms.colour.value = new Color().setStyle(palette.part, '');
+    this.part_material.uniforms.back.value = new Color().setStyle(palette.back, '');
+    this.mark_material.color = new Color(palette.mark);
+    this.redraw();
+  }
+
+  private key(event: KeyboardEvent): void {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const turns: Record<string, [number, number]> = {
+      ArrowLeft: [-kTurn, 0], ArrowRight: [kTurn, 0], ArrowUp: [0, -kTurn], ArrowDown: [0, kTurn],
+    };
+    if (turns[event.key]) this.turn(...turns[event.key]);
+    else if (event.key === '+' || event.key === '=') this.camera.zoom *= kZoom;
+    else if (event.key === '-') this.camera.zoom /= kZoom;
+    else if (event.key === 'f' || event.key === 'F') this.look('fit');
+    else return;
+    event.preventDefault();
+    this.redraw();
+  }
+
+  private turn(round: number, over: number): void {
+    const from = this.camera.position.clone().sub(this.controls.target), up = this.camera.up;
+    const side = new Vector3().crossVectors(up, from).normalize();
+    from.applyAxisAngle(up, round);
+    const lean = from.angleTo(up) + over;
+    if (lean > 0.01 && lean < Math.PI - 0.01 && side.lengthSq() > 0) from.applyAxisAngle(side, over);
+    this.camera.position.copy(this.controls.target).add(from);
+    this.controls.update();
+  }
+}

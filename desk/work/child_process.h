@@ -1,0 +1,46 @@
+#pragma once
+// A program that works for the desk: started, heard, interrupted, waited for.
+
+#include <string>
+#include <vector>
+
+#include "kinematics/basics/result.h"
+
+namespace tiltfeed::desk {
+
+/// How a child ended: its exit status, or minus the signal's number.
+struct ChildEnd {
+  int status = 0;
+  std::string text;  ///< the last kKept bytes of what it said on both outputs
+};
+
+/// Properties: it gets none of our descriptors; it dies with this process; its outputs never block it. The
+/// destructor kills it and waits.
+class ChildProcess {
+ public:
+  static constexpr std::size_t kKept = 64 * 1024;
+
+  /// words[0] is the program's path. Errors: kIo.
+  static Result<ChildProcess> start(const std::vector<std::string>& words);
+  ChildProcess(ChildProcess&& other) noexcept;
+  ChildProcess& operator=(ChildProcess&&) = delete;
+  ~ChildProcess();
+
+  /// Readable when it says something; at its end, too.
+  int descriptor() const { return hear_; }
+  /// Reads what it has said. True: it has closed its outputs, and end() does not wait for long.
+  bool listen();
+  void interrupt();
+  /// Waits for it.
+  ChildEnd end();
+
+ private:
+  ChildProcess(int pid, int hear) : pid_(pid), hear_(hear) {}
+  int pid_ = -1, hear_ = -1;
+  std::string said_;
+};
+
+/// The path of a program of this name in the folder of this one. Errors: kIo.
+Result<std::string> program_beside(const std::string& name);
+
+}  // namespace tiltfeed::desk

@@ -1,0 +1,168 @@
+// What the browser tests share: a desk, a browser, pages that are watched.
+import assert from 'node:assert/strict';
+import {spawn} from 'node:child_process';
+import {existsSync, mkdirSync, readFileSync} from 'node:fs';
+import {createRequire} from 'node:module';
+import {join} from 'node:path';
+import {createInterface} from 'node:readline';
+
+import puppeteer from 'puppeteer-core';
+
+export const bin = process.env.TILTFEED_BIN;
+export const work = process.env.TILTFEED_WORK;
+assert(bin && work, 'TILTFEED_BIN (the programs) and TILTFEED_WORK (a folder for files) say where');
+mkdirSync(work, {recursive: true});
+
+export const kHang = 120_000;  // ms: no measure of speed, only a hang reaches it
+
+/** The program's end: {status, out}. */
+export function run(program, ...words) {
+  return new Promise((done, failed) => {
+    const child = spawn(join(bin, program), words, {stdio: ['ignore', 'pipe', 'inherit']});
+    let out = '';
+    child.stdout.on('data', (text) => { out += text; });
+    child.on('error', failed);
+    child.on('close', (status) => done({status, out}));
+  });
+}
+
+/** A part of tiltfeed-sim as an STL file, made once. */
+export async function part_file(name) {
+  const file = join(work, `${name}.stl`);
+  if (!existsSync(file)) assert.equal((await run('tiltfeed-sim', 'part', name, '--out', file)).status, 0);
+  return file;
+}
+
+/** `tiltfeed desk WORDS...` */
+export class Desk {
+  static async start(...words) {
+    const desk = new Desk();
+    desk.child = spawn(join(bin, 'tiltfeed'), ['desk', ...words], {stdio: ['pipe', 'pipe', 'inherit']});
+    desk.lines = createInterface({input: desk.child.stdout})[Symbol.asyncIterator]();
+    desk.first = await desk.line();
+    desk.origin = new URL(desk.first).origin;
+    return desk;
+  }
+
+  async line() {
+    const {value, done} = await this.lines.next();
+    assert(!done, 'tiltfeed desk ended');
+    return value;
+  }
+
+  /** An address that nobody has used. */
+  async address() {
+    if (this.first) {
+      const address = this.first;
+      this.first = null;
+      return address;
+    }
+    this.child.stdin.write('\n');
+    return this.line();
+  }
+
+  async stop(signal = 'SIGTERM') {
+    const ended = new Promise((done) => this.child.on('close', done));
+    this.child.kill(signal);
+    return ended;
+  }
+}
+
+let browser;
+export async function open_browser() {
+  browser ??= await puppeteer.launch({
+    executablePath: '/usr/bin/chromium', protocolTimeout: kHang,
+    args: ['--no-sandbox', '--enable-unsafe-swiftshader', '--use-angle=swiftshader', '--disable-background-networking',
+      '--disable-component-update', '--no-first-run'],
+  });
+  return browser;
+}
+export const close_browser = async () => browser?.close();
+
+export const kDesktop = {width: 1920, height: 1080};
+export const kTablet = {width: 1024, height: 768, hasTouch: true};
+export const kPhone = {width: 390, height: 844, hasTouch: true, isMobile: true, deviceScaleFactor: 2};
+
+/**
+ * A page of its own context, signed in. What must never happen is collected in `faults`: a request off this machine, a
+ * violation of the policy, an error in the console, an exception.
+ */
+export async function open_page(desk, {viewport = kDesktop, scheme = 'light'} = {}) {
+  const context = await (await open_browser()).createBrowserContext();
+  const page = await context.newPage();
+  page.faults = [];
+  page.setDefaultTimeout(kHang);
+  await page.setViewport(viewport);
+  await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: scheme}]);
+  page.on('request', (request) => {
+    const {origin, protocol} = new URL(request.url());
+    if (origin !== desk.origin && protocol !== 'data:') page.faults.push(`request to ${request.url()}`);
+  });
+  page.on('pageerror', (error) => page.faults.push(`exception: ${error.message}`));
+  page.on('console', (message) => { if (message.type() === 'error') page.faults.push(`console: ${message.text()}`); });
+  await page.evaluateOnNewDocument(() => {
+    window.violations = [];
+    document.addEventListener('securitypolicyviolation', (event) => window.violations.push(`${event.violatedDirective} ${event.blockedURI}`));
+  });
+  await page.goto(await desk.address());
+  await page.waitForSelector('body[data-ready]');
+  return page;
+}
+
+/** Nothing that must never happen has happened. */
+export async function check_and_close(page) {
+  const violations = await page.evaluate(() => window.violations);
+  await page.browserContext().close();
+  assert.deepEqual([...page.faults, ...violations], []);
+}
+
+/** Serious complaints of axe-core: none. */
+export async function check_accessible(page) {
+  const source = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+  await page.evaluate(source);
+  const found = await page.evaluate(() => axe.run(document, {resultTypes: ['violations']}));
+  const serious = found.violations.filter(({impact}) => impact === 'serious' || impact === 'critical');
+  assert.deepEqual(serious.map(({id, nodes}) => `${id}: ${nodes.map(({html, failureSummary}) => html + ' ' + failureSummary).join('; ')}`), []);
+}
+
+/** Nothing reaches over the sides of the window, and what is touched is large enough for a thumb. */
+export async function check_layout(page, touch) {
+  const wrong = await page.evaluate((thumb) => {
+    const wide = document.documentElement.scrollWidth > innerWidth ? ['the page scrolls sideways'] : [];
+    const small = [...document.querySelectorAll('button, select, input:not([type=file])')].filter((node) => {
+      const {width, height} = node.getBoundingClientRect();
+      return node.checkVisibility() && thumb && (height < 36 || width < 36);
+    }).map((node) => `small: ${node.outerHTML}`);
+    return [...wide, ...small];
+  }, touch);
+  assert.deepEqual(wrong, []);
+}
+
+export const text_of = (page, selector) => page.$eval(selector, (node) => node.textContent);
+
+/** Drops a file onto the page as a person does. */
+export async function drop(page, file) {
+  await page.evaluate(() => {
+    const input = document.createElement('input');
+    input.type = 'file';
+    input.id = 'test-file';
+    input.hidden = true;
+    document.body.append(input);
+  });
+  const input = await page.$('#test-file');
+  await input.uploadFile(file);
+  await page.evaluate(() => {
+    const taken = document.getElementById('test-file');
+    const carried = new DataTransfer();
+    carried.items.add(taken.files[0]);
+    taken.remove();
+    for (const kind of ['dragover', 'drop'])
+      document.getElementById('viewer').dispatchEvent(new DragEvent(kind, {bubbles: true, cancelable: true, dataTransfer: carried}));
+  });
+}
+
+/** Of a shot that a person looks at. */
+export const shot = (page, name) => page.screenshot({path: join(work, `${name}.png`)});
+
+/** Colours are told by class: which channel leads. */
+export const is_red = ([r, g, b]) => r > 150 && r > 2 * g && r > 2 * b;

@@ -1,0 +1,254 @@
+#!/usr/bin/env python3
+"""The server of `tiltfeed desk` from outside: what it refuses, what slow and many clients can do, its events.
+
+desk_server_test.py BIN FOLDER
+"""
+import gzip
+import http.client
+import json
+import os
+import re
+import select
+import shutil
+import socket
+import subprocess
+import sys
+import time
+
+HANG = 300  # seconds: no measure of speed
+
+
+class Desk:
+    def __init__(self, binaries, *words):
+        self.process = subprocess.Popen([f"{binaries}/tiltfeed", "desk", *words], stdin=subprocess.PIPE,
+                                        stdout=subprocess.PIPE, text=True)
+        self.address = self.process.stdout.readline().strip()
+        match = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/#token=([0-9a-f]{64})", self.address)
+        assert match, self.address
+        self.port, self.token = int(match[1]), match[2]
+        self.origin = f"http://127.0.0.1:{self.port}"
+
+    def connect(self):
+        return socket.create_connection(("127.0.0.1", self.port), HANG)
+
+    def ask(self, method, path, body=None, **headers):
+        """(status, headers, body) of one request; a header given as None is left out."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=HANG)
+        all_headers = {"Origin": self.origin, "Content-Type": "application/json", **headers}
+        sent = {name.replace("_", "-"): value for name, value in all_headers.items() if value is not None}
+        connection.request(method, path, body, sent)
+        reply = connection.getresponse()
+        return reply.status, reply.headers, reply.read()
+
+    def sign_in(self):
+        status, headers, body = self.ask("POST", "/api/v1/session", json.dumps({"token": self.token}))
+        assert status == 200, (status, body)
+        cookie = headers["Set-Cookie"]
+        for part in ("HttpOnly", "SameSite=Strict", "Path=/"):
+            assert part in cookie, cookie
+        self.signed = {"Cookie": cookie.split(";")[0], "X_Tiltfeed_Csrf": json.loads(body)["csrf"]}
+
+    def stop(self):
+        self.process.terminate()
+        return self.process.wait(HANG)
+
+
+def expect(found, wanted, what):
+    if found != wanted:
+        raise AssertionError(f"{what}: found {found}, expected {wanted}")
+
+
+def closed_without_reply(sock):
+    """The server closes before it has answered."""
+    sock.settimeout(HANG)
+    return sock.recv(1) == b""
+
+
+def read_until(sock, text, got=b""):
+    while text not in got:
+        piece = sock.recv(4096)
+        assert piece, f"closed after {got!r}"
+        got += piece
+    return got
+
+
+def test_access(desk):
+    state = "/api/v1/state"
+    expect(desk.ask("GET", state)[0], 401, "before signing in")
+    expect(desk.ask("POST", "/api/v1/session", json.dumps({"token": "0" * 64}))[0], 401, "a guessed token")
+    expect(desk.ask("POST", "/api/v1/session", "{")[0], 400, "no JSON")
+    expect(desk.ask("POST", "/api/v1/session", "[" * 4096)[0], 400, "deep JSON")
+    desk.sign_in()
+    expect(desk.ask("POST", "/api/v1/session", json.dumps({"token": desk.token}))[0], 401, "the token once more")
+    expect(desk.ask("GET", state, **desk.signed)[0], 200, "signed in")
+    expect(desk.ask("GET", state, Host="evil.example", **desk.signed)[0], 403, "a rebound name")
+    expect(desk.ask("GET", "/", Host="evil.example")[0], 403, "the page by a rebound name")
+    expect(desk.ask("GET", state, Cookie=desk.signed["Cookie"] + "0")[0], 401, "another cookie")
+    unit = json.dumps({"unit": "mm"})
+    expect(desk.ask("POST", "/api/v1/part/unit", unit, **desk.signed)[0], 400, "a unit without a part")
+    expect(desk.ask("POST", "/api/v1/part/unit", unit, Cookie=desk.signed["Cookie"])[0], 403, "no CSRF secret")
+    expect(desk.ask("POST", "/api/v1/part/unit", unit, **{**desk.signed, "Origin": None})[0], 403, "no origin")
+    for path in ("/api/v1/nothing", "/api/v2/state", "/api/v1/state/", "/api/v1/../v1/state", "/..%2f..%2fetc/passwd", "/page.html"):
+        expect(desk.ask("GET", path, **desk.signed)[0], 404, path)
+
+
+def test_headers(desk):
+    for path in ("/", "/page.js", "/page.css", "/icon.svg"):
+        status, headers, plain = desk.ask("GET", path)
+        expect(status, 200, path)
+        policy = headers["Content-Security-Policy"]
+        for part in ("default-src 'none'", "script-src 'self'", "frame-ancestors 'none'", "base-uri 'none'"):
+            assert part in policy, policy
+        assert "unsafe" not in policy and "*" not in policy, policy
+        expect(headers["X-Content-Type-Options"], "nosniff", path)
+        _, packed_headers, packed = desk.ask("GET", path, Accept_Encoding="gzip")
+        expect(packed_headers["Content-Encoding"], "gzip", path)
+        expect(gzip.decompress(packed) == plain, True, f"{path}: the same bytes, packed and plain")
+        expect(desk.ask("GET", path, If_None_Match=headers["ETag"])[0], 304, path)
+
+
+def test_uploads(desk, part):
+    over = 512 * 1024 * 1024 + 1
+    for method, path, length in (("PUT", "/api/v1/part", over), ("POST", "/api/v1/part/unit", 4097), ("GET", "/api/v1/state", 1)):
+        with desk.connect() as sock:
+            head = f"{method} {path} HTTP/1.1\r\nHost: 127.0.0.1:{desk.port}\r\nOrigin: {desk.origin}\r\nContent-Type: application/octet-stream\r\n"
+            head += f"Cookie: {desk.signed['Cookie']}\r\nX-Tiltfeed-Csrf: {desk.signed['X_Tiltfeed_Csrf']}\r\nContent-Length: {length}\r\n\r\n"
+            sock.sendall(head.encode())
+            expect(read_until(sock, b"\r\n").split()[1], b"413", f"{method} {path} of {length} bytes, refused before one is sent")
+    with desk.connect() as sock:
+        sock.sendall(f"PUT /api/v1/part HTTP/1.1\r\nHost: 127.0.0.1:{desk.port}\r\nTransfer-Encoding: chunked\r\n\r\n".encode())
+        expect(read_until(sock, b"\r\n").split()[1], b"411", "chunks")
+    with open(part, "rb") as file:
+        bytes_of_part = file.read()
+    upload = {**desk.signed, "Content_Type": "application/octet-stream"}
+    status, _, body = desk.ask("PUT", "/api/v1/part?name=../../a/pin.stl&unit=mm", bytes_of_part, **upload)
+    expect(status, 202, body)
+    while json.loads(body)["state"] == "reading":
+        body = json.dumps(json.loads(desk.ask("GET", "/api/v1/state", **desk.signed)[2])["part"])
+    about = json.loads(body)
+    expect((about["name"], about["state"]), ("pin.stl", "ready"), "the part")
+    status, headers, mesh = desk.ask("GET", "/api/v1/part/mesh", **desk.signed)
+    expect((status, headers["Content-Type"], len(mesh)), (200, "application/octet-stream", about["facets"] * 36), "its mesh")
+    # The corners are those of the file, bit by bit.
+    facets = bytes_of_part[84:]
+    expect(mesh == b"".join(facets[i + 12:i + 48] for i in range(0, len(facets), 50)), True, "the mesh is the file's")
+    expect(desk.ask("PUT", "/api/v1/part", b"", **upload)[0], 400, "an empty file")
+    expect(desk.ask("PUT", "/api/v1/part?unit=furlong", bytes_of_part, **upload)[0], 400, "an unknown unit")
+
+
+def events(desk, last=None):
+    sock = desk.connect()
+    more = f"Last-Event-ID: {last}\r\n" if last is not None else ""
+    sock.sendall(f"GET /api/v1/events HTTP/1.1\r\nHost: 127.0.0.1:{desk.port}\r\nCookie: {desk.signed['Cookie']}\r\n{more}\r\n".encode())
+    return sock
+
+
+def test_events(desk):
+    streams = [events(desk) for _ in range(30)]
+    heads = [read_until(sock, b"\r\n\r\n") for sock in streams]
+    assert all(b"text/event-stream" in head for head in heads)
+    desk.ask("POST", "/api/v1/part/unit", json.dumps({"unit": "inch"}), **desk.signed)
+    for sock in streams:
+        got = read_until(sock, b'"state":"ready"')
+        assert b"event: part" in got, got
+    last = max(int(number) for number in re.findall(rb"id: (\d+)", got))
+    for sock in streams:
+        sock.close()
+    with events(desk, last - 1) as sock:
+        assert f"id: {last}\n".encode() in read_until(sock, b'"state":"ready"'), "the event after the last one that was heard"
+
+
+def test_many(desk):
+    """More connections than one address may have: the others are served again when those have gone."""
+    crowd = []
+    for _ in range(60):
+        crowd.append(desk.connect())
+    closed = [sock for sock in crowd if select.select([sock], [], [], 0)[0]]
+    for sock in crowd:
+        sock.close()
+    deadline = time.monotonic() + HANG
+    while True:
+        try:
+            if desk.ask("GET", "/api/v1/state", **desk.signed)[0] == 200:
+                break
+        except (ConnectionError, http.client.HTTPException):
+            assert time.monotonic() < deadline, f"not served after {len(closed)} of 60 were closed"
+
+
+def test_slow(desk):
+    """A head, and a body, that arrive byte by byte: closed by the server, while others are served."""
+    head = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{desk.port}\r\nX-Slow: ".encode()
+    body = (f"POST /api/v1/part/unit HTTP/1.1\r\nHost: 127.0.0.1:{desk.port}\r\nOrigin: {desk.origin}\r\nContent-Type: application/json\r\n"
+            f"Cookie: {desk.signed['Cookie']}\r\nX-Tiltfeed-Csrf: {desk.signed['X_Tiltfeed_Csrf']}\r\nContent-Length: 4000\r\n\r\n").encode()
+    slow = [desk.connect(), desk.connect()]
+    slow[0].sendall(head)
+    slow[1].sendall(body)
+    begun, ended = time.monotonic(), 0
+    while slow:
+        expect(desk.ask("GET", "/api/v1/state", **desk.signed)[0], 200, "beside slow clients")
+        for sock in list(slow):
+            try:
+                sock.sendall(b" ")
+                gone = select.select([sock], [], [], 0.2)[0] and sock.recv(100) == b""
+            except ConnectionError:
+                gone = True
+            if gone:
+                slow.remove(sock)
+                ended = time.monotonic()
+        assert time.monotonic() < begun + HANG, "a client that sends a byte now and then is never closed"
+    print(f"slow clients closed after {ended - begun:.1f} s")
+
+
+def test_api_page(binaries, folder, part):
+    """The examples of desk/API.md, as they stand there, in one shell."""
+    page = os.path.dirname(os.path.abspath(__file__)) + "/../../desk/API.md"
+    with open(page, encoding="utf-8") as file:
+        examples = re.findall(r"```sh\n(.*?)```", file.read(), re.S)
+    assert len(examples) >= 6, examples
+    work = f"{folder}/api"
+    os.makedirs(work)
+    shutil.copy(part, f"{work}/part.stl")
+    desk = Desk(binaries)
+    try:
+        script = "set -eu -o pipefail\n" + "\n".join(examples)
+        done = subprocess.run(["bash", "-c", script], cwd=work, env={**os.environ, "ADDRESS": desk.address},
+                              capture_output=True, text=True, timeout=HANG, check=False)
+        expect((done.returncode, done.stderr), (0, ""), f"the examples: {done.stdout[-2000:]}")
+        assert os.path.getsize(f"{work}/mesh.f32") > 0
+        expect(desk.stop(), 0, "the end")
+    finally:
+        desk.process.kill()
+
+
+def main():
+    binaries, folder = sys.argv[1:3]
+    shutil.rmtree(folder, ignore_errors=True)
+    os.makedirs(folder)
+    part = f"{folder}/pin.stl"
+    subprocess.run([f"{binaries}/tiltfeed-sim", "part", "pin", "--out", part], check=True, stdout=subprocess.DEVNULL)
+    os.environ["TMPDIR"] = folder
+    desk = Desk(binaries)
+    try:
+        test_access(desk)
+        test_headers(desk)
+        test_uploads(desk, part)
+        test_events(desk)
+        test_many(desk)
+        test_slow(desk)
+        listener = events(desk)
+        read_until(listener, b"\r\n\r\n")
+        expect(desk.stop(), 0, "the end, with a listener that waits")
+    finally:
+        desk.process.kill()
+    expect([name for name in os.listdir(folder) if name.startswith("tiltfeed-desk")], [], "what is left in the folder")
+    taken = Desk(binaries, part)
+    refused = subprocess.run([f"{binaries}/tiltfeed", "desk", "--port", str(taken.port)], capture_output=True, text=True, check=False)
+    expect((refused.returncode, f"127.0.0.1:{taken.port}: " in refused.stderr), (1, True), f"a port that is taken: {refused.stderr}")
+    taken.sign_in()
+    expect(json.loads(taken.ask("GET", "/api/v1/state", **taken.signed)[2])["part"]["name"], "pin.stl", "the part of the command line")
+    expect(taken.stop(), 0, "the end")
+    test_api_page(binaries, folder, part)
+    print("desk_server_test: all passed")
+
+
+main()
