@@ -49,9 +49,13 @@ EnvelopePoint Heights::contact(Place p) {
 
 double Heights::at(Place p) { return contact(p).flat.z; }
 
-double Heights::highest(Place a, Place b) {
+double Heights::highest(Place a, Place b, Pass* points) {
   double top = kNoSurface;
   const LineEnvelope found = envelope_.along(line_between(a, b));
+  if (points != nullptr) {
+    points->clear();
+    for (const Pass& pass : found.passes) points->insert(points->end(), pass.begin(), pass.end());
+  }
   if (!found.too_near.empty() && may_be_shut()) return kShut;
   for (const Pass& pass : found.passes)
     for (const EnvelopePoint& p : pass) top = std::max(top, p.flat.z);

@@ -40,8 +40,9 @@ class Heights {
   /// column, if any.
   EnvelopePoint contact(Place p);
 
-  /// The highest z' on the straight line from a to b, which does not run beyond a pole.
-  double highest(Place a, Place b);
+  /// The highest z' on the straight line from a to b, which does not run beyond a pole. `points`, if any:
+  /// becomes those of the envelope there.
+  double highest(Place a, Place b, Pass* points = nullptr);
 
   /// Heights along the line by rising run, as densely as Envelope::along gives them; gaps are samples of
   /// kNoSurface or kShut just beyond the ends of what is beside them.

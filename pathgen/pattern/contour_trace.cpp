@@ -156,11 +156,12 @@ class Tracer {
     const bool rises = solid && straight && rises_beside(middle, out);
     // The envelope all along the move costs the most: it is asked last, and where nothing else decides.
     std::optional<bool> asked;
+    Pass under;
     const auto clear = [&] {
-      if (!asked) asked = heights_.at(middle) <= top && heights_.highest(a.place, b.place) <= top;
+      if (!asked) asked = heights_.at(middle) <= top && heights_.highest(a.place, b.place, &under) <= top;
       return *asked;
     };
-    if (rises && quarters_fit(a.place, b.place, out, top) && clear()) return;
+    if (rises && quarters_fit(a.place, b.place, out, top) && clear() && stays_near(under, out)) return;
     const double size = distance(a.point.centre, b.point.centre);
     if (!solid && (a.shut == b.shut || size <= kShutEnd * options_.tolerance)) return cut();
     std::optional<Stop> stop;
@@ -183,6 +184,15 @@ class Tracer {
     const Place early = lerp(a, b, 0.25), late = lerp(a, b, 0.75);
     return heights_.at(early) <= top && heights_.at(late) <= top && rises_beside(early, out) &&
            rises_beside(late, out);
+  }
+
+  /// Where what is under a move is so low, square to itself, that the border may be further off than it
+  /// should be, the border is still beside the move.
+  bool stays_near(const Pass& under, Direction2 out) {
+    return std::all_of(under.begin(), under.end(), [&](const EnvelopePoint& p) {
+      const double off = (options_.level - p.flat.z) * dot(p.normal, p.axis);
+      return off <= (kAside + kStandOff) * options_.tolerance || rises_beside({p.flat.x, p.flat.y}, out);
+    });
   }
 
   bool rises_beside(Place p, Direction2 out) {

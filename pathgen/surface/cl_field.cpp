@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pathgen/mesh/folds.h"
 #include "pathgen/mesh/winding_number.h"
 #include "pathgen/options/side_step.h"
 #include "pathgen/progress/stages.h"
@@ -108,16 +109,22 @@ Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const
   const std::vector<std::uint32_t> backs = exposed_backs(
       (*field)->surface, (*field)->deformation, (*field)->index, reference_height(options.cutter), looking);
   if (looking && !looking(1.0)) return cancelled();
-  if (backs.empty()) return field;
-  const Point<Part> place = part.mesh.vertices[part.mesh.facets[backs.front()][0]];
+  const std::vector<std::uint32_t> folds =
+      backs.empty() ? folded_facets(part.mesh) : std::vector<std::uint32_t>{};
+  if (backs.empty() && folds.empty()) return field;
+  const std::vector<std::uint32_t>& shown = backs.empty() ? folds : backs;
+  const Point<Part> place = part.mesh.vertices[part.mesh.facets[shown.front()][0]];
   const bool inward = options.axis.mode != AxisMode::kFixed && options.axis.sense == Sense::kInward;
   auto both = field_of(part.mesh, Sides::kBoth, options, again);
   if (both) (*both)->starts_inside = inward;
-  if (inward && feature_in_material(part.mesh, (*field)->deformation, backs)) return both;
-  warnings.push_back(std::to_string(backs.size()) + " facets show the tool their inside, first facet " +
-                     std::to_string(part.mesh.source[backs.front()]) + " at " + to_string(place) +
-                     ": shells cross or fold there; both sides of every facet count as surface, and the tool "
-                     "keeps off both");
+  if (inward && !backs.empty() && feature_in_material(part.mesh, (*field)->deformation, backs)) return both;
+  const char* what = backs.empty() ? " facets lie at narrow notches without material behind"
+                                   : " facets show the tool their inside";
+  const char* why =
+      backs.empty() ? "the mesh is folded there and turned inside out" : "shells cross or fold there";
+  warnings.push_back(std::to_string(shown.size()) + what + ", first facet " +
+                     std::to_string(part.mesh.source[shown.front()]) + " at " + to_string(place) + ": " +
+                     why + "; both sides of every facet count as surface, and the tool keeps off both");
   return both;
 }
 

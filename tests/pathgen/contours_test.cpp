@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <array>
 #include <map>
+#include <random>
+#include <vector>
 
 #include "tests/judges/contour_proof.h"
 
@@ -137,6 +140,44 @@ TEST(ZLevel, AnAcuteCornerIsFollowedToItsEnd) {
       EXPECT_LT(nearest, 2.0 * kTolerance / std::sin(half));
       expect_on_the_border(shapes.mesh, *field, contours, 300);
     }
+}
+
+/// A steep wall with narrow notches at uneven distances: the ball dips in, wherever on a move that is.
+TEST(ZLevel, OverNotchesTheBallKeepsInTouchAllAlong) {
+  Shapes shapes;
+  std::mt19937 random(11);
+  std::vector<std::array<double, 2>> section{{-12.0, 0.0}};
+  for (double x = -11.0; x < 11.0; x += 1.3 + 2.0 * (random() * 0x1.0p-32)) {
+    section.push_back({x - 0.27, 0.0});
+    section.push_back({x, 0.3});
+    section.push_back({x + 0.27, 0.0});
+  }
+  section.push_back({12.0, 0.0});
+  for (std::size_t i = 0; i + 1 < section.size(); ++i) {
+    const auto at = [&](std::size_t k, double z) {
+      return Point<Part>{section[k][0], section[k][1] + 0.05 * z, z};
+    };
+    shapes.quad(at(i, 0.0), at(i + 1, 0.0), at(i + 1, 6.0), at(i, 6.0));
+  }
+  shapes.floor(-12, 0.6, 12, 9, 6.0), shapes.floor(-16, -8, 16, 0, 0.0);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  ContourOptions options = options_for(3.0, 3.0);
+  options.height = {kRadius + 0.3, 6.0};
+  std::size_t places = 0;
+  each_pass(contours_of(*field, options), [&](const Pass& pass) {
+    for (std::size_t i = 0; i + 1 < pass.size(); ++i)
+      for (const double share : {0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9}) {
+        const Point<Part> p = lerp(pass[i].centre, pass[i + 1].centre, share);
+        if (std::abs(p.x) > 9.0 || p.y > 0.0) continue;
+        const auto height = [&](double x, double y) {
+          return let_down(shapes.mesh, field->deformation.axis_line(x, y), kRadius, p.z - 1.0);
+        };
+        EXPECT_LE(height(p.x, p.y), p.z + kTolerance);
+        EXPECT_GT(height(p.x, p.y + 1.3 * kTolerance), p.z) << p.x << ' ' << p.y << ' ' << p.z;
+        ++places;
+      }
+  });
+  EXPECT_GT(places, 200u);
 }
 
 TEST(ZLevel, TorusBeadGivesTwoCircles) {

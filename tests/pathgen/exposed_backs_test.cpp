@@ -9,6 +9,7 @@
 #include <random>
 #include <vector>
 
+#include "pathgen/mesh/folds.h"
 #include "pathgen/plan/plan.h"
 #include "pathgen/surface/flat_hulls.h"
 #include "tests/shapes/cut_passes.h"
@@ -156,6 +157,66 @@ TEST(InsideSolid, OfALinePartlyInTheMaterialTheRestIsCut) {
     }
   }
   EXPECT_GT(cuts, 50u);
+}
+
+/// A wedge 20 mm long and 30 wide. At its thin end the upper side is at `up`, the lower at `down`: where that
+/// is higher, both sides cross just before, and the last bit is turned inside out.
+CheckedMesh wedge(double up, double down) {
+  const auto at = [&](double x, double y, double z) { return Point<Part>{x, y, z}; };
+  soup::Soup s;
+  soup::add_quad(s, at(0, 0, 0), at(0, 30, 0), at(20, 30, down), at(20, 0, down));
+  soup::add_quad(s, at(0, 0, 4), at(20, 0, up), at(20, 30, up), at(0, 30, 4));
+  soup::add_quad(s, at(0, 0, 0), at(0, 0, 4), at(0, 30, 4), at(0, 30, 0));
+  soup::add_quad(s, at(20, 0, down), at(20, 30, down), at(20, 30, up), at(20, 0, up));
+  soup::add_quad(s, at(0, 0, 0), at(20, 0, down), at(20, 0, up), at(0, 0, 4));
+  soup::add_quad(s, at(0, 30, 0), at(0, 30, 4), at(20, 30, up), at(20, 30, down));
+  return soup::check(s);
+}
+
+TEST(Folds, AWedgeWhoseThinEndIsTurnedInsideOutIsNotCutInto) {
+  for (const double over : {-0.1, 0.1}) {
+    const CheckedMesh part = wedge(0.2, 0.2 + over);
+    ASSERT_EQ(part.sides, Sides::kOutward);
+    EXPECT_EQ(!folded_facets(part.mesh).empty(), over > 0.0);
+    PlanOptions o = options_with(AxisFrame{});
+    o.cutter = {4.0, 100.0, 30.0};
+    o.tolerance = 0.01;
+    const auto planned = plan(part, o, {});
+    ASSERT_TRUE(planned) << planned.error().message;
+    const auto& warnings = planned->report.warnings;
+    EXPECT_EQ(std::any_of(warnings.begin(), warnings.end(),
+                          [](const std::string& w) { return w.find("folded") != std::string::npos; }),
+              over > 0.0);
+    const double highest = 0.2 + std::max(0.0, over);  // of the thin end
+    for (const Move& move : planned->path.moves) {
+      const Point<Part> centre = move.pose.tip + move.pose.axis * 2.0;
+      if (centre.y < 0.0 || centre.y > 30.0) continue;
+      const double up = std::max(0.0, centre.z - highest);  // the shank is above the ball
+      EXPECT_GE(std::hypot(centre.x - 20.0, up), 2.0 - o.tolerance) << centre.x << ' ' << centre.z;
+    }
+  }
+}
+
+/// An open notch as narrow is no fold: there is material behind it.
+TEST(Folds, ANarrowNotchIsNone) {
+  soup::Soup s;
+  const std::array<std::array<double, 2>, 7> section{
+      {{0, 0}, {20, 0}, {20, 8}, {11, 8}, {10, 2}, {9, 8}, {0, 8}}};
+  for (std::size_t i = 0; i < section.size(); ++i) {
+    const auto& [x, z] = section[i];
+    const auto& [next_x, next_z] = section[(i + 1) % section.size()];
+    soup::add_quad(s, {x, 0, z}, {next_x, 0, next_z}, {next_x, 30, next_z}, {x, 30, z});
+  }
+  for (const double y : {0.0, 30.0})  // a fan about the notch's foot
+    for (std::size_t i = 5; i < 5 + 5; ++i) {
+      const auto& a = section[i % 7];
+      const auto& b = section[(i + 1) % 7];
+      const soup::Corners f{Point<Part>{10, y, 2}, {a[0], y, a[1]}, {b[0], y, b[1]}};
+      s.push_back(y == 0.0 ? f : soup::reversed(f));
+    }
+  const CheckedMesh part = soup::check(s);
+  ASSERT_EQ(part.sides, Sides::kOutward);
+  EXPECT_TRUE(folded_facets(part.mesh).empty());
 }
 
 }  // namespace
