@@ -2,7 +2,6 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -18,12 +17,12 @@ namespace {
 /// The finest bins, against the side of a square of the area that a box has on average.
 constexpr double kFinest = 0.5;
 constexpr double kMostBins = 16e6;
-/// A box lies in a grid whose bins are at least this much of its longer side: in a few bins.
+/// A box is of a size whose measure is at least this much of its longer side.
 constexpr double kBinShare = 0.7;
+/// The bins of a size, against its measure: a box lies in two or three bins.
+constexpr double kBinsPerMeasure = 2.0;
 /// Each grid's bins are twice those of the one before.
 constexpr int kMostGrids = 24;
-/// Of bins, filled side by side; each task reads all boxes.
-constexpr int kMostStripes = 2;
 /// Boxes that one task takes at least: some hundred microseconds of work.
 constexpr std::size_t kGrain = 8192;
 
@@ -49,9 +48,8 @@ LooseBox loosened(const FlatBox& box) {
   return {down(box.low_x), up(box.high_x), down(box.low_y), up(box.high_y)};
 }
 
-std::int64_t FlatBins::Axis::wrapped(std::int64_t b) const {
+std::int64_t FlatBins::Axis::from_outside(std::int64_t b) const {
   if (!wraps) return std::clamp<std::int64_t>(b, 0, count - 1);
-  if (b >= 0 && b < count) return b;
   const std::int64_t rest = b % count;
   return rest < 0 ? rest + count : rest;
 }
@@ -107,7 +105,9 @@ void FlatBins::lay_grids(std::span<const LooseBox> boxes, const FlatBounds& boun
   for (int k = 0; k < kMostGrids; ++k) {
     if (used[static_cast<std::size_t>(k)] == 0) continue;
     place[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(grids_.size());
-    const double size = std::ldexp(finest, k);
+    const double measure = std::ldexp(finest, k), size = kBinsPerMeasure * measure;
+    if (grids_.empty())
+      spacing_ = std::min(axis(0.0, width, measure, 0.0).size, axis(0.0, height, measure, 0.0).size);
     grids_.push_back(
         {axis(bounds.min_x, width, size, period_x), axis(bounds.min_y, height, size, period_y), bins});
     bins += static_cast<std::size_t>(grids_.back().x.count * grids_.back().y.count);
@@ -116,41 +116,26 @@ void FlatBins::lay_grids(std::span<const LooseBox> boxes, const FlatBounds& boun
   start_.assign(bins + 1, 0);
 }
 
-/// A counting sort: stripes of bins are filled side by side; each bin lists its boxes in rising order.
+/// A counting sort; each bin lists its boxes in rising order.
 void FlatBins::fill(std::span<const LooseBox> boxes) {
-  const std::size_t bins = start_.size() - 1;
-  FreshVector<Span> spans(boxes.size());
-  each(boxes.size(), [&](std::size_t i) {
-    const Grid& grid = grids_[grid_of_[i]];
-    std::int64_t x0, x1, y0, y1;
-    grid.x.span(boxes[i].low_x, boxes[i].high_x, x0, x1),
-        grid.y.span(boxes[i].low_y, boxes[i].high_y, y0, y1);
-    spans[i] = {static_cast<std::int32_t>(x0), static_cast<std::int32_t>(x1), static_cast<std::int32_t>(y0),
-                static_cast<std::int32_t>(y1)};
-  });
-  const auto stripes =
-      static_cast<std::size_t>(std::clamp(tbb::this_task_arena::max_concurrency(), 1, kMostStripes));
-  const auto each_stripe = [&](const auto& visit) {
-    tbb::parallel_for(std::size_t{0}, stripes, [&](std::size_t k) {
-      const std::size_t low = bins * k / stripes, high = bins * (k + 1) / stripes;
-      for (std::uint32_t b = 0; b < boxes.size(); ++b) {
-        const Grid& grid = grids_[grid_of_[b]];
-        const Span span = spans[b];
-        for (std::int64_t j = span.y0; j <= span.y1; ++j)
-          for (std::int64_t i = span.x0; i <= span.x1; ++i) {
-            const std::size_t bin = grid.bin(grid.x.wrapped(i), grid.y.wrapped(j));
-            if (bin >= low && bin < high) visit(bin, b);
-          }
-      }
-    });
+  const auto each_bin_of = [&](std::size_t box, const auto& visit) {
+    each_bin(grids_[grid_of_[box]], boxes[box], visit);
   };
-  each_stripe([&](std::size_t bin, std::uint32_t) { ++start_[bin]; });
+  const auto count_on = [&](std::size_t bin) {
+    return std::atomic_ref<std::uint32_t>(start_[bin]).fetch_add(1, std::memory_order_relaxed);
+  };
+  each(boxes.size(), [&](std::size_t i) { each_bin_of(i, count_on); });
   std::exclusive_scan(start_.begin(), start_.end(), start_.begin(), 0U);
   entries_.resize(start_.back());
-  each_stripe([&](std::size_t bin, std::uint32_t box) { entries_[start_[bin]++] = box; });
+  each(boxes.size(), [&](std::size_t i) {
+    each_bin_of(i, [&](std::size_t bin) { entries_[count_on(bin)] = static_cast<std::uint32_t>(i); });
+  });
   // Each start has been counted on to the next one.
   std::move_backward(start_.begin(), start_.end() - 1, start_.end());
   start_.front() = 0;
+  each(start_.size() - 1, [&](std::size_t bin) {
+    std::sort(entries_.begin() + start_[bin], entries_.begin() + start_[bin + 1]);
+  });
 }
 
 bool run_in_box(const FlatBox& box, const FlatLine& line, double& from, double& to) {

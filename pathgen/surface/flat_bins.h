@@ -85,8 +85,8 @@ class FlatBins {
     return false;
   }
 
-  /// Of the finest bins, mm: about the distance of neighbouring boxes.
-  double finest() const { return std::min(grids_.front().x.size, grids_.front().y.size); }
+  /// About the distance of neighbouring boxes, mm.
+  double spacing() const { return spacing_; }
 
  private:
   /// One coordinate's bins.
@@ -99,7 +99,8 @@ class FlatBins {
       const auto whole = static_cast<std::int64_t>(at);
       return whole - (at < static_cast<double>(whole) ? 1 : 0);
     }
-    std::int64_t wrapped(std::int64_t bin) const;
+    std::int64_t wrapped(std::int64_t bin) const { return bin >= 0 && bin < count ? bin : from_outside(bin); }
+    std::int64_t from_outside(std::int64_t bin) const;
     void span(double from, double to, std::int64_t& first, std::int64_t& last) const;
   };
   struct Grid {
@@ -108,10 +109,6 @@ class FlatBins {
     std::size_t bin(std::int64_t i, std::int64_t j) const {
       return first + static_cast<std::size_t>(j * x.count + i);
     }
-  };
-  /// The bins of a box: i in [x0, x1] and j in [y0, y1] of its grid, before they are wrapped.
-  struct Span {
-    std::int32_t x0, x1, y0, y1;
   };
   void lay_grids(std::span<const LooseBox> boxes, const FlatBounds& bounds, double period_x, double period_y);
   void fill(std::span<const LooseBox> boxes);
@@ -135,7 +132,8 @@ class FlatBins {
     for (std::uint32_t e = start_[bin]; e < start_[bin + 1]; ++e) visit(entries_[e]);
   }
 
-  std::vector<Grid> grids_;            ///< from fine to coarse
+  std::vector<Grid> grids_;  ///< from fine to coarse
+  double spacing_ = 0.0;
   FreshVector<std::uint8_t> grid_of_;  ///< by box
   std::vector<std::uint32_t> start_;   ///< of each bin in entries_
   FreshVector<std::uint32_t> entries_;

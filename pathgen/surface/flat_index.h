@@ -80,7 +80,7 @@ class FlatIndex {
   static void along(const FlatLine& line, const std::vector<Nearby>& nearby, Scratch& scratch,
                     std::vector<Candidate>& candidates);
   /// About the distance of neighbouring hulls, mm.
-  double spacing() const { return bins_.finest(); }
+  double spacing() const { return bins_.spacing(); }
 
   /// Calls visit(patch) for each hull whose box holds (x, y), until it returns true; returns that.
   template <class Visit>

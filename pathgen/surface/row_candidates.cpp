@@ -36,6 +36,12 @@ class Sorted {
       slot_[s] = at;
     }
   }
+  /// Is a line at a distance in the range?
+  bool any_in(Range range) const {
+    std::uint32_t i = slot_[slot_of(range.low)];
+    while (i < across_.size() && across_[i] < range.low) ++i;
+    return i < across_.size() && across_[i] <= range.high;
+  }
   /// Calls visit(line) for each line at a distance in the range.
   template <class Visit>
   void each_in(Range range, Visit visit) const {
@@ -52,6 +58,13 @@ class Sorted {
   std::vector<std::uint32_t> slot_;  ///< the first line in it or beyond
   double per_mm_ = 0.0;
 };
+
+/// How far to the left of the origin a moved box reaches, as lines in the direction of `line` see it.
+Range across(const FlatBox& box, double shift_x, double shift_y, const FlatLine& line) {
+  const double y0 = (box.low_y + shift_y) * line.dx, y1 = (box.high_y + shift_y) * line.dx,
+               x0 = (box.low_x + shift_x) * line.dy, x1 = (box.high_x + shift_x) * line.dy;
+  return {std::min(y0, y1) - std::max(x0, x1) - kSpare, std::max(y0, y1) - std::min(x0, x1) + kSpare};
+}
 
 /// The rectangle round all lines.
 FlatBox box_round_all(std::span<const FlatLine> lines) {
@@ -94,6 +107,7 @@ RowCandidates::RowCandidates(const FlatIndex& index, std::span<const FlatLine> l
     const auto end = static_cast<std::uint32_t>(index.hulls() * (b + 1) / blocks_.size());
     for (auto c = static_cast<std::uint32_t>(index.hulls() * b / blocks_.size()); c < end; ++c)
       index.each_turn(index.box(c), round, [&](double shift_x, double shift_y) {
+        if (!sorted.any_in(across(index.box(c), shift_x, shift_y, lines[0]))) return;
         const auto hull = index.seen_along(c, lines[0].dx, lines[0].dy, shift_x, shift_y);
         sorted.each_in({hull.least_across() - kSpare, hull.most_across() + kSpare}, [&](std::uint32_t i) {
           Candidate candidate;
