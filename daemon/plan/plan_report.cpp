@@ -38,17 +38,21 @@ std::string turning(const MachineModel& machine, const Joints& q, const char* un
 
 double rotary_turns(const JointPathReport& joints) { return (joints.max.c - joints.min.c) / 360.0; }
 
+nlohmann::ordered_json between_json(const BetweenPasses& between) {
+  nlohmann::ordered_json json = {{"limit_mm", between.limit},  {"most_mm", between.most},
+                                 {"never_cut", between.never}, {"area_over_mm2", between.area},
+                                 {"facet", nullptr},           {"place_mm", nullptr}};
+  if (between.facet != kNoFacet) {
+    json["facet"] = between.facet;
+    json["place_mm"] = {between.place.x, between.place.y, between.place.z};
+  }
+  return json;
+}
+
 nlohmann::ordered_json uncut_json(const RestReport& uncut) {
   nlohmann::ordered_json json = {
       {"area_mm2", uncut.area}, {"facing_area_mm2", uncut.facing_area}, {"facets_turned_away", uncut.away}};
-  const BetweenPasses& between = uncut.between;
-  json["between_passes"] = {{"limit_mm", between.limit},  {"most_mm", between.most},
-                            {"never_cut", between.never}, {"area_over_mm2", between.area},
-                            {"facet", nullptr},           {"place_mm", nullptr}};
-  if (between.facet != kNoFacet) {
-    json["between_passes"]["facet"] = between.facet;
-    json["between_passes"]["place_mm"] = {between.place.x, between.place.y, between.place.z};
-  }
+  json["between_passes"] = between_json(uncut.between);
   json["facets"] = nlohmann::ordered_json::array();
   for (const RestFacet& f : uncut.facets)
     json["facets"].push_back({{"facet", f.facet}, {"why", word_of(f.why)}, {"share", f.share}});
@@ -130,6 +134,7 @@ std::string report_json(const PlanOutcome& o) {
   if (o.plan.free) json["free"] = free_json(*o.plan.free);
   if (o.plan.indexed) json["indexed"] = indexed_json(*o.plan.indexed);
   if (o.plan.uncut) json["uncut"] = uncut_json(*o.plan.uncut);
+  if (o.plan.between) json["between_passes"] = between_json(*o.plan.between);
   json["warnings"] = o.plan.warnings;
   json["stages"] = nlohmann::ordered_json::object();
   double wall = 0.0;
@@ -204,9 +209,12 @@ std::string report_text(const PlanOutcome& o) {
     text +=
         format("uncut: %.1f of %.1f mm2 that face the tool, on %zu facets; which and why is in the report\n",
                o.plan.uncut->area, o.plan.uncut->facing_area, o.plan.uncut->facets.size());
-  if (o.plan.uncut && o.plan.uncut->between.area == 0.0)
+  const BetweenPasses* between = o.plan.uncut     ? &o.plan.uncut->between
+                                 : o.plan.between ? &*o.plan.between
+                                                  : nullptr;
+  if (between != nullptr && between->area == 0.0)
     text += format("between passes at most %.4f mm are left; %.4f mm are asked, tolerance included\n",
-                   o.plan.uncut->between.most, o.plan.uncut->between.limit);
+                   between->most, between->limit);
   if (o.bend.stretches + o.bend.refused > 0)
     text += format(
         "near the pole the axis leans by up to %.2f degrees at %zu points of %zu pieces; %zu pieces stay "

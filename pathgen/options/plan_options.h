@@ -119,7 +119,7 @@ struct PlanOptions {
   double max_point_distance = 0.0;  ///< between two points of a pass, mm; 0: no limit
   Angle max_angle_step;    ///< of the tool axis between two points of a pass; 0: no limit but the tolerance's
   double smoothing = 0.0;  ///< least radius of a pass's concave corners, mm; 0: none
-  bool find_rest_material = false;  ///< say which facets stay uncut, with one axis field
+  bool find_rest_material = false;  ///< say what stays uncut, and what the passes leave
   StandOff shank, holder;
   LinkingOptions links;
   Feed cut_feed, plunge_feed;

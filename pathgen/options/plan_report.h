@@ -75,6 +75,7 @@ struct PlanReport {
   std::optional<FreeReport> free;               ///< with the axis free
   std::optional<IndexedReport> indexed;         ///< with fixed directions
   std::optional<RestReport> uncut;              ///< with PlanOptions::find_rest_material, in one axis field
+  std::optional<BetweenPasses> between;         ///< the same where each place has its own axis: free, indexed
   std::vector<std::string> warnings;
   std::vector<StageTime> times;
 };

@@ -10,6 +10,8 @@
 #include "pathgen/free_axis/tool_axis_path.h"
 #include "pathgen/free_slices/cl_slices.h"
 #include "pathgen/options/axis_step.h"
+#include "pathgen/plan/rejected_points.h"
+#include "pathgen/plan/rest_of_cells.h"
 #include "pathgen/progress/stages.h"
 #include "pathgen/progress/watch.h"
 
@@ -80,6 +82,15 @@ class FreePlanner {
     if (!stages_.begin("link")) return cancelled();
     join(runs, admissible);
     if (stages_.stopped()) return cancelled();
+    if (options_.find_rest_material) {
+      if (!stages_.begin("uncut")) return cancelled();
+      report_.between = find_rest_of_cells(
+          part_, options_, tool, DirectionGrid(Admissibility::kAdmissibleLevel).directions(),
+          plan_.path.moves, [this](double share) { return stages_.report(share); });
+      if (stages_.stopped()) return cancelled();
+      warn_between(*report_.between, "use a smaller pattern.side_step_mm, or one more of axis.plane_normals",
+                   report_);
+    }
     stages_.end();
     return {};
   }

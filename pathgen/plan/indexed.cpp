@@ -17,6 +17,8 @@
 #include "pathgen/indexed/set_cover.h"
 #include "pathgen/options/side_step.h"
 #include "pathgen/plan/predefined_axis.h"
+#include "pathgen/plan/rejected_points.h"
+#include "pathgen/plan/rest_of_cells.h"
 #include "pathgen/progress/shares.h"
 #include "pathgen/progress/stages.h"
 
@@ -76,6 +78,13 @@ class Indexed {
     if (auto done = cut_all(regions, reach); !done) return tl::unexpected(done.error());
     if (plan_.path.moves.empty())
       return fail(Code::kUnreachable, "no direction leaves anything to cut: check containment and guards");
+    if (options_.find_rest_material) {
+      if (!stages_.begin("uncut")) return cancelled();
+      plan_.report.between = find_rest_of_cells(part_, options_, tool, chosen_, plan_.path.moves, share_);
+      if (stages_.stopped()) return cancelled();
+      stages_.end();
+      warn_between(*plan_.report.between, "use a smaller pattern.side_step_mm", plan_.report);
+    }
     return std::move(plan_);
   }
 

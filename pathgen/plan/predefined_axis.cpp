@@ -108,7 +108,8 @@ class Planner {
       if (!stages_.begin("uncut")) return cancelled();
       report_.uncut = find_rest_material(**field, options_, envelope_, path_.moves, share_);
       if (stages_.stopped()) return cancelled();
-      warn_between(report_.uncut->between, report_);
+      warn_between(report_.uncut->between,
+                   "use a smaller pattern.side_step_mm, or pattern.measure: surface or scallop", report_);
     }
     stages_.end();
     return {};

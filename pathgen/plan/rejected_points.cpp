@@ -85,7 +85,7 @@ void warn_smoothed(const Smoothed& smoothed, PlanReport& report) {
                             std::to_string(smoothed.points) + " points of the envelope");
 }
 
-void warn_between(const BetweenPasses& between, PlanReport& report) {
+void warn_between(const BetweenPasses& between, const char* remedy, PlanReport& report) {
   if (between.area == 0.0) return;
   const auto mm = [](double value) { return number_text(std::round(1e4 * value) / 1e4); };
   const Point<Part> p = between.place;
@@ -93,8 +93,7 @@ void warn_between(const BetweenPasses& between, PlanReport& report) {
       "between passes more is left than the " + mm(between.limit) +
       " mm that the job asks for, tolerance included, on " + mm(between.area) +
       " mm2: " + (between.never ? "no pass comes near (" : mm(between.most) + " mm at (") + mm(p.x) + ", " +
-      mm(p.y) + ", " + mm(p.z) + ") on facet " + std::to_string(between.facet) +
-      "; use a smaller pattern.side_step_mm, or pattern.measure: surface or scallop");
+      mm(p.y) + ", " + mm(p.z) + ") on facet " + std::to_string(between.facet) + "; " + remedy);
 }
 
 void warn_touches(const Touches& touches, PlanReport& report) {

@@ -18,7 +18,8 @@ void warn_too_near(const ClSurface& surface, const std::vector<PatchId>& too_nea
 /// Adds a warning of what rounding off left in corners, if anything.
 void warn_smoothed(const Smoothed& smoothed, PlanReport& report);
 /// Adds a warning of what passes leave between them over what was asked, if anything.
-void warn_between(const BetweenPasses& between, PlanReport& report);
+/// `remedy`: what leaves less between two passes.
+void warn_between(const BetweenPasses& between, const char* remedy, PlanReport& report);
 /// Adds a warning of where shank or holder come near and guards only report, if anywhere.
 void warn_touches(const Touches& touches, PlanReport& report);
 

@@ -6,8 +6,10 @@
 
 #include <random>
 
+#include "pathgen/axis/direction_grid.h"
 #include "pathgen/options/side_step.h"
 #include "pathgen/plan/rest_material.h"
+#include "pathgen/plan/rest_of_cells.h"
 #include "sim/solid/tool_solid.h"
 #include "tests/shapes/cut_passes.h"
 
@@ -165,6 +167,65 @@ TEST(BetweenPasses, AMissingRowIsFound) {
   EXPECT_EQ(find_rest_material(**field, o, envelope, planned->path.moves).between.area, 0.0);
   const RestReport none = find_rest_material(**field, o, envelope, {});
   EXPECT_TRUE(none.between.never);
+}
+
+/// The same slope with an axis of its own at each place, or one chosen for it; not its sides.
+PlanOptions options_of(const Slope& slope, AxisMode mode) {
+  PlanOptions o = slope.options();
+  o.axis.mode = mode;
+  o.containment.first = {-8.0, 8.0};
+  o.containment.second = {-3.5, 3.5};
+  o.tilt_max = Angle::from_degrees(80.0);
+  o.free.plane_normals = {{0, 1, 0}};
+  return o;
+}
+
+TEST(RestOfCells, RowsOfAFreeOrIndexedAxisLeaveTheirRidge) {
+  for (const AxisMode mode : {AxisMode::kFree, AxisMode::kIndexed})
+    for (const double degrees : {0.0, 72.0}) {
+      SCOPED_TRACE(std::to_string(static_cast<int>(mode)) + ", " + std::to_string(degrees));
+      const Slope slope{degrees, 0.47, StepMeasure::kFlat};
+      const auto planned = plan(slope.part(), options_of(slope, mode), nullptr);
+      ASSERT_TRUE(planned) << planned.error().message;
+      ASSERT_TRUE(planned->report.between);
+      const BetweenPasses& between = *planned->report.between;
+      const double tolerance = slope.options().tolerance;
+      // Planes of slices stand upright, so that they are further apart on a slope; a chosen axis faces it.
+      const double fall = mode == AxisMode::kFree ? Angle::from_degrees(degrees).radians() : 0.0,
+                   apart = slope.step / std::cos(fall), ridge = Slope::ridge(apart);
+      EXPECT_NEAR(between.limit, 4.0 * Slope::ridge(slope.step) + tolerance, 1e-12);
+      EXPECT_EQ(between.area > 0.0, ridge > between.limit);
+      EXPECT_GE(between.most, 0.85 * ridge);
+      // Beyond the last row lies up to a step.
+      EXPECT_LE(between.most, std::max(Slope::ridge(2.0 * apart) + tolerance, between.limit));
+      const bool told = !planned->report.warnings.empty() &&
+                        planned->report.warnings.back().find("between passes more") != std::string::npos;
+      EXPECT_EQ(told, ridge > between.limit);
+    }
+}
+
+TEST(RestOfCells, AMissingRowIsFoundWhereTheToolReaches) {
+  const Slope slope{20.0, 0.47, StepMeasure::kFlat};
+  const CheckedMesh part = slope.part();
+  const PlanOptions o = options_of(slope, AxisMode::kFree);
+  const auto planned = plan(part, o, nullptr);
+  ASSERT_TRUE(planned) << planned.error().message;
+  std::vector<Move> moves = planned->path.moves;
+  for (Move& move : moves)
+    if (std::abs((move.pose.tip + move.pose.axis * 2.0).y) < 1.2) move.kind = MoveKind::kRapid;
+  const FacetBvh tree(part.mesh);
+  const SweptTool tool(tree, o, o.tolerance);
+  const std::vector<Vec3> up{{0, 0, 1}}, aside{{0, 0.985, -0.17}};
+  const BetweenPasses between = find_rest_of_cells(part, o, tool, up, moves);
+  EXPECT_GT(between.most, 4.0 * Slope::ridge(0.47));
+  EXPECT_NEAR(between.place.y, 0.0, 1.5);
+  EXPECT_GT(between.area, 1.0);
+  EXPECT_EQ(find_rest_of_cells(part, o, tool, aside, moves).area, 0.0) << "the tool cannot come from there";
+  PlanOptions elsewhere = o;
+  elsewhere.containment.second.low = 4.0;
+  EXPECT_EQ(find_rest_of_cells(part, elsewhere, tool, up, moves).area, 0.0) << "not asked for";
+  EXPECT_EQ(find_rest_of_cells(part, o, tool, up, planned->path.moves).area, 0.0);
+  EXPECT_TRUE(find_rest_of_cells(part, o, tool, up, {}).never);
 }
 
 }  // namespace
