@@ -97,8 +97,8 @@ class FreePlanner {
 
  private:
   ToolAxisOptions orientation() const {
-    return {options_.free, options_.tolerance, largest_axis_step(options_, options_.cutter.shank_length),
-            options_.max_point_distance, reference_height(options_.cutter)};
+    return {options_.free, options_.tolerance, largest_axis_step(options_), options_.max_point_distance,
+            reference_height(options_.cutter)};
   }
 
   std::vector<ToolAxisRun> orient(const std::vector<ClSlice>& slices, const Admissibility& admissible) {

@@ -26,35 +26,11 @@ namespace tiltfeed {
 
 namespace {
 
-/// How far up the shank anything of the part can be, over a tool that touches it: no further than z' ranges
-/// where each axis line goes out of the part for good.
-double reach_of_part(const Mesh& mesh, const PlanOptions& options) {
-  const double shank = options.cutter.shank_length;
-  const AxisFrame& frame = options.axis;
-  const bool goes_out = frame.sense == Sense::kOutward || frame.mode == AxisMode::kFixed;
-  if (!goes_out || frame.mode == AxisMode::kCircle) return shank;
-  const Deformation map(frame, 1.0);
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const auto& f : mesh.facets) {
-    const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
-    const double ha = map.height(a), hb = map.height(b), hc = map.height(c);
-    // z' changes by no more than the way; no place of a facet is further from a corner than this.
-    const double way = std::max({distance(a, b), distance(b, c), distance(c, a)}) / std::sqrt(3.0);
-    const double least = std::min({ha, hb, hc});
-    low = std::min(low, frame.mode == AxisMode::kFixed ? least : std::max(0.0, least - way));
-    high = std::max({high, ha, hb, hc});
-  }
-  const double grown =
-      options.allowance + options.radial_stock + options.axial_stock + options.shank.clearance;
-  return std::min(shank, high - low + grown);
-}
-
-EnvelopeOptions envelope_options(const Mesh& mesh, const PlanOptions& options) {
+EnvelopeOptions envelope_options(const PlanOptions& options) {
   const ToleranceBudget budget(options.tolerance);
-  const double reach = reach_of_part(mesh, options);
-  EnvelopeOptions envelope{budget.envelope(), largest_axis_step(options, reach)};
+  EnvelopeOptions envelope{budget.envelope(), largest_axis_step(options)};
   if (options.max_point_distance > 0.0) envelope.max_distance = options.max_point_distance;
-  envelope.reach = reach;
+  envelope.reach = options.cutter.shank_length;
   envelope.turn_tolerance = budget.shank_turn();
   return envelope;
 }
@@ -88,7 +64,7 @@ class Planner {
         options_(options),
         wanted_(wanted),
         budget_(options.tolerance),
-        envelope_(envelope_options(part.mesh, options)),
+        envelope_(envelope_options(options)),
         path_(result.path),
         report_(result.report),
         stages_(progress, result.report.times) {}

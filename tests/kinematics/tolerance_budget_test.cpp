@@ -42,7 +42,7 @@ TEST(ToleranceBudget, TheAxisTurnsNoFurtherInAMoveThanBallAndShankAllow) {
     PlanOptions options;
     options.cutter = {3.0, 250.0, shank};
     const ToleranceBudget budget(options.tolerance);
-    const double turn = largest_axis_step(options, shank);
+    const double turn = largest_axis_step(options);
     const double ball = bow(options.cutter.radius(), turn) / budget.turn();
     const double end = bow(shank, turn) / budget.shank_turn();
     EXPECT_LE(ball, 1.001) << shank;

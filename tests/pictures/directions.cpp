@@ -181,8 +181,7 @@ Result<void> draw_directions(const std::string& file) {
   const SweptTool swept(tree, o, budget.flank());
   const DirectionGrid grid(Admissibility::kAdmissibleLevel + 1);
   const Admissibility admissible(swept, grid, o.up, Angle::from_degrees(kMost));
-  const ToolAxisOptions how{o.free, o.tolerance, largest_axis_step(o, o.cutter.shank_length), 0.0,
-                            reference_height(o.cutter)};
+  const ToolAxisOptions how{o.free, o.tolerance, largest_axis_step(o), 0.0, reference_height(o.cutter)};
   const ToolAxisPass pass = choose_tool_axes(chain, admissible, how);
   const PassCurve curve(chain, o.free);
   if (pass.runs.empty()) return fail(Code::kUnreachable, "no direction is admissible in the hollow");
