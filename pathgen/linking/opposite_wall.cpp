@@ -130,6 +130,11 @@ std::uint64_t OppositeWall::trim(std::vector<std::vector<Pass>>& lines, const Re
   return count;
 }
 
+bool OppositeWall::keeps_off(const EnvelopePoint& stand) {
+  return blocked(tool_, stand.centre, stand.axis, map_.column_length(stand.flat),
+                 std::max(0.0, clearance_z_ - stand.flat.z));
+}
+
 Point<Part> OppositeWall::reference_of(const Pose& pose) const {
   return pose.tip + pose.axis * reference_height_;
 }

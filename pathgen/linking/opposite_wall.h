@@ -30,6 +30,9 @@ class OppositeWall {
   /// wall. Returns how many. When the user stops it, points are left that should not be.
   std::uint64_t trim(std::vector<std::vector<Pass>>& lines, const ReportShare& report = {});
 
+  /// Could the tool, standing at that point, not retract without hitting the opposite wall?
+  bool keeps_off(const EnvelopePoint& stand);
+
   /// Is a straight way from one pose to the next free of hits on the opposite wall?
   bool travel_clear(const Pose& from, const Pose& to) { return is_clear(tool_, from, to); }
   /// And with room for what the axes may stray on a rapid? Where the axis stands they do not.

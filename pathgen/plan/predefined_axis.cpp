@@ -82,7 +82,10 @@ class Planner {
     measure(path_.moves, report_);
     if (options_.find_rest_material && wanted_ == nullptr) {
       if (!stages_.begin("uncut")) return cancelled();
-      report_.uncut = find_rest_material(**field, options_, envelope_, path_.moves, share_);
+      OppositeWall opposite_wall(part_.mesh, (*field)->deformation, options_, *clearance_z);
+      report_.uncut =
+          find_rest_material(**field, options_, envelope_, path_.moves, share_,
+                             [&](const EnvelopePoint& stand) { return opposite_wall.keeps_off(stand); });
       if (stages_.stopped()) return cancelled();
       warn_between(report_.uncut->between,
                    "use a smaller pattern.side_step_mm, or pattern.measure: surface or scallop", report_);

@@ -44,12 +44,19 @@ double gap(const ToolPiece& piece, Point<Part> place, const Stand& at) {
   return distance_to_piece(piece, length(w - at.axis * h), h);
 }
 
+/// A place that the tool reaches, of which the passes leave more than the limit.
+struct OverLimit {
+  double left = 0.0;  ///< mm
+  Point<Part> place;
+  EnvelopePoint stand;  ///< of the tool that reaches it
+};
+
 struct FacetVerdict {
   std::array<std::uint32_t, kRestReasons> uncut{};
   std::uint32_t facing = 0, pieces = 0;
-  std::uint32_t over = 0;  ///< pieces on which the passes leave more than the limit
-  double most = 0.0;       ///< that they leave, mm
-  Point<Part> place;       ///< there
+  std::vector<OverLimit> over;
+  double most = 0.0;  ///< that the passes leave of the others, mm
+  Point<Part> place;  ///< there
 };
 
 /// A facet in pieces no larger than the cutter's radius, by their middles.
@@ -174,14 +181,16 @@ class Judge {
       return {part == ToolPart::kCutter ? by_cutter : rest_reason_of(part)};
     }
     const std::optional<RestReason> refused = rules_.refusal(*found);
-    if (!refused && facing >= kSteepest && off <= options_.tolerance) look_between(place, line.base, verdict);
+    if (!refused && facing >= kSteepest && off <= options_.tolerance)
+      look_between(place, line.base, *found, verdict);
     return {refused};
   }
 
   /// What the passes leave of a place that the tool reaches.
-  void look_between(Point<Part> place, Point<Part> touching, FacetVerdict& verdict) const {
+  void look_between(Point<Part> place, Point<Part> touching, const EnvelopePoint& stand,
+                    FacetVerdict& verdict) const {
     const double left = moves_.left(place, touching, kEnough * limit_);
-    if (left > limit_) ++verdict.over;
+    if (left > limit_) return verdict.over.push_back({left, place, stand});
     if (left > verdict.most) verdict.most = left, verdict.place = place;
   }
 
@@ -194,11 +203,25 @@ class Judge {
   Envelope envelope_;
 };
 
+/// What of the pieces over the limit the tool is kept off is uncut; returns how many are left.
+std::uint32_t without_kept_off(FacetVerdict& verdict, const KeptOff& kept_off) {
+  std::uint32_t over = 0;
+  for (const OverLimit& piece : verdict.over) {
+    if (kept_off && kept_off(piece.stand)) {
+      ++verdict.uncut[static_cast<std::size_t>(RestReason::kShank)];
+      continue;
+    }
+    ++over;
+    if (piece.left > verdict.most) verdict.most = piece.left, verdict.place = piece.place;
+  }
+  return over;
+}
+
 }  // namespace
 
 RestReport find_rest_material(const ClField& field, const PlanOptions& options,
                               const EnvelopeOptions& envelope, const std::vector<Move>& path,
-                              const ReportShare& report_share) {
+                              const ReportShare& report_share, const KeptOff& kept_off) {
   const Mesh& mesh = field.surface.mesh();
   const double limit = asked_height(options) + options.tolerance;
   const CuttingMoves moves(path, field.surface.pieces().front(), reference_height(options.cutter),
@@ -216,7 +239,7 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
   RestReport report;
   report.between.limit = limit;
   for (std::size_t i = 0; i < verdicts.size(); ++i) {
-    const FacetVerdict& v = verdicts[i];
+    FacetVerdict& v = verdicts[i];
     if (v.facing == 0) {
       ++report.away;
       continue;
@@ -225,11 +248,12 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
     const double area =
         length(cross(mesh.vertices[f[1]] - mesh.vertices[f[0]], mesh.vertices[f[2]] - mesh.vertices[f[0]])) /
         2.0;
+    const std::uint32_t over = without_kept_off(v, kept_off);
     std::uint32_t uncut = 0;
     for (const std::uint32_t n : v.uncut) uncut += n;
     report.facing_area += area * v.facing / v.pieces;
     BetweenPasses& between = report.between;
-    between.area += area * v.over / v.pieces;
+    between.area += area * over / v.pieces;
     if (v.most > between.most) between.most = v.most, between.facet = mesh.source[i], between.place = v.place;
     if (uncut == 0) continue;
     const double share = static_cast<double>(uncut) / v.pieces;

@@ -2,6 +2,7 @@
 // What of the part the tool cannot or may not cut in one axis field, facet by facet. (U1) in
 // pathgen/plan/README.md.
 
+#include <functional>
 #include <vector>
 
 #include "pathgen/envelope/envelope.h"
@@ -12,14 +13,18 @@
 
 namespace tiltfeed {
 
+/// Is a tool that could stand there kept off, by what stands beyond the axis feature?
+using KeptOff = std::function<bool(const EnvelopePoint& stand)>;
+
 /// Holds the tool, at the place of the envelope over its contact with each piece of each facet, against that
 /// piece: it is uncut when it stays further off than `options.tolerance`, or when that place is left out.
-/// What lies between two passes counts as cut; what they leave there is said apart, of `path`. In a hollow as
-/// wide as the tool a place may be called uncut that another place of the envelope would touch by chance. The
-/// same for any number of threads. When the user stops it through `report`, what it returns is worth nothing.
+/// What lies between two passes counts as cut; what they leave there is said apart, of `path`, but for what
+/// the tool is kept off: that is uncut by the shank. In a hollow as wide as the tool a place may be called
+/// uncut that another place of the envelope would touch by chance. The same for any number of threads. When
+/// the user stops it through `report`, what it returns is worth nothing.
 RestReport find_rest_material(const ClField& field, const PlanOptions& options,
                               const EnvelopeOptions& envelope, const std::vector<Move>& path,
-                              const ReportShare& report = {});
+                              const ReportShare& report = {}, const KeptOff& kept_off = {});
 
 /// Which facets of the mesh face the tool with a piece at least: those that RestReport does not count as
 /// turned away. Requires: an axis field.

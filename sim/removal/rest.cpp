@@ -126,12 +126,21 @@ bool Reach::clear(const Pose& pose) const {
          (plan.holder.reaction == Reaction::kReport || free_by(ToolPart::kHolder, plan.holder.clearance));
 }
 
+/// Clear where it stands, and drawn back along its axis by the job's clearance, as any path has to?
+bool Reach::comes_off(const Pose& pose) const {
+  const double away = job_.plan.links.clearance;
+  const double steps = std::ceil(away / job_.plan.cutter.radius());
+  for (double k = 0.0; k <= steps; ++k)
+    if (!clear({pose.tip + pose.axis * (steps > 0.0 ? away * k / steps : 0.0), pose.axis})) return false;
+  return true;
+}
+
 bool Reach::touches(Point<Part> place, Vec3 normal) const {
   if (is_free(job_.plan)) {
     return std::any_of(directions_.begin(), directions_.end(), [&](Vec3 axis) {
       if (dot(axis, normal) < std::max(kLeastFacing, kSteepest)) return false;
       const Pose pose = touching(place, normal, axis);
-      return contained(reference_of(pose)) && clear(pose);
+      return contained(reference_of(pose)) && comes_off(pose);
     });
   }
   std::optional<Vec3> axis = field_axis(place + normal * job_.plan.cutter.nose_radius());
@@ -143,7 +152,7 @@ bool Reach::touches(Point<Part> place, Vec3 normal) const {
   }
   if (!axis) return false;
   pose = touching(place, normal, *axis);
-  return contained(reference_of(pose)) && clear(pose);
+  return contained(reference_of(pose)) && comes_off(pose);
 }
 
 namespace {

@@ -21,6 +21,7 @@ class Reach {
 
  private:
   bool clear(const Pose& pose) const;
+  bool comes_off(const Pose& pose) const;
   bool contained(Point<Part> reference) const;
   std::optional<Vec3> field_axis(Point<Part> reference) const;
   Pose touching(Point<Part> place, Vec3 normal, Vec3 axis) const;

@@ -165,6 +165,12 @@ TEST(BetweenPasses, AMissingRowIsFound) {
   EXPECT_NEAR(between.place.y, 0.0, 1.5);
   EXPECT_GT(between.area, 1.0);
   EXPECT_EQ(find_rest_material(**field, o, envelope, planned->path.moves).between.area, 0.0);
+  const RestReport kept_off =
+      find_rest_material(**field, o, envelope, moves, {}, [](const EnvelopePoint&) { return true; });
+  EXPECT_EQ(kept_off.between.area, 0.0) << "it is not between passes but out of reach";
+  EXPECT_LE(kept_off.between.most, kept_off.between.limit);
+  EXPECT_GT(kept_off.area, 1.0);
+  EXPECT_EQ(kept_off.facets.front().why, RestReason::kShank);
   const RestReport none = find_rest_material(**field, o, envelope, {});
   EXPECT_TRUE(none.between.never);
 }

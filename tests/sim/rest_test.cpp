@@ -58,6 +58,18 @@ TEST(Reach, HoldsShankHolderContainmentAndTiltAgainstTheJob) {
   EXPECT_FALSE(floor()) << "with stock on both walls a ball of 4 mm needs 10.2 mm";
 }
 
+TEST(Reach, AsksThatTheToolComesOffByTheClearance) {
+  // 6 mm over the shank, where the tool touches the floor.
+  const Mesh mesh = box_mesh({{Vec3{-10, -10, -5}, Vec3{10, 10, 0}}, {Vec3{-10, -10, 66}, Vec3{10, 10, 68}}});
+  const PartDistance surface(mesh);
+  Job job = job_with(4.0);
+  job.plan.axis = {AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0};
+  for (const auto& [clearance, comes_off] : {std::pair{2.0, true}, {8.0, false}}) {
+    job.plan.links.clearance = clearance;
+    EXPECT_EQ(Reach(job, surface).touches({1, 2, 0}, {0, 0, 1}), comes_off) << clearance;
+  }
+}
+
 TEST(Reach, FollowsEachAxisField) {
   const Mesh mesh = box_mesh({{Vec3{-10, -10, -10}, Vec3{10, 10, 10}}});
   const PartDistance surface(mesh);
