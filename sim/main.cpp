@@ -33,7 +33,7 @@ constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
 constexpr std::size_t kTraceBufferBytes = 1 << 20;
 
 struct ServeOptions {
-  std::string pty, grbl_tcp, reprap, drip, modbus_tcp, modbus_rtu, job, trace, faults, speed = "max";
+  std::string pty, grbl_tcp, grbl_ws, reprap, drip, modbus_tcp, modbus_rtu, job, trace, faults, speed = "max";
   int baud = 0;
   GrblOptions grbl;
   RepRapOptions marlin;
@@ -118,12 +118,14 @@ void summarise(const Motion& motion, ReferenceRun& reference, const char* lost_n
 }
 
 int serve(const ServeOptions& options) {
-  const int wires = !options.pty.empty() + !options.grbl_tcp.empty() + !options.reprap.empty() +
-                    !options.drip.empty() + !options.modbus_tcp.empty() + !options.modbus_rtu.empty();
+  const int wires = !options.pty.empty() + !options.grbl_tcp.empty() + !options.grbl_ws.empty() +
+                    !options.reprap.empty() + !options.drip.empty() + !options.modbus_tcp.empty() +
+                    !options.modbus_rtu.empty();
   if (wires != 1 || options.job.empty())
-    return report({Code::kUsage,
-                   "one of --pty, --grbl-tcp, --reprap, --dnc, --modbus-tcp, --modbus-rtu and --job are "
-                   "needed; see --help"});
+    return report(
+        {Code::kUsage,
+         "one of --pty, --grbl-tcp, --grbl-ws, --reprap, --dnc, --modbus-tcp, --modbus-rtu and --job are "
+         "needed; see --help"});
   EndpointOptions endpoint;
   const Result<double> speed = parse_speed(options.speed);
   if (!speed) return report(speed.error());
@@ -158,7 +160,8 @@ int serve(const ServeOptions& options) {
   };
   MotionOptions motion = motion_options(job->machine);
   // Whatever the profile says of the program's text: Grbl counts all axes, the ring X Y Z.
-  motion.feed_over_all_axes = !options.pty.empty() || !options.grbl_tcp.empty();
+  const bool grbl_wire = !options.pty.empty() || !options.grbl_tcp.empty() || !options.grbl_ws.empty();
+  motion.feed_over_all_axes = grbl_wire;
   ReferenceRun reference(job->machine.model, job->setup, motion);
   const auto sink = [&](const TraceRow& row) {
     trace.take(row);
@@ -177,12 +180,13 @@ int serve(const ServeOptions& options) {
     DripController controller(job->machine.model, job->setup, {}, sink);
     served = serve_pty(controller, options.drip, endpoint);
     summarise(controller.motion(), reference, "alarm", static_cast<std::uint64_t>(controller.alarm()));
-  } else if (!options.pty.empty() || !options.grbl_tcp.empty()) {
+  } else if (grbl_wire) {
     GrblOptions grbl = options.grbl;
     grbl.motion = motion;
     GrblController controller(job->machine.model, job->setup, grbl, sink);
-    served = options.pty.empty() ? serve_tcp(controller, options.grbl_tcp, endpoint)
-                                 : serve_pty(controller, options.pty, endpoint);
+    served = !options.pty.empty()       ? serve_pty(controller, options.pty, endpoint)
+             : !options.grbl_ws.empty() ? serve_ws(controller, options.grbl_ws, endpoint)
+                                        : serve_tcp(controller, options.grbl_tcp, endpoint);
     summarise(controller.motion(), reference, "dropped bytes", controller.dropped_bytes());
   } else {
     ModbusOptions modbus = options.modbus;
@@ -216,6 +220,7 @@ void add_serve_options(CLI::App& app, ServeOptions& options) {
   app.add_option("--pty", options.pty, "serve Grbl on a pseudo-terminal; PATH becomes a link to it");
   app.add_option("--grbl-tcp", options.grbl_tcp,
                  "serve Grbl over TCP on ADDRESS:PORT; port 0 takes a free one");
+  app.add_option("--grbl-ws", options.grbl_ws, "the same through a WebSocket");
   app.add_option("--reprap", options.reprap, "serve RepRap firmware (Marlin) on a pseudo-terminal");
   app.add_flag("--advanced-ok", options.marlin.advanced_ok,
                "RepRap: each ok says how many commands there is room for");

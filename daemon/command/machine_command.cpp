@@ -71,7 +71,7 @@ Result<MachineAnswer> act_over(const LinkSpec& link, const MachineProfile& machi
                                const std::vector<std::string>& words) {
   // A serial port is locked by opening it; an address is not.
   MachineClaim claim;
-  if (link.carrier == Carrier::kTcp)
+  if (link.over_network())
     if (const Result<void> mine = claim.follow(link); !mine) return tl::unexpected<Error>(mine.error());
   Result<std::unique_ptr<Link>> wire = open_link(link);
   if (!wire) return tl::unexpected<Error>(wire.error());

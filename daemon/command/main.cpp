@@ -106,7 +106,8 @@ int run(int argc, char** argv) {
   send->add_option("PROGRAM", program, "program to send (G-code)")->required();
   send->add_option(
       "--link", link,
-      "grbl:/dev/ttyUSB0@115200, grbl-tcp:HOST:PORT, reprap:/dev/ttyACM0@250000, dnc:/dev/ttyS0@9600, "
+      "grbl:/dev/ttyUSB0@115200, grbl-tcp:HOST:PORT, grbl-ws:HOST:PORT[/PATH], reprap:/dev/ttyACM0@250000, "
+      "dnc:/dev/ttyS0@9600, "
       "modbus-tcp:HOST:PORT, modbus-rtu:/dev/ttyS0@19200, drive-tcp:HOST:PORT, drive-rtu:/dev/ttyS0@19200; "
       "else the profile's link.default");
   send->add_option("--machine", send_machine, "machine profile (YAML): its default link and its wire");

@@ -178,7 +178,7 @@ int send_command(const std::string& program, std::string link_text, const std::s
   const auto link = parse_link(link_text, profile.wire, machine.empty() ? nullptr : &profile.model);
   if (!link) return complain(link.error());
   MachineClaim claim;  // a serial port is locked by opening it; an address is not
-  if (link->carrier == Carrier::kTcp)
+  if (link->over_network())
     if (const Result<void> mine = claim.follow(*link); !mine) return complain(mine.error());
   const auto sent = send_watched(program, *link);
   if (!sent) return complain(sent.error());

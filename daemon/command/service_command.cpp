@@ -21,6 +21,7 @@
 #include "daemon/service/safe_stop.h"
 #include "daemon/service/service.h"
 #include "daemon/service/spool_backup.h"
+#include "daemon/service/state_lock.h"
 #include "daemon/wire/open_link.h"
 #include "daemon/wire/steady_clock.h"
 
@@ -294,6 +295,9 @@ int ServiceCommands::Options::reset_here() {
   if (!spec) return complain(spec.error());
   if (!agreed(reset_preview(*spec), "Type yes to reset: "))
     return complain({Code::kCancelled, "nothing was sent"});
+  MachineClaim claim;  // a serial port is locked by opening it; an address is not
+  if (spec->over_network())
+    if (const Result<void> mine = claim.follow(*spec); !mine) return complain(mine.error());
   const Result<std::unique_ptr<Link>> wire = open_link(*spec);
   if (!wire) return complain(wire.error());
   SteadyClock clock;

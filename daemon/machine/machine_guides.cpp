@@ -1,5 +1,6 @@
 #include "daemon/machine/machine_guides.h"
 
+#include <algorithm>
 #include <charconv>
 #include <fstream>
 #include <istream>
@@ -8,6 +9,7 @@
 #include <optional>
 #include <ostream>
 #include <sstream>
+#include <tuple>
 
 #include "config/output_file.h"
 #include "daemon/wire/wire_text.h"
@@ -17,16 +19,51 @@ namespace tiltfeed {
 namespace {
 
 using nlohmann::ordered_json;
-using Settings = std::map<int, std::string>;
+/// '$' and the number, or the letter of a code, its number, and the how manyth line of that code it is.
+using SettingName = std::tuple<char, int, int>;
+using Settings = std::map<SettingName, std::string>;
 
 constexpr std::size_t kMostLines = 4096;
+
+/// "$110=500", "M203 X500 Y500". False: it is neither; `twice`: it is there already.
+bool add_setting(Settings& found, const std::string& text, bool& twice) {
+  int number = 0;
+  const bool numbered = !text.empty() && text[0] == '$', code = !text.empty() && text[0] == 'M';
+  if (!numbered && !code) return false;
+  const auto parsed = std::from_chars(text.data() + 1, text.data() + text.size(), number);
+  const auto at = static_cast<std::size_t>(parsed.ptr - text.data());
+  if (parsed.ec != std::errc() || (numbered && (at >= text.size() || text[at] != '='))) return false;
+  SettingName name{text[0], number, 0};
+  while (code && found.contains(name)) ++std::get<2>(name);
+  twice = !found.emplace(name, text.substr(std::min(at + 1, text.size()))).second;
+  return true;
+}
+
+/// "$110: ", "M203 #2: ".
+std::string name_text(const SettingName& name) {
+  const auto& [letter, number, line] = name;
+  return letter + std::to_string(number) + (line > 0 ? " #" + std::to_string(line + 1) : "");
+}
+
+/// As `settings set` takes it.
+std::vector<std::string> set_words(const SettingName& name, const std::string& value) {
+  const auto& [letter, number, line] = name;
+  if (letter == '$') return {"set", std::to_string(number) + "=" + value};
+  return {"set", letter + std::to_string(number), value};
+}
 
 Result<Settings> of_controller(const MachineAct& act) {
   const Result<MachineAnswer> answer = act("settings", {});
   if (!answer) return tl::unexpected<Error>(answer.error());
   Settings found;
   const auto json = ordered_json::parse(answer->json);
-  for (const auto& one : json["settings"]) found[one.value("number", 0)] = one.value("value", "");
+  bool twice = false;
+  for (const auto& one : json["settings"])
+    add_setting(found,
+                one.contains("line")
+                    ? one.value("line", "")
+                    : "$" + std::to_string(one.value("number", 0)) + "=" + one.value("value", ""),
+                twice);
   return found;
 }
 
@@ -42,33 +79,52 @@ Result<Settings> of_file(const std::string& path) {
                   path + ":" + std::to_string(count) + ": " + what + ": '" + wire_text(line) + "'");
     };
     if (++count > kMostLines) return wrong("too many lines for a file of settings");
-    const std::size_t first = line.find_first_not_of(" \t\r"), note = line.find_first_of(";\r\t ", first);
+    const std::size_t first = line.find_first_not_of(" \t\r");
     if (first == line.npos || line[first] == ';' || line[first] == '#' || line[first] == '(') continue;
-    const std::string text = line.substr(first, note == line.npos ? note : note - first);
-    int number = 0;
-    const auto parsed = std::from_chars(text.data() + 1, text.data() + text.size(), number);
-    const auto at = static_cast<std::size_t>(parsed.ptr - text.data());
-    if (text[0] != '$' || parsed.ec != std::errc() || at >= text.size() || text[at] != '=')
-      return wrong("$NUMBER=VALUE is expected");
-    if (!found.emplace(number, text.substr(at + 1)).second) return wrong("this setting is there twice");
+    const std::size_t note = line.find_first_of(line[first] == '$' ? ";\r\t " : ";\r\t", first);
+    std::string text = line.substr(first, note == line.npos ? note : note - first);
+    while (text.ends_with(' ')) text.pop_back();
+    bool twice = false;
+    if (!add_setting(found, text, twice))
+      return wrong("$NUMBER=VALUE, or a code with its words, is expected");
+    if (twice) return wrong("this setting is there twice");
   }
   if (found.empty()) return fail(Code::kInput, path + ": has no settings");
   return found;
 }
 
-bool same(const std::string& a, const std::string& b) {
+bool same_word(std::string_view a, std::string_view b) {
+  if (a == b) return true;
+  if (a.empty() || b.empty()) return false;
+  const bool lettered = a[0] >= 'A' && a[0] <= 'Z';
+  if (lettered && a[0] != b[0]) return false;
   double x = 0.0, y = 0.0;
-  const auto number = [](const std::string& text, double& value) {
+  const auto number = [&](std::string_view text, double& value) {
+    if (lettered) text.remove_prefix(1);
     const auto parsed =
         std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed);
     return parsed.ec == std::errc() && parsed.ptr == text.data() + text.size();
   };
-  return number(a, x) && number(b, y) ? x == y : a == b;
+  return number(a, x) && number(b, y) && x == y;
+}
+
+/// Word by word: 6000 is 6000.000, X80 is X80.00.
+bool same(std::string_view a, std::string_view b) {
+  while (!a.empty() && !b.empty()) {
+    const std::size_t i = std::min(a.find(' '), a.size()), k = std::min(b.find(' '), b.size());
+    if (!same_word(a.substr(0, i), b.substr(0, k))) return false;
+    a.remove_prefix(std::min(i + 1, a.size()));
+    b.remove_prefix(std::min(k + 1, b.size()));
+  }
+  return a.empty() && b.empty();
 }
 
 Result<MachineAnswer> save(const Settings& now, const std::string& path) {
   std::string text;
-  for (const auto& [number, value] : now) text += "$" + std::to_string(number) + "=" + value + "\n";
+  for (const auto& [name, value] : now) {
+    const auto& [letter, number, line] = name;
+    text += letter + std::to_string(number) + (letter == '$' ? "=" : " ") + value + "\n";
+  }
   if (const auto written = write_file(path, text); !written) return tl::unexpected<Error>(written.error());
   return MachineAnswer{path + ": " + std::to_string(now.size()) + " settings",
                        ordered_json({{"file", path}, {"settings", now.size()}}).dump()};
@@ -76,39 +132,38 @@ Result<MachineAnswer> save(const Settings& now, const std::string& path) {
 
 Result<MachineAnswer> compare(const Settings& now, const Settings& kept, const std::string& path) {
   std::string text;
-  for (const auto& [number, value] : kept) {
-    const auto is = now.find(number);
+  for (const auto& [name, value] : kept) {
+    const auto is = now.find(name);
     if (is == now.end() || !same(is->second, value))
-      text += "\n$" + std::to_string(number) + ": file " + wire_text(value) + ", controller " +
+      text += "\n" + name_text(name) + ": file " + wire_text(value) + ", controller " +
               (is == now.end() ? "has none" : is->second);
   }
-  for (const auto& [number, value] : now)
-    if (!kept.contains(number))
-      text += "\n$" + std::to_string(number) + ": file has none, controller " + value;
+  for (const auto& [name, value] : now)
+    if (!kept.contains(name)) text += "\n" + name_text(name) + ": file has none, controller " + value;
   if (!text.empty()) return fail(Code::kInput, path + " and the controller differ:" + text);
   return MachineAnswer{path + ": as in the controller", R"({"same":true})"};
 }
 
 /// Some settings want others first (soft limits want homing): what is refused is tried again after the rest.
 Result<MachineAnswer> restore(const MachineAct& act, const Settings& now, const Settings& kept) {
-  std::vector<std::pair<int, std::string>> open;
-  for (const auto& [number, value] : kept)
-    if (const auto is = now.find(number); is == now.end() || !same(is->second, value))
-      open.emplace_back(number, value);
+  std::vector<std::pair<SettingName, std::string>> open;
+  for (const auto& [name, value] : kept)
+    if (const auto is = now.find(name); is == now.end() || !same(is->second, value))
+      open.emplace_back(name, value);
   const std::size_t all = open.size();
   std::string text;
   for (std::size_t before = all + 1; !open.empty() && open.size() < before;) {
     before = open.size();
-    std::vector<std::pair<int, std::string>> refused;
+    std::vector<std::pair<SettingName, std::string>> refused;
     std::optional<Error> first;
-    for (const auto& [number, value] : open) {
-      const Result<MachineAnswer> set = act("settings", {"set", std::to_string(number) + "=" + value});
+    for (const auto& [name, value] : open) {
+      const Result<MachineAnswer> set = act("settings", set_words(name, value));
       if (set) {
         text += set->text + "\n";
         continue;
       }
       if (!first) first = set.error();
-      refused.emplace_back(number, value);
+      refused.emplace_back(name, value);
     }
     if (refused.size() == before)
       return fail(first->code, first->message + "\n" + std::to_string(all - refused.size()) + " of " +

@@ -15,16 +15,15 @@
 
 namespace tiltfeed {
 
-/// Whose controllers have words for a command.
-enum class LinkSet : std::uint8_t { kGrbl, kGrblAndRing, kAll };
+using MachineDeed = Result<MachineAnswer> (*)(const MachineBench&, const std::vector<std::string>& words);
 
 struct MachineOrder {
   const char* name;
   const char* words;   ///< what may follow it, for --help
   const char* what;    ///< for --help
   bool while_running;  ///< the service has an answer of its own while a program is on the machine
-  LinkSet links;       ///< the others have no way to do it
-  Result<MachineAnswer> (*act)(const MachineBench&, const std::vector<std::string>& words);
+  // By the kind of controller; none: it has no words for it.
+  MachineDeed grbl, reprap = nullptr, ring = nullptr, drive = nullptr;
 };
 
 std::span<const MachineOrder> machine_orders();

@@ -32,22 +32,8 @@ Result<std::optional<Joints>> grbl_place(const MachineModel& machine, Link& wire
   return whole ? std::optional(place) : std::nullopt;
 }
 
-/// Registers of a ring controller, asked for until they come.
-Result<std::vector<std::uint16_t>> ask(Link& wire, const ModbusRequest& request) {
-  for (int tries = 0; tries < kMostTries; ++tries) {
-    std::string in;
-    const Result<std::size_t> taken = wire.exchange(pack_request(request), Time::zero(), in);
-    if (!taken) return tl::unexpected<Error>(taken.error());
-    const ModbusReply reply = unpack_reply(in);
-    if (reply.outcome == kReplyOk && reply.words.size() == request.read_count) return reply.words;
-    in.clear();
-    static_cast<void>(wire.exchange({}, kAskAgain, in));
-  }
-  return fail(Code::kLink, "no usable reply from the controller; check the cable and the unit number");
-}
-
 Result<RingIdentity> ask_identity(const RingMap& map, Link& wire) {
-  const auto words = ask(wire, {0, map.identity, kIdentityWords, {}});
+  const auto words = read_registers(wire, map.identity, kIdentityWords);
   if (!words) return tl::unexpected<Error>(words.error());
   Result<RingIdentity> identity = parse_identity(*words);
   if (!identity) return identity;
@@ -60,13 +46,27 @@ Result<std::optional<Joints>> ring_place(const RingMap& map, Link& wire) {
   const Result<RingIdentity> identity = ask_identity(map, wire);
   if (!identity) return tl::unexpected<Error>(identity.error());
   if (!identity->positions) return std::nullopt;
-  const auto words = ask(wire, {0, map.positions, kPositionsWords, {}});
+  const auto words = read_registers(wire, map.positions, kPositionsWords);
   if (!words) return tl::unexpected<Error>(words.error());
   const auto at = parse_positions(*words, *identity, map.low_word_first);
   return Joints{at[0], at[1], at[2], at[3], at[4]};
 }
 
 }  // namespace
+
+Result<std::vector<std::uint16_t>> read_registers(Link& wire, std::uint16_t first, std::uint16_t count) {
+  const ModbusRequest request{0, first, count, {}};
+  for (int tries = 0; tries < kMostTries; ++tries) {
+    std::string in;
+    const Result<std::size_t> taken = wire.exchange(pack_request(request), Time::zero(), in);
+    if (!taken) return tl::unexpected<Error>(taken.error());
+    const ModbusReply reply = unpack_reply(in);
+    if (reply.outcome == kReplyOk && reply.words.size() == request.read_count) return reply.words;
+    in.clear();
+    static_cast<void>(wire.exchange({}, kAskAgain, in));
+  }
+  return fail(Code::kLink, "no usable reply from the controller; check the cable and the unit number");
+}
 
 Result<std::optional<Joints>> read_place(const LinkSpec& link, const MachineModel& machine, Link& wire,
                                          Clock& clock) {

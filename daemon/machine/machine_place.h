@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "daemon/wire/link.h"
 #include "kinematics/machine/machine.h"
@@ -13,6 +14,9 @@ namespace tiltfeed {
 /// (RepRap, drip feed, plain drives, a Grbl without offsets). Errors: kLink.
 Result<std::optional<Joints>> read_place(const LinkSpec& link, const MachineModel& machine, Link& wire,
                                          Clock& clock);
+
+/// Registers of a controller, asked for until they come. Errors: kLink.
+Result<std::vector<std::uint16_t>> read_registers(Link& wire, std::uint16_t first, std::uint16_t count);
 
 /// What `reset_machine` will do over this link, for the operator who has to agree to it.
 std::string reset_preview(const LinkSpec& link);

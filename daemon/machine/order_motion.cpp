@@ -13,7 +13,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kUsualFeed = 500.0;  // mm/min, degrees/min
 constexpr char kJogCancel = static_cast<char>(0x85);
 /// An idle machine for so long before it is believed that a jog is over, s.
 constexpr double kIdle = 0.3;
@@ -45,24 +44,6 @@ Result<GrblStatus> cancel_jog(GrblTalk& talk) {
     if (!said || said->state != "Jog") return said;
   }
   return fail(Code::kLink, "the jog was cancelled, and the machine still says that it jogs: stop it there");
-}
-
-/// The highest F that the axes of the profile allow for this way: Grbl measures it over all axes.
-double highest_feed(const MachineModel& machine, const AxisValues& way) {
-  double length = 0.0, highest = 1e9;
-  for (const double one : way)
-    if (!std::isnan(one)) length = std::hypot(length, one);
-  for (std::size_t i = 0; i < kMostAxes; ++i)
-    if (const auto travel = travel_of(machine, kAxisLetters[i]); travel && std::abs(way[i]) > 0.0)
-      highest = std::min(highest, travel->velocity * length / std::abs(way[i]));
-  return highest;
-}
-
-Result<void> feed_allowed(const MachineModel& machine, const AxisValues& way, double feed) {
-  const double highest = highest_feed(machine, way);
-  if (feed <= highest * (1.0 + 1e-9)) return {};
-  return fail(Code::kLimit, "F" + figure(feed) + " is above what the axes can do on this way, " +
-                                figure(highest) + " (machine profile); nothing was sent");
 }
 
 std::string jog_line(const AxisValues& way, double feed) {
@@ -141,8 +122,9 @@ Result<MachineAnswer> jog_step(const MachineBench& bench, const OrderWords& word
   const Result<AxisWords> asked = axis_words(words, machine);
   if (!asked) return tl::unexpected<Error>(asked.error());
   if (asked->letters.empty()) return wrong_words("jog", "no axis is named");
-  const double feed = asked->feed.value_or(std::min(kUsualFeed, highest_feed(machine, asked->axes)));
-  if (const Result<void> allowed = feed_allowed(machine, asked->axes, feed); !allowed)
+  const double feed =
+      asked->feed.value_or(std::min(kUsualJogFeed, highest_feed(machine, asked->axes, false)));
+  if (const Result<void> allowed = feed_allowed(machine, asked->axes, feed, false); !allowed)
     return tl::unexpected<Error>(allowed.error());
   GrblTalk talk(bench.wire, bench.clock, bench.stopped);
   const Result<GrblStatus> before = idle_machine(talk, "jog");
@@ -186,15 +168,15 @@ Result<MachineAnswer> end_of_jog(const MachineBench& bench, bool at_limit) {
 }
 
 /// One axis, in pieces, as long as the operator holds it and travel is left.
-Result<MachineAnswer> jog_on(const MachineBench& bench, char letter, double sign,
-                             std::optional<double> asked) {
+Result<MachineAnswer> jog_on(const MachineBench& bench, const JogOn& wish) {
   const MachineModel& machine = bench.machine.model;
+  const auto [letter, sign, asked] = wish;
   const AxisTravel travel = *travel_of(machine, letter);
   const std::size_t axis = kAxisLetters.find(letter);
   AxisValues way = no_axes();
   way[axis] = sign;
-  const double feed = asked.value_or(std::min(kUsualFeed, highest_feed(machine, way)));
-  if (const Result<void> allowed = feed_allowed(machine, way, feed); !allowed)
+  const double feed = asked.value_or(std::min(kUsualJogFeed, highest_feed(machine, way, false)));
+  if (const Result<void> allowed = feed_allowed(machine, way, feed, false); !allowed)
     return tl::unexpected<Error>(allowed.error());
   GrblTalk talk(bench.wire, bench.clock, bench.stopped);
   Result<GrblStatus> said = idle_machine(talk, "jog");
@@ -231,18 +213,13 @@ Result<MachineAnswer> jog_on(const MachineBench& bench, char letter, double sign
 
 }  // namespace
 
-Result<MachineAnswer> order_jog(const MachineBench& bench, const OrderWords& words) {
-  if (words.empty() || words[0].size() != 2 || (words[0][1] != '+' && words[0][1] != '-'))
-    return jog_step(bench, words);
-  const char letter = static_cast<char>(words[0][0] & ~0x20);
-  const Result<AxisWords> rest = axis_words({words.begin() + 1, words.end()}, bench.machine.model);
-  if (!rest) return tl::unexpected<Error>(rest.error());
-  if (!travel_of(bench.machine.model, letter) || !rest->letters.empty())
-    return wrong_words("jog", "one axis of this machine at a time goes on");
-  return jog_on(bench, letter, words[0][1] == '+' ? 1.0 : -1.0, rest->feed);
+Result<MachineAnswer> grbl_jog(const MachineBench& bench, const OrderWords& words) {
+  const auto wish = continuous_jog(words, bench.machine.model);
+  if (!wish) return tl::unexpected<Error>(wish.error());
+  return *wish ? jog_on(bench, **wish) : jog_step(bench, words);
 }
 
-Result<MachineAnswer> order_home(const MachineBench& bench, const OrderWords& words) {
+Result<MachineAnswer> grbl_home(const MachineBench& bench, const OrderWords& words) {
   const bool one = words.size() == 1 && words[0].size() == 1 && travel_of(bench.machine.model, words[0][0]);
   if (!words.empty() && !one) return wrong_words("home", "one axis of this machine, or none");
   const std::string line = "$H" + (one ? words[0] : "");
@@ -274,9 +251,8 @@ Result<MachineAnswer> order_home(const MachineBench& bench, const OrderWords& wo
       json.dump()};
 }
 
-Result<MachineAnswer> order_unlock(const MachineBench& bench, const OrderWords& words) {
+Result<MachineAnswer> grbl_unlock(const MachineBench& bench, const OrderWords& words) {
   if (!words.empty()) return wrong_words("unlock", "takes no words");
-  if (is_ring(bench.link.kind)) return unlock_ring(bench);
   GrblTalk talk(bench.wire, bench.clock, bench.stopped);
   Result<GrblStatus> said = talk.report();
   if (!said) return tl::unexpected<Error>(said.error());

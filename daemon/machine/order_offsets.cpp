@@ -191,7 +191,7 @@ Result<AxisValues> touch(const MachineBench& bench, GrblTalk& talk, const ProbeW
 
 }  // namespace
 
-Result<MachineAnswer> order_offsets(const MachineBench& bench, const OrderWords& words) {
+Result<MachineAnswer> grbl_offsets(const MachineBench& bench, const OrderWords& words) {
   GrblTalk talk(bench.wire, bench.clock, bench.stopped);
   const bool here = words.size() > 1 && words[1] == "here";
   AxisWords values;
@@ -219,7 +219,7 @@ Result<MachineAnswer> order_offsets(const MachineBench& bench, const OrderWords&
   return set_offset(bench, talk, words[0], offset, *before);
 }
 
-Result<MachineAnswer> order_probe(const MachineBench& bench, const OrderWords& words) {
+Result<MachineAnswer> grbl_probe(const MachineBench& bench, const OrderWords& words) {
   const Result<ProbeWish> wish = read_probe(bench, words);
   if (!wish) return tl::unexpected<Error>(wish.error());
   const MachineModel& machine = bench.machine.model;

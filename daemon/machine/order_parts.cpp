@@ -119,6 +119,40 @@ Result<GrblAnswer> obeyed(Result<GrblAnswer> answer, const std::string& line) {
               "the controller has restarted instead of answering" + to + ": home it before anything else");
 }
 
+double highest_feed(const MachineModel& machine, const AxisValues& way, bool linear_first) {
+  double length = 0.0, linear = 0.0, highest = 1e9;
+  for (std::size_t i = 0; i < kMostAxes; ++i) {
+    const auto travel = travel_of(machine, kAxisLetters[i]);
+    if (!travel || std::isnan(way[i])) continue;
+    length = std::hypot(length, way[i]);
+    if (!travel->rotary) linear = std::hypot(linear, way[i]);
+  }
+  if (linear_first && linear > 0.0) length = linear;
+  for (std::size_t i = 0; i < kMostAxes; ++i)
+    if (const auto travel = travel_of(machine, kAxisLetters[i]); travel && std::abs(way[i]) > 0.0)
+      highest = std::min(highest, travel->velocity * length / std::abs(way[i]));
+  return highest;
+}
+
+Result<void> feed_allowed(const MachineModel& machine, const AxisValues& way, double feed,
+                          bool linear_first) {
+  const double highest = highest_feed(machine, way, linear_first);
+  if (feed <= highest * (1.0 + 1e-9)) return {};
+  return fail(Code::kLimit, "F" + figure(feed) + " is above what the axes can do on this way, " +
+                                figure(highest) + " (machine profile); nothing was sent");
+}
+
+Result<std::optional<JogOn>> continuous_jog(const OrderWords& words, const MachineModel& machine) {
+  if (words.empty() || words[0].size() != 2 || (words[0][1] != '+' && words[0][1] != '-'))
+    return std::nullopt;
+  const char letter = static_cast<char>(words[0][0] & ~0x20);
+  const Result<AxisWords> rest = axis_words({words.begin() + 1, words.end()}, machine);
+  if (!rest) return tl::unexpected<Error>(rest.error());
+  if (!travel_of(machine, letter) || !rest->letters.empty())
+    return wrong_words("jog", "one axis of this machine at a time goes on");
+  return JogOn{letter, words[0][1] == '+' ? 1.0 : -1.0, rest->feed};
+}
+
 Error stopped_by_operator(const MachineBench& bench, const char* what) {
   const Result<std::string> stopped = stop_machine(bench.link, bench.wire, bench.clock);
   return {Code::kCancelled,

@@ -48,27 +48,50 @@ MachinePlace place_of(const GrblStatus& status, const GrblTalk& talk, const Mach
 Result<GrblStatus> idle_machine(GrblTalk& talk, const char* command);
 /// The line was taken. Errors: kLink with the controller's number in words.
 Result<GrblAnswer> obeyed(Result<GrblAnswer> answer, const std::string& line);
+/// The F without one in the order, mm/min or degrees/min.
+inline constexpr double kUsualJogFeed = 500.0;
+/// The highest F that the axes of the profile allow for a way. `linear_first`: F is measured over X Y Z where
+/// one of them moves (RepRap), else over all axes (Grbl).
+double highest_feed(const MachineModel& machine, const AxisValues& way, bool linear_first);
+/// Errors: kLimit: F is above that.
+Result<void> feed_allowed(const MachineModel& machine, const AxisValues& way, double feed, bool linear_first);
+/// "X+", "C- F500". Nothing: it is no continuous jog.
+struct JogOn {
+  char letter = ' ';
+  double sign = 1.0;
+  std::optional<double> feed;
+};
+Result<std::optional<JogOn>> continuous_jog(const OrderWords& words, const MachineModel& machine);
+
 /// Ends what moves by feed hold and reset, and says where that leads.
 Error stopped_by_operator(const MachineBench& bench, const char* what);
-
-/// Over a ring: its alarm is cleared; its feed override. Errors: kUsage, kLink.
-Result<MachineAnswer> unlock_ring(const MachineBench& bench);
-Result<MachineAnswer> override_ring(const MachineBench& bench, const OrderWords& words);
 
 /// {"X":1.0,...} of the axes that are known.
 std::string axes_json(const AxisValues& axes);
 
-// The commands themselves, by family.
-Result<MachineAnswer> order_status(const MachineBench& bench, const OrderWords& words);
-Result<MachineAnswer> order_reset(const MachineBench& bench, const OrderWords& words);
-Result<MachineAnswer> order_jog(const MachineBench& bench, const OrderWords& words);
-Result<MachineAnswer> order_home(const MachineBench& bench, const OrderWords& words);
-Result<MachineAnswer> order_unlock(const MachineBench& bench, const OrderWords& words);
-Result<MachineAnswer> order_offsets(const MachineBench& bench, const OrderWords& words);
-Result<MachineAnswer> order_probe(const MachineBench& bench, const OrderWords& words);
-Result<MachineAnswer> order_settings(const MachineBench& bench, const OrderWords& words);
-Result<MachineAnswer> order_console(const MachineBench& bench, const OrderWords& words);
-Result<MachineAnswer> order_override(const MachineBench& bench, const OrderWords& words);
-Result<MachineAnswer> order_tool(const MachineBench& bench, const OrderWords& words);
+// The commands themselves, by the kind of controller.
+Result<MachineAnswer> grbl_status(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> grbl_jog(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> grbl_home(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> grbl_unlock(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> grbl_offsets(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> grbl_probe(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> grbl_settings(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> grbl_console(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> grbl_override(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> grbl_tool(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> reprap_status(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> reprap_jog(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> reprap_home(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> reprap_unlock(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> reprap_offsets(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> reprap_settings(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> reprap_console(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> reprap_override(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> reprap_tool(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> ring_status(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> ring_unlock(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> ring_override(const MachineBench& bench, const OrderWords& words);
+Result<MachineAnswer> drive_status(const MachineBench& bench, const OrderWords& words);
 
 }  // namespace tiltfeed

@@ -10,7 +10,8 @@ namespace tiltfeed {
 
 using nlohmann::ordered_json;
 
-Result<MachineAnswer> unlock_ring(const MachineBench& bench) {
+Result<MachineAnswer> ring_unlock(const MachineBench& bench, const OrderWords& words) {
+  if (!words.empty()) return wrong_words("unlock", "takes no words");
   RingTalk talk(bench.link.profile.ring, bench.wire);
   if (const Result<void> looked = talk.look(); !looked) return tl::unexpected<Error>(looked.error());
   const RingStatus before = talk.status();
@@ -29,7 +30,7 @@ Result<MachineAnswer> unlock_ring(const MachineBench& bench) {
                        R"({"unlocked":true})"};
 }
 
-Result<MachineAnswer> override_ring(const MachineBench& bench, const OrderWords& words) {
+Result<MachineAnswer> ring_override(const MachineBench& bench, const OrderWords& words) {
   constexpr int kLeast = 10, kMost = 200;
   int percent = 0;
   const bool number =

@@ -118,7 +118,7 @@ std::string override_bytes(const OverrideKind& kind, int percent) {
 
 }  // namespace
 
-Result<MachineAnswer> order_settings(const MachineBench& bench, const OrderWords& words) {
+Result<MachineAnswer> grbl_settings(const MachineBench& bench, const OrderWords& words) {
   const bool set = words.size() == 2 && words[0] == "set";
   if (!words.empty() && !set) return wrong_words("settings", "this is none of its forms");
   GrblTalk talk(bench.wire, bench.clock, bench.stopped);
@@ -137,7 +137,7 @@ Result<MachineAnswer> order_settings(const MachineBench& bench, const OrderWords
   return answer;
 }
 
-Result<MachineAnswer> order_console(const MachineBench& bench, const OrderWords& words) {
+Result<MachineAnswer> grbl_console(const MachineBench& bench, const OrderWords& words) {
   constexpr std::size_t kMostLine = 255;
   std::string line;
   for (const std::string& word : words) line += (line.empty() ? "" : " ") + word;
@@ -168,8 +168,7 @@ Result<MachineAnswer> order_console(const MachineBench& bench, const OrderWords&
   return answer;
 }
 
-Result<MachineAnswer> order_override(const MachineBench& bench, const OrderWords& words) {
-  if (is_ring(bench.link.kind)) return override_ring(bench, words);
+Result<MachineAnswer> grbl_override(const MachineBench& bench, const OrderWords& words) {
   int percent = 0;
   const bool number =
       words.size() == 2 && std::from_chars(words[1].data(), words[1].data() + words[1].size(), percent).ptr ==

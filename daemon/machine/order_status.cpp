@@ -5,6 +5,7 @@
 
 #include "daemon/machine/machine_place.h"
 #include "daemon/machine/order_parts.h"
+#include "daemon/machine/reprap_talk.h"
 #include "daemon/machine/ring_talk.h"
 #include "daemon/protocol/grbl_words.h"
 
@@ -24,6 +25,9 @@ Unwound unwind(double word) {
   return {angle, std::lround((word - angle) / 360.0)};
 }
 
+/// A machine that stands says so at once, s.
+constexpr double kStandTime = 2.0;
+
 struct Texts {
   std::string text;
   ordered_json json = ordered_json::object();
@@ -42,6 +46,12 @@ struct Texts {
                          (std::labs(turns) == 1 ? " turn " : " turns ") + (turns > 0 ? "on" : "back"));
       json["rotaries"][letter] = {{"word", program[i]}, {"angle", angle}, {"turns", turns}};
     }
+  }
+  void program(const AxisValues& at, const MachineModel& machine) {
+    const std::string place = describe(at);
+    line("program", place.empty() ? "not known: the controller does not tell where the axes are" : place);
+    if (!place.empty()) json["program"] = ordered_json::parse(axes_json(at));
+    rotaries(at, machine);
   }
   MachineAnswer answer() {
     if (!text.empty()) text.pop_back();
@@ -63,7 +73,32 @@ std::string inputs_in_words(const std::string& letters) {
   return text;
 }
 
-Result<MachineAnswer> grbl_status(const MachineBench& bench) {
+Result<void> ring_state(const MachineBench& bench, Texts& out) {
+  RingTalk talk(bench.link.profile.ring, bench.wire);
+  if (const Result<void> looked = talk.look(); !looked) return looked;
+  const RingStatus& said = talk.status();
+  std::string state = ring_state_name(said.state);
+  out.json["state"] = state;
+  if (said.session != 0) {
+    state +=
+        ", session " + std::to_string(said.session) + ", " + std::to_string(said.free_slots) + " slots free";
+    out.json["session"] = said.session;
+  }
+  if (said.alarm != 0) {
+    state += ", alarm " + std::to_string(said.alarm) + " (the number is the controller's own)";
+    out.json["alarm"] = said.alarm;
+  }
+  out.line("state", state);
+  if (said.line != 0) out.line("line", std::to_string(said.line)), out.json["line"] = said.line;
+  out.line("override", "feed " + std::to_string(said.feed_override) + " %");
+  out.json["override"] = {{"feed", said.feed_override}};
+  return {};
+}
+
+}  // namespace
+
+Result<MachineAnswer> grbl_status(const MachineBench& bench, const OrderWords& words) {
+  if (!words.empty()) return wrong_words("status", "takes no words");
   GrblTalk talk(bench.wire, bench.clock, bench.stopped);
   GrblStatus said;
   int overrides[3] = {-1, -1, -1};
@@ -105,53 +140,62 @@ Result<MachineAnswer> grbl_status(const MachineBench& bench) {
   return out.answer();
 }
 
-Result<void> ring_status(const MachineBench& bench, Texts& out) {
-  RingTalk talk(bench.link.profile.ring, bench.wire);
-  if (const Result<void> looked = talk.look(); !looked) return looked;
-  const RingStatus& said = talk.status();
-  std::string state = ring_state_name(said.state);
-  out.json["state"] = state;
-  if (said.session != 0) {
-    state +=
-        ", session " + std::to_string(said.session) + ", " + std::to_string(said.free_slots) + " slots free";
-    out.json["session"] = said.session;
-  }
-  if (said.alarm != 0) {
-    state += ", alarm " + std::to_string(said.alarm) + " (the number is the controller's own)";
-    out.json["alarm"] = said.alarm;
-  }
-  out.line("state", state);
-  if (said.line != 0) out.line("line", std::to_string(said.line)), out.json["line"] = said.line;
-  out.line("override", "feed " + std::to_string(said.feed_override) + " %");
-  out.json["override"] = {{"feed", said.feed_override}};
-  return {};
-}
-
-}  // namespace
-
-Result<MachineAnswer> order_status(const MachineBench& bench, const OrderWords& words) {
+Result<MachineAnswer> ring_status(const MachineBench& bench, const OrderWords& words) {
   if (!words.empty()) return wrong_words("status", "takes no words");
-  if (bench.link.kind == LinkKind::kGrbl) return grbl_status(bench);
   const auto at = read_place(bench.link, bench.machine.model, bench.wire, bench.clock);
   if (!at) return tl::unexpected<Error>(at.error());
   Texts out;
-  if (is_ring(bench.link.kind))
-    if (const Result<void> told = ring_status(bench, out); !told) return tl::unexpected<Error>(told.error());
-  if (!*at) {
-    out.line("program", "not known: the controller does not tell where the axes are");
-    return out.answer();
-  }
+  if (const Result<void> told = ring_state(bench, out); !told) return tl::unexpected<Error>(told.error());
   const MachineModel& machine = bench.machine.model;
   AxisValues program = no_axes();
   const auto set = [&](char letter, double value) {
     if (const std::size_t i = kAxisLetters.find(letter); i != kAxisLetters.npos) program[i] = value;
   };
-  set('X', (*at)->x), set('Y', (*at)->y), set('Z', (*at)->z);
-  if (machine.tilt.present) set(machine.tilt.letter, (*at)->a);
-  if (machine.rotary.present) set(machine.rotary.letter, (*at)->c);
-  out.line("program", describe(program));
-  out.json["program"] = ordered_json::parse(axes_json(program));
-  out.rotaries(program, machine);
+  if (*at) {
+    set('X', (*at)->x), set('Y', (*at)->y), set('Z', (*at)->z);
+    if (machine.tilt.present) set(machine.tilt.letter, (*at)->a);
+    if (machine.rotary.present) set(machine.rotary.letter, (*at)->c);
+  }
+  out.program(program, machine);
+  return out.answer();
+}
+
+Result<MachineAnswer> reprap_status(const MachineBench& bench, const OrderWords& words) {
+  if (!words.empty()) return wrong_words("status", "takes no words");
+  RepRapTalk talk(bench.wire, bench.clock, bench.stopped);
+  const Result<bool> stands = talk.stands_within(kStandTime);
+  if (!stands) return tl::unexpected<Error>(stands.error());
+  Texts out;
+  out.line("state", *stands ? "it stands" : "Busy: it moves, or waits for its operator (M0)");
+  out.json["state"] = *stands ? "Idle" : "Busy";
+  out.line("firmware", talk.firmware());
+  out.json["firmware"] = talk.firmware();
+  if (talk.restarted()) {
+    out.line("note", kRestartedText);
+    out.json["restarted"] = true;
+  }
+  if (*stands) {
+    const Result<AxisValues> at = talk.place();
+    if (!at) return tl::unexpected<Error>(at.error());
+    out.program(*at, bench.machine.model);
+  }
+  return out.answer();
+}
+
+Result<MachineAnswer> drive_status(const MachineBench& bench, const OrderWords& words) {
+  if (!words.empty()) return wrong_words("status", "takes no words");
+  const DriveMap& map = bench.link.profile.drive;
+  const auto said = read_registers(bench.wire, map.status, 1);
+  if (!said) return tl::unexpected<Error>(said.error());
+  const int word = said->front();
+  const bool alarm = (word & map.fault_mask) != 0, moves = (word & map.moving_mask) == map.moving_value;
+  Texts out;
+  out.line("state", std::string(alarm   ? "Alarm"
+                                : moves ? "it moves"
+                                        : "it stands") +
+                        ", status register " + std::to_string(word));
+  out.json = {{"state", alarm ? "Alarm" : moves ? "Busy" : "Idle"}, {"register", word}};
+  out.program(no_axes(), bench.machine.model);
   return out.answer();
 }
 

@@ -59,7 +59,7 @@ Result<MachineAnswer> measure(const MachineBench& bench, const OrderWords& words
   }
   if (setter.has_value() == length.has_value())
     return wrong_words("tool", "setter= gives the length, length= gives the setter");
-  const Result<MachineAnswer> touched = order_probe(bench, probing);
+  const Result<MachineAnswer> touched = grbl_probe(bench, probing);
   if (!touched) return touched;
   const auto at = ordered_json::parse(touched->json)["machine"].value("Z", std::nan(""));
   if (!std::isfinite(at) || probing.empty() || (probing[0][0] != 'Z' && probing[0][0] != 'z'))
@@ -76,7 +76,7 @@ Result<MachineAnswer> measure(const MachineBench& bench, const OrderWords& words
 
 }  // namespace
 
-Result<MachineAnswer> order_tool(const MachineBench& bench, const OrderWords& words) {
+Result<MachineAnswer> grbl_tool(const MachineBench& bench, const OrderWords& words) {
   if (words.size() == 1 && words[0] == "park") return park(bench);
   if (!words.empty() && words[0] == "measure") return measure(bench, {words.begin() + 1, words.end()});
   return wrong_words("tool", "this is none of its forms");

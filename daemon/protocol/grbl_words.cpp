@@ -256,6 +256,7 @@ constexpr Phrase kMarlin[] = {
     {"M112 Shutdown", "the emergency stop was given: reset the board and home"},
     {"KILL caused", "the kill input is on: release it, reset the board and home"},
     {"Cold extrusion", "a program for a printer"},
+    {"Printer stopped", "an error has stopped it: end its cause, then `tiltfeed machine unlock`"},
 };
 
 template <std::size_t N>

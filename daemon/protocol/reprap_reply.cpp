@@ -1,6 +1,8 @@
 #include "daemon/protocol/reprap_reply.h"
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 
 namespace tiltfeed {
 
@@ -60,6 +62,25 @@ RepRapReply parse_reprap_reply(std::string_view line) {
   if (line == "start") return {RepRapReplyKind::kStart};
   if (line.starts_with("FIRMWARE_NAME:") || line.starts_with("Cap:")) return {RepRapReplyKind::kIdentity};
   return {};
+}
+
+std::optional<AxisValues> parse_reprap_place(std::string_view line) {
+  if (!line.starts_with("X:")) return std::nullopt;
+  AxisValues place = no_axes();
+  while (!line.empty() && !line.starts_with("Count")) {
+    const std::string_view word = line.substr(0, line.find(' '));
+    line.remove_prefix(std::min(word.size() + 1, line.size()));
+    if (word.empty()) continue;
+    double value = 0.0;
+    const bool named = word.size() > 2 && word[1] == ':';
+    const auto parsed = std::from_chars(word.data() + (named ? 2 : 0), word.data() + word.size(), value,
+                                        std::chars_format::fixed);
+    if (!named || parsed.ec != std::errc() || parsed.ptr != word.data() + word.size() ||
+        !std::isfinite(value))
+      return std::nullopt;
+    if (const std::size_t axis = kAxisLetters.find(word[0]); axis != kAxisLetters.npos) place[axis] = value;
+  }
+  return place;
 }
 
 }  // namespace tiltfeed

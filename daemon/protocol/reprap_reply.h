@@ -5,6 +5,8 @@
 #include <optional>
 #include <string_view>
 
+#include "daemon/wire/axis_values.h"
+
 namespace tiltfeed {
 
 enum class RepRapReplyKind {
@@ -26,5 +28,9 @@ struct RepRapReply {
 };
 
 RepRapReply parse_reprap_reply(std::string_view line);
+
+/// "X:1.00 Y:2.00 Z:3.00 A:4.00 E:0.00 Count X:80 ...": up to Count, which are steps. Two decimals, no
+/// checksum. Nothing: another line, or damaged.
+std::optional<AxisValues> parse_reprap_place(std::string_view line);
 
 }  // namespace tiltfeed

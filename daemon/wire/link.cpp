@@ -14,12 +14,11 @@ constexpr int kMaxUnit = 247;           // 0 is broadcast: never for motion
 constexpr int kMaxPort = 65535;
 
 tl::unexpected<Error> bad_link(std::string_view text, const std::string& why) {
-  return fail(
-      Code::kUsage,
-      "link '" + std::string(text) + "': " + why +
-          "; examples: grbl:/dev/ttyUSB0@115200, grbl-tcp:192.168.0.5:23, reprap:/dev/ttyACM0@250000, "
-          "dnc:/dev/ttyS0@9600, modbus-tcp:192.168.0.5:502/1, "
-          "modbus-rtu:/dev/ttyS0@19200/1");
+  return fail(Code::kUsage, "link '" + std::string(text) + "': " + why +
+                                "; examples: grbl:/dev/ttyUSB0@115200, grbl-tcp:192.168.0.5:23, "
+                                "grbl-ws:192.168.0.5:80/ws, reprap:/dev/ttyACM0@250000, "
+                                "dnc:/dev/ttyS0@9600, modbus-tcp:192.168.0.5:502/1, "
+                                "modbus-rtu:/dev/ttyS0@19200/1");
 }
 
 std::optional<int> whole_number(std::string_view text, int min, int max) {
@@ -60,6 +59,11 @@ Result<LinkSpec> parse_serial(std::string_view text, std::string_view rest, Link
 }
 
 Result<LinkSpec> parse_tcp(std::string_view text, std::string_view rest, LinkSpec spec) {
+  const std::size_t slash = rest.find('/');
+  if (spec.carrier == Carrier::kWebSocket && slash != rest.npos) {
+    spec.path = rest.substr(slash);
+    rest = rest.substr(0, slash);
+  }
   if (const auto unit_text = take_tail(rest, '/')) {
     if (spec.kind == LinkKind::kGrbl) return bad_link(text, "only Modbus has units");
     const auto unit = whole_number(*unit_text, 1, kMaxUnit);
@@ -89,8 +93,8 @@ Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile, c
   spec.profile = profile;
   spec.positions = position_limits(profile.position, machine);
   if (kind == "grbl") return parse_serial(text, rest, spec);
-  if (kind == "grbl-tcp") {
-    spec.carrier = Carrier::kTcp;
+  if (kind == "grbl-tcp" || kind == "grbl-ws") {
+    spec.carrier = kind == "grbl-ws" ? Carrier::kWebSocket : Carrier::kTcp;
     return parse_tcp(text, rest, spec);
   }
   if (kind == "reprap") {
@@ -111,14 +115,17 @@ Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile, c
     spec.kind = kind == "drive-tcp" ? LinkKind::kDriveTcp : LinkKind::kModbusTcp;
     return parse_tcp(text, rest, spec);
   }
-  return bad_link(
-      text, "the kind must be grbl, grbl-tcp, reprap, dnc, modbus-tcp, modbus-rtu, drive-tcp or drive-rtu");
+  return bad_link(text,
+                  "the kind must be grbl, grbl-tcp, grbl-ws, reprap, dnc, modbus-tcp, modbus-rtu, drive-tcp "
+                  "or drive-rtu");
 }
 
 std::string describe(const LinkSpec& link) {
   const std::string host = link.place.find(':') == link.place.npos ? link.place : "[" + link.place + "]";
   switch (link.kind) {
     case LinkKind::kGrbl:
+      if (link.carrier == Carrier::kWebSocket)
+        return "grbl-ws:" + host + ":" + std::to_string(link.port) + (link.path == "/" ? "" : link.path);
       if (link.carrier == Carrier::kTcp) return "grbl-tcp:" + host + ":" + std::to_string(link.port);
       return "grbl:" + link.place + "@" + std::to_string(link.baud);
     case LinkKind::kRepRap:

@@ -43,7 +43,7 @@ class Link {
 };
 
 /// What carries the bytes of a byte link.
-enum class Carrier : std::uint8_t { kSerial, kTcp };
+enum class Carrier : std::uint8_t { kSerial, kTcp, kWebSocket };
 
 /// Which wire, and the two figures that a controller may not tell by itself.
 struct LinkSpec {
@@ -51,16 +51,22 @@ struct LinkSpec {
   Carrier carrier = Carrier::kSerial;  ///< of a Grbl controller
   std::string place;                   ///< device file, or host name or address
   int port = 502;                      ///< of TCP
+  std::string path = "/";              ///< of a WebSocket
   int baud = 115200;                   ///< of a serial line
   int unit = 1;                        ///< Modbus unit (slave) number
   int receive_buffer = 0;              ///< of a Grbl controller, bytes; 0: ask the controller
   int max_line = 0;               ///< longest line that a Grbl controller takes, bytes; 0: by its firmware
   LinkProfile profile = {};       ///< the rest, from the machine profile; not part of the LINK text
   PositionLimits positions = {};  ///< where the machine may be reported; not part of the LINK text
+
+  /// Nothing locks it when it is opened, as opening a serial port does.
+  bool over_network() const {
+    return carrier != Carrier::kSerial || kind == LinkKind::kModbusTcp || kind == LinkKind::kDriveTcp;
+  }
 };
 
-/// Reads `grbl:/dev/ttyUSB0[@115200]`, `grbl-tcp:HOST:PORT`, `reprap:/dev/ttyUSB0[@115200]`,
-/// `dnc:/dev/ttyS0[@9600]`, `modbus-tcp:HOST:PORT[/UNIT]` (IPv6 in brackets),
+/// Reads `grbl:/dev/ttyUSB0[@115200]`, `grbl-tcp:HOST:PORT`, `grbl-ws:HOST:PORT[/PATH]`,
+/// `reprap:/dev/ttyUSB0[@115200]`, `dnc:/dev/ttyS0[@9600]`, `modbus-tcp:HOST:PORT[/UNIT]` (IPv6 in brackets),
 /// `modbus-rtu:/dev/ttyS0[@19200[/UNIT]]`, or the last two with `drive-` for a plain drive. Errors: kUsage
 /// with what is wrong and an example of each form. `profile`: what the machine profile says of the wire;
 /// `machine`: whose travels no report may leave.

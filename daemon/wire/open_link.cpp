@@ -3,12 +3,14 @@
 #include "daemon/wire/modbus_link.h"
 #include "daemon/wire/serial_link.h"
 #include "daemon/wire/tcp_link.h"
+#include "daemon/wire/websocket_link.h"
 
 namespace tiltfeed {
 
 Result<std::unique_ptr<Link>> open_link(const LinkSpec& link) {
   switch (link.kind) {
     case LinkKind::kGrbl:
+      if (link.carrier == Carrier::kWebSocket) return open_websocket_link(link);
       if (link.carrier == Carrier::kTcp) return open_tcp_link(link);
       return open_serial_link(link.place, {link.baud});
     case LinkKind::kRepRap:

@@ -14,6 +14,9 @@ constexpr std::string_view kIdentity =
     "FIRMWARE_NAME:Marlin bugfix-2.1.x SOURCE_CODE_URL:example PROTOCOL_VERSION:1.0 MACHINE_TYPE:AC5\n"
     "Cap:SERIAL_XON_XOFF:0\nCap:AUTOREPORT_POS:1\n";
 
+constexpr std::size_t kNative = 9;  // no work system is in force
+constexpr std::array kSystems = {"G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"};
+
 bool synchronises(const Block& block) { return block.op == Op::kDwell || block.op == Op::kMCode; }
 
 /// The whole number after a letter, or nothing.
@@ -34,7 +37,8 @@ RepRapController::RepRapController(const MachineModel& machine, const Setup& set
       motion_(machine, setup, std::max<std::size_t>(1, options.planner), std::move(sink)),
       reader_(machine.tilt.letter, machine.rotary.letter),
       out_(kStart) {
-  reader_.with_relative().set_position(motion_.position());
+  reader_.with_relative();
+  place_reader(motion_.position());
 }
 
 void RepRapController::receive(std::string_view bytes) {
@@ -70,7 +74,7 @@ bool RepRapController::emergency(std::string_view line) {
   if (line != "M410") return false;
   motion_.quick_stop();
   motion_.resume();
-  reader_.set_position(motion_.position());
+  place_reader(motion_.position());
   pending_.clear();
   placed_ = 0;
   return true;
@@ -166,25 +170,114 @@ bool RepRapController::run(const Command& command) {
     started_ = true;
     pending_.clear();
     placed_ = 0;
-    const bool ours = text.starts_with("M110") || text.starts_with("M115") || text.starts_with("M400") ||
-                      text.starts_with("M114") || text.starts_with("M220") || text.starts_with("M108");
-    if (text.starts_with("M114")) report_place();
-    if (text.starts_with("M115")) {
-      out_ += kIdentity;
-      out_ += options_.emergency_parser ? "Cap:EMERGENCY_PARSER:1\n" : "Cap:EMERGENCY_PARSER:0\n";
-    }
-    if (text.starts_with("M220S"))
-      motion_.set_feed_override(
-          static_cast<int>(std::clamp<std::uint64_t>(number_after(text, 5).value_or(100), 10, 999)));
-    if (!ours && !reader_.read_line(text, pending_)) {
+    if (!run_own(text) && !reader_.read_line(text, pending_)) {
       out_ += "echo:Unknown command: \"" + text + "\"\n";
       pending_.clear();
     }
+    const bool moves =
+        std::any_of(pending_.begin(), pending_.end(), [](const Block& b) { return !synchronises(b); });
+    if (stopped_ && moves) {
+      out_ += "Printer stopped due to errors. Fix the error and use M999 to restart.\n";
+      pending_.clear();
+      place_reader(motion_.position());
+    }
+    for (Block& block : pending_) block.target = shifted(block.target, 1.0);
     for (const Block& block : pending_)
       if (motion_.outside(block.target)) return halt(), false;
   }
   if (text.starts_with("M400")) return motion_.idle();
   return place();
+}
+
+/// Program coordinates to those of the simulated axes (+1) and back (-1).
+Joints RepRapController::shifted(const Joints& at, double sign) const {
+  const Joints& offset = offsets_[system_];
+  return {at.x + sign * offset.x, at.y + sign * offset.y, at.z + sign * offset.z, at.a + sign * offset.a,
+          at.c + sign * offset.c};
+}
+
+/// What no program says: the firmware's own words. False: it is for the reader.
+bool RepRapController::run_own(const std::string& text) {
+  const std::string code = text.substr(0, text.find_first_not_of("0123456789.", 1));
+  if (code == "M110" || code == "M400" || code == "M108") return true;
+  if (code == "M114") return report_place(), true;
+  if (code == "M115") {
+    out_ += kIdentity;
+    out_ += options_.emergency_parser ? "Cap:EMERGENCY_PARSER:1\n" : "Cap:EMERGENCY_PARSER:0\n";
+    return true;
+  }
+  if (code == "M220") {
+    const std::size_t at = text.find('S');
+    if (at == text.npos) return out_ += "FR:" + std::to_string(motion_.feed_override()) + "%\n", true;
+    motion_.set_feed_override(
+        static_cast<int>(std::clamp<std::uint64_t>(number_after(text, at + 1).value_or(100), 10, 999)));
+    return true;
+  }
+  if (code == "M999") return stopped_ = false, true;
+  if (code == "M500") return out_ += "echo:Settings Stored (300 bytes; crc 1234)\n", true;
+  if (code == "M503") return report_settings(), true;
+  if (const auto setting = settings_.find(code); setting != settings_.end()) {
+    if (text.size() > code.size() + 1) setting->second = text.substr(code.size() + 1);
+    return true;
+  }
+  if (code == "G28") return home(text), true;
+  if (code == "G92") return set_offset(text), true;
+  const auto system = std::find(kSystems.begin(), kSystems.end(), code);
+  if (system == kSystems.end()) return false;
+  if (!options_.work_systems) return out_ += "echo:Unknown command: \"" + text + "\"\n", true;
+  const Joints stands = shifted(reader_.modal().at, 1.0);
+  system_ = static_cast<std::size_t>(system - kSystems.begin());
+  place_reader(stands);
+  return true;
+}
+
+/// The axes stand there, as the offset in force calls it.
+void RepRapController::place_reader(const Joints& stands) {
+  reader_.set_position(shifted(stands, -1.0));
+  reader_.set_top(motion_.machine().z.max - offsets_[system_].z);
+}
+
+/// The named axes, or all, to 0 of the simulated axes.
+void RepRapController::home(const std::string& text) {
+  const std::string_view words = std::string_view(text).substr(3);
+  const bool all = words.find_first_not_of(' ') == words.npos;
+  const auto named = [&](char letter) { return all || words.find(letter) != words.npos; };
+  const MachineModel& machine = motion_.machine();
+  Joints to = shifted(reader_.modal().at, 1.0);
+  if (named('X')) to.x = 0.0;
+  if (named('Y')) to.y = 0.0;
+  if (named('Z')) to.z = 0.0;
+  if (named(machine.tilt.letter)) to.a = 0.0;
+  if (named(machine.rotary.letter)) to.c = 0.0;
+  Block move;
+  move.op = Op::kRapid;
+  move.target = shifted(to, -1.0);
+  pending_.push_back(move);
+  reader_.set_position(move.target);
+}
+
+/// G92: the named axes are called so from here on.
+void RepRapController::set_offset(const std::string& text) {
+  Joints at = reader_.modal().at;
+  const Joints stands = shifted(at, 1.0);
+  const MachineModel& machine = motion_.machine();
+  const std::pair<char, double Joints::*> axes[] = {{'X', &Joints::x},
+                                                    {'Y', &Joints::y},
+                                                    {'Z', &Joints::z},
+                                                    {machine.tilt.letter, &Joints::a},
+                                                    {machine.rotary.letter, &Joints::c}};
+  for (const auto& [letter, member] : axes) {
+    const std::size_t word = text.find(letter, 3);
+    if (word == text.npos) continue;
+    at.*member = std::strtod(text.c_str() + word + 1, nullptr);
+    offsets_[system_].*member = stands.*member - at.*member;
+  }
+  place_reader(stands);
+}
+
+void RepRapController::report_settings() {
+  out_ += "echo:  G21    ; Units in mm (mm)\n";
+  for (const auto& [code, words] : settings_) out_ += "echo:  " + code + " " + words + "\n";
 }
 
 /// Two decimals, as the firmware prints them: where the commands lead that it has taken.
@@ -240,14 +333,17 @@ void RepRapController::reset() {
   motion_.resume();
   motion_.set_feed_override(100);
   reader_ = GcodeReader(motion_.machine().tilt.letter, motion_.machine().rotary.letter);
-  reader_.with_relative().set_position(motion_.position());
+  reader_.with_relative();
   rx_.clear();
   line_.clear();
   live_.clear();
   queue_.clear();
   pending_.clear();
   placed_ = 0;
-  started_ = waiting_ = paused_ = halted_ = false;
+  started_ = waiting_ = paused_ = halted_ = stopped_ = false;
+  offsets_ = {};
+  system_ = kNative;
+  place_reader(motion_.position());
   last_number_ = 0;
   ++totals_.resets;
   out_ = kStart;

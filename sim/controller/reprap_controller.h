@@ -2,8 +2,10 @@
 // The firmware model of a RepRap machine (Marlin): numbered lines with a checksum, a queue of commands,
 // resend. Bytes in, bytes out, simulated time, no I/O. The wire grammar is in sim/controller/README.md.
 
+#include <array>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -22,6 +24,7 @@ struct RepRapOptions {
   bool resend_ok = true;         ///< an ok follows each resend
   bool advanced_ok = false;      ///< "ok N5 P15 B3"
   bool emergency_parser = true;  ///< M108, M112 and M410 act at once
+  bool work_systems = true;      ///< G54 to G59.3
 };
 
 struct RepRapTotals {
@@ -48,6 +51,8 @@ class RepRapController {
   void reset();
   /// Stands still for good, as after a thermal runaway.
   void halt();
+  /// Refuses to move until M999, as after an error that it survives.
+  void stop_after_error() { stopped_ = true; }
   bool program_ended() const { return motion_.totals().programs > 0 && motion_.idle(); }
   const Motion& motion() const { return motion_; }
   /// It would take more lines at once.
@@ -67,6 +72,12 @@ class RepRapController {
   void pump();
   bool run(const Command& command);
   bool place();
+  bool run_own(const std::string& text);
+  void home(const std::string& text);
+  void place_reader(const Joints& stands);
+  void set_offset(const std::string& text);
+  void report_settings();
+  Joints shifted(const Joints& at, double sign) const;
   void report_place();
   void reply_ok(const Command& command);
 
@@ -78,6 +89,11 @@ class RepRapController {
   std::deque<Command> queue_;
   std::vector<Block> pending_;
   std::size_t placed_ = 0;
+  std::array<Joints, 10> offsets_{};  ///< of G54 to G59.3, and of none; program 0 on the simulated axes
+  std::size_t system_ = 9;
+  std::map<std::string, std::string> settings_{
+      {"M201", "X500.00 Y500.00"}, {"M203", "X500.00 Y500.00 Z50.00"}, {"M92", "X80.00 Y80.00 Z400.00"}};
+  bool stopped_ = false;
   bool started_ = false, waiting_ = false, paused_ = false, halted_ = false;
   std::uint64_t last_number_ = 0;
   double busy_at_ = 0.0;  ///< when the next "busy" is due while a command waits

@@ -16,6 +16,7 @@
 #include "sim/wire/faulty_line.h"
 #include "sim/wire/pty.h"
 #include "sim/wire/tcp_port.h"
+#include "sim/wire/ws_port.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -57,6 +58,23 @@ void invite(DripController& controller) { controller.invite(); }
 void greet(GrblController& controller) { controller.greet(); }
 void greet(RepRapController&) {}
 void greet(DripController&) {}
+
+// What a port puts round the machine's bytes, and whether it has done with its host.
+template <class Port>
+std::string from_host(Port&, std::string bytes) {
+  return bytes;
+}
+std::string from_host(WsPort& port, const std::string& bytes) { return port.decode(bytes); }
+template <class Port>
+std::string for_host(Port&, std::string bytes) {
+  return bytes;
+}
+std::string for_host(WsPort& port, const std::string& bytes) { return port.encode(bytes); }
+template <class Port>
+bool leaves(const Port&) {
+  return false;
+}
+bool leaves(const WsPort& port) { return port.leaves(); }
 
 /// A controller behind a terminal or a socket whose line has a speed and faults.
 template <class Controller, class Port = Pty>
@@ -143,7 +161,7 @@ class Endpoint {
     if (!waiting_) speed_.idle();
     if (count > 0) {
       speed_.passed(static_cast<std::size_t>(count));
-      line_.to_machine({bytes_.data(), static_cast<std::size_t>(count)}, now);
+      line_.to_machine(from_host(*pty_, std::string(bytes_.data(), static_cast<std::size_t>(count))), now);
     }
     if (line_.reset_due(now)) perform_reset(controller_);
     if (line_.alarm_due(now)) perform_alarm(controller_);
@@ -154,9 +172,11 @@ class Endpoint {
       pace_.jump(controller_);
     }
     if (controller_.has_output()) line_.to_host(controller_.take_output(), now);
-    unsent_ += line_.at_host(now);
+    unsent_ += for_host(*pty_, line_.at_host(now));
     if (unsent_.size() > kMostUnread || !pty_->connected()) unsent_.clear();
-    return drain(pty_->master(), unsent_) || count > 0;
+    const bool drained = drain(pty_->master(), unsent_);
+    if (leaves(*pty_) && unsent_.empty()) pty_->part();
+    return drained || count > 0;
   }
 
   Controller& controller_;
@@ -186,6 +206,9 @@ Result<void> serve_pty(DripController& controller, const std::string& path, Endp
 
 Result<void> serve_tcp(GrblController& controller, const std::string& place, EndpointOptions options) {
   return Endpoint<GrblController, TcpPort>(controller, place, options).serve();
+}
+Result<void> serve_ws(GrblController& controller, const std::string& place, EndpointOptions options) {
+  return Endpoint<GrblController, WsPort>(controller, place, options).serve();
 }
 
 }  // namespace tiltfeed::sim

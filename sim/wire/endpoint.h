@@ -22,6 +22,9 @@ Result<void> serve_pty(DripController& controller, const std::string& path, Endp
 /// with the banner when it connects; the machine goes on when it has gone. Errors: kUsage, kIo.
 Result<void> serve_tcp(GrblController& controller, const std::string& place, EndpointOptions options);
 
+/// The same through a WebSocket.
+Result<void> serve_ws(GrblController& controller, const std::string& place, EndpointOptions options);
+
 /// Modbus TCP server on a numeric IPv4 address; port 0 takes a free one, `ready` tells which. One client at
 /// a time; it may come and go. Errors: kUsage, kIo.
 Result<void> serve_modbus_tcp(ModbusController& controller, const std::string& address, int port,

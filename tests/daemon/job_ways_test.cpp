@@ -62,11 +62,14 @@ class JobWays : public testing::TestWithParam<const char*> {
     sim::EndpointOptions options;
     options.stop_fd = stop_[0];
     options.speed = kSpeed;
-    options.ready = [&](const std::string& text) { known_.set_value(link.ends_with("-tcp") ? text : path); };
+    options.ready = [&](const std::string& text) {
+      known_.set_value(link.ends_with("-tcp") || link.ends_with("-ws") ? text : path);
+    };
     const sim::Motion::Sink sink = [this](const sim::TraceRow&) { ++executed_; };
-    if (link == "grbl") {
+    if (link == "grbl" || link == "grbl-ws") {
       sim::GrblController grbl(wide_machine(), {}, {}, sink);
-      EXPECT_TRUE(sim::serve_pty(grbl, path, options));
+      EXPECT_TRUE(link == "grbl" ? sim::serve_pty(grbl, path, options)
+                                 : sim::serve_ws(grbl, "127.0.0.1:0", options));
     } else if (link == "reprap") {
       sim::RepRapController marlin(wide_machine(), {}, {}, sink);
       EXPECT_TRUE(sim::serve_pty(marlin, path, options));
@@ -313,8 +316,8 @@ TEST_P(JobWays, B9EveryStateHasItsWaysOut) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Links, JobWays,
-                         testing::Values("grbl", "reprap", "dnc", "modbus-tcp", "modbus-rtu", "drive-tcp",
-                                         "drive-rtu"));
+                         testing::Values("grbl", "grbl-ws", "reprap", "dnc", "modbus-tcp", "modbus-rtu",
+                                         "drive-tcp", "drive-rtu"));
 
 }  // namespace
 }  // namespace tiltfeed

@@ -252,13 +252,5 @@ TEST(MachineUnlock, LeavesAnAlarmAndSaysWhatItIsWorth) {
   EXPECT_TRUE(has(shop.say("jog", {"X1"}), "jog done"));
 }
 
-TEST(MachineOrders, OtherLinksRefuseByName) {
-  OperatorShop shop;
-  shop.link = *parse_link("dnc:/dev/null");
-  EXPECT_TRUE(has(shop.say("jog", {"X1"}), "jog needs a controller of the Grbl family"));
-  EXPECT_TRUE(has(shop.say("status"), "not known"));
-  EXPECT_TRUE(shop.line.said.empty());
-}
-
 }  // namespace
 }  // namespace tiltfeed

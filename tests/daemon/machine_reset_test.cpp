@@ -201,7 +201,9 @@ TEST(MachineOrders, TheRingsMailboxOffersUnlockAndAFeedOverride) {
     EXPECT_TRUE(has(say("override", words), "feed override only")) << words[0];
   EXPECT_EQ(shop.wire.controller.motion().feed_override(), 55);
   for (const char* name : {"jog", "home", "offsets", "probe", "settings", "console", "tool"})
-    EXPECT_TRUE(has(say(name, {"X1"}), "it is done at the control; over the ring status, unlock")) << name;
+    EXPECT_TRUE(
+        has(say(name, {"X1"}), "do it at the control; status, unlock, override, and `tiltfeed reset`"))
+        << name;
 }
 
 TEST(MachineReset, RepRapEndsWithSpindleAndCoolantOff) {

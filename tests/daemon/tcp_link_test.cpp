@@ -1,4 +1,5 @@
-// Grbl over TCP: the same guarantees as on a serial line, with the simulated machine as the peer.
+// Grbl over TCP, plain and through a WebSocket: the same guarantees as on a serial line, with the simulated
+// machine as the peer.
 
 #include "daemon/wire/tcp_link.h"
 #include "daemon/wire/open_link.h"
@@ -27,6 +28,16 @@ std::string feeds(int count) {
   return text + "M5\nM2\n";
 }
 
+class NetworkLink : public testing::TestWithParam<const char*> {
+ protected:
+  bool web() const { return std::string(GetParam()) == "grbl-ws"; }
+  LinkSpec link(const TcpMachine& machine) const {
+    return *parse_link(std::string(GetParam()) + ":" + machine.place);
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Kinds, NetworkLink, testing::Values("grbl-tcp", "grbl-ws"),
+                         [](const auto& kind) { return std::string(kind.index == 0 ? "Tcp" : "WebSocket"); });
+
 TEST(TcpLink, IsReadAndWrittenAsText) {
   for (const char* text :
        {"grbl-tcp:192.168.0.5:23", "grbl-tcp:[fe80::1]:2300", "grbl-tcp:mill.local:8080"}) {
@@ -41,11 +52,24 @@ TEST(TcpLink, IsReadAndWrittenAsText) {
     EXPECT_EQ(parse_link(text).error().code, Code::kUsage) << text;
 }
 
-TEST(TcpLink, AProgramIsExecutedWholeAndInOrder) {
+TEST(TcpLink, AWebSocketHasAPath) {
+  for (const char* text :
+       {"grbl-ws:192.168.0.5:80/ws", "grbl-ws:[fe80::1]:81", "grbl-ws:mill.local:8080/a/b?c=1"}) {
+    const auto link = parse_link(text);
+    ASSERT_TRUE(link) << link.error().message;
+    EXPECT_EQ(link->kind, LinkKind::kGrbl);
+    EXPECT_EQ(link->carrier, Carrier::kWebSocket);
+    EXPECT_EQ(describe(*link), text);
+  }
+  EXPECT_EQ(parse_link("grbl-ws:h:81/")->path, "/");
+  for (const char* text : {"grbl-ws:", "grbl-ws:host", "grbl-ws:host/ws", "grbl-ws::80", "grbl-ws:host:0/ws"})
+    EXPECT_EQ(parse_link(text).error().code, Code::kUsage) << text;
+}
+
+TEST_P(NetworkLink, AProgramIsExecutedWholeAndInOrder) {
   const Folder folder("tcp_link");
-  TcpMachine machine(wide_machine(), {});
-  const auto report =
-      send_program(folder.write("part.nc", feeds(700)), *parse_link("grbl-tcp:" + machine.place), {}, {});
+  TcpMachine machine(wide_machine(), {}, "", 0.0, web());
+  const auto report = send_program(folder.write("part.nc", feeds(700)), link(machine), {}, {});
   ASSERT_TRUE(report) << report.error().message;
   EXPECT_EQ(report->executed, 706u);
   machine.end();
@@ -54,10 +78,10 @@ TEST(TcpLink, AProgramIsExecutedWholeAndInOrder) {
 }
 
 /// As with a cable: what was executed lies between what is said to have run and what may have.
-TEST(TcpLink, ALostConnectionTellsTheRangeThatMayHaveRun) {
+TEST_P(NetworkLink, ALostConnectionTellsTheRangeThatMayHaveRun) {
   for (const std::size_t cut : {5, 60, 300}) {
     const Folder folder("tcp_link");
-    TcpMachine machine(wide_machine(), {}, "", 8.0);
+    TcpMachine machine(wide_machine(), {}, "", 8.0, web());
     std::string text = "G0 X0 Y0 Z50 A0 C0\n";
     for (int i = 1; i <= 30000; ++i) text += "G1 X" + std::to_string(i % 2) + " F6000\n";
     SendState last;
@@ -67,8 +91,7 @@ TEST(TcpLink, ALostConnectionTellsTheRangeThatMayHaveRun) {
       if (machine.executed > cut) machine.end();
       return true;
     };
-    const auto report = send_program(folder.write("part.nc", text + "M2\n"),
-                                     *parse_link("grbl-tcp:" + machine.place), {}, hooks);
+    const auto report = send_program(folder.write("part.nc", text + "M2\n"), link(machine), {}, hooks);
     ASSERT_FALSE(report);
     EXPECT_EQ(report.error().code, Code::kLink);
     EXPECT_NE(report.error().message.find("connection lost"), std::string::npos) << report.error().message;
@@ -99,9 +122,9 @@ TEST(TcpLink, WhatCannotBeReachedIsSaidWithTheReason) {
 }
 
 /// The welcome of a connection is no proof of a reset.
-TEST(TcpLink, AMachineThatRunsWithoutASenderIsReallyReset) {
-  TcpMachine machine(wide_machine(), {}, "", 1.0);
-  const LinkSpec link = *parse_link("grbl-tcp:" + machine.place);
+TEST_P(NetworkLink, AMachineThatRunsWithoutASenderIsReallyReset) {
+  TcpMachine machine(wide_machine(), {}, "", 1.0, web());
+  const LinkSpec link = this->link(machine);
   RealClock clock;
   {
     const auto wire = open_link(link);
@@ -121,6 +144,17 @@ TEST(TcpLink, AMachineThatRunsWithoutASenderIsReallyReset) {
   EXPECT_EQ(machine.resets, 1u);
   EXPECT_EQ(machine.spindle, 0.0);
   EXPECT_LT(machine.at_x, 100.0);
+}
+
+/// Somebody else's server, or none: said, not waited for.
+TEST(WebSocketLink, WhatIsNoWebSocketIsSaid) {
+  TcpMachine plain(wide_machine(), {});
+  const auto wrong = open_link(*parse_link("grbl-ws:" + plain.place));
+  ASSERT_FALSE(wrong);
+  EXPECT_NE(wrong.error().message.find("check port and path"), std::string::npos) << wrong.error().message;
+  TcpMachine web(wide_machine(), {}, "", 0.0, true);
+  const auto first = open_link(*parse_link("grbl-ws:" + web.place));
+  ASSERT_TRUE(first) << first.error().message;
 }
 
 }  // namespace

@@ -25,6 +25,7 @@ int fuzz_apt(const std::uint8_t* data, std::size_t size);
 int fuzz_dialect(const std::uint8_t* data, std::size_t size);
 int fuzz_reprap(const std::uint8_t* data, std::size_t size);
 int fuzz_drip(const std::uint8_t* data, std::size_t size);
+int fuzz_websocket(const std::uint8_t* data, std::size_t size);
 int fuzz_grbl(const std::uint8_t* data, std::size_t size);
 int fuzz_modbus(const std::uint8_t* data, std::size_t size);
 int fuzz_journal(const std::uint8_t* data, std::size_t size);
@@ -90,7 +91,8 @@ INSTANTIATE_TEST_SUITE_P(Fuzz, Replay,
                                          Named{"grbl", fuzz_grbl}, Named{"modbus", fuzz_modbus},
                                          Named{"journal", fuzz_journal}, Named{"api", fuzz_api},
                                          Named{"apt", fuzz_apt}, Named{"dialect", fuzz_dialect},
-                                         Named{"reprap", fuzz_reprap}, Named{"drip", fuzz_drip}),
+                                         Named{"reprap", fuzz_reprap}, Named{"drip", fuzz_drip},
+                                         Named{"websocket", fuzz_websocket}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace

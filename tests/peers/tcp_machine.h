@@ -15,30 +15,32 @@ namespace tiltfeed {
 class TcpMachine {
  public:
   TcpMachine(const MachineModel& model, const sim::GrblOptions& options, const std::string& faults = "",
-             double speed = 0.0) {
+             double speed = 0.0, bool web_socket = false) {
     EXPECT_EQ(::pipe(stop_), 0);
     std::promise<std::string> where;
     std::future<std::string> known = where.get_future();
     const auto script = sim::parse_fault_script(faults, "faults");
     EXPECT_TRUE(script);
-    thread_ = std::thread([this, model, options, script, speed, promise = std::move(where)]() mutable {
-      sim::GrblController controller(model, {}, options, [this](const sim::TraceRow& row) {
-        x = row.command.target.x;
-        ++executed;
-      });
-      sim::EndpointOptions endpoint;
-      endpoint.stop_fd = stop_[0];
-      endpoint.speed = speed;
-      endpoint.faults = *script;
-      bool told = false;
-      endpoint.ready = [&](const std::string& text) {
-        if (!std::exchange(told, true)) promise.set_value(text);
-      };
-      EXPECT_TRUE(sim::serve_tcp(controller, "127.0.0.1:0", endpoint));
-      spindle = controller.motion().accessories().spindle;
-      resets = controller.totals().resets;
-      at_x = controller.motion().position().x;
-    });
+    thread_ =
+        std::thread([this, model, options, script, speed, web_socket, promise = std::move(where)]() mutable {
+          sim::GrblController controller(model, {}, options, [this](const sim::TraceRow& row) {
+            x = row.command.target.x;
+            ++executed;
+          });
+          sim::EndpointOptions endpoint;
+          endpoint.stop_fd = stop_[0];
+          endpoint.speed = speed;
+          endpoint.faults = *script;
+          bool told = false;
+          endpoint.ready = [&](const std::string& text) {
+            if (!std::exchange(told, true)) promise.set_value(text);
+          };
+          EXPECT_TRUE(web_socket ? sim::serve_ws(controller, "127.0.0.1:0", endpoint)
+                                 : sim::serve_tcp(controller, "127.0.0.1:0", endpoint));
+          spindle = controller.motion().accessories().spindle;
+          resets = controller.totals().resets;
+          at_x = controller.motion().position().x;
+        });
     place = known.get();
   }
   ~TcpMachine() { end(); }
