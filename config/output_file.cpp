@@ -1,6 +1,7 @@
 #include "config/output_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/random.h>
 #include <sys/stat.h>
@@ -24,6 +25,10 @@ constexpr mode_t kMode = 0666;  // less the process's umask
 // Of a file's name so much goes into that of the file beside it: names are 255 bytes long at most.
 constexpr std::size_t kMostName = 200;
 constexpr const char* kStandardOutput = "-";
+// Between the name and the digits of a file that is not finished.
+constexpr const char* kMark = ".part-";
+constexpr std::size_t kDigits = 16;
+constexpr int kMostNames = 8;
 
 /// The files of the process, for OutputFile::abandon().
 struct Files {
@@ -98,10 +103,46 @@ class DescriptorBuffer : public std::streambuf {
 std::string name_beside(const std::string& path) {
   std::array<unsigned char, 8> random{};
   if (::getrandom(random.data(), random.size(), 0) != static_cast<ssize_t>(random.size())) return {};
-  std::string name = path.substr(path.rfind('/') + 1).substr(0, kMostName) + ".part-";
+  std::string name = path.substr(path.rfind('/') + 1).substr(0, kMostName) + kMark;
   for (const unsigned byte : random)
     name += "0123456789abcdef"[byte >> 4], name += "0123456789abcdef"[byte & 15];
   return path.rfind('/') == path.npos ? name : path.substr(0, path.rfind('/') + 1) + name;
+}
+
+/// A file that is being written is locked by its writer.
+void remove_if_lost(const std::string& file) {
+  const int fd = ::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) return;
+  struct stat at {};
+  const bool lost = ::fstat(fd, &at) == 0 && S_ISREG(at.st_mode) && at.st_uid == ::geteuid() &&
+                    ::flock(fd, LOCK_EX | LOCK_NB) == 0;
+  if (lost) ::unlink(file.c_str());  // while it is locked: a writer that waits for it finds it gone
+  ::close(fd);
+}
+
+/// Removes what writers of this file left that were killed.
+void sweep_beside(const std::string& path) {
+  const std::string start = path.substr(path.rfind('/') + 1).substr(0, kMostName) + kMark;
+  const std::string folder = folder_of(path);
+  std::error_code error;
+  std::filesystem::directory_iterator entry(folder, error);
+  for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.size() == start.size() + kDigits && name.starts_with(start) &&
+        name.find_first_not_of("0123456789abcdef", start.size()) == name.npos)
+      remove_if_lost(folder + "/" + name);
+  }
+}
+
+/// A new file that is locked as long as its descriptor, or a copy of it, is open. Less than 0: errno.
+int open_locked(const std::string& file) {
+  const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, kMode);
+  struct stat at {};
+  // Where locks are not known nothing is ever swept.
+  if (fd < 0 || ::flock(fd, LOCK_EX) != 0 || ::fstat(fd, &at) != 0 || at.st_nlink > 0) return fd;
+  ::close(fd);  // taken for a lost one before it was locked
+  errno = EAGAIN;
+  return -1;
 }
 
 /// What is there is no file that may be replaced.
@@ -141,18 +182,25 @@ bool same(const std::string& a, const std::string& b) {
 
 struct OutputFile::State {
   std::string path, temporary;  ///< temporary: empty where there is none, or no more
-  int fd;
+  int fd, lock;                 ///< lock: keeps the file locked after fd is closed
   DescriptorBuffer buffer;
   std::ostream out;
 
   State(std::string the_path, std::string beside, int descriptor)
-      : path(std::move(the_path)), temporary(std::move(beside)), fd(descriptor), buffer(fd), out(&buffer) {}
+      : path(std::move(the_path)),
+        temporary(std::move(beside)),
+        fd(descriptor),
+        lock(::fcntl(descriptor, F_DUPFD_CLOEXEC, 0)),
+        buffer(fd),
+        out(&buffer) {}
   ~State() {
+    if (!temporary.empty()) {
+      const std::lock_guard all(files().mutex);
+      ::unlink(temporary.c_str());
+      files().unfinished.erase(temporary);
+    }
     if (fd >= 0) ::close(fd);
-    if (temporary.empty()) return;
-    const std::lock_guard lock(files().mutex);
-    ::unlink(temporary.c_str());
-    files().unfinished.erase(temporary);
+    if (lock >= 0) ::close(lock);
   }
   Result<void> give_out();
   Result<void> settle();
@@ -170,10 +218,13 @@ Result<OutputFile> OutputFile::open(const std::string& path) {
   if (path == kStandardOutput) {
     fd = ::memfd_create("tiltfeed", MFD_CLOEXEC);
   } else {
-    beside = name_beside(path);
+    sweep_beside(path);
     const std::lock_guard lock(files().mutex);
-    if (!beside.empty())
-      fd = ::open(beside.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, kMode);
+    for (int tries = 0; fd < 0 && tries < kMostNames; ++tries) {
+      beside = name_beside(path);
+      if (!beside.empty()) fd = open_locked(beside);
+      if (fd < 0 && errno != EAGAIN) break;
+    }
     if (fd >= 0) files().unfinished.insert(beside);
   }
   if (fd < 0)
@@ -229,7 +280,7 @@ Result<void> OutputFile::State::settle() {
 Result<void> OutputFile::State::take_name() {
   if (temporary.empty()) return give_out();
   {
-    const std::lock_guard lock(files().mutex);
+    const std::lock_guard all(files().mutex);
     struct stat at {};
     if (::lstat(path.c_str(), &at) == 0 && !S_ISREG(at.st_mode))
       return fail(Code::kIo, path + ": has become something else than a regular file; it is not replaced");

@@ -16,8 +16,9 @@ namespace tiltfeed {
 /// "-" is the standard output, which gets all of it when it is committed.
 class OutputFile {
  public:
-  /// Opens a new file beside `path`, under a name that nobody can foresee. Errors: kUsage: as check_outputs;
-  /// kIo when the folder cannot be written.
+  /// Opens a new file beside `path`, under a name that nobody can foresee, and removes what writers of `path`
+  /// that were killed left there; a file that somebody still writes is locked, and stays. Errors: kUsage: as
+  /// check_outputs; kIo when the folder cannot be written.
   static Result<OutputFile> open(const std::string& path);
   OutputFile(OutputFile&& other) noexcept;
   OutputFile& operator=(OutputFile&&) = delete;

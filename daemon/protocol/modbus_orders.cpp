@@ -10,8 +10,10 @@ namespace tiltfeed {
 
 namespace {
 
-/// A mailbox command is a matter of one controller cycle; a few may be lost on the way.
-constexpr int kMostTries = 100;
+/// A mailbox command is a matter of one controller cycle; a controller that is slow, or a line that loses
+/// some, takes longer. Both must be over: a slow line carries few replies in that time.
+constexpr Time kObeyTime = std::chrono::seconds(5);
+constexpr int kLeastTries = 20;
 constexpr int kMinOverride = 10, kMaxOverride = 200;
 
 }  // namespace
@@ -55,23 +57,25 @@ void ModbusSession::command(const OperatorCommand& command, Time now) {
 void ModbusSession::post(MailboxCode code, std::uint32_t argument, Time now) {
   if (!mail_.empty() && mail_.back().code == code && mail_.back().argument == argument) return;
   if (mail_.size() > 1 && mail_.back().code == code) mail_.pop_back();  // another override
-  if (mail_.empty()) mail_tries_ = 0;
+  if (mail_.empty()) mail_tries_ = 0, mail_since_ = now;
   mail_.push_back({code, argument});
   request_.clear();
   read_only_next_ = false;
   next_request_ = std::min(next_request_, now);
 }
 
-void ModbusSession::follow_mail(const RingStatus& status) {
+void ModbusSession::follow_mail(const RingStatus& status, Time now) {
   if (mail_.empty()) return;
   if (status.command_ack == command_seq_) {
     mail_.pop_front();
     ++command_seq_;
     mail_tries_ = 0;
+    mail_since_ = now;
     if (status.command_result != 0) refused_ = "the controller refuses the command";
     return;
   }
-  if (++mail_tries_ > kMostTries) fault(Code::kLink, "the controller replies, but does not obey a command");
+  if (++mail_tries_ > kLeastTries && now - mail_since_ > kObeyTime)
+    fault(Code::kLink, "the controller replies, but does not obey a command");
 }
 
 /// The ring was emptied and the session closed, so nobody can go on with it; what was read before stands.

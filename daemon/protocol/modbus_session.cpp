@@ -138,7 +138,7 @@ void ModbusSession::on_stream_status(const RingStatus& status, Time now) {
         Code::kLink,
         "the machine is in alarm " + std::to_string(status.alarm) + " at " + block_name(status.last_started),
         Event::kAlarm);
-  follow_mail(status);
+  follow_mail(status, now);
   follow_hold(status, now);
   if (is_final(phase_)) return;
   if (judge_window_) judge_frame(status);

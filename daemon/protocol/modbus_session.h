@@ -89,7 +89,7 @@ class ModbusSession {
   void look_around(const RingStatus& status, Time now);
   void continue_run(const RingStatus& status, Time now);
   void post(MailboxCode code, std::uint32_t argument, Time now);
-  void follow_mail(const RingStatus& status);
+  void follow_mail(const RingStatus& status, Time now);
   void follow_hold(const RingStatus& status, Time now);
   void finish_stop();
   void on_place(std::span<const std::uint16_t> words, Time now);
@@ -126,7 +126,8 @@ class ModbusSession {
 
   std::deque<Mail> mail_;                  // the first one is out, or due
   std::optional<std::uint16_t> waits_at_;  // the newest completed block, if it is M0, M1 or M6
-  int mail_tries_ = 0;
+  int mail_tries_ = 0;                     // replies that did not acknowledge the oldest command
+  Time mail_since_{};                      // it is the oldest
   bool hold_seen_ = false, aborting_ = false;
   std::string refused_, held_;
   bool beats_ = false;  // the controller's watchdog is armed

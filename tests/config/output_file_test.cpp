@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -13,6 +14,7 @@
 #include <fstream>
 #include <iterator>
 #include <set>
+#include <vector>
 
 #include "tests/texts/folder.h"
 
@@ -40,6 +42,70 @@ class OutputFiles : public testing::Test {
   const fs::path folder = place.path;
   std::string path(const char* name) const { return (folder / name).string(); }
 };
+
+/// Killed at once, as by kill -9: nothing of the process cleans up.
+void write_and_die(const std::string& path) {
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    auto file = OutputFile::open(path);
+    file->stream() << "half";
+    static_cast<void>(file->flush());
+    ::kill(::getpid(), SIGKILL);
+  }
+  ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+}
+
+TEST_F(OutputFiles, TheNextWriterRemovesWhatAKilledOneLeft) {
+  write_and_die(path("a.nc"));
+  write_and_die(path("a.nc"));
+  write_and_die(path("b.nc"));
+  put(path("a.nc.part-notes"), "mine");
+  put(path("a.nc.part-0123456789abcdef.txt"), "mine");
+  EXPECT_EQ(names_in(folder).size(), 4u) << "the second has removed what the first left";
+  ASSERT_TRUE(write_file(path("a.nc"), "new"));
+  const std::set<std::string> left = names_in(folder);
+  EXPECT_EQ(left.size(), 4u) << "those of a.nc are gone, that of b.nc is not its business";
+  EXPECT_TRUE(left.contains("a.nc") && left.contains("a.nc.part-notes"));
+  EXPECT_TRUE(left.contains("a.nc.part-0123456789abcdef.txt"));
+  ASSERT_TRUE(write_file(path("b.nc"), "new"));
+  EXPECT_EQ(names_in(folder).size(), 4u);
+}
+
+TEST_F(OutputFiles, AWriterAtWorkKeepsItsFile) {
+  auto first = OutputFile::open(path("a.nc"));
+  ASSERT_TRUE(first);
+  first->stream() << "first";
+  ASSERT_TRUE(first->flush());
+  const pid_t child = ::fork();  // another process writes the same file meanwhile
+  if (child == 0) ::_exit(write_file(path("a.nc"), "second") ? 0 : 1);
+  int status = 1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(text_of(path("a.nc")), "second");
+  EXPECT_EQ(names_in(folder).size(), 2u);
+  ASSERT_TRUE(first->commit());
+  EXPECT_EQ(text_of(path("a.nc")), "first");
+  EXPECT_EQ(names_in(folder), std::set<std::string>{"a.nc"});
+}
+
+/// Writers of one file, each process again and again: none loses its own to another's sweep.
+TEST_F(OutputFiles, WritersOfOneFileAllEnd) {
+  std::vector<pid_t> children;
+  for (int i = 0; i < 4; ++i) {
+    children.push_back(::fork());
+    if (children.back() != 0) continue;
+    for (int k = 0; k < 60; ++k)
+      if (!write_file(path("a.nc"), "x")) ::_exit(1);
+    ::_exit(0);
+  }
+  for (const pid_t child : children) {
+    int status = 1;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    EXPECT_EQ(status, 0);
+  }
+  EXPECT_EQ(names_in(folder), std::set<std::string>{"a.nc"});
+}
 
 TEST_F(OutputFiles, AppearWholeWhenCommitted) {
   put(path("a.nc"), "old");

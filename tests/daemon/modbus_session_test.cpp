@@ -392,6 +392,29 @@ TEST(ModbusSession, StopHoldsByTheMailbox) {
   EXPECT_NE(bench.session.error().message.find("stopped on request"), std::string::npos);
 }
 
+/// A controller that is late with its mailbox is no fault until 5 s are over, however quick its replies are.
+TEST(ModbusSession, ACommandHasTimeToBeObeyed) {
+  for (const auto& [late, obeyed] : {std::pair(milliseconds(4000), true), {milliseconds(60000), false}}) {
+    Bench bench(200);
+    bench.open();
+    for (int i = 0; i < 5; ++i) bench.turn();
+    bench.session.command({Order::kStop}, bench.now);
+    const Time from = bench.now;
+    while (bench.turn([&, late = late](FakeRing& ring, const ModbusRequest& request) {
+      ModbusRequest heard = request;
+      if (request.write_address == RingMap{}.mailbox && bench.now - from < late) heard.words.clear();
+      return ring.serve(heard);
+    })) {
+    }
+    EXPECT_EQ(bench.session.phase(), obeyed ? Phase::kStopped : Phase::kFault)
+        << bench.session.error().message;
+    if (obeyed) continue;
+    EXPECT_NE(bench.session.error().message.find("does not obey"), std::string::npos);
+    EXPECT_GE(bench.now - from, seconds(5));
+    EXPECT_LE(bench.now - from, seconds(6));
+  }
+}
+
 TEST(ModbusSession, RefusesAnotherMapAndABusyMachine) {
   Bench map(5);
   while (map.turn([](FakeRing&, const ModbusRequest&) { return ModbusReply{kReplyOk, Words(16, 7)}; })) {

@@ -31,6 +31,9 @@ background() {
 # listening PORT: somebody does.
 listening() { grep -q ":$(printf %04X "$1") 00000000:0000 0A" /proc/net/tcp; }
 
+# opened PATH: the peer has it open.
+opened() { find "/proc/$peer/fd" -lname "$(readlink "$1")" 2>/dev/null | grep -q .; }
+
 # wire: a pair of pseudo-terminals, $work/host and $work/machine, tied together by socat; pid in $cable.
 wire() {
   rm -f "$work/host" "$work/machine"
@@ -48,8 +51,9 @@ ring() {
   shift 2
   background "$work/ring.log" $python "$here/ring_peer.py" --trace "$work/trace" "$@"
   until_true 100 "$name: pymodbus does not come up" grep -q ready "$work/ring.log"
-  if [[ $link == modbus-tcp:* ]]; then until_true 100 "$name: nobody listens" listening "${link##*:}"; else sleep 0.3; fi
-  timeout 120 "$bin/tiltfeed" send "$work/program.nc" --link "$link" >"$work/send.log" 2>&1 || die "$name: the run failed"
+  if [[ $link == modbus-tcp:* ]]; then until_true 100 "$name: nobody listens" listening "${link##*:}"; else until_true 100 "$name: the port is not open" opened "$work/machine"; fi
+  timeout 3000 "$bin/tiltfeed" send "$work/program.nc" --link "$link" >"$work/send.log" 2>&1 || die "$name: the run failed"
+  kill -TERM "$peer"
   wait "$peer" || die "$name: the peer failed"
   same "$work/blocks" "$work/trace" "$name"
   echo "$name: $(tail -n 1 "$work/ring.log")"
@@ -76,7 +80,7 @@ drive() {
   shift 3
   background "$work/drive.log" $python "$here/drive_peer.py" --tcp "$port" --trace "$work/trace" "$@"
   until_true 100 "$name: nobody listens" listening "$port"
-  timeout 120 "$bin/tiltfeed" send "$work/drive.nc" --link "drive-tcp:127.0.0.1:$port" >"$work/send.log" 2>&1 || status=$?
+  timeout 3000 "$bin/tiltfeed" send "$work/drive.nc" --link "drive-tcp:127.0.0.1:$port" >"$work/send.log" 2>&1 || status=$?
   ((status == expected)) || die "$name: send ended with $status"
   kill "$peer"
 }
@@ -104,7 +108,7 @@ lines() {
   shift 4
   wire
   background "$work/peer.log" $python "$here/line_peer.py" "$kind" "$work/machine" --trace "$work/trace" "$@"
-  timeout 120 "$bin/tiltfeed" send "$work/program.nc" --link "$link:$work/host" >"$work/send.log" 2>&1 || status=$?
+  timeout 3000 "$bin/tiltfeed" send "$work/program.nc" --link "$link:$work/host" >"$work/send.log" 2>&1 || status=$?
   ((status == expected)) || die "$name: send ended with $status"
   wait "$peer" || die "$name: the host broke a rule"
   kill "$cable"

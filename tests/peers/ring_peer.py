@@ -3,14 +3,14 @@
 
 ring_peer.py --tcp PORT | --rtu PATH [--baud N] --trace FILE [--mute N] [--no-fc23] [--slots N] [--block-ms MS]
 
-Prints "ready" and serves until a session is closed with everything executed. FILE gets one line a block, as the machine
+Prints "ready" and serves until SIGTERM; exit status 0 where a session was closed with everything executed. FILE gets one line a block, as the machine
 executes it: seq op flags line X Y Z tilt rotary F, whole numbers. --mute N: each Nth request is done but not answered.
 """
 
 import argparse
 import os
+import signal
 import sys
-import threading
 import time
 import zlib
 
@@ -179,16 +179,13 @@ def main():
             response.should_respond = False
         return response, False
 
-    def leave():
-        """Ends the process a moment after the session was closed, so that the last reply is out."""
-        while not ring.closed:
-            time.sleep(0.05)
-        time.sleep(0.3)
+    def leave(*_):
+        """Whoever watched the host end says so: then the last reply is out, too."""
         trace.close()
         print(f"closed after {requests[0]} requests, {ring.holds} holds, {ring.refused} damaged windows", flush=True)
-        os._exit(0)
+        os._exit(0 if ring.closed else 1)
 
-    threading.Thread(target=leave, daemon=True).start()
+    signal.signal(signal.SIGTERM, leave)
     print("ready", flush=True)
     if options.tcp:
         StartTcpServer(context=context, address=("127.0.0.1", options.tcp), response_manipulator=answer)

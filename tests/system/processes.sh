@@ -14,9 +14,10 @@ die() {
   exit 1
 }
 
-# until_true TENTHS WHAT COMMAND...: tries the command every 0.1 s; on a busy machine it may take ten times as long.
+# until_true TENTHS WHAT COMMAND...: tries the command every 0.1 s; it takes TENTHS on a quiet machine, and a hundred times as
+# long only where it hangs.
 until_true() {
-  local tries=0 limit=$(($1 * 10)) what=$2
+  local tries=0 limit=$(($1 * 100)) what=$2
   shift 2
   until "$@" >/dev/null 2>&1; do
     ((++tries < limit)) || die "$what"
