@@ -263,6 +263,7 @@ CLI::App* add_verify_options(CLI::App& app, VerifyOptions& options) {
       ->check(CLI::IsMember({1, 3}))
       ->capture_default_str();
   verify->add_option("--out", options.out, "folder for the report: index.html, report.json, pictures");
+  verify->add_flag("--json", options.as_json, "print the report (JSON) instead of its summary");
   verify->add_option("--threads", options.threads, "the result is the same for any number")
       ->check(CLI::Range(1, 256));
   return verify;

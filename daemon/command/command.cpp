@@ -10,6 +10,11 @@ int complain(const Error& error) {
   return error.code == Code::kUsage ? kExitWrongUse : kExitFailed;
 }
 
+int show_json(const std::string& object) {
+  std::cout << object << "\n";
+  return kExitDone;
+}
+
 std::string service_socket() {
   const char* const set = std::getenv("TILTFEED_SOCKET");
   return set != nullptr ? set : kDefaultSocket;

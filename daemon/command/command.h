@@ -10,6 +10,9 @@ namespace tiltfeed {
 /// Exit statuses.
 inline constexpr int kExitDone = 0, kExitFailed = 1, kExitWrongUse = 2;
 
+/// What a subcommand shows with --json, on standard output. Requires: one JSON object. Returns kExitDone.
+int show_json(const std::string& object);
+
 /// Writes the error to standard error; the exit status that goes with it.
 int complain(const Error& error);
 

@@ -111,6 +111,7 @@ MachineCommands::MachineCommands(CLI::App& app) : options_(std::make_unique<Opti
   o.check->add_option("--tool-length", o.tool_length, "gauge line to tip, mm (100)")
       ->check(CLI::Range(0.0, 1e4));
   o.check->add_option("--height", o.height, "of the tip over the zero point, mm (100)");
+  o.check->add_flag("--json", o.as_json, "print one JSON object");
   o.socket = service_socket();
   for (const MachineOrder& one : machine_orders()) {
     CLI::App* const order = machine->add_subcommand(one.name, one.what);
@@ -139,6 +140,10 @@ int MachineCommands::Options::run_check() const {
     std::cerr << "tiltfeed: " << program.error().message << "\n";
     return kExitFailed;
   }
+  if (as_json)
+    return show_json(nlohmann::ordered_json(
+                         {{"profile", profile}, {"places", loaded->vectors.size()}, {"program", *program}})
+                         .dump(-1, ' ', true, json::error_handler_t::replace));
   std::cerr << profile << ": " << loaded->vectors.size() << " measured places agree\n";
   std::cout << *program;
   return kExitDone;

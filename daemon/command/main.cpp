@@ -98,6 +98,7 @@ int run(int argc, char** argv) {
   planning->add_flag("!--no-proof", files.prove,
                      "do not hold the printed moves against the part; the program's header says so");
   planning->add_option("--progress", progress, "file that holds stage and percentage while it plans");
+  planning->add_flag("--json", files.as_json, "print the report (JSON) instead of its summary");
   planning->add_option("--gouge-picture", files.gouge_picture,
                        "picture (PNG) of the deepest gouge where the program is refused");
 
@@ -112,6 +113,8 @@ int run(int argc, char** argv) {
       "else the profile's link.default");
   send->add_option("--machine", send_machine, "machine profile (YAML): its default link and its wire");
 
+  bool send_json = false;
+  send->add_flag("--json", send_json, "print what was sent as one JSON object");
   double tool_length = 0.0;
   send->add_option("--tool-length", tool_length,
                    "gauge line to tip of the tool in the spindle, mm; a program for another is refused")
@@ -131,7 +134,7 @@ int run(int argc, char** argv) {
   if (send->parsed()) {
     if (send->count("--tool-length") > 0)
       if (auto same = check_tool_length(program, tool_length); !same) return complain(same.error());
-    return send_command(program, link, send_machine);
+    return send_command(program, link, send_machine, send_json);
   }
   if (machines.at_machine()) return machines.run();
   const PromptEnd prompt_end;  // what touches no machine may end at any place

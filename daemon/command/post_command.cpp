@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
@@ -48,6 +49,12 @@ void list_dialects() {
   for (const DialectName& one : kDialects) std::cout << one.name << "\t" << one.control << "\n";
 }
 
+int show_dialects() {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const DialectName& one : kDialects) list.push_back({{"name", one.name}, {"control", one.control}});
+  return show_json(nlohmann::ordered_json({{"dialects", list}}).dump());
+}
+
 }  // namespace
 
 struct PostCommands::Options {
@@ -55,7 +62,7 @@ struct PostCommands::Options {
   std::string input, machine, output, dialect, unit;
   std::vector<std::string> ignored;
   double feed = 0.0;
-  bool list = false, tcp = false, no_tcp = false;
+  bool as_json = false, list = false, tcp = false, no_tcp = false;
   double tolerance = 0.0, axis_tolerance = 0.0, tool_length = 0.0;
   ClearSpace clear;
   std::vector<double> part_zero, fixture;
@@ -64,9 +71,19 @@ struct PostCommands::Options {
   Result<MachineProfile> profile() const;
   Result<void> check_files() const;
   std::ostream& said() const { return output == "-" ? std::cerr : std::cout; }
+  /// With --json. The standard output may be taken by the program itself.
+  int show(nlohmann::ordered_json object) const;
   int run_post() const;
   int run_unpost() const;
 };
+
+int PostCommands::Options::show(nlohmann::ordered_json object) const {
+  object["out"] = output;
+  const std::string text = object.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
+  if (output != "-") return show_json(text);
+  std::cerr << text << "\n";
+  return kExitDone;
+}
 
 /// The machine profile, with the dialect and TCP of the command line.
 Result<MachineProfile> PostCommands::Options::profile() const {
@@ -119,10 +136,16 @@ int PostCommands::Options::run_post() const {
   if (auto kept = file->commit(); !kept) return complain(kept.error());
   std::size_t moves = 0;
   for (const AptOperation& op : program->operations) moves += op.path.moves.size();
+  const Starvation waits = starved(posted->timing, *profile, *written);
+  if (as_json)
+    return show({{"operations", program->operations.size()},
+                 {"moves", moves},
+                 {"axis_deviation_deg", posted->report.max_axis_deviation},
+                 {"motion", motion_text({profile->model, posted->report, *written, posted->timing, waits})},
+                 {"notes", program->notes}});
   std::fprintf(output == "-" ? stderr : stdout,
                "%zu operations, %zu moves, the axis within %.4f degrees between blocks\n",
                program->operations.size(), moves, posted->report.max_axis_deviation);
-  const Starvation waits = starved(posted->timing, *profile, *written);
   said() << motion_text({profile->model, posted->report, *written, posted->timing, waits});
   return kExitDone;
 }
@@ -150,6 +173,11 @@ int PostCommands::Options::run_unpost() const {
   std::size_t blocks = 0, moves = 0;
   for (const TextOperation& op : text->operations) blocks += op.blocks.size();
   for (const AptOperation& op : program->operations) moves += op.path.moves.size();
+  if (as_json)
+    return show({{"operations", text->operations.size()},
+                 {"blocks", blocks},
+                 {"points", moves},
+                 {"notes", program->notes}});
   std::fprintf(output == "-" ? stderr : stdout, "%zu operations, %zu blocks, %zu points\n",
                text->operations.size(), blocks, moves);
   return kExitDone;
@@ -165,6 +193,7 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
     one->add_option("IN", o.input, posts ? "CL file (APT text)" : "program");
     one->add_option("--machine", o.machine, "machine profile (YAML)");
     one->add_option("--out", o.output, posts ? "program to write" : "CL file to write (APT text)");
+    one->add_flag("--json", o.as_json, "print what was done as one JSON object");
     one->add_option("--dialect", o.dialect, "instead of the profile's");
     one->add_option("--tool-length", o.tool_length, "gauge line to tip, mm")
         ->check(CLI::PositiveNumber & finite());
@@ -217,6 +246,7 @@ bool PostCommands::called() const { return options_->post->parsed() || options_-
 
 int PostCommands::run() const {
   const Options& o = *options_;
+  if (o.list && o.as_json) return show_dialects();
   if (o.list) return list_dialects(), kExitDone;
   for (const auto& [name, value] :
        {std::pair{"IN", &o.input}, {"--machine", &o.machine}, {"--out", &o.output}})

@@ -11,6 +11,7 @@
 #include <csignal>
 #include <cstdio>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "config/machine_profile.h"
 #include "daemon/command/command.h"
@@ -163,7 +164,8 @@ Result<SendReport> send_watched(const std::string& program, const LinkSpec& link
 
 }  // namespace
 
-int send_command(const std::string& program, std::string link_text, const std::string& machine) {
+int send_command(const std::string& program, std::string link_text, const std::string& machine,
+                 bool as_json) {
   watch_signals();
   MachineProfile profile;
   if (!machine.empty()) {
@@ -182,6 +184,15 @@ int send_command(const std::string& program, std::string link_text, const std::s
     if (const Result<void> mine = claim.follow(*link); !mine) return complain(mine.error());
   const auto sent = send_watched(program, *link);
   if (!sent) return complain(sent.error());
+  if (as_json) {
+    nlohmann::ordered_json json = {{"blocks", sent->lines},
+                                   {"executed", nullptr},  // where the link proves none
+                                   {"seconds", sent->seconds},
+                                   {"bytes", sent->bytes},
+                                   {"resends", sent->resends}};
+    if (sent->executed) json["executed"] = *sent->executed;
+    return show_json(json.dump());
+  }
   std::printf("%llu blocks %s in %.2f s, %llu bytes, %llu resends\n",
               static_cast<unsigned long long>(sent->lines), sent->executed ? "sent and executed" : "sent",
               sent->seconds, static_cast<unsigned long long>(sent->bytes),

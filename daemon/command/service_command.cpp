@@ -100,8 +100,10 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
   o.serve->add_option("--config", o.config, "its file (YAML)")->required();
   o.safe_stop = app.add_subcommand("safe-stop", "hold the machine that a service left moving when it died");
   o.safe_stop->add_option("--config", o.config, "the service's file (YAML)")->required();
+  o.safe_stop->add_flag("--json", o.as_json, "print one JSON object besides the log");
   o.backup = app.add_subcommand("backup", "copy the service's jobs, which may be at work meanwhile");
   o.backup->add_option("--config", o.config, "the service's file (YAML)")->required();
+  o.backup->add_flag("--json", o.as_json, "print one JSON object");
   o.backup->add_option("FOLDER", o.to, "the copy; not there yet")->required();
   const auto client = [&](const char* name, const char* text, bool job) {
     CLI::App* command = app.add_subcommand(name, text);
@@ -251,9 +253,10 @@ int ServiceCommands::Options::run_resume() {
 }
 
 bool ServiceCommands::Options::agreed(const std::string& what, const char* question) const {
-  std::cout << what;
+  std::ostream& out = as_json ? std::cerr : std::cout;  // the object stands alone
+  out << what;
   if (yes) return true;
-  std::cout << question << std::flush;
+  out << question << std::flush;
   std::string word;
   std::getline(std::cin, word);
   return word == "yes";
@@ -303,6 +306,7 @@ int ServiceCommands::Options::reset_here() {
   SteadyClock clock;
   const Result<std::string> done = reset_machine(*spec, **wire, clock);
   if (!done) return complain(done.error());
+  if (as_json) return tell({{"ok", true}, {"reset", *done}}, "");
   std::cout << *done << "\n";
   return kExitDone;
 }
@@ -354,6 +358,9 @@ int ServiceCommands::Options::run_safe_stop() const {
   fields.machine = stopped->machine;
   fields.job = stopped->job;
   write_log(stopped->job == 0 ? Severity::kInfo : Severity::kWarning, "safe-stop: " + stopped->text, fields);
+  if (as_json)
+    return tell({{"ok", true}, {"job", stopped->job}, {"machine", stopped->machine}, {"text", stopped->text}},
+                "");
   return kExitDone;
 }
 
@@ -362,6 +369,7 @@ int ServiceCommands::Options::run_backup() const {
   if (!service) return complain(service.error());
   const Result<std::uint64_t> jobs = back_up(service->spool, to);
   if (!jobs) return complain(jobs.error());
+  if (as_json) return tell({{"ok", true}, {"folder", to}, {"jobs", *jobs}}, "");
   std::cout << to << ": " << *jobs << " jobs, without the journals of their runs\n";
   return kExitDone;
 }

@@ -250,7 +250,7 @@ Result<void> Planning::report() {
     return added;
   if (auto kept = OutputFile::commit_all(outputs_); !kept) return kept;
   show("done", 1.0);
-  told_ = report_text(outcome);
+  told_ = files_.as_json ? report_json(outcome) : report_text(outcome);
   return {};
 }
 

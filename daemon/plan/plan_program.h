@@ -12,8 +12,8 @@ namespace tiltfeed {
 /// Empty: as the job says, or not wanted.
 struct PlanFiles {
   std::string job, program, cl, report, map, stl, machine;
-  std::string gouge_picture;  ///< PNG, where the program is not proven
-  bool prove = true;
+  std::string gouge_picture;           ///< PNG, where the program is not proven
+  bool prove = true, as_json = false;  ///< as_json: of what is returned
 };
 
 /// Both on the thread that plans; either may be empty.
@@ -22,7 +22,8 @@ struct PlanListener {
   std::function<void(const std::string& text)> note;           ///< a line for the user, before the end
 };
 
-/// Plans, posts and proves. Returns a screenful on what was done. Files appear when all of them are written,
+/// Plans, posts and proves. Returns a screenful on what was done, or the
+/// report as JSON. Files appear when all of them are written,
 /// or not at all. Errors: those of each stage; kUsage: files that may not be outputs; kInput: the program
 /// gouges, with line, place, facet and depth; kCancelled.
 Result<std::string> plan_program(const PlanFiles& files, const PlanListener& listener);

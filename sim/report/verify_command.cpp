@@ -289,7 +289,10 @@ int verify_command(const VerifyOptions& options) {
   const RemovalVerdict verdict = judge(*result, context);
   const double cut = since(begun);
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_IGN);  // the rest is quick, and whole
-  print(context, verdict, *result);
+  if (options.as_json)
+    std::printf("%s\n", to_json(context, *result, verdict).c_str());
+  else
+    print(context, verdict, *result);
   if (!options.out.empty()) {
     line.show("report", 0.0);
     if (auto written =
@@ -297,7 +300,7 @@ int verify_command(const VerifyOptions& options) {
         !written)
       return report(written.error());
   }
-  print_cost(begun, read, cut);
+  if (!options.as_json) print_cost(begun, read, cut);
   return verdict.passed() ? kDone : verdict.incomplete() ? kIncomplete : kFailed;
 }
 

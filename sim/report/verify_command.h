@@ -13,6 +13,7 @@ struct VerifyOptions {
   std::string out;                         ///< folder of the report; empty: none
   int bundles = 1;                         ///< of the stock's lines: 1, along the tool's main direction, or 3
   int threads = 0;                         ///< 0: as many as the machine has
+  bool as_json = false;                    ///< the report instead of its summary, on standard output
 };
 
 /// Prints the verdict, writes the report. The exit status: 0 passed, 1 failed or an error, 2 wrong use.

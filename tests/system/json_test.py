@@ -1,0 +1,117 @@
+#!/usr/bin/python3
+"""Every subcommand of tiltfeed that shows something shows it as one JSON object with --json, and nothing else on standard output.
+The subcommands are those that --help lists, so a new one has to be walked here, too.
+
+json_test.py BIN_FOLDER WORK_FOLDER
+"""
+
+import json
+import re
+import subprocess
+import sys
+
+from service_run import ROOT, Run
+
+SILENT = {"serve"}  # it logs
+
+
+def leaves(run, words=()):
+    """Subcommands without subcommands of their own."""
+    text = run.tiltfeed(*words, "--help")[1]
+    found = text.partition("Subcommands:")[2]
+    names = re.findall(r"^  ([a-z][a-z-]*)(?:\s|$)", found, re.MULTILINE)
+    if words == ("verify",) or not names:
+        return [(words, text)]
+    return [leaf for name in names for leaf in leaves(run, (*words, name))]
+
+
+def main():
+    run = Run(sys.argv[1], sys.argv[2])
+    walked = set()
+
+    def ask(*arguments, words=1, status=0):
+        done = subprocess.run([f"{run.bin}/tiltfeed", *arguments, "--json"], capture_output=True, text=True,
+                              stdin=subprocess.DEVNULL, check=False)
+        name = " ".join(arguments)
+        run.want(done.returncode == status, f"{name}: exit status {done.returncode}: {done.stdout}{done.stderr}")
+        try:
+            answer = json.loads(done.stdout)
+        except ValueError as error:
+            run.fail(f"{name}: no JSON ({error}): {done.stdout[:400]}")
+        run.want(isinstance(answer, dict), f"{name}: no object")
+        walked.add(tuple(arguments[:words]))
+        return answer
+
+    try:
+        walk(run, ask)
+        every = {words: text for words, text in leaves(run)}
+        run.want(len(every) > 25, f"the subcommands are not understood: {sorted(every)}")
+        for words, text in every.items():
+            if words[0] not in SILENT:
+                run.want("--json" in text, f"{' '.join(words)} --help does not offer --json")
+        left = {words for words in every if words[0] not in SILENT} - walked
+        run.want(not left, f"not walked: {sorted(left)}")
+    finally:
+        run.end()
+    print(f"json: {len(walked)} subcommands, all as expected")
+
+
+def walk(run, ask):
+    work = run.work
+    job = f"{work}/job.yaml"
+    with open(f"{ROOT}/config/jobs/sphere.yaml", encoding="utf-8") as file:
+        text = file.read()
+    text = re.sub(r"(?m)^(\s*stl:\s*)\S+", rf"\g<1>{work}/sphere.stl", text)
+    text = re.sub(r"(?m)^(\s*machine:\s*)\S+", rf"\g<1>{ROOT}/config/machines/generic-ac.yaml", text)
+    text = re.sub(r"(?m)^(\s*side_step_mm:\s*)\S+", r"\g<1>4", text)
+    with open(job, "w", encoding="utf-8") as out:
+        out.write(text)
+    subprocess.run([f"{run.bin}/tiltfeed-sim", "part", "sphere", "--out", f"{work}/sphere.stl"], check=True, capture_output=True)
+    profile = f"{ROOT}/config/machines/generic-ac.yaml"
+    run.want(ask("check", job)["facets"] > 0, "no part")
+    report = ask("plan", job, "--out", f"{work}/part.nc", "--cl", f"{work}/part.cls")
+    run.want(report["blocks"] > 0 and "proof" in report, f"no report: {list(report)}")
+    ask("post", f"{work}/part.cls", "--machine", profile, "--out", f"{work}/posted.nc")
+    run.want(ask("unpost", f"{work}/part.nc", "--machine", profile, "--out", f"{work}/back.cls")["blocks"] > 0, "no blocks")
+    run.want(len(ask("post", "--list-dialects")["dialects"]) >= 5, "no dialects")
+    run.want("verdict" in json.dumps(ask("verify", job, f"{work}/part.nc", "--resolution", "2")), "no verdict")
+    run.want("G" in ask("machine", "check", profile, words=2)["program"], "no program")
+
+    short = f"{work}/short.nc"
+    with open(short, "w", encoding="ascii") as out:
+        out.write("G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F600\nM2\n")
+    alone = run.simulate("--grbl-tcp", "127.0.0.1:0")
+    over = ["--machine", profile, "--link", f"grbl-tcp:{alone}"]
+    run.want(ask("send", short, *over)["executed"], "not executed")
+    run.want(ask("reset", "--yes", "--link", f"grbl-tcp:{alone}")["reset"], "no word of the reset")
+    for words in (["status"], ["unlock"], ["jog", "X1"], ["offsets"], ["settings"], ["override", "feed", "90"],
+                  ["console", "$G"], ["tool", "park"]):
+        ask("machine", *words, *over, words=2)
+    ask("machine", "settings", "set", "22=1", *over, words=2)
+    ask("machine", "home", *over, words=2)
+
+    wide = f"{work}/wide.nc"
+    with open(wide, "w", encoding="ascii") as out:
+        out.write("G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n" + "".join(f"G1X{i % 97}F60\n" for i in range(5000)) + "G94\nM2\n")
+    run.configure("grbl-tcp:" + run.simulate("--grbl-tcp", "127.0.0.1:0", "--speed", "1", "--probe-plate", "-820"))
+    run.serve_ready()
+    number = str(ask("submit", wide)["job"])
+    run.until("the program is not ready", lambda: run.show(number, "state") == "ready")
+    ask("machine", "probe", "Z-25", "F3000", words=2)
+    ask("list")
+    ask("show", number)
+    ask("start", number)
+    ask("hold")
+    ask("resume", number)
+    ask("override", number, "80")
+    ask("stop", number)
+    run.until("it does not stop", lambda: run.show(number, "state") == "stopped")
+    ask("watch", number, status=1)
+    ask("backup", "--config", f"{work}/service.yaml", f"{work}/copy")
+    ask("remove", number)
+    run.kill()
+    ask("safe-stop", "--config", f"{work}/service.yaml")
+
+
+if __name__ == "__main__":
+    main()
