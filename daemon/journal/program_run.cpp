@@ -7,7 +7,7 @@ namespace tiltfeed {
 
 Result<ProgramRun> prepare_run(const std::string& program, const LinkSpec& link, std::uint64_t job) {
   ProgramRun run{program, link, {}};
-  const Result<ProgramSum> sum = sum_program(program, link.kind);
+  const Result<ProgramSum> sum = sum_program(program, link.kind, link.axes);
   if (!sum) return tl::unexpected<Error>(sum.error());
   const Result<HostBoot> host = host_boot();
   if (!host) return tl::unexpected<Error>(host.error());

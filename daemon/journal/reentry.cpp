@@ -56,10 +56,11 @@ struct Survey {
   std::string first;  // text of that line
 };
 
-Result<Survey> survey(const std::string& path, LinkKind kind, std::uint64_t from) {
+Result<Survey> survey(const std::string& path, LinkKind kind, const MachineModel& machine,
+                      std::uint64_t from) {
   Result<LineReader> program = LineReader::open(path);
   if (!program) return tl::unexpected<Error>(program.error());
-  BlockReader reader;
+  BlockReader reader(numeric_axes(machine));
   Line line;
   std::vector<NumericBlock> blocks;
   InForce now;
@@ -101,6 +102,12 @@ class Steps {
     const ProgramFormat& f = machine_.format;
     return std::string(" ") + letter + decimal(value, rotary ? f.rotary_decimals : f.linear_decimals);
   }
+  /// Words of the rotary axes that the machine has.
+  std::string turns(const Joints& at) const {
+    const MachineModel& m = machine_.model;
+    return (m.tilt.present ? word(m.tilt.letter, at.a, true) : "") +
+           (m.rotary.present ? word(m.rotary.letter, at.c, true) : "");
+  }
   void line(const std::string& text) { program += text + "\n"; }
   void say(const std::string& text, const std::string& words) {
     preview += std::to_string(++count_) + ". " + words + "\n   " + text + "\n";
@@ -139,8 +146,7 @@ void lift(Steps& steps, const Survey& found, const Joints& rise, const MachinePr
   const std::string said =
       "retract " + decimal(options.retract, 1) + " mm along the tool axis " +
       (options.stands ? "that the machine reports, from" + steps.word('X', from.x) + steps.word('Y', from.y) +
-                            steps.word('Z', from.z) + steps.word(machine.model.tilt.letter, from.a, true) +
-                            steps.word(machine.model.rotary.letter, from.c, true)
+                            steps.word('Z', from.z) + steps.turns(from)
                       : "of the block that is entered (the machine does not report its own), from where the "
                         "tool stands");
   if (relative) {
@@ -149,8 +155,7 @@ void lift(Steps& steps, const Survey& found, const Joints& rise, const MachinePr
     steps.line("G90");
   } else {
     steps.say("G1" + steps.word('X', clear.x) + steps.word('Y', clear.y) + steps.word('Z', clear.z) +
-                  steps.word(machine.model.tilt.letter, from.a, true) +
-                  steps.word(machine.model.rotary.letter, from.c, true) + feed,
+                  steps.turns(from) + feed,
               said);
   }
   steps.reach(clear);
@@ -161,15 +166,12 @@ void lift(Steps& steps, const Survey& found, const Joints& rise, const MachinePr
   steps.reach(top);
 }
 
-void approach(Steps& steps, const InForce& before, const Joints& rise, const MachineProfile& machine,
-              const ReentryOptions& options) {
+void approach(Steps& steps, const InForce& before, const Joints& rise, const ReentryOptions& options) {
   const Joints& at = before.at;
   const std::string feed = " F" + decimal(options.plunge_feed, 1);
-  const MachineModel& model = machine.model;
   Joints to = steps.at();
   to.a = at.a, to.c = at.c;
-  const std::string turns = (model.tilt.present ? steps.word(model.tilt.letter, at.a, true) : "") +
-                            (model.rotary.present ? steps.word(model.rotary.letter, at.c, true) : "");
+  const std::string turns = steps.turns(at);
   if (!turns.empty()) steps.say("G0" + turns, "turn the rotary axes as programmed, turns counted");
   steps.reach(to);
   to.x = at.x + rise.x, to.y = at.y + rise.y;
@@ -202,7 +204,7 @@ bool states_motion(const std::string& line) {
 Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const MachineProfile& machine,
                              const ReentryOptions& options) {
   if (options.from < 2) return fail(Code::kUsage, "block 1 needs no re-entry: start the job instead");
-  Result<Survey> found = survey(program, kind, options.from);
+  Result<Survey> found = survey(program, kind, machine.model, options.from);
   if (!found) return tl::unexpected<Error>(found.error());
   if (found->line == 0)
     return fail(Code::kUsage, "block " + std::to_string(options.from) + ": the program has " +
@@ -223,7 +225,7 @@ Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const Ma
              std::to_string(found->line) + ")");
   steps.line("G21 G90 G17 G40 G49 G54 G94");
   lift(steps, *found, rise, machine, options, !counts_numeric_blocks(kind));
-  approach(steps, before, rise, machine, options);
+  approach(steps, before, rise, options);
   if (!steps.limit.empty())
     return fail(Code::kLimit, "re-entry before block " + std::to_string(options.from) + ", " + steps.limit +
                                   "; choose a shorter --retract or another block");

@@ -26,10 +26,12 @@ int code_of(std::string_view line) {
   return code;
 }
 
-std::string machine_letters(const MachineModel& machine) {
+/// X Y Z and the rotaries: those that the machine has, or all that the profile's type can have.
+std::string machine_letters(const MachineModel& machine, bool present) {
   std::string letters = "XYZ";
   for (const char letter : kAxisLetters.substr(3))
-    if (letter == machine.tilt.letter || letter == machine.rotary.letter) letters += letter;
+    for (const RotaryAxis* one : {&machine.tilt, &machine.rotary})
+      if (letter == one->letter && (one->present || !present)) letters += letter;
   return letters;
 }
 
@@ -39,7 +41,8 @@ tl::unexpected<Error> cancelled() { return fail(Code::kCancelled, "stopped on re
 
 AxisValues report_axes(const std::vector<double>& values, const std::string& letters,
                        const MachineModel& machine) {
-  std::string names = letters.size() == values.size() ? letters : machine_letters(machine);
+  std::string names = letters.size() == values.size() ? letters : machine_letters(machine, true);
+  if (names.size() != values.size()) names = machine_letters(machine, false);
   if (names.size() != values.size() && values.size() == 3) names = "XYZ";
   AxisValues axes = no_axes();
   if (names.size() != values.size()) return axes;

@@ -13,21 +13,21 @@ using std::chrono::milliseconds;
 
 constexpr Time kAskAgain = milliseconds(50);
 constexpr int kMostTries = 20;
-constexpr std::size_t kFiveAxes = 5;
 
 Result<std::optional<Joints>> grbl_place(const MachineModel& machine, Link& wire, Clock& clock) {
   GrblTalk talk(wire, clock);
   const Result<GrblStatus> said = talk.report_with_offset();
   if (!said) return tl::unexpected<Error>(said.error());
   const bool known = said->in_work || talk.offset().size() == said->axes.size();
-  if (!known || said->axes.size() != kFiveAxes) return std::nullopt;
+  if (!known) return std::nullopt;
   const AxisValues at = report_axes(said->axes, {}, machine),
                    offset = said->in_work ? AxisValues{} : report_axes(talk.offset(), {}, machine);
   const auto axis = [&](char letter) {
     const std::size_t i = kAxisLetters.find(letter);
     return i == kAxisLetters.npos ? std::nan("") : at[i] - offset[i];
   };
-  const Joints place{axis('X'), axis('Y'), axis('Z'), axis(machine.tilt.letter), axis(machine.rotary.letter)};
+  const auto turned = [&](const RotaryAxis& one) { return one.present ? axis(one.letter) : 0.0; };
+  const Joints place{axis('X'), axis('Y'), axis('Z'), turned(machine.tilt), turned(machine.rotary)};
   const bool whole = std::isfinite(place.x + place.y + place.z + place.a + place.c);
   return whole ? std::optional(place) : std::nullopt;
 }

@@ -34,7 +34,8 @@ double BlockCursor::seconds_of(const NumericBlock& b) const {
   }
   return kSecondsPerMinute *
          std::max({dx / machine_.x.velocity, dy / machine_.y.velocity, dz / machine_.z.velocity,
-                   da / machine_.tilt.velocity, dc / machine_.rotary.velocity});
+                   machine_.tilt.present ? da / machine_.tilt.velocity : 0.0,
+                   machine_.rotary.present ? dc / machine_.rotary.velocity : 0.0});
 }
 
 void BlockCursor::pass(const NumericBlock& block) {

@@ -40,7 +40,10 @@ class BlockCursor {
 
  private:
   BlockCursor(LineReader program, LinkKind kind, const MachineModel& machine)
-      : program_(std::move(program)), by_line_(!counts_numeric_blocks(kind)), machine_(machine) {}
+      : program_(std::move(program)),
+        by_line_(!counts_numeric_blocks(kind)),
+        machine_(machine),
+        reader_(numeric_axes(machine)) {}
   double seconds_of(const NumericBlock& block) const;
   void pass(const NumericBlock& block);
 

@@ -39,6 +39,17 @@ std::optional<GcodeWord> take_word(std::string_view& rest) {
   return word;
 }
 
+NumericAxes numeric_axes(const MachineModel& machine) {
+  return {true, machine.tilt.present ? machine.tilt.letter : '\0',
+          machine.rotary.present ? machine.rotary.letter : '\0'};
+}
+
+BlockReader::BlockReader(const NumericAxes& axes) : names_(axes) {
+  if (!axes.known) return;
+  known_[3] = axes.tilt == 0;
+  known_[4] = axes.rotary == 0;
+}
+
 /// What one line says, before it is put into order.
 struct BlockReader::Parsed {
   bool moves = false, dwells = false, has_f = false, has_s = false, has_p = false;
@@ -127,7 +138,11 @@ Result<void> BlockReader::take_m(double value, Parsed& parsed) {
 
 Result<void> BlockReader::take_axis(const GcodeWord& word, Parsed& parsed) {
   int axis = 0;
-  if (word.letter == 'A' || word.letter == 'B') {
+  if (names_.known && word.letter < 'X') {
+    if (word.letter != names_.tilt && word.letter != names_.rotary)
+      return fail(Code::kInput, show(word.letter, word.value) + ": the machine has no such axis");
+    axis = word.letter == names_.tilt ? 3 : 4;
+  } else if (word.letter == 'A' || word.letter == 'B') {
     if (tilt_letter_ != 0 && tilt_letter_ != word.letter)
       return fail(Code::kInput, "both A and B are programmed; the head has one of them");
     tilt_letter_ = word.letter;
@@ -169,9 +184,16 @@ Result<void> BlockReader::take_other(const GcodeWord& word, Parsed& parsed) {
   }
 }
 
+std::uint8_t BlockReader::absent() const {
+  return static_cast<std::uint8_t>((names_.known && names_.tilt == 0 ? 8 : 0) |
+                                   (names_.known && names_.rotary == 0 ? 16 : 0));
+}
+
 NumericBlock BlockReader::block_here(BlockOp op, const Line& line) const {
-  return {op,  false, line.number, axes_[0], axes_[1],  axes_[2], axes_[3], axes_[4],
-          0.0, 0.0,   0,           spindle_, line.text, 0,        false};
+  NumericBlock block{op,  false, line.number, axes_[0], axes_[1],  axes_[2], axes_[3], axes_[4],
+                     0.0, 0.0,   0,           spindle_, line.text, 0,        false};
+  block.absent = absent();
+  return block;
 }
 
 void BlockReader::add_m(int code, const Line& line, std::vector<NumericBlock>& blocks) const {
@@ -185,12 +207,14 @@ Result<void> BlockReader::add_move(const Line& line, const Parsed& parsed,
   if (!motion_set_) return fail(Code::kInput, "axis words before the first G0 or G1");
   unsigned kept = 0;
   for (int axis = 0; axis < 5; ++axis) {
+    if ((absent() >> axis & 1) != 0) continue;
     if (known_[axis] && (!parsed.machine || (parsed.stated >> axis & 1U) != 0)) continue;
     if (!rapid_)
-      return fail(Code::kInput,
-                  std::string(1, kAxisNames[axis]) +
-                      " has no value yet: over Modbus every block carries all five axes, so rapids "
-                      "before the first feed move must state X Y Z, A (or B) and C");
+      return fail(Code::kInput, std::string(1, axis == 3 && names_.tilt != 0     ? names_.tilt
+                                               : axis == 4 && names_.rotary != 0 ? names_.rotary
+                                                                                 : kAxisNames[axis]) +
+                                    " has no value yet: over Modbus every block carries all axes, so rapids "
+                                    "before the first feed move must state all that the machine has");
     kept |= 1U << axis;
   }
   if (!rapid_ && inverse_time_ && !parsed.has_f)

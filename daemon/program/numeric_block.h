@@ -9,6 +9,7 @@
 
 #include "daemon/program/line.h"
 #include "kinematics/basics/result.h"
+#include "kinematics/machine/machine.h"
 
 namespace tiltfeed {
 
@@ -39,6 +40,8 @@ struct NumericBlock {
   /// where; their values mean nothing.
   std::uint8_t kept = 0;
   bool machine = false;  ///< G53: the place is in machine coordinates
+  /// Axes that the machine has not got, the same bits.
+  std::uint8_t absent = 0;
 };
 
 /// M0, M1 and M6: the machine waits for the operator.
@@ -46,11 +49,22 @@ inline bool is_operator_stop(const NumericBlock& block) {
   return block.op == BlockOp::kMCode && (block.m_code == 0 || block.m_code == 1 || block.m_code == 6);
 }
 
+/// The letters of the rotary axes that a machine has; 0: it has no such axis. Not known: A or B is the tilt,
+/// C the rotary, and all five must be stated.
+struct NumericAxes {
+  bool known = false;
+  char tilt = 0, rotary = 0;
+};
+NumericAxes numeric_axes(const MachineModel& machine);
+
 /// Turns lines into numeric blocks. Knows G0 G1 G4 G90 G93 G94 and M0-M9 M30, takes what does not change
 /// anything here (G17 G21 G40 G49 G54 G61 G64 G80 G97, N T), refuses everything else: what it does not know
 /// cannot be sent as numbers.
 class BlockReader {
  public:
+  /// An axis that the machine has not got is 0 in every block, and no word may name it.
+  explicit BlockReader(const NumericAxes& axes = {});
+
   /// Appends the blocks of `line` in order of execution: spindle and coolant, dwell, move, stop.
   /// Errors: kInput with what is wrong (the caller adds the place); an axis that has no value yet when a feed
   /// move begins, which a G53 takes from it; a feed move without F; kLimit for a value that does not fit.
@@ -64,11 +78,13 @@ class BlockReader {
   Result<void> take_other(const GcodeWord& word, Parsed& parsed);
   Result<void> add_move(const Line& line, const Parsed& parsed, std::vector<NumericBlock>& blocks);
   void add_m(int code, const Line& line, std::vector<NumericBlock>& blocks) const;
+  std::uint8_t absent() const;
   NumericBlock block_here(BlockOp op, const Line& line) const;
 
-  double axes_[5] = {};   // X Y Z tilt rotary
-  bool known_[5] = {};    // the program has stated it
-  char tilt_letter_ = 0;  // A or B, whichever the program uses
+  double axes_[5] = {};  // X Y Z tilt rotary
+  bool known_[5] = {};   // the program has stated it
+  NumericAxes names_;
+  char tilt_letter_ = 0;  // A or B, whichever the program uses, where the machine is not known
   bool motion_set_ = false, rapid_ = true, inverse_time_ = false;
   double feed_ = 0.0, spindle_ = 0.0;
   int spindle_code_ = 5;  // M3, M4 or M5 in force

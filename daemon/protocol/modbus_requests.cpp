@@ -38,7 +38,7 @@ void ModbusSession::push(NumericBlock block) {
 void ModbusSession::follow_end(const NumericBlock& block) {
   const double to[] = {block.x, block.y, block.z, block.tilt, block.rotary};
   for (std::size_t i = 0; i < end_.size(); ++i) {
-    if ((block.kept >> i & 1U) != 0) continue;
+    if (((block.kept | block.absent) >> i & 1U) != 0) continue;
     end_[i] = to[i];
     if (block.machine) end_[i].reset();  // where the machine's own place is is not known
   }

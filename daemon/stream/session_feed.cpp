@@ -29,8 +29,8 @@ Result<bool> BlockFeed::next(NumericBlock& block) {
   return true;
 }
 
-Result<std::uint64_t> survey_blocks(LineReader& program) {
-  BlockFeed feed(program);
+Result<std::uint64_t> survey_blocks(LineReader& program, const NumericAxes& axes) {
+  BlockFeed feed(program, axes);
   const RingIdentity usual_scale;
   NumericBlock block;
   std::uint64_t blocks = 0;
@@ -46,8 +46,8 @@ Result<std::uint64_t> survey_blocks(LineReader& program) {
   return blocks;
 }
 
-Result<void> survey_drive(LineReader& program, const DriveMap& map) {
-  BlockFeed feed(program);
+Result<void> survey_drive(LineReader& program, const NumericAxes& axes, const DriveMap& map) {
+  BlockFeed feed(program, axes);
   DriveEncoder encoder(map);
   NumericBlock block;
   for (;;) {

@@ -64,7 +64,7 @@ class LineFeed {
 /// LineReader lines as numeric blocks for a session over Modbus, or just counted.
 class BlockFeed {
  public:
-  explicit BlockFeed(LineReader& program) : program_(program) {}
+  BlockFeed(LineReader& program, const NumericAxes& axes) : program_(program), reader_(axes) {}
 
   /// False at the program's end.
   Result<bool> next(NumericBlock& block);
@@ -96,8 +96,8 @@ class BlockFeed {
 };
 
 /// Converts the whole program before anything is sent. Returns the number of blocks.
-Result<std::uint64_t> survey_blocks(LineReader& program);
+Result<std::uint64_t> survey_blocks(LineReader& program, const NumericAxes& axes);
 /// The same for what a drive can do of it. Errors: as DriveEncoder, with path:line.
-Result<void> survey_drive(LineReader& program, const DriveMap& map);
+Result<void> survey_drive(LineReader& program, const NumericAxes& axes, const DriveMap& map);
 
 }  // namespace tiltfeed

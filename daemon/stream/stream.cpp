@@ -161,14 +161,14 @@ struct Opened {
   std::uint64_t blocks = 0;
 };
 
-Result<Opened> open_program(const std::string& path, LinkKind kind) {
+Result<Opened> open_program(const std::string& path, LinkKind kind, const NumericAxes& axes) {
   Result<LineReader> program = LineReader::open(path);
   if (!program) return tl::unexpected<Error>(program.error());
   Result<ProgramFacts> facts = program->survey();
   if (!facts) return tl::unexpected<Error>(facts.error());
   std::uint64_t blocks = facts->lines;
   if (counts_numeric_blocks(kind)) {
-    const Result<std::uint64_t> counted = survey_blocks(*program);
+    const Result<std::uint64_t> counted = survey_blocks(*program, axes);
     if (!counted) return tl::unexpected<Error>(counted.error());
     blocks = *counted;
   }
@@ -214,13 +214,13 @@ Result<SendReport> send_opened(Opened& opened, const LinkSpec& spec, Link& link,
   Result<SendReport> report;
   if (is_ring(spec.kind)) {
     ModbusSession session(modbus_options(spec, options, opened.blocks), clock.now());
-    BlockFeed feed(opened.program);
+    BlockFeed feed(opened.program, spec.axes);
     report = run(session, feed, link, clock, hooks);
   } else if (is_drive(spec.kind)) {
-    if (const Result<void> fits = survey_drive(opened.program, spec.profile.drive); !fits)
+    if (const Result<void> fits = survey_drive(opened.program, spec.axes, spec.profile.drive); !fits)
       return tl::unexpected<Error>(fits.error());
     DriveSession session({opened.blocks, spec.profile.drive}, clock.now());
-    BlockFeed feed(opened.program);
+    BlockFeed feed(opened.program, spec.axes);
     report = run(session, feed, link, clock, hooks);
     if (report) report->executed.reset();  // the drive's word, with nothing to tell one move from another
   } else if (spec.kind == LinkKind::kGrbl) {
@@ -260,8 +260,8 @@ std::optional<OperatorCommand> CommandQueue::take() {
   return first;
 }
 
-Result<ProgramSum> sum_program(const std::string& program_path, LinkKind kind) {
-  const Result<Opened> opened = open_program(program_path, kind);
+Result<ProgramSum> sum_program(const std::string& program_path, LinkKind kind, const NumericAxes& axes) {
+  const Result<Opened> opened = open_program(program_path, kind, axes);
   if (!opened) return tl::unexpected<Error>(opened.error());
   return ProgramSum{opened->blocks, opened->facts.hash};
 }
@@ -274,14 +274,14 @@ Result<std::uint64_t> count_blocks(const std::string& program_path, LinkKind kin
 
 Result<SendReport> send_over(const std::string& program_path, const LinkSpec& spec, Link& link, Clock& clock,
                              const SendOptions& options, const StreamHooks& hooks) {
-  Result<Opened> opened = open_program(program_path, spec.kind);
+  Result<Opened> opened = open_program(program_path, spec.kind, spec.axes);
   if (!opened) return tl::unexpected<Error>(opened.error());
   return send_opened(*opened, spec, link, clock, options, hooks);
 }
 
 Result<SendReport> send_program(const std::string& program_path, const LinkSpec& spec,
                                 const SendOptions& options, const StreamHooks& hooks) {
-  Result<Opened> opened = open_program(program_path, spec.kind);
+  Result<Opened> opened = open_program(program_path, spec.kind, spec.axes);
   if (!opened) return tl::unexpected<Error>(opened.error());
   Result<std::unique_ptr<Link>> link = open_link(spec);
   if (!link) return tl::unexpected<Error>(link.error());

@@ -62,7 +62,7 @@ struct ProgramSum {
   std::uint64_t blocks = 0;
   std::array<std::uint8_t, 32> hash{};
 };
-Result<ProgramSum> sum_program(const std::string& program_path, LinkKind kind);
+Result<ProgramSum> sum_program(const std::string& program_path, LinkKind kind, const NumericAxes& axes = {});
 
 /// The same over a wire and a clock that are given.
 Result<SendReport> send_over(const std::string& program_path, const LinkSpec& spec, Link& link, Clock& clock,

@@ -92,6 +92,7 @@ Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile, c
   LinkSpec spec;
   spec.profile = profile;
   spec.positions = position_limits(profile.position, machine);
+  if (machine != nullptr) spec.axes = numeric_axes(*machine);
   if (kind == "grbl") return parse_serial(text, rest, spec);
   if (kind == "grbl-tcp" || kind == "grbl-ws") {
     spec.carrier = kind == "grbl-ws" ? Carrier::kWebSocket : Carrier::kTcp;

@@ -10,6 +10,7 @@
 
 #include "config/link_profile.h"
 #include "daemon/program/link_kind.h"
+#include "daemon/program/numeric_block.h"
 #include "daemon/wire/position_limits.h"
 #include "kinematics/basics/result.h"
 
@@ -57,6 +58,7 @@ struct LinkSpec {
   int receive_buffer = 0;              ///< of a Grbl controller, bytes; 0: ask the controller
   int max_line = 0;               ///< longest line that a Grbl controller takes, bytes; 0: by its firmware
   LinkProfile profile = {};       ///< the rest, from the machine profile; not part of the LINK text
+  NumericAxes axes = {};          ///< that the machine has; not part of the LINK text
   PositionLimits positions = {};  ///< where the machine may be reported; not part of the LINK text
 
   /// Nothing locks it when it is opened, as opening a serial port does.

@@ -4,11 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <random>
 
+#include "daemon/journal/reentry.h"
+#include "daemon/machine/machine_place.h"
+#include "daemon/stream/stream.h"
 #include "kinematics/machine/chain.h"
 #include "sim/motion/forward.h"
 #include "tests/judges/apt_judge.h"
+#include "tests/peers/ring_wire.h"
+#include "tests/texts/folder.h"
 #include "tests/texts/posted.h"
 
 namespace tiltfeed {
@@ -148,6 +154,65 @@ TEST(FewerAxes, DirectionsThatLeanByTheirLastDecimalStandUpright) {
     profile.format.rotary_decimals = 6;
     const auto text = program_text(program, profile, {});
     EXPECT_TRUE(text) << text.error().message;
+  }
+}
+
+/// What the axes do is known without any of our readers: the program is made from it.
+TEST(FewerAxes, StreamOverTheRingAndAreEnteredAgain) {
+  const Folder folder("fewer_axes");
+  for (const std::string& name : kMachines) {
+    const MachineProfile profile = shipped(name);
+    const MachineModel& model = profile.model;
+    const std::string letter = model.tilt.present     ? std::string(1, model.tilt.letter)
+                               : model.rotary.present ? std::string(1, model.rotary.letter)
+                                                      : "";
+    const auto turned = [&](double to) { return letter.empty() ? "" : letter + std::to_string(to); };
+    const auto at = [&](double x, double y, double z, double turn) {
+      return Joints{x, y, z, model.tilt.present ? turn : 0.0, model.rotary.present ? turn : 0.0};
+    };
+    const std::string program =
+        "G21 G90 G94\nG0 X1 Y2 Z60" + turned(5) + "\nG1 X10 F3000\nG1 Y4" + turned(-20) + "\nG1 Z55\nM2\n";
+    const std::string path = folder.write(name + ".nc", program);
+    std::vector<Joints> executed;
+    RingWire wire(model, {}, {}, SeededBug::kNone, [&](const sim::TraceRow& row) {
+      if (row.command.op == sim::Op::kRapid || row.command.op == sim::Op::kFeed)
+        executed.push_back(row.command.target);
+    });
+    const LinkSpec link = *parse_link("modbus-tcp:h:1", profile.wire, &model);
+    const auto sent = send_over(path, link, wire, wire, {}, {});
+    ASSERT_TRUE(sent) << name << ": " << sent.error().message;
+    EXPECT_EQ(executed, (std::vector<Joints>{at(1, 2, 60, 5), at(10, 2, 60, 5), at(10, 4, 60, -20),
+                                             at(10, 4, 55, -20)}))
+        << name;
+    const auto place = read_place(link, model, wire, wire);
+    ASSERT_TRUE(place && *place) << name;
+    for (const char none : std::string("ABC")) {
+      if (letter == std::string(1, none)) continue;
+      const auto refused =
+          send_over(folder.write("wrong.nc", "G0 X0 Y0 Z0" + turned(0) + " " + none + "5\nM2\n"), link, wire,
+                    wire, {}, {});
+      ASSERT_FALSE(refused) << name << none;
+      EXPECT_NE(refused.error().message.find("no such axis"), std::string::npos) << refused.error().message;
+    }
+    for (const LinkKind kind : {LinkKind::kGrbl, LinkKind::kModbusTcp}) {
+      ReentryOptions options;
+      options.from = kind == LinkKind::kGrbl ? 5 : 4;  // lines, or blocks
+      options.retract = 10.0;
+      options.stands = at(10, 4, 60, -20);
+      const auto entry = plan_reentry(path, kind, profile, options);
+      ASSERT_TRUE(entry) << name << ": " << entry.error().message;
+      EXPECT_NE(entry->preview.find("line 5: G1Z55"), std::string::npos) << entry->preview;
+      for (const char none : std::string("ABC"))
+        EXPECT_TRUE(letter == std::string(1, none) ||
+                    entry->head.find(std::string(" ") + none) == std::string::npos)
+            << entry->head;
+      std::ofstream out(folder.path + "/enter.nc");
+      ASSERT_TRUE(write_reentry(path, *entry, out));
+      out.close();
+      if (kind == LinkKind::kGrbl) continue;
+      const auto entered = send_over(folder.path + "/enter.nc", link, wire, wire, {}, {});
+      EXPECT_TRUE(entered) << name << ": " << entered.error().message;
+    }
   }
 }
 

@@ -12,7 +12,7 @@ import sys
 
 from service_run import ROOT, Run
 
-SILENT = {"serve"}  # it logs
+SILENT = {"serve", "desk"}  # they serve until they are ended
 
 
 def leaves(run, words=()):
