@@ -17,6 +17,7 @@
 #include "daemon/command/post_command.h"
 #include "daemon/command/send_command.h"
 #include "daemon/command/service_command.h"
+#include "daemon/command/suggest_command.h"
 #include "daemon/plan/part_size.h"
 #include "daemon/post/tool_length.h"
 #include "kinematics/basics/tolerance_budget.h"
@@ -122,6 +123,7 @@ int run(int argc, char** argv) {
 
   const PostCommands posting(app);
   const MachineCommands machines(app);
+  const SuggestCommand suggesting(app);
   ServiceCommands service(app);
   try {
     app.parse(argc, argv);
@@ -139,6 +141,7 @@ int run(int argc, char** argv) {
   if (machines.at_machine()) return machines.run();
   const PromptEnd prompt_end;  // what touches no machine may end at any place
   if (check->parsed()) return check_command(check_job, check_json);
+  if (suggesting.called()) return suggesting.run();
   if (planning->parsed()) return plan_command(files, progress);
   return posting.called() ? posting.run() : machines.run();
 }

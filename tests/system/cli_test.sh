@@ -83,6 +83,17 @@ expect 1 'no/such/job.yaml' "$bin/tiltfeed" check no/such/job.yaml
 sed 's/side_step_mm/side_stop_mm/' "$root/config/jobs/tyre.yaml" > "$work/typo.yaml"
 expect 1 'typo.yaml:[0-9]+:[0-9]+: .*side_step_mm' "$bin/tiltfeed" check "$work/typo.yaml"
 
+# A part without a job: proposals, and a job that is planned at once.
+"$bin/tiltfeed-sim" part pin --out "$work/pin.stl" > "$work/out.txt" 2>&1
+expect 0 '^ 1  line +outward ' "$bin/tiltfeed" suggest "$work/pin.stl" --cutter ball:2 \
+  --machine "$root/config/machines/generic-ac.yaml" --out "$work/proposed.yaml"
+sed -i 's/side_step_mm: [0-9.]*/side_step_mm: 8/' "$work/proposed.yaml"
+expect 0 'proven' "$bin/tiltfeed" plan "$work/proposed.yaml" --out "$work/proposed.nc"
+expect 0 '"reached_percent"' "$bin/tiltfeed" suggest "$work/pin.stl" --json
+expect 2 '\-\-machine' "$bin/tiltfeed" suggest "$work/pin.stl" --out "$work/nothing.yaml"
+expect 1 'cutter' "$bin/tiltfeed" suggest "$work/pin.stl" --cutter ball
+absent "$work/nothing.yaml"
+
 make_job "$work/job.yaml"
 expect 1 'sphere.stl' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/a.nc" --cl "$work/a.cls"
 printf 'solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0' > "$work/sphere.stl"

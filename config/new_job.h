@@ -1,0 +1,38 @@
+#pragma once
+// A job file for a part that has none yet, from what a proposal says.
+
+#include <string>
+#include <vector>
+
+#include "kinematics/basics/result.h"
+#include "pathgen/options/plan_options.h"
+
+namespace tiltfeed {
+
+struct NewJob {
+  std::string name, stl, machine;  ///< files as they stand in the job
+  double stl_unit_mm = 1.0;
+  std::string cutter;  ///< as the map in a job: "type: ball, diameter_mm: 6, ..."
+  AxisFrame axis;
+  double side_step = 0.0, tolerance = 0.01, clearance = 5.0, approach = 1.0;  ///< mm
+  Vec3 part_zero, fixture_deg;                                                ///< mm; degrees
+  Angle tilt_max = Angle::from_degrees(180.0);
+  std::vector<std::string> remarks;  ///< comment lines at the top
+};
+
+/// A text that parse_job() reads as these values, directions to nine decimals.
+std::string new_job_text(const NewJob& job);
+
+/// A cutter as the section of a job, with or without the braces round it; or TYPE:DIAMETER, as ball:6, with
+/// lengths by rule: the shank ten diameters long, the gauge line 60 mm above it.
+struct NamedCutter {
+  Cutter cutter;
+  std::string text;  ///< as NewJob::cutter
+};
+/// Errors: kInput as in a job; the file is called --cutter.
+Result<NamedCutter> parse_cutter(const std::string& text);
+
+/// What of a file's name a job's name may have: [A-Za-z0-9 ._-]{1,40}.
+std::string job_name_of(const std::string& stl);
+
+}  // namespace tiltfeed

@@ -1,0 +1,121 @@
+#include "daemon/command/suggest_command.h"
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <iostream>
+#include <map>
+#include <optional>
+
+#include "config/job.h"
+#include "config/output_file.h"
+#include "daemon/command/command.h"
+#include "daemon/command/progress_line.h"
+#include "daemon/plan/suggestion_report.h"
+#include "pathgen/mesh/mesh_check.h"
+
+namespace tiltfeed {
+
+namespace {
+
+/// Without --cutter: the ball of these diameters (mm) that goes so often into the part's longest side.
+constexpr double kBalls[] = {16, 12, 10, 8, 6, 5, 4, 3, 2, 1, 0.5};
+constexpr double kIntoPart = 40.0;
+
+std::string usual_ball(const Box& bounds) {
+  const Vec3 size = bounds.max - bounds.min;
+  const double longest = std::max({size.x, size.y, size.z});
+  double ball = kBalls[std::size(kBalls) - 1];
+  for (const double diameter : kBalls)
+    if (diameter * kIntoPart <= longest) {
+      ball = diameter;
+      break;
+    }
+  return "ball:" + number_text(ball);
+}
+
+}  // namespace
+
+struct SuggestCommand::Options {
+  CLI::App* command = nullptr;
+  std::string stl, machine, cutter, output;
+  double unit_mm = 1.0;
+  std::size_t pick = 1;
+  bool json = false;
+
+  Result<void> work() const;
+};
+
+SuggestCommand::SuggestCommand(CLI::App& app) : options_(std::make_unique<Options>()) {
+  Options& o = *options_;
+  o.command =
+      app.add_subcommand("suggest", "propose axis modes and set-ups for a part, by what the cutter reaches");
+  o.command->add_option("STL", o.stl, "part (STL)")->required();
+  o.command->add_option("--machine", o.machine, "machine profile (YAML): its limits hold; --out needs it");
+  o.command->add_option(
+      "--cutter", o.cutter,
+      "as in a job, \"type: ball, diameter_mm: 6, length_mm: 120, shank_length_mm: 50\", or "
+      "TYPE:DIAMETER, as ball:6; else a ball of a 40th of the part's length");
+  o.command->add_option("--unit", o.unit_mm, "unit of the STL: mm (default), inch, m")
+      ->transform(
+          CLI::CheckedTransformer(std::map<std::string, double>{{"mm", 1.0}, {"inch", 25.4}, {"m", 1000.0}}));
+  o.command->add_flag("--json", o.json, "print one JSON object");
+  o.command->add_option("--out", o.output, "job file to write, for `tiltfeed plan`");
+  o.command->add_option("--pick", o.pick, "which proposal --out takes; 1, the best, if not given")
+      ->check(CLI::PositiveNumber);
+}
+SuggestCommand::~SuggestCommand() = default;
+
+bool SuggestCommand::called() const { return options_->command->parsed(); }
+
+int SuggestCommand::run() const {
+  if (const auto done = options_->work(); !done) return complain(done.error());
+  return kExitDone;
+}
+
+Result<void> SuggestCommand::Options::work() const {
+  if (!output.empty() && machine.empty())
+    return fail(Code::kUsage, "--out writes a job, and a job names a machine: add --machine PROFILE");
+  if (auto ok = check_outputs({{"--out", output}}, {{"STL", stl}, {"--machine", machine}}); !ok) return ok;
+  std::optional<MachineProfile> profile;
+  if (!machine.empty()) {
+    auto loaded = load_machine(machine);
+    if (!loaded) return tl::unexpected(loaded.error());
+    profile = std::move(*loaded);
+  }
+  const auto start = std::chrono::steady_clock::now();
+  const auto read = read_stl(stl, unit_mm);
+  if (!read) return tl::unexpected(read.error());
+  const auto part = check_mesh(*read);
+  if (!part) return tl::unexpected(part.error());
+  const auto named = parse_cutter(cutter.empty() ? usual_ball(part->bounds) : cutter);
+  if (!named) return tl::unexpected(named.error());
+  SuggestOptions asked;
+  asked.tool.cutter = named->cutter;
+  asked.machine = profile ? &profile->model : nullptr;
+  Result<Suggestions> found;
+  {
+    ProgressLine line;
+    found = suggest(*part, asked, [&](const char* stage, double share) { return line.show(stage, share); });
+  }
+  if (!found) return tl::unexpected(found.error());
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const SuggestionOutcome outcome{stl,    unit_mm, *part, *named, profile ? &*profile : nullptr,
+                                  *found, seconds};
+  if (!output.empty()) {
+    if (pick > found->proposals.size())
+      return fail(Code::kUsage, "--pick " + std::to_string(pick) + ": there are " +
+                                    std::to_string(found->proposals.size()) + " proposals");
+    const std::string text = new_job_text(job_of(outcome, pick - 1, output));
+    // What is written is read back first.
+    if (const auto job = parse_job(text, output); !job) return tl::unexpected(job.error());
+    auto file = OutputFile::open(output);
+    if (!file) return tl::unexpected(file.error());
+    file->stream() << text;
+    if (auto kept = file->commit(); !kept) return kept;
+  }
+  for (const std::string& warning : part->warnings) std::cerr << "warning: " << warning << "\n";
+  (output == "-" ? std::cerr : std::cout) << (json ? suggestion_json(outcome) : suggestion_text(outcome));
+  return {};
+}
+
+}  // namespace tiltfeed
