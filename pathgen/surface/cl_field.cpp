@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pathgen/mesh/folds.h"
 #include "pathgen/mesh/winding_number.h"
 #include "pathgen/options/side_step.h"
 #include "pathgen/progress/stages.h"
@@ -110,7 +109,7 @@ Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const
       (*field)->surface, (*field)->deformation, (*field)->index, reference_height(options.cutter), looking);
   if (looking && !looking(1.0)) return cancelled();
   const std::vector<std::uint32_t> folds =
-      backs.empty() ? folded_facets(part.mesh) : std::vector<std::uint32_t>{};
+      backs.empty() ? folded_facets(part.mesh, (*field)->surface.notches()) : std::vector<std::uint32_t>{};
   if (backs.empty() && folds.empty()) return field;
   const std::vector<std::uint32_t>& shown = backs.empty() ? folds : backs;
   const Point<Part> place = part.mesh.vertices[part.mesh.facets[shown.front()][0]];

@@ -69,19 +69,23 @@ std::vector<ClSurface::VertexNotes> ClSurface::find_edges() {
   fans_ = VertexFans(mesh_.facets, vertices);
   std::vector<VertexNotes> notes(vertices);
   std::vector<std::vector<EdgePatch>> blocks(blocks_of(vertices));
+  std::vector<std::vector<NarrowNotch>> notches(blocks.size());
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
     const std::size_t last = std::min(vertices, (b + 1) * kBlock);
     fans_.each_edge(b * kBlock, last, [&](std::span<const HalfEdge> halves) {
       VertexNotes &low = notes[halves[0].low], &high = notes[halves[0].high];
       if (state(halves) != EdgeState::kSound) mark(low.disagree), mark(high.disagree);
       EdgePatch edge;
-      if (!edge_patch(halves, edge)) return;
+      const bool has_patch = edge_patch(halves, edge);
+      if (edge.is_notch) notches[b].push_back({edge.v0, edge.v1, edge.facets});
+      if (!has_patch) return;
       blocks[b].push_back(edge);
       mark(low.sticks_out), mark(high.sticks_out);
       if (!edge.nearly_flat) mark(low.is_sharp), mark(high.is_sharp);
     });
   });
   join(blocks, edges_);
+  join(notches, notches_);
   return notes;
 }
 
@@ -101,7 +105,9 @@ bool ClSurface::edge_patch(std::span<const HalfEdge> halves, EdgePatch& edge) co
   const double width2 = squared_length(across);
   const bool bent = rise * rise > least_bend_ * least_bend_ * width2;
   edge.nearly_flat = rise * rise <= kSeam * kSeam * width2;
-  const bool folded = dot(normals_[edge.facets[0]], normals_[edge.facets[1]]) < kWideWedge;
+  const double turned = dot(normals_[edge.facets[0]], normals_[edge.facets[1]]);
+  const bool folded = turned < kWideWedge;
+  edge.is_notch = turned < 0.0 && rise > 0.0;
   if (folded) edge.nearly_flat = false;
   return sides_ == Sides::kBoth ? folded || bent : (rise < 0.0 && bent) || (folded && !(rise > 0.0 && bent));
 }

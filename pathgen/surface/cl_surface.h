@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pathgen/axis/deformation.h"
+#include "pathgen/mesh/folds.h"
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/mesh/topology.h"
 #include "pathgen/tool/drop.h"
@@ -75,6 +76,8 @@ class ClSurface {
   Sides sides() const { return sides_; }
   /// The cutting part first.
   const std::vector<ToolPiece>& pieces() const { return pieces_; }
+  /// In the order of their ends.
+  const std::vector<NarrowNotch>& notches() const { return notches_; }
 
  private:
   struct EdgePatch {
@@ -82,6 +85,7 @@ class ClSurface {
     std::uint32_t w0, w1;                 ///< third corners of the facets beside it; kNone: no facet there
     std::array<std::uint32_t, 2> facets;  ///< those facets; twice the same where there is one only
     bool nearly_flat = false;             ///< (C4) a ball needs no patch
+    bool is_notch = false;                ///< concave, and narrower than a right angle
   };
   struct VertexPatch {
     std::uint32_t vertex;
@@ -110,6 +114,7 @@ class ClSurface {
   std::vector<ToolPiece> pieces_;
   FreshVector<Vec3> normals_;
   std::vector<EdgePatch> edges_;
+  std::vector<NarrowNotch> notches_;
   std::vector<VertexPatch> vertices_;
   std::vector<std::uint32_t> neighbours_;
   VertexFans fans_;

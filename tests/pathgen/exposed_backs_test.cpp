@@ -173,11 +173,16 @@ CheckedMesh wedge(double up, double down) {
   return soup::check(s);
 }
 
+std::vector<std::uint32_t> folds_of(const Mesh& mesh) {
+  const ToolPiece ball{.corner = kBall, .outer = kBall};
+  return folded_facets(mesh, ClSurface(mesh, Sides::kOutward, {ball}).notches());
+}
+
 TEST(Folds, AWedgeWhoseThinEndIsTurnedInsideOutIsNotCutInto) {
   for (const double over : {-0.1, 0.1}) {
     const CheckedMesh part = wedge(0.2, 0.2 + over);
     ASSERT_EQ(part.sides, Sides::kOutward);
-    EXPECT_EQ(!folded_facets(part.mesh).empty(), over > 0.0);
+    EXPECT_EQ(!folds_of(part.mesh).empty(), over > 0.0);
     PlanOptions o = options_with(AxisFrame{});
     o.cutter = {4.0, 100.0, 30.0};
     o.tolerance = 0.01;
@@ -216,7 +221,7 @@ TEST(Folds, ANarrowNotchIsNone) {
     }
   const CheckedMesh part = soup::check(s);
   ASSERT_EQ(part.sides, Sides::kOutward);
-  EXPECT_TRUE(folded_facets(part.mesh).empty());
+  EXPECT_TRUE(folds_of(part.mesh).empty());
 }
 
 }  // namespace
