@@ -1,5 +1,5 @@
 #pragma once
-// What a program leaves of the surface that the job's tool reaches: whether it is complete. (W8) in
+// What a program leaves of the surface that the job's tool reaches: whether it is complete. (W9) in
 // sim/removal/README.md.
 
 #include "config/job.h"
