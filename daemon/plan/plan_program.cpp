@@ -96,6 +96,8 @@ class Planning {
  private:
   Result<void> load();
   Result<void> plan_path();
+  Result<void> open_program();
+  Result<void> find_joints();
   Result<void> write();
   Result<void> write_others();
   Result<void> add(const std::string& path, const std::function<void(std::ostream&)>& write);
@@ -117,6 +119,7 @@ class Planning {
   ProgramReport program_;
   std::optional<ProofFigures> proof_;
   std::vector<OutputFile> outputs_;  ///< the program first
+  std::optional<ProofProcess> prover_;
   std::string told_;
 };
 
@@ -156,7 +159,24 @@ Result<void> Planning::plan_path() {
   planned_ = std::move(*planned);
   if (odd_unit) planned_.report.warnings.push_back(*odd_unit);
   clock_.times.insert(clock_.times.end(), planned_.report.times.begin(), planned_.report.times.end());
+  return {};
+}
 
+/// The prover takes in the part while joints are found and blocks are printed.
+Result<void> Planning::open_program() {
+  auto file = OutputFile::open(files_.program);
+  if (!file) return tl::unexpected(file.error());
+  outputs_.push_back(std::move(*file));
+  if (!files_.prove) return {};
+  auto started =
+      ProofProcess::start({files_.job, files_.stl, files_.machine, files_.program, files_.gouge_picture},
+                          outputs_.back().descriptor());
+  if (!started) return tl::unexpected(started.error());
+  prover_.emplace(std::move(*started));
+  return {};
+}
+
+Result<void> Planning::find_joints() {
   bend_ = clock_.time("pole", [&] { return bend_near_singularity(*job_, part_, planned_.path); });
   planned_.report.rapid_length += add_end_ways(planned_.path, part_.mesh, *job_);
   if (!show("joints", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
@@ -176,17 +196,7 @@ Result<void> Planning::plan_path() {
 }
 
 Result<void> Planning::write() {
-  auto file = OutputFile::open(files_.program);
-  if (!file) return tl::unexpected(file.error());
-  outputs_.push_back(std::move(*file));
-  OutputFile& out = outputs_.back();
-  std::optional<ProofProcess> proof;
-  if (files_.prove) {
-    auto started = ProofProcess::start(
-        {files_.job, files_.stl, files_.machine, files_.program, files_.gouge_picture}, out.descriptor());
-    if (!started) return tl::unexpected(started.error());
-    proof.emplace(std::move(*started));
-  }
+  OutputFile& out = outputs_.front();
   if (!show("write", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
   const HeaderFacts header{std::string(files_.prove ? kNotProvenYet : kNoProof), timing_.seconds};
   auto written = clock_.time("write", [&]() -> Result<ProgramReport> {
@@ -197,9 +207,9 @@ Result<void> Planning::write() {
   });
   if (!written) return tl::unexpected(written.error());
   program_ = *written;
-  if (!proof) return {};
+  if (!prover_) return {};
   auto proven =
-      clock_.time("proof", [&] { return proof->finish([&](double f) { return show("proof", f); }); });
+      clock_.time("proof", [&] { return prover_->finish([&](double f) { return show("proof", f); }); });
   if (!proven) return tl::unexpected(proven.error());
   proof_ = *proven;
   // The first block states where the axes are.
@@ -256,7 +266,8 @@ Result<void> Planning::report() {
 
 Result<std::string> Planning::run() {
   for (const auto stage :
-       {&Planning::load, &Planning::plan_path, &Planning::write, &Planning::write_others, &Planning::report})
+       {&Planning::load, &Planning::plan_path, &Planning::open_program, &Planning::find_joints,
+        &Planning::write, &Planning::write_others, &Planning::report})
     if (auto done = (this->*stage)(); !done) return tl::unexpected(done.error());
   return told_;
 }

@@ -13,9 +13,10 @@
 namespace tiltfeed::sim {
 namespace {
 
-// Moves that are read while those before are held, and moves that a thread holds at a time: fixed, so that
-// nothing depends on the number of threads.
-constexpr std::size_t kBatch = 32768, kChunk = 2048;
+// Moves that are read while those before are held, the first ones, and moves that a thread holds at a time:
+// fixed, so that nothing depends on the number of threads. At the end of a batch threads wait for the last
+// chunk.
+constexpr std::size_t kBatch = 32768, kFirstBatch = 2048, kChunk = 512;
 
 /// Reads moves, some at a time.
 class Moves {
@@ -127,12 +128,13 @@ Result<ProgramProof> prove_program(std::istream& in, const std::string& name, co
   Moves reader(in, name, job);
   ProgramProof result;
   std::vector<ProgramMove> now, next;
-  Result<void> read = reader.read(kBatch, now);
+  Result<void> read = reader.read(kFirstBatch, now);
   if (!read) return tl::unexpected(read.error());
   Shares shares(progress, static_cast<double>(size));
   while (true) {
     look_inside(prover, reader.take_fresh(), result);
     std::vector<Proof> proofs((now.size() + kChunk - 1) / kChunk);
+    const double known = result.proof.gouge;  // of the batches before
     shares.begin(proofs.size(), reader.bytes());
     in_parallel(proofs.size() + 1, threads, [&](std::size_t i) {
       if (i == 0) {
@@ -141,7 +143,7 @@ Result<ProgramProof> prove_program(std::istream& in, const std::string& name, co
       }
       if (shares.stopped()) return;
       const std::size_t first = (i - 1) * kChunk;
-      proofs[i - 1] = prover.hold(std::span(now).subspan(first, std::min(kChunk, now.size() - first)));
+      proofs[i - 1] = prover.hold(std::span(now).subspan(first, std::min(kChunk, now.size() - first)), known);
       shares.next();
     });
     for (const Proof& proof : proofs) result.proof.add(proof);

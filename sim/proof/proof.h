@@ -46,8 +46,9 @@ class Prover {
 
   /// The part with the stock that the job leaves on it, less the tolerance, is clear of cutter, shank and
   /// holder along the moves; each begins where the one before ends, or elsewhere. The same moves give the
-  /// same proof. Thread-safe.
-  Proof hold(std::span<const ProgramMove> moves) const;
+  /// same proof. What cuts no deeper than `known` (mm) is not looked for, and the gouge is said to be as
+  /// deep. Thread-safe.
+  Proof hold(std::span<const ProgramMove> moves, double known = 0.0) const;
   /// The tool's tip is in the part there: what `hold` does not see as long as no surface is touched.
   bool inside(const Pose& pose) const;
   /// How far the tip is from the part's surface, mm.

@@ -15,9 +15,8 @@ constexpr int kPlaces = 16;
 
 /// A plane, or else the distance of core and facet, tells them apart. `nearest`: along along_, of the core.
 bool Prover::Run::clear(const Node& node, double nearest, const Triangle& facet, double& width) {
-  const Vec3 a = from_origin(facet.a), b = a + facet.ab, c = a + facet.ac;
-  const double need = enough(node);
-  if (nearest - std::max({dot(along_, a), dot(along_, b), dot(along_, c)}) >= need) return true;
+  const double need = enough(node), at_a = dot(along_, from_origin(facet.a));
+  if (nearest - at_a - std::max({0.0, dot(along_, facet.ab), dot(along_, facet.ac)}) >= need) return true;
   const Gap gap = gap_to(node, facet, need);
   width = gap.width;
   if (gap.width < need) return false;

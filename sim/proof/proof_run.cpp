@@ -71,7 +71,9 @@ class Reach {
 
 }  // namespace
 
-Prover::Run::Run(const Prover& prover, std::span<const ProgramMove> moves) : prover_(prover), moves_(moves) {
+Prover::Run::Run(const Prover& prover, std::span<const ProgramMove> moves, double known)
+    : prover_(prover), moves_(moves) {
+  proof_.gouge = known;
   ways_.reserve(moves.size());
   for (std::size_t i = 0; i < moves.size(); ++i) {
     const ProgramMove& move = moves[i];
@@ -295,7 +297,9 @@ Prover::Prover(const CheckedMesh& part, const Job& job)
       cores_(tool_cores(solid_, job.plan.tolerance * (1.0 + 2.0 * kProofError))),
       frames_(job.machine.model, job.setup) {}
 
-Proof Prover::hold(std::span<const ProgramMove> moves) const { return Run(*this, moves).hold(); }
+Proof Prover::hold(std::span<const ProgramMove> moves, double known) const {
+  return Run(*this, moves, known).hold();
+}
 
 bool Prover::inside(const Pose& pose) const {
   const Box& box = part_.bounds;

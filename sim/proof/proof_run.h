@@ -18,7 +18,7 @@ inline constexpr double kPierced = 1e-6;
 /// Some moves in a row, one core after the other.
 class Prover::Run {
  public:
-  Run(const Prover& prover, std::span<const ProgramMove> moves);
+  Run(const Prover& prover, std::span<const ProgramMove> moves, double known);
   Proof hold();
 
  private:

@@ -224,7 +224,13 @@ TEST(Prover, FindsTheDeepestPlaceOfRandomMoves) {
       EXPECT_EQ(proof.moves, 1u);
       EXPECT_EQ(proof.deepest.has_value(), seen > job.plan.tolerance * 1.015)
           << seen << " " << proof.gouge << " " << height;
+      // Told that moves before cut as deep as `known`, it looks for what is deeper.
+      const double known = random_in(random, 0, job.plan.tolerance);
+      const Proof deeper = prover.hold(moves, known);
+      EXPECT_EQ(deeper.deepest.has_value(), proof.deepest.has_value()) << known;
       if (seen <= job.plan.tolerance) {
+        EXPECT_GE(deeper.gouge, std::max(known, seen - 1e-4)) << round;
+        EXPECT_LE(deeper.gouge, std::max(known, seen + 0.45 * job.plan.tolerance)) << round;
         EXPECT_GE(proof.gouge, seen - 1e-4) << round;
         // At sharp rims what is told may be more, by a third of the tolerance at most.
         EXPECT_LE(proof.gouge, seen + 0.45 * job.plan.tolerance) << round;
