@@ -72,6 +72,10 @@ std::string BenchTable::remark(const Entry& e) {
     say("3-axis: side step " + formatted("%.4f", e.at("fixed_side_step")) + " mm, " +
         grouped(e.at("fixed_points")) + " points, " + grouped(e.at("fixed_envelope_points")) +
         " before thinning");
+  } else if (e.has("z_map_s")) {
+    say("ours / bare z-map " + formatted("%.2f", e.at("ratio")) + " (processor " +
+        formatted("%.2f", e.at("processor_ratio")) + "): z-map of " + grouped(e.at("z_map_columns")) +
+        " columns " + formatted("%.3f", e.at("z_map_s")) + " s");
   } else if (e.has("ratio")) {
     say("1 thread / 2 threads " + formatted("%.2f", e.at("ratio")) + " (processor " +
         formatted("%.2f", e.at("processor_ratio")) + "); the machine itself " +

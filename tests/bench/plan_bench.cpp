@@ -16,6 +16,7 @@
 #include <map>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "pathgen/mesh/mesh_check.h"
@@ -23,6 +24,7 @@
 #include "tests/bench/height_map.h"
 #include "tests/bench/markdown.h"
 #include "tests/bench/workload.h"
+#include "tests/bench/z_map.h"
 
 namespace tiltfeed::bench {
 namespace {
@@ -33,6 +35,7 @@ std::string folder = "bench";
 
 constexpr std::array<const char*, 4> kParts{"tyre", "pin", "handle", "sphere"};
 constexpr std::array<std::size_t, 5> kFacetSeries{250'000, 500'000, 1'000'000, 2'000'000, 4'000'000};
+constexpr std::array<std::size_t, 3> kFieldFacets{250'000, 1'000'000, 4'000'000};
 constexpr std::array<std::size_t, 3> kMillionPoints{1, 5, 20};
 /// Of the mode free, mm: each next one gives twice the points.
 constexpr std::array<double, 4> kFreeSteps{2.0, 1.0, 0.5, 0.25};
@@ -42,6 +45,8 @@ constexpr double kSamePoints = 0.01;
 /// Of the height map, mm, and how far rounding may take it from the exact drop.
 constexpr double kGridStep = 0.2, kGridRounding = 1e-6;
 constexpr int kGridSamples = 2'000;
+/// Turns of ours and the bare z-map.
+constexpr int kTurns = 3;
 
 std::string job_file(const std::string& part) { return SOURCE_DIR "/config/jobs/" + part + ".yaml"; }
 
@@ -268,6 +273,43 @@ void plain_height_map(State& state, const std::string& part) {
   state.counters["ours_s"] = s.plan_processor_seconds;
 }
 
+/// The bare z-map of the smallest field is held to the exact drop.
+bool is_exact(const std::string& stl, double radius, double step) {
+  static bool asked = false, exact = false;
+  if (std::exchange(asked, true)) return exact;
+  const auto map = z_map(stl, radius, step);
+  const auto read = read_stl(stl, 1.0);
+  const auto checked = read ? check_mesh(*read) : tl::unexpected(read.error());
+  if (!map || !checked) return false;
+  const AxisFrame frame{AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0};
+  return exact = largest_error(*map, checked->mesh, frame, radius, kGridSamples) <= kGridRounding;
+}
+
+/// STL to path and the bare z-map of the same height field at the same step, in turns.
+void bare_z_map(State& state, std::size_t facets) {
+  auto work = workload(kHeightField, facets);
+  if (!work) return state.SkipWithError(work.error().message.c_str());
+  work->job = SOURCE_DIR "/tests/bench/height_field.yaml";
+  const auto job = load(*work);
+  if (!job) return state.SkipWithError(job.error().message.c_str());
+  const double radius = job->plan.cutter.radius(), step = job->plan.pattern.side_step;
+  if (!is_exact(work->stl, radius, step))
+    return state.SkipWithError("the z-map is not the exact drop of the ball");
+  Sample ours, bare;
+  for (auto _ : state) {
+    if (!measured(state, *work, ours)) return;
+    auto got = measure_z_map_apart(work->stl, radius, step);
+    if (!got) return state.SkipWithError(got.error().message.c_str());
+    bare = std::move(*got);
+    state.SetIterationTime(ours.seconds);
+  }
+  set_counters(state, ours);
+  state.counters["z_map_columns"] = static_cast<double>(bare.points);
+  state.counters["z_map_s"] = bare.seconds;
+  state.counters["ratio"] = ours.seconds / bare.seconds;
+  state.counters["processor_ratio"] = ours.processor_seconds / bare.processor_seconds;
+}
+
 template <class Run, class... Arguments>
 void add_series(const std::string& name, int repetitions, Run run, Arguments... arguments) {
   benchmark::RegisterBenchmark(name.c_str(), [=](State& state) { run(state, arguments...); })
@@ -295,6 +337,8 @@ void register_all() {
   for (const double step : kFreeSteps)
     add_series("free_step/" + formatted("%g", step), 1, free_series, std::string("sphere"), step);
   add_series("threads/tyre", kRepetitions, thread_ratio);
+  for (const std::size_t facets : kFieldFacets)
+    add_series("z_map/" + std::to_string(facets), kTurns, bare_z_map, facets);
   benchmark::RegisterBenchmark("limit/read", read_and_pass)->UseRealTime()->Unit(benchmark::kMillisecond);
   for (const std::string part : {"tyre", "pin"})
     benchmark::RegisterBenchmark(("height_map/" + part).c_str(),

@@ -18,6 +18,8 @@
 
 #include "pathgen/mesh/mesh_check.h"
 #include "sim/parts/parts.h"
+#include "tests/bench/height_field.h"
+#include "tests/bench/z_map.h"
 
 extern char** environ;
 
@@ -25,7 +27,7 @@ namespace tiltfeed::bench {
 
 namespace {
 
-constexpr const char* kServe = "--measure-one";
+constexpr const char *kServe = "--measure-one", *kServeZMap = "--measure-z-map";
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -66,6 +68,26 @@ Result<Sample> read_sample(const std::string& text) {
   StageTime stage;
   while (in >> stage.seconds && std::getline(in >> std::ws, stage.stage)) s.stages.push_back(stage);
   return s;
+}
+
+}  // namespace
+
+namespace {
+
+Result<Sample> z_map_sample(const std::string& stl, double radius, double step) {
+  Sample s;
+  const double start = now();
+  const auto map = z_map(stl, radius, step);
+  if (!map) return tl::unexpected(map.error());
+  s.seconds = now() - start, s.processor_seconds = processor_seconds();
+  s.peak_bytes = peak_bytes(), s.points = map->height.size();
+  return s;
+}
+
+std::string exact(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.17g", value);
+  return text;
 }
 
 }  // namespace
@@ -143,15 +165,24 @@ Result<std::string> run_apart(const std::vector<std::string>& arguments) {
 }
 
 Result<Sample> measure_apart(const Workload& w) {
-  char step[32];
-  std::snprintf(step, sizeof step, "%.17g", w.side_step);
-  const auto text = run_apart({kServe, w.job, w.stl, step, w.fixed ? "fixed" : "job",
+  const auto text = run_apart({kServe, w.job, w.stl, exact(w.side_step), w.fixed ? "fixed" : "job",
                                w.any_tilt ? "any" : "job", std::to_string(w.threads)});
   if (!text) return tl::unexpected(text.error());
   return read_sample(*text);
 }
 
+Result<Sample> measure_z_map_apart(const std::string& stl, double radius, double step) {
+  const auto text = run_apart({kServeZMap, stl, exact(radius), exact(step)});
+  if (!text) return tl::unexpected(text.error());
+  return read_sample(*text);
+}
+
 bool serve(int argc, char** argv, int& status) {
+  if (argc == 5 && std::string(argv[1]) == kServeZMap) {
+    const auto sample = z_map_sample(argv[2], std::strtod(argv[3], nullptr), std::strtod(argv[4], nullptr));
+    if (sample) print(*sample, std::cout);
+    return status = sample ? 0 : 1, true;
+  }
   if (argc != 8 || std::string(argv[1]) != kServe) return false;
   const Workload work{argv[2],
                       argv[3],
@@ -175,7 +206,9 @@ Result<std::string> part_file(const std::string& folder, const std::string& part
   std::filesystem::create_directories(folder, ignored);
   const std::string path = folder + "/" + part + (facets > 0 ? "-" + std::to_string(facets) : "") + ".stl";
   if (std::filesystem::exists(path)) return path;
-  auto triangles = facets > 0 ? sim::tyre_segment(facets) : sim::part_by_name(part);
+  auto triangles = part == kHeightField ? height_field(facets)
+                   : facets > 0         ? sim::tyre_segment(facets)
+                                        : sim::part_by_name(part);
   if (!triangles) return tl::unexpected(triangles.error());
   if (auto written = write_stl(path, *triangles); !written) return tl::unexpected(written.error());
   return path;

@@ -14,6 +14,9 @@
 
 namespace tiltfeed::bench {
 
+/// The part that height_field.h makes.
+inline constexpr const char* kHeightField = "field";
+
 struct Workload {
   std::string job;         ///< file
   std::string stl;         ///< file; empty: the job's
@@ -54,7 +57,11 @@ Result<Sample> measure_apart(const Workload& work);
 /// Is this such a process? Then its exit status.
 bool serve(int argc, char** argv, int& status);
 
-/// A formula part as an STL file in `folder`, made if it is not there; `facets`: of a finer tyre, or 0.
+/// The bare z-map (z_map.h) of the whole file, likewise: times, memory, and its columns as points.
+Result<Sample> measure_z_map_apart(const std::string& stl, double radius, double step);
+
+/// A formula part as an STL file in `folder`, made if it is not there; `facets`: of a finer tyre or of a
+/// height field, or 0.
 Result<std::string> part_file(const std::string& folder, const std::string& part, std::size_t facets = 0);
 
 }  // namespace tiltfeed::bench
