@@ -94,6 +94,9 @@ int run(int argc, char** argv) {
   planning->add_option("--cl", files.cl, "cutter location file to write (APT text)");
   planning->add_option("--report", files.report, "report to write (JSON)");
   planning->add_option("--map", files.map, "map to write: from each motion block to its move and STL facet");
+  planning->add_option(
+      "--drawing", files.drawing,
+      "tool poses and times of all blocks to write, for a viewer: float32, see daemon/plan/README.md");
   planning->add_option("--stl", files.stl, "take this part instead of the job's");
   planning->add_option("--machine", files.machine, "take this machine profile instead of the job's");
   planning->add_flag("!--no-proof", files.prove,

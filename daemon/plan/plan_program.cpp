@@ -13,6 +13,7 @@
 #include "config/job.h"
 #include "config/output_file.h"
 #include "daemon/plan/part_size.h"
+#include "daemon/plan/path_drawing.h"
 #include "daemon/plan/plan_report.h"
 #include "daemon/plan/proof_process.h"
 #include "daemon/post/block.h"
@@ -124,11 +125,9 @@ class Planning {
 };
 
 Result<void> Planning::load() {
-  const std::vector<NamedFile> outputs{{"--out", files_.program},
-                                       {"--cl", files_.cl},
-                                       {"--report", files_.report},
-                                       {"--map", files_.map},
-                                       {"--gouge-picture", files_.gouge_picture}};
+  const std::vector<NamedFile> outputs{
+      {"--out", files_.program}, {"--cl", files_.cl},           {"--report", files_.report},
+      {"--map", files_.map},     {"--drawing", files_.drawing}, {"--gouge-picture", files_.gouge_picture}};
   std::vector<NamedFile> inputs{{"JOB", files_.job}, {"--stl", files_.stl}, {"--machine", files_.machine}};
   if (auto fits = check_outputs(outputs, inputs); !fits) return fits;
   auto job = load_job_with(files_.job, {files_.stl, files_.machine});
@@ -233,7 +232,12 @@ Result<void> Planning::write_others() {
   auto cl = clock_.time(
       "cl file", [&] { return add(files_.cl, [&](std::ostream& out) { write_cl(planned_.path, out); }); });
   if (!cl) return cl;
-  return add(files_.map, [&](std::ostream& out) { write_block_map(joints_, planned_.path, out); });
+  if (auto map = add(files_.map, [&](std::ostream& out) { write_block_map(joints_, planned_.path, out); });
+      !map)
+    return map;
+  return add(files_.drawing, [&](std::ostream& out) {
+    write_path_drawing(joints_, timing_.durations, job_->machine.model, job_->setup, out);
+  });
 }
 
 Result<void> Planning::report() {

@@ -13,6 +13,7 @@ namespace tiltfeed {
 struct PlanFiles {
   std::string job, program, cl, report, map, stl, machine;
   std::string gouge_picture;           ///< PNG, where the program is not proven
+  std::string drawing;                 ///< the blocks for a viewer, see path_drawing.h
   bool prove = true, as_json = false;  ///< as_json: of what is returned
 };
 

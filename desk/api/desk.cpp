@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "config/yaml_tree.h"
 #include "desk/api/page_reply.h"
 #include "pathgen/mesh/stl_facets.h"
 
@@ -38,6 +39,11 @@ std::optional<std::string> text_in(const std::string& body, const char* key) {
   return found->get<std::string>();
 }
 
+/// What the desk's state does not allow is 409, what this computer cannot do 507.
+Reply refused_by(const Error& error) {
+  return refusal(error.code == Code::kUsage ? 409 : error.code == Code::kInput ? 400 : 507, error.message);
+}
+
 /// For people to read; never a path.
 std::string shown_name(std::string name) {
   name.erase(0, name.find_last_of("/\\") + 1);
@@ -67,12 +73,24 @@ const std::vector<Desk::Route>& Desk::routes() {
       {"POST", "/api/v1/part/unit", &Desk::set_unit, kSmallBody},
       {"GET", "/api/v1/part/mesh", &Desk::mesh},
       {"GET", "/api/v1/part/edges", &Desk::edges},
+      {"GET", "/api/v1/job", &Desk::job_text},
+      {"PUT", "/api/v1/job", &Desk::put_job, kMaxConfigBytes},
+      {"POST", "/api/v1/job/save", &Desk::save_job, kSmallBody},
+      {"POST", "/api/v1/plan", &Desk::start_plan, kSmallBody},
+      {"DELETE", "/api/v1/plan", &Desk::cancel_plan},
+      {"GET", "/api/v1/plan/program", &Desk::program},
+      {"GET", "/api/v1/plan/path", &Desk::path},
+      {"GET", "/api/v1/plan/report", &Desk::report},
   };
   return all;
 }
 
 Desk::Desk(const DeskOptions& options, Teller tell)
-    : options_(options), part_(options.self, options.folder, std::move(tell)) {}
+    : options_(options),
+      tell_(std::move(tell)),
+      part_(options.self, options.folder, tell_),
+      job_(options.folder),
+      plan_(options.tiltfeed, options.folder, tell_) {}
 
 void Desk::set_port(std::uint16_t port) {
   port_ = port;
@@ -81,12 +99,19 @@ void Desk::set_port(std::uint16_t port) {
     rules_.hosts.push_back(std::string(name) + ":" + std::to_string(port));
 }
 
-Result<void> Desk::open_part(const std::string& path) {
+Result<void> Desk::copy_part(const std::string& path, const std::string& unit) {
   const std::string copy = options_.folder + "/opened.stl";
   std::error_code error;
   std::filesystem::copy_file(path, copy, error);
   if (error) return fail(Code::kIo, path + ": " + error.message());
-  return part_.take(copy, shown_name(path), "mm");
+  return part_.take(copy, shown_name(path), unit);
+}
+
+Result<void> Desk::open(const std::string& path) {
+  const std::string kind = std::filesystem::path(path).extension().string();
+  if (kind != ".yaml" && kind != ".yml") return copy_part(path, "mm");
+  if (const Result<void> opened = job_.open(path); !opened) return opened;
+  return copy_part(job_.stl(), job_.unit());
 }
 
 Result<std::string> Desk::new_address() {
@@ -146,7 +171,7 @@ Reply Desk::session(const Request& request) {
 
 Reply Desk::state(const Request&) {
   return text_reply("{\"api\": 1, \"version\": \"" + options_.version + "\", \"part\": " + part_.describe() +
-                    "}");
+                    ", \"job\": " + job_.describe() + ", \"plan\": " + plan_.describe() + "}");
 }
 
 Reply Desk::events(const Request&) {
@@ -158,7 +183,8 @@ Reply Desk::events(const Request&) {
 Reply Desk::put_part(const Request& request) {
   if (request.file.empty() || request.length.value_or(0) == 0)
     return refusal(400, "the file is empty; expected an STL");
-  const std::string unit = request.unit.empty() ? "mm" : request.unit;
+  const std::string stated = request.unit.empty() ? "mm" : request.unit;
+  const std::string unit = job_.is_open() ? job_.unit() : stated;
   if (const Result<void> taken = part_.take(request.file, shown_name(request.name), unit); !taken)
     return refusal(taken.error().code == Code::kUsage ? 400 : 507, taken.error().message);
   return text_reply(part_.describe(), 202);
@@ -167,6 +193,7 @@ Reply Desk::put_part(const Request& request) {
 Reply Desk::set_unit(const Request& request) {
   const auto unit = text_in(request.body, "unit");
   if (!unit) return refusal(400, "expected {\"unit\": \"mm\"}, inch or m");
+  if (job_.is_open()) return refusal(409, "the job says the unit: change its part.unit");
   if (const Result<void> set = part_.set_unit(*unit); !set) return refusal(400, set.error().message);
   return text_reply(part_.describe(), 202);
 }
@@ -175,14 +202,57 @@ Reply Desk::mesh(const Request&) { return part_.mesh(); }
 
 Reply Desk::edges(const Request&) { return part_.edges(); }
 
+Reply Desk::job_text(const Request&) {
+  if (!job_.is_open()) return refusal(409, "no job is open; start tiltfeed desk with a job file");
+  return json_reply({{"id", job_.id()}, {"text", job_.text()}});
+}
+
+Reply Desk::put_job(const Request& request) {
+  if (const Result<void> set = job_.set_text(request.body); !set) return refused_by(set.error());
+  tell_("job", job_.describe());
+  // The part is drawn in the unit that the job says it is in.
+  if (job_.is_right() && part_.id() != 0 && part_.unit() != job_.unit()) (void)part_.set_unit(job_.unit());
+  return text_reply(job_.describe());
+}
+
+Reply Desk::save_job(const Request&) {
+  if (const Result<void> saved = job_.save(); !saved) return refused_by(saved.error());
+  tell_("job", job_.describe());
+  return text_reply(job_.describe());
+}
+
+Reply Desk::start_plan(const Request&) {
+  if (!job_.is_right())
+    return refusal(409, job_.is_open() ? "the job has errors; mend them first" : "no job is open");
+  if (part_.stl().empty()) return refusal(409, "there is no part that has been read");
+  const PlanInput input{job_.file(), part_.stl(), job_.machine(), job_.id(), part_.id()};
+  if (const Result<void> begun = plan_.start(input); !begun) return refused_by(begun.error());
+  return text_reply(plan_.describe(), 202);
+}
+
+Reply Desk::cancel_plan(const Request&) {
+  if (const Result<void> cancelled = plan_.cancel(); !cancelled) return refused_by(cancelled.error());
+  return text_reply(plan_.describe(), 202);
+}
+
+Reply Desk::program(const Request&) { return plan_.program(); }
+
+Reply Desk::path(const Request&) { return plan_.drawing(); }
+
+Reply Desk::report(const Request&) { return plan_.report(); }
+
 std::vector<int> Desk::descriptors() const {
   std::vector<int> all;
-  if (part_.descriptor() >= 0) all.push_back(part_.descriptor());
+  for (const int fd : {part_.descriptor(), plan_.descriptor()})
+    if (fd >= 0) all.push_back(fd);
   return all;
 }
 
 void Desk::hear(int descriptor) {
-  if (descriptor == part_.descriptor()) part_.hear();
+  if (descriptor == part_.descriptor())
+    part_.hear();
+  else if (descriptor == plan_.descriptor())
+    plan_.hear();
 }
 
 }  // namespace tiltfeed::desk

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "desk/api/job_work.h"
 #include "desk/api/part_work.h"
+#include "desk/api/plan_work.h"
 #include "desk/http/access_check.h"
 #include "desk/http/http_message.h"
 #include "desk/session/session_table.h"
@@ -14,9 +16,10 @@
 namespace tiltfeed::desk {
 
 struct DeskOptions {
-  std::string self;     ///< this program
-  std::string folder;   ///< where its work lies while it runs
-  std::string version;  ///< of the program
+  std::string self;      ///< this program
+  std::string tiltfeed;  ///< what plans
+  std::string folder;    ///< where its work lies while it runs
+  std::string version;   ///< of the program
 };
 
 class Desk {
@@ -25,8 +28,8 @@ class Desk {
 
   /// From then on the server is known by these names only.
   void set_port(std::uint16_t port);
-  /// The part that the command line names is copied. Errors: kIo.
-  Result<void> open_part(const std::string& path);
+  /// A job (.yaml, .yml) with its part, or a part. Errors: kIo; as JobWork::open().
+  Result<void> open(const std::string& path);
   /// An address that signs one browser in, once. Errors: kIo.
   Result<std::string> new_address();
 
@@ -37,6 +40,9 @@ class Desk {
   /// What to wait for besides the server.
   std::vector<int> descriptors() const;
   void hear(int descriptor);
+  /// Milliseconds after which look() is due; -1: never.
+  int patience_ms() const { return plan_.is_working() ? PlanWork::kLookMs : -1; }
+  void look() { plan_.look(); }
 
  private:
   struct Route;
@@ -53,12 +59,24 @@ class Desk {
   Reply set_unit(const Request& request);
   Reply mesh(const Request& request);
   Reply edges(const Request& request);
+  Reply job_text(const Request& request);
+  Reply put_job(const Request& request);
+  Reply save_job(const Request& request);
+  Reply start_plan(const Request& request);
+  Reply cancel_plan(const Request& request);
+  Reply program(const Request& request);
+  Reply path(const Request& request);
+  Reply report(const Request& request);
+  Result<void> copy_part(const std::string& path, const std::string& unit);
 
   DeskOptions options_;
   AccessRules rules_;
   std::uint16_t port_ = 0;
   SessionTable sessions_;
+  Teller tell_;
   PartWork part_;
+  JobWork job_;
+  PlanWork plan_;
 };
 
 }  // namespace tiltfeed::desk

@@ -34,7 +34,7 @@ tl::unexpected<Error> no_unit(const std::string& word) {
 }  // namespace
 
 Result<void> PartWork::take(const std::string& path, const std::string& name, const std::string& unit) {
-  if (!unit_of(unit)) return no_unit(unit);
+  if (!unit_length(unit)) return no_unit(unit);
   const std::string kept = folder_ + "/part.stl";
   child_.reset();  // the reader of the part before
   std::error_code error;
@@ -48,7 +48,7 @@ Result<void> PartWork::take(const std::string& path, const std::string& name, co
 
 Result<void> PartWork::set_unit(const std::string& unit) {
   if (id_ == 0) return fail(Code::kUsage, "there is no part; open an STL first");
-  if (!unit_of(unit)) return no_unit(unit);
+  if (!unit_length(unit)) return no_unit(unit);
   unit_ = unit;
   return read();
 }

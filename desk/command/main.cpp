@@ -63,24 +63,27 @@ int serve(Desk& desk, HttpServer& server, int signals) {
     std::vector<pollfd> polled{{signals, POLLIN, 0}, {server.descriptor(), POLLIN, 0}};
     polled.push_back({input ? STDIN_FILENO : -1, POLLIN, 0});
     for (const int fd : desk.descriptors()) polled.push_back({fd, POLLIN, 0});
-    if (::poll(polled.data(), polled.size(), server.patience_ms()) < 0 && errno != EINTR)
+    const int own = desk.patience_ms(), wait = server.patience_ms();
+    if (::poll(polled.data(), polled.size(), own < 0 || (wait >= 0 && wait < own) ? wait : own) < 0 &&
+        errno != EINTR)
       return complain({Code::kIo, std::string("poll: ") + std::strerror(errno)});
     if (polled[0].revents != 0) return 0;
     if (polled[2].revents != 0) input = hear_input(desk);
     for (std::size_t i = 3; i < polled.size(); ++i)
       if (polled[i].revents != 0) desk.hear(polled[i].fd);
+    desk.look();
     server.turn();
   }
 }
 
 int run_desk(const std::string& open, std::uint16_t port) {
-  const Result<std::string> self = program_beside("tiltfeed-desk");
-  if (!self) return complain(self.error());
+  const Result<std::string> self = program_beside("tiltfeed-desk"), planner = program_beside("tiltfeed");
+  if (!self || !planner) return complain(self ? planner.error() : self.error());
   Result<ScratchFolder> folder = ScratchFolder::make();
   if (!folder) return complain(folder.error());
   const int signals = open_signals();
   HttpServer* teller = nullptr;
-  Desk desk({*self, folder->path(), TILTFEED_VERSION},
+  Desk desk({*self, *planner, folder->path(), TILTFEED_VERSION},
             [&](const std::string& event, const std::string& data) {
               if (teller) teller->tell(event, data);
             });
@@ -91,7 +94,7 @@ int run_desk(const std::string& open, std::uint16_t port) {
   teller = &*server;
   desk.set_port(server->port());
   if (!open.empty())
-    if (const Result<void> opened = desk.open_part(open); !opened) return complain(opened.error());
+    if (const Result<void> opened = desk.open(open); !opened) return complain(opened.error());
   if (const Result<void> printed = print_address(desk); !printed) return complain(printed.error());
   if (::isatty(STDIN_FILENO) == 1)
     std::cerr << "Open this address in a browser on this computer. It signs one browser in, once.\n"
@@ -106,7 +109,7 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", "tiltfeed-desk " TILTFEED_VERSION);
   std::string open, view, unit = "mm", into;
   std::uint16_t port = 0;
-  app.add_option("FILE", open, "the part to begin with (STL)");
+  app.add_option("FILE", open, "the job (.yaml) with its part, or the part (STL), to begin with");
   app.add_option("--port", port, "port to listen on; else a free one");
   app.add_option("--view-part", view)->group("");
   app.add_option("--unit", unit)->group("");

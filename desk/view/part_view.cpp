@@ -1,6 +1,7 @@
 #include "desk/view/part_view.h"
 
 #include <algorithm>
+#include <charconv>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -38,17 +39,17 @@ double longest_side(const Box& bounds) {
 
 json coordinates(Point<Part> p) { return {p.x, p.y, p.z}; }
 
-json describe_part(const PartView& view, const StlUnit& unit) {
+json describe_part(const PartView& view, const std::string& unit, double unit_mm) {
   const Box& box = view.checked.bounds;
   json defects = json::array(), units = json::array();
   for (const Defect& defect : view.checked.defects)
     defects.push_back({{"kind", to_string(defect.kind)}, {"count", defect.count}, {"first", defect.first}});
-  for (const StlUnit& other : likelier_units(box, unit.mm)) {
-    const Vec3 size = (box.max - box.min) * (other.mm / unit.mm);
+  for (const StlUnit& other : likelier_units(box, unit_mm)) {
+    const Vec3 size = (box.max - box.min) * (other.mm / unit_mm);
     units.push_back({{"unit", other.word}, {"size_mm", {size.x, size.y, size.z}}});
   }
   return {{"facets", view.corners.size() / 9},
-          {"unit", unit.word},
+          {"unit", unit},
           {"min_mm", coordinates(box.min)},
           {"max_mm", coordinates(box.max)},
           {"closed", view.checked.sides == Sides::kOutward},
@@ -67,10 +68,14 @@ std::string_view bytes_of(const std::vector<float>& values) {
 
 }  // namespace
 
-const StlUnit* unit_of(const std::string& word) {
-  for (const StlUnit& unit : kStlUnits)
-    if (word == unit.word) return &unit;
-  return nullptr;
+std::optional<double> unit_length(const std::string& unit) {
+  for (const StlUnit& known : kStlUnits)
+    if (unit == known.word) return known.mm;
+  double mm = 0.0;
+  const auto [end, error] = std::from_chars(unit.data(), unit.data() + unit.size(), mm);
+  const bool whole = error == std::errc{} && end == unit.data() + unit.size();
+  if (!whole || !(mm > 0.0) || mm > kLargestPart * kLargestPart) return std::nullopt;
+  return mm;
 }
 
 std::vector<StlUnit> likelier_units(const Box& bounds, double unit_mm) {
@@ -99,11 +104,12 @@ Result<PartView> view_part(const std::string& path, double unit_mm) {
 }
 
 Result<void> write_part_view(const std::string& stl, const std::string& unit, const std::string& folder) {
-  const StlUnit* known = unit_of(unit);
-  if (!known) return fail(Code::kUsage, "'" + unit + "' is no unit of an STL; expected mm, inch or m");
-  const Result<PartView> view = view_part(stl, known->mm);
+  const std::optional<double> unit_mm = unit_length(unit);
+  if (!unit_mm) return fail(Code::kUsage, "'" + unit + "' is no unit of an STL; expected mm, inch or m");
+  const Result<PartView> view = view_part(stl, *unit_mm);
   if (!view) return tl::unexpected<Error>(view.error());
-  const std::string text = describe_part(*view, *known).dump(-1, ' ', true, json::error_handler_t::replace);
+  const std::string text =
+      describe_part(*view, unit, *unit_mm).dump(-1, ' ', true, json::error_handler_t::replace);
   const std::pair<const char*, std::string_view> files[] = {
       {"mesh.f32", bytes_of(view->corners)}, {"edges.f32", bytes_of(view->edges)}, {"part.json", text}};
   for (const auto& [name, bytes] : files) {

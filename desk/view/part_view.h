@@ -1,6 +1,7 @@
 #pragma once
 // A part as the page draws it: float32 corners, the edges that are wrong, and what is to be said of it.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,9 @@ struct StlUnit {
 };
 inline constexpr StlUnit kStlUnits[] = {{"mm", 1.0}, {"inch", 25.4}, {"m", 1000.0}};
 
-/// Null where it is none of kStlUnits.
-const StlUnit* unit_of(const std::string& word);
+/// The length of a unit, mm: one of kStlUnits, or a number of mm as a job may state it. Nothing where it is
+/// neither.
+std::optional<double> unit_length(const std::string& unit);
 
 /// Parts of less or more than this in their longest direction were hardly meant, mm.
 inline constexpr double kLeastPart = 5.0, kLargestPart = 1500.0;

@@ -199,22 +199,36 @@ def test_slow(desk):
     print(f"slow clients closed after {ended - begun:.1f} s")
 
 
-def test_api_page(binaries, folder, part):
-    """The examples of desk/API.md, as they stand there, in one shell."""
+def pin_job(folder, part):
+    """The job of config/jobs for this part, with wide rows."""
+    root = os.path.dirname(os.path.abspath(__file__)) + "/../.."
+    with open(f"{root}/config/jobs/pin.yaml", encoding="utf-8") as file:
+        text = file.read()
+    text = text.replace("../machines/", f"{root}/config/machines/").replace("side_step_mm: 0.5", "side_step_mm: 4")
+    with open(f"{folder}/pin.yaml", "w", encoding="utf-8") as file:
+        file.write(re.sub("stl: .*", f"stl: {part}", text))
+    return f"{folder}/pin.yaml"
+
+
+def test_api_page(binaries, folder, part, *job):
+    """The examples of desk/API.md, as they stand there, in one shell; with a job, or without."""
     page = os.path.dirname(os.path.abspath(__file__)) + "/../../desk/API.md"
     with open(page, encoding="utf-8") as file:
         examples = re.findall(r"```sh\n(.*?)```", file.read(), re.S)
     assert len(examples) >= 6, examples
-    work = f"{folder}/api"
+    work = f"{folder}/api{len(job)}"
     os.makedirs(work)
     shutil.copy(part, f"{work}/part.stl")
-    desk = Desk(binaries)
+    desk = Desk(binaries, *job)
     try:
         script = "set -eu -o pipefail\n" + "\n".join(examples)
         done = subprocess.run(["bash", "-c", script], cwd=work, env={**os.environ, "ADDRESS": desk.address},
                               capture_output=True, text=True, timeout=HANG, check=False)
         expect((done.returncode, done.stderr), (0, ""), f"the examples: {done.stdout[-2000:]}")
         assert os.path.getsize(f"{work}/mesh.f32") > 0
+        if job:
+            assert os.path.getsize(f"{work}/part.nc") > 0
+            expect(os.path.getsize(f"{work}/path.f32") % 32, 0, "the path's bytes, in records of 8 numbers")
         expect(desk.stop(), 0, "the end")
     finally:
         desk.process.kill()
@@ -248,6 +262,7 @@ def main():
     expect(json.loads(taken.ask("GET", "/api/v1/state", **taken.signed)[2])["part"]["name"], "pin.stl", "the part of the command line")
     expect(taken.stop(), 0, "the end")
     test_api_page(binaries, folder, part)
+    test_api_page(binaries, folder, part, pin_job(folder, part))
     print("desk_server_test: all passed")
 
 

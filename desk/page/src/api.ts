@@ -19,10 +19,33 @@ export interface Part {
   likelier_units: {unit: string; size_mm: number[]}[];
 }
 
+export interface JobError { line: number; column: number; message: string }
+
+export interface Job {
+  id: number;
+  name: string;
+  saved: boolean;
+  machine: string;
+  cutter: {diameter_mm: number; length_mm: number};
+  errors: JobError[];
+}
+
+export interface Plan {
+  id: number;
+  job: number;
+  part: number;
+  state: 'planning' | 'planned' | 'refused' | 'cancelled';
+  stage?: string;
+  percent?: number;
+  error?: string;
+}
+
 export interface State {
   api: number;
   version: string;
   part: Part | null;
+  job: Job | null;
+  plan: Plan | null;
 }
 
 /** What the server said no with. */
@@ -61,6 +84,8 @@ export const post = async <T>(path: string, body: unknown) =>
 export const put_bytes = async <T>(path: string, bytes: Blob) =>
   (await ask('PUT', path, bytes, 'application/octet-stream')).json() as Promise<T>;
 
+export const remove = async <T>(path: string) => (await ask('DELETE', path)).json() as Promise<T>;
+
 /** Uses the one-time token of the address, if it has one, and takes it out of sight. */
 export async function sign_in(): Promise<void> {
   const token = /^#token=([0-9a-f]+)$/.exec(location.hash)?.[1];
@@ -80,7 +105,7 @@ export async function sign_in(): Promise<void> {
 }
 
 export type News = (event: string, data: unknown) => void;
-const kEvents = ['part'];
+const kEvents = ['part', 'job', 'plan'];
 const kRetry = 3000;  // ms
 
 /**

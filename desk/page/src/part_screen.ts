@@ -11,6 +11,8 @@ export class PartScreen {
   private shown = 0;        // id of the part in the view
   private sending = '';     // name of the file that is on its way
   private problem = '';
+  private visible = false;
+  private has_job = false;
   private asked_from = 0;   // when the user gave the file, ms
 
   constructor(private readonly sheet: HTMLElement, private readonly viewer: Viewer | null) {
@@ -28,9 +30,15 @@ export class PartScreen {
     });
   }
 
-  /** What the server says of the part. */
-  async update(part: Part | null): Promise<void> {
+  show(visible: boolean): void {
+    this.visible = visible;
+    this.draw();
+  }
+
+  /** What the server says of the part. With a job, its unit is the job's to say. */
+  async update(part: Part | null, has_job: boolean): Promise<void> {
     this.part = part;
+    this.has_job = has_job;
     this.draw();
     if (part?.state !== 'ready' || part.id === this.shown || !this.viewer) return;
     try {
@@ -82,6 +90,7 @@ export class PartScreen {
       ? document.activeElement.id : '';
     byId('hint').textContent = !this.viewer ? 'This browser has no WebGL 2, so nothing can be drawn here.'
       : !this.part && !this.sending ? 'Drop an STL file here.' : '';
+    if (!this.visible) return;
     this.sheet.replaceChildren(...this.content());
     if (focused) document.getElementById(focused)?.focus();
   }
@@ -115,7 +124,7 @@ export class PartScreen {
     nodes.push(el('dl', {class: 'facts'},
       el('dt', {}, 'Size'), el('dd', {id: 'size'}, size_text(size)),
       el('dt', {}, 'Facets'), el('dd', {id: 'facets'}, count_text(part.facets)),
-      el('dt', {}, 'Unit of the file'), el('dd', {}, unit),
+      el('dt', {}, 'Unit of the file'), el('dd', {}, this.has_job ? `${part.unit}, by the job` : unit),
       el('dt', {}, 'Volume'), el('dd', {}, part.closed ? `${count_text(Math.round(part.volume_mm3))} mm³` : 'not closed')));
     nodes.push(this.defects(part));
     return nodes;
@@ -124,7 +133,8 @@ export class PartScreen {
   private unit_question(part: Part, size: number[]): Node {
     return el('div', {class: 'note warn', role: 'alert', id: 'unit-question'},
       el('p', {}, `Is the file in ${part.unit}? Then the part is ${size_text(size)}.`),
-      ...part.likelier_units.map((other) => el('p', {}, el('button', {type: 'button', id: `unit-${other.unit}`, click: () => void this.set_unit(other.unit)},
+      ...part.likelier_units.map((other) => this.has_job ? el('p', {}, `If it is in ${other.unit}, it is ${size_text(other.size_mm)}: set part.unit in the job.`)
+        : el('p', {}, el('button', {type: 'button', id: `unit-${other.unit}`, click: () => void this.set_unit(other.unit)},
         `It is in ${other.unit}: ${size_text(other.size_mm)}`))));
   }
 

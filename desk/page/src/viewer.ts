@@ -3,6 +3,7 @@ import {
   Box3, BufferAttribute, BufferGeometry, Color, GLSL3, Group, LineBasicMaterial, LineSegments, Mesh, OrthographicCamera,
   RawShaderMaterial, Scene, Sphere, Vector3, WebGLRenderer,
 } from 'three';
+import {PathDrawing} from './path_drawing.js';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 
 const kPartVertex = `
@@ -52,6 +53,7 @@ export class Viewer {
   });
   private readonly mark_material = new LineBasicMaterial({depthTest: false});
   private part = new Group();
+  readonly path = new PathDrawing(() => this.redraw());
   private box = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
   private sphere = new Sphere(new Vector3(), 1);
   private due = false;
@@ -60,7 +62,7 @@ export class Viewer {
   constructor(private readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({canvas, antialias: true});
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.scene.add(this.part);
+    this.scene.add(this.part, this.path.group);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.redraw());
@@ -173,6 +175,7 @@ export class Viewer {
     this.part_material.uniforms.colour.value = new Color().setStyle(palette.part, '');
     this.part_material.uniforms.back.value = new Color().setStyle(palette.back, '');
     this.mark_material.color = new Color(palette.mark);
+    this.path.recolour(this.dark.matches);
     this.redraw();
   }
 

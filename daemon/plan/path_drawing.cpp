@@ -1,0 +1,23 @@
+#include "daemon/plan/path_drawing.h"
+
+#include <array>
+#include <ostream>
+
+namespace tiltfeed {
+
+void write_path_drawing(const JointPath& joints, const std::vector<double>& durations,
+                        const MachineModel& machine, const Setup& setup, std::ostream& out) {
+  double seconds = 0.0;
+  for (std::size_t i = 0; i < joints.moves.size(); ++i) {
+    const Pose pose = forward(machine, setup, joints.moves[i].joints);
+    seconds += durations[i];
+    const std::array<double, kDrawnNumbers> numbers{
+        pose.tip.x,  pose.tip.y,  pose.tip.z, pose.axis.x,
+        pose.axis.y, pose.axis.z, seconds,    static_cast<double>(joints.moves[i].kind)};
+    std::array<float, kDrawnNumbers> record{};
+    for (std::size_t k = 0; k < kDrawnNumbers; ++k) record[k] = static_cast<float>(numbers[k]);
+    out.write(reinterpret_cast<const char*>(record.data()), sizeof record);
+  }
+}
+
+}  // namespace tiltfeed

@@ -1,0 +1,128 @@
+#include "desk/api/job_work.h"
+
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "config/description.h"
+#include "config/output_file.h"
+#include "config/yaml_tree.h"
+#include "desk/view/part_view.h"
+
+namespace tiltfeed::desk {
+namespace {
+
+using nlohmann::json;
+
+/// A number and the ':' behind it, taken from the front of `text`; 0 where there is none.
+int take_number(std::string& text) {
+  int number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc{} || end == text.data() + text.size() || *end != ':') return 0;
+  text.erase(0, static_cast<std::size_t>(end - text.data()) + 1);
+  return number;
+}
+
+/// The value of a key of a map; null where it has none.
+const YamlNode* child(const YamlNode& map, const char* key) {
+  for (std::size_t i = 0; i < map.keys.size(); ++i)
+    if (map.keys[i].text == key) return &map.items[i];
+  return nullptr;
+}
+
+}  // namespace
+
+std::vector<JobError> split_errors(const std::string& said, const std::string& path) {
+  std::vector<JobError> errors;
+  std::istringstream lines(said);
+  for (std::string line; std::getline(lines, line);) {
+    JobError error;
+    if (line.rfind(path + ":", 0) == 0) {
+      line.erase(0, path.size() + 1);
+      error.line = take_number(line);
+      error.column = take_number(line);
+    }
+    line.erase(0, line.find_first_not_of(' '));
+    error.message = line;
+    errors.push_back(error);
+  }
+  return errors;
+}
+
+std::vector<JobError> JobWork::other_files() const {
+  const Result<YamlNode> now = parse_yaml(text_, file_), then = parse_yaml(saved_, file_);
+  std::vector<JobError> errors;
+  if (!now || !then) return errors;
+  const auto compare = [&](const YamlNode* a, const YamlNode* b, const char* key) {
+    if (a && b && a->text != b->text)
+      errors.push_back({a->place.line, a->place.column,
+                        std::string(key) + ": the desk works with " + quoted(b->text) +
+                            "; to take another file, change the job file and start tiltfeed desk again"});
+  };
+  const YamlNode *part = child(*now, "part"), *part_then = child(*then, "part");
+  compare(part ? child(*part, "stl") : nullptr, part_then ? child(*part_then, "stl") : nullptr, "part.stl");
+  compare(child(*now, "machine"), child(*then, "machine"), "machine");
+  return errors;
+}
+
+Result<void> JobWork::open(const std::string& path) {
+  Result<Job> job = load_job(path);
+  if (!job) return tl::unexpected<Error>(job.error());
+  const Result<std::string> text = read_config_text(path);
+  if (!text) return tl::unexpected<Error>(text.error());
+  opened_ = path;
+  stl_ = job->stl_path;
+  machine_ = job->machine.path;
+  saved_ = *text;
+  id_ = 1;
+  return set_text(*text);
+}
+
+Result<void> JobWork::set_text(const std::string& text) {
+  if (!is_open()) return fail(Code::kUsage, "no job is open; start tiltfeed desk with a job file");
+  if (text.size() > kMaxConfigBytes) return fail(Code::kInput, "a job has at most 1 MiB");
+  ++id_;
+  text_ = text;
+  return check();
+}
+
+Result<void> JobWork::check() {
+  std::ofstream out(file_, std::ios::binary | std::ios::trunc);
+  if (!(out << text_ << std::flush)) return fail(Code::kIo, file_ + ": cannot be written; is the disk full?");
+  Result<Job> job = load_job_with(file_, {stl_, machine_});
+  errors_ = job ? other_files() : split_errors(job.error().message, file_);
+  if (job) job_ = std::move(*job);
+  return {};
+}
+
+Result<void> JobWork::save() {
+  if (!is_right()) return fail(Code::kUsage, "the job has errors, so it is not saved; mend them first");
+  const Result<void> written = write_file(opened_, text_);
+  if (written) saved_ = text_;
+  return written;
+}
+
+std::string JobWork::unit() const {
+  for (const StlUnit& unit : kStlUnits)
+    if (job_.stl_unit_mm == unit.mm) return unit.word;
+  return exact_text(job_.stl_unit_mm);
+}
+
+std::string JobWork::describe() const {
+  if (!is_open()) return "null";
+  json errors = json::array();
+  for (const JobError& error : errors_)
+    errors.push_back({{"line", error.line}, {"column", error.column}, {"message", error.message}});
+  json about{
+      {"id", id_},
+      {"name", std::filesystem::path(opened_).filename().string()},
+      {"saved", text_ == saved_},
+      {"errors", errors},
+      {"machine", job_.machine.model.name},
+      {"cutter", {{"diameter_mm", job_.plan.cutter.diameter}, {"length_mm", job_.plan.cutter.shank_length}}}};
+  return about.dump(-1, ' ', true, json::error_handler_t::replace);
+}
+
+}  // namespace tiltfeed::desk

@@ -1,0 +1,62 @@
+#pragma once
+// The job on the desk: its text, what is wrong with it, and the files that it is planned with.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "config/job.h"
+#include "desk/http/http_message.h"
+
+namespace tiltfeed::desk {
+
+/// A complaint about the job's text; line and column from 1, 0 where it is about no place of it.
+struct JobError {
+  int line = 0, column = 0;
+  std::string message;
+};
+
+/// The errors in what load_job() said of the file `path`: one each "path:line:column: message".
+std::vector<JobError> split_errors(const std::string& said, const std::string& path);
+
+/// Part and machine are files of this computer that the user named at the start, whatever the text says of
+/// them since: no path comes from a browser.
+class JobWork {
+ public:
+  /// `folder`: where the text is kept that is being worked on.
+  explicit JobWork(std::string folder) : file_(folder + "/job.yaml") {}
+
+  /// The job file that was named at the start. Errors: as load_job(): then there is nothing to work on.
+  Result<void> open(const std::string& path);
+  /// Another text; it is kept whether it is right or not. Errors: kUsage: no job is open; kInput: over
+  /// kMaxConfigBytes; kIo.
+  Result<void> set_text(const std::string& text);
+  /// Writes the text into the file that was opened. Errors: kUsage: it has errors; kIo.
+  Result<void> save();
+
+  /// JSON: null without a job; else id (of the text), name, saved, machine, part unit, cutter, errors.
+  std::string describe() const;
+  const std::string& text() const { return text_; }
+  bool is_open() const { return id_ != 0; }
+  bool is_right() const { return id_ != 0 && errors_.empty(); }
+  std::uint64_t id() const { return id_; }
+  /// Of a job that is right.
+  const Job& job() const { return job_; }
+  const std::string& file() const { return file_; }
+  const std::string& machine() const { return machine_; }
+  const std::string& stl() const { return stl_; }
+  /// As PartWork takes it.
+  std::string unit() const;
+
+ private:
+  Result<void> check();
+  /// Part and machine are named otherwise than in the file that was opened.
+  std::vector<JobError> other_files() const;
+
+  std::string file_, opened_, stl_, machine_, text_, saved_;
+  std::uint64_t id_ = 0;
+  std::vector<JobError> errors_;
+  Job job_;
+};
+
+}  // namespace tiltfeed::desk

@@ -1,0 +1,108 @@
+#include "desk/api/plan_work.h"
+
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace tiltfeed::desk {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kFiles[] = {"part.nc", "path.f32", "report.json", "progress", "plan.yaml", "plan.stl"};
+
+std::string without(std::string text, const std::string& what) {
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at))
+    text.erase(at, what.size());
+  return text;
+}
+
+/// The words that explain a failure: what follows the last "tiltfeed: ".
+std::string last_words(const std::string& said) {
+  const std::string mark = "tiltfeed: ";
+  const std::size_t at = said.rfind("\n" + mark);
+  std::string words = at != std::string::npos    ? said.substr(at + 1 + mark.size())
+                      : said.rfind(mark, 0) == 0 ? said.substr(mark.size())
+                                                 : said;
+  while (!words.empty() && words.back() == '\n') words.pop_back();
+  return words.empty() ? "the planner ended without a word; is there memory enough?" : words;
+}
+
+}  // namespace
+
+Result<void> PlanWork::start(const PlanInput& input) {
+  if (child_) return fail(Code::kUsage, "a plan is in work; cancel it first");
+  const auto in_folder = [&](const char* name) { return folder_ + "/" + name; };
+  std::error_code ignored;
+  for (const char* name : kFiles) std::filesystem::remove(in_folder(name), ignored);
+  // The planner reads both more than once, and what is on the desk may change while it works.
+  std::error_code error;
+  std::filesystem::copy_file(input.job, in_folder("plan.yaml"), error);
+  if (!error) std::filesystem::create_hard_link(input.stl, in_folder("plan.stl"), error);
+  if (error) return fail(Code::kIo, folder_ + ": " + error.message());
+  Result<ChildProcess> child = ChildProcess::start(
+      {program_, "plan", in_folder("plan.yaml"), "--stl", in_folder("plan.stl"), "--machine", input.machine,
+       "--out", in_folder("part.nc"), "--drawing", in_folder("path.f32"), "--report",
+       in_folder("report.json"), "--progress", in_folder("progress")});
+  if (!child) return tl::unexpected<Error>(child.error());
+  child_.emplace(std::move(*child));
+  ++id_;
+  input_ = input;
+  state_ = "planning";
+  error_.clear();
+  progress_.clear();
+  cancelled_ = false;
+  tell_("plan", describe());
+  return {};
+}
+
+Result<void> PlanWork::cancel() {
+  if (!child_) return fail(Code::kUsage, "no plan is in work");
+  cancelled_ = true;
+  child_->interrupt();
+  return {};
+}
+
+void PlanWork::hear() {
+  if (!child_ || !child_->listen()) return;
+  const ChildEnd end = child_->end();
+  child_.reset();
+  state_ = end.status == 0 ? "planned" : cancelled_ ? "cancelled" : "refused";
+  if (state_ == "refused") error_ = without(last_words(end.text), folder_ + "/");
+  tell_("plan", describe());
+}
+
+void PlanWork::look() {
+  if (!child_) return;
+  std::ifstream in(folder_ + "/progress");
+  std::string line;
+  if (!std::getline(in, line) || line == progress_) return;
+  progress_ = line;
+  tell_("plan", describe());
+}
+
+std::string PlanWork::describe() const {
+  if (id_ == 0) return "null";
+  json about{{"id", id_}, {"job", input_.job_id}, {"part", input_.part_id}, {"state", state_}};
+  if (!error_.empty()) about["error"] = error_;
+  if (state_ == "planning" && progress_.size() > 4) {  // "  7 stage": see ProgressLine
+    const std::size_t digits = std::min(progress_.find_first_not_of(' '), std::size_t{3});
+    int percent = 0;
+    std::from_chars(progress_.data() + digits, progress_.data() + 3, percent);
+    about["percent"] = percent;
+    const std::string stage = progress_.substr(4);
+    about["stage"] = stage.substr(0, stage.find_last_not_of(' ') + 1);
+  }
+  return about.dump(-1, ' ', true, json::error_handler_t::replace);
+}
+
+Reply PlanWork::file(const char* name, const char* type) const {
+  if (state_ != "planned") return refusal(409, "there is no plan that is done");
+  Reply reply;
+  reply.type = type;
+  reply.file = folder_ + "/" + name;
+  return reply;
+}
+
+}  // namespace tiltfeed::desk

@@ -1,0 +1,92 @@
+// Job: the YAML text, checked as it is typed, errors at their line; saved when it is right.
+import {Job, Refusal, get_json, post, put_bytes} from './api.js';
+import {el} from './dom.js';
+
+const kPause = 300;  // ms without a key before the text is checked
+
+export class JobScreen {
+  private job: Job | null = null;
+  private problem = '';
+  private sent = 0;      // texts on their way; the newest counts
+  private timer = 0;
+  private readonly area = el('textarea', {id: 'job-text', spellcheck: 'false', wrap: 'off', 'aria-label': 'The job, YAML', 'aria-describedby': 'job-errors',
+    input: () => this.typed()});
+  private readonly state = el('p', {id: 'job-state', role: 'status'});
+  private readonly errors = el('ul', {id: 'job-errors', class: 'plain'});
+  private readonly save = el('button', {type: 'button', id: 'job-save', click: () => void this.keep()}, 'Save');
+  private readonly title = el('h2', {}, 'Job');
+  private readonly none = el('p', {id: 'no-job'}, 'No job is open. Start the desk with one: tiltfeed desk JOB.yaml. config/jobs/example.yaml explains every key.');
+
+  constructor(private readonly sheet: HTMLElement) {}
+
+  show(): void {
+    this.sheet.replaceChildren(this.title, ...(this.job ? [this.state, this.errors, this.area, el('div', {class: 'row'}, this.save)] : [this.none]));
+    this.draw();
+  }
+
+  async update(job: Job | null, shown: boolean): Promise<void> {
+    const had = this.job;
+    this.job = job;
+    // Another page has changed the text, or this one has just begun; what is being typed here wins.
+    if (job && job.id !== had?.id && this.sent === 0 && this.timer === 0) {
+      const {text} = await get_json<{text: string}>('job');
+      if (text !== this.area.value && this.timer === 0) this.area.value = text;
+    }
+    if (shown && !had !== !job) this.show();
+    else this.draw();
+  }
+
+  private typed(): void {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => {
+      this.timer = 0;
+      void this.send();
+    }, kPause);
+  }
+
+  private async send(): Promise<void> {
+    const mine = ++this.sent;
+    try {
+      const job = await put_bytes<Job>('job', new Blob([this.area.value]));
+      if (mine === this.sent) this.job = job;
+      this.problem = '';
+    } catch (error) {
+      if (!(error instanceof Refusal)) throw error;
+      this.problem = error.message;
+    }
+    if (mine === this.sent) this.sent = 0;
+    this.draw();
+  }
+
+  private async keep(): Promise<void> {
+    try {
+      this.job = await post<Job>('job/save', {});
+      this.problem = '';
+    } catch (error) {
+      if (!(error instanceof Refusal)) throw error;
+      this.problem = error.message;
+    }
+    this.draw();
+  }
+
+  private go_to(line: number, column: number): void {
+    const before = this.area.value.split('\n').slice(0, line - 1).reduce((sum, text) => sum + text.length + 1, 0);
+    const at = before + Math.max(column - 1, 0), end = this.area.value.indexOf('\n', at);
+    this.area.focus();
+    this.area.setSelectionRange(at, end < 0 ? this.area.value.length : end);
+    this.area.scrollTop = this.area.scrollHeight * (line - 5) / this.area.value.split('\n').length;
+  }
+
+  private draw(): void {
+    const {job} = this;
+    if (!job) return;
+    this.title.textContent = job.name;
+    const wrong = job.errors.length;
+    this.state.textContent = this.problem || (wrong > 0 ? `${wrong} ${wrong === 1 ? 'error' : 'errors'}` : `Right, for ${job.machine}.${job.saved ? '' : ' Not saved yet.'}`);
+    this.state.className = this.problem || wrong > 0 ? 'note bad' : 'note good';
+    this.save.disabled = wrong > 0 || job.saved;
+    this.errors.replaceChildren(...job.errors.map(({line, column, message}) => el('li', {},
+      line > 0 ? el('button', {type: 'button', class: 'place', click: () => this.go_to(line, column)}, `Line ${line}`) : null, ` ${message}`)));
+    this.area.setAttribute('aria-invalid', String(wrong > 0));
+  }
+}

@@ -1,0 +1,107 @@
+#include "desk/api/job_work.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace tiltfeed::desk {
+namespace {
+
+class JobWorkTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = ::testing::TempDir() + "job_work_test-" + std::to_string(::getpid());
+    std::filesystem::create_directories(folder_ + "/work");
+    text_ = read(std::string(SOURCE_DIR) + "/config/jobs/pin.yaml");
+    const std::string profile = "../machines/";
+    text_.replace(text_.find(profile), profile.size(), std::string(SOURCE_DIR) + "/config/machines/");
+    write(path(), text_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string path() const { return folder_ + "/pin.yaml"; }
+  static std::string read(const std::string& file) {
+    std::ostringstream text;
+    text << std::ifstream(file).rdbuf();
+    return text.str();
+  }
+  static void write(const std::string& file, const std::string& text) { std::ofstream(file) << text; }
+  /// The text with a line of its own before `at`.
+  std::string with(const std::string& line, const std::string& at) const {
+    std::string changed = text_;
+    return changed.insert(changed.find(at), line);
+  }
+
+  std::string folder_, text_;
+};
+
+TEST(JobErrors, are_split_into_place_and_message) {
+  const auto errors = split_errors(
+      "/a/job.yaml:20:3: unknown key 'x'; nearest: y\n/a/job.yaml:4:1: cutter: missing\n/a/job.yaml: and 3 "
+      "more\nno place",
+      "/a/job.yaml");
+  ASSERT_EQ(errors.size(), 4u);
+  EXPECT_EQ(errors[0].line, 20);
+  EXPECT_EQ(errors[0].column, 3);
+  EXPECT_EQ(errors[0].message, "unknown key 'x'; nearest: y");
+  EXPECT_EQ(errors[1].line, 4);
+  EXPECT_EQ(errors[1].message, "cutter: missing");
+  EXPECT_EQ(errors[2].line, 0);
+  EXPECT_EQ(errors[2].message, "and 3 more");
+  EXPECT_EQ(errors[3].message, "no place");
+}
+
+TEST_F(JobWorkTest, tells_errors_at_their_line_and_saves_only_what_is_right) {
+  JobWork work(folder_ + "/work");
+  ASSERT_TRUE(work.open(path()));
+  EXPECT_TRUE(work.is_right());
+  const std::uint64_t first = work.id();
+  const std::string wrong = with("nonsense_mm: 3\n", "tolerance_mm:");
+  ASSERT_TRUE(work.set_text(wrong));
+  EXPECT_GT(work.id(), first);
+  EXPECT_FALSE(work.is_right());
+  const auto line =
+      std::count(wrong.begin(), wrong.begin() + static_cast<std::ptrdiff_t>(wrong.find("nonsense")), '\n') +
+      1;
+  EXPECT_NE(work.describe().find("\"line\":" + std::to_string(line)), std::string::npos) << work.describe();
+  EXPECT_FALSE(work.save());
+  EXPECT_EQ(read(path()), text_) << "untouched";
+  const std::string right = with("# a remark\n", "tolerance_mm:");
+  ASSERT_TRUE(work.set_text(right));
+  EXPECT_TRUE(work.is_right()) << work.describe();
+  EXPECT_EQ(read(path()), text_) << "not before it is saved";
+  ASSERT_TRUE(work.save());
+  EXPECT_EQ(read(path()), right) << "remarks and all";
+}
+
+TEST_F(JobWorkTest, takes_no_path_from_the_text) {
+  JobWork work(folder_ + "/work");
+  ASSERT_TRUE(work.open(path()));
+  const std::string stl = work.stl(), machine = work.machine();
+  for (const char* key : {"stl: ", "machine: "}) {
+    std::string text = text_;
+    const std::size_t at = text.find(key) + std::string(key).size();
+    text.replace(at, text.find('\n', at) - at, "/etc/passwd");
+    ASSERT_TRUE(work.set_text(text));
+    EXPECT_FALSE(work.is_right()) << key;
+    EXPECT_NE(work.describe().find("the desk works with"), std::string::npos) << work.describe();
+    EXPECT_EQ(work.stl(), stl);
+    EXPECT_EQ(work.machine(), machine);
+  }
+}
+
+TEST_F(JobWorkTest, works_on_nothing_until_a_job_is_open) {
+  JobWork work(folder_ + "/work");
+  EXPECT_EQ(work.describe(), "null");
+  EXPECT_FALSE(work.set_text(text_));
+  EXPECT_FALSE(work.save());
+  write(path(), "part: 3\n");
+  EXPECT_FALSE(work.open(path()));
+  EXPECT_FALSE(work.is_open());
+}
+
+}  // namespace
+}  // namespace tiltfeed::desk

@@ -1,0 +1,175 @@
+// Job and Plan: the text is checked as it is typed, the program planned, followed, cancelled, drawn. In a real browser.
+import assert from 'node:assert/strict';
+import {readFileSync, writeFileSync} from 'node:fs';
+import {join} from 'node:path';
+import {after, before, test} from 'node:test';
+
+import {
+  Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, open_page, part_file, run, shot, text_of, work,
+} from './harness.mjs';
+
+const machines = new URL('../../config/machines/', import.meta.url).pathname;
+
+/** A job for the pin of tiltfeed-sim with rows so far apart. */
+async function pin_job(name, side_step) {
+  const file = join(work, name), text = readFileSync(new URL('../../config/jobs/pin.yaml', import.meta.url), 'utf8');
+  const changed = text.replace(/stl: .*/, `stl: ${await part_file('pin')}`).replace(/machine: \.\.\/machines\//, `machine: ${machines}`)
+    .replace(/side_step_mm: [0-9.]+/, `side_step_mm: ${side_step}`);
+  assert.notEqual(changed, text);
+  writeFileSync(file, changed);
+  return file;
+}
+
+let desk, job;
+before(async () => {
+  job = await pin_job('pin.yaml', 2);
+  desk = await Desk.start(job);
+});
+after(async () => {
+  await close_browser();
+  assert.equal(await desk.stop(), 0);
+});
+
+const open_tab = (page, tab) => page.click(`#tab-${tab}`);
+const ready = (page) => page.waitForFunction(() => document.querySelector('#facets'));
+
+/** Puts the text in place of all that is in the editor, by keys, and waits for the check. */
+async function type_job(page, text) {
+  await page.focus('#job-text');
+  await page.evaluate((value) => {
+    const area = document.getElementById('job-text');
+    area.value = value;
+    area.dispatchEvent(new Event('input'));
+  }, text.slice(0, -1));
+  await page.keyboard.down('Control');
+  await page.keyboard.press('End');
+  await page.keyboard.up('Control');
+  await page.keyboard.type(text.slice(-1));
+}
+
+test('an error in the job is told at its line; what is right is saved, remarks and all', async () => {
+  const page = await open_page(desk);
+  await ready(page);
+  await open_tab(page, 'job');
+  const text = await page.$eval('#job-text', (area) => area.value);
+  assert.equal(text, readFileSync(job, 'utf8'));
+  const line = text.split('\n').findIndex((words) => words.startsWith('tolerance_mm')) + 1;
+  await type_job(page, text.replace('tolerance_mm', 'tolerance_in'));
+  await page.waitForFunction(() => document.querySelectorAll('#job-errors li').length > 0);
+  const told = await text_of(page, '#job-errors');
+  assert.match(told, new RegExp(`Line ${line} .*tolerance_in.*tolerance_mm`));
+  assert.equal(await page.$eval('#job-save', (node) => node.disabled), true);
+  await page.click('#job-errors button');
+  assert.equal(await page.$eval('#job-text', (area) => area.value.slice(0, area.selectionStart).split('\n').length), line);
+  await check_accessible(page);
+  await check_layout(page, false);
+  await shot(page, 'job-1920');
+  const right = text.replace(/^tolerance_mm/m, '# typed in the page\ntolerance_mm');
+  await type_job(page, right);
+  await page.waitForFunction(() => !document.getElementById('job-save').disabled);
+  assert.equal(readFileSync(job, 'utf8'), text, 'nothing is saved unasked');
+  await page.click('#job-save');
+  await page.waitForFunction(() => document.getElementById('job-save').disabled);
+  assert.equal(readFileSync(job, 'utf8'), right);
+  await check_and_close(page);
+});
+
+test('a plan is made and proven, its path drawn, the slider goes through its time', async () => {
+  const page = await open_page(desk);
+  await ready(page);
+  await open_tab(page, 'plan');
+  await page.click('#plan');
+  await page.waitForFunction(() => document.querySelector('#blocks, #refused'));
+  assert.equal(await page.$('#refused'), null, 'not refused');
+  assert.match(await text_of(page, '#gouge'), /proven over [\d,]+ moves/);
+  // The same job by the command line, and its drawing read here.
+  const out = join(work, 'by_hand.nc'), drawing = join(work, 'by_hand.f32');
+  const planned = await run('tiltfeed', 'plan', job, '--out', out, '--drawing', drawing, '--no-proof');
+  assert.equal(planned.status, 0);
+  const bytes = readFileSync(drawing), numbers = new Float32Array(bytes.buffer, bytes.byteOffset, bytes.length / 4);
+  const blocks = numbers.length / 8, seconds = numbers[numbers.length - 2];
+  assert.equal(await text_of(page, '#blocks'), blocks.toLocaleString('en'));
+  assert.match(await text_of(page, '#moment'), new RegExp(`block ${blocks.toLocaleString('en')}$`));
+  // Half the time: the tool stands where the last block that has ended then ends.
+  await page.$eval('#time', (slider) => {
+    slider.value = 500;
+    slider.dispatchEvent(new Event('input'));
+  });
+  let last = 0;
+  while (last + 1 < blocks && numbers[8 * (last + 1) + 6] <= seconds / 2) ++last;
+  assert.match(await text_of(page, '#moment'), new RegExp(`block ${(last + 1).toLocaleString('en')}$`));
+  const tool = await page.evaluate(() => window.tiltfeed.path.tool.position.toArray());
+  for (let k = 0; k < 3; ++k) assert(Math.abs(tool[k] - numbers[8 * last + k]) < 1e-3, `${tool} at block ${last}`);
+  // By keys, too.
+  await page.focus('#time');
+  await page.keyboard.press('Home');
+  assert.match(await text_of(page, '#moment'), /^0:00:00, block 1$/);
+  await page.keyboard.press('End');
+  for (const colouring of ['height', 'tilt', 'time', 'kind']) {
+    await page.select('#colour', colouring);
+    assert.equal(await page.$eval('#legend', (node) => node.hidden), colouring === 'kind');
+  }
+  // Cuts are green in the light scheme, and some of what is drawn is a cut.
+  const green = await page.evaluate(() => {
+    const {clientWidth: width, clientHeight: height} = document.getElementById('canvas'), points = [];
+    for (let x = 0; x < 80; ++x)
+      for (let y = 0; y < 60; ++y) points.push([width * (x + 0.5) / 80, height * (y + 0.5) / 60]);
+    return window.tiltfeed.colours_at(points).filter(([r, g, b]) => g > r + 40 && g > b + 20).length;
+  });
+  assert(green > 20, `${green} places show a cut`);
+  await check_accessible(page);
+  await check_layout(page, false);
+  await shot(page, 'plan-1920');
+  const program = await page.evaluate(async () => (await fetch(document.getElementById('download').href)).text());
+  const strip = (text) => text.split('\n').filter((words) => !words.startsWith('(')).join('\n');
+  assert.equal(strip(program), strip(readFileSync(out, 'utf8')), 'the blocks are those of the command line');
+  await check_and_close(page);
+});
+
+for (const [width, viewport, scheme] of [[1024, kTablet, 'dark'], [390, kPhone, 'dark']]) {
+  test(`the steps at ${width} px, dark, are without barriers`, async () => {
+    const page = await open_page(desk, {viewport, scheme});
+    await ready(page);
+    for (const tab of ['part', 'job', 'plan']) {
+      await page.tap(`#tab-${tab}`);
+      assert.equal(await page.$eval(`#tab-${tab}`, (node) => node.getAttribute('aria-selected')), 'true');
+      await check_accessible(page);
+      await check_layout(page, true);
+      await shot(page, `${tab}-${width}`);
+    }
+    await check_and_close(page);
+  });
+}
+
+test('tabs go by arrow keys; a changed job makes the plan stale', async () => {
+  const page = await open_page(desk);
+  await ready(page);
+  await page.focus('#tab-part');
+  await page.keyboard.press('ArrowRight');
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'tab-job');
+  const text = await page.$eval('#job-text', (area) => area.value);
+  await type_job(page, text + '# a remark\n');
+  await page.waitForFunction(() => !document.getElementById('job-save').disabled);
+  await page.focus('#tab-job');
+  await page.keyboard.press('ArrowRight');
+  await page.waitForSelector('#stale');
+  await check_and_close(page);
+});
+
+test('a long plan is cancelled; another page sees it', async () => {
+  const endless = await Desk.start(await pin_job('endless.yaml', 0.002));
+  const page = await open_page(endless), other = await open_page(endless);
+  for (const each of [page, other]) {
+    await ready(each);
+    await open_tab(each, 'plan');
+  }
+  await page.click('#plan');
+  await other.waitForSelector('#cancel');
+  await other.waitForFunction(() => /, \d+ %$/.test(document.getElementById('stage').textContent));
+  await other.click('#cancel');
+  for (const each of [page, other]) {
+    await each.waitForSelector('#cancelled');
+    await check_and_close(each);
+  }
+  assert.equal(await endless.stop(), 0);
+});
