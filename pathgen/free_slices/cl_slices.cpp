@@ -109,6 +109,12 @@ class Stack {
       const auto [low, high] = extents[patch];
       const auto below = [](const Plane& p, double h) { return p.height < h; };
       if (needed[patch] == 0) return std::array<std::ptrdiff_t, 2>{0, 0};
+      // A face is cut where one of its corners lies under the plane and another on it or above.
+      const auto at_or_below = [](double h, const Plane& p) { return h < p.height; };
+      if (sections_.is_face(patch))
+        return std::array<std::ptrdiff_t, 2>{
+            std::upper_bound(planes_.begin(), planes_.end(), low, at_or_below) - planes_.begin(),
+            std::upper_bound(planes_.begin(), planes_.end(), high, at_or_below) - planes_.begin()};
       return std::array<std::ptrdiff_t, 2>{
           std::lower_bound(planes_.begin(), planes_.end(), low, below) - planes_.begin(),
           std::lower_bound(planes_.begin(), planes_.end(), high, below) - planes_.begin()};

@@ -190,7 +190,7 @@ TEST(RestOfCells, RowsOfAFreeOrIndexedAxisLeaveTheirRidge) {
   for (const AxisMode mode : {AxisMode::kFree, AxisMode::kIndexed})
     for (const double degrees : {0.0, 72.0}) {
       SCOPED_TRACE(std::to_string(static_cast<int>(mode)) + ", " + std::to_string(degrees));
-      const Slope slope{degrees, 0.47, StepMeasure::kFlat};
+      const Slope slope{degrees, 0.5, StepMeasure::kFlat};  // rows run along edges of the mesh
       const auto planned = plan(slope.part(), options_of(slope, mode), nullptr);
       ASSERT_TRUE(planned) << planned.error().message;
       ASSERT_TRUE(planned->report.between);
@@ -201,7 +201,7 @@ TEST(RestOfCells, RowsOfAFreeOrIndexedAxisLeaveTheirRidge) {
                    apart = slope.step / std::cos(fall), ridge = Slope::ridge(apart);
       EXPECT_NEAR(between.limit, 4.0 * Slope::ridge(slope.step) + tolerance, 1e-12);
       EXPECT_EQ(between.area > 0.0, ridge > between.limit);
-      EXPECT_GE(between.most, 0.85 * ridge);
+      EXPECT_GE(between.most, 0.8 * ridge);
       // Beyond the last row lies up to a step.
       EXPECT_LE(between.most, std::max(Slope::ridge(2.0 * apart) + tolerance, between.limit));
       const bool told = !planned->report.warnings.empty() &&
