@@ -5,14 +5,14 @@
 #include "config/job.h"
 #include "config/job_keys.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr Range kPosition{-10'000.0, 10'000.0};  // mm
 constexpr Range kRadius = above(0.0, 10'000.0);  // mm
 
 /// t unit; n made perpendicular to it when it is so within kPerpendicularTolerance, else an error.
-void read_directions(const Section& axis, AxisFrame& frame) {
+void read_directions(const Section& axis, pathgen::AxisFrame& frame) {
   frame.t = axis.direction("t", frame.t);
   const Vec3 n = axis.direction("n", frame.n);
   const double angle = angle_between(frame.t, n);
@@ -29,25 +29,25 @@ void read_directions(const Section& axis, AxisFrame& frame) {
 
 }  // namespace
 
-void read_axis(const Section& root, PlanOptions& plan) {
+void read_axis(const Section& root, pathgen::PlanOptions& plan) {
   const Section axis =
       root.section("axis", {"mode", "sense", "origin_mm", "t", "n", "circle_radius_mm", "plane_normals",
                             "lead_deg", "lean_deg", "smoothing_mm", "max_turn_deg_per_mm", "most_directions",
                             "coverage_percent", "least_gain_percent", "steepest_deg"});
-  AxisFrame& frame = plan.axis;
-  frame.mode = axis.choice<AxisMode>("mode", kModeWords);
+  pathgen::AxisFrame& frame = plan.axis;
+  frame.mode = axis.choice<pathgen::AxisMode>("mode", kModeWords);
   const std::string mode = word(kModeWords, frame.mode);
-  if (frame.mode != AxisMode::kIndexed)
+  if (frame.mode != pathgen::AxisMode::kIndexed)
     for (const char* key : {"most_directions", "coverage_percent", "least_gain_percent", "steepest_deg"})
       axis.unused(key, "in the mode " + mode + ", only in indexed");
-  if (frame.mode == AxisMode::kIndexed) {
+  if (frame.mode == pathgen::AxisMode::kIndexed) {
     for (const char* key : {"sense", "origin_mm", "t", "n", "circle_radius_mm", "plane_normals", "lead_deg",
                             "lean_deg", "smoothing_mm", "max_turn_deg_per_mm"})
       axis.unused(key, "in the mode indexed, where a few fixed directions are chosen");
     read_indexed_axis(root, axis, plan.indexed, plan.cutter);
     return;
   }
-  if (frame.mode == AxisMode::kFree) {
+  if (frame.mode == pathgen::AxisMode::kFree) {
     for (const char* key : {"sense", "origin_mm", "t", "n", "circle_radius_mm"})
       axis.unused(key, "in the mode free, where the tool axis is chosen at every point");
     read_free_axis(root, axis, plan.free, plan.cutter);
@@ -55,17 +55,17 @@ void read_axis(const Section& root, PlanOptions& plan) {
   }
   for (const char* key : {"plane_normals", "lead_deg", "lean_deg", "smoothing_mm", "max_turn_deg_per_mm"})
     axis.unused(key, "in the mode " + mode + ", only in free");
-  if (frame.mode != AxisMode::kFixed)
-    frame.sense = axis.choice<Sense>("sense", kSenseWords);
+  if (frame.mode != pathgen::AxisMode::kFixed)
+    frame.sense = axis.choice<pathgen::Sense>("sense", kSenseWords);
   else
     axis.unused("sense", "in the mode fixed, where the shank points along n");
   const Vec3 origin = axis.vector("origin_mm", kPosition, Vec3{});
   frame.origin = {origin.x, origin.y, origin.z};
   read_directions(axis, frame);
-  if (frame.mode == AxisMode::kCircle)
+  if (frame.mode == pathgen::AxisMode::kCircle)
     frame.circle_radius = axis.number("circle_radius_mm", kRadius);
   else
     axis.unused("circle_radius_mm", "in the mode " + mode + ", only in circle");
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -5,7 +5,7 @@
 #include "config/job_keys.h"
 #include "config/polygon.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr Range kPosition{-10'000.0, 10'000.0};  // mm
@@ -16,10 +16,10 @@ constexpr std::size_t kMaxCorners = 1000;        // each edge is held against ea
 
 bool is_angle(const std::string& key) { return key.ends_with("_deg"); }
 
-Range range_of(const std::string& key, AxisMode mode) {
+Range range_of(const std::string& key, pathgen::AxisMode mode) {
   if (key == "rho_mm") return kDistance;
   if (!is_angle(key)) return kPosition;
-  return key == "phi_deg" && mode == AxisMode::kPoint ? kUpright : kRound;
+  return key == "phi_deg" && mode == pathgen::AxisMode::kPoint ? kUpright : kRound;
 }
 
 /// A typed coordinate in the planner's unit; half turns and quarter turns to the last digit.
@@ -27,7 +27,7 @@ double coordinate(const std::string& key, double typed) {
   return is_angle(key) ? typed / 180.0 * kPi : typed;
 }
 
-Interval read_interval(const Section& section, const char* key, AxisMode mode) {
+pathgen::Interval read_interval(const Section& section, const char* key, pathgen::AxisMode mode) {
   const auto pair = section.interval(key, range_of(key, mode));
   if (!pair) return {};
   return {coordinate(key, (*pair)[0]), coordinate(key, (*pair)[1])};
@@ -35,7 +35,7 @@ Interval read_interval(const Section& section, const char* key, AxisMode mode) {
 
 }  // namespace
 
-Containment read_containment(const Section& root, AxisMode mode) {
+pathgen::Containment read_containment(const Section& root, pathgen::AxisMode mode) {
   const Section section = root.optional_section(
       "containment", {"theta_deg", "phi_deg", "x_mm", "y_mm", "rho_mm", "z_mm", "boundary"});
   const CoordinateKeys keys = coordinate_keys(mode);
@@ -44,11 +44,11 @@ Containment read_containment(const Section& root, AxisMode mode) {
     if (key != first && key != second && key != height)
       section.unused(key, "in the mode " + std::string(word(kModeWords, mode)) + ", whose coordinates are " +
                               first + ", " + second + ", " + height);
-  Containment containment;
+  pathgen::Containment containment;
   containment.first = read_interval(section, keys.first, mode);
   containment.second = read_interval(section, keys.second, mode);
   containment.height = read_interval(section, keys.height, mode);
-  if (mode == AxisMode::kFree || mode == AxisMode::kIndexed)
+  if (mode == pathgen::AxisMode::kFree || mode == pathgen::AxisMode::kIndexed)
     section.unused("boundary",
                    "in the mode " + std::string(word(kModeWords, mode)) + ", whose containment is a box");
   const auto corners =
@@ -61,4 +61,4 @@ Containment read_containment(const Section& root, AxisMode mode) {
   return containment;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

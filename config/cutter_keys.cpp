@@ -5,7 +5,7 @@
 #include "config/enum_words.h"
 #include "config/job_keys.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr Range kDiameter = above(0.0, 500.0);  // mm
@@ -14,17 +14,17 @@ constexpr Range kTaper = between(0.0, 60.0);    // degrees
 constexpr std::size_t kMaxSteps = 100;          // of a holder; a slipped list is seen
 
 /// Height above the tip from where the end is as wide as the cutting part, mm.
-double end_height(const Cutter& cutter) {
+double end_height(const pathgen::Cutter& cutter) {
   switch (cutter.type) {
-    case CutterType::kTaperBall:  // where the cone touches the ball
+    case pathgen::CutterType::kTaperBall:  // where the cone touches the ball
       return cutter.radius() * (1.0 - std::sin(cutter.taper.radians()));
     default:
       return cutter.nose_radius();
   }
 }
 
-void read_end(const Section& section, Cutter& cutter) {
-  if (cutter.type == CutterType::kBullNose) {
+void read_end(const Section& section, pathgen::Cutter& cutter) {
+  if (cutter.type == pathgen::CutterType::kBullNose) {
     cutter.corner_radius = section.number("corner_radius_mm", kDiameter);
     if (cutter.corner_radius >= cutter.radius())
       section.complain("corner_radius_mm", exact_text(cutter.corner_radius) +
@@ -34,14 +34,14 @@ void read_end(const Section& section, Cutter& cutter) {
     section.unused("corner_radius_mm",
                    "by the type " + std::string(word(kCutterWords, cutter.type)) + ", only by bull_nose");
   }
-  if (cutter.type == CutterType::kTaperBall)
+  if (cutter.type == pathgen::CutterType::kTaperBall)
     cutter.taper = Angle::from_degrees(section.number("taper_deg", kTaper));
   else
     section.unused("taper_deg",
                    "by the type " + std::string(word(kCutterWords, cutter.type)) + ", only by taper_ball");
 }
 
-void check_lengths(const Section& section, const Cutter& cutter) {
+void check_lengths(const Section& section, const pathgen::Cutter& cutter) {
   const double end = end_height(cutter);
   const char* const end_key = cutter.cutting_length > 0.0 ? "cutting_length_mm" : "shank_length_mm";
   if (cutter.shank_length > cutter.length)
@@ -65,11 +65,11 @@ void check_lengths(const Section& section, const Cutter& cutter) {
 }
 
 /// Steps above the gauge line are those of the spindle nose.
-std::vector<HolderStep> read_holder(const Section& cutter) {
-  std::vector<HolderStep> steps;
+std::vector<pathgen::HolderStep> read_holder(const Section& cutter) {
+  std::vector<pathgen::HolderStep> steps;
   for (const Section& section :
        cutter.list("holder", {"diameter_mm", "upper_diameter_mm", "length_mm"}, kMaxSteps)) {
-    HolderStep step;
+    pathgen::HolderStep step;
     step.lower_diameter = section.number("diameter_mm", kDiameter);
     step.upper_diameter = section.number("upper_diameter_mm", kDiameter, step.lower_diameter);
     step.length = section.number("length_mm", kLength);
@@ -80,16 +80,16 @@ std::vector<HolderStep> read_holder(const Section& cutter) {
 
 }  // namespace
 
-double smallest_radius(const Cutter& cutter) {
+double smallest_radius(const pathgen::Cutter& cutter) {
   return cutter.nose_radius() > 0.0 ? std::min(cutter.nose_radius(), cutter.radius()) : cutter.radius();
 }
 
-Cutter read_cutter(const Section& root) {
+pathgen::Cutter read_cutter(const Section& root) {
   const Section section =
       root.section("cutter", {"type", "diameter_mm", "corner_radius_mm", "taper_deg", "length_mm",
                               "cutting_length_mm", "shank_diameter_mm", "shank_length_mm", "holder"});
-  Cutter cutter;
-  cutter.type = section.choice<CutterType>("type", kCutterWords);
+  pathgen::Cutter cutter;
+  cutter.type = section.choice<pathgen::CutterType>("type", kCutterWords);
   cutter.diameter = section.number("diameter_mm", kDiameter);
   read_end(section, cutter);
   cutter.length = section.number("length_mm", kLength);
@@ -108,4 +108,4 @@ Cutter read_cutter(const Section& root) {
   return cutter;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

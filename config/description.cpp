@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 std::string exact_text(double value) {
   std::array<char, 400> buffer;  // the smallest double needs 326 characters, the largest 309
@@ -18,4 +18,4 @@ std::string exact_text(double value) {
 
 double tidy(double value) { return std::round(value * 1e9) / 1e9; }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -6,7 +6,7 @@
 #include "kinematics/basics/geometry.h"
 #include "kinematics/basics/units.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// The shortest decimal text that reads back as exactly this value; never an exponent, never "-0".
 std::string exact_text(double value);
@@ -31,4 +31,4 @@ class Description {
   std::string text_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -7,7 +7,7 @@
 #include "config/link_profile.h"
 #include "config/section.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 namespace {
 
@@ -143,4 +143,4 @@ void describe(const DriveMap& drive, Description& out) {
   out.add("wire.drive.stop_value", drive.stop_value);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -6,31 +6,36 @@
 #include "config/section.h"
 #include "pathgen/options/plan_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 template <class E>
 using Words = std::initializer_list<EnumWord<E>>;
 
-inline constexpr Words<CutterType> kCutterWords = {{"ball", CutterType::kBall},
-                                                   {"bull_nose", CutterType::kBullNose},
-                                                   {"flat", CutterType::kFlat},
-                                                   {"taper_ball", CutterType::kTaperBall}};
-inline constexpr Words<AxisMode> kModeWords = {{"fixed", AxisMode::kFixed}, {"point", AxisMode::kPoint},
-                                               {"line", AxisMode::kLine},   {"circle", AxisMode::kCircle},
-                                               {"free", AxisMode::kFree},   {"indexed", AxisMode::kIndexed}};
-inline constexpr Words<Sense> kSenseWords = {{"outward", Sense::kOutward}, {"inward", Sense::kInward}};
-inline constexpr Words<PatternKind> kKindWords = {
-    {"raster", PatternKind::kRaster},   {"z_level", PatternKind::kZLevel}, {"split", PatternKind::kSplit},
-    {"contour", PatternKind::kContour}, {"spiral", PatternKind::kSpiral},  {"rough", PatternKind::kRough}};
-inline constexpr Words<Along> kAlongWords = {{"x", Along::kX}, {"y", Along::kY}};
-inline constexpr Words<Direction> kDirectionWords = {{"one_way", Direction::kOneWay},
-                                                     {"zigzag", Direction::kZigzag}};
-inline constexpr Words<StepMeasure> kMeasureWords = {
-    {"flat", StepMeasure::kFlat}, {"surface", StepMeasure::kSurface}, {"scallop", StepMeasure::kScallop}};
+inline constexpr Words<pathgen::CutterType> kCutterWords = {{"ball", pathgen::CutterType::kBall},
+                                                            {"bull_nose", pathgen::CutterType::kBullNose},
+                                                            {"flat", pathgen::CutterType::kFlat},
+                                                            {"taper_ball", pathgen::CutterType::kTaperBall}};
+inline constexpr Words<pathgen::AxisMode> kModeWords = {
+    {"fixed", pathgen::AxisMode::kFixed}, {"point", pathgen::AxisMode::kPoint},
+    {"line", pathgen::AxisMode::kLine},   {"circle", pathgen::AxisMode::kCircle},
+    {"free", pathgen::AxisMode::kFree},   {"indexed", pathgen::AxisMode::kIndexed}};
+inline constexpr Words<pathgen::Sense> kSenseWords = {{"outward", pathgen::Sense::kOutward},
+                                                      {"inward", pathgen::Sense::kInward}};
+inline constexpr Words<pathgen::PatternKind> kKindWords = {
+    {"raster", pathgen::PatternKind::kRaster}, {"z_level", pathgen::PatternKind::kZLevel},
+    {"split", pathgen::PatternKind::kSplit},   {"contour", pathgen::PatternKind::kContour},
+    {"spiral", pathgen::PatternKind::kSpiral}, {"rough", pathgen::PatternKind::kRough}};
+inline constexpr Words<pathgen::Along> kAlongWords = {{"x", pathgen::Along::kX}, {"y", pathgen::Along::kY}};
+inline constexpr Words<pathgen::Direction> kDirectionWords = {{"one_way", pathgen::Direction::kOneWay},
+                                                              {"zigzag", pathgen::Direction::kZigzag}};
+inline constexpr Words<pathgen::StepMeasure> kMeasureWords = {{"flat", pathgen::StepMeasure::kFlat},
+                                                              {"surface", pathgen::StepMeasure::kSurface},
+                                                              {"scallop", pathgen::StepMeasure::kScallop}};
 /// Values of Pattern::climb.
 inline constexpr Words<bool> kMillingWords = {{"climb", true}, {"conventional", false}};
-inline constexpr Words<Reaction> kReactionWords = {
-    {"trim", Reaction::kTrim}, {"retract", Reaction::kRetract}, {"report", Reaction::kReport}};
+inline constexpr Words<pathgen::Reaction> kReactionWords = {{"trim", pathgen::Reaction::kTrim},
+                                                            {"retract", pathgen::Reaction::kRetract},
+                                                            {"report", pathgen::Reaction::kReport}};
 
 /// The word of a value. Requires: `words` has one for it.
 template <class E>
@@ -40,4 +45,4 @@ const char* word(Words<E> words, E value) {
   return choice->word;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -3,7 +3,7 @@
 #include "config/enum_words.h"
 #include "config/job_keys.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr Range kLean = between(-85.0, 85.0);  // degrees; further would cut with the side of the tool
@@ -15,8 +15,9 @@ constexpr std::size_t kMaxStacks = 8;
 
 }  // namespace
 
-void read_free_axis(const Section& root, const Section& axis, FreeAxis& free, const Cutter& cutter) {
-  if (cutter.type != CutterType::kBall && cutter.type != CutterType::kTaperBall)
+void read_free_axis(const Section& root, const Section& axis, pathgen::FreeAxis& free,
+                    const pathgen::Cutter& cutter) {
+  if (cutter.type != pathgen::CutterType::kBall && cutter.type != pathgen::CutterType::kTaperBall)
     root.complain("cutter",
                   "the type " + std::string(word(kCutterWords, cutter.type)) +
                       " has no one CL surface for all tool axes, which the mode free needs; use ball or "
@@ -28,7 +29,7 @@ void read_free_axis(const Section& root, const Section& axis, FreeAxis& free, co
   free.max_turn = Angle::from_degrees(axis.number("max_turn_deg_per_mm", kMaxTurn, 0.0));
 }
 
-Angle default_turn(const MachineModel& machine, const Cutter& cutter, Feed feed) {
+Angle default_turn(const MachineModel& machine, const pathgen::Cutter& cutter, Feed feed) {
   const double radius = cutter.radius();
   const double tilt = machine.tilt.velocity * length(cross(machine.tilt.direction, machine.spindle));
   const double fastest =
@@ -38,4 +39,4 @@ Angle default_turn(const MachineModel& machine, const Cutter& cutter, Feed feed)
                                        Angle::from_degrees(kMaxTurn.max).radians()}));
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -7,7 +7,7 @@
 #include "config/section.h"
 #include "config/yaml_tree.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 // Ranges, here and in the *_keys.cpp: beyond anything that fits a machine with a tilting head and a table, so
@@ -78,7 +78,8 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
                                        : load_machine(files.machine);
   if (!machine) return tl::unexpected(machine.error());
   job.machine = std::move(*machine);
-  if (Angle& turn = job.plan.free.max_turn; job.plan.axis.mode == AxisMode::kFree && turn.radians() == 0.0)
+  if (Angle& turn = job.plan.free.max_turn;
+      job.plan.axis.mode == pathgen::AxisMode::kFree && turn.radians() == 0.0)
     turn = default_turn(job.machine.model, job.plan.cutter, job.plan.cut_feed);
   return job;
 }
@@ -97,4 +98,4 @@ Result<Job> load_job_with(const std::string& path, const JobFiles& files) {
 
 Result<Job> load_job(const std::string& path) { return load_job_with(path, {}); }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -9,13 +9,13 @@
 #include "kinematics/machine/machine.h"
 #include "pathgen/plan/plan.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 struct Job {
   std::string path;          ///< the file it came from
   std::string stl_path;      ///< resolved against the job file's folder
   double stl_unit_mm = 1.0;  ///< length of the STL's unit
-  PlanOptions plan;
+  pathgen::PlanOptions plan;
   Angle axis_tolerance;      ///< by which the axis may lean near the rotary's pole; 0: not at all
   Setup setup;               ///< tool_length = plan.cutter.length
   double spindle_rpm = 0.0;  ///< 0: no spindle words
@@ -45,4 +45,4 @@ Result<Job> parse_job(const std::string& text, const std::string& path);
 /// The resolved job and its machine, one `key: value` a line.
 std::string describe(const Job& job);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

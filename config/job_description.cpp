@@ -6,14 +6,14 @@
 #include "config/job_keys.h"
 #include "config/program_keys.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
-void describe_cutter(Description& out, const Cutter& cutter) {
+void describe_cutter(Description& out, const pathgen::Cutter& cutter) {
   out.add("cutter.type", word(kCutterWords, cutter.type));
   out.add("cutter.diameter_mm", cutter.diameter);
-  if (cutter.type == CutterType::kBullNose) out.add("cutter.corner_radius_mm", cutter.corner_radius);
-  if (cutter.type == CutterType::kTaperBall) out.add("cutter.taper_deg", cutter.taper);
+  if (cutter.type == pathgen::CutterType::kBullNose) out.add("cutter.corner_radius_mm", cutter.corner_radius);
+  if (cutter.type == pathgen::CutterType::kTaperBall) out.add("cutter.taper_deg", cutter.taper);
   out.add("cutter.length_mm", cutter.length);
   out.add("cutter.cutting_length_mm", cutter.cutting_end());
   out.add("cutter.shank_diameter_mm", tidy(2.0 * cutter.shank_radius()));
@@ -21,7 +21,7 @@ void describe_cutter(Description& out, const Cutter& cutter) {
   if (cutter.holder.empty()) out.add("cutter.holder", "none");
   double top = cutter.shank_length;
   for (std::size_t i = 0; i < cutter.holder.size(); ++i) {
-    const HolderStep& step = cutter.holder[i];
+    const pathgen::HolderStep& step = cutter.holder[i];
     const std::string name = "cutter.holder[" + std::to_string(i + 1) + "].";
     out.add(name + "diameter_mm", step.lower_diameter);
     out.add(name + "upper_diameter_mm", step.upper_diameter);
@@ -31,7 +31,7 @@ void describe_cutter(Description& out, const Cutter& cutter) {
   if (!cutter.holder.empty()) out.add("cutter.holder_top_mm", tidy(top));
 }
 
-void describe_free_axis(Description& out, const FreeAxis& free) {
+void describe_free_axis(Description& out, const pathgen::FreeAxis& free) {
   for (std::size_t i = 0; i < free.plane_normals.size(); ++i)
     out.add("axis.plane_normals[" + std::to_string(i + 1) + "]", free.plane_normals[i]);
   out.add("axis.lead_deg", free.lead);
@@ -40,31 +40,31 @@ void describe_free_axis(Description& out, const FreeAxis& free) {
   out.add("axis.max_turn_deg_per_mm", free.max_turn);
 }
 
-void describe_indexed_axis(Description& out, const IndexedAxis& indexed) {
+void describe_indexed_axis(Description& out, const pathgen::IndexedAxis& indexed) {
   out.add("axis.most_directions", static_cast<double>(indexed.most_directions));
   out.add("axis.coverage_percent", tidy(100.0 * indexed.coverage));
   out.add("axis.least_gain_percent", tidy(100.0 * indexed.least_gain));
   out.add("axis.steepest_deg", indexed.steepest);
 }
 
-void describe_axis(Description& out, const PlanOptions& plan) {
-  const AxisFrame& axis = plan.axis;
+void describe_axis(Description& out, const pathgen::PlanOptions& plan) {
+  const pathgen::AxisFrame& axis = plan.axis;
   out.add("axis.mode", word(kModeWords, axis.mode));
-  if (axis.mode == AxisMode::kFree) return describe_free_axis(out, plan.free);
-  if (axis.mode == AxisMode::kIndexed) return describe_indexed_axis(out, plan.indexed);
-  if (axis.mode != AxisMode::kFixed) out.add("axis.sense", word(kSenseWords, axis.sense));
+  if (axis.mode == pathgen::AxisMode::kFree) return describe_free_axis(out, plan.free);
+  if (axis.mode == pathgen::AxisMode::kIndexed) return describe_indexed_axis(out, plan.indexed);
+  if (axis.mode != pathgen::AxisMode::kFixed) out.add("axis.sense", word(kSenseWords, axis.sense));
   out.add("axis.origin_mm", from_origin(axis.origin));
   out.add("axis.t", axis.t);
   out.add("axis.n", axis.n);
-  if (axis.mode == AxisMode::kCircle) out.add("axis.circle_radius_mm", axis.circle_radius);
+  if (axis.mode == pathgen::AxisMode::kCircle) out.add("axis.circle_radius_mm", axis.circle_radius);
 }
 
-void describe_pattern(Description& out, const Pattern& pattern, AxisMode mode) {
+void describe_pattern(Description& out, const pathgen::Pattern& pattern, pathgen::AxisMode mode) {
   const auto uses = [&](const std::string& key) {
     const bool row = key == "along" || key == "angle_deg";
-    return uses_key(pattern.kind, key) && !(mode == AxisMode::kFree && row);
+    return uses_key(pattern.kind, key) && !(mode == pathgen::AxisMode::kFree && row);
   };
-  const bool scallop = pattern.measure == StepMeasure::kScallop;
+  const bool scallop = pattern.measure == pathgen::StepMeasure::kScallop;
   out.add("pattern.kind", word(kKindWords, pattern.kind));
   if (uses("along")) out.add("pattern.along", word(kAlongWords, pattern.along));
   if (uses("angle_deg")) out.add("pattern.angle_deg", pattern.angle);
@@ -83,10 +83,10 @@ std::string typed(const std::string& key, double value) {
   return exact_text(key.ends_with("_deg") ? tidy(Angle::from_radians(value).degrees()) : value);
 }
 
-void describe_containment(Description& out, const Containment& containment, AxisMode mode) {
+void describe_containment(Description& out, const pathgen::Containment& containment, pathgen::AxisMode mode) {
   const CoordinateKeys keys = coordinate_keys(mode);
   bool any = !containment.boundary.empty();
-  const auto limits = [&](const std::string& key, const Interval& interval) {
+  const auto limits = [&](const std::string& key, const pathgen::Interval& interval) {
     if (!interval.bounded()) return;
     any = true;
     out.add("containment." + key, "[" + typed(key, interval.low) + ", " + typed(key, interval.high) + "]");
@@ -101,7 +101,7 @@ void describe_containment(Description& out, const Containment& containment, Axis
   if (!any) out.add("containment", "none");
 }
 
-void describe_path(Description& out, const PlanOptions& plan, Angle axis_tolerance) {
+void describe_path(Description& out, const pathgen::PlanOptions& plan, Angle axis_tolerance) {
   out.add("tolerance_mm", plan.tolerance);
   out.add("allowance_mm", plan.allowance);
   out.add("stock.radial_mm", plan.radial_stock);
@@ -125,7 +125,7 @@ void describe_path(Description& out, const PlanOptions& plan, Angle axis_toleran
 }  // namespace
 
 std::string describe(const Job& job) {
-  const PlanOptions& plan = job.plan;
+  const pathgen::PlanOptions& plan = job.plan;
   Description out;
   out.add("job", job.path);
   out.add("part.name", plan.name);
@@ -151,4 +151,4 @@ std::string describe(const Job& job) {
   return text;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

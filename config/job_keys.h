@@ -8,45 +8,48 @@
 #include "kinematics/machine/machine.h"
 #include "pathgen/options/plan_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// The names of the axis line's coordinates in a mode, as they stand in the section containment.
 struct CoordinateKeys {
   const char *first, *second, *height;
 };
-constexpr CoordinateKeys coordinate_keys(AxisMode mode) {
-  if (mode == AxisMode::kFixed || mode == AxisMode::kFree || mode == AxisMode::kIndexed)
+constexpr CoordinateKeys coordinate_keys(pathgen::AxisMode mode) {
+  if (mode == pathgen::AxisMode::kFixed || mode == pathgen::AxisMode::kFree ||
+      mode == pathgen::AxisMode::kIndexed)
     return {"x_mm", "y_mm", "z_mm"};
-  if (mode == AxisMode::kLine) return {"x_mm", "theta_deg", "rho_mm"};
+  if (mode == pathgen::AxisMode::kLine) return {"x_mm", "theta_deg", "rho_mm"};
   return {"theta_deg", "phi_deg", "rho_mm"};
 }
 
 /// Whether a kind of pattern has a key of the section pattern.
-bool uses_key(PatternKind kind, const std::string& key);
+bool uses_key(pathgen::PatternKind kind, const std::string& key);
 /// The smallest radius of the cutter's outline, mm: of the rounded edge, or of the whole where the edge is
 /// sharp.
-double smallest_radius(const Cutter& cutter);
+double smallest_radius(const pathgen::Cutter& cutter);
 
-Cutter read_cutter(const Section& root);
+pathgen::Cutter read_cutter(const Section& root);
 /// plan.axis and plan.free. Requires: plan.cutter.
-void read_axis(const Section& root, PlanOptions& plan);
+void read_axis(const Section& root, pathgen::PlanOptions& plan);
 /// The keys of the section axis in the mode free, and what else of the job does not go with it;
 /// FreeAxis::max_turn is 0 where the job leaves it to default_turn(). Requires: plan.cutter.
-void read_free_axis(const Section& root, const Section& axis, FreeAxis& free, const Cutter& cutter);
+void read_free_axis(const Section& root, const Section& axis, pathgen::FreeAxis& free,
+                    const pathgen::Cutter& cutter);
 /// The least of what a cutter of this size is given and what the machine's rotaries can do at the feed, of
 /// the tool axis per mm of the ball centre's way. The tip, whose feed it is, goes 1 - radius * turn of a mm
 /// in the meantime at the least. The rotary keeps up with it where the tool lies square to its axis; nearer
 /// the pole turns about that axis take it longer, and the feed waits for it.
-Angle default_turn(const MachineModel& machine, const Cutter& cutter, Feed feed);
+Angle default_turn(const MachineModel& machine, const pathgen::Cutter& cutter, Feed feed);
 /// The same in the mode indexed.
-void read_indexed_axis(const Section& root, const Section& axis, IndexedAxis& indexed, const Cutter& cutter);
-Pattern read_pattern(const Section& root, const PlanOptions& plan);
-Containment read_containment(const Section& root, AxisMode mode);
+void read_indexed_axis(const Section& root, const Section& axis, pathgen::IndexedAxis& indexed,
+                       const pathgen::Cutter& cutter);
+pathgen::Pattern read_pattern(const Section& root, const pathgen::PlanOptions& plan);
+pathgen::Containment read_containment(const Section& root, pathgen::AxisMode mode);
 /// Tolerance, what is left on the part, points, guards, links. Requires: plan.cutter.
-void read_path(const Section& root, PlanOptions& plan);
+void read_path(const Section& root, pathgen::PlanOptions& plan);
 /// points.axis_tolerance_deg. Requires: plan.cutter, plan.axis.
-Angle read_axis_tolerance(const Section& root, const PlanOptions& plan);
+Angle read_axis_tolerance(const Section& root, const pathgen::PlanOptions& plan);
 /// Also plan.up and plan.tilt_max. Requires: plan.cutter.
-Setup read_setup(const Section& root, PlanOptions& plan);
+Setup read_setup(const Section& root, pathgen::PlanOptions& plan);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 using Unit = std::pair<std::string_view, std::string_view>;
@@ -71,4 +71,4 @@ const std::string& nearest_key(const std::string& key, const std::vector<std::st
   });
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// The unit that a key's ending states ("mm/min" for cut_mm_per_min), or "".
 std::string unit_of(const std::string& key);
@@ -16,4 +16,4 @@ std::string stem_of(const std::string& key);
 /// Requires: known is not empty.
 const std::string& nearest_key(const std::string& key, const std::vector<std::string>& known);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -3,7 +3,7 @@
 #include "config/description.h"
 #include "config/enum_words.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 namespace {
 
@@ -109,4 +109,4 @@ void describe(const LinkProfile& profile, Description& out) {
   describe(profile.drive, out);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// Where the ring of a Modbus controller lies and how it counts. Addresses are 0-based holding registers.
 struct RingMap {
@@ -89,4 +89,4 @@ void describe(const DriveMap& drive, Description& out);
 LinkProfile read_link_profile(const Section& root);
 void describe(const LinkProfile& profile, Description& out);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

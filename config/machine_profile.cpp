@@ -6,7 +6,7 @@
 #include "config/section.h"
 #include "config/yaml_tree.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 // Ranges: wide enough for any machine with a table that people stand beside, narrow enough that a slipped
@@ -138,4 +138,4 @@ std::string describe(const MachineProfile& profile) {
   return out.text();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

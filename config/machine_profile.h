@@ -12,7 +12,7 @@
 #include "kinematics/basics/result.h"
 #include "kinematics/machine/machine.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// How the control plans speeds; the simulated machine does it so.
 struct ControlModel {
@@ -48,4 +48,4 @@ Result<MachineProfile> load_named_machine(const std::string& path, const Section
 /// The resolved profile, one `key: value` a line.
 std::string describe(const MachineProfile& profile);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

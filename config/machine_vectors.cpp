@@ -4,7 +4,7 @@
 
 #include "kinematics/basics/decimal.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr Range kPosition{-100'000.0, 100'000.0};  // mm
@@ -89,4 +89,4 @@ void describe_vectors(Description& out, const std::vector<MachineVector>& vector
   out.add("check", std::to_string(vectors.size()) + " measured places agree");
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

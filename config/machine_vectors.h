@@ -10,7 +10,7 @@
 #include "config/section.h"
 #include "kinematics/machine/machine.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// Axis words, and where the tool was then found.
 struct MachineVector {
@@ -30,4 +30,4 @@ void describe_vectors(Description& out, const std::vector<MachineVector>& vector
 /// would make it right.
 std::optional<std::string> disagreement(const MachineModel& model, const MachineVector& vector);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -11,7 +11,7 @@
 #include "config/section.h"
 #include "config/yaml_tree.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr double kShankDiameters = 10.0, kLeastShank = 20.0;  // mm
@@ -31,14 +31,16 @@ std::string quoted_text(const std::string& text) {
   return quoted + "\"";
 }
 
-std::string axis_text(const AxisFrame& axis) {
+std::string axis_text(const pathgen::AxisFrame& axis) {
   std::string text = std::string("axis:\n  mode: ") + word(kModeWords, axis.mode) + "\n";
-  if (axis.mode == AxisMode::kIndexed) return text + "  most_directions: 6\n";
-  if (axis.mode == AxisMode::kFree) return text + "  plane_normals: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n";
-  if (axis.mode != AxisMode::kFixed) text += std::string("  sense: ") + word(kSenseWords, axis.sense) + "\n";
+  if (axis.mode == pathgen::AxisMode::kIndexed) return text + "  most_directions: 6\n";
+  if (axis.mode == pathgen::AxisMode::kFree)
+    return text + "  plane_normals: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n";
+  if (axis.mode != pathgen::AxisMode::kFixed)
+    text += std::string("  sense: ") + word(kSenseWords, axis.sense) + "\n";
   text += "  origin_mm: " + vector_text(from_origin(axis.origin)) + "\n";
   text += "  t: " + vector_text(axis.t) + "\n  n: " + vector_text(axis.n) + "\n";
-  if (axis.mode == AxisMode::kCircle)
+  if (axis.mode == pathgen::AxisMode::kCircle)
     text += "  circle_radius_mm: " + exact_text(tidy(axis.circle_radius)) + "\n";
   return text;
 }
@@ -90,7 +92,7 @@ Result<NamedCutter> parse_cutter(const std::string& given) {
   if (!tree) return tl::unexpected(tree.error());
   Complaint complaint("--cutter");
   const Section root(*tree, "", {"cutter"}, complaint);
-  const Cutter cutter = read_cutter(root);
+  const pathgen::Cutter cutter = read_cutter(root);
   if (complaint.error()) return tl::unexpected(*complaint.error());
   return NamedCutter{cutter, text};
 }
@@ -105,4 +107,4 @@ std::string job_name_of(const std::string& stl) {
   return name.empty() ? "part" : name;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -7,13 +7,13 @@
 #include "kinematics/basics/result.h"
 #include "pathgen/options/plan_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 struct NewJob {
   std::string name, stl, machine;  ///< files as they stand in the job
   double stl_unit_mm = 1.0;
   std::string cutter;  ///< as the map in a job: "type: ball, diameter_mm: 6, ..."
-  AxisFrame axis;
+  pathgen::AxisFrame axis;
   double side_step = 0.0, tolerance = 0.01, clearance = 5.0, approach = 1.0;  ///< mm
   Vec3 part_zero, fixture_deg;                                                ///< mm; degrees
   Angle tilt_max = Angle::from_degrees(180.0);
@@ -26,7 +26,7 @@ std::string new_job_text(const NewJob& job);
 /// A cutter as the section of a job, with or without the braces round it; or TYPE:DIAMETER, as ball:6, with
 /// lengths by rule: the shank ten diameters long, the gauge line 60 mm above it.
 struct NamedCutter {
-  Cutter cutter;
+  pathgen::Cutter cutter;
   std::string text;  ///< as NewJob::cutter
 };
 /// Errors: kInput as in a job; the file is called --cutter.
@@ -35,4 +35,4 @@ Result<NamedCutter> parse_cutter(const std::string& text);
 /// What of a file's name a job's name may have: [A-Za-z0-9 ._-]{1,40}.
 std::string job_name_of(const std::string& stl);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -17,7 +17,7 @@
 #include <streambuf>
 #include <utility>
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr std::size_t kBuffer = 1 << 18;
@@ -347,4 +347,4 @@ Result<void> write_file(const std::string& path, std::string_view bytes) {
   return file->commit();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

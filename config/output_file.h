@@ -10,7 +10,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// Removes what it wrote unless `commit` succeeds: until then the file of that name is as it was. The name
 /// "-" is the standard output, which gets all of it when it is committed.
@@ -61,4 +61,4 @@ Result<void> check_outputs(const std::vector<NamedFile>& outputs, const std::vec
 /// Writes all of it at once. Errors: as OutputFile.
 Result<void> write_file(const std::string& path, std::string_view bytes);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -3,7 +3,7 @@
 #include "config/job_keys.h"
 #include "pathgen/options/side_step.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr Range kTolerance{
@@ -22,12 +22,12 @@ constexpr Range kAxisTolerance{0.0, 10.0};        // degrees
 /// Closer points than these, mm and degrees, are more than a control can read and a drive can follow.
 constexpr double kLeastPointStep = 0.001;
 
-void read_stock(const Section& root, PlanOptions& plan) {
+void read_stock(const Section& root, pathgen::PlanOptions& plan) {
   plan.allowance = root.number("allowance_mm", kStock, plan.allowance);
   const Section stock = root.optional_section("stock", {"radial_mm", "axial_mm"});
   plan.radial_stock = stock.number("radial_mm", kStock, plan.radial_stock);
   plan.axial_stock = stock.number("axial_mm", kStock, plan.axial_stock);
-  if (plan.axis.mode == AxisMode::kFree && (plan.radial_stock > 0.0 || plan.axial_stock > 0.0))
+  if (plan.axis.mode == pathgen::AxisMode::kFree && (plan.radial_stock > 0.0 || plan.axial_stock > 0.0))
     stock.complain(
         plan.radial_stock > 0.0 ? "radial_mm" : "axial_mm",
         "is not used in the axis mode free, where the axis has no one direction; use allowance_mm");
@@ -47,39 +47,39 @@ Section points_of(const Section& root) {
                                {"max_distance_mm", "max_angle_deg", "smoothing_mm", "axis_tolerance_deg"});
 }
 
-void read_points(const Section& root, PlanOptions& plan) {
+void read_points(const Section& root, pathgen::PlanOptions& plan) {
   const Section points = points_of(root);
   plan.max_point_distance =
       read_point_step(points, "max_distance_mm", kMaxPointDistance, plan.max_point_distance);
   plan.max_angle_step = Angle::from_degrees(
       read_point_step(points, "max_angle_deg", kMaxPointTurn, plan.max_angle_step.degrees()));
   plan.smoothing = points.number("smoothing_mm", kSmoothing, plan.smoothing);
-  if (plan.axis.mode == AxisMode::kFree && plan.smoothing > 0.0)
+  if (plan.axis.mode == pathgen::AxisMode::kFree && plan.smoothing > 0.0)
     points.complain("smoothing_mm",
                     "is not used in the axis mode free; expected 0 (axis.smoothing_mm is another)");
 }
 
-StandOff read_guard(const Section& guards, const char* key, StandOff guard) {
+pathgen::StandOff read_guard(const Section& guards, const char* key, pathgen::StandOff guard) {
   const Section section = guards.optional_section(key, {"clearance_mm", "reaction"});
   guard.clearance = section.number("clearance_mm", kGuard, guard.clearance);
-  guard.reaction = section.choice<Reaction>("reaction", kReactionWords, guard.reaction);
+  guard.reaction = section.choice<pathgen::Reaction>("reaction", kReactionWords, guard.reaction);
   return guard;
 }
 
 /// With the axis free, directions are chosen so that shank and holder are clear.
-void refuse_reaction(const Section& guards, const char* key, const StandOff& guard) {
-  if (guard.reaction != Reaction::kTrim)
+void refuse_reaction(const Section& guards, const char* key, const pathgen::StandOff& guard) {
+  if (guard.reaction != pathgen::Reaction::kTrim)
     guards.complain(key,
                     "the reaction " + std::string(word(kReactionWords, guard.reaction)) +
                         " is not used in the axis mode free, which leaves out what has no clear direction; "
                         "expected trim");
 }
 
-void read_guards(const Section& root, PlanOptions& plan) {
+void read_guards(const Section& root, pathgen::PlanOptions& plan) {
   const Section guards = root.optional_section("guards", {"shank", "holder"});
   plan.shank = read_guard(guards, "shank", plan.shank);
   plan.holder = read_guard(guards, "holder", plan.holder);
-  if (plan.axis.mode == AxisMode::kFree) {
+  if (plan.axis.mode == pathgen::AxisMode::kFree) {
     refuse_reaction(guards, "shank", plan.shank);
     refuse_reaction(guards, "holder", plan.holder);
   }
@@ -90,15 +90,15 @@ void read_guards(const Section& root, PlanOptions& plan) {
 /// Ends of passes this near to each other are those of neighbours, also where the surface leans by up to 60
 /// degrees across them; with the axis indexed, also those of two pieces of passes between which a few more
 /// belong to another direction.
-double near_passes(const PlanOptions& plan) {
-  const Pattern& pattern = plan.pattern;
-  if (pattern.kind == PatternKind::kRough) return 0.0;
-  const double steps = plan.axis.mode == AxisMode::kIndexed ? 4.0 : 2.0;
+double near_passes(const pathgen::PlanOptions& plan) {
+  const pathgen::Pattern& pattern = plan.pattern;
+  if (pattern.kind == pathgen::PatternKind::kRough) return 0.0;
+  const double steps = plan.axis.mode == pathgen::AxisMode::kIndexed ? 4.0 : 2.0;
   return std::min(steps * asked_step(plan), kLinkLength.max);
 }
 
-void read_links(const Section& root, PlanOptions& plan) {
-  LinkingOptions& links = plan.links;
+void read_links(const Section& root, pathgen::PlanOptions& plan) {
+  pathgen::LinkingOptions& links = plan.links;
   links.clearance = root.number("clearance_mm", kClearance);
   links.approach = root.number("approach_mm", kClearance);
   if (links.approach > links.clearance)
@@ -107,11 +107,11 @@ void read_links(const Section& root, PlanOptions& plan) {
                                      " mm; the approach is the last part of the way down from there");
   const Section section = root.optional_section("links", {"join_distance_mm", "lead_radius_mm"});
   links.join_distance = section.number("join_distance_mm", kLinkLength, near_passes(plan));
-  if (plan.pattern.kind == PatternKind::kRough && links.join_distance > 0.0)
+  if (plan.pattern.kind == pathgen::PatternKind::kRough && links.join_distance > 0.0)
     section.complain("join_distance_mm",
                      "is not used by the kind rough, whose layers lie above the surface; expected 0");
   links.lead_radius = section.number("lead_radius_mm", kLeadRadius, links.lead_radius);
-  if (plan.axis.mode == AxisMode::kFree && links.lead_radius > 0.0)
+  if (plan.axis.mode == pathgen::AxisMode::kFree && links.lead_radius > 0.0)
     section.complain(
         "lead_radius_mm",
         "is not used in the axis mode free, which goes straight down the tool axis to every pass; "
@@ -120,13 +120,13 @@ void read_links(const Section& root, PlanOptions& plan) {
 
 }  // namespace
 
-Angle read_axis_tolerance(const Section& root, const PlanOptions& plan) {
+Angle read_axis_tolerance(const Section& root, const pathgen::PlanOptions& plan) {
   const Section points = points_of(root);
   const double degrees = points.number("axis_tolerance_deg", kAxisTolerance, 0.0);
   if (degrees <= 0.0) return {};
-  if (plan.axis.mode == AxisMode::kFixed || plan.axis.mode == AxisMode::kIndexed)
+  if (plan.axis.mode == pathgen::AxisMode::kFixed || plan.axis.mode == pathgen::AxisMode::kIndexed)
     points.complain("axis_tolerance_deg", "is not used where the axis stands while cutting; expected 0");
-  if (plan.cutter.type != CutterType::kBall && plan.cutter.type != CutterType::kTaperBall)
+  if (plan.cutter.type != pathgen::CutterType::kBall && plan.cutter.type != pathgen::CutterType::kTaperBall)
     points.complain(
         "axis_tolerance_deg",
         "a cutter that leans touches elsewhere unless it ends in a ball; expected 0, or the cutter "
@@ -139,7 +139,7 @@ Angle read_axis_tolerance(const Section& root, const PlanOptions& plan) {
   return Angle::from_degrees(degrees);
 }
 
-void read_path(const Section& root, PlanOptions& plan) {
+void read_path(const Section& root, pathgen::PlanOptions& plan) {
   plan.tolerance = root.number("tolerance_mm", kTolerance, plan.tolerance);
   const double radius = smallest_radius(plan.cutter);
   if (plan.tolerance >= radius)
@@ -152,4 +152,4 @@ void read_path(const Section& root, PlanOptions& plan) {
   read_links(root, plan);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

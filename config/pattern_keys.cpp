@@ -6,7 +6,7 @@
 #include "config/enum_words.h"
 #include "config/job_keys.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr Range kStep = above(0.0, 1000.0);   // mm
@@ -17,12 +17,12 @@ constexpr Range kSlope = between(0.0, 90.0);  // degrees
 /// A key that not every kind has.
 struct KindKey {
   const char* key;
-  std::vector<PatternKind> kinds;
+  std::vector<pathgen::PatternKind> kinds;
 };
 
 /// A split has the keys of both its halves, raster and z-level.
 const std::vector<KindKey>& kind_keys() {
-  using enum PatternKind;
+  using enum pathgen::PatternKind;
   static const std::vector<KindKey> keys = {
       {"along", {kRaster, kSplit, kRough}},
       {"angle_deg", {kRaster, kSplit, kRough}},
@@ -37,30 +37,30 @@ const std::vector<KindKey>& kind_keys() {
   return keys;
 }
 
-bool among(const std::vector<PatternKind>& kinds, PatternKind kind) {
+bool among(const std::vector<pathgen::PatternKind>& kinds, pathgen::PatternKind kind) {
   return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
 }
 
-void refuse_unused(const Section& pattern, PatternKind kind) {
+void refuse_unused(const Section& pattern, pathgen::PatternKind kind) {
   for (const KindKey& key : kind_keys()) {
     if (among(key.kinds, kind)) continue;
     std::string users;
-    for (const PatternKind user : key.kinds)
+    for (const pathgen::PatternKind user : key.kinds)
       users += (users.empty() ? "" : ", ") + std::string(word(kKindWords, user));
     pattern.unused(key.key, "by the kind " + std::string(word(kKindWords, kind)) + ", only by " + users);
   }
 }
 
 /// How far passes are apart.
-void read_step(const Section& section, const Cutter& cutter, Pattern& pattern) {
-  pattern.measure = section.choice<StepMeasure>("measure", kMeasureWords, pattern.measure);
-  if (pattern.measure != StepMeasure::kScallop) {
+void read_step(const Section& section, const pathgen::Cutter& cutter, pathgen::Pattern& pattern) {
+  pattern.measure = section.choice<pathgen::StepMeasure>("measure", kMeasureWords, pattern.measure);
+  if (pattern.measure != pathgen::StepMeasure::kScallop) {
     pattern.side_step = section.number("side_step_mm", kStep);
     section.unused("scallop_mm", "with measure " + std::string(word(kMeasureWords, pattern.measure)) +
                                      ", only with scallop");
     return;
   }
-  if (pattern.kind == PatternKind::kRough) {
+  if (pattern.kind == pathgen::PatternKind::kRough) {
     section.complain("measure", "layers of roughing leave steps, not scallops; expected flat or surface");
     return;
   }
@@ -75,21 +75,21 @@ void read_step(const Section& section, const Cutter& cutter, Pattern& pattern) {
 
 }  // namespace
 
-bool uses_key(PatternKind kind, const std::string& key) {
+bool uses_key(pathgen::PatternKind kind, const std::string& key) {
   for (const KindKey& candidate : kind_keys())
     if (candidate.key == key) return among(candidate.kinds, kind);
   return true;
 }
 
-Pattern read_pattern(const Section& root, const PlanOptions& plan) {
+pathgen::Pattern read_pattern(const Section& root, const pathgen::PlanOptions& plan) {
   const Section section =
       root.section("pattern", {"kind", "along", "angle_deg", "direction", "measure", "side_step_mm",
                                "scallop_mm", "step_down_mm", "milling", "split_slope_deg"});
-  Pattern pattern;
-  pattern.kind = section.choice<PatternKind>("kind", kKindWords, pattern.kind);
+  pathgen::Pattern pattern;
+  pattern.kind = section.choice<pathgen::PatternKind>("kind", kKindWords, pattern.kind);
   refuse_unused(section, pattern.kind);
-  if (plan.axis.mode == AxisMode::kFree) {
-    if (pattern.kind != PatternKind::kRaster)
+  if (plan.axis.mode == pathgen::AxisMode::kFree) {
+    if (pattern.kind != pathgen::PatternKind::kRaster)
       section.complain("kind",
                        std::string(word(kKindWords, pattern.kind)) +
                            " needs a predefined axis; in the axis mode free passes are where the planes of "
@@ -98,15 +98,16 @@ Pattern read_pattern(const Section& root, const PlanOptions& plan) {
       section.unused(
           key, "in the axis mode free, where passes are where the planes of axis.plane_normals cut the part");
   }
-  const bool has_region = pattern.kind == PatternKind::kContour || pattern.kind == PatternKind::kSpiral ||
-                          pattern.kind == PatternKind::kRough;
-  if (plan.axis.mode == AxisMode::kIndexed && has_region)
+  const bool has_region = pattern.kind == pathgen::PatternKind::kContour ||
+                          pattern.kind == pathgen::PatternKind::kSpiral ||
+                          pattern.kind == pathgen::PatternKind::kRough;
+  if (plan.axis.mode == pathgen::AxisMode::kIndexed && has_region)
     section.complain("kind", std::string(word(kKindWords, pattern.kind)) +
                                  " is not made in the axis mode indexed; expected raster, z_level or split");
   const auto uses = [&](const char* key) { return uses_key(pattern.kind, key); };
-  pattern.along = section.choice<Along>("along", kAlongWords, pattern.along);
+  pattern.along = section.choice<pathgen::Along>("along", kAlongWords, pattern.along);
   pattern.angle = Angle::from_degrees(section.number("angle_deg", kTurn, pattern.angle.degrees()));
-  pattern.direction = section.choice<Direction>("direction", kDirectionWords, pattern.direction);
+  pattern.direction = section.choice<pathgen::Direction>("direction", kDirectionWords, pattern.direction);
   if (uses("side_step_mm")) read_step(section, plan.cutter, pattern);
   if (uses("step_down_mm")) pattern.step_down = section.number("step_down_mm", kStep);
   pattern.climb = section.choice<bool>("milling", kMillingWords, pattern.climb);
@@ -115,4 +116,4 @@ Pattern read_pattern(const Section& root, const PlanOptions& plan) {
   return pattern;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

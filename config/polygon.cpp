@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 using Corner = std::array<double, 2>;
@@ -75,4 +75,4 @@ std::optional<PolygonFault> polygon_fault(const std::vector<Corner>& corners) {
   return std::nullopt;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// A polygon flatter than this share of its length has no area: typed digits are noise by then.
 inline constexpr double kFlatPolygon = 1e-9;
@@ -21,4 +21,4 @@ struct PolygonFault {
 /// three corners, all finite. Time grows with the square of the number of corners.
 std::optional<PolygonFault> polygon_fault(const std::vector<std::array<double, 2>>& corners);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -7,7 +7,7 @@
 
 #include "kinematics/machine/machine.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// The controls whose program text can be written and read. Their words: daemon/post/dialect.cpp.
 enum class Dialect { kRs274, kGrbl, kFanuc, kHaas, kSiemens, kHeidenhain, kHeidenhainIso };
@@ -116,4 +116,4 @@ struct ProgramData {
   Coolant coolant = Coolant::kOff;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

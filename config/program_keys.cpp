@@ -6,7 +6,7 @@
 #include "config/enum_words.h"
 #include "kinematics/basics/decimal.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr Range kInverseTime = above(0.0, 1e9);  // 1/min
@@ -306,4 +306,4 @@ void describe_program_data(Description& out, const ProgramData& data) {
   out.add("program.coolant", word(kCoolants, data.coolant));
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -7,7 +7,7 @@
 #include "config/program_format.h"
 #include "config/section.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// `dialect`: if it is not the profile's, that dialect's defaults, with the profile's clamps and line
 /// numbers.
@@ -17,4 +17,4 @@ void describe_format(Description& out, const ProgramFormat& format);
 ProgramData read_program_data(const Section& root);
 void describe_program_data(Description& out, const ProgramData& data);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -6,7 +6,7 @@
 
 #include "config/enum_words.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 // Ranges: wide enough for any machine that people stand beside, narrow enough that a slipped digit or a metre
@@ -205,4 +205,4 @@ void describe_rotaries(Description& out, const MachineModel& model) {
   out.add("spindle_direction", model.spindle);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -6,7 +6,7 @@
 #include "config/section.h"
 #include "kinematics/machine/machine.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// structure, tilt and rotary (either may be absent where the structure is table-head), table_centre_mm,
 /// pivot_to_gauge_mm, rotary_to_tilt_mm, spindle_direction.
@@ -15,4 +15,4 @@ void read_rotaries(const Section& root, MachineModel& model);
 void check_rotary_words(const Section& root, const MachineModel& model, Dialect dialect);
 void describe_rotaries(Description& out, const MachineModel& model);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -10,7 +10,7 @@
 #include "config/description.h"
 #include "config/key_names.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr std::size_t kMostProblems = 20;    // a screenful
@@ -267,4 +267,4 @@ std::optional<std::size_t> Section::choose(const char* key, const std::vector<st
   return std::nullopt;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

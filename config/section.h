@@ -12,7 +12,7 @@
 #include "config/yaml_tree.h"
 #include "kinematics/basics/geometry.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// The problems found in one file.
 class Complaint {
@@ -124,4 +124,4 @@ class Section {
   Complaint* complaint_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

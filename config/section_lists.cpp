@@ -3,7 +3,7 @@
 #include "config/description.h"
 #include "config/section.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr double kMaxDirection = 1e6;   // components; far from overflow when squared
@@ -147,4 +147,4 @@ std::vector<Section> Section::list(const char* key, std::initializer_list<const 
   return sections;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -5,7 +5,7 @@
 #include "config/section.h"
 #include "config/yaml_tree.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 Result<ServiceConfig> parse_service_config(const std::string& text, const std::string& path) {
   const Result<YamlNode> tree = parse_yaml(text, path);
@@ -39,4 +39,4 @@ Result<ServiceConfig> load_service_config(const std::string& path) {
   return parse_service_config(*text, path);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

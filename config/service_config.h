@@ -6,7 +6,7 @@
 
 #include "config/machine_profile.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 struct ServiceConfig {
   std::string path;
@@ -20,4 +20,4 @@ struct ServiceConfig {
 Result<ServiceConfig> load_service_config(const std::string& path);
 Result<ServiceConfig> parse_service_config(const std::string& text, const std::string& path);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -3,7 +3,7 @@
 
 #include "config/job_keys.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr Range kPosition{-10'000.0, 10'000.0};  // mm
@@ -32,7 +32,7 @@ Rotation fixture_rotation(Vec3 degrees) {
 
 }  // namespace
 
-Setup read_setup(const Section& root, PlanOptions& plan) {
+Setup read_setup(const Section& root, pathgen::PlanOptions& plan) {
   const Section section = root.section("setup", {"part_zero_mm", "fixture_rotation_deg", "tilt_max_deg"});
   Setup setup;
   setup.part_zero = section.vector("part_zero_mm", kPosition);
@@ -43,4 +43,4 @@ Setup read_setup(const Section& root, PlanOptions& plan) {
   return setup;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <iostream>
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 void open_standard_streams() {
   std::signal(SIGPIPE, SIG_IGN);
@@ -29,4 +29,4 @@ int close_standard_output(const char* program, int status) {
   return status == 0 ? 1 : status;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -1,7 +1,7 @@
 #pragma once
 // The standard streams of a command.
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// Before a command opens anything: a standard stream that is closed is taken by nothing else, and a pipe
 /// whose reader has gone is an error and no signal.
@@ -10,4 +10,4 @@ void open_standard_streams();
 /// a status of 0 a 1.
 int close_standard_output(const char* program, int status);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -14,7 +14,7 @@
 #include <optional>
 #include <sstream>
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 namespace {
 
 constexpr std::size_t kMaxQuoted = 60;
@@ -221,4 +221,4 @@ Result<YamlNode> parse_yaml(const std::string& text, const std::string& file) {
   return builder.take_root();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

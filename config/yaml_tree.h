@@ -9,7 +9,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::config {
 
 /// Far above any hand-written file (the commented example has 6 KiB), far below what could hurt.
 inline constexpr std::size_t kMaxConfigBytes = 1u << 20;
@@ -52,4 +52,4 @@ std::string found(const YamlNode& node);
 /// Text of a file as it may stand in a message: at most 60 bytes, nothing unprintable, in single quotes.
 std::string quoted(const std::string& text);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::config

@@ -143,12 +143,12 @@ int serve(const ServeOptions& options) {
   const auto address = parse_address(options.modbus_tcp.empty() ? "127.0.0.1:0" : options.modbus_tcp);
   if (!address) return report(address.error());
 
-  const Result<Job> job = load_job(options.job);
+  const Result<config::Job> job = config::load_job(options.job);
   if (!job) return report(job.error());
-  const auto fits = check_outputs({{"--trace", options.trace}}, {{"--job", options.job},
-                                                                 {"--faults", options.faults},
-                                                                 {"part.stl", job->stl_path},
-                                                                 {"machine", job->machine.path}});
+  const auto fits = config::check_outputs({{"--trace", options.trace}}, {{"--job", options.job},
+                                                                         {"--faults", options.faults},
+                                                                         {"part.stl", job->stl_path},
+                                                                         {"machine", job->machine.path}});
   if (!fits) return report(fits.error());
   Trace trace;
   if (const auto opened = trace.open(options.trace); !opened) return report(opened.error());
@@ -206,12 +206,12 @@ int serve(const ServeOptions& options) {
 }
 
 int make_part(const std::string& name, const std::string& path) {
-  if (const auto fits = check_outputs({{"--out", path}}, {}); !fits) return report(fits.error());
+  if (const auto fits = config::check_outputs({{"--out", path}}, {}); !fits) return report(fits.error());
   const Result<Triangles> part = part_by_name(name);
   if (!part) return report(part.error());
-  const auto bytes = stl_bytes(path, *part);
+  const auto bytes = pathgen::stl_bytes(path, *part);
   if (!bytes) return report(bytes.error());
-  if (const auto written = write_file(path, *bytes); !written) return report(written.error());
+  if (const auto written = config::write_file(path, *bytes); !written) return report(written.error());
   std::fprintf(path == "-" ? stderr : stdout, "%s: %zu facets\n", path.c_str(), part->size());
   return kDone;
 }
@@ -338,6 +338,6 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  tiltfeed::open_standard_streams();
-  return tiltfeed::close_standard_output("tiltfeed-sim", run(argc, argv));
+  tiltfeed::config::open_standard_streams();
+  return tiltfeed::config::close_standard_output("tiltfeed-sim", run(argc, argv));
 }

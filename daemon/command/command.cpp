@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <iostream>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 int complain(const Error& error) {
   std::cerr << "tiltfeed: " << error.message << "\n";
@@ -20,4 +20,4 @@ std::string service_socket() {
   return set != nullptr ? set : kDefaultSocket;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -5,7 +5,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Exit statuses.
 inline constexpr int kExitDone = 0, kExitFailed = 1, kExitWrongUse = 2;
@@ -20,4 +20,4 @@ inline constexpr const char* kDefaultSocket = "/run/tiltfeed/api.sock";
 /// $TILTFEED_SOCKET, else kDefaultSocket.
 std::string service_socket();
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

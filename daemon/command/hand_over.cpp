@@ -7,7 +7,7 @@
 
 #include "daemon/plan/proof_process.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 Error hand_over(const std::string& program, const std::vector<std::string>& words,
                 const std::vector<std::string>& arguments) {
@@ -23,4 +23,4 @@ Error hand_over(const std::string& program, const std::vector<std::string>& word
   return {Code::kIo, *beside + ": " + std::strerror(errno) + "; it belongs beside tiltfeed: install both"};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -7,11 +7,11 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Replaces this process by PROGRAM WORDS... ARGUMENTS... from this program's own folder: its output and exit
 /// status become ours. Returns only on an error: kIo: it is not there or does not start.
 Error hand_over(const std::string& program, const std::vector<std::string>& words,
                 const std::vector<std::string>& arguments);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,7 +6,7 @@
 
 #include <cerrno>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct HeldKeys::Terminal {
   termios before{};
@@ -43,4 +43,4 @@ bool HeldKeys::held() {
   return !over_;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

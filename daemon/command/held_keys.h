@@ -4,7 +4,7 @@
 #include <chrono>
 #include <memory>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// On a terminal keys come one by one and are not shown while it lives.
 class HeldKeys {
@@ -27,4 +27,4 @@ class HeldKeys {
   bool over_ = false;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -13,7 +13,7 @@
 
 #include "config/output_file.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -62,7 +62,7 @@ std::thread& watcher() {
 }
 
 [[noreturn]] void end_now() {
-  const std::string written = OutputFile::abandon();
+  const std::string written = config::OutputFile::abandon();
   const std::string word =
       std::string(::isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "") + "tiltfeed: cancelled; " +
       (written.empty() ? "nothing was written" : "only " + written + " was written") + "\n";
@@ -94,4 +94,4 @@ PromptEnd::~PromptEnd() {
   watcher().join();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

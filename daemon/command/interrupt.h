@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// From now on SIGINT and SIGTERM are heard by interrupted(). Call it before any thread is started.
 void hear_interrupts();
@@ -21,4 +21,4 @@ class PromptEnd {
   PromptEnd& operator=(const PromptEnd&) = delete;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -21,7 +21,7 @@
 #include "daemon/wire/open_link.h"
 #include "daemon/wire/steady_clock.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -67,8 +67,8 @@ Result<MachineAnswer> act_through(const std::string& socket, const std::string& 
 }
 
 /// Over a link of its own.
-Result<MachineAnswer> act_over(const LinkSpec& link, const MachineProfile& machine, const std::string& name,
-                               const std::vector<std::string>& words) {
+Result<MachineAnswer> act_over(const LinkSpec& link, const config::MachineProfile& machine,
+                               const std::string& name, const std::vector<std::string>& words) {
   // A serial port is locked by opening it; an address is not.
   MachineClaim claim;
   if (link.over_network())
@@ -134,7 +134,7 @@ bool MachineCommands::at_machine() const { return !options_->name.empty(); }
 int MachineCommands::run() const { return at_machine() ? options_->run_order() : options_->run_check(); }
 
 int MachineCommands::Options::run_check() const {
-  const auto loaded = load_machine(profile);
+  const auto loaded = config::load_machine(profile);
   const auto program = loaded ? check_program(*loaded, tool_length, height) : tl::unexpected(loaded.error());
   if (!program) {
     std::cerr << "tiltfeed: " << program.error().message << "\n";
@@ -156,7 +156,7 @@ Result<MachineAct> MachineCommands::Options::way() const {
       return act_through(socket, command, said);
     };
   if (machine.empty()) return fail(Code::kUsage, "--link needs --machine: the profile's travels hold for it");
-  const auto loaded = load_machine(machine);
+  const auto loaded = config::load_machine(machine);
   if (!loaded) return tl::unexpected<Error>(loaded.error());
   const auto spec = parse_link(link.empty() ? loaded->link : link, loaded->wire, &loaded->model);
   if (!spec) return tl::unexpected<Error>(spec.error());
@@ -179,4 +179,4 @@ int MachineCommands::Options::run_order() const {
   return kExitDone;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -8,7 +8,7 @@ namespace CLI {
 class App;
 }
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Adds the commands to the command line; after it is parsed, runs the one that was called.
 class MachineCommands {
@@ -29,4 +29,4 @@ class MachineCommands {
   std::unique_ptr<Options> options_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -28,6 +28,7 @@
 namespace {
 
 using namespace tiltfeed;
+using namespace tiltfeed::daemon;
 
 /// "key: value" lines as one object.
 nlohmann::ordered_json as_object(const std::string& lines) {
@@ -40,12 +41,12 @@ nlohmann::ordered_json as_object(const std::string& lines) {
 }
 
 int check_command(const std::string& path, bool as_json) {
-  auto job = load_job(path);
+  auto job = config::load_job(path);
   if (!job) return complain(job.error());
   if (!as_json) std::cout << describe(*job) << std::flush;
-  const auto stl = read_stl(job->stl_path, job->stl_unit_mm);
+  const auto stl = pathgen::read_stl(job->stl_path, job->stl_unit_mm);
   if (!stl) return complain(stl.error());
-  const auto part = check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()});
+  const auto part = pathgen::check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()});
   if (!part) return complain(part.error());
   if (as_json) {
     nlohmann::ordered_json json = {{"job", as_object(describe(*job))},
@@ -152,6 +153,6 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  open_standard_streams();
-  return close_standard_output("tiltfeed", run(argc, argv));
+  config::open_standard_streams();
+  return config::close_standard_output("tiltfeed", run(argc, argv));
 }

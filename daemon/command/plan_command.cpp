@@ -5,7 +5,7 @@
 #include "daemon/command/command.h"
 #include "daemon/command/progress_line.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 int plan_command(const PlanFiles& files, const std::string& progress) {
   Result<std::string> done;
@@ -20,4 +20,4 @@ int plan_command(const PlanFiles& files, const std::string& progress) {
   return kExitDone;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

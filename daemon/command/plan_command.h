@@ -5,9 +5,9 @@
 
 #include "daemon/plan/plan_program.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// `progress`: file that holds stage and percentage while it plans; may be empty. The exit status.
 int plan_command(const PlanFiles& files, const std::string& progress);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

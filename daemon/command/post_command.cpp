@@ -18,7 +18,7 @@
 #include "daemon/post/unpost.h"
 #include "kinematics/cl_text/apt_vocabulary.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 constexpr double kInch = 25.4;  // mm, exactly
@@ -46,12 +46,14 @@ CLI::Validator finite() {
 }
 
 void list_dialects() {
-  for (const DialectName& one : kDialects) std::cout << one.name << "\t" << one.control << "\n";
+  for (const config::DialectName& one : config::kDialects)
+    std::cout << one.name << "\t" << one.control << "\n";
 }
 
 int show_dialects() {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const DialectName& one : kDialects) list.push_back({{"name", one.name}, {"control", one.control}});
+  for (const config::DialectName& one : config::kDialects)
+    list.push_back({{"name", one.name}, {"control", one.control}});
   return show_json(nlohmann::ordered_json({{"dialects", list}}).dump());
 }
 
@@ -66,9 +68,9 @@ struct PostCommands::Options {
   double tolerance = 0.0, axis_tolerance = 0.0, tool_length = 0.0;
   ClearSpace clear;
   std::vector<double> part_zero, fixture;
-  ProgramData data;
+  config::ProgramData data;
 
-  Result<MachineProfile> profile() const;
+  Result<config::MachineProfile> profile() const;
   Result<void> check_files() const;
   std::ostream& said() const { return output == "-" ? std::cerr : std::cout; }
   /// With --json. The standard output may be taken by the program itself.
@@ -86,18 +88,18 @@ int PostCommands::Options::show(nlohmann::ordered_json object) const {
 }
 
 /// The machine profile, with the dialect and TCP of the command line.
-Result<MachineProfile> PostCommands::Options::profile() const {
-  std::optional<Dialect> wanted;
-  for (const DialectName& one : kDialects)
+Result<config::MachineProfile> PostCommands::Options::profile() const {
+  std::optional<config::Dialect> wanted;
+  for (const config::DialectName& one : config::kDialects)
     if (dialect == one.name) wanted = one.dialect;
   if (!dialect.empty() && !wanted)
     return fail(Code::kUsage,
                 "--dialect " + dialect + " is not known; `tiltfeed post --list-dialects` lists them");
-  auto profile = load_machine(machine, wanted);
+  auto profile = config::load_machine(machine, wanted);
   if (!profile) return profile;
-  if (tcp && !has_tcp(profile->format.dialect))
-    return fail(Code::kUsage,
-                std::string("--tcp: ") + name_of(profile->format.dialect).name + " has no words for TCP");
+  if (tcp && !config::has_tcp(profile->format.dialect))
+    return fail(Code::kUsage, std::string("--tcp: ") + config::name_of(profile->format.dialect).name +
+                                  " has no words for TCP");
   if (tcp && !profile->model.tilt.present && !profile->model.rotary.present)
     return fail(Code::kUsage, "--tcp: " + profile->model.name + " has no rotary axis");
   if (tcp || no_tcp) profile->format.tcp = tcp;
@@ -106,7 +108,7 @@ Result<MachineProfile> PostCommands::Options::profile() const {
 
 /// Before any work. "-" is the standard output; what the command says then goes to standard error.
 Result<void> PostCommands::Options::check_files() const {
-  return check_outputs({{"--out", output}}, {{"IN", input}, {"--machine", machine}});
+  return config::check_outputs({{"--out", output}}, {{"IN", input}, {"--machine", machine}});
 }
 
 int PostCommands::Options::run_post() const {
@@ -126,9 +128,9 @@ int PostCommands::Options::run_post() const {
   if (!fixture.empty()) options.setup.fixture = fixture_of(vector_of(fixture));
   options.clear = clear;
   options.data = data;
-  const auto posted = tiltfeed::post(*program, input, *profile, options);
+  const auto posted = daemon::post(*program, input, *profile, options);
   if (!posted) return complain(posted.error());
-  auto file = OutputFile::open(output);
+  auto file = config::OutputFile::open(output);
   if (!file) return complain(file.error());
   const auto written = write_program(posted->posting, file->stream());
   if (auto flushed = file->flush(); !flushed) return complain(flushed.error());
@@ -163,10 +165,10 @@ int PostCommands::Options::run_unpost() const {
   if (tool_length > 0.0) options.tool_length = tool_length;
   if (!part_zero.empty()) options.part_zero = vector_of(part_zero);
   if (!fixture.empty()) options.fixture_deg = vector_of(fixture);
-  const auto program = tiltfeed::unpost(*text, *profile, options);
+  const auto program = daemon::unpost(*text, *profile, options);
   if (!program) return complain({program.error().code, input + ": " + program.error().message});
   for (const std::string& note : program->notes) std::cerr << "tiltfeed: note: " << note << "\n";
-  auto file = OutputFile::open(output);
+  auto file = config::OutputFile::open(output);
   if (!file) return complain(file.error());
   write_apt(*program, file->stream());
   if (auto kept = file->commit(); !kept) return complain(kept.error());
@@ -256,4 +258,4 @@ int PostCommands::run() const {
   return o.post->parsed() ? o.run_post() : o.run_unpost();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -7,7 +7,7 @@ namespace CLI {
 class App;
 }
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Adds both commands to the command line; after it is parsed, runs the one that was called.
 class PostCommands {
@@ -26,4 +26,4 @@ class PostCommands {
   std::unique_ptr<Options> options_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -7,7 +7,7 @@
 
 #include "daemon/command/interrupt.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 constexpr std::chrono::milliseconds kRedraw{100};
@@ -52,4 +52,4 @@ ProgressLine::~ProgressLine() {
   if (terminal_ && !text_.empty()) std::fprintf(stderr, "\r\033[K");
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <string>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// On a terminal one line, rewritten in place; elsewhere one a stage.
 class ProgressLine {
@@ -28,4 +28,4 @@ class ProgressLine {
   std::chrono::steady_clock::time_point shown_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -18,7 +18,7 @@
 #include "daemon/service/state_lock.h"
 #include "daemon/stream/stream.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -167,9 +167,9 @@ Result<SendReport> send_watched(const std::string& program, const LinkSpec& link
 int send_command(const std::string& program, std::string link_text, const std::string& machine,
                  bool as_json) {
   watch_signals();
-  MachineProfile profile;
+  config::MachineProfile profile;
   if (!machine.empty()) {
-    auto loaded = load_machine(machine);
+    auto loaded = config::load_machine(machine);
     if (!loaded) return complain(loaded.error());
     profile = std::move(*loaded);
   }
@@ -200,4 +200,4 @@ int send_command(const std::string& program, std::string link_text, const std::s
   return kExitDone;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

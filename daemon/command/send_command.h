@@ -3,11 +3,11 @@
 
 #include <string>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Returns the exit status: 0 done, 1 failed, 2 wrong use. `link_text` empty: the machine profile's default;
 /// `machine` empty: no profile. SIGINT, SIGTERM, SIGHUP, SIGPIPE and a terminal that goes hold the machine
 /// and stop the run.
 int send_command(const std::string& program, std::string link_text, const std::string& machine, bool as_json);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -25,7 +25,7 @@
 #include "daemon/wire/open_link.h"
 #include "daemon/wire/steady_clock.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -185,7 +185,7 @@ int ServiceCommands::Options::run_submit() {
       !name.empty() ? name : file.substr(begin, dot == file.npos || dot < begin ? file.npos : dot - begin);
   std::vector<std::string> paths{file};
   if (!request.program) {
-    const Result<Job> planned = load_job(file);  // says at once what is wrong with it
+    const Result<config::Job> planned = config::load_job(file);  // says at once what is wrong with it
     if (!planned) return complain(planned.error());
     paths.push_back(planned->stl_path);
   }
@@ -288,9 +288,9 @@ int ServiceCommands::Options::run_start() {
 
 /// Without a service.
 int ServiceCommands::Options::reset_here() {
-  MachineProfile profile;
+  config::MachineProfile profile;
   if (!machine.empty()) {
-    auto loaded = load_machine(machine);
+    auto loaded = config::load_machine(machine);
     if (!loaded) return complain(loaded.error());
     profile = std::move(*loaded);
   }
@@ -351,7 +351,7 @@ int ServiceCommands::Options::run_watch() {
 }
 
 int ServiceCommands::Options::run_safe_stop() const {
-  const Result<SafeStop> stopped = tiltfeed::safe_stop(config, service_end());
+  const Result<SafeStop> stopped = daemon::safe_stop(config, service_end());
   LogFields fields;
   if (!stopped)
     return write_log(Severity::kError, "safe-stop: " + stopped.error().message, fields), kExitFailed;
@@ -365,7 +365,7 @@ int ServiceCommands::Options::run_safe_stop() const {
 }
 
 int ServiceCommands::Options::run_backup() const {
-  const Result<ServiceConfig> service = load_service_config(config);
+  const Result<config::ServiceConfig> service = config::load_service_config(config);
   if (!service) return complain(service.error());
   const Result<std::uint64_t> jobs = back_up(service->spool, to);
   if (!jobs) return complain(jobs.error());
@@ -396,4 +396,4 @@ std::optional<int> ServiceCommands::run() {
   return std::nullopt;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

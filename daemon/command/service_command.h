@@ -10,7 +10,7 @@ namespace CLI {
 class App;
 }
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Adds serve, safe-stop, submit, list, show, start, hold, resume, stop, remove, watch and override to the
 /// command line.
@@ -26,4 +26,4 @@ class ServiceCommands {
   std::unique_ptr<Options> options_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

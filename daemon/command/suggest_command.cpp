@@ -13,7 +13,7 @@
 #include "daemon/plan/suggestion_report.h"
 #include "pathgen/mesh/mesh_check.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -21,7 +21,7 @@ namespace {
 constexpr double kBalls[] = {16, 12, 10, 8, 6, 5, 4, 3, 2, 1, 0.5};
 constexpr double kIntoPart = 40.0;
 
-std::string usual_ball(const Box& bounds) {
+std::string usual_ball(const pathgen::Box& bounds) {
   const Vec3 size = bounds.max - bounds.min;
   const double longest = std::max({size.x, size.y, size.z});
   double ball = kBalls[std::size(kBalls) - 1];
@@ -75,27 +75,29 @@ int SuggestCommand::run() const {
 Result<void> SuggestCommand::Options::work() const {
   if (!output.empty() && machine.empty())
     return fail(Code::kUsage, "--out writes a job, and a job names a machine: add --machine PROFILE");
-  if (auto ok = check_outputs({{"--out", output}}, {{"STL", stl}, {"--machine", machine}}); !ok) return ok;
-  std::optional<MachineProfile> profile;
+  if (auto ok = config::check_outputs({{"--out", output}}, {{"STL", stl}, {"--machine", machine}}); !ok)
+    return ok;
+  std::optional<config::MachineProfile> profile;
   if (!machine.empty()) {
-    auto loaded = load_machine(machine);
+    auto loaded = config::load_machine(machine);
     if (!loaded) return tl::unexpected(loaded.error());
     profile = std::move(*loaded);
   }
   const auto start = std::chrono::steady_clock::now();
-  const auto read = read_stl(stl, unit_mm);
+  const auto read = pathgen::read_stl(stl, unit_mm);
   if (!read) return tl::unexpected(read.error());
-  const auto part = check_mesh(*read);
+  const auto part = pathgen::check_mesh(*read);
   if (!part) return tl::unexpected(part.error());
-  const auto named = parse_cutter(cutter.empty() ? usual_ball(part->bounds) : cutter);
+  const auto named = config::parse_cutter(cutter.empty() ? usual_ball(part->bounds) : cutter);
   if (!named) return tl::unexpected(named.error());
-  SuggestOptions asked;
+  pathgen::SuggestOptions asked;
   asked.tool.cutter = named->cutter;
   asked.machine = profile ? &profile->model : nullptr;
-  Result<Suggestions> found;
+  Result<pathgen::Suggestions> found;
   {
     ProgressLine line;
-    found = suggest(*part, asked, [&](const char* stage, double share) { return line.show(stage, share); });
+    found = pathgen::suggest(*part, asked,
+                             [&](const char* stage, double share) { return line.show(stage, share); });
   }
   if (!found) return tl::unexpected(found.error());
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -105,10 +107,10 @@ Result<void> SuggestCommand::Options::work() const {
     if (pick > found->proposals.size())
       return fail(Code::kUsage, "--pick " + std::to_string(pick) + ": there are " +
                                     std::to_string(found->proposals.size()) + " proposals");
-    const std::string text = new_job_text(job_of(outcome, pick - 1, output));
+    const std::string text = config::new_job_text(job_of(outcome, pick - 1, output));
     // What is written is read back first.
-    if (const auto job = parse_job(text, output); !job) return tl::unexpected(job.error());
-    auto file = OutputFile::open(output);
+    if (const auto job = config::parse_job(text, output); !job) return tl::unexpected(job.error());
+    auto file = config::OutputFile::open(output);
     if (!file) return tl::unexpected(file.error());
     file->stream() << text;
     if (auto kept = file->commit(); !kept) return kept;
@@ -118,4 +120,4 @@ Result<void> SuggestCommand::Options::work() const {
   return {};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -7,7 +7,7 @@ namespace CLI {
 class App;
 }
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Adds the command to the command line; after it is parsed, runs it.
 class SuggestCommand {
@@ -26,4 +26,4 @@ class SuggestCommand {
   std::unique_ptr<Options> options_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 int sync_folder(const std::string& folder) {
   const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -33,4 +33,4 @@ int make_folders(const std::string& path) {
   return failed ? -failed.value() : 0;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// A name in this folder survives a power loss from here on: its file's own sync does not see to that. -errno
 /// when it fails.
@@ -11,4 +11,4 @@ int sync_folder(const std::string& folder);
 /// Makes the folder and those above it that are not there, and their names durable. -errno when it fails.
 int make_folders(const std::string& path);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

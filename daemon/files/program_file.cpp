@@ -10,7 +10,7 @@
 #include <memory>
 #include <utility>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 Result<ProgramFile> ProgramFile::open(const std::string& path) {
   ProgramFile file(path, ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
@@ -102,4 +102,4 @@ Result<void> ProgramFile::rewind() {
   return {};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

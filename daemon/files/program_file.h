@@ -11,7 +11,7 @@
 #include "daemon/files/sha256.h"
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Properties: from the second pass after keep() on, no byte is given out that differs from that pass.
 class ProgramFile {
@@ -46,4 +46,4 @@ class ProgramFile {
   Sha256Sum sum_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

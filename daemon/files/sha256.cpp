@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -52,4 +52,4 @@ std::string hex(const std::array<std::uint8_t, 32>& digest) {
   return text;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -9,7 +9,7 @@
 
 struct gcry_md_handle;
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// A digest of bytes that come in pieces.
 class Sha256Sum {
@@ -27,4 +27,4 @@ std::array<std::uint8_t, 32> sha256(std::string_view bytes);
 /// 64 lower-case hexadecimal digits.
 std::string hex(const std::array<std::uint8_t, 32>& digest);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -225,4 +225,4 @@ Result<void> Journal::sync() {
   return {};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

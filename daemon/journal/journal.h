@@ -14,7 +14,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 using Sha256 = std::array<std::uint8_t, 32>;
 using HostBoot = std::array<std::uint8_t, 16>;
@@ -104,4 +104,4 @@ class Journal {
   std::optional<Error> error_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

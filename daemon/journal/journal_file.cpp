@@ -14,7 +14,7 @@
 #include "daemon/files/durable.h"
 #include "daemon/journal/journal.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -124,4 +124,4 @@ Result<JournalContent> read_journal_file(const std::string& path) {
   return bytes ? read_journal(*bytes) : JournalContent{};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

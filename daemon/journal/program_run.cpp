@@ -3,7 +3,7 @@
 #include <cassert>
 #include <random>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 Result<ProgramRun> prepare_run(const std::string& program, const LinkSpec& link, std::uint64_t job) {
   ProgramRun run{program, link, {}};
@@ -65,4 +65,4 @@ Result<SendReport> run_job(const ProgramRun& run, const ResumeDecision& decision
   return report;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,7 +6,7 @@
 
 #include "daemon/journal/run_recorder.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// What is to be run; the figures of `subject` belong to the file as it is now.
 struct ProgramRun {
@@ -26,4 +26,4 @@ Result<void> begin_journal(const std::string& path, const RunSubject& subject);
 Result<SendReport> run_job(const ProgramRun& run, const ResumeDecision& decision, Journal& journal,
                            Link& link, Clock& clock, StreamHooks hooks);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -9,7 +9,7 @@
 #include "daemon/program/numeric_block.h"
 #include "kinematics/basics/decimal.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -96,10 +96,10 @@ Result<Survey> survey(const std::string& path, LinkKind kind, const MachineModel
 /// The steps before the first block, as program lines and in words.
 class Steps {
  public:
-  Steps(const MachineProfile& machine, Joints start) : machine_(machine), at_(start) {}
+  Steps(const config::MachineProfile& machine, Joints start) : machine_(machine), at_(start) {}
 
   std::string word(char letter, double value, bool rotary = false) const {
-    const ProgramFormat& f = machine_.format;
+    const config::ProgramFormat& f = machine_.format;
     return std::string(" ") + letter + decimal(value, rotary ? f.rotary_decimals : f.linear_decimals);
   }
   /// Words of the rotary axes that the machine has.
@@ -124,20 +124,20 @@ class Steps {
   std::string program, preview, limit;
 
  private:
-  const MachineProfile& machine_;
+  const config::MachineProfile& machine_;
   Joints at_;
   int count_ = 0;
 };
 
 /// What the linear axes do while the tool goes back along its axis from `at`, the rotaries standing.
-Joints along_axis(const MachineProfile& machine, const ReentryOptions& options, const Joints& at) {
+Joints along_axis(const config::MachineProfile& machine, const ReentryOptions& options, const Joints& at) {
   const Pose pose = forward(machine.model, options.setup, at);
   const Joints to =
       solve_linear(machine.model, options.setup, pose.tip + pose.axis * options.retract, at.a, at.c);
   return {to.x - at.x, to.y - at.y, to.z - at.z, 0.0, 0.0};
 }
 
-void lift(Steps& steps, const Survey& found, const Joints& rise, const MachineProfile& machine,
+void lift(Steps& steps, const Survey& found, const Joints& rise, const config::MachineProfile& machine,
           const ReentryOptions& options, bool relative) {
   const std::string feed = " F" + decimal(options.plunge_feed, 1);
   const Joints from = options.stands.value_or(found.before.at);
@@ -201,7 +201,7 @@ bool states_motion(const std::string& line) {
 
 }  // namespace
 
-Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const MachineProfile& machine,
+Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const config::MachineProfile& machine,
                              const ReentryOptions& options) {
   if (options.from < 2) return fail(Code::kUsage, "block 1 needs no re-entry: start the job instead");
   Result<Survey> found = survey(program, kind, machine.model, options.from);
@@ -251,4 +251,4 @@ Result<void> write_reentry(const std::string& program, const Reentry& entry, std
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

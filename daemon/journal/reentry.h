@@ -10,7 +10,7 @@
 #include "config/machine_profile.h"
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct ReentryOptions {
   std::uint64_t from = 0;      ///< first block that is executed again, counted from 1
@@ -35,9 +35,9 @@ struct Reentry {
 /// unchanged. The program is read once, and not kept. Errors: kUsage (no such block; block 1 needs no
 /// re-entry; no place on such a link), kInput (a line that is not understood: then nobody can say what is in
 /// force), kLimit (a step leaves the travel).
-Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const MachineProfile& machine,
+Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const config::MachineProfile& machine,
                              const ReentryOptions& options);
 /// The whole text: the head, then what follows in the program. Errors: kIo, kInput.
 Result<void> write_reentry(const std::string& program, const Reentry& entry, std::ostream& out);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <fstream>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -208,4 +208,4 @@ ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& no
   return decision;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

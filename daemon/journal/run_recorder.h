@@ -10,7 +10,7 @@
 #include "daemon/stream/stream.h"
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// The link's controller counts what it executed and keeps the count when we are gone: the Modbus ring.
 bool is_provable(LinkKind kind);
@@ -80,4 +80,4 @@ struct ResumeDecision {
 /// those of the file as it is, `host` is the running kernel's.
 ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& now);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

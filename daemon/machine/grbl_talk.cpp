@@ -5,7 +5,7 @@
 
 #include "daemon/wire/wire_text.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -203,4 +203,4 @@ Result<GrblAnswer> GrblTalk::answer(const std::string& line, double patience, bo
   return fail(Code::kLink, "no answer to '" + wire_text(line) + "'; the machine does not move: look at it");
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -12,7 +12,7 @@
 #include "daemon/wire/axis_values.h"
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// How a controller ends its answer to a line.
 enum class GrblEnd : std::uint8_t { kOk, kError, kAlarm, kRestarted };
@@ -73,4 +73,4 @@ class GrblTalk {
 AxisValues report_axes(const std::vector<double>& values, const std::string& letters,
                        const MachineModel& machine);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -8,11 +8,11 @@
 #include "daemon/wire/link.h"
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// What a command works with.
 struct MachineBench {
-  const MachineProfile& machine;
+  const config::MachineProfile& machine;
   const LinkSpec& link;
   Link& wire;
   Clock& clock;
@@ -30,4 +30,4 @@ struct MachineAnswer {
 /// What is wrong with the words of a command, and which it takes.
 tl::unexpected<Error> wrong_words(const char* command, const std::string& what);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -14,7 +14,7 @@
 #include "config/output_file.h"
 #include "daemon/wire/wire_text.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -125,7 +125,8 @@ Result<MachineAnswer> save(const Settings& now, const std::string& path) {
     const auto& [letter, number, line] = name;
     text += letter + std::to_string(number) + (letter == '$' ? "=" : " ") + value + "\n";
   }
-  if (const auto written = write_file(path, text); !written) return tl::unexpected<Error>(written.error());
+  if (const auto written = config::write_file(path, text); !written)
+    return tl::unexpected<Error>(written.error());
   return MachineAnswer{path + ": " + std::to_string(now.size()) + " settings",
                        ordered_json({{"file", path}, {"settings", now.size()}}).dump()};
 }
@@ -225,4 +226,4 @@ Result<MachineAnswer> change_tool(const MachineAct& act, std::istream& in, std::
   return MachineAnswer{text.str(), ordered_json({{"length", length}}).dump()};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

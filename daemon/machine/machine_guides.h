@@ -9,7 +9,7 @@
 
 #include "daemon/machine/machine_orders.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 using MachineAct =
     std::function<Result<MachineAnswer>(const std::string& name, const std::vector<std::string>& words)>;
@@ -23,4 +23,4 @@ bool is_settings_file(const std::string& name, const std::vector<std::string>& w
 /// `tool change`: park, wait for the operator, measure or take the length. Asks on `out`, hears on `in`.
 Result<MachineAnswer> change_tool(const MachineAct& act, std::istream& in, std::ostream& out);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -3,7 +3,7 @@
 #include "daemon/machine/order_parts.h"
 #include "daemon/wire/wire_text.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -87,4 +87,4 @@ tl::unexpected<Error> wrong_words(const char* command, const std::string& what) 
                                 (order != nullptr ? order->words : "") + "`");
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

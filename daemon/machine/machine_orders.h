@@ -13,7 +13,7 @@
 #include "daemon/machine/machine_bench.h"
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 using MachineDeed = Result<MachineAnswer> (*)(const MachineBench&, const std::vector<std::string>& words);
 
@@ -35,4 +35,4 @@ const MachineOrder* find_machine_order(std::string_view name);
 Result<MachineAnswer> perform_order(const MachineBench& bench, std::string_view name,
                                     const std::vector<std::string>& words);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

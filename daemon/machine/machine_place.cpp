@@ -5,7 +5,7 @@
 #include "daemon/machine/grbl_talk.h"
 #include "daemon/wire/modbus_map.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -32,7 +32,7 @@ Result<std::optional<Joints>> grbl_place(const MachineModel& machine, Link& wire
   return whole ? std::optional(place) : std::nullopt;
 }
 
-Result<RingIdentity> ask_identity(const RingMap& map, Link& wire) {
+Result<RingIdentity> ask_identity(const config::RingMap& map, Link& wire) {
   const auto words = read_registers(wire, map.identity, kIdentityWords);
   if (!words) return tl::unexpected<Error>(words.error());
   Result<RingIdentity> identity = parse_identity(*words);
@@ -42,7 +42,7 @@ Result<RingIdentity> ask_identity(const RingMap& map, Link& wire) {
   return identity;
 }
 
-Result<std::optional<Joints>> ring_place(const RingMap& map, Link& wire) {
+Result<std::optional<Joints>> ring_place(const config::RingMap& map, Link& wire) {
   const Result<RingIdentity> identity = ask_identity(map, wire);
   if (!identity) return tl::unexpected<Error>(identity.error());
   if (!identity->positions) return std::nullopt;
@@ -75,4 +75,4 @@ Result<std::optional<Joints>> read_place(const LinkSpec& link, const MachineMode
   return std::nullopt;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -8,7 +8,7 @@
 #include "daemon/wire/link.h"
 #include "kinematics/machine/machine.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Where the axes are, as the controller reports it, in program coordinates. Nothing where it does not tell
 /// (RepRap, drip feed, plain drives, a Grbl without offsets). Errors: kLink.
@@ -25,4 +25,4 @@ std::string reset_preview(const LinkSpec& link);
 /// and what to do at the machine.
 Result<std::string> reset_machine(const LinkSpec& link, Link& wire, Clock& clock);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

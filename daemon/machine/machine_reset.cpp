@@ -7,7 +7,7 @@
 #include "daemon/machine/ring_talk.h"
 #include "daemon/machine/stop_machine.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -35,7 +35,7 @@ Result<std::string> reset_grbl(const LinkSpec& link, Link& wire, Clock& clock) {
   return unlock_grbl(wire, clock, stopped ? *stopped : "reset");
 }
 
-Result<std::string> reset_ring(const RingMap& map, Link& wire) {
+Result<std::string> reset_ring(const config::RingMap& map, Link& wire) {
   RingTalk talk(map, wire);
   if (const Result<void> looked = talk.look(); !looked) return tl::unexpected<Error>(looked.error());
   const RingStatus before = talk.status();
@@ -97,4 +97,4 @@ Result<std::string> reset_machine(const LinkSpec& link, Link& wire, Clock& clock
   return stop_machine(link, wire, clock);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -2,7 +2,7 @@
 
 #include "daemon/wire/open_link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -18,7 +18,7 @@ MachineWorker::~MachineWorker() {
   if (thread_.joinable()) thread_.join();
 }
 
-std::uint64_t MachineWorker::start(const MachineProfile& machine, const LinkSpec& link,
+std::uint64_t MachineWorker::start(const config::MachineProfile& machine, const LinkSpec& link,
                                    const std::string& name, const std::vector<std::string>& words) {
   if (thread_.joinable()) thread_.join();
   stopped_ = false;
@@ -40,7 +40,7 @@ std::optional<Result<MachineAnswer>> MachineWorker::end() const {
   return end_;
 }
 
-void MachineWorker::work(const MachineProfile& machine, const LinkSpec& link, const std::string& name,
+void MachineWorker::work(const config::MachineProfile& machine, const LinkSpec& link, const std::string& name,
                          const std::vector<std::string>& words) {
   const auto act = [&]() -> Result<MachineAnswer> {
     const Result<std::unique_ptr<Link>> wire = open_link(link);
@@ -57,4 +57,4 @@ void MachineWorker::work(const MachineProfile& machine, const LinkSpec& link, co
   working_ = false;  // the wire is closed before anybody is told
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -11,7 +11,7 @@
 
 #include "daemon/machine/machine_orders.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 class MachineWorker {
  public:
@@ -26,7 +26,7 @@ class MachineWorker {
 
   bool busy() const { return working_; }
   /// Requires: not busy. Returns the command's number, from 1 up.
-  std::uint64_t start(const MachineProfile& machine, const LinkSpec& link, const std::string& name,
+  std::uint64_t start(const config::MachineProfile& machine, const LinkSpec& link, const std::string& name,
                       const std::vector<std::string>& words);
   /// Of the newest command; 0: there was none.
   std::uint64_t number() const { return number_; }
@@ -39,7 +39,7 @@ class MachineWorker {
   std::optional<Result<MachineAnswer>> end() const;
 
  private:
-  void work(const MachineProfile& machine, const LinkSpec& link, const std::string& name,
+  void work(const config::MachineProfile& machine, const LinkSpec& link, const std::string& name,
             const std::vector<std::string>& words);
 
   std::thread thread_;
@@ -51,4 +51,4 @@ class MachineWorker {
   std::optional<Result<MachineAnswer>> end_;  // guarded
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

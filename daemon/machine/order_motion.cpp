@@ -7,7 +7,7 @@
 #include "daemon/machine/order_parts.h"
 #include "daemon/protocol/grbl_words.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -84,7 +84,7 @@ class JogEnd {
 
  private:
   bool reached(const AxisValues& at) const {
-    const PositionTolerance& allowed = bench_.link.profile.position;
+    const config::PositionTolerance& allowed = bench_.link.profile.position;
     for (std::size_t i = 0; i < kMostAxes; ++i) {
       if (std::isnan(way_[i]) || std::isnan(at[i])) continue;
       const bool rotary = kAxisLetters[i] == 'A' || kAxisLetters[i] == 'B' || kAxisLetters[i] == 'C';
@@ -272,4 +272,4 @@ Result<MachineAnswer> grbl_unlock(const MachineBench& bench, const OrderWords& w
                        R"({"unlocked":true})"};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -10,7 +10,7 @@
 #include "daemon/machine/order_parts.h"
 #include "daemon/protocol/grbl_words.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -259,4 +259,4 @@ Result<MachineAnswer> grbl_probe(const MachineBench& bench, const OrderWords& wo
   return answer;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -9,7 +9,7 @@
 #include "daemon/wire/wire_text.h"
 #include "kinematics/basics/decimal.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -167,4 +167,4 @@ std::string axes_json(const AxisValues& axes) {
   return json.empty() ? "{}" : json + "}";
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -9,7 +9,7 @@
 #include "daemon/machine/machine_bench.h"
 #include "daemon/wire/axis_values.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 using OrderWords = std::vector<std::string>;
 
@@ -94,4 +94,4 @@ Result<MachineAnswer> ring_unlock(const MachineBench& bench, const OrderWords& w
 Result<MachineAnswer> ring_override(const MachineBench& bench, const OrderWords& words);
 Result<MachineAnswer> drive_status(const MachineBench& bench, const OrderWords& words);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -8,7 +8,7 @@
 #include "daemon/machine/order_parts.h"
 #include "daemon/machine/reprap_talk.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -72,7 +72,7 @@ class RepRapJog {
     for (std::size_t i = 0; i < kMostAxes; ++i) {
       if (std::isnan(way[i])) continue;
       const auto travel = travel_of(bench_.machine.model, kAxisLetters[i]);
-      const PositionTolerance& allowed = bench_.link.profile.position;
+      const config::PositionTolerance& allowed = bench_.link.profile.position;
       const double near = std::min(travel->rotary ? allowed.deg : allowed.mm, std::abs(way[i]) / 2);
       if (!(std::abs(at_[i] - to[i]) <= std::max(near, kRepRapRounding + 1e-9)))
         return fail(Code::kLink, "the machine stands at " + text() +
@@ -275,4 +275,4 @@ Result<MachineAnswer> reprap_tool(const MachineBench& bench, const OrderWords& w
   return MachineAnswer{"parked: program " + describe(known) + ", M5 and M9 were taken", json.dump()};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

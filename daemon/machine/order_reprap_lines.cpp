@@ -8,7 +8,7 @@
 #include "daemon/machine/reprap_talk.h"
 #include "daemon/wire/wire_text.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -160,4 +160,4 @@ Result<MachineAnswer> reprap_override(const MachineBench& bench, const OrderWord
                        ordered_json({{"override", "feed"}, {"percent", percent}}).dump()};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

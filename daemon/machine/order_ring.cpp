@@ -6,7 +6,7 @@
 #include "daemon/machine/order_parts.h"
 #include "daemon/machine/ring_talk.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 using nlohmann::ordered_json;
 
@@ -50,4 +50,4 @@ Result<MachineAnswer> ring_override(const MachineBench& bench, const OrderWords&
                        ordered_json({{"override", "feed"}, {"percent", percent}}).dump()};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

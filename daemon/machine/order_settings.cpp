@@ -10,7 +10,7 @@
 #include "daemon/protocol/grbl_words.h"
 #include "daemon/wire/wire_text.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -195,4 +195,4 @@ Result<MachineAnswer> grbl_override(const MachineBench& bench, const OrderWords&
                        ordered_json({{"override", words[0]}, {"percent", percent}}).dump()};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

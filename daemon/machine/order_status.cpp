@@ -9,7 +9,7 @@
 #include "daemon/machine/ring_talk.h"
 #include "daemon/protocol/grbl_words.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -184,7 +184,7 @@ Result<MachineAnswer> reprap_status(const MachineBench& bench, const OrderWords&
 
 Result<MachineAnswer> drive_status(const MachineBench& bench, const OrderWords& words) {
   if (!words.empty()) return wrong_words("status", "takes no words");
-  const DriveMap& map = bench.link.profile.drive;
+  const config::DriveMap& map = bench.link.profile.drive;
   const auto said = read_registers(bench.wire, map.status, 1);
   if (!said) return tl::unexpected<Error>(said.error());
   const int word = said->front();
@@ -199,4 +199,4 @@ Result<MachineAnswer> drive_status(const MachineBench& bench, const OrderWords& 
   return out.answer();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -5,7 +5,7 @@
 
 #include "daemon/machine/order_parts.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -82,4 +82,4 @@ Result<MachineAnswer> grbl_tool(const MachineBench& bench, const OrderWords& wor
   return wrong_words("tool", "this is none of its forms");
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -7,7 +7,7 @@
 #include "daemon/protocol/reprap_session.h"
 #include "daemon/wire/wire_text.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -201,4 +201,4 @@ Result<AxisValues> RepRapTalk::quick_stop() {
   return at;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -11,7 +11,7 @@
 #include "daemon/wire/axis_values.h"
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// M114 prints two decimals.
 inline constexpr double kRepRapRounding = 0.005;
@@ -63,4 +63,4 @@ class RepRapTalk {
   bool settled_ = false, emergency_ = false, restarted_ = false;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -1,6 +1,6 @@
 #include "daemon/machine/ring_talk.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -55,4 +55,4 @@ bool RingTalk::stands() {
   return false;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -8,11 +8,11 @@
 #include "daemon/wire/link.h"
 #include "daemon/wire/modbus_map.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 class RingTalk {
  public:
-  RingTalk(const RingMap& map, Link& wire) : map_(map), wire_(wire) {}
+  RingTalk(const config::RingMap& map, Link& wire) : map_(map), wire_(wire) {}
 
   /// Reads the status. Errors: kLink where none that can be used comes.
   Result<void> look();
@@ -28,9 +28,9 @@ class RingTalk {
   Result<std::optional<std::vector<std::uint16_t>>> exchange(const ModbusRequest& request);
   void rest();
 
-  const RingMap& map_;
+  const config::RingMap& map_;
   Link& wire_;
   RingStatus status_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

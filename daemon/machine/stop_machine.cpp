@@ -6,7 +6,7 @@
 #include "daemon/protocol/reprap_session.h"
 #include "daemon/wire/modbus_map.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -124,7 +124,7 @@ Result<std::string> stop_reprap(Link& wire, Clock& clock) {
 }
 
 /// The stop value until it is answered, then the status until the drive stands: both may be repeated.
-Result<std::string> stop_drive(const DriveMap& map, Link& wire, Clock& clock) {
+Result<std::string> stop_drive(const config::DriveMap& map, Link& wire, Clock& clock) {
   const std::string stop = pack_request({map.stop, 0, 0, {static_cast<std::uint16_t>(map.stop_value)}});
   const std::string look = pack_request({0, map.status, 1, {}});
   bool told = false;
@@ -154,4 +154,4 @@ Result<std::string> stop_machine(const LinkSpec& link, Link& wire, Clock& clock)
   return link.kind == LinkKind::kGrbl ? GrblStop(wire, clock).run() : stop_reprap(wire, clock);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

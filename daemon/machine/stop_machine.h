@@ -5,7 +5,7 @@
 
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Longest time that a stop takes, beside opening the wire: less than the unit's TimeoutStopSec.
 inline constexpr Time kSafeStopLimit = std::chrono::seconds(20);
@@ -15,4 +15,4 @@ inline constexpr Time kSafeStopLimit = std::chrono::seconds(20);
 /// seen, and what to do at the machine.
 Result<std::string> stop_machine(const LinkSpec& link, Link& wire, Clock& clock);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -21,9 +21,9 @@ std::string lengths(Vec3 size) {
 
 }  // namespace
 
-std::string size_text(const Box& bounds) { return "part " + lengths(bounds.max - bounds.min); }
+std::string size_text(const pathgen::Box& bounds) { return "part " + lengths(bounds.max - bounds.min); }
 
-std::optional<std::string> unit_warning(const Box& bounds, const Job& job) {
+std::optional<std::string> unit_warning(const pathgen::Box& bounds, const config::Job& job) {
   const Vec3 size = bounds.max - bounds.min;
   const double longest = std::max({size.x, size.y, size.z});
   const MachineModel& m = job.machine.model;
@@ -45,4 +45,4 @@ std::optional<std::string> unit_warning(const Box& bounds, const Job& job) {
   return text + "; check part.unit";
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

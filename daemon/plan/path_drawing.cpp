@@ -3,7 +3,7 @@
 #include <array>
 #include <ostream>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 void write_path_drawing(const JointPath& joints, const std::vector<double>& durations,
                         const MachineModel& machine, const Setup& setup, std::ostream& out) {
@@ -20,4 +20,4 @@ void write_path_drawing(const JointPath& joints, const std::vector<double>& dura
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -7,7 +7,7 @@
 #include "kinematics/joints/joint_path.h"
 #include "kinematics/machine/machine.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Numbers of a block, float32 in this order: tip x, y, z (part, mm), axis i, j, k (unit, from the tip to the
 /// shank), seconds since the first block with accelerations, kind (0 rapid, 1 plunge, 2 cut).
@@ -18,4 +18,4 @@ inline constexpr std::size_t kDrawnNumbers = 8;
 void write_path_drawing(const JointPath& joints, const std::vector<double>& durations,
                         const MachineModel& machine, const Setup& setup, std::ostream& out);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

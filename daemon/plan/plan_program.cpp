@@ -31,7 +31,7 @@
 #include "pathgen/mesh/stl.h"
 #include "pathgen/plan/plan.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 // The header's word on the proof: of this length, so that it can be filled in when all is written and held.
@@ -49,11 +49,11 @@ class StageClock {
     times.push_back({stage, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()});
     return result;
   }
-  std::vector<StageTime> times;
+  std::vector<pathgen::StageTime> times;
 };
 
 /// Also gives the program's words the decimals that the tolerance needs.
-JointPathOptions joint_options(Job& job, const Mesh& part) {
+JointPathOptions joint_options(config::Job& job, const pathgen::Mesh& part) {
   const ToleranceBudget budget(job.plan.tolerance);
   JointPathOptions options;
   options.tolerance = job.axis_tolerance.radians() > 0.0 ? budget.joints_beside_pole() : budget.joints();
@@ -64,7 +64,7 @@ JointPathOptions joint_options(Job& job, const Mesh& part) {
       job.machine.format.tcp ? std::min(options.tolerance, budget.joints_before_words()) : options.tolerance;
   const Angle lean = Angle::from_radians(strays / job.plan.cutter.shank_length);
   options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
-  job.machine.format = fine_enough(job.machine.format, options.tolerance, options.axis_tolerance);
+  job.machine.format = config::fine_enough(job.machine.format, options.tolerance, options.axis_tolerance);
   // Under TCP the linear words are the tip's, so joints are kept finer than what is printed.
   options.linear_decimals = job.machine.format.tcp ? kTcpDecimals : job.machine.format.linear_decimals;
   options.rotary_decimals = job.machine.format.rotary_decimals;
@@ -73,7 +73,7 @@ JointPathOptions joint_options(Job& job, const Mesh& part) {
 }
 
 /// Puts the figures where the header says that they are still to come.
-Result<void> state_figures(OutputFile& file, const ProofFigures& figures) {
+Result<void> state_figures(config::OutputFile& file, const ProofFigures& figures) {
   std::array<char, kHeader> head;
   const ssize_t size = ::pread(file.descriptor(), head.data(), head.size(), 0);
   const std::string_view text(head.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
@@ -111,49 +111,51 @@ class Planning {
   const PlanFiles& files_;
   const PlanListener& listener_;
   StageClock clock_;
-  std::optional<Job> job_;
-  CheckedMesh part_;
-  Plan planned_;
+  std::optional<config::Job> job_;
+  pathgen::CheckedMesh part_;
+  pathgen::Plan planned_;
   SingularityBendReport bend_;
   JointPath joints_;
   Timing timing_;
   ProgramReport program_;
   std::optional<ProofFigures> proof_;
-  std::vector<OutputFile> outputs_;  ///< the program first
+  std::vector<config::OutputFile> outputs_;  ///< the program first
   std::optional<ProofProcess> prover_;
   std::string told_;
 };
 
 Result<void> Planning::load() {
-  const std::vector<NamedFile> outputs{
+  const std::vector<config::NamedFile> outputs{
       {"--out", files_.program}, {"--cl", files_.cl},           {"--report", files_.report},
       {"--map", files_.map},     {"--drawing", files_.drawing}, {"--gouge-picture", files_.gouge_picture}};
-  std::vector<NamedFile> inputs{{"JOB", files_.job}, {"--stl", files_.stl}, {"--machine", files_.machine}};
-  if (auto fits = check_outputs(outputs, inputs); !fits) return fits;
-  auto job = load_job_with(files_.job, {files_.stl, files_.machine});
+  std::vector<config::NamedFile> inputs{
+      {"JOB", files_.job}, {"--stl", files_.stl}, {"--machine", files_.machine}};
+  if (auto fits = config::check_outputs(outputs, inputs); !fits) return fits;
+  auto job = config::load_job_with(files_.job, {files_.stl, files_.machine});
   if (!job) return tl::unexpected(job.error());
   job_ = std::move(*job);
   inputs = {{"part.stl", job_->stl_path}, {"machine", job_->machine.path}};
-  return check_outputs(outputs, inputs);
+  return config::check_outputs(outputs, inputs);
 }
 
 Result<void> Planning::plan_path() {
   show("read", 0.0);
-  auto stl = clock_.time("read", [&] { return read_stl(job_->stl_path, job_->stl_unit_mm); });
+  auto stl = clock_.time("read", [&] { return pathgen::read_stl(job_->stl_path, job_->stl_unit_mm); });
   if (!stl) return tl::unexpected(stl.error());
   show("check", 0.0);
   auto part = clock_.time("check", [&] {
-    return check_mesh(*stl, {ToleranceBudget(job_->plan.tolerance).repair()},
-                      [&](double f) { return show("check", f); });
+    return pathgen::check_mesh(*stl, {ToleranceBudget(job_->plan.tolerance).repair()},
+                               [&](double f) { return show("check", f); });
   });
   if (!part) return tl::unexpected(part.error());
   part_ = std::move(*part);
   note(size_text(part_.bounds));
   const std::optional<std::string> odd_unit = unit_warning(part_.bounds, *job_);
   if (odd_unit) note("warning: " + *odd_unit);
-  *stl = Stl{};  // gives its memory back; facets = {} would keep it
+  *stl = pathgen::Stl{};  // gives its memory back; facets = {} would keep it
   job_->plan.find_rest_material = !files_.report.empty();
-  auto planned = plan(part_, job_->plan, [&](const char* stage, double f) { return show(stage, f); });
+  auto planned =
+      pathgen::plan(part_, job_->plan, [&](const char* stage, double f) { return show(stage, f); });
   if (!planned) return tl::unexpected(planned.error());
   planned_ = std::move(*planned);
   if (odd_unit) planned_.report.warnings.push_back(*odd_unit);
@@ -163,7 +165,7 @@ Result<void> Planning::plan_path() {
 
 /// The prover takes in the part while joints are found and blocks are printed.
 Result<void> Planning::open_program() {
-  auto file = OutputFile::open(files_.program);
+  auto file = config::OutputFile::open(files_.program);
   if (!file) return tl::unexpected(file.error());
   outputs_.push_back(std::move(*file));
   if (!files_.prove) return {};
@@ -195,7 +197,7 @@ Result<void> Planning::find_joints() {
 }
 
 Result<void> Planning::write() {
-  OutputFile& out = outputs_.front();
+  config::OutputFile& out = outputs_.front();
   if (!show("write", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
   const HeaderFacts header{std::string(files_.prove ? kNotProvenYet : kNoProof), timing_.seconds};
   auto written = clock_.time("write", [&]() -> Result<ProgramReport> {
@@ -221,7 +223,7 @@ Result<void> Planning::write() {
 
 Result<void> Planning::add(const std::string& path, const std::function<void(std::ostream&)>& write) {
   if (path.empty()) return {};
-  auto file = OutputFile::open(path);
+  auto file = config::OutputFile::open(path);
   if (!file) return tl::unexpected(file.error());
   write(file->stream());
   outputs_.push_back(std::move(*file));
@@ -262,7 +264,7 @@ Result<void> Planning::report() {
                             static_cast<double>(usage.ru_maxrss) / 1024.0};
   if (auto added = add(files_.report, [&](std::ostream& out) { out << report_json(outcome); }); !added)
     return added;
-  if (auto kept = OutputFile::commit_all(outputs_); !kept) return kept;
+  if (auto kept = config::OutputFile::commit_all(outputs_); !kept) return kept;
   show("done", 1.0);
   told_ = files_.as_json ? report_json(outcome) : report_text(outcome);
   return {};
@@ -282,4 +284,4 @@ Result<std::string> plan_program(const PlanFiles& files, const PlanListener& lis
   return Planning(files, listener).run();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

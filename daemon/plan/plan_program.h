@@ -7,7 +7,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Empty: as the job says, or not wanted.
 struct PlanFiles {
@@ -29,4 +29,4 @@ struct PlanListener {
 /// gouges, with line, place, facet and depth; kCancelled.
 Result<std::string> plan_program(const PlanFiles& files, const PlanListener& listener);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -38,7 +38,7 @@ std::string turning(const MachineModel& machine, const Joints& q, const char* un
 
 double rotary_turns(const JointPathReport& joints) { return (joints.max.c - joints.min.c) / 360.0; }
 
-nlohmann::ordered_json between_json(const BetweenPasses& between) {
+nlohmann::ordered_json between_json(const pathgen::BetweenPasses& between) {
   nlohmann::ordered_json json = {{"limit_mm", between.limit},  {"most_mm", between.most},
                                  {"never_cut", between.never}, {"area_over_mm2", between.area},
                                  {"facet", nullptr},           {"place_mm", nullptr}};
@@ -49,32 +49,32 @@ nlohmann::ordered_json between_json(const BetweenPasses& between) {
   return json;
 }
 
-nlohmann::ordered_json uncut_json(const RestReport& uncut) {
+nlohmann::ordered_json uncut_json(const pathgen::RestReport& uncut) {
   nlohmann::ordered_json json = {
       {"area_mm2", uncut.area}, {"facing_area_mm2", uncut.facing_area}, {"facets_turned_away", uncut.away}};
   json["between_passes"] = between_json(uncut.between);
   json["facets"] = nlohmann::ordered_json::array();
-  for (const RestFacet& f : uncut.facets)
-    json["facets"].push_back({{"facet", f.facet}, {"why", word_of(f.why)}, {"share", f.share}});
+  for (const pathgen::RestFacet& f : uncut.facets)
+    json["facets"].push_back({{"facet", f.facet}, {"why", pathgen::word_of(f.why)}, {"share", f.share}});
   return json;
 }
 
-nlohmann::ordered_json free_json(const FreeReport& free) {
+nlohmann::ordered_json free_json(const pathgen::FreeReport& free) {
   nlohmann::ordered_json json = {
       {"cl_points", free.cl_points},    {"directions_tested", free.directions},
       {"cl_length_mm", free.cl_length}, {"unreached_length_mm", free.unreached_length},
       {"breaks", free.breaks},          {"short_links", free.short_links}};
   json["unreached_facets"] = nlohmann::ordered_json::array();
-  for (const FreeReport::Facet& f : free.unreached)
-    json["unreached_facets"].push_back({{"facet", f.facet}, {"why", word_of(f.why)}});
+  for (const pathgen::FreeReport::Facet& f : free.unreached)
+    json["unreached_facets"].push_back({{"facet", f.facet}, {"why", pathgen::word_of(f.why)}});
   return json;
 }
 
-nlohmann::ordered_json indexed_json(const IndexedReport& indexed) {
+nlohmann::ordered_json indexed_json(const pathgen::IndexedReport& indexed) {
   nlohmann::ordered_json json = {{"reached_percent", 100.0 * indexed.reached},
                                  {"reachable_percent", 100.0 * indexed.reachable}};
   json["directions"] = nlohmann::ordered_json::array();
-  for (const IndexedReport::Direction& d : indexed.directions)
+  for (const pathgen::IndexedReport::Direction& d : indexed.directions)
     json["directions"].push_back(
         {{"axis", {d.axis.x, d.axis.y, d.axis.z}}, {"alone_percent", 100.0 * d.alone}});
   return json;
@@ -82,7 +82,8 @@ nlohmann::ordered_json indexed_json(const IndexedReport& indexed) {
 
 }  // namespace
 
-Starvation starved(const Timing& timing, const MachineProfile& machine, const ProgramReport& program) {
+Starvation starved(const Timing& timing, const config::MachineProfile& machine,
+                   const ProgramReport& program) {
   if (machine.link_rate <= 0.0 || program.blocks == 0) return {};
   const double bytes = static_cast<double>(program.bytes) / static_cast<double>(program.blocks);
   return starvation(timing.durations,
@@ -129,7 +130,7 @@ std::string report_json(const PlanOutcome& o) {
   json["travel_min"] = joints_json(o.joints.min);
   json["travel_max"] = joints_json(o.joints.max);
   json["defects"] = nlohmann::ordered_json::array();
-  for (const Defect& d : o.part.defects)
+  for (const pathgen::Defect& d : o.part.defects)
     json["defects"].push_back({{"kind", to_string(d.kind)}, {"count", d.count}, {"first", d.first}});
   if (o.plan.free) json["free"] = free_json(*o.plan.free);
   if (o.plan.indexed) json["indexed"] = indexed_json(*o.plan.indexed);
@@ -138,7 +139,8 @@ std::string report_json(const PlanOutcome& o) {
   json["warnings"] = o.plan.warnings;
   json["stages"] = nlohmann::ordered_json::object();
   double wall = 0.0;
-  for (const StageTime& t : o.times) json["stages"][t.stage + "_seconds"] = t.seconds, wall += t.seconds;
+  for (const pathgen::StageTime& t : o.times)
+    json["stages"][t.stage + "_seconds"] = t.seconds, wall += t.seconds;
   json["wall_seconds"] = wall;
   json["cpu_seconds"] = o.cpu_seconds;
   json["peak_memory_mb"] = o.peak_memory_mb;
@@ -186,7 +188,7 @@ std::string report_text(const PlanOutcome& o) {
   std::string text;
   for (const std::string& w : o.plan.warnings) text += "warning: " + w + "\n";
   double wall = 0.0;
-  for (const StageTime& t : o.times) wall += t.seconds;
+  for (const pathgen::StageTime& t : o.times) wall += t.seconds;
   text +=
       format("%llu facets, %llu passes, %llu points (of %llu), %.1f m cut, %.1f m rapid, %llu retracts\n",
              static_cast<unsigned long long>(o.plan.facets), static_cast<unsigned long long>(o.plan.passes),
@@ -209,9 +211,9 @@ std::string report_text(const PlanOutcome& o) {
     text +=
         format("uncut: %.1f of %.1f mm2 that face the tool, on %zu facets; which and why is in the report\n",
                o.plan.uncut->area, o.plan.uncut->facing_area, o.plan.uncut->facets.size());
-  const BetweenPasses* between = o.plan.uncut     ? &o.plan.uncut->between
-                                 : o.plan.between ? &*o.plan.between
-                                                  : nullptr;
+  const pathgen::BetweenPasses* between = o.plan.uncut     ? &o.plan.uncut->between
+                                          : o.plan.between ? &*o.plan.between
+                                                           : nullptr;
   if (between != nullptr && between->area == 0.0)
     text += format("between passes at most %.4f mm are left; %.4f mm are asked, tolerance included\n",
                    between->most, between->limit);
@@ -227,8 +229,8 @@ std::string report_text(const PlanOutcome& o) {
                        static_cast<unsigned long long>(o.proof->moves), o.proof->gouge, o.job.plan.tolerance)
               : "not proven, as --no-proof says\n";
   text += format("%.2f s (%.2f s processor), %.0f MB", wall, o.cpu_seconds, o.peak_memory_mb);
-  for (const StageTime& t : o.times) text += format("; %s %.2f s", t.stage.c_str(), t.seconds);
+  for (const pathgen::StageTime& t : o.times) text += format("; %s %.2f s", t.stage.c_str(), t.seconds);
   return text + "\n";
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -13,19 +13,19 @@
 #include "kinematics/timing/timing.h"
 #include "pathgen/mesh/mesh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct PlanOutcome {
-  const Job& job;
-  const CheckedMesh& part;
-  const PlanReport& plan;
+  const config::Job& job;
+  const pathgen::CheckedMesh& part;
+  const pathgen::PlanReport& plan;
   const SingularityBendReport& bend;
   const JointPathReport& joints;
   const ProgramReport& program;
   const Timing& timing;
   Starvation starved;
-  std::optional<ProofFigures> proof;  ///< nothing: --no-proof
-  std::vector<StageTime> times;       ///< of all stages, in order
+  std::optional<ProofFigures> proof;      ///< nothing: --no-proof
+  std::vector<pathgen::StageTime> times;  ///< of all stages, in order
   double cpu_seconds = 0.0;
   double peak_memory_mb = 0.0;
 };
@@ -43,11 +43,11 @@ struct MotionOutcome {
 std::string motion_text(const MotionOutcome& outcome);
 
 /// Where the machine would wait for blocks; nowhere when the profile does not state the link's rate.
-Starvation starved(const Timing& timing, const MachineProfile& machine, const ProgramReport& program);
+Starvation starved(const Timing& timing, const config::MachineProfile& machine, const ProgramReport& program);
 
 /// JSON, one key a line.
 std::string report_json(const PlanOutcome& outcome);
 /// A screenful.
 std::string report_text(const PlanOutcome& outcome);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 // In the process that is started; what it gets lies above, so that nothing is overwritten on the way.
@@ -158,4 +158,4 @@ Result<ProofFigures> ProofProcess::finish(const StageProgress& progress) {
   return fail(Code::kInput, "not proven, nothing was written: " + *said);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -8,7 +8,7 @@
 #include "kinematics/basics/result.h"
 #include "kinematics/joints/joint_path.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// The program of that name beside this one.
 Result<std::string> program_beside(const std::string& name);
@@ -44,4 +44,4 @@ class ProofProcess {
   int pid_ = -1, tell_ = -1, hear_ = -1;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -11,7 +11,7 @@
 #include "kinematics/machine/machine.h"
 #include "pathgen/suggest/placements.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -33,42 +33,44 @@ std::string format(const char* pattern, auto... values) {
   return text;
 }
 
-bool is_field(const AxisFrame& axis) {
-  return axis.mode != AxisMode::kFree && axis.mode != AxisMode::kIndexed;
+bool is_field(const pathgen::AxisFrame& axis) {
+  return axis.mode != pathgen::AxisMode::kFree && axis.mode != pathgen::AxisMode::kIndexed;
 }
 
-std::string place_text(const AxisFrame& axis) {
+std::string place_text(const pathgen::AxisFrame& axis) {
   if (!is_field(axis)) return "";
-  const Vec3 a = axis_of(axis);
+  const Vec3 a = pathgen::axis_of(axis);
   const auto number = [](double v) { return number_text(std::abs(v) < 5e-5 ? 0.0 : v); };
   std::string text;
-  if (axis.mode != AxisMode::kFixed)
+  if (axis.mode != pathgen::AxisMode::kFixed)
     text = "at " + number(axis.origin.x) + " " + number(axis.origin.y) + " " + number(axis.origin.z);
-  if (axis.mode == AxisMode::kCircle) text += " radius " + number(axis.circle_radius);
-  if (axis.mode != AxisMode::kPoint)
+  if (axis.mode == pathgen::AxisMode::kCircle) text += " radius " + number(axis.circle_radius);
+  if (axis.mode != pathgen::AxisMode::kPoint)
     text +=
         std::string(text.empty() ? "" : " ") + "along " + number(a.x) + " " + number(a.y) + " " + number(a.z);
   return text;
 }
 
 /// The reasons for what is not cut, the largest first.
-std::vector<Reach> reasons(const ReachMap& map) {
-  std::vector<Reach> found;
-  for (std::size_t i = 1; i < kReaches; ++i)
-    if (map.share(static_cast<Reach>(i)) >= kTold) found.push_back(static_cast<Reach>(i));
-  std::stable_sort(found.begin(), found.end(), [&](Reach a, Reach b) { return map.share(a) > map.share(b); });
+std::vector<pathgen::Reach> reasons(const pathgen::ReachMap& map) {
+  std::vector<pathgen::Reach> found;
+  for (std::size_t i = 1; i < pathgen::kReaches; ++i)
+    if (map.share(static_cast<pathgen::Reach>(i)) >= kTold) found.push_back(static_cast<pathgen::Reach>(i));
+  std::stable_sort(found.begin(), found.end(),
+                   [&](pathgen::Reach a, pathgen::Reach b) { return map.share(a) > map.share(b); });
   return found;
 }
 
 Json vector_json(Vec3 v) { return {v.x + 0.0, v.y + 0.0, v.z + 0.0}; }
 
-Json proposal_json(const Proposal& p) {
-  Json json = {{"mode", word(kModeWords, p.axis.mode)}};
+Json proposal_json(const pathgen::Proposal& p) {
+  Json json = {{"mode", config::word(config::kModeWords, p.axis.mode)}};
   if (is_field(p.axis)) {
-    if (p.axis.mode != AxisMode::kFixed) json["sense"] = word(kSenseWords, p.axis.sense);
+    if (p.axis.mode != pathgen::AxisMode::kFixed)
+      json["sense"] = config::word(config::kSenseWords, p.axis.sense);
     json["origin_mm"] = vector_json(from_origin(p.axis.origin));
     json["t"] = vector_json(p.axis.t), json["n"] = vector_json(p.axis.n);
-    if (p.axis.mode == AxisMode::kCircle) json["circle_radius_mm"] = p.axis.circle_radius;
+    if (p.axis.mode == pathgen::AxisMode::kCircle) json["circle_radius_mm"] = p.axis.circle_radius;
   }
   if (!p.directions.empty()) {
     json["directions"] = Json::array();
@@ -79,7 +81,8 @@ Json proposal_json(const Proposal& p) {
   json["reached_percent"] = 100.0 * p.share();
   json["shaped_percent"] = 100.0 * p.shaped;
   json["rest_percent"] = Json::object();
-  for (const Reach r : reasons(p.reach)) json["rest_percent"][word_of(r)] = 100.0 * p.reach.share(r);
+  for (const pathgen::Reach r : reasons(p.reach))
+    json["rest_percent"][pathgen::word_of(r)] = 100.0 * p.reach.share(r);
   json["setup"] = {{"part_zero_mm", vector_json(p.setup.part_zero)},
                    {"fixture_rotation_deg", vector_json(p.fixture_deg)}};
   return json;
@@ -111,20 +114,21 @@ std::string suggestion_text(const SuggestionOutcome& o) {
                      "\n";
   text += " #  mode     sense    reached  of shaped  set-up\n";
   for (std::size_t i = 0; i < o.found.proposals.size(); ++i) {
-    const Proposal& p = o.found.proposals[i];
-    const bool sense = is_field(p.axis) && p.axis.mode != AxisMode::kFixed;
-    text += format("%2zu  %-8s %-8s %5.1f %%    %5.1f %%  ", i + 1, word(kModeWords, p.axis.mode),
-                   sense ? word(kSenseWords, p.axis.sense) : "", 100.0 * p.share(), 100.0 * p.shaped);
+    const pathgen::Proposal& p = o.found.proposals[i];
+    const bool sense = is_field(p.axis) && p.axis.mode != pathgen::AxisMode::kFixed;
+    text += format(
+        "%2zu  %-8s %-8s %5.1f %%    %5.1f %%  ", i + 1, config::word(config::kModeWords, p.axis.mode),
+        sense ? config::word(config::kSenseWords, p.axis.sense) : "", 100.0 * p.share(), 100.0 * p.shaped);
     std::string place = place_text(p.axis);
     if (!p.directions.empty()) place = std::to_string(p.directions.size()) + " directions";
     if (o.machine != nullptr && !(p.fixture_deg == Vec3{}))
       place += format("%sturned %.4g %.4g %.4g on the table", place.empty() ? "" : ", ",
                       p.fixture_deg.x + 0.0, p.fixture_deg.y + 0.0, p.fixture_deg.z + 0.0);
     text += (place.empty() ? std::string("as it lies") : place) + " (" + p.source + ")\n";
-    const std::vector<Reach> why = reasons(p.reach);
+    const std::vector<pathgen::Reach> why = reasons(p.reach);
     for (std::size_t k = 0; k < std::min(why.size(), kMostReasons); ++k)
       text += format("%s%.1f %% %s", k == 0 ? "                     rest: " : ", ",
-                     100.0 * p.reach.share(why[k]), meaning(why[k]));
+                     100.0 * p.reach.share(why[k]), pathgen::meaning(why[k]));
     if (!why.empty()) text += "\n";
   }
   return text + format(
@@ -144,8 +148,8 @@ std::string suggestion_json(const SuggestionOutcome& o) {
                {"warnings", o.part.warnings}};
   if (o.machine != nullptr) json["machine"] = o.machine->model.name;
   json["features"] = Json::array();
-  for (const Feature& f : o.found.features) {
-    json["features"].push_back({{"mode", word(kModeWords, f.mode)},
+  for (const pathgen::Feature& f : o.found.features) {
+    json["features"].push_back({{"mode", config::word(config::kModeWords, f.mode)},
                                 {"centre_mm", vector_json(from_origin(f.centre))},
                                 {"axis", vector_json(f.axis)},
                                 {"radius_mm", f.radius},
@@ -153,27 +157,28 @@ std::string suggestion_json(const SuggestionOutcome& o) {
                                 {"rms_mm", f.rms}});
   }
   json["proposals"] = Json::array();
-  for (const Proposal& p : o.found.proposals) json["proposals"].push_back(proposal_json(p));
+  for (const pathgen::Proposal& p : o.found.proposals) json["proposals"].push_back(proposal_json(p));
   json["placements_tried"] = o.found.tried, json["seconds"] = o.seconds;
   return json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
 }
 
-NewJob job_of(const SuggestionOutcome& o, std::size_t index, const std::string& path) {
+config::NewJob job_of(const SuggestionOutcome& o, std::size_t index, const std::string& path) {
   namespace fs = std::filesystem;
-  const Proposal& p = o.found.proposals[index];
+  const pathgen::Proposal& p = o.found.proposals[index];
   const fs::path folder = fs::absolute(path).parent_path();
   const auto named = [&](const std::string& file) {
     return fs::absolute(file).lexically_proximate(folder).string();
   };
-  NewJob job;
-  job.name = job_name_of(o.stl), job.stl = named(o.stl), job.machine = named(o.machine->path);
+  config::NewJob job;
+  job.name = config::job_name_of(o.stl), job.stl = named(o.stl), job.machine = named(o.machine->path);
   job.stl_unit_mm = o.stl_unit_mm, job.cutter = o.cutter.text, job.axis = p.axis;
   const double diameter = o.cutter.cutter.diameter;
   job.side_step = kStepShare * diameter;
   job.tolerance = std::min(kTolerance, std::max(1e-4, kToleranceShare * diameter));
   job.clearance = kClearance;
-  if (is_field(p.axis) && p.axis.mode != AxisMode::kFixed && p.axis.sense == Sense::kInward) {
-    const Deformation map(p.axis, 1.0);
+  if (is_field(p.axis) && p.axis.mode != pathgen::AxisMode::kFixed &&
+      p.axis.sense == pathgen::Sense::kInward) {
+    const pathgen::Deformation map(p.axis, 1.0);
     double room = kClearance / kOfRoom;
     for (const Point<Part> v : o.part.mesh.vertices) room = std::min(room, map.distances(v).rho);
     job.clearance = std::max(kLeastClearance, std::floor(10.0 * kOfRoom * (room - diameter)) / 10.0);
@@ -184,11 +189,11 @@ NewJob job_of(const SuggestionOutcome& o, std::size_t index, const std::string& 
   job.remarks = {
       format("Proposed by tiltfeed suggest: reaches %.1f %% of the surface (%.1f %% of what is shaped).",
              100.0 * p.share(), 100.0 * p.shaped)};
-  for (const Reach r : reasons(p.reach))
-    job.remarks.push_back(format("%.1f %% %s.", 100.0 * p.reach.share(r), meaning(r)));
+  for (const pathgen::Reach r : reasons(p.reach))
+    job.remarks.push_back(format("%.1f %% %s.", 100.0 * p.reach.share(r), pathgen::meaning(r)));
   job.remarks.push_back(
       "Check part_zero_mm against the table, clamps and head: of these nothing is known here.");
   return job;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

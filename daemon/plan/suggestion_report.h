@@ -7,16 +7,16 @@
 #include "config/new_job.h"
 #include "pathgen/suggest/suggest.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// What was asked, and what came of it.
 struct SuggestionOutcome {
   std::string stl;
   double stl_unit_mm = 1.0;
-  const CheckedMesh& part;
-  const NamedCutter& cutter;
-  const MachineProfile* machine;  ///< null: none was named
-  const Suggestions& found;
+  const pathgen::CheckedMesh& part;
+  const config::NamedCutter& cutter;
+  const config::MachineProfile* machine;  ///< null: none was named
+  const pathgen::Suggestions& found;
   double seconds = 0.0;
 };
 
@@ -26,6 +26,6 @@ std::string suggestion_json(const SuggestionOutcome& outcome);
 
 /// The job for proposal `index`; files relative to the folder of `path`, the job's own name. Requires: a
 /// machine.
-NewJob job_of(const SuggestionOutcome& outcome, std::size_t index, const std::string& path);
+config::NewJob job_of(const SuggestionOutcome& outcome, std::size_t index, const std::string& path);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -16,7 +16,7 @@
 #include "kinematics/basics/tolerance_budget.h"
 #include "kinematics/timing/tcp_path.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 // Blocks that one thread prints at a time, the room that most of them need, and how many such pieces of text
@@ -63,7 +63,7 @@ class ProgramText {
   double tip_feed(const Operation& op, const JointMove& move) const;
 
   const Posting& posting_;
-  const ProgramFormat& format_;
+  const config::ProgramFormat& format_;
   const DialectTable& table_;
   PrintedWords words_;
   Layout layout_;
@@ -217,7 +217,7 @@ class Sink {
 };
 
 /// What the axis may lean moves the shank's end by no more than the tip may stray.
-TcpOptions tcp_options(const Job& job) {
+TcpOptions tcp_options(const config::Job& job) {
   TcpOptions options;
   options.linear_decimals = job.machine.format.linear_decimals;
   const double lean =
@@ -228,7 +228,7 @@ TcpOptions tcp_options(const Job& job) {
 }
 
 Result<void> check(const Posting& posting) {
-  const ProgramFormat& format = posting.machine.format;
+  const config::ProgramFormat& format = posting.machine.format;
   if (posting.operations.empty()) return fail(Code::kInput, "the program has no operation");
   std::size_t blocks = 0;
   for (const Operation& op : posting.operations) {
@@ -237,7 +237,7 @@ Result<void> check(const Posting& posting) {
     blocks += op.words->moves.size();
     if (format.tcp && *table_of(format.dialect).tcp_length != '\0' && op.tool_number == 0)
       return fail(Code::kInput,
-                  std::string("TCP in ") + name_of(format.dialect).name +
+                  std::string("TCP in ") + config::name_of(format.dialect).name +
                       " needs a tool number for its H word; state program.tool, or LOADTL/ in the CL file");
   }
   if (format.max_blocks > 0 && blocks > static_cast<std::size_t>(format.max_blocks))
@@ -269,15 +269,15 @@ Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
   return sink.result();
 }
 
-Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
+Result<ProgramReport> write_program(const JointPath& path, const config::Job& job, std::ostream& out,
                                     const StageProgress& progress) {
   return write_program(path, job, out, {}, progress);
 }
 
-Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
+Result<ProgramReport> write_program(const JointPath& path, const config::Job& job, std::ostream& out,
                                     const HeaderFacts& header, const StageProgress& progress) {
-  const ProgramFormat& format = job.machine.format;
-  const Cutter& cutter = job.plan.cutter;
+  const config::ProgramFormat& format = job.machine.format;
+  const pathgen::Cutter& cutter = job.plan.cutter;
   Operation op;
   const JointPath tips =
       format.tcp ? words_under_tcp(path, job.machine.model, job.setup, tcp_options(job)) : JointPath{};
@@ -288,11 +288,12 @@ Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::
   op.cut_feed = job.plan.cut_feed;
   op.plunge_feed = job.plan.plunge_feed;
   if (job.spindle_rpm > 0.0) op.events.push_back({0, EventKind::kSpindle, job.spindle_rpm, ""});
-  if (job.program.coolant != Coolant::kOff)
-    op.events.push_back({0, EventKind::kCoolant, job.program.coolant == Coolant::kFlood ? 1.0 : 2.0, ""});
+  if (job.program.coolant != config::Coolant::kOff)
+    op.events.push_back(
+        {0, EventKind::kCoolant, job.program.coolant == config::Coolant::kFlood ? 1.0 : 2.0, ""});
   Posting posting{job.plan.name, job.machine, job.program, {}, header.proof, header.seconds};
   posting.operations.push_back(std::move(op));
   return write_program(posting, out, progress);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -14,7 +14,7 @@
 #include "kinematics/basics/tool_path.h"
 #include "kinematics/joints/joint_path.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Writes the program in the profile's dialect: header comments (TILTFEED ...: part, machine, tool, tool
 /// length and set-up that are baked in, blocks, time), safe start words, tool change, motion with all words
@@ -28,10 +28,10 @@ Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
 
 /// The same for a job with one tool. Requires: `path` rounded to the profile's decimals (under TCP: not
 /// rounded coarser than that).
-Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
+Result<ProgramReport> write_program(const JointPath& path, const config::Job& job, std::ostream& out,
                                     const StageProgress& progress = {});
 /// With more in the header.
-Result<ProgramReport> write_program(const JointPath& path, const Job& job, std::ostream& out,
+Result<ProgramReport> write_program(const JointPath& path, const config::Job& job, std::ostream& out,
                                     const HeaderFacts& header, const StageProgress& progress);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

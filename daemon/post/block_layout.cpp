@@ -11,7 +11,7 @@
 #include "kinematics/basics/units.h"
 #include "kinematics/timing/tcp_path.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 // A user's text in a comment: so many characters of [A-Za-z0-9 ._-], and the whole comment no longer than the
@@ -86,7 +86,7 @@ class Writer {
   std::string first_words() const;
 
   const Posting& posting_;
-  const ProgramFormat& format_;
+  const config::ProgramFormat& format_;
   const DialectTable& table_;
   Filling filling_;
   Layout layout_;
@@ -198,12 +198,12 @@ void Writer::retract() {
 }
 
 void Writer::modes() {
-  if (format_.path_control == PathControl::kExact) lines(table_.exact);
-  if (format_.path_control == PathControl::kBlend) lines(table_.blend);
-  if (format_.tcp || format_.feed_mode != FeedMode::kPerMinute) return;
+  if (format_.path_control == config::PathControl::kExact) lines(table_.exact);
+  if (format_.path_control == config::PathControl::kBlend) lines(table_.blend);
+  if (format_.tcp || format_.feed_mode != config::FeedMode::kPerMinute) return;
   lines(table_.per_minute_on);
-  if (format_.feed_measure == FeedMeasure::kDegrees) lines(table_.degrees);
-  if (format_.feed_measure == FeedMeasure::kRadius) lines(table_.radius);
+  if (format_.feed_measure == config::FeedMeasure::kDegrees) lines(table_.degrees);
+  if (format_.feed_measure == config::FeedMeasure::kRadius) lines(table_.radius);
 }
 
 std::string Writer::first_words() const {
@@ -293,7 +293,7 @@ void Writer::clamp(const Operation& op, std::size_t index) {
 
 void Writer::motion(const Operation& op) {
   const std::vector<JointMove>& moves = op.words->moves;
-  const bool inverse = !format_.tcp && format_.feed_mode == FeedMode::kInverseTime;
+  const bool inverse = !format_.tcp && format_.feed_mode == config::FeedMode::kInverseTime;
   const bool clamps = !format_.clamp_tilt.empty() || !format_.clamp_rotary.empty();
   const std::size_t first = at_;
   auto next = op.events.begin();
@@ -346,4 +346,4 @@ Layout Writer::write() {
 
 Layout lay_out(const Posting& posting) { return Writer(posting).write(); }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -8,7 +8,7 @@
 #include "daemon/post/dialect.h"
 #include "daemon/post/posting.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// A line that is no motion block.
 struct Insert {
@@ -32,4 +32,4 @@ struct Layout {
 /// Requires: every operation has a block, its first a rapid.
 Layout lay_out(const Posting& posting);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

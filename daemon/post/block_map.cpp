@@ -5,7 +5,7 @@
 #include <fstream>
 #include <ostream>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -47,4 +47,4 @@ Result<std::optional<BlockOrigin>> read_block_origin(const std::string& path, st
   return std::optional<BlockOrigin>(BlockOrigin{get(entry), get(entry + 4)});
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -10,7 +10,7 @@
 #include "kinematics/basics/tool_path.h"
 #include "kinematics/joints/joint_path.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct BlockOrigin {
   std::uint32_t move = 0;          ///< index into the tool path (and, in order, the CL file's GOTO)
@@ -21,4 +21,4 @@ void write_block_map(const JointPath& joints, const ToolPath& path, std::ostream
 /// Entry `number`, counted from 1; nothing when the map has fewer. Errors: kIo, kInput when it is no map.
 Result<std::optional<BlockOrigin>> read_block_origin(const std::string& path, std::uint64_t number);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -4,7 +4,7 @@
 #include <array>
 #include <cassert>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 constexpr std::size_t kMaxProgramName = 24;
@@ -13,7 +13,7 @@ constexpr std::uint64_t kFiveDigits = 99'999, kSevenDigits = 9'999'999, kEightDi
 
 // clang-format off
 constexpr std::array<DialectTable, 7> kTables{{
-    {.dialect = Dialect::kRs274,
+    {.dialect = config::Dialect::kRs274,
      .comment_open = "(", .comment_close = ")", .numbering = Numbering::kOptional, .unnumbered = "%(",
      .first_number = 1, .last_number = kSevenDigits, .block_end = "",
      .point = false, .plus = false, .modal_motion = true, .rapid = "G0", .feed = "G1",
@@ -27,7 +27,7 @@ constexpr std::array<DialectTable, 7> kTables{{
      .inverse_on = "G93", .per_minute_on = "G94", .degrees = "", .radius = "",
      .exact = "G61", .blend = "G64 P{tolerance}", .dwell = "G4 P{seconds}", .stop = "M0",
      .optional_stop = "M1", .retract = "G53 G0 Z0", .end = "M2"},
-    {.dialect = Dialect::kGrbl,
+    {.dialect = config::Dialect::kGrbl,
      .comment_open = "(", .comment_close = ")", .numbering = Numbering::kOptional, .unnumbered = "%(",
      .first_number = 1, .last_number = kSevenDigits, .block_end = "",
      .point = false, .plus = false, .modal_motion = true, .rapid = "G0", .feed = "G1",
@@ -41,7 +41,7 @@ constexpr std::array<DialectTable, 7> kTables{{
      .inverse_on = "G93", .per_minute_on = "G94", .degrees = "", .radius = "",
      .exact = "G61", .blend = "", .dwell = "G4 P{seconds}", .stop = "M0", .optional_stop = "M1",
      .retract = "G53 G0 Z0", .end = "M2"},
-    {.dialect = Dialect::kFanuc,
+    {.dialect = config::Dialect::kFanuc,
      .comment_open = "(", .comment_close = ")", .numbering = Numbering::kOptional, .unnumbered = "%(O",
      .first_number = 1, .last_number = kFiveDigits, .block_end = "",
      .point = true, .plus = false, .modal_motion = true, .rapid = "G0", .feed = "G1",
@@ -56,7 +56,7 @@ constexpr std::array<DialectTable, 7> kTables{{
      .inverse_on = "G93", .per_minute_on = "G94", .degrees = "", .radius = "",
      .exact = "", .blend = "", .dwell = "G4 P{milliseconds}", .stop = "M0", .optional_stop = "M1",
      .retract = "G91 G28 Z0.|G90", .end = "M30"},
-    {.dialect = Dialect::kHaas,
+    {.dialect = config::Dialect::kHaas,
      .comment_open = "(", .comment_close = ")", .numbering = Numbering::kOptional, .unnumbered = "%(O",
      .first_number = 1, .last_number = kFiveDigits, .block_end = "",
      .point = true, .plus = false, .modal_motion = true, .rapid = "G0", .feed = "G1",
@@ -71,7 +71,7 @@ constexpr std::array<DialectTable, 7> kTables{{
      .inverse_on = "G93", .per_minute_on = "G94", .degrees = "", .radius = "",
      .exact = "", .blend = "", .dwell = "G4 P{milliseconds}", .stop = "M0", .optional_stop = "M1",
      .retract = "G0 G53 Z0.", .end = "M30"},
-    {.dialect = Dialect::kSiemens,
+    {.dialect = config::Dialect::kSiemens,
      .comment_open = "; ", .comment_close = "", .numbering = Numbering::kOptional, .unnumbered = ";%",
      .first_number = 1, .last_number = kEightDigits, .block_end = "",
      .point = false, .plus = false, .modal_motion = true, .rapid = "G0", .feed = "G1",
@@ -89,7 +89,7 @@ constexpr std::array<DialectTable, 7> kTables{{
      .radius = "FGROUP(X,Y,Z{rotaries})|{at_radius}",
      .exact = "", .blend = "", .dwell = "G4 F{seconds}", .stop = "M0", .optional_stop = "M1",
      .retract = "G0 SUPA Z0 D0", .end = "M30"},
-    {.dialect = Dialect::kHeidenhain,
+    {.dialect = config::Dialect::kHeidenhain,
      .comment_open = "; ", .comment_close = "", .numbering = Numbering::kPlain, .unnumbered = " ",
      .first_number = 0, .last_number = kEightDigits, .block_end = "",
      .point = false, .plus = true, .modal_motion = false, .rapid = "L", .feed = "L",
@@ -105,7 +105,7 @@ constexpr std::array<DialectTable, 7> kTables{{
      .inverse_on = "", .per_minute_on = "", .degrees = "", .radius = "",
      .exact = "", .blend = "", .dwell = "CYCL DEF 9.0 DWELL TIME|CYCL DEF 9.1 DWELL {seconds}", .stop = "M0",
      .optional_stop = "M1", .retract = "L Z-1 R0 FMAX M91", .end = "M30|END PGM {name} MM"},
-    {.dialect = Dialect::kHeidenhainIso,
+    {.dialect = config::Dialect::kHeidenhainIso,
      .comment_open = ";", .comment_close = "", .numbering = Numbering::kN, .unnumbered = "%N",
      .first_number = 10, .last_number = kEightDigits - 1, .block_end = "*",
      .point = false, .plus = true, .modal_motion = true, .rapid = "G00", .feed = "G01",
@@ -143,7 +143,7 @@ bool fill(std::string_view line, const Filling& filling, std::string& text) {
 
 }  // namespace
 
-const DialectTable& table_of(Dialect dialect) {
+const DialectTable& table_of(config::Dialect dialect) {
   return *std::find_if(kTables.begin(), kTables.end(),
                        [&](const DialectTable& table) { return table.dialect == dialect; });
 }
@@ -164,9 +164,10 @@ std::string filled_line(std::string_view words, const Filling& filling) {
   return lines.empty() ? "" : lines.front();
 }
 
-std::string work_offset_word(Dialect dialect, int offset) {
-  if (dialect == Dialect::kHeidenhain || dialect == Dialect::kHeidenhainIso) return std::to_string(offset);
-  if (dialect == Dialect::kSiemens && offset > 4) return "G" + std::to_string(500 + offset);
+std::string work_offset_word(config::Dialect dialect, int offset) {
+  if (dialect == config::Dialect::kHeidenhain || dialect == config::Dialect::kHeidenhainIso)
+    return std::to_string(offset);
+  if (dialect == config::Dialect::kSiemens && offset > 4) return "G" + std::to_string(500 + offset);
   return "G" + std::to_string(53 + offset);
 }
 
@@ -181,4 +182,4 @@ std::string program_name(std::string_view name) {
   return text.empty() ? "TILTFEED" : text;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

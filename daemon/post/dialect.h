@@ -13,7 +13,7 @@
 
 #include "config/program_format.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 enum class Numbering {
   kOptional,  ///< N words where the profile wants them
@@ -22,7 +22,7 @@ enum class Numbering {
 };
 
 struct DialectTable {
-  Dialect dialect;
+  config::Dialect dialect;
   // Lines
   const char *comment_open, *comment_close;
   Numbering numbering;
@@ -52,7 +52,7 @@ struct DialectTable {
   const char *exact, *blend, *dwell, *stop, *optional_stop, *retract, *end;
 };
 
-const DialectTable& table_of(Dialect dialect);
+const DialectTable& table_of(config::Dialect dialect);
 
 /// What fills the braces, by name.
 using Filling = std::vector<std::pair<std::string_view, std::string>>;
@@ -62,8 +62,8 @@ std::vector<std::string> filled(std::string_view lines, const Filling& filling);
 std::string filled_line(std::string_view words, const Filling& filling);
 
 /// The word that selects a work offset: G54, or a Heidenhain preset number.
-std::string work_offset_word(Dialect dialect, int offset);
+std::string work_offset_word(config::Dialect dialect, int offset);
 /// A program's name as a Heidenhain control takes it: [A-Z0-9_-], not empty.
 std::string program_name(std::string_view name);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -3,7 +3,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 constexpr double kWholeCode = 1e-6;
@@ -62,4 +62,4 @@ std::optional<std::string> split_words(std::string_view text, DialectWords& word
   return std::nullopt;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

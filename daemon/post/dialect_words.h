@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Codes and tool numbers lie below.
 inline constexpr double kLargestNumber = 1e8;
@@ -32,4 +32,4 @@ struct DialectWords {
 /// Splits a line without comment and number; what is wrong as text: a letter twice, a number that is none.
 std::optional<std::string> split_words(std::string_view text, DialectWords& words);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

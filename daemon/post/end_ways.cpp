@@ -10,7 +10,7 @@
 #include "pathgen/tool/swept_tool.h"
 #include "pathgen/tool/tool_pieces.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 // A tool nearer to the machine's Z than this is along it, sine: it drifts by 1 mm over a metre.
@@ -26,8 +26,11 @@ struct Stand {
 
 class EndWays {
  public:
-  EndWays(const Mesh& part, const Job& job)
-      : part_(part), job_(job), pieces_(all_pieces(job.plan)), base_(reference_height(job.plan.cutter)) {}
+  EndWays(const pathgen::Mesh& part, const config::Job& job)
+      : part_(part),
+        job_(job),
+        pieces_(pathgen::all_pieces(job.plan)),
+        base_(pathgen::reference_height(job.plan.cutter)) {}
 
   /// How far along its axis the tool is to go; 0: it need not, or there is no way.
   double way(const Pose& pose);
@@ -38,11 +41,11 @@ class EndWays {
   bool in_reach(const Pose& pose, const std::vector<Stand>& stands) const;
   bool clear(const Pose& pose, double way);
 
-  const Mesh& part_;
-  const Job& job_;
-  std::vector<ToolPiece> pieces_;
-  double base_;                   ///< of the CL reference over the tip, mm
-  std::optional<FacetBvh> tree_;  ///< made when first needed
+  const pathgen::Mesh& part_;
+  const config::Job& job_;
+  std::vector<pathgen::ToolPiece> pieces_;
+  double base_;                            ///< of the CL reference over the tip, mm
+  std::optional<pathgen::FacetBvh> tree_;  ///< made when first needed
 };
 
 /// With both solutions of the tilt: which of them is taken depends on the whole path.
@@ -68,7 +71,7 @@ std::optional<double> EndWays::beyond(const Pose& pose, Vec3 normal) const {
   const double along = dot(pose.axis, normal), across = std::sqrt(std::max(0.0, 1.0 - along * along));
   if (along < kLeastLeaving) return std::nullopt;
   double lowest = 0.0, top = -std::numeric_limits<double>::infinity();
-  for (const ToolPiece& piece : pieces_) {
+  for (const pathgen::ToolPiece& piece : pieces_) {
     const double ring = base_ + piece.above_reference;
     lowest = std::min(lowest, ring * along - piece.flat * across - piece.corner);
     if (piece.has_cone())
@@ -91,12 +94,13 @@ bool EndWays::in_reach(const Pose& pose, const std::vector<Stand>& stands) const
 bool EndWays::clear(const Pose& pose, double way) {
   if (!tree_) tree_.emplace(part_);
   const Point<Part> reference = pose.tip + pose.axis * base_;
-  const auto meets_part = [&](const SweptTool::Frustum& frustum) {
-    return tree_->any_along(
-        reference, pose.axis, frustum.from, frustum.to, frustum.widest,
-        [&](std::uint32_t, const PlacedFacet& facet) { return meets(frustum, reference, pose.axis, facet); });
+  const auto meets_part = [&](const pathgen::SweptTool::Frustum& frustum) {
+    return tree_->any_along(reference, pose.axis, frustum.from, frustum.to, frustum.widest,
+                            [&](std::uint32_t, const pathgen::PlacedFacet& facet) {
+                              return pathgen::meets(frustum, reference, pose.axis, facet);
+                            });
   };
-  return std::none_of(pieces_.begin(), pieces_.end(), [&](const ToolPiece& piece) {
+  return std::none_of(pieces_.begin(), pieces_.end(), [&](const pathgen::ToolPiece& piece) {
     const double ring = piece.above_reference, end = ring + piece.length + way;
     if (!piece.has_cone()) return meets_part({piece.part, ring, end, piece.outer, 0.0, piece.outer});
     const double slope = piece.taper_sin / piece.taper_cos, wide = ring + piece.cone_height(piece.outer),
@@ -134,7 +138,7 @@ double EndWays::way(const Pose& pose) {
 
 }  // namespace
 
-double add_end_ways(ToolPath& path, const Mesh& part, const Job& job) {
+double add_end_ways(ToolPath& path, const pathgen::Mesh& part, const config::Job& job) {
   EndWays ends(part, job);
   const Pose first = path.moves.front().pose, last = path.moves.back().pose;
   const double off = ends.way(last), above = ends.way(first);
@@ -147,4 +151,4 @@ double add_end_ways(ToolPath& path, const Mesh& part, const Job& job) {
   return off + above;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,7 +6,7 @@
 #include "kinematics/basics/tool_path.h"
 #include "pathgen/mesh/mesh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Where the head leans, puts a rapid along the tool axis before the first pose and one behind the last. They
 /// lead to where the whole tool, grown by its stock and its guards' clearances, is beyond a plane that is the
@@ -14,6 +14,6 @@ namespace tiltfeed {
 /// they stand: over the part, or beside it, whichever is nearer. Where the travels end before that or the way
 /// is blocked, beyond the plane square to the tool axis, or else nothing is put in. Returns what was put in,
 /// mm.
-double add_end_ways(ToolPath& path, const Mesh& part, const Job& job);
+double add_end_ways(ToolPath& path, const pathgen::Mesh& part, const config::Job& job);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

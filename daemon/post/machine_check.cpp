@@ -7,7 +7,7 @@
 
 #include "kinematics/basics/decimal.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 // Angles from home that are tried, degrees: one small enough for any machine, then ones that show an offset.
@@ -22,8 +22,9 @@ struct Stop {
 };
 
 /// Whole last decimals, as the control will see them.
-Joints rounded(const MachineProfile& machine, const Setup& setup, Point<Part> tip, double a, double c) {
-  const ProgramFormat& f = machine.format;
+Joints rounded(const config::MachineProfile& machine, const Setup& setup, Point<Part> tip, double a,
+               double c) {
+  const config::ProgramFormat& f = machine.format;
   a = round_decimal(a, f.rotary_decimals);
   c = round_decimal(c, f.rotary_decimals);
   if (machine.model.rotary.word == RotaryWord::kSigned && std::remainder(c, 360.0) == 0.0)
@@ -33,7 +34,7 @@ Joints rounded(const MachineProfile& machine, const Setup& setup, Point<Part> ti
   return q;
 }
 
-std::vector<Stop> stops(const MachineProfile& machine, const Setup& setup, Point<Part> tip) {
+std::vector<Stop> stops(const config::MachineProfile& machine, const Setup& setup, Point<Part> tip) {
   std::vector<Stop> found;
   const auto add = [&](double tilt, double turn) {
     const MachineModel& m = machine.model;
@@ -66,9 +67,9 @@ std::string turn(const RotaryAxis& axis, double to, double from, int decimals) {
 
 }  // namespace
 
-Result<std::string> check_program(const MachineProfile& machine, double tool_length, double height) {
+Result<std::string> check_program(const config::MachineProfile& machine, double tool_length, double height) {
   const MachineModel& m = machine.model;
-  const ProgramFormat& f = machine.format;
+  const config::ProgramFormat& f = machine.format;
   Setup setup;
   setup.tool_length = tool_length;
   const Point<Part> tip{0.0, 0.0, height};
@@ -99,4 +100,4 @@ Result<std::string> check_program(const MachineProfile& machine, double tool_len
   return out + "M2\n";
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,12 +6,12 @@
 #include "config/machine_profile.h"
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// A short program that holds the tool tip still on the part while the rotaries turn, with a stop at each
 /// place and, in comments, where the tip should be and how the tool should lean. Part zero is the point of
 /// the rotary table's axis; the tip stays `height` mm above it. Only places within the limits. Errors: kLimit
 /// where there is none.
-Result<std::string> check_program(const MachineProfile& machine, double tool_length, double height);
+Result<std::string> check_program(const config::MachineProfile& machine, double tool_length, double height);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

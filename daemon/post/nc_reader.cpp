@@ -11,7 +11,7 @@
 #include "daemon/post/nc_rules.h"
 #include "kinematics/basics/decimal.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 using Mistake = std::optional<std::string>;
@@ -103,7 +103,7 @@ Mistake Reader::strip(std::string& line) {
     line.resize(semicolon);
   }
   // A Sinumerik's parentheses hold arguments.
-  const bool comments = language_.dialect != Dialect::kSiemens;
+  const bool comments = language_.dialect != config::Dialect::kSiemens;
   for (auto open = line.find('('); comments && open != std::string::npos; open = line.find('(')) {
     const auto close = line.find(')', open);
     if (close == std::string::npos) return "comment without ')'";
@@ -112,7 +112,7 @@ Mistake Reader::strip(std::string& line) {
   }
   while (!line.empty() && (line.back() == '*' || line.back() == ' ')) line.pop_back();
   std::size_t from = 0;
-  const bool plain = language_.dialect == Dialect::kHeidenhain;
+  const bool plain = language_.dialect == config::Dialect::kHeidenhain;
   if (!plain && !line.empty() && line[0] == 'N') from = 1;
   if (plain || from == 1)
     while (from < line.size() && line[from] >= '0' && line[from] <= '9') ++from;
@@ -133,7 +133,8 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
       is("CYCL DEF 247") || is("Q339") || is("CYCL DEF 9.0") || is("G247") || is("PLANE RESET") ||
       is("CYCL DEF 10.0 ROTATION") || line == "CYCL DEF 10.1 ROT+0" || line == "G73 G90 H+0")
     return true;
-  const bool numbered = language_.dialect == Dialect::kFanuc || language_.dialect == Dialect::kHaas;
+  const bool numbered =
+      language_.dialect == config::Dialect::kFanuc || language_.dialect == config::Dialect::kHaas;
   if (numbered && line.size() > 1 && line[0] == 'O' &&
       line.find_first_not_of("0123456789", 1) == std::string::npos)
     return true;
@@ -188,7 +189,7 @@ Mistake Reader::one_code(int tenths) {
 void Reader::machine_codes(const DialectWords& words) {
   if (words.has('T')) {
     next_tool(static_cast<int>(words.values.at('T')));
-    changing_ = language_.dialect == Dialect::kGrbl;  // its M0 is the tool change
+    changing_ = language_.dialect == config::Dialect::kGrbl;  // its M0 is the tool change
   }
   if (words.has('S')) speed_ = words.values.at('S');
   for (const int code : words.m) {
@@ -210,7 +211,8 @@ void Reader::machine_codes(const DialectWords& words) {
 
 /// G40 to G42, and the registers of length and radius.
 void Reader::compensation(const DialectWords& words) {
-  const bool left = words.has_g(410), right = words.has_g(420), edge = language_.dialect == Dialect::kSiemens;
+  const bool left = words.has_g(410), right = words.has_g(420),
+             edge = language_.dialect == config::Dialect::kSiemens;
   if (left || right)
     event(left ? EventKind::kCutterLeft : EventKind::kCutterRight,
           words.has('D') ? words.values.at('D') : 0.0);
@@ -227,8 +229,8 @@ Mistake Reader::dwell(const DialectWords& words) {
   for (const char letter : {'P', 'F', 'X'}) {
     if (!words.has(letter)) continue;
     // Fanuc and Haas: a P without a point is in milliseconds.
-    const bool short_p =
-        letter == 'P' && (language_.dialect == Dialect::kFanuc || language_.dialect == Dialect::kHaas);
+    const bool short_p = letter == 'P' && (language_.dialect == config::Dialect::kFanuc ||
+                                           language_.dialect == config::Dialect::kHaas);
     const bool milli = short_p && words.printed.at('P').find('.') == std::string::npos;
     event(EventKind::kDwell, words.values.at(letter) * (milli ? 1e-3 : 1.0));
     return std::nullopt;
@@ -239,8 +241,9 @@ Mistake Reader::dwell(const DialectWords& words) {
 /// Where an axis at `from` goes by its word: the shorter way where the program says so, on these controls.
 double Reader::turned(const DialectWords& words, char letter, RotaryWord counting, double from) const {
   const double word = words.values.at(letter);
-  const bool tnc = language_.dialect == Dialect::kHeidenhain || language_.dialect == Dialect::kHeidenhainIso;
-  if (tnc || language_.dialect == Dialect::kSiemens) {
+  const bool tnc = language_.dialect == config::Dialect::kHeidenhain ||
+                   language_.dialect == config::Dialect::kHeidenhainIso;
+  if (tnc || language_.dialect == config::Dialect::kSiemens) {
     const bool shorter = tnc ? shorter_ : words.direct.find(letter) != std::string::npos;
     counting = shorter && counting == RotaryWord::kShortest ? RotaryWord::kShortest : RotaryWord::kAccumulate;
     if (words.direct.find(letter) != std::string::npos) counting = RotaryWord::kShortest;
@@ -265,7 +268,7 @@ Mistake Reader::motion(const DialectWords& words) {
   }
   if (elsewhere || !moves) return std::nullopt;
   if (incremental_) return "incremental words are not understood; post with G90";
-  const bool plain = language_.dialect == Dialect::kHeidenhain;
+  const bool plain = language_.dialect == config::Dialect::kHeidenhain;
   if (plain && !words.named("L")) return "axis words without L";
   if (!plain && !motion_known_) return "axis words before the first G0 or G1";
   const bool rapid = plain ? words.named("FMAX") : rapid_;
@@ -367,4 +370,4 @@ Result<NcProgram> read_nc_program(std::istream& in, const std::string& name, con
   return reader.finish();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

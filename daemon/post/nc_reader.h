@@ -16,7 +16,7 @@
 #include "kinematics/basics/result.h"
 #include "kinematics/machine/machine.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct TextBlock {
   Joints words;  ///< as printed; under TCP X Y Z are the tip's
@@ -51,4 +51,4 @@ struct NcProgram {
 /// are known, no block; kLimit: more than the limits there.
 Result<NcProgram> read_nc_program(std::istream& in, const std::string& name, const TextLanguage& language);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -11,7 +11,7 @@
 
 #include "kinematics/basics/decimal.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 // Codes that exclude each other, in tenths: motion, distances, feed, cutter side, plane.
@@ -52,7 +52,7 @@ std::optional<std::string> reference_point(const DialectWords& words, bool incre
 std::optional<std::string> letters(const DialectWords& words, const TextLanguage& language) {
   const bool dwell = words.has_g(40);
   if (words.has('P') && !dwell && !words.has_g(640)) return "P is understood in G4 and G64 only";
-  const bool plain = language.dialect == Dialect::kHeidenhain;
+  const bool plain = language.dialect == config::Dialect::kHeidenhain;
   if (words.has('R') && !(plain && words.values.at('R') == 0.0)) return "R is not understood";
   for (const char letter : {'T', 'H', 'D'})
     if (words.has(letter) && words.values.at(letter) != std::floor(words.values.at(letter)))
@@ -65,9 +65,9 @@ std::optional<std::string> letters(const DialectWords& words, const TextLanguage
 
 }  // namespace
 
-TextLanguage text_language(const MachineProfile& machine) {
+TextLanguage text_language(const config::MachineProfile& machine) {
   const MachineModel& model = machine.model;
-  const ProgramFormat& format = machine.format;
+  const config::ProgramFormat& format = machine.format;
   TextLanguage language{format.dialect,  model.tilt.letter, model.rotary.letter,
                         model.tilt.word, model.rotary.word, {}};
   for (const std::string& line :
@@ -106,4 +106,4 @@ LineRead read_bounded_line(std::istream& in, std::string& line, std::size_t most
   return line.empty() ? LineRead::kEnd : LineRead::kLine;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -12,7 +12,7 @@
 #include "daemon/post/dialect_words.h"
 #include "daemon/post/text_language.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 // A program that is longer has to be divided: its path is held in memory. About 60 bytes a block, 70 a point.
 inline constexpr std::size_t kMostTextBlocks = 1'000'000;
@@ -24,7 +24,7 @@ inline constexpr std::uint64_t kMostTextBytes = 200'000'000;
 inline constexpr std::size_t kLongestTextLine = 4096;
 
 /// The profile's control and axes, and the M codes of its own lines (clamps, start, end).
-TextLanguage text_language(const MachineProfile& machine);
+TextLanguage text_language(const config::MachineProfile& machine);
 
 /// Why the words of a line cannot be read one by one, or are not known; nothing: they can.
 std::optional<std::string> misread(const DialectWords& words, const TextLanguage& language, bool incremental);
@@ -33,4 +33,4 @@ enum class LineRead { kLine, kEnd, kTooLong };
 /// The next line without its end (LF, CR LF, or CR alone), of at most `most` bytes.
 LineRead read_bounded_line(std::istream& in, std::string& line, std::size_t most);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

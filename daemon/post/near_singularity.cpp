@@ -5,11 +5,12 @@
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/tool/move_collision.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
-SingularityBendReport bend_near_singularity(const Job& job, const CheckedMesh& part, ToolPath& path) {
+SingularityBendReport bend_near_singularity(const config::Job& job, const pathgen::CheckedMesh& part,
+                                            ToolPath& path) {
   if (job.axis_tolerance.radians() <= 0.0) return {};
-  const MoveCollision clearance(part.mesh, job.plan);
+  const pathgen::MoveCollision clearance(part.mesh, job.plan);
   SingularityBend bent = bend_at_singularity(
       path, job.machine.model, job.setup, {job.axis_tolerance, ToleranceBudget(job.plan.tolerance).pole()},
       [&](const Pose& from, const Pose& to) { return clearance.clear(from, to); });
@@ -17,4 +18,4 @@ SingularityBendReport bend_near_singularity(const Job& job, const CheckedMesh& p
   return bent.report;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -5,9 +5,10 @@
 #include "kinematics/joints/singularity_bend.h"
 #include "pathgen/mesh/mesh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Bends the path where `job.axis_tolerance` allows it; nothing is changed where that is 0.
-SingularityBendReport bend_near_singularity(const Job& job, const CheckedMesh& part, ToolPath& path);
+SingularityBendReport bend_near_singularity(const config::Job& job, const pathgen::CheckedMesh& part,
+                                            ToolPath& path);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

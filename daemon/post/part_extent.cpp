@@ -3,20 +3,20 @@
 #include <algorithm>
 #include <limits>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 /// Half the width of the tool at its widest, mm.
-double half_width(const Cutter& cutter) {
+double half_width(const pathgen::Cutter& cutter) {
   double widest = std::max(cutter.cutting_top_radius(), cutter.shank_radius());
-  for (const HolderStep& step : cutter.holder)
+  for (const pathgen::HolderStep& step : cutter.holder)
     widest = std::max({widest, step.lower_diameter / 2.0, step.upper_diameter / 2.0});
   return widest;
 }
 
 }  // namespace
 
-ClearSpace part_extent(const Mesh& mesh, const Job& job) {
+ClearSpace part_extent(const pathgen::Mesh& mesh, const config::Job& job) {
   const Vec3 up = rotary_up(job.machine.model, job.setup);
   const Vec3 to_part = transposed(job.setup.fixture) * job.setup.part_zero;
   double highest = -std::numeric_limits<double>::infinity(), furthest = 0.0;
@@ -30,4 +30,4 @@ ClearSpace part_extent(const Mesh& mesh, const Job& job) {
   return {highest + room, furthest + room + half_width(job.plan.cutter)};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

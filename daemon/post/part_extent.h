@@ -5,10 +5,10 @@
 #include "kinematics/joints/joint_path.h"
 #include "pathgen/mesh/mesh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Over the part and beside it, its stock and the job's clearance added; beside it the tool's half width,
 /// too. Clamps and fixtures are not known.
-ClearSpace part_extent(const Mesh& mesh, const Job& job);
+ClearSpace part_extent(const pathgen::Mesh& mesh, const config::Job& job);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

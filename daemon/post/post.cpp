@@ -9,7 +9,7 @@
 #include "kinematics/cl_text/safe_approach.h"
 #include "kinematics/timing/tcp_path.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 /// The error with the CL line of the move that it names ("move 12, ...") in front.
@@ -27,8 +27,9 @@ constexpr double kAlongZ = 2e-3;
 
 /// Where the control is to shift the tool to a side of its way, it works in the plane of X and Y: the
 /// rotaries stand and the tool is along Z.
-Result<void> check_compensation(const AptOperation& op, const JointPath& path, const MachineProfile& machine,
-                                const Setup& setup, int tool, const std::string& name) {
+Result<void> check_compensation(const AptOperation& op, const JointPath& path,
+                                const config::MachineProfile& machine, const Setup& setup, int tool,
+                                const std::string& name) {
   constexpr const char* kLeave = "; where the points are the cutter's centre, say --ignore CUTCOM";
   const DialectTable& table = table_of(machine.format.dialect);
   std::size_t at = 0;
@@ -42,7 +43,7 @@ Result<void> check_compensation(const AptOperation& op, const JointPath& path, c
       return fail(Code::kInput, name + ":" + std::to_string(op.lines[move]) + ": CUTCOM/: " + what + kLeave);
     };
     if (*table.cutter_left == '\0')
-      return wrong(std::string(name_of(machine.format.dialect).name) + " has no words for it");
+      return wrong(std::string(config::name_of(machine.format.dialect).name) + " has no words for it");
     if (machine.format.tcp)
       return wrong("a control that keeps the tool centre point does not shift the tool");
     if (event->value == 0.0 && tool == 0)
@@ -64,13 +65,13 @@ Result<void> check_compensation(const AptOperation& op, const JointPath& path, c
 
 }  // namespace
 
-Result<Posted> post(const AptProgram& program, const std::string& name, const MachineProfile& stated_machine,
-                    const PostOptions& options) {
-  MachineProfile machine = stated_machine;
-  machine.format = fine_enough(machine.format, options.tolerance, options.axis_tolerance);
+Result<Posted> post(const AptProgram& program, const std::string& name,
+                    const config::MachineProfile& stated_machine, const PostOptions& options) {
+  config::MachineProfile machine = stated_machine;
+  machine.format = config::fine_enough(machine.format, options.tolerance, options.axis_tolerance);
   Posted out;
   out.posting = {program.name, machine, options.data, {}};
-  const ProgramFormat& format = machine.format;
+  const config::ProgramFormat& format = machine.format;
   JointPathOptions joints;
   joints.tolerance = options.tolerance - program.chord_error;
   if (!(joints.tolerance > 0.0))
@@ -115,4 +116,4 @@ Result<Posted> post(const AptProgram& program, const std::string& name, const Ma
   return out;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -12,7 +12,7 @@
 #include "kinematics/cl_text/apt_file.h"
 #include "kinematics/timing/timing.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct PostOptions {
   double tolerance = 0.005;      ///< of the tip as the machine moves it, mm
@@ -21,7 +21,7 @@ struct PostOptions {
   /// With a height the tool comes to and leaves every operation along its axis from there; with either it may
   /// be taken off in between to turn a rotary back.
   ClearSpace clear;
-  ProgramData data;
+  config::ProgramData data;
 };
 
 /// A posting and the words that it points to.
@@ -33,12 +33,12 @@ struct Posted {
 };
 
 /// Errors: as to_joints, with `name`:line of the CL text; kInput for a tool without length.
-Result<Posted> post(const AptProgram& program, const std::string& name, const MachineProfile& machine,
+Result<Posted> post(const AptProgram& program, const std::string& name, const config::MachineProfile& machine,
                     const PostOptions& options);
 
 /// How the control passes corners in a program of this format.
-inline Corners corners_of(const ProgramFormat& format) {
-  return format.path_control == PathControl::kExact ? Corners::kExact : Corners::kBlended;
+inline Corners corners_of(const config::ProgramFormat& format) {
+  return format.path_control == config::PathControl::kExact ? Corners::kExact : Corners::kBlended;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -11,7 +11,7 @@
 #include "kinematics/basics/tool_path.h"
 #include "kinematics/joints/joint_moves.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct ProgramReport {
   std::uint64_t blocks = 0;         ///< motion blocks written
@@ -38,8 +38,8 @@ struct Operation {
 /// A whole program.
 struct Posting {
   std::string name;  ///< of the part
-  MachineProfile machine;
-  ProgramData data;
+  config::MachineProfile machine;
+  config::ProgramData data;
   std::vector<Operation> operations;
   std::string proof{};  ///< a word on the program's proof for its header; empty: none
   /// Machining time for the header, accelerations and stops included, s; nothing: the sum of the blocks' own.
@@ -52,4 +52,4 @@ struct HeaderFacts {
   std::optional<double> seconds;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

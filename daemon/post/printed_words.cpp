@@ -7,7 +7,7 @@
 
 #include "kinematics/basics/units.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 // F has so many significant digits, so its error is at most half of 1e-4 of it.
@@ -25,12 +25,12 @@ int feed_decimals(double value) {
 
 }  // namespace
 
-PrintedWords::PrintedWords(const ProgramFormat& format, const MachineModel& machine)
+PrintedWords::PrintedWords(const config::ProgramFormat& format, const MachineModel& machine)
     : format_(format),
       table_(table_of(format.dialect)),
       tilt_(machine.tilt),
       rotary_(machine.rotary),
-      inverse_(!format.tcp && format.feed_mode == FeedMode::kInverseTime) {}
+      inverse_(!format.tcp && format.feed_mode == config::FeedMode::kInverseTime) {}
 
 char* PrintedWords::number(char* out, double value, int decimals) const {
   char* const end = write_decimal(out, value, decimals);
@@ -91,9 +91,9 @@ char* PrintedWords::height(char* out, const Joints& to) const {
 double PrintedWords::way(const Joints& from, const Joints& to) const {
   const double linear = std::hypot(to.x - from.x, to.y - from.y, to.z - from.z);
   const double turned = std::hypot(to.a - from.a, to.c - from.c);
-  const bool tip_only = format_.tcp || format_.feed_measure == FeedMeasure::kXyz;
+  const bool tip_only = format_.tcp || format_.feed_measure == config::FeedMeasure::kXyz;
   if (tip_only) return linear > 0.0 ? linear : turned;
-  if (format_.feed_measure == FeedMeasure::kDegrees) return std::hypot(linear, turned);
+  if (format_.feed_measure == config::FeedMeasure::kDegrees) return std::hypot(linear, turned);
   return std::hypot(linear, Angle::from_degrees(turned).radians() * format_.feed_radius);
 }
 
@@ -119,4 +119,4 @@ char* PrintedWords::feed(char* out, double value) const {
   return number(out, value, std::min(feed_decimals(value), table_.feed_decimals));
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

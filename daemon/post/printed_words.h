@@ -9,7 +9,7 @@
 #include "kinematics/basics/decimal.h"
 #include "kinematics/machine/machine.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// F of a block.
 struct FeedWord {
@@ -26,7 +26,7 @@ struct BlockStep {
 
 class PrintedWords {
  public:
-  PrintedWords(const ProgramFormat& format, const MachineModel& machine);
+  PrintedWords(const config::ProgramFormat& format, const MachineModel& machine);
 
   /// Appends " X1.5 ..." for the words that differ from `from`, or all.
   char* axes(char* out, const Joints& from, const Joints& to, bool all) const;
@@ -47,10 +47,10 @@ class PrintedWords {
   char* number(char* out, double value, int decimals) const;
   double way(const Joints& from, const Joints& to) const;
 
-  const ProgramFormat& format_;
+  const config::ProgramFormat& format_;
   const DialectTable& table_;
   const RotaryAxis &tilt_, &rotary_;
   bool inverse_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

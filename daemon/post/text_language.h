@@ -6,14 +6,14 @@
 #include "config/program_format.h"
 #include "kinematics/machine/machine_model.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// What the reader needs to know of the control.
 struct TextLanguage {
-  Dialect dialect = Dialect::kRs274;
+  config::Dialect dialect = config::Dialect::kRs274;
   char tilt = 'A', rotary = 'C';
   RotaryWord tilt_word = RotaryWord::kAccumulate, rotary_word = RotaryWord::kAccumulate;
   std::vector<int> own_codes = {};  ///< M codes of the machine's own lines
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -8,7 +8,7 @@
 #include "daemon/post/nc_rules.h"
 #include "kinematics/basics/decimal.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 constexpr const char* kMark = "TILTFEED tool length ";
@@ -48,4 +48,4 @@ Result<void> check_tool_length(const std::string& path, double length) {
                                 " mm long; post it again with that length, or change the tool");
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,7 +6,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// The lengths, mm, that the program's TILTFEED comments say are in the words, one a tool. Errors: kIo.
 Result<std::vector<double>> baked_lengths(const std::string& path);
@@ -15,4 +15,4 @@ Result<std::vector<double>> baked_lengths(const std::string& path);
 /// of one. Errors: kInput with both lengths and what to do; kIo.
 Result<void> check_tool_length(const std::string& path, double length);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

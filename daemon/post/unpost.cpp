@@ -7,7 +7,7 @@
 #include "daemon/post/nc_rules.h"
 #include "kinematics/timing/tcp_path.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 namespace {
 
 // A block is halved at most this often.
@@ -28,7 +28,7 @@ Joints between(const Joints& p, const Joints& q, double f) {
 
 class Unposter {
  public:
-  Unposter(const TextOperation& text, const MachineProfile& machine, const Setup& setup,
+  Unposter(const TextOperation& text, const config::MachineProfile& machine, const Setup& setup,
            const UnpostOptions& options)
       : text_(text), machine_(machine), setup_(setup), options_(options) {}
 
@@ -47,7 +47,7 @@ class Unposter {
   double tip_feed(const TextBlock& from, const TextBlock& to, double way) const;
 
   const TextOperation& text_;
-  const MachineProfile& machine_;
+  const config::MachineProfile& machine_;
   const Setup& setup_;
   const UnpostOptions& options_;
   std::size_t most_ = 0;  ///< points
@@ -88,10 +88,10 @@ double Unposter::tip_feed(const TextBlock& from, const TextBlock& to, double way
   const double linear = std::hypot(q.x - p.x, q.y - p.y, q.z - p.z),
                turned = std::hypot(q.a - p.a, q.c - p.c);
   if (to.tcp) return linear > 0.0 ? to.feed : 0.0;
-  const ProgramFormat& format = machine_.format;
+  const config::ProgramFormat& format = machine_.format;
   double measured = linear > 0.0 ? linear : turned;
-  if (format.feed_measure == FeedMeasure::kDegrees) measured = std::hypot(linear, turned);
-  if (format.feed_measure == FeedMeasure::kRadius)
+  if (format.feed_measure == config::FeedMeasure::kDegrees) measured = std::hypot(linear, turned);
+  if (format.feed_measure == config::FeedMeasure::kRadius)
     measured = std::hypot(linear, Angle::from_degrees(turned).radians() * format.feed_radius);
   return measured > 0.0 ? to.feed * way / measured : 0.0;
 }
@@ -169,7 +169,7 @@ Rotation fixture_of(Vec3 degrees) {
   return turn({0, 0, 1}, degrees.z) * turn({0, 1, 0}, degrees.y) * turn({1, 0, 0}, degrees.x);
 }
 
-Result<AptProgram> unpost(const NcProgram& program, const MachineProfile& machine,
+Result<AptProgram> unpost(const NcProgram& program, const config::MachineProfile& machine,
                           const UnpostOptions& options) {
   AptProgram out;
   std::size_t points = 0;
@@ -197,4 +197,4 @@ Result<AptProgram> unpost(const NcProgram& program, const MachineProfile& machin
   return out;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

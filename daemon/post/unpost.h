@@ -8,7 +8,7 @@
 #include "kinematics/basics/result.h"
 #include "kinematics/cl_text/apt_file.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct UnpostOptions {
   double tolerance = 0.001;       ///< of the straight lines between points from the tip's true way, mm
@@ -25,7 +25,7 @@ Rotation fixture_of(Vec3 degrees);
 /// besides; points are put between so that straight lines and great circles stay within tolerance of that.
 /// Feeds are those of the tip. Errors: kInput where neither the program nor the options state tool length or
 /// part zero, or a word is beyond its axis's travel; kLimit: more points than kMostTextPoints.
-Result<AptProgram> unpost(const NcProgram& program, const MachineProfile& machine,
+Result<AptProgram> unpost(const NcProgram& program, const config::MachineProfile& machine,
                           const UnpostOptions& options);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -111,4 +111,4 @@ double ProgramTime::at(std::uint64_t blocks) const {
   return begin + (end - begin) * static_cast<double>(blocks - first) / static_cast<double>(last - first);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -12,7 +12,7 @@
 #include "daemon/program/link_kind.h"
 #include "daemon/program/numeric_block.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Modbus links count numeric blocks, every other link lines.
 constexpr bool counts_numeric_blocks(LinkKind kind) { return is_ring(kind) || is_drive(kind); }
@@ -78,4 +78,4 @@ class ProgramTime {
   double total_ = 0.0;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

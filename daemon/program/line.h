@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Longest line of any controller that is known (grblHAL 256), bytes without line end.
 inline constexpr std::size_t kMaxLine = 256;
@@ -21,4 +21,4 @@ struct Line {
   double dwell = 0.0;  ///< seconds that G4 asks for
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,7 +6,7 @@
 
 #include "daemon/program/numeric_block.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -199,4 +199,4 @@ Result<ProgramFacts> LineReader::survey() {
   return facts;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -11,7 +11,7 @@
 #include "daemon/program/line.h"
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// What one pass over the whole file found.
 struct ProgramFacts {
@@ -57,4 +57,4 @@ class LineReader {
   std::string header_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -1,7 +1,7 @@
 #pragma once
 // The kinds of controllers that programs are sent to.
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// A journal keeps these as numbers: new ones at the end.
 enum class LinkKind { kGrbl, kRepRap, kDrip, kModbusTcp, kModbusRtu, kDriveTcp, kDriveRtu };
@@ -10,4 +10,4 @@ constexpr bool is_drive(LinkKind kind) { return kind == LinkKind::kDriveTcp || k
 /// Modbus RTU, whatever the registers mean.
 constexpr bool is_rtu(LinkKind kind) { return kind == LinkKind::kModbusRtu || kind == LinkKind::kDriveRtu; }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

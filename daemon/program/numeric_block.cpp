@@ -3,7 +3,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -283,4 +283,4 @@ Result<void> BlockReader::read(const Line& line, std::vector<NumericBlock>& bloc
   return {};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

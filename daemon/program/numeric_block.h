@@ -11,7 +11,7 @@
 #include "kinematics/basics/result.h"
 #include "kinematics/machine/machine.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// A letter and its number, as in G93 or.
 struct GcodeWord {
@@ -90,4 +90,4 @@ class BlockReader {
   int spindle_code_ = 5;  // M3, M4 or M5 in force
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -17,15 +17,15 @@ constexpr Time kWait = milliseconds(50);
 /// At the least this many bytes at once, or very slow lines would need a call per byte.
 constexpr std::size_t kFewBytes = 2;
 
-std::string_view end_of_block(EndOfBlock kind) {
+std::string_view end_of_block(config::EndOfBlock kind) {
   switch (kind) {
-    case EndOfBlock::kLf:
+    case config::EndOfBlock::kLf:
       return "\n";
-    case EndOfBlock::kCrLf:
+    case config::EndOfBlock::kCrLf:
       return "\r\n";
-    case EndOfBlock::kCr:
+    case config::EndOfBlock::kCr:
       return "\r";
-    case EndOfBlock::kLfCrCr:
+    case config::EndOfBlock::kLfCrCr:
       return "\n\r\r";
   }
   return "\n";
@@ -34,8 +34,8 @@ std::string_view end_of_block(EndOfBlock kind) {
 }  // namespace
 
 DripSession::DripSession(const DripOptions& options, Time now) : options_(options), free_at_(now), now_(now) {
-  const DripFormat& format = options_.format;
-  const int bits = 1 + format.data_bits + (format.parity != Parity::kNone) + format.stop_bits;
+  const config::DripFormat& format = options_.format;
+  const int bits = 1 + format.data_bits + (format.parity != config::Parity::kNone) + format.stop_bits;
   byte_time_ = Time(std::chrono::seconds(1)) * bits / options_.baud;
   if (!format.wait_for_start) start();
 }
@@ -113,7 +113,7 @@ void DripSession::receive(std::string_view bytes, Time now) {
   for (const char raw : bytes) {
     if (is_final(phase_)) return;
     const char c = static_cast<char>(raw & 0x7F);  // the parity bit, where the port leaves it in
-    const bool xon_xoff = options_.format.flow == FlowControl::kXonXoff;
+    const bool xon_xoff = options_.format.flow == config::FlowControl::kXonXoff;
     if (c == options_.format.xon) {
       stopped_by_control_ = false;
       if (phase_ == Phase::kConnect) start();
@@ -188,4 +188,4 @@ SendState DripSession::state() const {
   return state;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

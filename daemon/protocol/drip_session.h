@@ -13,12 +13,12 @@
 #include "daemon/protocol/session.h"
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct DripOptions {
   std::uint64_t total = 0;  ///< lines of the program
   int baud = 9600;
-  DripFormat format = {};
+  config::DripFormat format = {};
 };
 
 /// Properties: the bytes are leader, %, the lines in order, %, trailer; nothing before the first DC1 if the
@@ -72,4 +72,4 @@ class DripSession {
 /// How long the wire may be busy with what it was given: so much follows a DC3, plus one FIFO of the adapter.
 inline constexpr Time kDripAhead = std::chrono::milliseconds(10);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -39,7 +39,7 @@ Result<std::vector<std::uint16_t>> DriveEncoder::encode(const NumericBlock& bloc
                 "a plain drive has no machine coordinates; post with the profile's `retract: none`");
   std::vector<std::uint16_t> words(static_cast<std::size_t>(map_.words), 0);
   for (std::size_t i = 0; i < to.size(); ++i) {
-    const DriveAxis& axis = map_.axes[i];
+    const config::DriveAxis& axis = map_.axes[i];
     if (axis.word < 0) {
       if (before_ && !stays(i) && (before_->kept >> i & 1U) == 0 && axes_of(*before_)[i] != to[i])
         return fail(Code::kInput, std::string(kAxisNames[i]) +
@@ -88,4 +88,4 @@ Result<double> DriveEncoder::speed(const NumericBlock& block) const {
   return block.feed * (way > 0.0 ? way : turn);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -3,7 +3,7 @@
 #include <cassert>
 #include <utility>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -76,7 +76,7 @@ std::string_view DriveSession::output(Time now) {
     choose(now);
   }
   if (!request_.empty() || is_final(phase_)) return request_;
-  const DriveMap& map = options_.map;
+  const config::DriveMap& map = options_.map;
   switch (step_) {
     case Step::kLook:
     case Step::kWatch:
@@ -130,7 +130,7 @@ void DriveSession::receive(std::string_view bytes, Time now) {
 }
 
 void DriveSession::on_status(std::uint16_t status, Time now) {
-  const DriveMap& map = options_.map;
+  const config::DriveMap& map = options_.map;
   if ((status & map.fault_mask) != 0)
     return fault("the drive is in alarm (status " + std::to_string(status) + ")" +
                      (step_ == Step::kLook ? "; clear it first: nothing was sent" : ""),
@@ -251,4 +251,4 @@ SendState DriveSession::state() const {
   return state;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

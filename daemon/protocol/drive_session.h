@@ -16,11 +16,11 @@
 #include "daemon/wire/link.h"
 #include "daemon/wire/modbus_map.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct DriveOptions {
   std::uint64_t total = 0;  ///< blocks of the program
-  DriveMap map = {};
+  config::DriveMap map = {};
 };
 
 /// Properties: a move is written once, unless an operator resumes a hold that cut it short; when no answer to
@@ -82,4 +82,4 @@ class DriveSession {
   Time next_{}, heard_{};
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,7 +6,7 @@
 #include "daemon/protocol/grbl_session.h"
 #include "daemon/wire/wire_text.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -161,4 +161,4 @@ Time GrblSession::deadline() const {
   return next_poll_;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,7 +6,7 @@
 
 #include "daemon/protocol/grbl_session.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -169,4 +169,4 @@ void GrblSession::follow_overrides() {
                                                  : kRapidQuarter));
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

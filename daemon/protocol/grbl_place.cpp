@@ -5,7 +5,7 @@
 
 #include "daemon/protocol/grbl_session.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -108,4 +108,4 @@ void GrblSession::narrow_range() {
             run + static_cast<std::uint64_t>(last - open.begin()) + 1, lines};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -4,7 +4,7 @@
 
 #include "daemon/protocol/grbl_session.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -81,4 +81,4 @@ SendState GrblSession::state() const {
   return state;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

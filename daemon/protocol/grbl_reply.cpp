@@ -6,7 +6,7 @@
 
 #include "daemon/wire/wire_text.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -129,4 +129,4 @@ std::optional<GrblBuffers> parse_buffers(std::string_view line) {
   return buffers;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

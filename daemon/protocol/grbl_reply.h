@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 enum class GrblReplyKind {
   kOk,        ///< exactly "ok"
@@ -53,4 +53,4 @@ struct GrblBuffers {
 };
 std::optional<GrblBuffers> parse_buffers(std::string_view line);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

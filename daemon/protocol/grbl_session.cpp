@@ -6,7 +6,7 @@
 #include "daemon/protocol/grbl_words.h"
 #include "daemon/wire/wire_text.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -309,4 +309,4 @@ void GrblSession::link_lost(const Error& error) {
   fault(error.code, error.message, false);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

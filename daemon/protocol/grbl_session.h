@@ -15,7 +15,7 @@
 #include "daemon/protocol/session.h"
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct GrblOptions {
   std::uint64_t total = 0;         ///< lines of the program
@@ -183,4 +183,4 @@ class GrblSession {
   Time next_poll_{}, last_report_{}, last_progress_{};
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

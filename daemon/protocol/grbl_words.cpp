@@ -2,7 +2,7 @@
 
 #include <charconv>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -317,4 +317,4 @@ std::string marlin_meaning(std::string_view line) {
   return "";
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// "error:22: no feed has been set; give an F word". Of a number that is not in the table: "error:300".
 std::string grbl_error_text(int code);
@@ -25,4 +25,4 @@ GrblSettingName grbl_setting_name(int number, std::string_view letters);
 /// To an "Error:..." line of Marlin, likewise with what to do.
 std::string marlin_meaning(std::string_view line);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,7 +6,7 @@
 #include "daemon/protocol/modbus_session.h"
 #include "kinematics/basics/decimal.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -126,4 +126,4 @@ void ModbusSession::on_place(std::span<const std::uint16_t> words, Time now) {
                          reported + " and not at the program's end, " + ends);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,7 +6,7 @@
 #include "daemon/protocol/modbus_session.h"
 #include "kinematics/basics/decimal.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -118,4 +118,4 @@ void ModbusSession::follow_hold(const RingStatus& status, Time now) {
   move(phase_ == Phase::kHold ? Event::kResumed : Event::kOperatorDone);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -5,7 +5,7 @@
 
 #include "daemon/protocol/modbus_session.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -128,4 +128,4 @@ std::vector<std::uint16_t> ModbusSession::window_words() {
                        ended_ && frame_count_ == waiting, options_.map.low_word_first);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -269,4 +269,4 @@ SendState ModbusSession::state() const {
   return state;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

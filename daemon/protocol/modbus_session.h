@@ -16,13 +16,13 @@
 #include "daemon/wire/link.h"
 #include "daemon/wire/modbus_map.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct ModbusOptions {
   std::uint64_t total = 0;       ///< blocks of the program
   std::uint16_t session_id = 1;  ///< not 0, another one for each run
-  RingMap map = {};
-  PositionTolerance tolerance = {};  ///< of the axes at the program's end
+  config::RingMap map = {};
+  config::PositionTolerance tolerance = {};  ///< of the axes at the program's end
   /// Go on with a run that another process began: session_id is that run's name.
   bool attach = false;
   std::uint16_t boot = 0;                    ///< of that run
@@ -148,4 +148,4 @@ class ModbusSession {
   Time next_request_{}, last_reply_{}, last_heartbeat_{}, last_progress_{}, step_began_{};
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -7,7 +7,7 @@
 #include "daemon/program/numeric_block.h"
 #include "kinematics/basics/decimal.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -145,4 +145,4 @@ LineRange PositionWatch::lines_at(const AxisValues& at, double rounding) const {
   return range;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -12,7 +12,7 @@
 #include "daemon/wire/axis_values.h"
 #include "daemon/wire/position_limits.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Properties: a place is told as wrong only where every axis of it is known and no block between the oldest
 /// that may be in execution and the newest that was pushed passes within the tolerance of it. A word that is
@@ -61,4 +61,4 @@ class PositionWatch {
                                            // of another one
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

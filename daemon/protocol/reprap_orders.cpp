@@ -4,7 +4,7 @@
 
 #include "daemon/protocol/reprap_session.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 void RepRapSession::command(const OperatorCommand& command, Time now) {
   now_ = now;
@@ -61,4 +61,4 @@ void RepRapSession::ask_stop() {
   append({0, "M400"}, Kind::kBarrier);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -2,7 +2,7 @@
 
 #include "daemon/protocol/reprap_session.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -33,4 +33,4 @@ void RepRapSession::prove_end() {
   move(Event::kProved);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -83,4 +83,4 @@ std::optional<AxisValues> parse_reprap_place(std::string_view line) {
   return place;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

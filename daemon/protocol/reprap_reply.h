@@ -7,7 +7,7 @@
 
 #include "daemon/wire/axis_values.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 enum class RepRapReplyKind {
   kOk,        ///< "ok", perhaps with N, P and B figures
@@ -33,4 +33,4 @@ RepRapReply parse_reprap_reply(std::string_view line);
 /// checksum. Nothing: another line, or damaged.
 std::optional<AxisValues> parse_reprap_place(std::string_view line);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -4,7 +4,7 @@
 
 #include "daemon/protocol/reprap_session.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -64,4 +64,4 @@ bool RepRapSession::take_back(std::uint64_t number) {
   return true;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

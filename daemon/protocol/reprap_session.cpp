@@ -7,7 +7,7 @@
 #include "daemon/protocol/grbl_words.h"
 #include "daemon/wire/wire_text.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -290,4 +290,4 @@ SendState RepRapSession::state() const {
   return state;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -13,7 +13,7 @@
 #include "daemon/protocol/session.h"
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct RepRapOptions {
   std::uint64_t total = 0;        ///< lines of the program
@@ -106,4 +106,4 @@ class RepRapSession {
 /// "N12G1X3*85": the line with its number and checksum.
 std::string reprap_frame(std::uint64_t number, std::string_view text);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

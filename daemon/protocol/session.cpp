@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -117,4 +117,4 @@ std::string describe(const SendState& state) {
          " of the file); earlier ones have, later ones have not";
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

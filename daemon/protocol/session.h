@@ -20,7 +20,7 @@
 #include "daemon/wire/axis_values.h"
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 enum class Phase {
   kConnect,     ///< waiting for the controller's first sign of life
@@ -134,4 +134,4 @@ std::string quote_line(std::uint64_t number, const std::string& text);
 /// are what `resume --from` counts.
 std::string describe(const SendState& state);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

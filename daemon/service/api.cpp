@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -132,4 +132,4 @@ std::string write_refusal(const Error& error) {
   return out.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -8,7 +8,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 inline constexpr int kApiVersion = 1;
 /// Longest request line, bytes: files travel as descriptors, not as text.
@@ -50,4 +50,4 @@ std::string write_request(const ApiRequest& request);
 /// {"v":1,"ok":false,"error":"..."}, a line.
 std::string write_refusal(const Error& error);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

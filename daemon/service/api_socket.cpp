@@ -12,7 +12,7 @@
 
 #include "daemon/service/api.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -240,4 +240,4 @@ Result<std::string> ask_service(const std::string& path, const std::string& line
   return in.substr(0, in.find('\n'));
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

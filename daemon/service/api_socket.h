@@ -13,7 +13,7 @@
 
 struct pollfd;
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// One request line of `user` (by the kernel's word) with the files that came with it.
 struct Asked {
@@ -77,4 +77,4 @@ class ApiSocket {
 Result<std::string> ask_service(const std::string& socket, const std::string& line,
                                 const std::vector<int>& files);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -15,7 +15,7 @@
 #include <system_error>
 #include <thread>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -190,4 +190,4 @@ Result<void> CopyProcess::outcome() const {
   return {};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -9,7 +9,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Descriptors that a user handed over. Closing one may take as long as its file system likes: a thread of
 /// its own does that.
@@ -65,4 +65,4 @@ class CopyProcess {
   std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

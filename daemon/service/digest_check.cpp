@@ -3,7 +3,7 @@
 #include <cassert>
 #include <chrono>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 void DigestCheck::start(const std::string& program, const LinkSpec& link, std::uint64_t job) {
   assert(!busy());
@@ -16,4 +16,4 @@ std::optional<Result<ProgramRun>> DigestCheck::take() {
   return result_.get();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

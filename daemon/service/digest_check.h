@@ -9,7 +9,7 @@
 
 #include "daemon/journal/program_run.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// One check at a time.
 class DigestCheck {
@@ -26,4 +26,4 @@ class DigestCheck {
   std::future<Result<ProgramRun>> result_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -4,7 +4,7 @@
 
 #include "daemon/service/api.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 void Errands::begin(const What& what, std::function<Then()> work, Done done) {
   errands_.push_back({what, std::async(std::launch::async, std::move(work)), std::move(done), false});
@@ -106,4 +106,4 @@ void Arrivals::drop(std::uint64_t job) {
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -12,7 +12,7 @@
 #include "daemon/service/spool.h"
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// What is answered in the end: one JSON line, or why not.
 using Done = std::function<void(Result<std::string>)>;
@@ -72,4 +72,4 @@ class Arrivals {
   std::list<Arrival> arrivals_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

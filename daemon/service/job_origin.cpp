@@ -6,7 +6,7 @@
 #include "daemon/post/block_map.h"
 #include "daemon/program/block_cursor.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -41,4 +41,4 @@ std::string origin_json(const std::string& program, const std::string& map, Link
   return text_of(json);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

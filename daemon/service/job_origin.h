@@ -6,10 +6,10 @@
 
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// A JSON object. `program` and `map` are files; what they cannot tell is left out or said as "error".
 std::string origin_json(const std::string& program, const std::string& map, LinkKind kind,
                         const MachineModel& machine, std::uint64_t number);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,7 +6,7 @@
 
 #include "daemon/service/job_origin.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -34,15 +34,15 @@ std::string said(const std::string& text) {
 
 }  // namespace
 
-JobService::JobService(const ServiceConfig& config, const LinkSpec& link, MachineClaim claim, Spool spool,
-                       std::function<void()> alive)
+JobService::JobService(const config::ServiceConfig& config, const LinkSpec& link, MachineClaim claim,
+                       Spool spool, std::function<void()> alive)
     : config_(config),
       link_(link),
       claim_(std::move(claim)),
       spool_(std::move(spool)),
       runner_(std::make_unique<StreamThread>(std::move(alive))) {}
 
-Result<JobService> JobService::open(const ServiceConfig& config, std::function<void()> alive) {
+Result<JobService> JobService::open(const config::ServiceConfig& config, std::function<void()> alive) {
   const Result<LinkSpec> link = parse_link(config.link, config.machine.wire, &config.machine.model);
   if (!link) return tl::unexpected<Error>(link.error());
   MachineClaim claim;
@@ -55,7 +55,7 @@ Result<JobService> JobService::open(const ServiceConfig& config, std::function<v
   return jobs;
 }
 
-Result<void> JobService::reload(const ServiceConfig& config) {
+Result<void> JobService::reload(const config::ServiceConfig& config) {
   const Result<LinkSpec> link = parse_link(config.link, config.machine.wire, &config.machine.model);
   if (!link) return tl::unexpected<Error>(link.error());
   if (config.spool != config_.spool || config.socket != config_.socket)
@@ -299,4 +299,4 @@ std::string JobService::status() const {
   return text;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

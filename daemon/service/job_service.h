@@ -17,7 +17,7 @@
 #include "daemon/service/spool.h"
 #include "daemon/service/stream_thread.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// One machine's jobs. Properties: one job at a time is on the wire, one is planned; every change is in the
 /// spool before it is answered; nothing resumes by itself; nothing starts by itself but the next in the
@@ -26,7 +26,7 @@ class JobService {
  public:
   /// Settles what an earlier process left: plans again what was being planned, says of what was running
   /// whether it can be resumed. Errors: kIo, kUsage (link; another service has the machine or the spool).
-  static Result<JobService> open(const ServiceConfig& config, std::function<void()> alive);
+  static Result<JobService> open(const config::ServiceConfig& config, std::function<void()> alive);
 
   /// `reply` gets one JSON line, at once or out of a later tick: what takes long is done beside the loop.
   /// `files` were handed over with the request.
@@ -43,7 +43,7 @@ class JobService {
   void take_ends();
   bool in_work() const { return !errands_.empty() || !arrivals_.empty(); }
   /// A new configuration; the machine's wire and profile take effect with the next job. Errors: kUsage.
-  Result<void> reload(const ServiceConfig& config);
+  Result<void> reload(const config::ServiceConfig& config);
 
   bool busy() const { return runner_->busy() || worker_->busy(); }
   /// The run on the machine has come to its end; the next tick takes it.
@@ -56,7 +56,7 @@ class JobService {
   std::string status() const;
 
  private:
-  JobService(const ServiceConfig& config, const LinkSpec& link, MachineClaim claim, Spool spool,
+  JobService(const config::ServiceConfig& config, const LinkSpec& link, MachineClaim claim, Spool spool,
              std::function<void()> alive);
 
   Result<std::string> act(const SpooledJob& job, const ApiRequest& request);
@@ -101,7 +101,7 @@ class JobService {
   void set(const SpooledJob& job, JobState state, const std::string& note);
   void log(Severity severity, std::uint64_t job, const std::string& text, std::uint64_t block = 0) const;
 
-  ServiceConfig config_;
+  config::ServiceConfig config_;
   LinkSpec link_;
   MachineClaim claim_;
   Spool spool_;
@@ -119,4 +119,4 @@ class JobService {
   bool queue_moves_ = false;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -8,7 +8,7 @@
 #include "daemon/protocol/grbl_words.h"
 #include "daemon/service/job_service.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -126,4 +126,4 @@ Result<SpooledJob> JobService::job_on_machine() {
   return fail(Code::kUsage, "no job is on the machine; with a job's number that one is meant");
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

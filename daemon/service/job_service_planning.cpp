@@ -4,7 +4,7 @@
 #include "daemon/files/sha256.h"
 #include "daemon/service/job_service.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 void JobService::plan_failed(SpooledJob job, const std::string& why) {
   if (job.place > 0) stand_still(job.id, "job " + std::to_string(job.id) + " cannot be planned");
@@ -45,4 +45,4 @@ void JobService::plan_next() {
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -4,7 +4,7 @@
 
 #include "daemon/service/job_service.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -130,4 +130,4 @@ void JobService::start_next() {
   begin(next, done);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

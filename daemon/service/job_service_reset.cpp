@@ -6,7 +6,7 @@
 #include "daemon/service/job_service.h"
 #include "daemon/wire/open_link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -80,4 +80,4 @@ void JobService::take_reset_end() {
           (job.id == stopped_ ? "stopped; the machine was reset; " : "the machine was reset; ") + job.note);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

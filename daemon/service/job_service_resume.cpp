@@ -14,7 +14,7 @@
 #include "daemon/service/job_service.h"
 #include "daemon/wire/open_link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -55,7 +55,7 @@ struct EntryOrder {
   std::string to;                  ///< program of the job that enters it; empty: it is shown only
   std::uint64_t number = 0;        ///< of that job
   LinkSpec link;
-  MachineProfile machine;
+  config::MachineProfile machine;
   std::uint64_t from = 0;
 };
 
@@ -64,7 +64,8 @@ Result<Reentry> plan_entry(const EntryOrder& order) {
   if (!prepared) return tl::unexpected<Error>(prepared.error());
   ReentryOptions options;
   options.from = order.from;
-  if (const Result<Job> planned = load_job_with(order.yaml, {order.stl, order.machine.path}); planned) {
+  if (const Result<config::Job> planned = config::load_job_with(order.yaml, {order.stl, order.machine.path});
+      planned) {
     options.plunge_feed = planned->plan.plunge_feed.mm_per_min();
     options.setup = planned->setup;
   }
@@ -77,7 +78,7 @@ Result<Reentry> plan_entry(const EntryOrder& order) {
 Result<ProgramRun> write_entry(const EntryOrder& order) {
   const Result<Reentry> entry = plan_entry(order);
   if (!entry) return tl::unexpected<Error>(entry.error());
-  auto file = OutputFile::open(order.to);
+  auto file = config::OutputFile::open(order.to);
   if (!file) return tl::unexpected<Error>(file.error());
   if (const auto written = write_reentry(order.program, *entry, file->stream()); !written)
     return tl::unexpected<Error>(written.error());
@@ -307,4 +308,4 @@ void JobService::leave() {
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

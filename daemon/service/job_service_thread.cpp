@@ -3,7 +3,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -95,4 +95,4 @@ void JobServiceThread::leave() {
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

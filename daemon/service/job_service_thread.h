@@ -12,7 +12,7 @@
 
 #include "daemon/service/job_service.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// What is posted is done in order. Replies wait until they are taken; `wake_fd` can be read then.
 class JobServiceThread {
@@ -46,4 +46,4 @@ class JobServiceThread {
   std::thread thread_;  // last: it uses all of that
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

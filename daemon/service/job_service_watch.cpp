@@ -7,7 +7,7 @@
 
 #include "daemon/service/job_service.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 void JobService::look_into_watch_folder() {
   std::error_code failed;
@@ -36,4 +36,4 @@ void JobService::look_into_watch_folder() {
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

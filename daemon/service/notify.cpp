@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -54,4 +54,4 @@ void write_log(Severity severity, const std::string& message, const LogFields& f
   std::fprintf(stderr, "%s%s\n", line.c_str(), printable(message).c_str());
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// To $NOTIFY_SOCKET: "READY=1", "STATUS=...", "WATCHDOG=1", "STOPPING=1". True when it was
 /// sent.
@@ -29,4 +29,4 @@ void write_log(Severity severity, const std::string& message, const LogFields& f
 std::vector<std::string> journal_fields(Severity severity, const std::string& message,
                                         const LogFields& fields);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

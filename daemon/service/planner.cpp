@@ -9,7 +9,7 @@
 #include <cstring>
 #include <fstream>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -89,4 +89,4 @@ void stop_plan(PlanProcess& process) {
   process.pid = -1;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -7,7 +7,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 struct PlanProcess {
   int pid = -1;  ///< -1: none
@@ -29,4 +29,4 @@ std::optional<PlanStage> stage_of(const PlanProcess& process);
 /// Ends it, if there is one.
 void stop_plan(PlanProcess& process);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

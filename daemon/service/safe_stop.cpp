@@ -11,7 +11,7 @@
 #include "daemon/wire/open_link.h"
 #include "daemon/wire/steady_clock.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -30,7 +30,7 @@ bool may_move(const JournalContent& journal) {
 }
 
 /// The job that was on the machine; nothing where the spool has none. Errors: kIo.
-Result<std::optional<SpooledJob>> job_on_machine(const ServiceConfig& config, LinkKind kind) {
+Result<std::optional<SpooledJob>> job_on_machine(const config::ServiceConfig& config, LinkKind kind) {
   std::error_code none;
   if (!std::filesystem::exists(config.spool + "/jobs", none)) return std::nullopt;
   const Result<Spool> spool = Spool::open(config.spool);
@@ -74,7 +74,7 @@ bool in_order(const ServiceEnd& end) {
 
 Result<SafeStop> safe_stop(const std::string& config_path, const ServiceEnd& end) {
   if (in_order(end)) return SafeStop{"", "the service ended in order; nothing was sent", 0};
-  const Result<ServiceConfig> config = load_service_config(config_path);
+  const Result<config::ServiceConfig> config = config::load_service_config(config_path);
   if (!config) return tl::unexpected<Error>(config.error());
   const Result<LinkSpec> link = parse_link(config->link, config->machine.wire);
   if (!link) return tl::unexpected<Error>(link.error());
@@ -96,4 +96,4 @@ Result<SafeStop> safe_stop(const std::string& config_path, const ServiceEnd& end
   return stop;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -7,7 +7,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// How the service ended, as systemd tells by $SERVICE_RESULT, $EXIT_CODE and $EXIT_STATUS; all empty: called
 /// by hand.
@@ -28,4 +28,4 @@ struct SafeStop {
 /// of the configuration, the spool, the journal (in use: the service lives), the wire and `stop_machine`.
 Result<SafeStop> safe_stop(const std::string& config_path, const ServiceEnd& end);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -12,7 +12,7 @@
 #include "daemon/service/api_socket.h"
 #include "daemon/service/job_service_thread.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -64,7 +64,7 @@ std::string monotonic_us() {
 
 void reload(const std::string& path, JobService& jobs) {
   notify("RELOADING=1\nMONOTONIC_USEC=" + monotonic_us());
-  const Result<ServiceConfig> config = load_service_config(path);
+  const Result<config::ServiceConfig> config = config::load_service_config(path);
   const Result<void> taken = config ? jobs.reload(*config) : tl::unexpected<Error>(config.error());
   write_log(taken ? Severity::kInfo : Severity::kError,
             taken ? path + ": read again" : taken.error().message + "; the configuration stays as it was",
@@ -115,7 +115,7 @@ class Front {
 }  // namespace
 
 Result<void> serve(const std::string& config_path) {
-  const Result<ServiceConfig> config = load_service_config(config_path);
+  const Result<config::ServiceConfig> config = config::load_service_config(config_path);
   if (!config) return tl::unexpected<Error>(config.error());
   const Signals signals;  // before any thread is started, so that all of them leave signals to this one
   Watchdog watchdog;
@@ -134,4 +134,4 @@ Result<void> serve(const std::string& config_path) {
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -16,7 +16,7 @@
 #include "daemon/service/spool_layout.h"
 #include "daemon/wire/wire_text.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -301,4 +301,4 @@ Result<void> Spool::sweep() {
   return {};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -12,7 +12,7 @@
 #include "daemon/service/state_lock.h"
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 enum class JobState : std::uint8_t {
   kReceived,     ///< to be planned
@@ -104,4 +104,4 @@ class Spool {
   std::map<std::uint64_t, SpooledJob> remembered_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

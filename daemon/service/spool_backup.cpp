@@ -12,7 +12,7 @@
 
 #include "daemon/files/durable.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -118,4 +118,4 @@ Result<std::uint64_t> back_up(const std::string& spool, const std::string& to) {
   return jobs;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,7 +6,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Table and files of all jobs, as of one moment, while a service may be at work; not the journals: what ran
 /// after the copy was made is not in them, so that a job which had begun is uncertain over its whole program
@@ -14,4 +14,4 @@ namespace tiltfeed {
 /// (`to` is there already), kIo.
 Result<std::uint64_t> back_up(const std::string& spool, const std::string& to);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

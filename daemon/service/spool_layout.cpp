@@ -2,7 +2,7 @@
 
 #include <sqlite3.h>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -72,4 +72,4 @@ Result<void> bring_up_to_date(sqlite3* db, const std::string& path) {
   return changed;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

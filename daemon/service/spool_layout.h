@@ -7,7 +7,7 @@
 
 struct sqlite3;
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Kept in the database (PRAGMA user_version); 0: of before versions were kept, with a table or without.
 inline constexpr int kSpoolVersion = 2;
@@ -16,4 +16,4 @@ inline constexpr int kSpoolVersion = 2;
 /// was. Errors: kIo; kUsage for a table of a later version, which stays as it is.
 Result<void> bring_up_to_date(sqlite3* db, const std::string& path);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

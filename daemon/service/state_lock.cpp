@@ -23,7 +23,7 @@
 
 #include "daemon/files/sha256.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -195,4 +195,4 @@ void MachineClaim::turn_away() const {
     for (int asking = -1; (asking = ::accept4(fd, nullptr, nullptr, SOCK_CLOEXEC)) >= 0;) ::close(asking);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

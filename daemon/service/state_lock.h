@@ -8,7 +8,7 @@
 #include "daemon/wire/link.h"
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// FOLDER/lock, held until it goes out of scope or the process dies, however it dies.
 class StateLock {
@@ -48,4 +48,4 @@ class MachineClaim {
   std::map<std::string, int> held_;  // key, listening socket
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

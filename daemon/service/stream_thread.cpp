@@ -6,7 +6,7 @@
 #include "daemon/stream/wire_log.h"
 #include "daemon/wire/open_link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -139,4 +139,4 @@ void StreamThread::stream(const RunOrder& order) {
   view_.ended = std::move(report);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

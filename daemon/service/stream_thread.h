@@ -12,7 +12,7 @@
 #include "daemon/journal/program_run.h"
 #include "daemon/program/block_cursor.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// What a run needs beside its program.
 struct RunOrder {
@@ -73,4 +73,4 @@ class StreamThread {
   std::chrono::steady_clock::time_point began_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -5,7 +5,7 @@
 #include "daemon/protocol/drive_block.h"
 #include "daemon/wire/modbus_map.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -46,7 +46,7 @@ Result<std::uint64_t> survey_blocks(LineReader& program, const NumericAxes& axes
   return blocks;
 }
 
-Result<void> survey_drive(LineReader& program, const NumericAxes& axes, const DriveMap& map) {
+Result<void> survey_drive(LineReader& program, const NumericAxes& axes, const config::DriveMap& map) {
   BlockFeed feed(program, axes);
   DriveEncoder encoder(map);
   NumericBlock block;
@@ -59,4 +59,4 @@ Result<void> survey_drive(LineReader& program, const NumericAxes& axes, const Dr
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -10,7 +10,7 @@
 #include "daemon/program/numeric_block.h"
 #include "daemon/stream/stream_hooks.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Asks for the record of each block before a session has it.
 class Reserve {
@@ -98,6 +98,6 @@ class BlockFeed {
 /// Converts the whole program before anything is sent. Returns the number of blocks.
 Result<std::uint64_t> survey_blocks(LineReader& program, const NumericAxes& axes);
 /// The same for what a drive can do of it. Errors: as DriveEncoder, with path:line.
-Result<void> survey_drive(LineReader& program, const NumericAxes& axes, const DriveMap& map);
+Result<void> survey_drive(LineReader& program, const NumericAxes& axes, const config::DriveMap& map);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -16,7 +16,7 @@
 #include "daemon/wire/open_link.h"
 #include "daemon/wire/steady_clock.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -289,4 +289,4 @@ Result<SendReport> send_program(const std::string& program_path, const LinkSpec&
   return send_opened(*opened, spec, **link, clock, options, hooks);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

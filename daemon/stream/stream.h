@@ -16,7 +16,7 @@
 #include "daemon/wire/link.h"
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// What another process began and the controller still knows (Modbus ring only).
 struct Attachment {
@@ -68,4 +68,4 @@ Result<ProgramSum> sum_program(const std::string& program_path, LinkKind kind, c
 Result<SendReport> send_over(const std::string& program_path, const LinkSpec& spec, Link& link, Clock& clock,
                              const SendOptions& options, const StreamHooks& hooks);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -12,7 +12,7 @@
 #include "daemon/wire/link.h"
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Called at most about ten times a second, at each change of phase, when every block is executed (before the
 /// controller is told that the run is over), and once at the end. Return false to
@@ -46,4 +46,4 @@ struct StreamHooks {
   std::function<Result<std::uint64_t>(std::uint64_t next, std::uint64_t line)> reserve = {};
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 void WireLog::close(Side& side, Time at) {
   side.lines.push_back({order_++, at, std::move(side.open)});
@@ -56,4 +56,4 @@ std::string WireLog::text() const {
   return out;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -8,7 +8,7 @@
 
 #include "daemon/stream/stream.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Bytes become lines at LF; a request or reply of a message link is one line, shown as hexadecimal words.
 class WireLog {
@@ -39,4 +39,4 @@ class WireLog {
   std::uint64_t order_ = 0;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

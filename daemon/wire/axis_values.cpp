@@ -5,7 +5,7 @@
 
 #include "kinematics/basics/decimal.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 constexpr int kPrinted = 3;
@@ -25,4 +25,4 @@ std::string describe(const AxisValues& axes) {
   return text;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Axes in this order; what is not known is not a number. A B C are rotary, the others linear.
 inline constexpr std::string_view kAxisLetters = "XYZABCUVW";
@@ -15,4 +15,4 @@ AxisValues no_axes();
 /// "X1 Y-2.5": the axes that are known, three decimals.
 std::string describe(const AxisValues& axes);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

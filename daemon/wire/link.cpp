@@ -3,7 +3,7 @@
 #include <charconv>
 #include <optional>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -83,7 +83,8 @@ Result<LinkSpec> parse_tcp(std::string_view text, std::string_view rest, LinkSpe
 
 }  // namespace
 
-Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile, const MachineModel* machine) {
+Result<LinkSpec> parse_link(std::string_view text, const config::LinkProfile& profile,
+                            const MachineModel* machine) {
   for (const char c : text)
     if (c <= ' ' || c > '~') return bad_link(text, "blanks and control characters have no place here");
   const std::size_t colon = text.find(':');
@@ -145,4 +146,4 @@ std::string describe(const LinkSpec& link) {
   return "";
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -14,7 +14,7 @@
 #include "daemon/wire/position_limits.h"
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// An instant, counted from the clock's own start, or a span of time.
 using Time = std::chrono::nanoseconds;
@@ -56,10 +56,10 @@ struct LinkSpec {
   int baud = 115200;                   ///< of a serial line
   int unit = 1;                        ///< Modbus unit (slave) number
   int receive_buffer = 0;              ///< of a Grbl controller, bytes; 0: ask the controller
-  int max_line = 0;               ///< longest line that a Grbl controller takes, bytes; 0: by its firmware
-  LinkProfile profile = {};       ///< the rest, from the machine profile; not part of the LINK text
-  NumericAxes axes = {};          ///< that the machine has; not part of the LINK text
-  PositionLimits positions = {};  ///< where the machine may be reported; not part of the LINK text
+  int max_line = 0;                  ///< longest line that a Grbl controller takes, bytes; 0: by its firmware
+  config::LinkProfile profile = {};  ///< the rest, from the machine profile; not part of the LINK text
+  NumericAxes axes = {};             ///< that the machine has; not part of the LINK text
+  PositionLimits positions = {};     ///< where the machine may be reported; not part of the LINK text
 
   /// Nothing locks it when it is opened, as opening a serial port does.
   bool over_network() const {
@@ -72,8 +72,8 @@ struct LinkSpec {
 /// `modbus-rtu:/dev/ttyS0[@19200[/UNIT]]`, or the last two with `drive-` for a plain drive. Errors: kUsage
 /// with what is wrong and an example of each form. `profile`: what the machine profile says of the wire;
 /// `machine`: whose travels no report may leave.
-Result<LinkSpec> parse_link(std::string_view text, const LinkProfile& profile = {},
+Result<LinkSpec> parse_link(std::string_view text, const config::LinkProfile& profile = {},
                             const MachineModel* machine = nullptr);
 /// The LINK text again, with the defaults filled in: parse_link(describe(s)) = s.
 std::string describe(const LinkSpec& link);
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -14,7 +14,7 @@
 
 #include "daemon/wire/modbus_map.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -151,7 +151,7 @@ class ModbusLink : public Link {
 
   LinkSpec spec_;
   Context context_;
-  Time reply_timeout_, silence_ = tiltfeed::silence(spec_);
+  Time reply_timeout_, silence_ = daemon::silence(spec_);
   std::chrono::steady_clock::time_point next_frame_{};  // not before, on a serial line
   bool connected_ = false;
 };
@@ -196,4 +196,4 @@ Result<std::unique_ptr<Link>> open_modbus_link(const LinkSpec& link) {
   return opened;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -5,7 +5,7 @@
 
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// After every missing or damaged reply the wire is made clean before the next request: RTU is left silent
 /// for longer than the longest reply and flushed, TCP is closed and connected anew; so a late reply can never
@@ -13,4 +13,4 @@ namespace tiltfeed {
 /// or device and the reason.
 Result<std::unique_ptr<Link>> open_modbus_link(const LinkSpec& link);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

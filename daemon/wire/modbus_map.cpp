@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -228,4 +228,4 @@ ModbusReply unpack_reply(std::string_view bytes) {
   return reply;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

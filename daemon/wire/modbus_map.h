@@ -13,7 +13,7 @@
 #include "daemon/program/numeric_block.h"
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 inline constexpr std::uint16_t kIdentityWords = 16, kWindowWords = 118, kMailboxWords = 7, kStatusWords = 24,
                                kPositionsWords = 10;
@@ -105,4 +105,4 @@ struct ModbusReply {
 std::string pack_reply(const ModbusReply& reply);
 ModbusReply unpack_reply(std::string_view bytes);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -5,7 +5,7 @@
 #include "daemon/wire/tcp_link.h"
 #include "daemon/wire/websocket_link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 Result<std::unique_ptr<Link>> open_link(const LinkSpec& link) {
   switch (link.kind) {
@@ -16,9 +16,9 @@ Result<std::unique_ptr<Link>> open_link(const LinkSpec& link) {
     case LinkKind::kRepRap:
       return open_serial_link(link.place, {link.baud});
     case LinkKind::kDrip: {
-      const DripFormat& drip = link.profile.drip;
+      const config::DripFormat& drip = link.profile.drip;
       return open_serial_link(link.place, {link.baud, drip.data_bits, drip.parity, drip.stop_bits,
-                                           drip.flow == FlowControl::kRtsCts});
+                                           drip.flow == config::FlowControl::kRtsCts});
     }
     case LinkKind::kModbusTcp:
     case LinkKind::kModbusRtu:
@@ -29,4 +29,4 @@ Result<std::unique_ptr<Link>> open_link(const LinkSpec& link) {
   return open_modbus_link(link);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

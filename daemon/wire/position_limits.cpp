@@ -1,8 +1,8 @@
 #include "daemon/wire/position_limits.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
-PositionLimits position_limits(const PositionTolerance& tolerance, const MachineModel* machine) {
+PositionLimits position_limits(const config::PositionTolerance& tolerance, const MachineModel* machine) {
   PositionLimits limits;
   limits.tolerance = tolerance;
   if (machine == nullptr) return limits;
@@ -21,4 +21,4 @@ PositionLimits position_limits(const PositionTolerance& tolerance, const Machine
   return limits;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -7,15 +7,15 @@
 #include "daemon/wire/axis_values.h"
 #include "kinematics/machine/machine.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// How far a report may be off, and how far an axis can go.
 struct PositionLimits {
-  PositionTolerance tolerance = {};
+  config::PositionTolerance tolerance = {};
   AxisValues low = no_axes(), high = no_axes();  ///< travel, program coordinates; not a number: not known
   std::array<bool, kMostAxes> modulo = {};       ///< words of this axis count modulo 360: not compared
 };
 /// Travels of a machine profile; none without one.
-PositionLimits position_limits(const PositionTolerance& tolerance, const MachineModel* machine);
+PositionLimits position_limits(const config::PositionTolerance& tolerance, const MachineModel* machine);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -21,7 +21,7 @@
 #include <ctime>
 #include <optional>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -223,4 +223,4 @@ Result<std::unique_ptr<Link>> open_serial_link(const std::string& device, const 
   return cannot_open(device, port_reason(code));
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -7,13 +7,13 @@
 #include "config/link_profile.h"
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// XON/XOFF is left to the session: the driver would swallow the bytes that it must see.
 struct SerialFormat {
   int baud = 115200;
   int data_bits = 8;
-  Parity parity = Parity::kNone;
+  config::Parity parity = config::Parity::kNone;
   int stop_bits = 1;
   bool rts_cts = false;
 };
@@ -22,4 +22,4 @@ struct SerialFormat {
 /// Errors: kLink with the device, the system's reason and what to do; busy when somebody else has it.
 Result<std::unique_ptr<Link>> open_serial_link(const std::string& device, const SerialFormat& format);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

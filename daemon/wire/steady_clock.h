@@ -5,11 +5,11 @@
 
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 class SteadyClock : public Clock {
  public:
   Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

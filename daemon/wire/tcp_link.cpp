@@ -13,7 +13,7 @@
 #include <cstring>
 #include <ctime>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -130,4 +130,4 @@ Result<std::unique_ptr<Link>> open_tcp_link(const LinkSpec& link) {
                   "connected to it");
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -6,9 +6,9 @@
 
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Connects within 5 s. Errors: kLink with the address, the system's reason and what to do.
 Result<std::unique_ptr<Link>> open_tcp_link(const LinkSpec& link);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -7,7 +7,7 @@
 
 #include "daemon/wire/wire_text.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -210,4 +210,4 @@ bool WebSocketReader::take_ping(std::string& payload) {
   return true;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -10,7 +10,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Sec-WebSocket-Key of 16 bytes, and what a server has to answer to it.
 std::string websocket_key(const std::array<std::uint8_t, 16>& bytes);
@@ -65,4 +65,4 @@ class WebSocketReader {
   std::uint64_t left_ = 0;  // payload bytes of the frame still to come
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -10,7 +10,7 @@
 #include "daemon/wire/tcp_link.h"
 #include "daemon/wire/websocket.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -122,4 +122,4 @@ Result<std::unique_ptr<Link>> open_websocket_link(const LinkSpec& link) {
   return made;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -5,10 +5,10 @@
 
 #include "daemon/wire/link.h"
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// Connects, and opens the WebSocket within 5 s. Requires: link.carrier == Carrier::kWebSocket. Errors: kLink
 /// with the reason and what to check.
 Result<std::unique_ptr<Link>> open_websocket_link(const LinkSpec& link);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

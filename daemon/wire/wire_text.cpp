@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 namespace {
 
@@ -47,4 +47,4 @@ std::string valid_text(std::string_view text) {
   return valid;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -4,11 +4,11 @@
 #include <string>
 #include <string_view>
 
-namespace tiltfeed {
+namespace tiltfeed::daemon {
 
 /// For messages: printable ASCII, at most 80 bytes; every other byte becomes '?'.
 std::string wire_text(std::string_view bytes);
 /// Valid UTF-8 as it is; each byte that is no part of it becomes '?'.
 std::string valid_text(std::string_view text);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::daemon

@@ -26,7 +26,7 @@ int take_number(std::string& text) {
 }
 
 /// The value of a key of a map; null where it has none.
-const YamlNode* child(const YamlNode& map, const char* key) {
+const config::YamlNode* child(const config::YamlNode& map, const char* key) {
   for (std::size_t i = 0; i < map.keys.size(); ++i)
     if (map.keys[i].text == key) return &map.items[i];
   return nullptr;
@@ -52,25 +52,26 @@ std::vector<JobError> split_errors(const std::string& said, const std::string& p
 }
 
 std::vector<JobError> JobWork::other_files() const {
-  const Result<YamlNode> now = parse_yaml(text_, file_), then = parse_yaml(saved_, file_);
+  const Result<config::YamlNode> now = config::parse_yaml(text_, file_),
+                                 then = config::parse_yaml(saved_, file_);
   std::vector<JobError> errors;
   if (!now || !then) return errors;
-  const auto compare = [&](const YamlNode* a, const YamlNode* b, const char* key) {
+  const auto compare = [&](const config::YamlNode* a, const config::YamlNode* b, const char* key) {
     if (a && b && a->text != b->text)
       errors.push_back({a->place.line, a->place.column,
-                        std::string(key) + ": the desk works with " + quoted(b->text) +
+                        std::string(key) + ": the desk works with " + config::quoted(b->text) +
                             "; to take another file, change the job file and start tiltfeed desk again"});
   };
-  const YamlNode *part = child(*now, "part"), *part_then = child(*then, "part");
+  const config::YamlNode *part = child(*now, "part"), *part_then = child(*then, "part");
   compare(part ? child(*part, "stl") : nullptr, part_then ? child(*part_then, "stl") : nullptr, "part.stl");
   compare(child(*now, "machine"), child(*then, "machine"), "machine");
   return errors;
 }
 
 Result<void> JobWork::open(const std::string& path) {
-  Result<Job> job = load_job(path);
+  Result<config::Job> job = config::load_job(path);
   if (!job) return tl::unexpected<Error>(job.error());
-  const Result<std::string> text = read_config_text(path);
+  const Result<std::string> text = config::read_config_text(path);
   if (!text) return tl::unexpected<Error>(text.error());
   opened_ = path;
   stl_ = job->stl_path;
@@ -82,7 +83,7 @@ Result<void> JobWork::open(const std::string& path) {
 
 Result<void> JobWork::set_text(const std::string& text) {
   if (!is_open()) return fail(Code::kUsage, "no job is open; start tiltfeed desk with a job file");
-  if (text.size() > kMaxConfigBytes) return fail(Code::kInput, "a job has at most 1 MiB");
+  if (text.size() > config::kMaxConfigBytes) return fail(Code::kInput, "a job has at most 1 MiB");
   ++id_;
   text_ = text;
   return check();
@@ -91,7 +92,7 @@ Result<void> JobWork::set_text(const std::string& text) {
 Result<void> JobWork::check() {
   std::ofstream out(file_, std::ios::binary | std::ios::trunc);
   if (!(out << text_ << std::flush)) return fail(Code::kIo, file_ + ": cannot be written; is the disk full?");
-  Result<Job> job = load_job_with(file_, {stl_, machine_});
+  Result<config::Job> job = config::load_job_with(file_, {stl_, machine_});
   errors_ = job ? other_files() : split_errors(job.error().message, file_);
   if (job) job_ = std::move(*job);
   return {};
@@ -99,7 +100,7 @@ Result<void> JobWork::check() {
 
 Result<void> JobWork::save() {
   if (!is_right()) return fail(Code::kUsage, "the job has errors, so it is not saved; mend them first");
-  const Result<void> written = write_file(opened_, text_);
+  const Result<void> written = config::write_file(opened_, text_);
   if (written) saved_ = text_;
   return written;
 }
@@ -107,7 +108,7 @@ Result<void> JobWork::save() {
 std::string JobWork::unit() const {
   for (const StlUnit& unit : kStlUnits)
     if (job_.stl_unit_mm == unit.mm) return unit.word;
-  return exact_text(job_.stl_unit_mm);
+  return config::exact_text(job_.stl_unit_mm);
 }
 
 std::string JobWork::describe() const {

@@ -41,7 +41,7 @@ class JobWork {
   bool is_right() const { return id_ != 0 && errors_.empty(); }
   std::uint64_t id() const { return id_; }
   /// Of a job that is right.
-  const Job& job() const { return job_; }
+  const config::Job& job() const { return job_; }
   const std::string& file() const { return file_; }
   const std::string& machine() const { return machine_; }
   const std::string& stl() const { return stl_; }
@@ -56,7 +56,7 @@ class JobWork {
   std::string file_, opened_, stl_, machine_, text_, saved_;
   std::uint64_t id_ = 0;
   std::vector<JobError> errors_;
-  Job job_;
+  config::Job job_;
 };
 
 }  // namespace tiltfeed::desk

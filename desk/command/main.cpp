@@ -127,6 +127,6 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  open_standard_streams();
-  return close_standard_output("tiltfeed-desk", run(argc, argv));
+  config::open_standard_streams();
+  return config::close_standard_output("tiltfeed-desk", run(argc, argv));
 }

@@ -19,12 +19,12 @@ void append(std::vector<float>& out, Point<Part> p) {
   for (const double value : {p.x, p.y, p.z}) out.push_back(static_cast<float>(value));
 }
 
-void mark_edges(const Stl& stl, PartView& view) {
-  const Welded welded = weld(stl);
+void mark_edges(const pathgen::Stl& stl, PartView& view) {
+  const pathgen::Welded welded = pathgen::weld(stl);
   if (welded.survey.all_sound) return;
   const std::vector<Point<Part>>& at = welded.mesh.vertices;
-  welded.fans.each_edge([&](std::span<const HalfEdge> edge) {
-    if (state(edge) == EdgeState::kSound || ++view.bad_edges > kMostEdges) return;
+  welded.fans.each_edge([&](std::span<const pathgen::HalfEdge> edge) {
+    if (state(edge) == pathgen::EdgeState::kSound || ++view.bad_edges > kMostEdges) return;
     append(view.edges, at[edge[0].low]);
     append(view.edges, at[edge[0].high]);
   });
@@ -32,7 +32,7 @@ void mark_edges(const Stl& stl, PartView& view) {
 
 bool is_common(double longest) { return longest >= kLeastPart && longest <= kLargestPart; }
 
-double longest_side(const Box& bounds) {
+double longest_side(const pathgen::Box& bounds) {
   const Vec3 size = bounds.max - bounds.min;
   return std::max({size.x, size.y, size.z});
 }
@@ -40,9 +40,9 @@ double longest_side(const Box& bounds) {
 json coordinates(Point<Part> p) { return {p.x, p.y, p.z}; }
 
 json describe_part(const PartView& view, const std::string& unit, double unit_mm) {
-  const Box& box = view.checked.bounds;
+  const pathgen::Box& box = view.checked.bounds;
   json defects = json::array(), units = json::array();
-  for (const Defect& defect : view.checked.defects)
+  for (const pathgen::Defect& defect : view.checked.defects)
     defects.push_back({{"kind", to_string(defect.kind)}, {"count", defect.count}, {"first", defect.first}});
   for (const StlUnit& other : likelier_units(box, unit_mm)) {
     const Vec3 size = (box.max - box.min) * (other.mm / unit_mm);
@@ -52,7 +52,7 @@ json describe_part(const PartView& view, const std::string& unit, double unit_mm
           {"unit", unit},
           {"min_mm", coordinates(box.min)},
           {"max_mm", coordinates(box.max)},
-          {"closed", view.checked.sides == Sides::kOutward},
+          {"closed", view.checked.sides == pathgen::Sides::kOutward},
           {"volume_mm3", view.checked.volume},
           {"bad_edges", view.bad_edges},
           {"marked_edges", view.edges.size() / 6},
@@ -78,7 +78,7 @@ std::optional<double> unit_length(const std::string& unit) {
   return mm;
 }
 
-std::vector<StlUnit> likelier_units(const Box& bounds, double unit_mm) {
+std::vector<StlUnit> likelier_units(const pathgen::Box& bounds, double unit_mm) {
   std::vector<StlUnit> found;
   const double longest = longest_side(bounds);
   if (is_common(longest)) return found;
@@ -88,13 +88,13 @@ std::vector<StlUnit> likelier_units(const Box& bounds, double unit_mm) {
 }
 
 Result<PartView> view_part(const std::string& path, double unit_mm) {
-  const Result<Stl> stl = read_stl(path, unit_mm);
+  const Result<pathgen::Stl> stl = pathgen::read_stl(path, unit_mm);
   if (!stl) return tl::unexpected<Error>(stl.error());
   PartView view;
   view.corners.reserve(stl->facets.size() * 9);
   for (const auto& facet : stl->facets)
     for (const Point<Part>& corner : facet) append(view.corners, corner);
-  Result<CheckedMesh> checked = check_mesh(*stl);
+  Result<pathgen::CheckedMesh> checked = pathgen::check_mesh(*stl);
   if (!checked) return tl::unexpected<Error>(checked.error());
   view.checked = std::move(*checked);
   mark_edges(*stl, view);

@@ -31,7 +31,7 @@ struct PartView {
   /// Six for each edge that has not two facets that agree, as weld() and state() see the file.
   std::vector<float> edges;
   std::size_t bad_edges = 0;          ///< all of them, those beyond kMostEdges too
-  CheckedMesh checked;                ///< as the planner will repair it, with the default tolerance
+  pathgen::CheckedMesh checked;       ///< as the planner will repair it, with the default tolerance
   std::vector<std::string> warnings;  ///< of the file, then of the mesh
 };
 
@@ -39,7 +39,7 @@ struct PartView {
 Result<PartView> view_part(const std::string& path, double unit_mm);
 
 /// The units in which the part would have a common size, where it has none in `unit_mm`; else empty.
-std::vector<StlUnit> likelier_units(const Box& bounds, double unit_mm);
+std::vector<StlUnit> likelier_units(const pathgen::Box& bounds, double unit_mm);
 
 /// Writes corners, edges and the part's JSON object into files of `folder`: mesh.f32, edges.f32, part.json.
 /// Errors: kIo; as view_part().

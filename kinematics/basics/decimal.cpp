@@ -50,4 +50,13 @@ std::string decimal(double value, int decimals) {
   return {text.data(), write_decimal(text.data(), value, decimals)};
 }
 
+std::string number_text(double value, int digits) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits).ptr};
+}
+
+std::string to_string(Point<Part> p) {
+  return "(" + number_text(p.x, 7) + ", " + number_text(p.y, 7) + ", " + number_text(p.z, 7) + ")";
+}
+
 }  // namespace tiltfeed

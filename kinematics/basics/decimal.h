@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string>
 
+#include "kinematics/basics/geometry.h"
+
 namespace tiltfeed {
 
 /// Decimals that the functions below take: 10^9 scales any travel of a machine into an exact integer.
@@ -43,5 +45,11 @@ inline double round_decimal(double value, int decimals) {
 char* write_decimal(char* out, double value, int decimals);
 
 std::string decimal(double value, int decimals);
+
+/// To so many significant digits: how messages print a number.
+std::string number_text(double value, int digits = 4);
+
+/// "(1.5, -2, 0.25)", to seven digits: how messages name a place.
+std::string to_string(Point<Part> p);
 
 }  // namespace tiltfeed

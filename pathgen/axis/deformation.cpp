@@ -6,7 +6,7 @@
 
 #include "kinematics/basics/units.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -230,4 +230,4 @@ double Deformation::period_y() const {
   return wraps ? 2.0 * kPi * scale_y_ : 0.0;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 #include "kinematics/basics/geometry.h"
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 enum class AxisMode {
   kFixed,   ///< along n everywhere: the 3-axis case, the identity map
@@ -150,4 +150,4 @@ class Deformation {
   double scale_x_, scale_y_;  ///< mm of x', y' per radian (1 where the coordinate is a length)
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

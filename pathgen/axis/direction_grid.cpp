@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -68,4 +68,4 @@ DirectionNeighbours::DirectionNeighbours(const DirectionGrid& grid, int level, d
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

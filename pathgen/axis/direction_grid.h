@@ -8,7 +8,7 @@
 
 #include "kinematics/basics/geometry.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class DirectionGrid {
  public:
@@ -53,4 +53,4 @@ class DirectionNeighbours {
   std::vector<std::vector<Neighbour>> near_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -10,7 +10,7 @@
 #include "pathgen/envelope/straight_moves.h"
 #include "pathgen/envelope/surface_end.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -267,4 +267,4 @@ std::optional<EnvelopePoint> Envelope::at(double x, double y) {
   return sample.point;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -17,7 +17,7 @@
 #include "pathgen/surface/flat_index.h"
 #include "pathgen/surface/row_candidates.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct LineEnvelope {
   std::vector<Pass> passes;
@@ -74,4 +74,4 @@ class Envelope {
   std::optional<PatchId> shut_by_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

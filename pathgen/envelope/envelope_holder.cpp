@@ -3,7 +3,7 @@
 #include "pathgen/envelope/envelope.h"
 #include "pathgen/envelope/pass_floor.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Finds where patches of shank and holder can be higher than what the cutting part has there, or where that
 /// has nothing, for `guards_`; false if nowhere.
@@ -28,4 +28,4 @@ bool Envelope::find_guards(const FlatLine& line, const PassFloor& floor) {
   return !guards_.empty();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 
 #include "kinematics/basics/units.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -102,4 +102,4 @@ void bisect(Heights& heights, double level, double fineness, Place& outside, Pla
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

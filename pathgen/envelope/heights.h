@@ -8,7 +8,7 @@
 #include "pathgen/envelope/envelope.h"
 #include "pathgen/surface/cl_field.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A place of the flat plane (x', y'), mm.
 struct Place {
@@ -66,4 +66,4 @@ void bisect(Heights& heights, double level, double fineness, Place& outside, Pla
 /// The straight line from a to b.
 FlatLine line_between(Place a, Place b);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

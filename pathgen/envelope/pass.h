@@ -9,7 +9,7 @@
 #include "pathgen/axis/deformation.h"
 #include "pathgen/surface/cl_surface.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A point of the envelope, exactly on the CL surface.
 struct EnvelopePoint {
@@ -49,4 +49,4 @@ inline bool turns_little(const EnvelopePoint& a, const EnvelopePoint& b, double 
 /// machined there.
 inline constexpr double kLeastAxisDistance = 0.1;
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -98,4 +98,4 @@ std::vector<Pass> PassSplice::finish() {
   return std::move(result_);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

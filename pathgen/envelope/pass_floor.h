@@ -11,7 +11,7 @@
 #include "pathgen/surface/candidates.h"
 #include "pathgen/surface/flat_bins.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Where there is no pass the floor is as low as can be.
 class PassFloor {
@@ -70,4 +70,4 @@ class PassSplice {
   std::vector<Pass> result_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

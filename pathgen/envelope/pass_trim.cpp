@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -203,4 +203,4 @@ void start_near(Pass& pass, Point<Part> to) {
   pass.push_back(pass.front());
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

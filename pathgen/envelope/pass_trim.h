@@ -8,7 +8,7 @@
 #include "kinematics/basics/units.h"
 #include "pathgen/envelope/envelope.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Corners (x', y'), mm; either way round.
 using FlatPolygon = std::vector<std::array<double, 2>>;
@@ -42,4 +42,4 @@ bool is_closed(const Pass& pass);
 /// Turns a closed pass round so that it starts at its point nearest to `to`.
 void start_near(Pass& pass, Point<Part> to);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -166,4 +166,4 @@ Pass smoothed(const Pass& pass, const Smoothing& smoothing, Envelope& envelope, 
   return out;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 
 #include "pathgen/envelope/envelope.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct Smoothing {
   double radius = 0.0;     ///< of the arcs in concave corners, mm; above 0
@@ -23,4 +23,4 @@ struct Smoothed {
 /// envelope, in the order in which they are cut.
 Pass smoothed(const Pass& pass, const Smoothing& smoothing, Envelope& envelope, Smoothed& report);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

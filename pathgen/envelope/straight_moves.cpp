@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -55,7 +55,7 @@ StraightMoves::Verdict StraightMoves::judge(const Sample& left, const Sample& ri
 
 bool StraightMoves::turns_little(const EnvelopePoint& a, const EnvelopePoint& b, double length2) const {
   const double turn2 = squared_length(cross(a.axis, b.axis));
-  return tiltfeed::turns_little(a, b, turn2, options_) &&
+  return pathgen::turns_little(a, b, turn2, options_) &&
          length2 <= options_.max_distance * options_.max_distance;
 }
 
@@ -277,4 +277,4 @@ bool StraightMoves::stands_level_on_two(const Sample& left, const Sample& right)
   return left.point.patch != right.point.patch && level(left.point) && level(right.point);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -7,7 +7,7 @@
 #include "pathgen/envelope/pass.h"
 #include "pathgen/surface/candidates.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// What the envelope is at one run coordinate of a line: a point, or nothing.
 struct Sample {
@@ -73,4 +73,4 @@ class StraightMoves {
   bool sharp_;  ///< a piece has a sharp lower edge
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -1,6 +1,6 @@
 #include "pathgen/envelope/surface_end.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -42,4 +42,4 @@ double next_look(const ClSurface& surface, const Deformation& map, const FlatLin
   return hit.run + direction * (gap > to_end + 2.0 * unsure ? to_end + unsure : to_end - unsure);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

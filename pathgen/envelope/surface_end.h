@@ -4,7 +4,7 @@
 #include "pathgen/envelope/straight_moves.h"
 #include "pathgen/surface/flat_bins.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// The end is found this closely (mm). It is usually on a flank: a ball of radius R is then within
 /// sqrt(2 R kEndStep) of the end of the flank.
@@ -16,4 +16,4 @@ inline constexpr double kEndStep = 1e-7;
 double next_look(const ClSurface& surface, const Deformation& map, const FlatLine& line, const Sample& left,
                  const Sample& right, int looks);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

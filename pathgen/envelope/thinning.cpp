@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 std::uint64_t leave_out(std::vector<Pass>& passes,
                         const std::function<bool(const EnvelopePoint&)>& unwanted) {
@@ -91,4 +91,4 @@ Pass spaced(Pass pass, const Deformation& map, double max_distance) {
   return dense;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

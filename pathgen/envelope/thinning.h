@@ -8,7 +8,7 @@
 
 #include "pathgen/envelope/envelope.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Cuts the points for which `unwanted` holds out of the passes, which so become more and shorter. Returns
 /// how many.
@@ -22,4 +22,4 @@ Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options)
 /// The pass with points put into its straight moves where they are longer than `max_distance` (mm).
 Pass spaced(Pass pass, const Deformation& map, double max_distance);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

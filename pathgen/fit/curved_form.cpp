@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -130,4 +130,4 @@ Shape CurvedForm::shape(std::span<const double> p) const {
           std::abs(1.0 / p[6] + tube * std::cos(p[4])), std::abs(tube)};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

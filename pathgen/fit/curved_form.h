@@ -8,7 +8,7 @@
 #include "kinematics/basics/geometry.h"
 #include "pathgen/fit/fitted_shape.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A shape in coordinates in which the points lie about zero, some 1 apart.
 struct Shape {
@@ -45,4 +45,4 @@ class CurvedForm {
 /// there along the unit direction n, taken as negative inside; exact for any k. (H1)
 double curved_distance(Vec3 v, Vec3 n, double k);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -10,7 +10,7 @@
 #include "pathgen/fit/fit_start.h"
 #include "pathgen/fit/least_squares.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -251,4 +251,4 @@ std::vector<FitPoint> corners_of(const Mesh& mesh, std::span<const std::uint32_t
   return points;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -10,7 +10,7 @@
 #include "pathgen/fit/fitted_shape.h"
 #include "pathgen/mesh/mesh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct FitOptions {
   /// Points that lie further off than four standard deviations, as the nearer half of all scatters, are left
@@ -31,4 +31,4 @@ inline constexpr double kMostRadius = 1e8;
 /// Corners lie on the surface that the mesh was made of; middles of facets are off it by the chords' height.
 std::vector<FitPoint> corners_of(const Mesh& mesh, std::span<const std::uint32_t> facets);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

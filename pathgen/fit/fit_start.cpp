@@ -6,7 +6,7 @@
 
 #include "pathgen/fit/least_squares.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -233,4 +233,4 @@ std::optional<Shape> start_of(FitKind kind, Points points) {
   return best;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 
 #include "pathgen/fit/curved_form.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A straight line in space.
 struct Axis {
@@ -39,4 +39,4 @@ class Sequence {
   std::uint64_t state_ = 20051;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 const char* word_of(FitKind kind) {
   constexpr std::array<const char*, 5> kWords{"plane", "circle", "sphere", "cylinder", "torus"};
@@ -29,4 +29,4 @@ double distance_to(const Fit& shape, Point<Part> place) {
   return std::hypot(off_axis - shape.radius, along) - shape.tube;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

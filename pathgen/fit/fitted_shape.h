@@ -5,7 +5,7 @@
 
 #include "kinematics/basics/geometry.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 enum class FitKind { kPlane, kCircle, kSphere, kCylinder, kTorus };
 
@@ -45,4 +45,4 @@ struct Fit {
 /// Of a place from the shape, with a sign but for a circle, mm.
 double distance_to(const Fit& shape, Point<Part> place);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

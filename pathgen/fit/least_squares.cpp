@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -117,4 +117,4 @@ EigenPairs eigen_pairs(std::span<const double> matrix, std::size_t size) {
   return pairs;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Writes the residuals, all of them, of these parameters.
 using Residuals = std::function<void(std::span<const double> parameters, std::span<double> residuals)>;
@@ -28,4 +28,4 @@ struct EigenPairs {
 };
 EigenPairs eigen_pairs(std::span<const double> matrix, std::size_t size);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -92,4 +92,4 @@ Vec3 Admissibility::nearest_tilt(Vec3 axis) const {
   return up_ * std::cos(within) + out * std::sin(within);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -14,7 +14,7 @@
 #include "pathgen/tool/move_collision.h"
 #include "pathgen/tool/swept_tool.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// What a series of questions about one part remembers: along a pass a direction is mostly stopped by the
 /// facet that stopped it a step before. No answer depends on it. One for each thread.
@@ -73,4 +73,4 @@ class Admissibility {
   TiltLimit tilt_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -114,4 +114,4 @@ std::vector<AxisStretch> spread_turns(AxisStretch s, const EveningLimits& limits
   return stretches;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -6,7 +6,7 @@
 
 #include "pathgen/free_axis/stations.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// The tool axis at a place of the pass.
 struct AxisAt {
@@ -32,4 +32,4 @@ void even_out(AxisStretch& stretch, const EveningLimits& limits, const Admissibi
 std::vector<AxisStretch> spread_turns(AxisStretch stretch, const EveningLimits& limits,
                                       const Admissibility& admissible, DirectionQuery& query);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

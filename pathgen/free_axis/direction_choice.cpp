@@ -7,7 +7,7 @@
 
 #include "kinematics/basics/units.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -129,4 +129,4 @@ std::vector<std::uint32_t> CheapestSequence::find(std::size_t changed) {
   return chosen;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -7,7 +7,7 @@
 #include "kinematics/basics/geometry.h"
 #include "pathgen/axis/direction_grid.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 inline constexpr std::uint32_t kNoDirection = 0xffffffff;
 
@@ -58,4 +58,4 @@ class CheapestSequence {
   std::vector<std::vector<std::uint32_t>> from_;  ///< and its candidate one station before
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

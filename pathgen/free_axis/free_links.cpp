@@ -10,7 +10,7 @@
 #include "pathgen/linking/nearest_ends.h"
 #include "pathgen/linking/opposite_wall.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -281,4 +281,4 @@ FreeLinked link_runs(const std::vector<ToolAxisRun>& runs, bool reversible, cons
   return RunLinker(admissible, how, options, source).run(runs, reversible, report);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

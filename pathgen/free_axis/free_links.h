@@ -11,7 +11,7 @@
 #include "pathgen/options/plan_options.h"
 #include "pathgen/progress/watch.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct FreeLinked {
   std::vector<Move> moves;
@@ -30,4 +30,4 @@ FreeLinked link_runs(const std::vector<ToolAxisRun>& runs, bool reversible, cons
                      const ToolAxisOptions& how, const PlanOptions& options,
                      const std::vector<std::uint32_t>& source, const ReportShare& report = {});
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -97,4 +97,4 @@ bool MoveCheck::clear(const ToolAxisPoint& a, const ToolAxisPoint& b) {
                                              options_.tolerance, query_.hint, query_.tested);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 #include "pathgen/free_axis/admissible.h"
 #include "pathgen/free_axis/tool_axis_run.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A point of a run and where it is on the pass, mm.
 struct PlacedPoint {
@@ -48,4 +48,4 @@ class MoveCheck {
   std::vector<Cleared> before_, now_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 /// The least length (mm) over which feed and normal are told: at corners of the pass they have no value.
@@ -61,4 +61,4 @@ Vec3 PassCurve::wished(double way) const {
                     cross(n, feed) * std::tan(wish_.lean.radians()));
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

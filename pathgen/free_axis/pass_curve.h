@@ -6,7 +6,7 @@
 #include "pathgen/free_slices/cl_chains.h"
 #include "pathgen/options/plan_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class PassCurve {
  public:
@@ -34,4 +34,4 @@ class PassCurve {
   std::vector<Vec3> sum_;  ///< integrals of the normal up to each point
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

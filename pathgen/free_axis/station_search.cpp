@@ -7,7 +7,7 @@
 
 #include "pathgen/free_axis/stations.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -143,4 +143,4 @@ void Stations::choose() {
   settle();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 
 #include "pathgen/free_axis/stations.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -113,4 +113,4 @@ bool Stations::look_further() {
   return any;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

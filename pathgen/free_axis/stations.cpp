@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -170,4 +170,4 @@ void Stations::widen(std::size_t i) {
   price(i);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

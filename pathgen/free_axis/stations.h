@@ -9,7 +9,7 @@
 #include "pathgen/free_axis/direction_choice.h"
 #include "pathgen/free_axis/pass_curve.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Of a direction at a station.
 enum Asked : std::uint8_t { kUnknown, kClear, kStopped };
@@ -79,4 +79,4 @@ class Stations {
   std::vector<Station> stations_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -98,4 +98,4 @@ std::optional<ToolAxisRun> SurfaceJoins::join(const ToolAxisPoint& from, const T
   return joined;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

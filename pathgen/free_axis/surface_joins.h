@@ -7,7 +7,7 @@
 #include "pathgen/free_axis/move_check.h"
 #include "pathgen/free_axis/tool_axis_path.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class SurfaceJoins {
  public:
@@ -32,4 +32,4 @@ class SurfaceJoins {
   MoveCheck moves_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 #include "pathgen/free_axis/pass_curve.h"
 #include "pathgen/free_axis/stations.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -161,4 +161,4 @@ ToolAxisPass choose_tool_axes(const ClChain& chain, const Admissibility& admissi
   return Orienter(chain, admissible, options).run();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 #include "pathgen/free_axis/tool_axis_run.h"
 #include "pathgen/free_slices/cl_chains.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A stretch that is left out.
 struct LeftOut {
@@ -30,4 +30,4 @@ struct ToolAxisPass {
 ToolAxisPass choose_tool_axes(const ClChain& chain, const Admissibility& admissible,
                               const ToolAxisOptions& options);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -6,7 +6,7 @@
 #include "pathgen/free_slices/cl_chains.h"
 #include "pathgen/options/plan_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct ToolAxisOptions {
   FreeAxis wish;
@@ -23,4 +23,4 @@ struct ToolAxisPoint {
 /// An unbroken run of cutting moves.
 using ToolAxisRun = std::vector<ToolAxisPoint>;
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

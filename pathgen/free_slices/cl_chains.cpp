@@ -8,7 +8,7 @@
 
 #include "pathgen/tool/swept_tool.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -202,4 +202,4 @@ void thin_chain(ClChain& chain, double tolerance) {
   chain.points = std::move(kept);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 #include "pathgen/free_slices/cl_sections.h"
 #include "pathgen/mesh/facet_bvh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Places of the centre, each straight on to the next; closed: the last one is the first again.
 struct ClChain {
@@ -54,4 +54,4 @@ ClPoint between(const ClPoint& a, const ClPoint& b, double f);
 /// Points nearer than this, mm, are one.
 inline constexpr double kSamePoint = 1e-7;
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

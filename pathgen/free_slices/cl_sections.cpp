@@ -9,7 +9,7 @@
 #include "pathgen/mesh/topology.h"
 #include "pathgen/surface/normal_cone.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -259,4 +259,4 @@ void ClSections::cut_vertex(const Vertex& vertex, Vec3 normal, double height,
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -10,7 +10,7 @@
 #include "pathgen/free_slices/normal_cap.h"
 #include "pathgen/mesh/mesh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A place of the ball's centre in contact with the part.
 struct ClPoint {
@@ -98,4 +98,4 @@ class ClSections {
   std::vector<Vec3> spokes_;     ///< unit directions of the edges from each vertex
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -11,7 +11,7 @@
 #include "pathgen/options/side_step.h"
 #include "pathgen/progress/watch.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -267,4 +267,4 @@ std::vector<ClSlice> slice_cl_surface(const CheckedMesh& part, const FacetBvh& t
   return slices;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

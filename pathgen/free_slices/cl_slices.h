@@ -10,7 +10,7 @@
 #include "pathgen/free_slices/cl_chains.h"
 #include "pathgen/options/plan_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A pass: places of the ball's centre, no nearer to the part than its radius but for `tolerance`, no further
 /// from the CL surface than that.
@@ -30,4 +30,4 @@ std::vector<ClSlice> slice_cl_surface(const CheckedMesh& part, const FacetBvh& t
                                       const PlanOptions& options, const ToleranceBudget& budget,
                                       const std::function<bool(double)>& go_on);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -35,4 +35,4 @@ NormalCap cap_about(const std::vector<Vec3>& normals) {
   return cap_of(axis, widest);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -6,7 +6,7 @@
 
 #include "kinematics/basics/geometry.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// The unit vectors within an angle of `axis` (unit).
 struct NormalCap {
@@ -22,4 +22,4 @@ NormalCap cap_of(Vec3 axis, double angle);
 /// About unit vectors and the cone that they span; it holds all where there are none.
 NormalCap cap_about(const std::vector<Vec3>& normals);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

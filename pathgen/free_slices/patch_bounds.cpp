@@ -5,7 +5,7 @@
 
 #include "pathgen/free_slices/cl_sections.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 std::array<double, 2> ClSections::extent(std::uint32_t patch, Vec3 normal) const {
   if (patch < faces_.size()) {
@@ -58,4 +58,4 @@ PatchHull ClSections::hull(std::uint32_t patch) const {
   return h;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -10,7 +10,7 @@
 #include "pathgen/free_slices/cl_chains.h"
 #include "pathgen/tool/swept_tool.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -83,4 +83,4 @@ PatchObstacles::PatchObstacles(const ClSections& sections, const FacetBvh& tree,
   for (const auto& some : found) facets_.insert(facets_.end(), some.begin(), some.end());
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

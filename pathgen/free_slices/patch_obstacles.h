@@ -8,7 +8,7 @@
 #include "pathgen/free_slices/cl_sections.h"
 #include "pathgen/mesh/facet_bvh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class PatchObstacles {
  public:
@@ -26,4 +26,4 @@ class PatchObstacles {
   std::vector<std::uint32_t> facets_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -121,4 +121,4 @@ std::vector<std::uint8_t> stack_share(const ClSections& sections, std::uint32_t 
   return needed;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -7,7 +7,7 @@
 #include "pathgen/free_slices/cl_sections.h"
 #include "pathgen/options/plan_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Does a place with this surface normal belong to the stack of options.free.plane_normals[stack]? It is the
 /// one whose normal is furthest from the surface's, the first of equals.
@@ -18,4 +18,4 @@ bool owned_by(std::uint32_t stack, Vec3 normal, const PlanOptions& options);
 std::vector<std::uint8_t> stack_share(const ClSections& sections, std::uint32_t stack,
                                       const PlanOptions& options, double margin);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 #include "pathgen/free_slices/cl_chains.h"
 #include "pathgen/tool/swept_tool.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -164,4 +164,4 @@ bool in_contact(Point<Part> from, Point<Part> to, const FacetBvh& tree, double r
   return near;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

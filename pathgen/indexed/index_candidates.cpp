@@ -6,7 +6,7 @@
 
 #include "pathgen/axis/direction_grid.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -80,4 +80,4 @@ IndexCandidates index_candidates(const CheckedMesh& part, const PlanOptions& opt
   return found;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

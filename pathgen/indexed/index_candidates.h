@@ -7,7 +7,7 @@
 
 #include "pathgen/indexed/indexed_cells.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Directions within the tilt limit, unit, and what of the samples each reaches.
 struct IndexCandidates {
@@ -23,4 +23,4 @@ struct IndexCandidates {
 IndexCandidates index_candidates(const CheckedMesh& part, const PlanOptions& options, const CellReach& reach,
                                  const std::vector<SurfaceCell>& samples, const ReportShare& report = {});
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

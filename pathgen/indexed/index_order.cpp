@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -150,4 +150,4 @@ std::vector<Vec3> turns_between(Vec3 from, Vec3 to, Vec3 up, Angle step) {
   return all;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -7,7 +7,7 @@
 #include "kinematics/basics/geometry.h"
 #include "kinematics/basics/units.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// How far the rotary axes of a tilting head and a turning table go from one direction to the other when both
 /// run at the same time: the greater of the change in tilt from `up` and the turn about it (the short way;
@@ -27,4 +27,4 @@ std::vector<std::uint32_t> order_by_travel(const std::vector<Vec3>& directions, 
 /// evenly: no direction tilts further from `up` than the two ends.
 std::vector<Vec3> turns_between(Vec3 from, Vec3 to, Vec3 up, Angle step);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

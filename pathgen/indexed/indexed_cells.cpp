@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -103,4 +103,4 @@ std::vector<std::vector<std::uint8_t>> reach_sets(const CellReach& reach,
   return sets;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

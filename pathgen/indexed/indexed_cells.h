@@ -11,7 +11,7 @@
 #include "pathgen/progress/watch.h"
 #include "pathgen/tool/swept_tool.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct SurfaceCell {
   Point<Part> place;         ///< its middle
@@ -60,4 +60,4 @@ std::vector<std::vector<std::uint8_t>> reach_sets(const CellReach& reach,
                                                   const std::vector<Vec3>& directions,
                                                   const ReportShare& report = {});
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

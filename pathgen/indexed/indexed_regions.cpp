@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 IndexedRegions::IndexedRegions(const std::vector<SurfaceCell>& cells, double size,
                                const std::vector<Vec3>& directions,
@@ -72,4 +72,4 @@ void IndexedRegions::each_near(Point<Part> p, const Visit& visit) const {
       for (std::int64_t z = -1; z <= 1; ++z) visit(Key{middle[0] + x, middle[1] + y, middle[2] + z});
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 
 #include "pathgen/indexed/indexed_cells.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class IndexedRegions {
  public:
@@ -45,4 +45,4 @@ class IndexedRegions {
   std::vector<double> area_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -212,4 +212,4 @@ SetCover cover_by_few(const std::vector<std::vector<std::uint8_t>>& sets, double
   return Chooser(sets, share, most, least_gain).run();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct SetCover {
   std::vector<std::uint32_t> chosen;  ///< indices of the sets, the largest contribution first
@@ -22,4 +22,4 @@ struct SetCover {
 SetCover cover_by_few(const std::vector<std::vector<std::uint8_t>>& sets, double share, std::uint32_t most,
                       double least_gain = 0.0);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 Approaches::Approaches(const ClField& field, double approach, double from)
     : field_(field), approach_(approach), from_(from), grown_(field.surface.pieces()) {
@@ -42,4 +42,4 @@ double Approaches::rapid_end(Point<Flat> place) {
   return end;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

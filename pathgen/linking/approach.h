@@ -3,7 +3,7 @@
 
 #include "pathgen/surface/cl_field.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class Approaches {
  public:
@@ -24,4 +24,4 @@ class Approaches {
   std::vector<FlatIndex::Nearby> nearby_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -102,4 +102,4 @@ std::optional<Pass> Joins::between(const End& from, const End& to) {
   return std::nullopt;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

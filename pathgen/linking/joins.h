@@ -7,7 +7,7 @@
 #include "pathgen/linking/travel.h"
 #include "pathgen/surface/cl_field.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class Joins {
  public:
@@ -42,4 +42,4 @@ class Joins {
   const Travel& travel_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -109,4 +109,4 @@ std::vector<Point<Flat>> Leads::arc(const EnvelopePoint& end, const EnvelopePoin
   return places;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

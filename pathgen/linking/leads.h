@@ -8,7 +8,7 @@
 #include "pathgen/linking/travel.h"
 #include "pathgen/surface/cl_field.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class Leads {
  public:
@@ -38,4 +38,4 @@ class Leads {
   const Travel& travel_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

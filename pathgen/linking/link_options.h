@@ -12,7 +12,7 @@
 #include "pathgen/options/plan_options.h"
 #include "pathgen/progress/watch.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Which order of the passes is sought.
 enum class PassOrder {
@@ -62,4 +62,4 @@ inline double short_way(double from, double target, double period) {
   return period > 0.0 ? target + period * std::round((from - target) / period) : target;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -6,7 +6,7 @@
 
 #include "pathgen/linking/nearest_ends.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -164,4 +164,4 @@ Order region_order(const Slices& slices, const Deformation& deformation, const L
   return order;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -6,7 +6,7 @@
 
 #include "pathgen/linking/link_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A pass, and whether it is travelled from back to front.
 struct Travelled {
@@ -26,4 +26,4 @@ Order plain_order(const std::vector<std::vector<Pass>>& slices, Direction direct
 Order region_order(const std::vector<std::vector<Pass>>& slices, const Deformation& deformation,
                    const Linking& options);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -11,7 +11,7 @@
 #include "pathgen/linking/travel.h"
 #include "pathgen/mesh/fresh_memory.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -183,4 +183,4 @@ Linked link(const std::vector<std::vector<Pass>>& slices, const ClField& field, 
   return better ? std::move(other) : std::move(best);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

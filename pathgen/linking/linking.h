@@ -16,7 +16,7 @@
 #include "pathgen/progress/watch.h"
 #include "pathgen/surface/cl_field.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// The moves over all passes. A pass whose start is near the end of the one before is joined to it on the
 /// envelope, if that is clear and saves time; such moves cut. Otherwise the tool retracts along its axis to
@@ -30,4 +30,4 @@ namespace tiltfeed {
 Linked link(const std::vector<std::vector<Pass>>& slices, const ClField& field, const Linking& options,
             OppositeWall& opposite_wall, Envelope& envelope);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -89,4 +89,4 @@ std::optional<std::uint32_t> NearestEnds::nearest(Point<Part> from) const {
   return best.index;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

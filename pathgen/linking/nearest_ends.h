@@ -7,7 +7,7 @@
 
 #include "kinematics/basics/geometry.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class NearestEnds {
  public:
@@ -34,4 +34,4 @@ class NearestEnds {
   std::vector<std::uint8_t> gone_;       ///< by place
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

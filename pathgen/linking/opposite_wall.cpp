@@ -11,7 +11,7 @@
 #include "pathgen/envelope/thinning.h"
 #include "pathgen/tool/tool_pieces.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -172,4 +172,4 @@ bool OppositeWall::is_clear(Tool& tool, const Pose& from, const Pose& to) const 
   return true;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -14,7 +14,7 @@
 #include "pathgen/options/plan_options.h"
 #include "pathgen/progress/watch.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// How far any point of the tool may be from where a rapid says that it is, mm: the axes may move tip and
 /// axis off the way, and it is looked at in steps.
@@ -64,4 +64,4 @@ class OppositeWall {
   double clearance_z_, reference_height_, step_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -1,6 +1,6 @@
 #include "pathgen/linking/shank_collision.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 ShankCollision::ShankCollision(const Mesh& mesh, double radius)
     : mesh_(mesh), radius_(radius), scene_(mesh.vertices.empty() ? Point<Part>{} : mesh.vertices.front()) {
@@ -20,4 +20,4 @@ bool ShankCollision::touches(Point<Part> p) {
   return part_->within(p, radius_);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

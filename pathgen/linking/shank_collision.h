@@ -7,7 +7,7 @@
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/mesh/ray_scene.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class ShankCollision {
  public:
@@ -34,4 +34,4 @@ class ShankCollision {
 /// their error on a part of up to 10 m, so that what they hit is truly hit.
 inline constexpr double kShankMargin = 2e-3;
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -166,4 +166,4 @@ std::vector<Travel::Corners> Travel::detours(Point<Flat> from, Point<Flat> to) c
   return found;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

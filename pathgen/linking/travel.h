@@ -7,7 +7,7 @@
 #include "pathgen/linking/link_options.h"
 #include "pathgen/linking/opposite_wall.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// The cosine of the largest angle to `up` on the great circle from a to b. Requires: all unit.
 double least_cosine(Vec3 a, Vec3 b, Vec3 up);
@@ -48,4 +48,4 @@ class Travel {
   double least_allowed_;  ///< cosine of the tilt
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -7,7 +7,7 @@
 
 #include "kinematics/basics/tool_path.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 namespace {
 
 /// A cut facet's pieces may need a cut of their own along another edge; a mesh that goes on for longer than
@@ -229,4 +229,4 @@ Found drop_flaps(Mesh& mesh, double distance) {
   return found;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

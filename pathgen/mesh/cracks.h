@@ -5,7 +5,7 @@
 #include "pathgen/mesh/topology.h"
 #include "pathgen/mesh/weld.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Moves each corner on an open edge onto the lowest-numbered such corner within `distance`, if that one
 /// stays where it is: no corner moves further than that, and no chain of moves arises. Facets that lose a
@@ -22,4 +22,4 @@ Found split_at_corners(Mesh& mesh, double distance);
 /// is open and their third corner is within `distance` of the edge they hang on.
 Found drop_flaps(Mesh& mesh, double distance);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

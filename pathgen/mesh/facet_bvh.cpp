@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -210,4 +210,4 @@ void FacetBvh::place(const Mesh& mesh, std::uint32_t slot) {
   balls_[2][slot] = static_cast<float>(from_middle.z), balls_[3][slot] = static_cast<float>(radius + spare_);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -11,7 +11,7 @@
 #include "pathgen/mesh/float_lanes.h"
 #include "pathgen/mesh/mesh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 using Corners = std::array<Point<Part>, 3>;
 
@@ -156,4 +156,4 @@ void FacetBvh::each_in(const Box& box, const Visit& visit) const {
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

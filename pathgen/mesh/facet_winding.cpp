@@ -6,7 +6,7 @@
 
 #include "kinematics/basics/tool_path.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 namespace {
 
 struct ReversalNotes : CGAL::Polygon_mesh_processing::Default_orientation_visitor {
@@ -68,4 +68,4 @@ std::optional<std::vector<std::uint32_t>> orient_facets(Mesh& mesh) {
   return list;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

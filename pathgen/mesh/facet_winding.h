@@ -8,7 +8,7 @@
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/mesh/topology.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Turns facets over until neighbours agree, as few as possible in each shell (of two equal choices the one
 /// that keeps the shell's first facet). Vertices, order and corners stay. Returns the facets turned over,
@@ -27,4 +27,4 @@ struct InsideOut {
 /// Requires: every edge is sound.
 InsideOut turn_outward(Mesh& mesh, const Shells& shells);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

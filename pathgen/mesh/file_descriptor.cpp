@@ -6,7 +6,7 @@
 #include <cstring>
 #include <utility>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 FileDescriptor::~FileDescriptor() {
   if (fd_ >= 0) ::close(fd_);
@@ -18,4 +18,4 @@ tl::unexpected<Error> io_error(const std::string& path, const std::string& what)
   return fail(Code::kIo, path + ": " + what + ": " + std::strerror(errno));
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Closes on every way out.
 class FileDescriptor {
@@ -25,4 +25,4 @@ class FileDescriptor {
 /// What errno says of the file.
 tl::unexpected<Error> io_error(const std::string& path, const std::string& what);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -6,7 +6,7 @@
 
 #include "kinematics/basics/lanes.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct FourBoxes {
   std::array<Lanes, 3> low, high;
@@ -47,4 +47,4 @@ inline unsigned boxes_met(const FourBoxes& boxes, const RayLanes& ray, Lanes& en
   return no_more(in, out);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

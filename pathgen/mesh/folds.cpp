@@ -8,7 +8,7 @@
 #include "kinematics/basics/tool_path.h"
 #include "pathgen/mesh/winding_number.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -52,4 +52,4 @@ std::vector<std::uint32_t> folded_facets(const Mesh& mesh, std::span<const Narro
   return folded;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 
 #include "pathgen/mesh/mesh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// An edge that looks like a narrow notch: concave, and narrower than a right angle.
 struct NarrowNotch {
@@ -23,4 +23,4 @@ std::vector<std::uint32_t> folded_facets(const Mesh& mesh, std::span<const Narro
 /// Notches that are asked times facets of the mesh, at most; 16 notches are always asked.
 inline constexpr std::size_t kMostFoldLooks = 5'000'000;
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -22,4 +22,4 @@ void touch_pages(void* memory, std::size_t bytes) {
   });
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Leaves what resize() adds unwritten.
 template <class T>
@@ -45,4 +45,4 @@ void resize_side_by_side(std::vector<T>& v, std::size_t size) {
   v.resize(size);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 #include "kinematics/basics/units.h"
 #include "pathgen/mesh/weld.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 namespace {
 
 /// A rim's edge, run the way a fill runs along it.
@@ -143,4 +143,4 @@ Fill fill(const Mesh& mesh, const Hole& hole) {
   return out;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

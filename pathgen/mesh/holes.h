@@ -8,7 +8,7 @@
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/mesh/topology.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A hole is taken for one or two missing facets, and filled, where
 /// 1 its rim has at most kMaxHoleEdges edges. It is then at most twice as wide as the longest edge of the
@@ -40,4 +40,4 @@ struct Fill {
 };
 Fill fill(const Mesh& mesh, const Hole& hole);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

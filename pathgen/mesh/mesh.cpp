@@ -1,9 +1,6 @@
 #include "pathgen/mesh/mesh.h"
 
-#include <array>
-#include <charconv>
-
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 std::string to_string(DefectKind kind) {
   switch (kind) {
@@ -35,9 +32,4 @@ std::string to_string(DefectKind kind) {
   return "unknown defect";
 }
 
-std::string number_text(double value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::general, 4).ptr};
-}
-
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

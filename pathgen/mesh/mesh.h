@@ -7,11 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "kinematics/basics/decimal.h"
 #include "kinematics/basics/geometry.h"
 #include "kinematics/basics/result.h"
 #include "pathgen/mesh/stl.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct Box {
   Point<Part> min, max;
@@ -71,7 +72,4 @@ struct CheckedMesh {
 
 std::string to_string(DefectKind kind);
 
-/// To four digits: how warnings print a length.
-std::string number_text(double value);
-
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

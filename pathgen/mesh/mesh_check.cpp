@@ -15,7 +15,7 @@
 #include "pathgen/mesh/topology.h"
 #include "pathgen/mesh/weld.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 namespace {
 
 using Range = tbb::blocked_range<std::size_t>;
@@ -276,4 +276,4 @@ Result<CheckedMesh> check_mesh(const Stl& stl, const RepairOptions& options, con
   return out;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -6,7 +6,7 @@
 #include "pathgen/mesh/stl.h"
 #include "pathgen/progress/watch.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// The part of a job's tolerance that repair may take: as much as each approximation of the planner.
 inline constexpr double kRepairShare = 0.25;
@@ -34,4 +34,4 @@ Result<CheckedMesh> check_mesh(const Stl& stl, const RepairOptions& options = {}
 /// As check_mesh() without `report`. Errors: kCancelled, too.
 Result<CheckedMesh> check_mesh(const Stl& stl, const RepairOptions& options, const ReportShare& report);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

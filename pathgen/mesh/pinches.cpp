@@ -7,7 +7,7 @@
 
 #include "kinematics/basics/units.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 namespace {
 
 /// Facets closer than this round their edge lie on each other: which is first cannot be told, rad.
@@ -137,4 +137,4 @@ Found separate_pinches(Mesh& mesh) {
   return found;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 #include "pathgen/mesh/topology.h"
 #include "pathgen/mesh/weld.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Gives each solid that touches another along an edge (four facets, or six ...) corners of its own there, at
 /// the same place: every edge then has the two facets that enclose material. Facets are paired by their angle
@@ -14,4 +14,4 @@ namespace tiltfeed {
 /// corner moves. Requires: neighbours agree.
 Found separate_pinches(Mesh& mesh);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -159,4 +159,4 @@ bool RayScene::within(Point<Part> p, double distance) const {
   return question.found;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 
 #include "pathgen/mesh/mesh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class RayScene {
  public:
@@ -35,4 +35,4 @@ class RayScene {
   Point<Part> origin_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -14,7 +14,7 @@
 #include "pathgen/mesh/holes.h"
 #include "pathgen/mesh/pinches.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -295,4 +295,4 @@ Repair repair(const Mesh& mesh, const VertexFans& fans, double distance, const R
   return last;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 #include "pathgen/mesh/weld.h"
 #include "pathgen/progress/watch.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct Repair {
   /// Every directed edge has its opposite and normals point out of the material; facets are in the file's
@@ -41,4 +41,4 @@ struct Repair {
 /// Requires: `fans` are those of `mesh`; sources ascend; distance > 0.
 Repair repair(const Mesh& mesh, const VertexFans& fans, double distance, const ReportShare& report = {});
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 #include "kinematics/basics/units.h"
 #include "pathgen/mesh/facet_winding.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 namespace {
 
 /// Solid angles and box comparisons that deciding what lies inside what may cost: about a second.
@@ -154,4 +154,4 @@ InsideOut turn_outward(Mesh& mesh, const Shells& shells) {
   return result;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -20,7 +20,7 @@
 #include "pathgen/mesh/stl_layout.h"
 #include "pathgen/mesh/stl_text.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 namespace {
 
 /// Fewer bytes after the last record than one more record would need can hide no facet.
@@ -31,12 +31,6 @@ using Range = tbb::blocked_range<std::uint64_t>;
 /// cache.
 constexpr std::uint64_t kGrain = 2048;
 
-std::string number(double value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 7).ptr;
-  return {text, end};
-}
-
 std::uint32_t facet_count(std::span<const char> bytes) {
   std::uint32_t count = 0;
   std::memcpy(&count, bytes.data() + kHeaderBytes, sizeof count);
@@ -45,7 +39,7 @@ std::uint32_t facet_count(std::span<const char> bytes) {
 
 Result<void> check_input(std::uint64_t size, const std::string& name, double unit_mm) {
   if (!std::isfinite(unit_mm) || unit_mm <= 0.0) {
-    return fail(Code::kInput, name + ": a unit of " + number(unit_mm) +
+    return fail(Code::kInput, name + ": a unit of " + number_text(unit_mm, 7) +
                                   " mm is not a length; give the length of the file's unit in mm");
   }
   if (size == 0) return fail(Code::kInput, name + ": the file is empty; export the part again");
@@ -138,9 +132,9 @@ Result<Stl> scaled(Stl stl, const std::string& name, double unit_mm, const Fill&
     const std::array<Point<Part>, 3>& facet = stl.facets[too_far.first];
     const Point<Part> far_corner = *std::find_if(facet.begin(), facet.end(), beyond);
     return fail(Code::kMesh, name + ": " + std::to_string(too_far.count) +
-                                 " facets lie beyond the limit of " + number(kMaxCoordinate) +
+                                 " facets lie beyond the limit of " + number_text(kMaxCoordinate, 7) +
                                  " mm, the first is facet " + std::to_string(too_far.first) + " at " +
-                                 to_string(far_corner) + " mm with a unit of " + number(unit_mm) +
+                                 to_string(far_corner) + " mm with a unit of " + number_text(unit_mm, 7) +
                                  " mm; check the unit of the file, or move the part to its origin");
   }
   return stl;
@@ -199,10 +193,6 @@ bool read_at(int fd, std::uint64_t at, std::span<char> bytes) {
 
 }  // namespace
 
-std::string to_string(Point<Part> p) {
-  return "(" + number(p.x) + ", " + number(p.y) + ", " + number(p.z) + ")";
-}
-
 Result<Stl> parse_stl(std::span<const char> bytes, const std::string& name, double unit_mm) {
   if (auto good = check_input(bytes.size(), name, unit_mm); !good) return tl::unexpected(good.error());
   const std::string_view text(bytes.data(), bytes.size());
@@ -246,4 +236,4 @@ Result<Stl> read_stl(const std::string& path, double unit_mm) {
   return parse_stl({buffer.get(), size}, path, unit_mm);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -7,14 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "kinematics/basics/decimal.h"
 #include "kinematics/basics/geometry.h"
 #include "kinematics/basics/result.h"
 #include "pathgen/mesh/stl_facets.h"
 
-namespace tiltfeed {
-
-/// "(1.5, -2, 0.25)", to seven digits: how messages name a place.
-std::string to_string(Point<Part> p);
+namespace tiltfeed::pathgen {
 
 /// `unit_mm`: length of the file's unit in mm. `name` goes into messages. Facets count from 0, lines from 1.
 /// Errors, with place and remedy: kInput: empty, truncated, count that does not fit the size, no facets,
@@ -32,4 +30,4 @@ Result<std::string> stl_bytes(const std::string& path, const std::vector<std::ar
 /// Errors: kInput: no facets, over kMaxFacets, or a coordinate that is no float32; kIo.
 Result<void> write_stl(const std::string& path, const std::vector<std::array<Point<Part>, 3>>& facets);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

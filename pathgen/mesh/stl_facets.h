@@ -8,7 +8,7 @@
 
 #include "kinematics/basics/geometry.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// The facets in file order, scaled to mm, unwelded. Normals of the file are ignored: corners decide.
 /// Coordinates are the file's float32 values (text is rounded to float32 too), scaled in double.
@@ -23,4 +23,4 @@ inline constexpr std::uint32_t kMaxFacets = 5'000'000;
 /// Largest coordinate in any direction, mm: beyond it the unit is wrong, and float32 is coarser than 1 um.
 inline constexpr double kMaxCoordinate = 10'000.0;
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 static_assert(std::endian::native == std::endian::little, "binary STL is read and written by copying");
 
@@ -14,4 +14,4 @@ inline constexpr std::uint64_t kDataStart = 84;
 inline constexpr std::uint64_t kRecordBytes = 50;
 inline constexpr std::uint64_t kNormalBytes = 12;
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 #include <optional>
 #include <system_error>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 namespace {
 
 /// Covers the header, the count and the first records of a binary file. Its count is below kMaxFacets, so
@@ -241,4 +241,4 @@ Result<Stl> parse_text_stl(std::string_view bytes, const std::string& name) {
   return TextStl(without_mark(bytes), name).parse();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -7,7 +7,7 @@
 #include "kinematics/basics/result.h"
 #include "pathgen/mesh/stl_facets.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// True when the bytes begin like ASCII STL: "solid" in any case, after white space, and no NUL where a
 /// binary file has its header and count.
@@ -19,4 +19,4 @@ bool looks_like_text_stl(std::string_view bytes);
 /// Errors: kInput with the line; kLimit over kMaxFacets.
 Result<Stl> parse_text_stl(std::string_view bytes, const std::string& name);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -10,7 +10,7 @@
 #include "pathgen/mesh/stl.h"
 #include "pathgen/mesh/stl_layout.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 namespace {
 
 /// One record: normal, corners, attribute 0.
@@ -85,4 +85,4 @@ Result<void> write_stl(const std::string& path, const std::vector<std::array<Poi
   return {};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

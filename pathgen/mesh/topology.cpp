@@ -10,7 +10,7 @@
 #include <atomic>
 #include <numeric>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 namespace {
 
 using Range = tbb::blocked_range<std::size_t>;
@@ -177,4 +177,4 @@ EdgeSurvey survey(const VertexFans& fans) {
   return {flags.sound, flags.duplicates, forest.shells()};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

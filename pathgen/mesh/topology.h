@@ -9,7 +9,7 @@
 
 #include "pathgen/mesh/fresh_memory.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 using Facet = std::array<std::uint32_t, 3>;
 
@@ -93,4 +93,4 @@ EdgeSurvey survey(const VertexFans& fans);
 /// Turns a facet over.
 inline void turn_over(Facet& facet) { std::swap(facet[1], facet[2]); }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

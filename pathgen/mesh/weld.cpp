@@ -13,7 +13,7 @@
 
 #include "pathgen/mesh/fresh_memory.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 namespace {
 
 using Range = tbb::blocked_range<std::size_t>;
@@ -302,4 +302,4 @@ void remove_facets(Mesh& mesh, const std::vector<std::uint32_t>& facets) {
   mesh.vertices = std::move(used);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 #include "pathgen/mesh/topology.h"
 #include "pathgen/progress/watch.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Facets lower than this over their longest edge count as without area, mm: corners in one line that were
 /// rounded to float32 on a 10 mm part stand this high, and a thousandth of a fine tolerance is no surface.
@@ -49,4 +49,4 @@ std::vector<std::uint32_t> without_area(const Mesh& mesh);
 /// Removes the facets listed (ascending) and the vertices that then are unused; keeps all order.
 void remove_facets(Mesh& mesh, const std::vector<std::uint32_t>& facets);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

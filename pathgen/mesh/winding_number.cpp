@@ -4,7 +4,7 @@
 
 #include "kinematics/basics/units.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 double winding_number(const Mesh& mesh, Point<Part> p) {
   double sum = 0.0;
@@ -17,4 +17,4 @@ double winding_number(const Mesh& mesh, Point<Part> p) {
   return sum / (4.0 * kPi);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -3,10 +3,10 @@
 
 #include "pathgen/mesh/mesh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// How often the surface winds round p: 1 inside, 0 outside a closed mesh [Van Oosterom, Strackee 1983].
 /// Looks at every facet.
 double winding_number(const Mesh& mesh, Point<Part> p);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

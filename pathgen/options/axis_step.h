@@ -7,7 +7,7 @@
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/options/plan_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// (E5), (O5) So far (rad) that the ball's centre leaves its straight line, R turn^2 / 8, and the shank's end
 /// its ruled surface, (shank length) turn^2 / 8, by no more than their shares; and no further than
@@ -21,4 +21,4 @@ inline double largest_axis_step(const PlanOptions& options) {
   return asked > 0.0 ? std::min(step, asked) : step;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

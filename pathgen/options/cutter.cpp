@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 double Cutter::cutting_top_radius() const {
   if (type != CutterType::kTaperBall) return radius();
@@ -13,4 +13,4 @@ double Cutter::cutting_top_radius() const {
   return radius() * cosine + std::max(0.0, cutting_end() - touch_height) * sine / cosine;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 
 #include "kinematics/basics/units.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 enum class ToolPart { kCutter, kShank, kHolder };
 
@@ -53,4 +53,4 @@ struct Cutter {
   double shank_radius() const { return shank_diameter > 0.0 ? shank_diameter / 2.0 : cutting_top_radius(); }
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

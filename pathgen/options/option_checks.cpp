@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 Result<void> check_options(const PlanOptions& o) {
   const auto positive = [](double v) { return std::isfinite(v) && v > 0.0; };
@@ -32,4 +32,4 @@ Result<void> check_options(const PlanOptions& o) {
   return {};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

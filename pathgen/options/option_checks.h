@@ -4,9 +4,9 @@
 #include "kinematics/basics/result.h"
 #include "pathgen/options/plan_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Errors: kInput with the job's key and what it must be.
 Result<void> check_options(const PlanOptions& o);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

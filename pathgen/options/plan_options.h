@@ -11,7 +11,7 @@
 #include "pathgen/axis/deformation.h"
 #include "pathgen/options/cutter.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 enum class Direction { kOneWay, kZigzag };
 
@@ -128,4 +128,4 @@ struct PlanOptions {
       Angle::from_degrees(180.0);  ///< largest angle of the tool axis to `up`; the rest is left out
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

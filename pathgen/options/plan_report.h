@@ -11,7 +11,7 @@
 #include "pathgen/options/rest_reason.h"
 #include "pathgen/progress/stages.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Additional results of AxisMode::kFree.
 struct FreeReport {
@@ -85,4 +85,4 @@ struct Plan {
   PlanReport report;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -22,4 +22,4 @@ constexpr std::array<Words, kRestReasons> kWords{
 const char* word_of(RestReason why) { return kWords[static_cast<std::size_t>(why)].word; }
 const char* remedy(RestReason why) { return kWords[static_cast<std::size_t>(why)].remedy; }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

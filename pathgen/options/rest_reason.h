@@ -5,7 +5,7 @@
 
 #include "pathgen/options/cutter.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// If several reasons apply, the first one listed is reported.
 enum class RestReason {
@@ -29,4 +29,4 @@ const char* word_of(RestReason why);
 /// What helps: "use a smaller cutter".
 const char* remedy(RestReason why);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -6,7 +6,7 @@
 
 #include "pathgen/options/plan_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Passes so far apart on a plane leave ridges of `height` between them for a rounding of the tool, mm. (R2)
 inline double step_of_scallop(double rounding, double height) {
@@ -23,4 +23,4 @@ inline double asked_step(const PlanOptions& options) {
   return pattern.side_step > 0.0 ? std::min(step, pattern.side_step) : step;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

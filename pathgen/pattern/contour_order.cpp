@@ -4,7 +4,7 @@
 #include <map>
 #include <tuple>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -87,4 +87,4 @@ class Order {
 
 std::vector<std::vector<LoopId>> order_of(const std::vector<LevelSet>& sets) { return Order(sets).run(); }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 
 #include "pathgen/pattern/level_set.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct LoopId {
   int level = 0, loop = 0;
@@ -17,4 +17,4 @@ struct LoopId {
 /// same island on open ground; what is started is followed down as far as that allows.
 std::vector<std::vector<LoopId>> order_of(const std::vector<LevelSet>& sets);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

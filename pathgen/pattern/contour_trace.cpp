@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -267,4 +267,4 @@ Trace trace_contour(const Loop& loop, const TraceOptions& options, Heights& heig
   return Tracer(options, heights).run(loop);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 
 #include "pathgen/pattern/level_set.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct TraceOptions {
   double level = 0.0;      ///< z' of the tool, mm
@@ -28,4 +28,4 @@ struct Trace {
 /// kRiseShare * tolerance.
 Trace trace_contour(const Loop& loop, const TraceOptions& options, Heights& heights);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -11,7 +11,7 @@
 #include "pathgen/pattern/contour_trace.h"
 #include "pathgen/progress/stages.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -168,4 +168,4 @@ Result<Contours> z_level(const ClField& field, const ContourOptions& options, co
   return ZLevels(field, options, progress).run(*grid);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -11,7 +11,7 @@
 #include "pathgen/progress/stages.h"
 #include "pathgen/surface/cl_field.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct ContourOptions {
   EnvelopeOptions envelope;
@@ -49,4 +49,4 @@ double grid_spacing(const Pattern& pattern, double tolerance);
 /// From below `top` down to `bottom`, evenly and at most `step_down` apart. Errors: kLimit, kInput.
 Result<std::vector<double>> levels_between(double top, double bottom, double step_down);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 #include <clipper.hpp>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -70,4 +70,4 @@ bool in_region(const FlatRegion& region, double x, double y) {
   return true;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -6,7 +6,7 @@
 #include "pathgen/envelope/heights.h"
 #include "pathgen/envelope/pass_trim.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Closed where the last place is the first.
 using FlatCurve = std::vector<Place>;
@@ -31,4 +31,4 @@ std::vector<FlatRegion> moved_inwards(const std::vector<FlatRegion>& regions, do
 
 bool in_region(const FlatRegion& region, double x, double y);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

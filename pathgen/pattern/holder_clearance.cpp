@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -171,4 +171,4 @@ Touches find_touches(const ClField& guarded, const EnvelopeOptions& options, con
   return touches;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 #include "pathgen/progress/watch.h"
 #include "pathgen/surface/cl_field.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// The field of the cutting part with the patches of shank and holder that can keep the tool off the part
 /// anywhere on these passes; nothing where there are none. `reported`: those with Reaction::kReport, else the
@@ -27,4 +27,4 @@ struct Touches {
 Touches find_touches(const ClField& guarded, const EnvelopeOptions& options, const Passes& passes,
                      const ReportShare& report = {});
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

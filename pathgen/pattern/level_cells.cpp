@@ -5,7 +5,7 @@
 
 #include "pathgen/pattern/level_set.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -150,4 +150,4 @@ void LevelSet::split(const Cell& cell, int depth) {
   resolve({cell.x0, y, x, cell.y1, {left, up, half[2][0], half[3][1]}}, depth + 1);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -10,7 +10,7 @@
 #include "pathgen/pattern/row_layout.h"
 #include "pathgen/progress/stages.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -78,4 +78,4 @@ Result<LevelGrid> make_level_grid(const ClField& field, double spacing, const En
   return grid;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 #include "pathgen/envelope/heights.h"
 #include "pathgen/progress/stages.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Grid lines of one coordinate.
 struct GridAxis {
@@ -38,4 +38,4 @@ struct LevelGrid {
 Result<LevelGrid> make_level_grid(const ClField& field, double spacing, const EnvelopeOptions& options,
                                   const Progress& progress);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 LevelSet::LevelSet(const LevelGrid& grid, double level, Heights& heights, double fineness)
     : grid_(grid), level_(level), fineness_(fineness), heights_(heights) {
@@ -210,4 +210,4 @@ bool LevelSet::is_sea(int region) const {
   return region == find(0) || region == find(static_cast<int>(grid_.node_heights.size()) - 1);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -7,7 +7,7 @@
 
 #include "pathgen/pattern/level_grid.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A crossing of the level on a grid line, between two places of it.
 struct Crossing {
@@ -92,4 +92,4 @@ class LevelSet {
   std::vector<Loop> loops_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -15,7 +15,7 @@
 #include "pathgen/progress/watch.h"
 #include "pathgen/surface/row_candidates.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 void Passes::add(const Passes& other) {
   traced += other.traced, steep += other.steep;
@@ -304,4 +304,4 @@ Result<Passes> trace_raster(const ClField& field, const PlanOptions& options, co
   return RasterTracer(field, options, envelope, thinning, progress).run();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -13,7 +13,7 @@
 #include "pathgen/pattern/point_rules.h"
 #include "pathgen/surface/cl_field.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct Passes {
   std::vector<std::vector<Pass>> rows;  ///< from right to left of the pass direction; thinned
@@ -47,4 +47,4 @@ Result<Passes> trace_raster(const ClField& field, const PlanOptions& options, co
 /// better cut by z-level contours.
 inline constexpr double kSteepestAcross = 0.26;
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

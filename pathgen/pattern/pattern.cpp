@@ -12,7 +12,7 @@
 #include "pathgen/pattern/row_layout.h"
 #include "pathgen/progress/watch.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -177,4 +177,4 @@ Result<Passes> trace_pattern(const ClField& field, const PlanOptions& options,
   return fail(Code::kInput, "pattern.kind is unknown");
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 #include "pathgen/pattern/passes.h"
 #include "pathgen/progress/stages.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// The passes of the pattern on this field; groups where the pattern has groups. Errors: as trace_raster,
 /// z_level, region_pattern and rough_layers.
@@ -13,4 +13,4 @@ Result<Passes> trace_pattern(const ClField& field, const PlanOptions& options,
                              const EnvelopeOptions& envelope, double thinning, const Progress& progress,
                              std::vector<std::string>& warnings);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

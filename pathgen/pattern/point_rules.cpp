@@ -1,6 +1,6 @@
 #include "pathgen/pattern/point_rules.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 std::optional<RestReason> PointRules::refusal(const EnvelopePoint& p) const {
   if (dot(p.axis, options_.up) < least_upright_) return RestReason::kTilt;
@@ -26,4 +26,4 @@ void RejectedPoints::add(const RejectedPoints& other) {
   patches.insert(patches.end(), other.patches.begin(), other.patches.end());
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -13,7 +13,7 @@
 #include "pathgen/pattern/region.h"
 #include "pathgen/surface/cl_field.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Points refused, by RestReason, and the patches that stand behind shank and holder refusals.
 struct RejectedPoints {
@@ -47,4 +47,4 @@ class PointRules {
   double least_upright_;  ///< cosine of the tilt, at tilt_max
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 
 #include "pathgen/envelope/pass_trim.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 Region::Region(const Containment& containment, const Deformation& deformation)
     : first_(containment.first), second_(containment.second), height_(containment.height) {
@@ -70,4 +70,4 @@ bool Region::over(Point<Flat> f) const {
   return in_polygon(boundary_, f.x, f.y);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

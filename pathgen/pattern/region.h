@@ -8,7 +8,7 @@
 #include "pathgen/options/plan_options.h"
 #include "pathgen/surface/flat_index.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class Region {
  public:
@@ -38,4 +38,4 @@ class Region {
   std::vector<std::array<double, 2>> boundary_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -6,7 +6,7 @@
 
 #include "pathgen/pattern/spiral.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -230,4 +230,4 @@ Result<RegionCurves> region_curves(const std::vector<FlatRegion>& regions, const
   return Curves(Rings(regions, options), options).run();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 #include "pathgen/envelope/heights.h"
 #include "pathgen/pattern/flat_offset.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct CurveOptions {
   double side_step = 0.0;  ///< mm
@@ -34,4 +34,4 @@ inline constexpr double kMaxRings = 10e3;
 /// before, or than a corner's next ring. Errors: kLimit for more than kMaxRings.
 Result<RegionCurves> region_curves(const std::vector<FlatRegion>& regions, const CurveOptions& options);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

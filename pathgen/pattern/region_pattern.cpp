@@ -9,7 +9,7 @@
 #include "pathgen/pattern/level_set.h"
 #include "pathgen/progress/stages.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -100,4 +100,4 @@ Result<Contours> region_pattern(const ClField& field, const ContourOptions& opti
   return result;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 #include "pathgen/pattern/contours.h"
 #include "pathgen/pattern/region_curves.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// The curve at the height of the envelope, from end to end; broken where there is no surface. A closed curve
 /// without a break gives a closed pass.
@@ -23,4 +23,4 @@ Result<std::vector<FlatRegion>> silhouette(const ClField& field, double spacing,
 Result<Contours> region_pattern(const ClField& field, const ContourOptions& options,
                                 const Progress& progress);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 
 #include "pathgen/progress/stages.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -183,4 +183,4 @@ Result<Contours> rough_layers(const ClField& field, const std::vector<FlatLine>&
   return result;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -7,7 +7,7 @@
 #include "pathgen/envelope/heights.h"
 #include "pathgen/pattern/contours.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct RoughLayer {
   double upper = 0.0, lower = 0.0;  ///< z' of the floor above and of this one, mm
@@ -28,4 +28,4 @@ std::vector<Pass> layer_passes(const std::vector<Pass>& passes, const FlatLine& 
 Result<Contours> rough_layers(const ClField& field, const std::vector<FlatLine>& lines, double stock_top,
                               bool over_gaps, const ContourOptions& options, const Progress& progress);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

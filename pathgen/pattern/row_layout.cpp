@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -58,4 +58,4 @@ Result<RowLayout> lay_rows(const FlatIndex& index, const FlatBounds& bounds, con
   return raster;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 #include "pathgen/options/plan_options.h"
 #include "pathgen/surface/flat_index.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 inline constexpr double kMaxRows = 1e6;
 /// Patches met by all rows together; a path of so many points takes some 10 GB.
@@ -31,4 +31,4 @@ struct RowLayout {
 Result<RowLayout> lay_rows(const FlatIndex& index, const FlatBounds& bounds, const Pattern& pattern,
                            double side_step);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -136,4 +136,4 @@ std::vector<FlatCurve> spirals_through(const std::vector<FlatCurve>& rings, doub
   return spirals;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 
 #include "pathgen/pattern/flat_offset.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// One curve that runs once along the first ring, comes over evenly from ring to ring in a turn each, and
 /// ends with once along the last. Where a ring has parts that are far from the next (an arm that ends) the
@@ -13,4 +13,4 @@ namespace tiltfeed {
 /// inwards.
 std::vector<FlatCurve> spirals_through(const std::vector<FlatCurve>& rings, double side_step);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

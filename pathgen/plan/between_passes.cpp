@@ -9,7 +9,7 @@
 
 #include "pathgen/options/side_step.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -162,4 +162,4 @@ double CuttingMoves::left(Point<Part> place, Point<Part> touching, double enough
   return least;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 #include "pathgen/options/plan_options.h"
 #include "pathgen/tool/tool_pieces.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Distance of a point from the outside of the piece's lower side, mm, negative within; `d` from the axis,
 /// `h` over the ring centre.
@@ -56,4 +56,4 @@ class CuttingMoves {
   std::vector<Slot> slots_;  ///< open addressing; count 0: free
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 #include "pathgen/plan/rest_material.h"
 #include "pathgen/tool/contact_line.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -76,4 +76,4 @@ Result<ReachMap> exact_reach(const CheckedMesh& part, const PlanOptions& options
   return map;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -7,7 +7,7 @@
 #include "pathgen/progress/stages.h"
 #include "pathgen/reach/reach_scene.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Plans `options` and says what its report says of each facet: kCut where less than half of it stays uncut.
 /// Besides, what the plan does not know: of what it cuts, that `question.machine` does not go there (its tilt
@@ -18,4 +18,4 @@ Result<ReachMap> exact_reach(const CheckedMesh& part, const PlanOptions& options
                              std::span<const ReachPlace> facets, const ReachQuestion& question,
                              const Progress& progress = {});
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -15,7 +15,7 @@
 #include "pathgen/progress/stages.h"
 #include "pathgen/progress/watch.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -199,4 +199,4 @@ Result<void> plan_free(const CheckedMesh& part, const PlanOptions& options, cons
   return FreePlanner(part, options, progress, plan).run();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 #include "pathgen/options/plan_options.h"
 #include "pathgen/options/plan_report.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// As plan(), with AxisMode::kFree; fills path.moves and the report. Properties: no gouge over the tolerance
 /// by cutter, shank or holder on any move, contact within it on cutting moves; the tool can be drawn back
@@ -14,4 +14,4 @@ namespace tiltfeed {
 Result<void> plan_free(const CheckedMesh& part, const PlanOptions& options, const Progress& progress,
                        Plan& plan);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

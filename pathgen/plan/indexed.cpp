@@ -22,7 +22,7 @@
 #include "pathgen/progress/shares.h"
 #include "pathgen/progress/stages.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -282,4 +282,4 @@ Result<Plan> plan_indexed(const CheckedMesh& part, const PlanOptions& options, c
   return Indexed(part, options, progress).run();
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

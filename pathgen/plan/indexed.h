@@ -6,7 +6,7 @@
 #include "pathgen/options/plan_options.h"
 #include "pathgen/options/plan_report.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// As plan(), with AxisMode::kIndexed. Properties: every cutting move has one of at most
 /// IndexedAxis::most_directions axes, and moves of one axis follow each other; between two axes the whole
@@ -14,4 +14,4 @@ namespace tiltfeed {
 /// both. Errors: as plan(); kUnreachable when no direction reaches anything.
 Result<Plan> plan_indexed(const CheckedMesh& part, const PlanOptions& options, const Progress& progress);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

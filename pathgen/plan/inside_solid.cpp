@@ -10,7 +10,7 @@
 
 #include "pathgen/mesh/winding_number.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 Result<void> leave_material(const Mesh& mesh, Passes& passes, PlanReport& report) {
   std::atomic<std::uint64_t> dropped{0};
@@ -36,4 +36,4 @@ Result<void> leave_material(const Mesh& mesh, Passes& passes, PlanReport& report
   return {};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -7,10 +7,10 @@
 #include "pathgen/options/plan_report.h"
 #include "pathgen/pattern/passes.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Drops the passes that lie in the material, with a warning. Requires: no pass crosses the surface.
 /// Errors: kUnreachable when none is left.
 Result<void> leave_material(const Mesh& mesh, Passes& passes, PlanReport& report);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -15,7 +15,7 @@
 #include "pathgen/pattern/region.h"
 #include "pathgen/tool/tool_pieces.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -240,4 +240,4 @@ Error with_cause(Error error, const CheckedMesh& part, const PlanOptions& option
   return error;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

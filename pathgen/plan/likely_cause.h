@@ -7,7 +7,7 @@
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/options/plan_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// The cause, its figures and the keys to change; empty where no test below holds. With one axis field and a
 /// closed part only. In this order, 1 and 2 asked at even places of point, line or circle along the part:
@@ -22,4 +22,4 @@ std::string likely_cause(const CheckedMesh& part, const PlanOptions& options);
 /// The error of a plan, led by its likely cause if there is one. kUnreachable, kLimit and kGouge only.
 Error with_cause(Error error, const CheckedMesh& part, const PlanOptions& options);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

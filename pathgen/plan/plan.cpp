@@ -6,7 +6,7 @@
 #include "pathgen/plan/likely_cause.h"
 #include "pathgen/plan/predefined_axis.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 Result<Plan> plan(const CheckedMesh& part, const PlanOptions& options, const Progress& progress) {
   if (options.axis.mode == AxisMode::kIndexed) return plan_indexed(part, options, progress);
@@ -19,4 +19,4 @@ Result<Plan> plan(const CheckedMesh& part, const PlanOptions& options, const Pro
   return plan;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

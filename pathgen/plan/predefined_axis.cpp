@@ -22,7 +22,7 @@
 #include "pathgen/surface/cl_field.h"
 #include "pathgen/tool/tool_pieces.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -288,4 +288,4 @@ Result<Plan> plan_where(const CheckedMesh& part, const PlanOptions& options, con
   return plan;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

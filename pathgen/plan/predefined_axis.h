@@ -8,7 +8,7 @@
 #include "pathgen/options/plan_options.h"
 #include "pathgen/options/plan_report.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A part of what the tool can reach.
 struct WantedPart {
@@ -32,4 +32,4 @@ Plan plan_without_moves(const PlanOptions& options);
 /// Counts points and passes, and adds up lengths.
 void measure(const std::vector<Move>& moves, PlanReport& report);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -106,4 +106,4 @@ void warn_touches(const Touches& touches, PlanReport& report) {
                             " facets in all); guards ask for a report only: nothing was changed");
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

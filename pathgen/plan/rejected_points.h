@@ -8,7 +8,7 @@
 #include "pathgen/pattern/holder_clearance.h"
 #include "pathgen/pattern/passes.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Adds a warning for each reason: how many points, which facets, what to change.
 /// Errors: kLimit or kUnreachable when nothing is left.
@@ -23,4 +23,4 @@ void warn_between(const BetweenPasses& between, const char* remedy, PlanReport& 
 /// Adds a warning of where shank or holder come near and guards only report, if anywhere.
 void warn_touches(const Touches& touches, PlanReport& report);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -14,7 +14,7 @@
 #include "pathgen/plan/between_passes.h"
 #include "pathgen/tool/contact_line.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -283,4 +283,4 @@ std::vector<bool> facing_facets(const Mesh& mesh, const PlanOptions& options) {
   return {facing.begin(), facing.end()};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -11,7 +11,7 @@
 #include "pathgen/progress/watch.h"
 #include "pathgen/surface/cl_field.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Is a tool that could stand there kept off, by what stands beyond the axis feature?
 using KeptOff = std::function<bool(const EnvelopePoint& stand)>;
@@ -30,4 +30,4 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
 /// turned away. Requires: an axis field.
 std::vector<bool> facing_facets(const Mesh& mesh, const PlanOptions& options);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

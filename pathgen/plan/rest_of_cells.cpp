@@ -10,7 +10,7 @@
 #include "pathgen/plan/between_passes.h"
 #include "pathgen/tool/tool_pieces.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -117,4 +117,4 @@ BetweenPasses find_rest_of_cells(const CheckedMesh& part, const PlanOptions& opt
   return Rest(part, options, tool, directions, path).find(report);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

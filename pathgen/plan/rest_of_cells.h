@@ -10,7 +10,7 @@
 #include "pathgen/progress/watch.h"
 #include "pathgen/tool/swept_tool.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Of all cells of the surface the least distance to the tool on any cutting move of `path`. Where that is
 /// more than the job lets its passes leave, the cell counts if the tool, in one of the unit `directions`,
@@ -21,4 +21,4 @@ BetweenPasses find_rest_of_cells(const CheckedMesh& part, const PlanOptions& opt
                                  const std::vector<Vec3>& directions, const std::vector<Move>& path,
                                  const ReportShare& report = {});
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

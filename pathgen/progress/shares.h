@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// How far all directions are together, handed from the threads that cut them to the one that tells.
 class Shares {
@@ -70,4 +70,4 @@ class Shares {
   bool ended_ = false, stopped_ = false;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

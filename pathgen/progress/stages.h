@@ -8,7 +8,7 @@
 
 #include "kinematics/basics/result.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Called on one thread with the stage's name and 0..1; return false to cancel.
 using Progress = std::function<bool(const char* stage, double fraction)>;
@@ -55,4 +55,4 @@ class Stages {
   bool stopped_ = false;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

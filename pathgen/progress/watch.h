@@ -9,7 +9,7 @@
 #include <thread>
 #include <utility>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Takes the share of the work that is done, 0..1; returns false when the user wants no more of it. Empty:
 /// nobody listens.
@@ -59,4 +59,4 @@ class Watch {
   std::chrono::steady_clock::time_point again_{};
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

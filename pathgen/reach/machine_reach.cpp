@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -40,4 +40,4 @@ std::optional<Reach> MachineReach::refusal(const Pose& pose) const {
   return why;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 #include "kinematics/machine/machine.h"
 #include "pathgen/reach/reach.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class MachineReach {
  public:
@@ -23,4 +23,4 @@ class MachineReach {
   Chain chain_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

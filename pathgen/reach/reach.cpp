@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 const char* word_of(Reach reach) {
   constexpr std::array<const char*, kReaches> kWords{"cut",  "away",   "narrow",  "blocked",
@@ -46,4 +46,4 @@ double ReachMap::share(Reach reach) const {
   return all > 0.0 ? area[static_cast<std::size_t>(reach)] / all : 0.0;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 
 #include "pathgen/options/rest_reason.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// If several apply, the first one listed but kCut.
 enum class Reach : std::uint8_t {
@@ -41,4 +41,4 @@ struct ReachMap {
   double share(Reach reach) const;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -11,7 +11,7 @@
 #include "pathgen/mesh/ray_scene.h"
 #include "pathgen/tool/contact_line.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -244,4 +244,4 @@ ReachMap ReachScene::ask(const ReachQuestion& question, std::span<const ReachPla
   return map;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -12,7 +12,7 @@
 #include "pathgen/reach/machine_reach.h"
 #include "pathgen/reach/reach.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A place of the surface that stands for an area.
 struct ReachPlace {
@@ -61,4 +61,4 @@ class ReachScene {
   std::unique_ptr<const Parts> parts_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -7,7 +7,7 @@
 #include "pathgen/axis/deformation.h"
 #include "pathgen/mesh/mesh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct Feature {
   AxisMode mode = AxisMode::kLine;  ///< kPoint, kLine or kCircle
@@ -26,4 +26,4 @@ inline double facet_slack(const Mesh& mesh, std::uint32_t facet) {
   return 0.51 * length(cross(ab, ac)) / std::max({length(ab), length(ac), length(ac - ab)});
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

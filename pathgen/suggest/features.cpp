@@ -8,7 +8,7 @@
 #include "pathgen/fit/fit_start.h"
 #include "pathgen/suggest/refine.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -244,4 +244,4 @@ std::vector<Feature> find_features(const Mesh& mesh, const Box& bounds, std::spa
   return found;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

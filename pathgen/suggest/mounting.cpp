@@ -8,7 +8,7 @@
 #include "kinematics/machine/machine.h"
 #include "pathgen/reach/machine_reach.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -117,4 +117,4 @@ Setup Mounting::raised(const Setup& setup, std::span<const CutPose> poses) const
   return raised;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

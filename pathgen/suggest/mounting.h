@@ -10,7 +10,7 @@
 #include "kinematics/machine/machine_model.h"
 #include "pathgen/mesh/mesh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A pose that cuts an area.
 struct CutPose {
@@ -49,4 +49,4 @@ class Mounting {
   std::vector<Vec3> quarters_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 #include "kinematics/basics/units.h"
 #include "pathgen/fit/least_squares.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -175,4 +175,4 @@ AxisFrame rounded(AxisFrame frame, double length_step, double angle) {
                      std::max(length_step, to_step(frame.circle_radius, length_step)));
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 #include "pathgen/reach/reach_scene.h"
 #include "pathgen/suggest/feature.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct Placement {
   AxisFrame axis;
@@ -33,4 +33,4 @@ AxisFrame frame_about(AxisMode mode, Sense sense, Point<Part> origin, Vec3 axis,
 /// Its axis: t of a line, n of a fixed one, the normal of a circle.
 Vec3 axis_of(const AxisFrame& frame);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -67,4 +67,4 @@ std::vector<double> weights_of(const Mesh& mesh, std::span<const ReachPlace> pla
   return weights;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

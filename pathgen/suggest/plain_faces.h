@@ -8,7 +8,7 @@
 #include "pathgen/reach/reach_scene.h"
 #include "pathgen/suggest/feature.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// How much each of the places counts, mm^2: its area, or kPlainShare of that on a plain face; all their area
 /// where hardly anything else is. `size`: of the part, mm.
@@ -18,4 +18,4 @@ std::vector<double> weights_of(const Mesh& mesh, std::span<const ReachPlace> pla
 /// What a plain face counts for, of its area.
 inline constexpr double kPlainShare = 0.02;
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

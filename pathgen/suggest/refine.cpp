@@ -6,7 +6,7 @@
 
 #include "pathgen/fit/least_squares.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -150,4 +150,4 @@ Feature refined(Feature feature, const Mesh& mesh, double size) {
   return feature;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,10 +4,10 @@
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/suggest/feature.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// The feature moved and turned so that the corners that lie round it at one distance, whatever that is, do
 /// so best. `size`: of the part, mm.
 Feature refined(Feature feature, const Mesh& mesh, double size);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

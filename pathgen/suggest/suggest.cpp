@@ -13,7 +13,7 @@
 #include "pathgen/suggest/plain_faces.h"
 #include "pathgen/tool/contact_line.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -370,4 +370,4 @@ Result<Suggestions> suggest(const CheckedMesh& part, const SuggestOptions& optio
   return Search(part, options).run(progress);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -12,7 +12,7 @@
 #include "pathgen/reach/reach_scene.h"
 #include "pathgen/suggest/feature.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct SuggestOptions {
   PlanOptions tool;                       ///< its cutter, stock and guards
@@ -42,4 +42,4 @@ struct Suggestions {
 Result<Suggestions> suggest(const CheckedMesh& part, const SuggestOptions& options,
                             const Progress& progress = {});
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -106,4 +106,4 @@ void CandidateSweep::settle(std::size_t first) {
     std::rotate(std::upper_bound(active_.begin(), c, *c, higher), c, c + 1);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 
 #include "pathgen/surface/cl_surface.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Patch `patch` can be the highest only for run coordinates in [from, to].
 struct Candidate {
@@ -54,4 +54,4 @@ class CandidateSweep {
   double ends_ = std::numeric_limits<double>::infinity();  ///< the first of them to end
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

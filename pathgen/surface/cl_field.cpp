@@ -10,7 +10,7 @@
 #include "pathgen/progress/stages.h"
 #include "pathgen/surface/exposed_backs.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -127,4 +127,4 @@ Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const
   return both;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

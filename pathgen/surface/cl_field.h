@@ -13,7 +13,7 @@
 #include "pathgen/surface/cl_surface.h"
 #include "pathgen/surface/flat_index.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 struct ClField {
   ClSurface surface;
@@ -34,4 +34,4 @@ Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const
 /// Hulls are not split below this size (mm): there the point, line or circle is inside or next to them.
 double smallest_hull(const PlanOptions& options);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

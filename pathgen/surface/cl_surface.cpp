@@ -11,7 +11,7 @@
 
 #include "pathgen/surface/normal_cone.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
@@ -337,4 +337,4 @@ std::array<Vec3, 2> ClSurface::convex_normals(const EdgePatch& edge) const {
   return {turned(edge.facets[0], edge.w1), turned(edge.facets[1], edge.w0)};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

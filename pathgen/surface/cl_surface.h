@@ -15,7 +15,7 @@
 #include "pathgen/mesh/topology.h"
 #include "pathgen/tool/drop.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Piece of the tool * features() + feature of the part (facets first, then edges, then vertices).
 using PatchId = std::uint32_t;
@@ -122,4 +122,4 @@ class ClSurface {
   PatchId features_ = 0;       ///< facets, edges and vertices
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

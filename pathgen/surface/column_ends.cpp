@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -56,4 +56,4 @@ void ColumnEnds::build(std::size_t at, std::uint32_t first, std::uint32_t count)
   build(2 * at + 2, first + half, count - half);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

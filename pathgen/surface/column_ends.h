@@ -11,7 +11,7 @@
 
 #include "pathgen/surface/cl_surface.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// No place further than `reach` (mm) from the centre is covered by the patch.
 struct NearFeature {
@@ -79,4 +79,4 @@ class ColumnEnds {
   std::vector<Node> nodes_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

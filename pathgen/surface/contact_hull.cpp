@@ -7,7 +7,7 @@
 #include "kinematics/basics/units.h"
 #include "pathgen/surface/normal_cone.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -117,4 +117,4 @@ Point<Part> ContactHull::on_ring(Point<Part> q, Vec3 n, double d, double r) {
   return p;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 #include "pathgen/axis/deformation.h"
 #include "pathgen/surface/cl_surface.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class ContactHull {
  public:
@@ -46,4 +46,4 @@ class ContactHull {
   double margin_ = 0.0;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 
 #include "kinematics/basics/tool_path.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -116,4 +116,4 @@ std::vector<std::uint32_t> exposed_backs(const ClSurface& surface, const Deforma
   return facets;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -11,7 +11,7 @@
 #include "pathgen/surface/cl_surface.h"
 #include "pathgen/surface/flat_index.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Facets of the surface's mesh (indices, ascending) that turn their back to the tool although no patch of
 /// the CL surface keeps the tool above them there. When the user stops it, not all of them.
@@ -19,4 +19,4 @@ std::vector<std::uint32_t> exposed_backs(const ClSurface& surface, const Deforma
                                          const FlatIndex& index, double reference_height,
                                          const ReportShare& report = {});
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -10,7 +10,7 @@
 #include <limits>
 #include <numeric>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -167,4 +167,4 @@ FlatBox FlatBins::piece_box(const FlatLine& line, std::int64_t k, std::int64_t p
   return {std::min(xa, xb), std::max(xa, xb), std::min(ya, yb), std::max(ya, yb)};
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

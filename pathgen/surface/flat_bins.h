@@ -10,7 +10,7 @@
 
 #include "pathgen/mesh/fresh_memory.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A straight line of flat space, from (x, y) along the unit direction (dx, dy); the run coordinate is the
 /// distance from its start. Where a coordinate wraps, the line may run past the seam by up to a turn.
@@ -139,4 +139,4 @@ class FlatBins {
   FreshVector<std::uint32_t> entries_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

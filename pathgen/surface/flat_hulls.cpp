@@ -11,7 +11,7 @@
 #include "kinematics/basics/units.h"
 #include "pathgen/surface/contact_hull.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -129,7 +129,7 @@ class HullMaker {
   bool y_is_angle() const { return map_.frame().mode != AxisMode::kFixed; }
   /// Of the patch; asked for by several hulls.
   double highest_reference() {
-    if (top_of_ != patch_) top_of_ = patch_, top_ = tiltfeed::highest_reference(surface_, map_, patch_);
+    if (top_of_ != patch_) top_of_ = patch_, top_ = pathgen::highest_reference(surface_, map_, patch_);
     return top_ + 2.0 * kSeam * (piece_->flat + piece_->corner);
   }
   /// `top`: z' of the highest place of the ball's centre; `rho`: of the furthest from the axis feature.
@@ -247,4 +247,4 @@ FlatHulls make_flat_hulls(const ClSurface& surface, const Deformation& deformati
   return all;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

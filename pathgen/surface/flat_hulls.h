@@ -13,7 +13,7 @@
 #include "pathgen/surface/cl_surface.h"
 #include "pathgen/surface/column_ends.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A place (x', y'), mm; single precision suffices for a bound, and its rounding is in the pads.
 struct FlatCorner {
@@ -47,4 +47,4 @@ FlatHulls make_flat_hulls(const ClSurface& surface, const Deformation& deformati
                           const ReportShare& report = {},
                           const std::function<bool(PatchId)>& wanted = nullptr);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -9,7 +9,7 @@
 #include <functional>
 #include <limits>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -198,4 +198,4 @@ void FlatIndex::along(const FlatLine& line, Scratch& scratch, std::vector<Candid
   sort_by_start(candidates, line.length, scratch.sorting);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -14,7 +14,7 @@
 #include "pathgen/surface/hull_along.h"
 #include "pathgen/surface/hull_bvh.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class FlatIndex {
  public:
@@ -122,4 +122,4 @@ class FlatIndex {
   HullBvh guards_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -6,7 +6,7 @@
 
 #include "pathgen/surface/flat_hulls.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// The contact is on the feature, at most `outer` beside the axis line.
 double highest_reference(const ClSurface& surface, const Deformation& map, PatchId patch) {
@@ -37,4 +37,4 @@ double highest_reference(const ClSurface& surface, const Deformation& map, Patch
   return lift - std::sqrt(std::max(0.0, near * near - aside * aside));
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

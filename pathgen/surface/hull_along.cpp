@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 HullAlong::HullAlong(const FlatHull& hull, const FlatCorner* corner, double dx, double dy, double shift_x,
                      double shift_y)
@@ -51,4 +51,4 @@ bool HullAlong::meets(const FlatLine& line, Candidate& candidate) const {
   return true;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -7,7 +7,7 @@
 #include "pathgen/surface/flat_bins.h"
 #include "pathgen/surface/flat_hulls.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class HullAlong {
  public:
@@ -34,4 +34,4 @@ class HullAlong {
   float top_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

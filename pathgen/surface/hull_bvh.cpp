@@ -8,7 +8,7 @@
 #include <array>
 #include <limits>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -83,4 +83,4 @@ void HullBvh::build(std::size_t at, std::uint32_t first, std::uint32_t count) {
   }
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

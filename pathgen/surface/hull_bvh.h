@@ -12,7 +12,7 @@
 #include "pathgen/surface/flat_bins.h"
 #include "pathgen/surface/flat_hulls.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Round a hull's corners, with its pads.
 FlatBox box_of(const FlatHulls& hulls, const FlatHull& hull);
@@ -91,4 +91,4 @@ class HullBvh {
   double period_x_ = 0.0, period_y_ = 0.0;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -107,4 +107,4 @@ NormalArc widest_arc(std::span<const Vec3> normals) {
 
 Vec3 arc_apex(const NormalArc& arc) { return (arc.from + arc.to) / (1.0 + dot(arc.from, arc.to)); }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

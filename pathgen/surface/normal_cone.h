@@ -6,7 +6,7 @@
 
 #include "kinematics/basics/geometry.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 inline constexpr std::size_t kMostSpokes = 24;
 
@@ -30,4 +30,4 @@ NormalArc widest_arc(std::span<const Vec3> normals);
 /// and ends lie in the triangle of the three.
 Vec3 arc_apex(const NormalArc& arc);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

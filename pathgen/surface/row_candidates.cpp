@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -125,4 +125,4 @@ void RowCandidates::of(std::size_t i, std::vector<Candidate>& met) const {
     met.insert(met.end(), block.met.begin() + block.first[i], block.met.begin() + block.first[i + 1]);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -8,7 +8,7 @@
 
 #include "pathgen/surface/flat_index.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class RowCandidates {
  public:
@@ -29,4 +29,4 @@ class RowCandidates {
   std::vector<Block> blocks_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

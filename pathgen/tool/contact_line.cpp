@@ -1,6 +1,6 @@
 #include "pathgen/tool/contact_line.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -31,4 +31,4 @@ AxisLine contact_line(const ToolPiece& piece, const Deformation& deformation, Po
   return line;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -4,7 +4,7 @@
 #include "pathgen/axis/deformation.h"
 #include "pathgen/tool/tool_pieces.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// (C1) The place of the CL reference, and the axis, with `piece` of the tool in contact with `place`, whose
 /// normal is n.
@@ -16,4 +16,4 @@ Point<Part> contact_reference(const ToolPiece& piece, Vec3 axis, Point<Part> pla
 /// A facet that leans over by less (sine) counts as a wall: rounding of STL corners.
 inline constexpr double kWallLean = 1e-4;
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

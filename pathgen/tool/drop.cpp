@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -218,4 +218,4 @@ bool drop_on_facet(const ToolPiece& piece, const Point<Part>& a, const Point<Par
   return inside_of(a, b) && inside_of(b, c) && inside_of(c, a);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -6,7 +6,7 @@
 #include "pathgen/axis/deformation.h"
 #include "pathgen/tool/tool_pieces.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// A place of the CL reference on an axis line where the tool touches.
 struct ClHit {
@@ -33,4 +33,4 @@ bool drop_on_edge(const ToolPiece& piece, const Point<Part>& p, const Point<Part
 bool drop_on_facet(const ToolPiece& piece, const Point<Part>& a, const Point<Part>& b, const Point<Part>& c,
                    const Vec3& n, double slack, const AxisLine& line, ClHit& hit);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

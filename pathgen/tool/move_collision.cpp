@@ -8,7 +8,7 @@
 #include "pathgen/tool/swept_tool.h"
 #include "pathgen/tool/tool_pieces.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 namespace {
 
 /// Up to so many radii of the ball over the reference moves are checked pose by pose, further up by a bound.
@@ -63,4 +63,4 @@ bool MoveCollision::clear(const Pose& from, const Pose& to) const {
   return clear_along(*tool_, tilt_, stand(from), stand(to), reference_height_, tolerance_, hint, tested);
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

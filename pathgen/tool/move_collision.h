@@ -12,7 +12,7 @@
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/options/plan_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 class FacetBvh;
 class SweptTool;
@@ -64,4 +64,4 @@ class MoveCollision {
   double reference_height_, tolerance_;
 };
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -262,4 +262,4 @@ std::optional<Blocker> SweptTool::hit(Point<Part> centre, Vec3 axis) const {
   return found;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

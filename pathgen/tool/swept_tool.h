@@ -10,7 +10,7 @@
 #include "pathgen/mesh/facet_bvh.h"
 #include "pathgen/tool/tool_pieces.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// What of the tool meets which facet (index into the mesh) of the part.
 struct Blocker {
@@ -69,4 +69,4 @@ bool meets(const SweptTool::Frustum& frustum, Point<Part> centre, Vec3 axis, con
 /// The place of the triangle that is nearest to p.
 Point<Part> nearest_point(Point<Part> p, const Corners& triangle);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

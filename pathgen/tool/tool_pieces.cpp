@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 namespace {
 
@@ -83,4 +83,4 @@ std::vector<ToolPiece> with_lower_discs(const std::vector<ToolPiece>& pieces) {
   return all;
 }
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

@@ -6,7 +6,7 @@
 
 #include "pathgen/options/plan_options.h"
 
-namespace tiltfeed {
+namespace tiltfeed::pathgen {
 
 /// Seen from below, at distance d from the axis: a disc up to `flat`, an arc of radius `corner` up to the
 /// cone, the cone up to `outer`, and a straight wall above. Heights are over the *ring centre*: the plane in
@@ -42,4 +42,4 @@ std::vector<ToolPiece> tool_pieces(const PlanOptions& options);
 /// (T3) The same with a straight piece before each cone that has a sharp lower edge.
 std::vector<ToolPiece> with_lower_discs(const std::vector<ToolPiece>& pieces);
 
-}  // namespace tiltfeed
+}  // namespace tiltfeed::pathgen

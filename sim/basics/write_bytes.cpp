@@ -5,7 +5,7 @@
 namespace tiltfeed::sim {
 
 Result<void> write_bytes(const std::string& path, const std::string& bytes) {
-  return write_file(path, bytes);
+  return config::write_file(path, bytes);
 }
 
 }  // namespace tiltfeed::sim

@@ -34,14 +34,14 @@ std::string code_text(char letter, int code) {
 
 }  // namespace
 
-ControlReader::ControlReader(const MachineProfile& machine, const Setup& setup)
+ControlReader::ControlReader(const config::MachineProfile& machine, const Setup& setup)
     : dialect_(machine.format.dialect),
-      counts_points_(dialect_ == Dialect::kFanuc || dialect_ == Dialect::kHaas),
+      counts_points_(dialect_ == config::Dialect::kFanuc || dialect_ == config::Dialect::kHaas),
       model_(machine.model),
       frames_(machine.model, setup) {
   known_[3] = !model_.tilt.present;
   known_[4] = !model_.rotary.present;
-  const ProgramFormat& f = machine.format;
+  const config::ProgramFormat& f = machine.format;
   std::vector<std::string> own{f.clamp_tilt, f.unclamp_tilt, f.clamp_rotary, f.unclamp_rotary};
   own.insert(own.end(), f.start.begin(), f.start.end());
   own.insert(own.end(), f.end.begin(), f.end.end());
@@ -99,15 +99,15 @@ double ControlReader::turned(const RotaryAxis& axis, double at, WordWay way, dou
       break;
   }
   // These turn the shorter way only where a word says so; without it a place is one of the present turn.
-  const bool told = dialect_ == Dialect::kSiemens || dialect_ == Dialect::kHeidenhain ||
-                    dialect_ == Dialect::kHeidenhainIso;
+  const bool told = dialect_ == config::Dialect::kSiemens || dialect_ == config::Dialect::kHeidenhain ||
+                    dialect_ == config::Dialect::kHeidenhainIso;
   if (axis.word == RotaryWord::kShortest && told && !shortest_)
     return word >= 0.0 && word < 360.0 ? circle : word;
   return turned_to(axis.word, word, at);
 }
 
 ControlReader::Wrong ControlReader::one_code(int tenths) {
-  const bool heidenhain = dialect_ == Dialect::kHeidenhainIso;
+  const bool heidenhain = dialect_ == config::Dialect::kHeidenhainIso;
   if (tenths == 0 || tenths == 10) {
     rapid_ = tenths == 0, motion_known_ = true;
   } else if (heidenhain && (tenths == 710 || tenths == 730)) {
@@ -166,7 +166,7 @@ ControlReader::Wrong ControlReader::machine_codes(const ControlWords& words,
                                                   std::vector<ControlBlock>& blocks) {
   if (words.has('T')) {
     selected_ = static_cast<int>(std::clamp(words['T'], 0.0, kMostTool));
-    const bool at_once = dialect_ == Dialect::kHeidenhainIso;
+    const bool at_once = dialect_ == config::Dialect::kHeidenhainIso;
     if (tool_ == kToolNotSaid || at_once) tool_ = selected_;
   }
   if (words.has('S')) spindle_ = words['S'];
@@ -221,7 +221,7 @@ ControlReader::Wrong ControlReader::motion(const ControlWords& words, std::vecto
   if (words.has_g(530) || words.has_g(280) || words.named("SUPA") || words.has_m(91))
     return to_machine_place(words, blocks);
   if (relative_) return "incremental words are refused";
-  const bool plain = dialect_ == Dialect::kHeidenhain;
+  const bool plain = dialect_ == config::Dialect::kHeidenhain;
   if (plain && !words.named("L")) return "axis words without L";
   if (!plain && !motion_known_) return "axis words before the first G0 or G1";
   const std::array<double*, 5> place{&at_.x, &at_.y, &at_.z, &at_.a, &at_.c};
@@ -260,9 +260,10 @@ ControlReader::Wrong ControlReader::tool_call(std::string_view line, std::vector
 /// Lines that are no list of words; true: it was one.
 bool ControlReader::whole_line(std::string_view line, Wrong& wrong, std::vector<ControlBlock>& blocks) {
   const auto is = [&](std::string_view head) { return line.starts_with(head); };
-  const bool plain = dialect_ == Dialect::kHeidenhain, iso = dialect_ == Dialect::kHeidenhainIso;
+  const bool plain = dialect_ == config::Dialect::kHeidenhain,
+             iso = dialect_ == config::Dialect::kHeidenhainIso;
   if (line.front() == '%') {
-    const bool pair = !iso && dialect_ != Dialect::kSiemens;
+    const bool pair = !iso && dialect_ != config::Dialect::kSiemens;
     if (iso && line.find(" G70") != line.npos) wrong = "the program is in inches";
     if (++percents_ == 2 && (pair || iso)) ended_ = true;
     return true;

@@ -30,7 +30,7 @@ struct ControlBlock {
 /// begin with the one that makes all five places known.
 class ControlReader {
  public:
-  ControlReader(const MachineProfile& machine, const Setup& setup);
+  ControlReader(const config::MachineProfile& machine, const Setup& setup);
 
   /// Appends the blocks of a line, in the order of execution. Errors: kInput: what is not understood: it is
   /// refused and not passed over, but for the lines of the profile's own (start, end, clamps).
@@ -58,7 +58,7 @@ class ControlReader {
   void put_code(std::vector<ControlBlock>& blocks, int code);
   bool whole() const { return known_[0] && known_[1] && known_[2] && known_[3] && known_[4]; }
 
-  const Dialect dialect_;
+  const config::Dialect dialect_;
   const bool counts_points_;  ///< numbers without a point are thousandths
   const MachineModel model_;
   const MoveFrames frames_;

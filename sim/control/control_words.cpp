@@ -146,9 +146,10 @@ std::optional<std::string> take_apart(std::string_view line, ControlWords& words
   return std::nullopt;
 }
 
-std::string_view bare_line(std::string_view line, Dialect dialect, std::string& room) {
-  const bool plain = dialect == Dialect::kHeidenhain, iso = dialect == Dialect::kHeidenhainIso;
-  const bool brackets = !plain && !iso && dialect != Dialect::kSiemens;
+std::string_view bare_line(std::string_view line, config::Dialect dialect, std::string& room) {
+  const bool plain = dialect == config::Dialect::kHeidenhain,
+             iso = dialect == config::Dialect::kHeidenhainIso;
+  const bool brackets = !plain && !iso && dialect != config::Dialect::kSiemens;
   if (const auto semicolon = line.find(';'); semicolon != line.npos) line = line.substr(0, semicolon);
   if (brackets && line.find('(') != line.npos) {
     room.clear();

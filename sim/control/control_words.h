@@ -42,6 +42,6 @@ struct ControlWords {
 /// words; nothing: it is well.
 std::optional<std::string> take_apart(std::string_view line, ControlWords& words);
 /// The line without comment, block number and end of block; the text of a comment that is not closed is one.
-std::string_view bare_line(std::string_view line, Dialect dialect, std::string& room);
+std::string_view bare_line(std::string_view line, config::Dialect dialect, std::string& room);
 
 }  // namespace tiltfeed::sim

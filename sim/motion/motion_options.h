@@ -18,6 +18,6 @@ struct MotionOptions {
 };
 
 /// What the profile states; G94 as its dialect reads it.
-MotionOptions motion_options(const MachineProfile& profile);
+MotionOptions motion_options(const config::MachineProfile& profile);
 
 }  // namespace tiltfeed::sim

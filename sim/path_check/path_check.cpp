@@ -45,8 +45,8 @@ void keep_larger(Extreme& kept, const Extreme& other) {
 
 class Verifier {
  public:
-  Verifier(const Job& job, const Mesh& part, const std::vector<Block>& program, const ToolPath& planned,
-           const std::vector<TraceRow>& trace, const PathCheckOptions& options)
+  Verifier(const config::Job& job, const pathgen::Mesh& part, const std::vector<Block>& program,
+           const ToolPath& planned, const std::vector<TraceRow>& trace, const PathCheckOptions& options)
       : job_(job),
         mesh_(part),
         planned_(planned),
@@ -75,7 +75,7 @@ class Verifier {
     sampling_.max_step = std::min(sampling_.max_step, least / 2.0);
   }
 
-  Result<void> run(const Progress& progress);
+  Result<void> run(const pathgen::Progress& progress);
   PathCheckReport report(const std::vector<Block>& program);
 
  private:
@@ -91,8 +91,8 @@ class Verifier {
     return facet < mesh_.source.size() ? mesh_.source[facet] : facet;
   }
 
-  const Job& job_;
-  const Mesh& mesh_;
+  const config::Job& job_;
+  const pathgen::Mesh& mesh_;
   const ToolPath& planned_;
   const std::vector<TraceRow>& trace_;
   const PathCheckOptions& options_;
@@ -204,7 +204,7 @@ void Verifier::judge_start(const Pose& start) {
       {row.block, row.command.line, 0, source_of(part_.nearest(centre).facet), start.tip}};
 }
 
-Result<void> Verifier::run(const Progress& progress) {
+Result<void> Verifier::run(const pathgen::Progress& progress) {
   if (mesh_.facets.empty()) return fail(Code::kInput, "verify: the part has no facets");
   if (blocks_.empty())
     return fail(Code::kInput, "verify: the trace has no motion after its first block; was the program run?");
@@ -268,9 +268,10 @@ PathCheckReport Verifier::report(const std::vector<Block>& program) {
 
 }  // namespace
 
-Result<PathCheckReport> check_path(const Job& job, const Mesh& part, const std::vector<Block>& program,
-                                   const ToolPath& planned, const std::vector<TraceRow>& trace,
-                                   const PathCheckOptions& options, const Progress& progress) {
+Result<PathCheckReport> check_path(const config::Job& job, const pathgen::Mesh& part,
+                                   const std::vector<Block>& program, const ToolPath& planned,
+                                   const std::vector<TraceRow>& trace, const PathCheckOptions& options,
+                                   const pathgen::Progress& progress) {
   if (planned.moves.empty())
     return fail(Code::kInput, "verify: the planned path has no points; plan the job again");
   Verifier verifier(job, part, program, planned, trace, options);

@@ -32,9 +32,10 @@ struct PathCheckOptions {
 /// `part`: the checked mesh of the job's STL. Requires: planned, its axes unit.
 /// Errors: kInput when the trace has no motion, the planned path no points or the part no facets; kCancelled
 /// when cancelled.
-Result<PathCheckReport> check_path(const Job& job, const Mesh& part, const std::vector<Block>& program,
-                                   const ToolPath& planned, const std::vector<TraceRow>& trace,
-                                   const PathCheckOptions& options, const Progress& progress);
+Result<PathCheckReport> check_path(const config::Job& job, const pathgen::Mesh& part,
+                                   const std::vector<Block>& program, const ToolPath& planned,
+                                   const std::vector<TraceRow>& trace, const PathCheckOptions& options,
+                                   const pathgen::Progress& progress);
 
 /// The report as JSON, keys with units, indented.
 std::string to_json(const PathCheckReport& report);

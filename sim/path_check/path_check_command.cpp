@@ -54,10 +54,11 @@ void print(const PathCheckReport& r) {
   for (const std::string& failure : r.failures) std::printf("  %s\n", failure.c_str());
 }
 
-Result<Mesh> read_part(const Job& job) {
-  const Result<Stl> stl = read_stl(job.stl_path, job.stl_unit_mm);
+Result<pathgen::Mesh> read_part(const config::Job& job) {
+  const Result<pathgen::Stl> stl = pathgen::read_stl(job.stl_path, job.stl_unit_mm);
   if (!stl) return tl::unexpected(stl.error());
-  Result<CheckedMesh> part = check_mesh(*stl, {ToleranceBudget(job.plan.tolerance).repair()});
+  Result<pathgen::CheckedMesh> part =
+      pathgen::check_mesh(*stl, {ToleranceBudget(job.plan.tolerance).repair()});
   if (!part) return tl::unexpected(part.error());
   return std::move(part->mesh);
 }
@@ -75,7 +76,7 @@ Result<std::vector<Block>> read_blocks(const PathCheckFiles& files, const Machin
 }
 
 Result<std::vector<TraceRow>> rows_of(const PathCheckFiles& files, const std::vector<Block>& program,
-                                      const Job& job) {
+                                      const config::Job& job) {
   if (!files.trace.empty()) return read_file(files.trace, read_trace);
   Result<DryRun> run = dry_run(program, files.canon.empty() ? files.program : files.canon, job.machine.model,
                                job.setup, motion_options(job.machine));
@@ -83,7 +84,8 @@ Result<std::vector<TraceRow>> rows_of(const PathCheckFiles& files, const std::ve
   return std::move(run->rows);
 }
 
-Result<void> draw(const PathCheckFiles& files, const Job& job, const Mesh& part, const ToolPath& path) {
+Result<void> draw(const PathCheckFiles& files, const config::Job& job, const pathgen::Mesh& part,
+                  const ToolPath& path) {
   std::string report;
   if (!files.report.empty()) {
     const auto read =
@@ -103,19 +105,19 @@ Result<void> draw(const PathCheckFiles& files, const Job& job, const Mesh& part,
 }  // namespace
 
 Result<bool> path_check_command(const PathCheckFiles& files) {
-  const Result<Job> job = load_job(files.job);
+  const Result<config::Job> job = config::load_job(files.job);
   if (!job) return tl::unexpected(job.error());
-  const auto fits =
-      check_outputs({{"--picture", files.picture}, {"--json", files.json}}, {{"JOB", files.job},
-                                                                             {"--program", files.program},
-                                                                             {"--canon", files.canon},
-                                                                             {"--cl", files.cl},
-                                                                             {"--trace", files.trace},
-                                                                             {"--report", files.report},
-                                                                             {"part.stl", job->stl_path},
-                                                                             {"machine", job->machine.path}});
+  const auto fits = config::check_outputs({{"--picture", files.picture}, {"--json", files.json}},
+                                          {{"JOB", files.job},
+                                           {"--program", files.program},
+                                           {"--canon", files.canon},
+                                           {"--cl", files.cl},
+                                           {"--trace", files.trace},
+                                           {"--report", files.report},
+                                           {"part.stl", job->stl_path},
+                                           {"machine", job->machine.path}});
   if (!fits) return tl::unexpected(fits.error());
-  const Result<Mesh> part = read_part(*job);
+  const Result<pathgen::Mesh> part = read_part(*job);
   if (!part) return tl::unexpected(part.error());
   const auto program = read_blocks(files, job->machine.model);
   if (!program) return tl::unexpected(program.error());

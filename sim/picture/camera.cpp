@@ -45,7 +45,7 @@ Vec3 any_across(Vec3 v) { return normalized(cross(v, std::abs(v.z) < 0.9 ? Vec3{
 
 }  // namespace
 
-Camera::Camera(const Mesh& part, const ToolPath& path, int width, int height) {
+Camera::Camera(const pathgen::Mesh& part, const ToolPath& path, int width, int height) {
   Vec3 low = from_origin(part.vertices[0]), high = low;
   for (const Point<Part> p : part.vertices) {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
@@ -58,7 +58,7 @@ Camera::Camera(const Mesh& part, const ToolPath& path, int width, int height) {
   fit(part, path, width, height);
 }
 
-void Camera::aim(const Mesh& part, const ToolPath& path) {
+void Camera::aim(const pathgen::Mesh& part, const ToolPath& path) {
   const auto each_axis = [&](const auto& visit) {
     for (const Move& move : path.moves)
       if (move.kind == MoveKind::kCut) visit(move.pose.axis);
@@ -94,7 +94,7 @@ void Camera::aim(const Mesh& part, const ToolPath& path) {
   up_ = cross(eye_, right_);
 }
 
-void Camera::fit(const Mesh& part, const ToolPath& path, int width, int height) {
+void Camera::fit(const pathgen::Mesh& part, const ToolPath& path, int width, int height) {
   scale_ = 1.0;
   constexpr double kNone = std::numeric_limits<double>::infinity();
   double x0 = kNone, x1 = -kNone, y0 = kNone, y1 = -kNone;

@@ -12,7 +12,7 @@ class Camera {
  public:
   /// Looks from the side that the tool comes from; everything of the part and of the cutting moves is in the
   /// picture. Requires: the part has vertices.
-  Camera(const Mesh& part, const ToolPath& path, int width, int height);
+  Camera(const pathgen::Mesh& part, const ToolPath& path, int width, int height);
 
   /// Depth is in mm near the scene's centre.
   ScreenPoint project(Point<Part> p) const;
@@ -24,8 +24,8 @@ class Camera {
   double pixels_per_mm() const { return scale_ / far_; }
 
  private:
-  void aim(const Mesh& part, const ToolPath& path);
-  void fit(const Mesh& part, const ToolPath& path, int width, int height);
+  void aim(const pathgen::Mesh& part, const ToolPath& path);
+  void fit(const pathgen::Mesh& part, const ToolPath& path, int width, int height);
 
   Point<Part> centre_;
   Vec3 right_, up_, eye_;

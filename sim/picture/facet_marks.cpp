@@ -13,8 +13,8 @@ namespace {
 constexpr double kMarked = 0.5;
 
 /// The ball's centres on cuts, as facets without area.
-Mesh centres_of(const ToolPath& path, double over_tip) {
-  Mesh track;
+pathgen::Mesh centres_of(const ToolPath& path, double over_tip) {
+  pathgen::Mesh track;
   for (const Move& move : path.moves) {
     const auto v = static_cast<std::uint32_t>(track.vertices.size());
     track.vertices.push_back(move.pose.tip + move.pose.axis * over_tip);
@@ -24,16 +24,17 @@ Mesh centres_of(const ToolPath& path, double over_tip) {
 }
 
 /// How high a ridge passes leave at most where each plane cuts the surface at 45 degrees.
-double ridge(const PlanOptions& plan) {
+double ridge(const pathgen::PlanOptions& plan) {
   const double r = plan.cutter.nose_radius() + plan.allowance,
                half = std::min(r, plan.pattern.side_step * std::sqrt(0.5));
   const double scallop = std::max(plan.pattern.scallop, r - std::sqrt(r * r - half * half));
   return plan.allowance + scallop + plan.tolerance;
 }
 
-void mark_uncut(const Mesh& part, const Job& job, const ToolPath& path, std::vector<FacetMark>& marks) {
+void mark_uncut(const pathgen::Mesh& part, const config::Job& job, const ToolPath& path,
+                std::vector<FacetMark>& marks) {
   const double over_tip = job.plan.cutter.nose_radius();
-  const Mesh track = centres_of(path, over_tip);
+  const pathgen::Mesh track = centres_of(path, over_tip);
   if (track.facets.empty()) return;
   const PartDistance distances(track);
   const double within = over_tip + ridge(job.plan);
@@ -47,8 +48,8 @@ void mark_uncut(const Mesh& part, const Job& job, const ToolPath& path, std::vec
 }
 
 /// Marks the facets of a list of the report whose `share`, if it has one, is at least half.
-void mark_listed(const nlohmann::json& report, const char* section, const char* list, const Mesh& part,
-                 FacetMark mark, std::vector<FacetMark>& marks) {
+void mark_listed(const nlohmann::json& report, const char* section, const char* list,
+                 const pathgen::Mesh& part, FacetMark mark, std::vector<FacetMark>& marks) {
   const auto found = report.find(section);
   if (found == report.end() || !found->is_object() || !found->contains(list)) return;
   std::vector<std::uint32_t> facets;
@@ -63,11 +64,12 @@ void mark_listed(const nlohmann::json& report, const char* section, const char* 
 
 }  // namespace
 
-Result<std::vector<FacetMark>> facet_marks(const Mesh& part, const Job& job, const ToolPath& path,
-                                           const std::string& report) {
+Result<std::vector<FacetMark>> facet_marks(const pathgen::Mesh& part, const config::Job& job,
+                                           const ToolPath& path, const std::string& report) {
   std::vector<FacetMark> marks(part.facets.size(), FacetMark::kNone);
-  const CutterType type = job.plan.cutter.type;
-  if (job.plan.axis.mode == AxisMode::kFree && (type == CutterType::kBall || type == CutterType::kTaperBall))
+  const pathgen::CutterType type = job.plan.cutter.type;
+  if (job.plan.axis.mode == pathgen::AxisMode::kFree &&
+      (type == pathgen::CutterType::kBall || type == pathgen::CutterType::kTaperBall))
     mark_uncut(part, job, path, marks);
   if (report.empty()) return marks;
   const auto json = nlohmann::json::parse(report, nullptr, false);

@@ -19,7 +19,7 @@ enum class FacetMark : std::uint8_t { kNone, kUncut, kUnreached };
 /// free.unreached_facets. RestReason: by half at least among its uncut.facets; with the axis free, balls and
 /// taper balls, where more is left in the facet's middle than the ridge between two passes that lie one side
 /// step apart where planes cut the surface at 45 degrees. Errors: kInput: the report is not one.
-Result<std::vector<FacetMark>> facet_marks(const Mesh& part, const Job& job, const ToolPath& path,
-                                           const std::string& report);
+Result<std::vector<FacetMark>> facet_marks(const pathgen::Mesh& part, const config::Job& job,
+                                           const ToolPath& path, const std::string& report);
 
 }  // namespace tiltfeed::sim

@@ -33,7 +33,7 @@ constexpr double kAxisLength = 0.10, kBias = 0.004, kHollowRange = 0.03, kHollow
 /// One normal per facet corner: the mean of those facets round the vertex that are nearly level with it.
 class CornerNormals {
  public:
-  explicit CornerNormals(const Mesh& mesh)
+  explicit CornerNormals(const pathgen::Mesh& mesh)
       : mesh_(mesh),
         normal_(mesh.facets.size()),
         size_(mesh.facets.size()),
@@ -62,7 +62,7 @@ class CornerNormals {
   }
 
  private:
-  const Mesh& mesh_;
+  const pathgen::Mesh& mesh_;
   std::vector<Vec3> normal_;
   std::vector<double> size_;                 ///< of normal_
   std::vector<std::uint32_t> end_, around_;  ///< around_: by vertex, the facets that meet there
@@ -95,7 +95,7 @@ Colour colour_of(FacetMark mark) {
                                        : kPartColour;
 }
 
-void draw_part(const Mesh& mesh, const std::vector<FacetMark>& marks, const Camera& camera,
+void draw_part(const pathgen::Mesh& mesh, const std::vector<FacetMark>& marks, const Camera& camera,
                Rasteriser& raster) {
   const CornerNormals normal(mesh);
   const Light light(camera);
@@ -115,7 +115,7 @@ void draw_part(const Mesh& mesh, const std::vector<FacetMark>& marks, const Came
 }
 
 /// Edges of unreached facets, through what hides them.
-void draw_unreached(const Mesh& mesh, const std::vector<FacetMark>& marks, const Camera& camera,
+void draw_unreached(const pathgen::Mesh& mesh, const std::vector<FacetMark>& marks, const Camera& camera,
                     Rasteriser& raster) {
   const double in_front = 4.0 * camera.scene_radius();
   for (std::size_t f = 0; f < marks.size(); ++f) {
@@ -298,7 +298,8 @@ void draw_path(const std::vector<Move>& moves, const PictureOptions& options, co
 
 }  // namespace
 
-Result<std::string> part_with_path(const Mesh& part, const ToolPath& path, const PictureOptions& options) {
+Result<std::string> part_with_path(const pathgen::Mesh& part, const ToolPath& path,
+                                   const PictureOptions& options) {
   if (part.facets.empty()) return fail(Code::kInput, "no picture: the part has no facets");
   if (options.width < 16 || options.height < 16 || options.width > 8192 || options.height > 8192)
     return fail(Code::kInput, "no picture: each side must have 16 to 8192 pixels");
@@ -314,7 +315,7 @@ Result<std::string> part_with_path(const Mesh& part, const ToolPath& path, const
   return raster.png(kOversample);
 }
 
-Result<void> draw_part_with_path(const Mesh& part, const ToolPath& path, const std::string& png_path,
+Result<void> draw_part_with_path(const pathgen::Mesh& part, const ToolPath& path, const std::string& png_path,
                                  const PictureOptions& options) {
   const Result<std::string> bytes = part_with_path(part, path, options);
   if (!bytes) return fail(bytes.error().code, png_path + ": " + bytes.error().message);

@@ -21,7 +21,7 @@ constexpr std::size_t kBatch = 32768, kFirstBatch = 2048, kChunk = 512;
 /// Reads moves, some at a time.
 class Moves {
  public:
-  Moves(std::istream& in, const std::string& name, const Job& job)
+  Moves(std::istream& in, const std::string& name, const config::Job& job)
       : in_(in),
         lines_(in),
         name_(name),
@@ -119,7 +119,7 @@ class Shares {
 
 }  // namespace
 
-Result<ProgramProof> prove_program(std::istream& in, const std::string& name, const Job& job,
+Result<ProgramProof> prove_program(std::istream& in, const std::string& name, const config::Job& job,
                                    const Prover& prover, int threads,
                                    const std::function<bool(double share)>& progress) {
   const auto size = std::max<std::streamoff>(1, in.seekg(0, std::ios::end).tellg());
@@ -158,8 +158,8 @@ Result<ProgramProof> prove_program(std::istream& in, const std::string& name, co
   return result;
 }
 
-Result<ToolPath> moves_between(std::istream& in, const std::string& name, const Job& job, std::uint64_t first,
-                               std::uint64_t last) {
+Result<ToolPath> moves_between(std::istream& in, const std::string& name, const config::Job& job,
+                               std::uint64_t first, std::uint64_t last) {
   in.clear();
   in.seekg(0);
   Moves reader(in, name, job);

@@ -18,12 +18,12 @@ struct ProgramProof {
 
 /// `share`: of the program that is done, 0..1. Errors: kInput: the program is not understood, or does not
 /// move; kIo; kCancelled.
-Result<ProgramProof> prove_program(std::istream& in, const std::string& name, const Job& job,
+Result<ProgramProof> prove_program(std::istream& in, const std::string& name, const config::Job& job,
                                    const Prover& prover, int threads,
                                    const std::function<bool(double share)>& progress);
 
 /// The moves from `first` to `last`, blocks counted from 1, as a path. Errors: likewise.
-Result<ToolPath> moves_between(std::istream& in, const std::string& name, const Job& job, std::uint64_t first,
-                               std::uint64_t last);
+Result<ToolPath> moves_between(std::istream& in, const std::string& name, const config::Job& job,
+                               std::uint64_t first, std::uint64_t last);
 
 }  // namespace tiltfeed::sim

@@ -42,7 +42,7 @@ struct Proof {
 class Prover {
  public:
   /// Outlived by `part` and `job`.
-  Prover(const CheckedMesh& part, const Job& job);
+  Prover(const pathgen::CheckedMesh& part, const config::Job& job);
 
   /// The part with the stock that the job leaves on it, less the tolerance, is clear of cutter, shank and
   /// holder along the moves; each begins where the one before ends, or elsewhere. The same moves give the
@@ -57,7 +57,7 @@ class Prover {
 
  private:
   class Run;
-  const CheckedMesh& part_;
+  const pathgen::CheckedMesh& part_;
   double tolerance_;
   PartDistance surface_;
   ToolSolid solid_;

@@ -289,7 +289,7 @@ Proof Prover::Run::hold() {
   return proof_;
 }
 
-Prover::Prover(const CheckedMesh& part, const Job& job)
+Prover::Prover(const pathgen::CheckedMesh& part, const config::Job& job)
     : part_(part),
       tolerance_(job.plan.tolerance),
       surface_(part.mesh),
@@ -302,9 +302,9 @@ Proof Prover::hold(std::span<const ProgramMove> moves, double known) const {
 }
 
 bool Prover::inside(const Pose& pose) const {
-  const Box& box = part_.bounds;
+  const pathgen::Box& box = part_.bounds;
   const Point<Part> p = pose.tip;
-  if (part_.sides != Sides::kOutward || p.x < box.min.x || p.x > box.max.x || p.y < box.min.y ||
+  if (part_.sides != pathgen::Sides::kOutward || p.x < box.min.x || p.x > box.max.x || p.y < box.min.y ||
       p.y > box.max.y || p.z < box.min.z || p.z > box.max.z)
     return false;
   return surface_.winding_number(p) > kInside;

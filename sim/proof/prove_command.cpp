@@ -33,7 +33,7 @@ int report(const Error& error) {
   return error.code == Code::kUsage ? kWrongUse : kFailed;
 }
 
-std::string gouge_text(const ProvenGouge& g, const std::string& name, const Job& job) {
+std::string gouge_text(const ProvenGouge& g, const std::string& name, const config::Job& job) {
   const Point<Part> at = g.pose.tip;
   const bool grown = job.plan.allowance > 0.0 || job.plan.radial_stock > 0.0 || job.plan.axial_stock > 0.0;
   return text(
@@ -45,8 +45,8 @@ std::string gouge_text(const ProvenGouge& g, const std::string& name, const Job&
 }
 
 /// The facets that come within `near` of p.
-Mesh around(const Mesh& part, Point<Part> p, double near) {
-  Mesh mesh;
+pathgen::Mesh around(const pathgen::Mesh& part, Point<Part> p, double near) {
+  pathgen::Mesh mesh;
   std::unordered_map<std::uint32_t, std::uint32_t> kept;
   for (std::size_t i = 0; i < part.facets.size(); ++i) {
     const auto& [a, b, c] = part.facets[i];
@@ -67,8 +67,8 @@ Mesh around(const Mesh& part, Point<Part> p, double near) {
 constexpr double kChecked = 0.1, kReady = 0.2;
 
 /// The gouge with the part and the moves about it.
-Result<void> draw(std::istream& in, const std::string& name, const Job& job, const CheckedMesh& part,
-                  const ProvenGouge& gouge, const std::string& png) {
+Result<void> draw(std::istream& in, const std::string& name, const config::Job& job,
+                  const pathgen::CheckedMesh& part, const ProvenGouge& gouge, const std::string& png) {
   const std::uint64_t first = gouge.block > kBlocksAround ? gouge.block - kBlocksAround : 1;
   auto path = moves_between(in, name, job, first, gouge.block + kBlocksAround);
   if (!path) return tl::unexpected(path.error());
@@ -80,7 +80,7 @@ Result<void> draw(std::istream& in, const std::string& name, const Job& job, con
     return distance(move.pose.tip, gouge.pose.tip) > near && distance(move.pose.tip, place) > near;
   });
   path->moves.push_back({gouge.pose, MoveKind::kCut, kNoFacet});
-  const Mesh mesh = around(part.mesh, gouge.pose.tip, near);
+  const pathgen::Mesh mesh = around(part.mesh, gouge.pose.tip, near);
   PictureOptions options;
   options.marks.assign(mesh.facets.size(), FacetMark::kNone);
   for (std::size_t i = 0; i < mesh.facets.size(); ++i)
@@ -94,22 +94,23 @@ int prove_command(const ProveOptions& options) {
   // Who tells it that the program is whole has started it, and wants no proof without living on.
   if (options.told) ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   const std::string& name = options.name.empty() ? options.program : options.name;
-  const auto job = load_job_with(options.job, {options.stl, options.machine});
+  const auto job = config::load_job_with(options.job, {options.stl, options.machine});
   if (!job) return report(job.error());
-  if (const auto fits = check_outputs({{"--picture", options.picture}}, {{"JOB", options.job},
-                                                                         {"PROGRAM", options.program},
-                                                                         {"part.stl", job->stl_path},
-                                                                         {"machine", job->machine.path}});
+  if (const auto fits =
+          config::check_outputs({{"--picture", options.picture}}, {{"JOB", options.job},
+                                                                   {"PROGRAM", options.program},
+                                                                   {"part.stl", job->stl_path},
+                                                                   {"machine", job->machine.path}});
       !fits)
     return report(fits.error());
-  const auto stl = read_stl(job->stl_path, job->stl_unit_mm);
+  const auto stl = pathgen::read_stl(job->stl_path, job->stl_unit_mm);
   if (!stl) return report(stl.error());
   const auto show = [&](double share) {
     if (options.progress) std::printf("progress %.3f\n", share), std::fflush(stdout);
     return true;
   };
-  const auto part = check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()},
-                               [&](double share) { return show(kChecked * share); });
+  const auto part = pathgen::check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()},
+                                        [&](double share) { return show(kChecked * share); });
   if (!part) return report(part.error());
   const Prover prover(*part, *job);
   show(kReady);

@@ -19,7 +19,7 @@ int cells(double from, double to, double cell) {
 
 }  // namespace
 
-Dexels::Dexels(int axis, const Box& box, double cell)
+Dexels::Dexels(int axis, const pathgen::Box& box, double cell)
     : axis_(axis), axis_u_((axis + 1) % 3), axis_v_((axis + 2) % 3), cell_(cell), per_mm_(1.0 / cell) {
   low_u_ = component(box.min, axis_u_), low_v_ = component(box.min, axis_v_);
   lines_u_ = cells(low_u_, component(box.max, axis_u_), cell);
@@ -38,7 +38,7 @@ Dexels::Dexels(int axis, const Box& box, double cell)
   }
 }
 
-std::uint64_t Dexels::line_count(int axis, const Box& box, double cell) {
+std::uint64_t Dexels::line_count(int axis, const pathgen::Box& box, double cell) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   return static_cast<std::uint64_t>((component(box.max, u) - component(box.min, u)) / cell + 1.0) *
          static_cast<std::uint64_t>((component(box.max, v) - component(box.min, v)) / cell + 1.0);

@@ -42,30 +42,31 @@ class Dexels {
   static constexpr std::size_t kBytesPerLine = 14;
 
   /// Empty lines along `axis` (0 x, 1 y, 2 z) through the middles of cells that fill the box.
-  Dexels(int axis, const Box& box, double cell);
+  Dexels(int axis, const pathgen::Box& box, double cell);
   /// How many lines such a bundle has.
-  static std::uint64_t line_count(int axis, const Box& box, double cell);
+  static std::uint64_t line_count(int axis, const pathgen::Box& box, double cell);
 
   int axis() const { return axis_; }
   /// Sets the lines of a stripe to the inside of closed oriented shells, of which only `facets` may be over
   /// or under them. Requires: outward normals.
-  void fill(int stripe, const Mesh& shell, const std::vector<std::uint32_t>& facets);
+  void fill(int stripe, const pathgen::Mesh& shell, const std::vector<std::uint32_t>& facets);
   void fill(int stripe, const SweptBody& body);  ///< adds a convex body
-  void fill(int stripe, const Box& box);
+  void fill(int stripe, const pathgen::Box& box);
   void fill(int stripe, const Prism& prism);
   /// By stripe, in order: the numbers of those of `count` things that could meet its lines; box(i): the
   /// bounds of one, low and high.
   template <class BoxOf>
   std::vector<std::vector<std::uint32_t>> by_stripe(std::size_t count, const BoxOf& box) const;
   /// The same of facets and all within `margin` of them.
-  std::vector<std::vector<std::uint32_t>> by_stripe(const Mesh& mesh, double margin) const;
+  std::vector<std::vector<std::uint32_t>> by_stripe(const pathgen::Mesh& mesh, double margin) const;
   /// What is not the part's: `shell`'s lines inside it that have no material, if longer than `slack` mm; the
   /// middle of the longest.
   struct Lack {
     double length = 0.0;
     Point<Part> place;
   };
-  Lack missing(int stripe, const Mesh& shell, const std::vector<std::uint32_t>& facets, double slack) const;
+  Lack missing(int stripe, const pathgen::Mesh& shell, const std::vector<std::uint32_t>& facets,
+               double slack) const;
 
   /// The stripes in which a body can meet material that is there now, [first, second). May be asked while
   /// other threads cut.
@@ -133,7 +134,7 @@ class Dexels {
   /// The stripes whose lines could meet what is in a box, [first, second).
   std::pair<int, int> stripes_at(Vec3 low, Vec3 high) const;
   template <class Visit>
-  void insides(int stripe, const Mesh& shell, const std::vector<std::uint32_t>& facets,
+  void insides(int stripe, const pathgen::Mesh& shell, const std::vector<std::uint32_t>& facets,
                const Visit& visit) const;
 
   int axis_, axis_u_, axis_v_;

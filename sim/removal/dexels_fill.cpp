@@ -58,7 +58,7 @@ std::pair<int, int> Dexels::stripes_at(Vec3 low, Vec3 high) const {
   return {first, last + 1};
 }
 
-std::vector<std::vector<std::uint32_t>> Dexels::by_stripe(const Mesh& mesh, double margin) const {
+std::vector<std::vector<std::uint32_t>> Dexels::by_stripe(const pathgen::Mesh& mesh, double margin) const {
   return by_stripe(mesh.facets.size(), [&](std::uint32_t facet) {
     const auto& [a, b, c] = mesh.facets[facet];
     const Vec3 grow{margin, margin, margin};
@@ -70,7 +70,7 @@ std::vector<std::vector<std::uint32_t>> Dexels::by_stripe(const Mesh& mesh, doub
 
 /// Calls visit(line, piece) for the pieces of lines inside the shell, in order.
 template <class Visit>
-void Dexels::insides(int stripe, const Mesh& shell, const std::vector<std::uint32_t>& facets,
+void Dexels::insides(int stripe, const pathgen::Mesh& shell, const std::vector<std::uint32_t>& facets,
                      const Visit& visit) const {
   struct Crossing {
     double at;
@@ -126,7 +126,7 @@ void Dexels::insides(int stripe, const Mesh& shell, const std::vector<std::uint3
   }
 }
 
-void Dexels::fill(int stripe, const Mesh& shell, const std::vector<std::uint32_t>& facets) {
+void Dexels::fill(int stripe, const pathgen::Mesh& shell, const std::vector<std::uint32_t>& facets) {
   insides(stripe, shell, facets,
           [&](std::uint32_t line, Piece piece) { add(stripes_[stripe], line, piece); });
 }
@@ -151,7 +151,7 @@ void Dexels::fill(int stripe, const SweptBody& body) {
   }
 }
 
-void Dexels::fill(int stripe, const Box& box) {
+void Dexels::fill(int stripe, const pathgen::Box& box) {
   Stripe& s = stripes_[stripe];
   const Range r = range(from_origin(box.min), from_origin(box.max), s);
   for (int v = r.v0; v <= r.v1; ++v)
@@ -160,7 +160,7 @@ void Dexels::fill(int stripe, const Box& box) {
           {to_units(component(box.min, axis_)), to_units(component(box.max, axis_))});
 }
 
-Dexels::Lack Dexels::missing(int stripe, const Mesh& shell, const std::vector<std::uint32_t>& facets,
+Dexels::Lack Dexels::missing(int stripe, const pathgen::Mesh& shell, const std::vector<std::uint32_t>& facets,
                              double slack) const {
   Lack most;
   insides(stripe, shell, facets, [&](std::uint32_t line, Piece wanted) {

@@ -39,7 +39,7 @@ std::vector<std::array<double, 2>> spread(std::uint64_t count) {
 using Corners = std::array<Point<Part>, 3>;
 
 /// Halves the triangle across its longest edge until it is small enough.
-void divide(const Corners& p, double most, std::uint32_t source, Mesh& mesh) {
+void divide(const Corners& p, double most, std::uint32_t source, pathgen::Mesh& mesh) {
   std::vector<Corners> waiting{p};
   while (!waiting.empty()) {
     const Corners t = waiting.back();
@@ -62,7 +62,7 @@ void divide(const Corners& p, double most, std::uint32_t source, Mesh& mesh) {
   }
 }
 
-Patches make_patches(const Mesh& part, double spacing) {
+Patches make_patches(const pathgen::Mesh& part, double spacing) {
   Patches patches;
   patches.first.push_back(0);
   const double cell = spacing * spacing;
@@ -101,7 +101,7 @@ Patches make_patches(const Mesh& part, double spacing) {
 
 }  // namespace
 
-Probes::Probes(const Mesh& part, double spacing, double reach)
+Probes::Probes(const pathgen::Mesh& part, double spacing, double reach)
     : spacing_(spacing),
       reach_(reach),
       patches_(make_patches(part, spacing)),

@@ -19,7 +19,7 @@ namespace tiltfeed::sim {
 
 /// Facets cut up until none holds many probes: what is coloured as one.
 struct Patches {
-  Mesh mesh;                         ///< source: facet of the STL file
+  pathgen::Mesh mesh;                ///< source: facet of the STL file
   std::vector<std::uint64_t> first;  ///< of its probes; one more than patches
   std::vector<float> radius;         ///< of the circle about its corners' mean, mm
   std::vector<Point<Part>> middle;
@@ -55,7 +55,7 @@ class Probes {
   static constexpr std::uint32_t kNever = 0xFFFFFFFF;
 
   /// One probe for each square of `spacing`, at least one a facet; `reach`: more than that is not told apart.
-  Probes(const Mesh& part, double spacing, double reach);
+  Probes(const pathgen::Mesh& part, double spacing, double reach);
 
   /// A probe at hand.
   struct Live {

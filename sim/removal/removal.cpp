@@ -47,7 +47,7 @@ void share_out(std::int64_t removed, std::int64_t* by_move, std::int64_t moves) 
 
 class Remover {
  public:
-  Remover(const Job& job, const ExecutedPath& path, Stock& stock, Probes& probes,
+  Remover(const config::Job& job, const ExecutedPath& path, Stock& stock, Probes& probes,
           const RemovalOptions& options)
       : job_(job),
         path_(path),
@@ -57,7 +57,7 @@ class Remover {
         stand_(job, path, stock, probes, options),
         timeline_(path, job.plan.cutter.diameter, stock.cell) {}
 
-  Result<Removal> run(const Progress& progress);
+  Result<Removal> run(const pathgen::Progress& progress);
 
  private:
   Batch start(std::size_t begin) const;
@@ -66,7 +66,7 @@ class Remover {
   void take(const Batch& batch);
   void take_worst(const MoveHit& hit);
 
-  const Job& job_;
+  const config::Job& job_;
   const ExecutedPath& path_;
   Stock& stock_;
   Probes& probes_;
@@ -136,7 +136,7 @@ void Remover::take_worst(const MoveHit& hit) {
   if (hit.kind == TroubleKind::kGouge && hit.depth > gouge_.depth) gouge_ = hit;
 }
 
-Result<Removal> Remover::run(const Progress& progress) {
+Result<Removal> Remover::run(const pathgen::Progress& progress) {
   Removal result;
   result.stock_volume = stock_.volume();
   if (const auto inside = stand_.starts_inside()) hits_.push_back(*inside);
@@ -185,13 +185,14 @@ Result<Removal> Remover::run(const Progress& progress) {
 
 }  // namespace
 
-Result<Removal> remove_material(const Job& job, const ExecutedPath& path, Stock& stock, Probes& probes,
-                                const RemovalOptions& options, const Progress& progress) {
+Result<Removal> remove_material(const config::Job& job, const ExecutedPath& path, Stock& stock,
+                                Probes& probes, const RemovalOptions& options,
+                                const pathgen::Progress& progress) {
   if (path.moves.empty()) return fail(Code::kInput, "verify: nothing moves");
   return Remover(job, path, stock, probes, options).run(progress);
 }
 
-double probe_reach(const Job& job) {
+double probe_reach(const config::Job& job) {
   const double left = job.plan.allowance + job.plan.radial_stock + job.plan.axial_stock;
   return std::max(kLeastReach, kReachOfStock * left);
 }

@@ -18,10 +18,11 @@
 namespace tiltfeed::sim {
 
 /// Cuts `stock` by the path. Errors: kCancelled.
-Result<Removal> remove_material(const Job& job, const ExecutedPath& path, Stock& stock, Probes& probes,
-                                const RemovalOptions& options, const Progress& progress);
+Result<Removal> remove_material(const config::Job& job, const ExecutedPath& path, Stock& stock,
+                                Probes& probes, const RemovalOptions& options,
+                                const pathgen::Progress& progress);
 
 /// Upper limit of measured rest material, mm; larger values saturate.
-double probe_reach(const Job& job);
+double probe_reach(const config::Job& job);
 
 }  // namespace tiltfeed::sim

@@ -33,15 +33,17 @@ bool in_polygon(const std::vector<std::array<double, 2>>& corners, double x, dou
 }
 
 /// Stock that is to stay, along the part's normal.
-double stay(const PlanOptions& plan) { return plan.allowance + plan.radial_stock + plan.axial_stock; }
+double stay(const pathgen::PlanOptions& plan) {
+  return plan.allowance + plan.radial_stock + plan.axial_stock;
+}
 
-bool is_free(const PlanOptions& plan) {
-  return plan.axis.mode == AxisMode::kFree || plan.axis.mode == AxisMode::kIndexed;
+bool is_free(const pathgen::PlanOptions& plan) {
+  return plan.axis.mode == pathgen::AxisMode::kFree || plan.axis.mode == pathgen::AxisMode::kIndexed;
 }
 
 }  // namespace
 
-Reach::Reach(const Job& job, const PartDistance& surface)
+Reach::Reach(const config::Job& job, const PartDistance& surface)
     : job_(job), surface_(surface), solid_(job.plan.cutter) {
   if (!is_free(job.plan)) return;
   // Evenly over the sphere (Fibonacci).
@@ -55,16 +57,16 @@ Reach::Reach(const Job& job, const PartDistance& surface)
 
 /// The tool axis of the job's field; nothing on the feature itself.
 std::optional<Vec3> Reach::field_axis(Point<Part> reference) const {
-  const AxisFrame& f = job_.plan.axis;
-  const double sign = f.sense == Sense::kOutward ? 1.0 : -1.0;
+  const pathgen::AxisFrame& f = job_.plan.axis;
+  const double sign = f.sense == pathgen::Sense::kOutward ? 1.0 : -1.0;
   Vec3 away = reference - f.origin;
   switch (f.mode) {
-    case AxisMode::kPoint:
+    case pathgen::AxisMode::kPoint:
       break;
-    case AxisMode::kLine:
+    case pathgen::AxisMode::kLine:
       away = away - f.t * dot(away, f.t);
       break;
-    case AxisMode::kCircle: {
+    case pathgen::AxisMode::kCircle: {
       const Vec3 flat = f.t * dot(away, f.t) + f.n * dot(away, f.n);
       if (length(flat) == 0.0) return std::nullopt;
       away = away - flat * (f.circle_radius / length(flat));
@@ -78,11 +80,12 @@ std::optional<Vec3> Reach::field_axis(Point<Part> reference) const {
 }
 
 Pose Reach::touching(Point<Part> place, Vec3 normal, Vec3 axis) const {
-  const Cutter& cutter = job_.plan.cutter;
+  const pathgen::Cutter& cutter = job_.plan.cutter;
   const double corner = cutter.nose_radius();
-  const double flat = cutter.type == CutterType::kBullNose || cutter.type == CutterType::kFlat
-                          ? cutter.radius() - corner
-                          : 0.0;
+  const double flat =
+      cutter.type == pathgen::CutterType::kBullNose || cutter.type == pathgen::CutterType::kFlat
+          ? cutter.radius() - corner
+          : 0.0;
   const Vec3 aside = normal - axis * dot(normal, axis);
   const Vec3 out = length(aside) > 1e-9 ? normalized(aside) : Vec3{};
   // Facets of a hollow stand up beside the plane of each of them: what they keep off the tool by less than
@@ -97,13 +100,14 @@ Point<Part> Reach::reference_of(const Pose& pose) const {
 
 /// In the coordinates of the axis mode, as the job gives them.
 bool Reach::contained(Point<Part> reference) const {
-  const Containment& in = job_.plan.containment;
-  const AxisFrame& f = job_.plan.axis;
-  const Vec3 p = reference - f.origin, b = cross(f.n, f.t) * (f.sense == Sense::kOutward ? 1.0 : -1.0);
+  const pathgen::Containment& in = job_.plan.containment;
+  const pathgen::AxisFrame& f = job_.plan.axis;
+  const Vec3 p = reference - f.origin,
+             b = cross(f.n, f.t) * (f.sense == pathgen::Sense::kOutward ? 1.0 : -1.0);
   double first = dot(p, f.t), second = dot(p, b), height = dot(p, f.n);
-  if (f.mode == AxisMode::kLine) {
+  if (f.mode == pathgen::AxisMode::kLine) {
     second = std::atan2(dot(p, b), dot(p, f.n)), height = std::hypot(dot(p, b), dot(p, f.n));
-  } else if (f.mode == AxisMode::kPoint || f.mode == AxisMode::kCircle) {
+  } else if (f.mode == pathgen::AxisMode::kPoint || f.mode == pathgen::AxisMode::kCircle) {
     const double across = std::hypot(dot(p, f.t), dot(p, f.n)) - f.circle_radius_or_zero();
     first = std::atan2(dot(p, f.t), dot(p, f.n));
     second = std::atan2(dot(p, b), across), height = std::hypot(across, dot(p, b));
@@ -115,15 +119,17 @@ bool Reach::contained(Point<Part> reference) const {
 }
 
 bool Reach::clear(const Pose& pose) const {
-  const PlanOptions& plan = job_.plan;
+  const pathgen::PlanOptions& plan = job_.plan;
   if (angle_between(pose.axis, plan.up) > plan.tilt_max.radians()) return false;
   const auto free_by = [&](ToolPart part, double distance) {
     return solid_.clearance(surface_, pose, part, distance).value >= distance - kRounding;
   };
   // Only what keeps the tool away for sure is in its way.
   return free_by(ToolPart::kCutter, plan.allowance) &&
-         (plan.shank.reaction == Reaction::kReport || free_by(ToolPart::kShank, plan.shank.clearance)) &&
-         (plan.holder.reaction == Reaction::kReport || free_by(ToolPart::kHolder, plan.holder.clearance));
+         (plan.shank.reaction == pathgen::Reaction::kReport ||
+          free_by(ToolPart::kShank, plan.shank.clearance)) &&
+         (plan.holder.reaction == pathgen::Reaction::kReport ||
+          free_by(ToolPart::kHolder, plan.holder.clearance));
 }
 
 /// Clear where it stands, and drawn back along its axis by the job's clearance, as any path has to?
@@ -189,7 +195,7 @@ std::vector<Over> over_limit(const Probes& probes, double limit) {
 
 }  // namespace
 
-Rest find_rest(const Job& job, const Probes& probes, double limit, int threads) {
+Rest find_rest(const config::Job& job, const Probes& probes, double limit, int threads) {
   Rest rest;
   rest.limit = limit;
   std::vector<Over> all = over_limit(probes, limit);

@@ -13,7 +13,7 @@ namespace tiltfeed::sim {
 class Reach {
  public:
   /// Both must outlive it.
-  Reach(const Job& job, const PartDistance& surface);
+  Reach(const config::Job& job, const PartDistance& surface);
 
   /// Can the tool's end leave `place` of a facet with that unit normal as the job asks? False on walls, too:
   /// what leans less than kSteepest from the tool axis.
@@ -27,7 +27,7 @@ class Reach {
   Pose touching(Point<Part> place, Vec3 normal, Vec3 axis) const;
   Point<Part> reference_of(const Pose& pose) const;
 
-  const Job& job_;
+  const config::Job& job_;
   const PartDistance& surface_;
   ToolSolid solid_;
   std::vector<Vec3> directions_;  ///< that are tried where the axis is free
@@ -45,6 +45,6 @@ struct Rest {
 };
 
 /// Over the probes' values after a run. The same for any number of threads.
-Rest find_rest(const Job& job, const Probes& probes, double limit, int threads);
+Rest find_rest(const config::Job& job, const Probes& probes, double limit, int threads);
 
 }  // namespace tiltfeed::sim

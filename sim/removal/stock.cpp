@@ -26,7 +26,7 @@ std::optional<double> number(const std::string& text) {
   return value;
 }
 
-Box widened(const Box& box, double by) {
+pathgen::Box widened(const pathgen::Box& box, double by) {
   const Vec3 g{by, by, by};
   return {box.min - g, box.max + g};
 }
@@ -35,7 +35,7 @@ Box widened(const Box& box, double by) {
 /// capsule.
 class Offset {
  public:
-  Offset(const Mesh& part, double margin) : mesh_(part), margin_(margin) {
+  Offset(const pathgen::Mesh& part, double margin) : mesh_(part), margin_(margin) {
     const std::vector<HalfEdge> halves = half_edges(part.facets, part.vertices.size());
     for (std::size_t i = 0; i + 1 < halves.size(); ++i) {
       const HalfEdge &a = halves[i], &b = halves[i + 1];
@@ -80,26 +80,27 @@ class Offset {
     return SweptBody::round(from, {}, to - from, margin_, ToolPart::kCutter);
   }
 
-  const Mesh& mesh_;
+  const pathgen::Mesh& mesh_;
   double margin_;
   std::vector<std::array<std::uint32_t, 2>> edges_;  ///< convex ones
 };
 
 /// The mesh of another file, closed.
-Result<CheckedMesh> read_shell(const std::string& path, double unit_mm) {
-  const Result<Stl> stl = read_stl(path, unit_mm);
+Result<pathgen::CheckedMesh> read_shell(const std::string& path, double unit_mm) {
+  const Result<pathgen::Stl> stl = pathgen::read_stl(path, unit_mm);
   if (!stl) return tl::unexpected(stl.error());
-  return check_mesh(*stl);
+  return pathgen::check_mesh(*stl);
 }
 
-Result<void> must_be_closed(const CheckedMesh& mesh, const std::string& what) {
-  if (mesh.sides == Sides::kOutward) return {};
+Result<void> must_be_closed(const pathgen::CheckedMesh& mesh, const std::string& what) {
+  if (mesh.sides == pathgen::Sides::kOutward) return {};
   return fail(Code::kMesh, what + " is not a closed surface, so what is inside it is not known: repair it" +
                                (what == "the part" ? ", or give --stock box" : ""));
 }
 
 /// A round bar about the table's direction round the middle of the part.
-SweptBody bar(const Box& box, const CheckedMesh& part, Vec3 up, double margin, Revolved& solid) {
+SweptBody bar(const pathgen::Box& box, const pathgen::CheckedMesh& part, Vec3 up, double margin,
+              Revolved& solid) {
   const Point<Part> middle = lerp(box.min, box.max, 0.5);
   double low = kInfinity, high = -kInfinity, radius = 0.0;
   for (const Point<Part> p : part.mesh.vertices) {
@@ -114,12 +115,13 @@ SweptBody bar(const Box& box, const CheckedMesh& part, Vec3 up, double margin, R
 
 /// What the three bundles are filled with.
 struct Filling {
-  Filling(const CheckedMesh& the_part, const StockShape& the_shape) : part(the_part), shape(the_shape) {}
+  Filling(const pathgen::CheckedMesh& the_part, const StockShape& the_shape)
+      : part(the_part), shape(the_shape) {}
 
-  const CheckedMesh& part;
+  const pathgen::CheckedMesh& part;
   const StockShape& shape;
-  Box box;
-  std::optional<CheckedMesh> shell;
+  pathgen::Box box;
+  std::optional<pathgen::CheckedMesh> shell;
   std::optional<Offset> offset;
   Revolved solid = Revolved::from_rims({{1.0, 0.0}, {1.0, 1.0}});
   std::optional<SweptBody> round;
@@ -143,7 +145,7 @@ struct Filling {
   }
 };
 
-Result<void> prepare(Filling& f, const Job& job) {
+Result<void> prepare(Filling& f, const config::Job& job) {
   f.box = widened(f.part.bounds, f.shape.margin);
   if (f.shape.kind == StockKind::kOffset) {
     if (auto closed = must_be_closed(f.part, "the part"); !closed) return closed;
@@ -161,7 +163,7 @@ Result<void> prepare(Filling& f, const Job& job) {
   return {};
 }
 
-Result<void> check_memory(const Box& box, double cell, const std::vector<int>& axes) {
+Result<void> check_memory(const pathgen::Box& box, double cell, const std::vector<int>& axes) {
   const std::uint64_t need = stock_bytes(box, cell, axes), have = free_bytes();
   if (have == 0 || static_cast<double>(need) < kMemoryShare * static_cast<double>(have)) return {};
   // The need grows with the square of the lines per mm.
@@ -174,8 +176,9 @@ Result<void> check_memory(const Box& box, double cell, const std::vector<int>& a
 }
 
 /// The part must be inside of what was filled.
-Result<void> check_cover(const Stock& stock, const StockShape& shape, const CheckedMesh& part, int threads) {
-  if (shape.kind != StockKind::kFile || part.sides != Sides::kOutward) return {};
+Result<void> check_cover(const Stock& stock, const StockShape& shape, const pathgen::CheckedMesh& part,
+                         int threads) {
+  if (shape.kind != StockKind::kFile || part.sides != pathgen::Sides::kOutward) return {};
   const auto outside = [&](double mm, Point<Part> at) {
     return fail(Code::kInput, "the stock " + shape.path + " does not hold the part: " + number_text(mm) +
                                   " mm of it have no stock round " + to_string(at) +
@@ -224,8 +227,8 @@ Result<StockShape> parse_stock(const std::string& text) {
   return StockShape{StockKind::kFile, 0.0, text};
 }
 
-StockShape default_stock(const Job& job) {
-  if (job.plan.pattern.kind == PatternKind::kRough) return {StockKind::kBox, 0.0, {}};
+StockShape default_stock(const config::Job& job) {
+  if (job.plan.pattern.kind == pathgen::PatternKind::kRough) return {StockKind::kBox, 0.0, {}};
   return {StockKind::kOffset, 0.5 * job.plan.links.approach, {}};
 }
 
@@ -255,7 +258,7 @@ std::size_t Stock::bytes() const {
   return sum;
 }
 
-std::uint64_t stock_bytes(const Box& box, double cell, const std::vector<int>& axes) {
+std::uint64_t stock_bytes(const pathgen::Box& box, double cell, const std::vector<int>& axes) {
   std::uint64_t lines = 0;
   for (const int axis : axes) lines += Dexels::line_count(axis, box, cell);
   return lines * Dexels::kBytesPerLine;
@@ -270,8 +273,8 @@ std::uint64_t free_bytes() {
   return 0;
 }
 
-Result<Stock> make_stock(const StockShape& shape, const CheckedMesh& part, const Job& job, double cell,
-                         int threads, const std::vector<int>& axes) {
+Result<Stock> make_stock(const StockShape& shape, const pathgen::CheckedMesh& part, const config::Job& job,
+                         double cell, int threads, const std::vector<int>& axes) {
   Filling filling(part, shape);
   if (auto ready = prepare(filling, job); !ready) return tl::unexpected(ready.error());
   if (auto fits = check_memory(filling.box, cell, axes); !fits) return tl::unexpected(fits.error());

@@ -30,12 +30,12 @@ struct StockShape {
 Result<StockShape> parse_stock(const std::string& text);
 /// What a job without --stock is taken to be cut from: the part with half the length that the job approaches
 /// at plunge feed, so that its rapids may end where they do; for a roughing pattern the part's box.
-StockShape default_stock(const Job& job);
+StockShape default_stock(const config::Job& job);
 std::string to_string(const StockShape& shape);
 
 struct Stock {
   std::vector<Dexels> bundles;  ///< along some of x, y, z
-  Box box;
+  pathgen::Box box;
   double cell = 0.0;  ///< distance of neighbouring lines, mm
 
   double volume() const;  ///< mean of the bundles, mm^3
@@ -43,14 +43,14 @@ struct Stock {
 };
 
 /// What the lines of such a stock need, and what is free now, bytes.
-std::uint64_t stock_bytes(const Box& box, double cell, const std::vector<int>& axes);
+std::uint64_t stock_bytes(const pathgen::Box& box, double cell, const std::vector<int>& axes);
 std::uint64_t free_bytes();
 
 /// `axes`: which bundles (0 x, 1 y, 2 z). One holds walls along its lines to half a cell and everything else
 /// exactly; three hold everything to a small part of a cell.
 /// Errors: kMesh: part or stock is not closed; kInput: the stock does not hold the part (most missing,
 /// where); kLimit: memory, with the resolution that would do; kIo.
-Result<Stock> make_stock(const StockShape& shape, const CheckedMesh& part, const Job& job, double cell,
-                         int threads, const std::vector<int>& axes = {0, 1, 2});
+Result<Stock> make_stock(const StockShape& shape, const pathgen::CheckedMesh& part, const config::Job& job,
+                         double cell, int threads, const std::vector<int>& axes = {0, 1, 2});
 
 }  // namespace tiltfeed::sim

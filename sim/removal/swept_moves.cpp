@@ -31,7 +31,7 @@ void Haste::take(const Haste& other) {
   moves = all;
 }
 
-Stand::Stand(const Job& job, const ExecutedPath& path, const Stock& stock, Probes& probes,
+Stand::Stand(const config::Job& job, const ExecutedPath& path, const Stock& stock, Probes& probes,
              const RemovalOptions& options)
     : path_(path),
       stock_(stock),

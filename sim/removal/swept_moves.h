@@ -42,7 +42,7 @@ struct Swept {
 /// Poses of the moves: (W4) as many straight steps as keep the tool near where the axes put it.
 class Stand {
  public:
-  Stand(const Job& job, const ExecutedPath& path, const Stock& stock, Probes& probes,
+  Stand(const config::Job& job, const ExecutedPath& path, const Stock& stock, Probes& probes,
         const RemovalOptions& options);
 
   /// Bodies of the moves [begin, end); what they do to the part.

@@ -22,7 +22,8 @@ Cube cube_at(Point<Part> p, double side) {
   return {whole(p.x), whole(p.y), whole(p.z)};
 }
 
-ToolSweep::ToolSweep(const Cutter& cutter) : solid_(cutter), round_(cutter.type == CutterType::kBall) {
+ToolSweep::ToolSweep(const pathgen::Cutter& cutter)
+    : solid_(cutter), round_(cutter.type == pathgen::CutterType::kBall) {
   reach_ = solid_.cutting().widest();
   // The capsule is rounded at its upper end, too, and ends where the cutting part does.
   const double top = cutter.cutting_end();

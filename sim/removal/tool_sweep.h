@@ -23,7 +23,7 @@ Cube cube_at(Point<Part> p, double side);
 /// own middle, with the mean of both axes: right for a turn of the axis too, as far as the piece is short.
 class ToolSweep {
  public:
-  explicit ToolSweep(const Cutter& cutter);
+  explicit ToolSweep(const pathgen::Cutter& cutter);
 
   /// Appends the bodies of the cutter between two poses: short pieces of it, from the tip up; of a round one
   /// only those of which clear(middle) is below 0. Else it says how far round that point it would be no

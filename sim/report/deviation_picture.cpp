@@ -58,7 +58,7 @@ std::string html_colour(Colour c) {
   return text.data();
 }
 
-DeviationPicture::DeviationPicture(const Mesh& part, const ToolPath& path, const Patches& patches)
+DeviationPicture::DeviationPicture(const pathgen::Mesh& part, const ToolPath& path, const Patches& patches)
     : camera_(part, path, kWidth * kOversample, kHeight * kOversample),
       raster_(kWidth * kOversample, kHeight * kOversample, {kTop, kBottom}) {
   const Vec3 key = normalized(camera_.eye() * 0.55 + camera_.up() * 0.75 - camera_.right() * 0.65);

@@ -27,7 +27,7 @@ inline constexpr Colour kUnreachedColour{0.33, 0.35, 0.38};
 class DeviationPicture {
  public:
   /// Draws the patches where the camera sees them. `path` is only what the camera must have in view.
-  DeviationPicture(const Mesh& part, const ToolPath& path, const Patches& patches);
+  DeviationPicture(const pathgen::Mesh& part, const ToolPath& path, const Patches& patches);
 
   /// Puts on the scale's colours, and rings round the worst places: the bytes of a PNG file. Errors: kIo.
   Result<std::string> png(const Removal& removal, const std::vector<ColourStop>& scale, int threads);

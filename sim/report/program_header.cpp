@@ -86,7 +86,7 @@ ProgramHeader read_program_header(std::istream& in) {
   return header;
 }
 
-Result<void> check_header(const ProgramHeader& header, const Job& job, const std::string& name) {
+Result<void> check_header(const ProgramHeader& header, const config::Job& job, const std::string& name) {
   const auto other = [&](const std::string& what, const std::string& is, const std::string& wanted) {
     return fail(Code::kInput, name + ": the program was posted for " + what + " " + is + ", and " + job.path +
                                   " has " + wanted + ": verify it with its own job, or post it again");
@@ -96,7 +96,7 @@ Result<void> check_header(const ProgramHeader& header, const Job& job, const std
   if (!header.part.empty() && header.part != job.plan.name) return other("part", header.part, job.plan.name);
   if (header.part_zero && length(*header.part_zero - job.setup.part_zero) > kSameLength)
     return other("part zero", place_text(*header.part_zero), place_text(job.setup.part_zero));
-  const Cutter& cutter = job.plan.cutter;
+  const pathgen::Cutter& cutter = job.plan.cutter;
   if (header.diameter && std::abs(*header.diameter - cutter.diameter) > kSameLength)
     return other("a tool of diameter", length_text(*header.diameter), length_text(cutter.diameter));
   if (header.length && std::abs(*header.length - cutter.length) > kSameLength)
@@ -104,7 +104,7 @@ Result<void> check_header(const ProgramHeader& header, const Job& job, const std
   return {};
 }
 
-Result<void> check_tool(const Block& block, const Job& job, const std::string& name) {
+Result<void> check_tool(const Block& block, const config::Job& job, const std::string& name) {
   const int wanted = job.program.tool;
   const bool feed = block.op == Op::kFeed;
   if ((!feed && block.op != Op::kRapid) || block.tool == kToolNotSaid || block.tool == wanted) return {};
@@ -120,13 +120,14 @@ Result<void> check_tool(const Block& block, const Job& job, const std::string& n
                                 " (program.tool): verify it with the job of that tool, one tool a program");
 }
 
-Result<void> check_tool(const std::vector<Block>& program, const Job& job, const std::string& name) {
+Result<void> check_tool(const std::vector<Block>& program, const config::Job& job, const std::string& name) {
   for (const Block& block : program)
     if (auto fits = check_tool(block, job, name); !fits) return fits;
   return {};
 }
 
-Result<void> check_trace(const std::vector<TraceRow>& trace, const Job& job, const std::string& name) {
+Result<void> check_trace(const std::vector<TraceRow>& trace, const config::Job& job,
+                         const std::string& name) {
   const FrameChain chain(job.machine.model, job.setup);
   for (const TraceRow& row : trace) {
     const Op op = row.command.op;

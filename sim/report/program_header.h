@@ -27,16 +27,16 @@ struct ProgramHeader {
 ProgramHeader read_program_header(std::istream& in);
 
 /// Errors: kInput: posted for another machine, part, part zero or tool; `name` and both values.
-Result<void> check_header(const ProgramHeader& header, const Job& job, const std::string& name);
+Result<void> check_header(const ProgramHeader& header, const config::Job& job, const std::string& name);
 
 /// Errors: kInput: the program moves with another tool in the spindle than the job's `program.tool`, by its T
 /// and M6 words; `name`, line and both numbers. A program without T words may mean any tool; T0, an empty
 /// spindle, may move in rapid.
-Result<void> check_tool(const Block& block, const Job& job, const std::string& name);
-Result<void> check_tool(const std::vector<Block>& program, const Job& job, const std::string& name);
+Result<void> check_tool(const Block& block, const config::Job& job, const std::string& name);
+Result<void> check_tool(const std::vector<Block>& program, const config::Job& job, const std::string& name);
 
 /// Errors: kInput: a tip of the trace is not where the job's machine, set-up and tool length put it by the
 /// row's words; `name`, the block and both places.
-Result<void> check_trace(const std::vector<TraceRow>& trace, const Job& job, const std::string& name);
+Result<void> check_trace(const std::vector<TraceRow>& trace, const config::Job& job, const std::string& name);
 
 }  // namespace tiltfeed::sim

@@ -27,7 +27,7 @@ namespace {
 constexpr std::uint32_t kLinesRound = 3;  // of the program before and after a place's line
 
 /// What the pictures draw: the poses at the moves' ends.
-ToolPath drawn_path(const Job& job, const ExecutedPath& path) {
+ToolPath drawn_path(const config::Job& job, const ExecutedPath& path) {
   ToolPath drawn;
   const FrameChain chain(job.machine.model, job.setup);
   const auto add = [&](const Joints& joints, bool rapid) {
@@ -114,7 +114,7 @@ Result<void> make_report_folder(const std::string& folder) {
   return {};
 }
 
-Drawings draw_report(const Job& job, const CheckedMesh& part, const ExecutedPath& path,
+Drawings draw_report(const config::Job& job, const pathgen::CheckedMesh& part, const ExecutedPath& path,
                      const Patches& patches) {
   PictureOptions picture;
   picture.width = 1400, picture.height = 875;
@@ -144,14 +144,14 @@ Result<void> write_removal_report(const std::string& folder, const RemovalContex
                                                                          {"deviation.png", &*deviation},
                                                                          {"report.json", &json},
                                                                          {"index.html", &page}}};
-  std::vector<OutputFile> outputs;
+  std::vector<config::OutputFile> outputs;
   for (const auto& [name, bytes] : files) {
-    auto file = OutputFile::open(folder + "/" + name);
+    auto file = config::OutputFile::open(folder + "/" + name);
     if (!file) return tl::unexpected(file.error());
     file->stream() << *bytes;
     outputs.push_back(std::move(*file));
   }
-  return OutputFile::commit_all(outputs);
+  return config::OutputFile::commit_all(outputs);
 }
 
 }  // namespace tiltfeed::sim

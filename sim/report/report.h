@@ -26,7 +26,7 @@ struct Drawings {
 };
 
 /// Asks nothing of the removal, and may be drawn meanwhile.
-Drawings draw_report(const Job& job, const CheckedMesh& part, const ExecutedPath& path,
+Drawings draw_report(const config::Job& job, const pathgen::CheckedMesh& part, const ExecutedPath& path,
                      const Patches& patches);
 
 /// Writes report.json, index.html, path.png and deviation.png into the folder, when all of them are made:

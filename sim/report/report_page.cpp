@@ -69,7 +69,7 @@ std::string legend(const std::vector<ColourStop>& scale) {
 }
 
 std::string head(const PageParts& p) {
-  const Job& job = p.context.job;
+  const config::Job& job = p.context.job;
   const bool good = p.verdict.passed();
   std::string html =
       "<h1>" + escaped(job.plan.name) + "<span class='verdict " +

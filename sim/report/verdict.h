@@ -15,8 +15,8 @@ enum class Source { kProgram, kTrace, kCanon };
 
 /// What was verified with what.
 struct RemovalContext {
-  const Job& job;
-  const CheckedMesh& part;
+  const config::Job& job;
+  const pathgen::CheckedMesh& part;
   StockShape stock;
   std::string source;  ///< the program's or trace's file
   ProgramHeader header;
@@ -45,7 +45,7 @@ std::string trouble_text(const Trouble& trouble);
 /// Share of the surface that is cut or could be; less is what rows leave at their ends.
 inline constexpr double kLeastRest = 0.002;
 /// What may be left where the job's passes lie side by side, mm.
-double rest_limit(const PlanOptions& plan);
+double rest_limit(const pathgen::PlanOptions& plan);
 RemovalVerdict judge(const Removal& removal, const RemovalContext& context);
 
 }  // namespace tiltfeed::sim

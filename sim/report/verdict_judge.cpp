@@ -8,22 +8,23 @@ namespace {
 
 /// What two neighbouring passes must leave between them on a plane, and for curvature and slopes twice that
 /// where the side step is measured on the part, four times where it is flat, mm.
-double scallop(const PlanOptions& plan) {
+double scallop(const pathgen::PlanOptions& plan) {
   if (plan.pattern.scallop > 0.0) return plan.pattern.scallop;
-  const Pattern& pattern = plan.pattern;
+  const pathgen::Pattern& pattern = plan.pattern;
   // Layers of roughing leave terraces.
-  if (pattern.kind == PatternKind::kRough) return pattern.step_down;
-  const bool levels = pattern.kind == PatternKind::kZLevel || pattern.kind == PatternKind::kSplit;
+  if (pattern.kind == pathgen::PatternKind::kRough) return pattern.step_down;
+  const bool levels =
+      pattern.kind == pathgen::PatternKind::kZLevel || pattern.kind == pathgen::PatternKind::kSplit;
   const double radius = plan.cutter.radius(),
                half = 0.5 * std::max(pattern.side_step, levels ? pattern.step_down : 0.0);
   if (half >= radius) return radius;
-  const double times = pattern.measure == StepMeasure::kSurface ? 2.0 : 4.0;
+  const double times = pattern.measure == pathgen::StepMeasure::kSurface ? 2.0 : 4.0;
   return times * (radius - std::sqrt(radius * radius - half * half));
 }
 
 }  // namespace
 
-double rest_limit(const PlanOptions& plan) {
+double rest_limit(const pathgen::PlanOptions& plan) {
   return plan.allowance + plan.radial_stock + plan.axial_stock + plan.tolerance + scallop(plan);
 }
 
@@ -36,7 +37,7 @@ std::string trouble_text(const Trouble& t) {
 }
 
 RemovalVerdict judge(const Removal& r, const RemovalContext& context) {
-  const PlanOptions& plan = context.job.plan;
+  const pathgen::PlanOptions& plan = context.job.plan;
   RemovalVerdict verdict;
   verdict.tolerance = plan.tolerance;
   verdict.gouge = std::max(r.worst[static_cast<int>(TroubleKind::kGouge)], 0.0);

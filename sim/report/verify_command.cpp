@@ -77,7 +77,7 @@ class Line {
   std::chrono::steady_clock::time_point shown_;
 };
 
-double default_cell(const Job& job, const CheckedMesh& part) {
+double default_cell(const config::Job& job, const pathgen::CheckedMesh& part) {
   const Vec3 size = part.bounds.max - part.bounds.min;
   const double cell = std::max(job.plan.cutter.diameter / kCellsPerDiameter,
                                std::max({size.x, size.y, size.z}) / kCellsPerSide);
@@ -103,11 +103,11 @@ Moves moves_of(const VerifyOptions& o) {
 }
 
 /// The blocks of a program in the dialect of the job's machine, X Y Z those of the slides.
-Result<void> read_in_dialect(std::istream& in, const std::string& name, const Job& job,
+Result<void> read_in_dialect(std::istream& in, const std::string& name, const config::Job& job,
                              const std::function<void(const Block&)>& take) {
-  const Dialect dialect = job.machine.format.dialect;
+  const config::Dialect dialect = job.machine.format.dialect;
   // With a tool number the text has the words of a tool change, which the simulated controller has not.
-  if ((dialect == Dialect::kRs274 || dialect == Dialect::kGrbl) && job.program.tool == 0)
+  if ((dialect == config::Dialect::kRs274 || dialect == config::Dialect::kGrbl) && job.program.tool == 0)
     return read_program(in, name, GcodeReader(job.machine.model), take);
   ControlReader reader(job.machine, job.setup);
   SlideBlocks slides(job.machine.model, job.setup, ToolSolid(job.plan.cutter).top(),
@@ -116,7 +116,7 @@ Result<void> read_in_dialect(std::istream& in, const std::string& name, const Jo
 }
 
 /// Executes the program as it is read, which no memory for all of its blocks is needed for.
-Result<ExecutedPath> read_and_execute(std::ifstream& in, const std::string& name, const Job& job,
+Result<ExecutedPath> read_and_execute(std::ifstream& in, const std::string& name, const config::Job& job,
                                       ProgramHeader& header) {
   header = read_program_header(in);
   if (auto fits = check_header(header, job, name); !fits) return tl::unexpected(fits.error());
@@ -139,7 +139,7 @@ Result<ExecutedPath> read_and_execute(std::ifstream& in, const std::string& name
 }
 
 /// Reads the moves.
-Result<ExecutedPath> read_path(const VerifyOptions& options, const Job& job, ProgramHeader& header) {
+Result<ExecutedPath> read_path(const VerifyOptions& options, const config::Job& job, ProgramHeader& header) {
   const auto [kind, name] = moves_of(options);
   const MachineModel& machine = job.machine.model;
   std::ifstream in(name, std::ios::binary);
@@ -159,7 +159,7 @@ Result<ExecutedPath> read_path(const VerifyOptions& options, const Job& job, Pro
   return read_and_execute(in, name, job, header);
 }
 
-Result<void> check_probes(const CheckedMesh& part, double spacing) {
+Result<void> check_probes(const pathgen::CheckedMesh& part, double spacing) {
   double area = 0.0;
   for (const auto& f : part.mesh.facets) {
     const auto& v = part.mesh.vertices;
@@ -177,16 +177,17 @@ Result<void> check_probes(const CheckedMesh& part, double spacing) {
 /// The part, and the probes on it.
 struct Surface {
   std::optional<Error> error;
-  CheckedMesh part;
+  pathgen::CheckedMesh part;
   double cell = 0.0;
   std::optional<Probes> probes;
 };
 
-Surface read_surface(const Job& job, std::optional<double> resolution) {
+Surface read_surface(const config::Job& job, std::optional<double> resolution) {
   Surface surface;
-  const Result<Stl> stl = read_stl(job.stl_path, job.stl_unit_mm);
+  const Result<pathgen::Stl> stl = pathgen::read_stl(job.stl_path, job.stl_unit_mm);
   if (!stl) return {stl.error(), {}, 0.0, {}};
-  Result<CheckedMesh> part = check_mesh(*stl, {ToleranceBudget(job.plan.tolerance).repair()});
+  Result<pathgen::CheckedMesh> part =
+      pathgen::check_mesh(*stl, {ToleranceBudget(job.plan.tolerance).repair()});
   if (!part) return {part.error(), {}, 0.0, {}};
   surface.part = std::move(*part);
   surface.cell = resolution ? *resolution : default_cell(job, surface.part);
@@ -242,7 +243,7 @@ int verify_command(const VerifyOptions& options) {
                                      number_text(kFinest) + " to " + number_text(kCoarsest) + " mm"});
   Line line;
   line.show("read", 0.0);
-  const Result<Job> job = load_job(options.job);
+  const Result<config::Job> job = config::load_job(options.job);
   if (!job) return report(job.error());
   auto shape = options.stock.empty() ? Result<StockShape>(default_stock(*job)) : parse_stock(options.stock);
   if (!shape) return report(shape.error());
@@ -261,9 +262,9 @@ int verify_command(const VerifyOptions& options) {
   });
   if (surface.error) return report(*surface.error);
   if (!path) return report(path.error());
-  const CheckedMesh* part = &surface.part;
+  const pathgen::CheckedMesh* part = &surface.part;
   const double cell = surface.cell;
-  if (options.stock.empty() && shape->kind == StockKind::kOffset && part->sides != Sides::kOutward)
+  if (options.stock.empty() && shape->kind == StockKind::kOffset && part->sides != pathgen::Sides::kOutward)
     shape = StockShape{StockKind::kBox, shape->margin, {}}, removal.stock_known = false;
   const Moves moves = moves_of(options);
   const RemovalContext context{

@@ -30,7 +30,7 @@ struct Bounds {
 };
 
 /// Triangle::owned of each facet: the edges and corners that no facet before it has.
-std::vector<std::uint8_t> share_out(const Mesh& mesh) {
+std::vector<std::uint8_t> share_out(const pathgen::Mesh& mesh) {
   std::vector<std::uint8_t> owned(mesh.facets.size(), 0);
   std::vector<bool> corner_taken(mesh.vertices.size(), false);
   for (std::uint32_t i = 0; i < mesh.facets.size(); ++i) {
@@ -142,7 +142,7 @@ struct PartDistance::Build {
   }
 };
 
-PartDistance::PartDistance(const Mesh& mesh) {
+PartDistance::PartDistance(const pathgen::Mesh& mesh) {
   const auto count = static_cast<std::uint32_t>(mesh.facets.size());
   if (count == 0) return;
   Build build{*this, std::vector<Bounds>(count), std::vector<Vec3>(count), std::vector<std::uint32_t>(count)};

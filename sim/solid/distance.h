@@ -58,7 +58,7 @@ struct SegmentBound {
 
 class PartDistance {
  public:
-  explicit PartDistance(const Mesh& mesh);
+  explicit PartDistance(const pathgen::Mesh& mesh);
 
   /// Distance from p, if below `bound`.
   Hit nearest(Point<Part> p, double bound = kInfinity, std::uint32_t hint = 0xFFFFFFFF) const;

@@ -27,12 +27,12 @@ struct Draft {
 };
 
 /// The cutting part: a face of radius e with its edge rounded by c, then straight up or along the cone.
-Draft cutting_part(const Cutter& cutter) {
+Draft cutting_part(const pathgen::Cutter& cutter) {
   const double radius = cutter.diameter / 2.0;
   double e = 0.0, c = radius, taper = 0.0;
-  if (cutter.type == CutterType::kBullNose) c = cutter.corner_radius, e = radius - c;
-  if (cutter.type == CutterType::kFlat) c = 0.0, e = radius;
-  if (cutter.type == CutterType::kTaperBall) taper = cutter.taper.radians();
+  if (cutter.type == pathgen::CutterType::kBullNose) c = cutter.corner_radius, e = radius - c;
+  if (cutter.type == pathgen::CutterType::kFlat) c = 0.0, e = radius;
+  if (cutter.type == pathgen::CutterType::kTaperBall) taper = cutter.taper.radians();
   const double whole = cutter.cutting_length > 0.0 ? cutter.cutting_length : cutter.shank_length;
   const double rounded = c * (1.0 - std::sin(taper)), top = std::max(whole, rounded);
   Draft draft;
@@ -49,7 +49,7 @@ Draft frustum(ToolPart part, double lower_radius, double upper_radius, double lo
 }
 
 /// Cutting part, shank and holder, from the tip up.
-std::vector<Draft> drafts(const Cutter& cutter) {
+std::vector<Draft> drafts(const pathgen::Cutter& cutter) {
   std::vector<Draft> all{cutting_part(cutter)};
   double at = all[0].upper;
   if (cutter.shank_length > at) {
@@ -57,7 +57,7 @@ std::vector<Draft> drafts(const Cutter& cutter) {
     all.push_back(frustum(ToolPart::kShank, radius, radius, at, cutter.shank_length));
     at = cutter.shank_length;
   }
-  for (const HolderStep& step : cutter.holder) {
+  for (const pathgen::HolderStep& step : cutter.holder) {
     all.push_back(frustum(ToolPart::kHolder, step.lower_diameter / 2.0, step.upper_diameter / 2.0, at,
                           at + step.length));
     at += step.length;
@@ -114,7 +114,7 @@ Hit drop(const PartDistance& surface, const Revolved& solid, const Pose& pose, d
   return hit;
 }
 
-ToolSolid::ToolSolid(const Cutter& cutter, const Growth& growth, double overlap) {
+ToolSolid::ToolSolid(const pathgen::Cutter& cutter, const Growth& growth, double overlap) {
   assert(cutter.diameter > 0.0);
   std::vector<Draft> all = drafts(cutter);
   const auto grown = [&](const Revolved& solid) {
@@ -122,15 +122,15 @@ ToolSolid::ToolSolid(const Cutter& cutter, const Growth& growth, double overlap)
   };
   cutting_.push_back(grown(all[0].solid()));
   const Corner nose = all[0].nose[0];
-  if (cutter.type == CutterType::kBall) {
+  if (cutter.type == pathgen::CutterType::kBall) {
     end_.push_back(grown(Revolved({{nose.r, nose.h, nose.radius, kPi}})));
-  } else if (cutter.type == CutterType::kTaperBall) {
+  } else if (cutter.type == pathgen::CutterType::kTaperBall) {
     end_.push_back(cutting_[0]);
   } else {
     end_.push_back(grown(Revolved({nose, {nose.r + nose.radius, nose.h, 0.0, kPi}})));
   }
-  const bool is_capsule =
-      cutter.type == CutterType::kBall && all.size() == 1 && growth.radial == 0.0 && growth.axial == 0.0;
+  const bool is_capsule = cutter.type == pathgen::CutterType::kBall && all.size() == 1 &&
+                          growth.radial == 0.0 && growth.axial == 0.0;
   if (is_capsule) capsule_ = Capsule{nose.radius, all[0].upper, nose.radius + growth.allowance};
   if (overlap > 0.0) join(all, overlap);
   for (const Draft& draft : all) pieces_[static_cast<int>(draft.part)].push_back(grown(draft.solid()));

@@ -42,7 +42,8 @@ class ToolSolid {
 
   /// Requires: 0 < diameter, heights ascending, as config/job.cpp checks. All parts are grown alike.
   /// `overlap`: of parts that meet, mm; with 0 distances are those of each part itself.
-  explicit ToolSolid(const Cutter& cutter, const Growth& growth = {}, double overlap = kJointOverlap);
+  explicit ToolSolid(const pathgen::Cutter& cutter, const Growth& growth = {},
+                     double overlap = kJointOverlap);
 
   bool has(ToolPart part) const { return !pieces_[static_cast<int>(part)].empty(); }
   /// Least signed distance of that part of the tool, as above; `bound` where the tool has none.

@@ -27,6 +27,8 @@
 extern char** environ;
 
 namespace tiltfeed::attack {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 constexpr const char* kHelp =

@@ -15,6 +15,9 @@
 #include "tests/attack/random_part.h"
 
 namespace tiltfeed::attack {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }

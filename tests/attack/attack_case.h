@@ -8,6 +8,8 @@
 #include "tests/attack/judge.h"
 
 namespace tiltfeed::attack {
+using namespace pathgen;
+using namespace config;
 
 struct CaseFiles {
   std::string folder;               ///< where SEED.yaml, SEED.stl and wide.yaml are written

@@ -8,6 +8,7 @@
 #include "tests/judges/surface_sample.h"
 
 namespace tiltfeed::attack {
+using namespace pathgen;
 namespace {
 
 /// Of a tool that stands in contact: its coordinates are rounded, mm.

@@ -16,6 +16,7 @@
 #include "sim/solid/tool_solid.h"
 
 namespace tiltfeed::attack {
+using namespace pathgen;
 
 class CoverJudge {
  public:

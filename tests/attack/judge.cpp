@@ -11,6 +11,8 @@
 #include "tests/judges/tool_proof.h"
 
 namespace tiltfeed::attack {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 /// Places looked at within a block; the post samples eight, so that these fall between.

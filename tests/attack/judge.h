@@ -11,6 +11,8 @@
 #include "pathgen/plan/plan.h"
 
 namespace tiltfeed::attack {
+using namespace pathgen;
+using namespace config;
 
 struct Verdict {
   double gouge = 0.0;                         ///< deepest on cuts and plunges, mm

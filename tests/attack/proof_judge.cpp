@@ -12,6 +12,9 @@
 #include "tests/judges/tool_proof.h"
 
 namespace tiltfeed::attack {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 /// Of the tolerance: what the proof and depths at poses may differ by.

@@ -10,6 +10,8 @@
 #include "pathgen/mesh/mesh.h"
 
 namespace tiltfeed::attack {
+using namespace pathgen;
+using namespace config;
 
 struct ProofVerdict {
   std::size_t moves = 0, damaged = 0, refused = 0;  ///< held; damaged moves held, and of those refused

@@ -9,6 +9,7 @@
 #include "pathgen/axis/deformation.h"
 
 namespace tiltfeed::attack {
+using namespace pathgen;
 namespace {
 
 [[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...) {

@@ -7,6 +7,7 @@
 #include "tests/attack/random_part.h"
 
 namespace tiltfeed::attack {
+using namespace pathgen;
 
 /// A machine profile with travels and turns for whatever a job asks, by the words of config/machines.
 std::string wide_profile();

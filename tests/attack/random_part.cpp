@@ -9,6 +9,7 @@
 #include "sim/parts/parts.h"
 
 namespace tiltfeed::attack {
+using namespace pathgen;
 namespace {
 
 /// Larger parts are cut down to a piece more often: reading and judging them costs more than the attack.

@@ -9,6 +9,7 @@
 #include "tests/attack/dice.h"
 
 namespace tiltfeed::attack {
+using namespace pathgen;
 
 using Soup = std::vector<std::array<Point<Part>, 3>>;
 

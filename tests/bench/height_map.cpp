@@ -10,6 +10,7 @@
 #include "sim/solid/distance.h"
 
 namespace tiltfeed::bench {
+using namespace pathgen;
 
 namespace {
 

@@ -9,6 +9,7 @@
 #include "pathgen/mesh/mesh.h"
 
 namespace tiltfeed::bench {
+using namespace pathgen;
 
 /// In the frame's t, b, n: z of the ball's centre over (left + i step, front + k step).
 struct HeightMap {

@@ -21,6 +21,8 @@
 namespace {
 
 using namespace tiltfeed;
+using namespace tiltfeed::config;
+using namespace tiltfeed::daemon;
 using Steady = std::chrono::steady_clock;
 
 double seconds_since(Steady::time_point begin) {

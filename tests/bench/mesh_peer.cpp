@@ -27,7 +27,7 @@ double processor_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC
 
 /// Duplicates merged, facets turned to agree, borders stitched; closed meshes turned outwards. The open
 /// edges.
-std::size_t open_edges_by_cgal(const tiltfeed::Stl& stl) {
+std::size_t open_edges_by_cgal(const tiltfeed::pathgen::Stl& stl) {
   std::vector<Corner> points;
   std::vector<std::vector<std::size_t>> facets;
   points.reserve(3 * stl.facets.size());
@@ -50,10 +50,10 @@ std::size_t open_edges_by_cgal(const tiltfeed::Stl& stl) {
 
 int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
-    const auto stl = tiltfeed::read_stl(argv[i], 1.0);
+    const auto stl = tiltfeed::pathgen::read_stl(argv[i], 1.0);
     if (!stl) continue;
     const double begun = processor_s();
-    const auto checked = tiltfeed::check_mesh(*stl);
+    const auto checked = tiltfeed::pathgen::check_mesh(*stl);
     const double ours = processor_s() - begun;
     const std::size_t open = open_edges_by_cgal(*stl);
     const double theirs = processor_s() - begun - ours;

@@ -16,6 +16,8 @@
 #include "tests/judges/path_proof.h"
 
 namespace tiltfeed::bench {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 constexpr const char* kServe = "--prove-one";

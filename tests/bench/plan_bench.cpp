@@ -27,6 +27,8 @@
 #include "tests/bench/z_map.h"
 
 namespace tiltfeed::bench {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 using benchmark::State;

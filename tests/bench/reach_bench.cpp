@@ -14,6 +14,7 @@
 namespace {
 
 using namespace tiltfeed;
+using namespace tiltfeed::pathgen;
 
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

@@ -21,6 +21,8 @@
 namespace {
 
 using namespace tiltfeed;
+using namespace tiltfeed::pathgen;
+using namespace tiltfeed::config;
 
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

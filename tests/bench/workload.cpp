@@ -24,6 +24,8 @@
 extern char** environ;
 
 namespace tiltfeed::bench {
+using namespace pathgen;
+using namespace config;
 
 namespace {
 

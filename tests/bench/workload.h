@@ -13,6 +13,8 @@
 #include "pathgen/plan/plan.h"
 
 namespace tiltfeed::bench {
+using namespace pathgen;
+using namespace config;
 
 /// The part that height_field.h makes.
 inline constexpr const char* kHeightField = "field";

@@ -18,6 +18,7 @@
 #include "kinematics/basics/geometry.h"
 
 namespace tiltfeed::bench {
+using namespace pathgen;
 
 namespace {
 

@@ -9,6 +9,7 @@
 #include "tests/bench/height_map.h"
 
 namespace tiltfeed::bench {
+using namespace pathgen;
 
 /// From a binary STL file in mm, the axis along z. Requires: radius, step > 0 (mm); a closed part, each edge
 /// of which two facets name with the same numbers. Errors: kIo.

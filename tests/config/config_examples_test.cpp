@@ -16,6 +16,8 @@
 #include "tests/texts/example_job.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 const std::string kMachine = SOURCE_DIR "/config/machines/generic-ac.yaml";

@@ -16,6 +16,8 @@
 #include "tests/texts/job_text.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 constexpr int kMutations = 6000;  // of each file

@@ -8,6 +8,8 @@
 #include "tests/texts/job_text.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 std::string job_text(const std::string& axis, const std::string& type = "ball",

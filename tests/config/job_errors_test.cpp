@@ -10,6 +10,8 @@
 #include "tests/texts/job_text.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 // Kinds: text, YAML features, keys, types, numbers, ranges, words, rules across fields.

@@ -13,6 +13,8 @@
 #include "tests/texts/job_text.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 Job with_options(const std::string& from = "", const std::string& to = "") {

@@ -14,6 +14,8 @@
 #include "tests/texts/job_text.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 Job good(const std::string& from = "", const std::string& to = "") {

@@ -10,6 +10,7 @@
 #include "tests/texts/machine_text.h"
 
 namespace tiltfeed {
+using namespace config;
 namespace {
 
 TEST(MachineProfile, ALongLineNeedsABufferOnlyWhereCharactersAreCounted) {

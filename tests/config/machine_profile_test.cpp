@@ -9,6 +9,7 @@
 #include "tests/texts/machine_text.h"
 
 namespace tiltfeed {
+using namespace config;
 namespace {
 
 void expect_linear(const LinearAxis& axis, LinearAxis expected) {

@@ -14,6 +14,7 @@
 #include "tests/judges/joint_path_check.h"
 
 namespace tiltfeed {
+using namespace config;
 namespace {
 
 constexpr double kTip = 1e-9;    // mm

@@ -7,6 +7,8 @@
 #include "tests/texts/job_text.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 NewJob new_job(AxisMode mode) {

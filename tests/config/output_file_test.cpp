@@ -19,6 +19,7 @@
 #include "tests/texts/folder.h"
 
 namespace tiltfeed {
+using namespace config;
 namespace {
 
 namespace fs = std::filesystem;

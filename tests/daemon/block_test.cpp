@@ -18,6 +18,9 @@
 #include "kinematics/basics/decimal.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 Job test_job() {

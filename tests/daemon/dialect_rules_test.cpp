@@ -9,6 +9,9 @@
 #include "tests/texts/dialect_posting.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 std::vector<std::string> lines_of(const std::string& text) {

@@ -13,6 +13,9 @@
 #include "tests/texts/dialect_posting.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 /// A random program: words on the printed grid, some of them the same as before, some far away.

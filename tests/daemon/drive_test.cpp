@@ -18,6 +18,8 @@
 #include "tests/shapes/wide_machine.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 /// Modbus frames in made-up time, 2 ms each, without bytes: what becomes of a frame says the fault script.

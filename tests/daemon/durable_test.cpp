@@ -13,6 +13,8 @@
 #include "tests/peers/spool_lives.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 namespace fs = std::filesystem;

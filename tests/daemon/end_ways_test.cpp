@@ -12,6 +12,9 @@
 #include "tests/shapes/wide_machine.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 constexpr double kClearance = 5.0;

@@ -12,6 +12,8 @@
 #include "tests/texts/folder.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 TEST(CheckMode, IsRefusedAtTheOpening) {

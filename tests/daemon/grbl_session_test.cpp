@@ -12,6 +12,8 @@
 #include "tests/peers/fake_grbl.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 TEST(GrblSession, SendsEveryLineOnceInOrderAndProvesItByABarrier) {

@@ -8,6 +8,8 @@
 #include "tests/texts/folder.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 #ifdef TILTFEED_KILLS

@@ -7,6 +7,8 @@
 #include "tests/peers/line_run.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 constexpr double kLeastUse = 0.98;

@@ -13,6 +13,8 @@
 #include "sim/motion/forward.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 MachineProfile shipped(const std::string& name) {

@@ -11,6 +11,8 @@
 #include "tests/texts/folder.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 constexpr const char* kSmall = "G21 G90 G94\nG0 X1 Y2 Z30 A1 C2\nM3 S500\nG1 X2 F600\nM5\nM2\n";

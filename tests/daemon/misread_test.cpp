@@ -9,6 +9,9 @@
 #include "tests/texts/posted.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 const std::string kHead = "G21 G90 G54\nG0 X0 Y0 Z50 B0 C0\n";

@@ -24,6 +24,8 @@
 #include "tests/peers/fake_ring.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 /// What the server does to the reply of its n-th request.

@@ -9,6 +9,8 @@
 #include "tests/peers/fake_ring.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 TEST(ModbusSession, EveryBlockOnceInOrderWithOneRequestForSevenBlocks) {

@@ -14,6 +14,9 @@
 #include "tests/shapes/box_mesh.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 constexpr double kBall = 3.0;

@@ -11,6 +11,8 @@
 #include "tests/peers/line_run.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 constexpr int kPhases = static_cast<int>(Phase::kFault) + 1, kEvents = static_cast<int>(Event::kFailed) + 1;

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 Job job_with(double diameter, double unit_mm) {

@@ -6,6 +6,7 @@
 #include <sstream>
 
 namespace tiltfeed {
+using namespace daemon;
 namespace {
 
 /// On three straight axes the tip is where the words are; a head about x leans the axis in the plane y z.

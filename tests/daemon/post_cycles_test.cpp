@@ -9,6 +9,9 @@
 #include "tests/texts/posted.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 constexpr double kTip = 0.005 + 0.002;  // the post's tolerance, and words of three decimals

@@ -13,6 +13,9 @@
 #include "tests/texts/posted.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 /// Every point that the program makes lies on the path (tip on its segments, in order), and every point of

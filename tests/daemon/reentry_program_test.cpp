@@ -14,6 +14,8 @@
 #include "tests/texts/folder.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 constexpr const char* kProgram =

@@ -13,6 +13,9 @@
 #include "tests/texts/machine_text.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 /// The way to one of many turns, each shorter than half a turn, over several turns either way.

@@ -11,6 +11,8 @@
 #include "tests/peers/line_run.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 /// The wire of a process that is killed at `dies_at`, s: nothing passes from then on.

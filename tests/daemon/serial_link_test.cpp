@@ -18,6 +18,8 @@ extern "C" int serial_shim_calls();
 extern "C" tcflag_t serial_shim_flags();
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 using std::chrono::milliseconds;

@@ -24,6 +24,8 @@
 #include "tests/texts/folder.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 // ---- requests ------------------------------------------------------------------------------------------

@@ -15,6 +15,8 @@
 #include "tests/texts/folder.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 /// The first layout, as the first service wrote it.

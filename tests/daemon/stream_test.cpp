@@ -24,6 +24,8 @@
 #include "tests/shapes/wide_machine.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 using std::chrono::milliseconds;

@@ -14,6 +14,9 @@
 #include "tests/texts/posted.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 TEST(ToolLength, AnotherThanTheProgramsIsRefused) {

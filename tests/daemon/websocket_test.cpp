@@ -7,6 +7,7 @@
 #include <random>
 
 namespace tiltfeed {
+using namespace daemon;
 namespace {
 
 std::string bytes(std::initializer_list<int> list) {

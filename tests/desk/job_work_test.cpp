@@ -8,6 +8,8 @@
 #include <sstream>
 
 namespace tiltfeed::desk {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 class JobWorkTest : public ::testing::Test {

@@ -13,6 +13,7 @@
 #include "tests/shapes/box_mesh.h"
 
 namespace tiltfeed::desk {
+using namespace pathgen;
 namespace {
 
 using Facets = std::vector<std::array<Point<Part>, 3>>;

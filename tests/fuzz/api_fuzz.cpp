@@ -4,6 +4,7 @@
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;
+using namespace tiltfeed::daemon;
 
 FUZZ_TARGET(api) {
   const auto request = parse_request(bytes);

@@ -7,6 +7,8 @@
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;
+using namespace tiltfeed::config;
+using namespace tiltfeed::daemon;
 
 FUZZ_TARGET(dialect) {
   if (bytes.empty()) return;

@@ -11,6 +11,7 @@
 #include "tests/fuzz/fuzz.h"
 
 namespace tiltfeed {
+using namespace daemon;
 
 inline constexpr std::uint64_t kFuzzLines = 50;
 

@@ -10,6 +10,7 @@
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;
+using namespace tiltfeed::daemon;
 
 FUZZ_TARGET(gcode) {
   static const int fd = ::memfd_create("fuzz", 0);

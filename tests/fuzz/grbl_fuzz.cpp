@@ -5,6 +5,8 @@
 #include "tests/fuzz/fuzz_session.h"
 
 using namespace tiltfeed;
+using namespace tiltfeed::config;
+using namespace tiltfeed::daemon;
 
 FUZZ_TARGET(grbl) {
   GrblOptions options;

@@ -5,6 +5,8 @@
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;
+using namespace tiltfeed::config;
+using namespace tiltfeed::daemon;
 
 FUZZ_TARGET(journal) {
   const JournalContent content = read_journal(bytes);

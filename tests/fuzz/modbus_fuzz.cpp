@@ -6,6 +6,8 @@
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;
+using namespace tiltfeed::config;
+using namespace tiltfeed::daemon;
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include "tests/fuzz/fuzz.h"
 
 FUZZ_TARGET(stl) {
-  const auto stl = tiltfeed::parse_stl(std::span(bytes.data(), bytes.size()), "fuzz.stl", 1.0);
+  const auto stl = tiltfeed::pathgen::parse_stl(std::span(bytes.data(), bytes.size()), "fuzz.stl", 1.0);
   if (!stl) return HOLDS(!stl.error().message.empty());
   HOLDS(!stl->facets.empty() && stl->facets.size() <= bytes.size() / 25 + 1);
   for (const auto& facet : stl->facets)

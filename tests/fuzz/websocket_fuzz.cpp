@@ -5,6 +5,7 @@
 #include "tests/fuzz/fuzz.h"
 
 using namespace tiltfeed;
+using namespace tiltfeed::daemon;
 
 FUZZ_TARGET(websocket) {
   for (const bool binary_only : {false, true}) {

@@ -17,14 +17,14 @@ bool names_a_file(const std::string& message) {
 
 FUZZ_TARGET(yaml) {
   const std::string text(bytes);
-  if (const auto machine = tiltfeed::parse_machine(text, "fuzz.yaml"))
-    HOLDS(!tiltfeed::describe(*machine).empty() && machine->model.x.min < machine->model.x.max);
+  if (const auto machine = tiltfeed::config::parse_machine(text, "fuzz.yaml"))
+    HOLDS(!tiltfeed::config::describe(*machine).empty() && machine->model.x.min < machine->model.x.max);
   else
     HOLDS(machine.error().message.find("fuzz.yaml") != std::string::npos);
-  if (const auto job = tiltfeed::parse_job(text, "/nowhere/fuzz.yaml"))
+  if (const auto job = tiltfeed::config::parse_job(text, "/nowhere/fuzz.yaml"))
     HOLDS(job->plan.tolerance > 0.0);
   else
     HOLDS(names_a_file(job.error().message));
-  if (const auto service = tiltfeed::parse_service_config(text, "/nowhere/fuzz.yaml"); !service)
+  if (const auto service = tiltfeed::config::parse_service_config(text, "/nowhere/fuzz.yaml"); !service)
     HOLDS(names_a_file(service.error().message));
 }

@@ -7,6 +7,7 @@
 #include "pathgen/mesh/mesh.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 /// Cutting moves only, as facets without area: they count by their edges.
 inline Mesh ball_track(const ToolPath& path, double radius) {

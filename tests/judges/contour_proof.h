@@ -10,6 +10,7 @@
 #include "tests/shapes/contour_shapes.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 inline constexpr double kRadius = 2.0;      ///< of the ball, mm
 inline constexpr double kTolerance = 0.01;  ///< of a path; the envelope has a quarter

@@ -13,6 +13,7 @@
 #include "tests/judges/surface_sample.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 struct Coverage {
   std::size_t points = 0;  ///< reachable, between two passes

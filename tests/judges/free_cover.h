@@ -12,6 +12,7 @@
 #include "tests/judges/surface_sample.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 /// The nearest point of a facet [Ericson 2005, 5.1.5], by its three regions of edges when it is not inside.
 inline Point<Part> nearest_on_facet(const Mesh& mesh, std::uint32_t facet, Point<Part> p) {

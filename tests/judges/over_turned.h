@@ -8,6 +8,7 @@
 #include "pathgen/options/plan_options.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 /// By how much (rad) the axis turns faster on a pass than it may, at the most; below 0: by how much it keeps
 /// within. CL points lie the ball's centre over the tip.

@@ -13,6 +13,7 @@
 #include "sim/solid/tool_solid.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 struct Measured {
   std::size_t poses = 0, rapid_poses = 0;

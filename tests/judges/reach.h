@@ -12,6 +12,7 @@
 #include "sim/solid/tool_solid.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 /// Unit vectors spread evenly over the sphere, each for the same solid angle [Swinbank, Purser 2006].
 inline std::vector<Vec3> even_directions(int count) {

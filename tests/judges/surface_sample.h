@@ -9,6 +9,7 @@
 #include "pathgen/mesh/mesh.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 class SurfaceSample {
  public:

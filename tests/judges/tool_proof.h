@@ -10,6 +10,7 @@
 #include "tests/judges/path_proof.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 /// The worst of some poses.
 struct Worst {

@@ -9,6 +9,7 @@
 #include "pathgen/options/axis_step.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr ToleranceBudget kWhole(1.0);

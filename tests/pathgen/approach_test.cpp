@@ -10,6 +10,7 @@
 #include "tests/shapes/cut_passes.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kApproach = 1.5;

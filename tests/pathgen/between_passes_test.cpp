@@ -14,6 +14,7 @@
 #include "tests/shapes/cut_passes.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 /// Of a point, as a facet too small to see.

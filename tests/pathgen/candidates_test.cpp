@@ -7,6 +7,7 @@
 #include <random>
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 /// Sorted starts and ends; of those nearer than `close` to the last one kept, all but the last of all go.

@@ -9,6 +9,7 @@
 #include "tests/judges/contour_proof.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 TEST(ZLevel, PointModeGivesTheSpheresCirclesInPartSpace) {

@@ -12,6 +12,7 @@
 #include "tests/judges/contour_proof.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 TEST(ZLevel, HemisphereOnAPlaneGivesCirclesOfTheGrownSphere) {

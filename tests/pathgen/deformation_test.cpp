@@ -10,6 +10,7 @@
 #include "kinematics/basics/units.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kScaleRadius = 55.0;

@@ -17,6 +17,7 @@
 #include "pathgen/pattern/row_layout.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kBeside = 1e-4;  ///< mm

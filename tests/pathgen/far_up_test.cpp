@@ -10,6 +10,7 @@
 #include "pathgen/surface/flat_hulls.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kBall = 5.0;                   ///< radius, mm

@@ -11,6 +11,7 @@
 #include "tests/shapes/box_mesh.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kTurn = 2.0 * kPi;

@@ -12,6 +12,7 @@
 #include "pathgen/surface/flat_index.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kFar = 1e9;  ///< mm

@@ -11,6 +11,7 @@
 #include "tests/shapes/soup.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kTolerance = 0.01;

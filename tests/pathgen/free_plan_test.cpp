@@ -17,6 +17,8 @@
 #include "tests/texts/bad_text.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 using soup::operator+;
@@ -205,7 +207,8 @@ TEST(FreePlan, CanBeCancelledInEveryStage) {
   const CheckedMesh part = scaled(soup::ell(), 4);
   const PlanOptions o = options({.diameter = 4, .length = 90, .shank_length = 60}, 4);
   for (const std::string stop : {"CL surface", "orientation", "link"}) {
-    const auto plan = tiltfeed::plan(part, o, [&](const char* stage, double) { return stage != stop; });
+    const auto plan =
+        tiltfeed::pathgen::plan(part, o, [&](const char* stage, double) { return stage != stop; });
     ASSERT_FALSE(plan.has_value()) << stop;
     EXPECT_EQ(plan.error().code, Code::kCancelled);
   }

@@ -16,6 +16,7 @@
 #include "tests/shapes/soup.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 using soup::operator+;

@@ -12,6 +12,7 @@
 #include "tests/shapes/cut_passes.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 struct Case {

@@ -13,6 +13,7 @@
 #include "pathgen/indexed/set_cover.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 using Sets = std::vector<std::vector<std::uint8_t>>;

@@ -11,6 +11,7 @@
 #include "pathgen/linking/nearest_ends.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 const AxisFrame kFlatFrame{AxisMode::kFixed, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.0};
 

@@ -12,6 +12,7 @@
 #include "tests/shapes/link_shop.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 struct TiltCase {
   const char* name;

@@ -11,6 +11,7 @@
 #include "tests/shapes/link_shop.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 struct Feature {
   const char* name;

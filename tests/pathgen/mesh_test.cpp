@@ -8,6 +8,7 @@
 #include "tests/shapes/soup.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 using namespace soup;

@@ -11,6 +11,7 @@
 #include "kinematics/basics/units.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kSlack = 2e-5;

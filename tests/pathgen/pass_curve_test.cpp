@@ -11,6 +11,8 @@
 #include "tests/shapes/soup.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 /// A cube's top, far from its rims, is cut to and fro: everywhere the axis leans by lead forwards along the

@@ -8,6 +8,7 @@
 #include "tests/shapes/cut_passes.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 const AxisFrame kUpright{AxisMode::kFixed, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.0};

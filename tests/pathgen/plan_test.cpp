@@ -16,6 +16,7 @@
 #include "kinematics/basics/units.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 /// A closed grid of points, columns by rows, both wound round; `at(i, j)` gives the points.

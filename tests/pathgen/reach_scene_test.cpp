@@ -14,6 +14,7 @@
 #include "tests/shapes/wide_machine.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 const Vec3 kX{1, 0, 0}, kY{0, 1, 0}, kZ{0, 0, 1};

@@ -8,6 +8,7 @@
 #include "tests/shapes/contour_shapes.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kRadius = 2.0;

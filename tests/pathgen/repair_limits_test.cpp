@@ -5,6 +5,7 @@
 #include "tests/shapes/damage.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 using namespace soup;

@@ -12,6 +12,7 @@
 #include "tests/shapes/welded.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 using namespace soup;

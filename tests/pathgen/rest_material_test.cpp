@@ -8,6 +8,7 @@
 #include "tests/shapes/cut_passes.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kStep = 0.4;

@@ -12,6 +12,7 @@
 #include "tests/shapes/turned_parts.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 struct Part360 {

@@ -9,6 +9,7 @@
 #include "tests/shapes/cut_passes.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kRadius = 20.0, kBall = 4.0;

@@ -12,6 +12,7 @@
 #include "pathgen/surface/flat_hulls.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kClose = 2e-5;  ///< mm

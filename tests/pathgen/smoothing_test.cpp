@@ -7,6 +7,7 @@
 #include "tests/shapes/cut_passes.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kSmoothing = 3.0;

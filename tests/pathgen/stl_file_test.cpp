@@ -13,6 +13,7 @@
 #include "tests/texts/folder.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 using Facets = std::vector<std::array<Point<Part>, 3>>;

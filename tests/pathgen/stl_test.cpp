@@ -8,6 +8,7 @@
 #include <random>
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 using FloatFacet = std::array<float, 9>;

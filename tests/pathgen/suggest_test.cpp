@@ -16,6 +16,7 @@
 #include "tests/shapes/wide_machine.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kNear = 0.1;  // mm

@@ -11,6 +11,7 @@
 #include <vector>
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 /// Facets on few vertices, so that edges have one, two or more of them; with a fan round vertex `tip` that is

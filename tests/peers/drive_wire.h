@@ -18,6 +18,7 @@
 #include "sim/wire/pty.h"
 
 namespace tiltfeed {
+using namespace config;
 
 class DriveWire {
  public:

@@ -18,6 +18,8 @@
 #include "tests/peers/simulated_disk.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 
 /// What a broken sender would do; each must be found by the campaign.
 enum class Bug {

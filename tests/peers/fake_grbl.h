@@ -12,6 +12,8 @@
 #include "daemon/protocol/grbl_session.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;

@@ -13,6 +13,8 @@
 #include "tests/judges/crc_bit_by_bit.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;

@@ -5,6 +5,8 @@
 #include "daemon/journal/run_recorder.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 
 inline RunSubject subject_of(std::uint64_t total, LinkKind kind = LinkKind::kModbusTcp) {
   RunSubject subject;

@@ -24,6 +24,8 @@
 #include "tests/texts/folder.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 
 /// One campaign's program: `blocks` short feed moves, each of its own place.
 struct KillProgram {

@@ -14,6 +14,8 @@
 #include "tests/shapes/wide_machine.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 
 struct LineRun {
   std::string link = "grbl:/dev/null@115200";

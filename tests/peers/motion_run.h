@@ -10,6 +10,7 @@
 #include "tests/peers/sim_machine.h"
 
 namespace tiltfeed::sim {
+using namespace config;
 
 inline constexpr double kAcceleration = 1000.0;  // mm/s^2, degrees/s^2
 inline constexpr double kJerk = 20000.0;         // per s^3

@@ -9,6 +9,8 @@
 #include "tests/peers/virtual_line.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 
 inline MachineModel shop_machine() {
   MachineModel machine;

@@ -17,6 +17,8 @@
 #include "tests/shapes/wide_machine.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 
 /// A program as the post writes it, and what it means.
 struct CampaignProgram {

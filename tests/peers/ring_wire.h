@@ -16,6 +16,8 @@
 #include "sim/wire/faulty_line.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 
 enum class SeededBug {
   kNone,

@@ -12,6 +12,7 @@
 #include "daemon/journal/journal.h"
 
 namespace tiltfeed {
+using namespace daemon;
 
 struct SimulatedDisk {
   std::string file;     // as a running process sees it

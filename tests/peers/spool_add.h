@@ -8,6 +8,8 @@
 #include "daemon/service/job_service.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 
 inline Result<std::uint64_t> add_job(Spool& spool, const SpooledJob& job, const std::vector<int>& files) {
   const auto items = copy_items(job.program, files);

@@ -13,6 +13,8 @@
 #include "tests/peers/spool_add.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 
 namespace {
 

@@ -13,6 +13,8 @@
 #include "daemon/service/spool.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 
 /// One submission, from outside.
 struct KnownJob {

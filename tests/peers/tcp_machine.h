@@ -11,6 +11,7 @@
 #include "sim/wire/endpoint.h"
 
 namespace tiltfeed {
+using namespace config;
 
 class TcpMachine {
  public:

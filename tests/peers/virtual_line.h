@@ -13,6 +13,8 @@
 #include "sim/wire/faulty_line.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 
 inline void perform_alarm(sim::GrblController& controller) { controller.raise_alarm(1); }
 inline void perform_alarm(sim::RepRapController& controller) { controller.halt(); }

@@ -9,6 +9,7 @@
 #include "tests/pictures/section_part.h"
 
 namespace tiltfeed::pictures {
+using namespace pathgen;
 namespace {
 
 constexpr double kStep = 0.01;  // mm, between two places that are asked

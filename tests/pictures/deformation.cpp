@@ -10,6 +10,7 @@
 #include "tests/pictures/svg.h"
 
 namespace tiltfeed::pictures {
+using namespace pathgen;
 namespace {
 
 constexpr double kTheta = 1.0;        // of the section, degrees

@@ -12,6 +12,7 @@
 #include "tests/pictures/section_part.h"
 
 namespace tiltfeed::pictures {
+using namespace pathgen;
 namespace {
 
 constexpr double kTolerance = 0.01;              // mm

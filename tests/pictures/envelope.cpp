@@ -7,6 +7,7 @@
 #include "tests/pictures/section_part.h"
 
 namespace tiltfeed::pictures {
+using namespace pathgen;
 namespace {
 
 constexpr const char* kFound = "fill=\"#fff\" stroke=\"#1d4ed8\"";

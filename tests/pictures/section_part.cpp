@@ -5,6 +5,7 @@
 #include "pathgen/mesh/mesh_check.h"
 
 namespace tiltfeed::pictures {
+using namespace pathgen;
 namespace {
 
 constexpr double kRows[] = {-14.0, -6.0, 6.0, 14.0};  // y of the grid's lines

@@ -8,6 +8,7 @@
 #include "tests/pictures/svg.h"
 
 namespace tiltfeed::pictures {
+using namespace pathgen;
 
 /// The outline of a section extruded along y, from (x, z) to (x, z), with its bottom at kBottom; on the flat
 /// stretch from kPeakFrom to kPeakTo stands a pyramid with its tip at y = 0.

@@ -10,6 +10,8 @@
 #include "tests/pictures/svg.h"
 
 namespace tiltfeed::pictures {
+using namespace config;
+using namespace daemon;
 namespace {
 
 constexpr int kBuffer = 128;             // bytes, Grbl 1.1

@@ -13,6 +13,7 @@
 #include "pathgen/mesh/mesh_check.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 inline constexpr double kRadius = 40.0;  ///< of the slab's ground from the axis feature, mm
 inline constexpr double kBack = 4.0;     ///< thickness below the ground, mm

@@ -8,6 +8,7 @@
 #include "pathgen/mesh/mesh.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 /// Boxes from low to high corner, twelve facets each, numbered from 1000 on in the STL file.
 inline Mesh box_mesh(const std::vector<std::array<Vec3, 2>>& boxes) {

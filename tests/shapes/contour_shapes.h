@@ -13,6 +13,7 @@
 #include "pathgen/surface/cl_field.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 struct Shapes {
   Mesh mesh;

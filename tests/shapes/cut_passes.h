@@ -14,6 +14,7 @@
 #include "tests/shapes/bent_parts.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 /// A grid in the axis mode's own coordinates (mm or rad).
 struct Grid {

@@ -10,6 +10,7 @@
 #include "tests/shapes/soup.h"
 
 namespace tiltfeed::damage {
+using namespace pathgen;
 
 using namespace soup;
 using Random = std::mt19937;

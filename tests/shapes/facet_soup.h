@@ -9,6 +9,7 @@
 #include "sim/solid/distance.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
 
 using Corners = std::array<Point<Part>, 3>;
 

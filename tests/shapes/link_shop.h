@@ -17,6 +17,7 @@
 #include "tests/judges/path_proof.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 inline constexpr double kTolerance = 0.01, kRadius = 2.0, kClearance = 6.0;
 

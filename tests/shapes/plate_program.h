@@ -15,6 +15,8 @@
 #include "tests/shapes/box_mesh.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
+using namespace config;
 
 inline constexpr double kRadius = 2.0, kPivot = 150.0;
 

@@ -12,6 +12,7 @@
 #include "pathgen/mesh/mesh.h"
 
 namespace tiltfeed::models {
+using namespace pathgen;
 
 /// Counts by DefectKind.
 struct Defects {

@@ -14,6 +14,7 @@
 #include "pathgen/mesh/mesh_check.h"
 
 namespace tiltfeed::soup {
+using namespace pathgen;
 
 using Corners = std::array<Point<Part>, 3>;
 using Soup = std::vector<Corners>;

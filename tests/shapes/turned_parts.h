@@ -12,6 +12,7 @@
 #include "pathgen/mesh/mesh_check.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 
 /// (r, z) from the axis round the material and back to the axis, the material on the left.
 using Outline = std::vector<std::array<double, 2>>;

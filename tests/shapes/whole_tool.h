@@ -9,6 +9,7 @@
 #include "tests/shapes/facet_soup.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
 
 /// Of each type one with shank and holder.
 inline Cutter full(CutterType type) {

@@ -10,6 +10,7 @@
 #include "tests/peers/sim_machine.h"
 
 namespace tiltfeed::sim {
+using namespace config;
 namespace {
 
 // As rs274 of LinuxCNC 2.9 printed it for kProgram.

@@ -10,6 +10,8 @@
 #include "tests/shapes/plate_program.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 /// Three rows over the plate, some of them too deep, with a wall beside the tool.

@@ -13,6 +13,7 @@
 #include "tests/shapes/facet_soup.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
 namespace {
 
 /// A bumpy closed surface round the origin: longitude-latitude grid with poles as fans.

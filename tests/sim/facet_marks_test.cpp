@@ -7,6 +7,8 @@
 #include "tests/shapes/soup.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 /// A cube of 40 mm, and passes 2 mm apart over its top with a ball of radius 3; `over`: the tip over the top.

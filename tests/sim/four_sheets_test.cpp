@@ -8,6 +8,7 @@
 #include <random>
 
 namespace tiltfeed::sim {
+using namespace pathgen;
 namespace {
 
 constexpr int kTrials = 3000, kCuts = 7;

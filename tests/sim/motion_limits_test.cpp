@@ -11,6 +11,7 @@
 #include "tests/peers/motion_run.h"
 
 namespace tiltfeed::sim {
+using namespace config;
 namespace {
 
 std::vector<Block> random_program(std::mt19937& random, int blocks) {

@@ -11,6 +11,7 @@
 #include "tests/peers/motion_run.h"
 
 namespace tiltfeed::sim {
+using namespace config;
 namespace {
 
 double single(double way, double mm_per_min, double jerk = 0.0) {

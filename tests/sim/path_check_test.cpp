@@ -12,6 +12,8 @@
 #include "tests/shapes/plate_program.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 /// A plate 60 x 40 with its top at z = 0.

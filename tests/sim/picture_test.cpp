@@ -17,6 +17,8 @@
 #include "sim/picture/rasteriser.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 struct Image {

@@ -18,6 +18,9 @@
 #include "tests/texts/dialect_posting.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 /// The plate's rows on the machine of a dialect, posted.

@@ -14,6 +14,8 @@
 #include "tests/shapes/plate_program.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 double random_in(std::mt19937_64& random, double low, double high) {

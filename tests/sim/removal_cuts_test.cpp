@@ -11,6 +11,8 @@
 #include "tests/shapes/plate_program.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 /// A block of stock from (-10, -10, -10) to (10, 10, 0), nothing of a part.

@@ -15,6 +15,8 @@
 #include "tests/shapes/plate_program.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 TEST(RemovalInput, ProgramOfAnotherMachineOrTool) {

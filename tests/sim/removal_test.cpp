@@ -3,6 +3,8 @@
 #include "tests/shapes/plate_program.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 TEST(Removal, CleanProgramPasses) {

@@ -6,6 +6,8 @@
 #include "tests/shapes/plate_program.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 /// A block with a slot along y, `width` wide and `deep` deep, its floor at z = 0, open at both ends.

@@ -9,6 +9,7 @@
 #include "tests/peers/sim_machine.h"
 
 namespace tiltfeed::sim {
+using namespace config;
 namespace {
 
 const std::string kBanner = "\r\nGrbl 1.1h ['$' for help]\r\n";

@@ -19,6 +19,7 @@
 #include "tests/peers/sim_machine.h"
 
 namespace tiltfeed::sim {
+using namespace config;
 namespace {
 
 constexpr int kPatienceMs = 200000;  // only a hanging server reaches it

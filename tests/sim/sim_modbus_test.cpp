@@ -11,6 +11,7 @@
 #include "tests/peers/sim_machine.h"
 
 namespace tiltfeed::sim {
+using namespace config;
 namespace {
 
 void put(Words& words, std::size_t at, std::uint32_t value) {

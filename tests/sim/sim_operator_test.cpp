@@ -7,6 +7,7 @@
 #include "tests/peers/sim_machine.h"
 
 namespace tiltfeed::sim {
+using namespace config;
 namespace {
 
 class GrblOperator : public ::testing::Test {

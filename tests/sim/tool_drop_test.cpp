@@ -9,6 +9,7 @@
 #include "tests/shapes/whole_tool.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
 namespace {
 
 constexpr double kDegree = kPi / 180.0;

@@ -12,6 +12,7 @@
 #include "tests/shapes/whole_tool.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
 namespace {
 
 Cutter ball(double diameter, double shank_length) { return {diameter, 100.0, shank_length}; }

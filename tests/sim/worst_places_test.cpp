@@ -8,6 +8,8 @@
 #include "tests/shapes/plate_program.h"
 
 namespace tiltfeed::sim {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 // Of the Shop's program: a rapid, a plunge, 24 cuts, a rapid.

@@ -6,6 +6,7 @@ types of pathgen, never the daemon; desk what the daemon may, and nothing uses d
 plan` and the jobs reach for plan().
 Between the rooms of a folder: as the rows tiltfeed_room(NAME USES ...) of its CMakeLists.txt say.
 Files of a folder form no circles, header and source counted as one.
+A folder's sources open the namespace tiltfeed::FOLDER; kinematics, on which all stand, opens tiltfeed.
 In headers no library beside the standard one, tl::expected in kinematics/basics/result.h excepted.
 
   arrows_test.py [ROOT]        checks the tree (default: the one this script is in)
@@ -32,6 +33,7 @@ MAY_PLAN = ("daemon/plan/plan_program.cpp", "config/job.h")
 SIM_DATA = ("mesh/mesh.h", "mesh/mesh_check.h", "mesh/stl.h", "options/cutter.h", "plan/plan.h")
 LIBRARY_IN_HEADER = ("kinematics/basics/result.h", "tl/expected.hpp")
 INCLUDE = re.compile(r'\s*#\s*include\s*(["<])([^">]*)[">]')
+NAMESPACE = re.compile(r"namespace (tiltfeed[\w:]*) \{")
 ROW = re.compile(r"^tiltfeed_room\(([^)]*)\)", re.M)
 
 
@@ -106,6 +108,13 @@ def circles(graph):
     return found
 
 
+def namespaces_of(folder, name):
+    """Those that sources of a folder may open; tests may open any."""
+    if folder == "tests":
+        return (name,)
+    return ("tiltfeed",) if folder == "kinematics" else (f"tiltfeed::{folder}",)
+
+
 def check(root):
     """The complaints about a tree."""
     missing = [folder for folder in FOLDERS if not os.path.isdir(f"{root}/{folder}")]
@@ -126,6 +135,9 @@ def check(root):
             complaints.append(f"{file}: its folder has no row tiltfeed_room({room(file)} ...)")
         with open(f"{root}/{file}", encoding="utf-8") as text:
             for number, line in enumerate(text, 1):
+                opened = NAMESPACE.match(line)
+                if opened and opened[1] not in namespaces_of(file.split("/")[0], opened[1]):
+                    complaints.append(f"{file}:{number}: opens {opened[1]}, which is not its folder's namespace")
                 match = INCLUDE.match(line)
                 if not match:
                     continue
@@ -223,6 +235,11 @@ def self_test():
                 put(root, file, GOOD[file])
             else:
                 os.remove(f"{root}/{file}")
+        for file, text in (("daemon/post/wrong.h", "namespace tiltfeed {\n"), ("kinematics/basics/wrong.h", "namespace tiltfeed::sim {\n")):
+            put(root, file, text)
+            if not check(root):
+                failed.append(f"{file} with {text.strip()} was not found")
+            os.remove(f"{root}/{file}")
         put(root, "pathgen/CMakeLists.txt", "tiltfeed_room(mesh\n  USES plan)\ntiltfeed_room(plan\n  USES mesh)\n")
         if not check(root):
             failed.append("rooms that use each other passed")

@@ -14,6 +14,9 @@
 #include "daemon/post/nc_rules.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 
 struct DialectCase {
   Dialect dialect;

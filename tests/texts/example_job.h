@@ -13,6 +13,8 @@
 #include "config/job.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
 
 inline const std::string kExample = SOURCE_DIR "/config/jobs/example.yaml";
 

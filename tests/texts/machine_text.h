@@ -7,6 +7,7 @@
 #include "tests/texts/bad_text.h"
 
 namespace tiltfeed {
+using namespace config;
 
 /// Need not exist: texts are parsed as if they came from there.
 inline const std::string kMachinePath = "shop/m.yaml";

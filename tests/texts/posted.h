@@ -12,6 +12,9 @@
 #include "tests/texts/dialect_posting.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 
 inline AptProgram foreign() {
   std::ifstream in(SOURCE_DIR "/tests/golden/foreign.cls");

@@ -19,6 +19,7 @@
 #include "tests/judges/path_proof.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kTolerance = 0.01;

@@ -17,6 +17,7 @@
 #include "tests/shapes/bent_parts.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr std::size_t kLeastPoses = 100'000;

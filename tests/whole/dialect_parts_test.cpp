@@ -20,6 +20,9 @@
 #include "tests/texts/dialect_posting.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 constexpr double kTolerance = 0.0035;   // of the joints, mm

@@ -10,6 +10,8 @@
 #include "tests/peers/ring_campaign.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 /// The line `prefix` of `said` comes after byte `from`.

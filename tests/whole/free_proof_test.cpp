@@ -21,6 +21,8 @@
 #include "tests/judges/tool_proof.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
 namespace {
 
 constexpr double kTolerance = 0.01;

@@ -23,6 +23,9 @@
 #include "tests/texts/posted.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 bool approve = false;

@@ -11,6 +11,8 @@
 #include "tests/peers/simulated_disk.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 constexpr double kStuck = 4000.0;  ///< s of link time: any of these runs takes seconds

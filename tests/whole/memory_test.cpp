@@ -19,6 +19,8 @@
 #include "tests/texts/folder.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 /// What the product promises for a program of 10 million blocks, MB; and what a tenth of that may add to what

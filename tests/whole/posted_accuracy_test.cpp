@@ -23,6 +23,9 @@
 #include "tests/judges/joint_path_check.h"
 
 namespace tiltfeed {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
 namespace {
 
 // Places on each block. The post samples eight; these are no multiple of them, so they fall between.

@@ -17,6 +17,7 @@
 #include "tests/shapes/public_models.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 const std::string kModels = SOURCE_DIR "/../shared/models/";

@@ -11,6 +11,7 @@
 #include "tests/judges/path_proof.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 using Facets = std::vector<std::array<Point<Part>, 3>>;

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 constexpr std::uint64_t kFaults = 1'000'000;

@@ -6,6 +6,8 @@
 #include "tests/peers/ring_campaign.h"
 
 namespace tiltfeed {
+using namespace config;
+using namespace daemon;
 namespace {
 
 sim::FaultScript script(const std::string& text) {

@@ -10,6 +10,7 @@
 #include "tests/shapes/turned_parts.h"
 
 namespace tiltfeed {
+using namespace pathgen;
 namespace {
 
 constexpr double kTolerance = 0.01;
