@@ -118,8 +118,9 @@ TEST(JobOptions, ReadsStockPointsGuardsAndLinks) {
   EXPECT_NEAR(plan.max_angle_step.degrees(), 5.0, 1e-12);
   EXPECT_EQ(plan.smoothing, 0.6);
   EXPECT_EQ(with_options().axis_tolerance, Angle{});
+  const std::string no_stock = replaced(kOptionsJob, "stock: {radial_mm: 0.1, axial_mm: 0.2}\n", "");
   const auto leaning =
-      parse_job(replaced(replaced(kOptionsJob, "type: bull_nose\n  diameter_mm: 10\n  corner_radius_mm: 2",
+      parse_job(replaced(replaced(no_stock, "type: bull_nose\n  diameter_mm: 10\n  corner_radius_mm: 2",
                                   "type: ball\n  diameter_mm: 10"),
                          "smoothing_mm: 0.6", "axis_tolerance_deg: 2"),
                 kJobPath);

@@ -87,8 +87,12 @@ ToolPath passes_at(double z) {
   return path;
 }
 
+/// A file of this test's own: others run beside it.
 std::string in_test_folder(const std::string& name) {
-  return (std::filesystem::path(::testing::TempDir()) / name).string();
+  const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+  const auto folder = std::filesystem::path(::testing::TempDir()) / "picture_test" / test->name();
+  std::filesystem::create_directories(folder);
+  return (folder / name).string();
 }
 
 TEST(Picture, HasItsSizePartAndPath) {

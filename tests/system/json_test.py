@@ -69,6 +69,8 @@ def walk(run, ask):
     subprocess.run([f"{run.bin}/tiltfeed-sim", "part", "sphere", "--out", f"{work}/sphere.stl"], check=True, capture_output=True)
     profile = f"{ROOT}/config/machines/generic-ac.yaml"
     run.want(ask("check", job)["facets"] > 0, "no part")
+    proposed = ask("suggest", f"{work}/sphere.stl", "--machine", profile)
+    run.want(proposed["proposals"] and proposed["facets"] > 0, f"nothing proposed: {list(proposed)}")
     report = ask("plan", job, "--out", f"{work}/part.nc", "--cl", f"{work}/part.cls")
     run.want(report["blocks"] > 0 and "proof" in report, f"no report: {list(report)}")
     ask("post", f"{work}/part.cls", "--machine", profile, "--out", f"{work}/posted.nc")
