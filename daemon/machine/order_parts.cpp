@@ -153,6 +153,15 @@ Result<std::optional<JogOn>> continuous_jog(const OrderWords& words, const Machi
   return JogOn{letter, words[0][1] == '+' ? 1.0 : -1.0, rest->feed};
 }
 
+std::optional<int> override_percent(const OrderWords& words) {
+  if (words.size() != 2) return std::nullopt;
+  const char* const end = words[1].data() + words[1].size();
+  int percent = 0;
+  if (std::from_chars(words[1].data(), end, percent).ptr != end) return std::nullopt;
+  if (percent < kLeastOverride || percent > kMostOverride) return std::nullopt;
+  return percent;
+}
+
 Error stopped_by_operator(const MachineBench& bench, const char* what) {
   const Result<std::string> stopped = stop_machine(bench.link, bench.wire, bench.clock);
   return {Code::kCancelled,

@@ -140,12 +140,8 @@ Result<MachineAnswer> reprap_console(const MachineBench& bench, const OrderWords
 }
 
 Result<MachineAnswer> reprap_override(const MachineBench& bench, const OrderWords& words) {
-  constexpr int kLeast = 10, kMost = 200;
-  int percent = 0;
-  const bool number =
-      words.size() == 2 && std::from_chars(words[1].data(), words[1].data() + words[1].size(), percent).ptr ==
-                               words[1].data() + words[1].size();
-  if (!number || words[0] != "feed" || percent < kLeast || percent > kMost)
+  const std::optional<int> percent = override_percent(words);
+  if (!percent || words[0] != "feed")
     return wrong_words("override", "a RepRap firmware has a feed override only, of 10 to 200 percent");
   RepRapTalk talk(bench.wire, bench.clock, bench.stopped);
   if (const auto done = talk.obey("M220 S" + words[1]); !done) return tl::unexpected<Error>(done.error());
@@ -157,7 +153,7 @@ Result<MachineAnswer> reprap_override(const MachineBench& bench, const OrderWord
   if (!same)
     return fail(Code::kLink, "M220 was taken, and the firmware does not report " + words[1] + " percent");
   return MachineAnswer{"feed override " + words[1] + " %",
-                       ordered_json({{"override", "feed"}, {"percent", percent}}).dump()};
+                       ordered_json({{"override", "feed"}, {"percent", *percent}}).dump()};
 }
 
 }  // namespace tiltfeed::daemon

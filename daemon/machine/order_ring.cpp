@@ -1,6 +1,5 @@
 // What a ring controller's mailbox and status offer an operator: `machine unlock`, `machine override feed`.
 
-#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "daemon/machine/order_parts.h"
@@ -31,23 +30,19 @@ Result<MachineAnswer> ring_unlock(const MachineBench& bench, const OrderWords& w
 }
 
 Result<MachineAnswer> ring_override(const MachineBench& bench, const OrderWords& words) {
-  constexpr int kLeast = 10, kMost = 200;
-  int percent = 0;
-  const bool number =
-      words.size() == 2 && std::from_chars(words[1].data(), words[1].data() + words[1].size(), percent).ptr ==
-                               words[1].data() + words[1].size();
-  if (!number || words[0] != "feed" || percent < kLeast || percent > kMost)
+  const std::optional<int> percent = override_percent(words);
+  if (!percent || words[0] != "feed")
     return wrong_words("override", "a ring controller has a feed override only, of 10 to 200 percent");
   RingTalk talk(bench.link.profile.ring, bench.wire);
   if (const Result<void> looked = talk.look(); !looked) return tl::unexpected<Error>(looked.error());
-  if (!talk.tell(MailboxCode::kOverride, static_cast<std::uint32_t>(percent)))
+  if (!talk.tell(MailboxCode::kOverride, static_cast<std::uint32_t>(*percent)))
     return fail(Code::kLink, "the controller refuses the override (state " +
                                  std::string(ring_state_name(talk.status().state)) + ")");
-  if (talk.status().feed_override != percent)
+  if (talk.status().feed_override != *percent)
     return fail(Code::kLink, "the controller took the override and reports " +
                                  std::to_string(talk.status().feed_override) + " percent");
   return MachineAnswer{"feed override " + words[1] + " %",
-                       ordered_json({{"override", "feed"}, {"percent", percent}}).dump()};
+                       ordered_json({{"override", "feed"}, {"percent", *percent}}).dump()};
 }
 
 }  // namespace tiltfeed::daemon

@@ -103,7 +103,6 @@ constexpr OverrideKind kOverrides[] = {
     {"spindle", 0x99, 0x9A, 0x9B, 0x9C, 0x9D, &GrblStatus::spindle_override},
 };
 constexpr unsigned char kRapidHalf = 0x96, kRapidQuarter = 0x97;
-constexpr int kLeast = 10, kMost = 200;
 
 /// From 100 % on, so that it does not matter what was in force.
 std::string override_bytes(const OverrideKind& kind, int percent) {
@@ -169,30 +168,27 @@ Result<MachineAnswer> grbl_console(const MachineBench& bench, const OrderWords& 
 }
 
 Result<MachineAnswer> grbl_override(const MachineBench& bench, const OrderWords& words) {
-  int percent = 0;
-  const bool number =
-      words.size() == 2 && std::from_chars(words[1].data(), words[1].data() + words[1].size(), percent).ptr ==
-                               words[1].data() + words[1].size();
+  const std::optional<int> percent = override_percent(words);
   const auto* const kind =
       std::find_if(std::begin(kOverrides), std::end(kOverrides),
                    [&](const OverrideKind& k) { return !words.empty() && words[0] == k.name; });
-  if (!number || kind == std::end(kOverrides) || percent < kLeast || percent > kMost)
+  if (!percent || kind == std::end(kOverrides))
     return wrong_words("override", "which, and 10 to 200 percent");
-  if (kind->up10 == 0 && percent != 25 && percent != 50 && percent != 100)
+  if (kind->up10 == 0 && *percent != 25 && *percent != 50 && *percent != 100)
     return wrong_words("override", "a rapid override is 25, 50 or 100 percent");
   GrblTalk talk(bench.wire, bench.clock, bench.stopped);
   if (const Result<GrblStatus> said = talk.report(); !said) return tl::unexpected<Error>(said.error());
-  if (const Result<void> sent = talk.urge(override_bytes(*kind, percent)); !sent)
+  if (const Result<void> sent = talk.urge(override_bytes(*kind, *percent)); !sent)
     return tl::unexpected<Error>(sent.error());
   constexpr double kToldAgain = 10.0;  // s: they come with each twentieth report at the latest
-  const auto wanted = [&](const GrblStatus& s) { return s.*(kind->reported) == percent; };
+  const auto wanted = [&](const GrblStatus& s) { return s.*(kind->reported) == *percent; };
   if (const Result<GrblStatus> there = talk.report_until(wanted, kToldAgain); !there)
     return fail(there.error().code, there.error().code == Code::kCancelled
                                         ? there.error().message
                                         : "the controller does not report the " + words[0] + " override of " +
                                               words[1] + " percent that was sent");
   return MachineAnswer{words[0] + " override " + words[1] + " %",
-                       ordered_json({{"override", words[0]}, {"percent", percent}}).dump()};
+                       ordered_json({{"override", words[0]}, {"percent", *percent}}).dump()};
 }
 
 }  // namespace tiltfeed::daemon
