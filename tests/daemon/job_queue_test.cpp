@@ -13,7 +13,7 @@
 
 #include "daemon/service/job_service.h"
 #include "sim/wire/endpoint.h"
-#include "tests/peers/spool_add.h"
+#include "tests/peers/served_jobs.h"
 #include "tests/shapes/wide_machine.h"
 #include "tests/texts/folder.h"
 
@@ -71,34 +71,15 @@ class Machine {
   std::vector<int> feeds_;
 };
 
-class Queue : public testing::Test {
+class Queue : public testing::Test, protected ServedJobs {
  protected:
-  Queue() { open(); }
+  Queue() : ServedJobs("queue", kPatience) { open(); }
   ~Queue() override {
     if (jobs_) leave();
   }
 
-  void open() {
-    ServiceConfig config;
-    config.machine.model = wide_machine();
-    config.machine.model.name = "wide";
-    config.link = "modbus-tcp:" + machine_.place;
-    config.spool = folder_.path + "/spool";
-    auto jobs = JobService::open(config, [] {});
-    ASSERT_TRUE(jobs) << jobs.error().message;
-    jobs_ = std::make_unique<JobService>(std::move(*jobs));
-  }
-  /// As at SIGTERM.
-  void leave() {
-    jobs_->leave();
-    until([&] { return !jobs_->busy(); });
-    jobs_.reset();
-  }
-
-  json ask(const ApiRequest& request, const std::vector<int>& files = {}) {
-    return json::parse(answer_of(*jobs_, request, 1000, files));
-  }
-  json ask(ApiOp op, std::uint64_t job, bool queue = false) {
+  using ServedJobs::ask;
+  json ask(ApiOp op, std::uint64_t job, bool queue) {
     ApiRequest request;
     request.op = op;
     request.job = job;
@@ -107,36 +88,19 @@ class Queue : public testing::Test {
   }
   /// A program whose feeds go to Y `job`, the number that it gets.
   void submit(int job, int feeds, const std::string& more = "") {
-    const std::string path = folder_.path + "/program.nc";
-    std::ofstream out(path);
-    out << "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n";
-    for (int i = 0; i < feeds; ++i) out << "G1 X" << i % 2 << " Y" << job << " Z50 A0 C0 F600\n";
-    out << more << "M2\n";
-    out.close();
-    ApiRequest request;
-    request.op = ApiOp::kSubmit;
-    request.program = true;
-    const int fd = ::open(path.c_str(), O_RDONLY);
-    EXPECT_EQ(ask(request, {fd})["job"], job);
-    ::close(fd);
+    std::string text = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n";
+    for (int i = 0; i < feeds; ++i)
+      text += "G1 X" + std::to_string(i % 2) + " Y" + std::to_string(job) + " Z50 A0 C0 F600\n";
+    EXPECT_EQ(submit_text(text + more + "M2\n")["job"], job);
   }
   void submit_ready(int job, int feeds) {
     submit(job, feeds);
     until([&] { return state(job) == "ready"; });
   }
-  bool good(const json& answer) { return answer.value("ok", false); }
-  std::string state(std::uint64_t job) { return ask(ApiOp::kShow, job).value("state", ""); }
+  using ServedJobs::open;
+  void open() { open(wide_machine("wide"), "modbus-tcp:" + machine_.place); }
   int place(std::uint64_t job) { return ask(ApiOp::kShow, job).value("queue", 0); }
   bool moves(std::uint64_t job) { return ask(ApiOp::kShow, job).value("queue_moves", false); }
-  template <class Condition>
-  void until(Condition condition) {
-    const auto end = steady_clock::now() + kPatience;
-    while (!condition()) {
-      ASSERT_LT(steady_clock::now(), end) << ask(ApiOp::kList, 0).dump(1);
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      jobs_->tick();
-    }
-  }
   /// Its run has come to its end, and that is not looked at yet.
   void wait_for_the_end() {
     for (const auto end = steady_clock::now() + kPatience; !jobs_->run_ended();) {
@@ -162,9 +126,7 @@ class Queue : public testing::Test {
     until([&] { return !machine_.feeds().empty(); });
   }
 
-  const Folder folder_{"queue"};
   Machine machine_;
-  std::unique_ptr<JobService> jobs_;
 };
 
 TEST_F(Queue, RunsEachJobOnceAndInTheOrderOfTheStarts) {

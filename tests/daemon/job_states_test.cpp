@@ -14,7 +14,7 @@
 
 #include "daemon/service/job_service.h"
 #include "sim/wire/endpoint.h"
-#include "tests/peers/spool_add.h"
+#include "tests/peers/served_jobs.h"
 #include "tests/shapes/wide_machine.h"
 #include "tests/texts/folder.h"
 
@@ -25,11 +25,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr auto kPatience = std::chrono::seconds(120);  // only a hang takes so long
-
-class DeskStates : public testing::Test {
+class JobStates : public testing::Test, protected ServedJobs {
  protected:
-  DeskStates() {
+  JobStates() : ServedJobs("jobs_states", std::chrono::seconds(120)) {
     EXPECT_EQ(::pipe(stop_), 0);
     std::promise<std::string> where;
     std::future<std::string> known = where.get_future();
@@ -44,7 +42,7 @@ class DeskStates : public testing::Test {
     place_ = known.get();
     open();
   }
-  ~DeskStates() override {
+  ~JobStates() override {
     if (jobs_) leave();
     EXPECT_EQ(::write(stop_[1], "x", 1), 1);
     machine_.join();
@@ -52,63 +50,23 @@ class DeskStates : public testing::Test {
     ::close(stop_[1]);
   }
 
-  void open() {
-    ServiceConfig config;
-    config.machine.model = wide_machine();
-    config.machine.model.name = "wide";
-    config.link = "modbus-tcp:" + place_;
-    config.spool = folder_.path + "/spool";
-    auto jobs = JobService::open(config, [] {});
-    ASSERT_TRUE(jobs) << jobs.error().message;
-    jobs_ = std::make_unique<JobService>(std::move(*jobs));
-  }
-  /// As at SIGTERM.
-  void leave() {
-    jobs_->leave();
-    until([&] { return !jobs_->busy(); });
-    jobs_.reset();
-  }
-  json ask(ApiOp op, std::uint64_t job = 0, std::optional<std::uint64_t> from = {}, bool confirmed = false) {
-    ApiRequest request;
-    request.op = op;
-    request.job = job;
-    request.from = from;
-    request.confirmed = confirmed;
-    return json::parse(answer_of(*jobs_, request));
-  }
+  using ServedJobs::open;
+  void open() { open(wide_machine("wide"), "modbus-tcp:" + place_); }
   void submit_ready(std::uint64_t job, int feeds) {
     std::string text = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n";
     for (int i = 0; i < feeds; ++i) text += "G1 X" + std::to_string(i % 2) + " F600\n";
-    const int fd = ::open(folder_.write("program.nc", text + "G94\nM2\n").c_str(), O_RDONLY);
-    ApiRequest request;
-    request.op = ApiOp::kSubmit;
-    request.program = true;
-    EXPECT_EQ(json::parse(answer_of(*jobs_, request, 1000, {fd}))["job"], job);
-    ::close(fd);
+    EXPECT_EQ(submit_text(text + "G94\nM2\n")["job"], job);
     until([&] { return state(job) == "ready"; });
   }
-  std::string state(std::uint64_t job) { return ask(ApiOp::kShow, job).value("state", ""); }
-  std::string note(std::uint64_t job) { return ask(ApiOp::kShow, job).value("note", ""); }
-  static bool good(const json& answer) { return answer.value("ok", false); }
-  template <class Condition>
-  void until(Condition condition) {
-    const auto end = std::chrono::steady_clock::now() + kPatience;
-    while (!condition()) {
-      ASSERT_LT(std::chrono::steady_clock::now(), end) << ask(ApiOp::kList).dump(1);
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      jobs_->tick();
-    }
-  }
+  std::string note(std::uint64_t job) { return field(job, "note"); }
 
-  const Folder folder_{"jobs_states"};
   int stop_[2] = {-1, -1};
   std::atomic<std::size_t> executed_{0};
   std::thread machine_;
   std::string place_;
-  std::unique_ptr<JobService> jobs_;
 };
 
-TEST_F(DeskStates, OneBadByte_OfAPoisonedTableIsHealedAtStart) {
+TEST_F(JobStates, OneBadByte_OfAPoisonedTableIsHealedAtStart) {
   submit_ready(1, 4);
   leave();
   sqlite3* db = nullptr;
@@ -130,7 +88,7 @@ TEST_F(DeskStates, OneBadByte_OfAPoisonedTableIsHealedAtStart) {
   EXPECT_EQ(kept, "o?");
 }
 
-TEST_F(DeskStates, AFullDisk_ShowsTheTrueStateAtOnce) {
+TEST_F(JobStates, AFullDisk_ShowsTheTrueStateAtOnce) {
   submit_ready(1, 20000);
   ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
   until([&] { return executed_ > 3; });

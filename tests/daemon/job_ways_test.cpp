@@ -13,7 +13,7 @@
 #include "daemon/service/job_service.h"
 #include "sim/wire/endpoint.h"
 #include "tests/peers/drive_wire.h"
-#include "tests/peers/spool_add.h"
+#include "tests/peers/served_jobs.h"
 #include "tests/shapes/wide_machine.h"
 #include "tests/texts/folder.h"
 
@@ -24,13 +24,12 @@ namespace {
 
 using nlohmann::json;
 
-constexpr auto kPatience = std::chrono::seconds(240);  // only a hang takes so long
-constexpr int kLong = 200000, kShort = 4;              // feeds of 0.1 s
-constexpr double kSpeed = 40.0;                        // of time
+constexpr int kLong = 200000, kShort = 4;  // feeds of 0.1 s
+constexpr double kSpeed = 40.0;            // of time
 
-class JobWays : public testing::TestWithParam<const char*> {
+class JobWays : public testing::TestWithParam<const char*>, protected ServedJobs {
  protected:
-  JobWays() {
+  JobWays() : ServedJobs(std::string("job_ways_") + GetParam(), std::chrono::seconds(240)) {
     EXPECT_EQ(::pipe(stop_), 0);
     begin_machine();
     open();
@@ -93,43 +92,11 @@ class JobWays : public testing::TestWithParam<const char*> {
 
   bool drive() const { return std::string(GetParam()).starts_with("drive"); }
 
+  using ServedJobs::open;
+  void open() { open(wide_machine("wide"), std::string(GetParam()) + ":" + place_); }
+
   bool drip() const { return std::string(GetParam()) == "dnc"; }
 
-  void open() {
-    ServiceConfig config;
-    config.machine.model = wide_machine();
-    config.machine.model.name = "wide";
-    config.link = std::string(GetParam()) + ":" + place_;
-    config.spool = folder_.path + "/spool";
-    auto jobs = JobService::open(config, [] {});
-    ASSERT_TRUE(jobs) << jobs.error().message;
-    jobs_ = std::make_unique<JobService>(std::move(*jobs));
-  }
-  /// As at SIGTERM.
-  void leave() {
-    jobs_->leave();
-    until([&] { return !jobs_->busy(); });
-    jobs_.reset();
-  }
-  template <class Condition>
-  void until(Condition condition) {
-    const auto end = std::chrono::steady_clock::now() + kPatience;
-    while (!condition()) {
-      ASSERT_LT(std::chrono::steady_clock::now(), end) << ask(ApiOp::kList).dump(1);
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      jobs_->tick();
-    }
-  }
-  json ask(ApiOp op, std::uint64_t job = 0, std::optional<std::uint64_t> from = {}, bool confirmed = false) {
-    ApiRequest request;
-    request.op = op;
-    request.job = job;
-    request.from = from;
-    request.confirmed = confirmed;
-    return json::parse(answer_of(*jobs_, request));
-  }
-  std::string field(std::uint64_t job, const char* key) { return ask(ApiOp::kShow, job).value(key, ""); }
-  std::string state(std::uint64_t job) { return field(job, "state"); }
   std::string shown(std::uint64_t job) {
     const std::string phase = state(job) == "running" ? field(job, "phase") : "";
     return phase == "hold" ? "held" : state(job);
@@ -173,12 +140,7 @@ class JobWays : public testing::TestWithParam<const char*> {
   std::uint64_t submit(int feeds, const std::string& more = "") {
     std::string text = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n";
     for (int i = 0; i < feeds; ++i) text += "G1 X" + std::to_string(i % 2) + " F600\n";
-    const int fd = ::open(folder_.write("program.nc", text + more + "G94\nM2\n").c_str(), O_RDONLY);
-    ApiRequest request;
-    request.op = ApiOp::kSubmit;
-    request.program = true;
-    const json taken = json::parse(answer_of(*jobs_, request, 1000, {fd}));
-    ::close(fd);
+    const json taken = submit_text(text + more + "G94\nM2\n");
     EXPECT_TRUE(taken.value("ok", false)) << taken;
     const std::uint64_t job = taken.value("job", std::uint64_t{0});
     until([&] { return state(job) != "received"; });
@@ -232,13 +194,11 @@ class JobWays : public testing::TestWithParam<const char*> {
     way(job, "resume --from", ApiOp::kResume, "done", kLong - 5);
   }
 
-  const Folder folder_{std::string("job_ways_") + GetParam()};
   int stop_[2] = {-1, -1};
   std::atomic<std::size_t> executed_{0};
   std::promise<std::string> known_;
   std::thread machine_;
   std::string place_;
-  std::unique_ptr<JobService> jobs_;
   std::set<std::string> walked_;
 };
 

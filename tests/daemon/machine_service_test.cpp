@@ -11,7 +11,7 @@
 #include "daemon/command/progress_line.h"
 #include "daemon/service/job_service.h"
 #include "tests/peers/operator_shop.h"
-#include "tests/peers/spool_add.h"
+#include "tests/peers/served_jobs.h"
 #include "tests/peers/tcp_machine.h"
 #include "tests/texts/folder.h"
 
@@ -22,30 +22,19 @@ namespace {
 
 using nlohmann::json;
 
-constexpr auto kPatience = std::chrono::seconds(120);  // only a hang takes so long
-
-class MachineDesk : public testing::Test {
+class MachineService : public testing::Test, protected ServedJobs {
  protected:
-  MachineDesk() {
-    ServiceConfig config;
-    config.machine.model = shop_machine();
-    config.link = "grbl-tcp:" + machine_.place;
-    config.spool = folder_.path + "/spool";
-    auto jobs = JobService::open(config, [] {});
-    EXPECT_TRUE(jobs) << jobs.error().message;
-    jobs_ = std::make_unique<JobService>(std::move(*jobs));
+  MachineService() : ServedJobs("machine_service", std::chrono::seconds(120)) {
+    open(shop_machine(), "grbl-tcp:" + machine_.place);
   }
-  ~MachineDesk() override {
-    jobs_->leave();
-    until([&] { return !jobs_->busy(); });
-  }
+  ~MachineService() override { leave(); }
 
   json ask(const ApiRequest& request) {
     // As the socket does it: what cannot be said in a line cannot be asked.
     const auto read = parse_request(write_request(request).substr(0, write_request(request).size() - 1));
     EXPECT_TRUE(read) << read.error().message;
     if (const auto at_once = jobs_->order(*read)) return json::parse(*at_once);
-    return json::parse(answer_of(*jobs_, *read));
+    return ServedJobs::ask(*read);
   }
   json order(const std::string& command, const std::string& words = "") {
     ApiRequest request;
@@ -80,34 +69,17 @@ class MachineDesk : public testing::Test {
   void submit_ready(std::uint64_t number, int count) {
     std::string text = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG1 F6000\n";
     for (int i = 0; i < count; ++i) text += "G1 X" + std::to_string(i % 2 * 50) + "\n";
-    const int fd = ::open(folder_.write("program.nc", text + "M2\n").c_str(), O_RDONLY);
-    ApiRequest request;
-    request.op = ApiOp::kSubmit;
-    request.program = true;
-    EXPECT_EQ(json::parse(answer_of(*jobs_, request, 1000, {fd}))["job"], number);
-    ::close(fd);
+    EXPECT_EQ(submit_text(text + "M2\n")["job"], number);
     until([&] { return state(number) == "ready"; });
   }
-  static bool good(const json& answer) { return answer.value("ok", false); }
   static bool has(const json& answer, const char* what) {
     return answer.value("error", "").find(what) != std::string::npos;
   }
-  template <class Condition>
-  void until(Condition condition) {
-    const auto end = std::chrono::steady_clock::now() + kPatience;
-    while (!condition()) {
-      ASSERT_LT(std::chrono::steady_clock::now(), end) << job(ApiOp::kList).dump(1);
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      jobs_->tick();
-    }
-  }
 
-  const Folder folder_{"machine_desk"};
   TcpMachine machine_{shop_machine(), {}, "", 4.0};
-  std::unique_ptr<JobService> jobs_;
 };
 
-TEST_F(MachineDesk, DoesWhatThePlainCommandDoes) {
+TEST_F(MachineService, DoesWhatThePlainCommandDoes) {
   const json status = say("status");
   ASSERT_TRUE(good(status)) << status;
   EXPECT_EQ(status["result"]["state"], "Idle");
@@ -121,7 +93,7 @@ TEST_F(MachineDesk, DoesWhatThePlainCommandDoes) {
   EXPECT_TRUE(good(say("offsets", "G55 here X0")));
 }
 
-TEST_F(MachineDesk, WhileAProgramRunsOnlyWhatIsSafeIsPossible) {
+TEST_F(MachineService, WhileAProgramRunsOnlyWhatIsSafeIsPossible) {
   submit_ready(1, 100000);
   for (const ApiOp op : {ApiOp::kHold, ApiOp::kResume, ApiOp::kStop})
     EXPECT_TRUE(has(job(op), "no job is on the machine"));
@@ -156,7 +128,7 @@ TEST_F(MachineDesk, WhileAProgramRunsOnlyWhatIsSafeIsPossible) {
   EXPECT_TRUE(good(say("status")));
 }
 
-TEST_F(MachineDesk, AContinuousJogLastsAsLongAsItIsAskedFor) {
+TEST_F(MachineService, AContinuousJogLastsAsLongAsItIsAskedFor) {
   submit_ready(1, 5);
   const json begun = order("jog", "X- F60");
   ASSERT_TRUE(good(begun)) << begun;
@@ -173,7 +145,7 @@ TEST_F(MachineDesk, AContinuousJogLastsAsLongAsItIsAskedFor) {
   EXPECT_EQ(say("status")["result"]["state"], "Idle");
 }
 
-TEST_F(MachineDesk, AMotionIsStoppedByItsOrderAndByStop) {
+TEST_F(MachineService, AMotionIsStoppedByItsOrderAndByStop) {
   for (const bool by_order : {true, false}) {
     const json begun = order("jog", by_order ? "X150 F300" : "X-150 F300");
     ASSERT_TRUE(good(begun)) << begun;

@@ -5,8 +5,9 @@
 
 namespace tiltfeed {
 
-inline MachineModel wide_machine() {
+inline MachineModel wide_machine(const char* name = "") {
   MachineModel machine;
+  machine.name = name;
   for (LinearAxis* axis : {&machine.x, &machine.y, &machine.z}) *axis = {-1000, 1000, 1e7, 1e7};
   for (RotaryAxis* axis : {&machine.tilt, &machine.rotary}) {
     axis->min = -1e6;

@@ -1,0 +1,81 @@
+#pragma once
+// The job service in the test's own process: opened, asked, turned and left as its daemon does it.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "daemon/service/job_service.h"
+#include "tests/peers/spool_add.h"
+#include "tests/texts/folder.h"
+
+namespace tiltfeed {
+using namespace config;
+using namespace daemon;
+
+class ServedJobs {
+ protected:
+  /// `name`: of the folder that holds the spool. `patience`: so long only a hang takes.
+  ServedJobs(const std::string& name, std::chrono::seconds patience) : patience_(patience), folder_(name) {}
+  ~ServedJobs() = default;
+
+  void open(const MachineModel& machine, const std::string& link) {
+    ServiceConfig config;
+    config.machine.model = machine;
+    config.link = link;
+    config.spool = folder_.path + "/spool";
+    auto jobs = JobService::open(config, [] {});
+    ASSERT_TRUE(jobs) << jobs.error().message;
+    jobs_ = std::make_unique<JobService>(std::move(*jobs));
+  }
+  /// As at SIGTERM.
+  void leave() {
+    jobs_->leave();
+    until([&] { return !jobs_->busy(); });
+    jobs_.reset();
+  }
+  nlohmann::json ask(const ApiRequest& request, const std::vector<int>& files = {}) {
+    return nlohmann::json::parse(answer_of(*jobs_, request, 1000, files));
+  }
+  nlohmann::json ask(ApiOp op, std::uint64_t job = 0, std::optional<std::uint64_t> from = {},
+                     bool confirmed = false) {
+    ApiRequest request;
+    request.op = op;
+    request.job = job;
+    request.from = from;
+    request.confirmed = confirmed;
+    return ask(request);
+  }
+  /// A program of this text.
+  nlohmann::json submit_text(const std::string& text) {
+    const int fd = ::open(folder_.write("program.nc", text).c_str(), O_RDONLY);
+    ApiRequest request;
+    request.op = ApiOp::kSubmit;
+    request.program = true;
+    nlohmann::json taken = ask(request, {fd});
+    ::close(fd);
+    return taken;
+  }
+  std::string field(std::uint64_t job, const char* key) { return ask(ApiOp::kShow, job).value(key, ""); }
+  std::string state(std::uint64_t job) { return field(job, "state"); }
+  static bool good(const nlohmann::json& answer) { return answer.value("ok", false); }
+  template <class Condition>
+  void until(Condition condition) {
+    const auto end = std::chrono::steady_clock::now() + patience_;
+    while (!condition()) {
+      ASSERT_LT(std::chrono::steady_clock::now(), end) << ask(ApiOp::kList).dump(1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      jobs_->tick();
+    }
+  }
+
+  const std::chrono::seconds patience_;
+  const Folder folder_;
+  std::unique_ptr<JobService> jobs_;
+};
+
+}  // namespace tiltfeed
