@@ -51,6 +51,7 @@ AptVerdict read_circle(const AptRecord& record, AptArc& arc) {
   arc = {{v[0], v[1], v[2]},
          normalized(axis) * (count == 11 ? -1.0 : 1.0),
          count > 6 ? v[6] : 0.0,
+         count > 6,
          count == 7,
          0,
          0.0};
@@ -65,11 +66,15 @@ AptVerdict chords(AptArc& arc, Vec3 centre, Vec3 axis, Point<Part> from, Point<P
                   double same, std::vector<Point<Part>>& corners) {
   const Polar a = polar(centre, axis, from), b = polar(centre, axis, to);
   const double radius = std::max(a.radius, b.radius);
+  const double slack = std::max(kRadiusSlack, kRadiusShare * radius);
   if (!(std::min(a.radius, b.radius) > kNoRadius))
     return mistake("an arc about a centre that one of its ends is at");
-  if (std::abs(a.radius - b.radius) > std::max(kRadiusSlack, kRadiusShare * radius))
+  if (std::abs(a.radius - b.radius) > slack)
     return mistake("the ends of the arc are " + decimal(a.radius, 4) + " and " + decimal(b.radius, 4) +
                    " mm from its centre");
+  if (arc.radius_stated && std::abs(arc.radius - radius) > slack)
+    return mistake("the ends of the arc are " + decimal(radius, 4) +
+                   " mm from its centre, and CIRCLE/ states " + decimal(arc.radius, 4) + " mm");
   double sweep = std::atan2(dot(cross(a.out, b.out), axis), dot(a.out, b.out));
   const bool whole = length(a.out - b.out) <= same;
   if (whole)

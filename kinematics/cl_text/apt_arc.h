@@ -10,9 +10,10 @@ namespace tiltfeed {
 
 /// The circle on which the next GOTO/ is reached.
 struct AptArc {
-  Vec3 centre;               ///< in the frame and unit that CIRCLE/ states it in
-  Vec3 axis;                 ///< unit; the turn is counter-clockwise seen from its tip
-  double radius = 0.0;       ///< 0: not stated
+  Vec3 centre;  ///< in the frame and unit that CIRCLE/ states it in
+  Vec3 axis;    ///< unit; the turn is counter-clockwise seen from its tip
+  double radius = 0.0;
+  bool radius_stated = false;
   bool goes_on = false;      ///< further points on the circle are reached along it, too
   int points = 0;            ///< reached so far
   double first_sweep = 0.0;  ///< rad, to the first of them

@@ -55,6 +55,7 @@ class CycleWords {
   const AptRecord& record_;
   AptCycle& cycle_;
   std::size_t at_ = 0;
+  bool depth_by_position_ = false;
 };
 
 /// The kinds in front: DRILL, or DRILL,DEEP.
@@ -79,11 +80,12 @@ AptVerdict CycleWords::value(std::string_view word, double& out) {
   return std::nullopt;
 }
 
-/// A feed, and by position the clearance behind it.
+/// A feed, and by position the clearance behind it: where the depth is by position, too.
 AptVerdict CycleWords::feed(std::string_view unit) {
   cycle_.feed_unit = unit;
   if (auto bad = value(unit, cycle_.feed)) return bad;
   if (!(cycle_.feed > 0.0)) return wrong("the feed is not above 0");
+  if (!depth_by_position_) return std::nullopt;
   if (const auto clear = next_number()) cycle_.rapid_to = *clear;
   return std::nullopt;
 }
@@ -148,7 +150,10 @@ AptVerdict CycleWords::read() {
     return wrong("only DRILL, FACE, SPOT, DEEP, BRKCHP, TAP, BORE and REAM are understood");
   }
   cycle_.rapid_to = record_.has("CLEAR") || record_.has("RAPTO") ? std::nullopt : cycle_.rapid_to;
-  if (const auto depth = next_number()) cycle_.depth = std::abs(*depth);
+  if (const auto depth = next_number()) {
+    cycle_.depth = std::abs(*depth);
+    depth_by_position_ = true;
+  }
   while (at_ < record_.words.size()) {
     if (apt_number(record_.words[at_])) {
       ++at_;

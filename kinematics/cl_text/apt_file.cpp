@@ -31,6 +31,10 @@ bool all_whole(const AptRecord& record) {
                      [](const std::string& one) { return one.find_first_of(".ED") == std::string::npos; });
 }
 
+constexpr const char* kElsewhere =
+    "FROM/ states another place than the last point, so that this motion begins at a place that is not "
+    "known; "
+    "state a GOTO/ before it";
 constexpr const char* kComma = " (is a comma used as decimal point?)";
 
 }  // namespace
@@ -63,6 +67,7 @@ AptVerdict AptReader::feed_in_force(double& rate) const {
 /// One move of the tool; `feed` is that of a feed move, mm/min.
 AptVerdict AptReader::put(Point<Part> tip, bool rapid, double feed, std::uint32_t line) {
   at_ = tip;
+  low_ = elsewhere_ = false;
   ToolPath& path = operation().path;
   if (!rapid) {
     const Feed now = Feed::from_mm_per_min(feed);
@@ -93,6 +98,7 @@ AptVerdict AptReader::reach(Point<Part> tip, std::uint32_t line) {
 }
 
 AptVerdict AptReader::along_arc(Point<Part> tip, std::uint32_t line) {
+  if (elsewhere_) return mistake(kElsewhere);
   const std::vector<Move>& moves = operation().path.moves;
   if (rapid_ || moves.empty())
     return mistake("an arc in rapid; state FEDRAT/ and a start point before CIRCLE/");
@@ -114,7 +120,12 @@ AptVerdict AptReader::along_arc(Point<Part> tip, std::uint32_t line) {
 /// Above the point, never lower than the tool comes from; then the cycle's steps.
 AptVerdict AptReader::hole(Point<Part> tip, std::uint32_t line) {
   if (rapid_) return mistake("RAPID while a CYCLE/ is on; end it with CYCLE/OFF");
+  if (elsewhere_) return mistake(kElsewhere);
   const Vec3 up = axis_P();
+  if (low_ && length(operation().path.moves.back().pose.axis - up) > kUnitAxis)
+    return mistake(
+        "the tool axis turns between two holes, and the tool is no higher than CLEAR above the last one; "
+        "state where it may turn: RTRCTO in CYCLE/, or CYCLE/OFF and points between");
   double rate = 0.0;
   bool per_turn = false;
   if (!cycle_.feed_unit.empty()) {
@@ -147,6 +158,7 @@ AptVerdict AptReader::hole(Point<Part> tip, std::uint32_t line) {
     if (step.then == CycleThen::kReverse) event(EventKind::kSpindle, -rpm_ * turn_);
     if (step.then == CycleThen::kForward) event(EventKind::kSpindle, rpm_ * turn_);
   }
+  low_ = !cycle_.retract && !cycle_.to_start;
   return std::nullopt;
 }
 
@@ -178,7 +190,8 @@ AptVerdict AptReader::go(const AptRecord& record) {
   Point<Part> tip;
   if (auto bad = place_of(record, tip)) return bad;
   if (record.word != "FROM") return reach(tip, record.place.line);
-  at_ = tip;  // where the tool is
+  elsewhere_ = !operation().path.moves.empty() && distance(at_, tip) > kOnCircle;
+  if (!elsewhere_) at_ = tip;  // where the tool is
   return std::nullopt;
 }
 
@@ -186,6 +199,7 @@ AptVerdict AptReader::go_by(const AptRecord& record) {
   std::array<double, 3> v{};
   std::size_t count = 0;
   if (auto bad = record.numbers(v, count)) return bad;
+  if (elsewhere_) return mistake(kElsewhere);
   if (cycling_) return mistake("GODLTA/ while a CYCLE/ is on; end it with CYCLE/OFF");
   if (count == 1) return reach(at_ + axis_P() * (v[0] * unit_), record.place.line);
   if (count != 3) return mistake("GODLTA/ wants dx,dy,dz, or a distance along the tool axis");
@@ -264,15 +278,22 @@ Result<AptProgram> read_apt(std::istream& in, const std::string& name, const Apt
     if (is_motion(record) || record.word == "FINI" || record.word == "END") break;
   }
   if (auto unit = reader.take_unit(head); !unit) return tl::unexpected(unit.error());
-  for (const AptRecord& record : head)
-    if (auto read = reader.read(record); !read) return tl::unexpected(read.error());
+  for (const AptRecord& one : head)
+    if (auto read = reader.read(one); !read) return tl::unexpected(read.error());
   AptRecord record;
   while (!reader.ended()) {
     if (!records.next(record)) break;
     if (auto read = reader.read(record); !read) return tl::unexpected(read.error());
   }
+  const std::uint32_t end = records.line();
+  while (reader.ended() && records.next(record))
+    if (is_motion(record))
+      return fail(Code::kInput, name + ":" + std::to_string(record.place.line) + ":" +
+                                    std::to_string(record.place.column) + ": " + record.word +
+                                    "/ stands behind the file's end (FINI or END) in line " +
+                                    std::to_string(end) + "; post what follows as a file of its own");
   if (in.bad()) return fail(Code::kIo, name + ": cannot be read");
-  return reader.finish(records.line());
+  return reader.finish(end);
 }
 
 }  // namespace tiltfeed

@@ -82,6 +82,8 @@ class AptReader {
   std::optional<AptArc> arc_;
   AptCycle cycle_;
   bool cycling_ = false;
+  bool low_ = false;        ///< the tool stands above a hole, no higher than its clearance
+  bool elsewhere_ = false;  ///< FROM/ stated another place than the last point
   Point<Part> cycle_start_{};
 };
 

@@ -13,6 +13,8 @@ namespace {
 
 constexpr std::array<std::string_view, 5> kTextWords{"PARTNO", "PPRINT", "TPRINT", "REMARK", "INSERT"};
 
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
 bool blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 char upper(char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; }
 
@@ -81,6 +83,12 @@ std::size_t AptRecord::count_numbers(AptPlace* second) const {
   return count;
 }
 
+std::optional<AptPlace> AptRecord::number_behind_number() const {
+  for (std::size_t i = 1; i < words.size(); ++i)
+    if (apt_number(words[i - 1]) && apt_number(words[i])) return places[i];
+  return std::nullopt;
+}
+
 std::optional<double> AptRecord::number_after(std::string_view name) const {
   const auto found = std::find(words.begin(), words.end(), name);
   if (found == words.end() || std::next(found) == words.end()) return std::nullopt;
@@ -128,7 +136,7 @@ bool AptRecords::next(AptRecord& record) {
       if (text_.empty()) return false;
       break;
     }
-    ++line_;
+    if (++line_ == 1 && raw_.starts_with(kByteOrderMark)) raw_.erase(0, kByteOrderMark.size());
     const std::string_view whole = raw_;
     std::string_view line = trimmed(whole.substr(0, whole.find("$$")));
     if (text_.empty()) pieces_.clear();

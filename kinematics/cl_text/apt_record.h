@@ -42,6 +42,8 @@ struct AptRecord {
   std::optional<double> first_number() const;
   /// Of `words`, how many are numbers, and the place of the second.
   std::size_t count_numbers(AptPlace* second = nullptr) const;
+  /// The second of two numbers with no word between them: 1,5 may be 1.5.
+  std::optional<AptPlace> number_behind_number() const;
   std::optional<double> number_after(std::string_view name) const;
 };
 

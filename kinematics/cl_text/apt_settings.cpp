@@ -105,6 +105,8 @@ AptVerdict AptReader::spindle(const AptRecord& record) {
     return mistake("SPINDL/ is understood in RPM; a surface speed is not");
   const auto value = record.first_number();
   if (value && (!std::isfinite(*value) || *value < 0.0)) return mistake("SPINDL/ wants a speed of 0 or more");
+  if (const auto second = record.number_behind_number())
+    return mistake("SPINDL/ has two numbers in a row (is a comma used as decimal point?)", *second);
   if (value) rpm_ = *value;
   if (record.has("CLW")) turn_ = 1.0;
   if (record.has("CCLW")) turn_ = -1.0;
@@ -129,10 +131,18 @@ AptVerdict AptReader::tool(const AptRecord& record) {
   if (!is_number(number)) return mistake(record.word + "/ wants a tool number from 0 to 9999");
   if (!is_number(adjust)) return mistake(record.word + "/ wants a register from 0 to 9999 behind ADJUST");
   if (!std::isfinite(length) || length < 0.0) return mistake(record.word + "/ wants a LENGTH of 0 or more");
+  const auto length_of = std::find(record.words.begin(), record.words.end(), "LENGTH");
+  if (const auto behind = record.number_behind_number(); behind && length_of != record.words.end())
+    return mistake(record.word + "/ has two numbers in a row (is a comma used as decimal point?)", *behind);
   if (compensated_) return mistake("the tool is changed while CUTCOM/ is on; end it with CUTCOM/OFF");
-  if (cycling_) return mistake("the tool is changed while CYCLE/ is on; end it with CYCLE/OFF before it");
+  if (cycling_)
+    return mistake(
+        "the tool is changed while CYCLE/ is on; end it with CYCLE/OFF before it, and state it again where "
+        "the "
+        "next tool drills, too");
   if (!operation().path.moves.empty()) {
     program_.operations.emplace_back();
+    low_ = false;
     operation().path.tool = cutter_;
   }
   operation().tool_number = static_cast<int>(number);
@@ -251,6 +261,8 @@ AptVerdict AptReader::mode(const AptRecord& record) {
   }
   if (record.has("INCR") || record.has("INCREM"))
     return mistake(record.word + "/ asks for incremental points; let the CAM system write absolute ones");
+  if (record.word == "MODE" && !record.has("ABSOL"))
+    return mistake("MODE/ is understood as ABSOL; if it means nothing here, say --ignore MODE");
   if (!record.has("ABSOL")) note(record, record.word + " is not understood and was left out");
   return std::nullopt;
 }

@@ -16,23 +16,47 @@ constexpr std::array<std::string_view, 17> kMotions{"GOTO",   "GODLTA", "GOHOME"
 // Of these the ones that no option leaves out.
 constexpr std::array<std::string_view, 10> kPoints{"GOTO",   "GODLTA", "GOHOME", "FROM",  "RAPID",
                                                    "CIRCLE", "CYCLE",  "TLAXIS", "UNITS", "UNIT"};
-constexpr std::array<std::string_view, 43> kBends{
-    "ROTABL", "ROTHED", "ROTATE", "INDEX",  "TRACUT", "COPY",   "TRANS",  "ORIGIN", "MOVARC",
-    "ARC",    "ARCDAT", "ARCMOV", "MOVETO", "HELIX",  "INDIRV", "INDIRP", "GO",     "GOFWD",
-    "GOLFT",  "GORGT",  "GOUP",   "GODOWN", "GOBACK", "TLON",   "TLLFT",  "TLRGT",  "SPLINE",
-    "NURBS",  "MIRROR", "SCALE",  "POLYGN", "THREAD", "COORD",  "REFSYS", "CALL",   "MACRO",
-    "LOOPST", "JUMPTO", "INCLUD", "POCKET", "PROBE",  "PLUNGE", "SURFACE"};
-constexpr std::array<std::string_view, 34> kInforms{"TOOLPATH", "MACHIN", "TOLER",
-                                                    "INTOL",    "OUTTOL", "NOPOST",
-                                                    "CLPRNT",   "TPRINT", "REMARK",
-                                                    "PAINT",    "PREFUN", "SEQNO",
-                                                    "LEADER",   "DISPLY", "SELECT",
-                                                    "SELCTL",   "SETUP",  "CSI_SET_FLUTE_LENGTH",
-                                                    "ISN",      "LINTOL", "SYN",
-                                                    "OPSKIP",   "HEADER", "MCHTOL",
-                                                    "CUT",      "DNTCUT", "CSI_SET_EXTENSION_LENGTH",
-                                                    "PPTOL",    "REWIND", "TMARK",
-                                                    "PROGRM",   "OPNAME", "CHECK",
+constexpr std::array<std::string_view, 45> kBends{
+    "ROTABL", "ROTHED", "ROTATE", "INDEX",  "TRACUT", "COPY",   "TRANS",   "ORIGIN", "MOVARC",
+    "ARC",    "ARCDAT", "ARCMOV", "MOVETO", "HELIX",  "INDIRV", "INDIRP",  "GO",     "GOFWD",
+    "GOLFT",  "GORGT",  "GOUP",   "GODOWN", "GOBACK", "TLON",   "TLLFT",   "TLRGT",  "SPLINE",
+    "NURBS",  "MIRROR", "SCALE",  "POLYGN", "THREAD", "COORD",  "REFSYS",  "CALL",   "MACRO",
+    "LOOPST", "JUMPTO", "INCLUD", "POCKET", "PROBE",  "PLUNGE", "SURFACE", "RETRCT", "DNTCUT"};
+// In a word that is not known these speak of a motion, of a place that numbers count from, or of the tool.
+constexpr std::array<std::string_view, 22> kMotionStems{
+    "ROT",  "SWIV",   "TILT",  "PIVOT", "INDEX", "MOV",   "RETR",  "HOME",  "SHIFT", "TRANSL", "TRAFO",
+    "MIRR", "OFFSET", "DATUM", "ZERO",  "INCR",  "PLANE", "FRAME", "WORLD", "TOOL",  "CSYS",   "MSYS"};
+constexpr std::array<std::string_view, 32> kInforms{"TOOLPATH",
+                                                    "MACHIN",
+                                                    "TOLER",
+                                                    "INTOL",
+                                                    "OUTTOL",
+                                                    "NOPOST",
+                                                    "CLPRNT",
+                                                    "TPRINT",
+                                                    "REMARK",
+                                                    "PAINT",
+                                                    "PREFUN",
+                                                    "SEQNO",
+                                                    "LEADER",
+                                                    "DISPLY",
+                                                    "SELECT",
+                                                    "SELCTL",
+                                                    "SETUP",
+                                                    "CSI_SET_FLUTE_LENGTH",
+                                                    "ISN",
+                                                    "LINTOL",
+                                                    "SYN",
+                                                    "HEADER",
+                                                    "MCHTOL",
+                                                    "CUT",
+                                                    "CSI_SET_EXTENSION_LENGTH",
+                                                    "PPTOL",
+                                                    "REWIND",
+                                                    "TMARK",
+                                                    "PROGRM",
+                                                    "OPNAME",
+                                                    "CHECK",
                                                     "VERIFY"};
 
 template <std::size_t N>
@@ -70,6 +94,14 @@ std::string_view misspelt(const std::string& word) {
   return {};
 }
 
+/// INSERT/ goes to the control as it stands: a block, N10 G0 X5, and no remark.
+bool is_text_of_control(const AptRecord& record) {
+  constexpr std::string_view kCodes = "NGML/";
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  return record.word == "INSERT" && record.text.size() > 1 && kCodes.find(record.text[0]) != kCodes.npos &&
+         digit(record.text[1]);
+}
+
 /// It moves or turns nothing: all of its numbers are zero, or it states an identity.
 bool does_nothing(const AptRecord& record) {
   if (record.has("OFF") || record.has("NOMORE")) return true;
@@ -102,6 +134,14 @@ AptVerdict must_not_be_dropped(const AptRecord& record) {
                    "\" is of an APT part program; the post reads CL records (GOTO/x,y,z,i,j,k)");
   if (const std::string_view one = misspelt(word); !one.empty())
     return mistake("\"" + word + "\" is no known word; is it " + std::string(one) + "/ misspelt?" + leave);
+  if (is_text_of_control(record))
+    return mistake(word + "/ has words of a control (\"" + record.text + "\"), which the post cannot follow" +
+                   leave);
+  const auto stem = std::find_if(kMotionStems.begin(), kMotionStems.end(),
+                                 [&](std::string_view one) { return word.find(one) != word.npos; });
+  if (stem != kMotionStems.end())
+    return mistake("\"" + word + "\" is no known word, and sounds like a motion (" + std::string(*stem) +
+                   ")" + leave);
   constexpr std::size_t kPlace = 2;  // so many numbers may be a place or a direction
   if (record.count_numbers() >= kPlace)
     return mistake("\"" + word + "\" is no known word and has numbers like a motion" + leave);

@@ -23,8 +23,8 @@ TEST(AptFile, AForeignFile) {
       "LOADTL/ 7 ,ADJUST,2,LENGTH, 120.5\nSPINDL/RPM,8000,CCLW\nCOOLNT/MIST\nPPRINT wall, left\nFROM/1,1,1\n"
       "GOTO/0, 0, 50\nFEDRAT/ 900 ,MMPM\nGOTO/ 1,2,3, $\n 0, $\n "
       "0.2,0.2\nGODLTA/0,0,1\nGODLTA/2\nFEDRAT/MMPM,100\n"
-      "RAPID\nGOTO/7,8,+9.E0\nDELAY/1.5\nGOTO/7,8,8\nSTOP\nOPSTOP\nCOOLNT/OFF\nSPINDL/OFF\nFINI\nGOTO/not "
-      "read\n");
+      "RAPID\nGOTO/7,8,+9.E0\nDELAY/1.5\nGOTO/7,8,8\nSTOP\nOPSTOP\nCOOLNT/OFF\nSPINDL/OFF\nFINI\nPPRINT "
+      "not read\n");
   ASSERT_TRUE(program) << program.error().message;
   EXPECT_EQ(program->name, "bracket");
   EXPECT_TRUE(program->notes.empty());
@@ -53,6 +53,13 @@ TEST(AptFile, AForeignFile) {
                                       {6, EventKind::kCoolant, 0, ""},
                                       {6, EventKind::kSpindle, 0, ""}};
   EXPECT_EQ(op.events, events);
+}
+
+TEST(AptFile, AByteOrderMarkHidesNoUnit) {
+  const auto program = read_text("\xEF\xBB\xBFUNITS/INCHES\nLOADTL/1,LENGTH,4\nGOTO/1,0,2\nFINI\n");
+  ASSERT_TRUE(program) << program.error().message;
+  EXPECT_TRUE(program->notes.empty());
+  EXPECT_EQ(program->operations[0].path.moves[0].pose.tip, (Point<Part>{25.4, 0, 50.8}));
 }
 
 TEST(AptFile, InchesAndFeedsPerTurn) {

@@ -69,7 +69,39 @@ TEST(AptRefusal, WhatLooksLikeAMotion) {
       {"CYCEL/OFF\n", "1:1", "is it CYCLE/ misspelt?"},
       {"\nWHATEVER/1,2\n", "2:1", "numbers like a motion; if it means nothing here, say --ignore WHATEVER"},
       {"P1=POINT/1,2,3\n", "1:1", "APT part program"},
+      {"RETRCT/50\n", "1:1", "RETRCT/ asks"},
+      {"DNTCUT\n", "1:1", "DNTCUT/ asks"},
+      {"ROTTABLE/90\n", "1:1", "sounds like a motion (ROT)"},
+      {"SWIVEL/A,90\n", "1:1", "sounds like a motion (SWIV)"},
+      {"SETDATUM/5\n", "1:1", "sounds like a motion (DATUM)"},
+      {"CHANGETOOL/5\n", "1:1", "sounds like a motion (TOOL)"},
+      {"MODE/RELATIVE\n", "1:1", "MODE/ is understood as ABSOL"},
+      {"INSERT/G91 G0 X5\n", "1:1", "has words of a control (\"G91 G0 X5\")"},
+      {"INSERT/M21\n", "1:1", "has words of a control"},
   });
+  for (const char* remark :
+       {"INSERT/Stock Size X293.7 Y100. Z9.", "INSERT/14MM CRB 4FL 32 LOC", "INSERT/GAGE 7"})
+    EXPECT_TRUE(read_text("UNITS/MM\n" + std::string(remark) + "\nGOTO/0,0,0\nFINI\n")) << remark;
+}
+
+TEST(AptRefusal, MotionsBehindTheEnd) {
+  expect_refused({
+      {"UNITS/MM\nGOTO/0,0,0\nFINI\nGOTO/0,0,-9\n", "4:1", "behind the file's end (FINI or END) in line 3"},
+      {"UNITS/MM\nGOTO/0,0,0\nEND\nPARTNO/2\nGODLTA/0,0,-9\nFINI\n", "5:1", "behind the file's end"},
+  });
+  EXPECT_TRUE(read_text("UNITS/MM\nGOTO/0,0,0\nFINI\n\n$$ a remark\n\x1a"));
+}
+
+TEST(AptRefusal, MotionsFromAPlaceThatIsNotKnown) {
+  const std::string head = "UNITS/MM\nFEDRAT/9\nGOTO/0,0,50\nFROM/0,0,100\n";
+  expect_refused({
+      {(head + "GODLTA/1,0,0\n").c_str(), "5:1", "FROM/ states another place than the last point"},
+      {(head + "CYCLE/DRILL,FEDTO,3,RAPTO,1\nGOTO/0,0,0\n").c_str(), "6:1", "FROM/ states another place"},
+      {(head + "CIRCLE/5,0,50,0,0,1\nGOTO/5,5,50\n").c_str(), "6:1", "FROM/ states another place"},
+  });
+  EXPECT_TRUE(read_text(head + "GOTO/1,0,0\nGODLTA/1,0,0\nFINI\n"));
+  EXPECT_TRUE(read_text("UNITS/MM\nFEDRAT/9\nGOTO/0,0,50\nFROM/0,0,50\nGODLTA/1,0,0\nFINI\n"));
+  EXPECT_TRUE(read_text("UNITS/MM\nFEDRAT/9\nGOTO/0,0,50\nLOADTL/2\nFROM/0,0,100\nGODLTA/1,0,0\nFINI\n"));
 }
 
 TEST(AptRefusal, DecimalCommas) {
@@ -79,6 +111,9 @@ TEST(AptRefusal, DecimalCommas) {
       {"GOTO/1,5,2,5\n", "1:1", "is a comma used as decimal point?"},
       {"FEDRAT/100,5,MMPM\n", "1:12", "is a comma used as decimal point?"},
       {"DELAY/1,5\n", "1:9", "is a comma used as decimal point?"},
+      {"SPINDL/1000,5,RPM,CLW\n", "1:13", "is a comma used as decimal point?"},
+      {"LOADTL/3,LENGTH,100,5\n", "1:21", "is a comma used as decimal point?"},
+      {"CYCLE/DRILL,FEDTO,5,MMPM,207,5,RAPTO,3\n", "1:30", "what the number 5 means is not clear"},
   });
 }
 
@@ -106,6 +141,11 @@ TEST(AptRefusal, Cycles) {
       {"UNITS/MM\nGOTO/0,0,9\nCYCLE/DRILL,FEDTO,3,RAPTO,1\nGOTO/0,0,0\n", "4:1", "no FEDRAT/ yet"},
       {"UNITS/MM\nGOTO/0,0,9\nFEDRAT/9\nCYCLE/DRILL,FEDTO,3,RAPTO,1\nRAPID\nGOTO/0,0,0\n", "6:1",
        "RAPID while a CYCLE/ is on"},
+      {"UNITS/MM\nGOTO/0,0,9\nFEDRAT/9\nCYCLE/DRILL,FEDTO,3,RAPTO,1\nGOTO/0,0,0\nGOTO/9,0,0,1,0,0\n", "6:1",
+       "turns between two holes"},
+      {"UNITS/MM\nGOTO/0,0,9\nFEDRAT/9\nCYCLE/DRILL,FEDTO,3,RAPTO,1\nGOTO/0,0,0\nCYCLE/OFF\n"
+       "CYCLE/BORE,FEDTO,3,RAPTO,1\nGOTO/9,0,0,1,0,0\n",
+       "8:1", "turns between two holes"},
       {"FEDRAT/9\nCYCLE/DRILL,FEDTO,3,RAPTO,1\nGOTO/0,0,0\nLOAD/TOOL,2\n", "4:1", "while CYCLE/ is on"},
       {"UNITS/MM\nGOTO/0,0,9\nFEDRAT/9\nCYCLE/TAP,FEDTO,3,RAPTO,1\nGOTO/0,0,0\n", "5:1", "spindle speed"},
   });
@@ -120,6 +160,9 @@ TEST(AptRefusal, Arcs) {
       {"UNITS/MM\nFEDRAT/9\nGOTO/10,0,0\nCIRCLE/0,0,0,0,0,1\nGOTO/0,9,0\n", "5:1",
        "10 and 9 mm from its centre"},
       {"UNITS/MM\nFEDRAT/9\nGOTO/10,0,0\nCIRCLE/10,0,0,0,0,1\nGOTO/0,10,0\n", "5:1", "a centre that one"},
+      {"UNITS/MM\nFEDRAT/9\nGOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,12\nGOTO/0,10,0\n", "5:1",
+       "CIRCLE/ states 12 mm"},
+      {"UNITS/MM\nFEDRAT/9\nGOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,0\nGOTO/0,10,0\n", "5:1", "CIRCLE/ states 0 mm"},
       {"UNITS/MM\nFEDRAT/9\nGOTO/10,0,0\nCIRCLE/0,0,0,0,0,1\nRAPID\n", "5:1", "without GOTO/ behind it"},
       {"UNITS/MM\nFEDRAT/9\nGOTO/10,0,0\nCIRCLE/0,0,0,0,0,1\nGOTO/0,10,0,1,0,0\n", "5:1",
        "turns along the arc"},
