@@ -18,6 +18,7 @@ namespace {
 // shortest control keeps.
 constexpr std::size_t kMaxName = 40;
 constexpr std::size_t kMaxComment = 70;
+constexpr double kUsualPlane = 17.0;  // G17, that of X and Y
 // A fixture nearer than this to no rotation is none (a rotation of 1e-9 degrees).
 constexpr double kNoRotation = 1e-11;
 
@@ -91,7 +92,7 @@ class Writer {
   Filling filling_;
   Layout layout_;
   std::size_t at_ = 0;  ///< the block that lines stand before
-  double spindle_ = 0.0, coolant_ = 0.0;
+  double spindle_ = 0.0, coolant_ = 0.0, plane_ = kUsualPlane;
   bool fed_ = false, compensated_ = false, shorter_ = false, tilt_clamped_ = false, rotary_clamped_ = false;
 };
 
@@ -268,6 +269,9 @@ void Writer::event(const PathEvent& event) {
     case EventKind::kCutterOff:
       compensated_ = false;
       return put(table_.cutter_off);
+    case EventKind::kPlane:
+      plane_ = event.value;
+      return line("G" + decimal(event.value, 0));
   }
 }
 
@@ -312,6 +316,8 @@ void Writer::motion(const Operation& op) {
 /// After an operation: what must not be in force while the tool is changed, or at the end.
 void Writer::leave() {
   if (compensated_) lines(table_.cutter_off);
+  if (plane_ != kUsualPlane) line("G" + decimal(kUsualPlane, 0));
+  plane_ = kUsualPlane;
   if (fed_) lines(table_.per_minute_on);
   fed_ = compensated_ = false;
   if (format_.tcp) lines(table_.tcp_off);

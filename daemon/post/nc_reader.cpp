@@ -61,6 +61,7 @@ class Reader {
        tcp_ = false, incremental_ = false, compensated_ = false, shorter_ = false, moved_ = false;
   double feed_ = 0.0, speed_ = 0.0, spindle_ = 0.0, coolant_ = 0.0;
   int turn_ = 0;  ///< spindle: 3, 4, or 0
+  int plane_ = 17;
   int offset_ = 0;
   std::uint64_t bytes_ = 0;
   std::size_t blocks_ = 0, last_blocks_ = 0;
@@ -162,8 +163,10 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
 }
 
 Mistake Reader::one_code(int tenths) {
-  constexpr std::array<int, 24> kNothing{40,  170, 210, 280, 400, 410, 420, 430, 530, 540,  550,  560,
-                                         570, 580, 590, 610, 640, 690, 710, 800, 970, 5050, 5060, 7100};
+  const bool fanuc = language_.dialect == config::Dialect::kFanuc;
+  const bool planes = fanuc || language_.dialect == config::Dialect::kRs274;
+  constexpr std::array<int, 23> kNothing{40,  210, 280, 400, 410, 420, 430, 530, 540,  550,  560, 570,
+                                         580, 590, 610, 640, 690, 710, 800, 970, 5050, 5060, 7100};
   if (tenths == 0 || tenths == 10) {
     rapid_ = tenths == 0;
     motion_known_ = true;
@@ -176,6 +179,9 @@ Mistake Reader::one_code(int tenths) {
     tcp_ = false;
   } else if (tenths == 900 || tenths == 910) {
     incremental_ = tenths == 910;
+  } else if (tenths == 170 || (tenths == 180 && planes) || (tenths == 190 && fanuc)) {
+    if (plane_ != tenths / 10) event(EventKind::kPlane, tenths / 10);
+    plane_ = tenths / 10;
   } else if (tenths == 200 || tenths == 700 || tenths == 7000) {
     return "the program is in inches; post it in mm";
   } else if (tenths == 20 || tenths == 30) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "daemon/post/cutter_side.h"
 #include "daemon/post/nc_rules.h"
 #include "kinematics/timing/tcp_path.h"
 
@@ -44,6 +45,8 @@ class Unposter {
   void cut(const TextBlock& from, const TextBlock& to, double f0, const Pose& p0, double f1, const Pose& p1,
            int halvings);
   void put(const Pose& pose, const TextBlock& block);
+  /// An event before `block`, a shift to a side as the tool's own; false where its plane is not the tool's.
+  bool put(PathEvent event, const TextBlock& block);
   double tip_feed(const TextBlock& from, const TextBlock& to, double way) const;
 
   const TextOperation& text_;
@@ -51,12 +54,29 @@ class Unposter {
   const Setup& setup_;
   const UnpostOptions& options_;
   std::size_t most_ = 0;  ///< points
+  int plane_ = 17;
   AptOperation out_;
 };
 
 void Unposter::put(const Pose& pose, const TextBlock& block) {
   out_.path.moves.push_back({pose, block.rapid ? MoveKind::kRapid : MoveKind::kCut, kNoFacet});
   out_.lines.push_back(block.line);
+}
+
+bool Unposter::put(PathEvent event, const TextBlock& block) {
+  if (event.kind == EventKind::kPlane) {
+    plane_ = static_cast<int>(event.value);
+    return true;
+  }
+  const bool left = event.kind == EventKind::kCutterLeft;
+  if (left || event.kind == EventKind::kCutterRight) {
+    const auto plane = shift_plane(machine_.model, setup_, block.words);
+    if (!plane || plane->code != plane_) return false;
+    if (plane->backward) event.kind = left ? EventKind::kCutterRight : EventKind::kCutterLeft;
+  }
+  event.move = out_.path.moves.size();
+  out_.events.push_back(std::move(event));
+  return true;
 }
 
 /// Points from f0 (already there) to f1 of a block.
@@ -118,11 +138,12 @@ Result<AptOperation> Unposter::run(std::size_t points) {
   path.tool = {text_.diameter.value_or(0.0), 0.0, setup_.tool_length};
   auto event = text_.events.begin();
   for (std::size_t i = 0; i < text_.blocks.size(); ++i) {
-    for (; event != text_.events.end() && event->move <= i; ++event) {
-      out_.events.push_back(*event);
-      out_.events.back().move = path.moves.size();
-    }
     const TextBlock& block = text_.blocks[i];
+    for (; event != text_.events.end() && event->move <= i; ++event)
+      if (!put(*event, block))
+        return fail(Code::kInput,
+                    "line " + std::to_string(block.line) +
+                        ": the tool is not square to the plane in which the control is to shift it");
     if (const auto broken = beyond(block))
       return fail(Code::kInput, "line " + std::to_string(block.line) + ": " + *broken);
     if (path.moves.size() > most_) return too_many(block.line);
@@ -148,10 +169,7 @@ Result<AptOperation> Unposter::run(std::size_t points) {
       path.feeds.push_back({static_cast<std::uint32_t>(first), Feed::from_mm_per_min(1.0)});
   }
   if (path.moves.size() > most_) return too_many(text_.blocks.back().line);
-  for (; event != text_.events.end(); ++event) {
-    out_.events.push_back(*event);
-    out_.events.back().move = path.moves.size();
-  }
+  for (; event != text_.events.end(); ++event) put(*event, text_.blocks.back());
   if (!path.feeds.empty()) path.cut_feed = path.plunge_feed = path.feeds.front().feed;
   return std::move(out_);
 }

@@ -17,6 +17,7 @@ enum class EventKind {
   kCutterLeft,    ///< the control shifts the tool to the left of its way by register `value` (0: the tool's)
   kCutterRight,   ///< likewise to the right
   kCutterOff,     ///< it no longer does
+  kPlane,         ///< that shift is in the plane G`value`: 17, 18 or 19. Of programs, not of CL text
 };
 
 struct PathEvent {

@@ -44,6 +44,8 @@ void write_event(const PathEvent& event, std::string& text) {
     case EventKind::kCutterOff:
       text += "CUTCOM/OFF\n";
       return;
+    case EventKind::kPlane:
+      return;
   }
 }
 
