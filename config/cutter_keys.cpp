@@ -94,10 +94,10 @@ pathgen::Cutter read_cutter(const Section& root) {
   read_end(section, cutter);
   cutter.length = section.number("length_mm", kLength);
   cutter.shank_length = section.number("shank_length_mm", kLength);
-  if (section.has("cutting_length_mm")) cutter.cutting_length = section.number("cutting_length_mm", kLength);
+  cutter.cutting_length = section.optional_number("cutting_length_mm", kLength).value_or(0.0);
   check_lengths(section, cutter);
-  if (section.has("shank_diameter_mm")) {
-    cutter.shank_diameter = section.number("shank_diameter_mm", kDiameter);
+  if (const auto diameter = section.optional_number("shank_diameter_mm", kDiameter)) {
+    cutter.shank_diameter = *diameter;
     if (cutter.cutting_end() == cutter.shank_length)
       section.complain(
           "shank_diameter_mm",

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "config/job_catalogue.h"
 #include "config/job_keys.h"
 #include "config/program_keys.h"
 #include "config/section.h"
@@ -61,15 +62,20 @@ Job read_job(const Section& root, const std::string& path) {
 
 namespace {
 
+Section root_of(const YamlNode& tree, Complaint& complaint) {
+  return {
+      tree,
+      "",
+      {"part", "cutter", "axis", "pattern", "containment", "tolerance_mm", "allowance_mm", "stock", "points",
+       "guards", "links", "clearance_mm", "approach_mm", "feeds", "program", "setup", "machine"},
+      complaint};
+}
+
 Result<Job> parse_job_with(const std::string& text, const std::string& path, const JobFiles& files) {
   const Result<YamlNode> tree = parse_yaml(text, path);
   if (!tree) return tl::unexpected(tree.error());
   Complaint complaint(path);
-  const Section root(
-      *tree, "",
-      {"part", "cutter", "axis", "pattern", "containment", "tolerance_mm", "allowance_mm", "stock", "points",
-       "guards", "links", "clearance_mm", "approach_mm", "feeds", "program", "setup", "machine"},
-      complaint);
+  const Section root = root_of(*tree, complaint);
   Job job = read_job(root, path);
   if (complaint.error()) return tl::unexpected(*complaint.error());
   if (!files.stl.empty()) job.stl_path = files.stl;
@@ -94,6 +100,15 @@ Result<Job> load_job_with(const std::string& path, const JobFiles& files) {
   const Result<std::string> text = read_config_text(path);
   if (!text) return tl::unexpected(text.error());
   return parse_job_with(*text, path, files);
+}
+
+Result<KeyLog> job_keys(const std::string& text) {
+  const Result<YamlNode> tree = parse_yaml(text, "job");
+  if (!tree) return tl::unexpected(tree.error());
+  KeyLog log;
+  Complaint complaint("job", &log);
+  read_job(root_of(*tree, complaint), "job");
+  return log;
 }
 
 Result<Job> load_job(const std::string& path) { return load_job_with(path, {}); }

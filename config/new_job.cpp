@@ -17,6 +17,9 @@ namespace {
 constexpr double kShankDiameters = 10.0, kLeastShank = 20.0;  // mm
 constexpr double kGaugeOverShank = 60.0;                      // mm
 constexpr std::size_t kLongestName = 40;
+/// The ball of these diameters, mm, that goes so often into the part's longest side.
+constexpr double kBalls[] = {16, 12, 10, 8, 6, 5, 4, 3, 2, 1, 0.5};
+constexpr double kIntoPart = 40.0;
 
 std::string vector_text(Vec3 v) {
   return "[" + exact_text(tidy(v.x)) + ", " + exact_text(tidy(v.y)) + ", " + exact_text(tidy(v.z)) + "]";
@@ -31,17 +34,25 @@ std::string quoted_text(const std::string& text) {
   return quoted + "\"";
 }
 
-std::string axis_text(const pathgen::AxisFrame& axis) {
-  std::string text = std::string("axis:\n  mode: ") + word(kModeWords, axis.mode) + "\n";
-  if (axis.mode == pathgen::AxisMode::kIndexed) return text + "  most_directions: 6\n";
+/// Keys and values of the section axis.
+std::vector<YamlEdit> axis_edits(const pathgen::AxisFrame& axis) {
+  std::vector<YamlEdit> edits{{"mode", word(kModeWords, axis.mode)}};
+  if (axis.mode == pathgen::AxisMode::kIndexed) edits.push_back({"most_directions", "6"});
   if (axis.mode == pathgen::AxisMode::kFree)
-    return text + "  plane_normals: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n";
-  if (axis.mode != pathgen::AxisMode::kFixed)
-    text += std::string("  sense: ") + word(kSenseWords, axis.sense) + "\n";
-  text += "  origin_mm: " + vector_text(from_origin(axis.origin)) + "\n";
-  text += "  t: " + vector_text(axis.t) + "\n  n: " + vector_text(axis.n) + "\n";
+    edits.push_back({"plane_normals", "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"});
+  if (axis.mode == pathgen::AxisMode::kIndexed || axis.mode == pathgen::AxisMode::kFree) return edits;
+  if (axis.mode != pathgen::AxisMode::kFixed) edits.push_back({"sense", word(kSenseWords, axis.sense)});
+  edits.push_back({"origin_mm", vector_text(from_origin(axis.origin))});
+  edits.push_back({"t", vector_text(axis.t)});
+  edits.push_back({"n", vector_text(axis.n)});
   if (axis.mode == pathgen::AxisMode::kCircle)
-    text += "  circle_radius_mm: " + exact_text(tidy(axis.circle_radius)) + "\n";
+    edits.push_back({"circle_radius_mm", exact_text(tidy(axis.circle_radius))});
+  return edits;
+}
+
+std::string axis_text(const pathgen::AxisFrame& axis) {
+  std::string text = "axis:\n";
+  for (const YamlEdit& edit : axis_edits(axis)) text += "  " + edit.path + ": " + *edit.value + "\n";
   return text;
 }
 
@@ -83,6 +94,39 @@ std::string new_job_text(const NewJob& job) {
   return text + "\nmachine: " + quoted_text(job.machine) + "\n";
 }
 
+std::vector<YamlEdit> placement_edits(const NewJob& job) {
+  std::vector<YamlEdit> edits;
+  for (const YamlEdit& edit : axis_edits(job.axis)) edits.push_back({"axis." + edit.path, edit.value});
+  edits.push_back({"clearance_mm", exact_text(job.clearance)});
+  edits.push_back({"approach_mm", exact_text(job.approach)});
+  edits.push_back({"setup.part_zero_mm", vector_text(job.part_zero)});
+  const bool turned = !(job.fixture_deg == Vec3{}), limited = job.tilt_max.degrees() < 180.0;
+  edits.push_back(
+      {"setup.fixture_rotation_deg", turned ? std::optional(vector_text(job.fixture_deg)) : std::nullopt});
+  edits.push_back({"setup.tilt_max_deg",
+                   limited ? std::optional(exact_text(tidy(job.tilt_max.degrees()))) : std::nullopt});
+  return edits;
+}
+
+std::string cutter_text(const pathgen::Cutter& cutter) {
+  const auto key = [](const char* name, double mm) {
+    return std::string(", ") + name + ": " + exact_text(mm);
+  };
+  std::string text = std::string("type: ") + word(kCutterWords, cutter.type);
+  text += key("diameter_mm", cutter.diameter);
+  if (cutter.type == pathgen::CutterType::kBullNose) text += key("corner_radius_mm", cutter.corner_radius);
+  if (cutter.type == pathgen::CutterType::kTaperBall) text += key("taper_deg", tidy(cutter.taper.degrees()));
+  text += key("length_mm", cutter.length);
+  if (cutter.cutting_length > 0.0) text += key("cutting_length_mm", cutter.cutting_length);
+  if (cutter.shank_diameter > 0.0) text += key("shank_diameter_mm", cutter.shank_diameter);
+  text += key("shank_length_mm", cutter.shank_length);
+  std::string steps;
+  for (const pathgen::HolderStep& step : cutter.holder)
+    steps += (steps.empty() ? "{diameter_mm: " : ", {diameter_mm: ") + exact_text(step.lower_diameter) +
+             key("upper_diameter_mm", step.upper_diameter) + key("length_mm", step.length) + "}";
+  return steps.empty() ? text : text + ", holder: [" + steps + "]";
+}
+
 Result<NamedCutter> parse_cutter(const std::string& given) {
   std::string text = trimmed(given);
   if (text.size() > 1 && text.front() == '{' && text.back() == '}')
@@ -95,6 +139,16 @@ Result<NamedCutter> parse_cutter(const std::string& given) {
   const pathgen::Cutter cutter = read_cutter(root);
   if (complaint.error()) return tl::unexpected(*complaint.error());
   return NamedCutter{cutter, text};
+}
+
+std::string usual_cutter(double longest) {
+  double ball = kBalls[std::size(kBalls) - 1];
+  for (const double diameter : kBalls)
+    if (diameter * kIntoPart <= longest) {
+      ball = diameter;
+      break;
+    }
+  return "ball:" + exact_text(ball);
 }
 
 std::string job_name_of(const std::string& stl) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "config/yaml_edit.h"
 #include "kinematics/basics/result.h"
 #include "pathgen/options/plan_options.h"
 
@@ -23,6 +24,13 @@ struct NewJob {
 /// A text that parse_job() reads as these values, directions to nine decimals.
 std::string new_job_text(const NewJob& job);
 
+/// The same placement of tool axis and part as changes to a job that there is. Keys that its mode refuses are
+/// not taken out.
+std::vector<YamlEdit> placement_edits(const NewJob& job);
+
+/// As NewJob::cutter.
+std::string cutter_text(const pathgen::Cutter& cutter);
+
 /// A cutter as the section of a job, with or without the braces round it; or TYPE:DIAMETER, as ball:6, with
 /// lengths by rule: the shank ten diameters long, the gauge line 60 mm above it.
 struct NamedCutter {
@@ -31,6 +39,9 @@ struct NamedCutter {
 };
 /// Errors: kInput as in a job; the file is called --cutter.
 Result<NamedCutter> parse_cutter(const std::string& text);
+
+/// The ball, as parse_cutter() takes it, that goes about forty times into a part of this length, mm.
+std::string usual_cutter(double longest);
 
 /// What of a file's name a job's name may have: [A-Za-z0-9 ._-]{1,40}.
 std::string job_name_of(const std::string& stl);

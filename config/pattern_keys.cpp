@@ -70,7 +70,7 @@ void read_step(const Section& section, const pathgen::Cutter& cutter, pathgen::P
     section.complain("scallop_mm", exact_text(pattern.scallop) +
                                        " mm is not below the cutter's smallest radius, " +
                                        exact_text(radius) + " mm");
-  if (section.has("side_step_mm")) pattern.side_step = section.number("side_step_mm", kStep);
+  if (const auto most = section.optional_number("side_step_mm", kStep)) pattern.side_step = *most;
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "config/description.h"
+#include "config/key_log.h"
 #include "config/key_names.h"
 
 namespace tiltfeed::config {
@@ -95,7 +96,9 @@ std::optional<Error> Complaint::error() const {
 }
 
 Section::Section(std::string name, std::initializer_list<const char*> known, Complaint& complaint)
-    : name_(std::move(name)), known_(known.begin(), known.end()), complaint_(&complaint) {}
+    : name_(std::move(name)), known_(known.begin(), known.end()), complaint_(&complaint) {
+  if (complaint.log() != nullptr) complaint.log()->add_section(name_, known_);
+}
 
 Section::Section(const YamlNode& node, std::string name, std::initializer_list<const char*> known,
                  Complaint& complaint)
@@ -145,6 +148,16 @@ const YamlNode* Section::want(const char* key, bool required) const {
   return node;
 }
 
+void Section::note(const char* key, const KeyFact& fact) const {
+  if (complaint_->log() == nullptr) return;
+  KeyFact noted = fact;
+  noted.path = path_of(key);
+  const YamlNode* node = find(key);
+  noted.present = node != nullptr;
+  if (node != nullptr) noted.place = node->place;
+  complaint_->log()->add(std::move(noted));
+}
+
 void Section::complain(const char* key, const std::string& message, Code code) const {
   const YamlNode* node = find(key);
   const TextPlace place = node != nullptr ? node->place : map_ != nullptr ? map_->place : TextPlace{};
@@ -152,6 +165,7 @@ void Section::complain(const char* key, const std::string& message, Code code) c
 }
 
 void Section::unused(const char* key, const std::string& why) const {
+  note(key, {.unused = why});
   if (has(key)) complain(key, "not used " + why + "; remove it");
 }
 
@@ -186,12 +200,26 @@ std::optional<double> Section::finite(const YamlNode& node, const std::string& n
 }
 
 double Section::number(const char* key, Range range, std::optional<double> fallback) const {
+  note(key, {.kind = KeyKind::kNumber,
+             .range = range,
+             .required = !fallback,
+             .usual = fallback ? exact_text(tidy(*fallback)) : ""});
   const YamlNode* node = want(key, !fallback);
   if (node == nullptr) return fallback.value_or(range.max);
   return finite(*node, path_of(key), key, range).value_or(range.max);
 }
 
+std::optional<double> Section::optional_number(const char* key, Range range) const {
+  note(key, {.kind = KeyKind::kNumber, .range = range});
+  if (!has(key)) return std::nullopt;
+  return number(key, range);
+}
+
 int Section::integer(const char* key, int min, int max, std::optional<int> fallback) const {
+  note(key, {.kind = KeyKind::kInteger,
+             .range = Range{static_cast<double>(min), static_cast<double>(max)},
+             .required = !fallback,
+             .usual = fallback ? std::to_string(*fallback) : ""});
   const YamlNode* node = want(key, !fallback);
   if (node == nullptr) return fallback.value_or(min);
   const std::string_view text = without_plus(node->text);
@@ -218,12 +246,14 @@ bool Section::flag(const char* key, bool fallback) const {
 }
 
 std::optional<std::string> Section::scalar(const char* key) const {
+  note(key, {.kind = KeyKind::kText});
   const YamlNode* node = find(key);
   if (node == nullptr || node->kind != YamlKind::kScalar) return std::nullopt;
   return node->text;
 }
 
 std::string Section::text(const char* key, std::optional<std::string> fallback) const {
+  note(key, {.kind = KeyKind::kText, .required = !fallback, .usual = fallback.value_or("")});
   const YamlNode* node = want(key, !fallback);
   const bool may_be_empty = fallback && fallback->empty();
   if (node == nullptr) return fallback.value_or("");
@@ -257,7 +287,11 @@ std::string Section::name(const char* key) const {
 }
 
 std::optional<std::size_t> Section::choose(const char* key, const std::vector<std::string>& words,
-                                           bool optional) const {
+                                           bool optional, const char* usual) const {
+  note(key, {.kind = KeyKind::kWord,
+             .required = !optional,
+             .usual = usual != nullptr ? usual : "",
+             .words = words});
   const YamlNode* node = want(key, !optional);
   if (node == nullptr) return std::nullopt;
   const auto word = std::find(words.begin(), words.end(), node->text);

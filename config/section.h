@@ -9,21 +9,28 @@
 #include <string>
 #include <vector>
 
+#include "config/range.h"
 #include "config/yaml_tree.h"
 #include "kinematics/basics/geometry.h"
 
 namespace tiltfeed::config {
 
+struct KeyFact;
+class KeyLog;
+
 /// The problems found in one file.
 class Complaint {
  public:
-  explicit Complaint(std::string file) : file_(std::move(file)) {}
+  /// `log`: is told of every key that is asked for; must outlive the object.
+  explicit Complaint(std::string file, KeyLog* log = nullptr) : file_(std::move(file)), log_(log) {}
   void add(TextPlace place, const std::string& message, Code code = Code::kInput);
   /// Nothing without a problem; else the first, and a line for each other one, with the code of the first.
   std::optional<Error> error() const;
+  KeyLog* log() const { return log_; }
 
  private:
   std::string file_;
+  KeyLog* log_;
   struct Problem {
     TextPlace place;
     std::string message;
@@ -31,15 +38,6 @@ class Complaint {
   std::vector<Problem> problems_;
   Code code_ = Code::kInput;  ///< of the first
 };
-
-struct Range {
-  double min = 0.0, max = 0.0;
-  bool above_min = false;   ///< min itself is out of range
-  bool below_max = false;   ///< max itself is out of range
-  const char* reason = "";  ///< why min is the limit, where that is not plain
-};
-constexpr Range above(double min, double max) { return {min, max, true}; }
-constexpr Range between(double min, double max) { return {min, max, true, true}; }
 
 /// One word that a key may have, and what it means.
 template <class E>
@@ -61,6 +59,8 @@ class Section {
   Section optional_section(const char* key, std::initializer_list<const char*> known) const;
 
   double number(const char* key, Range range, std::optional<double> fallback = {}) const;
+  /// Nothing where absent.
+  std::optional<double> optional_number(const char* key, Range range) const;
   int integer(const char* key, int min, int max, std::optional<int> fallback = {}) const;
   bool flag(const char* key, bool fallback) const;
   /// [low, high] with low < high; nothing where absent or wrong.
@@ -86,8 +86,12 @@ class Section {
   E choice(const char* key, std::initializer_list<EnumWord<E>> choices,
            std::optional<E> fallback = {}) const {
     std::vector<std::string> words;
-    for (const EnumWord<E>& choice : choices) words.push_back(choice.word);
-    const std::optional<std::size_t> index = choose(key, words, fallback.has_value());
+    const char* usual = nullptr;
+    for (const EnumWord<E>& choice : choices) {
+      words.push_back(choice.word);
+      if (fallback && *fallback == choice.value) usual = choice.word;
+    }
+    const std::optional<std::size_t> index = choose(key, words, fallback.has_value(), usual);
     if (index) return choices.begin()[*index].value;
     return fallback.value_or(choices.begin()->value);
   }
@@ -114,9 +118,11 @@ class Section {
                                Range range) const;
   std::optional<std::array<double, 2>> pair(const YamlNode& node, const std::string& name, const char* key,
                                             Range first, Range second) const;
-  std::optional<std::size_t> choose(const char* key, const std::vector<std::string>& words,
-                                    bool optional) const;
+  std::optional<std::size_t> choose(const char* key, const std::vector<std::string>& words, bool optional,
+                                    const char* usual) const;
   void check_keys() const;
+  /// Tells the log, if there is one; path, presence and place are filled in.
+  void note(const char* key, const KeyFact& fact) const;
 
   const YamlNode* map_ = nullptr;  ///< null: absent or not a map
   std::string name_;

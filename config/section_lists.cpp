@@ -1,10 +1,15 @@
 // The getters of Section whose values are lists.
 
 #include "config/description.h"
+#include "config/key_log.h"
 #include "config/section.h"
 
 namespace tiltfeed::config {
 namespace {
+
+std::string vector_text(Vec3 v) {
+  return "[" + exact_text(v.x) + ", " + exact_text(v.y) + ", " + exact_text(v.z) + "]";
+}
 
 constexpr double kMaxDirection = 1e6;   // components; far from overflow when squared
 constexpr double kMinDirection = 1e-6;  // shorter is taken for zero: the typed digits are noise by then
@@ -20,6 +25,10 @@ void Section::complain_at(const char* key, std::size_t index, const std::string&
 }
 
 Vec3 Section::vector(const char* key, Range range, std::optional<Vec3> fallback) const {
+  note(key, {.kind = KeyKind::kVector,
+             .range = range,
+             .required = !fallback,
+             .usual = fallback ? vector_text(*fallback) : ""});
   const YamlNode* node = want(key, !fallback);
   if (node == nullptr) return fallback.value_or(Vec3{});
   if (node->kind != YamlKind::kList || node->items.size() != 3) {
@@ -34,6 +43,8 @@ Vec3 Section::vector(const char* key, Range range, std::optional<Vec3> fallback)
 }
 
 Vec3 Section::direction(const char* key, std::optional<Vec3> fallback) const {
+  note(key,
+       {.kind = KeyKind::kDirection, .required = !fallback, .usual = fallback ? vector_text(*fallback) : ""});
   const Vec3 v = vector(key, {-kMaxDirection, kMaxDirection}, fallback);
   if (length(v) >= kMinDirection) return normalized(v);
   complain(key, "the zero vector has no direction; expected at least one component other than 0");
@@ -41,6 +52,7 @@ Vec3 Section::direction(const char* key, std::optional<Vec3> fallback) const {
 }
 
 std::vector<std::string> Section::lines(const char* key, std::size_t most) const {
+  note(key, {.kind = KeyKind::kText, .most = most});
   const YamlNode* node = find(key);
   if (node == nullptr) return {};
   if (node->kind == YamlKind::kScalar) {
@@ -66,6 +78,7 @@ std::vector<std::string> Section::lines(const char* key, std::size_t most) const
 }
 
 std::vector<Vec3> Section::directions(const char* key, std::size_t most) const {
+  note(key, {.kind = KeyKind::kDirections, .required = true, .least = 1, .most = most});
   const YamlNode* node = want(key, true);
   if (node == nullptr) return {};
   if (node->kind != YamlKind::kList || node->items.empty() || node->items.size() > most) {
@@ -105,6 +118,7 @@ std::optional<std::array<double, 2>> Section::pair(const YamlNode& node, const s
 }
 
 std::optional<std::array<double, 2>> Section::interval(const char* key, Range range) const {
+  note(key, {.kind = KeyKind::kInterval, .range = range});
   const YamlNode* node = find(key);
   if (node == nullptr) return std::nullopt;
   const auto ends = pair(*node, path_of(key), key, range, range);
@@ -117,6 +131,7 @@ std::optional<std::array<double, 2>> Section::interval(const char* key, Range ra
 
 std::vector<std::array<double, 2>> Section::points(const char* key, Range u, Range v, std::size_t least,
                                                    std::size_t most) const {
+  note(key, {.kind = KeyKind::kPoints, .least = least, .most = most});
   const YamlNode* node = find(key);
   if (node == nullptr) return {};
   if (node->kind != YamlKind::kList || node->items.size() < least || node->items.size() > most) {
@@ -135,6 +150,7 @@ std::vector<std::array<double, 2>> Section::points(const char* key, Range u, Ran
 
 std::vector<Section> Section::list(const char* key, std::initializer_list<const char*> known,
                                    std::size_t most) const {
+  note(key, {.kind = KeyKind::kList, .words = {known.begin(), known.end()}, .least = 1, .most = most});
   const YamlNode* node = find(key);
   if (node == nullptr) return {};
   if (node->kind != YamlKind::kList || node->items.empty() || node->items.size() > most) {

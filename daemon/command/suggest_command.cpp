@@ -17,27 +17,17 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-/// Without --cutter: the ball of these diameters (mm) that goes so often into the part's longest side.
-constexpr double kBalls[] = {16, 12, 10, 8, 6, 5, 4, 3, 2, 1, 0.5};
-constexpr double kIntoPart = 40.0;
-
+/// Without --cutter.
 std::string usual_ball(const pathgen::Box& bounds) {
   const Vec3 size = bounds.max - bounds.min;
-  const double longest = std::max({size.x, size.y, size.z});
-  double ball = kBalls[std::size(kBalls) - 1];
-  for (const double diameter : kBalls)
-    if (diameter * kIntoPart <= longest) {
-      ball = diameter;
-      break;
-    }
-  return "ball:" + number_text(ball);
+  return config::usual_cutter(std::max({size.x, size.y, size.z}));
 }
 
 }  // namespace
 
 struct SuggestCommand::Options {
   CLI::App* command = nullptr;
-  std::string stl, machine, cutter, output;
+  std::string stl, machine, cutter, output, report, progress;
   double unit_mm = 1.0;
   std::size_t pick = 1;
   bool json = false;
@@ -58,6 +48,8 @@ SuggestCommand::SuggestCommand(CLI::App& app) : options_(std::make_unique<Option
   o.command->add_option("--unit", o.unit_mm, "unit of the STL: mm (default), inch, m")
       ->transform(
           CLI::CheckedTransformer(std::map<std::string, double>{{"mm", 1.0}, {"inch", 25.4}, {"m", 1000.0}}));
+  o.command->add_option("--report", o.report, "the same as --json, into a file");
+  o.command->add_option("--progress", o.progress)->group("");
   o.command->add_flag("--json", o.json, "print one JSON object");
   o.command->add_option("--out", o.output, "job file to write, for `tiltfeed plan`");
   o.command->add_option("--pick", o.pick, "which proposal --out takes; 1, the best, if not given")
@@ -75,7 +67,9 @@ int SuggestCommand::run() const {
 Result<void> SuggestCommand::Options::work() const {
   if (!output.empty() && machine.empty())
     return fail(Code::kUsage, "--out writes a job, and a job names a machine: add --machine PROFILE");
-  if (auto ok = config::check_outputs({{"--out", output}}, {{"STL", stl}, {"--machine", machine}}); !ok)
+  if (auto ok = config::check_outputs({{"--out", output}, {"--report", report}},
+                                      {{"STL", stl}, {"--machine", machine}});
+      !ok)
     return ok;
   std::optional<config::MachineProfile> profile;
   if (!machine.empty()) {
@@ -95,7 +89,7 @@ Result<void> SuggestCommand::Options::work() const {
   asked.machine = profile ? &profile->model : nullptr;
   Result<pathgen::Suggestions> found;
   {
-    ProgressLine line;
+    ProgressLine line(progress);
     found = pathgen::suggest(*part, asked,
                              [&](const char* stage, double share) { return line.show(stage, share); });
   }
@@ -115,8 +109,11 @@ Result<void> SuggestCommand::Options::work() const {
     file->stream() << text;
     if (auto kept = file->commit(); !kept) return kept;
   }
+  if (!report.empty())
+    if (auto kept = config::write_file(report, suggestion_json(outcome)); !kept) return kept;
   for (const std::string& warning : part->warnings) std::cerr << "warning: " << warning << "\n";
-  (output == "-" ? std::cerr : std::cout) << (json ? suggestion_json(outcome) : suggestion_text(outcome));
+  (output == "-" || report == "-" ? std::cerr : std::cout)
+      << (json ? suggestion_json(outcome) : suggestion_text(outcome));
   return {};
 }
 

@@ -157,7 +157,15 @@ std::string suggestion_json(const SuggestionOutcome& o) {
                                 {"rms_mm", f.rms}});
   }
   json["proposals"] = Json::array();
-  for (const pathgen::Proposal& p : o.found.proposals) json["proposals"].push_back(proposal_json(p));
+  for (std::size_t i = 0; i < o.found.proposals.size(); ++i) {
+    Json proposal = proposal_json(o.found.proposals[i]);
+    if (o.machine != nullptr) {
+      proposal["edits"] = Json::array();
+      for (const config::YamlEdit& edit : config::placement_edits(job_of(o, i, "job.yaml")))
+        proposal["edits"].push_back({{"key", edit.path}, {"value", edit.value ? Json(*edit.value) : Json()}});
+    }
+    json["proposals"].push_back(std::move(proposal));
+  }
   json["placements_tried"] = o.found.tried, json["seconds"] = o.seconds;
   return json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
 }

@@ -6,6 +6,7 @@
 
 #include "config/yaml_tree.h"
 #include "desk/api/page_reply.h"
+#include "desk/api/replies.h"
 #include "pathgen/mesh/stl_facets.h"
 
 namespace tiltfeed::desk {
@@ -13,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uint64_t kSmallBody = 4096;
+constexpr std::uint64_t kSmallBody = 4096, kEditsBody = 64 * 1024;
 constexpr std::size_t kMaxName = 120;
 
 Reply json_reply(const json& value, int status = 200) {
@@ -21,27 +22,6 @@ Reply json_reply(const json& value, int status = 200) {
   reply.status = status;
   reply.body = value.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";
   return reply;
-}
-
-Reply text_reply(std::string body, int status = 200) {
-  Reply reply;
-  reply.status = status;
-  reply.body = std::move(body) + "\n";
-  return reply;
-}
-
-/// The text at `key` of a body that is one JSON object; nothing where it is anything else.
-std::optional<std::string> text_in(const std::string& body, const char* key) {
-  const json parsed = json::parse(body, nullptr, false);
-  if (!parsed.is_object()) return std::nullopt;
-  const auto found = parsed.find(key);
-  if (found == parsed.end() || !found->is_string()) return std::nullopt;
-  return found->get<std::string>();
-}
-
-/// What the desk's state does not allow is 409, what this computer cannot do 507.
-Reply refused_by(const Error& error) {
-  return refusal(error.code == Code::kUsage ? 409 : error.code == Code::kInput ? 400 : 507, error.message);
 }
 
 /// For people to read; never a path.
@@ -76,6 +56,16 @@ const std::vector<Desk::Route>& Desk::routes() {
       {"GET", "/api/v1/job", &Desk::job_text},
       {"PUT", "/api/v1/job", &Desk::put_job, config::kMaxConfigBytes},
       {"POST", "/api/v1/job/save", &Desk::save_job, kSmallBody},
+      {"POST", "/api/v1/part/sample", &Desk::make_sample, kSmallBody},
+      {"GET", "/api/v1/machines", &Desk::machines},
+      {"POST", "/api/v1/job/new", &Desk::new_job, kSmallBody},
+      {"POST", "/api/v1/job/edit", &Desk::edit_job, kEditsBody},
+      {"GET", "/api/v1/schema", &Desk::schema},
+      {"POST", "/api/v1/suggest", &Desk::start_suggest, kSmallBody},
+      {"DELETE", "/api/v1/suggest", &Desk::cancel_suggest},
+      {"POST", "/api/v1/reach", &Desk::ask_reach, kEditsBody},
+      {"GET", "/api/v1/reach/map", &Desk::reach_map},
+      {"POST", "/api/v1/fit", &Desk::ask_fit, kEditsBody},
       {"POST", "/api/v1/plan", &Desk::start_plan, kSmallBody},
       {"DELETE", "/api/v1/plan", &Desk::cancel_plan},
       {"GET", "/api/v1/plan/program", &Desk::program},
@@ -90,7 +80,9 @@ Desk::Desk(const DeskOptions& options, Teller tell)
       tell_(std::move(tell)),
       part_(options.self, options.folder, tell_),
       job_(options.folder),
-      plan_(options.tiltfeed, options.folder, tell_) {}
+      plan_(options.tiltfeed, options.folder, tell_),
+      suggest_(options.tiltfeed, options.folder, tell_),
+      reach_(options.self, options.folder, tell_) {}
 
 void Desk::set_port(std::uint16_t port) {
   port_ = port;
@@ -109,7 +101,11 @@ Result<void> Desk::copy_part(const std::string& path, const std::string& unit) {
 
 Result<void> Desk::open(const std::string& path) {
   const std::string kind = std::filesystem::path(path).extension().string();
-  if (kind != ".yaml" && kind != ".yml") return copy_part(path, "mm");
+  if (kind != ".yaml" && kind != ".yml") {
+    const Result<void> copied = copy_part(path, "mm");
+    if (copied) part_folder_ = std::filesystem::absolute(path).parent_path().string();
+    return copied;
+  }
   if (const Result<void> opened = job_.open(path); !opened) return opened;
   return copy_part(job_.stl(), job_.unit());
 }
@@ -171,7 +167,8 @@ Reply Desk::session(const Request& request) {
 
 Reply Desk::state(const Request&) {
   return text_reply("{\"api\": 1, \"version\": \"" + options_.version + "\", \"part\": " + part_.describe() +
-                    ", \"job\": " + job_.describe() + ", \"plan\": " + plan_.describe() + "}");
+                    ", \"job\": " + job_.describe() + ", \"plan\": " + plan_.describe() +
+                    ", \"suggest\": " + suggest_.describe() + ", \"reach\": " + reach_.describe() + "}");
 }
 
 Reply Desk::events(const Request&) {
@@ -187,6 +184,7 @@ Reply Desk::put_part(const Request& request) {
   const std::string unit = job_.is_open() ? job_.unit() : stated;
   if (const Result<void> taken = part_.take(request.file, shown_name(request.name), unit); !taken)
     return refusal(taken.error().code == Code::kUsage ? 400 : 507, taken.error().message);
+  part_folder_.clear();
   return text_reply(part_.describe(), 202);
 }
 
@@ -209,6 +207,10 @@ Reply Desk::job_text(const Request&) {
 
 Reply Desk::put_job(const Request& request) {
   if (const Result<void> set = job_.set_text(request.body); !set) return refused_by(set.error());
+  return job_changed();
+}
+
+Reply Desk::job_changed() {
   tell_("job", job_.describe());
   // The part is drawn in the unit that the job says it is in.
   if (job_.is_right() && part_.id() != 0 && part_.unit() != job_.unit()) (void)part_.set_unit(job_.unit());
@@ -243,7 +245,7 @@ Reply Desk::report(const Request&) { return plan_.report(); }
 
 std::vector<int> Desk::descriptors() const {
   std::vector<int> all;
-  for (const int fd : {part_.descriptor(), plan_.descriptor()})
+  for (const int fd : {part_.descriptor(), plan_.descriptor(), suggest_.descriptor(), reach_.descriptor()})
     if (fd >= 0) all.push_back(fd);
   return all;
 }
@@ -253,6 +255,10 @@ void Desk::hear(int descriptor) {
     part_.hear();
   else if (descriptor == plan_.descriptor())
     plan_.hear();
+  else if (descriptor == suggest_.descriptor())
+    suggest_.hear();
+  else if (descriptor == reach_.descriptor())
+    reach_.hear();
 }
 
 }  // namespace tiltfeed::desk

@@ -9,6 +9,8 @@
 #include "desk/api/job_work.h"
 #include "desk/api/part_work.h"
 #include "desk/api/plan_work.h"
+#include "desk/api/reach_work.h"
+#include "desk/api/suggest_work.h"
 #include "desk/http/access_check.h"
 #include "desk/http/http_message.h"
 #include "desk/session/session_table.h"
@@ -18,6 +20,7 @@ namespace tiltfeed::desk {
 struct DeskOptions {
   std::string self;      ///< this program
   std::string tiltfeed;  ///< what plans
+  std::string maker;     ///< what makes the formula parts
   std::string folder;    ///< where its work lies while it runs
   std::string version;   ///< of the program
 };
@@ -41,8 +44,8 @@ class Desk {
   std::vector<int> descriptors() const;
   void hear(int descriptor);
   /// Milliseconds after which look() is due; -1: never.
-  int patience_ms() const { return plan_.is_working() ? PlanWork::kLookMs : -1; }
-  void look() { plan_.look(); }
+  int patience_ms() const { return plan_.is_working() || suggest_.is_working() ? PlanWork::kLookMs : -1; }
+  void look() { plan_.look(), suggest_.look(); }
 
  private:
   struct Route;
@@ -61,12 +64,25 @@ class Desk {
   Reply edges(const Request& request);
   Reply job_text(const Request& request);
   Reply put_job(const Request& request);
+  Reply job_changed();
   Reply save_job(const Request& request);
   Reply start_plan(const Request& request);
   Reply cancel_plan(const Request& request);
   Reply program(const Request& request);
   Reply path(const Request& request);
   Reply report(const Request& request);
+  // desk_setup.cpp
+  Reply make_sample(const Request& request);
+  Reply machines(const Request& request);
+  Reply new_job(const Request& request);
+  Reply edit_job(const Request& request);
+  Reply schema(const Request& request);
+  Reply start_suggest(const Request& request);
+  Reply cancel_suggest(const Request& request);
+  Reply ask_reach(const Request& request);
+  Reply reach_map(const Request& request);
+  Reply ask_fit(const Request& request);
+  AskedPart asked_part() const;
   Result<void> copy_part(const std::string& path, const std::string& unit);
 
   DeskOptions options_;
@@ -77,6 +93,9 @@ class Desk {
   PartWork part_;
   JobWork job_;
   PlanWork plan_;
+  SuggestWork suggest_;
+  ReachWork reach_;
+  std::string part_folder_;  ///< of the part that was named at the start; empty: it came otherwise
 };
 
 }  // namespace tiltfeed::desk

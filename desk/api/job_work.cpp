@@ -7,6 +7,9 @@
 #include <sstream>
 
 #include "config/description.h"
+#include "config/job_catalogue.h"
+#include "config/machine_files.h"
+#include "config/new_job.h"
 #include "config/output_file.h"
 #include "config/yaml_tree.h"
 #include "desk/view/part_view.h"
@@ -15,6 +18,9 @@ namespace tiltfeed::desk {
 namespace {
 
 using nlohmann::json;
+
+/// A new job's side step as a share of the cutter's diameter, and its tolerance at most and as a share, mm.
+constexpr double kStepShare = 0.1, kTolerance = 0.01, kLeastTolerance = 1e-4, kToleranceShare = 0.005;
 
 /// A number and the ':' behind it, taken from the front of `text`; 0 where there is none.
 int take_number(std::string& text) {
@@ -81,6 +87,61 @@ Result<void> JobWork::open(const std::string& path) {
   return set_text(*text);
 }
 
+Result<void> JobWork::begin(const NewDeskJob& wanted) {
+  if (is_open() && made_.part.empty()) return fail(Code::kUsage, "a job file is open; its part has a job");
+  const config::MachineFile* machine = nullptr;
+  for (const config::MachineFile& known : config::machine_files())
+    if (wanted.machine == known.name) machine = &known;
+  if (machine == nullptr) return fail(Code::kUsage, "there is no machine " + config::quoted(wanted.machine));
+  const std::optional<double> unit = unit_length(wanted.unit);
+  if (!unit) return fail(Code::kUsage, config::quoted(wanted.unit) + " is no unit of an STL");
+  const Result<config::NamedCutter> cutter = config::parse_cutter(wanted.cutter);
+  if (!cutter) return tl::unexpected<Error>(cutter.error());
+  const std::string profile = folder_ + "/" + machine->name + ".yaml";
+  if (const Result<void> kept = config::write_file(profile, machine->text); !kept) return kept;
+  config::NewJob job;
+  job.name = config::job_name_of(wanted.part), job.stl = wanted.part, job.stl_unit_mm = *unit;
+  job.machine = std::string(machine->name) + ".yaml", job.cutter = cutter->text;
+  const double diameter = cutter->cutter.diameter;
+  job.side_step = kStepShare * diameter;
+  job.tolerance = std::min(kTolerance, std::max(kLeastTolerance, kToleranceShare * diameter));
+  made_ = wanted;
+  opened_.clear();
+  stl_ = folder_ + "/part.stl", machine_ = profile;
+  const std::string text = config::new_job_text(job);
+  saved_ = text;
+  if (id_ == 0) id_ = 1;
+  return set_text(text);
+}
+
+Result<std::string> JobWork::with(const std::vector<config::YamlEdit>& edits) const {
+  if (!is_open()) return fail(Code::kUsage, "no job is open");
+  std::string text = text_;
+  const auto change = [&](const config::YamlEdit& edit) -> Result<void> {
+    const Result<config::KeyLog> log = config::job_keys(text);
+    if (!log) return fail(Code::kInput, "the text has an error that hides its keys; mend it in the text");
+    const auto order = [&](const std::string& section) { return log->known(section); };
+    Result<std::string> changed = config::edited(text, edit, order);
+    if (!changed) return tl::unexpected<Error>(changed.error());
+    text = std::move(*changed);
+    return {};
+  };
+  for (const config::YamlEdit& edit : edits)
+    if (const Result<void> done = change(edit); !done) return tl::unexpected<Error>(done.error());
+  const Result<config::KeyLog> log = config::job_keys(text);
+  if (!log) return tl::unexpected<Error>(log.error());
+  for (const config::KeyFact& fact : log->facts())
+    if (fact.present && !fact.unused.empty())
+      if (const Result<void> done = change({fact.path, std::nullopt}); !done)
+        return tl::unexpected<Error>(done.error());
+  return text;
+}
+
+Result<void> JobWork::edit(const std::vector<config::YamlEdit>& edits) {
+  const Result<std::string> text = with(edits);
+  return text ? set_text(*text) : tl::unexpected<Error>(text.error());
+}
+
 Result<void> JobWork::set_text(const std::string& text) {
   if (!is_open()) return fail(Code::kUsage, "no job is open; start tiltfeed desk with a job file");
   if (text.size() > config::kMaxConfigBytes) return fail(Code::kInput, "a job has at most 1 MiB");
@@ -98,8 +159,35 @@ Result<void> JobWork::check() {
   return {};
 }
 
+Result<void> JobWork::find_place() {
+  namespace fs = std::filesystem;
+  if (made_.folder.empty())
+    return fail(Code::kUsage,
+                "this part came through the browser, so the desk knows no folder for its job; "
+                "download the job instead");
+  const std::string job = (fs::path(made_.folder) / fs::path(made_.part).stem()).string() + ".yaml";
+  const std::string machine = (fs::path(made_.folder) / (made_.machine + ".yaml")).string();
+  std::error_code ignored;
+  if (fs::exists(job, ignored))
+    return fail(Code::kUsage,
+                fs::path(job).filename().string() + " is there already; it is not written over");
+  const Result<std::string> profile = config::read_config_text(machine_);
+  if (!profile) return tl::unexpected<Error>(profile.error());
+  if (fs::exists(machine, ignored)) {
+    const Result<std::string> there = config::read_config_text(machine);
+    if (!there || *there != *profile)
+      return fail(Code::kUsage, fs::path(machine).filename().string() +
+                                    " is there already and is another machine; it is not written over");
+  } else if (const Result<void> written = config::write_file(machine, *profile); !written) {
+    return written;
+  }
+  opened_ = job;
+  return {};
+}
+
 Result<void> JobWork::save() {
   if (!is_right()) return fail(Code::kUsage, "the job has errors, so it is not saved; mend them first");
+  if (const Result<void> place = opened_.empty() ? find_place() : Result<void>(); !place) return place;
   const Result<void> written = config::write_file(opened_, text_);
   if (written) saved_ = text_;
   return written;
@@ -118,8 +206,11 @@ std::string JobWork::describe() const {
     errors.push_back({{"line", error.line}, {"column", error.column}, {"message", error.message}});
   json about{
       {"id", id_},
-      {"name", std::filesystem::path(opened_).filename().string()},
-      {"saved", text_ == saved_},
+      {"name", opened_.empty() ? std::filesystem::path(made_.part).stem().string() + ".yaml"
+                               : std::filesystem::path(opened_).filename().string()},
+      {"saved", !opened_.empty() && text_ == saved_},
+      {"made_here", !made_.part.empty()},
+      {"can_save", !opened_.empty() || !made_.folder.empty()},
       {"errors", errors},
       {"machine", job_.machine.model.name},
       {"cutter", {{"diameter_mm", job_.plan.cutter.diameter}, {"length_mm", job_.plan.cutter.shank_length}}}};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/job.h"
+#include "config/yaml_edit.h"
 #include "desk/http/http_message.h"
 
 namespace tiltfeed::desk {
@@ -19,25 +20,46 @@ struct JobError {
 /// The errors in what load_job() said of the file `path`: one each "path:line:column: message".
 std::vector<JobError> split_errors(const std::string& said, const std::string& path);
 
+/// What a job for a part that has none begins with.
+struct NewDeskJob {
+  std::string part;     ///< the STL's name, without its folder
+  std::string folder;   ///< where the STL was opened from; empty: it came through the browser
+  std::string unit;     ///< as PartWork has it
+  std::string machine;  ///< a profile that comes with the program
+  std::string cutter;   ///< as parse_cutter() takes it
+};
+
 /// Part and machine are files of this computer that the user named at the start, whatever the text says of
 /// them since: no path comes from a browser.
 class JobWork {
  public:
   /// `folder`: where the text is kept that is being worked on.
-  explicit JobWork(std::string folder) : file_(folder + "/job.yaml") {}
+  explicit JobWork(std::string folder) : folder_(folder), file_(folder + "/job.yaml") {}
 
   /// The job file that was named at the start. Errors: as load_job(): then there is nothing to work on.
   Result<void> open(const std::string& path);
+  /// A job for a part, with a fixed axis as it lies. Errors: kUsage: a job file is open, no such machine or
+  /// unit; kInput: the cutter; kIo.
+  Result<void> begin(const NewDeskJob& job);
+  /// Changes in the text, all of them or none; keys that the changed job refuses become remarks.
+  /// Errors: as set_text() and config::edited().
+  Result<void> edit(const std::vector<config::YamlEdit>& edits);
+  /// The text with these changes; nothing else happens. Errors: as config::edited().
+  Result<std::string> with(const std::vector<config::YamlEdit>& edits) const;
   /// Another text; it is kept whether it is right or not. Errors: kUsage: no job is open; kInput: over
   /// kMaxConfigBytes; kIo.
   Result<void> set_text(const std::string& text);
-  /// Writes the text into the file that was opened. Errors: kUsage: it has errors; kIo.
+  /// Writes the text into the file that was opened; of a job that was made here into one beside the part,
+  /// with its machine. Errors: kUsage: it has errors, the part has no folder, or another file has that name;
+  /// kIo.
   Result<void> save();
 
   /// JSON: null without a job; else id (of the text), name, saved, machine, part unit, cutter, errors.
   std::string describe() const;
   const std::string& text() const { return text_; }
   bool is_open() const { return id_ != 0; }
+  /// By begin().
+  bool is_made_here() const { return !made_.part.empty(); }
   bool is_right() const { return id_ != 0 && errors_.empty(); }
   std::uint64_t id() const { return id_; }
   /// Of a job that is right.
@@ -53,7 +75,10 @@ class JobWork {
   /// Part and machine are named otherwise than in the file that was opened.
   std::vector<JobError> other_files() const;
 
-  std::string file_, opened_, stl_, machine_, text_, saved_;
+  Result<void> find_place();
+
+  std::string folder_, file_, opened_, stl_, machine_, text_, saved_;
+  NewDeskJob made_;
   std::uint64_t id_ = 0;
   std::vector<JobError> errors_;
   config::Job job_;

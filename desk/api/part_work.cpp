@@ -1,5 +1,6 @@
 #include "desk/api/part_work.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -27,6 +28,8 @@ std::string last_words(std::string text, const std::string& prefix) {
   return text.empty() ? "the part's reader ended without a word; is there memory enough?" : text;
 }
 
+constexpr const char* kSamples[] = {"tyre", "pin", "sphere", "handle"};
+
 tl::unexpected<Error> no_unit(const std::string& word) {
   return fail(Code::kUsage, "'" + word + "' is no unit of an STL; expected mm, inch or m");
 }
@@ -35,6 +38,7 @@ tl::unexpected<Error> no_unit(const std::string& word) {
 
 Result<void> PartWork::take(const std::string& path, const std::string& name, const std::string& unit) {
   if (!unit_length(unit)) return no_unit(unit);
+  sample_.clear();
   const std::string kept = folder_ + "/part.stl";
   child_.reset();  // the reader of the part before
   std::error_code error;
@@ -46,8 +50,22 @@ Result<void> PartWork::take(const std::string& path, const std::string& name, co
   return read();
 }
 
+Result<void> PartWork::make(const std::string& maker, const std::string& sample) {
+  const bool known = std::find(std::begin(kSamples), std::end(kSamples), sample) != std::end(kSamples);
+  if (!known) return fail(Code::kUsage, "there is no formula part of this name");
+  child_.reset();
+  Result<ChildProcess> child = ChildProcess::start({maker, "part", sample, "--out", folder_ + "/made.stl"});
+  if (!child) return tl::unexpected<Error>(child.error());
+  child_.emplace(std::move(*child));
+  ++id_;
+  seen_.clear(), error_.clear();
+  name_ = sample + ".stl", unit_ = "mm", sample_ = sample, state_ = "reading";
+  tell_("part", describe());
+  return {};
+}
+
 Result<void> PartWork::set_unit(const std::string& unit) {
-  if (id_ == 0) return fail(Code::kUsage, "there is no part; open an STL first");
+  if (stl_.empty() || !sample_.empty()) return fail(Code::kUsage, "there is no part; open an STL first");
   if (!unit_length(unit)) return no_unit(unit);
   unit_ = unit;
   return read();
@@ -75,6 +93,9 @@ void PartWork::hear() {
   if (!child_ || !child_->listen()) return;
   const ChildEnd end = child_->end();
   child_.reset();
+  if (!sample_.empty() && end.status == 0) {
+    if (const Result<void> taken = take(folder_ + "/made.stl", name_, "mm"); taken) return;
+  }
   seen_ = end.status == 0 ? contents(folder_ + "/part.json") : "";
   state_ = end.status == 0 ? "ready" : "refused";
   if (end.status != 0) error_ = last_words(end.text, "tiltfeed-desk: ");

@@ -23,6 +23,8 @@ class PartWork {
   /// Takes the file at `path` in place of the part before; it is read in the background.
   /// Errors: kUsage: no such unit; kIo.
   Result<void> take(const std::string& path, const std::string& name, const std::string& unit);
+  /// Makes one of the formula parts and takes it. `maker`: tiltfeed-sim. Errors: kUsage: no such part; kIo.
+  Result<void> make(const std::string& maker, const std::string& sample);
   /// Reads the part again, as of another unit. Errors: kUsage: there is no part, or no such unit.
   Result<void> set_unit(const std::string& unit);
 
@@ -49,6 +51,7 @@ class PartWork {
   Teller tell_;
   std::uint64_t id_ = 0;  // of the part and its unit; 0: none
   std::string name_, unit_, stl_, state_, error_, seen_;
+  std::string sample_;  // the part that is being made
   std::optional<ChildProcess> child_;
 };
 

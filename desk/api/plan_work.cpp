@@ -1,9 +1,10 @@
 #include "desk/api/plan_work.h"
 
-#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+
+#include "desk/work/progress_text.h"
 
 namespace tiltfeed::desk {
 namespace {
@@ -11,23 +12,6 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kFiles[] = {"part.nc", "path.f32", "report.json", "progress", "plan.yaml", "plan.stl"};
-
-std::string without(std::string text, const std::string& what) {
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at))
-    text.erase(at, what.size());
-  return text;
-}
-
-/// The words that explain a failure: what follows the last "tiltfeed: ".
-std::string last_words(const std::string& said) {
-  const std::string mark = "tiltfeed: ";
-  const std::size_t at = said.rfind("\n" + mark);
-  std::string words = at != std::string::npos    ? said.substr(at + 1 + mark.size())
-                      : said.rfind(mark, 0) == 0 ? said.substr(mark.size())
-                                                 : said;
-  while (!words.empty() && words.back() == '\n') words.pop_back();
-  return words.empty() ? "the planner ended without a word; is there memory enough?" : words;
-}
 
 }  // namespace
 
@@ -69,7 +53,7 @@ void PlanWork::hear() {
   const ChildEnd end = child_->end();
   child_.reset();
   state_ = end.status == 0 ? "planned" : cancelled_ ? "cancelled" : "refused";
-  if (state_ == "refused") error_ = without(last_words(end.text), folder_ + "/");
+  if (state_ == "refused") error_ = last_words(end.text, "tiltfeed: ", folder_ + "/");
   tell_("plan", describe());
 }
 
@@ -86,14 +70,8 @@ std::string PlanWork::describe() const {
   if (id_ == 0) return "null";
   json about{{"id", id_}, {"job", input_.job_id}, {"part", input_.part_id}, {"state", state_}};
   if (!error_.empty()) about["error"] = error_;
-  if (state_ == "planning" && progress_.size() > 4) {  // "  7 stage": see ProgressLine
-    const std::size_t digits = std::min(progress_.find_first_not_of(' '), std::size_t{3});
-    int percent = 0;
-    std::from_chars(progress_.data() + digits, progress_.data() + 3, percent);
-    about["percent"] = percent;
-    const std::string stage = progress_.substr(4);
-    about["stage"] = stage.substr(0, stage.find_last_not_of(' ') + 1);
-  }
+  if (const auto at = parse_progress(progress_); at && state_ == "planning")
+    about["percent"] = at->percent, about["stage"] = at->stage;
   return about.dump(-1, ' ', true, json::error_handler_t::replace);
 }
 

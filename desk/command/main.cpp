@@ -14,6 +14,7 @@
 #include "config/standard_output.h"
 #include "desk/api/desk.h"
 #include "desk/http/http_server.h"
+#include "desk/reach/reach_answers.h"
 #include "desk/view/part_view.h"
 #include "desk/work/child_process.h"
 #include "desk/work/scratch_folder.h"
@@ -77,13 +78,14 @@ int serve(Desk& desk, HttpServer& server, int signals) {
 }
 
 int run_desk(const std::string& open, std::uint16_t port) {
-  const Result<std::string> self = program_beside("tiltfeed-desk"), planner = program_beside("tiltfeed");
-  if (!self || !planner) return complain(self ? planner.error() : self.error());
+  const Result<std::string> self = program_beside("tiltfeed-desk"), planner = program_beside("tiltfeed"),
+                            maker = program_beside("tiltfeed-sim");
+  if (!self || !planner || !maker) return complain(self ? planner.error() : self.error());
   Result<ScratchFolder> folder = ScratchFolder::make();
   if (!folder) return complain(folder.error());
   const int signals = open_signals();
   HttpServer* teller = nullptr;
-  Desk desk({*self, *planner, folder->path(), TILTFEED_VERSION},
+  Desk desk({*self, *planner, *maker, folder->path(), TILTFEED_VERSION},
             [&](const std::string& event, const std::string& data) {
               if (teller) teller->tell(event, data);
             });
@@ -114,11 +116,14 @@ int run(int argc, char** argv) {
   app.add_option("--view-part", view)->group("");
   app.add_option("--unit", unit)->group("");
   app.add_option("--into", into)->group("");
+  bool answer = false;
+  app.add_flag("--answer-reach", answer)->group("");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  if (answer) return answer_reach();
   if (view.empty()) return run_desk(open, port);
   const Result<void> written = write_part_view(view, unit, into);
   return written ? 0 : complain(written.error());

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "config/new_job.h"
 #include "pathgen/mesh/mesh_check.h"
 #include "pathgen/mesh/stl.h"
 #include "pathgen/mesh/topology.h"
@@ -59,6 +60,7 @@ json describe_part(const PartView& view, const std::string& unit, double unit_mm
           {"defects", defects},
           {"warnings", view.warnings},
           {"likelier_units", units},
+          {"usual_cutter", config::usual_cutter(longest_side(box))},
           {"odd_size", !is_common(longest_side(box))}};
 }
 

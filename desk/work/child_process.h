@@ -22,6 +22,8 @@ class ChildProcess {
 
   /// words[0] is the program's path. Errors: kIo.
   static Result<ChildProcess> start(const std::vector<std::string>& words);
+  /// The same for one that is talked to.
+  static Result<ChildProcess> start_talk(const std::vector<std::string>& words);
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&&) = delete;
   ~ChildProcess();
@@ -30,13 +32,18 @@ class ChildProcess {
   int descriptor() const { return hear_; }
   /// Reads what it has said. True: it has closed its outputs, and end() does not wait for long.
   bool listen();
+  /// A line to its input. False: it takes no more; it has ended, or does not listen.
+  bool say(const std::string& line);
+  /// The whole lines of what it has said, which are then forgotten.
+  std::vector<std::string> take_lines();
   void interrupt();
   /// Waits for it.
   ChildEnd end();
 
  private:
-  ChildProcess(int pid, int hear) : pid_(pid), hear_(hear) {}
-  int pid_ = -1, hear_ = -1;
+  ChildProcess(int pid, int hear, int say) : pid_(pid), hear_(hear), say_(say) {}
+  static Result<ChildProcess> start_with(const std::vector<std::string>& words, int input, int say);
+  int pid_ = -1, hear_ = -1, say_ = -1;
   std::string said_;
 };
 

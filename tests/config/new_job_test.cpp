@@ -77,5 +77,39 @@ TEST(NewJob, NamesAreThoseOfJobs) {
   EXPECT_EQ(job_name_of(""), "part");
 }
 
+TEST(NewJob, ItsPlacementAsChangesMakesAnyOtherJobIt) {
+  for (const AxisMode mode : {AxisMode::kFixed, AxisMode::kPoint, AxisMode::kLine, AxisMode::kCircle}) {
+    const NewJob wanted = new_job(mode);
+    NewJob other = new_job(AxisMode::kFixed);
+    other.axis.origin = {7, 8, 9}, other.clearance = 9.0, other.part_zero = {0, 0, 1};
+    std::string text = new_job_text(other);
+    for (const YamlEdit& edit : placement_edits(wanted)) text = edited(text, edit, {}).value();
+    const auto job = parse_job(text, kJobPath), right = parse_job(new_job_text(wanted), kJobPath);
+    ASSERT_TRUE(job) << job.error().message << "\n" << text;
+    EXPECT_EQ(describe(*job), describe(*right));
+  }
+}
+
+TEST(NewJob, ACutterAsTextIsReadAsThatCutter) {
+  for (const char* typed :
+       {"ball:6", "flat:3.5",
+        "type: bull_nose, diameter_mm: 10, corner_radius_mm: 0.1, length_mm: 99.5, "
+        "cutting_length_mm: 20, shank_diameter_mm: 12, shank_length_mm: 50, holder: "
+        "[{diameter_mm: 20, length_mm: 30}, {diameter_mm: 25, upper_diameter_mm: 40, "
+        "length_mm: 10}]",
+        "type: taper_ball, diameter_mm: 2, taper_deg: 3.3, length_mm: 90, shank_length_mm: 40"}) {
+    const auto cutter = parse_cutter(typed);
+    ASSERT_TRUE(cutter) << cutter.error().message;
+    const auto again = parse_cutter(cutter_text(cutter->cutter));
+    ASSERT_TRUE(again) << again.error().message;
+    EXPECT_EQ(cutter_text(again->cutter), cutter_text(cutter->cutter));
+    EXPECT_EQ(again->cutter.cutting_end(), cutter->cutter.cutting_end());
+    EXPECT_EQ(again->cutter.holder.size(), cutter->cutter.holder.size());
+    EXPECT_NEAR(again->cutter.taper.degrees(), cutter->cutter.taper.degrees(), 1e-9);
+    EXPECT_EQ(again->cutter.shank_radius(), cutter->cutter.shank_radius());
+    EXPECT_EQ(again->cutter.corner_radius, cutter->cutter.corner_radius);
+  }
+}
+
 }  // namespace
 }  // namespace tiltfeed

@@ -1,0 +1,28 @@
+#include "desk/api/replies.h"
+
+#include <nlohmann/json.hpp>
+
+namespace tiltfeed::desk {
+
+using nlohmann::json;
+
+Reply text_reply(std::string body, int status) {
+  Reply reply;
+  reply.status = status;
+  reply.body = std::move(body) + "\n";
+  return reply;
+}
+
+std::optional<std::string> text_in(const std::string& body, const char* key) {
+  const json parsed = json::parse(body, nullptr, false);
+  if (!parsed.is_object()) return std::nullopt;
+  const auto found = parsed.find(key);
+  if (found == parsed.end() || !found->is_string()) return std::nullopt;
+  return found->get<std::string>();
+}
+
+Reply refused_by(const Error& error) {
+  return refusal(error.code == Code::kUsage ? 409 : error.code == Code::kInput ? 400 : 507, error.message);
+}
+
+}  // namespace tiltfeed::desk
