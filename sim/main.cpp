@@ -262,7 +262,12 @@ CLI::App* add_verify_options(CLI::App& app, VerifyOptions& options) {
   verify->add_option("--bundles", options.bundles, "of the stock's lines: 1, along the tool, or 3")
       ->check(CLI::IsMember({1, 3}))
       ->capture_default_str();
-  verify->add_option("--out", options.out, "folder for the report: index.html, report.json, pictures");
+  verify->add_option(
+      "--out", options.out,
+      "folder for the report: index.html, report.json, pictures; or FILE.html, the page alone");
+  verify->add_option("--stl", options.stl, "take this part instead of the job's");
+  verify->add_option("--machine", options.machine, "take this machine profile instead of the job's");
+  verify->add_option("--progress", options.progress)->group("");
   verify->add_flag("--json", options.as_json, "print the report (JSON) instead of its summary");
   verify->add_option("--threads", options.threads, "the result is the same for any number")
       ->check(CLI::Range(1, 256));

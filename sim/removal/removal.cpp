@@ -48,12 +48,13 @@ void share_out(std::int64_t removed, std::int64_t* by_move, std::int64_t moves) 
 class Remover {
  public:
   Remover(const config::Job& job, const ExecutedPath& path, Stock& stock, Probes& probes,
-          const RemovalOptions& options)
+          const RemovalOptions& options, StockFilm* film)
       : job_(job),
         path_(path),
         stock_(stock),
         probes_(probes),
         options_(options),
+        film_(film),
         stand_(job, path, stock, probes, options),
         timeline_(path, job.plan.cutter.diameter, stock.cell) {}
 
@@ -63,6 +64,7 @@ class Remover {
   Batch start(std::size_t begin) const;
   void sweep(Batch& batch, std::size_t chunk) const;
   void cut(Batch& batch, std::size_t task);
+  void show(const Batch& batch);
   void take(const Batch& batch);
   void take_worst(const MoveHit& hit);
 
@@ -71,6 +73,7 @@ class Remover {
   Stock& stock_;
   Probes& probes_;
   const RemovalOptions& options_;
+  StockFilm* film_;
   Stand stand_;
   Timeline timeline_;
   std::vector<MoveHit> hits_;
@@ -113,6 +116,12 @@ void Remover::cut(Batch& batch, std::size_t task) {
   }
 }
 
+/// The film goes on by all that the batch sweeps.
+void Remover::show(const Batch& batch) {
+  for (const Swept& chunk : batch.chunks)
+    for (const SweptPiece& piece : chunk.pieces) film_->take(piece.body, path_.moves[piece.first_move].start);
+}
+
 /// What a batch found that is swept and cut.
 void Remover::take(const Batch& batch) {
   const double share = Dexels::kUnit * stock_.cell * stock_.cell / static_cast<double>(stock_.bundles.size());
@@ -151,20 +160,23 @@ Result<Removal> Remover::run(const pathgen::Progress& progress) {
     std::optional<Batch> next;
     if (begin < moves) next = start(begin);
     if (swept) swept->cuts.resize(stock_.bundles.size() * Dexels::kStripes);
-    const std::size_t sweeps = next ? next->chunks.size() : 0, takes = done ? 1 : 0,
-                      cuts = swept ? swept->cuts.size() : 0;
-    in_parallel(sweeps + takes + cuts, options_.threads, [&](std::size_t i) {
+    const std::size_t sweeps = next ? next->chunks.size() : 0, shows = film_ && swept ? 1 : 0,
+                      takes = done ? 1 : 0, cuts = swept ? swept->cuts.size() : 0;
+    in_parallel(sweeps + shows + takes + cuts, options_.threads, [&](std::size_t i) {
       if (i < sweeps)
         sweep(*next, i);
-      else if (i < sweeps + takes)
+      else if (i < sweeps + shows)
+        show(*swept);
+      else if (i < sweeps + shows + takes)
         take(*done);
       else
-        cut(*swept, i - sweeps - takes);
+        cut(*swept, i - sweeps - shows - takes);
     });
     if (swept) swept->forget_bodies();
     done = std::exchange(swept, std::move(next));
   }
   if (progress) progress("cut", 1.0);
+  if (film_) film_->finish();
   result.left_volume = stock_.volume();
   result.cell = stock_.cell;
   result.bytes = stock_.bytes() + probes_.bytes() + path_.moves.size() * sizeof(ExecutedMove);
@@ -187,9 +199,9 @@ Result<Removal> Remover::run(const pathgen::Progress& progress) {
 
 Result<Removal> remove_material(const config::Job& job, const ExecutedPath& path, Stock& stock,
                                 Probes& probes, const RemovalOptions& options,
-                                const pathgen::Progress& progress) {
+                                const pathgen::Progress& progress, StockFilm* film) {
   if (path.moves.empty()) return fail(Code::kInput, "verify: nothing moves");
-  return Remover(job, path, stock, probes, options).run(progress);
+  return Remover(job, path, stock, probes, options, film).run(progress);
 }
 
 double probe_reach(const config::Job& job) {

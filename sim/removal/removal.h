@@ -14,13 +14,14 @@
 #include "sim/removal/removal_result.h"
 #include "sim/removal/rest.h"
 #include "sim/removal/stock.h"
+#include "sim/removal/stock_film.h"
 
 namespace tiltfeed::sim {
 
-/// Cuts `stock` by the path. Errors: kCancelled.
+/// Cuts `stock` by the path. `film`: goes on with it. Errors: kCancelled.
 Result<Removal> remove_material(const config::Job& job, const ExecutedPath& path, Stock& stock,
                                 Probes& probes, const RemovalOptions& options,
-                                const pathgen::Progress& progress);
+                                const pathgen::Progress& progress, StockFilm* film = nullptr);
 
 /// Upper limit of measured rest material, mm; larger values saturate.
 double probe_reach(const config::Job& job);

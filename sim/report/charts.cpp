@@ -72,8 +72,9 @@ std::string hours(const Removal& r, double top) {
   return svg;
 }
 
-std::string svg_of(double tall, const std::string& body) {
-  return text("<svg viewBox='0 0 %.0f %.0f' role='img'>", kWide, tall) + body + "</svg>\n";
+std::string svg_of(const char* what, double tall, const std::string& body) {
+  return text("<svg viewBox='0 0 %.0f %.0f' role='group' aria-label='%s'>", kWide, tall, what) + body +
+         "</svg>\n";
 }
 
 }  // namespace
@@ -108,10 +109,12 @@ std::string timeline_svg(const Removal& r) {
         rate.x(0) +
         (rate.x(r.bins.size()) - rate.x(0)) *
             std::clamp(r.troubles[i].time / (r.bin_seconds * static_cast<double>(r.bins.size())), 0.0, 1.0);
-    svg += text("<a href='#trouble-%zu'><line class='trouble' x1='%.1f' y1='8' x2='%.1f' y2='186'/></a>",
-                i + 1, x, x);
+    svg += text(
+        "<a href='#trouble-%zu' aria-label='worst place %zu'><line class='trouble' x1='%.1f' y1='8' "
+        "x2='%.1f' y2='186'/></a>",
+        i + 1, i + 1, x, x);
   }
-  return svg_of(212.0, svg + hours(r, 204.0));
+  return svg_of("removal rate and kinds of moves over time", 212.0, svg + hours(r, 204.0));
 }
 
 std::string axes_svg(const Removal& r, const MachineModel& m) {
@@ -141,7 +144,7 @@ std::string axes_svg(const Removal& r, const MachineModel& m) {
         "speed", [](const TimeBin&) { return 0.0; }, [k](const TimeBin& b) { return b.speed[k]; });
     svg += speed.level("limit", axis.velocity);
   }
-  return svg_of(top + 18.0, svg + hours(r, top + 8.0));
+  return svg_of("place and speed of each axis over time", top + 18.0, svg + hours(r, top + 8.0));
 }
 
 }  // namespace tiltfeed::sim

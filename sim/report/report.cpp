@@ -18,6 +18,7 @@
 #include "sim/basics/workers.h"
 #include "sim/motion/forward.h"
 #include "sim/picture/picture.h"
+#include "sim/report/cut_view.h"
 #include "sim/report/deviation_picture.h"
 #include "sim/report/report_page.h"
 
@@ -124,29 +125,38 @@ Drawings draw_report(const config::Job& job, const pathgen::CheckedMesh& part, c
   return drawings;
 }
 
-Result<void> write_removal_report(const std::string& folder, const RemovalContext& context,
-                                  const Drawings& drawings, const Removal& removal,
-                                  const RemovalVerdict& verdict, int threads) {
-  if (!drawings.path) return tl::unexpected(drawings.path.error());
-  const std::vector<ColourStop> scale = colour_scale(removal, verdict);
+bool is_page(const std::string& out) { return out.ends_with(".html"); }
+
+Result<void> write_removal_report(const std::string& out, const RemovalFindings& f, int threads) {
+  if (!f.drawings.path) return tl::unexpected(f.drawings.path.error());
+  const std::vector<ColourStop> scale = colour_scale(f.removal, f.verdict);
   Result<std::string> deviation;
-  std::string json;
+  std::string json, view;
   std::vector<Excerpt> lines;
   in_parallel(2, threads, [&](std::size_t i) {
-    if (i == 0)
-      deviation = drawings.deviation->png(removal, scale, threads);
-    else
-      json = to_json(context, removal, verdict), lines = excerpts(context, worst_places(removal, verdict));
+    if (i == 0) {
+      deviation = f.drawings.deviation->png(f.removal, scale, threads);
+    } else {
+      json = to_json(f.context, f.removal, f.verdict);
+      lines = excerpts(f.context, worst_places(f.removal, f.verdict));
+      view = cut_view({f.context, f.removal, f.verdict, f.path, f.probes, f.film, scale, lines});
+    }
   });
   if (!deviation) return tl::unexpected(deviation.error());
-  const std::string page = report_page({context, removal, verdict, scale, *deviation, *drawings.path, lines});
-  const std::array<std::pair<const char*, const std::string*>, 4> files{{{"path.png", &*drawings.path},
-                                                                         {"deviation.png", &*deviation},
-                                                                         {"report.json", &json},
-                                                                         {"index.html", &page}}};
+  const std::string page =
+      report_page({f.context, f.removal, f.verdict, scale, *deviation, *f.drawings.path, lines, view});
+  std::vector<std::pair<std::string, const std::string*>> files;
+  if (is_page(out))
+    files = {{out, &page}};
+  else
+    files = {{out + "/path.png", &*f.drawings.path},
+             {out + "/deviation.png", &*deviation},
+             {out + "/report.json", &json},
+             {out + "/cut.view", &view},
+             {out + "/index.html", &page}};
   std::vector<config::OutputFile> outputs;
   for (const auto& [name, bytes] : files) {
-    auto file = config::OutputFile::open(folder + "/" + name);
+    auto file = config::OutputFile::open(name);
     if (!file) return tl::unexpected(file.error());
     file->stream() << *bytes;
     outputs.push_back(std::move(*file));

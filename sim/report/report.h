@@ -29,10 +29,22 @@ struct Drawings {
 Drawings draw_report(const config::Job& job, const pathgen::CheckedMesh& part, const ExecutedPath& path,
                      const Patches& patches);
 
-/// Writes report.json, index.html, path.png and deviation.png into the folder, when all of them are made:
-/// what ends before leaves no part of a report. Errors: kIo, that of the drawings, too.
-Result<void> write_removal_report(const std::string& folder, const RemovalContext& context,
-                                  const Drawings& drawings, const Removal& removal,
-                                  const RemovalVerdict& verdict, int threads);
+/// What the report says.
+struct RemovalFindings {
+  const RemovalContext& context;
+  const Drawings& drawings;
+  const Removal& removal;
+  const RemovalVerdict& verdict;
+  const ExecutedPath& path;
+  const Probes& probes;
+  const StockFilm* film;  ///< null: none
+};
+
+/// Writes report.json, index.html, path.png, deviation.png and cut.view into the folder, or the page alone
+/// where `out` ends in .html, when all is made: what ends before leaves no part of a report. Errors: kIo,
+/// that of the drawings, too.
+Result<void> write_removal_report(const std::string& out, const RemovalFindings& findings, int threads);
+/// Is that the page alone?
+bool is_page(const std::string& out);
 
 }  // namespace tiltfeed::sim

@@ -5,42 +5,35 @@
 #include <cmath>
 
 #include "sim/basics/text.h"
+#include "sim/viewer/packed_view.h"
+#include "sim/viewer/viewer_files.h"
 
 namespace tiltfeed::sim {
 namespace {
 
 constexpr const char* kStyle = R"(
-:root{color-scheme:light}body{margin:0;background:#f3f4f6;color:#1c232b;font:15px/1.5 system-ui,'DejaVu Sans',sans-serif}
-main{max-width:1120px;margin:0 auto;padding:24px}h1{font-size:26px;margin:0}h2{font-size:18px;margin:34px 0 10px}
+:root{color-scheme:light dark;--ground:#f3f4f6;--sheet:#fff;--line:#d9dde2;--text:#1c232b;--soft:#55606c;--accent:#0b5cad;--on-accent:#fff;--bad:#b3261e;--bad-ground:#fdeced;--warn:#7a4d00;--warn-ground:#fff3dc;--good:#1b6e3a;--head:#e9ecef}
+@media(prefers-color-scheme:dark){:root{--ground:#10161d;--sheet:#18212b;--line:#3a4857;--text:#e6edf3;--soft:#a3b1c0;--accent:#6db3ff;--on-accent:#06121f;--bad:#ff9c94;--bad-ground:#391816;--warn:#ffcf7d;--warn-ground:#33270f;--good:#7ddc9f;--head:#22303d}}
+*{box-sizing:border-box}[hidden]{display:none!important}body{margin:0;background:var(--ground);color:var(--text);font:15px/1.5 system-ui,'DejaVu Sans',sans-serif}
+main{max-width:1320px;margin:0 auto;padding:24px}h1{font-size:26px;margin:0;overflow-wrap:anywhere}h2{font-size:18px;margin:34px 0 10px}
 .verdict{display:inline-block;padding:3px 14px;border-radius:4px;color:#fff;font-weight:700;letter-spacing:.06em;margin-left:14px;vertical-align:3px;font-size:16px}
-.good{background:#1d7a3e}.bad{background:#b3132b}.part{background:#b36b00}.sub{color:#55606c;margin:4px 0 0}
-.cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(190px,1fr));gap:10px;margin-top:18px}
-.card{background:#fff;border:1px solid #d9dde2;border-radius:6px;padding:10px 14px}.card b{display:block;font-size:21px;font-variant-numeric:tabular-nums}.card span{color:#55606c;font-size:13px}
-table{border-collapse:collapse;width:100%;background:#fff;border:1px solid #d9dde2;font-variant-numeric:tabular-nums}
-th,td{padding:6px 10px;text-align:left;border-bottom:1px solid #e6e9ec}th{background:#e9ecef;font-size:13px}td.n,th.n{text-align:right}
-img,svg{width:100%;height:auto;display:block;background:#fff;border:1px solid #d9dde2;border-radius:6px}
-figure{margin:0}figcaption{color:#55606c;font-size:13px;margin-top:6px}ul.bad-list{background:#fdeced;border:1px solid #e9b5bc;border-radius:6px;padding:10px 14px 10px 34px}
+.good{background:#1d7a3e}.bad{background:#b3132b}.part{background:#8f5600}.sub{color:var(--soft);margin:4px 0 0;overflow-wrap:anywhere}
+.cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:10px;margin-top:18px}
+.card{background:var(--sheet);border:1px solid var(--line);border-radius:6px;padding:10px 14px}.card b{display:block;font-size:21px;font-variant-numeric:tabular-nums}.card span{color:var(--soft);font-size:13px}
+.wide{overflow-x:auto}table{border-collapse:collapse;width:100%;background:var(--sheet);border:1px solid var(--line);font-variant-numeric:tabular-nums}
+th,td{padding:6px 10px;text-align:left;border-bottom:1px solid var(--line)}th{background:var(--head);font-size:13px}td.n,th.n{text-align:right}a{color:var(--accent)}
+main>img,main>svg,figure img,figure svg{width:100%;height:auto;display:block;background:var(--sheet);border:1px solid var(--line);border-radius:6px}
+figure{margin:0}figcaption{color:var(--soft);font-size:13px;margin-top:6px}ul.bad-list{background:var(--bad-ground);border:1px solid var(--bad);border-radius:6px;padding:10px 14px 10px 34px}
 pre{background:#20262d;color:#dfe5ea;padding:10px 14px;border-radius:6px;overflow:auto;font-size:13px;line-height:1.45}pre mark{background:#8c1126;color:#fff}
 details{margin:8px 0}summary{cursor:pointer}
-.plot{fill:#fbfcfd;stroke:#c9ced4}.rate{fill:#2e6fb2}.cutting{fill:#2f8a57}.air{fill:#d9a520}.rapid{fill:#8aa0b4}.place{fill:#2e6fb2;stroke:#2e6fb2;stroke-width:.8}.speed{fill:#76879a}
+button,input,select{font:inherit;color:inherit}button{min-height:40px;padding:.4rem .9rem;border:1px solid var(--line);border-radius:6px;background:var(--sheet);cursor:pointer}select{min-height:40px;padding:.3rem .5rem;border:1px solid var(--soft);border-radius:6px;background:var(--sheet);max-width:100%}
+:focus-visible{outline:3px solid var(--accent);outline-offset:2px}
+.plot{fill:var(--sheet);stroke:var(--line)}.rate{fill:#2e6fb2}.cutting{fill:#2f8a57;background:#2f8a57}.air{fill:#d9a520;background:#d9a520}.rapid{fill:#8aa0b4;background:#8aa0b4}.place{fill:#2e6fb2;stroke:#2e6fb2;stroke-width:.8}.speed{fill:#76879a}
 .limit{stroke:#b3132b;stroke-width:1.2;stroke-dasharray:6 4}.trouble{stroke:#b3132b;stroke-width:1.6}
-svg text{font:12px system-ui,'DejaVu Sans',sans-serif;fill:#3b4550}svg .name{font-weight:700}svg .unit,svg .tick,svg .hour{fill:#6a7683;font-size:11px}svg .tick{text-anchor:end}svg .hour{text-anchor:middle}
+svg text{font:12px system-ui,'DejaVu Sans',sans-serif;fill:var(--text)}svg .name{font-weight:700}svg .unit,svg .tick,svg .hour{fill:var(--soft);font-size:11px}svg .tick{text-anchor:end}svg .hour{text-anchor:middle}
 .key{display:inline-block;width:12px;height:12px;border-radius:2px;margin:0 5px 0 14px;vertical-align:-1px}
+#report-viewer{margin-top:18px;border:1px solid var(--line);border-radius:6px;overflow:hidden;background:var(--sheet)}
 )";
-
-std::string base64(const std::string& bytes) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve(bytes.size() * 4 / 3 + 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t word = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      word = word << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k)
-      out += i + k <= bytes.size() ? kDigits[word >> (18 - 6 * k) & 63U] : '=';
-  }
-  return out;
-}
 
 std::string figure(const std::string& png, const std::string& what, const std::string& caption) {
   return "<figure><img alt='" + escaped(what) + "' src='data:image/png;base64," + base64(png) +
@@ -118,8 +111,9 @@ std::string excess_table(const Removal& r) {
     first += text("<th class='n'>%.0f %%</th>", kPercentiles[k]);
     second += text("<td class='n'>%.4f</td>", r.excess[k]);
   }
-  return "<table><tr><th>share of the surface cut</th>" + first +
-         "</tr><tr><td>has this much left or less, mm</td>" + second + "</tr></table>\n<p class='sub'>" +
+  return "<div class='wide' tabindex='0'><table><tr><th>share of the surface cut</th>" + first +
+         "</tr><tr><td>has this much left or less, mm</td>" + second +
+         "</tr></table></div>\n<p class='sub'>" +
          text(
              "%.0f of the part's %.0f mm² came within %.3g mm of the cutter; %llu probes, %.3g mm "
              "apart.</p>\n",
@@ -134,7 +128,8 @@ std::string travel_table(const Removal& r, const MachineModel& m) {
                                                      {m.rotary.min, m.rotary.max}}};
   const char names[] = {'X', 'Y', 'Z', m.tilt.letter, m.rotary.letter};
   std::string html =
-      "<table><tr><th>axis</th><th class='n'>from</th><th class='n'>to</th><th class='n'>travel from</th><th "
+      "<div class='wide' tabindex='0'><table><tr><th>axis</th><th class='n'>from</th><th "
+      "class='n'>to</th><th class='n'>travel from</th><th "
       "class='n'>to</th>"
       "<th class='n'>used</th></tr>\n";
   for (std::size_t k = 0; k < limits.size(); ++k)
@@ -143,7 +138,7 @@ std::string travel_table(const Removal& r, const MachineModel& m) {
         "class='n'>%.6g</td><td class='n'>%.1f %%</td></tr>\n",
         names[k], r.travel_low[k], r.travel_high[k], limits[k][0], limits[k][1],
         100.0 * (r.travel_high[k] - r.travel_low[k]) / (limits[k][1] - limits[k][0]));
-  return html + "</table>\n";
+  return html + "</table></div>\n";
 }
 
 }  // namespace
@@ -175,30 +170,41 @@ std::string escaped(const std::string& text) {
 }
 
 std::string report_page(const PageParts& p) {
+  const ViewerFiles viewer = viewer_files();
+  const bool moving = !viewer.script_gzip.empty() && !p.view.empty();
   std::string html =
       "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
+      "<meta http-equiv='Content-Security-Policy' content=\"default-src 'none'; img-src data:; style-src "
+      "'unsafe-inline'" +
+      (moving ? "; script-src '" + std::string(viewer.script_hash) + "'" : std::string()) +
+      "; base-uri 'none'; form-action 'none'\">"
       "<meta name='viewport' content='width=device-width,initial-scale=1'><title>";
   html += escaped(p.context.job.plan.name) + ": " + p.verdict.word() + "</title><style>" + kStyle +
-          "</style></head><body><main>\n";
-  html += head(p) + cards(p) + places_html(p);
+          std::string(moving ? viewer.style : "") + "</style></head><body><main>\n";
+  html += head(p);
+  if (moving) html += "<section id='report-viewer' aria-label='Viewer'></section>\n";
+  html += cards(p) + places_html(p);
   html +=
-      "<h2>What is left on the part</h2>\n" +
+      "<section id='picture'><h2>What is left on the part</h2>\n" +
       figure(p.deviation_png, "the part coloured by what is left on it",
              "Each facet in the colour of the material left on it along its normal; rings: worst places.") +
-      legend(p.scale) + excess_table(p.removal);
+      legend(p.scale) + "</section>\n<h2>How much is left</h2>\n" + excess_table(p.removal);
   html += "<h2>Path</h2>\n" +
           figure(p.path_png, "the part with the path over it",
                  "Feed moves from yellow (first) to crimson (last), rapids dashed, tool axes dark.");
   html +=
-      "<h2>Over time</h2>\n<p class='sub'>moves:<span class='key' style='background:#2f8a57'></span>cutting"
-      "<span class='key' style='background:#d9a520'></span>feed in air<span class='key' "
-      "style='background:#8aa0b4'></span>rapid</p>\n" +
+      "<h2>Over time</h2>\n<p class='sub'>moves:<span class='key cutting'></span>cutting"
+      "<span class='key air'></span>feed in air<span class='key rapid'></span>rapid</p>\n" +
       timeline_svg(p.removal);
   html +=
       "<h2>Axes</h2>\n<p class='sub'>Place between the least and the most of each span of time, and the "
       "largest speed; dashed: the machine's limits.</p>\n" +
       axes_svg(p.removal, p.context.job.machine.model) + travel_table(p.removal, p.context.job.machine.model);
-  return html + "</main></body></html>\n";
+  html += "</main>\n";
+  if (moving)
+    html += "<script type='text/plain' id='cut-view'>" + base64(p.view) + "</script>\n<script>" +
+            unzipped(viewer.script_gzip) + "</script>\n";
+  return html + "</body></html>\n";
 }
 
 }  // namespace tiltfeed::sim

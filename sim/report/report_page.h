@@ -1,7 +1,9 @@
 #pragma once
-// The report as one page for people: everything inside of it, no scripts, nothing fetched.
+// The report as one page for people: everything inside of it, nothing fetched; a viewer, where this program
+// was built with the page.
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/report/deviation_picture.h"
@@ -35,6 +37,7 @@ struct PageParts {
   const std::vector<ColourStop>& scale;
   std::string deviation_png, path_png;  ///< bytes
   std::vector<Excerpt> excerpts;        ///< by worst place
+  std::string_view view = {};           ///< for the viewer; empty: none
 };
 
 std::string report_page(const PageParts& parts);

@@ -28,6 +28,7 @@
 #include "sim/removal/stock.h"
 #include "sim/report/program_header.h"
 #include "sim/report/report.h"
+#include "sim/report/verify_progress.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -57,25 +58,6 @@ int report(const Error& error) {
   std::cerr << "tiltfeed verify: " << error.message << "\n";
   return error.code == Code::kUsage ? kWrongUse : kFailed;
 }
-
-/// A line on standard error, rewritten in place; nothing where there is no terminal.
-class Line {
- public:
-  void show(const char* stage, double fraction) {
-    const auto now = std::chrono::steady_clock::now();
-    if (terminal_ && now - shown_ > std::chrono::milliseconds(100)) {
-      std::fprintf(stderr, "\r\033[K%s %3.0f %%", stage, fraction * 100.0);
-      shown_ = now;
-    }
-  }
-  ~Line() {
-    if (terminal_) std::fprintf(stderr, "\r\033[K");
-  }
-
- private:
-  const bool terminal_ = isatty(STDERR_FILENO) == 1;
-  std::chrono::steady_clock::time_point shown_;
-};
 
 double default_cell(const config::Job& job, const pathgen::CheckedMesh& part) {
   const Vec3 size = part.bounds.max - part.bounds.min;
@@ -196,6 +178,17 @@ Surface read_surface(const config::Job& job, std::optional<double> resolution) {
   return surface;
 }
 
+/// The same stock in few lines, to be shown. Nothing where so few lines do not do: a thin part falls through.
+std::optional<StockFilm> make_film(const StockShape& shape, const pathgen::CheckedMesh& part,
+                                   const config::Job& job, const Stock& stock, const ExecutedPath& path,
+                                   int threads) {
+  const int axis = main_direction(path, job.machine.model, job.setup);
+  const double cell = StockFilm::cell_for(stock.box, axis, stock.cell);
+  auto coarse = make_stock(shape, part, job, cell, threads, {axis});
+  if (!coarse) return std::nullopt;
+  return StockFilm(std::move(coarse->bundles.front()), cell, path.moves.front().start, path.moves.back().end);
+}
+
 void print(const RemovalContext& context, const RemovalVerdict& verdict, const Removal& r) {
   std::printf("%s\n", verdict.word());
   for (const std::string& failure : verdict.failures) std::printf("  %s\n", failure.c_str());
@@ -241,9 +234,9 @@ int verify_command(const VerifyOptions& options) {
   if (options.resolution && !(*options.resolution >= kFinest && *options.resolution <= kCoarsest))
     return report({Code::kUsage, "--resolution " + number_text(*options.resolution) + ": " +
                                      number_text(kFinest) + " to " + number_text(kCoarsest) + " mm"});
-  Line line;
+  VerifyProgress line(options.progress);
   line.show("read", 0.0);
-  const Result<config::Job> job = config::load_job(options.job);
+  const Result<config::Job> job = config::load_job_with(options.job, {options.stl, options.machine});
   if (!job) return report(job.error());
   auto shape = options.stock.empty() ? Result<StockShape>(default_stock(*job)) : parse_stock(options.stock);
   if (!shape) return report(shape.error());
@@ -274,18 +267,25 @@ int verify_command(const VerifyOptions& options) {
   if (options.bundles == 1) axes = {main_direction(*path, job->machine.model, job->setup)};
   auto stock = make_stock(*shape, *part, *job, cell, removal.threads, axes);
   if (!stock) return report(stock.error());
-  if (!options.out.empty())
-    if (auto made = make_report_folder(options.out); !made) return report(made.error());
+  std::optional<StockFilm> film;
+  if (!options.out.empty()) {
+    if (!is_page(options.out))
+      if (auto made = make_report_folder(options.out); !made) return report(made.error());
+    film = make_film(*shape, *part, *job, *stock, *path, removal.threads);
+  }
   const double read = since(begun);
   Probes& probes = *surface.probes;
   std::future<Drawings> drawings;
   if (!options.out.empty())
     drawings = std::async(removal.threads > 1 ? std::launch::async : std::launch::deferred,
                           [&] { return draw_report(*job, *part, *path, probes.patches()); });
-  const auto result = remove_material(*job, *path, *stock, probes, removal, [&](const char* stage, double f) {
-    line.show(stage, f);
-    return true;
-  });
+  const auto result = remove_material(
+      *job, *path, *stock, probes, removal,
+      [&](const char* stage, double f) {
+        line.show(stage, f);
+        return true;
+      },
+      film ? &*film : nullptr);
   if (!result) return report(result.error());
   const RemovalVerdict verdict = judge(*result, context);
   const double cut = since(begun);
@@ -296,9 +296,9 @@ int verify_command(const VerifyOptions& options) {
     print(context, verdict, *result);
   if (!options.out.empty()) {
     line.show("report", 0.0);
-    if (auto written =
-            write_removal_report(options.out, context, drawings.get(), *result, verdict, removal.threads);
-        !written)
+    const RemovalFindings findings{context, drawings.get(),         *result, verdict, *path,
+                                   probes,  film ? &*film : nullptr};
+    if (auto written = write_removal_report(options.out, findings, removal.threads); !written)
       return report(written.error());
   }
   if (!options.as_json) print_cost(begun, read, cut);

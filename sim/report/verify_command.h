@@ -10,7 +10,9 @@ struct VerifyOptions {
   std::string job, program, trace, canon;  ///< the job, and one of the three
   std::string stock;                       ///< as for parse_stock; empty: the job's default
   std::optional<double> resolution;        ///< mm; absent: chosen from the tool and the part's size
-  std::string out;                         ///< folder of the report; empty: none
+  std::string out;                         ///< folder of the report, or its page (.html); empty: none
+  std::string stl, machine;                ///< instead of the job's; empty: the job's
+  std::string progress;                    ///< a file that says what it is at; empty: none
   int bundles = 1;                         ///< of the stock's lines: 1, along the tool's main direction, or 3
   int threads = 0;                         ///< 0: as many as the machine has
   bool as_json = false;                    ///< the report instead of its summary, on standard output

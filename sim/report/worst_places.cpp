@@ -16,9 +16,10 @@ std::string row(std::size_t number, const WorstPlace& w) {
 /// The program's lines round a place.
 std::string details(std::size_t number, const WorstPlace& w, const Excerpt* excerpt) {
   constexpr std::size_t kOpen = 3;
-  std::string html = text("<details id='trouble-%zu'%s><summary>%zu: block %llu, line %u, %s</summary><pre>",
-                          number, w.wrong && number <= kOpen ? " open" : "", number,
-                          static_cast<unsigned long long>(w.block), w.line, w.what.c_str());
+  std::string html =
+      text("<details id='trouble-%zu'%s><summary>%zu: block %llu, line %u, %s</summary><pre tabindex='0'>",
+           number, w.wrong && number <= kOpen ? " open" : "", number,
+           static_cast<unsigned long long>(w.block), w.line, w.what.c_str());
   for (std::size_t k = 0; excerpt != nullptr && k < excerpt->lines.size(); ++k) {
     const std::string line = escaped(excerpt->lines[k]);
     html += (k == excerpt->marked ? "<mark>" + line + "</mark>" : line) + "\n";
@@ -60,10 +61,12 @@ std::string places_html(const PageParts& p) {
             "</p>\n";
   if (places.empty()) return html;
   html +=
-      "<table><tr><th>#</th><th>what</th><th class='n'>mm</th><th class='n'>block</th><th "
+      "<div class='wide' tabindex='0'><table><tr><th>#</th><th>what</th><th class='n'>mm</th><th "
+      "class='n'>block</th><th "
       "class='n'>line</th><th class='n'>facet</th><th>place, mm</th><th class='n'>time</th></tr>\n";
   for (std::size_t i = 0; i < places.size(); ++i) html += row(i + 1, places[i]);
-  html += text("</table>\n<p class='sub'>More left than %.3g mm is not told apart.</p>\n", p.removal.reach);
+  html +=
+      text("</table></div>\n<p class='sub'>More left than %.3g mm is not told apart.</p>\n", p.removal.reach);
   for (std::size_t i = 0; i < places.size(); ++i)
     html += details(i + 1, places[i], i < p.excerpts.size() ? &p.excerpts[i] : nullptr);
   return html;

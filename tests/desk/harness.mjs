@@ -1,7 +1,7 @@
 // What the browser tests share: a desk, a browser, pages that are watched.
 import assert from 'node:assert/strict';
 import {spawn} from 'node:child_process';
-import {existsSync, mkdirSync, readFileSync} from 'node:fs';
+import {existsSync, mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
 import {join} from 'node:path';
 import {createInterface} from 'node:readline';
@@ -30,6 +30,17 @@ export function run(program, ...words) {
 export async function part_file(name) {
   const file = join(work, `${name}.stl`);
   if (!existsSync(file)) assert.equal((await run('tiltfeed-sim', 'part', name, '--out', file)).status, 0);
+  return file;
+}
+
+/** A job for the pin of tiltfeed-sim with rows so far apart. */
+export async function pin_job(name, side_step) {
+  const machines = new URL('../../config/machines/', import.meta.url).pathname;
+  const file = join(work, name), text = readFileSync(new URL('../../config/jobs/pin.yaml', import.meta.url), 'utf8');
+  const changed = text.replace(/stl: .*/, `stl: ${await part_file('pin')}`).replace(/machine: \.\.\/machines\//, `machine: ${machines}`)
+    .replace(/side_step_mm: [0-9.]+/, `side_step_mm: ${side_step}`);
+  assert.notEqual(changed, text);
+  writeFileSync(file, changed);
   return file;
 }
 
@@ -87,7 +98,22 @@ export const kPhone = {width: 390, height: 844, hasTouch: true, isMobile: true, 
  * A page of its own context, signed in. What must never happen is collected in `faults`: a request off this machine, a
  * violation of the policy, an error in the console, an exception.
  */
-export async function open_page(desk, {viewport = kDesktop, scheme = 'light'} = {}) {
+export async function open_page(desk, looks = {}) {
+  const page = await watched_page((url) => url.origin === desk.origin, looks);
+  await page.goto(await desk.address());
+  await page.waitForSelector('body[data-ready]');
+  return page;
+}
+
+/** The same for a file of this computer, which may ask for nothing. `ready`: wait until it says so. */
+export async function open_file(file, {ready = true, ...looks} = {}) {
+  const page = await watched_page((url) => url.href === `file://${file}`, looks);
+  await page.goto(`file://${file}`);
+  if (ready) await page.waitForSelector('body[data-ready]');
+  return page;
+}
+
+async function watched_page(allowed, {viewport = kDesktop, scheme = 'light'} = {}) {
   const context = await (await open_browser()).createBrowserContext();
   const page = await context.newPage();
   page.faults = [];
@@ -95,8 +121,8 @@ export async function open_page(desk, {viewport = kDesktop, scheme = 'light'} = 
   await page.setViewport(viewport);
   await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: scheme}]);
   page.on('request', (request) => {
-    const {origin, protocol} = new URL(request.url());
-    if (origin !== desk.origin && protocol !== 'data:') page.faults.push(`request to ${request.url()}`);
+    const url = new URL(request.url());
+    if (!allowed(url) && url.protocol !== 'data:') page.faults.push(`request to ${request.url()}`);
   });
   page.on('pageerror', (error) => page.faults.push(`exception: ${error.message}`));
   page.on('console', (message) => { if (message.type() === 'error') page.faults.push(`console: ${message.text()}`); });
@@ -104,8 +130,6 @@ export async function open_page(desk, {viewport = kDesktop, scheme = 'light'} = 
     window.violations = [];
     document.addEventListener('securitypolicyviolation', (event) => window.violations.push(`${event.violatedDirective} ${event.blockedURI}`));
   });
-  await page.goto(await desk.address());
-  await page.waitForSelector('body[data-ready]');
   return page;
 }
 

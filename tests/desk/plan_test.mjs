@@ -1,24 +1,12 @@
 // Job and Plan: the text is checked as it is typed, the program planned, followed, cancelled, drawn. In a real browser.
 import assert from 'node:assert/strict';
-import {readFileSync, writeFileSync} from 'node:fs';
+import {readFileSync} from 'node:fs';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
 
 import {
-  Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, open_page, part_file, run, shot, text_of, work,
+  Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, open_page, pin_job, run, shot, text_of, work,
 } from './harness.mjs';
-
-const machines = new URL('../../config/machines/', import.meta.url).pathname;
-
-/** A job for the pin of tiltfeed-sim with rows so far apart. */
-async function pin_job(name, side_step) {
-  const file = join(work, name), text = readFileSync(new URL('../../config/jobs/pin.yaml', import.meta.url), 'utf8');
-  const changed = text.replace(/stl: .*/, `stl: ${await part_file('pin')}`).replace(/machine: \.\.\/machines\//, `machine: ${machines}`)
-    .replace(/side_step_mm: [0-9.]+/, `side_step_mm: ${side_step}`);
-  assert.notEqual(changed, text);
-  writeFileSync(file, changed);
-  return file;
-}
 
 let desk, job;
 before(async () => {

@@ -251,18 +251,25 @@ TEST(RemovalPage, HoldsEverythingAndFetchesNothing) {
   const RemovalVerdict verdict = judge(*cut, context);
   ASSERT_TRUE(make_report_folder(folder));
   const Drawings drawings = draw_report(shop.job, shop.part, *path, probes.patches());
-  ASSERT_TRUE(write_removal_report(folder, context, drawings, *cut, verdict, 2));
+  const RemovalFindings findings{context, drawings, *cut, verdict, *path, probes, nullptr};
+  ASSERT_TRUE(write_removal_report(folder, findings, 2));
   std::ifstream page(folder + "/index.html");
   const std::string html{std::istreambuf_iterator<char>(page), {}};
   for (const char* part :
        {"FAILED", "id='trouble-1'", "href='#trouble-1'", "data:image/png;base64,iVBOR", "<mark>", "</html>"})
     EXPECT_NE(html.find(part), std::string::npos) << part;
-  for (const char* part : {"http", "<script", "<link"}) EXPECT_EQ(html.find(part), std::string::npos) << part;
+  for (const char* part : {"src='http", "href='http", "<link", "url(h"})
+    EXPECT_EQ(html.substr(0, html.find("<script")).find(part), std::string::npos) << part;
+  EXPECT_LT(html.find("default-src 'none'"), html.find("<style"));
   const std::size_t marked = html.find("<mark>") + 6;
   EXPECT_EQ(html.substr(marked, html.find("</mark>") - marked), shop.lines[cut->troubles[0].line - 1]);
   for (const char* name : {"deviation.png", "path.png", "report.json"})
     EXPECT_GT(std::ifstream(folder + "/" + name, std::ios::ate).tellg(), 500) << name;
-  EXPECT_FALSE(write_removal_report("/dev/null/x", context, drawings, *cut, verdict, 2));
+  EXPECT_FALSE(write_removal_report("/dev/null/x", findings, 2));
+  // The page alone: the same.
+  ASSERT_TRUE(write_removal_report(folder + "/alone.html", findings, 2));
+  std::ifstream alone(folder + "/alone.html");
+  EXPECT_EQ((std::string{std::istreambuf_iterator<char>(alone), {}}), html);
   EXPECT_FALSE(make_report_folder("/dev/null/x"));
 }
 

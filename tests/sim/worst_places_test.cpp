@@ -97,7 +97,8 @@ TEST(RemovalPlaces, LinesRoundAPlaceAreTheSources) {
   const auto marked = [&](Source kind, const std::string& bytes) {
     std::ofstream(source, std::ios::trunc) << bytes;
     const RemovalContext context{shop.job, shop.part, *shape, source, {}, kind};
-    EXPECT_TRUE(write_removal_report(folder, context, drawings, *cut, judge(*cut, context), 2));
+    const RemovalVerdict verdict = judge(*cut, context);
+    EXPECT_TRUE(write_removal_report(folder, {context, drawings, *cut, verdict, *path, probes, nullptr}, 2));
     std::ifstream page(folder + "/index.html");
     const std::string html{std::istreambuf_iterator<char>(page), {}};
     const std::size_t from = html.find("<mark>") + 6;

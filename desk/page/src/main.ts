@@ -6,10 +6,6 @@ import {PartScreen} from './part_screen.js';
 import {PlanScreen} from './plan_screen.js';
 import {Viewer} from './viewer.js';
 
-declare global {
-  interface Window { tiltfeed?: Viewer }
-}
-
 const kTabs = ['Part', 'Job', 'Plan'];
 
 function make_viewer(): Viewer | null {

@@ -1,10 +1,15 @@
 // The 3D view: one part, its marks. Drawn when something has changed, never in a loop. z is up, lengths are mm.
 import {
-  Box3, BufferAttribute, BufferGeometry, Color, GLSL3, Group, LineBasicMaterial, LineSegments, Mesh, OrthographicCamera,
-  RawShaderMaterial, Scene, Sphere, Vector3, WebGLRenderer,
+  Box3, BufferAttribute, BufferGeometry, Color, GLSL3, Group, LineBasicMaterial, LineSegments, Mesh, Object3D, OrthographicCamera,
+  Raycaster, RawShaderMaterial, Scene, Sphere, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import {PathDrawing} from './path_drawing.js';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
+
+declare global {
+  /** For tests. */
+  interface Window { tiltfeed?: Viewer }
+}
 
 const kPartVertex = `
 in vec3 position;
@@ -59,7 +64,7 @@ export class Viewer {
   private due = false;
 
   /** Throws where the browser has no WebGL 2. */
-  constructor(private readonly canvas: HTMLCanvasElement) {
+  constructor(readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({canvas, antialias: true});
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.scene.add(this.part, this.path.group);
@@ -88,6 +93,47 @@ export class Viewer {
       this.part.add(new LineSegments(marks, this.mark_material));
     }
     this.look('iso');
+  }
+
+  /** Whatever else is drawn. */
+  add(object: Object3D): void {
+    this.scene.add(object);
+  }
+
+  /** What stands in the view from now on: the part, the path, or neither. */
+  set showing(what: {part: boolean; path: boolean}) {
+    this.part.visible = what.part;
+    this.path.group.visible = what.path;
+    this.redraw();
+  }
+
+  /** All of the view is about what is in this box. */
+  stage(box: Box3): void {
+    if (box.equals(this.box)) return;
+    this.box.copy(box).getBoundingSphere(this.sphere);
+    this.look('iso');
+  }
+
+  /** Looks at a place, `size` mm of it, from somewhere that `from` points to. */
+  fly_to(place: Vector3, size: number, from: Vector3): void {
+    const eye = from.clone().normalize();
+    if (Math.hypot(eye.x, eye.y) < 0.05) eye.setY(eye.y - 0.05).normalize();  // up has to stay up
+    this.camera.up.set(0, 0, 1);
+    this.controls.target.copy(place);
+    this.camera.position.copy(place).addScaledVector(eye, this.sphere.radius * 4);
+    this.camera.lookAt(place);
+    this.controls.update();
+    this.camera.zoom = this.sphere.radius / Math.max(size, 1e-6);
+    this.redraw();
+  }
+
+  /** The facet of a mesh under a point of the canvas (CSS pixels from its top left), or -1. */
+  pick(x: number, y: number, mesh: Mesh): number {
+    this.frame();
+    this.camera.updateMatrixWorld();
+    const ray = new Raycaster();
+    ray.setFromCamera(new Vector2(2 * x / this.canvas.clientWidth - 1, 1 - 2 * y / this.canvas.clientHeight), this.camera);
+    return ray.intersectObject(mesh, false)[0]?.faceIndex ?? -1;
   }
 
   clear_part(): void {
@@ -153,10 +199,12 @@ export class Viewer {
   /** For tests: draws now, and gives the colours at points of the canvas (CSS pixels from its top left). */
   colours_at(points: number[][]): number[][] {
     this.render();
-    const gl = this.renderer.getContext(), ratio = this.renderer.getPixelRatio(), pixel = new Uint8Array(4);
+    const gl = this.renderer.getContext(), ratio = this.renderer.getPixelRatio(), {width, height} = this.canvas;
+    const pixels = new Uint8Array(4 * width * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);  // once: each call waits for the processor
     return points.map(([x, y]) => {
-      gl.readPixels(Math.round(x * ratio), this.canvas.height - 1 - Math.round(y * ratio), 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
-      return [...pixel.subarray(0, 3)];
+      const at = 4 * ((height - 1 - Math.round(y * ratio)) * width + Math.round(x * ratio));
+      return [...pixels.subarray(at, at + 3)];
     });
   }
 
