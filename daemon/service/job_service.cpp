@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/service/job_origin.h"
+#include "daemon/service/run_place.h"
 
 namespace tiltfeed::daemon {
 
@@ -221,6 +222,7 @@ std::string JobService::job_json(const SpooledJob& job, const std::vector<std::u
   json["machine_seconds"] = tenth(view.machine_seconds);
   json["remaining_seconds"] = tenth(view.remaining_seconds);
   json["uncertain_lines"] = {view.state.uncertain.first, view.state.uncertain.last};
+  json.update(ordered_json::parse(run_place_json(view.state)));
   if (!view.state.held.empty()) json["held"] = view.state.held;
   if (!view.state.refused.empty()) json["refused"] = view.state.refused;
   return text_of(json);

@@ -1,12 +1,12 @@
 // What an operator asks of the machine between jobs, and the little that is possible while one is on it.
 
 #include <charconv>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "daemon/protocol/grbl_words.h"
 #include "daemon/service/job_service.h"
+#include "daemon/service/run_place.h"
 
 namespace tiltfeed::daemon {
 
@@ -50,19 +50,15 @@ ordered_json status_of(const RunView& view) {
                        {"state", state.machine},
                        {"executed", state.executed},
                        {"blocks", state.total}};
+  json.update(ordered_json::parse(run_place_json(state)));
   std::string text = "state    " + grbl_state_text(state.machine, 0) + "\njob      " +
                      std::to_string(view.job) + ", " + phase_name(state.phase) + ", " +
                      std::to_string(state.executed) + " of " + std::to_string(state.total) + " blocks";
-  if (const std::string place = describe(state.place); !place.empty()) {
-    text += "\nprogram  " + place;
-    for (std::size_t i = 0; i < kMostAxes; ++i)
-      if (!std::isnan(state.place[i])) json["program"][std::string(1, kAxisLetters[i])] = state.place[i];
-  }
+  if (const std::string place = describe(state.place); !place.empty()) text += "\nprogram  " + place;
   std::string overrides;
   const auto tell = [&](const char* name, int percent) {
     if (percent == 0) return;
     overrides += std::string(overrides.empty() ? "" : ", ") + name + " " + std::to_string(percent) + " %";
-    json["override"][name] = percent;
   };
   tell("feed", state.feed_override);
   tell("rapid", state.rapid_override);

@@ -75,14 +75,21 @@ const std::vector<Desk::Route>& Desk::routes() {
   return all;
 }
 
-Desk::Desk(const DeskOptions& options, Teller tell)
+Desk::Desk(const DeskOptions& options, Teller tell, std::function<void(std::uint64_t, const Reply&)> finish)
     : options_(options),
       tell_(std::move(tell)),
       part_(options.self, options.folder, tell_),
       job_(options.folder),
       plan_(options.tiltfeed, options.folder, tell_),
       suggest_(options.tiltfeed, options.folder, tell_),
-      reach_(options.self, options.folder, tell_) {}
+      reach_(options.self, options.folder, tell_),
+      run_(options.service, options.machine,
+           {tell_, std::move(finish), [this] { return planned(); },
+            [this]() -> std::optional<Placing> {
+              if (!job_.is_right()) return std::nullopt;
+              return Placing{job_.job().machine.model, job_.job().setup};
+            },
+            [](std::uint64_t session) { return "browser " + std::to_string(session); }}) {}
 
 void Desk::set_port(std::uint16_t port) {
   port_ = port;
@@ -131,6 +138,10 @@ std::optional<Reply> Desk::admit(const Request& request, BodyRule& rule) {
   if (auto reply = refused(request, rules_, {session ? session->csrf : ""})) return reply;
   if (request.path.rfind(kApi, 0) != 0) return std::nullopt;
   const Route* route = route_of(request);
+  if (!route && RunApi::is_route(request.method, request.path)) {
+    rule = {kSmallBody, false};
+    return std::nullopt;
+  }
   if (!route)
     return refusal(404, "the API has no " + request.method + " at this path; desk/API.md lists what it has");
   rule = {route->most, route->file};
@@ -138,6 +149,10 @@ std::optional<Reply> Desk::admit(const Request& request, BodyRule& rule) {
 }
 
 Reply Desk::answer(const Request& request) {
+  if (RunApi::is_route(request.method, request.path)) {
+    const Session* session = sessions_.find(cookie_of(request));
+    return run_.answer(request, session ? session->number : 0);
+  }
   const Route* route = route_of(request);
   return route ? (this->*route->answer)(request) : page_reply(request);
 }
@@ -156,6 +171,7 @@ Reply Desk::sign_in(const Request& request) {
 }
 
 Reply Desk::sign_out(const Request& request) {
+  if (const Session* session = sessions_.find(cookie_of(request))) run_.sign_out(session->number);
   sessions_.close(cookie_of(request));
   return json_reply(json::object());
 }
@@ -168,7 +184,8 @@ Reply Desk::session(const Request& request) {
 Reply Desk::state(const Request&) {
   return text_reply("{\"api\": 1, \"version\": \"" + options_.version + "\", \"part\": " + part_.describe() +
                     ", \"job\": " + job_.describe() + ", \"plan\": " + plan_.describe() +
-                    ", \"suggest\": " + suggest_.describe() + ", \"reach\": " + reach_.describe() + "}");
+                    ", \"suggest\": " + suggest_.describe() + ", \"reach\": " + reach_.describe() +
+                    ", \"run\": " + run_.describe_run() + ", \"seat\": " + run_.describe_seat() + "}");
 }
 
 Reply Desk::events(const Request&) {
@@ -247,6 +264,7 @@ std::vector<int> Desk::descriptors() const {
   std::vector<int> all;
   for (const int fd : {part_.descriptor(), plan_.descriptor(), suggest_.descriptor(), reach_.descriptor()})
     if (fd >= 0) all.push_back(fd);
+  for (const int fd : run_.descriptors()) all.push_back(fd);
   return all;
 }
 
@@ -259,6 +277,30 @@ void Desk::hear(int descriptor) {
     suggest_.hear();
   else if (descriptor == reach_.descriptor())
     reach_.hear();
+  else
+    (void)run_.hear(descriptor);
+}
+
+int Desk::patience_ms() const {
+  const int run = run_.patience_ms(std::chrono::steady_clock::now());
+  if (!plan_.is_working() && !suggest_.is_working()) return run;
+  return run < 0 ? PlanWork::kLookMs : std::min(run, PlanWork::kLookMs);
+}
+
+void Desk::look() {
+  plan_.look();
+  suggest_.look();
+  run_.look(std::chrono::steady_clock::now());
+}
+
+std::optional<PlannedProgram> Desk::planned() const {
+  const Reply program = plan_.program();
+  if (program.file.empty()) return std::nullopt;
+  const json plan = json::parse(plan_.describe(), nullptr, false);
+  const json job = json::parse(job_.describe(), nullptr, false);
+  const std::string file = job.is_object() ? job.value("name", "program") : "program";
+  return PlannedProgram{program.file, std::filesystem::path(file).stem().string(),
+                        plan.value("id", std::uint64_t{0})};
 }
 
 }  // namespace tiltfeed::desk

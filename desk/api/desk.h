@@ -2,6 +2,7 @@
 // The desk behind the page: who is signed in, what lies on it, and which request does what (desk/API.md).
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "desk/api/part_work.h"
 #include "desk/api/plan_work.h"
 #include "desk/api/reach_work.h"
+#include "desk/api/run_api.h"
 #include "desk/api/suggest_work.h"
 #include "desk/http/access_check.h"
 #include "desk/http/http_message.h"
@@ -23,11 +25,14 @@ struct DeskOptions {
   std::string maker;     ///< what makes the formula parts
   std::string folder;    ///< where its work lies while it runs
   std::string version;   ///< of the program
+  std::string service;   ///< socket of the machine's service; empty: none
+  std::string machine;   ///< file of its profile, where it is known
 };
 
 class Desk {
  public:
-  Desk(const DeskOptions& options, Teller tell);
+  /// `finish`: as HttpServer::finish().
+  Desk(const DeskOptions& options, Teller tell, std::function<void(std::uint64_t, const Reply&)> finish);
 
   /// From then on the server is known by these names only.
   void set_port(std::uint16_t port);
@@ -44,8 +49,8 @@ class Desk {
   std::vector<int> descriptors() const;
   void hear(int descriptor);
   /// Milliseconds after which look() is due; -1: never.
-  int patience_ms() const { return plan_.is_working() || suggest_.is_working() ? PlanWork::kLookMs : -1; }
-  void look() { plan_.look(), suggest_.look(); }
+  int patience_ms() const;
+  void look();
 
  private:
   struct Route;
@@ -83,6 +88,7 @@ class Desk {
   Reply reach_map(const Request& request);
   Reply ask_fit(const Request& request);
   AskedPart asked_part() const;
+  std::optional<PlannedProgram> planned() const;
   Result<void> copy_part(const std::string& path, const std::string& unit);
 
   DeskOptions options_;
@@ -96,6 +102,7 @@ class Desk {
   SuggestWork suggest_;
   ReachWork reach_;
   std::string part_folder_;  ///< of the part that was named at the start; empty: it came otherwise
+  RunApi run_;
 };
 
 }  // namespace tiltfeed::desk

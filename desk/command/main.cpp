@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <iostream>
 
@@ -77,7 +78,18 @@ int serve(Desk& desk, HttpServer& server, int signals) {
   }
 }
 
-int run_desk(const std::string& open, std::uint16_t port) {
+/// The service's usual socket, where there is one.
+std::string usual_service() {
+  const char* const set = std::getenv("TILTFEED_SOCKET");
+  const std::string socket = set ? set : "/run/tiltfeed/api.sock";
+  return ::access(socket.c_str(), F_OK) == 0 ? socket : "";
+}
+
+struct Beside {
+  std::string service, machine;
+};
+
+int run_desk(const std::string& open, std::uint16_t port, const Beside& beside) {
   const Result<std::string> self = program_beside("tiltfeed-desk"), planner = program_beside("tiltfeed"),
                             maker = program_beside("tiltfeed-sim");
   if (!self || !planner || !maker) return complain(self ? planner.error() : self.error());
@@ -85,10 +97,14 @@ int run_desk(const std::string& open, std::uint16_t port) {
   if (!folder) return complain(folder.error());
   const int signals = open_signals();
   HttpServer* teller = nullptr;
-  Desk desk({*self, *planner, *maker, folder->path(), TILTFEED_VERSION},
-            [&](const std::string& event, const std::string& data) {
-              if (teller) teller->tell(event, data);
-            });
+  Desk desk(
+      {*self, *planner, *maker, folder->path(), TILTFEED_VERSION, beside.service, beside.machine},
+      [&](const std::string& event, const std::string& data) {
+        if (teller) teller->tell(event, data);
+      },
+      [&](std::uint64_t ticket, const Reply& reply) {
+        if (teller) teller->finish(ticket, reply);
+      });
   Result<HttpServer> server = HttpServer::open(
       {port, folder->path()}, {[&](const Request& r, BodyRule& rule) { return desk.admit(r, rule); },
                                [&](const Request& r) { return desk.answer(r); }});
@@ -113,6 +129,12 @@ int run(int argc, char** argv) {
   std::uint16_t port = 0;
   app.add_option("FILE", open, "the job (.yaml) with its part, or the part (STL), to begin with");
   app.add_option("--port", port, "port to listen on; else a free one");
+  Beside beside{usual_service(), ""};
+  app.add_option("--service", beside.service,
+                 "socket of tiltfeed serve, for the machine (default: $TILTFEED_SOCKET, else "
+                 "/run/tiltfeed/api.sock, where it is there)");
+  app.add_option("--machine", beside.machine,
+                 "profile of that machine (YAML): shows the tool on the parts of jobs planned elsewhere");
   app.add_option("--view-part", view)->group("");
   app.add_option("--unit", unit)->group("");
   app.add_option("--into", into)->group("");
@@ -124,7 +146,7 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   if (answer) return answer_reach();
-  if (view.empty()) return run_desk(open, port);
+  if (view.empty()) return run_desk(open, port, beside);
   const Result<void> written = write_part_view(view, unit, into);
   return written ? 0 : complain(written.error());
 }

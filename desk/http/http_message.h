@@ -19,7 +19,8 @@ struct Request {
   std::optional<std::uint64_t> length;         ///< Content-Length, where it is a number
   std::optional<std::uint64_t> last_event_id;  ///< where it is a number
   std::string body;                            ///< of a text body
-  std::string file;  ///< of a file body: where it was put; the taker renames it away
+  std::string file;          ///< of a file body: where it was put; the taker renames it away
+  std::uint64_t ticket = 0;  ///< by which a reply that comes later finds it
 };
 
 struct Reply {
@@ -30,6 +31,7 @@ struct Reply {
   std::string file;        ///< instead of `body`: a file whose bytes are sent
   std::vector<std::pair<std::string, std::string>> headers;
   bool events = false;  ///< instead of `body`: the stream of events, for as long as the client listens
+  bool later = false;   ///< there is no reply yet: HttpServer::finish() brings it
 };
 
 /// {"error": message}.

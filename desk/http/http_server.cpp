@@ -12,6 +12,7 @@
 #include <charconv>
 #include <cstring>
 #include <list>
+#include <map>
 #include <set>
 
 #include "desk/http/event_ring.h"
@@ -84,6 +85,8 @@ struct HttpServer::State {
     int file = -1;
     std::uint64_t got = 0;
     std::optional<Reply> refused;
+    std::optional<Reply> finished;  // what came later
+    MHD_Connection* waits = nullptr;
   };
   struct Stream {
     State* state;
@@ -99,6 +102,8 @@ struct HttpServer::State {
   std::list<Connection> connections;
   std::set<Stream*> streams;
   std::set<Exchange*> exchanges;
+  std::map<std::uint64_t, Exchange*> later;  // by ticket
+  std::uint64_t tickets = 0;
   bool news = false;
   std::uint64_t uploads = 0;
   Clock::time_point beat = Clock::now();
@@ -114,6 +119,7 @@ struct HttpServer::State {
 
   ~State() {
     if (!daemon) return;
+    while (!later.empty()) finish(later.begin()->first, refusal(503, "tiltfeed desk is ending"));
     wake();  // a daemon that is stopped with a suspended connection aborts the process
     MHD_stop_daemon(daemon);
     for (Exchange* exchange : exchanges) drop(exchange);
@@ -251,14 +257,40 @@ struct HttpServer::State {
   MHD_Result end(MHD_Connection* connection, Exchange& exchange) {
     if (Connection* own = connection_of(connection)) own->asking = true;
     if (exchange.file >= 0) ::close(exchange.file), exchange.file = -1;
-    return queue(connection, exchange.refused ? *exchange.refused : calls.answer(exchange.request));
+    if (exchange.refused) return queue(connection, *exchange.refused);
+    if (exchange.finished) return queue(connection, *exchange.finished);
+    if (later.size() >= kLater) return queue(connection, refusal(503, "too many requests wait; ask again"));
+    exchange.request.ticket = ++tickets;
+    later.emplace(tickets, &exchange);
+    const Reply reply = calls.answer(exchange.request);
+    if (!reply.later) {
+      later.erase(exchange.request.ticket);
+      return queue(connection, reply);
+    }
+    if (exchange.finished) return queue(connection, *exchange.finished);
+    exchange.waits = connection;
+    MHD_suspend_connection(connection);
+    return MHD_YES;
+  }
+
+  void finish(std::uint64_t ticket, const Reply& reply) {
+    const auto found = later.find(ticket);
+    if (found == later.end()) return;
+    Exchange& exchange = *found->second;
+    later.erase(found);
+    exchange.finished = reply;
+    if (!exchange.waits) return;
+    MHD_resume_connection(exchange.waits);
+    exchange.waits = nullptr;
+    news = true;
   }
 
   static MHD_Result on_request(void* own, MHD_Connection* connection, const char* url, const char* method,
                                const char*, const char* data, std::size_t* size, void** mine) {
     auto* state = static_cast<State*>(own);
     if (!*mine) {
-      auto* exchange = new Exchange{head_of(connection, url, method), {}, -1, 0, {}};
+      auto* exchange = new Exchange();
+      exchange->request = head_of(connection, url, method);
       *mine = exchange;
       state->exchanges.insert(exchange);
       return state->begin(connection, *exchange);
@@ -272,7 +304,11 @@ struct HttpServer::State {
 
   static void on_completed(void* own, MHD_Connection* connection, void** mine, MHD_RequestTerminationCode) {
     auto* state = static_cast<State*>(own);
-    if (auto* exchange = static_cast<Exchange*>(*mine)) state->exchanges.erase(exchange), drop(exchange);
+    if (auto* exchange = static_cast<Exchange*>(*mine)) {
+      state->exchanges.erase(exchange);
+      state->later.erase(exchange->request.ticket);
+      drop(exchange);
+    }
     *mine = nullptr;
     if (Connection* at = state->connection_of(connection))
       at->asking = false, at->due = Clock::now() + kHeadPatience;
@@ -334,7 +370,7 @@ int HttpServer::descriptor() const {
 }
 
 int HttpServer::patience_ms() const {
-  if (state_->news && !state_->streams.empty()) return 0;
+  if (state_->news) return 0;
   constexpr int kLook = 1000;
   MHD_UNSIGNED_LONG_LONG due = 0;
   if (MHD_get_timeout(state_->daemon, &due) == MHD_YES && due < kLook) return static_cast<int>(due);
@@ -356,6 +392,8 @@ void HttpServer::tell(const std::string& event, const std::string& json) {
   state_->ring.add(event, json);
   state_->news = true;
 }
+
+void HttpServer::finish(std::uint64_t ticket, const Reply& reply) { state_->finish(ticket, reply); }
 
 std::size_t HttpServer::listeners() const { return state_->streams.size(); }
 

@@ -30,11 +30,12 @@ struct HttpCalls {
 ///   is closed, however busy it is; so is a body that takes longer than kHeadPatience and its length at
 ///   kSlowestBody.
 /// 3 A body over its rule is refused before a byte of it is read.
-/// 4 A listener hears something every kBeat, so that one that is gone is noticed.
+/// 4 A request that is answered later waits for finish(); at most kLater of them, more are refused.
+/// 5 A listener hears something every kBeat, so that one that is gone is noticed.
 class HttpServer {
  public:
   static constexpr unsigned kConnections = 128, kPerAddress = 40;
-  static constexpr std::size_t kStreams = 48;
+  static constexpr std::size_t kStreams = 48, kLater = 32;
   static constexpr std::chrono::seconds kHeadPatience{10}, kBeat{10};
   static constexpr double kSlowestBody = 1e6;  ///< bytes/s
 
@@ -53,6 +54,8 @@ class HttpServer {
   /// To all that listen; written at the next turn().
   void tell(const std::string& event, const std::string& json);
   std::size_t listeners() const;
+  /// The reply to a request that was answered with `later`; nothing where the client has gone.
+  void finish(std::uint64_t ticket, const Reply& reply);
 
   struct State;
 

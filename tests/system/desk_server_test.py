@@ -10,47 +10,11 @@ import os
 import re
 import select
 import shutil
-import socket
 import subprocess
 import sys
 import time
 
-HANG = 300  # seconds: no measure of speed
-
-
-class Desk:
-    def __init__(self, binaries, *words):
-        self.process = subprocess.Popen([f"{binaries}/tiltfeed", "desk", *words], stdin=subprocess.PIPE,
-                                        stdout=subprocess.PIPE, text=True)
-        self.address = self.process.stdout.readline().strip()
-        match = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/#token=([0-9a-f]{64})", self.address)
-        assert match, self.address
-        self.port, self.token = int(match[1]), match[2]
-        self.origin = f"http://127.0.0.1:{self.port}"
-
-    def connect(self):
-        return socket.create_connection(("127.0.0.1", self.port), HANG)
-
-    def ask(self, method, path, body=None, **headers):
-        """(status, headers, body) of one request; a header given as None is left out."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=HANG)
-        all_headers = {"Origin": self.origin, "Content-Type": "application/json", **headers}
-        sent = {name.replace("_", "-"): value for name, value in all_headers.items() if value is not None}
-        connection.request(method, path, body, sent)
-        reply = connection.getresponse()
-        return reply.status, reply.headers, reply.read()
-
-    def sign_in(self):
-        status, headers, body = self.ask("POST", "/api/v1/session", json.dumps({"token": self.token}))
-        assert status == 200, (status, body)
-        cookie = headers["Set-Cookie"]
-        for part in ("HttpOnly", "SameSite=Strict", "Path=/"):
-            assert part in cookie, cookie
-        self.signed = {"Cookie": cookie.split(";")[0], "X_Tiltfeed_Csrf": json.loads(body)["csrf"]}
-
-    def stop(self):
-        self.process.terminate()
-        return self.process.wait(HANG)
+from desk_client import HANG, Desk
 
 
 def expect(found, wanted, what):

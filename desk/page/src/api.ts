@@ -1,4 +1,5 @@
 // The desk's API (desk/API.md): requests, the session, events.
+import type {Run, Seat} from './run_api.js';
 
 export interface Part {
   id: number;
@@ -46,6 +47,8 @@ export interface State {
   part: Part | null;
   job: Job | null;
   plan: Plan | null;
+  run: Run;
+  seat: Seat;
 }
 
 /** What the server said no with. */
@@ -55,7 +58,15 @@ export class Refusal extends Error {
   }
 }
 
-let csrf = '';
+let csrf = '', session = 0;
+
+/** The number of this browser's session. */
+export const session_number = () => session;
+
+function signed(said: {csrf: string; session: number}): void {
+  csrf = said.csrf;
+  session = said.session;
+}
 
 async function ask(method: string, path: string, body?: BodyInit, type?: string): Promise<Response> {
   const headers: Record<string, string> = {};
@@ -92,20 +103,20 @@ export async function sign_in(): Promise<void> {
   if (token) {
     history.replaceState(null, '', location.pathname);
     try {
-      csrf = (await post<{csrf: string}>('session', {token})).csrf;
+      signed(await post('session', {token}));
       return;
     } catch (error) {
       // An old address in a browser that is signed in: its session goes on.
       if (!(error instanceof Refusal) || error.status !== 401) throw error;
-      csrf = (await get_json<{csrf: string}>('session').catch(() => { throw error; })).csrf;
+      signed(await get_json<{csrf: string; session: number}>('session').catch(() => { throw error; }));
       return;
     }
   }
-  csrf = (await get_json<{csrf: string}>('session')).csrf;
+  signed(await get_json('session'));
 }
 
 export type News = (event: string, data: unknown) => void;
-const kEvents = ['part', 'job', 'plan'];
+const kEvents = ['part', 'job', 'plan', 'run', 'jobs', 'seat'];
 const kRetry = 3000;  // ms
 
 /**

@@ -1,12 +1,15 @@
 // The page: signs in, shows one step at a time, keeps up with the desk.
-import {Job, Part, Plan, Refusal, State, get_json, listen, sign_in} from './api.js';
+import {Job, Part, Plan, Refusal, State, get_json, listen, post, session_number, sign_in} from './api.js';
 import {byId, el} from './dom.js';
 import {JobScreen} from './job_screen.js';
 import {PartScreen} from './part_screen.js';
 import {PlanScreen} from './plan_screen.js';
+import type {Run, Seat} from './run_api.js';
+import {MachineBar, RunScreen} from './run_screen.js';
 import {Viewer} from './viewer.js';
 
-const kTabs = ['Part', 'Job', 'Plan'];
+const kTabs = ['Part', 'Job', 'Plan', 'Run'];
+const kSeatBeat = 2000;  // ms
 
 function make_viewer(): Viewer | null {
   try {
@@ -63,30 +66,43 @@ async function start(): Promise<void> {
     return;
   }
   const viewer = make_viewer();
-  const part = new PartScreen(sheet, viewer), job = new JobScreen(sheet), plan = new PlanScreen(sheet, viewer);
+  const part = new PartScreen(sheet, viewer), job = new JobScreen(sheet), plan = new PlanScreen(sheet, viewer),
+    run = new RunScreen(sheet, viewer, session_number), bar = new MachineBar(byId('header'), run);
   const now: State = await get_json<State>('state');
   let shown = '';
   const select = make_tabs((tab) => {
     shown = tab;
     part.show(tab === 'Part');
     plan.show(tab === 'Plan');
+    run.show(tab === 'Run');
     if (tab === 'Job') job.show();
   });
+  const update_run = () => {
+    run.update(now.run, now.seat, now.plan?.state === 'planned');
+    bar.update(now.run);
+  };
   const update = async () => {
+    update_run();
     await Promise.all([part.update(now.part, now.job !== null), job.update(now.job, shown === 'Job'), plan.update(now.plan, now.job, now.part)]);
   };
-  select('Part');
+  select(now.run.service !== 'none' && !now.part ? 'Run' : 'Part');
   await update();
   const fresh = async () => {
     Object.assign(now, await get_json<State>('state'));
+    if (now.run.service !== 'none') void run.fetch_jobs().catch(() => undefined);
     await update();
   };
   listen((event, data) => {
     if (event === 'part') now.part = data as Part | null;
     if (event === 'job') now.job = data as Job | null;
     if (event === 'plan') now.plan = data as Plan | null;
-    void update();
+    if (event === 'run') now.run = data as Run;
+    if (event === 'seat') now.seat = data as Seat;
+    if (event === 'jobs') void run.fetch_jobs().catch(() => undefined);
+    if (event === 'run' || event === 'seat') update_run();
+    else void update();
   }, () => void fresh().catch(() => show_link(false)), show_link);
+  setInterval(() => { if (run.has_seat) void post('seat/beat', {}).catch(() => undefined); }, kSeatBeat);
   document.body.dataset.ready = 'true';
 }
 

@@ -108,6 +108,14 @@ export class PathDrawing {
     return low - 1;
   }
 
+  /** The tool where the machine says that it is; the path stays as it is drawn. */
+  tool_at(tip: number[], axis: number[]): void {
+    if (!this.tool) return;
+    this.tool.position.set(tip[0], tip[1], tip[2]);
+    this.tool.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), new Vector3(axis[0], axis[1], axis[2]));
+    this.redraw();
+  }
+
   colour_by(colouring: Colouring): void {
     const by = Object.keys(kColourings).indexOf(colouring);
     let least = Infinity, most = -Infinity;

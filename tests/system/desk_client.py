@@ -1,0 +1,73 @@
+"""`tiltfeed desk` as a client sees it, for the system tests in Python."""
+
+import http.client
+import json
+import re
+import socket
+import subprocess
+
+HANG = 300  # seconds: no measure of speed
+
+
+class Desk:
+    started = []
+
+    @staticmethod
+    def kill_all():
+        for process in Desk.started:
+            process.kill()
+
+    def __init__(self, binaries, *words):
+        self.process = subprocess.Popen([f"{binaries}/tiltfeed", "desk", *words], stdin=subprocess.PIPE,
+                                        stdout=subprocess.PIPE, text=True)
+        Desk.started.append(self.process)
+        self.address = self.process.stdout.readline().strip()
+        match = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/#token=([0-9a-f]{64})", self.address)
+        assert match, self.address
+        self.port, self.token = int(match[1]), match[2]
+        self.origin = f"http://127.0.0.1:{self.port}"
+
+    def connect(self):
+        return socket.create_connection(("127.0.0.1", self.port), HANG)
+
+    def ask(self, method, path, body=None, **headers):
+        """(status, headers, body) of one request; a header given as None is left out."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=HANG)
+        all_headers = {"Origin": self.origin, "Content-Type": "application/json", **headers}
+        sent = {name.replace("_", "-"): value for name, value in all_headers.items() if value is not None}
+        connection.request(method, path, body, sent)
+        reply = connection.getresponse()
+        return reply.status, reply.headers, reply.read()
+
+    def sign_in(self):
+        status, headers, body = self.ask("POST", "/api/v1/session", json.dumps({"token": self.token}))
+        assert status == 200, (status, body)
+        cookie = headers["Set-Cookie"]
+        for part in ("HttpOnly", "SameSite=Strict", "Path=/"):
+            assert part in cookie, cookie
+        self.signed = {"Cookie": cookie.split(";")[0], "X_Tiltfeed_Csrf": json.loads(body)["csrf"]}
+        self.session = json.loads(body)["session"]
+
+    def another(self):
+        """A browser of its own, signed in by a new address."""
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        other.token = self.process.stdout.readline().strip().partition("#token=")[2]
+        other.sign_in()
+        return other
+
+    def get(self, path):
+        status, _, body = self.ask("GET", f"/api/v1/{path}", **self.signed)
+        assert status == 200, (path, status, body)
+        return json.loads(body)
+
+    def post(self, path, **body):
+        """(status, answer)."""
+        status, _, answer = self.ask("POST", f"/api/v1/{path}", json.dumps(body), **self.signed)
+        return status, json.loads(answer)
+
+    def stop(self):
+        self.process.terminate()
+        return self.process.wait(HANG)
