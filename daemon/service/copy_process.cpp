@@ -46,7 +46,8 @@ Report copy(int folder, const char* name, int from, std::uint64_t limit) {
   if (::fstat(from, &status) != 0 || !S_ISREG(status.st_mode)) return {0, Why::kNoFile, 0, 0};
   const auto size = static_cast<std::uint64_t>(status.st_size);
   if (size > limit) return {0, Why::kTooLarge, 0, size};
-  const int out = open_beneath(folder, name, O_WRONLY | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
+  // Operators are in the group; so is who shows them the program. The service's umask has the last word.
+  const int out = open_beneath(folder, name, O_WRONLY | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR | S_IRGRP);
   if (out < 0) return {0, Why::kWrite, errno, 0};
   static char bytes[CopyProcess::kMemory];
   for (std::uint64_t done = 0;;) {

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <iostream>
 
+#include "config/service_config.h"
 #include "config/standard_output.h"
 #include "desk/api/desk.h"
 #include "desk/http/http_server.h"
@@ -30,14 +31,16 @@ int complain(const Error& error) {
   return error.code == Code::kUsage ? 2 : 1;
 }
 
-/// SIGINT and SIGTERM as a descriptor; SIGPIPE and SIGTTIN are no reason to end or stop.
-int open_signals() {
+/// SIGINT and SIGTERM as a descriptor, beside a service SIGHUP, too; SIGPIPE and SIGTTIN are no reason to end
+/// or stop.
+int open_signals(bool beside) {
   ::signal(SIGPIPE, SIG_IGN);
   ::signal(SIGTTIN, SIG_IGN);  // in the background of a shell, the terminal is not ours to read
   sigset_t ends;
   sigemptyset(&ends);
   sigaddset(&ends, SIGINT);
   sigaddset(&ends, SIGTERM);
+  if (beside) sigaddset(&ends, SIGHUP);
   ::sigprocmask(SIG_BLOCK, &ends, nullptr);
   return ::signalfd(-1, &ends, SFD_CLOEXEC | SFD_NONBLOCK);
 }
@@ -58,6 +61,15 @@ bool hear_input(Desk& desk) {
   return true;
 }
 
+/// A new address is wanted (SIGHUP), or the end.
+bool goes_on(Desk& desk, int signals) {
+  signalfd_siginfo info{};
+  if (::read(signals, &info, sizeof info) != sizeof info) return true;
+  if (info.ssi_signo != SIGHUP) return false;
+  (void)print_address(desk);
+  return true;
+}
+
 /// Until a signal ends it.
 int serve(Desk& desk, HttpServer& server, int signals) {
   bool input = true;
@@ -69,7 +81,7 @@ int serve(Desk& desk, HttpServer& server, int signals) {
     if (::poll(polled.data(), polled.size(), own < 0 || (wait >= 0 && wait < own) ? wait : own) < 0 &&
         errno != EINTR)
       return complain({Code::kIo, std::string("poll: ") + std::strerror(errno)});
-    if (polled[0].revents != 0) return 0;
+    if (polled[0].revents != 0 && !goes_on(desk, signals)) return 0;
     if (polled[2].revents != 0) input = hear_input(desk);
     for (std::size_t i = 3; i < polled.size(); ++i)
       if (polled[i].revents != 0) desk.hear(polled[i].fd);
@@ -87,6 +99,7 @@ std::string usual_service() {
 
 struct Beside {
   std::string service, machine;
+  bool by_file = false;  // named by the service's file, as a unit does
 };
 
 int run_desk(const std::string& open, std::uint16_t port, const Beside& beside) {
@@ -95,7 +108,7 @@ int run_desk(const std::string& open, std::uint16_t port, const Beside& beside) 
   if (!self || !planner || !maker) return complain(self ? planner.error() : self.error());
   Result<ScratchFolder> folder = ScratchFolder::make();
   if (!folder) return complain(folder.error());
-  const int signals = open_signals();
+  const int signals = open_signals(beside.by_file);
   HttpServer* teller = nullptr;
   Desk desk(
       {*self, *planner, *maker, folder->path(), TILTFEED_VERSION, beside.service, beside.machine},
@@ -129,10 +142,12 @@ int run(int argc, char** argv) {
   std::uint16_t port = 0;
   app.add_option("FILE", open, "the job (.yaml) with its part, or the part (STL), to begin with");
   app.add_option("--port", port, "port to listen on; else a free one");
-  Beside beside{usual_service(), ""};
+  Beside beside{usual_service(), "", false};
   app.add_option("--service", beside.service,
                  "socket of tiltfeed serve, for the machine (default: $TILTFEED_SOCKET, else "
                  "/run/tiltfeed/api.sock, where it is there)");
+  std::string service_file;
+  app.add_option("--beside", service_file, "the file of that service (YAML): its socket and its machine");
   app.add_option("--machine", beside.machine,
                  "profile of that machine (YAML): shows the tool on the parts of jobs planned elsewhere");
   app.add_option("--view-part", view)->group("");
@@ -146,6 +161,11 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   if (answer) return answer_reach();
+  if (!service_file.empty()) {
+    const Result<config::ServiceConfig> service = config::load_service_config(service_file);
+    if (!service) return complain(service.error());
+    beside = {service->socket, service->machine.path, true};
+  }
   if (view.empty()) return run_desk(open, port, beside);
   const Result<void> written = write_part_view(view, unit, into);
   return written ? 0 : complain(written.error());

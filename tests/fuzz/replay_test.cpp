@@ -30,6 +30,9 @@ int fuzz_grbl(const std::uint8_t* data, std::size_t size);
 int fuzz_modbus(const std::uint8_t* data, std::size_t size);
 int fuzz_journal(const std::uint8_t* data, std::size_t size);
 int fuzz_api(const std::uint8_t* data, std::size_t size);
+#ifdef TILTFEED_WITH_DESK
+int fuzz_desk(const std::uint8_t* data, std::size_t size);
+#endif
 
 namespace {
 
@@ -94,5 +97,9 @@ INSTANTIATE_TEST_SUITE_P(Fuzz, Replay,
                                          Named{"reprap", fuzz_reprap}, Named{"drip", fuzz_drip},
                                          Named{"websocket", fuzz_websocket}),
                          [](const auto& info) { return std::string(info.param.name); });
+#ifdef TILTFEED_WITH_DESK
+INSTANTIATE_TEST_SUITE_P(Desk, Replay, testing::Values(Named{"desk", fuzz_desk}),
+                         [](const auto& info) { return std::string(info.param.name); });
+#endif
 
 }  // namespace

@@ -175,6 +175,20 @@ def jogged(run, desk):
     assert begin_x < where() < TRAVEL - 1, "it did not move, or to the end of the travel"
 
 
+def beside(run):
+    """By the service's file, as its unit has it: SIGHUP prints a new address."""
+    desk = Desk(run.bin, "--beside", f"{run.work}/service.yaml")
+    desk.sign_in()
+    until(desk, "up", lambda value: value["service"] == "up")
+    desk.process.send_signal(signal.SIGHUP)
+    token = desk.process.stdout.readline().strip().partition("#token=")[2]
+    status, _, _ = desk.ask("POST", "/api/v1/session", json.dumps({"token": token}))
+    assert (status, len(token)) == (200, 64), (status, token)
+    assert desk.stop() == 0
+    status = subprocess.run([f"{run.bin}/tiltfeed", "desk", "--beside", f"{run.work}/none.yaml"], capture_output=True, text=True, check=False)
+    assert status.returncode == 1 and "none.yaml" in status.stderr, status
+
+
 def service_lost(run, desk):
     run.kill()
     lost = until(desk, "lost", lambda value: value["service"] == "lost")
@@ -206,6 +220,7 @@ def main():
         jogged(run, desk)
         job = a_run(run, desk, watcher)
         desk = desk_dies(run, desk, job)
+        beside(run)
         service_lost(run, desk)
         used = int(re.search(r"VmHWM:\s+(\d+)", open(f"/proc/{desk.process.pid}/status", encoding="ascii").read())[1])
         print(f"memory of the desk: {used / 1024:.1f} MB at most")

@@ -25,6 +25,23 @@ if ! systemd-analyze security --offline=true --threshold=20 "$work/tiltfeed@test
   echo "FAILED: the unit's exposure is above 2.0"
   exit 1
 fi
+# The page's unit is held to the same.
+readonly desk=$root/config/systemd/tiltfeed-desk@.service
+sed -E 's#^ExecStart=/usr/bin/tiltfeed #ExecStart=/bin/true #' "$desk" >"$work/tiltfeed-desk@test.service"
+if ! systemd-analyze security --offline=true --threshold=20 "$work/tiltfeed-desk@test.service" >"$work/desk.txt" 2>&1; then
+  cat "$work/desk.txt"
+  echo "FAILED: the exposure of the page's unit is above 2.0"
+  exit 1
+fi
+grep 'Overall exposure' "$work/desk.txt" | sed 's/[^ -~]//g'
+for word in User=tiltfeed-desk SupplementaryGroups=tiltfeed PrivateDevices=yes \
+  "ExecStart=/usr/bin/tiltfeed desk --beside /etc/tiltfeed/%i.yaml"; do
+  grep -q "^$word" "$desk" || { echo "FAILED: the page's unit has no $word"; exit 1; }
+done
+if grep -qE '^(DeviceAllow|SupplementaryGroups=.*dialout)' "$desk"; then
+  echo "FAILED: the page's unit has a right to a device"
+  exit 1
+fi
 grep 'Overall exposure' "$work/score.txt" | sed 's/[^ -~]//g'
 # The gate itself: without the hardening it must fail.
 sed -n '/^\[Unit\]/,/^Restart=/p' "$work/tiltfeed@test.service" >"$work/bare@test.service"

@@ -148,7 +148,7 @@ export class RunScreen {
 
   private draw_note(run: Run): void {
     const {job, status} = run, said: string[] = [];
-    if (run.service === 'lost') said.push(`The service does not answer: ${run.error}. A run goes on without this page; what it does is not known here.`);
+    if (run.service === 'lost') said.push(`The service does not answer: ${run.error}. What the machine does is not known here: look at it.`);
     if (run.service === 'up' && !job && status?.state?.startsWith('Alarm')) said.push(`${status.words ?? status.state}`);
     if (job?.held) said.push(`${job.held[0].toUpperCase()}${job.held.slice(1)}.`);
     if (job?.refused) said.push(`Not obeyed: ${job.refused}.`);
