@@ -82,7 +82,7 @@ TEST(Seat, signing_out_leaves_it) {
 TEST(Seat, never_goes_from_who_is_there_without_its_word) {
   std::mt19937 random(7);
   Seat seat;
-  Seat::Time now{}, beat{};
+  Seat::Time now{};
   for (int i = 0; i < 20000; ++i) {
     const std::uint64_t before = seat.owner(), who = random() % 4;
     const bool there = before != 0 && !seat.is_lost(now),
