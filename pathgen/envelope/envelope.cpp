@@ -208,6 +208,17 @@ LineEnvelope Envelope::along(const FlatLine& line, const RowCandidates& rows, st
   return along_candidates(line);
 }
 
+bool Envelope::may_rise_over(const FlatLine& line, double z) {
+  index_.along(line, scratch_, candidates_);
+  const auto is_over = [z](const auto& bound) { return static_cast<double>(bound.top) > z; };
+  if (std::any_of(candidates_.begin(), candidates_.end(), is_over)) return true;
+  bool over = false;
+  index_.guards().each(
+      box_round(line), [&](const FlatBox&, float top) { return !over && static_cast<double>(top) > z; },
+      [&](const HullBvh::Found&) { over = true; });
+  return over;
+}
+
 LineEnvelope Envelope::along_candidates(const FlatLine& line) {
   LineEnvelope found = Profile(*this, line).build();
   if (index_.guards().empty()) return found;

@@ -41,6 +41,9 @@ class Envelope {
   /// The same along line `row` of those that `rows` were made for.
   LineEnvelope along(const FlatLine& line, const RowCandidates& rows, std::size_t row);
 
+  /// May the envelope be higher than z' anywhere on the line? By its bounds alone.
+  bool may_rise_over(const FlatLine& line, double z);
+
   /// The envelope on one axis line; nothing where the line misses the CL surface or may not be used.
   std::optional<EnvelopePoint> at(double x, double y);
   /// Has at() look up the cutting part in `tree`, that of the index, which must outlive the envelope: for

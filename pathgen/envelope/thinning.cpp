@@ -91,4 +91,13 @@ Pass spaced(Pass pass, const Deformation& map, double max_distance) {
   return dense;
 }
 
+void leave_held(LineEnvelope& found, const FlatLine& line) {
+  if (!found.guarded) return;
+  leave_out(found.passes, [&](const EnvelopePoint& p) {
+    const double run = line.run_of(p.flat.x, p.flat.y);
+    return std::none_of(found.cut.begin(), found.cut.end(),
+                        [&](const auto& cut) { return run >= cut.first && run <= cut.second; });
+  });
+}
+
 }  // namespace tiltfeed::pathgen

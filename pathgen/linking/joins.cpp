@@ -55,7 +55,9 @@ std::optional<Pass> Joins::along(const EnvelopePoint& a, const EnvelopePoint& b,
     const double dx = corners[i].x - corners[i - 1].x, dy = corners[i].y - corners[i - 1].y;
     const double run = std::hypot(dx, dy);
     if (run == 0.0) continue;
-    const LineEnvelope found = envelope_.along({corners[i - 1].x, corners[i - 1].y, dx / run, dy / run, run});
+    const FlatLine line{corners[i - 1].x, corners[i - 1].y, dx / run, dy / run, run};
+    LineEnvelope found = envelope_.along(line);
+    leave_held(found, line);
     if (found.passes.size() != 1) return std::nullopt;
     const Pass& leg = found.passes.front();
     const double missing =

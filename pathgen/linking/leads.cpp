@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pathgen/linking/over_envelope.h"
+
 namespace tiltfeed::pathgen {
 
 namespace {
@@ -59,32 +61,6 @@ std::vector<Point<Flat>> Leads::shape(const EnvelopePoint& end, const EnvelopePo
   }
 }
 
-/// Is the move on or over the envelope, along all of its flat line?
-bool Leads::over_envelope(Point<Flat> from, Point<Flat> to) {
-  const double dx = to.x - from.x, dy = to.y - from.y, run = std::hypot(dx, dy);
-  const double tolerance = envelope_.options().tolerance;
-  const auto under = [&](const EnvelopePoint& p, double z) {
-    return (p.flat.z - z) * std::max(0.0, dot(p.normal, p.axis)) * static_cast<double>(p.lever) <= tolerance;
-  };
-  // Where columns may be shut, a gap in the envelope need not be air.
-  const bool gaps_are_air = field_.index.covering().empty();
-  if (run <= tolerance) {
-    const auto p = envelope_.at(to.x, to.y);
-    return p ? under(*p, std::min(from.z, to.z)) : gaps_are_air;
-  }
-  const LineEnvelope found = envelope_.along({from.x, from.y, dx / run, dy / run, run});
-  if (!found.too_near.empty()) return false;
-  double covered = 0.0;
-  for (const Pass& pass : found.passes)
-    for (const EnvelopePoint& p : pass) {
-      const double at = ((p.flat.x - from.x) * dx + (p.flat.y - from.y) * dy) / (run * run);
-      if (!under(p, from.z + (to.z - from.z) * at)) return false;
-      if (&p == &pass.front()) covered -= at * run;
-      if (&p == &pass.back()) covered += at * run;
-    }
-  return gaps_are_air || covered >= run - tolerance;
-}
-
 /// Could the tool come down to this place from the clearance surface, and go back?
 bool Leads::free_above(Point<Flat> place) {
   if (place.z > options_.clearance_z) return false;
@@ -101,8 +77,8 @@ std::vector<Point<Flat>> Leads::arc(const EnvelopePoint& end, const EnvelopePoin
   Point<Flat> from = end.flat;
   for (const Point<Flat>& to : places) {
     const Pose a = travel_.pose(from), b = travel_.pose(to);
-    const bool clear =
-        travel_.within_tilt(a.axis, b.axis) && over_envelope(from, to) && opposite_wall_.travel_clear(a, b);
+    const bool clear = travel_.within_tilt(a.axis, b.axis) && over_envelope(field_, envelope_, from, to) &&
+                       opposite_wall_.travel_clear(a, b);
     if (!clear) return {};
     from = to;
   }

@@ -28,7 +28,6 @@ class Leads {
 
  private:
   std::vector<Point<Flat>> shape(const EnvelopePoint& end, const EnvelopePoint& next) const;
-  bool over_envelope(Point<Flat> from, Point<Flat> to);
   bool free_above(Point<Flat> place);
 
   const ClField& field_;

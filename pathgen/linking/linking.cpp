@@ -4,10 +4,12 @@
 #include <cmath>
 #include <map>
 
+#include "pathgen/envelope/heights.h"
 #include "pathgen/linking/approach.h"
 #include "pathgen/linking/joins.h"
 #include "pathgen/linking/leads.h"
 #include "pathgen/linking/link_order.h"
+#include "pathgen/linking/over_envelope.h"
 #include "pathgen/linking/travel.h"
 #include "pathgen/mesh/fresh_memory.h"
 
@@ -40,7 +42,8 @@ class Linker {
       : surface_(field.surface),
         options_(options),
         opposite_wall_(opposite_wall),
-        travel_(field.deformation, options, opposite_wall),
+        travel_(field.deformation, options, opposite_wall,
+                field.index.top() > options.clearance_z ? is_over(field, envelope) : Travel::IsOver()),
         joins_(field, options, opposite_wall, envelope, travel_),
         leads_(field, options, opposite_wall, envelope, travel_),
         approaches_(field, options.approach, options.clearance_z) {}
@@ -61,6 +64,21 @@ class Linker {
   }
 
  private:
+  static Travel::IsOver is_over(const ClField& field, Envelope& envelope) {
+    return [&](Point<Flat> from, Point<Flat> to) {
+      const auto is_clear = [&](Vec3 turn) {
+        const Point<Flat> a = from + turn, b = to + turn;
+        return !envelope.may_rise_over(line_between({a.x, a.y}, {b.x, b.y}), std::min(a.z, b.z)) ||
+               over_envelope(field, envelope, a, b);
+      };
+      // The long way round may lie a turn on.
+      const double x = field.deformation.period_x(), y = field.deformation.period_y();
+      for (const double turn_x : {-x, 0.0, x})
+        for (const double turn_y : {-y, 0.0, y})
+          if (!is_clear({turn_x, turn_y, 0.0})) return false;
+      return true;
+    };
+  }
   /// Requires: pass is not empty.
   void add(const Directed& pass) {
     if (!join(pass) && !fly(pass)) return;

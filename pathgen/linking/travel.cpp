@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tiltfeed::pathgen {
 
@@ -33,10 +34,12 @@ double least_cosine(Vec3 a, Vec3 b, Vec3 up) {
   return between ? std::min(ends, dot(lowest, up)) : ends;
 }
 
-Travel::Travel(const Deformation& deformation, const Linking& options, OppositeWall& opposite_wall)
+Travel::Travel(const Deformation& deformation, const Linking& options, OppositeWall& opposite_wall,
+               IsOver is_over)
     : map_(deformation),
       options_(options),
       opposite_wall_(opposite_wall),
+      is_over_(std::move(is_over)),
       unlimited_(options.tilt_max.radians() + kTiltSlack >= kPi),
       least_allowed_(std::cos(std::min(kPi, options.tilt_max.radians() + kTiltSlack))) {}
 
@@ -51,15 +54,17 @@ Travel::Way Travel::find(Point<Flat> from, Point<Flat> to, std::vector<Pose>& po
                            to.z};
   const Pose start = pose(from);
   poses = poses_of({from, target}, false);
-  Way way = check(start, poses);
+  Way way = check(start, poses, {from, target});
   if (way == Way::kFound || map_.frame().mode == AxisMode::kFixed) return way;
   struct Ranked {
+    Corners corners;
     std::vector<Pose> poses;
     double length = 0.0;
   };
   std::vector<Ranked> candidates;
-  for (const Corners& corners : detours(from, target)) {
-    candidates.push_back({poses_of(corners, true), 0.0});
+  for (Corners& corners : detours(from, target)) {
+    std::vector<Pose> over = poses_of(corners, true);
+    candidates.push_back({std::move(corners), std::move(over), 0.0});
     if (candidates.back().poses.empty()) {
       candidates.pop_back();
       continue;
@@ -73,7 +78,7 @@ Travel::Way Travel::find(Point<Flat> from, Point<Flat> to, std::vector<Pose>& po
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Ranked& a, const Ranked& b) { return a.length < b.length; });
   for (Ranked& candidate : candidates) {
-    const Way answer = check(start, candidate.poses);
+    const Way answer = check(start, candidate.poses, candidate.corners);
     if (answer == Way::kFound) {
       poses = std::move(candidate.poses);
       return answer;
@@ -111,7 +116,7 @@ std::vector<Pose> Travel::poses_of(const Corners& corners, bool detour) const {
   return poses;
 }
 
-Travel::Way Travel::check(const Pose& start, const std::vector<Pose>& poses) {
+Travel::Way Travel::check(const Pose& start, const std::vector<Pose>& poses, const Corners& corners) {
   const Pose* at = &start;
   for (const Pose& next : poses) {
     if (!within_tilt(at->axis, next.axis)) return Way::kTilted;
@@ -121,6 +126,13 @@ Travel::Way Travel::check(const Pose& start, const std::vector<Pose>& poses) {
   for (const Pose& next : poses) {
     if (!opposite_wall_.travel_clear(*at, next)) return Way::kBlocked;
     at = &next;
+  }
+  // (L2) Each move may dip that much.
+  const double dip = kDipShare * options_.clearance;
+  for (std::size_t i = 1; is_over_ && i < corners.size(); ++i) {
+    Point<Flat> from = corners[i - 1], to = corners[i];
+    from.z -= dip, to.z -= dip;
+    if (!is_over_(from, to)) return Way::kBlocked;
   }
   return Way::kFound;
 }

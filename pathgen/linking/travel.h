@@ -2,6 +2,7 @@
 // Ways over the clearance surface: constant z', and the axis never tilted further than the machine can.
 // (L2), (L4) in pathgen/linking/README.md.
 
+#include <functional>
 #include <vector>
 
 #include "pathgen/linking/link_options.h"
@@ -14,11 +15,17 @@ double least_cosine(Vec3 a, Vec3 b, Vec3 up);
 
 class Travel {
  public:
-  Travel(const Deformation& deformation, const Linking& options, OppositeWall& opposite_wall);
+  /// Is a move at constant z' clear of the tool's own columns?
+  using IsOver = std::function<bool(Point<Flat> from, Point<Flat> to)>;
+
+  /// `is_over`: asked of each move where the clearance surface may lie under part of the surface. Empty: it
+  /// is above all.
+  Travel(const Deformation& deformation, const Linking& options, OppositeWall& opposite_wall,
+         IsOver is_over = {});
 
   enum class Way {
     kFound,
-    kBlocked,  ///< every way within the tilt limit hits the part on the opposite wall
+    kBlocked,  ///< every way within the tilt limit hits the part
     kTilted,   ///< every way tilts too far
   };
   /// Sets `poses` to those of the moves from `from` to `to`; z' of both is not looked at. The short way round
@@ -39,11 +46,12 @@ class Travel {
   double least_tilt_y(double x, double near_y) const;
   double steps(Point<Flat> from, Point<Flat> to) const;
   std::vector<Pose> poses_of(const Corners& corners, bool detour) const;
-  Way check(const Pose& start, const std::vector<Pose>& poses);
+  Way check(const Pose& start, const std::vector<Pose>& poses, const Corners& corners);
 
   const Deformation& map_;
   const Linking& options_;
   OppositeWall& opposite_wall_;
+  IsOver is_over_;
   bool unlimited_;
   double least_allowed_;  ///< cosine of the tilt
 };

@@ -162,13 +162,7 @@ class RasterTracer {
   Traced trace(LineEnvelope found, const FlatLine& line, Envelope& envelope) const {
     Traced t;
     t.too_near = std::move(found.too_near);
-    // Shank and holder raise the tool; they do not send it where the cutting part has nothing to cut.
-    if (found.guarded)
-      leave_out(found.passes, [&](const EnvelopePoint& p) {
-        const double run = line.run_of(p.flat.x, p.flat.y);
-        return std::none_of(found.cut.begin(), found.cut.end(),
-                            [&](const auto& cut) { return run >= cut.first && run <= cut.second; });
-      });
+    leave_held(found, line);
     for (const Pass& pass : found.passes) {
       t.points += pass.size();
       for (const EnvelopePoint& p : pass) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pathgen/envelope/thinning.h"
 #include "pathgen/pattern/level_set.h"
 #include "pathgen/progress/stages.h"
 
@@ -24,7 +25,9 @@ std::vector<Pass> lay_curve(const FlatCurve& curve, Heights& heights) {
   for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
     const FlatLine line = line_between(curve[i], curve[i + 1]);
     if (line.length == 0.0) continue;
-    for (Pass& pass : heights.envelope().along(line).passes) {
+    LineEnvelope found = heights.envelope().along(line);
+    leave_held(found, line);
+    for (Pass& pass : found.passes) {
       const bool on = !laid.empty() && distance(laid.back().back().centre, pass.front().centre) < kJoined;
       if (!on) laid.emplace_back();
       laid.back().insert(laid.back().end(), pass.begin() + (on ? 1 : 0), pass.end());

@@ -1,6 +1,6 @@
 #pragma once
-// Inside work from a point, line or circle that lies in the material: there the tool would come from inside
-// the part, where no facet is in its way.
+// Work from a point, line or circle that lies in the material, or from the axis of Theta (inner half of a
+// circle, outside work): there the tool would come from inside the part, where no facet is in its way.
 
 #include "kinematics/basics/result.h"
 #include "pathgen/mesh/mesh.h"
@@ -11,6 +11,6 @@ namespace tiltfeed::pathgen {
 
 /// Drops the passes that lie in the material, with a warning. Requires: no pass crosses the surface.
 /// Errors: kUnreachable when none is left.
-Result<void> leave_material(const Mesh& mesh, Passes& passes, PlanReport& report);
+Result<void> leave_material(const Mesh& mesh, Sense sense, Passes& passes, PlanReport& report);
 
 }  // namespace tiltfeed::pathgen

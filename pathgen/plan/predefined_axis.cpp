@@ -104,7 +104,7 @@ class Planner {
     if (tool_pieces(options_).size() > 1)
       if (auto done = heed_guards(field, passes); !done) return done;
     if (starts_inside)
-      if (auto done = leave_material(part_.mesh, *passes, report_); !done) return done;
+      if (auto done = leave_material(part_.mesh, options_.axis.sense, *passes, report_); !done) return done;
     passes_ = std::move(passes->rows);
     as_given_ = passes->as_given;
     report_.slice_points = passes->traced;
@@ -231,8 +231,8 @@ class Planner {
     if (linked.skipped_passes > 0)
       report_.warnings.push_back(
           std::to_string(linked.skipped_passes) +
-          " passes left out: on the way to them shank or holder would hit the part beyond the axis "
-          "point, line or circle; a shorter cutter.shank_length_mm may reach them");
+          " passes left out: every way to them hits the part, over the clearance surface or beyond the axis "
+          "point, line or circle; a smaller clearance_mm or a shorter cutter.shank_length_mm may reach them");
     if (linked.straight_ends > 0)
       report_.warnings.push_back(std::to_string(linked.straight_ends) +
                                  " ends of passes have no room for an arc of links.lead_radius_mm: straight "

@@ -113,10 +113,14 @@ Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const
   if (backs.empty() && folds.empty()) return field;
   const std::vector<std::uint32_t>& shown = backs.empty() ? folds : backs;
   const Point<Part> place = part.mesh.vertices[part.mesh.facets[shown.front()][0]];
-  const bool inward = options.axis.mode != AxisMode::kFixed && options.axis.sense == Sense::kInward;
+  // Such a column ends where the tool comes from: at the feature, or at the axis of Theta.
+  const AxisMode mode = options.axis.mode;
+  const bool columns_end =
+      mode == AxisMode::kCircle || (mode != AxisMode::kFixed && options.axis.sense == Sense::kInward);
   auto both = field_of(part.mesh, Sides::kBoth, options, again);
-  if (both) (*both)->starts_inside = inward;
-  if (inward && !backs.empty() && feature_in_material(part.mesh, (*field)->deformation, backs)) return both;
+  if (both) (*both)->starts_inside = columns_end;
+  if (columns_end && !backs.empty() && feature_in_material(part.mesh, (*field)->deformation, backs))
+    return both;
   const char* what = backs.empty() ? " facets lie at narrow notches without material behind"
                                    : " facets show the tool their inside";
   const char* why =

@@ -20,7 +20,7 @@ struct ClField {
   Deformation deformation;
   FlatIndex index;
   FlatBounds bounds;  ///< of what the cutting part can reach
-  /// The part is closed, and inside work may start in its material: (E1), leave_material().
+  /// The part is closed, and what the tool comes from may lie in its material: (E1), leave_material().
   bool starts_inside = false;
 };
 

@@ -100,6 +100,13 @@ FlatIndex::FlatIndex(const FlatIndex& cutter, std::span<const PatchId> numbers, 
   guard_hulls_ = std::move(guards);
 }
 
+double FlatIndex::top() const {
+  float top = -std::numeric_limits<float>::infinity();
+  for (const FlatHulls* hulls : {&hulls_, &guard_hulls_})
+    for (const FlatHull& hull : hulls->hulls) top = std::max(top, hull.top);
+  return static_cast<double>(top);
+}
+
 bool FlatIndex::holds(const FlatBox& box, double x, double y) const {
   const auto turned = [](double v, double low, double high, double period) {
     return period > 0.0 ? v + period * std::round(((low + high) / 2.0 - v) / period) : v;

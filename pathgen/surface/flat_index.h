@@ -94,6 +94,8 @@ class FlatIndex {
   const FlatBounds& bounds() const { return bounds_; }
   /// About how far the CL surface is from the point, line or circle at most, mm.
   double furthest() const { return hulls_.furthest; }
+  /// No CL point is higher than this (z'). Looks at all hulls.
+  double top() const;
   const ColumnEnds& covering() const { return covering_; }
   const HullBvh& guards() const { return guards_; }
   /// A hull of guards() as lines in the direction (dx, dy) see it.

@@ -109,8 +109,10 @@ class Judge {
       return free_proof(mesh, contact && !is_indexed);
     }
     const double tolerance = contact ? options_.tolerance : sim::kInfinity;
-    const PathProof proof(options_.axis, options_.pattern.along, options_.cutter, tolerance, mesh, path_,
-                          growth_);
+    PathProof proof(options_.axis, options_.pattern.along, options_.cutter, tolerance, mesh, path_, growth_);
+    const PatternKind kind = options_.pattern.kind;
+    if (kind == PatternKind::kZLevel || kind == PatternKind::kSplit)
+      proof.let_sides_touch(options_.cutter, growth_);
     const Measured m = proof.measure(1);
     verdict_.poses += m.poses + m.rapid_poses;
     verdict_.gouge = std::max(verdict_.gouge, m.gouge);

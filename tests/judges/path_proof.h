@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <string>
 
 #include "pathgen/plan/plan.h"
@@ -73,6 +74,14 @@ class PathProof {
     return m;
   }
 
+  /// A contour goes round walls: there the straight side of the cutter touches, however far up, and round the
+  /// outline of what overhangs, as if the tool had no end.
+  void let_sides_touch(Cutter cutter, const sim::Growth& growth) {
+    cutter.cutting_length = cutter.cutting_end(), cutter.shank_diameter = 0.0, cutter.holder.clear();
+    cutter.shank_length += distance(bounds_.min, bounds_.max);
+    endless_.emplace(cutter, growth);
+  }
+
   /// Along the axis to the axis feature (inside work), or to where the part is left behind.
   double way_out(Point<Part> p) const {
     const bool inward = axis_.mode != AxisMode::kFixed && axis_.sense == Sense::kInward;
@@ -102,8 +111,14 @@ class PathProof {
       m.plain_drop = std::max(m.plain_drop, drop.value);
       contact = tool_.gap(part_, pose).value;
       if (contact > tolerance_) contact = std::min(contact, above_envelope(pose));
+      if (contact > tolerance_ && endless_) contact = std::min(contact, side_gap(pose));
     }
     if (contact > m.contact) m.contact = contact, m.contact_at = pose;
+  }
+
+  double side_gap(const Pose& pose) const {
+    const double cutter = endless_->clearance(part_, pose, sim::ToolPart::kCutter).value;
+    return std::max(0.0, std::min(cutter, endless_->clearance(part_, pose, sim::ToolPart::kShank).value));
   }
 
   /// Where the straight drop is no measure (steep walls, edges), the tool is in contact when its gap is
@@ -146,6 +161,7 @@ class PathProof {
   sim::ToolSolid tool_;
   double nose_;
   Deformation map_;
+  std::optional<sim::ToolSolid> endless_;
 };
 
 }  // namespace tiltfeed

@@ -138,6 +138,29 @@ TEST(InsideSolid, ThePointMayNotLieInTheMaterial) {
       << planned.error().message;
 }
 
+/// Outside work on the inner half of a circle comes from the axis of Theta, here in the wall of the cavity.
+TEST(InsideSolid, TheAxisOfThetaMayNotLieInTheMaterial) {
+  PlanOptions o = options_with({AxisMode::kCircle, Sense::kOutward, {5, 20, 20}, {1, 0, 0}, {0, 1, 0}, 60.0});
+  o.cutter = {2.0, 100.0, 3.0}, o.links.clearance = 0.5, o.links.approach = 0.5;
+  const auto planned = plan(hollow_cube(), o, {});
+  ASSERT_TRUE(planned) << planned.error().message;
+  EXPECT_TRUE(
+      std::any_of(planned->report.warnings.begin(), planned->report.warnings.end(),
+                  [](const std::string& w) { return w.find("lies in the material") != std::string::npos; }));
+  std::size_t cuts = 0;
+  for (const Move& move : planned->path.moves) {
+    if (move.kind != MoveKind::kCut) continue;
+    ++cuts;
+    const Point<Part> centre = move.pose.tip + move.pose.axis * o.cutter.radius();
+    const auto is_within = [&](double low, double high) {
+      return std::min({centre.x, centre.y, centre.z}) > low &&
+             std::max({centre.x, centre.y, centre.z}) < high;
+    };
+    EXPECT_TRUE(is_within(10, 30) || !is_within(0, 40)) << centre.x << ' ' << centre.y << ' ' << centre.z;
+  }
+  EXPECT_GT(cuts, 50u);
+}
+
 /// A line through a cavity and through the walls at its ends: what it sees from the walls is left out.
 TEST(InsideSolid, OfALinePartlyInTheMaterialTheRestIsCut) {
   PlanOptions o = options_with({AxisMode::kLine, Sense::kInward, {0, 20, 20}, {1, 0, 0}, {0, 0, 1}, 0.0});

@@ -9,6 +9,7 @@
 #include "pathgen/linking/joins.h"
 #include "pathgen/linking/leads.h"
 #include "pathgen/linking/travel.h"
+#include "pathgen/plan/plan.h"
 #include "tests/shapes/link_shop.h"
 
 namespace tiltfeed {
@@ -249,6 +250,59 @@ TEST(Join, NotAcrossWhatTheFarSideBlocks) {
     const auto a = shop.envelope->at(3.0, 110.0 * deg), b = shop.envelope->at(3.0, -110.0 * deg);
     ASSERT_TRUE(a && b);
     EXPECT_EQ(joins.between({*a, *a}, {*b, *b}).has_value(), shank < 20.0);
+  }
+}
+
+// Rows end at a round hole that the ball falls through, beside a wall that raises the holder: across the
+// hole's rim the holder would rest on the wall, too.
+TEST(Join, NotWhereTheHolderAloneHoldsTheTool) {
+  constexpr double kHole = 15.0;
+  const CheckedMesh part = sheet(
+      kFixedFrame, 1.0, {-20, -20, 0}, {20, 20, 0}, 160, 160,
+      [](double u, double) { return u < 17.1 ? 0.0 : 20.0; },
+      [](int i, int j) { return std::hypot(-19.875 + 0.25 * i, -19.875 + 0.25 * j) > kHole; });
+  PlanOptions options;
+  options.axis = kFixedFrame, options.tolerance = kTolerance;
+  options.cutter = {2.0 * kRadius, 100.0, 12.0};
+  options.cutter.holder = {{16.0, 20.0, 30.0}};
+  options.holder = {0.5, Reaction::kRetract};
+  options.pattern.side_step = 7.0;
+  options.links = {.clearance = kClearance, .approach = 1.0, .join_distance = 20.0};
+  const auto planned = plan(part, options, {});
+  ASSERT_TRUE(planned) << planned.error().message;
+  std::size_t raised = 0;
+  for (std::size_t i = 1; i < planned->path.moves.size(); ++i) {
+    if (planned->path.moves[i].kind != MoveKind::kCut) continue;
+    for (const double share : {0.5, 1.0}) {
+      const Pose pose = between(planned->path.moves[i - 1].pose, planned->path.moves[i].pose, share);
+      if (pose.tip.x < 8.5) continue;
+      EXPECT_GE(std::hypot(pose.tip.x, pose.tip.y), kHole - 0.25 - kRadius) << pasteable(pose);
+      raised += pose.tip.z > 8.0;
+    }
+  }
+  EXPECT_GT(raised, 10u) << "the holder has to matter";
+}
+
+// Inside work in a trough with a fin between two passes, nearer to the line than the clearance surface. Where
+// the trough has a gap, on the side away from the seam, the way leads round.
+TEST(Travel, InAHollowMindsWhatIsOverTheClearanceSurface) {
+  const AxisFrame line{AxisMode::kLine, Sense::kInward, {0, 0, 0}, {1, 0, 0}, {0, 0, -1}, 0.0};
+  const double half = 50.0 * kPi / 180.0 * 30.0;
+  for (const bool has_gap : {false, true}) {
+    Shop shop(
+        sheet(
+            line, 30.0, {-20, -half, 0}, {20, half, 0}, 80, 40,
+            [&](double u, double) { return std::abs(u) < 1.0 ? -6.0 : -30.0; },
+            [&](int i, int) { return !has_gap || std::abs(i - 39.5) > 4.0; }),
+        line, 4.0, 10.0, [](const EnvelopePoint& p) { return p.flat.z > -25.0; }, {0, 0, 1}, 180.0,
+        Along::kY);
+    shop.links.clearance_z = -28.0 + kRadius + kClearance;
+    shop.opposite_wall = std::make_unique<OppositeWall>(shop.part.mesh, shop.field->deformation, shop.options,
+                                                        shop.links.clearance_z);
+    const Linked linked = shop.run();
+    EXPECT_LE(proof(shop, linked).rapid_overlap, kTolerance / 2.0);
+    EXPECT_GT(linked.moves.size(), 20u);
+    EXPECT_EQ(linked.skipped_passes == 0, has_gap);
   }
 }
 
