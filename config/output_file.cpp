@@ -173,9 +173,10 @@ bool same(const std::string& a, const std::string& b) {
   if (::stat(a.c_str(), &at_a) == 0 && ::stat(b.c_str(), &at_b) == 0)
     return at_a.st_dev == at_b.st_dev && at_a.st_ino == at_b.st_ino;
   std::error_code error;
-  const auto one = std::filesystem::weakly_canonical(a, error),
-             other = std::filesystem::weakly_canonical(b, error);
-  return one == other;
+  const auto whole = [&](const std::string& name) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(name, error), error);
+  };
+  return whole(a) == whole(b);
 }
 
 }  // namespace

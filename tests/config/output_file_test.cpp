@@ -216,6 +216,17 @@ TEST_F(OutputFiles, AreNoInputAndNoOtherOutputByWhateverPath) {
   EXPECT_TRUE(check_outputs({{"--out", "-"}}, {}));
 }
 
+TEST_F(OutputFiles, AreTheSameByNamesFromTheFolderThatOneStandsIn) {
+  const fs::path before = fs::current_path();
+  fs::create_directory(path("sub"));
+  fs::current_path(path("sub"));
+  for (const std::string& name :
+       {std::string("./a.nc"), std::string("../sub/a.nc"), std::string(".//a.nc"), path("sub/a.nc")})
+    EXPECT_FALSE(check_outputs({{"--out", "a.nc"}, {"--cl", name}}, {})) << name;
+  EXPECT_TRUE(check_outputs({{"--out", "a.nc"}, {"--cl", "../a.nc"}}, {}));
+  fs::current_path(before);
+}
+
 TEST_F(OutputFiles, DoNotFollowALinkThatAppearsMeanwhile) {
   put(path("part.stl"), "solid");
   auto file = OutputFile::open(path("a.nc"));
