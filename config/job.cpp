@@ -17,7 +17,8 @@ constexpr Range kUnit{1e-4, 1e4};               // mm; a tenth of a micrometre t
 constexpr Range kFeed = above(0.0, 100'000.0);  // mm/min
 constexpr Range kSpindle{0.0, 200'000.0};       // 1/min
 
-constexpr double kInch = 25.4;  // mm, exactly
+constexpr double kInch = 25.4;        // mm, exactly
+constexpr double kMostBlended = 0.5;  // of the tolerance
 
 double read_unit(const Section& part) {
   const std::string word = part.scalar("unit").value_or("");
@@ -84,6 +85,14 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
                                        : load_machine(files.machine);
   if (!machine) return tl::unexpected(machine.error());
   job.machine = std::move(*machine);
+  // What the control rounds corners off by is a share of the tolerance that nothing else may have.
+  const double blend = job.machine.format.blend_tolerance;
+  if (blend > kMostBlended * job.plan.tolerance)
+    root.complain("tolerance_mm", exact_text(job.plan.tolerance) +
+                                      " is less than twice the blend_tolerance_mm of the machine, " +
+                                      exact_text(blend) + ", which the control takes of it");
+  if (complaint.error()) return tl::unexpected(*complaint.error());
+  job.plan.tolerance -= blend;
   if (Angle& turn = job.plan.free.max_turn;
       job.plan.axis.mode == pathgen::AxisMode::kFree && turn.radians() == 0.0)
     turn = default_turn(job.machine.model, job.plan.cutter, job.plan.cut_feed);

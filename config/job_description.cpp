@@ -101,8 +101,9 @@ void describe_containment(Description& out, const pathgen::Containment& containm
   if (!any) out.add("containment", "none");
 }
 
-void describe_path(Description& out, const pathgen::PlanOptions& plan, Angle axis_tolerance) {
-  out.add("tolerance_mm", plan.tolerance);
+/// `blend`: of the tolerance, what the plan leaves to the control.
+void describe_path(Description& out, const pathgen::PlanOptions& plan, Angle axis_tolerance, double blend) {
+  out.add("tolerance_mm", plan.tolerance + blend);
   out.add("allowance_mm", plan.allowance);
   out.add("stock.radial_mm", plan.radial_stock);
   out.add("stock.axial_mm", plan.axial_stock);
@@ -135,7 +136,7 @@ std::string describe(const Job& job) {
   describe_axis(out, plan);
   describe_pattern(out, plan.pattern, plan.axis.mode);
   describe_containment(out, plan.containment, plan.axis.mode);
-  describe_path(out, plan, job.axis_tolerance);
+  describe_path(out, plan, job.axis_tolerance, job.machine.format.blend_tolerance);
   out.add("feeds.cut_mm_per_min", plan.cut_feed.mm_per_min());
   out.add("feeds.plunge_mm_per_min", plan.plunge_feed.mm_per_min());
   out.add("feeds.spindle_rpm", job.spindle_rpm);

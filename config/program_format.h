@@ -54,7 +54,7 @@ enum class FeedMeasure {
 enum class PathControl {
   kControl,  ///< no word: as the control stands
   kExact,    ///< G61: through every point
-  kBlend,    ///< G64 P: bounds X Y Z, not the rotaries
+  kBlend,    ///< G64 P between blocks that turn no rotary: it bounds X Y Z alone; G61 elsewhere
 };
 
 /// How the program text of this control looks.
@@ -78,7 +78,7 @@ struct ProgramFormat {
   int max_blocks = 0;    ///< motion blocks that the control takes; 0: no limit
   int max_bytes = 0;     ///< of the whole file; 0: no limit
   PathControl path_control = PathControl::kControl;
-  double blend_tolerance = 0.0;  ///< for kBlend, mm
+  double blend_tolerance = 0.0;  ///< for kBlend, mm: what corners may be rounded off by; else 0
   std::string retract;  ///< line before a tool change and at the end; "default": the dialect's; "none"
   std::vector<std::string> start, end;  ///< lines before the first motion and before the program's end
   std::string clamp_tilt, unclamp_tilt, clamp_rotary, unclamp_rotary;  ///< words, empty: none

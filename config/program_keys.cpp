@@ -12,7 +12,7 @@ namespace {
 constexpr Range kInverseTime = above(0.0, 1e9);  // 1/min
 constexpr Range kFeed = above(0.0, 1e6);         // mm/min
 constexpr Range kRadius = above(0.0, 10'000.0);  // mm
-constexpr Range kBlend{0.0, 1.0};                // mm
+constexpr Range kBlend{0.001, 1.0};              // mm
 constexpr int kMostBlocks = 1'000'000'000;
 constexpr int kMostBytes = 2'000'000'000;
 constexpr std::size_t kMostWords = 40;  // characters of words that a profile states

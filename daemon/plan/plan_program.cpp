@@ -22,6 +22,7 @@
 #include "daemon/post/near_singularity.h"
 #include "daemon/post/part_extent.h"
 #include "daemon/post/post.h"
+#include "kinematics/basics/decimal.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "kinematics/cl_text/cl_file.h"
 #include "kinematics/joints/joint_path.h"
@@ -150,6 +151,9 @@ Result<void> Planning::plan_path() {
   if (!part) return tl::unexpected(part.error());
   part_ = std::move(*part);
   note(size_text(part_.bounds));
+  if (job_->machine.format.path_control == config::PathControl::kBlend)
+    note("the control rounds corners off (G64) by " + decimal(job_->machine.format.blend_tolerance, 4) +
+         " mm at most, which the plan leaves it of the tolerance");
   const std::optional<std::string> odd_unit = unit_warning(part_.bounds, *job_);
   if (odd_unit) note("warning: " + *odd_unit);
   *stl = pathgen::Stl{};  // gives its memory back; facets = {} would keep it
@@ -190,8 +194,9 @@ Result<void> Planning::find_joints() {
   joints_ = std::move(*joints);
   if (joints_.reconfigured) planned_.path = std::move(*joints_.reconfigured);
   timing_ = clock_.time("timing", [&] {
-    return time_blocks(joints_.moves, job_->machine.model, options.tolerance, options.axis_tolerance,
-                       corners_of(job_->machine.format));
+    const config::ProgramFormat& format = job_->machine.format;
+    return time_blocks(joints_.moves, job_->machine.model, rounded_off_by(format, options.tolerance),
+                       options.axis_tolerance, corners_of(format));
   });
   return {};
 }

@@ -10,6 +10,7 @@
 #include "kinematics/basics/decimal.h"
 #include "kinematics/basics/units.h"
 #include "kinematics/timing/tcp_path.h"
+#include "kinematics/timing/timing.h"
 
 namespace tiltfeed::daemon {
 namespace {
@@ -107,7 +108,7 @@ Writer::Writer(const Posting& posting)
       {"rotaries", rotaries(posting.machine.model, ",", "")},
       {"in_degrees", rotaries(posting.machine.model, " FGREF[", "]=57.29578")},
       {"at_radius", rotaries(posting.machine.model, " FGREF[", "]=" + decimal(format_.feed_radius, 4))},
-      {"tolerance", decimal(format_.blend_tolerance, 6)},
+      {"tolerance", decimal(kBlendWord * format_.blend_tolerance, 6)},
       {"register", ""},
       {"edge", "1"},
       {"tool", ""}};  // the last three: of the operation at hand
@@ -199,8 +200,7 @@ void Writer::retract() {
 }
 
 void Writer::modes() {
-  if (format_.path_control == config::PathControl::kExact) lines(table_.exact);
-  if (format_.path_control == config::PathControl::kBlend) lines(table_.blend);
+  if (format_.path_control != config::PathControl::kControl) lines(table_.exact);
   if (format_.tcp || format_.feed_mode != config::FeedMode::kPerMinute) return;
   lines(table_.per_minute_on);
   if (format_.feed_measure == config::FeedMeasure::kDegrees) lines(table_.degrees);
@@ -299,6 +299,8 @@ void Writer::motion(const Operation& op) {
   const std::vector<JointMove>& moves = op.words->moves;
   const bool inverse = !format_.tcp && format_.feed_mode == config::FeedMode::kInverseTime;
   const bool clamps = !format_.clamp_tilt.empty() || !format_.clamp_rotary.empty();
+  const bool blends = format_.path_control == config::PathControl::kBlend;
+  const std::vector<bool> blended = blends ? blends_corners(moves) : std::vector<bool>(moves.size(), false);
   const std::size_t first = at_;
   auto next = op.events.begin();
   fed_ = false;
@@ -306,6 +308,8 @@ void Writer::motion(const Operation& op) {
     at_ = first + i;
     for (; next != op.events.end() && next->move <= moves[i].move; ++next) event(*next);
     if (i == 0) positions(op);
+    if (blended[i] && !blended[i - 1]) lines(table_.blend);
+    if (i > 0 && !blended[i] && blended[i - 1]) lines(table_.exact);
     if (clamps) clamp(op, i);
     if (inverse && !fed_ && moves[i].kind != MoveKind::kRapid) lines(table_.inverse_on), fed_ = true;
   }

@@ -30,9 +30,12 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
   out.posting = {program.name, machine, options.data, {}};
   const config::ProgramFormat& format = machine.format;
   JointPathOptions joints;
-  joints.tolerance = options.tolerance - program.chord_error;
+  joints.tolerance = options.tolerance - program.chord_error - format.blend_tolerance;
   if (!(joints.tolerance > 0.0))
-    return fail(Code::kInput, name + ": the chords of its arcs take all of the tolerance");
+    return fail(Code::kInput,
+                name +
+                    ": the chords of its arcs and the profile's blend_tolerance_mm take all of the "
+                    "tolerance; state a larger one (--tolerance)");
   joints.axis_tolerance = format.tcp ? options.axis_tolerance / 2.0 : options.axis_tolerance;
   joints.linear_decimals = format.tcp ? kTcpDecimals : format.linear_decimals;
   joints.rotary_decimals = format.rotary_decimals;
@@ -69,7 +72,8 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
                                       op.path.plunge_feed, op.path.feeds, std::move(*events),
                                       op.length_register});
   }
-  out.timing = time_blocks(all, machine.model, options.tolerance, options.axis_tolerance, corners_of(format));
+  out.timing = time_blocks(all, machine.model, rounded_off_by(format, options.tolerance),
+                           options.axis_tolerance, corners_of(format));
   out.posting.seconds = out.timing.seconds;
   return out;
 }

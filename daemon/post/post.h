@@ -38,7 +38,12 @@ Result<Posted> post(const AptProgram& program, const std::string& name, const co
 
 /// How the control passes corners in a program of this format.
 inline Corners corners_of(const config::ProgramFormat& format) {
+  if (format.path_control == config::PathControl::kBlend) return Corners::kFixed;
   return format.path_control == config::PathControl::kExact ? Corners::kExact : Corners::kBlended;
+}
+/// By how much the control rounds corners off, mm, where the post's own tolerance is this.
+inline double rounded_off_by(const config::ProgramFormat& format, double tolerance) {
+  return format.path_control == config::PathControl::kBlend ? kBlendWord * format.blend_tolerance : tolerance;
 }
 
 }  // namespace tiltfeed::daemon

@@ -22,6 +22,10 @@ struct ProgramReport {
 /// Largest relative error of a printed F, where the dialect's decimals of F allow it.
 inline constexpr double kFeedError = 1e-4;
 
+/// P of G64 as a share of what corners may be rounded off by: LinuxCNC 2.9 was up to 1.05 P off
+/// (tests/linuxcnc).
+inline constexpr double kBlendWord = 0.8;
+
 /// One tool at work.
 struct Operation {
   /// The words: joints rounded to the printed decimals; under TCP those of `words_under_tcp`.

@@ -26,6 +26,9 @@ bool begins(const JointMove& move) { return !(move.seconds > 0.0); }
 /// (K10).
 constexpr double kKinkShare = 0.1;
 
+// Fewer blocks in a row are not worth a change of the control's mode.
+constexpr std::size_t kLeastRun = 8;
+
 /// Of some blocks: per s and per s^2.
 struct Peaks {
   Axes velocity{}, acceleration{};
@@ -49,10 +52,13 @@ class Pass {
        double axis_tolerance, Corners corners)
       : moves_(moves),
         exact_(corners == Corners::kExact),
+        fixed_(corners == Corners::kFixed),
         blends_rotary_(machine.blends_rotary),
         acceleration_{machine.x.acceleration, machine.y.acceleration, machine.z.acceleration,
                       machine.tilt.acceleration, machine.rotary.acceleration},
-        tolerance_{tolerance, tolerance, tolerance, axis_tolerance, axis_tolerance} {}
+        tolerance_{tolerance, tolerance, tolerance, axis_tolerance, axis_tolerance} {
+    if (fixed_) blended_ = blends_corners(moves);
+  }
 
   Timing time();
 
@@ -61,6 +67,10 @@ class Pass {
   bool turns(std::size_t block) const;
   /// Whether the control goes over from a block to the next at all.
   bool joins(std::size_t block) const;
+  /// Whether it does so by the rule of exact stop.
+  bool exact(std::size_t block) const {
+    return exact_ || (fixed_ && !(blended_[block] && block + 1 < blended_.size() && blended_[block + 1]));
+  }
   /// Largest w with which the corner behind a block is passed.
   double corner(std::size_t block) const;
   /// What LinuxCNC puts aside of the acceleration for the kink behind a block; kKinkShare or more: a stop.
@@ -70,13 +80,14 @@ class Pass {
   /// Largest change of w over a block.
   double gain(std::size_t block) const;
   /// Whether stops are those of LinuxCNC.
-  bool counts_periods() const { return exact_ || !blends_rotary_; }
+  bool counts_periods() const { return exact_ || fixed_ || !blends_rotary_; }
   /// Every stop waits for the end of a servo period.
   void fill_periods();
   void add(std::size_t block, double before, double after, Peaks& peaks);
 
   const std::vector<JointMove>& moves_;
-  bool exact_, blends_rotary_;
+  bool exact_, fixed_, blends_rotary_;
+  std::vector<bool> blended_;  ///< with kFixed
   Axes acceleration_, tolerance_;
   std::vector<double> w_, gain_;  ///< behind each block; over each block
   Timing out_;
@@ -99,7 +110,7 @@ bool Pass::joins(std::size_t block) const {
   const JointMove &a = moves_[block], &b = moves_[block + 1];
   if (begins(a) || begins(b)) return false;
   if ((a.kind == MoveKind::kRapid) != (b.kind == MoveKind::kRapid)) return false;
-  return (blends_rotary_ && !exact_) || !(turns(block) || turns(block + 1));
+  return (blends_rotary_ && !exact(block)) || !(turns(block) || turns(block + 1));
 }
 
 double Pass::kink(std::size_t block) const {
@@ -116,16 +127,15 @@ double Pass::kink(std::size_t block) const {
 }
 
 double Pass::share(std::size_t block) const {
-  if (!exact_) return 1.0;
   double most = 0.0;
   for (const std::size_t end : {block - 1, block})
-    if (joins(end)) most = std::max(most, std::min(kink(end), kKinkShare));
+    if (exact(end) && joins(end)) most = std::max(most, std::min(kink(end), kKinkShare));
   return 1.0 - most;
 }
 
 double Pass::corner(std::size_t block) const {
   if (!joins(block)) return 0.0;
-  if (exact_) return kink(block) < kKinkShare ? 1.0 : 0.0;
+  if (exact(block)) return kink(block) < kKinkShare ? 1.0 : 0.0;
   const JointMove &a = moves_[block], &b = moves_[block + 1];
   const Axes before = way(block), after = way(block + 1);
   // The velocity turns over a time `window` at the programmed speed: a bow of |dv| window / 8 off the corner.
@@ -214,6 +224,25 @@ Timing Pass::time() {
 }
 
 }  // namespace
+
+std::vector<bool> blends_corners(const std::vector<JointMove>& moves) {
+  const auto still = [&](std::size_t block) {
+    if (block == 0 || block >= moves.size() || begins(moves[block])) return false;
+    const Joints &from = moves[block - 1].joints, &to = moves[block].joints;
+    return from.a == to.a && from.c == to.c;
+  };
+  std::vector<bool> blends(moves.size(), false);
+  std::size_t run = 0;
+  for (std::size_t block = 1; block <= moves.size(); ++block) {
+    if (block < moves.size() && still(block - 1) && still(block) && still(block + 1)) {
+      ++run;
+      continue;
+    }
+    if (run >= kLeastRun) std::fill_n(blends.begin() + static_cast<std::ptrdiff_t>(block - run), run, true);
+    run = 0;
+  }
+  return blends;
+}
 
 Timing time_blocks(const std::vector<JointMove>& moves, const MachineModel& machine, double tolerance,
                    double axis_tolerance, Corners corners) {

@@ -27,16 +27,22 @@ inline constexpr double kSlowed = 0.01;
 enum class Corners {
   kBlended,  ///< look-ahead over any number of blocks
   kExact,    ///< exact stop (G61): every block ends at rest, but for those that go straight on in X Y Z
+  kFixed,    ///< blended where both blocks are blends_corners(), else exact stop
 };
+
+/// Of each block whether a control that bounds X Y Z alone may round its ends off (LinuxCNC's G64 P): neither
+/// it nor a block beside it turns a rotary, and there are some of them in a row.
+std::vector<bool> blends_corners(const std::vector<JointMove>& moves);
 
 /// Servo period of LinuxCNC's configurations, s: a stop falls on a whole period.
 inline constexpr double kServoPeriod = 0.001;
 
 /// Axes move at constant acceleration along a block and round its corners off by at most `tolerance` (mm) and
 /// `axis_tolerance` (degrees), over at most half of each block beside it; they stand still before and after
-/// the program and where rapid and feed meet. With kExact, and at both ends of a block that turns a rotary on
-/// a control that does not blend these, the axes stop by LinuxCNC's rule (K10). Properties: no axis speeds up
-/// or slows down harder than its limit; no block is faster than programmed.
+/// the program and where rapid and feed meet. With kExact, with kFixed where it does not blend, and at both
+/// ends of a block that turns a rotary on a control that does not blend these, the axes stop by LinuxCNC's
+/// rule (K10). Properties: no axis speeds up or slows down harder than its limit; no block is faster than
+/// programmed.
 Timing time_blocks(const std::vector<JointMove>& moves, const MachineModel& machine, double tolerance,
                    double axis_tolerance, Corners corners = Corners::kBlended);
 

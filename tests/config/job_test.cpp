@@ -37,6 +37,25 @@ double angle_between_rotations(const Rotation& a, const Rotation& b) {
   return worst;
 }
 
+TEST(Job, LeavesTheControlWhatItRoundsCornersOffBy) {
+  const Folder folder("blend_job");
+  const auto job_with = [&](const std::string& blend) {
+    folder.write("m.yaml",
+                 replaced(text_of(SOURCE_DIR "/config/machines/linuxcnc-bridge-bc.yaml"),
+                          "path_control: exact", "path_control: blend, blend_tolerance_mm: " + blend));
+    return load_job(folder.write("j.yaml", replaced(kGoodJob, "../machines/generic-ac.yaml", "m.yaml")));
+  };
+  const auto job = job_with("0.008");
+  ASSERT_TRUE(job) << job.error().message;
+  EXPECT_EQ(job->plan.tolerance, good().plan.tolerance - 0.008);
+  EXPECT_NE(describe(*job).find("\ntolerance_mm: 0.02\n"), std::string::npos) << "as the job says";
+  const auto greedy = job_with("0.011");
+  ASSERT_FALSE(greedy);
+  EXPECT_NE(greedy.error().message.find("tolerance_mm: 0.02 is less than twice the blend_tolerance_mm"),
+            std::string::npos)
+      << greedy.error().message;
+}
+
 TEST(Job, ReadsEveryValue) {
   const Job job = good();
   EXPECT_EQ(job.path, kJobPath);

@@ -44,6 +44,64 @@ void expect_same_way(const AptOperation& want, const AptOperation& got, double t
   }
 }
 
+TEST(PostWords, BlendsWhereNoRotaryTurnsAndLeavesItItsShare) {
+  std::string text = "UNITS/MM\nLOADTL/3,LENGTH,80\nRAPID\nGOTO/0,0,20,0,0,1\nFEDRAT/400,MMPM\n";
+  for (int k = 0; k < 60; ++k) {
+    const bool leans = k >= 20 && k < 40;
+    text += "GOTO/" + std::to_string(k / 2) + "," + std::to_string((k + 1) / 2 + k % 3) + ",0," +
+            (leans && k != 30 ? "0.6,0,0.8"
+             : leans          ? "0.28,0,0.96"
+                              : "0,0,1") +
+            "\n";
+  }
+  std::istringstream in(text + "FINI\n");
+  const auto stated = read_apt(in, "in.cls", {});
+  ASSERT_TRUE(stated);
+  MachineProfile profile = machine(Dialect::kRs274, false, "linuxcnc-bridge-bc");
+  profile.format.path_control = PathControl::kBlend;
+  profile.format.blend_tolerance = 0.004;
+  PostOptions options;
+  options.tolerance = 0.004;
+  const auto none_left = program_text(*stated, profile, options);
+  ASSERT_FALSE(none_left);
+  EXPECT_NE(none_left.error().message.find("blend_tolerance_mm take all"), std::string::npos);
+  options.tolerance = 0.02;
+  const auto posted = program_text(*stated, profile, options);
+  ASSERT_TRUE(posted) << posted.error().message;
+  // The text alone: under G64 neither a block nor the next one nor the one before states another rotary word.
+  std::istringstream lines(*posted);
+  bool blends = false, turned = false;
+  int blended = 0, switches = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("G64")) {
+      EXPECT_EQ(line, "G64 P0.0032");
+    }
+    if (line.starts_with("G64") || line.starts_with("G61")) blends = line[2] == '4', ++switches;
+    if (line.starts_with("(") || line.find_first_of("XYZBC") == line.npos) continue;
+    const bool turns = line.find_first_of("BC") != line.npos;
+    EXPECT_FALSE(blends && (turns || turned)) << line;
+    turned = turns;
+    blended += blends;
+  }
+  EXPECT_FALSE(blends) << "the program ends in exact stop";
+  EXPECT_GE(switches, 5) << *posted;
+  EXPECT_GE(blended, 30);
+  profile.format.path_control = PathControl::kExact;
+  profile.format.blend_tolerance = 0.0;
+  options.tolerance = 0.016;
+  auto exact = program_text(*stated, profile, options);
+  ASSERT_TRUE(exact);
+  const auto without = [](std::string program_lines) {
+    std::istringstream all(program_lines);
+    std::string kept;
+    for (std::string line; std::getline(all, line);)
+      if (!line.starts_with("G6") && !line.starts_with("(")) kept += line + "\n";
+    return kept;
+  };
+  EXPECT_EQ(without(*posted), without(*exact)) << "the words are those of a tolerance of 0.016 mm";
+  EXPECT_TRUE(back(*posted, profile));
+}
+
 class Posts : public testing::TestWithParam<DialectCase> {};
 INSTANTIATE_TEST_SUITE_P(All, Posts, testing::ValuesIn(dialect_cases()), case_name);
 

@@ -201,6 +201,47 @@ TEST(Timing, ExactStopAgreesWithLinuxCnc) {
   }
 }
 
+/// Corners of 90 degrees, 1 mm and 0.1 s apart, and before each block of `turns` the rotary turns by a
+/// degree.
+std::vector<JointMove> stairs(int count, const std::vector<int>& turns) {
+  std::vector<std::pair<Joints, double>> blocks{{{}, 0}};
+  for (int i = 0; i < count; ++i) {
+    Joints at = blocks.back().first;
+    (i % 2 == 0 ? at.x : at.y) += 1.0;
+    if (std::find(turns.begin(), turns.end(), i) != turns.end()) at.c += 1.0;
+    blocks.push_back({at, 0.1});
+  }
+  return program(blocks);
+}
+
+TEST(Timing, FixedBlendsOnlyWhereNoRotaryIsNear) {
+  // 20 blocks without a rotary, then one with, then 9, of which the last has nothing behind it.
+  const std::vector<JointMove> moves = stairs(30, {20});
+  const std::vector<bool> blends = blends_corners(moves);
+  ASSERT_EQ(blends.size(), moves.size());
+  for (std::size_t i = 0; i < moves.size(); ++i)
+    EXPECT_EQ(blends[i], (i >= 2 && i <= 19))
+        << i << ": the first block, block 21 and those beside it are exact";
+  const auto any = [](const std::vector<bool>& all) {
+    return std::find(all.begin(), all.end(), true) != all.end();
+  };
+  EXPECT_FALSE(any(blends_corners(stairs(8, {})))) << "too short a run";
+  EXPECT_FALSE(any(blends_corners(stairs(30, {4, 9, 14, 19, 24, 29}))));
+  EXPECT_FALSE(any(blends_corners({})));
+
+  MachineModel stops = drive();
+  stops.blends_rotary = false;
+  const auto seconds = [&](const std::vector<JointMove>& path, Corners corners) {
+    return time_blocks(path, stops, kTolerance, kAxisTolerance, corners).seconds;
+  };
+  const std::vector<JointMove> turning = stairs(30, {4, 9, 14, 19, 24, 29});
+  EXPECT_EQ(seconds(turning, Corners::kFixed), seconds(turning, Corners::kExact));
+  // 18 blocks of a run have 17 corners that are no stops.
+  const double exact = seconds(moves, Corners::kExact), fixed = seconds(moves, Corners::kFixed);
+  EXPECT_LT(fixed, exact);
+  EXPECT_GT(fixed, exact - 17 * (rest_to_rest(1.0, 0.1, 900) - 0.1) - 1e-9);
+}
+
 TEST(Timing, ExactStopGoesOnOnlyWhereXyzGoStraight) {
   const auto time = [](double aside, double turn) {
     const auto moves = program({{{}, 0}, {{100, 0, 0, 0, 0}, 1.0}, {{200, aside, 0, turn, 0}, 1.0}});

@@ -6,6 +6,7 @@
 
 It needs Debian's linuxcnc-uspace, installed. Real time is not needed: servo periods are counted, not seconds.
 """
+import math
 import os
 import re
 import shutil
@@ -96,7 +97,7 @@ def write_machine(folder, axes):
 
 def prepared(text):
     """No way in machine coordinates and no spindle; a pause where the feed blocks begin."""
-    text = re.sub(r"^.*\b(G53|M3|M5|M6|M8)\b.*$", "", text, flags=re.M)
+    text = re.sub(r"^.*\b(G53|G43|M3|M5|M6|M8)\b.*$", "", text, flags=re.M)
     return re.sub(r"^G93$", f"G4 P{2 * PAUSE}\nG93", text, count=1, flags=re.M)
 
 
@@ -154,7 +155,40 @@ def drive():
             sampler.wait()
 
 
-def report(name, positions):
+def programmed(text, letters, start):
+    """The places that the program's blocks end at, from where the machine stands."""
+    at = dict(zip(letters, start))
+    places = [tuple(start)]
+    for line in text.split("\n"):
+        words = re.findall(r"([XYZABC])" + NUMBER, re.sub(r"\(.*?\)", "", line))
+        if words and "G4 " not in line:
+            at.update((letter, float(value)) for letter, value in words)
+            places.append(tuple(at.values()))
+    return places
+
+
+def off_line(place, a, b):
+    way = [q - p for p, q in zip(a, b)]
+    square = sum(w * w for w in way)
+    share = sum((q - p) * w for p, q, w in zip(a, place, way)) / square if square > 0.0 else 0.0
+    return math.dist(place, [p + min(1.0, max(0.0, share)) * w for p, w in zip(a, way)])
+
+
+def report_miss(rows, text, letters):
+    """How far X Y Z come off the programmed lines; looked for a few blocks before and behind the last nearest."""
+    places = [place[:3] for place in programmed(text, letters, rows[0][1])]
+    nearest, worst, last = 0, 0.0, None
+    for _, at in rows:
+        if at[:3] == last:
+            continue
+        last = at[:3]
+        block = range(max(0, nearest - 2), min(len(places) - 1, nearest + 12))
+        miss, nearest = min((off_line(last, places[k], places[k + 1]), k) for k in block)
+        worst = max(worst, miss)
+    print(f"{worst:9.4f} mm is how far X Y Z come off the programmed lines", flush=True)
+
+
+def report(name, positions, text, letters):
     rows = [line.split() for line in open(positions, encoding="ascii")]
     rows = [(int(r[0]), [float(v) for v in r[1:]]) for r in rows if len(r) == 6]
     moving = [i for i in range(1, len(rows)) if rows[i][1] != rows[i - 1][1]]
@@ -166,6 +200,8 @@ def report(name, positions):
     if "corners" in name:
         miss = min(max(abs(at[3] - 30), abs(at[4] - 30)) for _, at in rows)
         print(f"{miss:9.4f} degrees is how far both rotaries stay off the corner", flush=True)
+    elif text:
+        report_miss(rows, text, letters)
 
 
 def main():
@@ -194,8 +230,9 @@ def main():
                              env={**os.environ, "HOME": folder}, stdin=subprocess.DEVNULL, capture_output=True)
         if not os.path.exists(f"{folder}/{len(programs) - 1}.ngc.positions"):
             sys.exit(log.stdout)
-        for i, (name, _) in enumerate(programs):
-            report(name, f"{folder}/{i}.ngc.positions")
+        for i, (name, text) in enumerate(programs):
+            whole = sys.argv[1] != "--blocks"
+            report(name, f"{folder}/{i}.ngc.positions", text if whole else "", list(axes))
 
 
 main()
