@@ -32,7 +32,10 @@ Vec3 Section::vector(const char* key, Range range, std::optional<Vec3> fallback)
   const YamlNode* node = want(key, !fallback);
   if (node == nullptr) return fallback.value_or(Vec3{});
   if (node->kind != YamlKind::kList || node->items.size() != 3) {
-    complain(key, "expected a list of three numbers [x, y, z], " + found(*node));
+    // [0,5, 0, 2]: three numbers, one of them with a decimal comma.
+    const bool commas = node->kind == YamlKind::kList && node->items.size() > 3;
+    complain(key, "expected a list of three numbers [x, y, z], " + found(*node) +
+                      (commas ? "; decimal commas? Write decimals with a point" : ""));
     return fallback.value_or(Vec3{});
   }
   const auto component = [&](std::size_t i) {

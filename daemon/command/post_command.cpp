@@ -35,14 +35,18 @@ Result<std::ifstream> opened(const std::string& path) {
 Vec3 vector_of(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
 
 /// Numbers of mm or degrees that mean something on a machine.
-CLI::Validator finite() {
+CLI::Validator finite(bool positive = false) {
   return CLI::Validator(
-      [](const std::string& text) -> std::string {
+      [positive](const std::string& text) -> std::string {
         double value = 0.0;
-        if (CLI::detail::lexical_cast(text, value) && std::abs(value) <= kMost) return "";
-        return "expected a finite number up to 100000, found " + text;
+        const bool read = CLI::detail::lexical_cast(text, value);
+        if (read && std::abs(value) <= kMost && (value > 0.0 || !positive)) return "";
+        const bool comma = text.find(',') != text.npos;
+        return std::string(positive ? "expected a number above 0 and up to 100000"
+                                    : "expected a finite number up to 100000") +
+               ", found " + text + (comma ? "; write decimals with a point" : "");
       },
-      "NUMBER");
+      positive ? "NUMBER above 0" : "NUMBER");
 }
 
 void list_dialects() {
@@ -197,8 +201,7 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
     one->add_option("--out", o.output, posts ? "program to write" : "CL file to write (APT text)");
     one->add_flag("--json", o.as_json, "print what was done as one JSON object");
     one->add_option("--dialect", o.dialect, "instead of the profile's");
-    one->add_option("--tool-length", o.tool_length, "gauge line to tip, mm")
-        ->check(CLI::PositiveNumber & finite());
+    one->add_option("--tool-length", o.tool_length, "gauge line to tip, mm")->check(finite(true));
     one->add_option("--part-zero", o.part_zero, "from the table's axis to part zero, mm: X,Y,Z")
         ->expected(3)
         ->delimiter(',')
@@ -207,10 +210,9 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
         ->expected(3)
         ->delimiter(',')
         ->check(finite());
-    one->add_option("--tolerance", o.tolerance, "of the tip between points, mm")
-        ->check(CLI::PositiveNumber & finite());
+    one->add_option("--tolerance", o.tolerance, "of the tip between points, mm")->check(finite(true));
     one->add_option("--axis-tolerance", o.axis_tolerance, "of the axis between points, degrees")
-        ->check(CLI::PositiveNumber & finite());
+        ->check(finite(true));
   }
   o.post
       ->add_option(
@@ -223,13 +225,13 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
           "--clear-radius", o.clear.radius,
           "nothing on the table reaches further from its axis, mm: a tool that lies may be taken off "
           "sideways to turn the table back")
-      ->check(CLI::PositiveNumber & finite());
+      ->check(finite(true));
   o.post->add_flag("--tcp", o.tcp, "tool centre point by the control (G43.4, G234, TRAORI, M128)");
   o.post->add_flag("--no-tcp", o.no_tcp, "joint words, whatever the profile says")->excludes("--tcp");
   o.post->add_option("--units", o.unit, "of a file without UNITS/: mm or inch")
       ->check(CLI::IsMember({"mm", "inch"}));
   o.post->add_option("--feed", o.feed, "of feed moves before the file states one, mm/min")
-      ->check(CLI::PositiveNumber & finite());
+      ->check(finite(true));
   o.post->add_option("--ignore", o.ignored, "words of the file to leave out: CSYS, CUTCOM, ...")
       ->delimiter(',')
       ->check([](const std::string& word) {

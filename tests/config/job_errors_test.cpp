@@ -99,6 +99,7 @@ const std::vector<BadText> kBadTexts = {
     {"spindle_rpm: 9000", "spindle_rpm: -1", "15:68", "at least 0 and at most 200000"},
     {"part_zero_mm: [1, 2, 3]", "part_zero_mm: [1, 2]", "16:23", "[x, y, z], found a list of 2"},
     {"part_zero_mm: [1, 2, 3]", "part_zero_mm: [1, 2, 3, 4]", "16:23", "found a list of 4"},
+    {"part_zero_mm: [1, 2, 3]", "part_zero_mm: [1,5, 2, 3]", "16:23", "decimal commas?"},
     {"part_zero_mm: [1, 2, 3]", "part_zero_mm: 7", "16:23", "[x, y, z], found '7'"},
     {"part_zero_mm: [1, 2, 3]", "part_zero_mm: [1, b, 3]", "16:27", "found 'b'"},
     {"part_zero_mm: [1, 2, 3]", "part_zero_mm: [1, 2, 1e5]", "16:30", "at most 10000"},
