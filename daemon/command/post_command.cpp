@@ -42,7 +42,7 @@ CLI::Validator finite(bool positive = false) {
         const bool read = CLI::detail::lexical_cast(text, value);
         if (read && std::abs(value) <= kMost && (value > 0.0 || !positive)) return "";
         const bool comma = text.find(',') != text.npos;
-        return std::string(positive ? "expected a number above 0 and up to 100000"
+        return std::string(positive ? "expected a finite number above 0, up to 100000"
                                     : "expected a finite number up to 100000") +
                ", found " + text + (comma ? "; write decimals with a point" : "");
       },
