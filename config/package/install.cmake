@@ -1,0 +1,69 @@
+# What is installed, and where: cmake --install, and the Debian package that ./run package makes of the same tree.
+# The units name the programs in /usr/bin.
+if(CMAKE_INSTALL_PREFIX_INITIALIZED_TO_DEFAULT)
+  set(CMAKE_INSTALL_PREFIX /usr CACHE PATH "install prefix" FORCE)
+endif()
+include(GNUInstallDirs)
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # no tests
+set(share ${CMAKE_INSTALL_DATAROOTDIR}/tiltfeed)
+
+# They look for each other beside themselves.
+install(TARGETS tiltfeed tiltfeed-sim RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+if(TILTFEED_DESK)
+  install(TARGETS tiltfeed-desk RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+
+# systemd, udev and sysusers look in lib, never in lib/ARCHITECTURE.
+install(FILES config/systemd/tiltfeed@.service DESTINATION lib/systemd/system)
+if(TILTFEED_DESK)
+  install(FILES config/systemd/tiltfeed-desk@.service DESTINATION lib/systemd/system)
+endif()
+install(FILES config/udev/60-tiltfeed.rules DESTINATION lib/udev/rules.d)
+install(FILES config/package/sysusers.conf DESTINATION lib/sysusers.d RENAME tiltfeed.conf)
+
+# Example jobs: copied to a folder of one's own, they find their part beside themselves.
+install(DIRECTORY config/machines DESTINATION ${share} FILES_MATCHING PATTERN "*.yaml")
+file(GLOB jobs CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/config/jobs/*.yaml)
+foreach(job IN LISTS jobs)
+  get_filename_component(name ${job} NAME)
+  file(READ ${job} text)
+  string(REPLACE "../../build/demo/" "" text "${text}")
+  string(REPLACE "build/demo/" "" text "${text}")
+  string(REPLACE "machine: ../machines/" "machine: ${CMAKE_INSTALL_FULL_DATAROOTDIR}/tiltfeed/machines/" text "${text}")
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/install/jobs/${name} CONTENT "${text}" @ONLY)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${job})
+  install(FILES ${CMAKE_BINARY_DIR}/install/jobs/${name} DESTINATION ${share}/jobs)
+endforeach()
+file(READ config/service.yaml text)
+string(REPLACE "machine: machines/" "machine: ${CMAKE_INSTALL_FULL_DATAROOTDIR}/tiltfeed/machines/" text "${text}")
+file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/install/service.yaml CONTENT "${text}" @ONLY)
+install(FILES ${CMAKE_BINARY_DIR}/install/service.yaml DESTINATION ${share})
+
+install(FILES README.md GLOSSARY.md config/package/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})
+# lintian wants the changelog packed, without a time in it.
+add_custom_command(OUTPUT install/changelog.gz
+                   COMMAND gzip -9n < ${CMAKE_SOURCE_DIR}/CHANGELOG.md > install/changelog.gz
+                   DEPENDS CHANGELOG.md VERBATIM)
+add_custom_target(tiltfeed_changelog ALL DEPENDS install/changelog.gz)
+install(FILES ${CMAKE_BINARY_DIR}/install/changelog.gz DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME tiltfeed)
+set(CPACK_PACKAGE_CONTACT "Tiltfeed maintainers <root@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "5-axis milling from an STL part to the machine")
+set(CPACK_PACKAGE_DESCRIPTION
+    "Plans tool paths for a 5-axis mill with a rotary table and a tilting head,
+proves them against the part, posts them for the control, and streams them
+over a serial line or Modbus. A simulated machine and material removal judge
+every program. Not a safety device.")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_PRE_BUILD_SCRIPTS ${CMAKE_SOURCE_DIR}/config/package/permissions.cmake)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION misc)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS systemd)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA config/package/postinst config/package/prerm config/package/postrm)
+list(TRANSFORM CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA PREPEND ${CMAKE_SOURCE_DIR}/)
+include(CPack)

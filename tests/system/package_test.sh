@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# The Debian package: the same bytes twice; what is in it and who may write it; unpacked, its programs go from an
+# example job to a proven program. package_test.sh BUILD_FOLDER
+set -euo pipefail
+export LC_ALL=C SOURCE_DATE_EPOCH=1700000000
+readonly build=$1 work=$1/package_test
+rm -rf "$work"
+mkdir -p "$work"
+
+fail() {
+  echo "package: $*" >&2
+  exit 1
+}
+
+umask 077 # nobody's umask gets into the package
+for time in first again; do
+  cpack --config "$build/CPackConfig.cmake" -B "$work/$time" >"$work/$time.log" 2>&1 || {
+    cat "$work/$time.log"
+    fail "cpack failed"
+  }
+done
+umask 022
+first=$(echo "$work"/first/*.deb)
+cmp "$first" "$work/again/$(basename "$first")" || fail "two packages of one build differ"
+
+dpkg-deb --contents "$first" >"$work/contents"
+for path in ./usr/bin/tiltfeed ./usr/bin/tiltfeed-sim ./usr/lib/systemd/system/tiltfeed@.service \
+  ./usr/lib/udev/rules.d/60-tiltfeed.rules ./usr/lib/sysusers.d/tiltfeed.conf ./usr/share/tiltfeed/jobs/pin.yaml \
+  ./usr/share/tiltfeed/machines/generic-ac.yaml ./usr/share/doc/tiltfeed/copyright; do
+  grep -q " $path\$" "$work/contents" || fail "$path is not in the package"
+done
+grep -vE '^(drwxr-xr-x|-rwxr-xr-x|-rw-r--r--) root/root' "$work/contents" &&
+  fail "who may write these?"
+dpkg-deb --field "$first" Depends | grep -q libmodbus5 || fail "the libraries are no dependencies"
+dpkg-deb --ctrl-tarfile "$first" | tar -t | sort >"$work/control"
+for script in postinst prerm postrm; do
+  grep -q "^./$script\$" "$work/control" || fail "$script is missing"
+done
+
+# From the unpacked package alone: the part by formula, the example job, a program that is proven.
+dpkg-deb --extract "$first" "$work/root"
+bin=$work/root/usr/bin
+mkdir "$work/job"
+"$bin/tiltfeed-sim" part pin --out "$work/job/pin.stl"
+for job in "$work"/root/usr/share/tiltfeed/jobs/*.yaml; do
+  ! grep -n 'build/demo' "$job" || fail "$job still points into a build"
+done
+sed "s|/usr/share/tiltfeed|$work/root/usr/share/tiltfeed|" "$work/root/usr/share/tiltfeed/jobs/pin.yaml" >"$work/job/pin.yaml"
+"$bin/tiltfeed" plan "$work/job/pin.yaml" --out "$work/job/pin.nc" >"$work/job/log" 2>&1 || {
+  cat "$work/job/log"
+  fail "the example job does not plan"
+}
+grep -q '^proven' "$work/job/log" || fail "the example's program is not proven"
