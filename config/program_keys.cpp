@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "config/enum_words.h"
+#include "config/program_lines.h"
 #include "kinematics/basics/decimal.h"
 
 namespace tiltfeed::config {
@@ -51,25 +52,6 @@ std::string read_words(const Section& program, const char* key, const std::strin
   return text;
 }
 
-/// Words that move an axis; those of a move in the machine's own coordinates do not count.
-bool moves_the_tool(const std::string& line) {
-  std::string bare;
-  int depth = 0;  // in parentheses stand comments and arguments
-  for (const char c : line) {
-    depth += c == '(' ? 1 : 0;
-    if (depth == 0) bare += c;
-    depth -= c == ')' ? 1 : 0;
-  }
-  for (const char* elsewhere : {"G53", "G28", "G30", "SUPA", "M91", "M92"})
-    if (bare.find(elsewhere) != bare.npos) return false;
-  for (std::size_t i = 0; i + 1 < bare.size(); ++i) {
-    const bool begins = i == 0 || bare[i - 1] == ' ' || (bare[i - 1] >= '0' && bare[i - 1] <= '9');
-    const std::string_view axes = "XYZABCUVW", number = "0123456789.-+=";
-    if (begins && axes.find(bare[i]) != axes.npos && number.find(bare[i + 1]) != number.npos) return true;
-  }
-  return false;
-}
-
 /// Lines of a program that a profile states: one text or a list of them.
 std::vector<std::string> read_lines(const Section& program, const char* key) {
   std::vector<std::string> lines = program.lines(key, kMostLines);
@@ -90,6 +72,7 @@ std::vector<std::string> read_lines(const Section& program, const char* key) {
                            "\" moves an axis where nothing is known of the part; expected a move in machine "
                            "coordinates (G53, G28, SUPA, M91) or none");
   }
+  if (const auto wrong = breaks_words(lines, std::string_view(key) == "start")) program.complain(key, *wrong);
   return lines;
 }
 
@@ -251,6 +234,7 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
   read_feed(program, usual, result);
   read_path_control(program, usual, result);
   result.retract = read_words(program, "retract", usual.retract);
+  if (const auto wrong = breaks_words({result.retract}, true)) program.complain("retract", *wrong);
   result.start = read_lines(program, "start");
   result.end = read_lines(program, "end");
   read_clamps(program, result);

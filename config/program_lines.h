@@ -1,0 +1,19 @@
+#pragma once
+// Lines of a program that a profile states: what they may not do to the words that follow.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tiltfeed::config {
+
+/// Words that move an axis in the part's coordinates; those of a move in the machine's own do not count.
+bool moves_the_tool(const std::string& line);
+
+/// What such lines, run one after the other in G90 and mm, break; nothing: they may stand there.
+/// `before_motion`: the program's words follow. Refused: a reference point by way of a place of the part (G28
+/// X0 without G91), and before motion G91 that nothing ends, inches, the program's end, TCP and tilted
+/// planes.
+std::optional<std::string> breaks_words(const std::vector<std::string>& lines, bool before_motion);
+
+}  // namespace tiltfeed::config
