@@ -54,6 +54,7 @@ const std::vector<Desk::Route>& Desk::routes() {
       {"GET", "/api/v1/part/mesh", &Desk::mesh},
       {"GET", "/api/v1/part/edges", &Desk::edges},
       {"GET", "/api/v1/job", &Desk::job_text},
+      {"GET", "/api/v1/job/text", &Desk::job_file},
       {"PUT", "/api/v1/job", &Desk::put_job, config::kMaxConfigBytes},
       {"POST", "/api/v1/job/save", &Desk::save_job, kSmallBody},
       {"POST", "/api/v1/part/sample", &Desk::make_sample, kSmallBody},

@@ -80,6 +80,7 @@ class Desk {
   Reply make_sample(const Request& request);
   Reply machines(const Request& request);
   Reply new_job(const Request& request);
+  Reply job_file(const Request& request);
   Reply edit_job(const Request& request);
   Reply schema(const Request& request);
   Reply start_suggest(const Request& request);

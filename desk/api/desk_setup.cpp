@@ -74,6 +74,14 @@ Reply Desk::new_job(const Request& request) {
   return text_reply(job_.describe(), 201);
 }
 
+Reply Desk::job_file(const Request&) {
+  if (!job_.is_open()) return refusal(409, "no job is open");
+  Reply reply;
+  reply.type = "text/plain; charset=utf-8";
+  reply.body = job_.text();
+  return reply;
+}
+
 Reply Desk::edit_job(const Request& request) {
   const auto edits = edits_in(json::parse(request.body, nullptr, false));
   if (!edits) return no_edits();
@@ -114,7 +122,7 @@ Reply Desk::ask_reach(const Request& request) {
   if (part_.stl().empty()) return refusal(409, "there is no part that has been read");
   const Result<std::string> text = job_.with(*edits);
   if (!text) return refused_by(text.error());
-  return asked(reach_.ask(asked_part(), *text, job_.machine(), body.value("exact", false)));
+  return asked(reach_.ask(asked_part(), job_.id(), *text, job_.machine(), body.value("exact", false)));
 }
 
 Reply Desk::reach_map(const Request&) { return reach_.map(); }

@@ -103,7 +103,7 @@ Result<void> JobWork::begin(const NewDeskJob& wanted) {
   job.name = config::job_name_of(wanted.part), job.stl = wanted.part, job.stl_unit_mm = *unit;
   job.machine = std::string(machine->name) + ".yaml", job.cutter = cutter->text;
   const double diameter = cutter->cutter.diameter;
-  job.side_step = kStepShare * diameter;
+  job.side_step = config::tidy(kStepShare * diameter);
   job.tolerance = std::min(kTolerance, std::max(kLeastTolerance, kToleranceShare * diameter));
   made_ = wanted;
   opened_.clear();

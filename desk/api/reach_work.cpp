@@ -21,7 +21,7 @@ Result<std::uint64_t> ReachWork::say(const std::string& question) {
   return asked_;
 }
 
-Result<std::uint64_t> ReachWork::ask(const AskedPart& part, const std::string& job_text,
+Result<std::uint64_t> ReachWork::ask(const AskedPart& part, std::uint64_t job_id, const std::string& job_text,
                                      const std::string& machine, bool exact) {
   const std::string number = std::to_string(++asked_);
   const std::string job = folder_ + "/reach-" + number + ".yaml";
@@ -33,6 +33,7 @@ Result<std::uint64_t> ReachWork::ask(const AskedPart& part, const std::string& j
       {"id", asked_},
       {"part", part.id},
       {"job", job},
+      {"of", job_id},
       {"stl", part.stl},
       {"machine", machine},
       {"out", folder_ + "/reach-" + number + ".u8"},

@@ -28,8 +28,9 @@ class ReachWork {
 
   /// The number of the question; its answer is the event `reach`. Of several that wait the newest is
   /// answered. Errors: kIo.
-  Result<std::uint64_t> ask(const AskedPart& part, const std::string& job_text, const std::string& machine,
-                            bool exact);
+  /// `job`: the id of the job that the text was made of; the answer has it, too.
+  Result<std::uint64_t> ask(const AskedPart& part, std::uint64_t job, const std::string& job_text,
+                            const std::string& machine, bool exact);
   /// The same for the shapes about facets of the file: the event `fit`. Errors: kIo.
   Result<std::uint64_t> fit(const AskedPart& part, const std::vector<std::uint32_t>& facets,
                             double spread_deg);

@@ -149,6 +149,7 @@ std::string ReachAnswers::Kept::reach(const json& asked, const std::function<boo
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   return text({{"id", asked.at("id")},
                {"do", "reach"},
+               {"of", asked.at("of")},
                {"state", "ready"},
                {"exact", exact},
                {"percent", percent_of(map)},

@@ -13,7 +13,7 @@ export const work = process.env.TILTFEED_WORK;
 assert(bin && work, 'TILTFEED_BIN (the programs) and TILTFEED_WORK (a folder for files) say where');
 mkdirSync(work, {recursive: true});
 
-export const kHang = 120_000;  // ms: no measure of speed, only a hang reaches it
+export const kHang = Number(process.env.TILTFEED_HANG_MS ?? 120_000);  // ms: no measure of speed, only a hang reaches it
 
 /** The program's end: {status, out}. */
 export function run(program, ...words) {

@@ -2,21 +2,24 @@
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {join} from 'node:path';
-import {after, before, test} from 'node:test';
+import {after, test} from 'node:test';
 
 import {
   Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, open_page, pin_job, run, shot, text_of, work,
 } from './harness.mjs';
 
-let desk, job;
-before(async () => {
-  job = await pin_job('pin.yaml', 2);
-  desk = await Desk.start(job);
-});
-after(async () => {
-  await close_browser();
+after(close_browser);
+
+/** A desk of its own with a job of its own. */
+async function with_desk(name) {
+  const job = await pin_job(`${name}.yaml`, 2);
+  return {job, desk: await Desk.start(job)};
+}
+
+async function end(desk, page) {
+  await check_and_close(page);
   assert.equal(await desk.stop(), 0);
-});
+}
 
 const open_tab = (page, tab) => page.click(`#tab-${tab}`);
 const ready = (page) => page.waitForFunction(() => document.querySelector('#facets'));
@@ -36,6 +39,7 @@ async function type_job(page, text) {
 }
 
 test('an error in the job is told at its line; what is right is saved, remarks and all', async () => {
+  const {desk, job} = await with_desk('typed');
   const page = await open_page(desk);
   await ready(page);
   await open_tab(page, 'job');
@@ -59,10 +63,11 @@ test('an error in the job is told at its line; what is right is saved, remarks a
   await page.click('#job-save');
   await page.waitForFunction(() => document.getElementById('job-save').disabled);
   assert.equal(readFileSync(job, 'utf8'), right);
-  await check_and_close(page);
+  await end(desk, page);
 });
 
 test('a plan is made and proven, its path drawn, the slider goes through its time', async () => {
+  const {desk, job} = await with_desk('planned');
   const page = await open_page(desk);
   await ready(page);
   await open_tab(page, 'plan');
@@ -111,11 +116,12 @@ test('a plan is made and proven, its path drawn, the slider goes through its tim
   const program = await page.evaluate(async () => (await fetch(document.getElementById('download').href)).text());
   const strip = (text) => text.split('\n').filter((words) => !words.startsWith('(')).join('\n');
   assert.equal(strip(program), strip(readFileSync(out, 'utf8')), 'the blocks are those of the command line');
-  await check_and_close(page);
+  await end(desk, page);
 });
 
 for (const [width, viewport, scheme] of [[1024, kTablet, 'dark'], [390, kPhone, 'dark']]) {
   test(`the steps at ${width} px, dark, are without barriers`, async () => {
+    const {desk} = await with_desk(`steps-${width}`);
     const page = await open_page(desk, {viewport, scheme});
     await ready(page);
     for (const tab of ['part', 'job', 'plan']) {
@@ -125,14 +131,18 @@ for (const [width, viewport, scheme] of [[1024, kTablet, 'dark'], [390, kPhone, 
       await check_layout(page, true);
       await shot(page, `${tab}-${width}`);
     }
-    await check_and_close(page);
+    await end(desk, page);
   });
 }
 
 test('tabs go by arrow keys; a changed job makes the plan stale', async () => {
+  const {desk} = await with_desk('stale');
   const page = await open_page(desk);
   await ready(page);
-  await page.focus('#tab-part');
+  await open_tab(page, 'plan');
+  await page.click('#plan');
+  await page.waitForSelector('#blocks');
+  await open_tab(page, 'axis');
   await page.keyboard.press('ArrowRight');
   assert.equal(await page.evaluate(() => document.activeElement.id), 'tab-job');
   const text = await page.$eval('#job-text', (area) => area.value);
@@ -141,7 +151,7 @@ test('tabs go by arrow keys; a changed job makes the plan stale', async () => {
   await page.focus('#tab-job');
   await page.keyboard.press('ArrowRight');
   await page.waitForSelector('#stale');
-  await check_and_close(page);
+  await end(desk, page);
 });
 
 test('a long plan is cancelled; another page sees it', async () => {

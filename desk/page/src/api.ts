@@ -17,6 +17,7 @@ export interface Part {
   defects: {kind: string; count: number; first: string}[];
   warnings: string[];
   odd_size: boolean;
+  usual_cutter: string;
   likelier_units: {unit: string; size_mm: number[]}[];
 }
 
@@ -26,6 +27,8 @@ export interface Job {
   id: number;
   name: string;
   saved: boolean;
+  made_here: boolean;
+  can_save: boolean;
   machine: string;
   cutter: {diameter_mm: number; length_mm: number};
   errors: JobError[];
@@ -41,6 +44,41 @@ export interface Plan {
   error?: string;
 }
 
+export interface Proposal {
+  mode: string;
+  sense?: string;
+  source: string;
+  reached_percent: number;
+  shaped_percent: number;
+  rest_percent: Record<string, number>;
+  edits: {key: string; value: string | null}[];
+}
+
+export interface Suggest {
+  id: number;
+  part: number;
+  cutter: string;
+  state: 'working' | 'ready' | 'refused' | 'cancelled';
+  stage?: string;
+  percent?: number;
+  error?: string;
+  proposals?: Proposal[];
+}
+
+export interface Reach {
+  id: number;
+  of: number;     // id of the job
+  part: number;
+  state: 'ready' | 'refused';
+  exact?: boolean;
+  percent?: Record<string, number>;
+  ms?: number;
+  error?: string;
+}
+
+export interface Shape { kind: string; centre_mm: number[]; axis: number[]; radius_mm: number; tube_mm: number; rms_mm: number; worst_mm: number }
+export interface Fitted { id: number; state: 'ready' | 'refused'; facets?: number[]; shapes?: Shape[]; error?: string }
+
 export interface State {
   api: number;
   version: string;
@@ -49,6 +87,8 @@ export interface State {
   plan: Plan | null;
   run: Run;
   seat: Seat;
+  suggest: Suggest | null;
+  reach: Reach | null;
 }
 
 /** What the server said no with. */
@@ -90,6 +130,7 @@ async function ask(method: string, path: string, body?: BodyInit, type?: string)
 
 export const get_json = async <T>(path: string) => (await ask('GET', path)).json() as Promise<T>;
 export const get_floats = async (path: string) => new Float32Array(await (await ask('GET', path)).arrayBuffer());
+export const get_bytes = async (path: string) => new Uint8Array(await (await ask('GET', path)).arrayBuffer());
 export const post = async <T>(path: string, body: unknown) =>
   (await ask('POST', path, JSON.stringify(body), 'application/json')).json() as Promise<T>;
 export const put_bytes = async <T>(path: string, bytes: Blob) =>
@@ -116,7 +157,7 @@ export async function sign_in(): Promise<void> {
 }
 
 export type News = (event: string, data: unknown) => void;
-const kEvents = ['part', 'job', 'plan', 'run', 'jobs', 'seat'];
+const kEvents = ['part', 'job', 'plan', 'suggest', 'reach', 'fit', 'run', 'jobs', 'seat'];
 const kRetry = 3000;  // ms
 
 /**

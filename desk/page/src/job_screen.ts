@@ -1,6 +1,8 @@
 // Job: the YAML text, checked as it is typed, errors at their line; saved when it is right.
 import {Job, Refusal, get_json, post, put_bytes} from './api.js';
+import {cutter_drawing} from './cutter_drawing.js';
 import {el} from './dom.js';
+import type {JobForms} from './job_forms.js';
 
 const kPause = 300;  // ms without a key before the text is checked
 
@@ -15,13 +17,27 @@ export class JobScreen {
   private readonly errors = el('ul', {id: 'job-errors', class: 'plain'});
   private readonly save = el('button', {type: 'button', id: 'job-save', click: () => void this.keep()}, 'Save');
   private readonly title = el('h2', {}, 'Job');
-  private readonly none = el('p', {id: 'no-job'}, 'No job is open. Start the desk with one: tiltfeed desk JOB.yaml. config/jobs/example.yaml explains every key.');
+  private readonly none = el('div', {id: 'no-job'}, el('p', {}, 'There is no job yet: it says cutter, tool axis, pattern, feeds and machine.'),
+    el('p', {}, 'Open a part and press "Make a job" there, or start the desk with a job file: tiltfeed desk JOB.yaml.'),
+    el('div', {class: 'row'}, el('button', {type: 'button', class: 'main', id: 'no-job-part', click: () => this.go('Part')}, 'To the part')));
+  private readonly drawing = el('div', {});
+  private readonly fields = el('div', {class: 'forms'});
+  private readonly download = el('a', {class: 'button', id: 'job-download', download: 'job.yaml', href: '/api/v1/job/text'}, 'Download');
 
-  constructor(private readonly sheet: HTMLElement) {}
+  constructor(private readonly sheet: HTMLElement, private readonly forms: JobForms, private readonly go: (tab: string) => void) {
+    forms.show_in(this.fields, ['cutter', 'pattern', '', 'feeds', 'setup', 'axis', 'containment', 'stock', 'points', 'guards', 'links', 'program', 'part']);
+  }
 
   show(): void {
-    this.sheet.replaceChildren(this.title, ...(this.job ? [this.state, this.errors, this.area, el('div', {class: 'row'}, this.save)] : [this.none]));
+    this.sheet.replaceChildren(this.title, ...(this.job ? [this.state, this.errors,
+      el('div', {class: 'beside'}, el('div', {}, this.drawing, this.fields), el('div', {}, el('h3', {}, 'The same as text'), this.area,
+        el('div', {class: 'row'}, this.save, this.download, el('button', {type: 'button', id: 'job-next', class: 'main', click: () => this.go('Plan')}, 'Next: plan'))))] : [this.none]));
     this.draw();
+  }
+
+  /** The forms have been read anew. */
+  redraw(): void {
+    this.drawing.replaceChildren(...[cutter_drawing(this.forms.form)].filter((node): node is Node => node !== null));
   }
 
   async update(job: Job | null, shown: boolean): Promise<void> {
@@ -84,7 +100,9 @@ export class JobScreen {
     const wrong = job.errors.length;
     this.state.textContent = this.problem || (wrong > 0 ? `${wrong} ${wrong === 1 ? 'error' : 'errors'}` : `Right, for ${job.machine}.${job.saved ? '' : ' Not saved yet.'}`);
     this.state.className = this.problem || wrong > 0 ? 'note bad' : 'note good';
-    this.save.disabled = wrong > 0 || job.saved;
+    this.save.disabled = wrong > 0 || job.saved || !job.can_save;
+    this.save.title = job.can_save ? '' : 'The part came through the browser, so the desk knows no folder for it: download the job.';
+    this.download.download = job.name;
     this.errors.replaceChildren(...job.errors.map(({line, column, message}) => el('li', {},
       line > 0 ? el('button', {type: 'button', class: 'place', click: () => this.go_to(line, column)}, `Line ${line}`) : null, ` ${message}`)));
     this.area.setAttribute('aria-invalid', String(wrong > 0));

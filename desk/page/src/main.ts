@@ -1,6 +1,10 @@
 // The page: signs in, shows one step at a time, keeps up with the desk.
-import {Job, Part, Plan, Refusal, State, get_json, listen, post, session_number, sign_in} from './api.js';
+import {
+  Fitted, Job, Part, Plan, Reach, Refusal, State, Suggest, get_json, listen, post, session_number, sign_in,
+} from './api.js';
 import {byId, el} from './dom.js';
+import {AxisScreen} from './axis_screen.js';
+import {JobForms} from './job_forms.js';
 import {JobScreen} from './job_screen.js';
 import {PartScreen} from './part_screen.js';
 import {PlanScreen} from './plan_screen.js';
@@ -8,7 +12,12 @@ import type {Run, Seat} from './run_api.js';
 import {MachineBar, RunScreen} from './run_screen.js';
 import {Viewer} from './viewer.js';
 
-const kTabs = ['Part', 'Job', 'Plan', 'Run'];
+declare global {
+  /** For tests. */
+  interface Window { tiltfeed_axis?: AxisScreen }
+}
+
+const kTabs = ['Part', 'Axis', 'Job', 'Plan', 'Run'];
 const kSeatBeat = 2000;  // ms
 
 function make_viewer(): Viewer | null {
@@ -66,15 +75,22 @@ async function start(): Promise<void> {
     return;
   }
   const viewer = make_viewer();
-  const part = new PartScreen(sheet, viewer), job = new JobScreen(sheet), plan = new PlanScreen(sheet, viewer),
+  const go = (tab: string) => select(tab), forms = new JobForms(() => {
+    job.redraw();
+    axis.redraw();
+  });
+  const part = new PartScreen(sheet, viewer, go), job = new JobScreen(sheet, forms, go), plan = new PlanScreen(sheet, viewer), axis = new AxisScreen(sheet, viewer, forms, go),
     run = new RunScreen(sheet, viewer, session_number), bar = new MachineBar(byId('header'), run);
+  window.tiltfeed_axis = axis;
   const now: State = await get_json<State>('state');
   let shown = '';
   const select = make_tabs((tab) => {
     shown = tab;
+    document.body.dataset.tab = tab;
     part.show(tab === 'Part');
     plan.show(tab === 'Plan');
     run.show(tab === 'Run');
+    axis.show(tab === 'Axis');
     if (tab === 'Job') job.show();
   });
   const update_run = () => {
@@ -83,10 +99,12 @@ async function start(): Promise<void> {
   };
   const update = async () => {
     update_run();
-    await Promise.all([part.update(now.part, now.job !== null), job.update(now.job, shown === 'Job'), plan.update(now.plan, now.job, now.part)]);
+    axis.update(now.part, now.job, now.suggest);
+    await Promise.all([part.update(now.part, now.job, now.plan), forms.update(now.job), job.update(now.job, shown === 'Job'), plan.update(now.plan, now.job, now.part)]);
   };
   select(now.run.service !== 'none' && !now.part ? 'Run' : 'Part');
   await update();
+  axis.took_reach(now.reach);
   const fresh = async () => {
     Object.assign(now, await get_json<State>('state'));
     if (now.run.service !== 'none') void run.fetch_jobs().catch(() => undefined);
@@ -96,10 +114,13 @@ async function start(): Promise<void> {
     if (event === 'part') now.part = data as Part | null;
     if (event === 'job') now.job = data as Job | null;
     if (event === 'plan') now.plan = data as Plan | null;
+    if (event === 'suggest') now.suggest = data as Suggest | null;
     if (event === 'run') now.run = data as Run;
     if (event === 'seat') now.seat = data as Seat;
     if (event === 'jobs') void run.fetch_jobs().catch(() => undefined);
-    if (event === 'run' || event === 'seat') update_run();
+    if (event === 'reach') axis.took_reach(data as Reach);
+    else if (event === 'fit') axis.took_fit(data as Fitted);
+    else if (event === 'run' || event === 'seat') update_run();
     else void update();
   }, () => void fresh().catch(() => show_link(false)), show_link);
   setInterval(() => { if (run.has_seat) void post('seat/beat', {}).catch(() => undefined); }, kSeatBeat);

@@ -1,6 +1,7 @@
 // Part: an STL is opened, seen, its size and defects told, its unit asked for where it looks wrong.
-import {Part, Refusal, get_floats, post, put_bytes} from './api.js';
+import {Job, Part, Plan, Refusal, get_floats, post, put_bytes} from './api.js';
 import {byId, count_text, el, size_text} from './dom.js';
+import {PartStart} from './part_start.js';
 import type {Viewer} from './viewer.js';
 
 const kUnits = ['mm', 'inch', 'm'];
@@ -13,9 +14,13 @@ export class PartScreen {
   private problem = '';
   private visible = false;
   private has_job = false;
+  private job: Job | null = null;
+  private plan: Plan | null = null;
+  private readonly start: PartStart;
   private asked_from = 0;   // when the user gave the file, ms
 
-  constructor(private readonly sheet: HTMLElement, private readonly viewer: Viewer | null) {
+  constructor(private readonly sheet: HTMLElement, private readonly viewer: Viewer | null, go: (tab: string) => void) {
+    this.start = new PartStart(go, () => this.draw());
     const drops = document.documentElement;
     drops.addEventListener('dragover', (event) => {
       event.preventDefault();
@@ -36,9 +41,11 @@ export class PartScreen {
   }
 
   /** What the server says of the part. With a job, its unit is the job's to say. */
-  async update(part: Part | null, has_job: boolean): Promise<void> {
+  async update(part: Part | null, job: Job | null, plan: Plan | null): Promise<void> {
     this.part = part;
-    this.has_job = has_job;
+    this.job = job;
+    this.plan = plan;
+    this.has_job = job !== null;
     this.draw();
     if (part?.state !== 'ready' || part.id === this.shown || !this.viewer) return;
     try {
@@ -105,6 +112,7 @@ export class PartScreen {
     if (!part && !this.sending) nodes.push(el('p', {}, 'Open the shape to machine: an STL file, of at most 512 MB. It stays on this computer.'));
     if (part?.state === 'ready') nodes.push(...this.facts(part));
     nodes.push(el('div', {class: 'row'}, this.opener(part !== null)));
+    if (!this.sending) nodes.push(...this.start.content(part, this.job, this.plan));
     return nodes.filter((node): node is Node => node !== null);
   }
 

@@ -1,9 +1,10 @@
 // The 3D view: one part, its marks. Drawn when something has changed, never in a loop. z is up, lengths are mm.
 import {
-  Box3, BufferAttribute, BufferGeometry, Color, GLSL3, Group, LineBasicMaterial, LineSegments, Mesh, Object3D, OrthographicCamera,
-  Raycaster, RawShaderMaterial, Scene, Sphere, Vector2, Vector3, WebGLRenderer,
+  Box3, BufferAttribute, BufferGeometry, Color, DataTexture, GLSL3, Group, LineBasicMaterial, LineSegments, Mesh, Object3D, OrthographicCamera,
+  Raycaster, RawShaderMaterial, RedIntegerFormat, Scene, Sphere, UnsignedByteType, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import {PathDrawing} from './path_drawing.js';
+import {kClassColours} from './reach_classes.js';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 
 declare global {
@@ -14,8 +15,12 @@ declare global {
 const kPartVertex = `
 in vec3 position;
 uniform mat4 modelViewMatrix, projectionMatrix;
+uniform highp usampler2D classes;  // a texel a facet
 out vec3 seen;
+flat out int facet_class;
 void main() {
+  int facet = gl_VertexID / 3, wide = textureSize(classes, 0).x;
+  facet_class = int(texelFetch(classes, ivec2(facet % wide, facet / wide), 0).r);
   vec4 at = modelViewMatrix * vec4(position, 1.0);
   seen = at.xyz;
   gl_Position = projectionMatrix * at;
@@ -24,13 +29,27 @@ void main() {
 const kPartFragment = `
 precision highp float;
 in vec3 seen;
-uniform vec3 colour, back;
+flat in int facet_class;
+uniform vec3 colour, back, class_colours[8];
+uniform bool classed;
 out vec4 drawn;
 void main() {
   vec3 n = normalize(cross(dFdx(seen), dFdy(seen)));
   float light = 0.35 + 0.65 * abs(dot(n, normalize(vec3(0.3, 0.5, 0.8))));
-  drawn = vec4((gl_FrontFacing ? colour : back) * light, 1.0);
+  vec3 front = classed && facet_class < 8 ? class_colours[facet_class] : colour;
+  drawn = vec4((gl_FrontFacing ? front : back) * light, 1.0);
 }`;
+
+const kWide = 1024;  // of the texture of classes
+function class_texture(classes: Uint8Array): DataTexture {
+  const texels = new Uint8Array(kWide * Math.max(1, Math.ceil(classes.length / kWide)));
+  texels.set(classes);
+  const texture = new DataTexture(texels, kWide, texels.length / kWide, RedIntegerFormat, UnsignedByteType);
+  texture.internalFormat = 'R8UI';
+  texture.unpackAlignment = 1;
+  texture.needsUpdate = true;
+  return texture;
+}
 
 interface Palette { ground: string; part: string; back: string; mark: string }
 const kLight: Palette = {ground: '#e9edf1', part: '#8fa9c2', back: '#c98f6a', mark: '#d00000'};
@@ -48,19 +67,22 @@ const kFilled = 0.9;  // of the view, by the part
 
 export class Viewer {
   private readonly renderer: WebGLRenderer;
-  private readonly scene = new Scene();
-  private readonly camera = new OrthographicCamera();
-  private readonly controls: OrbitControls;
+  readonly scene = new Scene();
+  readonly camera = new OrthographicCamera();
+  readonly controls: OrbitControls;
   private readonly dark = matchMedia('(prefers-color-scheme: dark)');
   private readonly part_material = new RawShaderMaterial({
     vertexShader: kPartVertex, fragmentShader: kPartFragment, glslVersion: GLSL3, side: 2,
-    uniforms: {colour: {value: new Color()}, back: {value: new Color()}},
+    uniforms: {
+      colour: {value: new Color()}, back: {value: new Color()}, classed: {value: false}, classes: {value: class_texture(new Uint8Array(1))},
+      class_colours: {value: kClassColours},
+    },
   });
   private readonly mark_material = new LineBasicMaterial({depthTest: false});
-  private part = new Group();
+  readonly part = new Group();
   readonly path = new PathDrawing(() => this.redraw());
-  private box = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
-  private sphere = new Sphere(new Vector3(), 1);
+  readonly box = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
+  readonly sphere = new Sphere(new Vector3(), 1);
   private due = false;
 
   /** Throws where the browser has no WebGL 2. */
@@ -134,6 +156,17 @@ export class Viewer {
     const ray = new Raycaster();
     ray.setFromCamera(new Vector2(2 * x / this.canvas.clientWidth - 1, 1 - 2 * y / this.canvas.clientHeight), this.camera);
     return ray.intersectObject(mesh, false)[0]?.faceIndex ?? -1;
+  }
+
+  /** A class for each facet, as GET reach/map has it; null: all of one colour. */
+  show_classes(classes: Uint8Array | null): void {
+    const {uniforms} = this.part_material;
+    uniforms.classed.value = classes !== null;
+    if (classes) {
+      uniforms.classes.value.dispose();
+      uniforms.classes.value = class_texture(classes);
+    }
+    this.redraw();
   }
 
   clear_part(): void {
