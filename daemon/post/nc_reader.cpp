@@ -20,6 +20,8 @@ class Reader {
  public:
   Reader(std::string name, const TextLanguage& language) : name_(std::move(name)), language_(language) {
     facts_.operations.emplace_back();
+    tnc_ = language.dialect == config::Dialect::kHeidenhain ||
+           language.dialect == config::Dialect::kHeidenhainIso;
     known_[3] = language.tilt == kNoLetter;
     known_[4] = language.rotary == kNoLetter;
   }
@@ -57,6 +59,7 @@ class Reader {
   TextLanguage language_;
   NcProgram facts_;
   std::uint32_t line_ = 0;
+  bool tnc_ = false;  ///< a Heidenhain control, whose M126 to M129 others may use for anything
   bool ended_ = false, changing_ = false, rapid_ = true, motion_known_ = false, inverse_ = false,
        tcp_ = false, incremental_ = false, compensated_ = false, shorter_ = false, moved_ = false;
   double feed_ = 0.0, speed_ = 0.0, spindle_ = 0.0, coolant_ = 0.0;
@@ -173,7 +176,7 @@ Mistake Reader::one_code(int tenths) {
   } else if (tenths == 930 || tenths == 940) {
     if (inverse_ != (tenths == 930)) feed_ = 0.0;
     inverse_ = tenths == 930;
-  } else if (tenths == 434 || tenths == 2340) {
+  } else if ((tenths == 434 && fanuc) || (tenths == 2340 && language_.dialect == config::Dialect::kHaas)) {
     tcp_ = true;
   } else if (tenths == 490) {
     tcp_ = false;
@@ -206,9 +209,8 @@ void Reader::machine_codes(const DialectWords& words) {
     if (code == 9) event(EventKind::kCoolant, 0.0);
     if (code == 0 && !std::exchange(changing_, false)) event(EventKind::kStop, 0.0);
     if (code == 1) event(EventKind::kOptionalStop, 0.0);
-    if (code == 128) tcp_ = true;
-    if (code == 129) tcp_ = false;
-    if (code == 126 || code == 127) shorter_ = code == 126;
+    if (tnc_ && (code == 128 || code == 129)) tcp_ = code == 128;
+    if (tnc_ && (code == 126 || code == 127)) shorter_ = code == 126;
     if (code == 2 || code == 30) ended_ = true;
   }
   if (words.has_m(3) || words.has_m(4) || (words.has('S') && turn_ != 0))
@@ -237,6 +239,7 @@ Mistake Reader::dwell(const DialectWords& words) {
     // Fanuc and Haas: a P without a point is in milliseconds.
     const bool short_p = letter == 'P' && (language_.dialect == config::Dialect::kFanuc ||
                                            language_.dialect == config::Dialect::kHaas);
+    if (words.values.at(letter) < 0.0) return "G4 has a time below 0";
     const bool milli = short_p && words.printed.at('P').find('.') == std::string::npos;
     event(EventKind::kDwell, words.values.at(letter) * (milli ? 1e-3 : 1.0));
     return std::nullopt;
@@ -247,10 +250,8 @@ Mistake Reader::dwell(const DialectWords& words) {
 /// Where an axis at `from` goes by its word: the shorter way where the program says so, on these controls.
 double Reader::turned(const DialectWords& words, char letter, RotaryWord counting, double from) const {
   const double word = words.values.at(letter);
-  const bool tnc = language_.dialect == config::Dialect::kHeidenhain ||
-                   language_.dialect == config::Dialect::kHeidenhainIso;
-  if (tnc || language_.dialect == config::Dialect::kSiemens) {
-    const bool shorter = tnc ? shorter_ : words.direct.find(letter) != std::string::npos;
+  if (tnc_ || language_.dialect == config::Dialect::kSiemens) {
+    const bool shorter = tnc_ ? shorter_ : words.direct.find(letter) != std::string::npos;
     counting = shorter && counting == RotaryWord::kShortest ? RotaryWord::kShortest : RotaryWord::kAccumulate;
     if (words.direct.find(letter) != std::string::npos) counting = RotaryWord::kShortest;
   }
@@ -260,7 +261,8 @@ double Reader::turned(const DialectWords& words, char letter, RotaryWord countin
 Mistake Reader::motion(const DialectWords& words) {
   const std::array<char, 5> letters{'X', 'Y', 'Z', language_.tilt, language_.rotary};
   const std::array<double*, 5> places{&at_.x, &at_.y, &at_.z, &at_.a, &at_.c};
-  const bool elsewhere = words.has_g(530) || words.has_g(280) || words.named("SUPA") || words.has_m(91);
+  const bool elsewhere =
+      words.has_g(530) || words.has_g(280) || words.named("SUPA") || (tnc_ && words.has_m(91));
   bool moves = false;
   for (std::size_t i = 0; i < letters.size(); ++i) {
     if (!words.has(letters[i])) continue;
@@ -299,7 +301,8 @@ Mistake Reader::codes(const DialectWords& words) {
   for (const int code : words.g)
     if (auto bad = one_code(code)) return bad;
   for (const std::string& name : words.names) {
-    if (name == "TRAORI" || name == "TRAFOOF")
+    const bool siemens = language_.dialect == config::Dialect::kSiemens;
+    if (siemens && (name == "TRAORI" || name == "TRAFOOF"))
       tcp_ = name == "TRAORI";
     else if (name != "ORIMKS" && name != "ORIAXES" && name != "TOROTOF" && name != "PAROTOF" &&
              name != "TRANS" && name != "SUPA" && name != "FMAX" && name != "L")

@@ -21,7 +21,8 @@ constexpr std::array<std::array<int, 7>, 5> kGroups{{{0, 10, 20, 30, 330, 800, 8
                                                      {400, 410, 420, -1, -1, -1, -1},
                                                      {170, 180, 190, -1, -1, -1, -1}}};
 constexpr std::array<std::array<int, 4>, 2> kMachineGroups{{{3, 4, 5, -1}, {0, 1, 2, 30}}};
-constexpr std::array<int, 17> kMachineCodes{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 30, 91, 126, 127, 128, 129, 140};
+constexpr std::array<int, 11> kMachineCodes{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 30};
+constexpr std::array<int, 6> kHeidenhainCodes{91, 126, 127, 128, 129, 140};
 
 template <class Group>
 bool several(const std::vector<int>& codes, const Group& group) {
@@ -84,8 +85,13 @@ std::optional<std::string> misread(const DialectWords& words, const TextLanguage
     if (several(words.g, group)) return "two G codes of one kind stand in the line";
   for (const auto& group : kMachineGroups)
     if (several(words.m, group)) return "two M codes of one kind stand in the line";
+  const bool tnc =
+      language.dialect == config::Dialect::kHeidenhain || language.dialect == config::Dialect::kHeidenhainIso;
+  const auto among = [](const auto& codes, int code) {
+    return std::find(codes.begin(), codes.end(), code) != codes.end();
+  };
   for (const int code : words.m)
-    if (std::find(kMachineCodes.begin(), kMachineCodes.end(), code) == kMachineCodes.end() &&
+    if (!among(kMachineCodes, code) && !(tnc && among(kHeidenhainCodes, code)) &&
         std::find(language.own_codes.begin(), language.own_codes.end(), code) == language.own_codes.end())
       return "M" + std::to_string(code) + " is not understood, and no line of the machine profile has it";
   if (words.has_g(280))

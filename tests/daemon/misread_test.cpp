@@ -54,6 +54,12 @@ TEST(Misread, LinesThatSayMoreThanTheReaderKnows) {
             {"G1 C3000000000 F100", "C 3000000000 degrees is above"},
             {"G55", "another work offset"},
             {"G92 X0", "G92 is not understood"},
+            {"G4 P-1", "G4 has a time below 0"},
+            {"G43.4 H1", "G43.4 is not understood"},
+            {"G234 H1", "G234 is not understood"},
+            {"TRAORI", "\"TRAORI\" is not understood"},
+            {"M128", "M128 is not understood"},
+            {"M126", "M126 is not understood"},
             {"G68.2 X0", "G68.2 is not understood"}};
   for (const auto& row : table) {
     SCOPED_TRACE(row.line);
