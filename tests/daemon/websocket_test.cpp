@@ -137,6 +137,55 @@ TEST(WebSocket, ACloseEndsTheStreamWithItsReason) {
   EXPECT_EQ(silent.close_reason(), "");
 }
 
+/// Lengths around those at which a frame's header changes, whole and byte by byte.
+TEST(WebSocket, AFrameOfAnyLengthIsTakenInAnyPieces) {
+  for (const std::size_t size : {0, 1, 125, 126, 127, 65535, 65536, 65537, 200000})
+    for (const std::size_t piece : {std::size_t{1}, std::size_t{7}, std::size_t{65536}, size + 20}) {
+      std::string payload;
+      for (std::size_t i = 0; i < size; ++i) payload += static_cast<char>('a' + i % 23);
+      const std::string wire = served(0x82, payload) + served(0x82, "ok\n");
+      WebSocketReader reader(false);
+      std::string stream;
+      for (std::size_t at = 0; at < wire.size(); at += piece)
+        ASSERT_TRUE(reader.take(std::string_view(wire).substr(at, piece), stream)) << size;
+      ASSERT_EQ(stream, payload + "ok\n") << size << " in pieces of " << piece;
+    }
+}
+
+/// What came before belongs to the stream, nothing that comes after does.
+TEST(WebSocket, ACloseInTheMiddleOfAMessageEndsTheStreamThere) {
+  const std::string close = served(0x88, bytes({0x03, 0xE8})), ping = served(0x89, "p");
+  WebSocketReader reader(false);
+  std::string stream, pinged;
+  ASSERT_TRUE(
+      reader.take(served(0x02, "o") + ping + served(0x00, "k\n") + close + served(0x80, "ok\n"), stream));
+  EXPECT_TRUE(reader.closed());
+  EXPECT_EQ(reader.close_reason(), "1000");
+  EXPECT_EQ(stream, "ok\n");
+  EXPECT_TRUE(reader.take_ping(pinged));
+  ASSERT_TRUE(reader.take(served(0x82, "ok\n"), stream)) << "no error, and nothing is taken";
+  EXPECT_EQ(stream, "ok\n");
+  // Inside a frame there is no place for one: its bytes are of the payload.
+  WebSocketReader inside(false);
+  const std::string whole = served(0x82, "ab" + close);
+  stream.clear();
+  ASSERT_TRUE(inside.take(whole, stream));
+  EXPECT_FALSE(inside.closed());
+  EXPECT_EQ(stream, "ab" + close);
+}
+
+TEST(WebSocket, AMaskedFrameAmongOthersIsABrokenRule) {
+  const std::string masked = bytes({0x80, 0x83, 0, 0, 0, 0, 'o', 'k', '\n'});
+  WebSocketReader reader(false);
+  std::string stream;
+  const auto taken = reader.take(served(0x02, "ok\n") + masked + served(0x82, "ok\n"), stream);
+  ASSERT_FALSE(taken);
+  EXPECT_NE(taken.error().message.find("masked"), std::string::npos) << taken.error().message;
+  EXPECT_EQ(stream, "ok\n") << "zeros for a mask do not make it right";
+  EXPECT_FALSE(reader.take(served(0x82, "ok\n"), stream));
+  EXPECT_EQ(stream, "ok\n");
+}
+
 TEST(WebSocket, BrokenRulesAreToldAndNothingFollows) {
   const std::pair<std::string, const char*> cases[] = {
       {bytes({0x82, 0x85, 1, 2, 3, 4, 'a', 'b', 'c', 'd', 'e'}), "masked"},
