@@ -48,6 +48,11 @@ bool is_own(const sockaddr* address, socklen_t size) {
   return bound;
 }
 
+constexpr const char* kOwn = "this computer";
+/// A board that has a WebSocket has a plain connection, too: both lead to the one machine. A host of several
+/// plain connections is a server of serial ports, with a machine at each.
+constexpr const char *kSocketWay = " websocket", *kPlainWay = " plain";
+
 /// Without the port.
 std::string address_text(const addrinfo& found) {
   sockaddr_in v4{};
@@ -66,7 +71,7 @@ std::string address_text(const addrinfo& found) {
   const bool is_v4 = v4.sin_family == AF_INET;
   if (is_v4 ? is_own(reinterpret_cast<const sockaddr*>(&v4), sizeof v4)
             : is_own(reinterpret_cast<const sockaddr*>(&v6), sizeof v6))
-    return "this computer";
+    return kOwn;
   if (is_v4)
     ::inet_ntop(AF_INET, &v4.sin_addr, text, sizeof text);
   else
@@ -93,6 +98,26 @@ std::string holder_of(const std::string& key) {
                      ::getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &length) == 0;
   ::close(fd);
   return known ? process_text(peer.pid) : "another process";
+}
+
+/// The claim that another has on the board of these keys by its other way; empty: none has.
+std::string claimed_the_other_way(const std::vector<std::string>& keys,
+                                  const std::map<std::string, int>& own) {
+  std::vector<std::string> others;
+  for (const std::string& key : keys)
+    for (const auto& [way, other] : {std::pair(kSocketWay, kPlainWay), std::pair(kPlainWay, kSocketWay)})
+      if (const std::size_t at = key.find(way); at != key.npos) others.push_back(key.substr(0, at) + other);
+  if (others.empty()) return "";
+  std::ifstream claims("/proc/net/unix");
+  const std::string mark = std::string("@") + kPrefix;
+  for (std::string line; std::getline(claims, line);) {
+    const std::size_t at = line.find(mark);
+    if (at == line.npos) continue;
+    const std::string key = line.substr(at + mark.size());
+    for (const std::string& begin : others)
+      if (key.starts_with(begin) && !own.contains(key)) return key;
+  }
+  return "";
 }
 
 /// The socket whose name is the claim. Errors: kUsage, kIo.
@@ -160,7 +185,12 @@ std::vector<std::string> machine_keys(const LinkSpec& link) {
   if (::getaddrinfo(name.c_str(), nullptr, &hints, &found) != 0) return {name + at};
   std::set<std::string> keys;
   for (const addrinfo* one = found; one != nullptr; one = one->ai_next)
-    if (one->ai_family == AF_INET || one->ai_family == AF_INET6) keys.insert(address_text(*one) + at);
+    if (one->ai_family == AF_INET || one->ai_family == AF_INET6) {
+      const std::string host = address_text(*one);
+      keys.insert(host + at);
+      if (link.kind == LinkKind::kGrbl && host != kOwn)
+        keys.insert(host + (link.carrier == Carrier::kWebSocket ? kSocketWay : kPlainWay) + at);
+    }
   ::freeaddrinfo(found);
   return {keys.begin(), keys.end()};
 }
@@ -180,6 +210,12 @@ Result<void> MachineClaim::follow(const LinkSpec& link) {
       return tl::unexpected<Error>(fd.error());
     }
     taken[key] = *fd;
+  }
+  // Claimed first and looked second: of two who come at once none has it, or one.
+  if (const std::string other = claimed_the_other_way(keys, held_); !other.empty()) {
+    for (const auto& [own, socket] : taken) ::close(socket);
+    return fail(Code::kUsage, describe(link) + " leads to a board (" + other + ") that " + holder_of(other) +
+                                  " serves already: one service a machine, by whichever way");
   }
   std::erase_if(held_, [&](const auto& one) {
     if (std::find(keys.begin(), keys.end(), one.first) != keys.end()) return false;

@@ -148,6 +148,38 @@ TEST_F(OneService, C14TwoNamesOfOneMachineAreRefused) {
   EXPECT_TRUE(all[machines.size() + 1].follow(link_to("modbus-tcp:127.0.0.1:" + kPort + "/2")));
 }
 
+/// A network board has a plain port and one for a WebSocket.
+TEST_F(OneService, C14OneBoardIsOneMachineByBothOfItsWays) {
+  const std::string plain = "grbl-tcp:192.0.2.77:" + kPort, other_plain = "grbl-tcp:192.0.2.77:1" + kPort,
+                    socket = "grbl-ws:192.0.2.77:2" + kPort + "/ws",
+                    mapped = "grbl-ws:[::ffff:192.0.2.77]:81";
+  for (const auto& [first, second] :
+       {std::pair(plain, socket), std::pair(socket, plain), std::pair(plain, mapped)}) {
+    MachineClaim one, two;
+    ASSERT_TRUE(one.follow(link_to(first)));
+    const auto refused = two.follow(link_to(second));
+    ASSERT_FALSE(refused) << first << " and " << second;
+    EXPECT_NE(refused.error().message.find(mine_), std::string::npos) << refused.error().message;
+    EXPECT_NE(elsewhere([&, link = link_to(second)] {
+                MachineClaim three;
+                return three.follow(link) ? std::string("open") : std::string("refused");
+              }),
+              "open");
+    EXPECT_TRUE(one.follow(link_to(second))) << "its own board by the other way";
+    EXPECT_TRUE(one.follow(link_to(first)));
+  }
+  // A server of serial ports has several machines, and a host of another kind is another machine.
+  MachineClaim one, two, three, four;
+  EXPECT_TRUE(one.follow(link_to(plain)));
+  EXPECT_TRUE(two.follow(link_to(other_plain)));
+  EXPECT_TRUE(three.follow(link_to("modbus-tcp:192.0.2.77:3" + kPort)));
+  EXPECT_TRUE(four.follow(link_to("grbl-ws:192.0.2.78:" + kPort)));
+  // On this computer there are simulations, not boards.
+  MachineClaim near, beside;
+  EXPECT_TRUE(near.follow(link_to("grbl-tcp:127.0.0.1:" + kPort)));
+  EXPECT_TRUE(beside.follow(link_to("grbl-ws:127.0.0.1:2" + kPort)));
+}
+
 TEST_F(OneService, C14AClaimMovesWithItsDevice) {
   const Terminal terminal;
   const LinkSpec named = link_to("grbl:" + folder_.path + "/by-id"),
