@@ -13,6 +13,8 @@ namespace tiltfeed::daemon {
 
 namespace {
 
+constexpr double kLeastRetract = 1.0;  // mm: less is not worth a move
+
 /// What is in force before a line, gathered from the program's start.
 struct InForce {
   Joints at;
@@ -130,10 +132,10 @@ class Steps {
 };
 
 /// What the linear axes do while the tool goes back along its axis from `at`, the rotaries standing.
-Joints along_axis(const config::MachineProfile& machine, const ReentryOptions& options, const Joints& at) {
+Joints along_axis(const config::MachineProfile& machine, const ReentryOptions& options, const Joints& at,
+                  double height) {
   const Pose pose = forward(machine.model, options.setup, at);
-  const Joints to =
-      solve_linear(machine.model, options.setup, pose.tip + pose.axis * options.retract, at.a, at.c);
+  const Joints to = solve_linear(machine.model, options.setup, pose.tip + pose.axis * height, at.a, at.c);
   return {to.x - at.x, to.y - at.y, to.z - at.z, 0.0, 0.0};
 }
 
@@ -141,15 +143,24 @@ void lift(Steps& steps, const Survey& found, const Joints& rise, const config::M
           const ReentryOptions& options, bool relative) {
   const std::string feed = " F" + decimal(options.plunge_feed, 1);
   const Joints from = options.stands.value_or(found.before.at);
-  const Joints way = along_axis(machine, options, from);
-  const Joints clear{from.x + way.x, from.y + way.y, from.z + way.z, from.a, from.c};
+  double height = options.retract;
+  Joints way = along_axis(machine, options, from, height);
+  const auto end = [&] { return Joints{from.x + way.x, from.y + way.y, from.z + way.z, from.a, from.c}; };
+  // A machine that stands at the top of its travel, as after a parking, has not so far to go.
+  while (options.stands && height > 0.0 && broken_limit(machine.model, end())) {
+    height = height > kLeastRetract ? height / 2 : 0.0;
+    way = along_axis(machine, options, from, height);
+  }
+  const Joints clear = end();
   const std::string said =
-      "retract " + decimal(options.retract, 1) + " mm along the tool axis " +
+      "retract " + decimal(height, 1) + " mm along the tool axis " +
       (options.stands ? "that the machine reports, from" + steps.word('X', from.x) + steps.word('Y', from.y) +
                             steps.word('Z', from.z) + steps.turns(from)
                       : "of the block that is entered (the machine does not report its own), from where the "
                         "tool stands");
-  if (relative) {
+  if (height <= 0.0) {
+    steps.preview += "no retract: the machine stands at the end of its travel\n";
+  } else if (relative) {
     steps.line("G91");
     steps.say("G1" + steps.word('X', way.x) + steps.word('Y', way.y) + steps.word('Z', way.z) + feed, said);
     steps.line("G90");
@@ -158,7 +169,7 @@ void lift(Steps& steps, const Survey& found, const Joints& rise, const config::M
                   steps.turns(from) + feed,
               said);
   }
-  steps.reach(clear);
+  if (height > 0.0) steps.reach(clear);
   // Above any place of the program by the retract, or as high as the machine goes: never down.
   Joints top = clear;
   top.z = std::max(clear.z, std::min(found.highest + std::max(rise.z, 0.0), machine.model.z.max));
@@ -166,7 +177,19 @@ void lift(Steps& steps, const Survey& found, const Joints& rise, const config::M
   steps.reach(top);
 }
 
-void approach(Steps& steps, const InForce& before, const Joints& rise, const ReentryOptions& options) {
+/// RepRap wants the code first, and seconds as S.
+void start_spindle(Steps& steps, const InForce& before, double delay, bool reprap) {
+  const bool turns = before.spindle_code != 5;
+  const std::string speed = "S" + decimal(before.spindle, 3),
+                    code = "M" + std::to_string(before.spindle_code);
+  if (turns) steps.say(reprap ? code + " " + speed : speed + " " + code, "spindle");
+  if (before.mist) steps.say("M7", "mist coolant");
+  if (before.flood) steps.say("M8", "flood coolant");
+  if (turns) steps.say((reprap ? "G4 S" : "G4 P") + decimal(delay, 1), "until the spindle turns");
+}
+
+void approach(Steps& steps, const InForce& before, const Joints& rise, const ReentryOptions& options,
+              bool reprap) {
   const Joints& at = before.at;
   const std::string feed = " F" + decimal(options.plunge_feed, 1);
   Joints to = steps.at();
@@ -177,12 +200,7 @@ void approach(Steps& steps, const InForce& before, const Joints& rise, const Ree
   to.x = at.x + rise.x, to.y = at.y + rise.y;
   steps.say("G0" + steps.word('X', to.x) + steps.word('Y', to.y), "X and Y over the entry");
   steps.reach(to);
-  if (before.spindle_code != 5)
-    steps.say("S" + decimal(before.spindle, 3) + " M" + std::to_string(before.spindle_code), "spindle");
-  if (before.mist) steps.say("M7", "mist coolant");
-  if (before.flood) steps.say("M8", "flood coolant");
-  if (before.spindle_code != 5)
-    steps.say("G4 P" + decimal(options.spindle_delay, 1), "until the spindle turns");
+  start_spindle(steps, before, options.spindle_delay, reprap);
   to.z = at.z + rise.z;
   steps.say("G1" + steps.word('Z', to.z) + feed,
             "down to " + decimal(options.retract, 1) + " mm over the entry, at plunge feed");
@@ -219,13 +237,16 @@ Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const co
         Code::kUsage,
         "this controller does not report where its axes are, so that no retract can be written for it: "
         "move the tool clear by hand, and start a program of what is left");
-  const Joints rise = along_axis(machine, options, before.at);
+  const Joints rise = along_axis(machine, options, before.at, options.retract);
   Steps steps(machine, before.at);
   steps.line("(TILTFEED re-entry before block " + std::to_string(options.from) + ", line " +
              std::to_string(found->line) + ")");
-  steps.line("G21 G90 G17 G40 G49 G54 G94");
+  if (kind == LinkKind::kRepRap)
+    for (const char* mode : {"G21", "G90", "G94"}) steps.line(mode);  // it takes one code a line
+  else
+    steps.line("G21 G90 G17 G40 G49 G54 G94");
   lift(steps, *found, rise, machine, options, !counts_numeric_blocks(kind));
-  approach(steps, before, rise, options);
+  approach(steps, before, rise, options, kind == LinkKind::kRepRap);
   if (!steps.limit.empty())
     return fail(Code::kLimit, "re-entry before block " + std::to_string(options.from) + ", " + steps.limit +
                                   "; choose a shorter --retract or another block");

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "daemon/machine/grbl_talk.h"
+#include "daemon/machine/reprap_talk.h"
 #include "daemon/wire/modbus_map.h"
 
 namespace tiltfeed::daemon {
@@ -14,6 +15,18 @@ using std::chrono::milliseconds;
 constexpr Time kAskAgain = milliseconds(50);
 constexpr int kMostTries = 20;
 
+/// Nothing where an axis that the machine has is not among them.
+std::optional<Joints> joints_of(const AxisValues& at, const MachineModel& machine) {
+  const auto axis = [&](char letter) {
+    const std::size_t i = kAxisLetters.find(letter);
+    return i == kAxisLetters.npos ? std::nan("") : at[i];
+  };
+  const auto turned = [&](const RotaryAxis& one) { return one.present ? axis(one.letter) : 0.0; };
+  const Joints place{axis('X'), axis('Y'), axis('Z'), turned(machine.tilt), turned(machine.rotary)};
+  const bool whole = std::isfinite(place.x + place.y + place.z + place.a + place.c);
+  return whole ? std::optional(place) : std::nullopt;
+}
+
 Result<std::optional<Joints>> grbl_place(const MachineModel& machine, Link& wire, Clock& clock) {
   GrblTalk talk(wire, clock);
   const Result<GrblStatus> said = talk.report_with_offset();
@@ -22,14 +35,18 @@ Result<std::optional<Joints>> grbl_place(const MachineModel& machine, Link& wire
   if (!known) return std::nullopt;
   const AxisValues at = report_axes(said->axes, {}, machine),
                    offset = said->in_work ? AxisValues{} : report_axes(talk.offset(), {}, machine);
-  const auto axis = [&](char letter) {
-    const std::size_t i = kAxisLetters.find(letter);
-    return i == kAxisLetters.npos ? std::nan("") : at[i] - offset[i];
-  };
-  const auto turned = [&](const RotaryAxis& one) { return one.present ? axis(one.letter) : 0.0; };
-  const Joints place{axis('X'), axis('Y'), axis('Z'), turned(machine.tilt), turned(machine.rotary)};
-  const bool whole = std::isfinite(place.x + place.y + place.z + place.a + place.c);
-  return whole ? std::optional(place) : std::nullopt;
+  AxisValues program = no_axes();
+  for (std::size_t i = 0; i < kMostAxes; ++i) program[i] = at[i] - offset[i];
+  return joints_of(program, machine);
+}
+
+/// Its own word after M400. A board that has restarted as its port was opened does not know where it is.
+Result<std::optional<Joints>> reprap_place(const MachineModel& machine, Link& wire, Clock& clock) {
+  RepRapTalk talk(wire, clock);
+  const Result<AxisValues> at = talk.place();
+  if (!at) return tl::unexpected<Error>(at.error());
+  if (talk.restarted()) return std::nullopt;
+  return joints_of(*at, machine);
 }
 
 Result<RingIdentity> ask_identity(const config::RingMap& map, Link& wire) {
@@ -71,6 +88,7 @@ Result<std::vector<std::uint16_t>> read_registers(Link& wire, std::uint16_t firs
 Result<std::optional<Joints>> read_place(const LinkSpec& link, const MachineModel& machine, Link& wire,
                                          Clock& clock) {
   if (link.kind == LinkKind::kGrbl) return grbl_place(machine, wire, clock);
+  if (link.kind == LinkKind::kRepRap) return reprap_place(machine, wire, clock);
   if (is_ring(link.kind)) return ring_place(link.profile.ring, wire);
   return std::nullopt;
 }
