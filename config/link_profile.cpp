@@ -15,6 +15,8 @@ constexpr Words<EndOfBlock> kEndWords = {{"lf", EndOfBlock::kLf},
                                          {"crlf", EndOfBlock::kCrLf},
                                          {"cr", EndOfBlock::kCr},
                                          {"lf_cr_cr", EndOfBlock::kLfCrCr}};
+constexpr Words<ToolChanges> kChangeWords = {{"guided", ToolChanges::kGuided},
+                                             {"control", ToolChanges::kControl}};
 constexpr int kHighestAddress = 0xFFFF, kMostLeader = 10000;
 
 RingMap read_ring(const Section& wire) {
@@ -62,15 +64,18 @@ DripFormat read_drip(const Section& wire) {
 }  // namespace
 
 LinkProfile read_link_profile(const Section& root) {
-  const Section wire =
-      root.optional_section("wire", {"line_numbers", "check", "position_tolerance_mm",
-                                     "position_tolerance_deg", "reprap_window", "dnc", "ring", "drive"});
+  const Section wire = root.optional_section(
+      "wire", {"line_numbers", "check", "position_tolerance_mm", "position_tolerance_deg", "reprap_window",
+               "tool_changes", "tool_length_tolerance_mm", "dnc", "ring", "drive"});
   LinkProfile profile;
   profile.line_numbers = wire.flag("line_numbers", profile.line_numbers);
   profile.check = wire.flag("check", profile.check);
   profile.position.mm = wire.number("position_tolerance_mm", {0.001, 1000.0}, profile.position.mm);
   profile.position.deg = wire.number("position_tolerance_deg", {0.001, 1000.0}, profile.position.deg);
   profile.reprap_window = wire.integer("reprap_window", 0, 64, profile.reprap_window);
+  profile.tool_changes = wire.choice<ToolChanges>("tool_changes", kChangeWords, profile.tool_changes);
+  profile.tool_length_tolerance =
+      wire.number("tool_length_tolerance_mm", {0.0001, 1000.0}, profile.tool_length_tolerance);
   profile.drip = read_drip(wire);
   profile.ring = read_ring(wire);
   profile.drive = read_drive(wire);
@@ -85,6 +90,8 @@ void describe(const LinkProfile& profile, Description& out) {
   out.add("wire.position_tolerance_mm", profile.position.mm);
   out.add("wire.position_tolerance_deg", profile.position.deg);
   out.add("wire.reprap_window", profile.reprap_window);
+  out.add("wire.tool_changes", word(kChangeWords, profile.tool_changes));
+  out.add("wire.tool_length_tolerance_mm", profile.tool_length_tolerance);
   out.add("wire.dnc.data_bits", drip.data_bits);
   out.add("wire.dnc.parity", word(kParityWords, drip.parity));
   out.add("wire.dnc.stop_bits", drip.stop_bits);

@@ -67,6 +67,12 @@ struct PositionTolerance {
   double mm = 0.1, deg = 0.1;
 };
 
+/// Who changes the tool in the middle of a program.
+enum class ToolChanges : std::uint8_t {
+  kGuided,   ///< the operator: the change is kept back, the machine is parked and led back
+  kControl,  ///< the control: it is sent the change as it stands in the program
+};
+
 /// Everything above, and what a Grbl or RepRap controller does not tell by itself.
 struct LinkProfile {
   RingMap ring;
@@ -75,7 +81,9 @@ struct LinkProfile {
   PositionTolerance position;
   int reprap_window = 0;      ///< unanswered lines; 0: by its M115, else 1
   bool line_numbers = false;  ///< N words for grblHAL's Ln: feedback
-  bool check = false;         ///< let a Grbl controller read the program first ($C)
+  ToolChanges tool_changes = ToolChanges::kGuided;
+  double tool_length_tolerance = 0.1;  ///< mm that a mounted tool may be longer or shorter than the program's
+  bool check = false;                  ///< let a Grbl controller read the program first ($C)
 };
 
 class Section;

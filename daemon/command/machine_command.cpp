@@ -43,29 +43,6 @@ Result<json> ask(const std::string& socket, const ApiRequest& request) {
   return answer;
 }
 
-/// Through the service: begun, then asked for until it has ended, with the operator's words in between.
-Result<MachineAnswer> act_through(const std::string& socket, const std::string& name,
-                                  const std::vector<std::string>& words) {
-  ApiRequest request;
-  request.op = ApiOp::kMachine;
-  request.command = name;
-  for (const std::string& word : words) request.words += (request.words.empty() ? "" : " ") + word;
-  Result<json> answer = ask(socket, request);
-  const bool goes_on =
-      name == "jog" && !words.empty() && (words[0].ends_with('+') || words[0].ends_with('-'));
-  std::optional<HeldKeys> keys;
-  if (goes_on) keys.emplace();
-  if (answer) request.order = answer->value("order", std::uint64_t{0});
-  while (answer && !answer->contains("text")) {
-    std::this_thread::sleep_for(kAskAgain);
-    request.stop = wants_end();
-    request.held = keys && keys->held();
-    answer = ask(socket, request);
-  }
-  if (!answer) return tl::unexpected<Error>(answer.error());
-  return MachineAnswer{answer->value("text", ""), answer->value("result", json::object()).dump()};
-}
-
 /// Over a link of its own.
 Result<MachineAnswer> act_over(const LinkSpec& link, const config::MachineProfile& machine,
                                const std::string& name, const std::vector<std::string>& words) {
@@ -87,6 +64,28 @@ Result<MachineAnswer> act_over(const LinkSpec& link, const config::MachineProfil
 }
 
 }  // namespace
+
+Result<MachineAnswer> act_through(const std::string& socket, const std::string& name,
+                                  const std::vector<std::string>& words) {
+  ApiRequest request;
+  request.op = ApiOp::kMachine;
+  request.command = name;
+  for (const std::string& word : words) request.words += (request.words.empty() ? "" : " ") + word;
+  Result<json> answer = ask(socket, request);
+  const bool goes_on =
+      name == "jog" && !words.empty() && (words[0].ends_with('+') || words[0].ends_with('-'));
+  std::optional<HeldKeys> keys;
+  if (goes_on) keys.emplace();
+  if (answer) request.order = answer->value("order", std::uint64_t{0});
+  while (answer && !answer->contains("text")) {
+    std::this_thread::sleep_for(kAskAgain);
+    request.stop = wants_end();
+    request.held = keys && keys->held();
+    answer = ask(socket, request);
+  }
+  if (!answer) return tl::unexpected<Error>(answer.error());
+  return MachineAnswer{answer->value("text", ""), answer->value("result", json::object()).dump()};
+}
 
 struct MachineCommands::Options {
   CLI::App *check = nullptr, *order = nullptr;

@@ -3,12 +3,21 @@
 // with that machine before and after a program.
 
 #include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/machine/machine_orders.h"
 
 namespace CLI {
 class App;
 }
 
 namespace tiltfeed::daemon {
+
+/// A command through the service: begun, then asked for until it has ended, with the operator's words in
+/// between. Errors: as perform_order; kIo.
+Result<MachineAnswer> act_through(const std::string& socket, const std::string& name,
+                                  const std::vector<std::string>& words);
 
 /// Adds the commands to the command line; after it is parsed, runs the one that was called.
 class MachineCommands {

@@ -18,6 +18,7 @@
 #include "daemon/command/send_command.h"
 #include "daemon/command/service_command.h"
 #include "daemon/command/suggest_command.h"
+#include "daemon/command/tool_command.h"
 #include "daemon/plan/part_size.h"
 #include "daemon/post/tool_length.h"
 #include "kinematics/basics/tolerance_budget.h"
@@ -129,6 +130,7 @@ int run(int argc, char** argv) {
   const MachineCommands machines(app);
   const SuggestCommand suggesting(app);
   ServiceCommands service(app);
+  const ToolCommand tool_change(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -137,6 +139,7 @@ int run(int argc, char** argv) {
   if (verify->parsed()) return complain(hand_over("tiltfeed-sim", {"verify"}, verify->remaining()));
   if (desk->parsed()) return complain(hand_over("tiltfeed-desk", {}, desk->remaining()));
   if (const std::optional<int> status = service.run()) return *status;
+  if (tool_change.called()) return tool_change.run();
   if (send->parsed()) {
     if (send->count("--tool-length") > 0)
       if (auto same = check_tool_length(program, tool_length); !same) return complain(same.error());

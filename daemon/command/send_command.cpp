@@ -15,8 +15,11 @@
 
 #include "config/machine_profile.h"
 #include "daemon/command/command.h"
+#include "daemon/command/send_tool.h"
 #include "daemon/service/state_lock.h"
 #include "daemon/stream/stream.h"
+#include "daemon/wire/open_link.h"
+#include "daemon/wire/steady_clock.h"
 
 namespace tiltfeed::daemon {
 
@@ -147,7 +150,9 @@ class StatusLine {
   std::chrono::steady_clock::time_point at_;
 };
 
-Result<SendReport> send_watched(const std::string& program, const LinkSpec& link) {
+/// One run, watched: `send` sends.
+template <class Send>
+auto watched(Send send) {
   CommandQueue orders;
   Keys keys;
   StatusLine line;
@@ -159,7 +164,48 @@ Result<SendReport> send_watched(const std::string& program, const LinkSpec& link
     const bool typed = keys.take(orders, state), told = line.show(state);
     return typed && told && !ended;
   };
-  return send_program(program, link, {}, hooks);
+  return send(hooks);
+}
+
+/// What stands between two runs of one program must not have been changed.
+Result<void> same_program(const std::string& program, const LinkSpec& link, const SendReport& before) {
+  const Result<ProgramSum> now = sum_program(program, link.kind, link.axes);
+  if (!now) return tl::unexpected<Error>(now.error());
+  if (now->hash != before.program) return fail(Code::kIo, program + ": was changed while it ran");
+  return {};
+}
+
+/// From one tool change to the next.
+Result<SendReport> send_all(const std::string& program, const LinkSpec& link,
+                            const config::MachineProfile& machine) {
+  SendOptions options;
+  Result<SendReport> report =
+      watched([&](const StreamHooks& hooks) { return send_program(program, link, options, hooks); });
+  if (!report || !report->change) return report;
+  const Result<std::vector<ToolChange>> changes = kept_changes(program, link);
+  if (!changes) return tl::unexpected<Error>(changes.error());
+  const Result<std::unique_ptr<Link>> wire = open_link(link);
+  if (!wire) return tl::unexpected<Error>(wire.error());
+  SteadyClock clock;
+  while (report && report->change) {
+    const ToolChange change = *report->change;
+    if (const auto same = same_program(program, link, *report); !same) return tl::unexpected(same.error());
+    // The keys are the run's, the lines the operator's.
+    if (const auto made = change_in_program(
+            program, change, machine, link, **wire, clock, [] { return ended.load(); }, std::cin, std::cerr);
+        !made)
+      return tl::unexpected<Error>(made.error());
+    const SendReport before = *report;
+    options.program = before.program;
+    options.span = span_at(*changes, before.blocks, change.block);
+    report = watched(
+        [&](const StreamHooks& hooks) { return send_over(program, link, **wire, clock, options, hooks); });
+    if (!report) break;
+    report->seconds += before.seconds;
+    report->bytes += before.bytes;
+    report->resends += before.resends;
+  }
+  return report;
 }
 
 }  // namespace
@@ -182,7 +228,7 @@ int send_command(const std::string& program, std::string link_text, const std::s
   MachineClaim claim;  // a serial port is locked by opening it; an address is not
   if (link->over_network())
     if (const Result<void> mine = claim.follow(*link); !mine) return complain(mine.error());
-  const auto sent = send_watched(program, *link);
+  const auto sent = send_all(program, *link, profile);
   if (!sent) return complain(sent.error());
   if (as_json) {
     nlohmann::ordered_json json = {{"blocks", sent->lines},

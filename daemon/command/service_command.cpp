@@ -63,7 +63,8 @@ void print_job(const json& job) {
 }
 
 bool is_over(const std::string& state) {
-  return state != "received" && state != "planning" && state != "queued" && state != "running";
+  return state != "received" && state != "planning" && state != "queued" && state != "running" &&
+         state != "tool change";
 }
 
 }  // namespace
@@ -277,11 +278,12 @@ int ServiceCommands::Options::run_start() {
     answer = ask(request);
     if (!answer) return complain(answer.error());
     const std::string state = answer->value("state", ""), phase = answer->value("phase", "connect");
-    if (state != "running" && state != "done")
+    if (state == "tool change") text = state + ": " + answer->value("note", "");
+    if (state != "running" && state != "done" && state != "tool change")
       return complain(
           {Code::kLink, "job " + std::to_string(job) + " is " + state + ": " + answer->value("note", "")});
     if (state == "done" || (phase != "connect" && phase != "identify" && phase != "check")) text = "started";
-    if (text != "started") std::this_thread::sleep_for(kStartInterval);
+    if (text == "starting") std::this_thread::sleep_for(kStartInterval);
   }
   return tell(*answer, text);
 }

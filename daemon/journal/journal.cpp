@@ -111,7 +111,7 @@ std::optional<RunRecord> decode_record(std::string_view bytes, std::uint64_t num
   if (in.number(4) != kRecordMark) return std::nullopt;
   const std::uint64_t event = in.number(1);
   if (event < static_cast<std::uint8_t>(RunEvent::kBegan) ||
-      event > static_cast<std::uint8_t>(RunEvent::kFault))
+      event > static_cast<std::uint8_t>(RunEvent::kToolChange))
     return std::nullopt;
   r.event = static_cast<RunEvent>(event);
   r.link = static_cast<std::uint8_t>(in.number(1));

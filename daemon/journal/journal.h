@@ -20,11 +20,13 @@ using Sha256 = std::array<std::uint8_t, 32>;
 using HostBoot = std::array<std::uint8_t, 16>;
 
 enum class RunEvent : std::uint8_t {
-  kBegan = 1,  ///< nothing was sent yet
-  kStreaming,  ///< figures as they grow
-  kExecuted,   ///< every block is proved to be executed
-  kStopped,    ///< by the operator or the service, in order
-  kFault,      ///< link, controller or file
+  kBegan = 1,   ///< nothing was sent yet
+  kStreaming,   ///< figures as they grow
+  kExecuted,    ///< every block is proved to be executed
+  kStopped,     ///< by the operator or the service, in order
+  kFault,       ///< link, controller or file
+  kToolChange,  ///< the machine stands before a tool change: all before it is executed, nothing after it has
+                ///< left
 };
 
 /// Properties: executed <= acknowledged <= offered <= reserved <= total; no block after `offered` was given

@@ -14,7 +14,19 @@ Result<ProgramRun> prepare_run(const std::string& program, const LinkSpec& link,
   std::random_device random;  // an old session's blocks can never be taken for this one's
   const auto session = static_cast<std::uint16_t>(1 + random() % 0xFFFF);
   run.subject = {job, sum->blocks, sum->hash, link.kind, session, *host};
+  if (sum->waits > 0) {
+    Result<std::vector<ToolChange>> changes = kept_changes(program, link);
+    if (!changes) return tl::unexpected<Error>(changes.error());
+    run.changes = std::move(*changes);
+  }
+  run.stand_at(0);
   return run;
+}
+
+void ProgramRun::stand_at(std::uint64_t executed) {
+  const ProgramSpan span = span_at(changes, subject.total, executed);
+  subject.after = span.after;
+  subject.last = span.last;
 }
 
 Result<void> begin_journal(const std::string& path, const RunSubject& subject) {
@@ -29,7 +41,7 @@ Result<void> begin_journal(const std::string& path, const RunSubject& subject) {
 
 Result<SendReport> run_job(const ProgramRun& run, const ResumeDecision& decision, Journal& journal,
                            Link& link, Clock& clock, StreamHooks hooks) {
-  assert(decision.way == ResumeWay::kFresh || decision.way == ResumeWay::kContinue);
+  assert(decision.way != ResumeWay::kFinished && decision.way != ResumeWay::kUncertain);
   const bool continues = decision.way == ResumeWay::kContinue;
   Result<RunRecorder> recorder = continues ? RunRecorder::go_on(journal, run.subject, decision.may_have)
                                            : RunRecorder::begin(journal, run.subject);
@@ -38,6 +50,7 @@ Result<SendReport> run_job(const ProgramRun& run, const ResumeDecision& decision
   options.program = run.subject.program;
   options.session_id = recorder->record().session_id;
   if (continues) options.attach = decision.ring;
+  options.span = span_at(run.changes, run.subject.total, run.subject.after);
 
   CommandQueue own_commands;
   if (hooks.commands == nullptr) hooks.commands = &own_commands;
@@ -56,7 +69,8 @@ Result<SendReport> run_job(const ProgramRun& run, const ResumeDecision& decision
   };
   const Result<SendReport> report = send_over(run.program, run.link, link, clock, options, hooks);
   if (!kept) return tl::unexpected<Error>(kept.error());
-  const RunEvent event = newest.phase == Phase::kDone      ? RunEvent::kExecuted
+  const RunEvent event = report && report->change          ? RunEvent::kToolChange
+                         : newest.phase == Phase::kDone    ? RunEvent::kExecuted
                          : newest.phase == Phase::kStopped ? RunEvent::kStopped
                                                            : RunEvent::kFault;
   // A journal that failed has said so already, and holds what was durable.

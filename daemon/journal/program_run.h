@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "daemon/journal/run_recorder.h"
 
@@ -13,6 +14,14 @@ struct ProgramRun {
   std::string program;
   LinkSpec link;
   RunSubject subject;
+  std::vector<ToolChange> changes = {};  ///< that the operator makes
+
+  /// The part of the program in which a run stands that has executed so many blocks.
+  void stand_at(std::uint64_t executed);
+  /// That comes at the end of it; nothing: the program's end does.
+  std::optional<ToolChange> next_change() const {
+    return span_at(changes, subject.total, subject.after).next;
+  }
 };
 /// Reads the program once for its hash and its number of blocks. Errors: as `send_program` before it sends.
 Result<ProgramRun> prepare_run(const std::string& program, const LinkSpec& link, std::uint64_t job);
@@ -21,7 +30,8 @@ Result<ProgramRun> prepare_run(const std::string& program, const LinkSpec& link,
 Result<void> begin_journal(const std::string& path, const RunSubject& subject);
 
 /// Streams as `decision` says, and keeps the journal. A controller that holds because nobody fed its watchdog
-/// is resumed once: who calls this has the operator's word. Requires: decision.way is kFresh or kContinue.
+/// is resumed once: who calls this has the operator's word. Ends at the next tool change: SendReport::change.
+/// Requires: decision.way is kFresh, kContinue, or kToolChange with the change made and run.stand_at() it.
 /// Errors: kIo of the journal (nothing left after it), else as `send_program`.
 Result<SendReport> run_job(const ProgramRun& run, const ResumeDecision& decision, Journal& journal,
                            Link& link, Clock& clock, StreamHooks hooks);

@@ -30,6 +30,9 @@ bool due(const std::optional<Time>& last, Time now, Time interval) {
   return !last || now < *last || now - *last >= interval;
 }
 
+/// Nothing may follow such a record at once but one that says that blocks leave.
+bool begins(RunEvent event) { return event == RunEvent::kBegan || event == RunEvent::kToolChange; }
+
 std::string blocks(std::uint64_t first, std::uint64_t last) {
   return "blocks " + std::to_string(first) + " to " + std::to_string(last);
 }
@@ -64,9 +67,15 @@ Result<RunRecorder> RunRecorder::begin(Journal& journal, const RunSubject& subje
   record.total = subject.total;
   record.program = subject.program;
   record.host = subject.host;
+  // The tool change is made when a block after it leaves: until then it can be made again.
+  if (subject.after > 0) {
+    record.event = RunEvent::kToolChange;
+    record.executed = record.acknowledged = subject.after - 1;
+    record.offered = record.reserved = subject.after;
+  }
   record.wall_ms = wall_ms();
   if (Result<void> begun = journal.start_with(record); !begun) return tl::unexpected<Error>(begun.error());
-  return RunRecorder(journal, record);
+  return RunRecorder(journal, record, subject.last);
 }
 
 Result<RunRecorder> RunRecorder::go_on(Journal& journal, const RunSubject& subject, std::uint64_t may_have) {
@@ -75,7 +84,7 @@ Result<RunRecorder> RunRecorder::go_on(Journal& journal, const RunSubject& subje
   record.reserved = std::max(record.reserved, may_have);
   record.host = subject.host;
   record.event = RunEvent::kBegan;
-  RunRecorder recorder(journal, record);
+  RunRecorder recorder(journal, record, subject.last);
   if (Result<void> written = recorder.write(true); !written) return tl::unexpected<Error>(written.error());
   return recorder;
 }
@@ -98,9 +107,9 @@ void RunRecorder::take(const SendState& state) {
 
 Result<std::uint64_t> RunRecorder::reserve(std::uint64_t next, Time now) {
   const bool durable = next > record_.reserved;
-  if (next > record_.total || next > record_.reserved + 1)
+  if (next > last_ || next > record_.reserved + 1)
     return fail(Code::kInput, "block " + std::to_string(next) + " comes where " +
-                                  std::to_string(std::min(record_.reserved + 1, record_.total)) + " of " +
+                                  std::to_string(std::min(record_.reserved + 1, last_)) + " of " +
                                   std::to_string(record_.total) +
                                   " was expected: the program was changed while it ran; it is stopped");
   if (durable) {
@@ -108,11 +117,11 @@ Result<std::uint64_t> RunRecorder::reserve(std::uint64_t next, Time now) {
     if (lasted < kShortReserve) chunk_ = std::min(chunk_ * 2, kMaxReserve);
     if (lasted > kLongReserve) chunk_ = std::max(chunk_ / 2, kMinReserve);
     // A record that begins a run is never followed by a reservation at once: may_have_left counts on that.
-    if (record_.event == RunEvent::kBegan) {
+    if (begins(record_.event)) {
       record_.event = RunEvent::kStreaming;
       if (const Result<void> written = write(false); !written) return tl::unexpected<Error>(written.error());
     }
-    record_.reserved = std::min(next + chunk_, record_.total);
+    record_.reserved = std::min(next + chunk_, last_);
     reserved_at_ = now;
   }
   record_.offered = std::max(record_.offered, std::min(next + kOfferSlack - 1, record_.reserved));
@@ -122,12 +131,13 @@ Result<std::uint64_t> RunRecorder::reserve(std::uint64_t next, Time now) {
 
 Result<void> RunRecorder::progress(const SendState& state, Time now) {
   const bool bound = state.boot != 0 && record_.boot_id == 0;
+  const RunEvent end = last_ < record_.total ? RunEvent::kToolChange : RunEvent::kExecuted;
   const bool finished =
-      record_.event != RunEvent::kExecuted && record_.total > 0 && state.executed == record_.total;
+      !is_opening(state.phase) && record_.event != end && record_.total > 0 && state.executed == last_;
   const bool news = state.executed > record_.executed || state.acknowledged > record_.acknowledged;
   if (!bound && !finished && !(news && due(written_at_, now, kWriteInterval))) return {};
   take(state);
-  record_.event = finished ? RunEvent::kExecuted : RunEvent::kStreaming;
+  record_.event = finished ? end : RunEvent::kStreaming;
   written_at_ = now;
   const bool durable = bound || finished || due(synced_at_, now, kSyncInterval);
   if (durable) synced_at_ = now;
@@ -166,7 +176,7 @@ std::uint64_t may_have_left(const JournalContent& journal, const RunSubject& now
   const RunRecord& last = *journal.last;
   if (!journal.ended) return last.total;
   // Each record that is lost may have been a reservation, but for the one after that which begins a run.
-  const std::uint64_t lost = journal.lost - (journal.lost > 0 && last.event == RunEvent::kBegan);
+  const std::uint64_t lost = journal.lost - (journal.lost > 0 && begins(last.event));
   if (lost > (last.total - last.reserved) / (kMaxReserve + 1)) return last.total;
   if (lost > 0) return last.reserved + lost * (kMaxReserve + 1);
   // The reservation was durable before anything left; `offered` is only as good as this host's memory.
@@ -189,6 +199,13 @@ ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& no
   if (last.executed == last.total) {
     decision.way = ResumeWay::kFinished;
     decision.text = "all " + std::to_string(last.total) + " blocks are executed";
+    return decision;
+  }
+  if (last.event == RunEvent::kToolChange && journal.whole()) {
+    decision.way = ResumeWay::kToolChange;
+    decision.may_have = decision.executed;
+    decision.text = "the machine stands before a tool change; " + std::to_string(decision.executed) +
+                    " blocks have run, later ones have not";
     return decision;
   }
   if (decision.may_have == 0) {

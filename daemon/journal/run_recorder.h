@@ -2,7 +2,9 @@
 // One run and its journal: what must be on the disk before a block may leave, and, after a run was cut off,
 // what is known of the machine and how it may go on.
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -24,6 +26,10 @@ struct RunSubject {
   LinkKind link = LinkKind::kGrbl;
   std::uint16_t session_id = 0;
   HostBoot host{};
+  /// The run begins after so many blocks, the newest of them the tool change that was made; 0: at the start.
+  std::uint64_t after = 0;
+  /// Its last block; before the program's end: a tool change comes then.
+  std::uint64_t last = std::numeric_limits<std::uint64_t>::max();
 };
 
 /// Writes the journal while a run streams. Properties, whatever the clock does: a block leaves only after a
@@ -47,12 +53,14 @@ class RunRecorder {
   const RunRecord& record() const { return record_; }
 
  private:
-  RunRecorder(Journal& journal, const RunRecord& record) : journal_(&journal), record_(record) {}
+  RunRecorder(Journal& journal, const RunRecord& record, std::uint64_t last)
+      : journal_(&journal), record_(record), last_(std::min(last, record.total)) {}
   Result<void> write(bool durable);
   void take(const SendState& state);
 
   Journal* journal_;
   RunRecord record_;
+  std::uint64_t last_;  ///< block of this run
   std::uint64_t chunk_ = 64;
   std::optional<Time> reserved_at_, written_at_, synced_at_;
 };
@@ -61,10 +69,11 @@ class RunRecorder {
 inline constexpr std::uint64_t kOfferSlack = 16;
 
 enum class ResumeWay {
-  kFresh,      ///< nothing was sent: begins with the first block
-  kContinue,   ///< the controller's counters decide: `ring`
-  kFinished,   ///< every block is executed
-  kUncertain,  ///< nothing moves by itself: an operator decides where to re-enter
+  kFresh,       ///< nothing was sent: begins with the first block
+  kContinue,    ///< the controller's counters decide: `ring`
+  kFinished,    ///< every block is executed
+  kToolChange,  ///< the operator changes the tool, then it goes on after that block
+  kUncertain,   ///< nothing moves by itself: an operator decides where to re-enter
 };
 
 struct ResumeDecision {

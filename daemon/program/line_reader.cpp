@@ -184,6 +184,7 @@ Result<ProgramFacts> LineReader::survey() {
     if (!more) return tl::unexpected<Error>(more.error());
     if (!*more) break;
     ++facts.lines;
+    facts.waits += line.waits;
     facts.bytes += line.text.size() + 1;
     if (line.text.size() > facts.longest) {
       facts.longest = line.text.size();

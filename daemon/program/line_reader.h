@@ -16,6 +16,7 @@ namespace tiltfeed::daemon {
 /// What one pass over the whole file found.
 struct ProgramFacts {
   std::uint64_t lines = 0;              ///< lines to send
+  std::uint64_t waits = 0;              ///< of these, M0 M1 M6
   std::uint64_t bytes = 0;              ///< of these, LF included
   std::size_t longest = 0;              ///< bytes of the longest of these, without LF
   std::uint64_t longest_line = 0;       ///< its number

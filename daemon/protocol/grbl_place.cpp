@@ -103,7 +103,7 @@ void GrblSession::narrow_range() {
   const auto first = std::find(open.begin(), open.end(), lines.first);
   const auto last = std::find(open.begin(), open.end(), lines.last);
   if (first == open.end() || last == open.end()) return;
-  const std::uint64_t run = acknowledged_ - recent_.size();
+  const std::uint64_t run = options_.before + acknowledged_ - recent_.size();
   stood_ = {run + static_cast<std::uint64_t>(first - open.begin()),
             run + static_cast<std::uint64_t>(last - open.begin()) + 1, lines};
 }

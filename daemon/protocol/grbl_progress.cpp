@@ -60,6 +60,7 @@ SendState GrblSession::state() const {
   SendState state;
   state.phase = phase_;
   state.total = options_.total;
+  state.sent = state.acknowledged = state.executed = options_.before;
   state.machine = status_.state;
   state.feed_override = feed_.reported;
   state.rapid_override = rapid_.reported;
@@ -71,11 +72,11 @@ SendState GrblSession::state() const {
   state.loss = loss_;
   if (status_.line > 0) state.line = static_cast<std::uint64_t>(status_.line);
   if (is_opening(phase_)) return state;
-  state.acknowledged = acknowledged_;
-  state.sent = acknowledged_;
+  state.acknowledged += acknowledged_;
+  state.sent = state.acknowledged;
   for (const Flight& flight : in_flight_)
     if (flight.kind == Kind::kLine && reached_wire(flight)) ++state.sent;
-  state.executed = acknowledged_ - recent_.size();
+  state.executed = state.acknowledged - recent_.size();
   if (stood_) state.executed = stood_->executed, state.sent = stood_->sent;
   if (phase_ != Phase::kDone) state.uncertain = uncertain();
   return state;

@@ -18,6 +18,7 @@
 namespace tiltfeed::daemon {
 
 struct GrblOptions {
+  std::uint64_t before = 0;        ///< lines that were sent before this session, and count as executed
   std::uint64_t total = 0;         ///< lines of the program
   std::size_t longest = 0;         ///< bytes of its longest line
   std::uint64_t longest_line = 0;  ///< that line's number

@@ -251,9 +251,9 @@ SendState ModbusSession::state() const {
   SendState state;
   state.phase = phase_;
   state.total = options_.total;
-  state.sent = touched_;
-  state.acknowledged = std::max(accepted(), known_);
-  state.executed = completed_;
+  state.sent = options_.before + touched_;
+  state.acknowledged = options_.before + std::max(accepted(), known_);
+  state.executed = options_.before + completed_;
   if (step_ == Step::kPlace && completed_ > 0) --state.executed;  // the last one's place is still out
   state.held = held_;
   state.resends = resends_;

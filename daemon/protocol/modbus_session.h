@@ -22,6 +22,7 @@ struct ModbusOptions {
   std::uint64_t total = 0;       ///< blocks of the program
   std::uint16_t session_id = 1;  ///< not 0, another one for each run
   config::RingMap map = {};
+  std::uint64_t before = 0;                  ///< blocks that another session sent, and count as executed
   config::PositionTolerance tolerance = {};  ///< of the axes at the program's end
   /// Go on with a run that another process began: session_id is that run's name.
   bool attach = false;

@@ -278,10 +278,10 @@ SendState RepRapSession::state() const {
   SendState state;
   state.phase = phase_;
   state.total = options_.total;
-  state.acknowledged = state.sent = acknowledged_;
+  state.acknowledged = state.sent = options_.before + acknowledged_;
   for (const Numbered& open : history_)
     state.sent += open.kind == Kind::kLine && open.line.number <= touched_;
-  state.executed = acknowledged_ - recent_.size();
+  state.executed = state.acknowledged - recent_.size();
   state.resends = resends_;
   state.machine = machine_;
   if (phase_ != Phase::kDone) state.uncertain = uncertain();

@@ -19,6 +19,7 @@ struct RepRapOptions {
   std::uint64_t total = 0;        ///< lines of the program
   int window = 0;                 ///< unanswered lines; 0: what its "ok ... B" figures allow, else 1
   PositionLimits positions = {};  ///< what the place at the end is held to
+  std::uint64_t before = 0;       ///< lines that were sent before this session, and count as executed
 };
 
 /// Properties: everything in the stream has a number and a checksum; a number is sent again only as it was;

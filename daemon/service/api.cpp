@@ -13,10 +13,10 @@ struct Name {
   ApiOp op;
 };
 constexpr Name kOps[] = {
-    {"submit", ApiOp::kSubmit}, {"list", ApiOp::kList},      {"show", ApiOp::kShow},
-    {"start", ApiOp::kStart},   {"hold", ApiOp::kHold},      {"resume", ApiOp::kResume},
-    {"stop", ApiOp::kStop},     {"remove", ApiOp::kRemove},  {"override", ApiOp::kOverride},
-    {"reset", ApiOp::kReset},   {"machine", ApiOp::kMachine}};
+    {"submit", ApiOp::kSubmit}, {"list", ApiOp::kList},       {"show", ApiOp::kShow},
+    {"start", ApiOp::kStart},   {"hold", ApiOp::kHold},       {"resume", ApiOp::kResume},
+    {"stop", ApiOp::kStop},     {"remove", ApiOp::kRemove},   {"override", ApiOp::kOverride},
+    {"reset", ApiOp::kReset},   {"machine", ApiOp::kMachine}, {"tool", ApiOp::kTool}};
 constexpr std::size_t kMaxText = 200, kMaxWords = 300;
 
 tl::unexpected<Error> wrong(const std::string& what) { return fail(Code::kUsage, "request: " + what); }
@@ -122,6 +122,7 @@ std::string write_request(const ApiRequest& request) {
     if (request.held) out["held"] = true;
     if (request.stop) out["stop"] = true;
   }
+  if (request.op == ApiOp::kTool) out["command"] = request.command, out["words"] = request.words;
   if (request.confirmed) out["confirmed"] = true;
   if (request.op == ApiOp::kOverride) out["percent"] = request.percent;
   return out.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";

@@ -25,7 +25,8 @@ enum class ApiOp : std::uint8_t {
   kRemove,
   kOverride,
   kReset,
-  kMachine
+  kMachine,
+  kTool
 };
 
 struct ApiRequest {
@@ -38,7 +39,7 @@ struct ApiRequest {
   bool queue = false;                  ///< start: wait for its turn where the machine is busy
   bool confirmed = false;              ///< resume --from, reset: what will happen was shown and agreed to
   int percent = 100;                   ///< override
-  std::string command, words;          ///< machine: what is asked of it
+  std::string command, words;          ///< machine, tool: what is asked of it
   std::uint64_t order = 0;             ///< machine: the number that a command was given; 0: a new one
   bool held = false, stop = false;     ///< machine: the key is still held; the command is to end
 };

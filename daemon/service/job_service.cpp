@@ -158,6 +158,7 @@ void JobService::ask(const ApiRequest& request, std::uint32_t user, HandedFiles 
   if (request.op == ApiOp::kShow) return show(*job, request, done);
   if (request.op == ApiOp::kStart) return start(*job, request.queue, done);
   if (request.op == ApiOp::kResume) return resume(*job, request, user, done);
+  if (request.op == ApiOp::kTool) return tool(*job, request, done);
   done(act(*job, request));
 }
 
@@ -184,6 +185,15 @@ Result<std::string> JobService::act(const SpooledJob& job, const ApiRequest& req
     if (job.place > 0) return leave_queue(job);
     return said("not started: nothing has moved");
   }
+  if (ends && job.state == JobState::kToolChange) {
+    if (request.op == ApiOp::kHold) return said("the machine stands before a tool change: nothing moves");
+    if (worker_->busy()) worker_->stop();
+    changing_ = {};
+    if (const Result<void> kept = keep(job, JobState::kStopped, "stopped at the tool change: " + job.note);
+        !kept)
+      return tl::unexpected<Error>(kept.error());
+    return said("stopped; the machine stands where it was parked");
+  }
   switch (request.op) {
     case ApiOp::kHold:
       return command(job, {Order::kHold});
@@ -206,6 +216,14 @@ std::string JobService::job_json(const SpooledJob& job, const std::vector<std::u
   if (const auto at = std::find(queue.begin(), queue.end(), job.id); at != queue.end()) {
     json["queue"] = at - queue.begin() + 1;
     json["queue_moves"] = queue_moves_;
+  }
+  if (job.state == JobState::kToolChange && changing_.job == job.id) {
+    if (changing_.change.tool) json["tool"] = *changing_.change.tool;
+    json["tool_name"] = changing_.change.name;
+    json["line"] = changing_.change.line;
+    if (changing_.change.length) json["program_length"] = *changing_.change.length;
+    if (changing_.length) json["length"] = *changing_.length;
+    json["parked"] = changing_.parked;
   }
   if (job.state == JobState::kPlanning && plan_.job == job.id)
     if (const auto at = stage_of(plan_)) json["stage"] = at->stage, json["percent"] = at->percent;
@@ -266,6 +284,7 @@ Result<std::string> JobService::remove(const SpooledJob& job) {
   if (plan_.job == job.id) stop_plan(plan_);
   if (const Result<void> removed = spool_.remove(job.id); !removed)
     return tl::unexpected<Error>(removed.error());
+  if (changing_.job == job.id) changing_ = {};
   return said("removed");
 }
 
@@ -290,6 +309,8 @@ void JobService::tick() {
 }
 
 std::string JobService::status() const {
+  if (!runner_->busy() && changing_.job != 0)
+    return "job " + std::to_string(changing_.job) + " tool change: " + tool_text(changing_.change);
   if (!runner_->busy()) return plan_.pid >= 0 ? "planning job " + std::to_string(plan_.job) : "idle";
   const RunView view = runner_->view();
   std::string text = "job " + std::to_string(view.job) + " " + phase_name(view.state.phase) + ": " +

@@ -19,6 +19,17 @@
 
 namespace tiltfeed::daemon {
 
+/// What the ways off the part and back to it are made from.
+struct WayOrder {
+  std::string program, yaml, stl;  ///< files of the job
+  LinkKind kind = LinkKind::kGrbl;
+  config::MachineProfile machine;
+  std::uint64_t change = 0;  ///< block of the tool change
+};
+
+/// The program as it lies there now, which must be the one that became ready. Errors: as prepare_run; kInput.
+Result<ProgramRun> prepare_spooled(const SpooledJob& job, const std::string& program, const LinkSpec& link);
+
 /// One machine's jobs. Properties: one job at a time is on the wire, one is planned; every change is in the
 /// spool before it is answered; nothing resumes by itself; nothing starts by itself but the next in the
 /// queue, when the run before it was executed to its end and no restart, fault or stop lies between.
@@ -75,11 +86,20 @@ class JobService {
   void begin_reset(std::uint64_t stopped);
   Result<std::string> forget_run(const SpooledJob& job);
   void take_reset_end();
+  void tool(const SpooledJob& job, const ApiRequest& request, Done done);
+  void stand_before(SpooledJob job, const ToolChange& change, const std::string& parked,
+                    const std::string& why);
+  WayOrder way_order(std::uint64_t job) const;
+  std::function<Result<std::string>(const ToolChange&)> parking(std::uint64_t job) const;
+  Result<std::string> take_length(const SpooledJob& job, const std::string& text);
+  void go_back(const SpooledJob& job, bool confirmed, Done done);
+  std::string change_text() const;
   Result<std::string> machine(const ApiRequest& request);
   Result<std::string> follow_order(const ApiRequest& request);
   Result<std::string> while_running(const MachineOrder& order, const std::vector<std::string>& words);
   Result<SpooledJob> job_on_machine();
-  Result<std::string> run(SpooledJob job, const ProgramRun& prepared, const ResumeDecision& decision);
+  Result<std::string> run(SpooledJob job, const ProgramRun& prepared, const ResumeDecision& decision,
+                          const std::string& way_back = "");
   Result<std::string> enqueue(SpooledJob job);
   Result<std::string> leave_queue(SpooledJob job);
   std::string place_text(std::uint64_t job) const;
@@ -102,6 +122,14 @@ class JobService {
   void log(Severity severity, std::uint64_t job, const std::string& text, std::uint64_t block = 0) const;
 
   config::ServiceConfig config_;
+  /// The tool change that a job stands before.
+  struct Changing {
+    std::uint64_t job = 0;  ///< 0: none does
+    ToolChange change = {};
+    std::string parked = {};
+    std::optional<double> length = {};  ///< of the tool that was mounted
+  };
+
   LinkSpec link_;
   MachineClaim claim_;
   Spool spool_;
@@ -110,6 +138,7 @@ class JobService {
   Errands errands_;
   Arrivals arrivals_;
   bool leaving_ = false;
+  Changing changing_;
   std::future<Result<std::string>> reset_;  ///< of the machine, beside the loop
   std::string reset_text_;                  ///< how the last one ended
   std::uint64_t stopped_ = 0;               ///< the interrupted job that an operator ends by it

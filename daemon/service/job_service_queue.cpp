@@ -44,6 +44,10 @@ Result<void> JobService::machine_free(std::uint64_t job) const {
   if (leaving_) return fail(Code::kUsage, "the service is ending");
   if (const std::uint64_t other = errands_.machine(); other != 0)
     return fail(Code::kUsage, "the machine is about to be given to " + name_of(other));
+  if (changing_.job != 0 && changing_.job != job)
+    return fail(Code::kUsage, name_of(changing_.job) + " waits for a tool change: `tiltfeed tool " +
+                                  std::to_string(changing_.job) + "` goes on with it, `tiltfeed stop " +
+                                  std::to_string(changing_.job) + "` ends it");
   if (worker_->busy())
     return fail(Code::kUsage, worker_->name() + " is in work on the machine; `tiltfeed stop` ends it");
   const std::vector<std::uint64_t> waiting = queue();
@@ -109,7 +113,8 @@ void JobService::stand_still(std::uint64_t job, const std::string& why) {
 }
 
 void JobService::start_next() {
-  if (!queue_moves_ || runner_->busy() || worker_->busy() || errands_.machine() != 0) return;
+  if (!queue_moves_ || changing_.job != 0 || runner_->busy() || worker_->busy() || errands_.machine() != 0)
+    return;
   const auto waiting = spool_.queue();
   if (!waiting) return stand_still(0, waiting.error().message);
   // Who comes later waits for nothing, and starts by a word of its own.

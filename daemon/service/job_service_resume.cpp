@@ -32,20 +32,11 @@ class RealClock : public Clock {
 
 /// Where the machine says that it stands.
 Result<std::optional<Joints>> place_of(const LinkSpec& link, const MachineModel& machine) {
-  if (link.kind != LinkKind::kGrbl && !is_ring(link.kind)) return std::optional<Joints>();
+  if (link.kind == LinkKind::kDrip || is_drive(link.kind)) return std::optional<Joints>();
   const Result<std::unique_ptr<Link>> wire = open_link(link);
   if (!wire) return tl::unexpected<Error>(wire.error());
   RealClock clock;
   return read_place(link, machine, **wire, clock);
-}
-
-/// The program as it lies there now must be the one that became ready.
-Result<ProgramRun> prepare(const SpooledJob& job, const std::string& program, const LinkSpec& link) {
-  Result<ProgramRun> run = prepare_run(program, link, job.id);
-  if (run && hex(run->subject.program) != job.hash)
-    return fail(Code::kInput,
-                "job " + std::to_string(job.id) + ": its program was changed in the spool; submit it again");
-  return run;
 }
 
 /// All that a re-entry is made from, and the files that it goes to.
@@ -60,7 +51,7 @@ struct EntryOrder {
 };
 
 Result<Reentry> plan_entry(const EntryOrder& order) {
-  const Result<ProgramRun> prepared = prepare(order.job, order.program, order.link);
+  const Result<ProgramRun> prepared = prepare_spooled(order.job, order.program, order.link);
   if (!prepared) return tl::unexpected<Error>(prepared.error());
   ReentryOptions options;
   options.from = order.from;
@@ -86,18 +77,30 @@ Result<ProgramRun> write_entry(const EntryOrder& order) {
   return prepare_run(order.to, order.link, order.number);
 }
 
+/// After a service that ended, or a way back that did.
+constexpr const char* kNotKnown =
+    "where it stands is not known; `tiltfeed machine tool park` takes the tool off";
+
 std::string name_of(const SpooledJob& job) { return "job " + std::to_string(job.id); }
 
 }  // namespace
 
+Result<ProgramRun> prepare_spooled(const SpooledJob& job, const std::string& program, const LinkSpec& link) {
+  Result<ProgramRun> run = prepare_run(program, link, job.id);
+  if (run && hex(run->subject.program) != job.hash)
+    return fail(Code::kInput,
+                "job " + std::to_string(job.id) + ": its program was changed in the spool; submit it again");
+  return run;
+}
+
 Result<std::string> JobService::run(SpooledJob job, const ProgramRun& prepared,
-                                    const ResumeDecision& decision) {
+                                    const ResumeDecision& decision, const std::string& way_back) {
   if (const Result<void> free = machine_free(job.id); !free) return tl::unexpected<Error>(free.error());
   // An adapter may have got another device's name since the service began.
   if (const Result<void> claimed = claim_.follow(link_); !claimed)
     return tl::unexpected<Error>(claimed.error());
   // The spool says "running" only of what has a journal, so that a journal that is not there is a lost one.
-  if (decision.way == ResumeWay::kFresh)
+  if (decision.way != ResumeWay::kContinue)
     if (const Result<void> begun = begin_journal(spool_.file(job.id, "journal"), prepared.subject); !begun)
       return tl::unexpected<Error>(begun.error());
   job.executed = decision.executed;
@@ -105,7 +108,8 @@ Result<std::string> JobService::run(SpooledJob job, const ProgramRun& prepared,
   if (const Result<void> kept = keep(job, JobState::kRunning, ""); !kept)
     return tl::unexpected<Error>(kept.error());
   runner_->start({prepared, decision, spool_.file(job.id, "journal"), spool_.file(job.id, "blackbox.txt"),
-                  config_.machine.model});
+                  way_back, config_.machine.model, parking(job.id)});
+  changing_ = {};
   return said("starting");
 }
 
@@ -113,7 +117,7 @@ Result<std::string> JobService::run(SpooledJob job, const ProgramRun& prepared,
 void JobService::begin(const SpooledJob& job, Done done) {
   const auto read = [this, job, program = spool_.file(job.id, "program.nc"),
                      link = link_]() -> Errands::Then {
-    return [this, job, prepared = prepare(job, program, link)]() -> Result<std::string> {
+    return [this, job, prepared = prepare_spooled(job, program, link)]() -> Result<std::string> {
       if (!prepared) return tl::unexpected<Error>(prepared.error());
       // Another workpiece: its run has a journal of its own.
       std::error_code gone;
@@ -130,6 +134,7 @@ void JobService::begin(const SpooledJob& job, Done done) {
 void JobService::resume(const SpooledJob& job, const ApiRequest& request, std::uint32_t user, Done done) {
   if (job.state == JobState::kRunning) return done(command(job, {Order::kResume}));
   if (request.from) return enter_again(job, request, user, std::move(done));
+  if (job.state == JobState::kToolChange) return go_back(job, request.confirmed, std::move(done));
   if (job.state == JobState::kUncertain || job.state == JobState::kStopped)
     return done(fail(Code::kUsage, name_of(job) + " cannot go on by itself: " + job.note));
   if (job.state != JobState::kInterrupted)
@@ -142,16 +147,20 @@ void JobService::resume(const SpooledJob& job, const ApiRequest& request, std::u
 void JobService::go_on(const SpooledJob& job, Done done) {
   const auto read = [this, job, program = spool_.file(job.id, "program.nc"),
                      link = link_]() -> Errands::Then {
-    return [this, job, prepared = prepare(job, program, link)]() -> Result<std::string> {
+    return [this, job, prepared = prepare_spooled(job, program, link)]() -> Result<std::string> {
       if (!prepared) return tl::unexpected<Error>(prepared.error());
       const Result<JournalContent> journal = read_journal_file(spool_.file(job.id, "journal"));
       if (!journal) return tl::unexpected<Error>(journal.error());
       const ResumeDecision decision = decide_resume(*journal, prepared->subject);
+      ProgramRun run_of = *prepared;
+      run_of.stand_at(decision.executed);
+      if (decision.way == ResumeWay::kToolChange && run_of.next_change())
+        return stand_before(job, *run_of.next_change(), kNotKnown, decision.text), said(decision.text);
       if (decision.way == ResumeWay::kFinished)
         return set(job, JobState::kDone, decision.text), said(decision.text);
       if (decision.way == ResumeWay::kUncertain)
         return set(job, JobState::kUncertain, decision.text), fail(Code::kUsage, decision.text);
-      return run(job, *prepared, decision);
+      return run(job, run_of, decision);
     };
   };
   errands_.begin({job.id, true, true}, read, std::move(done));
@@ -164,7 +173,9 @@ void JobService::enter_again(const SpooledJob& job, const ApiRequest& request, s
   if (job.state == JobState::kReceived || job.state == JobState::kPlanning || job.state == JobState::kFailed)
     return done(
         fail(Code::kUsage, name_of(job) + " is " + state_name(job.state) + ": it has no program yet"));
-  if (const Result<void> free = machine_free(0); !free) return done(tl::unexpected<Error>(free.error()));
+  const bool changes = job.state == JobState::kToolChange;
+  if (const Result<void> free = machine_free(changes ? job.id : 0); !free)
+    return done(tl::unexpected<Error>(free.error()));
   EntryOrder order{job,
                    spool_.file(job.id, "program.nc"),
                    spool_.file(job.id, "job.yaml"),
@@ -182,6 +193,10 @@ void JobService::enter_again(const SpooledJob& job, const ApiRequest& request, s
       };
     };
     return errands_.begin({job.id, false, true}, look, std::move(done));
+  }
+  if (changes) {
+    set(job, JobState::kStopped, "entered again at the tool change: " + job.note);
+    changing_ = {};
   }
   SpooledJob again;
   again.name = job.name.substr(0, 20) + " from " + std::to_string(order.from);
@@ -230,6 +245,8 @@ void JobService::take_run_end() {
   Result<SpooledJob> job = spool_.find(end->job);
   if (!job) return;
   job->executed = end->state.executed;
+  if (*end->ended && (*end->ended)->change)
+    return stand_before(*job, *(*end->ended)->change, end->parked, "");
   if (*end->ended)
     return set(*job, JobState::kDone,
                (*end->ended)->executed ? "every block is executed"
@@ -242,6 +259,8 @@ void JobService::take_run_end() {
   if (!journal) return set(*job, JobState::kUncertain, why);
   const ResumeDecision decision = decide_resume(*journal, end->subject);
   if (decision.way == ResumeWay::kFresh) return set(*job, JobState::kReady, why);
+  if (decision.way == ResumeWay::kToolChange && end->change)
+    return stand_before(*job, *end->change, kNotKnown, why);
   if (end->state.phase == Phase::kStopped) return set(*job, JobState::kStopped, why);
   // A controller that restarted or forgot the run has said so: asking it again will not help.
   const bool lost = end->state.loss == Loss::kRestarted || end->state.loss == Loss::kForgotten;
@@ -265,8 +284,8 @@ Result<void> JobService::settle() {
   if (!jobs) return tl::unexpected<Error>(jobs.error());
   for (SpooledJob job : *jobs) {
     if (job.state == JobState::kPlanning) set(job, JobState::kReceived, "");
-    if (job.state != JobState::kRunning) continue;
-    const Result<ProgramRun> prepared = prepare(job, spool_.file(job.id, "program.nc"), link_);
+    if (job.state != JobState::kRunning && job.state != JobState::kToolChange) continue;
+    const Result<ProgramRun> prepared = prepare_spooled(job, spool_.file(job.id, "program.nc"), link_);
     const Result<JournalContent> journal = read_journal_file(spool_.file(job.id, "journal"));
     if (!prepared || !journal) {
       set(job, JobState::kUncertain, !prepared ? prepared.error().message : journal.error().message);
@@ -274,6 +293,8 @@ Result<void> JobService::settle() {
     }
     const ResumeDecision decision = decide_resume(*journal, prepared->subject);
     job.executed = decision.executed;
+    ProgramRun at = *prepared;
+    at.stand_at(decision.executed);
     const std::string text = "the service ended while it ran; " + decision.text;
     switch (decision.way) {
       case ResumeWay::kFresh:
@@ -284,6 +305,9 @@ Result<void> JobService::settle() {
         break;
       case ResumeWay::kFinished:
         set(job, JobState::kDone, text);
+        break;
+      case ResumeWay::kToolChange:
+        if (at.next_change()) stand_before(job, *at.next_change(), kNotKnown, text);
         break;
       case ResumeWay::kUncertain:
         set(job, JobState::kUncertain, text);

@@ -21,7 +21,7 @@ namespace tiltfeed::daemon {
 namespace {
 
 constexpr const char* kStateNames[] = {"received",  "planning", "ready",   "running", "interrupted",
-                                       "uncertain", "done",     "stopped", "failed"};
+                                       "uncertain", "done",     "stopped", "failed",  "tool change"};
 constexpr std::size_t kMaxName = 40;
 constexpr int kBusyWaitMs = 2000;  // somebody looks into the table with another program
 

@@ -22,8 +22,9 @@ enum class JobState : std::uint8_t {
   kInterrupted,  ///< cut off; the controller can prove what it executed: resume goes on
   kUncertain,    ///< cut off; nothing can be proved: resume --from BLOCK, after a look at the machine
   kDone,
-  kStopped,  ///< by an operator; as kUncertain
-  kFailed,   ///< planning failed
+  kStopped,     ///< by an operator; as kUncertain
+  kFailed,      ///< planning failed
+  kToolChange,  ///< stands before a tool change that the operator makes: all before it is executed
 };
 const char* state_name(JobState state);
 std::optional<JobState> state_of(const std::string& name);

@@ -17,6 +17,8 @@ constexpr const char* kTable =
 /// Version 2: jobs can wait for their turn. Some tables without a version have it.
 constexpr const char* kPlace = "ALTER TABLE jobs ADD COLUMN place INTEGER NOT NULL DEFAULT 0";
 
+/// Version 3: a job can stand before a tool change, which earlier versions have no word for.
+
 tl::unexpected<Error> failed(sqlite3* db, const std::string& path) {
   return fail(Code::kIo, path + ": " + sqlite3_errmsg(db));
 }

@@ -56,6 +56,8 @@ void StreamThread::start(const RunOrder& order) {
     while (commands_.take()) continue;  // meant for the run before
     view_ = {};
     view_.subject = order.run.subject;
+    for (const ToolChange& change : order.run.changes)
+      if (change.block == order.run.subject.after) view_.change = change;
     view_.job = order.run.subject.job;
     view_.state.total = order.run.subject.total;
     time_.reset();
@@ -102,6 +104,39 @@ bool StreamThread::note(const SendState& state) {
   return true;
 }
 
+/// All before the change is executed and on record. Nothing of the job's program any more.
+void StreamThread::park(const RunOrder& order, const ToolChange& change, Link& link, Clock& clock,
+                        StreamHooks hooks) {
+  hooks.progress = [&, owner = hooks.progress](SendState state) {
+    state.total = order.run.subject.total;
+    state.sent = state.acknowledged = state.executed = change.block - 1;
+    state.uncertain = {};
+    if (state.held.empty()) state.held = "parks before the tool change";
+    return owner(state);
+  };
+  Result<std::string> file = fail(Code::kUsage, "no way is known");
+  if (order.park) file = order.park(change);
+  const Result<SendReport> done = !file ? Result<SendReport>(tl::unexpected<Error>(file.error()))
+                                        : send_over(*file, order.run.link, link, clock, {}, hooks);
+  const std::lock_guard lock(mutex_);
+  view_.parked = done ? "parked, spindle and coolant off" : "not parked: " + done.error().message;
+}
+
+/// Nothing of the job's program: its figures stay as they are meanwhile.
+Result<void> StreamThread::go_back(const RunOrder& order, Link& link, Clock& clock, StreamHooks hooks) {
+  if (order.way_back.empty()) return {};
+  hooks.progress = [&order, owner = hooks.progress](SendState state) {
+    state.total = order.run.subject.total;
+    state.sent = state.acknowledged = state.executed = order.run.subject.after - 1;
+    state.uncertain = {};
+    if (state.held.empty()) state.held = "goes back to the part after the tool change";
+    return owner(state);
+  };
+  const Result<SendReport> report = send_over(order.way_back, order.run.link, link, clock, {}, hooks);
+  if (!report) return fail(report.error().code, "on the way back to the part: " + report.error().message);
+  return {};
+}
+
 void StreamThread::stream(const RunOrder& order) {
   const LinkSpec& spec = order.run.link;
   WireLog box(counts_numeric_blocks(spec.kind));  // requests and replies, not text
@@ -128,7 +163,11 @@ void StreamThread::stream(const RunOrder& order) {
       return note(state);
     };
     hooks.traffic = [&](Way way, std::string_view bytes, Time at) { box.take(way, bytes, at); };
-    return run_job(order.run, order.decision, *journal, link, clock, hooks);
+    if (const Result<void> back = go_back(order, link, clock, hooks); !back)
+      return tl::unexpected<Error>(back.error());
+    Result<SendReport> done = run_job(order.run, order.decision, *journal, link, clock, hooks);
+    if (done && done->change) park(order, *done->change, link, clock, hooks);
+    return done;
   };
   Result<SendReport> report = run();
   if (!report) {

@@ -20,7 +20,10 @@ struct RunOrder {
   ResumeDecision decision;
   std::string journal;   ///< file
   std::string wire_log;  ///< file that is written when the run fails
+  std::string way_back;  ///< file: the way back to the part after a tool change; empty: none
   MachineModel machine;  ///< for machine time
+  /// Makes the file that parks the machine before a tool change. Errors: why it cannot be parked.
+  std::function<Result<std::string>(const ToolChange&)> park = {};
 };
 
 /// As it stands; the end when `ended`.
@@ -31,7 +34,9 @@ struct RunView {
   double machine_seconds = 0.0;    ///< of the program, 0: not known
   double remaining_seconds = 0.0;  ///< by machine time, scaled by how this run keeps to it
   std::optional<Result<SendReport>> ended;
-  RunSubject subject;  ///< what runs
+  RunSubject subject;                     ///< what runs
+  std::optional<ToolChange> change = {};  ///< that was made before it began
+  std::string parked;                     ///< how the parking before the next one went
 };
 
 /// Remaining time: what is left by machine time, times how much longer than planned this run has taken so
@@ -60,6 +65,8 @@ class StreamThread {
 
  private:
   void stream(const RunOrder& order);
+  void park(const RunOrder& order, const ToolChange& change, Link& link, Clock& clock, StreamHooks hooks);
+  Result<void> go_back(const RunOrder& order, Link& link, Clock& clock, StreamHooks hooks);
   bool note(const SendState& state);
 
   std::function<void()> alive_;

@@ -30,7 +30,7 @@ Result<bool> BlockFeed::next(NumericBlock& block) {
 }
 
 Result<std::uint64_t> survey_blocks(LineReader& program, const NumericAxes& axes) {
-  BlockFeed feed(program, axes);
+  BlockFeed feed(program, axes, {});
   const RingIdentity usual_scale;
   NumericBlock block;
   std::uint64_t blocks = 0;
@@ -47,7 +47,7 @@ Result<std::uint64_t> survey_blocks(LineReader& program, const NumericAxes& axes
 }
 
 Result<void> survey_drive(LineReader& program, const NumericAxes& axes, const config::DriveMap& map) {
-  BlockFeed feed(program, axes);
+  BlockFeed feed(program, axes, {});
   DriveEncoder encoder(map);
   NumericBlock block;
   for (;;) {

@@ -8,6 +8,7 @@
 #include "config/link_profile.h"
 #include "daemon/program/line_reader.h"
 #include "daemon/program/numeric_block.h"
+#include "daemon/program/tool_change.h"
 #include "daemon/stream/stream_hooks.h"
 
 namespace tiltfeed::daemon {
@@ -29,10 +30,10 @@ class Reserve {
   std::uint64_t reserved_ = 0;
 };
 
-/// LineReader lines for a session that sends text.
+/// LineReader lines of a span of the program, for a session that sends text.
 class LineFeed {
  public:
-  explicit LineFeed(LineReader& program) : program_(program) {}
+  LineFeed(LineReader& program, const ProgramSpan& span) : program_(program), span_(span) {}
 
   template <class Session>
   Result<void> fill(Session& session, Reserve& reserve) {
@@ -44,11 +45,11 @@ class LineFeed {
       Line line;
       const Result<bool> more = program_.next(line);
       if (!more) return tl::unexpected<Error>(more.error());
-      if (!*more) {
+      if (!*more || ++blocks_ > span_.last) {
         session.end_of_program();
         return {};
       }
-      ++blocks_;
+      if (blocks_ <= span_.after) continue;
       if (session.phase() == Phase::kRun)
         if (const Result<void> noted = reserve.before(blocks_, line.number); !noted) return noted;
       session.push(std::move(line));
@@ -58,13 +59,15 @@ class LineFeed {
 
  private:
   LineReader& program_;
+  ProgramSpan span_;
   std::uint64_t blocks_ = 0;
 };
 
 /// LineReader lines as numeric blocks for a session over Modbus, or just counted.
 class BlockFeed {
  public:
-  BlockFeed(LineReader& program, const NumericAxes& axes) : program_(program), reader_(axes) {}
+  BlockFeed(LineReader& program, const NumericAxes& axes, const ProgramSpan& span)
+      : program_(program), span_(span), reader_(axes) {}
 
   /// False at the program's end.
   Result<bool> next(NumericBlock& block);
@@ -75,11 +78,12 @@ class BlockFeed {
       NumericBlock block;
       const Result<bool> more = next(block);
       if (!more) return tl::unexpected<Error>(more.error());
-      if (!*more) {
+      if (!*more || ++count_ > span_.last) {
         session.end_of_program();
         return {};
       }
-      if (++count_ <= *session.first_block()) continue;  // completed before this process came
+      // Of another span, or completed before this process came.
+      if (count_ <= span_.after + *session.first_block()) continue;
       if (const Result<void> noted = reserve.before(count_, block.line); !noted) return noted;
       session.push(std::move(block));
     }
@@ -88,6 +92,7 @@ class BlockFeed {
 
  private:
   LineReader& program_;
+  ProgramSpan span_;
   BlockReader reader_;
   Line line_;
   std::vector<NumericBlock> blocks_;

@@ -65,7 +65,8 @@ void obey(Session& session, CommandQueue* commands, Time now) {
 
 /// The loop: program -> session -> wire -> session, until a final phase.
 template <class Session, class Feed>
-Result<SendReport> run(Session& session, Feed& feed, Link& wire, Clock& clock, const StreamHooks& hooks) {
+Result<SendReport> run(Session& session, Feed& feed, std::uint64_t last, Link& wire, Clock& clock,
+                       const StreamHooks& hooks) {
   WatchedLink link(wire, clock, hooks);
   Reserve reserve(hooks);
   SendReport report;
@@ -94,8 +95,7 @@ Result<SendReport> run(Session& session, Feed& feed, Link& wire, Clock& clock, c
     report.bytes += *taken;
     now = clock.now();
     session.receive(in, now);
-    const bool finished =
-        !proved && session.phase() == Phase::kDrain && session.state().executed == session.state().total;
+    const bool finished = !proved && session.phase() == Phase::kDrain && session.state().executed == last;
     proved = proved || finished;
     if (hooks.progress && (now >= next_progress || session.phase() != shown || finished)) {
       next_progress = now + kProgressInterval;
@@ -159,6 +159,7 @@ struct Opened {
   LineReader program;
   ProgramFacts facts;
   std::uint64_t blocks = 0;
+  ProgramSpan span = {};
 };
 
 Result<Opened> open_program(const std::string& path, LinkKind kind, const NumericAxes& axes) {
@@ -175,9 +176,24 @@ Result<Opened> open_program(const std::string& path, LinkKind kind, const Numeri
   return Opened{std::move(*program), std::move(*facts), blocks};
 }
 
-ModbusOptions modbus_options(const LinkSpec& spec, const SendOptions& options, std::uint64_t blocks) {
+Result<Opened> open_span(const std::string& path, const LinkSpec& spec, const SendOptions& options) {
+  Result<Opened> opened = open_program(path, spec.kind, spec.axes);
+  if (!opened) return opened;
+  opened->span = {0, opened->blocks, {}};
+  if (options.span) {
+    opened->span = *options.span;
+  } else if (opened->facts.waits > 0) {
+    const auto changes = kept_changes(path, spec);
+    if (!changes) return tl::unexpected<Error>(changes.error());
+    opened->span = span_at(*changes, opened->blocks, 0);
+  }
+  return opened;
+}
+
+ModbusOptions modbus_options(const LinkSpec& spec, const SendOptions& options, const Opened& opened) {
   ModbusOptions modbus;
-  modbus.total = blocks;
+  modbus.total = opened.blocks;
+  modbus.before = opened.span.after;
   modbus.map = spec.profile.ring;
   modbus.tolerance = spec.positions.tolerance;
   modbus.session_id = options.session_id != 0 ? options.session_id : new_session_id();
@@ -185,14 +201,16 @@ ModbusOptions modbus_options(const LinkSpec& spec, const SendOptions& options, s
     modbus.attach = true;
     modbus.session_id = options.attach->session;
     modbus.boot = options.attach->boot;
-    modbus.accepted = options.attach->accepted;
-    modbus.reserved = options.attach->reserved;
+    modbus.accepted = options.attach->accepted - std::min(modbus.before, options.attach->accepted);
+    modbus.reserved = options.attach->reserved - std::min(modbus.before, options.attach->reserved);
   }
   return modbus;
 }
 
-GrblOptions grbl_options(const LinkSpec& spec, const SendOptions& options, const ProgramFacts& facts) {
+GrblOptions grbl_options(const LinkSpec& spec, const SendOptions& options, const Opened& opened) {
+  const ProgramFacts& facts = opened.facts;
   GrblOptions grbl;
+  grbl.before = opened.span.after;
   grbl.total = facts.lines;
   grbl.longest = facts.longest;
   grbl.longest_line = facts.longest_line;
@@ -211,36 +229,41 @@ Result<SendReport> send_opened(Opened& opened, const LinkSpec& spec, Link& link,
   if (options.attach && !is_ring(spec.kind))
     return fail(Code::kUsage,
                 describe(spec) + ": this link cannot prove what was executed; resume from a line");
+  const ProgramSpan& span = opened.span;
   Result<SendReport> report;
   if (is_ring(spec.kind)) {
-    ModbusSession session(modbus_options(spec, options, opened.blocks), clock.now());
-    BlockFeed feed(opened.program, spec.axes);
-    report = run(session, feed, link, clock, hooks);
+    ModbusSession session(modbus_options(spec, options, opened), clock.now());
+    BlockFeed feed(opened.program, spec.axes, span);
+    report = run(session, feed, span.last, link, clock, hooks);
   } else if (is_drive(spec.kind)) {
     if (const Result<void> fits = survey_drive(opened.program, spec.axes, spec.profile.drive); !fits)
       return tl::unexpected<Error>(fits.error());
     DriveSession session({opened.blocks, spec.profile.drive}, clock.now());
-    BlockFeed feed(opened.program, spec.axes);
-    report = run(session, feed, link, clock, hooks);
+    BlockFeed feed(opened.program, spec.axes, span);
+    report = run(session, feed, span.last, link, clock, hooks);
     if (report) report->executed.reset();  // the drive's word, with nothing to tell one move from another
   } else if (spec.kind == LinkKind::kGrbl) {
-    GrblSession session(grbl_options(spec, options, opened.facts), clock.now());
-    LineFeed feed(opened.program);
-    report = run(session, feed, link, clock, hooks);
+    GrblSession session(grbl_options(spec, options, opened), clock.now());
+    LineFeed feed(opened.program, span);
+    report = run(session, feed, span.last, link, clock, hooks);
     if (!report)
       report = tl::unexpected(make_safe(report.error(), session.state(), spec, link, clock, hooks));
   } else if (spec.kind == LinkKind::kRepRap) {
-    RepRapSession session({opened.facts.lines, spec.profile.reprap_window, spec.positions}, clock.now());
-    LineFeed feed(opened.program);
-    report = run(session, feed, link, clock, hooks);
+    RepRapSession session({opened.facts.lines, spec.profile.reprap_window, spec.positions, span.after},
+                          clock.now());
+    LineFeed feed(opened.program, span);
+    report = run(session, feed, span.last, link, clock, hooks);
   } else {
     DripSession session({opened.facts.lines, spec.baud, spec.profile.drip}, clock.now());
-    LineFeed feed(opened.program);
-    report = run(session, feed, link, clock, hooks);
+    LineFeed feed(opened.program, span);
+    report = run(session, feed, span.last, link, clock, hooks);
     if (report) report->executed.reset();  // sent is all that can be said
   }
   if (!report) return fail(report.error().code, describe(spec) + ": " + report.error().message);
   report->link = spec.kind;
+  report->change = span.next;
+  report->program = opened.facts.hash;
+  report->blocks = opened.blocks;
   report->header = opened.facts.header;
   return report;
 }
@@ -260,10 +283,17 @@ std::optional<OperatorCommand> CommandQueue::take() {
   return first;
 }
 
+Result<std::vector<ToolChange>> kept_changes(const std::string& program_path, const LinkSpec& link) {
+  // Without a machine profile nobody knows how it is parked.
+  if (link.profile.tool_changes == config::ToolChanges::kControl || !link.axes.known)
+    return std::vector<ToolChange>();
+  return read_tool_changes(program_path, link.kind, link.axes);
+}
+
 Result<ProgramSum> sum_program(const std::string& program_path, LinkKind kind, const NumericAxes& axes) {
   const Result<Opened> opened = open_program(program_path, kind, axes);
   if (!opened) return tl::unexpected<Error>(opened.error());
-  return ProgramSum{opened->blocks, opened->facts.hash};
+  return ProgramSum{opened->blocks, opened->facts.hash, opened->facts.waits};
 }
 
 Result<std::uint64_t> count_blocks(const std::string& program_path, LinkKind kind) {
@@ -274,14 +304,14 @@ Result<std::uint64_t> count_blocks(const std::string& program_path, LinkKind kin
 
 Result<SendReport> send_over(const std::string& program_path, const LinkSpec& spec, Link& link, Clock& clock,
                              const SendOptions& options, const StreamHooks& hooks) {
-  Result<Opened> opened = open_program(program_path, spec.kind, spec.axes);
+  Result<Opened> opened = open_span(program_path, spec, options);
   if (!opened) return tl::unexpected<Error>(opened.error());
   return send_opened(*opened, spec, link, clock, options, hooks);
 }
 
 Result<SendReport> send_program(const std::string& program_path, const LinkSpec& spec,
                                 const SendOptions& options, const StreamHooks& hooks) {
-  Result<Opened> opened = open_program(program_path, spec.kind, spec.axes);
+  Result<Opened> opened = open_span(program_path, spec, options);
   if (!opened) return tl::unexpected<Error>(opened.error());
   Result<std::unique_ptr<Link>> link = open_link(spec);
   if (!link) return tl::unexpected<Error>(link.error());

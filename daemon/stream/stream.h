@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "daemon/program/line_reader.h"
+#include "daemon/program/tool_change.h"
 #include "daemon/protocol/session.h"
 #include "daemon/stream/stream_hooks.h"
 #include "daemon/wire/link.h"
@@ -32,20 +33,26 @@ struct SendOptions {
   /// controller was restarted or has another session. The machine may be in hold: then a resume command is
   /// due.
   std::optional<Attachment> attach = {};
+  /// What of the program is sent; without one: from its start to its first tool change, or its end.
+  std::optional<ProgramSpan> span = {};
   /// SHA-256 that the program must have, so that the run is of what was checked.
   std::optional<std::array<std::uint8_t, 32>> program = {};
 };
 
 struct SendReport {
   LinkKind link = LinkKind::kGrbl;
-  std::string header;              ///< the program's (TILTFEED ...) comment, may be empty
-  std::uint64_t lines = 0;         ///< blocks sent (Modbus: motion, dwell and M blocks)
+  std::array<std::uint8_t, 32> program{};  ///< SHA-256 of the file
+  std::uint64_t blocks = 0;                ///< of the whole program
+  std::string header;                      ///< the program's (TILTFEED ...) comment, may be empty
+  std::uint64_t lines = 0;         ///< blocks sent, those before the span included (Modbus: motion, dwell
+                                   ///< and M blocks)
   std::uint64_t bytes = 0;         ///< taken by the wire, real-time bytes and resends included
   std::uint64_t acknowledged = 0;  ///< blocks that the controller has taken over
   std::optional<std::uint64_t>
       executed;  ///< blocks proved to be executed; nothing where the link proves none
   double seconds = 0.0;
-  std::uint64_t resends = 0;  ///< identical requests or lines sent again
+  std::optional<ToolChange> change = {};  ///< the run stands before it; nothing: the program is at its end
+  std::uint64_t resends = 0;              ///< identical requests or lines sent again
 };
 
 /// Checks the whole program first and sends nothing when it finds anything wrong; then streams it and returns
@@ -55,12 +62,17 @@ struct SendReport {
 Result<SendReport> send_program(const std::string& program_path, const LinkSpec& link,
                                 const SendOptions& options, const StreamHooks& hooks);
 
+/// Tool changes at which a run over this link ends, for the operator to make them: none where the control
+/// makes them, or no machine profile is known. Errors: as read_tool_changes.
+Result<std::vector<ToolChange>> kept_changes(const std::string& program_path, const LinkSpec& link);
+
 /// Blocks of the program, as this kind of link counts them. Errors: as `send_program` before it sends.
 Result<std::uint64_t> count_blocks(const std::string& program_path, LinkKind kind);
 /// The same, and the SHA-256 of the file that they were counted in.
 struct ProgramSum {
   std::uint64_t blocks = 0;
   std::array<std::uint8_t, 32> hash{};
+  std::uint64_t waits = 0;  ///< lines with M0 M1 M6
 };
 Result<ProgramSum> sum_program(const std::string& program_path, LinkKind kind, const NumericAxes& axes = {});
 

@@ -200,6 +200,7 @@ TEST(MachineProfile, DescribesEveryValue) {
             "link.bytes_per_s: 0\n"
             "wire.line_numbers: false\nwire.check: false\nwire.position_tolerance_mm: 0.1\n"
             "wire.position_tolerance_deg: 0.1\nwire.reprap_window: 0\n"
+            "wire.tool_changes: guided\nwire.tool_length_tolerance_mm: 0.1\n"
             "wire.dnc.data_bits: 7\nwire.dnc.parity: even\nwire.dnc.stop_bits: 2\nwire.dnc.flow: xon_xoff\n"
             "wire.dnc.end_of_block: lf\nwire.dnc.leader_bytes: 0\nwire.dnc.trailer_bytes: 0\n"
             "wire.dnc.percent: true\nwire.dnc.wait_for_start: true\nwire.dnc.xon: 17\nwire.dnc.xoff: 19\n"

@@ -29,7 +29,10 @@ constexpr double kSpeed = 40.0;            // of time
 
 class JobWays : public testing::TestWithParam<const char*>, protected ServedJobs {
  protected:
-  JobWays() : ServedJobs(std::string("job_ways_") + GetParam(), std::chrono::seconds(240)) {
+  explicit JobWays(double speed = kSpeed)
+      : ServedJobs(std::string(speed == kSpeed ? "job_ways_" : "job_changes_") + GetParam(),
+                   std::chrono::seconds(240)),
+        speed_(speed) {
     EXPECT_EQ(::pipe(stop_), 0);
     begin_machine();
     open();
@@ -62,11 +65,15 @@ class JobWays : public testing::TestWithParam<const char*>, protected ServedJobs
     const std::string link = GetParam(), path = folder_.path + "/wire";
     sim::EndpointOptions options;
     options.stop_fd = stop_[0];
-    options.speed = kSpeed;
+    options.speed = speed_;
     options.ready = [&](const std::string& text) {
       known_.set_value(link.ends_with("-tcp") || link.ends_with("-ws") ? text : path);
     };
-    const sim::Motion::Sink sink = [this](const sim::TraceRow&) { ++executed_; };
+    const sim::Motion::Sink sink = [this](const sim::TraceRow& row) {
+      ++executed_;
+      const std::lock_guard lock(cut_mutex_);
+      if (row.command.op == sim::Op::kFeed && row.command.inverse_time) cut_.push_back(row.command.target.x);
+    };
     if (link == "grbl" || link == "grbl-ws") {
       sim::GrblController grbl(wide_machine(), {}, {}, sink);
       EXPECT_TRUE(link == "grbl" ? sim::serve_pty(grbl, path, options)
@@ -79,7 +86,7 @@ class JobWays : public testing::TestWithParam<const char*>, protected ServedJobs
       EXPECT_TRUE(sim::serve_pty(control, path, options));
     } else if (drive()) {
       sim::DriveController axis(wide_machine(), {}, sink);
-      DriveWire(axis, link.ends_with("-tcp"), kSpeed).serve(path, stop_[0], options.ready);
+      DriveWire(axis, link.ends_with("-tcp"), speed_).serve(path, stop_[0], options.ready);
     } else {
       sim::ModbusOptions map;
       map.watchdog = 60.0;  // a busy computer is late with its heartbeats; that is another test's
@@ -173,6 +180,20 @@ class JobWays : public testing::TestWithParam<const char*>, protected ServedJobs
         << field(job, "note");
     walked_.insert(std::string("running -- power loss --> ") + state(job));
   }
+  /// The host fails while the way back is on the machine, or right before the change is in the table.
+  void cut_off_before_change(std::uint64_t job) {
+    leave();
+    {
+      auto table = Spool::open(folder_.path + "/spool");
+      ASSERT_TRUE(table) << table.error().message;
+      SpooledJob running = *table->find(job);
+      running.state = JobState::kRunning;
+      ASSERT_TRUE(table->update(running));
+    }
+    open();
+    ASSERT_EQ(state(job), "tool change") << field(job, "note");
+    walked_.insert("running -- power loss on the way back --> tool change");
+  }
   void reset() {
     ASSERT_TRUE(ask(ApiOp::kReset).contains("confirm"));
     ASSERT_TRUE(ask(ApiOp::kReset, 0, {}, true).value("ok", false));
@@ -194,12 +215,64 @@ class JobWays : public testing::TestWithParam<const char*>, protected ServedJobs
     way(job, "resume --from", ApiOp::kResume, "done", kLong - 5);
   }
 
+  /// Feeds to X1, X2 and so on, a tool change in the middle, or two.
+  std::uint64_t submit_changes(int feeds, const std::string& first, const std::string& second = "") {
+    std::string text =
+        "G21 G90 G94\nG0 X0 Y0 Z50 A10 C20\n(TILTFEED tool length 80 mm is in the words)\nM3 S500\nG93\n";
+    for (int i = 1; i <= 2 * feeds; ++i) {
+      if (i == feeds + 1) text += first;
+      if (i == feeds + 2) text += second;
+      text += "G1 X" + std::to_string(i) + " F600\n";
+    }
+    const json taken = submit_text(text + "G94\nM5\nM2\n");
+    EXPECT_TRUE(taken.value("ok", false)) << taken;
+    const std::uint64_t job = taken.value("job", std::uint64_t{0});
+    until([&] { return state(job) != "received"; });
+    EXPECT_EQ(state(job), "ready") << field(job, "note");
+    const std::lock_guard lock(cut_mutex_);
+    cut_.clear();
+    return job;
+  }
+  /// Every feed of the program once, in order.
+  void expect_cut(int count) {
+    const std::lock_guard lock(cut_mutex_);
+    ASSERT_EQ(cut_.size(), static_cast<std::size_t>(count));
+    for (int i = 0; i < count; ++i) EXPECT_NEAR(cut_[static_cast<std::size_t>(i)], i + 1, 1e-9);
+  }
+  json tool(std::uint64_t job, const std::string& command, const std::string& words = "") {
+    ApiRequest request;
+    request.op = ApiOp::kTool;
+    request.job = job;
+    request.command = command;
+    request.words = words;
+    return ask(request);
+  }
+  /// The operator says go, and has seen what moves.
+  void go(std::uint64_t job, const std::string& to) {
+    const json shown = ask(ApiOp::kResume, job);
+    ASSERT_TRUE(shown.contains("confirm")) << shown;
+    ApiRequest request;
+    request.op = ApiOp::kResume;
+    request.job = job;
+    request.confirmed = true;
+    const json gone = ask(request);
+    ASSERT_TRUE(gone.value("ok", false)) << gone;
+    until([&] { return shown_as(job, to); });
+    walked_.insert("tool change -- go --> " + to);
+  }
+  bool shown_as(std::uint64_t job, const std::string& to) {
+    return shown(job) == to && (to != "tool change" || !jobs_->busy());
+  }
+
+  const double speed_;
   int stop_[2] = {-1, -1};
   std::atomic<std::size_t> executed_{0};
   std::promise<std::string> known_;
   std::thread machine_;
   std::string place_;
   std::set<std::string> walked_;
+  std::mutex cut_mutex_;
+  std::vector<double> cut_;  // X of the feeds in inverse time: of the programs only
 };
 
 TEST_P(JobWays, B9EveryStateHasItsWaysOut) {
@@ -277,9 +350,83 @@ TEST_P(JobWays, B9EveryStateHasItsWaysOut) {
   for (const std::string& one : walked_) std::cout << "  " << one << "\n";
 }
 
+/// Ways down at plunge feed from the top of the travel are long.
+class JobChanges : public JobWays {
+ protected:
+  JobChanges() : JobWays(2000.0) {}
+};
+
+constexpr const char* kNoTool = "say first how long the tool is";
+
+/// Each run of the program is executed once and in order, whatever comes between its parts.
+TEST_P(JobChanges, D21AToolChangeHasItsWaysOut) {
+  const std::uint64_t brief = submit(kShort),
+                      job = submit_changes(10, "M5\nT3 M6 (ball 6 mm)\n", "T4\nM0\nM3 S900\n");
+  way(job, "start", ApiOp::kStart, "tool change");
+  EXPECT_NE(field(job, "note").find("T3 (ball 6 mm), before line 17"), std::string::npos)
+      << field(job, "note");
+  EXPECT_EQ(field(job, "parked"), "parked, spindle and coolant off");
+  expect_cut(10);
+  no_way(job, "start", ApiOp::kStart, "is tool change");
+  no_way(brief, "start", ApiOp::kStart, "waits for a tool change");
+  no_way(job, "override", ApiOp::kOverride, "not on the machine");
+  EXPECT_TRUE(good(ask(ApiOp::kHold, job)));
+  EXPECT_EQ(state(job), "tool change");
+
+  // The tool must be the program's.
+  no_way(job, "go without a length", ApiOp::kResume, kNoTool);
+  EXPECT_NE(tool(job, "length", "79.5").value("error", "").find("0.5 mm shorter"), std::string::npos);
+  EXPECT_FALSE(good(tool(job, "length", "long")));
+  no_way(job, "go without a length", ApiOp::kResume, kNoTool);
+  EXPECT_NE(tool(job, "length", "80.05").value("text", "").find("0.05 mm longer"), std::string::npos);
+  EXPECT_NE(tool(job, "").value("text", "").find("T3 (ball 6 mm)"), std::string::npos);
+
+  // A restart of the service changes nothing but what nobody wrote down.
+  leave();
+  open();
+  ASSERT_EQ(state(job), "tool change") << field(job, "note");
+  walked_.insert("tool change -- restart --> tool change");
+  EXPECT_TRUE(good(tool(job, "length", "80")));
+  go(job, "tool change");
+  EXPECT_NE(field(job, "note").find("T4, before"), std::string::npos) << field(job, "note");
+  expect_cut(11);
+
+  // Killed on the way back, or before the spool knew of the change: it stands before the change.
+  cut_off_before_change(job);
+  EXPECT_NE(field(job, "note").find("T4, before"), std::string::npos) << field(job, "note");
+  EXPECT_TRUE(good(tool(job, "length", "80")));
+  go(job, "done");
+  expect_cut(20);
+  way(brief, "start", ApiOp::kStart, "done");
+
+  // Stopped, and entered again.
+  const std::uint64_t other = submit_changes(5, "T3 M6\n");
+  way(other, "start", ApiOp::kStart, "tool change");
+  way(other, "stop", ApiOp::kStop, "stopped");
+  no_way(other, "resume", ApiOp::kResume, "cannot go on by itself");
+  way(other, "resume --from", ApiOp::kResume, "done", 13);
+  const std::uint64_t removed = submit_changes(5, "T3 M6\n");
+  way(removed, "start", ApiOp::kStart, "tool change");
+  way(removed, "remove", ApiOp::kRemove, "gone");
+  way(brief, "start", ApiOp::kStart, "done");
+
+  // Without its journal nobody can say that it stands there.
+  const std::uint64_t lost = submit_changes(5, "T3 M6\n");
+  way(lost, "start", ApiOp::kStart, "tool change");
+  leave();
+  std::filesystem::remove(folder_.path + "/spool/jobs/" + std::to_string(lost) + "/journal");
+  open();
+  EXPECT_EQ(state(lost), "uncertain") << field(lost, "note");
+  walked_.insert("tool change -- journal lost --> uncertain");
+  std::cout << GetParam() << ": " << walked_.size() << " ways walked\n";
+}
+
 INSTANTIATE_TEST_SUITE_P(Links, JobWays,
                          testing::Values("grbl", "grbl-ws", "reprap", "dnc", "modbus-tcp", "modbus-rtu",
                                          "drive-tcp", "drive-rtu"));
+
+INSTANTIATE_TEST_SUITE_P(Links, JobChanges,
+                         testing::Values("grbl", "grbl-ws", "reprap", "modbus-tcp", "modbus-rtu"));
 
 }  // namespace
 }  // namespace tiltfeed
