@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <iostream>
@@ -30,7 +31,6 @@ namespace tiltfeed::daemon {
 namespace {
 
 using nlohmann::json;
-
 constexpr std::chrono::milliseconds kWatchInterval{500}, kStartInterval{50};
 
 std::string duration(double seconds) {
@@ -63,8 +63,8 @@ void print_job(const json& job) {
 }
 
 bool is_over(const std::string& state) {
-  return state != "received" && state != "planning" && state != "queued" && state != "running" &&
-         state != "tool change";
+  constexpr const char* kGoesOn[] = {"received", "planning", "queued", "running", "tool change"};
+  return std::find(std::begin(kGoesOn), std::end(kGoesOn), state) == std::end(kGoesOn);
 }
 
 }  // namespace
@@ -152,7 +152,7 @@ ServiceCommands::~ServiceCommands() = default;
 
 Result<json> ServiceCommands::Options::ask(const ApiRequest& request, const std::vector<int>& files) const {
   const Result<std::string> line = ask_service(socket, write_request(request), files);
-  if (!line) return tl::unexpected<Error>(line.error());
+  if (!line) return tl::unexpected(line.error());
   json answer = json::parse(*line, nullptr, false);
   if (!answer.is_object()) return fail(Code::kIo, socket + ": the answer is not understood");
   if (!answer.value("ok", false)) return fail(Code::kInput, answer.value("error", "refused"));
@@ -273,13 +273,12 @@ int ServiceCommands::Options::run_start() {
   if (!answer) return complain(answer.error());
   std::string text = answer->value("text", "");
   request.op = ApiOp::kShow;
-  request.queue = false;
   while (text == "starting") {
     answer = ask(request);
     if (!answer) return complain(answer.error());
     const std::string state = answer->value("state", ""), phase = answer->value("phase", "connect");
     if (state == "tool change") text = state + ": " + answer->value("note", "");
-    if (state != "running" && state != "done" && state != "tool change")
+    if (is_over(state) && state != "done")
       return complain(
           {Code::kLink, "job " + std::to_string(job) + " is " + state + ": " + answer->value("note", "")});
     if (state == "done" || (phase != "connect" && phase != "identify" && phase != "check")) text = "started";

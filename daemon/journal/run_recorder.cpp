@@ -132,8 +132,7 @@ Result<std::uint64_t> RunRecorder::reserve(std::uint64_t next, Time now) {
 Result<void> RunRecorder::progress(const SendState& state, Time now) {
   const bool bound = state.boot != 0 && record_.boot_id == 0;
   const RunEvent end = last_ < record_.total ? RunEvent::kToolChange : RunEvent::kExecuted;
-  const bool finished =
-      !is_opening(state.phase) && record_.event != end && record_.total > 0 && state.executed == last_;
+  const bool finished = record_.event != end && record_.total > 0 && state.executed == last_;
   const bool news = state.executed > record_.executed || state.acknowledged > record_.acknowledged;
   if (!bound && !finished && !(news && due(written_at_, now, kWriteInterval))) return {};
   take(state);
