@@ -112,6 +112,7 @@ Result<std::string> judge_length(const ToolChange& change, double length, double
 
 std::string straightened(const std::string& text) {
   std::string straight;
+  bool switched = false;  // by a code whose P this is
   std::string_view rest = text;
   while (!rest.empty()) {
     const std::string_view from = rest;
@@ -120,7 +121,10 @@ std::string straightened(const std::string& text) {
     if (word->letter == 'G' && word->value == 4.0) return "";  // seconds or milliseconds, it leads nowhere
     const bool leads = word->letter == 'G' && word->value >= 1.0 && word->value <= 3.0;
     const bool switches = word->letter == 'M' && word->value > 9.0 && word->value != 30.0;
-    if (switches || std::string_view("IJKREQ").find(word->letter) != std::string_view::npos) continue;
+    switched = switched || switches;
+    if (switches || (switched && word->letter == 'P') ||
+        std::string_view("IJKREQ").find(word->letter) != std::string_view::npos)
+      continue;
     straight += leads ? "G0" : from.substr(0, from.size() - rest.size());
   }
   return straight;

@@ -111,6 +111,20 @@ def walk(run, ask):
     ask("watch", number, status=1)
     ask("backup", "--config", f"{work}/service.yaml", f"{work}/copy")
     ask("remove", number)
+    turns = f"{work}/turns.nc"
+    with open(turns, "w", encoding="ascii") as out:
+        out.write("G21 G90 G94\nT3 M6 (ball)\nG0 X0 Y0 Z50 A0 C0\nM2\n")
+    number = str(ask("submit", turns)["job"])
+    run.until("the program is not ready", lambda: run.show(number, "state") == "ready")
+    ask("start", number)
+    run.until("no tool change", lambda: run.show(number, "state") == "tool change")
+    shown = ask("tool", number, "show")
+    run.want((shown["tool"], shown["tool_name"], shown["line"]) == (3, "ball", 2), f"not that tool: {shown}")
+    run.want(shown["parked"].startswith("parked"), f"not parked: {shown}")
+    run.want("80" in ask("tool", number, "length", "80")["text"], "not that length")
+    run.want(ask("tool", number)["length"] == 80, "the length is not kept")
+    ask("tool", number, "go", "--yes")
+    run.until("it does not go on", lambda: run.show(number, "state") == "done")
     run.kill()
     ask("safe-stop", "--config", f"{work}/service.yaml")
 
