@@ -72,6 +72,12 @@ const std::vector<Desk::Route>& Desk::routes() {
       {"GET", "/api/v1/plan/program", &Desk::program},
       {"GET", "/api/v1/plan/path", &Desk::path},
       {"GET", "/api/v1/plan/report", &Desk::report},
+      {"POST", "/api/v1/cut", &Desk::start_cut, kSmallBody},
+      {"DELETE", "/api/v1/cut", &Desk::cancel_cut},
+      {"GET", "/api/v1/cut/view", &Desk::cut_view},
+      {"GET", "/api/v1/cut/before", &Desk::cut_before},
+      {"GET", "/api/v1/cut/page", &Desk::cut_page},
+      {"GET", "/api/v1/cut/report", &Desk::cut_report},
   };
   return all;
 }
@@ -82,6 +88,7 @@ Desk::Desk(const DeskOptions& options, Teller tell, std::function<void(std::uint
       part_(options.self, options.folder, tell_),
       job_(options.folder),
       plan_(options.tiltfeed, options.folder, tell_),
+      cut_(options.maker, options.folder, tell_),
       suggest_(options.tiltfeed, options.folder, tell_),
       reach_(options.self, options.folder, tell_),
       run_(options.service, options.machine,
@@ -185,7 +192,7 @@ Reply Desk::session(const Request& request) {
 Reply Desk::state(const Request&) {
   return text_reply("{\"api\": 1, \"version\": \"" + options_.version + "\", \"part\": " + part_.describe() +
                     ", \"job\": " + job_.describe() + ", \"plan\": " + plan_.describe() +
-                    ", \"suggest\": " + suggest_.describe() + ", \"reach\": " + reach_.describe() +
+                    ", \"cut\": " + cut_.describe() + ", \"suggest\": " + suggest_.describe() + ", \"reach\": " + reach_.describe() +
                     ", \"run\": " + run_.describe_run() + ", \"seat\": " + run_.describe_seat() + "}");
 }
 
@@ -263,7 +270,8 @@ Reply Desk::report(const Request&) { return plan_.report(); }
 
 std::vector<int> Desk::descriptors() const {
   std::vector<int> all;
-  for (const int fd : {part_.descriptor(), plan_.descriptor(), suggest_.descriptor(), reach_.descriptor()})
+  for (const int fd : {part_.descriptor(), plan_.descriptor(), cut_.descriptor(), suggest_.descriptor(),
+                       reach_.descriptor()})
     if (fd >= 0) all.push_back(fd);
   for (const int fd : run_.descriptors()) all.push_back(fd);
   return all;
@@ -274,6 +282,8 @@ void Desk::hear(int descriptor) {
     part_.hear();
   else if (descriptor == plan_.descriptor())
     plan_.hear();
+  else if (descriptor == cut_.descriptor())
+    cut_.hear();
   else if (descriptor == suggest_.descriptor())
     suggest_.hear();
   else if (descriptor == reach_.descriptor())
@@ -284,13 +294,14 @@ void Desk::hear(int descriptor) {
 
 int Desk::patience_ms() const {
   const int run = run_.patience_ms(std::chrono::steady_clock::now());
-  if (!plan_.is_working() && !suggest_.is_working()) return run;
+  if (!plan_.is_working() && !suggest_.is_working() && !cut_.is_working()) return run;
   return run < 0 ? PlanWork::kLookMs : std::min(run, PlanWork::kLookMs);
 }
 
 void Desk::look() {
   plan_.look();
   suggest_.look();
+  cut_.look();
   run_.look(std::chrono::steady_clock::now());
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "desk/api/cut_work.h"
 #include "desk/api/job_work.h"
 #include "desk/api/part_work.h"
 #include "desk/api/plan_work.h"
@@ -22,7 +23,7 @@ namespace tiltfeed::desk {
 struct DeskOptions {
   std::string self;      ///< this program
   std::string tiltfeed;  ///< what plans
-  std::string maker;     ///< what makes the formula parts
+  std::string maker;     ///< tiltfeed-sim: makes the formula parts, cuts programs
   std::string folder;    ///< where its work lies while it runs
   std::string version;   ///< of the program
   std::string service;   ///< socket of the machine's service; empty: none
@@ -88,6 +89,13 @@ class Desk {
   Reply ask_reach(const Request& request);
   Reply reach_map(const Request& request);
   Reply ask_fit(const Request& request);
+  // desk_cut.cpp
+  Reply start_cut(const Request& request);
+  Reply cancel_cut(const Request& request);
+  Reply cut_view(const Request& request);
+  Reply cut_before(const Request& request);
+  Reply cut_page(const Request& request);
+  Reply cut_report(const Request& request);
   AskedPart asked_part() const;
   std::optional<PlannedProgram> planned() const;
   Result<void> copy_part(const std::string& path, const std::string& unit);
@@ -100,6 +108,7 @@ class Desk {
   PartWork part_;
   JobWork job_;
   PlanWork plan_;
+  CutWork cut_;
   SuggestWork suggest_;
   ReachWork reach_;
   std::string part_folder_;  ///< of the part that was named at the start; empty: it came otherwise

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "desk/api/cut_work.h"
 #include "desk/api/part_work.h"
 #include "desk/http/http_message.h"
 #include "desk/work/child_process.h"
@@ -34,6 +35,12 @@ class PlanWork {
   Reply program() const { return file("part.nc", "text/plain; charset=utf-8"); }
   Reply drawing() const { return file("path.f32", "application/octet-stream"); }
   Reply report() const { return file("report.json", "application/json"); }
+
+  bool is_planned() const { return state_ == "planned"; }
+  /// What a cut of it needs. Requires: is_planned().
+  CutInput cut_input() const {
+    return {folder_ + "/plan.yaml", folder_ + "/plan.stl", input_.machine, folder_ + "/part.nc", id_};
+  }
 
   bool is_working() const { return child_.has_value(); }
   int descriptor() const { return child_ ? child_->descriptor() : -1; }

@@ -79,6 +79,17 @@ export interface Reach {
 export interface Shape { kind: string; centre_mm: number[]; axis: number[]; radius_mm: number; tube_mm: number; rms_mm: number; worst_mm: number }
 export interface Fitted { id: number; state: 'ready' | 'refused'; facets?: number[]; shapes?: Shape[]; error?: string }
 
+export interface Cut {
+  id: number;
+  plan: number;
+  state: 'working' | 'done' | 'refused' | 'cancelled';
+  stage?: string;
+  percent?: number;
+  error?: string;
+  verdict?: 'passed' | 'incomplete' | 'failed';
+  before?: boolean;
+}
+
 export interface State {
   api: number;
   version: string;
@@ -89,6 +100,7 @@ export interface State {
   seat: Seat;
   suggest: Suggest | null;
   reach: Reach | null;
+  cut: Cut | null;
 }
 
 /** What the server said no with. */
@@ -157,7 +169,7 @@ export async function sign_in(): Promise<void> {
 }
 
 export type News = (event: string, data: unknown) => void;
-const kEvents = ['part', 'job', 'plan', 'suggest', 'reach', 'fit', 'run', 'jobs', 'seat'];
+const kEvents = ['part', 'job', 'plan', 'cut', 'suggest', 'reach', 'fit', 'run', 'jobs', 'seat'];
 const kRetry = 3000;  // ms
 
 /**

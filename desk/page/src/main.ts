@@ -1,7 +1,8 @@
 // The page: signs in, shows one step at a time, keeps up with the desk.
 import {
-  Fitted, Job, Part, Plan, Reach, Refusal, State, Suggest, get_json, listen, post, session_number, sign_in,
+  Cut, Fitted, Job, Part, Plan, Reach, Refusal, State, Suggest, get_json, listen, post, session_number, sign_in,
 } from './api.js';
+import {CutScreen} from './cut_screen.js';
 import {byId, el} from './dom.js';
 import {AxisScreen} from './axis_screen.js';
 import {JobForms} from './job_forms.js';
@@ -17,7 +18,7 @@ declare global {
   interface Window { tiltfeed_axis?: AxisScreen }
 }
 
-const kTabs = ['Part', 'Axis', 'Job', 'Plan', 'Run'];
+const kTabs = ['Part', 'Axis', 'Job', 'Plan', 'Cut', 'Run'];
 const kSeatBeat = 2000;  // ms
 
 function make_viewer(): Viewer | null {
@@ -79,7 +80,7 @@ async function start(): Promise<void> {
     job.redraw();
     axis.redraw();
   });
-  const part = new PartScreen(sheet, viewer, go), job = new JobScreen(sheet, forms, go), plan = new PlanScreen(sheet, viewer), axis = new AxisScreen(sheet, viewer, forms, go),
+  const part = new PartScreen(sheet, viewer, go), job = new JobScreen(sheet, forms, go), plan = new PlanScreen(sheet, viewer), axis = new AxisScreen(sheet, viewer, forms, go), cut = new CutScreen(sheet, viewer),
     run = new RunScreen(sheet, viewer, session_number), bar = new MachineBar(byId('header'), run);
   window.tiltfeed_axis = axis;
   const now: State = await get_json<State>('state');
@@ -91,6 +92,7 @@ async function start(): Promise<void> {
     plan.show(tab === 'Plan');
     run.show(tab === 'Run');
     axis.show(tab === 'Axis');
+    cut.show(tab === 'Cut');
     if (tab === 'Job') job.show();
   });
   const update_run = () => {
@@ -100,7 +102,8 @@ async function start(): Promise<void> {
   const update = async () => {
     update_run();
     axis.update(now.part, now.job, now.suggest);
-    await Promise.all([part.update(now.part, now.job, now.plan), forms.update(now.job), job.update(now.job, shown === 'Job'), plan.update(now.plan, now.job, now.part)]);
+    await Promise.all([part.update(now.part, now.job, now.plan), forms.update(now.job), job.update(now.job, shown === 'Job'), plan.update(now.plan, now.job, now.part),
+      cut.update(now.cut, now.plan, now.job)]);
   };
   select(now.run.service !== 'none' && !now.part ? 'Run' : 'Part');
   await update();
@@ -115,6 +118,7 @@ async function start(): Promise<void> {
     if (event === 'job') now.job = data as Job | null;
     if (event === 'plan') now.plan = data as Plan | null;
     if (event === 'suggest') now.suggest = data as Suggest | null;
+    if (event === 'cut') now.cut = data as Cut | null;
     if (event === 'run') now.run = data as Run;
     if (event === 'seat') now.seat = data as Seat;
     if (event === 'jobs') void run.fetch_jobs().catch(() => undefined);
