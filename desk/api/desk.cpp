@@ -192,8 +192,9 @@ Reply Desk::session(const Request& request) {
 Reply Desk::state(const Request&) {
   return text_reply("{\"api\": 1, \"version\": \"" + options_.version + "\", \"part\": " + part_.describe() +
                     ", \"job\": " + job_.describe() + ", \"plan\": " + plan_.describe() +
-                    ", \"cut\": " + cut_.describe() + ", \"suggest\": " + suggest_.describe() + ", \"reach\": " + reach_.describe() +
-                    ", \"run\": " + run_.describe_run() + ", \"seat\": " + run_.describe_seat() + "}");
+                    ", \"cut\": " + cut_.describe() + ", \"suggest\": " + suggest_.describe() +
+                    ", \"reach\": " + reach_.describe() + ", \"run\": " + run_.describe_run() +
+                    ", \"seat\": " + run_.describe_seat() + "}");
 }
 
 Reply Desk::events(const Request&) {

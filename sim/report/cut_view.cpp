@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "sim/basics/text.h"
 #include "sim/motion/forward.h"
 #include "sim/solid/tool_solid.h"
 #include "sim/viewer/packed_view.h"
@@ -163,6 +164,14 @@ json places_json(const CutViewParts& p, const Poses& poses) {
     if (i < p.excerpts.size()) one["lines"] = p.excerpts[i].lines, one["marked"] = p.excerpts[i].marked;
     all.push_back(std::move(one));
   }
+  const Rest& rest = p.removal.rest;
+  if (!p.verdict.rest.empty() && rest.facet != kNoFacet)
+    all.push_back(
+        {{"what", rest.never_cut ? "never cut, within the tool's reach" : "left, within the tool's reach"},
+         {"amount", text("%.4f left", rest.left)},
+         {"wrong", true},
+         {"facet", rest.facet},
+         {"place", place_json(rest.place)}});
   return all;
 }
 

@@ -4,13 +4,14 @@ export interface Place {
   what: string;
   amount: string;
   wrong: boolean;
-  block: number;
-  line: number;
   facet?: number;
   place: number[];
-  time: number;
-  tip: number[];
-  axis: number[];
+  /** The move that did it, and the tool then; where no move did, none of them. */
+  block?: number;
+  line?: number;
+  time?: number;
+  tip?: number[];
+  axis?: number[];
   lines?: string[];
   marked?: number;
 }

@@ -151,15 +151,15 @@ export class CutDrawing {
   /** The tool where it was when it left this, and the facet. */
   go_to(place: Place): void {
     if (!this.data) return;
-    this.tool.at([...place.tip, ...place.axis]);
-    this.tool.group.visible = true;
+    if (place.tip && place.axis) this.tool.at([...place.tip, ...place.axis]);
+    this.tool.group.visible = place.tip !== undefined;
     this.mark_facet(place.facet);
     this.viewer.fly_to(new Vector3(...place.place), 4 * this.data.head.diameter_mm, this.onto(place));
   }
 
   /** Where to look from: onto the facet, and beside the tool. */
   private onto(place: Place): Vector3 {
-    const axis = new Vector3(...place.axis).normalize(), patch = place.facet === undefined ? -1 : (this.data?.source.indexOf(place.facet) ?? -1);
+    const axis = new Vector3(...(place.axis ?? [0, 0, 1])).normalize(), patch = place.facet === undefined ? -1 : (this.data?.source.indexOf(place.facet) ?? -1);
     if (patch < 0 || !this.data) return axis.addScaledVector(new Vector3(0.6, -0.8, 0), 0.8);
     const [a, b, c] = [0, 3, 6].map((at) => new Vector3().fromArray(this.data?.corners ?? [], 9 * patch + at));
     const normal = b.sub(a).cross(c.sub(a)).normalize(), side = normal.clone().cross(axis);

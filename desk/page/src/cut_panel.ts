@@ -45,7 +45,7 @@ export class CutPanel {
     this.before = before;
     this.drawing.show(data, before);
     this.bar = new TimeBar(data.seconds, (share, playing) => this.move(share, playing), 'cut-time');
-    this.bar.mark(data.head.places.map(({time}) => (time - data.head.begin_s) / Math.max(data.seconds, 1e-9)));
+    this.bar.mark(data.head.places.flatMap(({time}) => time === undefined ? [] : [(time - data.head.begin_s) / Math.max(data.seconds, 1e-9)]));
     this.colour_by('deviation');
     this.tell_moment(1);
   }
@@ -90,10 +90,10 @@ export class CutPanel {
   }
 
   private places(data: CutData): Node {
-    if (data.head.places.length === 0) return el('p', {class: 'soft'}, 'Nothing is wrong, and nowhere more is left than the job asks for.');
+    if (data.head.places.length === 0) return el('p', {class: 'soft'}, data.head.word === 'passed' ? 'Nothing is wrong, and nowhere more is left than the job asks for.' : 'No single place is to blame.');
     return el('div', {}, el('h3', {}, 'Worst places'), el('ol', {class: 'cut-places', id: 'cut-places'}, ...data.head.places.map((place, i) =>
       el('li', {}, el('button', {type: 'button', class: place.wrong ? 'wrong' : '', 'aria-pressed': 'false', click: () => this.go_to(i)},
-        el('b', {}, place.what), el('span', {}, `${place.amount.replace(' ', ' mm ')}, line ${place.line}, ${time_text(place.time)}`))))));
+        el('b', {}, place.what), el('span', {}, place.amount.replace(' ', ' mm ') + (place.time === undefined ? '' : `, line ${place.line}, ${time_text(place.time)}`)))))));
   }
 
   private go_to(i: number): void {
@@ -101,7 +101,7 @@ export class CutPanel {
     if (!data || !place) return;
     if (this.shown === 'stock') this.colour_by('deviation');
     this.bar?.stop();
-    const share = (place.time - data.head.begin_s) / Math.max(data.seconds, 1e-9);
+    const share = place.time === undefined ? 1 : (place.time - data.head.begin_s) / Math.max(data.seconds, 1e-9);
     this.bar?.set(share);
     this.drawing.at(share);
     this.drawing.go_to(place);
