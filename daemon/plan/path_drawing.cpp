@@ -9,11 +9,14 @@ void write_path_drawing(const JointPath& joints, const std::vector<double>& dura
                         const MachineModel& machine, const Setup& setup, std::ostream& out) {
   double seconds = 0.0;
   for (std::size_t i = 0; i < joints.moves.size(); ++i) {
-    const Pose pose = forward(machine, setup, joints.moves[i].joints);
+    const Joints& q = joints.moves[i].joints;
+    const Pose pose = forward(machine, setup, q);
     seconds += durations[i];
     const std::array<double, kDrawnNumbers> numbers{
-        pose.tip.x,  pose.tip.y,  pose.tip.z, pose.axis.x,
-        pose.axis.y, pose.axis.z, seconds,    static_cast<double>(joints.moves[i].kind)};
+        pose.tip.x,   pose.tip.y,  pose.tip.z, pose.axis.x,
+        pose.axis.y,  pose.axis.z, seconds,    static_cast<double>(joints.moves[i].kind),
+        durations[i], q.x,         q.y,        q.z,
+        q.a,          q.c};
     std::array<float, kDrawnNumbers> record{};
     for (std::size_t k = 0; k < kDrawnNumbers; ++k) record[k] = static_cast<float>(numbers[k]);
     out.write(reinterpret_cast<const char*>(record.data()), sizeof record);

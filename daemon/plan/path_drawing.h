@@ -10,8 +10,9 @@
 namespace tiltfeed::daemon {
 
 /// Numbers of a block, float32 in this order: tip x, y, z (part, mm), axis i, j, k (unit, from the tip to the
-/// shank), seconds since the first block with accelerations, kind (0 rapid, 1 plunge, 2 cut).
-inline constexpr std::size_t kDrawnNumbers = 8;
+/// shank), seconds since the first block with accelerations, kind (0 rapid, 1 plunge, 2 cut), seconds of the
+/// block itself, words X, Y, Z, tilt, rotary (mm, degrees).
+inline constexpr std::size_t kDrawnNumbers = 14;
 
 /// One record of kDrawnNumbers for each block, little-endian. `durations`: of each block, s.
 /// Property: the poses are those that the blocks' joints command, to the precision of float32.

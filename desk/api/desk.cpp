@@ -71,6 +71,7 @@ const std::vector<Desk::Route>& Desk::routes() {
       {"DELETE", "/api/v1/plan", &Desk::cancel_plan},
       {"GET", "/api/v1/plan/program", &Desk::program},
       {"GET", "/api/v1/plan/path", &Desk::path},
+      {"GET", "/api/v1/plan/map", &Desk::map},
       {"GET", "/api/v1/plan/report", &Desk::report},
       {"POST", "/api/v1/cut", &Desk::start_cut, kSmallBody},
       {"DELETE", "/api/v1/cut", &Desk::cancel_cut},
@@ -266,6 +267,8 @@ Reply Desk::cancel_plan(const Request&) {
 Reply Desk::program(const Request&) { return plan_.program(); }
 
 Reply Desk::path(const Request&) { return plan_.drawing(); }
+
+Reply Desk::map(const Request&) { return plan_.map(); }
 
 Reply Desk::report(const Request&) { return plan_.report(); }
 

@@ -76,6 +76,7 @@ class Desk {
   Reply cancel_plan(const Request& request);
   Reply program(const Request& request);
   Reply path(const Request& request);
+  Reply map(const Request& request);
   Reply report(const Request& request);
   // desk_setup.cpp
   Reply make_sample(const Request& request);

@@ -13,6 +13,7 @@
 #include "config/output_file.h"
 #include "config/yaml_tree.h"
 #include "desk/view/part_view.h"
+#include "desk/view/tool_outline.h"
 
 namespace tiltfeed::desk {
 namespace {
@@ -199,21 +200,56 @@ std::string JobWork::unit() const {
   return config::exact_text(job_.stl_unit_mm);
 }
 
+namespace {
+
+/// Cutter, shank and holder, to draw them.
+json tool_json(const pathgen::Cutter& cutter) {
+  json pieces = json::array();
+  for (const ToolOutline& piece : tool_outline(cutter))
+    pieces.push_back({{"part", piece.part}, {"outline", piece.points}});
+  return pieces;
+}
+
+/// X, Y, Z, tilt, rotary: limits of travel, speed (a minute) and acceleration (a second squared).
+json axes_json(const MachineModel& m) {
+  json axes = json::array();
+  const auto add = [&](const char letter, const char* unit, bool present, const auto& axis) {
+    axes.push_back({{"letter", std::string(1, letter)},
+                    {"unit", unit},
+                    {"present", present},
+                    {"min", axis.min},
+                    {"max", axis.max},
+                    {"velocity", axis.velocity},
+                    {"acceleration", axis.acceleration}});
+  };
+  add('X', "mm", true, m.x);
+  add('Y', "mm", true, m.y);
+  add('Z', "mm", true, m.z);
+  add(m.tilt.letter, "degrees", m.tilt.present, m.tilt);
+  add(m.rotary.letter, "degrees", m.rotary.present, m.rotary);
+  return axes;
+}
+
+}  // namespace
+
 std::string JobWork::describe() const {
   if (!is_open()) return "null";
   json errors = json::array();
   for (const JobError& error : errors_)
     errors.push_back({{"line", error.line}, {"column", error.column}, {"message", error.message}});
-  json about{
-      {"id", id_},
-      {"name", opened_.empty() ? std::filesystem::path(made_.part).stem().string() + ".yaml"
-                               : std::filesystem::path(opened_).filename().string()},
-      {"saved", !opened_.empty() && text_ == saved_},
-      {"made_here", !made_.part.empty()},
-      {"can_save", !opened_.empty() || !made_.folder.empty()},
-      {"errors", errors},
-      {"machine", job_.machine.model.name},
-      {"cutter", {{"diameter_mm", job_.plan.cutter.diameter}, {"length_mm", job_.plan.cutter.shank_length}}}};
+  json about{{"id", id_},
+             {"name", opened_.empty() ? std::filesystem::path(made_.part).stem().string() + ".yaml"
+                                      : std::filesystem::path(opened_).filename().string()},
+             {"saved", !opened_.empty() && text_ == saved_},
+             {"made_here", !made_.part.empty()},
+             {"can_save", !opened_.empty() || !made_.folder.empty()},
+             {"errors", errors},
+             {"machine", job_.machine.model.name},
+             {"cutter",
+              {{"diameter_mm", job_.plan.cutter.diameter},
+               {"length_mm", job_.plan.cutter.shank_length},
+               {"tool", tool_json(job_.plan.cutter)}}},
+             {"axes", axes_json(job_.machine.model)}};
   return about.dump(-1, ' ', true, json::error_handler_t::replace);
 }
 

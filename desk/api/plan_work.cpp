@@ -11,7 +11,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr const char* kFiles[] = {"part.nc", "path.f32", "report.json", "progress", "plan.yaml", "plan.stl"};
+constexpr const char* kFiles[] = {"part.nc",  "part.map",  "path.f32", "report.json",
+                                  "progress", "plan.yaml", "plan.stl"};
 
 }  // namespace
 
@@ -27,8 +28,8 @@ Result<void> PlanWork::start(const PlanInput& input) {
   if (error) return fail(Code::kIo, folder_ + ": " + error.message());
   Result<ChildProcess> child = ChildProcess::start(
       {program_, "plan", in_folder("plan.yaml"), "--stl", in_folder("plan.stl"), "--machine", input.machine,
-       "--out", in_folder("part.nc"), "--drawing", in_folder("path.f32"), "--report",
-       in_folder("report.json"), "--progress", in_folder("progress")});
+       "--out", in_folder("part.nc"), "--map", in_folder("part.map"), "--drawing", in_folder("path.f32"),
+       "--report", in_folder("report.json"), "--progress", in_folder("progress")});
   if (!child) return tl::unexpected<Error>(child.error());
   child_.emplace(std::move(*child));
   ++id_;

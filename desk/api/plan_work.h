@@ -34,6 +34,7 @@ class PlanWork {
   std::string describe() const;
   Reply program() const { return file("part.nc", "text/plain; charset=utf-8"); }
   Reply drawing() const { return file("path.f32", "application/octet-stream"); }
+  Reply map() const { return file("part.map", "application/octet-stream"); }
   Reply report() const { return file("report.json", "application/json"); }
 
   bool is_planned() const { return state_ == "planned"; }

@@ -31,8 +31,8 @@ TEST(PathDrawing, states_pose_time_and_kind_of_each_block) {
     return std::vector<float>(numbers.begin() + static_cast<std::ptrdiff_t>(i * kDrawnNumbers),
                               numbers.begin() + static_cast<std::ptrdiff_t>((i + 1) * kDrawnNumbers));
   };
-  EXPECT_EQ(record(0), (std::vector<float>{1, 2, 3, 0, 0, 1, 0, 0}));
-  EXPECT_EQ(record(1), (std::vector<float>{4, 5, 6, 0, 0, 1, 2.5, 1}));
+  EXPECT_EQ(record(0), (std::vector<float>{1, 2, 3, 0, 0, 1, 0, 0, 0, 1, 2, 3, 0, 0}));
+  EXPECT_EQ(record(1), (std::vector<float>{4, 5, 6, 0, 0, 1, 2.5, 1, 2.5, 4, 5, 6, 0, 0}));
   EXPECT_FLOAT_EQ(std::abs(record(2)[4]), 0.5f);
   EXPECT_FLOAT_EQ(record(2)[5], static_cast<float>(std::sqrt(3.0) / 2.0));
   EXPECT_FLOAT_EQ(record(2)[6], 5.75f);
@@ -41,6 +41,8 @@ TEST(PathDrawing, states_pose_time_and_kind_of_each_block) {
   EXPECT_FLOAT_EQ(std::abs(record(3)[0]), 5.0f);
   EXPECT_FLOAT_EQ(std::abs(record(3)[1]), 4.0f);
   EXPECT_FLOAT_EQ(record(3)[6], 9.75f);
+  const std::vector<float> last = record(3), words(last.begin() + 8, last.end());
+  EXPECT_EQ(words, (std::vector<float>{4, 4, 5, 7, 0, 90}));
 }
 
 }  // namespace

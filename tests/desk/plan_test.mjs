@@ -80,25 +80,26 @@ test('a plan is made and proven, its path drawn, the slider goes through its tim
   const planned = await run('tiltfeed', 'plan', job, '--out', out, '--drawing', drawing, '--no-proof');
   assert.equal(planned.status, 0);
   const bytes = readFileSync(drawing), numbers = new Float32Array(bytes.buffer, bytes.byteOffset, bytes.length / 4);
-  const blocks = numbers.length / 8, seconds = numbers[numbers.length - 2];
+  const blocks = numbers.length / 14, seconds = numbers[numbers.length - 8];
   assert.equal(await text_of(page, '#blocks'), blocks.toLocaleString('en'));
   assert.match(await text_of(page, '#moment'), new RegExp(`block ${blocks.toLocaleString('en')}$`));
   // Half the time: the tool stands where the last block that has ended then ends.
   await page.$eval('#time', (slider) => {
-    slider.value = 500;
+    slider.value = 5000;
     slider.dispatchEvent(new Event('input'));
   });
   let last = 0;
-  while (last + 1 < blocks && numbers[8 * (last + 1) + 6] <= seconds / 2) ++last;
+  while (last + 1 < blocks && numbers[14 * (last + 1) + 6] <= seconds / 2) ++last;
   assert.match(await text_of(page, '#moment'), new RegExp(`block ${(last + 1).toLocaleString('en')}$`));
-  const tool = await page.evaluate(() => window.tiltfeed.path.tool.position.toArray());
-  for (let k = 0; k < 3; ++k) assert(Math.abs(tool[k] - numbers[8 * last + k]) < 1e-3, `${tool} at block ${last}`);
+  const tool = await page.evaluate(() => window.tiltfeed.path.tool.group.position.toArray()), next = 14 * (last + 1);
+  const share = (seconds / 2 - numbers[next - 8]) / (numbers[next + 6] - numbers[next - 8]);
+  for (let k = 0; k < 3; ++k) assert(Math.abs(tool[k] - numbers[next - 14 + k] * (1 - share) - numbers[next + k] * share) < 1e-2, `${tool} after block ${last}`);
   // By keys, too.
   await page.focus('#time');
   await page.keyboard.press('Home');
   assert.match(await text_of(page, '#moment'), /^0:00:00, block 1$/);
   await page.keyboard.press('End');
-  for (const colouring of ['height', 'tilt', 'time', 'kind']) {
+  for (const colouring of ['height', 'tilt', 'time', 'feed', 'axis', 'kind']) {
     await page.select('#colour', colouring);
     assert.equal(await page.$eval('#legend', (node) => node.hidden), colouring === 'kind');
   }
@@ -110,6 +111,39 @@ test('a plan is made and proven, its path drawn, the slider goes through its tim
     return window.tiltfeed.colours_at(points).filter(([r, g, b]) => g > r + 40 && g > b + 20).length;
   });
   assert(green > 20, `${green} places show a cut`);
+  // The pointer on the end of a block in sight tells which it is; the map says of which move.
+  const spot = await page.evaluate(() => {
+    const {path, canvas} = window.tiltfeed, n = path.all;
+    for (let i = Math.floor(path.blocks / 3); i < path.blocks; ++i) {
+      const [x, y] = window.tiltfeed.project(n[14 * i], n[14 * i + 1], n[14 * i + 2]);
+      if (window.tiltfeed.pick_block(x, y) === i) return {i, x: x + canvas.getBoundingClientRect().left, y: y + canvas.getBoundingClientRect().top};
+    }
+    return null;
+  });
+  assert(spot, 'a block is found where it is drawn');
+  await page.mouse.move(spot.x, spot.y);
+  await page.waitForFunction((i) => document.getElementById('plan-tip').textContent.includes(`block ${(i + 1).toLocaleString('en')},`), {}, spot.i);
+  assert.match(await text_of(page, '#plan-tip'), /move [\d,]+, facet [\d,]+/);
+  // The plots' words are those of the last block, their peaks those of the numbers.
+  await page.click('#plots summary');
+  const words = await page.$$eval('.plot-word', (nodes) => nodes.map((node) => parseFloat(node.textContent)));
+  words.forEach((word, a) => assert(Math.abs(word - numbers[numbers.length - 5 + a]) < 2e-3, `${words}`));
+  const course = await page.$$eval('canvas.plot', (nodes) => nodes.map((node) => node.getAttribute('aria-label')));
+  assert.equal(course.length, 5);
+  for (const text of course) {
+    const [speed, fastest, gain, hardest] = [...text.matchAll(/([\d.,]+) of ([\d.,]+)/g)].flatMap(([, a, b]) => [a, b].map((digits) => Number(digits.replace(/,/g, ''))));
+    assert(speed <= fastest * 1.001 && gain <= hardest * 1.001, text);
+  }
+  let least = Infinity, most = -Infinity;
+  for (let i = 0; i < blocks; ++i) [least, most] = [Math.min(least, numbers[14 * i + 9]), Math.max(most, numbers[14 * i + 9])];
+  const [, from, to] = /time: (\S+) to (\S+) mm/.exec(course[0]).map((text) => Number(text.replace(/,/g, '')));
+  assert(Math.abs(from - least) <= Math.abs(least) * 1e-3 && Math.abs(to - most) <= Math.abs(most) * 1e-3, course[0]);
+  // A click in a plot goes to that time, and the cursor stands there.
+  const plot = await (await page.$('canvas.plot')).boundingBox();
+  await page.mouse.click(plot.x + plot.width / 4, plot.y + 20);
+  assert(Math.abs(await page.$eval('#time', (node) => Number(node.value)) - 2500) < 50);
+  const cursor = await page.$eval('.plot-cursor', (node) => node.getBoundingClientRect().left);
+  assert(Math.abs(cursor + 1 - plot.x - plot.width / 4) < 3);
   await check_accessible(page);
   await check_layout(page, false);
   await shot(page, 'plan-1920');

@@ -1,6 +1,9 @@
 // The desk's API (desk/API.md): requests, the session, events.
 import type {Run, Seat} from './run_api.js';
 
+import type {ToolPiece} from './cut_data.js';
+import type {AxisLimits} from './path_drawing.js';
+
 export interface Part {
   id: number;
   name: string;
@@ -30,7 +33,8 @@ export interface Job {
   made_here: boolean;
   can_save: boolean;
   machine: string;
-  cutter: {diameter_mm: number; length_mm: number};
+  cutter: {diameter_mm: number; length_mm: number; tool: ToolPiece[]};
+  axes: AxisLimits[];
   errors: JobError[];
 }
 

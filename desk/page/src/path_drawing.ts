@@ -1,27 +1,31 @@
 // The program's path: one strip through the tips of all blocks, coloured in the shader; the tool at one moment.
 import {
-  BufferGeometry, Color, CylinderGeometry, GLSL3, Group, InterleavedBuffer, InterleavedBufferAttribute, Line, Mesh,
-  MeshBasicMaterial, RawShaderMaterial, Vector3,
+  BufferAttribute, BufferGeometry, Color, GLSL3, Group, InterleavedBuffer, InterleavedBufferAttribute, Line, Matrix4, RawShaderMaterial,
 } from 'three';
+import type {ToolPiece} from './cut_data.js';
+import {plain} from './shading.js';
+import {ToolDrawing} from './tool_drawing.js';
 
-/** Numbers of a block: tip x y z, axis i j k, seconds, kind. */
-export const kNumbers = 8;
-const kSeconds = 6;
+/** Numbers of a block: tip x y z, axis i j k, seconds, kind, seconds of its own, words X Y Z tilt rotary. */
+export const kNumbers = 14;
+const kSeconds = 6, kKind = 7, kOwn = 8;
+export const kWords = 9;
 
-export const kColourings = {kind: 'Kind of move', height: 'Height', tilt: 'Tilt from the axis z', time: 'Time'};
+export interface AxisLimits { letter: string; unit: string; present: boolean; min: number; max: number; velocity: number; acceleration: number }
+
+export const kColourings = {
+  kind: 'Kind of move', height: 'Height', tilt: 'Tilt from the axis z', time: 'Time', feed: 'Feed of the tip', axis: 'Fastest axis, of its limit'};
 export type Colouring = keyof typeof kColourings;
 
 const kVertex = `
-in vec3 position, axis;
-in float seconds, kind;
+in vec3 position;
+in float shown, kind;
 uniform mat4 modelViewMatrix, projectionMatrix;
-uniform int by;
 uniform vec2 range;
 out float value;
 flat out int block_kind;
 void main() {
   block_kind = int(kind + 0.5);
-  float shown = by == 1 ? position.z : by == 2 ? degrees(acos(clamp(axis.z, -1.0, 1.0))) : seconds;
   value = clamp((shown - range.x) / max(range.y - range.x, 1e-6), 0.0, 1.0);
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
 }`;
@@ -40,16 +44,24 @@ void main() {
   drawn = vec4(by == 0 || block_kind == 0 ? kinds : scale, 1.0);
 }`;
 
-/** As CSS would show it: the shader's colours go to the screen as they are. */
-const plain = (style: string) => new Color().setStyle(style, '');
+// While the view moves every tenth or hundredth block is drawn, when all would take longer than this, ms.
+const kThin = [1, 10, 100], kPatience = 40;
+const kNear = 6;  // pixels about the pointer
 
 export class PathDrawing {
   readonly group = new Group();
+  readonly tool = new ToolDrawing();
   /** For the legend: from and to, in the unit of the colouring. */
   range: [number, number] = [0, 0];
+  colouring: Colouring = 'kind';
   private numbers: Float32Array<ArrayBuffer> = new Float32Array();
+  private limits: AxisLimits[] = [];
   private line: Line | null = null;
-  private tool: Mesh | null = null;
+  private drawn = 0;   // blocks
+  private level = 0;   // of kThin
+  private moves = false;
+  private coarse = 0;  // the level that has been quick enough
+  private readonly indices: (BufferAttribute | null)[] = [null, null, null];
   private readonly material = new RawShaderMaterial({
     vertexShader: kVertex, fragmentShader: kFragment, glslVersion: GLSL3,
     uniforms: {
@@ -57,77 +69,153 @@ export class PathDrawing {
       low: {value: plain('#2c7bb6')}, middle: {value: plain('#e0c341')}, high: {value: plain('#d7191c')},
     },
   });
-  private readonly tool_material = new MeshBasicMaterial({color: '#ffb000', transparent: true, opacity: 0.75});
 
   constructor(private readonly redraw: () => void) {}
 
   get blocks(): number { return this.numbers.length / kNumbers; }
   get seconds(): number { return this.blocks > 0 ? this.numbers[this.numbers.length - kNumbers + kSeconds] : 0; }
+  get all(): Float32Array { return this.numbers; }
+  /** Every how many blocks one is drawn. */
+  get thinned(): number { return kThin[this.level]; }
 
-  show(numbers: Float32Array<ArrayBuffer>, cutter: {diameter_mm: number; length_mm: number}): void {
+  show(numbers: Float32Array<ArrayBuffer>, tool: ToolPiece[], limits: AxisLimits[]): void {
     this.clear();
     this.numbers = numbers;
+    this.limits = limits;
     const buffer = new InterleavedBuffer(numbers, kNumbers), geometry = new BufferGeometry();
     geometry.setAttribute('position', new InterleavedBufferAttribute(buffer, 3, 0));
-    geometry.setAttribute('axis', new InterleavedBufferAttribute(buffer, 3, 3));
-    geometry.setAttribute('seconds', new InterleavedBufferAttribute(buffer, 1, kSeconds));
-    geometry.setAttribute('kind', new InterleavedBufferAttribute(buffer, 1, 7));
+    geometry.setAttribute('kind', new InterleavedBufferAttribute(buffer, 1, kKind));
     this.line = new Line(geometry, this.material);
     this.line.frustumCulled = false;
-    const solid = new CylinderGeometry(cutter.diameter_mm / 2, cutter.diameter_mm / 2, cutter.length_mm, 24);
-    solid.translate(0, cutter.length_mm / 2, 0);  // along y, from the tip
-    this.tool = new Mesh(solid, this.tool_material);
-    this.group.add(this.line, this.tool);
+    this.tool.show(tool);
+    this.group.add(this.line, this.tool.group);
     this.colour_by('kind');
     this.at(this.seconds);
   }
 
   clear(): void {
     this.line?.geometry.dispose();
-    this.tool?.geometry.dispose();
+    this.tool.clear();
     this.group.clear();
-    this.line = this.tool = null;
+    this.line = null;
     this.numbers = new Float32Array();
+    this.indices.fill(null);
+    this.drawn = this.level = this.coarse = 0;
     this.redraw();
   }
 
-  /** All blocks that have ended by then are drawn, and the tool stands where the last of them ends. Returns that block. */
-  at(seconds: number): number {
-    let low = 0, high = this.blocks;  // the first block that ends later
+  /** The first block that ends later than that. */
+  private after(seconds: number): number {
+    let low = 0, high = this.blocks;
     while (low < high) {
       const middle = (low + high) >> 1;
       if (this.numbers[middle * kNumbers + kSeconds] <= seconds) low = middle + 1;
       else high = middle;
     }
-    if (!this.line || !this.tool || low === 0) return 0;
-    this.line.geometry.setDrawRange(0, low);
-    const at = (low - 1) * kNumbers, n = this.numbers;
-    this.tool.position.set(n[at], n[at + 1], n[at + 2]);
-    this.tool.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), new Vector3(n[at + 3], n[at + 4], n[at + 5]));
+    return low;
+  }
+
+  /** All blocks that have ended by then are drawn, the tool is on its way through the next. Returns the block that ended last. */
+  at(seconds: number): number {
+    const ended = this.after(seconds);
+    if (!this.line || ended === 0) return 0;
+    this.drawn = ended;
+    this.cover();
+    this.tool.at(this.between(ended, seconds, 0, 6));
     this.redraw();
-    return low - 1;
+    return ended - 1;
+  }
+
+  /** X, Y, Z, tilt, rotary at that time. */
+  words(seconds: number): number[] {
+    return this.blocks === 0 ? [] : this.between(Math.max(1, this.after(seconds)), seconds, kWords, 5);
+  }
+
+  /** `count` numbers from `first` on, between the ends of the block before and of `next`. */
+  private between(next: number, seconds: number, first: number, count: number): number[] {
+    const n = this.numbers, from = (next - 1) * kNumbers, to = Math.min(next, this.blocks - 1) * kNumbers;
+    const span = n[to + kSeconds] - n[from + kSeconds], share = span > 0 ? Math.min(1, (seconds - n[from + kSeconds]) / span) : 0;
+    return Array.from({length: count}, (_, k) => n[from + first + k] * (1 - share) + n[to + first + k] * share);
   }
 
   /** The tool where the machine says that it is; the path stays as it is drawn. */
   tool_at(tip: number[], axis: number[]): void {
-    if (!this.tool) return;
-    this.tool.position.set(tip[0], tip[1], tip[2]);
-    this.tool.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), new Vector3(axis[0], axis[1], axis[2]));
+    this.tool.at([...tip, ...axis]);
     this.redraw();
   }
 
+  /** The view moves, or has come to rest. */
+  moving(moves: boolean): void {
+    this.moves = moves;
+    this.set_level(moves ? this.coarse : 0);
+  }
+
+  /** How long a frame took while the view moved, ms. */
+  pace(ms: number): void {
+    if (!this.moves) return;
+    if (ms > kPatience && this.coarse + 1 < kThin.length && this.blocks / kThin[this.coarse] > 5000) ++this.coarse;
+    this.set_level(this.coarse);
+  }
+
+  private set_level(level: number): void {
+    if (level === this.level || !this.line) return;
+    this.level = level;
+    this.cover();
+    this.redraw();
+  }
+
+  private cover(): void {
+    if (!this.line) return;
+    const step = kThin[this.level];
+    if (step > 1) this.indices[this.level] ??= new BufferAttribute(Uint32Array.from({length: Math.ceil(this.blocks / step)}, (_, i) => i * step), 1);
+    this.line.geometry.setIndex(this.indices[this.level]);
+    this.line.geometry.setDrawRange(0, Math.ceil(this.drawn / step));
+  }
+
+  /** The block whose end is drawn nearest to a point of the canvas, of those within a few pixels the one in front; -1: none. */
+  pick(matrix: Matrix4, width: number, height: number, x: number, y: number): number {
+    const e = matrix.elements, n = this.numbers, at_x = 2 * x / width - 1, at_y = 1 - 2 * y / height;
+    const near_x = 2 * kNear / width, near_y = 2 * kNear / height;
+    let best = -1, front = Infinity;
+    for (let i = 0, k = 0; i < this.drawn; ++i, k += kNumbers) {
+      const px = e[0] * n[k] + e[4] * n[k + 1] + e[8] * n[k + 2] + e[12];
+      if (Math.abs(px - at_x) > near_x) continue;
+      const py = e[1] * n[k] + e[5] * n[k + 1] + e[9] * n[k + 2] + e[13];
+      if (Math.abs(py - at_y) > near_y) continue;
+      const off = Math.hypot((px - at_x) / near_x, (py - at_y) / near_y);
+      const depth = e[2] * n[k] + e[6] * n[k + 1] + e[10] * n[k + 2] + e[14] + 0.002 * off;
+      if (depth < front) [best, front] = [i, depth];
+    }
+    return best;
+  }
+
+  /** What is coloured, of a block that takes time; else NaN. */
+  private value(by: Colouring, block: number): number {
+    const n = this.numbers, k = block * kNumbers, own = n[k + kOwn];
+    if (by === 'height') return n[k + 2];
+    if (by === 'tilt') return Math.acos(Math.min(1, Math.max(-1, n[k + 5]))) * 180 / Math.PI;
+    if (by === 'time') return n[k + kSeconds];
+    if (block === 0 || !(own > 0)) return NaN;
+    const b = k - kNumbers;
+    if (by === 'feed') return 60 * Math.hypot(n[k] - n[b], n[k + 1] - n[b + 1], n[k + 2] - n[b + 2]) / own;
+    return Math.max(...this.limits.map(({velocity, present}, a) => present && velocity > 0 ? 100 * 60 * Math.abs(n[k + kWords + a] - n[b + kWords + a]) / own / velocity : 0));
+  }
+
   colour_by(colouring: Colouring): void {
-    const by = Object.keys(kColourings).indexOf(colouring);
+    if (!this.line) return;
+    this.colouring = colouring;
+    const values = new Float32Array(this.blocks);
     let least = Infinity, most = -Infinity;
-    for (let i = 0; i < this.numbers.length; i += kNumbers) {
-      if (this.numbers[i + 7] === 0) continue;  // rapids have a colour of their own
-      const value = by === 1 ? this.numbers[i + 2] : by === 2 ? Math.acos(Math.min(1, Math.max(-1, this.numbers[i + 5]))) * 180 / Math.PI
-        : this.numbers[i + kSeconds];
-      least = Math.min(least, value);
-      most = Math.max(most, value);
+    for (let i = 0; i < this.blocks; ++i) {
+      const value = colouring === 'kind' ? 0 : this.value(colouring, i);
+      values[i] = Number.isNaN(value) ? (i > 0 ? values[i - 1] : 0) : value;
+      if (this.numbers[i * kNumbers + kKind] === 0 || Number.isNaN(value)) continue;  // rapids have a colour of their own
+      if (value < least) least = value;
+      if (value > most) most = value;
     }
     this.range = least <= most ? [least, most] : [0, 0];
-    this.material.uniforms.by.value = by;
+    this.line.geometry.setAttribute('shown', new BufferAttribute(values, 1));
+    this.material.uniforms.by.value = Object.keys(kColourings).indexOf(colouring);
     this.material.uniforms.range.value = this.range;
     this.redraw();
   }

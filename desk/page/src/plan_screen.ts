@@ -1,7 +1,10 @@
 // Plan: the program is made and proven in stages, its path drawn, a slider in machine time.
-import {Job, Part, Plan, Refusal, get_floats, get_json, post, remove} from './api.js';
+import {Job, Part, Plan, Refusal, get_bytes, get_floats, get_json, post, remove} from './api.js';
 import {byId, count_text, el} from './dom.js';
 import {Colouring, kColourings} from './path_drawing.js';
+import {PlanTip} from './plan_tip.js';
+import {Peaks, Plots} from './plots.js';
+import {TimeBar, time_text} from './time_bar.js';
 import type {Viewer} from './viewer.js';
 
 interface Report {
@@ -10,16 +13,22 @@ interface Report {
   cut_length_mm: number;
   passes: number;
   warnings: string[];
+  peak_velocity_per_min: Record<string, number>;
+  peak_acceleration_per_s2: Record<string, number>;
   proof: {moves: number; largest_gouge_mm: number} | null;
 }
 
-/** 1:02:03 */
-export function time_text(seconds: number): string {
-  const whole = Math.floor(seconds), two = (n: number) => String(n).padStart(2, '0');
-  return `${Math.floor(whole / 3600)}:${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}`;
-}
+export {time_text} from './time_bar.js';
 
-const kSteps = 1000;  // of the slider
+/** A place that a text names, as (x, y, z). */
+const place_in = (text: string) => /\((-?[\d.]+), *(-?[\d.]+), *(-?[\d.]+)\)/.exec(text)?.slice(1).map(Number);
+const kUnits: Record<Colouring, string> = {kind: '', height: ' mm', tilt: '°', time: '', feed: ' mm/min', axis: ' %'};
+
+/** In the order of the job's axes. */
+function peaks_of(report: Report, job: Job): Peaks {
+  const of = (all: Record<string, number>) => job.axes.map(({letter}, i) => all[letter.toLowerCase()] ?? all['xyzac'[i]] ?? 0);
+  return {speed: of(report.peak_velocity_per_min), acceleration: of(report.peak_acceleration_per_s2)};
+}
 
 export class PlanScreen {
   private plan: Plan | null = null;
@@ -30,11 +39,23 @@ export class PlanScreen {
   private problem = '';
   private visible = false;
   private moment = '';
+  private bar: TimeBar | null = null;
+  private plots: Plots | null = null;
+  private readonly tip: PlanTip | null;
 
-  constructor(private readonly sheet: HTMLElement, private readonly viewer: Viewer | null) {}
+  constructor(private readonly sheet: HTMLElement, private readonly viewer: Viewer | null) {
+    this.tip = viewer ? new PlanTip(viewer, byId('viewer')) : null;
+  }
 
   show(visible: boolean): void {
+    const was = this.visible;
     this.visible = visible;
+    if (this.tip) this.tip.on = visible;
+    if (visible) this.draw_legend();
+    else if (was) {
+      this.bar?.stop();
+      byId('legend').hidden = true;
+    }
     this.draw();
   }
 
@@ -53,11 +74,23 @@ export class PlanScreen {
 
   private async fetch(plan: Plan): Promise<void> {
     try {
-      const [report, path] = await Promise.all([get_json<Report>('plan/report'), get_floats('plan/path')]);
+      const [report, path, map] = await Promise.all([get_json<Report>('plan/report'), get_floats('plan/path'), get_bytes('plan/map')]);
       if (this.plan?.id !== plan.id) return;
       this.report = report;
-      if (this.job) this.viewer?.path.show(path, this.job.cutter);
-      this.tell_moment(this.viewer?.path.seconds ?? 0);
+      const drawn = this.viewer?.path;
+      if (!drawn || !this.job) return;
+      drawn.show(path, this.job.cutter.tool, this.job.axes);
+      this.tip?.know(map);
+      this.bar = new TimeBar(drawn.seconds, (share, playing) => {
+        drawn.moving(playing);
+        this.tell_moment(share * drawn.seconds);
+      });
+      this.plots = new Plots(drawn.all, this.job.axes, peaks_of(report, this.job), (share) => {
+        this.bar?.stop();
+        this.bar?.set(share);
+        this.tell_moment(share * drawn.seconds);
+      });
+      this.tell_moment(drawn.seconds);
     } catch (error) {
       this.fail(error);
     }
@@ -77,6 +110,8 @@ export class PlanScreen {
   private tell_moment(seconds: number): void {
     const block = this.viewer?.path.at(seconds) ?? 0;
     this.moment = `${time_text(seconds)}, block ${count_text(block + 1)}`;
+    const path = this.viewer?.path;
+    if (path && path.seconds > 0) this.plots?.at(seconds / path.seconds, path.words(seconds));
     const shown = document.getElementById('moment');
     if (shown) shown.textContent = this.moment;
   }
@@ -130,30 +165,38 @@ export class PlanScreen {
   }
 
   private result(report: Report): Node[] {
-    const total = this.viewer?.path.seconds ?? report.machining_seconds;
-    const slider = el('input', {type: 'range', id: 'time', min: 0, max: kSteps, value: kSteps, 'aria-label': 'Machine time',
-      input: () => this.tell_moment(total * Number(slider.value) / kSteps)});
     const colour = el('select', {id: 'colour', change: () => this.colour_by(colour.value as Colouring)},
-      ...Object.entries(kColourings).map(([value, text]) => el('option', {value}, text)));
+      ...Object.entries(kColourings).map(([value, text]) => el('option', {value, selected: value === this.viewer?.path.colouring}, text)));
     const nodes: Node[] = [el('dl', {class: 'facts'},
       el('dt', {}, 'Machining time'), el('dd', {id: 'machining-time'}, time_text(report.machining_seconds)),
       el('dt', {}, 'Blocks'), el('dd', {id: 'blocks'}, count_text(report.blocks)),
       el('dt', {}, 'Cut and plunge'), el('dd', {}, `${count_text(Math.round(report.cut_length_mm))} mm`),
       el('dt', {}, 'Largest gouge'), el('dd', {id: 'gouge'}, report.proof ? `${report.proof.largest_gouge_mm.toFixed(4)} mm, proven over ${count_text(report.proof.moves)} moves` : 'not proven'))];
-    if (this.viewer) nodes.push(el('h3', {}, 'Machine time'), slider, el('p', {id: 'moment', class: 'soft'}, this.moment),
-      el('div', {class: 'row'}, el('label', {for: 'colour'}, 'Colour by'), colour));
+    if (this.viewer && this.bar && this.plots) nodes.push(el('h3', {}, 'Machine time'), this.bar.element, el('p', {id: 'moment', class: 'soft'}, this.moment),
+      el('div', {class: 'row'}, el('label', {for: 'colour'}, 'Colour by'), colour), this.plots.element);
     if (report.warnings.length > 0) nodes.push(el('div', {class: 'note warn', id: 'warnings'}, el('h3', {}, 'Warnings'),
-      el('ul', {class: 'plain'}, ...report.warnings.map((warning) => el('li', {}, warning)))));
+      el('ul', {class: 'plain'}, ...report.warnings.map((warning) => el('li', {}, warning, this.way_to(warning))))));
     return nodes;
   }
 
+  /** Where a warning names a place, a button that goes there. */
+  private way_to(warning: string): Node | null {
+    const place = place_in(warning), {viewer} = this;
+    if (!place || !viewer) return null;
+    return el('button', {type: 'button', class: 'place', click: () => viewer.show_place(place, 8 * (this.job?.cutter.diameter_mm ?? 5))}, 'Show');
+  }
+
   private colour_by(colouring: Colouring): void {
-    const path = this.viewer?.path;
-    if (!path) return;
-    path.colour_by(colouring);
-    const legend = byId('legend'), [from, to] = path.range, unit = {kind: '', height: ' mm', tilt: '°', time: ''}[colouring];
+    this.viewer?.path.colour_by(colouring);
+    this.draw_legend();
+  }
+
+  private draw_legend(): void {
+    const path = this.viewer?.path, legend = byId('legend');
+    if (!path || !this.bar) return;
+    const [from, to] = path.range, colouring = path.colouring;
     legend.hidden = colouring === 'kind';
-    const shown = (value: number) => colouring === 'time' ? time_text(value) : Number(value.toPrecision(4)) + unit;
+    const shown = (value: number) => colouring === 'time' ? time_text(value) : Number(value.toPrecision(4)).toLocaleString('en') + kUnits[colouring];
     legend.replaceChildren(el('span', {}, shown(from)), el('span', {class: 'scale', role: 'img', 'aria-label': 'blue to red'}), el('span', {}, shown(to)));
   }
 }

@@ -1,6 +1,6 @@
 // The 3D view: one part, its marks. Drawn when something has changed, never in a loop. z is up, lengths are mm.
 import {
-  Box3, BufferAttribute, BufferGeometry, Color, DataTexture, GLSL3, Group, LineBasicMaterial, LineSegments, Mesh, Object3D, OrthographicCamera,
+  Box3, BufferAttribute, BufferGeometry, Color, DataTexture, GLSL3, Group, LineBasicMaterial, LineSegments, Matrix4, Mesh, Object3D, OrthographicCamera,
   Raycaster, RawShaderMaterial, RedIntegerFormat, Scene, Sphere, UnsignedByteType, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import {PathDrawing} from './path_drawing.js';
@@ -93,6 +93,8 @@ export class Viewer {
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.redraw());
+    this.controls.addEventListener('start', () => this.path.moving(true));
+    this.controls.addEventListener('end', () => this.path.moving(false));
     this.look('iso');
     new ResizeObserver(() => this.redraw()).observe(canvas);
     this.dark.addEventListener('change', () => this.recolour());
@@ -134,6 +136,26 @@ export class Viewer {
     if (box.equals(this.box)) return;
     this.box.copy(box).getBoundingSphere(this.sphere);
     this.look('iso');
+  }
+
+  /** The block of the path under a point of the canvas, or -1. */
+  pick_block(x: number, y: number): number {
+    if (!this.path.group.visible) return -1;
+    this.frame();
+    this.camera.updateMatrixWorld();
+    const matrix = new Matrix4().multiplyMatrices(this.camera.projectionMatrix, this.camera.matrixWorldInverse);
+    return this.path.pick(matrix, this.canvas.clientWidth, this.canvas.clientHeight, x, y);
+  }
+
+  /** The part's facet under a point of the canvas, or -1. */
+  pick_facet(x: number, y: number): number {
+    const mesh = this.part.children[0];
+    return mesh instanceof Mesh && this.part.visible ? this.pick(x, y, mesh) : -1;
+  }
+
+  /** Looks at a place from where the view looks now. */
+  show_place(place: number[], size: number): void {
+    this.fly_to(new Vector3(...place), size, this.camera.position.clone().sub(this.controls.target));
   }
 
   /** Looks at a place, `size` mm of it, from somewhere that `from` points to. */
@@ -206,7 +228,10 @@ export class Viewer {
     if (this.due) return;
     this.due = true;
     requestAnimationFrame(() => {
-      if (this.due) this.render();
+      if (!this.due) return;
+      const begun = performance.now();
+      this.render();
+      requestAnimationFrame(() => this.path.pace(performance.now() - begun));
     });
   }
 
