@@ -44,11 +44,16 @@ export async function pin_job(name, side_step) {
   return file;
 }
 
+/** Desks that run; one that a failed test left would keep the tests from ending. */
+const started = new Set();
+
 /** `tiltfeed desk WORDS...` */
 export class Desk {
   static async start(...words) {
     const desk = new Desk();
     desk.child = spawn(join(bin, 'tiltfeed'), ['desk', ...words], {stdio: ['pipe', 'pipe', 'inherit']});
+    started.add(desk.child);
+    desk.child.on('close', () => started.delete(desk.child));
     desk.lines = createInterface({input: desk.child.stdout})[Symbol.asyncIterator]();
     desk.first = await desk.line();
     desk.origin = new URL(desk.first).origin;
@@ -89,6 +94,7 @@ export async function open_browser() {
   return browser;
 }
 export const close_browser = async () => browser?.close();
+export const stop_desks = () => { for (const child of started) child.kill('SIGTERM'); };
 
 export const kDesktop = {width: 1920, height: 1080};
 export const kTablet = {width: 1024, height: 768, hasTouch: true};

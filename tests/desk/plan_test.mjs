@@ -5,10 +5,13 @@ import {join} from 'node:path';
 import {after, test} from 'node:test';
 
 import {
-  Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, open_page, pin_job, run, shot, text_of, work,
+  Desk, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, open_page, pin_job, run, shot, stop_desks, text_of, work,
 } from './harness.mjs';
 
-after(close_browser);
+after(async () => {
+  stop_desks();
+  await close_browser();
+});
 
 /** A desk of its own with a job of its own. */
 async function with_desk(name) {

@@ -5,12 +5,15 @@ import {join} from 'node:path';
 import {after, before, test} from 'node:test';
 
 import {
-  Desk, check_accessible, check_and_close, check_layout, close_browser, drop, kPhone, kTablet, open_page, part_file, run, shot, text_of, work,
+  Desk, check_accessible, check_and_close, check_layout, close_browser, drop, kPhone, kTablet, open_page, part_file, run, shot, stop_desks, text_of, work,
 } from './harness.mjs';
 
 let pin;
 before(async () => { pin = await part_file('pin'); });
-after(close_browser);
+after(async () => {
+  stop_desks();
+  await close_browser();
+});
 
 const text = (page) => page.evaluate(async () => (await fetch('/api/v1/job/text')).text());
 const wait_state = (page, test_of) => page.waitForFunction(async (source) => Function('s', `return ${source}`)(await (await fetch('/api/v1/state')).json()), {polling: 100}, test_of);
@@ -20,7 +23,7 @@ async function with_job(options) {
   const desk = await Desk.start(pin), page = await open_page(desk, options);
   await page.waitForSelector('#make-job:not([disabled])');
   await page.select('#new-diameter', '6');
-  await page.click('#make-job');
+  await page.locator('#make-job').click();
   await page.waitForSelector('#proposal-0');
   return {desk, page};
 }
@@ -91,7 +94,7 @@ test('a job made here is saved beside its part, and the command line plans it', 
   copyFileSync(pin, join(folder, 'mine.stl'));
   const desk = await Desk.start(join(folder, 'mine.stl')), page = await open_page(desk);
   await page.waitForSelector('#make-job:not([disabled])');
-  await page.click('#make-job');
+  await page.locator('#make-job').click();
   await page.click('#tab-job');
   await page.waitForSelector('#job-save:not([disabled])');
   await page.click('#job-save');
@@ -218,7 +221,7 @@ for (const [width, viewport, scheme] of [[1024, kTablet, 'dark'], [390, kPhone, 
     await page.waitForSelector('#make-job:not([disabled])');
     await shot(page, `make-${width}`);
     await check_accessible(page);
-    await page.tap('#make-job');
+    await page.locator('#make-job').click();
     await page.waitForSelector('#proposal-0');
     await page.locator('#proposal-0').click();
     await page.waitForSelector('#proposal-0.taken');

@@ -13,6 +13,7 @@ export class PartScreen {
   private sending = '';     // name of the file that is on its way
   private problem = '';
   private visible = false;
+  private drawn = '';
   private has_job = false;
   private job: Job | null = null;
   private plan: Plan | null = null;
@@ -97,7 +98,10 @@ export class PartScreen {
       ? document.activeElement.id : '';
     byId('hint').textContent = !this.viewer ? 'This browser has no WebGL 2, so nothing can be drawn here.'
       : !this.part && !this.sending ? 'Drop an STL file here.' : '';
-    if (!this.visible) return;
+    // What is being pressed stays where it is as long as nothing has changed.
+    const now = JSON.stringify([this.part, this.job?.id, this.plan?.state, this.sending, this.problem, this.start.news, this.viewer === null]);
+    if (!this.visible || (now === this.drawn && this.sheet.querySelector('#open-stl'))) return;
+    this.drawn = now;
     this.sheet.replaceChildren(...this.content());
     if (focused) document.getElementById(focused)?.focus();
   }

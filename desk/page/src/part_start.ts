@@ -26,6 +26,9 @@ export class PartStart {
     }).catch(() => undefined);
   }
 
+  /** What has changed here. */
+  get news(): string { return `${this.machines.length} ${this.problem}`; }
+
   /** Below what is said of the part. */
   content(part: Part | null, job: Job | null, plan: Plan | null): Node[] {
     const nodes: Node[] = [];
