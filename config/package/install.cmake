@@ -38,6 +38,9 @@ file(READ config/service.yaml text)
 string(REPLACE "machine: machines/" "machine: ${CMAKE_INSTALL_FULL_DATAROOTDIR}/tiltfeed/machines/" text "${text}")
 file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/install/service.yaml CONTENT "${text}" @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/install/service.yaml DESTINATION ${share})
+if(TILTFEED_DESK)
+  install(FILES config/desk.yaml DESTINATION ${share})
+endif()
 
 install(FILES README.md GLOSSARY.md config/package/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})
 # lintian wants the changelog packed, without a time in it.

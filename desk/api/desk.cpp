@@ -7,6 +7,7 @@
 #include "config/yaml_tree.h"
 #include "desk/api/page_reply.h"
 #include "desk/api/replies.h"
+#include "desk/users/password_hash.h"
 #include "pathgen/mesh/stl_facets.h"
 
 namespace tiltfeed::desk {
@@ -85,6 +86,7 @@ const std::vector<Desk::Route>& Desk::routes() {
 
 Desk::Desk(const DeskOptions& options, Teller tell, std::function<void(std::uint64_t, const Reply&)> finish)
     : options_(options),
+      finish_(std::move(finish)),
       tell_(std::move(tell)),
       part_(options.self, options.folder, tell_),
       job_(options.folder),
@@ -93,18 +95,26 @@ Desk::Desk(const DeskOptions& options, Teller tell, std::function<void(std::uint
       suggest_(options.tiltfeed, options.folder, tell_),
       reach_(options.self, options.folder, tell_),
       run_(options.service, options.machine,
-           {tell_, std::move(finish), [this] { return planned(); },
+           {tell_, finish_, [this] { return planned(); },
             [this]() -> std::optional<Placing> {
               if (!job_.is_right()) return std::nullopt;
               return Placing{job_.job().machine.model, job_.job().setup};
             },
-            [](std::uint64_t session) { return "browser " + std::to_string(session); }}) {}
+            [this](std::uint64_t number) {
+              const Session* session = sessions_.number(number);
+              const std::string browser = "browser " + std::to_string(number);
+              return session && !session->user.empty() ? session->user + ", " + browser : browser;
+            }}) {}
 
 void Desk::set_port(std::uint16_t port) {
   port_ = port;
   rules_.hosts.clear();
   for (const char* name : {"127.0.0.1", "localhost"})
     rules_.hosts.push_back(std::string(name) + ":" + std::to_string(port));
+  if (!options_.names.empty()) rules_.hosts = options_.names;
+  rules_.scheme = options_.https ? "https://" : "http://";
+  rules_.users = !options_.users.empty();
+  if (rules_.users) nobody_ = hash_password("nobody has this one").value_or("");
 }
 
 Result<void> Desk::copy_part(const std::string& path, const std::string& unit) {
@@ -127,13 +137,19 @@ Result<void> Desk::open(const std::string& path) {
 }
 
 Result<std::string> Desk::new_address() {
+  if (rules_.users) return rules_.scheme + rules_.hosts.front() + "/";
   const Result<std::string> token = sessions_.new_token();
   if (!token) return token;
-  return "http://127.0.0.1:" + std::to_string(port_) + "/#token=" + *token;
+  return rules_.scheme + rules_.hosts.front() + "/#token=" + *token;
 }
 
 std::string Desk::cookie_of(const Request& request) const {
-  return std::string(cookie_value(request.cookie, "tiltfeed-" + std::to_string(port_)));
+  return std::string(cookie_value(request.cookie, cookie_name()));
+}
+
+/// Cookies take no notice of ports, so the name carries it.
+std::string Desk::cookie_name() const {
+  return (options_.https ? "__Host-tiltfeed-" : "tiltfeed-") + std::to_string(port_);
 }
 
 const Desk::Route* Desk::route_of(const Request& request) const {
@@ -144,7 +160,8 @@ const Desk::Route* Desk::route_of(const Request& request) const {
 
 std::optional<Reply> Desk::admit(const Request& request, BodyRule& rule) {
   const Session* session = sessions_.find(cookie_of(request));
-  if (auto reply = refused(request, rules_, {session ? session->csrf : ""})) return reply;
+  if (auto reply = refused(request, rules_, {session ? session->csrf : "", session && session->operates}))
+    return reply;
   if (request.path.rfind(kApi, 0) != 0) return std::nullopt;
   const Route* route = route_of(request);
   if (!route && RunApi::is_route(request.method, request.path)) {
@@ -164,30 +181,6 @@ Reply Desk::answer(const Request& request) {
   }
   const Route* route = route_of(request);
   return route ? (this->*route->answer)(request) : page_reply(request);
-}
-
-Reply Desk::sign_in(const Request& request) {
-  const auto token = text_in(request.body, "token");
-  if (!token) return refusal(400, "expected {\"token\": \"...\"}");
-  const Result<std::optional<Session>> opened = sessions_.open(*token);
-  if (!opened) return refusal(500, opened.error().message);
-  if (!*opened)
-    return refusal(401, "this address has been used; press Enter where tiltfeed desk runs for a new one");
-  Reply reply = json_reply({{"csrf", (*opened)->csrf}, {"session", (*opened)->number}});
-  reply.headers.emplace_back("Set-Cookie", "tiltfeed-" + std::to_string(port_) + "=" + (*opened)->cookie +
-                                               "; HttpOnly; SameSite=Strict; Path=/");
-  return reply;
-}
-
-Reply Desk::sign_out(const Request& request) {
-  if (const Session* session = sessions_.find(cookie_of(request))) run_.sign_out(session->number);
-  sessions_.close(cookie_of(request));
-  return json_reply(json::object());
-}
-
-Reply Desk::session(const Request& request) {
-  const Session* session = sessions_.find(cookie_of(request));
-  return json_reply({{"csrf", session->csrf}, {"session", session->number}, {"version", options_.version}});
 }
 
 Reply Desk::state(const Request&) {
@@ -278,6 +271,7 @@ std::vector<int> Desk::descriptors() const {
                        reach_.descriptor()})
     if (fd >= 0) all.push_back(fd);
   for (const int fd : run_.descriptors()) all.push_back(fd);
+  if (passwords_.descriptor() >= 0) all.push_back(passwords_.descriptor());
   return all;
 }
 
@@ -292,6 +286,8 @@ void Desk::hear(int descriptor) {
     suggest_.hear();
   else if (descriptor == reach_.descriptor())
     reach_.hear();
+  else if (descriptor == passwords_.descriptor())
+    passwords_.hear(std::chrono::steady_clock::now());
   else
     (void)run_.hear(descriptor);
 }

@@ -17,6 +17,7 @@
 #include "desk/http/access_check.h"
 #include "desk/http/http_message.h"
 #include "desk/session/session_table.h"
+#include "desk/users/password_check.h"
 
 namespace tiltfeed::desk {
 
@@ -28,6 +29,10 @@ struct DeskOptions {
   std::string version;   ///< of the program
   std::string service;   ///< socket of the machine's service; empty: none
   std::string machine;   ///< file of its profile, where it is known
+  /// On a network: by which names it is addressed, whether by TLS, and the users' file; empty: by token.
+  std::vector<std::string> names = {};
+  bool https = false;
+  std::string users = {};
 };
 
 class Desk {
@@ -39,7 +44,7 @@ class Desk {
   void set_port(std::uint16_t port);
   /// A job (.yaml, .yml) with its part, or a part. Errors: kIo; as JobWork::open().
   Result<void> open(const std::string& path);
-  /// An address that signs one browser in, once. Errors: kIo.
+  /// An address that signs one browser in, once; where there are users, only the address. Errors: kIo.
   Result<std::string> new_address();
 
   /// As HttpCalls::admit and HttpCalls::answer.
@@ -60,6 +65,9 @@ class Desk {
   std::string cookie_of(const Request& request) const;
 
   Reply sign_in(const Request& request);
+  Reply sign_in_by_password(const Request& request);
+  Reply signed_in(const Session& session) const;
+  std::string cookie_name() const;
   Reply sign_out(const Request& request);
   Reply session(const Request& request);
   Reply state(const Request& request);
@@ -105,6 +113,9 @@ class Desk {
   AccessRules rules_;
   std::uint16_t port_ = 0;
   SessionTable sessions_;
+  PasswordCheck passwords_;
+  std::string nobody_;  ///< a hash for names that are not known: they take as long as others
+  std::function<void(std::uint64_t, const Reply&)> finish_;
   Teller tell_;
   PartWork part_;
   JobWork job_;

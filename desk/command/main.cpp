@@ -12,9 +12,12 @@
 #include <cstring>
 #include <iostream>
 
+#include "config/desk_access.h"
 #include "config/service_config.h"
 #include "config/standard_output.h"
+#include "config/yaml_tree.h"
 #include "desk/api/desk.h"
+#include "desk/command/user_command.h"
 #include "desk/http/http_server.h"
 #include "desk/reach/reach_answers.h"
 #include "desk/view/part_view.h"
@@ -102,7 +105,19 @@ struct Beside {
   bool by_file = false;  // named by the service's file, as a unit does
 };
 
-int run_desk(const std::string& open, std::uint16_t port, const Beside& beside) {
+/// Where it listens, and its certificate.
+Result<HttpOptions> http_options(const config::DeskAccess& access, const std::string& folder) {
+  HttpOptions options{static_cast<std::uint16_t>(access.port), folder, access.address};
+  if (access.certificate.empty()) return options;
+  const Result<std::string> certificate = config::read_config_text(access.certificate),
+                            key = config::read_config_text(access.key);
+  if (!certificate || !key) return tl::unexpected<Error>(certificate ? key.error() : certificate.error());
+  options.certificate = *certificate;
+  options.key = *key;
+  return options;
+}
+
+int run_desk(const std::string& open, const config::DeskAccess& access, const Beside& beside) {
   const Result<std::string> self = program_beside("tiltfeed-desk"), planner = program_beside("tiltfeed"),
                             maker = program_beside("tiltfeed-sim");
   if (!self || !planner || !maker) return complain(self ? planner.error() : self.error());
@@ -111,15 +126,18 @@ int run_desk(const std::string& open, std::uint16_t port, const Beside& beside) 
   const int signals = open_signals(beside.by_file);
   HttpServer* teller = nullptr;
   Desk desk(
-      {*self, *planner, *maker, folder->path(), TILTFEED_VERSION, beside.service, beside.machine},
+      {*self, *planner, *maker, folder->path(), TILTFEED_VERSION, beside.service, beside.machine,
+       access.names, access.is_https(), access.users},
       [&](const std::string& event, const std::string& data) {
         if (teller) teller->tell(event, data);
       },
       [&](std::uint64_t ticket, const Reply& reply) {
         if (teller) teller->finish(ticket, reply);
       });
-  Result<HttpServer> server = HttpServer::open(
-      {port, folder->path()}, {[&](const Request& r, BodyRule& rule) { return desk.admit(r, rule); },
+  const Result<HttpOptions> http = http_options(access, folder->path());
+  if (!http) return complain(http.error());
+  Result<HttpServer> server =
+      HttpServer::open(*http, {[&](const Request& r, BodyRule& rule) { return desk.admit(r, rule); },
                                [&](const Request& r) { return desk.answer(r); }});
   if (!server) return complain(server.error());
   teller = &*server;
@@ -133,15 +151,48 @@ int run_desk(const std::string& open, std::uint16_t port, const Beside& beside) 
   return serve(desk, *server, signals);
 }
 
+/// `tiltfeed-desk user ...`: before the options of the page, which takes any other word for a file.
+int run_users(int argc, char** argv) {
+  CLI::App app{"Who may sign in where the page is served on a network.", "tiltfeed desk user"};
+  std::string file = "/etc/tiltfeed/desk.users", name, role;
+  app.require_subcommand(1);
+  CLI::App* const add = app.add_subcommand("add", "a user, or a new password and role for one that is there");
+  CLI::App* const remove = app.add_subcommand("remove", "who may not sign in any more");
+  CLI::App* const list = app.add_subcommand("list", "names and roles");
+  for (CLI::App* const command : {add, remove, list})
+    command->add_option("--users", file, "the users' file")->capture_default_str();
+  for (CLI::App* const command : {add, remove}) command->add_option("NAME", name)->required();
+  add->add_option("--role", role, "watch, or operate the machine")
+      ->required()
+      ->check(CLI::IsMember({"watch", "operate"}));
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  if (list->parsed()) {
+    const Result<std::string> users = list_users(file);
+    if (!users) return complain(users.error());
+    std::cout << *users;
+    return 0;
+  }
+  const Result<void> done = add->parsed() ? add_user(file, name, role) : remove_user(file, name);
+  return done ? 0 : complain(done.error());
+}
+
 int run(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "user") return run_users(argc - 1, argv + 1);
   CLI::App app{
       "The page for one person at this computer: a part, its job, its program.\n"
       "It listens on this computer only, and prints the address to open."};
   app.set_version_flag("--version", "tiltfeed-desk " TILTFEED_VERSION);
   std::string open, view, unit = "mm", into;
-  std::uint16_t port = 0;
   app.add_option("FILE", open, "the job (.yaml) with its part, or the part (STL), to begin with");
-  app.add_option("--port", port, "port to listen on; else a free one");
+  config::DeskAccess access;
+  std::string access_file;
+  app.add_option("--access", access_file,
+                 "where it is served on a network, and to whom (YAML: config/desk.yaml)");
+  app.add_option("--port", access.port, "port to listen on; else a free one");
   Beside beside{usual_service(), "", false};
   app.add_option("--service", beside.service,
                  "socket of tiltfeed serve, for the machine (default: $TILTFEED_SOCKET, else "
@@ -161,12 +212,17 @@ int run(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   }
   if (answer) return answer_reach();
+  if (!access_file.empty()) {
+    const Result<config::DeskAccess> loaded = config::load_desk_access(access_file);
+    if (!loaded) return complain(loaded.error());
+    access = *loaded;
+  }
   if (!service_file.empty()) {
     const Result<config::ServiceConfig> service = config::load_service_config(service_file);
     if (!service) return complain(service.error());
     beside = {service->socket, service->machine.path, true};
   }
-  if (view.empty()) return run_desk(open, port, beside);
+  if (view.empty()) return run_desk(open, access, beside);
   const Result<void> written = write_part_view(view, unit, into);
   return written ? 0 : complain(written.error());
 }

@@ -54,12 +54,14 @@ std::optional<Reply> refused(const Request& request, const AccessRules& rules, c
     if (auto reply = refused_change(request, rules)) return reply;
   if (request.path == kSignIn && request.method == "POST") return std::nullopt;
   if (sender.csrf.empty())
-    return refusal(
-        401,
-        "not signed in; open the address that tiltfeed desk printed, or press Enter there for a new one");
+    return refusal(401, rules.users ? "not signed in; sign in with name and password"
+                                    : "not signed in; open the address that tiltfeed desk printed, or press "
+                                      "Enter there for a new one");
   if (change && !same_secret(request.csrf, sender.csrf))
     return refusal(403,
                    "a change needs the header X-Tiltfeed-Csrf with the session's value; reload the page");
+  if (change && !sender.operates && request.path != kSignIn)
+    return refusal(403, "you are signed in to watch only");
   return std::nullopt;
 }
 

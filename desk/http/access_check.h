@@ -12,11 +12,13 @@ namespace tiltfeed::desk {
 struct AccessRules {
   std::vector<std::string> hosts;  ///< host:port, as this server is named in addresses
   std::string scheme = "http://";
+  bool users = false;  ///< one signs in by name and password
 };
 
 /// What is known of the sender: the secret that its changes have to state; empty: not signed in.
 struct Sender {
   std::string csrf;
+  bool operates = true;  ///< else only watches: every change but signing out is refused
 };
 
 inline constexpr char kApi[] = "/api/";

@@ -31,7 +31,8 @@ struct Reply {
   std::string file;        ///< instead of `body`: a file whose bytes are sent
   std::vector<std::pair<std::string, std::string>> headers;
   bool events = false;  ///< instead of `body`: the stream of events, for as long as the client listens
-  bool later = false;   ///< there is no reply yet: HttpServer::finish() brings it
+  std::optional<std::uint64_t> events_after = {};  ///< of `events`: the last that the listener has had
+  bool later = false;                              ///< there is no reply yet: HttpServer::finish() brings it
 };
 
 /// {"error": message}.

@@ -9,13 +9,13 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <list>
 #include <map>
 #include <set>
 
 #include "desk/http/event_ring.h"
+#include "desk/http/http_head.h"
 
 namespace tiltfeed::desk {
 namespace {
@@ -31,6 +31,7 @@ constexpr std::pair<const char*, const char*> kAlways[] = {{"Content-Security-Po
                                                            {"Referrer-Policy", "no-referrer"},
                                                            {"Cross-Origin-Opener-Policy", "same-origin"},
                                                            {"Cross-Origin-Resource-Policy", "same-origin"}};
+constexpr char kPriorities[] = "NORMAL:-VERS-ALL:+VERS-TLS1.3:+VERS-TLS1.2";
 constexpr int kIdleSeconds = 30;  // without a byte either way
 constexpr std::size_t kStreamBlock = 4096;
 
@@ -39,42 +40,6 @@ struct Connection {
   bool asking = false;    // a request is being answered
   Clock::time_point due;  // when the next whole request has to be there
 };
-
-std::string value(MHD_Connection* connection, MHD_ValueKind kind, const char* name) {
-  const char* text = MHD_lookup_connection_value(connection, kind, name);
-  return text ? text : "";
-}
-
-std::string header(MHD_Connection* connection, const char* name) {
-  return value(connection, MHD_HEADER_KIND, name);
-}
-
-std::optional<std::uint64_t> number(const std::string& text) {
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
-Request head_of(MHD_Connection* connection, const char* url, const char* method) {
-  Request request;
-  request.method = method;
-  request.path = url;
-  request.host = header(connection, "Host");
-  request.origin = header(connection, "Origin");
-  request.fetch_site = header(connection, "Sec-Fetch-Site");
-  request.content_type = header(connection, "Content-Type");
-  request.cookie = header(connection, "Cookie");
-  request.csrf = header(connection, "X-Tiltfeed-Csrf");
-  request.accept_encoding = header(connection, "Accept-Encoding");
-  request.if_none_match = header(connection, "If-None-Match");
-  request.transfer_encoding = header(connection, "Transfer-Encoding");
-  request.name = value(connection, MHD_GET_ARGUMENT_KIND, "name");
-  request.unit = value(connection, MHD_GET_ARGUMENT_KIND, "unit");
-  request.length = number(header(connection, "Content-Length"));
-  request.last_event_id = number(header(connection, "Last-Event-ID"));
-  return request;
-}
 
 }  // namespace
 
@@ -183,8 +148,8 @@ struct HttpServer::State {
     if (streams.size() >= kStreams)
       return queue(connection,
                    refusal(503, "more than " + std::to_string(kStreams) + " pages listen; close some"));
-    const std::optional<std::uint64_t> last = number(header(connection, "Last-Event-ID"));
-    auto* stream = new Stream{this, connection, ring.start_after(last.has_value(), last.value_or(0))};
+    auto* stream = new Stream{
+        this, connection, ring.start_after(reply.events_after.has_value(), reply.events_after.value_or(0))};
     MHD_Response* response = MHD_create_response_from_callback(
         MHD_SIZE_UNKNOWN, kStreamBlock, &State::read_events, stream, &State::end_events);
     if (!response) return delete stream, MHD_NO;
@@ -262,7 +227,8 @@ struct HttpServer::State {
     if (later.size() >= kLater) return queue(connection, refusal(503, "too many requests wait; ask again"));
     exchange.request.ticket = ++tickets;
     later.emplace(tickets, &exchange);
-    const Reply reply = calls.answer(exchange.request);
+    Reply reply = calls.answer(exchange.request);
+    reply.events_after = exchange.request.last_event_id;
     if (!reply.later) {
       later.erase(exchange.request.ticket);
       return queue(connection, reply);
@@ -345,19 +311,29 @@ Result<HttpServer> HttpServer::open(const HttpOptions& options, HttpCalls calls)
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(options.port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  if (::inet_pton(AF_INET, options.address.c_str(), &address.sin_addr) != 1)
+    return fail(Code::kUsage, options.address + " is no IPv4 address");
+  const bool tls = !options.certificate.empty();
+  const std::vector<MHD_OptionItem> secure = {
+      {MHD_OPTION_HTTPS_MEM_CERT, 0, const_cast<char*>(options.certificate.c_str())},
+      {MHD_OPTION_HTTPS_MEM_KEY, 0, const_cast<char*>(options.key.c_str())},
+      {MHD_OPTION_HTTPS_PRIORITIES, 0, const_cast<char*>(kPriorities)},
+      {MHD_OPTION_END, 0, nullptr}};
+  MHD_OptionItem plain{MHD_OPTION_END, 0, nullptr};
   errno = 0;
   state->daemon = MHD_start_daemon(
-      MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME, options.port, nullptr, nullptr, &State::on_request,
-      state.get(), MHD_OPTION_SOCK_ADDR, reinterpret_cast<const sockaddr*>(&address),
-      MHD_OPTION_CONNECTION_LIMIT, kConnections, MHD_OPTION_PER_IP_CONNECTION_LIMIT, kPerAddress,
-      MHD_OPTION_CONNECTION_TIMEOUT, static_cast<unsigned>(kIdleSeconds), MHD_OPTION_NOTIFY_COMPLETED,
-      &State::on_completed, state.get(), MHD_OPTION_NOTIFY_CONNECTION, &State::on_connection, state.get(),
-      MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_END);
+      MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | (tls ? static_cast<unsigned>(MHD_USE_TLS) : 0U),
+      options.port, nullptr, nullptr, &State::on_request, state.get(), MHD_OPTION_SOCK_ADDR,
+      reinterpret_cast<const sockaddr*>(&address), MHD_OPTION_CONNECTION_LIMIT, kConnections,
+      MHD_OPTION_PER_IP_CONNECTION_LIMIT, kPerAddress, MHD_OPTION_CONNECTION_TIMEOUT,
+      static_cast<unsigned>(kIdleSeconds), MHD_OPTION_NOTIFY_COMPLETED, &State::on_completed, state.get(),
+      MHD_OPTION_NOTIFY_CONNECTION, &State::on_connection, state.get(), MHD_OPTION_STRICT_FOR_CLIENT, 1,
+      MHD_OPTION_ARRAY, tls ? secure.data() : &plain, MHD_OPTION_END);
   if (!state->daemon)
-    return fail(Code::kIo, "127.0.0.1:" + std::to_string(options.port) + ": " +
-                               (errno != 0 ? std::strerror(errno) : "cannot listen") +
-                               "; choose another port with --port");
+    return fail(Code::kIo,
+                options.address + ":" + std::to_string(options.port) + ": " +
+                    (errno != 0 ? std::strerror(errno) : "cannot listen") +
+                    (tls ? "; are certificate and key right?" : "; choose another port with --port"));
   return HttpServer(std::move(state));
 }
 

@@ -13,8 +13,10 @@
 namespace tiltfeed::desk {
 
 struct HttpOptions {
-  std::uint16_t port = 0;     ///< 0: a free one
-  std::string upload_folder;  ///< where file bodies are put while they arrive
+  std::uint16_t port = 0;                  ///< 0: a free one
+  std::string upload_folder;               ///< where file bodies are put while they arrive
+  std::string address = "127.0.0.1";       ///< IPv4
+  std::string certificate = "", key = "";  ///< TLS: chain and key, PEM; empty: none
 };
 
 /// Who answers. Both are called in turn(), never inside each other.
@@ -39,7 +41,7 @@ class HttpServer {
   static constexpr std::chrono::seconds kHeadPatience{10}, kBeat{10};
   static constexpr double kSlowestBody = 1e6;  ///< bytes/s
 
-  /// Listens on 127.0.0.1. Errors: kIo: the port is taken.
+  /// Errors: kIo: the port is taken, or TLS does not like certificate and key; kUsage.
   static Result<HttpServer> open(const HttpOptions& options, HttpCalls calls);
   HttpServer(HttpServer&& other) noexcept;
   HttpServer& operator=(HttpServer&&) = delete;

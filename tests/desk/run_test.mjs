@@ -7,7 +7,7 @@ import {createInterface} from 'node:readline';
 import {after, before, test} from 'node:test';
 
 import {
-  Desk, bin, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, open_page, run, shot, text_of, work,
+  Desk, bin, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, open_browser, open_page, run, shot, text_of, work,
 } from './harness.mjs';
 
 const root = new URL('../..', import.meta.url).pathname, shop = join(work, 'shop'), socket = join(shop, 'api.sock');
@@ -251,4 +251,34 @@ test('twenty tabs of one browser: one stream, all told', async () => {
   for (const tab of tabs) await says(tab, 'idle');
   await tabs[0].browserContext().close();
   assert.deepEqual(page.faults, []);
+});
+
+test('where there are users, the page asks for name and password; who watches sees no order that works', async () => {
+  const users = join(shop, 'users');
+  await new Promise((done) => {
+    const child = spawn(join(bin, 'tiltfeed'), ['desk', 'user', 'add', 'bob', '--role', 'watch', '--users', users], {stdio: ['pipe', 'ignore', 'inherit']});
+    child.on('close', done);
+    child.stdin.end('the secret of bob\n');
+  });
+  writeFileSync(join(shop, 'access.yaml'), 'listen: 127.0.0.1:0\nusers: users\n');
+  const closed = await Desk.start('--service', socket, '--access', join(shop, 'access.yaml'));
+  const context = await (await open_browser()).createBrowserContext(), page = await context.newPage();
+  await page.goto(await closed.address());
+  await page.waitForSelector('#user-name');
+  await check_accessible(page);
+  for (const [password, then] of [['not his secret', () => page.waitForFunction(() => /wrong/.test(document.getElementById('signed-out').textContent))],
+    ['the secret of bob', () => page.waitForSelector('body[data-ready]')]]) {
+    await page.$eval('#user-name', (node) => { node.value = ''; });
+    await page.type('#user-name', 'bob');
+    await page.$eval('#user-password', (node) => { node.value = ''; });
+    await page.type('#user-password', password);
+    await shot(page, 'sign-in-1920');
+    await page.keyboard.press('Enter');
+    await then();
+  }
+  await says(page, 'idle');
+  await page.waitForSelector('#hold').then((button) => button.click());
+  await page.waitForFunction(() => /watch only/.test(document.getElementById('run-problem')?.textContent));
+  await context.close();
+  assert.equal(await closed.stop(), 0);
 });

@@ -35,15 +35,20 @@ Request request_of(std::string_view bytes) {
 }
 
 void check_access(const Request& request) {
-  const AccessRules rules{{"127.0.0.1:1"}, "http://"};
+  const AccessRules rules{{"127.0.0.1:1"}, "http://", false};
   const bool change = request.method == "POST" || request.method == "PUT" || request.method == "DELETE";
-  const auto stranger = refused(request, rules, {""}), owner = refused(request, rules, {"secret"});
+  const auto stranger = refused(request, rules, {"", true}),
+             owner = refused(request, rules, {"secret", true}),
+             watcher = refused(request, rules, {"secret", false});
   HOLDS(request.host == "127.0.0.1:1" || (stranger && owner));
   const bool api = request.path.rfind("/api/", 0) == 0,
              enters = request.path == kSignIn && request.method == "POST";
   if (api && !enters) HOLDS(stranger);
+  HOLDS(!owner || watcher);
+  if (change && api && request.path != kSignIn) HOLDS(watcher);
   if (change && !owner) HOLDS(request.origin == "http://127.0.0.1:1" && (enters || request.csrf == "secret"));
-  for (const auto& reply : {stranger, owner}) HOLDS(!reply || (reply->status >= 400 && !reply->body.empty()));
+  for (const auto& reply : {stranger, owner, watcher})
+    HOLDS(!reply || (reply->status >= 400 && !reply->body.empty()));
   (void)cookie_value(request.cookie, "a");
   (void)accepts_gzip(request.accept_encoding);
 }

@@ -154,6 +154,9 @@ export const put_bytes = async <T>(path: string, bytes: Blob) =>
 
 export const remove = async <T>(path: string) => (await ask('DELETE', path)).json() as Promise<T>;
 
+/** Where there are users. */
+export const sign_in_by_password = async (name: string, password: string) => signed(await post('session', {name, password}));
+
 /** Uses the one-time token of the address, if it has one, and takes it out of sight. */
 export async function sign_in(): Promise<void> {
   const token = /^#token=([0-9a-f]+)$/.exec(location.hash)?.[1];

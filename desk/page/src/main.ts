@@ -1,6 +1,7 @@
 // The page: signs in, shows one step at a time, keeps up with the desk.
 import {
   Cut, Fitted, Job, Part, Plan, Reach, Refusal, State, Suggest, get_json, listen, post, session_number, sign_in,
+  sign_in_by_password,
 } from './api.js';
 import {CutScreen} from './cut_screen.js';
 import {byId, el} from './dom.js';
@@ -63,6 +64,18 @@ function make_tabs(show: (tab: string) => void): (tab: string) => void {
   return select;
 }
 
+/** Where there are users: a form; the page begins anew when it was right. */
+function show_sign_in(sheet: HTMLElement): void {
+  const name = el('input', {id: 'user-name', autocomplete: 'username', required: true}), problem = el('p', {role: 'alert', id: 'signed-out'});
+  const password = el('input', {id: 'user-password', type: 'password', autocomplete: 'current-password', required: true});
+  sheet.replaceChildren(el('h2', {}, 'Sign in'), el('form', {submit: (event) => {
+    event.preventDefault();
+    sign_in_by_password(name.value, password.value).then(() => location.reload(), (error) => { problem.textContent = error instanceof Refusal ? error.message : String(error); });
+  }}, el('div', {class: 'row'}, el('label', {for: 'user-name'}, 'Name'), name), el('div', {class: 'row'}, el('label', {for: 'user-password'}, 'Password'), password),
+    problem, el('button', {type: 'submit', class: 'main', id: 'sign-in'}, 'Sign in')));
+  name.focus();
+}
+
 async function start(): Promise<void> {
   const sheet = byId('sheet');
   try {
@@ -72,7 +85,8 @@ async function start(): Promise<void> {
     byId('viewer').hidden = true;
     byId('tabs').hidden = true;
     sheet.removeAttribute('role');
-    sheet.replaceChildren(el('h2', {}, 'Not signed in'), el('p', {role: 'alert', id: 'signed-out'}, why));
+    if (/name and password/.test(why)) show_sign_in(sheet);
+    else sheet.replaceChildren(el('h2', {}, 'Not signed in'), el('p', {role: 'alert', id: 'signed-out'}, why));
     return;
   }
   const viewer = make_viewer();
