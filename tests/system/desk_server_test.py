@@ -192,7 +192,7 @@ def test_api_page(binaries, folder, part, *job):
         assert os.path.getsize(f"{work}/mesh.f32") > 0
         if job:
             assert os.path.getsize(f"{work}/part.nc") > 0
-            expect(os.path.getsize(f"{work}/path.f32") % 32, 0, "the path's bytes, in records of 8 numbers")
+            expect(os.path.getsize(f"{work}/path.f32") % 56, 0, "the path's bytes, in records of 14 numbers")
         expect(desk.stop(), 0, "the end")
     finally:
         desk.process.kill()
