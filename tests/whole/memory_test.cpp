@@ -88,7 +88,12 @@ class Memory : public testing::Test {
     fresh.way = ResumeWay::kFresh;
     std::filesystem::remove(folder.path + "/journal");
     StreamThread runner([] {});
-    runner.start({*run, fresh, folder.path + "/journal", folder.path + "/blackbox.txt", wide_machine()});
+    runner.start({.run = *run,
+                  .decision = fresh,
+                  .journal = folder.path + "/journal",
+                  .wire_log = folder.path + "/blackbox.txt",
+                  .way_back = {},
+                  .machine = wide_machine()});
     std::optional<RunView> end;
     while (!(end = runner.take_end())) std::this_thread::sleep_for(std::chrono::milliseconds(20));
     EXPECT_TRUE(*end->ended) << end->ended->error().message;
