@@ -81,11 +81,14 @@ CoverJudge::CoverJudge(const PlanOptions& options, const CheckedMesh& part, cons
 
 std::vector<double> CoverJudge::pass_places(const ToolPath& path) const {
   std::vector<double> places, distinct;
-  double last = sim::kInfinity;
+  double last = sim::kInfinity, last_along = sim::kInfinity;
   for (const Move& move : path.moves) {
-    const double place = across(map_.flatten(reference(move.pose)));
-    if (move.kind == MoveKind::kCut && std::abs(place - last) <= kGraze) places.push_back(place);
-    last = place;
+    const Point<Flat> flat = map_.flatten(reference(move.pose));
+    const double place = across(flat), along = options_.pattern.along == Along::kX ? flat.x : flat.y;
+    // A join, too, goes straight up a wall.
+    const bool runs_on = std::abs(place - last) <= kGraze && std::abs(along - last_along) > kGraze;
+    if (move.kind == MoveKind::kCut && runs_on) places.push_back(place);
+    last = place, last_along = along;
   }
   std::sort(places.begin(), places.end());
   for (const double p : places)
