@@ -1,8 +1,4 @@
 # What is installed, and where: cmake --install, and the Debian package that ./run package makes of the same tree.
-# The units name the programs in /usr/bin.
-if(CMAKE_INSTALL_PREFIX_INITIALIZED_TO_DEFAULT)
-  set(CMAKE_INSTALL_PREFIX /usr CACHE PATH "install prefix" FORCE)
-endif()
 include(GNUInstallDirs)
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # no tests
 set(share ${CMAKE_INSTALL_DATAROOTDIR}/tiltfeed)

@@ -138,7 +138,7 @@ def main():
     faults.run("post", [tiltfeed, "post", "good.cls", "--out", "a.nc", "--tool-length", "100"] + machine_words, out("a.nc"), (0,))
     faults.run("unpost", [tiltfeed, "unpost", "good.nc", "--out", "a.cls"] + machine_words, out("a.cls"), (0,))
     faults.run("verify", [tiltfeed, "verify", "job.yaml", "good.nc", "--resolution", "1", "--out", "report"],
-               out("report/path.png", "report/deviation.png", "report/report.json", "report/index.html"), (0, 3))
+               out("report/path.png", "report/deviation.png", "report/report.json", "report/cut.view", "report/index.html"), (0, 3))
     print(f"{faults.cases} failures of the disk, {faults.wrong} complaints")
     return 1 if faults.wrong or faults.cases < 50 else 0
 
