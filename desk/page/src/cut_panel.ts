@@ -2,6 +2,7 @@
 import {CutData, Place} from './cut_data.js';
 import {CutDrawing, Shown, kDifference, kTimes} from './cut_drawing.js';
 import {count_text, el} from './dom.js';
+import {on_hover} from './hover.js';
 import {TimeBar, time_text} from './time_bar.js';
 import type {Viewer} from './viewer.js';
 
@@ -24,19 +25,7 @@ export class CutPanel {
   constructor(private readonly viewer: Viewer, private readonly view: HTMLElement, private readonly legend: HTMLElement) {
     this.drawing = new CutDrawing(viewer);
     view.append(this.tip);
-    let due = false;
-    const hover = (event: PointerEvent) => {
-      if (due || !this.data) return;
-      due = true;
-      requestAnimationFrame(() => {
-        due = false;
-        const box = viewer.canvas.getBoundingClientRect();
-        this.point(event.clientX - box.left, event.clientY - box.top);
-      });
-    };
-    viewer.canvas.addEventListener('pointermove', (event) => { if (event.buttons === 0) hover(event); });
-    viewer.canvas.addEventListener('pointerdown', hover);
-    viewer.canvas.addEventListener('pointerleave', (event) => { if (event.pointerType === 'mouse') this.tip.hidden = true; });
+    on_hover(viewer.canvas, () => this.data !== null, (x, y) => this.point(x, y), () => { this.tip.hidden = true; });
   }
 
   /** `before`: another run over the same part, or none. */

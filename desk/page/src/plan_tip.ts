@@ -1,5 +1,6 @@
 // What is under the pointer on the Plan page: a block of the path, or a facet of the part.
 import {count_text, el} from './dom.js';
+import {on_hover} from './hover.js';
 import {kNumbers} from './path_drawing.js';
 import {time_text} from './time_bar.js';
 import type {Viewer} from './viewer.js';
@@ -15,19 +16,7 @@ export class PlanTip {
 
   constructor(private readonly viewer: Viewer, private readonly view: HTMLElement) {
     view.append(this.tip);
-    let due = false;
-    const hover = (event: PointerEvent) => {
-      if (due || !this.shown) return;
-      due = true;
-      requestAnimationFrame(() => {
-        due = false;
-        const box = viewer.canvas.getBoundingClientRect();
-        this.point(event.clientX - box.left, event.clientY - box.top);
-      });
-    };
-    viewer.canvas.addEventListener('pointermove', (event) => { if (event.buttons === 0) hover(event); });
-    viewer.canvas.addEventListener('pointerdown', hover);
-    viewer.canvas.addEventListener('pointerleave', (event) => { if (event.pointerType === 'mouse') this.tip.hidden = true; });
+    on_hover(viewer.canvas, () => this.shown, (x, y) => this.point(x, y), () => { this.tip.hidden = true; });
   }
 
   /** The bytes of plan/map. */
