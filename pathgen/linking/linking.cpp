@@ -71,11 +71,12 @@ class Linker {
         return !envelope.may_rise_over(line_between({a.x, a.y}, {b.x, b.y}), std::min(a.z, b.z)) ||
                over_envelope(field, envelope, a, b);
       };
-      // The long way round may lie a turn on.
+      // The long way round may lie a turn on, where there are turns.
       const double x = field.deformation.period_x(), y = field.deformation.period_y();
-      for (const double turn_x : {-x, 0.0, x})
-        for (const double turn_y : {-y, 0.0, y})
-          if (!is_clear({turn_x, turn_y, 0.0})) return false;
+      const int turns_x = x > 0.0 ? 1 : 0, turns_y = y > 0.0 ? 1 : 0;
+      for (int i = -turns_x; i <= turns_x; ++i)
+        for (int j = -turns_y; j <= turns_y; ++j)
+          if (!is_clear({i * x, j * y, 0.0})) return false;
       return true;
     };
   }
