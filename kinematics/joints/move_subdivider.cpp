@@ -18,6 +18,10 @@ constexpr int kMaxHalvings = 40;
 constexpr double kGuessedParts = 32.0;
 constexpr double kSquareLawTurn = 90.0;
 constexpr int kFewParts = 8;
+// From so many halvings on a block may be as short as the last decimals of its words. Rounding then puts the
+// tip early or late by more than the axis may be, and no cut mends that: such a block is compared with the
+// pose that its axis is nearest to, too.
+constexpr int kFineHalvings = 6;
 // Blocks of one swing in place: half a turn at 0.01 degrees; a tolerance that asks for more cannot be met.
 constexpr int kMaxSwing = 18000;
 // A control that turns F into mm/min may not go below 0.1 mm/min (LinuxCNC), so that a linear way shorter
@@ -47,10 +51,9 @@ double MoveSubdivider::seconds(const Joints& from, const Joints& to, double way)
   return std::max(seconds, std::sqrt(2.0 * harshest));
 }
 
-Deviation MoveSubdivider::check(const Sweep& sweep, double f0, double f1, const Joints& to) const {
-  const double centre = path_.tool.corner_radius;
-  return worst_deviation(chooser_.chain(), sweep, f0, f1, at_, to,
-                         {std::max(centre, options_.reach), centre});
+Deviation MoveSubdivider::check(const Sweep& sweep, double f0, double f1, const Joints& to, Early by) const {
+  const double centre = path_.tool.corner_radius, up = std::max(centre, options_.reach);
+  return worst_deviation(chooser_.chain(), sweep, f0, f1, at_, to, {up, by == Early::kAxis ? up : centre});
 }
 
 /// The deviation over what is allowed; above 1 the block must be cut.
@@ -189,7 +192,11 @@ Result<void> MoveSubdivider::advance(const Sweep& sweep, double f0, double f1, i
   auto goal = chooser_.next(pose, solutions, at_);
   if (!goal) return tl::unexpected(goal.error());
   Deviation deviation = check(sweep, f0, f1, goal->joints);
-  const double over = excess(deviation, at_.joints, goal->joints);
+  double over = excess(deviation, at_.joints, goal->joints);
+  if (over > 1.0 && halvings >= kFineHalvings) {
+    deviation = check(sweep, f0, f1, goal->joints, Early::kAxis);
+    over = std::min(over, excess(deviation, at_.joints, goal->joints));
+  }
   if (over <= 1.0) {
     double time = seconds(at_.joints, goal->joints, sweep.distance() * (f1 - f0));
     quieten(sweep, f0, f1, *goal, deviation, time);

@@ -46,7 +46,9 @@ class MoveSubdivider {
   void turn_ahead();
   Result<bool> swing(const Sweep& sweep, double f0, double f1, const JointSolution& goal);
   Result<void> stuck(const Sweep& sweep, double f1, const JointSolution& goal) const;
-  Deviation check(const Sweep& sweep, double f0, double f1, const Joints& to) const;
+  /// By what early is told from late: the tip of a ball end and its centre, or the whole axis.
+  enum class Early { kTip, kAxis };
+  Deviation check(const Sweep& sweep, double f0, double f1, const Joints& to, Early by = Early::kTip) const;
   double excess(const Deviation& deviation, const Joints& from, const Joints& to) const;
   void quieten(const Sweep& sweep, double f0, double f1, JointSolution& to, Deviation& deviation,
                double& time) const;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "pathgen/envelope/highest_patch.h"
 #include "pathgen/envelope/pass_floor.h"
 #include "pathgen/envelope/straight_moves.h"
 #include "pathgen/envelope/surface_end.h"
@@ -19,6 +20,12 @@ constexpr double kFlankShare = 0.1;
 
 /// Lines shorter than this share of the index's spacing are looked up like places.
 constexpr double kNearShare = 0.5;
+
+/// Where it took more than this to look at a place (HighestPatch::cost), the tree is tried at the next one,
+/// and kept for so many if that takes less; else it is left for as many, and for twice as many each time
+/// after that.
+constexpr std::size_t kMuch = 64;
+constexpr int kPlaces = 64, kMostPlaces = 4096;
 
 }  // namespace
 
@@ -55,9 +62,8 @@ class Profile {
     return std::move(result_);
   }
 
-  /// The envelope at the start of the line, where all candidates of the cutting part are.
+  /// The envelope at the start of the line, near which the envelope has looked unless it asks the tree.
   Sample start() {
-    sweep_.next();
     at_place_ = true;
     return evaluate(0.0);
   }
@@ -96,40 +102,84 @@ class Profile {
     const double x = line_.x_at(run), y = line_.y_at(run);
     const AxisLine line = map_.axis_line(x, y, angles_);
     if (end_is_covered(x, y)) return sample;
-    ClHit best;
-    const auto take = [&](PatchId patch) {
-      ClHit hit;
-      if (!surface_.top(patch, line, hit)) return;
-      if (!map_.in_column(hit.z, angles_, 0.0)) return;  // seen from its own column
-      if (sample.hit && (hit.z < best.z || (hit.z == best.z && patch > sample.point.patch))) return;
-      best = hit;
-      sample.hit = true;
-      sample.point.patch = patch;
-    };
-    for (const Candidate& c : sweep_.active()) {
-      if (c.from > run || c.to < run) continue;
-      if (sample.hit && static_cast<double>(c.top) < best.z) break;
-      take(c.patch);
+    HighestPatch highest(surface_, map_, angles_, line);
+    if (at_place_) {
+      take_at(highest, x, y);
+    } else {
+      take_on_line(highest, run);
     }
-    const auto take_from = [&](const HullBvh& tree) {
-      tree.each(
-          {x, x, y, y},
-          [&](const FlatBox&, float top) { return !sample.hit || static_cast<double>(top) >= best.z; },
-          [&](const HullBvh::Found& found) { take(found.patch); });
-    };
-    if (at_place_ && field_.places_ != nullptr) take_from(*field_.places_);
-    if (at_place_) take_from(field_.index_.guards());
+    field_.count(highest.cost());
+    if (!highest.found()) return sample;
+    sample.point.patch = highest.patch();
+    const ClHit& best = highest.hit();
     // Too near to where the column ends, or beyond it: nothing lower may be taken instead.
-    if (sample.hit && !map_.in_column(best.z, angles_, kLeastAxisDistance)) {
-      sample.hit = false;
+    if (!map_.in_column(best.z, angles_, kLeastAxisDistance)) {
       result_.too_near.push_back(sample.point.patch);
+      return sample;
     }
-    if (!sample.hit) return sample;
+    sample.hit = true;
     sample.point.flat = {x, y, best.z};
     sample.point.centre = line.base + line.axis * best.z;
     sample.point.axis = line.axis;
     lean(best, sample.point);
     return sample;
+  }
+
+  /// The candidates at `run`, from the highest down or as the tree shows them.
+  void take_on_line(HighestPatch& highest, double run) {
+    if (field_.asks_tree()) return take_from_tree_on_line(highest, run);
+    for (const Candidate& c : sweep_.active()) {
+      if (c.from > run || c.to < run) continue;
+      if (highest.is_over(c.top)) break;
+      highest.take(c.patch);
+    }
+  }
+
+  void take_from_tree_on_line(HighestPatch& highest, double run) {
+    std::vector<Candidate>& all = field_.by_patch_;
+    const auto below = [](const Candidate& c, PatchId patch) { return c.patch < patch; };
+    if (!by_patch_) {
+      all = field_.candidates_;
+      std::sort(all.begin(), all.end(),
+                [](const Candidate& a, const Candidate& b) { return a.patch < b.patch; });
+      by_patch_ = true;
+    }
+    const auto is_there = [&](const DropBvh::Found& found) {
+      for (auto c = std::lower_bound(all.begin(), all.end(), found.patch, below);
+           c != all.end() && c->patch == found.patch; ++c)
+        if (c->from <= run && c->to >= run) return true;
+      return false;
+    };
+    for (const DropBvh& drops : field_.drops_) {
+      const auto c = std::lower_bound(all.begin(), all.end(), drops.first(), below);
+      if (c == all.end() || c->patch > drops.last()) continue;
+      highest.take_from(drops, line_.x_at(run), line_.y_at(run), is_there);
+    }
+  }
+
+  /// The same of all that may be highest at a place, shank and holder included.
+  void take_at(HighestPatch& highest, double x, double y) {
+    if (field_.asks_tree()) return take_from_tree_at(highest, x, y);
+    const auto take_from = [&](const HullBvh& tree) {
+      tree.each(
+          {x, x, y, y}, [&](const FlatBox&, float top) { return !highest.is_over(top); },
+          [&](const HullBvh::Found& found) { highest.take(found.patch); });
+    };
+    if (field_.places_ != nullptr) {
+      take_from(*field_.places_);
+    } else {
+      for (const FlatIndex::Nearby& n : field_.nearby_) {
+        if (highest.is_over(n.top)) break;
+        if (n.box.holds(x, y)) highest.take(n.patch);
+      }
+    }
+    take_from(field_.index_.guards());
+  }
+
+  void take_from_tree_at(HighestPatch& highest, double x, double y) {
+    for (const DropBvh& drops : field_.drops_)
+      highest.take_from(drops, x, y,
+                        [&](const DropBvh::Found& found) { return field_.index_.holds(found, x, y); });
   }
 
   /// (C5) Normal of the CL surface: that of the contact, tilted by what the axis turns.
@@ -149,9 +199,10 @@ class Profile {
     const bool both = left.hit && right.hit;
     const StraightMoves::Verdict move =
         both ? moves_.judge(left, right, sweep_.active()) : StraightMoves::Verdict{};
-    if (move.unbroken && move.larger <= options_.tolerance && !moves_.stands_level_on_two(left, right))
-      return;
-    if (move.over_one_edge) return;
+    const bool plane =
+        move.unbroken && move.larger <= options_.tolerance && !moves_.stands_level_on_two(left, right);
+    const bool sinks = plane && !follows(left, right, left, right);
+    if ((plane && !sinks) || move.over_one_edge) return;
     const Sample middle =
         evaluate(left.hit == right.hit ? left.run + width * moves_.next_share(left, right, move)
                                        : next_look(surface_, map_, line_, left, right, looks));
@@ -161,12 +212,21 @@ class Profile {
     const auto quarter = [&](double share) {
       return moves_.on_move(evaluate(left.run + share * width), left, right);
     };
-    if (move.unbroken && move.corner_at_end && middle.hit && moves_.on_move(middle, left, right) &&
-        (StraightMoves::one_corner(left, middle, right) || (quarter(0.25) && quarter(0.75))))
+    if (!sinks && move.unbroken && move.corner_at_end && middle.hit && moves_.on_move(middle, left, right) &&
+        (StraightMoves::one_corner(left, middle, right) || (quarter(0.25) && quarter(0.75))) &&
+        follows(left, middle, left, right) && follows(middle, right, left, right))
       return;
     refine(left, middle, looks + 1);
     emit(middle);
     refine(middle, right, looks + 1);
+  }
+
+  /// Does a sharp edge stay within the tolerance of the move between `from` and `to`, places of it?
+  bool follows(const Sample& from, const Sample& to, const Sample& left, const Sample& right) {
+    if (to.run - from.run <= flank_ || !moves_.may_sink(from.point, to.point)) return true;
+    const Sample middle = evaluate(0.5 * (from.run + to.run));
+    return moves_.on_move(middle, left, right) && follows(from, middle, left, right) &&
+           follows(middle, to, left, right);
   }
 
   void emit(const Sample& sample) {
@@ -187,7 +247,8 @@ class Profile {
   double flank_;
   Deformation::Angles angles_;
   CandidateSweep sweep_;
-  bool at_place_ = false;  ///< shank and holder are looked up there
+  bool at_place_ = false;  ///< what is there is looked up, shank and holder too
+  bool by_patch_ = false;  ///< that of the envelope is of this line
   Pass pass_;
   LineEnvelope result_;
 };
@@ -264,13 +325,28 @@ void Envelope::look_near(std::array<double, 2> a, std::array<double, 2> b) {
   index_.near(*asked_, scratch_, nearby_);
 }
 
+/// After a place that took so much: how to look at the next.
+void Envelope::count(std::size_t cost) {
+  if (look_ == Look::kTree) {
+    if (cost < cost_by_list_ && --places_left_ > 0) return;
+    look_ = Look::kList;
+    if (cost < cost_by_list_) {
+      places_by_list_ = kPlaces;
+    } else {
+      places_left_ = places_by_list_, places_by_list_ = std::min(2 * places_by_list_, kMostPlaces);
+    }
+    return;
+  }
+  if (places_left_ > 0) --places_left_;
+  if (places_left_ > 0 || cost <= kMuch) return;
+  if (drops_.empty()) drops_ = index_.drops_after(cost, surface_);
+  if (drops_.empty()) return;
+  look_ = Look::kTree, places_left_ = kPlaces, cost_by_list_ = cost;
+}
+
 std::optional<EnvelopePoint> Envelope::at(double x, double y) {
   candidates_.clear();
-  if (places_ == nullptr) {
-    look_near({x, y}, {x, y});
-    for (const FlatIndex::Nearby& n : nearby_)
-      if (n.box.holds(x, y)) candidates_.push_back({0.0, 0.0, n.patch, n.top});
-  }
+  if (places_ == nullptr && !asks_tree()) look_near({x, y}, {x, y});
   Profile profile(*this, {x, y, 1.0, 0.0, 0.0});
   const Sample sample = profile.start();
   shut_by_ = profile.shut_by();

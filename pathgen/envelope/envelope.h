@@ -59,6 +59,8 @@ class Envelope {
   LineEnvelope along_candidates(const FlatLine& line);
   LineEnvelope raised(const LineEnvelope& found, const FlatLine& line, const class PassFloor& floor);
   void look_near(std::array<double, 2> a, std::array<double, 2> b);
+  bool asks_tree() const { return look_ == Look::kTree; }
+  void count(std::size_t cost);
   bool find_guards(const FlatLine& line, const class PassFloor& floor);
   const ClSurface& surface_;
   const Deformation& map_;
@@ -71,7 +73,17 @@ class Envelope {
   std::vector<Candidate> guards_;      ///< of shank and holder, where they may rise
   std::optional<FlatBox> asked_;       ///< round the place that was asked for last, and what is there
   std::vector<FlatIndex::Nearby> nearby_;
+  std::vector<Candidate> by_patch_;  ///< candidates_ by rising patch, where there are many
   const HullBvh* places_ = nullptr;
+
+  /// Which patches are dropped on at a place: all that may be highest there, one by one, or those that
+  /// drops_ shows.
+  enum class Look { kList, kTree };
+  Look look_ = Look::kList;
+  std::span<const DropBvh> drops_;             ///< of the index, when it has them
+  std::size_t cost_by_list_ = 0;               ///< of the place before the tree was asked
+  int places_left_ = 0, places_by_list_ = 64;  ///< to look at in this way; after the tree cost more
+
   std::optional<Point<Part>> end_;         ///< the column's end asked for last,
   std::optional<PatchId> end_covered_by_;  ///< and the patch that covers it
   std::optional<PatchId> shut_by_;

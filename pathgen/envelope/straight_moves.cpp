@@ -187,6 +187,27 @@ bool StraightMoves::keeps_off(PatchId patch, const EnvelopePoint& a, const Envel
          (core.count == 1 || side_keeps_off(std::array{core.corner[1], core.corner[0]}, a, b, near));
 }
 
+namespace {
+
+/// Is the core so far beside the piece's wall or below its bottom that it stays there, however it turns on a
+/// straight move from a to b? Costs less than core_keeps_off().
+bool is_far(const ToolPiece& piece, const ClSurface::Core& core, const EnvelopePoint& a,
+            const EnvelopePoint& b, double bend, double chord) {
+  const Vec3 first = core.corner[0] - a.centre, last = core.corner[core.count - 1] - a.centre;
+  const double up = dot(first, a.axis), next = dot(last, a.axis);
+  const double reach = std::sqrt(std::max(squared_length(first), squared_length(last))) + chord;
+  // A rotation by q moves a place by 2 sin(q / 2) of its distance, at most sqrt(2) sin(q) up to 90 degrees.
+  const double moves = chord + 1.5 * bend * reach;
+  const double off = moves + bend * (bend * reach + 2.0 * chord) / 8.0;
+  if (dot(a.axis, b.axis) <= 0.0) return false;
+  if (std::max(up, next) + off <= piece.above_reference) return true;
+  const Vec3 aside = first + last - a.axis * (up + next);
+  const double nearest = std::min(dot(first, aside), dot(last, aside)), wall = piece.flat + off;
+  return nearest > 0.0 && nearest * nearest >= wall * wall * squared_length(aside);
+}
+
+}  // namespace
+
 /// (E3) Does the patch's edge or vertex keep out of a piece with a sharp lower edge on a straight move from a
 /// to b, but for the tolerance to the side or from below? What is inside at an end, where the tool may be, is
 /// beyond the column's end or turned away: it does not count.
@@ -195,6 +216,7 @@ bool StraightMoves::core_keeps_off(PatchId patch, const EnvelopePoint& a, const 
   const Vec3 turn = cross(b.axis, a.axis);
   const double bend = length(turn), chord = distance(a.centre, b.centre), towards = 1.0 + dot(a.axis, b.axis);
   const ClSurface::Core core = surface_.core(patch);
+  if (is_far(piece, core, a, b, bend, chord)) return true;
   std::array<Vec3, 2> from, to;  // as the tool sees the corners, which turns from a's axis to b's
   double most = 0.0;
   for (std::size_t i = 0; i < core.count; ++i) {
@@ -253,6 +275,21 @@ bool StraightMoves::crosses_one_edge(const EnvelopePoint& a, const EnvelopePoint
     return run >= 0.0 && run <= squared_length(edge);
   };
   return meets(a) && meets(b);
+}
+
+/// (E3)
+bool StraightMoves::may_sink(const EnvelopePoint& a, const EnvelopePoint& b) const {
+  const ToolPiece& piece = surface_.piece(a.patch);
+  if (a.patch == b.patch || piece.part != ToolPart::kCutter || !is_sharp(piece)) return false;
+  const Vec3 chord = b.centre - a.centre;
+  // What it sinks down a slope, square to it.
+  const double up = dot(chord, a.axis), length2 = squared_length(chord);
+  if (up * up * (length2 - up * up) <= options_.tolerance * options_.tolerance * length2) return false;
+  const ClSurface::Core one = surface_.core(a.patch), other = surface_.core(b.patch);
+  const auto shared = std::count_if(one.points().begin(), one.points().end(), [&](const Point<Part>& v) {
+    return std::find(other.points().begin(), other.points().end(), v) != other.points().end();
+  });
+  return shared < std::min({2, static_cast<int>(one.count), static_cast<int>(other.count)});
 }
 
 double StraightMoves::next_share(const Sample& left, const Sample& right, const Verdict& move) const {

@@ -47,6 +47,11 @@ class StraightMoves {
   /// Requires: unbroken.
   static bool one_corner(const Sample& left, const Sample& middle, const Sample& right);
 
+  /// Do the sheets of the ends share no edge or corner on the way, and may a sharp lower edge sink between
+  /// them by more than the tolerance? It has no rounding: it goes down a slope of any steepness to the next
+  /// sheet.
+  bool may_sink(const EnvelopePoint& a, const EnvelopePoint& b) const;
+
   /// Where between the ends to look next, as a share of the way: where two planes meet; the first of as many
   /// parts as an arc needs; else half way.
   double next_share(const Sample& left, const Sample& right, const Verdict& move) const;

@@ -12,7 +12,7 @@ constexpr double kAlongSurface = 0.0175;
 /// Directions turned to the tilt limit stay this much (rad) within it: beyond 90 degrees the great circle
 /// between two of one tilt dips below them, and by less than this where it is up to 25 degrees long.
 constexpr double kWithinTilt = 0.01;
-constexpr int kAllParts = 3;
+constexpr int kAllParts = kWithFixtures;
 /// Neighbours of a direction are those that the axis may turn to between two stations, and some: as a chord.
 constexpr double kNearChord = 0.6;
 
@@ -77,8 +77,10 @@ bool Admissibility::any_clear(const ClPoint& point, int parts, DirectionQuery& q
 
 RestReason Admissibility::why_none(const ClPoint& point, DirectionQuery& query) const {
   if (tilt_max_ < kPi && any_clear(point, kAllParts, query)) return RestReason::kTilt;
-  if (!any_clear(point, 1, query)) return RestReason::kCutter;
-  return any_clear(point, 2, query) ? RestReason::kHolder : RestReason::kShank;
+  if (!any_clear(point, kCutterOnly, query)) return RestReason::kCutter;
+  if (!any_clear(point, kWithShank, query)) return RestReason::kShank;
+  if (tool_.at_fixtures() == nullptr) return RestReason::kHolder;
+  return any_clear(point, kWithHolder, query) ? RestReason::kFixture : RestReason::kHolder;
 }
 
 Vec3 Admissibility::nearest_tilt(Vec3 axis) const {

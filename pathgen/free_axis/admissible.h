@@ -21,10 +21,10 @@ namespace tiltfeed::pathgen {
 struct DirectionQuery {
   std::uint32_t hint = kNoFacet;  ///< the facet that stopped the last direction
   std::uint64_t tested = 0;       ///< directions held against the part
-  /// For one, two and all three parts of the tool, and each direction of the grid, the facet that stopped it
-  /// last.
-  std::array<std::vector<std::uint32_t>, 3> blockers;
-  std::array<std::uint32_t, 3> clear{};  ///< and the direction that was clear when one was sought last
+  /// For kCutterOnly to kWithFixtures (swept_tool.h), and each direction of the grid, the facet that stopped
+  /// it last.
+  std::array<std::vector<std::uint32_t>, 4> blockers;
+  std::array<std::uint32_t, 4> clear{};  ///< and the direction that was clear when one was sought last
 };
 
 class Admissibility {

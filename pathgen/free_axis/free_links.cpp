@@ -25,6 +25,7 @@ constexpr double kShortWay = 6.0, kShortTurn = 1.0;
 
 PlanOptions grown(PlanOptions options, double by) {
   options.allowance += by;
+  options.fixture_room.cutter += by, options.fixture_room.shank += by, options.fixture_room.holder += by;
   return options;
 }
 
@@ -42,7 +43,7 @@ class RunLinker {
         options_(options),
         source_(source),
         joins_(admissible, how, options.links.join_distance) {
-    const Box& box = tool_.tree().bounds();
+    const Box box = tool_.bounds();
     centre_ = lerp(box.min, box.max, 0.5);
     radius_ = (distance(box.min, box.max) / 2.0 + options.links.clearance + tool_.widest()) * kSphereSpare;
     height_ = reference_height(options.cutter);

@@ -82,7 +82,7 @@ bool CellReach::clears(const SurfaceCell& cell, Vec3 direction, std::uint32_t& h
 
 bool CellReach::reaches(const SurfaceCell& cell, Vec3 direction, std::uint32_t& hint) const {
   if (angle_between(direction, options_.up) > options_.tilt_max.radians()) return false;
-  return clears(cell, direction, hint, 3);
+  return clears(cell, direction, hint, kWithFixtures);
 }
 
 std::vector<std::vector<std::uint8_t>> reach_sets(const CellReach& reach,

@@ -36,6 +36,7 @@ class CellReach {
   /// All must outlive the object. Requires: a ball or taper-ball cutter.
   CellReach(const SweptTool& tool, const PlanOptions& options) : tool_(tool), options_(options) {}
 
+  const SweptTool& tool() const { return tool_; }
   /// Does the ball fit where it touches the middle of the cell?
   bool seats(const SurfaceCell& cell) const;
   /// Where a ball there touches the surface, within `gap` (mm).
@@ -44,8 +45,7 @@ class CellReach {
   /// not leaning further from the normal than IndexedAxis::steepest nor further from `up` than tilt_max?
   /// Requires: seats(cell). `hint` as SweptTool::stop. Safe to call from several threads.
   bool reaches(const SurfaceCell& cell, Vec3 direction, std::uint32_t& hint) const;
-  /// The same but for the tilt limit, and with only the cutting part (`parts` 1), the shank (2), the holder
-  /// (3).
+  /// The same but for the tilt limit, and with `parts` of the tool: kCutterOnly to kWithFixtures.
   bool clears(const SurfaceCell& cell, Vec3 direction, std::uint32_t& hint, int parts) const;
 
  private:

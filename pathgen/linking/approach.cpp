@@ -29,9 +29,10 @@ double Approaches::rapid_end(Point<Flat> place) {
   const FlatBox round{place.x - half_x, place.x + half_x, place.y - half_y, place.y + half_y};
   double end = place.z + approach_;
   const auto hold_off = [&](PatchId patch) {
-    for (const ToolPiece& piece : grown_)
-      if (ClHit hit; field_.surface.top(piece, patch % field_.surface.features(), line, hit) &&
-                     map.in_column(hit.z, angles, 0.0))
+    const PatchId features = field_.surface.features(), feature = patch % features;
+    for (PatchId i = 0; i < grown_.size(); ++i)
+      if (ClHit hit; !field_.surface.is_idle(i * features + feature) &&
+                     field_.surface.top(grown_[i], feature, line, hit) && map.in_column(hit.z, angles, 0.0))
         end = std::max(end, hit.z);
   };
   field_.index.near(round, scratch_, nearby_);

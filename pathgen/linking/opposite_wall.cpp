@@ -22,6 +22,7 @@ constexpr double kOwnColumn = 1.0 - 1e-9;
 
 PlanOptions grown(PlanOptions options, double by) {
   options.allowance += by;
+  options.fixture_room.cutter += by, options.fixture_room.shank += by, options.fixture_room.holder += by;
   return options;
 }
 
@@ -41,16 +42,27 @@ OppositeWall::OppositeWall(const Mesh& mesh, const Deformation& deformation, con
       step_(std::sqrt(8.0 * options.cutter.radius() * ToleranceBudget(options.tolerance).corner())) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   low_ = {kFar, kFar, kFar}, high_ = {-kFar, -kFar, -kFar};
-  for (Point<Part> v : mesh.vertices) {
-    low_ = {std::min(low_.x, v.x), std::min(low_.y, v.y), std::min(low_.z, v.z)};
-    high_ = {std::max(high_.x, v.x), std::max(high_.y, v.y), std::max(high_.z, v.z)};
-  }
+  const auto hold = [this](const Mesh& of) {
+    for (Point<Part> v : of.vertices) {
+      low_ = {std::min(low_.x, v.x), std::min(low_.y, v.y), std::min(low_.z, v.z)};
+      high_ = {std::max(high_.x, v.x), std::max(high_.y, v.y), std::max(high_.z, v.z)};
+    }
+  };
+  hold(mesh);
+  if (options.fixtures) hold(options.fixtures->mesh);
   tool_ = tool_of(options);
   strayed_ = tool_of(grown(options, stray_of_rapids(options.tolerance)));
 }
 
 OppositeWall::Tool OppositeWall::tool_of(const PlanOptions& options) {
   Tool tool;
+  add_tool(options, mesh_, tool);
+  if (options.fixtures) add_tool(as_of_fixtures(options), options.fixtures->mesh, tool);
+  return tool;
+}
+
+void OppositeWall::add_tool(const PlanOptions& options, const Mesh& mesh, Tool& tool) {
+  bool first = true;
   for (const ToolPiece& piece : all_pieces(options)) {
     if (piece.part == ToolPart::kHolder && options.holder.reaction == Reaction::kReport) continue;
     if (piece.part == ToolPart::kShank && options.shank.reaction == Reaction::kReport) continue;
@@ -64,11 +76,11 @@ OppositeWall::Tool OppositeWall::tool_of(const PlanOptions& options) {
         radius = std::min(radius, piece.flat + piece.corner * piece.taper_cos +
                                       (high - start + piece.corner) * piece.taper_sin / piece.taper_cos);
       // The first starts at the reference itself, where the way is known to be free.
-      tool.push_back({tool.empty() ? 0.0 : low, high, radius, nullptr});
+      tool.push_back({&mesh, first ? 0.0 : low, high, radius, nullptr});
+      first = false;
     }
     reach_ = std::max(reach_, end);
   }
-  return tool;
 }
 
 /// Does a ball of the radius on the way between two points stay outside of the box round the part?
@@ -97,7 +109,7 @@ bool OppositeWall::blocked(Tool& tool, Point<Part> reference, Vec3 axis, double 
     if (beyond_part(reference + axis * std::max(c.from, column - c.radius),
                     reference + axis * (c.to + travel), c.radius))
       return false;
-    if (!c.clearance) c.clearance = std::make_unique<ShankCollision>(mesh_, c.radius);
+    if (!c.clearance) c.clearance = std::make_unique<ShankCollision>(*c.mesh, c.radius);
     const Point<Part> start = reference + axis * c.from;
     // Where a cylinder starts beyond the column, nothing is known yet of its place.
     if (c.from > column - c.radius && c.from > 0.0 && c.clearance->touches(start)) return true;
@@ -147,7 +159,7 @@ bool OppositeWall::is_astray(const Pose& pose) const {
 /// All of the tool, of whose place nothing is known.
 bool OppositeWall::stands_in_part(Tool& tool, const Pose& pose) const {
   return std::any_of(tool.begin(), tool.end(), [&](Cylinder& c) {
-    if (!c.clearance) c.clearance = std::make_unique<ShankCollision>(mesh_, c.radius);
+    if (!c.clearance) c.clearance = std::make_unique<ShankCollision>(*c.mesh, c.radius);
     const Point<Part> start = reference_of(pose) + pose.axis * c.from;
     return c.clearance->touches(start) || c.clearance->blocked(start, pose.axis, c.to - c.from);
   });

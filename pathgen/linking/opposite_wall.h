@@ -43,10 +43,12 @@ class OppositeWall {
  private:
   /// A piece of the tool as a cylinder: heights over the CL reference, mm.
   struct Cylinder {
+    const Mesh* mesh = nullptr;  ///< the part's, or the fixtures'
     double from = 0.0, to = 0.0, radius = 0.0;
     std::unique_ptr<ShankCollision> clearance;  ///< made when first needed
   };
   using Tool = std::vector<Cylinder>;
+  void add_tool(const PlanOptions& options, const Mesh& mesh, Tool& tool);
   Tool tool_of(const PlanOptions& options);
   Point<Part> reference_of(const Pose& pose) const;
   bool is_astray(const Pose& pose) const;
@@ -57,7 +59,7 @@ class OppositeWall {
   bool beyond_part(Point<Part> from, Point<Part> to, double radius) const;
 
   const Mesh& mesh_;
-  Point<Part> low_, high_;  ///< corners of the box round the part
+  Point<Part> low_, high_;  ///< corners of the box round part and fixtures
   const Deformation& map_;
   Tool tool_, strayed_;  ///< as it is, and grown by what rapids stray
   double reach_ = 0.0;   ///< of the tool's upper end over the CL reference, mm

@@ -17,6 +17,8 @@
 
 #include "pathgen/mesh/file_descriptor.h"
 #include "pathgen/mesh/fresh_memory.h"
+#include "pathgen/mesh/obj_text.h"
+#include "pathgen/mesh/ply.h"
 #include "pathgen/mesh/stl_layout.h"
 #include "pathgen/mesh/stl_text.h"
 
@@ -54,7 +56,7 @@ Result<void> check_input(std::uint64_t size, const std::string& name, double uni
 tl::unexpected<Error> misfit(std::span<const char> bytes, const std::string& name) {
   const std::uint64_t size = bytes.size();
   const std::string not_stl =
-      name + ": this is not an STL file: it is no text that begins with \"solid\", and ";
+      name + ": this is no STL, OBJ or PLY file: no text that begins with \"solid\", and ";
   if (size < kDataStart) {
     return fail(Code::kInput, not_stl + "its " + std::to_string(size) +
                                   " bytes are fewer than the 84 of a binary header; export the part again");
@@ -201,8 +203,15 @@ Result<Stl> parse_stl(std::span<const char> bytes, const std::string& name, doub
                         [&](std::uint64_t first, std::uint64_t, char*) {
                           return bytes.data() + kDataStart + first * kRecordBytes;
                         });
-  if (!looks_like_text_stl(text)) return misfit(bytes, name);
-  Result<Stl> stl = parse_text_stl(text, name);
+  const auto facets = [&](Result<Polygons> polygons) -> Result<Stl> {
+    if (!polygons) return tl::unexpected(polygons.error());
+    return facets_of(std::move(*polygons), name, unit_mm);
+  };
+  const bool ply = looks_like_ply(bytes), words = looks_like_text_stl(text);
+  if (!ply && !words && !looks_like_obj(text)) return misfit(bytes, name);
+  Result<Stl> stl = ply     ? facets(parse_ply(bytes, name))
+                    : words ? parse_text_stl(text, name)
+                            : facets(parse_obj(text, name));
   if (!stl) return stl;
   return scaled(std::move(*stl), name, unit_mm, [](const auto&, std::uint64_t, std::uint64_t) {});
 }

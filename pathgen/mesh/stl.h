@@ -1,5 +1,5 @@
 #pragma once
-// STL files, binary and ASCII, told apart by content, not by name or header.
+// STL files, binary and ASCII, and meshes as OBJ and PLY, told apart by content, not by name or header.
 
 #include <array>
 #include <cstdint>

@@ -4,12 +4,14 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "kinematics/basics/units.h"
 #include "pathgen/axis/deformation.h"
 #include "pathgen/options/cutter.h"
+#include "pathgen/options/fixtures.h"
 
 namespace tiltfeed::pathgen {
 
@@ -121,6 +123,8 @@ struct PlanOptions {
   double smoothing = 0.0;  ///< least radius of a pass's concave corners, mm; 0: none
   bool find_rest_material = false;  ///< say what stays uncut, and what the passes leave
   StandOff shank, holder;
+  std::shared_ptr<const Fixtures> fixtures;  ///< null: none
+  FixtureRoom fixture_room;
   LinkingOptions links;
   Feed cut_feed, plunge_feed;
   Vec3 up{0, 0, 1};  ///< the table's axis in part directions, unit

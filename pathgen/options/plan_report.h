@@ -62,6 +62,15 @@ struct RestReport {
   double wall_area = 0.0;         ///< uncut walls, mm^2
   double facing_area = 0.0;       ///< of all that faces the tool, mm^2
   BetweenPasses between;
+  std::vector<double> fixture_area;  ///< that each fixture keeps the tool from, mm^2
+};
+
+/// What a fixture keeps the tool from.
+struct KeptByFixture {
+  std::string name;
+  std::uint64_t points = 0;  ///< left out of passes, before thinning; with the axis free, of slices
+  Point<Part> place;         ///< the first of them
+  double area = 0.0;         ///< mm^2, with PlanOptions::find_rest_material in one axis field
 };
 
 struct PlanReport {
@@ -76,6 +85,7 @@ struct PlanReport {
   std::optional<IndexedReport> indexed;         ///< with fixed directions
   std::optional<RestReport> uncut;              ///< with PlanOptions::find_rest_material, in one axis field
   std::optional<BetweenPasses> between;         ///< the same where each place has its own axis: free, indexed
+  std::vector<KeptByFixture> fixtures;          ///< those that keep the tool from something
   std::vector<std::string> warnings;
   std::vector<StageTime> times;
 };

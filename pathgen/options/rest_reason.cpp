@@ -15,7 +15,8 @@ constexpr std::array<Words, kRestReasons> kWords{
      {"holder", "use a longer cutter.shank_length_mm"},
      {"tilt", "turn the part on the table"},
      {"containment", "widen the containment"},
-     {"wall", "cut it with z-level contours, or let the passes go deeper"}}};
+     {"wall", "cut it with z-level contours, or let the passes go deeper"},
+     {"fixture", "clamp the part elsewhere, or use a longer or thinner tool"}}};
 
 }  // namespace
 

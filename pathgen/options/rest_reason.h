@@ -15,8 +15,9 @@ enum class RestReason {
   kTilt,    ///< beyond the tilt limit
   kContainment,  ///< outside of the containment
   kWall,         ///< parallel to the axis, and the passes end above
+  kFixture,      ///< cutter, shank or holder would come nearer to a fixture than their clearance
 };
-inline constexpr std::size_t kRestReasons = 6;
+inline constexpr std::size_t kRestReasons = 7;
 
 /// Where this part of the tool is in the way.
 constexpr RestReason rest_reason_of(ToolPart part) {

@@ -32,6 +32,8 @@ constexpr double kLeastLoop = 8.0;
 constexpr double kShutEnd = 16.0;
 /// A move in the air, where the border is not found again, is made if it is no longer than this (tolerances).
 constexpr double kShortAir = 4.0;
+/// (Z1) So far inside its own column (mm) the level must be; the lowest level itself may lie just there.
+constexpr double kLeastInColumn = kLeastAxisDistance * (1.0 - 1e-9);
 /// A step of the flat plane to measure it by, mm.
 constexpr double kProbe = 1e-4;
 
@@ -44,7 +46,8 @@ Place moved(Place p, Direction2 d, double by) { return {p.x + d.x * by, p.y + d.
 struct Stop {
   Place place;
   EnvelopePoint point;
-  bool shut = false;  ///< what is inside is no surface but a column where the tool may not be: no point
+  bool shut = false;  ///< no point: inside is no surface but a column where the tool may not be, or the level
+                      ///< is not in its own column there
 };
 
 double length_of(const Pass& pass) {
@@ -117,7 +120,8 @@ class Tracer {
     Place place = moved(border.outside, out, flat_length(c.outside, out, options_.tolerance * kStandOff));
     if (heights_.at(place) > border_) place = border.outside;
     EnvelopePoint point = heights_.contact(border.inside);
-    const bool shut = point.flat.z == kShut;
+    const bool shut =
+        point.flat.z == kShut || !map_.in_column({place.x, place.y, options_.level}, kLeastInColumn);
     const bool wall = !(point.flat.z <= border_ + kWallRise * options_.tolerance);
     point.flat = {place.x, place.y, options_.level};
     const AxisLine line = map_.axis_line(place.x, place.y);

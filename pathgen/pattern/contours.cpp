@@ -47,7 +47,12 @@ class ZLevels {
         map_(field.deformation),
         progress_(progress),
         tolerance_(options.envelope.tolerance),
-        heights_([&field, &options] { return Heights(field, options.envelope); }) {}
+        places_(field.index.tree(field.deformation)),
+        heights_([this, &field, &options] {
+          Heights heights(field, options.envelope);
+          heights.envelope().look_up_in(places_);
+          return heights;
+        }) {}
 
   Result<Contours> run(const LevelGrid& grid) {
     const Interval surface = heights_of(grid, options_.boundary);
@@ -133,6 +138,7 @@ class ZLevels {
   const Deformation& map_;
   const Progress& progress_;
   double tolerance_;
+  HullBvh places_;  ///< contours ask here and there
   tbb::enumerable_thread_specific<Heights> heights_;
   std::vector<double> levels_;
   std::vector<LevelSet> sets_;              ///< by level

@@ -129,7 +129,12 @@ std::unique_ptr<const ClField> holder_field(const ClField& field, const PlanOpti
     return piece.part != ToolPart::kCutter && only_reports(piece, options) != reported;
   });
   if (pieces.size() < 2) return nullptr;
-  ClSurface surface(field.surface.mesh(), field.surface.sides(), with_lower_discs(pieces));
+  pieces = with_lower_discs(pieces);
+  // The patches of fixtures are in the field already, with all of the tool.
+  const std::vector<ToolPiece>& known = field.surface.pieces();
+  pieces.insert(pieces.begin() + 1, known.begin() + 1, known.end());
+  ClSurface surface(field.surface.mesh(), field.surface.sides(), std::move(pieces),
+                    field.surface.part_facets());
   // Leads and joins reach a little beyond the passes.
   const double spacing = 2.0 * std::max(asked_step(options), options.pattern.step_down) +
                          options.links.lead_radius + options.links.join_distance;
@@ -137,14 +142,15 @@ std::unique_ptr<const ClField> holder_field(const ClField& field, const PlanOpti
   FlatHulls hulls =
       make_flat_hulls(surface, field.deformation, smallest_hull(options), part_of(report, 0.0, kCellsShare),
                       [&](PatchId patch) {
-                        return surface.piece(patch).part != ToolPart::kCutter &&
+                        const ToolPiece& piece = surface.piece(patch);
+                        return piece.part != ToolPart::kCutter && !piece.at_fixtures &&
                                highest_reference(surface, field.deformation, patch) >= lowest.of_all();
                       });
   drop_low(hulls, lowest, part_of(report, kCellsShare, 1.0));
   if (hulls.hulls.empty()) return nullptr;
   FlatIndex index(field.index, surface.numbers_of(field.surface), std::move(hulls), field.deformation);
   return std::make_unique<const ClField>(
-      ClField{std::move(surface), field.deformation, std::move(index), field.bounds});
+      ClField{std::move(surface), field.deformation, std::move(index), field.bounds, false, field.mesh});
 }
 
 Touches find_touches(const ClField& guarded, const EnvelopeOptions& options, const Passes& passes,
@@ -161,7 +167,8 @@ Touches find_touches(const ClField& guarded, const EnvelopeOptions& options, con
         if (!watch.next()) return touches;
         const auto held = envelope.at(p.flat.x, p.flat.y);
         if (!held || held->flat.z <= p.flat.z + kClear ||
-            guarded.surface.piece(held->patch).part == ToolPart::kCutter)
+            guarded.surface.piece(held->patch).part == ToolPart::kCutter ||
+            guarded.surface.piece(held->patch).at_fixtures)
           continue;
         ++touches.points;
         touches.facets.push_back(guarded.surface.facet_of(held->patch));

@@ -21,9 +21,17 @@ constexpr double kOverlapShare = 1.0;
 /// Of the work there, the contours.
 constexpr double kWallsShare = 0.7;
 
+/// (Z1) No level where the axis turns too fast: on the point, line or circle itself x' or y' says nothing.
+Interval useful(Interval levels, const Deformation& map) {
+  if (map.frame().mode == AxisMode::kFixed) return levels;
+  if (map.s() < 0.0) levels.high = std::min(levels.high, -kLeastAxisDistance);
+  if (map.s() > 0.0 && std::isfinite(levels.low)) levels.low = std::max(levels.low, kLeastAxisDistance);
+  return levels;
+}
+
 ContourOptions contour_options(const PlanOptions& options, const EnvelopeOptions& envelope,
-                               const Region& region) {
-  ContourOptions contours{envelope, options.pattern, region.boundary(), region.levels()};
+                               const Region& region, const Deformation& map) {
+  ContourOptions contours{envelope, options.pattern, region.boundary(), useful(region.levels(), map)};
   if (contours.pattern.side_step <= 0.0) contours.pattern.side_step = contours.pattern.step_down;
   return contours;
 }
@@ -65,10 +73,9 @@ Passes from_contours(Contours&& contours, const ClField& field, const PlanOption
       // A contour is found between grid lines: shank and holder are asked again at each of its points.
       const auto held = envelope.at(p.flat.x, p.flat.y);
       if (!held || held->flat.z <= p.flat.z + kHeldShare * options.tolerance) return false;
-      const ToolPart part = rules.touching(*held);
-      if (part == ToolPart::kCutter) return false;
-      ++passes.refusals.count[static_cast<std::size_t>(rest_reason_of(part))];
-      passes.refusals.patches.push_back(held->patch);
+      const ToolPiece& piece = rules.touching(*held);
+      if (piece.part == ToolPart::kCutter && !piece.at_fixtures) return false;
+      rules.refuse(*held, passes.refusals);
       return true;
     });
     if (smoothing > 0.0) smooth(group, smoothing, rules, envelope, passes.smoothed);
@@ -94,7 +101,7 @@ Result<Passes> trace_levels(const ClField& field, const PlanOptions& options, co
                             const Progress& progress, double share_of_all,
                             std::vector<std::string>& warnings) {
   const Region region(options.containment, field.deformation);
-  const ContourOptions contours = contour_options(options, envelope, region);
+  const ContourOptions contours = contour_options(options, envelope, region, field.deformation);
   const Progress steps = in_order(progress, {"grid", "levels", "contours", "held"}, 0.0, share_of_all);
   auto found = z_level(field, contours, steps);
   if (!found) return tl::unexpected(found.error());
@@ -125,7 +132,7 @@ Result<Passes> trace_region(const ClField& field, const PlanOptions& options, co
                             const Progress& progress, std::vector<std::string>& warnings) {
   const Region region(options.containment, field.deformation);
   const Progress steps = in_order(progress, {"grid", "curves", "held"}, 0.0, 1.0);
-  auto found = region_pattern(field, contour_options(options, envelope, region), steps);
+  auto found = region_pattern(field, contour_options(options, envelope, region, field.deformation), steps);
   if (!found) return tl::unexpected(found.error());
   return within(std::move(*found), region, field, options, envelope, options.smoothing, steps, warnings);
 }
@@ -140,6 +147,7 @@ Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, con
   std::vector<FlatLine> lines;
   for (double k = 0.0; k < raster->count; ++k)
     for (const FlatLine& piece : region.inside(raster->row(k))) lines.push_back(piece);
+  const ContourOptions contours = contour_options(options, envelope, region, field.deformation);
   double top = region.levels().high;
   if (!std::isfinite(top)) {
     top = -std::numeric_limits<double>::infinity();
@@ -149,7 +157,7 @@ Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, con
   const Progress steps = in_order(progress, {"lines", "layers", "held"}, 0.0, 1.0);
   // Stock stands beside the part, too, where a containment says how far.
   auto found =
-      rough_layers(field, lines, top, region.limited(), contour_options(options, envelope, region), steps);
+      rough_layers(field, lines, std::min(top, contours.height.high), region.limited(), contours, steps);
   if (!found) return tl::unexpected(found.error());
   warnings.insert(warnings.end(), found->warnings.begin(), found->warnings.end());
   return from_contours(std::move(*found), field, options, envelope, 0.0, steps);

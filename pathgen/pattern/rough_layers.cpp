@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "pathgen/progress/stages.h"
 
@@ -14,14 +15,32 @@ namespace {
 
 /// So far beyond the end of a pass the surface is taken to be gone, mm.
 constexpr double kBeyondEnd = 1e-6;
+/// (Z1) So far inside its own column (mm) a floor must be; the lowest floor itself may lie just there.
+constexpr double kLeastInColumn = kLeastAxisDistance * (1.0 - 1e-9);
 constexpr int kMostHalvings = 30;
 constexpr std::size_t kLinesPerReport = 64;
+
+/// (Z1) y' up to which, to both sides of 0, a floor lies in its own column.
+double floor_limit(const Deformation& map, double floor) {
+  const AxisFrame& frame = map.frame();
+  if (frame.mode != AxisMode::kCircle) return std::numeric_limits<double>::infinity();
+  const double cosine = (kLeastInColumn - frame.circle_radius) / std::abs(floor);
+  return cosine > -1.0 ? map.scale_y() * std::acos(std::min(cosine, 1.0))
+                       : std::numeric_limits<double>::infinity();
+}
 
 /// One line's passes, place by place along it.
 class Layering {
  public:
   Layering(const FlatLine& line, const RoughLayer& layer, Heights& heights)
-      : line_(line), layer_(layer), heights_(heights), map_(heights.map()) {}
+      : line_(line), layer_(layer), heights_(heights), map_(heights.map()) {
+    const double limit = floor_limit(map_, layer.lower);
+    if (!std::isfinite(limit) || line.dy == 0.0) return;
+    const double turn = map_.period_y();
+    for (const double y : {-limit - turn, limit - turn, -limit, limit, turn - limit, turn + limit})
+      borders_.push_back((y - line.y) / line.dy);
+    std::sort(borders_.begin(), borders_.end());
+  }
 
   std::vector<Pass> run(const std::vector<Pass>& passes) {
     double end = 0.0;
@@ -64,8 +83,17 @@ class Layering {
     has_last_ = false;
   }
 
-  /// The next place of the line, with the places between where a level is crossed.
+  /// The next place of the line, with the places between where the floor leaves its column or comes back.
   void visit(const EnvelopePoint& p) {
+    for (const double border : borders_) {
+      if (!has_last_ || run_of(last_) >= border || border >= run_of(p)) continue;
+      for (const double run : {border - kBeyondEnd, border + kBeyondEnd}) go_to(contact(run));
+    }
+    go_to(p);
+  }
+
+  /// The next place, with those between where a level is crossed.
+  void go_to(const EnvelopePoint& p) {
     if (has_last_) {
       const bool up = p.flat.z > last_.flat.z;
       for (double level : {up ? layer_.lower : layer_.upper, up ? layer_.upper : layer_.lower})
@@ -89,6 +117,7 @@ class Layering {
   void put(EnvelopePoint p) {
     if (p.flat.z > layer_.upper) return finish();
     const bool floor = p.flat.z <= layer_.lower;
+    if (floor && !map_.in_column({p.flat.x, p.flat.y, layer_.lower}, kLeastInColumn)) return finish();
     if (floor) p = on_floor(p.flat, p.patch);
     if (floor && on_floor_ && !pass_.empty()) refine(pass_.back(), p, 0);
     pass_.push_back(p);
@@ -123,6 +152,7 @@ class Layering {
   const RoughLayer& layer_;
   Heights& heights_;
   const Deformation& map_;
+  std::vector<double> borders_;  ///< runs where the floor leaves its own column or enters it, rising
   EnvelopePoint last_;
   bool has_last_ = false, on_floor_ = false;
   Pass pass_;

@@ -40,6 +40,8 @@ constexpr Reason kReasons[] = {
     {RestReason::kHolder,
      "in every direction that is clear for cutter and shank the holder comes nearer to the part "
      "than guards.holder.clearance_mm"},
+    {RestReason::kFixture,
+     "in every direction that is clear of the part the tool comes nearer to a fixture than its clearance"},
     {RestReason::kTilt, "every clear direction tilts the tool axis further than setup.tilt_max_deg"}};
 
 class FreePlanner {
@@ -76,7 +78,7 @@ class FreePlanner {
     if (!stages_.begin("orientation")) return cancelled();
     const auto runs = orient(slices, admissible);
     if (stages_.stopped()) return cancelled();
-    if (auto told = tell_left_out(); !told) return told;
+    if (auto told = tell_left_out(tool); !told) return told;
     if (runs.empty())
       return fail(Code::kUnreachable, "nothing is left to cut: no pass is longer than a point");
     if (!stages_.begin("link")) return cancelled();
@@ -138,7 +140,15 @@ class FreePlanner {
   }
 
   /// What has no admissible direction, by reason.
-  Result<void> tell_left_out() {
+  Result<void> tell_left_out(const SweptTool& tool) {
+    for (const LeftOut& l : left_out_) {
+      if (l.why != RestReason::kFixture) continue;
+      const auto& [a, b, c] = part_.mesh.facets[l.facet];
+      const Point<Part> p = part_.mesh.vertices[a];
+      const Vec3 ab = part_.mesh.vertices[b] - p, ac = part_.mesh.vertices[c] - p;
+      ++note_fixture(options_, tool, p + (ab + ac) / 3.0, normalized(cross(ab, ac)), report_).points;
+    }
+    warn_fixtures("places of the slices", report_);
     double all = 0.0;
     for (const Reason& reason : kReasons) {
       double sum = 0.0;

@@ -58,6 +58,11 @@ class Indexed {
       : part_(part), options_(options), stages_(progress, plan_.report.times) {
     middle_ = lerp(part.bounds.min, part.bounds.max, 0.5);
     for (const Point<Part> v : part.mesh.vertices) radius_ = std::max(radius_, distance(v, middle_));
+    const double size = radius_;
+    if (options.fixtures)
+      for (const Point<Part> v : options.fixtures->mesh.vertices)
+        radius_ = std::max(radius_, distance(v, middle_) + options.fixture_room.cutter);
+    part_radius_ = size;
     plan_.report.facets = part.mesh.facets.size();
     plan_.report.warnings = part.warnings;
   }
@@ -67,7 +72,7 @@ class Indexed {
     const FacetBvh tree(part_.mesh);
     const SweptTool tool(tree, options_, ToleranceBudget(options_.tolerance).touch());
     const CellReach reach(tool, options_);
-    const double size = std::max(2.0 * radius_ / kCellsAcross, options_.tolerance);
+    const double size = std::max(2.0 * part_radius_ / kCellsAcross, options_.tolerance);
     const std::vector<SurfaceCell> cells = make_cells(part_.mesh, size);
     if (auto done = choose(reach, sample_cells(cells, kSamples)); !done) return tl::unexpected(done.error());
     if (stages_.stopped() || !share_(0.6)) return cancelled();
@@ -129,8 +134,8 @@ class Indexed {
                       const IndexCandidates& all, const SetCover& cover) {
     const DirectionGrid grid(kEverywhereLevel);
     const std::vector<Vec3>& everywhere = grid.directions();
-    std::array<double, 6> lost{};  // too wide, cutter, shank, holder, tilt, not chosen
-    std::array<std::uint32_t, 6> first{};
+    std::array<double, 7> lost{};  // too wide, cutter, shank, holder, fixture, tilt, not chosen
+    std::array<std::uint32_t, 7> first{};
     double whole = 0.0;
     const ReportShare report = part_of(share_, 0.4, 0.6);
     Watch watch(report, samples.size());
@@ -140,23 +145,28 @@ class Indexed {
       if (std::any_of(cover.chosen.begin(), cover.chosen.end(), in)) continue;
       std::size_t why = 0;
       if (all.reach(c)) {
-        why = 5;
+        why = 6;
       } else if (reach.seats(samples[c])) {
-        for (why = 1; why < 4; ++why) {
+        for (why = 1; why < 5; ++why) {
           std::uint32_t hint = kNoFacet;
           if (std::none_of(everywhere.begin(), everywhere.end(),
                            [&](Vec3 d) { return reach.clears(samples[c], d, hint, static_cast<int>(why)); }))
             break;
         }
       }
+      if (why == 4)
+        note_fixture(options_, reach.tool(), samples[c].place, samples[c].normal, plan_.report).area +=
+            samples[c].area;
       if (lost[why] == 0.0) first[why] = samples[c].source;
       lost[why] += samples[c].area;
     }
-    const std::array<std::string, 6> why_text{
+    const std::array<std::string, 7> why_text{
         "the cutter's end does not fit there; use a smaller one",
         "the cutter hits the part from every direction; use a thinner one, or a larger axis.steepest_deg",
         std::string("the shank hits the part from every direction; ") + remedy(RestReason::kShank),
         std::string("the holder hits the part from every direction; ") + remedy(RestReason::kHolder),
+        "in every direction that is clear of the part a fixture is in the way; "
+        "clamp the part elsewhere, or use a longer or thinner tool",
         std::string("the tool axis would tilt further than setup.tilt_max_deg; ") + remedy(RestReason::kTilt),
         "the directions chosen do not reach it, others do; raise axis.most_directions or "
         "axis.coverage_percent, lower axis.least_gain_percent, or use the mode free"};
@@ -165,6 +175,7 @@ class Indexed {
         plan_.report.warnings.push_back(percent_text(lost[why] / whole) +
                                         " of the surface is left, the first at facet " +
                                         std::to_string(first[why]) + ": " + why_text[why]);
+    warn_fixtures("", plan_.report);
   }
 
   /// The paths of all directions, as many at a time as there are cores, put together in their order.
@@ -264,7 +275,8 @@ class Indexed {
   const CheckedMesh& part_;
   const PlanOptions& options_;
   Point<Part> middle_;
-  double radius_ = 0.0;       ///< of the sphere about the middle that holds the part, mm
+  double part_radius_ = 0.0;  ///< of the sphere about the middle that holds the part, mm
+  double radius_ = 0.0;       ///< of that which holds part and fixtures, mm
   std::vector<Vec3> chosen_;  ///< in the order of machining
   Plan plan_;
   Stages stages_;

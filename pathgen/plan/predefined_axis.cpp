@@ -37,12 +37,17 @@ EnvelopeOptions envelope_options(const PlanOptions& options) {
 
 /// z' of the clearance surface. In outside work it clears every vertex of the part, machined or not; in
 /// inside work, where room is short, the highest cutter location, or what the part's nearest vertex could
-/// make of it where there is room for that.
+/// make of it where there is room for that. Fixtures count as the part does.
 Result<double> clearance_surface(const Mesh& mesh, double top, const Deformation& deformation,
                                  const PlanOptions& options) {
   const double lift = reference_height(options.cutter) + options.allowance + options.axial_stock;
   double bound = top;
   for (Point<Part> v : mesh.vertices) bound = std::max(bound, deformation.height(v) + lift);
+  if (options.fixtures) {
+    const double above = reference_height(options.cutter) + options.fixture_room.cutter;
+    for (Point<Part> v : options.fixtures->mesh.vertices)
+      bound = std::max(bound, deformation.height(v) + above);
+  }
   const double z = top + options.links.clearance;
   if (deformation.s() > 0.0) return bound + options.links.clearance;
   if (bound + options.links.clearance <= -kLeastAxisDistance) return bound + options.links.clearance;
@@ -90,6 +95,10 @@ class Planner {
       warn_between(report_.uncut->between,
                    "use a smaller pattern.side_step_mm, or pattern.measure: surface or scallop", report_);
     }
+    for (KeptByFixture& kept : report_.fixtures)
+      for (std::size_t body = 0; report_.uncut && body < report_.uncut->fixture_area.size(); ++body)
+        if (options_.fixtures->names[body] == kept.name) kept.area = report_.uncut->fixture_area[body];
+    warn_fixtures("points of the passes", report_);
     stages_.end();
     return {};
   }
@@ -116,9 +125,9 @@ class Planner {
       return fail(Code::kUnreachable,
                   "the tool reaches no facet of the part: check axis.sense, axis.origin_mm, axis.n and "
                   "containment");
-    if (wanted_ == nullptr) return report_refusals(field->surface, *passes, report_);
+    if (wanted_ == nullptr) return report_refusals(field->surface, *passes, options_, report_);
     PlanReport elsewhere = report_;
-    if (auto done = report_refusals(field->surface, *passes, elsewhere); !done) return done;
+    if (auto done = report_refusals(field->surface, *passes, options_, elsewhere); !done) return done;
     return keep_wanted(*field);
   }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -34,14 +35,62 @@ std::string stopped_by(const ClSurface& surface, const Passes& passes, RestReaso
 
 }  // namespace
 
-Result<void> report_refusals(const ClSurface& surface, const Passes& passes, PlanReport& report) {
+void warn_fixtures(const char* of_what, PlanReport& report) {
+  for (const KeptByFixture& kept : report.fixtures) {
+    const auto mm = [](double value) { return number_text(std::round(1e3 * value) / 1e3); };
+    std::string what = kept.points > 0 ? std::to_string(kept.points) + " " + of_what : "";
+    if (kept.area > 0.0) what += (what.empty() ? "" : " and ") + mm(kept.area) + " mm2 of the part";
+    report.warnings.push_back("the fixture " + kept.name + " keeps the tool from " + what + ", first near (" +
+                              mm(kept.place.x) + ", " + mm(kept.place.y) + ", " + mm(kept.place.z) + "); " +
+                              remedy(RestReason::kFixture));
+  }
+}
+
+KeptByFixture& note_fixture(const PlanOptions& options, const SweptTool& tool, Point<Part> place, Vec3 normal,
+                            PlanReport& report) {
+  const Point<Part> centre = place + normal * tool.ball();
+  std::uint32_t hint = kNoFacet, facet = 0;
+  const Mesh& mesh = options.fixtures->mesh;
+  const auto met = tool.stop(centre, normal, hint, kWithFixtures);
+  if (met && met->of_fixtures) {
+    facet = met->facet;
+  } else {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t i = 0; i < mesh.facets.size(); ++i) {
+      const auto& [a, b, c] = mesh.facets[i];
+      const double off =
+          distance(place, nearest_point(place, {mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]}));
+      if (off < least) least = off, facet = i;
+    }
+  }
+  const std::string& name = options.fixtures->names[mesh.source[facet]];
+  for (KeptByFixture& kept : report.fixtures)
+    if (kept.name == name) return kept;
+  report.fixtures.push_back({name, 0, place});
+  return report.fixtures.back();
+}
+
+Result<void> report_refusals(const ClSurface& surface, const Passes& passes, const PlanOptions& options,
+                             PlanReport& report) {
   std::uint64_t left_out = 0;
-  const std::string all = std::to_string(passes.traced);
+  const std::uint64_t asked = passes.traced - passes.refusals.beside;
+  const std::string all = std::to_string(asked);
+  std::string names;
+  for (const auto& [body, kept] : passes.refusals.fixtures) {
+    const std::string& name = options.fixtures->names[body];
+    report.fixtures.push_back({name, kept.points, kept.first});
+    left_out += kept.points, names += (names.empty() ? "" : ", ") + name;
+  }
+  if (left_out > 0 && left_out == asked)
+    return fail(Code::kUnreachable,
+                "nothing is left to cut: at every point of the path the tool would come "
+                "nearer to a fixture than its clearance (" +
+                    names + "); " + remedy(RestReason::kFixture));
   for (const Reason& reason : kReasons) {
     const auto index = static_cast<std::size_t>(reason.why);
     const std::uint64_t count = passes.refusals.count[index], raised = passes.refusals.raised[index];
     left_out += count;
-    if (count == passes.traced)
+    if (count == asked)
       return fail(reason.why == RestReason::kTilt ? Code::kLimit : Code::kUnreachable,
                   std::string("nothing is left to cut: at every point of the path ") + reason.text + "; " +
                       remedy(reason.why));
@@ -53,16 +102,17 @@ Result<void> report_refusals(const ClSurface& surface, const Passes& passes, Pla
       report.warnings.push_back(std::to_string(raised) + " of " + all + " points raised off the part: else " +
                                 reason.text + facets);
   }
-  if (left_out == passes.traced)
+  if (left_out == asked)
     return fail(Code::kUnreachable,
                 "nothing is left to cut: every point is left out; see guards, containment and "
-                "setup.tilt_max_deg");
+                "setup.tilt_max_deg" +
+                    (names.empty() ? "" : ", and the fixtures " + names));
   if (passes.steep > 0)
     report.warnings.push_back(
         "at " + std::to_string(passes.steep) + " of " + all +
         " points the wall is steeper than 75 degrees across the passes, and the side step "
         "wider there than asked; cut it with z-level contours");
-  report.slice_points -= left_out;
+  report.slice_points = asked - left_out;
   return {};
 }
 

@@ -7,12 +7,22 @@
 #include "pathgen/options/plan_report.h"
 #include "pathgen/pattern/holder_clearance.h"
 #include "pathgen/pattern/passes.h"
+#include "pathgen/tool/swept_tool.h"
 
 namespace tiltfeed::pathgen {
 
 /// Adds a warning for each reason: how many points, which facets, what to change.
 /// Errors: kLimit or kUnreachable when nothing is left.
-Result<void> report_refusals(const ClSurface& surface, const Passes& passes, PlanReport& report);
+/// Notes in the report what each fixture keeps the tool from.
+Result<void> report_refusals(const ClSurface& surface, const Passes& passes, const PlanOptions& options,
+                             PlanReport& report);
+/// Adds a warning for each fixture that keeps the tool from something: how much, where, and from what of it.
+/// `of_what` are the points.
+void warn_fixtures(const char* of_what, PlanReport& report);
+/// Where the tool touches `place` of the part with the normal and no direction is clear of fixtures: the one
+/// in the way along the normal, else the nearest; its entry in the report, made if there is none.
+KeptByFixture& note_fixture(const PlanOptions& options, const SweptTool& tool, Point<Part> place, Vec3 normal,
+                            PlanReport& report);
 /// Adds a warning of patches left out as they touch the axis point, line or circle; none if there are none.
 void warn_too_near(const ClSurface& surface, const std::vector<PatchId>& too_near, PlanReport& report);
 /// Adds a warning of what rounding off left in corners, if anything.

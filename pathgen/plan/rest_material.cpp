@@ -53,6 +53,7 @@ struct OverLimit {
 
 struct FacetVerdict {
   std::array<std::uint32_t, kRestReasons> uncut{};
+  std::vector<std::uint32_t> fixtures;  ///< the body that keeps the tool off a piece, for each such piece
   std::uint32_t facing = 0, pieces = 0;
   std::vector<OverLimit> over;
   double most = 0.0;  ///< that the passes leave of the others, mm
@@ -119,8 +120,8 @@ class Judge {
   /// (U3) Where the tool stands in contact, of the part; nothing on the cone.
   std::optional<Point<Part>> contact(const EnvelopePoint& at) const {
     const double along = dot(at.normal, at.axis);
-    if (field_.surface.piece(at.patch).part != ToolPart::kCutter || along < piece_.taper_sin)
-      return std::nullopt;
+    const ToolPiece& met = field_.surface.piece(at.patch);
+    if (met.part != ToolPart::kCutter || met.at_fixtures || along < piece_.taper_sin) return std::nullopt;
     const Vec3 lateral = at.normal - at.axis * along;
     const double across = length(lateral);
     if (piece_.flat > 0.0 && across < kSteep) return std::nullopt;
@@ -177,10 +178,15 @@ class Judge {
     if (off > options_.tolerance &&
         !(facing < kSteep && off < kNear * piece_.outer && touched_off_wall(line, n, place)) &&
         !touched_from_beside(place, n, line, *found)) {
-      const ToolPart part = rules_.touching(*found);
+      const ToolPart part = rules_.touching(*found).part;
+      if (rules_.touching(*found).at_fixtures) {
+        verdict.fixtures.push_back(field_.surface.facet_of(found->patch));
+        return {RestReason::kFixture};
+      }
       return {part == ToolPart::kCutter ? by_cutter : rest_reason_of(part)};
     }
     const std::optional<RestReason> refused = rules_.refusal(*found);
+    if (refused == RestReason::kFixture) verdict.fixtures.push_back(field_.surface.facet_of(found->patch));
     if (!refused && facing >= kSteepest && off <= options_.tolerance)
       look_between(place, line.base, *found, verdict);
     return {refused};
@@ -226,7 +232,7 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
   const double limit = asked_height(options) + options.tolerance;
   const CuttingMoves moves(path, field.surface.pieces().front(), reference_height(options.cutter),
                            std::max(asked_step(options), options.pattern.step_down));
-  std::vector<FacetVerdict> verdicts(mesh.facets.size());
+  std::vector<FacetVerdict> verdicts(field.surface.part_facets());
   const HullBvh tree = field.index.tree(field.deformation);
   tbb::enumerable_thread_specific<Judge> judges(
       [&] { return Judge(field, tree, options, envelope, moves, limit); });
@@ -238,6 +244,7 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
   });
   RestReport report;
   report.between.limit = limit;
+  if (options.fixtures) report.fixture_area.resize(options.fixtures->names.size(), 0.0);
   for (std::size_t i = 0; i < verdicts.size(); ++i) {
     FacetVerdict& v = verdicts[i];
     if (v.facing == 0) {
@@ -251,6 +258,7 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
     const std::uint32_t over = without_kept_off(v, kept_off);
     std::uint32_t uncut = 0;
     for (const std::uint32_t n : v.uncut) uncut += n;
+    for (const std::uint32_t body : v.fixtures) report.fixture_area[body] += area / v.pieces;
     report.facing_area += area * v.facing / v.pieces;
     BetweenPasses& between = report.between;
     between.area += area * over / v.pieces;

@@ -28,6 +28,7 @@ Reach reach_of(RestReason why, bool fits) {
       return fits ? Reach::kBlocked : Reach::kNarrow;
     case RestReason::kShank:
     case RestReason::kHolder:
+    case RestReason::kFixture:
       return Reach::kBlocked;
     case RestReason::kTilt:
       return Reach::kTilt;

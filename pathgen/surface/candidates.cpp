@@ -69,12 +69,14 @@ bool CandidateSweep::next() {
   const std::size_t settled = active_.size();
   while (next_ < all_.size() && all_[next_].from - from_ < close) take_next();
   to_ = next_ < all_.size() ? all_[next_].from : kNowhere;
-  double last = from_;
-  for (const Candidate& c : active_) {
-    last = std::max(last, c.to);
-    if (c.to - from_ >= close) to_ = std::min(to_, c.to);
+  if (to_ == kNowhere || ends_ < to_) {  // else all of them end later
+    double last = from_;
+    for (const Candidate& c : active_) {
+      last = std::max(last, c.to);
+      if (c.to - from_ >= close) to_ = std::min(to_, c.to);
+    }
+    if (to_ == kNowhere) to_ = last;
   }
-  if (to_ == kNowhere) to_ = last;
   if (to_ == from_ && !first) return false;
   while (next_ < all_.size() && all_[next_].from <= to_) take_next();
   settle(settled);

@@ -21,6 +21,8 @@ constexpr double kSmallestCellShare = 0.25;
 constexpr std::size_t kFacetsPerBlock = 4096;
 /// Of the work: until the hulls are made, and until it is known whether facets show their inside.
 constexpr double kCellsShare = 0.4, kLookShare = 0.6;
+/// Of the work with fixtures, the field without them.
+constexpr double kPartShare = 0.5;
 
 /// Of the facets that show their inside, so many are asked why, at this share of the way to their corners.
 constexpr std::size_t kFacetsAsked = 16;
@@ -92,15 +94,9 @@ Result<std::unique_ptr<ClField>> field_of(const Mesh& mesh, Sides sides, const P
   return std::make_unique<ClField>(ClField{std::move(surface), deformation, std::move(index), bounds});
 }
 
-}  // namespace
-
-double smallest_hull(const PlanOptions& options) {
-  return std::max(kSmallestCell, kSmallestCellShare * asked_step(options));
-}
-
-Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const PlanOptions& options,
-                                                  std::vector<std::string>& warnings,
-                                                  const ReportShare& report) {
+Result<std::unique_ptr<const ClField>> field_of_part(const CheckedMesh& part, const PlanOptions& options,
+                                                     std::vector<std::string>& warnings,
+                                                     const ReportShare& report) {
   const ReportShare looking = part_of(report, kCellsShare, kLookShare),
                     again = part_of(report, kLookShare, 1.0);
   auto field = field_of(part.mesh, part.sides, options, part_of(report, 0.0, kCellsShare));
@@ -129,6 +125,37 @@ Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const
                      std::to_string(part.mesh.source[shown.front()]) + " at " + to_string(place) + ": " +
                      why + "; both sides of every facet count as surface, and the tool keeps off both");
   return both;
+}
+
+/// The field with the patches of fixtures, (C7): neither where the part is nor how it is flattened changes.
+Result<std::unique_ptr<const ClField>> with_fixtures(const ClField& part, const PlanOptions& options,
+                                                     const ReportShare& report) {
+  const Mesh& own = part.surface.mesh();
+  auto mesh = std::make_shared<const Mesh>(joined(own, options.fixtures->mesh));
+  std::vector<ToolPiece> pieces = part.surface.pieces();
+  for (const ToolPiece& piece : fixture_pieces(options)) pieces.push_back(piece);
+  const bool both = part.surface.sides() == Sides::kBoth || options.fixtures->sides == Sides::kBoth;
+  ClSurface surface(*mesh, both ? Sides::kBoth : Sides::kOutward, std::move(pieces), own.facets.size());
+  FlatHulls hulls = make_flat_hulls(surface, part.deformation, smallest_hull(options), report);
+  if (report && !report(1.0)) return cancelled();
+  FlatIndex index(std::move(hulls), part.deformation);
+  return std::make_unique<const ClField>(ClField{std::move(surface), part.deformation, std::move(index),
+                                                 part.bounds, part.starts_inside, std::move(mesh)});
+}
+
+}  // namespace
+
+double smallest_hull(const PlanOptions& options) {
+  return std::max(kSmallestCell, kSmallestCellShare * asked_step(options));
+}
+
+Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const PlanOptions& options,
+                                                  std::vector<std::string>& warnings,
+                                                  const ReportShare& report) {
+  const double share = options.fixtures ? kPartShare : 1.0;
+  auto field = field_of_part(part, options, warnings, part_of(report, 0.0, share));
+  if (!field || !options.fixtures) return field;
+  return with_fixtures(**field, options, part_of(report, share, 1.0));
 }
 
 }  // namespace tiltfeed::pathgen

@@ -22,11 +22,12 @@ struct ClField {
   FlatBounds bounds;  ///< of what the cutting part can reach
   /// The part is closed, and what the tool comes from may lie in its material: (E1), leave_material().
   bool starts_inside = false;
+  std::shared_ptr<const Mesh> mesh{};  ///< of part and fixtures; null: the part's own, without fixtures
 };
 
 /// Offsets the part by the cutting part of the tool and deforms it for one axis field. Where facets show the
 /// tool their inside, both sides of all count as surface, with a warning. Errors: kUnreachable when nothing
-/// faces the tool; kCancelled.
+/// faces the tool; kCancelled. With fixtures their patches stand beside the part's, (C7).
 Result<std::unique_ptr<const ClField>> make_field(const CheckedMesh& part, const PlanOptions& options,
                                                   std::vector<std::string>& warnings,
                                                   const ReportShare& report = {});

@@ -49,8 +49,12 @@ void join(std::vector<std::vector<T>>& blocks, std::vector<T>& all) {
 
 }  // namespace
 
-ClSurface::ClSurface(const Mesh& mesh, Sides sides, std::vector<ToolPiece> pieces)
-    : mesh_(mesh), sides_(sides), pieces_(std::move(pieces)), normals_(mesh.facets.size()) {
+ClSurface::ClSurface(const Mesh& mesh, Sides sides, std::vector<ToolPiece> pieces, std::size_t part_facets)
+    : mesh_(mesh),
+      sides_(sides),
+      pieces_(std::move(pieces)),
+      part_facets_(std::min(part_facets, mesh.facets.size())),
+      normals_(mesh.facets.size()) {
   assert(!pieces_.empty());
   const bool balls =
       std::all_of(pieces_.begin(), pieces_.end(), [](const ToolPiece& p) { return p.is_ball(); });
@@ -165,7 +169,17 @@ std::vector<PatchId> ClSurface::numbers_of(const ClSurface& first) const {
     while (vertices_[mine].vertex != patch.vertex) ++mine;
     numbers[at++] = ends + mine;
   }
+  const std::size_t pieces = first.pieces_.size();
+  for (PatchId piece = 1; piece < pieces; ++piece)
+    for (PatchId f = 0; f < first.features_; ++f) numbers.push_back(numbers[f] + piece * features_);
   return numbers;
+}
+
+bool ClSurface::is_fixture(PatchId feature) const {
+  const std::size_t faces = mesh_.facets.size();
+  if (feature < faces) return feature >= part_facets_;
+  if (feature < faces + edges_.size()) return edges_[feature - faces].facets[0] >= part_facets_;
+  return fan(vertices_[feature - faces - edges_.size()]).front() >= part_facets_;
 }
 
 std::uint32_t ClSurface::facet_of(PatchId patch) const {

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -22,19 +23,27 @@ using PatchId = std::uint32_t;
 
 class ClSurface {
  public:
-  /// `mesh` must outlive the surface. Requires: at least one piece.
-  ClSurface(const Mesh& mesh, Sides sides, std::vector<ToolPiece> pieces);
+  /// `mesh` must outlive the surface. Its facets from `part_facets` on are those of fixtures. Requires: at
+  /// least one piece; facets of the part and of fixtures share no vertex, and the part's vertices come first.
+  ClSurface(const Mesh& mesh, Sides sides, std::vector<ToolPiece> pieces,
+            std::size_t part_facets = std::numeric_limits<std::size_t>::max());
 
   PatchId features() const { return features_; }
-  /// The features of a surface of the same mesh for the first piece alone, as this one numbers them: it may
-  /// need fewer, (C4).
+  /// The patches of a surface of the same mesh for the first pieces alone, as this one numbers them: it may
+  /// need fewer features, (C4).
   std::vector<PatchId> numbers_of(const ClSurface& first) const;
   PatchId patch_count() const { return features() * static_cast<PatchId>(pieces_.size()); }
   const ToolPiece& piece(PatchId patch) const {
     return patch < features_ ? pieces_.front() : pieces_[patch / features_];
   }
   bool is_face(PatchId patch) const { return feature_of(patch) < mesh_.facets.size(); }
-  /// The facet of the STL file that the patch stands on.
+  /// Facets of the part alone; those of fixtures come behind them.
+  std::size_t part_facets() const { return part_facets_; }
+  /// Is the patch one of a fixture that its piece is not asked about, or the other way round?
+  bool is_idle(PatchId patch) const {
+    return part_facets_ != mesh_.facets.size() && piece(patch).at_fixtures != is_fixture(feature_of(patch));
+  }
+  /// The facet of the STL file that the patch stands on; of a fixture its number.
   std::uint32_t facet_of(PatchId patch) const;
 
   /// The highest point of the patch on the axis line, if the line meets it. Points just outside the patch (by
@@ -99,6 +108,7 @@ class ClSurface {
     std::uint8_t sticks_out = 0;  ///< an edge there has a patch
     std::uint8_t is_sharp = 0;    ///< one that is not nearly flat has
   };
+  bool is_fixture(PatchId feature) const;
   PatchId feature_of(PatchId patch) const { return patch < features_ ? patch : patch % features_; }
   std::vector<VertexNotes> find_edges();
   bool edge_patch(std::span<const HalfEdge> halves, EdgePatch& edge) const;
@@ -112,6 +122,7 @@ class ClSurface {
   const Mesh& mesh_;
   Sides sides_;
   std::vector<ToolPiece> pieces_;
+  std::size_t part_facets_;
   FreshVector<Vec3> normals_;
   std::vector<EdgePatch> edges_;
   std::vector<NarrowNotch> notches_;

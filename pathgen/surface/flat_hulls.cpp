@@ -218,6 +218,7 @@ FlatHulls make_flat_hulls(const ClSurface& surface, const Deformation& deformati
     for (std::size_t p = patches * b / kBlocks; p < patches * (b + 1) / kBlocks; ++p) {
       if (p % kPatchesPerLook == 0 && !watch.next(kPatchesPerLook)) return;
       if (p + kAhead < patches) surface.fetch(static_cast<PatchId>(p + kAhead));
+      if (surface.is_idle(static_cast<PatchId>(p))) continue;
       if (!wanted || wanted(static_cast<PatchId>(p))) maker.add(static_cast<PatchId>(p));
     }
   });

@@ -2,16 +2,22 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <mutex>
 
 namespace tiltfeed::pathgen {
 
 namespace {
+
+/// Dropping on so many patches takes about as long as putting one in a tree.
+constexpr std::size_t kDropsPerHull = 16;
 
 /// Hulls that one task takes at least: some hundred microseconds of work.
 constexpr std::size_t kGrain = 8192;
@@ -78,12 +84,62 @@ Extent extent_of(Ranges r, const Deformation& deformation) {
 
 }  // namespace
 
+struct FlatIndex::Drops {
+  std::once_flag once;
+  std::vector<DropBvh> pieces;
+  std::atomic<std::size_t> dropped = 0;
+};
+
+std::span<const DropBvh> FlatIndex::drops(const ClSurface& surface) const {
+  std::call_once(drops_->once, [&] {
+    // A thread that waits for its part of a tree must not take up work that asks for the trees.
+    tbb::this_task_arena::isolate([&] {
+      const auto add = [&](const FlatHulls& hulls, double period_x, double period_y) {
+        const auto begin = hulls.hulls.begin(), end = hulls.hulls.end();
+        for (auto first = begin; first != end;) {
+          const ToolPiece* piece = &surface.piece(first->patch);
+          const auto last = std::partition_point(
+              first, end, [&](const FlatHull& hull) { return &surface.piece(hull.patch) == piece; });
+          drops_->pieces.emplace_back(surface, hulls, static_cast<std::size_t>(first - begin),
+                                      static_cast<std::size_t>(last - begin), period_x, period_y);
+          first = last;
+        }
+      };
+      add(hulls_, period_x_, period_y_);
+      add(guard_hulls_, guard_period_x_, guard_period_y_);
+    });
+  });
+  return drops_->pieces;
+}
+
+std::span<const DropBvh> FlatIndex::drops_after(std::size_t dropped, const ClSurface& surface) const {
+  const std::size_t before = drops_->dropped.fetch_add(dropped, std::memory_order_relaxed);
+  if (before + dropped < kDropsPerHull * (hulls_.hulls.size() + guard_hulls_.hulls.size())) return {};
+  return drops(surface);
+}
+
+bool FlatIndex::holds(const DropBvh::Found& found, double x, double y) const {
+  if (found.patch < first_guard_) {
+    for (std::uint32_t i = found.hull; i < hulls_.hulls.size() && hulls_.hulls[i].patch == found.patch; ++i)
+      if (holds(box(i), x, y)) return true;
+    return false;
+  }
+  const auto& hulls = guard_hulls_.hulls;
+  for (std::uint32_t i = found.hull; i < hulls.size() && hulls[i].patch == found.patch; ++i) {
+    const LooseBox b = loosened(box_of(guard_hulls_, hulls[i]));
+    const FlatBox round{b.low_x, b.high_x, b.low_y, b.high_y};
+    if (holds_on_a_turn(round, x, y, guard_period_x_, guard_period_y_)) return true;
+  }
+  return false;
+}
+
 FlatIndex::FlatIndex(FlatHulls hulls, const Deformation& deformation) : hulls_(std::move(hulls)) {
   assert(!hulls_.hulls.empty());
   const Extent extent = extent_of(ranges_of(hulls_, boxes_), deformation);
   period_x_ = extent.period_x, period_y_ = extent.period_y, bounds_ = extent.bounds;
   bins_ = FlatBins(boxes_, bounds_, period_x_, period_y_);
   covering_ = ColumnEnds(std::move(hulls_.near));
+  drops_ = std::make_shared<Drops>();
 }
 
 FlatIndex::FlatIndex(const FlatIndex& cutter, std::span<const PatchId> numbers, FlatHulls guards,
@@ -97,6 +153,9 @@ FlatIndex::FlatIndex(const FlatIndex& cutter, std::span<const PatchId> numbers, 
   bounds_ = extent_of(ranges, deformation).bounds;
   hulls_.furthest = std::max(hulls_.furthest, guards.furthest);
   guards_ = HullBvh(guards, deformation);
+  guard_period_x_ = deformation.period_x(), guard_period_y_ = deformation.period_y();
+  if (!guards.hulls.empty()) first_guard_ = guards.hulls.front().patch;
+  drops_ = std::make_shared<Drops>();
   guard_hulls_ = std::move(guards);
 }
 
@@ -107,13 +166,11 @@ double FlatIndex::top() const {
   return static_cast<double>(top);
 }
 
-bool FlatIndex::holds(const FlatBox& box, double x, double y) const {
+bool FlatIndex::holds_on_a_turn(const FlatBox& box, double x, double y, double period_x, double period_y) {
   const auto turned = [](double v, double low, double high, double period) {
     return period > 0.0 ? v + period * std::round(((low + high) / 2.0 - v) / period) : v;
   };
-  const double tx = turned(x, box.low_x, box.high_x, period_x_),
-               ty = turned(y, box.low_y, box.high_y, period_y_);
-  return tx >= box.low_x && tx <= box.high_x && ty >= box.low_y && ty <= box.high_y;
+  return box.holds(turned(x, box.low_x, box.high_x, period_x), turned(y, box.low_y, box.high_y, period_y));
 }
 
 double FlatIndex::crossings(double dx, double dy, double step) const {

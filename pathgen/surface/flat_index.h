@@ -4,11 +4,13 @@
 
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "pathgen/axis/deformation.h"
 #include "pathgen/surface/candidates.h"
+#include "pathgen/surface/drop_bvh.h"
 #include "pathgen/surface/flat_bins.h"
 #include "pathgen/surface/flat_hulls.h"
 #include "pathgen/surface/hull_along.h"
@@ -106,8 +108,20 @@ class FlatIndex {
   /// The hulls of the cutting part as such a tree.
   HullBvh tree(const Deformation& deformation) const { return {hulls_, deformation}; }
 
+  /// The patches by how high each piece may come down on them, made when first asked for, by any thread.
+  /// `surface`: that of the hulls, always the same.
+  std::span<const DropBvh> drops(const ClSurface& surface) const;
+  /// The same once the patches dropped on have cost about as much as making it takes, else nothing;
+  /// `dropped`: so many more.
+  std::span<const DropBvh> drops_after(std::size_t dropped, const ClSurface& surface) const;
+  /// Does a hull of the patch hold the place?
+  bool holds(const DropBvh::Found& found, double x, double y) const;
+
  private:
-  bool holds(const FlatBox& box, double x, double y) const;
+  bool holds(const FlatBox& box, double x, double y) const {
+    return holds_on_a_turn(box, x, y, period_x_, period_y_);
+  }
+  static bool holds_on_a_turn(const FlatBox& box, double x, double y, double period_x, double period_y);
   bool has_siblings(std::uint32_t hull) const;
   void ask(Scratch& scratch) const;
   void add_hull(std::uint32_t hull, const FlatLine& line, const FlatBox& swept,
@@ -122,6 +136,10 @@ class FlatIndex {
   ColumnEnds covering_;
   FlatHulls guard_hulls_;
   HullBvh guards_;
+  double guard_period_x_ = 0.0, guard_period_y_ = 0.0;
+  PatchId first_guard_ = std::numeric_limits<PatchId>::max();  ///< patches from here on are of guards
+  struct Drops;
+  std::shared_ptr<Drops> drops_;
 };
 
 }  // namespace tiltfeed::pathgen

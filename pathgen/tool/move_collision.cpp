@@ -16,7 +16,7 @@ constexpr double kBoundedFrom = 3.0;
 
 /// How far up the tool anything of the part can be, mm.
 double lever(const SweptTool& tool) {
-  const Box& b = tool.tree().bounds();
+  const Box b = tool.bounds();
   return std::min(tool.top(), distance(b.min, b.max));
 }
 

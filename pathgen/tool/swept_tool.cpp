@@ -172,10 +172,36 @@ SweptTool::SweptTool(const FacetBvh& tree, const PlanOptions& options, double sl
   };
   for (const ToolPiece& piece : tool_pieces(options)) add(swept_, piece, true);
   for (const ToolPiece& piece : all_pieces(options)) add(still_, piece, false);
+  if (!options.fixtures) return;
+  fixture_tree_ = std::make_shared<const FacetBvh>(options.fixtures->mesh);
+  fixtures_ = std::make_shared<const SweptTool>(*fixture_tree_, as_of_fixtures(options), 0.0);
+}
+
+Box SweptTool::bounds() const {
+  if (!fixtures_) return tree_.bounds();
+  const Box& of = fixture_tree_->bounds();
+  return grown(grown(tree_.bounds(), of.min), of.max);
+}
+
+bool SweptTool::ball_meets(Point<Part> centre, double radius, std::uint32_t* facet) const {
+  bool met = false;
+  tree_.each_in(box_about(centre, radius), [&](std::uint32_t i, const PlacedFacet& c) {
+    if (met || squared_length(centre - nearest_point(centre, c.corners)) >= radius * radius) return;
+    met = true;
+    if (facet != nullptr) *facet = i;
+  });
+  return met;
+}
+
+std::optional<Blocker> SweptTool::stop_at_fixtures(Point<Part> centre, Vec3 axis) const {
+  std::uint32_t facet = kNoFacet;
+  if (fixtures_->ball_meets(centre, fixtures_->ball_, &facet)) return Blocker{ToolPart::kCutter, facet, true};
+  const std::optional<Blocker> found = fixtures_->stop(centre, axis, facet);
+  return found ? std::optional(Blocker{found->part, found->facet, true}) : std::nullopt;
 }
 
 std::optional<Blocker> SweptTool::stop(Point<Part> centre, Vec3 axis, std::uint32_t& hint) const {
-  return stop(centre, axis, hint, 3);
+  return stop(centre, axis, hint, kWithFixtures);
 }
 
 std::optional<Blocker> SweptTool::stop(Point<Part> centre, Vec3 axis, std::uint32_t& hint, int parts) const {
@@ -193,7 +219,7 @@ std::optional<Blocker> SweptTool::stop(Point<Part> centre, Vec3 axis, std::uint3
                                              });
     if (found) return Blocker{f.part, hint};
   }
-  return std::nullopt;
+  return fixtures_ && parts >= kWithFixtures ? stop_at_fixtures(centre, axis) : std::nullopt;
 }
 
 bool SweptTool::stopped_by(std::uint32_t facet, Point<Part> centre, Vec3 axis, int parts) const {
@@ -225,7 +251,8 @@ bool SweptTool::may_stop(Point<Part> centre, Vec3 axis, double off, double turn,
       grown.from = grown.to, grown.radius = grown.widest;
     }
   }
-  return false;
+  return fixtures_ && (fixtures_->ball_meets(centre, fixtures_->ball_ + off) ||
+                       fixtures_->may_stop(centre, axis, off, turn, from));
 }
 
 bool SweptTool::stopped_below(Point<Part> centre, Vec3 axis, double to, std::uint32_t& hint) const {
@@ -241,7 +268,9 @@ bool SweptTool::stopped_below(Point<Part> centre, Vec3 axis, double to, std::uin
                                              });
     if (found) return true;
   }
-  return false;
+  std::uint32_t facet = kNoFacet;
+  return fixtures_ && (fixtures_->ball_meets(centre, fixtures_->ball_) ||
+                       fixtures_->stopped_below(centre, axis, to, facet));
 }
 
 std::optional<Blocker> SweptTool::hit(Point<Part> centre, Vec3 axis) const {
@@ -259,6 +288,8 @@ std::optional<Blocker> SweptTool::hit(Point<Part> centre, Vec3 axis) const {
                             return found.has_value();
                           });
   }
+  if (!found && fixtures_)
+    if (found = fixtures_->hit(centre, axis); found) found->of_fixtures = true;
   return found;
 }
 

@@ -3,6 +3,7 @@
 // on which it can be drawn back along its axis. (A1)..(A3) in pathgen/free_axis/README.md.
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -12,11 +13,16 @@
 
 namespace tiltfeed::pathgen {
 
-/// What of the tool meets which facet (index into the mesh) of the part.
+/// What of the tool meets which facet (index into the mesh) of the part, or of the fixtures.
 struct Blocker {
   ToolPart part = ToolPart::kCutter;
   std::uint32_t facet = 0;
+  bool of_fixtures = false;
 };
+
+/// Of the tool that is asked about: the cutting part, the shank, too, the holder, too; all against fixtures,
+/// too.
+inline constexpr int kCutterOnly = 1, kWithShank = 2, kWithHolder = 3, kWithFixtures = 4;
 
 class SweptTool {
  public:
@@ -29,6 +35,7 @@ class SweptTool {
     double widest = 0.0;          ///< radius at the upper end, mm
   };
 
+  /// Fixtures of the options are held against all of the tool, its ball included, grown by their room.
   /// `slack`: by which the cutting part may cut in, mm; it touches the part where it works. `tree` must
   /// outlive the tool. Requires: a ball or taper-ball cutter.
   SweptTool(const FacetBvh& tree, const PlanOptions& options, double slack);
@@ -38,7 +45,7 @@ class SweptTool {
   /// `hint`: the facet that stopped a tool nearby; it is asked first, and set to what is found. Safe to call
   /// from several threads.
   std::optional<Blocker> stop(Point<Part> centre, Vec3 axis, std::uint32_t& hint) const;
-  /// The same for the cutting part alone (`parts` 1), with the shank (2), with the holder (3).
+  /// The same for `parts` of it: kCutterOnly to kWithFixtures.
   std::optional<Blocker> stop(Point<Part> centre, Vec3 axis, std::uint32_t& hint, int parts) const;
   /// Is it this facet that stops the first `parts` of the tool there?
   bool stopped_by(std::uint32_t facet, Point<Part> centre, Vec3 axis, int parts) const;
@@ -51,13 +58,22 @@ class SweptTool {
   /// What the tool as it stands, ball and all, meets; nothing is swept.
   std::optional<Blocker> hit(Point<Part> centre, Vec3 axis) const;
 
-  double ball() const { return ball_; }      ///< radius of the ball with the allowance, mm
-  double widest() const { return widest_; }  ///< of any part of the tool, mm
-  double top() const { return top_; }        ///< of the tool over the CL reference, mm
-  const FacetBvh& tree() const { return tree_; }
+  double ball() const { return ball_; }           ///< radius of the ball with the allowance, mm
+  double widest() const { return widest_; }       ///< of any part of the tool, mm
+  double top() const { return top_; }             ///< of the tool over the CL reference, mm
+  const FacetBvh& tree() const { return tree_; }  ///< of the part
+  /// Round part and fixtures.
+  Box bounds() const;
+  /// The tool as fixtures meet it; null: there are none.
+  const SweptTool* at_fixtures() const { return fixtures_.get(); }
 
  private:
+  std::optional<Blocker> stop_at_fixtures(Point<Part> centre, Vec3 axis) const;
+  bool ball_meets(Point<Part> centre, double radius, std::uint32_t* facet = nullptr) const;
+
   const FacetBvh& tree_;
+  std::shared_ptr<const FacetBvh> fixture_tree_;
+  std::shared_ptr<const SweptTool> fixtures_;
   double ball_, slack_, widest_ = 0.0, top_ = 0.0;
   std::vector<Frustum> swept_;  ///< without what is in another's shadow; the widest last
   std::vector<Frustum> still_;

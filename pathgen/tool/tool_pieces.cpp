@@ -68,6 +68,22 @@ std::vector<ToolPiece> tool_pieces(const PlanOptions& options) {
   return pieces;
 }
 
+PlanOptions as_of_fixtures(PlanOptions options) {
+  const FixtureRoom& room = options.fixture_room;
+  options.allowance = room.cutter, options.radial_stock = 0.0, options.axial_stock = 0.0;
+  options.shank = {room.shank - room.cutter, Reaction::kTrim};
+  options.holder = {room.holder - room.cutter, Reaction::kTrim};
+  options.fixtures = nullptr;
+  return options;
+}
+
+std::vector<ToolPiece> fixture_pieces(const PlanOptions& options) {
+  if (!options.fixtures) return {};
+  std::vector<ToolPiece> pieces = with_lower_discs(tool_pieces(as_of_fixtures(options)));
+  for (ToolPiece& piece : pieces) piece.at_fixtures = true;
+  return pieces;
+}
+
 std::vector<ToolPiece> with_lower_discs(const std::vector<ToolPiece>& pieces) {
   std::vector<ToolPiece> all;
   double widest = 0.0;

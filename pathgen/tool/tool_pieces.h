@@ -13,6 +13,7 @@ namespace tiltfeed::pathgen {
 /// which the arc's centre runs round the axis.
 struct ToolPiece {
   ToolPart part = ToolPart::kCutter;
+  bool at_fixtures = false;                 ///< meets fixtures and nothing of the part; else the other way
   double flat = 0.0, corner = 0.0;          ///< mm; a ball has flat 0, a sharp edge corner 0
   double taper_sin = 0.0, taper_cos = 1.0;  ///< of the cone's half-angle; 0: straight wall
   double outer = 0.0;                       ///< mm; flat + corner for a straight wall
@@ -38,6 +39,11 @@ std::vector<ToolPiece> all_pieces(const PlanOptions& options);
 /// The pieces that stick out further than what is below them, from the tip up; the first is the cutting part.
 /// Grown by the stock that is to stay, shank and holder by their clearances besides.
 std::vector<ToolPiece> tool_pieces(const PlanOptions& options);
+
+/// (T4) The pieces that fixtures see, likewise: grown by PlanOptions::fixture_room alone.
+std::vector<ToolPiece> fixture_pieces(const PlanOptions& options);
+/// The options of a part from which the tool is to keep as far off as from a fixture.
+PlanOptions as_of_fixtures(PlanOptions options);
 
 /// (T3) The same with a straight piece before each cone that has a sharp lower edge.
 std::vector<ToolPiece> with_lower_discs(const std::vector<ToolPiece>& pieces);

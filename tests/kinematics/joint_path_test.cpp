@@ -263,6 +263,23 @@ TEST(JointPath, NamesAToleranceThatCannotBeMet) {
                {"move 1", "0.000001 mm", "decimals"}, options);
 }
 
+TEST(JointPath, ShortMovesThatTurnFastFitThreeDecimals) {
+  // Round an edge the tip goes 0.015 mm while the axis turns by 0.13 degrees: the tip's last decimal is 4 %
+  // of the way, and so much of the turn is more than the axis may be off.
+  JointPathOptions options;
+  options.linear_decimals = options.rotary_decimals = 3;
+  options.tolerance = 0.0035, options.reach = 50.0;
+  options.axis_tolerance = Angle::from_radians(options.tolerance / options.reach).degrees();
+  for (const double tilt : {30.0, 86.9, 104.2}) {
+    const auto edge = sampled(60, [&](double f) {
+      const double turned = Angle::from_degrees(tilt + 7.8 * f).radians();
+      return Pose{{57.0, 0.4 - 6.7 * std::sin(turned), 35.9 + 6.7 * std::cos(turned)},
+                  {0.0, -std::sin(turned), std::cos(turned)}};
+    });
+    expect_good(edge, trunnion(), nullptr, options);
+  }
+}
+
 TEST(JointPath, RefusesNonsense) {
   ToolPath path = path_of({{{0, 0, 0}, {0, 0, 1}}, {{1, 0, 0}, {0, 0, 1}}});
   path.cut_feed = {};

@@ -101,5 +101,29 @@ TEST(ZLevel, ColumnsWhoseEndThePartCoversAreShutOneAndAll) {
   for (int i = 0; i < 200; ++i) EXPECT_EQ(heights.at({x(random), y(random)}), kShut) << "place " << i;
 }
 
+/// Beyond the axis of Theta a level is other columns' matter: the tool would stand there the other way round.
+/// A closed form: places nearer than kLeastAxisDistance to that axis, or of other flat coordinates than those
+/// that they were made from.
+TEST(ZLevel, LaysNothingBeyondTheAxisOfThetaInInsideWork) {
+  Shapes shapes;  // a block between the axis of Theta and the circle, and one beyond that axis
+  shapes.box(3.0, -1.0, 4.0, 1.0, -1.0, 1.0), shapes.box(-4.0, -1.0, -3.0, 1.0, -1.0, 1.0);
+  const AxisFrame frame{AxisMode::kCircle, Sense::kInward, {}, {0, 1, 0}, {1, 0, 0}, 5.0};
+  const auto field = field_over(shapes.mesh, frame, 0.6, 3.0);
+  ContourOptions options = options_for(0.5, 0.25);
+  options.height = {-9.0, -1.0};
+  const Contours contours = contours_of(*field, options);
+  std::size_t points = 0;
+  each_pass(contours, [&](const Pass& pass) {
+    for (const EnvelopePoint& p : pass) {
+      const Point<Flat> back = field->deformation.flatten(p.centre);
+      EXPECT_GE(std::hypot(p.centre.x, p.centre.y), 0.0999);
+      EXPECT_NEAR(std::remainder(back.x - p.flat.x, field->deformation.period_x()), 0.0, 1e-6);
+      EXPECT_NEAR(std::remainder(back.y - p.flat.y, field->deformation.period_y()), 0.0, 1e-6);
+      ++points;
+    }
+  });
+  EXPECT_GT(points, 200u);
+}
+
 }  // namespace
 }  // namespace tiltfeed

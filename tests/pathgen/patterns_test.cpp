@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "tests/judges/path_proof.h"
 #include "tests/shapes/cut_passes.h"
 
 namespace tiltfeed {
@@ -37,6 +38,38 @@ TEST(Patterns, ContoursOfAConeAreCircles) {
   EXPECT_GE(levels.size(), 12u);  // 18 mm of cone in levels at most 1.5 mm apart
   for (auto it = levels.begin(); std::next(it) != levels.end(); ++it)
     EXPECT_LE(*std::next(it) - *it, 1.5e6 + 2.0);
+}
+
+TEST(Patterns, NoLevelIsOnTheAxisFeatureItself) {
+  // Beside a block the contours of a containment go on down; on the line or point itself no axis is defined,
+  // and what goes up from there would go up along any.
+  constexpr double kLeast = 0.1;
+  for (const AxisMode mode : {AxisMode::kLine, AxisMode::kPoint, AxisMode::kCircle}) {
+    const double radius = mode == AxisMode::kCircle ? 7.0 : 0.0;
+    PlanOptions o = options_with({mode, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, radius});
+    const CheckedMesh part = turned({{0, 9}, {6, 9}, {6, 6}, {0, 6}}, 24);
+    o.pattern.kind = PatternKind::kZLevel;
+    o.pattern.side_step = 2.0, o.pattern.step_down = 4.0;
+    o.containment.height = {0.0, 20.0};
+    const auto planned = plan(part, o, {});
+    ASSERT_TRUE(planned) << planned.error().message;
+    const Deformation map(o.axis, 1.0);
+    double lowest = kPi * 1e3;
+    const std::vector<Move>& moves = planned->path.moves;
+    for (std::size_t i = 1; i < moves.size(); ++i) {
+      const Pose& pose = moves[i].pose;
+      lowest = std::min(lowest, map.distances(pose.tip + pose.axis * o.cutter.radius()).rho);
+      // Up from the end of a pass, along the axis that the tool has there.
+      if (moves[i - 1].kind == MoveKind::kCut && moves[i].kind != MoveKind::kCut) {
+        EXPECT_LT(angle_between(moves[i - 1].pose.axis, pose.axis), 1e-6) << static_cast<int>(mode);
+      }
+    }
+    EXPECT_NEAR(lowest, kLeast, 0.1 * kLeast) << static_cast<int>(mode);
+    const Measured m =
+        PathProof(o.axis, o.pattern.along, o.cutter, o.tolerance, part, planned->path).measure(1);
+    EXPECT_LE(m.rapid_overlap, o.tolerance);
+    EXPECT_LE(m.gouge, o.tolerance);
+  }
 }
 
 /// A dome of radius 15 round the origin, in the upper half space.

@@ -142,6 +142,35 @@ TEST(RoughLayers, FloorsFollowTheAxisRoundThePoint) {
   }
 }
 
+/// About a circle of radius 5 the column at Phi holds what lies up to 5 / -cos(Phi) from the circle; beyond,
+/// past the axis of Theta, a block stands that this column does not see.
+TEST(RoughLayers, FloorsEndAtTheAxisOfTheta) {
+  Shapes shapes;
+  shapes.box(-4.0, -1.0, -3.0, 1.0, -1.0, 1.0);
+  for (const Sense sense : {Sense::kInward, Sense::kOutward}) {
+    const AxisFrame frame{AxisMode::kCircle, sense, {}, {0, 1, 0}, {1, 0, 0}, 5.0};
+    const auto field = field_over(shapes.mesh, frame, 0.6, 4.0);
+    const Deformation& map = field->deformation;
+    Heights heights(*field, kLimits);
+    const double rho = 8.0, turn = map.period_y(), s = map.s();
+    const RoughLayer layer{s * rho + 0.5, s * rho, 0.0025, 0.03, true};
+    const double limit = std::acos((kLeastAxisDistance - 5.0) / rho) * map.scale_y();
+    // Along Phi all round; across it, beside the limit within its column and beyond.
+    const FlatLine along{0.1, -0.5 * turn, 0.0, 1.0, turn}, within{-1.0, limit - 0.01, 1.0, 0.0, 2.0},
+        beyond{-1.0, limit + 0.01, 1.0, 0.0, 2.0};
+    const auto floors = layer_passes(heights.envelope().along(along).passes, along, layer, heights);
+    ASSERT_EQ(floors.size(), 1u);
+    EXPECT_NEAR(floors[0].front().flat.y, -limit, kTrimStep);
+    EXPECT_NEAR(floors[0].back().flat.y, limit, kTrimStep);
+    for (const EnvelopePoint& p : floors[0])
+      EXPECT_LT(distance(map.unflatten(map.flatten(p.centre)), p.centre) +
+                    std::abs(map.flatten(p.centre).y - p.flat.y),
+                1e-6);
+    EXPECT_EQ(layer_passes({}, within, layer, heights).size(), 1u);
+    EXPECT_TRUE(layer_passes({}, beyond, layer, heights).empty());
+  }
+}
+
 TEST(RoughLayers, AllLayersTogetherComeDownToThePart) {
   const Shapes shapes = dome_and_step();
   const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);

@@ -181,8 +181,8 @@ TEST(Stl, BadFilesAreRefusedWithPlaceAndReason) {
     const char* piece;
   } cases[] = {
       {"", Code::kInput, "f.stl: the file is empty"},
-      {"ply\nformat ascii", Code::kInput, "not an STL file"},
-      {std::string(400, 'v'), Code::kInput, "not an STL file"},
+      {"ply\nformat ascii", Code::kInput, "the header has no end_header"},
+      {std::string(400, 'v'), Code::kInput, "no STL, OBJ or PLY file"},
       {std::string(400, '\0'), Code::kInput, "says 0 facets (84 bytes), but the file is 400 bytes: 6 whole"},
       {std::string(84, '\0'), Code::kInput, "the binary header says 0 facets"},
       {good.substr(0, 150), Code::kInput,

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "pathgen/surface/flat_hulls.h"
@@ -142,6 +143,49 @@ TEST(StraightMoves, AFlatEndMeetsWhatComesUnderItAllAtOnce) {
       }
   }
   EXPECT_LE(deepest, 1.05 * limits.tolerance);
+}
+
+/// A steep wall of narrow strips, of which every third is missing: the rim of a flat end goes up it and sinks
+/// into the gaps, down to the strip below. The strips' planes are one, so the ends of a move over a gap tell
+/// nothing of it.
+TEST(StraightMoves, ASharpRimSinksIntoTheGapsOfASteepWall) {
+  constexpr double kSteepRise = 3.2, kStrip = 0.01;
+  constexpr int kStrips = 40;
+  const auto at = [](int k, double y) { return Point<Part>{k * kStrip, y, kSteepRise * k * kStrip}; };
+  Mesh mesh;
+  std::vector<std::array<Point<Part>, 2>> profile;  // of the rim's front, in the plane y = 0
+  for (int k = 0; k <= kStrips; ++k)
+    mesh.vertices.push_back(at(k, -9.0)), mesh.vertices.push_back(at(k, 9.0));
+  for (int k = 0; k < kStrips; ++k) {
+    const Point<Part> low = at(k, 0.0), high = at(k + 1, 0.0), foot{high.x, 0.0, low.z};
+    if (k % 3 == 1) {
+      profile.push_back({low, foot}), profile.push_back({foot, high});
+      continue;
+    }
+    profile.push_back({low, high});
+    const auto v = static_cast<std::uint32_t>(2 * k);
+    mesh.facets.push_back({v, v + 2, v + 3}), mesh.facets.push_back({v, v + 3, v + 1});
+  }
+  for (std::uint32_t f = 0; f < mesh.facets.size(); ++f) mesh.source.push_back(f);
+  const ClSurface surface(mesh, Sides::kBoth, {ToolPiece{.flat = kFlatEnd, .outer = kFlatEnd}});
+  const Deformation map({AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 1.0);
+  const FlatIndex index(make_flat_hulls(surface, map, 0.1), map);
+  const EnvelopeOptions limits{0.0005, 0.02};
+  Envelope envelope(surface, map, index, limits);
+  double most = 0.0;
+  for (int i = 0; i < 40; ++i) {
+    const LineEnvelope found = envelope.along({0.01 - kFlatEnd, 0.0, 1.0, 0.0, 0.2 + 0.0037 * i});
+    ASSERT_EQ(found.passes.size(), 1U);
+    const Pass& pass = found.passes[0];
+    for (std::size_t k = 0; k + 1 < pass.size(); ++k)
+      for (double share = 0.1; share < 1.0; share += 0.1) {
+        const Point<Part> p = lerp(pass[k].centre, pass[k + 1].centre, share), rim{p.x + kFlatEnd, 0.0, p.z};
+        double off = 1.0;
+        for (const auto& [a, b] : profile) off = std::min(off, distance_to_segment(rim, a, b));
+        most = std::max(most, off);
+      }
+  }
+  EXPECT_LE(most, 1.1 * limits.tolerance);
 }
 
 /// Two level facets share an edge; beyond its end a notch opens, into which the ball sinks. Between points on

@@ -1,0 +1,83 @@
+#pragma once
+// The highest of some patches on one axis line, taken one by one or found in the tree by which the tool comes
+// down. (E1) in pathgen/envelope/README.md, (S8) in pathgen/surface/README.md.
+
+#include <algorithm>
+
+#include "pathgen/axis/deformation.h"
+#include "pathgen/surface/cl_surface.h"
+#include "pathgen/surface/drop_bvh.h"
+
+namespace tiltfeed::pathgen {
+
+/// The highest of the patches on one axis line that are taken; equal heights: the lower patch number.
+class HighestPatch {
+ public:
+  HighestPatch(const ClSurface& surface, const Deformation& map, const Deformation::Angles& angles,
+               const AxisLine& line)
+      : surface_(surface), map_(map), angles_(angles), line_(line) {}
+
+  bool found() const { return found_; }
+  const ClHit& hit() const { return best_; }
+  PatchId patch() const { return patch_; }
+  /// Is it over all of a patch that is no higher than `top`?
+  bool is_over(float top) const { return found_ && static_cast<double>(top) < best_.z; }
+
+  /// What it took: the patches dropped on, and of the tree's boxes half as many.
+  std::size_t cost() const { return cost_; }
+
+  void take(PatchId patch) {
+    take_if(patch, [] { return true; });
+  }
+
+  /// Those of a piece at the place (x, y) for which is_there(found), asked last.
+  template <class IsThere>
+  void take_from(const DropBvh& drops, double x, double y, IsThere is_there) {
+    DropBvh::Heights asked = column();
+    const double bottom = asked.low;
+    if (found_) asked.low = std::max(bottom, best_.z);
+    const std::size_t boxes = drops.each(x, y, line_, asked, [&](const DropBvh::Found& found) {
+      take_if(found.patch, [&] { return is_there(found); });
+      if (found_) asked.low = std::max(bottom, best_.z);
+    });
+    cost_ += boxes / 2;
+  }
+
+ private:
+  /// Share: more than the rounding of a quotient.
+  static constexpr double kSpare = 1e-9;
+
+  template <class IsThere>
+  void take_if(PatchId patch, IsThere is_there) {
+    ++cost_;
+    ClHit hit;
+    if (!surface_.top(patch, line_, hit)) return;
+    if (!map_.in_column(hit.z, angles_, 0.0)) return;  // seen from its own column
+    if (found_ && (hit.z < best_.z || (hit.z == best_.z && patch > patch_))) return;
+    if (is_there()) best_ = hit, patch_ = patch, found_ = true;
+  }
+
+  /// No height beyond is in the column (Deformation::in_column).
+  DropBvh::Heights column() const {
+    DropBvh::Heights heights;
+    const AxisFrame& frame = map_.frame();
+    if (frame.mode == AxisMode::kFixed) return heights;
+    const bool outside = map_.s() > 0.0;
+    (outside ? heights.low : heights.high) = 0.0;
+    if (frame.mode != AxisMode::kCircle || !(angles_.cos_y < 0.0)) return heights;
+    const double far = frame.circle_radius / -angles_.cos_y * (1.0 + kSpare);
+    (outside ? heights.high : heights.low) = outside ? far : -far;
+    return heights;
+  }
+
+  const ClSurface& surface_;
+  const Deformation& map_;
+  const Deformation::Angles& angles_;
+  const AxisLine& line_;
+  ClHit best_;
+  PatchId patch_ = 0;
+  std::size_t cost_ = 0;
+  bool found_ = false;
+};
+
+}  // namespace tiltfeed::pathgen

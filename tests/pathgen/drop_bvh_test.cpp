@@ -1,0 +1,288 @@
+// The features that may be the highest under a wide tool: against every feature asked one by one, and how few
+// are asked.
+#include "pathgen/surface/drop_bvh.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <random>
+
+#include "pathgen/envelope/envelope.h"
+#include "pathgen/envelope/highest_patch.h"
+#include "pathgen/surface/cl_surface.h"
+#include "tests/shapes/cut_passes.h"
+
+namespace tiltfeed {
+using namespace pathgen;
+namespace {
+
+AxisFrame frame_of(AxisMode mode, Sense sense) {
+  return {mode, sense, {}, {1, 0, 0}, {0, 0, 1}, mode == AxisMode::kCircle ? 60.0 : 0.0};
+}
+
+/// A wavy sheet on which each seventh corner is drawn to the next one, but for this share of the way.
+CheckedMesh rough_sheet(const AxisFrame& frame, int density, double nearly) {
+  const bool fixed = frame.mode == AxisMode::kFixed, line = frame.mode == AxisMode::kLine;
+  const double ground = fixed ? 0.0 : frame.sense == Sense::kOutward ? 40.0 : -40.0;
+  const double u = fixed || line ? 20.0 : 0.4, v = fixed ? 12.0 : 0.3;
+  CheckedMesh part = sheet(frame, {-u, u, -v, v, 12 * density, 8 * density}, [=](double x, double y) {
+    return ground + 1.5 * std::sin(9.0 * x / u + 5.0 * y / v);
+  });
+  std::vector<Point<Part>>& at = part.mesh.vertices;
+  for (std::size_t i = 7; i + 1 < at.size(); i += 7) at[i] = lerp(at[i + 1], at[i], nearly);
+  return part;
+}
+
+std::vector<ToolPiece> wide_pieces() {
+  const double lean = 0.6, corner = 3.0;
+  ToolPiece ball, bull, flat, taper;
+  ball.corner = ball.outer = 8.0;
+  bull.flat = 5.0, bull.corner = 2.0, bull.outer = 7.0;
+  flat.flat = flat.outer = 6.0, flat.above_reference = 1.0;
+  taper.corner = corner, taper.taper_sin = std::sin(lean), taper.taper_cos = std::cos(lean),
+  taper.outer = 25.0;
+  return {ball, bull, flat, taper};
+}
+
+/// Of all patches, each with a hull that holds every place near, and one far away.
+FlatHulls everywhere(const ClSurface& surface) {
+  constexpr float kFar = 1e6f;
+  FlatHulls hulls;
+  hulls.corners.resize(4);
+  hulls.corners[0] = {-kFar, -kFar}, hulls.corners[1] = {kFar, kFar};
+  hulls.corners[2] = {3.0f * kFar, 3.0f * kFar}, hulls.corners[3] = {4.0f * kFar, 4.0f * kFar};
+  hulls.hulls.resize(2 * surface.patch_count());
+  for (std::uint32_t i = 0; i < hulls.hulls.size(); ++i) {
+    hulls.hulls[i] = {};
+    hulls.hulls[i].patch = i / 2, hulls.hulls[i].first = i % 2 * 2, hulls.hulls[i].count = 2;
+  }
+  return hulls;
+}
+
+/// A tree a piece.
+std::vector<DropBvh> trees_of(const ClSurface& surface) {
+  const FlatHulls hulls = everywhere(surface);
+  std::vector<DropBvh> trees;
+  for (std::size_t i = 0; i < surface.pieces().size(); ++i)
+    trees.emplace_back(surface, hulls, 2 * i * surface.features(), 2 * (i + 1) * surface.features(), 0.0,
+                       0.0);
+  return trees;
+}
+
+class DropBvhs : public testing::TestWithParam<AxisFrame> {};
+
+TEST_P(DropBvhs, ShowTheHighestOfAllFeatures) {
+  const CheckedMesh part = rough_sheet(GetParam(), 2, 1e-5);
+  const ClSurface surface(part.mesh, part.sides, wide_pieces());
+  const std::vector<DropBvh> trees = trees_of(surface);
+  const Deformation map(GetParam(), 40.0);
+  std::mt19937 random(3);
+  std::size_t hits = 0;
+  for (int i = 0; i < 150; ++i) {
+    const Point<Part>& from = part.mesh.vertices[random() % part.mesh.vertices.size()];
+    const Point<Flat> near = map.flatten(from);
+    std::uniform_real_distribution<double> aside(-4.0, 4.0);
+    Deformation::Angles angles;
+    const AxisLine line = map.axis_line(near.x + aside(random), near.y + aside(random), angles);
+    // Also only what is under some height, as where a column ends.
+    const double most = i % 2 == 0 ? std::numeric_limits<double>::infinity() : near.z + aside(random);
+    for (const DropBvh& tree : trees) {
+      const ToolPiece& piece = surface.piece(tree.first());
+      double expected = -std::numeric_limits<double>::infinity(), found = expected;
+      for (PatchId feature = 0; feature < surface.features(); ++feature)
+        if (ClHit hit; surface.top(piece, feature, line, hit) && hit.z <= most && hit.z > expected)
+          expected = hit.z;
+      DropBvh::Heights asked{-std::numeric_limits<double>::infinity(), most};
+      tree.each(0.0, 0.0, line, asked, [&](const DropBvh::Found& patch) {
+        if (ClHit hit; surface.top(patch.patch, line, hit) && hit.z <= most && hit.z > found)
+          found = asked.low = hit.z;
+      });
+      ASSERT_EQ(found, expected) << "place " << i << ", piece of radius " << piece.outer;
+      if (expected == -std::numeric_limits<double>::infinity()) continue;
+      ++hits;
+    }
+  }
+  EXPECT_GT(hits, 300u);
+}
+
+/// Most of the part is never asked.
+TEST_P(DropBvhs, AskFew) {
+  for (const int density : {3, 9}) {
+    const CheckedMesh part = rough_sheet(GetParam(), density, 0.5);
+    const ClSurface surface(part.mesh, part.sides, wide_pieces());
+    const std::vector<DropBvh> trees = trees_of(surface);
+    const Deformation map(GetParam(), 40.0);
+    std::size_t asked = 0, places = 0;
+    for (std::size_t v = 0; v < part.mesh.vertices.size(); v += 1 + part.mesh.vertices.size() / 50) {
+      const Point<Flat> near = map.flatten(part.mesh.vertices[v]);
+      Deformation::Angles angles;
+      const AxisLine line = map.axis_line(near.x + 0.1, near.y + 0.1, angles);
+      for (const DropBvh& tree : trees) {
+        DropBvh::Heights heights;
+        ++places;
+        tree.each(0.0, 0.0, line, heights, [&](const DropBvh::Found& patch) {
+          ++asked;
+          if (ClHit hit; surface.top(patch.patch, line, hit)) heights.low = std::max(heights.low, hit.z);
+        });
+      }
+    }
+    EXPECT_LT(asked, places * surface.features() / 20)
+        << asked << " of " << surface.features() << " at " << places;
+  }
+}
+
+/// The envelope takes to the tree under a wide tool; heights are those of asking every patch.
+TEST_P(DropBvhs, GiveTheEnvelopeTheSameHeights) {
+  const CheckedMesh part = rough_sheet(GetParam(), 3, 0.5);
+  const ClSurface surface(part.mesh, part.sides, {wide_pieces().back()});
+  const Deformation map(GetParam(), 40.0);
+  const FlatIndex index(make_flat_hulls(surface, map, 0.5), map);
+  Envelope envelope(surface, map, index, {0.01, 0.05});
+  const auto highest = [&](double x, double y) {
+    Deformation::Angles angles;
+    const AxisLine line = map.axis_line(x, y, angles);
+    std::optional<double> top;
+    for (PatchId patch = 0; patch < surface.patch_count(); ++patch)
+      if (ClHit hit; surface.top(patch, line, hit) && map.in_column(hit.z, angles, 0.0))
+        top = std::max(top.value_or(hit.z), hit.z);
+    return top;
+  };
+  const FlatBounds& b = index.bounds();
+  const std::vector<Point<Part>>& corners = part.mesh.vertices;
+  std::size_t hits = 0;
+  for (std::size_t i = 0; i < corners.size(); i += 1 + corners.size() / 300) {
+    const Point<Flat> over = map.flatten(corners[i]);
+    const double x = over.x + 0.05, y = over.y + 0.05;
+    const auto found = envelope.at(x, y);
+    const auto expected = highest(x, y);
+    ASSERT_EQ(found.has_value(), expected.has_value()) << x << ", " << y;
+    if (!found) continue;
+    ++hits;
+    EXPECT_EQ(found->flat.z, *expected) << x << ", " << y;
+  }
+  EXPECT_GT(hits, 200u);
+  EXPECT_FALSE(index.drops_after(0, surface).empty()) << "nothing was looked up in the tree";
+  for (const double share : {0.3, 0.6}) {
+    const auto middle = static_cast<std::size_t>(share * static_cast<double>(corners.size()));
+    const FlatLine line{b.min_x, map.flatten(corners[middle]).y, 1.0, 0.0, b.max_x - b.min_x};
+    const LineEnvelope found = envelope.along(line);
+    ASSERT_FALSE(found.passes.empty());
+    for (const Pass& pass : found.passes)
+      for (std::size_t i = 0; i < pass.size(); i += 1 + pass.size() / 60)
+        EXPECT_EQ(pass[i].flat.z, highest(pass[i].flat.x, pass[i].flat.y).value_or(0.0));
+  }
+}
+
+/// Facets too wide for one hull, of the cutting part and of a guard.
+TEST_P(DropBvhs, AreHeldByEachHullOfAPatch) {
+  const bool fixed = GetParam().mode == AxisMode::kFixed;
+  const double ground = GetParam().sense == Sense::kOutward ? 40.0 : -40.0;
+  const CheckedMesh part =
+      sheet(GetParam(), {-0.4, 0.4, -0.5, 0.5, 1, 1}, [=](double, double) { return ground; });
+  const Deformation map(GetParam(), 40.0);
+  const ClSurface cutter(part.mesh, part.sides, {wide_pieces()[0]});
+  const ClSurface all(part.mesh, part.sides, {wide_pieces()[0], wide_pieces()[2]});
+  const auto guards_of = [&] {
+    return make_flat_hulls(all, map, 0.5, {}, [&](PatchId patch) { return patch >= all.features(); });
+  };
+  const FlatIndex alone(make_flat_hulls(cutter, map, 0.5), map);
+  const FlatIndex index(alone, all.numbers_of(cutter), guards_of(), map);
+  const auto check = [&](const FlatIndex& of, const FlatHulls& hulls, std::span<const PatchId> numbers) {
+    std::size_t more = 0;
+    for (std::uint32_t i = 0, first = 0; i < hulls.hulls.size(); ++i) {
+      if (hulls.hulls[i].patch != hulls.hulls[first].patch) first = i;
+      more += i > first ? 1 : 0;
+      const PatchId patch = hulls.hulls[i].patch;
+      const DropBvh::Found found{numbers.empty() ? patch : numbers[patch], first};
+      const FlatBox box = box_of(hulls, hulls.hulls[i]);
+      EXPECT_TRUE(of.holds(found, 0.5 * (box.low_x + box.high_x), 0.5 * (box.low_y + box.high_y)))
+          << "hull " << i << " of patch " << patch;
+      EXPECT_FALSE(of.holds(found, of.bounds().max_x + 5.0, of.bounds().max_y + 5.0));
+    }
+    EXPECT_EQ(more == 0, fixed);
+  };
+  const std::vector<PatchId> numbers = all.numbers_of(cutter);
+  check(alone, make_flat_hulls(cutter, map, 0.5), {});
+  check(index, make_flat_hulls(cutter, map, 0.5), numbers);
+  check(index, guards_of(), {});
+}
+
+/// A wavy tube round the axis of a circle: what is beyond the axis is in no column, and is not asked.
+TEST(DropBvhInACircle, EndsAtTheAxis) {
+  for (const Sense sense : {Sense::kOutward, Sense::kInward}) {
+    const AxisFrame frame = frame_of(AxisMode::kCircle, sense);
+    const Deformation map(frame, 40.0);
+    const CheckedMesh part = sheet(frame, {-2.8, 2.8, kPi - 0.5, kPi + 0.5, 60, 20}, [&](double u, double v) {
+      return map.s() * (60.0 / -std::cos(v) - 3.0 + 2.0 * std::sin(7.0 * u + 9.0 * v));
+    });
+    ToolPiece ball;
+    ball.corner = ball.outer = 1.0;
+    const ClSurface surface(part.mesh, part.sides, {ball});
+    const std::vector<DropBvh> trees = trees_of(surface);
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> u(-2.6, 2.6), v(kPi - 0.45, kPi + 0.45);
+    std::size_t hits = 0, far = 0, cost = 0;
+    constexpr std::size_t kTried = 200;
+    for (std::size_t i = 0; i < kTried; ++i) {
+      // Each in its own statement: compilers differ in which argument of a call they evaluate first.
+      const double along = u(random) * map.scale_x();
+      const double round = v(random) * map.scale_y();
+      Deformation::Angles angles;
+      const AxisLine line = map.axis_line(along, round, angles);
+      std::optional<double> expected;
+      for (PatchId patch = 0; patch < surface.patch_count(); ++patch)
+        if (ClHit hit; surface.top(patch, line, hit) && map.in_column(hit.z, angles, 0.0))
+          expected = std::max(expected.value_or(hit.z), hit.z);
+      HighestPatch highest(surface, map, angles, line);
+      highest.take_from(trees.front(), 0.0, 0.0, [](const DropBvh::Found&) { return true; });
+      cost += highest.cost();
+      ASSERT_EQ(highest.found(), expected.has_value()) << "place " << i;
+      if (!expected) continue;
+      EXPECT_EQ(highest.hit().z, *expected) << "place " << i;
+      ++hits, far += std::abs(*expected) > 60.0 ? 1 : 0;
+    }
+    EXPECT_GT(hits, kTried / 2);
+    EXPECT_GT(far, kTried / 20);
+    EXPECT_LT(cost, kTried * surface.features() / 40);
+  }
+}
+
+/// The widened borders of a sliver meet far beyond its corners.
+TEST(DropBvhOfASliver, ReachesAsFarAsItsContacts) {
+  const ToolPiece ball = wide_pieces()[0];
+  std::mt19937 random(13);
+  std::uniform_real_distribution<double> any(-5.0, 5.0), share(0.0, 1.0);
+  std::size_t contacts = 0, missed = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Point<Part> a{any(random), any(random), any(random)}, c{any(random), any(random), any(random)};
+    const Point<Part> b = lerp(a, c, share(random)) + Vec3{any(random), any(random), any(random)} * 2e-5;
+    Mesh mesh;
+    mesh.vertices = {a, b, c}, mesh.facets = {{0, 1, 2}}, mesh.source = {0};
+    const ClSurface surface(mesh, Sides::kBoth, {ball});
+    const std::vector<DropBvh> trees = trees_of(surface);
+    const Vec3 n = surface.facet_normal(0) * (surface.facet_normal(0).z < 0.0 ? -1.0 : 1.0);
+    for (const Point<Part>& from : mesh.vertices)
+      for (const Point<Part>& to : mesh.vertices)
+        for (double beyond = 1e-5; beyond < 1e3; beyond *= 1.5) {
+          const AxisLine line{to + (to - from) * beyond + n * ball.corner, {0.0, 0.0, 1.0}};
+          ClHit hit;
+          if (from == to || !surface.top(0, line, hit)) continue;
+          bool shown = false;
+          trees.front().each(0.0, 0.0, line, {hit.z, hit.z},
+                             [&](const DropBvh::Found& found) { shown = shown || found.patch == 0; });
+          ++contacts, missed += shown ? 0 : 1;
+        }
+  }
+  EXPECT_GT(contacts, 1000u);
+  EXPECT_EQ(missed, 0u) << "of " << contacts;
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, DropBvhs,
+                         testing::Values(frame_of(AxisMode::kFixed, Sense::kOutward),
+                                         frame_of(AxisMode::kLine, Sense::kOutward),
+                                         frame_of(AxisMode::kLine, Sense::kInward),
+                                         frame_of(AxisMode::kPoint, Sense::kOutward),
+                                         frame_of(AxisMode::kCircle, Sense::kInward)));
+
+}  // namespace
+}  // namespace tiltfeed
