@@ -1,9 +1,10 @@
+#include "config/cutter_keys.h"
+
 #include <algorithm>
 #include <cmath>
 
 #include "config/description.h"
 #include "config/enum_words.h"
-#include "config/job_keys.h"
 
 namespace tiltfeed::config {
 namespace {
@@ -26,7 +27,8 @@ double end_height(const pathgen::Cutter& cutter) {
 void read_end(const Section& section, pathgen::Cutter& cutter) {
   if (cutter.type == pathgen::CutterType::kBullNose) {
     cutter.corner_radius = section.number("corner_radius_mm", kDiameter);
-    if (cutter.corner_radius >= cutter.radius())
+    if (section.has("corner_radius_mm") && section.has("diameter_mm") &&
+        cutter.corner_radius >= cutter.radius())
       section.complain("corner_radius_mm", exact_text(cutter.corner_radius) +
                                                " mm is not below the cutter's radius, " +
                                                exact_text(cutter.radius()) + " mm; write type: ball");
@@ -41,6 +43,7 @@ void read_end(const Section& section, pathgen::Cutter& cutter) {
                    "by the type " + std::string(word(kCutterWords, cutter.type)) + ", only by taper_ball");
 }
 
+/// Requires: all of the cutting part is given.
 void check_lengths(const Section& section, const pathgen::Cutter& cutter) {
   const double end = end_height(cutter);
   const char* const end_key = cutter.cutting_length > 0.0 ? "cutting_length_mm" : "shank_length_mm";
@@ -84,10 +87,7 @@ double smallest_radius(const pathgen::Cutter& cutter) {
   return cutter.nose_radius() > 0.0 ? std::min(cutter.nose_radius(), cutter.radius()) : cutter.radius();
 }
 
-pathgen::Cutter read_cutter(const Section& root) {
-  const Section section =
-      root.section("cutter", {"type", "diameter_mm", "corner_radius_mm", "taper_deg", "length_mm",
-                              "cutting_length_mm", "shank_diameter_mm", "shank_length_mm", "holder"});
+pathgen::Cutter read_cutter_form(const Section& section) {
   pathgen::Cutter cutter;
   cutter.type = section.choice<pathgen::CutterType>("type", kCutterWords);
   cutter.diameter = section.number("diameter_mm", kDiameter);
@@ -95,10 +95,16 @@ pathgen::Cutter read_cutter(const Section& root) {
   cutter.length = section.number("length_mm", kLength);
   cutter.shank_length = section.number("shank_length_mm", kLength);
   cutter.cutting_length = section.optional_number("cutting_length_mm", kLength).value_or(0.0);
-  check_lengths(section, cutter);
+  const bool taper = cutter.type == pathgen::CutterType::kTaperBall;
+  const bool nose = cutter.type == pathgen::CutterType::kBullNose;
+  // Of a value that is missing no other is wrong.
+  if (section.has("type") && section.has("diameter_mm") && section.has("length_mm") &&
+      section.has("shank_length_mm") && (!taper || section.has("taper_deg")) &&
+      (!nose || section.has("corner_radius_mm")))
+    check_lengths(section, cutter);
   if (const auto diameter = section.optional_number("shank_diameter_mm", kDiameter)) {
     cutter.shank_diameter = *diameter;
-    if (cutter.cutting_end() == cutter.shank_length)
+    if (section.has("shank_length_mm") && cutter.cutting_end() == cutter.shank_length)
       section.complain(
           "shank_diameter_mm",
           "the cutting part goes up to the holder, so there is no shank; give cutting_length_mm, "

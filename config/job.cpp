@@ -1,11 +1,15 @@
 #include "config/job.h"
 
-#include <filesystem>
+#include <algorithm>
+#include <optional>
 
+#include "config/body_keys.h"
 #include "config/job_catalogue.h"
 #include "config/job_keys.h"
+#include "config/new_job.h"
 #include "config/program_keys.h"
 #include "config/section.h"
+#include "config/yaml_edit.h"
 #include "config/yaml_tree.h"
 
 namespace tiltfeed::config {
@@ -13,49 +17,83 @@ namespace {
 
 // Ranges, here and in the *_keys.cpp: beyond anything that fits a machine with a tilting head and a table, so
 // a slipped digit is seen.
-constexpr Range kUnit{1e-4, 1e4};               // mm; a tenth of a micrometre to ten metres
 constexpr Range kFeed = above(0.0, 100'000.0);  // mm/min
 constexpr Range kSpindle{0.0, 200'000.0};       // 1/min
 
-constexpr double kInch = 25.4;        // mm, exactly
 constexpr double kMostBlended = 0.5;  // of the tolerance
 
-double read_unit(const Section& part) {
-  const std::string word = part.scalar("unit").value_or("");
-  if (!part.has("unit") || word == "mm") return 1.0;
-  if (word == "inch") return kInch;
-  if (word == "m") return 1000.0;
-  if (word.find_first_of("0123456789") == std::string::npos)
-    part.complain("unit",
-                  "expected mm, inch, m or the unit's length as a number of mm, found " + quoted(word));
-  return part.number("unit", kUnit);
+/// What stands at `section`.`key`; null: nothing.
+const YamlNode* node_at(const YamlNode& tree, const char* section, const char* key) {
+  const YamlNode* node = &tree;
+  for (const char* name : {section, key}) {
+    const auto found = std::find_if(node->keys.begin(), node->keys.end(),
+                                    [&](const YamlKey& at) { return at.text == name; });
+    if (found == node->keys.end()) return nullptr;
+    node = &node->items[static_cast<std::size_t>(found - node->keys.begin())];
+  }
+  return node;
 }
 
-/// `name` as the job file means it: relative to that file's folder.
-std::string resolved(const std::string& job_path, const std::string& name) {
-  return (std::filesystem::path(job_path).parent_path() / name).lexically_normal().string();
+/// The library that the job names, if it names one.
+Result<std::optional<ToolLibrary>> read_library(const YamlNode& tree, const Section& root,
+                                                const Complaint& complaint, const std::string& path,
+                                                const JobFiles& files) {
+  const YamlNode* named = node_at(tree, "cutter", "library");
+  if (named == nullptr || named->text.empty()) return std::nullopt;
+  Result<ToolLibrary> library =
+      load_tool_library(files.tools.empty() ? beside_file(path, named->text) : files.tools);
+  if (library) return std::move(*library);
+  if (library.error().code != Code::kIo) return tl::unexpected(library.error());
+  root.complain("cutter", "library: " + library.error().message + " (the path is relative to this file)",
+                Code::kIo);
+  return tl::unexpected(*complaint.error());
 }
 
-Job read_job(const Section& root, const std::string& path) {
+/// Feeds and speed: what the job says, else the tool's in the material.
+void read_feeds(const Section& root, const CutterChoice& choice, Job& job) {
+  const std::initializer_list<const char*> keys = {"cut_mm_per_min", "plunge_mm_per_min", "spindle_rpm"};
+  const bool by_material = !choice.material.empty();
+  const Section feeds = by_material ? root.optional_section("feeds", keys) : root.section("feeds", keys);
+  const CuttingData* data = choice.data;
+  if (data != nullptr && !root.has("feeds"))
+    for (const auto& [key, value] :
+         {std::pair{"cut_mm_per_min", data->cut_feed}, std::pair{"plunge_mm_per_min", data->plunge_feed}})
+      if (value == 0.0)
+        root.complain("feeds", std::string("missing key ") + key + ", which the tool's cutting data for " +
+                                   quoted(choice.material) + " do not state either");
+  const auto feed = [&](const char* key, double usual) {
+    if (by_material && data == nullptr)  // the library is not read, or has none, which is said elsewhere
+      return Feed::from_mm_per_min(feeds.optional_number(key, kFeed).value_or(kFeed.max));
+    return Feed::from_mm_per_min(feeds.number(key, kFeed, usual > 0.0 ? std::optional(usual) : std::nullopt));
+  };
+  job.plan.cut_feed = feed("cut_mm_per_min", data == nullptr ? 0.0 : data->cut_feed);
+  job.plan.plunge_feed = feed("plunge_mm_per_min", data == nullptr ? 0.0 : data->plunge_feed);
+  job.spindle_rpm = feeds.number("spindle_rpm", kSpindle, data == nullptr ? 0.0 : data->spindle_rpm);
+}
+
+/// `tools`: as read_cutter(); its number is in program.tool where the tool has one.
+Job read_job(const Section& root, const std::string& path, const ToolLibrary* tools) {
   Job job;
   job.path = path;
   const Section part = root.section("part", {"name", "stl", "unit"});
   job.plan.name = part.name("name");
-  job.stl_path = resolved(path, part.text("stl"));
-  job.stl_unit_mm = read_unit(part);
-  job.plan.cutter = read_cutter(root);
+  job.stl_path = beside_file(path, part.text("stl"));
+  job.stl_unit_mm = read_stl_unit(part);
+  const CutterChoice choice = read_cutter(root, tools);
+  job.plan.cutter = choice.cutter;
+  job.tool_id = choice.id;
+  job.material = choice.material;
+  if (tools != nullptr) job.tools_path = tools->path;
   read_axis(root, job.plan);
   job.plan.pattern = read_pattern(root, job.plan);
   job.plan.containment = read_containment(root, job.plan.axis.mode);
   read_path(root, job.plan);
   job.axis_tolerance = read_axis_tolerance(root, job.plan);
-  const Section feeds = root.section("feeds", {"cut_mm_per_min", "plunge_mm_per_min", "spindle_rpm"});
-  job.plan.cut_feed = Feed::from_mm_per_min(feeds.number("cut_mm_per_min", kFeed));
-  job.plan.plunge_feed = Feed::from_mm_per_min(feeds.number("plunge_mm_per_min", kFeed));
-  job.spindle_rpm = feeds.number("spindle_rpm", kSpindle, 0.0);
-  job.program = read_program_data(root);
+  read_feeds(root, choice, job);
+  job.program = read_program_data(root, choice.tool == nullptr ? 0 : choice.tool->number);
   job.setup = read_setup(root, job.plan);
-  job.machine.path = resolved(path, root.text("machine"));
+  job.fixtures = read_fixtures(root, path);
+  job.machine.path = beside_file(path, root.text("machine"));
   return job;
 }
 
@@ -68,8 +106,15 @@ Section root_of(const YamlNode& tree, Complaint& complaint) {
       tree,
       "",
       {"part", "cutter", "axis", "pattern", "containment", "tolerance_mm", "allowance_mm", "stock", "points",
-       "guards", "links", "clearance_mm", "approach_mm", "feeds", "program", "setup", "machine"},
+       "guards", "links", "clearance_mm", "approach_mm", "feeds", "program", "setup", "fixtures", "machine"},
       complaint};
+}
+
+/// Of the key that a message begins with, or of its section.
+TextPlace place_of(const YamlNode& tree, const std::string& message) {
+  const bool cutter = message.starts_with("cutter.");
+  const YamlNode* node = cutter ? node_at(tree, "cutter", "id") : node_at(tree, "program", "tool");
+  return node != nullptr ? node->place : TextPlace{};
 }
 
 Result<Job> parse_job_with(const std::string& text, const std::string& path, const JobFiles& files) {
@@ -77,7 +122,9 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
   if (!tree) return tl::unexpected(tree.error());
   Complaint complaint(path);
   const Section root = root_of(*tree, complaint);
-  Job job = read_job(root, path);
+  const Result<std::optional<ToolLibrary>> tools = read_library(*tree, root, complaint, path, files);
+  if (!tools) return tl::unexpected(tools.error());
+  Job job = read_job(root, path, *tools ? &**tools : nullptr);
   if (complaint.error()) return tl::unexpected(*complaint.error());
   if (!files.stl.empty()) job.stl_path = files.stl;
   Result<MachineProfile> machine = files.machine.empty()
@@ -85,6 +132,13 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
                                        : load_machine(files.machine);
   if (!machine) return tl::unexpected(machine.error());
   job.machine = std::move(*machine);
+  const bool numbered = node_at(*tree, "program", "tool") != nullptr;
+  const Result<int> number =
+      number_in(job.machine.magazine, job.machine.path, {job.tool_id, job.program.tool, numbered});
+  if (!number)
+    complaint.add(place_of(*tree, number.error().message), number.error().message);
+  else
+    job.program.tool = *number;
   // What the control rounds corners off by is a share of the tolerance that nothing else may have.
   const double blend = job.machine.format.blend_tolerance;
   if (blend > kMostBlended * job.plan.tolerance)
@@ -111,12 +165,40 @@ Result<Job> load_job_with(const std::string& path, const JobFiles& files) {
   return parse_job_with(*text, path, files);
 }
 
+Result<std::string> with_tool_written_out(const std::string& text, const std::string& path,
+                                          const JobFiles& files) {
+  const Result<Job> job = parse_job_with(text, path, files);
+  if (!job) return tl::unexpected(job.error());
+  if (job->tools_path.empty()) return text;
+  std::vector<YamlEdit> edits = {
+      {"cutter", "{id: \"" + job->tool_id + "\", " + cutter_text(job->plan.cutter) + "}"}};
+  const auto feed = [&](const char* key, double value) {
+    edits.push_back({std::string("feeds.") + key, exact_text(value)});
+  };
+  if (!job->material.empty()) {
+    feed("cut_mm_per_min", job->plan.cut_feed.mm_per_min());
+    feed("plunge_mm_per_min", job->plan.plunge_feed.mm_per_min());
+    feed("spindle_rpm", job->spindle_rpm);
+  }
+  if (job->program.tool > 0) edits.push_back({"program.tool", std::to_string(job->program.tool)});
+  std::string out = text;
+  for (const YamlEdit& edit : edits) {
+    const Result<KeyLog> log = job_keys(out);
+    if (!log) return tl::unexpected(log.error());
+    Result<std::string> changed =
+        edited(out, edit, [&](const std::string& section) { return log->known(section); });
+    if (!changed) return changed;
+    out = std::move(*changed);
+  }
+  return out;
+}
+
 Result<KeyLog> job_keys(const std::string& text) {
   const Result<YamlNode> tree = parse_yaml(text, "job");
   if (!tree) return tl::unexpected(tree.error());
   KeyLog log;
   Complaint complaint("job", &log);
-  read_job(root_of(*tree, complaint), "job");
+  read_job(root_of(*tree, complaint), "job", nullptr);
   return log;
 }
 

@@ -3,6 +3,7 @@
 // dies in config/*.cpp. Every key: config/jobs/example.yaml.
 
 #include <string>
+#include <vector>
 
 #include "config/machine_profile.h"
 #include "kinematics/basics/result.h"
@@ -15,9 +16,13 @@ struct Job {
   std::string path;          ///< the file it came from
   std::string stl_path;      ///< resolved against the job file's folder
   double stl_unit_mm = 1.0;  ///< length of the STL's unit
+  std::string tools_path;    ///< of the tool library, resolved likewise; empty: the cutter is in the job
+  std::string tool_id;       ///< as the machine's magazine has it; may be empty
+  std::string material;      ///< whose cutting data are taken; empty: none
   pathgen::PlanOptions plan;
-  Angle axis_tolerance;      ///< by which the axis may lean near the rotary's pole; 0: not at all
-  Setup setup;               ///< tool_length = plan.cutter.length
+  Angle axis_tolerance;  ///< by which the axis may lean near the rotary's pole; 0: not at all
+  Setup setup;           ///< tool_length = plan.cutter.length
+  std::vector<Fixture> fixtures;
   double spindle_rpm = 0.0;  ///< 0: no spindle words
   ProgramData program;
   MachineProfile machine;
@@ -27,7 +32,7 @@ struct Job {
 /// (rad) and are then made exactly perpendicular, t kept.
 inline constexpr double kPerpendicularTolerance = 1e-5;
 
-/// Reads the job and the machine profile that it names.
+/// Reads the job, the machine profile and the tool library that it names.
 /// Properties: every value is finite and in range; t, n are unit and perpendicular; `fixture` is a rotation,
 /// exact for multiples of 90 degrees; 0 < approach <= clearance; height of the cutter's rounded end <=
 /// cutting_end() <= shank_length <= length; the boundary is a polygon without crossings; what the kind of
@@ -36,10 +41,14 @@ inline constexpr double kPerpendicularTolerance = 1e-5;
 Result<Job> load_job(const std::string& path);
 /// A job whose files lie elsewhere than its text says; empty: as the job says.
 struct JobFiles {
-  std::string stl, machine;
+  std::string stl = {}, machine = {}, tools = {};
 };
 /// Errors: as load_job.
 Result<Job> load_job_with(const std::string& path, const JobFiles& files);
+/// The text of a job with its tool written out, for a place where the library is not; a text that names none
+/// is as it was. Properties: reads as the same job. Errors: as load_job.
+Result<std::string> with_tool_written_out(const std::string& text, const std::string& path,
+                                          const JobFiles& files);
 /// The same from text; `path` names it in messages and its folder is where relative paths start.
 Result<Job> parse_job(const std::string& text, const std::string& path);
 /// The resolved job and its machine, one `key: value` a line.

@@ -24,7 +24,7 @@ std::string trimmed(const std::string& text) {
 /// Reads "  - key: value   # words", and the same as a remark.
 struct ExampleLine {
   std::size_t indent = 0;
-  std::string key, words;
+  std::string key, value, words;
   bool remark = false;  ///< nothing but a remark
 
   explicit ExampleLine(const std::string& text) {
@@ -40,6 +40,7 @@ struct ExampleLine {
       key = given.substr(0, colon);
       const std::size_t hash = given.find(" # ");
       if (hash != std::string::npos) words = trimmed(given.substr(hash + 3));
+      value = trimmed(given.substr(colon + 1, hash == std::string::npos ? hash : hash - colon - 1));
     } else if (rest.rfind('#', 0) == 0) {
       remark = true;
       words = trimmed(rest.substr(1));
@@ -58,25 +59,35 @@ std::string without_users(std::string words) {
   return words;
 }
 
-std::map<std::string, std::string> read_help() {
-  std::map<std::string, std::string> help;
+}  // namespace
+
+std::vector<DescribedKey> described_keys(const std::string& text) {
+  std::vector<DescribedKey> keys;
   std::vector<std::pair<std::size_t, std::string>> open;  // indents and paths of the keys around
-  std::istringstream in(example_job_text());
-  std::string above, last;
-  for (std::string text; std::getline(in, text);) {
-    const ExampleLine line(text);
+  std::istringstream in(text);
+  std::string above;
+  for (std::string line_text; std::getline(in, line_text);) {
+    const ExampleLine line(line_text);
     if (line.key.empty()) {
-      if (line.remark && line.indent > kShallow) append(help[last], line.words);
+      if (line.remark && line.indent > kShallow && !keys.empty()) append(keys.back().words, line.words);
       if (line.remark && line.indent <= kShallow) append(above, line.words);
       if (!line.remark) above.clear();
       continue;
     }
     while (!open.empty() && open.back().first >= line.indent) open.pop_back();
-    last = open.empty() ? line.key : open.back().second + "." + line.key;
-    open.emplace_back(line.indent, last);
-    append(help[last], line.words.empty() ? above : line.words);
+    keys.push_back({open.empty() ? line.key : open.back().second + "." + line.key, line.value,
+                    line.words.empty() ? above : line.words});
+    open.emplace_back(line.indent, keys.back().path);
     above.clear();
   }
+  return keys;
+}
+
+namespace {
+
+std::map<std::string, std::string> read_help() {
+  std::map<std::string, std::string> help;
+  for (const DescribedKey& key : described_keys(example_job_text())) append(help[key.path], key.words);
   for (auto& [path, words] : help) words = without_users(words);
   return help;
 }

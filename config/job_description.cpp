@@ -1,5 +1,6 @@
 #include <sstream>
 
+#include "config/body_keys.h"
 #include "config/description.h"
 #include "config/enum_words.h"
 #include "config/job.h"
@@ -132,6 +133,9 @@ std::string describe(const Job& job) {
   out.add("part.name", plan.name);
   out.add("part.stl", job.stl_path);
   out.add("part.unit_mm", job.stl_unit_mm);
+  if (!job.tools_path.empty()) out.add("cutter.library", job.tools_path);
+  if (!job.tool_id.empty()) out.add("cutter.id", job.tool_id);
+  if (!job.material.empty()) out.add("cutter.material", job.material);
   describe_cutter(out, plan.cutter);
   describe_axis(out, plan);
   describe_pattern(out, plan.pattern, plan.axis.mode);
@@ -146,6 +150,7 @@ std::string describe(const Job& job) {
     out.add("setup.fixture_row_" + std::to_string(row + 1), job.setup.fixture.rows[row]);
   out.add("setup.tilt_max_deg", plan.tilt_max);
   out.add("setup.tool_length_mm", job.setup.tool_length);
+  describe_fixtures(out, job.fixtures);
   std::istringstream machine(describe(job.machine));
   std::string text = out.text();
   for (std::string line; std::getline(machine, line);) text += "machine." + line + "\n";

@@ -4,7 +4,9 @@
 
 #include <string>
 
+#include "config/cutter_keys.h"
 #include "config/section.h"
+#include "config/tool_library.h"
 #include "kinematics/machine/machine.h"
 #include "pathgen/options/plan_options.h"
 
@@ -24,11 +26,17 @@ constexpr CoordinateKeys coordinate_keys(pathgen::AxisMode mode) {
 
 /// Whether a kind of pattern has a key of the section pattern.
 bool uses_key(pathgen::PatternKind kind, const std::string& key);
-/// The smallest radius of the cutter's outline, mm: of the rounded edge, or of the whole where the edge is
-/// sharp.
-double smallest_radius(const pathgen::Cutter& cutter);
-
-pathgen::Cutter read_cutter(const Section& root);
+/// What a job's section cutter says.
+struct CutterChoice {
+  pathgen::Cutter cutter;
+  std::string id;        ///< of the tool; empty: it has none
+  std::string material;  ///< whose cutting data are to be taken; empty: none
+  const LibraryTool* tool = nullptr;
+  const CuttingData* data = nullptr;
+};
+/// `tools`: the library that the section names; null: it is not read, and a cutter stands for what it says.
+/// The result points into it.
+CutterChoice read_cutter(const Section& root, const ToolLibrary* tools);
 /// plan.axis and plan.free. Requires: plan.cutter.
 void read_axis(const Section& root, pathgen::PlanOptions& plan);
 /// The keys of the section axis in the mode free, and what else of the job does not go with it;

@@ -13,13 +13,14 @@ namespace {
 using Unit = std::pair<std::string_view, std::string_view>;
 
 /// Endings of keys and the units that they state, longer ones before those that they end in.
-constexpr std::array<Unit, 13> kUnits{{
+constexpr std::array<Unit, 14> kUnits{{
     {"_mm_per_min", "mm/min"},
     {"_mm_per_s2", "mm/s^2"},
     {"_mm_per_s3", "mm/s^3"},
     {"_deg_per_min", "degrees/min"},
     {"_deg_per_s2", "degrees/s^2"},
     {"_deg_per_s3", "degrees/s^3"},
+    {"_m_per_min", "m/min"},
     {"_per_min", "1/min"},
     {"_blocks", "blocks"},
     {"_bytes", "bytes"},

@@ -1,5 +1,6 @@
 #include "config/machine_profile.h"
 
+#include "config/body_keys.h"
 #include "config/description.h"
 #include "config/program_keys.h"
 #include "config/rotary_keys.h"
@@ -72,6 +73,7 @@ MachineProfile read_profile(const Section& root, std::optional<Dialect> dialect)
   check_rotary_words(root, model, profile.format.dialect);
   read_link(root, profile);
   profile.wire = read_link_profile(root);
+  profile.magazine = read_magazine(root);
   return profile;
 }
 
@@ -90,14 +92,15 @@ Result<MachineProfile> parse_machine(const std::string& text, const std::string&
   const Result<YamlNode> tree = parse_yaml(text, path);
   if (!tree) return tl::unexpected(tree.error());
   Complaint complaint(path);
-  const Section root(
-      *tree, "",
-      {"name", "linear", "structure", "tilt", "rotary", "table_centre_mm", "pivot_to_gauge_mm",
-       "rotary_to_tilt_mm", "spindle_direction", "control", "check", "program", "link", "wire"},
-      complaint);
+  const Section root(*tree, "",
+                     {"name", "linear", "structure", "tilt", "rotary", "table_centre_mm", "pivot_to_gauge_mm",
+                      "rotary_to_tilt_mm", "spindle_direction", "slides", "bodies", "clearances", "control",
+                      "check", "program", "link", "wire", "magazine"},
+                     complaint);
   MachineProfile profile = read_profile(root, dialect);
   if (complaint.error()) return tl::unexpected(*complaint.error());
   profile.vectors = read_vectors(root, profile.model);
+  profile.solid = read_bodies(root, profile.model, path);
   if (complaint.error()) return tl::unexpected(*complaint.error());
   profile.path = path;
   return profile;
@@ -127,6 +130,7 @@ std::string describe(const MachineProfile& profile) {
   describe_linear(out, "linear.z", model.z);
   describe_rotaries(out, model);
   describe_vectors(out, profile.vectors);
+  describe_bodies(out, profile.solid);
   out.add("control.look_ahead_blocks", profile.control.look_ahead);
   out.add("control.corner_time_ms", profile.control.corner_time * 1e3);
   out.add("control.blend_rotary", profile.model.blends_rotary);
@@ -135,6 +139,7 @@ std::string describe(const MachineProfile& profile) {
   out.add("link.receive_buffer_bytes", profile.receive_buffer);
   out.add("link.bytes_per_s", profile.link_rate);
   describe(profile.wire, out);
+  describe(profile.magazine, out);
   return out.text();
 }
 

@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "config/link_profile.h"
+#include "config/machine_bodies.h"
 #include "config/machine_vectors.h"
+#include "config/magazine.h"
 #include "config/program_format.h"
 #include "config/section.h"
 #include "kinematics/basics/result.h"
@@ -23,6 +25,7 @@ struct ControlModel {
 struct MachineProfile {
   std::string path;  ///< the file it came from
   MachineModel model;
+  MachineBodies solid;  ///< what it looks like; without bodies it is not checked for collisions
   std::vector<MachineVector> vectors;  ///< measured places, which the model reproduces
   ControlModel control;
   ProgramFormat format;
@@ -30,6 +33,7 @@ struct MachineProfile {
   int receive_buffer = 127;  ///< of a character-counting controller, bytes
   double link_rate = 0.0;    ///< bytes/s that reach the control; 0: not known, then nothing is said of it
   LinkProfile wire;          ///< how its wire wants to be used
+  Magazine magazine;         ///< empty: not known
 };
 
 /// Properties: every limit pair has min < max, speeds and accelerations are above 0, a jerk of 0 is no limit,

@@ -136,7 +136,10 @@ Result<NamedCutter> parse_cutter(const std::string& given) {
   if (!tree) return tl::unexpected(tree.error());
   Complaint complaint("--cutter");
   const Section root(*tree, "", {"cutter"}, complaint);
-  const pathgen::Cutter cutter = read_cutter(root);
+  const Section section =
+      root.section("cutter", {"type", "diameter_mm", "corner_radius_mm", "taper_deg", "length_mm",
+                              "cutting_length_mm", "shank_diameter_mm", "shank_length_mm", "holder"});
+  const pathgen::Cutter cutter = read_cutter_form(section);
   if (complaint.error()) return tl::unexpected(*complaint.error());
   return NamedCutter{cutter, text};
 }

@@ -272,12 +272,12 @@ void describe_format(Description& out, const ProgramFormat& format) {
   out.add("program.unclamp_rotary", or_none(format.unclamp_rotary));
 }
 
-ProgramData read_program_data(const Section& root) {
+ProgramData read_program_data(const Section& root, int tool) {
   const Section section = root.optional_section("program", {"number", "tool", "work_offset", "coolant"});
   const ProgramData usual;
   ProgramData data;
   data.number = section.integer("number", 1, 9999, usual.number);
-  data.tool = section.integer("tool", 0, 9999, usual.tool);
+  data.tool = section.integer("tool", 0, 9999, tool);
   data.work_offset = section.integer("work_offset", 1, 6, usual.work_offset);
   data.coolant = section.choice<Coolant>("coolant", kCoolants, usual.coolant);
   return data;

@@ -14,7 +14,8 @@ namespace tiltfeed::config {
 ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect);
 void describe_format(Description& out, const ProgramFormat& format);
 
-ProgramData read_program_data(const Section& root);
+/// `tool`: the number where the section states none.
+ProgramData read_program_data(const Section& root, int tool = 0);
 void describe_program_data(Description& out, const ProgramData& data);
 
 }  // namespace tiltfeed::config

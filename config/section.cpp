@@ -85,6 +85,20 @@ void Complaint::add(TextPlace place, const std::string& message, Code code) {
   if (!told) problems_.push_back({place, message});
 }
 
+void Complaint::add_missing(TextPlace place, const std::string& key) {
+  const std::size_t before = problems_.size();
+  add(place, "missing key " + quoted(key));
+  if (problems_.size() > before) problems_.back().missing = key;
+}
+
+std::vector<std::string> Complaint::take_missing() {
+  std::vector<std::string> keys;
+  for (const Problem& problem : problems_)
+    if (!problem.missing.empty()) keys.push_back(problem.missing);
+  std::erase_if(problems_, [](const Problem& problem) { return !problem.missing.empty(); });
+  return keys;
+}
+
 std::optional<Error> Complaint::error() const {
   if (problems_.empty()) return std::nullopt;
   std::string text;
@@ -143,8 +157,7 @@ const YamlNode* Section::find(const char* key) const {
 
 const YamlNode* Section::want(const char* key, bool required) const {
   const YamlNode* node = find(key);
-  if (node == nullptr && required && map_ != nullptr)
-    complaint_->add(map_->place, "missing key " + quoted(path_of(key)));
+  if (node == nullptr && required && map_ != nullptr) complaint_->add_missing(map_->place, path_of(key));
   return node;
 }
 

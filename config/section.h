@@ -24,6 +24,10 @@ class Complaint {
   /// `log`: is told of every key that is asked for; must outlive the object.
   explicit Complaint(std::string file, KeyLog* log = nullptr) : file_(std::move(file)), log_(log) {}
   void add(TextPlace place, const std::string& message, Code code = Code::kInput);
+  /// A required key that is absent, as a problem.
+  void add_missing(TextPlace place, const std::string& key);
+  /// Those keys, as dotted paths; from now on they are the caller's matter and no problems any more.
+  std::vector<std::string> take_missing();
   /// Nothing without a problem; else the first, and a line for each other one, with the code of the first.
   std::optional<Error> error() const;
   KeyLog* log() const { return log_; }
@@ -34,6 +38,7 @@ class Complaint {
   struct Problem {
     TextPlace place;
     std::string message;
+    std::string missing = {};  ///< the key; empty: another problem
   };
   std::vector<Problem> problems_;
   Code code_ = Code::kInput;  ///< of the first

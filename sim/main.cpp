@@ -13,9 +13,11 @@
 #include <optional>
 #include <random>
 
+#include "config/command_line.h"
 #include "config/job.h"
 #include "config/output_file.h"
 #include "config/standard_output.h"
+#include "config/version.h"
 #include "pathgen/mesh/stl.h"
 #include "sim/motion/dry_run.h"
 #include "sim/parts/parts.h"
@@ -284,8 +286,9 @@ CLI::App* add_prove_options(CLI::App& app, ProveOptions& options) {
   prove->add_option("--machine", options.machine, "take this machine profile instead of the job's");
   prove->add_option("--name", options.name, "of the program in messages");
   prove->add_option("--picture", options.picture, "draw the deepest gouge to this PNG file");
-  prove->add_flag("--told", options.told, "the program is whole when a line comes on standard input");
-  prove->add_flag("--progress", options.progress, "lines of progress on standard output");
+  prove->add_flag("--told", options.told, "the program is whole when a line comes on standard input")
+      ->group("");
+  prove->add_flag("--progress", options.progress, "lines of progress on standard output")->group("");
   prove->add_option("--threads", options.threads, "the result is the same for any number")
       ->check(CLI::Range(1, 256));
   return prove;
@@ -295,7 +298,7 @@ CLI::App* add_prove_options(CLI::App& app, ProveOptions& options) {
 int run(int argc, char** argv) {
   CLI::App app("A simulated five-axis machine (table C, tilting head), seen through its wire.",
                "tiltfeed-sim");
-  app.set_version_flag("--version", "tiltfeed-sim " TILTFEED_VERSION);
+  app.set_version_flag("--version", "tiltfeed-sim " + config::version());
   ServeOptions options;
   add_serve_options(app, options);
 
@@ -316,7 +319,9 @@ int run(int argc, char** argv) {
   check->add_option("--picture", files.picture, "draw part and path to this PNG file");
   check->add_option("--report", files.report,
                     "the planner's report: what it could not reach is marked there");
-  check->add_option("--json", files.json, "write the report to this file");
+  check->add_option("--out", files.json, "write the report (JSON) to this file");
+  std::string old_json;  // elsewhere --json is no file
+  check->add_option("--json", old_json)->group("");
 
   VerifyOptions verification;
   CLI::App* const verify = add_verify_options(app, verification);
@@ -324,13 +329,22 @@ int run(int argc, char** argv) {
   CLI::App* const prove = add_prove_options(app, proof);
   app.require_subcommand(0, 1);
 
+  if (argc == 2 && std::string_view(argv[1]) == config::kDescribeWord) {
+    std::cout << config::command_json(config::describe_command_line(app, "tiltfeed-sim")) << "\n";
+    return kDone;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kWrongUse;
+    return config::report_parse_end(app, error) ? kDone : kWrongUse;
   }
   if (part->parsed()) return make_part(name, out);
   if (check->parsed()) {
+    if (!old_json.empty()) {
+      std::cerr
+          << "tiltfeed-sim: check-path --json FILE is --out FILE now; the next version does not know it\n";
+      files.json = old_json;
+    }
     const Result<bool> passed = path_check_command(files);
     if (!passed) return report(passed.error());
     return *passed ? kDone : kFailed;

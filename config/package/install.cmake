@@ -1,6 +1,7 @@
 # What is installed, and where: cmake --install, and the Debian package that ./run package makes of the same tree.
 include(GNUInstallDirs)
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # no tests
+set(CPACK_PACKAGE_CONTACT "Tiltfeed maintainers <maintainers@tiltfeed.example>")
 set(share ${CMAKE_INSTALL_DATAROOTDIR}/tiltfeed)
 
 # They look for each other beside themselves.
@@ -17,8 +18,10 @@ endif()
 install(FILES config/udev/60-tiltfeed.rules DESTINATION lib/udev/rules.d)
 install(FILES config/package/sysusers.conf DESTINATION lib/sysusers.d RENAME tiltfeed.conf)
 
+install(FILES config/prometheus/tiltfeed.rules.yaml config/prometheus/dashboard.json DESTINATION ${share}/prometheus)
+
 # Example jobs: copied to a folder of one's own, they find their part beside themselves.
-install(DIRECTORY config/machines DESTINATION ${share} FILES_MATCHING PATTERN "*.yaml")
+install(DIRECTORY config/machines config/tools DESTINATION ${share} FILES_MATCHING PATTERN "*.yaml")
 file(GLOB jobs CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/config/jobs/*.yaml)
 foreach(job IN LISTS jobs)
   get_filename_component(name ${job} NAME)
@@ -39,16 +42,35 @@ if(TILTFEED_DESK)
 endif()
 
 install(FILES README.md GLOSSARY.md config/package/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})
-# lintian wants the changelog packed, without a time in it.
-add_custom_command(OUTPUT install/changelog.gz
-                   COMMAND gzip -9n < ${CMAKE_SOURCE_DIR}/CHANGELOG.md > install/changelog.gz
-                   DEPENDS CHANGELOG.md VERBATIM)
-add_custom_target(tiltfeed_changelog ALL DEPENDS install/changelog.gz)
-install(FILES ${CMAKE_BINARY_DIR}/install/changelog.gz DESTINATION ${CMAKE_INSTALL_DOCDIR})
+# Manual pages and completion, by the programs themselves; changelogs.
+set(made_by tiltfeed tiltfeed-sim)
+if(TILTFEED_DESK)
+  list(APPEND made_by tiltfeed-desk)
+endif()
+set(manual ${CMAKE_BINARY_DIR}/install/manual)
+add_custom_command(OUTPUT install/manual.stamp
+                   COMMAND ${CMAKE_COMMAND} -E rm -rf ${manual}
+                   COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:tiltfeed> -D OUT=${manual} -D SOURCE=${CMAKE_SOURCE_DIR}
+                           -D CONTACT=${CPACK_PACKAGE_CONTACT} -D VERSION=${PROJECT_VERSION}
+                           -P ${CMAKE_SOURCE_DIR}/config/package/documents.cmake
+                   COMMAND ${CMAKE_COMMAND} -E touch install/manual.stamp
+                   DEPENDS ${made_by} config/package/documents.cmake CHANGELOG.md VERBATIM)
+add_custom_target(tiltfeed_documents ALL DEPENDS install/manual.stamp)
+install(DIRECTORY ${manual}/ DESTINATION ${CMAKE_INSTALL_DATAROOTDIR})
+# What it is made of, from what was compiled and linked: needs ninja's own record of the headers, and dpkg.
+if(CMAKE_GENERATOR STREQUAL Ninja AND EXISTS /usr/bin/dpkg)
+  set(programs "$<TARGET_FILE:tiltfeed>\" \"$<TARGET_FILE:tiltfeed-sim>")
+  if(TILTFEED_DESK)
+    string(APPEND programs "\" \"$<TARGET_FILE:tiltfeed-desk>")
+  endif()
+  install(CODE "execute_process(
+    COMMAND \"${CMAKE_SOURCE_DIR}/config/package/sbom.sh\" \"${CMAKE_BINARY_DIR}\" \"${CMAKE_SOURCE_DIR}\" ${PROJECT_VERSION} \"${programs}\"
+    OUTPUT_FILE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DOCDIR}/sbom.spdx.json\" COMMAND_ERROR_IS_FATAL ANY)")
+endif()
+install(FILES config/package/lintian-overrides DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/lintian/overrides RENAME tiltfeed)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME tiltfeed)
-set(CPACK_PACKAGE_CONTACT "Tiltfeed maintainers <root@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "5-axis milling from an STL part to the machine")
 set(CPACK_PACKAGE_DESCRIPTION
     "Plans tool paths for a 5-axis mill with a rotary table and a tilting head,

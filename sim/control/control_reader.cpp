@@ -198,6 +198,17 @@ ControlReader::Wrong ControlReader::dwell(const ControlWords& words, std::vector
   return "a dwell without a time";
 }
 
+/// A posted block never turns a rotary by more than half a turn: then a word for the way, a sign or a digit
+/// is not what it was.
+ControlReader::Wrong ControlReader::half_turn(const Joints& from) const {
+  constexpr double kHalf = 180.0 + 1e-9;
+  const auto far = [&](const RotaryAxis& axis, double by) { return axis.present && std::abs(by) > kHalf; };
+  const bool tilt = far(model_.tilt, at_.a - from.a);
+  if (!tilt && !far(model_.rotary, at_.c - from.c)) return std::nullopt;
+  return std::string(1, tilt ? model_.tilt.letter : model_.rotary.letter) +
+         " turns by more than 180 degrees, which no posted block does: is its way or its sign lost?";
+}
+
 /// A Z in machine coordinates goes up to the end of its travel; the other axes go where nobody says.
 ControlReader::Wrong ControlReader::to_machine_place(const ControlWords& words,
                                                      std::vector<ControlBlock>& blocks) {
@@ -225,6 +236,8 @@ ControlReader::Wrong ControlReader::motion(const ControlWords& words, std::vecto
   if (plain && !words.named("L")) return "axis words without L";
   if (!plain && !motion_known_) return "axis words before the first G0 or G1";
   const std::array<double*, 5> place{&at_.x, &at_.y, &at_.z, &at_.a, &at_.c};
+  const Joints from = at_;
+  const bool began = whole();
   for (std::size_t i = 0; i < letter.size(); ++i) {
     if (!words.has(letter[i])) continue;
     double word = words[letter[i]];
@@ -238,6 +251,9 @@ ControlReader::Wrong ControlReader::motion(const ControlWords& words, std::vecto
   if (!whole() && !rapid) return "a feed move before all five axis words are stated";
   if (!whole()) return std::nullopt;
   if (!rapid && (!(feed_ > 0.0) || (inverse_ && !words.has('F')))) return "a feed move without F";
+  const bool linear = words.has('X') || words.has('Y') || words.has('Z');
+  if (posted_ && began && (linear || !rapid))
+    if (auto far = half_turn(from)) return far;
   put(blocks, rapid);
   if (words.has('Z')) off_path_ = false;
   return std::nullopt;
@@ -317,6 +333,7 @@ ControlReader::Wrong ControlReader::read(std::string_view line, std::vector<Cont
 
 Result<void> ControlReader::read_line(std::string_view line, std::vector<ControlBlock>& blocks) {
   ++lines_;
+  if (!posted_ && fresh_) posted_ = line.find("TILTFEED blocks ") != line.npos;
   const std::string_view bare = bare_line(line, dialect_, room_);
   if (bare.empty() || own_line(bare)) return {};
   if (auto wrong = read(bare, blocks)) return fail(Code::kInput, *wrong);

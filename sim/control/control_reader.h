@@ -52,6 +52,7 @@ class ControlReader {
   Wrong dwell(const ControlWords& words, std::vector<ControlBlock>& blocks);
   Wrong motion(const ControlWords& words, std::vector<ControlBlock>& blocks);
   Wrong to_machine_place(const ControlWords& words, std::vector<ControlBlock>& blocks);
+  Wrong half_turn(const Joints& from) const;
   double turned(const RotaryAxis& axis, double at, WordWay way, double word) const;
   void set_tcp(bool on);
   void put(std::vector<ControlBlock>& blocks, bool rapid);
@@ -66,6 +67,7 @@ class ControlReader {
   std::string room_;
   std::uint32_t lines_ = 0;
   int percents_ = 0;
+  bool posted_ = false;  ///< the header of a posted program was read
   bool ended_ = false, rapid_ = true, motion_known_ = false, inverse_ = false, tcp_ = false,
        relative_ = false, shortest_ = false, exact_ = false, fresh_ = true, off_path_ = false;
   double feed_ = 0.0, spindle_ = 0.0;

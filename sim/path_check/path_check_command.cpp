@@ -107,7 +107,7 @@ Result<void> draw(const PathCheckFiles& files, const config::Job& job, const pat
 Result<bool> path_check_command(const PathCheckFiles& files) {
   const Result<config::Job> job = config::load_job(files.job);
   if (!job) return tl::unexpected(job.error());
-  const auto fits = config::check_outputs({{"--picture", files.picture}, {"--json", files.json}},
+  const auto fits = config::check_outputs({{"--picture", files.picture}, {"--out", files.json}},
                                           {{"JOB", files.job},
                                            {"--program", files.program},
                                            {"--canon", files.canon},

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "sim/basics/workers.h"
+#include "sim/control/program_frame.h"
 #include "sim/gcode/lines.h"
 
 namespace tiltfeed::sim {
@@ -75,8 +76,10 @@ class Moves {
 };
 
 /// Where the program takes over the tool may be in the part without touching its surface.
-void look_inside(const Prover& prover, const std::vector<ProgramMove>& places, ProgramProof& result) {
+void look_inside(const Prover& prover, const CollisionCheck* check, const std::vector<ProgramMove>& places,
+                 ProgramProof& result) {
   for (const ProgramMove& place : places) {
+    if (check != nullptr) result.collisions.add(check->look(place));
     const Pose pose = prover.frames().pose(place.to, place.tcp);
     if (result.inside || !prover.inside(pose)) continue;
     result.inside = true;
@@ -120,9 +123,12 @@ class Shares {
 }  // namespace
 
 Result<ProgramProof> prove_program(std::istream& in, const std::string& name, const config::Job& job,
-                                   const Prover& prover, int threads,
+                                   const Prover& prover, const CollisionCheck* check, int threads,
                                    const std::function<bool(double share)>& progress) {
   const auto size = std::max<std::streamoff>(1, in.seekg(0, std::ios::end).tellg());
+  in.clear();
+  in.seekg(0);
+  if (auto sound = check_frame(in, name, job); !sound) return tl::unexpected(sound.error());
   in.clear();
   in.seekg(0);
   Moves reader(in, name, job);
@@ -132,8 +138,10 @@ Result<ProgramProof> prove_program(std::istream& in, const std::string& name, co
   if (!read) return tl::unexpected(read.error());
   Shares shares(progress, static_cast<double>(size));
   while (true) {
-    look_inside(prover, reader.take_fresh(), result);
+    look_inside(prover, check, reader.take_fresh(), result);
     std::vector<Proof> proofs((now.size() + kChunk - 1) / kChunk);
+    std::vector<Collisions> collisions(proofs.size());
+    const PairSet told = CollisionCheck::told(result.collisions);
     const double known = result.proof.gouge;  // of the batches before
     shares.begin(proofs.size(), reader.bytes());
     in_parallel(proofs.size() + 1, threads, [&](std::size_t i) {
@@ -143,16 +151,20 @@ Result<ProgramProof> prove_program(std::istream& in, const std::string& name, co
       }
       if (shares.stopped()) return;
       const std::size_t first = (i - 1) * kChunk;
-      proofs[i - 1] = prover.hold(std::span(now).subspan(first, std::min(kChunk, now.size() - first)), known);
+      const auto moves = std::span(std::as_const(now)).subspan(first, std::min(kChunk, now.size() - first));
+      proofs[i - 1] = prover.hold(moves, known);
+      if (check != nullptr) collisions[i - 1] = check->hold(moves, told);
       shares.next();
     });
     for (const Proof& proof : proofs) result.proof.add(proof);
+    for (Collisions& some : collisions) result.collisions.add(std::move(some));
     if (!read) return tl::unexpected(read.error());
     if (shares.stopped()) return fail(Code::kCancelled, "the proof was cancelled");
     if (next.empty()) break;
     std::swap(now, next);
   }
-  look_inside(prover, reader.take_fresh(), result);
+  look_inside(prover, check, reader.take_fresh(), result);
+  if (check != nullptr) check->measure(result.collisions);
   result.blocks = reader.blocks();
   if (result.proof.moves == 0) return fail(Code::kInput, name + ": no motion after its first block");
   return result;

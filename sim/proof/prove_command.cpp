@@ -113,6 +113,8 @@ int prove_command(const ProveOptions& options) {
                                         [&](double share) { return show(kChecked * share); });
   if (!part) return report(part.error());
   const Prover prover(*part, *job);
+  const auto check = CollisionCheck::make(*part, *job);
+  if (!check) return report(check.error());
   show(kReady);
   std::string word;
   if (options.told && !std::getline(std::cin, word)) return report({Code::kCancelled, "no program came"});
@@ -121,13 +123,16 @@ int prove_command(const ProveOptions& options) {
   const int threads = options.threads > 0
                           ? options.threads
                           : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const auto proven = prove_program(in, name, *job, prover, threads,
+  const auto proven = prove_program(in, name, *job, prover, check->idle() ? nullptr : &*check, threads,
                                     [&](double share) { return show(kReady + (1.0 - kReady) * share); });
   if (!proven) return report(proven.error());
   const auto& gouge = proven->proof.deepest;
+  if (!gouge && !proven->collisions.places.empty())
+    return report({Code::kInput, check->text(proven->collisions, name)});
   if (!gouge) {
     std::printf("proven %llu moves, largest gouge %.4f mm\n",
                 static_cast<unsigned long long>(proven->proof.moves), proven->proof.gouge);
+    std::printf("%s\n", check->scope().c_str());
     return kDone;
   }
   if (!options.picture.empty())

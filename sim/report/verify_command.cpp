@@ -21,6 +21,7 @@
 #include "pathgen/mesh/mesh_check.h"
 #include "pathgen/mesh/stl.h"
 #include "sim/basics/workers.h"
+#include "sim/control/program_frame.h"
 #include "sim/control/slide_blocks.h"
 #include "sim/gcode/canon.h"
 #include "sim/removal/executed_path.h"
@@ -102,6 +103,9 @@ Result<ExecutedPath> read_and_execute(std::ifstream& in, const std::string& name
                                       ProgramHeader& header) {
   header = read_program_header(in);
   if (auto fits = check_header(header, job, name); !fits) return tl::unexpected(fits.error());
+  in.clear();
+  in.seekg(0);
+  if (auto sound = check_frame(in, name, job); !sound) return tl::unexpected(sound.error());
   in.clear();
   const auto size =
       static_cast<std::uint64_t>(std::max<std::streamoff>(0, in.seekg(0, std::ios::end).tellg()));

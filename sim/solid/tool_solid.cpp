@@ -130,8 +130,11 @@ ToolSolid::ToolSolid(const pathgen::Cutter& cutter, const Growth& growth, double
     end_.push_back(grown(Revolved({nose, {nose.r + nose.radius, nose.h, 0.0, kPi}})));
   }
   const bool is_capsule = cutter.type == pathgen::CutterType::kBall && all.size() == 1 &&
-                          growth.radial == 0.0 && growth.axial == 0.0;
-  if (is_capsule) capsule_ = Capsule{nose.radius, all[0].upper, nose.radius + growth.allowance};
+                          all[0].upper >= 2.0 * nose.radius && growth.radial == 0.0 && growth.axial == 0.0;
+  if (is_capsule) {
+    const double upper = all[0].upper;
+    capsule_ = Capsule{nose.radius, upper - nose.radius, upper, nose.radius + growth.allowance};
+  }
   if (overlap > 0.0) join(all, overlap);
   for (const Draft& draft : all) pieces_[static_cast<int>(draft.part)].push_back(grown(draft.solid()));
 }
@@ -141,9 +144,15 @@ Hit ToolSolid::clearance(const PartDistance& surface, const Pose& pose, ToolPart
   Hit hit{bound, kNoFacet};
   if (capsule_ && part == ToolPart::kCutter) {
     if (bound + capsule_->radius <= 0.0) return hit;
-    const Segment core{pose.tip + pose.axis * capsule_->centre, pose.tip + pose.axis * capsule_->upper};
-    const Hit near = surface.nearest(core, bound + capsule_->radius, hint);
-    return near.facet == kNoFacet ? hit : Hit{near.value - capsule_->radius, near.facet};
+    const Point<Part> centre = pose.tip + pose.axis * capsule_->centre;
+    const Hit near =
+        surface.nearest({centre, pose.tip + pose.axis * capsule_->upper}, bound + capsule_->radius, hint);
+    if (near.facet == kNoFacet) return hit;
+    // The tool is between both capsules: where they agree, it agrees with them.
+    const Segment within{centre, pose.tip + pose.axis * capsule_->within};
+    const Hit inner = surface.nearest(within, near.value + kSearchError, near.facet);
+    if (inner.facet != kNoFacet) return {near.value - capsule_->radius, near.facet};
+    hint = near.facet;
   }
   for (const Revolved& piece : pieces(part)) {
     const Hit near = sim::clearance(surface, piece, pose, hit.value, hint);

@@ -64,9 +64,11 @@ class ToolSolid {
   const Revolved& cutting() const { return cutting_.front(); }
 
  private:
-  /// A ball with a shank of its own diameter and nothing above: all within `radius` of a segment.
+  /// (V8) A ball with a shank of its own diameter and nothing above: it holds all that is within `radius` of
+  /// the segment centre..within, and nothing further than `radius` from centre..upper. Its upper end is flat:
+  /// the dome over it is not the tool's.
   struct Capsule {
-    double centre = 0.0, upper = 0.0, radius = 0.0;
+    double centre = 0.0, within = 0.0, upper = 0.0, radius = 0.0;
   };
   std::array<std::vector<Revolved>, 3> pieces_;
   std::vector<Revolved> cutting_, end_;  ///< one each

@@ -89,8 +89,8 @@ TEST(Examples, EveryKeyOfAJobIsInTheExampleWithAComment) {
     }
   }
   // root, part, cutter, its holder, axis, pattern, containment, stock, points, guards, two of them, links,
-  // feeds, program, setup
-  EXPECT_EQ(count, 17u + 3 + 9 + 3 + 15 + 10 + 7 + 2 + 4 + 2 + 2 + 2 + 2 + 3 + 4 + 3);
+  // feeds, program, setup, fixtures
+  EXPECT_EQ(count, 18u + 3 + 12 + 3 + 15 + 10 + 7 + 2 + 4 + 2 + 2 + 2 + 2 + 3 + 4 + 3 + 12);
 }
 
 /// The words that a key may have, as the reader says.
@@ -173,14 +173,15 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
   const std::string text = text_of(kMachine);
   const auto parse = [](const std::string& changed) { return parse_machine(changed, kMachine); };
   std::size_t count = 0;
-  for (const char* before : {"\nname:", "\n  x:", "\n    min_mm:", "\n  letter:", "\n  look_ahead_blocks:",
-                             "\n  dialect:", "\n  default:"}) {
+  for (const char* before :
+       {"\nname:", "\n  x:", "\n    min_mm:", "\n  letter:", "\n  look_ahead_blocks:", "\n  dialect:",
+        "\n  default:", "\n    link: table", "\n  tool: [y", "\n  cutter_mm:"}) {
     for (const std::string& key : known_keys(text, before, parse)) {
       EXPECT_NE(text.find(key + ":"), std::string::npos) << key;
       ++count;
     }
   }
-  EXPECT_EQ(count, 14u + 3 + 5 + 12 + 3 + 25 + 3);
+  EXPECT_EQ(count, 18u + 3 + 5 + 12 + 3 + 25 + 3 + 12 + 2 + 6);
   for (const char* key : {"structure",
                           "letter",
                           "direction",
@@ -222,6 +223,12 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
                           "corner_time_ms",
                           "blend_rotary",
                           "check",
+                          "work",
+                          "tool",
+                          "shape",
+                          "cutter_mm",
+                          "head_mm",
+                          "rapid_factor",
                           "bytes_per_s"})
     EXPECT_TRUE(documented(text, key)) << key;
 }

@@ -44,7 +44,7 @@ std::string bare(const std::string& text) {
   std::istringstream in(text);
   std::string out;
   for (std::string line; std::getline(in, line);) {
-    line = line.substr(0, line.find('#'));
+    line = line.starts_with('#') ? "" : line.substr(0, line.find(" #"));
     while (!line.empty() && line.back() == ' ') line.pop_back();
     if (!line.empty()) out += line + "\n";
   }

@@ -185,6 +185,7 @@ TEST(MachineProfile, DescribesEveryValue) {
             "pivot_to_gauge_mm: [1.5, -22, -145.4]\n"
             "spindle_direction: [0, 0, 1]\n"
             "check: 0 measured places agree\n"
+            "bodies: none: the machine itself is not checked for collisions\n"
             "control.look_ahead_blocks: 40\ncontrol.corner_time_ms: 2.5\ncontrol.blend_rotary: false\n"
             "program.dialect: grbl\nprogram.linear_decimals: 3\nprogram.rotary_decimals: 5\n"
             "program.max_line_length: 70\nprogram.line_numbers: true\n"

@@ -70,7 +70,7 @@ struct Posted {
   }
   Result<ProgramProof> prove(const Prover& prover) const {
     std::istringstream in(text());
-    return prove_program(in, "p.nc", job, prover, 2, {});
+    return prove_program(in, "p.nc", job, prover, nullptr, 2, {});
   }
   std::vector<ControlBlock> read() const {
     std::istringstream in(text());
@@ -112,13 +112,13 @@ TEST(ProgramProof, CountsWithinABatch) {
   for (int i = 0; i < 10000; ++i) rows += i % 2 == 0 ? "G0 X1\n" : "G0 X-1\n";
   const auto end = std::find(posted.lines.rbegin(), posted.lines.rend(), "G53 G0 Z0");
   ASSERT_NE(end, posted.lines.rend());
-  *end = "G53 G0 Z0\nG0 X0 Y0\nG0 Z60\n" + rows;
+  *end = "G53 G0 Z0\nG0 X0 Y0\nG0 Z60\n" + rows + "G53 G0 Z0";
   const CheckedMesh part = plate();
   const Prover prover(part, posted.job);
   std::vector<double> shares;
   const auto prove = [&](std::size_t most) {
     std::istringstream in(posted.text());
-    return prove_program(in, "p.nc", posted.job, prover, 2, [&](double share) {
+    return prove_program(in, "p.nc", posted.job, prover, nullptr, 2, [&](double share) {
       shares.push_back(share);
       return shares.size() < most;
     });
@@ -250,6 +250,13 @@ TEST_P(EveryDialect, RefusesAGougeAndNamesItsLine) {
       const std::uint32_t line = blocks[at].block.line;
       ASSERT_TRUE(shift_word(bad.lines[line - 1], damage.letter, damage.by));
       const auto proof = bad.prove(prover);
+      if (damage.by == 360.0) {  // refused as it is read
+        ASSERT_FALSE(proof);
+        EXPECT_EQ(proof.error().message.find("p.nc:" + std::to_string(line) + ": C turns by more than 180"),
+                  0u)
+            << proof.error().message;
+        continue;
+      }
       ASSERT_TRUE(proof) << proof.error().message;
       ASSERT_TRUE(proof->proof.deepest) << damage.what << ": " << bad.lines[line - 1];
       // The word stays until another is said, so what follows may cut as deep.

@@ -227,20 +227,48 @@ TEST(ToolSolid, GrowsByStockAndAllowance) {
               20 - (2 + 0.3 * s) / c + 2, 1e-7);
 }
 
-TEST(ToolSolid, PlainBallIsTheCapsule) {
+TEST(ToolSolid, PlainBallIsTheCapsuleWithAFlatTop) {
+  // All of the tool is in the capsule up to its length, and holds that which ends at its length.
   std::mt19937_64 random(16);
   std::uniform_real_distribution<double> place(-10, 10);
-  const ToolSolid tool(ball(4, 20));
-  EXPECT_FALSE(tool.has(ToolPart::kShank) || tool.has(ToolPart::kHolder));
-  for (int i = 0; i < 200; ++i) {
-    const PartDistance part(mesh_of(random_soup(random, 10, 12, 4)));
-    const Pose pose{{place(random), place(random), place(random)}, random_axis(random)};
-    const Point<Part> centre = pose.tip + pose.axis * 2.0;
-    EXPECT_EQ(tool.clearance(part, pose, ToolPart::kCutter).value,
-              part.nearest(tool_segment(pose.tip, pose.axis, 2.0, 20.0)).value - 2.0);
-    EXPECT_EQ(tool.gap(part, pose).value, part.nearest(centre).value - 2.0);
-    EXPECT_EQ(tool.drop(part, pose).value, part.first_touch(centre, -pose.axis, 2.0).value);
+  int at_top = 0;
+  for (const double allowance : {0.0, 0.3}) {
+    const ToolSolid tool(ball(4, 20), {allowance});
+    const Revolved& piece = tool.pieces(ToolPart::kCutter).front();
+    EXPECT_FALSE(tool.has(ToolPart::kShank) || tool.has(ToolPart::kHolder));
+    for (int i = 0; i < 200; ++i) {
+      const PartDistance part(mesh_of(random_soup(random, 10, 12, 4)));
+      const Vec3 axis = random_axis(random);
+      // Every other time its upper end is in the soup.
+      const Point<Part> at{place(random), place(random), place(random)};
+      const Pose pose{i % 2 == 0 ? at : at - axis * 20.0, axis};
+      const Point<Part> centre = pose.tip + pose.axis * 2.0;
+      const double radius = 2.0 + allowance, found = tool.clearance(part, pose, ToolPart::kCutter).value;
+      const double whole = part.nearest(Segment{centre, pose.tip + pose.axis * 20.0}).value - radius;
+      const double inner = part.nearest(Segment{centre, pose.tip + pose.axis * 18.0}).value - radius;
+      if (inner == whole) {
+        EXPECT_EQ(found, whole);
+      } else {
+        EXPECT_NEAR(found, clearance(part, piece, pose).value, 1e-9);
+        ++at_top;
+      }
+      EXPECT_EQ(tool.gap(part, pose).value, part.nearest(centre).value - radius);
+      EXPECT_EQ(tool.drop(part, pose).value, part.first_touch(centre, -pose.axis, radius).value);
+    }
   }
+  EXPECT_GT(at_top, 20);
+}
+
+TEST(ToolSolid, NothingStandsOverTheUpperEnd) {
+  // A ceiling over a ball end mill without holder, and its allowance: for any length of the tool.
+  const Vec3 z{0, 0, 1};
+  for (const double length : {2.0, 3.0, 4.0, 20.0})
+    for (const double room : {0.5, 0.3 + 1e-6, 0.1}) {
+      const PartDistance ceiling(plane_at({0, 0, length + room}, z));
+      const ToolSolid tool(ball(4, length), {0.3});
+      EXPECT_NEAR(tool.clearance(ceiling, {{0, 0, 0}, z}, ToolPart::kCutter).value, room - 0.3, 1e-9)
+          << length;
+    }
 }
 
 }  // namespace

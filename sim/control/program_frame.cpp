@@ -1,0 +1,254 @@
+#include "sim/control/program_frame.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "sim/control/control_words.h"
+#include "sim/gcode/lines.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+using config::Dialect;
+using Wrong = std::optional<std::string>;
+
+// What ends all that others may have left in force, a line's words as they are printed.
+constexpr std::array<std::string_view, 5> kSafeRs274{"G21", "G90", "G17", "G40", "G49"};
+constexpr std::array<std::string_view, 8> kSafeFanuc{"G21", "G90", "G17", "G40", "G80", "G94", "G49", "G69"};
+constexpr std::array<std::string_view, 9> kSafeSiemens{"TRAFOOF", "TOROTOF", "PAROTOF", "TRANS", "G710",
+                                                       "G90",     "G17",     "G40",     "G94"};
+constexpr std::array<std::string_view, 5> kSafeTnc{"M129", "PLANE RESET", "CYCL DEF 10.0 ROTATION",
+                                                   "CYCL DEF 10.1 ROT+0", "M127"};
+constexpr std::array<std::string_view, 7> kSafeTncIso{"M129", "PLANE RESET", "G73", "M127",
+                                                      "G90",  "G17",         "G40"};
+
+std::span<const std::string_view> safe_words(Dialect dialect) {
+  switch (dialect) {
+    case Dialect::kRs274:
+    case Dialect::kGrbl:
+      return kSafeRs274;
+    case Dialect::kFanuc:
+    case Dialect::kHaas:
+      return kSafeFanuc;
+    case Dialect::kSiemens:
+      return kSafeSiemens;
+    case Dialect::kHeidenhain:
+      return kSafeTnc;
+    case Dialect::kHeidenhainIso:
+      break;
+  }
+  return kSafeTncIso;
+}
+
+/// Whether the line has these words, whole.
+bool says(std::string_view line, std::string_view words) {
+  const auto part_of_word = [](char c) {
+    return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || c == '.';
+  };
+  for (std::size_t at = line.find(words); at != line.npos; at = line.find(words, at + 1)) {
+    const std::size_t end = at + words.size();
+    const bool begins = at == 0 || !part_of_word(line[at - 1]);
+    if (begins && (end == line.size() || !part_of_word(line[end]))) return true;
+  }
+  return false;
+}
+
+/// The whole number behind `words`; -1: the line has none there.
+int number_after(std::string_view line, std::string_view words) {
+  const std::size_t at = line.find(words);
+  if (at == line.npos) return -1;
+  const std::string digits(line.substr(at + words.size(), 8));
+  char* end = nullptr;
+  const long number = std::strtol(digits.c_str(), &end, 10);
+  return end == digits.c_str() ? -1 : static_cast<int>(number);
+}
+
+class Frame {
+ public:
+  explicit Frame(const config::Job& job)
+      : job_(job), format_(job.machine.format), retracts_(format_.retract != "none") {
+    const auto safe = safe_words(format_.dialect);
+    missing_.assign(safe.begin(), safe.end());
+    letters_ = {'X', 'Y', 'Z', job.machine.model.tilt.letter, job.machine.model.rotary.letter};
+    std::vector<std::string> own{format_.clamp_tilt, format_.unclamp_tilt, format_.clamp_rotary,
+                                 format_.unclamp_rotary};
+    own.insert(own.end(), format_.start.begin(), format_.start.end());
+    own.insert(own.end(), format_.end.begin(), format_.end.end());
+    for (const std::string& line : own)
+      if (!line.empty()) own_.emplace_back(bare_line(line, format_.dialect, room_));
+    if (format_.retract != "default") own_retract_ = bare_line(format_.retract, format_.dialect, room_);
+  }
+
+  Wrong take(std::string_view text);
+  Wrong end() const {
+    if (!posted_ || ended_) return std::nullopt;
+    return "the program has no end: it was cut off";
+  }
+  /// Nothing behind here is looked at.
+  bool done() const { return ended_ || (moved_ && !posted_); }
+
+ private:
+  bool tnc() const {
+    return format_.dialect == Dialect::kHeidenhain || format_.dialect == Dialect::kHeidenhainIso;
+  }
+  void header(std::string_view text);
+  Wrong offset(std::string_view line, const ControlWords& words);
+  Wrong tool(std::string_view line, const ControlWords& words);
+  Wrong length_register(const ControlWords& words);
+  /// Grbl has no registers, a Heidenhain control takes the length with the tool.
+  bool wants_length() const { return tool_ > 0 && !tnc() && format_.dialect != Dialect::kGrbl; }
+  Wrong at_end() const;
+  Wrong first_move() const;
+
+  const config::Job& job_;
+  const config::ProgramFormat& format_;
+  const bool retracts_;
+  std::vector<std::string_view> missing_;
+  std::array<char, 5> letters_;
+  std::vector<std::string> own_;
+  std::string own_retract_, room_;
+  std::vector<int> registers_;  ///< that the header names
+  int offset_ = 0, tool_ = 0;
+  bool names_part_ = false, posted_ = false, length_called_ = false, inverse_ = false, tcp_ = false,
+       frames_dropped_ = false, moved_ = false, retracted_ = false, ended_ = false;
+};
+
+/// What every header of a posted program says, and the register in ", H4 too".
+void Frame::header(std::string_view text) {
+  names_part_ = names_part_ || text.find("TILTFEED part ") != text.npos;
+  posted_ = posted_ || (names_part_ && text.find("TILTFEED blocks ") != text.npos);
+  if (text.find("TILTFEED tool length") == text.npos) return;
+  for (const std::string_view letter : {", H", ", D"})
+    if (const int number = number_after(text, letter); number > 0) registers_.push_back(number);
+}
+
+Wrong Frame::offset(std::string_view line, const ControlWords& words) {
+  if (tnc()) {
+    if (const int preset = number_after(line, "Q339="); preset >= 0) offset_ = preset;
+  } else {
+    for (std::size_t i = 0; i < words.g_count; ++i) {
+      const int code = words.g[i] / 10;
+      if (code >= 54 && code <= 59) offset_ = code - 53, frames_dropped_ = false;
+      if (format_.dialect == Dialect::kSiemens && code >= 505 && code <= 599)
+        offset_ = code - 500, frames_dropped_ = false;
+    }
+  }
+  if (offset_ == 0 || offset_ == job_.program.work_offset) return std::nullopt;
+  return "work offset " + std::to_string(offset_) + " is called, the job's program.work_offset is " +
+         std::to_string(job_.program.work_offset);
+}
+
+Wrong Frame::length_register(const ControlWords& words) {
+  const bool edge = format_.dialect == Dialect::kSiemens;
+  const char letter = edge ? 'D' : 'H';
+  if (tnc() || !words.has(letter)) return std::nullopt;
+  const int stated = static_cast<int>(words[letter]), wanted = edge ? 1 : tool_;
+  const bool named = std::find(registers_.begin(), registers_.end(), stated) != registers_.end();
+  if (stated != 0) length_called_ = true;
+  if (stated == 0 || wanted == 0 || stated == wanted || named) return std::nullopt;
+  return std::string("the length of register ") + letter + std::to_string(stated) +
+         " is called, that of the tool is " + letter + std::to_string(wanted);
+}
+
+Wrong Frame::tool(std::string_view line, const ControlWords& words) {
+  const bool call = format_.dialect == Dialect::kHeidenhain;
+  const int number = call             ? number_after(line, "TOOL CALL ")
+                     : words.has('T') ? static_cast<int>(std::clamp(words['T'], 0.0, 1e6))
+                                      : -1;
+  if (number < 0) return std::nullopt;
+  tool_ = number, length_called_ = false;
+  if (retracts_ && !retracted_) return "a tool change without a retract along the machine's Z before it";
+  return std::nullopt;
+}
+
+Wrong Frame::first_move() const {
+  if (!missing_.empty())
+    return "the first move comes before " + std::string(missing_.front()) +
+           ", which every posted program has";
+  if (tool_ == 0 && job_.program.tool > 0) return "the first move comes before a tool is called";
+  if (offset_ == 0) return "the first move comes before a work offset is called";
+  if (retracts_ && !retracted_) return "the first move comes before a retract along the machine's Z";
+  return std::nullopt;
+}
+
+Wrong Frame::at_end() const {
+  if (retracts_ && !retracted_) return "the program ends without a retract along the machine's Z";
+  if (inverse_) return "the program ends with G93 in force";
+  return std::nullopt;
+}
+
+Wrong Frame::take(std::string_view text) {
+  if (text.find("TILTFEED ") != text.npos) {
+    header(text);
+    return std::nullopt;
+  }
+  const std::string_view line = bare_line(text, format_.dialect, room_);
+  if (line.empty()) return std::nullopt;
+  // A block of axis words and F, of which there are many.
+  const bool plain_block = line.find_first_of("GMTHDSPQRN=(") == line.npos && line.front() != 'L';
+  if (plain_block && moved_) {
+    retracted_ = false;
+    return std::nullopt;
+  }
+  if (!own_retract_.empty() && line == own_retract_) retracted_ = true;
+  if (line == own_retract_ || std::find(own_.begin(), own_.end(), line) != own_.end()) return std::nullopt;
+  std::erase_if(missing_, [&](std::string_view words) { return says(line, words); });
+  ControlWords words;
+  const bool dialogue = format_.dialect == Dialect::kHeidenhain && !line.starts_with("L ") && line[0] != 'M';
+  // Where a line cannot be taken apart the reader of its words says what is wrong.
+  if (!dialogue && take_apart(line, words)) return std::nullopt;
+  if (line.starts_with("END PGM") || words.has_m(2) || words.has_m(30)) {
+    ended_ = true;
+    return posted_ ? at_end() : std::nullopt;
+  }
+  if (auto wrong = offset(line, words); wrong && posted_) return wrong;
+  if (auto wrong = tool(line, words); wrong && posted_) return wrong;
+  if (auto wrong = length_register(words); wrong && posted_) return wrong;
+  if (words.named("TRAORI")) frames_dropped_ = true;
+  if (words.named("TRAORI") || words.named("TRAFOOF")) tcp_ = words.named("TRAORI");
+  if (tnc() && (words.has_m(128) || words.has_m(129))) tcp_ = words.has_m(128);
+  if (words.has_g(930) || words.has_g(940)) inverse_ = words.has_g(930);
+  const bool axes = std::any_of(letters_.begin(), letters_.end(),
+                                [&](char letter) { return letter != kNoLetter && words.has(letter); });
+  if (!axes || words.has_g(40)) return std::nullopt;
+  if (words.has_g(530) || words.has_g(280) || words.named("SUPA") || (tnc() && words.has_m(91))) {
+    retracted_ = retracted_ || words.has('Z');
+    if (posted_ && tcp_) return "a move in machine coordinates comes before TCP is ended";
+    return std::nullopt;
+  }
+  if (posted_ && frames_dropped_) return "TRAORI has dropped the work offset, and it is not called again";
+  if (posted_ && words.has('Z') && wants_length() && !length_called_)
+    return "Z moves before the register of the tool's length is called";
+  const bool first = !std::exchange(moved_, true);
+  if (first && posted_)
+    if (auto wrong = first_move()) return wrong;
+  retracted_ = false;
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<void> check_frame(std::istream& in, const std::string& name, const config::Job& job) {
+  Frame frame(job);
+  Lines lines(in);
+  std::uint64_t count = 0;
+  const auto wrong_at = [&](const std::string& what) {
+    return fail(Code::kInput, name + ":" + std::to_string(count) + ": " + what);
+  };
+  while (!frame.done()) {
+    const auto line = lines.next();
+    if (!line) break;
+    ++count;
+    if (auto wrong = frame.take(*line)) return wrong_at(*wrong);
+  }
+  if (auto wrong = frame.end()) return wrong_at(*wrong);
+  return {};
+}
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,19 @@
+#pragma once
+// What stands round the moves of a program that Tiltfeed posted: safe words, work offset, retracts, the
+// register of the tool's length, the end. Damage to these changes no move of the text, and yet the machine's.
+
+#include <istream>
+#include <string>
+
+#include "config/job.h"
+#include "kinematics/basics/result.h"
+
+namespace tiltfeed::sim {
+
+/// A program without the header of a posted one passes. Errors: kInput as name:line: a safe word is missing
+/// before the first move, the work offset or the length register is not the job's, the tool is not retracted
+/// before the first move, at a tool change or at the end, or the program has no end. Reads the stream from
+/// where it is.
+Result<void> check_frame(std::istream& in, const std::string& name, const config::Job& job);
+
+}  // namespace tiltfeed::sim

@@ -1,0 +1,164 @@
+// Seeded faults in printed programs of every dialect: what changes no move of the text but the machine's
+// (retracts, safe words, work offset, length register, the end) and the way that a rotary turns.
+
+#include "sim/control/program_frame.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <regex>
+#include <sstream>
+
+#include "kinematics/basics/decimal.h"
+#include "sim/control/control_reader.h"
+#include "tests/texts/dialect_posting.h"
+
+namespace tiltfeed::sim {
+using namespace pathgen;
+using namespace config;
+using namespace daemon;
+namespace {
+
+/// A ring that the table turns twice, by 25 degrees a block, with a lean that comes and goes.
+JointPath ring(const ProgramFormat& format) {
+  JointPath path;
+  for (int i = 0; i <= 58; ++i) {
+    Joints at{10.0 + i, -5.0, 200.0 - (i > 0 ? 40.0 : 0.0), 20.0 * std::sin(0.3 * i), -200.0 + 25.0 * i};
+    for (double* word : {&at.a, &at.c}) *word = round_decimal(*word, format.rotary_decimals);
+    path.moves.push_back({at, i > 0 ? 1.0 : 0.0, i > 0 ? MoveKind::kCut : MoveKind::kRapid, 0});
+  }
+  return path;
+}
+
+using Lines = std::vector<std::string>;
+
+struct Printed {
+  Job job;
+  Lines lines;
+
+  Printed(const DialectCase& one, RotaryWord word) {
+    Posting posting = posting_of(one, {});
+    const JointPath path = ring(posting.machine.format);
+    posting = posting_of(one, {&path});
+    posting.machine.model.rotary.word = word;
+    job.machine = posting.machine;
+    job.setup = posting.operations[0].setup;
+    job.program.tool = posting.operations[0].tool_number;
+    std::istringstream in(text_of(posting));
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+  }
+  /// What the judges say of the text; empty: it is sound.
+  std::string fault(const Lines& text) const {
+    std::string all;
+    for (const std::string& line : text) all += line + "\n";
+    std::istringstream frame(all), moves(all);
+    if (const auto sound = check_frame(frame, "p.nc", job); !sound) return sound.error().message;
+    ControlReader reader(job.machine, job.setup);
+    const auto read = read_control_program(moves, "p.nc", reader, [](const ControlBlock&) {});
+    return read ? "" : read.error().message;
+  }
+  /// Each line that fits, changed in turn; returns how many do.
+  int seed(const std::string& pattern, const std::function<void(Lines&, std::size_t)>& damage) const {
+    int seeded = 0;
+    const std::regex fits(pattern);
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      if (lines[i].find("TILTFEED") != std::string::npos || !std::regex_search(lines[i], fits)) continue;
+      Lines bad = lines;
+      damage(bad, i);
+      ++seeded;
+      EXPECT_NE(fault(bad), "") << lines[i];
+    }
+    return seeded;
+  }
+};
+
+void drop(Lines& lines, std::size_t at) { lines.erase(lines.begin() + static_cast<std::ptrdiff_t>(at)); }
+
+class ProgramFrame : public testing::TestWithParam<DialectCase> {};
+INSTANTIATE_TEST_SUITE_P(Control, ProgramFrame, testing::ValuesIn(dialect_cases()), case_name);
+
+TEST_P(ProgramFrame, FindsEveryDroppedLineThatTheMachineNeeds) {
+  const Printed printed(GetParam(), RotaryWord::kAccumulate);
+  ASSERT_EQ(printed.fault(printed.lines), "");
+  EXPECT_EQ(printed.seed("G28|G53|SUPA|M91", drop), 2) << "before the first move, and after the last";
+  const Dialect dialect = GetParam().dialect;
+  const bool tnc = dialect == Dialect::kHeidenhain || dialect == Dialect::kHeidenhainIso;
+  if (tnc) {
+    // The retract and the tool call of the ISO text say G90 G17 G40, too; END PGM ends the other.
+    EXPECT_GE(printed.seed("T3|CALL 3|M129|PLANE RESET|ROT|G73|M127|Q339", drop), 6);
+  } else {
+    EXPECT_GE(printed.seed("G17|G69|TRAFOOF|TOROTOF|PAROTOF|TRANS|G54", drop), 1);
+    EXPECT_EQ(printed.seed("M30|M2$", drop), 1);
+    EXPECT_EQ(printed.seed("T3", drop), 1);
+  }
+  if (dialect == Dialect::kRs274) {
+    EXPECT_EQ(printed.seed("^G43 H3", drop), 1);
+  }
+  if (has_inverse_time(dialect) && !GetParam().tcp) {
+    EXPECT_EQ(printed.seed("^G94$", drop), 1);
+  }
+}
+
+TEST_P(ProgramFrame, FindsAnotherWorkOffsetAndLength) {
+  const Printed printed(GetParam(), RotaryWord::kAccumulate);
+  const auto replaced_by = [](const char* what, const char* with) {
+    return [=](Lines& lines, std::size_t at) {
+      lines[at] = std::regex_replace(lines[at], std::regex(what), with);
+    };
+  };
+  EXPECT_GE(printed.seed("G54", replaced_by("G54", "G55")) +
+                printed.seed("Q339", replaced_by("Q339=\\+1", "Q339=+2")),
+            1);
+  const Dialect dialect = GetParam().dialect;
+  if (dialect == Dialect::kFanuc || dialect == Dialect::kHaas || dialect == Dialect::kRs274) {
+    EXPECT_EQ(printed.seed(" H3", replaced_by("H3", "H4")), 1);
+    EXPECT_EQ(printed.seed(" H3", replaced_by(" (G43|G43.4|G234|)? ?H3", "")), 1);
+  }
+  if (dialect == Dialect::kSiemens) {
+    EXPECT_EQ(printed.seed("^D1$", replaced_by("D1", "D2")), 1);
+  }
+}
+
+TEST_P(ProgramFrame, FindsALostWayOrSignOfARotary) {
+  for (const RotaryWord word : {RotaryWord::kAccumulate, RotaryWord::kShortest, RotaryWord::kSigned}) {
+    if (refusal_of(GetParam().dialect, word)) continue;
+    SCOPED_TRACE("word " + std::to_string(static_cast<int>(word)));
+    const Printed printed(GetParam(), word);
+    ASSERT_EQ(printed.fault(printed.lines), "");
+    if (word == RotaryWord::kAccumulate) {
+      EXPECT_EQ(printed.seed("X.*C[+]?1000",
+                             [](Lines& lines, std::size_t at) {
+                               lines[at] = std::regex_replace(lines[at], std::regex("C([+]?)1000"), "C$01");
+                             }),
+                1);
+    }
+    const Dialect dialect = GetParam().dialect;
+    const bool tnc = dialect == Dialect::kHeidenhain || dialect == Dialect::kHeidenhainIso;
+    if (word == RotaryWord::kShortest && tnc) {
+      EXPECT_EQ(printed.seed("M126", drop), 1);
+    }
+    if (word == RotaryWord::kShortest && GetParam().dialect == Dialect::kSiemens) {
+      Lines bad = printed.lines;
+      for (std::string& line : bad) line = std::regex_replace(line, std::regex("=DC\\(([0-9.]+)\\)"), "$1");
+      EXPECT_NE(printed.fault(bad), "");
+    }
+    if (word == RotaryWord::kSigned) {
+      EXPECT_GE(printed.seed("^(G1 )?X.*C(7|8|9|1[0-9])[0-9.]*( |$)",
+                             [](Lines& lines, std::size_t at) {
+                               lines[at] = std::regex_replace(lines[at], std::regex(" C"), " C-");
+                             }),
+                3);
+    }
+  }
+}
+
+TEST(ProgramFrame, AForeignProgramPasses) {
+  Job job;
+  std::istringstream in("G21 G90\nG0 X0 Y0 Z5 A0 C0\nG55\nM2\n");
+  EXPECT_TRUE(check_frame(in, "p.nc", job));
+}
+
+}  // namespace
+}  // namespace tiltfeed::sim
