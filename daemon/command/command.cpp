@@ -1,7 +1,13 @@
 #include "daemon/command/command.h"
 
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include <cstdlib>
 #include <iostream>
+
+#include "config/job.h"
+#include "config/yaml_tree.h"
 
 namespace tiltfeed::daemon {
 
@@ -13,6 +19,18 @@ int complain(const Error& error) {
 int show_json(const std::string& object) {
   std::cout << object << "\n";
   return kExitDone;
+}
+
+int open_written_out(const std::string& job) {
+  const Result<std::string> text = config::read_config_text(job);
+  const Result<std::string> whole =
+      text ? config::with_tool_written_out(*text, job, {}) : Result<std::string>(text);
+  const int fd = whole ? ::memfd_create("job.yaml", MFD_CLOEXEC) : -1;
+  if (fd >= 0 && ::write(fd, whole->data(), whole->size()) != static_cast<ssize_t>(whole->size())) {
+    ::close(fd);
+    return -1;
+  }
+  return fd;
 }
 
 std::string service_socket() {

@@ -16,6 +16,10 @@ int show_json(const std::string& object);
 /// Writes the error to standard error; the exit status that goes with it.
 int complain(const Error& error);
 
+/// A job file with its tool written out, as a descriptor of a file without a name: a service does not see the
+/// library. -1 where it cannot be had.
+int open_written_out(const std::string& job);
+
 inline constexpr const char* kDefaultSocket = "/run/tiltfeed/api.sock";
 /// $TILTFEED_SOCKET, else kDefaultSocket.
 std::string service_socket();

@@ -10,10 +10,12 @@
 #include <thread>
 #include <vector>
 
+#include "config/yaml_tree.h"
 #include "daemon/command/command.h"
 #include "daemon/command/held_keys.h"
 #include "daemon/command/interrupt.h"
 #include "daemon/machine/machine_guides.h"
+#include "daemon/measure/check_result.h"
 #include "daemon/post/machine_check.h"
 #include "daemon/service/api.h"
 #include "daemon/service/api_socket.h"
@@ -43,7 +45,8 @@ Result<json> ask(const std::string& socket, const ApiRequest& request) {
   return answer;
 }
 
-/// Over a link of its own.
+}  // namespace
+
 Result<MachineAnswer> act_over(const LinkSpec& link, const config::MachineProfile& machine,
                                const std::string& name, const std::vector<std::string>& words) {
   // A serial port is locked by opening it; an address is not.
@@ -62,8 +65,6 @@ Result<MachineAnswer> act_over(const LinkSpec& link, const config::MachineProfil
   };
   return perform_order(bench, name, words);
 }
-
-}  // namespace
 
 Result<MachineAnswer> act_through(const std::string& socket, const std::string& name,
                                   const std::vector<std::string>& words) {
@@ -89,12 +90,13 @@ Result<MachineAnswer> act_through(const std::string& socket, const std::string& 
 
 struct MachineCommands::Options {
   CLI::App *check = nullptr, *order = nullptr;
-  std::string profile, machine, link, name, socket;
+  std::string profile, found, machine, link, name, socket;
   std::vector<std::string> words;
-  double tool_length = 100.0, height = 100.0;
+  double tool_length = 100.0, height = 100.0, aside = 0.0, within = 0.02;
   bool as_json = false;
 
   int run_check() const;
+  int judge(const config::MachineProfile& loaded) const;
   int run_order() const;
   Result<MachineAct> way() const;
 };
@@ -110,6 +112,12 @@ MachineCommands::MachineCommands(CLI::App& app) : options_(std::make_unique<Opti
   o.check->add_option("--tool-length", o.tool_length, "gauge line to tip, mm (100)")
       ->check(CLI::Range(0.0, 1e4));
   o.check->add_option("--height", o.height, "of the tip over the zero point, mm (100)");
+  o.check->add_option(
+      "--found", o.found,
+      "CSV of what was found at the program's stops: stop,x_mm,y_mm,z_mm, the words at which the tip "
+      "is where it was at stop 1; or stop,dx_mm,dy_mm,dz_mm, by how much it is off. Says passed, or "
+      "what to change");
+  o.check->add_option("--within", o.within, "allowed with --found, mm (0.02)")->check(CLI::Range(1e-4, 10.0));
   o.check->add_flag("--json", o.as_json, "print one JSON object");
   o.socket = service_socket();
   for (const MachineOrder& one : machine_orders()) {
@@ -132,9 +140,30 @@ bool MachineCommands::called() const { return options_->check->parsed() || at_ma
 bool MachineCommands::at_machine() const { return !options_->name.empty(); }
 int MachineCommands::run() const { return at_machine() ? options_->run_order() : options_->run_check(); }
 
+/// What was found at the stops.
+int MachineCommands::Options::judge(const config::MachineProfile& loaded) const {
+  const Result<std::string> table = config::read_config_text(found);
+  if (!table) return complain(table.error());
+  const Result<CheckResult> result = judge_check(loaded, tool_length, height, aside, *table, found, within);
+  if (!result) return complain(result.error());
+  if (as_json) {
+    nlohmann::ordered_json all = {{"profile", profile},     {"passed", result->passed},
+                                  {"stops", result->stops}, {"worst_mm", result->worst},
+                                  {"where", result->where}, {"remedies", nlohmann::ordered_json::array()}};
+    for (const CheckRemedy& one : result->remedies)
+      all["remedies"].push_back({{"change", one.change}, {"worst_mm", one.worst}});
+    show_json(all.dump(-1, ' ', true, json::error_handler_t::replace));
+  } else {
+    std::cout << profile << ": " << text_of(*result, within) << "\n";
+  }
+  return result->passed ? kExitDone : kExitFailed;
+}
+
 int MachineCommands::Options::run_check() const {
   const auto loaded = config::load_machine(profile);
-  const auto program = loaded ? check_program(*loaded, tool_length, height) : tl::unexpected(loaded.error());
+  if (loaded && !found.empty()) return judge(*loaded);
+  const auto program =
+      loaded ? check_program(*loaded, tool_length, height, aside) : tl::unexpected(loaded.error());
   if (!program) {
     std::cerr << "tiltfeed: " << program.error().message << "\n";
     return kExitFailed;

@@ -14,6 +14,9 @@ class App;
 
 namespace tiltfeed::daemon {
 
+/// A command over a link of its own. Errors: as perform_order; kUsage: somebody else has the machine; kLink.
+Result<MachineAnswer> act_over(const LinkSpec& link, const config::MachineProfile& machine,
+                               const std::string& name, const std::vector<std::string>& words);
 /// A command through the service: begun, then asked for until it has ended, with the operator's words in
 /// between. Errors: as perform_order; kIo.
 Result<MachineAnswer> act_through(const std::string& socket, const std::string& name,

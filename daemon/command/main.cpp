@@ -7,18 +7,26 @@
 #include <optional>
 #include <sstream>
 
+#include "config/command_line.h"
 #include "config/job.h"
 #include "config/standard_output.h"
+#include "config/version.h"
 #include "daemon/command/command.h"
+#include "daemon/command/doctor_command.h"
 #include "daemon/command/hand_over.h"
+#include "daemon/command/history_command.h"
 #include "daemon/command/interrupt.h"
 #include "daemon/command/machine_command.h"
+#include "daemon/command/manual_command.h"
+#include "daemon/command/measure_command.h"
+#include "daemon/command/metrics_command.h"
 #include "daemon/command/plan_command.h"
 #include "daemon/command/post_command.h"
 #include "daemon/command/send_command.h"
 #include "daemon/command/service_command.h"
 #include "daemon/command/suggest_command.h"
 #include "daemon/command/tool_command.h"
+#include "daemon/command/tools_command.h"
 #include "daemon/plan/part_size.h"
 #include "daemon/post/tool_length.h"
 #include "kinematics/basics/tolerance_budget.h"
@@ -70,7 +78,7 @@ int run(int argc, char** argv) {
   CLI::App app{
       "Tiltfeed: from an STL part to a 5-axis machine with a rotary table and a tilting head.\n"
       "Not a safety device: emergency stop and guards belong to the machine."};
-  app.set_version_flag("--version", "tiltfeed " TILTFEED_VERSION);
+  app.set_version_flag("--version", "tiltfeed " + config::version());
   app.require_subcommand(1);
 
   std::string check_job;
@@ -128,13 +136,21 @@ int run(int argc, char** argv) {
 
   const PostCommands posting(app);
   const MachineCommands machines(app);
+  const MeasureCommand measuring(*app.get_subcommand("machine"));
   const SuggestCommand suggesting(app);
+  const ToolsCommand tools(app);
   ServiceCommands service(app);
   const ToolCommand tool_change(app);
+  const DoctorCommand doctor(app, config::version());
+  const MetricsCommand metrics(app, config::version());
+  const HistoryCommand history(app);
+  const ManualCommand manual(app, config::version());
+  if (argc == 2 && std::string_view(argv[1]) == config::kDescribeWord)
+    return show_json(config::command_json(config::describe_command_line(app, "tiltfeed")));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitDone : kExitWrongUse;
+    return config::report_parse_end(app, error) ? kExitDone : kExitWrongUse;
   }
   if (verify->parsed()) return complain(hand_over("tiltfeed-sim", {"verify"}, verify->remaining()));
   if (desk->parsed()) return complain(hand_over("tiltfeed-desk", {}, desk->remaining()));
@@ -145,10 +161,16 @@ int run(int argc, char** argv) {
       if (auto same = check_tool_length(program, tool_length); !same) return complain(same.error());
     return send_command(program, link, send_machine, send_json);
   }
+  if (metrics.called()) return metrics.run();
+  if (history.called()) return history.run();
+  if (manual.called()) return manual.run();
+  if (doctor.called()) return doctor.run();
   if (machines.at_machine()) return machines.run();
   const PromptEnd prompt_end;  // what touches no machine may end at any place
   if (check->parsed()) return check_command(check_job, check_json);
   if (suggesting.called()) return suggesting.run();
+  if (measuring.called()) return measuring.run();
+  if (tools.called()) return tools.run();
   if (planning->parsed()) return plan_command(files, progress);
   return posting.called() ? posting.run() : machines.run();
 }

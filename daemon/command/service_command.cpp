@@ -15,6 +15,7 @@
 #include "config/machine_profile.h"
 #include "config/service_config.h"
 #include "daemon/command/command.h"
+#include "daemon/command/doctor_command.h"
 #include "daemon/machine/machine_place.h"
 #include "daemon/service/api.h"
 #include "daemon/service/api_socket.h"
@@ -76,7 +77,7 @@ struct ServiceCommands::Options {
   std::string config, socket, file, name, link, machine, to;
   std::uint64_t job = 0, block = 0, from = 0;
   int percent = 100;
-  bool yes = false, queue = false, as_json = false;
+  bool yes = false, queue = false, as_json = false, check = false;
 
   Result<json> ask(const ApiRequest& request, const std::vector<int>& files = {}) const;
   int simple(ApiOp op);
@@ -99,6 +100,8 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
   o.socket = service_socket();
   o.serve = app.add_subcommand("serve", "run the service of one machine");
   o.serve->add_option("--config", o.config, "its file (YAML)")->required();
+  o.serve->add_flag("--check", o.check, "read and judge the file, show what it comes to, start nothing");
+  o.serve->add_flag("--json", o.as_json, "of --check: print one JSON object")->needs("--check");
   o.safe_stop = app.add_subcommand("safe-stop", "hold the machine that a service left moving when it died");
   o.safe_stop->add_option("--config", o.config, "the service's file (YAML)")->required();
   o.safe_stop->add_flag("--json", o.as_json, "print one JSON object besides the log");
@@ -185,14 +188,17 @@ int ServiceCommands::Options::run_submit() {
   request.name =
       !name.empty() ? name : file.substr(begin, dot == file.npos || dot < begin ? file.npos : dot - begin);
   std::vector<std::string> paths{file};
+  bool names_tool = false;
   if (!request.program) {
     const Result<config::Job> planned = config::load_job(file);  // says at once what is wrong with it
     if (!planned) return complain(planned.error());
     paths.push_back(planned->stl_path);
+    names_tool = !planned->tools_path.empty();
   }
   std::vector<int> files;
   for (const std::string& path : paths) {
-    files.push_back(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    files.push_back(names_tool && files.empty() ? open_written_out(path)
+                                                : ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
     if (files.back() < 0) return complain({Code::kIo, path + ": " + std::strerror(errno)});
   }
   const Result<json> answer = ask(request, files);
@@ -378,6 +384,7 @@ int ServiceCommands::Options::run_backup() const {
 std::optional<int> ServiceCommands::run() {
   Options& o = *options_;
   if (o.serve->parsed()) {
+    if (o.check) return check_service(o.config, o.as_json);
     const Result<void> served = serve(o.config);
     return served ? kExitDone : complain(served.error());
   }

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <vector>
 
+#include "daemon/journal/in_force.h"
 #include "daemon/program/block_cursor.h"
 #include "daemon/program/line_reader.h"
 #include "daemon/program/numeric_block.h"
+#include "daemon/program/tool_change.h"
 #include "kinematics/basics/decimal.h"
 
 namespace tiltfeed::daemon {
@@ -15,54 +17,20 @@ namespace {
 
 constexpr double kLeastRetract = 1.0;  // mm: less is not worth a move
 
-/// What is in force before a line, gathered from the program's start.
-struct InForce {
-  Joints at;
-  bool placed = false, inverse_time = false, rapid = true;
-  double feed = 0.0, spindle = 0.0;
-  int spindle_code = 5;
-  bool mist = false, flood = false;
-
-  void take(const NumericBlock& b) {
-    if (b.op == BlockOp::kMCode) {
-      if (b.m_code >= 3 && b.m_code <= 5) spindle_code = b.m_code;
-      if (b.m_code == 7) mist = true;
-      if (b.m_code == 8) flood = true;
-      if (b.m_code == 9) mist = flood = false;
-      spindle = b.spindle;
-      return;
-    }
-    if (b.op == BlockOp::kDwell) return;
-    if (b.machine) return;  // where that is in the part's coordinates, nobody says
-    at = {b.x, b.y, b.z, b.tilt, b.rotary};
-    placed = b.kept == 0;
-  }
-  /// Modes by their words: a line may state one long before a move uses it.
-  void take_words(std::string_view line) {
-    while (const std::optional<GcodeWord> word = take_word(line)) {
-      if (word->letter == 'F') feed = word->value;
-      if (word->letter != 'G') continue;
-      if (word->value == 0.0 || word->value == 1.0) rapid = word->value == 0.0;
-      if (word->value != 93.0 && word->value != 94.0) continue;
-      if (inverse_time != (word->value == 93.0)) feed = 0.0;  // F means another thing now
-      inverse_time = word->value == 93.0;
-    }
-  }
-};
-
 struct Survey {
   InForce before;          // the line of the first block
   std::uint64_t line = 0;  // of the file
   double highest = 0.0;    // Z of any move of the program
   std::uint64_t blocks = 0;
-  std::string first;  // text of that line
+  std::string first;      // text of that line
+  bool relative = false;  // G91 is in force before it
 };
 
 Result<Survey> survey(const std::string& path, LinkKind kind, const MachineModel& machine,
                       std::uint64_t from) {
   Result<LineReader> program = LineReader::open(path);
   if (!program) return tl::unexpected<Error>(program.error());
-  BlockReader reader(numeric_axes(machine));
+  BlockReader reader(numeric_axes(machine), !counts_numeric_blocks(kind));
   Line line;
   std::vector<NumericBlock> blocks;
   InForce now;
@@ -73,6 +41,7 @@ Result<Survey> survey(const std::string& path, LinkKind kind, const MachineModel
     if (!more) return tl::unexpected<Error>(more.error());
     if (!*more) break;
     blocks.clear();
+    const bool relative = reader.relative();
     if (const Result<void> read = reader.read(line, blocks); !read)
       return fail(Code::kInput, path + ":" + std::to_string(line.number) + ": '" + line.text +
                                     "': " + read.error().message +
@@ -81,6 +50,7 @@ Result<Survey> survey(const std::string& path, LinkKind kind, const MachineModel
     if (found.line == 0 && found.blocks >= from) {
       found.line = line.number;
       found.before = now;
+      found.relative = relative;
       found.first = line.text;
     }
     now.take_words(line.text);
@@ -91,6 +61,40 @@ Result<Survey> survey(const std::string& path, LinkKind kind, const MachineModel
       found.highest = any ? std::max(found.highest, block.z) : block.z;
       any = true;
     }
+  }
+  return found;
+}
+
+/// In brackets whatever it stood in; empty where there is none.
+std::string bracketed(std::string_view comment) {
+  std::string kept;
+  for (const char c : comment)
+    if (c != '(' && c != ')' && static_cast<unsigned char>(c) >= ' ') kept += c;
+  return kept.empty() ? "" : "(" + kept + ")";
+}
+
+/// What later tool changes are named and held against: the comment of the entered line, and the newest ones
+/// before it that state a tool length, and stand beside a T word.
+struct Remarks {
+  std::string length, chosen, first;
+};
+
+Result<Remarks> remarks_at(const std::string& path, std::uint64_t line) {
+  Result<LineReader> program = LineReader::open(path);
+  if (!program) return tl::unexpected<Error>(program.error());
+  Remarks found;
+  std::string_view raw;
+  while (program->number() < line) {
+    const Result<bool> more = program->read_raw(raw);
+    if (!more) return tl::unexpected<Error>(more.error());
+    if (!*more) break;
+    const std::string_view comment = comment_of(raw);
+    if (program->number() == line)
+      found.first = bracketed(comment);
+    else if (states_length(comment))
+      found.length = bracketed(comment);
+    else if (raw.substr(0, raw.find_first_of("(;")).find_first_of("Tt") != raw.npos)
+      found.chosen = bracketed(comment);
   }
   return found;
 }
@@ -142,7 +146,7 @@ Joints along_axis(const config::MachineProfile& machine, const ReentryOptions& o
 void lift(Steps& steps, const Survey& found, const Joints& rise, const config::MachineProfile& machine,
           const ReentryOptions& options, bool relative) {
   const std::string feed = " F" + decimal(options.plunge_feed, 1);
-  const Joints from = options.stands.value_or(found.before.at);
+  const Joints from = options.stands.value_or(found.before.joints());
   double height = options.retract;
   Joints way = along_axis(machine, options, from, height);
   const auto end = [&] { return Joints{from.x + way.x, from.y + way.y, from.z + way.z, from.a, from.c}; };
@@ -188,9 +192,29 @@ void start_spindle(Steps& steps, const InForce& before, double delay, bool repra
   if (turns) steps.say((reprap ? "G4 S" : "G4 P") + decimal(delay, 1), "until the spindle turns");
 }
 
+/// Where the block before has left an axis at a place of the machine's own: no way along the tool axis can be
+/// known, so each axis goes there by itself, Z last.
+void approach_by_axes(Steps& steps, const InForce& before, const config::MachineProfile& machine,
+                      const ReentryOptions& options, bool reprap) {
+  const auto go = [&](std::string_view letters, const char* what) {
+    if (const std::string to = before.words(machine, InForce::Place::kProgram, letters); !to.empty())
+      steps.say("G0" + to, std::string(what) + " as programmed");
+    if (const std::string to = before.words(machine, InForce::Place::kMachine, letters); !to.empty())
+      steps.say("G53 G0" + to, std::string(what) + " to the place of the machine's own");
+  };
+  go("R", "turn the rotary axes");
+  go("XY", "X and Y");
+  start_spindle(steps, before, options.spindle_delay, reprap);
+  if (const std::string to = before.words(machine, InForce::Place::kProgram, "Z"); !to.empty())
+    steps.say("G1" + to + " F" + decimal(options.plunge_feed, 1),
+              "down to the end of the block before, at plunge feed");
+  else
+    go("Z", "Z");
+}
+
 void approach(Steps& steps, const InForce& before, const Joints& rise, const ReentryOptions& options,
               bool reprap) {
-  const Joints& at = before.at;
+  const Joints at = before.joints();
   const std::string feed = " F" + decimal(options.plunge_feed, 1);
   Joints to = steps.at();
   to.a = at.a, to.c = at.c;
@@ -210,11 +234,16 @@ void approach(Steps& steps, const InForce& before, const Joints& rise, const Ree
   steps.reach(at);
 }
 
-bool states_motion(const std::string& line) {
-  std::string_view rest = line;
-  while (const std::optional<GcodeWord> word = take_word(rest))
-    if (word->letter == 'G' && (word->value == 0.0 || word->value == 1.0 || word->value == 4.0)) return true;
-  return false;
+/// What the program has said of the axes is enough to go there. Errors: kUsage.
+Result<void> check_placed(const InForce& before, const MachineModel& machine, std::uint64_t from) {
+  const std::string unsaid = before.letters(machine, InForce::Place::kUnsaid);
+  if (unsaid.empty()) return {};
+  const std::string block = "block " + std::to_string(from);
+  if (unsaid == InForce().letters(machine, InForce::Place::kUnsaid))
+    return fail(Code::kUsage, "no axis has moved before " + block + ": start the job instead");
+  return fail(Code::kUsage, "before " + block + " the program has not said where " + unsaid +
+                                (unsaid.size() == 1 ? " is" : " are") +
+                                ": enter at a later block, or start the job instead");
 }
 
 }  // namespace
@@ -228,47 +257,73 @@ Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const co
     return fail(Code::kUsage, "block " + std::to_string(options.from) + ": the program has " +
                                   std::to_string(found->blocks));
   const InForce& before = found->before;
-  if (!before.placed)
-    return fail(Code::kUsage,
-                "no axis has moved before block " + std::to_string(options.from) + ": start the job instead");
-
+  if (found->relative)
+    return fail(Code::kUsage, "block " + std::to_string(options.from) +
+                                  " is a relative one (G91): enter at a block after the next G90");
+  if (const auto placed = check_placed(before, machine.model, options.from); !placed)
+    return tl::unexpected<Error>(placed.error());
   if (counts_numeric_blocks(kind) && !options.stands)
     return fail(
         Code::kUsage,
         "this controller does not report where its axes are, so that no retract can be written for it: "
         "move the tool clear by hand, and start a program of what is left");
-  const Joints rise = along_axis(machine, options, before.at, options.retract);
-  Steps steps(machine, before.at);
+  const bool whole = before.is_placed(machine.model), reprap = kind == LinkKind::kRepRap;
+  if (!whole && !options.stands)
+    return fail(Code::kUsage,
+                "before block " + std::to_string(options.from) +
+                    " the program stands at a place of the machine's own (G53), and the machine "
+                    "does not report where it is now: enter at another block");
+  // Where no axis of a tool is known, the height alone: over the highest place of the program.
+  const Joints rise = whole ? along_axis(machine, options, before.joints(), options.retract)
+                            : Joints{0, 0, options.retract, 0, 0};
+  Steps steps(machine, before.joints());
   steps.line("(TILTFEED re-entry before block " + std::to_string(options.from) + ", line " +
              std::to_string(found->line) + ")");
-  if (kind == LinkKind::kRepRap)
+  if (reprap)
     for (const char* mode : {"G21", "G90", "G94"}) steps.line(mode);  // it takes one code a line
   else
     steps.line("G21 G90 G17 G40 G49 G54 G94");
   lift(steps, *found, rise, machine, options, !counts_numeric_blocks(kind));
-  approach(steps, before, rise, options, kind == LinkKind::kRepRap);
+  if (whole)
+    approach(steps, before, rise, options, reprap);
+  else
+    approach_by_axes(steps, before, machine, options, reprap);
   if (!steps.limit.empty())
     return fail(Code::kLimit, "re-entry before block " + std::to_string(options.from) + ", " + steps.limit +
                                   "; choose a shorter --retract or another block");
-  steps.line(before.inverse_time ? "G93" : "G94" + (before.feed > 0.0 ? " F" + decimal(before.feed, 4) : ""));
-  std::string first = found->first;
-  if (!states_motion(first)) first = (before.rapid ? "G0" : "G1") + first;
+  const Result<Remarks> remarks = remarks_at(program, found->line);
+  if (!remarks) return tl::unexpected<Error>(remarks.error());
+  for (const std::string& mode : before.mode_lines(options.plunge_feed)) steps.line(mode);
+  if (!remarks->length.empty()) steps.line(remarks->length);
+  if (before.chosen)
+    steps.line("T" + std::to_string(*before.chosen) + remarks->chosen);  // for an M6 that comes later
   steps.preview += "then block " + std::to_string(options.from) + ", line " + std::to_string(found->line) +
-                   ": " + first + "\n";
-  steps.line(first);
+                   ": " + found->first + "\n";
+  steps.line(found->first + remarks->first);
   return Reentry{std::move(steps.program), std::move(steps.preview), found->line};
 }
 
 Result<void> write_reentry(const std::string& program, const Reentry& entry, std::ostream& out) {
-  Result<LineReader> whole = LineReader::open(program);
+  Result<LineReader> lines = LineReader::open(program), whole = LineReader::open(program);
+  if (!lines) return tl::unexpected<Error>(lines.error());
   if (!whole) return tl::unexpected<Error>(whole.error());
   out << entry.head;
   Line line;
+  std::string_view raw;
   for (;;) {
-    const Result<bool> more = whole->next(line);
+    const Result<bool> more = lines->next(line);
     if (!more) return tl::unexpected<Error>(more.error());
     if (!*more) return {};
-    if (line.number > entry.line) out << line.text << '\n';
+    // The lines without words before it, too: their comments say of which length the next tool is.
+    while (whole->number() < line.number) {
+      const Result<bool> read = whole->read_raw(raw);
+      if (!read) return tl::unexpected<Error>(read.error());
+      if (!*read) return fail(Code::kIo, program + ": was changed while it was read");
+      if (whole->number() <= entry.line) continue;
+      const bool sent = whole->number() == line.number;
+      const std::string comment = bracketed(comment_of(raw));
+      if (sent || !comment.empty()) out << (sent ? line.text : "") << comment << '\n';
+    }
   }
 }
 

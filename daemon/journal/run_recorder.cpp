@@ -159,14 +159,8 @@ ResumeDecision uncertain(ResumeDecision decision, const std::string& why, const 
   const std::string on =
       is_drive(now.link) ? "submit a program of what is left" : "re-enter with --from BLOCK";
   decision.way = ResumeWay::kUncertain;
-  decision.text = why + "; ";
-  if (decision.may_have > decision.executed)
-    decision.text += blocks(decision.executed + 1, decision.may_have) + " may have run" +
-                     (decision.executed > 0 ? ", earlier ones have" : "") +
-                     (decision.may_have < total ? ", later ones have not" : "") +
-                     "; look at the machine, then " + on;
-  else
-    decision.text += std::to_string(decision.executed) + " blocks have run; " + on;
+  decision.text = why + "; " + range_text(decision, total) + "; ";
+  decision.text += (decision.may_have > decision.executed ? "look at the machine, then " : "") + on;
   return decision;
 }
 
@@ -183,6 +177,13 @@ std::uint64_t may_have_left(const JournalContent& journal, const RunSubject& now
 }
 
 }  // namespace
+
+std::string range_text(const ResumeDecision& decision, std::uint64_t total) {
+  if (decision.may_have <= decision.executed) return std::to_string(decision.executed) + " blocks have run";
+  return blocks(decision.executed + 1, decision.may_have) + " may have run" +
+         (decision.executed > 0 ? ", earlier ones have" : "") +
+         (decision.may_have < total ? ", later ones have not" : "");
+}
 
 ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& now) {
   ResumeDecision decision;

@@ -84,6 +84,9 @@ struct ResumeDecision {
   std::string text;            ///< for the operator: why, and the range in blocks
 };
 
+/// "blocks 8 to 20 may have run, earlier ones have, later ones have not". `total`: of the program.
+std::string range_text(const ResumeDecision& decision, std::uint64_t total);
+
 /// Of a run that was begun: its journal held a record before anybody could call it that. Properties: executed
 /// <= may_have; what the journal cannot show any more may have run. Pure. `program` and `total` of `now` are
 /// those of the file as it is, `host` is the running kernel's.

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "daemon/journal/in_force.h"
 #include "daemon/program/block_cursor.h"
 #include "daemon/program/line_reader.h"
 #include "daemon/program/numeric_block.h"
@@ -13,54 +14,13 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-constexpr int kAxes = 5;
 constexpr double kLeastRetract = 1.0;  // mm: less is not worth a move
-
-/// What is in force before the change, gathered from the program's start.
-struct InForce {
-  double at[kAxes] = {};    // X Y Z tilt rotary
-  bool stated[kAxes] = {};  // in program coordinates
-  bool inverse_time = false, rapid = true;
-  double feed = 0.0, spindle = 0.0;
-  int spindle_code = 5;
-  bool mist = false, flood = false;
-
-  void take(const NumericBlock& b) {
-    if (b.op == BlockOp::kMCode) {
-      if (b.m_code >= 3 && b.m_code <= 5) spindle_code = b.m_code;
-      if (b.m_code == 7) mist = true;
-      if (b.m_code == 8) flood = true;
-      if (b.m_code == 9) mist = flood = false;
-      spindle = b.spindle;
-      return;
-    }
-    if (b.op == BlockOp::kDwell) return;
-    const double to[kAxes] = {b.x, b.y, b.z, b.tilt, b.rotary};
-    for (int i = 0; i < kAxes; ++i) {
-      if ((b.kept >> i & 1) != 0) continue;
-      stated[i] = !b.machine;
-      at[i] = to[i];
-    }
-  }
-  /// Modes by their words: a line may state one long before a move uses it.
-  void take_words(std::string_view line) {
-    while (const std::optional<GcodeWord> word = take_word(line)) {
-      if (word->letter == 'F') feed = word->value;
-      if (word->letter != 'G') continue;
-      if (word->value >= 0.0 && word->value <= 3.0) rapid = word->value == 0.0;
-      if (word->value != 93.0 && word->value != 94.0) continue;
-      if (inverse_time != (word->value == 93.0)) feed = 0.0;  // F means another thing now
-      inverse_time = word->value == 93.0;
-    }
-  }
-  Joints joints() const { return {at[0], at[1], at[2], at[3], at[4]}; }
-};
 
 Result<InForce> in_force_before(const std::string& path, LinkKind kind, const MachineModel& machine,
                                 std::uint64_t change) {
   Result<LineReader> program = LineReader::open(path);
   if (!program) return tl::unexpected<Error>(program.error());
-  BlockReader reader(numeric_axes(machine));
+  BlockReader reader(numeric_axes(machine), !counts_numeric_blocks(kind));
   InForce now;
   Line line;
   std::vector<NumericBlock> blocks;
@@ -132,16 +92,6 @@ Joints over(const MachineModel& machine, const ReturnOptions& options, const Joi
   return solve_linear(machine, options.setup, pose.tip + pose.axis * height, at.a, at.c);
 }
 
-/// As they were: the next line may count on them.
-void add_modes(Way& way, const InForce& before) {
-  const std::string feed = before.feed > 0.0 ? " F" + decimal(before.feed, 4) : "";
-  way.line(before.inverse_time ? "G93" : "G94");
-  if (before.rapid || feed.empty())
-    way.line("G0" + (before.inverse_time ? "" : feed));
-  else
-    way.line("G1" + feed);
-}
-
 /// The profile's line that takes the tool off along the machine's Z. Errors: kUsage where it states none.
 Result<std::string> retract_line(const config::ProgramFormat& format) {
   if (format.retract == "none")
@@ -150,10 +100,37 @@ Result<std::string> retract_line(const config::ProgramFormat& format) {
   return usual ? std::string("G53 G0 Z0") : format.retract;
 }
 
-/// All axes that the machine has stand where the program has said.
-bool is_placed(const MachineModel& model, const InForce& now) {
-  return now.stated[0] && now.stated[1] && now.stated[2] && (!model.tilt.present || now.stated[3]) &&
-         (!model.rotary.present || now.stated[4]);
+/// The program words of the axes of `letters` first, then those of places of the machine's own. `known`: a
+/// line that has been there already.
+void go(Way& way, const InForce& before, const config::MachineProfile& machine, std::string_view letters,
+        const std::string& what, const std::string& known = "") {
+  if (const std::string to = before.words(machine, InForce::Place::kProgram, letters); !to.empty())
+    way.step("G0" + to, what);
+  const std::string own = before.words(machine, InForce::Place::kMachine, letters), text = "G53 G0" + own;
+  if (!own.empty() && text != known)
+    way.step(text, "to the place of the machine's own where the program stands");
+}
+
+/// Down to where the program stands, as far as it has said.
+void descend(Way& way, const InForce& before, const config::MachineProfile& machine,
+             const ReturnOptions& options, const Joints& high, const std::string& up) {
+  const std::string feed = " F" + decimal(options.plunge_feed, 1);
+  const Joints at = before.joints();
+  if (before.is_placed(machine.model)) {
+    way.step("G1" + way.word('Z', high.z) + feed,
+             "down to " + decimal(options.retract, 1) + " mm over it, at plunge feed");
+    way.reach(high);
+    way.step("G1" + way.word('X', at.x) + way.word('Y', at.y) + way.word('Z', at.z) + feed,
+             "along the tool axis to the end of the block before the tool change, at plunge feed");
+    way.reach(at);
+  } else if (!before.letters(machine.model, InForce::Place::kUnsaid).empty()) {
+    way.found.preview +=
+        "The other axes stay where they are: the program has not said where they are by then.\n";
+  } else if (const std::string z = before.words(machine, InForce::Place::kProgram, "Z"); !z.empty()) {
+    way.step("G1" + z + feed, "down to the end of the block before the tool change, at plunge feed");
+  } else {
+    go(way, before, machine, "Z", "", up);
+  }
 }
 
 }  // namespace
@@ -167,7 +144,7 @@ Result<ToolWay> plan_park(const std::string& program, LinkKind kind, const confi
   Way way(machine);
   for (const char* mode : {"G21", "G90", "G94"}) way.line(mode);
   const Joints at = before->joints();
-  for (double height = options.retract; is_placed(machine.model, *before) && height > kLeastRetract;
+  for (double height = options.retract; before->is_placed(machine.model) && height > kLeastRetract;
        height /= 2) {
     const Joints high = over(machine.model, options, at, height);
     if (broken_limit(machine.model, high)) continue;
@@ -186,36 +163,21 @@ Result<ToolWay> plan_return(const std::string& program, LinkKind kind, const con
   if (!up) return tl::unexpected<Error>(up.error());
   const Result<InForce> before = in_force_before(program, kind, machine.model, options.change);
   if (!before) return tl::unexpected<Error>(before.error());
-  const MachineModel& model = machine.model;
   Way way(machine);
   for (const char* mode : {"G21", "G90", "G94"}) way.line(mode);  // RepRap: one a line
   way.step(*up, "up, the profile's retract line");
-  const bool whole = is_placed(model, *before);
+  InForce over_it = *before;  // X and Y where the tool is clear
   const Joints at = before->joints();
-  const Joints high = whole ? over(model, options, at, options.retract) : at;
-  std::string turns;
-  if (model.tilt.present && before->stated[3]) turns += way.word(model.tilt.letter, at.a, true);
-  if (model.rotary.present && before->stated[4]) turns += way.word(model.rotary.letter, at.c, true);
-  if (!turns.empty()) way.step("G0" + turns, "turn the rotary axes as programmed, turns counted");
-  std::string plane;
-  if (before->stated[0]) plane += way.word('X', high.x);
-  if (before->stated[1]) plane += way.word('Y', high.y);
-  if (!plane.empty()) way.step("G0" + plane, "X and Y over the place where the program stands");
+  const Joints high =
+      before->is_placed(machine.model) ? over(machine.model, options, at, options.retract) : at;
+  over_it.at[0] = high.x, over_it.at[1] = high.y;
+  go(way, *before, machine, "R", "turn the rotary axes as programmed, turns counted");
+  go(way, over_it, machine, "XY", "X and Y over the place where the program stands");
   start_spindle(way, *before, options.spindle_delay, kind == LinkKind::kRepRap);
-  const std::string feed = " F" + decimal(options.plunge_feed, 1);
-  if (whole) {
-    way.step("G1" + way.word('Z', high.z) + feed,
-             "down to " + decimal(options.retract, 1) + " mm over it, at plunge feed");
-    way.reach(high);
-    way.step("G1" + way.word('X', at.x) + way.word('Y', at.y) + way.word('Z', at.z) + feed,
-             "along the tool axis to the end of the block before the tool change, at plunge feed");
-    way.reach(at);
-  } else {
-    way.found.preview +=
-        "The other axes stay where they are: the program has not said where they are by then.\n";
-  }
+  descend(way, *before, machine, options, high, *up);
   if (!way.limit.empty()) return fail(Code::kLimit, way.limit);
-  if (!counts_numeric_blocks(kind)) add_modes(way, *before);
+  if (!counts_numeric_blocks(kind))
+    for (const std::string& mode : before->mode_lines(options.plunge_feed)) way.line(mode);
   return std::move(way.found);
 }
 

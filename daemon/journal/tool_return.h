@@ -31,9 +31,9 @@ Result<ToolWay> plan_park(const std::string& program, LinkKind kind, const confi
 
 /// Order: the profile's retract line, rotaries as programmed, X Y over the place where the program stands,
 /// spindle and coolant that are on there, down at plunge feed along the tool axis, the modes. An axis that
-/// the program has not stated, or has sent to a place of the machine's own, stays where it is, and so does Z
-/// then. Errors: kIo, kInput (a line that is not understood), kUsage (no retract line), kLimit (a step leaves
-/// the travel).
+/// the program has sent to a place of the machine's own (G53) goes there. One that it has not stated stays
+/// where it is, and so does Z then. Errors: kIo, kInput (a line that is not understood), kUsage (no retract
+/// line), kLimit (a step leaves the travel).
 Result<ToolWay> plan_return(const std::string& program, LinkKind kind, const config::MachineProfile& machine,
                             const ReturnOptions& options);
 

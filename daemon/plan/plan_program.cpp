@@ -10,6 +10,7 @@
 #include <functional>
 #include <optional>
 
+#include "config/fixture_meshes.h"
 #include "config/job.h"
 #include "config/output_file.h"
 #include "daemon/plan/part_size.h"
@@ -114,6 +115,7 @@ class Planning {
   StageClock clock_;
   std::optional<config::Job> job_;
   pathgen::CheckedMesh part_;
+  std::optional<pathgen::Mesh> held_;  ///< part and fixtures, where there are any
   pathgen::Plan planned_;
   SingularityBendReport bend_;
   JointPath joints_;
@@ -135,7 +137,8 @@ Result<void> Planning::load() {
   auto job = config::load_job_with(files_.job, {files_.stl, files_.machine});
   if (!job) return tl::unexpected(job.error());
   job_ = std::move(*job);
-  inputs = {{"part.stl", job_->stl_path}, {"machine", job_->machine.path}};
+  inputs = {
+      {"part.stl", job_->stl_path}, {"machine", job_->machine.path}, {"cutter.library", job_->tools_path}};
   return config::check_outputs(outputs, inputs);
 }
 
@@ -158,6 +161,10 @@ Result<void> Planning::plan_path() {
   if (odd_unit) note("warning: " + *odd_unit);
   *stl = pathgen::Stl{};  // gives its memory back; facets = {} would keep it
   job_->plan.find_rest_material = !files_.report.empty();
+  auto fixtures = config::fixture_meshes(*job_);
+  if (!fixtures) return tl::unexpected(fixtures.error());
+  job_->plan.fixtures = std::move(*fixtures), job_->plan.fixture_room = config::fixture_room(*job_);
+  if (job_->plan.fixtures) held_ = pathgen::joined(part_.mesh, job_->plan.fixtures->mesh);
   auto planned =
       pathgen::plan(part_, job_->plan, [&](const char* stage, double f) { return show(stage, f); });
   if (!planned) return tl::unexpected(planned.error());
@@ -183,9 +190,10 @@ Result<void> Planning::open_program() {
 
 Result<void> Planning::find_joints() {
   bend_ = clock_.time("pole", [&] { return bend_near_singularity(*job_, part_, planned_.path); });
-  planned_.report.rapid_length += add_end_ways(planned_.path, part_.mesh, *job_);
+  const pathgen::Mesh& held = held_ ? *held_ : part_.mesh;
+  planned_.report.rapid_length += add_end_ways(planned_.path, held, *job_);
   if (!show("joints", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
-  const JointPathOptions options = joint_options(*job_, part_.mesh);
+  const JointPathOptions options = joint_options(*job_, held);
   auto joints = clock_.time("joints", [&] {
     return to_joints(planned_.path, job_->machine.model, job_->setup, options,
                      [&](double f) { return show("joints", f); });

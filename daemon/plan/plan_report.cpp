@@ -49,6 +49,16 @@ nlohmann::ordered_json between_json(const pathgen::BetweenPasses& between) {
   return json;
 }
 
+nlohmann::ordered_json fixtures_json(const std::vector<pathgen::KeptByFixture>& fixtures) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const pathgen::KeptByFixture& kept : fixtures)
+    json.push_back({{"name", kept.name},
+                    {"points_left_out", kept.points},
+                    {"area_mm2", kept.area},
+                    {"place_mm", {kept.place.x, kept.place.y, kept.place.z}}});
+  return json;
+}
+
 nlohmann::ordered_json uncut_json(const pathgen::RestReport& uncut) {
   nlohmann::ordered_json json = {
       {"area_mm2", uncut.area}, {"facing_area_mm2", uncut.facing_area}, {"facets_turned_away", uncut.away}};
@@ -123,7 +133,9 @@ std::string report_json(const PlanOutcome& o) {
   json["rotary_turns"] = rotary_turns(o.joints);
   json["starvation"] = starvation_json(o.starved);
   json["proof"] = nullptr;
-  if (o.proof) json["proof"] = {{"moves", o.proof->moves}, {"largest_gouge_mm", o.proof->gouge}};
+  if (o.proof)
+    json["proof"] = {
+        {"moves", o.proof->moves}, {"largest_gouge_mm", o.proof->gouge}, {"collisions", o.proof->collisions}};
   json["subdivided_moves"] = o.joints.subdivided_moves;
   json["max_tip_deviation_mm"] = o.joints.max_tip_deviation;
   json["max_axis_deviation_deg"] = o.joints.max_axis_deviation;
@@ -136,6 +148,7 @@ std::string report_json(const PlanOutcome& o) {
   if (o.plan.indexed) json["indexed"] = indexed_json(*o.plan.indexed);
   if (o.plan.uncut) json["uncut"] = uncut_json(*o.plan.uncut);
   if (o.plan.between) json["between_passes"] = between_json(*o.plan.between);
+  if (o.job.plan.fixtures) json["fixtures"] = fixtures_json(o.plan.fixtures);
   json["warnings"] = o.plan.warnings;
   json["stages"] = nlohmann::ordered_json::object();
   double wall = 0.0;
@@ -228,6 +241,7 @@ std::string report_text(const PlanOutcome& o) {
               ? format("proven: %llu moves, nowhere deeper than %.4f mm in the part (tolerance %.4g mm)\n",
                        static_cast<unsigned long long>(o.proof->moves), o.proof->gouge, o.job.plan.tolerance)
               : "not proven, as --no-proof says\n";
+  if (o.proof) text += o.proof->collisions + "\n";
   text += format("%.2f s (%.2f s processor), %.0f MB", wall, o.cpu_seconds, o.peak_memory_mb);
   for (const pathgen::StageTime& t : o.times) text += format("; %s %.2f s", t.stage.c_str(), t.seconds);
   return text + "\n";

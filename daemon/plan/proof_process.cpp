@@ -150,6 +150,7 @@ Result<ProofFigures> ProofProcess::finish(const StageProgress& progress) {
   if (proven &&
       std::sscanf(said->c_str(), "proven %llu moves, largest gouge %lf mm", &moves, &figures.gouge) == 2) {
     figures.moves = moves;
+    if (const auto end = said->find('\n'); end != said->npos) figures.collisions = said->substr(end + 1);
     return figures;
   }
   if (said->starts_with(kSpeaker)) said->erase(0, kSpeaker.size());

@@ -21,7 +21,8 @@ struct ProofRequest {
 
 struct ProofFigures {
   std::uint64_t moves = 0;
-  double gouge = 0.0;  ///< the tool comes nowhere deeper into the part, mm
+  double gouge = 0.0;      ///< the tool comes nowhere deeper into the part, mm
+  std::string collisions;  ///< what was checked for collisions, and what not
 };
 
 class ProofProcess {

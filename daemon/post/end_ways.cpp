@@ -30,7 +30,11 @@ class EndWays {
       : part_(part),
         job_(job),
         pieces_(pathgen::all_pieces(job.plan)),
-        base_(pathgen::reference_height(job.plan.cutter)) {}
+        base_(pathgen::reference_height(job.plan.cutter)) {
+    if (!job.plan.fixtures) return;
+    for (const pathgen::ToolPiece& piece : pathgen::all_pieces(pathgen::as_of_fixtures(job.plan)))
+      pieces_.push_back(piece);
+  }
 
   /// How far along its axis the tool is to go; 0: it need not, or there is no way.
   double way(const Pose& pose);

@@ -16,11 +16,6 @@ constexpr std::array kTurns = {0.0, 10.0, 90.0, 180.0};
 // Slow enough to press hold, mm/min.
 constexpr const char* kFeed = "F300";
 
-struct Stop {
-  Joints joints;
-  Pose pose;
-};
-
 /// Whole last decimals, as the control will see them.
 Joints rounded(const config::MachineProfile& machine, const Setup& setup, Point<Part> tip, double a,
                double c) {
@@ -34,8 +29,8 @@ Joints rounded(const config::MachineProfile& machine, const Setup& setup, Point<
   return q;
 }
 
-std::vector<Stop> stops(const config::MachineProfile& machine, const Setup& setup, Point<Part> tip) {
-  std::vector<Stop> found;
+std::vector<CheckStop> stops(const config::MachineProfile& machine, const Setup& setup, Point<Part> tip) {
+  std::vector<CheckStop> found;
   const auto add = [&](double tilt, double turn) {
     const MachineModel& m = machine.model;
     const Joints q = rounded(machine, setup, tip, m.tilt.zero + tilt, m.rotary.zero + turn);
@@ -67,26 +62,35 @@ std::string turn(const RotaryAxis& axis, double to, double from, int decimals) {
 
 }  // namespace
 
-Result<std::string> check_program(const config::MachineProfile& machine, double tool_length, double height) {
+Result<std::vector<CheckStop>> check_stops(const config::MachineProfile& machine, double tool_length,
+                                           double height, double aside) {
   const MachineModel& m = machine.model;
-  const config::ProgramFormat& f = machine.format;
   Setup setup;
   setup.tool_length = tool_length;
-  const Point<Part> tip{0.0, 0.0, height};
-  const std::vector<Stop> places = stops(machine, setup, tip);
+  const Point<Part> tip{aside, 0.0, height};
+  std::vector<CheckStop> places = stops(machine, setup, tip);
   if (places.empty())
     return fail(Code::kLimit, "no place to check is within the limits of " + m.name + ": " +
                                   broken_limit(m, rounded(machine, setup, tip, m.tilt.zero, m.rotary.zero))
                                       .value_or("none at home") +
-                                  "; give another --height or --tool-length");
+                                  "; give another --height, --aside or --tool-length");
+  return places;
+}
+
+Result<std::string> check_program(const config::MachineProfile& machine, double tool_length, double height,
+                                  double aside) {
+  const MachineModel& m = machine.model;
+  const config::ProgramFormat& f = machine.format;
+  const auto places = check_stops(machine, tool_length, height, aside);
+  if (!places) return tl::unexpected<Error>(places.error());
   const auto line = [](std::string text) { return text + "\n"; };
   std::string out = line("(CHECK OF " + m.name + ": THE TIP STAYS WHERE IT IS ON THE TABLE)");
   out += line("(ZERO: THE POINT OF THE ROTARY AXIS, TOOL LENGTH " + decimal(tool_length, 4) + ")");
   out += line("(EACH STOP: INDICATE THE TIP, COMPARE HOW THE TOOL LEANS)");
   out += line("G21 G90 G94 G17 G40 G49 G54");
   Joints at{0, 0, 0, m.tilt.zero, m.rotary.zero};
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto& [q, pose] = places[i];
+  for (std::size_t i = 0; i < places->size(); ++i) {
+    const auto& [q, pose] = (*places)[i];
     out += line("(" + std::to_string(i + 1) + ": TIP " + decimal(pose.tip.x, 3) + " " +
                 decimal(pose.tip.y, 3) + " " + decimal(pose.tip.z, 3) + " AXIS " + decimal(pose.axis.x, 4) +
                 " " + decimal(pose.axis.y, 4) + " " + decimal(pose.axis.z, 4) + ")");

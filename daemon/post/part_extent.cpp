@@ -25,8 +25,9 @@ ClearSpace part_extent(const pathgen::Mesh& mesh, const config::Job& job) {
     highest = std::max(highest, dot(from_zero, up));
     furthest = std::max(furthest, length(from_axis - up * dot(from_axis, up)));
   }
-  const double room =
-      job.plan.allowance + job.plan.radial_stock + job.plan.axial_stock + job.plan.links.clearance;
+  const double room = std::max(job.plan.allowance + job.plan.radial_stock + job.plan.axial_stock,
+                               job.plan.fixtures ? job.plan.fixture_room.holder : 0.0) +
+                      job.plan.links.clearance;
   return {highest + room, furthest + room + half_width(job.plan.cutter)};
 }
 

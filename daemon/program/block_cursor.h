@@ -43,7 +43,7 @@ class BlockCursor {
       : program_(std::move(program)),
         by_line_(!counts_numeric_blocks(kind)),
         machine_(machine),
-        reader_(numeric_axes(machine)) {}
+        reader_(numeric_axes(machine), !counts_numeric_blocks(kind)) {}
   double seconds_of(const NumericBlock& block) const;
   void pass(const NumericBlock& block);
 

@@ -19,6 +19,15 @@ bool is_live(char c) {
   return c == '!' || c == '~' || c == '?' || c == kReset || static_cast<unsigned char>(c) >= kFirstHigh;
 }
 
+/// Some programs and tapes end lines or pages with these: dropped, they would make one line of two.
+bool ends_lines_elsewhere(char c) { return c == '\v' || c == '\f' || (c >= 0x1C && c <= 0x1E); }
+
+std::string hex(char c) {
+  constexpr char kHex[] = "0123456789ABCDEF";
+  const auto byte = static_cast<unsigned char>(c);
+  return {'0', 'x', kHex[byte >> 4], kHex[byte & 15]};
+}
+
 /// No control has a G or M code from here on.
 constexpr double kLargestCode = 1000.0;
 
@@ -120,6 +129,7 @@ Result<bool> LineReader::read_raw(std::string_view& raw) {
 /// Drops comments, blanks and control characters, makes letters upper case.
 Result<void> LineReader::clean(std::string_view raw, std::string& text) {
   text.clear();
+  std::size_t parted = raw.npos;  // by such a byte, after text
   if (number_ == 1 && raw.starts_with(kByteOrderMark)) raw.remove_prefix(kByteOrderMark.size());
   for (std::size_t i = 0; i < raw.size(); ++i) {
     const char c = raw[i];
@@ -139,12 +149,15 @@ Result<void> LineReader::clean(std::string_view raw, std::string& text) {
         return bad_line("column " + std::to_string(i + 1) + ": '" + c +
                         (c == '/' ? "' (block delete) is ambiguous; remove the line or the '/'"
                                   : "' is a command to the controller, not part of a program; remove it"));
+      if (parted != raw.npos)
+        return bad_line("column " + std::to_string(parted + 1) + ": byte " + hex(raw[parted]) +
+                        " between two words ends a line elsewhere, but not here: put a line feed there");
       text += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
     } else if (is_live(c)) {
-      constexpr char kHex[] = "0123456789ABCDEF";
-      const auto byte = static_cast<unsigned char>(c);
-      return bad_line("column " + std::to_string(i + 1) + ": byte 0x" + kHex[byte >> 4] + kHex[byte & 15] +
+      return bad_line("column " + std::to_string(i + 1) + ": byte " + hex(c) +
                       " acts at once on a controller; it may stand in comments only");
+    } else if (ends_lines_elsewhere(c) && !text.empty() && parted == raw.npos) {
+      parted = i;
     }
   }
   if (text.size() > kMaxLine)

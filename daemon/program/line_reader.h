@@ -33,8 +33,13 @@ class LineReader {
 
   /// Reads the next line to send into `line`; false at the end: the file's end, M2 or M30 (which is sent,
   /// what follows is not), or the second %. Errors: kIo, or kInput with path:line: a live byte (! ~ ? 0x18,
-  /// 0x80 and above), $ or / outside a comment, an open comment, a line longer than kMaxLine.
+  /// 0x80 and above), $ or / outside a comment, an open comment, a line longer than kMaxLine, a byte between
+  /// two words that is a line's end elsewhere (VT, FF, FS, GS, RS).
   Result<bool> next(Line& line);
+  /// The next line as it stands in the file, comments and all, without its end; false at the file's end. Its
+  /// number is number(). For who reads comments: not mixed with `next`. Errors: kIo; kInput: too long.
+  Result<bool> read_raw(std::string_view& raw);
+  std::uint64_t number() const { return number_; }
   /// Back to the first line. Errors: kIo.
   Result<void> rewind();
   /// Reads the whole file, then rewinds. Errors: as `next`; kInput when there is nothing to send.
@@ -44,7 +49,6 @@ class LineReader {
  private:
   explicit LineReader(ProgramFile file) : file_(std::move(file)) {}
 
-  Result<bool> read_raw(std::string_view& raw);
   Result<void> clean(std::string_view raw, std::string& text);
   tl::unexpected<Error> bad_line(const std::string& what) const;
 

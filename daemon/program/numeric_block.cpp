@@ -2,12 +2,14 @@
 
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 namespace tiltfeed::daemon {
 
 namespace {
 
 constexpr char kAxisNames[] = "XYZAC";
+constexpr std::uint8_t kEveryAxis = 0x1f;
 /// No control has a G or M code from here on; what is larger must not wrap into one.
 constexpr double kLargestCode = 1000.0;
 /// Largest S, 1/min: the wire counts thousandths in an int32.
@@ -44,7 +46,15 @@ NumericAxes numeric_axes(const MachineModel& machine) {
           machine.rotary.present ? machine.rotary.letter : '\0'};
 }
 
-BlockReader::BlockReader(const NumericAxes& axes) : names_(axes) {
+/// Whatever stands before it in the line.
+std::optional<bool> relative_in(std::string_view line) {
+  std::optional<bool> found;
+  while (const std::optional<GcodeWord> word = take_word(line))
+    if (word->letter == 'G' && (word->value == 90.0 || word->value == 91.0)) found = word->value == 91.0;
+  return found;
+}
+
+BlockReader::BlockReader(const NumericAxes& axes, bool lines) : names_(axes), lines_(lines) {
   if (!axes.known) return;
   known_[3] = axes.tilt == 0;
   known_[4] = axes.rotary == 0;
@@ -101,6 +111,7 @@ Result<void> BlockReader::take_g(double value, Parsed& parsed) {
     case 200:
       return fail(Code::kInput, "G20: inches are not supported; post the program in millimetres");
     case 910:
+      if (lines_) return {};
       return fail(Code::kInput, "G91: relative moves are not supported; post the program with G90");
     default:
       return fail(Code::kInput, show('G', value) + " cannot be sent as a numeric block");
@@ -150,10 +161,12 @@ Result<void> BlockReader::take_axis(const GcodeWord& word, Parsed& parsed) {
   } else {
     axis = word.letter == 'C' ? 4 : word.letter - 'X';
   }
-  axes_[axis] = word.value;
-  known_[axis] = true;
   parsed.stated |= 1U << axis;
   parsed.moves = true;
+  if (relative_) return {};
+  axes_[axis] = word.value;
+  known_[axis] = true;
+  lost_ = static_cast<std::uint8_t>(lost_ & ~(1U << axis));
   return {};
 }
 
@@ -202,9 +215,22 @@ void BlockReader::add_m(int code, const Line& line, std::vector<NumericBlock>& b
   blocks.push_back(std::move(block));
 }
 
+void BlockReader::add_relative(const Line& line, const Parsed& parsed, std::vector<NumericBlock>& blocks) {
+  NumericBlock block = block_here(rapid_ ? BlockOp::kRapid : BlockOp::kFeed, line);
+  block.inverse_time = !rapid_ && inverse_time_;
+  block.feed = rapid_ ? 0.0 : block.inverse_time ? parsed.f : feed_;
+  block.kept = kEveryAxis;
+  block.lost = static_cast<std::uint8_t>(parsed.stated);
+  blocks.push_back(std::move(block));
+  lost_ = static_cast<std::uint8_t>(lost_ | parsed.stated);
+  for (int axis = 0; axis < 5; ++axis)
+    if ((parsed.stated >> axis & 1U) != 0) known_[axis] = false;
+}
+
 Result<void> BlockReader::add_move(const Line& line, const Parsed& parsed,
                                    std::vector<NumericBlock>& blocks) {
   if (!motion_set_) return fail(Code::kInput, "axis words before the first G0 or G1");
+  if (relative_) return add_relative(line, parsed, blocks), Result<void>{};
   unsigned kept = 0;
   for (int axis = 0; axis < 5; ++axis) {
     if ((absent() >> axis & 1) != 0) continue;
@@ -236,6 +262,8 @@ Result<void> BlockReader::add_move(const Line& line, const Parsed& parsed,
 Result<void> BlockReader::read(const Line& line, std::vector<NumericBlock>& blocks) {
   Parsed parsed;
   std::string_view rest = line.text;
+  const double spindle = spindle_;
+  if (lines_) relative_ = relative_in(line.text).value_or(relative_);
   while (!rest.empty()) {
     const std::size_t column = line.text.size() - rest.size();
     const std::optional<GcodeWord> word = take_word(rest);
@@ -262,6 +290,10 @@ Result<void> BlockReader::read(const Line& line, std::vector<NumericBlock>& bloc
         taken = take_other(*word, parsed);
     }
     if (!taken) return taken;
+  }
+  if (lines_ && parsed.dwells && parsed.has_s && !parsed.has_p) {  // RepRap: seconds
+    parsed.has_p = true, parsed.has_s = false;
+    parsed.p = std::exchange(spindle_, spindle);
   }
   if (parsed.has_f && !inverse_time_) feed_ = parsed.f;
   if (parsed.spindle_code >= 0) spindle_code_ = parsed.spindle_code;

@@ -42,6 +42,8 @@ struct NumericBlock {
   bool machine = false;  ///< G53: the place is in machine coordinates
   /// Axes that the machine has not got, the same bits.
   std::uint8_t absent = 0;
+  /// Axes that a relative move (G91) has led to a place that the program does not state, the same bits.
+  std::uint8_t lost = 0;
 };
 
 /// M0, M1 and M6: the machine waits for the operator.
@@ -62,13 +64,19 @@ NumericAxes numeric_axes(const MachineModel& machine);
 /// cannot be sent as numbers.
 class BlockReader {
  public:
-  /// An axis that the machine has not got is 0 in every block, and no word may name it.
-  explicit BlockReader(const NumericAxes& axes = {});
+  /// An axis that the machine has not got is 0 in every block, and no word may name it. `lines`: the program
+  /// goes out as text, and is only followed: G91 is no error, its moves keep every axis and lose those they
+  /// name.
+  explicit BlockReader(const NumericAxes& axes = {}, bool lines = false);
 
   /// Appends the blocks of `line` in order of execution: spindle and coolant, dwell, move, stop.
   /// Errors: kInput with what is wrong (the caller adds the place); an axis that has no value yet when a feed
   /// move begins, which a G53 takes from it; a feed move without F; kLimit for a value that does not fit.
   Result<void> read(const Line& line, std::vector<NumericBlock>& blocks);
+  /// G91 is in force.
+  bool relative() const { return relative_; }
+  /// An axis is where a relative move has left it; stating all of them ends that.
+  bool lost() const { return lost_ != 0; }
 
  private:
   struct Parsed;
@@ -77,6 +85,7 @@ class BlockReader {
   Result<void> take_axis(const GcodeWord& word, Parsed& parsed);
   Result<void> take_other(const GcodeWord& word, Parsed& parsed);
   Result<void> add_move(const Line& line, const Parsed& parsed, std::vector<NumericBlock>& blocks);
+  void add_relative(const Line& line, const Parsed& parsed, std::vector<NumericBlock>& blocks);
   void add_m(int code, const Line& line, std::vector<NumericBlock>& blocks) const;
   std::uint8_t absent() const;
   NumericBlock block_here(BlockOp op, const Line& line) const;
@@ -84,7 +93,9 @@ class BlockReader {
   double axes_[5] = {};  // X Y Z tilt rotary
   bool known_[5] = {};   // the program has stated it
   NumericAxes names_;
-  char tilt_letter_ = 0;  // A or B, whichever the program uses, where the machine is not known
+  bool lines_ = false, relative_ = false;
+  std::uint8_t lost_ = 0;  // axes, a bit each
+  char tilt_letter_ = 0;   // A or B, whichever the program uses, where the machine is not known
   bool motion_set_ = false, rapid_ = true, inverse_time_ = false;
   double feed_ = 0.0, spindle_ = 0.0;
   int spindle_code_ = 5;  // M3, M4 or M5 in force

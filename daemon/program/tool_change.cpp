@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 
 #include "daemon/program/block_cursor.h"
 #include "daemon/program/line_reader.h"
@@ -25,38 +24,47 @@ std::string printable(std::string_view text) {
   return first == kept.npos ? "" : kept.substr(first, last - first + 1);
 }
 
-/// The comment of a raw line, in brackets or after a semicolon.
-std::string_view comment_of(std::string_view raw) {
-  const std::size_t open = raw.find_first_of("(;");
-  if (open == raw.npos) return {};
-  if (raw[open] == ';') return raw.substr(open + 1);
-  const std::size_t close = raw.find(')', open);
-  return close == raw.npos ? std::string_view() : raw.substr(open + 1, close - open - 1);
-}
-
 /// What the comments say of the tools: a name beside the change or its T, a length in the lines before it.
-void add_comments(const std::string& path, std::vector<ToolChange>& changes) {
-  std::ifstream in(path, std::ios::binary);
-  std::string raw, before;
+/// Errors: kIo.
+Result<void> add_comments(LineReader& program, std::vector<ToolChange>& changes) {
+  if (const Result<void> back = program.rewind(); !back) return back;
+  std::string before;
+  std::string_view raw;
   std::optional<double> length;
-  std::uint64_t number = 0;
-  for (auto next = changes.begin(); next != changes.end() && std::getline(in, raw); before = raw) {
+  for (auto next = changes.begin(); next != changes.end(); before = raw) {
+    const Result<bool> more = program.read_raw(raw);
+    if (!more) return tl::unexpected<Error>(more.error());
+    if (!*more) break;
     const std::string_view comment = comment_of(raw);
-    if (comment.starts_with(kLengthMark) && comment.find(kInWords) != comment.npos) {
+    if (states_length(comment)) {
       double value = 0.0;
       const std::string_view figure = comment.substr(kLengthMark.size());
       if (std::from_chars(figure.data(), figure.data() + figure.size(), value).ec == std::errc())
         length = value;
     }
-    if (++number != next->line) continue;
+    if (program.number() != next->line) continue;
     const bool chosen_before = before.find_first_of("Tt") != before.npos && before[0] != '(';
     next->name = printable(!comment.empty() ? comment : chosen_before ? comment_of(before) : "");
     next->length = length;
     ++next;
   }
+  return {};
 }
 
 }  // namespace
+
+std::string_view comment_of(std::string_view raw) {
+  const std::size_t open = raw.find_first_of("(;");
+  if (open == raw.npos) return {};
+  const std::size_t close = raw[open] == ';' ? raw.size() : raw.find(')', open);
+  if (close == raw.npos) return {};
+  const std::string_view comment = raw.substr(open + 1, close - open - 1);
+  return comment.substr(std::min(comment.find_first_not_of(" \t"), comment.size()));
+}
+
+bool states_length(std::string_view comment) {
+  return comment.starts_with(kLengthMark) && comment.find(kInWords) != comment.npos;
+}
 
 Result<bool> ToolChangeReader::take(const Line& line) {
   const bool chosen = chosen_;
@@ -137,7 +145,8 @@ Result<std::vector<ToolChange>> read_tool_changes(const std::string& path, LinkK
   Result<LineReader> program = LineReader::open(path);
   if (!program) return tl::unexpected<Error>(program.error());
   ToolChangeReader reader;
-  BlockReader numbers(axes);
+  const bool by_line = !counts_numeric_blocks(kind);
+  BlockReader numbers(axes, by_line);
   Line line;
   std::vector<NumericBlock> blocks;
   std::optional<Error> not_understood;
@@ -153,7 +162,6 @@ Result<std::vector<ToolChange>> read_tool_changes(const std::string& path, LinkK
     const Result<bool> change = reader.take(line);
     if (!change) return at_line(line.number, "'" + line.text + "': " + change.error().message);
     blocks.clear();
-    const bool by_line = !counts_numeric_blocks(kind);
     if (by_line) line.text = straightened(line.text);
     if (!not_understood)
       if (const Result<void> read = numbers.read(line, blocks); !read)
@@ -163,6 +171,11 @@ Result<std::vector<ToolChange>> read_tool_changes(const std::string& path, LinkK
             });
     count += by_line ? 1 : blocks.size();
     if (!*change) continue;
+    if (!not_understood && (numbers.relative() || numbers.lost()))
+      not_understood = at_line(line.number, "'" + line.text +
+                                                "': relative moves (G91) lead to it, and not every axis "
+                                                "that they moved has got a place since")
+                           .value();
     if (moved && not_understood)
       return fail(not_understood->code,
                   not_understood->message +
@@ -171,7 +184,8 @@ Result<std::vector<ToolChange>> read_tool_changes(const std::string& path, LinkK
                       "; where the control changes tools itself say wire.tool_changes: control");
     changes.push_back({count, line.number, reader.tool(), "", {}});
   }
-  add_comments(path, changes);
+  if (const Result<void> named = add_comments(*program, changes); !named)
+    return tl::unexpected<Error>(named.error());
   return changes;
 }
 

@@ -35,6 +35,11 @@ struct ToolChange {
   std::optional<double> length =
       {};  ///< mm, that the program's TILTFEED comment says is in the words after it
 };
+/// The comment of a line as it stands in the file, in brackets or after a semicolon, without
+/// blanks before it; empty: it has none.
+std::string_view comment_of(std::string_view raw);
+/// It says which tool length is in the words of the lines after it.
+bool states_length(std::string_view comment);
 /// "T3 (ball 6 mm)", "T3", "tool not named".
 std::string tool_text(const ToolChange& change);
 

@@ -122,6 +122,31 @@ void GrblSession::begin_streaming() {
   }
 }
 
+/// A controller that takes $C and goes on as before would cut the program as it is read.
+void GrblSession::follow_check() {
+  const bool asked = !in_flight_.empty() && in_flight_.front().kind == Kind::kCheckOn;
+  if (checked_ || asked) return;
+  if (status_.state.starts_with("Check")) {
+    check_proved_ = true;
+    return;
+  }
+  if (!check_proved_)
+    return fault(Code::kLink,
+                 "the controller answers $C and is in state " + status_.state +
+                     ", not in check mode: leave out wire.check",
+                 false);
+  left_check_ = true;
+  std::uint64_t sent = options_.before + acknowledged_;
+  std::uint64_t last = last_checked_;
+  for (const Flight& flight : in_flight_)
+    if (flight.kind == Kind::kLine && reached_wire(flight)) ++sent, last = flight.line.number;
+  stood_ = {options_.before, sent, {first_checked_, last}};
+  fault(Code::kLink,
+        "the controller has left check mode while it read the program (state " + status_.state +
+            "), so the rest of it has moved the machine",
+        true);
+}
+
 /// The banner after check mode: the same controller, so only its state is asked for again.
 void GrblSession::restart_after_check() {
   move(Event::kChecked);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 #include "daemon/protocol/grbl_session.h"
 
@@ -20,6 +21,8 @@ constexpr Time kRepeatInterval = milliseconds(200);
 constexpr Time kHoldLook = milliseconds(20);
 /// From feed hold to standstill: longer than any axis needs to brake.
 constexpr Time kStandTimeout = seconds(10);
+/// Reports of a standing machine that are read until two in turn agree.
+constexpr int kMostStoodReports = 4;
 /// Override steps that are on their way are not sent again before they must have been reported.
 constexpr Time kOverrideSettle = milliseconds(600);
 constexpr int kMinOverride = 10, kMaxOverride = 200;
@@ -123,8 +126,16 @@ void GrblSession::follow_stop() {
   if (reset_sent_) {
     if (state == "Idle") return finish_stop();
   } else if (is_standing(state) && now_ - asked_ >= kRepeatInterval) {
-    // The first report may be from before the hold; one interval later it is not.
-    if (state == "Hold:0") narrow_range();
+    // The first report may be from before the hold; one interval later it is not. None has a checksum, so the
+    // place counts when two in turn say the same.
+    if (state == "Hold:0") {
+      const bool agree = std::exchange(stood_at_, status_.position) == status_.position;
+      if (!agree && ++stood_reports_ < kMostStoodReports) {
+        next_poll_ = now_;
+        return;
+      }
+      if (agree) narrow_range();
+    }
     urge(kResetByte);
     reset_sent_ = true;
     return;

@@ -40,16 +40,16 @@ LineRange GrblSession::uncertain() const {
 }
 
 void GrblSession::fault(Code code, const std::string& what, bool hold, Event event) {
-  const bool opening = is_opening(phase_) || code == Code::kLimit;
+  const bool opening = (is_opening(phase_) && !left_check_) || code == Code::kLimit;
+  const bool checking = phase_ == Phase::kCheck && !left_check_;
+  move(event);
   error_ = {code, opening ? what : what + "; " + describe(state())};
-  const bool checking = phase_ == Phase::kCheck;
   if (checking) {  // what was read was not run
     error_.message += "; nothing has moved";
     in_flight_.clear();
     forget_all();
     in_flight_bytes_ = acknowledged_ = 0;
   }
-  move(event);
   out_.clear();
   urgent_ = 0;
   if (checking && event != Event::kAlarm) urge(kLeaveCheck);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 #include "daemon/protocol/grbl_words.h"
 #include "daemon/wire/wire_text.h"
@@ -53,6 +54,7 @@ void GrblSession::urge(char byte) { out_.insert(urgent_++, 1, byte); }
 
 bool GrblSession::wants_work() const {
   if ((phase_ != Phase::kRun && phase_ != Phase::kCheck) || ended_ || next_) return false;
+  if (phase_ == Phase::kCheck && !check_proved_) return false;
   if (!in_flight_.empty() && (in_flight_.back().line.alone || in_flight_.back().kind != Kind::kLine))
     return false;
   // Ask again when an eighth of the window is free: fewer, larger writes, and seven eighths stay full.
@@ -63,6 +65,7 @@ void GrblSession::push(Line line) {
   assert(wants_work());
   if (numbers_lines_ && line.text.front() != 'N') line.text.insert(0, "N" + std::to_string(line.number));
   if (phase_ == Phase::kRun) watch_.push(line.number, line.text);
+  if (first_checked_ == 0) first_checked_ = line.number;
   next_ = std::move(line);
   move_next();
 }
@@ -167,10 +170,11 @@ void GrblSession::on_status(std::string_view line) {
   take_offset();
   if (status_.state.starts_with("Alarm"))
     return fault(Code::kLink,
-                 is_opening(phase_)
+                 is_opening(phase_) && phase_ != Phase::kCheck
                      ? "the machine is in alarm; home it ($H) or unlock it ($X) first: nothing was sent"
                      : "the machine is in alarm",
                  false, Event::kAlarm);
+  if (phase_ == Phase::kCheck) return follow_check();
   if (is_opening(phase_)) return;
   follow_line_number();
   if (phase_ == Phase::kStop) return follow_stop();
@@ -229,6 +233,7 @@ void GrblSession::on_ok() {
   switch (flight.kind) {
     case Kind::kLine:
       ++acknowledged_;
+      if (phase_ == Phase::kCheck) last_checked_ = flight.line.number;
       settle(flight.line);
       if (phase_ == Phase::kToolChange && flight.line.waits) move(Event::kOperatorDone);
       return;
@@ -244,15 +249,19 @@ void GrblSession::on_ok() {
       next_poll_ = now_;
       return;
     case Kind::kCheckOn:
+      next_poll_ = now_;  // no line leaves before a report shows check mode
+      return;
     case Kind::kCheckOff:
       return;
   }
 }
 
-/// Ln: names the line in execution: those before it have run.
+/// Ln: names the line in execution: those before it have run. A report has no checksum, so it counts as far
+/// as the one before agrees.
 void GrblSession::follow_line_number() {
   if (!numbers_lines_ || status_.line <= 0) return;
-  const auto line = static_cast<std::uint64_t>(status_.line);
+  const auto named = static_cast<std::uint64_t>(status_.line);
+  const std::uint64_t line = std::min(named, std::exchange(line_named_, named));
   const auto found =
       std::find_if(recent_.begin(), recent_.end(), [&](const Settled& one) { return one.number == line; });
   if (found == recent_.end()) return;

@@ -87,6 +87,7 @@ class GrblSession {
   void begin_streaming();
   Result<void> check_buffers();
   void restart_after_check();
+  void follow_check();
   void check_opening_time();
   bool ready() const;
 
@@ -145,6 +146,9 @@ class GrblSession {
   std::string last_heard_;
   Time opened_{};
   bool checked_ = false, rewind_ = false;
+  bool check_proved_ = false;  // a report has said that the controller is in check mode
+  bool left_check_ = false;    // and then that it is not: lines may have run
+  std::uint64_t first_checked_ = 0, last_checked_ = 0;  // lines that it has read
 
   // Streaming.
   std::optional<Line> next_;      // does not fit yet
@@ -172,6 +176,9 @@ class GrblSession {
     LineRange lines;
   };
   std::optional<Stood> stood_;  // what is known of the range once the axes stand
+  std::string stood_at_;        // the newest report of them, as text, and how many there were
+  int stood_reports_ = 0;
+  std::uint64_t line_named_ = 0;  // Ln: of the report before
 
   // Operator.
   bool hold_seen_ = false, reset_sent_ = false, held_on_request_ = false;

@@ -54,10 +54,11 @@ void ModbusSession::continue_run(const RingStatus& status, Time now) {
     return lose(Loss::kRestarted, "the controller has restarted since (boot_id " +
                                       std::to_string(options_.boot) + " became " +
                                       std::to_string(identity_.boot_id) +
-                                      "): what was not completed is unknown; nothing was sent");
+                                      "): what was not completed is unknown; nothing more was sent");
   if (status.session != options_.session_id)
     return lose(Loss::kForgotten, "the controller has session " + std::to_string(status.session) + ", not " +
-                                      std::to_string(options_.session_id) + ", any more; nothing was sent");
+                                      std::to_string(options_.session_id) +
+                                      ", any more; nothing more was sent");
   const int further = ring_ahead(status.last_accepted, ring_sequence(options_.accepted));
   const int open = ring_ahead(status.last_accepted, status.last_completed);
   known_ = options_.accepted + static_cast<std::uint64_t>(std::max(further, 0));
@@ -65,7 +66,7 @@ void ModbusSession::continue_run(const RingStatus& status, Time now) {
     return fault(Code::kLink, "the controller's counters do not fit what is on record (accepted " +
                                   std::to_string(status.last_accepted) + ", on record " +
                                   std::to_string(options_.accepted) + " to " +
-                                  std::to_string(options_.reserved) + "); nothing was sent");
+                                  std::to_string(options_.reserved) + "); nothing more was sent");
   completed_ = pushed_ = known_ - static_cast<std::uint64_t>(open);
   touched_ = known_;
   skip_ = completed_;
@@ -75,6 +76,7 @@ void ModbusSession::continue_run(const RingStatus& status, Time now) {
   heartbeat_ = status.heartbeat;
   last_heartbeat_ = now - std::chrono::hours(1);  // due at once: a resume needs a living heartbeat
   read_only_next_ = true;  // the blocks that the controller has are read from the program first
+  if (ends_with_) command({*ends_with_}, now);
 }
 
 void ModbusSession::on_command_status(const RingStatus& status, Time now) {

@@ -21,6 +21,11 @@ constexpr int kMinOverride = 10, kMaxOverride = 200;
 void ModbusSession::command(const OperatorCommand& command, Time now) {
   const Answer answer = step_ >= Step::kPlace ? Answer::kIgnore : answer_to(command.order, phase_);
   refused_ = refusal_text(answer);
+  // The controller still has blocks of the run that is gone on with: it is told, once it is known again.
+  if (answer == Answer::kEnd && options_.attach) {
+    ends_with_ = command.order;
+    return;
+  }
   if (answer == Answer::kEnd) {
     error_ = {Code::kCancelled, "stopped on request; nothing was sent"};
     return move(Event::kStood);

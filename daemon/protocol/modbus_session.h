@@ -125,6 +125,7 @@ class ModbusSession {
   std::optional<std::uint64_t> skip_;  // completed before this process came
   bool ended_ = false;
 
+  std::optional<Order> ends_with_;         // stop or abort that came before the controller was known again
   std::deque<Mail> mail_;                  // the first one is out, or due
   std::optional<std::uint16_t> waits_at_;  // the newest completed block, if it is M0, M1 or M6
   int mail_tries_ = 0;                     // replies that did not acknowledge the oldest command

@@ -50,10 +50,14 @@ void RepRapSession::command(const OperatorCommand& command, Time now) {
 }
 
 /// Lines that have not left are forgotten; with an emergency parser the machine stops at once, else after the
-/// lines that it has. M400 proves that it stands.
+/// lines that it has. M400 proves that it stands. The wait of M0 is ended first: nothing is read behind it.
 void RepRapSession::ask_stop() {
+  const bool waits = phase_ == Phase::kToolChange;
   move(Event::kStopAsked);
-  if (emergency_) out_ += "M410\n";
+  if (emergency_) out_ += waits ? "M108\nM410\n" : "M410\n";
+  if (waits && !emergency_)
+    refused_ =
+        "the firmware waits for its operator and hears nothing meanwhile: press its button, then it stops";
   while (!history_.empty() && history_.back().number >= due_) {
     history_.pop_back();
     --next_number_;

@@ -13,10 +13,11 @@ struct Name {
   ApiOp op;
 };
 constexpr Name kOps[] = {
-    {"submit", ApiOp::kSubmit}, {"list", ApiOp::kList},       {"show", ApiOp::kShow},
-    {"start", ApiOp::kStart},   {"hold", ApiOp::kHold},       {"resume", ApiOp::kResume},
-    {"stop", ApiOp::kStop},     {"remove", ApiOp::kRemove},   {"override", ApiOp::kOverride},
-    {"reset", ApiOp::kReset},   {"machine", ApiOp::kMachine}, {"tool", ApiOp::kTool}};
+    {"submit", ApiOp::kSubmit},  {"list", ApiOp::kList},       {"show", ApiOp::kShow},
+    {"start", ApiOp::kStart},    {"hold", ApiOp::kHold},       {"resume", ApiOp::kResume},
+    {"stop", ApiOp::kStop},      {"remove", ApiOp::kRemove},   {"override", ApiOp::kOverride},
+    {"reset", ApiOp::kReset},    {"machine", ApiOp::kMachine}, {"tool", ApiOp::kTool},
+    {"history", ApiOp::kHistory}};
 constexpr std::size_t kMaxText = 200, kMaxWords = 300;
 
 tl::unexpected<Error> wrong(const std::string& what) { return fail(Code::kUsage, "request: " + what); }

@@ -26,7 +26,8 @@ enum class ApiOp : std::uint8_t {
   kOverride,
   kReset,
   kMachine,
-  kTool
+  kTool,
+  kHistory
 };
 
 struct ApiRequest {
@@ -35,7 +36,7 @@ struct ApiRequest {
   std::string name;                    ///< submit
   bool program = false;                ///< submit: a program, not a job to plan
   std::optional<std::uint64_t> block;  ///< show: what is known of this block
-  std::optional<std::uint64_t> from;   ///< resume: re-enter before this block
+  std::optional<std::uint64_t> from;   ///< resume: re-enter before this block; history: after this run
   bool queue = false;                  ///< start: wait for its turn where the machine is busy
   bool confirmed = false;              ///< resume --from, reset: what will happen was shown and agreed to
   int percent = 100;                   ///< override

@@ -53,6 +53,8 @@ Result<JobService> JobService::open(const config::ServiceConfig& config, std::fu
   if (!spool) return tl::unexpected<Error>(spool.error());
   JobService jobs(config, *link, std::move(claim), std::move(*spool), std::move(alive));
   if (const Result<void> settled = jobs.settle(); !settled) return tl::unexpected<Error>(settled.error());
+  if (const Result<void> ended = jobs.spool_.end_lost_runs(); !ended)
+    return tl::unexpected<Error>(ended.error());
   return jobs;
 }
 
@@ -82,6 +84,7 @@ Result<void> JobService::keep(SpooledJob job, JobState state, const std::string&
   if (const Result<void> updated = spool_.update(job); !updated) return updated;
   const bool bad =
       state == JobState::kFailed || state == JobState::kUncertain || state == JobState::kInterrupted;
+  end_run(job, note);
   log(bad ? Severity::kWarning : Severity::kInfo, job.id,
       std::string(state_name(state)) + (note.empty() ? "" : ": " + note), job.executed);
   return {};
@@ -95,12 +98,14 @@ void JobService::set(const SpooledJob& job, JobState state, const std::string& n
   now.state = state;
   now.note = note + (note.empty() ? "" : "; ") + "not in the spool yet: " + kept.error().message;
   spool_.remember(now);
+  end_run(now, note);
   log(Severity::kError, job.id, std::string(state_name(state)) + ": " + now.note);
 }
 
 void JobService::note_request(const ApiRequest& request, std::uint32_t user) const {
   const bool follows = request.op == ApiOp::kMachine && request.order != 0 && !request.stop;
-  if (request.op == ApiOp::kList || request.op == ApiOp::kShow || follows) return;
+  if (request.op == ApiOp::kList || request.op == ApiOp::kShow || request.op == ApiOp::kHistory || follows)
+    return;
   LogFields fields;
   fields.machine = config_.machine.model.name;
   fields.job = request.job;
@@ -149,6 +154,7 @@ void JobService::ask(const ApiRequest& request, std::uint32_t user, HandedFiles 
     return arrivals_.add(std::move(job), std::move(files), done);
   }
   if (request.op == ApiOp::kList) return done(list(request.job));
+  if (request.op == ApiOp::kHistory) return done(history(request.job, request.from.value_or(0)));
   if (request.op == ApiOp::kReset) return done(reset(request));
   if (request.op == ApiOp::kMachine) return done(machine(request));
   if (request.op == ApiOp::kStop && request.job == 0 && worker_->busy())
@@ -156,6 +162,8 @@ void JobService::ask(const ApiRequest& request, std::uint32_t user, HandedFiles 
   const Result<SpooledJob> job = request.job == 0 ? job_on_machine() : spool_.find(request.job);
   if (!job) return done(tl::unexpected<Error>(job.error()));
   if (request.op == ApiOp::kShow) return show(*job, request, done);
+  if (request.op == ApiOp::kStart || request.op == ApiOp::kResume || request.op == ApiOp::kTool)
+    asked_by_[job->id] = user;
   if (request.op == ApiOp::kStart) return start(*job, request.queue, done);
   if (request.op == ApiOp::kResume) return resume(*job, request, user, done);
   if (request.op == ApiOp::kTool) return tool(*job, request, done);
@@ -285,6 +293,7 @@ Result<std::string> JobService::remove(const SpooledJob& job) {
   if (const Result<void> removed = spool_.remove(job.id); !removed)
     return tl::unexpected<Error>(removed.error());
   if (changing_.job == job.id) changing_ = {};
+  asked_by_.erase(job.id);
   return said("removed");
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <future>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -15,20 +16,10 @@
 #include "daemon/service/notify.h"
 #include "daemon/service/planner.h"
 #include "daemon/service/spool.h"
+#include "daemon/service/spooled_run.h"
 #include "daemon/service/stream_thread.h"
 
 namespace tiltfeed::daemon {
-
-/// What the ways off the part and back to it are made from.
-struct WayOrder {
-  std::string program, yaml, stl;  ///< files of the job
-  LinkKind kind = LinkKind::kGrbl;
-  config::MachineProfile machine;
-  std::uint64_t change = 0;  ///< block of the tool change
-};
-
-/// The program as it lies there now, which must be the one that became ready. Errors: as prepare_run; kInput.
-Result<ProgramRun> prepare_spooled(const SpooledJob& job, const std::string& program, const LinkSpec& link);
 
 /// One machine's jobs. Properties: one job at a time is on the wire, one is planned; every change is in the
 /// spool before it is answered; nothing resumes by itself; nothing starts by itself but the next in the
@@ -72,6 +63,9 @@ class JobService {
 
   Result<std::string> act(const SpooledJob& job, const ApiRequest& request);
   Result<std::string> list(std::uint64_t after) const;
+  Result<std::string> history(std::uint64_t job, std::uint64_t after) const;
+  void begin_run(const SpooledJob& job, std::uint64_t first);
+  void end_run(const SpooledJob& job, const std::string& note);
   void show(const SpooledJob& job, const ApiRequest& request, const Done& done);
   void start(const SpooledJob& job, bool queue, Done done);
   void begin(const SpooledJob& job, Done done);
@@ -109,6 +103,7 @@ class JobService {
 
   Result<void> settle();
   void take_run_end();
+  void judge_run_end(const RunView& end);
   void add_origin(const SpooledJob& job, std::uint64_t block);
   void take_plan_end();
   void take_check_end();
@@ -144,6 +139,8 @@ class JobService {
   std::uint64_t stopped_ = 0;               ///< the interrupted job that an operator ends by it
   std::unique_ptr<StreamThread> runner_;
   std::unique_ptr<MachineWorker> worker_ = std::make_unique<MachineWorker>();
+  std::map<std::uint64_t, std::uint32_t> asked_by_;  ///< by job: who gave the word to run
+  std::optional<RunView> ended_;                     ///< the run whose end is being taken
   /// The next in the queue starts at the end of the run. Never kept over a restart.
   bool queue_moves_ = false;
 };

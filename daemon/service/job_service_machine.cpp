@@ -120,7 +120,7 @@ Result<std::string> JobService::while_running(const MachineOrder& order,
 Result<SpooledJob> JobService::job_on_machine() {
   if (runner_->busy()) return spool_.find(runner_->view().job);
   if (changing_.job != 0) return spool_.find(changing_.job);
-  return fail(Code::kUsage, "no job is on the machine; with a job's number that one is meant");
+  return fail(Code::kUsage, "no job is on the machine; name a job by its number");
 }
 
 }  // namespace tiltfeed::daemon

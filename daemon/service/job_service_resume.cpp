@@ -1,6 +1,7 @@
 // How a job gets onto the machine: started, gone on with where the controller can prove it, or entered again
 // where an operator says so.
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -107,6 +108,7 @@ Result<std::string> JobService::run(SpooledJob job, const ProgramRun& prepared,
   job.place = 0;
   if (const Result<void> kept = keep(job, JobState::kRunning, ""); !kept)
     return tl::unexpected<Error>(kept.error());
+  begin_run(job, decision.executed + 1);
   runner_->start({prepared, decision, spool_.file(job.id, "journal"), spool_.file(job.id, "blackbox.txt"),
                   way_back, config_.machine.model, parking(job.id)});
   changing_ = {};
@@ -132,6 +134,10 @@ void JobService::begin(const SpooledJob& job, Done done) {
 }
 
 void JobService::resume(const SpooledJob& job, const ApiRequest& request, std::uint32_t user, Done done) {
+  if (job.state == JobState::kRunning && request.from)
+    return done(fail(Code::kUsage, name_of(job) + " is on the machine: `tiltfeed stop " +
+                                       std::to_string(job.id) +
+                                       "` ends it first, `tiltfeed resume` without a block ends a hold"));
   if (job.state == JobState::kRunning) return done(command(job, {Order::kResume}));
   if (request.from) return enter_again(job, request, user, std::move(done));
   if (job.state == JobState::kToolChange) return go_back(job, request.confirmed, std::move(done));
@@ -230,6 +236,7 @@ Result<std::string> JobService::run_entry(std::uint64_t id, const ProgramRun& re
   job->state = JobState::kReady;
   job->note = "enters again before block " + std::to_string(from);
   if (const Result<void> kept = spool_.finish(*job); !kept) return tl::unexpected<Error>(kept.error());
+  asked_by_[id] = job->user;
   ResumeDecision fresh;
   fresh.way = ResumeWay::kFresh;
   const Result<std::string> started = run(*job, rest, fresh);
@@ -239,19 +246,26 @@ Result<std::string> JobService::run_entry(std::uint64_t id, const ProgramRun& re
 // ---- ends ------------------------------------------------------------------------------------------------
 
 void JobService::take_run_end() {
-  std::optional<RunView> end = runner_->take_end();
-  if (!end) return;
+  ended_ = runner_->take_end();
+  if (!ended_) return;
+  judge_run_end(*ended_);
+  ended_.reset();
+}
+
+void JobService::judge_run_end(const RunView& view) {
+  const RunView* const end = &view;
   if (!*end->ended) stand_still(end->job, "the run before it did not come to its end");
   Result<SpooledJob> job = spool_.find(end->job);
   if (!job) return;
-  job->executed = end->state.executed;
+  // What was proved before this run stays proved, whether or not the controller has answered.
+  job->executed = std::max(job->executed, end->state.executed);
   if (*end->ended && (*end->ended)->change)
     return stand_before(*job, *(*end->ended)->change, end->parked, "");
   if (*end->ended)
     return set(*job, JobState::kDone,
                (*end->ended)->executed ? "every block is executed"
                                        : "every block was sent; this link proves no more");
-  const std::string why = end->ended->error().message;
+  std::string why = end->ended->error().message;
   log(Severity::kError, job->id, why, end->state.executed);
   // Where it stood, and what that was on the part: for the black box.
   if (end->state.executed > 0) add_origin(*job, end->state.executed);
@@ -259,6 +273,8 @@ void JobService::take_run_end() {
   if (!journal) return set(*job, JobState::kUncertain, why);
   const ResumeDecision decision = decide_resume(*journal, end->subject);
   if (decision.way == ResumeWay::kFresh) return set(*job, JobState::kReady, why);
+  // A controller that was asked in vain says nothing about what it was given before.
+  if (!end->opened) why += "; " + range_text(decision, job->total);
   if (decision.way == ResumeWay::kToolChange && end->change)
     return stand_before(*job, *end->change, kNotKnown, why);
   if (end->state.phase == Phase::kStopped) return set(*job, JobState::kStopped, why);

@@ -26,6 +26,9 @@ constexpr const char* kWatchdogText =
 bool may_move(const JournalContent& journal) {
   if (!journal.whole()) return true;
   const RunRecord& last = *journal.last;
+  // Beside a tool change a job runs only while it parks or goes back: also where no block of its own has
+  // left.
+  if (last.event == RunEvent::kToolChange) return true;
   return last.offered > 0 && last.event != RunEvent::kExecuted && last.event != RunEvent::kStopped;
 }
 

@@ -11,9 +11,11 @@
 #include <ctime>
 #include <filesystem>
 #include <set>
+#include <utility>
 
 #include "daemon/files/durable.h"
 #include "daemon/service/spool_layout.h"
+#include "daemon/service/spool_table.h"
 #include "daemon/wire/wire_text.h"
 
 namespace tiltfeed::daemon {
@@ -68,35 +70,7 @@ std::string plain_name(const std::string& text) {
   return kept.empty() ? "job" : kept;
 }
 
-/// The connection, and one statement at a time.
-struct Spool::Table {
-  sqlite3* db = nullptr;
-  ~Table() { sqlite3_close(db); }
-
-  Error error(const std::string& folder) const {
-    return {Code::kIo, folder + "/jobs.db: " + (db != nullptr ? sqlite3_errmsg(db) : "out of memory")};
-  }
-  struct Statement {
-    sqlite3_stmt* s = nullptr;
-    ~Statement() { sqlite3_finalize(s); }
-    std::string text(int column) const {
-      const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(s, column));
-      return bytes != nullptr ? bytes : "";
-    }
-    std::uint64_t number(int column) const {
-      return static_cast<std::uint64_t>(sqlite3_column_int64(s, column));
-    }
-    void bind(int at, const std::string& value) {
-      sqlite3_bind_text(s, at, value.data(), static_cast<int>(value.size()), SQLITE_TRANSIENT);
-    }
-    void bind(int at, std::uint64_t value) { sqlite3_bind_int64(s, at, static_cast<sqlite3_int64>(value)); }
-  };
-  bool prepare(Statement& statement, const std::string& sql) const {
-    return sqlite3_prepare_v2(db, sql.c_str(), -1, &statement.s, nullptr) == SQLITE_OK;
-  }
-};
-
-Spool::Spool(std::string folder, StateLock lock, std::unique_ptr<Table> table)
+Spool::Spool(std::string folder, StateLock lock, std::unique_ptr<SpoolTable> table)
     : folder_(std::move(folder)), lock_(std::move(lock)), table_(std::move(table)) {}
 Spool::Spool(Spool&&) noexcept = default;
 Spool::~Spool() = default;
@@ -110,7 +84,7 @@ Result<Spool> Spool::open(const std::string& folder) {
   std::filesystem::create_directories(folder + "/jobs", made);
   if (made) return fail(Code::kIo, folder + "/jobs: cannot be made: " + made.message());
   ::chmod((folder + "/jobs").c_str(), S_IRWXU);
-  auto table = std::make_unique<Table>();
+  auto table = std::make_unique<SpoolTable>();
   const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOFOLLOW;
   if (sqlite3_open_v2((folder + "/jobs.db").c_str(), &table->db, flags, nullptr) != SQLITE_OK)
     return tl::unexpected<Error>(table->error(folder));
@@ -129,7 +103,7 @@ Result<Spool> Spool::open(const std::string& folder) {
 Result<void> Spool::heal() {
   std::vector<std::uint64_t> damaged;
   {
-    Table::Statement rows;
+    SpoolStatement rows;
     if (!table_->prepare(rows, "SELECT id, note FROM jobs"))
       return tl::unexpected<Error>(table_->error(folder_));
     while (sqlite3_step(rows.s) == SQLITE_ROW)
@@ -147,13 +121,13 @@ std::string Spool::folder_of(std::uint64_t id) const { return folder_ + "/jobs/"
 
 Result<std::uint64_t> Spool::begin(const SpooledJob& job) {
   {  // a reading that is still open would let no writer wait for its turn
-    Table::Statement count;
+    SpoolStatement count;
     if (!table_->prepare(count, "SELECT count(*) FROM jobs") || sqlite3_step(count.s) != SQLITE_ROW)
       return tl::unexpected<Error>(table_->error(folder_));
     if (count.number(0) >= kMaxJobs)
       return fail(Code::kLimit, "the spool holds " + std::to_string(kMaxJobs) + " jobs; remove some");
   }
-  Table::Statement insert;
+  SpoolStatement insert;
   if (!table_->prepare(insert,
                        "INSERT INTO jobs (name, program, state, note, total, executed, hash, user, created) "
                        "VALUES (?, ?, 'failed', 'not received whole', 0, 0, '', ?, ?)"))
@@ -207,10 +181,11 @@ Result<std::vector<SpooledJob>> Spool::queue() const {
 void Spool::save_remembered() {
   for (auto& [id, job] : std::map(remembered_))
     if (!update(job)) return;
+  for (const RunReport& end : std::exchange(unsaved_ends_, {})) end_run(end);
 }
 
 Result<std::vector<SpooledJob>> Spool::select(const std::string& which) const {
-  Table::Statement rows;
+  SpoolStatement rows;
   if (!table_->prepare(rows, std::string("SELECT ") + kColumns + " FROM jobs " + which))
     return tl::unexpected<Error>(table_->error(folder_));
   std::vector<SpooledJob> jobs;
@@ -243,7 +218,7 @@ Result<SpooledJob> Spool::find(std::uint64_t id) const {
 }
 
 Result<void> Spool::update(const SpooledJob& job) {
-  Table::Statement change;
+  SpoolStatement change;
   if (!table_->prepare(
           change,
           "UPDATE jobs SET state = ?, note = ?, total = ?, executed = ?, hash = ?, place = ? WHERE id = ?"))
@@ -262,7 +237,7 @@ Result<void> Spool::update(const SpooledJob& job) {
 
 Result<void> Spool::remove(std::uint64_t id) {
   // The row first: what is listed has its files, whatever fails.
-  Table::Statement erase;
+  SpoolStatement erase;
   if (!table_->prepare(erase, "DELETE FROM jobs WHERE id = ?"))
     return tl::unexpected<Error>(table_->error(folder_));
   erase.bind(1, id);
@@ -276,7 +251,7 @@ Result<void> Spool::remove(std::uint64_t id) {
 /// Folders of jobs that were removed, and that a failure or a power loss has left. The table gives no number
 /// twice.
 Result<void> Spool::sweep() {
-  Table::Statement newest, rows;
+  SpoolStatement newest, rows;
   // Without numbers that are given once nothing is taken for a leftover.
   if (!table_->prepare(newest, "SELECT seq FROM sqlite_sequence WHERE name = 'jobs'") ||
       sqlite3_step(newest.s) != SQLITE_ROW)

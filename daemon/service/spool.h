@@ -9,10 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "daemon/service/run_report.h"
 #include "daemon/service/state_lock.h"
 #include "kinematics/basics/result.h"
 
 namespace tiltfeed::daemon {
+
+struct SpoolTable;
 
 enum class JobState : std::uint8_t {
   kReceived,     ///< to be planned
@@ -88,21 +91,32 @@ class Spool {
   /// With its files; what stays of them goes when the spool is opened again. Errors: kIo.
   Result<void> remove(std::uint64_t id);
 
+  /// A run goes on from now; its number. Errors: kIo.
+  Result<std::uint64_t> begin_run(const RunReport& run);
+  /// Of the run of job `end.job` that goes on: when and how it ended; nothing where none does. What cannot be
+  /// written now is tried again by `save_remembered`.
+  void end_run(const RunReport& end);
+  /// No run goes on: of one that seems to, nobody wrote the end. Errors: kIo.
+  Result<void> end_lost_runs();
+  /// So many at most, those after run `after`, the oldest first; of one job, or of all (0). They stay when
+  /// their job is removed. Errors: kIo.
+  Result<std::vector<RunReport>> runs(std::uint64_t after, std::uint64_t job, std::size_t most) const;
+
   /// FOLDER/jobs/ID, and files in it: job.yaml part.stl program.nc report.json block.map journal ...
   std::string folder_of(std::uint64_t id) const;
   std::string file(std::uint64_t id, const char* name) const { return folder_of(id) + "/" + name; }
 
  private:
-  struct Table;
-  Spool(std::string folder, StateLock lock, std::unique_ptr<Table> table);
+  Spool(std::string folder, StateLock lock, std::unique_ptr<SpoolTable> table);
   Result<void> heal();
   Result<void> sweep();
   Result<std::vector<SpooledJob>> select(const std::string& which) const;
 
   std::string folder_;
   StateLock lock_;
-  std::unique_ptr<Table> table_;
+  std::unique_ptr<SpoolTable> table_;
   std::map<std::uint64_t, SpooledJob> remembered_;
+  std::vector<RunReport> unsaved_ends_;
 };
 
 }  // namespace tiltfeed::daemon

@@ -18,6 +18,18 @@ constexpr const char* kTable =
 constexpr const char* kPlace = "ALTER TABLE jobs ADD COLUMN place INTEGER NOT NULL DEFAULT 0";
 
 /// Version 3: a job can stand before a tool change, which earlier versions have no word for.
+/// Version 4: every run is on record. No `ended`: it goes on, or nobody saw its end; no `outcome`: it goes
+/// on.
+constexpr const char* kRuns =
+    "CREATE TABLE IF NOT EXISTS runs (id INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER NOT NULL, name TEXT "
+    "NOT "
+    "NULL, hash TEXT NOT NULL, link TEXT NOT NULL, user INTEGER, began INTEGER NOT NULL, ended INTEGER,"
+    " first INTEGER NOT NULL, blocks INTEGER NOT NULL, executed INTEGER NOT NULL, outcome TEXT NOT NULL "
+    "DEFAULT "
+    "'', note TEXT NOT NULL DEFAULT '',"
+    " sent INTEGER, resends INTEGER, seconds REAL, holds INTEGER, held_seconds REAL, slowest_hold REAL,"
+    " feed_least INTEGER, feed_most INTEGER);"
+    "CREATE INDEX IF NOT EXISTS runs_on ON runs (job) WHERE outcome = ''";
 
 tl::unexpected<Error> failed(sqlite3* db, const std::string& path) {
   return fail(Code::kIo, path + ": " + sqlite3_errmsg(db));
@@ -52,6 +64,7 @@ Result<void> change(sqlite3* db, const std::string& path) {
   if (sqlite3_exec(db, kTable, nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
   if (!has_place(db) && sqlite3_exec(db, kPlace, nullptr, nullptr, nullptr) != SQLITE_OK)
     return failed(db, path);
+  if (sqlite3_exec(db, kRuns, nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
   const std::string mark = "PRAGMA user_version = " + std::to_string(kSpoolVersion);
   if (sqlite3_exec(db, mark.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
   return {};

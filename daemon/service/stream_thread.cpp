@@ -19,6 +19,10 @@ class RealClock : public Clock {
   Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
 };
 
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 /// The wire until the service lets go of it: only when the machine stands in hold.
 class LentLink : public Link {
  public:
@@ -71,6 +75,7 @@ bool StreamThread::command(std::uint64_t job, const OperatorCommand& command) {
   const std::lock_guard lock(mutex_);
   const bool here = view_.job != 0 && !view_.ended && (job == 0 || view_.job == job);
   if (!here) return false;
+  if (command.order == Order::kHold) view_.tally.ask_hold(seconds_now());
   commands_.push(command);
   return true;
 }
@@ -97,6 +102,8 @@ bool StreamThread::note(const SendState& state) {
   alive_();
   const std::lock_guard lock(mutex_);
   view_.state = state;
+  view_.opened = view_.opened || !(is_opening(state.phase) || is_final(state.phase));
+  view_.tally.take(state, seconds_now());
   if (time_ && !began_at_machine_time_ && !is_opening(state.phase)) {
     began_at_machine_time_ = time_->at(state.executed);
     began_ = std::chrono::steady_clock::now();

@@ -11,6 +11,7 @@
 
 #include "daemon/journal/program_run.h"
 #include "daemon/program/block_cursor.h"
+#include "daemon/service/run_tally.h"
 
 namespace tiltfeed::daemon {
 
@@ -37,6 +38,8 @@ struct RunView {
   RunSubject subject;                     ///< what runs
   std::optional<ToolChange> change = {};  ///< that was made before it began
   std::string parked;                     ///< how the parking before the next one went
+  bool opened = false;                    ///< the controller was ready for blocks
+  RunTally tally;                         ///< of the job's own blocks, and of the ways at a tool change
 };
 
 /// Remaining time: what is left by machine time, times how much longer than planned this run has taken so

@@ -47,7 +47,8 @@ TEST(CheckMode, AFailedCheckLeavesItAgain) {
   ASSERT_EQ(bench.session.phase(), Phase::kCheck);
   bench.exchange();
   bench.fake.work();  // $C
-  bench.listen();
+  bench.exchange();
+  bench.exchange();  // a report shows it
   bench.talk();
   bench.fake.work("error:20");
   bench.listen();
@@ -62,6 +63,83 @@ TEST(CheckMode, AFailedCheckLeavesItAgain) {
   EXPECT_NE(outcome.report.error().message.find("nothing has moved"), std::string::npos);
   EXPECT_TRUE(outcome.executed.empty());
   EXPECT_EQ(outcome.said.back(), '\x18');
+}
+
+/// Some firmware answers ok to $C and has no check mode: the program would be cut as it is read.
+TEST(CheckMode, A2NoLineLeavesBeforeAReportShowsIt) {
+  GrblOptions options;
+  options.check = true;
+  Bench bench(numbered(20), FakeGrbl(), options);
+  bench.fake.checks = false;
+  bench.finish(2000);
+  EXPECT_EQ(bench.session.phase(), Phase::kFault);
+  EXPECT_NE(bench.session.error().message.find("state Idle, not in check mode"), std::string::npos)
+      << bench.session.error().message;
+  EXPECT_EQ(bench.fake.lines, std::vector<std::string>{"$C"});
+  EXPECT_EQ(bench.fake.executed_x, 0);
+}
+
+TEST(CheckMode, A2WhatLeavesItUnaskedMayHaveMoved) {
+  GrblOptions options;
+  options.check = true;
+  Bench bench(numbered(200), FakeGrbl(), options);
+  for (int i = 0; i < 100 && bench.fake.lines.size() < 5; ++i) {
+    bench.fake.work();
+    bench.exchange();
+  }
+  ASSERT_EQ(bench.session.phase(), Phase::kCheck);
+  bench.fake.state = "Run";
+  for (int i = 0; i < 1000 && !is_final(bench.session.phase()); ++i) {
+    bench.fake.work();
+    bench.exchange();
+  }
+  const std::string why = bench.session.error().message;
+  EXPECT_NE(why.find("left check mode"), std::string::npos) << why;
+  EXPECT_NE(why.find("blocks 1 to "), std::string::npos) << why;
+  EXPECT_EQ(why.find("nothing has moved"), std::string::npos) << why;
+  EXPECT_GE(bench.session.state().uncertain.last, bench.fake.lines.size() - 1);
+  bench.fake.receive(bench.session.output(bench.now));
+  EXPECT_EQ(bench.fake.holds, 1);
+}
+
+/// Stopped in the middle of lines that are all answered, with one figure of the first report changed.
+TEST(PlausiblePosition, A4OneChangedFigureDoesNotNarrowTheRange) {
+  for (const char* changed : {"15.000", "5.000", "25.000"}) {
+    Bench bench(numbered(20));
+    bench.open();
+    for (int i = 0; i < 200 && bench.fake.lines.size() < 20; ++i) bench.fake.work(), bench.exchange();
+    bench.fake.silent_status = true;
+    bench.session.command({Order::kStop}, bench.now);
+    for (const char* x : {changed, "5.000", "5.000", "5.000"}) {
+      bench.exchange(milliseconds(250));
+      if (bench.fake.resets > 0) break;
+      bench.say(std::string("<Hold:0|MPos:") + x + ",0.000,0.000|Bf:15,128|WCO:0.000,0.000,0.000>\r\n");
+    }
+    bench.exchange();
+    ASSERT_EQ(bench.session.phase(), Phase::kStopped) << bench.session.error().message;
+    EXPECT_EQ(bench.session.state().uncertain.first, 5u) << changed;
+    EXPECT_EQ(bench.session.state().uncertain.last, 6u) << changed;
+  }
+}
+
+TEST(PlausiblePosition, A4OneChangedLineNumberProvesNothing) {
+  GrblOptions options;
+  options.number_lines = true;
+  Bench bench(numbered(20), FakeGrbl(1024), options);
+  bench.say("GrblHAL 1.1f ['$' or '$HELP' for help]\r\n");
+  bench.open();
+  for (int i = 0; i < 200 && bench.fake.lines.size() < 20; ++i) bench.fake.work(), bench.exchange();
+  bench.fake.silent_status = true;
+  const auto report = [&](int line) {
+    bench.say("<Hold:0|MPos:4.500,0.000,0.000|Ln:" + std::to_string(line) + "|Bf:15,128>\r\n");
+    return bench.session.state().executed;
+  };
+  EXPECT_EQ(report(5), 0u) << "the first is believed when the next agrees";
+  EXPECT_EQ(report(5), 4u);
+  EXPECT_EQ(report(15), 4u) << "5 with a digit that the wire has made";
+  EXPECT_EQ(report(5), 4u);
+  EXPECT_EQ(report(6), 4u);
+  EXPECT_EQ(report(7), 5u);
 }
 
 TEST(CheckMode, AControllerThatAnswersAndMovesNothingIsNotDone) {

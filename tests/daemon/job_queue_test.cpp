@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "daemon/service/job_service.h"
-#include "sim/wire/endpoint.h"
 #include "tests/peers/served_jobs.h"
+#include "tests/peers/tcp_ring.h"
 #include "tests/shapes/wide_machine.h"
 #include "tests/texts/folder.h"
 
@@ -27,49 +27,6 @@ using std::chrono::steady_clock;
 
 constexpr int kShort = 8, kLong = 4000;  // feeds of 0.1 s; time runs four times as fast
 constexpr auto kPatience = std::chrono::seconds(300);
-
-/// The simulated ring on a port of its own; `feeds` are the Y of what it executed.
-class Machine {
- public:
-  Machine() {
-    EXPECT_EQ(::pipe(stop_), 0);
-    std::promise<std::string> where;
-    std::future<std::string> known = where.get_future();
-    thread_ = std::thread([this, promise = std::move(where)]() mutable {
-      sim::ModbusController ring(wide_machine(), {}, {}, [this](const sim::TraceRow& row) {
-        const std::lock_guard lock(mutex_);
-        if (row.command.op == sim::Op::kFeed) feeds_.push_back(static_cast<int>(row.command.target.y));
-      });
-      sim::EndpointOptions options;
-      options.stop_fd = stop_[0];
-      options.speed = 4.0;
-      options.ready = [&](const std::string& text) { promise.set_value(text); };
-      EXPECT_TRUE(sim::serve_modbus_tcp(ring, "127.0.0.1", 0, options));
-    });
-    place = known.get();
-  }
-  ~Machine() {
-    stop();
-    ::close(stop_[0]);
-    ::close(stop_[1]);
-  }
-  void stop() {
-    if (!thread_.joinable()) return;
-    EXPECT_EQ(::write(stop_[1], "x", 1), 1);
-    thread_.join();
-  }
-  std::vector<int> feeds() const {
-    const std::lock_guard lock(mutex_);
-    return feeds_;
-  }
-  std::string place;
-
- private:
-  int stop_[2] = {-1, -1};
-  std::thread thread_;
-  mutable std::mutex mutex_;
-  std::vector<int> feeds_;
-};
 
 class Queue : public testing::Test, protected ServedJobs {
  protected:
@@ -126,7 +83,7 @@ class Queue : public testing::Test, protected ServedJobs {
     until([&] { return !machine_.feeds().empty(); });
   }
 
-  Machine machine_;
+  TcpRing machine_;
 };
 
 TEST_F(Queue, RunsEachJobOnceAndInTheOrderOfTheStarts) {

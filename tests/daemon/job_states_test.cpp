@@ -88,6 +88,31 @@ TEST_F(JobStates, OneBadByte_OfAPoisonedTableIsHealedAtStart) {
   EXPECT_EQ(kept, "o?");
 }
 
+TEST_F(JobStates, StopBeforeARingIsFoundAgain_EndsWhatItStillHas) {
+  submit_ready(1, 4000);
+  EXPECT_TRUE(good(ask(ApiOp::kStart, 1)));
+  until([&] { return ask(ApiOp::kShow, 1).value("executed", 0) > 3; });
+  leave();
+  open();
+  ASSERT_EQ(state(1), "interrupted") << note(1);
+  const int before = ask(ApiOp::kShow, 1).at("executed");
+  ASSERT_GT(before, 3);
+  // At once, so that the order overtakes the first word of the controller.
+  EXPECT_TRUE(good(ask(ApiOp::kResume, 1)));
+  EXPECT_TRUE(good(ask(ApiOp::kStop)));
+  until([&] { return state(1) != "running"; });
+  EXPECT_EQ(state(1), "stopped") << note(1);
+  EXPECT_EQ(note(1).find("nothing was sent"), std::string::npos) << note(1);
+  EXPECT_GE(ask(ApiOp::kShow, 1).at("executed"), before);
+  const std::size_t executed = executed_;
+  // The ring has forgotten the run: the next job gets the machine, and nothing of the first moves any more.
+  submit_ready(2, 4);
+  EXPECT_TRUE(good(ask(ApiOp::kStart, 2)));
+  until([&] { return state(2) != "running"; });
+  EXPECT_EQ(state(2), "done") << note(2);
+  EXPECT_EQ(executed_, executed + 6) << "G0, four feeds, M2";
+}
+
 TEST_F(JobStates, AFullDisk_ShowsTheTrueStateAtOnce) {
   submit_ready(1, 20000);
   ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));

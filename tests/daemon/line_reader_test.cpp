@@ -201,6 +201,18 @@ TEST(Program, CrAlone_IsALineEndAndNeverDropped) {
   }
 }
 
+/// Python, word processors and old tapes end lines with them: dropped they would fuse two lines into one.
+TEST(Program, OtherLineEnds_AreRefusedBetweenWords) {
+  for (const std::string end : {"\v", "\f", "\x1C", "\x1D", "\x1E"}) {
+    EXPECT_NE(joined("G1 X5 F600" + end + "Y10\n").find("error"), std::string::npos);
+    EXPECT_NE(joined("G1 X5 F600" + end + " G0 Z5\n").find("column 11"), std::string::npos)
+        << joined("G1 X5 F600" + end + "Y10\n");
+    // A page's end, and what a comment holds, divide no words.
+    EXPECT_EQ(joined(end + "G1 X5" + end + "\r\n" + end + "\nY1 (a" + end + "b)\n"), "1:G1X5 3:Y1 ");
+  }
+  EXPECT_EQ(joined(std::string("G1\0X5\x7F\n", 8) + "\x1A"), "1:G1X5 ") << "leader of a tape, end of a file";
+}
+
 TEST(Words, CrAlone_IsNoPartOfALine) {
   std::string_view rest = "\rY10";
   EXPECT_FALSE(take_word(rest));

@@ -227,6 +227,30 @@ TEST_F(LostJournal, A3ADamagedNewestRecordWidensTheRange) {
   EXPECT_NE(settled().note.find("blocks 1 to 500 may have run"), std::string::npos) << settled().note;
 }
 
+/// Before a tool change in the first line no block has left, and the machine parks or goes back all the same.
+TEST_F(LostJournal, A3AMachineBesideAToolChangeIsStopped) {
+  for (const std::uint64_t change : {1u, 30u}) {
+    put(std::nullopt);
+    RunSubject subject =
+        prepare_run(Spool::open(config_.spool)->file(job_.id, "program.nc"), *parse_link(no_device_), job_.id)
+            ->subject;
+    subject.last = change - 1;
+    {
+      Journal journal = *Journal::open(*journal_file(journal_));
+      RunRecorder recorder = *RunRecorder::begin(journal, subject);
+      SendState state;
+      state.phase = Phase::kDrain;
+      state.executed = state.acknowledged = subject.last;
+      for (std::uint64_t block = 1; block <= subject.last; ++block)
+        EXPECT_TRUE(recorder.reserve(block, Time{0}));
+      EXPECT_TRUE(recorder.progress(state, Time{1}));
+    }
+    EXPECT_NE(stopped().find("job 1, grbl"), std::string::npos) << change << ": it parks; " << stopped();
+    EXPECT_TRUE((subject.after = change, subject.last = subject.total, begin_journal(journal_, subject)));
+    EXPECT_NE(stopped().find("job 1, grbl"), std::string::npos) << change << ": it goes back; " << stopped();
+  }
+}
+
 TEST_F(LostJournal, AWholeJournalThatSaysThatNothingWasSentIsBelieved) {
   put(begun_);
   EXPECT_NE(stopped().find("nothing was sent"), std::string::npos) << stopped();

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "daemon/protocol/drip_session.h"
+#include "daemon/protocol/reprap_session.h"
 #include "tests/peers/fake_grbl.h"
 #include "tests/peers/line_run.h"
 
@@ -165,6 +166,41 @@ TEST(Orders, LineNumbersSayWhatRuns) {
   const LineOutcome outcome = run_grbl(short_blocks(200, 0.02), run);
   EXPECT_TRUE(outcome.whole()) << outcome.report.error().message;
   EXPECT_GT(line, 150u);
+}
+
+/// Marlin reads nothing behind M0 but what its emergency parser picks out, and M410 does not end that wait.
+TEST(RepRap, B8AStopEndsTheWaitOfM0) {
+  for (const bool parser : {true, false}) {
+    RepRapSession session({2, 1}, Time{0});
+    Time now{0};
+    std::string said;
+    bool waits = false, pressed = false;
+    for (int i = 0; i < 4000 && !is_final(session.phase()); ++i, now += milliseconds(100)) {
+      if (session.wants_work()) session.push({1, "M0", true, true, 0.0});
+      if (session.phase() == Phase::kToolChange && waits) session.command({Order::kStop}, now);
+      const std::string out(session.output(now));
+      session.sent(out.size());
+      said += out;
+      std::string in = i % 20 == 0 ? "echo:busy: paused for user\n" : "";
+      if (out.find("M110") != out.npos) in = "ok\n";
+      if (out.find("M115") != out.npos)
+        in = std::string("FIRMWARE_NAME:Marlin\nCap:EMERGENCY_PARSER:") + (parser ? "1" : "0") + "\nok\n";
+      if (out.find("M0*") != out.npos) waits = true;
+      // By the host's word, or by the button at the machine a minute later.
+      pressed = pressed || (parser ? out.find("M108\n") != out.npos : i == 600);
+      if (waits && pressed) in = "ok\n", waits = false;
+      if (out.find("M400") != out.npos) in = "ok\n";
+      session.receive(in, now);
+      if (session.phase() == Phase::kStop && waits && !parser) {
+        EXPECT_NE(session.state().refused.find("press its button"), std::string::npos);
+      }
+    }
+    EXPECT_EQ(session.phase(), Phase::kStopped) << parser << ": " << session.error().message;
+    EXPECT_EQ(said.find("M108") != said.npos, parser);
+    if (parser) {
+      EXPECT_LT(now, seconds(60));
+    }
+  }
 }
 
 TEST(RepRap, ExactlyOnceUnderResendsInAWindow) {

@@ -6,7 +6,9 @@
 #include <sstream>
 
 #include "daemon/journal/reentry.h"
+#include "daemon/journal/tool_return.h"
 #include "daemon/program/block_cursor.h"
+#include "daemon/program/tool_change.h"
 #include "daemon/service/stream_thread.h"
 #include "daemon/stream/stream.h"
 #include "sim/gcode/gcode_reader.h"
@@ -137,8 +139,9 @@ TEST(FieldFailures, F19_UnsafeResume) {
   const std::string rest = whole_of(path, *entry).substr(start.size());
   EXPECT_EQ(
       rest.substr(0, rest.find("G93")),
-      "G0 Z134.641\nG0 A30 C400\nG0 X61 Y-20\nS8000 M3\nM8\nG4 P3\nG1 Z44.641 F150\nG1 X61 Y0 Z10 F150\n");
-  EXPECT_NE(rest.find("G93\nG1X62C401F120\nX63F120\nG0Z100\n"), std::string::npos) << rest;
+      "G0 Z134.641\nG0 A30 C400\nG0 X61 Y-20\nS8000 M3\nM8\nG4 P3\nG1 Z44.641 F150\nG1 X61 Y0 Z10 F150\nG1 "
+      "F150\n");
+  EXPECT_NE(rest.find("G93\nX62C401F120\nX63F120\nG0Z100\n"), std::string::npos) << rest;
   EXPECT_NE(entry->preview.find("1. retract 40 mm"), std::string::npos) << entry->preview;
 }
 
@@ -168,6 +171,173 @@ TEST(Reentry, RetractsAlongTheAxisThatTheToolReallyHas) {
   const auto blind = plan_reentry(path, LinkKind::kModbusTcp, profile(), options);
   ASSERT_FALSE(blind);
   EXPECT_NE(blind.error().message.find("does not report"), std::string::npos);
+}
+
+/// As a machine reads it that knows where its own places are.
+std::vector<sim::Block> read_on_machine(const std::string& text) {
+  sim::GcodeReader reader(sim::test_machine());
+  std::istringstream in(text);
+  std::vector<sim::Block> blocks;
+  for (std::string line; std::getline(in, line);) {
+    const auto read = reader.read_line(line, blocks);
+    EXPECT_TRUE(read) << line << ": " << read.error().message;
+  }
+  return blocks;
+}
+
+Joints place_after(const std::vector<sim::Block>& blocks, std::size_t count) {
+  Joints at;
+  for (std::size_t i = 0; i < count; ++i)
+    if (blocks[i].op == sim::Op::kRapid || blocks[i].op == sim::Op::kFeed) at = blocks[i].target;
+  return at;
+}
+
+/// After G53 the axes are not where the last program words led: entering there would plunge into the part
+/// and cross it at rapid.
+TEST(Reentry, B11GoesToTheMachinesOwnPlaceWhereTheProgramHasSentAnAxisThere) {
+  const std::string text =
+      "G21 G90\nG0 X0 Y0 Z50 A10 C20\nS8000 M3\nG1 Z10 F100\nX50 F200\nG53 G0 Z0\nG0 X70 Y5\nG0 C90\n"
+      "G0 Z20\nG1 Z5\nX60\n";
+  const Folder folder("reentry");
+  const std::string path = folder.write("p.nc", text);
+  const std::vector<sim::Block> whole = read_on_machine(text);
+  EXPECT_EQ(place_after(whole, 6).z, sim::test_machine().z.max);
+  ReentryOptions options;
+  options.stands = Joints{5, 6, 70, 0, 0};
+  for (const LinkKind kind : {LinkKind::kGrbl, LinkKind::kModbusTcp, LinkKind::kRepRap})
+    for (std::uint64_t from = 3; from <= whole.size(); ++from) {
+      options.from = counts_numeric_blocks(kind) ? from : from + 1;  // the line of G21 is no block
+      const auto entry = plan_reentry(path, kind, profile(), options);
+      ASSERT_TRUE(entry) << entry.error().message;
+      std::string program = whole_of(path, *entry);
+      if (const auto relative = program.find("G91\n"); relative != program.npos)
+        program.replace(relative, program.find("G90\n", relative) - relative,
+                        "G1 X5 Y6 Z100 A0 C0 F1\n");  // the sim's reader wants places
+      if (const auto dwell = program.find("G4 S"); dwell != program.npos) program[dwell + 3] = 'P';
+      const std::vector<sim::Block> again = read_on_machine(program);
+      const std::size_t rest = whole.size() - (from - 1);
+      ASSERT_GT(again.size(), rest);
+      EXPECT_EQ(place_after(again, again.size() - rest), place_after(whole, from - 1)) << from << "\n"
+                                                                                       << program;
+      EXPECT_EQ(again.back().target, whole.back().target);
+    }
+}
+
+/// In inverse time Grbl refuses a G1 without F (error 22), and RepRap takes the M8 of "G1M8" for a parameter.
+TEST(Reentry, B11NoWordIsGluedToTheFirstLine) {
+  const Folder folder("reentry");
+  const std::string text =
+      "G21 G90\nG0 X0 Y0 Z50 A10 C20\nG1 Z10 F100\nG93\nX50 F60\nm8\nT3\nS900 M3\nX60 F60\nM6\nG94\nM9\n"
+      "F250\nX70\nF600 G94 X80\n";
+  const std::string path = folder.write("p.nc", text);
+  ReentryOptions options;
+  options.stands = Joints{5, 6, 70, 0, 0};
+  const auto tail = [&](std::uint64_t from, LinkKind kind = LinkKind::kGrbl) {
+    options.from = from;
+    const auto entry = plan_reentry(path, kind, profile(), options);
+    EXPECT_TRUE(entry) << entry.error().message;
+    return entry ? entry->head.substr(entry->head.rfind("G1 X")) : "";
+  };
+  EXPECT_EQ(tail(5), "G1 X0 Y0 Z10 F200\nG1 F200\nG93\nX50F60\n");
+  for (const LinkKind kind : {LinkKind::kGrbl, LinkKind::kRepRap})
+    EXPECT_EQ(tail(6, kind), "G1 X50 Y0 Z10 F200\nG1 F200\nG93\nM8\n");
+  // A tool that is chosen long before the M6 that takes it, and forgotten after it.
+  EXPECT_EQ(tail(8), "G1 X50 Y0 Z10 F200\nG1 F200\nG93\nT3\nS900M3\n");
+  EXPECT_EQ(tail(10), "G1 X60 Y0 Z10 F200\nG1 F200\nG93\nT3\nM6\n");
+  EXPECT_EQ(tail(11), "G1 X60 Y0 Z10 F200\nG1 F200\nG93\nG94\n");
+  EXPECT_EQ(tail(12), "G1 X60 Y0 Z10 F200\nG1 F200\nM9\n");
+  EXPECT_EQ(tail(14), "G1 X60 Y0 Z10 F200\nG1 F250\nX70\n");
+}
+
+/// A tool change after the entry is named, and held against the length in the program's words, as before.
+TEST(Reentry, B11KeepsWhatTheCommentsSayOfTools) {
+  for (const std::string end : {"\n", "\r\n", "\r"}) {
+    std::string text =
+        "G21 G90\nG0 X0 Y0 Z50 A10 C20\nG1 Z10 F100\nX1\n(TILTFEED tool length 80.25 mm is in the words)\n"
+        "T2 M6 (drill (5)\nX2\n; TILTFEED tool length 70 mm is in the words\n\nT3 ; ball (6 mm)\nM0\nX3\nM2\n"
+        "!behind the end\n";
+    for (std::size_t at = 0; (at = text.find('\n', at)) != text.npos; at += end.size())
+      text.replace(at, 1, end);
+    const Folder folder("reentry");
+    const std::string path = folder.write("p.nc", text);
+    const auto axes = numeric_axes(sim::test_machine());
+    const auto whole = read_tool_changes(path, LinkKind::kGrbl, axes);
+    ASSERT_TRUE(whole && whole->size() == 2) << whole.error().message;
+    EXPECT_EQ((*whole)[0].length, 80.25);
+    EXPECT_EQ((*whole)[1].length, 70.0);
+    EXPECT_EQ((*whole)[1].name, "ball (6 mm)");
+    ReentryOptions options;
+    options.stands = Joints{5, 6, 70, 0, 0};
+    for (std::uint64_t from = 4; from <= 10; ++from) {
+      options.from = from;
+      const auto entry = plan_reentry(path, LinkKind::kGrbl, profile(), options);
+      ASSERT_TRUE(entry) << entry.error().message;
+      std::string program = whole_of(path, *entry);
+      program.erase(program.find("G91\n"), 4);  // a reader of changes wants places
+      const auto again = read_tool_changes(folder.write("again.nc", program), LinkKind::kGrbl, axes);
+      ASSERT_TRUE(again) << again.error().message << program;
+      const std::size_t left = from <= 5 ? 2 : from <= 8 ? 1 : 0;
+      ASSERT_EQ(again->size(), left) << from << program;
+      for (std::size_t i = 0; i < left; ++i) {
+        const ToolChange &is = (*again)[i], &was = (*whole)[2 - left + i];
+        EXPECT_EQ(is.tool, was.tool);
+        EXPECT_EQ(is.length, was.length) << from << program;
+        EXPECT_EQ(is.name.substr(0, 4), was.name.substr(0, 4)) << from << program;
+      }
+    }
+  }
+}
+
+/// Of the program that a re-entry has written everything can be asked that can be asked of the job's own.
+TEST(Reentry, B11CanBeEnteredAgainAndGoesThroughToolChanges) {
+  const Folder folder("reentry");
+  const std::string text =
+      "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nM3 S900\nG1 X5 F100\nX6\nX7\nT2\nM6\nG1X8F100\nX9\nM2\n";
+  const std::string path = folder.write("p.nc", text);
+  for (const LinkKind kind : {LinkKind::kGrbl, LinkKind::kRepRap})
+    for (const bool stands : {false, true}) {
+      ReentryOptions options;
+      options.from = 5;
+      if (stands) options.stands = Joints{5, 0, 70, -20, 0};
+      const auto first = plan_reentry(path, kind, profile(), options);
+      ASSERT_TRUE(first) << first.error().message;
+      const std::string once = folder.write("once.nc", whole_of(path, *first));
+      const auto changes = read_tool_changes(once, kind, numeric_axes(profile().model));
+      ASSERT_TRUE(changes) << changes.error().message;
+      ASSERT_EQ(changes->size(), 1u);
+      EXPECT_EQ((*changes)[0].tool, 2);
+      ReturnOptions back;
+      back.change = (*changes)[0].block;
+      const auto way = plan_return(once, kind, profile(), back);
+      ASSERT_TRUE(way) << way.error().message;
+      EXPECT_NE(way->program.find("X7"), std::string::npos) << way->program;
+      EXPECT_TRUE(ProgramTime::read(once, kind, profile().model));
+      // The block after the one that was entered first: again the same rest.
+      options.from = count_blocks(once, kind).value() - (count_blocks(path, kind).value() - 6);
+      const auto again = plan_reentry(once, kind, profile(), options);
+      ASSERT_TRUE(again) << again.error().message;
+      EXPECT_EQ(whole_of(once, *again).substr(whole_of(once, *again).find("\nX7\n")),
+                text.substr(text.find("\nX7\n")));
+      // On the relative retract itself there is nothing to stand on.
+      options.from = 6;
+      EXPECT_FALSE(plan_reentry(once, kind, profile(), options));
+    }
+}
+
+TEST(Reentry, B11SaysWhichAxisTheProgramHasNotNamedYet) {
+  const Folder folder("reentry");
+  const std::string path = folder.write("p.nc", "G21\nG0 X0 Y0\nG0 Z5 A0\nG0 C0\nG1 X5 F100\n");
+  ReentryOptions options;
+  options.stands = Joints{};
+  const auto why = [&](std::uint64_t from) {
+    options.from = from;
+    const auto entry = plan_reentry(path, LinkKind::kGrbl, profile(), options);
+    return entry ? "" : entry.error().message;
+  };
+  EXPECT_NE(why(2).find("no axis has moved"), std::string::npos) << why(2);
+  EXPECT_NE(why(3).find("has not said where ZAC are"), std::string::npos) << why(3);
+  EXPECT_NE(why(4).find("has not said where C is"), std::string::npos) << why(4);
+  EXPECT_EQ(why(5), "");
 }
 
 TEST(Reentry, RefusesWhatItCannotVouchFor) {

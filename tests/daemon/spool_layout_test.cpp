@@ -106,14 +106,14 @@ TEST_F(Layout, C19AStepThatFailsLeavesTheTableAsItWas) {
 }
 
 TEST_F(Layout, C19ALaterLayoutIsRefusedAndStaysAsItIs) {
-  sql(std::string(kFirst) + "PRAGMA user_version = 4; ALTER TABLE jobs ADD COLUMN later TEXT");
+  sql(std::string(kFirst) + "PRAGMA user_version = 5; ALTER TABLE jobs ADD COLUMN later TEXT");
   const auto spool = open();
   ASSERT_FALSE(spool);
   EXPECT_EQ(spool.error().code, Code::kUsage);
-  EXPECT_NE(spool.error().message.find("later tiltfeed (layout 4"), std::string::npos)
+  EXPECT_NE(spool.error().message.find("later tiltfeed (layout 5"), std::string::npos)
       << spool.error().message;
   EXPECT_EQ(sql("SELECT count(*) FROM jobs WHERE later IS NULL"), "2");
-  EXPECT_EQ(sql("PRAGMA user_version"), "4");
+  EXPECT_EQ(sql("PRAGMA user_version"), "5");
 }
 
 TEST_F(Layout, C18TenThousandJobsAreHeldAndListedInPages) {

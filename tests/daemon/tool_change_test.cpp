@@ -67,6 +67,12 @@ TEST(ToolChange, D21WhatWouldBeKeptBackWithItIsRefusedBeforeAnythingIsSent) {
   // Nobody could say where to go back to.
   for (const char* line : {"G91", "G20", "G43 H1", "G55", "G28"})
     EXPECT_TRUE(has(found(std::string("G0 X0\n") + line + "\nM6\n"), "how to go back")) << line;
+  // Relative moves, as a re-entry's retract is one: known again once each axis that they moved has got a
+  // place.
+  const std::string retract = "G0 X0 Y0 Z0\nG91\nG1 Y1 Z5 F100\nG90\n";
+  EXPECT_EQ(found(retract + "G0 Z9\nX1 Y2\nT1 M6\n"), "7:T1 ");
+  for (const char* line : {"", "G0 Z9\n", "Y2\n", "X1 Y2 Z3 G91\n", "G0 Y2 Z3\nG91\n", "G20\n"})
+    EXPECT_TRUE(has(found(retract + line + "T1 M6\n"), "how to go back")) << line;
   EXPECT_EQ(found("G0 X0 Y0\nG1 X1 F100\nG2 X5 Y0 I2 J0\nG4 P1\nM62 P1\nT1 M6\nG91\nG20\n"), "6:T1 ")
       << "arcs lead to their ends, and what comes after the last change is not looked at";
 }
@@ -120,7 +126,7 @@ TEST(ToolChange, D21TheWaysOffAndBackInTheirOrder) {
   const std::string y = off.y > 0 ? "50" : "-50";
   EXPECT_EQ(park->program, "G21\nG90\nG94\nG1 X10 Y" + y + " Z50 A90 C30 F200\nM5\nM9\nG53 G0 Z0\n");
   EXPECT_EQ(back->program, "G21\nG90\nG94\nG53 G0 Z0\nG0 A90 C30\nG0 X10 Y" + y +
-                               "\nM3 S900\nM8\nG4 P3\nG1 Z50 F200\nG1 X10 Y0 Z50 F200\nG93\nG1 F60\n");
+                               "\nM3 S900\nM8\nG4 P3\nG1 Z50 F200\nG1 X10 Y0 Z50 F200\nG1 F200\nG93\n");
 }
 
 TEST(ToolChange, D21WhatTheProgramHasNotSaidStaysWhereItIs) {
@@ -128,16 +134,37 @@ TEST(ToolChange, D21WhatTheProgramHasNotSaidStaysWhereItIs) {
   options.change = 4;
   const Program retracted("G0 X1 Y2 Z3 A4 C5\nM5\nG53 G0 Z0\nT3 M6\n");
   EXPECT_EQ(plan_return(retracted.path, LinkKind::kGrbl, shop(), options)->program,
-            "G21\nG90\nG94\nG53 G0 Z0\nG0 A4 C5\nG0 X1 Y2\nG94\nG0\n");
+            "G21\nG90\nG94\nG53 G0 Z0\nG0 A4 C5\nG0 X1 Y2\nG0\n");
   EXPECT_EQ(plan_park(retracted.path, LinkKind::kGrbl, shop(), options)->program,
             "G21\nG90\nG94\nM5\nM9\nG53 G0 Z0\n");
   options.change = 1;
   const Program first("T3 M6\nG0 X0\n");
   EXPECT_EQ(plan_return(first.path, LinkKind::kGrbl, shop(), options)->program,
-            "G21\nG90\nG94\nG53 G0 Z0\nG94\nG0\n");
+            "G21\nG90\nG94\nG53 G0 Z0\nG0\n");
   MachineProfile none = shop();
   none.format.retract = "none";
   EXPECT_TRUE(has(plan_park(first.path, LinkKind::kGrbl, none, options).error().message, "no retract line"));
+}
+
+/// A jog or a probing during the change may have led any axis away from a place of the machine's own.
+TEST(ToolChange, D21TheWayBackLeadsToPlacesOfTheMachinesOwnToo) {
+  ReturnOptions options;
+  options.change = 4;
+  const Program aside("G0 X1 Y2 Z3 A4 C5\nG53 G0 Z-2\nG53 G0 X-300 Y-10\nT3 M6\n");
+  EXPECT_EQ(plan_return(aside.path, LinkKind::kGrbl, shop(), options)->program,
+            "G21\nG90\nG94\nG53 G0 Z0\nG0 A4 C5\nG53 G0 X-300 Y-10\nG53 G0 Z-2\nG0\n");
+  const Program beside("G0 X1 Y2 Z3 A4 C5\nG53 G0 X-300\nM8\nT3 M6\n");
+  EXPECT_EQ(plan_return(beside.path, LinkKind::kGrbl, shop(), options)->program,
+            "G21\nG90\nG94\nG53 G0 Z0\nG0 A4 C5\nG0 Y2\nG53 G0 X-300\nM8\nG1 Z3 F200\nG0\n");
+}
+
+/// G93 forgets the F of G94, and the G1 before it stays in force: the next line would be a rapid else.
+TEST(ToolChange, D21TheMotionModeSurvivesAChangeOfTheFeedMode) {
+  const Program program("G0 X0 Y0 Z50 A0 C0\nG1 Z5 F100\nG93\nT3 M6\nX11 F60\n");
+  ReturnOptions options;
+  options.change = 4;
+  const std::string back = plan_return(program.path, LinkKind::kGrbl, shop(), options)->program;
+  EXPECT_TRUE(back.ends_with("G1 X0 Y0 Z5 F200\nG1 F200\nG93\n")) << back;
 }
 
 /// The journal alone says that nothing of what comes after the change has left.

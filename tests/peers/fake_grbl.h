@@ -30,6 +30,7 @@ class FakeGrbl {
   bool silent_status = false, withhold = false;
   bool offsets = true;  // WCO: in each report
   bool frozen = false;  // answers, and moves nothing
+  bool checks = true;   // $C leads into check mode, or is answered only
   int executed_x = 0;   // of the lines G1X<whole number>
   int position = 0, polls = 0, holds = 0, resumes = 0, resets = 0;
 
@@ -77,6 +78,7 @@ class FakeGrbl {
       return true;
     }
     if (line != "$I") lines.push_back(line);
+    if (line == "$C" && answer == "ok" && checks) state = "Check";
     if (line.starts_with("G1X") && answer == "ok" && !frozen && line.size() < 10)
       executed_x = std::stoi(line.substr(3));
     replies += answer + "\r\n";

@@ -1,0 +1,34 @@
+#pragma once
+// `tiltfeed doctor`, and `tiltfeed serve --check`: whether a service can do its work.
+
+#include <memory>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace tiltfeed::daemon {
+
+/// The configuration of `tiltfeed serve`, read and judged; nothing is started or changed. The exit status.
+int check_service(const std::string& config, bool as_json);
+
+/// Adds the command to the command line; after it is parsed, runs it.
+class DoctorCommand {
+ public:
+  /// `version`: of this program; those beside it must be of the same.
+  DoctorCommand(CLI::App& app, const std::string& version);
+  ~DoctorCommand();
+  DoctorCommand(const DoctorCommand&) = delete;
+  DoctorCommand& operator=(const DoctorCommand&) = delete;
+
+  bool called() const;
+  /// The program's exit status: 0 all is good, 1 there is something to do.
+  int run() const;
+
+ private:
+  struct Options;
+  std::unique_ptr<Options> options_;
+};
+
+}  // namespace tiltfeed::daemon

@@ -1,0 +1,123 @@
+// The runs of a spool's jobs.
+
+#include <sqlite3.h>
+
+#include "daemon/service/spool.h"
+#include "daemon/service/spool_table.h"
+#include "daemon/wire/wire_text.h"
+
+namespace tiltfeed::daemon {
+
+namespace {
+
+constexpr const char* kColumns =
+    "id, job, name, hash, link, user, began, ended, first, blocks, executed, outcome, note, sent, resends, "
+    "seconds, "
+    "holds, held_seconds, slowest_hold, feed_least, feed_most";
+
+}  // namespace
+
+Result<std::uint64_t> Spool::begin_run(const RunReport& run) {
+  SpoolStatement insert;
+  if (!table_->prepare(
+          insert,
+          "INSERT INTO runs (job, name, hash, link, user, began, first, blocks, executed) VALUES (?, "
+          "?, ?, ?, ?, ?, ?, ?, ?)"))
+    return tl::unexpected<Error>(table_->error(folder_));
+  insert.bind(1, run.job);
+  insert.bind(2, run.name);
+  insert.bind(3, run.hash);
+  insert.bind(4, valid_text(run.link));
+  insert.bind(5, run.user);
+  insert.bind(6, static_cast<std::uint64_t>(run.began));
+  insert.bind(7, run.first);
+  insert.bind(8, run.blocks);
+  insert.bind(9, run.executed);
+  if (sqlite3_step(insert.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  return static_cast<std::uint64_t>(sqlite3_last_insert_rowid(table_->db));
+}
+
+void Spool::end_run(const RunReport& end) {
+  SpoolStatement change;
+  const bool prepared = table_->prepare(
+      change,
+      "UPDATE runs SET ended = ?, executed = ?, outcome = ?, note = ?, sent = ?, resends = ?, seconds = ?, "
+      "holds = "
+      "?, held_seconds = ?, slowest_hold = ?, feed_least = ?, feed_most = ? WHERE job = ? AND outcome = ''");
+  if (prepared) {
+    change.bind(1, end.ended);
+    change.bind(2, end.executed);
+    change.bind(3, end.outcome);
+    change.bind(4, valid_text(end.note));
+    if (end.figures) {
+      const RunReport::Figures& f = *end.figures;
+      change.bind(5, f.sent);
+      change.bind(6, f.resends);
+      change.bind(7, f.seconds);
+      change.bind(8, static_cast<std::uint64_t>(f.holds));
+      change.bind(9, f.held_seconds);
+      change.bind(10, f.slowest_hold);
+      if (f.feed_override) change.bind(11, static_cast<std::uint64_t>(f.feed_override->least));
+      if (f.feed_override) change.bind(12, static_cast<std::uint64_t>(f.feed_override->most));
+    }
+    change.bind(13, end.job);
+    if (sqlite3_step(change.s) == SQLITE_DONE) return;
+  }
+  unsaved_ends_.push_back(end);
+}
+
+Result<void> Spool::end_lost_runs() {
+  SpoolStatement change;
+  if (!table_->prepare(
+          change,
+          "UPDATE runs SET outcome = 'unknown', note = 'the service ended before it wrote how the run "
+          "did' WHERE outcome = ''") ||
+      sqlite3_step(change.s) != SQLITE_DONE)
+    return tl::unexpected<Error>(table_->error(folder_));
+  return {};
+}
+
+Result<std::vector<RunReport>> Spool::runs(std::uint64_t after, std::uint64_t job, std::size_t most) const {
+  SpoolStatement rows;
+  const std::string of_job = job == 0 ? "" : " AND job = " + std::to_string(job);
+  if (!table_->prepare(rows, std::string("SELECT ") + kColumns + " FROM runs WHERE id > " +
+                                 std::to_string(after) + of_job + " ORDER BY id LIMIT " +
+                                 std::to_string(most)))
+    return tl::unexpected<Error>(table_->error(folder_));
+  std::vector<RunReport> runs;
+  int step = 0;
+  while ((step = sqlite3_step(rows.s)) == SQLITE_ROW) {
+    RunReport run;
+    run.id = rows.number(0);
+    run.job = rows.number(1);
+    run.name = rows.text(2);
+    run.hash = rows.text(3);
+    run.link = rows.text(4);
+    if (rows.known(5)) run.user = static_cast<std::uint32_t>(rows.number(5));
+    run.began = static_cast<std::int64_t>(rows.number(6));
+    if (rows.known(7)) run.ended = static_cast<std::int64_t>(rows.number(7));
+    run.first = rows.number(8);
+    run.blocks = rows.number(9);
+    run.executed = rows.number(10);
+    run.outcome = rows.text(11);
+    run.note = valid_text(rows.text(12));
+    if (rows.known(15)) {
+      RunReport::Figures f{rows.number(13),
+                           rows.number(14),
+                           rows.real(15),
+                           static_cast<int>(rows.number(16)),
+                           rows.real(17),
+                           {},
+                           {}};
+      if (rows.known(18)) f.slowest_hold = rows.real(18);
+      if (rows.known(19))
+        f.feed_override = {static_cast<int>(rows.number(19)), static_cast<int>(rows.number(20))};
+      run.figures = f;
+    }
+    runs.push_back(std::move(run));
+  }
+  if (step != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  return runs;
+}
+
+}  // namespace tiltfeed::daemon

@@ -1,0 +1,42 @@
+#include "daemon/service/spool_table.h"
+
+#include <sqlite3.h>
+
+namespace tiltfeed::daemon {
+
+SpoolStatement::~SpoolStatement() { sqlite3_finalize(s); }
+
+std::string SpoolStatement::text(int column) const {
+  const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(s, column));
+  return bytes != nullptr ? bytes : "";
+}
+
+std::uint64_t SpoolStatement::number(int column) const {
+  return static_cast<std::uint64_t>(sqlite3_column_int64(s, column));
+}
+
+double SpoolStatement::real(int column) const { return sqlite3_column_double(s, column); }
+
+bool SpoolStatement::known(int column) const { return sqlite3_column_type(s, column) != SQLITE_NULL; }
+
+void SpoolStatement::bind(int at, const std::string& value) {
+  sqlite3_bind_text(s, at, value.data(), static_cast<int>(value.size()), SQLITE_TRANSIENT);
+}
+
+void SpoolStatement::bind(int at, std::uint64_t value) {
+  sqlite3_bind_int64(s, at, static_cast<sqlite3_int64>(value));
+}
+
+void SpoolStatement::bind(int at, double value) { sqlite3_bind_double(s, at, value); }
+
+SpoolTable::~SpoolTable() { sqlite3_close(db); }
+
+Error SpoolTable::error(const std::string& folder) const {
+  return {Code::kIo, folder + "/jobs.db: " + (db != nullptr ? sqlite3_errmsg(db) : "out of memory")};
+}
+
+bool SpoolTable::prepare(SpoolStatement& statement, const std::string& sql) const {
+  return sqlite3_prepare_v2(db, sql.c_str(), -1, &statement.s, nullptr) == SQLITE_OK;
+}
+
+}  // namespace tiltfeed::daemon

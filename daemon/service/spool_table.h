@@ -1,0 +1,50 @@
+#pragma once
+// The connection to a spool's table, and its statements: for the sources of Spool alone.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <type_traits>
+
+#include "kinematics/basics/result.h"
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace tiltfeed::daemon {
+
+/// A statement from its text to its end.
+struct SpoolStatement {
+  sqlite3_stmt* s = nullptr;
+  SpoolStatement() = default;
+  SpoolStatement(const SpoolStatement&) = delete;
+  SpoolStatement& operator=(const SpoolStatement&) = delete;
+  ~SpoolStatement();
+  /// Of the row that was stepped to; columns count from 0.
+  std::string text(int column) const;
+  std::uint64_t number(int column) const;
+  double real(int column) const;
+  bool known(int column) const;
+  /// Parameters count from 1; what is never bound is NULL.
+  void bind(int at, const std::string& value);
+  void bind(int at, std::uint64_t value);
+  void bind(int at, double value);
+  template <class T>
+  void bind(int at, const std::optional<T>& value) {
+    using Column = std::conditional_t<std::is_floating_point_v<T>, double, std::uint64_t>;
+    if (value) bind(at, static_cast<Column>(*value));
+  }
+};
+
+struct SpoolTable {
+  sqlite3* db = nullptr;
+  SpoolTable() = default;
+  SpoolTable(const SpoolTable&) = delete;
+  SpoolTable& operator=(const SpoolTable&) = delete;
+  ~SpoolTable();
+  /// What SQLite said last. kIo.
+  Error error(const std::string& folder) const;
+  bool prepare(SpoolStatement& statement, const std::string& sql) const;
+};
+
+}  // namespace tiltfeed::daemon
