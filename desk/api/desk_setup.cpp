@@ -122,7 +122,9 @@ Reply Desk::ask_reach(const Request& request) {
   if (part_.stl().empty()) return refusal(409, "there is no part that has been read");
   const Result<std::string> text = job_.with(*edits);
   if (!text) return refused_by(text.error());
-  return asked(reach_.ask(asked_part(), job_.id(), *text, job_.machine(), body.value("exact", false)));
+  const Result<std::string> whole = job_.whole(*text);
+  if (!whole) return refused_by(whole.error());
+  return asked(reach_.ask(asked_part(), job_.id(), *whole, job_.machine(), body.value("exact", false)));
 }
 
 Reply Desk::reach_map(const Request&) { return reach_.map(); }

@@ -75,6 +75,20 @@ std::vector<JobError> JobWork::other_files() const {
   return errors;
 }
 
+Result<std::string> JobWork::whole(const std::string& text) const {
+  const Result<config::YamlNode> now = config::parse_yaml(text, file_);
+  if (!now) return tl::unexpected<Error>(now.error());
+  const config::YamlNode *cutter = child(*now, "cutter"),
+                         *library = cutter ? child(*cutter, "library") : nullptr;
+  if (library == nullptr) return text;
+  if (tools_.empty() || library->text != tools_name_)
+    return fail(Code::kInput,
+                config::to_string(file_, library->place) + ": cutter.library: the desk works with " +
+                    (tools_.empty() ? "no library" : config::quoted(tools_name_)) +
+                    "; to take another file, change the job file and start tiltfeed desk again");
+  return config::with_tool_written_out(text, file_, {stl_, machine_, tools_});
+}
+
 Result<void> JobWork::open(const std::string& path) {
   Result<config::Job> job = config::load_job(path);
   if (!job) return tl::unexpected<Error>(job.error());
@@ -83,6 +97,12 @@ Result<void> JobWork::open(const std::string& path) {
   opened_ = path;
   stl_ = job->stl_path;
   machine_ = job->machine.path;
+  if (!job->tools_path.empty()) {
+    const Result<config::YamlNode> tree = config::parse_yaml(*text, path);
+    if (!tree) return tl::unexpected<Error>(tree.error());
+    tools_ = job->tools_path;
+    tools_name_ = child(*child(*tree, "cutter"), "library")->text;
+  }
   saved_ = *text;
   id_ = 1;
   return set_text(*text);
@@ -152,9 +172,12 @@ Result<void> JobWork::set_text(const std::string& text) {
 }
 
 Result<void> JobWork::check() {
+  const Result<std::string> text = whole(text_);
   std::ofstream out(file_, std::ios::binary | std::ios::trunc);
-  if (!(out << text_ << std::flush)) return fail(Code::kIo, file_ + ": cannot be written; is the disk full?");
-  Result<config::Job> job = config::load_job_with(file_, {stl_, machine_});
+  if (!(out << (text ? *text : text_) << std::flush))
+    return fail(Code::kIo, file_ + ": cannot be written; is the disk full?");
+  Result<config::Job> job = text ? config::load_job_with(file_, {stl_, machine_})
+                                 : Result<config::Job>(tl::unexpected<Error>(text.error()));
   errors_ = job ? other_files() : split_errors(job.error().message, file_);
   if (job) job_ = std::move(*job);
   return {};

@@ -46,6 +46,9 @@ class JobWork {
   Result<void> edit(const std::vector<config::YamlEdit>& edits);
   /// The text with these changes; nothing else happens. Errors: as config::edited().
   Result<std::string> with(const std::vector<config::YamlEdit>& edits) const;
+  /// A text as other processes read it: with the tool written out of the library that the file named when it
+  /// was opened. Errors: kInput: it names another; as load_job().
+  Result<std::string> whole(const std::string& text) const;
   /// Another text; it is kept whether it is right or not. Errors: kUsage: no job is open; kInput: over
   /// kMaxConfigBytes; kIo.
   Result<void> set_text(const std::string& text);
@@ -78,6 +81,7 @@ class JobWork {
   Result<void> find_place();
 
   std::string folder_, file_, opened_, stl_, machine_, text_, saved_;
+  std::string tools_, tools_name_;  ///< the library, and as the file names it; empty: none
   NewDeskJob made_;
   std::uint64_t id_ = 0;
   std::vector<JobError> errors_;

@@ -45,6 +45,7 @@ const std::vector<RunApi::Route>& RunApi::routes() {
       {"POST", "run/resume", &RunApi::plain, true, "resume", {"job", "from", "confirmed"}},
       {"POST", "run/stop", &RunApi::plain, true, "stop", {"job"}},
       {"POST", "run/start", &RunApi::plain, true, "start", {"job", "queue"}},
+      {"POST", "run/tool", &RunApi::plain, true, "tool", {"job", "command", "words", "confirmed"}},
       {"POST", "run/remove", &RunApi::plain, true, "remove", {"job"}},
       {"POST", "run/reset", &RunApi::plain, true, "reset", {"confirmed"}},
       {"POST", "run/origin", &RunApi::plain, false, "show", {"job", "block"}},

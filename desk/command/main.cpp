@@ -12,9 +12,11 @@
 #include <cstring>
 #include <iostream>
 
+#include "config/command_line.h"
 #include "config/desk_access.h"
 #include "config/service_config.h"
 #include "config/standard_output.h"
+#include "config/version.h"
 #include "config/yaml_tree.h"
 #include "desk/api/desk.h"
 #include "desk/command/user_command.h"
@@ -126,7 +128,7 @@ int run_desk(const std::string& open, const config::DeskAccess& access, const Be
   const int signals = open_signals(beside.by_file);
   HttpServer* teller = nullptr;
   Desk desk(
-      {*self, *planner, *maker, folder->path(), TILTFEED_VERSION, beside.service, beside.machine,
+      {*self, *planner, *maker, folder->path(), config::version(), beside.service, beside.machine,
        access.names, access.is_https(), access.users},
       [&](const std::string& event, const std::string& data) {
         if (teller) teller->tell(event, data);
@@ -152,31 +154,41 @@ int run_desk(const std::string& open, const config::DeskAccess& access, const Be
 }
 
 /// `tiltfeed-desk user ...`: before the options of the page, which takes any other word for a file.
-int run_users(int argc, char** argv) {
+struct UserLine {
   CLI::App app{"Who may sign in where the page is served on a network.", "tiltfeed desk user"};
   std::string file = "/etc/tiltfeed/desk.users", name, role;
+  CLI::App *add = nullptr, *remove = nullptr, *list = nullptr;
+  UserLine();
+};
+
+UserLine::UserLine() {
   app.require_subcommand(1);
-  CLI::App* const add = app.add_subcommand("add", "a user, or a new password and role for one that is there");
-  CLI::App* const remove = app.add_subcommand("remove", "who may not sign in any more");
-  CLI::App* const list = app.add_subcommand("list", "names and roles");
+  add = app.add_subcommand("add", "a user, or a new password and role for one that is there");
+  remove = app.add_subcommand("remove", "who may not sign in any more");
+  list = app.add_subcommand("list", "names and roles");
   for (CLI::App* const command : {add, remove, list})
     command->add_option("--users", file, "the users' file")->capture_default_str();
   for (CLI::App* const command : {add, remove}) command->add_option("NAME", name)->required();
   add->add_option("--role", role, "watch, or operate the machine")
       ->required()
       ->check(CLI::IsMember({"watch", "operate"}));
+}
+
+int run_users(int argc, char** argv) {
+  UserLine line;
   try {
-    app.parse(argc, argv);
+    line.app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    return config::report_parse_end(line.app, error) ? 0 : 2;
   }
-  if (list->parsed()) {
-    const Result<std::string> users = list_users(file);
+  if (line.list->parsed()) {
+    const Result<std::string> users = list_users(line.file);
     if (!users) return complain(users.error());
     std::cout << *users;
     return 0;
   }
-  const Result<void> done = add->parsed() ? add_user(file, name, role) : remove_user(file, name);
+  const Result<void> done =
+      line.add->parsed() ? add_user(line.file, line.name, line.role) : remove_user(line.file, line.name);
   return done ? 0 : complain(done.error());
 }
 
@@ -185,7 +197,7 @@ int run(int argc, char** argv) {
   CLI::App app{
       "The page for one person at this computer: a part, its job, its program.\n"
       "It listens on this computer only, and prints the address to open."};
-  app.set_version_flag("--version", "tiltfeed-desk " TILTFEED_VERSION);
+  app.set_version_flag("--version", "tiltfeed-desk " + config::version());
   std::string open, view, unit = "mm", into;
   app.add_option("FILE", open, "the job (.yaml) with its part, or the part (STL), to begin with");
   config::DeskAccess access;
@@ -206,10 +218,16 @@ int run(int argc, char** argv) {
   app.add_option("--into", into)->group("");
   bool answer = false;
   app.add_flag("--answer-reach", answer)->group("");
+  if (argc == 2 && std::string_view(argv[1]) == config::kDescribeWord) {
+    config::Command all = config::describe_command_line(app, "tiltfeed-desk");
+    all.commands.push_back(config::describe_command_line(UserLine().app, "user"));
+    std::cout << config::command_json(all) << "\n";
+    return 0;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    return config::report_parse_end(app, error) ? 0 : 2;
   }
   if (answer) return answer_reach();
   if (!access_file.empty()) {

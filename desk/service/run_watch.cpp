@@ -60,6 +60,7 @@ struct RunWatch::State {
   std::string error;  // why it is lost; empty: it was not asked yet
   ordered_json machine = nullptr, wire = nullptr, reset = nullptr, order = nullptr;
   ordered_json list = ordered_json::array();
+  ordered_json change = nullptr;  // the job that waits for a tool change, as `list` has it
   ordered_json job = nullptr;     // on the machine, as `show` has it
   ordered_json status = nullptr;  // as `machine status` has it
   bool live = false;              // the status is of the run
@@ -78,7 +79,7 @@ struct RunWatch::State {
     error = why;
     running = 0;
     live = false;
-    job = status = nullptr;
+    job = status = change = nullptr;
     files.clear();
     text.reset();
     placing.reset();
@@ -109,8 +110,13 @@ struct RunWatch::State {
     else if (newest > kJobs + floor)
       floor = newest - kJobs;
     std::uint64_t now = 0;
-    for (const ordered_json& one : list)
-      if (words_in(one, "state") == "running") now = count_in(one, "job"), floor = std::min(floor, now - 1);
+    change = nullptr;
+    for (const ordered_json& one : list) {
+      const std::string is = words_in(one, "state");
+      if (is == "running") now = count_in(one, "job");
+      if (is == "tool change") change = one;
+      if (is == "running" || is == "tool change") floor = std::min(floor, count_in(one, "job") - 1);
+    }
     const bool changed = now != running;
     if (changed) begin_run(now);
     if (changed && now == 0) live = false;
@@ -179,6 +185,7 @@ struct RunWatch::State {
             {"link", wire},
             {"reset", reset},
             {"job", job.is_object() || running == 0 ? job : ordered_json{{"job", running}}},
+            {"tool_change", change},
             {"status", status},
             {"live", live},
             {"order", order},

@@ -56,6 +56,42 @@ TEST(JobErrors, are_split_into_place_and_message) {
   EXPECT_EQ(errors[3].message, "no place");
 }
 
+TEST_F(JobWorkTest, works_with_the_tool_library_of_the_file_and_no_other) {
+  const std::string tools =
+      "tools: [{id: pin, type: ball, diameter_mm: 3, length_mm: 90, shank_length_mm: 40}]\n";
+  write(folder_ + "/tools.yaml", tools);
+  write(folder_ + "/work/tools.yaml", "no library: at all\n");
+  const std::size_t cutter = text_.find("\ncutter:"), next = text_.find("\naxis:");
+  ASSERT_LT(cutter, next);
+  const std::string typed = text_;
+  text_.replace(cutter, next - cutter, "\ncutter: {library: tools.yaml, id: pin}");
+  write(path(), text_);
+  JobWork work(folder_ + "/work");
+  const auto opened = work.open(path());
+  ASSERT_TRUE(opened.has_value()) << opened.error().message;
+  EXPECT_TRUE(work.is_right()) << work.describe();
+  EXPECT_EQ(work.job().plan.cutter.diameter, 3.0);
+  EXPECT_EQ(work.text(), text_);
+  // What other processes get is whole by itself.
+  const auto there = load_job(work.file());
+  EXPECT_TRUE(there.has_value() || there.error().message.find("cutter") == std::string::npos)
+      << there.error().message;
+  EXPECT_EQ(read(work.file()).find("tools.yaml"), std::string::npos);
+  // Another one is refused without a look at it.
+  std::string other = text_;
+  other.replace(other.find("tools.yaml"), 10, "work/tools.yaml");
+  ASSERT_TRUE(work.set_text(other).has_value());
+  EXPECT_FALSE(work.is_right());
+  EXPECT_NE(work.describe().find("the desk works with 'tools.yaml'"), std::string::npos) << work.describe();
+  EXPECT_FALSE(work.whole(other).has_value());
+  // So is one where the file named none.
+  write(path(), typed);
+  JobWork plain(folder_ + "/work");
+  ASSERT_TRUE(plain.open(path()).has_value());
+  ASSERT_TRUE(plain.set_text(text_).has_value());
+  EXPECT_NE(plain.describe().find("the desk works with no library"), std::string::npos) << plain.describe();
+}
+
 TEST_F(JobWorkTest, tells_errors_at_their_line_and_saves_only_what_is_right) {
   JobWork work(folder_ + "/work");
   ASSERT_TRUE(work.open(path()));

@@ -43,9 +43,11 @@ async function serve() {
 before(async () => {
   rmSync(shop, {recursive: true, force: true});
   mkdirSync(shop, {recursive: true});
-  const [, line] = await start('tiltfeed-sim', ['--grbl-tcp', '127.0.0.1:0', '--speed', '2', '--job', join(root, 'config/jobs/sphere.yaml')], (text) => text.startsWith('ready on '));
+  const [, line] = await start('tiltfeed-sim', ['--grbl-tcp', '127.0.0.1:0', '--speed', '2', '--probe-plate', '-20', '--job', join(root, 'config/jobs/sphere.yaml')], (text) => text.startsWith('ready on '));
   const feeds = Array.from({length: kFeeds}, (_, i) => `G1 X${10 * (i % 2)} Y${(i % 50) / 5} Z${60 + (i % 7)} A0 C${(i / 4) % 3000} F600`);
   writeFileSync(join(shop, 'long.nc'), ['G21 G90 G94', 'G0 X0 Y0 Z60 A0 C0', 'M3 S8000', 'G93', ...feeds, 'G94', 'M5', 'M2', ''].join('\n'));
+  writeFileSync(join(shop, 'turns.nc'), ['G21 G90 G94', '(TILTFEED tool length 80.0000 mm is in the words)', 'G0 X0 Y0 A0 C0', 'G53 G0 Z0', 'T3 M6 (ball)',
+    'M3 S8000', 'G1 X10 F3000', 'G1 X0', 'M5', 'M2', ''].join('\n'));
   writeFileSync(join(shop, 'service.yaml'), `machine: ${root}/config/machines/generic-ac.yaml\nlink: grbl-tcp:${line.split(' ')[2]}\nspool: spool\nsocket: api.sock\n`);
   await serve();
   job = (await tiltfeed('submit', join(shop, 'long.nc'))).answer.job;
@@ -227,6 +229,56 @@ test('a jog goes as long as the button is held, by mouse and by key', async () =
   await says(page, 'idle');
   await page.waitForFunction((place) => Number(document.getElementById('place-X').textContent) < place, {}, right);
   await shot(page, 'machine-1920');
+  await leave_seat(page);
+  await check_and_close(page);
+});
+
+const hold_down = async (page, selector, until) => {
+  await page.waitForSelector(`${selector}:not(:disabled)`);
+  await press(page, selector, until);
+};
+
+test('a tool change is led through: a wrong length refused, the right one measured, the way back shown, then on', async () => {
+  const number = (await tiltfeed('submit', join(shop, 'turns.nc'))).answer.job, page = await open_page(desk), other = await open_page(desk, {viewport: kPhone, scheme: 'dark'});
+  await take_seat(page);
+  await page.waitForSelector(`#start-${number}:not(:disabled)`).then((button) => button.click());
+  for (const one of [page, other]) await says(one, 'changing');
+  assert.equal(await text_of(page, '#tool-title'), 'Tool change: T3 (ball)');
+  assert.match(await text_of(page, '#tool-where'), /before line 5/);
+  assert.match(await text_of(page, '#tool-parked'), /parked/);
+  assert.match(await text_of(page, '#tool-wanted'), /for 80 mm/);
+  await other.tap('#tab-run');
+  await other.waitForSelector('#tool-change');
+  for (const id of ['tool-take', 'tool-probe', 'tool-way', 'tool-stop']) assert.equal(await other.$eval(`#${id}`, (node) => node.disabled), true, id);
+  await page.waitForSelector('#tool-take:not(:disabled)');
+  assert.equal(await page.$eval('#tool-way', (node) => node.disabled), true, 'before the length is known');
+  await page.type('#tool-length', '81,5');
+  await page.keyboard.press('Enter');
+  await page.waitForFunction(() => /1.5 mm longer/.test(document.getElementById('tool-problem').textContent));
+  assert.equal(await page.$eval('#tool-way', (node) => node.disabled), true, 'after one that is refused');
+  assert.match(page.faults.pop(), /409/);
+  await page.click('#tool-change summary');
+  await page.type('#tool-setter', '-100');
+  await page.$eval('#tool-feed', (node) => { node.value = '3000'; });
+  await page.click('#tool-probe');
+  await page.waitForSelector('#tool-way:not(:disabled)');
+  assert.match(await text_of(page, '#tool-said'), /length=80/);
+  assert.equal((await state_of(number)).length, 80);
+  await page.click('#tool-way');
+  await page.waitForFunction(() => /X0/.test(document.getElementById('tool-preview').textContent));
+  await check_accessible(page);
+  await check_layout(page, false);
+  await shot(page, 'tool-change-1920');
+  await other.waitForFunction(() => /Mounted: 80 mm/.test(document.getElementById('tool-wanted').textContent));
+  await check_accessible(other);
+  await check_layout(other, true);
+  await shot(other, 'tool-change-390-dark');
+  await page.click('#tool-go');  // a click is no press
+  assert.equal((await state_of(number)).state, 'tool change');
+  await hold_down(page, '#tool-go', () => page.waitForFunction((id) => /executed to its end/.test(document.getElementById(id)?.textContent), {}, `job-${number}`));
+  assert.equal((await state_of(number)).state, 'done');
+  await page.waitForFunction(() => document.getElementById('tool-change').hidden);
+  await check_and_close(other);
   await leave_seat(page);
   await check_and_close(page);
 });

@@ -17,6 +17,12 @@ export interface RunJob {
   stage?: string;
   percent?: number;
   submitted?: number;
+  tool?: number;
+  tool_name?: string;
+  line?: number;
+  program_length?: number;
+  length?: number;
+  parked?: string;
 }
 
 export interface Status {
@@ -36,6 +42,7 @@ export interface Run {
   link: string | null;
   reset: string | null;
   job: RunJob | null;
+  tool_change: RunJob | null;
   status: Status | null;
   live: boolean;
   order: {command: string; words: string; by: string} | null;
@@ -46,7 +53,7 @@ interface Person { session: number; name: string }
 export interface Seat { owner: Person | null; asking: Person | null; lost: boolean; unanswered: boolean }
 
 /** What the machine is at, as one of few: it says the colour and what can be done. */
-export type Doing = 'none' | 'lost' | 'idle' | 'starting' | 'running' | 'held' | 'stopping' | 'alarm' | 'command';
+export type Doing = 'none' | 'lost' | 'idle' | 'starting' | 'running' | 'held' | 'stopping' | 'alarm' | 'command' | 'changing';
 
 export function doing(run: Run): Doing {
   if (run.service === 'none') return 'none';
@@ -59,7 +66,8 @@ export function doing(run: Run): Doing {
     return phase === 'run' || phase === 'drain' || phase === 'done' ? 'running' : 'starting';
   }
   if (run.order) return 'command';
-  return run.status?.state?.startsWith('Alarm') ? 'alarm' : 'idle';
+  if (run.status?.state?.startsWith('Alarm')) return 'alarm';
+  return run.tool_change ? 'changing' : 'idle';
 }
 
 export function share(job: RunJob | null): number | null {
@@ -70,5 +78,5 @@ export function share(job: RunJob | null): number | null {
 export function headline(run: Run): string {
   const percent = share(run.job), at = percent === null ? '' : ` ${Math.floor(percent)} %`;
   return {none: '', lost: run.service === 'asked' ? 'Asking the service' : 'Service lost', idle: 'Idle', starting: 'Starting', running: `Running${at}`,
-    held: `Held${at}`, stopping: 'Stopping', alarm: 'Alarm', command: run.order ? `${run.order.command} in work` : ''}[doing(run)];
+    held: `Held${at}`, stopping: 'Stopping', alarm: 'Alarm', changing: 'Tool change', command: run.order ? `${run.order.command} in work` : ''}[doing(run)];
 }

@@ -6,6 +6,7 @@ import {press_button} from './hold_press.js';
 import {Machine} from './machine_screen.js';
 import {time_text} from './plan_screen.js';
 import {Doing, Run, RunJob, Seat, doing, headline, share} from './run_api.js';
+import {ToolChange} from './tool_change.js';
 import type {Viewer} from './viewer.js';
 
 const kOver = new Set(['done', 'stopped', 'failed', 'uncertain', 'interrupted']);
@@ -14,7 +15,7 @@ const kHistory = 20;
 /** Words of the service for what a person can do next. */
 const kNext: Record<string, string> = {
   received: 'waits to be planned or checked', planning: 'being planned', ready: 'ready to start', queued: 'waits for its turn',
-  done: 'executed to its end', stopped: 'stopped', failed: 'failed', uncertain: 'cut off: look at the machine', interrupted: 'cut off: can go on',
+  'tool change': 'waits for a tool change', done: 'executed to its end', stopped: 'stopped', failed: 'failed', uncertain: 'cut off: look at the machine', interrupted: 'cut off: can go on',
 };
 
 export class RunScreen {
@@ -42,6 +43,7 @@ export class RunScreen {
   private readonly job_list = el('div', {id: 'jobs'});
   private readonly submit = el('button', {type: 'button', id: 'submit', click: () => this.order('run/submit', {})}, 'Hand over the planned program');
   private readonly steer = el('section', {'aria-label': 'The run'});
+  private readonly tool_change = new ToolChange();
   private readonly machine: Machine;
   private readonly all: HTMLElement;
   private readonly none = el('div', {}, el('h2', {}, 'Run'), el('p', {id: 'no-machine'},
@@ -51,7 +53,7 @@ export class RunScreen {
     this.machine = new Machine((path, body) => this.order(path, body), (text) => this.fail(text));
     for (const [what, steps] of Object.entries({feed: [-10, 100, 10], rapid: [25, 50, 100], spindle: [-10, 100, 10]})) this.overrides.append(this.override_row(what, steps));
     this.steer.append(el('div', {class: 'row'}, this.resume, this.stop), this.progress, this.figures, this.places, el('h3', {}, 'Overrides'), this.overrides, this.lines);
-    this.all = el('div', {}, this.title, this.machine_line, this.problem, this.note, this.confirm_box, this.seat_box, this.steer, el('h3', {}, 'Jobs'),
+    this.all = el('div', {}, this.title, this.machine_line, this.problem, this.note, this.confirm_box, this.seat_box, this.tool_change.node, this.steer, el('h3', {}, 'Jobs'),
       el('div', {class: 'row'}, this.submit), this.job_list, this.machine.node);
   }
 
@@ -141,6 +143,7 @@ export class RunScreen {
     this.draw_lines(run);
     this.submit.disabled = !this.has_seat || !this.planned || run.service !== 'up';
     this.submit.hidden = !this.planned;
+    this.tool_change.update(run, this.has_seat);
     this.machine.update(run, this.has_seat && run.service === 'up' && !job);
     if (run.status?.tool) this.viewer?.path.tool_at(run.status.tool.tip, run.status.tool.axis);
     for (const button of this.job_list.querySelectorAll('button')) button.disabled = !this.has_seat || run.service !== 'up';
