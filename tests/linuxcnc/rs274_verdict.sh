@@ -23,7 +23,7 @@ die() {
 verdict() {
   local bin=$1 job=$2 cls=$3 out=$4 status=0
   shift 4
-  "$bin/tiltfeed-sim" check-path "$job" --cl "$cls" --json "$out.json" "$@" > "$out.txt" 2>&1 || status=$?
+  "$bin/tiltfeed-sim" check-path "$job" --cl "$cls" --out "$out.json" "$@" > "$out.txt" 2>&1 || status=$?
   [ -s "$out.json" ] || die "no report: $(cat "$out.txt")"
   case $status in
     0) echo pass ;;

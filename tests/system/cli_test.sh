@@ -94,6 +94,13 @@ expect 2 '\-\-machine' "$bin/tiltfeed" suggest "$work/pin.stl" --out "$work/noth
 expect 1 'cutter' "$bin/tiltfeed" suggest "$work/pin.stl" --cutter ball
 absent "$work/nothing.yaml"
 
+# A ball measured at several places: a table to fill in, and what is refused.
+expect 0 '^tilt_deg,rotary_deg,x_mm' "$bin/tiltfeed" machine measure "$root/config/machines/generic-ac.yaml" --tool-length 120
+expect 1 'no rotary axis' "$bin/tiltfeed" machine measure "$root/config/machines/mill-3x.yaml"
+printf 'tilt_deg,rotary_deg,x_mm,y_mm,z_mm\n0,0,1,2,x\n' > "$work/ball.csv"
+expect 1 'ball.csv:2: z_mm' "$bin/tiltfeed" machine measure "$root/config/machines/generic-ac.yaml" "$work/ball.csv" --tool-length 1
+expect 2 'is also the input' "$bin/tiltfeed" machine measure "$root/config/machines/generic-ac.yaml" "$work/ball.csv" --out "$work/ball.csv"
+
 make_job "$work/job.yaml"
 expect 1 'sphere.stl' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/a.nc" --cl "$work/a.cls"
 printf 'solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0' > "$work/sphere.stl"
@@ -124,6 +131,18 @@ awk -v at="$line" 'NR == at { for (i = 1; i <= NF; ++i) if ($i ~ /^Z/) $i = "Z" 
 expect 1 "low.nc:[0-9]+: gouge: cutter 0\.0[0-9]+ mm deep .* facet [0-9]+" \
   "$bin/tiltfeed-sim" prove "$work/job.yaml" "$work/low.nc" --picture "$work/gouge.png"
 [[ $(head -c 4 "$work/gouge.png" | tail -c 3) == PNG ]] || { echo 'FAILED: no picture of the gouge'; failed=1; }
+
+# A fixture in the tool's way: both bodies, line and depth are named, and no program is written.
+{
+  cat "$work/job.yaml"
+  printf 'fixtures: [{name: vice, on: part, shape: box, size_mm: [40, 40, 400], at_mm: [0, 0, -300]}]\n'
+} > "$work/blocked.yaml"
+expect 1 'blocked.nc:[0-9]+: collision: fixture "vice" and .*; the worst, line [0-9]+: fixture "vice" and [a-z ]+ "[a-z]+", [0-9.]+ mm deep' \
+  "$bin/tiltfeed" plan "$work/blocked.yaml" --out "$work/blocked.nc"
+absent "$work/blocked.nc"
+expect 1 'b.nc:[0-9]+: collision: fixture "vice" and [a-z]+' "$bin/tiltfeed-sim" prove "$work/blocked.yaml" "$work/b.nc"
+sed 's/size_mm: .40, 40, 400./size_mm: [5, 5, 5]/' "$work/blocked.yaml" > "$work/aside.yaml"
+expect 0 '^no collision: ' "$bin/tiltfeed-sim" prove "$work/aside.yaml" "$work/b.nc"
 
 # What would be lost, or is no file, is not written to; a standard output that takes nothing is an error.
 cp "$work/sphere.stl" "$work/kept.stl"

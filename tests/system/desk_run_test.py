@@ -92,6 +92,7 @@ def seats(run, one):
     two = one.another()
     refused(one, "run/resume", "take it")
     refused(two, "run/machine", "take it", command="home")
+    refused(two, "run/tool", "take it", job=1, command="go", confirmed=True)
     assert must(one, "seat/ask")["owner"]["session"] == one.session
     refused(two, "run/resume", f"browser {one.session} has the seat")
     asked = must(two, "seat/ask")
@@ -215,6 +216,7 @@ def main():
         watcher = seats(run, desk)
         refused(desk, "run/start", "not expected", job=1, folder="/etc")
         refused(desk, "run/start", "plain values", job=[1])
+        refused(desk, "run/tool", "not expected", job=1, folder="/etc")
         refused(desk, "run/submit", "no program is planned")
         refused(desk, "run/hold", "no job is on the machine")
         jogged(run, desk)

@@ -43,7 +43,7 @@ verify() { # PICTURE OPTION...
   local picture=$1
   shift
   "$bin/tiltfeed-sim" check-path "$work/job.yaml" --program "$work/part.nc" --cl "$work/part.cls" --trace "$work/trace.csv" \
-    --json "$work/verify.json" --picture "$picture" "$@" >"$work/verify.log" 2>&1 || die "the trace is not the job"
+    --out "$work/verify.json" --picture "$picture" "$@" >"$work/verify.log" 2>&1 || die "the trace is not the job"
 }
 verify "$work/marked.png" --report "$work/plan.json"
 grep -qx 'passed' "$work/verify.log" || die "not passed"

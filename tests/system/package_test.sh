@@ -26,12 +26,29 @@ cmp "$first" "$work/again/$(basename "$first")" || fail "two packages of one bui
 dpkg-deb --contents "$first" >"$work/contents"
 for path in ./usr/bin/tiltfeed ./usr/bin/tiltfeed-sim ./usr/lib/systemd/system/tiltfeed@.service \
   ./usr/lib/udev/rules.d/60-tiltfeed.rules ./usr/lib/sysusers.d/tiltfeed.conf ./usr/share/tiltfeed/jobs/pin.yaml \
-  ./usr/share/tiltfeed/machines/generic-ac.yaml ./usr/share/doc/tiltfeed/copyright; do
+  ./usr/share/tiltfeed/machines/generic-ac.yaml ./usr/share/doc/tiltfeed/copyright ./usr/share/man/man1/tiltfeed-plan.1.gz \
+  ./usr/share/man/man5/tiltfeed-job-file.5.gz ./usr/share/bash-completion/completions/tiltfeed \
+  ./usr/share/zsh/vendor-completions/_tiltfeed ./usr/share/fish/vendor_completions.d/tiltfeed.fish; do
   grep -q " $path\$" "$work/contents" || fail "$path is not in the package"
 done
 grep -vE '^(drwxr-xr-x|-rwxr-xr-x|-rw-r--r--) root/root' "$work/contents" &&
   fail "who may write these?"
 dpkg-deb --field "$first" Depends | grep -q libmodbus5 || fail "the libraries are no dependencies"
+# What it is made of: every library that the package depends on, the headers that are compiled in, the page's parts.
+dpkg-deb --fsys-tarfile "$first" | tar -xO ./usr/share/doc/tiltfeed/sbom.spdx.json >"$work/sbom.json"
+jq -e '(.packages | map(.SPDXID)) as $ids | ($ids | length) == ($ids | unique | length) and
+  ([.relationships[] | .spdxElementId, .relatedSpdxElement] | unique - ["SPDXRef-DOCUMENT"] - $ids) == []' "$work/sbom.json" >/dev/null ||
+  fail "the list of parts is not whole in itself"
+for part in $(dpkg-deb --field "$first" Depends | sed 's/ ([^)]*)//g; s/,/ /g') libcgal-dev nlohmann-json3-dev three; do
+  jq -e --arg part "$part" '.packages[] | select(.name == $part) | (.versionInfo | length) > 0' "$work/sbom.json" >/dev/null ||
+    fail "$part is not in the list of parts"
+done
+if command -v lintian >/dev/null; then
+  lintian --allow-root --fail-on error,warning "$first" >"$work/lintian" 2>&1 || {
+    cat "$work/lintian"
+    fail "lintian complains"
+  }
+fi
 dpkg-deb --ctrl-tarfile "$first" | tar -t | sort >"$work/control"
 for script in postinst prerm postrm; do
   grep -q "^./$script\$" "$work/control" || fail "$script is missing"

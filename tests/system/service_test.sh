@@ -35,7 +35,7 @@ once() {
   kill -TERM "$machine"
   wait "$machine" || true
   "$bin/tiltfeed-sim" check-path "$work/job.yaml" --program "$1/program.nc" --cl "$1/path.cls" --trace "$work/trace.csv" \
-    --json "$work/verify.json" >"$work/verify.log" 2>&1 || die "the executed trace is not the program"
+    --out "$work/verify.json" >"$work/verify.log" 2>&1 || die "the executed trace is not the program"
   grep -Eq '"(missing|repeated|altered)": *[1-9]' "$work/verify.json" && die "blocks missing, repeated or altered"
   (($(grep -Ec '"(missing|repeated|altered)": *0' "$work/verify.json") == 3)) || die "the verdict is not understood"
 }
@@ -123,25 +123,39 @@ echo G0 >>"$work/spool/jobs/2/program.nc"
 grep -q 'was changed' "$work/out.txt" || die "no word of the change"
 "$bin/tiltfeed" remove 2 >/dev/null
 [[ ! -e $work/spool/jobs/2 ]] || die "files of a removed job are left"
+# A body of the service's machine that planning does not look at: only the check of collisions does.
+kill -TERM "$service"
+wait "$service" || true
+sed '/^  - name: base$/i\  - {name: post, link: table, shape: box, size_mm: [40, 40, 500], at_mm: [0, 0, -200]}' \
+  "$root/config/machines/generic-ac.yaml" >"$work/with-post.yaml"
+grep -q 'name: post' "$work/with-post.yaml" || die "the profile has got no post"
+sed -i "s#^machine:.*#machine: $work/with-post.yaml#" "$work/service.yaml"
+serve
+"$bin/tiltfeed" submit "$work/job.yaml" --name blocked >/dev/null
+until_true 300 "a program that collides went through" state 4 failed
+"$bin/tiltfeed" show 4 | grep -qE 'nc:[0-9]+: collision: .*table "post".*, [0-9.]+ mm deep' ||
+  die "not what collides, where and how deep: $("$bin/tiltfeed" show 4)"
+[[ ! -e $work/spool/jobs/4/program.nc ]] || die "the program of a job that collides is kept"
 kill -TERM "$service"
 wait "$service" || true
 
 # ---- Grbl: nothing can be proved -----------------------------------------------------------------------
 simulate --pty "$work/machine" --speed 8
 until_true 100 "no simulated machine" test -e "$work/machine"
+sed -i "s#^machine:.*#machine: $root/config/machines/generic-ac.yaml#" "$work/service.yaml"
 sed -i "s#^link:.*#link: grbl:$work/machine#" "$work/service.yaml"
 serve
 "$bin/tiltfeed" submit "$work/spool/jobs/1/program.nc" --name grbl >/dev/null
-until_true 100 "the program is not ready" state 4 ready
-"$bin/tiltfeed" start 4 >/dev/null
-until_true 300 "nothing moves" past 4 50
+until_true 100 "the program is not ready" state 5 ready
+"$bin/tiltfeed" start 5 >/dev/null
+until_true 300 "nothing moves" past 5 50
 kill -KILL "$service"
 wait "$service" 2>/dev/null || true
 serve
-state 4 uncertain || die "after kill -9 over Grbl the job is not uncertain"
-"$bin/tiltfeed" show 4 | grep -q 'may have run' || die "no uncertain range"
-"$bin/tiltfeed" resume 4 >"$work/out.txt" 2>&1 && die "Grbl resumed by itself"
-echo no | "$bin/tiltfeed" resume 4 --from 60 >"$work/out.txt" 2>&1 && die "entered without a yes"
+state 5 uncertain || die "after kill -9 over Grbl the job is not uncertain"
+"$bin/tiltfeed" show 5 | grep -q 'may have run' || die "no uncertain range"
+"$bin/tiltfeed" resume 5 >"$work/out.txt" 2>&1 && die "Grbl resumed by itself"
+echo no | "$bin/tiltfeed" resume 5 --from 60 >"$work/out.txt" 2>&1 && die "entered without a yes"
 grep -q '1. retract' "$work/out.txt" || die "the re-entry was not shown"
 kill -TERM "$service"
 echo "service: all as expected"
