@@ -59,9 +59,9 @@ struct NumericAxes {
 };
 NumericAxes numeric_axes(const MachineModel& machine);
 
-/// Turns lines into numeric blocks. Knows G0 G1 G4 G90 G93 G94 and M0-M9 M30, takes what does not change
-/// anything here (G17 G21 G40 G49 G54 G61 G64 G80 G97, N T), refuses everything else: what it does not know
-/// cannot be sent as numbers.
+/// Turns lines into numeric blocks. Knows G0 G1 G4 (P or S: the dwell) G90 G93 G94 and M0-M9 M30, takes what
+/// does not change anything here (G17 G21 G40 G49 G54 G61 G64 G80 G97, N T), refuses everything else: what it
+/// does not know cannot be sent as numbers.
 class BlockReader {
  public:
   /// An axis that the machine has not got is 0 in every block, and no word may name it. `lines`: the program

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 #ifdef TILTFEED_POWER_LOSSES
 constexpr int kLosses = TILTFEED_POWER_LOSSES, kStride = 1;
 #else
-constexpr int kLosses = 200, kStride = 11;
+constexpr int kLosses = 200, kStride = 1;
 #endif
 
 /// Beneath a file system in memory where there is one: what the real disk does takes time and matters to
