@@ -51,7 +51,7 @@ test('the part shows what is left; the pointer tells the value that the report h
   await shot(page, 'cut-report-1920');
   // Where the report says that most is left, the pointer finds that facet and as much.
   const worst = good.most_left[0];
-  await page.click('#cut-places button');
+  await page.locator('#cut-places button').click();
   const [x, y] = await page.evaluate((place) => window.tiltfeed.project(...place), worst.place_mm ?? worst.place);
   const box = await (await page.$('#canvas')).boundingBox();
   await page.mouse.move(box.x + x, box.y + y);
@@ -78,7 +78,7 @@ test('the stock becomes less as time goes, and the tool stands where it was', as
   // Played, it comes to its end by itself.
   await set_time(page, 9000);
   await page.select('#cut-time-speed', '3600');
-  await page.click('#cut-time-play');
+  await page.locator('#cut-time-play').click();
   await page.waitForFunction(() => document.getElementById('cut-time').value === '10000');
   // The slider's marks stand under the middle of its thumb, at both ends, too.
   const [first, last] = await page.evaluate(() => {
@@ -93,7 +93,7 @@ test('a gouge is red, the first of the worst places, and found by a click', asyn
   const page = await open_file(page_of('bad'), {viewport: kSmall});
   const place = await text_of(page, '#cut-places li:first-child');
   assert.match(place, /^gouge: cutter0\.\d{4} mm deep, line/);
-  await page.click('#cut-places button');
+  await page.locator('#cut-places button').click();
   assert(await count_of(page, 'r > 110 && r > 2 * g && r > 2 * b') > 10, 'the gouge is in the view');
   const depth = Number(/([\d.]+) mm deep/.exec(place)[1]);
   assert(Math.abs(depth - bad.troubles[0].depth_mm) < 1e-3, `${place}: ${JSON.stringify(bad.troubles[0])}`);

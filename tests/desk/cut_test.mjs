@@ -21,7 +21,7 @@ after(async () => {
 
 const open_tab = async (page, tab) => {
   await page.waitForFunction(() => document.querySelector('#facets, #cut, #plan, #cut-cancel, #job-text, #tab-job'));
-  await page.click(`#tab-${tab}`);
+  await page.locator(`#tab-${tab}`).click();
 };
 /** How many of the view's places have such a colour. */
 const count_of = (page, colour) => page.evaluate((body) => {
@@ -35,11 +35,11 @@ const count_of = (page, colour) => page.evaluate((body) => {
 async function plan_and_cut(page) {
   await open_tab(page, 'plan');
   const planned = await page.evaluate(() => fetch('/api/v1/state').then((reply) => reply.json()).then(({plan}) => plan?.id ?? 0));
-  await page.click('#plan');
+  await page.locator('#plan').click();
   await page.waitForFunction((id) => fetch('/api/v1/state').then((reply) => reply.json()).then(({plan}) => plan?.id > id && plan.state !== 'planning'), {polling: 200}, planned);
   await page.waitForSelector('#blocks');
   await open_tab(page, 'cut');
-  await page.click('#cut');
+  await page.locator('#cut').click();
   await page.waitForSelector('#cut-cancel');
   await page.waitForSelector('#cut-verdict, #cut-refused');
 }

@@ -5,6 +5,7 @@ import {existsSync, mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
 import {join} from 'node:path';
 import {createInterface} from 'node:readline';
+import {setTimeout as sleep} from 'node:timers/promises';
 
 import puppeteer from 'puppeteer-core';
 
@@ -166,6 +167,24 @@ export async function check_layout(page, touch) {
     return [...wide, ...small];
   }, touch);
   assert.deepEqual(wrong, []);
+}
+
+/** Until it is so; for what no page can tell. */
+export async function wait_until(is_so) {
+  for (const begun = Date.now(); !is_so(); await sleep(50)) assert(Date.now() - begun < kHang, `not so after ${kHang} ms: ${is_so}`);
+}
+
+/** The box of what is in the middle of the window, may be touched, and has stopped moving. */
+export async function at_rest(page, selector) {
+  const node = await page.waitForSelector(`${selector}:not(:disabled)`);
+  await node.evaluate((it) => it.scrollIntoView({block: 'center'}));
+  let box = null, before;
+  do {
+    before = box;
+    await sleep(50);
+    box = await node.boundingBox();
+  } while (JSON.stringify(box) !== JSON.stringify(before));
+  return box;
 }
 
 export const text_of = (page, selector) => page.$eval(selector, (node) => node.textContent);

@@ -24,7 +24,7 @@ async function end(desk, page) {
   assert.equal(await desk.stop(), 0);
 }
 
-const open_tab = (page, tab) => page.click(`#tab-${tab}`);
+const open_tab = (page, tab) => page.locator(`#tab-${tab}`).click();
 const ready = (page) => page.waitForFunction(() => document.querySelector('#facets'));
 
 /** Puts the text in place of all that is in the editor, by keys, and waits for the check. */
@@ -54,8 +54,11 @@ test('an error in the job is told at its line; what is right is saved, remarks a
   const told = await text_of(page, '#job-errors');
   assert.match(told, new RegExp(`Line ${line} .*tolerance_in.*tolerance_mm`));
   assert.equal(await page.$eval('#job-save', (node) => node.disabled), true);
-  await page.click('#job-errors button');
-  assert.equal(await page.$eval('#job-text', (area) => area.value.slice(0, area.selectionStart).split('\n').length), line);
+  await page.locator('#job-errors button').click();
+  await page.waitForFunction((wanted) => {
+    const area = document.getElementById('job-text');
+    return area.value.slice(0, area.selectionStart).split('\n').length === wanted;
+  }, {}, line);
   await check_accessible(page);
   await check_layout(page, false);
   await shot(page, 'job-1920');
@@ -63,7 +66,7 @@ test('an error in the job is told at its line; what is right is saved, remarks a
   await type_job(page, right);
   await page.waitForFunction(() => !document.getElementById('job-save').disabled);
   assert.equal(readFileSync(job, 'utf8'), text, 'nothing is saved unasked');
-  await page.click('#job-save');
+  await page.locator('#job-save').click();
   await page.waitForFunction(() => document.getElementById('job-save').disabled);
   assert.equal(readFileSync(job, 'utf8'), right);
   await end(desk, page);
@@ -74,7 +77,7 @@ test('a plan is made and proven, its path drawn, the slider goes through its tim
   const page = await open_page(desk);
   await ready(page);
   await open_tab(page, 'plan');
-  await page.click('#plan');
+  await page.locator('#plan').click();
   await page.waitForFunction(() => document.querySelector('#blocks, #refused'));
   assert.equal(await page.$('#refused'), null, 'not refused');
   assert.match(await text_of(page, '#gouge'), /proven over [\d,]+ moves/);
@@ -128,7 +131,7 @@ test('a plan is made and proven, its path drawn, the slider goes through its tim
   await page.waitForFunction((i) => document.getElementById('plan-tip').textContent.includes(`block ${(i + 1).toLocaleString('en')},`), {}, spot.i);
   assert.match(await text_of(page, '#plan-tip'), /move [\d,]+, facet [\d,]+/);
   // The plots' words are those of the last block, their peaks those of the numbers.
-  await page.click('#plots summary');
+  await page.locator('#plots summary').click();
   const words = await page.$$eval('.plot-word', (nodes) => nodes.map((node) => parseFloat(node.textContent)));
   words.forEach((word, a) => assert(Math.abs(word - numbers[numbers.length - 5 + a]) < 2e-3, `${words}`));
   const course = await page.$$eval('canvas.plot', (nodes) => nodes.map((node) => node.getAttribute('aria-label')));
@@ -177,7 +180,7 @@ test('tabs go by arrow keys; a changed job makes the plan stale', async () => {
   const page = await open_page(desk);
   await ready(page);
   await open_tab(page, 'plan');
-  await page.click('#plan');
+  await page.locator('#plan').click();
   await page.waitForSelector('#blocks');
   await open_tab(page, 'axis');
   await page.keyboard.press('ArrowRight');
@@ -198,10 +201,10 @@ test('a long plan is cancelled; another page sees it', async () => {
     await ready(each);
     await open_tab(each, 'plan');
   }
-  await page.click('#plan');
+  await page.locator('#plan').click();
   await other.waitForSelector('#cancel');
   await other.waitForFunction(() => /, \d+ %$/.test(document.getElementById('stage').textContent));
-  await other.click('#cancel');
+  await other.locator('#cancel').click();
   for (const each of [page, other]) {
     await each.waitForSelector('#cancelled');
     await check_and_close(each);

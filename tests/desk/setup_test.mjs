@@ -80,7 +80,7 @@ test('a dropped STL becomes a proven program by clicks alone, nothing typed', as
 test('a formula part is tried with a click', async () => {
   const desk = await Desk.start(), page = await open_page(desk);
   await page.waitForSelector('#sample-handle');
-  await page.click('#sample-handle');
+  await page.locator('#sample-handle').click();
   await page.waitForSelector('#make-job');
   assert.match(await text_of(page, 'h2'), /handle\.stl/);
   await page.waitForSelector('#facets');
@@ -95,9 +95,9 @@ test('a job made here is saved beside its part, and the command line plans it', 
   const desk = await Desk.start(join(folder, 'mine.stl')), page = await open_page(desk);
   await page.waitForSelector('#make-job:not([disabled])');
   await page.locator('#make-job').click();
-  await page.click('#tab-job');
+  await page.locator('#tab-job').click();
   await page.waitForSelector('#job-save:not([disabled])');
-  await page.click('#job-save');
+  await page.locator('#job-save').click();
   await page.waitForFunction(() => document.getElementById('job-save').disabled);
   assert.equal(readFileSync(join(folder, 'mine.yaml'), 'utf8'), await text(page));
   assert(existsSync(join(folder, 'generic-ac.yaml')));
@@ -107,7 +107,7 @@ test('a job made here is saved beside its part, and the command line plans it', 
 
 test('forms change the text where it stands; remarks stay; errors are told at their field', async () => {
   const {desk, page} = await with_job();
-  await page.click('#tab-job');
+  await page.locator('#tab-job').click();
   await page.waitForSelector('#cutter-drawing');
   await page.focus('#job-text');
   const remark = '# of mine';
@@ -177,7 +177,7 @@ test('the axis is dragged: what it reaches follows, exact when released, as the 
     const {frame} = window.tiltfeed_axis.gizmo, p = frame.origin;
     return window.tiltfeed.project(p.x, p.y, p.z);
   });
-  await page.click('#snap');
+  await page.locator('#snap').click();
   // The handle's middle moves in the plane of the screen.
   await page.mouse.move(box.x + at[0], box.y + at[1]);
   await page.mouse.down();
@@ -196,8 +196,8 @@ test('a face is clicked, shapes are fitted through it, and the axis goes there',
   const {desk, page} = await with_job();
   await page.locator('#mode-line').click();
   await page.waitForSelector('#mode-line[aria-pressed="true"]');
-  await page.click('#pick');
-  await page.click('[data-view="right"]');
+  await page.locator('#pick').click();
+  await page.locator('[data-view="right"]').click();
   const at = await page.evaluate(() => window.tiltfeed.project(...window.tiltfeed.sphere.center.toArray()));
   const box = await (await page.$('#canvas')).boundingBox();
   await page.evaluate(() => window.tiltfeed_axis.gizmo.show(false));  // its handle lies over the middle
