@@ -2,10 +2,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
+#include <iomanip>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "daemon/command/command.h"
 #include "daemon/command/machine_command.h"
@@ -57,32 +58,7 @@ int check_service(const std::string& config, bool as_json) {
   return kExitDone;
 }
 
-struct DoctorCommand::Options {
-  CLI::App* doctor = nullptr;
-  std::string config, version;
-  bool open = false, as_json = false;
-
-  Findings findings() const;
-};
-
-DoctorCommand::DoctorCommand(CLI::App& app, const std::string& version)
-    : options_(std::make_unique<Options>()) {
-  Options& o = *options_;
-  o.version = version;
-  o.doctor = app.add_subcommand(
-      "doctor", "what stands between a service and its machine: each line good, or what to do");
-  o.doctor->add_option("--config", o.config, "the service's file (YAML); else this computer alone");
-  o.doctor->add_flag("--open", o.open,
-                     "open the line, too, and ask the controller for its status; nothing moves, but opening "
-                     "a serial line may reset a board");
-  o.doctor->add_flag("--json", o.as_json, "print one JSON object");
-}
-
-DoctorCommand::~DoctorCommand() = default;
-
-bool DoctorCommand::called() const { return options_->doctor->parsed(); }
-
-Findings DoctorCommand::Options::findings() const {
+Findings examine(const std::string& config, const std::string& version, bool open) {
   const Result<std::string> self = program_beside("tiltfeed");
   const Host host{"", self ? std::filesystem::path(*self).parent_path().string() : "", service_user(),
                   host_clock()};
@@ -102,8 +78,39 @@ Findings DoctorCommand::Options::findings() const {
   return found;
 }
 
+std::string findings_text(const Findings& findings) {
+  std::ostringstream out;
+  for (const Finding& one : findings)
+    out << std::left << std::setw(kVerdictWidth) << verdict_name(one.verdict) << "  " << std::setw(kWhatWidth)
+        << one.what << "  " << one.text << "\n";
+  return out.str();
+}
+
+struct DoctorCommand::Options {
+  CLI::App* doctor = nullptr;
+  std::string config, version;
+  bool open = false, as_json = false;
+};
+
+DoctorCommand::DoctorCommand(CLI::App& app, const std::string& version)
+    : options_(std::make_unique<Options>()) {
+  Options& o = *options_;
+  o.version = version;
+  o.doctor = app.add_subcommand(
+      "doctor", "what stands between a service and its machine: each line good, or what to do");
+  o.doctor->add_option("--config", o.config, "the service's file (YAML); else this computer alone");
+  o.doctor->add_flag("--open", o.open,
+                     "open the line, too, and ask the controller for its status; nothing moves, but opening "
+                     "a serial line may reset a board");
+  o.doctor->add_flag("--json", o.as_json, "print one JSON object");
+}
+
+DoctorCommand::~DoctorCommand() = default;
+
+bool DoctorCommand::called() const { return options_->doctor->parsed(); }
+
 int DoctorCommand::run() const {
-  const Findings found = options_->findings();
+  const Findings found = examine(options_->config, options_->version, options_->open);
   const bool good = std::none_of(found.begin(), found.end(),
                                  [](const Finding& one) { return one.verdict == Verdict::kToDo; });
   if (options_->as_json) {
@@ -113,9 +120,7 @@ int DoctorCommand::run() const {
           {{"what", one.what}, {"verdict", verdict_name(one.verdict)}, {"text", one.text}});
     show_json(object.dump(-1, ' ', true, ordered_json::error_handler_t::replace));
   } else {
-    for (const Finding& one : found)
-      std::printf("%-*s  %-*s  %s\n", kVerdictWidth, verdict_name(one.verdict), kWhatWidth, one.what.c_str(),
-                  one.text.c_str());
+    std::cout << findings_text(found);
   }
   return good ? kExitDone : kExitFailed;
 }

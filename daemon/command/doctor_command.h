@@ -4,6 +4,8 @@
 #include <memory>
 #include <string>
 
+#include "daemon/doctor/doctor.h"
+
 namespace CLI {
 class App;
 }
@@ -12,6 +14,12 @@ namespace tiltfeed::daemon {
 
 /// The configuration of `tiltfeed serve`, read and judged; nothing is started or changed. The exit status.
 int check_service(const std::string& config, bool as_json);
+
+/// All that the doctor has to say of this computer and, where `config` is not empty, of that service. `open`:
+/// the controller is asked, too. `version`: of this program; those beside it must be of the same.
+Findings examine(const std::string& config, const std::string& version, bool open);
+/// A line each.
+std::string findings_text(const Findings& findings);
 
 /// Adds the command to the command line; after it is parsed, runs it.
 class DoctorCommand {

@@ -54,24 +54,6 @@ std::string csv_field(const json& value) {
   return out + "\"";
 }
 
-Result<json> ask_runs(const std::string& socket, std::uint64_t job) {
-  json all = json::array();
-  ApiRequest request;
-  request.op = ApiOp::kHistory;
-  request.job = job;
-  for (bool more = true; more;) {
-    const Result<std::string> line = ask_service(socket, write_request(request), {});
-    if (!line) return tl::unexpected<Error>(line.error());
-    const json answer = json::parse(*line, nullptr, false);
-    if (!answer.is_object()) return fail(Code::kIo, socket + ": the answer is not understood");
-    if (!answer.value("ok", false)) return fail(Code::kInput, answer.value("error", "refused"));
-    for (const json& run : answer.at("runs"))
-      all.push_back(run), request.from = run.at("run").get<std::uint64_t>();
-    more = answer.value("more", false);
-  }
-  return all;
-}
-
 /// The columns, in the order of the service's answer.
 constexpr const char* kKeys[] = {"run",
                                  "job",
@@ -92,6 +74,7 @@ constexpr const char* kKeys[] = {"run",
                                  "slowest_hold_seconds",
                                  "feed_override_least",
                                  "feed_override_most",
+                                 "starved_seconds",
                                  "outcome",
                                  "note"};
 
@@ -126,6 +109,24 @@ void print_run(const json& run) {
 }
 
 }  // namespace
+
+Result<json> ask_runs(const std::string& socket, std::uint64_t job) {
+  json all = json::array();
+  ApiRequest request;
+  request.op = ApiOp::kHistory;
+  request.job = job;
+  for (bool more = true; more;) {
+    const Result<std::string> line = ask_service(socket, write_request(request), {});
+    if (!line) return tl::unexpected<Error>(line.error());
+    const json answer = json::parse(*line, nullptr, false);
+    if (!answer.is_object()) return fail(Code::kIo, socket + ": the answer is not understood");
+    if (!answer.value("ok", false)) return fail(Code::kInput, answer.value("error", "refused"));
+    for (const json& run : answer.at("runs"))
+      all.push_back(run), request.from = run.at("run").get<std::uint64_t>();
+    more = answer.value("more", false);
+  }
+  return all;
+}
 
 struct HistoryCommand::Options {
   CLI::App* history = nullptr;

@@ -2,12 +2,19 @@
 // `tiltfeed history`: the runs of a service's machine.
 
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "kinematics/basics/result.h"
 
 namespace CLI {
 class App;
 }
 
 namespace tiltfeed::daemon {
+
+/// All runs on record, the oldest first; of one job, or of all (0). Errors: kIo, kInput.
+Result<nlohmann::json> ask_runs(const std::string& socket, std::uint64_t job);
 
 /// Adds the command to the command line; after it is parsed, runs it.
 class HistoryCommand {

@@ -25,6 +25,7 @@
 #include "daemon/command/send_command.h"
 #include "daemon/command/service_command.h"
 #include "daemon/command/suggest_command.h"
+#include "daemon/command/support_command.h"
 #include "daemon/command/tool_command.h"
 #include "daemon/command/tools_command.h"
 #include "daemon/plan/part_size.h"
@@ -144,6 +145,7 @@ int run(int argc, char** argv) {
   const DoctorCommand doctor(app, config::version());
   const MetricsCommand metrics(app, config::version());
   const HistoryCommand history(app);
+  const SupportCommand support(app, config::version());
   const ManualCommand manual(app, config::version());
   if (argc == 2 && std::string_view(argv[1]) == config::kDescribeWord)
     return show_json(config::command_json(config::describe_command_line(app, "tiltfeed")));
@@ -163,6 +165,7 @@ int run(int argc, char** argv) {
   }
   if (metrics.called()) return metrics.run();
   if (history.called()) return history.run();
+  if (support.called()) return support.run();
   if (manual.called()) return manual.run();
   if (doctor.called()) return doctor.run();
   if (machines.at_machine()) return machines.run();

@@ -27,7 +27,7 @@ using config::Command;
 Result<Command> description_of(const std::string& program) {
   const Result<std::string> file = program_beside(program);
   if (!file) return tl::unexpected<Error>(file.error());
-  const std::string text = output_of(*file, config::kDescribeWord);
+  const std::string text = output_of(*file, {config::kDescribeWord});
   if (text.empty()) return fail(Code::kIo, *file + ": does not start; it belongs beside tiltfeed");
   return config::read_command_json(text);
 }

@@ -27,7 +27,7 @@ Finding programs(const Host& host, const std::string& version) {
   for (const char* const name : {"tiltfeed-sim", "tiltfeed-desk"}) {
     const std::string file = host.programs + "/" + name;
     if (name == std::string("tiltfeed-desk") && ::access(file.c_str(), F_OK) != 0) continue;
-    const std::string text = output_of(file, "--version"), said = text.substr(0, text.find('\n'));
+    const std::string text = output_of(file, {"--version"}), said = text.substr(0, text.find('\n'));
     if (said != name + (" " + version))
       return {Verdict::kToDo, "versions",
               file + (said.empty() ? " does not start" : " is \"" + said + "\"") + ", and tiltfeed is " +

@@ -50,7 +50,7 @@ std::optional<std::string> device_figure(const Host& host, std::uint64_t device,
 /// A property that udev's rules gave the device; may be empty.
 std::string udev_property(const Host& host, std::uint64_t device, const std::string& name);
 
-/// What `program option` prints; empty where it does not start.
-std::string output_of(const std::string& program, const std::string& option);
+/// What the program prints when it is called with these words; empty where it does not start.
+std::string output_of(const std::string& program, std::vector<std::string> words);
 
 }  // namespace tiltfeed::daemon

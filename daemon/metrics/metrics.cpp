@@ -30,6 +30,8 @@ constexpr RunFigure kRunFigures[] = {
     {"executed", "run_executed_blocks", "Blocks of it that are surely executed."},
     {"resends", "run_resends", "Requests or lines of this run that were sent again."},
     {"seconds", "run_elapsed_seconds", "Time since the run started or went on."},
+    {"starved_seconds", "run_starved_seconds",
+     "Time in which the controller had run out although blocks were left to send."},
     {"remaining_seconds", "run_remaining_seconds", "Time left, by machine time as this run keeps to it."},
 };
 

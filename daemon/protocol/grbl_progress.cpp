@@ -56,6 +56,15 @@ void GrblSession::fault(Code code, const std::string& what, bool hold, Event eve
   if (hold && !opening) urge('!');  // the lines in the controller would run on otherwise
 }
 
+/// By its last report: no block is planned, and too few bytes have come for a line. A dwell and a spindle
+/// that gets up to speed leave no block either, but lines behind them wait.
+std::optional<bool> GrblSession::starved() const {
+  if (phase_ != Phase::kRun || buffers_.planner <= 0 || status_.planner_free < 0 || acknowledged_ == 0)
+    return std::nullopt;
+  return !ended_ && status_.planner_free >= buffers_.planner &&
+         2 * status_.receive_free >= largest_receive_free_;
+}
+
 SendState GrblSession::state() const {
   SendState state;
   state.phase = phase_;
@@ -65,6 +74,7 @@ SendState GrblSession::state() const {
   state.feed_override = feed_.reported;
   state.rapid_override = rapid_.reported;
   state.spindle_override = spindle_.reported;
+  state.starved = starved();
   state.refused = refused_;
   state.place = place().value_or(no_axes());
   if (phase_ == Phase::kHold)

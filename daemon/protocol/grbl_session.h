@@ -109,6 +109,7 @@ class GrblSession {
   void prove_end();
   void narrow_range();
   std::size_t planner_depth() const;
+  std::optional<bool> starved() const;
   bool reached_wire(const Flight& flight) const;
   LineRange uncertain() const;
   void fault(Code code, const std::string& what, bool hold, Event event = Event::kFailed);

@@ -177,6 +177,8 @@ bool ModbusSession::advance(const RingStatus& status, Time now) {
     fault(Code::kLink, "the controller claims blocks that were never sent");
     return false;
   }
+  // What this request may have brought is taken already; had it come in time, some of the rest would be left.
+  ran_out_ = accepted() > 0 && static_cast<unsigned>(more_completed) >= accepted_pending_;
   if (more_accepted > 0 || more_completed > 0 || status.state != status_.state) last_progress_ = now;
   accepted_pending_ += static_cast<unsigned>(more_accepted);
   frame_count_ -= std::min<std::size_t>(frame_count_, static_cast<unsigned>(more_accepted));
@@ -255,6 +257,7 @@ SendState ModbusSession::state() const {
   state.acknowledged = options_.before + std::max(accepted(), known_);
   state.executed = options_.before + completed_;
   if (step_ == Step::kPlace && completed_ > 0) --state.executed;  // the last one's place is still out
+  if (phase_ == Phase::kRun) state.starved = ran_out_ && state.acknowledged < options_.total;
   state.held = held_;
   state.resends = resends_;
   state.machine = ring_state_name(status_.state);

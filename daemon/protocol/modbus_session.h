@@ -121,6 +121,7 @@ class ModbusSession {
   std::size_t accepted_pending_ = 0;  // of these, taken over by the controller
   std::size_t frame_count_ = 0;       // blocks in the frame that is out
   std::uint64_t pushed_ = 0, completed_ = 0, touched_ = 0;
+  bool ran_out_ = false;               // between the last two reports all that it had was executed
   std::uint64_t known_ = 0;            // accepted before this process came
   std::optional<std::uint64_t> skip_;  // completed before this process came
   bool ended_ = false;

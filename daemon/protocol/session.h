@@ -124,8 +124,10 @@ struct SendState {
   int feed_override = 0;      ///< percent as the controller reports it; 0: unknown
   int rapid_override = 0, spindle_override = 0;  ///< likewise
   AxisValues place = no_axes();  ///< as reported, program coordinates; not a number: not known
-  std::string held = {};         ///< in a hold: who holds it, as far as that is known
-  std::string refused = {};      ///< why the last operator command was not obeyed; empty: it was
+  /// It had run out by its last word, although blocks are left to send; nothing: the link does not tell.
+  std::optional<bool> starved = {};
+  std::string held = {};     ///< in a hold: who holds it, as far as that is known
+  std::string refused = {};  ///< why the last operator command was not obeyed; empty: it was
 };
 
 /// "line 12 'G1X3'" for messages.

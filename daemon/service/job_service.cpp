@@ -66,6 +66,8 @@ Result<void> JobService::reload(const config::ServiceConfig& config) {
   if (const Result<void> claimed = claim_.follow(*link); !claimed) return claimed;
   config_ = config;
   link_ = *link;
+  outdated_.clear();
+  tidy_due_ = {};  // by the new limits
   return {};
 }
 
@@ -247,6 +249,7 @@ std::string JobService::job_json(const SpooledJob& job, const std::vector<std::u
   json["seconds"] = tenth(view.seconds);
   json["machine_seconds"] = tenth(view.machine_seconds);
   json["remaining_seconds"] = tenth(view.remaining_seconds);
+  if (const auto starved = view.tally.starved_seconds()) json["starved_seconds"] = tenth(*starved);
   json["uncertain_lines"] = {view.state.uncertain.first, view.state.uncertain.last};
   json.update(ordered_json::parse(run_place_json(view.state)));
   if (!view.state.held.empty()) json["held"] = view.state.held;
@@ -314,6 +317,7 @@ void JobService::tick() {
   take_check_end();
   start_next();
   plan_next();
+  tidy();
   if (!config_.watch.empty()) look_into_watch_folder();
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // What the service does with jobs: receives, plans, starts, holds, resumes, removes; answers requests.
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <future>
@@ -64,6 +65,8 @@ class JobService {
   Result<std::string> act(const SpooledJob& job, const ApiRequest& request);
   Result<std::string> list(std::uint64_t after) const;
   Result<std::string> history(std::uint64_t job, std::uint64_t after) const;
+  void tidy();
+  void find_outdated();
   void begin_run(const SpooledJob& job, std::uint64_t first);
   void end_run(const SpooledJob& job, const std::string& note);
   void show(const SpooledJob& job, const ApiRequest& request, const Done& done);
@@ -141,6 +144,8 @@ class JobService {
   std::unique_ptr<MachineWorker> worker_ = std::make_unique<MachineWorker>();
   std::map<std::uint64_t, std::uint32_t> asked_by_;  ///< by job: who gave the word to run
   std::optional<RunView> ended_;                     ///< the run whose end is being taken
+  std::vector<Outdated> outdated_;                   ///< jobs to remove, the first at the end
+  std::chrono::steady_clock::time_point tidy_due_;   ///< when they are looked for again
   /// The next in the queue starts at the end of the run. Never kept over a restart.
   bool queue_moves_ = false;
 };

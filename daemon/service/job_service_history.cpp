@@ -39,8 +39,9 @@ void JobService::end_run(const SpooledJob& job, const std::string& note) {
   if (ended_ && ended_->job == job.id) {
     const RunTally& tally = ended_->tally;
     end.ended = std::time(nullptr);
-    end.figures = {ended_->state.sent,   ended_->state.resends, ended_->seconds,      tally.holds(),
-                   tally.held_seconds(), tally.slowest_hold(),  tally.feed_override()};
+    end.figures = {ended_->state.sent,    ended_->state.resends,  ended_->seconds,
+                   tally.holds(),         tally.held_seconds(),   tally.slowest_hold(),
+                   tally.feed_override(), tally.starved_seconds()};
   }
   spool_.end_run(end);
 }

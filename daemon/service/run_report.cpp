@@ -31,7 +31,7 @@ ordered_json json_of(const RunReport& run) {
                        {"blocks", run.blocks},
                        {"executed", run.executed}};
   for (const char* const key : {"sent", "resends", "seconds", "holds", "held_seconds", "slowest_hold_seconds",
-                                "feed_override_least", "feed_override_most"})
+                                "feed_override_least", "feed_override_most", "starved_seconds"})
     json[key] = nullptr;
   if (run.figures) {
     const RunReport::Figures& f = *run.figures;
@@ -40,6 +40,7 @@ ordered_json json_of(const RunReport& run) {
     json["seconds"] = rounded(f.seconds);
     json["holds"] = f.holds;
     json["held_seconds"] = rounded(f.held_seconds);
+    if (f.starved_seconds) json["starved_seconds"] = rounded(*f.starved_seconds);
     if (f.slowest_hold) json["slowest_hold_seconds"] = rounded(*f.slowest_hold);
     if (f.feed_override) {
       json["feed_override_least"] = f.feed_override->least;

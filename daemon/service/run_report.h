@@ -29,6 +29,7 @@ struct RunReport {
     double held_seconds = 0.0;
     std::optional<double> slowest_hold;
     std::optional<RunTally::Percent> feed_override;
+    std::optional<double> starved_seconds;
   };
   std::optional<Figures> figures;
 };

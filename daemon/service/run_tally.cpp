@@ -17,6 +17,9 @@ void RunTally::take(const SendState& state, double now) {
     asked_.reset();
   }
   if (is_final(state.phase)) asked_.reset();
+  if (starved_since_) *starved_seconds_ += now - *starved_since_;
+  if (state.starved && !starved_seconds_) starved_seconds_ = 0.0;
+  starved_since_ = state.starved.value_or(false) ? std::optional(now) : std::nullopt;
   if (state.phase != Phase::kRun || state.feed_override == 0) return;
   if (!feed_override_) feed_override_ = {state.feed_override, state.feed_override};
   feed_override_->least = std::min(feed_override_->least, state.feed_override);

@@ -26,11 +26,14 @@ class RunTally {
   };
   /// The feed override that was in force while blocks ran, as reported; nothing: the link does not tell.
   std::optional<Percent> feed_override() const { return feed_override_; }
+  /// How long the controller had run out although blocks were left to send, each time up to one report too
+  /// long; nothing: the link does not tell.
+  std::optional<double> starved_seconds() const { return starved_seconds_; }
 
  private:
   int holds_ = 0;
   double held_seconds_ = 0.0;
-  std::optional<double> held_since_, asked_, slowest_hold_;
+  std::optional<double> held_since_, asked_, slowest_hold_, starved_since_, starved_seconds_;
   std::optional<Percent> feed_override_;
 };
 

@@ -56,6 +56,11 @@ std::optional<JobState> state_of(const std::string& name) {
   return std::nullopt;
 }
 
+bool has_ended(const SpooledJob& job) {
+  return job.place == 0 &&
+         (job.state == JobState::kDone || job.state == JobState::kStopped || job.state == JobState::kFailed);
+}
+
 const char* shown_state(const SpooledJob& job) {
   const bool planned = job.state == JobState::kReady || job.state == JobState::kDone;
   return planned && job.place > 0 ? "queued" : state_name(job.state);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/service/retention.h"
 #include "daemon/service/run_report.h"
 #include "daemon/service/state_lock.h"
 #include "kinematics/basics/result.h"
@@ -45,6 +46,8 @@ struct SpooledJob {
   /// Among the jobs that wait for their turn on the machine, the lowest first; 0: waits for none.
   std::uint64_t place = 0;
 };
+/// Done, stopped or failed, and it waits for no turn: nothing is left to do with it.
+bool has_ended(const SpooledJob& job);
 /// What people and clients are told: "queued" where only the machine is waited for, else the state's name.
 const char* shown_state(const SpooledJob& job);
 
@@ -101,6 +104,11 @@ class Spool {
   /// So many at most, those after run `after`, the oldest first; of one job, or of all (0). They stay when
   /// their job is removed. Errors: kIo.
   Result<std::vector<RunReport>> runs(std::uint64_t after, std::uint64_t job, std::size_t most) const;
+
+  /// Those that ended before `when` and whose job is removed, forgotten: how many. Errors: kIo.
+  Result<int> forget_runs(std::int64_t when);
+  /// All jobs, with the bytes of their files. Errors: kIo.
+  Result<std::vector<KeptJob>> kept() const;
 
   /// FOLDER/jobs/ID, and files in it: job.yaml part.stl program.nc report.json block.map journal ...
   std::string folder_of(std::uint64_t id) const;

@@ -31,6 +31,9 @@ constexpr const char* kRuns =
     " feed_least INTEGER, feed_most INTEGER);"
     "CREATE INDEX IF NOT EXISTS runs_on ON runs (job) WHERE outcome = ''";
 
+/// Version 5: of a run how long its controller starved.
+constexpr const char* kStarved = "ALTER TABLE runs ADD COLUMN starved_seconds REAL";
+
 tl::unexpected<Error> failed(sqlite3* db, const std::string& path) {
   return fail(Code::kIo, path + ": " + sqlite3_errmsg(db));
 }
@@ -45,9 +48,9 @@ Result<int> version_of(sqlite3* db, const std::string& path) {
   return version;
 }
 
-bool has_place(sqlite3* db) {
+bool answers(sqlite3* db, const char* query) {
   sqlite3_stmt* found = nullptr;
-  const bool has = sqlite3_prepare_v2(db, "SELECT place FROM jobs", -1, &found, nullptr) == SQLITE_OK;
+  const bool has = sqlite3_prepare_v2(db, query, -1, &found, nullptr) == SQLITE_OK;
   sqlite3_finalize(found);
   return has;
 }
@@ -62,9 +65,13 @@ Result<void> change(sqlite3* db, const std::string& path) {
                                   "); install that one again, or restore a backup");
   if (*version == kSpoolVersion) return {};
   if (sqlite3_exec(db, kTable, nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
-  if (!has_place(db) && sqlite3_exec(db, kPlace, nullptr, nullptr, nullptr) != SQLITE_OK)
+  if (!answers(db, "SELECT place FROM jobs") &&
+      sqlite3_exec(db, kPlace, nullptr, nullptr, nullptr) != SQLITE_OK)
     return failed(db, path);
   if (sqlite3_exec(db, kRuns, nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
+  if (!answers(db, "SELECT starved_seconds FROM runs") &&
+      sqlite3_exec(db, kStarved, nullptr, nullptr, nullptr) != SQLITE_OK)
+    return failed(db, path);
   const std::string mark = "PRAGMA user_version = " + std::to_string(kSpoolVersion);
   if (sqlite3_exec(db, mark.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) return failed(db, path);
   return {};

@@ -2,6 +2,10 @@
 
 #include <sqlite3.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
 #include "daemon/service/spool.h"
 #include "daemon/service/spool_table.h"
 #include "daemon/wire/wire_text.h"
@@ -13,7 +17,17 @@ namespace {
 constexpr const char* kColumns =
     "id, job, name, hash, link, user, began, ended, first, blocks, executed, outcome, note, sent, resends, "
     "seconds, "
-    "holds, held_seconds, slowest_hold, feed_least, feed_most";
+    "holds, held_seconds, slowest_hold, feed_least, feed_most, starved_seconds";
+
+/// Of the files that can be looked at.
+std::uint64_t bytes_in(const std::string& folder) {
+  std::uint64_t bytes = 0;
+  std::error_code failed, none;
+  for (std::filesystem::directory_iterator at(folder, failed), end; !failed && at != end;
+       at.increment(failed))
+    if (at->is_regular_file(none)) bytes += at->file_size(none);
+  return bytes;
+}
 
 }  // namespace
 
@@ -43,7 +57,9 @@ void Spool::end_run(const RunReport& end) {
       change,
       "UPDATE runs SET ended = ?, executed = ?, outcome = ?, note = ?, sent = ?, resends = ?, seconds = ?, "
       "holds = "
-      "?, held_seconds = ?, slowest_hold = ?, feed_least = ?, feed_most = ? WHERE job = ? AND outcome = ''");
+      "?, held_seconds = ?, slowest_hold = ?, feed_least = ?, feed_most = ?, starved_seconds = ? WHERE job = "
+      "? "
+      "AND outcome = ''");
   if (prepared) {
     change.bind(1, end.ended);
     change.bind(2, end.executed);
@@ -60,7 +76,8 @@ void Spool::end_run(const RunReport& end) {
       if (f.feed_override) change.bind(11, static_cast<std::uint64_t>(f.feed_override->least));
       if (f.feed_override) change.bind(12, static_cast<std::uint64_t>(f.feed_override->most));
     }
-    change.bind(13, end.job);
+    if (end.figures) change.bind(13, end.figures->starved_seconds);
+    change.bind(14, end.job);
     if (sqlite3_step(change.s) == SQLITE_DONE) return;
   }
   unsaved_ends_.push_back(end);
@@ -108,16 +125,47 @@ Result<std::vector<RunReport>> Spool::runs(std::uint64_t after, std::uint64_t jo
                            static_cast<int>(rows.number(16)),
                            rows.real(17),
                            {},
+                           {},
                            {}};
       if (rows.known(18)) f.slowest_hold = rows.real(18);
       if (rows.known(19))
         f.feed_override = {static_cast<int>(rows.number(19)), static_cast<int>(rows.number(20))};
+      if (rows.known(21)) f.starved_seconds = rows.real(21);
       run.figures = f;
     }
     runs.push_back(std::move(run));
   }
   if (step != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
   return runs;
+}
+
+Result<int> Spool::forget_runs(std::int64_t when) {
+  SpoolStatement erase;
+  if (!table_->prepare(erase,
+                       "DELETE FROM runs WHERE outcome <> '' AND coalesce(ended, began) < ? AND job NOT IN "
+                       "(SELECT id FROM jobs)"))
+    return tl::unexpected<Error>(table_->error(folder_));
+  erase.bind(1, static_cast<std::uint64_t>(std::max<std::int64_t>(when, 0)));
+  if (sqlite3_step(erase.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  return sqlite3_changes(table_->db);
+}
+
+Result<std::vector<KeptJob>> Spool::kept() const {
+  const auto jobs = list();
+  if (!jobs) return tl::unexpected<Error>(jobs.error());
+  SpoolStatement rows;
+  if (!table_->prepare(rows, "SELECT job, max(coalesce(ended, began)) FROM runs GROUP BY job"))
+    return tl::unexpected<Error>(table_->error(folder_));
+  std::map<std::uint64_t, std::int64_t> last;
+  int step = 0;
+  while ((step = sqlite3_step(rows.s)) == SQLITE_ROW)
+    last[rows.number(0)] = static_cast<std::int64_t>(rows.number(1));
+  if (step != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
+  std::vector<KeptJob> kept;
+  for (const SpooledJob& job : *jobs)
+    kept.push_back(
+        {job.id, has_ended(job), std::max(job.created, last[job.id]), bytes_in(folder_of(job.id))});
+  return kept;
 }
 
 }  // namespace tiltfeed::daemon

@@ -13,6 +13,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "daemon/doctor/support_text.h"
+
 namespace tiltfeed {
 using namespace config;
 using namespace daemon;
@@ -205,6 +207,39 @@ TEST_F(Doctor, JudgesTheFoldersOfAService) {
   config.path = "x.yaml";
   config.spool = "/spool/file";
   expect_in(of("spool"), "is no folder");
+}
+
+TEST(SupportText, HasNoSecrets) {
+  const std::pair<const char*, const char*> lines[] = {
+      {"password: hunter2", "password: ***"},
+      {"  API_TOKEN=abc def", "  API_TOKEN= ***"},
+      {"{\"name\":1,\"Passphrase\" : \"x\"}", "{\"name\":1,\"Passphrase\" : ***"},
+      {"client_secret: a token: b", "client_secret: ***"},
+      {"link: grbl-ws:10.0.0.5:81", "link: grbl-ws:10.0.0.5:81"},
+      {"see http://127.0.0.1:4711/#8f3a and go", "see http://127.0.0.1:4711/#*** and go"},
+      {"https://bob:pw@shop.example/x?y#z", "https://***@shop.example/x?y#***"},
+      {"ftp://a:b@c, then http://d/e#f", "ftp://***@c, then http://d/e#***"},
+      {"mail to a@b://c/d@e", "mail to a@b://c/d@e"},
+      {"passwords are kept elsewhere: there", "passwords are kept elsewhere: there"},
+      {"", ""},
+  };
+  std::string text, expected;
+  for (const auto& [in, out] : lines) {
+    EXPECT_EQ(without_secrets(in), out);
+    text += std::string(in) + "\n";
+    expected += std::string(out) + "\n";
+  }
+  EXPECT_EQ(without_secrets(text), expected);
+  EXPECT_EQ(support_section("a", "b\xff"), "==== a ====\n" + support_section("", "b\xff").substr(11));
+}
+
+TEST_F(Doctor, TheTailOfAFileBeginsWithALine) {
+  put("log", "first\nsecond\nthird\n");
+  EXPECT_EQ(tail_of_file(root / "log", 100), "first\nsecond\nthird\n");
+  EXPECT_EQ(tail_of_file(root / "log", 18), "second\nthird\n");
+  EXPECT_EQ(tail_of_file(root / "log", 13), "third\n");
+  EXPECT_EQ(tail_of_file(root / "log", 3), "");
+  EXPECT_EQ(tail_of_file(root / "none", 3), "cannot be read: No such file or directory");
 }
 
 }  // namespace

@@ -87,6 +87,24 @@ TEST(GrblSession, BytesAtTheControllerNeverExceedItsBuffer) {
   EXPECT_GT(bench.fake.most_unanswered, 80u) << "the window is not used";
 }
 
+TEST(GrblSession, SaysWhenTheControllerHasRunOut) {
+  Bench bench(numbered(500));
+  bench.open();
+  EXPECT_FALSE(bench.session.state().starved) << "it has taken nothing yet";
+  for (int i = 0; i < 3; ++i) bench.fake.work();
+  const auto with_room = [&](const std::string& room) {
+    bench.fake.room = room;
+    for (const int polls = bench.fake.polls; bench.fake.polls < polls + 2;) bench.exchange(milliseconds(10));
+    return bench.session.state().starved;
+  };
+  EXPECT_EQ(with_room("15,128"), true);
+  EXPECT_EQ(with_room("14,128"), false) << "a block is planned";
+  EXPECT_EQ(with_room("15,20"), false) << "lines wait behind one that lasts";
+  EXPECT_EQ(with_room("15,120"), true) << "a part of a line has come";
+  bench.session.command({Order::kHold}, bench.now);
+  EXPECT_FALSE(with_room("15,128"));
+}
+
 TEST(GrblSession, UsesTheRealReceiveBuffer) {
   Bench large(numbered(1000), FakeGrbl(1024));
   large.open();

@@ -18,7 +18,7 @@ namespace {
 
 const std::vector<std::string> kAnswers = {
     R"({"ok":true,"machine":"a \"b\"","link":"grbl:/dev/x","more":true,"jobs":[{"job":1,"name":"n","state":"done"},
-        {"job":2,"state":"running","blocks":200,"sent":90,"acknowledged":80,"executed":75,"resends":2,"phase":"hold",
+        {"job":2,"state":"running","blocks":200,"sent":90,"acknowledged":80,"executed":75,"resends":2,"starved_seconds":1.5,"phase":"hold",
          "seconds":12.5,"remaining_seconds":30.5,"override":{"feed":110,"spindle":100}}]})",
     R"({"ok":true,"machine":"a","link":"l","jobs":[{"job":3,"state":"queued","queue":1,"queue_moves":true},
         {"job":4,"state":"uncertain"},{"job":5,"state":"uncertain"}]})"};
@@ -78,6 +78,7 @@ TEST(Metrics, SayWhatTheServiceSaid) {
       {"tiltfeed_run_buffered_blocks", 5},
       {"tiltfeed_run_resends", 2},
       {"tiltfeed_run_elapsed_seconds", 12.5},
+      {"tiltfeed_run_starved_seconds", 1.5},
       {"tiltfeed_run_remaining_seconds", 30.5},
       {"tiltfeed_override_ratio{kind=\"feed\"}", 1.1},
   };

@@ -23,6 +23,24 @@ TEST(ModbusSession, EveryBlockOnceInOrderWithOneRequestForSevenBlocks) {
   EXPECT_EQ(bench.session.state().resends, 0u);
 }
 
+TEST(ModbusSession, SaysWhenTheRingHasRunOut) {
+  for (const int per_turn : {1, 100}) {
+    Bench bench(1000);
+    bench.open();
+    bench.per_turn = per_turn;
+    int starved = 0, turns = 0;
+    while (bench.turn() && bench.session.state().acknowledged < 900) {
+      const auto said = bench.session.state().starved;
+      ++turns;
+      ASSERT_TRUE(said);
+      starved += *said ? 1 : 0;
+    }
+    EXPECT_GT(turns, 100);
+    if (per_turn == 1) EXPECT_EQ(starved, 0);
+    if (per_turn == 100) EXPECT_GT(2 * starved, turns);
+  }
+}
+
 TEST(ModbusSession, BlockWordsAreThoseOfTheMap) {
   Bench bench(1);
   while (bench.turn()) {

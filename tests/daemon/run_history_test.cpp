@@ -60,6 +60,28 @@ TEST(RunTally, TellsTheOverridesThatBlocksRanAt) {
   EXPECT_EQ(tally.feed_override()->most, 120);
 }
 
+TEST(RunTally, TellsHowLongTheControllerHadNothingToDo) {
+  RunTally tally;
+  const auto take = [&](std::optional<bool> starved, double now) {
+    SendState state = state_of_run(Phase::kRun);
+    state.starved = starved;
+    tally.take(state, now);
+  };
+  take({}, 1.0);
+  EXPECT_FALSE(tally.starved_seconds()) << "the link does not tell";
+  take(false, 2.0);
+  EXPECT_EQ(tally.starved_seconds(), 0.0);
+  take(true, 3.0);
+  take(true, 3.5);
+  EXPECT_DOUBLE_EQ(*tally.starved_seconds(), 0.5) << "the time that lasts still is in it";
+  take(false, 4.0);
+  take(false, 9.0);
+  take(true, 10.0);
+  take({}, 10.25);
+  take({}, 20.0);
+  EXPECT_DOUBLE_EQ(*tally.starved_seconds(), 1.25);
+}
+
 class History : public testing::Test, protected ServedJobs {
  protected:
   History() : ServedJobs("history", std::chrono::seconds(300)) {}
@@ -124,6 +146,7 @@ TEST_F(History, EveryRunIsOnRecordWithWhoWhatAndHowItEnded) {
     EXPECT_EQ(all[i].at("executed"), all[i].at("blocks"));
     EXPECT_EQ(all[i].at("holds"), 0);
     EXPECT_TRUE(all[i].at("slowest_hold_seconds").is_null());
+    EXPECT_GE(all[i].at("starved_seconds"), 0.0);
   }
   EXPECT_EQ(all[2].at("user"), 1002);
   EXPECT_EQ(all[2].at("outcome"), "stopped");
@@ -156,7 +179,7 @@ TEST_F(History, ARunWhoseEndNobodySawSaysSo) {
   const json all = runs();
   ASSERT_EQ(all.size(), 1u);
   EXPECT_EQ(all[0].at("outcome"), "unknown");
-  for (const char* const key : {"user", "ended", "sent", "seconds", "holds"})
+  for (const char* const key : {"user", "ended", "sent", "seconds", "holds", "starved_seconds"})
     EXPECT_TRUE(all[0].at(key).is_null());
 }
 

@@ -33,6 +33,22 @@ constexpr const char* kFirst =
 constexpr const char* kPlaced =
     "ALTER TABLE jobs ADD COLUMN place INTEGER NOT NULL DEFAULT 0; UPDATE jobs SET place = 4 WHERE id = 9;";
 
+/// Layout 4, which has runs.
+constexpr const char* kRuns =
+    "CREATE TABLE runs (id INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER NOT NULL, name TEXT NOT NULL, hash "
+    "TEXT "
+    "NOT NULL, link TEXT NOT NULL, user INTEGER, began INTEGER NOT NULL, ended INTEGER, first INTEGER NOT "
+    "NULL,"
+    " blocks INTEGER NOT NULL, executed INTEGER NOT NULL, outcome TEXT NOT NULL DEFAULT '', note TEXT NOT "
+    "NULL "
+    "DEFAULT '', sent INTEGER, resends INTEGER, seconds REAL, holds INTEGER, held_seconds REAL, slowest_hold "
+    "REAL, feed_least INTEGER, feed_most INTEGER);"
+    "CREATE INDEX runs_on ON runs (job) WHERE outcome = '';"
+    "INSERT INTO runs (job, name, hash, link, began, ended, first, blocks, executed, outcome, sent, resends, "
+    "seconds, holds, held_seconds) VALUES (3, 'old', 'ab', 'grbl:/dev/x', 1700000002, 1700000009, 1, 70, 70, "
+    "'done', 70, 2, 7.5, 1, 0.5);"
+    "PRAGMA user_version = 4;";
+
 class Layout : public testing::Test {
  protected:
   Layout() { std::filesystem::create_directories(folder_.path + "/spool"); }
@@ -53,10 +69,12 @@ class Layout : public testing::Test {
 };
 
 TEST_F(Layout, C19EveryEarlierLayoutIsBroughtUpToDate) {
-  for (const bool placed : {false, true}) {
+  for (const int layout : {1, 2, 4}) {
+    const bool placed = layout > 1, runs = layout > 3;
     std::filesystem::remove(folder_.path + "/spool/jobs.db");
     sql(kFirst);
     if (placed) sql(kPlaced);
+    if (runs) sql(kRuns);
     for (int time = 0; time < 2; ++time) {
       const auto spool = open();
       ASSERT_TRUE(spool) << spool.error().message;
@@ -70,6 +88,14 @@ TEST_F(Layout, C19EveryEarlierLayoutIsBroughtUpToDate) {
       EXPECT_EQ(jobs[0].created, 1700000000);
       EXPECT_EQ(jobs[1].hash, "cd");
       EXPECT_EQ(jobs[1].place, placed ? 4u : 0u);
+      const auto past = *spool->runs(0, 0, 9);
+      ASSERT_EQ(past.size(), runs ? 1u : 0u);
+      if (!runs) continue;
+      EXPECT_EQ(past[0].ended, 1700000009);
+      ASSERT_TRUE(past[0].figures);
+      EXPECT_EQ(past[0].figures->resends, 2u);
+      EXPECT_EQ(past[0].figures->held_seconds, 0.5);
+      EXPECT_FALSE(past[0].figures->starved_seconds);
     }
     EXPECT_EQ(sql("PRAGMA user_version"), std::to_string(kSpoolVersion));
   }
@@ -82,7 +108,7 @@ TEST_F(Layout, C19AStepThatFailsLeavesTheTableAsItWas) {
   sqlite3* db = nullptr;
   ASSERT_EQ(sqlite3_open((folder_.path + "/spool/jobs.db").c_str(), &db), SQLITE_OK);
   int refused = 0;
-  for (int allowed = 0; allowed < 40; ++allowed) {
+  for (int allowed = 0; allowed < 200; ++allowed) {
     struct Steps {
       int left;
     } steps{allowed};
@@ -106,14 +132,14 @@ TEST_F(Layout, C19AStepThatFailsLeavesTheTableAsItWas) {
 }
 
 TEST_F(Layout, C19ALaterLayoutIsRefusedAndStaysAsItIs) {
-  sql(std::string(kFirst) + "PRAGMA user_version = 5; ALTER TABLE jobs ADD COLUMN later TEXT");
+  sql(std::string(kFirst) + "PRAGMA user_version = 6; ALTER TABLE jobs ADD COLUMN later TEXT");
   const auto spool = open();
   ASSERT_FALSE(spool);
   EXPECT_EQ(spool.error().code, Code::kUsage);
-  EXPECT_NE(spool.error().message.find("later tiltfeed (layout 5"), std::string::npos)
+  EXPECT_NE(spool.error().message.find("later tiltfeed (layout 6"), std::string::npos)
       << spool.error().message;
   EXPECT_EQ(sql("SELECT count(*) FROM jobs WHERE later IS NULL"), "2");
-  EXPECT_EQ(sql("PRAGMA user_version"), "5");
+  EXPECT_EQ(sql("PRAGMA user_version"), "6");
 }
 
 TEST_F(Layout, C18TenThousandJobsAreHeldAndListedInPages) {

@@ -23,9 +23,9 @@ class FakeGrbl {
  public:
   explicit FakeGrbl(int buffer = 128, bool identity = true) : buffer_(buffer), identity_(identity) {}
 
-  std::string state = "Idle", replies;
-  std::vector<std::string> lines;  // taken, in order
-  std::size_t unanswered = 0;      // bytes of lines that came and whose ok has not been heard
+  std::string state = "Idle", replies, room = "15,128";  // room: figures of Bf:
+  std::vector<std::string> lines;                        // taken, in order
+  std::size_t unanswered = 0;  // bytes of lines that came and whose ok has not been heard
   std::size_t most_unanswered = 0;
   bool silent_status = false, withhold = false;
   bool offsets = true;  // WCO: in each report
@@ -39,8 +39,8 @@ class FakeGrbl {
       if (c == '?') {
         ++polls;
         if (!silent_status)
-          replies += "<" + state + "|MPos:" + std::to_string(position + executed_x) +
-                     ",0,0|Bf:15,128|FS:0,0" + (offsets ? "|WCO:0,0,0" : "") + ">\r\n";
+          replies += "<" + state + "|MPos:" + std::to_string(position + executed_x) + ",0,0|Bf:" + room +
+                     "|FS:0,0" + (offsets ? "|WCO:0,0,0" : "") + ">\r\n";
       } else if (c == '!') {
         ++holds;
         state = "Hold:0";

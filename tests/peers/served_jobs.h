@@ -23,12 +23,16 @@ class ServedJobs {
   ServedJobs(const std::string& name, std::chrono::seconds patience) : patience_(patience), folder_(name) {}
   ~ServedJobs() = default;
 
-  void open(const MachineModel& machine, const std::string& link) {
+  ServiceConfig config(const MachineModel& machine, const std::string& link) const {
     ServiceConfig config;
     config.machine.model = machine;
     config.link = link;
     config.spool = folder_.path + "/spool";
-    auto jobs = JobService::open(config, [] {});
+    config.retention = retention_;
+    return config;
+  }
+  void open(const MachineModel& machine, const std::string& link) {
+    auto jobs = JobService::open(config(machine, link), [] {});
     ASSERT_TRUE(jobs) << jobs.error().message;
     jobs_ = std::make_unique<JobService>(std::move(*jobs));
   }
@@ -75,6 +79,7 @@ class ServedJobs {
 
   const std::chrono::seconds patience_;
   const Folder folder_;
+  Retention retention_;
   std::unique_ptr<JobService> jobs_;
 };
 

@@ -138,6 +138,9 @@ def walk(run, ask):
     run.until("no figures of the hold", lambda: figures().get('tiltfeed_run_phase{phase="hold"}') == "1.0")
     run.want(int(float(figures()["tiltfeed_run_blocks"])) == int(run.show(number, "blocks")), "not as many blocks as the program has")
     ask("resume", number)
+    text = ask("support-bundle", "--config", f"{work}/service.yaml")["text"]
+    for part in ("==== doctor ====", "generic-ac", f'"job":{number}', '"outcome":"running"', "spool: spool"):
+        run.want(part in text, f"the bundle does not have {part}: {text}")
     ask("override", number, "80")
     ask("stop", number)
     run.until("it does not stop", lambda: run.show(number, "state") == "stopped")
@@ -160,6 +163,8 @@ def walk(run, ask):
     run.until("it does not go on", lambda: run.show(number, "state") == "done")
     run.kill()
     run.want(figures()["tiltfeed_up"] == "0.0", "a service that is gone is up")
+    text = ask("support-bundle", "--config", f"{work}/service.yaml")["text"]
+    run.want("no service answers at" in text, f"not said in the bundle: {text}")
     ask("safe-stop", "--config", f"{work}/service.yaml")
 
 

@@ -1,0 +1,88 @@
+#include "daemon/doctor/support_text.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "daemon/wire/wire_text.h"
+
+namespace tiltfeed::daemon {
+
+namespace {
+
+constexpr const char* kMask = "***";
+constexpr std::string_view kSecretWords[] = {"password", "passphrase", "secret", "token"};
+constexpr std::string_view kEndsOfAddress = " \t\"'<>)";
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+/// Where the value of a secret begins; npos: the line has none.
+std::size_t secret_value(std::string_view line) {
+  std::string small(line);
+  std::transform(small.begin(), small.end(), small.begin(), lower);
+  std::size_t first = line.npos;
+  for (const std::string_view word : kSecretWords)
+    for (std::size_t at = 0; (at = small.find(word, at)) != small.npos;) {
+      at += word.size();
+      const std::size_t sign = small.find_first_not_of("\"' \t", at);
+      if (sign != small.npos && (small[sign] == ':' || small[sign] == '=')) first = std::min(first, sign + 1);
+    }
+  return first;
+}
+
+/// Addresses in a line.
+std::string masked_addresses(std::string line) {
+  for (std::size_t at = 0; (at = line.find("://", at)) != line.npos;) {
+    const bool http = line.substr(0, at).ends_with("http") || line.substr(0, at).ends_with("https");
+    at += 3;
+    std::size_t end = std::min(line.find_first_of(kEndsOfAddress, at), line.size());
+    const std::size_t host_end = std::min(line.find_first_of("/?#", at), end);
+    if (const std::size_t sign = line.rfind('@', host_end);
+        sign != line.npos && sign >= at && sign < host_end) {
+      line.replace(at, sign - at, kMask);
+      end = std::min(line.find_first_of(kEndsOfAddress, at), line.size());
+    }
+    const std::size_t fragment = line.find('#', at);
+    if (http && fragment != line.npos && fragment < end)
+      line.replace(fragment + 1, end - fragment - 1, kMask);
+  }
+  return line;
+}
+
+}  // namespace
+
+std::string without_secrets(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string line(text.substr(0, end));
+    if (const std::size_t value = secret_value(line); value != line.npos)
+      line = line.substr(0, value) + " " + kMask;
+    out += masked_addresses(std::move(line));
+    if (end < text.size()) out += '\n';
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return out;
+}
+
+std::string support_section(const std::string& title, const std::string& text) {
+  std::string out = "==== " + title + " ====\n" + without_secrets(valid_text(text));
+  if (!out.ends_with('\n')) out += '\n';
+  return out + '\n';
+}
+
+std::string tail_of_file(const std::string& path, std::size_t most) {
+  std::ifstream in(path, std::ios::binary | std::ios::ate);
+  if (!in) return "cannot be read: " + std::string(std::strerror(errno));
+  const auto size = static_cast<std::size_t>(std::max<std::streamoff>(in.tellg(), 0));
+  const std::size_t from = size > most ? size - most : 0;
+  in.seekg(static_cast<std::streamoff>(from));
+  std::string text(size - from, 0);
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
+  if (from > 0) text.erase(0, std::min(text.find('\n'), text.size() - 1) + 1);
+  return text;
+}
+
+}  // namespace tiltfeed::daemon
