@@ -54,6 +54,24 @@ std::string csv_field(const json& value) {
   return out + "\"";
 }
 
+Result<json> ask_runs(const std::string& socket, std::uint64_t job) {
+  json all = json::array();
+  ApiRequest request;
+  request.op = ApiOp::kHistory;
+  request.job = job;
+  for (bool more = true; more;) {
+    const Result<std::string> line = ask_service(socket, write_request(request), {});
+    if (!line) return tl::unexpected<Error>(line.error());
+    const json answer = json::parse(*line, nullptr, false);
+    if (!answer.is_object()) return fail(Code::kIo, socket + ": the answer is not understood");
+    if (!answer.value("ok", false)) return fail(Code::kInput, answer.value("error", "refused"));
+    for (const json& run : answer.at("runs"))
+      all.push_back(run), request.from = run.at("run").get<std::uint64_t>();
+    more = answer.value("more", false);
+  }
+  return all;
+}
+
 /// The columns, in the order of the service's answer.
 constexpr const char* kKeys[] = {"run",
                                  "job",
@@ -110,22 +128,13 @@ void print_run(const json& run) {
 
 }  // namespace
 
-Result<json> ask_runs(const std::string& socket, std::uint64_t job) {
-  json all = json::array();
-  ApiRequest request;
-  request.op = ApiOp::kHistory;
-  request.job = job;
-  for (bool more = true; more;) {
-    const Result<std::string> line = ask_service(socket, write_request(request), {});
-    if (!line) return tl::unexpected<Error>(line.error());
-    const json answer = json::parse(*line, nullptr, false);
-    if (!answer.is_object()) return fail(Code::kIo, socket + ": the answer is not understood");
-    if (!answer.value("ok", false)) return fail(Code::kInput, answer.value("error", "refused"));
-    for (const json& run : answer.at("runs"))
-      all.push_back(run), request.from = run.at("run").get<std::uint64_t>();
-    more = answer.value("more", false);
-  }
-  return all;
+Result<std::string> last_runs(const std::string& socket, std::size_t most) {
+  const Result<json> runs = ask_runs(socket, 0);
+  if (!runs) return tl::unexpected<Error>(runs.error());
+  std::string text;
+  for (std::size_t i = runs->size() - std::min(runs->size(), most); i < runs->size(); ++i)
+    text += (*runs)[i].dump(-1, ' ', true, json::error_handler_t::replace) + "\n";
+  return text;
 }
 
 struct HistoryCommand::Options {

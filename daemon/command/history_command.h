@@ -2,7 +2,6 @@
 // `tiltfeed history`: the runs of a service's machine.
 
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "kinematics/basics/result.h"
@@ -13,8 +12,8 @@ class App;
 
 namespace tiltfeed::daemon {
 
-/// All runs on record, the oldest first; of one job, or of all (0). Errors: kIo, kInput.
-Result<nlohmann::json> ask_runs(const std::string& socket, std::uint64_t job);
+/// The last runs on record, so many at most, the oldest first: a JSON object a line. Errors: kIo, kInput.
+Result<std::string> last_runs(const std::string& socket, std::size_t most);
 
 /// Adds the command to the command line; after it is parsed, runs it.
 class HistoryCommand {

@@ -44,13 +44,10 @@ std::string log_of_units(const std::string& config) {
                       : text;
 }
 
-std::string last_runs(const std::string& socket) {
-  const Result<json> runs = ask_runs(socket, 0);
+std::string runs_of(const std::string& socket) {
+  const Result<std::string> runs = last_runs(socket, kRuns);
   if (!runs) return runs.error().message;
-  std::string text;
-  for (std::size_t i = runs->size() - std::min(runs->size(), kRuns); i < runs->size(); ++i)
-    text += (*runs)[i].dump(-1, ' ', true, json::error_handler_t::replace) + "\n";
-  return text.empty() ? "no runs" : text;
+  return runs->empty() ? "no runs" : *runs;
 }
 
 /// Of the last jobs that ended badly or wait for an operator: how their planning ended, the last lines on the
@@ -126,7 +123,7 @@ std::string SupportCommand::Options::text() const {
   std::string list = answers.empty() ? "no service answers at " + service->socket : "";
   for (const std::string& answer : answers) list += answer;
   out += support_section("its jobs", list);
-  if (!answers.empty()) out += support_section("its last runs", last_runs(service->socket));
+  if (!answers.empty()) out += support_section("its last runs", runs_of(service->socket));
   out += troubles(answers, service->spool);
   return out + support_section("its log", log_of_units(config));
 }

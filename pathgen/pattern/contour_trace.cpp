@@ -71,6 +71,10 @@ class Tracer {
     for (std::size_t i = 0; i < n; ++i) {
       // Across the contour: a grid line may cross it at any angle.
       const Direction2 along = direction(crossings[(i + n - 1) % n].outside, crossings[(i + 1) % n].outside);
+      if (!wanted(crossings[i].outside)) {
+        stops.push_back(as_found(crossings[i]));
+        continue;
+      }
       const bool ends_meet = i == 0 || i + 1 == n;  // perhaps beyond a seam
       stops.push_back(stop_at(crossings[i], ends_meet ? direction(crossings[i].inside, crossings[i].outside)
                                                       : Direction2{along.y, -along.x}));
@@ -79,7 +83,7 @@ class Tracer {
       emit(stops[i]);
       Stop next = stops[(i + 1) % n];
       next.place = near({next.place.x, next.place.y, 0.0}, stops[i].place);  // over the seam
-      refine(stops[i], next, 0);
+      if (wanted(stops[i].place) && wanted(next.place)) refine(stops[i], next, 0);
     }
     return finish();
   }
@@ -95,6 +99,22 @@ class Tracer {
     for (const Crossing& c : all)
       if (some.empty() || distance(some.back().outside, c.outside) > kThinShare * longest) some.push_back(c);
     return some.size() < 3 ? all : some;
+  }
+
+  bool wanted(Place p) const {
+    const auto turn = [](double v, double period) {
+      return period > 0.0 ? v - period * std::round(v / period) : v;
+    };
+    return !options_.wanted || options_.wanted->holds(turn(p.x, map_.period_x()), turn(p.y, map_.period_y()));
+  }
+
+  Stop as_found(const Crossing& c) const {
+    EnvelopePoint point;
+    point.flat = {c.outside.x, c.outside.y, options_.level};
+    const AxisLine line = map_.axis_line(c.outside.x, c.outside.y);
+    point.axis = line.axis;
+    point.centre = line.base + line.axis * options_.level;
+    return {c.outside, point, false};
   }
 
   /// mm of the flat plane for `mm` of part space at the level, along d.

@@ -21,14 +21,26 @@ constexpr double kCrossingShare = 0.125;
 constexpr double kLeastSpacing = 16.0;
 /// Steps that round up to one more only by rounding (share of a step).
 constexpr double kWholeStep = 1e-9;
+/// Contours are followed so far beyond the window, cells: two crossings next to each other, of which both lie
+/// further off, have nothing of it between them, and the border of the grid is further off still.
+constexpr double kCellsWanted = 3.0;
 /// Loops between two calls of the progress function.
 constexpr std::size_t kLoopsPerReport = 16;
 
-/// Lowest and highest finite z' on the grid lines, inside the boundary.
-Interval heights_of(const LevelGrid& grid, const FlatPolygon& boundary) {
+/// The window and so many cells more.
+std::optional<FlatBox> about(const std::optional<FlatBounds>& window, const LevelGrid& grid, double cells) {
+  if (!window) return std::nullopt;
+  const double x = cells * grid.x.step, y = cells * grid.y.step;
+  return FlatBox{window->min_x - x, window->max_x + x, window->min_y - y, window->max_y + y};
+}
+
+/// Lowest and highest finite z' on the grid lines, inside the boundary and the window.
+Interval heights_of(const LevelGrid& grid, const FlatPolygon& boundary,
+                    const std::optional<FlatBox>& window) {
   Interval span{kShut, kNoSurface};
   const auto take = [&](double x, double y, double z) {
     if (!std::isfinite(z) || (z >= span.low && z <= span.high) || !in_polygon(boundary, x, y)) return;
+    if (window && !window->holds(x, y)) return;
     span.low = std::min(span.low, z), span.high = std::max(span.high, z);
   };
   for (std::size_t j = 0; j < grid.rows.size(); ++j)
@@ -55,7 +67,8 @@ class ZLevels {
         }) {}
 
   Result<Contours> run(const LevelGrid& grid) {
-    const Interval surface = heights_of(grid, options_.boundary);
+    const Interval surface = heights_of(grid, options_.boundary, about(options_.window, grid, 1.0));
+    wanted_ = about(options_.window, grid, kCellsWanted);
     if (!(surface.low <= surface.high))
       return fail(Code::kUnreachable, "there is no surface inside the containment: check containment");
     const double top = std::min(surface.high, options_.height.high);
@@ -103,7 +116,7 @@ class ZLevels {
       tbb::parallel_for(from, to, [&](std::size_t i) {
         const auto k = static_cast<std::size_t>(all[i].level), l = static_cast<std::size_t>(all[i].loop);
         const TraceOptions how{levels_[k], tolerance_, options_.envelope.max_axis_step,
-                               options_.pattern.climb};
+                               options_.pattern.climb, wanted_};
         traces_[k][l] = trace_contour(sets_[k].loops()[l], how, heights_.local());
         traces_[k][l].passes = inside_polygon(traces_[k][l].passes, map_, options_.boundary);
       });
@@ -141,6 +154,7 @@ class ZLevels {
   HullBvh places_;  ///< contours ask here and there
   tbb::enumerable_thread_specific<Heights> heights_;
   std::vector<double> levels_;
+  std::optional<FlatBox> wanted_;           ///< contours are followed there alone
   std::vector<LevelSet> sets_;              ///< by level
   std::vector<std::vector<Trace>> traces_;  ///< by level and loop
 };
@@ -169,7 +183,7 @@ Result<std::vector<double>> levels_between(double top, double bottom, double ste
 
 Result<Contours> z_level(const ClField& field, const ContourOptions& options, const Progress& progress) {
   const double spacing = grid_spacing(options.pattern, options.envelope.tolerance);
-  const auto grid = make_level_grid(field, spacing, options.envelope, progress);
+  const auto grid = make_level_grid(field, spacing, options.envelope, options.window, progress);
   if (!grid) return tl::unexpected(grid.error());
   return ZLevels(field, options, progress).run(*grid);
 }

@@ -2,6 +2,7 @@
 // Patterns of closed curves in the flat plane: contours at constant z', and a region's border moved inwards.
 // (Z1)..(Z7) in pathgen/pattern/README.md.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ struct ContourOptions {
   Pattern pattern;
   FlatPolygon boundary;  ///< closed; in mm of the flat plane, within one turn; empty: none
   Interval height;       ///< z', mm
+  /// Where contours are wanted: what lies further off than some cells of the grid is not looked for; nothing:
+  /// everywhere.
+  std::optional<FlatBounds> window = {};
 };
 
 struct Contours {
@@ -37,9 +41,9 @@ inline constexpr double kMaxLevelNodes = 200e6;
 /// none, to the lowest (or height.low, which may lie below: walls down from where the surface ends).
 /// Properties, t = envelope.tolerance: on every move the envelope is at most level + t, or a move grazes a
 /// wall less than t deep; at every point it is higher than the level at most 2 t aside; each comes after the
-/// loops above it (order_of). Features narrower than grid_spacing that no grid line meets are missed: their
-/// contours are left out, never cut into. Errors: kLimit for too many levels or too fine a grid, kUnreachable
-/// when there is nothing, kCancelled.
+/// loops above it (order_of) as far as their pocket or island lies within the window. Features narrower than
+/// grid_spacing that no grid line meets are missed: their contours are left out, never cut into. Errors:
+/// kLimit for too many levels or too fine a grid, kUnreachable when there is nothing, kCancelled.
 Result<Contours> z_level(const ClField& field, const ContourOptions& options, const Progress& progress);
 
 /// Distance of the grid lines on which contours are found: the smaller of side_step and step_down, at least

@@ -29,14 +29,33 @@ GridAxis grid_axis(double low, double high, double spacing, double period) {
   return axis;
 }
 
+/// From low to high, without what is more than kCellsBeyond cells off the window; all of it where a seam is
+/// nearer than that to the window.
+void narrow(double& low, double& high, double window_low, double window_high, double spacing, double period) {
+  const double from = window_low - kCellsBeyond * spacing, to = window_high + kCellsBeyond * spacing;
+  if (!(window_low <= window_high) || (period > 0.0 && (from <= -period / 2.0 || to >= period / 2.0))) return;
+  if (from > high || to < low) return;
+  low = std::max(low, from), high = std::min(high, to);
+}
+
+double area(const FlatBounds& b, double spacing) {
+  return std::max(b.max_x - b.min_x, spacing) * std::max(b.max_y - b.min_y, spacing);
+}
+
 }  // namespace
 
 Result<LevelGrid> make_level_grid(const ClField& field, double spacing, const EnvelopeOptions& options,
-                                  const Progress& progress) {
-  const FlatBounds& b = field.index.bounds();
+                                  const std::optional<FlatBounds>& window, const Progress& progress) {
+  const FlatBounds& all = field.index.bounds();
+  FlatBounds b = all;
+  if (window) {
+    narrow(b.min_x, b.max_x, window->min_x, window->max_x, spacing, field.deformation.period_x());
+    narrow(b.min_y, b.max_y, window->min_y, window->max_y, spacing, field.deformation.period_y());
+  }
   const double nodes = (b.max_x - b.min_x) / spacing * ((b.max_y - b.min_y) / spacing);
   const double crossings =
-      field.index.crossings(1.0, 0.0, spacing) + field.index.crossings(0.0, 1.0, spacing);
+      (field.index.crossings(1.0, 0.0, spacing) + field.index.crossings(0.0, 1.0, spacing)) *
+      (area(b, spacing) / area(all, spacing));
   if (nodes > kMaxGridNodes || crossings > kMaxCrossings)
     return fail(Code::kLimit, "contours are found on grid lines " + std::to_string(spacing) +
                                   " mm apart, which is too fine for a surface of " +

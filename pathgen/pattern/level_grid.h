@@ -2,6 +2,7 @@
 // Exact profiles of the envelope along two families of grid lines, x' and y', and its heights where they
 // cross: what every level's contours are found from. (Z1) in pathgen/pattern/README.md.
 
+#include <optional>
 #include <vector>
 
 #include "kinematics/basics/result.h"
@@ -33,9 +34,13 @@ struct LevelGrid {
   }
 };
 
-/// Lines evenly and at most `spacing` apart. Errors: kLimit for more than kMaxGridNodes or kMaxCrossings,
-/// kCancelled.
+/// How far the lines reach over a region: so much of it is followed to and fro across its border, in cells.
+inline constexpr double kCellsBeyond = 6.0;
+
+/// Lines evenly and at most `spacing` apart over `window` and kCellsBeyond cells more, or over all that there
+/// is: where that would end at a seam, all round. Beyond the outermost lines nothing is looked at, as if
+/// there were no surface. Errors: kLimit for more than kMaxGridNodes or kMaxCrossings, kCancelled.
 Result<LevelGrid> make_level_grid(const ClField& field, double spacing, const EnvelopeOptions& options,
-                                  const Progress& progress);
+                                  const std::optional<FlatBounds>& window, const Progress& progress);
 
 }  // namespace tiltfeed::pathgen

@@ -30,8 +30,10 @@ Interval useful(Interval levels, const Deformation& map) {
 }
 
 ContourOptions contour_options(const PlanOptions& options, const EnvelopeOptions& envelope,
-                               const Region& region, const Deformation& map) {
+                               const Region& region, const ClField& field) {
+  const Deformation& map = field.deformation;
   ContourOptions contours{envelope, options.pattern, region.boundary(), useful(region.levels(), map)};
+  if (region.limited()) contours.window = region.within(field.index.bounds());
   if (contours.pattern.side_step <= 0.0) contours.pattern.side_step = contours.pattern.step_down;
   return contours;
 }
@@ -101,7 +103,7 @@ Result<Passes> trace_levels(const ClField& field, const PlanOptions& options, co
                             const Progress& progress, double share_of_all,
                             std::vector<std::string>& warnings) {
   const Region region(options.containment, field.deformation);
-  const ContourOptions contours = contour_options(options, envelope, region, field.deformation);
+  const ContourOptions contours = contour_options(options, envelope, region, field);
   const Progress steps = in_order(progress, {"grid", "levels", "contours", "held"}, 0.0, share_of_all);
   auto found = z_level(field, contours, steps);
   if (!found) return tl::unexpected(found.error());
@@ -132,7 +134,7 @@ Result<Passes> trace_region(const ClField& field, const PlanOptions& options, co
                             const Progress& progress, std::vector<std::string>& warnings) {
   const Region region(options.containment, field.deformation);
   const Progress steps = in_order(progress, {"grid", "curves", "held"}, 0.0, 1.0);
-  auto found = region_pattern(field, contour_options(options, envelope, region, field.deformation), steps);
+  auto found = region_pattern(field, contour_options(options, envelope, region, field), steps);
   if (!found) return tl::unexpected(found.error());
   return within(std::move(*found), region, field, options, envelope, options.smoothing, steps, warnings);
 }
@@ -147,7 +149,7 @@ Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, con
   std::vector<FlatLine> lines;
   for (double k = 0.0; k < raster->count; ++k)
     for (const FlatLine& piece : region.inside(raster->row(k))) lines.push_back(piece);
-  const ContourOptions contours = contour_options(options, envelope, region, field.deformation);
+  const ContourOptions contours = contour_options(options, envelope, region, field);
   double top = region.levels().high;
   if (!std::isfinite(top)) {
     top = -std::numeric_limits<double>::infinity();

@@ -47,7 +47,7 @@ std::vector<Pass> lay_curve(const FlatCurve& curve, Heights& heights) {
 
 Result<std::vector<FlatRegion>> silhouette(const ClField& field, double spacing,
                                            const EnvelopeOptions& options, const Progress& progress) {
-  const auto grid = make_level_grid(field, spacing, options, progress);
+  const auto grid = make_level_grid(field, spacing, options, std::nullopt, progress);
   if (!grid) return tl::unexpected(grid.error());
   if (grid->x.wraps || grid->y.wraps)
     return fail(Code::kInput,

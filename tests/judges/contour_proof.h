@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "pathgen/pattern/contours.h"
 #include "tests/shapes/contour_shapes.h"
@@ -88,6 +89,52 @@ inline void expect_on_the_border(const Mesh& mesh, const ClField& field, const C
     EXPECT_GT(beside, p.z) << p.x << ' ' << p.y << ' ' << p.z;
   });
   EXPECT_GT(places, 20u);
+}
+
+inline bool in_bounds(const FlatBounds& b, Point<Flat> f) {
+  return f.x >= b.min_x && f.x <= b.max_x && f.y >= b.min_y && f.y <= b.max_y;
+}
+
+/// How far a point is off the passes at its level, mm.
+inline double off_passes(const EnvelopePoint& p, const Contours& contours) {
+  double nearest = 1e9;
+  each_pass(contours, [&](const Pass& pass) {
+    if (std::abs(pass[0].flat.z - p.flat.z) > 1e-9) return;
+    for (std::size_t i = 0; i + 1 < pass.size(); ++i) {
+      const Vec3 along = pass[i + 1].centre - pass[i].centre, to = p.centre - pass[i].centre;
+      const double share = std::clamp(dot(to, along) / std::max(dot(along, along), 1e-30), 0.0, 1.0);
+      nearest = std::min(nearest, length(to - along * share));
+    }
+  });
+  return nearest;
+}
+
+/// In the window `some` are what is found without one. `all`: on grids of several spacings; what is narrower
+/// than a grid's spacing may be missed on it, so that only what all of them have must be there, and nothing
+/// else than what one of them has. How many points were compared.
+inline std::size_t expect_same_in(const FlatBounds& window, const Contours& some,
+                                  const std::vector<Contours>& all) {
+  const double same = 3.0 * kTolerance;
+  std::size_t count = 0;
+  const auto each_point = [&](const Contours& contours, const auto& visit) {
+    each_pass(contours, [&](const Pass& pass) {
+      for (const EnvelopePoint& p : pass)
+        if (in_bounds(window, p.flat)) visit(p);
+    });
+  };
+  each_point(some, [&](const EnvelopePoint& p) {
+    double off = 1e9;
+    for (const Contours& one : all) off = std::min(off, off_passes(p, one));
+    EXPECT_LE(off, same) << p.flat.x << ' ' << p.flat.y << ' ' << p.flat.z;
+    ++count;
+  });
+  each_point(all[0], [&](const EnvelopePoint& p) {
+    for (const Contours& one : all)
+      if (off_passes(p, one) > same) return;
+    EXPECT_LE(off_passes(p, some), same) << p.flat.x << ' ' << p.flat.y << ' ' << p.flat.z;
+    ++count;
+  });
+  return count;
 }
 
 }  // namespace tiltfeed

@@ -87,6 +87,27 @@ TEST(ZLevel, GoesAllRoundALineOverTheSeam) {
   expect_on_the_border(shapes.mesh, *field, contours, 40);
 }
 
+TEST(ZLevel, AWindowNearASeamIsOneTheLessForIt) {
+  AxisFrame frame;
+  frame.mode = AxisMode::kLine, frame.t = {0, 0, 1}, frame.n = {1, 0, 0};
+  Shapes shapes;
+  shapes.revolve(0, 0, {{10, -15}, {10, -2}, {13, -2}, {13, 2}, {10, 2}, {10, 15}}, 360);
+  const auto field = field_over(shapes.mesh, frame, 2.0 * kRadius, 12.0);
+  ContourOptions options = options_for(1.0, 0.9);
+  options.height = {12.5, 13.5};
+  const std::vector<Contours> all{contours_of(*field, options)};
+  const double half = field->deformation.period_y() / 2.0;
+  for (const auto& [low, high] :
+       {std::pair{-9.0, 4.0}, {-half, 5.0 - half}, {half - 3.0, half}, {-half, half}})
+    for (const auto& [left, right] : {std::pair{-20.0, 20.0}, {-5.0, -3.0}, {1.0, 8.0}}) {
+      const FlatBounds window{left, right, low, high};
+      options.window = window;
+      const Contours some = contours_of(*field, options);
+      EXPECT_GT(expect_same_in(window, some, all), 6u) << low << ' ' << left;
+      EXPECT_TRUE(some.warnings.empty());
+    }
+}
+
 /// Inside a ball-shaped cavity, the tool pointing at its middle: a spike that comes within a tool radius of
 /// the middle shuts every column, the one asked for first and all after it.
 TEST(ZLevel, ColumnsWhoseEndThePartCoversAreShutOneAndAll) {

@@ -251,6 +251,52 @@ TEST(ZLevel, AWallMuchThinnerThanTheGridIsNotMissed) {
   expect_on_the_border(shapes.mesh, *field, contours, 60);
 }
 
+TEST(ZLevel, InAWindowItIsWhatItIsThereWithoutOne) {
+  Shapes shapes = pocket_with_island();
+  std::mt19937 random(17);
+  const auto draw = [&](double from, double to) {
+    return std::uniform_real_distribution<double>(from, to)(random);
+  };
+  for (int i = 0; i < 12; ++i) {
+    const double x = draw(-12, 12), y = draw(-12, 12);
+    shapes.bead(x, y, 0.0, draw(1.0, 4.0), 0.0, false, 24);
+  }
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  ContourOptions options = options_for(1.0, 0.5);
+  options.height = {2.2, 5.2};  // the same levels, whatever is highest in a window
+  std::vector<Contours> all;
+  for (const double spacing : {0.5, 0.46, 0.41, 0.34}) {
+    options.pattern.side_step = spacing;
+    all.push_back(contours_of(*field, options));
+  }
+  options.pattern.side_step = 0.5;
+  std::size_t compared = 0, largest = 0, windows = 0;
+  for (int i = 0; i < 40; ++i) {
+    const double x = draw(-22, 20), y = draw(-22, 20);
+    const FlatBounds window{x, x + draw(0.05, 9.0), y, y + draw(0.05, 9.0)};
+    options.window = window;
+    const auto some = z_level(*field, options, {});
+    if (!some) {
+      EXPECT_NE(some.error().message.find("no surface"), std::string::npos) << some.error().message;
+      continue;
+    }
+    // Levels begin at what is highest, which may be lower there.
+    double first = 0.0;
+    each_pass(*some, [&](const Pass& pass) { first = std::max(first, pass[0].flat.z); });
+    if (std::abs(first - 4.2) > 1e-9) continue;
+    ++windows;
+    compared += expect_same_in(window, *some, all);
+    std::size_t here = 0;
+    each_pass(*some, [&](const Pass& pass) { here += pass.size(); });
+    largest = std::max(largest, here);
+  }
+  EXPECT_GT(windows, 8u);
+  EXPECT_GT(compared, 1000u);
+  std::size_t of_all = 0;
+  each_pass(all[0], [&](const Pass& pass) { of_all += pass.size(); });
+  EXPECT_LT(largest, of_all / 2) << "nothing is saved";
+}
+
 TEST(ZLevel, IsTheSameForAnyNumberOfThreads) {
   const Shapes shapes = pocket_with_island();
   const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
