@@ -109,23 +109,23 @@ SupportCommand::~SupportCommand() = default;
 bool SupportCommand::called() const { return options_->support->parsed(); }
 
 std::string SupportCommand::Options::text() const {
-  std::string out = "tiltfeed support bundle, made " + now_utc() + " by tiltfeed " + version +
+  std::string all = "tiltfeed support bundle, made " + now_utc() + " by tiltfeed " + version +
                     "\nRead it before you send it. Passwords, tokens and sign-in codes are masked; names of "
                     "jobs, users and addresses are not.\n\n";
-  out += support_section("this computer", computer());
-  out += support_section("doctor", findings_text(examine(config, version, false)));
-  out += support_section("the service's file: " + config, tail_of_file(config, kMostOfFile));
+  all += support_section("this computer", computer());
+  all += support_section("doctor", findings_text(examine(config, version, false)));
+  all += support_section("the service's file: " + config, tail_of_file(config, kMostOfFile));
   const Result<config::ServiceConfig> service = config::load_service_config(config);
-  if (!service) return out + support_section("its log", log_of_units(config));
-  out += support_section("the machine's profile: " + service->machine.path,
+  if (!service) return all + support_section("its log", log_of_units(config));
+  all += support_section("the machine's profile: " + service->machine.path,
                          tail_of_file(service->machine.path, kMostOfProfile));
   const std::vector<std::string> answers = all_answers(service->socket);
   std::string list = answers.empty() ? "no service answers at " + service->socket : "";
   for (const std::string& answer : answers) list += answer;
-  out += support_section("its jobs", list);
-  if (!answers.empty()) out += support_section("its last runs", runs_of(service->socket));
-  out += troubles(answers, service->spool);
-  return out + support_section("its log", log_of_units(config));
+  all += support_section("its jobs", list);
+  if (!answers.empty()) all += support_section("its last runs", runs_of(service->socket));
+  all += troubles(answers, service->spool);
+  return all + support_section("its log", log_of_units(config));
 }
 
 int SupportCommand::run() const {

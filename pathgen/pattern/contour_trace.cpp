@@ -101,11 +101,15 @@ class Tracer {
     return some.size() < 3 ? all : some;
   }
 
+  /// On whichever side of a seam.
   bool wanted(Place p) const {
-    const auto turn = [](double v, double period) {
-      return period > 0.0 ? v - period * std::round(v / period) : v;
-    };
-    return !options_.wanted || options_.wanted->holds(turn(p.x, map_.period_x()), turn(p.y, map_.period_y()));
+    if (!options_.wanted) return true;
+    const double turn_x = map_.period_x(), turn_y = map_.period_y();
+    const Place home = near({p.x, p.y, 0.0}, {});
+    for (const double x : {home.x - turn_x, home.x, home.x + turn_x})
+      for (const double y : {home.y - turn_y, home.y, home.y + turn_y})
+        if (options_.wanted->holds(x, y)) return true;
+    return false;
   }
 
   Stop as_found(const Crossing& c) const {
