@@ -5,8 +5,10 @@
 
 #include <cstdlib>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "config/job.h"
+#include "config/output_file.h"
 #include "config/yaml_tree.h"
 
 namespace tiltfeed::daemon {
@@ -19,6 +21,21 @@ int complain(const Error& error) {
 int show_json(const std::string& object) {
   std::cout << object << "\n";
   return kExitDone;
+}
+
+int give_text(const std::string& text, const std::string& out, bool as_json) {
+  if (as_json)
+    return show_json(
+        nlohmann::json({{"text", text}}).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace));
+  const Result<void> written = config::write_file(out, text);
+  return written ? kExitDone : complain(written.error());
+}
+
+std::string utc_text(std::time_t at) {
+  std::tm parts{};
+  ::gmtime_r(&at, &parts);
+  char text[32];
+  return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts)};
 }
 
 int open_written_out(const std::string& job) {

@@ -1,6 +1,7 @@
 #pragma once
 // What all subcommands of tiltfeed share: how they end, and where the service is.
 
+#include <ctime>
 #include <string>
 
 #include "kinematics/basics/result.h"
@@ -12,6 +13,13 @@ inline constexpr int kExitDone = 0, kExitFailed = 1, kExitWrongUse = 2;
 
 /// What a subcommand shows with --json, on standard output. Requires: one JSON object. Returns kExitDone.
 int show_json(const std::string& object);
+
+/// The text that a subcommand has made: with --json as an object that has it, else into the file `out` ("-":
+/// standard output). The exit status.
+int give_text(const std::string& text, const std::string& out, bool as_json);
+
+/// 2026-01-31T23:59:59Z
+std::string utc_text(std::time_t at);
 
 /// Writes the error to standard error; the exit status that goes with it.
 int complain(const Error& error);

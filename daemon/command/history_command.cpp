@@ -24,15 +24,8 @@ using nlohmann::json;
 /// Columns of the table for people.
 constexpr int kRunWidth = 6, kTimeWidth = 21, kTakesWidth = 9, kNameWidth = 24;
 
-/// 2026-01-31T23:59:59Z; empty where it is not known.
-std::string utc(const json& seconds) {
-  if (seconds.is_null()) return "";
-  const std::time_t at = seconds.get<std::time_t>();
-  std::tm parts{};
-  ::gmtime_r(&at, &parts);
-  char text[32];
-  return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts)};
-}
+/// Empty where it is not known.
+std::string utc(const json& seconds) { return seconds.is_null() ? "" : utc_text(seconds.get<std::time_t>()); }
 
 /// Midnight, UTC, of YYYY-MM-DD.
 std::optional<std::time_t> day_of(const std::string& text) {

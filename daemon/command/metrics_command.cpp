@@ -2,9 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
-#include "config/output_file.h"
 #include "config/service_config.h"
 #include "daemon/command/command.h"
 #include "daemon/metrics/metrics.h"
@@ -41,11 +39,7 @@ int MetricsCommand::run() const {
   const Result<std::string> text =
       metrics_text(all_answers(service->socket), o.version, {disk.available, disk.capacity});
   if (!text) return complain(text.error());
-  if (o.as_json)
-    return show_json(
-        nlohmann::json({{"text", *text}}).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace));
-  const Result<void> written = config::write_file(o.out, *text);
-  return written ? kExitDone : complain(written.error());
+  return give_text(*text, o.out, o.as_json);
 }
 
 }  // namespace tiltfeed::daemon

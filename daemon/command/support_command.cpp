@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "config/output_file.h"
 #include "config/service_config.h"
 #include "daemon/command/command.h"
 #include "daemon/command/doctor_command.h"
@@ -75,14 +74,6 @@ std::string troubles(const std::vector<std::string>& answers, const std::string&
   return text;
 }
 
-std::string now_utc() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  ::gmtime_r(&now, &parts);
-  char text[32];
-  return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts)};
-}
-
 }  // namespace
 
 struct SupportCommand::Options {
@@ -109,7 +100,8 @@ SupportCommand::~SupportCommand() = default;
 bool SupportCommand::called() const { return options_->support->parsed(); }
 
 std::string SupportCommand::Options::text() const {
-  std::string all = "tiltfeed support bundle, made " + now_utc() + " by tiltfeed " + version +
+  std::string all = "tiltfeed support bundle, made " + utc_text(std::time(nullptr)) + " by tiltfeed " +
+                    version +
                     "\nRead it before you send it. Passwords, tokens and sign-in codes are masked; names of "
                     "jobs, users and addresses are not.\n\n";
   all += support_section("this computer", computer());
@@ -128,12 +120,6 @@ std::string SupportCommand::Options::text() const {
   return all + support_section("its log", log_of_units(config));
 }
 
-int SupportCommand::run() const {
-  const Options& o = *options_;
-  const std::string text = o.text();
-  if (o.as_json) return show_json(json({{"text", text}}).dump(-1, ' ', true, json::error_handler_t::replace));
-  const Result<void> written = config::write_file(o.out, text);
-  return written ? kExitDone : complain(written.error());
-}
+int SupportCommand::run() const { return give_text(options_->text(), options_->out, options_->as_json); }
 
 }  // namespace tiltfeed::daemon

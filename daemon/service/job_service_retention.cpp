@@ -11,7 +11,6 @@ namespace tiltfeed::daemon {
 namespace {
 
 constexpr std::chrono::hours kLookAgain{1};
-constexpr std::int64_t kDay = 24 * 3600;
 
 }  // namespace
 

@@ -7,7 +7,6 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-constexpr std::int64_t kDay = 24 * 3600;
 constexpr int kMibBits = 20;
 
 }  // namespace

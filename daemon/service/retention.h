@@ -8,6 +8,8 @@
 
 namespace tiltfeed::daemon {
 
+inline constexpr std::int64_t kDay = 24 * 3600;  ///< s
+
 struct KeptJob {
   std::uint64_t id = 0;
   bool ended = false;      ///< done, stopped or failed, and in no queue: the others never go

@@ -16,8 +16,7 @@ namespace {
 
 constexpr const char* kColumns =
     "id, job, name, hash, link, user, began, ended, first, blocks, executed, outcome, note, sent, resends, "
-    "seconds, "
-    "holds, held_seconds, slowest_hold, feed_least, feed_most, starved_seconds";
+    "seconds, holds, held_seconds, slowest_hold, feed_least, feed_most, starved_seconds";
 
 /// Of the files that can be looked at.
 std::uint64_t bytes_in(const std::string& folder) {
@@ -56,10 +55,8 @@ void Spool::end_run(const RunReport& end) {
   const bool prepared = table_->prepare(
       change,
       "UPDATE runs SET ended = ?, executed = ?, outcome = ?, note = ?, sent = ?, resends = ?, seconds = ?, "
-      "holds = "
-      "?, held_seconds = ?, slowest_hold = ?, feed_least = ?, feed_most = ?, starved_seconds = ? WHERE job = "
-      "? "
-      "AND outcome = ''");
+      "holds = ?, held_seconds = ?, slowest_hold = ?, feed_least = ?, feed_most = ?, starved_seconds = ? "
+      "WHERE job = ? AND outcome = ''");
   if (prepared) {
     change.bind(1, end.ended);
     change.bind(2, end.executed);

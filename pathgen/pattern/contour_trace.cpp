@@ -112,13 +112,15 @@ class Tracer {
     return false;
   }
 
-  Stop as_found(const Crossing& c) const {
-    EnvelopePoint point;
-    point.flat = {c.outside.x, c.outside.y, options_.level};
-    const AxisLine line = map_.axis_line(c.outside.x, c.outside.y);
+  Stop as_found(const Crossing& c) const { return {c.outside, at_level({}, c.outside), false}; }
+
+  /// The tool's place on the axis line there.
+  EnvelopePoint at_level(EnvelopePoint point, Place place) const {
+    point.flat = {place.x, place.y, options_.level};
+    const AxisLine line = map_.axis_line(place.x, place.y);
     point.axis = line.axis;
     point.centre = line.base + line.axis * options_.level;
-    return {c.outside, point, false};
+    return point;
   }
 
   /// mm of the flat plane for `mm` of part space at the level, along d.
@@ -147,10 +149,7 @@ class Tracer {
     const bool shut =
         point.flat.z == kShut || !map_.in_column({place.x, place.y, options_.level}, kLeastInColumn);
     const bool wall = !(point.flat.z <= border_ + kWallRise * options_.tolerance);
-    point.flat = {place.x, place.y, options_.level};
-    const AxisLine line = map_.axis_line(place.x, place.y);
-    point.axis = line.axis;
-    point.centre = line.base + line.axis * options_.level;
+    point = at_level(std::move(point), place);
     if (wall) {
       const Place beside = moved(place, out, kProbe);
       const Vec3 v = map_.unflatten({beside.x, beside.y, options_.level}) - point.centre;
@@ -252,10 +251,8 @@ class Tracer {
   Trace finish() {
     if (pass_.empty()) return {};
     for (EnvelopePoint& p : pass_) {
-      const auto wrap = [](double v, double period) {
-        return period > 0.0 ? v - period * std::round(v / period) : v;
-      };
-      p.flat.x = wrap(p.flat.x, map_.period_x()), p.flat.y = wrap(p.flat.y, map_.period_y());
+      const Place home = near(p.flat, {});
+      p.flat.x = home.x, p.flat.y = home.y;
     }
     if (cuts_.empty()) {
       pass_.push_back(pass_.front());

@@ -25,9 +25,9 @@ struct Trace {
   std::uint64_t left_out = 0;  ///< moves left out because the surface rises over them or falls away
 };
 
-/// Properties, where it is wanted: on every move the envelope is at most level + tolerance; at every point,
-/// and in the middle of every move, it is higher than the level at most two tolerances aside (but where a
-/// border is so narrow that it cannot be followed). A closed pass ends with its first point. Requires: the
+/// Properties, where it is wanted: on every move the envelope is at most level + tolerance. At every point,
+/// and in the middle of every move, it is higher than the level at most two tolerances aside. (But not where
+/// a border is so narrow that it cannot be followed.) A closed pass ends with its first point. Requires: the
 /// loop's level is level + kRiseShare * tolerance.
 Trace trace_contour(const Loop& loop, const TraceOptions& options, Heights& heights);
 

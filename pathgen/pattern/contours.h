@@ -19,8 +19,8 @@ struct ContourOptions {
   Pattern pattern;
   FlatPolygon boundary;  ///< closed; in mm of the flat plane, within one turn; empty: none
   Interval height;       ///< z', mm
-  /// Where contours are wanted: what lies further off than some cells of the grid is not looked for; nothing:
-  /// everywhere.
+  /// Where z_level's contours are wanted: what lies further off than some cells of the grid is not looked
+  /// for; nothing: everywhere.
   std::optional<FlatBounds> window = {};
 };
 

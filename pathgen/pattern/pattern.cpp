@@ -30,10 +30,8 @@ Interval useful(Interval levels, const Deformation& map) {
 }
 
 ContourOptions contour_options(const PlanOptions& options, const EnvelopeOptions& envelope,
-                               const Region& region, const ClField& field) {
-  const Deformation& map = field.deformation;
+                               const Region& region, const Deformation& map) {
   ContourOptions contours{envelope, options.pattern, region.boundary(), useful(region.levels(), map)};
-  if (region.limited()) contours.window = region.within(field.index.bounds());
   if (contours.pattern.side_step <= 0.0) contours.pattern.side_step = contours.pattern.step_down;
   return contours;
 }
@@ -103,7 +101,8 @@ Result<Passes> trace_levels(const ClField& field, const PlanOptions& options, co
                             const Progress& progress, double share_of_all,
                             std::vector<std::string>& warnings) {
   const Region region(options.containment, field.deformation);
-  const ContourOptions contours = contour_options(options, envelope, region, field);
+  ContourOptions contours = contour_options(options, envelope, region, field.deformation);
+  if (region.limited()) contours.window = region.within(field.index.bounds());
   const Progress steps = in_order(progress, {"grid", "levels", "contours", "held"}, 0.0, share_of_all);
   auto found = z_level(field, contours, steps);
   if (!found) return tl::unexpected(found.error());
@@ -134,7 +133,7 @@ Result<Passes> trace_region(const ClField& field, const PlanOptions& options, co
                             const Progress& progress, std::vector<std::string>& warnings) {
   const Region region(options.containment, field.deformation);
   const Progress steps = in_order(progress, {"grid", "curves", "held"}, 0.0, 1.0);
-  auto found = region_pattern(field, contour_options(options, envelope, region, field), steps);
+  auto found = region_pattern(field, contour_options(options, envelope, region, field.deformation), steps);
   if (!found) return tl::unexpected(found.error());
   return within(std::move(*found), region, field, options, envelope, options.smoothing, steps, warnings);
 }
@@ -149,7 +148,7 @@ Result<Passes> trace_rough(const ClField& field, const PlanOptions& options, con
   std::vector<FlatLine> lines;
   for (double k = 0.0; k < raster->count; ++k)
     for (const FlatLine& piece : region.inside(raster->row(k))) lines.push_back(piece);
-  const ContourOptions contours = contour_options(options, envelope, region, field);
+  const ContourOptions contours = contour_options(options, envelope, region, field.deformation);
   double top = region.levels().high;
   if (!std::isfinite(top)) {
     top = -std::numeric_limits<double>::infinity();

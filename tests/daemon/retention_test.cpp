@@ -19,8 +19,6 @@ using namespace config;
 using namespace daemon;
 namespace {
 
-constexpr std::int64_t kDay = 24 * 3600;
-
 TEST(Outdated, IsWhatTheLimitsSayForAnyJobs) {
   std::mt19937 random(22);
   const auto draw = [&](int most) { return std::uniform_int_distribution<int>(0, most)(random); };
@@ -82,12 +80,9 @@ class Kept : public testing::Test, protected ServedJobs {
     sqlite3_close(db);
   }
   std::uint64_t submit(int feeds = 3, std::size_t bytes = 0) {
-    std::string text = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n";
-    for (int i = 0; i < feeds; ++i) text += "G1 X" + std::to_string(i % 2) + " Y1 Z50 A0 C0 F600\n";
-    while (text.size() < bytes) text += "(" + std::string(60, 'x') + ")\n";
-    const std::uint64_t job = submit_text(text + "M2\n").at("job");
-    until([&] { return state(job) == "ready"; });
-    return job;
+    std::string padding;
+    while (padding.size() < bytes) padding += "(" + std::string(60, 'x') + ")\n";
+    return submit_moves(feeds, 600, padding);
   }
   std::set<std::uint64_t> listed() {
     std::set<std::uint64_t> jobs;

@@ -92,15 +92,7 @@ class History : public testing::Test, protected ServedJobs {
   json runs(std::uint64_t job = 0, std::optional<std::uint64_t> after = {}) {
     return ask(ApiOp::kHistory, job, after).at("runs");
   }
-  std::uint64_t submit(int feeds) {
-    std::string text = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n";
-    for (int i = 0; i < feeds; ++i)
-      text += "G1 X" + std::to_string(i % 2) + " Y1 Z50 A0 C0 F" + std::string(feeds > 100 ? "600" : "6000") +
-              "\n";
-    const std::uint64_t job = submit_text(text + "M2\n").at("job");
-    until([&] { return state(job) == "ready"; });
-    return job;
-  }
+  std::uint64_t submit(int feeds) { return submit_moves(feeds, feeds > 100 ? 600 : 6000); }
   void start_by(std::uint64_t job, std::uint32_t user) {
     ApiRequest request;
     request.op = ApiOp::kStart;

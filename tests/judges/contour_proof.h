@@ -109,9 +109,9 @@ inline double off_passes(const EnvelopePoint& p, const Contours& contours) {
   return nearest;
 }
 
-/// In the window `some` are what is found without one. `all`: on grids of several spacings; what is narrower
-/// than a grid's spacing may be missed on it, so that only what all of them have must be there, and nothing
-/// else than what one of them has. How many points were compared.
+/// In the window `some` are what is found without one. `all`: on grids of several spacings, each of which may
+/// miss what is narrower than its spacing. What all of them have must be there; what none of them has must
+/// not. How many points were compared.
 inline std::size_t expect_same_in(const FlatBounds& window, const Contours& some,
                                   const std::vector<Contours>& all) {
   const double same = 3.0 * kTolerance;

@@ -64,6 +64,15 @@ class ServedJobs {
     ::close(fd);
     return taken;
   }
+  /// A program of so many moves, each of 60 / `per_minute` s, then `more`; it is ready.
+  std::uint64_t submit_moves(int count, int per_minute, const std::string& more = "") {
+    std::string text = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG93\n";
+    for (int i = 0; i < count; ++i)
+      text += "G1 X" + std::to_string(i % 2) + " Y1 Z50 A0 C0 F" + std::to_string(per_minute) + "\n";
+    const std::uint64_t job = submit_text(text + more + "M2\n").at("job");
+    until([&] { return state(job) == "ready"; });
+    return job;
+  }
   std::string field(std::uint64_t job, const char* key) { return ask(ApiOp::kShow, job).value(key, ""); }
   std::string state(std::uint64_t job) { return field(job, "state"); }
   static bool good(const nlohmann::json& answer) { return answer.value("ok", false); }
