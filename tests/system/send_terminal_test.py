@@ -94,6 +94,8 @@ class Terminal:
         while time.monotonic() < end:
             pid, status = os.waitpid(self.pid, os.WNOHANG)
             if pid:
+                while self.fd is not None and select.select([self.fd], [], [], 0)[0] and self.read(0):
+                    pass  # its last words may not have been read before
                 return os.waitstatus_to_exitcode(status)
             if self.fd is None:
                 time.sleep(0.02)
