@@ -1,6 +1,6 @@
 #pragma once
 // Where the axes stand when the tool's ball meets a ball on the table, and what of a machine that shows.
-// Equations (V1)..(V4): daemon/measure/README.md.
+// Equations (ME1)..(ME4): daemon/measure/README.md.
 
 #include <cstdint>
 #include <string>
@@ -24,7 +24,7 @@ struct BallPlace {
   double tool_length = 0.0;         ///< gauge line to the stylus ball's centre, mm
 };
 
-/// (V1)..(V3): X Y Z at which the tool's ball is centred on the ball.
+/// (ME1)..(ME3): X Y Z at which the tool's ball is centred on the ball.
 Vec3 reading_at(const BallMachine& machine, const BallPlace& place);
 
 /// One number that a fit may change.
@@ -59,7 +59,7 @@ BallMachine moved(BallMachine machine, Unknown unknown, double step);
 /// The one description of `found` that differs least from `before`: directions and signs as there, homes so
 /// that the carried axis stands as there, points along an axis as there. A spindle that was not measured
 /// leans as the axes do, so that the tool still reaches the rotary's direction; the tip of a tool of
-/// `tool_length` stays. (V4)
+/// `tool_length` stays. (ME4)
 MachineModel settled(const BallMachine& found, const MachineModel& before, bool spindle, double tool_length);
 
 /// A value of the profile as measured.

@@ -8,7 +8,7 @@
 namespace tiltfeed::daemon {
 
 /// The tip's root mean square error at the worst pose: within kWorkSide and kWorkHeight of the table's point
-/// (half of the travels, where they are less), over the limits of both rotaries (up to kWorkTilt), mm. (V7)
+/// (half of the travels, where they are less), over the limits of both rotaries (up to kWorkTilt), mm. (ME7)
 double tip_spread(const PivotFit& fit, const MachineModel& before, const Knowledge& known);
 inline constexpr double kWorkSide = 200.0, kWorkHeight = 300.0, kWorkTilt = 100.0;
 
@@ -18,7 +18,7 @@ struct NextPlace {
   double tip = 0.0;  ///< mm
 };
 /// Places one by one, each the one of a grid over both rotaries that lowers the tip's spread most, until it
-/// is at most `wanted` or there are `most`. `noise`: of X, Y, Z of one centre, mm. (V8)
+/// is at most `wanted` or there are `most`. `noise`: of X, Y, Z of one centre, mm. (ME8)
 std::vector<NextPlace> next_places(const PivotFit& fit, const MachineModel& before, double noise,
                                    double wanted, int most);
 

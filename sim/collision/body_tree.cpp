@@ -181,7 +181,7 @@ void BodyTree::find_shells() {
   }
 }
 
-/// (C1) Two trees, the second standing at a pose.
+/// (CO1) Two trees, the second standing at a pose.
 struct BodyTree::Query {
   const BodyTree &a, &b;
   Placement pose;

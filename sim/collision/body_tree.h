@@ -1,6 +1,6 @@
 #pragma once
 // A body's surface as a tree of boxes that answers whether another one is nearer than some distance, and
-// stops at the first facets that are. Formula (C1) is in sim/collision/README.md.
+// stops at the first facets that are. Formula (CO1) is in sim/collision/README.md.
 
 #include <array>
 #include <cstdint>

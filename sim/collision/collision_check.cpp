@@ -131,7 +131,7 @@ void CollisionCheck::hold(const JointPiece& piece, const ProgramMove& move, Pair
   });
 }
 
-/// (C5) Along a piece, halved until it is clear or too short for what it may still hide. Whether it found
+/// (CO5) Along a piece, halved until it is clear or too short for what it may still hide. Whether it found
 /// one.
 bool CollisionCheck::follow(std::size_t index, const JointPiece& piece, const ProgramMove& move,
                             Collisions& found) const {

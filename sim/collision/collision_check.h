@@ -1,6 +1,6 @@
 #pragma once
 // A program's moves against collisions of machine, tool, part and fixtures, continuously along each move.
-// Memory does not grow with the number of moves. Formulas (C1)..(C5) are in sim/collision/README.md.
+// Memory does not grow with the number of moves. Formulas (CO1)..(CO5) are in sim/collision/README.md.
 
 #include <cstdint>
 #include <memory>

@@ -172,7 +172,7 @@ double CollisionScene::reach_of(const BodyGroup& group, int from, int to, const 
   return most;
 }
 
-/// (C3) The lesser of what either side reaches.
+/// (CO3) The lesser of what either side reaches.
 double CollisionScene::reach(const BodyPair& pair, std::size_t joint) const {
   const int at = static_cast<int>(joint);
   const BodyGroup &a = groups_[pair.a], &b = groups_[pair.b];

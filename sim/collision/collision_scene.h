@@ -1,6 +1,6 @@
 #pragma once
 // The bodies of a job's machine and set-up, and which of them may not meet: how near they may come, and how
-// far a contact point can move between two places of the axes. Formula (C3) is in sim/collision/README.md.
+// far a contact point can move between two places of the axes. Formula (CO3) is in sim/collision/README.md.
 
 #include <array>
 #include <cstdint>
@@ -47,7 +47,7 @@ struct BodyGroup {
   const Body& body_of(std::uint32_t facet) const;
 };
 
-/// (C3) Two groups, and what moves them against each other.
+/// (CO3) Two groups, and what moves them against each other.
 struct BodyPair {
   std::size_t a = 0, b = 0;                       ///< a's link is nearer to the work
   double clearance = 0.0, rapid_clearance = 0.0;  ///< mm; what round meshes lack is in them

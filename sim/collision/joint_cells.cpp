@@ -60,7 +60,7 @@ JointCells::JointCells(const CollisionScene& scene, const JointBox& root, bool r
 
 JointCells::~JointCells() = default;
 
-/// (C4) Clear at the middle by more than what moves between it and anywhere in the cell: clear everywhere.
+/// (CO4) Clear at the middle by more than what moves between it and anywhere in the cell: clear everywhere.
 void JointCells::ask(Cell& cell, const JointBox& box, PairSet open) {
   const AxisWords middle = box.middle(), half = box.half();
   AxisWords most{};  // of what each axis moves the pairs that are left

@@ -1,6 +1,6 @@
 #pragma once
 // Cells of joint space, each asked once which pairs of bodies are clear wherever the axes stand in it. Moves
-// go through the cells; memory grows with the room that they fill, not with their number. Formula (C4) is in
+// go through the cells; memory grows with the room that they fill, not with their number. Formula (CO4) is in
 // sim/collision/README.md.
 
 #include <array>

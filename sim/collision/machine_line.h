@@ -1,6 +1,6 @@
 #pragma once
 // A machine as a line of links, from the work to the tool: what each axis moves, bed and slides included.
-// Independent of kinematics/machine/machine.cpp. Formula (C2) is in sim/collision/README.md.
+// Independent of kinematics/machine/machine.cpp. Formula (CO2) is in sim/collision/README.md.
 
 #include <array>
 #include <vector>
@@ -40,7 +40,7 @@ class MachineLine {
   Placement tip() const;
   Vec3 table() const { return centre_; }
 
-  /// (C2) What belongs to the link `to`, as the link `from` sees it. Requires: from <= to.
+  /// (CO2) What belongs to the link `to`, as the link `from` sees it. Requires: from <= to.
   Placement relative(const AxisWords& words, int from, int to) const;
   /// Joint k is between the links k and k + 1.
   const std::vector<LineJoint>& joints() const { return joints_; }
