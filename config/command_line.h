@@ -1,5 +1,5 @@
 #pragma once
-// A program's command line as data. What its manual page, its help and its completion are made of, and what a
+// A program's command line as data: what its manual page, its help and its completion are made of, and what a
 // misspelt word is held against. The description is the one that the parser itself has.
 
 #include <string>

@@ -28,16 +28,16 @@ struct Job {
   MachineProfile machine;
 };
 
-/// Typed directions are rounded, to five decimals as a rule. t and n may miss the right angle by this much
-/// (rad). They are then made exactly perpendicular, t kept.
+/// Typed directions are rounded, to five decimals as a rule: t and n may miss the right angle by this much
+/// (rad) and are then made exactly perpendicular, t kept.
 inline constexpr double kPerpendicularTolerance = 1e-5;
 
-/// Reads the job, the machine profile and the tool library that it names. Properties: every value is finite
-/// and in range; t, n are unit and perpendicular; `fixture` is a rotation, exact for multiples of 90 degrees;
-/// 0 < approach <= clearance; height of the cutter's rounded end <= cutting_end() <= shank_length <= length.
-/// The boundary is a polygon without crossings. What the kind of pattern does not use has its default, and
-/// side_step is 0 where a scallop alone sets the step. Errors: kInput as file:line:column, what was expected,
-/// the nearest known key; kIo.
+/// Reads the job, the machine profile and the tool library that it names.
+/// Properties: every value is finite and in range; t, n are unit and perpendicular; `fixture` is a rotation,
+/// exact for multiples of 90 degrees; 0 < approach <= clearance; height of the cutter's rounded end <=
+/// cutting_end() <= shank_length <= length; the boundary is a polygon without crossings; what the kind of
+/// pattern does not use has its default, and side_step is 0 where a scallop alone sets the step.
+/// Errors: kInput as file:line:column, what was expected, the nearest known key; kIo.
 Result<Job> load_job(const std::string& path);
 /// A job whose files lie elsewhere than its text says; empty: as the job says.
 struct JobFiles {
@@ -45,7 +45,7 @@ struct JobFiles {
 };
 /// Errors: as load_job.
 Result<Job> load_job_with(const std::string& path, const JobFiles& files);
-/// The text of a job with its tool written out, for a place where the library is not. A text that names none
+/// The text of a job with its tool written out, for a place where the library is not; a text that names none
 /// is as it was. Properties: reads as the same job. Errors: as load_job.
 Result<std::string> with_tool_written_out(const std::string& text, const std::string& path,
                                           const JobFiles& files);

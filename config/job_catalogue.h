@@ -12,9 +12,9 @@ namespace tiltfeed::config {
 /// config/jobs/example.yaml, as it was when the program was built.
 const char* example_job_text();
 
-/// The keys that the reader asks for in this text, in its order. What one word makes of the others (the axis
-/// mode, the cutter's type, the pattern's kind) is in it, and so are keys of sections that are absent. Wrong
-/// values are no error here. Errors: kInput: the text is no YAML.
+/// The keys that the reader asks for in this text, in its order: what one word makes of the others (the axis
+/// mode, the cutter's type, the pattern's kind) is in it, and so are keys of sections that are absent.
+/// Wrong values are no error here. Errors: kInput: the text is no YAML.
 Result<KeyLog> job_keys(const std::string& text);
 
 /// A key of a commented file, in its order; those that stand there as a remark, too.

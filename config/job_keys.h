@@ -39,16 +39,16 @@ struct CutterChoice {
 CutterChoice read_cutter(const Section& root, const ToolLibrary* tools);
 /// plan.axis and plan.free. Requires: plan.cutter.
 void read_axis(const Section& root, pathgen::PlanOptions& plan);
-/// The keys of the section axis in axis mode free, and what else of the job does not go with it;
+/// The keys of the section axis in the mode free, and what else of the job does not go with it;
 /// FreeAxis::max_turn is 0 where the job leaves it to default_turn(). Requires: plan.cutter.
 void read_free_axis(const Section& root, const Section& axis, pathgen::FreeAxis& free,
                     const pathgen::Cutter& cutter);
 /// The least of what a cutter of this size is given and what the machine's rotaries can do at the feed, of
 /// the tool axis per mm of the ball centre's way. The tip, whose feed it is, goes 1 - radius * turn of a mm
-/// in the meantime at the least. The rotary keeps up with it where the tool lies square to its axis. Nearer
+/// in the meantime at the least. The rotary keeps up with it where the tool lies square to its axis; nearer
 /// the pole turns about that axis take it longer, and the feed waits for it.
 Angle default_turn(const MachineModel& machine, const pathgen::Cutter& cutter, Feed feed);
-/// The same in axis mode indexed.
+/// The same in the mode indexed.
 void read_indexed_axis(const Section& root, const Section& axis, pathgen::IndexedAxis& indexed,
                        const pathgen::Cutter& cutter);
 pathgen::Pattern read_pattern(const Section& root, const pathgen::PlanOptions& plan);

@@ -27,8 +27,8 @@ struct JsonNode {
   double number_at(const std::string& key) const;
   /// All beneath it is asked for.
   void pass_over() const;
-  /// The paths of texts, numbers and flags that nobody asked for and that say something, and how many have
-  /// each. Lists are named by their key alone.
+  /// The paths of texts, numbers and flags that nobody asked for and that say something, and how many
+  /// have each; lists are named by their key alone.
   void count_unasked(const std::string& path, std::map<std::string, int>& counts) const;
 };
 

@@ -23,7 +23,7 @@ struct DriveAxis {
   double counts = 1000.0;  ///< per mm or degree; below 0: the drive counts the other way
 };
 
-/// A plain Modbus drive. One write sets where to and how fast, its last word sets the axes off, and one
+/// A plain Modbus drive: one write sets where to and how fast, its last word sets the axes off, and one
 /// register says that they move. Addresses are 0-based holding registers, `*_word` places in the write.
 struct DriveMap {
   std::uint16_t block = 0x6200;  ///< first register of the write

@@ -36,8 +36,8 @@ struct MachineProfile {
   Magazine magazine;         ///< empty: not known
 };
 
-/// Properties: every limit pair has min < max, speeds and accelerations are above 0, a jerk of 0 is no limit.
-/// Directions are unit; the tilt's is parallel neither to the rotary's nor to the spindle's, Letters differ
+/// Properties: every limit pair has min < max, speeds and accelerations are above 0, a jerk of 0 is no limit,
+/// directions are unit, the tilt's is parallel neither to the rotary's nor to the spindle's, letters differ
 /// and mean nothing else in G-code, the model reproduces every measured place. `dialect`: if it is not the
 /// profile's, the section program is that dialect's defaults, but for clamps and line numbers. Errors: kInput
 /// as file:line:column, what was expected, the nearest known key; kIo.
@@ -45,7 +45,7 @@ Result<MachineProfile> load_machine(const std::string& path, std::optional<Diale
 /// The same from text; `path` names it in messages and becomes MachineProfile::path.
 Result<MachineProfile> parse_machine(const std::string& text, const std::string& path,
                                      std::optional<Dialect> dialect = {});
-/// The profile that the key `machine` of another settings file (`root`, a path relative to it) names. One
+/// The profile that the key `machine` of another settings file (`root`, a path relative to it) names; one
 /// that cannot be read is a complaint about that key.
 Result<MachineProfile> load_named_machine(const std::string& path, const Section& root,
                                           const Complaint& complaint);

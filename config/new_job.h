@@ -32,7 +32,7 @@ std::vector<YamlEdit> placement_edits(const NewJob& job);
 std::string cutter_text(const pathgen::Cutter& cutter);
 
 /// A cutter as the section of a job, with or without the braces round it; or TYPE:DIAMETER, as ball:6, with
-/// lengths by rule. The shank ten diameters long, the gauge line 60 mm above it.
+/// lengths by rule: the shank ten diameters long, the gauge line 60 mm above it.
 struct NamedCutter {
   pathgen::Cutter cutter;
   std::string text;  ///< as NewJob::cutter

@@ -17,7 +17,7 @@ namespace tiltfeed::config {
 class OutputFile {
  public:
   /// Opens a new file beside `path`, under a name that nobody can foresee, and removes what writers of `path`
-  /// that were killed left there. A file that somebody still writes is locked, and stays. Errors: kUsage: as
+  /// that were killed left there; a file that somebody still writes is locked, and stays. Errors: kUsage: as
   /// check_outputs; kIo when the folder cannot be written.
   static Result<OutputFile> open(const std::string& path);
   OutputFile(OutputFile&& other) noexcept;
@@ -34,7 +34,7 @@ class OutputFile {
   /// Syncs, renames, syncs the folder. Errors: kIo with the file and the reason (a full disk shows here at
   /// the latest), after which nothing is left behind.
   Result<void> commit();
-  /// The same of files that belong together. All are synced before the first takes its name, so that a disk
+  /// The same of files that belong together: all are synced before the first takes its name, so that a disk
   /// that fails leaves all as they were.
   static Result<void> commit_all(std::vector<OutputFile>& files);
 
@@ -53,9 +53,9 @@ struct NamedFile {
   std::string name, path;  ///< an empty path is none
 };
 
-/// Before any work: an output is another one or an input, by whatever path. It is there and no regular file
-/// (a symbolic link is none: links are followed for reading, never for replacing). Its folder is not there or
-/// cannot be written. Errors: kUsage, kIo.
+/// Before any work: an output is another one or an input, by whatever path; it is there and no regular file
+/// (a symbolic link is none: links are followed for reading, never for replacing); its folder is not there
+/// or cannot be written. Errors: kUsage, kIo.
 Result<void> check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs);
 
 /// Writes all of it at once. Errors: as OutputFile.

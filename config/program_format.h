@@ -17,8 +17,8 @@ struct DialectName {
   const char* name;     ///< in profiles and on the command line
   const char* control;  ///< for people
   int most_decimals;    ///< that the control reads
-  // Why the control does not turn a rotary the shorter way, or by the word's sign; nullptr: it does, by a
-  // word of the program or by a parameter that the profile repeats.
+  // Why the control does not turn a rotary the shorter way, or by the word's sign; nullptr: it does, told by
+  // a word of the program or by a parameter that the profile repeats.
   const char *no_shortest, *no_signed;
 };
 inline constexpr std::array<DialectName, 7> kDialects{{

@@ -11,8 +11,8 @@ namespace tiltfeed::config {
 bool moves_the_tool(const std::string& line);
 
 /// What such lines, run one after the other in G90 and mm, break; nothing: they may stand there.
-/// `before_motion`: the program's words follow. Refused: a reference point by way of a place of the part
-/// (G28 X0 without G91). Before motion: G91 that nothing ends, inches, the program's end, TCP and tilted
+/// `before_motion`: the program's words follow. Refused: a reference point by way of a place of the part (G28
+/// X0 without G91), and before motion G91 that nothing ends, inches, the program's end, TCP and tilted
 /// planes.
 std::optional<std::string> breaks_words(const std::vector<std::string>& lines, bool before_motion);
 

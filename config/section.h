@@ -1,7 +1,7 @@
 #pragma once
 // Typed, checked reading of one map of a settings file. Every value is asked for by key, with its range; the
-// unit is the key's ending (side_step_mm). Problems are kept; every getter then returns some harmless value.
-// So a reader asks for all it needs and looks at the problems once, at the end.
+// unit is the key's ending (side_step_mm). Problems are kept and every getter then returns some harmless
+// value, so a reader asks for all it needs and looks at the problems once, at the end.
 
 #include <array>
 #include <initializer_list>

@@ -3,7 +3,7 @@
 
 namespace tiltfeed::config {
 
-/// Before a command opens anything. A standard stream that is closed is taken by nothing else, and a pipe
+/// Before a command opens anything: a standard stream that is closed is taken by nothing else, and a pipe
 /// whose reader has gone is an error and no signal.
 void open_standard_streams();
 /// At a command's end: what it printed has arrived. If not, says so as `program` on standard error and makes

@@ -10,7 +10,7 @@
 namespace tiltfeed::config {
 
 /// Reads a tool table of LinuxCNC (.tbl), a tool bit or library of FreeCAD (.fctb, .fctl) or a library of
-/// Fusion 360 (.json). Properties: each tool is right as an entry of a library; ids differ. What the file
+/// Fusion 360 (.json). Properties: each tool is right as an entry of a library; ids differ; what the file
 /// says of a tool and the entry does not is in the notes. Errors: kInput with file and place, kIo, kUsage.
 Result<ToolImport> import_tools(const std::string& path, const ImportOptions& options);
 

@@ -36,9 +36,9 @@ struct ToolLibrary {
 /// Far more than a magazine, and no more than kMaxConfigBytes hold.
 inline constexpr std::size_t kMostLibraryTools = 10'000;
 
-/// Properties: ids differ. A tool that lacks nothing is right as a job's cutter is. Materials of a tool
-/// differ, and so do the feeds of cutting data from 0 that are stated. Errors: kInput as file:line:column,
-/// what was expected, the nearest known key; kIo.
+/// Properties: ids differ; a tool that lacks nothing is right as a job's cutter is; materials of a tool
+/// differ, and so do the feeds of cutting data from 0 that are stated.
+/// Errors: kInput as file:line:column, what was expected, the nearest known key; kIo.
 Result<ToolLibrary> load_tool_library(const std::string& path);
 /// The same from text; `path` names it in messages.
 Result<ToolLibrary> parse_tool_library(const std::string& text, const std::string& path);

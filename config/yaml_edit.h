@@ -21,8 +21,8 @@ using KeyOrder = std::function<std::vector<std::string>(const std::string& secti
 /// Properties: the result reads as the text did, but for this value; no remark is lost but those inside a
 /// block that becomes one line. A key that is taken out stays as a remark where it has a line of its own, and
 /// comes back there. A new key stands behind those that belong before it; its section is made if need be.
-/// Errors: kInput: the text is no YAML, the value is none or there is no such place. Or it is written in a
-/// way that only a person can change.
+/// Errors: kInput: the text is no YAML, the value is none, there is no such place, or it is written in a way
+/// that only a person can change.
 Result<std::string> edited(const std::string& text, const YamlEdit& edit, const KeyOrder& order);
 
 /// The values at these paths as they are written; empty where there is none. Requires: as edited().

@@ -1,6 +1,6 @@
 #pragma once
-// Subcommands that other programs carry out, which stand beside this one: `verify`: what judges a job shares
-// neither post nor planner with what made it. `desk`: so no page can disturb a run.
+// Subcommands that other programs carry out, which stand beside this one: `verify`, so that what judges a job
+// shares neither post nor planner with what made it, and `desk`, so that no page can disturb a run.
 
 #include <string>
 #include <vector>

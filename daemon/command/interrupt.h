@@ -9,9 +9,9 @@ namespace tiltfeed::daemon {
 void hear_interrupts();
 bool interrupted();
 
-/// While it lives, an interrupt ends the process at the latest kGrace after it, whatever the process is at.
-/// It may be work that does not look for the user's word, or a file that does not answer. What is left
-/// unfinished of OutputFile is removed first. At most one at a time.
+/// While it lives, an interrupt ends the process at the latest kGrace after it, whatever the process is at:
+/// work that does not look for the user's word, or a file that does not answer. What is left unfinished of
+/// OutputFile is removed first. At most one at a time.
 class PromptEnd {
  public:
   static constexpr int kGraceMs = 250;

@@ -1,5 +1,5 @@
 #pragma once
-// `tiltfeed machine ...`. Whether a profile is that of the machine in the shop, and what an operator does
+// `tiltfeed machine ...`: whether a profile is that of the machine in the shop, and what an operator does
 // with that machine before and after a program.
 
 #include <memory>

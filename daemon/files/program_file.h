@@ -1,5 +1,5 @@
 #pragma once
-// The bytes of a program file, piece by piece, always the same ones. What was read once and hashed is what
+// The bytes of a program file, piece by piece, always the same ones: what was read once and hashed is what
 // every later pass gives, or an error.
 
 #include <array>

@@ -1,8 +1,8 @@
 #pragma once
 // The journal of one run: what was handed to the wire, taken over and executed. Records of one size, one
-// after the other, each with its own check sum and the whole state of its run. Any record that is whole can
-// be believed by itself. Behind the newest one stand empty slots with check sums of their own. So a file that
-// was cut off, or whose end was lost or damaged, is never taken for a whole one.
+// after the other, each with its own check sum and the whole state of its run, so that any record that is
+// whole can be believed by itself. Behind the newest one stand empty slots with check sums of their own, so
+// that a file that was cut off, or whose end was lost or damaged, is never taken for a whole one.
 
 #include <array>
 #include <cstddef>
@@ -29,8 +29,8 @@ enum class RunEvent : std::uint8_t {
                 ///< left
 };
 
-/// Properties: executed <= acknowledged <= offered <= reserved <= total. No block after `offered` was given
-/// to the wire while this host ran. None after `reserved` even if the host lost power.
+/// Properties: executed <= acknowledged <= offered <= reserved <= total; no block after `offered` was given
+/// to the wire while this host ran; none after `reserved` even if the host lost power.
 struct RunRecord {
   RunEvent event = RunEvent::kBegan;
   std::uint8_t link = 0;                      ///< LinkKind
@@ -80,7 +80,7 @@ JournalContent read_journal(std::string_view bytes);
 /// Nothing in it where there is no file, or none that can be read. Errors: kIo: another process has it.
 Result<JournalContent> read_journal_file(const std::string& path);
 
-/// Properties: what is not whole is replaced at once by the next record, never mended in between. After an
+/// Properties: what is not whole is replaced at once by the next record, never mended in between; after an
 /// error nothing is written any more, because what the disk then holds is not known.
 class Journal {
  public:

@@ -1,5 +1,5 @@
 #pragma once
-// One run and its journal. What must be on the disk before a block may leave, and, after a run was cut off,
+// One run and its journal: what must be on the disk before a block may leave, and, after a run was cut off,
 // what is known of the machine and how it may go on.
 
 #include <algorithm>
@@ -33,8 +33,8 @@ struct RunSubject {
 };
 
 /// Writes the journal while a run streams. Properties, whatever the clock does: a block leaves only after a
-/// durable record that allows it and names the controller's boot_id. What a killed process leaves says at
-/// most kOfferSlack blocks more than left. That all blocks are executed is durable before the session is
+/// durable record that allows it and names the controller's boot_id; what a killed process leaves says at
+/// most kOfferSlack blocks more than left; that all blocks are executed is durable before the session is
 /// closed.
 class RunRecorder {
  public:

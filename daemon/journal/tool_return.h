@@ -1,6 +1,6 @@
 #pragma once
-// The ways off the part before a tool change and back to it afterwards, as small programs of their own.
-// Nothing of the program that is changed in is repeated.
+// The ways off the part before a tool change and back to it afterwards, as small programs of their own:
+// nothing of the program that is changed in is repeated.
 
 #include <cstdint>
 #include <string>
@@ -24,13 +24,13 @@ struct ToolWay {
   std::string preview;  ///< the same, a line each, for the operator
 };
 
-/// Along the tool axis first, where the program has said where all axes are and the travel allows it. Spindle
+/// Along the tool axis first, where the program has said where all axes are and the travel allows it; spindle
 /// and coolant off; the profile's retract line. Errors: as plan_return.
 Result<ToolWay> plan_park(const std::string& program, LinkKind kind, const config::MachineProfile& machine,
                           const ReturnOptions& options);
 
-/// Order: the profile's retract line, rotaries as programmed, X Y over the place where the program stands.
-/// Spindle and coolant that are on there, down at plunge feed along the tool axis, the modes. An axis that
+/// Order: the profile's retract line, rotaries as programmed, X Y over the place where the program stands,
+/// spindle and coolant that are on there, down at plunge feed along the tool axis, the modes. An axis that
 /// the program has sent to a place of the machine's own (G53) goes there. One that it has not stated stays
 /// where it is, and so does Z then. Errors: kIo, kInput (a line that is not understood), kUsage (no retract
 /// line), kLimit (a step leaves the travel).

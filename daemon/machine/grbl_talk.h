@@ -1,5 +1,5 @@
 #pragma once
-// A conversation with a controller of the Grbl family that no run is on. One line at a time, each with its
+// A conversation with a controller of the Grbl family that no run is on: one line at a time, each with its
 // answer, and status reports. The one report loop of everything but a run.
 
 #include <deque>
@@ -23,8 +23,8 @@ struct GrblAnswer {
   std::vector<std::string> said;  ///< what came before the end, a line each, printable
 };
 
-/// Properties: an answer belongs to the line that was asked, whatever somebody else left in the controller.
-/// Nothing is ever sent twice but `?` and real-time bytes.
+/// Properties: an answer belongs to the line that was asked, whatever somebody else left in the controller;
+/// nothing is ever sent twice but `?` and real-time bytes.
 class GrblTalk {
  public:
   /// `stopped`: the operator wants no more; what waits then ends with kCancelled.

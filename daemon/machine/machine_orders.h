@@ -30,7 +30,7 @@ std::span<const MachineOrder> machine_orders();
 /// Nothing where there is no such command.
 const MachineOrder* find_machine_order(std::string_view name);
 
-/// Errors: kUsage: an unknown command, words that it does not take, a link that cannot do it. kLimit: a place
+/// Errors: kUsage: an unknown command, words that it does not take, a link that cannot do it; kLimit: a place
 /// beyond the profile's travel; kLink with the controller's number in words; kCancelled.
 Result<MachineAnswer> perform_order(const MachineBench& bench, std::string_view name,
                                     const std::vector<std::string>& words);

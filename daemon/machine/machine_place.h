@@ -21,7 +21,7 @@ Result<std::vector<std::uint16_t>> read_registers(Link& wire, std::uint16_t firs
 
 /// What `reset_machine` will do over this link, for the operator who has to agree to it.
 std::string reset_preview(const LinkSpec& link);
-/// Ends whatever the controller is in (hold, check mode, alarm, a run that nobody feeds). It stands idle, its
+/// Ends whatever the controller is in (hold, check mode, alarm, a run that nobody feeds): it stands idle, its
 /// buffers are empty, spindle and coolant are off. Returns what was reached. Errors: kLink with what was not,
 /// and what to do at the machine.
 Result<std::string> reset_machine(const LinkSpec& link, Link& wire, Clock& clock);

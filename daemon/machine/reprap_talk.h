@@ -24,8 +24,8 @@ struct RepRapAnswer {
   std::string refusal;            ///< an error, an unknown command; empty: taken
 };
 
-/// Properties: every line has a number and a checksum. A number is sent again only as it was, and only where
-/// the firmware asks for it or is silent. What proves a stand or a place is asked after all of that.
+/// Properties: every line has a number and a checksum; a number is sent again only as it was, and only where
+/// the firmware asks for it or is silent; what proves a stand or a place is asked after all of that.
 class RepRapTalk {
  public:
   /// `stopped`: the operator wants no more; what waits then ends with kCancelled.

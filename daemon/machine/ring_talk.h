@@ -1,5 +1,5 @@
 #pragma once
-// A conversation with a ring controller that no run of this process is on. Its status, and mailbox commands
+// A conversation with a ring controller that no run of this process is on: its status, and mailbox commands
 // that are repeated until their number comes back.
 
 #include <optional>

@@ -1,5 +1,5 @@
 #pragma once
-// A tool change in the middle of a program, asked for line by line. The same over a link of its own and
+// A tool change in the middle of a program, asked for line by line: the same over a link of its own and
 // through the service.
 
 #include <functional>

@@ -56,9 +56,9 @@ int gauges_of(const MachineModel& machine);
 /// One number changed by `step`, mm; directions by step / kLever, rad.
 BallMachine moved(BallMachine machine, Unknown unknown, double step);
 
-/// The one description of `found` that differs least from `before`. Directions and signs as there, homes so
+/// The one description of `found` that differs least from `before`: directions and signs as there, homes so
 /// that the carried axis stands as there, points along an axis as there. A spindle that was not measured
-/// leans as the axes do, so that the tool still reaches the rotary's direction. The tip of a tool of
+/// leans as the axes do, so that the tool still reaches the rotary's direction; the tip of a tool of
 /// `tool_length` stays. (ME4)
 MachineModel settled(const BallMachine& found, const MachineModel& before, bool spindle, double tool_length);
 

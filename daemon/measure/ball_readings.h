@@ -28,7 +28,7 @@ struct BallReadings {
 inline constexpr int kFewestTouches = 4;
 inline constexpr std::size_t kMostReadings = 2000;
 
-/// Columns by name, in any order. tilt_deg, rotary_deg (those of the machine's axes), x_mm, y_mm, z_mm,
+/// Columns by name, in any order: tilt_deg, rotary_deg (those of the machine's axes), x_mm, y_mm, z_mm,
 /// tool_length_mm (or `tool_length`, where it is at least 0), place (makes touches of readings). Commas or
 /// semicolons; lines that begin with # are remarks. Errors: kInput as file:line, what was expected.
 Result<BallReadings> read_ball_readings(const std::string& text, const std::string& path,

@@ -25,7 +25,7 @@ struct CheckResult {
 };
 
 /// `table`: CSV with stop and either x_mm y_mm z_mm, the words at which the tool is centred on the ball that
-/// it was centred on at stop 1. Or dx_mm dy_mm dz_mm, by how much the tip is off the ball there, along the
+/// it was centred on at stop 1, or dx_mm dy_mm dz_mm, by how much the tip is off the ball there, along the
 /// machine's axes. `within`: allowed, mm. Errors: kInput as file:line; fewer than three stops; as
 /// check_stops().
 Result<CheckResult> judge_check(const config::MachineProfile& machine, double tool_length, double height,

@@ -42,7 +42,7 @@ inline constexpr double kTwoLengths = 20.0;
 /// Above it numbers are known too badly to be used: good places give 6 to 11.
 inline constexpr double kMostCondition = 30.0;
 
-/// (ME5), (ME6). Errors: kInput: too few readings, touches of a place in one plane. Readings of no such
+/// (ME5), (ME6). Errors: kInput: too few readings, touches of a place in one plane, readings of no such
 /// machine (then with the place that does not fit, if it is one).
 Result<PivotFit> fit_pivots(const MachineModel& before, const BallReadings& readings);
 

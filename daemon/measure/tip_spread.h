@@ -7,7 +7,7 @@
 
 namespace tiltfeed::daemon {
 
-/// The tip's root mean square error at the worst pose. Within kWorkSide and kWorkHeight of the table's point
+/// The tip's root mean square error at the worst pose: within kWorkSide and kWorkHeight of the table's point
 /// (half of the travels, where they are less), over the limits of both rotaries (up to kWorkTilt), mm. (ME7)
 double tip_spread(const PivotFit& fit, const MachineModel& before, const Knowledge& known);
 inline constexpr double kWorkSide = 200.0, kWorkHeight = 300.0, kWorkTilt = 100.0;

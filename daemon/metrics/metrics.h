@@ -15,8 +15,8 @@ struct SpoolRoom {
 };
 
 /// `answers`: the replies of the service to `list`, page by page; none: no service answers, and nothing is
-/// said of jobs. Properties: units are seconds, bytes, blocks and ratios. Each family has HELP and TYPE once;
-/// no sample comes twice. No label has a job's number or name. Figures of the run are there while there is
+/// said of jobs. Properties: units are seconds, bytes, blocks and ratios; each family has HELP and TYPE once;
+/// no sample comes twice; no label has a job's number or name; figures of the run are there while there is
 /// one. Errors: kIo: an answer that is not understood.
 Result<std::string> metrics_text(const std::vector<std::string>& answers, const std::string& version,
                                  const SpoolRoom& room);

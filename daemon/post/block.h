@@ -16,9 +16,9 @@
 
 namespace tiltfeed::daemon {
 
-/// Writes the program in the profile's dialect. Header comments (TILTFEED ...: part, machine, tool, tool
-/// length and set-up that are baked in, blocks, time). Safe start words, tool change, motion with all words
-/// that changed (all five in the first block of an operation, a rapid). F as the profile's feed mode has it
+/// Writes the program in the profile's dialect: header comments (TILTFEED ...: part, machine, tool, tool
+/// length and set-up that are baked in, blocks, time), safe start words, tool change, motion with all words
+/// that changed (all five in the first block of an operation, a rapid), F as the profile's feed mode has it
 /// (G93: 1/T on every feed block), end. ASCII, at most the profile's decimals, never "-0" or an exponent. The
 /// same bytes on any number of threads. After an error `out` holds a part of it: write into an OutputFile,
 /// which then leaves nothing. Errors: kLimit when a line, the blocks or the file are longer than the control

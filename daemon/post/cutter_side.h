@@ -1,5 +1,5 @@
 #pragma once
-// Where the control shifts the tool to a side of its way (CUTCOM/). The plane in which it does so, and the
+// Where the control shifts the tool to a side of its way (CUTCOM/): the plane in which it does so, and the
 // words that mean the side of the CL text there.
 
 #include <optional>
@@ -24,10 +24,10 @@ struct ShiftPlane {
 /// Nothing where the tool is along none of the three axes.
 std::optional<ShiftPlane> shift_plane(const MachineModel& machine, const Setup& setup, const Joints& joints);
 
-/// The events of `op` as the control needs them. kPlane round each kCutterLeft, kCutterRight and kCutterOff
-/// that works in another plane than X Y. Sides as that plane has them. `joints` are those of its moves,
-/// `tool` its number. Errors: the dialect has no words for it, a rotary turns, the tool is along no axis of
-/// the machine, or along one in whose plane the control does not shift it.
+/// The events of `op` as the control is to be told: kPlane round each kCutterLeft, kCutterRight and
+/// kCutterOff that works in another plane than X Y, sides as that plane has them. `joints` are those of its
+/// moves, `tool` its number. Errors: the dialect has no words for it, a rotary turns, the tool is along no
+/// axis of the machine, or along one in whose plane the control does not shift it.
 Result<std::vector<PathEvent>> control_events(const AptOperation& op, const JointPath& joints,
                                               const config::MachineProfile& machine, const Setup& setup,
                                               int tool, const std::string& name);

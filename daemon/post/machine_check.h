@@ -18,7 +18,7 @@ struct CheckStop {
 Result<std::vector<CheckStop>> check_stops(const config::MachineProfile& machine, double tool_length,
                                            double height, double aside = 0.0);
 
-/// A short program that holds the tool tip still on the part while the rotaries turn. It has a stop at each
+/// A short program that holds the tool tip still on the part while the rotaries turn, with a stop at each
 /// place and, in comments, where the tip should be and how the tool should lean. Part zero is the point of
 /// the rotary table's axis; the tip stays `height` mm above it and `aside` mm along X. Only places within the
 /// limits. Errors: kLimit where there is none.

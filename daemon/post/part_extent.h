@@ -1,5 +1,5 @@
 #pragma once
-// The cylinder round a job's part outside which rapids are safe.
+// What a job's part leaves clear about itself, for the post.
 
 #include "config/job.h"
 #include "kinematics/joints/joint_path.h"

@@ -18,7 +18,7 @@ struct PostOptions {
   double tolerance = 0.005;      ///< of the tip as the machine moves it, mm
   double axis_tolerance = 0.05;  ///< of the axis, degrees
   Setup setup;                   ///< part zero and fixture; the length is the tool's
-  /// With a height the tool comes to and leaves every operation along its axis from there. With either it may
+  /// With a height the tool comes to and leaves every operation along its axis from there; with either it may
   /// be taken off in between to turn a rotary back.
   ClearSpace clear;
   config::ProgramData data;

@@ -21,10 +21,10 @@ struct UnpostOptions {
 /// Rz Ry Rx of angles in degrees about the table's x, y, z, as in a job file; multiples of 90 are exact.
 Rotation fixture_of(Vec3 degrees);
 
-/// Without TCP all axes travel linearly in a block, under TCP the tip in the part's frame and the rotaries,
-/// too. Points are put between so that straight lines and great circles stay within tolerance of that. Feeds
-/// are those of the tip. Errors: kInput where neither the program nor the options state tool length or part
-/// zero, or a word is beyond its axis's travel. kLimit: more points than kMostTextPoints.
+/// Without TCP all axes travel linearly in a block, under TCP the tip in the part's frame and the rotaries
+/// besides; points are put between so that straight lines and great circles stay within tolerance of that.
+/// Feeds are those of the tip. Errors: kInput where neither the program nor the options state tool length or
+/// part zero, or a word is beyond its axis's travel; kLimit: more points than kMostTextPoints.
 Result<AptProgram> unpost(const NcProgram& program, const config::MachineProfile& machine,
                           const UnpostOptions& options);
 

@@ -30,7 +30,7 @@ struct WalkedBlock {
 };
 
 /// Reads a program from its start, once. Feed moves take 60/F under G93 and length/F under G94 (rotary words
-/// alone: degrees), rapids as long as their slowest axis at its axis speed. Accelerations are left out.
+/// alone: degrees), rapids as long as their slowest axis at its axis speed; accelerations are left out.
 class BlockCursor {
  public:
   /// Errors: as LineReader::open.

@@ -24,14 +24,14 @@ struct ProgramFacts {
   std::array<std::uint8_t, 32> hash{};  ///< SHA-256 of the whole file
 };
 
-/// Properties: memory does not depend on the file's length but for 32 bytes a 64 KiB of it. After survey()
+/// Properties: memory does not depend on the file's length but for 32 bytes a 64 KiB of it; after survey()
 /// every pass gives the lines that the survey saw, or an error.
 class LineReader {
  public:
   /// Errors: kIo; kInput when it is not a regular file (it is read twice).
   static Result<LineReader> open(const std::string& path);
 
-  /// Reads the next line to send into `line`. False at the end: the file's end, M2 or M30 (which is sent,
+  /// Reads the next line to send into `line`; false at the end: the file's end, M2 or M30 (which is sent,
   /// what follows is not), or the second %. Errors: kIo, or kInput with path:line: a live byte (! ~ ? 0x18,
   /// 0x80 and above), $ or / outside a comment, an open comment, a line longer than kMaxLine, a byte between
   /// two words that is a line's end elsewhere (VT, FF, FS, GS, RS).

@@ -59,8 +59,8 @@ struct NumericAxes {
 };
 NumericAxes numeric_axes(const MachineModel& machine);
 
-/// Turns lines into numeric blocks. Knows G0 G1 G4 (P or S: the dwell) G90 G93 G94 and M0-M9 M30. Takes what
-/// does not change anything here (G17 G21 G40 G49 G54 G61 G64 G80 G97, N T). Refuses everything else: what it
+/// Turns lines into numeric blocks. Knows G0 G1 G4 (P or S: the dwell) G90 G93 G94 and M0-M9 M30, takes what
+/// does not change anything here (G17 G21 G40 G49 G54 G61 G64 G80 G97, N T), refuses everything else: what it
 /// does not know cannot be sent as numbers.
 class BlockReader {
  public:
@@ -69,9 +69,9 @@ class BlockReader {
   /// name.
   explicit BlockReader(const NumericAxes& axes = {}, bool lines = false);
 
-  /// Appends the blocks of `line` in order of execution: spindle and coolant, dwell, move, stop. Errors:
-  /// kInput with what is wrong (the caller adds the place). An axis that has no value yet when a feed move
-  /// begins, which a G53 takes from it. A feed move without F. kLimit for a value that does not fit.
+  /// Appends the blocks of `line` in order of execution: spindle and coolant, dwell, move, stop.
+  /// Errors: kInput with what is wrong (the caller adds the place); an axis that has no value yet when a feed
+  /// move begins, which a G53 takes from it; a feed move without F; kLimit for a value that does not fit.
   Result<void> read(const Line& line, std::vector<NumericBlock>& blocks);
   /// G91 is in force.
   bool relative() const { return relative_; }

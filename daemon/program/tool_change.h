@@ -53,7 +53,7 @@ Result<std::string> judge_length(const ToolChange& change, double length, double
 Result<std::vector<ToolChange>> read_tool_changes(const std::string& path, LinkKind kind,
                                                   const NumericAxes& axes);
 
-/// A line of a text link as far as it leads somewhere. Feeds and arcs as rapids to their ends, without the
+/// A line of a text link as far as it leads somewhere: feeds and arcs as rapids to their ends, without the
 /// words that lead nowhere.
 std::string straightened(const std::string& text);
 

@@ -21,9 +21,9 @@ struct DripOptions {
   config::DripFormat format = {};
 };
 
-/// Properties: the bytes are leader, %, the lines in order, %, trailer. Nothing before the first DC1 if the
-/// format wants one. Between DC3 and DC1 nothing is given to the wire, and what was given before takes at
-/// most kDripAhead on the line. Done when the last byte has left, which proves nothing about the machine.
+/// Properties: the bytes are leader, %, the lines in order, %, trailer; nothing before the first DC1 if the
+/// format wants one; between DC3 and DC1 nothing is given to the wire, and what was given before takes at
+/// most kDripAhead on the line; done when the last byte has left, which proves nothing about the machine.
 class DripSession {
  public:
   DripSession(const DripOptions& options, Time now);

@@ -23,8 +23,8 @@ struct DriveOptions {
   config::DriveMap map = {};
 };
 
-/// Properties: a move is written once, unless an operator resumes a hold that cut it short. When no answer to
-/// it comes the run is a fault, the drive is told to stop, and nothing else is sent. The next block leaves
+/// Properties: a move is written once, unless an operator resumes a hold that cut it short; when no answer to
+/// it comes the run is a fault, the drive is told to stop, and nothing else is sent; the next block leaves
 /// only after the drive has said that it stands. What repeats by itself: reading, and the stop value.
 class DriveSession {
  public:

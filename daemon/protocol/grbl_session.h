@@ -29,10 +29,10 @@ struct GrblOptions {
   PositionLimits positions = {};   ///< what reports of the axes are held to
 };
 
-/// Properties: the bytes of lines on their way (line + LF, from push to ok) never exceed window(). Each "ok"
-/// settles the oldest line; nothing but a whole "ok" settles anything. Done only after the ok of a final
-/// G4P0, and where places are reported only with the axes at the program's end. Two reports in turn of a
-/// place where no line in execution leads are a fault. Real-time bytes overtake every line that the wire has
+/// Properties: the bytes of lines on their way (line + LF, from push to ok) never exceed window(); each "ok"
+/// settles the oldest line; nothing but a whole "ok" settles anything; done only after the ok of a final
+/// G4P0, and where places are reported only with the axes at the program's end; two reports in turn of a
+/// place where no line in execution leads are a fault; real-time bytes overtake every line that the wire has
 /// not taken yet.
 class GrblSession {
  public:

@@ -30,10 +30,10 @@ struct ModbusOptions {
   std::uint64_t accepted = 0, reserved = 0;  ///< blocks surely accepted, blocks that may have been sent
 };
 
-/// Properties: a request is repeated identically until its reply was read. Blocks count as taken over only by
-/// a last_accepted that was read, in one piece, for the same boot_id and session. A changed boot_id is a
-/// fault and nothing is sent again. Done only when last_completed reaches the last block, and the axes, where
-/// they are reported, are at its end. An operator's command goes out before any block that is not out yet.
+/// Properties: a request is repeated identically until its reply was read; blocks count as taken over only by
+/// a last_accepted that was read, in one piece, for the same boot_id and session; a changed boot_id is a
+/// fault and nothing is sent again; done only when last_completed reaches the last block, and the axes, where
+/// they are reported, are at its end; an operator's command goes out before any block that is not out yet.
 class ModbusSession {
  public:
   ModbusSession(const ModbusOptions& options, Time now);

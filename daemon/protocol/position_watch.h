@@ -1,5 +1,5 @@
 #pragma once
-// The axes as a controller reports them against the blocks that may be in execution. A machine that is where
+// The axes as a controller reports them against the blocks that may be in execution: a machine that is where
 // no block leads has read another program than the one that was sent. Pure.
 
 #include <cstdint>
@@ -14,9 +14,9 @@
 
 namespace tiltfeed::daemon {
 
-/// Properties: a place is wrong only where every axis of it is known, and no block between the oldest that
-/// may be in execution and the newest that was pushed passes within the tolerance of it. A word that is not
-/// understood (arcs aside, whose ways are not looked at) ends the comparison for good.
+/// Properties: a place is told as wrong only where every axis of it is known and no block between the oldest
+/// that may be in execution and the newest that was pushed passes within the tolerance of it. A word that is
+/// not understood (arcs aside, whose ways are not looked at) ends the comparison for good.
 class PositionWatch {
  public:
   explicit PositionWatch(const PositionLimits& limits);

@@ -1,6 +1,6 @@
 #pragma once
 // What the sessions have in common: phases, events, what an operator may ask for, progress. A session is the
-// protocol as a pure state machine. Bytes that came and the time go in, bytes to send, progress and the next
+// protocol as a pure state machine: bytes that came and the time go in, bytes to send, progress and the next
 // deadline come out. No I/O, no clock, no thread. daemon/protocol/README.md draws phases and transitions.
 //
 // All sessions offer the same calls, and stream.cpp drives them in this order:

@@ -24,7 +24,7 @@ struct Asked {
 };
 using ApiTaker = std::function<void(Asked)>;
 
-/// Properties: kMaxRequest bytes a line, two files a request. A client asks again when it has its reply. One
+/// Properties: kMaxRequest bytes a line, two files a request; a client asks again when it has its reply; one
 /// that neither asks nor reads for kPatience is dropped. At most kClients that wait for nothing: the one that
 /// comes next has a place, and who has been silent for longest loses it. At most kWaiting more that wait for
 /// a reply; whoever asks then is told so.

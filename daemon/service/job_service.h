@@ -22,8 +22,8 @@
 
 namespace tiltfeed::daemon {
 
-/// One machine's jobs. Properties: one job at a time is on the wire, one is planned. Every change is in the
-/// spool before it is answered. Nothing resumes by itself. Nothing starts by itself but the next in the
+/// One machine's jobs. Properties: one job at a time is on the wire, one is planned; every change is in the
+/// spool before it is answered; nothing resumes by itself; nothing starts by itself but the next in the
 /// queue, when the run before it was executed to its end and no restart, fault or stop lies between.
 class JobService {
  public:

@@ -22,8 +22,8 @@ struct Outdated {
   bool by_age = true;  ///< else by size
 };
 
-/// Those that go, the oldest end first. Properties: none that has not ended. Every ended one that is older
-/// than `limits.days`. Of the rest as few as bring the files of all jobs down to `limits.mib`, and none of
+/// Those that go, the oldest end first. Properties: none that has not ended; every ended one that is older
+/// than `limits.days`; of the rest as few as bring the files of all jobs down to `limits.mib`, and none of
 /// them ended after one that stays. Pure.
 std::vector<Outdated> outdated(std::vector<KeptJob> jobs, const config::Retention& limits, std::int64_t now);
 

@@ -8,7 +8,7 @@
 namespace tiltfeed::daemon {
 
 /// Fed with each state of a run and with each order to hold; times are seconds on one clock, never backwards.
-/// Properties: a hold counts once, from its first state to the first state after it, whoever holds. An order
+/// Properties: a hold counts once, from its first state to the first state after it, whoever holds; an order
 /// to hold is answered by the first state in which the controller itself says that it holds. A stream tells
 /// its state ten times a second, so times are up to 0.1 s too long.
 class RunTally {
@@ -27,7 +27,7 @@ class RunTally {
   /// The feed override that was in force while blocks ran, as reported; nothing: the link does not tell.
   std::optional<Percent> feed_override() const { return feed_override_; }
   /// How long the controller had run out although blocks were left to send, each time up to one report too
-  /// long. Nothing: the link does not report it.
+  /// long; nothing: the link does not tell.
   std::optional<double> starved_seconds() const { return starved_seconds_; }
 
  private:

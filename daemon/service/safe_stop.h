@@ -1,6 +1,6 @@
 #pragma once
 // `tiltfeed safe-stop`: what systemd runs when the service has ended (ExecStopPost=). A service that died
-// with a job on the machine leaves it moving and its spindle turning. Where the wire has no watchdog of its
+// with a job on the machine leaves it moving and its spindle turning; where the wire has no watchdog of its
 // own, this holds the machine and turns spindle and coolant off. It moves nothing and changes no journal.
 
 #include <string>

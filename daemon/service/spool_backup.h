@@ -8,7 +8,7 @@
 
 namespace tiltfeed::daemon {
 
-/// Table and files of all jobs, as of one moment, while a service may be at work. Not the journals: what ran
+/// Table and files of all jobs, as of one moment, while a service may be at work; not the journals: what ran
 /// after the copy was made is not in them, so that a job which had begun is uncertain over its whole program
 /// when the copy is put back. `to` appears whole or not at all. Returns the number of jobs. Errors: kUsage
 /// (`to` is there already), kIo.

@@ -25,8 +25,8 @@ class StateLock {
   int fd_ = -1;
 };
 
-/// What a link leads to, the same for all of its names. A device by its number, not by the links that lead to
-/// it. A host by its addresses, all of this computer's own being one. Where nothing is known of it, its name.
+/// What a link leads to, the same for all of its names: a device by its number, not by the links that lead to
+/// it; a host by its addresses, all of this computer's own being one. Where nothing is known of it, its name.
 std::vector<std::string> machine_keys(const LinkSpec& link);
 
 /// One service a machine, on this computer. The kernel keeps the claim, and takes it back from a dead

@@ -55,14 +55,14 @@ struct SendReport {
   std::uint64_t resends = 0;              ///< identical requests or lines sent again
 };
 
-/// Checks the whole program first and sends nothing when it finds anything wrong. Then streams it and returns
-/// when the controller has proved that the last block is executed. Errors: kIo, kInput (program, with
-/// file:line and text), kLimit (line too long, number out of range). kLink (wire or controller, with the
-/// lines that may have run), kCancelled (stopped on request, likewise).
+/// Checks the whole program first and sends nothing when it finds anything wrong; then streams it and returns
+/// when the controller has proved that the last block is executed.
+/// Errors: kIo, kInput (program, with file:line and text), kLimit (line too long, number out of range), kLink
+/// (wire or controller, with the lines that may have run), kCancelled (stopped on request, likewise).
 Result<SendReport> send_program(const std::string& program_path, const LinkSpec& link,
                                 const SendOptions& options, const StreamHooks& hooks);
 
-/// Tool changes at which a run over this link ends, for the operator to make them. None where the control
+/// Tool changes at which a run over this link ends, for the operator to make them: none where the control
 /// makes them, or no machine profile is known. Errors: as read_tool_changes.
 Result<std::vector<ToolChange>> kept_changes(const std::string& program_path, const LinkSpec& link);
 

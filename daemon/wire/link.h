@@ -1,5 +1,5 @@
 #pragma once
-// The wire and the clock. The only two virtual seams of the program, so that a session can be run against a
+// The wire and the clock: the only two virtual seams of the program, so that a session can be run against a
 // scripted controller in made-up time. Also the LINK text of the command line.
 
 #include <chrono>
@@ -35,11 +35,11 @@ class Link {
   virtual ~Link() = default;
 
   /// Hands as much of `out` to the wire as it takes, appends what came to `in`, returns the bytes of `out`
-  /// that were taken. Returns as soon as something has come or was taken, at the latest after `wait`. A byte
-  /// link may take part of `out` and may bring nothing. A message link takes `out` whole and brings exactly
-  /// one reply in the same call (a missing reply is a reply that says so). An empty `out` only waits. Errors:
-  /// kLink when the wire is gone for good, with the device and what to do: nothing of `out` was taken. A loss
-  /// that is seen after bytes were taken is told by the next call.
+  /// that were taken. Returns as soon as something has come or was taken, at the latest after `wait`.
+  /// A byte link may take part of `out` and may bring nothing. A message link takes `out` whole and brings
+  /// exactly one reply in the same call (a missing reply is a reply that says so); an empty `out` only waits.
+  /// Errors: kLink when the wire is gone for good, with the device and what to do: nothing of `out` was
+  /// taken. A loss that is seen after bytes were taken is told by the next call.
   virtual Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) = 0;
 };
 

@@ -28,7 +28,7 @@ class CutWork {
   /// Errors: kUsage: none is in work.
   Result<void> cancel();
 
-  /// JSON: null, or id, plan, state (working, done, refused, cancelled). While working stage and percent,
+  /// JSON: null, or id, plan, state (working, done, refused, cancelled), while working stage and percent,
   /// error when refused, verdict (passed, incomplete, failed) and before (is there one) when done.
   std::string describe() const;
   Reply view() const { return file("cut/cut.view", "application/octet-stream", state_ == "done"); }

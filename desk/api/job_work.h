@@ -30,7 +30,7 @@ struct NewDeskJob {
 };
 
 /// Part and machine are files of this computer that the user named at the start, whatever the text says of
-/// them since. No path comes from a browser.
+/// them since: no path comes from a browser.
 class JobWork {
  public:
   /// `folder`: where the text is kept that is being worked on.

@@ -1,5 +1,5 @@
 #pragma once
-// What the tool reaches of the part on the desk, and shapes through its facets. A process of its own keeps
+// What the tool reaches of the part on the desk, and shapes through its facets: a process of its own keeps
 // the part loaded and answers (desk/reach).
 
 #include <cstdint>

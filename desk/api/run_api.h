@@ -29,8 +29,8 @@ struct RunCalls {
   std::function<std::string(std::uint64_t session)> name;            ///< of who has a session, for people
 };
 
-/// Properties: no order goes out without the seat, but a hold, which every operator may give. A hold waits
-/// for nothing. What a page that is gone held down ends.
+/// Properties: no order goes out without the seat, but a hold, which every operator may give; a hold waits
+/// for nothing; what a page that is gone held down ends.
 class RunApi {
  public:
   using Time = std::chrono::steady_clock::time_point;

@@ -1,6 +1,6 @@
 #pragma once
 // What the tool reaches of the part with a job, asked again and again of a process that keeps the part
-// loaded. And shapes fitted through facets that a person has picked.
+// loaded; and shapes fitted through facets that a person has picked.
 
 #include <functional>
 #include <memory>

@@ -26,8 +26,8 @@ struct WatchCalls {
   std::function<std::optional<Placing>(std::uint64_t job, const std::string& folder)> placing;
 };
 
-/// Properties: tells `run` and `jobs` only when they have changed. A service that does not answer within
-/// kSilence is lost until it does. Then nothing of a run is sent on.
+/// Properties: tells `run` and `jobs` only when they have changed; a service that does not answer within
+/// kSilence is lost until it does; what is told of a run is then told no more.
 class RunWatch {
  public:
   using Time = std::chrono::steady_clock::time_point;

@@ -6,7 +6,7 @@
 
 namespace tiltfeed::desk {
 
-/// Sessions are told apart by their numbers, from 1. Properties: at most one has the seat. It never changes
+/// Sessions are told apart by their numbers, from 1. Properties: at most one has the seat; it never changes
 /// hands while the one that has it is there, unless that one gives it, or has not answered for kAnswer.
 class Seat {
  public:

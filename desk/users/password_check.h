@@ -8,8 +8,8 @@
 
 namespace tiltfeed::desk {
 
-/// Properties: at most kWaiting wait. After kFailures within kPeriod every password is refused unheard until
-/// the first of them is older. The child has none of our descriptors, and its end is a no.
+/// Properties: at most kWaiting wait; after kFailures within kPeriod every password is refused unheard until
+/// the first of them is older; the child has none of our descriptors, and its end is a no.
 class PasswordCheck {
  public:
   using Time = std::chrono::steady_clock::time_point;

@@ -1,5 +1,5 @@
 #pragma once
-// Two numbers side by side, and vectors of them, or four of single precision. What is asked of many places
+// Two numbers side by side, and vectors of them, or four of single precision: what is asked of many places
 // alike is computed for so many at a time.
 
 #include <cstring>

@@ -20,10 +20,10 @@ namespace tiltfeed {
 /// new operation); CYCLE/ and CIRCLE/ as straight moves; CUTCOM/ as events; MSYS/ applied, CSYS/ where
 /// TRNTYP/ says that the points are the part's; UNIT/ and UNITS/, which hold for all of the file and stand
 /// before its first motion. Properties: every operation has a move, its first is a rapid; axes are unit.
-/// Words that only inform are skipped, unknown ones noted. Errors: kInput as name:line:column. A number that
-/// is missing or none or looks like a decimal comma; no feed; one in inches in a file of unknown unit; an
-/// axis of no length. Words that move or turn what follows and are not understood (ROTABL, TRACUT, COPY,
-/// MODE/INCR ...). Unknown ones with numbers like a motion. No GOTO; no FINI, END or END-OF-PATH.
+/// Words that only inform are skipped, unknown ones noted. Errors: kInput as name:line:column: a number that
+/// is missing or none or looks like a decimal comma, no feed, one in inches in a file of unknown unit, an
+/// axis of no length, words that move or turn what follows and are not understood (ROTABL, TRACUT, COPY,
+/// MODE/INCR ...), unknown ones with numbers like a motion, no GOTO, no FINI, END or END-OF-PATH.
 Result<AptProgram> read_apt(std::istream& in, const std::string& name, const AptOptions& options);
 
 /// Writes it, in mm: 6 decimals for mm, 9 for axis components. `read_apt` reads it back, lines and notes

@@ -12,7 +12,7 @@ namespace tiltfeed {
 /// The word informs people or other programs, or ends what was never begun.
 bool only_informs(const AptRecord& record);
 
-/// Why a record that the reader does not act on must not be left out. It asks for another motion than the
+/// Why a record that the reader does not act on must not be left out: it asks for another motion than the
 /// points that follow, it is a part program's and no CL record, or it looks like a motion word misspelt.
 /// Nothing: it may be left out with a note.
 AptVerdict must_not_be_dropped(const AptRecord& record);

@@ -12,14 +12,14 @@
 namespace tiltfeed {
 
 /// Writes `path` as CL text: 6 decimals for mm, 9 for axis components; RAPID precedes each rapid GOTO,
-/// FEDRAT/ appears where the feed changes. It distinguishes cut and plunge, or a remark does where both feeds
-/// are the same.
+/// FEDRAT/ appears where the feed changes; cut and plunge are told apart by it, or by a remark where both
+/// feeds are the same.
 void write_cl(const ToolPath& path, std::ostream& out);
 
 /// Reads CL text that `write_cl` wrote back to the same path, to the decimals written (facets excepted: CL
-/// text has none). It reads with `read_apt`, so a file of another CAM system is read, too. Its first feed is
-/// the cutting feed and another one the plunge feed. Errors: those of `read_apt`; kInput with `name`:line for
-/// a third feed, a second tool, and a word that is not understood.
+/// text has none). It reads with `read_apt`, so a file of another CAM system is read, too: its first feed is
+/// the cutting feed and another one the plunge feed. Errors: those of `read_apt`; kInput with `name`:line
+/// for a third feed, a second tool, and a word that is not understood.
 Result<ToolPath> read_cl(std::istream& in, const std::string& name);
 
 }  // namespace tiltfeed

@@ -19,8 +19,8 @@ struct ShiftNode {
   double low = 0.0, high = 0.0;  ///< bends that are allowed here, rad; low <= 0 <= high
 };
 
-/// Each node has bends of so many levels to either side, square to the axis's way. So it has the one with
-/// which a way on from there meets the pole; and, where the pole is near enough, the pole itself.
+/// Each node has bends of so many levels to either side, square to the axis's way; the one with which a way
+/// on from there meets the pole; and, where the pole is near enough, the pole itself.
 inline constexpr int kBendLevels = 16;
 /// The shift of the axis changes by at most this share of what the planned axis turns.
 inline constexpr double kBendSlope = 0.5;
@@ -36,9 +36,9 @@ class AxisShiftSearch {
   AxisShiftSearch(const MachineModel& machine, const JointChooser& chooser, Vec3 pole, double most)
       : machine_(machine), chooser_(chooser), pole_(pole), most_(most) {}
 
-  /// The shift of the axis by node (bent less planned unit vector), none at the first and last. It makes
-  /// least the sum over the ways between nodes of T (share_a^2 + share_c^2 + kBendWorth^2 (shift / most)^2).
-  /// T is the programmed time and share what a rotary takes of its speed. Nothing where no sequence of
+  /// The shift of the axis by node (bent less planned unit vector), none at the first and last, that makes
+  /// the least of the sum over the ways between nodes of T (share_a^2 + share_c^2 + kBendWorth^2 (shift /
+  /// most)^2), T the programmed time and share what a rotary takes of its speed. Nothing where no sequence of
   /// solutions within the tilt's limits leads through.
   std::optional<std::vector<Vec3>> best(const std::vector<ShiftNode>& nodes) const;
   /// That sum for given shifts.

@@ -1,5 +1,5 @@
 #pragma once
-// Which of the many joint positions of a pose. By branch of the tilt, turns of the rotary, the pole, limits;
+// Which of the many joint positions of a pose: branch of the tilt, turns of the rotary, the pole, limits;
 // rounded to the printed decimals (K9).
 
 #include <array>
@@ -39,17 +39,17 @@ class JointChooser {
   JointChooser(const MachineModel& machine, const Setup& setup, int linear_decimals, int rotary_decimals,
                double pole_cone);
 
-  /// Solutions within limits to start from: smallest |C| first, positive tilt first among equals. At the
-  /// pole, where the rotary is free, first those from which the path leaves it without turning the rotary.
-  /// Towards `leave`, the solutions of the first pose beyond the pole. Errors: kUnreachable, kLimit (no
-  /// solution within limits).
+  /// Solutions within limits to start from: smallest |C| first, positive tilt first among equals.
+  /// At the pole, where the rotary is free, first those from which the path leaves it without turning the
+  /// rotary: towards `leave`, the solutions of the first pose beyond the pole.
+  /// Errors: kUnreachable, kLimit (no solution within limits).
   Result<std::vector<JointSolution>> starts(const Pose& pose, const RotarySolutions* leave = nullptr) const;
   /// The rotary word of the solution that `next` prefers from there.
   double rotary_towards(const RotarySolutions& solutions, const JointSolution& from) const {
     return candidate(solutions, preferred(solutions, from), from.joints).c;
   }
   RotarySolutions solve(const Pose& pose) const;
-  /// The solutions within limits between which a reconfiguration can choose, on both branches. On the turns
+  /// The solutions within limits between which a reconfiguration can choose, on both branches: on the turns
   /// next to `from`, next to 0 and next to either limit. `solutions`: those of `pose`.
   std::vector<JointSolution> choices(const Pose& pose, const RotarySolutions& solutions,
                                      const JointSolution& from) const;

@@ -18,7 +18,7 @@ struct JointMove {
   std::uint32_t move = 0;  ///< index into ToolPath::moves of the move that this block belongs to
 };
 
-/// What is known of the space about the work. Nothing (part, stock, clamp) is higher than `height` above part
+/// What is known of the space about the work: nothing (part, stock, clamp) is higher than `height` above part
 /// zero along `rotary_up`, nor further than `radius` from the rotary's axis; mm.
 struct ClearSpace {
   std::optional<double> height;  ///< a tool whose axis rises may be taken off upwards

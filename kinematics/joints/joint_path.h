@@ -1,6 +1,6 @@
 #pragma once
-// Tool path to joint path: branch and C continuous, subdivided so that the tip as the machine moves it (axes
-// linear within a block) stays on the path. Timed by feed and axis speeds. (K6), (K9), (K10).
+// Tool path to joint path: branch and C continuous, subdivided so that the tip as the machine really moves
+// it (axes linear within a block) stays on the path, timed by feed and axis speeds. (K6), (K9), (K10).
 
 #include <cstdint>
 #include <functional>
@@ -18,14 +18,14 @@ namespace tiltfeed {
 using StageProgress = std::function<bool(double fraction)>;
 
 /// Properties: forward(joints) = pose within tolerance (kRapidToleranceFactor times that on rapids),
-/// everywhere on every block, not at its ends only. No limit is broken; |dC| < 180 degrees in every
-/// block; C and branch are continuous: the solution nearest to the joints before, on C + 360 k within
-/// limits, is taken. Near the pole C is held, and turned in place where it must turn. Starts on other
-/// branches and turns are tried when the first leads into a limit, then reconfigurations with the tool
-/// off the part. Errors: kUnreachable, kLimit: the first pose, the axis with value and limit, and what
-/// to change. kInput: a speed or feed that is 0, an axis that is not unit; kCancelled. An axis that
-/// turns over by 180 degrees within one move goes by way of the pole. The same bits on any number of
-/// threads.
+/// everywhere on every block, not at its ends only; no limit is broken; |dC| < 180 degrees in every block; C
+/// and branch are continuous (the solution nearest to the joints before, on C + 360 k within limits, is
+/// taken); near the pole C is held, and turned in place where it must turn. Starts on other branches and
+/// turns are tried when the first leads into a limit, then reconfigurations with the tool off the part.
+/// Errors: kUnreachable, kLimit: the first pose, the axis
+/// with value and limit, and what to change; kInput: a speed or feed that is 0, an axis that is not unit;
+/// kCancelled. An axis that turns over by 180 degrees within one move goes by way of the pole. The same bits
+/// on any number of threads.
 Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, const Setup& setup,
                             const JointPathOptions& options, const StageProgress& progress = {});
 

@@ -1,5 +1,5 @@
 #pragma once
-// A path whose moves pass the rotary's pole, with a pose put in there. Where the rotary is free it can be
+// A path whose moves pass the rotary's pole, with a pose put in there: where the rotary is free it can be
 // turned over when a limit of the tilt asks for it.
 
 #include <cstdint>

@@ -34,9 +34,9 @@ struct SingularityBend {
 
 /// Bends cutting moves within kPoleReach axis tolerances of the rotary axis. The axis leans square to its own
 /// way, and the tip goes along so that the ball's centre (`path.tool.corner_radius` up the axis) stays where
-/// it is. Properties: no axis leans by more than the tolerance. The first and last point of every run of
-/// cutting moves are kept, and every point that does not lean. Every move of which an end leans is one that
-/// `clear` has accepted. A piece is bent only where that lessens the speed that the rotary takes of what it
+/// it is. Properties: no axis leans by more than the tolerance; the first and last point of every run of
+/// cutting moves are kept, and every point that does not lean; every move of which an end leans is one that
+/// `clear` has accepted; a piece is bent only where that lessens the speed that the rotary takes of what it
 /// has. The same for any number of threads. Requires: a path that check_path accepts, a ball end, a tolerance
 /// above 0.
 SingularityBend bend_at_singularity(const ToolPath& path, const MachineModel& machine, const Setup& setup,

@@ -19,7 +19,7 @@ inline constexpr double kNoTurn = 1e-7;
 /// Where the axis goes at the start of the great circle from a to b, unit, square to a; zero where it stands.
 Vec3 way_of(Vec3 a, Vec3 b);
 
-/// The longest pieces whose every move comes within `reach` (rad) of the pole (unit). A new one begins where
+/// The longest pieces whose every move comes within `reach` (rad) of the pole (unit); a new one begins where
 /// the axis turns off sharply, by more than 45 degrees.
 std::vector<SingularityPiece> pieces_near_singularity(const ToolPath& path, Vec3 pole, double reach);
 

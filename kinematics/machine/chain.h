@@ -1,9 +1,9 @@
 #pragma once
-// One machine with one set-up as formulas. The constants of (K1)..(K5) worked out once, angles as cosine
-// and sine, so that a block can be sampled without trigonometric calls. Angles, in rad, turn the tool
-// against the work. Counter-clockwise about the axis's direction where the axis is in the head, clockwise
-// where it is under the work. So the tool axis is R(nC, rotary) R(nT, tilt) e on the work, whatever the
-// structure.
+// One machine with one set-up as formulas: the constants of (K1)..(K5) worked out once, angles as cosine and
+// sine, so that a block can be sampled without trigonometric calls.
+// Angles, in rad, turn the tool against the work: counter-clockwise about the axis's direction where the axis
+// is in the head, clockwise where it is under the work. So the tool axis is R(nC, rotary) R(nT, tilt) e on
+// the work, whatever the structure.
 
 #include <array>
 #include <cmath>

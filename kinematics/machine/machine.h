@@ -24,11 +24,11 @@ RotaryAxis absent_axis(Vec3 direction);
 /// `fixture`, seen with both rotaries at home. Exact inverse of `inverse`: 1e-9 mm.
 Pose forward(const MachineModel& machine, const Setup& setup, const Joints& joints);
 
-/// Both solutions of (K3)/(K4)/(K5), each with C in (-180, 180] and no limits applied. First comes the one
-/// whose tilt turns the tool counter-clockwise about the tilt's direction from where the tool is nearest to
-/// the rotary axis. At the pole (axis parallel to the rotary's within 1e-12 rad) C is free: `c_at_pole`
-/// (degrees, the word) is kept and both solutions agree. Errors: kUnreachable when no tilt gives the axis,
-/// with the axis and the reach.
+/// Both solutions of (K3)/(K4)/(K5), each with C in (-180, 180] and no limits applied; first the one whose
+/// tilt turns the tool counter-clockwise about the tilt's direction from where the tool is nearest to the
+/// rotary axis. At the pole (axis parallel to the rotary's within 1e-12 rad) C is free: `c_at_pole` (degrees,
+/// the word) is kept and both solutions agree. Errors: kUnreachable when no tilt gives the axis, with the
+/// axis and the reach.
 Result<std::array<Joints, 2>> inverse(const MachineModel& machine, const Setup& setup, const Pose& pose,
                                       double c_at_pole);
 
@@ -36,11 +36,11 @@ Result<std::array<Joints, 2>> inverse(const MachineModel& machine, const Setup& 
 /// exact; the axis is whatever the rotaries make it.
 Joints solve_linear(const MachineModel& machine, const Setup& setup, Point<Part> tip, double a, double c);
 
-/// The word with which a control turns an axis from `from` to `to`, degrees with turns counted. Modulo 360
+/// The word with which a control turns an axis from `from` to `to`, degrees with turns counted: modulo 360
 /// and signed as its counting wants it. Requires: `to` rounded to `decimals`; modulo 360, less than a turn
-/// away, for kShortest less than half. For kSigned not a multiple of 360, which has no sign.
+/// away, for kShortest less than half a turn; for kSigned not a multiple of 360, which has no sign.
 double control_word(RotaryWord counting, double to, double from, int decimals);
-/// Target of an axis at `from` when the control reads `word`, turns counted: undoes `control_word`.
+/// Where an axis at `from` goes when the control reads `word`, turns counted: undoes `control_word`.
 double counted_turn(RotaryWord counting, double word, double from);
 
 /// The rotary axis as a part direction, unit, pointing from the work to where the spindle is at home.

@@ -56,9 +56,9 @@ enum class Structure {
   kHeadHead,    ///< rotary carries tilt, tilt carries the tool
 };
 
-/// A machine with two rotary axes of any directions that are not parallel, or with one or none. Then it is
-/// kTableHead, with a table (`rotary`), a head (`tilt`) or neither. `table_centre` does not enter program
-/// coordinates (K2).
+/// A machine with two rotary axes of any directions that are not parallel, or with one or none: then
+/// kTableHead, with a table (`rotary`), a head (`tilt`) or neither. `table_centre` does not enter
+/// program coordinates (K2).
 struct MachineModel {
   std::string name;
   LinearAxis x, y, z;

@@ -1,7 +1,7 @@
 #pragma once
 // Joint path to the words of a control that keeps the tool centre point (TCP): X Y Z are the tip's, in the
-// part's frame as it stands at table zero, and travel linearly there. The rotary words travel linearly,
-// too.
+// part's frame as it stands at table zero, and travel linearly there; the rotary words travel linearly
+// besides.
 
 #include "kinematics/joints/joint_path.h"
 #include "kinematics/machine/machine.h"
@@ -21,8 +21,8 @@ struct TcpOptions {
 };
 
 /// The words (in the places of the joints), with blocks of one move joined where the tip needs no point
-/// between and the axis stays within tolerance (K7). Properties: the first block is that of `path`. The last
-/// block of each move is kept. |da|, |dc| < 180 degrees in every block of feed; a block that would change no
+/// between and the axis stays within tolerance (K7). Properties: the first block is that of `path`; the last
+/// block of each move is kept; |da|, |dc| < 180 degrees in every block of feed; a block that would change no
 /// word is left out.
 JointPath words_under_tcp(const JointPath& path, const MachineModel& machine, const Setup& setup,
                           const TcpOptions& options);

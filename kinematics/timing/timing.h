@@ -1,5 +1,5 @@
 #pragma once
-// How long the blocks take. The programmed times are slowed down where an axis would have to accelerate
+// How long the blocks really take: the programmed times, slowed down where an axis would have to accelerate
 // harder than it can, by a forward and a backward pass over the program. (K10).
 
 #include <cstddef>
@@ -30,7 +30,7 @@ enum class Corners {
   kFixed,    ///< blended where both blocks are blends_corners(), else exact stop
 };
 
-/// Of each block whether a control that bounds X Y Z alone may round its ends off (LinuxCNC's G64 P). Neither
+/// Of each block whether a control that bounds X Y Z alone may round its ends off (LinuxCNC's G64 P): neither
 /// it nor a block beside it turns a rotary, and there are some of them in a row.
 std::vector<bool> blends_corners(const std::vector<JointMove>& moves);
 
@@ -38,10 +38,10 @@ std::vector<bool> blends_corners(const std::vector<JointMove>& moves);
 inline constexpr double kServoPeriod = 0.001;
 
 /// Axes move at constant acceleration along a block and round its corners off by at most `tolerance` (mm) and
-/// `axis_tolerance` (degrees), over at most half of each block beside it. They stand still before and after
+/// `axis_tolerance` (degrees), over at most half of each block beside it; they stand still before and after
 /// the program and where rapid and feed meet. With kExact, with kFixed where it does not blend, and at both
-/// ends of a block that turns a rotary on a control that does not blend, the axes stop by LinuxCNC's rule
-/// (K10). Properties: no axis speeds up or slows down harder than its limit; no block is faster than
+/// ends of a block that turns a rotary on a control that does not blend these, the axes stop by LinuxCNC's
+/// rule (K10). Properties: no axis speeds up or slows down harder than its limit; no block is faster than
 /// programmed.
 Timing time_blocks(const std::vector<JointMove>& moves, const MachineModel& machine, double tolerance,
                    double axis_tolerance, Corners corners = Corners::kBlended);

@@ -57,7 +57,7 @@ class Deformation {
     double rho, r;
   };
   Distances distances(Point<Part> p) const;
-  /// The same with the tool axis there (as axis_at()), for less than the two apart. Where rho or r is 0, no
+  /// The same with the tool axis there (as axis_at()), for less than the two apart; where rho or r is 0, no
   /// direction is to be trusted.
   struct Aim {
     Distances away;
@@ -76,7 +76,7 @@ class Deformation {
     double x, y, z;
   };
   Bend bend(Distances least, double radius) const;
-  /// Where p is at such distances the axis turns by at most a radian in this length, mm. It points at the
+  /// Where p is at such distances the axis turns by at most a radian in this length, mm: it points at the
   /// feature, and from a circle it also turns with Theta.
   double turning_length(Distances d) const {
     return frame_.mode == AxisMode::kCircle ? std::min(d.rho, d.r) : d.rho;
@@ -112,14 +112,14 @@ class Deformation {
   Stretch stretch(double rho) const;
   /// How fast the tool axis turns when f moves along v: its derivative, 1/mm for a unit v (C5).
   Vec3 axis_turn(Point<Flat> f, Vec3 v) const;
-  /// How far the axis line of f runs on from f before it leaves its own flat column. To the point, line or
-  /// circle in inside work; to the axis of Theta from the inner half of a circle in outside work. Else
+  /// How far the axis line of f runs on from f before it leaves its own flat column: to the point, line or
+  /// circle in inside work; to the axis of Theta from the inner half of a circle in outside work; else
   /// infinite.
   double column_length(Point<Flat> f) const;
   /// The place where the column (x, y) ends, if it does.
   std::optional<Point<Part>> column_end(double x, double y) const;
-  /// Is f at least `margin` (mm) inside its own column? Away from the point, line or circle on its own side
-  /// of it, and (circle) on its own side of the axis of Theta.
+  /// Is f at least `margin` (mm) inside its own column: away from the point, line or circle on its own side
+  /// of it, and (circle) on its own side of the axis of Theta?
   bool in_column(Point<Flat> f, double margin) const;
   /// The same for the height z' on the axis line that `angles` was last used for.
   bool in_column(double z, const Angles& angles, double margin) const {

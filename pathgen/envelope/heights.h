@@ -32,7 +32,7 @@ class Heights {
   Heights(const ClField& field, const EnvelopeOptions& options)
       : map_(field.deformation), envelope_(field.surface, field.deformation, field.index, options) {}
 
-  /// z' of the envelope, kNoSurface or kShut. Beyond a pole of axis mode point: that of the same axis line on
+  /// z' of the envelope, kNoSurface or kShut. Beyond a pole of the mode point: that of the same axis line on
   /// the near side.
   double at(Place p);
 
@@ -44,7 +44,7 @@ class Heights {
   /// becomes those of the envelope there.
   double highest(Place a, Place b, Pass* points = nullptr);
 
-  /// Heights along the line by rising run, as densely as Envelope::along gives them. Gaps are samples of
+  /// Heights along the line by rising run, as densely as Envelope::along gives them; gaps are samples of
   /// kNoSurface or kShut just beyond the ends of what is beside them.
   std::vector<HeightSample> profile(const FlatLine& line);
 

@@ -23,7 +23,7 @@ class PassFloor {
   double lowest(double from, double to) const;
 
   /// Calls visit(from, to) for each stretch between these run coordinates over which the floor may be lower
-  /// than `top`. The stretches are whole moves, or what is left of them at the ends.
+  /// than `top`; the stretches are whole moves, or what is left of them at the ends.
   template <class Visit>
   void each_below(double from, double to, double top, Visit visit) const {
     const auto [first, last] = moves(from, to);

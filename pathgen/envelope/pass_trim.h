@@ -18,7 +18,7 @@ bool in_polygon(const FlatPolygon& polygon, double x, double y);
 
 /// The passes where `wanted` holds, each piece longer by `overlap` (mm of the CL reference) at both ends as
 /// far as the pass goes. Ends between two points lie on the straight move, within kTrimStep of where `wanted`
-/// changes. A closed pass that is cut becomes open pieces, none of which ends at its old start for that
+/// changes; a closed pass that is cut becomes open pieces, none of which ends at its old start for that
 /// reason alone.
 std::vector<Pass> keep_where(const std::vector<Pass>& passes, const Deformation& map,
                              const std::function<bool(const EnvelopePoint&)>& wanted, double overlap);
@@ -31,7 +31,7 @@ std::vector<Pass> inside_polygon(const std::vector<Pass>& passes, const Deformat
 /// Angle of the surface against the plane across the axis, rad.
 double slope(const EnvelopePoint& point);
 
-/// Both sides of a split by slope. Each place of the surface is in one, and within `overlap` of the border
+/// Both sides of a split by slope: each place of the surface is in one, and within `overlap` of the border
 /// along a pass in both.
 std::vector<Pass> steep_of(const std::vector<Pass>& passes, const Deformation& map, Angle split_slope,
                            double overlap);

@@ -23,15 +23,15 @@ class StraightMoves {
 
   /// What the two ends of a move tell of it.
   struct Verdict {
-    /// The axis turns little, the move is not too long. No curved sheet but those that the ends lie on rises
-    /// over it by more than the tolerance.
+    /// The axis turns little, the move is not too long, and no curved sheet but those that the ends lie on
+    /// rises over it by more than the tolerance.
     bool joined = false;
     /// How far the tangent planes at the ends are from the other end, mm. The envelope between leaves the
-    /// move by no more than the smaller if it is two planes. By a quarter of either if it is an arc.
+    /// move by no more than the smaller if it is two planes, by a quarter of either if it is an arc.
     double larger = 0.0, smaller = 0.0;
     bool corner_at_end = false;  ///< joined, and the smaller is within the tolerance
-    /// There are only two planes between the ends, and a ball's arc below where these meet. That is, a corner
-    /// at an end, and the ends lie on two facets with the way over their common edge.
+    /// There are only two planes between the ends, and a ball's arc below where these meet: a corner at an
+    /// end, and the ends lie on two facets with the way over their common edge.
     bool over_one_edge = false;
     /// So, or the ends lie on one sheet, or the move is so short that the tool sinks between other sheets by
     /// less than the tolerance.
@@ -52,7 +52,7 @@ class StraightMoves {
   /// sheet.
   bool may_sink(const EnvelopePoint& a, const EnvelopePoint& b) const;
 
-  /// Where between the ends to look next, as a share of the way. Where two planes meet; the first of as many
+  /// Where between the ends to look next, as a share of the way: where two planes meet; the first of as many
   /// parts as an arc needs; else half way.
   double next_share(const Sample& left, const Sample& right, const Verdict& move) const;
 

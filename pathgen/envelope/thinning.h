@@ -14,12 +14,12 @@ namespace tiltfeed::pathgen {
 /// how many.
 std::uint64_t leave_out(std::vector<Pass>& passes, const std::function<bool(const EnvelopePoint&)>& unwanted);
 
-/// Cuts out of what was found along the line where shank or holder alone hold the tool. They raise it, and do
-/// not send it where the cutting part has nothing to cut. There they are not known whole: (G2).
+/// Cuts out of what was found along the line where shank or holder alone hold the tool: they raise it, and
+/// do not send it where the cutting part has nothing to cut. There they are not known whole: (G2).
 void leave_held(LineEnvelope& found, const FlatLine& line);
 
-/// Drops points that a straight move between their neighbours passes within `tolerance` (mm). The axis then
-/// turns at most options.max_axis_step in one move, and the move is no longer than options.max_distance.
+/// Drops points that a straight move between their neighbours passes within `tolerance` (mm), as long as the
+/// axis turns at most options.max_axis_step in one move and the move is no longer than options.max_distance.
 /// Keeps the first and the last.
 Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options);
 

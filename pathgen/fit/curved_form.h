@@ -42,7 +42,7 @@ class CurvedForm {
 };
 
 /// The distance of a place with the offset v from a place of a circle (or sphere) whose centre is 1 / k from
-/// there along the unit direction n. Negative inside, exact for any k. (H1)
+/// there along the unit direction n, taken as negative inside; exact for any k. (H1)
 double curved_distance(Vec3 v, Vec3 n, double k);
 
 }  // namespace tiltfeed::pathgen

@@ -18,10 +18,10 @@ struct FitOptions {
   bool leave_outliers = true;
 };
 
-/// Fewest points: a plane 3, circle 4, sphere 5, cylinder 6, torus 8. The same for the
-/// same points, whatever the machine. Errors: kInput: too few points, no normals. Or
-/// the points do not show what is asked (those of a plane no sphere of at most
-/// kMostRadius).
+/// Fewest points: a plane 3, circle 4, sphere 5, cylinder 6, torus 8. The same for the same points, whatever
+/// the machine.
+/// Errors: kInput: too few points, no normals, or the points do not say what is asked (those of a plane no
+/// sphere of at most kMostRadius).
 Result<Fit> fit(FitKind kind, std::span<const FitPoint> points, const FitOptions& options = {});
 
 /// A radius beyond this is a plane's, mm.

@@ -1,7 +1,7 @@
 #pragma once
-// The admissible set of a CL point: the directions of the tool axis that pass three tests. Cutter, shank and
-// holder are clear of the part; the tool can be drawn back along its axis; the machine's tilt suffices.
-// (A1)..(A4) in pathgen/free_axis/README.md.
+// The admissible set of a CL point: the directions of the tool axis at which cutter, shank and holder are
+// clear of the part, the tool can be drawn back along its axis, and the machine's tilt suffices. (A1)..(A4)
+// in pathgen/free_axis/README.md.
 
 #include <array>
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace tiltfeed::pathgen {
 
-/// What a series of questions about one part remembers. Along a pass a direction is mostly stopped by the
+/// What a series of questions about one part remembers: along a pass a direction is mostly stopped by the
 /// facet that stopped it a step before. No answer depends on it. One for each thread.
 struct DirectionQuery {
   std::uint32_t hint = kNoFacet;  ///< the facet that stopped the last direction

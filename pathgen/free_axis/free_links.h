@@ -1,5 +1,5 @@
 #pragma once
-// Runs with free axes to one tool path. Out along the axis to a sphere round everything, over it, and in
+// Runs with free axes to one tool path: out along the axis to a sphere round everything, over it, and in
 // again; or a short way close by. (J1)..(J4) of the section on free links in pathgen/free_axis/README.md.
 
 #include <cstdint>

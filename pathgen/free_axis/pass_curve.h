@@ -18,13 +18,13 @@ class PassCurve {
   const std::vector<double>& ways() const { return way_; }
   const ClStrand& points() const { return chain_.points; }
   ClPoint at(double way) const;
-  /// (O1) The surface normal, turned by lead forwards and by lean to the left of the feed. Normal and feed
+  /// (O1) The surface normal, turned by lead forwards and by lean to the left of the feed; normal and feed
   /// are means over the smoothing length. Unit.
   Vec3 wished(double way) const;
 
  private:
   std::size_t index(double way) const;
-  /// Of the normal from the start to `way`, and the centre there. Beyond the ends of a closed pass it goes on
+  /// Of the normal from the start to `way`, and the centre there; beyond the ends of a closed pass it goes on
   /// round, else it stops.
   Vec3 normals_up_to(double way) const;
 

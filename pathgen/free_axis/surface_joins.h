@@ -14,9 +14,9 @@ class SurfaceJoins {
   /// All must outlive the object. `longest`: how far the ends may be apart, mm; 0: none are joined.
   SurfaceJoins(const Admissibility& admissible, const ToolAxisOptions& options, double longest);
 
-  /// The points after `from`, up to and with `to`. Nothing where the ends are too far apart, or the surface
-  /// between them is no single sheet. Nor where the tool is not clear or the axis would turn faster than it
-  /// may. Properties: those of choose_tool_axes, and contact within the tolerance's share of the slices.
+  /// The points after `from`, up to and with `to`. Nothing where the ends are too far apart, the surface
+  /// between them is no single sheet, the tool is not clear, or the axis would turn faster than it may.
+  /// Properties: those of choose_tool_axes, and contact within the tolerance's share of the slices.
   std::optional<ToolAxisRun> join(const ToolAxisPoint& from, const ToolAxisPoint& to);
   std::uint64_t tested() const { return query_.tested; }
 

@@ -24,9 +24,9 @@ struct ToolAxisPass {
   std::uint64_t stations = 0, tested = 0, breaks = 0;
 };
 
-/// Properties hold at every point of every run, and densely along its moves (tip straight, axis on the great
-/// circle). The tool is clear of the part but for the cutter's share of the tolerance, within the tilt limit.
-/// It can be drawn back along its axis, which turns by at most wish.max_turn per mm.
+/// Properties: at every point of every run, and densely along its moves (tip straight, axis on the great
+/// circle), the tool is clear of the part but for the cutter's share of the tolerance, within the tilt limit,
+/// and can be drawn back along its axis; the axis turns by at most wish.max_turn per mm.
 ToolAxisPass choose_tool_axes(const ClChain& chain, const Admissibility& admissible,
                               const ToolAxisOptions& options);
 

@@ -18,7 +18,7 @@ struct ClChain {
 };
 
 /// (N4) The parts of the strand whose centres are nowhere nearer to one of `obstacles` (indices into the
-/// mesh) than `radius`, less kInside. Exact on every straight move. Ends of what is cut away belong to what
+/// mesh) than `radius`, less kInside: exact on every straight move. Ends of what is cut away belong to what
 /// is left.
 void trim_strand(const ClStrand& strand, const FacetBvh& tree, std::span<const std::uint32_t> obstacles,
                  double radius, std::vector<ClStrand>& kept);
@@ -38,13 +38,13 @@ struct JoinLimits {
 std::vector<ClChain> join_strands(std::vector<ClStrand> strands, const FacetBvh& tree, double radius,
                                   const JoinLimits& limits);
 
-/// (N6) Drops points that a straight move passes within `tolerance`. Normals in between stay within
+/// (N6) Drops points that a straight move passes within `tolerance`, while normals in between stay within
 /// kNormalBend (rad) of what lies between those of its ends.
 void thin_chain(ClChain& chain, double tolerance);
 inline constexpr double kNormalBend = 0.1;
 
 /// Is the centre's straight move, which starts and ends in contact, nowhere nearer to the part than the
-/// radius? In its middle no further, but for the tolerance.
+/// radius, and in its middle no further, but for the tolerance?
 bool in_contact(Point<Part> from, Point<Part> to, const FacetBvh& tree, double radius, double tolerance);
 
 double length_of(const ClStrand& strand);

@@ -39,7 +39,7 @@ struct PatchHull {
 class ClSections {
  public:
   /// `radius`: of the ball with the allowance, mm. `sagitta`: by how much chords stand off their arcs,
-  /// outwards, mm. A chord touches its arc in its middle, so that no centre is too near to the part. `part`
+  /// outwards, mm: a chord touches its arc in its middle, so that no centre is too near to the part. `part`
   /// must outlive the object.
   ClSections(const CheckedMesh& part, double radius, double sagitta);
 

@@ -15,8 +15,8 @@ class PatchObstacles {
   /// Of the patches that are not 0 in `asked`. In parallel; the same for any number of threads.
   PatchObstacles(const ClSections& sections, const FacetBvh& tree, const std::vector<std::uint8_t>& asked);
 
-  /// Facets (indices into the mesh, ascending) that a centre of the patch may be nearer to than the radius.
-  /// No other is, by more than rounding. None of a patch that was not asked for.
+  /// Facets (indices into the mesh, ascending) that a centre of the patch may be nearer to than the radius;
+  /// no other is, by more than rounding. None of a patch that was not asked for.
   std::span<const std::uint32_t> of(std::uint32_t patch) const {
     return {facets_.data() + first_[patch], first_[patch + 1] - first_[patch]};
   }

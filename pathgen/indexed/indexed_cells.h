@@ -41,8 +41,8 @@ class CellReach {
   bool seats(const SurfaceCell& cell) const;
   /// Where a ball there touches the surface, within `gap` (mm).
   std::optional<Contact> contact(Point<Part> centre, double gap) const;
-  /// Can the tool touch the middle of the cell with its axis along `direction`, and be drawn out along it?
-  /// Not leaning further from the normal than IndexedAxis::steepest nor further from `up` than tilt_max.
+  /// Can the tool touch the middle of the cell with its axis along `direction`, and be drawn out along it,
+  /// not leaning further from the normal than IndexedAxis::steepest nor further from `up` than tilt_max?
   /// Requires: seats(cell). `hint` as SweptTool::stop. Safe to call from several threads.
   bool reaches(const SurfaceCell& cell, Vec3 direction, std::uint32_t& hint) const;
   /// The same but for the tilt limit, and with `parts` of the tool: kCutterOnly to kWithFixtures.

@@ -12,7 +12,7 @@ class Approaches {
   Approaches(const ClField& field, double approach, double from);
 
   /// z' at which the tool, grown by the approach all round, first touches the part on its way from `from`
-  /// down the axis line of `place`. Above, it is clear of a layer as thick. At least place.z + approach. The
+  /// down the axis line of `place`: above, it is clear of a layer as thick. At least place.z + approach. The
   /// tool: those of its pieces that the CL surface is made for.
   double rapid_end(Point<Flat> place);
 

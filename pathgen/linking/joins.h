@@ -23,10 +23,10 @@ class Joins {
   struct End {
     EnvelopePoint point, inward;
   };
-  /// The points between a and b, thinned, both left out. Along the straight flat line or, where the surface
+  /// The points between a and b, thinned, both left out: along the straight flat line or, where the surface
   /// ends short of that, a little way back into both passes. Nothing when the ends are further apart than
-  /// join_distance or the envelope has a gap there. Nor where a point may not be cut or is blocked on the
-  /// opposite wall, or going up and over is quicker.
+  /// join_distance, the envelope has a gap there, a point may not be cut or is blocked on the opposite wall,
+  /// or going up and over is quicker.
   std::optional<Pass> between(const End& a, const End& b);
 
  private:

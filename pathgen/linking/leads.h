@@ -22,8 +22,8 @@ class Leads {
 
   /// The arc from the end `end` of a pass outwards and up; `next` is the pass's point next to it. Each is the
   /// place of the CL reference, `end` itself left out; the last is where the arc points along the axis of
-  /// `end`. Empty where the pass climbs away from its end too steeply, or the envelope is in the way. Nor
-  /// where the arc ends above the clearance surface, tilts too far, or is blocked on the opposite wall.
+  /// `end`. Empty where the pass climbs away from its end too steeply, the envelope is in the way, the arc
+  /// ends above the clearance surface, tilts too far, or is blocked on the opposite wall.
   std::vector<Point<Flat>> arc(const EnvelopePoint& end, const EnvelopePoint& next);
 
  private:

@@ -20,7 +20,7 @@ using Order = std::vector<Travelled>;
 Order plain_order(const std::vector<std::vector<Pass>>& slices, Direction direction);
 
 /// Region by region: a region is a row of passes on neighbouring slices, each of which overlaps the next and
-/// no other. In zigzag they are travelled to and fro, from either end of the row. Else all forwards and in
+/// no other. In zigzag they are travelled to and fro, from either end of the row; else all forwards and in
 /// rising slices, so that the stock stays on one side. From the end of a region to the nearest start.
 /// Properties: holds each pass once; the work is n log n. Requires: no pass is empty.
 Order region_order(const std::vector<std::vector<Pass>>& slices, const Deformation& deformation,

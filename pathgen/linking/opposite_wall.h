@@ -1,7 +1,7 @@
 #pragma once
-// The opposite wall. An axis line may run on past the point, line or circle (inside work), or past the axis
-// of Theta (inner half of a circle, outside work), into flat space beyond its own column. What of the tool is
-// there is checked by rays. (F1) in pathgen/linking/README.md.
+// The opposite wall: an axis line may run on past the point, line or circle (inside work), or past the axis
+// of Theta (inner half of a circle, outside work), into a part of the flat space that is not its own column.
+// What of the tool is there is checked by rays. (F1) in pathgen/linking/README.md.
 
 #include <cstdint>
 #include <memory>
@@ -16,7 +16,7 @@
 
 namespace tiltfeed::pathgen {
 
-/// How far any point of the tool may be from where a rapid says that it is, mm. The axes may move tip and
+/// How far any point of the tool may be from where a rapid says that it is, mm: the axes may move tip and
 /// axis off the way, and it is looked at in steps.
 double stray_of_rapids(double tolerance);
 

@@ -30,8 +30,8 @@ class ShankCollision {
   std::unique_ptr<RayScene> part_;  ///< as it is; made when first needed
 };
 
-/// Rays are single precision. They are shot at a surface this much (mm) inside the true one, far more than
-/// their error on a part of up to 10 m. So what they hit is truly hit.
+/// Rays are single precision: they are shot at a surface this much (mm) inside the true one, far more than
+/// their error on a part of up to 10 m, so that what they hit is truly hit.
 inline constexpr double kShankMargin = 2e-3;
 
 }  // namespace tiltfeed::pathgen

@@ -33,7 +33,7 @@ class FacetBvh {
   const PlacedFacet& facet(std::uint32_t facet) const { return placed_[slot_[facet]]; }
 
   /// Calls visit(index, facet) for every facet that comes within `reach` (mm) of the ray from + t direction,
-  /// first <= t <= last. The near ones first as a rule, until it returns true. True if one did. Facets
+  /// first <= t <= last, the near ones first as a rule, until it returns true; true if one did. Facets
   /// further off may be visited, too. Requires: direction unit, first <= last.
   template <class Visit>
   bool any_along(Point<Part> from, Vec3 direction, double first, double last, double reach,

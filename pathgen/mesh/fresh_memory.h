@@ -1,6 +1,6 @@
 #pragma once
-// Large vectors that several threads fill. The system hands out memory page by page as it is first written
-// to. That is half of what filling costs, so it, too, is done side by side.
+// Large vectors that several threads fill: the system hands out memory page by page as it is first written
+// to, and that is half of what filling costs, so it too is done side by side.
 
 #include <cstddef>
 #include <memory>

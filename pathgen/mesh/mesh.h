@@ -25,9 +25,9 @@ inline Box grown(const Box& box, Point<Part> p) {
 }
 
 /// Facet i has corners vertices[facets[i][0..2]], counter-clockwise seen from outside where the mesh is
-/// oriented. It came from facet source[i] of the STL file, counting from 0. Sources ascend (a facet that
-/// fills a hole has the source of a facet beside it). Corners of a facet differ, every facet has an area
-/// (height over its longest edge > 1e-6 mm), and every vertex is used.
+/// oriented, and came from facet source[i] of the STL file, counting from 0 (ascending; a facet that fills a
+/// hole has the source of a facet beside it). Corners of a facet differ, every facet has an area (height over
+/// its longest edge > 1e-6 mm), and every vertex is used.
 struct Mesh {
   std::vector<Point<Part>> vertices;
   std::vector<std::array<std::uint32_t, 3>> facets;

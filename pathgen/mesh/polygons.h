@@ -1,5 +1,5 @@
 #pragma once
-// Corners and the polygons between them, as OBJ and PLY files have them, and the facets that they make. Used
+// Corners and the polygons between them, as OBJ and PLY files have them, and the facets that they make; used
 // by the readers of those files only.
 
 #include <array>
@@ -22,10 +22,10 @@ struct Polygons {
   std::vector<std::string> warnings;
 };
 
-/// Triangles as they are, other polygons cut up from the corner that sees all others. Properties: the corners
-/// of a facet are corners of its polygon, in its order. Errors: kInput: a corner that is not there, with its
-/// place; kMesh: a polygon that no corner cuts up (it is not convex). kLimit over kMaxFacets. Warns of
-/// polygons that are not flat, with the most that they leave their plane.
+/// Triangles as they are, other polygons cut up from the corner that sees all others.
+/// Properties: the corners of a facet are corners of its polygon, in its order. Errors: kInput: a corner that
+/// is not there, with its place; kMesh: a polygon that no corner cuts up (it is not convex); kLimit over
+/// kMaxFacets. Warns of polygons that are not flat, with the most that they leave their plane.
 Result<Stl> facets_of(Polygons polygons, const std::string& name, double unit_mm);
 
 }  // namespace tiltfeed::pathgen

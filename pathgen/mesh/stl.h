@@ -25,9 +25,9 @@ Result<Stl> read_stl(const std::string& path, double unit_mm);
 /// A binary STL, coordinates rounded to float32; `path` names it in messages. Errors: kInput as below.
 Result<std::string> stl_bytes(const std::string& path, const std::vector<std::array<Point<Part>, 3>>& facets);
 
-/// Writes it beside `path` and renames it into place. On any error nothing is left behind and a file that was
-/// there stays as it was. Errors: kInput: no facets, over kMaxFacets, or a coordinate that is no float32;
-/// kIo.
+/// Writes it beside `path` and renames it into place; on any
+/// error nothing is left behind and a file that was there stays as it was.
+/// Errors: kInput: no facets, over kMaxFacets, or a coordinate that is no float32; kIo.
 Result<void> write_stl(const std::string& path, const std::vector<std::array<Point<Part>, 3>>& facets);
 
 }  // namespace tiltfeed::pathgen

@@ -13,10 +13,10 @@ namespace tiltfeed::pathgen {
 /// binary file has its header and count.
 bool looks_like_text_stl(std::string_view bytes);
 
-/// Facets in the file's own unit, unchecked: NaN and infinity come through. Grammar: white space separates
-/// words, case does not matter. The rest of the line after solid and endsolid is a name. Words that are no
-/// keyword are skipped after normal, loop, endloop and endfacet. Errors: kInput with the line; kLimit over
-/// kMaxFacets.
+/// Facets in the file's own unit, unchecked: NaN and infinity come through.
+/// Grammar: white space separates words, case does not matter; the rest of the line after solid and
+/// endsolid is a name; words that are no keyword are skipped after normal, loop, endloop and endfacet.
+/// Errors: kInput with the line; kLimit over kMaxFacets.
 Result<Stl> parse_text_stl(std::string_view bytes, const std::string& name);
 
 }  // namespace tiltfeed::pathgen

@@ -11,7 +11,7 @@
 
 namespace tiltfeed::pathgen {
 
-/// Facets lower than this over their longest edge count as without area, mm. Corners in one line that were
+/// Facets lower than this over their longest edge count as without area, mm: corners in one line that were
 /// rounded to float32 on a 10 mm part stand this high, and a thousandth of a fine tolerance is no surface.
 inline constexpr double kMinHeight = 1e-6;
 
@@ -26,8 +26,8 @@ struct Welded {
   Mesh mesh;
   VertexFans fans;    ///< of `mesh`
   EdgeSurvey survey;  ///< of all edges of `mesh`
-  /// Facets of `mesh` without area that yet join their neighbours edge to edge (they seam a T-junction).
-  /// Needed to tell that the mesh is closed, ascending. No other facet lacks area.
+  /// Facets of `mesh` without area that yet join their neighbours edge to edge (they seam a T-junction):
+  /// needed to tell that the mesh is closed, ascending. No other facet lacks area.
   std::vector<std::uint32_t> seams;
   Found degenerate;  ///< seams included
   Found duplicate;

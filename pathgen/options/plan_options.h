@@ -58,8 +58,8 @@ struct Interval {
 
 /// Where the tool's axis line may be, in the axis mode's own coordinates: Theta and Phi in rad (point,
 /// circle), x in mm and Theta in rad (line), x and y in mm (fixed); `height`: distance from the point, line
-/// or circle of the cutter location (mm), or z' in axis mode fixed. With the axis free: x, y and z (mm) of
-/// the cutter location, and no boundary.
+/// or circle of the cutter location (mm), or z' in the mode fixed. With the axis free: x, y and z (mm) of the
+/// cutter location, and no boundary.
 struct Containment {
   Interval first, second, height;
   /// A closed polygon in (first, second), at least three corners, either way round; empty: none.

@@ -28,7 +28,7 @@ struct FreeReport {
   std::vector<Facet> unreached;  ///< facets touched where a slice was left out, ascending, each once
 };
 
-/// What axis mode indexed chose, by places spread evenly over the part's surface.
+/// What the mode indexed chose, by places spread evenly over the part's surface.
 struct IndexedReport {
   struct Direction {
     Vec3 axis;           ///< unit

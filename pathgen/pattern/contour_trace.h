@@ -11,7 +11,7 @@ struct TraceOptions {
   double tolerance = 0.0;  ///< mm, part space
   double max_axis_step = 0.0;
   bool climb = true;  ///< what is higher lies on the right of the feed
-  /// Followed there alone, mm of the flat plane within half a turn of 0. Elsewhere the pass is the crossings
+  /// Followed there alone, mm of the flat plane within half a turn of 0: elsewhere the pass is the crossings
   /// as they were found, which are for whoever leaves them out. Nothing: everywhere.
   std::optional<FlatBox> wanted = {};
 };

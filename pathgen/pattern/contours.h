@@ -36,11 +36,11 @@ inline constexpr double kMaxLevels = 10e3;
 /// Nodes of the grid times levels: some 1 GB.
 inline constexpr double kMaxLevelNodes = 200e6;
 
-/// The CL reference on the border of where the envelope is higher than the level, at z' = level. Levels are
-/// evenly and at most step_down apart. They go from the highest place on a grid line (or height.high), where
-/// there is none, to the lowest (or height.low, which may lie below: walls down from where the surface ends).
-/// Properties, t = envelope.tolerance: on every move the envelope is at most level + t. Or a move grazes a
-/// wall less than t deep. At every point it is higher than the level at most 2 t aside. Each comes after the
+/// The CL reference on the border of where the envelope is higher than the level, at z' = level, for levels
+/// evenly and at most step_down apart: from the highest place on a grid line (or height.high), where there is
+/// none, to the lowest (or height.low, which may lie below: walls down from where the surface ends).
+/// Properties, t = envelope.tolerance: on every move the envelope is at most level + t, or a move grazes a
+/// wall less than t deep; at every point it is higher than the level at most 2 t aside; each comes after the
 /// loops above it (order_of) as far as their pocket or island lies within the window. Features narrower than
 /// grid_spacing that no grid line meets are missed: their contours are left out, never cut into. Errors:
 /// kLimit for too many levels or too fine a grid, kUnreachable when there is nothing, kCancelled.

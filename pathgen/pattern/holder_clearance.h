@@ -12,7 +12,7 @@
 namespace tiltfeed::pathgen {
 
 /// The field of the cutting part with the patches of shank and holder that can keep the tool off the part
-/// anywhere on these passes. Nothing where there are none. `reported`: those with Reaction::kReport, else the
+/// anywhere on these passes; nothing where there are none. `reported`: those with Reaction::kReport, else the
 /// others. `passes` are those of `field`. When the user stops it through `report`, what it returns is worth
 /// nothing; so with find_touches().
 std::unique_ptr<const ClField> holder_field(const ClField& field, const PlanOptions& options,

@@ -1,6 +1,6 @@
 #pragma once
 // Exact profiles of the envelope along two families of grid lines, x' and y', and its heights where they
-// cross. What every level's contours are found from. (Z1) in pathgen/pattern/README.md.
+// cross: what every level's contours are found from. (Z1) in pathgen/pattern/README.md.
 
 #include <optional>
 #include <vector>
@@ -38,7 +38,7 @@ struct LevelGrid {
 inline constexpr double kCellsBeyond = 6.0;
 
 /// Lines evenly and at most `spacing` apart over `window` and kCellsBeyond cells more, or over all that there
-/// is. Where that would end at a seam, all round. Beyond the outermost lines nothing is looked at, as if
+/// is: where that would end at a seam, all round. Beyond the outermost lines nothing is looked at, as if
 /// there were no surface. Errors: kLimit for more than kMaxGridNodes or kMaxCrossings, kCancelled.
 Result<LevelGrid> make_level_grid(const ClField& field, double spacing, const EnvelopeOptions& options,
                                   const std::optional<FlatBounds>& window, const Progress& progress);

@@ -22,7 +22,7 @@ struct RoughLayer {
 std::vector<Pass> layer_passes(const std::vector<Pass>& passes, const FlatLine& line, const RoughLayer& layer,
                                Heights& heights);
 
-/// All layers over all lines, one group for each line of each layer. They go from `stock_top` (z' of the CL
+/// All layers over all lines, one group for each line of each layer: from `stock_top` (z' of the CL
 /// reference) down to the lowest place of the lines, or to height.low, evenly and at most step_down apart.
 /// Errors: kLimit, kInput for the step; kUnreachable when nothing lies below stock_top; kCancelled.
 Result<Contours> rough_layers(const ClField& field, const std::vector<FlatLine>& lines, double stock_top,

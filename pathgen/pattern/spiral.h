@@ -7,7 +7,7 @@
 
 namespace tiltfeed::pathgen {
 
-/// One curve. It runs once along the first ring, comes over evenly from ring to ring in a turn each, and
+/// One curve that runs once along the first ring, comes over evenly from ring to ring in a turn each, and
 /// ends with once along the last. Where a ring has parts that are far from the next (an arm that ends) the
 /// spiral ends too, and another begins. Requires: rings closed, all the same way round, from the outside
 /// inwards.

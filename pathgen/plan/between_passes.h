@@ -15,7 +15,7 @@ namespace tiltfeed::pathgen {
 /// `h` over the ring centre.
 double distance_to_piece(const ToolPiece& piece, double d, double h);
 
-/// What the job lets its passes leave between them, mm. Its scallop, or what its step leaves on a plane,
+/// What the job lets its passes leave between them, mm: its scallop; or what its step leaves on a plane,
 /// twice that where the step is measured on the part and four times where it is flat, for slopes and
 /// curvature.
 double asked_height(const PlanOptions& options);

@@ -1,5 +1,5 @@
 #pragma once
-// Axis mode free, stage by stage: slices of the CL surface, directions along them, links.
+// The mode free, stage by stage: slices of the CL surface, directions along them, links.
 
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/options/plan_options.h"
@@ -8,8 +8,8 @@
 namespace tiltfeed::pathgen {
 
 /// As plan(), with AxisMode::kFree; fills path.moves and the report. Properties: no gouge over the tolerance
-/// by cutter, shank or holder on any move, contact within it on cutting moves. The tool can be drawn back
-/// along its axis from every point. What has no admissible direction is left out and reported. Errors: as
+/// by cutter, shank or holder on any move, contact within it on cutting moves; the tool can be drawn back
+/// along its axis from every point; what has no admissible direction is left out and reported. Errors: as
 /// plan().
 Result<void> plan_free(const CheckedMesh& part, const PlanOptions& options, const Progress& progress,
                        Plan& plan);

@@ -9,7 +9,7 @@
 namespace tiltfeed::pathgen {
 
 /// As plan(), with AxisMode::kIndexed. Properties: every cutting move has one of at most
-/// IndexedAxis::most_directions axes, and moves of one axis follow each other. Between two axes the whole
+/// IndexedAxis::most_directions axes, and moves of one axis follow each other; between two axes the whole
 /// tool stays beyond a sphere round the part, `links.clearance` wider than it, and never tilts further than
 /// both. Errors: as plan(); kUnreachable when no direction reaches anything.
 Result<Plan> plan_indexed(const CheckedMesh& part, const PlanOptions& options, const Progress& progress);

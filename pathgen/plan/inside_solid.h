@@ -1,6 +1,6 @@
 #pragma once
 // Work from a point, line or circle that lies in the material, or from the axis of Theta (inner half of a
-// circle, outside work). There the tool would come from inside the part, where no facet is in its way.
+// circle, outside work): there the tool would come from inside the part, where no facet is in its way.
 
 #include "kinematics/basics/result.h"
 #include "pathgen/mesh/mesh.h"

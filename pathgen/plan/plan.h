@@ -8,9 +8,9 @@
 
 namespace tiltfeed::pathgen {
 
-/// Properties: no gouge over `tolerance` by the tool, contact within `tolerance`, on all of every cutting
-/// move. Rapids clear the part by at least `clearance` - tolerance once retracted. Errors: kMesh, kLimit,
-/// kUnreachable, kGouge: what, which facets, what to change.
+/// Properties: no gouge over `tolerance` by ball or shank, contact within `tolerance`, on every point of
+/// every cutting move; rapids clear the part by at least `clearance` - tolerance once retracted.
+/// Errors: kMesh, kLimit, kUnreachable, kGouge: what, which facets, what to change.
 Result<Plan> plan(const CheckedMesh& part, const PlanOptions& options, const Progress& progress);
 
 }  // namespace tiltfeed::pathgen

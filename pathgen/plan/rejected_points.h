@@ -19,8 +19,8 @@ Result<void> report_refusals(const ClSurface& surface, const Passes& passes, con
 /// Adds a warning for each fixture that keeps the tool from something: how much, where, and from what of it.
 /// `of_what` are the points.
 void warn_fixtures(const char* of_what, PlanReport& report);
-/// Where the tool touches `place` of the part with the normal and no direction is clear of fixtures. The one
-/// in the way along the normal, else the nearest. Its entry in the report, made if there is none.
+/// Where the tool touches `place` of the part with the normal and no direction is clear of fixtures: the one
+/// in the way along the normal, else the nearest; its entry in the report, made if there is none.
 KeptByFixture& note_fixture(const PlanOptions& options, const SweptTool& tool, Point<Part> place, Vec3 normal,
                             PlanReport& report);
 /// Adds a warning of patches left out as they touch the axis point, line or circle; none if there are none.

@@ -17,9 +17,9 @@ namespace tiltfeed::pathgen {
 using KeptOff = std::function<bool(const EnvelopePoint& stand)>;
 
 /// Holds the tool, at the place of the envelope over its contact with each piece of each facet, against that
-/// piece. It is uncut when it stays further off than `options.tolerance`, or when that place is left out.
-/// What lies between two passes counts as cut. What they leave there is said apart, of `path`, but for what
-/// the tool is kept off. That is uncut by the shank. In a hollow as wide as the tool a place may be called
+/// piece: it is uncut when it stays further off than `options.tolerance`, or when that place is left out.
+/// What lies between two passes counts as cut; what they leave there is said apart, of `path`, but for what
+/// the tool is kept off: that is uncut by the shank. In a hollow as wide as the tool a place may be called
 /// uncut that another place of the envelope would touch by chance. The same for any number of threads. When
 /// the user stops it through `report`, what it returns is worth nothing.
 RestReport find_rest_material(const ClField& field, const PlanOptions& options,

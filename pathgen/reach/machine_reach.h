@@ -14,7 +14,7 @@ class MachineReach {
  public:
   MachineReach(const MachineModel& machine, const Setup& setup) : machine_(machine), chain_(machine, setup) {}
 
-  /// kTilt where no rotary angles within their limits give the axis. kTravel where some do, and X Y Z are
+  /// kTilt where no rotary angles within their limits give the axis; kTravel where some do, and X Y Z are
   /// beyond their travels with all of them; else nothing. Safe to call from several threads.
   std::optional<Reach> refusal(const Pose& pose) const;
 

@@ -1,5 +1,5 @@
 #pragma once
-// The part as it is asked, again and again, what a tool reaches of it with another axis, tilt or set-up. For
+// The part as it is asked, again and again, what a tool reaches of it with another axis, tilt or set-up: for
 // suggestions and for who drags an axis on a screen. (X1)..(X3) in pathgen/reach/README.md.
 
 #include <cstdint>

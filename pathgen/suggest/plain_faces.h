@@ -10,7 +10,7 @@
 
 namespace tiltfeed::pathgen {
 
-/// How much each of the places counts, mm^2: its area, or kPlainShare of that on a plain face. All their area
+/// How much each of the places counts, mm^2: its area, or kPlainShare of that on a plain face; all their area
 /// where hardly anything else is. `size`: of the part, mm.
 std::vector<double> weights_of(const Mesh& mesh, std::span<const ReachPlace> places,
                                std::span<const Feature> features, double size);

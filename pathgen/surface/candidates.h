@@ -28,7 +28,7 @@ struct CandidateSorting {
 /// Sorts candidates that start within [0, length] by (from, patch, to).
 void sort_by_start(std::vector<Candidate>& candidates, double length, CandidateSorting& room);
 
-/// Goes along a line from break to break. The places where candidates begin or end, those less than `close`
+/// Goes along a line from break to break: the places where candidates begin or end, those less than `close`
 /// (mm) beyond the last break left out, and the last of all.
 class CandidateSweep {
  public:

@@ -1,5 +1,5 @@
 #pragma once
-// The CL surface: every place of the cutter's reference in contact with the part. It is not tessellated. It
+// The CL surface: every place of the cutter's reference in contact with the part. It is not tessellated: it
 // is the union of the patches that each piece of the tool sweeps over each facet, each convex edge and each
 // vertex that sticks out. Heights on it are exact for facets of any size (pathgen/tool/drop.h). (C1)..(C6) in
 // pathgen/surface/README.md.

@@ -1,5 +1,5 @@
 #pragma once
-// Where the tool may stand over a feature of the part. The places of the CL reference over its corners, for
+// Where the tool may stand over a feature of the part: the places of the CL reference over its corners, for
 // each of its contact normals. (S4), (S5) in pathgen/surface/README.md.
 
 #include <span>

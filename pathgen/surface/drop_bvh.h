@@ -1,6 +1,6 @@
 #pragma once
 // Patches found by how high a piece of the tool may come down on them: a tree of boxes in part space. It
-// serves where hulls are wide, and most of the part may be the highest at each place. Near the point, line or
+// serves where hulls are wide, and most of the part may be the highest at each place: near the point, line or
 // circle, and under a wide tool. (S8) in pathgen/surface/README.md.
 
 #include <array>
@@ -34,8 +34,8 @@ class DropBvh {
     double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
   };
   /// Calls take(Found) for each patch one of whose hulls may hold the place (x, y) and that may be touched
-  /// there at heights `asked`. Those that may be the highest come first. `line`: that of the place. `take`
-  /// may raise asked.low. Returns how many boxes were looked at.
+  /// there at heights `asked`, those that may be the highest first. `line`: that of the place. `take` may
+  /// raise asked.low. Returns how many boxes were looked at.
   template <class Take>
   std::size_t each(double x, double y, const AxisLine& line, const Heights& asked, Take take) const {
     const Asked all{wrapped(x, period_x_), wrapped(y, period_y_), line, asked};

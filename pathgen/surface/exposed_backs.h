@@ -1,6 +1,6 @@
 #pragma once
 // A solid shows the tool only the outsides of its facets. Where shells cross or fold, a facet's inside can
-// lie open to the tool even though every edge has its two facets. Then orientation says nothing about where
+// lie open to the tool even though every edge has its two facets; then orientation says nothing about where
 // the material is.
 
 #include <cstdint>

@@ -35,8 +35,8 @@ class FlatIndex {
     CandidateSorting sorting;
   };
 
-  /// Properties: a patch that is the highest anywhere on the line is among the candidates there. Intervals of
-  /// one patch do not overlap. They are sorted by (from, patch, to) and lie within [0, line.length].
+  /// Properties: a patch that is the highest anywhere on the line is among the candidates there; intervals of
+  /// one patch do not overlap; they are sorted by (from, patch, to) and lie within [0, line.length].
   void along(const FlatLine& line, Scratch& scratch, std::vector<Candidate>& candidates) const;
   /// The same from where the line meets each hull (row_candidates.h), by rising patch.
   static void along(const FlatLine& line, std::span<const Candidate> met, Scratch& scratch,
@@ -52,7 +52,7 @@ class FlatIndex {
     const FlatHull& c = hulls_.hulls[hull];
     return {c, hulls_.corners.data() + c.first, dx, dy, shift_x, shift_y};
   }
-  /// Calls visit(shift_x, shift_y) for each turn on which the box may overlap `swept`. Over the seam, or on a
+  /// Calls visit(shift_x, shift_y) for each turn on which the box may overlap `swept`: over the seam, or on a
   /// line that passes it, there may be more than one.
   template <class Visit>
   void each_turn(const FlatBox& box, const FlatBox& swept, Visit visit) const {

@@ -32,7 +32,7 @@ class HullBvh {
     double shift_x, shift_y;
   };
   /// Calls visit(Found) for each hull whose box overlaps `round` and, as all boxes of the tree that hold it,
-  /// is wanted. wanted(box, top): `top` being the highest of the hulls in the box. The higher half comes
+  /// is wanted: wanted(box, top), `top` being the highest of the hulls in the box. The higher half comes
   /// first, so that what is found there may settle the lower.
   template <class Wanted, class Visit>
   void each(const FlatBox& round, Wanted wanted, Visit visit) const {

@@ -26,7 +26,7 @@ struct NormalArc {
 /// their mean.
 NormalArc widest_arc(std::span<const Vec3> normals);
 
-/// The point in which the tangents meet that touch the unit sphere at the arc's ends, in the arc's plane. Arc
+/// The point in which the tangents meet that touch the unit sphere at the arc's ends, in the arc's plane: arc
 /// and ends lie in the triangle of the three.
 Vec3 arc_apex(const NormalArc& arc);
 

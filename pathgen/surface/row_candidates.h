@@ -1,5 +1,5 @@
 #pragma once
-// What may be the highest along each of many parallel lines, found hull by hull. Each hull is looked at once,
+// What may be the highest along each of many parallel lines, found hull by hull: each hull is looked at once,
 // not once for each line that passes it. (S7) in pathgen/surface/README.md.
 
 #include <cstdint>

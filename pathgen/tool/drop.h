@@ -16,7 +16,7 @@ struct ClHit {
 };
 
 /// (C4) Slack of the patch borders: an angle (rad) on the ball, and as a share of the radius a length. Wide
-/// enough to close the seams that rounding and skipped nearly flat edges leave. It raises the surface of a
+/// enough to close the seams that rounding and skipped nearly flat edges leave; it raises the surface of a
 /// ball by R kSeam^2 / 8, less than 1e-9 mm.
 inline constexpr double kSeam = 2e-5;
 /// (C4) Below this sine against the axis a facet or edge is level: the flat bottom lies on it. The height is

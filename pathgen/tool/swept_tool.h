@@ -1,5 +1,5 @@
 #pragma once
-// Cutter, shank and holder against the part, exactly. The tool where it stands, and the tool with all the way
+// Cutter, shank and holder against the part, exactly: the tool where it stands, and the tool with all the way
 // on which it can be drawn back along its axis. (A1)..(A3) in pathgen/free_axis/README.md.
 
 #include <cstdint>

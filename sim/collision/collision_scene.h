@@ -1,5 +1,5 @@
 #pragma once
-// The bodies of a job's machine and set-up, and which of them may not meet. How near they may come, and how
+// The bodies of a job's machine and set-up, and which of them may not meet: how near they may come, and how
 // far a contact point can move between two places of the axes. Formula (CO3) is in sim/collision/README.md.
 
 #include <array>

@@ -25,8 +25,8 @@ struct ControlBlock {
   bool fresh = false;  ///< where it begins is not known: it only states where the axes are
 };
 
-/// Places in machine coordinates (G53, G28, SUPA, M91) are not known in the program's. A Z there is taken as
-/// the upper end of its travel. Any other axis is unknown until the program states it again. Motion blocks
+/// Places in machine coordinates (G53, G28, SUPA, M91) are not known in the program's: a Z there is taken as
+/// the upper end of its travel, any other axis is unknown until the program states it again. Motion blocks
 /// begin with the one that makes all five places known.
 class ControlReader {
  public:

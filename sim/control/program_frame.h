@@ -11,7 +11,7 @@
 namespace tiltfeed::sim {
 
 /// A program without the header of a posted one passes. Errors: kInput as name:line: a safe word is missing
-/// before the first move, the work offset or the length register is not the job's. The tool is not retracted
+/// before the first move, the work offset or the length register is not the job's, the tool is not retracted
 /// before the first move, at a tool change or at the end, or the program has no end. Reads the stream from
 /// where it is.
 Result<void> check_frame(std::istream& in, const std::string& name, const config::Job& job);

@@ -23,7 +23,7 @@ struct DriveOptions {
   double reaction = 0.0;         ///< s from a write until the status says that it moves
 };
 
-/// Properties: each write that ends with the trigger is a move, however often the same words come. A write
+/// Properties: each write that ends with the trigger is a move, however often the same words come; a write
 /// while it moves takes the place of that move.
 class DriveController {
  public:

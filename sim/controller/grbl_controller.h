@@ -33,8 +33,8 @@ struct GrblTotals {
   std::uint64_t resets = 0;
 };
 
-/// Properties: one ok or error per line, in order. The ok of a line comes when its blocks are in the planner,
-/// of G4 and M lines when they have been executed. Real-time bytes act at once and take no buffer.
+/// Properties: one ok or error per line, in order; the ok of a line comes when its blocks are in the planner,
+/// of G4 and M lines when they have been executed; real-time bytes act at once and take no buffer.
 class GrblController {
  public:
   GrblController(const MachineModel& machine, const Setup& setup, const GrblOptions& options,

@@ -51,8 +51,8 @@ struct ModbusOptions {
 /// CRC-32 (IEEE) over words, high byte first.
 std::uint32_t crc_of_words(std::span<const std::uint16_t> words);
 
-/// Properties: every accepted sequence number is executed exactly once, in order. A frame that is repeated
-/// any number of times changes nothing. A frame that is refused changes nothing but the nack.
+/// Properties: every accepted sequence number is executed exactly once, in order; a frame that is repeated
+/// any number of times changes nothing; a frame that is refused changes nothing but the nack.
 class ModbusController {
  public:
   ModbusController(const MachineModel& machine, const Setup& setup, const ModbusOptions& options,

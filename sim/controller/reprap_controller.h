@@ -33,7 +33,7 @@ struct RepRapTotals {
 
 /// Properties: a line is executed once, in the order of its number; ok when a command has left the queue (its
 /// blocks are in the planner; M400 and G4: executed); a line that is damaged, or has another number than the
-/// next, is refused. It gets a resend, and the receive buffer is flushed.
+/// next, is refused with a resend and the receive buffer is flushed.
 class RepRapController {
  public:
   RepRapController(const MachineModel& machine, const Setup& setup, const RepRapOptions& options,

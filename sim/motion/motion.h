@@ -32,10 +32,10 @@ struct Accessories {
   bool mist = false, flood = false;
 };
 
-/// Properties: blocks end in the order in which they came, each exactly at its target. No axis exceeds its
+/// Properties: blocks end in the order in which they came, each exactly at its target; no axis exceeds its
 /// velocity, acceleration and jerk within a block, nor at a corner the change of velocity that MotionOptions
-/// allows. A block takes at least its programmed time. More slots or more look-ahead never make a program
-/// slower. The same calls give the same rows. Seconds everywhere. A limit of zero in the machine model states
+/// allows; a block takes at least its programmed time; more slots or more look-ahead never make a program
+/// slower; the same calls give the same rows. Seconds everywhere. A limit of zero in the machine model states
 /// none.
 class Motion {
  public:

@@ -1,5 +1,5 @@
 #pragma once
-// A block as the look-ahead sees it. Its way through the axes, measured so that every axis counts in units of
+// A block as the look-ahead sees it: its way through the axes, measured so that every axis counts in units of
 // its own acceleration, and what speed the axes allow on it and over the corner to the next. (M1)..(M4) in
 // sim/motion/README.md.
 

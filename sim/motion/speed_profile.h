@@ -43,7 +43,7 @@ double lowest_after(double from, double length, const PathLimits& limits);
 /// Speed over time from one state to another place.
 class SpeedProfile {
  public:
-  /// (M9) The fastest way to place `end`, arriving with speed `exit` and no acceleration. A speed above the
+  /// (M9) The fastest way to place `end`, arriving with speed `exit` and no acceleration; a speed above the
   /// limit at the start is brought down first. Nothing when `end` is too near for the acceleration at the
   /// start to end. Requires: lowest_after <= exit <= highest_after of what is left when the acceleration has
   /// ended.

@@ -23,7 +23,7 @@ struct TraceRow {
   Block command;                  ///< what was executed (op, target, feed, line)
   double start = 0.0, end = 0.0;  ///< machine time, s
   Pose pose;                      ///< at the block's end
-  /// Largest rate at which the block's fraction grew, 1/s, and the largest change of that rate, 1/s^2. Times
+  /// Largest rate at which the block's fraction grew, 1/s, and the largest change of that rate, 1/s^2: times
   /// the way of an axis in the block they are that axis's peak speed and acceleration. 0 where nothing moved.
   double peak_rate = 0.0, peak_acceleration = 0.0;
 };

@@ -1,5 +1,5 @@
 #pragma once
-// A closed mesh under construction. Vertices are already rounded to the STL's float32. So what is decided
+// A closed mesh under construction: vertices already rounded to the STL's float32, so that what is decided
 // here (lengths, diagonals, welding) is decided on exactly the numbers that are written.
 
 #include <array>

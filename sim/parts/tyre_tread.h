@@ -16,7 +16,7 @@ inline constexpr int kThetaCells = kPitches * kPitchCells;
 
 /// Angles are in degrees. Theta is counted in cells, kThetaCells to the sector, before the chevron shears it.
 /// Grid lines lie on the feet and tops of the ribs' walls and, on the walls of circumferential ribs, on the
-/// height of the lateral ribs that run into them. Within a cell the height is constant, or rises from one
+/// height of the lateral ribs that run into them: within a cell the height is constant, or rises from one
 /// edge to the opposite one, or differs in one corner only, with the crease along the diagonal from it.
 class Tread {
  public:

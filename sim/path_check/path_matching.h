@@ -16,7 +16,7 @@ struct PathPlace {
 };
 
 /// (V4) A pose counts as a point in six dimensions: the tip and a second point kArm up the axis. The place of
-/// a pose is sought from the place of the pose before it onwards. Places further along than the tool has
+/// a pose is sought from the place of the pose before it onwards; places further along than the tool has
 /// moved cost more, so that a path that turns back on itself is not cut short.
 class PathMatching {
  public:

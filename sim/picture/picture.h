@@ -22,9 +22,9 @@ struct PictureOptions {
   std::vector<FacetMark> marks;
 };
 
-/// Draws the part shaded, seen from where the tool comes from. Cutting moves over it, from yellow (first) to
-/// crimson (last), rapids dashed, tool axes as short dark lines. The same input gives the same picture. The
-/// bytes of a PNG file. Errors: kInput when the part has no facets; kIo.
+/// Draws the part shaded, seen from where the tool comes from; cutting moves over it, from yellow (first) to
+/// crimson (last), rapids dashed, tool axes as short dark lines. The same input gives the same picture.
+/// The bytes of a PNG file. Errors: kInput when the part has no facets; kIo.
 Result<std::string> part_with_path(const pathgen::Mesh& part, const ToolPath& path,
                                    const PictureOptions& options = {});
 /// Writes it into a file. Errors: likewise.

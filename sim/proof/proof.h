@@ -1,6 +1,6 @@
 #pragma once
-// Every move of a program against the part: exact distances of the whole tool along the whole of each move.
-// By bounds from below that are made finer where they do not tell. Formulas (P1)..(P4) are in
+// Every move of a program against the part: exact distances of the whole tool along the whole of each move,
+// by bounds from below that are made finer where they do not tell. Formulas (P1)..(P4) are in
 // sim/proof/README.md.
 
 #include <cstdint>
@@ -45,7 +45,7 @@ class Prover {
   Prover(const pathgen::CheckedMesh& part, const config::Job& job);
 
   /// The part with the stock that the job leaves on it, less the tolerance, is clear of cutter, shank and
-  /// holder along the moves. Each begins where the one before ends, or elsewhere. The same moves give the
+  /// holder along the moves; each begins where the one before ends, or elsewhere. The same moves give the
   /// same proof. What cuts no deeper than `known` (mm) is not looked for, and the gouge is said to be as
   /// deep. Thread-safe.
   Proof hold(std::span<const ProgramMove> moves, double known = 0.0) const;

@@ -1,5 +1,5 @@
 #pragma once
-// A piece of the tool as a smaller convex body, its core, that is grown by a ball. How near the core may come
+// A piece of the tool as a smaller convex body, its core, that is grown by a ball: how near the core may come
 // to the part is how deep the piece may cut.
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace tiltfeed::sim {
 
-/// (P2) All of the piece is within `rounding` of the core. A body whose distance from the core is d cuts the
+/// (P2) All of the piece is within `rounding` of the core; a body whose distance from the core is d cuts the
 /// piece no deeper than rounding - d / sharpness, and where d is 0, rounding or more.
 struct ToolCore {
   ToolPart part = ToolPart::kCutter;

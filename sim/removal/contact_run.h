@@ -12,7 +12,7 @@
 
 namespace tiltfeed::sim {
 
-// A ball that may be too deep is looked at along so many straight pieces of its way. What they stray is the
+// A ball that may be too deep is looked at along so many straight pieces of its way: what they stray is the
 // square of this less than what the step does.
 inline constexpr int kWays = 4;
 // Groups end where they leave a cube of so many radii.
@@ -153,7 +153,7 @@ struct Contact::Run {
     return most;
   }
   double allowed(const View& view) const { return std::min(known(view.rapid ? 1 : 0), tolerance); }
-  /// What is not deeper is not the deepest. Of what others have found what is as deep may be it, so that the
+  /// What is not deeper is not the deepest; of what others have found what is as deep may be it, so that the
   /// result does not depend on who comes first.
   double known(std::size_t rapid) const {
     const double others = (*deepest)[rapid].load(std::memory_order_relaxed) - kBoundSlack;

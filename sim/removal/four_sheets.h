@@ -119,7 +119,7 @@ struct FourSheets {
  private:
   static constexpr float kTiny = 1e-12f;         // a squared length that is none
   static constexpr float kSineSlack = 0x1p-20f;  // more than rounding takes from a sine
-  /// Unit, from a place to its nearest points of the sheets, or almost. Each of them is behind the plane
+  /// Unit, from a place to its nearest points of the sheets, or almost: each of them is behind the plane
   /// through its point nearest to the place, square to the way there.
   LaneVec3 apart(LaneVec3 place) const {
     const LaneVec3 m = place - foot;

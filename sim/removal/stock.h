@@ -28,8 +28,8 @@ struct StockShape {
 /// "offset:MM", "box", "box:MM", "cylinder", "cylinder:MM", or the path of an STL file.
 /// Errors: kUsage.
 Result<StockShape> parse_stock(const std::string& text);
-/// What a job without --stock is taken to be cut from. The part with half the length that the job approaches
-/// at plunge feed, so that its rapids may end where they do. For a roughing pattern the part's box.
+/// What a job without --stock is taken to be cut from: the part with half the length that the job approaches
+/// at plunge feed, so that its rapids may end where they do; for a roughing pattern the part's box.
 StockShape default_stock(const config::Job& job);
 std::string to_string(const StockShape& shape);
 
@@ -47,9 +47,9 @@ std::uint64_t stock_bytes(const pathgen::Box& box, double cell, const std::vecto
 std::uint64_t free_bytes();
 
 /// `axes`: which bundles (0 x, 1 y, 2 z). One holds walls along its lines to half a cell and everything else
-/// exactly; three hold everything to a small part of a cell. Errors: kMesh: part or stock is not closed.
-/// kInput: the stock does not hold the part (most missing, where); kLimit: memory, with the resolution that
-/// would do; kIo.
+/// exactly; three hold everything to a small part of a cell.
+/// Errors: kMesh: part or stock is not closed; kInput: the stock does not hold the part (most missing,
+/// where); kLimit: memory, with the resolution that would do; kIo.
 Result<Stock> make_stock(const StockShape& shape, const pathgen::CheckedMesh& part, const config::Job& job,
                          double cell, int threads, const std::vector<int>& axes = {0, 1, 2});
 

@@ -12,7 +12,7 @@
 namespace tiltfeed::sim {
 
 /// Either round: all points within `radius` of the parallelogram foot + a along + b way (a, b in 0..1), which
-/// is a ball or a piece of a shank. Or `solid`, which stands at `foot` with `along` as its unit axis.
+/// is a ball or a piece of a shank; or `solid`, which stands at `foot` with `along` as its unit axis.
 struct SweptBody {
   Point<Part> foot;
   Vec3 along, way;
@@ -25,7 +25,7 @@ struct SweptBody {
   static SweptBody round(Point<Part> foot, Vec3 along, Vec3 way, double radius, ToolPart part);
   static SweptBody revolved(const Revolved& solid, const Pose& pose, Vec3 way, ToolPart part);
 
-  /// A round body of which the ball at `foot` with its way is cut by itself. What is only in that may be left
+  /// A round body of which the ball at `foot` with its way is cut by itself: what is only in that may be left
   /// out, and is not within low and high.
   SweptBody without_ball() const;
 
@@ -49,8 +49,8 @@ class LineCutter {
   /// Requires: `direction` unit; `body` outlives this.
   LineCutter(const SweptBody& body, Vec3 direction);
 
-  /// Where the line from `origin` is inside, or nothing. `low`, `high`: the stretch of it that matters. What
-  /// lies beyond may be left out, and so may a line that is inside only there.
+  /// Where the line from `origin` is inside, or nothing. `low`, `high`: the stretch of it that matters; what
+  /// lies beyond may be left out, and a line that is inside only there be told as nothing.
   std::optional<Inside> operator()(Point<Part> origin, double low, double high) const;
 
  private:

@@ -20,7 +20,7 @@ using Cube = std::array<std::int64_t, 3>;
 Cube cube_at(Point<Part> p, double side);
 
 /// Which bodies the cutter, shank and holder of a job sweep. (W4) Each piece is pushed along the way of its
-/// own middle, with the mean of both axes. Right for a turn of the axis too, as far as the piece is short.
+/// own middle, with the mean of both axes: right for a turn of the axis too, as far as the piece is short.
 class ToolSweep {
  public:
   explicit ToolSweep(const pathgen::Cutter& cutter);

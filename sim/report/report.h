@@ -41,7 +41,7 @@ struct RemovalFindings {
 };
 
 /// Writes report.json, index.html, path.png, deviation.png and cut.view into the folder, or the page alone
-/// where `out` ends in .html, when all is made. What ends before leaves no part of a report. Errors: kIo,
+/// where `out` ends in .html, when all is made: what ends before leaves no part of a report. Errors: kIo,
 /// that of the drawings, too.
 Result<void> write_removal_report(const std::string& out, const RemovalFindings& findings, int threads);
 /// Is that the page alone?

@@ -1,8 +1,8 @@
 #pragma once
-// Exact distances between the tool and the part: an own tree of boxes over the facets, in double, that shares
-// no code with the planner. A ball end mill with a straight shank is a capsule. It is all points within the
-// radius of the segment from the ball's centre up the axis. So its clearance is that segment's distance minus
-// the radius; a negative clearance is the depth of a gouge.
+// Exact distances between the tool and the part: an own tree of boxes over the facets, in double, that
+// shares no code with the planner. A ball end mill with a straight shank is a capsule: all points within
+// the radius of the segment from the ball's centre up the axis, so its clearance is that segment's distance
+// minus the radius; a negative clearance is the depth of a gouge.
 
 #include <algorithm>
 #include <array>
@@ -29,7 +29,7 @@ struct Hit {
 inline Vec3 lower(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
 inline Vec3 upper(Vec3 a, Vec3 b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 
-/// Lower bound of the distance between a box and a segment. Along the coordinate axes, and along the line
+/// Lower bound of the distance between a box and a segment: along the coordinate axes, and along the line
 /// from the segment to the box's centre (the segment's point nearest to the centre is extreme there).
 struct SegmentBound {
   Vec3 from, along, low, high;
@@ -75,8 +75,8 @@ class PartDistance {
   void search(double& bound, std::uint32_t hint, const LowerBound& lower_bound, const Visit& visit) const;
   /// Visits the facets in the boxes of which reaches(low, high, bound, which) is not 0; `which`: what it was
   /// of the box around, at first as given, a bit for each of the bodies that ask together. `bounds`: one for
-  /// each box, not less than what visit(facet, which) has said of any facet inside, made anew on the way.
-  /// Other threads may do the same, when what visit says never grows.
+  /// each box, not less than what visit(facet, which) has said of any facet inside, made anew on the way;
+  /// other threads may do the same, when what visit says never grows.
   template <class Reaches, class Visit>
   void descend(std::vector<float>& bounds, std::uint32_t which, const Reaches& reaches,
                const Visit& visit) const {

@@ -24,7 +24,7 @@ struct Growth {
 };
 
 /// Least signed distance of a convex solid at a pose from the surface, if below `bound` (which may be
-/// negative). Negative is the depth of an overlap, the least by which the solid must shrink to be free of the
+/// negative): negative is the depth of an overlap, the least by which the solid must shrink to be free of the
 /// surface. At a sharp rim that is up to sqrt(2) less than the rim's depth along the surface's normal.
 Hit clearance(const PartDistance& surface, const Revolved& solid, const Pose& pose, double bound = kInfinity,
               std::uint32_t hint = kNoFacet);
@@ -64,7 +64,7 @@ class ToolSolid {
   const Revolved& cutting() const { return cutting_.front(); }
 
  private:
-  /// (V8) A ball with a shank of its own diameter and nothing above. It holds all that is within `radius` of
+  /// (V8) A ball with a shank of its own diameter and nothing above: it holds all that is within `radius` of
   /// the segment centre..within, and nothing further than `radius` from centre..upper. Its upper end is flat:
   /// the dome over it is not the tool's.
   struct Capsule {

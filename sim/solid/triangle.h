@@ -37,8 +37,8 @@ double squared_distance(const Triangle& triangle, const Segment& segment);
 /// Squared distance of two closed segments.
 double squared_distance(const Segment& a, const Segment& b);
 
-/// (V3) The smallest s >= 0 at which a ball with its centre at `centre + s direction` touches the triangle.
-/// Its plane, its owned edges (cylinders) and corners (spheres). `bound` when that is not below `bound`.
+/// (V3) The smallest s >= 0 at which a ball with its centre at `centre + s direction` touches the triangle:
+/// its plane, its owned edges (cylinders) and corners (spheres). `bound` when that is not below `bound`.
 /// Requires: direction unit.
 double first_touch(const Triangle& triangle, Point<Part> centre, Vec3 direction, double radius, double bound);
 

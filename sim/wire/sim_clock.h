@@ -48,7 +48,7 @@ class SimClock {
     if (!unlimited()) controller.advance(std::max(controller.now(), real() * speed_));
   }
 
-  /// The host has nothing in flight. Unlimited time jumps from event to event, a few at a time, so that what
+  /// The host has nothing in flight: unlimited time jumps from event to event, a few at a time, so that what
   /// they answer reaches the host soon, and only as far as there is enough to look ahead at.
   template <class Controller>
   void jump(Controller& controller) {

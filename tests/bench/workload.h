@@ -34,7 +34,7 @@ struct Sample {
   std::uint64_t peak_bytes = 0;                   ///< largest resident memory of the process so far
   std::uint64_t facets = 0, points = 0, envelope_points = 0, warnings = 0;
   std::uint64_t cl_points = 0,
-                directions = 0;   ///< of axis mode free: where one was sought, and how many were tested
+                directions = 0;   ///< of the mode free: where one was sought, and how many were tested
   std::vector<StageTime> stages;  ///< of those seconds
 };
 
