@@ -19,6 +19,7 @@
 #include "daemon/service/spool.h"
 #include "daemon/service/spooled_run.h"
 #include "daemon/service/stream_thread.h"
+#include "daemon/service/watched_folder.h"
 
 namespace tiltfeed::daemon {
 
@@ -115,6 +116,8 @@ class JobService {
   void plan_failed(SpooledJob job, const std::string& why);
   void plan_next();
   void look_into_watch_folder();
+  void take_watched(const WatchedFolder& found);
+  void forget_watched(const std::string& path, const FileStamp& stamp);
   Result<void> keep(SpooledJob job, JobState state, const std::string& note);
   void set(const SpooledJob& job, JobState state, const std::string& note);
   void log(Severity severity, std::uint64_t job, const std::string& text, std::uint64_t block = 0) const;
@@ -146,6 +149,10 @@ class JobService {
   std::optional<RunView> ended_;                     ///< the run whose end is being taken
   std::vector<Outdated> outdated_;                   ///< jobs to remove, the first at the end
   std::chrono::steady_clock::time_point tidy_due_;   ///< when they are looked for again
+  bool watching_ = false;                            ///< somebody looks into the watch folder, or takes of it
+  SeenFiles seen_;                                   ///< in it
+  std::string watch_trouble_;                        ///< with it, as it was said last
+  std::chrono::steady_clock::time_point watch_due_;  ///< when it is looked into again
   /// The next in the queue starts at the end of the run. Never kept over a restart.
   bool queue_moves_ = false;
 };

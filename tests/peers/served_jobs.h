@@ -29,6 +29,7 @@ class ServedJobs {
     config.link = link;
     config.spool = folder_.path + "/spool";
     config.retention = retention_;
+    config.watch = watch_;
     return config;
   }
   void open(const MachineModel& machine, const std::string& link) {
@@ -89,6 +90,7 @@ class ServedJobs {
   const std::chrono::seconds patience_;
   const Folder folder_;
   Retention retention_;
+  std::string watch_;  ///< folder; empty: none
   std::unique_ptr<JobService> jobs_;
 };
 
