@@ -1,8 +1,5 @@
 #include "daemon/command/service_command.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -11,11 +8,11 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "config/job.h"
 #include "config/machine_profile.h"
 #include "config/service_config.h"
 #include "daemon/command/command.h"
 #include "daemon/command/doctor_command.h"
+#include "daemon/command/submission.h"
 #include "daemon/machine/machine_place.h"
 #include "daemon/service/api.h"
 #include "daemon/service/api_socket.h"
@@ -179,30 +176,13 @@ int ServiceCommands::Options::tell(const json& answer, const std::string& text) 
 }
 
 int ServiceCommands::Options::run_submit() {
+  const Result<Submission> submission = Submission::open(file);
+  if (!submission) return complain(submission.error());
   ApiRequest request;
   request.op = ApiOp::kSubmit;
-  const std::size_t dot = file.rfind('.'), slash = file.rfind('/');
-  const std::string ending = dot == file.npos ? "" : file.substr(dot);
-  request.program = ending == ".nc" || ending == ".ngc" || ending == ".gcode" || ending == ".tap";
-  const std::size_t begin = slash == file.npos ? 0 : slash + 1;
-  request.name =
-      !name.empty() ? name : file.substr(begin, dot == file.npos || dot < begin ? file.npos : dot - begin);
-  std::vector<std::string> paths{file};
-  bool names_tool = false;
-  if (!request.program) {
-    const Result<config::Job> planned = config::load_job(file);  // says at once what is wrong with it
-    if (!planned) return complain(planned.error());
-    paths.push_back(planned->stl_path);
-    names_tool = !planned->tools_path.empty();
-  }
-  std::vector<int> files;
-  for (const std::string& path : paths) {
-    files.push_back(names_tool && files.empty() ? open_written_out(path)
-                                                : ::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-    if (files.back() < 0) return complain({Code::kIo, path + ": " + std::strerror(errno)});
-  }
-  const Result<json> answer = ask(request, files);
-  for (const int fd : files) ::close(fd);
+  request.program = submission->program;
+  request.name = name.empty() ? submission->name : name;
+  const Result<json> answer = ask(request, submission->files);
   if (!answer) return complain(answer.error());
   return tell(*answer, std::to_string(answer->value("job", std::uint64_t{0})));
 }

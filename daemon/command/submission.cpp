@@ -1,0 +1,57 @@
+#include "daemon/command/submission.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "config/job.h"
+#include "daemon/command/command.h"
+
+namespace tiltfeed::daemon {
+
+namespace {
+
+/// Only its text and its part go.
+Result<void> goes_whole(const config::Job& job) {
+  for (const config::Fixture& fixture : job.fixtures)
+    if (fixture.shape.kind == config::SolidKind::kStl)
+      return fail(Code::kInput, job.path + ": the file of fixture '" + fixture.name +
+                                    "' does not go to the service with it: state it as boxes, cylinders or "
+                                    "cones, or plan the job here and submit its program");
+  return {};
+}
+
+}  // namespace
+
+Result<Submission> Submission::open(const std::string& file) {
+  Submission made;
+  const std::size_t dot = file.rfind('.'), slash = file.rfind('/');
+  const std::string ending = dot == file.npos ? "" : file.substr(dot);
+  made.program = ending == ".nc" || ending == ".ngc" || ending == ".gcode" || ending == ".tap";
+  const std::size_t begin = slash == file.npos ? 0 : slash + 1;
+  made.name = file.substr(begin, dot == file.npos || dot < begin ? file.npos : dot - begin);
+  std::vector<std::string> paths{file};
+  bool names_tool = false;
+  if (!made.program) {
+    const Result<config::Job> planned = config::load_job(file);  // says at once what is wrong with it
+    if (!planned) return tl::unexpected<Error>(planned.error());
+    if (const Result<void> whole = goes_whole(*planned); !whole) return tl::unexpected<Error>(whole.error());
+    paths.push_back(planned->stl_path);
+    names_tool = !planned->tools_path.empty();
+  }
+  for (const std::string& path : paths) {
+    const int fd = names_tool && made.files.empty() ? open_written_out(path)
+                                                    : ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    if (fd < 0) return fail(Code::kIo, path + ": " + std::strerror(errno));
+    made.files.push_back(fd);
+  }
+  return made;
+}
+
+Submission::~Submission() {
+  for (const int fd : files) ::close(fd);
+}
+
+}  // namespace tiltfeed::daemon
