@@ -344,7 +344,7 @@ int ServiceCommands::Options::run_safe_stop() const {
     return write_log(Severity::kError, "safe-stop: " + stopped.error().message, fields), kExitFailed;
   fields.machine = stopped->machine;
   fields.job = stopped->job;
-  write_log(stopped->job == 0 ? Severity::kInfo : Severity::kWarning, "safe-stop: " + stopped->text, fields);
+  write_log(stopped->due ? Severity::kWarning : Severity::kInfo, "safe-stop: " + stopped->text, fields);
   if (as_json)
     return tell({{"ok", true}, {"job", stopped->job}, {"machine", stopped->machine}, {"text", stopped->text}},
                 "");

@@ -112,7 +112,9 @@ Finding room(const Host& host, const std::string& spool) {
 
 Finding service(const config::ServiceConfig& config) {
   ApiRequest request;
-  const Result<std::string> line = ask_service(config.socket, write_request(request), {});
+  const Result<std::string> line = ask_service(config.socket, write_request(request), {}, kShortPatience);
+  if (!line && line.error().code == Code::kLink)
+    return {Verdict::kToDo, "service", line.error().message + ", though it is there: restart it"};
   if (!line)
     return {Verdict::kNotAsked, "service",
             "none answers at " + config.socket + ": systemctl start tiltfeed@NAME, or see journalctl"};

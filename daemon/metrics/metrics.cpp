@@ -125,7 +125,7 @@ std::vector<std::string> all_answers(const std::string& socket) {
   std::vector<std::string> answers;
   ApiRequest request;
   for (int page = 0; page < kMostPages; ++page) {
-    const Result<std::string> line = ask_service(socket, write_request(request), {});
+    const Result<std::string> line = ask_service(socket, write_request(request), {}, kShortPatience);
     if (!line) return {};
     answers.push_back(*line);
     const json answer = json::parse(*line, nullptr, false);

@@ -21,7 +21,7 @@ struct SpoolRoom {
 Result<std::string> metrics_text(const std::vector<std::string>& answers, const std::string& version,
                                  const SpoolRoom& room);
 
-/// Asks the service. An empty list where none answers.
+/// Asks the service. An empty list where none answers, or one that hangs does not within 10 s.
 std::vector<std::string> all_answers(const std::string& socket);
 
 }  // namespace tiltfeed::daemon

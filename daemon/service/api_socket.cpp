@@ -3,6 +3,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -20,7 +21,7 @@ constexpr std::size_t kFilesPerRequest = 2;
 constexpr std::size_t kMaxReply = 4u << 20;  // a full spool, listed
 constexpr mode_t kSocketMode = 0660;
 /// A submission has time until CopyProcess loses its patience.
-constexpr int kAnswerWaitMs = 330000;
+constexpr std::chrono::seconds kAnswerWait{330};
 
 bool fill_address(const std::string& path, sockaddr_un& address) {
   address = {};
@@ -136,28 +137,33 @@ void ApiSocket::serve(const std::vector<pollfd>& polled, const ApiTaker& take) {
 
 /// False when the client has gone or misbehaves.
 bool ApiSocket::talk(Client& client, short events, const ApiTaker& take) {
-  if ((events & POLLOUT) != 0) return send_out(client, take);
+  if ((events & POLLOUT) != 0) return send_out(client) && take_lines(client, take);
   if ((events & POLLIN) == 0) return false;  // hung up
-  return receive(client) && take_line(client, take);
+  return receive(client) && take_lines(client, take);
 }
 
-bool ApiSocket::send_out(Client& client, const ApiTaker& take) {
+bool ApiSocket::send_out(Client& client) {
   const ssize_t sent = ::send(client.fd, client.out.data(), client.out.size(), MSG_NOSIGNAL);
   if (sent < 0) return errno == EAGAIN || errno == EINTR;
   client.out.erase(0, static_cast<std::size_t>(sent));
-  return !client.out.empty() || take_line(client, take);
+  return true;
 }
 
-bool ApiSocket::take_line(Client& client, const ApiTaker& take) {
-  const std::size_t end = client.in.find('\n');
-  if (end == std::string::npos) return client.in.size() <= kMaxRequest;
-  if (end > kMaxRequest) return false;
-  Asked asked{client.id, client.in.substr(0, end), client.user, std::move(client.files)};
-  client.files = HandedFiles();
-  client.in.erase(0, end + 1);
-  client.waits = true;
-  take(std::move(asked));
-  return true;
+/// One after the other, each when the one before is answered: whoever sends many gets no stack full of them.
+bool ApiSocket::take_lines(Client& client, const ApiTaker& take) {
+  client.taken_of = true;
+  while (!client.waits && !client.gone && client.out.empty()) {
+    const std::size_t end = client.in.find('\n');
+    client.gone = std::min(end, client.in.size()) > kMaxRequest;
+    if (end == std::string::npos || client.gone) break;
+    Asked asked{client.id, client.in.substr(0, end), client.user, std::move(client.files)};
+    client.files = HandedFiles();
+    client.in.erase(0, end + 1);
+    client.waits = true;
+    take(std::move(asked));
+  }
+  client.taken_of = false;
+  return !client.gone;
 }
 
 void ApiSocket::reply(std::uint64_t id, const std::string& line, const ApiTaker& take) {
@@ -166,7 +172,7 @@ void ApiSocket::reply(std::uint64_t id, const std::string& line, const ApiTaker&
     client.waits = false;
     client.heard = std::chrono::steady_clock::now();
     client.out = line;
-    if (!send_out(client, take)) client.gone = true;
+    if (!send_out(client) || (!client.taken_of && !take_lines(client, take))) client.gone = true;
     return;
   }
 }
@@ -202,15 +208,28 @@ bool ApiSocket::receive(Client& client) {
 
 Result<std::string> ask_service(const std::string& path, const std::string& line,
                                 const std::vector<int>& files) {
+  return ask_service(path, line, files, kAnswerWait);
+}
+
+Result<std::string> ask_service(const std::string& path, const std::string& line,
+                                const std::vector<int>& files, std::chrono::seconds patience) {
   sockaddr_un address;
   if (!fill_address(path, address)) return fail(Code::kIo, path + ": is too long for a socket's name");
   struct Descriptor {
     int fd;
     ~Descriptor() { ::close(fd); }
   } const wire{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-  if (!connects(wire.fd, address))
+  const auto silent = [&] {
+    return fail(Code::kLink, path + ": no answer within " + std::to_string(patience.count()) + " s");
+  };
+  // Of connecting, too: a service that hangs lets some in and then nobody.
+  const timeval limit{patience.count(), 0};
+  ::setsockopt(wire.fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+  if (!connects(wire.fd, address)) {
+    if (errno == EAGAIN) return silent();
     return fail(Code::kIo, path + ": " + std::strerror(errno) +
                                "; is `tiltfeed serve` running, and are you in its group?");
+  }
   iovec from{const_cast<char*>(line.data()), line.size()};
   alignas(cmsghdr) char control[CMSG_SPACE(kFilesPerRequest * sizeof(int))] = {};
   msghdr message{};
@@ -227,11 +246,12 @@ Result<std::string> ask_service(const std::string& path, const std::string& line
   }
   if (::sendmsg(wire.fd, &message, MSG_NOSIGNAL) != static_cast<ssize_t>(line.size()))
     return socket_error(path, "cannot be asked");
+  const int wait_ms = static_cast<int>(std::chrono::milliseconds(patience).count());
   std::string in;
   char bytes[65536];
   while (in.find('\n') == std::string::npos) {
     pollfd ready{wire.fd, POLLIN, 0};
-    if (::poll(&ready, 1, kAnswerWaitMs) <= 0) return fail(Code::kIo, path + ": no answer");
+    if (::poll(&ready, 1, wait_ms) <= 0) return silent();
     const ssize_t size = ::read(wire.fd, bytes, sizeof bytes);
     if (size <= 0 || in.size() > kMaxReply)
       return fail(Code::kIo, path + ": the service closed the connection");

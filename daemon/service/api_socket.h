@@ -56,15 +56,16 @@ class ApiSocket {
     std::string in, out;
     HandedFiles files;
     std::chrono::steady_clock::time_point heard;
-    bool waits = false;  // for its reply
+    bool waits = false;     // for its reply
+    bool taken_of = false;  // its lines are being taken
     bool gone = false;
   };
   ApiSocket(std::string path, int fd) : path_(std::move(path)), fd_(fd) {}
   void accept_clients();
   void make_room();
   bool talk(Client& client, short events, const ApiTaker& take);
-  bool send_out(Client& client, const ApiTaker& take);
-  bool take_line(Client& client, const ApiTaker& take);
+  bool send_out(Client& client);
+  bool take_lines(Client& client, const ApiTaker& take);
   bool receive(Client& client);
 
   std::string path_;
@@ -73,8 +74,13 @@ class ApiSocket {
   std::list<Client> clients_;
 };
 
-/// Sends one request line with files and waits for the reply line. Errors: kIo: nobody listens, or no answer.
+/// Sends one request line with files and waits for the reply line. Errors: kIo: nobody listens; kLink: no
+/// answer within `patience`, without one as long as a submission may take.
+Result<std::string> ask_service(const std::string& socket, const std::string& line,
+                                const std::vector<int>& files, std::chrono::seconds patience);
 Result<std::string> ask_service(const std::string& socket, const std::string& line,
                                 const std::vector<int>& files);
+/// Of who only wants to know whether a service is alive.
+inline constexpr std::chrono::seconds kShortPatience{10};
 
 }  // namespace tiltfeed::daemon

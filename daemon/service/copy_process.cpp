@@ -10,7 +10,9 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <system_error>
 #include <thread>
 
@@ -18,7 +20,7 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-enum class Why : int { kNone, kNoFile, kTooLarge, kGrows, kRead, kWrite };
+enum class Why : int { kNone, kNoFile, kTooLarge, kChanges, kRead, kWrite };
 
 /// What the child says: of which item, and errno.
 struct Report {
@@ -31,9 +33,29 @@ struct Report {
 // ---- in the child: nothing but system calls, since other threads may have held any lock at the fork
 // ---------
 
+/// Of two looks at it: nobody has written to it between them.
+bool unchanged(const struct stat& before, const struct stat& after) {
+  return before.st_size == after.st_size && before.st_mtim.tv_sec == after.st_mtim.tv_sec &&
+         before.st_mtim.tv_nsec == after.st_mtim.tv_nsec;
+}
+
+/// A file system tells the time of a change by the ticks of a clock, 10 ms apart at most: what is written
+/// afterwards gets another time than what was written before `status` was taken.
+void pass_its_tick(const struct stat& status) {
+  constexpr std::int64_t kTick = 20'000'000, kSecond = 1'000'000'000;
+  timespec now{};
+  ::clock_gettime(CLOCK_REALTIME, &now);
+  const std::int64_t seconds = now.tv_sec - status.st_mtim.tv_sec;
+  const bool recent =
+      std::abs(seconds) <= 1 && std::abs(seconds * kSecond + now.tv_nsec - status.st_mtim.tv_nsec) <= kTick;
+  const timespec tick{0, kTick};
+  if (recent) ::nanosleep(&tick, nullptr);
+}
+
 Report copy(int folder, const char* name, int from, std::uint64_t limit) {
   struct stat status {};
   if (::fstat(from, &status) != 0 || !S_ISREG(status.st_mode)) return {0, Why::kNoFile, 0, 0};
+  pass_its_tick(status);
   const auto size = static_cast<std::uint64_t>(status.st_size);
   if (size > limit) return {0, Why::kTooLarge, 0, size};
   // Operators are in the group; so is who shows them the program. The service's umask has the last word.
@@ -44,13 +66,14 @@ Report copy(int folder, const char* name, int from, std::uint64_t limit) {
                            S_IRUSR | S_IWUSR | S_IRGRP);
   if (out < 0) return {0, Why::kWrite, errno, 0};
   static char bytes[CopyProcess::kMemory];
-  for (std::uint64_t done = 0;;) {
+  std::uint64_t done = 0;
+  for (;;) {
     const ssize_t count = ::pread(from, bytes, sizeof bytes, static_cast<off_t>(done));
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return {0, Why::kRead, errno, 0};
     if (count == 0) break;
     done += static_cast<std::uint64_t>(count);
-    if (done > limit) return {0, Why::kGrows, 0, done};
+    if (done > limit) return {0, Why::kChanges, 0, done};
     for (ssize_t at = 0; at < count;) {
       const ssize_t taken = ::write(out, bytes + at, static_cast<std::size_t>(count - at));
       if (taken < 0 && errno == EINTR) continue;
@@ -58,6 +81,9 @@ Report copy(int folder, const char* name, int from, std::uint64_t limit) {
       at += taken;
     }
   }
+  // A part of it as it was and a part as it is now would be a program that nobody wrote.
+  struct stat now {};
+  if (done != size || ::fstat(from, &now) != 0 || !unchanged(status, now)) return {0, Why::kChanges, 0, done};
   // The service syncs it again, which then takes no time.
   if (::fsync(out) != 0) return {0, Why::kWrite, errno, 0};
   return {};
@@ -175,8 +201,8 @@ Result<void> CopyProcess::outcome() const {
     case Why::kTooLarge:
       return fail(Code::kInput, item.name + ": " + std::to_string(said.size) + " bytes; at most " +
                                     std::to_string(item.limit) + " are taken");
-    case Why::kGrows:
-      return fail(Code::kInput, item.name + ": grows while it is read");
+    case Why::kChanges:
+      return fail(Code::kInput, item.name + ": changes while it is read; submit it when it is whole");
     case Why::kRead:
       return fail(Code::kIo, item.name + ": cannot be read: " + std::strerror(said.error));
     case Why::kWrite:

@@ -27,6 +27,12 @@ std::string text_of(const ordered_json& json) {
 
 double tenth(double seconds) { return std::round(seconds * 10.0) / 10.0; }
 
+/// With what holds only until the table has it.
+std::string shown_note(const SpooledJob& job) {
+  if (job.unsaved.empty()) return job.note;
+  return job.note + (job.note.empty() ? "" : "; ") + "not in the spool yet: " + job.unsaved;
+}
+
 std::string said(const std::string& text) {
   ordered_json json = good();
   json["text"] = text;
@@ -98,10 +104,11 @@ void JobService::set(const SpooledJob& job, JobState state, const std::string& n
   if (kept) return;
   SpooledJob now = job;
   now.state = state;
-  now.note = note + (note.empty() ? "" : "; ") + "not in the spool yet: " + kept.error().message;
+  now.note = note;
+  now.unsaved = kept.error().message;
   spool_.remember(now);
   end_run(now, note);
-  log(Severity::kError, job.id, std::string(state_name(state)) + ": " + now.note);
+  log(Severity::kError, job.id, std::string(state_name(state)) + ": " + shown_note(now));
 }
 
 void JobService::note_request(const ApiRequest& request, std::uint32_t user) const {
@@ -219,9 +226,9 @@ Result<std::string> JobService::act(const SpooledJob& job, const ApiRequest& req
 }
 
 std::string JobService::job_json(const SpooledJob& job, const std::vector<std::uint64_t>& queue) const {
-  ordered_json json = {{"job", job.id},    {"name", job.name},         {"state", shown_state(job)},
-                       {"note", job.note}, {"blocks", job.total},      {"executed", job.executed},
-                       {"user", job.user}, {"submitted", job.created}, {"sha256", job.hash}};
+  ordered_json json = {{"job", job.id},           {"name", job.name},         {"state", shown_state(job)},
+                       {"note", shown_note(job)}, {"blocks", job.total},      {"executed", job.executed},
+                       {"user", job.user},        {"submitted", job.created}, {"sha256", job.hash}};
   if (arrivals_.is_arriving(job.id)) json["state"] = "arriving", json["note"] = "its files are being copied";
   if (const auto at = std::find(queue.begin(), queue.end(), job.id); at != queue.end()) {
     json["queue"] = at - queue.begin() + 1;

@@ -55,7 +55,13 @@ Result<PlanProcess> start_plan(std::uint64_t job, const std::string& folder, con
   posix_spawn_file_actions_destroy(&files);
   posix_spawnattr_destroy(&attributes);
   if (failed != 0) return fail(Code::kIo, folder + ": planning cannot be started: " + std::strerror(failed));
+  give_up_first(process.pid);
   return process;
+}
+
+void give_up_first(int pid) {
+  constexpr const char* kMost = "1000";
+  std::ofstream("/proc/" + std::to_string(pid) + "/oom_score_adj") << kMost;
 }
 
 std::optional<Result<void>> check_plan(PlanProcess& process) {

@@ -18,6 +18,9 @@ struct PlanProcess {
 /// Starts `tiltfeed plan` on FOLDER/job.yaml with FOLDER/part.stl for this machine; writes program.nc,
 /// path.cls, report.json, block.map and plan.log there. Errors: kIo.
 Result<PlanProcess> start_plan(std::uint64_t job, const std::string& folder, const std::string& machine);
+/// Where memory runs out the kernel ends this process before any other: not the service, which has the
+/// machine.
+void give_up_first(int pid);
 /// Nothing while it runs; afterwards how it ended: an error with the last line that it said.
 std::optional<Result<void>> check_plan(PlanProcess& process);
 /// What it is at: percentage and stage; nothing where that is not known yet.

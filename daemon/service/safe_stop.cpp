@@ -32,17 +32,23 @@ bool may_move(const JournalContent& journal) {
   return last.offered > 0 && last.event != RunEvent::kExecuted && last.event != RunEvent::kStopped;
 }
 
-/// The job that was on the machine; nothing where the spool has none. Errors: kIo.
-Result<std::optional<SpooledJob>> job_on_machine(const config::ServiceConfig& config, LinkKind kind) {
+/// What was on the machine: a job's number, or why that is not known.
+struct OnMachine {
+  std::uint64_t job = 0;
+  std::string unknown = {};
+};
+
+/// Nothing where the spool has none. A spool that cannot be read is no proof of that. Errors: kUsage, kIo.
+Result<std::optional<OnMachine>> job_on_machine(const config::ServiceConfig& config, LinkKind kind) {
   std::error_code none;
   if (!std::filesystem::exists(config.spool + "/jobs", none)) return std::nullopt;
   const Result<Spool> spool = Spool::open(config.spool);
-  if (!spool)
+  if (!spool && spool.error().code == Code::kUsage)
     return fail(
         spool.error().code,
         spool.error().message + "; nothing was sent (while a service lives: tiltfeed hold, tiltfeed stop)");
-  const auto jobs = spool->list();
-  if (!jobs) return tl::unexpected<Error>(jobs.error());
+  const auto jobs = spool ? spool->list() : tl::unexpected<Error>(spool.error());
+  if (!jobs) return OnMachine{0, jobs.error().message};
   for (const SpooledJob& job : *jobs) {
     if (job.state != JobState::kRunning) continue;
     const Result<JournalContent> journal = read_journal_file(spool->file(job.id, "journal"));
@@ -56,7 +62,7 @@ Result<std::optional<SpooledJob>> job_on_machine(const config::ServiceConfig& co
                   config.path + ": job " + std::to_string(job.id) +
                       " ran over another kind of link than the one stated now; nothing was sent: stop "
                       "the machine by hand");
-    return job;
+    return OnMachine{job.id};
   }
   return std::nullopt;
 }
@@ -85,8 +91,12 @@ Result<SafeStop> safe_stop(const std::string& config_path, const ServiceEnd& end
   if (!job) return tl::unexpected<Error>(job.error());
   SafeStop stop{config->machine.model.name, "no job was on the machine; nothing was sent", 0};
   if (!*job) return stop;
-  stop.job = (*job)->id;
-  const std::string name = "job " + std::to_string(stop.job) + ", " + describe(*link) + ": ";
+  stop.job = (*job)->job;
+  stop.due = true;
+  const std::string name =
+      (stop.job > 0 ? "job " + std::to_string(stop.job)
+                    : "what was on the machine cannot be read (" + (*job)->unknown + ")") +
+      ", " + describe(*link) + ": ";
   stop.text = name + kWatchdogText;
   if (is_provable(link->kind)) return stop;
   if (link->kind == LinkKind::kDrip) return fail(Code::kLink, name + kDripText);

@@ -19,13 +19,15 @@ ServiceEnd service_end();
 /// calls some signals a success.
 bool in_order(const ServiceEnd& end);
 
-/// What was done, for the log; `job` 0: there was nothing to stop.
+/// What was done, for the log; `job` 0: none was on the machine, or the spool cannot tell.
 struct SafeStop {
   std::string machine, text;
   std::uint64_t job = 0;
+  bool due = false;  ///< something may have been on the machine
 };
-/// Looks at the spool and the journal of the service and stops its machine if a job was on it. Errors: those
-/// of the configuration, the spool, the journal (in use: the service lives), the wire and `stop_machine`.
+/// Looks at the spool and the journal of the service and stops its machine if a job was on it, or if they
+/// cannot be read. Errors: those of the configuration, the spool and the journal (in use: the service lives;
+/// of a later version), the wire and `stop_machine`.
 Result<SafeStop> safe_stop(const std::string& config_path, const ServiceEnd& end);
 
 }  // namespace tiltfeed::daemon

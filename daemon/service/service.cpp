@@ -3,6 +3,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <sys/signalfd.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -115,6 +116,8 @@ class Front {
 }  // namespace
 
 Result<void> serve(const std::string& config_path) {
+  // Whoever may write into the spool decides what the machine is given.
+  ::umask(::umask(0) | S_IWGRP | S_IRWXO);
   const Result<config::ServiceConfig> config = config::load_service_config(config_path);
   if (!config) return tl::unexpected<Error>(config.error());
   const Signals signals;  // before any thread is started, so that all of them leave signals to this one

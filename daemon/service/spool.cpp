@@ -91,7 +91,7 @@ Result<Spool> Spool::open(const std::string& folder) {
   ::chmod((folder + "/jobs").c_str(), S_IRWXU);
   auto table = std::make_unique<SpoolTable>();
   const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOFOLLOW;
-  if (sqlite3_open_v2((folder + "/jobs.db").c_str(), &table->db, flags, nullptr) != SQLITE_OK)
+  if (sqlite3_open_v2(table_path(folder).c_str(), &table->db, flags, nullptr) != SQLITE_OK)
     return tl::unexpected<Error>(table->error(folder));
   sqlite3_busy_timeout(table->db, kBusyWaitMs);
   if (const Result<void> made_new = bring_up_to_date(table->db, folder + "/jobs.db"); !made_new)
@@ -254,13 +254,19 @@ Result<void> Spool::remove(std::uint64_t id) {
 }
 
 /// Folders of jobs that were removed, and that a failure or a power loss has left. The table gives no number
-/// twice.
+/// twice. One that has never given a number is not the table of jobs that are there: it was lost.
 Result<void> Spool::sweep() {
   SpoolStatement newest, rows;
   // Without numbers that are given once nothing is taken for a leftover.
-  if (!table_->prepare(newest, "SELECT seq FROM sqlite_sequence WHERE name = 'jobs'") ||
-      sqlite3_step(newest.s) != SQLITE_ROW)
-    return {};
+  if (!table_->prepare(newest, "SELECT seq FROM sqlite_sequence WHERE name = 'jobs'")) return {};
+  if (sqlite3_step(newest.s) != SQLITE_ROW) {
+    std::error_code none;
+    if (std::filesystem::is_empty(folder_ + "/jobs", none) || none) return {};
+    return fail(Code::kIo,
+                folder_ +
+                    "/jobs.db has no job, but jobs/ has files: the table was lost. Restore a backup, "
+                    "or move jobs/ away; look at the machine first");
+  }
   if (!table_->prepare(rows, "SELECT id FROM jobs")) return tl::unexpected<Error>(table_->error(folder_));
   std::set<std::string> kept;
   int step = 0;

@@ -45,6 +45,7 @@ struct SpooledJob {
   std::int64_t created = 0;  ///< seconds since 1970
   /// Among the jobs that wait for their turn on the machine, the lowest first; 0: waits for none.
   std::uint64_t place = 0;
+  std::string unsaved = {};  ///< why the table does not have all this yet; empty: it does
 };
 /// Done, stopped or failed, and it waits for no turn: nothing is left to do with it.
 bool has_ended(const SpooledJob& job);

@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "daemon/files/durable.h"
+#include "daemon/service/spool_table.h"
 
 namespace tiltfeed::daemon {
 
@@ -79,14 +80,23 @@ Result<void> copy_job(const fs::path& from, const fs::path& to) {
   return sync_names(to);
 }
 
+/// A folder that nobody else fills: what is there of that name may be somebody's.
+Result<void> make_own(const fs::path& folder) {
+  if (const int made = make_folders(folder.parent_path().string()); made < 0)
+    return fail(Code::kIo, folder.parent_path().string() + ": cannot be made: " + std::strerror(-made));
+  if (::mkdir(folder.c_str(), S_IRWXU) == 0) return {};
+  if (errno == EEXIST)
+    return fail(
+        Code::kUsage,
+        folder.string() + ": is there: another backup is at work, or one was cut off; then remove it");
+  return fail(Code::kIo, folder.string() + ": cannot be made: " + std::strerror(errno));
+}
+
 Result<std::uint64_t> copy_all(const fs::path& spool, const fs::path& to) {
-  if (const int made = make_folders(to.string()); made < 0)
-    return fail(Code::kIo, to.string() + ": cannot be made: " + std::strerror(-made));
   std::error_code failed;
-  fs::create_directories(to / "jobs", failed);
+  fs::create_directory(to / "jobs", failed);
   if (failed) return fail(Code::kIo, to.string() + ": cannot be made: " + failed.message());
-  ::chmod(to.c_str(), S_IRWXU);
-  if (const auto table = copy_table((spool / "jobs.db").string(), (to / "jobs.db").string()); !table)
+  if (const auto table = copy_table(table_path(spool), table_path(to)); !table)
     return tl::unexpected<Error>(table.error());
   std::uint64_t jobs = 0;
   for (fs::directory_iterator at(spool / "jobs", failed), end; !failed && at != end;
@@ -103,9 +113,13 @@ Result<std::uint64_t> copy_all(const fs::path& spool, const fs::path& to) {
 
 Result<std::uint64_t> back_up(const std::string& spool, const std::string& to) {
   std::error_code failed;
-  if (fs::exists(to, failed)) return fail(Code::kUsage, to + ": is there already; name a folder that is not");
   const fs::path whole = fs::path(to + "/").parent_path(), part = whole.string() + ".partial";
-  fs::remove_all(part, failed);
+  if (fs::exists(whole, failed))
+    return fail(Code::kUsage, to + ": is there already; name a folder that is not");
+  const std::string own = fs::weakly_canonical(spool, failed).string() + "/";
+  if (fs::weakly_canonical(whole, failed).string().starts_with(own))
+    return fail(Code::kUsage, to + ": is in the spool itself, and is lost with it; name another folder");
+  if (const Result<void> made = make_own(part); !made) return tl::unexpected<Error>(made.error());
   const Result<std::uint64_t> jobs = copy_all(spool, part);
   if (!jobs) {
     fs::remove_all(part, failed);

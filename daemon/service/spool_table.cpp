@@ -2,6 +2,8 @@
 
 #include <sqlite3.h>
 
+#include <filesystem>
+
 namespace tiltfeed::daemon {
 
 SpoolStatement::~SpoolStatement() { sqlite3_finalize(s); }
@@ -28,6 +30,12 @@ void SpoolStatement::bind(int at, std::uint64_t value) {
 }
 
 void SpoolStatement::bind(int at, double value) { sqlite3_bind_double(s, at, value); }
+
+std::string table_path(const std::string& folder) {
+  std::error_code none;
+  const std::filesystem::path own = std::filesystem::canonical(folder, none);
+  return (none ? folder : own.string()) + "/jobs.db";
+}
 
 SpoolTable::~SpoolTable() { sqlite3_close(db); }
 

@@ -1,5 +1,5 @@
 #pragma once
-// The connection to a spool's table, and its statements: for the sources of Spool alone.
+// The connection to a spool's table, and its statements: for the sources of the spool alone.
 
 #include <cstdint>
 #include <optional>
@@ -35,6 +35,10 @@ struct SpoolStatement {
     if (value) bind(at, static_cast<Column>(*value));
   }
 };
+
+/// The table's file by the folder's own name: SQLite takes no link on the whole way to it, and only the file
+/// itself must be none.
+std::string table_path(const std::string& folder);
 
 struct SpoolTable {
   sqlite3* db = nullptr;

@@ -140,27 +140,36 @@ Result<int> claim(const std::string& key, const LinkSpec& link) {
 
 Result<StateLock> StateLock::take(const std::string& folder) {
   const std::string path = folder + "/lock";
-  const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, S_IRUSR | S_IWUSR);
-  if (fd < 0) return fail(Code::kIo, path + ": cannot be opened: " + std::strerror(errno));
-  StateLock lock(fd);
-  char text[32] = {};
-  if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+  StateLock lock;
+  // The folder itself, too: a lock file that somebody has removed is no lock. Where a file system locks no
+  // folders, the file alone.
+  lock.folder_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  bool taken = ::flock(lock.folder_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  lock.file_ =
+      ::open(path.c_str(), O_RDWR | (taken ? 0 : O_CREAT) | O_NOFOLLOW | O_CLOEXEC, S_IRUSR | S_IWUSR);
+  if (lock.file_ < 0 && !taken) return fail(Code::kIo, path + ": cannot be opened: " + std::strerror(errno));
+  if (!taken && ::flock(lock.file_, LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) return fail(Code::kIo, path + ": cannot be locked: " + std::strerror(errno));
+    taken = true;
+  }
+  char text[32] = {};
+  if (taken) {
     long pid = 0;
-    const ssize_t size = ::pread(fd, text, sizeof text - 1, 0);
+    const ssize_t size = ::pread(lock.file_, text, sizeof text - 1, 0);
     std::from_chars(text, text + std::max<ssize_t>(size, 0), pid);
     return fail(Code::kUsage, folder + " is in use by " + (pid > 0 ? process_text(pid) : "another process") +
                                   ": one service a spool; nothing in it was changed");
   }
   // For whom comes second; where it cannot be written the lock holds all the same.
   const int size = std::snprintf(text, sizeof text, "%ld\n", static_cast<long>(::getpid()));
-  if (::ftruncate(fd, 0) == 0)
-    static_cast<void>(::pwrite(fd, text, static_cast<std::size_t>(size), 0) == size);
+  if (::ftruncate(lock.file_, 0) == 0)
+    static_cast<void>(::pwrite(lock.file_, text, static_cast<std::size_t>(size), 0) == size);
   return lock;
 }
 
 StateLock::~StateLock() {
-  if (fd_ >= 0) ::close(fd_);
+  for (const int fd : {file_, folder_})
+    if (fd >= 0) ::close(fd);
 }
 
 std::vector<std::string> machine_keys(const LinkSpec& link) {

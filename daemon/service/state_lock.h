@@ -10,19 +10,20 @@
 
 namespace tiltfeed::daemon {
 
-/// FOLDER/lock, held until it goes out of scope or the process dies, however it dies.
+/// FOLDER and its file `lock`, held until it goes out of scope or the process dies, however it dies.
 class StateLock {
  public:
   /// Changes nothing in the folder where somebody else holds it. Requires: the folder is there. Errors: kIo;
   /// kUsage with the process that holds it.
   static Result<StateLock> take(const std::string& folder);
-  StateLock(StateLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  StateLock(StateLock&& other) noexcept
+      : folder_(std::exchange(other.folder_, -1)), file_(std::exchange(other.file_, -1)) {}
   StateLock& operator=(StateLock&&) = delete;
   ~StateLock();
 
  private:
-  explicit StateLock(int fd) : fd_(fd) {}
-  int fd_ = -1;
+  StateLock() = default;
+  int folder_ = -1, file_ = -1;
 };
 
 /// What a link leads to, the same for all of its names: a device by its number, not by the links that lead to

@@ -132,6 +132,7 @@ TEST_F(JobStates, AFullDisk_ShowsTheTrueStateAtOnce) {
   EXPECT_NE(why.find("not in the spool yet"), std::string::npos) << why;
   // There is room again: it is written, and true after a restart.
   jobs_->tick();
+  EXPECT_EQ(note(1).find("not in the spool yet"), std::string::npos) << "now it is: " << note(1);
   leave();
   open();
   EXPECT_EQ(state(1), shown) << note(1);

@@ -227,6 +227,28 @@ TEST_F(LostJournal, A3ADamagedNewestRecordWidensTheRange) {
   EXPECT_NE(settled().note.find("blocks 1 to 500 may have run"), std::string::npos) << settled().note;
 }
 
+TEST_F(LostJournal, A3ASpoolThatCannotBeReadIsNoProofThatNothingRan) {
+  put(begun_);
+  const auto said = [&] {
+    const Result<SafeStop> stop = safe_stop(config_path_, {"signal", "killed", "KILL"});
+    return stop ? stop->text : stop.error().message;
+  };
+  for (const char* const name : {"jobs.db", "jobs.db-wal", "jobs.db-shm"})
+    std::filesystem::remove(config_.spool + "/" + name);
+  EXPECT_NE(said().find("the table was lost"), std::string::npos) << said();
+  EXPECT_NE(said().find("no_such_device"), std::string::npos) << "it would have stood by: " << said();
+  std::filesystem::remove(config_.spool + "/jobs.db");
+  folder_.write("spool/jobs.db", std::string(5000, 'x'));
+  EXPECT_NE(said().find("not a database"), std::string::npos) << said();
+  EXPECT_NE(said().find("no_such_device"), std::string::npos) << "it would have stood by: " << said();
+  // Of a living service it is not.
+  std::filesystem::remove(config_.spool + "/jobs.db");
+  std::filesystem::rename(config_.spool + "/jobs", folder_.path + "/away");
+  const Spool alive = *Spool::open(config_.spool);
+  EXPECT_NE(said().find("is in use"), std::string::npos) << said();
+  EXPECT_EQ(said().find("no_such_device"), std::string::npos) << said();
+}
+
 /// Before a tool change in the first line no block has left, and the machine parks or goes back all the same.
 TEST_F(LostJournal, A3AMachineBesideAToolChangeIsStopped) {
   for (const std::uint64_t change : {1u, 30u}) {

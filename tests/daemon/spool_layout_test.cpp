@@ -198,6 +198,12 @@ TEST_F(Layout, C19ACopyOfASpoolIsOneAndUnderstatesNothing) {
       ASSERT_TRUE(begin_journal(spool->file(job.id, "journal"), run.subject));
     }
     ::close(fd);
+    // Somebody's folder, or another backup's that is at work.
+    std::filesystem::create_directory(copy + ".partial");
+    folder_.write("copy.partial/kept", "mine");
+    EXPECT_EQ(back_up(folder_.path + "/spool", copy).error().code, Code::kUsage);
+    ASSERT_EQ(file_text(copy + ".partial/kept"), "mine");
+    std::filesystem::remove_all(copy + ".partial");
     const auto jobs = back_up(folder_.path + "/spool", copy);  // with the service at work
     ASSERT_TRUE(jobs) << jobs.error().message;
     EXPECT_EQ(*jobs, 2u);

@@ -103,6 +103,11 @@ TEST_F(OneService, C14TheSecondOfASpoolSaysWhoHasItAndChangesNothing) {
     }
   }
   EXPECT_EQ(picture(spool), before);
+  // Somebody takes the file for a leftover.
+  std::filesystem::remove(spool + "/lock");
+  const std::string said = jobs_says(config_of(spool, "modbus-tcp:192.0.2.2:" + kPort));
+  EXPECT_NE(said.find("is in use by another process"), std::string::npos) << said;
+  EXPECT_FALSE(std::filesystem::exists(spool + "/lock"));
 }
 
 TEST_F(OneService, C14ALockDiesWithItsProcess) {

@@ -54,7 +54,7 @@ if systemd-analyze security --offline=true --threshold=20 "$work/bare@test.servi
   echo "FAILED: a unit without hardening passes: the gate is blind"
   exit 1
 fi
-for word in Type=notify WatchdogSec= TimeoutStopSec= ExecReload= LimitNOFILE=1024 \
+for word in Type=notify WatchdogSec= TimeoutStopSec= ExecReload= LimitNOFILE=1024 OOMPolicy=continue \
   "ExecStopPost=/usr/bin/tiltfeed safe-stop --config /etc/tiltfeed/%i.yaml"; do
   grep -q "^$word" "$unit" || { echo "FAILED: the unit has no $word"; exit 1; }
 done
