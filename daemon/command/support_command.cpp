@@ -49,6 +49,17 @@ std::string runs_of(const std::string& socket) {
   return runs->empty() ? "no runs" : *runs;
 }
 
+/// A job a line, so that it can be read before it is sent.
+std::string lines_of(const std::string& answer) {
+  nlohmann::ordered_json read = nlohmann::ordered_json::parse(answer, nullptr, false);
+  if (!read.is_object() || !read.contains("jobs")) return answer + "\n";
+  const nlohmann::ordered_json jobs = std::move(read["jobs"]);
+  read.erase("jobs");
+  std::string text = read.dump() + "\n";
+  for (const nlohmann::ordered_json& job : jobs) text += job.dump() + "\n";
+  return text;
+}
+
 /// Of the last jobs that ended badly or wait for an operator: how their planning ended, the last lines on the
 /// wire.
 std::string troubles(const std::vector<std::string>& answers, const std::string& spool) {
@@ -113,7 +124,7 @@ std::string SupportCommand::Options::text() const {
                          tail_of_file(service->machine.path, kMostOfProfile));
   const std::vector<std::string> answers = all_answers(service->socket);
   std::string list = answers.empty() ? "no service answers at " + service->socket : "";
-  for (const std::string& answer : answers) list += answer;
+  for (const std::string& answer : answers) list += lines_of(answer);
   all += support_section("its jobs", list);
   if (!answers.empty()) all += support_section("its last runs", runs_of(service->socket));
   all += troubles(answers, service->spool);

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <optional>
 
 #include "daemon/wire/wire_text.h"
 
@@ -12,7 +13,11 @@ namespace tiltfeed::daemon {
 namespace {
 
 constexpr const char* kMask = "***";
-constexpr std::string_view kSecretWords[] = {"password", "passphrase", "secret", "token"};
+constexpr std::string_view kSecretWords[] = {"password", "passphrase", "passcode", "passwd",
+                                             "pwd",      "secret",     "token",    "credential",
+                                             "apikey",   "api_key",    "api-key",  "authorization"};
+/// Before a secret without a sign between, as in the head of an HTTP request.
+constexpr std::string_view kBearer = "bearer ";
 constexpr std::string_view kEndsOfAddress = " \t\"'<>)";
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
@@ -21,14 +26,27 @@ char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + '
 std::size_t secret_value(std::string_view line) {
   std::string small(line);
   std::transform(small.begin(), small.end(), small.begin(), lower);
-  std::size_t first = line.npos;
+  const std::size_t bearer = small.find(kBearer);
+  std::size_t first = bearer == small.npos ? small.npos : bearer + kBearer.size();
   for (const std::string_view word : kSecretWords)
     for (std::size_t at = 0; (at = small.find(word, at)) != small.npos;) {
+      const std::size_t dashes = small.find_last_not_of("abcdefghijklmnopqrstuvwxyz0123456789_-", at);
+      const std::size_t option = dashes == small.npos ? 0 : dashes + 1;
       at += word.size();
+      if (small.substr(at, 1) == "s") ++at;
       const std::size_t sign = small.find_first_not_of("\"' \t", at);
-      if (sign != small.npos && (small[sign] == ':' || small[sign] == '=')) first = std::min(first, sign + 1);
+      if (sign == small.npos) break;
+      if (small[sign] == ':' || small[sign] == '=') first = std::min(first, sign + 1);
+      // --password VALUE
+      if (small.substr(option, 2) == "--" && sign > at) first = std::min(first, sign);
     }
   return first;
+}
+
+/// The value is not on the line of its key, but on those below that are further in (YAML).
+bool stands_below(std::string_view value) {
+  const std::size_t begin = value.find_first_not_of(" \t\r");
+  return begin == value.npos || value[begin] == '|' || value[begin] == '>';
 }
 
 /// Addresses in a line.
@@ -54,11 +72,18 @@ std::string masked_addresses(std::string line) {
 
 std::string without_secrets(std::string_view text) {
   std::string out;
+  std::optional<std::size_t> secret_in;  // what is further in than this belongs to a secret
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string line(text.substr(0, end));
-    if (const std::size_t value = secret_value(line); value != line.npos)
+    const std::size_t in = std::min(line.find_first_not_of(" \t\r"), line.size());
+    if (in < line.size() && secret_in && in <= *secret_in) secret_in.reset();
+    if (secret_in && in < line.size()) {
+      line = line.substr(0, in) + kMask;
+    } else if (const std::size_t value = secret_value(line); value != line.npos) {
+      if (stands_below(std::string_view(line).substr(value))) secret_in = in;
       line = line.substr(0, value) + " " + kMask;
+    }
     out += masked_addresses(std::move(line));
     if (end < text.size()) out += '\n';
     text.remove_prefix(std::min(end + 1, text.size()));

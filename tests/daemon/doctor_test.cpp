@@ -221,11 +221,30 @@ TEST(SupportText, HasNoSecrets) {
       {"ftp://a:b@c, then http://d/e#f", "ftp://***@c, then http://d/e#***"},
       {"mail to a@b://c/d@e", "mail to a@b://c/d@e"},
       {"passwords are kept elsewhere: there", "passwords are kept elsewhere: there"},
+      {"# pwd=geheim, passwd: x", "# pwd= ***"},
+      {"Authorization: Basic YTpi", "Authorization: ***"},
+      {"sent Bearer eyJhbGci.x", "sent Bearer  ***"},
+      {"tiltfeed desk --password hunter2", "tiltfeed desk --password  ***"},
+      {"--api-token=x", "--api-token= ***"},
+      {"a token is not named", "a token is not named"},
       {"", ""},
+      {"cam:", "cam:"},
+      {"  passwords:", "  passwords: ***"},
+      {"    - hunter2", "    ***"},
+      {"", ""},
+      {"    - hunter3", "    ***"},
+      {"  name: x", "  name: x"},
+      {"token: |", "token: ***"},
+      {"  abc", "  ***"},
+      {"other: y", "other: y"},
   };
   std::string text, expected;
   for (const auto& [in, out] : lines) {
-    EXPECT_EQ(without_secrets(in), out);
+    if (std::string(out).find("    ***") == 0 || std::string(out) == "  ***") {
+      EXPECT_EQ(without_secrets(in), in) << "without the line above";
+    } else {
+      EXPECT_EQ(without_secrets(in), out);
+    }
     text += std::string(in) + "\n";
     expected += std::string(out) + "\n";
   }
