@@ -12,7 +12,8 @@
 namespace tiltfeed::config {
 
 void open_standard_streams() {
-  std::signal(SIGPIPE, SIG_IGN);
+  // Nobody reads any more, or a file may not grow further: an error of that write, as any other.
+  for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
   // The lowest free descriptor is the one that is closed. For reading only: writing stays an error.
   for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (::fcntl(fd, F_GETFD) < 0 && errno == EBADF) static_cast<void>(::open("/dev/null", O_RDONLY));
