@@ -7,6 +7,7 @@
 
 #include "kinematics/basics/decimal.h"
 #include "kinematics/basics/units.h"
+#include "kinematics/joints/joint_errors.h"
 #include "kinematics/joints/operation.h"
 
 namespace tiltfeed {
@@ -67,8 +68,10 @@ std::optional<std::string> out_of_travel(const Pose& pose, const MachineModel& m
          " degrees and must rise " + decimal(distance(pose.tip, end.tip), 1) +
          " mm along its axis to the clear height of " + decimal(clear_height, 3) + " mm, where " + broken[0] +
          "; within its travels it rises to " + height + " mm: state --clear-height " + height +
-         " where nothing is higher, leave it out to begin and end as the CL file does, or move the part on "
-         "the table (post --part-zero)";
+         " where nothing is higher, or leave it out to begin and end as the CL file does" +
+         (part_zero_helps(limited_axis(broken[0]), end, machine, setup)
+              ? ", or move the part on the table (post --part-zero)"
+              : "");
 }
 
 }  // namespace

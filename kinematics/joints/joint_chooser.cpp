@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kinematics/basics/decimal.h"
+#include "kinematics/machine/sweep.h"
 
 namespace tiltfeed {
 namespace {
@@ -15,6 +16,8 @@ constexpr double kRoundedBy = 2.0;
 // Starts to consider: two branches on a few turns of the table.
 constexpr std::size_t kMaxStarts = 8;
 constexpr int kStartTurns = 2;
+// Where a move leaves the pole cone is known to this many binary places.
+constexpr int kHalvings = 40;
 
 double nearest_turn(double word, double from) {
   return std::abs(from - word) < 180.0 ? word : word + 360.0 * std::round((from - word) / 360.0);
@@ -38,6 +41,7 @@ double rounded_within(double word, const RotaryAxis& axis, int decimals) {
 JointChooser::JointChooser(const MachineModel& machine, const Setup& setup, int linear_decimals,
                            int rotary_decimals, double pole_cone)
     : machine_(machine),
+      setup_(setup),
       chain_(machine, setup),
       linear_decimals_(linear_decimals),
       rotary_decimals_(rotary_decimals),
@@ -76,6 +80,16 @@ RotarySolutions JointChooser::solve(const Pose& pose) const {
   for (std::size_t i = 0; i < 2; ++i)
     found.words[i] = {chain_.tilt_word(angles.angles[i].tilt), chain_.rotary_word(angles.angles[i].rotary)};
   return found;
+}
+
+RotarySolutions JointChooser::leaving(const Pose& from, const Pose& to) const {
+  const Sweep sweep(from, to);
+  double in = 0.0, out = 1.0;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = 0.5 * (in + out);
+    (solve(sweep.at(middle)).in_cone ? in : out) = middle;
+  }
+  return solve(sweep.at(out));
 }
 
 tl::unexpected<Error> JointChooser::unreachable(const Pose& pose) const {

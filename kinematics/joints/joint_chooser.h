@@ -41,7 +41,7 @@ class JointChooser {
 
   /// Solutions within limits to start from: smallest |C| first, positive tilt first among equals.
   /// At the pole, where the rotary is free, first those from which the path leaves it without turning the
-  /// rotary: towards `leave`, the solutions of the first pose beyond the pole.
+  /// rotary: towards `leave`, the solutions with which the path leaves the pole cone.
   /// Errors: kUnreachable, kLimit (no solution within limits).
   Result<std::vector<JointSolution>> starts(const Pose& pose, const RotarySolutions* leave = nullptr) const;
   /// The rotary word of the solution that `next` prefers from there.
@@ -49,6 +49,9 @@ class JointChooser {
     return candidate(solutions, preferred(solutions, from), from.joints).c;
   }
   RotarySolutions solve(const Pose& pose) const;
+  /// Those with which the move from a pose in the pole cone to one beyond it leaves the cone: where the tilt
+  /// does not turn the tool along a meridian (a nutating head) these are not those of its end.
+  RotarySolutions leaving(const Pose& from, const Pose& to) const;
   /// The solutions within limits between which a reconfiguration can choose, on both branches: on the turns
   /// next to `from`, next to 0 and next to either limit. `solutions`: those of `pose`.
   std::vector<JointSolution> choices(const Pose& pose, const RotarySolutions& solutions,
@@ -69,6 +72,7 @@ class JointChooser {
   Posture placed(Point<Part> tip, double a, double c) const;
 
   const Chain& chain() const { return chain_; }
+  const Setup& setup() const { return setup_; }
 
  private:
   struct Candidate {
@@ -90,6 +94,7 @@ class JointChooser {
   tl::unexpected<Error> unreachable(const Pose& pose) const;
 
   const MachineModel& machine_;
+  Setup setup_;
   Chain chain_;
   int linear_decimals_, rotary_decimals_;
   double pole_cone_, cone_sine_;

@@ -1,5 +1,6 @@
 #include "kinematics/joints/joint_errors.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -23,8 +24,36 @@ std::string place(std::size_t index, const Pose& pose) {
 
 bool opposite(Vec3 u, Vec3 v) { return dot(u, v) < 0.0 && angle_between(u, v) > kPi - kOpposite; }
 
+/// Whether another set-up moves the words of the linear axis at this pose by more than it moves the part.
+bool moves_word(char letter, const Pose& pose, const MachineModel& machine, const Setup& setup,
+                const Setup& other) {
+  constexpr double kMoved = 1e-6;  // of 1 mm
+  const auto solutions = inverse(machine, setup, pose, 0.0);
+  if (!solutions) return true;
+  double Joints::*const word = letter == 'X' ? &Joints::x : (letter == 'Y' ? &Joints::y : &Joints::z);
+  return std::any_of(solutions->begin(), solutions->end(), [&](const Joints& at) {
+    const Joints now = solve_linear(machine, setup, pose.tip, at.a, at.c),
+                 then = solve_linear(machine, other, pose.tip, at.a, at.c);
+    return std::abs(then.*word - now.*word) > kMoved;
+  });
+}
+
+/// What moves the word of a linear axis at this pose: words count from the part, so that moving it on the
+/// table does so only where a rotary has turned it, and the tool's length only where a head leans.
+std::string travel_remedy(char letter, const Pose& pose, const MachineModel& machine, const Setup& setup) {
+  Setup longer = setup;
+  longer.tool_length += 1.0;
+  std::string text;
+  if (part_zero_helps(letter, pose, machine, setup))
+    text += "move the part on the table (setup.part_zero_mm, post --part-zero), ";
+  if (moves_word(letter, pose, machine, setup, longer)) text += "change the tool's length, ";
+  if (!text.empty()) text += "or ";
+  return "; " + text + "state the profile's travels as the words from this work offset count";
+}
+
 /// What to change for a broken limit; nothing for other messages.
-std::string remedy(const MachineModel& machine, const std::string& text) {
+std::string remedy(const MachineModel& machine, const Setup& setup, const Pose& pose,
+                   const std::string& text) {
   const char letter = limited_axis(text);
   if (letter == '\0') return {};
   if (letter == machine.tilt.letter)
@@ -33,17 +62,22 @@ std::string remedy(const MachineModel& machine, const std::string& text) {
     return "; cut to and fro (zigzag) or in shorter runs so that the table unwinds, or let the tool be taken "
            "off "
            "in between (post --clear-height, --clear-radius)";
-  return "; move the part on the table (setup.part_zero_mm, post --part-zero), change the tool's length, or "
-         "state "
-         "the profile's travels as the words from this work offset count";
+  return travel_remedy(letter, pose, machine, setup);
 }
 
 }  // namespace
 
+bool part_zero_helps(char letter, const Pose& pose, const MachineModel& machine, const Setup& setup) {
+  Setup moved = setup;
+  moved.part_zero = setup.part_zero + Vec3{1.0, 1.3, 1.7};
+  return moves_word(letter, pose, machine, setup, moved);
+}
+
 char limited_axis(const std::string& text) { return text.size() > 1 && text[1] == ' ' ? text.front() : '\0'; }
 
-Error located(const Error& error, std::size_t index, const Pose& pose, const MachineModel& machine) {
-  return {error.code, place(index, pose) + error.message + remedy(machine, error.message)};
+Error located(const Error& error, std::size_t index, const Pose& pose, const MachineModel& machine,
+              const Setup& setup) {
+  return {error.code, place(index, pose) + error.message + remedy(machine, setup, pose, error.message)};
 }
 
 Result<void> check_path(const ToolPath& path, const MachineModel& machine, const JointPathOptions& options) {

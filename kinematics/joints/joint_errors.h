@@ -14,8 +14,12 @@ namespace tiltfeed {
 /// The letter of the axis whose broken limit a message names; 0 for other messages.
 char limited_axis(const std::string& text);
 
+/// Whether the word of a linear axis (X, Y, Z) at this pose changes when the part is moved on the table.
+bool part_zero_helps(char letter, const Pose& pose, const MachineModel& machine, const Setup& setup);
+
 /// The error with the move's index and pose in front and, for a broken limit, what to change behind.
-Error located(const Error& error, std::size_t index, const Pose& pose, const MachineModel& machine);
+Error located(const Error& error, std::size_t index, const Pose& pose, const MachineModel& machine,
+              const Setup& setup);
 
 /// Errors: kInput: no moves, a speed or feed that is 0, an axis that is not unit or turns over within a move.
 Result<void> check_path(const ToolPath& path, const MachineModel& machine, const JointPathOptions& options);

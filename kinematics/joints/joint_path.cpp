@@ -182,10 +182,13 @@ Result<JointPath> followed(const ToolPath& path, const MachineModel& machine, co
                            const StageProgress& progress) {
   const Pose& first = path.moves.front().pose;
   RotarySolutions leave = chooser.solve(first);
-  for (std::size_t i = 1; leave.in_cone && i < path.moves.size(); ++i)
+  for (std::size_t i = 1; leave.in_cone && i < path.moves.size(); ++i) {
     leave = chooser.solve(path.moves[i].pose);
+    if (!leave.in_cone && leave.reachable)
+      leave = chooser.leaving(path.moves[i - 1].pose, path.moves[i].pose);
+  }
   const auto starts = chooser.starts(first, leave.in_cone || !leave.reachable ? nullptr : &leave);
-  if (!starts) return tl::unexpected(located(starts.error(), 0, first, machine));
+  if (!starts) return tl::unexpected(located(starts.error(), 0, first, machine, chooser.setup()));
   // The first start that leads through; else the error of the one that came furthest. Another turn of the
   // table helps against the table's limit only, another branch against any.
   std::size_t furthest = 0;

@@ -159,9 +159,10 @@ void MoveSubdivider::turn_ahead() {
   if (index_ + 1 >= moves.size() || moves[index_ + 1].kind == MoveKind::kRapid) return;
   const std::size_t end = std::min(moves.size(), index_ + 1 + kLookAhead);
   for (std::size_t next = index_ + 1; next < end && moves[next].kind != MoveKind::kRapid; ++next) {
-    const RotarySolutions solutions = chooser_.solve(moves[next].pose);
+    RotarySolutions solutions = chooser_.solve(moves[next].pose);
     if (solutions.in_cone) continue;
     if (!solutions.reachable) return;
+    solutions = chooser_.leaving(moves[next - 1].pose, moves[next].pose);
     const double turn = chooser_.rotary_towards(solutions, at_) - at_.joints.c;
     const auto turned = turned_in_place(moves[index_].pose, turn);
     if (!turned || !*turned) return;  // a limit: the way into the cut then says so
@@ -236,7 +237,7 @@ SubdividedMoves MoveSubdivider::walk(const JointSolution& start, std::size_t fir
     const std::size_t before = out_.moves.size();
     if (auto done = advance(sweep, 0.0, 1.0, 0); !done) {
       const bool wound_up = limited_axis(done.error().message) == machine_.rotary.letter;
-      out_.stop = {located(done.error(), index_, move.pose, machine_), index_, wound_up};
+      out_.stop = {located(done.error(), index_, move.pose, machine_, chooser_.setup()), index_, wound_up};
       break;
     }
     if (out_.moves.size() > before + 1) ++out_.report.subdivided_moves;

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <random>
 
 #include "tests/judges/joint_path_check.h"
 
@@ -228,8 +229,9 @@ void expect_error(const std::vector<Pose>& poses, const MachineModel& m, Code co
 TEST(JointPath, NamesTheBrokenLimit) {
   MachineModel m = trunnion();
   m.z.min = -100;
-  expect_error({{{0, 0, 0}, {0, 0, 1}}, {{0, 0, -50}, {0, 0, 1}}, {{0, 0, -150}, {0, 0, 1}}}, m, Code::kLimit,
-               {"move 2", "(0, 0, -150)", "Z -150 mm is below its travel of -100 mm", "setup.part_zero"});
+  expect_error(
+      {{{0, 0, 0}, {0, 0, 1}}, {{0, 0, -50}, {0, 0, 1}}, {{0, 0, -150}, {0, 0, 1}}}, m, Code::kLimit,
+      {"move 2", "(0, 0, -150)", "Z -150 mm is below its travel of -100 mm", "state the profile's travels"});
   m = trunnion();
   m.tilt.min = -60;
   m.tilt.max = 60;
@@ -248,6 +250,49 @@ TEST(JointPath, NamesTheBrokenLimit) {
   m.x.max = 10;
   expect_error({{{50, 0, 0}, {0, 0, 1}}}, m, Code::kLimit,
                {"move 0", "X 50 mm is above its travel of 10 mm"});
+}
+
+/// What a broken travel advises changes the word that breaks it, and what it does not advise does not: words
+/// count from the part.
+TEST(JointPath, ATravelAdvisesWhatMovesItsWord) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(-80, 80), lean(0, 50), round(-180, 180);
+  int advised = 0, silent = 0;
+  for (const Structure structure : {Structure::kTableHead, Structure::kTableTable, Structure::kHeadHead})
+    for (int i = 0; i < 60; ++i) {
+      MachineModel m = trunnion();
+      m.structure = structure;
+      m.pivot_to_gauge = {3, 0, -140};
+      m.rotary_to_tilt = {0, 4, -30};
+      const Vec3 axis = i % 3 == 0 ? Vec3{0, 0, 1} : axis_at(lean(random), round(random));
+      const Pose pose{{place(random), place(random), place(random)}, axis};
+      tiltfeed::Setup setup = standing();
+      setup.part_zero = {place(random), place(random), place(random)};
+      const auto at = inverse(m, setup, pose, 0.0);
+      ASSERT_TRUE(at);
+      m.z.max = std::min((*at)[0].z, (*at)[1].z) - 5.0;
+      const auto joints = to_joints(path_of({pose}), m, setup, {});
+      ASSERT_FALSE(joints);
+      const std::string& said = joints.error().message;
+      ASSERT_NE(said.find(": Z "), said.npos) << said;
+      const auto moves = [&](const tiltfeed::Setup& other) {
+        const auto then = inverse(m, other, pose, 0.0);
+        return std::max(std::abs((*then)[0].z - (*at)[0].z), std::abs((*then)[1].z - (*at)[1].z)) > 1e-7;
+      };
+      bool part = false;
+      for (const Vec3 by : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}}) {
+        tiltfeed::Setup other = setup;
+        other.part_zero = setup.part_zero + by;
+        part = part || moves(other);
+      }
+      tiltfeed::Setup longer = setup;
+      longer.tool_length += 1.0;
+      EXPECT_EQ(said.find("setup.part_zero_mm") != said.npos, part) << said;
+      EXPECT_EQ(said.find("the tool's length") != said.npos, moves(longer)) << said;
+      ++(part ? advised : silent);
+    }
+  EXPECT_GT(advised, 20);
+  EXPECT_GT(silent, 60);
 }
 
 TEST(JointPath, NamesWhatCannotBeReached) {

@@ -141,6 +141,34 @@ TEST(JointPole, TurnsTheFreeRotaryBeforeThePlunge) {
   EXPECT_GT(in_air, 50.0);
 }
 
+/// A nutating head leaves the pole along no meridian: the table stands where the first degree of a long move
+/// wants it, not its end.
+TEST(JointPole, TurnsTheFreeRotaryToWhereANutatingHeadLeavesThePole) {
+  const double slope = std::sqrt(0.5);
+  for (const double azimuth : {0.0, 70.0, -130.0}) {
+    ToolPath path;
+    path.tool = {6, 3, 100};
+    path.cut_feed = path.plunge_feed = Feed::from_mm_per_min(500);
+    const auto go = [&](Point<Part> tip, Vec3 axis, MoveKind kind) {
+      path.moves.push_back({{tip, normalized(axis)}, kind, kNoFacet});
+    };
+    for (const double x : {0.0, 50.0}) {
+      go({x, 5, 40}, {0, 0, 1}, MoveKind::kRapid);
+      go({x, 5, 0}, {0, 0, 1}, MoveKind::kPlunge);
+      go({x + 10, 5, 0}, axis_at(20, azimuth + x), MoveKind::kCut);
+      go({x + 10, 5, 40}, axis_at(20, azimuth + x), MoveKind::kRapid);
+    }
+    const auto joints = to_joints(path, trunnion({0, slope, slope}), {}, {});
+    ASSERT_TRUE(joints) << joints.error().message;
+    double in_material = 0.0;  // the tilt standing
+    for (std::size_t i = 1; i < joints->moves.size(); ++i) {
+      const Joints &from = joints->moves[i - 1].joints, &to = joints->moves[i].joints;
+      if (joints->moves[i].kind != MoveKind::kRapid && to.a == from.a) in_material += std::abs(to.c - from.c);
+    }
+    EXPECT_LT(in_material, 0.5);
+  }
+}
+
 /// A trunnion that tilts far to one side only, as most do.
 MachineModel one_sided() {
   MachineModel m = trunnion();
