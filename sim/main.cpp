@@ -15,6 +15,7 @@
 
 #include "config/command_line.h"
 #include "config/job.h"
+#include "config/job_inputs.h"
 #include "config/output_file.h"
 #include "config/standard_output.h"
 #include "config/version.h"
@@ -147,10 +148,9 @@ int serve(const ServeOptions& options) {
 
   const Result<config::Job> job = config::load_job(options.job);
   if (!job) return report(job.error());
-  const auto fits = config::check_outputs({{"--trace", options.trace}}, {{"--job", options.job},
-                                                                         {"--faults", options.faults},
-                                                                         {"part.stl", job->stl_path},
-                                                                         {"machine", job->machine.path}});
+  std::vector<config::NamedFile> inputs = config::files_of(*job);
+  inputs.push_back({"--faults", options.faults});
+  const auto fits = config::check_outputs({{"--trace", options.trace}}, inputs);
   if (!fits) return report(fits.error());
   Trace trace;
   if (const auto opened = trace.open(options.trace); !opened) return report(opened.error());

@@ -12,6 +12,7 @@
 
 #include "config/fixture_meshes.h"
 #include "config/job.h"
+#include "config/job_inputs.h"
 #include "config/output_file.h"
 #include "daemon/plan/part_size.h"
 #include "daemon/plan/path_drawing.h"
@@ -131,15 +132,14 @@ Result<void> Planning::load() {
   const std::vector<config::NamedFile> outputs{
       {"--out", files_.program}, {"--cl", files_.cl},           {"--report", files_.report},
       {"--map", files_.map},     {"--drawing", files_.drawing}, {"--gouge-picture", files_.gouge_picture}};
-  std::vector<config::NamedFile> inputs{
-      {"JOB", files_.job}, {"--stl", files_.stl}, {"--machine", files_.machine}};
-  if (auto fits = config::check_outputs(outputs, inputs); !fits) return fits;
+  if (auto fits = config::check_outputs(
+          outputs, {{"JOB", files_.job}, {"--stl", files_.stl}, {"--machine", files_.machine}});
+      !fits)
+    return fits;
   auto job = config::load_job_with(files_.job, {files_.stl, files_.machine});
   if (!job) return tl::unexpected(job.error());
   job_ = std::move(*job);
-  inputs = {
-      {"part.stl", job_->stl_path}, {"machine", job_->machine.path}, {"cutter.library", job_->tools_path}};
-  return config::check_outputs(outputs, inputs);
+  return config::check_outputs(outputs, config::files_of(*job_));
 }
 
 Result<void> Planning::plan_path() {

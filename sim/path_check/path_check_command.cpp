@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "config/job.h"
+#include "config/job_inputs.h"
 #include "config/output_file.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "kinematics/cl_text/cl_file.h"
@@ -107,15 +108,13 @@ Result<void> draw(const PathCheckFiles& files, const config::Job& job, const pat
 Result<bool> path_check_command(const PathCheckFiles& files) {
   const Result<config::Job> job = config::load_job(files.job);
   if (!job) return tl::unexpected(job.error());
-  const auto fits = config::check_outputs({{"--picture", files.picture}, {"--out", files.json}},
-                                          {{"JOB", files.job},
-                                           {"--program", files.program},
-                                           {"--canon", files.canon},
-                                           {"--cl", files.cl},
-                                           {"--trace", files.trace},
-                                           {"--report", files.report},
-                                           {"part.stl", job->stl_path},
-                                           {"machine", job->machine.path}});
+  std::vector<config::NamedFile> inputs = config::files_of(*job);
+  inputs.insert(inputs.end(), {{"--program", files.program},
+                               {"--canon", files.canon},
+                               {"--cl", files.cl},
+                               {"--trace", files.trace},
+                               {"--report", files.report}});
+  const auto fits = config::check_outputs({{"--picture", files.picture}, {"--out", files.json}}, inputs);
   if (!fits) return tl::unexpected(fits.error());
   const Result<pathgen::Mesh> part = read_part(*job);
   if (!part) return tl::unexpected(part.error());

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "config/job.h"
+#include "config/job_inputs.h"
 #include "config/output_file.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/mesh_check.h"
@@ -96,12 +97,9 @@ int prove_command(const ProveOptions& options) {
   const std::string& name = options.name.empty() ? options.program : options.name;
   const auto job = config::load_job_with(options.job, {options.stl, options.machine});
   if (!job) return report(job.error());
-  if (const auto fits =
-          config::check_outputs({{"--picture", options.picture}}, {{"JOB", options.job},
-                                                                   {"PROGRAM", options.program},
-                                                                   {"part.stl", job->stl_path},
-                                                                   {"machine", job->machine.path}});
-      !fits)
+  std::vector<config::NamedFile> inputs = config::files_of(*job);
+  inputs.push_back({"PROGRAM", options.program});
+  if (const auto fits = config::check_outputs({{"--picture", options.picture}}, inputs); !fits)
     return report(fits.error());
   const auto stl = pathgen::read_stl(job->stl_path, job->stl_unit_mm);
   if (!stl) return report(stl.error());

@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "config/job.h"
+#include "config/job_inputs.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/mesh/mesh_check.h"
@@ -242,6 +243,15 @@ int verify_command(const VerifyOptions& options) {
   line.show("read", 0.0);
   const Result<config::Job> job = config::load_job_with(options.job, {options.stl, options.machine});
   if (!job) return report(job.error());
+  if (is_page(options.out)) {
+    std::vector<config::NamedFile> inputs = config::files_of(*job);
+    inputs.insert(inputs.end(), {{"PROGRAM", options.program},
+                                 {"--trace", options.trace},
+                                 {"--canon", options.canon},
+                                 {"--stock", options.stock}});
+    if (const auto fits = config::check_outputs({{"--out", options.out}}, inputs); !fits)
+      return report(fits.error());
+  }
   auto shape = options.stock.empty() ? Result<StockShape>(default_stock(*job)) : parse_stock(options.stock);
   if (!shape) return report(shape.error());
   RemovalOptions removal;

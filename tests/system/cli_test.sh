@@ -148,6 +148,20 @@ expect 0 '^no collision: ' "$bin/tiltfeed-sim" prove "$work/aside.yaml" "$work/b
 cp "$work/sphere.stl" "$work/kept.stl"
 expect 2 'is also the input' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/sphere.stl"
 expect 2 'is also the input' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/job.yaml"
+# Nor the mesh of a fixture, or of a body of the machine.
+cp "$work/sphere.stl" "$work/vice.stl"
+cp "$work/sphere.stl" "$work/cover.stl"
+sed 's#^bodies:#bodies:\n  - {name: cover, link: bed, shape: stl, stl: cover.stl, unit: mm, at_mm: [0, 0, -900]}#' \
+  "$root/config/machines/generic-ac.yaml" > "$work/covered.yaml"
+sed 's#^machine:.*#machine: covered.yaml#' "$work/job.yaml" > "$work/clamped.yaml"
+printf 'fixtures:\n  - {name: vice, shape: stl, stl: vice.stl, unit: mm, at_mm: [300, 300, 0]}\n' >> "$work/clamped.yaml"
+for mesh in vice cover; do
+  expect 2 "is also the input (fixture|body) $mesh" "$bin/tiltfeed" plan "$work/clamped.yaml" --out "$work/$mesh.stl"
+  expect 2 "is also the input (fixture|body) $mesh" "$bin/tiltfeed" plan "$work/clamped.yaml" --out "$work/x.nc" \
+    --report "$work/$mesh.stl"
+done
+printf 'G21\n' > "$work/page.html"
+expect 2 'is also the input PROGRAM' "$bin/tiltfeed" verify "$work/job.yaml" "$work/page.html" --out "$work/page.html"
 expect 2 'is also the output' "$bin/tiltfeed" plan "$work/job.yaml" --out "$work/c.nc" --report "$work/../$(basename "$work")/c.nc"
 cmp "$work/sphere.stl" "$work/kept.stl" || failed=1
 ln -s sphere.stl "$work/link.nc"
