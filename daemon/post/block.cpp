@@ -128,11 +128,14 @@ void ProgramText::block(std::size_t index, State& state, Piece& piece) const {
     out = std::copy(word.begin(), word.end(), out);
   }
   if (first) out = std::copy(span.first_words.begin(), span.first_words.end(), out);
+  const std::string_view side = span.sides.empty() ? "" : span.side(at);
+  if (table_.sides == Sides::kBefore) out = std::copy(side.begin(), side.end(), out);
   if (first && !format_.tcp)
     out = words_.height(out, move.joints);
   else
     out = words_.axes(out, first ? Joints{} : moves[at - 1].joints, move.joints, first);
   const std::string_view end = rapid ? table_.rapid_end : "", first_end = first ? table_.first_end : "";
+  if (table_.sides == Sides::kBehind) out = std::copy(side.begin(), side.end(), out);
   out = std::copy(first_end.begin(), first_end.end(), out);
   out = std::copy(end.begin(), end.end(), out);
   if (!rapid) out = feed(out, op, at, state, piece);

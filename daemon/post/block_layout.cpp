@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "daemon/post/printed_words.h"
 #include "kinematics/basics/decimal.h"
@@ -81,6 +82,7 @@ class Writer {
   void retract();
   void positions(const Operation& op);
   void event(const PathEvent& event);
+  void cutter_side(const char* words, const Filling& filling);
   void motion(const Operation& op);
   void leave();
   void finish();
@@ -94,6 +96,7 @@ class Writer {
   Layout layout_;
   std::size_t at_ = 0;  ///< the block that lines stand before
   double spindle_ = 0.0, coolant_ = 0.0, plane_ = kUsualPlane;
+  const char* side_ = nullptr;  ///< a word of cutter compensation that is still to be said
   bool fed_ = false, compensated_ = false, shorter_ = false, tilt_clamped_ = false, rotary_clamped_ = false;
 };
 
@@ -265,14 +268,24 @@ void Writer::event(const PathEvent& event) {
     case EventKind::kCutterRight:
       compensated_ = true;
       filling.emplace_back("cutter", event.value > 0.0 ? decimal(event.value, 0) : filling_.back().second);
-      return put(event.kind == EventKind::kCutterLeft ? table_.cutter_left : table_.cutter_right);
+      return cutter_side(event.kind == EventKind::kCutterLeft ? table_.cutter_left : table_.cutter_right,
+                         filling);
     case EventKind::kCutterOff:
       compensated_ = false;
-      return put(table_.cutter_off);
+      return cutter_side(table_.cutter_off, filling);
     case EventKind::kPlane:
       plane_ = event.value;
       return line("G" + decimal(event.value, 0));
   }
+}
+
+/// A line now, or a word of the next block that moves X or Y: only there such a control takes it.
+void Writer::cutter_side(const char* words, const Filling& filling) {
+  if (table_.sides != Sides::kLine) {
+    side_ = words;
+    return;
+  }
+  for (const std::string& text : filled(words, filling)) line(text);
 }
 
 /// Clamps close before a cut in which their axis stands still, and open before a block that turns it.
@@ -304,6 +317,7 @@ void Writer::motion(const Operation& op) {
   const std::size_t first = at_;
   auto next = op.events.begin();
   fed_ = false;
+  side_ = nullptr;
   for (std::size_t i = 0; i < moves.size(); ++i) {
     at_ = first + i;
     for (; next != op.events.end() && next->move <= moves[i].move; ++next) event(*next);
@@ -311,6 +325,12 @@ void Writer::motion(const Operation& op) {
     if (blended[i] && !blended[i - 1]) lines(table_.blend);
     if (i > 0 && !blended[i] && blended[i - 1]) lines(table_.exact);
     if (clamps) clamp(op, i);
+    const auto moves_in_plane = [&] {
+      const Joints &from = moves[i - 1].joints, &to = moves[i].joints;
+      return to.x != from.x || to.y != from.y;
+    };
+    if (side_ != nullptr && i > 0 && moves_in_plane())
+      layout_.spans.back().sides.emplace_back(i, std::exchange(side_, nullptr));
     if (inverse && !fed_ && moves[i].kind != MoveKind::kRapid) lines(table_.inverse_on), fed_ = true;
   }
   at_ = first + moves.size();
@@ -319,7 +339,8 @@ void Writer::motion(const Operation& op) {
 
 /// After an operation: what must not be in force while the tool is changed, or at the end.
 void Writer::leave() {
-  if (compensated_) lines(table_.cutter_off);
+  // Such a control's retract ends it.
+  if (compensated_ && table_.sides == Sides::kLine) lines(table_.cutter_off);
   if (plane_ != kUsualPlane) line("G" + decimal(kUsualPlane, 0));
   plane_ = kUsualPlane;
   if (fed_) lines(table_.per_minute_on);

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include "daemon/post/dialect.h"
+#include "kinematics/basics/decimal.h"
 
 namespace tiltfeed::daemon {
 namespace {
@@ -102,6 +104,13 @@ Result<std::vector<PathEvent>> control_events(const AptOperation& op, const Join
       return wrong("a control that keeps the tool centre point does not shift the tool");
     if (event->value == 0.0 && tool == 0)
       return wrong("its register is the tool's, and the tool has no number");
+    const bool has_register = std::string_view(table.cutter_left).find("{cutter}") != std::string_view::npos;
+    const int called = op.length_register > 0 ? op.length_register : tool;
+    if (!has_register && event->value != 0.0 && event->value != called)
+      return wrong("register " + decimal(event->value, 0) +
+                   " is stated, and this control takes the radius of the tool that is called");
+    if (table.sides != Sides::kLine && end == op.events.end())
+      return wrong("no CUTCOM/OFF ends it, which this control needs, and a move beside the part behind it");
     const ShiftPlane before = plane;
     const std::size_t last = end == op.events.end() ? op.path.moves.size() : end->move;
     if (const auto bad = Stretch(joints, machine, setup).look(event->move, last, plane)) return wrong(*bad);

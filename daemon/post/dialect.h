@@ -21,6 +21,13 @@ enum class Numbering {
   kPlain,     ///< a number without a letter, always
 };
 
+/// Where the words of cutter compensation stand.
+enum class Sides {
+  kLine,    ///< in a line of their own
+  kBefore,  ///< in the next block that moves X or Y, before its axis words
+  kBehind,  ///< in that block, behind them
+};
+
 struct DialectTable {
   config::Dialect dialect;
   // Lines
@@ -43,7 +50,8 @@ struct DialectTable {
   // rotation, TCP.
   const char *open, *setup, *tool, *spindle, *spindle_off, *flood, *mist, *coolant_off;
   const char *cutter_left, *cutter_right, *cutter_off;  ///< the control's cutter compensation
-  bool shifts_in_zx = false, shifts_in_yz = false;      ///< under G18, under G19, its tool length as it was
+  Sides sides = Sides::kLine;
+  bool shifts_in_zx = false, shifts_in_yz = false;  ///< under G18, under G19, its tool length as it was
   const char *length_in_tool, *length_alone;  ///< what to do with the control's own length, for a comment
   const char *length, *tcp_length;            ///< words in front of the axes of the first block
   const char* length_off;                     ///< lines that end that, once the tool is retracted

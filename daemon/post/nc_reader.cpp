@@ -217,15 +217,16 @@ void Reader::machine_codes(const DialectWords& words) {
     event(EventKind::kSpindle, turn_ == 4 ? -speed_ : speed_);
 }
 
-/// G40 to G42, and the registers of length and radius.
+/// G40 to G42, R0, RL and RR of a Heidenhain dialogue, and the registers of length and radius.
 void Reader::compensation(const DialectWords& words) {
-  const bool left = words.has_g(410), right = words.has_g(420),
+  const bool left = words.has_g(410) || words.named("RL"), right = words.has_g(420) || words.named("RR"),
+             off = words.has_g(400) || (language_.dialect == config::Dialect::kHeidenhain && words.has('R')),
              edge = language_.dialect == config::Dialect::kSiemens;
   if (left || right)
     event(left ? EventKind::kCutterLeft : EventKind::kCutterRight,
           words.has('D') ? words.values.at('D') : 0.0);
-  if (words.has_g(400) && compensated_) event(EventKind::kCutterOff, 0.0);
-  if (left || right || words.has_g(400)) compensated_ = left || right;
+  if (off && compensated_) event(EventKind::kCutterOff, 0.0);
+  if (left || right || off) compensated_ = left || right;
   const char letter = edge ? 'D' : 'H';
   if (!words.has(letter)) return;
   const int stated = static_cast<int>(words.values.at(letter));
@@ -301,7 +302,9 @@ Mistake Reader::codes(const DialectWords& words) {
   for (const int code : words.g)
     if (auto bad = one_code(code)) return bad;
   for (const std::string& name : words.names) {
-    const bool siemens = language_.dialect == config::Dialect::kSiemens;
+    const bool siemens = language_.dialect == config::Dialect::kSiemens,
+               plain = language_.dialect == config::Dialect::kHeidenhain;
+    if (plain && (name == "RL" || name == "RR")) continue;
     if (siemens && (name == "TRAORI" || name == "TRAFOOF"))
       tcp_ = name == "TRAORI";
     else if (name != "ORIMKS" && name != "ORIAXES" && name != "TOROTOF" && name != "PAROTOF" &&

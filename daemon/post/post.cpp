@@ -20,6 +20,13 @@ Error at_line(const Error& error, const std::string& name, const AptOperation& o
   return {error.code, name + ":" + std::to_string(op.lines[move]) + ": " + error.message};
 }
 
+/// A register is stated that this control cannot be told.
+bool lacks_register(const config::ProgramFormat& format, const AptOperation& op) {
+  const bool tnc =
+      format.dialect == config::Dialect::kHeidenhain || format.dialect == config::Dialect::kHeidenhainIso;
+  return tnc && op.length_register > 0 && op.length_register != op.tool_number;
+}
+
 }  // namespace
 
 Result<Posted> post(const AptProgram& program, const std::string& name,
@@ -47,6 +54,12 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
     if (!(setup.tool_length > 0.0))
       return fail(Code::kInput, name + ": tool " + std::to_string(stated.tool_number) +
                                     " has no length; state LOADTL/n,LENGTH,l in the file or --tool-length");
+    if (lacks_register(format, stated))
+      return fail(Code::kInput, name + ": LOADTL/" + std::to_string(stated.tool_number) + ",ADJUST," +
+                                    std::to_string(stated.length_register) + ": " +
+                                    config::name_of(format.dialect).name +
+                                    " takes the length of the tool that is called and cannot be told a "
+                                    "register; where it is the tool's own, say --ignore ADJUST");
     AptOperation op = options.clear.height
                           ? with_safe_approach(stated, machine.model, setup, *options.clear.height)
                           : stated;

@@ -127,7 +127,9 @@ AptVerdict AptReader::tool(const AptRecord& record) {
   double number = 0.0, length = length_, adjust = 0.0;
   if (const auto value = record.first_number()) number = *value;
   if (const auto value = record.number_after("LENGTH")) length = *value * unit_;
-  if (const auto value = record.number_after("ADJUST")) adjust = *value;
+  const bool own =
+      std::find(options_.ignored.begin(), options_.ignored.end(), "ADJUST") != options_.ignored.end();
+  if (const auto value = record.number_after("ADJUST"); value && !own) adjust = *value;
   if (!is_number(number)) return mistake(record.word + "/ wants a tool number from 0 to 9999");
   if (!is_number(adjust)) return mistake(record.word + "/ wants a register from 0 to 9999 behind ADJUST");
   if (!std::isfinite(length) || length < 0.0) return mistake(record.word + "/ wants a LENGTH of 0 or more");

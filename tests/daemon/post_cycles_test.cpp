@@ -55,8 +55,7 @@ INSTANTIATE_TEST_SUITE_P(All, Cycles, testing::ValuesIn(dialect_cases()), case_n
 TEST_P(Cycles, TheProgramIsTheText) {
   const MachineProfile profile = profile_of(GetParam());
   auto text = program_text(read(kWork), profile, on_table());
-  const bool shifts = GetParam().dialect != Dialect::kGrbl && GetParam().dialect != Dialect::kHeidenhain &&
-                      GetParam().dialect != Dialect::kHeidenhainIso && !GetParam().tcp;
+  const bool shifts = GetParam().dialect != Dialect::kGrbl && !GetParam().tcp;
   ASSERT_EQ(text.has_value(), shifts);
   if (!shifts) {
     EXPECT_NE(text.error().message.find("in.cls:46: CUTCOM/: "), std::string::npos) << text.error().message;
@@ -130,6 +129,80 @@ TEST(PostWords, CompensationWorksInThePlaneOfXAndY) {
   ASSERT_EQ(events.size(), 2u);
   EXPECT_EQ(events[0], (PathEvent{1, EventKind::kCutterRight, 12.0, ""}));
   EXPECT_EQ(events[1].kind, EventKind::kCutterOff);
+}
+
+/// A Heidenhain control takes RL, RR and R0 (G41, G42 and G40 in DIN/ISO) in a block that moves the tool in
+/// the plane, and keeps the one in force where a block has none.
+TEST(PostWords, AHeidenhainTakesTheSideInABlockThatMovesInThePlane) {
+  const std::string text =
+      "UNITS/MM\nLOADTL/3\nRAPID\nGOTO/0,0,10\nFEDRAT/100,MMPM\nCUTCOM/RIGHT\nGOTO/0,0,0\nGOTO/5,0,0\n"
+      "GOTO/9,3,0\nCUTCOM/OFF\nRAPID\nGOTO/9,3,4\nGOTO/20,3,4\nCUTCOM/LEFT,3\nGOTO/20,8,4\nGOTO/25,8,4\n"
+      "CUTCOM/OFF\nGOTO/30,8,4\nFINI\n";
+  const std::vector<std::string> dialogue{"L Z+0 F100", "L X+5 RR", "L X+9 Y+3", "L Z+4 FMAX",
+                                          "L X+20 R0",  "L Y+8 RL", "L X+25",    "L X+30 R0"},
+      iso{"G01 Z+0 F100", "G42 X+5", "X+9 Y+3", "G00 Z+4", "G01 G40 X+20", "G41 Y+8", "X+25", "G40 X+30"};
+  for (const Dialect dialect : {Dialect::kHeidenhain, Dialect::kHeidenhainIso}) {
+    const MachineProfile profile = profile_of({dialect, false});
+    const auto program = program_text(read(text), profile, on_table());
+    ASSERT_TRUE(program) << program.error().message;
+    std::size_t at = 0;
+    for (const std::string& want : dialect == Dialect::kHeidenhain ? dialogue : iso) {
+      at = program->find(" " + want + (dialect == Dialect::kHeidenhain ? "\n" : "*\n"), at);
+      ASSERT_NE(at, program->npos) << want << "\n" << *program;
+    }
+    const auto made = back(*program, profile);
+    ASSERT_TRUE(made) << made.error().message;
+    std::vector<std::pair<EventKind, double>> sides;  // and the X of the first point behind
+    for (const PathEvent& event : made->operations[0].events)
+      if (event.kind >= EventKind::kCutterLeft && event.kind <= EventKind::kCutterOff)
+        sides.emplace_back(event.kind, made->operations[0].path.moves[event.move].pose.tip.x);
+    ASSERT_EQ(sides.size(), 4u) << *program;
+    const std::vector<std::pair<EventKind, double>> want{{EventKind::kCutterRight, 5},
+                                                         {EventKind::kCutterOff, 20},
+                                                         {EventKind::kCutterLeft, 20},
+                                                         {EventKind::kCutterOff, 30}};
+    for (std::size_t i = 0; i < want.size(); ++i) {
+      EXPECT_EQ(sides[i].first, want[i].first);
+      EXPECT_NEAR(sides[i].second, want[i].second, 1e-3);
+    }
+  }
+}
+
+/// Where the control cannot be told a register, another than the one that is called is refused, not dropped.
+TEST(PostWords, ARegisterThatCannotBeToldIsRefused) {
+  const auto text = [](const std::string& load, const std::string& side) {
+    return "UNITS/MM\nLOADTL/3" + load + "\nRAPID\nGOTO/0,0,10\nFEDRAT/100,MMPM\nCUTCOM/LEFT" + side +
+           "\nGOTO/5,0,10\nCUTCOM/OFF\nGOTO/9,3,10\nFINI\n";
+  };
+  const auto error_of = [&](Dialect dialect, const std::string& load, const std::string& side,
+                            const std::vector<std::string>& ignored = {}) {
+    const auto program =
+        program_text(read(text(load, side), ignored), profile_of({dialect, false}), on_table());
+    return program ? "" : program.error().message;
+  };
+  for (const Dialect dialect : {Dialect::kSiemens, Dialect::kHeidenhain, Dialect::kHeidenhainIso}) {
+    EXPECT_EQ(error_of(dialect, "", ""), "");
+    EXPECT_EQ(error_of(dialect, "", ",3"), "");
+    EXPECT_NE(error_of(dialect, "", ",5").find("in.cls:7: CUTCOM/: register 5"), std::string::npos)
+        << error_of(dialect, "", ",5");
+  }
+  EXPECT_EQ(error_of(Dialect::kSiemens, ",ADJUST,5", ",5"), "");
+  EXPECT_NE(error_of(Dialect::kSiemens, ",ADJUST,5", ",3"), "");
+  EXPECT_EQ(error_of(Dialect::kFanuc, ",ADJUST,5", ",7"), "");
+  for (const Dialect dialect : {Dialect::kHeidenhain, Dialect::kHeidenhainIso}) {
+    EXPECT_EQ(error_of(dialect, ",ADJUST,3", ""), "");
+    EXPECT_NE(error_of(dialect, ",ADJUST,9", "").find("say --ignore ADJUST"), std::string::npos);
+    EXPECT_EQ(error_of(dialect, ",ADJUST,9", "", {"ADJUST"}), "");
+  }
+}
+
+TEST(PostWords, AHeidenhainNeedsTheEndOfCompensation) {
+  const std::string text =
+      "UNITS/MM\nLOADTL/3\nRAPID\nGOTO/0,0,10\nFEDRAT/100,MMPM\nCUTCOM/LEFT\nGOTO/5,0,10\nFINI\n";
+  const auto program = program_text(read(text), profile_of({Dialect::kHeidenhain, false}), on_table());
+  ASSERT_FALSE(program);
+  EXPECT_NE(program.error().message.find("no CUTCOM/OFF ends it"), std::string::npos)
+      << program.error().message;
 }
 
 /// Where the way goes when the control shifts it by 1 mm: of the plane's third axis and the way the cross
