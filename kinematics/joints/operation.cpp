@@ -11,6 +11,8 @@ namespace {
 
 // Ways to go on that are looked at before the search is given up: far more than any sane path needs.
 constexpr std::size_t kMostPlaces = 2000;
+// Places at which a turning tilt is looked at, degrees.
+constexpr double kTiltLook = 5.0;
 
 /// What a way costs: compared in this order.
 struct Cost {
@@ -77,9 +79,19 @@ class Search {
     const Pose& pose = path_.moves[move].pose;
     return within_limits(machine_, chooser_.placed(pose.tip + pose.axis * *way, at.a, at.c).joints);
   }
-  /// A tool that lies stands while the work turns: it keeps its tilt.
+  /// A tool that lies stands while the work turns: it keeps its tilt. One that rises does so all the way.
   bool may_change(std::size_t move, const JointSolution& from, const JointSolution& to) const {
-    return rises(move) || (from.branch == to.branch && from.joints.a == to.joints.a);
+    return rises(move) ? stays_up(from.joints, to.joints)
+                       : from.branch == to.branch && from.joints.a == to.joints.a;
+  }
+  /// The tip is held while the tilt turns: a tool that passed through lying would come down on the part.
+  bool stays_up(const Joints& from, const Joints& to) const {
+    const int steps = 1 + static_cast<int>(std::abs(to.a - from.a) / kTiltLook);
+    for (int i = 1; i < steps; ++i) {
+      const double a = from.a + (to.a - from.a) * i / steps;
+      if (dot(forward(machine_, setup_, {0.0, 0.0, 0.0, a, from.c}).axis, up_) < kLeastRise) return false;
+    }
+    return true;
   }
   double minutes(const Joints& from, const Joints& to) const {
     return std::max(std::abs(to.a - from.a) / machine_.tilt.velocity,

@@ -251,6 +251,22 @@ TEST(Operation, RefusesToTakeALyingToolUpwards) {
   EXPECT_NE(joints.error().message.find("C "), std::string::npos) << joints.error().message;
 }
 
+/// A tilt that has wound up by nearly a turn comes back only by way of a tool that hangs head down, its tip
+/// held close over the part.
+TEST(Operation, RefusesToTurnTheToolOverAboveThePart) {
+  MachineModel m = trunnion();
+  m.tilt.min = -359;
+  m.tilt.max = 359;
+  const auto joints = to_joints(path_of(sampled(400,
+                                                [&](double f) {
+                                                  return Pose{{20, 10, 0}, axis_at(30 + 380 * f, 10)};
+                                                })),
+                                m, standing(), with_detours());
+  ASSERT_FALSE(joints);
+  EXPECT_EQ(joints.error().code, Code::kLimit);
+  EXPECT_NE(joints.error().message.find("A "), std::string::npos) << joints.error().message;
+}
+
 /// Round a pin with the tool lying: three turns on a table that has two. The table is turned back with the
 /// tool standing beside the work.
 TEST(Operation, TakesALyingToolOutwards) {
