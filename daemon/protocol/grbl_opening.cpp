@@ -152,7 +152,7 @@ void GrblSession::restart_after_check() {
   move(Event::kChecked);
   in_flight_.clear();
   in_flight_bytes_ = 0;
-  forget_all();
+  recent_.clear();
   acknowledged_ = 0;
   ended_ = false;
   rewind_ = true;

@@ -123,13 +123,13 @@ void GrblSession::follow_hold() {
 /// After each report while kStop. A reset of a machine that stands keeps its position.
 void GrblSession::follow_stop() {
   const std::string& state = status_.state;
-  if (reset_sent_) {
-    if (state == "Idle") return finish_stop();
-  } else if (is_standing(state) && now_ - asked_ >= kRepeatInterval) {
+  // After the reset the banner ends it: a report may be from before, even if it comes later.
+  if (!reset_sent_ && is_standing(state) && now_ - asked_ >= kRepeatInterval) {
     // The first report may be from before the hold; one interval later it is not. None has a checksum, so the
     // place counts when two in turn say the same.
     if (state == "Hold:0") {
-      const bool agree = std::exchange(stood_at_, status_.position) == status_.position;
+      const std::string said = status_.position + " " + std::to_string(status_.line);
+      const bool agree = std::exchange(stood_at_, said) == said;
       if (!agree && ++stood_reports_ < kMostStoodReports) {
         next_poll_ = now_;
         return;
@@ -141,7 +141,10 @@ void GrblSession::follow_stop() {
     return;
   }
   if (now_ - asked_ >= kStandTimeout)
-    return fault(Code::kLink, "the machine does not stand 10 s after the stop", true);
+    return fault(Code::kLink,
+                 reset_sent_ ? "the controller has not answered the reset that ends the stop"
+                             : "the machine does not stand 10 s after the stop",
+                 true);
   urge_again(reset_sent_ ? kResetByte : kHoldByte);
 }
 

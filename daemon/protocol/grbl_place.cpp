@@ -77,7 +77,7 @@ void GrblSession::prove_end() {
   const int most = at ? kMostProofPolls : kMostOffsetPolls;
   if (!watch_.knows_end() || !told || (at && watch_.at_end(*at, rounding())) ||
       (!at && proof_polls_ >= most)) {
-    forget_all();
+    recent_.clear();
     return move(Event::kProved);
   }
   if (++proof_polls_ <= most) {
@@ -94,7 +94,7 @@ void GrblSession::prove_end() {
 /// else the place does, with every line that comes near it.
 void GrblSession::narrow_range() {
   std::vector<std::uint64_t> open;
-  for (const Settled& settled : recent_) open.push_back(settled.number);
+  for (std::size_t i = 0; i < recent_.size(); ++i) open.push_back(recent_.number(i));
   for (const Flight& flight : in_flight_)
     if (flight.kind == Kind::kLine && reached_wire(flight)) open.push_back(flight.line.number);
   LineRange lines;

@@ -30,7 +30,7 @@ LineRange GrblSession::uncertain() const {
   LineRange range;
   if (is_opening(phase_)) return range;
   if (stood_) return stood_->lines;
-  if (!recent_.empty()) range = {recent_.front().number, recent_.back().number};
+  if (!recent_.empty()) range = {recent_.first(), recent_.last()};
   for (const Flight& flight : in_flight_) {
     if (flight.kind != Kind::kLine || !reached_wire(flight)) break;
     if (range.first == 0) range.first = flight.line.number;
@@ -47,7 +47,7 @@ void GrblSession::fault(Code code, const std::string& what, bool hold, Event eve
   if (checking) {  // what was read was not run
     error_.message += "; nothing has moved";
     in_flight_.clear();
-    forget_all();
+    recent_.clear();
     in_flight_bytes_ = acknowledged_ = 0;
   }
   out_.clear();

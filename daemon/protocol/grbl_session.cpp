@@ -32,6 +32,7 @@ GrblSession::GrblSession(const GrblOptions& options, Time now)
     : options_(options),
       now_(now),
       opened_(now),
+      recent_(options.positions),
       watch_(options.positions),
       next_poll_(now),
       last_report_(now),
@@ -262,32 +263,18 @@ void GrblSession::follow_line_number() {
   if (!numbers_lines_ || status_.line <= 0) return;
   const auto named = static_cast<std::uint64_t>(status_.line);
   const std::uint64_t line = std::min(named, std::exchange(line_named_, named));
-  const auto found =
-      std::find_if(recent_.begin(), recent_.end(), [&](const Settled& one) { return one.number == line; });
-  if (found == recent_.end()) return;
+  const std::optional<std::size_t> before = recent_.before(line);
+  if (!before) return;
   // The line that is being cut into steps: while the axes move, those before it may still be among the steps.
   const std::size_t behind = is_standing(status_.state) ? 0 : kStepSegments;
-  for (auto done = static_cast<std::size_t>(found - recent_.begin()); done > behind; --done) forget_oldest();
+  for (std::size_t done = *before; done > behind; --done) {
+    watch_.executed(recent_.first());
+    recent_.forget_oldest();
+  }
 }
 
-/// Only lines that move take a block of the planner; others have run when those before them have.
 void GrblSession::settle(const Line& line) {
-  const bool moves = line.text.find_first_of(kAxisLetters) != line.text.npos;
-  recent_.push_back({line.number, moves});
-  recent_moves_ += moves;
-  while (!recent_.empty() && (recent_moves_ > planner_depth() || !recent_.front().moves)) forget_oldest();
-}
-
-/// The oldest settled line has run.
-void GrblSession::forget_oldest() {
-  watch_.executed(recent_.front().number);
-  recent_moves_ -= recent_.front().moves;
-  recent_.pop_front();
-}
-
-void GrblSession::forget_all() {
-  recent_.clear();
-  recent_moves_ = 0;
+  recent_.settle(line.number, line.text, planner_depth(), [&](std::uint64_t ran) { watch_.executed(ran); });
 }
 
 bool GrblSession::waiting_for_operator() const {

@@ -11,6 +11,7 @@
 
 #include "daemon/program/line_reader.h"
 #include "daemon/protocol/grbl_reply.h"
+#include "daemon/protocol/planner_lines.h"
 #include "daemon/protocol/position_watch.h"
 #include "daemon/protocol/session.h"
 #include "daemon/wire/link.h"
@@ -100,8 +101,6 @@ class GrblSession {
   void check_running_time();
   bool waiting_for_operator() const;
   void settle(const Line& line);
-  void forget_oldest();
-  void forget_all();
   std::optional<AxisValues> place() const;
   double rounding() const;
   void take_offset();
@@ -157,12 +156,7 @@ class GrblSession {
   std::size_t in_flight_bytes_ = 0;
   bool ended_ = false;
   std::uint64_t acknowledged_ = 0;
-  struct Settled {
-    std::uint64_t number = 0;
-    bool moves = false;
-  };
-  std::deque<Settled> recent_;  // the newest settled lines, which may not have run yet
-  std::size_t recent_moves_ = 0;
+  PlannerLines recent_;  // the newest settled lines, which may not have run yet
 
   // Places.
   PositionWatch watch_;

@@ -12,12 +12,7 @@ namespace tiltfeed::daemon {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kLinearAxes[] = {0, 1, 2, 6, 7, 8};
 constexpr int kPrinted = 3;
-
-bool is_linear(std::size_t axis) {
-  return std::find(std::begin(kLinearAxes), std::end(kLinearAxes), axis) != std::end(kLinearAxes);
-}
 
 /// Codes that change neither places nor ways: planes, units and modes that a program begins with.
 bool changes_nothing(double code) {
@@ -87,7 +82,7 @@ void PositionWatch::unsettle() {
 }
 
 double PositionWatch::allowed(std::size_t axis, double rounding) const {
-  return (is_linear(axis) ? limits_.tolerance.mm : limits_.tolerance.deg) + rounding;
+  return (is_linear_axis(axis) ? limits_.tolerance.mm : limits_.tolerance.deg) + rounding;
 }
 
 /// All axes move linearly together: one share of the way must fit every axis.

@@ -50,10 +50,12 @@ void RepRapSession::command(const OperatorCommand& command, Time now) {
 }
 
 /// Lines that have not left are forgotten; with an emergency parser the machine stops at once, else after the
-/// lines that it has. M400 proves that it stands. The wait of M0 is ended first: nothing is read behind it.
+/// lines that it has. Then spindle and coolant are turned off, and M400 proves that it stands. The wait of M0
+/// is ended first: nothing is read behind it.
 void RepRapSession::ask_stop() {
   const bool waits = phase_ == Phase::kToolChange;
   move(Event::kStopAsked);
+  quick_stopped_ = emergency_;
   if (emergency_) out_ += waits ? "M108\nM410\n" : "M410\n";
   if (waits && !emergency_)
     refused_ =
@@ -62,6 +64,7 @@ void RepRapSession::ask_stop() {
     history_.pop_back();
     --next_number_;
   }
+  for (const char* off : {"M5", "M9"}) append({0, off}, Kind::kInserted);
   append({0, "M400"}, Kind::kBarrier);
 }
 

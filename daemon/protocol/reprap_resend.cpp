@@ -58,7 +58,7 @@ bool RepRapSession::take_back(std::uint64_t number) {
     settled_.pop_back();
     if (history_.front().kind != Kind::kLine) continue;
     --acknowledged_;
-    if (!recent_.empty()) recent_.pop_back();
+    recent_.take_back();
   }
   owed_ = 0;
   return true;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
 #include <utility>
 
 #include "daemon/protocol/grbl_words.h"
@@ -21,7 +22,7 @@ constexpr Time kSilence = seconds(6);
 /// The oldest line is sent again so many times before the wire is given up.
 constexpr int kMostProbes = 5;
 /// Lines that may be in the command queue and the planner of the firmware (Marlin: 4 to 32, and 16 to 64).
-constexpr std::size_t kFirmwareDepth = 128;
+constexpr std::size_t kFirmwareDepth = 128, kEndless = std::numeric_limits<std::size_t>::max();
 constexpr std::size_t kMaxReply = 1024, kMostWindow = 64;
 constexpr Time kLongest = milliseconds(200);
 
@@ -41,6 +42,7 @@ RepRapSession::RepRapSession(const RepRapOptions& options, Time now)
       asked_(now - kAskAgain),
       last_heard_(now),
       deadline_(now),
+      recent_(options.positions),
       watch_(options.positions) {
   window_ = std::clamp<std::size_t>(static_cast<std::size_t>(std::max(1, options.window)), 1, kMostWindow);
 }
@@ -213,15 +215,18 @@ void RepRapSession::settle_front() {
   due_ = std::max(due_, settled.number + 1);
   if (settled.kind == Kind::kLine) {
     ++acknowledged_;
-    recent_.push_back(settled.line.number);
-    if (recent_.size() > kFirmwareDepth) recent_.pop_front();
+    // After a quick stop all planned lines stay in doubt, and so do those that are answered since.
+    recent_.settle(settled.line.number, settled.line.text, quick_stopped_ ? kEndless : kFirmwareDepth,
+                   [](std::uint64_t) {});
     if (settled.line.waits && phase_ == Phase::kToolChange) move(Event::kOperatorDone);
   }
   if (settled.kind != Kind::kBarrier && settled.kind != Kind::kPlace) return;
   if (phase_ == Phase::kHold) move(Event::kResumed), move(Event::kAllSent);
   if (phase_ == Phase::kStop && settled.kind == Kind::kBarrier) {
-    recent_.clear();
-    error_ = {Code::kCancelled, "stopped on request; all lines that were sent have run"};
+    if (!quick_stopped_) recent_.clear();
+    error_ = {
+        Code::kCancelled,
+        "stopped on request; " + (quick_stopped_ ? describe(state()) : "all lines that were sent have run")};
     move(Event::kStood);
   } else if (phase_ == Phase::kDrain) {
     settled.kind == Kind::kBarrier ? ask_place() : prove_end();
@@ -259,7 +264,7 @@ void RepRapSession::link_lost(const Error& error) {
 
 LineRange RepRapSession::uncertain() const {
   LineRange range;
-  if (!recent_.empty()) range = {recent_.front(), recent_.back()};
+  if (!recent_.empty()) range = {recent_.first(), recent_.last()};
   for (const Numbered& open : history_) {
     if (open.kind != Kind::kLine || open.line.number > touched_) continue;
     if (range.first == 0) range.first = open.line.number;

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "daemon/program/line_reader.h"
+#include "daemon/protocol/planner_lines.h"
 #include "daemon/protocol/position_watch.h"
 #include "daemon/protocol/reprap_reply.h"
 #include "daemon/protocol/session.h"
@@ -96,7 +97,8 @@ class RepRapSession {
   bool rounds_begun_ = false;  // something was sent since the last resend
   bool probing_ = false;       // after a silence: no ok is on its way any more
   std::uint64_t acknowledged_ = 0, touched_ = 0;
-  std::deque<std::uint64_t> recent_;
+  PlannerLines recent_;         // answered, and perhaps not run yet
+  bool quick_stopped_ = false;  // what was planned is dropped: it has not run, whatever is answered
   std::string machine_, refused_;
 
   PositionWatch watch_;

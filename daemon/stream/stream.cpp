@@ -138,7 +138,8 @@ class AliveLink : public Link {
 };
 
 /// After a fault in mid-run the machine must not run on with what it has, nor stand with its spindle turning:
-/// held, and reset at a stand. What a restart or an alarm has emptied, and a wire that has gone, are left.
+/// held, and reset at a stand; a firmware without hold ends what it has, then spindle and coolant go off.
+/// What a restart or an alarm has emptied, and a wire that has gone, are left.
 Error make_safe(const Error& error, const SendState& state, const LinkSpec& spec, Link& link, Clock& clock,
                 const StreamHooks& hooks) {
   const bool emptied = state.loss == Loss::kRestarted || state.loss == Loss::kForgotten;
@@ -253,6 +254,8 @@ Result<SendReport> send_opened(Opened& opened, const LinkSpec& spec, Link& link,
                           clock.now());
     LineFeed feed(opened.program, span);
     report = run(session, feed, span.last, link, clock, hooks);
+    if (!report)
+      report = tl::unexpected(make_safe(report.error(), session.state(), spec, link, clock, hooks));
   } else {
     DripSession session({opened.facts.lines, spec.baud, spec.profile.drip}, clock.now());
     LineFeed feed(opened.program, span);

@@ -12,6 +12,8 @@ inline constexpr std::string_view kAxisLetters = "XYZABCUVW";
 inline constexpr std::size_t kMostAxes = kAxisLetters.size();
 using AxisValues = std::array<double, kMostAxes>;
 AxisValues no_axes();
+/// X Y Z U V W; A B C are rotary.
+constexpr bool is_linear_axis(std::size_t axis) { return axis < 3 || axis > 5; }
 /// "X1 Y-2.5": the axes that are known, three decimals.
 std::string describe(const AxisValues& axes);
 

@@ -19,12 +19,19 @@ constexpr std::size_t kCompactAt = 4096;
 /// Blocks after which the firmware waits until the axes stand still: dwells and M codes.
 bool synchronises(const Block& block) { return block.op == Op::kDwell || block.op == Op::kMCode; }
 
+/// The firmware plans steps: a move without any takes no block.
+MotionOptions planner_of(MotionOptions motion) {
+  motion.still_takes_slot = false;
+  return motion;
+}
+
 }  // namespace
 
 GrblController::GrblController(const MachineModel& machine, const Setup& setup, const GrblOptions& options,
                                Motion::Sink sink)
     : options_(options),
-      motion_(machine, setup, std::max<std::size_t>(1, options.planner), std::move(sink), options.motion),
+      motion_(machine, setup, std::max<std::size_t>(1, options.planner), std::move(sink),
+              planner_of(options.motion)),
       reader_(machine),
       offsets_(machine),
       settings_(machine),

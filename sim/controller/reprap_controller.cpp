@@ -34,7 +34,8 @@ std::optional<std::uint64_t> number_after(std::string_view text, std::size_t at)
 RepRapController::RepRapController(const MachineModel& machine, const Setup& setup,
                                    const RepRapOptions& options, Motion::Sink sink)
     : options_(options),
-      motion_(machine, setup, std::max<std::size_t>(1, options.planner), std::move(sink)),
+      motion_(machine, setup, std::max<std::size_t>(1, options.planner), std::move(sink),
+              {.still_takes_slot = false}),
       reader_(machine.tilt.letter, machine.rotary.letter),
       out_(kStart) {
   reader_.with_relative();

@@ -49,6 +49,7 @@ void Motion::push(const Block& block) {
   queue_.push_back(
       make_path_block(block, last_, queue_.empty() ? nullptr : &queue_.back(), limits_, options_));
   apply_overrides(queue_.back(), feed_override_, rapid_override_);
+  slotless_ += !takes_slot(queue_.back());
   if (!queue_.back().stands) last_ = block.target;
   look_ahead();
   start_next();
@@ -103,7 +104,7 @@ void Motion::quick_stop() {
   account();
   at_ = last_ = position();
   queue_.clear();
-  planned_ = 0;
+  planned_ = slotless_ = 0;
   running_ = held_ = standing_ = halts_ = in_program_ = false;
   profile_ = {};
   speed_ = 0.0;
@@ -254,6 +255,7 @@ void Motion::finish() {
   row.command = queue_.front().command;
   const bool stands = queue_.front().stands;
   const double length = queue_.front().length;
+  slotless_ -= !takes_slot(queue_.front());
   queue_.pop_front();
   --planned_;
   running_ = halts_ = false;

@@ -52,7 +52,7 @@ class Motion {
 
   std::size_t slots() const { return slots_; }
   /// A slot is taken from push() to the block's end.
-  std::size_t free_slots() const { return slots_ - queue_.size(); }
+  std::size_t free_slots() const { return slots_ - (queue_.size() - slotless_); }
   bool idle() const { return queue_.empty(); }
   /// Requires: free_slots() > 0.
   void push(const Block& block);
@@ -92,6 +92,9 @@ class Motion {
   const MachineModel& machine() const { return machine_; }
 
  private:
+  bool takes_slot(const PathBlock& block) const {
+    return options_.still_takes_slot || block.stands || block.length > 0.0;
+  }
   void look_ahead();
   void limit_entries(std::size_t last_known);
   void start_next();
@@ -114,10 +117,11 @@ class Motion {
   Sink sink_;
   MotionOptions options_;
   std::deque<PathBlock> queue_;
-  std::size_t planned_ = 0;  ///< blocks of the queue that the look-ahead has seen
-  Joints at_;                ///< where the front block starts
-  Joints last_;              ///< where the last queued block ends
-  SpeedProfile profile_;     ///< of the running block from since_ on
+  std::size_t planned_ = 0;   ///< blocks of the queue that the look-ahead has seen
+  std::size_t slotless_ = 0;  ///< blocks of the queue that take no slot
+  Joints at_;                 ///< where the front block starts
+  Joints last_;               ///< where the last queued block ends
+  SpeedProfile profile_;      ///< of the running block from since_ on
   double now_ = 0.0;
   double start_ = 0.0;       ///< of the running block
   double since_ = 0.0;       ///< when profile_ began

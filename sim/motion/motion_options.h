@@ -13,8 +13,9 @@ struct MotionOptions {
   bool blend_rotary =
       true;  ///< false: a stop at both ends of every block that turns a rotary axis (LinuxCNC)
   bool feed_over_all_axes =
-      false;                   ///< G94: F over the way of all axes, mm and degrees alike (Grbl), not X Y Z
-  double mm_per_degree = 1.0;  ///< of that way
+      false;                     ///< G94: F over the way of all axes, mm and degrees alike (Grbl), not X Y Z
+  double mm_per_degree = 1.0;    ///< of that way
+  bool still_takes_slot = true;  ///< false: a move without way takes no slot of the planner (Grbl, Marlin)
 };
 
 /// What the profile states; G94 as its dialect reads it.

@@ -231,7 +231,7 @@ TEST(PlausiblePosition, ALostDecimalPointIsFoundWhileTheMachineMoves) {
 TEST(PlausiblePosition, ARepRapLineThatWasChangedInTwoBytesIsFoundAtTheEnd) {
   const Folder folder("place");
   const std::string path =
-      folder.write("part.nc", "G21\nG90\nG94\nG1 X1 Y2 Z30 A0 C0 F1200\nG1 X22 Y44\nM2\n");
+      folder.write("part.nc", "G21\nG90\nG94\nM3 S8000\nM8\nG1 X1 Y2 Z30 A0 C0 F1200\nG1 X22 Y44\n");
   for (const bool change : {false, true}) {
     sim::RepRapController controller(wide_machine(), {}, {}, [](const sim::TraceRow&) {});
     VirtualLine<sim::RepRapController> line(controller, {}, 10.0 / 115200);
@@ -240,6 +240,9 @@ TEST(PlausiblePosition, ARepRapLineThatWasChangedInTwoBytesIsFoundAtTheEnd) {
     ASSERT_EQ(report.has_value(), !change) << (report ? "" : report.error().message);
     if (!change) continue;
     EXPECT_NE(report.error().message.find("X32 Y54"), std::string::npos) << report.error().message;
+    EXPECT_NE(report.error().message.find("turned off"), std::string::npos) << report.error().message;
+    EXPECT_EQ(controller.motion().accessories().spindle, 0.0) << "B8: a fault leaves no spindle on";
+    EXPECT_FALSE(controller.motion().accessories().flood);
   }
 }
 
