@@ -8,6 +8,7 @@
 #include "daemon/journal/run_recorder.h"
 #include "daemon/machine/stop_machine.h"
 #include "daemon/service/spool.h"
+#include "daemon/service/state_lock.h"
 #include "daemon/wire/open_link.h"
 #include "daemon/wire/steady_clock.h"
 
@@ -97,6 +98,11 @@ Result<SafeStop> safe_stop(const std::string& config_path, const ServiceEnd& end
       (stop.job > 0 ? "job " + std::to_string(stop.job)
                     : "what was on the machine cannot be read (" + (*job)->unknown + ")") +
       ", " + describe(*link) + ": ";
+  // Of a spool that cannot be read nobody knows whose it is.
+  MachineClaim claim;
+  if (stop.job == 0)
+    if (const Result<void> free = claim.follow(*link); !free)
+      return fail(free.error().code, name + free.error().message + "; nothing was sent");
   stop.text = name + kWatchdogText;
   if (is_provable(link->kind)) return stop;
   if (link->kind == LinkKind::kDrip) return fail(Code::kLink, name + kDripText);

@@ -2,15 +2,18 @@
 // and that fails at any call: no job and no record is lost, doubled or understated.
 
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 
 #include "daemon/service/spool_backup.h"
 #include "tests/peers/forgetful_disk.h"
 #include "tests/peers/spool_lives.h"
+#include "tests/texts/folder.h"
 
 namespace tiltfeed {
 using namespace config;
@@ -83,6 +86,45 @@ TEST_F(Durable, C16ABackupIsThereAfterAPowerLoss) {
   ASSERT_TRUE(rows) << rows.error().message;
   EXPECT_EQ(rows->size(), *jobs);
   for (const SpooledJob& job : *rows) EXPECT_TRUE(fs::exists(kept->file(job.id, "program.nc"))) << job.id;
+}
+
+/// The first layout, as the first service wrote it.
+constexpr const char* kFirst =
+    "PRAGMA journal_mode=WAL;"
+    "CREATE TABLE jobs (id INTEGER PRIMARY KEY AUTOINCREMENT, name TEXT NOT NULL, program INTEGER NOT NULL, "
+    "state TEXT NOT NULL, note TEXT NOT NULL, total INTEGER NOT NULL, executed INTEGER NOT NULL, hash TEXT "
+    "NOT NULL, user INTEGER NOT NULL, created INTEGER NOT NULL);"
+    "INSERT INTO jobs VALUES (3, 'old', 1, 'uncertain', 'cut off', 70, 60, 'ab', 1000, 1700000000);";
+
+TEST_F(Durable, C19AnOldTableSurvivesThePowerLossOfItsMigration) {
+  std::mt19937_64 random(19);
+  int lost = 0;
+  for (bool through = false; !through; ++lost) {
+    anew();
+    fs::create_directories(spool_ + "/jobs/3");
+    std::ofstream(spool_ + "/jobs/3/program.nc") << "G0X0\n";
+    sqlite3* db = nullptr;
+    ASSERT_EQ(sqlite3_open((spool_ + "/jobs.db").c_str(), &db), SQLITE_OK);
+    ASSERT_EQ(sqlite3_exec(db, kFirst, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
+    sqlite3_close(db);
+    ForgetfulDisk disk(root_);
+    disk.begin({lost + 1, lost % 2 == 0 ? EIO : ENOSPC, true, lost % 3 == 0});
+    static_cast<void>(Spool::open(spool_));
+    const std::string failed = disk.failed();
+    through = failed.empty();
+    disk.rest();
+    disk.lose_power(&random);
+    const auto spool = Spool::open(spool_);
+    ASSERT_TRUE(spool) << "at call " << lost + 1 << ", " << failed << ": " << spool.error().message;
+    const auto jobs = *spool->list();
+    ASSERT_EQ(jobs.size(), 1u) << failed;
+    EXPECT_EQ(jobs[0].name, "old");
+    EXPECT_EQ(jobs[0].state, JobState::kUncertain);
+    EXPECT_EQ(jobs[0].executed, 60u);
+    EXPECT_EQ(file_text(spool->file(3, "program.nc")), "G0X0\n");
+  }
+  EXPECT_GT(lost, 20);
+  std::printf("%d power losses of a migration: 0 lost\n", lost);
 }
 
 TEST_F(Durable, C16PowerLostAtAnyCall) {

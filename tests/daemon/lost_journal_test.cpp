@@ -13,6 +13,7 @@
 #include "daemon/files/sha256.h"
 #include "daemon/service/job_service.h"
 #include "daemon/service/safe_stop.h"
+#include "daemon/service/state_lock.h"
 #include "tests/peers/journal_subject.h"
 #include "tests/peers/simulated_disk.h"
 #include "tests/peers/spool_add.h"
@@ -241,6 +242,11 @@ TEST_F(LostJournal, A3ASpoolThatCannotBeReadIsNoProofThatNothingRan) {
   folder_.write("spool/jobs.db", std::string(5000, 'x'));
   EXPECT_NE(said().find("not a database"), std::string::npos) << said();
   EXPECT_NE(said().find("no_such_device"), std::string::npos) << "it would have stood by: " << said();
+  {
+    MachineClaim alive;
+    ASSERT_TRUE(alive.follow(*parse_link(no_device_)));
+    EXPECT_NE(said().find("serves already"), std::string::npos) << said();
+  }
   // Of a living service it is not.
   std::filesystem::remove(config_.spool + "/jobs.db");
   std::filesystem::rename(config_.spool + "/jobs", folder_.path + "/away");
