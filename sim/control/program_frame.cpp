@@ -101,6 +101,7 @@ class Frame {
   Wrong offset(std::string_view line, const ControlWords& words);
   Wrong tool(std::string_view line, const ControlWords& words);
   Wrong length_register(const ControlWords& words);
+  Wrong goes_down(const ControlWords& words) const;
   /// Grbl has no registers, a Heidenhain control takes the length with the tool.
   bool wants_length() const { return tool_ > 0 && !tnc() && format_.dialect != Dialect::kGrbl; }
   Wrong at_end() const;
@@ -115,6 +116,11 @@ class Frame {
   std::string own_retract_, room_;
   std::vector<int> registers_;  ///< that the header names
   int offset_ = 0, tool_ = 0;
+  /// Letters of axes, by place in `letters_`, that have been sent to a place since the last tool change.
+  std::array<bool, 5> placed_{};
+  bool preset_cycle_ = false;  ///< the line before calls a TNC's preset
+  bool changed_ = false;       ///< the tool that is selected has been changed for, or stopped for
+  bool linear_rotaries_ = false;
   bool names_part_ = false, posted_ = false, length_called_ = false, inverse_ = false, tcp_ = false,
        frames_dropped_ = false, moved_ = false, retracted_ = false, ended_ = false;
 };
@@ -130,7 +136,10 @@ void Frame::header(std::string_view text) {
 
 Wrong Frame::offset(std::string_view line, const ControlWords& words) {
   if (tnc()) {
-    if (const int preset = number_after(line, "Q339="); preset >= 0) offset_ = preset;
+    const bool called = std::exchange(preset_cycle_, line.starts_with("CYCL DEF 247"));
+    const int preset = number_after(line, "Q339=");
+    if (preset >= 0 && !called && !line.starts_with("G247")) return "a preset's number without its cycle";
+    if (preset >= 0) offset_ = preset;
   } else {
     for (std::size_t i = 0; i < words.g_count; ++i) {
       const int code = words.g[i] / 10;
@@ -163,7 +172,26 @@ Wrong Frame::tool(std::string_view line, const ControlWords& words) {
                                       : -1;
   if (number < 0) return std::nullopt;
   tool_ = number, length_called_ = false;
+  changed_ = tnc();  // there the call is the change
+  placed_ = {};      // a changer may have moved the axes
   if (retracts_ && !retracted_) return "a tool change without a retract along the machine's Z before it";
+  return std::nullopt;
+}
+
+/// Before Z moves from a retract the tool is there, and the other axes have been sent to its place.
+Wrong Frame::goes_down(const ControlWords& words) const {
+  if (!words.has('Z')) return std::nullopt;
+  if (tool_ > 0 && !changed_)
+    return std::string("tool ") + std::to_string(tool_) +
+           " is selected, and the change of tools is missing (" +
+           (format_.dialect == Dialect::kGrbl ? "M0" : "M6") + ")";
+  if (wants_length() && !length_called_) return "Z moves before the register of the tool's length is called";
+  if (tcp_ && format_.dialect == Dialect::kSiemens && !linear_rotaries_)
+    return "TRAORI without ORIMKS: how the rotaries turn within a block is the machine's setting";
+  if (!retracts_ || !retracted_) return std::nullopt;
+  for (const std::size_t i : {std::size_t{3}, std::size_t{4}, std::size_t{0}, std::size_t{1}})
+    if (letters_[i] != kNoLetter && !placed_[i])
+      return std::string("Z moves from the retract before ") + letters_[i] + " is at its place";
   return std::nullopt;
 }
 
@@ -192,10 +220,7 @@ Wrong Frame::take(std::string_view text) {
   if (line.empty()) return std::nullopt;
   // A block of axis words and F, of which there are many.
   const bool plain_block = line.find_first_of("GMTHDSPQRN=(") == line.npos && line.front() != 'L';
-  if (plain_block && moved_) {
-    retracted_ = false;
-    return std::nullopt;
-  }
+  if (plain_block && moved_ && !retracted_) return std::nullopt;
   if (!own_retract_.empty() && line == own_retract_) retracted_ = true;
   if (line == own_retract_ || std::find(own_.begin(), own_.end(), line) != own_.end()) return std::nullopt;
   std::erase_if(missing_, [&](std::string_view words) { return says(line, words); });
@@ -210,7 +235,9 @@ Wrong Frame::take(std::string_view text) {
   if (auto wrong = offset(line, words); wrong && posted_) return wrong;
   if (auto wrong = tool(line, words); wrong && posted_) return wrong;
   if (auto wrong = length_register(words); wrong && posted_) return wrong;
-  if (words.named("TRAORI")) frames_dropped_ = true;
+  if (words.has_m(6) || (format_.dialect == Dialect::kGrbl && words.has_m(0))) changed_ = true;
+  if (words.named("TRAORI")) frames_dropped_ = true, linear_rotaries_ = false;
+  if (words.named("ORIMKS")) linear_rotaries_ = true;
   if (words.named("TRAORI") || words.named("TRAFOOF")) tcp_ = words.named("TRAORI");
   if (tnc() && (words.has_m(128) || words.has_m(129))) tcp_ = words.has_m(128);
   if (words.has_g(930) || words.has_g(940)) inverse_ = words.has_g(930);
@@ -223,12 +250,15 @@ Wrong Frame::take(std::string_view text) {
     return std::nullopt;
   }
   if (posted_ && frames_dropped_) return "TRAORI has dropped the work offset, and it is not called again";
-  if (posted_ && words.has('Z') && wants_length() && !length_called_)
-    return "Z moves before the register of the tool's length is called";
   const bool first = !std::exchange(moved_, true);
   if (first && posted_)
     if (auto wrong = first_move()) return wrong;
-  retracted_ = false;
+  if (posted_)
+    if (auto wrong = goes_down(words)) return wrong;
+  for (std::size_t i = 0; i < letters_.size(); ++i)
+    placed_[i] = placed_[i] || (letters_[i] != kNoLetter && words.has(letters_[i]));
+  // Until it goes down it stands there.
+  if (words.has('Z')) retracted_ = false;
   return std::nullopt;
 }
 

@@ -101,6 +101,29 @@ TEST_P(ProgramFrame, FindsEveryDroppedLineThatTheMachineNeeds) {
   }
 }
 
+/// The tool that is selected and never changed, and the way to a place of which nobody knows where it begins.
+TEST_P(ProgramFrame, FindsALostToolChangeAndALostWayToTheFirstPlace) {
+  const Printed printed(GetParam(), RotaryWord::kAccumulate);
+  ASSERT_EQ(printed.fault(printed.lines), "");
+  EXPECT_EQ(printed.seed("(G0|G00|L) B[^ ]* C[^ ]*( R0 FMAX)?$", drop), 1) << "the rotaries";
+  EXPECT_EQ(printed.seed("(G0|G00|L) X[^ ]* Y[^ ZF]*( R0 FMAX)?$", drop), 1) << "X and Y";
+  const Dialect dialect = GetParam().dialect;
+  if (dialect == Dialect::kHeidenhain) {
+    EXPECT_EQ(printed.seed("CYCL DEF 247", drop), 1);
+  } else if (dialect == Dialect::kSiemens || dialect == Dialect::kGrbl) {
+    EXPECT_EQ(printed.seed("^(M6|M0)$", drop), 1);
+  } else if (dialect != Dialect::kHeidenhainIso) {
+    EXPECT_EQ(printed.seed(" M6$",
+                           [](Lines& lines, std::size_t at) {
+                             lines[at] = std::regex_replace(lines[at], std::regex(" M6"), "");
+                           }),
+              1);
+  }
+  if (dialect == Dialect::kSiemens && GetParam().tcp) {
+    EXPECT_EQ(printed.seed("ORIMKS", drop), 1);
+  }
+}
+
 TEST_P(ProgramFrame, FindsAnotherWorkOffsetAndLength) {
   const Printed printed(GetParam(), RotaryWord::kAccumulate);
   const auto replaced_by = [](const char* what, const char* with) {
