@@ -29,8 +29,8 @@ enum class RunEvent : std::uint8_t {
                 ///< left
 };
 
-/// Properties: executed <= acknowledged <= offered <= reserved <= total; no block after `offered` was given
-/// to the wire while this host ran; none after `reserved` even if the host lost power.
+/// Properties: 1 executed <= acknowledged <= offered <= reserved <= total. 2 No block after `offered` was
+/// given to the wire while this host ran. 3 None after `reserved` was, even if the host lost power.
 struct RunRecord {
   RunEvent event = RunEvent::kBegan;
   std::uint8_t link = 0;                      ///< LinkKind
@@ -80,8 +80,8 @@ JournalContent read_journal(std::string_view bytes);
 /// Nothing in it where there is no file, or none that can be read. Errors: kIo: another process has it.
 Result<JournalContent> read_journal_file(const std::string& path);
 
-/// Properties: what is not whole is replaced at once by the next record, never mended in between; after an
-/// error nothing is written any more, because what the disk then holds is not known.
+/// Properties: 1 what is not whole is replaced at once by the next record, never mended in between. 2 After
+/// an error nothing is written any more, because what the disk then holds is not known.
 class Journal {
  public:
   /// Errors: kIo.

@@ -32,9 +32,9 @@ struct RunSubject {
   std::uint64_t last = std::numeric_limits<std::uint64_t>::max();
 };
 
-/// Writes the journal while a run streams. Properties, whatever the clock does: a block leaves only after a
-/// durable record that allows it and names the controller's boot_id; what a killed process leaves says at
-/// most kOfferSlack blocks more than left; that all blocks are executed is durable before the session is
+/// Writes the journal while a run streams. Properties, whatever the clock does: 1 a block leaves only after
+/// a durable record that allows it and names the controller's boot_id. 2 What a killed process leaves says at
+/// most kOfferSlack blocks more than left. 3 That all blocks are executed is durable before the session is
 /// closed.
 class RunRecorder {
  public:

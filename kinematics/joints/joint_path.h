@@ -17,15 +17,15 @@ namespace tiltfeed {
 /// Called now and then with the fraction done, from one thread at a time; false cancels.
 using StageProgress = std::function<bool(double fraction)>;
 
-/// Properties: forward(joints) = pose within tolerance (kRapidToleranceFactor times that on rapids),
-/// everywhere on every block, not at its ends only; no limit is broken; |dC| < 180 degrees in every block; C
-/// and branch are continuous (the solution nearest to the joints before, on C + 360 k within limits, is
-/// taken); near the pole C is held, and turned in place where it must turn. Starts on other branches and
-/// turns are tried when the first leads into a limit, then reconfigurations with the tool off the part.
-/// Errors: kUnreachable, kLimit: the first pose, the axis
-/// with value and limit, and what to change; kInput: a speed or feed that is 0, an axis that is not unit;
-/// kCancelled. An axis that turns over by 180 degrees within one move goes by way of the pole. The same bits
-/// on any number of threads.
+/// Properties: 1 forward(joints) = pose within tolerance, on rapids kRapidToleranceFactor times that,
+/// everywhere on every block. 2 No limit is broken. 3 |dC| < 180 degrees in every block. 4 C and branch are
+/// continuous: the solution nearest to the joints before is taken, on C + 360 k within limits. 5 Near the
+/// pole C is held, and turned in place where it must turn. 6 The same bits on any number of threads.
+/// Where the first start leads into a limit, starts on other branches and turns are tried, then
+/// reconfigurations with the tool off the part. An axis that turns over by 180 degrees within one move goes
+/// by way of the pole.
+/// Errors: kUnreachable, kLimit: the first pose, the axis with value and limit, and what to change; kInput: a
+/// speed or feed that is 0, an axis that is not unit; kCancelled.
 Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, const Setup& setup,
                             const JointPathOptions& options, const StageProgress& progress = {});
 

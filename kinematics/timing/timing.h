@@ -41,7 +41,7 @@ inline constexpr double kServoPeriod = 0.001;
 /// `axis_tolerance` (degrees), over at most half of each block beside it; they stand still before and after
 /// the program and where rapid and feed meet. With kExact, with kFixed where it does not blend, and at both
 /// ends of a block that turns a rotary on a control that does not blend these, the axes stop by LinuxCNC's
-/// rule (K10). Properties: no axis speeds up or slows down harder than its limit; no block is faster than
+/// rule (K10). Properties: 1 no axis speeds up or slows down harder than its limit. 2 No block is faster than
 /// programmed.
 Timing time_blocks(const std::vector<JointMove>& moves, const MachineModel& machine, double tolerance,
                    double axis_tolerance, Corners corners = Corners::kBlended);

@@ -23,8 +23,8 @@ namespace tiltfeed::pathgen {
 /// the clearance surface (constant z' = clearance_z), travels there within the tilt limit, comes down along
 /// the new axis, and plunges the last `approach`. With lead_radius a tangential arc, at plunge feed as it is
 /// not in contact, stands between plunge and pass, and between pass and retract.
-/// Properties: every pass is travelled once, in the direction that `direction` asks, or counted as left out;
-/// air is never longer than in the order slice by slice with as many passes. Requires: `envelope` is that of
+/// Properties: 1 each pass is travelled once, in the direction that `direction` asks, or counted as left out;
+/// 2 air is never longer than slice by slice with as many passes. Requires: `envelope` is that of
 /// `field`; unless the order is kGiven, passes of a slice lie in rising order on a straight flat line, and
 /// slices side by side.
 Linked link(const std::vector<std::vector<Pass>>& slices, const ClField& field, const Linking& options,

@@ -18,10 +18,10 @@ struct RepairOptions {
 };
 
 /// Welds equal corners (exact equality of coordinates), drops degenerate and duplicate facets, orients,
-/// repairs what is still not closed (pathgen/mesh/repair.h), and names every defect. Properties: 1
-/// Sides::kOutward if and only if each directed edge has exactly one opposite, facets without area that
-///   join two neighbours (they seam a T-junction) included, and the normals point out of the material. Such
-///   seams are dropped after that test: with them left out, their edges show one facet each.
+/// repairs what is still not closed (pathgen/mesh/repair.h), and names every defect. Properties:
+/// 1 Sides::kOutward if and only if each directed edge has exactly one opposite and the normals point out of
+///   the material. Facets without area that join two neighbours (they seam a T-junction) count there. They
+///   are dropped after that test: with them left out, their edges show one facet each.
 /// 2 Where each directed edge had its opposite in the file, no corner moves. A repair moves none further than
 ///   distance / 2, and no facet further than distance; its fills are the only new surface. It closes all or
 ///   is not made: then no corner moves, and a warning says what stood against it.

@@ -37,9 +37,9 @@ void smooth(std::vector<Pass>& passes, double radius, const PointRules& rules, E
 /// Most times a row is halved for the side step on the part.
 inline constexpr int kMostHalvings = 7;
 
-/// Properties: with StepMeasure::kFlat rows are evenly spaced; with kSurface and kScallop neighbouring passes
-/// are at most the side step apart on the part, where the surface leans at most kSteepestAcross across them,
-/// and as a rule not less than half of it. Errors: as lay_rows; kCancelled when `progress` returns false.
+/// Properties: 1 with StepMeasure::kFlat rows are evenly spaced. 2 With kSurface and kScallop neighbouring
+/// passes are at most the side step apart on the part, as a rule not less than half of it, where the surface
+/// leans at most kSteepestAcross across them. Errors: as lay_rows; kCancelled when `progress` returns false.
 Result<Passes> trace_raster(const ClField& field, const PlanOptions& options, const EnvelopeOptions& envelope,
                             double thinning, const std::function<bool(double)>& progress);
 

@@ -8,8 +8,8 @@
 
 namespace tiltfeed::pathgen {
 
-/// Properties: no gouge over `tolerance` by ball or shank, contact within `tolerance`, on every point of
-/// every cutting move; rapids clear the part by at least `clearance` - tolerance once retracted.
+/// Properties: 1 on all of every cutting move the tool gouges by at most `tolerance`, 2 and its cutting end
+/// is within `tolerance` of the part. 3 Once retracted, rapids clear it by `clearance` - `tolerance` or more.
 /// Errors: kMesh, kLimit, kUnreachable, kGouge: what, which facets, what to change.
 Result<Plan> plan(const CheckedMesh& part, const PlanOptions& options, const Progress& progress);
 

@@ -39,13 +39,13 @@ struct RemovalVerdict {
 /// The tool's part, depth, block, line, place and facet.
 std::string trouble_text(const Trouble& trouble);
 
-/// Fails: a trouble of any kind; more than half of the surface that was touched with more left than the job
-/// asks for; no surface touched at all; another number of blocks than the program's header states.
-/// Incomplete: more than kLeastRest of the surface is reached by the tool and has more left than the limit.
 /// Share of the surface that is cut or could be; less is what rows leave at their ends.
 inline constexpr double kLeastRest = 0.002;
 /// What may be left where the job's passes lie side by side, mm.
 double rest_limit(const pathgen::PlanOptions& plan);
+/// 1 Fails: a trouble of any kind; more than half of the surface that was touched with more left than the
+/// job asks for; no surface touched at all; another number of blocks than the program's header states.
+/// 2 Incomplete: more than kLeastRest of the surface is reached by the tool and has more left than the limit.
 RemovalVerdict judge(const Removal& removal, const RemovalContext& context);
 
 }  // namespace tiltfeed::sim
