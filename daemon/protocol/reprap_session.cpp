@@ -222,7 +222,7 @@ void RepRapSession::settle_front() {
   }
   if (settled.kind != Kind::kBarrier && settled.kind != Kind::kPlace) return;
   if (phase_ == Phase::kHold) move(Event::kResumed), move(Event::kAllSent);
-  if (phase_ == Phase::kStop && settled.kind == Kind::kBarrier) {
+  if (phase_ == Phase::kStop && settled.kind == Kind::kBarrier && history_.empty()) {
     if (!quick_stopped_) recent_.clear();
     error_ = {
         Code::kCancelled,

@@ -81,6 +81,19 @@ TEST(TrueRange, A1WhatM410HasDroppedHasNotRun) {
   }
 }
 
+/// A barrier is on its way already: its answer is not the end of the stop.
+TEST(TrueRange, B8ARepRapStopAtTheEndLeavesNoSpindleOn) {
+  LineRun run;
+  bool told = false;
+  run.watch = [&](const SendState& state, double, CommandQueue& queue) {
+    if (!told && state.phase == Phase::kDrain) told = true, queue.push({Order::kStop});
+  };
+  const LineOutcome outcome = run_reprap(std::string(kHead) + "X1\nX2\n", run);
+  ASSERT_TRUE(told);
+  EXPECT_EQ(outcome.last.phase, Phase::kStopped);
+  EXPECT_NE(outcome.said.find("M5*"), std::string::npos);
+}
+
 TEST(TrueRange, A1LinesThatHaveRunWereSent) {
   Bench bench({"G21", "M3S1000"});
   bench.open();
