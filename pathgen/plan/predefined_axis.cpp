@@ -119,6 +119,8 @@ class Planner {
     report_.slice_points = passes->traced;
     // The first level lies up to a step under the top of the surface.
     top_ = passes->top + (passes->as_given ? options_.pattern.step_down : 0.0);
+    // In a hollow a step may reach past the axis feature, the surface does not.
+    if (field->deformation.s() < 0.0) top_ = std::min(top_, std::max(passes->top, field->index.top()));
     warn_too_near(field->surface, passes->too_near, report_);
     warn_smoothed(passes->smoothed, report_);
     if (report_.slice_points == 0)

@@ -102,6 +102,18 @@ TEST(Causes, ALineThroughTheSurfaceIsNamedInOutsideWork) {
   EXPECT_EQ(likely_cause(bar, o), "") << "all of it below";
 }
 
+/// From the one level, 12 mm from the point, a step goes past it. The surface ends 8 mm before it: there is
+/// room for the clearance, and what is in the way is the wall behind the tool.
+TEST(Causes, AStepDownWiderThanTheHollowIsNone) {
+  PlanOptions o = options_with(frame(AxisMode::kPoint, Sense::kInward, {20, 20, 20}));
+  o.cutter = {4.0, 100.0, 60.0};
+  o.links.clearance = 2.0;
+  o.pattern.kind = PatternKind::kZLevel;
+  o.pattern.step_down = 14.0, o.pattern.side_step = 0.5;
+  o.containment.height = {0.0, 12.0};
+  EXPECT_TRUE(has(refusal(hollow_cube(), o), {"shank or holder would hit the part beyond the point"}));
+}
+
 /// What fails for another reason keeps its message.
 TEST(Causes, NoCauseIsMadeUp) {
   PlanOptions o = options_with(frame(AxisMode::kPoint, Sense::kInward, {20, 20, 20}));
