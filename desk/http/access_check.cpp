@@ -36,6 +36,7 @@ std::optional<Reply> refused_change(const Request& request, const AccessRules& r
 }  // namespace
 
 std::optional<Reply> refused(const Request& request, const AccessRules& rules, const Sender& sender) {
+  if (request.doubled) return refusal(400, "a header of this request stands twice");
   if (std::find(rules.hosts.begin(), rules.hosts.end(), request.host) == rules.hosts.end())
     return refusal(403, "this server is not known by the name that the header Host states");
   const bool change = is_change(request.method);

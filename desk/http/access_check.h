@@ -32,7 +32,8 @@ inline constexpr char kJson[] = "application/json", kOctets[] = "application/oct
 ///   (POST, PUT, DELETE) also where Origin is not this server, or where the body has a type that a form
 ///   can send.
 /// 3 The API but for signing in is refused without a session, a change without the session's CSRF secret.
-/// 4 A body without a length is refused: 411.
+/// 4 A header that counts and stands twice is refused: 400.
+/// 5 A body without a length is refused: 411.
 std::optional<Reply> refused(const Request& request, const AccessRules& rules, const Sender& sender);
 
 }  // namespace tiltfeed::desk

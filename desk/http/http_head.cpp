@@ -2,7 +2,10 @@
 
 #include <microhttpd.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
+#include <cstring>
 
 namespace tiltfeed::desk {
 namespace {
@@ -23,11 +26,30 @@ std::optional<std::uint64_t> number(const std::string& text) {
   return value;
 }
 
+constexpr std::array<const char*, 8> kOnce{
+    "Host",           "Origin", "Sec-Fetch-Site",  "Content-Type",
+    "Content-Length", "Cookie", "X-Tiltfeed-Csrf", "Transfer-Encoding"};
+using Counts = std::array<int, kOnce.size()>;
+
+MHD_Result count_header(void* counts, MHD_ValueKind, const char* name, const char*) {
+  for (std::size_t i = 0; i < kOnce.size(); ++i)
+    if (strcasecmp(name, kOnce[i]) == 0) ++(*static_cast<Counts*>(counts))[i];
+  return MHD_YES;
+}
+
+/// Whoever reads the first and whoever reads the last would not agree.
+bool has_doubled(MHD_Connection* connection) {
+  Counts counts{};
+  MHD_get_connection_values(connection, MHD_HEADER_KIND, count_header, &counts);
+  return std::any_of(counts.begin(), counts.end(), [](int count) { return count > 1; });
+}
+
 }  // namespace
 
 Request head_of(MHD_Connection* connection, const char* url, const char* method) {
   Request request;
   request.method = method;
+  request.doubled = has_doubled(connection);
   request.path = url;
   request.host = header(connection, "Host");
   request.origin = header(connection, "Origin");

@@ -15,6 +15,7 @@ struct Request {
   std::string method, path;  ///< the path without its query, as sent: nothing in it is decoded
   std::string host, origin, fetch_site, content_type, cookie, csrf, accept_encoding, if_none_match;
   std::string transfer_encoding;
+  bool doubled = false;                        ///< a header that counts here stands twice
   std::string name, unit;                      ///< of the query, where it has them
   std::optional<std::uint64_t> length;         ///< Content-Length, where it is a number
   std::optional<std::uint64_t> last_event_id;  ///< where it is a number

@@ -35,6 +35,12 @@ int status(const Request& request, const Sender& sender) {
   return reply ? reply->status : 200;
 }
 
+TEST(AccessCheck, refuses_headers_that_stand_twice) {
+  Request doubled = change();
+  doubled.doubled = true;
+  EXPECT_EQ(status(doubled, kSignedIn), 400);
+}
+
 TEST(AccessCheck, takes_what_the_page_sends) {
   EXPECT_EQ(status(change(), kSignedIn), 200);
   EXPECT_EQ(status(look("/"), {}), 200);

@@ -47,6 +47,11 @@ def test_access(desk):
     expect(desk.ask("GET", state, **desk.signed)[0], 200, "signed in")
     expect(desk.ask("GET", state, Host="evil.example", **desk.signed)[0], 403, "a rebound name")
     expect(desk.ask("GET", "/", Host="evil.example")[0], 403, "the page by a rebound name")
+    head = f"GET {state} HTTP/1.1\r\nHost: 127.0.0.1:{desk.port}\r\nOrigin: {desk.origin}\r\nCookie: {desk.signed['Cookie']}\r\nContent-Length: 0\r\n"
+    for twice, wanted in (("X: 1", 200), (f"Host: 127.0.0.1:{desk.port}", 400), ("Origin: http://evil.example", 400), ("content-length: 0", 400), ("Cookie: other=1", 400)):
+        with desk.connect() as sock:
+            sock.sendall(f"{head}{twice}\r\n\r\n".encode())
+            expect(int(sock.recv(64).split()[1]), wanted, f"twice: {twice}")
     expect(desk.ask("GET", state, Cookie=desk.signed["Cookie"] + "0")[0], 401, "another cookie")
     unit = json.dumps({"unit": "mm"})
     expect(desk.ask("POST", "/api/v1/part/unit", unit, **desk.signed)[0], 400, "a unit without a part")
