@@ -20,6 +20,7 @@
 #include "config/standard_output.h"
 #include "config/version.h"
 #include "pathgen/mesh/stl.h"
+#include "sim/collision/machine_view.h"
 #include "sim/motion/dry_run.h"
 #include "sim/parts/parts.h"
 #include "sim/path_check/path_check_command.h"
@@ -323,6 +324,13 @@ int run(int argc, char** argv) {
   std::string old_json;  // elsewhere --json is no file
   check->add_option("--json", old_json)->group("");
 
+  MachineViewOptions seen;
+  CLI::App* const machine = app.add_subcommand(
+      "machine", "write what draws the machine and fixtures of a job: links, axes, solids");
+  machine->add_option("JOB", seen.job, "the job file")->required();
+  machine->add_option("--machine", seen.machine, "take this machine profile instead of the job's");
+  machine->add_option("--out", seen.out, "the file, as sim/collision/README.md says")->required();
+
   VerifyOptions verification;
   CLI::App* const verify = add_verify_options(app, verification);
   ProveOptions proof;
@@ -348,6 +356,10 @@ int run(int argc, char** argv) {
     const Result<bool> passed = path_check_command(files);
     if (!passed) return report(passed.error());
     return *passed ? kDone : kFailed;
+  }
+  if (machine->parsed()) {
+    const Result<void> written = machine_view_command(seen);
+    return written ? kDone : report(written.error());
   }
   if (prove->parsed()) return prove_command(proof);
   if (verify->parsed()) return verify_command(verification);
