@@ -61,6 +61,8 @@ const std::vector<Desk::Route>& Desk::routes() {
       {"POST", "/api/v1/part/sample", &Desk::make_sample, kSmallBody},
       {"GET", "/api/v1/machines", &Desk::machines},
       {"POST", "/api/v1/job/new", &Desk::new_job, kSmallBody},
+      {"POST", "/api/v1/job/machine", &Desk::choose_machine, kSmallBody},
+      {"GET", "/api/v1/machine/view", &Desk::machine_view},
       {"POST", "/api/v1/job/edit", &Desk::edit_job, kEditsBody},
       {"GET", "/api/v1/schema", &Desk::schema},
       {"POST", "/api/v1/suggest", &Desk::start_suggest, kSmallBody},
@@ -94,6 +96,7 @@ Desk::Desk(const DeskOptions& options, Teller tell, std::function<void(std::uint
       cut_(options.maker, options.folder, tell_),
       suggest_(options.tiltfeed, options.folder, tell_),
       reach_(options.self, options.folder, tell_),
+      machine_(options.maker, options.folder, tell_),
       run_(options.service, options.machine,
            {tell_, finish_, [this] { return planned(); },
             [this]() -> std::optional<Placing> {
@@ -133,6 +136,7 @@ Result<void> Desk::open(const std::string& path) {
     return copied;
   }
   if (const Result<void> opened = job_.open(path); !opened) return opened;
+  machine_.start(job_.file(), job_.machine(), job_.id());
   return copy_part(job_.stl(), job_.unit());
 }
 
@@ -187,8 +191,8 @@ Reply Desk::state(const Request&) {
   return text_reply("{\"api\": 1, \"version\": \"" + options_.version + "\", \"part\": " + part_.describe() +
                     ", \"job\": " + job_.describe() + ", \"plan\": " + plan_.describe() +
                     ", \"cut\": " + cut_.describe() + ", \"suggest\": " + suggest_.describe() +
-                    ", \"reach\": " + reach_.describe() + ", \"run\": " + run_.describe_run() +
-                    ", \"seat\": " + run_.describe_seat() + "}");
+                    ", \"reach\": " + reach_.describe() + ", \"machine\": " + machine_.describe() +
+                    ", \"run\": " + run_.describe_run() + ", \"seat\": " + run_.describe_seat() + "}");
 }
 
 Reply Desk::events(const Request&) {
@@ -232,6 +236,7 @@ Reply Desk::put_job(const Request& request) {
 
 Reply Desk::job_changed() {
   tell_("job", job_.describe());
+  if (job_.is_right()) machine_.start(job_.file(), job_.machine(), job_.id());
   // The part is drawn in the unit that the job says it is in.
   if (job_.is_right() && part_.id() != 0 && part_.unit() != job_.unit()) (void)part_.set_unit(job_.unit());
   return text_reply(job_.describe());
@@ -268,7 +273,7 @@ Reply Desk::report(const Request&) { return plan_.report(); }
 std::vector<int> Desk::descriptors() const {
   std::vector<int> all;
   for (const int fd : {part_.descriptor(), plan_.descriptor(), cut_.descriptor(), suggest_.descriptor(),
-                       reach_.descriptor()})
+                       reach_.descriptor(), machine_.descriptor()})
     if (fd >= 0) all.push_back(fd);
   for (const int fd : run_.descriptors()) all.push_back(fd);
   if (passwords_.descriptor() >= 0) all.push_back(passwords_.descriptor());
@@ -286,6 +291,8 @@ void Desk::hear(int descriptor) {
     suggest_.hear();
   else if (descriptor == reach_.descriptor())
     reach_.hear();
+  else if (descriptor == machine_.descriptor())
+    machine_.hear();
   else if (descriptor == passwords_.descriptor())
     passwords_.hear(std::chrono::steady_clock::now());
   else

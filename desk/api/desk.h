@@ -9,6 +9,7 @@
 
 #include "desk/api/cut_work.h"
 #include "desk/api/job_work.h"
+#include "desk/api/machine_work.h"
 #include "desk/api/part_work.h"
 #include "desk/api/plan_work.h"
 #include "desk/api/reach_work.h"
@@ -98,6 +99,8 @@ class Desk {
   Reply ask_reach(const Request& request);
   Reply reach_map(const Request& request);
   Reply ask_fit(const Request& request);
+  Reply choose_machine(const Request& request);
+  Reply machine_view(const Request& request);
   // desk_cut.cpp
   Reply start_cut(const Request& request);
   Reply cancel_cut(const Request& request);
@@ -123,6 +126,7 @@ class Desk {
   CutWork cut_;
   SuggestWork suggest_;
   ReachWork reach_;
+  MachineWork machine_;
   std::string part_folder_;  ///< of the part that was named at the start; empty: it came otherwise
   RunApi run_;
 };

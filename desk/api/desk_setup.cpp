@@ -70,9 +70,18 @@ Reply Desk::new_job(const Request& request) {
   if (const Result<void> begun = job_.begin({part_.name(), part_folder_, part_.unit(), *machine, *cutter});
       !begun)
     return refused_by(begun.error());
-  tell_("job", job_.describe());
+  (void)job_changed();
   return text_reply(job_.describe(), 201);
 }
+
+Reply Desk::choose_machine(const Request& request) {
+  const auto machine = text_in(request.body, "machine");
+  if (!machine) return refusal(400, "expected {\"machine\": \"...\"}; GET machines has the names");
+  if (const Result<void> chosen = job_.choose_machine(*machine); !chosen) return refused_by(chosen.error());
+  return job_changed();
+}
+
+Reply Desk::machine_view(const Request&) { return machine_.view(); }
 
 Reply Desk::job_file(const Request&) {
   if (!job_.is_open()) return refusal(409, "no job is open");

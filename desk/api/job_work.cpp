@@ -63,15 +63,16 @@ std::vector<JobError> JobWork::other_files() const {
                                  then = config::parse_yaml(saved_, file_);
   std::vector<JobError> errors;
   if (!now || !then) return errors;
-  const auto compare = [&](const config::YamlNode* a, const config::YamlNode* b, const char* key) {
-    if (a && b && a->text != b->text)
+  const auto compare = [&](const config::YamlNode* a, const std::string& b, const std::string& key) {
+    if (a && a->text != b)
       errors.push_back({a->place.line, a->place.column,
-                        std::string(key) + ": the desk works with " + config::quoted(b->text) +
+                        key + ": the desk works with " + config::quoted(b) +
                             "; to take another file, change the job file and start tiltfeed desk again"});
   };
   const config::YamlNode *part = child(*now, "part"), *part_then = child(*then, "part");
-  compare(part ? child(*part, "stl") : nullptr, part_then ? child(*part_then, "stl") : nullptr, "part.stl");
-  compare(child(*now, "machine"), child(*then, "machine"), "machine");
+  const config::YamlNode* stl_then = part_then ? child(*part_then, "stl") : nullptr;
+  if (part && stl_then) compare(child(*part, "stl"), stl_then->text, "part.stl");
+  compare(child(*now, "machine"), machine_name_, "machine");
   return errors;
 }
 
@@ -97,9 +98,11 @@ Result<void> JobWork::open(const std::string& path) {
   opened_ = path;
   stl_ = job->stl_path;
   machine_ = job->machine.path;
+  chosen_ = false;
+  const Result<config::YamlNode> tree = config::parse_yaml(*text, path);
+  if (!tree) return tl::unexpected<Error>(tree.error());
+  machine_name_ = child(*tree, "machine")->text;
   if (!job->tools_path.empty()) {
-    const Result<config::YamlNode> tree = config::parse_yaml(*text, path);
-    if (!tree) return tl::unexpected<Error>(tree.error());
     tools_ = job->tools_path;
     tools_name_ = child(*child(*tree, "cutter"), "library")->text;
   }
@@ -110,29 +113,44 @@ Result<void> JobWork::open(const std::string& path) {
 
 Result<void> JobWork::begin(const NewDeskJob& wanted) {
   if (is_open() && made_.part.empty()) return fail(Code::kUsage, "a job file is open; its part has a job");
-  const config::MachineFile* machine = nullptr;
-  for (const config::MachineFile& known : config::machine_files())
-    if (wanted.machine == known.name) machine = &known;
-  if (machine == nullptr) return fail(Code::kUsage, "there is no machine " + config::quoted(wanted.machine));
   const std::optional<double> unit = unit_length(wanted.unit);
   if (!unit) return fail(Code::kUsage, config::quoted(wanted.unit) + " is no unit of an STL");
   const Result<config::NamedCutter> cutter = config::parse_cutter(wanted.cutter);
   if (!cutter) return tl::unexpected<Error>(cutter.error());
-  const std::string profile = folder_ + "/" + machine->name + ".yaml";
-  if (const Result<void> kept = config::write_file(profile, machine->text); !kept) return kept;
+  const Result<std::string> profile = profile_file(wanted.machine);
+  if (!profile) return tl::unexpected<Error>(profile.error());
   config::NewJob job;
   job.name = config::job_name_of(wanted.part), job.stl = wanted.part, job.stl_unit_mm = *unit;
-  job.machine = std::string(machine->name) + ".yaml", job.cutter = cutter->text;
+  job.machine = machine_name_ = wanted.machine + ".yaml", job.cutter = cutter->text;
   const double diameter = cutter->cutter.diameter;
   job.side_step = config::tidy(kStepShare * diameter);
   job.tolerance = std::min(kTolerance, std::max(kLeastTolerance, kToleranceShare * diameter));
   made_ = wanted;
   opened_.clear();
-  stl_ = folder_ + "/part.stl", machine_ = profile;
+  stl_ = folder_ + "/part.stl", machine_ = *profile, chosen_ = true;
   const std::string text = config::new_job_text(job);
   saved_ = text;
   if (id_ == 0) id_ = 1;
   return set_text(text);
+}
+
+Result<std::string> JobWork::profile_file(const std::string& name) const {
+  for (const config::MachineFile& known : config::machine_files()) {
+    if (name != known.name) continue;
+    const std::string path = folder_ + "/" + name + ".yaml";
+    const Result<void> kept = config::write_file(path, known.text);
+    return kept ? Result<std::string>(path) : tl::unexpected<Error>(kept.error());
+  }
+  return fail(Code::kUsage, "there is no machine " + config::quoted(name));
+}
+
+Result<void> JobWork::choose_machine(const std::string& name) {
+  const Result<std::string> text = with({{"machine", name + ".yaml"}});
+  if (!text) return tl::unexpected<Error>(text.error());
+  const Result<std::string> profile = profile_file(name);
+  if (!profile) return tl::unexpected<Error>(profile.error());
+  machine_ = *profile, machine_name_ = name + ".yaml", chosen_ = true;
+  return set_text(*text);
 }
 
 Result<std::string> JobWork::with(const std::vector<config::YamlEdit>& edits) const {
@@ -190,11 +208,19 @@ Result<void> JobWork::find_place() {
                 "this part came through the browser, so the desk knows no folder for its job; "
                 "download the job instead");
   const std::string job = (fs::path(made_.folder) / fs::path(made_.part).stem()).string() + ".yaml";
-  const std::string machine = (fs::path(made_.folder) / (made_.machine + ".yaml")).string();
   std::error_code ignored;
   if (fs::exists(job, ignored))
     return fail(Code::kUsage,
                 fs::path(job).filename().string() + " is there already; it is not written over");
+  if (const Result<void> kept = keep_profile(made_.folder); !kept) return kept;
+  opened_ = job;
+  return {};
+}
+
+Result<void> JobWork::keep_profile(const std::string& folder) const {
+  namespace fs = std::filesystem;
+  const std::string machine = (fs::path(folder) / machine_name_).string();
+  std::error_code ignored;
   const Result<std::string> profile = config::read_config_text(machine_);
   if (!profile) return tl::unexpected<Error>(profile.error());
   if (fs::exists(machine, ignored)) {
@@ -202,16 +228,19 @@ Result<void> JobWork::find_place() {
     if (!there || *there != *profile)
       return fail(Code::kUsage, fs::path(machine).filename().string() +
                                     " is there already and is another machine; it is not written over");
-  } else if (const Result<void> written = config::write_file(machine, *profile); !written) {
-    return written;
+    return {};
   }
-  opened_ = job;
-  return {};
+  return config::write_file(machine, *profile);
 }
 
 Result<void> JobWork::save() {
   if (!is_right()) return fail(Code::kUsage, "the job has errors, so it is not saved; mend them first");
-  if (const Result<void> place = opened_.empty() ? find_place() : Result<void>(); !place) return place;
+  if (opened_.empty()) {
+    if (const Result<void> place = find_place(); !place) return place;
+  } else if (chosen_) {
+    const Result<void> kept = keep_profile(std::filesystem::absolute(opened_).parent_path().string());
+    if (!kept) return kept;
+  }
   const Result<void> written = config::write_file(opened_, text_);
   if (written) saved_ = text_;
   return written;

@@ -41,6 +41,9 @@ class JobWork {
   /// A job for a part, with a fixed axis as it lies. Errors: kUsage: a job file is open, no such machine or
   /// unit; kInput: the cutter; kIo.
   Result<void> begin(const NewDeskJob& job);
+  /// Another machine that comes with the program; saving writes its profile beside the job. Errors: kUsage:
+  /// there is none of this name; as edit().
+  Result<void> choose_machine(const std::string& name);
   /// Changes in the text, all of them or none; keys that the changed job refuses become remarks.
   /// Errors: as set_text() and config::edited().
   Result<void> edit(const std::vector<config::YamlEdit>& edits);
@@ -75,12 +78,17 @@ class JobWork {
 
  private:
   Result<void> check();
-  /// Part and machine are named otherwise than in the file that was opened.
+  /// The text names another part or machine than the desk works with.
   std::vector<JobError> other_files() const;
-
+  /// The profile that comes with the program, as a file of this folder. Errors: kUsage: there is none; kIo.
+  Result<std::string> profile_file(const std::string& name) const;
+  /// The same beside a job, where it is not there yet. Errors: kUsage: another one is; kIo.
+  Result<void> keep_profile(const std::string& folder) const;
   Result<void> find_place();
 
   std::string folder_, file_, opened_, stl_, machine_, text_, saved_;
+  std::string machine_name_;        ///< as the text has to name it
+  bool chosen_ = false;             ///< it comes with the program
   std::string tools_, tools_name_;  ///< the library, and as the file names it; empty: none
   NewDeskJob made_;
   std::uint64_t id_ = 0;

@@ -28,6 +28,13 @@ std::string last_words(std::string text, const std::string& prefix) {
   return text.empty() ? "the part's reader ended without a word; is there memory enough?" : text;
 }
 
+/// A file of the desk is called what the user calls it.
+std::string named(std::string text, const std::string& path, const std::string& name) {
+  for (std::size_t at = 0; (at = text.find(path, at)) != std::string::npos; at += name.size())
+    text.replace(at, path.size(), name);
+  return text;
+}
+
 constexpr const char* kSamples[] = {"tyre", "pin", "sphere", "handle"};
 
 tl::unexpected<Error> no_unit(const std::string& word) {
@@ -98,7 +105,7 @@ void PartWork::hear() {
   }
   seen_ = end.status == 0 ? contents(folder_ + "/part.json") : "";
   state_ = end.status == 0 ? "ready" : "refused";
-  if (end.status != 0) error_ = last_words(end.text, "tiltfeed-desk: ");
+  if (end.status != 0) error_ = named(last_words(end.text, "tiltfeed-desk: "), stl_, name_);
   tell_("part", describe());
 }
 

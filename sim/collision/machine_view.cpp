@@ -24,12 +24,9 @@ json numbers(const Placement& p) {
 class View {
  public:
   explicit View(const config::Job& job) : line_(job.machine, job.setup) {
-    head_ = {{"machine", job.machine.model.name},
-             {"part", numbers(line_.part())},
-             {"tip", numbers(line_.tip().shift)},
-             {"bed", line_.link(config::BodyLink::kBed)},
-             {"joints", json::array()},
-             {"bodies", json::array()}};
+    head_ = {{"machine", job.machine.model.name}, {"part", numbers(line_.part())},
+             {"tip", numbers(line_.tip().shift)}, {"bed", line_.link(config::BodyLink::kBed)},
+             {"joints", json::array()},           {"bodies", json::array()}};
     for (const LineJoint& joint : line_.joints())
       head_["joints"].push_back({{"axis", joint.axis},
                                  {"turns", joint.turns()},

@@ -56,6 +56,45 @@ TEST(JobErrors, are_split_into_place_and_message) {
   EXPECT_EQ(errors[3].message, "no place");
 }
 
+TEST_F(JobWorkTest, takes_another_machine_that_comes_with_the_program) {
+  JobWork work(folder_ + "/work");
+  ASSERT_TRUE(work.open(path()).has_value());
+  ASSERT_TRUE(work.job().machine.model.rotary.present);
+  EXPECT_FALSE(work.choose_machine("../../etc/passwd").has_value());
+  EXPECT_EQ(work.text(), text_);
+  const auto chosen = work.choose_machine("mill-4x-table-a");
+  ASSERT_TRUE(chosen.has_value()) << chosen.error().message;
+  EXPECT_EQ(work.job().machine.model.name, "mill-4x-table-a");
+  // Only that value has changed.
+  std::string expected = text_;
+  const std::size_t machine = expected.find(std::string(SOURCE_DIR) + "/config/machines/");
+  const std::size_t end = expected.find('\n', machine);
+  const std::string now = work.text();
+  EXPECT_EQ(now.substr(0, machine - 2), expected.substr(0, machine - 2));
+  EXPECT_NE(now.find("mill-4x-table-a.yaml", machine - 2), std::string::npos) << now;
+  EXPECT_EQ(now.substr(now.size() - (expected.size() - end)), expected.substr(end));
+  // Saved with its profile beside it, the job is planned by the command line.
+  ASSERT_TRUE(work.is_right()) << work.describe();
+  const auto saved = work.save();
+  ASSERT_TRUE(saved.has_value()) << saved.error().message;
+  EXPECT_EQ(read(folder_ + "/mill-4x-table-a.yaml"),
+            read(std::string(SOURCE_DIR) + "/config/machines/mill-4x-table-a.yaml"));
+  const auto loaded = load_job(path());
+  ASSERT_TRUE(loaded.has_value()) << loaded.error().message;
+  EXPECT_EQ(loaded->machine.model.name, "mill-4x-table-a");
+}
+
+TEST_F(JobWorkTest, does_not_write_over_another_machine_of_that_name) {
+  write(folder_ + "/generic-ac.yaml", "name: mine\n");
+  JobWork work(folder_ + "/work");
+  ASSERT_TRUE(work.open(path()).has_value());
+  ASSERT_TRUE(work.choose_machine("generic-ac").has_value());
+  const auto saved = work.save();
+  ASSERT_FALSE(saved.has_value());
+  EXPECT_NE(saved.error().message.find("not written over"), std::string::npos);
+  EXPECT_EQ(read(folder_ + "/generic-ac.yaml"), "name: mine\n");
+}
+
 TEST_F(JobWorkTest, works_with_the_tool_library_of_the_file_and_no_other) {
   const std::string tools =
       "tools: [{id: pin, type: ball, diameter_mm: 3, length_mm: 90, shank_length_mm: 40}]\n";

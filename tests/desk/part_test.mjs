@@ -55,8 +55,8 @@ const marked = async (page, place) => (await page.evaluate((at) => {
 
 test('before there is a part, the page says what to do', async () => {
   const page = await open_page(desk);
-  assert.match(await text_of(page, '#hint'), /Drop an STL/);
-  assert.match(await text_of(page, '#sheet'), /Open an STL/);
+  assert.match(await text_of(page, '#hint'), /Drop an STL, OBJ or PLY/);
+  assert.match(await text_of(page, '#sheet'), /Open a part/);
   const all = new Set((await grid(page)).map(String));
   assert.equal(all.size, 1, 'the view is empty');
   await check_accessible(page);

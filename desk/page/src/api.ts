@@ -94,6 +94,9 @@ export interface Cut {
   before?: boolean;
 }
 
+/** The machine as it is drawn. */
+export interface MachineSeen { id: number; job: number; state: 'working' | 'ready' | 'refused'; error?: string }
+
 export interface State {
   api: number;
   version: string;
@@ -105,6 +108,7 @@ export interface State {
   suggest: Suggest | null;
   reach: Reach | null;
   cut: Cut | null;
+  machine: MachineSeen | null;
 }
 
 /** What the server said no with. */
@@ -176,7 +180,7 @@ export async function sign_in(): Promise<void> {
 }
 
 export type News = (event: string, data: unknown) => void;
-const kEvents = ['part', 'job', 'plan', 'cut', 'suggest', 'reach', 'fit', 'run', 'jobs', 'seat'];
+const kEvents = ['part', 'job', 'plan', 'cut', 'suggest', 'reach', 'fit', 'machine', 'run', 'jobs', 'seat'];
 const kRetry = 3000;  // ms
 
 /**

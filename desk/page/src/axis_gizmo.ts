@@ -115,16 +115,11 @@ export class AxisGizmo {
       for (const y of [min.y, (min.y + max.y) / 2, max.y])
         for (const z of [min.z, (min.z + max.z) / 2, max.z]) candidates.push(new Vector3(x, y, z));
     candidates.push(new Vector3());
-    const reach = kSnapPixels * this.mm_of_pixel();
+    const reach = kSnapPixels * this.viewer.mm_of_pixel();
     let best: Vector3 | null = null;
     for (const place of candidates)
       if (place.distanceTo(at) < (best ? best.distanceTo(at) : reach)) best = place;
     if (best) at.copy(best);
-  }
-
-  private mm_of_pixel(): number {
-    const {camera, canvas} = this.viewer;
-    return (camera.right - camera.left) / camera.zoom / Math.max(1, canvas.clientWidth);
   }
 
   /** n (of a line t) goes onto a principal axis or a fitted one that is near. */

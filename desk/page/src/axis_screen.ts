@@ -27,6 +27,8 @@ function square_to(d: Vector3): Vector3 {
 export class AxisScreen {
   readonly live: ReachLive;
   readonly gizmo: AxisGizmo | null;
+  /** What the tool reaches is known anew. */
+  told: () => void = () => undefined;
   private readonly pick: FacetPick | null;
   private job: Job | null = null;
   private part: Part | null = null;
@@ -46,8 +48,8 @@ export class AxisScreen {
   private readonly fitted = el('div', {id: 'fitted'});
   private readonly tools = el('div', {});
 
-  constructor(private readonly sheet: HTMLElement, private readonly viewer: Viewer | null, private readonly forms: JobForms, private readonly go: (tab: string) => void) {
-    this.live = new ReachLive(viewer, () => this.draw_legend());
+  constructor(private readonly sheet: HTMLElement, viewer: Viewer | null, private readonly forms: JobForms, private readonly go: (tab: string) => void) {
+    this.live = new ReachLive(viewer, () => { this.draw_legend(); this.told(); });
     this.gizmo = viewer ? new AxisGizmo(viewer, (frame, done) => void this.moved(frame, done)) : null;
     this.pick = viewer ? new FacetPick(viewer, (facet) => void this.fit(facet)) : null;
     forms.show_in(this.fields, ['axis'], ['axis.mode']);
@@ -58,9 +60,7 @@ export class AxisScreen {
     const was = this.visible;
     this.visible = visible;
     this.gizmo?.show(visible);
-    this.live.show(visible);
-    if (this.viewer && visible) this.viewer.showing = {part: true, path: false};
-    else if (this.viewer && was) this.viewer.showing = {part: true, path: true};
+    if (visible !== was) this.live.show(visible);
     if (this.pick) this.pick.active = visible && this.pick.active;
     if (!visible) this.pick?.light([]);
     if (visible) this.draw();
@@ -215,7 +215,7 @@ export class AxisScreen {
         el('div', {class: 'row'}, el('button', {type: 'button', id: 'suggest-cancel', click: () => this.act(() => remove('suggest'))}, 'Cancel'))];
     if (now?.state === 'refused') nodes.push(el('p', {class: 'note bad', role: 'alert'}, now.error ?? 'Nothing can be proposed.'));
     const found = now?.proposals ?? [];
-    if (found.length > 0) nodes.push(el('p', {class: 'soft'}, 'Proposals by what the cutter reaches on this machine, the best first. A click takes one.'),
+    if (found.length > 0) nodes.push(el('p', {class: 'soft'}, 'What the cutter reaches on this machine, in per cent of the surface. Those that fit the part\'s shape come first. A click takes one.'),
       el('ol', {class: 'cards'}, ...found.slice(0, this.all ? found.length : kShown).map((proposal, i) => el('li', {}, this.proposal(proposal, i)))));
     const more = found.length > kShown && !this.all ? el('button', {type: 'button', id: 'more-proposals', click: () => {
       this.all = true;

@@ -18,7 +18,7 @@ export class CutScreen {
   private visible = false;
   private readonly panel: CutPanel | null;
 
-  constructor(private readonly sheet: HTMLElement, private readonly viewer: Viewer | null) {
+  constructor(private readonly sheet: HTMLElement, private readonly viewer: Viewer | null, private readonly go: (tab: string) => void) {
     this.panel = viewer ? new CutPanel(viewer, byId('viewer'), byId('legend')) : null;
   }
 
@@ -49,7 +49,7 @@ export class CutScreen {
   private place(): void {
     const here = this.visible && this.data !== null;
     if (this.panel) this.panel.visible = here;
-    if (this.viewer) this.viewer.showing = {part: !here, path: !this.visible};
+    if (this.viewer && this.visible) this.viewer.showing = {part: !here, path: false};
   }
 
   private async fetch(cut: Cut): Promise<void> {
@@ -112,7 +112,7 @@ export class CutScreen {
     if (cut?.state === 'refused') nodes.push(el('p', {class: 'note bad', id: 'cut-refused', role: 'alert'}, cut.error ?? 'The program cannot be cut.'));
     if (stale) nodes.push(el('p', {class: 'note warn', id: 'cut-stale'}, 'The plan has changed since: cut again.'));
     if (cut?.state === 'done' && data) nodes.push(...this.verdict(cut, data), ...(this.panel?.nodes() ?? []), ...(this.panel ? [this.panel.facts()] : []));
-    if (!ready) nodes.push(el('p', {id: 'cut-why-not'}, 'Plan the job first.'));
+    if (!ready) nodes.push(el('p', {id: 'cut-why-not'}, 'Plan the job first.'), el('div', {class: 'row'}, el('button', {type: 'button', class: 'main', id: 'cut-why-not-go', click: () => this.go('Plan')}, 'To the plan')));
     nodes.push(el('div', {class: 'row'},
       el('button', {type: 'button', id: 'cut', class: cut?.state === 'done' && !stale ? '' : 'main', disabled: !ready, click: () => this.act(() => post('cut', {}))}, cut ? 'Cut again' : 'Cut'),
       cut?.state === 'done' ? el('a', {class: 'button', id: 'cut-page', href: '/api/v1/cut/page', download: `${this.job?.name.replace(/\.ya?ml$/, '') ?? 'part'}-cut.html`}, 'Save as a page') : null));

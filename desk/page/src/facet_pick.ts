@@ -1,5 +1,5 @@
 // Facets that a person clicks in the view, and the smooth surface about them, lit.
-import {BufferAttribute, BufferGeometry, DoubleSide, Mesh, MeshBasicMaterial, Raycaster, Vector2} from 'three';
+import {BufferAttribute, BufferGeometry, DoubleSide, Mesh, MeshBasicMaterial} from 'three';
 import type {Viewer} from './viewer.js';
 
 export class FacetPick {
@@ -18,20 +18,12 @@ export class FacetPick {
       this.down = null;
       // A drag turns the view.
       if (!this.active || !down || Math.hypot(event.clientX - down[0], event.clientY - down[1]) > 4) return;
-      const facet = this.facet_at(event);
-      if (facet !== null) picked(facet);
+      const box = viewer.canvas.getBoundingClientRect(), facet = viewer.pick_facet(event.clientX - box.left, event.clientY - box.top);
+      if (facet >= 0) picked(facet);
     });
   }
 
   private mesh(): Mesh | undefined { return this.viewer.part.children.find((child): child is Mesh => child instanceof Mesh); }
-
-  private facet_at(event: PointerEvent): number | null {
-    const box = this.viewer.canvas.getBoundingClientRect(), ray = new Raycaster(), mesh = this.mesh();
-    ray.setFromCamera(new Vector2((event.clientX - box.left) / box.width * 2 - 1, 1 - (event.clientY - box.top) / box.height * 2), this.viewer.camera);
-    // The part's material is a shader of its own: both sides of its facets count.
-    const hit = mesh ? ray.intersectObject(mesh, false)[0] : undefined;
-    return hit?.faceIndex ?? null;
-  }
 
   light(facets: number[]): void {
     const corners = this.mesh()?.geometry.getAttribute('position').array as Float32Array | undefined;

@@ -98,6 +98,9 @@ export class JobForms {
   private section(section: string, without: string[], open: boolean, folded: boolean): Node[] {
     const keys = this.form?.keys.filter(({key, unused}) => !unused && !without.includes(key) && (section === '' ? !key.includes('.') && key !== 'machine' : key.startsWith(section + '.'))) ?? [];
     if (keys.length === 0) return [];
+    // What comes from a library is for few, and not what a form should begin with.
+    const later = ({key}: Key) => Number(/\.(library|id|material)$/.test(key));
+    keys.sort((a, b) => later(a) - later(b));
     const wrong = keys.filter(({key}) => this.error_of(key) !== '').length, help = this.form?.sections[section] ?? '';
     const fields = el('div', {class: 'fields'}, ...keys.map((key) => this.field(key)));
     if (!folded) return [fields];

@@ -3,6 +3,7 @@ import {Job, Refusal, get_json, post, put_bytes} from './api.js';
 import {cutter_drawing} from './cutter_drawing.js';
 import {el} from './dom.js';
 import type {JobForms} from './job_forms.js';
+import type {SetupStage} from './setup_stage.js';
 
 const kPause = 300;  // ms without a key before the text is checked
 
@@ -16,6 +17,7 @@ export class JobScreen {
   private readonly state = el('p', {id: 'job-state', role: 'status'});
   private readonly errors = el('ul', {id: 'job-errors', class: 'plain'});
   private readonly save = el('button', {type: 'button', id: 'job-save', click: () => void this.keep()}, 'Save');
+  private visible = false;
   private readonly title = el('h2', {}, 'Job');
   private readonly none = el('div', {id: 'no-job'}, el('p', {}, 'There is no job yet: it says cutter, tool axis, pattern, feeds and machine.'),
     el('p', {}, 'Open a part and press "Make a job" there, or start the desk with a job file: tiltfeed desk JOB.yaml.'),
@@ -24,13 +26,16 @@ export class JobScreen {
   private readonly fields = el('div', {class: 'forms'});
   private readonly download = el('a', {class: 'button', id: 'job-download', download: 'job.yaml', href: '/api/v1/job/text'}, 'Download');
 
-  constructor(private readonly sheet: HTMLElement, private readonly forms: JobForms, private readonly go: (tab: string) => void) {
+  constructor(private readonly sheet: HTMLElement, private readonly forms: JobForms, private readonly setup: SetupStage, private readonly go: (tab: string) => void) {
     forms.show_in(this.fields, ['cutter', 'pattern', '', 'feeds', 'setup', 'axis', 'containment', 'stock', 'points', 'guards', 'links', 'program', 'part']);
   }
 
-  show(): void {
+  show(visible: boolean): void {
+    this.visible = visible;
+    this.setup.show(visible && this.job !== null);
+    if (!visible) return;
     this.sheet.replaceChildren(this.title, ...(this.job ? [this.state, this.errors,
-      el('div', {class: 'beside'}, el('div', {}, this.drawing, this.fields), el('div', {}, el('h3', {}, 'The same as text'), this.area,
+      el('div', {class: 'beside'}, el('div', {}, this.setup.node, this.drawing, this.fields), el('div', {}, el('h3', {}, 'The same as text'), this.area,
         el('div', {class: 'row'}, this.save, this.download, el('button', {type: 'button', id: 'job-next', class: 'main', click: () => this.go('Plan')}, 'Next: plan'))))] : [this.none]));
     this.draw();
   }
@@ -40,7 +45,7 @@ export class JobScreen {
     this.drawing.replaceChildren(...[cutter_drawing(this.forms.form)].filter((node): node is Node => node !== null));
   }
 
-  async update(job: Job | null, shown: boolean): Promise<void> {
+  async update(job: Job | null): Promise<void> {
     const had = this.job;
     this.job = job;
     // Another page has changed the text, or this one has just begun; what is being typed here wins.
@@ -48,7 +53,7 @@ export class JobScreen {
       const {text} = await get_json<{text: string}>('job');
       if (text !== this.area.value && this.timer === 0) this.area.value = text;
     }
-    if (shown && !had !== !job) this.show();
+    if (this.visible && !had !== !job) this.show(true);
     else this.draw();
   }
 

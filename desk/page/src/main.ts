@@ -1,6 +1,6 @@
 // The page: signs in, shows one step at a time, keeps up with the desk.
 import {
-  Cut, Fitted, Job, Part, Plan, Reach, Refusal, State, Suggest, get_json, listen, post, session_number, sign_in,
+  Cut, Fitted, Job, MachineSeen, Part, Plan, Reach, Refusal, State, Suggest, get_json, listen, post, session_number, sign_in,
   sign_in_by_password,
 } from './api.js';
 import {CutScreen} from './cut_screen.js';
@@ -12,11 +12,12 @@ import {PartScreen} from './part_screen.js';
 import {PlanScreen} from './plan_screen.js';
 import type {Run, Seat} from './run_api.js';
 import {MachineBar, RunScreen} from './run_screen.js';
+import {SetupStage} from './setup_stage.js';
 import {Viewer} from './viewer.js';
 
 declare global {
   /** For tests. */
-  interface Window { tiltfeed_axis?: AxisScreen }
+  interface Window { tiltfeed_axis?: AxisScreen; tiltfeed_setup?: SetupStage }
 }
 
 const kTabs = ['Part', 'Axis', 'Job', 'Plan', 'Cut', 'Run'];
@@ -94,20 +95,20 @@ async function start(): Promise<void> {
     job.redraw();
     axis.redraw();
   });
-  const part = new PartScreen(sheet, viewer, go), job = new JobScreen(sheet, forms, go), plan = new PlanScreen(sheet, viewer), axis = new AxisScreen(sheet, viewer, forms, go), cut = new CutScreen(sheet, viewer),
+  const axis = new AxisScreen(sheet, viewer, forms, go), setup = new SetupStage(viewer, forms, axis.live), part = new PartScreen(sheet, viewer, go),
+    job = new JobScreen(sheet, forms, setup, go), plan = new PlanScreen(sheet, viewer, go), cut = new CutScreen(sheet, viewer, go),
     run = new RunScreen(sheet, viewer, session_number), bar = new MachineBar(byId('header'), run);
+  axis.told = () => setup.tell();
   window.tiltfeed_axis = axis;
+  window.tiltfeed_setup = setup;
+  const screens: Record<string, {show(visible: boolean): void}> = {Part: part, Axis: axis, Job: job, Plan: plan, Cut: cut, Run: run};
   const now: State = await get_json<State>('state');
-  let shown = '';
+  viewer?.machine.set('fixtures');
   const select = make_tabs((tab) => {
-    shown = tab;
     document.body.dataset.tab = tab;
-    part.show(tab === 'Part');
-    plan.show(tab === 'Plan');
-    run.show(tab === 'Run');
-    axis.show(tab === 'Axis');
-    cut.show(tab === 'Cut');
-    if (tab === 'Job') job.show();
+    if (viewer) viewer.showing = {part: true, path: tab === 'Plan' || tab === 'Run'};
+    for (const [name, screen] of Object.entries(screens)) if (name !== tab) screen.show(false);
+    screens[tab].show(true);
   });
   const update_run = () => {
     run.update(now.run, now.seat, now.plan?.state === 'planned');
@@ -116,8 +117,9 @@ async function start(): Promise<void> {
   const update = async () => {
     update_run();
     axis.update(now.part, now.job, now.suggest);
-    await Promise.all([part.update(now.part, now.job, now.plan), forms.update(now.job), job.update(now.job, shown === 'Job'), plan.update(now.plan, now.job, now.part),
+    await Promise.all([part.update(now.part, now.job, now.plan), forms.update(now.job), job.update(now.job), plan.update(now.plan, now.job, now.part),
       cut.update(now.cut, now.plan, now.job)]);
+    await setup.update(now.machine, now.job, now.part);
   };
   select(now.run.service !== 'none' && !now.part ? 'Run' : 'Part');
   await update();
@@ -133,6 +135,7 @@ async function start(): Promise<void> {
     if (event === 'plan') now.plan = data as Plan | null;
     if (event === 'suggest') now.suggest = data as Suggest | null;
     if (event === 'cut') now.cut = data as Cut | null;
+    if (event === 'machine') now.machine = data as MachineSeen | null;
     if (event === 'run') now.run = data as Run;
     if (event === 'seat') now.seat = data as Seat;
     if (event === 'jobs') void run.fetch_jobs().catch(() => undefined);

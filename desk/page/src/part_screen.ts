@@ -97,7 +97,7 @@ export class PartScreen {
     const focused = document.activeElement instanceof HTMLElement && this.sheet.contains(document.activeElement)
       ? document.activeElement.id : '';
     byId('hint').textContent = !this.viewer ? 'This browser has no WebGL 2, so nothing can be drawn here.'
-      : !this.part && !this.sending ? 'Drop an STL file here.' : '';
+      : !this.part && !this.sending ? 'Drop an STL, OBJ or PLY file here.' : '';
     // What is being pressed stays where it is as long as nothing has changed.
     const now = JSON.stringify([this.part, this.job?.id, this.plan?.state, this.sending, this.problem, this.start.news, this.viewer === null]);
     if (!this.visible || (now === this.drawn && this.sheet.querySelector('#open-stl'))) return;
@@ -113,7 +113,7 @@ export class PartScreen {
     else if (part?.state === 'reading') nodes.push(el('p', {class: 'busy', role: 'status'}, 'Reading the part'));
     if (this.problem) nodes.push(el('p', {class: 'note bad', role: 'alert'}, this.problem));
     if (part?.state === 'refused') nodes.push(el('p', {class: 'note bad', role: 'alert'}, part.error ?? 'The part cannot be read.'));
-    if (!part && !this.sending) nodes.push(el('p', {}, 'Open the shape to machine: an STL file, of at most 512 MB. It stays on this computer.'));
+    if (!part && !this.sending) nodes.push(el('p', {}, 'Open the shape to machine: an STL, OBJ or PLY file, of at most 512 MB. It stays on this computer.'));
     if (part?.state === 'ready') nodes.push(...this.facts(part));
     nodes.push(el('div', {class: 'row'}, this.opener(part !== null)));
     if (!this.sending) nodes.push(...this.start.content(part, this.job, this.plan));
@@ -121,10 +121,10 @@ export class PartScreen {
   }
 
   private opener(another: boolean): Node {
-    const input = el('input', {type: 'file', accept: '.stl', id: 'stl-file', hidden: true, tabindex: -1, 'aria-hidden': 'true',
+    const input = el('input', {type: 'file', accept: '.stl,.obj,.ply', id: 'stl-file', hidden: true, tabindex: -1, 'aria-hidden': 'true',
       change: () => { if (input.files?.[0]) void this.take(input.files[0]); }});
     const button = el('button', {type: 'button', id: 'open-stl', class: another ? '' : 'main', click: () => input.click()},
-      another ? 'Open another STL' : 'Open an STL');
+      another ? 'Open another part' : 'Open a part');
     return el('span', {}, button, input);
   }
 

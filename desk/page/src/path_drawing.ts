@@ -3,7 +3,9 @@ import {
   BufferAttribute, BufferGeometry, Color, GLSL3, Group, InterleavedBuffer, InterleavedBufferAttribute, Line, Matrix4, RawShaderMaterial,
 } from 'three';
 import type {ToolPiece} from './cut_data.js';
+import {Heavy} from './heavy.js';
 import {plain} from './shading.js';
+import {thin_strip} from './thinning.js';
 import {ToolDrawing} from './tool_drawing.js';
 
 /** Numbers of a block: tip x y z, axis i j k, seconds, kind, seconds of its own, words X Y Z tilt rotary. */
@@ -44,8 +46,6 @@ void main() {
   drawn = vec4(by == 0 || block_kind == 0 ? kinds : scale, 1.0);
 }`;
 
-// While the view moves every tenth or hundredth block is drawn, when all would take longer than this, ms.
-const kThin = [1, 10, 100], kPatience = 40;
 const kNear = 6;  // pixels about the pointer
 
 export class PathDrawing {
@@ -57,11 +57,7 @@ export class PathDrawing {
   private numbers: Float32Array<ArrayBuffer> = new Float32Array();
   private limits: AxisLimits[] = [];
   private line: Line | null = null;
-  private drawn = 0;   // blocks
-  private level = 0;   // of kThin
-  private moves = false;
-  private coarse = 0;  // the level that has been quick enough
-  private readonly indices: (BufferAttribute | null)[] = [null, null, null];
+  private heavy: Heavy | null = null;
   private readonly material = new RawShaderMaterial({
     vertexShader: kVertex, fragmentShader: kFragment, glslVersion: GLSL3,
     uniforms: {
@@ -70,13 +66,14 @@ export class PathDrawing {
     },
   });
 
-  constructor(private readonly redraw: () => void) {}
+  /** `heavy`: the path's line from now on, which may be too long for a frame. */
+  constructor(private readonly redraw: () => void, private readonly is_heavy: (heavy: Heavy) => void, private readonly is_gone: (heavy: Heavy) => void) {}
 
   get blocks(): number { return this.numbers.length / kNumbers; }
   get seconds(): number { return this.blocks > 0 ? this.numbers[this.numbers.length - kNumbers + kSeconds] : 0; }
   get all(): Float32Array { return this.numbers; }
-  /** Every how many blocks one is drawn. */
-  get thinned(): number { return kThin[this.level]; }
+  /** Blocks that have ended, and are drawn. */
+  private get drawn(): number { return this.heavy?.count ?? 0; }
 
   show(numbers: Float32Array<ArrayBuffer>, tool: ToolPiece[], limits: AxisLimits[]): void {
     this.clear();
@@ -87,6 +84,9 @@ export class PathDrawing {
     geometry.setAttribute('kind', new InterleavedBufferAttribute(buffer, 1, kKind));
     this.line = new Line(geometry, this.material);
     this.line.frustumCulled = false;
+    geometry.setDrawRange(0, 0);
+    this.heavy = new Heavy(this.line, 1, () => thin_strip(numbers, kNumbers, kKind, extent(numbers)));
+    this.is_heavy(this.heavy);
     this.tool.show(tool);
     this.group.add(this.line, this.tool.group);
     this.colour_by('kind');
@@ -97,10 +97,9 @@ export class PathDrawing {
     this.line?.geometry.dispose();
     this.tool.clear();
     this.group.clear();
-    this.line = null;
+    if (this.heavy) this.is_gone(this.heavy);
+    this.line = this.heavy = null;
     this.numbers = new Float32Array();
-    this.indices.fill(null);
-    this.drawn = this.level = this.coarse = 0;
     this.redraw();
   }
 
@@ -118,9 +117,8 @@ export class PathDrawing {
   /** All blocks that have ended by then are drawn, the tool is on its way through the next. Returns the block that ended last. */
   at(seconds: number): number {
     const ended = this.after(seconds);
-    if (!this.line || ended === 0) return 0;
-    this.drawn = ended;
-    this.cover();
+    if (!this.heavy || ended === 0) return 0;
+    this.heavy.count = ended;
     this.tool.at(this.between(ended, seconds, 0, 6));
     this.redraw();
     return ended - 1;
@@ -142,34 +140,6 @@ export class PathDrawing {
   tool_at(tip: number[], axis: number[]): void {
     this.tool.at([...tip, ...axis]);
     this.redraw();
-  }
-
-  /** The view moves, or has come to rest. */
-  moving(moves: boolean): void {
-    this.moves = moves;
-    this.set_level(moves ? this.coarse : 0);
-  }
-
-  /** How long a frame took while the view moved, ms. */
-  pace(ms: number): void {
-    if (!this.moves) return;
-    if (ms > kPatience && this.coarse + 1 < kThin.length && this.blocks / kThin[this.coarse] > 5000) ++this.coarse;
-    this.set_level(this.coarse);
-  }
-
-  private set_level(level: number): void {
-    if (level === this.level || !this.line) return;
-    this.level = level;
-    this.cover();
-    this.redraw();
-  }
-
-  private cover(): void {
-    if (!this.line) return;
-    const step = kThin[this.level];
-    if (step > 1) this.indices[this.level] ??= new BufferAttribute(Uint32Array.from({length: Math.ceil(this.blocks / step)}, (_, i) => i * step), 1);
-    this.line.geometry.setIndex(this.indices[this.level]);
-    this.line.geometry.setDrawRange(0, Math.ceil(this.drawn / step));
   }
 
   /** The block whose end is drawn nearest to a point of the canvas, of those within a few pixels the one in front; -1: none. */
@@ -225,4 +195,18 @@ export class PathDrawing {
     this.material.uniforms.plunge.value = plain(dark ? '#ff9f40' : '#c25a00');
     this.material.uniforms.cut.value = plain(dark ? '#5fe08a' : '#0a6b2f');
   }
+}
+
+/** The longest side of the box about all tips, mm. */
+function extent(numbers: Float32Array): number {
+  let most = 0;
+  for (let axis = 0; axis < 3; ++axis) {
+    let low = Infinity, high = -Infinity;
+    for (let k = axis; k < numbers.length; k += kNumbers) {
+      if (numbers[k] < low) low = numbers[k];
+      if (numbers[k] > high) high = numbers[k];
+    }
+    most = Math.max(most, high - low);
+  }
+  return most;
 }

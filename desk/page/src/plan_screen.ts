@@ -5,6 +5,7 @@ import {Colouring, kColourings} from './path_drawing.js';
 import {PlanTip} from './plan_tip.js';
 import {Peaks, Plots} from './plots.js';
 import {TimeBar, time_text} from './time_bar.js';
+import type {Which} from './machine_drawing.js';
 import type {Viewer} from './viewer.js';
 
 interface Report {
@@ -22,6 +23,7 @@ export {time_text} from './time_bar.js';
 
 /** A place that a text names, as (x, y, z). */
 const place_in = (text: string) => /\((-?[\d.]+), *(-?[\d.]+), *(-?[\d.]+)\)/.exec(text)?.slice(1).map(Number);
+const kMachine: Partial<Record<Which, string>> = {none: 'part and tool', fixtures: 'part, tool, fixtures', all: 'the whole machine'};
 const kUnits: Record<Colouring, string> = {kind: '', height: ' mm', tilt: '°', time: '', feed: ' mm/min', axis: ' %'};
 
 /** In the order of the job's axes. */
@@ -39,11 +41,12 @@ export class PlanScreen {
   private problem = '';
   private visible = false;
   private moment = '';
+  private which: Which = 'fixtures';
   private bar: TimeBar | null = null;
   private plots: Plots | null = null;
   private readonly tip: PlanTip | null;
 
-  constructor(private readonly sheet: HTMLElement, private readonly viewer: Viewer | null) {
+  constructor(private readonly sheet: HTMLElement, private readonly viewer: Viewer | null, private readonly go: (tab: string) => void) {
     this.tip = viewer ? new PlanTip(viewer, byId('viewer')) : null;
   }
 
@@ -51,8 +54,11 @@ export class PlanScreen {
     const was = this.visible;
     this.visible = visible;
     if (this.tip) this.tip.on = visible;
-    if (visible) this.draw_legend();
-    else if (was) {
+    if (visible) {
+      this.draw_legend();
+      this.viewer?.machine.set(this.which);
+    } else if (was) {
+      this.viewer?.machine.set('fixtures');
       this.bar?.stop();
       byId('legend').hidden = true;
     }
@@ -81,10 +87,7 @@ export class PlanScreen {
       if (!drawn || !this.job) return;
       drawn.show(path, this.job.cutter.tool, this.job.axes);
       this.tip?.know(map);
-      this.bar = new TimeBar(drawn.seconds, (share, playing) => {
-        drawn.moving(playing);
-        this.tell_moment(share * drawn.seconds);
-      });
+      this.bar = new TimeBar(drawn.seconds, (share) => this.tell_moment(share * drawn.seconds));
       this.plots = new Plots(drawn.all, this.job.axes, peaks_of(report, this.job), (share) => {
         this.bar?.stop();
         this.bar?.set(share);
@@ -110,8 +113,9 @@ export class PlanScreen {
   private tell_moment(seconds: number): void {
     const block = this.viewer?.path.at(seconds) ?? 0;
     this.moment = `${time_text(seconds)}, block ${count_text(block + 1)}`;
-    const path = this.viewer?.path;
-    if (path && path.seconds > 0) this.plots?.at(seconds / path.seconds, path.words(seconds));
+    const path = this.viewer?.path, words = path?.words(seconds) ?? [];
+    this.viewer?.machine.stand(words);
+    if (path && path.seconds > 0) this.plots?.at(seconds / path.seconds, words);
     const shown = document.getElementById('moment');
     if (shown) shown.textContent = this.moment;
   }
@@ -137,7 +141,7 @@ export class PlanScreen {
   }
 
   private why_not(): string {
-    if (!this.job) return 'Open a job first: start the desk with one.';
+    if (!this.job) return 'Open a part and make a job for it first.';
     if (this.job.errors.length > 0) return 'The job has errors: mend them first.';
     return this.part?.state === 'ready' ? '' : 'The part has not been read.';
   }
@@ -155,7 +159,7 @@ export class PlanScreen {
     if (plan?.state === 'cancelled') nodes.push(el('p', {class: 'note', id: 'cancelled', role: 'status'}, 'Cancelled. Nothing was written.'));
     if (plan?.state === 'refused') nodes.push(el('p', {class: 'note bad', id: 'refused', role: 'alert'}, plan.error ?? 'The plan was refused.'));
     if (stale) nodes.push(el('p', {class: 'note warn', id: 'stale'}, 'Job or part have changed since: plan again.'));
-    if (why) nodes.push(el('p', {id: 'why-not'}, why));
+    if (why) nodes.push(el('p', {id: 'why-not'}, why), el('div', {class: 'row'}, el('button', {type: 'button', class: 'main', id: 'why-not-go', click: () => this.go(this.job ? 'Job' : 'Part')}, this.job ? 'To the job' : 'To the part')));
     if (plan?.state === 'planned' && this.report) nodes.push(...this.result(this.report));
     nodes.push(el('div', {class: 'row'}, el('button', {type: 'button', id: 'plan', class: plan?.state === 'planned' && !stale ? '' : 'main', disabled: why !== '',
       click: () => this.act(() => post('plan', {}))}, plan ? 'Plan again' : 'Plan'),
@@ -173,10 +177,18 @@ export class PlanScreen {
       el('dt', {}, 'Cut and plunge'), el('dd', {}, `${count_text(Math.round(report.cut_length_mm))} mm`),
       el('dt', {}, 'Largest gouge'), el('dd', {id: 'gouge'}, report.proof ? `${report.proof.largest_gouge_mm.toFixed(4)} mm, proven over ${count_text(report.proof.moves)} moves` : 'not proven'))];
     if (this.viewer && this.bar && this.plots) nodes.push(el('h3', {}, 'Machine time'), this.bar.element, el('p', {id: 'moment', class: 'soft'}, this.moment),
-      el('div', {class: 'row'}, el('label', {for: 'colour'}, 'Colour by'), colour), this.plots.element);
+      el('div', {class: 'row'}, el('label', {for: 'colour'}, 'Colour by'), colour), el('div', {class: 'row'}, el('label', {for: 'machine-shown'}, 'Show'), this.machine_choice()), this.plots.element);
     if (report.warnings.length > 0) nodes.push(el('div', {class: 'note warn', id: 'warnings'}, el('h3', {}, 'Warnings'),
       el('ul', {class: 'plain'}, ...report.warnings.map((warning) => el('li', {}, warning, this.way_to(warning))))));
     return nodes;
+  }
+
+  private machine_choice(): Node {
+    const shown = el('select', {id: 'machine-shown', change: () => {
+      this.which = shown.value as Which;
+      this.viewer?.machine.set(this.which);
+    }}, ...Object.entries(kMachine).map(([value, text]) => el('option', {value, selected: value === this.which}, text)));
+    return shown;
   }
 
   /** Where a warning names a place, a button that goes there. */

@@ -1,7 +1,7 @@
 // Surfaces in one colour, lit by the normals of their facets on the screen.
 import {Color, GLSL3, RawShaderMaterial} from 'three';
 
-/** As CSS would show it: the shader's colours go to the screen as they are. */
+/** As CSS would show it. */
 export const plain = (style: string) => new Color().setStyle(style, '');
 
 /** Begins a fragment shader that has `in vec3 seen`, the place as the camera sees it. */

@@ -1,10 +1,14 @@
-// The 3D view: one part, its marks. Drawn when something has changed, never in a loop. z is up, lengths are mm.
+// The 3D view: one part, its marks. Drawn when something has changed, never in a loop (frames.ts). z is up, lengths are mm.
 import {
-  Box3, BufferAttribute, BufferGeometry, Color, DataTexture, GLSL3, Group, LineBasicMaterial, LineSegments, Matrix4, Mesh, Object3D, OrthographicCamera,
-  Raycaster, RawShaderMaterial, RedIntegerFormat, Scene, Sphere, UnsignedByteType, Vector2, Vector3, WebGLRenderer,
+  Box3, BufferAttribute, BufferGeometry, Color, ColorManagement, DataTexture, GLSL3, Group, LinearSRGBColorSpace, LineBasicMaterial, LineSegments, Matrix4, Mesh,
+  Object3D, OrthographicCamera, Raycaster, RawShaderMaterial, RedIntegerFormat, Scene, Sphere, UnsignedByteType, Vector2, Vector3, WebGLRenderer,
 } from 'three';
+import {Frames} from './frames.js';
+import {Heavy} from './heavy.js';
+import {MachineDrawing} from './machine_drawing.js';
 import {PathDrawing} from './path_drawing.js';
 import {kClassColours} from './reach_classes.js';
+import {Levels, thin_facets} from './thinning.js';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 
 declare global {
@@ -62,8 +66,12 @@ const kViews: Record<string, [Vector3, Vector3]> = {
   right: [new Vector3(1, 0, 0), new Vector3(0, 0, 1)],
   iso: [new Vector3(0.6, -0.8, 0.6).normalize(), new Vector3(0, 0, 1)],
 };
+// Colours go to the screen as they are written.
+ColorManagement.enabled = false;
+
 const kTurn = Math.PI / 24, kZoom = 1.2;
 const kFilled = 0.9;  // of the view, by the part
+const kFar = 20000;   // mm: machines are smaller
 
 export class Viewer {
   private readonly renderer: WebGLRenderer;
@@ -80,23 +88,31 @@ export class Viewer {
   });
   private readonly mark_material = new LineBasicMaterial({depthTest: false});
   readonly part = new Group();
-  readonly path = new PathDrawing(() => this.redraw());
+  readonly path = new PathDrawing(() => this.redraw(), (heavy) => this.frames.heavy.push(heavy), (heavy) => this.remove_heavy(heavy));
+  readonly machine = new MachineDrawing(() => this.redraw());
   readonly box = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
   readonly sphere = new Sphere(new Vector3(), 1);
-  private due = false;
+  readonly frames: Frames;
+  private part_heavy: Heavy | null = null;
+  private filled = true;  // nobody has zoomed or moved the view since it showed all
 
   /** Throws where the browser has no WebGL 2. */
   constructor(readonly canvas: HTMLCanvasElement) {
     this.renderer = new WebGLRenderer({canvas, antialias: true});
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.scene.add(this.part, this.path.group);
+    this.renderer.outputColorSpace = LinearSRGBColorSpace;
+    this.renderer.autoClear = false;
+    this.frames = new Frames(this.renderer, this.scene, this.camera, () => this.prepare());
+    this.scene.add(this.part, this.path.group, this.machine.group);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.redraw());
-    this.controls.addEventListener('start', () => this.path.moving(true));
-    this.controls.addEventListener('end', () => this.path.moving(false));
     this.look('iso');
-    new ResizeObserver(() => this.redraw()).observe(canvas);
+    this.controls.addEventListener('start', () => { this.filled = false; });
+    new ResizeObserver(() => {
+      if (this.filled) this.fill();
+      this.redraw();
+    }).observe(canvas);
     this.dark.addEventListener('change', () => this.recolour());
     canvas.addEventListener('keydown', (event) => this.key(event));
     this.recolour();
@@ -109,7 +125,10 @@ export class Viewer {
     geometry.setAttribute('position', new BufferAttribute(corners, 3));
     this.box.setFromArray(corners).getBoundingSphere(this.sphere);
     geometry.boundingSphere = this.sphere.clone();
-    this.part.add(new Mesh(geometry, this.part_material));
+    const mesh = new Mesh(geometry, this.part_material);
+    this.part_heavy = this.add_heavy(mesh, () => thin_facets(corners));
+    this.part_heavy.count = corners.length / 9;
+    this.part.add(mesh);
     if (edges.length > 0) {
       const marks = new BufferGeometry();
       marks.setAttribute('position', new BufferAttribute(edges, 3));
@@ -124,11 +143,53 @@ export class Viewer {
     this.scene.add(object);
   }
 
+  /** Facets that may be too many for a frame; their `count` is the caller's to set. */
+  add_heavy(mesh: Mesh, thin: () => Levels): Heavy {
+    const heavy = new Heavy(mesh, 3, thin);
+    this.frames.heavy.push(heavy);
+    return heavy;
+  }
+
+  remove_heavy(heavy: Heavy | null): void {
+    this.frames.heavy = this.frames.heavy.filter((known) => known !== heavy);
+  }
+
   /** What stands in the view from now on: the part, the path, or neither. */
   set showing(what: {part: boolean; path: boolean}) {
     this.part.visible = what.part;
     this.path.group.visible = what.path;
     this.redraw();
+  }
+
+  /** The part is drawn there from now on. */
+  put_part(where: Matrix4): void {
+    this.part.matrixAutoUpdate = false;
+    this.part.matrix.copy(where);
+    this.part.updateMatrixWorld(true);
+    this.redraw();
+  }
+
+  /** The box of the part where it is put. */
+  part_box(where: Matrix4): Box3 {
+    const box = new Box3(), mesh = this.part.children[0], at = new Vector3();
+    if (!(mesh instanceof Mesh)) return box;
+    const places = mesh.geometry.getAttribute('position');
+    for (let i = 0; i < places.count; ++i) box.expandByPoint(at.fromBufferAttribute(places, i).applyMatrix4(where));
+    return box;
+  }
+
+  /** All of the view is about the part as it lies in its file. */
+  stage_part(): void { this.stage(this.part_box(new Matrix4())); }
+
+  /** All of the view is about part and table. */
+  stage_setup(): void {
+    const box = this.part_box(this.part.matrix);
+    for (const body of this.machine.under) box.expandByObject(body);
+    this.stage(box);
+  }
+
+  mm_of_pixel(): number {
+    return 2 * this.camera.top / this.camera.zoom / Math.max(1, this.canvas.clientHeight);
   }
 
   /** All of the view is about what is in this box. */
@@ -168,6 +229,7 @@ export class Viewer {
     this.camera.lookAt(place);
     this.controls.update();
     this.camera.zoom = this.sphere.radius / Math.max(size, 1e-6);
+    this.filled = false;
     this.redraw();
   }
 
@@ -175,7 +237,9 @@ export class Viewer {
   pick(x: number, y: number, mesh: Mesh): number {
     this.frame();
     this.camera.updateMatrixWorld();
-    const ray = new Raycaster();
+    const ray = new Raycaster(), heavy = this.frames.heavy.find(({object}) => object === mesh);
+    heavy?.piece(0, heavy.count);  // not what a moving view shows instead
+    ray.layers.enableAll();
     ray.setFromCamera(new Vector2(2 * x / this.canvas.clientWidth - 1, 1 - 2 * y / this.canvas.clientHeight), this.camera);
     return ray.intersectObject(mesh, false)[0]?.faceIndex ?? -1;
   }
@@ -194,6 +258,8 @@ export class Viewer {
   clear_part(): void {
     for (const child of this.part.children) (child as Mesh).geometry.dispose();
     this.part.clear();
+    this.remove_heavy(this.part_heavy);
+    this.part_heavy = null;
     this.redraw();
   }
 
@@ -206,11 +272,13 @@ export class Viewer {
     this.camera.lookAt(this.sphere.center);
     this.controls.update();
     this.fill();
+    this.filled = true;
     this.redraw();
   }
 
   /** Zooms so that the box just fits. */
   private fill(): void {
+    if (this.canvas.clientWidth === 0 || this.canvas.clientHeight === 0) return;
     this.frame();
     this.camera.updateMatrixWorld();
     const {min, max} = this.box;
@@ -224,24 +292,18 @@ export class Viewer {
     this.camera.zoom = kFilled * Math.min(this.camera.right / across, this.camera.top / up);
   }
 
-  redraw(): void {
-    if (this.due) return;
-    this.due = true;
-    requestAnimationFrame(() => {
-      if (!this.due) return;
-      const begun = performance.now();
-      this.render();
-      requestAnimationFrame(() => this.path.pace(performance.now() - begun));
-    });
-  }
+  redraw(): void { this.frames.redraw(); }
 
-  render(): void {
-    this.due = false;
+  /** All of it, now. */
+  render(): void { this.frames.whole(); }
+
+  private prepare(): boolean {
     const {clientWidth: width, clientHeight: height} = this.canvas;
-    if (width === 0 || height === 0) return;
-    this.renderer.setSize(width, height, false);
+    if (width === 0 || height === 0) return false;
+    const now = this.renderer.getSize(new Vector2());
+    if (now.x !== width || now.y !== height) this.renderer.setSize(width, height, false);
     this.frame();
-    this.renderer.render(this.scene, this.camera);
+    return true;
   }
 
   /** The part of the plane that the canvas shows at zoom 1. */
@@ -249,8 +311,8 @@ export class Viewer {
     const {clientWidth: width, clientHeight: height} = this.canvas;
     const half = this.sphere.radius, wide = Math.max(1, width / height), tall = Math.max(1, height / width);
     Object.assign(this.camera, {left: -half * wide, right: half * wide, top: half * tall, bottom: -half * tall});
-    this.camera.near = 0;
-    this.camera.far = this.sphere.radius * 8;
+    this.camera.far = Math.max(kFar, this.sphere.radius * 8);
+    this.camera.near = -this.camera.far;
     this.camera.updateProjectionMatrix();
   }
 
@@ -276,10 +338,9 @@ export class Viewer {
 
   private recolour(): void {
     const palette = this.dark.matches ? kDark : kLight;
-    this.scene.background = new Color(palette.ground);
-    // The shader's colours go to the screen as they are.
-    this.part_material.uniforms.colour.value = new Color().setStyle(palette.part, '');
-    this.part_material.uniforms.back.value = new Color().setStyle(palette.back, '');
+    this.renderer.setClearColor(palette.ground);
+    this.part_material.uniforms.colour.value = new Color(palette.part);
+    this.part_material.uniforms.back.value = new Color(palette.back);
     this.mark_material.color = new Color(palette.mark);
     this.path.recolour(this.dark.matches);
     this.redraw();
@@ -291,12 +352,17 @@ export class Viewer {
       ArrowLeft: [-kTurn, 0], ArrowRight: [kTurn, 0], ArrowUp: [0, -kTurn], ArrowDown: [0, kTurn],
     };
     if (turns[event.key]) this.turn(...turns[event.key]);
-    else if (event.key === '+' || event.key === '=') this.camera.zoom *= kZoom;
-    else if (event.key === '-') this.camera.zoom /= kZoom;
+    else if (event.key === '+' || event.key === '=') this.zoom(kZoom);
+    else if (event.key === '-') this.zoom(1 / kZoom);
     else if (event.key === 'f' || event.key === 'F') this.look('fit');
     else return;
     event.preventDefault();
     this.redraw();
+  }
+
+  private zoom(by: number): void {
+    this.camera.zoom *= by;
+    this.filled = false;
   }
 
   private turn(round: number, over: number): void {
