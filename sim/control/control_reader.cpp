@@ -213,8 +213,12 @@ ControlReader::Wrong ControlReader::half_turn(const Joints& from) const {
 ControlReader::Wrong ControlReader::to_machine_place(const ControlWords& words,
                                                      std::vector<ControlBlock>& blocks) {
   const bool tcp = tcp_;
-  set_tcp(false);
   const std::array<char, 5> letter{'X', 'Y', 'Z', model_.tilt.letter, model_.rotary.letter};
+  // By way of the place that is stated: absolute, Z0 is in the part.
+  const auto stays = [&](char one) { return !words.has(one) || (relative_ && words[one] == 0.0); };
+  if (words.has_g(280) && !std::all_of(letter.begin(), letter.end(), stays))
+    return "G28 goes by way of a place; only G91 G28 with zeros is understood";
+  set_tcp(false);
   for (std::size_t i = 0; i < letter.size(); ++i)
     if (i != 2 && words.has(letter[i])) known_[i] = false, fresh_ = true;
   if (words.has('Z')) {

@@ -159,7 +159,8 @@ Wrong Frame::length_register(const ControlWords& words) {
   if (tnc() || !words.has(letter)) return std::nullopt;
   const int stated = static_cast<int>(words[letter]), wanted = edge ? 1 : tool_;
   const bool named = std::find(registers_.begin(), registers_.end(), stated) != registers_.end();
-  if (stated != 0) length_called_ = true;
+  const bool in_force = edge || words.has_g(430) || words.has_g(434) || words.has_g(2340);
+  if (stated != 0 && in_force) length_called_ = true;
   if (stated == 0 || wanted == 0 || stated == wanted || named) return std::nullopt;
   return std::string("the length of register ") + letter + std::to_string(stated) +
          " is called, that of the tool is " + letter + std::to_string(wanted);
@@ -187,7 +188,7 @@ Wrong Frame::goes_down(const ControlWords& words) const {
            (format_.dialect == Dialect::kGrbl ? "M0" : "M6") + ")";
   if (wants_length() && !length_called_) return "Z moves before the register of the tool's length is called";
   if (tcp_ && format_.dialect == Dialect::kSiemens && !linear_rotaries_)
-    return "TRAORI without ORIMKS: how the rotaries turn within a block is the machine's setting";
+    return "TRAORI without ORIMKS ORIAXES: how the rotaries turn within a block is the machine's setting";
   if (!retracts_ || !retracted_) return std::nullopt;
   for (const std::size_t i : {std::size_t{3}, std::size_t{4}, std::size_t{0}, std::size_t{1}})
     if (letters_[i] != kNoLetter && !placed_[i])
@@ -237,7 +238,7 @@ Wrong Frame::take(std::string_view text) {
   if (auto wrong = length_register(words); wrong && posted_) return wrong;
   if (words.has_m(6) || (format_.dialect == Dialect::kGrbl && words.has_m(0))) changed_ = true;
   if (words.named("TRAORI")) frames_dropped_ = true, linear_rotaries_ = false;
-  if (words.named("ORIMKS")) linear_rotaries_ = true;
+  if (words.named("ORIMKS") && words.named("ORIAXES")) linear_rotaries_ = true;
   if (words.named("TRAORI") || words.named("TRAFOOF")) tcp_ = words.named("TRAORI");
   if (tnc() && (words.has_m(128) || words.has_m(129))) tcp_ = words.has_m(128);
   if (words.has_g(930) || words.has_g(940)) inverse_ = words.has_g(930);
@@ -247,6 +248,8 @@ Wrong Frame::take(std::string_view text) {
   if (words.has_g(530) || words.has_g(280) || words.named("SUPA") || (tnc() && words.has_m(91))) {
     retracted_ = retracted_ || words.has('Z');
     if (posted_ && tcp_) return "a move in machine coordinates comes before TCP is ended";
+    if (posted_ && words.named("SUPA") && words.has('Z') && !(words.has('D') && words['D'] == 0.0))
+      return "a retract without D0: the tool's length counts there, too";
     return std::nullopt;
   }
   if (posted_ && frames_dropped_) return "TRAORI has dropped the work offset, and it is not called again";
