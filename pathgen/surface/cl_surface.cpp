@@ -108,12 +108,14 @@ bool ClSurface::edge_patch(std::span<const HalfEdge> halves, EdgePatch& edge) co
   const double rise = dot(normals_[edge.facets[0]], apart);  // over the length of `across`: sine of the bend
   const double width2 = squared_length(across);
   const bool bent = rise * rise > least_bend_ * least_bend_ * width2;
-  edge.nearly_flat = rise * rise <= kSeam * kSeam * width2;
+  const bool flat = rise * rise <= kSeam * kSeam * width2;
+  edge.nearly_flat = flat;
   const double turned = dot(normals_[edge.facets[0]], normals_[edge.facets[1]]);
   const bool folded = turned < kWideWedge;
   edge.is_notch = turned < 0.0 && rise > 0.0;
   if (folded) edge.nearly_flat = false;
-  return sides_ == Sides::kBoth ? folded || bent : (rise < 0.0 && bent) || (folded && !(rise > 0.0 && bent));
+  // Of a fold the tool's shape decides nothing: more pieces need all edges that fewer do (C4).
+  return sides_ == Sides::kBoth ? folded || bent : (rise < 0.0 && bent) || (folded && (rise <= 0.0 || flat));
 }
 
 void ClSurface::find_vertices(const std::vector<VertexNotes>& notes) {

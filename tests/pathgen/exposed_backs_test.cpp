@@ -248,5 +248,20 @@ TEST(Folds, ANarrowNotchIsNone) {
   EXPECT_TRUE(folds_of(part.mesh).empty());
 }
 
+/// A knife edge folded over itself by next to nothing. With a flat piece, for which a surface has more edges,
+/// those that the ball needs are all among them.
+TEST(ExposedBacks, OfAFoldMorePiecesNeedWhatFewerDo) {
+  const ToolPiece ball{.corner = 1.0, .outer = 1.0};
+  const ToolPiece flat{.part = ToolPart::kHolder, .flat = 2.0, .outer = 2.0};
+  for (double rise = 1e-14; rise < 1.0; rise *= 3.0) {
+    Mesh mesh;
+    mesh.vertices = {{0, 0, 0}, {10, 0, 0}, {5, 5, 0}, {5, 5, 5.0 * rise}};
+    mesh.facets = {{0, 1, 2}, {1, 0, 3}}, mesh.source = {0, 1};
+    const ClSurface few(mesh, Sides::kOutward, {ball}), all(mesh, Sides::kOutward, {ball, flat});
+    ASSERT_GE(all.features(), few.features()) << rise;
+    EXPECT_EQ(all.numbers_of(few).size(), few.features()) << rise;
+  }
+}
+
 }  // namespace
 }  // namespace tiltfeed
