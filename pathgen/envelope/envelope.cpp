@@ -21,12 +21,6 @@ constexpr double kFlankShare = 0.1;
 /// Lines shorter than this share of the index's spacing are looked up like places.
 constexpr double kNearShare = 0.5;
 
-/// Where it took more than this to look at a place (HighestPatch::cost), the tree is tried at the next one,
-/// and kept for so many if that takes less; else it is left for as many, and for twice as many each time
-/// after that.
-constexpr std::size_t kMuch = 64;
-constexpr int kPlaces = 64, kMostPlaces = 4096;
-
 }  // namespace
 
 /// Builds the envelope along one line by evaluating it where patches begin and end, and between those places
@@ -111,6 +105,7 @@ class Profile {
     field_.count(highest.cost());
     if (!highest.found()) return sample;
     sample.point.patch = highest.patch();
+    field_.last_ = highest.best();
     const ClHit& best = highest.hit();
     // Too near to where the column ends, or beyond it: nothing lower may be taken instead.
     if (!map_.in_column(best.z, angles_, kLeastAxisDistance)) {
@@ -150,6 +145,7 @@ class Profile {
         if (c->from <= run && c->to >= run) return true;
       return false;
     };
+    highest.take(field_.last_, is_there);
     for (const DropBvh& drops : field_.drops_) {
       const auto c = std::lower_bound(all.begin(), all.end(), drops.first(), below);
       if (c == all.end() || c->patch > drops.last()) continue;
@@ -177,9 +173,9 @@ class Profile {
   }
 
   void take_from_tree_at(HighestPatch& highest, double x, double y) {
-    for (const DropBvh& drops : field_.drops_)
-      highest.take_from(drops, x, y,
-                        [&](const DropBvh::Found& found) { return field_.index_.holds(found, x, y); });
+    const auto is_there = [&](const DropBvh::Found& found) { return field_.index_.holds(found, x, y); };
+    highest.take(field_.last_, is_there);
+    for (const DropBvh& drops : field_.drops_) highest.take_from(drops, x, y, is_there);
   }
 
   /// (C5) Normal of the CL surface: that of the contact, tilted by what the axis turns.
@@ -325,23 +321,11 @@ void Envelope::look_near(std::array<double, 2> a, std::array<double, 2> b) {
   index_.near(*asked_, scratch_, nearby_);
 }
 
-/// After a place that took so much: how to look at the next.
 void Envelope::count(std::size_t cost) {
-  if (look_ == Look::kTree) {
-    if (cost < cost_by_list_ && --places_left_ > 0) return;
-    look_ = Look::kList;
-    if (cost < cost_by_list_) {
-      places_by_list_ = kPlaces;
-    } else {
-      places_left_ = places_by_list_, places_by_list_ = std::min(2 * places_by_list_, kMostPlaces);
-    }
-    return;
-  }
-  if (places_left_ > 0) --places_left_;
-  if (places_left_ > 0 || cost <= kMuch) return;
-  if (drops_.empty()) drops_ = index_.drops_after(cost, surface_);
-  if (drops_.empty()) return;
-  look_ = Look::kTree, places_left_ = kPlaces, cost_by_list_ = cost;
+  look_.count(cost, [this](std::size_t spent) {
+    if (drops_.empty()) drops_ = index_.drops_after(spent, surface_);
+    return !drops_.empty();
+  });
 }
 
 std::optional<EnvelopePoint> Envelope::at(double x, double y) {

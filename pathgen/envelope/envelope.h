@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "pathgen/axis/deformation.h"
+#include "pathgen/envelope/look_choice.h"
 #include "pathgen/envelope/pass.h"
 #include "pathgen/surface/cl_surface.h"
 #include "pathgen/surface/flat_index.h"
@@ -59,7 +60,7 @@ class Envelope {
   LineEnvelope along_candidates(const FlatLine& line);
   LineEnvelope raised(const LineEnvelope& found, const FlatLine& line, const class PassFloor& floor);
   void look_near(std::array<double, 2> a, std::array<double, 2> b);
-  bool asks_tree() const { return look_ == Look::kTree; }
+  bool asks_tree() const { return look_.by_tree(); }
   void count(std::size_t cost);
   bool find_guards(const FlatLine& line, const class PassFloor& floor);
   const ClSurface& surface_;
@@ -76,13 +77,10 @@ class Envelope {
   std::vector<Candidate> by_patch_;  ///< candidates_ by rising patch, where there are many
   const HullBvh* places_ = nullptr;
 
-  /// Which patches are dropped on at a place: all that may be highest there, one by one, or those that
-  /// drops_ shows.
-  enum class Look { kList, kTree };
-  Look look_ = Look::kList;
-  std::span<const DropBvh> drops_;             ///< of the index, when it has them
-  std::size_t cost_by_list_ = 0;               ///< of the place before the tree was asked
-  int places_left_ = 0, places_by_list_ = 64;  ///< to look at in this way; after the tree cost more
+  LookChoice look_;
+  std::span<const DropBvh> drops_;  ///< of the index, when it has them
+  /// The highest of the last place, which mostly is at the next.
+  DropBvh::Found last_{};
 
   std::optional<Point<Part>> end_;         ///< the column's end asked for last,
   std::optional<PatchId> end_covered_by_;  ///< and the patch that covers it

@@ -19,43 +19,45 @@ class HighestPatch {
 
   bool found() const { return found_; }
   const ClHit& hit() const { return best_; }
-  PatchId patch() const { return patch_; }
+  PatchId patch() const { return patch_.patch; }
+  /// The same as the tree showed it; one that take() was given alone has no hull.
+  const DropBvh::Found& best() const { return patch_; }
   /// Is it over all of a patch that is no higher than `top`?
   bool is_over(float top) const { return found_ && static_cast<double>(top) < best_.z; }
 
-  /// What it took: the patches dropped on, and of the tree's boxes half as many.
+  /// What it took: the patches dropped on, and of the tree's boxes a quarter as many.
   std::size_t cost() const { return cost_; }
 
   void take(PatchId patch) {
-    take_if(patch, [] { return true; });
+    take({patch, 0}, [](const DropBvh::Found&) { return true; });
+  }
+  /// If is_there(found), asked last.
+  template <class IsThere>
+  void take(const DropBvh::Found& found, IsThere is_there) {
+    ++cost_;
+    ClHit hit;
+    if (!surface_.top(found.patch, line_, hit)) return;
+    if (!map_.in_column(hit.z, angles_, 0.0)) return;  // seen from its own column
+    if (found_ && (hit.z < best_.z || (hit.z == best_.z && found.patch > patch_.patch))) return;
+    if (is_there(found)) best_ = hit, patch_ = found, found_ = true;
   }
 
-  /// Those of a piece at the place (x, y) for which is_there(found), asked last.
+  /// Those of a piece at the place (x, y), likewise.
   template <class IsThere>
   void take_from(const DropBvh& drops, double x, double y, IsThere is_there) {
     DropBvh::Heights asked = column();
     const double bottom = asked.low;
     if (found_) asked.low = std::max(bottom, best_.z);
     const std::size_t boxes = drops.each(x, y, line_, asked, [&](const DropBvh::Found& found) {
-      take_if(found.patch, [&] { return is_there(found); });
+      take(found, is_there);
       if (found_) asked.low = std::max(bottom, best_.z);
     });
-    cost_ += boxes / 2;
+    cost_ += boxes / 4;
   }
 
  private:
   /// Share: more than the rounding of a quotient.
   static constexpr double kSpare = 1e-9;
-
-  template <class IsThere>
-  void take_if(PatchId patch, IsThere is_there) {
-    ++cost_;
-    ClHit hit;
-    if (!surface_.top(patch, line_, hit)) return;
-    if (!map_.in_column(hit.z, angles_, 0.0)) return;  // seen from its own column
-    if (found_ && (hit.z < best_.z || (hit.z == best_.z && patch > patch_))) return;
-    if (is_there()) best_ = hit, patch_ = patch, found_ = true;
-  }
 
   /// No height beyond is in the column (Deformation::in_column).
   DropBvh::Heights column() const {
@@ -75,7 +77,7 @@ class HighestPatch {
   const Deformation::Angles& angles_;
   const AxisLine& line_;
   ClHit best_;
-  PatchId patch_ = 0;
+  DropBvh::Found patch_{};
   std::size_t cost_ = 0;
   bool found_ = false;
 };

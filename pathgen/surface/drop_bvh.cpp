@@ -107,32 +107,36 @@ DropBvh::DropBvh(const ClSurface& surface, const FlatHulls& hulls, std::size_t f
   build(0, 0, static_cast<std::uint32_t>(firsts.size()));
 }
 
-/// Halves along whichever way the patches reach furthest.
+/// Halves by whichever border of the patches' boxes differs most, so that what is long is kept from what is
+/// short.
 void DropBvh::build(std::size_t at, std::uint32_t first, std::uint32_t count) {
   const auto begin = entries_.begin() + first, end = begin + count;
-  constexpr double kFar = std::numeric_limits<double>::infinity();
-  std::array<double, 3> low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  const auto border = [](const Entry& e, std::size_t k) {
+    return k < 3 ? e.box.middle[k] - e.box.half[k] : e.box.middle[k - 3] + e.box.half[k - 3];
+  };
+  std::array<float, 6> low{kFar, kFar, kFar, kFar, kFar, kFar},
+      high{-kFar, -kFar, -kFar, -kFar, -kFar, -kFar};
   Node node{{}, kNothing, first, count};
   for (auto e = begin; e != end; ++e) {
     node.flat = round_both(node.flat, e->flat);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double middle = e->box.middle[k], half = e->box.half[k];
-      low[k] = std::min(low[k], middle - half), high[k] = std::max(high[k], middle + half);
-    }
+    for (std::size_t k = 0; k < 6; ++k)
+      low[k] = std::min(low[k], border(*e, k)), high[k] = std::max(high[k], border(*e, k));
   }
-  std::size_t along = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double middle = 0.5 * (low[k] + high[k]), half = 0.5 * (high[k] - low[k]);
+    const double from = low[k], to = high[k + 3], middle = 0.5 * (from + to), half = 0.5 * (to - from);
     node.box.middle[k] = static_cast<float>(middle);
-    node.box.half[k] = static_cast<float>(half + kSingle * (half + std::abs(middle)));
-    if (high[k] - low[k] > high[along] - low[along]) along = k;
+    node.box.half[k] = static_cast<float>(half + 2.0 * kSingle * (half + std::abs(middle)));
   }
   if (count == 0) node.box = {{}, {-1.0f, -1.0f, -1.0f}};
   nodes_[at] = node;
   if (2 * at + 1 >= nodes_.size()) return;
+  std::size_t by = 0;
+  for (std::size_t k = 1; k < 6; ++k)
+    if (high[k] - low[k] > high[by] - low[by]) by = k;
   const std::uint32_t half = count / 2;
   std::nth_element(begin, begin + half, end, [&](const Entry& a, const Entry& b) {
-    const float ka = a.box.middle[along], kb = b.box.middle[along];
+    const float ka = border(a, by), kb = border(b, by);
     return ka != kb ? ka < kb : a.found.patch < b.found.patch;
   });
   const auto left = [&] { build(2 * at + 1, first, half); };
@@ -154,15 +158,19 @@ double DropBvh::highest(const Box& box, const Asked& asked) const {
   };
   const Vec3 off = Point<Part>{box.middle[0], box.middle[1], box.middle[2]} - line.base;
   const double height = dot(off, line.axis), up = reach(line.axis);
+  // No place of the piece is higher over its contact than over that of its bottom.
+  const double top = height + up - piece_.above_reference + kRounding;
+  if (top + piece_.corner < asked.heights.low) return kNowhere;
   const Vec3 aside = off - line.axis * height;
   const double away = length(aside);
   const double near = away > 0.0 ? away - reach(aside) / away - kGrazing : 0.0;
   if (near > piece_.outer) return kNowhere;
-  const double top = height + up + ring_over(piece_, near) - piece_.above_reference + kRounding;
-  if (most == std::numeric_limits<double>::infinity()) return top;
-  const double far = std::min(piece_.outer, away + length(half));
-  const double least = height - up + ring_over(piece_, far) - piece_.above_reference - kRounding;
-  return least > most ? kNowhere : top;
+  if (most < std::numeric_limits<double>::infinity()) {
+    const double far = std::min(piece_.outer, away + length(half));
+    const double least = height - up + ring_over(piece_, far) - piece_.above_reference - kRounding;
+    if (least > most) return kNowhere;
+  }
+  return top + ring_over(piece_, near);
 }
 
 }  // namespace tiltfeed::pathgen
