@@ -118,7 +118,7 @@ Result<ToolLibrary> parse_tool_library(const std::string& text, const std::strin
     tool.place = tree->items[static_cast<std::size_t>(list - tree->keys.begin())].items[i].place;
     const auto [other, fresh] = lines.emplace(tool.id, tool.place.line);
     if (!fresh && sections[i].has("id"))
-      sections[i].complain("id", config::quoted(tool.id) + " is that of the tool at line " +
+      sections[i].complain("id", quoted(tool.id) + " is that of the tool at line " +
                                      std::to_string(other->second) + ", too; each tool has an id of its own");
     library.tools.push_back(std::move(tool));
   }
