@@ -121,7 +121,7 @@ def leave(run, heard, long):
     since = time.monotonic()
     run.service.send_signal(signal.SIGTERM)
     run.until("no STOPPING", lambda: heard.values("STOPPING", since) == ["1"])
-    if run.service.wait(timeout=30) != 0:
+    if run.service.wait(timeout=300) != 0:
         run.fail(f"SIGTERM ended the service with {run.service.returncode}")
 
 
