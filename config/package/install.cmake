@@ -11,7 +11,7 @@ if(TILTFEED_DESK)
 endif()
 
 # systemd, udev and sysusers look in lib, never in lib/ARCHITECTURE.
-install(FILES config/systemd/tiltfeed@.service DESTINATION lib/systemd/system)
+install(FILES config/systemd/tiltfeed@.service config/systemd/tiltfeed-mtconnect@.service DESTINATION lib/systemd/system)
 if(TILTFEED_DESK)
   install(FILES config/systemd/tiltfeed-desk@.service DESTINATION lib/systemd/system)
 endif()

@@ -20,6 +20,7 @@
 #include "daemon/command/manual_command.h"
 #include "daemon/command/measure_command.h"
 #include "daemon/command/metrics_command.h"
+#include "daemon/command/mtconnect_command.h"
 #include "daemon/command/plan_command.h"
 #include "daemon/command/post_command.h"
 #include "daemon/command/send_command.h"
@@ -144,6 +145,7 @@ int run(int argc, char** argv) {
   const ToolCommand tool_change(app);
   const DoctorCommand doctor(app, config::version());
   const MetricsCommand metrics(app, config::version());
+  const MtconnectCommand mtconnect(app, config::version());
   const HistoryCommand history(app);
   const SupportCommand support(app, config::version());
   const ManualCommand manual(app, config::version());
@@ -164,6 +166,7 @@ int run(int argc, char** argv) {
     return send_command(program, link, send_machine, send_json);
   }
   if (metrics.called()) return metrics.run();
+  if (mtconnect.called()) return mtconnect.run();
   if (history.called()) return history.run();
   if (support.called()) return support.run();
   if (manual.called()) return manual.run();

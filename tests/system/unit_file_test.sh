@@ -43,8 +43,15 @@ for word in User=tiltfeed-desk SupplementaryGroups=tiltfeed PrivateDevices=yes \
   "ExecStart=/usr/bin/tiltfeed desk --beside /etc/tiltfeed/%i.yaml"; do
   grep -q "^$word" "$desk" || { echo "FAILED: the page's unit has no $word"; exit 1; }
 done
-if grep -qE '^(DeviceAllow|SupplementaryGroups=.*dialout)' "$desk"; then
-  echo "FAILED: the page's unit has a right to a device"
+readonly adapter=$root/config/systemd/tiltfeed-mtconnect@.service
+sed -E 's#^ExecStart=/usr/bin/tiltfeed #ExecStart=/bin/true #' "$adapter" >"$work/tiltfeed-mtconnect@test.service"
+if ! systemd-analyze security --offline=true --threshold=20 "$work/tiltfeed-mtconnect@test.service" >"$work/adapter.txt" 2>&1; then
+  cat "$work/adapter.txt"
+  echo "FAILED: the exposure of the MTConnect adapter's unit is above 2.0"
+  exit 1
+fi
+if grep -qE '^(DeviceAllow|SupplementaryGroups=.*dialout)' "$desk" "$adapter"; then
+  echo "FAILED: a unit beside the service has a right to a device"
   exit 1
 fi
 grep 'Overall exposure' "$work/score.txt" | sed 's/[^ -~]//g'
