@@ -154,6 +154,9 @@ class Responder {
       for (ssize_t i = 0; i < count; ++i) {
         if (bytes[i] == '?') {
           out += "<Idle|MPos:0,0,0|Bf:15,128>\r\n";
+        } else if (bytes[i] == '\x18') {
+          out += "\r\nGrblHAL 1.1f ['$' or '$HELP' for help]\r\n";
+          line.clear();
         } else if (bytes[i] == '\n') {
           if (line == "$I") {
             out +=

@@ -32,7 +32,8 @@ function cube(name, edge, without = []) {
 /** Until this file has been read and, where it is a part, drawn. */
 async function shown(page, name) {
   await page.waitForFunction((wanted) => document.querySelector('#sheet h2')?.textContent === wanted &&
-    !document.querySelector('.busy') && document.querySelector('#defects, [role=alert]'),
+    !document.querySelector('.busy') && (document.querySelector('#canvas').dataset.part === wanted
+      ? document.querySelector('#defects') : document.querySelector('[role=alert]')),
     {polling: 100}, name);  // a tab that is behind another has no animation frames
   await page.evaluate(() => window.tiltfeed.render());
 }

@@ -48,6 +48,7 @@ export class PartScreen {
     this.plan = plan;
     this.has_job = job !== null;
     this.draw();
+    if (part?.id !== this.shown && this.viewer) delete this.viewer.canvas.dataset.part;
     if (part?.state !== 'ready' || part.id === this.shown || !this.viewer) return;
     try {
       const [mesh, edges] = await Promise.all([
@@ -56,6 +57,7 @@ export class PartScreen {
       this.shown = part.id;
       this.viewer.show_part(mesh, edges);
       this.viewer.render();
+      this.viewer.canvas.dataset.part = part.name;
       if (this.asked_from > 0) this.sheet.dataset.seenAfterMs = (performance.now() - this.asked_from).toFixed(0);
       this.draw();
     } catch (error) {
