@@ -12,7 +12,7 @@ import sys
 
 from service_run import ROOT, Run
 
-SILENT = {"desk"}  # it serves until it is ended
+SILENT = {"desk", "mtconnect"}  # they serve until they are ended
 
 
 def leaves(run, words=()):
