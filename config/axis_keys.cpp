@@ -4,12 +4,12 @@
 #include "config/enum_words.h"
 #include "config/job.h"
 #include "config/job_keys.h"
+#include "config/key_ranges.h"
 
 namespace tiltfeed::config {
 namespace {
 
-constexpr Range kPosition{-10'000.0, 10'000.0};  // mm
-constexpr Range kRadius = above(0.0, 10'000.0);  // mm
+constexpr Range kCircleRadius = above(0.0, 10'000.0);  // mm
 
 /// t unit; n made perpendicular to it when it is so within kPerpendicularTolerance, else an error.
 void read_directions(const Section& axis, pathgen::AxisFrame& frame) {
@@ -59,11 +59,11 @@ void read_axis(const Section& root, pathgen::PlanOptions& plan) {
     frame.sense = axis.choice<pathgen::Sense>("sense", kSenseWords);
   else
     axis.unused("sense", "in the mode fixed, where the shank points along n");
-  const Vec3 origin = axis.vector("origin_mm", kPosition, Vec3{});
+  const Vec3 origin = axis.vector("origin_mm", kPartPlace, Vec3{});
   frame.origin = {origin.x, origin.y, origin.z};
   read_directions(axis, frame);
   if (frame.mode == pathgen::AxisMode::kCircle)
-    frame.circle_radius = axis.number("circle_radius_mm", kRadius);
+    frame.circle_radius = axis.number("circle_radius_mm", kCircleRadius);
   else
     axis.unused("circle_radius_mm", "in the mode " + mode + ", only in circle");
 }

@@ -6,19 +6,18 @@
 #include <filesystem>
 
 #include "config/enum_words.h"
+#include "config/key_ranges.h"
 
 namespace tiltfeed::config {
 namespace {
 
 // Ranges: any machine that people stand beside; a body thinner than a hundredth of a mm is a slip.
-constexpr Range kPosition{-100'000.0, 100'000.0};  // mm
-constexpr Range kSize{0.01, 100'000.0};            // mm
-constexpr Range kPoint{0.0, 100'000.0};            // mm; a cone may end in a point
-constexpr Range kAngle{-360.0, 360.0};             // degrees
-constexpr Range kClearance{0.0, 1000.0};           // mm
+constexpr Range kSize{0.01, 100'000.0};   // mm
+constexpr Range kPoint{0.0, 100'000.0};   // mm; a cone may end in a point
+constexpr Range kAngle{-360.0, 360.0};    // degrees
+constexpr Range kClearance{0.0, 1000.0};  // mm
 constexpr Range kFactor{1.0, 100.0};
 constexpr Range kUnit{1e-4, 1e4};  // mm; a tenth of a micrometre to ten metres
-constexpr double kInch = 25.4;     // mm, exactly
 constexpr std::size_t kMostBodies = 200;
 
 constexpr Words<BodyLink> kLinkWords = {
@@ -71,7 +70,7 @@ SolidShape read_shape(const Section& item, const std::string& path) {
   SolidShape shape;
   shape.kind = item.choice<SolidKind>("shape", kSolidWords);
   refuse_others(item, shape.kind);
-  shape.at = item.vector("at_mm", kPosition, Vec3{});
+  shape.at = item.vector("at_mm", kMachinePlace, Vec3{});
   shape.rotation = rotation_by_degrees(item.vector("rotation_deg", kAngle, Vec3{}));
   switch (shape.kind) {
     case SolidKind::kBox:
@@ -178,7 +177,7 @@ Rotation rotation_by_degrees(Vec3 degrees) {
 double read_stl_unit(const Section& section) {
   const std::string word = section.scalar("unit").value_or("");
   if (!section.has("unit") || word == "mm") return 1.0;
-  if (word == "inch") return kInch;
+  if (word == "inch") return 25.4;
   if (word == "m") return 1000.0;
   if (word.find_first_of("0123456789") == std::string::npos)
     section.complain("unit",

@@ -3,22 +3,22 @@
 #include "config/description.h"
 #include "config/enum_words.h"
 #include "config/job_keys.h"
+#include "config/key_ranges.h"
 #include "config/polygon.h"
 
 namespace tiltfeed::config {
 namespace {
 
-constexpr Range kPosition{-10'000.0, 10'000.0};  // mm
-constexpr Range kDistance{0.0, 10'000.0};        // mm
-constexpr Range kRound{-180.0, 180.0};           // degrees, up to the seam opposite n
-constexpr Range kUpright{-90.0, 90.0};           // degrees, pole to pole
-constexpr std::size_t kMaxCorners = 1000;        // each edge is held against each
+constexpr Range kDistance{0.0, 10'000.0};  // mm
+constexpr Range kRound{-180.0, 180.0};     // degrees, up to the seam opposite n
+constexpr Range kUpright{-90.0, 90.0};     // degrees, pole to pole
+constexpr std::size_t kMaxCorners = 1000;  // each edge is held against each
 
 bool is_angle(const std::string& key) { return key.ends_with("_deg"); }
 
 Range range_of(const std::string& key, pathgen::AxisMode mode) {
   if (key == "rho_mm") return kDistance;
-  if (!is_angle(key)) return kPosition;
+  if (!is_angle(key)) return kPartPlace;
   return key == "phi_deg" && mode == pathgen::AxisMode::kPoint ? kUpright : kRound;
 }
 

@@ -16,6 +16,10 @@ std::string exact_text(double value) {
   return {buffer.data(), end};
 }
 
+std::string vector_text(Vec3 v) {
+  return "[" + exact_text(v.x) + ", " + exact_text(v.y) + ", " + exact_text(v.z) + "]";
+}
+
 double tidy(double value) { return std::round(value * 1e9) / 1e9; }
 
 }  // namespace tiltfeed::config

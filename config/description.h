@@ -11,6 +11,9 @@ namespace tiltfeed::config {
 /// The shortest decimal text that reads back as exactly this value; never an exponent, never "-0".
 std::string exact_text(double value);
 
+/// "[x, y, z]", each as exact_text() has it.
+std::string vector_text(Vec3 v);
+
 /// Rounded to nine decimals: what the conversion of units adds is not shown.
 double tidy(double value);
 
@@ -22,9 +25,7 @@ class Description {
   void add(const std::string& key, Angle value) { add(key, tidy(value.degrees())); }
   void add(const std::string& key, bool value) { add(key, value ? "true" : "false"); }
   void add(const std::string& key, int value) { add(key, std::to_string(value)); }
-  void add(const std::string& key, Vec3 v) {
-    add(key, "[" + exact_text(v.x) + ", " + exact_text(v.y) + ", " + exact_text(v.z) + "]");
-  }
+  void add(const std::string& key, Vec3 v) { add(key, vector_text(v)); }
   const std::string& text() const { return text_; }
 
  private:

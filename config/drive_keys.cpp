@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "config/description.h"
+#include "config/key_ranges.h"
 #include "config/link_profile.h"
 #include "config/section.h"
 
@@ -11,7 +12,7 @@ namespace tiltfeed::config {
 
 namespace {
 
-constexpr int kHighestAddress = 0xFFFF, kHighestWord = 0xFFFF;
+constexpr int kHighestWord = 0xFFFF;
 constexpr int kMostWritten = 123;  // registers of one FC16
 constexpr std::array<const char*, 5> kAxisNames{"x", "y", "z", "tilt", "rotary"};
 constexpr int kLinearAxes = 3;

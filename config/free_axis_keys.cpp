@@ -2,12 +2,12 @@
 
 #include "config/enum_words.h"
 #include "config/job_keys.h"
+#include "config/key_ranges.h"
 
 namespace tiltfeed::config {
 namespace {
 
 constexpr Range kLean = between(-85.0, 85.0);  // degrees; further would cut with the side of the tool
-constexpr Range kSmoothing{0.0, 100.0};        // mm
 constexpr Range kMaxTurn = above(0.0, 180.0);  // degrees/mm
 constexpr double kDefaultTurn =
     25.0;  // degrees over the cutter's radius: a small cutter rolls over edges faster

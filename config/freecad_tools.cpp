@@ -20,15 +20,15 @@ struct LengthUnit {
   std::string_view word;
   double mm;
 };
-constexpr std::array<LengthUnit, 9> kUnits{{{"mm", 1.0},
-                                            {"in", 25.4},
-                                            {"\"", 25.4},
-                                            {"inch", 25.4},
-                                            {"cm", 10.0},
-                                            {"m", 1000.0},
-                                            {"um", 0.001},
-                                            {"\xc2\xb5m", 0.001},
-                                            {"ft", 304.8}}};
+constexpr std::array<LengthUnit, 9> kLengthUnits{{{"mm", 1.0},
+                                                  {"in", 25.4},
+                                                  {"\"", 25.4},
+                                                  {"inch", 25.4},
+                                                  {"cm", 10.0},
+                                                  {"m", 1000.0},
+                                                  {"um", 0.001},
+                                                  {"\xc2\xb5m", 0.001},
+                                                  {"ft", 304.8}}};
 constexpr std::size_t kMostBits = 10'000;
 
 std::string lower(std::string text) {
@@ -50,9 +50,9 @@ std::optional<double> length_of(const std::string& text) {
     value /= below, at = stop;
   }
   const std::string unit = lower(one_line(std::string(at, end)));
-  const auto found =
-      std::find_if(kUnits.begin(), kUnits.end(), [&](const LengthUnit& known) { return known.word == unit; });
-  if (found == kUnits.end() || !std::isfinite(value * found->mm)) return std::nullopt;
+  const auto found = std::find_if(kLengthUnits.begin(), kLengthUnits.end(),
+                                  [&](const LengthUnit& known) { return known.word == unit; });
+  if (found == kLengthUnits.end() || !std::isfinite(value * found->mm)) return std::nullopt;
   return value * found->mm;
 }
 

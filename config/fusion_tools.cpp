@@ -6,22 +6,21 @@
 
 #include "config/description.h"
 #include "config/json_tree.h"
+#include "config/key_ranges.h"
 #include "config/tool_readers.h"
 #include "config/yaml_tree.h"
 
 namespace tiltfeed::config {
 namespace {
 
-constexpr double kInch = 25.4;  // mm
 constexpr double kSame = 1e-6;  // mm: rounding between units
-constexpr int kMostFlutes = 100, kHighestNumber = 9999;
 
 /// Millimetres of a tool's or holder's own unit; 0: another word.
 double unit_of_node(const JsonNode& node, double usual) {
   const std::string unit = node.text_at("unit");
   if (unit.empty()) return usual;
   if (unit == "millimeters" || unit == "mm") return 1.0;
-  return unit == "inches" || unit == "in" ? kInch : 0.0;
+  return unit == "inches" || unit == "in" ? 25.4 : 0.0;
 }
 
 int whole(double value, int most) {
@@ -39,7 +38,7 @@ class FusionTool {
     tool_.vendor = node_.text_at("vendor");
     tool_.product = node_.text_at("product-id");
     if (const JsonNode* post = node_.find("post-process")) {
-      tool_.number = whole(post->number_at("number"), kHighestNumber);
+      tool_.number = whole(post->number_at("number"), kHighestToolNumber);
       // The same number again, as the control's offsets.
       for (const char* key : {"diameter-offset", "length-offset"})
         if (post->number_at(key) != tool_.number)

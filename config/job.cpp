@@ -6,6 +6,7 @@
 #include "config/body_keys.h"
 #include "config/job_catalogue.h"
 #include "config/job_keys.h"
+#include "config/key_ranges.h"
 #include "config/new_job.h"
 #include "config/program_keys.h"
 #include "config/section.h"
@@ -14,11 +15,6 @@
 
 namespace tiltfeed::config {
 namespace {
-
-// Ranges, here and in the *_keys.cpp: beyond anything that fits a machine with a tilting head and a table, so
-// a slipped digit is seen.
-constexpr Range kFeed = above(0.0, 100'000.0);  // mm/min
-constexpr Range kSpindle{0.0, 200'000.0};       // 1/min
 
 constexpr double kMostBlended = 0.5;  // of the tolerance
 
@@ -63,12 +59,13 @@ void read_feeds(const Section& root, const CutterChoice& choice, Job& job) {
                                    quoted(choice.material) + " do not state either");
   const auto feed = [&](const char* key, double usual) {
     if (by_material && data == nullptr)  // the library is not read, or has none, which is said elsewhere
-      return Feed::from_mm_per_min(feeds.optional_number(key, kFeed).value_or(kFeed.max));
-    return Feed::from_mm_per_min(feeds.number(key, kFeed, usual > 0.0 ? std::optional(usual) : std::nullopt));
+      return Feed::from_mm_per_min(feeds.optional_number(key, kCuttingFeed).value_or(kCuttingFeed.max));
+    return Feed::from_mm_per_min(
+        feeds.number(key, kCuttingFeed, usual > 0.0 ? std::optional(usual) : std::nullopt));
   };
   job.plan.cut_feed = feed("cut_mm_per_min", data == nullptr ? 0.0 : data->cut_feed);
   job.plan.plunge_feed = feed("plunge_mm_per_min", data == nullptr ? 0.0 : data->plunge_feed);
-  job.spindle_rpm = feeds.number("spindle_rpm", kSpindle, data == nullptr ? 0.0 : data->spindle_rpm);
+  job.spindle_rpm = feeds.number("spindle_rpm", {0.0, 200'000.0}, data == nullptr ? 0.0 : data->spindle_rpm);
 }
 
 /// `tools`: as read_cutter(); its number is in program.tool where the tool has one.

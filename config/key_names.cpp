@@ -10,10 +10,10 @@
 namespace tiltfeed::config {
 namespace {
 
-using Unit = std::pair<std::string_view, std::string_view>;
+using Ending = std::pair<std::string_view, std::string_view>;
 
 /// Endings of keys and the units that they state, longer ones before those that they end in.
-constexpr std::array<Unit, 14> kUnits{{
+constexpr std::array<Ending, 14> kEndings{{
     {"_mm_per_min", "mm/min"},
     {"_mm_per_s2", "mm/s^2"},
     {"_mm_per_s3", "mm/s^3"},
@@ -30,10 +30,10 @@ constexpr std::array<Unit, 14> kUnits{{
     {"_ms", "ms"},
 }};
 
-Unit ending_of(const std::string& key) {
-  const auto unit = std::find_if(kUnits.begin(), kUnits.end(),
-                                 [&](const Unit& candidate) { return key.ends_with(candidate.first); });
-  return unit != kUnits.end() ? *unit : Unit{};
+Ending ending_of(const std::string& key) {
+  const auto unit = std::find_if(kEndings.begin(), kEndings.end(),
+                                 [&](const Ending& candidate) { return key.ends_with(candidate.first); });
+  return unit != kEndings.end() ? *unit : Ending{};
 }
 
 /// Insertions, deletions and replacements from one to the other [Levenshtein].

@@ -2,6 +2,7 @@
 
 #include "config/description.h"
 #include "config/enum_words.h"
+#include "config/key_ranges.h"
 
 namespace tiltfeed::config {
 
@@ -17,7 +18,7 @@ constexpr Words<EndOfBlock> kEndWords = {{"lf", EndOfBlock::kLf},
                                          {"lf_cr_cr", EndOfBlock::kLfCrCr}};
 constexpr Words<ToolChanges> kChangeWords = {{"guided", ToolChanges::kGuided},
                                              {"control", ToolChanges::kControl}};
-constexpr int kHighestAddress = 0xFFFF, kMostLeader = 10000;
+constexpr int kMostLeader = 10000;
 
 RingMap read_ring(const Section& wire) {
   const Section ring =

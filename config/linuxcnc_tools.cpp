@@ -8,6 +8,7 @@
 
 #include "config/description.h"
 #include "config/json_tree.h"
+#include "config/key_ranges.h"
 #include "config/tool_readers.h"
 #include "config/yaml_tree.h"
 
@@ -15,7 +16,6 @@ namespace tiltfeed::config {
 namespace {
 
 constexpr std::string_view kLetters = "TPDXYZABCUVWIJQ";
-constexpr int kHighestNumber = 9999;
 
 class TableLine {
  public:
@@ -62,7 +62,7 @@ class TableLine {
     any_ = true;
     switch (letter) {
       case 'T':
-        if (value != std::floor(value) || value < 0.0 || value > kHighestNumber)
+        if (value != std::floor(value) || value < 0.0 || value > kHighestToolNumber)
           return fail_at(column, quoted(word) + ": expected a whole number from 0 to 9999");
         tool_.number = static_cast<int>(value);
         if (value == 0.0) any_ = false;  // what is in the spindle, in tables of random changers

@@ -2,6 +2,7 @@
 
 #include "config/body_keys.h"
 #include "config/description.h"
+#include "config/key_ranges.h"
 #include "config/program_keys.h"
 #include "config/rotary_keys.h"
 #include "config/section.h"
@@ -12,25 +13,24 @@ namespace {
 
 // Ranges: wide enough for any machine with a table that people stand beside, narrow enough that a slipped
 // digit or a metre typed as a millimetre is seen.
-constexpr Range kPosition{-100'000.0, 100'000.0};         // mm
-constexpr Range kVelocity = above(0.0, 1'000'000.0);      // mm/min
-constexpr Range kAcceleration = above(0.0, 1'000'000.0);  // mm/s^2
-constexpr Range kJerk = above(0.0, 1e9);                  // mm/s^3
-constexpr Range kCornerTime{0.0, 1000.0};                 // ms
-constexpr Range kByteRate{0.0, 1e9};                      // bytes/s
+constexpr Range kLinearVelocity = above(0.0, 1'000'000.0);      // mm/min
+constexpr Range kLinearAcceleration = above(0.0, 1'000'000.0);  // mm/s^2
+constexpr Range kLinearJerk = above(0.0, 1e9);                  // mm/s^3
+constexpr Range kCornerTime{0.0, 1000.0};                       // ms
+constexpr Range kByteRate{0.0, 1e9};                            // bytes/s
 
 LinearAxis read_linear(const Section& linear, const char* key) {
   const Section axis = linear.section(
       key, {"min_mm", "max_mm", "velocity_mm_per_min", "acceleration_mm_per_s2", "jerk_mm_per_s3"});
   LinearAxis result;
-  result.min = axis.number("min_mm", kPosition);
-  result.max = axis.number("max_mm", kPosition);
+  result.min = axis.number("min_mm", kMachinePlace);
+  result.max = axis.number("max_mm", kMachinePlace);
   if (result.min >= result.max)
     axis.complain("max_mm", exact_text(result.max) + " mm is not above min_mm, " + exact_text(result.min) +
                                 " mm; expected min_mm < max_mm");
-  result.velocity = axis.number("velocity_mm_per_min", kVelocity);
-  result.acceleration = axis.number("acceleration_mm_per_s2", kAcceleration);
-  result.jerk = axis.number("jerk_mm_per_s3", kJerk, 0.0);
+  result.velocity = axis.number("velocity_mm_per_min", kLinearVelocity);
+  result.acceleration = axis.number("acceleration_mm_per_s2", kLinearAcceleration);
+  result.jerk = axis.number("jerk_mm_per_s3", kLinearJerk, 0.0);
   return result;
 }
 

@@ -1,5 +1,7 @@
 #include "config/machine_vectors.h"
 
+#include "config/key_ranges.h"
+
 #include <cmath>
 
 #include "kinematics/basics/decimal.h"
@@ -7,9 +9,8 @@
 namespace tiltfeed::config {
 namespace {
 
-constexpr Range kPosition{-100'000.0, 100'000.0};  // mm
 constexpr Range kWord{-1'000'000.0, 1'000'000.0};  // degrees
-constexpr Range kLength{0.0, 10'000.0};            // mm
+constexpr Range kToolLength{0.0, 10'000.0};        // mm
 constexpr Range kMeasured = above(0.0, 10.0);      // mm; a place found less well says nothing of a sign
 constexpr std::size_t kMostVectors = 100;
 // An axis that was seen, not measured: which way the tool leans.
@@ -71,13 +72,14 @@ std::vector<MachineVector> read_vectors(const Section& root, const MachineModel&
                                         "part_zero_mm", "tool_length_mm", "tolerance_mm"},
                                        kMostVectors)) {
     MachineVector v;
-    v.words = {item.number("x_mm", kPosition), item.number("y_mm", kPosition), item.number("z_mm", kPosition),
-               word_of(item, "tilt_deg", model.tilt), word_of(item, "rotary_deg", model.rotary)};
-    const Vec3 tip = item.vector("tip_mm", kPosition);
+    v.words = {item.number("x_mm", kMachinePlace), item.number("y_mm", kMachinePlace),
+               item.number("z_mm", kMachinePlace), word_of(item, "tilt_deg", model.tilt),
+               word_of(item, "rotary_deg", model.rotary)};
+    const Vec3 tip = item.vector("tip_mm", kMachinePlace);
     v.tip = {tip.x, tip.y, tip.z};
     if (item.has("axis")) v.axis = item.direction("axis");
-    v.setup.part_zero = item.vector("part_zero_mm", kPosition, Vec3{});
-    v.setup.tool_length = item.number("tool_length_mm", kLength, 0.0);
+    v.setup.part_zero = item.vector("part_zero_mm", kMachinePlace, Vec3{});
+    v.setup.tool_length = item.number("tool_length_mm", kToolLength, 0.0);
     v.tolerance = item.number("tolerance_mm", kMeasured, v.tolerance);
     if (const auto text = disagreement(model, v)) item.complain("tip_mm", *text);
     vectors.push_back(v);

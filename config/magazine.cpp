@@ -1,5 +1,7 @@
 #include "config/magazine.h"
 
+#include "config/key_ranges.h"
+
 #include <algorithm>
 
 namespace tiltfeed::config {
@@ -27,11 +29,11 @@ Magazine read_magazine(const Section& root) {
   Magazine magazine;
   const std::vector<Section> items = root.list("magazine", {"number", "id"}, kMostTools);
   for (std::size_t i = 0; i < items.size(); ++i) {
-    const MagazineTool tool{items[i].integer("number", 1, 9999), items[i].name("id")};
+    const MagazineTool tool{items[i].integer("number", 1, kHighestToolNumber), items[i].name("id")};
     const auto same = std::find_if(magazine.begin(), magazine.end(),
                                    [&](const MagazineTool& other) { return other.number == tool.number; });
     if (same != magazine.end() && items[i].has("number"))
-      items[i].complain("number", std::to_string(tool.number) + " is that of " + quoted(same->id) +
+      items[i].complain("number", std::to_string(tool.number) + " is that of " + config::quoted(same->id) +
                                       " too; each tool has a number of its own");
     magazine.push_back(tool);
   }

@@ -9,6 +9,7 @@
 #include "config/enum_words.h"
 #include "config/job_keys.h"
 #include "config/section.h"
+#include "config/yaml_edit.h"
 #include "config/yaml_tree.h"
 
 namespace tiltfeed::config {
@@ -21,18 +22,7 @@ constexpr std::size_t kLongestName = 40;
 constexpr double kBalls[] = {16, 12, 10, 8, 6, 5, 4, 3, 2, 1, 0.5};
 constexpr double kIntoPart = 40.0;
 
-std::string vector_text(Vec3 v) {
-  return "[" + exact_text(tidy(v.x)) + ", " + exact_text(tidy(v.y)) + ", " + exact_text(tidy(v.z)) + "]";
-}
-
-std::string quoted_text(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + "\"";
-}
+std::string tidy_vector_text(Vec3 v) { return vector_text({tidy(v.x), tidy(v.y), tidy(v.z)}); }
 
 /// Keys and values of the section axis.
 std::vector<YamlEdit> axis_edits(const pathgen::AxisFrame& axis) {
@@ -42,9 +32,9 @@ std::vector<YamlEdit> axis_edits(const pathgen::AxisFrame& axis) {
     edits.push_back({"plane_normals", "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"});
   if (axis.mode == pathgen::AxisMode::kIndexed || axis.mode == pathgen::AxisMode::kFree) return edits;
   if (axis.mode != pathgen::AxisMode::kFixed) edits.push_back({"sense", word(kSenseWords, axis.sense)});
-  edits.push_back({"origin_mm", vector_text(from_origin(axis.origin))});
-  edits.push_back({"t", vector_text(axis.t)});
-  edits.push_back({"n", vector_text(axis.n)});
+  edits.push_back({"origin_mm", tidy_vector_text(from_origin(axis.origin))});
+  edits.push_back({"t", tidy_vector_text(axis.t)});
+  edits.push_back({"n", tidy_vector_text(axis.n)});
   if (axis.mode == pathgen::AxisMode::kCircle)
     edits.push_back({"circle_radius_mm", exact_text(tidy(axis.circle_radius))});
   return edits;
@@ -56,7 +46,7 @@ std::string axis_text(const pathgen::AxisFrame& axis) {
   return text;
 }
 
-std::string trimmed(std::string text) {
+std::string without_outer_blanks(std::string text) {
   const auto blank = [](unsigned char c) { return std::isspace(c) != 0; };
   while (!text.empty() && blank(static_cast<unsigned char>(text.back()))) text.pop_back();
   while (!text.empty() && blank(static_cast<unsigned char>(text.front()))) text.erase(0, 1);
@@ -87,8 +77,9 @@ std::string new_job_text(const NewJob& job) {
   text += "\ntolerance_mm: " + exact_text(job.tolerance) + "\nclearance_mm: " + exact_text(job.clearance) +
           "\napproach_mm: " + exact_text(job.approach) + "\n";
   text += "\nfeeds: {cut_mm_per_min: 1000, plunge_mm_per_min: 300}   # set them for cutter and material\n";
-  text += "\nsetup:\n  part_zero_mm: " + vector_text(job.part_zero) + "\n";
-  if (!(job.fixture_deg == Vec3{})) text += "  fixture_rotation_deg: " + vector_text(job.fixture_deg) + "\n";
+  text += "\nsetup:\n  part_zero_mm: " + tidy_vector_text(job.part_zero) + "\n";
+  if (!(job.fixture_deg == Vec3{}))
+    text += "  fixture_rotation_deg: " + tidy_vector_text(job.fixture_deg) + "\n";
   if (job.tilt_max.degrees() < 180.0)
     text += "  tilt_max_deg: " + exact_text(tidy(job.tilt_max.degrees())) + "\n";
   return text + "\nmachine: " + quoted_text(job.machine) + "\n";
@@ -99,10 +90,10 @@ std::vector<YamlEdit> placement_edits(const NewJob& job) {
   for (const YamlEdit& edit : axis_edits(job.axis)) edits.push_back({"axis." + edit.path, edit.value});
   edits.push_back({"clearance_mm", exact_text(job.clearance)});
   edits.push_back({"approach_mm", exact_text(job.approach)});
-  edits.push_back({"setup.part_zero_mm", vector_text(job.part_zero)});
+  edits.push_back({"setup.part_zero_mm", tidy_vector_text(job.part_zero)});
   const bool turned = !(job.fixture_deg == Vec3{}), limited = job.tilt_max.degrees() < 180.0;
-  edits.push_back(
-      {"setup.fixture_rotation_deg", turned ? std::optional(vector_text(job.fixture_deg)) : std::nullopt});
+  edits.push_back({"setup.fixture_rotation_deg",
+                   turned ? std::optional(tidy_vector_text(job.fixture_deg)) : std::nullopt});
   edits.push_back({"setup.tilt_max_deg",
                    limited ? std::optional(exact_text(tidy(job.tilt_max.degrees()))) : std::nullopt});
   return edits;
@@ -128,9 +119,9 @@ std::string cutter_text(const pathgen::Cutter& cutter) {
 }
 
 Result<NamedCutter> parse_cutter(const std::string& given) {
-  std::string text = trimmed(given);
+  std::string text = without_outer_blanks(given);
   if (text.size() > 1 && text.front() == '{' && text.back() == '}')
-    text = trimmed(text.substr(1, text.size() - 2));
+    text = without_outer_blanks(text.substr(1, text.size() - 2));
   text = in_full(text);
   const Result<YamlNode> tree = parse_yaml("cutter: {" + text + "}\n", "--cutter");
   if (!tree) return tl::unexpected(tree.error());

@@ -28,7 +28,7 @@ constexpr const char* kStandardOutput = "-";
 // Between the name and the digits of a file that is not finished.
 constexpr const char* kMark = ".part-";
 constexpr std::size_t kDigits = 16;
-constexpr int kMostNames = 8;
+constexpr int kMostTries = 8;
 
 /// The files of the process, for OutputFile::abandon().
 struct Files {
@@ -221,7 +221,7 @@ Result<OutputFile> OutputFile::open(const std::string& path) {
   } else {
     sweep_beside(path);
     const std::lock_guard lock(files().mutex);
-    for (int tries = 0; fd < 0 && tries < kMostNames; ++tries) {
+    for (int tries = 0; fd < 0 && tries < kMostTries; ++tries) {
       beside = name_beside(path);
       if (!beside.empty()) fd = open_locked(beside);
       if (fd < 0 && errno != EAGAIN) break;

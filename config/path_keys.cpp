@@ -1,6 +1,7 @@
 #include "config/description.h"
 #include "config/enum_words.h"
 #include "config/job_keys.h"
+#include "config/key_ranges.h"
 #include "pathgen/options/side_step.h"
 
 namespace tiltfeed::config {
@@ -10,15 +11,14 @@ constexpr Range kTolerance{
     1e-4, 1.0, false, false,
     "the corners in an STL are 32-bit numbers, up to 0.00003 mm off at a metre from its "
     "zero, and programs print 4 decimals: anything finer would follow that noise"};
-constexpr Range kStock{0.0, 50.0};                // mm
-constexpr Range kClearance = above(0.0, 1000.0);  // mm
-constexpr Range kGuard{0.0, 100.0};               // mm
-constexpr Range kLinkLength{0.0, 1000.0};         // mm
-constexpr Range kLeadRadius{0.0, 100.0};          // mm
-constexpr Range kSmoothing{0.0, 100.0};           // mm
-constexpr double kMaxPointDistance = 1000.0;      // mm
-constexpr double kMaxPointTurn = 90.0;            // degrees
-constexpr Range kAxisTolerance{0.0, 10.0};        // degrees
+constexpr Range kStock{0.0, 50.0};                     // mm
+constexpr Range kHeightOverPart = above(0.0, 1000.0);  // mm
+constexpr Range kGuard{0.0, 100.0};                    // mm
+constexpr Range kLinkLength{0.0, 1000.0};              // mm
+constexpr Range kLeadRadius{0.0, 100.0};               // mm
+constexpr double kMaxPointDistance = 1000.0;           // mm
+constexpr double kMaxPointTurn = 90.0;                 // degrees
+constexpr Range kAxisTolerance{0.0, 10.0};             // degrees
 /// Closer points than these, mm and degrees, are more than a control can read and a drive can follow.
 constexpr double kLeastPointStep = 0.001;
 
@@ -99,8 +99,8 @@ double near_passes(const pathgen::PlanOptions& plan) {
 
 void read_links(const Section& root, pathgen::PlanOptions& plan) {
   pathgen::LinkingOptions& links = plan.links;
-  links.clearance = root.number("clearance_mm", kClearance);
-  links.approach = root.number("approach_mm", kClearance);
+  links.clearance = root.number("clearance_mm", kHeightOverPart);
+  links.approach = root.number("approach_mm", kHeightOverPart);
   if (links.approach > links.clearance)
     root.complain("approach_mm", exact_text(links.approach) + " mm is over clearance_mm, " +
                                      exact_text(links.clearance) +

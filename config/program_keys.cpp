@@ -10,12 +10,12 @@
 namespace tiltfeed::config {
 namespace {
 
-constexpr Range kInverseTime = above(0.0, 1e9);  // 1/min
-constexpr Range kFeed = above(0.0, 1e6);         // mm/min
-constexpr Range kRadius = above(0.0, 10'000.0);  // mm
-constexpr Range kBlend{0.001, 1.0};              // mm
+constexpr Range kInverseTime = above(0.0, 1e9);      // 1/min
+constexpr Range kMaxFeed = above(0.0, 1e6);          // mm/min
+constexpr Range kFeedRadius = above(0.0, 10'000.0);  // mm
+constexpr Range kBlend{0.001, 1.0};                  // mm
 constexpr int kMostBlocks = 1'000'000'000;
-constexpr int kMostBytes = 2'000'000'000;
+constexpr int kMostProgramBytes = 2'000'000'000;
 constexpr std::size_t kMostWords = 40;  // characters of words that a profile states
 constexpr std::size_t kMostLines = 20;  // of `start` and of `end`
 constexpr std::size_t kMostLine = 72;   // characters of one of them
@@ -78,7 +78,7 @@ std::vector<std::string> read_lines(const Section& program, const char* key) {
 
 void read_feed(const Section& program, const ProgramFormat& usual, ProgramFormat& format) {
   format.max_inverse_time = program.number("max_inverse_time_per_min", kInverseTime, usual.max_inverse_time);
-  format.max_feed = program.number("max_feed_mm_per_min", kFeed, usual.max_feed);
+  format.max_feed = program.number("max_feed_mm_per_min", kMaxFeed, usual.max_feed);
   if (format.tcp) {
     program.unused("feed_mode", "under TCP, where F is the tip's feed");
     program.unused("feed_measure", "under TCP, where F is the tip's feed");
@@ -91,7 +91,7 @@ void read_feed(const Section& program, const ProgramFormat& usual, ProgramFormat
                      std::string(name_of(format.dialect).name) + " has no inverse time; expected per_minute");
   format.feed_measure = program.choice<FeedMeasure>("feed_measure", kFeedMeasures, usual.feed_measure);
   if (format.feed_measure == FeedMeasure::kRadius)
-    format.feed_radius = program.number("feed_radius_mm", kRadius);
+    format.feed_radius = program.number("feed_radius_mm", kFeedRadius);
   else
     program.unused("feed_radius_mm", "unless feed_measure is radius");
 }
@@ -226,7 +226,7 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
     program.complain("percent", std::string(name_of(result.dialect).name) +
                                     " programs do not stand between two %; expected false");
   result.max_blocks = program.integer("max_blocks", 0, kMostBlocks, usual.max_blocks);
-  result.max_bytes = program.integer("max_program_bytes", 0, kMostBytes, usual.max_bytes);
+  result.max_bytes = program.integer("max_program_bytes", 0, kMostProgramBytes, usual.max_bytes);
   result.tcp = program.flag("tcp", usual.tcp);
   if (result.tcp && !has_tcp(result.dialect))
     program.complain("tcp",

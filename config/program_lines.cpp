@@ -6,10 +6,11 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "config/letters.h"
+
 namespace tiltfeed::config {
 namespace {
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || c == '_'; }
 
 /// Without what stands in parentheses: comments and arguments.

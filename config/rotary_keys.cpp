@@ -5,18 +5,18 @@
 #include <string_view>
 
 #include "config/enum_words.h"
+#include "config/key_ranges.h"
 
 namespace tiltfeed::config {
 namespace {
 
 // Ranges: wide enough for any machine that people stand beside, narrow enough that a slipped digit or a metre
 // typed as a millimetre is seen.
-constexpr Range kPosition{-100'000.0, 100'000.0};         // mm
-constexpr Range kTiltWord{-360.0, 360.0};                 // degrees; a tilt does not turn further
-constexpr Range kRotaryWord{-1'000'000.0, 1'000'000.0};   // degrees
-constexpr Range kVelocity = above(0.0, 1'000'000.0);      // degrees/min
-constexpr Range kAcceleration = above(0.0, 1'000'000.0);  // degrees/s^2
-constexpr Range kJerk = above(0.0, 1e9);                  // degrees/s^3
+constexpr Range kTiltWord{-360.0, 360.0};                        // degrees; a tilt does not turn further
+constexpr Range kRotaryWord{-1'000'000.0, 1'000'000.0};          // degrees
+constexpr Range kAngularVelocity = above(0.0, 1'000'000.0);      // degrees/min
+constexpr Range kAngularAcceleration = above(0.0, 1'000'000.0);  // degrees/s^2
+constexpr Range kAngularJerk = above(0.0, 1e9);                  // degrees/s^3
 
 /// Axes nearer to parallel than 1 degree, far below any nutating head, cannot aim the tool.
 const double kMinInclination = Angle::from_degrees(1.0).radians();
@@ -90,9 +90,9 @@ RotaryAxis read_axis_of(const Section& axis, Range word) {
   result.zero = axis.number("zero_deg", word, 0.0);
   result.word = axis.choice<RotaryWord>("word", kRotaryWords, RotaryWord::kAccumulate);
   read_range(axis, word, result);
-  result.velocity = axis.number("velocity_deg_per_min", kVelocity);
-  result.acceleration = axis.number("acceleration_deg_per_s2", kAcceleration);
-  result.jerk = axis.number("jerk_deg_per_s3", kJerk, 0.0);
+  result.velocity = axis.number("velocity_deg_per_min", kAngularVelocity);
+  result.acceleration = axis.number("acceleration_deg_per_s2", kAngularAcceleration);
+  result.jerk = axis.number("jerk_deg_per_s3", kAngularJerk, 0.0);
   return result;
 }
 
@@ -131,12 +131,12 @@ RotaryAxis read_rotary(const Section& root, const MachineModel& model) {
 
 /// What lies between the axes: the pivot of a tilting head, the way from one axis to the other.
 void read_offsets(const Section& root, MachineModel& model) {
-  const Vec3 centre = root.vector("table_centre_mm", kPosition, Vec3{});
+  const Vec3 centre = root.vector("table_centre_mm", kMachinePlace, Vec3{});
   model.table_centre = {centre.x, centre.y, centre.z};
   if (model.structure == Structure::kTableTable || !model.tilt.present) {
     root.unused("pivot_to_gauge_mm", "without a tilting head");
   } else {
-    model.pivot_to_gauge = root.vector("pivot_to_gauge_mm", kPosition);
+    model.pivot_to_gauge = root.vector("pivot_to_gauge_mm", kMachinePlace);
     if (model.pivot_to_gauge.z > 0.0)
       root.complain("pivot_to_gauge_mm",
                     "z is " + exact_text(model.pivot_to_gauge.z) +
@@ -146,7 +146,7 @@ void read_offsets(const Section& root, MachineModel& model) {
   if (model.structure == Structure::kTableHead)
     root.unused("rotary_to_tilt_mm", "where the slides lie between the two axes");
   else
-    model.rotary_to_tilt = root.vector("rotary_to_tilt_mm", kPosition);
+    model.rotary_to_tilt = root.vector("rotary_to_tilt_mm", kMachinePlace);
 }
 
 std::string limit(double value) { return std::isfinite(value) ? exact_text(value) : "none"; }

@@ -10,6 +10,7 @@
 #include "config/description.h"
 #include "config/key_log.h"
 #include "config/key_names.h"
+#include "config/letters.h"
 
 namespace tiltfeed::config {
 namespace {
@@ -35,8 +36,6 @@ std::string wanted_range(Range range) {
          (range.below_max ? " and below " : " and at most ") + exact_text(range.max) +
          (*range.reason != '\0' ? std::string("; ") + range.reason : "");
 }
-
-bool is_digit(char letter) { return letter >= '0' && letter <= '9'; }
 
 /// The text without one leading '+', which from_chars does not take.
 std::string_view without_plus(const std::string& text) {

@@ -7,10 +7,6 @@
 namespace tiltfeed::config {
 namespace {
 
-std::string vector_text(Vec3 v) {
-  return "[" + exact_text(v.x) + ", " + exact_text(v.y) + ", " + exact_text(v.z) + "]";
-}
-
 constexpr double kMaxDirection = 1e6;   // components; far from overflow when squared
 constexpr double kMinDirection = 1e-6;  // shorter is taken for zero: the typed digits are noise by then
 

@@ -12,7 +12,7 @@
 namespace tiltfeed::config {
 namespace {
 
-constexpr std::size_t kMostBytes = 64u << 20;  // makers' whole catalogues have ten
+constexpr std::size_t kMostFileBytes = 64u << 20;  // makers' whole catalogues have ten
 constexpr std::size_t kLongestId = 40, kLongestText = 200;
 
 /// A name as an id may be: [A-Za-z0-9._-].
@@ -98,9 +98,9 @@ Result<std::string> read_tool_file(const std::string& path) {
   const auto size = std::filesystem::file_size(path, failed);
   std::ifstream in(path, std::ios::binary);
   if (failed || !in) return fail(Code::kIo, path + ": cannot be read");
-  if (size > kMostBytes)
+  if (size > kMostFileBytes)
     return fail(Code::kInput, path + ": " + std::to_string(size) + " bytes; expected at most " +
-                                  std::to_string(kMostBytes));
+                                  std::to_string(kMostFileBytes));
   std::ostringstream text;
   text << in.rdbuf();
   return text.str();

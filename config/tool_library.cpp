@@ -7,6 +7,7 @@
 
 #include "config/cutter_keys.h"
 #include "config/description.h"
+#include "config/key_ranges.h"
 #include "config/section.h"
 
 namespace tiltfeed::config {
@@ -15,8 +16,6 @@ namespace {
 constexpr Range kSpeed = above(0.0, 10'000.0);     // m/min
 constexpr Range kSpindle = above(0.0, 200'000.0);  // 1/min
 constexpr Range kTooth = above(0.0, 100.0);        // mm
-constexpr Range kFeed = above(0.0, 100'000.0);     // mm/min
-constexpr int kMostFlutes = 100;
 constexpr std::size_t kMostMaterials = 100;
 constexpr double kMmInMetre = 1000.0;
 
@@ -47,13 +46,13 @@ CuttingData read_data(const Section& section, double diameter, int flutes) {
           "no speed is stated; add spindle_rpm or cutting_speed_m_per_min, or write cut_mm_per_min");
     data.cut_feed = tidy(*tooth * flutes * data.spindle_rpm);
     section.unused("cut_mm_per_min", "beside feed_per_tooth_mm");
-    if (data.cut_feed > kFeed.max)
+    if (data.cut_feed > kCuttingFeed.max)
       section.complain("feed_per_tooth_mm", "that is a feed of " + exact_text(data.cut_feed) +
-                                                " mm/min; expected at most " + exact_text(kFeed.max));
+                                                " mm/min; expected at most " + exact_text(kCuttingFeed.max));
   } else {
-    data.cut_feed = section.optional_number("cut_mm_per_min", kFeed).value_or(0.0);
+    data.cut_feed = section.optional_number("cut_mm_per_min", kCuttingFeed).value_or(0.0);
   }
-  data.plunge_feed = section.optional_number("plunge_mm_per_min", kFeed).value_or(0.0);
+  data.plunge_feed = section.optional_number("plunge_mm_per_min", kCuttingFeed).value_or(0.0);
   return data;
 }
 
@@ -63,7 +62,7 @@ LibraryTool read_tool(const Section& section) {
   tool.name = section.text("name", "");
   tool.vendor = section.text("vendor", "");
   tool.product = section.text("product", "");
-  tool.number = section.integer("number", 0, 9999, 0);
+  tool.number = section.integer("number", 0, kHighestToolNumber, 0);
   tool.flutes = section.integer("flutes", 0, kMostFlutes, 0);
   tool.cutter = read_cutter_form(section);
   const double diameter = section.has("diameter_mm") ? tool.cutter.diameter : 0.0;
@@ -118,7 +117,7 @@ Result<ToolLibrary> parse_tool_library(const std::string& text, const std::strin
     tool.place = tree->items[static_cast<std::size_t>(list - tree->keys.begin())].items[i].place;
     const auto [other, fresh] = lines.emplace(tool.id, tool.place.line);
     if (!fresh && sections[i].has("id"))
-      sections[i].complain("id", quoted(tool.id) + " is that of the tool at line " +
+      sections[i].complain("id", config::quoted(tool.id) + " is that of the tool at line " +
                                      std::to_string(other->second) + ", too; each tool has an id of its own");
     library.tools.push_back(std::move(tool));
   }

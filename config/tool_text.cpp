@@ -4,18 +4,10 @@
 #include "config/enum_words.h"
 #include "config/json_tree.h"
 #include "config/tool_import.h"
+#include "config/yaml_edit.h"
 
 namespace tiltfeed::config {
 namespace {
-
-std::string quoted_text(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + "\"";
-}
 
 class ToolText {
  public:

@@ -355,6 +355,15 @@ Result<std::string> edited(const std::string& text, const YamlEdit& edit, const 
   return changed;
 }
 
+std::string quoted_text(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
 Result<std::vector<std::string>> value_texts(const std::string& text, const std::vector<std::string>& paths) {
   const Result<YamlNode> tree = parse_yaml(text, kFile);
   if (!tree) return tl::unexpected<Error>(tree.error());

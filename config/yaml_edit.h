@@ -25,6 +25,9 @@ using KeyOrder = std::function<std::vector<std::string>(const std::string& secti
 /// that only a person can change.
 Result<std::string> edited(const std::string& text, const YamlEdit& edit, const KeyOrder& order);
 
+/// A word as it may stand as a value: in double quotes.
+std::string quoted_text(const std::string& text);
+
 /// The values at these paths as they are written; empty where there is none. Requires: as edited().
 Result<std::vector<std::string>> value_texts(const std::string& text, const std::vector<std::string>& paths);
 
