@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kStatus = 1;
 
-std::atomic<bool> asked{false};
+std::atomic<bool> interrupt_asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
 
 /// Handlers may post to a semaphore; hardly anything else wakes a thread from there.
@@ -34,7 +34,7 @@ Bell& bell() {
 
 extern "C" void take_interrupt(int) {
   const int kept = errno;
-  asked = true;
+  interrupt_asked = true;
   ::sem_post(&bell().rung);
   errno = kept;
 }
@@ -78,7 +78,7 @@ void hear_interrupts() {
   std::signal(SIGTERM, take_interrupt);
 }
 
-bool interrupted() { return asked; }
+bool interrupted() { return interrupt_asked; }
 
 PromptEnd::PromptEnd() {
   watcher() = std::thread([] {

@@ -25,9 +25,9 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-std::atomic<bool> ended{false};
+std::atomic<bool> end_asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
-extern "C" void end_send(int) { ended = true; }
+extern "C" void end_send(int) { end_asked = true; }
 
 /// A signal that would end the process ends the run in order instead; one that the caller has switched off
 /// (nohup) stays so. Ctrl-Z must not leave a machine without its sender.
@@ -162,7 +162,7 @@ auto watched(Send send) {
   hooks.commands = &orders;
   hooks.progress = [&](const SendState& state) {
     const bool typed = keys.take(orders, state), told = line.show(state);
-    return typed && told && !ended;
+    return typed && told && !end_asked;
   };
   return send(hooks);
 }
@@ -192,7 +192,8 @@ Result<SendReport> send_all(const std::string& program, const LinkSpec& link,
     if (const auto same = same_program(program, link, *report); !same) return tl::unexpected(same.error());
     // The keys are the run's, the lines the operator's.
     if (const auto made = change_in_program(
-            program, change, machine, link, **wire, clock, [] { return ended.load(); }, std::cin, std::cerr);
+            program, change, machine, link, **wire, clock, [] { return end_asked.load(); }, std::cin,
+            std::cerr);
         !made)
       return tl::unexpected<Error>(made.error());
     const SendReport before = *report;

@@ -12,6 +12,9 @@
 
 namespace tiltfeed::daemon {
 
+/// Of a way off the part, mm: less is not worth a move.
+inline constexpr double kLeastRetract = 1.0;
+
 struct InForce {
   /// Where an axis is.
   enum class Place : std::uint8_t {

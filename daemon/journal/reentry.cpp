@@ -15,8 +15,6 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-constexpr double kLeastRetract = 1.0;  // mm: less is not worth a move
-
 struct Survey {
   InForce before;          // the line of the first block
   std::uint64_t line = 0;  // of the file

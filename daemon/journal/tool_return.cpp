@@ -14,8 +14,6 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-constexpr double kLeastRetract = 1.0;  // mm: less is not worth a move
-
 Result<InForce> in_force_before(const std::string& path, LinkKind kind, const MachineModel& machine,
                                 std::uint64_t change) {
   Result<LineReader> program = LineReader::open(path);
@@ -43,9 +41,9 @@ Result<InForce> in_force_before(const std::string& path, LinkKind kind, const Ma
   return now;
 }
 
-class Way {
+class WayWriter {
  public:
-  explicit Way(const config::MachineProfile& machine) : machine_(machine) {}
+  explicit WayWriter(const config::MachineProfile& machine) : machine_(machine) {}
   std::string word(char letter, double value, bool rotary = false) const {
     const config::ProgramFormat& f = machine_.format;
     return std::string(" ") + letter + decimal(value, rotary ? f.rotary_decimals : f.linear_decimals);
@@ -77,7 +75,7 @@ class Way {
 };
 
 /// RepRap wants the code first, and seconds as S.
-void start_spindle(Way& way, const InForce& before, double delay, bool reprap) {
+void start_spindle(WayWriter& way, const InForce& before, double delay, bool reprap) {
   const bool turns = before.spindle_code != 5;
   if (turns)
     way.step("M" + std::to_string(before.spindle_code) + " S" + decimal(before.spindle, 3), "spindle");
@@ -102,8 +100,8 @@ Result<std::string> retract_line(const config::ProgramFormat& format) {
 
 /// The program words of the axes of `letters` first, then those of places of the machine's own. `known`: a
 /// line that has been there already.
-void go(Way& way, const InForce& before, const config::MachineProfile& machine, std::string_view letters,
-        const std::string& what, const std::string& known = "") {
+void go(WayWriter& way, const InForce& before, const config::MachineProfile& machine,
+        std::string_view letters, const std::string& what, const std::string& known = "") {
   if (const std::string to = before.words(machine, InForce::Place::kProgram, letters); !to.empty())
     way.step("G0" + to, what);
   const std::string own = before.words(machine, InForce::Place::kMachine, letters), text = "G53 G0" + own;
@@ -112,7 +110,7 @@ void go(Way& way, const InForce& before, const config::MachineProfile& machine, 
 }
 
 /// Down to where the program stands, as far as it has said.
-void descend(Way& way, const InForce& before, const config::MachineProfile& machine,
+void descend(WayWriter& way, const InForce& before, const config::MachineProfile& machine,
              const ReturnOptions& options, const Joints& high, const std::string& up) {
   const std::string feed = " F" + decimal(options.plunge_feed, 1);
   const Joints at = before.joints();
@@ -141,7 +139,7 @@ Result<ToolWay> plan_park(const std::string& program, LinkKind kind, const confi
   if (!up) return tl::unexpected<Error>(up.error());
   const Result<InForce> before = in_force_before(program, kind, machine.model, options.change);
   if (!before) return tl::unexpected<Error>(before.error());
-  Way way(machine);
+  WayWriter way(machine);
   for (const char* mode : {"G21", "G90", "G94"}) way.line(mode);
   const Joints at = before->joints();
   for (double height = options.retract; before->is_placed(machine.model) && height > kLeastRetract;
@@ -163,7 +161,7 @@ Result<ToolWay> plan_return(const std::string& program, LinkKind kind, const con
   if (!up) return tl::unexpected<Error>(up.error());
   const Result<InForce> before = in_force_before(program, kind, machine.model, options.change);
   if (!before) return tl::unexpected<Error>(before.error());
-  Way way(machine);
+  WayWriter way(machine);
   for (const char* mode : {"G21", "G90", "G94"}) way.line(mode);  // RepRap: one a line
   way.step(*up, "up, the profile's retract line");
   InForce over_it = *before;  // X and Y where the tool is clear

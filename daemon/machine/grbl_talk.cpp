@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "daemon/machine/talk_parts.h"
+#include "daemon/protocol/session.h"
 #include "daemon/wire/wire_text.h"
 
 namespace tiltfeed::daemon {
@@ -17,7 +19,6 @@ constexpr Time kAskAgain = milliseconds(50), kLook = milliseconds(500);
 constexpr Time kReportTime = seconds(10);
 /// Offsets come with every tenth report of a machine that stands, with every thirtieth of one that moves.
 constexpr int kOffsetReports = 40;
-constexpr std::size_t kMostLine = 1024, kMostLines = 4096;
 
 int code_of(std::string_view line) {
   const std::size_t colon = line.find(':');
@@ -34,8 +35,6 @@ std::string machine_letters(const MachineModel& machine, bool present) {
       if (letter == one->letter && (one->present || !present)) letters += letter;
   return letters;
 }
-
-tl::unexpected<Error> cancelled() { return fail(Code::kCancelled, "stopped on request"); }
 
 }  // namespace
 
@@ -62,9 +61,9 @@ Result<void> GrblTalk::turn(Time wait) {
   out_.erase(0, *taken);
   for (const char c : in) {
     if (c == '\n') {
-      if (lines_.size() < kMostLines) lines_.push_back(std::move(line_));
+      if (lines_.size() < kMostReplies) lines_.push_back(std::move(line_));
       line_.clear();
-    } else if (c != '\r' && line_.size() < kMostLine) {
+    } else if (c != '\r' && line_.size() < kMaxReplyLine) {
       line_ += c >= ' ' && c <= '~' ? c : '?';
     }
   }

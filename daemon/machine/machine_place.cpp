@@ -12,8 +12,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr Time kAskAgain = milliseconds(50);
-constexpr int kMostTries = 20;
+constexpr Time kRegisterRest = milliseconds(50);
+constexpr int kMostReads = 20;
 
 /// Nothing where an axis that the machine has is not among them.
 std::optional<Joints> joints_of(const AxisValues& at, const MachineModel& machine) {
@@ -73,14 +73,14 @@ Result<std::optional<Joints>> ring_place(const config::RingMap& map, Link& wire)
 
 Result<std::vector<std::uint16_t>> read_registers(Link& wire, std::uint16_t first, std::uint16_t count) {
   const ModbusRequest request{0, first, count, {}};
-  for (int tries = 0; tries < kMostTries; ++tries) {
+  for (int tries = 0; tries < kMostReads; ++tries) {
     std::string in;
     const Result<std::size_t> taken = wire.exchange(pack_request(request), Time::zero(), in);
     if (!taken) return tl::unexpected<Error>(taken.error());
     const ModbusReply reply = unpack_reply(in);
     if (reply.outcome == kReplyOk && reply.words.size() == request.read_count) return reply.words;
     in.clear();
-    static_cast<void>(wire.exchange({}, kAskAgain, in));
+    static_cast<void>(wire.exchange({}, kRegisterRest, in));
   }
   return fail(Code::kLink, "no usable reply from the controller; check the cable and the unit number");
 }

@@ -23,7 +23,6 @@ constexpr double kBrakeTime = 10.0;
 /// Of a continuous jog, s: one piece, and what is planned beside the way to brake. A sender that dies leaves
 /// no more than that.
 constexpr double kPiece = 0.1, kAhead = 0.25;
-constexpr double kHomeTime = 600.0;
 constexpr double kLeastWay = 0.001;  // mm, degrees: reports have three decimals
 
 std::string place_text(const MachinePlace& place) { return "program " + describe(place.program); }
@@ -117,7 +116,7 @@ MachineAnswer jogged(const MachinePlace& at) {
   return {"jog done: " + place_text(at), json.dump()};
 }
 
-Result<MachineAnswer> jog_step(const MachineBench& bench, const OrderWords& words) {
+Result<MachineAnswer> grbl_jog_step(const MachineBench& bench, const OrderWords& words) {
   const MachineModel& machine = bench.machine.model;
   const Result<AxisWords> asked = axis_words(words, machine);
   if (!asked) return tl::unexpected<Error>(asked.error());
@@ -168,7 +167,7 @@ Result<MachineAnswer> end_of_jog(const MachineBench& bench, bool at_limit) {
 }
 
 /// One axis, in pieces, as long as the operator holds it and travel is left.
-Result<MachineAnswer> jog_on(const MachineBench& bench, const JogOn& wish) {
+Result<MachineAnswer> grbl_jog_on(const MachineBench& bench, const JogOn& wish) {
   const MachineModel& machine = bench.machine.model;
   const auto [letter, sign, asked] = wish;
   const AxisTravel travel = *travel_of(machine, letter);
@@ -216,7 +215,7 @@ Result<MachineAnswer> jog_on(const MachineBench& bench, const JogOn& wish) {
 Result<MachineAnswer> grbl_jog(const MachineBench& bench, const OrderWords& words) {
   const auto wish = continuous_jog(words, bench.machine.model);
   if (!wish) return tl::unexpected<Error>(wish.error());
-  return *wish ? jog_on(bench, **wish) : jog_step(bench, words);
+  return *wish ? grbl_jog_on(bench, **wish) : grbl_jog_step(bench, words);
 }
 
 Result<MachineAnswer> grbl_home(const MachineBench& bench, const OrderWords& words) {

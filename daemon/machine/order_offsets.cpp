@@ -85,7 +85,7 @@ MachineAnswer shown(const Parameters& found) {
 }
 
 /// P of G10; 0: no such system.
-int number_of(const std::string& system) {
+int system_number(const std::string& system) {
   const auto at = std::find(kSystems.begin(), kSystems.end(), system);
   return at == kSystems.end() ? 0 : static_cast<int>(at - kSystems.begin()) + 1;
 }
@@ -93,7 +93,7 @@ int number_of(const std::string& system) {
 /// G10, then `$#`: every axis must be what was meant, the named as well as the others.
 Result<MachineAnswer> set_offset(const MachineBench& bench, GrblTalk& talk, const std::string& system,
                                  const AxisValues& value, const Parameters& before) {
-  std::string line = "G10L2P" + std::to_string(number_of(system));
+  std::string line = "G10L2P" + std::to_string(system_number(system));
   AxisValues meant = before.of(system);
   for (std::size_t i = 0; i < kMostAxes; ++i) {
     if (std::isnan(value[i])) continue;
@@ -157,7 +157,7 @@ Result<ProbeWish> read_probe(const MachineBench& bench, const OrderWords& words)
     }
     const Result<AxisWord> value = axis_word("Z" + word.substr(equals + 1));
     wish.system = word.substr(0, equals);
-    if (number_of(wish.system) == 0 || !value)
+    if (system_number(wish.system) == 0 || !value)
       return wrong_words("probe", "'" + word + "' sets no work offset");
     wish.value = value->value;
   }
@@ -196,7 +196,7 @@ Result<MachineAnswer> grbl_offsets(const MachineBench& bench, const OrderWords& 
   const bool here = words.size() > 1 && words[1] == "here";
   AxisWords values;
   if (!words.empty()) {
-    if (number_of(words[0]) == 0)
+    if (system_number(words[0]) == 0)
       return wrong_words("offsets", "G54 to G59, G59.1, G59.2 and G59.3 can be set");
     Result<AxisWords> read = axis_words({words.begin() + (here ? 2 : 1), words.end()}, bench.machine.model);
     if (!read) return tl::unexpected<Error>(read.error());

@@ -51,6 +51,8 @@ MachinePlace place_of(const GrblStatus& status, const GrblTalk& talk, const Mach
 Result<GrblStatus> idle_machine(GrblTalk& talk, const char* command);
 /// The line was taken. Errors: kLink with the controller's number in words.
 Result<GrblAnswer> obeyed(Result<GrblAnswer> answer, const std::string& line);
+/// Homing takes no longer, s.
+inline constexpr double kHomeTime = 600.0;
 /// The F without one in the order, mm/min or degrees/min.
 inline constexpr double kUsualJogFeed = 500.0;
 /// The highest F that the axes of the profile allow for a way. `linear_first`: F is measured over X Y Z where

@@ -15,9 +15,9 @@ namespace {
 using nlohmann::ordered_json;
 
 /// A piece of a motion that nothing can end before its end, s.
-constexpr double kPiece = 0.25;
-constexpr double kLeastWay = 0.02;  // mm, degrees: what two decimals can prove
-constexpr double kHomeTime = 600.0, kMoveTime = 60.0;
+constexpr double kBlindPiece = 0.25;
+constexpr double kProvableWay = 0.02;  // mm, degrees: what two decimals can prove
+constexpr double kMoveTime = 60.0;
 
 ordered_json place_json(const AxisValues& at) { return {{"program", ordered_json::parse(axes_json(at))}}; }
 
@@ -116,15 +116,15 @@ double length_of(const AxisValues& way, const MachineModel& machine) {
   return linear > 0.0 ? linear : all;
 }
 
-Result<MachineAnswer> jog_step(const MachineBench& bench, const OrderWords& words) {
+Result<MachineAnswer> reprap_jog_step(const MachineBench& bench, const OrderWords& words) {
   const MachineModel& machine = bench.machine.model;
   const Result<AxisWords> asked = axis_words(words, machine);
   if (!asked) return tl::unexpected<Error>(asked.error());
   if (asked->letters.empty()) return wrong_words("jog", "no axis is named");
   for (const double one : asked->axes)
-    if (std::abs(one) < kLeastWay)
+    if (std::abs(one) < kProvableWay)
       return fail(Code::kLimit, "this firmware tells its place with two decimals: a jog is at least " +
-                                    figure(kLeastWay) + " mm or degrees; nothing was sent");
+                                    figure(kProvableWay) + " mm or degrees; nothing was sent");
   const double feed = asked->feed.value_or(std::min(kUsualJogFeed, highest_feed(machine, asked->axes, true)));
   if (const auto allowed = feed_allowed(machine, asked->axes, feed, true); !allowed)
     return tl::unexpected<Error>(allowed.error());
@@ -135,7 +135,7 @@ Result<MachineAnswer> jog_step(const MachineBench& bench, const OrderWords& word
   if (const auto inside = within_travel(machine, to); !inside) return tl::unexpected<Error>(inside.error());
   if (const auto set = jog.modes(); !set) return tl::unexpected<Error>(set.error());
   // Without an emergency parser a motion ends by its own end only: so it is told in pieces.
-  const double piece = std::max(feed / 60.0 * kPiece, 2 * kLeastWay);
+  const double piece = std::max(feed / 60.0 * kBlindPiece, 2 * kProvableWay);
   const int pieces =
       jog.blind() ? std::max(1, static_cast<int>(std::ceil(length_of(asked->axes, machine) / piece))) : 1;
   const AxisValues from = jog.at();
@@ -150,7 +150,7 @@ Result<MachineAnswer> jog_step(const MachineBench& bench, const OrderWords& word
 }
 
 /// Each piece to its end: the firmware tells no place while it moves, and has no cancel of its own.
-Result<MachineAnswer> jog_on(const MachineBench& bench, const JogOn& wish) {
+Result<MachineAnswer> reprap_jog_on(const MachineBench& bench, const JogOn& wish) {
   const MachineModel& machine = bench.machine.model;
   const AxisTravel travel = *travel_of(machine, wish.letter);
   const std::size_t axis = kAxisLetters.find(wish.letter);
@@ -166,8 +166,8 @@ Result<MachineAnswer> jog_on(const MachineBench& bench, const JogOn& wish) {
   bool at_limit = false;
   while (bench.held() && !bench.stopped() && !at_limit) {
     const double left = (limit - jog.at()[axis]) * wish.sign;
-    const double step = std::min(left, std::max(feed / 60.0 * kPiece, kLeastWay));
-    at_limit = left < kLeastWay;
+    const double step = std::min(left, std::max(feed / 60.0 * kBlindPiece, kProvableWay));
+    at_limit = left < kProvableWay;
     if (at_limit) break;
     way[axis] = wish.sign * step;
     if (const auto gone = jog.go(way, feed); !gone) return tl::unexpected<Error>(gone.error());
@@ -186,7 +186,7 @@ Result<AxisValues> place_after(RepRapTalk& talk, const std::vector<std::string>&
 Result<MachineAnswer> reprap_jog(const MachineBench& bench, const OrderWords& words) {
   const auto wish = continuous_jog(words, bench.machine.model);
   if (!wish) return tl::unexpected<Error>(wish.error());
-  return *wish ? jog_on(bench, **wish) : jog_step(bench, words);
+  return *wish ? reprap_jog_on(bench, **wish) : reprap_jog_step(bench, words);
 }
 
 Result<MachineAnswer> reprap_home(const MachineBench& bench, const OrderWords& words) {

@@ -45,7 +45,7 @@ std::vector<std::string> words_of(const std::string& line) {
 }
 
 /// The same letter with the same number, or the same text.
-bool same_word(const std::string& a, const std::string& b) {
+bool same_code_word(const std::string& a, const std::string& b) {
   double x = 0.0, y = 0.0;
   const auto number = [](const std::string& text, double& value) {
     const auto parsed =
@@ -60,7 +60,8 @@ bool same_word(const std::string& a, const std::string& b) {
 bool has_words(const std::string& line, const std::vector<std::string>& wanted) {
   const std::vector<std::string> words = words_of(line);
   return std::all_of(wanted.begin(), wanted.end(), [&](const std::string& one) {
-    return std::any_of(words.begin(), words.end(), [&](const std::string& w) { return same_word(w, one); });
+    return std::any_of(words.begin(), words.end(),
+                       [&](const std::string& w) { return same_code_word(w, one); });
   });
 }
 

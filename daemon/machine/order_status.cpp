@@ -26,7 +26,7 @@ Unwound unwind(double word) {
 }
 
 /// A machine that stands says so at once, s.
-constexpr double kStandTime = 2.0;
+constexpr double kAtOnce = 2.0;
 
 struct Texts {
   std::string text;
@@ -163,7 +163,7 @@ Result<MachineAnswer> ring_status(const MachineBench& bench, const OrderWords& w
 Result<MachineAnswer> reprap_status(const MachineBench& bench, const OrderWords& words) {
   if (!words.empty()) return wrong_words("status", "takes no words");
   RepRapTalk talk(bench.wire, bench.clock, bench.stopped);
-  const Result<bool> stands = talk.stands_within(kStandTime);
+  const Result<bool> stands = talk.stands_within(kAtOnce);
   if (!stands) return tl::unexpected<Error>(stands.error());
   Texts out;
   out.line("state", *stands ? "it stands" : "Busy: it moves, or waits for its operator (M0)");

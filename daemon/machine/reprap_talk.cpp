@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "daemon/machine/talk_parts.h"
 #include "daemon/protocol/grbl_words.h"
 #include "daemon/protocol/reprap_session.h"
+#include "daemon/protocol/session.h"
 #include "daemon/wire/wire_text.h"
 
 namespace tiltfeed::daemon {
@@ -16,15 +18,12 @@ using std::chrono::seconds;
 
 constexpr Time kTurn = milliseconds(20);
 /// Boards reset when the port opens; a bootloader and an SD card take their time.
-constexpr Time kOpenTime = seconds(15), kAskAgain = seconds(2);
+constexpr Time kOpenTime = seconds(15), kGreetAgain = seconds(2);
 /// After a refusal its ok and those of what was still on its way come; they belong to nothing.
 constexpr Time kQuiet = milliseconds(60);
 /// Marlin says "busy" every two seconds while it works.
 constexpr Time kSilence = seconds(6);
 constexpr int kMostRepeats = 10, kMostPlaces = 3;
-constexpr std::size_t kMostLine = 1024, kMostLines = 4096;
-
-tl::unexpected<Error> cancelled() { return fail(Code::kCancelled, "stopped on request"); }
 
 tl::unexpected<Error> halted(const std::string& line) {
   return fail(Code::kLink, "the firmware has halted: '" + line + "'" + marlin_meaning(line) +
@@ -57,10 +56,10 @@ bool RepRapTalk::take_line(std::string& line) {
     in_.erase(0, end + 1);
     while (one.ends_with('\r') || one.ends_with(' ')) one.pop_back();
     if (one.empty()) continue;
-    line = wire_text(one.substr(0, kMostLine));
+    line = wire_text(one.substr(0, kMaxReplyLine));
     return true;
   }
-  if (in_.size() > kMostLine) in_.clear();
+  if (in_.size() > kMaxReplyLine) in_.clear();
   return false;
 }
 
@@ -72,7 +71,7 @@ Result<void> RepRapTalk::settle() {
   for (const Time began = clock_.now(); !agreed && clock_.now() - began < kOpenTime;) {
     // The empty line ends whatever fragment is left in the firmware.
     out_ += "\n" + reprap_frame(0, "M110N0") + "\n";
-    for (const Time asked = clock_.now(); !agreed && clock_.now() - asked < kAskAgain;) {
+    for (const Time asked = clock_.now(); !agreed && clock_.now() - asked < kGreetAgain;) {
       if (stopped()) return cancelled();
       if (const Result<void> turned = turn(); !turned) return turned;
       while (!agreed && take_line(line)) {
@@ -150,7 +149,7 @@ Result<RepRapAnswer> RepRapTalk::exchange(const std::string& text, double patien
         continue;
       }
       if (answer.refusal.empty()) answer.refusal = refusal_of(line, reply.kind);
-      if (answer.said.size() < kMostLines) answer.said.push_back(line);
+      if (answer.said.size() < kMostReplies) answer.said.push_back(line);
     }
     if (refused && now >= again) {
       out_ += frame;

@@ -4,14 +4,14 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-constexpr Time kLook = std::chrono::milliseconds(50);
+constexpr Time kRest = std::chrono::milliseconds(50);
 constexpr int kMostTries = 100;
 
 }  // namespace
 
 void RingTalk::rest() {
   std::string in;
-  static_cast<void>(wire_.exchange({}, kLook, in));
+  static_cast<void>(wire_.exchange({}, kRest, in));
 }
 
 Result<std::optional<std::vector<std::uint16_t>>> RingTalk::exchange(const ModbusRequest& request) {

@@ -4,6 +4,7 @@
 
 #include "daemon/protocol/grbl_reply.h"
 #include "daemon/protocol/reprap_session.h"
+#include "daemon/protocol/session.h"
 #include "daemon/wire/modbus_map.h"
 
 namespace tiltfeed::daemon {
@@ -19,7 +20,6 @@ constexpr Time kRepeat = milliseconds(200);
 constexpr Time kStandTime = seconds(10);
 /// From reset to banner.
 constexpr Time kResetTime = seconds(3);
-constexpr std::size_t kMaxReply = 1024;
 static_assert(kStandTime + kResetTime < kSafeStopLimit);
 
 /// Feed hold; when the axes stand a reset, which at a stand keeps the position, forgets the lines that are
@@ -54,7 +54,7 @@ class GrblStop {
     for (const char c : in) {
       if (c == '\n')
         on_line(), line_.clear();
-      else if (line_.size() < kMaxReply)
+      else if (line_.size() < kMaxReplyLine)
         line_ += c;
     }
     return {};

@@ -16,17 +16,6 @@ constexpr double kSameWord = 1e-6;
 constexpr const char* kColumns[] = {"tilt_deg", "rotary_deg",     "x_mm", "y_mm",
                                     "z_mm",     "tool_length_mm", "place"};
 
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells;
-  const char between = line.find(';') != std::string::npos ? ';' : ',';
-  std::istringstream in(line + between);
-  for (std::string cell; std::getline(in, cell, between);) {
-    const std::size_t first = cell.find_first_not_of(" \t\r"), last = cell.find_last_not_of(" \t\r");
-    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
-  }
-  return cells;
-}
-
 /// A file's lines as values by column.
 class Table {
  public:
@@ -122,6 +111,16 @@ class Table {
 
 }  // namespace
 
+std::vector<std::string> cells_of(const std::string& line, char between) {
+  std::vector<std::string> cells;
+  std::istringstream in(line + between);
+  for (std::string cell; std::getline(in, cell, between);) {
+    const std::size_t first = cell.find_first_not_of(" \t\r"), last = cell.find_last_not_of(" \t\r");
+    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+  }
+  return cells;
+}
+
 Result<BallReadings> read_ball_readings(const std::string& text, const std::string& path,
                                         const MachineModel& machine, double tool_length) {
   Table table(path, machine, tool_length);
@@ -133,7 +132,7 @@ Result<BallReadings> read_ball_readings(const std::string& text, const std::stri
     ++line;
     const std::size_t first = row.find_first_not_of(" \t\r");
     if (first == std::string::npos || row[first] == '#') continue;
-    const std::vector<std::string> cells = cells_of(row);
+    const std::vector<std::string> cells = cells_of(row, row.find(';') != std::string::npos ? ';' : ',');
     const Result<void> read = headed ? table.row(cells, line, out) : table.head(cells, line);
     if (!read) return tl::unexpected<Error>(read.error());
     headed = true;

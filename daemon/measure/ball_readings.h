@@ -28,6 +28,9 @@ struct BallReadings {
 inline constexpr int kFewestTouches = 4;
 inline constexpr std::size_t kMostReadings = 2000;
 
+/// The values of a line of CSV, without blanks at their ends.
+std::vector<std::string> cells_of(const std::string& line, char between);
+
 /// Columns by name, in any order: tilt_deg, rotary_deg (those of the machine's axes), x_mm, y_mm, z_mm,
 /// tool_length_mm (or `tool_length`, where it is at least 0), place (makes touches of readings). Commas or
 /// semicolons; lines that begin with # are remarks. Errors: kInput as file:line, what was expected.

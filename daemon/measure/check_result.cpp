@@ -6,6 +6,7 @@
 #include <map>
 #include <sstream>
 
+#include "daemon/measure/ball_readings.h"
 #include "daemon/measure/pivot_fit.h"
 #include "daemon/post/machine_check.h"
 #include "kinematics/basics/decimal.h"
@@ -14,20 +15,10 @@ namespace tiltfeed::daemon {
 namespace {
 
 constexpr std::size_t kFewestStops = 3;
-constexpr double kMostMm = 10'000.0;
+constexpr double kMostLength = 10'000.0;
 
 tl::unexpected<Error> wrong(const std::string& path, int line, const std::string& what) {
   return fail(Code::kInput, path + ":" + std::to_string(line) + ": " + what);
-}
-
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream in(line + ",");
-  for (std::string cell; std::getline(in, cell, ',');) {
-    const std::size_t first = cell.find_first_not_of(" \t\r"), last = cell.find_last_not_of(" \t\r");
-    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
-  }
-  return cells;
 }
 
 /// The four columns of a line: stop and three lengths.
@@ -38,7 +29,7 @@ Result<std::vector<double>> numbers_of(const std::vector<std::string>& cells, co
     double value = 0.0;
     const char* const end = cell.data() + cell.size();
     const auto parsed = std::from_chars(cell.data() + (cell.starts_with('+') ? 1 : 0), end, value);
-    if (parsed.ec != std::errc() || parsed.ptr != end || !(std::abs(value) <= kMostMm))
+    if (parsed.ec != std::errc() || parsed.ptr != end || !(std::abs(value) <= kMostLength))
       return wrong(path, line, "'" + cell.substr(0, 40) + "' is no number up to 10000");
     numbers.push_back(value);
   }
@@ -57,7 +48,7 @@ Result<BallReadings> read_table(const std::vector<CheckStop>& stops, double tool
     ++line;
     const std::size_t first = row.find_first_not_of(" \t\r");
     if (first == std::string::npos || row[first] == '#') continue;
-    const std::vector<std::string> cells = cells_of(row);
+    const std::vector<std::string> cells = cells_of(row, ',');
     if (!headed) {
       off = cells == std::vector<std::string>{"stop", "dx_mm", "dy_mm", "dz_mm"};
       if (!off && cells != std::vector<std::string>{"stop", "x_mm", "y_mm", "z_mm"})

@@ -12,8 +12,6 @@ namespace {
 
 // A singular value below this share of the largest is none [Golub, Van Loan].
 constexpr double kRankCut = 1e-6;
-// Step of a slope, mm: reading_at bends so little that the slope is right to ten digits.
-constexpr double kStep = 1e-3;
 constexpr int kMostSteps = 60, kMostHalvings = 12;
 constexpr double kStill = 1e-8;  // mm
 // Touches whose sphere is this flat do not tell its centre.
@@ -62,8 +60,8 @@ class Adjustment {
     Eigen::MatrixXd all(rest(machine).size(), static_cast<Eigen::Index>(unknowns_.size()));
     for (std::size_t i = 0; i < unknowns_.size(); ++i)
       all.col(static_cast<Eigen::Index>(i)) =
-          (rest(moved(machine, unknowns_[i], -kStep)) - rest(moved(machine, unknowns_[i], kStep))) /
-          (2.0 * kStep);
+          (rest(moved(machine, unknowns_[i], -kSlopeStep)) - rest(moved(machine, unknowns_[i], kSlopeStep))) /
+          (2.0 * kSlopeStep);
     return all;
   }
 
@@ -290,11 +288,11 @@ std::vector<ValueSpread> spreads(const PivotFit& fit, const MachineModel& before
     slopes[i].assign(all[i].value.parts.size(), Eigen::VectorXd::Zero(n));
   for (Eigen::Index j = 0; j < n; ++j) {
     const Unknown unknown = fit.known.unknowns[static_cast<std::size_t>(j)];
-    const auto up = values(moved(fit.found, unknown, kStep)),
-               down = values(moved(fit.found, unknown, -kStep));
+    const auto up = values(moved(fit.found, unknown, kSlopeStep)),
+               down = values(moved(fit.found, unknown, -kSlopeStep));
     for (std::size_t i = 0; i < all.size(); ++i)
       for (std::size_t k = 0; k < slopes[i].size(); ++k)
-        slopes[i][k][j] = (up[i].parts[k] - down[i].parts[k]) / (2.0 * kStep);
+        slopes[i][k][j] = (up[i].parts[k] - down[i].parts[k]) / (2.0 * kSlopeStep);
   }
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (const Eigen::VectorXd& slope : slopes[i]) {

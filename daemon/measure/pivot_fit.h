@@ -37,6 +37,8 @@ struct PivotFit {
   std::vector<PlaceRest> places;    ///< in the order of BallReadings::places
 };
 
+/// Step of a slope, mm: reading_at bends so little that the slope is right to ten digits.
+inline constexpr double kSlopeStep = 1e-3;
 /// Tool lengths of readings that differ by less do not tell the spindle's direction, mm.
 inline constexpr double kTwoLengths = 20.0;
 /// Above it numbers are known too badly to be used: good places give 6 to 11.

@@ -7,7 +7,6 @@
 namespace tiltfeed::daemon {
 namespace {
 
-constexpr double kStep = 1e-3;  // mm, of slopes
 // What is believed before any reading, mm (of angles at kLever): a profile that was measured badly. It makes
 // what no reading tells large, not infinite.
 constexpr double kBelieved = 2.0;
@@ -59,11 +58,11 @@ Eigen::MatrixXd tip_slopes(const PivotFit& fit, const MachineModel& before,
   Eigen::MatrixXd slopes(static_cast<Eigen::Index>(unknowns.size()),
                          3 * static_cast<Eigen::Index>(poses.size()));
   for (std::size_t j = 0; j < unknowns.size(); ++j) {
-    const MachineModel up = settle(moved(fit.found, unknowns[j], kStep));
-    const MachineModel down = settle(moved(fit.found, unknowns[j], -kStep));
+    const MachineModel up = settle(moved(fit.found, unknowns[j], kSlopeStep));
+    const MachineModel down = settle(moved(fit.found, unknowns[j], -kSlopeStep));
     for (std::size_t i = 0; i < poses.size(); ++i)
       slopes.block<1, 3>(static_cast<Eigen::Index>(j), 3 * static_cast<Eigen::Index>(i)) =
-          ((words(up, poses[i]) - words(down, poses[i])) / (2.0 * kStep)).transpose();
+          ((words(up, poses[i]) - words(down, poses[i])) / (2.0 * kSlopeStep)).transpose();
   }
   return slopes;
 }
@@ -90,9 +89,9 @@ Eigen::MatrixXd information_of(const BallMachine& machine, const std::vector<Unk
                                const BallPlace& place, double noise) {
   Eigen::MatrixXd slopes(3, static_cast<Eigen::Index>(unknowns.size()));
   for (std::size_t j = 0; j < unknowns.size(); ++j) {
-    const Vec3 slope = (reading_at(moved(machine, unknowns[j], kStep), place) -
-                        reading_at(moved(machine, unknowns[j], -kStep), place)) /
-                       (2.0 * kStep);
+    const Vec3 slope = (reading_at(moved(machine, unknowns[j], kSlopeStep), place) -
+                        reading_at(moved(machine, unknowns[j], -kSlopeStep), place)) /
+                       (2.0 * kSlopeStep);
     slopes.col(static_cast<Eigen::Index>(j)) << slope.x, slope.y, slope.z;
   }
   return slopes.transpose() * slopes / (noise * noise);

@@ -1,18 +1,13 @@
 #include "daemon/plan/plan_report.h"
 
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
+
+#include "daemon/plan/formatted.h"
 
 namespace tiltfeed::daemon {
 
 namespace {
-
-std::string format(const char* pattern, auto... values) {
-  char text[512];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
 
 nlohmann::ordered_json joints_json(const Joints& j) {
   return {{"x", j.x}, {"y", j.y}, {"z", j.z}, {"a", j.a}, {"c", j.c}};
@@ -32,7 +27,7 @@ nlohmann::ordered_json starvation_json(const Starvation& s) {
 std::string turning(const MachineModel& machine, const Joints& q, const char* unit) {
   std::string text;
   for (const auto& [axis, value] : {std::pair{&machine.tilt, q.a}, {&machine.rotary, q.c}})
-    if (axis->present) text += format("%s %c %.0f", text.empty() ? "," : "", axis->letter, value);
+    if (axis->present) text += formatted("%s %c %.0f", text.empty() ? "," : "", axis->letter, value);
   return text.empty() ? text : text + " " + unit;
 }
 
@@ -162,14 +157,14 @@ std::string report_json(const PlanOutcome& o) {
 
 std::string motion_text(const MotionOutcome& o) {
   const bool small = o.program.bytes < 1'000'000;
-  std::string text =
-      format("%llu blocks, %.1f %s, machining time %.1f min, tip within %.4f mm of its path between blocks\n",
-             static_cast<unsigned long long>(o.program.blocks),
-             static_cast<double>(o.program.bytes) / (small ? 1e3 : 1e6), small ? "kB" : "MB",
-             o.timing.seconds / 60.0, o.joints.max_tip_deviation);
+  std::string text = formatted(
+      "%llu blocks, %.1f %s, machining time %.1f min, tip within %.4f mm of its path between blocks\n",
+      static_cast<unsigned long long>(o.program.blocks),
+      static_cast<double>(o.program.bytes) / (small ? 1e3 : 1e6), small ? "kB" : "MB",
+      o.timing.seconds / 60.0, o.joints.max_tip_deviation);
   const Joints &v = o.timing.peak_velocity, &a = o.timing.peak_acceleration;
   const MachineModel& m = o.machine;
-  text += format(
+  text += formatted(
       "peaks: X %.0f Y %.0f Z %.0f mm/min%s; X %.0f Y %.0f Z %.0f mm/s2%s; %llu blocks slowed by "
       "accelerations, "
       "%llu moves subdivided",
@@ -177,21 +172,21 @@ std::string motion_text(const MotionOutcome& o) {
       static_cast<unsigned long long>(o.timing.slowed),
       static_cast<unsigned long long>(o.joints.subdivided_moves));
   if (m.rotary.present)
-    text += format(", %c winds up by %.1f turns", m.rotary.letter, rotary_turns(o.joints));
+    text += formatted(", %c winds up by %.1f turns", m.rotary.letter, rotary_turns(o.joints));
   text += "\n";
   if (o.joints.reconfigurations > 0)
-    text += format(
+    text += formatted(
         "warning: the tool is taken off the part %llu times to turn %c back or %c over: look for marks\n",
         static_cast<unsigned long long>(o.joints.reconfigurations), m.rotary.letter, m.tilt.letter);
   if (o.starved.count > 0)
-    text += format(
+    text += formatted(
         "warning: blocks %zu to %zu (%.1f s) come faster than the link carries them, the machine waits for "
         "%.1f s: "
         "use a link of %.0f bytes/s, a larger tolerance_mm, or a lower feed\n",
         o.starved.first + 1, o.starved.first + o.starved.count, o.starved.seconds, o.starved.waits,
         std::ceil(o.starved.bytes_per_s));
   if (o.program.clamped_feeds > 0)
-    text += format(
+    text += formatted(
         "warning: %llu blocks would need a larger inverse-time F than the control takes: they run slower\n",
         static_cast<unsigned long long>(o.program.clamped_feeds));
   return text;
@@ -202,14 +197,14 @@ std::string report_text(const PlanOutcome& o) {
   for (const std::string& w : o.plan.warnings) text += "warning: " + w + "\n";
   double wall = 0.0;
   for (const pathgen::StageTime& t : o.times) wall += t.seconds;
-  text +=
-      format("%llu facets, %llu passes, %llu points (of %llu), %.1f m cut, %.1f m rapid, %llu retracts\n",
-             static_cast<unsigned long long>(o.plan.facets), static_cast<unsigned long long>(o.plan.passes),
-             static_cast<unsigned long long>(o.plan.points),
-             static_cast<unsigned long long>(o.plan.slice_points), o.plan.cut_length / 1000.0,
-             o.plan.rapid_length / 1000.0, static_cast<unsigned long long>(o.plan.retracts));
+  text += formatted(
+      "%llu facets, %llu passes, %llu points (of %llu), %.1f m cut, %.1f m rapid, %llu retracts\n",
+      static_cast<unsigned long long>(o.plan.facets), static_cast<unsigned long long>(o.plan.passes),
+      static_cast<unsigned long long>(o.plan.points), static_cast<unsigned long long>(o.plan.slice_points),
+      o.plan.cut_length / 1000.0, o.plan.rapid_length / 1000.0,
+      static_cast<unsigned long long>(o.plan.retracts));
   if (o.plan.free)
-    text += format(
+    text += formatted(
         "free axis: %llu CL points, %llu directions tested, %llu breaks, %.2f %% of the slices out of "
         "reach\n",
         static_cast<unsigned long long>(o.plan.free->cl_points),
@@ -217,33 +212,34 @@ std::string report_text(const PlanOutcome& o) {
         static_cast<unsigned long long>(o.plan.free->breaks),
         100.0 * o.plan.free->unreached_length / o.plan.free->cl_length);
   if (o.plan.indexed)
-    text += format("indexed: %zu directions reach %.1f %% of the surface, all directions together %.1f %%\n",
-                   o.plan.indexed->directions.size(), 100.0 * o.plan.indexed->reached,
-                   100.0 * o.plan.indexed->reachable);
-  if (o.plan.uncut && o.plan.uncut->area > 0.0)
     text +=
-        format("uncut: %.1f of %.1f mm2 that face the tool, on %zu facets; which and why is in the report\n",
-               o.plan.uncut->area, o.plan.uncut->facing_area, o.plan.uncut->facets.size());
+        formatted("indexed: %zu directions reach %.1f %% of the surface, all directions together %.1f %%\n",
+                  o.plan.indexed->directions.size(), 100.0 * o.plan.indexed->reached,
+                  100.0 * o.plan.indexed->reachable);
+  if (o.plan.uncut && o.plan.uncut->area > 0.0)
+    text += formatted(
+        "uncut: %.1f of %.1f mm2 that face the tool, on %zu facets; which and why is in the report\n",
+        o.plan.uncut->area, o.plan.uncut->facing_area, o.plan.uncut->facets.size());
   const pathgen::BetweenPasses* between = o.plan.uncut     ? &o.plan.uncut->between
                                           : o.plan.between ? &*o.plan.between
                                                            : nullptr;
   if (between != nullptr && between->area == 0.0)
-    text += format("between passes at most %.4f mm are left; %.4f mm are asked, tolerance included\n",
-                   between->most, between->limit);
+    text += formatted("between passes at most %.4f mm are left; %.4f mm are asked, tolerance included\n",
+                      between->most, between->limit);
   if (o.bend.stretches + o.bend.refused > 0)
-    text += format(
+    text += formatted(
         "near the pole the axis leans by up to %.2f degrees at %zu points of %zu pieces; %zu pieces stay "
         "exact, "
         "as the tool is not clear there\n",
         o.bend.largest.degrees(), o.bend.points, o.bend.stretches, o.bend.refused);
   text += motion_text({o.job.machine.model, o.joints, o.program, o.timing, o.starved});
-  text += o.proof
-              ? format("proven: %llu moves, nowhere deeper than %.4f mm in the part (tolerance %.4g mm)\n",
-                       static_cast<unsigned long long>(o.proof->moves), o.proof->gouge, o.job.plan.tolerance)
-              : "not proven, as --no-proof says\n";
+  text += o.proof ? formatted(
+                        "proven: %llu moves, nowhere deeper than %.4f mm in the part (tolerance %.4g mm)\n",
+                        static_cast<unsigned long long>(o.proof->moves), o.proof->gouge, o.job.plan.tolerance)
+                  : "not proven, as --no-proof says\n";
   if (o.proof) text += o.proof->collisions + "\n";
-  text += format("%.2f s (%.2f s processor), %.0f MB", wall, o.cpu_seconds, o.peak_memory_mb);
-  for (const pathgen::StageTime& t : o.times) text += format("; %s %.2f s", t.stage.c_str(), t.seconds);
+  text += formatted("%.2f s (%.2f s processor), %.0f MB", wall, o.cpu_seconds, o.peak_memory_mb);
+  for (const pathgen::StageTime& t : o.times) text += formatted("; %s %.2f s", t.stage.c_str(), t.seconds);
   return text + "\n";
 }
 

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "config/enum_words.h"
+#include "daemon/plan/formatted.h"
 #include "daemon/plan/part_size.h"
 #include "kinematics/machine/machine.h"
 #include "pathgen/suggest/placements.h"
@@ -26,12 +26,6 @@ constexpr double kStepShare = 0.1, kTolerance = 0.01, kToleranceShare = 0.005;
 constexpr double kClearance = 5.0, kOfRoom = 0.2, kLeastClearance = 0.2, kApproach = 1.0;
 /// The job stays so far from the tilt's limit, degrees.
 constexpr double kTiltMargin = 0.5;
-
-std::string format(const char* pattern, auto... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
 
 bool is_field(const pathgen::AxisFrame& axis) {
   return axis.mode != pathgen::AxisMode::kFree && axis.mode != pathgen::AxisMode::kIndexed;
@@ -116,22 +110,22 @@ std::string suggestion_text(const SuggestionOutcome& o) {
   for (std::size_t i = 0; i < o.found.proposals.size(); ++i) {
     const pathgen::Proposal& p = o.found.proposals[i];
     const bool sense = is_field(p.axis) && p.axis.mode != pathgen::AxisMode::kFixed;
-    text += format(
+    text += formatted(
         "%2zu  %-8s %-8s %5.1f %%    %5.1f %%  ", i + 1, config::word(config::kModeWords, p.axis.mode),
         sense ? config::word(config::kSenseWords, p.axis.sense) : "", 100.0 * p.share(), 100.0 * p.shaped);
     std::string place = place_text(p.axis);
     if (!p.directions.empty()) place = std::to_string(p.directions.size()) + " directions";
     if (o.machine != nullptr && !(p.fixture_deg == Vec3{}))
-      place += format("%sturned %.4g %.4g %.4g on the table", place.empty() ? "" : ", ",
-                      p.fixture_deg.x + 0.0, p.fixture_deg.y + 0.0, p.fixture_deg.z + 0.0);
+      place += formatted("%sturned %.4g %.4g %.4g on the table", place.empty() ? "" : ", ",
+                         p.fixture_deg.x + 0.0, p.fixture_deg.y + 0.0, p.fixture_deg.z + 0.0);
     text += (place.empty() ? std::string("as it lies") : place) + " (" + p.source + ")\n";
     const std::vector<pathgen::Reach> why = reasons(p.reach);
     for (std::size_t k = 0; k < std::min(why.size(), kMostReasons); ++k)
-      text += format("%s%.1f %% %s", k == 0 ? "                     rest: " : ", ",
-                     100.0 * p.reach.share(why[k]), pathgen::meaning(why[k]));
+      text += formatted("%s%.1f %% %s", k == 0 ? "                     rest: " : ", ",
+                        100.0 * p.reach.share(why[k]), pathgen::meaning(why[k]));
     if (!why.empty()) text += "\n";
   }
-  return text + format(
+  return text + formatted(
                     "reached: share of the whole surface; of shaped: without large planes and cylinders, "
                     "which many set-ups "
                     "cut. %zu placements tried, %zu places of the surface asked, %.1f s\n",
@@ -195,10 +189,10 @@ config::NewJob job_of(const SuggestionOutcome& o, std::size_t index, const std::
   job.part_zero = p.setup.part_zero, job.fixture_deg = p.fixture_deg,
   job.tilt_max = tilt_limit(o.machine->model);
   job.remarks = {
-      format("Proposed by tiltfeed suggest: reaches %.1f %% of the surface (%.1f %% of what is shaped).",
-             100.0 * p.share(), 100.0 * p.shaped)};
+      formatted("Proposed by tiltfeed suggest: reaches %.1f %% of the surface (%.1f %% of what is shaped).",
+                100.0 * p.share(), 100.0 * p.shaped)};
   for (const pathgen::Reach r : reasons(p.reach))
-    job.remarks.push_back(format("%.1f %% %s.", 100.0 * p.reach.share(r), pathgen::meaning(r)));
+    job.remarks.push_back(formatted("%.1f %% %s.", 100.0 * p.reach.share(r), pathgen::meaning(r)));
   job.remarks.push_back(
       "Check part_zero_mm against the table, clamps and head: of these nothing is known here.");
   return job;

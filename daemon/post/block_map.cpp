@@ -9,7 +9,7 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-constexpr char kMark[8] = {'T', 'F', 'M', 'A', 'P', '1', '\n', '\0'};
+constexpr char kMapMark[8] = {'T', 'F', 'M', 'A', 'P', '1', '\n', '\0'};
 constexpr std::size_t kEntryBytes = 8;  // move, facet: little-endian, 4 bytes each
 
 void put(char* out, std::uint32_t value) {
@@ -25,7 +25,7 @@ std::uint32_t get(const char* in) {
 }  // namespace
 
 void write_block_map(const JointPath& joints, const ToolPath& path, std::ostream& out) {
-  out.write(kMark, sizeof kMark);
+  out.write(kMapMark, sizeof kMapMark);
   char entry[kEntryBytes];
   for (const JointMove& block : joints.moves) {
     put(entry, block.move);
@@ -37,11 +37,11 @@ void write_block_map(const JointPath& joints, const ToolPath& path, std::ostream
 Result<std::optional<BlockOrigin>> read_block_origin(const std::string& path, std::uint64_t number) {
   std::ifstream in(path, std::ios::binary);
   if (!in) return fail(Code::kIo, path + ": " + std::strerror(errno));
-  char mark[sizeof kMark];
-  if (!in.read(mark, sizeof mark) || std::memcmp(mark, kMark, sizeof mark) != 0)
+  char mark[sizeof kMapMark];
+  if (!in.read(mark, sizeof mark) || std::memcmp(mark, kMapMark, sizeof mark) != 0)
     return fail(Code::kInput, path + ": is not a map of blocks");
   if (number == 0) return std::optional<BlockOrigin>();
-  in.seekg(static_cast<std::streamoff>(sizeof kMark + (number - 1) * kEntryBytes));
+  in.seekg(static_cast<std::streamoff>(sizeof kMapMark + (number - 1) * kEntryBytes));
   char entry[kEntryBytes];
   if (!in.read(entry, kEntryBytes)) return std::optional<BlockOrigin>();
   return std::optional<BlockOrigin>(BlockOrigin{get(entry), get(entry + 4)});

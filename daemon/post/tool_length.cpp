@@ -11,7 +11,7 @@
 namespace tiltfeed::daemon {
 namespace {
 
-constexpr const char* kMark = "TILTFEED tool length ";
+constexpr const char* kLengthMark = "TILTFEED tool length ";
 // The header prints lengths with four decimals.
 constexpr double kPrinted = 1e-4;
 constexpr std::size_t kLongestLine = 65536;  // read in pieces beyond
@@ -25,10 +25,10 @@ Result<std::vector<double>> baked_lengths(const std::string& path) {
   std::string line;
   for (LineRead got = LineRead::kLine; got != LineRead::kEnd;) {
     got = read_bounded_line(in, line, kLongestLine);
-    const std::size_t mark = line.find(kMark);
+    const std::size_t mark = line.find(kLengthMark);
     if (mark == std::string::npos || line.find("in the words", mark) == std::string::npos) continue;
     double length = 0.0;
-    if (std::istringstream(line.substr(mark + std::string(kMark).size())) >> length)
+    if (std::istringstream(line.substr(mark + std::string(kLengthMark).size())) >> length)
       lengths.push_back(length);
   }
   if (in.bad()) return fail(Code::kIo, path + ": cannot be read");

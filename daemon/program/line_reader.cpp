@@ -28,9 +28,6 @@ std::string hex(char c) {
   return {'0', 'x', kHex[byte >> 4], kHex[byte & 15]};
 }
 
-/// No control has a G or M code from here on.
-constexpr double kLargestCode = 1000.0;
-
 /// Tenths of a code's number, so 281 is G28.1; -1 where it cannot be one.
 int tenths(double value) {
   return value >= 0.0 && value < kLargestCode ? static_cast<int>(value * 10.0 + 0.5) : -1;

@@ -10,8 +10,6 @@ namespace {
 
 constexpr char kAxisNames[] = "XYZAC";
 constexpr std::uint8_t kEveryAxis = 0x1f;
-/// No control has a G or M code from here on; what is larger must not wrap into one.
-constexpr double kLargestCode = 1000.0;
 /// Largest S, 1/min: the wire counts thousandths in an int32.
 constexpr double kMaxSpindle = 2147483.0;
 /// Longest dwell, s: an hour; the wire counts milliseconds.

@@ -19,6 +19,9 @@ struct GcodeWord {
   double value = 0.0;
 };
 
+/// No control has a G or M code from here on; what is larger must not wrap into one.
+inline constexpr double kLargestCode = 1000.0;
+
 /// Takes the first word off `rest`; nothing when `rest` is not a letter and a plain decimal number.
 std::optional<GcodeWord> take_word(std::string_view& rest);
 

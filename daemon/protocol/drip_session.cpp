@@ -12,7 +12,7 @@ using std::chrono::milliseconds;
 /// Fanuc protocol B: NAK on an alarm, SYN on a reset.
 constexpr char kNak = 0x15, kSyn = 0x16;
 /// Text kept ready; more is read from the program when less than half of it is left.
-constexpr std::size_t kReady = 4096;
+constexpr std::size_t kReadyBytes = 4096;
 constexpr Time kWait = milliseconds(50);
 /// At the least this many bytes at once, or very slow lines would need a call per byte.
 constexpr std::size_t kFewBytes = 2;
@@ -54,7 +54,9 @@ void DripSession::start() {
   written_ = out_.size();
 }
 
-bool DripSession::wants_work() const { return phase_ == Phase::kRun && !ended_ && out_.size() < kReady / 2; }
+bool DripSession::wants_work() const {
+  return phase_ == Phase::kRun && !ended_ && out_.size() < kReadyBytes / 2;
+}
 
 void DripSession::push(Line line) {
   assert(wants_work());

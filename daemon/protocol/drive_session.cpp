@@ -12,8 +12,8 @@ using std::chrono::seconds;
 
 constexpr Time kPoll = milliseconds(5), kAgain = milliseconds(50);
 /// So long may what may be repeated stay without an answer.
-constexpr Time kSilence = seconds(10);
-constexpr std::size_t kReady = 2;
+constexpr Time kAnswerTimeout = seconds(10);
+constexpr std::size_t kBlocksAhead = 2;
 constexpr std::uint8_t kAcknowledged = 5, kBusy = 6;  // Modbus exceptions
 
 }  // namespace
@@ -27,7 +27,9 @@ void DriveSession::move(Event event) {
   phase_ = *next;
 }
 
-bool DriveSession::wants_work() const { return phase_ == Phase::kRun && !ended_ && pending_.size() < kReady; }
+bool DriveSession::wants_work() const {
+  return phase_ == Phase::kRun && !ended_ && pending_.size() < kBlocksAhead;
+}
 
 void DriveSession::push(NumericBlock block) {
   assert(wants_work());
@@ -163,7 +165,7 @@ void DriveSession::on_missing(Time now) {
                  ": the drive may have moved; nothing is sent again");
   }
   next_ = now + kAgain;
-  if (now - heard_ < kSilence) return;
+  if (now - heard_ < kAnswerTimeout) return;
   loss_ = Loss::kWire;
   fault("the drive has not answered for 10 s");
 }

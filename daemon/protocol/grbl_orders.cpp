@@ -25,7 +25,6 @@ constexpr Time kStandTimeout = seconds(10);
 constexpr int kMostStoodReports = 4;
 /// Override steps that are on their way are not sent again before they must have been reported.
 constexpr Time kOverrideSettle = milliseconds(600);
-constexpr int kMinOverride = 10, kMaxOverride = 200;
 
 struct OverrideBytes {
   unsigned char up10, down10, up1, down1;

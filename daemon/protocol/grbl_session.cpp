@@ -22,8 +22,6 @@ constexpr Time kReportTimeout = seconds(5);
 constexpr Time kStallTimeout = seconds(10);
 /// The same while the machine says Run: a slow block may not show in the printed position.
 constexpr Time kRunStallTimeout = seconds(300);
-/// A reply line is shorter on every known firmware; longer ones are noise.
-constexpr std::size_t kMaxReply = 1024;
 constexpr std::string_view kBarrier = "G4P0";
 
 }  // namespace
@@ -126,7 +124,7 @@ void GrblSession::receive(std::string_view bytes, Time now) {
     const std::size_t lf = bytes.find('\n');
     if (lf == bytes.npos) {
       partial_ += bytes;
-      if (partial_.size() > kMaxReply) partial_.assign("overlong reply");
+      if (partial_.size() > kMaxReplyLine) partial_.assign("overlong reply");
       break;
     }
     if (partial_.empty()) {

@@ -14,7 +14,6 @@ namespace {
 /// some, takes longer. Both must be over: a slow line carries few replies in that time.
 constexpr Time kObeyTime = std::chrono::seconds(5);
 constexpr int kLeastTries = 20;
-constexpr int kMinOverride = 10, kMaxOverride = 200;
 
 }  // namespace
 

@@ -40,7 +40,8 @@ void RepRapSession::command(const OperatorCommand& command, Time now) {
       return;
     case Order::kFeedOverride:
       if (phase_ == Phase::kRun)
-        return append({0, "M220S" + std::to_string(std::clamp(command.value, 10, 200))}, Kind::kInserted);
+        return append({0, "M220S" + std::to_string(std::clamp(command.value, kMinOverride, kMaxOverride))},
+                      Kind::kInserted);
       refused_ = "only while the program runs";
       return;
     case Order::kRapidOverride:

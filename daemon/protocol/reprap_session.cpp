@@ -16,14 +16,14 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 /// Boards reset when the port opens; a bootloader and an SD card take their time.
-constexpr Time kOpenTimeout = seconds(15), kAskAgain = seconds(2);
+constexpr Time kBootTimeout = seconds(15), kAskAgain = seconds(2);
 /// Marlin says "busy" every two seconds while it works. After three silent ones a line or its ok was lost.
 constexpr Time kSilence = seconds(6);
 /// The oldest line is sent again so many times before the wire is given up.
 constexpr int kMostProbes = 5;
 /// Lines that may be in the command queue and the planner of the firmware (Marlin: 4 to 32, and 16 to 64).
 constexpr std::size_t kFirmwareDepth = 128, kEndless = std::numeric_limits<std::size_t>::max();
-constexpr std::size_t kMaxReply = 1024, kMostWindow = 64;
+constexpr std::size_t kMostWindow = 64;
 constexpr Time kLongest = milliseconds(200);
 
 }  // namespace
@@ -73,7 +73,7 @@ void RepRapSession::append(Line line, Kind kind) {
 /// Puts lines into out_ up to the window. A line that travels alone waits until it is the oldest.
 void RepRapSession::write_due() {
   if (now_ < quiet_until_) return;
-  while (due_ < next_number_ && out_.size() < kMaxReply) {
+  while (due_ < next_number_ && out_.size() < kMaxReplyLine) {
     const std::uint64_t first = next_number_ - history_.size();
     if (due_ < first || due_ - first >= window_) return;
     const Numbered& next = history_[due_ - first];
@@ -115,7 +115,7 @@ void RepRapSession::receive(std::string_view bytes, Time now) {
   while (!bytes.empty() && !is_final(phase_)) {
     const std::size_t lf = bytes.find('\n');
     partial_ += bytes.substr(0, lf);
-    if (partial_.size() > kMaxReply) partial_.assign("overlong reply");
+    if (partial_.size() > kMaxReplyLine) partial_.assign("overlong reply");
     if (lf == bytes.npos) break;
     bytes.remove_prefix(lf + 1);
     std::string line;
@@ -234,7 +234,7 @@ void RepRapSession::settle_front() {
 }
 
 void RepRapSession::check_time() {
-  if (is_opening(phase_) && now_ - opened_ >= kOpenTimeout)
+  if (is_opening(phase_) && now_ - opened_ >= kBootTimeout)
     return fault(Code::kLink, last_text_.empty()
                                   ? "no answer within 15 s; check the power, the cable and the baud rate"
                                   : "what answers does not speak RepRap (last heard: '" + last_text_ +

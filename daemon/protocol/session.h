@@ -78,10 +78,11 @@ enum class Order : std::uint8_t {
   kResume,           ///< ends a hold or a tool change
   kStop,             ///< hold, wait until the machine stands, make it forget the rest
   kAbort,            ///< reset at once: position not to be trusted
-  kFeedOverride,     ///< value: percent, 10 to 200
+  kFeedOverride,     ///< value: percent, kMinOverride to kMaxOverride
   kRapidOverride,    ///< value: 25, 50 or 100 percent
-  kSpindleOverride,  ///< value: percent, 10 to 200
+  kSpindleOverride,  ///< value: percent, likewise
 };
+inline constexpr int kMinOverride = 10, kMaxOverride = 200;
 /// What an operator asks for. What the controller does not have is ignored and SendState::refused says so.
 struct OperatorCommand {
   Order order = Order::kHold;
@@ -99,6 +100,9 @@ enum class Answer : std::uint8_t {
 Answer answer_to(Order order, Phase phase);
 /// Why an order is refused; empty where it is not.
 const char* refusal_text(Answer answer);
+
+/// Bytes of a reply line: it is shorter on every known firmware; longer ones are noise.
+inline constexpr std::size_t kMaxReplyLine = 1024;
 
 /// Lines of the program file; 0, 0: none.
 struct LineRange {

@@ -129,6 +129,11 @@ std::string write_request(const ApiRequest& request) {
   return out.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";
 }
 
+std::string write_text(const std::string& text, const char* key) {
+  const nlohmann::ordered_json out = {{"v", kApiVersion}, {"ok", true}, {key, text}};
+  return out.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";
+}
+
 std::string write_refusal(const Error& error) {
   const json out = {{"v", kApiVersion}, {"ok", false}, {"error", error.message}};
   return out.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";

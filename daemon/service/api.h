@@ -49,6 +49,8 @@ struct ApiRequest {
 /// Never deeper than one object of plain values, never longer than kMaxRequest.
 Result<ApiRequest> parse_request(std::string_view line);
 std::string write_request(const ApiRequest& request);
+/// {"v":1,"ok":true,"text":"..."}, a line. `key`: in the place of "text".
+std::string write_text(const std::string& text, const char* key = "text");
 /// {"v":1,"ok":false,"error":"..."}, a line.
 std::string write_refusal(const Error& error);
 

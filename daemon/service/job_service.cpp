@@ -17,8 +17,6 @@ std::string reply(const ordered_json& json) {
   return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
 }
 
-constexpr std::size_t kPage = 1000;  // jobs that are listed at once
-
 ordered_json good() { return {{"v", kApiVersion}, {"ok", true}}; }
 
 std::string text_of(const ordered_json& json) {
@@ -31,12 +29,6 @@ double tenth(double seconds) { return std::round(seconds * 10.0) / 10.0; }
 std::string shown_note(const SpooledJob& job) {
   if (job.unsaved.empty()) return job.note;
   return job.note + (job.note.empty() ? "" : "; ") + "not in the spool yet: " + job.unsaved;
-}
-
-std::string said(const std::string& text) {
-  ordered_json json = good();
-  json["text"] = text;
-  return reply(json);
 }
 
 }  // namespace
@@ -145,7 +137,7 @@ std::optional<std::string> JobService::order(const ApiRequest& request) {
       return std::nullopt;
   }
   if (!runner_->command(request.job, command)) return std::nullopt;
-  return said("told the machine");
+  return write_text("told the machine");
 }
 
 void JobService::ask(const ApiRequest& request, std::uint32_t user, HandedFiles files,
@@ -167,7 +159,7 @@ void JobService::ask(const ApiRequest& request, std::uint32_t user, HandedFiles 
   if (request.op == ApiOp::kReset) return done(reset(request));
   if (request.op == ApiOp::kMachine) return done(machine(request));
   if (request.op == ApiOp::kStop && request.job == 0 && worker_->busy())
-    return worker_->stop(), done(said(worker_->name() + " is told to end"));
+    return worker_->stop(), done(write_text(worker_->name() + " is told to end"));
   const Result<SpooledJob> job = request.job == 0 ? job_on_machine() : spool_.find(request.job);
   if (!job) return done(tl::unexpected<Error>(job.error()));
   if (request.op == ApiOp::kShow) return show(*job, request, done);
@@ -180,6 +172,7 @@ void JobService::ask(const ApiRequest& request, std::uint32_t user, HandedFiles 
 }
 
 Result<std::string> JobService::list(std::uint64_t after) const {
+  constexpr std::size_t kPage = 1000;
   const auto jobs = spool_.page(after, kPage);
   if (!jobs) return tl::unexpected<Error>(jobs.error());
   ordered_json json = good();
@@ -200,16 +193,17 @@ Result<std::string> JobService::act(const SpooledJob& job, const ApiRequest& req
   if (ends && errands_.withdraw(job.id)) {
     stand_still(job.id, "job " + std::to_string(job.id) + " was stopped before it began");
     if (job.place > 0) return leave_queue(job);
-    return said("not started: nothing has moved");
+    return write_text("not started: nothing has moved");
   }
   if (ends && job.state == JobState::kToolChange) {
-    if (request.op == ApiOp::kHold) return said("the machine stands before a tool change: nothing moves");
+    if (request.op == ApiOp::kHold)
+      return write_text("the machine stands before a tool change: nothing moves");
     if (worker_->busy()) worker_->stop();
     changing_ = {};
     if (const Result<void> kept = keep(job, JobState::kStopped, "stopped at the tool change: " + job.note);
         !kept)
       return tl::unexpected<Error>(kept.error());
-    return said("stopped; the machine stands where it was parked");
+    return write_text("stopped; the machine stands where it was parked");
   }
   switch (request.op) {
     case ApiOp::kHold:
@@ -280,7 +274,8 @@ void JobService::show(const SpooledJob& job, const ApiRequest& request, const Do
 }
 
 Result<std::string> JobService::command(const SpooledJob& job, const OperatorCommand& command) {
-  if (job.state == JobState::kRunning && runner_->command(job.id, command)) return said("told the machine");
+  if (job.state == JobState::kRunning && runner_->command(job.id, command))
+    return write_text("told the machine");
   if (job.state == JobState::kInterrupted && command.order == Order::kStop) return forget_run(job);
   const bool left = job.state == JobState::kInterrupted || job.state == JobState::kUncertain;
   return fail(
@@ -304,7 +299,7 @@ Result<std::string> JobService::remove(const SpooledJob& job) {
     return tl::unexpected<Error>(removed.error());
   if (changing_.job == job.id) changing_ = {};
   asked_by_.erase(job.id);
-  return said("removed");
+  return write_text("removed");
 }
 
 // ---- ends of planning and of runs ------------------------------------------------------------------------

@@ -6,12 +6,6 @@
 
 namespace tiltfeed::daemon {
 
-namespace {
-
-constexpr std::size_t kPage = 1000;  // runs that are told at once
-
-}  // namespace
-
 /// A run that cannot be put on record runs all the same: the journal is what decides about it.
 void JobService::begin_run(const SpooledJob& job, std::uint64_t first) {
   RunReport run;
@@ -47,6 +41,7 @@ void JobService::end_run(const SpooledJob& job, const std::string& note) {
 }
 
 Result<std::string> JobService::history(std::uint64_t job, std::uint64_t after) const {
+  constexpr std::size_t kPage = 1000;
   const auto runs = spool_.runs(after, job, kPage);
   if (!runs) return tl::unexpected<Error>(runs.error());
   return R"({"v":1,"ok":true,"runs":)" + runs_json(*runs) + (runs->size() == kPage ? R"(,"more":true)" : "") +

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string reply(ordered_json json) {
+std::string order_reply(ordered_json json) {
   json["v"] = kApiVersion;
   json["ok"] = true;
   return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
@@ -86,7 +86,7 @@ Result<std::string> JobService::machine(const ApiRequest& request) {
     return fail(Code::kUsage, worker_->name() + " is in work on the machine; `tiltfeed stop` ends it");
   // What an operator moves or changes must not be surprised by a job that starts by itself.
   if (!order->while_running) queue_moves_ = false;
-  return reply({{"order", worker_->start(config_.machine, link_, request.command, words)}});
+  return order_reply({{"order", worker_->start(config_.machine, link_, request.command, words)}});
 }
 
 Result<std::string> JobService::follow_order(const ApiRequest& request) {
@@ -96,9 +96,9 @@ Result<std::string> JobService::follow_order(const ApiRequest& request) {
   if (request.held) worker_->renew();
   if (request.stop) worker_->stop();
   const auto ended = worker_->end();
-  if (!ended) return reply({{"order", request.order}, {"in_work", true}});
+  if (!ended) return order_reply({{"order", request.order}, {"in_work", true}});
   if (!*ended) return tl::unexpected<Error>(ended->error());
-  return reply(
+  return order_reply(
       {{"order", request.order}, {"text", (*ended)->text}, {"result", ordered_json::parse((*ended)->json)}});
 }
 
@@ -109,11 +109,11 @@ Result<std::string> JobService::while_running(const MachineOrder& order,
     return fail(Code::kUsage,
                 std::string(order.name) + " is not possible while job " + std::to_string(view.job) +
                     " is on the machine; status, override, `tiltfeed hold`, `resume` and `stop` are");
-  if (std::string(order.name) == "status") return reply(status_of(view));
+  if (std::string(order.name) == "status") return order_reply(status_of(view));
   const Result<OperatorCommand> command = override_of(words);
   if (!command) return tl::unexpected<Error>(command.error());
   runner_->command(*command);
-  return reply({{"text", "told the machine"}, {"result", ordered_json::object()}});
+  return order_reply({{"text", "told the machine"}, {"result", ordered_json::object()}});
 }
 
 /// hold, resume, stop without a number.

@@ -1,21 +1,10 @@
 // Jobs that wait for the machine: who is next, what lets it start by itself, and what does not.
 
-#include <nlohmann/json.hpp>
-
 #include "daemon/service/job_service.h"
 
 namespace tiltfeed::daemon {
 
 namespace {
-
-using nlohmann::ordered_json;
-
-std::string said(const std::string& text) {
-  const ordered_json json = {{"v", kApiVersion}, {"ok", true}, {"text", text}};
-  return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
-}
-
-std::string name_of(std::uint64_t job) { return "job " + std::to_string(job); }
 
 bool is_planned(const SpooledJob& job) {
   return job.state != JobState::kReceived && job.state != JobState::kPlanning;
@@ -57,7 +46,7 @@ Result<void> JobService::machine_free(std::uint64_t job) const {
 }
 
 void JobService::start(const SpooledJob& job, bool queued, Done done) {
-  if (queued && job.place > 0) return done(said(place_text(job.id)));
+  if (queued && job.place > 0) return done(write_text(place_text(job.id)));
   if (is_planned(job) || !queued)
     if (const Result<void> can = startable(job); !can) return done(tl::unexpected<Error>(can.error()));
   const Result<void> free = machine_free(job.id);
@@ -93,7 +82,7 @@ Result<std::string> JobService::enqueue(SpooledJob job) {
   if (runner_->busy() || errands_.machine() != 0) queue_moves_ = true;
   const std::string text = place_text(job.id);
   log(Severity::kInfo, job.id, text);
-  return said(text);
+  return write_text(text);
 }
 
 Result<std::string> JobService::leave_queue(SpooledJob job) {
@@ -103,7 +92,7 @@ Result<std::string> JobService::leave_queue(SpooledJob job) {
   job.place = 0;
   if (const Result<void> kept = spool_.update(job); !kept) return tl::unexpected<Error>(kept.error());
   log(Severity::kInfo, job.id, "taken out of the queue");
-  return said("taken out of the queue");
+  return write_text("taken out of the queue");
 }
 
 void JobService::stand_still(std::uint64_t job, const std::string& why) {

@@ -1,31 +1,18 @@
 // The order that leads out of every state of the machine, beside the loop that answers.
 
-#include <nlohmann/json.hpp>
-
 #include "daemon/machine/machine_place.h"
 #include "daemon/service/job_service.h"
 #include "daemon/wire/open_link.h"
+#include "daemon/wire/steady_clock.h"
 
 namespace tiltfeed::daemon {
 
 namespace {
 
-using nlohmann::ordered_json;
-
-class RealClock : public Clock {
- public:
-  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
-};
-
-std::string said(const std::string& text, const char* key) {
-  const ordered_json json = {{"v", kApiVersion}, {"ok", true}, {key, text}};
-  return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
-}
-
 Result<std::string> reset_over(const LinkSpec& link) {
   const Result<std::unique_ptr<Link>> wire = open_link(link);
   if (!wire) return tl::unexpected<Error>(wire.error());
-  RealClock clock;
+  SteadyClock clock;
   return reset_machine(link, **wire, clock);
 }
 
@@ -47,9 +34,9 @@ Result<void> JobService::may_reset() const {
 /// how it ended.
 Result<std::string> JobService::reset(const ApiRequest& request) {
   if (const Result<void> may = may_reset(); !may) return tl::unexpected<Error>(may.error());
-  if (!request.confirmed) return said(reset_preview(link_), "confirm");
+  if (!request.confirmed) return write_text(reset_preview(link_), "confirm");
   begin_reset(0);
-  return said("the machine is being reset", "text");
+  return write_text("the machine is being reset");
 }
 
 /// `stopped`: the interrupted job that an operator ends by it; 0: none.
@@ -63,7 +50,7 @@ void JobService::begin_reset(std::uint64_t stopped) {
 Result<std::string> JobService::forget_run(const SpooledJob& job) {
   if (const Result<void> may = may_reset(); !may) return tl::unexpected<Error>(may.error());
   begin_reset(job.id);
-  return said("the controller is told to forget it; `tiltfeed list` says how that ends", "text");
+  return write_text("the controller is told to forget it; `tiltfeed list` says how that ends");
 }
 
 /// What the controller had of an interrupted run is gone: it cannot go on by itself any more.

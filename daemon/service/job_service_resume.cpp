@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "config/job.h"
 #include "config/output_file.h"
@@ -14,29 +13,18 @@
 #include "daemon/service/job_origin.h"
 #include "daemon/service/job_service.h"
 #include "daemon/wire/open_link.h"
+#include "daemon/wire/steady_clock.h"
 
 namespace tiltfeed::daemon {
 
 namespace {
-
-using nlohmann::ordered_json;
-
-std::string said(const std::string& text, const char* key = "text") {
-  const ordered_json json = {{"v", kApiVersion}, {"ok", true}, {key, text}};
-  return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
-}
-
-class RealClock : public Clock {
- public:
-  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
-};
 
 /// Where the machine says that it stands.
 Result<std::optional<Joints>> place_of(const LinkSpec& link, const MachineModel& machine) {
   if (link.kind == LinkKind::kDrip || is_drive(link.kind)) return std::optional<Joints>();
   const Result<std::unique_ptr<Link>> wire = open_link(link);
   if (!wire) return tl::unexpected<Error>(wire.error());
-  RealClock clock;
+  SteadyClock clock;
   return read_place(link, machine, **wire, clock);
 }
 
@@ -82,8 +70,6 @@ Result<ProgramRun> write_entry(const EntryOrder& order) {
 constexpr const char* kNotKnown =
     "where it stands is not known; `tiltfeed machine tool park` takes the tool off";
 
-std::string name_of(const SpooledJob& job) { return "job " + std::to_string(job.id); }
-
 }  // namespace
 
 Result<ProgramRun> prepare_spooled(const SpooledJob& job, const std::string& program, const LinkSpec& link) {
@@ -112,7 +98,7 @@ Result<std::string> JobService::run(SpooledJob job, const ProgramRun& prepared,
   runner_->start({prepared, decision, spool_.file(job.id, "journal"), spool_.file(job.id, "blackbox.txt"),
                   way_back, config_.machine.model, parking(job.id)});
   changing_ = {};
-  return said("starting");
+  return write_text("starting");
 }
 
 /// The whole program, for a new workpiece. Requires: job.state is kReady or kDone.
@@ -135,17 +121,17 @@ void JobService::begin(const SpooledJob& job, Done done) {
 
 void JobService::resume(const SpooledJob& job, const ApiRequest& request, std::uint32_t user, Done done) {
   if (job.state == JobState::kRunning && request.from)
-    return done(fail(Code::kUsage, name_of(job) + " is on the machine: `tiltfeed stop " +
+    return done(fail(Code::kUsage, name_of(job.id) + " is on the machine: `tiltfeed stop " +
                                        std::to_string(job.id) +
                                        "` ends it first, `tiltfeed resume` without a block ends a hold"));
   if (job.state == JobState::kRunning) return done(command(job, {Order::kResume}));
   if (request.from) return enter_again(job, request, user, std::move(done));
   if (job.state == JobState::kToolChange) return go_back(job, request.confirmed, std::move(done));
   if (job.state == JobState::kUncertain || job.state == JobState::kStopped)
-    return done(fail(Code::kUsage, name_of(job) + " cannot go on by itself: " + job.note));
+    return done(fail(Code::kUsage, name_of(job.id) + " cannot go on by itself: " + job.note));
   if (job.state != JobState::kInterrupted)
-    return done(
-        fail(Code::kUsage, name_of(job) + " is " + state_name(job.state) + "; there is nothing to resume"));
+    return done(fail(Code::kUsage,
+                     name_of(job.id) + " is " + state_name(job.state) + "; there is nothing to resume"));
   if (const Result<void> free = machine_free(job.id); !free) return done(tl::unexpected<Error>(free.error()));
   go_on(job, std::move(done));
 }
@@ -161,9 +147,9 @@ void JobService::go_on(const SpooledJob& job, Done done) {
       ProgramRun run_of = *prepared;
       run_of.stand_at(decision.executed);
       if (decision.way == ResumeWay::kToolChange && run_of.next_change())
-        return stand_before(job, *run_of.next_change(), kNotKnown, decision.text), said(decision.text);
+        return stand_before(job, *run_of.next_change(), kNotKnown, decision.text), write_text(decision.text);
       if (decision.way == ResumeWay::kFinished)
-        return set(job, JobState::kDone, decision.text), said(decision.text);
+        return set(job, JobState::kDone, decision.text), write_text(decision.text);
       if (decision.way == ResumeWay::kUncertain)
         return set(job, JobState::kUncertain, decision.text), fail(Code::kUsage, decision.text);
       return run(job, run_of, decision);
@@ -178,7 +164,7 @@ void JobService::enter_again(const SpooledJob& job, const ApiRequest& request, s
                              Done done) {
   if (job.state == JobState::kReceived || job.state == JobState::kPlanning || job.state == JobState::kFailed)
     return done(
-        fail(Code::kUsage, name_of(job) + " is " + state_name(job.state) + ": it has no program yet"));
+        fail(Code::kUsage, name_of(job.id) + " is " + state_name(job.state) + ": it has no program yet"));
   const bool changes = job.state == JobState::kToolChange;
   if (const Result<void> free = machine_free(changes ? job.id : 0); !free)
     return done(tl::unexpected<Error>(free.error()));
@@ -195,7 +181,7 @@ void JobService::enter_again(const SpooledJob& job, const ApiRequest& request, s
     const auto look = [order]() -> Errands::Then {
       return [entry = plan_entry(order)]() -> Result<std::string> {
         if (!entry) return tl::unexpected<Error>(entry.error());
-        return said(entry->preview, "confirm");
+        return write_text(entry->preview, "confirm");
       };
     };
     return errands_.begin({job.id, false, true}, look, std::move(done));
@@ -240,7 +226,7 @@ Result<std::string> JobService::run_entry(std::uint64_t id, const ProgramRun& re
   ResumeDecision fresh;
   fresh.way = ResumeWay::kFresh;
   const Result<std::string> started = run(*job, rest, fresh);
-  return started ? Result<std::string>(said("re-entered as job " + std::to_string(id))) : started;
+  return started ? Result<std::string>(write_text("re-entered as job " + std::to_string(id))) : started;
 }
 
 // ---- ends ------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-constexpr std::chrono::hours kLookAgain{1};
+constexpr std::chrono::hours kTidyAgain{1};
 
 }  // namespace
 
@@ -18,7 +18,7 @@ constexpr std::chrono::hours kLookAgain{1};
 void JobService::tidy() {
   if (config_.retention.keeps_all() || busy() || in_work() || reset_.valid()) return;
   if (const auto now = std::chrono::steady_clock::now(); now >= tidy_due_) {
-    tidy_due_ = now + kLookAgain;
+    tidy_due_ = now + kTidyAgain;
     find_outdated();
   }
   if (outdated_.empty()) return;

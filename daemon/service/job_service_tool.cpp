@@ -16,13 +16,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string said(const std::string& text, const char* key = "text") {
-  const ordered_json json = {{"v", kApiVersion}, {"ok", true}, {key, text}};
-  return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n";
-}
-
-std::string name_of(std::uint64_t job) { return "job " + std::to_string(job); }
-
 using PlanWay = Result<ToolWay> (*)(const std::string&, LinkKind, const config::MachineProfile&,
                                     const ReturnOptions&);
 
@@ -93,7 +86,7 @@ Result<std::string> JobService::take_length(const SpooledJob& job, const std::st
   if (!judged) return tl::unexpected<Error>(judged.error());
   changing_.length = length;
   log(Severity::kInfo, job.id, "tool change: " + *judged);
-  return said(*judged);
+  return write_text(*judged);
 }
 
 void JobService::tool(const SpooledJob& job, const ApiRequest& request, Done done) {
@@ -127,7 +120,7 @@ void JobService::go_back(const SpooledJob& job, bool confirmed, Done done) {
     const auto look = [order]() -> Errands::Then {
       return [way = plan_way(order, plan_return)]() -> Result<std::string> {
         if (!way) return tl::unexpected<Error>(way.error());
-        return said(way->preview, "confirm");
+        return write_text(way->preview, "confirm");
       };
     };
     return errands_.begin({job.id, false, true}, look, std::move(done));

@@ -10,7 +10,7 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-constexpr std::chrono::seconds kLookAgain{1};
+constexpr std::chrono::seconds kWatchAgain{1};
 
 }  // namespace
 
@@ -19,7 +19,7 @@ void JobService::look_into_watch_folder() {
   const auto now = std::chrono::steady_clock::now();
   if (watching_ || leaving_ || now < watch_due_) return;
   watching_ = true;
-  watch_due_ = now + kLookAgain;
+  watch_due_ = now + kWatchAgain;
   const auto look = [this, folder = config_.watch, seen = seen_]() -> Errands::Then {
     return [this, found = look_into(folder, seen)]() -> Result<std::string> {
       take_watched(found);

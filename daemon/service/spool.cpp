@@ -27,7 +27,7 @@ constexpr const char* kStateNames[] = {"received",  "planning", "ready",   "runn
 constexpr std::size_t kMaxName = 40;
 constexpr int kBusyWaitMs = 2000;  // somebody looks into the table with another program
 
-constexpr const char* kColumns =
+constexpr const char* kJobColumns =
     "id, name, program, state, note, total, executed, hash, user, created, place";
 
 struct Descriptor {
@@ -47,6 +47,8 @@ Result<void> keep_names(const std::string& folder) {
 }
 
 }  // namespace
+
+std::string name_of(std::uint64_t job) { return "job " + std::to_string(job); }
 
 const char* state_name(JobState state) { return kStateNames[static_cast<std::size_t>(state)]; }
 
@@ -191,7 +193,7 @@ void Spool::save_remembered() {
 
 Result<std::vector<SpooledJob>> Spool::select(const std::string& which) const {
   SpoolStatement rows;
-  if (!table_->prepare(rows, std::string("SELECT ") + kColumns + " FROM jobs " + which))
+  if (!table_->prepare(rows, std::string("SELECT ") + kJobColumns + " FROM jobs " + which))
     return tl::unexpected<Error>(table_->error(folder_));
   std::vector<SpooledJob> jobs;
   int step = 0;

@@ -30,6 +30,8 @@ enum class JobState : std::uint8_t {
   kFailed,      ///< planning failed
   kToolChange,  ///< stands before a tool change that the operator makes: all before it is executed
 };
+/// "job 3".
+std::string name_of(std::uint64_t job);
 const char* state_name(JobState state);
 std::optional<JobState> state_of(const std::string& name);
 

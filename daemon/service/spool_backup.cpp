@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kBusyWaitMs = 10000;
+constexpr int kBackupWaitMs = 10000;
 constexpr const char* kJournal = "journal";
 
 struct CloseDb {
@@ -33,7 +33,7 @@ Result<Db> open_db(const std::string& path, int flags) {
   Db owned(db);
   if (opened != SQLITE_OK)
     return fail(Code::kIo, path + ": " + (db != nullptr ? sqlite3_errmsg(db) : "out of memory"));
-  sqlite3_busy_timeout(db, kBusyWaitMs);
+  sqlite3_busy_timeout(db, kBackupWaitMs);
   return owned;
 }
 

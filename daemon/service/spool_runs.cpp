@@ -14,7 +14,7 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-constexpr const char* kColumns =
+constexpr const char* kRunColumns =
     "id, job, name, hash, link, user, began, ended, first, blocks, executed, outcome, note, sent, resends, "
     "seconds, holds, held_seconds, slowest_hold, feed_least, feed_most, starved_seconds";
 
@@ -94,7 +94,7 @@ Result<void> Spool::end_lost_runs() {
 Result<std::vector<RunReport>> Spool::runs(std::uint64_t after, std::uint64_t job, std::size_t most) const {
   SpoolStatement rows;
   const std::string of_job = job == 0 ? "" : " AND job = " + std::to_string(job);
-  if (!table_->prepare(rows, std::string("SELECT ") + kColumns + " FROM runs WHERE id > " +
+  if (!table_->prepare(rows, std::string("SELECT ") + kRunColumns + " FROM runs WHERE id > " +
                                  std::to_string(after) + of_job + " ORDER BY id LIMIT " +
                                  std::to_string(most)))
     return tl::unexpected<Error>(table_->error(folder_));

@@ -5,6 +5,7 @@
 
 #include "daemon/stream/wire_log.h"
 #include "daemon/wire/open_link.h"
+#include "daemon/wire/steady_clock.h"
 
 namespace tiltfeed::daemon {
 
@@ -13,11 +14,6 @@ namespace {
 /// Below so much of a run, how it keeps to the plan is not known yet.
 constexpr double kScaleAfter = 10.0;
 constexpr double kLeastScale = 0.2, kMostScale = 20.0;
-
-class RealClock : public Clock {
- public:
-  Time now() override { return std::chrono::steady_clock::now().time_since_epoch(); }
-};
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -161,7 +157,7 @@ void StreamThread::stream(const RunOrder& order) {
     if (!wire) return tl::unexpected<Error>(wire.error());
     bool held = false;
     LentLink link(**wire, detach_, [&] { return held; });
-    RealClock clock;
+    SteadyClock clock;
     StreamHooks hooks;
     hooks.commands = &commands_;
     hooks.progress = [&](const SendState& state) {
