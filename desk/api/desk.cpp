@@ -18,13 +18,6 @@ using nlohmann::json;
 constexpr std::uint64_t kSmallBody = 4096, kEditsBody = 64 * 1024;
 constexpr std::size_t kMaxName = 120;
 
-Reply json_reply(const json& value, int status = 200) {
-  Reply reply;
-  reply.status = status;
-  reply.body = value.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";
-  return reply;
-}
-
 /// For people to read; never a path.
 std::string shown_name(std::string name) {
   name.erase(0, name.find_last_of("/\\") + 1);
@@ -226,7 +219,8 @@ Reply Desk::edges(const Request&) { return part_.edges(); }
 
 Reply Desk::job_text(const Request&) {
   if (!job_.is_open()) return refusal(409, "no job is open; start tiltfeed desk with a job file");
-  return json_reply({{"id", job_.id()}, {"text", job_.text()}});
+  const json text = {{"id", job_.id()}, {"text", job_.text()}};
+  return text_reply(text.dump(-1, ' ', true, json::error_handler_t::replace));
 }
 
 Reply Desk::put_job(const Request& request) {

@@ -65,7 +65,7 @@ Reply Desk::signed_in(const Session& session) const {
 Reply Desk::sign_out(const Request& request) {
   if (const Session* session = sessions_.find(cookie_of(request))) run_.sign_out(session->number);
   sessions_.close(cookie_of(request));
-  return json_reply(json::object());
+  return text_reply("{}");
 }
 
 Reply Desk::session(const Request& request) {

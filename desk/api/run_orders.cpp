@@ -15,13 +15,6 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kFollow{100};  // between questions for a command's end
 constexpr std::chrono::seconds kSeatLook{1};
 
-Reply json_reply(const json& value, int status = 200) {
-  Reply reply;
-  reply.status = status;
-  reply.body = value.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";
-  return reply;
-}
-
 std::string machine_request(const json& more) {
   json all = {{"v", 1}, {"op", "machine"}};
   all.update(more);
@@ -59,13 +52,13 @@ Reply RunApi::jog_beat(const Request&, std::uint64_t session) {
   if (order_ && order_->number != 0)
     link_.ask(machine_request({{"order", order_->number}, {"held", true}}),
               [](const Result<std::string>&) {});
-  return json_reply(json::object());
+  return text_reply("{}");
 }
 
 Reply RunApi::jog_stop(const Request&, std::uint64_t session) {
   jog_.let_go(session);
   look(Clock::now());
-  return json_reply(json::object());
+  return text_reply("{}");
 }
 
 Reply RunApi::begin_order(std::uint64_t ticket, std::uint64_t session, const std::string& command,
