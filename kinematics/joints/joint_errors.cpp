@@ -11,8 +11,6 @@ namespace {
 
 // A tool axis of a path is unit to this.
 constexpr double kUnit = 1e-9;
-// Two axes nearer to opposite than this (rad) have no great circle between them.
-constexpr double kOpposite = 1e-6;
 
 std::string place(std::size_t index, const Pose& pose) {
   const auto triple = [](double x, double y, double z, int decimals) {

@@ -11,6 +11,9 @@
 
 namespace tiltfeed {
 
+/// Two axes nearer to opposite than this (rad) have no great circle between them.
+inline constexpr double kOpposite = 1e-6;
+
 /// The letter of the axis whose broken limit a message names; 0 for other messages.
 char limited_axis(const std::string& text);
 

@@ -4,13 +4,12 @@
 #include <cmath>
 #include <optional>
 
+#include "kinematics/joints/joint_errors.h"
 #include "kinematics/joints/operation.h"
 
 namespace tiltfeed {
 namespace {
 
-// Two axes nearer to opposite than this (rad) have no great circle between them.
-constexpr double kOpposite = 1e-6;
 // A tilt word this near to a limit (degrees) is within it.
 constexpr double kSlack = 1e-6;
 

@@ -17,13 +17,13 @@ constexpr double kLeastStep = 1e-6;
 constexpr double kLongestRoll = 1.5;
 
 /// A place of the pass seen from the side: developed length and height along the axis, mm.
-struct Place {
+struct ProfilePoint {
   double run = 0.0, height = 0.0;
 };
 
 /// The pass laid out flat, move by move.
-std::vector<Place> side_view(const Pass& pass) {
-  std::vector<Place> places(pass.size());
+std::vector<ProfilePoint> side_view(const Pass& pass) {
+  std::vector<ProfilePoint> places(pass.size());
   for (std::size_t i = 1; i < pass.size(); ++i) {
     const Vec3 move = pass[i].centre - pass[i - 1].centre;
     const Vec3 axis = normalized(pass[i - 1].axis + pass[i].axis);
@@ -36,7 +36,7 @@ std::vector<Place> side_view(const Pass& pass) {
 /// A disc dropped on a side view and lifted off again.
 class Disc {
  public:
-  Disc(std::vector<Place> places, const Smoothing& smoothing)
+  Disc(std::vector<ProfilePoint> places, const Smoothing& smoothing)
       : places_(std::move(places)),
         radius_(smoothing.radius),
         least_(smoothing.tolerance * kStepShare),
@@ -56,7 +56,7 @@ class Disc {
     double lowest = std::numeric_limits<double>::infinity();
     const double reach = radius_ + kLeastStep;
     auto at = std::lower_bound(centres_.begin(), centres_.end(), run - reach,
-                               [](const Place& c, double from) { return c.run < from; });
+                               [](const ProfilePoint& c, double from) { return c.run < from; });
     for (; at != centres_.end() && at->run <= run + reach; ++at)
       lowest = std::min(lowest, at->height - sagging(at->run - run));
     return lowest;
@@ -69,11 +69,11 @@ class Disc {
 
   /// Adds the centre, and others before it as long as the way there is long or bent; at a wall it rises on
   /// the spot.
-  void roll_to(Place centre) {
-    const Place last = centres_.back();
+  void roll_to(ProfilePoint centre) {
+    const ProfilePoint last = centres_.back();
     const double gap = centre.run - last.run, rise = centre.height - last.height, far = std::hypot(gap, rise);
     if (gap > kLeastStep) {
-      Place middle{last.run + gap / 2.0, 0.0};
+      ProfilePoint middle{last.run + gap / 2.0, 0.0};
       middle.height = rest(middle.run);
       const double bend = std::abs(middle.height - last.height - rise / 2.0) * gap / far;
       if (far > kLongestRoll * step_ || bend > least_) {
@@ -89,7 +89,7 @@ class Disc {
   double rest(double run) const {
     double centre = -std::numeric_limits<double>::infinity();
     auto at = std::lower_bound(places_.begin(), places_.end(), run - radius_,
-                               [](const Place& p, double from) { return p.run < from; });
+                               [](const ProfilePoint& p, double from) { return p.run < from; });
     if (at != places_.begin()) --at;
     for (; at != places_.end() && at->run <= run + radius_; ++at) {
       if (at->run >= run - radius_) centre = std::max(centre, at->height + sagging(at->run - run));
@@ -99,7 +99,7 @@ class Disc {
   }
 
   /// The same on one move alone; no bound where the disc touches one of its ends.
-  double rest_on_move(const Place& a, const Place& b, double run) const {
+  double rest_on_move(const ProfilePoint& a, const ProfilePoint& b, double run) const {
     const double wide = b.run - a.run, high = b.height - a.height, far = std::hypot(wide, high);
     if (wide < kLeastStep) return -std::numeric_limits<double>::infinity();
     const double contact = run + radius_ * high / far;
@@ -107,13 +107,13 @@ class Disc {
     return a.height + high * (run - a.run) / wide + radius_ * far / wide;
   }
 
-  std::vector<Place> places_;
+  std::vector<ProfilePoint> places_;
   double radius_, least_, step_;
-  std::vector<Place> centres_;  ///< in rising run, about a step apart
+  std::vector<ProfilePoint> centres_;  ///< in rising run, about a step apart
 };
 
 /// Cosine of the slope from a to b.
-double levelness(const Place& a, const Place& b) {
+double levelness(const ProfilePoint& a, const ProfilePoint& b) {
   const double wide = b.run - a.run, far = std::hypot(wide, b.height - a.height);
   return far > 0.0 ? wide / far : 1.0;
 }
@@ -134,7 +134,7 @@ void Smoothed::add(const Smoothed& other) {
 /// (E6)
 Pass smoothed(const Pass& pass, const Smoothing& smoothing, Envelope& envelope, Smoothed& report) {
   if (pass.size() < 3) return pass;
-  const std::vector<Place> places = side_view(pass);
+  const std::vector<ProfilePoint> places = side_view(pass);
   const Disc disc(places, smoothing);
   Pass out;
   const auto add = [&](const EnvelopePoint& p, double rise, double level) {
@@ -149,7 +149,7 @@ Pass smoothed(const Pass& pass, const Smoothing& smoothing, Envelope& envelope, 
     add(pass[i], disc.lower_side(places[i].run) - places[i].height,
         std::max(levelness(places[before], places[before + 1]), levelness(places[after], places[after + 1])));
     if (i + 1 == pass.size()) break;
-    const Place &a = places[i], &b = places[i + 1];
+    const ProfilePoint &a = places[i], &b = places[i + 1];
     const double moves = std::ceil((b.run - a.run) / disc.step());
     for (double k = 1.0; k < moves; ++k) {
       const double share = k / moves, height = std::lerp(a.height, b.height, share);

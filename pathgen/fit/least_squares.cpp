@@ -19,7 +19,7 @@ constexpr double kLeastStep = 1e-14;
 /// Marquardt's damping: where it starts, how it shrinks and grows, where it is given up.
 constexpr double kDamping = 1e-4, kEased = 0.2, kStiffened = 5.0, kMostDamping = 1e12;
 /// A step that makes the sum larger by no more than this share of it has met its rounding.
-constexpr double kRounding = 1e-14;
+constexpr double kSumRounding = 1e-14;
 /// Residuals below this are the rounding of doubles of the order of 1.
 constexpr double kNothing = 1e-14;
 /// What changes the residuals by less than this share of the strongest parameter has no say.
@@ -91,7 +91,7 @@ LeastSquares least_squares(std::vector<double> start, std::size_t residuals, con
     const bool tiny = way.norm() <= kLeastStep * (1.0 + at.norm());
     if (!(sum_there < sum)) {
       damping *= kStiffened;
-      result.settled = tiny || damping > kMostDamping || sum_there - sum <= kRounding * sum;
+      result.settled = tiny || damping > kMostDamping || sum_there - sum <= kSumRounding * sum;
       continue;
     }
     result.settled = tiny || sum_there <= kNothing * kNothing * static_cast<double>(residuals);

@@ -12,6 +12,7 @@
 #include "kinematics/basics/tool_path.h"
 #include "pathgen/mesh/facet_winding.h"
 #include "pathgen/mesh/repair.h"
+#include "pathgen/mesh/tasks.h"
 #include "pathgen/mesh/topology.h"
 #include "pathgen/mesh/weld.h"
 
@@ -19,9 +20,6 @@ namespace tiltfeed::pathgen {
 namespace {
 
 using Range = tbb::blocked_range<std::size_t>;
-
-/// Facets or vertices that one task takes at least: some ten microseconds of work.
-constexpr std::size_t kGrain = 4096;
 
 /// A part shorter than this was most likely drawn in metres or inches, mm.
 constexpr double kSmallestPart = 1.0;

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <optional>
 
+#include "pathgen/mesh/quote.h"
+
 namespace tiltfeed::pathgen {
 namespace {
 
@@ -14,7 +16,6 @@ constexpr std::array<std::string_view, 14> kSkipped{"vt",     "vn",     "vp",   
 constexpr std::array<std::string_view, 24> kFreeForm{
     "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm",  "trim",  "hole", "scrv", "sp",
     "end",    "con", "bzp",  "bsp",  "cdc",  "cdp",   "res",  "ctech", "stech", "call", "csh",  "trace_obj"};
-constexpr std::size_t kMaxQuote = 24;
 constexpr std::uint64_t kNowhere = 0xFFFFFFFF;  // a corner that no file has
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v'; }
@@ -22,12 +23,6 @@ bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\f' |
 template <std::size_t N>
 bool is_one_of(std::string_view word, const std::array<std::string_view, N>& words) {
   return std::find(words.begin(), words.end(), word) != words.end();
-}
-
-std::string quoted(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text.substr(0, kMaxQuote)) out += c > ' ' && c < 127 ? c : '?';
-  return out + (text.size() > kMaxQuote ? "...\"" : "\"");
 }
 
 /// The words of the file, statement by statement; a line that ends in a backslash goes on in the next.
@@ -87,7 +82,7 @@ class ObjReader {
                                ? wrong(std::string(word) +
                                        ": free-form curves and surfaces cannot be read; "
                                        "export the part as triangles")
-                               : wrong(quoted(word) + " begins no statement of OBJ; export the part again");
+                               : wrong(quote(word) + " begins no statement of OBJ; export the part again");
       if (!taken) return tl::unexpected(taken.error());
     } while (in_.next());
     if (bare_ > 0)
@@ -109,7 +104,7 @@ class ObjReader {
       const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), value);
       if (code == std::errc() && end == word.data() + word.size()) continue;
       return wrong(word.empty() ? "a corner needs three coordinates"
-                                : quoted(word) + " is not a number" +
+                                : quote(word) + " is not a number" +
                                       (word.find(',') != word.npos ? "; write decimals with a point" : ""));
     }
     polygons_.corners.push_back({values[0], values[1], values[2]});
@@ -123,7 +118,7 @@ class ObjReader {
       std::int64_t index = 0;
       const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), index);
       if (code != std::errc() || (end != word.data() + word.size() && *end != '/') || index == 0)
-        return wrong(quoted(word) + " is no corner of a face; expected its number, from 1 on");
+        return wrong(quote(word) + " is no corner of a face; expected its number, from 1 on");
       const auto count = static_cast<std::int64_t>(polygons_.corners.size());
       const std::int64_t from_start = index > 0 ? index - 1 : count + index;
       if (from_start < 0)

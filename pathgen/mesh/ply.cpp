@@ -9,12 +9,13 @@
 #include <sstream>
 #include <string_view>
 
+#include "pathgen/mesh/quote.h"
+
 namespace tiltfeed::pathgen {
 namespace {
 
 constexpr std::size_t kMostHeader = 65536;    // bytes
 constexpr std::uint64_t kMostCorners = 1000;  // of a face; a list that is longer is misread
-constexpr std::size_t kMaxQuote = 24;
 
 enum class Type { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
 struct TypeName {
@@ -48,12 +49,6 @@ struct Header {
   std::vector<Element> elements;
   std::size_t size = 0;  ///< bytes
 };
-
-std::string quoted(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text.substr(0, kMaxQuote)) out += c > ' ' && c < 127 ? c : '?';
-  return out + (text.size() > kMaxQuote ? "...\"" : "\"");
-}
 
 std::optional<Type> type_of(const std::string& name) {
   for (const TypeName& known : kTypes)
@@ -95,7 +90,7 @@ class HeaderReader {
     if (word.empty() || word == "ply" || word == "comment" || word == "obj_info") return true;
     if (word == "format") {
       if (b != "1.0" || (a != "ascii" && a != "binary_little_endian" && a != "binary_big_endian"))
-        return wrong("format " + quoted(a) + " " + quoted(b) +
+        return wrong("format " + quote(a) + " " + quote(b) +
                      "; expected ascii, binary_little_endian or binary_big_endian 1.0");
       header_.form = a == "ascii" ? Form::kText : a == "binary_little_endian" ? Form::kLittle : Form::kBig;
       has_form_ = true;
@@ -105,18 +100,18 @@ class HeaderReader {
       Element element{a, 0, {}};
       const auto [end, code] = std::from_chars(b.data(), b.data() + b.size(), element.count);
       if (code != std::errc() || end != b.data() + b.size() || a.empty())
-        return wrong("expected the element's name and how many there are, found " + quoted(b));
+        return wrong("expected the element's name and how many there are, found " + quote(b));
       if (a == "tristrips" && element.count > 0)
         return wrong("tristrips: triangle strips cannot be read; export the part as faces");
       header_.elements.push_back(std::move(element));
       return true;
     }
     if (word != "property" || header_.elements.empty())
-      return wrong(quoted(word) + " is no line of a header here; export the part again");
+      return wrong(quote(word) + " is no line of a header here; export the part again");
     const bool list = a == "list";
     const auto type = type_of(list ? c : a), count = list ? type_of(b) : std::nullopt;
     if (!type || (list && (!count || *count == Type::kFloat || *count == Type::kDouble)))
-      return wrong(quoted(text) + ": a type that PLY does not have");
+      return wrong(quote(text) + ": a type that PLY does not have");
     header_.elements.back().properties.push_back({list ? d : b, *type, count});
     return true;
   }

@@ -3,6 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -17,9 +18,6 @@ struct Float3 {
 };
 struct Float4 {
   float x, y, z, r;
-};
-struct Corners {
-  std::uint32_t a, b, c;
 };
 
 Float3 to_float(Vec3 v) {
@@ -56,7 +54,8 @@ void RayScene::add_triangles(const Mesh& mesh, double offset) {
   const std::size_t count = mesh.facets.size();
   RTCGeometry geometry = rtcNewGeometry(handles_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* vertex = new_buffer<Float3>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, count * 3);
-  auto* index = new_buffer<Corners>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, count);
+  auto* index =
+      new_buffer<std::array<std::uint32_t, 3>>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, count);
   for (std::uint32_t i = 0; i < count; ++i) index[i] = {3 * i, 3 * i + 1, 3 * i + 2};
   std::size_t at = 0;
   for (const auto& f : mesh.facets) {

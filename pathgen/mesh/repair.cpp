@@ -18,7 +18,7 @@ namespace tiltfeed::pathgen {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Corners = std::array<Kernel::Point_3, 3>;
+using ExactCorners = std::array<Kernel::Point_3, 3>;
 using FacetBox = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
 
 /// Welds and cuts each may take half of the distance; narrow cracks are closed by a small reach, which
@@ -26,19 +26,19 @@ using FacetBox = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint3
 constexpr double kReaches[] = {1.0 / 32, 1.0 / 8, 1.0 / 2};
 
 /// What is measured in double may exceed the distance by this factor.
-constexpr double kRounding = 1.0 + 1e-9;
+constexpr double kExcess = 1.0 + 1e-9;
 
 Kernel::Point_3 exact(Point<Part> p) { return {p.x, p.y, p.z}; }
 
-Corners corners_of(const Mesh& mesh, std::uint32_t facet) {
+ExactCorners corners_of(const Mesh& mesh, std::uint32_t facet) {
   const Facet& f = mesh.facets[facet];
   return {exact(mesh.vertices[f[0]]), exact(mesh.vertices[f[1]]), exact(mesh.vertices[f[2]])};
 }
 
-bool is_flat(const Corners& c) { return CGAL::collinear(c[0], c[1], c[2]); }
+bool is_flat(const ExactCorners& c) { return CGAL::collinear(c[0], c[1], c[2]); }
 
 /// The facets share more than the corners and edges they have in common. Decided exactly.
-bool cross(Corners a, Corners b) {
+bool cross(ExactCorners a, ExactCorners b) {
   if (is_flat(a) || is_flat(b)) return false;  // seams: their neighbours stand for them
   std::size_t shared = 0;                      // moved to the front of both
   for (std::size_t i = 0; i < 3; ++i) {
@@ -64,7 +64,7 @@ bool cross(Corners a, Corners b) {
 }
 
 /// A facet without area is its three edges.
-double squared_distance(const Kernel::Point_3& p, const Corners& c) {
+double squared_distance(const Kernel::Point_3& p, const ExactCorners& c) {
   if (!is_flat(c)) return CGAL::squared_distance(p, Kernel::Triangle_3(c[0], c[1], c[2]));
   return std::min({CGAL::squared_distance(p, Kernel::Segment_3(c[0], c[1])),
                    CGAL::squared_distance(p, Kernel::Segment_3(c[1], c[2])),
@@ -200,7 +200,7 @@ bool Attempt::turn_shells() {
 
 void Attempt::find_touched() {
   const auto sorted = [](const Mesh& mesh, std::uint32_t facet) {
-    Corners c = corners_of(mesh, facet);
+    ExactCorners c = corners_of(mesh, facet);
     std::sort(c.begin(), c.end());
     return c;
   };
@@ -211,10 +211,10 @@ void Attempt::find_touched() {
 /// A facet's points are no further from a facet, which is convex, than its corners.
 bool Attempt::stays_near() {
   find_touched();
-  const double limit = distance_ * distance_ * kRounding;
+  const double limit = distance_ * distance_ * kExcess;
   for (std::uint32_t i : touched_) {
     if (is_fill(i)) continue;
-    const Corners from = corners_of(broken_, origin(i));
+    const ExactCorners from = corners_of(broken_, origin(i));
     for (const Kernel::Point_3& p : corners_of(mesh_, i)) {
       if (squared_distance(p, from) <= limit) continue;
       return give_up("facet " + std::to_string(mesh_.source[i]) + " would move by more than the distance");
@@ -226,7 +226,7 @@ bool Attempt::stays_near() {
 bool Attempt::crosses_nothing_new() {
   CGAL::Bbox_3 region;
   const auto box = [&](std::uint32_t i) {
-    const Corners c = corners_of(mesh_, i);
+    const ExactCorners c = corners_of(mesh_, i);
     return c[0].bbox() + c[1].bbox() + c[2].bbox();
   };
   std::vector<FacetBox> changed, all;

@@ -18,7 +18,7 @@ constexpr std::uint64_t kMaxWork = 40'000'000;
 constexpr std::uint64_t kMinSamples = 32;
 
 /// Facets that one task measures: some hundred microseconds of work.
-constexpr std::size_t kBlock = 16384;
+constexpr std::size_t kBlockFacets = 16384;
 
 struct Shell {
   double volume = 0.0;
@@ -55,9 +55,9 @@ std::vector<Shell> measure(const Mesh& mesh, const Shells& shells) {
   std::vector<Point<Part>> origin;
   for (std::size_t i = 0; i < mesh.facets.size() && origin.size() < shells.count; ++i)
     if (shells.of_facet[i] == origin.size()) origin.push_back(mesh.vertices[mesh.facets[i][0]]);
-  std::vector<Share> shares((mesh.facets.size() + kBlock - 1) / kBlock);
+  std::vector<Share> shares((mesh.facets.size() + kBlockFacets - 1) / kBlockFacets);
   tbb::parallel_for(std::size_t{0}, shares.size(), [&](std::size_t b) {
-    for (std::size_t i = b * kBlock; i < std::min(mesh.facets.size(), (b + 1) * kBlock); ++i) {
+    for (std::size_t i = b * kBlockFacets; i < std::min(mesh.facets.size(), (b + 1) * kBlockFacets); ++i) {
       const Facet& f = mesh.facets[i];
       const std::uint32_t number = shells.of_facet[i];
       Shell& shell = shares[b].of(number, mesh.vertices[f[0]]);

@@ -31,7 +31,7 @@ constexpr std::uint64_t kMaxTrailingBytes = kRecordBytes - 1;
 using Range = tbb::blocked_range<std::uint64_t>;
 /// Facets that a task takes at a time: some ten microseconds of work, and what they need fits the processor's
 /// cache.
-constexpr std::uint64_t kGrain = 2048;
+constexpr std::uint64_t kFacetsPerTask = 2048;
 
 std::uint32_t facet_count(std::span<const char> bytes) {
   std::uint32_t count = 0;
@@ -115,10 +115,10 @@ Result<Stl> scaled(Stl stl, const std::string& name, double unit_mm, const Fill&
     }
   };
   const auto [not_finite, too_far] = tbb::parallel_reduce(
-      Range(0, stl.facets.size(), kGrain), Findings{},
+      Range(0, stl.facets.size(), kFacetsPerTask), Findings{},
       [&](const Range& range, Findings found) {
-        for (std::uint64_t i = range.begin(); i < range.end(); i += kGrain)
-          look(i, std::min(range.end(), i + kGrain), found);
+        for (std::uint64_t i = range.begin(); i < range.end(); i += kFacetsPerTask)
+          look(i, std::min(range.end(), i + kFacetsPerTask), found);
         return found;
       },
       [](Findings a, const Findings& b) {
@@ -170,7 +170,7 @@ Result<Stl> parse_binary(std::uint64_t size, std::uint32_t count, const std::str
                            " bytes after the last facet are ignored");
   }
   return scaled(std::move(stl), name, unit_mm, [&](auto& facets, std::uint64_t first, std::uint64_t last) {
-    std::array<char, kGrain * kRecordBytes> place;
+    std::array<char, kFacetsPerTask * kRecordBytes> place;
     const char* record = records(first, last, place.data());
     for (std::uint64_t i = first; i < last; ++i, record += kRecordBytes) {
       float c[9];

@@ -5,14 +5,14 @@
 #include <optional>
 #include <system_error>
 
+#include "pathgen/mesh/quote.h"
+
 namespace tiltfeed::pathgen {
 namespace {
 
 /// Covers the header, the count and the first records of a binary file. Its count is below kMaxFacets, so
 /// byte 83 is NUL; text has none.
 constexpr std::size_t kProbeBytes = 512;
-/// Longest piece of the file quoted in a message.
-constexpr std::size_t kMaxQuote = 24;
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -30,12 +30,6 @@ bool is_keyword(std::string_view text) {
   for (std::string_view word : {"vertex", "facet", "endfacet", "outer", "endloop", "solid", "endsolid"})
     if (same_word(text, word)) return true;
   return false;
-}
-
-std::string quoted(std::string_view text) {
-  std::string out = "\"";
-  for (char c : text.substr(0, kMaxQuote)) out += c > ' ' && c < 127 ? c : '?';
-  return out + (text.size() > kMaxQuote ? "...\"" : "\"");
 }
 
 /// The words of the file, one at a time.
@@ -201,7 +195,7 @@ class TextStl {
       return fail(Code::kInput, place() + "the file ends where " + what +
                                     " is due: it is cut short; export or copy the part again");
     }
-    return fail(Code::kInput, place() + "expected " + what + ", found " + quoted(words_.peek()) +
+    return fail(Code::kInput, place() + "expected " + what + ", found " + quote(words_.peek()) +
                                   "; repair the line or export the part again");
   }
 
@@ -209,7 +203,7 @@ class TextStl {
     const std::string_view text = words_.peek();
     if (text.empty() || is_keyword(text)) return expected("a number");
     if (text.find(',') != text.npos) {
-      return fail(Code::kInput, place() + quoted(text) +
+      return fail(Code::kInput, place() + quote(text) +
                                     " has a decimal comma; STL needs a decimal point: export the part again "
                                     "with English number format");
     }

@@ -10,20 +10,19 @@
 #include <atomic>
 #include <numeric>
 
+#include "pathgen/mesh/tasks.h"
+
 namespace tiltfeed::pathgen {
 namespace {
 
 using Range = tbb::blocked_range<std::size_t>;
 using Counter = std::atomic_ref<std::uint32_t>;
 
-/// Facets or vertices that one task takes at least: a few tens of microseconds of work.
-constexpr std::size_t kGrain = 4096;
 /// Vertices are dealt to this many tasks at most where each must read all facets: no more than run at a time.
 constexpr int kMostParts = 4;
 /// A vertex with more half-edges is the tip of a cone: sorted, and looked into, another way.
 constexpr std::ptrdiff_t kManyHalves = 32;
 constexpr std::uint32_t kFacetBits = 0x7FFFFFFF;
-constexpr auto kRelaxed = std::memory_order_relaxed;
 
 /// Union-find on facets; the root of a tree is its lowest facet, whoever joins first.
 class Forest {

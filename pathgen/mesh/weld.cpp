@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "pathgen/mesh/fresh_memory.h"
+#include "pathgen/mesh/tasks.h"
 
 namespace tiltfeed::pathgen {
 namespace {
@@ -19,9 +20,6 @@ namespace {
 using Range = tbb::blocked_range<std::size_t>;
 
 constexpr std::uint32_t kNone = 0xFFFFFFFF;
-/// Facets that one task takes at least: some hundred microseconds of work.
-constexpr std::size_t kGrain = 4096;
-constexpr auto kRelaxed = std::memory_order_relaxed;
 
 std::uint64_t hash(Point<Part> p) {
   // Multiply and fold after each coordinate [Steele 2014: the finalizer of SplitMix64]; float32 values leave

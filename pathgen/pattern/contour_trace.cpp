@@ -17,7 +17,7 @@ constexpr double kStandOff = 1.0;
 constexpr double kAside = 2.0;
 /// Moves shorter than this share of the tolerance are not halved.
 constexpr double kShortestShare = 0.5;
-constexpr int kMostHalvings = 14;
+constexpr int kMostMoveHalvings = 14;
 /// How far beside a move the border is looked for, in its lengths, and in how many steps: nearer than kReach
 /// the two halves are shorter than the whole; in the corner of a narrow notch it is further off.
 constexpr double kReach = 0.75, kFarReach = 3.0;
@@ -32,8 +32,6 @@ constexpr double kLeastLoop = 8.0;
 constexpr double kShutEnd = 16.0;
 /// A move in the air, where the border is not found again, is made if it is no longer than this (tolerances).
 constexpr double kShortAir = 4.0;
-/// (Z1) So far inside its own column (mm) the level must be; the lowest level itself may lie just there.
-constexpr double kLeastInColumn = kLeastAxisDistance * (1.0 - 1e-9);
 /// A step of the flat plane to measure it by, mm.
 constexpr double kProbe = 1e-4;
 
@@ -192,7 +190,7 @@ class Tracer {
     const double size = distance(a.point.centre, b.point.centre);
     if (!solid && (a.shut == b.shut || size <= kShutEnd * options_.tolerance)) return cut();
     std::optional<Stop> stop;
-    if (depth < kMostHalvings && size > options_.tolerance * kShortestShare)
+    if (depth < kMostMoveHalvings && size > options_.tolerance * kShortestShare)
       for (const double reach : {kReach, kFarReach})
         if (!stop) stop = border_near(middle, out, reach * distance(a.place, b.place));
     if (stop && distance(stop->place, a.place) > 0.0 && distance(stop->place, b.place) > 0.0) {

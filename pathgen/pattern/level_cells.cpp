@@ -10,7 +10,7 @@ namespace tiltfeed::pathgen {
 namespace {
 
 /// Cells with more than two crossings are halved this often before the middle decides: to 1 / 64 of the grid.
-constexpr int kMostHalvings = 6;
+constexpr int kMostCellHalvings = 6;
 /// Places looked at on a straight line to tell whether it stays on one side of the level.
 constexpr int kLookPlaces = 12;
 
@@ -40,7 +40,7 @@ void LevelSet::resolve(const Cell& cell, int depth) {
     if (connected(cell, ring, true)) return link_all(ring, true);
     if (connected(cell, ring, false)) return link_all(ring, false);
   }
-  if (depth < kMostHalvings) return split(cell, depth);
+  if (depth < kMostCellHalvings) return split(cell, depth);
   link_all(ring, higher(heights_.at({(cell.x0 + cell.x1) / 2.0, (cell.y0 + cell.y1) / 2.0})));
 }
 

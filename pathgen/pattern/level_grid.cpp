@@ -14,8 +14,6 @@ namespace tiltfeed::pathgen {
 
 namespace {
 
-/// Grid lines between two calls of the progress function.
-constexpr int kLinesPerReport = 64;
 /// A coordinate is covered all round when so little of its turn is missing (share).
 constexpr double kWholeTurn = 1e-9;
 
@@ -89,6 +87,7 @@ Result<LevelGrid> make_level_grid(const ClField& field, double spacing, const En
         grid.node_heights[static_cast<std::size_t>(grid.node(i, k))] =
             heights.local().at({grid.x.at(i), grid.y.at(k)});
   };
+  constexpr int kLinesPerReport = 64;
   for (int from = 0; from < rows + columns; from += kLinesPerReport) {
     const int to = std::min(from + kLinesPerReport, rows + columns);
     tbb::parallel_for(from, to, trace);

@@ -11,6 +11,9 @@
 
 namespace tiltfeed::pathgen {
 
+/// (Z1) So far inside its own column (mm) a level must be; the lowest level itself may lie just there.
+inline constexpr double kLeastInColumn = kLeastAxisDistance * (1.0 - 1e-9);
+
 /// Grid lines of one coordinate.
 struct GridAxis {
   double low = 0.0, step = 1.0;  ///< mm

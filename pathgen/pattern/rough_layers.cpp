@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "pathgen/pattern/level_grid.h"
 #include "pathgen/progress/stages.h"
 
 namespace tiltfeed::pathgen {
@@ -15,10 +16,7 @@ namespace {
 
 /// So far beyond the end of a pass the surface is taken to be gone, mm.
 constexpr double kBeyondEnd = 1e-6;
-/// (Z1) So far inside its own column (mm) a floor must be; the lowest floor itself may lie just there.
-constexpr double kLeastInColumn = kLeastAxisDistance * (1.0 - 1e-9);
-constexpr int kMostHalvings = 30;
-constexpr std::size_t kLinesPerReport = 64;
+constexpr int kMostFloorHalvings = 30;
 
 /// (Z1) y' up to which, to both sides of 0, a floor lies in its own column.
 double floor_limit(const Deformation& map, double floor) {
@@ -133,7 +131,7 @@ class Layering {
   void refine(const EnvelopePoint& a, const EnvelopePoint& b, int depth) {
     const EnvelopePoint middle = on_floor(lerp(a.flat, b.flat, 0.5), a.patch);
     const double off = distance(middle.centre, lerp(a.centre, b.centre, 0.5));
-    if (depth == kMostHalvings ||
+    if (depth == kMostFloorHalvings ||
         (off <= layer_.tolerance && length(cross(a.axis, b.axis)) <= layer_.max_axis_step &&
          dot(a.axis, b.axis) > 0.0))
       return;
@@ -171,6 +169,7 @@ Result<Contours> rough_layers(const ClField& field, const std::vector<FlatLine>&
   tbb::enumerable_thread_specific<Heights> heights([&] { return Heights(field, options.envelope); });
   std::vector<std::vector<Pass>> traced(lines.size());
   std::vector<double> lowest(lines.size(), kShut);
+  constexpr std::size_t kLinesPerReport = 64;
   const auto each_line = [&](const char* stage, double done, double of, const auto& work) {
     for (std::size_t from = 0; from < lines.size(); from += kLinesPerReport) {
       const std::size_t to = std::min(from + kLinesPerReport, lines.size());

@@ -13,7 +13,7 @@ constexpr double kDenseShare = 0.2;
 /// The furthest from a ring to the next, in side steps: at the corners of an acute angle (47 degrees).
 constexpr double kFurthest = 2.5;
 /// A turn along a ring that comes out shorter than the ring by more than this (share) has gone wrong.
-constexpr double kWholeTurn = 1e-6;
+constexpr double kLostTurn = 1e-6;
 
 /// A place of a ring; `turn`: how much of the turn lies behind, 0 to 1.
 struct Mark {
@@ -89,7 +89,7 @@ std::optional<std::vector<double>> feet(const std::vector<Mark>& marks, const Tr
     runs.push_back(runs.back() + std::max(0.0, ahead));
   }
   const double rest = runs.front() + inner.length() - runs.back();
-  if (rest < -kWholeTurn * inner.length()) return std::nullopt;
+  if (rest < -kLostTurn * inner.length()) return std::nullopt;
   return runs;
 }
 

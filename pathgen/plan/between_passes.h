@@ -20,6 +20,9 @@ double distance_to_piece(const ToolPiece& piece, double d, double h);
 /// curvature.
 double asked_height(const PlanOptions& options);
 
+/// Less than this share of the limit need not be told exactly.
+inline constexpr double kEnough = 0.25;
+
 /// The cutting moves of a path, found by where the tool is.
 class CuttingMoves {
  public:

@@ -28,11 +28,7 @@ std::string percent(double part, double whole) {
   return text;
 }
 
-struct Reason {
-  RestReason why;
-  const char* text;
-};
-constexpr Reason kReasons[] = {
+constexpr Reason kNoDirection[] = {
     {RestReason::kCutter, "no direction of the tool axis is clear of the part for the cutter"},
     {RestReason::kShank,
      "in every direction that is clear for the cutter the shank comes nearer to the part than "
@@ -150,7 +146,7 @@ class FreePlanner {
     }
     warn_fixtures("places of the slices", report_);
     double all = 0.0;
-    for (const Reason& reason : kReasons) {
+    for (const Reason& reason : kNoDirection) {
       double sum = 0.0;
       std::vector<std::uint32_t> facets;
       for (const LeftOut& l : left_out_) {
@@ -171,7 +167,7 @@ class FreePlanner {
     std::stable_sort(free_.unreached.begin(), free_.unreached.end(),
                      [](const auto& a, const auto& b) { return a.facet < b.facet; });
     if (left_out_.empty() || left_out_.size() < free_.cl_points) return {};
-    const Reason& first = *std::find_if(std::begin(kReasons), std::end(kReasons),
+    const Reason& first = *std::find_if(std::begin(kNoDirection), std::end(kNoDirection),
                                         [this](const Reason& r) { return r.why == left_out_.front().why; });
     return fail(first.why == RestReason::kTilt ? Code::kLimit : Code::kUnreachable,
                 std::string("nothing is left to cut: at facet ") +

@@ -22,8 +22,8 @@ namespace {
 constexpr std::size_t kPlaces = 24;
 /// Of a circle: a larger angle without any corner of the part is no part of it.
 constexpr double kWidestGap = kPi / 2.0;
-constexpr double kFewer = 0.1;    ///< share of the other sense's area
-constexpr double kEnough = 0.02;  ///< share of the part's area that the other sense must face
+constexpr double kFewer = 0.1;         ///< share of the other sense's area
+constexpr double kLeastFacing = 0.02;  ///< share of the part's area that the other sense must face
 constexpr int kHalvings = 30;
 constexpr std::size_t kTouched = 512;
 /// Sine: what leans over the axis by less is a wall.
@@ -223,7 +223,7 @@ std::string likely_cause(const CheckedMesh& part, const PlanOptions& options) {
   }
   const double here = inward ? shares.inward : shares.outward,
                other = inward ? shares.outward : shares.inward;
-  if (other >= kEnough && here < kFewer * other)
+  if (other >= kLeastFacing && here < kFewer * other)
     return "axis.sense looks wrong: within setup.tilt_max_deg " + per_cent(here) +
            " of the part's area faces a tool that points " + (inward ? "inward" : "outward") + ", " +
            per_cent(other) + " one that points " + (inward ? "outward" : "inward") +

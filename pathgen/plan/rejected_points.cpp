@@ -10,11 +10,7 @@ namespace tiltfeed::pathgen {
 
 namespace {
 
-struct Reason {
-  RestReason why;
-  const char* text;
-};
-constexpr Reason kReasons[] = {
+constexpr Reason kRefusals[] = {
     {RestReason::kTilt, "the tool axis would tilt further than setup.tilt_max_deg"},
     {RestReason::kContainment, "the tool would leave the containment's height"},
     {RestReason::kShank, "the shank would come nearer to the part than guards.shank.clearance_mm"},
@@ -86,7 +82,7 @@ Result<void> report_refusals(const ClSurface& surface, const Passes& passes, con
                 "nothing is left to cut: at every point of the path the tool would come "
                 "nearer to a fixture than its clearance (" +
                     names + "); " + remedy(RestReason::kFixture));
-  for (const Reason& reason : kReasons) {
+  for (const Reason& reason : kRefusals) {
     const auto index = static_cast<std::size_t>(reason.why);
     const std::uint64_t count = passes.refusals.count[index], raised = passes.refusals.raised[index];
     left_out += count;

@@ -11,6 +11,12 @@
 
 namespace tiltfeed::pathgen {
 
+/// Why something is left out, in the words of a message.
+struct Reason {
+  RestReason why;
+  const char* text;
+};
+
 /// Adds a warning for each reason: how many points, which facets, what to change.
 /// Errors: kLimit or kUnreachable when nothing is left.
 /// Notes in the report what each fixture keeps the tool from.

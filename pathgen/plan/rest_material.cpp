@@ -28,8 +28,6 @@ constexpr int kSidesteps = 4;
 constexpr double kSteep = 0.1;
 /// What leans over by less (sine) than 15 degrees rows do not follow: walls are z_level's.
 constexpr double kSteepest = 0.26;
-/// Less than this share of the limit need not be told exactly.
-constexpr double kEnough = 0.25;
 
 /// Where the tool stands on the envelope.
 struct Stand {

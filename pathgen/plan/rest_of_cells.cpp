@@ -16,8 +16,6 @@ namespace {
 
 /// Of more cells over the limit an even share is asked whether the tool reaches it.
 constexpr std::size_t kMostAsked = 20'000;
-/// Less than this share of the limit need not be told exactly.
-constexpr double kEnough = 0.25;
 /// Of the progress: measuring all cells, the rest for what is within reach.
 constexpr double kMeasured = 0.5;
 

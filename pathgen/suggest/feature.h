@@ -9,6 +9,9 @@
 
 namespace tiltfeed::pathgen {
 
+/// A normal that passes a feature nearer than this share of the part's size meets it.
+inline constexpr double kMeets = 0.004;
+
 struct Feature {
   AxisMode mode = AxisMode::kLine;  ///< kPoint, kLine or kCircle
   Point<Part> centre;

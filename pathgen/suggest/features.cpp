@@ -17,9 +17,7 @@ constexpr int kAxisSamples = 3000, kPointSamples = 600;
 constexpr std::size_t kAxisNormals = 5;
 /// Places that a sample is held against.
 constexpr std::size_t kAsked = 400;
-/// A normal that passes a feature nearer than this share of the part's size meets it.
-constexpr double kMeets = 0.004;
-/// That of a place off the middle of a large facet, half the facet's breadth away, but no more than this.
+/// kMeets of a place off the middle of a large facet: half the facet's breadth, but no more than this.
 constexpr double kMostSlack = 0.02;
 /// The normals of large facets miss a point by so many times that.
 constexpr double kChords = 4.0;

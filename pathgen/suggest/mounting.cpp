@@ -12,8 +12,6 @@ namespace tiltfeed::pathgen {
 
 namespace {
 
-/// Poses that each way of turning is asked about.
-constexpr std::size_t kAsked = 300;
 /// Another way of turning must gain so much of the area.
 constexpr double kWorthTurning = 0.005;
 /// Of a head's body, of which a profile says nothing: this far round its pivot and gauge line, mm.
@@ -35,8 +33,9 @@ Vec3 upright(Vec3 d) {
 }
 
 double area_reached(const MachineModel& machine, const Setup& setup, std::span<const CutPose> poses) {
+  constexpr std::size_t kPosesAsked = 300;
   const MachineReach reach(machine, setup);
-  const std::size_t step = std::max<std::size_t>(1, poses.size() / kAsked);
+  const std::size_t step = std::max<std::size_t>(1, poses.size() / kPosesAsked);
   double area = 0.0, all = 0.0, whole = 0.0;
   for (const CutPose& p : poses) whole += p.area;
   for (std::size_t i = 0; i < poses.size(); i += step) {

@@ -14,8 +14,8 @@ constexpr double kLarge = 0.04;
 constexpr double kLeastLeft = 0.15;
 /// Normals and distances, as shares of the part's size, that agree to this are one face's.
 constexpr double kRounding = 2e-3;
-/// A cylinder's normals are square to its axis (sine) and meet it, as a share of the part's size.
-constexpr double kSquare = 0.02, kMeets = 4e-3;
+/// A cylinder's normals are square to its axis (sine).
+constexpr double kSquare = 0.02;
 
 /// Which of the faces that a feature has a place is on; zeros for none of it.
 using Key = std::array<long long, 4>;

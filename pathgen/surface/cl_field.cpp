@@ -24,9 +24,8 @@ constexpr double kCellsShare = 0.4, kLookShare = 0.6;
 /// Of the work with fixtures, the field without them.
 constexpr double kPartShare = 0.5;
 
-/// Of the facets that show their inside, so many are asked why, at this share of the way to their corners.
+/// Of the facets that show their inside, so many are asked why.
 constexpr std::size_t kFacetsAsked = 16;
-constexpr double kBeside = 0.8;
 
 tl::unexpected<Error> nothing_faces() {
   return fail(Code::kUnreachable,

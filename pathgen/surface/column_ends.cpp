@@ -7,7 +7,7 @@ namespace tiltfeed::pathgen {
 namespace {
 
 /// Features of a leaf, at most.
-constexpr std::size_t kLeaf = 8;
+constexpr std::size_t kLeafFeatures = 8;
 /// By how much rounding may shorten a reach, as a share of it, and mm.
 constexpr double kSpareShare = 1e-9, kSpare = 1e-9;
 
@@ -22,7 +22,7 @@ ColumnEnds::ColumnEnds(std::vector<NearFeature> all) {
     entries_.push_back({feature, static_cast<std::uint32_t>(entries_.size())});
   }
   std::size_t leaves = 1;
-  while (leaves * kLeaf < entries_.size()) leaves *= 2;
+  while (leaves * kLeafFeatures < entries_.size()) leaves *= 2;
   nodes_.resize(2 * leaves - 1);
   build(0, 0, static_cast<std::uint32_t>(entries_.size()));
 }

@@ -12,16 +12,12 @@ namespace tiltfeed::pathgen {
 namespace {
 
 /// Patches of a leaf, at most.
-constexpr std::uint32_t kLeaf = 4;
-/// Of fewer patches a thread sees to both halves.
-constexpr std::uint32_t kSideBySide = 4096;
+constexpr std::uint32_t kLeafPatches = 4;
 /// Boxes of slivers end here (mm).
 constexpr double kEnd = 1e7;
 /// A wall of the tool may stand this much nearer, and a contact lie this much higher (mm): rounding where the
 /// tool just grazes a feature. They are bounds only.
 constexpr double kGrazing = 1e-4, kRounding = 1e-6;
-/// Single precision, doubled.
-constexpr double kSingle = 1.2e-7;
 
 /// Over the contact at distance d from the axis, the ring centre.
 double ring_over(const ToolPiece& piece, double d) {
@@ -102,7 +98,7 @@ DropBvh::DropBvh(const ClSurface& surface, const FlatHulls& hulls, std::size_t f
     }
   });
   std::size_t leaves = 1;
-  while (leaves * kLeaf < firsts.size()) leaves *= 2;
+  while (leaves * kLeafPatches < firsts.size()) leaves *= 2;
   nodes_.resize(2 * leaves - 1);
   build(0, 0, static_cast<std::uint32_t>(firsts.size()));
 }

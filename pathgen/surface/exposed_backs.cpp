@@ -14,8 +14,6 @@ namespace {
 
 /// Steeper facets (cosine against the axis) are walls: they carry no height, whichever way they face.
 constexpr double kWall = 0.02;
-/// Where else a facet is looked at: this share of the way from its centre to each corner.
-constexpr double kBeside = 0.8;
 /// What keeps the tool less than this (mm) below a facet still covers it: rounding.
 constexpr double kTouching = 1e-6;
 /// Side of the tiles in which facets are looked at together, against the distance of neighbouring hulls:
@@ -23,8 +21,6 @@ constexpr double kTouching = 1e-6;
 constexpr double kTile = 16.0;
 /// What covers so many facets lies in the cache anyway, and files mostly list neighbours together.
 constexpr std::size_t kFewFacets = 400'000;
-/// Blocks of facets worked on side by side.
-constexpr std::size_t kBlocks = 64;
 
 class BackLook {
  public:
@@ -39,6 +35,7 @@ class BackLook {
     const auto tile = [per_mm](double at) {
       return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(at * per_mm))) & 0x3FF;
     };
+    constexpr std::size_t kBlocks = 64;  // worked on side by side
     std::array<std::vector<std::uint64_t>, kBlocks> blocks;
     const std::size_t facets = surface_.mesh().facets.size();
     tbb::parallel_for(std::size_t{0}, kBlocks, [&](std::size_t b) {

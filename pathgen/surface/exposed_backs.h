@@ -13,6 +13,9 @@
 
 namespace tiltfeed::pathgen {
 
+/// Where, beside its centre, a facet is looked at: this share of the way from there to each corner.
+inline constexpr double kBeside = 0.8;
+
 /// Facets of the surface's mesh (indices, ascending) that turn their back to the tool although no patch of
 /// the CL surface keeps the tool above them there. When the user stops it, not all of them.
 std::vector<std::uint32_t> exposed_backs(const ClSurface& surface, const Deformation& deformation,

@@ -23,12 +23,11 @@ constexpr double kBinShare = 0.7;
 constexpr double kBinsPerMeasure = 2.0;
 /// Each grid's bins are twice those of the one before.
 constexpr int kMostGrids = 24;
-/// Boxes that one task takes at least: some hundred microseconds of work.
-constexpr std::size_t kGrain = 8192;
 
 template <class Work>
 void each(std::size_t count, const Work& work) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain), [&](const auto& range) {
+  constexpr std::size_t kBoxesPerTask = 8192;  // some hundred microseconds of work
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kBoxesPerTask), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) work(i);
   });
 }

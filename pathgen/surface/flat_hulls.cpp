@@ -20,15 +20,11 @@ namespace {
 constexpr double kMaxCellShare = 0.15;
 /// Most corners of a hull that keeps its polygon; more become a box.
 constexpr std::size_t kMostCorners = 6;
-/// Largest relative rounding of a coordinate in single precision, doubled.
-constexpr double kSingle = 1.2e-7;
 /// Patches from one that is asked for to the one worked on: a microsecond. Of large parts what a patch needs
 /// lies anywhere in memory.
-constexpr std::size_t kAhead = 12;
+constexpr std::size_t kFetchAhead = 12;
 /// Patches between two looks at the user's word.
 constexpr std::size_t kPatchesPerLook = 16;
-/// Blocks of patches worked on side by side; fixed, so that the result is the same for any number of threads.
-constexpr std::size_t kBlocks = 64;
 
 /// Turns patches into hulls.
 class HullMaker {
@@ -210,6 +206,8 @@ class HullMaker {
 
 FlatHulls make_flat_hulls(const ClSurface& surface, const Deformation& deformation, double smallest,
                           const ReportShare& report, const std::function<bool(PatchId)>& wanted) {
+  // Worked on side by side; fixed, so that the result is the same for any number of threads.
+  constexpr std::size_t kBlocks = 64;
   std::array<FlatHulls, kBlocks> blocks;
   const std::size_t patches = surface.patch_count();
   Watch watch(report, patches);
@@ -217,7 +215,7 @@ FlatHulls make_flat_hulls(const ClSurface& surface, const Deformation& deformati
     HullMaker maker(surface, deformation, smallest, blocks[b]);
     for (std::size_t p = patches * b / kBlocks; p < patches * (b + 1) / kBlocks; ++p) {
       if (p % kPatchesPerLook == 0 && !watch.next(kPatchesPerLook)) return;
-      if (p + kAhead < patches) surface.fetch(static_cast<PatchId>(p + kAhead));
+      if (p + kFetchAhead < patches) surface.fetch(static_cast<PatchId>(p + kFetchAhead));
       if (surface.is_idle(static_cast<PatchId>(p))) continue;
       if (!wanted || wanted(static_cast<PatchId>(p))) maker.add(static_cast<PatchId>(p));
     }

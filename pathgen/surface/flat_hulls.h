@@ -15,6 +15,9 @@
 
 namespace tiltfeed::pathgen {
 
+/// Largest relative rounding of a coordinate in single precision, doubled.
+inline constexpr double kSingle = 1.2e-7;
+
 /// A place (x', y'), mm; single precision suffices for a bound, and its rounding is in the pads.
 struct FlatCorner {
   float x = 0.0f, y = 0.0f;

@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kDropsPerHull = 16;
 
 /// Hulls that one task takes at least: some hundred microseconds of work.
-constexpr std::size_t kGrain = 8192;
+constexpr std::size_t kHullsPerTask = 8192;
 
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -45,7 +45,7 @@ struct Ranges {
 Ranges ranges_of(const FlatHulls& hulls, FreshVector<LooseBox>& boxes) {
   boxes.resize(hulls.hulls.size());
   return tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, hulls.hulls.size(), kGrain), Ranges{},
+      tbb::blocked_range<std::size_t>(0, hulls.hulls.size(), kHullsPerTask), Ranges{},
       [&](const auto& range, Ranges r) {
         for (std::size_t c = range.begin(); c < range.end(); ++c) {
           const FlatBox box = box_of(hulls, hulls.hulls[c]);
@@ -175,7 +175,7 @@ bool FlatIndex::holds_on_a_turn(const FlatBox& box, double x, double y, double p
 
 double FlatIndex::crossings(double dx, double dy, double step) const {
   const double widths = tbb::parallel_deterministic_reduce(
-      tbb::blocked_range<std::size_t>(0, hulls_.hulls.size(), kGrain), 0.0,
+      tbb::blocked_range<std::size_t>(0, hulls_.hulls.size(), kHullsPerTask), 0.0,
       [&](const auto& range, double sum) {
         for (std::size_t c = range.begin(); c < range.end(); ++c) {
           const FlatBox box = this->box(static_cast<std::uint32_t>(c));

@@ -13,9 +13,7 @@ namespace tiltfeed::pathgen {
 namespace {
 
 /// Hulls of a leaf, at most.
-constexpr std::uint32_t kLeaf = 8;
-/// Of fewer hulls a thread sees to both halves.
-constexpr std::uint32_t kSideBySide = 4096;
+constexpr std::uint32_t kLeafHulls = 8;
 
 }  // namespace
 
@@ -43,7 +41,7 @@ HullBvh::HullBvh(const FlatHulls& hulls, const Deformation& deformation)
     }
   });
   std::size_t leaves = 1;
-  while (leaves * kLeaf < count) leaves *= 2;
+  while (leaves * kLeafHulls < count) leaves *= 2;
   nodes_.resize(2 * leaves - 1);
   build(0, 0, static_cast<std::uint32_t>(count));
 }

@@ -17,6 +17,9 @@ namespace tiltfeed::pathgen {
 /// Round a hull's corners, with its pads.
 FlatBox box_of(const FlatHulls& hulls, const FlatHull& hull);
 
+/// Of fewer entries of a tree one thread sees to both halves.
+inline constexpr std::uint32_t kSideBySide = 4096;
+
 class HullBvh {
  public:
   HullBvh() = default;

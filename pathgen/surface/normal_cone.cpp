@@ -12,7 +12,7 @@ namespace {
 /// stretched.
 constexpr double kWidest = 0.5;
 /// Rounding of the plane's coordinates, widened: what is cut off is that far outside.
-constexpr double kSpare = 1e-7;
+constexpr double kPlaneRounding = 1e-7;
 
 struct Place {
   double x, y;
@@ -66,14 +66,15 @@ bool cut_cone(std::vector<Vec3>& normals, std::span<const Vec3> spokes, double s
   if (std::any_of(normals.begin(), normals.end(), [&](Vec3 n) { return !(dot(n, view.mean) >= kWidest); }))
     return true;
   view.up = cross(view.mean, spokes[0]);  // so that a turned part gives the turned cone
-  if (length(view.up) <= kSpare * length(spokes[0])) return true;
+  if (length(view.up) <= kPlaneRounding * length(spokes[0])) return true;
   view.up = normalized(view.up), view.right = cross(view.up, view.mean);
   Place low{1e9, 1e9}, high{-1e9, -1e9};
   for (Vec3 n : normals) {
     const Place p = view.of(n);
     low = {std::min(low.x, p.x), std::min(low.y, p.y)}, high = {std::max(high.x, p.x), std::max(high.y, p.y)};
   }
-  const double spare = slack / kWidest + kSpare;  // a direction in the plane is up to 1 / kWidest long
+  const double spare =
+      slack / kWidest + kPlaneRounding;  // a direction in the plane is up to 1 / kWidest long
   Polygon polygon;
   polygon.add({low.x - spare, low.y - spare}), polygon.add({high.x + spare, low.y - spare});
   polygon.add({high.x + spare, high.y + spare}), polygon.add({low.x - spare, high.y + spare});
@@ -97,7 +98,8 @@ NormalArc widest_arc(std::span<const Vec3> normals) {
   const double sine = length(side);
   double aside = 0.0;
   for (Vec3 n : normals)
-    aside = std::max(aside, sine > kSpare ? std::abs(dot(n, side)) / sine : length(cross(n, arc.from)));
+    aside =
+        std::max(aside, sine > kPlaneRounding ? std::abs(dot(n, side)) / sine : length(cross(n, arc.from)));
   // Between two places on one side of the great circle a straight way may lie further off than both; past an
   // end nothing lies further than by the square of it.
   const double half = std::sqrt((1.0 + std::clamp(least, -1.0, 1.0)) / 2.0);

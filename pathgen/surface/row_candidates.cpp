@@ -14,9 +14,9 @@ namespace {
 /// Blocks of hulls are worked on side by side: so many at most, of so many hulls at least.
 constexpr std::size_t kMostBlocks = 64, kLeastCells = 2048;
 /// More than rounding (mm): what is taken here is looked at again, exactly.
-constexpr double kSpare = 1e-9;
+constexpr double kWider = 1e-9;
 
-struct Range {
+struct Band {
   double low, high;
 };
 
@@ -28,7 +28,7 @@ class Sorted {
     across_.reserve(lines.size());
     for (const FlatLine& line : lines) across_.push_back(line.across());
     const double width = across_.back() - across_.front();
-    per_mm_ = width > kSpare ? static_cast<double>(lines.size()) / width : 0.0;
+    per_mm_ = width > kWider ? static_cast<double>(lines.size()) / width : 0.0;
     slot_.resize(lines.size() + 1);
     std::uint32_t at = 0;
     for (std::size_t s = 0; s < slot_.size(); ++s) {
@@ -37,14 +37,14 @@ class Sorted {
     }
   }
   /// Is a line at a distance in the range?
-  bool any_in(Range range) const {
+  bool any_in(Band range) const {
     std::uint32_t i = slot_[slot_of(range.low)];
     while (i < across_.size() && across_[i] < range.low) ++i;
     return i < across_.size() && across_[i] <= range.high;
   }
   /// Calls visit(line) for each line at a distance in the range.
   template <class Visit>
-  void each_in(Range range, Visit visit) const {
+  void each_in(Band range, Visit visit) const {
     for (std::uint32_t i = slot_[slot_of(range.low)]; i < across_.size() && across_[i] <= range.high; ++i)
       if (across_[i] >= range.low) visit(i);
   }
@@ -60,10 +60,10 @@ class Sorted {
 };
 
 /// How far to the left of the origin a moved box reaches, as lines in the direction of `line` see it.
-Range across(const FlatBox& box, double shift_x, double shift_y, const FlatLine& line) {
+Band across(const FlatBox& box, double shift_x, double shift_y, const FlatLine& line) {
   const double y0 = (box.low_y + shift_y) * line.dx, y1 = (box.high_y + shift_y) * line.dx,
                x0 = (box.low_x + shift_x) * line.dy, x1 = (box.high_x + shift_x) * line.dy;
-  return {std::min(y0, y1) - std::max(x0, x1) - kSpare, std::max(y0, y1) - std::min(x0, x1) + kSpare};
+  return {std::min(y0, y1) - std::max(x0, x1) - kWider, std::max(y0, y1) - std::min(x0, x1) + kWider};
 }
 
 /// The rectangle round all lines.
@@ -109,7 +109,7 @@ RowCandidates::RowCandidates(const FlatIndex& index, std::span<const FlatLine> l
       index.each_turn(index.box(c), round, [&](double shift_x, double shift_y) {
         if (!sorted.any_in(across(index.box(c), shift_x, shift_y, lines[0]))) return;
         const auto hull = index.seen_along(c, lines[0].dx, lines[0].dy, shift_x, shift_y);
-        sorted.each_in({hull.least_across() - kSpare, hull.most_across() + kSpare}, [&](std::uint32_t i) {
+        sorted.each_in({hull.least_across() - kWider, hull.most_across() + kWider}, [&](std::uint32_t i) {
           Candidate candidate;
           if (hull.meets(lines[i], candidate)) meetings.push_back({i, candidate});
         });
