@@ -14,7 +14,7 @@ constexpr double kMostTurn = 180.0;
 constexpr double kMostPieces = 10000.0;
 // Of what a piece moves: bodies that are further apart than asked by this are taken for near while it can be
 // halved.
-constexpr double kSlack = 0.25;
+constexpr double kPieceSlack = 0.25;
 // Cells reach beyond the travels by this, mm: what is printed is rounded.
 constexpr double kBeyond = 1.0;
 
@@ -143,7 +143,7 @@ bool CollisionCheck::follow(std::size_t index, const JointPiece& piece, const Pr
     half[i] = 0.5 * (piece.end - piece.begin) * std::abs(piece.to[i] - piece.from[i]);
   const double motion = pair.motion(half);
   const bool last = motion <= 0.5 * kCollisionError;
-  if (!scene_->nearer(pair, words, pair.asked(move.rapid) + motion, last ? 0.0 : kSlack * motion))
+  if (!scene_->nearer(pair, words, pair.asked(move.rapid) + motion, last ? 0.0 : kPieceSlack * motion))
     return false;
   if (last) {
     found.places.push_back(place(index, words, move));

@@ -9,7 +9,7 @@ namespace {
 
 // Of a cell's motion: bodies that are further apart than asked by this are taken for near, which spares tests
 // of single facets.
-constexpr double kSlack = 0.1;
+constexpr double kCellSlack = 0.1;
 // Where contact points move further than this, mm, a question that takes more than so many pairs of boxes is
 // cheaper answered by the halves.
 constexpr double kCoarse = 2.0;
@@ -70,7 +70,7 @@ void JointCells::ask(Cell& cell, const JointBox& box, PairSet open) {
     if ((open & bit) == 0) continue;
     const BodyPair& pair = scene_.pairs()[i];
     const double motion = pair.motion(half);
-    if (!scene_.nearer(pair, middle, pair.asked(rapid_) + motion, kSlack * motion,
+    if (!scene_.nearer(pair, middle, pair.asked(rapid_) + motion, kCellSlack * motion,
                        motion > kCoarse ? kPatience : 0)) {
       open &= ~bit;
       continue;

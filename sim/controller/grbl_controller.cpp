@@ -7,7 +7,7 @@ namespace tiltfeed::sim {
 namespace {
 
 // Error and alarm numbers of Grbl 1.1.
-constexpr int kErrorSystemCommand = 3, kErrorNotIdle = 8, kErrorLocked = 9, kErrorLineLength = 11;
+constexpr int kErrorSystemCommand = 3, kErrorLineLength = 11;
 constexpr int kAlarmSoftLimit = 2, kAlarmResetInMotion = 3, kAlarmHomingReset = 6;
 
 constexpr std::string_view kBanner = "\r\nGrbl 1.1h ['$' for help]\r\n";
@@ -15,9 +15,6 @@ constexpr std::string_view kUnlockHint = "[MSG:'$H'|'$X' to unlock]\r\n";
 
 // Bytes that were used up are cut off the receive buffer in pieces of this size, not one by one.
 constexpr std::size_t kCompactAt = 4096;
-
-/// Blocks after which the firmware waits until the axes stand still: dwells and M codes.
-bool synchronises(const Block& block) { return block.op == Op::kDwell || block.op == Op::kMCode; }
 
 /// The firmware plans steps: a move without any takes no block.
 MotionOptions planner_of(MotionOptions motion) {

@@ -14,6 +14,9 @@
 
 namespace tiltfeed::sim {
 
+// Error numbers of Grbl 1.1.
+inline constexpr int kErrorNotIdle = 8, kErrorLocked = 9;
+
 /// Defaults are those of grblHAL; Grbl 1.1h: rx_buffer 127, planner 15, max_line 79, both flags false.
 struct GrblOptions {
   std::size_t rx_buffer = 1024;  ///< bytes that wait while the planner is full; more are lost

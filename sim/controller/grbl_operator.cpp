@@ -9,9 +9,9 @@ namespace tiltfeed::sim {
 namespace {
 
 // Error and alarm numbers of Grbl 1.1 and grblHAL.
-constexpr int kErrorHomingOff = 5, kErrorNotIdle = 8, kErrorLocked = 9, kErrorTravel = 15, kErrorJogWord = 16,
-              kErrorUnsupported = 20, kErrorNoFeed = 22, kErrorNotInteger = 23, kErrorNoAxes = 26,
-              kErrorMissingWord = 28, kErrorNoSystem = 29;
+constexpr int kErrorHomingOff = 5, kErrorTravel = 15, kErrorJogWord = 16, kErrorUnsupported = 20,
+              kErrorNoFeed = 22, kErrorNotInteger = 23, kErrorNoAxes = 26, kErrorMissingWord = 28,
+              kErrorNoSystem = 29;
 constexpr int kAlarmProbeTouches = 4, kAlarmNoContact = 5, kAlarmHomingFailed = 9;
 constexpr int kSoftLimits = 20, kHoming = 22, kHomingDirection = 23, kPullOff = 27;
 constexpr double kInch = 25.4;

@@ -8,15 +8,14 @@
 namespace tiltfeed::sim {
 namespace {
 
-// Words per unit. Dividing (not multiplying by 1e-4) gives the same double as reading the decimal text.
-constexpr double kPositionScale = 1e4;  // mm and degrees
-constexpr double kFeedScale = 1e3;      // 1/min, mm/min, s of a dwell, rpm
+// Words per unit; as kPositionScale.
+constexpr double kFeedScale = 1e3;  // 1/min, mm/min, s of a dwell, rpm
 constexpr std::uint16_t kEndOfProgram = 1;
 constexpr std::uint16_t kInverseTime = 1 << 8, kMachinePlace = 1 << 14;
 constexpr int kFirstKept = 9;  // of five bits, X Y Z tilt rotary: the axis stays where it is
 constexpr std::uint16_t kKept = 0b11111 << kFirstKept;
-constexpr std::uint16_t kAlarmSoftLimit = 2, kAlarmResetInMotion = 3;
-constexpr int kMinOverride = 10, kMaxOverride = 200;
+constexpr std::uint16_t kSoftLimit = 2, kResetInMotion = 3;  // alarms
+constexpr int kLeastPercent = 10, kMostPercent = 200;        // of an override
 constexpr std::uint32_t kLargestMCode = 99;
 
 std::uint32_t pair(std::span<const std::uint16_t> words, std::size_t at) {
@@ -132,7 +131,7 @@ bool ModbusController::append(Words words) {
     block->target.c = turned_to(machine.rotary.word, block->target.c, planned_.c);
   if (motion_.outside(block->target)) {
     forget_blocks();
-    alarm_ = kAlarmSoftLimit;
+    alarm_ = kSoftLimit;
     return false;
   }
   last_accepted_ = words[0];
@@ -225,7 +224,7 @@ bool ModbusController::execute(Command command, std::uint16_t session, std::uint
       reset();
       return true;
     case Command::kOverride:
-      if (argument < kMinOverride || argument > kMaxOverride) return false;
+      if (argument < kLeastPercent || argument > kMostPercent) return false;
       motion_.set_feed_override(static_cast<int>(argument));
       return true;
     case Command::kClearAlarm:
@@ -273,7 +272,7 @@ void ModbusController::reset() {
   const bool moving = motion_.running() != nullptr && !motion_.held();
   forget_blocks();
   motion_.set_feed_override(100);
-  alarm_ = moving ? kAlarmResetInMotion : 0;
+  alarm_ = moving ? kResetInMotion : 0;
   session_ = last_accepted_ = last_started_ = last_completed_ = 0;
   nack_ = Nack::kNone;
   nack_seq_ = heartbeat_ = 0;

@@ -22,6 +22,10 @@ inline constexpr std::uint16_t kPositionsAt = 0x0220, kPositionsWords = 10;
 inline constexpr std::uint16_t kHeartbeatAt = 0x0240;
 inline constexpr std::uint16_t kMapEnd = 0x0241;
 
+/// Words per mm and per degree. Dividing (not multiplying by 1e-4) gives the same double as reading the
+/// decimal text.
+inline constexpr double kPositionScale = 1e4;
+
 inline constexpr std::uint16_t kMagic = 0x5446;
 inline constexpr int kBlockWords = 16, kWindowHeaderWords = 6, kBlocksPerWindow = 7;
 

@@ -12,7 +12,6 @@ constexpr std::uint16_t kMapVersion = 1;
 constexpr std::uint16_t kCapabilities = 0b1111;  // FC23, ring, positions, kept axes and machine coordinates
 constexpr std::uint16_t kAxisMask = 0b11111;
 constexpr std::uint16_t kDecimalExponent = 4;
-constexpr double kPositionScale = 1e4;  // words per mm and per degree
 constexpr std::size_t kMostReadWords = 125;
 
 void put_pair(std::span<std::uint16_t> words, std::size_t at, std::uint32_t value) {

@@ -17,8 +17,6 @@ constexpr std::string_view kIdentity =
 constexpr std::size_t kNative = 9;  // no work system is in force
 constexpr std::array kSystems = {"G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"};
 
-bool synchronises(const Block& block) { return block.op == Op::kDwell || block.op == Op::kMCode; }
-
 /// The whole number after a letter, or nothing.
 std::optional<std::uint64_t> number_after(std::string_view text, std::size_t at) {
   std::uint64_t value = 0;

@@ -41,6 +41,9 @@ struct Block {
       kToolNotSaid;  ///< in the spindle: the T word in force at the last M6; before any, the last T word
 };
 
+/// Blocks after which a controller waits until the axes stand still: dwells and M codes.
+inline bool synchronises(const Block& block) { return block.op == Op::kDwell || block.op == Op::kMCode; }
+
 enum class MotionMode : std::uint8_t { kNone, kRapid, kFeed };
 
 /// What stays in force from line to line.

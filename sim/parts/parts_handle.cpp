@@ -5,16 +5,15 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
+#include "kinematics/basics/units.h"
 #include "sim/parts/facet_mesh.h"
 
 namespace tiltfeed::sim {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kHandleFacets = 23'780;
-constexpr int kColumns = 82;     ///< around
+constexpr int kAround = 82;      ///< columns
 constexpr int kIntervals = 128;  ///< along the centre line
 constexpr int kFootRings = 8;    ///< on a foot's flat face, between its centre and its rim
 
@@ -77,7 +76,7 @@ Section section_at(double s) {
 }
 
 Vec3 section_point(const Section& section, int column) {
-  const double angle = 2.0 * kPi * column / kColumns;
+  const double angle = 2.0 * kPi * column / kAround;
   const double c = std::cos(angle), s = std::sin(angle);
   const double p = section.exponent;
   const double reach = std::pow(std::pow(std::abs(c), p) + std::pow(std::abs(s), p), -1.0 / p);
@@ -90,12 +89,12 @@ Vec3 section_point(const Section& section, int column) {
 
 Triangles handle() {
   FacetMesh mesh;
-  std::vector<std::array<std::uint32_t, kColumns>> rings;
+  std::vector<std::array<std::uint32_t, kAround>> rings;
   const auto add_foot_ring = [&](double side, int ring) {
     Section section;
     place_on_centre_line(side * kHalfLength, section);
     section.in = section.across = kFootRadius * ring / (kFootRings + 1);
-    for (int column = 0; column < kColumns; ++column)
+    for (int column = 0; column < kAround; ++column)
       rings.back()[column] = add_vertex(mesh, section_point(section, column));
   };
   const std::uint32_t first_centre = add_vertex(mesh, {-kHalfSpan, 0.0, 0.0});
@@ -106,7 +105,7 @@ Triangles handle() {
   for (int station = 0; station <= kIntervals; ++station) {
     const Section section = section_at(kHalfLength * (2.0 * station / kIntervals - 1.0));
     rings.emplace_back();
-    for (int column = 0; column < kColumns; ++column)
+    for (int column = 0; column < kAround; ++column)
       rings.back()[column] = add_vertex(mesh, section_point(section, column));
   }
   for (int ring = kFootRings; ring >= 1; --ring) {
@@ -115,8 +114,8 @@ Triangles handle() {
   }
   const std::uint32_t last_centre = add_vertex(mesh, {kHalfSpan, 0.0, 0.0});
 
-  for (int column = 0; column < kColumns; ++column) {
-    const int next = (column + 1) % kColumns;
+  for (int column = 0; column < kAround; ++column) {
+    const int next = (column + 1) % kAround;
     mesh.facets.push_back({first_centre, rings.front()[next], rings.front()[column]});
     for (std::size_t ring = 0; ring + 1 < rings.size(); ++ring)
       add_quad(mesh, rings[ring][column], rings[ring][next], rings[ring + 1][next], rings[ring + 1][column]);

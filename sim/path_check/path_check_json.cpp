@@ -9,10 +9,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// JSON has no infinity: what was never reached is null.
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json json_of(const Extreme& e) {
-  Json json{{"value", number(e.value)}};
+  Json json{{"value", number_or_null(e.value)}};
   const TracePlace& p = e.place;
   if (p.block > 0) json["block"] = p.block, json["line"] = p.line;
   if (e.value > 0.0) {
@@ -44,7 +44,7 @@ std::string to_json(const PathCheckReport& r) {
   json["rapid_overlap_mm"] = json_of(r.rapid_overlap);
   json["gap_mm"] = json_of(r.gap);
   json["drop_mm"] = json_of(r.drop);
-  json["drop_999_mm"] = number(r.drop_999);
+  json["drop_999_mm"] = number_or_null(r.drop_999);
   json["samples"] = r.samples;
   json["cut_samples"] = r.cut_samples;
   json["air_samples"] = r.air_samples;

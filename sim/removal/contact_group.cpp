@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kGroupSteps = 32;
 constexpr double kFootTurnRadii = 0.5, kTopTurnRadii = 2.0;
 // And with ends of steps that are off the straight way by so many radii.
-constexpr double kStrayRadii = 0.1;
+constexpr double kBendRadii = 0.1;
 // The core's lower part, and what is told from the rest above it, in radii: what is beside them is looked for
 // closely, as it turns less far.
 constexpr double kFootRadii = 2.0, kMiddleRadii = 8.0;
@@ -37,7 +37,7 @@ std::size_t Contact::group_end(const std::vector<SweptStep>& steps, std::size_t 
     // What the way goes more than straight on: it then strays by no more than root(way^2 - straight^2) / 2.
     way += distance(on_axis(steps[end].from, low_), on_axis(steps[end].to, low_));
     const double straight = distance(start, on_axis(steps[end].to, low_));
-    if (way * way - straight * straight > 4.0 * kStrayRadii * kStrayRadii * radius_ * radius_) break;
+    if (way * way - straight * straight > 4.0 * kBendRadii * kBendRadii * radius_ * radius_) break;
   }
   return end;
 }

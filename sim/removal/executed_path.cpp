@@ -14,8 +14,6 @@ namespace {
 
 // Blocks that the simulated axes hold, if they look no further ahead; a program from a file is never late.
 constexpr std::size_t kSlots = 64;
-// Poses that are asked for the main direction of the tool.
-constexpr std::size_t kDirections = 2000;
 
 /// Takes rows in order, keeps the moves.
 class Collector {
@@ -125,8 +123,9 @@ Result<ExecutedPath> executed_path(const std::vector<TraceRow>& trace, const std
 }
 
 int main_direction(const ExecutedPath& path, const MachineModel& machine, const Setup& setup) {
+  constexpr std::size_t kPosesAsked = 2000;
   Vec3 sum;
-  const std::size_t step = path.moves.size() / kDirections + 1;
+  const std::size_t step = path.moves.size() / kPosesAsked + 1;
   for (std::size_t m = 0; m < path.moves.size(); m += step) {
     const Vec3 axis = forward_by_frames(machine, setup, path.moves[m].to).axis;
     sum = sum + Vec3{std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)};

@@ -17,7 +17,7 @@ constexpr double kRunTolerances = 0.5;
 constexpr double kStrayCells = 0.125;
 // Longer ways, in least radii or cells, are cut up, so that bodies stay near what they are long for.
 constexpr double kStepWays = 4.0;
-constexpr int kMostSteps = 20000;
+constexpr int kMostStepsPerMove = 20000;
 // Above this the surface winds round the point: inside.
 constexpr double kInside = 0.5;
 // The words are rounded, and so is F: this much way, mm, and this share of it, may be more than F makes.
@@ -67,7 +67,7 @@ void Stand::add_steps(std::size_t move, const Pose& from, std::vector<SweptStep>
   const int count = static_cast<int>(
       std::ceil(std::clamp(std::max({std::sqrt(low / (kStrayTolerances * tolerance_)),
                                      std::sqrt(top / (kStrayCells * cell_)), turn_pieces(from, to), pieces}),
-                           1.0, 1.0 * kMostSteps)));
+                           1.0, 1.0 * kMostStepsPerMove)));
   Pose last = from;
   for (int i = 1; i <= count; ++i) {
     const double begin = static_cast<double>(i - 1) / count, done = static_cast<double>(i) / count;

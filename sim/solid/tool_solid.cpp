@@ -7,8 +7,6 @@
 namespace tiltfeed::sim {
 namespace {
 
-constexpr double kQuarter = kPi / 2.0;
-
 /// A piece while joints are made: the rounded end, if any, and the rims above it.
 struct Draft {
   ToolPart part = ToolPart::kCutter;
@@ -36,7 +34,7 @@ Draft cutting_part(const pathgen::Cutter& cutter) {
   const double whole = cutter.cutting_length > 0.0 ? cutter.cutting_length : cutter.shank_length;
   const double rounded = c * (1.0 - std::sin(taper)), top = std::max(whole, rounded);
   Draft draft;
-  draft.nose = {{e, c, c, kQuarter - taper}};
+  draft.nose = {{e, c, c, kPi / 2.0 - taper}};
   draft.upper_slope = std::tan(taper);
   draft.rims = {{e + c * std::cos(taper) + (top - rounded) * draft.upper_slope, top}};
   draft.upper = top;

@@ -23,8 +23,6 @@ namespace {
 
 // What the host does not read within this many bytes is lost, as on a wire that nobody listens to.
 constexpr std::size_t kMostUnread = 1 << 20;
-// Silence after the program's end that counts as "the host is done", s.
-constexpr double kQuietEnd = 1.0;
 constexpr std::size_t kReadBytes = 65536;
 
 /// A host that has gone is no signal.

@@ -12,6 +12,9 @@
 
 namespace tiltfeed::sim {
 
+/// Silence after the program's end that counts as "the host is done", s.
+inline constexpr double kQuietEnd = 1.0;
+
 /// On a pseudo-terminal, with a symbolic link `path` to it. After a disconnect of the fault script it is
 /// another terminal under the same link. Errors: kIo.
 Result<void> serve_pty(GrblController& controller, const std::string& path, EndpointOptions options);

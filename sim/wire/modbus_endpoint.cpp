@@ -26,7 +26,6 @@ constexpr int kRtuUnit = 1;
 constexpr int kMostWriteWords = 123;      // FC 16
 constexpr int kMostReadWriteWords = 121;  // FC 23, its write part
 constexpr int kMostReadWords = 125;
-constexpr double kQuietEnd = 1.0;  // silence after the program's end, s
 constexpr std::uint8_t kReadHolding = 3, kWriteSingle = 6, kWriteMultiple = 16, kReadWrite = 23;
 
 struct FreeContext {
