@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "config/job.h"
+#include "tests/texts/example_job.h"
 #include "tests/texts/job_text.h"
 
 namespace tiltfeed {
@@ -21,13 +22,6 @@ using namespace config;
 namespace {
 
 constexpr int kMutations = 6000;  // of each file
-
-std::string text_of(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 /// Same numbers on every platform: the generator is fixed by the standard, the reduction is ours.
 class Dice {

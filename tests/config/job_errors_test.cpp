@@ -15,7 +15,7 @@ using namespace config;
 namespace {
 
 // Kinds: text, YAML features, keys, types, numbers, ranges, words, rules across fields.
-const std::vector<BadText> kBadTexts = {
+const std::vector<BadText> kBadJobs = {
     {"", "", "1:1", "empty"},
     {"", "# a comment\n", "1:1", "empty"},
     {"", "---\n", "2:1", "expected the keys part, cutter"},
@@ -242,7 +242,7 @@ const std::vector<BadText> kBadOptions = {
 };
 
 TEST(JobErrors, EveryKindOfBadInputHasItsPlace) {
-  for (const BadText& bad : kBadTexts)
+  for (const BadText& bad : kBadJobs)
     expect_bad(parse_job(replaced(kGoodJob, bad.from, bad.to), kJobPath), kJobPath, bad);
   for (const BadText& bad : kBadOptions)
     expect_bad(parse_job(replaced(kOptionsJob, bad.from, bad.to), kJobPath), kJobPath, bad);

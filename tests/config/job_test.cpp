@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "tests/texts/bad_text.h"
+#include "tests/texts/example_job.h"
 #include "tests/texts/folder.h"
 #include "tests/texts/job_text.h"
 
@@ -22,13 +23,6 @@ Job good(const std::string& from = "", const std::string& to = "") {
   const Result<Job> job = parse_job(from.empty() ? kGoodJob : replaced(kGoodJob, from, to), kJobPath);
   EXPECT_TRUE(job.has_value()) << job.error().message;
   return job.value_or(Job{});
-}
-
-std::string text_of(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
 }
 
 double angle_between_rotations(const Rotation& a, const Rotation& b) {

@@ -25,7 +25,7 @@ TEST(MachineProfile, ALongLineNeedsABufferOnlyWhereCharactersAreCounted) {
       parse_changed("receive_buffer_bytes: 1024", "receive_buffer_bytes: 71").has_value());  // 70 + line end
 }
 
-const std::vector<BadText> kBadTexts = {
+const std::vector<BadText> kBadProfiles = {
     {"", "", "1:1", "empty"},
     {"name: nutator 5", "name: nutator (5)", "1:7", "1 to 40 of the letters"},
     {"name: nutator 5\n", "", "1:1", "missing key 'name'"},
@@ -150,7 +150,7 @@ const std::vector<BadText> kBadTexts = {
 };
 
 TEST(MachineProfile, EveryKindOfBadInputHasItsPlace) {
-  for (const BadText& bad : kBadTexts) expect_bad(parse_changed(bad.from, bad.to), kMachinePath, bad);
+  for (const BadText& bad : kBadProfiles) expect_bad(parse_changed(bad.from, bad.to), kMachinePath, bad);
 }
 
 TEST(MachineProfile, AWrongSignIsNamedByThePlaceThatDisagrees) {

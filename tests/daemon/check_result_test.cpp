@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kLength = 80.0;
 
-config::MachineProfile shipped(const std::string& name) {
+config::MachineProfile shipped_profile(const std::string& name) {
   const auto profile = config::load_machine(SOURCE_DIR "/config/machines/" + name + ".yaml");
   EXPECT_TRUE(profile) << profile.error().message;
   return profile.value_or(config::MachineProfile{});
@@ -81,7 +81,7 @@ double off_pivot(const CheckResult& result, const MachineModel& profile, double 
 TEST(CheckResult, PassesEveryShippedProfileOnItsOwnMachine) {
   for (const char* name : {"generic-ac", "linuxcnc-trunnion-ac", "linuxcnc-bridge-bc", "dmu-nutating-bc",
                            "vmc-bhead-bc", "linuxcnc-max5", "mill-4x-table-a", "mill-4x-head-b"}) {
-    const config::MachineProfile profile = shipped(name);
+    const config::MachineProfile profile = shipped_profile(name);
     for (const bool off : {false, true}) {
       const CheckResult result = judged(profile, found(profile, profile.model, off));
       EXPECT_TRUE(result.passed) << name << ": " << text_of(result, 0.02);
@@ -94,7 +94,7 @@ TEST(CheckResult, PassesEveryShippedProfileOnItsOwnMachine) {
 TEST(CheckResult, TellsWhatToChange) {
   for (const char* name : {"generic-ac", "linuxcnc-trunnion-ac", "linuxcnc-bridge-bc", "dmu-nutating-bc"}) {
     SCOPED_TRACE(name);
-    const config::MachineProfile profile = shipped(name);
+    const config::MachineProfile profile = shipped_profile(name);
     const auto with = [&](const std::function<void(MachineModel&)>& change) {
       MachineModel real = profile.model;
       change(real);
@@ -113,7 +113,7 @@ TEST(CheckResult, TellsWhatToChange) {
       EXPECT_NE(text_of(zero, 0.02).find("tilt.zero_deg: 0."), std::string::npos) << text_of(zero, 0.02);
     }
   }
-  const config::MachineProfile profile = shipped("generic-ac");
+  const config::MachineProfile profile = shipped_profile("generic-ac");
   const CheckResult off_axis = judged(profile, found(profile, profile.model, true, {0.3, -0.2, 0}));
   EXPECT_FALSE(off_axis.passed);
   ASSERT_FALSE(off_axis.remedies.empty());
@@ -126,7 +126,7 @@ TEST(CheckResult, TellsWhatToChange) {
 TEST(CheckResult, DoesNotPassASignThatItCannotSee) {
   for (const char* name : {"generic-ac", "linuxcnc-trunnion-ac", "mill-4x-table-a"}) {
     SCOPED_TRACE(name);
-    const config::MachineProfile profile = shipped(name);
+    const config::MachineProfile profile = shipped_profile(name);
     MachineModel real = profile.model;
     real.rotary.sign = -real.rotary.sign;
     const double aside = profile.model.rotary.direction.x == 0.0 ? 50.0 : 0.0;
@@ -145,7 +145,7 @@ TEST(CheckResult, DoesNotPassASignThatItCannotSee) {
 }
 
 TEST(CheckResult, SaysWhatIsWrongWithATable) {
-  const config::MachineProfile profile = shipped("generic-ac");
+  const config::MachineProfile profile = shipped_profile("generic-ac");
   const std::string head = "stop,x_mm,y_mm,z_mm\n";
   for (const auto& [table, expected] : {std::pair<std::string, std::string>{"", "has 0 stops"},
                                         {"stop,x,y,z\n", "f.csv:1: expected the columns"},

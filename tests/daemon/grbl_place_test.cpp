@@ -18,7 +18,7 @@ namespace {
 
 TEST(CheckMode, IsRefusedAtTheOpening) {
   for (const char* state : {"Check", "Hold:0", "Door:0", "Sleep", "Jog"}) {
-    Bench bench(numbered(20));
+    GrblBench bench(numbered(20));
     bench.fake.state = state;
     for (int i = 0; i < 12 && !is_final(bench.session.phase()); ++i) bench.exchange(seconds(1));
     EXPECT_EQ(bench.session.phase(), Phase::kFault) << state;
@@ -28,7 +28,7 @@ TEST(CheckMode, IsRefusedAtTheOpening) {
 }
 
 TEST(CheckMode, IsAFaultWhileItRuns) {
-  Bench bench(numbered(200));
+  GrblBench bench(numbered(200));
   bench.open();
   bench.fake.state = "Check";
   for (int i = 0; i < 300 && !is_final(bench.session.phase()); ++i) {
@@ -42,7 +42,7 @@ TEST(CheckMode, IsAFaultWhileItRuns) {
 TEST(CheckMode, AFailedCheckLeavesItAgain) {
   GrblOptions options;
   options.check = true;
-  Bench bench(numbered(20), FakeGrbl(), options);
+  GrblBench bench(numbered(20), FakeGrbl(), options);
   for (int i = 0; i < 20 && bench.session.phase() != Phase::kCheck; ++i) bench.exchange();
   ASSERT_EQ(bench.session.phase(), Phase::kCheck);
   bench.exchange();
@@ -69,7 +69,7 @@ TEST(CheckMode, AFailedCheckLeavesItAgain) {
 TEST(CheckMode, A2NoLineLeavesBeforeAReportShowsIt) {
   GrblOptions options;
   options.check = true;
-  Bench bench(numbered(20), FakeGrbl(), options);
+  GrblBench bench(numbered(20), FakeGrbl(), options);
   bench.fake.checks = false;
   bench.finish(2000);
   EXPECT_EQ(bench.session.phase(), Phase::kFault);
@@ -82,7 +82,7 @@ TEST(CheckMode, A2NoLineLeavesBeforeAReportShowsIt) {
 TEST(CheckMode, A2WhatLeavesItUnaskedMayHaveMoved) {
   GrblOptions options;
   options.check = true;
-  Bench bench(numbered(200), FakeGrbl(), options);
+  GrblBench bench(numbered(200), FakeGrbl(), options);
   for (int i = 0; i < 100 && bench.fake.lines.size() < 5; ++i) {
     bench.fake.work();
     bench.exchange();
@@ -105,7 +105,7 @@ TEST(CheckMode, A2WhatLeavesItUnaskedMayHaveMoved) {
 /// Stopped in the middle of lines that are all answered, with one figure of the first report changed.
 TEST(PlausiblePosition, A4OneChangedFigureDoesNotNarrowTheRange) {
   for (const char* changed : {"15.000", "5.000", "25.000"}) {
-    Bench bench(numbered(20));
+    GrblBench bench(numbered(20));
     bench.open();
     for (int i = 0; i < 200 && bench.fake.lines.size() < 20; ++i) bench.fake.work(), bench.exchange();
     bench.fake.silent_status = true;
@@ -125,7 +125,7 @@ TEST(PlausiblePosition, A4OneChangedFigureDoesNotNarrowTheRange) {
 TEST(PlausiblePosition, A4OneChangedLineNumberProvesNothing) {
   GrblOptions options;
   options.number_lines = true;
-  Bench bench(numbered(20), FakeGrbl(1024), options);
+  GrblBench bench(numbered(20), FakeGrbl(1024), options);
   bench.say("GrblHAL 1.1f ['$' or '$HELP' for help]\r\n");
   bench.open();
   for (int i = 0; i < 200 && bench.fake.lines.size() < 20; ++i) bench.fake.work(), bench.exchange();
@@ -144,7 +144,7 @@ TEST(PlausiblePosition, A4OneChangedLineNumberProvesNothing) {
 
 TEST(CheckMode, AControllerThatAnswersAndMovesNothingIsNotDone) {
   for (const int lines : {3, 400}) {
-    Bench bench(numbered(lines));
+    GrblBench bench(numbered(lines));
     bench.fake.frozen = true;
     bench.finish();
     ASSERT_EQ(bench.session.phase(), Phase::kFault) << lines;
@@ -154,12 +154,12 @@ TEST(CheckMode, AControllerThatAnswersAndMovesNothingIsNotDone) {
 }
 
 TEST(CheckMode, TheEndIsProvedByTheReportedPosition) {
-  Bench bench(numbered(3));
+  GrblBench bench(numbered(3));
   bench.fake.position = 1;  // one mm off, from the start to the end
   bench.finish();
   ASSERT_EQ(bench.session.phase(), Phase::kFault);
   // In coordinates that nobody tells nothing can be compared: then the barrier is all there is.
-  Bench unknown(numbered(3));
+  GrblBench unknown(numbered(3));
   unknown.fake.position = 1;
   unknown.fake.offsets = false;
   unknown.finish();
@@ -251,7 +251,7 @@ TEST(PlausiblePosition, BeyondTheTravelsIsAFault) {
   machine.y.max = 10.0;
   GrblOptions options;
   options.positions = position_limits({}, &machine);
-  Bench bench({"G28", "G1X1", "G1X2"}, FakeGrbl(), options);  // after G28 no line says where the axes are
+  GrblBench bench({"G28", "G1X1", "G1X2"}, FakeGrbl(), options);  // after G28 no line says where the axes are
   bench.open();
   EXPECT_EQ(bench.session.phase(), Phase::kDrain);
   bench.say("<Run|MPos:0.000,10.050,0.000|WCO:0.000,0.000,0.000>\r\n");
@@ -302,7 +302,7 @@ TEST(PlausiblePosition, AfterG53TheOtherAxesAreStillKnown) {
 }
 
 TEST(PlausiblePosition, AnOffsetThatChangesIsNoFault) {
-  Bench bench(numbered(400));
+  GrblBench bench(numbered(400));
   bench.open();
   for (int i = 0; i < 20; ++i) bench.fake.work(), bench.exchange();
   bench.say("<Run|MPos:520.000,0.000,0.000|WCO:500.000,0.000,0.000>\r\n");

@@ -17,7 +17,7 @@ using namespace daemon;
 namespace {
 
 TEST(GrblSession, SendsEveryLineOnceInOrderAndProvesItByABarrier) {
-  Bench bench(numbered(200));
+  GrblBench bench(numbered(200));
   bench.finish();
   ASSERT_EQ(bench.session.phase(), Phase::kDone) << bench.session.error().message;
   std::vector<std::string> expected = numbered(200);
@@ -28,7 +28,7 @@ TEST(GrblSession, SendsEveryLineOnceInOrderAndProvesItByABarrier) {
 }
 
 TEST(GrblSession, IsNotDoneBeforeTheBarrierIsAnswered) {
-  Bench bench(numbered(3));
+  GrblBench bench(numbered(3));
   bench.open();
   for (int i = 0; i < 3; ++i) bench.fake.work();
   for (int i = 0; i < 10; ++i) bench.exchange();
@@ -49,7 +49,7 @@ TEST(GrblSession, NeverMoreOnItsWayThanTheWindow) {
     std::vector<std::string> program;
     for (int i = 0, count = pick(1, 300); i < count; ++i)
       program.push_back("G1X" + std::string(static_cast<std::size_t>(pick(1, 50)), '1'));
-    Bench bench(program, FakeGrbl(buffer));
+    GrblBench bench(program, FakeGrbl(buffer));
     bench.fake.offsets = false;  // it does not count so far
     std::string to_controller, to_session;
     for (int i = 0; i < 200000 && bench.session.phase() != Phase::kDone; ++i) {
@@ -80,7 +80,7 @@ TEST(GrblSession, NeverMoreOnItsWayThanTheWindow) {
 }
 
 TEST(GrblSession, BytesAtTheControllerNeverExceedItsBuffer) {
-  Bench bench(numbered(500), FakeGrbl(100));
+  GrblBench bench(numbered(500), FakeGrbl(100));
   bench.finish();
   EXPECT_EQ(bench.session.phase(), Phase::kDone);
   EXPECT_LE(bench.fake.most_unanswered, 99u);
@@ -88,7 +88,7 @@ TEST(GrblSession, BytesAtTheControllerNeverExceedItsBuffer) {
 }
 
 TEST(GrblSession, SaysWhenTheControllerHasRunOut) {
-  Bench bench(numbered(500));
+  GrblBench bench(numbered(500));
   bench.open();
   EXPECT_FALSE(bench.session.state().starved) << "it has taken nothing yet";
   for (int i = 0; i < 3; ++i) bench.fake.work();
@@ -106,22 +106,22 @@ TEST(GrblSession, SaysWhenTheControllerHasRunOut) {
 }
 
 TEST(GrblSession, UsesTheRealReceiveBuffer) {
-  Bench large(numbered(1000), FakeGrbl(1024));
+  GrblBench large(numbered(1000), FakeGrbl(1024));
   large.open();
   EXPECT_EQ(large.session.window(), 1023u);
   EXPECT_GT(large.fake.unanswered, 800u);
-  Bench unknown(numbered(10), FakeGrbl(0, false));  // no [OPT:], Bf says 128
+  GrblBench unknown(numbered(10), FakeGrbl(0, false));  // no [OPT:], Bf says 128
   for (int i = 0; i < 400 && is_opening(unknown.session.phase()); ++i) unknown.exchange();
   EXPECT_EQ(unknown.session.window(), 127u);
   GrblOptions given;
   given.receive_buffer = 64;
-  Bench told(numbered(10), FakeGrbl(1024), given);
+  GrblBench told(numbered(10), FakeGrbl(1024), given);
   told.open();
   EXPECT_EQ(told.session.window(), 64u);
 }
 
 TEST(GrblSession, RepliesMayComeByteByByte) {
-  Bench bench(numbered(20));
+  GrblBench bench(numbered(20));
   for (int i = 0; i < 10000 && bench.session.phase() != Phase::kDone; ++i) {
     bench.talk();
     bench.fake.work();
@@ -134,7 +134,7 @@ TEST(GrblSession, RepliesMayComeByteByByte) {
 }
 
 TEST(GrblSession, OneBadByte_IsNoTextInAMessage) {
-  Bench bench(numbered(20));
+  GrblBench bench(numbered(20));
   bench.open();
   bench.say("o\xeb\x01\r\n");
   ASSERT_EQ(bench.session.phase(), Phase::kFault);
@@ -142,7 +142,7 @@ TEST(GrblSession, OneBadByte_IsNoTextInAMessage) {
                                                "?'"),
             std::string::npos)
       << bench.session.error().message;
-  Bench opening(numbered(20));
+  GrblBench opening(numbered(20));
   opening.fake.silent_status = true;
   opening.exchange();
   opening.say("\xeb\xeb\r\n");
@@ -161,13 +161,13 @@ TEST(GrblSession, OneBadByte_IsNoTextInAMessage) {
 
 TEST(GrblSession, AFragmentIsNeverAnOk) {
   for (const char* fragment : {"o\r\n", "k\r\n", "ok[]\r\n", "o*\r\n", "okok\r\n", " ok\r\n", "OK\r\n"}) {
-    Bench bench(numbered(20));
+    GrblBench bench(numbered(20));
     bench.open();
     bench.say(fragment);
     EXPECT_EQ(bench.session.state().acknowledged, 0u) << fragment;
     EXPECT_EQ(bench.session.phase(), Phase::kFault) << fragment;
   }
-  Bench bench(numbered(50));
+  GrblBench bench(numbered(50));
   bench.open();
   bench.say("o");
   EXPECT_EQ(bench.session.state().acknowledged, 0u);
@@ -182,7 +182,7 @@ TEST(GrblSession, AFragmentIsNeverAnOk) {
 }
 
 TEST(GrblSession, AnErrorNamesItsLineAndHoldsTheMachine) {
-  Bench bench(numbered(50));
+  GrblBench bench(numbered(50));
   bench.open();
   bench.fake.work();
   bench.fake.work();
@@ -201,7 +201,7 @@ TEST(GrblSession, AnErrorNamesItsLineAndHoldsTheMachine) {
 TEST(GrblSession, AnAlarmOrARestartIsAFault) {
   for (const std::string text : {"ALARM:1\r\n", "\r\nGrbl 1.1h ['$' for help]\r\n",
                                  "GrblHAL 1.1f ['$' for help]\r\n", "<Alarm|MPos:0,0,0|Bf:15,128>\r\n"}) {
-    Bench bench(numbered(50));
+    GrblBench bench(numbered(50));
     bench.open();
     bench.say(text);
     const bool alarm = text.find("larm") != text.npos || text.find("ALARM") != text.npos;
@@ -212,7 +212,7 @@ TEST(GrblSession, AnAlarmOrARestartIsAFault) {
 }
 
 TEST(GrblSession, AnOkTooManyIsAFault) {
-  Bench bench(numbered(50));
+  GrblBench bench(numbered(50));
   bench.open();
   bench.feed();
   const std::string_view out = bench.session.output(bench.now);
@@ -228,7 +228,7 @@ TEST(GrblSession, AnOkTooManyIsAFault) {
 
 TEST(GrblSession, C17ALineOfWhichTheWireTookAPartMayHaveRun) {
   for (const std::size_t taken : {0u, 1u, 4u, 5u}) {  // of "G1X1\n"
-    Bench bench(numbered(1));
+    GrblBench bench(numbered(1));
     for (int i = 0; i < 20 && is_opening(bench.session.phase()); ++i) bench.exchange();
     bench.feed();
     ASSERT_TRUE(bench.session.output(bench.now).starts_with("G1X1\n")) << bench.session.output(bench.now);
@@ -240,7 +240,7 @@ TEST(GrblSession, C17ALineOfWhichTheWireTookAPartMayHaveRun) {
 }
 
 TEST(GrblSession, ALostOkIsAFaultAndNeverGuessed) {
-  Bench bench(numbered(2));
+  GrblBench bench(numbered(2));
   bench.open();
   bench.fake.work();
   bench.fake.replies.clear();  // lost
@@ -255,7 +255,7 @@ TEST(GrblSession, ALostOkIsAFaultAndNeverGuessed) {
 }
 
 TEST(GrblSession, AWithheldOkIsWaitedForWhileTheMachineHoldsOrMovesOrDwells) {
-  Bench hold(numbered(50));
+  GrblBench hold(numbered(50));
   hold.open();
   hold.fake.state = "Hold:0";
   for (int i = 0; i < 1000; ++i) hold.exchange(seconds(1));
@@ -264,7 +264,7 @@ TEST(GrblSession, AWithheldOkIsWaitedForWhileTheMachineHoldsOrMovesOrDwells) {
   hold.finish();
   EXPECT_EQ(hold.session.phase(), Phase::kDone) << hold.session.error().message;
 
-  Bench moving(numbered(50));
+  GrblBench moving(numbered(50));
   moving.fake.offsets = false;  // its places are not those of the lines
   moving.open();
   for (int i = 0; i < 1000; ++i) {
@@ -273,7 +273,7 @@ TEST(GrblSession, AWithheldOkIsWaitedForWhileTheMachineHoldsOrMovesOrDwells) {
   }
   EXPECT_EQ(moving.session.phase(), Phase::kRun) << moving.session.error().message;
 
-  Bench dwelling({"G4P60", "G1X1"});  // Idle is shown during a dwell
+  GrblBench dwelling({"G4P60", "G1X1"});  // Idle is shown during a dwell
   dwelling.open();
   for (int i = 0; i < 65; ++i) dwelling.exchange(seconds(1));
   EXPECT_NE(dwelling.session.phase(), Phase::kFault) << dwelling.session.error().message;
@@ -283,7 +283,7 @@ TEST(GrblSession, AWithheldOkIsWaitedForWhileTheMachineHoldsOrMovesOrDwells) {
 }
 
 TEST(GrblSession, ASilentControllerIsAFault) {
-  Bench bench(numbered(50));
+  GrblBench bench(numbered(50));
   bench.open();
   bench.fake.silent_status = true;
   const Time from = bench.now;
@@ -293,7 +293,7 @@ TEST(GrblSession, ASilentControllerIsAFault) {
 }
 
 TEST(GrblSession, NothingFollowsAStopUntilItIsAnswered) {
-  Bench bench({"G1X1", "M0", "G1X2"});
+  GrblBench bench({"G1X1", "M0", "G1X2"});
   bench.open();
   for (int i = 0; i < 20; ++i) bench.exchange();
   EXPECT_EQ(bench.session.state().sent, 1u);
@@ -306,7 +306,7 @@ TEST(GrblSession, NothingFollowsAStopUntilItIsAnswered) {
 }
 
 TEST(GrblSession, OldRepliesAtTheOpeningCountForNothing) {
-  Bench bench(numbered(20));
+  GrblBench bench(numbered(20));
   bench.say("ok\r\nok\r\nerror:9\r\nets Jul 29 2019 12:21:46\r\nALARM:3\r\n");
   bench.open();
   EXPECT_EQ(bench.session.state().acknowledged, 0u);
@@ -315,7 +315,7 @@ TEST(GrblSession, OldRepliesAtTheOpeningCountForNothing) {
 }
 
 TEST(GrblSession, AnOldOkAfterTheProbeDoesNotEndIt) {
-  Bench bench(numbered(20), FakeGrbl(1024));
+  GrblBench bench(numbered(20), FakeGrbl(1024));
   bench.fake.withhold = true;
   while (!bench.fake.waiting()) bench.exchange();
   bench.say("ok\r\n");  // somebody else's
@@ -329,7 +329,7 @@ TEST(GrblSession, AnOldOkAfterTheProbeDoesNotEndIt) {
 }
 
 TEST(GrblSession, AFragmentThatSomebodyLeftSpoilsOneProbeOnly) {
-  Bench bench(numbered(20));
+  GrblBench bench(numbered(20));
   bench.fake.withhold = true;
   bench.exchange();
   bench.exchange();
@@ -341,15 +341,15 @@ TEST(GrblSession, AFragmentThatSomebodyLeftSpoilsOneProbeOnly) {
 }
 
 TEST(GrblSession, RefusesToStartInAlarmInMotionOrWithoutAnswer) {
-  Bench alarm(numbered(3));
+  GrblBench alarm(numbered(3));
   alarm.fake.state = "Alarm";
   alarm.exchange();
   EXPECT_EQ(alarm.session.phase(), Phase::kAlarm);
-  Bench busy(numbered(3));
+  GrblBench busy(numbered(3));
   busy.fake.state = "Run";
   while (is_opening(busy.session.phase()) && busy.now < seconds(60)) busy.exchange(milliseconds(50));
   EXPECT_NE(busy.session.error().message.find("Run"), std::string::npos);
-  Bench dead(numbered(3));
+  GrblBench dead(numbered(3));
   dead.fake.silent_status = true;
   while (is_opening(dead.session.phase()) && dead.now < seconds(60)) dead.exchange(milliseconds(50));
   EXPECT_NE(dead.session.error().message.find("no answer"), std::string::npos);
@@ -357,7 +357,7 @@ TEST(GrblSession, RefusesToStartInAlarmInMotionOrWithoutAnswer) {
 }
 
 TEST(GrblSession, RefusesALineThatTheControllerCannotTake) {
-  Bench bench({"G1X1", "G1X" + std::string(90, '1')});  // Grbl 1.1h takes 79
+  GrblBench bench({"G1X1", "G1X" + std::string(90, '1')});  // Grbl 1.1h takes 79
   for (int i = 0; i < 20; ++i) bench.exchange();
   ASSERT_EQ(bench.session.phase(), Phase::kFault);
   EXPECT_EQ(bench.session.error().code, Code::kLimit);
@@ -366,7 +366,7 @@ TEST(GrblSession, RefusesALineThatTheControllerCannotTake) {
 }
 
 TEST(GrblSession, PollsTheStatusAboutFiveTimesASecond) {
-  Bench bench(numbered(1));
+  GrblBench bench(numbered(1));
   bench.open();
   const int before = bench.fake.polls;
   for (int i = 0; i < 1000; ++i) bench.exchange(milliseconds(5));
@@ -374,7 +374,7 @@ TEST(GrblSession, PollsTheStatusAboutFiveTimesASecond) {
 }
 
 TEST(GrblSession, StopHoldsThenResetsTheMachineThatStands) {
-  Bench bench(numbered(50));
+  GrblBench bench(numbered(50));
   bench.open();
   bench.session.command({Order::kStop}, bench.now);
   EXPECT_EQ(bench.session.phase(), Phase::kStop);

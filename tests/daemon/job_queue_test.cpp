@@ -25,7 +25,7 @@ namespace {
 using nlohmann::json;
 using std::chrono::steady_clock;
 
-constexpr int kShort = 8, kLong = 4000;  // feeds of 0.1 s; time runs four times as fast
+constexpr int kShortJob = 8, kLongJob = 4000;  // feeds of 0.1 s; time runs four times as fast
 constexpr auto kPatience = std::chrono::seconds(300);
 
 class Queue : public testing::Test, protected ServedJobs {
@@ -73,10 +73,10 @@ class Queue : public testing::Test, protected ServedJobs {
     }
   }
   /// Job 1 runs; jobs 2 and 3 wait, short.
-  void fill(int feeds = kLong) {
+  void fill(int feeds = kLongJob) {
     submit_ready(1, feeds);
-    submit_ready(2, kShort);
-    submit_ready(3, kShort);
+    submit_ready(2, kShortJob);
+    submit_ready(3, kShortJob);
     ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
     ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
     ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
@@ -87,7 +87,7 @@ class Queue : public testing::Test, protected ServedJobs {
 };
 
 TEST_F(Queue, RunsEachJobOnceAndInTheOrderOfTheStarts) {
-  for (const int job : {1, 2, 3, 4}) submit_ready(job, kShort);
+  for (const int job : {1, 2, 3, 4}) submit_ready(job, kShortJob);
   EXPECT_TRUE(good(ask(ApiOp::kStart, 2, true))) << "nothing is on the machine: it starts at once";
   EXPECT_EQ(state(2), "running");
   const json refused = ask(ApiOp::kStart, 4);
@@ -102,7 +102,7 @@ TEST_F(Queue, RunsEachJobOnceAndInTheOrderOfTheStarts) {
   EXPECT_TRUE(moves(4));
   until([&] { return state(3) == "done"; });
   std::vector<int> expected;
-  for (const int job : {2, 4, 1, 3}) expected.insert(expected.end(), kShort, job);
+  for (const int job : {2, 4, 1, 3}) expected.insert(expected.end(), kShortJob, job);
   EXPECT_EQ(machine_.feeds(), expected);
   expect_rest();
 
@@ -123,7 +123,7 @@ TEST_F(Queue, StandsStillAfterAStopUntilAStart) {
   expect_rest();
   EXPECT_EQ(state(2), "queued");
   EXPECT_FALSE(moves(2));
-  submit_ready(4, kShort);
+  submit_ready(4, kShortJob);
   ASSERT_TRUE(good(ask(ApiOp::kStart, 4, true)));
   EXPECT_EQ(place(4), 3) << "behind those that wait";
   expect_rest();
@@ -131,7 +131,7 @@ TEST_F(Queue, StandsStillAfterAStopUntilAStart) {
   until([&] { return state(4) == "done"; });
   const std::vector<int> feeds = machine_.feeds();
   std::vector<int> expected;
-  for (const int job : {3, 2, 4}) expected.insert(expected.end(), kShort, job);
+  for (const int job : {3, 2, 4}) expected.insert(expected.end(), kShortJob, job);
   ASSERT_GT(feeds.size(), expected.size());
   EXPECT_EQ(std::vector<int>(feeds.end() - static_cast<long>(expected.size()), feeds.end()), expected);
 }
@@ -165,12 +165,12 @@ TEST_F(Queue, IsKeptOverARestartAndNothingInItStarts) {
   ASSERT_TRUE(good(ask(ApiOp::kStart, 2)));
   until([&] { return state(3) == "done"; });
   std::vector<int> expected(kFeeds, 1);
-  for (const int job : {2, 3}) expected.insert(expected.end(), kShort, job);
+  for (const int job : {2, 3}) expected.insert(expected.end(), kShortJob, job);
   EXPECT_EQ(machine_.feeds(), expected);
 }
 
 TEST_F(Queue, NothingStartsWhileTheServiceEnds) {
-  for (const int job : {1, 2}) submit_ready(job, kShort);
+  for (const int job : {1, 2}) submit_ready(job, kShortJob);
   ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
   ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
   wait_for_the_end();
@@ -181,15 +181,15 @@ TEST_F(Queue, NothingStartsWhileTheServiceEnds) {
 }
 
 TEST_F(Queue, WaitsForTheCheckOfItsProgramAndStandsStillWhereThatFails) {
-  submit_ready(1, kLong);
+  submit_ready(1, kLongJob);
   ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
-  submit(2, kShort);
+  submit(2, kShortJob);
   ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
   EXPECT_EQ(state(2), "received");
   EXPECT_EQ(place(2), 1);
   until([&] { return state(2) == "queued"; });
   EXPECT_TRUE(moves(2));
-  submit(3, kShort, "G1 X!\n");
+  submit(3, kShortJob, "G1 X!\n");
   ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
   until([&] { return state(3) == "failed"; });
   EXPECT_EQ(place(3), 0);
@@ -198,9 +198,9 @@ TEST_F(Queue, WaitsForTheCheckOfItsProgramAndStandsStillWhereThatFails) {
 }
 
 TEST_F(Queue, TheMachineWaitsForTheNextAndForNoOther) {
-  for (const int job : {1, 2}) submit_ready(job, kShort);
+  for (const int job : {1, 2}) submit_ready(job, kShortJob);
   ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
-  submit(3, kShort);  // no tick yet: nobody looks at it
+  submit(3, kShortJob);  // no tick yet: nobody looks at it
   ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
   wait_for_the_end();
   jobs_->tick();
@@ -213,14 +213,14 @@ TEST_F(Queue, TheMachineWaitsForTheNextAndForNoOther) {
   ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
   until([&] { return state(2) == "done"; });
   std::vector<int> expected;
-  for (const int job : {1, 3, 2}) expected.insert(expected.end(), kShort, job);
+  for (const int job : {1, 3, 2}) expected.insert(expected.end(), kShortJob, job);
   EXPECT_EQ(machine_.feeds(), expected);
 }
 
 TEST_F(Queue, StandsStillWhereTheNextIsTakenOut) {
-  for (const int job : {1, 2}) submit_ready(job, kShort);
+  for (const int job : {1, 2}) submit_ready(job, kShortJob);
   ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
-  submit(3, kShort);
+  submit(3, kShortJob);
   ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
   ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
   wait_for_the_end();
@@ -232,9 +232,9 @@ TEST_F(Queue, StandsStillWhereTheNextIsTakenOut) {
 }
 
 TEST_F(Queue, ABadProgramStopsWhatComesAfterTheRun) {
-  for (const int job : {1, 2}) submit_ready(job, kShort);
+  for (const int job : {1, 2}) submit_ready(job, kShortJob);
   ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
-  submit(3, kShort, "G1 X!\n");
+  submit(3, kShortJob, "G1 X!\n");
   ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
   ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
   until([&] { return state(1) == "done"; });
@@ -244,7 +244,7 @@ TEST_F(Queue, ABadProgramStopsWhatComesAfterTheRun) {
 }
 
 TEST_F(Queue, AProgramThatWasChangedLeavesTheQueueWithItsError) {
-  for (const int job : {1, 2, 3}) submit_ready(job, kShort);
+  for (const int job : {1, 2, 3}) submit_ready(job, kShortJob);
   ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));
   ASSERT_TRUE(good(ask(ApiOp::kStart, 2, true)));
   ASSERT_TRUE(good(ask(ApiOp::kStart, 3, true)));
@@ -253,12 +253,12 @@ TEST_F(Queue, AProgramThatWasChangedLeavesTheQueueWithItsError) {
   EXPECT_NE(ask(ApiOp::kShow, 2).value("note", "").find("was changed"), std::string::npos);
   expect_rest();
   EXPECT_EQ(state(3), "queued");
-  EXPECT_EQ(machine_.feeds(), std::vector<int>(kShort, 1));
+  EXPECT_EQ(machine_.feeds(), std::vector<int>(kShortJob, 1));
 }
 
 TEST_F(Queue, StopAndRemoveTakeAJobOut) {
   fill();
-  submit_ready(4, kShort);
+  submit_ready(4, kShortJob);
   ASSERT_TRUE(good(ask(ApiOp::kStart, 4, true)));
   ASSERT_TRUE(good(ask(ApiOp::kStop, 3)));
   EXPECT_EQ(state(3), "ready");

@@ -15,7 +15,7 @@ using namespace config;
 using namespace daemon;
 namespace {
 
-bool has(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
+bool holds(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
 
 struct Guided : OperatorShop {
   using OperatorShop::OperatorShop;
@@ -32,16 +32,16 @@ TEST(SettingsFile, IsSavedComparedAndRestored) {
   const Folder folder("settings");
   const std::string path = folder.path + "/kept.txt";
   Guided shop;
-  EXPECT_TRUE(has(shop.file("save", path), " settings"));
-  EXPECT_TRUE(has(shop.file("compare", path), "as in the controller"));
+  EXPECT_TRUE(holds(shop.file("save", path), " settings"));
+  EXPECT_TRUE(holds(shop.file("compare", path), "as in the controller"));
   shop.wire("$110=100\n$22=1\n", 0.2);
   const std::string differ = shop.file("compare", path);
-  EXPECT_TRUE(has(differ, "$22: file 0, controller 1")) << differ;
-  EXPECT_TRUE(has(differ, "$110: file 6000.000, controller 100.000")) << differ;
+  EXPECT_TRUE(holds(differ, "$22: file 0, controller 1")) << differ;
+  EXPECT_TRUE(holds(differ, "$110: file 6000.000, controller 100.000")) << differ;
   EXPECT_EQ(std::count(differ.begin(), differ.end(), '\n'), 2);
-  EXPECT_TRUE(has(shop.file("restore", path), "2 settings restored"));
-  EXPECT_TRUE(has(shop.file("compare", path), "as in the controller"));
-  EXPECT_TRUE(has(shop.wire("$$\n", 0.3), "$110=6000.000"));
+  EXPECT_TRUE(holds(shop.file("restore", path), "2 settings restored"));
+  EXPECT_TRUE(holds(shop.file("compare", path), "as in the controller"));
+  EXPECT_TRUE(holds(shop.wire("$$\n", 0.3), "$110=6000.000"));
 }
 
 /// A controller that refuses soft limits without homing, as Grbl does.
@@ -68,8 +68,8 @@ TEST(SettingsFile, WhatWantsOtherSettingsFirstIsTriedAgain) {
   EXPECT_EQ(order, (std::vector<int>{22, 20}));
   const auto refused = settings_file(act, "restore", folder.write("bad.txt", "$7=1\n$30=6\n"));
   ASSERT_FALSE(refused);
-  EXPECT_TRUE(has(refused.error().message, "error:3")) << refused.error().message;
-  EXPECT_TRUE(has(refused.error().message, "1 of 2")) << refused.error().message;
+  EXPECT_TRUE(holds(refused.error().message, "error:3")) << refused.error().message;
+  EXPECT_TRUE(holds(refused.error().message, "1 of 2")) << refused.error().message;
 }
 
 TEST(SettingsFile, WhatIsNoFileOfSettingsIsRefusedBeforeAnythingIsSent) {
@@ -77,9 +77,9 @@ TEST(SettingsFile, WhatIsNoFileOfSettingsIsRefusedBeforeAnythingIsSent) {
   Guided shop;
   for (const char* text : {"", "G0 X1\n", "$110\n", "$110=1\n$110=2\n", "$x=1\n", "110=3\n"}) {
     const std::string said = shop.file("restore", folder.write("bad.txt", text));
-    EXPECT_TRUE(has(said, "bad.txt")) << said;
+    EXPECT_TRUE(holds(said, "bad.txt")) << said;
   }
-  EXPECT_TRUE(has(shop.file("compare", folder.path + "/none.txt"), "cannot be read"));
+  EXPECT_TRUE(holds(shop.file("compare", folder.path + "/none.txt"), "cannot be read"));
   EXPECT_TRUE(shop.line.said.empty());
 }
 
@@ -87,7 +87,7 @@ TEST(MachineTool, ParksWithSpindleAndCoolantOff) {
   Guided shop;
   shop.wire("G21 G90 G94\nG0 X5 Y6 Z-30\nM3 S1000\nM8\n", 20.0);
   ASSERT_GT(shop.controller.motion().accessories().spindle, 0.0);
-  EXPECT_TRUE(has(shop.say("tool", {"park"}), "parked: machine X5 Y6 Z0")) << shop.say("tool", {"park"});
+  EXPECT_TRUE(holds(shop.say("tool", {"park"}), "parked: machine X5 Y6 Z0")) << shop.say("tool", {"park"});
   EXPECT_EQ(shop.at(), (Joints{5, 6, 200, 0, 0}));
   EXPECT_EQ(shop.controller.motion().accessories().spindle, 0.0);
   EXPECT_FALSE(shop.controller.motion().accessories().flood);
@@ -118,7 +118,7 @@ TEST(MachineTool, IsNotParkedWhereTheSpindleTurnsOrZIsNotUp) {
     const MachineBench bench{shop.profile, shop.link, losing, shop.line};
     const auto parked = perform_order(bench, "tool", {"park"});
     ASSERT_FALSE(parked) << parked->text;
-    EXPECT_TRUE(has(parked.error().message, "not parked")) << parked.error().message;
+    EXPECT_TRUE(holds(parked.error().message, "not parked")) << parked.error().message;
   }
 }
 
@@ -146,10 +146,10 @@ TEST(ToolChange, IsGuidedFromParkingToTheLength) {
     std::ostringstream out;
     const auto changed = change_tool(shop.act, in, out);
     ASSERT_TRUE(changed) << typed << changed.error().message;
-    // From the top of its travel the probe has to go further down.
+    // From the top of its travel the probe holds to go further down.
     EXPECT_EQ(nlohmann::json::parse(changed->json)["length"], length) << changed->text;
-    EXPECT_TRUE(has(out.str(), "parked")) << out.str();
-    EXPECT_TRUE(has(changed->text, "--tool-length")) << changed->text;
+    EXPECT_TRUE(holds(out.str(), "parked")) << out.str();
+    EXPECT_TRUE(holds(changed->text, "--tool-length")) << changed->text;
   }
   for (const char* typed : {"", "\n", "\n-3\n", "\n0\n", "\nten\n"}) {
     Guided shop;

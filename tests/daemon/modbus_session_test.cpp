@@ -14,7 +14,7 @@ using namespace daemon;
 namespace {
 
 TEST(ModbusSession, EveryBlockOnceInOrderWithOneRequestForSevenBlocks) {
-  Bench bench(1000);
+  RingBench bench(1000);
   bench.per_turn = 7;
   while (bench.turn()) {
   }
@@ -25,7 +25,7 @@ TEST(ModbusSession, EveryBlockOnceInOrderWithOneRequestForSevenBlocks) {
 
 TEST(ModbusSession, SaysWhenTheRingHasRunOut) {
   for (const int per_turn : {1, 100}) {
-    Bench bench(1000);
+    RingBench bench(1000);
     bench.open();
     bench.per_turn = per_turn;
     int starved = 0, turns = 0;
@@ -42,7 +42,7 @@ TEST(ModbusSession, SaysWhenTheRingHasRunOut) {
 }
 
 TEST(ModbusSession, BlockWordsAreThoseOfTheMap) {
-  Bench bench(1);
+  RingBench bench(1);
   while (bench.turn()) {
   }
   const Words& block = bench.ring.last_block;
@@ -117,7 +117,7 @@ TEST(ModbusSession, AddressesWordOrderScaleAndWatchdogAreThoseOfTheProfile) {
   map.linear_exponent = 3;
   map.rotary_exponent = 2;
   map.watchdog = 0.4;
-  Bench bench(20000, map);
+  RingBench bench(20000, map);
   bench.per_turn = 7;
   const auto wire = [&map](FakeRing& ring, const ModbusRequest& request) {
     return serve_elsewhere(ring, map, request);
@@ -135,7 +135,7 @@ TEST(ModbusSession, AddressesWordOrderScaleAndWatchdogAreThoseOfTheProfile) {
 }
 
 TEST(ModbusSession, SequenceNumbersWrapOverSeventyThousandBlocks) {
-  Bench bench(70000);
+  RingBench bench(70000);
   bench.per_turn = 7;
   while (bench.turn()) {
   }
@@ -144,13 +144,13 @@ TEST(ModbusSession, SequenceNumbersWrapOverSeventyThousandBlocks) {
 }
 
 TEST(ModbusSession, AFullRingTakesWhatFits) {
-  Bench bench(500);
+  RingBench bench(500);
   bench.ring.slots = 9;
   bench.per_turn = 1;
   while (bench.turn()) {
   }
   bench.check_all_executed_once();
-  Bench tiny(50);
+  RingBench tiny(50);
   tiny.ring.slots = 1;
   tiny.per_turn = 1;
   while (tiny.turn()) {
@@ -159,7 +159,7 @@ TEST(ModbusSession, AFullRingTakesWhatFits) {
 }
 
 TEST(ModbusSession, AfterALostReplyTheIdenticalFrameGoesOut) {
-  Bench bench(100);
+  RingBench bench(100);
   bench.open();
   bench.turn([](FakeRing& ring, const ModbusRequest& request) {
     ring.serve(request);  // it arrived; only the reply is lost
@@ -179,7 +179,7 @@ TEST(ModbusSession, AfterALostReplyTheIdenticalFrameGoesOut) {
 TEST(ModbusSession, AnyMixOfLostRequestsAndRepliesExecutesEveryBlockOnce) {
   for (unsigned seed = 1; seed <= 40; ++seed) {
     std::mt19937 random(seed);
-    Bench bench(300);
+    RingBench bench(300);
     bench.ring.slots = 1 + static_cast<int>(random() % 40);
     bench.ring.fc23 = seed % 3 != 0;
     bench.per_turn = static_cast<int>(random() % 9);
@@ -203,7 +203,7 @@ TEST(ModbusSession, AnyMixOfLostRequestsAndRepliesExecutesEveryBlockOnce) {
 }
 
 TEST(ModbusSession, FallsBackToSeparateWriteAndReadOnExceptionOne) {
-  Bench bench(100);
+  RingBench bench(100);
   bool refused = false;
   while (bench.turn([&](FakeRing& ring, const ModbusRequest& request) -> ModbusReply {
     if (!request.words.empty() && request.read_count > 0) {
@@ -219,7 +219,7 @@ TEST(ModbusSession, FallsBackToSeparateWriteAndReadOnExceptionOne) {
 }
 
 TEST(ModbusSession, ARestartedControllerIsAFaultAndGetsNothingMore) {
-  Bench bench(100);
+  RingBench bench(100);
   bench.open();
   bench.turn();
   bench.ring.boot = 78;
@@ -234,7 +234,7 @@ TEST(ModbusSession, ARestartedControllerIsAFaultAndGetsNothingMore) {
 
 TEST(ModbusSession, TornOldAndForeignStatusesAreReadAgain) {
   for (int kind = 0; kind < 3; ++kind) {
-    Bench bench(100);
+    RingBench bench(100);
     bench.open();
     bench.turn();
     const std::uint64_t before = bench.session.state().acknowledged;
@@ -257,7 +257,7 @@ TEST(ModbusSession, TornOldAndForeignStatusesAreReadAgain) {
 }
 
 TEST(ModbusSession, ClaimsThatCannotBeTrueAreFaults) {
-  Bench bench(100);
+  RingBench bench(100);
   bench.open();
   bench.turn();
   bench.ring.accepted += 50;
@@ -268,7 +268,7 @@ TEST(ModbusSession, ClaimsThatCannotBeTrueAreFaults) {
 
 TEST(ModbusSession, C17OneBlockMoreThanWasSentOrAcceptedIsAFault) {
   for (const bool completed : {false, true}) {
-    Bench bench(100);
+    RingBench bench(100);
     bench.per_turn = 0;
     bench.open();
     bench.turn();
@@ -293,7 +293,7 @@ TEST(ModbusSession, C17OneBlockMoreThanWasSentOrAcceptedIsAFault) {
 
 TEST(ModbusSession, NothingFollowsBlocksThatWereDropped) {
   // Its ring was emptied beside the host: what is taken then makes last_completed pass over what was dropped.
-  Bench bench(100);
+  RingBench bench(100);
   bench.open();
   bench.per_turn = 0;
   for (int i = 0; i < 4; ++i) bench.turn();
@@ -314,7 +314,7 @@ TEST(ModbusSession, NothingFollowsBlocksThatWereDropped) {
 }
 
 TEST(ModbusSession, AlarmAndBadBlockNameTheLine) {
-  Bench bench(100);
+  RingBench bench(100);
   bench.open();
   bench.per_turn = 0;
   bench.turn();
@@ -325,7 +325,7 @@ TEST(ModbusSession, AlarmAndBadBlockNameTheLine) {
   ASSERT_EQ(bench.session.phase(), Phase::kAlarm);
   EXPECT_NE(bench.session.error().message.find("alarm 3"), std::string::npos);
   EXPECT_NE(bench.session.error().message.find("'G1X1.5F12.5'"), std::string::npos);
-  Bench bad(100);
+  RingBench bad(100);
   bad.open();
   bad.turn([](FakeRing& ring, const ModbusRequest& request) {
     ring.nack = 4;
@@ -337,7 +337,7 @@ TEST(ModbusSession, AlarmAndBadBlockNameTheLine) {
 }
 
 TEST(ModbusSession, AFrameThatIsAlwaysRefusedEndsInAFault) {
-  Bench bench(100);
+  RingBench bench(100);
   bench.open();
   int frames = 0;
   while (bench.turn([&](FakeRing& ring, const ModbusRequest& request) {
@@ -351,7 +351,7 @@ TEST(ModbusSession, AFrameThatIsAlwaysRefusedEndsInAFault) {
 }
 
 TEST(ModbusSession, NoReplyForTenSecondsIsAFault) {
-  Bench bench(100);
+  RingBench bench(100);
   bench.open();
   const Time from = bench.now;
   while (bench.turn([&](FakeRing&, const ModbusRequest&) {
@@ -364,7 +364,7 @@ TEST(ModbusSession, NoReplyForTenSecondsIsAFault) {
 }
 
 TEST(ModbusSession, HoldIsWaitedForAndTheHeartbeatGoesOn) {
-  Bench bench(200);
+  RingBench bench(200);
   bench.open();
   for (int i = 0; i < 5; ++i) bench.turn();
   bench.ring.state = 2;
@@ -384,7 +384,7 @@ TEST(ModbusSession, HoldIsWaitedForAndTheHeartbeatGoesOn) {
 }
 
 TEST(ModbusSession, TheHeartbeatIsKeptUpWhileFramesFlow) {
-  Bench bench(20000);
+  RingBench bench(20000);
   bench.per_turn = 7;
   int beats = 0;
   Time last{0};
@@ -398,7 +398,7 @@ TEST(ModbusSession, TheHeartbeatIsKeptUpWhileFramesFlow) {
 }
 
 TEST(ModbusSession, StopHoldsByTheMailbox) {
-  Bench bench(200);
+  RingBench bench(200);
   bench.open();
   for (int i = 0; i < 5; ++i) bench.turn();
   bench.session.command({Order::kStop}, bench.now);
@@ -415,7 +415,7 @@ TEST(ModbusSession, StopHoldsByTheMailbox) {
 /// A controller that is late with its mailbox is no fault until 5 s are over, however quick its replies are.
 TEST(ModbusSession, ACommandHasTimeToBeObeyed) {
   for (const auto& [late, obeyed] : {std::pair(milliseconds(4000), true), {milliseconds(60000), false}}) {
-    Bench bench(200);
+    RingBench bench(200);
     bench.open();
     for (int i = 0; i < 5; ++i) bench.turn();
     bench.session.command({Order::kStop}, bench.now);
@@ -436,15 +436,15 @@ TEST(ModbusSession, ACommandHasTimeToBeObeyed) {
 }
 
 TEST(ModbusSession, RefusesAnotherMapAndABusyMachine) {
-  Bench map(5);
+  RingBench map(5);
   while (map.turn([](FakeRing&, const ModbusRequest&) { return ModbusReply{kReplyOk, Words(16, 7)}; })) {
   }
   EXPECT_NE(map.session.error().message.find("0x5446"), std::string::npos);
-  Bench wrong(5);
+  RingBench wrong(5);
   while (wrong.turn([](FakeRing&, const ModbusRequest&) { return ModbusReply{2, {}}; })) {
   }
   EXPECT_EQ(wrong.session.phase(), Phase::kFault);
-  Bench busy(5);
+  RingBench busy(5);
   busy.ring.state = 1;
   busy.ring.session = 9;
   while (busy.turn()) {

@@ -81,7 +81,7 @@ TEST(Orders, FeedHoldActsWithinAStatusIntervalWhateverIsBuffered) {
 }
 
 TEST(Orders, ALostHoldIsAskedForAgain) {
-  Bench bench(numbered(50));
+  GrblBench bench(numbered(50));
   bench.open();
   bench.session.command({Order::kHold}, bench.now);
   bench.session.sent(bench.session.output(bench.now).size());  // lost on the way
@@ -92,7 +92,7 @@ TEST(Orders, ALostHoldIsAskedForAgain) {
 }
 
 TEST(Orders, InAHoldNoLineIsTakenFromTheProgram) {
-  Bench bench(numbered(50));
+  GrblBench bench(numbered(50));
   bench.open();
   bench.session.command({Order::kHold}, bench.now);
   EXPECT_FALSE(bench.session.wants_work());

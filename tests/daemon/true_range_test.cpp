@@ -95,7 +95,7 @@ TEST(TrueRange, B8ARepRapStopAtTheEndLeavesNoSpindleOn) {
 }
 
 TEST(TrueRange, A1LinesThatHaveRunWereSent) {
-  Bench bench({"G21", "M3S1000"});
+  GrblBench bench({"G21", "M3S1000"});
   bench.open();
   for (int i = 0; i < 2; ++i) bench.fake.work(), bench.exchange();
   bench.session.command({Order::kStop}, bench.now);
@@ -107,7 +107,7 @@ TEST(TrueRange, A1LinesThatHaveRunWereSent) {
 
 /// Two reports of before the hold in one reading: neither says what the reset has done.
 TEST(TrueRange, B8AStopEndsWithTheBannerAndNotWithAnOldReport) {
-  Bench bench({"G1X1", "G4P3", "G1X2", "G1X3"});
+  GrblBench bench({"G1X1", "G4P3", "G1X2", "G1X3"});
   bench.open();
   for (int i = 0; i < 3; ++i) bench.fake.work(), bench.exchange();
   bench.fake.silent_status = true;
@@ -127,7 +127,7 @@ TEST(TrueRange, A4OneChangedLineNumberDoesNotNarrowTheRange) {
   for (const int changed : {15, 5, 7}) {
     GrblOptions options;
     options.number_lines = true;
-    Bench bench(numbered(20), FakeGrbl(1024), options);
+    GrblBench bench(numbered(20), FakeGrbl(1024), options);
     bench.say("GrblHAL 1.1f ['$' or '$HELP' for help]\r\n");
     bench.open();
     for (int i = 0; i < 200 && bench.fake.lines.size() < 20; ++i) bench.fake.work(), bench.exchange();

@@ -13,7 +13,6 @@
 namespace tiltfeed {
 using namespace pathgen;
 
-inline constexpr double kRadius = 2.0;      ///< of the ball, mm
 inline constexpr double kTolerance = 0.01;  ///< of a path; the envelope has a quarter
 
 inline ContourOptions options_for(double step_down, double side_step) {
@@ -21,7 +20,7 @@ inline ContourOptions options_for(double step_down, double side_step) {
   options.envelope = {kTolerance / 4.0, 0.03};
   options.pattern.kind = PatternKind::kZLevel;
   options.pattern.step_down = step_down, options.pattern.side_step = side_step;
-  options.height.low = kRadius;  // the floor; past its rim the surface falls on
+  options.height.low = kBallRadius;  // the floor; past its rim the surface falls on
   return options;
 }
 
@@ -79,7 +78,7 @@ inline void expect_on_the_border(const Mesh& mesh, const ClField& field, const C
   each_place(contours, map, most, [&](Point<Flat> p) {
     ++places;
     const auto height = [&](double x, double y) {
-      return let_down(mesh, map.axis_line(x, y), kRadius, p.z - 2.0 * kTolerance);
+      return let_down(mesh, map.axis_line(x, y), kBallRadius, p.z - 2.0 * kTolerance);
     };
     ASSERT_LE(height(p.x, p.y), p.z + kTolerance) << p.x << ' ' << p.y << ' ' << p.z;
     double beside = height(p.x, p.y);

@@ -12,13 +12,13 @@
 namespace tiltfeed {
 namespace {
 
-Result<AptProgram> read_text(const std::string& text, const AptOptions& options = {}) {
+Result<AptProgram> read_apt_text(const std::string& text, const AptOptions& options = {}) {
   std::istringstream in(text);
   return read_apt(in, "p.cls", options);
 }
 
 TEST(AptFile, AForeignFile) {
-  const auto program = read_text(
+  const auto program = read_apt_text(
       "$$ made elsewhere\r\nPARTNO  bracket $$ rev 2\r\n\r\nmultax/on\nUNITS / MM\nCUTTER/10, 2\n"
       "LOADTL/ 7 ,ADJUST,2,LENGTH, 120.5\nSPINDL/RPM,8000,CCLW\nCOOLNT/MIST\nPPRINT wall, left\nFROM/1,1,1\n"
       "GOTO/0, 0, 50\nFEDRAT/ 900 ,MMPM\nGOTO/ 1,2,3, $\n 0, $\n "
@@ -56,14 +56,14 @@ TEST(AptFile, AForeignFile) {
 }
 
 TEST(AptFile, AByteOrderMarkHidesNoUnit) {
-  const auto program = read_text("\xEF\xBB\xBFUNITS/INCHES\nLOADTL/1,LENGTH,4\nGOTO/1,0,2\nFINI\n");
+  const auto program = read_apt_text("\xEF\xBB\xBFUNITS/INCHES\nLOADTL/1,LENGTH,4\nGOTO/1,0,2\nFINI\n");
   ASSERT_TRUE(program) << program.error().message;
   EXPECT_TRUE(program->notes.empty());
   EXPECT_EQ(program->operations[0].path.moves[0].pose.tip, (Point<Part>{25.4, 0, 50.8}));
 }
 
 TEST(AptFile, InchesAndFeedsPerTurn) {
-  const auto program = read_text(
+  const auto program = read_apt_text(
       "UNITS/INCHES\nCUTTER/0.5\nLOADTL/1,LENGTH,4\nSPINDL/1000\nGOTO/1,0,2\nFEDRAT/10\nGOTO/1,0,1\n"
       "FEDRAT/10,IPM\nGOTO/1,0,0.5\nFEDRAT/300,MMPM\nGOTO/1,0,0.25\nFEDRAT/0.01,IPR\nGOTO/1,0,0\n"
       "FEDRAT/0.1,MMPR\nGOTO/2,0,0\nEND\n");
@@ -73,26 +73,26 @@ TEST(AptFile, InchesAndFeedsPerTurn) {
   EXPECT_EQ(path.moves[0].pose.tip, (Point<Part>{25.4, 0, 50.8}));
   const double feeds[]{0, 254, 254, 300, 254, 100};
   for (std::size_t i = 1; i < 6; ++i) EXPECT_NEAR(feed_of(path, i).mm_per_min(), feeds[i], 1e-9) << i;
-  const auto stated = read_text("LOADTL/1,LENGTH,4\nGOTO/1,0,2\nFINI\n", {25.4, 0.0});
+  const auto stated = read_apt_text("LOADTL/1,LENGTH,4\nGOTO/1,0,2\nFINI\n", {25.4, 0.0});
   ASSERT_TRUE(stated);
   EXPECT_EQ(stated->operations[0].path.tool.length, 101.6) << "the unit of a file without UNITS/";
 }
 
 TEST(AptFile, AUnitThatNothingStatesIsNoted) {
   const std::string text = "GOTO/0,0,1\nFEDRAT/5\nGOTO/0,0,0\nFINI\n";
-  const auto silent = read_text(text);
+  const auto silent = read_apt_text(text);
   ASSERT_TRUE(silent) << silent.error().message;
   ASSERT_EQ(silent->notes.size(), 1u);
   EXPECT_EQ(silent->notes[0], "p.cls: no UNITS/: its numbers are taken as mm (else: --units inch)");
-  EXPECT_TRUE(read_text("UNITS/MM\n" + text)->notes.empty());
-  const auto inch = read_text(text, {25.4, 0.0});
+  EXPECT_TRUE(read_apt_text("UNITS/MM\n" + text)->notes.empty());
+  const auto inch = read_apt_text(text, {25.4, 0.0});
   EXPECT_TRUE(inch->notes.empty());
   EXPECT_EQ(inch->operations[0].path.moves[0].pose.tip.z, 25.4);
   EXPECT_EQ(feed_of(inch->operations[0].path, 1).mm_per_min(), 127.0);
 }
 
 TEST(AptFile, EachToolIsAnOperation) {
-  const auto program = read_text(
+  const auto program = read_apt_text(
       "CUTTER/6\nLOADTL/1,LENGTH,90\nFEDRAT/100\nGOTO/0,0,9\nGOTO/0,0,0\nCUTTER/8,4\nLOAD/TOOL,2\nGOTO/"
       "5,5,9\n"
       "GOTO/5,5,0\nLOADTL/3\nFINI\n",
@@ -133,7 +133,7 @@ TEST(AptFile, SeveralPathsInOneFile) {
 
 TEST(AptFile, UnknownWordsAreNotedAndNotFatal) {
   const auto program =
-      read_text("UNITS/MM\nMAGIC/1\nGOTO/0,0,0\nMAGIC/2\nMACHIN/MILL\nCOOLNT/THRU\nCYCLE/OFF\nFINI\n");
+      read_apt_text("UNITS/MM\nMAGIC/1\nGOTO/0,0,0\nMAGIC/2\nMACHIN/MILL\nCOOLNT/THRU\nCYCLE/OFF\nFINI\n");
   ASSERT_TRUE(program) << program.error().message;
   EXPECT_EQ(program->notes,
             (std::vector<std::string>{"p.cls:2: MAGIC is not understood and was left out (2 times)",
@@ -173,7 +173,7 @@ TEST(AptFile, BadInputIsNamedWithItsLine) {
       {"TLAXIS/0,0\n", "p.cls:1:1: TLAXIS/ wants"},
       {"ROTABL/90\n", "p.cls:1:1: ROTABL/ asks for more than the points"}};
   for (const auto& row : table) {
-    const auto program = read_text(row.text);
+    const auto program = read_apt_text(row.text);
     ASSERT_FALSE(program) << row.text;
     EXPECT_EQ(program.error().code, Code::kInput);
     EXPECT_EQ(program.error().message.rfind(row.message, 0), 0u) << program.error().message;

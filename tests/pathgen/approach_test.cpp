@@ -46,7 +46,7 @@ TEST(Approach, EndsWhereTheToolGrownByItTouches) {
     ASSERT_TRUE(field);
     const sim::PartDistance distances(part.mesh);
     Envelope envelope((*field)->surface, (*field)->deformation, (*field)->index, {});
-    Approaches approaches(**field, kApproach, (*field)->deformation.s() * kRadius + 20.0);
+    Approaches approaches(**field, kApproach, (*field)->deformation.s() * kGroundRadius + 20.0);
     const FlatBounds b = (*field)->bounds;
     std::uniform_real_distribution<double> x(b.min_x, b.max_x), y(b.min_y, b.max_y);
     const double r = o.cutter.radius() + kApproach;

@@ -92,8 +92,6 @@ TEST(BetweenPasses, LeftIsTheLeastOfAllMoves) {
   }
 }
 
-constexpr AxisFrame kUpright{AxisMode::kFixed, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.0};
-
 /// A slope that falls by `degrees` across the rows, cut by a ball of 2 mm.
 struct Slope {
   double degrees, step;

@@ -38,9 +38,9 @@ TEST(ZLevel, PointModeGivesTheSpheresCirclesInPartSpace) {
     };
     shapes.facet(turned(f[0]), turned(f[1]), turned(f[2]));
   }
-  const auto field = field_over(shapes.mesh, frame, 2.0 * kRadius, big + kRadius);
+  const auto field = field_over(shapes.mesh, frame, 2.0 * kBallRadius, big + kBallRadius);
   ContourOptions options = options_for(1.0, 0.8);
-  options.height = {big + kRadius + 0.4, big + kRadius + 5.4};
+  options.height = {big + kBallRadius + 0.4, big + kBallRadius + 5.4};
   const Contours contours = contours_of(*field, options);
   ASSERT_GE(pass_count(contours), 5u);
   EXPECT_TRUE(contours.warnings.empty());
@@ -66,7 +66,7 @@ TEST(ZLevel, GoesAllRoundALineOverTheSeam) {
   frame.mode = AxisMode::kLine, frame.t = {0, 0, 1}, frame.n = {1, 0, 0};
   Shapes shapes;
   shapes.revolve(0, 0, {{10, -15}, {10, -2}, {13, -2}, {13, 2}, {10, 2}, {10, 15}}, 360);
-  const auto field = field_over(shapes.mesh, frame, 2.0 * kRadius, 12.0);
+  const auto field = field_over(shapes.mesh, frame, 2.0 * kBallRadius, 12.0);
   ContourOptions options = options_for(1.0, 0.9);
   options.height = {12.5, 13.5};
   const Contours contours = contours_of(*field, options);
@@ -78,7 +78,7 @@ TEST(ZLevel, GoesAllRoundALineOverTheSeam) {
     const double side = pass[0].flat.x > 0.0 ? 1.0 : -1.0;
     double gone = 0.0;
     for (std::size_t i = 0; i < pass.size(); ++i) {
-      EXPECT_NEAR(pass[i].flat.x, side * (2.0 + kRadius), kTolerance);  // the wall less the ball
+      EXPECT_NEAR(pass[i].flat.x, side * (2.0 + kBallRadius), kTolerance);  // the wall less the ball
       EXPECT_LE(std::abs(pass[i].flat.y), turn / 2.0 + 1e-9);
       if (i > 0) gone += std::remainder(pass[i].flat.y - pass[i - 1].flat.y, turn);
     }
@@ -94,7 +94,7 @@ TEST(ZLevel, AWindowAtASeamReachesOverIt) {
   Shapes shapes;
   shapes.revolve(0, 0, {{10, -15}, {10, 15}}, 180);
   shapes.box(-16.0, 0.5, -9.0, 2.0, -1.0, 1.0);
-  const auto field = field_over(shapes.mesh, frame, 2.0 * kRadius, 12.0);
+  const auto field = field_over(shapes.mesh, frame, 2.0 * kBallRadius, 12.0);
   ContourOptions options = options_for(3.0, 2.0);
   options.height = {12.5, 15.0};
   std::vector<Contours> all;
@@ -119,7 +119,7 @@ TEST(ZLevel, ColumnsWhoseEndThePartCoversAreShutOneAndAll) {
   const Point<Part> tip{0.0, 0.0, 0.5}, a{1.0, 0.0, 1.5}, b{-0.5, 0.8, 1.5}, c{-0.5, -0.8, 1.5};
   shapes.facet(tip, b, a), shapes.facet(tip, c, b), shapes.facet(tip, a, c), shapes.facet(a, b, c);
   const AxisFrame frame{AxisMode::kPoint, Sense::kInward, {}, {1, 0, 0}, {0, 0, 1}, 0.0};
-  const auto field = field_over(shapes.mesh, frame, 2.0 * kRadius, 10.0);
+  const auto field = field_over(shapes.mesh, frame, 2.0 * kBallRadius, 10.0);
   Heights heights(*field, options_for(1.0, 1.0).envelope);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> x(-30.0, 30.0), y(-14.0, 14.0);

@@ -19,7 +19,7 @@ TEST(ZLevel, HemisphereOnAPlaneGivesCirclesOfTheGrownSphere) {
   Shapes shapes;
   shapes.bead(3.0, -2.0, 0.0, 10.0, 0.0, false, 180);
   shapes.floor(-20, -25, 26, 21, 0.0);
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   ContourOptions options = options_for(1.0, 1.0);
   options.height.high = 11.5;
   const Contours contours = contours_of(*field, options);
@@ -47,7 +47,7 @@ TEST(ZLevel, ConventionalRunsTheOtherWayRound) {
   Shapes shapes;
   shapes.bead(0.0, 0.0, 0.0, 6.0, 0.0, false, 60);
   shapes.floor(-15, -15, 15, 15, 0.0);
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   ContourOptions options = options_for(2.0, 1.0);
   options.pattern.climb = false;
   each_pass(contours_of(*field, options), [](const Pass& pass) { EXPECT_GT(signed_area(pass), 0.0); });
@@ -58,7 +58,7 @@ TEST(ZLevel, ConeGivesCirclesOfItsParallelCone) {
   const double rise = std::tan(Angle::from_degrees(60.0).radians());
   shapes.revolve(0, 0, {{8.0, 0.0}, {0.0, 8.0 * rise}}, 240);
   shapes.floor(-16, -16, 16, 16, 0.0);
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   const Contours contours = contours_of(*field, options_for(1.5, 1.0));
   std::size_t on_flank = 0;
   each_pass(contours, [&](const Pass& pass) {
@@ -66,7 +66,7 @@ TEST(ZLevel, ConeGivesCirclesOfItsParallelCone) {
     const double z = pass[0].flat.z;
     if (z > 8.0 * rise - 1.0 || z < 3.1) return;
     ++on_flank;
-    const double r = (8.0 * rise - z) / rise + kRadius / std::sin(Angle::from_degrees(60.0).radians());
+    const double r = (8.0 * rise - z) / rise + kBallRadius / std::sin(Angle::from_degrees(60.0).radians());
     for (const EnvelopePoint& p : pass) EXPECT_NEAR(radius_about(p, 0, 0), r, kTolerance);
   });
   EXPECT_GE(on_flank, 6u);
@@ -84,9 +84,9 @@ Shapes pocket_with_island() {
 
 TEST(ZLevel, PocketIsItsOutlineShrunkAndItsIslandGrownByTheBall) {
   const Shapes shapes = pocket_with_island();
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   ContourOptions options = options_for(2.0, 1.0);
-  options.height = {kRadius, 8.0};
+  options.height = {kBallRadius, 8.0};
   const Contours contours = contours_of(*field, options);
   double walls = 0.0, islands = 0.0;
   std::vector<double> pocket_levels;
@@ -100,7 +100,8 @@ TEST(ZLevel, PocketIsItsOutlineShrunkAndItsIslandGrownByTheBall) {
       EXPECT_NEAR(area, 26.0 * 26.0, 26.0 * 4.0 * kTolerance);
     } else {
       ++islands;  // corners rounded by the ball
-      EXPECT_NEAR(area, 8.0 * 6.0 + 2.0 * kRadius * 14.0 + kPi * kRadius * kRadius, 40.0 * kTolerance);
+      EXPECT_NEAR(area, 8.0 * 6.0 + 2.0 * kBallRadius * 14.0 + kPi * kBallRadius * kBallRadius,
+                  40.0 * kTolerance);
     }
     for (const EnvelopePoint& p : pass) EXPECT_NEAR(angle_between(p.normal, p.axis), kPi / 2.0, 1e-6);
   });
@@ -128,11 +129,11 @@ TEST(ZLevel, AnAcuteCornerIsFollowedToItsEnd) {
       const Point<Part> low{apex.x, apex.y, 0.0}, high{apex.x, apex.y, 8.0};
       shapes.quad(at(-1, 0), low, high, at(-1, 8));
       shapes.quad(low, at(1, 0), at(1, 8), high);
-      const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+      const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
       ContourOptions options = options_for(4.0, 1.7);
       options.height = {4.0, 6.0};
       const Contours contours = contours_of(*field, options);
-      const double deep = kRadius / std::sin(half);
+      const double deep = kBallRadius / std::sin(half);
       const Place end{apex.x + deep * std::cos(along), apex.y + deep * std::sin(along)};
       double nearest = 1e9;
       each_pass(contours, [&](const Pass& pass) {
@@ -161,9 +162,9 @@ TEST(ZLevel, OverNotchesTheBallKeepsInTouchAllAlong) {
     shapes.quad(at(i, 0.0), at(i + 1, 0.0), at(i + 1, 6.0), at(i, 6.0));
   }
   shapes.floor(-12, 0.6, 12, 9, 6.0), shapes.floor(-16, -8, 16, 0, 0.0);
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   ContourOptions options = options_for(3.0, 3.0);
-  options.height = {kRadius + 0.3, 6.0};
+  options.height = {kBallRadius + 0.3, 6.0};
   std::size_t places = 0;
   each_pass(contours_of(*field, options), [&](const Pass& pass) {
     for (std::size_t i = 0; i + 1 < pass.size(); ++i)
@@ -171,7 +172,7 @@ TEST(ZLevel, OverNotchesTheBallKeepsInTouchAllAlong) {
         const Point<Part> p = lerp(pass[i].centre, pass[i + 1].centre, share);
         if (std::abs(p.x) > 9.0 || p.y > 0.0) continue;
         const auto height = [&](double x, double y) {
-          return let_down(shapes.mesh, field->deformation.axis_line(x, y), kRadius, p.z - 1.0);
+          return let_down(shapes.mesh, field->deformation.axis_line(x, y), kBallRadius, p.z - 1.0);
         };
         EXPECT_LE(height(p.x, p.y), p.z + kTolerance);
         EXPECT_GT(height(p.x, p.y + 1.3 * kTolerance), p.z) << p.x << ' ' << p.y << ' ' << p.z;
@@ -185,7 +186,7 @@ TEST(ZLevel, TorusBeadGivesTwoCircles) {
   Shapes shapes;
   shapes.bead(0, 0, 12.0, 3.0, 0.0, true, 240);
   shapes.floor(-22, -22, 22, 22, 0.0);
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   const Contours contours = contours_of(*field, options_for(1.0, 0.8));
   EXPECT_EQ(pass_count(contours), 6u);  // z' = 5 down to 2
   each_pass(contours, [&](const Pass& pass) {
@@ -202,7 +203,7 @@ TEST(ZLevel, EachIslandIsFinishedBeforeTheNextUntilTheyAreOne) {
   for (double r : {6.0, 13.0, 20.0}) shapes.bead(0, 0, r, 1.5, 0.0, true, 150);
   shapes.bead(40.0, 0.0, 0.0, 5.0, 0.0, false, 60);
   shapes.floor(-30, -30, 55, 30, 0.0);
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   const Contours contours = contours_of(*field, options_for(0.5, 0.8));
   // By what it goes round, every loop of the rings once a level; levels fall within each.
   std::map<std::pair<int, int>, std::vector<double>> chains;
@@ -234,10 +235,10 @@ TEST(ZLevel, AWallMuchThinnerThanTheGridIsNotMissed) {
   shapes.quad(corner(-9, -w, 5), corner(9, -w, 5), corner(9, w, 5), corner(-9, w, 5));
   shapes.quad(corner(-9, -w, 0), corner(9, -w, 0), corner(9, -w, 5), corner(-9, -w, 5));
   shapes.quad(corner(9, w, 0), corner(-9, w, 0), corner(-9, w, 5), corner(9, w, 5));
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   const double step = 1.3, thick = 0.3 * step;
   ContourOptions options = options_for(20.0, step);
-  const double h = std::sqrt(kRadius * kRadius - std::pow(thick / 2.0 - w, 2));
+  const double h = std::sqrt(kBallRadius * kBallRadius - std::pow(thick / 2.0 - w, 2));
   options.height = {5.0 + h, 7.0};
   options.pattern.step_down = 2.0;
   const Contours contours = contours_of(*field, options);
@@ -261,7 +262,7 @@ TEST(ZLevel, InAWindowItIsWhatItIsThereWithoutOne) {
     const double x = draw(-12, 12), y = draw(-12, 12);
     shapes.bead(x, y, 0.0, draw(1.0, 4.0), 0.0, false, 24);
   }
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   ContourOptions options = options_for(1.0, 0.5);
   options.height = {2.2, 5.2};  // the same levels, whatever is highest in a window
   std::vector<Contours> all;
@@ -299,7 +300,7 @@ TEST(ZLevel, InAWindowItIsWhatItIsThereWithoutOne) {
 
 TEST(ZLevel, IsTheSameForAnyNumberOfThreads) {
   const Shapes shapes = pocket_with_island();
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   const auto with = [&](std::size_t threads) {
     tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     return contours_of(*field, options_for(3.0, 1.0));
@@ -318,7 +319,7 @@ TEST(ZLevel, IsTheSameForAnyNumberOfThreads) {
 
 TEST(ZLevel, RefusesTooManyLevelsAndNothing) {
   const Shapes shapes = pocket_with_island();
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   auto result = z_level(*field, options_for(1e-5, 1.0), {});
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, Code::kLimit);

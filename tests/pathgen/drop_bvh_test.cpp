@@ -46,11 +46,11 @@ std::vector<ToolPiece> wide_pieces() {
 
 /// Of all patches, each with a hull that holds every place near, and one far away.
 FlatHulls everywhere(const ClSurface& surface) {
-  constexpr float kFar = 1e6f;
+  constexpr float kFarOff = 1e6f;
   FlatHulls hulls;
   hulls.corners.resize(4);
-  hulls.corners[0] = {-kFar, -kFar}, hulls.corners[1] = {kFar, kFar};
-  hulls.corners[2] = {3.0f * kFar, 3.0f * kFar}, hulls.corners[3] = {4.0f * kFar, 4.0f * kFar};
+  hulls.corners[0] = {-kFarOff, -kFarOff}, hulls.corners[1] = {kFarOff, kFarOff};
+  hulls.corners[2] = {3.0f * kFarOff, 3.0f * kFarOff}, hulls.corners[3] = {4.0f * kFarOff, 4.0f * kFarOff};
   hulls.hulls.resize(2 * surface.patch_count());
   for (std::uint32_t i = 0; i < hulls.hulls.size(); ++i) {
     hulls.hulls[i] = {};

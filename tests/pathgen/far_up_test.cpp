@@ -13,13 +13,13 @@ namespace tiltfeed {
 using namespace pathgen;
 namespace {
 
-constexpr double kBall = 5.0;                   ///< radius, mm
+constexpr double kBallRadius = 5.0;             ///< radius, mm
 constexpr double kLength = 150.0;               ///< of the tool, mm
 constexpr double kTolerance = 0.0025;           /// of the envelope and of thinning, mm
 constexpr double kTurning = 0.75 * kTolerance;  /// of the side where the axis turns, mm
-constexpr double kWidth = 1e-3;                 ///< of the needle, mm
+constexpr double kNeedleWidth = 1e-3;           ///< of the needle, mm
 
-struct Case {
+struct Needle {
   const char* name;
   AxisFrame frame;
   double floor, low, high;  ///< z' of the floor, and of the needle's ends
@@ -27,7 +27,7 @@ struct Case {
 
 /// A plate square to the axis under the needle, two facets whose common edge passes far from it, and the
 /// needle, which is a tetrahedron.
-Mesh floor_and_needle(const Case& c, const Deformation& map) {
+Mesh floor_and_needle(const Needle& c, const Deformation& map) {
   Mesh mesh;
   const auto at = [&](double x, double y, double z) { return map.unflatten({x, y, z}); };
   const Point<Part> under = at(0.0, 0.0, c.floor);
@@ -38,7 +38,7 @@ Mesh floor_and_needle(const Case& c, const Deformation& map) {
   const Point<Part> foot = at(0.0, 0.0, c.low);
   mesh.vertices.push_back(at(0.0, 0.0, c.high));
   for (const Vec3 v : {Vec3{1, 0, 0}, Vec3{-1, 1, 0}, Vec3{-1, -1, 0}})
-    mesh.vertices.push_back(foot + (c.frame.t * v.x + map.b() * v.y) * kWidth);
+    mesh.vertices.push_back(foot + (c.frame.t * v.x + map.b() * v.y) * kNeedleWidth);
   mesh.facets.push_back({first, first + 1, first + 2}), mesh.facets.push_back({first, first + 2, first + 3});
   mesh.facets.push_back({first, first + 3, first + 1});
   mesh.facets.push_back({first + 1, first + 3, first + 2});
@@ -56,19 +56,19 @@ double depth(const Pass& pass, Point<Part> low, Point<Part> high) {
       const Point<Part> centre = lerp(pass[i].centre, pass[i + 1].centre, share);
       const Point<Part> top = centre + slerp(pass[i].axis, pass[i + 1].axis, share) * kLength;
       for (int n = 0; n <= kAlong; ++n)
-        deepest =
-            std::max(deepest, kBall - distance_to_segment(lerp(low, high, n / double{kAlong}), centre, top));
+        deepest = std::max(
+            deepest, kBallRadius - distance_to_segment(lerp(low, high, n / double{kAlong}), centre, top));
     }
   return deepest;
 }
 
-class FarUp : public testing::TestWithParam<Case> {};
+class FarUp : public testing::TestWithParam<Needle> {};
 
 TEST_P(FarUp, TheToolsSideKeepsOff) {
-  const Case& c = GetParam();
+  const Needle& c = GetParam();
   const Deformation map(c.frame, std::abs(c.floor));
   const Mesh mesh = floor_and_needle(c, map);
-  const ToolPiece ball{.corner = kBall, .outer = kBall};
+  const ToolPiece ball{.corner = kBallRadius, .outer = kBallRadius};
   const ClSurface surface(mesh, Sides::kBoth, {ball});
   const FlatIndex index(make_flat_hulls(surface, map, 0.1), map);
   EnvelopeOptions limits{kTolerance, std::sqrt(8.0 * kTurning / kLength)};
@@ -77,7 +77,8 @@ TEST_P(FarUp, TheToolsSideKeepsOff) {
   Envelope envelope(surface, map, index, limits);
   const Point<Part> low = map.unflatten({0.0, 0.0, c.low}), high = map.unflatten({0.0, 0.0, c.high});
   for (const double degrees : {0.0, 90.0, 31.0})
-    for (const double beside : {0.0, 0.3, 2.0, kBall - 0.6, kBall - 0.1, kBall - 0.05, kBall - 0.02}) {
+    for (const double beside :
+         {0.0, 0.3, 2.0, kBallRadius - 0.6, kBallRadius - 0.1, kBallRadius - 0.05, kBallRadius - 0.02}) {
       // Of two rows that far to the left of the needle, one where its foot is, one at its tip.
       for (const double z : {c.low, c.high}) {
         SCOPED_TRACE(std::to_string(degrees) + " degrees, " + std::to_string(beside) + " mm beside");
@@ -97,17 +98,17 @@ TEST_P(FarUp, TheToolsSideKeepsOff) {
 INSTANTIATE_TEST_SUITE_P(
     Needles, FarUp,
     testing::Values(
-        Case{"fixed", {AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 0.0, 60.0, 80.0},
-        Case{"line", {AxisMode::kLine, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 6.0, 60.0, 120.0},
-        Case{"point", {AxisMode::kPoint, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 6.0, 60.0, 120.0},
-        Case{
+        Needle{"fixed", {AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 0.0, 60.0, 80.0},
+        Needle{"line", {AxisMode::kLine, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 6.0, 60.0, 120.0},
+        Needle{"point", {AxisMode::kPoint, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0}, 6.0, 60.0, 120.0},
+        Needle{
             "circle", {AxisMode::kCircle, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 20.0}, 6.0, 60.0, 120.0},
-        Case{"into a line",
-             {AxisMode::kLine, Sense::kInward, {}, {1, 0, 0}, {0, 0, 1}, 0.0},
-             -160.0,
-             -130.0,
-             -110.0}),
-    [](const testing::TestParamInfo<Case>& tested) {
+        Needle{"into a line",
+               {AxisMode::kLine, Sense::kInward, {}, {1, 0, 0}, {0, 0, 1}, 0.0},
+               -160.0,
+               -130.0,
+               -110.0}),
+    [](const testing::TestParamInfo<Needle>& tested) {
       std::string name = tested.param.name;
       std::replace(name.begin(), name.end(), ' ', '_');
       return name;

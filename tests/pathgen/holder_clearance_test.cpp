@@ -10,8 +10,6 @@ namespace tiltfeed {
 using namespace pathgen;
 namespace {
 
-const AxisFrame kUpright{AxisMode::kFixed, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.0};
-
 /// A floor before a wall 20 mm high, and a tool whose holder is as wide as the wall is near.
 struct Shop {
   CheckedMesh part = sheet(kUpright, {-20, 20, -6, 6, 80, 1},

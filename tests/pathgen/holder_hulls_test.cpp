@@ -29,7 +29,7 @@ struct Yard {
   FlatIndex index;
 
   Yard(const AxisFrame& frame, int density)
-      : map(frame, kRadius),
+      : map(frame, kGroundRadius),
         part(floor_of(frame, map, density)),
         options(options_of(frame)),
         cutter(part.mesh, part.sides, {tool_pieces(options).front()}),
@@ -47,7 +47,7 @@ struct Yard {
     return options;
   }
   static CheckedMesh floor_of(const AxisFrame& frame, const Deformation& map, int density) {
-    const double ground = frame.mode == AxisMode::kFixed ? 0.0 : map.s() * kRadius;
+    const double ground = frame.mode == AxisMode::kFixed ? 0.0 : map.s() * kGroundRadius;
     const double u = frame.mode == AxisMode::kFixed || frame.mode == AxisMode::kLine ? 20.0 : 0.5;
     const double v = frame.mode == AxisMode::kFixed ? 12.0 : 0.35;
     return sheet(frame, {-u, u, -v, v, 20 * density, 12 * density}, [=](double x, double y) {

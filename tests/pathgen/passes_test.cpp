@@ -10,10 +10,7 @@ namespace tiltfeed {
 using namespace pathgen;
 namespace {
 
-const AxisFrame kUpright{AxisMode::kFixed, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.0};
 const AxisFrame kLineFrame{AxisMode::kLine, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.0};
-const AxisFrame kPointFrame{AxisMode::kPoint, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0.0};
-const AxisFrame kRing{AxisMode::kCircle, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 60.0};
 
 /// What the side step may be exceeded by: rows are spaced by what the surface is at their own points.
 constexpr double kStepSlack = 1.05;
@@ -206,11 +203,11 @@ void expect_limits(const AxisFrame& axis, Interval first, Interval second, Along
   o.pattern.along = along;
   o.containment.first = first, o.containment.second = second;
   const Extent e = extent(runs_of(slab(axis), o), axis, o.cutter.radius());
-  // A ring's scales: the slab's ground is kRadius from the circle, and nothing of it much further in.
+  // A ring's scales: the slab's ground is kGroundRadius from the circle, and nothing of it much further in.
   const bool ring = axis.mode == AxisMode::kCircle;
   const double half = 1.1 * o.pattern.side_step / 2.0;
-  const double across[2] = {ring ? half / (kRadius + axis.circle_radius) : half,
-                            ring ? half / kRadius : half};
+  const double across[2] = {ring ? half / (kGroundRadius + axis.circle_radius) : half,
+                            ring ? half / kGroundRadius : half};
   const Interval limits[2] = {first, second};
   for (int i = 0; i < 2; ++i) {
     const double inside = (i == 0) == (along == Along::kX) ? kBorder : across[i];
@@ -232,7 +229,7 @@ TEST(Passes, StayWithinLimitsOfTheHeight) {
   for (const AxisFrame& axis : {kUpright, kRing}) {
     PlanOptions o = options_with(axis);
     o.max_point_distance = 0.2;
-    const double ground = axis.mode == AxisMode::kFixed ? 0.0 : kRadius;
+    const double ground = axis.mode == AxisMode::kFixed ? 0.0 : kGroundRadius;
     o.containment.height = {ground + 2.9, ground + 4.6};  // of the ball's centre
     const auto runs = runs_of(slab(axis), o);
     ASSERT_GT(runs.size(), 10u);

@@ -12,9 +12,6 @@ namespace tiltfeed {
 using namespace pathgen;
 namespace {
 
-const AxisFrame kUpright{AxisMode::kFixed, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.0};
-const AxisFrame kRing{AxisMode::kCircle, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 60.0};
-
 TEST(Patterns, ContoursOfAConeAreCircles) {
   const double foot = 12.0, height = 18.0, slope = std::atan2(height, foot), r = 2.0;
   const CheckedMesh part = turned({{0, height}, {foot, 0}, {0, 0}}, 240);
@@ -167,7 +164,7 @@ TEST(Patterns, RowsAreStraightInTheirDirection) {
     ASSERT_GT(runs.size(), 12u);
     for (const CutRun& run : runs) {
       const Vec3 chord = flat(run.back()) - flat(run.front());
-      if (length(chord) * (axis.mode == AxisMode::kFixed ? 1.0 : kRadius) < 1.0) continue;
+      if (length(chord) * (axis.mode == AxisMode::kFixed ? 1.0 : kGroundRadius) < 1.0) continue;
       if (way == Vec3{}) way = normalized(chord);
       EXPECT_GT(dot(way, way), 0.5);
       for (const Pose& pose : run) {
@@ -176,7 +173,8 @@ TEST(Patterns, RowsAreStraightInTheirDirection) {
       }
     }
     if (axis.mode == AxisMode::kCircle) {  // atan2(R Phi, (Ri + R) Theta) for R near the slab's mean radius
-      EXPECT_NEAR(std::atan2(way.y * (kRadius + 3.0), way.x * (60.0 + kRadius + 3.0)), kPi / 6.0, 0.03);
+      EXPECT_NEAR(std::atan2(way.y * (kGroundRadius + 3.0), way.x * (60.0 + kGroundRadius + 3.0)), kPi / 6.0,
+                  0.03);
     }
   }
 }

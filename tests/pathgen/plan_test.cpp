@@ -76,9 +76,6 @@ CheckedMesh sphere(double radius, int splits) {
   return *check_mesh(stl);
 }
 
-const AxisFrame kPointFrame{AxisMode::kPoint, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 0.0};
-const AxisFrame kRing{AxisMode::kCircle, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 60.0};
-
 TEST(Plan, TipsLieOnASphereAndAxesPointOutwards) {
   const double radius = 25.0;
   const CheckedMesh part = sphere(radius, 4);

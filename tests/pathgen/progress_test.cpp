@@ -14,8 +14,6 @@ namespace tiltfeed {
 using namespace pathgen;
 namespace {
 
-const AxisFrame kUpright{AxisMode::kFixed, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.0};
-
 CheckedMesh wavy() {
   return sheet(kUpright, {-12, 12, -12, 12, 24, 24},
                [](double u, double v) { return 2.0 * std::sin(u / 3.0) * std::cos(v / 4.0); });

@@ -11,7 +11,6 @@ namespace tiltfeed {
 using namespace pathgen;
 namespace {
 
-constexpr double kRadius = 2.0;
 constexpr double kArc = 0.001;
 
 double distance_from(const FlatCurve& curve, Place p) {
@@ -165,7 +164,7 @@ TEST(RegionPattern, LiesOnTheEnvelopeAllAlong) {
   Shapes shapes;
   shapes.bead(0.0, 0.0, 0.0, 8.0, 0.0, false, 90);
   shapes.floor(-15, -15, 15, 15, 0.0);
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   for (PatternKind kind : {PatternKind::kContour, PatternKind::kSpiral}) {
     ContourOptions options;
     options.envelope = {0.0025, 0.03}, options.pattern.kind = kind, options.pattern.side_step = 2.0;
@@ -180,7 +179,7 @@ TEST(RegionPattern, LiesOnTheEnvelopeAllAlong) {
       for (const EnvelopePoint& p : pass) widest = std::max(widest, p.flat.x);
       for (std::size_t i = 0; i + 1 < pass.size(); i += 1 + pass.size() / 15)
         EXPECT_NEAR(let_down(shapes.mesh, field->deformation.axis_line(pass[i].flat.x, pass[i].flat.y),
-                             kRadius, -3.0),
+                             kBallRadius, -3.0),
                     pass[i].flat.z, 0.01);
     }
     EXPECT_NEAR(widest, 16.0, 0.05);
@@ -190,7 +189,7 @@ TEST(RegionPattern, LiesOnTheEnvelopeAllAlong) {
 TEST(RegionPattern, TakesTheBoundaryAndRefusesWhatIsEmpty) {
   Shapes shapes;
   shapes.floor(-15, -15, 15, 15, 0.0);
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   ContourOptions options;
   options.envelope = {0.0025, 0.03}, options.pattern.side_step = 1.0;
   options.boundary = {{-10, -5}, {-10, 6}, {3, 6}, {3, -5}};

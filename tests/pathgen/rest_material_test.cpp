@@ -102,8 +102,6 @@ TEST(RestReason, IsWhatNoPoseOfAFinePathTouches) {
   }
 }
 
-const AxisFrame kUpright{AxisMode::kFixed, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.0};
-
 /// A plate of 20 by 20 whose middle strip, 3 wide, lies 5 lower.
 CheckedMesh slotted() {
   return sheet(kUpright, {-10, 10, -10, 10, 40, 4},

@@ -11,7 +11,6 @@ namespace tiltfeed {
 using namespace pathgen;
 namespace {
 
-constexpr double kRadius = 2.0;
 constexpr EnvelopeOptions kLimits{0.0025, 0.03};
 
 Shapes dome_and_step() {
@@ -39,7 +38,7 @@ std::optional<double> height_at(const std::vector<Pass>& passes, const FlatLine&
 
 TEST(RoughLayers, EachIsTheHigherOfFloorAndEnvelopeWhereThatIsNotCutYet) {
   const Shapes shapes = dome_and_step();
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   Heights heights(*field, kLimits);
   const FlatLine line{-18.0, 1.3, 1.0, 0.0, 46.0};
   const auto passes = heights.envelope().along(line).passes;
@@ -56,10 +55,10 @@ TEST(RoughLayers, EachIsTheHigherOfFloorAndEnvelopeWhereThatIsNotCutYet) {
     for (int i = 0; i < 60; ++i) {
       const double run = anywhere(random);
       const AxisLine axis = field->deformation.axis_line(line.x_at(run), line.y_at(run));
-      const double part = let_down(shapes.mesh, axis, kRadius, 0.0);
+      const double part = let_down(shapes.mesh, axis, kBallRadius, 0.0);
       // A wall is a jump: not next to it.
       const AxisLine beside = field->deformation.axis_line(line.x_at(run + 0.01), line.y_at(run));
-      if (std::abs(let_down(shapes.mesh, beside, kRadius, 0.0) - part) > 0.2) continue;
+      if (std::abs(let_down(shapes.mesh, beside, kBallRadius, 0.0) - part) > 0.2) continue;
       const auto found = height_at(clipped, line, run);
       if (part > layer.upper + 0.02) {
         EXPECT_FALSE(found) << run;
@@ -77,7 +76,7 @@ TEST(RoughLayers, EachIsTheHigherOfFloorAndEnvelopeWhereThatIsNotCutYet) {
 
 TEST(RoughLayers, EndAtTheWallExactlyAndNeverInIt) {
   const Shapes shapes = dome_and_step();
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   Heights heights(*field, kLimits);
   const FlatLine line{-18.0, 12.0, 1.0, 0.0, 46.0};
   const auto clipped =
@@ -91,14 +90,14 @@ TEST(RoughLayers, EndAtTheWallExactlyAndNeverInIt) {
 TEST(RoughLayers, LeaveTheFloorAndEndOnARampExactly) {
   Shapes shapes;
   shapes.quad({0, -10, 0}, {30, -10, 15}, {30, 10, 15}, {0, 10, 0});
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   Heights heights(*field, kLimits);
   const FlatLine line{1.0, 0.0, 1.0, 0.0, 28.0};
   const auto clipped =
       layer_passes(heights.envelope().along(line).passes, line, {9.0, 6.0, 0.0025, 0.03, false}, heights);
   ASSERT_EQ(clipped.size(), 1u);
   // The ramp's plane raised by the ball: z = x / 2 + R / cos.
-  const auto ramp_x = [](double z) { return 2.0 * (z - kRadius * std::sqrt(1.25)); };
+  const auto ramp_x = [](double z) { return 2.0 * (z - kBallRadius * std::sqrt(1.25)); };
   EXPECT_NEAR(clipped[0].back().flat.x, ramp_x(9.0), kTrimStep);
   EXPECT_LE(clipped[0].back().flat.z, 9.0);
   double leaves = 0.0;
@@ -110,7 +109,7 @@ TEST(RoughLayers, LeaveTheFloorAndEndOnARampExactly) {
 TEST(RoughLayers, GoOnOverGapsAtTheFloorWhenAsked) {
   Shapes shapes;  // two plates with nothing between
   shapes.floor(0, 0, 10, 10, 0.0), shapes.floor(30, 0, 40, 10, 0.0);
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   Heights heights(*field, kLimits);
   const FlatLine line{-5.0, 5.0, 1.0, 0.0, 50.0};
   const auto passes = heights.envelope().along(line).passes;
@@ -128,7 +127,7 @@ TEST(RoughLayers, FloorsFollowTheAxisRoundThePoint) {
   std::vector<std::array<double, 2>> arc;
   for (int k = -15; k <= 15; ++k) arc.push_back({20.0 * std::cos(0.05 * k), 20.0 * std::sin(0.05 * k)});
   shapes.revolve(0, 0, arc, 120);
-  const auto field = field_over(shapes.mesh, frame, 2.0 * kRadius, 22.0);
+  const auto field = field_over(shapes.mesh, frame, 2.0 * kBallRadius, 22.0);
   Heights heights(*field, kLimits);
   const FlatLine line{-30.0, 2.0, 1.0, 0.0, 60.0};
   const auto clipped =
@@ -173,11 +172,11 @@ TEST(RoughLayers, FloorsEndAtTheAxisOfTheta) {
 
 TEST(RoughLayers, AllLayersTogetherComeDownToThePart) {
   const Shapes shapes = dome_and_step();
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   std::vector<FlatLine> lines;
   for (int k = 0; k < 19; ++k) lines.push_back({-18.0, -18.0 + 2.0 * k, 1.0, 0.0, 46.0});
   ContourOptions options;
-  options.envelope = kLimits, options.pattern.step_down = 1.7, options.height.low = kRadius;
+  options.envelope = kLimits, options.pattern.step_down = 1.7, options.height.low = kBallRadius;
   const auto result = rough_layers(*field, lines, 12.0, false, options, {});
   ASSERT_TRUE(result) << result.error().message;
   double last = 12.0;
@@ -186,21 +185,21 @@ TEST(RoughLayers, AllLayersTogetherComeDownToThePart) {
     for (const Pass& pass : group)
       for (const EnvelopePoint& p : pass) low = std::min(low, p.flat.z);
     EXPECT_LE(low, last + 1e-9);  // layers never rise
-    last = std::max(low, kRadius);
+    last = std::max(low, kBallRadius);
     for (const Pass& pass : group)
       for (std::size_t i = 0; i < pass.size(); i += 1 + pass.size() / 4)
-        EXPECT_LE(let_down(shapes.mesh, field->deformation.axis_line(pass[i].flat.x, pass[i].flat.y), kRadius,
-                           pass[i].flat.z - 1.0),
+        EXPECT_LE(let_down(shapes.mesh, field->deformation.axis_line(pass[i].flat.x, pass[i].flat.y),
+                           kBallRadius, pass[i].flat.z - 1.0),
                   pass[i].flat.z + 0.01);
   }
-  EXPECT_NEAR(last, kRadius, 1e-9);
+  EXPECT_NEAR(last, kBallRadius, 1e-9);
 }
 
 TEST(PassTrim, SplitBySlopeCoversTheSphereWithTheOverlapTwice) {
   Shapes shapes;
   shapes.bead(0.0, 0.0, 0.0, 10.0, 0.0, false, 240);
   shapes.floor(-20, -20, 20, 20, 0.0);
-  const auto field = field_over(shapes.mesh, {}, 2.0 * kRadius);
+  const auto field = field_over(shapes.mesh, {}, 2.0 * kBallRadius);
   Heights heights(*field, kLimits);
   const FlatLine line{-18.0, 0.0, 1.0, 0.0, 36.0};
   const auto passes = heights.envelope().along(line).passes;

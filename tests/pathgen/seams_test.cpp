@@ -65,10 +65,10 @@ Mesh plate(double slope, double noise) {
   return mesh;
 }
 
-const AxisFrame kUpright{AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0};
+const AxisFrame kSeamFrame{AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0};
 
 TEST(Seams, NearlyFlatPlatesHaveNoHoles) {
-  const Deformation map(kUpright, 1.0);
+  const Deformation map(kSeamFrame, 1.0);
   std::mt19937 random(7);
   std::uniform_real_distribution<double> place(8.0, 22.0);
   for (const Tool& tool : tools())

@@ -11,7 +11,6 @@ using namespace pathgen;
 namespace {
 
 constexpr double kSmoothing = 3.0;
-const AxisFrame kUpright{AxisMode::kFixed, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.0};
 
 PlanOptions smooth_options(const AxisFrame& axis) {
   PlanOptions o = options_with(axis);

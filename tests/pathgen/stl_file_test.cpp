@@ -18,7 +18,7 @@ namespace {
 
 using Facets = std::vector<std::array<Point<Part>, 3>>;
 
-void expect_error(const Result<Stl>& stl, Code code, const std::string& piece) {
+void expect_refusal(const Result<Stl>& stl, Code code, const std::string& piece) {
   ASSERT_FALSE(stl) << "accepted; expected: " << piece;
   EXPECT_EQ(stl.error().code, code) << stl.error().message;
   EXPECT_NE(stl.error().message.find(piece), std::string::npos)
@@ -29,16 +29,16 @@ TEST(StlFile, SizeLimits) {
   // calloc: pages that nobody reads cost nothing.
   const std::uint64_t size = kMaxStlBytes + 1;
   const std::unique_ptr<char, void (*)(void*)> bytes(static_cast<char*>(std::calloc(size, 1)), std::free);
-  expect_error(parse_stl({bytes.get(), size}, "f", 1.0), Code::kLimit, "over the limit of 536870912");
+  expect_refusal(parse_stl({bytes.get(), size}, "f", 1.0), Code::kLimit, "over the limit of 536870912");
   const std::uint32_t count = kMaxFacets + 1;
   std::memcpy(bytes.get() + 80, &count, 4);
-  expect_error(parse_stl({bytes.get(), 84 + 50ull * count}, "f", 1.0), Code::kLimit,
-               "5000001 facets are over the limit of 5000000");
+  expect_refusal(parse_stl({bytes.get(), 84 + 50ull * count}, "f", 1.0), Code::kLimit,
+                 "5000001 facets are over the limit of 5000000");
 
   const std::string path = testing::TempDir() + "huge.stl";
   std::ofstream(path).put('s');
   std::filesystem::resize_file(path, size);
-  expect_error(read_stl(path, 1.0), Code::kLimit, "over the limit of 536870912");
+  expect_refusal(read_stl(path, 1.0), Code::kLimit, "over the limit of 536870912");
   std::filesystem::remove(path);
 }
 
@@ -85,12 +85,12 @@ TEST(StlFile, FailedWritesLeaveNothingBehind) {
 
 TEST(StlFile, OnlyRegularFilesAreRead) {
   const std::string folder = testing::TempDir();
-  expect_error(read_stl(folder + "no_such.stl", 1.0), Code::kIo, "no_such.stl: cannot open: No such file");
-  expect_error(read_stl(folder, 1.0), Code::kIo, "not a regular file");
+  expect_refusal(read_stl(folder + "no_such.stl", 1.0), Code::kIo, "no_such.stl: cannot open: No such file");
+  expect_refusal(read_stl(folder, 1.0), Code::kIo, "not a regular file");
   const std::string fifo = folder + "stl_fifo";
   std::filesystem::remove(fifo);
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
-  expect_error(read_stl(fifo, 1.0), Code::kIo, "not a regular file");
+  expect_refusal(read_stl(fifo, 1.0), Code::kIo, "not a regular file");
   std::filesystem::remove(fifo);
 }
 

@@ -104,8 +104,8 @@ class FakeGrbl {
 };
 
 /// Session, controller and clock.
-struct Bench {
-  explicit Bench(std::vector<std::string> program, FakeGrbl grbl = FakeGrbl(), GrblOptions given = {})
+struct GrblBench {
+  explicit GrblBench(std::vector<std::string> program, FakeGrbl grbl = FakeGrbl(), GrblOptions given = {})
       : fake(std::move(grbl)), texts(std::move(program)), session(options(given), Time{0}) {}
 
   GrblOptions options(GrblOptions given) const {

@@ -170,8 +170,8 @@ inline NumericBlock block_at(std::uint64_t line) {
   return block;
 }
 
-struct Bench {
-  explicit Bench(std::uint64_t blocks, const RingMap& map = {})
+struct RingBench {
+  explicit RingBench(std::uint64_t blocks, const RingMap& map = {})
       : count(blocks), session({blocks, 0x4321, map}, Time{0}) {}
 
   void feed() {

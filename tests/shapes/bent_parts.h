@@ -15,10 +15,10 @@
 namespace tiltfeed {
 using namespace pathgen;
 
-inline constexpr double kRadius = 40.0;  ///< of the slab's ground from the axis feature, mm
-inline constexpr double kBack = 4.0;     ///< thickness below the ground, mm
+inline constexpr double kGroundRadius = 40.0;  ///< of the slab's ground from the axis feature, mm
+inline constexpr double kBack = 4.0;           ///< thickness below the ground, mm
 inline constexpr double kTubeRadius = 30.0;
-inline constexpr double kWidth = 24.0, kDepth = 20.0, kCell = 0.8;
+inline constexpr double kPartWidth = 24.0, kDepth = 20.0, kCell = 0.8;
 
 struct Ground {
   double at, height;
@@ -29,7 +29,7 @@ inline const std::vector<Ground> kAlongU{
     {0, 0},      {4, 0},      {4, 2},      {7, 2},      {7, 0.5},  // a step, a groove's edge
     {10, 0.5},   {11.5, 3.1}, {13.5, 1.1},                         // 60 and 45 degrees to a ridge
     {15, -0.9},  {17, 1.1},                                        // a V-groove
-    {17.5, 1.3}, {18.5, 1.8}, {19.5, 2.1}, {20.5, 2.0}, {22, 1.2}, {kWidth, 0.3}  // a bump
+    {17.5, 1.3}, {18.5, 1.8}, {19.5, 2.1}, {20.5, 2.0}, {22, 1.2}, {kPartWidth, 0.3}  // a bump
 };
 /// Along v, added: a rib with walls of 72 degrees, then a ramp.
 inline const std::vector<Ground> kAlongV{{0, 0.3},  {8, 0},  {8.4, 1.23},  {10, 1.23},
@@ -82,13 +82,13 @@ struct Shell {
 
 /// The slab in flat space, bent by the map: closed, normals out of the material.
 inline CheckedMesh slab(const AxisFrame& axis) {
-  const Deformation map(axis, kRadius);
-  const double level = axis.mode == AxisMode::kFixed ? 0.0 : map.s() * kRadius;
+  const Deformation map(axis, kGroundRadius);
+  const double level = axis.mode == AxisMode::kFixed ? 0.0 : map.s() * kGroundRadius;
   const auto us = refined(kAlongU), vs = refined(kAlongV);
   const std::size_t m = us.size() - 1, n = vs.size() - 1;
   Shell shell;
   shell.at = [&](std::size_t i, std::size_t j, bool top) {
-    const double u = us[i].at - kWidth / 2, v = vs[j].at - kDepth / 2;
+    const double u = us[i].at - kPartWidth / 2, v = vs[j].at - kDepth / 2;
     const double height = us[i].height + vs[j].height + 0.25 * std::sin(0.9 * u) * std::cos(0.5 * v);
     return map.unflatten({u, v, level + (top ? height : -kBack)});
   };
@@ -109,7 +109,7 @@ inline CheckedMesh tube(const AxisFrame& axis) {
     const double theta = 2.0 * kPi * static_cast<double>(j % kColumns) / kColumns;
     const double height = 0.7 * us[i].height + 0.8 * std::cos(5.0 * theta);
     return map.unflatten(
-        {us[i].at - kWidth / 2, kTubeRadius * theta, map.s() * kTubeRadius + (top ? height : -kBack)});
+        {us[i].at - kPartWidth / 2, kTubeRadius * theta, map.s() * kTubeRadius + (top ? height : -kBack)});
   };
   shell.faces(m, kColumns);
   for (std::size_t j = 0; j < kColumns; ++j) shell.end(0, j + 1, j), shell.end(m, j, j + 1);

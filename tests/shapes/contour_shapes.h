@@ -15,6 +15,8 @@
 namespace tiltfeed {
 using namespace pathgen;
 
+inline constexpr double kBallRadius = 2.0;  ///< of the ball, mm
+
 struct Shapes {
   Mesh mesh;
 

@@ -16,6 +16,11 @@
 namespace tiltfeed {
 using namespace pathgen;
 
+inline constexpr AxisFrame kUpright{AxisMode::kFixed, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.0};
+inline constexpr AxisFrame kPointFrame{AxisMode::kPoint, Sense::kOutward, {0, 0, 0},
+                                       {1, 0, 0},        {0, 1, 0},       0.0};
+inline constexpr AxisFrame kRing{AxisMode::kCircle, Sense::kOutward, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 60.0};
+
 /// A grid in the axis mode's own coordinates (mm or rad).
 struct Grid {
   double u0, u1, v0, v1;

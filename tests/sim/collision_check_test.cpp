@@ -14,7 +14,7 @@ namespace {
 
 using config::BodyLink;
 
-struct Dice {
+struct JointDice {
   std::mt19937_64 random;
   double operator()(double low, double high) { return std::uniform_real_distribution(low, high)(random); }
   Joints near(double size, double turn) {
@@ -34,7 +34,7 @@ Joints on(const MachineModel& model, Joints j) {
 }
 
 TEST(MachineLine, PutsTheToolWhereTheSimulatedMachineDoes) {
-  Dice dice{std::mt19937_64(7)};
+  JointDice dice{std::mt19937_64(7)};
   for (const std::string& name : kMachines) {
     config::Job job = bare_job(name);
     for (const std::vector<int>& work : {std::vector<int>{}, {0}, {1, 0}, {0, 1, 2}}) {
@@ -83,7 +83,7 @@ config::Job full_job(const std::string& name) {
 }
 
 TEST(CollisionScene, NoPairMovesFurtherThanItsBound) {
-  Dice dice{std::mt19937_64(8)};
+  JointDice dice{std::mt19937_64(8)};
   for (const std::string& name : kMachines) {
     const config::Job job = full_job(name);
     const auto scene = CollisionScene::make(far_part(), job);
@@ -199,7 +199,7 @@ TEST(CollisionCheck, SaysHowDeep) {
 
 /// A fixture's and a nose's corners at places of a program; each block either collides by both or by neither.
 void compare_with_sampling(const std::string& name, std::uint64_t seed, double room) {
-  Dice dice{std::mt19937_64(seed)};
+  JointDice dice{std::mt19937_64(seed)};
   config::Job job = bare_job(name);
   const Vec3 turned{dice(-1, 1), dice(-1, 1), dice(-1, 1)};
   const config::SolidShape nose = box_at({40, 30, 50}, {5, 0, 0}, {0.1, 0.2, 0.3}),
@@ -258,7 +258,7 @@ TEST(CollisionCheck, AgreesWithDenseSampling) {
 TEST(CollisionCheck, ManyMovesGiveTheSameInAnyGrouping) {
   const config::Job job = cube_and_plate();
   std::vector<ProgramMove> moves;
-  Dice dice{std::mt19937_64(5)};
+  JointDice dice{std::mt19937_64(5)};
   Joints from{-50, 0, 100, 0, 0};
   for (std::uint32_t i = 0; i < 400; ++i) {
     const Joints to{from.x + dice(-3, 3.4), from.y + dice(-3, 3), 100.0 + dice(-1, 1), dice(-5, 5),

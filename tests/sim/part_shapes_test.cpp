@@ -14,7 +14,7 @@
 namespace tiltfeed::sim {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kOneDegree = std::numbers::pi / 180.0;
 
 /// About the tyre's centre circle, degrees and mm.
 struct TorusPoint {
@@ -22,7 +22,7 @@ struct TorusPoint {
 };
 TorusPoint on_torus(Point<Part> p) {
   const double g = std::hypot(p.x, p.z) - 280.0;
-  return {std::atan2(p.x, -p.z) / kDegree, std::atan2(p.y, g) / kDegree, 90.0 - std::hypot(g, p.y)};
+  return {std::atan2(p.x, -p.z) / kOneDegree, std::atan2(p.y, g) / kOneDegree, 90.0 - std::hypot(g, p.y)};
 }
 
 Triangles cavity_of(const Triangles& tyre) {
@@ -55,7 +55,7 @@ TEST(Tyre, CavityIsATorusWithDraftedRibs) {
     }
     const Vec3 doubled = cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
     const Vec3 circle = Vec3{middle.x, 0.0, middle.z} * (280.0 / std::hypot(middle.x, middle.z));
-    const double slope = angle_between(doubled, circle - middle) / kDegree;
+    const double slope = angle_between(doubled, circle - middle) / kOneDegree;
     const bool wall = slope > 45.0;
     EXPECT_NEAR(slope, wall ? 85.0 : 0.0, wall ? 0.6 : 0.7);  // no undercut: 90
     (wall ? walls : flats) += 0.5 * length(doubled);
@@ -133,7 +133,7 @@ TEST(Pin, WingsStandOnThePipe) {
     if (r < 10.0 + 1e-4) continue;
     // Within 1 mm of one of the twelve radial planes, and in one of the six rings.
     const double angle = std::atan2(p.x, p.z),
-                 nearest = 30.0 * kDegree * std::round(angle / (30.0 * kDegree));
+                 nearest = 30.0 * kOneDegree * std::round(angle / (30.0 * kOneDegree));
     EXPECT_LT(std::abs(r * std::sin(angle - nearest)), 1.0 + 1e-4);
     EXPECT_LE(std::fmod(p.y - 3.0, 10.0), 6.0);
   }

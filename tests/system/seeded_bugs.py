@@ -9,6 +9,7 @@ seeded_bugs.py --tests                         the tests that it needs, one a li
 
 import argparse
 import concurrent.futures
+import glob
 import json
 import os
 import re
@@ -84,17 +85,25 @@ class Build:
             raise Unfit(f"{name}: does not compile with the bug; {log}")
         return to
 
-    def link(self, program, objects, work, log):
-        """The program with these objects before all libraries."""
-        command = self.ninja("commands", program).rstrip("\n").split("\n")[-1]
-        to = os.path.join(work, program)
-        begin = re.search(r"\S+\.o\s", command)
-        if not begin or f" -o bin/{program} " not in command:
-            raise Unfit(f"{program}: is linked in a way that is not known here")
+    def link(self, test, objects, work, log):
+        """The program that has this file of tests, with these objects before all libraries."""
+        command = self.ninja("commands", test).rstrip("\n").split("\n")[-1]
+        begin, output = re.search(r"\S+\.o\s", command), re.search(r" -o bin/(\S+) ", command)
+        if not begin or not output:
+            raise Unfit(f"{test}: is linked in a way that is not known here")
+        to = os.path.join(work, output[1])
         command = command[: begin.start()] + shlex.join(objects) + " " + command[begin.start() :]
-        if self.shell(command.replace(f" -o bin/{program} ", f" -o {shlex.quote(to)} "), log) != 0:
-            raise Unfit(f"{program}: cannot be linked with the bug; {log}")
+        if self.shell(command.replace(output[0], f" -o {shlex.quote(to)} "), log) != 0:
+            raise Unfit(f"{test}: cannot be linked with the bug; {log}")
         return to
+
+
+def suites_of(test):
+    """The option that takes the tests of this file from a program that has others, too."""
+    (source,) = glob.glob(os.path.join(os.path.dirname(HERE), "*", test + ".cpp"))
+    with open(source, encoding="utf-8") as file:
+        suites = set(re.findall(r"^(?:TYPED_)?TEST(?:_[PF])?\((\w+),", file.read(), re.M))
+    return "--gtest_filter=" + ":".join(pattern for suite in sorted(suites) for pattern in (suite + ".*", "*/" + suite + "*.*"))
 
 
 def run(build, number, bug):
@@ -108,8 +117,8 @@ def run(build, number, bug):
     objects = [build.compile(name, [c for c in bug["change"] if c["file"] == name], work, log) for name in files]
     said = []
     for test in bug["tests"]:
-        words = shlex.split(test)
-        words[0] = build.link(words[0], objects, work, log)
+        name, *options = shlex.split(test)
+        words = [build.link(name, objects, work, log), *(options or [suites_of(name)])]
         try:
             ended = subprocess.run(words, cwd=work, capture_output=True, text=True, errors="replace", timeout=PATIENCE, check=False)
             failed = re.findall(r"^\[  FAILED  \] (\S+)", ended.stdout, re.M)

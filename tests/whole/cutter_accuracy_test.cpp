@@ -123,7 +123,7 @@ ToolPath standing(const CheckedMesh& part, const AxisFrame& axis, const Cutter& 
   ToolPath path;
   for (double u = -11.7; u < 12.0; u += 0.83)
     for (double v = -9.6; v < 10.0; v += 1.21) {
-      const AxisLine line = Deformation(axis, kRadius).axis_line(u, v);
+      const AxisLine line = Deformation(axis, kGroundRadius).axis_line(u, v);
       const Pose high{line.base + line.axis * 12.0, line.axis};
       const Pose low{high.tip - line.axis * (tool.drop(surface, high).value - by), line.axis};
       path.moves.push_back({high, MoveKind::kRapid});

@@ -209,7 +209,7 @@ TEST(FieldFailures, F14_BytesFrom0x80) {
 }
 
 TEST(FieldFailures, F15_EepromWritesLoseReceivedBytes) {
-  Bench bench({"G1X1", "G10L2P1X0", "G1X2", "G1X3"});
+  GrblBench bench({"G1X1", "G10L2P1X0", "G1X2", "G1X3"});
   bench.open();
   for (int i = 0; i < 10; ++i) bench.exchange();
   EXPECT_EQ(bench.session.state().sent, 1u);
@@ -221,7 +221,7 @@ TEST(FieldFailures, F15_EepromWritesLoseReceivedBytes) {
 }
 
 TEST(FieldFailures, F16_DroppedBytesFuseTwoLines) {
-  Bench bench(numbered(40));
+  GrblBench bench(numbered(40));
   bench.open();
   bench.feed();
   bool dropped = false;
@@ -316,7 +316,7 @@ TEST(FieldFailures, F25_XoffObeyedTooLate) {
 
 TEST(FieldFailures, F26_ArcsUseSeveralPlannerSlots) {
   // The planner says that it is full for ever; only bytes decide what may be sent.
-  Bench bench(numbered(30));
+  GrblBench bench(numbered(30));
   bench.open();
   bench.say("<Run|MPos:0,0,0|Bf:0,128>\r\n");
   const std::uint64_t before = bench.session.state().sent;
