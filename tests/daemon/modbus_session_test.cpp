@@ -36,8 +36,12 @@ TEST(ModbusSession, SaysWhenTheRingHasRunOut) {
       starved += *said ? 1 : 0;
     }
     EXPECT_GT(turns, 100);
-    if (per_turn == 1) EXPECT_EQ(starved, 0);
-    if (per_turn == 100) EXPECT_GT(2 * starved, turns);
+    if (per_turn == 1) {
+      EXPECT_EQ(starved, 0);
+    }
+    if (per_turn == 100) {
+      EXPECT_GT(2 * starved, turns);
+    }
   }
 }
 

@@ -47,20 +47,30 @@ TEST(Outdated, IsWhatTheLimitsSayForAnyJobs) {
     const std::uint64_t most = static_cast<std::uint64_t>(limits.mib) << 20;
     for (const KeptJob& job : jobs) {
       const bool old = limits.days > 0 && now - job.since > limits.days * kDay, goes = gone.contains(job.id);
-      if (!job.ended) EXPECT_FALSE(goes);
-      if (job.ended && old) EXPECT_TRUE(goes);
+      if (!job.ended) {
+        EXPECT_FALSE(goes);
+      }
+      if (job.ended && old) {
+        EXPECT_TRUE(goes);
+      }
       if (goes && !old) {
         EXPECT_GT(limits.mib, 0);
         for (const KeptJob& other : jobs)
-          if (other.ended && other.since < job.since) EXPECT_TRUE(gone.contains(other.id));
+          if (other.ended && other.since < job.since) {
+            EXPECT_TRUE(gone.contains(other.id));
+          }
       }
-      if (job.ended && !goes && limits.mib > 0) EXPECT_LE(left, most) << "there was more to remove";
+      if (job.ended && !goes && limits.mib > 0) {
+        EXPECT_LE(left, most) << "there was more to remove";
+      }
     }
     // As few as that: with the last one that went for its size the files were too many.
     const auto all = outdated(jobs, limits, now);
     if (!all.empty() && !all.back().by_age)
       for (const KeptJob& job : jobs)
-        if (job.id == all.back().id) EXPECT_GT(left + job.bytes, most);
+        if (job.id == all.back().id) {
+          EXPECT_GT(left + job.bytes, most);
+        }
   }
   EXPECT_GT(by_age, 1000);
   EXPECT_GT(by_size, 1000);

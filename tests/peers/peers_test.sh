@@ -42,6 +42,12 @@ wire() {
   until_true 50 "socat made no pair" test -e "$work/machine"
 }
 
+# unwire: when it has ended, for it takes its links away, and those of a next pair have the same names.
+unwire() {
+  kill "$cable"
+  wait "$cable" || true
+}
+
 # same EXPECTED TRACE WHAT
 same() { cmp -s "$1" "$2" || { diff "$1" "$2" | head -n 6; die "$3: what was executed is not the program"; }; }
 
@@ -71,7 +77,7 @@ ring "pymodbus TCP, small ring" "modbus-tcp:127.0.0.1:$((port_base + 2))" --tcp 
 ring "pymodbus TCP, lost replies" "modbus-tcp:127.0.0.1:$((port_base + 3))" --tcp $((port_base + 3)) --mute 12
 wire
 ring "pymodbus RTU through socat" "modbus-rtu:$work/host@115200" --rtu "$work/machine"
-kill "$cable"
+unwire
 
 # ---- pymodbus as a plain drive -------------------------------------------------------------------------
 # drive NAME PORT STATUS PEER_OPTION...: STATUS is what `send` must exit with.
@@ -111,7 +117,7 @@ lines() {
   timeout 3000 "$bin/tiltfeed" send "$work/program.nc" --link "$link:$work/host" >"$work/send.log" 2>&1 || status=$?
   ((status == expected)) || die "$name: send ended with $status"
   wait "$peer" || die "$name: the host broke a rule"
-  kill "$cable"
+  unwire
   echo "$name: $(tail -n 1 "$work/peer.log")"
 }
 lines "pyserial Grbl" grbl grbl 0

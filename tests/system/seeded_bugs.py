@@ -118,11 +118,12 @@ def run(build, number, bug):
     said = []
     for test in bug["tests"]:
         name, *options = shlex.split(test)
-        words = [build.link(name, objects, work, log), *(options or [suites_of(name)])]
+        # The first expectation that is not met is enough.
+        words = [build.link(name, objects, work, log), *(options or [suites_of(name)]), "--gtest_break_on_failure"]
         try:
             ended = subprocess.run(words, cwd=work, capture_output=True, text=True, errors="replace", timeout=PATIENCE, check=False)
-            failed = re.findall(r"^\[  FAILED  \] (\S+)", ended.stdout, re.M)
-            said.append((ended.returncode != 0, failed[0].rstrip(",") if failed else f"status {ended.returncode}"))
+            began = re.findall(r"^\[ RUN      \] (\S+)", ended.stdout, re.M)
+            said.append((ended.returncode != 0, began[-1] if began else f"status {ended.returncode}"))
             with open(log, "a", encoding="utf-8") as file:
                 file.write(ended.stdout + ended.stderr)
         except subprocess.TimeoutExpired:

@@ -2,7 +2,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -81,11 +80,8 @@ void expect_placement(const models::Model& model, const CheckedMesh& mesh) {
 /// The file gets the answer that its row states.
 void expect_answer(const std::string& path, const models::Model& model) {
   SCOPED_TRACE(model.file);
-  const auto start = std::chrono::steady_clock::now();
   const Result<Stl> stl = read_stl(path, model.unit_mm);
   Result<CheckedMesh> mesh = stl ? check_mesh(*stl) : tl::unexpected(stl.error());
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-
   ASSERT_EQ(!mesh, model.refused) << (mesh ? "accepted" : mesh.error().message);
   if (!mesh) {
     EXPECT_EQ(mesh.error().code, model.code);
