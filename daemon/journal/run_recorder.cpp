@@ -198,13 +198,15 @@ ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& no
     return uncertain(decision, "the program is not the one that was running", now, last.total);
   if (last.executed == last.total) {
     decision.way = ResumeWay::kFinished;
-    decision.text = "all " + std::to_string(last.total) + " blocks are executed";
+    decision.text =
+        "all " + std::to_string(last.total) +
+        (is_drive(now.link) ? " blocks were sent; this link proves no more" : " blocks are executed");
     return decision;
   }
   if (last.event == RunEvent::kToolChange && journal.whole()) {
     decision.way = ResumeWay::kToolChange;
     decision.may_have = decision.executed;
-    decision.text = "the machine stands before a tool change; " + std::to_string(decision.executed) +
+    decision.text = "the program stands before a tool change; " + std::to_string(decision.executed) +
                     " blocks have run, later ones have not";
     return decision;
   }

@@ -51,7 +51,7 @@ void DripSession::start() {
   move(Event::kReady);
   out_.assign(static_cast<std::size_t>(options_.format.leader), '\0');
   if (options_.format.percent) out_ += "%" + std::string(end_of_block(options_.format.end_of_block));
-  written_ = out_.size();
+  written_ = whole_ = out_.size();
 }
 
 bool DripSession::wants_work() const {
@@ -99,15 +99,17 @@ void DripSession::sent(std::size_t count) {
   out_.erase(0, count);
   taken_ += count;
   free_at_ = std::max(free_at_, now_) + byte_time_ * static_cast<long>(count);
-  if (count > 0 && !open_.empty()) {
-    if (first_line_ == 0) first_line_ = open_.front().line;
-    last_line_ = std::max(last_line_, open_.front().line);
-  }
+  const auto leaves = [this](std::uint64_t line) {
+    if (first_line_ == 0) first_line_ = line;
+    last_line_ = line;
+  };
   while (!open_.empty() && open_.front().end <= taken_) {
-    last_line_ = open_.front().line;
+    leaves(open_.front().line);
+    whole_ = open_.front().end;
     open_.pop_front();
     ++lines_;
   }
+  if (begun()) leaves(open_.front().line);
 }
 
 void DripSession::receive(std::string_view bytes, Time now) {
@@ -181,7 +183,7 @@ SendState DripSession::state() const {
   SendState state;
   state.phase = phase_;
   state.total = options_.total;
-  state.sent = std::min(lines_ + 1, options_.total);  // the line that follows may have begun
+  state.sent = lines_ + begun();
   state.acknowledged = lines_;
   state.machine = phase_ == Phase::kConnect ? "waiting for DC1" : stopped_by_control_ ? "XOFF" : "sending";
   state.uncertain = uncertain();

@@ -53,6 +53,8 @@ class DripSession {
   void move(Event event);
   void fault(const std::string& what);
   void start();
+  /// Whether a part of the next line has left.
+  bool begun() const { return !open_.empty() && taken_ > whole_; }
   LineRange uncertain() const;
 
   DripOptions options_;
@@ -61,6 +63,7 @@ class DripSession {
   Loss loss_ = Loss::kNone;
   std::string out_;                        // not yet given to the wire
   std::uint64_t written_ = 0, taken_ = 0;  // bytes ever put into out_, and that the wire took
+  std::uint64_t whole_ = 0;                // of these, up to the end of the newest line that left whole
   std::size_t shown_ = 0;                  // bytes of out_ that output() has shown
   std::deque<Open> open_;                  // lines that are not whole on the wire
   std::uint64_t lines_ = 0, first_line_ = 0, last_line_ = 0;

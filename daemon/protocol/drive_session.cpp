@@ -148,7 +148,7 @@ void DriveSession::on_status(std::uint16_t status, Time now) {
   } else if (step_ == Step::kWatch) {
     complete();
   } else if (phase_ == Phase::kStop) {
-    error_ = {Code::kCancelled, "stopped on request; " + describe(state())};
+    error_ = {Code::kCancelled, "stopped on request; " + range_text()};
     move(Event::kStood);
   } else {
     step_ = Step::kHeld;
@@ -226,9 +226,14 @@ void DriveSession::link_lost(const Error& error) {
 
 void DriveSession::fault(const std::string& what, Event event) {
   const bool opening = is_opening(phase_);
-  error_ = {Code::kLink, opening ? what : what + "; " + describe(state())};
+  error_ = {Code::kLink, opening ? what : what + "; " + range_text()};
   move(event);
   request_ = opening ? std::string() : stop_request();
+}
+
+std::string DriveSession::range_text() const {
+  return describe(state()) +
+         (completed_ == 0 ? "" : "; what has run is the drive's word: it numbers no moves");
 }
 
 /// The block in work; all before it are done as far as the drive's word goes.
@@ -244,9 +249,10 @@ SendState DriveSession::state() const {
   state.sent = completed_ + written_;
   state.acknowledged = completed_ + answered_;
   state.executed = completed_;
-  state.machine = phase_ == Phase::kHold ? (step_ == Step::kHeld ? "Hold" : "Stopping")
-                  : written_             ? "Run"
-                                         : "Idle";
+  state.machine = step_ == Step::kLook     ? ""  // it has not said anything yet
+                  : phase_ == Phase::kHold ? (step_ == Step::kHeld ? "Hold" : "Stopping")
+                  : written_               ? "Run"
+                                           : "Idle";
   if (phase_ != Phase::kDone) state.uncertain = uncertain();
   state.loss = loss_;
   state.refused = refused_;

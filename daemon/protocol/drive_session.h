@@ -33,6 +33,7 @@ class DriveSession {
   bool wants_work() const;
   /// Requires: wants_work().
   void push(NumericBlock block);
+  void pass(const NumericBlock&) {}
   void end_of_program() { ended_ = true; }
   bool wants_rewind() const { return false; }
   std::optional<std::uint64_t> first_block() const { return 0; }
@@ -65,6 +66,7 @@ class DriveSession {
   void ask_stop(Event event, Time now);
   void fault(const std::string& what, Event event = Event::kFailed);
   std::string stop_request() const;
+  std::string range_text() const;
   LineRange uncertain() const;
 
   DriveOptions options_;

@@ -38,7 +38,7 @@ void ModbusSession::look_around(const RingStatus& status, Time now) {
   if (status.state == RingState::kAlarm)
     return fault(Code::kLink,
                  "the machine is in alarm " + std::to_string(status.alarm) +
-                     "; clear it at the controller first: nothing was sent",
+                     "; nothing was sent: end its cause, then `tiltfeed machine unlock`",
                  Event::kAlarm);
   if (options_.attach) return continue_run(status, now);
   if (status.state == RingState::kRunning || status.state == RingState::kHold)
@@ -102,9 +102,8 @@ void ModbusSession::on_command_status(const RingStatus& status, Time now) {
 
 /// After the last block was read back as completed: the axes are where it leads, or it was not executed.
 void ModbusSession::on_place(std::span<const std::uint16_t> words, Time now) {
-  step_ = Step::kClose;
-  step_began_ = now;
-  if (words.size() != kPositionsWords) return;
+  if (words.size() != kPositionsWords)
+    return fault(Code::kLink, "a reading of the positions has the wrong length");
   const std::array<double, 5> at = parse_positions(words, identity_, options_.map.low_word_first);
   bool there = true;
   for (std::size_t i = 0; i < at.size(); ++i) {
@@ -114,18 +113,21 @@ void ModbusSession::on_place(std::span<const std::uint16_t> words, Time now) {
     const double rounding = std::pow(10.0, -(linear ? identity_.linear_exponent : identity_.rotary_exponent));
     there = there && std::abs(off) <= (linear ? options_.tolerance.mm : options_.tolerance.deg) + rounding;
   }
-  if (there) return;
-  step_ = Step::kPlace;
+  if (there) {
+    step_ = Step::kClose;
+    step_began_ = now;
+    return;
+  }
   next_request_ = now + kPlacePoll;
   if (++place_polls_ <= kMostPlacePolls) return;
-  step_ = Step::kStream;
   std::string reported, ends;
   for (std::size_t i = 0; i < at.size(); ++i) {
     reported += (i > 0 ? " " : "") + decimal(at[i], 3);
     ends += std::string(i > 0 ? " " : "") + (end_[i] ? decimal(*end_[i], 3) : "-");
   }
-  fault(Code::kLink, "every block is counted as executed, but the axes (X Y Z tilt rotary) are at " +
-                         reported + " and not at the program's end, " + ends);
+  elsewhere_ = true;
+  fault(Code::kLink,
+        "the axes (X Y Z tilt rotary) are at " + reported + " and not at the program's end, " + ends);
 }
 
 }  // namespace tiltfeed::daemon

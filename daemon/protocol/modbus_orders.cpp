@@ -84,9 +84,7 @@ void ModbusSession::follow_mail(const RingStatus& status, Time now) {
 
 /// The ring was emptied and the session closed, so nobody can go on with it; what was read before stands.
 void ModbusSession::finish_stop() {
-  error_ = {Code::kCancelled,
-            "stopped on request; " +
-                (touched_ == completed_ ? "all blocks that were sent have run" : describe(state()))};
+  error_ = {Code::kCancelled, "stopped on request; " + describe(state())};
   move(Event::kStood);
 }
 

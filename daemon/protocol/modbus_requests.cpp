@@ -31,11 +31,13 @@ void ModbusSession::push(NumericBlock block) {
     return fault(words.error().code, name + ": " + words.error().message);
   }
   if (++pushed_ <= known_) ++accepted_pending_;
-  if (block.op == BlockOp::kRapid || block.op == BlockOp::kFeed) follow_end(block);
+  pass(block);
   pending_.push_back({std::move(block), *words});
 }
 
-void ModbusSession::follow_end(const NumericBlock& block) {
+void ModbusSession::pass(const NumericBlock& block) {
+  last_line_ = block.line;
+  if (block.op != BlockOp::kRapid && block.op != BlockOp::kFeed) return;
   const double to[] = {block.x, block.y, block.z, block.tilt, block.rotary};
   for (std::size_t i = 0; i < end_.size(); ++i) {
     if (((block.kept | block.absent) >> i & 1U) != 0) continue;

@@ -126,8 +126,13 @@ void ModbusSession::on_status(const RingStatus& status, Time now) {
 
 void ModbusSession::on_stream_status(const RingStatus& status, Time now) {
   if (phase_ == Phase::kStop && !mail_.empty() && mail_.front().code == MailboxCode::kClose &&
-      status.command_ack == command_seq_)
-    return finish_stop();
+      status.command_ack == command_seq_) {
+    // A session that is refused its end for the blocks in it has not obeyed the stop either.
+    if (status.command_result == 0 || status.state == RingState::kNoSession) return finish_stop();
+    return fault(Code::kLink,
+                 "the controller refuses the stop: it still has the session and its blocks; "
+                 "`tiltfeed reset` ends that");
+  }
   if (status.state == RingState::kNoSession)
     return lose(Loss::kForgotten, "the controller has dropped the session");
   if (status.session != options_.session_id) return read_again("of another session", now);
@@ -228,18 +233,20 @@ std::string ModbusSession::block_name(std::uint16_t seq) const {
 }
 
 LineRange ModbusSession::uncertain() const {
+  if (step_ == Step::kPlace) return {last_line_, last_line_};
   if (touched_ == completed_ || pending_.empty()) return {};
   const std::size_t last = std::min<std::uint64_t>(touched_ - completed_, pending_.size()) - 1;
   return {pending_.front().block.line, pending_[last].block.line};
 }
 
 void ModbusSession::fault(Code code, const std::string& what, Event event) {
-  // Everything was read back as completed before.
-  if (step_ == Step::kPlace || step_ == Step::kClose) return move(Event::kProved);
+  // Everything was proved before; only the session's end was still out.
+  if (step_ == Step::kClose) return move(Event::kProved);
   error_ = {code, what};
-  if (!is_opening(phase_))
-    error_.message +=
-        "; " + (touched_ == completed_ ? "all blocks that were sent have run" : describe(state()));
+  if (step_ == Step::kPlace)
+    error_.message = "every block is counted as executed, but " +
+                     (elsewhere_ ? "" : std::string("the axes were not read at the program's end: ")) + what;
+  if (!is_opening(phase_)) error_.message += "; " + describe(state());
   move(event);
   request_.clear();
 }
@@ -260,7 +267,7 @@ SendState ModbusSession::state() const {
   if (phase_ == Phase::kRun) state.starved = ran_out_ && state.acknowledged < options_.total;
   state.held = held_;
   state.resends = resends_;
-  state.machine = ring_state_name(status_.state);
+  if (last_status_seq_) state.machine = ring_state_name(status_.state);
   state.line = status_.line;
   if (phase_ != Phase::kDone) state.uncertain = uncertain();
   state.loss = loss_;

@@ -41,9 +41,11 @@ class ModbusSession {
   bool wants_work() const;
   /// Requires: wants_work().
   void push(NumericBlock block);
+  /// One of those: only where it leads counts.
+  void pass(const NumericBlock& block);
   void end_of_program() { ended_ = true; }
   bool wants_rewind() const { return false; }
-  /// Blocks to pass over before the first push; nothing while that is not known yet.
+  /// Blocks to pass() before the first push; nothing while that is not known yet.
   std::optional<std::uint64_t> first_block() const { return skip_; }
 
   void command(const OperatorCommand& command, Time now);
@@ -95,7 +97,6 @@ class ModbusSession {
   void finish_stop();
   void on_place(std::span<const std::uint16_t> words, Time now);
   void note_hold(bool asked, Time now);
-  void follow_end(const NumericBlock& block);
   void on_command_status(const RingStatus& status, Time now);
   void on_stream_status(const RingStatus& status, Time now);
   bool advance(const RingStatus& status, Time now);
@@ -137,8 +138,10 @@ class ModbusSession {
   Time late_{};         // the longest time without a heartbeat since the machine ran
 
   std::array<std::optional<double>, 5>
-      end_;  // where the blocks lead: X Y Z tilt rotary, as far as that is known
+      end_;                      // where the blocks lead: X Y Z tilt rotary, as far as that is known
+  std::uint64_t last_line_ = 0;  // of the program's last block so far
   int place_polls_ = 0;
+  bool elsewhere_ = false;  // after so many readings the axes were still not at the end
 
   std::string request_;  // out, not answered yet
   bool request_reads_status_ = false, read_only_next_ = false, use_fc23_ = true;

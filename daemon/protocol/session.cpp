@@ -109,14 +109,17 @@ std::string quote_line(std::uint64_t number, const std::string& text) {
 }
 
 std::string describe(const SendState& state) {
+  if (state.sent == 0) return "no line was sent";
+  // The counts decide: that no lines can be named proves nothing.
+  if (state.executed >= state.sent)
+    return "all " + std::to_string(state.sent) + " blocks that were sent have run";
   const LineRange& lines = state.uncertain;
-  if (lines.first == 0)
-    return state.sent == 0 ? "no line was sent"
-                           : "all " + std::to_string(state.sent) + " blocks that were sent have run";
-  return "blocks " + std::to_string(state.executed + 1) + " to " +
-         std::to_string(std::max(state.sent, state.executed + 1)) + " may have run (lines " +
-         std::to_string(lines.first) + " to " + std::to_string(lines.last) +
-         " of the file); earlier ones have, later ones have not";
+  return "blocks " + std::to_string(state.executed + 1) + " to " + std::to_string(state.sent) +
+         " may have run" +
+         (lines.first == 0 ? ""
+                           : " (lines " + std::to_string(lines.first) + " to " + std::to_string(lines.last) +
+                                 " of the file)") +
+         "; earlier ones have, later ones have not";
 }
 
 }  // namespace tiltfeed::daemon

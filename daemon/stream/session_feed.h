@@ -82,8 +82,12 @@ class BlockFeed {
         session.end_of_program();
         return {};
       }
-      // Of another span, or completed before this process came.
-      if (count_ <= span_.after + *session.first_block()) continue;
+      if (count_ <= span_.after) continue;
+      // Completed before this process came.
+      if (count_ <= span_.after + *session.first_block()) {
+        session.pass(block);
+        continue;
+      }
       if (const Result<void> noted = reserve.before(count_, block.line); !noted) return noted;
       session.push(std::move(block));
     }

@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,9 @@ struct FakeRing {
   std::uint16_t nack = 0, nack_seq = 0, alarm = 0;
   int slots = 32, used = 0, windows = 0, heartbeats = 0, bad_crc = 0;
   bool end_seen = false;
+  bool keeps_session = false;        // refuses to stop and to close
+  std::uint16_t result = 0;          // of the newest command
+  std::optional<Words> positions;    // as they are read; nothing: it reports none
   std::vector<std::uint32_t> lines;  // of accepted blocks, in order
   Words last_block;
   std::map<int, int> commands;  // code -> times executed
@@ -44,6 +48,8 @@ struct FakeRing {
     if (words[1] == ack) return;
     ack = words[1];
     ++commands[words[2]];
+    result = keeps_session && (words[2] == 4 || words[2] == 8) ? 1 : 0;
+    if (result != 0) return;
     if (words[2] == 1) {
       session = words[0];
       accepted = completed = 0;
@@ -103,7 +109,7 @@ struct FakeRing {
     if (address == 0)
       words = {0x5446,
                1,
-               static_cast<std::uint16_t>(fc23 ? 3 : 2),
+               static_cast<std::uint16_t>((fc23 ? 3 : 2) | (positions ? 4 : 0)),
                static_cast<std::uint16_t>(slots),
                16,
                7,
@@ -131,7 +137,7 @@ struct FakeRing {
                nack,
                nack_seq,
                ack,
-               0,
+               result,
                100,
                0,
                0,
@@ -144,6 +150,7 @@ struct FakeRing {
                0,
                status_seq};
     }
+    if (address == 0x0220 && positions) words = *positions;
     return words;
   }
   /// Write first, then read, as FC23 does.
