@@ -9,6 +9,7 @@
 #include <ostream>
 
 #include "daemon/journal/tool_return.h"
+#include "daemon/machine/advice.h"
 #include "daemon/machine/tool_guide.h"
 
 namespace tiltfeed::daemon {
@@ -50,6 +51,7 @@ Result<void> change_in_program(const std::string& program, const ToolChange& cha
   StreamHooks hooks;
   hooks.progress = [&](const SendState&) { return !ended(); };
   ToolGuide guide;
+  guide.orders = orders_in_change(spec.kind);
   guide.act = [&](const std::string& name, const std::vector<std::string>& words) {
     return perform_order(bench, name, words);
   };

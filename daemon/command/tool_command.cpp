@@ -74,6 +74,7 @@ int ToolCommand::Options::tell(const json& answer) const {
 int ToolCommand::Options::guide(std::uint64_t job, const json& shown) const {
   ToolGuide guide;
   guide.title = shown.value("text", "");
+  guide.orders = shown.value("orders", "");
   guide.wants_length = shown.contains("program_length") && !shown.contains("length");
   guide.act = [this](const std::string& name, const std::vector<std::string>& said) {
     return act_through(socket, name, said);
@@ -106,8 +107,8 @@ int ToolCommand::run() const {
                      ((order == "show" || order == "go" || order.empty()) && words.size() <= 1);
   if (!known)
     return complain({Code::kUsage,
-                     "tool: it is `tool [JOB] [show | length MM | go]`; the machine's own commands "
-                     "are `tiltfeed machine tool park`, `tool measure`, `jog`, `probe`"});
+                     "tool: it is `tool [JOB] [show | length MM | go]`; without words, on a terminal, it "
+                     "takes the machine's own commands, too"});
   if (order == "length" || order == "show" || (order.empty() && o.as_json)) {
     const Result<json> answer =
         o.ask(job, order == "show" ? "" : order, words.size() > 1 ? words[1] : "", false);

@@ -288,7 +288,7 @@ Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const co
     approach_by_axes(steps, before, machine, options, reprap);
   if (!steps.limit.empty())
     return fail(Code::kLimit, "re-entry before block " + std::to_string(options.from) + ", " + steps.limit +
-                                  "; choose a shorter --retract or another block");
+                                  "; enter at another block");
   const Result<Remarks> remarks = remarks_at(program, found->line);
   if (!remarks) return tl::unexpected<Error>(remarks.error());
   for (const std::string& mode : before.mode_lines(options.plunge_feed)) steps.line(mode);

@@ -93,7 +93,8 @@ Joints over(const MachineModel& machine, const ReturnOptions& options, const Joi
 /// The profile's line that takes the tool off along the machine's Z. Errors: kUsage where it states none.
 Result<std::string> retract_line(const config::ProgramFormat& format) {
   if (format.retract == "none")
-    return fail(Code::kUsage, "the profile states no retract line (program.retract: none); jog the tool off");
+    return fail(Code::kUsage,
+                "the profile states no retract line (program.retract: none); move the tool off by hand");
   const bool usual = format.retract.empty() || format.retract == "default";
   return usual ? std::string("G53 G0 Z0") : format.retract;
 }

@@ -40,14 +40,6 @@ constexpr MachineOrder kOrders[] = {
      grbl_override, reprap_override, ring_override},
 };
 
-/// Nothing: this kind of controller has no words for it.
-MachineDeed deed_of(const MachineOrder& order, LinkKind kind) {
-  if (kind == LinkKind::kGrbl) return order.grbl;
-  if (kind == LinkKind::kRepRap) return order.reprap;
-  if (is_ring(kind)) return order.ring;
-  return is_drive(kind) ? order.drive : nullptr;
-}
-
 /// What there is over a link.
 std::string what_can(LinkKind kind) {
   if (kind == LinkKind::kDrip) return "nothing but a program is sent there";
@@ -60,6 +52,13 @@ std::string what_can(LinkKind kind) {
 }  // namespace
 
 std::span<const MachineOrder> machine_orders() { return kOrders; }
+
+MachineDeed deed_of(const MachineOrder& order, LinkKind kind) {
+  if (kind == LinkKind::kGrbl) return order.grbl;
+  if (kind == LinkKind::kRepRap) return order.reprap;
+  if (is_ring(kind)) return order.ring;
+  return is_drive(kind) ? order.drive : nullptr;
+}
 
 const MachineOrder* find_machine_order(std::string_view name) {
   for (const MachineOrder& one : kOrders)

@@ -27,6 +27,8 @@ struct MachineOrder {
 };
 
 std::span<const MachineOrder> machine_orders();
+/// Nothing: this kind of controller has no words for it.
+MachineDeed deed_of(const MachineOrder& order, LinkKind kind);
 /// Nothing where there is no such command.
 const MachineOrder* find_machine_order(std::string_view name);
 

@@ -10,11 +10,13 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-constexpr const char* kHelp =
-    "Mount the tool. Then: a number is its length from gauge line to tip in mm; `tool measure Z-30 F50 "
-    "setter=-120.5` measures it; `go` shows the way back and asks; `quit` ends the run here. Other commands "
-    "of "
-    "`tiltfeed machine` are possible, too (jog X-10, status, probe Z-20, tool park).\n";
+std::string help(const std::string& orders) {
+  const bool measures = orders.find("tool measure") != orders.npos;
+  return std::string("Mount the tool. Then: a number is its length from gauge line to tip in mm; ") +
+         (measures ? "`tool measure Z-30 F50 setter=-120.5` measures it; " : "") +
+         "`go` shows the way back and asks; `quit` ends the run here.\n" +
+         (orders.empty() ? "" : "Of the commands of `tiltfeed machine` there are " + orders + ".\n");
+}
 
 std::vector<std::string> split(const std::string& text) {
   std::vector<std::string> words;
@@ -35,7 +37,7 @@ class Talk {
   Talk(const ToolGuide& guide, std::istream& in, std::ostream& out) : guide_(guide), in_(in), out_(out) {}
 
   Result<void> run() {
-    out_ << guide_.title << "\n" << kHelp;
+    out_ << guide_.title << "\n" << help(guide_.orders);
     for (std::string line; out_ << "tool change> " << std::flush, std::getline(in_, line);) {
       const std::vector<std::string> words = split(line);
       if (words.empty()) continue;

@@ -15,7 +15,8 @@ namespace tiltfeed::daemon {
 struct ToolGuide {
   std::string title;  ///< what stands where
   bool wants_length = false;
-  MachineAct act;                                                 ///< of the machine's commands
+  std::string orders = {};  ///< of the machine, as orders_in_change() has them
+  MachineAct act;           ///< of the machine's commands
   std::function<Result<std::string>(double length)> take_length;  ///< says how it compares with the program's
   std::function<Result<std::string>()> way_back;                  ///< what would move, for the operator
 };

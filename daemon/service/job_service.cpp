@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "daemon/machine/advice.h"
 #include "daemon/service/job_origin.h"
 #include "daemon/service/run_place.h"
 
@@ -158,7 +159,8 @@ void JobService::ask(const ApiRequest& request, std::uint32_t user, HandedFiles 
   if (request.op == ApiOp::kHistory) return done(history(request.job, request.from.value_or(0)));
   if (request.op == ApiOp::kReset) return done(reset(request));
   if (request.op == ApiOp::kMachine) return done(machine(request));
-  if (request.op == ApiOp::kStop && request.job == 0 && worker_->busy())
+  const bool ends = request.op == ApiOp::kHold || request.op == ApiOp::kStop;
+  if (ends && request.job == 0 && worker_->busy())
     return worker_->stop(), done(write_text(worker_->name() + " is told to end"));
   const Result<SpooledJob> job = request.job == 0 ? job_on_machine() : spool_.find(request.job);
   if (!job) return done(tl::unexpected<Error>(job.error()));
@@ -196,14 +198,17 @@ Result<std::string> JobService::act(const SpooledJob& job, const ApiRequest& req
     return write_text("not started: nothing has moved");
   }
   if (ends && job.state == JobState::kToolChange) {
+    const bool moves = worker_->busy();
+    if (moves) worker_->stop();
     if (request.op == ApiOp::kHold)
-      return write_text("the machine stands before a tool change: nothing moves");
-    if (worker_->busy()) worker_->stop();
-    changing_ = {};
+      return write_text(moves ? worker_->name() + " is told to end"
+                              : "it waits for a tool change: nothing of it moves");
+    const std::string parked = changing_.job == job.id ? changing_.parked : "";
+    if (changing_.job == job.id) changing_ = {};
     if (const Result<void> kept = keep(job, JobState::kStopped, "stopped at the tool change: " + job.note);
         !kept)
       return tl::unexpected<Error>(kept.error());
-    return write_text("stopped; the machine stands where it was parked");
+    return write_text(parked.empty() ? "stopped" : "stopped; machine: " + parked);
   }
   switch (request.op) {
     case ApiOp::kHold:
@@ -278,12 +283,11 @@ Result<std::string> JobService::command(const SpooledJob& job, const OperatorCom
     return write_text("told the machine");
   if (job.state == JobState::kInterrupted && command.order == Order::kStop) return forget_run(job);
   const bool left = job.state == JobState::kInterrupted || job.state == JobState::kUncertain;
-  return fail(
-      Code::kUsage,
-      "job " + std::to_string(job.id) + " is " + shown_state(job) + ", not on the machine" +
-          (left ? "; `tiltfeed reset` ends what the controller may still have of it, `tiltfeed remove " +
-                      std::to_string(job.id) + "` forgets it"
-                : ""));
+  return fail(Code::kUsage, "job " + std::to_string(job.id) + " is " + shown_state(job) +
+                                ", not on the machine" +
+                                (left ? "; " + forget_advice(link_.kind) + ", `tiltfeed remove " +
+                                            std::to_string(job.id) + "` forgets it"
+                                      : ""));
 }
 
 Result<std::string> JobService::remove(const SpooledJob& job) {

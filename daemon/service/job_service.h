@@ -94,6 +94,7 @@ class JobService {
   std::string change_text() const;
   Result<std::string> machine(const ApiRequest& request);
   Result<std::string> follow_order(const ApiRequest& request);
+  void note_moved(const MachineOrder& order, const std::vector<std::string>& words);
   Result<std::string> while_running(const MachineOrder& order, const std::vector<std::string>& words);
   Result<SpooledJob> job_on_machine();
   Result<std::string> run(SpooledJob job, const ProgramRun& prepared, const ResumeDecision& decision,

@@ -1,9 +1,11 @@
 // What an operator asks of the machine between jobs, and the little that is possible while one is on it.
 
+#include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "daemon/machine/advice.h"
 #include "daemon/protocol/grbl_words.h"
 #include "daemon/service/job_service.h"
 #include "daemon/service/run_place.h"
@@ -51,9 +53,11 @@ ordered_json status_of(const RunView& view) {
                        {"executed", state.executed},
                        {"blocks", state.total}};
   json.update(ordered_json::parse(run_place_json(state)));
-  std::string text = "state    " + grbl_state_text(state.machine, 0) + "\njob      " +
-                     std::to_string(view.job) + ", " + phase_name(state.phase) + ", " +
-                     std::to_string(state.executed) + " of " + std::to_string(state.total) + " blocks";
+  std::string text =
+      "state    " +
+      (state.machine.empty() ? "the controller has not said" : grbl_state_text(state.machine, 0)) +
+      "\njob      " + std::to_string(view.job) + ", " + phase_name(state.phase) + ", " +
+      std::to_string(state.executed) + " of " + std::to_string(state.total) + " blocks";
   if (const std::string place = describe(state.place); !place.empty()) text += "\nprogram  " + place;
   std::string overrides;
   const auto tell = [&](const char* name, int percent) {
@@ -86,7 +90,18 @@ Result<std::string> JobService::machine(const ApiRequest& request) {
     return fail(Code::kUsage, worker_->name() + " is in work on the machine; `tiltfeed stop` ends it");
   // What an operator moves or changes must not be surprised by a job that starts by itself.
   if (!order->while_running) queue_moves_ = false;
+  note_moved(*order, words);
   return order_reply({{"order", worker_->start(config_.machine, link_, request.command, words)}});
+}
+
+/// What was said of a parked machine is true no longer.
+void JobService::note_moved(const MachineOrder& order, const std::vector<std::string>& words) {
+  constexpr std::string_view kKeeping[] = {"status", "override", "offsets", "settings"};
+  if (changing_.job == 0 ||
+      std::find(std::begin(kKeeping), std::end(kKeeping), order.name) != std::end(kKeeping))
+    return;
+  changing_.parked = "after `machine " + std::string(order.name) + (words.empty() ? "" : " " + words[0]) +
+                     "`; `machine status` shows where it stands";
 }
 
 Result<std::string> JobService::follow_order(const ApiRequest& request) {
@@ -106,9 +121,10 @@ Result<std::string> JobService::while_running(const MachineOrder& order,
                                               const std::vector<std::string>& words) {
   const RunView view = runner_->view();
   if (!order.while_running)
-    return fail(Code::kUsage,
-                std::string(order.name) + " is not possible while job " + std::to_string(view.job) +
-                    " is on the machine; status, override, `tiltfeed hold`, `resume` and `stop` are");
+    return fail(Code::kUsage, std::string(order.name) + " is not possible while job " +
+                                  std::to_string(view.job) + " is on the machine; status, " +
+                                  (can_order(link_.kind, "override") ? "override, " : "") +
+                                  "`tiltfeed hold`, `resume` and `stop` are");
   if (std::string(order.name) == "status") return order_reply(status_of(view));
   const Result<OperatorCommand> command = override_of(words);
   if (!command) return tl::unexpected<Error>(command.error());

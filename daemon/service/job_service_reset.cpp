@@ -59,6 +59,7 @@ void JobService::take_reset_end() {
   const Result<std::string> ended = reset_.get();
   reset_text_ = ended ? "done: " + *ended : "failed: " + ended.error().message;
   log(ended ? Severity::kWarning : Severity::kError, 0, "reset " + reset_text_);
+  if (changing_.job != 0) changing_.parked = "after a reset, " + reset_text_;
   const auto jobs = spool_.list();
   if (!ended || !jobs) return;
   for (const SpooledJob& job : *jobs)

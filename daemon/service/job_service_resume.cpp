@@ -9,6 +9,7 @@
 #include "config/output_file.h"
 #include "daemon/files/sha256.h"
 #include "daemon/journal/reentry.h"
+#include "daemon/machine/advice.h"
 #include "daemon/machine/machine_place.h"
 #include "daemon/service/job_origin.h"
 #include "daemon/service/job_service.h"
@@ -67,8 +68,9 @@ Result<ProgramRun> write_entry(const EntryOrder& order) {
 }
 
 /// After a service that ended, or a way back that did.
-constexpr const char* kNotKnown =
-    "where it stands is not known; `tiltfeed machine tool park` takes the tool off";
+std::string not_known(LinkKind kind) {
+  return "whether and where it stands is not known; " + tool_off_advice(kind);
+}
 
 }  // namespace
 
@@ -147,7 +149,8 @@ void JobService::go_on(const SpooledJob& job, Done done) {
       ProgramRun run_of = *prepared;
       run_of.stand_at(decision.executed);
       if (decision.way == ResumeWay::kToolChange && run_of.next_change())
-        return stand_before(job, *run_of.next_change(), kNotKnown, decision.text), write_text(decision.text);
+        return stand_before(job, *run_of.next_change(), not_known(link_.kind), decision.text),
+               write_text(decision.text);
       if (decision.way == ResumeWay::kFinished)
         return set(job, JobState::kDone, decision.text), write_text(decision.text);
       if (decision.way == ResumeWay::kUncertain)
@@ -262,7 +265,7 @@ void JobService::judge_run_end(const RunView& view) {
   // A controller that was asked in vain says nothing about what it was given before.
   if (!end->opened) why += "; " + range_text(decision, job->total);
   if (decision.way == ResumeWay::kToolChange && end->change)
-    return stand_before(*job, *end->change, kNotKnown, why);
+    return stand_before(*job, *end->change, not_known(link_.kind), why);
   if (end->state.phase == Phase::kStopped) return set(*job, JobState::kStopped, why);
   // A controller that restarted or forgot the run has said so: asking it again will not help.
   const bool lost = end->state.loss == Loss::kRestarted || end->state.loss == Loss::kForgotten;
@@ -309,7 +312,7 @@ Result<void> JobService::settle() {
         set(job, JobState::kDone, text);
         break;
       case ResumeWay::kToolChange:
-        if (at.next_change()) stand_before(job, *at.next_change(), kNotKnown, text);
+        if (at.next_change()) stand_before(job, *at.next_change(), not_known(link_.kind), text);
         break;
       case ResumeWay::kUncertain:
         set(job, JobState::kUncertain, text);

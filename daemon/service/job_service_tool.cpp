@@ -7,6 +7,7 @@
 #include "config/job.h"
 #include "config/output_file.h"
 #include "daemon/journal/tool_return.h"
+#include "daemon/machine/advice.h"
 #include "daemon/service/job_service.h"
 #include "kinematics/basics/decimal.h"
 
@@ -90,18 +91,20 @@ Result<std::string> JobService::take_length(const SpooledJob& job, const std::st
 }
 
 void JobService::tool(const SpooledJob& job, const ApiRequest& request, Done done) {
-  if (job.state != JobState::kToolChange || changing_.job != job.id)
+  if (job.state != JobState::kToolChange || changing_.job != job.id) {
+    const std::string advice = tool_by_hand_advice(link_.kind);
     return done(fail(Code::kUsage, name_of(job.id) + " is " + shown_state(job) +
-                                       ": it waits for no tool change; `tiltfeed machine tool` is for a tool "
-                                       "that no program waits for"));
+                                       ": it waits for no tool change" +
+                                       (advice.empty() ? "" : "; " + advice)));
+  }
   if (request.command == "go") return go_back(job, request.confirmed, std::move(done));
   if (request.command == "length") return done(take_length(job, request.words));
+  const std::string orders = orders_in_change(link_.kind);
   if (!request.command.empty())
-    return done(fail(Code::kUsage,
-                     "tool: nothing, length and go are possible; the machine's own commands are "
-                     "(tool park, tool measure, jog, probe)"));
+    return done(fail(Code::kUsage, "tool: nothing, length and go are possible" +
+                                       (orders.empty() ? "" : "; of the machine's own commands " + orders)));
   ordered_json shown = ordered_json::parse(job_json(job, queue()));
-  shown.update({{"v", kApiVersion}, {"ok", true}, {"text", change_text()}});
+  shown.update({{"v", kApiVersion}, {"ok", true}, {"text", change_text()}, {"orders", orders}});
   done(shown.dump(-1, ' ', true, ordered_json::error_handler_t::replace) + "\n");
 }
 

@@ -338,7 +338,7 @@ TEST_P(JobWays, B9EveryStateHasItsWaysOut) {
     reset();  // of what the controller still has of it
   } else {
     no_way(cut, "start", ApiOp::kStart, "is uncertain");
-    no_way(cut, "stop", ApiOp::kStop, "tiltfeed reset");
+    no_way(cut, "stop", ApiOp::kStop, drip() ? "a reset at the control" : "tiltfeed reset");
     no_way(cut, "resume", ApiOp::kResume, "cannot go on by itself");
     reset();
     enter_near_the_end(cut);
@@ -386,6 +386,11 @@ TEST_P(JobChanges, D21AToolChangeHasItsWaysOut) {
   open();
   ASSERT_EQ(state(job), "tool change") << field(job, "note");
   walked_.insert("tool change -- restart --> tool change");
+  const bool parks = !ring();
+  EXPECT_EQ(field(job, "parked").find("machine tool park") != std::string::npos, parks)
+      << field(job, "parked");
+  EXPECT_EQ(field(job, "parked").find("`tiltfeed reset`") != std::string::npos, !parks)
+      << field(job, "parked");
   EXPECT_TRUE(good(tool(job, "length", "80")));
   go(job, "tool change");
   EXPECT_NE(field(job, "note").find("T4, before"), std::string::npos) << field(job, "note");

@@ -146,16 +146,42 @@ TEST_F(MachineService, AContinuousJogLastsAsLongAsItIsAskedFor) {
 }
 
 TEST_F(MachineService, AMotionIsStoppedByItsOrderAndByStop) {
-  for (const bool by_order : {true, false}) {
-    const json begun = order("jog", by_order ? "X150 F300" : "X-150 F300");
+  double to = 150.0;
+  for (const std::optional<ApiOp> by :
+       {std::optional<ApiOp>(), std::optional(ApiOp::kStop), std::optional(ApiOp::kHold)}) {
+    const json begun = order("jog", "X" + std::to_string(to) + " F300");
+    to = -to;
     ASSERT_TRUE(good(begun)) << begun;
     const auto number = begun["order"];
-    EXPECT_TRUE(good(by_order ? follow(number, false, true) : job(ApiOp::kStop)));
+    EXPECT_TRUE(good(by ? job(*by) : follow(number, false, true)));
     json ended;
     until([&] { return !(ended = follow(number)).contains("in_work"); });
     EXPECT_TRUE(has(ended, "stopped on request")) << ended;
     EXPECT_EQ(say("status")["result"]["state"], "Idle");
   }
+}
+
+/// A machine that was moved, reset or stopped is not called parked.
+TEST_F(MachineService, AtAToolChangeWhatIsSaidOfTheMachineIsTrue) {
+  EXPECT_TRUE(good(submit_text("G21\nG90\nG94\nG0 X0 Y0 Z50 A0 C0\nT3 M6\nG0 X1\nM2\n")));
+  until([&] { return state(1) == "ready"; });
+  ASSERT_TRUE(good(job(ApiOp::kStart, 1)));
+  until([&] { return state(1) == "tool change"; });
+  const auto parked = [&] { return job(ApiOp::kShow, 1).value("parked", ""); };
+  EXPECT_EQ(parked(), "parked, spindle and coolant off");
+  EXPECT_TRUE(good(say("status")));
+  EXPECT_EQ(parked(), "parked, spindle and coolant off");
+  const json begun = order("jog", "X150 F300");
+  ASSERT_TRUE(good(begun)) << begun;
+  EXPECT_NE(parked().find("after `machine jog"), std::string::npos) << parked();
+  // The job's own hold ends what moves, too.
+  EXPECT_NE(job(ApiOp::kHold, 1).value("text", "").find("told to end"), std::string::npos);
+  json ended;
+  until([&] { return !(ended = follow(begun["order"])).contains("in_work"); });
+  EXPECT_TRUE(has(ended, "stopped on request")) << ended;
+  const std::string said = job(ApiOp::kStop, 1).value("text", "");
+  EXPECT_EQ(said.find("was parked"), std::string::npos) << said;
+  EXPECT_NE(said.find("after `machine jog"), std::string::npos) << said;
 }
 
 TEST(PlanStage, IsReadFromWhatThePlannerWrites) {
