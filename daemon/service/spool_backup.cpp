@@ -37,10 +37,34 @@ Result<Db> open_db(const std::string& path, int flags) {
   return owned;
 }
 
+/// A table that others may write meanwhile is read as of one moment, for which SQLite writes beside it: who
+/// may only read the spool is told that, and not that a file of the copy failed.
+Result<void> check_source(const fs::path& spool) {
+  const std::string table = table_path(spool.string());
+  if (::faccessat(AT_FDCWD, table.c_str(), F_OK, AT_EACCESS) != 0 && errno == ENOENT)
+    return fail(Code::kUsage, table + ": is not there: this folder is no spool");
+  for (const std::string& path : {spool.string(), table, table + "-wal", table + "-shm"}) {
+    if (::faccessat(AT_FDCWD, path.c_str(), R_OK | W_OK, AT_EACCESS) == 0 || errno == ENOENT) continue;
+    const std::string what = path + ": cannot be read and written (" + std::strerror(errno) + "), ";
+    if (errno == EROFS)
+      return fail(Code::kIo,
+                  what +
+                      "so that nothing keeps a copy to one moment: stop the service, then copy the "
+                      "folder itself (cp -a " +
+                      spool.string() + ")");
+    return fail(Code::kUsage, what + "as a backup has to: run it as the user of the service, or as root");
+  }
+  return {};
+}
+
 /// As of one moment, whoever writes meanwhile.
 Result<void> copy_table(const std::string& from, const std::string& to) {
   const Result<Db> source = open_db(from, SQLITE_OPEN_READWRITE);
   if (!source) return tl::unexpected<Error>(source.error());
+  // What is wrong with the source would be told of the copy.
+  if (sqlite3_exec(source->get(), "SELECT count(*) FROM sqlite_master", nullptr, nullptr, nullptr) !=
+      SQLITE_OK)
+    return fail(Code::kIo, from + ": " + sqlite3_errmsg(source->get()));
   const Result<Db> copy = open_db(to, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
   if (!copy) return tl::unexpected<Error>(copy.error());
   sqlite3_backup* const work = sqlite3_backup_init(copy->get(), "main", source->get(), "main");
@@ -119,6 +143,8 @@ Result<std::uint64_t> back_up(const std::string& spool, const std::string& to) {
   const std::string own = fs::weakly_canonical(spool, failed).string() + "/";
   if (fs::weakly_canonical(whole, failed).string().starts_with(own))
     return fail(Code::kUsage, to + ": is in the spool itself, and is lost with it; name another folder");
+  if (const Result<void> checked = check_source(spool); !checked)
+    return tl::unexpected<Error>(checked.error());
   if (const Result<void> made = make_own(part); !made) return tl::unexpected<Error>(made.error());
   const Result<std::uint64_t> jobs = copy_all(spool, part);
   if (!jobs) {

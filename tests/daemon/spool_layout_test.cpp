@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "daemon/files/sha256.h"
@@ -223,6 +224,35 @@ TEST_F(Layout, C19ACopyOfASpoolIsOneAndUnderstatesNothing) {
   const std::string begun = answer_of(*jobs, show);
   EXPECT_NE(begun.find("\"state\":\"uncertain\""), std::string::npos) << begun;
   EXPECT_NE(begun.find("blocks 1 to 5 may have run"), std::string::npos) << begun;
+}
+
+/// Who may read the spool, and not write it.
+TEST_F(Layout, C19ABackupThatCannotReadTheSpoolSaysWhy) {
+  const std::string spool = folder_.path + "/spool", copies = folder_.path + "/copies";
+  ASSERT_TRUE(open());
+  std::filesystem::create_directory(copies);
+  std::filesystem::permissions(copies, std::filesystem::perms::all);
+  ASSERT_EQ(::chmod(spool.c_str(), 0555), 0);
+  ASSERT_EQ(::chmod((spool + "/jobs.db").c_str(), 0444), 0);
+  const bool root = ::geteuid() == 0;
+  constexpr uid_t kNobody = 65534;
+  ASSERT_EQ(root ? ::seteuid(kNobody) : 0, 0);
+  const auto copied = back_up(spool, copies + "/copy");
+  const auto none = back_up(folder_.path + "/elsewhere", copies + "/copy");
+  ASSERT_EQ(root ? ::seteuid(0) : 0, 0);
+  ASSERT_EQ(::chmod(spool.c_str(), 0755), 0);
+  ASSERT_FALSE(copied);
+  EXPECT_TRUE(copied.error().message.starts_with(spool)) << copied.error().message;
+  EXPECT_NE(copied.error().message.find("run it as the user of the service"), std::string::npos)
+      << copied.error().message;
+  EXPECT_EQ(copied.error().code, Code::kUsage);
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().message.find("no spool"), std::string::npos) << none.error().message;
+  EXPECT_TRUE(std::filesystem::is_empty(copies));
+  folder_.write("spool/jobs.db", std::string(5000, 'x'));
+  const auto damaged = back_up(spool, copies + "/copy");
+  ASSERT_FALSE(damaged);
+  EXPECT_TRUE(damaged.error().message.starts_with(spool)) << damaged.error().message;
 }
 
 }  // namespace
