@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <iostream>
@@ -15,6 +16,7 @@
 
 #include "config/machine_profile.h"
 #include "daemon/command/command.h"
+#include "daemon/command/patient_writer.h"
 #include "daemon/command/send_tool.h"
 #include "daemon/service/state_lock.h"
 #include "daemon/stream/stream.h"
@@ -116,8 +118,9 @@ class Keys {
 /// On a terminal one line, rewritten; elsewhere a line a phase, and one every few seconds.
 class StatusLine {
  public:
-  /// False when it cannot be written any more.
+  /// Waits for nobody. False when it cannot be written any more.
   bool show(const SendState& state) {
+    if (out_.failed()) return false;
     const auto now = std::chrono::steady_clock::now();
     const bool fresh = shown_ != phase_name(state.phase);
     if (!open_ || (!fresh && now - at_ < (terminal_ ? kRedraw : kHeartbeat))) return true;
@@ -125,7 +128,10 @@ class StatusLine {
     at_ = now;
     const double share =
         state.total > 0 ? static_cast<double>(state.acknowledged) / static_cast<double>(state.total) : 0.0;
-    if (!terminal_) return std::fprintf(stderr, "send: %s %.0f %%\n", shown_.c_str(), share * 100.0) > 0;
+    if (!terminal_) {
+      out_.write("send: " + shown_ + " " + std::to_string(std::lround(share * 100.0)) + " %\n", false);
+      return true;
+    }
     std::string text = "send: " + shown_ + ", " + std::to_string(state.acknowledged) + " of " +
                        std::to_string(state.total) + " blocks taken, " + std::to_string(state.executed) +
                        " executed";
@@ -133,19 +139,21 @@ class StatusLine {
     if (state.feed_override > 0) text += ", feed " + std::to_string(state.feed_override) + " %";
     if (!state.held.empty()) text += ", " + state.held;
     if (!state.refused.empty()) text += " (" + state.refused + ")";
-    return std::fprintf(stderr, "\r\033[K%s", text.c_str()) > 0 && std::fflush(stderr) == 0;
+    out_.write("\r\033[K" + text, true);
+    return true;
   }
-  void say(const char* text) const {
-    if (terminal_) std::fprintf(stderr, "%s\n", text);
+  void say(const std::string& text) {
+    if (terminal_) out_.write(text + "\n", false);
   }
   ~StatusLine() {
-    if (terminal_ && !shown_.empty()) std::fprintf(stderr, "\r\033[K");
+    if (terminal_ && !shown_.empty()) out_.write("\r\033[K", false);
   }
 
  private:
   static constexpr std::chrono::milliseconds kRedraw{100}, kHeartbeat{2000};
   const bool open_ = ::fcntl(STDERR_FILENO, F_GETFD) >= 0;  // it may have been closed from the start
   const bool terminal_ = isatty(STDERR_FILENO) == 1;
+  PatientWriter out_{STDERR_FILENO};
   std::string shown_;
   std::chrono::steady_clock::time_point at_;
 };

@@ -25,8 +25,8 @@ def targets(count):
 
 
 class Bench(Run):
-    def machine(self):
-        device = self.simulate("--pty", f"{self.work}/grbl", "--speed", "1", "--trace", f"{self.work}/trace.csv")
+    def machine(self, speed="1"):
+        device = self.simulate("--pty", f"{self.work}/grbl", "--speed", speed, "--trace", f"{self.work}/trace.csv")
         return device, self.processes[-1]
 
     def cutting(self, before):
@@ -84,6 +84,11 @@ class Terminal:
             except OSError:
                 return False
         return True
+
+    def left(self):
+        """Whether the program has ended; reads what it says meanwhile."""
+        self.read(0)
+        return os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
     def press(self, key):
         os.write(self.fd, key.encode("ascii"))
@@ -161,6 +166,19 @@ def keys(bench, device):
     bench.stands(device, "q")
 
 
+def terminal_takes_nothing(bench):
+    """Ctrl-S, or a connection that hangs: the run goes on to its end meanwhile."""
+    device, machine = bench.machine("max")
+    write_feeds(f"{bench.work}/program.nc", targets(400), 300)
+    terminal = Terminal(bench, bench.send(device))
+    terminal.until("no word of the keys", r"keys: h hold")
+    terminal.press("\x13")
+    bench.until("the machine waits for the terminal", lambda: len(bench.rows()) >= 400, LIMIT_S)
+    terminal.press("\x11")
+    bench.want(terminal.ends() == 0, f"a terminal that was stopped: {terminal.text}")
+    machine.kill()
+
+
 def main():
     bench = Bench(sys.argv[1], sys.argv[2])
     write_feeds(f"{bench.work}/program.nc", targets(4000), 300)
@@ -168,6 +186,9 @@ def main():
     for case in (signals, pipe_nobody_reads, terminal_is_closed, keys):
         case(bench, device)
     bench.want(machine.poll() is None, "the machine is gone")
+    machine.kill()
+    machine.wait()
+    terminal_takes_nothing(bench)
     bench.end()
 
 
