@@ -114,6 +114,8 @@ int run(int argc, char** argv) {
   planning->add_flag("!--no-proof", files.prove,
                      "do not hold the printed moves against the part; the program's header says so");
   planning->add_option("--progress", progress, "file that holds stage and percentage while it plans");
+  planning->add_flag("--alone", files.alone,
+                     "as a service plans: only job and part are there, a fixture of a file is refused");
   planning->add_flag("--json", files.as_json, "print the report (JSON) instead of its summary");
   planning->add_option("--gouge-picture", files.gouge_picture,
                        "picture (PNG) of the deepest gouge where the program is refused");

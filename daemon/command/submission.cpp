@@ -8,22 +8,9 @@
 
 #include "config/job.h"
 #include "daemon/command/command.h"
+#include "daemon/plan/plan_program.h"
 
 namespace tiltfeed::daemon {
-
-namespace {
-
-/// Only its text and its part go.
-Result<void> goes_whole(const config::Job& job) {
-  for (const config::Fixture& fixture : job.fixtures)
-    if (fixture.shape.kind == config::SolidKind::kStl)
-      return fail(Code::kInput, job.path + ": the file of fixture '" + fixture.name +
-                                    "' does not go to the service with it: state it as boxes, cylinders or "
-                                    "cones, or plan the job here and submit its program");
-  return {};
-}
-
-}  // namespace
 
 Result<Submission> Submission::open(const std::string& file) {
   Submission made;
@@ -37,7 +24,7 @@ Result<Submission> Submission::open(const std::string& file) {
   if (!made.program) {
     const Result<config::Job> planned = config::load_job(file);  // says at once what is wrong with it
     if (!planned) return tl::unexpected<Error>(planned.error());
-    if (const Result<void> whole = goes_whole(*planned); !whole) return tl::unexpected<Error>(whole.error());
+    if (const Result<void> whole = goes_alone(*planned); !whole) return tl::unexpected<Error>(whole.error());
     paths.push_back(planned->stl_path);
     names_tool = !planned->tools_path.empty();
   }

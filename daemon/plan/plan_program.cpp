@@ -139,6 +139,8 @@ Result<void> Planning::load() {
   auto job = config::load_job_with(files_.job, {files_.stl, files_.machine});
   if (!job) return tl::unexpected(job.error());
   job_ = std::move(*job);
+  if (files_.alone)
+    if (auto whole = goes_alone(*job_); !whole) return whole;
   return config::check_outputs(outputs, config::files_of(*job_));
 }
 
@@ -292,6 +294,15 @@ Result<std::string> Planning::run() {
 }
 
 }  // namespace
+
+Result<void> goes_alone(const config::Job& job) {
+  for (const config::Fixture& fixture : job.fixtures)
+    if (fixture.shape.kind == config::SolidKind::kStl)
+      return fail(Code::kInput, job.path + ": the file of fixture '" + fixture.name +
+                                    "' does not go to the service with it: state it as boxes, cylinders or "
+                                    "cones, or plan the job where its file is and submit its program");
+  return {};
+}
 
 Result<std::string> plan_program(const PlanFiles& files, const PlanListener& listener) {
   return Planning(files, listener).run();

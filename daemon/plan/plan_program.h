@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 
+#include "config/job.h"
 #include "kinematics/basics/result.h"
 
 namespace tiltfeed::daemon {
@@ -15,6 +16,7 @@ struct PlanFiles {
   std::string gouge_picture;           ///< PNG, where the program is not proven
   std::string drawing;                 ///< the blocks for a viewer, see path_drawing.h
   bool prove = true, as_json = false;  ///< as_json: of what is returned
+  bool alone = false;                  ///< only text and part came along: other files are refused
 };
 
 /// Both on the thread that plans; either may be empty.
@@ -22,6 +24,9 @@ struct PlanListener {
   std::function<bool(const char* stage, double share)> stage;  ///< 0..1; false: stop
   std::function<void(const std::string& text)> note;           ///< a line for the user, before the end
 };
+
+/// What goes to a service of a job: its text and its part. Errors: kInput: it has a fixture of a file.
+Result<void> goes_alone(const config::Job& job);
 
 /// Plans, posts and proves. Returns a screenful on what was done, or the
 /// report as JSON. Files appear when all of them are written,

@@ -46,7 +46,7 @@ Result<PlanProcess> start_plan(std::uint64_t job, const std::string& folder, con
   const std::string path = "/proc/self/exe";
   std::string words[] = {"tiltfeed", "plan",      "job.yaml",    "--out",      "program.nc", "--cl",
                          "path.cls", "--report",  "report.json", "--map",      "block.map",  "--stl",
-                         "part.stl", "--machine", machine,       "--progress", kProgress};
+                         "part.stl", "--machine", machine,       "--progress", kProgress,    "--alone"};
   char* arguments[std::size(words) + 1] = {};
   for (std::size_t i = 0; i < std::size(words); ++i) arguments[i] = words[i].data();
   ::unlink((folder + "/" + kProgress).c_str());  // of an earlier attempt

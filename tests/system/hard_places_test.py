@@ -6,10 +6,12 @@ hard_places_test.py BIN_FOLDER WORK_FOLDER
 """
 
 import errno
+import json
 import os
 import resource
 import shutil
 import signal
+import socket
 import stat
 import subprocess
 import sys
@@ -62,6 +64,17 @@ def a_fixture_that_stays_behind(run):
     status, said = run.tiltfeed("submit", f"{run.work}/job.yaml")
     run.want(status == 1 and "fixture 'vice' does not go to the service" in said, f"its file: {status} {said}")
     run.want(run.tiltfeed("list")[1].count("\n") == 1, "it was taken all the same")
+    # Another program than `submit` hands it over, and in the spool its file would be the part.
+    with open(f"{run.work}/job.yaml", "w", encoding="utf-8") as out:
+        out.write(text + "fixtures:\n  - {name: vice, shape: stl, stl: part.stl}\n")
+    subprocess.run([f"{run.bin}/tiltfeed-sim", "part", "sphere", "--out", f"{run.work}/part.stl"], check=True)
+    with socket.socket(socket.AF_UNIX) as service, open(f"{run.work}/job.yaml", "rb") as job, open(f"{run.work}/part.stl", "rb") as part:
+        service.connect(f"{run.work}/api.sock")
+        socket.send_fds(service, [b'{"v":1,"op":"submit","name":"vice"}\n'], [job.fileno(), part.fileno()])
+        number = json.loads(service.recv(65536))["job"]
+    run.until("it is planned for ever", lambda: run.show(number, "state") not in ("received", "planning", "arriving"))
+    run.want(run.show(number, "state") == "failed" and "fixture 'vice' does not go" in run.show(number, "note"),
+             f"planned without its file: {run.show(number, 'note')}")
 
 
 def it_hangs(run):
