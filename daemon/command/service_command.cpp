@@ -65,6 +65,12 @@ bool is_over(const std::string& state) {
   return std::find(std::begin(kGoesOn), std::end(kGoesOn), state) == std::end(kGoesOn);
 }
 
+/// Whether the controller has taken the run: a run that ends before it shows its last phase a moment, too.
+bool has_taken(const std::string& phase) {
+  constexpr const char* kTaken[] = {"run", "hold", "operator stop", "drain", "stop", "done"};
+  return std::find(std::begin(kTaken), std::end(kTaken), phase) != std::end(kTaken);
+}
+
 }  // namespace
 
 struct ServiceCommands::Options {
@@ -267,7 +273,7 @@ int ServiceCommands::Options::run_start() {
     if (is_over(state) && state != "done")
       return complain(
           {Code::kLink, "job " + std::to_string(job) + " is " + state + ": " + answer->value("note", "")});
-    if (state == "done" || (phase != "connect" && phase != "identify" && phase != "check")) text = "started";
+    if (state == "done" || has_taken(phase)) text = "started";
     if (text == "starting") std::this_thread::sleep_for(kStartInterval);
   }
   return tell(*answer, text);

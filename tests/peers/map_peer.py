@@ -91,6 +91,7 @@ class Ring:
         self.executed, self.commands, self.watchdog_holds = [], [], 0
         self.at, self.status_seq, self.ack, self.result = [0] * 5, 0, 0, 0
         self.now, self.beat_at = time.monotonic(), None
+        self.most = math.inf  # so many blocks are executed, then it stays in the next one
         self.clear()
 
     def clear(self):
@@ -109,6 +110,8 @@ class Ring:
         while self.queue and not self.held and not self.alarm:
             block = self.queue[0]
             self.started = block.seq
+            if len(self.executed) >= self.most:
+                return
             span = block.seconds(self.from_, self.override)
             rest = span * (1 - self.share)
             if rest > left:

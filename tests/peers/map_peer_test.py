@@ -5,18 +5,22 @@ together. What was executed is compared with the program by a reader of this fil
 map_peer_test.py BIN_FOLDER WORK_FOLDER [PROGRAM]
 """
 
+import math
 import os
 import re
 import signal
 import subprocess
 import sys
+import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "system"))
 from map_peer import CLOSE, HELD, HOLD, NO_SESSION, OPEN, RESUME, SCALE, STOP, Drive, Ring, Server
+import send_terminal_test
 from send_terminal_test import Terminal
 from service_run import Run
 
 M_CODE, CALM_S = 4, 1000.0  # a watchdog that a busy computer does not set off
+HANG_S = send_terminal_test.LIMIT_S = 3000.0  # no measure of speed: only a hang reaches it
 
 
 def read_blocks(path):
@@ -73,9 +77,17 @@ class Bench(Run):
         self.blocks = [meant(row) for row in read_blocks(self.program)]
         self.fast = max(5.0, len(self.blocks) / 150)
 
-    def ring(self, **options):
+    def until(self, what, condition, seconds=HANG_S):
+        super().until(what, condition, seconds)
+
+    def ring(self, share=None, **options):
+        """Of the program it executes that share, and the rest after go_on()."""
         ring = Ring(**{"speed": self.fast, "watchdog_s": CALM_S, **options})
+        self.go_on(ring, share)
         return ring, Server(ring)
+
+    def go_on(self, ring, share=None):
+        ring.most = math.inf if share is None else math.ceil(share * len(self.blocks))
 
     def command(self, server, kind="modbus-tcp", program=None):
         return [f"{self.bin}/tiltfeed", "send", program or self.program, "--link", f"{kind}:127.0.0.1:{server.port}"]
@@ -85,9 +97,19 @@ class Bench(Run):
         done = subprocess.run(self.command(server, **options), capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False)
         return done.returncode, done.stdout + done.stderr
 
-    def cut(self, ring, share):
-        """Waits until that share of the program is executed."""
-        self.until(f"less than {share} executed", lambda: len(ring.executed) >= share * len(self.blocks))
+    def cut(self, ring, ended):
+        """Waits until the ring is in the middle of the program, however long a busy computer takes: what cannot get
+        there is only a sender that has left."""
+        while len(ring.executed) < ring.most or not ring.queue:
+            self.want(not ended(), f"the sender has left, {len(ring.executed)} executed")
+            time.sleep(0.02)
+
+    def told(self, said, what):
+        """The least and the most blocks that have run, by what a sender says at its end."""
+        some = re.search(r"blocks (\d+) to (\d+) may have run", said)
+        every = re.search(r"all (\d+) blocks that were sent have run", said)
+        self.want(some or every, f"{what}, no range: {said}")
+        return (int(some.group(1)) - 1, int(some.group(2))) if some else [int(every.group(1))] * 2
 
     def executed(self, ring, what, most=None):
         """Every block once and in order: all, or as many as there are."""
@@ -114,11 +136,11 @@ def programs(bench):
 
 
 def hold_and_resume(bench):
-    ring, server = bench.ring()
+    ring, server = bench.ring(0.2)
     terminal = Terminal(bench, bench.command(server))
     terminal.until("no word of the keys", r"keys: h hold")
-    for share in (0.2, 0.5):
-        bench.cut(ring, share)
+    for share, further in ((0.2, 0.5), (0.5, None)):
+        bench.cut(ring, terminal.left)
         terminal.press("h")
         terminal.until("no word of the hold", r"send: hold,.*machine Hold.*held on request")
         bench.want(ring.state() == HELD, f"state {ring.state()} in a hold")
@@ -126,6 +148,7 @@ def hold_and_resume(bench):
         terminal.until("no override", rf"feed {110 if share < 0.5 else 120} %")
         terminal.press("r")
         terminal.until("it does not go on", r"send: run,")
+        bench.go_on(ring, further)
     bench.want(terminal.ends() == 0, f"hold and resume: {terminal.text}")
     bench.executed(ring, "hold and resume")
     bench.want([done for code, done in ring.commands if code in (HOLD, RESUME)] == [True] * 4, f"{ring.commands}")
@@ -148,31 +171,29 @@ def operator_stop(bench):
 
 
 def stop(bench):
-    ring, server = bench.ring()
+    ring, server = bench.ring(0.3)
     terminal = Terminal(bench, bench.command(server))
-    bench.cut(ring, 0.3)
+    bench.cut(ring, terminal.left)
     terminal.press("q")
     bench.want(terminal.ends() == 1 and "stopped on request" in terminal.text, f"stop: {terminal.text}")
-    told = re.search(r"blocks (\d+) to (\d+) may have run", terminal.text)
-    # On a busy computer the ring may have run empty before the stop: then all that were sent have run, and no other.
-    all_sent = re.search(r"all (\d+) blocks that were sent have run", terminal.text)
-    bench.want(told or all_sent, f"no range: {terminal.text}")
-    least, most = (int(told.group(1)) - 1, int(told.group(2))) if told else [int(all_sent.group(1))] * 2
+    least, most = bench.told(terminal.text, "stop")
     bench.want(len(ring.executed) >= least, f"{len(ring.executed)} executed: {terminal.text}")
     bench.executed(ring, "stop", most=most)
     bench.want([code for code, done in ring.commands if done] == [OPEN, HOLD, STOP, CLOSE], f"stop: {ring.commands}")
     ring.executed.clear()
+    bench.go_on(ring)
     bench.whole(ring, server, "a run after a stop")
 
 
 def lost_connections(bench):
-    ring, server = bench.ring()
+    ring, server = bench.ring(0.1)
     process = subprocess.Popen(bench.command(server), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     bench.processes.append(process)
-    for share in (0.1, 0.3, 0.5, 0.7, 0.9):
-        bench.cut(ring, share)
+    for further in (0.3, 0.5, 0.7, 0.9, None):
+        bench.cut(ring, lambda: process.poll() is not None)
         server.hang_up()
         server.mute(4)  # done, but not answered
+        bench.go_on(ring, further)
     bench.want(process.wait() == 0, f"lost connections: {process.stderr.read()}")
     bench.executed(ring, "lost connections")
     server.end()
@@ -203,29 +224,30 @@ def lost_runs(bench):
                              ("alarm", lambda ring: ring.raise_alarm(7), "alarm 7"),
                              ("closed at the machine", lambda ring: ring.execute(STOP, ring.session, 0) and ring.execute(CLOSE, ring.session, 0),
                               "dropped the session")):
-        ring, server = bench.ring()
+        ring, server = bench.ring(0.4)
         process = subprocess.Popen(bench.command(server), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         bench.processes.append(process)
-        bench.cut(ring, 0.4)
+        bench.cut(ring, lambda: process.poll() is not None)
         with server.lock:
             does(ring)
             count = len(ring.executed)
         said = process.communicate()[1]
         bench.want(process.returncode == 1 and says in said, f"{what}: {said}")
-        told = re.search(r"blocks (\d+) to (\d+) may have run", said)
-        bench.want(told and int(told.group(1)) - 1 <= count <= int(told.group(2)), f"{what}, {count} executed: {said}")
+        least, most = bench.told(said, what)
+        bench.want(least <= count <= most, f"{what}, {count} executed: {said}")
         bench.executed(ring, what, most=count)
         if ring.state() != NO_SESSION:
             status, said = bench.tiltfeed("reset", "--yes", "--link", f"modbus-tcp:127.0.0.1:{server.port}")
             bench.want(status == 0 and ring.state() == NO_SESSION, f"{what}, reset: {said}")
         ring.executed.clear()
+        bench.go_on(ring)
         bench.whole(ring, server, f"a run after: {what}")
 
 
 def dead_sender(bench):
-    ring, server = bench.ring()
+    ring, server = bench.ring(0.3)
     process = subprocess.Popen(bench.command(server), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    bench.cut(ring, 0.3)
+    bench.cut(ring, lambda: process.poll() is not None)
     process.kill()
     process.wait()
     with server.lock:
@@ -236,19 +258,20 @@ def dead_sender(bench):
     bench.want(status == 0 and ring.state() == NO_SESSION, f"reset: {said}")
     bench.executed(ring, "killed", most=len(bench.blocks))
     ring.executed.clear()
+    bench.go_on(ring)
     bench.whole(ring, server, "a run after a reset")
 
 
 def dead_service(bench):
     """It is killed in mid-run; the next one goes on with the block after the last that the controller has."""
-    ring, server = bench.ring()
+    ring, server = bench.ring(0.3)
     bench.configure(f"modbus-tcp:127.0.0.1:{server.port}")
     bench.serve_ready()
     job = bench.tiltfeed("submit", bench.program)[1].strip()
     bench.until("not ready", lambda: bench.show(job, "state") == "ready")
     bench.want(bench.tiltfeed("start", job)[0] == 0, "not started")
-    for share in (0.3, 0.6):
-        bench.cut(ring, share)
+    for further in (0.6, None):
+        bench.cut(ring, lambda: bench.show(job, "state") != "running")
         bench.kill(signal.SIGKILL)
         with server.lock:
             ring.held = True
@@ -256,8 +279,24 @@ def dead_service(bench):
         bench.until("not interrupted", lambda: bench.show(job, "state") == "interrupted")
         status, said = bench.tiltfeed("resume", job)
         bench.want(status == 0, f"resume: {said}")
+        bench.go_on(ring, further)
     bench.until("not done", lambda: bench.show(job, "state") == "done")
     bench.executed(ring, "killed service")
+    bench.kill(signal.SIGTERM)
+    server.end()
+
+
+def silent_controller(bench):
+    """Nobody has taken the run, and nothing is known of the machine."""
+    ring, server = bench.ring()
+    server.silent = True
+    bench.configure(f"modbus-tcp:127.0.0.1:{server.port}")
+    bench.serve_ready()
+    job = bench.tiltfeed("submit", bench.program)[1].strip()
+    bench.until("not ready", lambda: bench.show(job, "state") == "ready")
+    status, said = bench.tiltfeed("start", job)
+    bench.want(status == 1 and "no reply" in said, f"start without an answer: {status}, {said}")
+    bench.want(bench.show(job, "state") == "ready" and not ring.executed, f"state {bench.show(job, 'state')}")
     bench.kill(signal.SIGTERM)
     server.end()
 
@@ -291,7 +330,7 @@ def drive(bench):
 def main():
     bench = Bench(*sys.argv[1:])
     for case in (programs, hold_and_resume, operator_stop, stop, lost_connections, watchdog, lost_runs, dead_sender, dead_service,
-                 drive):
+                 silent_controller, drive):
         case(bench)
         print(f"{case.__name__.replace('_', ' ')}: as the page says")
     bench.end()
