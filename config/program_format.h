@@ -68,6 +68,7 @@ struct ProgramFormat {
   bool line_numbers = false;         ///< N words; Heidenhain text always has numbers
   double max_inverse_time = 100000;  ///< largest F in G93, 1/min
   bool tcp = false;  ///< the control keeps the tool centre point: X Y Z are the tip's in the part's frame
+  double tcp_start_below = 50.0;  ///< the upper end of Z's travel, mm: where begins_at_home() lets it begin
   FeedMode feed_mode = FeedMode::kInverseTime;  ///< without TCP
   FeedMeasure feed_measure = FeedMeasure::kXyz;
   double feed_radius = 0.0;    ///< for kRadius, mm
@@ -93,6 +94,9 @@ ProgramFormat fine_enough(ProgramFormat format, double tolerance, double axis_to
 inline constexpr double kRoundingShare = 0.1;
 /// Whether the control has a tool centre point function that we know the words of.
 constexpr bool has_tcp(Dialect d) { return d != Dialect::kRs274 && d != Dialect::kGrbl; }
+/// Whether the control may count X Y Z from the table as it stands where TCP begins (Fanuc A-79348E): TCP
+/// begins with the table at home, where both readings are one, and the table turns behind it.
+constexpr bool begins_at_home(Dialect d) { return d == Dialect::kFanuc || d == Dialect::kHaas; }
 /// Whether the control has G93.
 constexpr bool has_inverse_time(Dialect d) {
   return d != Dialect::kHeidenhain && d != Dialect::kHeidenhainIso;

@@ -14,6 +14,7 @@ constexpr Range kInverseTime = above(0.0, 1e9);      // 1/min
 constexpr Range kMaxFeed = above(0.0, 1e6);          // mm/min
 constexpr Range kFeedRadius = above(0.0, 10'000.0);  // mm
 constexpr Range kBlend{0.001, 1.0};                  // mm
+constexpr Range kStartBelow{0.0, 10'000.0};          // mm
 constexpr int kMostBlocks = 1'000'000'000;
 constexpr int kMostProgramBytes = 2'000'000'000;
 constexpr std::size_t kMostWords = 40;  // characters of words that a profile states
@@ -122,6 +123,7 @@ void read_clamps(const Section& program, ProgramFormat& format) {
 ProgramFormat for_another(Dialect dialect, const ProgramFormat& stated) {
   ProgramFormat format = usual_format(dialect);
   format.line_numbers = stated.line_numbers;
+  format.tcp_start_below = stated.tcp_start_below;
   format.clamp_tilt = stated.clamp_tilt;
   format.unclamp_tilt = stated.unclamp_tilt;
   format.clamp_rotary = stated.clamp_rotary;
@@ -194,6 +196,7 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
                                                             "max_blocks",
                                                             "max_program_bytes",
                                                             "tcp",
+                                                            "tcp_start_below_mm",
                                                             "feed_mode",
                                                             "feed_measure",
                                                             "feed_radius_mm",
@@ -231,6 +234,10 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
   if (result.tcp && !has_tcp(result.dialect))
     program.complain("tcp",
                      std::string(name_of(result.dialect).name) + " has no words for TCP; expected false");
+  if (result.tcp && begins_at_home(result.dialect))
+    result.tcp_start_below = program.number("tcp_start_below_mm", kStartBelow, usual.tcp_start_below);
+  else
+    program.unused("tcp_start_below_mm", "unless tcp is true and the dialect is fanuc or haas");
   read_feed(program, usual, result);
   read_path_control(program, usual, result);
   result.retract = read_words(program, "retract", usual.retract);
@@ -253,6 +260,8 @@ void describe_format(Description& out, const ProgramFormat& format) {
   out.add("program.max_blocks", format.max_blocks);
   out.add("program.max_program_bytes", format.max_bytes);
   out.add("program.tcp", format.tcp);
+  if (format.tcp && begins_at_home(format.dialect))
+    out.add("program.tcp_start_below_mm", format.tcp_start_below);
   if (!format.tcp) {
     out.add("program.feed_mode", word(kFeedModes, format.feed_mode));
     out.add("program.feed_measure", word(kFeedMeasures, format.feed_measure));

@@ -13,6 +13,7 @@
 
 #include "daemon/post/block_layout.h"
 #include "daemon/post/printed_words.h"
+#include "daemon/post/tcp_start.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "kinematics/timing/tcp_path.h"
 
@@ -242,6 +243,8 @@ Result<void> check(const Posting& posting) {
       return fail(Code::kInput,
                   std::string("TCP in ") + config::name_of(format.dialect).name +
                       " needs a tool number for its H word; state program.tool, or LOADTL/ in the CL file");
+    if (const auto wrong = no_home(posting.machine, op.words->moves.front().joints))
+      return fail(Code::kInput, *wrong);
   }
   if (format.max_blocks > 0 && blocks > static_cast<std::size_t>(format.max_blocks))
     return fail(Code::kLimit,

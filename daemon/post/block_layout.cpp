@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "daemon/post/printed_words.h"
+#include "daemon/post/tcp_start.h"
 #include "kinematics/basics/decimal.h"
 #include "kinematics/basics/units.h"
 #include "kinematics/timing/tcp_path.h"
@@ -88,6 +89,7 @@ class Writer {
   void finish();
   void clamp(const Operation& op, std::size_t index);
   std::string first_words() const;
+  Joints slides_of(const Operation& op) const;
 
   const Posting& posting_;
   const config::ProgramFormat& format_;
@@ -147,6 +149,8 @@ void Writer::header() {
           " D" + decimal(first.tool.diameter, 4) + " L" + decimal(first.tool.length, 4));
   comment("machine ", posting_.machine.model.name, "");
   tool_comments(first);
+  if (format_.tcp && !table_turns(posting_.machine.model).empty())
+    comment("X Y Z are fixed to the table at home", "", table_.tcp_frame);
   double seconds = 0.0;
   for (const Operation& op : posting_.operations) seconds += op.words->report.seconds;
   seconds = posting_.seconds.value_or(seconds);
@@ -216,7 +220,7 @@ std::string Writer::first_words() const {
 }
 
 /// From the retract the rotaries turn, then X and Y go to their place; the operation's first block goes down.
-/// TCP begins there: before, the tip's way is not a line.
+/// TCP begins there: before, the tip's way is not a line. Or it begins high up, and the table turns under it.
 void Writer::positions(const Operation& op) {
   const MachineModel& machine = posting_.machine.model;
   const PrintedWords words(format_, machine);
@@ -226,18 +230,33 @@ void Writer::positions(const Operation& op) {
     line(std::string(table_.rapid) + std::string(room.data(), end) + table_.first_end + table_.rapid_end);
   };
   Joints first = op.words->moves.front().joints;
-  if (machine.tilt.present || machine.rotary.present) go(&PrintedWords::rotaries, first);
+  if (format_.tcp) first = slides_of(op);
+  const std::vector<Joints> start = tcp_start(posting_.machine, op.setup, first);
+  if (machine.tilt.present || machine.rotary.present)
+    go(&PrintedWords::rotaries, start.empty() ? first : start.front());
   // Not before: the shorter way from an unknown place may leave the limits of an axis that has some.
   shorter_ = machine.tilt.word == RotaryWord::kShortest || machine.rotary.word == RotaryWord::kShortest;
   if (shorter_) lines(table_.shorter_on);
-  if (format_.tcp) {
-    const Point<Part> tip = pose_under_tcp(machine, op.setup, first).tip;
-    first = solve_linear(machine, op.setup, tip, first.a, first.c);
-    first.x = round_decimal(first.x, format_.linear_decimals);
-    first.y = round_decimal(first.y, format_.linear_decimals);
-  }
   go(&PrintedWords::place, first);
   if (format_.tcp) lines(table_.tcp_on);
+  Joints from{};
+  for (const Joints& to : start) {
+    std::array<char, 5 * kDecimalSpace> room;
+    char* const end = words.axes(room.data(), from, to, true);
+    line(table_.rapid + std::exchange(layout_.spans.back().first_words, {}) + std::string(room.data(), end));
+    from = to;
+  }
+}
+
+/// Where the slides stand at an operation's first block under TCP, X and Y as printed.
+Joints Writer::slides_of(const Operation& op) const {
+  const MachineModel& machine = posting_.machine.model;
+  const Joints& words = op.words->moves.front().joints;
+  const Point<Part> tip = pose_under_tcp(machine, op.setup, words).tip;
+  Joints slides = solve_linear(machine, op.setup, tip, words.a, words.c);
+  slides.x = round_decimal(slides.x, format_.linear_decimals);
+  slides.y = round_decimal(slides.y, format_.linear_decimals);
+  return slides;
 }
 
 void Writer::event(const PathEvent& event) {

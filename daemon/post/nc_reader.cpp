@@ -15,6 +15,8 @@ namespace tiltfeed::daemon {
 namespace {
 
 using Mistake = std::optional<std::string>;
+// The third decimal of a word rounds by no more, degrees.
+constexpr double kAtHome = 5.1e-4;
 
 class Reader {
  public:
@@ -43,6 +45,7 @@ class Reader {
   Mistake codes(const DialectWords& words);
   Mistake one_code(int tenths);
   void machine_codes(const DialectWords& words);
+  void note_table();
   Mistake dwell(const DialectWords& words);
   void compensation(const DialectWords& words);
   Mistake motion(const DialectWords& words);
@@ -165,6 +168,18 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
   return true;
 }
 
+/// Where such a control counts X Y Z from is its parameters' to say.
+void Reader::note_table() {
+  for (const TableLetter& axis : language_.table) {
+    const bool tilt = axis.letter == language_.tilt;
+    const double at = tilt ? at_.a : at_.c;
+    if (known_[tilt ? 3 : 4] && std::abs(std::remainder(at - axis.home, 360.0)) < kAtHome) continue;
+    facts_.notes.push_back("line " + std::to_string(line_) + ": TCP begins while " + axis.letter +
+                           " of the table is not at home; X Y Z are read as from the table at home, and the "
+                           "control may count them from where it stands");
+  }
+}
+
 Mistake Reader::one_code(int tenths) {
   const bool fanuc = language_.dialect == config::Dialect::kFanuc;
   const bool planes = fanuc || language_.dialect == config::Dialect::kRs274;
@@ -177,6 +192,7 @@ Mistake Reader::one_code(int tenths) {
     if (inverse_ != (tenths == 930)) feed_ = 0.0;
     inverse_ = tenths == 930;
   } else if ((tenths == 434 && fanuc) || (tenths == 2340 && language_.dialect == config::Dialect::kHaas)) {
+    note_table();
     tcp_ = true;
   } else if (tenths == 490) {
     tcp_ = false;

@@ -8,12 +8,19 @@
 
 namespace tiltfeed::daemon {
 
+/// A rotary of the table: its letter, and its word at home.
+struct TableLetter {
+  char letter = 'C';
+  double home = 0.0;
+};
+
 /// What the reader needs to know of the control.
 struct TextLanguage {
   config::Dialect dialect = config::Dialect::kRs274;
   char tilt = 'A', rotary = 'C';
   RotaryWord tilt_word = RotaryWord::kAccumulate, rotary_word = RotaryWord::kAccumulate;
   std::vector<int> own_codes = {};  ///< M codes of the machine's own lines
+  std::vector<TableLetter> table = {};  ///< rotaries that carry the work
 };
 
 }  // namespace tiltfeed::daemon

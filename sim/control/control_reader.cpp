@@ -13,6 +13,8 @@ namespace {
 constexpr std::array kQuietG{170, 210,  400,  430,  490,  540,  550,  560,  570,  580, 590, 600, 610,
                              611, 640,  641,  642,  643,  644,  645,  690,  710,  800, 900, 940, 970,
                              930, 5000, 5050, 5060, 5070, 5080, 5090, 7100, 2470, 280, 530, 40};
+// The third decimal of a word rounds by no more, degrees.
+constexpr double kAtHome = 5.1e-4;
 // M codes that jump, repeat or move.
 constexpr std::array kRefusedM{94, 97, 98, 99, 140};
 // Names that end what others may have left on, and words of motion without a number.
@@ -106,6 +108,19 @@ double ControlReader::turned(const RotaryAxis& axis, double at, WordWay way, dou
   return turned_to(axis.word, word, at);
 }
 
+/// Whether X Y Z count from the table at home or as it stands where TCP begins, these controls' parameters
+/// say: at home both are one.
+ControlReader::Wrong ControlReader::table_away() const {
+  const auto away = [&](const RotaryAxis& axis, bool known, double at) {
+    return axis.present && (!known || std::abs(std::remainder(at - axis.zero, 360.0)) > kAtHome);
+  };
+  const bool tilts = model_.structure == Structure::kTableTable && away(model_.tilt, known_[3], at_.a);
+  const bool turns = model_.structure != Structure::kHeadHead && away(model_.rotary, known_[4], at_.c);
+  if (!posted_ || (!tilts && !turns)) return std::nullopt;
+  return std::string("TCP begins while ") + (tilts ? model_.tilt.letter : model_.rotary.letter) +
+         " of the table is not at home: the control may count X Y Z from where it stands";
+}
+
 ControlReader::Wrong ControlReader::one_code(int tenths) {
   const bool heidenhain = dialect_ == config::Dialect::kHeidenhainIso;
   if (tenths == 0 || tenths == 10) {
@@ -113,6 +128,7 @@ ControlReader::Wrong ControlReader::one_code(int tenths) {
   } else if (heidenhain && (tenths == 710 || tenths == 730)) {
     return std::nullopt;  // mm; the rotation is looked at where its angle is
   } else if (tenths == 434 || tenths == 2340) {
+    if (auto turned_away = table_away()) return turned_away;
     set_tcp(true);
   } else if (tenths == 910) {
     relative_ = true;
@@ -330,6 +346,8 @@ ControlReader::Wrong ControlReader::read(std::string_view line, std::vector<Cont
   if (words.has('F')) feed_ = words['F'];
   if (auto bad = machine_codes(words, blocks)) return bad;
   if (auto bad = motion(words, blocks)) return bad;
+  if (words.has_g(434) || words.has_g(2340))
+    if (auto bad = table_away()) return bad;
   for (std::size_t i = 0; i < words.m_count; ++i)
     if (words.m[i] <= 2 || words.m[i] == 30) put_code(blocks, words.m[i]);
   return std::nullopt;

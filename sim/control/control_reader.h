@@ -53,6 +53,7 @@ class ControlReader {
   Wrong motion(const ControlWords& words, std::vector<ControlBlock>& blocks);
   Wrong to_machine_place(const ControlWords& words, std::vector<ControlBlock>& blocks);
   Wrong half_turn(const Joints& from) const;
+  Wrong table_away() const;
   double turned(const RotaryAxis& axis, double at, WordWay way, double word) const;
   void set_tcp(bool on);
   void put(std::vector<ControlBlock>& blocks, bool rapid);

@@ -91,6 +91,8 @@ const std::vector<BadText> kBadProfiles = {
     {"dialect: grbl", "dialect: rs274\n  blend_tolerance_mm: 1", "21:23",
      "not used unless path_control is blend"},
     {"dialect: grbl", "dialect: fanuc\n  tcp: true\n  feed_mode: per_minute", "22:14", "not used under TCP"},
+    {"dialect: grbl", "dialect: fanuc\n  tcp_start_below_mm: 9", "21:23", "not used unless tcp is true"},
+    {"dialect: grbl", "dialect: fanuc\n  tcp: true\n  tcp_start_below_mm: -1", "22:23", "tcp_start_below_mm"},
     {"dialect: grbl", "dialect: fanuc\n  feed_radius_mm: 5", "21:19",
      "not used unless feed_measure is radius"},
     {"dialect: grbl", "dialect: fanuc\n  clamp_tilt: M10", "21:15", "belong together"},

@@ -2,6 +2,7 @@
 ; TILTFEED machine generic-ac
 ; TILTFEED tool length 100 mm is planned, TCP takes the control's
 ; TILTFEED part zero 30 -10 50 mm
+; TILTFEED X Y Z are fixed to the table at home
 ; TILTFEED blocks 14 time 6.5 s
 TRAFOOF
 TOROTOF

@@ -76,6 +76,12 @@ inline std::string text_of(const Posting& posting) {
   return out.str();
 }
 
+/// The blocks before an operation's own `count`: where TCP begins with the table at home it turns in them.
+inline std::size_t blocks_before(const DialectCase& c, const TextOperation& op, std::size_t count) {
+  const bool turns = c.tcp && begins_at_home(c.dialect) && op.blocks.size() > count;
+  return turns ? op.blocks.size() - count : 0;
+}
+
 inline TextLanguage language_of(const MachineProfile& profile) { return text_language(profile); }
 
 }  // namespace tiltfeed

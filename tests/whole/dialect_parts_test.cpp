@@ -115,18 +115,23 @@ TEST_P(DialectParts, ReadBackToTheLastDigitAndOnThePath) {
     std::ostringstream out;
     const auto written = write_program(posting, out);
     ASSERT_TRUE(written) << written.error().message;
-    const SeenProgram seen = seen_program(out.str(), dialect == Dialect::kHeidenhain,
-                                          job.machine.model.tilt.letter, job.machine.model.rotary.letter);
+    SeenProgram seen = seen_program(out.str(), dialect == Dialect::kHeidenhain, job.machine.model.tilt.letter,
+                                    job.machine.model.rotary.letter);
     EXPECT_EQ(seen.trouble, "");
     std::istringstream in(out.str());
     const auto read = read_nc_program(in, "x.nc", language_of(job.machine));
     ASSERT_TRUE(read) << read.error().message;
-    ASSERT_EQ(seen.blocks.size(), words->moves.size());
-    ASSERT_EQ(read->operations[0].blocks.size(), words->moves.size());
+    std::vector<TextBlock> blocks = read->operations[0].blocks;
+    ASSERT_EQ(seen.blocks.size(), blocks.size());
+    const auto start =
+        static_cast<std::ptrdiff_t>(blocks_before({dialect, tcp}, read->operations[0], words->moves.size()));
+    seen.blocks.erase(seen.blocks.begin(), seen.blocks.begin() + start);
+    blocks.erase(blocks.begin(), blocks.begin() + start);
+    ASSERT_EQ(blocks.size(), words->moves.size());
     for (std::size_t i = 0; i < words->moves.size(); ++i) {
       ASSERT_EQ(seen.blocks[i].words, words->moves[i].joints) << "block " << i;
       ASSERT_EQ(seen.blocks[i].rapid, words->moves[i].kind == MoveKind::kRapid) << "block " << i;
-      ASSERT_EQ(read->operations[0].blocks[i].words, words->moves[i].joints) << "block " << i;
+      ASSERT_EQ(blocks[i].words, words->moves[i].joints) << "block " << i;
     }
     const Deviations worst = sampled(seen.blocks, *words, path, job);
     std::printf("%s %s: %zu blocks, tip %.4f mm, axis %.4f degrees\n", name.c_str(), trace.c_str(),
