@@ -234,6 +234,13 @@ ControlReader::Wrong ControlReader::to_machine_place(const ControlWords& words,
   const auto stays = [&](char one) { return !words.has(one) || (relative_ && words[one] == 0.0); };
   if (words.has_g(280) && !std::all_of(letter.begin(), letter.end(), stays))
     return "G28 goes by way of a place; only G91 G28 with zeros is understood";
+  // A reference point is gone to in rapid always, and by Fanuc's G53, too.
+  const bool plain = dialect_ == config::Dialect::kHeidenhain;
+  const bool always = words.has_g(280) || (words.has_g(530) && dialect_ == config::Dialect::kFanuc);
+  if (!always && !plain && !motion_known_)
+    return "a place in machine coordinates before the first G0 or G1: how the axes go there is not known";
+  if (posted_ && !always && !(plain ? words.named("FMAX") : rapid_))
+    return "a place in machine coordinates that is not gone to in rapid: no posted program does so";
   set_tcp(false);
   for (std::size_t i = 0; i < letter.size(); ++i)
     if (i != 2 && words.has(letter[i])) known_[i] = false, fresh_ = true;

@@ -87,17 +87,26 @@ class Frame {
 
   Wrong take(std::string_view text);
   Wrong end() const {
-    if (!posted_ || ended_) return std::nullopt;
-    return "the program has no end: it was cut off";
+    if (!posted_ || (ended_ && (closed_ || closing().empty()))) return std::nullopt;
+    if (!ended_) return "the program has no end: it was cut off";
+    return "the file ends without " + std::string(closing()) + ", which such a control wants: it was cut off";
   }
   /// Nothing behind here is looked at.
-  bool done() const { return ended_ || (moved_ && !posted_); }
+  bool done() const { return (ended_ && (closed_ || closing().empty() || !posted_)) || (moved_ && !posted_); }
 
  private:
   bool tnc() const {
     return format_.dialect == Dialect::kHeidenhain || format_.dialect == Dialect::kHeidenhainIso;
   }
+  bool counts_length() const {
+    return format_.dialect == Dialect::kFanuc || format_.dialect == Dialect::kHaas;
+  }
+  /// What the text stands between, beyond the program's own end; empty: nothing.
+  std::string_view closing() const;
+  void opening(std::string_view line);
+  Wrong not_opened() const;
   void header(std::string_view text);
+  Wrong tcp_begins(const ControlWords& words);
   Wrong offset(std::string_view line, const ControlWords& words);
   Wrong tool(std::string_view line, const ControlWords& words);
   Wrong length_register(const ControlWords& words);
@@ -121,9 +130,56 @@ class Frame {
   bool preset_cycle_ = false;  ///< the line before calls a TNC's preset
   bool changed_ = false;       ///< the tool that is selected has been changed for, or stopped for
   bool linear_rotaries_ = false;
+  bool percent_ = false, opened_ = false, begun_ = false, closed_ = false;
+  bool length_on_ = false, relative_ = false, tcp_place_ = false;
   bool names_part_ = false, posted_ = false, length_called_ = false, inverse_ = false, tcp_ = false,
        frames_dropped_ = false, moved_ = false, retracted_ = false, ended_ = false;
 };
+
+std::string_view Frame::closing() const {
+  if (format_.dialect == Dialect::kHeidenhain) return "END PGM";
+  if (format_.dialect == Dialect::kHeidenhainIso) return "its second % line";
+  return format_.percent ? "a second %" : "";
+}
+
+/// The lines that a control knows a file of programs by.
+void Frame::opening(std::string_view line) {
+  if (line == "%" && !std::exchange(percent_, true) && counts_length()) return;
+  begun_ = true;
+  if (format_.dialect == Dialect::kHeidenhain)
+    opened_ = line.starts_with("BEGIN PGM") && line.ends_with(" MM");
+  else if (format_.dialect == Dialect::kHeidenhainIso)
+    opened_ = line.front() == '%' && says(line, "G71");
+  else
+    opened_ = line.front() == 'O' || line.front() == ':' || !counts_length();
+}
+
+Wrong Frame::not_opened() const {
+  if (format_.percent && !percent_)
+    return "the file does not begin with %: such a control passes over its first line, or takes none of it "
+           "(the profile's program.percent)";
+  if (opened_) return std::nullopt;
+  if (format_.dialect == Dialect::kHeidenhain)
+    return "the program does not begin with BEGIN PGM and MM: the control takes no such file, or in inches";
+  if (format_.dialect == Dialect::kHeidenhainIso)
+    return "the program does not begin with % and G71: the control takes no such file, or in inches";
+  return "the program has no O number in front: the control does not take it, or under another number";
+}
+
+/// Where TCP begins every word is stated: what is left out stays where the control has the tip, which its
+/// parameters and its registers decide.
+Wrong Frame::tcp_begins(const ControlWords& words) {
+  const bool in_block = words.has_g(434) || words.has_g(2340);
+  if (!in_block && !tcp_place_) return std::nullopt;
+  const auto missing = std::find_if(letters_.begin(), letters_.end(),
+                                    [&](char letter) { return letter != kNoLetter && !words.has(letter); });
+  const bool all_missing =
+      std::none_of(letters_.begin(), letters_.end(), [&](char letter) { return words.has(letter); });
+  if (!in_block && all_missing) return std::nullopt;
+  tcp_place_ = false;
+  if (missing == letters_.end()) return std::nullopt;
+  return std::string("TCP begins in a block without ") + *missing + ": where the tip is then is not known";
+}
 
 /// What every header of a posted program says, and the register in ", H4 too".
 void Frame::header(std::string_view text) {
@@ -172,10 +228,12 @@ Wrong Frame::tool(std::string_view line, const ControlWords& words) {
                      : words.has('T') ? static_cast<int>(std::clamp(words['T'], 0.0, 1e6))
                                       : -1;
   if (number < 0) return std::nullopt;
+  const bool length_left = std::exchange(length_on_, false) && counts_length();
   tool_ = number, length_called_ = false;
   changed_ = tnc();  // there the call is the change
   placed_ = {};      // a changer may have moved the axes
   if (retracts_ && !retracted_) return "a tool change without a retract along the machine's Z before it";
+  if (length_left) return "a tool change with the length of the tool before in force: G49 is missing";
   return std::nullopt;
 }
 
@@ -197,6 +255,7 @@ Wrong Frame::goes_down(const ControlWords& words) const {
 }
 
 Wrong Frame::first_move() const {
+  if (auto wrong = not_opened()) return wrong;
   if (!missing_.empty())
     return "the first move comes before " + std::string(missing_.front()) +
            ", which every posted program has";
@@ -209,16 +268,23 @@ Wrong Frame::first_move() const {
 Wrong Frame::at_end() const {
   if (retracts_ && !retracted_) return "the program ends without a retract along the machine's Z";
   if (inverse_) return "the program ends with G93 in force";
+  if (relative_) return "the program ends with G91 in force: the next words would be taken as ways";
+  if (length_on_ && counts_length())
+    return "the program ends with the tool's length in force: G49 is missing, and the next tool has another";
   return std::nullopt;
 }
 
 Wrong Frame::take(std::string_view text) {
-  if (text.find("TILTFEED ") != text.npos) {
-    header(text);
+  const std::string_view line = bare_line(text, format_.dialect, room_);
+  if (line.empty()) {
+    if (text.find("TILTFEED ") != text.npos) header(text);
     return std::nullopt;
   }
-  const std::string_view line = bare_line(text, format_.dialect, room_);
-  if (line.empty()) return std::nullopt;
+  if (ended_) {
+    closed_ = closed_ || line.front() == '%' || line.starts_with("END PGM");
+    return std::nullopt;
+  }
+  if (!begun_) opening(line);
   // A block of axis words and F, of which there are many.
   const bool plain_block = line.find_first_of("GMTHDSPQRN=(") == line.npos && line.front() != 'L';
   if (plain_block && moved_ && !retracted_) return std::nullopt;
@@ -231,17 +297,25 @@ Wrong Frame::take(std::string_view text) {
   if (!dialogue && take_apart(line, words)) return std::nullopt;
   if (line.starts_with("END PGM") || words.has_m(2) || words.has_m(30)) {
     ended_ = true;
+    closed_ = line.starts_with("END PGM");
     return posted_ ? at_end() : std::nullopt;
   }
   if (auto wrong = offset(line, words); wrong && posted_) return wrong;
   if (auto wrong = tool(line, words); wrong && posted_) return wrong;
   if (auto wrong = length_register(words); wrong && posted_) return wrong;
+  if (words.has_g(900) || words.has_g(910)) relative_ = words.has_g(910);
+  if (words.has_g(490)) length_on_ = false;
+  if (words.has_g(430) || words.has_g(434) || words.has_g(2340)) length_on_ = true;
   if (words.has_m(6) || (format_.dialect == Dialect::kGrbl && words.has_m(0))) changed_ = true;
   if (words.named("TRAORI")) frames_dropped_ = true, linear_rotaries_ = false;
   if (words.named("ORIMKS") && words.named("ORIAXES")) linear_rotaries_ = true;
   if (words.named("TRAORI") || words.named("TRAFOOF")) tcp_ = words.named("TRAORI");
   if (tnc() && (words.has_m(128) || words.has_m(129))) tcp_ = words.has_m(128);
   if (words.has_g(930) || words.has_g(940)) inverse_ = words.has_g(930);
+  if (auto wrong = tcp_begins(words); wrong && posted_) return wrong;
+  tcp_place_ = tcp_place_ || words.named("TRAORI") || (tnc() && words.has_m(128));
+  if (posted_ && counts_length() && words.has_g(430) && !words.has('Z'))
+    return "G43 in a block without Z: by how much Z moves there is a parameter of the control";
   const bool axes = std::any_of(letters_.begin(), letters_.end(),
                                 [&](char letter) { return letter != kNoLetter && words.has(letter); });
   if (!axes || words.has_g(40)) return std::nullopt;

@@ -101,6 +101,89 @@ TEST_P(ProgramFrame, FindsEveryDroppedLineThatTheMachineNeeds) {
   }
 }
 
+/// What a control knows a file by, and what is left in force behind the end.
+TEST_P(ProgramFrame, FindsALostFirstOrLastLine) {
+  const Printed printed(GetParam(), RotaryWord::kAccumulate);
+  ASSERT_EQ(printed.fault(printed.lines), "");
+  switch (GetParam().dialect) {
+    case Dialect::kFanuc:
+      EXPECT_EQ(printed.seed("^G90$", drop), 2);
+      [[fallthrough]];
+    case Dialect::kHaas:
+      EXPECT_EQ(printed.seed("^%$", drop), 2);
+      EXPECT_EQ(printed.seed("^O0", drop), 1);
+      EXPECT_EQ(printed.seed("^G49$", drop), 2);
+      break;
+    case Dialect::kHeidenhain:
+      EXPECT_EQ(printed.seed(" PGM ", drop), 2);
+      EXPECT_EQ(printed.seed("BEGIN PGM ",
+                             [](Lines& lines, std::size_t at) {
+                               lines[at] = std::regex_replace(lines[at], std::regex(" MM"), "");
+                             }),
+                1);
+      break;
+    case Dialect::kHeidenhainIso:
+      EXPECT_EQ(printed.seed("%PART", drop), 2);
+      break;
+    default:
+      break;
+  }
+}
+
+/// Ways to a place in machine coordinates whose motion word is lost.
+TEST_P(ProgramFrame, FindsARetractThatIsNoRapid) {
+  const Printed printed(GetParam(), RotaryWord::kAccumulate);
+  ASSERT_EQ(printed.fault(printed.lines), "");
+  const int retracts = GetParam().dialect == Dialect::kFanuc ? 0 : 2;  // G28 is one always
+  EXPECT_EQ(printed.seed("G53|SUPA|M91",
+                         [](Lines& lines, std::size_t at) {
+                           lines[at] = std::regex_replace(lines[at], std::regex("G00? | FMAX"), "");
+                         }),
+            retracts);
+}
+
+/// TCP that begins without a word of an axis, or length compensation without Z.
+TEST_P(ProgramFrame, FindsALostWordWhereTcpOrTheLengthBegins) {
+  const Printed printed(GetParam(), RotaryWord::kAccumulate);
+  ASSERT_EQ(printed.fault(printed.lines), "");
+  const bool h = GetParam().dialect == Dialect::kFanuc || GetParam().dialect == Dialect::kHaas;
+  const auto without = [](char letter) {
+    return [=](Lines& lines, std::size_t at) {
+      lines[at] = std::regex_replace(lines[at], std::regex(std::string(" ") + letter + "[-+.0-9]+"), "");
+    };
+  };
+  if (h && !GetParam().tcp) {
+    EXPECT_EQ(printed.seed("G43 H", without('Z')), 1);
+  }
+  if (!GetParam().tcp) return;
+  for (const char letter : {'X', 'Y', 'Z', 'B', 'C'}) {
+    SCOPED_TRACE(letter);
+    EXPECT_EQ(printed.seed(h ? "G43.4|G234" : "G00? X.*Z.*B.*C|L X.*Z.*B.*C.*FMAX", without(letter)), 1);
+  }
+}
+
+/// The length of one tool that is in force while the next is changed for.
+TEST(ProgramFrame, FindsALengthThatIsLeftBeforeAToolChange) {
+  for (const Dialect dialect : {Dialect::kFanuc, Dialect::kHaas}) {
+    for (const bool tcp : {false, true}) {
+      Posting posting = posting_of({dialect, tcp}, {});
+      const JointPath path = ring(posting.machine.format);
+      posting = posting_of({dialect, tcp}, {&path, &path});
+      Job job;
+      job.machine = posting.machine;
+      std::string text = text_of(posting);
+      const std::size_t change = text.find("T4 M6"), off = text.rfind("G49\n", change);
+      ASSERT_NE(change, text.npos);
+      std::istringstream sound(text);
+      EXPECT_TRUE(check_frame(sound, "p.nc", job));
+      std::istringstream damaged(text.erase(off, 4));
+      const auto found = check_frame(damaged, "p.nc", job);
+      ASSERT_FALSE(found);
+      EXPECT_NE(found.error().message.find("G49 is missing"), std::string::npos) << found.error().message;
+    }
+  }
+}
+
 /// The tool that is selected and never changed, and the way to a place of which nobody knows where it begins.
 TEST_P(ProgramFrame, FindsALostToolChangeAndALostWayToTheFirstPlace) {
   const Printed printed(GetParam(), RotaryWord::kAccumulate);
