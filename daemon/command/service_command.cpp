@@ -136,7 +136,7 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
   o.start->add_flag("--queue", o.queue,
                     "where the machine is busy, wait: it starts by itself when all before it are executed to "
                     "their ends; after a stop, a fault or a restart nothing does, until a start");
-  o.hold = on_machine("hold", "feed hold");
+  o.hold = on_machine("hold", "feed hold; without a number it ends a machine command, too");
   o.resume = on_machine("resume", "end a hold, or go on with a job that was cut off");
   o.resume->add_option("--from", o.from, "enter again before this block");
   o.resume->add_flag("--yes", o.yes, "do not ask after showing how it is entered");

@@ -13,6 +13,10 @@ namespace {
 
 constexpr double kUnlockTime = 5.0;  // s
 
+/// No command of the map but a reset turns them off, and no register tells.
+constexpr const char* kSpindleLeft =
+    "; spindle and coolant may still be on: a program of M5, M9 and M2 turns them off";
+
 /// After the reset: the state of the next reports, and $X where that is an alarm.
 Result<std::string> unlock_grbl(Link& wire, Clock& clock, const std::string& done) {
   GrblTalk talk(wire, clock);
@@ -47,8 +51,10 @@ Result<std::string> reset_ring(const config::RingMap& map, Link& wire) {
   obeyed = obeyed &&
            (talk.status().session == 0 || (talk.tell(MailboxCode::kStop) && talk.tell(MailboxCode::kClose)));
   if (obeyed)
-    return "session " + std::to_string(before.session) +
-           " is closed, its ring is empty, the position is kept" + (alarm ? "; the alarm is cleared" : "");
+    return "session " + std::to_string(before.session) + " is closed, its ring is empty, " +
+           (alarm ? "the alarm is cleared: home the machine at the control where its axes may have slipped"
+                  : "the position is kept") +
+           kSpindleLeft;
   if (!talk.tell(MailboxCode::kReset))
     return fail(Code::kLink, "the controller obeys neither 'stop' nor 'reset' (state " +
                                  std::string(ring_state_name(talk.status().state)) +
@@ -70,7 +76,8 @@ std::string reset_preview(const LinkSpec& link) {
     case LinkKind::kModbusRtu:
       return "1. an alarm is cleared; a machine that runs is held\n2. the controller's session is stopped "
              "and "
-             "closed: its ring is emptied, the position is kept\n3. where it does not obey: a reset of the "
+             "closed: its ring is emptied, the position is kept, spindle and coolant stay as they are\n3. "
+             "where it does not obey: a reset of the "
              "controller; then home it\n" +
              what;
     case LinkKind::kRepRap:

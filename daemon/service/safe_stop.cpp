@@ -20,7 +20,8 @@ constexpr const char* kDripText =
     "nothing was sent: a CNC control takes no hold and no M5 from the wire that feeds it. It stands when the "
     "blocks that it has are cut, with the spindle on: press feed hold and reset at the control";
 constexpr const char* kWatchdogText =
-    "nothing was sent: the controller's own watchdog holds the machine when the heartbeat stands still";
+    "nothing was sent: the controller's own watchdog holds the machine when the heartbeat stands still; "
+    "spindle and coolant stay as they are";
 
 /// Something of the run may be in the controller, and it has not come to its end in order. Also where the
 /// journal cannot show it.

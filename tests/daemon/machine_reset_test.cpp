@@ -169,6 +169,12 @@ TEST(MachineReset, TheRingIsLedOutOfEveryState) {
     const auto reset = reset_machine(shop.link, shop.wire, shop.wire);
     ASSERT_TRUE(reset) << name << ": " << reset.error().message;
     EXPECT_EQ(shop.state(), 5) << name << ": " << *reset;
+    // What the map leaves, and what an alarm may have cost.
+    EXPECT_EQ(reset->find("spindle and coolant may still be on") != std::string::npos, name != "no session")
+        << *reset;
+    EXPECT_EQ(reset->find("the position is kept") != std::string::npos,
+              name != "no session" && name != "alarm")
+        << *reset;
     EXPECT_TRUE(shop.wire.controller.motion().idle()) << name;
     const auto report = send_over(small, shop.link, shop.wire, shop.wire, {}, {});
     EXPECT_TRUE(report) << name << ": " << report.error().message;
