@@ -9,8 +9,9 @@
 namespace tiltfeed::daemon {
 namespace {
 
-// The table turns so far in a block at most, degrees: between its ends the slides leave their place by 4 % of
-// the tip's distance from the axis.
+// A rotary of the table turns so far in a block at most, degrees. Between its ends the slides leave their
+// place by 4 % of the tip's distance from the axis; where both rotaries turn, by 8 %, and 12 % where one is
+// nutating.
 constexpr double kStep = 30.0;
 constexpr double kTurn = 360.0;
 
