@@ -89,12 +89,12 @@ std::vector<TipOperation> read_tips(const std::string& text, const MachineModel&
   return all;
 }
 
-struct Shop {
+struct StartShop {
   const char* machine;
   Dialect dialect;
 };
 
-class TcpStart : public testing::TestWithParam<Shop> {
+class TcpStart : public testing::TestWithParam<StartShop> {
  protected:
   /// The golden CL file on the machine of a shop, somewhere on the table that it can reach.
   void SetUp() override {
@@ -115,13 +115,13 @@ class TcpStart : public testing::TestWithParam<Shop> {
 };
 
 INSTANTIATE_TEST_SUITE_P(Shops, TcpStart,
-                         testing::Values(Shop{"generic-ac", Dialect::kFanuc},
-                                         Shop{"generic-ac", Dialect::kHaas},
-                                         Shop{"dmu-nutating-bc", Dialect::kFanuc},
-                                         Shop{"vmc-bhead-bc", Dialect::kFanuc},
-                                         Shop{"linuxcnc-trunnion-ac", Dialect::kFanuc},
-                                         Shop{"linuxcnc-trunnion-ac", Dialect::kHaas},
-                                         Shop{"linuxcnc-bridge-bc", Dialect::kFanuc}));
+                         testing::Values(StartShop{"generic-ac", Dialect::kFanuc},
+                                         StartShop{"generic-ac", Dialect::kHaas},
+                                         StartShop{"dmu-nutating-bc", Dialect::kFanuc},
+                                         StartShop{"vmc-bhead-bc", Dialect::kFanuc},
+                                         StartShop{"linuxcnc-trunnion-ac", Dialect::kFanuc},
+                                         StartShop{"linuxcnc-trunnion-ac", Dialect::kHaas},
+                                         StartShop{"linuxcnc-bridge-bc", Dialect::kFanuc}));
 
 TEST_P(TcpStart, TheProgramMeansTheSameInBothReadings) {
   const MachineModel& m = profile_.model;
