@@ -89,7 +89,8 @@ class Writer {
   void finish();
   void clamp(const Operation& op, std::size_t index);
   std::string first_words() const;
-  Joints slides_of(const Operation& op) const;
+  Joints first_of(const Operation& op) const;
+  std::size_t blocks() const;
 
   const Posting& posting_;
   const config::ProgramFormat& format_;
@@ -154,7 +155,7 @@ void Writer::header() {
   double seconds = 0.0;
   for (const Operation& op : posting_.operations) seconds += op.words->report.seconds;
   seconds = posting_.seconds.value_or(seconds);
-  comment("blocks " + std::to_string(layout_.blocks), "", " time " + decimal(seconds, 1) + " s");
+  comment("blocks " + std::to_string(blocks()), "", " time " + decimal(seconds, 1) + " s");
   if (!posting_.proof.empty()) comment(posting_.proof, "", "");
   lines(table_.setup);
 }
@@ -229,8 +230,7 @@ void Writer::positions(const Operation& op) {
     char* const end = (words.*say)(room.data(), to);
     line(std::string(table_.rapid) + std::string(room.data(), end) + table_.first_end + table_.rapid_end);
   };
-  Joints first = op.words->moves.front().joints;
-  if (format_.tcp) first = slides_of(op);
+  const Joints first = first_of(op);
   const std::vector<Joints> start = tcp_start(posting_.machine, op.setup, first);
   if (machine.tilt.present || machine.rotary.present)
     go(&PrintedWords::rotaries, start.empty() ? first : start.front());
@@ -248,15 +248,24 @@ void Writer::positions(const Operation& op) {
   }
 }
 
-/// Where the slides stand at an operation's first block under TCP, X and Y as printed.
-Joints Writer::slides_of(const Operation& op) const {
-  const MachineModel& machine = posting_.machine.model;
+/// Where the axes stand at an operation's first block; under TCP the slides, X and Y as printed.
+Joints Writer::first_of(const Operation& op) const {
   const Joints& words = op.words->moves.front().joints;
+  if (!format_.tcp) return words;
+  const MachineModel& machine = posting_.machine.model;
   const Point<Part> tip = pose_under_tcp(machine, op.setup, words).tip;
   Joints slides = solve_linear(machine, op.setup, tip, words.a, words.c);
   slides.x = round_decimal(slides.x, format_.linear_decimals);
   slides.y = round_decimal(slides.y, format_.linear_decimals);
   return slides;
+}
+
+/// Of all operations, those in which the table turns to its place under TCP among them.
+std::size_t Writer::blocks() const {
+  std::size_t count = layout_.blocks;
+  for (const Operation& op : posting_.operations)
+    count += tcp_start(posting_.machine, op.setup, first_of(op)).size();
+  return count;
 }
 
 void Writer::event(const PathEvent& event) {

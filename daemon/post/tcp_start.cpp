@@ -9,9 +9,8 @@
 namespace tiltfeed::daemon {
 namespace {
 
-// A rotary of the table turns so far in a block at most, degrees. Between its ends the slides leave their
-// place by 4 % of the tip's distance from the axis; where both rotaries turn, by 8 %, and 12 % where one is
-// nutating.
+// The rotaries of the table turn so far in a block at most, both together, degrees. Between its ends the
+// slides leave their place by 4 % of the tip's distance from the axes.
 constexpr double kStep = 30.0;
 constexpr double kTurn = 360.0;
 
@@ -47,12 +46,12 @@ std::vector<Joints> tcp_start(const config::MachineProfile& machine, const Setup
   if (!format.tcp || !config::begins_at_home(format.dialect) || at_home(machine, first)) return {};
   Joints home = first;
   home.z = std::max(first.z, machine.model.z.max - format.tcp_start_below);
-  double furthest = 0.0;
+  double turn_of_all = 0.0;
   for (const TableTurn& turn : table_turns(machine.model)) {
     home.*turn.word = *nearest_home(*turn.axis, first.*turn.word, format.rotary_decimals);
-    furthest = std::max(furthest, std::abs(first.*turn.word - home.*turn.word));
+    turn_of_all += std::abs(first.*turn.word - home.*turn.word);
   }
-  const double steps = std::ceil(furthest / kStep);
+  const double steps = std::ceil(turn_of_all / kStep);
   std::vector<Joints> places;
   for (double i = 0.0; i <= steps; ++i) {
     Joints at = home;

@@ -230,6 +230,16 @@ expect 0 'blocks' "$bin/tiltfeed" plan "$work/less.yaml" --out "$work/less.nc"
 expect 0 'stock  *offset:.*taken' "$bin/tiltfeed" verify "$work/less.yaml" "$work/less.nc" --resolution 1
 expect 3 'never cut, facet' "$bin/tiltfeed" verify "$work/more.yaml" "$work/less.nc" --resolution 1
 
+# TCP of a control that may count from the table as it stands: the blocks that turn the table first are in the header's count.
+sed -e 's/^  dialect: rs274 /  dialect: fanuc /' -e 's/^  tcp: false/  tcp: true/' -e '/^  feed_m/d' \
+  "$root/config/machines/generic-ac.yaml" > "$work/tcp_machine.yaml"
+expect 0 'pin.stl' "$bin/tiltfeed-sim" part pin --out "$work/pin.stl"
+sed -e "s#stl:.*#stl: $work/pin.stl#" -e "s#^machine:.*#machine: $work/tcp_machine.yaml#" "$root/config/jobs/pin.yaml" > "$work/tcp.yaml"
+echo 'program: {tool: 1}' >> "$work/tcp.yaml"
+expect 0 'blocks' "$bin/tiltfeed" plan "$work/tcp.yaml" --out "$work/tcp.nc"
+grep -q 'G43.4 .* C0' "$work/tcp.nc" || { echo 'FAILED: TCP does not begin with the table at home'; failed=1; }
+expect 0 'passed' "$bin/tiltfeed" verify "$work/tcp.yaml" "$work/tcp.nc" --resolution 1
+
 # CL text of another CAM system to a program and back; nothing is written unless the whole is valid.
 readonly machine=$root/config/machines/generic-ac.yaml foreign=$root/tests/golden/foreign.cls
 expect 0 'heidenhain_iso' "$bin/tiltfeed" post --list-dialects
