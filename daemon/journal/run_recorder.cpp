@@ -222,7 +222,7 @@ ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& no
     return uncertain(decision, loss + "the journal does not say enough to ask the controller", now,
                      last.total);
   decision.way = ResumeWay::kContinue;
-  decision.ring = {last.session_id, last.boot_id, last.acknowledged, decision.may_have};
+  decision.ring = {last.session_id, last.boot_id, last.acknowledged, decision.may_have, decision.executed};
   decision.text = "asks the controller, which counts what it executed, then goes on after that";
   return decision;
 }

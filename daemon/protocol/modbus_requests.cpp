@@ -36,13 +36,18 @@ void ModbusSession::push(NumericBlock block) {
 }
 
 void ModbusSession::pass(const NumericBlock& block) {
-  last_line_ = block.line;
+  if (++passed_ <= completed_) completed_line_ = block.line;
   if (block.op != BlockOp::kRapid && block.op != BlockOp::kFeed) return;
   const double to[] = {block.x, block.y, block.z, block.tilt, block.rotary};
   for (std::size_t i = 0; i < end_.size(); ++i) {
     if (((block.kept | block.absent) >> i & 1U) != 0) continue;
     end_[i] = to[i];
-    if (block.machine) end_[i].reset();  // where the machine's own place is is not known
+    if (block.machine) {
+      end_[i].reset();  // where the machine's own place is is not known
+      continue;
+    }
+    last_move_ = passed_;
+    last_move_line_ = block.line;
   }
 }
 

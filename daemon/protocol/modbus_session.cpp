@@ -20,6 +20,8 @@ constexpr Time kLinkLoss = seconds(10);
 constexpr Time kIdleStall = seconds(10);
 /// Frames refused, or status words unusable, one after the other: chance is excluded.
 constexpr int kMaxRefusals = 10, kMaxRereads = 20;
+/// Exception 4 at the program's end: a reading that failed may succeed.
+constexpr int kMostPlaceFailures = 3;
 
 }  // namespace
 
@@ -64,6 +66,10 @@ void ModbusSession::on_missing(Time now) {
 
 void ModbusSession::on_exception(std::uint8_t exception, Time now) {
   const std::string name = "Modbus exception " + std::to_string(exception);
+  if (step_ == Step::kPlace && exception == 4 && ++place_failures_ <= kMostPlaceFailures) {
+    next_request_ = now + kBusyPause;
+    return;
+  }
   const bool no_place = step_ == Step::kPlace && exception <= 3;
   if (no_place) step_ = Step::kClose, request_.clear();
   if (no_place) return;
@@ -150,9 +156,7 @@ void ModbusSession::on_stream_status(const RingStatus& status, Time now) {
   if (phase_ == Phase::kFault) return;
   if (ended_ && accepted() == pushed_ && phase_ == Phase::kRun) move(Event::kAllSent);
   if (phase_ == Phase::kDrain && completed_ == pushed_ && mail_.empty()) {
-    const bool known =
-        std::any_of(end_.begin(), end_.end(), [](const auto& axis) { return axis.has_value(); });
-    step_ = identity_.positions && known ? Step::kPlace : Step::kClose;
+    step_ = place_is_out() ? Step::kPlace : Step::kClose;
     step_began_ = now;
     return;
   }
@@ -191,6 +195,7 @@ bool ModbusSession::advance(const RingStatus& status, Time now) {
   for (int i = 0; i < more_completed; ++i) {
     waits_at_ =
         is_operator_stop(pending_.front().block) ? std::optional(pending_.front().words[0]) : std::nullopt;
+    completed_line_ = pending_.front().block.line;
     pending_.pop_front();
   }
   accepted_pending_ -= static_cast<unsigned>(more_completed);
@@ -232,18 +237,36 @@ std::string ModbusSession::block_name(std::uint16_t seq) const {
   return quote_line(block.line, block.text);
 }
 
+/// The program's last move is counted as completed, and where the axes are was not read yet.
+bool ModbusSession::place_is_out() const {
+  const bool known = std::any_of(end_.begin(), end_.end(), [](const auto& axis) { return axis.has_value(); });
+  const bool at_end = ended_ || options_.before + pushed_ == options_.total;
+  return identity_.positions && known && at_end && completed_ >= last_move_ && step_ < Step::kClose;
+}
+
+/// Completed blocks, but for those that the axes' place at the end must prove.
+std::uint64_t ModbusSession::proved() const {
+  if (!identity_.positions || step_ == Step::kClose) return completed_;
+  // Not read from the program yet: the last move may be among them.
+  if (passed_ < completed_) return std::min(options_.executed, completed_);
+  return place_is_out() ? last_move_ - 1 : completed_;
+}
+
 LineRange ModbusSession::uncertain() const {
-  if (step_ == Step::kPlace) return {last_line_, last_line_};
-  if (touched_ == completed_ || pending_.empty()) return {};
-  const std::size_t last = std::min<std::uint64_t>(touched_ - completed_, pending_.size()) - 1;
-  return {pending_.front().block.line, pending_[last].block.line};
+  LineRange lines;
+  if (touched_ != completed_ && !pending_.empty()) {
+    const std::size_t last = std::min<std::uint64_t>(touched_ - completed_, pending_.size()) - 1;
+    lines = {pending_.front().block.line, pending_[last].block.line};
+  }
+  if (place_is_out()) lines = {last_move_line_, std::max(lines.last, completed_line_)};
+  return lines;
 }
 
 void ModbusSession::fault(Code code, const std::string& what, Event event) {
   // Everything was proved before; only the session's end was still out.
   if (step_ == Step::kClose) return move(Event::kProved);
   error_ = {code, what};
-  if (step_ == Step::kPlace)
+  if (place_is_out() && completed_ == pushed_)
     error_.message = "every block is counted as executed, but " +
                      (elsewhere_ ? "" : std::string("the axes were not read at the program's end: ")) + what;
   if (!is_opening(phase_)) error_.message += "; " + describe(state());
@@ -262,8 +285,8 @@ SendState ModbusSession::state() const {
   state.total = options_.total;
   state.sent = options_.before + touched_;
   state.acknowledged = options_.before + std::max(accepted(), known_);
-  state.executed = options_.before + completed_;
-  if (step_ == Step::kPlace && completed_ > 0) --state.executed;  // the last one's place is still out
+  state.executed = options_.before + proved();
+  state.elsewhere = elsewhere_;
   if (phase_ == Phase::kRun) state.starved = ran_out_ && state.acknowledged < options_.total;
   state.held = held_;
   state.resends = resends_;

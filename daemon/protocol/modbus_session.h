@@ -28,6 +28,7 @@ struct ModbusOptions {
   bool attach = false;
   std::uint16_t boot = 0;                    ///< of that run
   std::uint64_t accepted = 0, reserved = 0;  ///< blocks surely accepted, blocks that may have been sent
+  std::uint64_t executed = 0;                ///< blocks surely executed
 };
 
 /// Properties: a request is repeated identically until its reply was read; blocks count as taken over only by
@@ -104,6 +105,8 @@ class ModbusSession {
   void read_again(const char* why, Time now);
 
   std::uint64_t accepted() const { return completed_ + accepted_pending_; }
+  bool place_is_out() const;
+  std::uint64_t proved() const;
   LineRange uncertain() const;
   std::string block_name(std::uint16_t seq) const;
   void fault(Code code, const std::string& what, Event event = Event::kFailed);
@@ -138,9 +141,11 @@ class ModbusSession {
   Time late_{};         // the longest time without a heartbeat since the machine ran
 
   std::array<std::optional<double>, 5>
-      end_;                      // where the blocks lead: X Y Z tilt rotary, as far as that is known
-  std::uint64_t last_line_ = 0;  // of the program's last block so far
-  int place_polls_ = 0;
+      end_;                   // where the blocks lead: X Y Z tilt rotary, as far as that is known
+  std::uint64_t passed_ = 0;  // blocks read from the program
+  std::uint64_t last_move_ = 0, last_move_line_ = 0;  // of these, the newest that leads to a known place
+  std::uint64_t completed_line_ = 0;                  // of the newest completed block
+  int place_polls_ = 0, place_failures_ = 0;
   bool elsewhere_ = false;  // after so many readings the axes were still not at the end
 
   std::string request_;  // out, not answered yet

@@ -119,7 +119,7 @@ std::string describe(const SendState& state) {
          (lines.first == 0 ? ""
                            : " (lines " + std::to_string(lines.first) + " to " + std::to_string(lines.last) +
                                  " of the file)") +
-         "; earlier ones have, later ones have not";
+         (state.elsewhere ? "; earlier ones may not have" : "; earlier ones have") + ", later ones have not";
 }
 
 }  // namespace tiltfeed::daemon

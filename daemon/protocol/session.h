@@ -121,6 +121,7 @@ struct SendState {
   std::string machine = {};   ///< the machine's own word for its state: Idle, Run, Hold, ...
   std::uint64_t line = 0;     ///< program line in execution, where the controller tells; 0: unknown
   LineRange uncertain = {};   ///< lines that may or may not have run, if everything ended now
+  bool elsewhere = false;     ///< the axes are not where blocks counted as executed lead
   Loss loss = Loss::kNone;    ///< kFault, kAlarm: what of the run is lost
   bool provable = false;      ///< the link can continue with the next block after a loss (Modbus ring)
   std::uint16_t session = 0;  ///< Modbus: name of the run in the controller

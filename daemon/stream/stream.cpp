@@ -204,6 +204,7 @@ ModbusOptions modbus_options(const LinkSpec& spec, const SendOptions& options, c
     modbus.boot = options.attach->boot;
     modbus.accepted = options.attach->accepted - std::min(modbus.before, options.attach->accepted);
     modbus.reserved = options.attach->reserved - std::min(modbus.before, options.attach->reserved);
+    modbus.executed = options.attach->executed - std::min(modbus.before, options.attach->executed);
   }
   return modbus;
 }

@@ -24,6 +24,7 @@ struct Attachment {
   std::uint16_t session = 0, boot = 0;  ///< SendState::session and boot of that run
   std::uint64_t accepted = 0;           ///< blocks known to be accepted: a lower bound
   std::uint64_t reserved = 0;           ///< blocks that may have reached the wire: an upper bound
+  std::uint64_t executed = 0;           ///< blocks that have surely run: a lower bound
 };
 
 struct SendOptions {

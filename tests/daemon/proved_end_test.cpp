@@ -101,6 +101,109 @@ TEST(ProvedEnd, ARingIsDoneWhenItsPlaceWasReadWhateverBecomesOfItsSession) {
   EXPECT_EQ(bench.session.state().executed, kBlocks);
 }
 
+/// An order is not acknowledged yet when the last block is counted.
+TEST(ProvedEnd, AnOrderInTheLastMomentsProvesNoEnd) {
+  RingBench bench(kBlocks);
+  bench.ring.positions = program_end();
+  bench.per_turn = 1;
+  while (bench.ring.completed < kBlocks - 3) ASSERT_TRUE(bench.turn());
+  bench.session.command({Order::kFeedOverride, 50}, bench.now);
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_TRUE(bench.turn([](FakeRing& ring, ModbusRequest request) {
+      if (request.write_address == RingMap{}.mailbox) request.words.clear();
+      return ring.serve(request);
+    }));
+    ASSERT_LT(bench.session.state().executed, kBlocks);
+  }
+  ASSERT_EQ(bench.ring.completed, kBlocks);
+  bench.session.link_lost({Code::kLink, "the wire has gone"});
+  expect_last_in_doubt(bench.session);
+}
+
+/// The last block comes to its end while the machine goes into a hold.
+void hold_at_end(RingBench& bench) {
+  bench.ring.positions = program_end();
+  bench.per_turn = 1;
+  while (bench.ring.completed < kBlocks - 1) ASSERT_TRUE(bench.turn());
+  bench.session.command({Order::kHold}, bench.now);
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(bench.turn());
+  bench.ring.completed = kBlocks;
+  bench.ring.used = 0;
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(bench.turn());
+  ASSERT_EQ(bench.session.phase(), Phase::kHold);
+}
+
+TEST(ProvedEnd, AHoldAtTheEndProvesNoEnd) {
+  RingBench bench(kBlocks);
+  hold_at_end(bench);
+  EXPECT_EQ(bench.session.state().executed, kBlocks - 1);
+  EXPECT_EQ(bench.session.state().uncertain.first, kBlocks);
+}
+
+TEST(ProvedEnd, AStopAtTheEndLeavesTheLastBlockInDoubt) {
+  RingBench bench(kBlocks);
+  hold_at_end(bench);
+  bench.session.command({Order::kStop}, bench.now);
+  while (bench.turn()) continue;
+  EXPECT_EQ(bench.session.phase(), Phase::kStopped);
+  const std::string& why = bench.session.error().message;
+  EXPECT_TRUE(has(why, "blocks 20 to 20 may have run")) << why;
+}
+
+/// Three blocks after the last move: coolant off, spindle off, end.
+NumericBlock with_tail(std::uint64_t line) {
+  NumericBlock block = block_at(line);
+  if (line + 3 <= kBlocks) return block;
+  block.op = BlockOp::kMCode;
+  block.m_code = line + 2 == kBlocks ? 9 : line + 1 == kBlocks ? 5 : 2;
+  return block;
+}
+
+TEST(ProvedEnd, WhatIsInDoubtBeginsWithTheLastMove) {
+  for (const bool elsewhere : {false, true}) {
+    RingBench bench(kBlocks);
+    bench.block = with_tail;
+    bench.per_turn = 1;
+    bench.ring.positions = elsewhere ? Words(10, 0) : program_end();
+    bool asked = false;
+    while (!asked && bench.turn([&](FakeRing& ring, const ModbusRequest& request) {
+      asked = asks_place(request);
+      return ring.serve(request);
+    }))
+      ASSERT_LE(bench.session.state().executed, kBlocks - (asked ? 0 : 4)) << "a journal would keep it";
+    if (!elsewhere) {
+      ASSERT_EQ(bench.session.state().executed, kBlocks);
+      continue;
+    }
+    for (int i = 0; i < 3; ++i) bench.turn();
+    ModbusSession lost = bench.session;
+    lost.link_lost({Code::kLink, "the wire has gone"});
+    const std::string what = "blocks 17 to 20 may have run (lines 17 to 20 of the file)";
+    EXPECT_TRUE(has(lost.error().message, what)) << lost.error().message;
+    EXPECT_TRUE(has(lost.error().message, "earlier ones have,")) << lost.error().message;
+    while (bench.turn()) continue;
+    const std::string& why = bench.session.error().message;
+    EXPECT_EQ(bench.session.state().executed, kBlocks - 4);
+    EXPECT_TRUE(has(why, what)) << why;
+    EXPECT_TRUE(has(why, "not at the program's end")) << why;
+    EXPECT_FALSE(has(why, "earlier ones have,")) << why;
+  }
+}
+
+TEST(ProvedEnd, APlaceThatCannotBeReadAtOnceIsAskedForAgain) {
+  for (const int failures : {2, 1000}) {
+    RingBench bench(kBlocks);
+    bench.ring.positions = program_end();
+    int asked = 0;
+    while (bench.turn([&](FakeRing& ring, const ModbusRequest& request) {
+      return asks_place(request) && asked++ < failures ? ModbusReply{4, {}} : ring.serve(request);
+    }))
+      continue;
+    EXPECT_EQ(bench.session.phase(), failures == 2 ? Phase::kDone : Phase::kFault);
+    EXPECT_LE(asked, 4);
+  }
+}
+
 /// The sender died when all was executed and the place was not read: the next one reads it.
 TEST(ProvedEnd, WhoGoesOnAfterTheLastBlockReadsThePlace) {
   for (const bool there : {true, false}) {
@@ -114,6 +217,8 @@ TEST(ProvedEnd, WhoGoesOnAfterTheLastBlockReadsThePlace) {
     options.attach = true;
     options.boot = bench.ring.boot;
     options.accepted = options.reserved = kBlocks;
+    options.executed = 7;
+    bool placed = false;
     ModbusSession next(options, bench.now);
     for (int turns = 0; turns < 1000 && !is_final(next.phase()); ++turns) {
       if (next.wants_work()) {
@@ -126,6 +231,8 @@ TEST(ProvedEnd, WhoGoesOnAfterTheLastBlockReadsThePlace) {
       if (request.empty()) continue;
       next.sent(request.size());
       next.receive(pack_reply(bench.ring.serve(unpack_request(request))), bench.now);
+      placed = placed || (there && asks_place(unpack_request(request)));
+      ASSERT_TRUE(placed || next.state().executed < kBlocks);
     }
     EXPECT_EQ(next.phase(), there ? Phase::kDone : Phase::kFault) << next.error().message;
   }

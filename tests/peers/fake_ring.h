@@ -184,7 +184,7 @@ struct RingBench {
   void feed() {
     while (session.wants_work()) {
       if (next > count) return session.end_of_program();
-      session.push(block_at(next++));
+      session.push(block(next++));
     }
   }
   /// One turn; `wire` may change the reply, or lose request or reply.
@@ -222,6 +222,7 @@ struct RingBench {
   }
 
   std::uint64_t count, next = 1;
+  std::function<NumericBlock(std::uint64_t)> block = block_at;
   FakeRing ring;
   Time now{0};
   ModbusSession session;
