@@ -1,5 +1,6 @@
 #include "daemon/command/patient_writer.h"
 
+#include <poll.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -16,13 +17,14 @@ namespace {
 /// More than a run has phases; what comes on top is left out.
 constexpr std::size_t kMostLines = 64;
 constexpr std::chrono::milliseconds kLastWait{500};
+constexpr int kRoomPoll = 100;  // ms
 }  // namespace
 
 struct PatientWriter::Shared {
   std::mutex mutex;
   std::condition_variable changed;
   std::deque<std::string> lines;  // the front one is being written
-  bool over = false, failed = false;
+  bool over = false, given_up = false, failed = false;
 
   /// Outlives the writer where the descriptor takes nothing.
   void work(int descriptor) {
@@ -40,14 +42,23 @@ struct PatientWriter::Shared {
     }
   }
 
-  static bool write_all(int descriptor, std::string_view text) {
+  bool write_all(int descriptor, std::string_view text) {
     while (!text.empty()) {
       const ssize_t taken = ::write(descriptor, text.data(), text.size());
       if (taken < 0 && errno == EINTR) continue;
+      if (taken < 0 && errno == EAGAIN && await_room(descriptor)) continue;
       if (taken <= 0) return false;
       text.remove_prefix(static_cast<std::size_t>(taken));
     }
     return true;
+  }
+
+  /// Of a descriptor that does not block. False when nobody waits for the text any more.
+  bool await_room(int descriptor) {
+    pollfd room{descriptor, POLLOUT, 0};
+    static_cast<void>(::poll(&room, 1, kRoomPoll));
+    const std::lock_guard lock(mutex);
+    return !given_up;
   }
 };
 
@@ -65,6 +76,7 @@ PatientWriter::~PatientWriter() {
   shared_->over = true;
   shared_->changed.notify_all();
   shared_->changed.wait_for(lock, kLastWait, [&] { return shared_->lines.empty() || shared_->failed; });
+  shared_->given_up = true;
 }
 
 void PatientWriter::write(std::string text, bool newest) {
