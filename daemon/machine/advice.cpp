@@ -30,7 +30,9 @@ std::string orders_in_change(LinkKind kind) {
   return possible_of(kind, kOrders);
 }
 
-std::string tool_off_advice(LinkKind kind) {
+std::string tool_off_advice(LinkKind kind, const config::ProgramFormat& format) {
+  if (can_order(kind, "tool park") && format.retract == "none")
+    return "`tiltfeed machine jog` takes the tool off: the profile states no retract line";
   if (can_order(kind, "tool park")) return "`tiltfeed machine tool park` takes the tool off";
   return std::string(can_order(kind, "reset")
                          ? "`tiltfeed reset` ends what the controller still has of its way; "

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/program_format.h"
 #include "daemon/program/link_kind.h"
 
 namespace tiltfeed::daemon {
@@ -18,7 +19,7 @@ std::string possible_of(LinkKind kind, std::span<const std::string_view> orders)
 /// What an operator may want of the machine while a tool is changed, as above; empty: nothing.
 std::string orders_in_change(LinkKind kind);
 /// Before a tool change, when a parking or a way back was cut off: how the tool comes off the part.
-std::string tool_off_advice(LinkKind kind);
+std::string tool_off_advice(LinkKind kind, const config::ProgramFormat& format);
 /// For who has no tool change to end; empty: nothing.
 std::string tool_by_hand_advice(LinkKind kind);
 /// How a controller forgets what it may still have of a job.

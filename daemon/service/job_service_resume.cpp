@@ -68,8 +68,8 @@ Result<ProgramRun> write_entry(const EntryOrder& order) {
 }
 
 /// After a service that ended, or a way back that did.
-std::string not_known(LinkKind kind) {
-  return "whether and where it stands is not known; " + tool_off_advice(kind);
+std::string not_known(LinkKind kind, const config::ProgramFormat& format) {
+  return "whether and where it stands is not known; " + tool_off_advice(kind, format);
 }
 
 }  // namespace
@@ -149,7 +149,8 @@ void JobService::go_on(const SpooledJob& job, Done done) {
       ProgramRun run_of = *prepared;
       run_of.stand_at(decision.executed);
       if (decision.way == ResumeWay::kToolChange && run_of.next_change())
-        return stand_before(job, *run_of.next_change(), not_known(link_.kind), decision.text),
+        return stand_before(job, *run_of.next_change(), not_known(link_.kind, config_.machine.format),
+                            decision.text),
                write_text(decision.text);
       if (decision.way == ResumeWay::kFinished)
         return set(job, JobState::kDone, decision.text), write_text(decision.text);
@@ -265,7 +266,7 @@ void JobService::judge_run_end(const RunView& view) {
   // A controller that was asked in vain says nothing about what it was given before.
   if (!end->opened) why += "; " + range_text(decision, job->total);
   if (decision.way == ResumeWay::kToolChange && end->change)
-    return stand_before(*job, *end->change, not_known(link_.kind), why);
+    return stand_before(*job, *end->change, not_known(link_.kind, config_.machine.format), why);
   if (end->state.phase == Phase::kStopped) return set(*job, JobState::kStopped, why);
   // A controller that restarted or forgot the run has said so: asking it again will not help.
   const bool lost = end->state.loss == Loss::kRestarted || end->state.loss == Loss::kForgotten;
@@ -312,7 +313,8 @@ Result<void> JobService::settle() {
         set(job, JobState::kDone, text);
         break;
       case ResumeWay::kToolChange:
-        if (at.next_change()) stand_before(job, *at.next_change(), not_known(link_.kind), text);
+        if (at.next_change())
+          stand_before(job, *at.next_change(), not_known(link_.kind, config_.machine.format), text);
         break;
       case ResumeWay::kUncertain:
         set(job, JobState::kUncertain, text);

@@ -64,9 +64,16 @@ std::vector<LinkKind> kinds_of(const std::string& name) {
   return {};
 }
 
+config::ProgramFormat without_retract() {
+  config::ProgramFormat format;
+  format.retract = "none";
+  return format;
+}
+
 TEST(Advice, EveryTextNamesWhatItsLinkHas) {
   for (const LinkKind kind : kKinds)
-    for (const std::string& text : {tool_off_advice(kind), tool_by_hand_advice(kind), forget_advice(kind)})
+    for (const std::string& text : {tool_off_advice(kind, {}), tool_off_advice(kind, without_retract()),
+                                    tool_by_hand_advice(kind), forget_advice(kind)})
       for (const std::string& name : named_in(text))
         EXPECT_TRUE(can_order(kind, name)) << static_cast<int>(kind) << ": " << text;
 }
@@ -95,8 +102,16 @@ TEST(Advice, WhatALinkHasIsWhatItPerforms) {
   EXPECT_EQ(orders_in_change(LinkKind::kModbusTcp), "status and unlock");
   EXPECT_EQ(orders_in_change(LinkKind::kDriveTcp), "status");
   EXPECT_EQ(orders_in_change(LinkKind::kDrip), "");
-  EXPECT_NE(tool_off_advice(LinkKind::kModbusTcp).find("`tiltfeed reset`"), std::string::npos);
+  EXPECT_NE(tool_off_advice(LinkKind::kModbusTcp, {}).find("`tiltfeed reset`"), std::string::npos);
+  EXPECT_NE(tool_off_advice(LinkKind::kGrbl, {}).find("machine tool park"), std::string::npos);
   EXPECT_EQ(forget_advice(LinkKind::kDrip).find("tiltfeed reset"), std::string::npos);
+}
+
+/// `machine tool park` is the profile's retract line.
+TEST(Advice, WithoutARetractLineTheToolIsJoggedOff) {
+  const std::string text = tool_off_advice(LinkKind::kGrbl, without_retract());
+  EXPECT_NE(text.find("`tiltfeed machine jog`"), std::string::npos) << text;
+  EXPECT_EQ(text.find("tool park"), std::string::npos) << text;
 }
 
 }  // namespace
