@@ -6,6 +6,7 @@
 
 #include "daemon/machine/stop_machine.h"
 #include "daemon/protocol/grbl_words.h"
+#include "daemon/protocol/session.h"
 #include "daemon/wire/wire_text.h"
 #include "kinematics/basics/decimal.h"
 
@@ -158,7 +159,7 @@ std::optional<int> override_percent(const OrderWords& words) {
   const char* const end = words[1].data() + words[1].size();
   int percent = 0;
   if (std::from_chars(words[1].data(), end, percent).ptr != end) return std::nullopt;
-  if (percent < kLeastOverride || percent > kMostOverride) return std::nullopt;
+  if (percent < kMinOverride || percent > kMaxOverride) return std::nullopt;
   return percent;
 }
 

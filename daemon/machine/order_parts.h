@@ -26,9 +26,8 @@ struct AxisWords {
   std::string letters;  ///< of the axes named, in their order
 };
 Result<AxisWords> axis_words(const OrderWords& words, const MachineModel& machine);
-/// The percent of "WHICH 80", kLeastOverride to kMostOverride; nothing where it is none.
+/// The percent of "WHICH 80", kMinOverride to kMaxOverride; nothing where it is none.
 std::optional<int> override_percent(const OrderWords& words);
-inline constexpr int kLeastOverride = 10, kMostOverride = 200;
 /// A number of three decimals.
 std::string figure(double value);
 
