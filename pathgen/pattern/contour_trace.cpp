@@ -216,7 +216,7 @@ class Tracer {
   bool stays_near(const Pass& under, Direction2 out) {
     return std::all_of(under.begin(), under.end(), [&](const EnvelopePoint& p) {
       const double off = (options_.level - p.flat.z) * dot(p.normal, p.axis);
-      return off <= (kAside + kStandOff) * options_.tolerance || rises_beside({p.flat.x, p.flat.y}, out);
+      return off <= kAside * options_.tolerance || rises_beside({p.flat.x, p.flat.y}, out);
     });
   }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/envelope/thinning.h"
 #include "pathgen/options/side_step.h"
 #include "pathgen/pattern/contours.h"
@@ -45,14 +46,13 @@ Progress in_order(const Progress& progress, std::vector<std::string> steps, doub
   };
 }
 
-/// Share of the tolerance by which shank or holder may stand too low.
-constexpr double kHeldShare = 0.5;
-
 /// Contours as passes: without what may not be cut.
 Passes from_contours(Contours&& contours, const ClField& field, const PlanOptions& options,
                      const EnvelopeOptions& limits, double smoothing, const Progress& progress) {
   const PointRules rules(options, field);
   Envelope envelope(field.surface, field.deformation, field.index, limits);
+  const ToleranceBudget budget(options.tolerance);
+  const double too_low = budget.envelope() + budget.thinning();  // (B1): contours are not thinned
   const bool guarded = field.surface.pieces().size() > 1;
   Passes passes;
   passes.as_given = true;
@@ -72,7 +72,7 @@ Passes from_contours(Contours&& contours, const ClField& field, const PlanOption
       if (!guarded) return false;
       // A contour is found between grid lines: shank and holder are asked again at each of its points.
       const auto held = envelope.at(p.flat.x, p.flat.y);
-      if (!held || held->flat.z <= p.flat.z + kHeldShare * options.tolerance) return false;
+      if (!held || held->flat.z <= p.flat.z + too_low) return false;
       const ToolPiece& piece = rules.touching(*held);
       if (piece.part == ToolPart::kCutter && !piece.at_fixtures) return false;
       rules.refuse(*held, passes.refusals);

@@ -17,7 +17,7 @@ inline constexpr double kTolerance = 0.01;  ///< of a path; the envelope has a q
 
 inline ContourOptions options_for(double step_down, double side_step) {
   ContourOptions options;
-  options.envelope = {kTolerance / 4.0, 0.03};
+  options.envelope = {kTolerance / 2.0, 0.03};  // (Z3): the border is at most twice that aside
   options.pattern.kind = PatternKind::kZLevel;
   options.pattern.step_down = step_down, options.pattern.side_step = side_step;
   options.height.low = kBallRadius;  // the floor; past its rim the surface falls on
