@@ -21,6 +21,9 @@ constexpr double kFlankShare = 0.1;
 /// Lines shorter than this share of the index's spacing are looked up like places.
 constexpr double kNearShare = 0.5;
 
+/// Shank and holder are asked for wherever they may be higher than the cutting part.
+constexpr double kAnyHeight = -std::numeric_limits<double>::infinity();
+
 }  // namespace
 
 /// Builds the envelope along one line by evaluating it where patches begin and end, and between those places
@@ -60,6 +63,17 @@ class Profile {
   Sample start() {
     at_place_ = true;
     return evaluate(0.0);
+  }
+  /// Is it higher than `z` there?
+  bool rises_over(double z) {
+    const double x = line_.x, y = line_.y;
+    const AxisLine line = map_.axis_line(x, y, angles_);
+    if (end_is_covered(x, y)) return false;
+    HighestPatch highest(surface_, map_, angles_, line);
+    highest.ask_over(z);
+    take_at(highest, x, y);
+    field_.count(highest.cost());
+    return highest.found();
   }
   /// The patch for which nothing may be cut there.
   std::optional<PatchId> shut_by() const {
@@ -249,20 +263,26 @@ class Profile {
   LineEnvelope result_;
 };
 
-LineEnvelope Envelope::along(const FlatLine& line) {
+void Envelope::look_along(const FlatLine& line) {
   if (line.length <= kNearShare * index_.spacing()) {
     look_near({line.x, line.y}, {line.x_at(line.length), line.y_at(line.length)});
     FlatIndex::along(line, nearby_, scratch_, candidates_);
   } else {
     index_.along(line, scratch_, candidates_);
   }
-  return along_candidates(line);
+}
+
+LineEnvelope Envelope::along(const FlatLine& line) { return along(line, kAnyHeight); }
+
+LineEnvelope Envelope::along(const FlatLine& line, double z) {
+  look_along(line);
+  return along_candidates(line, z);
 }
 
 LineEnvelope Envelope::along(const FlatLine& line, const RowCandidates& rows, std::size_t row) {
   rows.of(row, met_);
   FlatIndex::along(line, met_, scratch_, candidates_);
-  return along_candidates(line);
+  return along_candidates(line, kAnyHeight);
 }
 
 bool Envelope::may_rise_over(const FlatLine& line, double z) {
@@ -276,11 +296,11 @@ bool Envelope::may_rise_over(const FlatLine& line, double z) {
   return over;
 }
 
-LineEnvelope Envelope::along_candidates(const FlatLine& line) {
+LineEnvelope Envelope::along_candidates(const FlatLine& line, double least) {
   LineEnvelope found = Profile(*this, line).build();
   if (index_.guards().empty()) return found;
   // The cutting part alone shows how low shank and holder come.
-  const PassFloor floor(found.passes, line, options_.tolerance);
+  const PassFloor floor(found.passes, line, options_.tolerance, least);
   if (!find_guards(line, floor)) return found;
   return raised(found, line, floor);
 }
@@ -328,14 +348,25 @@ void Envelope::count(std::size_t cost) {
   });
 }
 
-std::optional<EnvelopePoint> Envelope::at(double x, double y) {
+template <class Look>
+auto Envelope::look_at(double x, double y, Look look) {
   candidates_.clear();
   if (places_ == nullptr && !asks_tree()) look_near({x, y}, {x, y});
   Profile profile(*this, {x, y, 1.0, 0.0, 0.0});
-  const Sample sample = profile.start();
+  const auto found = look(profile);
   shut_by_ = profile.shut_by();
-  if (!sample.hit) return std::nullopt;
-  return sample.point;
+  return found;
+}
+
+std::optional<EnvelopePoint> Envelope::at(double x, double y) {
+  return look_at(x, y, [](Profile& profile) -> std::optional<EnvelopePoint> {
+    const Sample sample = profile.start();
+    return sample.hit ? std::optional(sample.point) : std::nullopt;
+  });
+}
+
+bool Envelope::rises_over(double x, double y, double z) {
+  return look_at(x, y, [z](Profile& profile) { return profile.rises_over(z); });
 }
 
 }  // namespace tiltfeed::pathgen

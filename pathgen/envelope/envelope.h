@@ -42,23 +42,32 @@ class Envelope {
   /// The same along line `row` of those that `rows` were made for.
   LineEnvelope along(const FlatLine& line, const RowCandidates& rows, std::size_t row);
 
+  /// The same, but shank and holder are asked for only where they may be higher than `z`.
+  LineEnvelope along(const FlatLine& line, double z);
+
   /// May the envelope be higher than z' anywhere on the line? By its bounds alone.
   bool may_rise_over(const FlatLine& line, double z);
 
   /// The envelope on one axis line; nothing where the line misses the CL surface or may not be used.
   std::optional<EnvelopePoint> at(double x, double y);
-  /// Has at() look up the cutting part in `tree`, that of the index, which must outlive the envelope: for
-  /// places in no order.
+  /// Is it higher than `z` on one axis line? Costs less than at(), and does not see what is too near to the
+  /// column's end where it is not higher.
+  bool rises_over(double x, double y, double z);
+  /// Has these two look up the cutting part in `tree`, that of the index, which must outlive the envelope:
+  /// for places in no order.
   void look_up_in(const HullBvh& tree) { places_ = &tree; }
-  /// The patch for which the last place that at() was asked for may not be used.
+  /// The patch for which the last place that was asked for may not be used.
   std::optional<PatchId> shut_by() const { return shut_by_; }
 
   const EnvelopeOptions& options() const { return options_; }
 
  private:
   friend class Profile;
-  LineEnvelope along_candidates(const FlatLine& line);
+  void look_along(const FlatLine& line);
+  LineEnvelope along_candidates(const FlatLine& line, double least);
   LineEnvelope raised(const LineEnvelope& found, const FlatLine& line, const class PassFloor& floor);
+  template <class Look>
+  auto look_at(double x, double y, Look look);
   void look_near(std::array<double, 2> a, std::array<double, 2> b);
   bool asks_tree() const { return look_.by_tree(); }
   void count(std::size_t cost);

@@ -49,17 +49,19 @@ EnvelopePoint Heights::contact(Place p) {
 
 double Heights::at(Place p) { return contact(p).flat.z; }
 
-double Heights::highest(Place a, Place b, Pass* points) {
-  double top = kNoSurface;
-  const LineEnvelope found = envelope_.along(line_between(a, b));
-  if (points != nullptr) {
-    points->clear();
-    for (const Pass& pass : found.passes) points->insert(points->end(), pass.begin(), pass.end());
-  }
-  if (!found.too_near.empty() && may_be_shut()) return kShut;
-  for (const Pass& pass : found.passes)
-    for (const EnvelopePoint& p : pass) top = std::max(top, p.flat.z);
-  return top;
+bool Heights::is_over(Place p, double z) {
+  // There what is too low shuts its column.
+  if (may_be_shut() && map_.s() > 0.0) return at(p) > z;
+  const Place f = folded(p);
+  return envelope_.rises_over(f.x, f.y, z) || (envelope_.shut_by() && may_be_shut());
+}
+
+bool Heights::keeps_under(double top, Place a, Place b, Pass& points) {
+  points.clear();
+  const LineEnvelope found = envelope_.along(line_between(a, b), top);
+  for (const Pass& pass : found.passes) points.insert(points.end(), pass.begin(), pass.end());
+  if (!found.too_near.empty() && may_be_shut()) return false;
+  return std::all_of(points.begin(), points.end(), [&](const EnvelopePoint& p) { return p.flat.z <= top; });
 }
 
 std::vector<HeightSample> Heights::profile(const FlatLine& line) {

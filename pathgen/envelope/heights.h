@@ -36,13 +36,17 @@ class Heights {
   /// the near side.
   double at(Place p);
 
+  /// Is that over `z`? Requires: a level that a contour may have there, kLeastAxisDistance off the axis
+  /// feature.
+  bool is_over(Place p, double z);
+
   /// The envelope's point there; where there is none, one without height, with the patch that shuts the
   /// column, if any.
   EnvelopePoint contact(Place p);
 
-  /// The highest z' on the straight line from a to b, which does not run beyond a pole. `points`, if any:
-  /// becomes those of the envelope there.
-  double highest(Place a, Place b, Pass* points = nullptr);
+  /// Is z' at most `top` on the straight line from a to b, which does not run beyond a pole? `points` becomes
+  /// the envelope there; where shank and holder stay under `top`, that of the cutting part.
+  bool keeps_under(double top, Place a, Place b, Pass& points);
 
   /// Heights along the line by rising run, as densely as Envelope::along gives them; gaps are samples of
   /// kNoSurface or kShut just beyond the ends of what is beside them.

@@ -3,6 +3,8 @@
 // down. (E1) in pathgen/envelope/README.md, (S8) in pathgen/surface/README.md.
 
 #include <algorithm>
+#include <limits>
+#include <optional>
 
 #include "pathgen/axis/deformation.h"
 #include "pathgen/surface/cl_surface.h"
@@ -17,13 +19,19 @@ class HighestPatch {
                const AxisLine& line)
       : surface_(surface), map_(map), angles_(angles), line_(line) {}
 
+  /// Only what is higher than `z` is asked for, and any patch that is will do.
+  void ask_over(double z) { over_ = z; }
+
   bool found() const { return found_; }
   const ClHit& hit() const { return best_; }
   PatchId patch() const { return patch_.patch; }
   /// The same as the tree showed it; one that take() was given alone has no hull.
   const DropBvh::Found& best() const { return patch_; }
-  /// Is it over all of a patch that is no higher than `top`?
-  bool is_over(float top) const { return found_ && static_cast<double>(top) < best_.z; }
+  /// Does it not matter what a patch is like that is no higher than `top`?
+  bool is_over(float top) const {
+    if (!over_) return found_ && static_cast<double>(top) < best_.z;
+    return found_ || static_cast<double>(top) <= *over_;
+  }
 
   /// What it took: the patches dropped on, and of the tree's boxes a quarter as many.
   std::size_t cost() const { return cost_; }
@@ -37,6 +45,7 @@ class HighestPatch {
     ++cost_;
     ClHit hit;
     if (!surface_.top(found.patch, line_, hit)) return;
+    if (over_ && hit.z <= *over_) return;
     if (!map_.in_column(hit.z, angles_, 0.0)) return;  // seen from its own column
     if (found_ && (hit.z < best_.z || (hit.z == best_.z && found.patch > patch_.patch))) return;
     if (is_there(found)) best_ = hit, patch_ = found, found_ = true;
@@ -46,11 +55,14 @@ class HighestPatch {
   template <class IsThere>
   void take_from(const DropBvh& drops, double x, double y, IsThere is_there) {
     DropBvh::Heights asked = column();
-    const double bottom = asked.low;
-    if (found_) asked.low = std::max(bottom, best_.z);
+    const double bottom = over_ ? std::max(asked.low, *over_) : asked.low;
+    const auto raise = [&] {
+      if (found_) asked.low = over_ ? std::numeric_limits<double>::infinity() : std::max(bottom, best_.z);
+    };
+    asked.low = bottom, raise();
     const std::size_t boxes = drops.each(x, y, line_, asked, [&](const DropBvh::Found& found) {
       take(found, is_there);
-      if (found_) asked.low = std::max(bottom, best_.z);
+      raise();
     });
     cost_ += boxes / 4;
   }
@@ -78,6 +90,7 @@ class HighestPatch {
   const AxisLine& line_;
   ClHit best_;
   DropBvh::Found patch_{};
+  std::optional<double> over_;
   std::size_t cost_ = 0;
   bool found_ = false;
 };

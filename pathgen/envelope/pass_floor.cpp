@@ -15,12 +15,14 @@ double run_of(const FlatLine& line, const EnvelopePoint& p) { return line.run_of
 
 }  // namespace
 
-PassFloor::PassFloor(std::span<const Pass> passes, const FlatLine& line, double slack) {
-  run_.push_back(-kInfinity), low_.push_back(-kInfinity);
+PassFloor::PassFloor(std::span<const Pass> passes, const FlatLine& line, double slack, double least) {
+  run_.push_back(-kInfinity), low_.push_back(least);
   for (const Pass& pass : passes) {
     for (std::size_t i = 0; i < pass.size(); ++i) {
       run_.push_back(run_of(line, pass[i]));
-      low_.push_back(i + 1 < pass.size() ? std::min(pass[i].flat.z, pass[i + 1].flat.z) - slack : -kInfinity);
+      low_.push_back(i + 1 < pass.size()
+                         ? std::max(std::min(pass[i].flat.z, pass[i + 1].flat.z) - slack, least)
+                         : least);
     }
     // A candidate that ends with the pass ends no further.
     run_[run_.size() - pass.size()] -= kSame, run_.back() += kSame;

@@ -13,11 +13,12 @@
 
 namespace tiltfeed::pathgen {
 
-/// Where there is no pass the floor is as low as can be.
+/// Where there is no pass the floor is as low as may be.
 class PassFloor {
  public:
-  /// `slack`: the surface may lie so far under the straight moves, mm.
-  PassFloor(std::span<const Pass> passes, const FlatLine& line, double slack);
+  /// `slack`: the surface may lie so far under the straight moves, mm. The floor is nowhere lower than
+  /// `least`.
+  PassFloor(std::span<const Pass> passes, const FlatLine& line, double slack, double least);
 
   /// No place of the surface between these run coordinates lies lower (z').
   double lowest(double from, double to) const;

@@ -142,7 +142,7 @@ class Tracer {
         flat_length(c.outside, direction(c.inside, c.outside), options_.tolerance * kFineShare);
     bisect(heights_, border_, fine, border.outside, border.inside);
     Place place = moved(border.outside, out, flat_length(c.outside, out, options_.tolerance * kStandOff));
-    if (heights_.at(place) > border_) place = border.outside;
+    if (heights_.is_over(place, border_)) place = border.outside;
     EnvelopePoint point = heights_.contact(border.inside);
     const bool shut =
         point.flat.z == kShut || !map_.in_column({place.x, place.y, options_.level}, kLeastInColumn);
@@ -183,7 +183,8 @@ class Tracer {
     std::optional<bool> asked;
     Pass under;
     const auto clear = [&] {
-      if (!asked) asked = heights_.at(middle) <= top && heights_.highest(a.place, b.place, &under) <= top;
+      if (!asked)
+        asked = !heights_.is_over(middle, top) && heights_.keeps_under(top, a.place, b.place, under);
       return *asked;
     };
     if (rises && quarters_fit(a.place, b.place, out, top) && clear() && stays_near(under, out)) return;
@@ -207,7 +208,7 @@ class Tracer {
   /// envelope's tolerance sideways, and most of all there. A border to and fro over the move leaves it there.
   bool quarters_fit(Place a, Place b, Direction2 out, double top) {
     const Place early = lerp(a, b, 0.25), late = lerp(a, b, 0.75);
-    return heights_.at(early) <= top && heights_.at(late) <= top && rises_beside(early, out) &&
+    return !heights_.is_over(early, top) && !heights_.is_over(late, top) && rises_beside(early, out) &&
            rises_beside(late, out);
   }
 
@@ -221,19 +222,19 @@ class Tracer {
   }
 
   bool rises_beside(Place p, Direction2 out) {
-    return heights_.at(moved(p, out, -flat_length(p, out, kAside * options_.tolerance))) > border_;
+    return heights_.is_over(moved(p, out, -flat_length(p, out, kAside * options_.tolerance)), border_);
   }
 
   /// The border on the line across a move, looked for as far as `reach` to the side where it must be.
   std::optional<Stop> border_near(Place from, Direction2 out, double reach) {
-    const bool inside = heights_.at(from) > border_;
+    const bool inside = heights_.is_over(from, border_);
     const Direction2 way = inside ? out : Direction2{-out.x, -out.y};
     const double least = flat_length(from, out, options_.tolerance);
     const double step = std::max(least, reach / kLookSteps);
     Place last = from;
     for (double gone = std::min(least, step); gone <= reach + least; gone += step) {
       const Place next = moved(from, way, gone);
-      if ((heights_.at(next) > border_) != inside)
+      if (heights_.is_over(next, border_) != inside)
         return stop_at(inside ? Crossing{next, last} : Crossing{last, next}, out);
       last = next;
     }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <string>
 
 #include "pathgen/pattern/contour_order.h"
 #include "pathgen/pattern/contour_trace.h"
@@ -79,8 +80,7 @@ class ZLevels {
     if (static_cast<double>(grid.node_heights.size()) * static_cast<double>(levels_.size()) > kMaxLevelNodes)
       return fail(Code::kLimit, std::to_string(levels_.size()) + " levels on a grid of " +
                                     std::to_string(grid.node_heights.size()) +
-                                    " places need more memory than is set aside; use a larger "
-                                    "pattern.step_down_mm or pattern.side_step_mm");
+                                    " places need more memory than is set aside; use a larger " + steps());
     if (!find(grid) || !trace()) return cancelled();
     return collect();
   }
@@ -88,6 +88,12 @@ class ZLevels {
  private:
   bool report(const char* stage, std::size_t done, std::size_t of) const {
     return !progress_ || progress_(stage, static_cast<double>(done) / static_cast<double>(of));
+  }
+
+  /// The keys that the grid's spacing comes from.
+  std::string steps() const {
+    const bool levels_only = options_.pattern.kind == PatternKind::kZLevel;
+    return levels_only ? "pattern.step_down_mm" : "pattern.step_down_mm or pattern.side_step_mm";
   }
 
   bool find(const LevelGrid& grid) {
@@ -143,7 +149,8 @@ class ZLevels {
     if (left_out > 0)
       result.warnings.push_back(std::to_string(left_out) +
                                 " moves of contours left out: between two grid lines the surface rises over "
-                                "them or falls away; a smaller pattern.side_step_mm may follow it");
+                                "them or falls away; a smaller " +
+                                steps() + " may follow it");
     return result;
   }
 

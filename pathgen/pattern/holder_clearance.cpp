@@ -165,9 +165,9 @@ Touches find_touches(const ClField& guarded, const EnvelopeOptions& options, con
     for (const Pass& pass : row)
       for (const EnvelopePoint& p : pass) {
         if (!watch.next()) return touches;
+        if (!envelope.rises_over(p.flat.x, p.flat.y, p.flat.z + kClear)) continue;
         const auto held = envelope.at(p.flat.x, p.flat.y);
-        if (!held || held->flat.z <= p.flat.z + kClear ||
-            guarded.surface.piece(held->patch).part == ToolPart::kCutter ||
+        if (!held || guarded.surface.piece(held->patch).part == ToolPart::kCutter ||
             guarded.surface.piece(held->patch).at_fixtures)
           continue;
         ++touches.points;

@@ -71,8 +71,9 @@ Passes from_contours(Contours&& contours, const ClField& field, const PlanOption
       if (!rules.may_cut(p, passes.refusals)) return true;
       if (!guarded) return false;
       // A contour is found between grid lines: shank and holder are asked again at each of its points.
+      if (!envelope.rises_over(p.flat.x, p.flat.y, p.flat.z + too_low)) return false;
       const auto held = envelope.at(p.flat.x, p.flat.y);
-      if (!held || held->flat.z <= p.flat.z + too_low) return false;
+      if (!held) return false;
       const ToolPiece& piece = rules.touching(*held);
       if (piece.part == ToolPart::kCutter && !piece.at_fixtures) return false;
       rules.refuse(*held, passes.refusals);

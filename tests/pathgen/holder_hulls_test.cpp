@@ -86,6 +86,10 @@ TEST_P(GuardCells, PlacesAndLinesEqualEveryPatchAsked) {
     ASSERT_EQ(found.has_value(), expected.has_value()) << x << ", " << y;
     ASSERT_EQ(again.has_value(), expected.has_value()) << x << ", " << y;
     if (!found) continue;
+    for (const double off : {-3.0, -1e-9, 0.0, 1e-9, 3.0}) {
+      EXPECT_EQ(envelope.rises_over(x, y, *expected + off), off < 0.0) << x << ", " << y << ", " << off;
+      EXPECT_EQ(by_tree.rises_over(x, y, *expected + off), off < 0.0) << x << ", " << y << ", " << off;
+    }
     EXPECT_EQ(found->flat.z, *expected) << x << ", " << y;
     EXPECT_EQ(again->flat.z, *expected) << x << ", " << y;
     EXPECT_EQ(again->patch, found->patch);
@@ -120,6 +124,40 @@ TEST_P(GuardCells, PlacesAndLinesEqualEveryPatchAsked) {
   }
   EXPECT_GT(moves, 60u);
   EXPECT_LE(joined, 8u);
+}
+
+/// Over a height z the envelope is whole; under it shank and holder may be left out.
+TEST_P(GuardCells, LinesAreWholeWhereShankAndHolderAreOverTheHeight) {
+  const Yard yard(GetParam().frame, 2);
+  const EnvelopeOptions limits{0.004, 0.03};
+  Envelope envelope(yard.all, yard.map, yard.index, limits);
+  const FlatBounds& b = yard.index.bounds();
+  const double ground = GetParam().frame.mode == AxisMode::kFixed ? 0.0 : yard.map.s() * kGroundRadius;
+  std::size_t over = 0, left_out = 0, under = 0;
+  for (const double share : {0.3, 0.45, 0.5, 0.62}) {
+    const FlatLine line{b.min_x, b.min_y + share * (b.max_y - b.min_y), 1.0, 0.0, b.max_x - b.min_x};
+    for (const double z : {ground + 1.0, ground + 4.0, ground + 30.0}) {
+      const LineEnvelope found = envelope.along(line, z);
+      double top = -1e9;
+      for (const Pass& pass : found.passes)
+        for (std::size_t i = 0; i < pass.size(); i += 1 + pass.size() / 40) {
+          const auto whole = yard.highest(pass[i].flat.x, pass[i].flat.y);
+          ASSERT_TRUE(whole);
+          if (*whole > z) {
+            EXPECT_EQ(pass[i].flat.z, *whole) << pass[i].flat.x << ", " << pass[i].flat.y;
+            ++over;
+          } else {
+            EXPECT_LE(pass[i].flat.z, *whole) << pass[i].flat.x << ", " << pass[i].flat.y;
+            left_out += pass[i].flat.z < *whole ? 1 : 0;
+          }
+          top = std::max(top, pass[i].flat.z);
+        }
+      under += top <= z ? 1 : 0;
+    }
+  }
+  EXPECT_GT(over, 60u);
+  EXPECT_GT(left_out, 20u);
+  EXPECT_GE(under, 4u);
 }
 
 /// A rapid ends where shank and holder, too, have the approach between them and the part.
