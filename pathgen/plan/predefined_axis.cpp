@@ -108,9 +108,12 @@ class Planner {
   /// becomes that with their patches.
   Result<void> find_passes(std::unique_ptr<const ClField>& field) {
     const bool starts_inside = field->starts_inside;
-    auto passes = trace("passes", *field);
+    // Smoothing lifts passes; only as they were, they tell which of shank and holder may touch.
+    const bool guarded = tool_pieces(options_).size() > 1;
+    other_warnings_ = report_.warnings.size();
+    auto passes = trace("passes", *field, guarded ? 0.0 : options_.smoothing);
     if (!passes) return tl::unexpected(passes.error());
-    if (tool_pieces(options_).size() > 1)
+    if (guarded)
       if (auto done = heed_guards(field, passes); !done) return done;
     if (starts_inside)
       if (auto done = leave_material(part_.mesh, options_.axis.sense, *passes, report_); !done) return done;
@@ -138,11 +141,10 @@ class Planner {
     if (!stages_.begin("guards")) return cancelled();
     auto guarded = holder_field(*field, options_, *passes, false, share_);
     if (stages_.stopped()) return cancelled();
-    if (guarded) {
-      field = std::move(guarded);
-      passes = trace("shank and holder", *field);
-      if (!passes) return tl::unexpected(passes.error());
-    }
+    const bool again = guarded != nullptr || options_.smoothing > 0.0;
+    if (guarded) field = std::move(guarded);
+    if (again) passes = trace("shank and holder", *field, options_.smoothing);
+    if (!passes) return tl::unexpected(passes.error());
     if (!stages_.begin("touches")) return cancelled();
     if (auto reported = holder_field(*field, options_, *passes, true, part_of(share_, 0.0, 0.5)))
       warn_touches(find_touches(*reported, envelope_, *passes, part_of(share_, 0.5, 1.0)), report_);
@@ -184,12 +186,15 @@ class Planner {
   /// Two thinnings share what one may leave.
   double thinning() const { return budget_.thinning() * (wanted_ != nullptr ? 0.5 : 1.0); }
 
-  Result<Passes> trace(const char* stage, const ClField& field) {
+  Result<Passes> trace(const char* stage, const ClField& field, double smoothing) {
     if (!stages_.begin(stage)) return cancelled();
     EnvelopeOptions envelope = envelope_;
     if (wanted_ != nullptr) envelope.max_distance = std::min(envelope.max_distance, wanted_->spacing);
+    PlanOptions options = options_;
+    options.smoothing = smoothing;
+    report_.warnings.resize(other_warnings_);  // those of passes that these replace
     return trace_pattern(
-        field, options_, envelope, thinning(),
+        field, options, envelope, thinning(),
         [this](const char*, double share) { return stages_.report(share); }, report_.warnings);
   }
 
@@ -263,6 +268,7 @@ class Planner {
   double top_ = -std::numeric_limits<double>::infinity();  ///< highest z' of the envelope
   ToolPath& path_;
   PlanReport& report_;
+  std::size_t other_warnings_ = 0;  ///< than of passes
   Stages stages_;
   const ReportShare share_ = [this](double share) { return stages_.report(share); };
 };

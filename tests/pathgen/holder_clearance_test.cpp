@@ -59,6 +59,22 @@ TEST(Guards, TrimmingLeavesNoHolderContactAndNoMoreOutThanThat) {
   EXPECT_NEAR(trimmed.second, plain.second, 0.03 * plain.second);
 }
 
+/// Between a high and a low wall. The smoothed pass of the cutter alone is so high that the holder would pass
+/// over the low one; it is not, once the high wall has cut the pass off.
+TEST(Guards, TrimmingIsJudgedBeforeCornersAreSmoothed) {
+  Shop shop(Reaction::kTrim);
+  const CheckedMesh trough = sheet(kUpright, {-20, 20, -6, 6, 80, 1}, [](double u, double) {
+    return u < 0.0 ? std::clamp((-9.9 - u) * 300.0, 0.0, 60.0) : std::clamp((u - 9.9) * 100.0, 0.0, 18.0);
+  });
+  shop.surface = sim::PartDistance(trough.mesh);
+  shop.guarded.smoothing = 30.0;
+  const auto planned = plan(trough, shop.guarded, nullptr);
+  ASSERT_TRUE(planned) << planned.error().message;
+  const auto [share, clear] = shop.clear_length(runs_of(planned->path));
+  EXPECT_EQ(share, 1.0);
+  EXPECT_GT(clear, 60.0);
+}
+
 TEST(Guards, RetractingKeepsAllColumnsAndRaisesTheTool) {
   const Shop shop(Reaction::kRetract);
   const auto plain = runs_of(shop.part, shop.plain);
