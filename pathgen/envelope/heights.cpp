@@ -64,14 +64,14 @@ bool Heights::keeps_under(double top, Place a, Place b, Pass& points) {
   return std::all_of(points.begin(), points.end(), [&](const EnvelopePoint& p) { return p.flat.z <= top; });
 }
 
-std::vector<HeightSample> Heights::profile(const FlatLine& line) {
+std::vector<HeightSample> Heights::profile(const FlatLine& line, double z) {
   std::vector<HeightSample> samples;
   const auto gap = [&](double from, double to) {
     if (to - from <= 2.0 * kBeyondEnd) return;
     for (double run : {from, to}) samples.push_back({run, at({line.x_at(run), line.y_at(run)})});
   };
   double end = 0.0;
-  for (const Pass& pass : envelope_.along(line).passes) {
+  for (const Pass& pass : envelope_.along(line, z).passes) {
     const auto run_of = [&](const EnvelopePoint& p) {
       return (p.flat.x - line.x) * line.dx + (p.flat.y - line.y) * line.dy;
     };

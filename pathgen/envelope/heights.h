@@ -50,7 +50,8 @@ class Heights {
 
   /// Heights along the line by rising run, as densely as Envelope::along gives them; gaps are samples of
   /// kNoSurface or kShut just beyond the ends of what is beside them.
-  std::vector<HeightSample> profile(const FlatLine& line);
+  /// Shank and holder are asked for only where they may be higher than `z`.
+  std::vector<HeightSample> profile(const FlatLine& line, double z = kNoSurface);
 
   Envelope& envelope() { return envelope_; }
   const Deformation& map() const { return map_; }

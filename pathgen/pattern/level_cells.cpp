@@ -41,7 +41,7 @@ void LevelSet::resolve(const Cell& cell, int depth) {
     if (connected(cell, ring, false)) return link_all(ring, false);
   }
   if (depth < kMostCellHalvings) return split(cell, depth);
-  link_all(ring, higher(heights_.at({(cell.x0 + cell.x1) / 2.0, (cell.y0 + cell.y1) / 2.0})));
+  link_all(ring, heights_.is_over({(cell.x0 + cell.x1) / 2.0, (cell.y0 + cell.y1) / 2.0}, level_));
 }
 
 void LevelSet::link(const Ring& ring, std::size_t exit, std::size_t entry) {
@@ -95,7 +95,7 @@ bool LevelSet::connected(const Cell& cell, const Ring& ring, bool inside) {
   const std::size_t first = inside_[static_cast<std::size_t>(ring.after[0])] == inside ? 0 : 1;
   const Place a = place_of(cell, ring, first), b = place_of(cell, ring, first + 2);
   for (int k = 1; k < kLookPlaces; ++k)
-    if (higher(heights_.at(lerp(a, b, static_cast<double>(k) / kLookPlaces))) != inside) return false;
+    if (heights_.is_over(lerp(a, b, static_cast<double>(k) / kLookPlaces), level_) != inside) return false;
   return true;
 }
 
@@ -106,7 +106,7 @@ LevelSet::Side LevelSet::inner_side(Place from, Place to, int low, int high) {
              in_high = inside_[static_cast<std::size_t>(high)];
   std::size_t next = 0;
   const std::vector<Crossing> found =
-      cross_edge(heights_.profile(line), line, next, 0.0, line.length, in_low, in_high);
+      cross_edge(heights_.profile(line, level_), line, next, 0.0, line.length, in_low, in_high);
   Side side;
   side.pieces.push_back(low);
   for (std::size_t c = 0; c < found.size(); ++c) {
@@ -139,7 +139,7 @@ void LevelSet::split(const Cell& cell, int depth) {
     half[s][1] = {{crossings + at, whole.crossings.end()}, {pieces + at, whole.pieces.end()}};
     middle[s] = whole.pieces[k];
   }
-  const int centre = new_piece(higher(heights_.at({x, y})));
+  const int centre = new_piece(heights_.is_over({x, y}, level_));
   const Side down = inner_side({x, cell.y0}, {x, y}, middle[0], centre),
              up = inner_side({x, y}, {x, cell.y1}, centre, middle[2]),
              left = inner_side({cell.x0, y}, {x, y}, middle[3], centre),
