@@ -77,6 +77,15 @@ std::vector<std::string> read_lines(const Section& program, const char* key) {
   return lines;
 }
 
+void read_retract(const Section& program, const ProgramFormat& usual, ProgramFormat& format) {
+  format.retract = read_words(program, "retract", usual.retract);
+  if (format.retract == "default" || format.retract == "none") return;
+  if (const auto wrong = breaks_words({format.retract}, true))
+    program.complain("retract", *wrong);
+  else if (const auto none = no_retract(format.retract, format.dialect))
+    program.complain("retract", *none);
+}
+
 void read_feed(const Section& program, const ProgramFormat& usual, ProgramFormat& format) {
   format.max_inverse_time = program.number("max_inverse_time_per_min", kInverseTime, usual.max_inverse_time);
   format.max_feed = program.number("max_feed_mm_per_min", kMaxFeed, usual.max_feed);
@@ -240,8 +249,7 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
     program.unused("tcp_start_below_mm", "unless tcp is true and the dialect is fanuc or haas");
   read_feed(program, usual, result);
   read_path_control(program, usual, result);
-  result.retract = read_words(program, "retract", usual.retract);
-  if (const auto wrong = breaks_words({result.retract}, true)) program.complain("retract", *wrong);
+  read_retract(program, usual, result);
   result.start = read_lines(program, "start");
   result.end = read_lines(program, "end");
   read_clamps(program, result);

@@ -40,15 +40,19 @@ bool any(const std::vector<int>& codes, const std::array<int, N>& of) {
                      [&](int code) { return std::find(of.begin(), of.end(), code) != of.end(); });
 }
 
-bool states_an_axis(const std::string& words) {
+/// The letters of axes that have a number.
+std::string axes_of(const std::string& words) {
   constexpr std::string_view kAxes = "XYZABCUVW", kNumber = "0123456789.-+=";
+  std::string axes;
   for (std::size_t i = 0; i + 1 < words.size(); ++i) {
     const bool begins = i == 0 || words[i - 1] == ' ' || is_digit(words[i - 1]);
     if (begins && kAxes.find(words[i]) != kAxes.npos && kNumber.find(words[i + 1]) != kNumber.npos)
-      return true;
+      axes += words[i];
   }
-  return false;
+  return axes;
 }
+
+bool states_an_axis(const std::string& words) { return !axes_of(words).empty(); }
 
 /// Of a line before motion; nothing: it leaves the words that follow as they are meant.
 std::optional<std::string> changes_what_follows(const std::string& words) {
@@ -85,8 +89,27 @@ std::optional<std::string> breaks_words(const std::vector<std::string>& lines, b
     if (!before_motion) continue;
     if (const auto wrong = changes_what_follows(words)) return quoted + *wrong;
   }
-  if (!before_motion || incremental.empty()) return std::nullopt;
+  if (incremental.empty()) return std::nullopt;
   return "\"" + incremental + "\" leaves incremental words (G91) in force; expected G90 behind it";
+}
+
+std::optional<std::string> no_retract(const std::string& line, Dialect dialect) {
+  const std::string words = bare(line), axes = axes_of(words);
+  const std::vector<int> g = codes(words, 'G'), m = codes(words, 'M');
+  const bool tnc = dialect == Dialect::kHeidenhain || dialect == Dialect::kHeidenhainIso;
+  const bool elsewhere =
+      tnc ? any(m, std::array{910, 920})
+          : any(g, std::array{530}) || (dialect == Dialect::kSiemens && words.find("SUPA") != words.npos);
+  if (elsewhere && axes == "Z") return std::nullopt;
+  const std::string expected = std::string("; expected Z alone with ") +
+                               (tnc                            ? "M91 or M92"
+                                : dialect == Dialect::kSiemens ? "SUPA or G53"
+                                                               : "G53") +
+                               ", default, or none";
+  const std::string quoted = "\"" + line + "\" ";
+  if (!elsewhere) return quoted + "is no way in machine coordinates" + expected;
+  if (axes.find('Z') == axes.npos) return quoted + "does not move Z" + expected;
+  return quoted + "moves more than Z while the tool may be in the part" + expected;
 }
 
 }  // namespace tiltfeed::config

@@ -278,8 +278,8 @@ double Reader::turned(const DialectWords& words, char letter, RotaryWord countin
 Mistake Reader::motion(const DialectWords& words) {
   const std::array<char, 5> letters{'X', 'Y', 'Z', language_.tilt, language_.rotary};
   const std::array<double*, 5> places{&at_.x, &at_.y, &at_.z, &at_.a, &at_.c};
-  const bool elsewhere =
-      words.has_g(530) || words.has_g(280) || words.named("SUPA") || (tnc_ && words.has_m(91));
+  const bool elsewhere = words.has_g(530) || words.has_g(280) || words.named("SUPA") ||
+                         (tnc_ && (words.has_m(91) || words.has_m(92)));
   bool moves = false;
   for (std::size_t i = 0; i < letters.size(); ++i) {
     if (!words.has(letters[i])) continue;

@@ -44,16 +44,15 @@ ControlReader::ControlReader(const config::MachineProfile& machine, const Setup&
   known_[3] = !model_.tilt.present;
   known_[4] = !model_.rotary.present;
   const config::ProgramFormat& f = machine.format;
-  std::vector<std::string> own{f.clamp_tilt, f.unclamp_tilt, f.clamp_rotary, f.unclamp_rotary};
-  own.insert(own.end(), f.start.begin(), f.start.end());
-  own.insert(own.end(), f.end.begin(), f.end.end());
-  for (const std::string& text : own)
-    if (!text.empty()) own_lines_.emplace_back(bare_line(text, dialect_, room_));
+  const auto bare = [&](const std::string& text) { return std::string(bare_line(text, dialect_, room_)); };
+  own_lines_ = {bare(f.clamp_tilt), bare(f.unclamp_tilt), bare(f.clamp_rotary), bare(f.unclamp_rotary)};
+  for (const auto* lines : {&f.start, &f.end})
+    for (const std::string& text : *lines) own_lines_.push_back(bare(text));
+  if (f.retract != "default" && f.retract != "none") own_retract_ = bare(f.retract);
 }
 
-/// The profile's own text: that it does not move the axes is the profile's to say.
 bool ControlReader::own_line(std::string_view line) const {
-  return !own_lines_.empty() && std::find(own_lines_.begin(), own_lines_.end(), line) != own_lines_.end();
+  return std::find(own_lines_.begin(), own_lines_.end(), line) != own_lines_.end();
 }
 
 void ControlReader::put(std::vector<ControlBlock>& blocks, bool rapid) {
@@ -101,8 +100,7 @@ double ControlReader::turned(const RotaryAxis& axis, double at, WordWay way, dou
       break;
   }
   // These turn the shorter way only where a word says so; without it a place is one of the present turn.
-  const bool told = dialect_ == config::Dialect::kSiemens || dialect_ == config::Dialect::kHeidenhain ||
-                    dialect_ == config::Dialect::kHeidenhainIso;
+  const bool told = dialect_ == config::Dialect::kSiemens || tnc();
   if (axis.word == RotaryWord::kShortest && told && !shortest_)
     return word >= 0.0 && word < 360.0 ? circle : word;
   return turned_to(axis.word, word, at);
@@ -237,9 +235,9 @@ ControlReader::Wrong ControlReader::to_machine_place(const ControlWords& words,
   // A reference point is gone to in rapid always, and by Fanuc's G53, too.
   const bool plain = dialect_ == config::Dialect::kHeidenhain;
   const bool always = words.has_g(280) || (words.has_g(530) && dialect_ == config::Dialect::kFanuc);
-  if (!always && !plain && !motion_known_)
+  if (!always && !plain && !retract_ && !motion_known_)
     return "a place in machine coordinates before the first G0 or G1: how the axes go there is not known";
-  if (posted_ && !always && !(plain ? words.named("FMAX") : rapid_))
+  if (posted_ && !always && !retract_ && !(plain ? words.named("FMAX") : rapid_))
     return "a place in machine coordinates that is not gone to in rapid: no posted program does so";
   set_tcp(false);
   for (std::size_t i = 0; i < letter.size(); ++i)
@@ -256,7 +254,8 @@ ControlReader::Wrong ControlReader::motion(const ControlWords& words, std::vecto
   const std::array<char, 5> letter{'X', 'Y', 'Z', model_.tilt.letter, model_.rotary.letter};
   if (!std::any_of(letter.begin(), letter.end(), [&](char one) { return words.has(one); }))
     return std::nullopt;
-  if (words.has_g(530) || words.has_g(280) || words.named("SUPA") || words.has_m(91))
+  if (words.has_g(530) || words.has_g(280) || words.named("SUPA") || words.has_m(91) ||
+      (tnc() && words.has_m(92)))
     return to_machine_place(words, blocks);
   if (relative_) return "incremental words are refused";
   const bool plain = dialect_ == config::Dialect::kHeidenhain;
@@ -364,8 +363,19 @@ Result<void> ControlReader::read_line(std::string_view line, std::vector<Control
   ++lines_;
   if (!posted_ && fresh_) posted_ = line.find("TILTFEED blocks ") != line.npos;
   const std::string_view bare = bare_line(line, dialect_, room_);
-  if (bare.empty() || own_line(bare)) return {};
-  if (auto wrong = read(bare, blocks)) return fail(Code::kInput, *wrong);
+  if (bare.empty()) return {};
+  retract_ = bare == own_retract_;
+  if (!own_line(bare)) {
+    if (auto wrong = read(bare, blocks)) return fail(Code::kInput, *wrong);
+    return {};
+  }
+  // Of the profile's own text what is understood counts. That the rest does not move the axes is the
+  // profile's to say.
+  const ControlReader before = *this;
+  const std::size_t count = blocks.size();
+  if (!read(bare, blocks)) return {};
+  *this = before;
+  blocks.resize(count);
   return {};
 }
 

@@ -34,6 +34,7 @@ class ControlReader {
 
   /// Appends the blocks of a line, in the order of execution. Errors: kInput: what is not understood: it is
   /// refused and not passed over, but for the lines of the profile's own (start, end, clamps).
+  /// A retract that the profile gives goes as that machine needs it: at a feed, or without a motion word.
   Result<void> read_line(std::string_view line, std::vector<ControlBlock>& blocks);
   bool ended() const { return ended_; }
   std::uint32_t lines() const { return lines_; }
@@ -58,17 +59,22 @@ class ControlReader {
   void set_tcp(bool on);
   void put(std::vector<ControlBlock>& blocks, bool rapid);
   void put_code(std::vector<ControlBlock>& blocks, int code);
+  bool tnc() const {
+    return dialect_ == config::Dialect::kHeidenhain || dialect_ == config::Dialect::kHeidenhainIso;
+  }
   bool whole() const { return known_[0] && known_[1] && known_[2] && known_[3] && known_[4]; }
 
-  const config::Dialect dialect_;
-  const bool counts_points_;  ///< numbers without a point are thousandths
-  const MachineModel model_;
-  const MoveFrames frames_;
+  config::Dialect dialect_;
+  bool counts_points_;  ///< numbers without a point are thousandths
+  MachineModel model_;
+  MoveFrames frames_;
   std::vector<std::string> own_lines_;
+  std::string own_retract_;
   std::string room_;
   std::uint32_t lines_ = 0;
   int percents_ = 0;
-  bool posted_ = false;  ///< the header of a posted program was read
+  bool retract_ = false;  ///< the line is the profile's own retract
+  bool posted_ = false;   ///< the header of a posted program was read
   bool ended_ = false, rapid_ = true, motion_known_ = false, inverse_ = false, tcp_ = false,
        relative_ = false, shortest_ = false, exact_ = false, fresh_ = true, off_path_ = false;
   double feed_ = 0.0, spindle_ = 0.0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <deque>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -59,6 +60,11 @@ bool says(std::string_view line, std::string_view words) {
   return false;
 }
 
+/// Whether the program ends there.
+bool is_last(std::string_view line) {
+  return line.starts_with("END PGM") || says(line, "M2") || says(line, "M02") || says(line, "M30");
+}
+
 /// The whole number behind `words`; -1: the line has none there.
 int number_after(std::string_view line, std::string_view words) {
   const std::size_t at = line.find(words);
@@ -76,12 +82,9 @@ class Frame {
     const auto safe = safe_words(format_.dialect);
     missing_.assign(safe.begin(), safe.end());
     letters_ = {'X', 'Y', 'Z', job.machine.model.tilt.letter, job.machine.model.rotary.letter};
-    std::vector<std::string> own{format_.clamp_tilt, format_.unclamp_tilt, format_.clamp_rotary,
-                                 format_.unclamp_rotary};
-    own.insert(own.end(), format_.start.begin(), format_.start.end());
-    own.insert(own.end(), format_.end.begin(), format_.end.end());
-    for (const std::string& line : own)
-      if (!line.empty()) own_.emplace_back(bare_line(line, format_.dialect, room_));
+    clamps_ = bare({format_.clamp_tilt, format_.unclamp_tilt, format_.clamp_rotary, format_.unclamp_rotary});
+    start_ = bare(format_.start);
+    end_ = bare(format_.end);
     if (format_.retract != "default") own_retract_ = bare_line(format_.retract, format_.dialect, room_);
   }
 
@@ -92,6 +95,7 @@ class Frame {
     return "the file ends without " + std::string(closing()) + ", which such a control wants: it was cut off";
   }
   /// Nothing behind here is looked at.
+  std::uint64_t line() const { return line_; }
   bool done() const { return (ended_ && (closed_ || closing().empty() || !posted_)) || (moved_ && !posted_); }
 
  private:
@@ -101,6 +105,19 @@ class Frame {
   bool counts_length() const {
     return format_.dialect == Dialect::kFanuc || format_.dialect == Dialect::kHaas;
   }
+  /// The lines without comments; those that are comments alone say nothing.
+  std::vector<std::string> bare(const std::vector<std::string>& lines) {
+    std::vector<std::string> kept;
+    for (const std::string& line : lines)
+      if (const std::string_view words = bare_line(line, format_.dialect, room_); !words.empty())
+        kept.emplace_back(words);
+    return kept;
+  }
+  Wrong read(std::string_view line);
+  Wrong read_waiting(std::size_t but);
+  Wrong last(std::string_view line);
+  bool set_up() const;
+  bool left() const;
   /// What the text stands between, beyond the program's own end; empty: nothing.
   std::string_view closing() const;
   void opening(std::string_view line);
@@ -121,7 +138,15 @@ class Frame {
   const bool retracts_;
   std::vector<std::string_view> missing_;
   std::array<char, 5> letters_;
-  std::vector<std::string> own_;
+  std::vector<std::string> clamps_, start_, end_;  ///< the profile's own lines
+  std::size_t started_ = 0;                        ///< lines of `start_` that have come
+  /// A line that waits until as many as the profile's end has stand behind it, or the end.
+  struct Waiting {
+    std::string line;
+    std::uint64_t number;
+  };
+  std::deque<Waiting> waiting_;
+  std::uint64_t count_ = 0, line_ = 0;  ///< of lines; the one that is looked at
   std::string own_retract_, room_;
   std::vector<int> registers_;  ///< that the header names
   int offset_ = 0, tool_ = 0;
@@ -262,7 +287,24 @@ Wrong Frame::first_move() const {
   if (tool_ == 0 && job_.program.tool > 0) return "the first move comes before a tool is called";
   if (offset_ == 0) return "the first move comes before a work offset is called";
   if (retracts_ && !retracted_) return "the first move comes before a retract along the machine's Z";
+  if (started_ < start_.size())
+    return "the first move comes before \"" + start_[started_] +
+           "\" of the profile's program.start, which stands behind the post's own lines";
   return std::nullopt;
+}
+
+/// All that the post says before the profile's start lines has been said. A line that is equal to one of
+/// these is the post's own before.
+bool Frame::set_up() const {
+  const bool tool_there =
+      tool_ > 0 ? changed_ && (length_called_ || counts_length() || !wants_length()) : job_.program.tool == 0;
+  return missing_.empty() && offset_ != 0 && !relative_ && tool_there && (retracted_ || !retracts_);
+}
+
+/// All that the post says before the profile's end lines has been said.
+bool Frame::left() const {
+  const bool length_left = length_on_ && counts_length();
+  return moved_ && !inverse_ && !relative_ && !tcp_ && !length_left && (retracted_ || !retracts_);
 }
 
 Wrong Frame::at_end() const {
@@ -275,6 +317,7 @@ Wrong Frame::at_end() const {
 }
 
 Wrong Frame::take(std::string_view text) {
+  line_ = ++count_;
   const std::string_view line = bare_line(text, format_.dialect, room_);
   if (line.empty()) {
     if (text.find("TILTFEED ") != text.npos) header(text);
@@ -287,19 +330,53 @@ Wrong Frame::take(std::string_view text) {
   if (!begun_) opening(line);
   // A block of axis words and F, of which there are many.
   const bool plain_block = line.find_first_of("GMTHDSPQRN=(") == line.npos && line.front() != 'L';
+  if (plain_block)
+    if (auto wrong = read_waiting(0)) return wrong;
   if (plain_block && moved_ && !retracted_) return std::nullopt;
-  if (!own_retract_.empty() && line == own_retract_) retracted_ = true;
-  if (line == own_retract_ || std::find(own_.begin(), own_.end(), line) != own_.end()) return std::nullopt;
+  if (!moved_ && started_ < start_.size() && line == start_[started_] && set_up()) {
+    ++started_;
+    return std::nullopt;
+  }
+  if (is_last(line)) return last(line);
+  if (!moved_ || end_.empty()) return read(line);
+  waiting_.push_back({std::string(line), count_});
+  return read_waiting(end_.size());
+}
+
+/// Reads what waits but for so many lines.
+Wrong Frame::read_waiting(std::size_t but) {
+  while (waiting_.size() > but) {
+    const Waiting next = std::move(waiting_.front());
+    waiting_.pop_front();
+    line_ = next.number;
+    if (auto wrong = read(next.line)) return wrong;
+  }
+  line_ = count_;
+  return std::nullopt;
+}
+
+/// The lines before the end are the profile's where the post has said all of its own before them.
+Wrong Frame::last(std::string_view line) {
+  const bool own =
+      left() && std::equal(waiting_.begin(), waiting_.end(), end_.begin(), end_.end(),
+                           [](const Waiting& one, const std::string& end) { return one.line == end; });
+  if (own) waiting_.clear();
+  if (auto wrong = read_waiting(0)) return wrong;
+  ended_ = true;
+  closed_ = line.starts_with("END PGM");
+  if (!posted_) return std::nullopt;
+  if (auto wrong = at_end()) return wrong;
+  if (own) return std::nullopt;
+  return "the program ends without the lines of the profile's program.end behind the post's own lines";
+}
+
+Wrong Frame::read(std::string_view line) {
+  if (std::find(clamps_.begin(), clamps_.end(), line) != clamps_.end()) return std::nullopt;
   std::erase_if(missing_, [&](std::string_view words) { return says(line, words); });
   ControlWords words;
   const bool dialogue = format_.dialect == Dialect::kHeidenhain && !line.starts_with("L ") && line[0] != 'M';
   // Where a line cannot be taken apart the reader of its words says what is wrong.
   if (!dialogue && take_apart(line, words)) return std::nullopt;
-  if (line.starts_with("END PGM") || words.has_m(2) || words.has_m(30)) {
-    ended_ = true;
-    closed_ = line.starts_with("END PGM");
-    return posted_ ? at_end() : std::nullopt;
-  }
   if (auto wrong = offset(line, words); wrong && posted_) return wrong;
   if (auto wrong = tool(line, words); wrong && posted_) return wrong;
   if (auto wrong = length_register(words); wrong && posted_) return wrong;
@@ -319,10 +396,12 @@ Wrong Frame::take(std::string_view text) {
   const bool axes = std::any_of(letters_.begin(), letters_.end(),
                                 [&](char letter) { return letter != kNoLetter && words.has(letter); });
   if (!axes || words.has_g(40)) return std::nullopt;
-  if (words.has_g(530) || words.has_g(280) || words.named("SUPA") || (tnc() && words.has_m(91))) {
+  if (words.has_g(530) || words.has_g(280) || words.named("SUPA") ||
+      (tnc() && (words.has_m(91) || words.has_m(92)))) {
     retracted_ = retracted_ || words.has('Z');
     if (posted_ && tcp_) return "a move in machine coordinates comes before TCP is ended";
-    if (posted_ && words.named("SUPA") && words.has('Z') && !(words.has('D') && words['D'] == 0.0))
+    if (posted_ && line != own_retract_ && words.named("SUPA") && words.has('Z') &&
+        !(words.has('D') && words['D'] == 0.0))
       return "a retract without D0: the tool's length counts there, too";
     return std::nullopt;
   }
@@ -344,14 +423,12 @@ Wrong Frame::take(std::string_view text) {
 Result<void> check_frame(std::istream& in, const std::string& name, const config::Job& job) {
   Frame frame(job);
   Lines lines(in);
-  std::uint64_t count = 0;
   const auto wrong_at = [&](const std::string& what) {
-    return fail(Code::kInput, name + ":" + std::to_string(count) + ": " + what);
+    return fail(Code::kInput, name + ":" + std::to_string(frame.line()) + ": " + what);
   };
   while (!frame.done()) {
     const auto line = lines.next();
     if (!line) break;
-    ++count;
     if (auto wrong = frame.take(*line)) return wrong_at(*wrong);
   }
   if (auto wrong = frame.end()) return wrong_at(*wrong);

@@ -114,8 +114,8 @@ TEST(MachineProfile, StartAndEndTakeSeveralLinesAndParentheses) {
   EXPECT_NE(describe(*profile).find("program.start: CYCLE832(0.01,1) | G53 G0 Z0\n"), std::string::npos);
   for (const char* fine :
        {"[G91 G28 Z0, G90]", "[G91 G28 Z0 M5, \"G90 (MSG G20)\"]", "G28", "[G5.1 Q1, G54, M7]"}) {
-    const auto started = parse_changed(
-        "dialect: grbl", std::string("dialect: fanuc\n  start: ") + fine + "\n  end: [G91 G28 X0 Y0, M9]");
+    const auto started = parse_changed("dialect: grbl", std::string("dialect: fanuc\n  start: ") + fine +
+                                                            "\n  end: [G91 G28 X0 Y0, G90, M9]");
     EXPECT_TRUE(started) << fine << ": " << started.error().message;
   }
 }

@@ -11,6 +11,7 @@
 #include <regex>
 #include <sstream>
 
+#include "config/program_lines.h"
 #include "kinematics/basics/decimal.h"
 #include "sim/control/control_reader.h"
 #include "tests/texts/dialect_posting.h"
@@ -38,11 +39,12 @@ struct Printed {
   Job job;
   Lines lines;
 
-  Printed(const DialectCase& one, RotaryWord word) {
+  Printed(const DialectCase& one, RotaryWord word, const std::function<void(ProgramFormat&)>& change = {}) {
     Posting posting = posting_of(one, {});
     const JointPath path = ring(posting.machine.format);
     posting = posting_of(one, {&path});
     posting.machine.model.rotary.word = word;
+    if (change) change(posting.machine.format);
     job.machine = posting.machine;
     job.setup = posting.operations[0].setup;
     job.program.tool = posting.operations[0].tool_number;
@@ -272,6 +274,81 @@ TEST_P(ProgramFrame, FindsALostWayOrSignOfARotary) {
                                lines[at] = std::regex_replace(lines[at], std::regex(" C"), " C-");
                              }),
                 3);
+    }
+  }
+}
+
+/// A line of the profile that is equal to one of the post's own does not stand in for it.
+TEST_P(ProgramFrame, FindsALostLineThatTheProfileHasToo) {
+  const Printed plain(GetParam(), RotaryWord::kAccumulate);
+  int dropped = 0;
+  for (std::size_t i = 0; i < plain.lines.size(); ++i) {
+    Lines bad = plain.lines;
+    drop(bad, i);
+    const std::string line(
+        std::regex_replace(plain.lines[i], std::regex("^N?[0-9]+ | ?\\*$"), ""));  // its number
+    const bool framed = line.find("PGM") != line.npos || line.front() == '%' || line.front() == 'O';
+    if (plain.fault(bad) == "" || framed || line.find("TILTFEED") != line.npos || moves_the_tool(line) ||
+        line.find("M30") == 0 || line.find("M2") == 0)
+      continue;
+    SCOPED_TRACE(line);
+    const bool before = i < plain.lines.size() / 2;
+    // A line that leaves G91 is followed by G90, as the profile must say it.
+    const bool relative = line.find("G91") != line.npos;
+    const Lines own = relative ? Lines{line, "G90"} : Lines{line};
+    const Printed printed(GetParam(), RotaryWord::kAccumulate,
+                          [&](ProgramFormat& format) { (before ? format.start : format.end) = own; });
+    ASSERT_EQ(printed.fault(printed.lines), "");
+    // The post's own is the first of them, or stands behind the profile's.
+    const auto says = [&](std::size_t at) {
+      return std::regex_replace(printed.lines[at], std::regex("^N?[0-9]+ | ?\\*$"), "") == line;
+    };
+    const std::size_t at = says(i) ? i : i + own.size();
+    ASSERT_TRUE(says(at));
+    ++dropped;
+    Lines lost = printed.lines;
+    drop(lost, at);
+    EXPECT_NE(printed.fault(lost), "");
+  }
+  EXPECT_GE(dropped, 4);
+}
+
+/// What the reader understands of the profile's lines, it does as the control does.
+TEST(ProgramFrame, TheProfilesLinesCount) {
+  const Printed printed({Dialect::kFanuc, false}, RotaryWord::kAccumulate, [](ProgramFormat& format) {
+    format.start = {"G5.1 Q1", "G91 G28 X0 Y0", "G90"};
+    format.end = {"G91 G28 X0 Y0", "G90", "M77"};
+  });
+  EXPECT_EQ(printed.fault(printed.lines), "");
+  EXPECT_EQ(printed.seed("^(G5.1 Q1|M77|G91 G28 X0 Y0)$", drop), 4) << "the profile's own lines are wanted";
+  const Printed left({Dialect::kFanuc, false}, RotaryWord::kAccumulate, [](ProgramFormat& format) {
+    format.start = {"G91", "M77"};
+  });
+  EXPECT_NE(left.fault(left.lines), "");
+}
+
+/// A retract of the profile's own is what its machine needs: at a feed, without a motion word, to M92.
+TEST(ProgramFrame, TakesTheProfilesOwnRetract) {
+  const struct {
+    Dialect dialect;
+    const char* retract;
+  } table[]{{Dialect::kHaas, "G53 Z0."},
+            {Dialect::kFanuc, "G53 Z0."},
+            {Dialect::kRs274, "G1 G53 Z-2 F4000"},
+            {Dialect::kGrbl, "G53 Z-1"},
+            {Dialect::kSiemens, "G1 SUPA Z0 F9000"},
+            {Dialect::kHeidenhain, "L Z-1 R0 F9999 M91"},
+            {Dialect::kHeidenhain, "L Z-1 R0 FMAX M92"},
+            {Dialect::kHeidenhainIso, "G01 G40 G90 Z-1 F9999 M91"}};
+  for (const auto& row : table) {
+    for (const bool tcp : {false, true}) {
+      if (tcp && !has_tcp(row.dialect)) continue;
+      SCOPED_TRACE(std::string(row.retract) + (tcp ? " TCP" : ""));
+      EXPECT_EQ(no_retract(row.retract, row.dialect), std::nullopt);
+      const Printed printed({row.dialect, tcp}, RotaryWord::kAccumulate,
+                            [&](ProgramFormat& format) { format.retract = row.retract; });
+      EXPECT_EQ(printed.fault(printed.lines), "");
+      EXPECT_EQ(printed.seed("G53|SUPA|M9[12]", drop), 2);
     }
   }
 }
