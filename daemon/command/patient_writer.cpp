@@ -1,5 +1,6 @@
 #include "daemon/command/patient_writer.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
 #include <unistd.h>
@@ -14,7 +15,7 @@
 namespace tiltfeed::daemon {
 
 namespace {
-/// More than a run has phases; what comes on top is left out.
+/// More than a run has phases; of more the oldest are left out.
 constexpr std::size_t kMostLines = 64;
 constexpr std::chrono::milliseconds kLastWait{500};
 constexpr int kRoomPoll = 100;  // ms
@@ -26,12 +27,12 @@ struct PatientWriter::Shared {
   std::deque<std::string> lines;  // the front one is being written
   bool over = false, given_up = false, failed = false;
 
-  /// Outlives the writer where the descriptor takes nothing.
+  /// Outlives the writer where the descriptor takes nothing; then what is begun is the last.
   void work(int descriptor) {
     std::unique_lock lock(mutex);
     for (;;) {
       changed.wait(lock, [&] { return over || !lines.empty(); });
-      if (lines.empty() || failed) return;
+      if (lines.empty() || failed || given_up) return;
       const std::string text = lines.front();
       lock.unlock();
       const bool written = write_all(descriptor, text);
@@ -67,7 +68,12 @@ PatientWriter::PatientWriter(int descriptor) : shared_(std::make_shared<Shared>(
   sigset_t all, before;
   sigfillset(&all);
   ::pthread_sigmask(SIG_SETMASK, &all, &before);
-  std::thread([shared = shared_, descriptor] { shared->work(descriptor); }).detach();
+  // Its own: the number may be another file's by the time that this one takes something.
+  const int own = ::fcntl(descriptor, F_DUPFD_CLOEXEC, 0);
+  std::thread([shared = shared_, own] {
+    shared->work(own);
+    if (own >= 0) ::close(own);
+  }).detach();
   ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
@@ -83,7 +89,7 @@ void PatientWriter::write(std::string text, bool newest) {
   const std::lock_guard lock(shared_->mutex);
   auto& lines = shared_->lines;
   if (newest && lines.size() > 1) lines.resize(1);
-  if (lines.size() >= kMostLines) return;
+  if (lines.size() >= kMostLines) lines.erase(lines.begin() + 1);
   lines.push_back(std::move(text));
   shared_->changed.notify_all();
 }

@@ -15,7 +15,8 @@ class PatientWriter {
   PatientWriter(const PatientWriter&) = delete;
   PatientWriter& operator=(const PatientWriter&) = delete;
 
-  /// Returns at once. `newest`: what has not left yet is not worth writing any more.
+  /// Returns at once. `newest`: what has not left yet is not worth writing any more; nor is what is older
+  /// than the last 64.
   void write(std::string text, bool newest);
   /// It takes nothing any more: the terminal was closed, nobody reads the pipe.
   bool failed() const;

@@ -217,6 +217,15 @@ Result<SendReport> send_all(const std::string& program, const LinkSpec& link,
   return report;
 }
 
+/// The same with the machine claimed, which is free again when this returns: last words may be waited for.
+Result<SendReport> send_claimed(const std::string& program, const LinkSpec& link,
+                                const config::MachineProfile& machine) {
+  MachineClaim claim;  // a serial port is locked by opening it; an address is not
+  if (link.over_network())
+    if (const Result<void> mine = claim.follow(link); !mine) return tl::unexpected<Error>(mine.error());
+  return send_all(program, link, machine);
+}
+
 }  // namespace
 
 int send_command(const std::string& program, std::string link_text, const std::string& machine,
@@ -234,10 +243,7 @@ int send_command(const std::string& program, std::string link_text, const std::s
         {Code::kUsage, "no link: give --link, or --machine with a profile that has link.default"});
   const auto link = parse_link(link_text, profile.wire, machine.empty() ? nullptr : &profile.model);
   if (!link) return complain(link.error());
-  MachineClaim claim;  // a serial port is locked by opening it; an address is not
-  if (link->over_network())
-    if (const Result<void> mine = claim.follow(*link); !mine) return complain(mine.error());
-  const auto sent = send_all(program, *link, profile);
+  const auto sent = send_claimed(program, *link, profile);
   if (!sent) return complain(sent.error());
   if (as_json) {
     nlohmann::ordered_json json = {{"blocks", sent->lines},

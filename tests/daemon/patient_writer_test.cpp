@@ -8,6 +8,8 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdio>
+#include <string>
 #include <thread>
 
 namespace tiltfeed {
@@ -51,6 +53,42 @@ TEST(PatientWriter, ADescriptorThatDoesNotBlockIsWaitedFor) {
   }
   EXPECT_TRUE(text.ends_with("late\n"));
   EXPECT_FALSE(writer.failed());
+}
+
+TEST(PatientWriter, OfManyLinesTheNewestLeave) {
+  FullPipe pipe;
+  PatientWriter writer(pipe.ends[1]);
+  for (int i = 0; i < 1000; ++i) writer.write(std::to_string(i) + "\n", false);
+  std::string text;
+  for (const auto end = steady_clock::now() + seconds(20); steady_clock::now() < end;) {
+    text += pipe.read_all();
+    if (text.ends_with("\n999\n")) break;
+    std::this_thread::sleep_for(milliseconds(5));
+  }
+  EXPECT_TRUE(text.ends_with("\n998\n999\n"))
+      << text.substr(text.size() - std::min<std::size_t>(text.size(), 60));
+}
+
+TEST(PatientWriter, NothingLeavesForAFileThatHasItsNumberLater) {
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const std::string much(1 << 20, '.');  // more than a pipe takes
+  {
+    PatientWriter writer(ends[1]);
+    writer.write(much, false);
+    writer.write("late\n", false);
+  }
+  std::FILE* other = std::tmpfile();
+  ASSERT_NE(other, nullptr);
+  ASSERT_EQ(::dup2(::fileno(other), ends[1]), ends[1]);
+  std::string text(65536, 0);
+  std::size_t taken = 0;
+  ssize_t count = 0;
+  while ((count = ::read(ends[0], text.data(), text.size())) > 0) taken += static_cast<std::size_t>(count);
+  EXPECT_EQ(count, 0);  // the writer's thread has let go
+  EXPECT_EQ(taken, much.size());
+  EXPECT_EQ(::lseek(ends[1], 0, SEEK_END), 0);
+  ::close(ends[0]), ::close(ends[1]), std::fclose(other);
 }
 
 TEST(PatientWriter, ItsEndIsNotHeldUpByAFullPipe) {

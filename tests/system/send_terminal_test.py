@@ -15,7 +15,7 @@ import subprocess
 import sys
 import time
 
-from service_run import Run, write_feeds
+from service_run import ROOT, Run, write_feeds
 
 LIMIT_S = 120.0  # only a hang takes so long
 
@@ -179,6 +179,37 @@ def terminal_takes_nothing(bench):
     machine.kill()
 
 
+def last_words_hold_no_machine(bench):
+    """Nobody takes what it says, and the run is ended: the machine is free before the last words have left."""
+    address = bench.simulate("--grbl-tcp", "127.0.0.1:0", "--speed", "1", "--trace", f"{bench.work}/trace.csv")
+    machine = bench.processes[-1]
+    link = ["--link", "grbl-tcp:" + address]
+    write_feeds(f"{bench.work}/program.nc", targets(4000), 300)
+    before = len(bench.rows())
+    ours, theirs = os.pipe()
+    os.set_blocking(theirs, False)
+    try:
+        while True:
+            os.write(theirs, b"." * 4096)
+    except BlockingIOError:
+        os.set_blocking(theirs, True)
+    send = [f"{bench.bin}/tiltfeed", "send", f"{bench.work}/program.nc", *link]
+    process = subprocess.Popen(send, stdout=theirs, stderr=theirs, stdin=subprocess.DEVNULL)
+    bench.processes.append(process)
+    os.close(theirs)
+    bench.cutting(before)
+    process.send_signal(signal.SIGTERM)
+    status = [f"{bench.bin}/tiltfeed", "machine", "status", *link, "--machine", f"{ROOT}/config/machines/generic-ac.yaml"]
+    answers = lambda: subprocess.run(status, capture_output=True, check=False).returncode == 0
+    bench.until("the machine is not free", answers, LIMIT_S)
+    bench.want(process.poll() is None, "its last words have left")
+    with open(ours, "rb") as reader:
+        said = reader.read().decode("utf-8", "replace").lstrip(".")
+    bench.want("stopped on request" in said, f"its last words: '{said}'")
+    bench.want(process.wait(LIMIT_S) == 1, f"a run that was ended: exit status {process.returncode}")
+    machine.kill()
+
+
 def main():
     bench = Bench(sys.argv[1], sys.argv[2])
     write_feeds(f"{bench.work}/program.nc", targets(4000), 300)
@@ -189,6 +220,7 @@ def main():
     machine.kill()
     machine.wait()
     terminal_takes_nothing(bench)
+    last_words_hold_no_machine(bench)
     bench.end()
 
 
