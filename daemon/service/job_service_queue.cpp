@@ -10,11 +10,29 @@ bool is_planned(const SpooledJob& job) {
   return job.state != JobState::kReceived && job.state != JobState::kPlanning;
 }
 
-Result<void> startable(const SpooledJob& job) {
+/// What a job that cannot be started goes on by.
+std::string way_on(const SpooledJob& job, LinkKind kind) {
+  const std::string id = std::to_string(job.id);
+  switch (job.state) {
+    case JobState::kInterrupted:
+      return "`tiltfeed resume " + id + "` goes on with it";
+    case JobState::kUncertain:
+    case JobState::kStopped:
+      if (is_drive(kind)) return "submit what is left as a job of its own";
+      return "`tiltfeed resume " + id + " --from BLOCK` enters it again";
+    case JobState::kToolChange:
+      return "`tiltfeed tool " + id + "` goes on with it";
+    case JobState::kFailed:
+      return "submit it again when that is mended";
+    default:
+      return "only a ready or a done job can be started";
+  }
+}
+
+Result<void> startable(const SpooledJob& job, LinkKind kind) {
   if (job.state == JobState::kReady || job.state == JobState::kDone) return {};
   return fail(Code::kUsage, name_of(job.id) + " is " + state_name(job.state) +
-                                (job.note.empty() ? "" : " (" + job.note + ")") +
-                                "; only a ready or a done job can be started");
+                                (job.note.empty() ? "" : " (" + job.note + ")") + "; " + way_on(job, kind));
 }
 
 }  // namespace
@@ -48,7 +66,8 @@ Result<void> JobService::machine_free(std::uint64_t job) const {
 void JobService::start(const SpooledJob& job, bool queued, Done done) {
   if (queued && job.place > 0) return done(write_text(place_text(job.id)));
   if (is_planned(job) || !queued)
-    if (const Result<void> can = startable(job); !can) return done(tl::unexpected<Error>(can.error()));
+    if (const Result<void> can = startable(job, link_.kind); !can)
+      return done(tl::unexpected<Error>(can.error()));
   const Result<void> free = machine_free(job.id);
   // What waits already goes first.
   if (queued && (!free || !is_planned(job) || !queue().empty())) return done(enqueue(job));
@@ -119,7 +138,7 @@ void JobService::start_next() {
     job->place = 0;
     set(*job, job->state, started.error().message);
   };
-  const Result<void> can = startable(next);
+  const Result<void> can = startable(next, link_.kind);
   if (!can) return done(tl::unexpected<Error>(can.error()));
   begin(next, done);
 }

@@ -300,6 +300,8 @@ TEST_P(JobWays, B9EveryStateHasItsWaysOut) {
 
   none_moves(lengthy);
   no_way(lengthy, "start", ApiOp::kStart, "is stopped");
+  no_way(lengthy, "start", ApiOp::kStart,
+         drive() ? "a job of its own" : "`tiltfeed resume " + std::to_string(lengthy) + " --from BLOCK`");
   no_way(lengthy, "stop", ApiOp::kStop, "not on the machine");
   no_way(lengthy, "resume", ApiOp::kResume, "cannot go on by itself");
   reset();
@@ -315,6 +317,7 @@ TEST_P(JobWays, B9EveryStateHasItsWaysOut) {
   if (ring()) {
     none_moves(cut);
     no_way(cut, "start", ApiOp::kStart, "is interrupted");
+    no_way(cut, "start", ApiOp::kStart, "`tiltfeed resume " + std::to_string(cut) + "` goes on");
     way(cut, "resume", ApiOp::kResume, "running");
     cut_off(cut);
     way(cut, "stop", ApiOp::kStop, "stopped");
@@ -368,6 +371,7 @@ TEST_P(JobChanges, D21AToolChangeHasItsWaysOut) {
   EXPECT_EQ(field(job, "parked"), "parked, spindle and coolant off");
   expect_cut(10);
   no_way(job, "start", ApiOp::kStart, "is tool change");
+  no_way(job, "start", ApiOp::kStart, "`tiltfeed tool " + std::to_string(job) + "`");
   no_way(brief, "start", ApiOp::kStart, "waits for a tool change");
   no_way(job, "override", ApiOp::kOverride, "not on the machine");
   EXPECT_TRUE(good(ask(ApiOp::kHold, job)));
