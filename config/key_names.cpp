@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <limits>
 #include <numeric>
 #include <string_view>
 #include <utility>
@@ -36,18 +37,24 @@ Ending ending_of(const std::string& key) {
   return unit != kEndings.end() ? *unit : Ending{};
 }
 
-/// Insertions, deletions and replacements from one to the other [Levenshtein].
-std::size_t edit_distance(const std::string& from, const std::string& to) {
+/// Insertions, deletions and replacements from one to the other [Levenshtein]; at or over the limit: any
+/// number that is at or over it.
+std::size_t edit_distance(const std::string& from, const std::string& to, std::size_t limit) {
+  const std::size_t lengths = from.size() > to.size() ? from.size() - to.size() : to.size() - from.size();
+  if (lengths >= limit) return lengths;
   std::vector<std::size_t> row(to.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
   for (std::size_t i = 1; i <= from.size(); ++i) {
     std::size_t diagonal = row[0];
     row[0] = i;
+    std::size_t least = i;
     for (std::size_t j = 1; j <= to.size(); ++j) {
       const std::size_t replaced = diagonal + (from[i - 1] == to[j - 1] ? 0 : 1);
       diagonal = row[j];
       row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+      least = std::min(least, row[j]);
     }
+    if (least >= limit) return least;
   }
   return row.back();
 }
@@ -67,9 +74,13 @@ const std::string& nearest_key(const std::string& key, const std::vector<std::st
     return stem != candidate && (key == stem || key.starts_with(stem + "_"));
   });
   if (same_words != known.end()) return *same_words;
-  return *std::min_element(known.begin(), known.end(), [&](const std::string& a, const std::string& b) {
-    return edit_distance(key, a) < edit_distance(key, b);
-  });
+  const std::string* nearest = &known.front();
+  std::size_t least = std::numeric_limits<std::size_t>::max();
+  for (const std::string& candidate : known) {
+    const std::size_t distance = edit_distance(key, candidate, least);
+    if (distance < least) least = distance, nearest = &candidate;
+  }
+  return *nearest;
 }
 
 }  // namespace tiltfeed::config

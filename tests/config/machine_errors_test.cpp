@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 #include <sstream>
+#include <string_view>
 #include <vector>
 
 #include "config/key_names.h"
@@ -220,6 +223,32 @@ TEST(KeyNames, TheNearestKeyIsTheSameWordsElseTheLeastEdits) {
   EXPECT_EQ(unit_of("acceleration_deg_per_s2"), "degrees/s^2");
   EXPECT_EQ(unit_of("max_inverse_time_per_min"), "1/min");
   EXPECT_EQ(unit_of("mode"), "");
+}
+
+/// Levenshtein by its definition: the last letters are one, or one of them is added, lost or replaced.
+std::size_t edits(std::string_view from, std::string_view to) {
+  if (from.empty() || to.empty()) return from.size() + to.size();
+  const std::string_view shorter_from = from.substr(1), shorter_to = to.substr(1);
+  if (from[0] == to[0]) return edits(shorter_from, shorter_to);
+  return 1 + std::min({edits(shorter_from, to), edits(from, shorter_to), edits(shorter_from, shorter_to)});
+}
+
+TEST(KeyNames, TheNearestKeyIsTheFirstOfThoseWithTheLeastEdits) {
+  std::mt19937 random(1);
+  const auto word = [&] {
+    std::string letters(random() % 7, 'a');
+    for (char& letter : letters) letter = static_cast<char>('a' + random() % 3);
+    return letters;
+  };
+  for (int round = 0; round < 300; ++round) {
+    std::vector<std::string> known(8);
+    std::generate(known.begin(), known.end(), word);
+    const std::string key = word();
+    EXPECT_EQ(&nearest_key(key, known),
+              &*std::min_element(known.begin(), known.end(),
+                                 [&](const auto& a, const auto& b) { return edits(key, a) < edits(key, b); }))
+        << key;
+  }
 }
 
 }  // namespace
