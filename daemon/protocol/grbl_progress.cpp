@@ -87,7 +87,10 @@ SendState GrblSession::state() const {
   for (const Flight& flight : in_flight_)
     if (flight.kind == Kind::kLine && reached_wire(flight)) ++state.sent;
   state.executed = state.acknowledged - recent_.size();
-  if (stood_) state.executed = stood_->executed, state.sent = stood_->sent;
+  if (stood_) {  // lines behind the one where the axes stand were taken over and have gone with the reset
+    state.executed = stood_->executed, state.sent = stood_->sent;
+    state.acknowledged = std::clamp(state.acknowledged, state.executed, state.sent);
+  }
   if (phase_ != Phase::kDone) state.uncertain = uncertain();
   return state;
 }

@@ -110,7 +110,9 @@ struct LineRange {
 };
 
 /// Progress, as shown to the user and as written to a journal. A block is a line (Grbl, RepRap, drip feed) or
-/// a numeric block (Modbus); all counts are of blocks from the program's begin.
+/// a numeric block (Modbus); all counts are of blocks from the program's begin. Once the axes stand for good
+/// and the rest is forgotten, blocks that cannot have run count neither as sent nor as taken over. Property:
+/// executed <= acknowledged <= sent.
 struct SendState {
   Phase phase = Phase::kConnect;
   std::uint64_t total = 0;         ///< blocks of the program

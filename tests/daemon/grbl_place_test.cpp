@@ -119,6 +119,10 @@ TEST(PlausiblePosition, A4OneChangedFigureDoesNotNarrowTheRange) {
     ASSERT_EQ(bench.session.phase(), Phase::kStopped) << bench.session.error().message;
     EXPECT_EQ(bench.session.state().uncertain.first, 5u) << changed;
     EXPECT_EQ(bench.session.state().uncertain.last, 6u) << changed;
+    // All 20 were answered; those behind block 6 have gone with the reset.
+    EXPECT_EQ(bench.session.state().executed, 4u);
+    EXPECT_EQ(bench.session.state().acknowledged, 6u);
+    EXPECT_EQ(bench.session.state().sent, 6u);
   }
 }
 
