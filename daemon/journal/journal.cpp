@@ -12,6 +12,7 @@ namespace {
 constexpr std::uint32_t kRecordMark = 0x544A5231;  // "TJR1": format 1
 constexpr std::uint32_t kEmptyMark = 0x544A5230;   // "TJR0"
 constexpr std::size_t kNumberAt = 12;
+constexpr std::uint16_t kElsewhere = 1;  // flag; earlier versions write 0 and do not look
 /// A file of this size is replaced by its newest record: 10 million blocks stay within it.
 constexpr std::uint64_t kMaxRecords = (8u << 20) / kRecordBytes;
 /// Slots of a new file; a full one grows to twice as many, by no more than are written from little memory.
@@ -94,7 +95,7 @@ std::array<char, kRecordBytes> encode_record(const RunRecord& r, std::uint64_t n
   out.number(r.link, 1);
   out.number(r.session_id, 2);
   out.number(r.boot_id, 2);
-  out.number(0, 2);
+  out.number(r.elsewhere ? kElsewhere : 0, 2);
   for (const std::uint64_t value : {number, r.run, r.job, r.total, r.reserved, r.offered, r.acknowledged,
                                     r.executed, static_cast<std::uint64_t>(r.wall_ms)})
     out.number(value, 8);
@@ -117,7 +118,7 @@ std::optional<RunRecord> decode_record(std::string_view bytes, std::uint64_t num
   r.link = static_cast<std::uint8_t>(in.number(1));
   r.session_id = static_cast<std::uint16_t>(in.number(2));
   r.boot_id = static_cast<std::uint16_t>(in.number(2));
-  in.number(2);
+  r.elsewhere = (in.number(2) & kElsewhere) != 0;
   if (in.number(8) != number) return std::nullopt;
   for (std::uint64_t* value :
        {&r.run, &r.job, &r.total, &r.reserved, &r.offered, &r.acknowledged, &r.executed})
@@ -162,6 +163,7 @@ JournalContent read_journal(std::string_view bytes) {
       record->offered = std::max(record->offered, content.last->offered);
       record->acknowledged = std::max(record->acknowledged, content.last->acknowledged);
       record->executed = std::max(record->executed, content.last->executed);
+      record->elsewhere = record->elsewhere || content.last->elsewhere;
     }
     content = {*record, slot + 1, unknown, 0, false};
   }

@@ -34,6 +34,7 @@ enum class RunEvent : std::uint8_t {
 struct RunRecord {
   RunEvent event = RunEvent::kBegan;
   std::uint8_t link = 0;                      ///< LinkKind
+  bool elsewhere = false;                     ///< the axes were read, and not where the executed blocks lead
   std::uint16_t session_id = 0, boot_id = 0;  ///< of the controller; 0: not known (yet)
   std::uint64_t run = 0;                      ///< 1, 2, ... within the journal
   std::uint64_t job = 0;

@@ -103,6 +103,7 @@ void RunRecorder::take(const SendState& state) {
   };
   record_.executed = grown(record_.executed, state.executed);
   record_.acknowledged = grown(record_.acknowledged, std::max(state.acknowledged, record_.executed));
+  record_.elsewhere = record_.elsewhere || state.elsewhere;
 }
 
 Result<std::uint64_t> RunRecorder::reserve(std::uint64_t next, Time now) {
@@ -181,7 +182,9 @@ std::uint64_t may_have_left(const JournalContent& journal, const RunSubject& now
 std::string range_text(const ResumeDecision& decision, std::uint64_t total) {
   if (decision.may_have <= decision.executed) return std::to_string(decision.executed) + " blocks have run";
   return blocks(decision.executed + 1, decision.may_have) + " may have run" +
-         (decision.executed > 0 ? ", earlier ones have" : "") +
+         (decision.executed == 0 ? ""
+          : decision.elsewhere   ? ", earlier ones may not have: the axes were not where they lead"
+                                 : ", earlier ones have") +
          (decision.may_have < total ? ", later ones have not" : "");
 }
 
@@ -193,6 +196,7 @@ ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& no
   }
   const RunRecord& last = *journal.last;
   decision.executed = last.executed;
+  decision.elsewhere = last.elsewhere;
   decision.may_have = may_have_left(journal, now);
   if (last.program != now.program || last.total != now.total)
     return uncertain(decision, "the program is not the one that was running", now, last.total);

@@ -80,8 +80,9 @@ struct ResumeDecision {
   ResumeWay way = ResumeWay::kUncertain;
   std::uint64_t executed = 0;  ///< blocks that have surely run
   std::uint64_t may_have = 0;  ///< blocks executed + 1 to this one may have run
-  Attachment ring;             ///< of kContinue
-  std::string text;            ///< for the operator: why, and the range in blocks
+  bool elsewhere = false;  ///< the axes were not where the executed blocks lead: perhaps those have not run
+  Attachment ring;         ///< of kContinue
+  std::string text;        ///< for the operator: why, and the range in blocks
 };
 
 /// "blocks 8 to 20 may have run, earlier ones have, later ones have not". `total`: of the program.

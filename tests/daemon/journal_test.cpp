@@ -380,6 +380,33 @@ TEST(RunRecorder, AControllerThatClaimsMoreThanLeftIsNotBelieved) {
   EXPECT_TRUE(read_journal(disk->file).whole());
 }
 
+TEST(RunRecorder, AxesThatStoodElsewhereAreRememberedWithTheRun) {
+  const auto disk = std::make_shared<SimulatedDisk>();
+  Journal journal = *Journal::open(journal_disk(disk));
+  const RunSubject subject = subject_of(1000);
+  RunRecorder recorder = *RunRecorder::begin(journal, subject);
+  const std::uint64_t granted = *recorder.reserve(1, Time{0});
+  SendState state;
+  state.total = 1000;
+  state.boot = 5;
+  state.acknowledged = granted;
+  state.executed = granted - 1;
+  ASSERT_TRUE(recorder.progress(state, Time{0}));
+  const ResumeDecision before = decide_resume(read_journal(disk->file), subject);
+  EXPECT_NE(range_text(before, 1000).find("earlier ones have,"), std::string::npos);
+  state.elsewhere = true;
+  ASSERT_TRUE(recorder.end(RunEvent::kFault, state));
+  // The next run of this program is killed before it has read the axes.
+  Journal again = *Journal::open(journal_disk(disk));
+  RunRecorder next = *RunRecorder::go_on(again, subject, granted);
+  state.elsewhere = false;
+  ASSERT_TRUE(next.progress(state, Time{0}));
+  const ResumeDecision after = decide_resume(read_journal(disk->file), subject);
+  EXPECT_EQ(after.executed, granted - 1);
+  EXPECT_NE(range_text(after, 1000).find("earlier ones may not have"), std::string::npos)
+      << range_text(after, 1000);
+}
+
 TEST(RunRecorder, BlocksThatTheProgramDidNotHaveWhenItWasCountedDoNotLeave) {
   const auto disk = std::make_shared<SimulatedDisk>();
   Journal journal = *Journal::open(journal_disk(disk));
