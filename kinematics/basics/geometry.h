@@ -80,6 +80,15 @@ double distance_to_segment(Point<S> p, Point<S> a, Point<S> b) {
   const double f = ll > 0.0 ? std::clamp(dot(ap, ab) / ll, 0.0, 1.0) : 0.0;
   return length(ap - ab * f);
 }
+/// Distance of p from the triangle with the unit normal n.
+template <class S>
+double distance_to_triangle(Point<S> p, const std::array<Point<S>, 3>& corner, Vec3 n) {
+  const auto& [u, v, w] = corner;
+  const bool over = dot(cross(n, v - u), p - u) >= 0.0 && dot(cross(n, w - v), p - v) >= 0.0 &&
+                    dot(cross(n, u - w), p - w) >= 0.0;
+  if (over) return std::abs(dot(n, p - u));
+  return std::min({distance_to_segment(p, u, v), distance_to_segment(p, v, w), distance_to_segment(p, w, u)});
+}
 template <class S>
 constexpr Vec3 from_origin(Point<S> p) {
   return {p.x, p.y, p.z};

@@ -72,20 +72,22 @@ Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options)
   return kept;
 }
 
+EnvelopePoint on_move(const EnvelopePoint& a, const EnvelopePoint& b, double f, const Deformation& map) {
+  EnvelopePoint p = b;
+  p.centre = lerp(a.centre, b.centre, f);
+  p.axis = slerp(a.axis, b.axis, f);
+  p.flat = lerp(a.flat, b.flat, f);
+  p.flat.z = map.flatten(p.centre).z;
+  return p;
+}
+
 Pass spaced(Pass pass, const Deformation& map, double max_distance) {
   if (!std::isfinite(max_distance)) return pass;
   Pass dense;
   for (std::size_t i = 0; i < pass.size(); ++i) {
     const double moves =
         i == 0 ? 1.0 : std::ceil(distance(pass[i - 1].centre, pass[i].centre) / max_distance - 1e-9);
-    for (double k = 1.0; k < moves; ++k) {
-      EnvelopePoint p = pass[i];
-      p.centre = lerp(pass[i - 1].centre, pass[i].centre, k / moves);
-      p.axis = slerp(pass[i - 1].axis, pass[i].axis, k / moves);
-      p.flat = lerp(pass[i - 1].flat, pass[i].flat, k / moves);
-      p.flat.z = map.flatten(p.centre).z;
-      dense.push_back(p);
-    }
+    for (double k = 1.0; k < moves; ++k) dense.push_back(on_move(pass[i - 1], pass[i], k / moves, map));
     dense.push_back(pass[i]);
   }
   return dense;

@@ -23,6 +23,8 @@ void leave_held(LineEnvelope& found, const FlatLine& line);
 /// Keeps the first and the last.
 Pass thinned(const Pass& pass, double tolerance, const EnvelopeOptions& options);
 
+/// The place at the share `f` of the straight move from a to b; it has the contact of b.
+EnvelopePoint on_move(const EnvelopePoint& a, const EnvelopePoint& b, double f, const Deformation& map);
 /// The pass with points put into its straight moves where they are longer than `max_distance` (mm).
 Pass spaced(Pass pass, const Deformation& map, double max_distance);
 

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -24,6 +25,11 @@ PlanOptions grown(PlanOptions options, double by) {
   options.allowance += by;
   options.fixture_room.cutter += by, options.fixture_room.shank += by, options.fixture_room.holder += by;
   return options;
+}
+
+std::array<Point<Part>, 3> corners_of(const Mesh& mesh, std::uint32_t facet) {
+  const Facet& f = mesh.facets[facet];
+  return {mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]]};
 }
 
 }  // namespace
@@ -51,7 +57,54 @@ OppositeWall::OppositeWall(const Mesh& mesh, const Deformation& deformation, con
   hold(mesh);
   if (options.fixtures) hold(options.fixtures->mesh);
   tool_ = tool_of(options);
+  const ToleranceBudget budget(options.tolerance);
+  between_ = tool_of(grown(options, -budget.envelope() - budget.thinning()));
   strayed_ = tool_of(grown(options, stray_of_rapids(options.tolerance)));
+  double widest = 0.0;
+  for (const Cylinder& c : strayed_) widest = std::max(widest, c.radius);
+  note_ends(mesh, widest);
+  if (options.fixtures) note_ends(options.fixtures->mesh, widest);
+}
+
+/// The facets that may come within the radius of where a column ends.
+void OppositeWall::note_ends(const Mesh& mesh, double radius) {
+  const bool inside_work = map_.s() < 0.0, circle = map_.frame().mode == AxisMode::kCircle;
+  std::vector<NearFeature> near;
+  for (std::uint32_t i = 0; (inside_work || circle) && i < mesh.facets.size(); ++i) {
+    const auto [u, v, w] = corners_of(mesh, i);
+    const Point<Part> centre = Point<Part>{} + (from_origin(u) + from_origin(v) + from_origin(w)) / 3.0;
+    const double reach = std::max({distance(centre, u), distance(centre, v), distance(centre, w)}) + radius;
+    const Deformation::Distances away = map_.distances(centre);
+    if ((inside_work && away.rho < reach) || (circle && away.r < reach)) near.push_back({i, centre, reach});
+  }
+  if (!near.empty()) ends_.emplace(&mesh, ColumnEnds(std::move(near)));
+}
+
+/// Of the mesh from the end of a column, mm; infinite where it is further than the tool is wide.
+double OppositeWall::off_end(const Mesh& mesh, Point<Part> end) const {
+  double least = std::numeric_limits<double>::infinity();
+  const auto near = ends_.find(&mesh);
+  if (near == ends_.end()) return least;
+  near->second.first_over(end, [&](PatchId facet) {
+    const std::array<Point<Part>, 3> corner = corners_of(mesh, facet);
+    const Vec3 n = normalized(cross(corner[1] - corner[0], corner[2] - corner[0]));
+    least = std::min(least, distance_to_triangle(end, corner, n));
+    return false;
+  });
+  return least;
+}
+
+/// A wall that lies at the column's end, and from there on at the cylinder's side as far down as its top: no
+/// patch within the column is where the wall ends.
+bool OppositeWall::stands_in_wall(Cylinder& c, Point<Part> reference, Vec3 axis, double column,
+                                  double travel) const {
+  if (c.from >= column || off_end(*c.mesh, reference + axis * column) >= c.radius - kShankMargin)
+    return false;
+  if (column <= c.to + travel) return true;
+  const double way = column - c.to, steps = std::ceil(way / c.radius);
+  for (double k = 0.0; k < steps; ++k)
+    if (!clearance_of(c).touches(reference + axis * (c.to + way * k / steps))) return false;
+  return true;
 }
 
 OppositeWall::Tool OppositeWall::tool_of(const PlanOptions& options) {
@@ -83,6 +136,11 @@ void OppositeWall::add_tool(const PlanOptions& options, const Mesh& mesh, Tool& 
   }
 }
 
+ShankCollision& OppositeWall::clearance_of(Cylinder& c) {
+  if (!c.clearance) c.clearance = std::make_unique<ShankCollision>(*c.mesh, c.radius);
+  return *c.clearance;
+}
+
 /// Does a ball of the radius on the way between two points stay outside of the box round the part?
 bool OppositeWall::beyond_part(Point<Part> from, Point<Part> to, double radius) const {
   double first = 0.0, last = 1.0;
@@ -102,29 +160,71 @@ bool OppositeWall::beyond_part(Point<Part> from, Point<Part> to, double radius) 
 
 /// Does the tool, its reference going `travel` up from where it is, hit something further up than `column`?
 bool OppositeWall::blocked(Tool& tool, Point<Part> reference, Vec3 axis, double column, double travel) const {
-  if (column >= reach_ + travel) return false;
+  if (column >= reach_ + travel && (ends_.empty() || !std::isfinite(column))) return false;
   return std::any_of(tool.begin(), tool.end(), [&](Cylinder& c) {
+    if (stands_in_wall(c, reference, axis, column, travel)) return true;
     if (column >= c.to + travel) return false;
     // What is further down the column is clear.
     if (beyond_part(reference + axis * std::max(c.from, column - c.radius),
                     reference + axis * (c.to + travel), c.radius))
       return false;
-    if (!c.clearance) c.clearance = std::make_unique<ShankCollision>(*c.mesh, c.radius);
     const Point<Part> start = reference + axis * c.from;
     // Where a cylinder starts beyond the column, nothing is known yet of its place.
-    if (c.from > column - c.radius && c.from > 0.0 && c.clearance->touches(start)) return true;
-    return c.clearance->blocked(start, axis, c.to - c.from + travel);
+    if (c.from > column - c.radius && c.from > 0.0 && clearance_of(c).touches(start)) return true;
+    return clearance_of(c).blocked(start, axis, c.to - c.from + travel);
   });
 }
 
+double OppositeWall::travel_from(const EnvelopePoint& p) const {
+  return std::max(0.0, clearance_z_ - p.flat.z);
+}
+
+/// Of one line. Its moves are looked at between their ends, too, as closely as is_clear() does.
+std::uint64_t OppositeWall::trim(std::vector<Pass>& passes, Watch& watch) {
+  std::uint64_t count = 0;
+  std::vector<Pass> kept;
+  for (const Pass& pass : passes) {
+    Pass piece;
+    bool clear = true;
+    const auto end_piece = [&] {
+      if (!piece.empty()) kept.push_back(std::move(piece));
+      piece.clear();
+    };
+    for (std::size_t i = 0; i < pass.size() && watch.next(); ++i) {
+      const bool first = i == 0;
+      const EnvelopePoint &to = pass[i], &from = first ? to : pass[i - 1];
+      const double way = std::max(distance(from.centre, to.centre),
+                                  distance(from.centre + from.axis * reach_, to.centre + to.axis * reach_));
+      const double steps = std::max(1.0, std::ceil(way / step_));
+      EnvelopePoint before = from;
+      for (double k = 1.0; k <= steps; ++k) {
+        const EnvelopePoint at = k < steps ? on_move(from, to, k / steps, map_) : to;
+        const bool is_clear_there = !keeps_off(k < steps ? between_ : tool_, at);
+        if (!is_clear_there && (clear || k == steps)) ++count;
+        if (!is_clear_there && clear && !first) {
+          if (piece.empty() || distance(piece.back().centre, before.centre) > 0.0) piece.push_back(before);
+          end_piece();
+        }
+        if (is_clear_there && (k == steps || !clear)) piece.push_back(at);
+        clear = is_clear_there;
+        before = at;
+      }
+    }
+    end_piece();
+  }
+  passes = std::move(kept);
+  return count;
+}
+
 std::uint64_t OppositeWall::trim(std::vector<std::vector<Pass>>& lines, const ReportShare& report) {
-  const auto travel = [this](const EnvelopePoint& p) { return std::max(0.0, clearance_z_ - p.flat.z); };
   // Mostly the tool ends before the column does.
   std::vector<std::uint8_t> reaches_over(lines.size(), 0);
   tbb::parallel_for(std::size_t{0}, lines.size(), [&](std::size_t i) {
     for (const Pass& pass : lines[i])
       for (const EnvelopePoint& p : pass)
-        if (map_.column_length(p.flat) < reach_ + travel(p)) reaches_over[i] = 1;
+        if (const double column = map_.column_length(p.flat);
+            column < reach_ + travel_from(p) || (!ends_.empty() && std::isfinite(column)))
+          reaches_over[i] = 1;
   });
   std::uint64_t count = 0, points = 0;
   for (const std::vector<Pass>& line : lines)
@@ -135,16 +235,13 @@ std::uint64_t OppositeWall::trim(std::vector<std::vector<Pass>>& lines, const Re
       for (const Pass& pass : lines[i]) watch.next(pass.size());
       continue;
     }
-    count += leave_out(lines[i], [&](const EnvelopePoint& p) {
-      return watch.next() && blocked(tool_, p.centre, p.axis, map_.column_length(p.flat), travel(p));
-    });
+    count += trim(lines[i], watch);
   }
   return count;
 }
 
-bool OppositeWall::keeps_off(const EnvelopePoint& stand) {
-  return blocked(tool_, stand.centre, stand.axis, map_.column_length(stand.flat),
-                 std::max(0.0, clearance_z_ - stand.flat.z));
+bool OppositeWall::keeps_off(Tool& tool, const EnvelopePoint& stand) const {
+  return blocked(tool, stand.centre, stand.axis, map_.column_length(stand.flat), travel_from(stand));
 }
 
 Point<Part> OppositeWall::reference_of(const Pose& pose) const {
@@ -159,9 +256,8 @@ bool OppositeWall::is_astray(const Pose& pose) const {
 /// All of the tool, of whose place nothing is known.
 bool OppositeWall::stands_in_part(Tool& tool, const Pose& pose) const {
   return std::any_of(tool.begin(), tool.end(), [&](Cylinder& c) {
-    if (!c.clearance) c.clearance = std::make_unique<ShankCollision>(*c.mesh, c.radius);
     const Point<Part> start = reference_of(pose) + pose.axis * c.from;
-    return c.clearance->touches(start) || c.clearance->blocked(start, pose.axis, c.to - c.from);
+    return clearance_of(c).touches(start) || clearance_of(c).blocked(start, pose.axis, c.to - c.from);
   });
 }
 
@@ -171,7 +267,7 @@ bool OppositeWall::is_clear(Tool& tool, const Pose& from, const Pose& to) const 
   };
   // The clearance surface of a circle runs on past the axis of Theta, into columns that it does not clear.
   const bool strays = is_astray(from) || is_astray(to);
-  if (!strays && column_of(from) >= reach_ && column_of(to) >= reach_) return true;
+  if (!strays && ends_.empty() && column_of(from) >= reach_ && column_of(to) >= reach_) return true;
   const double way = std::max(distance(from.tip, to.tip),
                               distance(from.tip + from.axis * reach_, to.tip + to.axis * reach_));
   const double steps = std::max(1.0, std::ceil(way / step_));

@@ -4,6 +4,7 @@
 // What of the tool is there is checked by rays. (F1) in pathgen/linking/README.md.
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "pathgen/linking/shank_collision.h"
 #include "pathgen/options/plan_options.h"
 #include "pathgen/progress/watch.h"
+#include "pathgen/surface/column_ends.h"
 
 namespace tiltfeed::pathgen {
 
@@ -26,12 +28,13 @@ class OppositeWall {
   OppositeWall(const Mesh& mesh, const Deformation& deformation, const PlanOptions& options,
                double clearance_z);
 
-  /// Cuts out of the passes every point from where the tool could not retract without hitting the opposite
-  /// wall. Returns how many. When the user stops it, points are left that should not be.
+  /// Cuts out of the passes every place from where the tool could not retract without hitting the opposite
+  /// wall. Returns how many points, a stretch between two as one. When the user stops it, places are left
+  /// that should not be.
   std::uint64_t trim(std::vector<std::vector<Pass>>& lines, const ReportShare& report = {});
 
   /// Could the tool, standing at that point, not retract without hitting the opposite wall?
-  bool keeps_off(const EnvelopePoint& stand);
+  bool keeps_off(const EnvelopePoint& stand) { return keeps_off(tool_, stand); }
 
   /// Is a straight way from one pose to the next free of hits on the opposite wall?
   bool travel_clear(const Pose& from, const Pose& to) { return is_clear(tool_, from, to); }
@@ -54,7 +57,14 @@ class OppositeWall {
   bool is_astray(const Pose& pose) const;
   bool is_clear(Tool& tool, const Pose& from, const Pose& to) const;
   bool stands_in_part(Tool& tool, const Pose& pose) const;
+  bool keeps_off(Tool& tool, const EnvelopePoint& stand) const;
+  double travel_from(const EnvelopePoint& p) const;
+  std::uint64_t trim(std::vector<Pass>& passes, Watch& watch);
   bool blocked(Tool& tool, Point<Part> reference, Vec3 axis, double column, double travel) const;
+  static ShankCollision& clearance_of(Cylinder& c);
+  void note_ends(const Mesh& mesh, double radius);
+  double off_end(const Mesh& mesh, Point<Part> end) const;
+  bool stands_in_wall(Cylinder& c, Point<Part> reference, Vec3 axis, double column, double travel) const;
 
   bool beyond_part(Point<Part> from, Point<Part> to, double radius) const;
 
@@ -62,7 +72,10 @@ class OppositeWall {
   Point<Part> low_, high_;  ///< corners of the box round part and fixtures
   const Deformation& map_;
   Tool tool_, strayed_;  ///< as it is, and grown by what rapids stray
-  double reach_ = 0.0;   ///< of the tool's upper end over the CL reference, mm
+  Tool between_;         ///< smaller by what straight moves may leave: a move that runs in contact is clear
+  std::map<const Mesh*, ColumnEnds>
+      ends_;            ///< facets that some column's end is nearer to than the tool is wide
+  double reach_ = 0.0;  ///< of the tool's upper end over the CL reference, mm
   double clearance_z_, reference_height_, step_;
 };
 

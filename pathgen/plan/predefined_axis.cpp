@@ -207,7 +207,8 @@ class Planner {
       for (const Pass& pass : passes) left += pass.size();
     const std::uint64_t trimmed = opposite_wall.trim(passes_, share_);
     if (stages_.stopped()) return cancelled();
-    if (trimmed == left)
+    const auto none = [](const std::vector<Pass>& row) { return row.empty(); };
+    if (std::all_of(passes_.begin(), passes_.end(), none))
       return fail(
           Code::kGouge,
           "at every point of the path shank or holder would hit the part beyond the point, line or circle; "

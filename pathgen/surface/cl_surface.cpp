@@ -242,13 +242,7 @@ bool ClSurface::covers(PatchId patch, Point<Part> p) const {
   const double reach = tool.flat + tool.corner;
   const Core c = core(patch);
   if (c.count < 3) return distance_to_segment(p, c.corner[0], c.corner[c.count - 1]) < reach;
-  const auto& [u, v, w] = c.corner;
-  const Vec3 n = normals_[feature_of(patch)];
-  const bool over = dot(cross(n, v - u), p - u) >= 0.0 && dot(cross(n, w - v), p - v) >= 0.0 &&
-                    dot(cross(n, u - w), p - w) >= 0.0;
-  if (over) return std::abs(dot(n, p - u)) < reach;
-  return std::min({distance_to_segment(p, u, v), distance_to_segment(p, v, w),
-                   distance_to_segment(p, w, u)}) < reach;
+  return distance_to_triangle(p, c.corner, normals_[feature_of(patch)]) < reach;
 }
 
 void ClSurface::fetch(PatchId patch) const {

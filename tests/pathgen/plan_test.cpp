@@ -242,7 +242,7 @@ TEST(Plan, AShankThatWouldHitTheFarWallIsRefused) {
   o.links.clearance = 2.0;
   const auto fits = plan(cavity, o, nullptr);
   ASSERT_TRUE(fits) << fits.error().message;
-  EXPECT_TRUE(fits->report.warnings.empty());
+  EXPECT_TRUE(fits->report.warnings.empty()) << fits->report.warnings.front();
   o.cutter.shank_length = 45.0;
   const auto hits = plan(cavity, o, nullptr);
   ASSERT_FALSE(hits);

@@ -1,0 +1,79 @@
+// What stands in the tool's way near the point, line or circle and beyond it, against the tool's true solid.
+#include "pathgen/linking/opposite_wall.h"
+
+#include <gtest/gtest.h>
+
+#include "pathgen/mesh/mesh_check.h"
+#include "pathgen/plan/plan.h"
+#include "tests/judges/tool_proof.h"
+#include "tests/shapes/box_mesh.h"
+
+namespace tiltfeed {
+using namespace pathgen;
+namespace {
+
+constexpr double kFar = 1e9;
+
+CheckedMesh checked_boxes(const std::vector<std::array<Vec3, 2>>& boxes) {
+  const Mesh mesh = box_mesh(boxes);
+  Stl stl;
+  for (const Facet& f : mesh.facets)
+    stl.facets.push_back({mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]]});
+  return *check_mesh(stl);
+}
+
+PlanOptions options_along_x(const Cutter& cutter) {
+  PlanOptions options;
+  options.cutter = cutter;
+  options.axis = {AxisMode::kLine, Sense::kInward, {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, 0.0};
+  options.tolerance = 0.01;
+  options.pattern.side_step = 1.0;
+  options.links.clearance = 3.0, options.links.approach = 1.0;
+  return options;
+}
+
+/// The furthest place of the tip on cuts along x, mm, and how deep the tool is in the part anywhere.
+struct Findings {
+  double nearest = -kFar, gouge = 0.0;
+};
+Findings planned_on(const CheckedMesh& part, const PlanOptions& options) {
+  const auto planned = plan(part, options, nullptr);
+  EXPECT_TRUE(planned) << planned.error().message;
+  if (!planned) return {};
+  const sim::PartDistance surface(part.mesh);
+  const ToolProof proof(surface, part.bounds, options.cutter, options.tolerance);
+  Findings found;
+  found.gouge = proof.measure(planned->path, 0.05).gouge();
+  for (const Move& move : planned->path.moves)
+    if (move.kind == MoveKind::kCut) found.nearest = std::max(found.nearest, move.pose.tip.x);
+  return found;
+}
+
+/// A wall square to the line, which pierces it, and a ledge beside the wall. The tool comes from the line.
+/// Its ball passes the wall; what is wider up the tool does not, and touches no edge of the wall on the way.
+TEST(OppositeWall, AWallAlongTheAxisIsInTheWayOfWhatIsWiderUpTheTool) {
+  const CheckedMesh part =
+      checked_boxes({{Vec3{0, -60, -60}, Vec3{2, 60, 60}}, {Vec3{-25, -3, -45}, Vec3{-1.8, 3, -30}}});
+  Cutter cone{3.0, 100.0, 27.0, CutterType::kTaperBall};
+  cone.taper = Angle::from_degrees(7.0);
+  Cutter stepped{3.0, 100.0, 27.0};
+  stepped.cutting_length = 12.0, stepped.shank_diameter = 10.0;
+  for (const Cutter& cutter : {cone, stepped}) {
+    const Findings found = planned_on(part, options_along_x(cutter));
+    EXPECT_LE(found.gouge, 0.01);
+    // What is further off the wall than the tool is wide is cut.
+    EXPECT_NEAR(found.nearest, -cutter.shank_radius(), 0.4);
+  }
+}
+
+/// A straight row is one move, and its ends are clear of a fin over its middle.
+TEST(OppositeWall, AFinOverTheMiddleOfAMoveIsInTheWay) {
+  const CheckedMesh part =
+      checked_boxes({{Vec3{-25, -3, -14}, Vec3{25, 3, -10}}, {Vec3{-1, -20, 10}, Vec3{1, 20, 20}}});
+  const Findings found = planned_on(part, options_along_x({3.0, 100.0, 27.0}));
+  EXPECT_LE(found.gouge, 0.01);
+  EXPECT_NEAR(found.nearest, 26.5, 0.1);
+}
+
+}  // namespace
+}  // namespace tiltfeed
