@@ -183,37 +183,53 @@ double OppositeWall::travel_from(const EnvelopePoint& p) const {
 std::uint64_t OppositeWall::trim(std::vector<Pass>& passes, Watch& watch) {
   std::uint64_t count = 0;
   std::vector<Pass> kept;
+  Pass piece;
+  const auto end_piece = [&] {
+    if (!piece.empty()) kept.push_back(std::move(piece));
+    piece.clear();
+  };
   for (const Pass& pass : passes) {
-    Pass piece;
-    bool clear = true;
-    const auto end_piece = [&] {
-      if (!piece.empty()) kept.push_back(std::move(piece));
-      piece.clear();
-    };
     for (std::size_t i = 0; i < pass.size() && watch.next(); ++i) {
-      const bool first = i == 0;
-      const EnvelopePoint &to = pass[i], &from = first ? to : pass[i - 1];
-      const double way = std::max(distance(from.centre, to.centre),
-                                  distance(from.centre + from.axis * reach_, to.centre + to.axis * reach_));
-      const double steps = std::max(1.0, std::ceil(way / step_));
-      EnvelopePoint before = from;
-      for (double k = 1.0; k <= steps; ++k) {
-        const EnvelopePoint at = k < steps ? on_move(from, to, k / steps, map_) : to;
-        const bool is_clear_there = !keeps_off(k < steps ? between_ : tool_, at);
-        if (!is_clear_there && (clear || k == steps)) ++count;
-        if (!is_clear_there && clear && !first) {
-          if (piece.empty() || distance(piece.back().centre, before.centre) > 0.0) piece.push_back(before);
+      const EnvelopePoint& to = pass[i];
+      const bool came = !piece.empty(), goes_on = !keeps_off(tool_, to);
+      if (!goes_on) ++count;
+      if (i > 0 && (came || goes_on)) {
+        const Stretch clear = clear_of(pass[i - 1], to, came, goes_on);
+        if (clear.broken && came) {
+          if (clear.before) piece.push_back(*clear.before);
           end_piece();
         }
-        if (is_clear_there && (k == steps || !clear)) piece.push_back(at);
-        clear = is_clear_there;
-        before = at;
+        if (clear.broken && goes_on) {
+          if (came) ++count;
+          if (clear.behind) piece.push_back(*clear.behind);
+        }
       }
+      if (goes_on) piece.push_back(to);
     }
     end_piece();
   }
   passes = std::move(kept);
   return count;
+}
+
+/// Of the move between the two, from its start (where `starts`) and to its end (where `ends`).
+OppositeWall::Stretch OppositeWall::clear_of(const EnvelopePoint& from, const EnvelopePoint& to, bool starts,
+                                             bool ends) {
+  const double way = std::max(distance(from.centre, to.centre),
+                              distance(from.centre + from.axis * reach_, to.centre + to.axis * reach_));
+  const double steps = std::max(1.0, std::ceil(way / step_));
+  const auto place = [&](double k) { return on_move(from, to, k / steps, map_); };
+  double first = 0.0, last = steps;
+  while (first + 1.0 < steps && starts && !keeps_off(between_, place(first + 1.0))) ++first;
+  if (starts && ends && first + 1.0 >= steps) return {};
+  while (last - 1.0 > first && ends && !keeps_off(between_, place(last - 1.0))) --last;
+  // As a pass's end it has to be clear as every point is.
+  while (first > 0.0 && keeps_off(tool_, place(first))) --first;
+  while (last < steps && keeps_off(tool_, place(last))) ++last;
+  Stretch found{true, {}, {}};
+  if (starts && first > 0.0) found.before = place(first);
+  if (ends && last < steps) found.behind = place(last);
+  return found;
 }
 
 std::uint64_t OppositeWall::trim(std::vector<std::vector<Pass>>& lines, const ReportShare& report) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "kinematics/basics/tool_path.h"
@@ -59,7 +60,13 @@ class OppositeWall {
   bool stands_in_part(Tool& tool, const Pose& pose) const;
   bool keeps_off(Tool& tool, const EnvelopePoint& stand) const;
   double travel_from(const EnvelopePoint& p) const;
+  /// Of a move that the opposite wall breaks: the last clear place of its start, the first of its end.
+  struct Stretch {
+    bool broken = false;
+    std::optional<EnvelopePoint> before, behind;
+  };
   std::uint64_t trim(std::vector<Pass>& passes, Watch& watch);
+  Stretch clear_of(const EnvelopePoint& from, const EnvelopePoint& to, bool starts, bool ends);
   bool blocked(Tool& tool, Point<Part> reference, Vec3 axis, double column, double travel) const;
   static ShankCollision& clearance_of(Cylinder& c);
   void note_ends(const Mesh& mesh, double radius);
