@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 
 #include "pathgen/envelope/heights.h"
 #include "pathgen/linking/approach.h"
@@ -43,7 +44,8 @@ class Linker {
         options_(options),
         opposite_wall_(opposite_wall),
         travel_(field.deformation, options, opposite_wall,
-                field.index.top() > options.clearance_z ? is_over(field, envelope) : Travel::IsOver()),
+                field.index.top() > options.clearance_z ? is_over(field, envelope, options.clearance)
+                                                        : Travel::IsOver()),
         joins_(field, options, opposite_wall, envelope, travel_),
         leads_(field, options, opposite_wall, envelope, travel_),
         approaches_(field, options.approach, options.clearance_z) {}
@@ -64,12 +66,15 @@ class Linker {
   }
 
  private:
-  static Travel::IsOver is_over(const ClField& field, Envelope& envelope) {
-    return [&](Point<Flat> from, Point<Flat> to) {
+  static Travel::IsOver is_over(const ClField& field, Envelope& envelope, double clearance) {
+    const auto coarse =
+        std::make_shared<Envelope>(field.surface, field.deformation, field.index,
+                                   far_over_options(field.surface, envelope.options(), clearance));
+    return [&field, &envelope, coarse](Point<Flat> from, Point<Flat> to) {
       const auto is_clear = [&](Vec3 turn) {
         const Point<Flat> a = from + turn, b = to + turn;
         return !envelope.may_rise_over(line_between({a.x, a.y}, {b.x, b.y}), std::min(a.z, b.z)) ||
-               over_envelope(field, envelope, a, b);
+               far_over_envelope(field, *coarse, a, b) || over_envelope(field, envelope, a, b);
       };
       // The long way round may lie a turn on, where there are turns.
       const double x = field.deformation.period_x(), y = field.deformation.period_y();

@@ -10,4 +10,13 @@ namespace tiltfeed::pathgen {
 /// `envelope` is that of `field`.
 bool over_envelope(const ClField& field, Envelope& envelope, Point<Flat> from, Point<Flat> to);
 
+/// Options of an envelope that costs far less along a line, for far_over_envelope(). `clearance`, mm: what a
+/// way over the clearance surface keeps of it.
+EnvelopeOptions far_over_options(const ClSurface& surface, EnvelopeOptions options, double clearance);
+
+/// Is the move over the envelope by twice the tolerance of `coarse` all along? If not, over_envelope() knows.
+/// Between two points of it the envelope rises over both by less: no further than the tolerance at a
+/// rounding's top (E2). Requires: `coarse` is an envelope of `field` with far_over_options().
+bool far_over_envelope(const ClField& field, Envelope& coarse, Point<Flat> from, Point<Flat> to);
+
 }  // namespace tiltfeed::pathgen
