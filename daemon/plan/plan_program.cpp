@@ -7,6 +7,7 @@
 #include <array>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <optional>
 
@@ -24,6 +25,7 @@
 #include "daemon/post/near_singularity.h"
 #include "daemon/post/part_extent.h"
 #include "daemon/post/post.h"
+#include "daemon/post/tcp_start.h"
 #include "kinematics/basics/decimal.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "kinematics/cl_text/cl_file.h"
@@ -88,6 +90,16 @@ Result<void> state_figures(config::OutputFile& file, const ProofFigures& figures
   std::string filled = words.data();
   filled.resize(kNotProvenYet.size(), ' ');
   return file.overwrite(at, filled);
+}
+
+/// What to change where the proof names one of the first blocks, in which the table turns under TCP.
+std::string turn_advice(const std::string& message, std::size_t turning) {
+  constexpr std::string_view kBlock = ", block ";
+  const std::size_t at = message.find(kBlock);
+  if (turning == 0 || at == message.npos) return "";
+  if (std::strtoull(message.c_str() + at + kBlock.size(), nullptr, 10) > turning) return "";
+  return "; there the table turns from home to its place: state a smaller program.tcp_start_below_mm, or put "
+         "the part lower";
 }
 
 /// The whole way, stage by stage.
@@ -226,7 +238,11 @@ Result<void> Planning::write() {
   if (!prover_) return {};
   auto proven =
       clock_.time("proof", [&] { return prover_->finish([&](double f) { return show("proof", f); }); });
-  if (!proven) return tl::unexpected(proven.error());
+  if (!proven) {
+    const Joints& first = joints_.moves.front().joints;
+    const std::size_t turning = tcp_start(job_->machine, job_->setup, first).size();
+    return fail(proven.error().code, proven.error().message + turn_advice(proven.error().message, turning));
+  }
   proof_ = *proven;
   // The first block states where the axes are.
   if (proof_->moves + 1 < program_.blocks)

@@ -150,8 +150,10 @@ void Writer::header() {
           " D" + decimal(first.tool.diameter, 4) + " L" + decimal(first.tool.length, 4));
   comment("machine ", posting_.machine.model.name, "");
   tool_comments(first);
-  if (format_.tcp && !table_turns(posting_.machine.model).empty())
-    comment("X Y Z are fixed to the table at home", "", table_.tcp_frame);
+  if (format_.tcp && !table_turns(posting_.machine.model).empty()) {
+    comment("X Y Z are fixed to the table at home", "", "");
+    if (*table_.tcp_frame != '\0') comment(table_.tcp_frame, "", "");
+  }
   double seconds = 0.0;
   for (const Operation& op : posting_.operations) seconds += op.words->report.seconds;
   seconds = posting_.seconds.value_or(seconds);

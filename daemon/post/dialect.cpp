@@ -54,7 +54,7 @@ constexpr std::array<DialectTable, 7> kTables{{
      .shifts_in_zx = true, .shifts_in_yz = true,
      .length_in_tool = ", H{register} too", .length_alone = ", use G49",
      .length = "G43 H{register}", .tcp_length = "G43.4 H{register}", .length_off = "G49",
-     .plane_off = "G69", .tcp_on = "", .tcp_off = "", .tcp_frame = ", No.19696 bit 5 is 0",
+     .plane_off = "G69", .tcp_on = "", .tcp_off = "", .tcp_frame = "No.19696 bit 5 is 0, No.1401 bit 1 is 1",
      .inverse_on = "G93", .per_minute_on = "G94", .degrees = "", .radius = "",
      .exact = "", .blend = "", .dwell = "G4 P{milliseconds}", .stop = "M0", .optional_stop = "M1",
      .retract = "G91 G28 Z0.|G90", .end = "M30"},

@@ -57,7 +57,7 @@ struct DialectTable {
   const char* length_off;                     ///< lines that end that, once the tool is retracted
   const char* plane_off;         ///< lines after the first of these that end a tilted plane and a rotation
   const char *tcp_on, *tcp_off;  ///< lines; it ends before the tool is retracted
-  const char* tcp_frame = "";    ///< by what the control fixes X Y Z to the table, for a comment
+  const char* tcp_frame = "";    ///< parameters that a program under TCP takes for granted, for a comment
   const char *inverse_on, *per_minute_on, *degrees, *radius;  ///< feed modes and what F measures
   const char *exact, *blend, *dwell, *stop, *optional_stop, *retract, *end;
 };

@@ -45,7 +45,9 @@ std::vector<Joints> tcp_start(const config::MachineProfile& machine, const Setup
   const config::ProgramFormat& format = machine.format;
   if (!format.tcp || !config::begins_at_home(format.dialect) || at_home(machine, first)) return {};
   Joints home = first;
-  home.z = std::max(first.z, machine.model.z.max - format.tcp_start_below);
+  // The rounded words must not be over the travel.
+  const double below = std::max(format.tcp_start_below, std::pow(10.0, 1 - format.linear_decimals));
+  home.z = std::max(first.z, machine.model.z.max - below);
   double turn_of_all = 0.0;
   for (const TableTurn& turn : table_turns(machine.model)) {
     home.*turn.word = *nearest_home(*turn.axis, first.*turn.word, format.rotary_decimals);

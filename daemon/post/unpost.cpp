@@ -19,6 +19,8 @@ constexpr std::array<double, 3> kSamples{0.25, 0.5, 0.75};
 constexpr double kSampledTurn = 120.0;
 // A feed is stated anew where it differs by more than this share: words are rounded, so that block times are.
 constexpr double kSameFeed = 2e-3;
+// Slides that move by less than this stand: words are rounded, and the table turns them at some distance, mm.
+constexpr double kStands = 0.02;
 // A tip's way shorter than this says nothing of a feed, mm.
 constexpr double kNoWay = 1e-6;
 
@@ -41,6 +43,7 @@ class Unposter {
     return tcp ? pose_under_tcp(machine_.model, setup_, words) : forward(machine_.model, setup_, words);
   }
   std::optional<std::string> beyond(const TextBlock& block) const;
+  std::size_t behind_start() const;
   tl::unexpected<Error> too_many(std::uint32_t line) const;
   void cut(const TextBlock& from, const TextBlock& to, double f0, const Pose& p0, double f1, const Pose& p1,
            int halvings);
@@ -130,6 +133,24 @@ tl::unexpected<Error> Unposter::too_many(std::uint32_t line) const {
                                 " points; divide the program, or allow a coarser tolerance");
 }
 
+/// The first block of the path itself. Before it TCP may begin with the table at home: the table turns to its
+/// place in rapids while the slides stand, and `post` puts that in anew.
+std::size_t Unposter::behind_start() const {
+  const std::vector<TextBlock>& blocks = text_.blocks;
+  if (!config::begins_at_home(machine_.format.dialect)) return 0;
+  const auto slides = [&](const TextBlock& b) {
+    const Pose at = pose(b.words, true);
+    const Joints joints = solve_linear(machine_.model, setup_, at.tip, b.words.a, b.words.c);
+    return Vec3{joints.x, joints.y, joints.z};
+  };
+  std::size_t last = 0;
+  while (last + 1 < blocks.size() && blocks[last].tcp && blocks[last].rapid && blocks[last + 1].tcp &&
+         blocks[last + 1].rapid && length(slides(blocks[last + 1]) - slides(blocks[last])) < kStands)
+    ++last;
+  if (last == 0) return 0;
+  return last + 1 < blocks.size() && blocks[last + 1].rapid ? last + 1 : last;
+}
+
 Result<AptOperation> Unposter::run(std::size_t points) {
   most_ = points;
   ToolPath& path = out_.path;
@@ -137,6 +158,7 @@ Result<AptOperation> Unposter::run(std::size_t points) {
   out_.length_register = text_.length_register;
   path.tool = {text_.diameter.value_or(0.0), 0.0, setup_.tool_length};
   auto event = text_.events.begin();
+  const std::size_t begin = behind_start();
   for (std::size_t i = 0; i < text_.blocks.size(); ++i) {
     const TextBlock& block = text_.blocks[i];
     for (; event != text_.events.end() && event->move <= i; ++event)
@@ -147,8 +169,9 @@ Result<AptOperation> Unposter::run(std::size_t points) {
     if (const auto broken = beyond(block))
       return fail(Code::kInput, "line " + std::to_string(block.line) + ": " + *broken);
     if (path.moves.size() > most_) return too_many(block.line);
+    if (i < begin) continue;
     const Pose end = pose(block.words, block.tcp);
-    if (i == 0 || block.tcp != text_.blocks[i - 1].tcp) {
+    if (i == begin || block.tcp != text_.blocks[i - 1].tcp) {
       put(end, block);
       continue;
     }

@@ -9,6 +9,7 @@
 #include <map>
 #include <sstream>
 
+#include "kinematics/timing/tcp_path.h"
 #include "sim/control/control_reader.h"
 #include "sim/control/move_frames.h"
 #include "tests/judges/dialect_reader.h"
@@ -225,6 +226,50 @@ TEST_P(TcpStart, ATableThatIsNotAtHomeIsTold) {
     ASSERT_EQ(other->notes.size(), 1u);
     EXPECT_NE(other->notes[0].find("is not at home"), std::string::npos);
   }
+}
+
+/// What begins TCP is the post's own: the path that comes back begins where the planned one does.
+TEST_P(TcpStart, TheTurnOfTheTableDoesNotComeBackAsPath) {
+  const auto made = back(text_, profile_);
+  ASSERT_TRUE(made) << made.error().message;
+  ASSERT_EQ(made->operations.size(), posted_.posting.operations.size());
+  for (std::size_t k = 0; k < made->operations.size(); ++k) {
+    const Operation& op = posted_.posting.operations[k];
+    const Pose want = pose_under_tcp(profile_.model, op.setup, op.words->moves.front().joints);
+    const Pose& got = made->operations[k].path.moves.front().pose;
+    EXPECT_LT(distance(got.tip, want.tip), 2e-3) << k;
+    EXPECT_LT(angle_between(got.axis, want.axis), 1e-4) << k;
+  }
+  const auto again = post(*made, "again.cls", profile_, options_);
+  ASSERT_TRUE(again) << again.error().message;
+  std::ostringstream out;
+  ASSERT_TRUE(write_program(again->posting, out));
+  const auto twice = back(out.str(), profile_);
+  ASSERT_TRUE(twice) << twice.error().message;
+  const Pose &once = made->operations[0].path.moves.front().pose,
+             &then = twice->operations[0].path.moves.front().pose;
+  EXPECT_LT(distance(once.tip, then.tip), 2e-3);
+}
+
+TEST(TcpHome, WithoutARetractTheNextOperationsTableWouldTurnUnderTheTool) {
+  MachineProfile profile = machine(Dialect::kFanuc, true);
+  ASSERT_TRUE(program_text(foreign(), profile, setup()));
+  profile.format.retract = "none";
+  const auto refused = program_text(foreign(), profile, setup());
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("state a retract"), std::string::npos) << refused.error().message;
+  profile.format.tcp = false;
+  EXPECT_TRUE(program_text(foreign(), profile, setup()));
+}
+
+TEST(TcpHome, RoundedWordsAreNotOverTheTravel) {
+  MachineProfile profile = machine(Dialect::kFanuc, true);
+  profile.format.tcp_start_below = 0.0;
+  const tiltfeed::Setup on_table{{0.12345, 0.23456, 0.34567}, {}, 100.0};
+  const sim::MoveFrames frames(profile.model, on_table);
+  for (double a = -30.0; a < 30.0; a += 0.777)
+    for (const Joints& words : tcp_start(profile, on_table, {30, 40, 0, a, 90 + a}))
+      ASSERT_LE(frames.slide_words(words).z, profile.model.z.max) << a;
 }
 
 TEST(TcpHome, NearestWithinTheTravel) {

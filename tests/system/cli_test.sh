@@ -239,6 +239,14 @@ echo 'program: {tool: 1}' >> "$work/tcp.yaml"
 expect 0 'blocks' "$bin/tiltfeed" plan "$work/tcp.yaml" --out "$work/tcp.nc"
 grep -q 'G43.4 .* C0' "$work/tcp.nc" || { echo 'FAILED: TCP does not begin with the table at home'; failed=1; }
 expect 0 'passed' "$bin/tiltfeed" verify "$work/tcp.yaml" "$work/tcp.nc" --resolution 1
+# The table, with the part beside its middle, would turn under a tool that is not high up.
+sed 's/.*tcp_start_below_mm:.*/  tcp_start_below_mm: 1300/' "$work/tcp_machine.yaml" > "$work/low_machine.yaml"
+expect 0 'ball.stl' "$bin/tiltfeed-sim" part sphere --out "$work/ball.stl"
+sed -e "s#stl:.*#stl: $work/ball.stl#" -e "s#^machine:.*#machine: $work/low_machine.yaml#" \
+  -e 's/part_zero_mm:.*/part_zero_mm: [150, 60, 0]/' "$root/config/jobs/sphere.yaml" > "$work/under.yaml"
+echo 'program: {tool: 1}' >> "$work/under.yaml"
+expect 1 'rapid move.*smaller program.tcp_start_below_mm' "$bin/tiltfeed" plan "$work/under.yaml" --out "$work/under.nc"
+absent "$work/under.nc"
 
 # CL text of another CAM system to a program and back; nothing is written unless the whole is valid.
 readonly machine=$root/config/machines/generic-ac.yaml foreign=$root/tests/golden/foreign.cls
