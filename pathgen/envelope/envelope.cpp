@@ -68,7 +68,7 @@ class Profile {
   bool rises_over(double z) {
     const double x = line_.x, y = line_.y;
     const AxisLine line = map_.axis_line(x, y, angles_);
-    if (end_is_covered(x, y)) return false;
+    if (end_is_covered(x, y, line.axis)) return false;
     HighestPatch highest(surface_, map_, angles_, line);
     highest.ask_over(z);
     take_at(highest, x, y);
@@ -89,15 +89,17 @@ class Profile {
 
   /// Does the part grown by the radius hold the place where the column ends? Then the column is shut from
   /// there down to wherever that body ends, which its own patches need not show.
-  bool end_is_covered(double x, double y) {
+  bool end_is_covered(double x, double y, Vec3 axis) {
     const ColumnEnds& near = field_.index_.covering();
     if (near.empty()) return false;
     const std::optional<Point<Part>> end = map_.column_end(x, y);
     if (!end) return false;
-    if (!field_.end_ || *field_.end_ != *end) {
-      field_.end_ = end;
+    // Where the ring is not at the reference, its place depends on the axis, too.
+    const std::pair asked{*end, axis * surface_.pieces().front().above_reference};
+    if (!field_.end_ || *field_.end_ != asked) {
+      field_.end_ = asked;
       field_.end_covered_by_ =
-          near.first_over(*end, [&](PatchId patch) { return surface_.covers(patch, *end); });
+          near.first_over(*end, [&](PatchId patch) { return surface_.covers(patch, *end, axis); });
     }
     if (field_.end_covered_by_) result_.too_near.push_back(*field_.end_covered_by_);
     return field_.end_covered_by_.has_value();
@@ -109,7 +111,7 @@ class Profile {
     sample.run = run;
     const double x = line_.x_at(run), y = line_.y_at(run);
     const AxisLine line = map_.axis_line(x, y, angles_);
-    if (end_is_covered(x, y)) return sample;
+    if (end_is_covered(x, y, line.axis)) return sample;
     HighestPatch highest(surface_, map_, angles_, line);
     if (at_place_) {
       take_at(highest, x, y);

@@ -91,7 +91,8 @@ class Envelope {
   /// The highest of the last place, which mostly is at the next.
   DropBvh::Found last_{};
 
-  std::optional<Point<Part>> end_;         ///< the column's end asked for last,
+  std::optional<std::pair<Point<Part>, Vec3>>
+      end_;                                ///< the column's end asked for last, the ring from there,
   std::optional<PatchId> end_covered_by_;  ///< and the patch that covers it
   std::optional<PatchId> shut_by_;
 };

@@ -237,8 +237,9 @@ bool ClSurface::behind(const VertexPatch& patch, Vec3 normal) const {
   return true;
 }
 
-bool ClSurface::covers(PatchId patch, Point<Part> p) const {
+bool ClSurface::covers(PatchId patch, Point<Part> p, Vec3 axis) const {
   const ToolPiece& tool = piece(patch);
+  p = p + axis * tool.above_reference;  // of the ring: axial stock lowers it
   const double reach = tool.flat + tool.corner;
   const Core c = core(patch);
   if (c.count < 3) return distance_to_segment(p, c.corner[0], c.corner[c.count - 1]) < reach;

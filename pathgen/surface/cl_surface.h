@@ -56,8 +56,9 @@ class ClSurface {
   /// The same of any other piece against a feature.
   bool top(const ToolPiece& piece, PatchId feature, const AxisLine& line, ClHit& hit) const;
 
-  /// Is p so near to the patch's feature that the piece's rounded edge round p may cut into it?
-  bool covers(PatchId patch, Point<Part> p) const;
+  /// Is a tool with its reference at p and this axis so near to the patch's feature that the piece's rounded
+  /// edge may cut into it?
+  bool covers(PatchId patch, Point<Part> p, Vec3 axis) const;
 
   /// The corners of the patch's feature: three, two or one.
   struct Core {

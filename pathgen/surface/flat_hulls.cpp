@@ -74,7 +74,8 @@ class HullMaker {
   /// from there.
   void note_near(Deformation::Distances away, const Ball& ball) {
     const bool inside_work = map_.s() < 0.0, circle = map_.frame().mode == AxisMode::kCircle;
-    const double round = piece_->flat + piece_->corner, reach = ball.radius + round;
+    const double round = piece_->flat + piece_->corner + std::abs(piece_->above_reference);
+    const double reach = ball.radius + round;
     if (((inside_work && away.rho < reach) || (circle && away.r < reach)) &&
         piece_->part == ToolPart::kCutter)
       out_.near.push_back({patch_, ball.centre, ball.whole + round});

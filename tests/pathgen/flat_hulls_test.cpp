@@ -133,9 +133,9 @@ TEST_P(CellsTest, HoldWhateverTheToolTouches) {
 }
 
 /// The first of all patches, asked one after the other.
-std::optional<PatchId> first_over(const ClSurface& surface, Point<Part> end) {
+std::optional<PatchId> first_over(const ClSurface& surface, Point<Part> end, Vec3 axis) {
   for (PatchId patch = 0; patch < surface.patch_count(); ++patch)
-    if (surface.covers(patch, end)) return patch;
+    if (surface.covers(patch, end, axis)) return patch;
   return std::nullopt;
 }
 
@@ -160,9 +160,10 @@ TEST_P(CellsTest, TellWhatCoversTheEndOfAColumn) {
     const Point<Flat> at = map.flatten(near + Vec3{unit(random), unit(random), unit(random)} * 4.0);
     const std::optional<Point<Part>> end = map.column_end(at.x, at.y);
     if (!end) continue;
-    const std::optional<PatchId> expected = first_over(surface, *end);
+    const Vec3 axis = map.axis_line(at.x, at.y).axis;
+    const std::optional<PatchId> expected = first_over(surface, *end, axis);
     ++ends, covered += expected ? 1 : 0;
-    EXPECT_EQ(index.covering().first_over(*end, [&](PatchId p) { return surface.covers(p, *end); }),
+    EXPECT_EQ(index.covering().first_over(*end, [&](PatchId p) { return surface.covers(p, *end, axis); }),
               expected);
   }
   const bool has_ends = field.sense == Sense::kInward || field.mode == AxisMode::kCircle;

@@ -41,7 +41,8 @@ Findings planned_on(const CheckedMesh& part, const PlanOptions& options) {
   EXPECT_TRUE(planned) << planned.error().message;
   if (!planned) return {};
   const sim::PartDistance surface(part.mesh);
-  const ToolProof proof(surface, part.bounds, options.cutter, options.tolerance);
+  const ToolProof proof(surface, part.bounds, options.cutter, options.tolerance, {},
+                        {options.allowance, options.radial_stock, options.axial_stock});
   Findings found;
   found.gouge = proof.measure(planned->path, 0.05).gouge();
   for (const Move& move : planned->path.moves)
@@ -73,6 +74,16 @@ TEST(OppositeWall, AFinOverTheMiddleOfAMoveIsInTheWay) {
   const Findings found = planned_on(part, options_along_x({3.0, 100.0, 27.0}));
   EXPECT_LE(found.gouge, 0.01);
   EXPECT_NEAR(found.nearest, 26.5, 0.1);
+}
+
+/// Axial stock lowers the ring: at the line's height it is beside the rail, and the tool's reference is not.
+TEST(ColumnEnds, AreCoveredByWhatIsBesideTheRing) {
+  const CheckedMesh part =
+      checked_boxes({{Vec3{-25, -3, -20}, Vec3{25, 3, -15}}, {Vec3{-30, 2.46, -0.5}, Vec3{30, 8, -0.45}}});
+  PlanOptions options = options_along_x({3.0, 100.0, 14.0});
+  options.radial_stock = 1.0, options.axial_stock = 0.5;
+  options.links.clearance = 0.02, options.links.approach = 0.01;
+  EXPECT_LE(planned_on(part, options).gouge, 0.01);
 }
 
 }  // namespace
