@@ -8,6 +8,7 @@
 
 #include "config/job.h"
 #include "daemon/command/command.h"
+#include "daemon/command/interrupt.h"
 #include "daemon/plan/plan_program.h"
 
 namespace tiltfeed::daemon {
@@ -22,6 +23,7 @@ Result<Submission> Submission::open(const std::string& file) {
   std::vector<std::string> paths{file};
   bool names_tool = false;
   if (!made.program) {
+    const PromptEnd prompt_end;                                  // a job may be a pipe that nobody writes
     const Result<config::Job> planned = config::load_job(file);  // says at once what is wrong with it
     if (!planned) return tl::unexpected<Error>(planned.error());
     if (const Result<void> whole = goes_alone(*planned); !whole) return tl::unexpected<Error>(whole.error());

@@ -222,11 +222,17 @@ Result<std::string> ask_service(const std::string& path, const std::string& line
   const auto silent = [&] {
     return fail(Code::kLink, path + ": no answer within " + std::to_string(patience.count()) + " s");
   };
+  const auto interrupted = [&] {
+    return fail(Code::kLink, path +
+                                 ": interrupted before the service answered; whether it has taken the "
+                                 "order is not known: look with `tiltfeed list`");
+  };
   // Of connecting, too: a service that hangs lets some in and then nobody.
   const timeval limit{patience.count(), 0};
   ::setsockopt(wire.fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
   if (!connects(wire.fd, address)) {
     if (errno == EAGAIN) return silent();
+    if (errno == EINTR) return fail(Code::kLink, path + ": interrupted; the service was not asked");
     return fail(Code::kIo, path + ": " + std::strerror(errno) +
                                "; is `tiltfeed serve` running, and are you in its group?");
   }
@@ -251,7 +257,9 @@ Result<std::string> ask_service(const std::string& path, const std::string& line
   char bytes[65536];
   while (in.find('\n') == std::string::npos) {
     pollfd ready{wire.fd, POLLIN, 0};
-    if (::poll(&ready, 1, wait_ms) <= 0) return silent();
+    const int events = ::poll(&ready, 1, wait_ms);
+    if (events < 0 && errno == EINTR) return interrupted();
+    if (events <= 0) return silent();
     const ssize_t size = ::read(wire.fd, bytes, sizeof bytes);
     if (size <= 0 || in.size() > kMaxReply)
       return fail(Code::kIo, path + ": the service closed the connection");

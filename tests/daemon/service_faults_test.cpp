@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <pthread.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <sys/wait.h>
@@ -80,6 +81,35 @@ TEST(ApiSocket, AServiceThatHangsKeepsNobodyForLong) {
   }
   for (const int fd : in) ::close(fd);
   ::close(hangs);
+}
+
+/// After Ctrl-C, or in the foreground again, nobody says that the patience is over.
+TEST(ApiSocket, AnInterruptIsNotASilentService) {
+  const Folder folder("parts");
+  const std::string path = folder.path + "/api.sock";
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strcpy(address.sun_path, path.c_str());
+  const int hangs = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  ASSERT_EQ(::bind(hangs, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(::listen(hangs, 8), 0);
+  struct sigaction heard {
+  }, before{};
+  heard.sa_handler = [](int) {};
+  ::sigaction(SIGUSR1, &heard, &before);
+  const pthread_t asks = ::pthread_self();
+  std::atomic<bool> over{false};
+  std::thread interrupts([&] {
+    while (!over) ::pthread_kill(asks, SIGUSR1), ::usleep(10'000);
+  });
+  const auto answer = ask_service(path, "{}\n", {}, std::chrono::seconds(300));
+  over = true;
+  interrupts.join();
+  ::sigaction(SIGUSR1, &before, nullptr);
+  ::close(hangs);
+  ASSERT_FALSE(answer);
+  EXPECT_NE(answer.error().message.find("interrupted"), std::string::npos) << answer.error().message;
+  EXPECT_EQ(answer.error().message.find("within"), std::string::npos) << answer.error().message;
 }
 
 TEST(Spool, IsFoundBehindALink) {
