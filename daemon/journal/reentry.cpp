@@ -164,7 +164,8 @@ void lift(Steps& steps, const Survey& found, const Joints& rise, const config::M
     steps.preview += "no retract: the machine stands at the end of its travel\n";
   } else if (relative) {
     steps.line("G91");
-    steps.say("G1" + steps.word('X', way.x) + steps.word('Y', way.y) + steps.word('Z', way.z) + feed, said);
+    steps.say("G1" + steps.word('X', way.x) + steps.word('Y', way.y) + steps.word('Z', way.z) + feed,
+              said + ", by these words (G91)");
     steps.line("G90");
   } else {
     steps.say("G1" + steps.word('X', clear.x) + steps.word('Y', clear.y) + steps.word('Z', clear.z) +

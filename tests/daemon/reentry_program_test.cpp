@@ -157,8 +157,11 @@ TEST(Reentry, RetractsAlongTheAxisThatTheToolReallyHas) {
   ASSERT_TRUE(relative) << relative.error().message;
   EXPECT_NE(relative->head.find("G91\nG1 X0 Y20 Z34.641 F200\nG90\n"), std::string::npos) << relative->head;
   EXPECT_NE(relative->preview.find("X5 Y6 Z70 A-30 C300"), std::string::npos) << relative->preview;
+  // Its words are by how much, and look like a place otherwise.
+  EXPECT_NE(relative->preview.find("by these words (G91)"), std::string::npos) << relative->preview;
   const auto absolute = plan_reentry(path, LinkKind::kModbusTcp, profile(), options);
   ASSERT_TRUE(absolute) << absolute.error().message;
+  EXPECT_EQ(absolute->preview.find("(G91)"), std::string::npos) << absolute->preview;
   EXPECT_NE(absolute->head.find("\nG1 X5 Y26 Z104.641 A-30 C300 F200\n"), std::string::npos)
       << absolute->head;
   // High above the program already: never down.
