@@ -13,9 +13,12 @@ namespace {
 
 constexpr double kUnlockTime = 5.0;  // s
 
-/// No command of the map but a reset turns them off, and no register tells.
+/// Where the controller has not obeyed the reset that turns them off; no register tells.
 constexpr const char* kSpindleLeft =
     "; spindle and coolant may still be on: a program of M5, M9 and M2 turns them off";
+
+constexpr const char* kSpindleOff = "; spindle and coolant are off";
+constexpr const char* kHome = "the controller was reset: home the machine before anything else";
 
 /// After the reset: the state of the next reports, and $X where that is an alarm.
 Result<std::string> unlock_grbl(Link& wire, Clock& clock, const std::string& done) {
@@ -43,23 +46,30 @@ Result<std::string> reset_ring(const config::RingMap& map, Link& wire) {
   RingTalk talk(map, wire);
   if (const Result<void> looked = talk.look(); !looked) return tl::unexpected<Error>(looked.error());
   const RingStatus before = talk.status();
-  if (before.state == RingState::kNoSession) return "the controller has no session and stands idle";
   const bool alarm = before.state == RingState::kAlarm;
   bool obeyed = true;
+  const auto reset = [&] { return talk.tell(MailboxCode::kReset); };
+  if (before.state == RingState::kNoSession)
+    return std::string("the controller has no session and stands idle") +
+           (reset() ? kSpindleOff : kSpindleLeft);
   if (alarm) obeyed = talk.tell(MailboxCode::kClearAlarm);
   if (talk.status().state == RingState::kRunning) obeyed = talk.tell(MailboxCode::kHold) && talk.stands();
   obeyed = obeyed &&
            (talk.status().session == 0 || (talk.tell(MailboxCode::kStop) && talk.tell(MailboxCode::kClose)));
-  if (obeyed)
+  if (obeyed) {
+    // The axes stand: a reset costs no place then, and nothing else of the map turns the spindle off.
+    const bool off = reset();
+    if (off && talk.status().state == RingState::kAlarm) return kHome;
     return "session " + std::to_string(before.session) + " is closed, its ring is empty, " +
            (alarm ? "the alarm is cleared: home the machine at the control where its axes may have slipped"
                   : "the position is kept") +
-           kSpindleLeft;
-  if (!talk.tell(MailboxCode::kReset))
+           (off ? kSpindleOff : kSpindleLeft);
+  }
+  if (!reset())
     return fail(Code::kLink, "the controller obeys neither 'stop' nor 'reset' (state " +
                                  std::string(ring_state_name(talk.status().state)) +
                                  "): look at the machine, stop it there");
-  return "the controller was reset: home the machine before anything else";
+  return kHome;
 }
 
 }  // namespace
@@ -76,9 +86,8 @@ std::string reset_preview(const LinkSpec& link) {
     case LinkKind::kModbusRtu:
       return "1. an alarm is cleared; a machine that runs is held\n2. the controller's session is stopped "
              "and "
-             "closed: its ring is emptied, the position is kept, spindle and coolant stay as they are\n3. "
-             "where it does not obey: a reset of the "
-             "controller; then home it\n" +
+             "closed: its ring is emptied, the position is kept\n3. a reset of the controller at a stand: "
+             "spindle and coolant off; where it did not stand or obey, home it then\n" +
              what;
     case LinkKind::kRepRap:
       return "1. the lines that the firmware has run to their end: it has no hold\n2. spindle and coolant "
