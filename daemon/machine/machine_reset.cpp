@@ -20,14 +20,16 @@ constexpr const char* kSpindleLeft =
 constexpr const char* kSpindleOff = "; spindle and coolant are off";
 constexpr const char* kHome = "the controller was reset: home the machine before anything else";
 
-/// After the reset: the state of the next reports, and $X where that is an alarm.
-Result<std::string> unlock_grbl(Link& wire, Clock& clock, const std::string& done) {
+/// After the reset: the state of the next reports, and $X where that is an alarm. Where none comes, what the
+/// stop has seen is all that is known.
+Result<std::string> unlock_grbl(Link& wire, Clock& clock, const Result<std::string>& stopped) {
   GrblTalk talk(wire, clock);
   const auto settled = [](const GrblStatus& said) {
     return said.state == "Idle" || said.state.starts_with("Alarm");
   };
   Result<GrblStatus> said = talk.report_until(settled, kUnlockTime);
-  if (said && said->state == "Idle") return done;
+  if (!said && !stopped) return stopped;
+  if (said && said->state == "Idle") return stopped ? *stopped : "reset";
   if (said) {
     if (const Result<void> sent = talk.urge("$X\n"); !sent) return tl::unexpected<Error>(sent.error());
     said = talk.report_until([](const GrblStatus& now) { return now.state == "Idle"; }, kUnlockTime);
@@ -39,7 +41,7 @@ Result<std::string> unlock_grbl(Link& wire, Clock& clock, const std::string& don
 Result<std::string> reset_grbl(const LinkSpec& link, Link& wire, Clock& clock) {
   const Result<std::string> stopped = stop_machine(link, wire, clock);
   // An alarm is told as an error of the stop, and is what is to be left here.
-  return unlock_grbl(wire, clock, stopped ? *stopped : "reset");
+  return unlock_grbl(wire, clock, stopped);
 }
 
 Result<std::string> reset_ring(const config::RingMap& map, Link& wire) {

@@ -63,7 +63,7 @@ class JogEnd {
     for (std::string before;;) {
       Result<GrblStatus> said = talk_.report();
       if (!said && said.error().code == Code::kCancelled) return stop();
-      if (!said) return tl::unexpected<Error>(said.error());
+      if (!said) return lost(said.error());
       const MachinePlace at = place_of(*said, talk_, bench_.machine.model);
       if (said->position != before) moved = bench_.clock.now(), before = said->position;
       const bool stands = said->state == "Idle";
@@ -82,6 +82,13 @@ class JogEnd {
   }
 
  private:
+  /// Who does not answer may hear: without a cancel the axis goes on to where the jog leads.
+  tl::unexpected<Error> lost(const Error& error) {
+    const bool sent = talk_.urge(std::string(1, kJogCancel)).has_value();
+    return fail(error.code, error.message + (sent ? "; a cancel of the jog was sent" : "") +
+                                ", and the axes may move until it is heard: look at the machine");
+  }
+
   bool reached(const AxisValues& at) const {
     const config::PositionTolerance& allowed = bench_.link.profile.position;
     for (std::size_t i = 0; i < kMostAxes; ++i) {

@@ -62,6 +62,9 @@ Result<void> JobService::reload(const config::ServiceConfig& config) {
   if (!link) return tl::unexpected<Error>(link.error());
   if (config.spool != config_.spool || config.socket != config_.socket)
     return fail(Code::kUsage, config.path + ": spool and socket change with a restart only");
+  if (busy() && config.link != config_.link)
+    return fail(Code::kUsage,
+                config.path + ": link changes when nothing is on the machine; nothing is changed");
   if (const Result<void> claimed = claim_.follow(*link); !claimed) return claimed;
   config_ = config;
   link_ = *link;

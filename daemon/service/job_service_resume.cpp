@@ -315,6 +315,11 @@ Result<void> JobService::settle() {
       case ResumeWay::kToolChange:
         if (at.next_change())
           stand_before(job, *at.next_change(), not_known(link_.kind, config_.machine.format), text);
+        else
+          set(job, JobState::kUncertain,
+              text +
+                  "; by its profile the control changes tools now, so it does not go on from there: "
+                  "re-enter with --from BLOCK");
         break;
       case ResumeWay::kUncertain:
         set(job, JobState::kUncertain, text);

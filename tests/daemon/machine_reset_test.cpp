@@ -230,6 +230,24 @@ TEST(MachineReset, RepRapEndsWithSpindleAndCoolantOff) {
   EXPECT_TRUE(send_over(folder.write("small.nc", kSmall), link, line, line, {}, {}));
 }
 
+/// Takes every byte, and nothing ever comes.
+struct SilentWire : Link, Clock {
+  Time time{};
+  Time now() override { return time; }
+  Result<std::size_t> exchange(std::string_view out, Time wait, std::string&) override {
+    time += std::max<Time>(wait, std::chrono::milliseconds(1));
+    return out.size();
+  }
+};
+
+TEST(MachineReset, OfAControllerThatNeverAnswersIsNotDone) {
+  SilentWire wire;
+  const auto reset = reset_machine(*parse_link("grbl:/dev/null@115200"), wire, wire);
+  ASSERT_FALSE(reset);
+  EXPECT_NE(reset.error().message.find("has not answered"), std::string::npos) << reset.error().message;
+  EXPECT_EQ(reset.error().message.find("was reset"), std::string::npos) << reset.error().message;
+}
+
 TEST(MachineReset, SaysFirstWhatItWillDo) {
   for (const char* link : {"grbl:/dev/x", "reprap:/dev/x", "dnc:/dev/x", "modbus-tcp:h:1", "drive-tcp:h:1"})
     EXPECT_GT(reset_preview(*parse_link(link)).size(), 40u) << link;

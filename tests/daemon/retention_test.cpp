@@ -151,6 +151,8 @@ TEST_F(Kept, FilesAreBroughtDownToTheLimitButNeverDuringARun) {
   open();
   EXPECT_TRUE(good(ask(ApiOp::kStart, slow)));
   until([&] { return ask(ApiOp::kShow, slow).value("executed", 0) > 3; });
+  EXPECT_FALSE(jobs_->reload(config(wide_machine("wide"), "modbus-tcp:127.0.0.1:9")))
+      << "another could take the machine of the run";
   retention_.mib = 2;
   ASSERT_TRUE(jobs_->reload(config(wide_machine("wide"), "modbus-tcp:" + machine_.place)));
   for (int i = 0; i < 50; ++i) jobs_->tick();
