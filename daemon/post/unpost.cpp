@@ -148,7 +148,10 @@ std::size_t Unposter::behind_start() const {
          blocks[last + 1].rapid && length(slides(blocks[last + 1]) - slides(blocks[last])) < kStands)
     ++last;
   if (last == 0) return 0;
-  return last + 1 < blocks.size() && blocks[last + 1].rapid ? last + 1 : last;
+  // Where the first place is higher than that, the table turns there.
+  const double high = machine_.model.z.max - machine_.format.tcp_start_below;
+  const bool above = std::abs(slides(blocks[last]).z - high) < kStands;
+  return above && last + 1 < blocks.size() && blocks[last + 1].rapid ? last + 1 : last;
 }
 
 Result<AptOperation> Unposter::run(std::size_t points) {

@@ -251,6 +251,21 @@ TEST_P(TcpStart, TheTurnOfTheTableDoesNotComeBackAsPath) {
   EXPECT_LT(distance(once.tip, then.tip), 2e-3);
 }
 
+/// Where the first place is higher than the start would be, the table turns there, and it is the path's.
+TEST_P(TcpStart, AHighFirstPlaceComesBackAsPath) {
+  profile_.format.tcp_start_below = 5000.0;
+  std::ostringstream out;
+  posted_.posting.machine = profile_;
+  ASSERT_TRUE(write_program(posted_.posting, out));
+  const auto made = back(out.str(), profile_);
+  ASSERT_TRUE(made) << made.error().message;
+  for (std::size_t k = 0; k < made->operations.size(); ++k) {
+    const Operation& op = posted_.posting.operations[k];
+    const Pose want = pose_under_tcp(profile_.model, op.setup, op.words->moves.front().joints);
+    EXPECT_LT(distance(made->operations[k].path.moves.front().pose.tip, want.tip), 0.02) << k;
+  }
+}
+
 TEST(TcpHome, WithoutARetractTheNextOperationsTableWouldTurnUnderTheTool) {
   MachineProfile profile = machine(Dialect::kFanuc, true);
   ASSERT_TRUE(program_text(foreign(), profile, setup()));
