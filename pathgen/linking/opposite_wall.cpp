@@ -179,6 +179,12 @@ double OppositeWall::travel_from(const EnvelopePoint& p) const {
   return std::max(0.0, clearance_z_ - p.flat.z);
 }
 
+/// Of a move between two places of the tool, so that neither end of it goes further in one than step_.
+double OppositeWall::steps_of(Point<Part> from, Vec3 from_axis, Point<Part> to, Vec3 to_axis) const {
+  const double way = std::max(distance(from, to), distance(from + from_axis * reach_, to + to_axis * reach_));
+  return std::max(1.0, std::ceil(way / step_));
+}
+
 /// Of one line. Its moves are looked at between their ends, too, as closely as is_clear() does.
 std::uint64_t OppositeWall::trim(std::vector<Pass>& passes, Watch& watch) {
   std::uint64_t count = 0;
@@ -215,9 +221,7 @@ std::uint64_t OppositeWall::trim(std::vector<Pass>& passes, Watch& watch) {
 /// Of the move between the two, from its start (where `starts`) and to its end (where `ends`).
 OppositeWall::Stretch OppositeWall::clear_of(const EnvelopePoint& from, const EnvelopePoint& to, bool starts,
                                              bool ends) {
-  const double way = std::max(distance(from.centre, to.centre),
-                              distance(from.centre + from.axis * reach_, to.centre + to.axis * reach_));
-  const double steps = std::max(1.0, std::ceil(way / step_));
+  const double steps = steps_of(from.centre, from.axis, to.centre, to.axis);
   const auto place = [&](double k) { return on_move(from, to, k / steps, map_); };
   double first = 0.0, last = steps;
   while (first + 1.0 < steps && starts && !keeps_off(between_, place(first + 1.0))) ++first;
@@ -284,9 +288,7 @@ bool OppositeWall::is_clear(Tool& tool, const Pose& from, const Pose& to) const 
   // The clearance surface of a circle runs on past the axis of Theta, into columns that it does not clear.
   const bool strays = is_astray(from) || is_astray(to);
   if (!strays && ends_.empty() && column_of(from) >= reach_ && column_of(to) >= reach_) return true;
-  const double way = std::max(distance(from.tip, to.tip),
-                              distance(from.tip + from.axis * reach_, to.tip + to.axis * reach_));
-  const double steps = std::max(1.0, std::ceil(way / step_));
+  const double steps = steps_of(from.tip, from.axis, to.tip, to.axis);
   for (double k = 1.0; k <= steps; ++k) {
     const Pose pose{lerp(from.tip, to.tip, k / steps), slerp(from.axis, to.axis, k / steps)};
     if (strays ? stands_in_part(tool, pose)

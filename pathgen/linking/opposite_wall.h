@@ -60,6 +60,7 @@ class OppositeWall {
   bool stands_in_part(Tool& tool, const Pose& pose) const;
   bool keeps_off(Tool& tool, const EnvelopePoint& stand) const;
   double travel_from(const EnvelopePoint& p) const;
+  double steps_of(Point<Part> from, Vec3 from_axis, Point<Part> to, Vec3 to_axis) const;
   /// Of a move that the opposite wall breaks: the last clear place of its start, the first of its end.
   struct Stretch {
     bool broken = false;

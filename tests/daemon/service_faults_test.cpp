@@ -61,38 +61,41 @@ TEST(ApiSocket, ManyLinesAtOnceAreTakenOneAfterTheOther) {
   ::close(fd);
 }
 
-TEST(ApiSocket, AServiceThatHangsKeepsNobodyForLong) {
-  const Folder folder("parts");
-  const std::string path = folder.path + "/api.sock";
+/// A socket that lets in so many and never answers.
+struct HungService {
+  Folder folder{"parts"};
+  std::string path = folder.path + "/api.sock";
   sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::strcpy(address.sun_path, path.c_str());
-  const int hangs = ::socket(AF_UNIX, SOCK_STREAM, 0);
-  ASSERT_EQ(::bind(hangs, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  ASSERT_EQ(::listen(hangs, 0), 0);
+  int fd = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  explicit HungService(int waiting) {
+    address.sun_family = AF_UNIX;
+    std::strcpy(address.sun_path, path.c_str());
+    EXPECT_EQ(::bind(fd, as_address(), sizeof address), 0);
+    EXPECT_EQ(::listen(fd, waiting), 0);
+  }
+  HungService(const HungService&) = delete;
+  HungService& operator=(const HungService&) = delete;
+  ~HungService() { ::close(fd); }
+  const sockaddr* as_address() const { return reinterpret_cast<const sockaddr*>(&address); }
+};
+
+TEST(ApiSocket, AServiceThatHangsKeepsNobodyForLong) {
+  const HungService service(0);
   // The first is let in and gets no answer, the next cannot even connect.
   std::vector<int> in;
   for (int i = 0; i < 2; ++i) {
-    const auto answer = ask_service(path, "{}\n", {}, std::chrono::seconds(1));
+    const auto answer = ask_service(service.path, "{}\n", {}, std::chrono::seconds(1));
     ASSERT_FALSE(answer);
     EXPECT_EQ(answer.error().code, Code::kLink) << answer.error().message;
     in.push_back(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0));
-    static_cast<void>(::connect(in.back(), reinterpret_cast<const sockaddr*>(&address), sizeof address));
+    static_cast<void>(::connect(in.back(), service.as_address(), sizeof service.address));
   }
   for (const int fd : in) ::close(fd);
-  ::close(hangs);
 }
 
 /// After Ctrl-C, or in the foreground again, nobody says that the patience is over.
 TEST(ApiSocket, AnInterruptIsNotASilentService) {
-  const Folder folder("parts");
-  const std::string path = folder.path + "/api.sock";
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::strcpy(address.sun_path, path.c_str());
-  const int hangs = ::socket(AF_UNIX, SOCK_STREAM, 0);
-  ASSERT_EQ(::bind(hangs, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  ASSERT_EQ(::listen(hangs, 8), 0);
+  const HungService service(8);
   struct sigaction heard {
   }, before{};
   heard.sa_handler = [](int) {};
@@ -102,11 +105,10 @@ TEST(ApiSocket, AnInterruptIsNotASilentService) {
   std::thread interrupts([&] {
     while (!over) ::pthread_kill(asks, SIGUSR1), ::usleep(10'000);
   });
-  const auto answer = ask_service(path, "{}\n", {}, std::chrono::seconds(300));
+  const auto answer = ask_service(service.path, "{}\n", {}, std::chrono::seconds(300));
   over = true;
   interrupts.join();
   ::sigaction(SIGUSR1, &before, nullptr);
-  ::close(hangs);
   ASSERT_FALSE(answer);
   EXPECT_NE(answer.error().message.find("interrupted"), std::string::npos) << answer.error().message;
   EXPECT_EQ(answer.error().message.find("within"), std::string::npos) << answer.error().message;
