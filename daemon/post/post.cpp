@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/post/cutter_side.h"
+#include "daemon/post/tcp_start.h"
 #include "kinematics/cl_text/safe_approach.h"
 #include "kinematics/timing/tcp_path.h"
 
@@ -33,6 +34,8 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
                     const config::MachineProfile& stated_machine, const PostOptions& options) {
   config::MachineProfile machine = stated_machine;
   machine.format = config::fine_enough(machine.format, options.tolerance, options.axis_tolerance);
+  if (auto begins = tcp_can_begin(machine, program.operations.size()); !begins)
+    return tl::unexpected(begins.error());
   Posted out;
   out.posting = {program.name, machine, options.data, {}};
   const config::ProgramFormat& format = machine.format;

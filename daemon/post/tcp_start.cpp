@@ -2,9 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <string>
+#include <utility>
 
+#include "config/table_home.h"
 #include "kinematics/basics/decimal.h"
 #include "kinematics/machine/machine.h"
+#include "kinematics/timing/tcp_path.h"
 
 namespace tiltfeed::daemon {
 namespace {
@@ -12,45 +17,45 @@ namespace {
 // The rotaries of the table turn so far in a block at most, both together, degrees. Between its ends the
 // slides leave their place by 4 % of the tip's distance from the axes.
 constexpr double kStep = 30.0;
-constexpr double kTurn = 360.0;
+
+bool begins_at_home(const config::MachineProfile& machine) {
+  return machine.format.tcp && config::begins_at_home(machine.format.dialect);
+}
 
 bool at_home(const config::MachineProfile& machine, const Joints& words) {
-  for (const TableTurn& turn : table_turns(machine.model))
-    if (nearest_home(*turn.axis, words.*turn.word, machine.format.rotary_decimals) != words.*turn.word)
+  for (const config::TableTurn& turn : config::table_turns(machine.model))
+    if (config::nearest_home(*turn.axis, words.*turn.word, machine.format.rotary_decimals) !=
+        words.*turn.word)
       return false;
   return true;
 }
 
 }  // namespace
 
-std::vector<TableTurn> table_turns(const MachineModel& machine) {
-  std::vector<TableTurn> turns;
-  if (machine.structure == Structure::kTableTable && machine.tilt.present)
-    turns.push_back({&machine.tilt, &Joints::a});
-  if (machine.structure != Structure::kHeadHead && machine.rotary.present)
-    turns.push_back({&machine.rotary, &Joints::c});
-  return turns;
+Joints axes_under_tcp(const MachineModel& machine, const Setup& setup, const Joints& words) {
+  return solve_linear(machine, setup, pose_under_tcp(machine, setup, words).tip, words.a, words.c);
 }
 
-std::optional<double> nearest_home(const RotaryAxis& axis, double word, int decimals) {
-  const double turns = std::round((word - axis.zero) / kTurn);
-  const double least = std::ceil((axis.min - axis.zero) / kTurn),
-               most = std::floor((axis.max - axis.zero) / kTurn);
-  if (least > most) return std::nullopt;
-  return round_decimal(axis.zero + kTurn * std::clamp(turns, least, most), decimals);
+Joints first_place(const config::MachineProfile& machine, const Setup& setup, const Joints& words) {
+  const config::ProgramFormat& format = machine.format;
+  if (!format.tcp) return words;
+  Joints axes = axes_under_tcp(machine.model, setup, words);
+  axes.x = round_decimal(axes.x, format.linear_decimals);
+  axes.y = round_decimal(axes.y, format.linear_decimals);
+  return axes;
 }
 
 std::vector<Joints> tcp_start(const config::MachineProfile& machine, const Setup& setup,
                               const Joints& first) {
   const config::ProgramFormat& format = machine.format;
-  if (!format.tcp || !config::begins_at_home(format.dialect) || at_home(machine, first)) return {};
+  if (!begins_at_home(machine) || at_home(machine, first)) return {};
   Joints home = first;
   // The rounded words must not be over the travel.
   const double below = std::max(format.tcp_start_below, std::pow(10.0, 1 - format.linear_decimals));
   home.z = std::max(first.z, machine.model.z.max - below);
   double turn_of_all = 0.0;
-  for (const TableTurn& turn : table_turns(machine.model)) {
-    home.*turn.word = *nearest_home(*turn.axis, first.*turn.word, format.rotary_decimals);
+  for (const config::TableTurn& turn : config::table_turns(machine.model)) {
+    home.*turn.word = *config::nearest_home(*turn.axis, first.*turn.word, format.rotary_decimals);
     turn_of_all += std::abs(first.*turn.word - home.*turn.word);
   }
   const double steps = std::ceil(turn_of_all / kStep);
@@ -68,15 +73,18 @@ std::vector<Joints> tcp_start(const config::MachineProfile& machine, const Setup
   return places;
 }
 
-std::optional<std::string> no_home(const config::MachineProfile& machine, const Joints& first) {
-  const config::ProgramFormat& format = machine.format;
-  if (!format.tcp || !config::begins_at_home(format.dialect)) return std::nullopt;
-  for (const TableTurn& turn : table_turns(machine.model))
-    if (!nearest_home(*turn.axis, first.*turn.word, format.rotary_decimals))
-      return std::string(config::name_of(format.dialect).name) +
-             " may count X Y Z from the table as it stands where TCP begins, and the travel of " +
-             turn.axis->letter + " has no place at home for that; post without tcp";
-  return std::nullopt;
+Result<void> tcp_can_begin(const config::MachineProfile& machine, std::size_t operations) {
+  const std::string file = machine.path.empty() ? "" : machine.path + ": ";
+  if (const auto wrong = config::no_home(machine.model, machine.format))
+    return fail(Code::kInput, file + "program.tcp: " + *wrong);
+  if (operations > 1 && begins_at_home(machine) && machine.format.retract == "none" &&
+      !config::table_turns(machine.model).empty())
+    return fail(Code::kInput, file + "program.retract: none: TCP in " +
+                                  config::name_of(machine.format.dialect).name +
+                                  " begins anew in each operation, and the table turns home before, under "
+                                  "the tool where the operation before has left it: state a retract, post "
+                                  "the operations one by one, or post without tcp");
+  return {};
 }
 
 }  // namespace tiltfeed::daemon

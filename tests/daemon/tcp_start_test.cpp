@@ -9,6 +9,7 @@
 #include <map>
 #include <sstream>
 
+#include "config/table_home.h"
 #include "kinematics/timing/tcp_path.h"
 #include "sim/control/control_reader.h"
 #include "sim/control/move_frames.h"
@@ -258,6 +259,16 @@ TEST(TcpHome, WithoutARetractTheNextOperationsTableWouldTurnUnderTheTool) {
   const auto refused = program_text(foreign(), profile, setup());
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message.find("state a retract"), std::string::npos) << refused.error().message;
+  EXPECT_NE(refused.error().message.find("generic-ac.yaml: program.retract: none"), std::string::npos);
+  // Before any joints are looked for: here there are none.
+  AptProgram far = foreign();
+  far.operations.front().path.moves.front().pose.tip.x = 1e5;
+  const auto sooner = program_text(far, profile, setup());
+  ASSERT_FALSE(sooner);
+  EXPECT_EQ(sooner.error().message, refused.error().message);
+  AptProgram one = foreign();
+  one.operations.resize(1);
+  EXPECT_TRUE(program_text(one, profile, setup()));
   profile.format.tcp = false;
   EXPECT_TRUE(program_text(foreign(), profile, setup()));
 }
@@ -315,8 +326,15 @@ TEST(TcpHome, ATableThatCannotStandThereIsRefused) {
   profile.model.rotary.min = 5.0, profile.model.rotary.max = 355.0;
   const auto refused = program_text(foreign(), profile, setup());
   ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("generic-ac.yaml: program.tcp: fanuc may count"), std::string::npos);
   EXPECT_NE(refused.error().message.find("C has no place at home"), std::string::npos)
       << refused.error().message;
+  // Before any joints are looked for: here there are none.
+  AptProgram far = foreign();
+  far.operations.front().path.moves.front().pose.tip.x = 1e5;
+  const auto sooner = program_text(far, profile, setup());
+  ASSERT_FALSE(sooner);
+  EXPECT_EQ(sooner.error().message, refused.error().message);
   profile.format.dialect = Dialect::kSiemens;
   EXPECT_TRUE(program_text(foreign(), profile, setup()));
 }
