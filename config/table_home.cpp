@@ -26,7 +26,10 @@ std::optional<double> nearest_home(const RotaryAxis& axis, double word, int deci
   const double least = std::ceil((axis.min - axis.zero) / kFullTurn),
                most = std::floor((axis.max - axis.zero) / kFullTurn);
   if (least > most) return std::nullopt;
-  return round_decimal(axis.zero + kFullTurn * std::clamp(turns, least, most), decimals);
+  const double unit = 1.0 / decimal_scale(decimals);
+  const double home = round_decimal(axis.zero + kFullTurn * std::clamp(turns, least, most), decimals);
+  if (home > axis.max) return round_decimal(home - unit, decimals);
+  return home < axis.min ? round_decimal(home + unit, decimals) : home;
 }
 
 std::optional<std::string> no_home(const MachineModel& machine, const ProgramFormat& format) {

@@ -17,7 +17,8 @@ struct TableTurn {
 };
 std::vector<TableTurn> table_turns(const MachineModel& machine);
 
-/// The word at which the axis is at home, of those within its travel the one nearest to `word`, rounded.
+/// The word at which the axis is at home, of those within its travel the one nearest to `word`, rounded; not
+/// over an end of the travel by that.
 std::optional<double> nearest_home(const RotaryAxis& axis, double word, int decimals);
 
 /// Why TCP cannot begin with the table at home on such a control: a rotary of the table cannot stand there.

@@ -17,6 +17,12 @@ namespace {
 // The rotaries of the table turn so far in a block at most, both together, degrees. Between its ends the
 // slides leave their place by 4 % of the tip's distance from the axes.
 constexpr double kStep = 30.0;
+// A slide that is nearer to an end of its travel than this is over it: another's arithmetic differs by less,
+// mm.
+constexpr double kAtEnd = 1e-9;
+// A slide at an end of its travel is moved off it so often: once each does, but for what a move of one does
+// to others.
+constexpr int kTries = 8;
 
 bool begins_at_home(const config::MachineProfile& machine) {
   return machine.format.tcp && config::begins_at_home(machine.format.dialect);
@@ -30,6 +36,53 @@ bool at_home(const config::MachineProfile& machine, const Joints& words) {
   return true;
 }
 
+/// How far a word is over an end of the axis's travel, with its sign.
+double over_end(const LinearAxis& axis, double word) {
+  return std::max(word - (axis.max - kAtEnd), 0.0) - std::max(axis.min + kAtEnd - word, 0.0);
+}
+
+/// Rounded, and not over an end of the axis's travel by that.
+double rounded_within(const LinearAxis& axis, double word, int decimals) {
+  const double rounded = round_decimal(word, decimals), unit = 1.0 / decimal_scale(decimals);
+  const double over = over_end(axis, rounded);
+  if (over == 0.0 || std::abs(over) > unit) return rounded;
+  return round_decimal(rounded - std::copysign(unit, over), decimals);
+}
+
+/// The words under TCP that put the axes at `at`: rounded, and no slide over an end of its travel by that.
+Joints rounded_words(const config::MachineProfile& machine, const Setup& setup, Joints at) {
+  const MachineModel& model = machine.model;
+  const int decimals = machine.format.linear_decimals;
+  Joints words = at;
+  for (int tries = 0; tries < kTries; ++tries) {
+    const Vec3 tip = setup.fixture * from_origin(forward(model, setup, at).tip);
+    words.x = round_decimal(tip.x, decimals);
+    words.y = round_decimal(tip.y, decimals);
+    words.z = round_decimal(tip.z, decimals);
+    const Joints axes = axes_under_tcp(model, setup, words);
+    bool within = true;
+    for (const auto& [axis, word] :
+         {std::pair{&model.x, &Joints::x}, {&model.y, &Joints::y}, {&model.z, &Joints::z}}) {
+      const double over = over_end(*axis, axes.*word);
+      if (over == 0.0) continue;
+      at.*word -= over + std::copysign(1.0 / decimal_scale(decimals), over);
+      within = false;
+    }
+    if (within) break;
+  }
+  return words;
+}
+
+/// Of a block at axis speed.
+double axis_seconds(const MachineModel& machine, const Joints& from, const Joints& to) {
+  constexpr double kMinute = 60.0;
+  return kMinute *
+         std::max({std::abs(to.x - from.x) / machine.x.velocity, std::abs(to.y - from.y) / machine.y.velocity,
+                   std::abs(to.z - from.z) / machine.z.velocity,
+                   std::abs(to.a - from.a) / machine.tilt.velocity,
+                   std::abs(to.c - from.c) / machine.rotary.velocity});
+}
+
 }  // namespace
 
 Joints axes_under_tcp(const MachineModel& machine, const Setup& setup, const Joints& words) {
@@ -40,8 +93,8 @@ Joints first_place(const config::MachineProfile& machine, const Setup& setup, co
   const config::ProgramFormat& format = machine.format;
   if (!format.tcp) return words;
   Joints axes = axes_under_tcp(machine.model, setup, words);
-  axes.x = round_decimal(axes.x, format.linear_decimals);
-  axes.y = round_decimal(axes.y, format.linear_decimals);
+  axes.x = rounded_within(machine.model.x, axes.x, format.linear_decimals);
+  axes.y = rounded_within(machine.model.y, axes.y, format.linear_decimals);
   return axes;
 }
 
@@ -50,9 +103,7 @@ std::vector<Joints> tcp_start(const config::MachineProfile& machine, const Setup
   const config::ProgramFormat& format = machine.format;
   if (!begins_at_home(machine) || at_home(machine, first)) return {};
   Joints home = first;
-  // The rounded words must not be over the travel.
-  const double below = std::max(format.tcp_start_below, std::pow(10.0, 1 - format.linear_decimals));
-  home.z = std::max(first.z, machine.model.z.max - below);
+  home.z = std::max(first.z, machine.model.z.max - format.tcp_start_below);
   double turn_of_all = 0.0;
   for (const config::TableTurn& turn : config::table_turns(machine.model)) {
     home.*turn.word = *config::nearest_home(*turn.axis, first.*turn.word, format.rotary_decimals);
@@ -64,13 +115,22 @@ std::vector<Joints> tcp_start(const config::MachineProfile& machine, const Setup
     Joints at = home;
     for (double Joints::*word : {&Joints::a, &Joints::c})
       at.*word = round_decimal(home.*word + (first.*word - home.*word) * i / steps, format.rotary_decimals);
-    const Vec3 tip = setup.fixture * from_origin(forward(machine.model, setup, at).tip);
-    at.x = round_decimal(tip.x, format.linear_decimals);
-    at.y = round_decimal(tip.y, format.linear_decimals);
-    at.z = round_decimal(tip.z, format.linear_decimals);
-    places.push_back(at);
+    places.push_back(rounded_words(machine, setup, at));
   }
   return places;
+}
+
+std::vector<JointMove> start_moves(const config::MachineProfile& machine, const Setup& setup,
+                                   const std::vector<JointMove>& moves) {
+  std::vector<JointMove> all;
+  const Joints& first = moves.front().joints;
+  for (const Joints& words : tcp_start(machine, setup, first))
+    all.push_back({axes_under_tcp(machine.model, setup, words), 0.0, MoveKind::kRapid, 0});
+  if (all.empty()) return all;
+  all.push_back(moves.front());
+  for (std::size_t i = 1; i < all.size(); ++i)
+    all[i].seconds = axis_seconds(machine.model, all[i - 1].joints, all[i].joints);
+  return all;
 }
 
 Result<void> tcp_can_begin(const config::MachineProfile& machine, std::size_t operations) {

@@ -23,6 +23,11 @@ Joints first_place(const config::MachineProfile& machine, const Setup& setup, co
 /// travel by that. Empty: the control begins anywhere, or the table is at home. Requires: tcp_can_begin().
 std::vector<Joints> tcp_start(const config::MachineProfile& machine, const Setup& setup, const Joints& first);
 
+/// The same as moves of the axes in front of an operation's, `moves`, whose first they end with: at axis
+/// speed from where TCP begins. Empty: no such words.
+std::vector<JointMove> start_moves(const config::MachineProfile& machine, const Setup& setup,
+                                   const std::vector<JointMove>& moves);
+
 /// Before an operation is planned. Errors: kInput, with the profile's name: a rotary of the table cannot
 /// stand at home; without a retract the table would turn under the tool between the operations.
 Result<void> tcp_can_begin(const config::MachineProfile& machine, std::size_t operations);
