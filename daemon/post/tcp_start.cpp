@@ -14,9 +14,6 @@
 namespace tiltfeed::daemon {
 namespace {
 
-// The rotaries of the table turn so far in a block at most, both together, degrees. Between its ends the
-// slides leave their place by 4 % of the tip's distance from the axes.
-constexpr double kStep = 30.0;
 // A slide that is nearer to an end of its travel than this is over it: another's arithmetic differs by less,
 // mm.
 constexpr double kAtEnd = 1e-9;
@@ -109,7 +106,7 @@ std::vector<Joints> tcp_start(const config::MachineProfile& machine, const Setup
     home.*turn.word = *config::nearest_home(*turn.axis, first.*turn.word, format.rotary_decimals);
     turn_of_all += std::abs(first.*turn.word - home.*turn.word);
   }
-  const double steps = std::ceil(turn_of_all / kStep);
+  const double steps = std::ceil(turn_of_all / kStartStep);
   std::vector<Joints> places;
   for (double i = 0.0; i <= steps; ++i) {
     Joints at = home;

@@ -9,6 +9,10 @@
 
 namespace tiltfeed::daemon {
 
+/// The rotaries of the table turn so far in a block of the start at most, both together, degrees. Between its
+/// ends the slides leave their place by 4 % of the tip's distance from the axes.
+inline constexpr double kStartStep = 30.0;
+
 /// Where the control puts the axes for these words under TCP.
 Joints axes_under_tcp(const MachineModel& machine, const Setup& setup, const Joints& words);
 
