@@ -296,7 +296,7 @@ Result<ProgramReport> write_program(const JointPath& path, const config::Job& jo
   if (job.program.coolant != config::Coolant::kOff)
     op.events.push_back(
         {0, EventKind::kCoolant, job.program.coolant == config::Coolant::kFlood ? 1.0 : 2.0, ""});
-  Posting posting{job.plan.name, job.machine, job.program, {}, header.proof, header.seconds};
+  Posting posting{job.plan.name, job.machine, job.program, {}, header.proof, header.seconds, header.start};
   posting.operations.push_back(std::move(op));
   return write_program(posting, out, progress);
 }

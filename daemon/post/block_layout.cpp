@@ -152,6 +152,7 @@ void Writer::header() {
   if (format_.tcp && !config::table_turns(posting_.machine.model).empty()) {
     comment("X Y Z are fixed to the table at home", "", "");
     if (*table_.tcp_frame != '\0') comment(table_.tcp_frame, "", "");
+    if (!posting_.start.empty()) comment(posting_.start, "", "");
   }
   double seconds = 0.0;
   for (const Operation& op : posting_.operations) seconds += op.words->report.seconds;
