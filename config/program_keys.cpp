@@ -5,6 +5,7 @@
 
 #include "config/enum_words.h"
 #include "config/program_lines.h"
+#include "config/table_home.h"
 #include "kinematics/basics/decimal.h"
 
 namespace tiltfeed::config {
@@ -38,6 +39,33 @@ constexpr std::initializer_list<EnumWord<Dialect>> kDialectChoices{
     {"siemens", Dialect::kSiemens},
     {"heidenhain", Dialect::kHeidenhain},
     {"heidenhain_iso", Dialect::kHeidenhainIso}};
+
+constexpr std::initializer_list<const char*> kFormatKeys{"dialect",
+                                                         "linear_decimals",
+                                                         "rotary_decimals",
+                                                         "max_line_length",
+                                                         "line_numbers",
+                                                         "line_number_step",
+                                                         "line_end",
+                                                         "percent",
+                                                         "max_blocks",
+                                                         "max_program_bytes",
+                                                         "tcp",
+                                                         "tcp_start_below_mm",
+                                                         "feed_mode",
+                                                         "feed_measure",
+                                                         "feed_radius_mm",
+                                                         "max_inverse_time_per_min",
+                                                         "max_feed_mm_per_min",
+                                                         "path_control",
+                                                         "blend_tolerance_mm",
+                                                         "retract",
+                                                         "start",
+                                                         "end",
+                                                         "clamp_tilt",
+                                                         "unclamp_tilt",
+                                                         "clamp_rotary",
+                                                         "unclamp_rotary"};
 
 /// Words of a program that a profile states: upper case, printable, nothing that opens a comment.
 std::string read_words(const Section& program, const char* key, const std::string& usual) {
@@ -194,32 +222,7 @@ ProgramFormat usual_format(Dialect dialect) {
 }
 
 ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
-  const Section program = root.optional_section("program", {"dialect",
-                                                            "linear_decimals",
-                                                            "rotary_decimals",
-                                                            "max_line_length",
-                                                            "line_numbers",
-                                                            "line_number_step",
-                                                            "line_end",
-                                                            "percent",
-                                                            "max_blocks",
-                                                            "max_program_bytes",
-                                                            "tcp",
-                                                            "tcp_start_below_mm",
-                                                            "feed_mode",
-                                                            "feed_measure",
-                                                            "feed_radius_mm",
-                                                            "max_inverse_time_per_min",
-                                                            "max_feed_mm_per_min",
-                                                            "path_control",
-                                                            "blend_tolerance_mm",
-                                                            "retract",
-                                                            "start",
-                                                            "end",
-                                                            "clamp_tilt",
-                                                            "unclamp_tilt",
-                                                            "clamp_rotary",
-                                                            "unclamp_rotary"});
+  const Section program = root.optional_section("program", kFormatKeys);
   const ProgramFormat usual =
       usual_format(program.choice<Dialect>("dialect", kDialectChoices, Dialect::kRs274));
   ProgramFormat result = usual;
@@ -254,6 +257,11 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
   result.end = read_lines(program, "end");
   read_clamps(program, result);
   return dialect && *dialect != result.dialect ? for_another(*dialect, result) : result;
+}
+
+void check_home(const Section& root, const MachineModel& model, const ProgramFormat& format) {
+  if (const auto wrong = no_home(model, format))
+    root.optional_section("program", kFormatKeys).complain("tcp", *wrong);
 }
 
 void describe_format(Description& out, const ProgramFormat& format) {

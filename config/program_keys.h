@@ -12,6 +12,8 @@ namespace tiltfeed::config {
 /// `dialect`: if it is not the profile's, that dialect's defaults, with the profile's clamps and line
 /// numbers.
 ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect);
+/// Complains of TCP that cannot begin on this machine: as no_home().
+void check_home(const Section& root, const MachineModel& model, const ProgramFormat& format);
 void describe_format(Description& out, const ProgramFormat& format);
 
 /// `tool`: the number where the section states none.

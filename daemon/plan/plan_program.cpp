@@ -19,6 +19,7 @@
 #include "daemon/plan/path_drawing.h"
 #include "daemon/plan/plan_report.h"
 #include "daemon/plan/proof_process.h"
+#include "daemon/plan/start_turn.h"
 #include "daemon/post/block.h"
 #include "daemon/post/block_map.h"
 #include "daemon/post/end_ways.h"
@@ -77,11 +78,17 @@ JointPathOptions joint_options(config::Job& job, const pathgen::Mesh& part) {
   return options;
 }
 
+/// The program's first bytes, as they are written.
+std::string head_of(config::OutputFile& file) {
+  std::string head(kHeader, '\0');
+  const ssize_t size = ::pread(file.descriptor(), head.data(), head.size(), 0);
+  head.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+  return head;
+}
+
 /// Puts the figures where the header says that they are still to come.
 Result<void> state_figures(config::OutputFile& file, const ProofFigures& figures) {
-  std::array<char, kHeader> head;
-  const ssize_t size = ::pread(file.descriptor(), head.data(), head.size(), 0);
-  const std::string_view text(head.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
+  const std::string text = head_of(file);
   const std::size_t at = text.find(kNotProvenYet);
   if (at == text.npos) return fail(Code::kIo, "the program's header has no place for the proof's figures");
   std::array<char, 80> words;
@@ -90,16 +97,6 @@ Result<void> state_figures(config::OutputFile& file, const ProofFigures& figures
   std::string filled = words.data();
   filled.resize(kNotProvenYet.size(), ' ');
   return file.overwrite(at, filled);
-}
-
-/// What to change where the proof names one of the first blocks, in which the table turns under TCP.
-std::string turn_advice(const std::string& message, std::size_t turning) {
-  constexpr std::string_view kBlock = ", block ";
-  const std::size_t at = message.find(kBlock);
-  if (turning == 0 || at == message.npos) return "";
-  if (std::strtoull(message.c_str() + at + kBlock.size(), nullptr, 10) > turning) return "";
-  return "; there the table turns from home to its place: state a smaller program.tcp_start_below_mm, or put "
-         "the part lower";
 }
 
 /// The whole way, stage by stage.
@@ -132,6 +129,7 @@ class Planning {
   pathgen::Plan planned_;
   SingularityBendReport bend_;
   JointPath joints_;
+  std::optional<StartTurn> turn_;
   Timing timing_;
   ProgramReport program_;
   std::optional<ProofFigures> proof_;
@@ -215,10 +213,19 @@ Result<void> Planning::find_joints() {
   if (!joints) return tl::unexpected(joints.error());
   joints_ = std::move(*joints);
   if (joints_.reconfigured) planned_.path = std::move(*joints_.reconfigured);
+  turn_ = start_turn(held, *job_, joints_.moves.front().joints);
   timing_ = clock_.time("timing", [&] {
     const config::ProgramFormat& format = job_->machine.format;
-    return time_blocks(joints_.moves, job_->machine.model, rounded_off_by(format, options.tolerance),
-                       options.axis_tolerance, corners_of(format));
+    std::vector<JointMove> started = start_moves(job_->machine, job_->setup, joints_.moves);
+    const std::size_t before = started.empty() ? 0 : started.size() - 1;
+    if (before > 0) started.insert(started.end(), joints_.moves.begin() + 1, joints_.moves.end());
+    Timing timing =
+        time_blocks(before > 0 ? started : joints_.moves, job_->machine.model,
+                    rounded_off_by(format, options.tolerance), options.axis_tolerance, corners_of(format));
+    // Of the blocks of the path alone.
+    timing.durations.erase(timing.durations.begin(),
+                           timing.durations.begin() + static_cast<std::ptrdiff_t>(before));
+    return timing;
   });
   return {};
 }
@@ -226,7 +233,8 @@ Result<void> Planning::find_joints() {
 Result<void> Planning::write() {
   config::OutputFile& out = outputs_.front();
   if (!show("write", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
-  const HeaderFacts header{std::string(files_.prove ? kNotProvenYet : kNoProof), timing_.seconds};
+  const HeaderFacts header{std::string(files_.prove ? kNotProvenYet : kNoProof), timing_.seconds,
+                           turn_ ? start_turn_comment(*turn_, *job_) : ""};
   auto written = clock_.time("write", [&]() -> Result<ProgramReport> {
     auto blocks =
         write_program(joints_, *job_, out.stream(), header, [&](double f) { return show("write", f); });
@@ -239,9 +247,10 @@ Result<void> Planning::write() {
   auto proven =
       clock_.time("proof", [&] { return prover_->finish([&](double f) { return show("proof", f); }); });
   if (!proven) {
-    const Joints& first = joints_.moves.front().joints;
-    const std::size_t turning = tcp_start(job_->machine, job_->setup, first).size();
-    return fail(proven.error().code, proven.error().message + turn_advice(proven.error().message, turning));
+    std::string advice;
+    if (turn_)
+      advice = start_turn_advice(*turn_, *job_, head_of(out), proven.error().message, files_.program);
+    return fail(proven.error().code, proven.error().message + advice);
   }
   proof_ = *proven;
   // The first block states where the axes are.
@@ -289,6 +298,7 @@ Result<void> Planning::report() {
                             timing_,
                             starved(timing_, job_->machine, program_),
                             proof_,
+                            turn_,
                             clock_.times,
                             seconds(usage.ru_utime) + seconds(usage.ru_stime) +
                                 seconds(proof_usage.ru_utime) + seconds(proof_usage.ru_stime),

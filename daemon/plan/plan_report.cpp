@@ -131,6 +131,8 @@ std::string report_json(const PlanOutcome& o) {
   if (o.proof)
     json["proof"] = {
         {"moves", o.proof->moves}, {"largest_gouge_mm", o.proof->gouge}, {"collisions", o.proof->collisions}};
+  json["start_height_mm"] = nullptr;
+  if (o.turn) json["start_height_mm"] = o.turn->height;
   json["subdivided_moves"] = o.joints.subdivided_moves;
   json["max_tip_deviation_mm"] = o.joints.max_tip_deviation;
   json["max_axis_deviation_deg"] = o.joints.max_axis_deviation;
@@ -233,6 +235,7 @@ std::string report_text(const PlanOutcome& o) {
         "as the tool is not clear there\n",
         o.bend.largest.degrees(), o.bend.points, o.bend.stretches, o.bend.refused);
   text += motion_text({o.job.machine.model, o.joints, o.program, o.timing, o.starved});
+  if (o.turn) text += start_turn_text(*o.turn, o.job);
   text += o.proof ? formatted(
                         "proven: %llu moves, nowhere deeper than %.4f mm in the part (tolerance %.4g mm)\n",
                         static_cast<unsigned long long>(o.proof->moves), o.proof->gouge, o.job.plan.tolerance)

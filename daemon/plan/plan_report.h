@@ -7,6 +7,7 @@
 
 #include "config/job.h"
 #include "daemon/plan/proof_process.h"
+#include "daemon/plan/start_turn.h"
 #include "daemon/post/block.h"
 #include "kinematics/joints/joint_path.h"
 #include "kinematics/joints/singularity_bend.h"
@@ -25,6 +26,7 @@ struct PlanOutcome {
   const Timing& timing;
   Starvation starved;
   std::optional<ProofFigures> proof;      ///< nothing: --no-proof
+  std::optional<StartTurn> turn;          ///< nothing: the table does not turn where TCP begins
   std::vector<pathgen::StageTime> times;  ///< of all stages, in order
   double cpu_seconds = 0.0;
   double peak_memory_mb = 0.0;

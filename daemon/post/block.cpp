@@ -234,6 +234,7 @@ TcpOptions tcp_options(const config::Job& job) {
 Result<void> check(const Posting& posting) {
   const config::ProgramFormat& format = posting.machine.format;
   if (posting.operations.empty()) return fail(Code::kInput, "the program has no operation");
+  if (auto begins = tcp_can_begin(posting.machine, posting.operations.size()); !begins) return begins;
   std::size_t blocks = 0;
   for (const Operation& op : posting.operations) {
     if (op.words->moves.empty()) return fail(Code::kInput, "the joint path has no block");
@@ -243,14 +244,6 @@ Result<void> check(const Posting& posting) {
       return fail(Code::kInput,
                   std::string("TCP in ") + config::name_of(format.dialect).name +
                       " needs a tool number for its H word; state program.tool, or LOADTL/ in the CL file");
-    const Joints& first = op.words->moves.front().joints;
-    if (const auto wrong = no_home(posting.machine, first)) return fail(Code::kInput, *wrong);
-    if (&op != &posting.operations.front() && format.retract == "none" &&
-        !tcp_start(posting.machine, op.setup, first).empty())
-      return fail(Code::kInput, std::string("TCP in ") + config::name_of(format.dialect).name +
-                                    " begins anew in each operation, and the table turns home before; with "
-                                    "program.retract: none the tool would stand in its way: state a retract, "
-                                    "or post without tcp");
   }
   if (format.max_blocks > 0 && blocks > static_cast<std::size_t>(format.max_blocks))
     return fail(Code::kLimit,
@@ -303,7 +296,7 @@ Result<ProgramReport> write_program(const JointPath& path, const config::Job& jo
   if (job.program.coolant != config::Coolant::kOff)
     op.events.push_back(
         {0, EventKind::kCoolant, job.program.coolant == config::Coolant::kFlood ? 1.0 : 2.0, ""});
-  Posting posting{job.plan.name, job.machine, job.program, {}, header.proof, header.seconds};
+  Posting posting{job.plan.name, job.machine, job.program, {}, header.proof, header.seconds, header.start};
   posting.operations.push_back(std::move(op));
   return write_program(posting, out, progress);
 }

@@ -7,11 +7,11 @@
 #include <string_view>
 #include <utility>
 
+#include "config/table_home.h"
 #include "daemon/post/printed_words.h"
 #include "daemon/post/tcp_start.h"
 #include "kinematics/basics/decimal.h"
 #include "kinematics/basics/units.h"
-#include "kinematics/timing/tcp_path.h"
 #include "kinematics/timing/timing.h"
 
 namespace tiltfeed::daemon {
@@ -89,7 +89,6 @@ class Writer {
   void finish();
   void clamp(const Operation& op, std::size_t index);
   std::string first_words() const;
-  Joints first_of(const Operation& op) const;
   std::size_t blocks() const;
 
   const Posting& posting_;
@@ -150,9 +149,10 @@ void Writer::header() {
           " D" + decimal(first.tool.diameter, 4) + " L" + decimal(first.tool.length, 4));
   comment("machine ", posting_.machine.model.name, "");
   tool_comments(first);
-  if (format_.tcp && !table_turns(posting_.machine.model).empty()) {
+  if (format_.tcp && !config::table_turns(posting_.machine.model).empty()) {
     comment("X Y Z are fixed to the table at home", "", "");
     if (*table_.tcp_frame != '\0') comment(table_.tcp_frame, "", "");
+    if (!posting_.start.empty()) comment(posting_.start, "", "");
   }
   double seconds = 0.0;
   for (const Operation& op : posting_.operations) seconds += op.words->report.seconds;
@@ -232,7 +232,7 @@ void Writer::positions(const Operation& op) {
     char* const end = (words.*say)(room.data(), to);
     line(std::string(table_.rapid) + std::string(room.data(), end) + table_.first_end + table_.rapid_end);
   };
-  const Joints first = first_of(op);
+  const Joints first = first_place(posting_.machine, op.setup, op.words->moves.front().joints);
   const std::vector<Joints> start = tcp_start(posting_.machine, op.setup, first);
   if (machine.tilt.present || machine.rotary.present)
     go(&PrintedWords::rotaries, start.empty() ? first : start.front());
@@ -250,23 +250,13 @@ void Writer::positions(const Operation& op) {
   }
 }
 
-/// Where the axes stand at an operation's first block; under TCP the slides, X and Y as printed.
-Joints Writer::first_of(const Operation& op) const {
-  const Joints& words = op.words->moves.front().joints;
-  if (!format_.tcp) return words;
-  const MachineModel& machine = posting_.machine.model;
-  const Point<Part> tip = pose_under_tcp(machine, op.setup, words).tip;
-  Joints slides = solve_linear(machine, op.setup, tip, words.a, words.c);
-  slides.x = round_decimal(slides.x, format_.linear_decimals);
-  slides.y = round_decimal(slides.y, format_.linear_decimals);
-  return slides;
-}
-
 /// Of all operations, those in which the table turns to its place under TCP among them.
 std::size_t Writer::blocks() const {
   std::size_t count = layout_.blocks;
   for (const Operation& op : posting_.operations)
-    count += tcp_start(posting_.machine, op.setup, first_of(op)).size();
+    count += tcp_start(posting_.machine, op.setup,
+                       first_place(posting_.machine, op.setup, op.words->moves.front().joints))
+                 .size();
   return count;
 }
 

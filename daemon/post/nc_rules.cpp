@@ -9,7 +9,7 @@
 #include <span>
 #include <string_view>
 
-#include "daemon/post/tcp_start.h"
+#include "config/table_home.h"
 #include "kinematics/basics/decimal.h"
 
 namespace tiltfeed::daemon {
@@ -75,7 +75,7 @@ TextLanguage text_language(const config::MachineProfile& machine) {
   for (const std::string& line :
        {format.retract, format.clamp_tilt, format.unclamp_tilt, format.clamp_rotary, format.unclamp_rotary})
     add_codes(line, language.own_codes);
-  for (const TableTurn& turn : table_turns(model))
+  for (const config::TableTurn& turn : config::table_turns(model))
     language.table.push_back({turn.axis->letter, turn.axis->zero});
   for (const std::string& line : format.start) add_codes(line, language.own_codes);
   for (const std::string& line : format.end) add_codes(line, language.own_codes);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/post/cutter_side.h"
+#include "daemon/post/tcp_start.h"
 #include "kinematics/cl_text/safe_approach.h"
 #include "kinematics/timing/tcp_path.h"
 
@@ -33,6 +34,8 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
                     const config::MachineProfile& stated_machine, const PostOptions& options) {
   config::MachineProfile machine = stated_machine;
   machine.format = config::fine_enough(machine.format, options.tolerance, options.axis_tolerance);
+  if (auto begins = tcp_can_begin(machine, program.operations.size()); !begins)
+    return tl::unexpected(begins.error());
   Posted out;
   out.posting = {program.name, machine, options.data, {}};
   const config::ProgramFormat& format = machine.format;
@@ -48,6 +51,7 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
   joints.rotary_decimals = format.rotary_decimals;
   joints.clear = options.clear;
   std::vector<JointMove> all;
+  std::vector<std::pair<std::size_t, std::size_t>> starts;  // in `all`: the first block, how many
   for (const AptOperation& stated : program.operations) {
     Setup setup = options.setup;
     setup.tool_length = stated.path.tool.length;
@@ -72,7 +76,12 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
     const int tool = op.tool_number > 0 ? op.tool_number : options.data.tool;
     auto events = control_events(op, *path, machine, setup, tool, name);
     if (!events) return tl::unexpected(events.error());
+    const std::vector<JointMove> start = start_moves(machine, setup, path->moves);
+    const std::size_t before = start.empty() ? 0 : start.size() - 1;
+    starts.emplace_back(all.size(), before);
+    all.insert(all.end(), start.begin(), start.begin() + static_cast<std::ptrdiff_t>(before));
     all.insert(all.end(), path->moves.begin(), path->moves.end());
+    if (before > 0) all[all.size() - path->moves.size()] = start.back();
     if (out.words.empty())
       out.report = path->report;
     else
@@ -88,6 +97,11 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
   out.timing = time_blocks(all, machine.model, rounded_off_by(format, options.tolerance),
                            options.axis_tolerance, corners_of(format));
   out.posting.seconds = out.timing.seconds;
+  // Of the blocks of the operations alone.
+  for (auto start = starts.rbegin(); start != starts.rend(); ++start) {
+    const auto at = out.timing.durations.begin() + static_cast<std::ptrdiff_t>(start->first);
+    out.timing.durations.erase(at, at + static_cast<std::ptrdiff_t>(start->second));
+  }
   return out;
 }
 

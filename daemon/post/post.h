@@ -29,7 +29,7 @@ struct Posted {
   std::vector<std::unique_ptr<JointPath>> words;
   Posting posting;
   JointPathReport report;  ///< of all operations
-  Timing timing;           ///< of all of them, one after the other
+  Timing timing;  ///< of all of them, one after the other; seconds and peaks with those in which TCP begins
 };
 
 /// Errors: as to_joints, with `name`:line of the CL text; kInput for a tool without length.

@@ -48,12 +48,14 @@ struct Posting {
   std::string proof{};  ///< a word on the program's proof for its header; empty: none
   /// Machining time for the header, accelerations and stops included, s; nothing: the sum of the blocks' own.
   std::optional<double> seconds{};
+  std::string start{};  ///< a word on the height at which TCP begins, for the header; empty: none
 };
 
 /// What the header of a program says beyond the job's own words: as in Posting.
 struct HeaderFacts {
   std::string proof;
   std::optional<double> seconds;
+  std::string start{};
 };
 
 }  // namespace tiltfeed::daemon

@@ -2,81 +2,146 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <string>
+#include <utility>
 
+#include "config/table_home.h"
 #include "kinematics/basics/decimal.h"
 #include "kinematics/machine/machine.h"
+#include "kinematics/timing/tcp_path.h"
 
 namespace tiltfeed::daemon {
 namespace {
 
-// The rotaries of the table turn so far in a block at most, both together, degrees. Between its ends the
-// slides leave their place by 4 % of the tip's distance from the axes.
-constexpr double kStep = 30.0;
-constexpr double kTurn = 360.0;
+// A slide that is nearer to an end of its travel than this is over it: another's arithmetic differs by less,
+// mm.
+constexpr double kAtEnd = 1e-9;
+// A slide at an end of its travel is moved off it so often: once each does, but for what a move of one does
+// to others.
+constexpr int kTries = 8;
+
+bool begins_at_home(const config::MachineProfile& machine) {
+  return machine.format.tcp && config::begins_at_home(machine.format.dialect);
+}
 
 bool at_home(const config::MachineProfile& machine, const Joints& words) {
-  for (const TableTurn& turn : table_turns(machine.model))
-    if (nearest_home(*turn.axis, words.*turn.word, machine.format.rotary_decimals) != words.*turn.word)
+  for (const config::TableTurn& turn : config::table_turns(machine.model))
+    if (config::nearest_home(*turn.axis, words.*turn.word, machine.format.rotary_decimals) !=
+        words.*turn.word)
       return false;
   return true;
 }
 
-}  // namespace
-
-std::vector<TableTurn> table_turns(const MachineModel& machine) {
-  std::vector<TableTurn> turns;
-  if (machine.structure == Structure::kTableTable && machine.tilt.present)
-    turns.push_back({&machine.tilt, &Joints::a});
-  if (machine.structure != Structure::kHeadHead && machine.rotary.present)
-    turns.push_back({&machine.rotary, &Joints::c});
-  return turns;
+/// How far a word is over an end of the axis's travel, with its sign.
+double over_end(const LinearAxis& axis, double word) {
+  return std::max(word - (axis.max - kAtEnd), 0.0) - std::max(axis.min + kAtEnd - word, 0.0);
 }
 
-std::optional<double> nearest_home(const RotaryAxis& axis, double word, int decimals) {
-  const double turns = std::round((word - axis.zero) / kTurn);
-  const double least = std::ceil((axis.min - axis.zero) / kTurn),
-               most = std::floor((axis.max - axis.zero) / kTurn);
-  if (least > most) return std::nullopt;
-  return round_decimal(axis.zero + kTurn * std::clamp(turns, least, most), decimals);
+/// Rounded, and not over an end of the axis's travel by that.
+double rounded_within(const LinearAxis& axis, double word, int decimals) {
+  const double rounded = round_decimal(word, decimals), unit = 1.0 / decimal_scale(decimals);
+  const double over = over_end(axis, rounded);
+  if (over == 0.0 || std::abs(over) > unit) return rounded;
+  return round_decimal(rounded - std::copysign(unit, over), decimals);
+}
+
+/// The words under TCP that put the axes at `at`: rounded, and no slide over an end of its travel by that.
+Joints rounded_words(const config::MachineProfile& machine, const Setup& setup, Joints at) {
+  const MachineModel& model = machine.model;
+  const int decimals = machine.format.linear_decimals;
+  Joints words = at;
+  for (int tries = 0; tries < kTries; ++tries) {
+    const Vec3 tip = setup.fixture * from_origin(forward(model, setup, at).tip);
+    words.x = round_decimal(tip.x, decimals);
+    words.y = round_decimal(tip.y, decimals);
+    words.z = round_decimal(tip.z, decimals);
+    const Joints axes = axes_under_tcp(model, setup, words);
+    bool within = true;
+    for (const auto& [axis, word] :
+         {std::pair{&model.x, &Joints::x}, {&model.y, &Joints::y}, {&model.z, &Joints::z}}) {
+      const double over = over_end(*axis, axes.*word);
+      if (over == 0.0) continue;
+      at.*word -= over + std::copysign(1.0 / decimal_scale(decimals), over);
+      within = false;
+    }
+    if (within) break;
+  }
+  return words;
+}
+
+/// Of a block at axis speed.
+double axis_seconds(const MachineModel& machine, const Joints& from, const Joints& to) {
+  constexpr double kMinute = 60.0;
+  return kMinute *
+         std::max({std::abs(to.x - from.x) / machine.x.velocity, std::abs(to.y - from.y) / machine.y.velocity,
+                   std::abs(to.z - from.z) / machine.z.velocity,
+                   std::abs(to.a - from.a) / machine.tilt.velocity,
+                   std::abs(to.c - from.c) / machine.rotary.velocity});
+}
+
+}  // namespace
+
+Joints axes_under_tcp(const MachineModel& machine, const Setup& setup, const Joints& words) {
+  return solve_linear(machine, setup, pose_under_tcp(machine, setup, words).tip, words.a, words.c);
+}
+
+Joints first_place(const config::MachineProfile& machine, const Setup& setup, const Joints& words) {
+  const config::ProgramFormat& format = machine.format;
+  if (!format.tcp) return words;
+  Joints axes = axes_under_tcp(machine.model, setup, words);
+  axes.x = rounded_within(machine.model.x, axes.x, format.linear_decimals);
+  axes.y = rounded_within(machine.model.y, axes.y, format.linear_decimals);
+  return axes;
 }
 
 std::vector<Joints> tcp_start(const config::MachineProfile& machine, const Setup& setup,
                               const Joints& first) {
   const config::ProgramFormat& format = machine.format;
-  if (!format.tcp || !config::begins_at_home(format.dialect) || at_home(machine, first)) return {};
+  if (!begins_at_home(machine) || at_home(machine, first)) return {};
   Joints home = first;
-  // The rounded words must not be over the travel.
-  const double below = std::max(format.tcp_start_below, std::pow(10.0, 1 - format.linear_decimals));
-  home.z = std::max(first.z, machine.model.z.max - below);
+  home.z = std::max(first.z, machine.model.z.max - format.tcp_start_below);
   double turn_of_all = 0.0;
-  for (const TableTurn& turn : table_turns(machine.model)) {
-    home.*turn.word = *nearest_home(*turn.axis, first.*turn.word, format.rotary_decimals);
+  for (const config::TableTurn& turn : config::table_turns(machine.model)) {
+    home.*turn.word = *config::nearest_home(*turn.axis, first.*turn.word, format.rotary_decimals);
     turn_of_all += std::abs(first.*turn.word - home.*turn.word);
   }
-  const double steps = std::ceil(turn_of_all / kStep);
+  const double steps = std::ceil(turn_of_all / kStartStep);
   std::vector<Joints> places;
   for (double i = 0.0; i <= steps; ++i) {
     Joints at = home;
     for (double Joints::*word : {&Joints::a, &Joints::c})
       at.*word = round_decimal(home.*word + (first.*word - home.*word) * i / steps, format.rotary_decimals);
-    const Vec3 tip = setup.fixture * from_origin(forward(machine.model, setup, at).tip);
-    at.x = round_decimal(tip.x, format.linear_decimals);
-    at.y = round_decimal(tip.y, format.linear_decimals);
-    at.z = round_decimal(tip.z, format.linear_decimals);
-    places.push_back(at);
+    places.push_back(rounded_words(machine, setup, at));
   }
   return places;
 }
 
-std::optional<std::string> no_home(const config::MachineProfile& machine, const Joints& first) {
-  const config::ProgramFormat& format = machine.format;
-  if (!format.tcp || !config::begins_at_home(format.dialect)) return std::nullopt;
-  for (const TableTurn& turn : table_turns(machine.model))
-    if (!nearest_home(*turn.axis, first.*turn.word, format.rotary_decimals))
-      return std::string(config::name_of(format.dialect).name) +
-             " may count X Y Z from the table as it stands where TCP begins, and the travel of " +
-             turn.axis->letter + " has no place at home for that; post without tcp";
-  return std::nullopt;
+std::vector<JointMove> start_moves(const config::MachineProfile& machine, const Setup& setup,
+                                   const std::vector<JointMove>& moves) {
+  std::vector<JointMove> all;
+  const Joints& first = moves.front().joints;
+  for (const Joints& words : tcp_start(machine, setup, first))
+    all.push_back({axes_under_tcp(machine.model, setup, words), 0.0, MoveKind::kRapid, 0});
+  if (all.empty()) return all;
+  all.push_back(moves.front());
+  for (std::size_t i = 1; i < all.size(); ++i)
+    all[i].seconds = axis_seconds(machine.model, all[i - 1].joints, all[i].joints);
+  return all;
+}
+
+Result<void> tcp_can_begin(const config::MachineProfile& machine, std::size_t operations) {
+  const std::string file = machine.path.empty() ? "" : machine.path + ": ";
+  if (const auto wrong = config::no_home(machine.model, machine.format))
+    return fail(Code::kInput, file + "program.tcp: " + *wrong);
+  if (operations > 1 && begins_at_home(machine) && machine.format.retract == "none" &&
+      !config::table_turns(machine.model).empty())
+    return fail(Code::kInput, file + "program.retract: none: TCP in " +
+                                  config::name_of(machine.format.dialect).name +
+                                  " begins anew in each operation, and the table turns home before, under "
+                                  "the tool where the operation before has left it: state a retract, post "
+                                  "the operations one by one, or post without tcp");
+  return {};
 }
 
 }  // namespace tiltfeed::daemon

@@ -1,30 +1,39 @@
 #pragma once
 // How TCP begins on a control that may count X Y Z from the table as it stands there.
 
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "config/machine_profile.h"
+#include "kinematics/basics/result.h"
+#include "kinematics/joints/joint_moves.h"
 
 namespace tiltfeed::daemon {
 
-/// A rotary that carries the work.
-struct TableTurn {
-  const RotaryAxis* axis;
-  double Joints::*word;
-};
-std::vector<TableTurn> table_turns(const MachineModel& machine);
-/// The word at which the axis is at home, of those within its travel the one nearest to `word`, rounded.
-std::optional<double> nearest_home(const RotaryAxis& axis, double word, int decimals);
+/// The rotaries of the table turn so far in a block of the start at most, both together, degrees. Between its
+/// ends the slides leave their place by 4 % of the tip's distance from the axes.
+inline constexpr double kStartStep = 30.0;
+
+/// Where the control puts the axes for these words under TCP.
+Joints axes_under_tcp(const MachineModel& machine, const Setup& setup, const Joints& words);
+
+/// Where the axes stand at the first block of an operation, whose words these are. Under TCP X and Y are
+/// rounded as they are printed before TCP begins, not over an end of their travel.
+Joints first_place(const config::MachineProfile& machine, const Setup& setup, const Joints& words);
 
 /// The words under TCP before an operation's first block, `first` its slides and rotaries. TCP begins at the
 /// first of them, the table at home; then the table turns to its place. At the end of each block the slides
 /// are where they were: X and Y those of `first`, Z the machine's tcp_start_below under the end of its
-/// travel, or that of `first` where that is higher. Words, and slides at their ends, are rounded. Empty: the
-/// control begins anywhere, or the table is at home. Requires: no_home() says nothing.
+/// travel, or that of `first` where that is higher. Words are rounded, and no slide is over an end of its
+/// travel by that. Empty: the control begins anywhere, or the table is at home. Requires: tcp_can_begin().
 std::vector<Joints> tcp_start(const config::MachineProfile& machine, const Setup& setup, const Joints& first);
-/// Why TCP cannot begin so: a rotary of the table cannot stand at home.
-std::optional<std::string> no_home(const config::MachineProfile& machine, const Joints& first);
+
+/// The same as moves of the axes in front of an operation's, `moves`, whose first they end with: at axis
+/// speed from where TCP begins. Empty: no such words.
+std::vector<JointMove> start_moves(const config::MachineProfile& machine, const Setup& setup,
+                                   const std::vector<JointMove>& moves);
+
+/// Before an operation is planned. Errors: kInput, with the profile's name: a rotary of the table cannot
+/// stand at home; without a retract the table would turn under the tool between the operations.
+Result<void> tcp_can_begin(const config::MachineProfile& machine, std::size_t operations);
 
 }  // namespace tiltfeed::daemon

@@ -4,8 +4,11 @@
 #include <array>
 #include <cmath>
 
+#include "config/table_home.h"
 #include "daemon/post/cutter_side.h"
 #include "daemon/post/nc_rules.h"
+#include "daemon/post/tcp_start.h"
+#include "kinematics/basics/decimal.h"
 #include "kinematics/timing/tcp_path.h"
 
 namespace tiltfeed::daemon {
@@ -19,8 +22,8 @@ constexpr std::array<double, 3> kSamples{0.25, 0.5, 0.75};
 constexpr double kSampledTurn = 120.0;
 // A feed is stated anew where it differs by more than this share: words are rounded, so that block times are.
 constexpr double kSameFeed = 2e-3;
-// Slides that move by less than this stand: words are rounded, and the table turns them at some distance, mm.
-constexpr double kStands = 0.02;
+// A start of TCP in which the table turns has so many blocks at least.
+constexpr std::size_t kLeastStart = 2;
 // A tip's way shorter than this says nothing of a feed, mm.
 constexpr double kNoWay = 1e-6;
 
@@ -43,6 +46,7 @@ class Unposter {
     return tcp ? pose_under_tcp(machine_.model, setup_, words) : forward(machine_.model, setup_, words);
   }
   std::optional<std::string> beyond(const TextBlock& block) const;
+  bool turns_before(std::size_t path) const;
   std::size_t behind_start() const;
   tl::unexpected<Error> too_many(std::uint32_t line) const;
   void cut(const TextBlock& from, const TextBlock& to, double f0, const Pose& p0, double f1, const Pose& p1,
@@ -133,25 +137,46 @@ tl::unexpected<Error> Unposter::too_many(std::uint32_t line) const {
                                 " points; divide the program, or allow a coarser tolerance");
 }
 
+/// Whether the table turns from home to its place in the blocks before `path`, as tcp_start() has them: in
+/// equal steps, the slides standing, and `path` goes down with the rotaries as they are.
+bool Unposter::turns_before(std::size_t path) const {
+  const std::vector<TextBlock>& blocks = text_.blocks;
+  const auto digit = [](int decimals) { return 1.0 / decimal_scale(decimals); };
+  const double step = digit(machine_.format.rotary_decimals);
+  const auto nearly = [&](double word, double wanted) { return std::abs(word - wanted) <= 1.01 * step; };
+  const Joints &home = blocks.front().words, &place = blocks[path].words;
+  double turn = 0.0;
+  for (const config::TableTurn& one : config::table_turns(machine_.model)) {
+    const double word = home.*one.word;
+    if (!nearly(std::remainder(word - one.axis->zero, 360.0), 0.0)) return false;
+    turn += std::abs(place.*one.word - word);
+  }
+  const auto last = static_cast<double>(path - 1);
+  if (turn > last * kStartStep + step || turn <= (last - 1.0) * kStartStep - step) return false;
+  // Words are rounded: those of the tip, and the rotaries' at the end of its lever.
+  const Vec3 at = from_origin(pose(home, true).tip) + setup_.part_zero;
+  const double lever = length(at) + length(machine_.model.rotary_to_tilt);
+  const double stands =
+      2.0 * (digit(machine_.format.linear_decimals) + Angle::from_degrees(step).radians() * lever);
+  const Joints start = axes_under_tcp(machine_.model, setup_, home);
+  for (std::size_t i = 1; i <= path; ++i) {
+    const double share = std::min(static_cast<double>(i) / last, 1.0);
+    const Joints axes = axes_under_tcp(machine_.model, setup_, blocks[i].words);
+    for (double Joints::*word : {&Joints::a, &Joints::c})
+      if (!nearly(axes.*word, home.*word + share * (place.*word - home.*word))) return false;
+    const double down = i < path ? std::abs(axes.z - start.z) : std::max(axes.z - start.z, 0.0);
+    if (std::hypot(axes.x - start.x, axes.y - start.y) > stands || down > stands) return false;
+  }
+  return blocks[path - 1].words.a == place.a && blocks[path - 1].words.c == place.c;
+}
+
 /// The first block of the path itself. Before it TCP may begin with the table at home: the table turns to its
 /// place in rapids while the slides stand, and `post` puts that in anew.
 std::size_t Unposter::behind_start() const {
-  const std::vector<TextBlock>& blocks = text_.blocks;
   if (!config::begins_at_home(machine_.format.dialect)) return 0;
-  const auto slides = [&](const TextBlock& b) {
-    const Pose at = pose(b.words, true);
-    const Joints joints = solve_linear(machine_.model, setup_, at.tip, b.words.a, b.words.c);
-    return Vec3{joints.x, joints.y, joints.z};
-  };
-  std::size_t last = 0;
-  while (last + 1 < blocks.size() && blocks[last].tcp && blocks[last].rapid && blocks[last + 1].tcp &&
-         blocks[last + 1].rapid && length(slides(blocks[last + 1]) - slides(blocks[last])) < kStands)
-    ++last;
-  if (last == 0) return 0;
-  // Where the first place is higher than that, the table turns there.
-  const double high = machine_.model.z.max - machine_.format.tcp_start_below;
-  const bool above = std::abs(slides(blocks[last]).z - high) < kStands;
-  return above && last + 1 < blocks.size() && blocks[last + 1].rapid ? last + 1 : last;
+  for (std::size_t i = 0; i < text_.blocks.size() && text_.blocks[i].tcp && text_.blocks[i].rapid; ++i)
+    if (i >= kLeastStart && turns_before(i)) return i;
+  return 0;
 }
 
 Result<AptOperation> Unposter::run(std::size_t points) {

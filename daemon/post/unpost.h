@@ -23,8 +23,9 @@ Rotation fixture_of(Vec3 degrees);
 
 /// Without TCP all axes travel linearly in a block, under TCP the tip in the part's frame and the rotaries
 /// besides; points are put between so that straight lines and great circles stay within tolerance of that.
-/// Feeds are those of the tip. Errors: kInput where neither the program nor the options state tool length or
-/// part zero, or a word is beyond its axis's travel; kLimit: more points than kMostTextPoints.
+/// Feeds are those of the tip. The blocks in which the table turns to its place where TCP begins (tcp_start)
+/// are no path, and are left out. Errors: kInput where neither the program nor the options state tool length
+/// or part zero, or a word is beyond its axis's travel; kLimit: more points than kMostTextPoints.
 Result<AptProgram> unpost(const NcProgram& program, const config::MachineProfile& machine,
                           const UnpostOptions& options);
 

@@ -28,6 +28,19 @@ TEST(MachineProfile, ALongLineNeedsABufferOnlyWhereCharactersAreCounted) {
       parse_changed("receive_buffer_bytes: 1024", "receive_buffer_bytes: 71").has_value());  // 70 + line end
 }
 
+TEST(MachineProfile, TcpBeginsWithATableThatCanStandAtHome) {
+  const std::string away = replaced(kGoodMachine, "min_deg: -360, max_deg: 720", "min_deg: 5, max_deg: 355");
+  EXPECT_TRUE(parse_machine(away, kMachinePath));
+  const auto posted = [&](const std::string& dialect) {
+    return parse_machine(replaced(away, "dialect: grbl", "dialect: " + dialect + "\n  tcp: true"),
+                         kMachinePath);
+  };
+  for (const std::string dialect : {"fanuc", "haas"})
+    expect_bad(posted(dialect), kMachinePath,
+               {"", "", "21:8", "the travel of C has no place at home for that; post without tcp"});
+  EXPECT_TRUE(posted("siemens"));
+}
+
 const std::vector<BadText> kBadProfiles = {
     {"", "", "1:1", "empty"},
     {"name: nutator 5", "name: nutator (5)", "1:7", "1 to 40 of the letters"},

@@ -192,6 +192,43 @@ TEST_P(TcpStart, TheSlidesStandWhileTheTableTurns) {
   }
 }
 
+/// The machining time, in the header and for the report, has the start's moves: from where TCP begins to the
+/// first place, as another reader finds them.
+TEST_P(TcpStart, TheTimeCountsTheTurnOfTheTable) {
+  const MachineModel& m = profile_.model;
+  const auto operations = read_tips(text_, m, options_.setup.part_zero, Reading::kFromHome);
+  double turn = 0.0;
+  std::size_t blocks = 0;
+  for (std::size_t k = 0; k < operations.size(); ++k) {
+    const TipOperation& op = operations[k];
+    const sim::MoveFrames frames(m, posted_.posting.operations[k].setup);
+    const std::size_t before = op.blocks.size() - posted_.posting.operations[k].words->moves.size();
+    blocks += before;
+    for (std::size_t i = 0; i < before; ++i) {
+      const auto axes = [&](const TipBlock& one) {
+        return frames.slide_words({one.tip.x, one.tip.y, one.tip.z, one.a, one.c});
+      };
+      const Joints from = axes(op.blocks[i]), to = axes(op.blocks[i + 1]);
+      turn +=
+          60.0 * std::max({std::abs(to.z - from.z) / m.z.velocity, std::abs(to.a - from.a) / m.tilt.velocity,
+                           std::abs(std::remainder(to.c - from.c, 360.0)) / m.rotary.velocity});
+    }
+  }
+  // A control that needs no such start: the same moves without it.
+  MachineProfile other = profile_;
+  other.format.dialect = Dialect::kSiemens;
+  const auto without = post(foreign(), "in.cls", other, options_);
+  ASSERT_TRUE(without) << without.error().message;
+  const double more = posted_.timing.seconds - without->timing.seconds;
+  EXPECT_GE(more, turn - 1e-3);
+  EXPECT_LE(more, turn + 2.0 * static_cast<double>(blocks)) << "accelerations, too";
+  EXPECT_EQ(more > 0.0, m.structure != Structure::kHeadHead);
+  EXPECT_EQ(posted_.timing.durations.size(), without->timing.durations.size());
+  char stated[40];
+  std::snprintf(stated, sizeof stated, " time %.1f s)", posted_.timing.seconds);
+  EXPECT_NE(text_.find(stated), std::string::npos) << stated;
+}
+
 /// The judges refuse a program with our header whose table is not at home where TCP begins; `unpost` says so.
 TEST_P(TcpStart, ATableThatIsNotAtHomeIsTold) {
   const auto judged = [&](const std::string& text) {
@@ -240,15 +277,6 @@ TEST_P(TcpStart, TheTurnOfTheTableDoesNotComeBackAsPath) {
     EXPECT_LT(distance(got.tip, want.tip), 2e-3) << k;
     EXPECT_LT(angle_between(got.axis, want.axis), 1e-4) << k;
   }
-  const auto again = post(*made, "again.cls", profile_, options_);
-  ASSERT_TRUE(again) << again.error().message;
-  std::ostringstream out;
-  ASSERT_TRUE(write_program(again->posting, out));
-  const auto twice = back(out.str(), profile_);
-  ASSERT_TRUE(twice) << twice.error().message;
-  const Pose &once = made->operations[0].path.moves.front().pose,
-             &then = twice->operations[0].path.moves.front().pose;
-  EXPECT_LT(distance(once.tip, then.tip), 2e-3);
 }
 
 /// Where the first place is higher than the start would be, the table turns there, and it is the path's.
@@ -266,74 +294,72 @@ TEST_P(TcpStart, AHighFirstPlaceComesBackAsPath) {
   }
 }
 
-TEST(TcpHome, WithoutARetractTheNextOperationsTableWouldTurnUnderTheTool) {
-  MachineProfile profile = machine(Dialect::kFanuc, true);
-  ASSERT_TRUE(program_text(foreign(), profile, setup()));
-  profile.format.retract = "none";
-  const auto refused = program_text(foreign(), profile, setup());
-  ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().message.find("state a retract"), std::string::npos) << refused.error().message;
-  profile.format.tcp = false;
-  EXPECT_TRUE(program_text(foreign(), profile, setup()));
+/// Without comments; `rapids`: also without feed, which turns of a nutating head cut into other blocks.
+std::vector<std::string> motion_of(const std::string& text, bool rapids) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  bool feed = false;
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("(") || line.starts_with("O")) continue;
+    if (line.starts_with("G0") || line.starts_with("G1 ")) feed = line.starts_with("G1 ");
+    if (!feed || !rapids) lines.push_back(line);
+  }
+  return lines;
 }
 
-TEST(TcpHome, RoundedWordsAreNotOverTheTravel) {
-  MachineProfile profile = machine(Dialect::kFanuc, true);
-  profile.format.tcp_start_below = 0.0;
-  const tiltfeed::Setup on_table{{0.12345, 0.23456, 0.34567}, {}, 100.0};
-  const sim::MoveFrames frames(profile.model, on_table);
-  for (double a = -30.0; a < 30.0; a += 0.777)
-    for (const Joints& words : tcp_start(profile, on_table, {30, 40, 0, a, 90 + a}))
-      ASSERT_LE(frames.slide_words(words).z, profile.model.z.max) << a;
-}
-
-TEST(TcpHome, NearestWithinTheTravel) {
-  RotaryAxis axis{'C', {0, 0, 1}, +1, 0.0, -400, 1000, 1, 1};
-  EXPECT_EQ(nearest_home(axis, 0.0, 3), 0.0);
-  EXPECT_EQ(nearest_home(axis, 90.0, 3), 0.0);
-  EXPECT_EQ(nearest_home(axis, 700.0, 3), 720.0);
-  EXPECT_EQ(nearest_home(axis, 999.0, 3), 720.0) << "1080 is beyond the travel";
-  EXPECT_EQ(nearest_home(axis, -390.0, 3), -360.0);
-  axis.zero = 1.5;
-  EXPECT_EQ(nearest_home(axis, 90.0, 3), 1.5);
-  axis.min = 10, axis.max = 200;
-  EXPECT_FALSE(nearest_home(axis, 90.0, 3));
-}
-
-TEST(TcpHome, TheProfileSaysHowFarBelowTheEndOfTheTravel) {
-  std::ifstream in(SOURCE_DIR "/config/machines/generic-ac.yaml");
-  std::stringstream profile;
-  profile << in.rdbuf();
-  std::string text = profile.str();
-  text.replace(text.find("  dialect: rs274"), 16, "  dialect: fanuc");
-  text.replace(text.find("  tcp: false"), 12, "  tcp: true\n  tcp_start_below_mm: 120");
-  text.erase(text.find("  feed_mode:"),
-             1 + text.find('\n', text.find("  feed_mode:")) - text.find("  feed_mode:"));
-  const std::size_t measure = text.find("  feed_measure:");
-  text.replace(measure, 2, "  # ");
-  const auto read = parse_machine(text, "m.yaml");
-  ASSERT_TRUE(read) << read.error().message;
-  EXPECT_NE(describe(*read).find("program.tcp_start_below_mm: 120"), std::string::npos);
-  const tiltfeed::Setup on_table{{0, 0, 0}, {}, 100.0};
-  const Joints first{30, 40, 200, 20, 90};
-  const sim::MoveFrames frames(read->model, on_table);
-  const std::vector<Joints> start = tcp_start(*read, on_table, first);
-  ASSERT_EQ(start.size(), 4u);
-  EXPECT_NEAR(frames.slide_words(start.front()).z, read->model.z.max - 120.0, 2e-3);
-  // A first place that is higher is not gone below.
-  const Joints high{30, 40, read->model.z.max - 7.0, 20, 90};
-  EXPECT_NEAR(frames.slide_words(tcp_start(*read, on_table, high).front()).z, high.z, 2e-3);
-}
-
-TEST(TcpHome, ATableThatCannotStandThereIsRefused) {
-  MachineProfile profile = machine(Dialect::kFanuc, true);
-  profile.model.rotary.min = 5.0, profile.model.rotary.max = 355.0;
-  const auto refused = program_text(foreign(), profile, setup());
-  ASSERT_FALSE(refused);
-  EXPECT_NE(refused.error().message.find("C has no place at home"), std::string::npos)
-      << refused.error().message;
-  profile.format.dialect = Dialect::kSiemens;
-  EXPECT_TRUE(program_text(foreign(), profile, setup()));
+/// A program and the CL text that is made of it are one path: posted again it is the same program. So where
+/// the table turns low or with few decimals, and where a path begins with rapids that stand or turn the
+/// table.
+TEST_P(TcpStart, WhatComesBackIsPostedAsTheSameProgram) {
+  AptProgram path = foreign();
+  for (AptOperation& op : path.operations)
+    std::erase_if(op.events, [](const PathEvent& event) { return event.kind == EventKind::kRemark; });
+  AptProgram turning = path;
+  // The second operation's first place, and then the table turned there by a rapid, the tip held; and again.
+  AptOperation& op = turning.operations[1];
+  for (const double y : {0.1, 0.2}) {
+    Move move = op.path.moves.front();
+    move.pose.axis = normalized(Vec3{-0.3, y, 0.9});
+    op.path.moves.insert(op.path.moves.begin() + 1, move);
+    op.lines.insert(op.lines.begin() + 1, op.lines.front());
+    for (PathEvent& event : op.events)
+      if (event.move > 0) ++event.move;
+    for (FeedChange& feed : op.path.feeds) ++feed.move;
+  }
+  const double top = profile_.model.z.max;
+  struct Case {
+    const char* what;
+    const AptProgram* path;
+    double below;
+    int decimals;
+  };
+  for (const Case& one :
+       {Case{"as it is", &path, 50.0, 3}, Case{"below the first place", &path, 2.0 * top, 3},
+        Case{"two decimals", &path, 50.0, 2}, Case{"a turn follows", &turning, 50.0, 3},
+        Case{"a turn follows below", &turning, 2.0 * top, 3}}) {
+    SCOPED_TRACE(one.what);
+    MachineProfile profile = profile_;
+    ProgramFormat& format = profile.format;
+    format.tcp_start_below = one.below;
+    format.linear_decimals = format.most_linear_decimals = one.decimals;
+    format.rotary_decimals = format.most_rotary_decimals = one.decimals;
+    const auto text = program_text(*one.path, profile, options_);
+    ASSERT_TRUE(text) << text.error().message;
+    UnpostOptions ends;  // the points of the program, none between
+    ends.tolerance = 10.0, ends.axis_tolerance = 30.0;
+    const auto made = back(*text, profile, ends);
+    ASSERT_TRUE(made) << made.error().message;
+    std::stringstream cl;
+    write_apt(*made, cl);
+    const auto read = read_apt(cl, "again.cls", {});
+    ASSERT_TRUE(read) << read.error().message;
+    const auto again = program_text(*read, profile, options_);
+    ASSERT_TRUE(again) << again.error().message;
+    const bool rapids = one.path == &turning;
+    const std::vector<std::string> got = motion_of(*again, rapids), want = motion_of(*text, rapids);
+    const auto [ours, theirs] = std::mismatch(got.begin(), got.end(), want.begin(), want.end());
+    ASSERT_TRUE(got == want) << *ours << ", not " << *theirs;
+  }
 }
 
 }  // namespace

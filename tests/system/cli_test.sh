@@ -243,7 +243,8 @@ sed -e 's/^  dialect: rs274 /  dialect: fanuc /' -e 's/^  tcp: false/  tcp: true
 expect 0 'pin.stl' "$bin/tiltfeed-sim" part pin --out "$work/pin.stl"
 sed -e "s#stl:.*#stl: $work/pin.stl#" -e "s#^machine:.*#machine: $work/tcp_machine.yaml#" "$root/config/jobs/pin.yaml" > "$work/tcp.yaml"
 echo 'program: {tool: 1}' >> "$work/tcp.yaml"
-expect 0 'blocks' "$bin/tiltfeed" plan "$work/tcp.yaml" --out "$work/tcp.nc"
+expect 0 'the tip 958.0 mm over the top of the part' "$bin/tiltfeed" plan "$work/tcp.yaml" --out "$work/tcp.nc"
+grep -q 'TILTFEED table turns, tip 958.0 mm over part' "$work/tcp.nc" || { echo 'FAILED: the height of the start is not in the header'; failed=1; }
 grep -q 'G43.4 .* C0' "$work/tcp.nc" || { echo 'FAILED: TCP does not begin with the table at home'; failed=1; }
 expect 0 'passed' "$bin/tiltfeed" verify "$work/tcp.yaml" "$work/tcp.nc" --resolution 1
 # The table, with the part beside its middle, would turn under a tool that is not high up.
@@ -252,7 +253,7 @@ expect 0 'ball.stl' "$bin/tiltfeed-sim" part sphere --out "$work/ball.stl"
 sed -e "s#stl:.*#stl: $work/ball.stl#" -e "s#^machine:.*#machine: $work/low_machine.yaml#" \
   -e 's/part_zero_mm:.*/part_zero_mm: [150, 60, 0]/' "$root/config/jobs/sphere.yaml" > "$work/under.yaml"
 echo 'program: {tool: 1}' >> "$work/under.yaml"
-expect 1 'rapid move.*smaller program.tcp_start_below_mm' "$bin/tiltfeed" plan "$work/under.yaml" --out "$work/under.nc"
+expect 1 'rapid move.*the tip 67.9 mm under the top of the part: state a smaller program.tcp_start_below_mm than 1300' "$bin/tiltfeed" plan "$work/under.yaml" --out "$work/under.nc"
 absent "$work/under.nc"
 
 # CL text of another CAM system to a program and back; nothing is written unless the whole is valid.
