@@ -96,6 +96,7 @@ Result<Spool> Spool::open(const std::string& folder) {
   if (sqlite3_open_v2(table_path(folder).c_str(), &table->db, flags, nullptr) != SQLITE_OK)
     return tl::unexpected<Error>(table->error(folder));
   sqlite3_busy_timeout(table->db, kBusyWaitMs);
+  table->keep_files();
   if (const Result<void> made_new = bring_up_to_date(table->db, folder + "/jobs.db"); !made_new)
     return tl::unexpected<Error>(made_new.error());
   // With the names of the table's own files: SQLite syncs them, and says nothing when that fails.
@@ -188,7 +189,7 @@ Result<std::vector<SpooledJob>> Spool::queue() const {
 void Spool::save_remembered() {
   for (auto& [id, job] : std::map(remembered_))
     if (!update(job)) return;
-  for (const RunReport& end : std::exchange(unsaved_ends_, {})) end_run(end);
+  save_run_ends();
 }
 
 Result<std::vector<SpooledJob>> Spool::select(const std::string& which) const {
@@ -243,16 +244,40 @@ Result<void> Spool::update(const SpooledJob& job) {
 }
 
 Result<void> Spool::remove(std::uint64_t id) {
-  // The row first: what is listed has its files, whatever fails.
+  // The row first: what is listed has its files, whatever fails. Only a disk without room for that is given
+  // room by the files.
+  Result<void> erased = erase_row(id);
+  const bool no_room = !erased && table_->lacks_room();
+  if (!erased && !no_room) return erased;
+  std::error_code gone;
+  std::filesystem::remove_all(folder_of(id), gone);
+  if (no_room && !gone) erased = erase_row(id);
+  if (!erased) {
+    forget_files(id);
+    return erased;
+  }
+  if (gone) return fail(Code::kIo, folder_of(id) + ": is no job any more, but stays: " + gone.message());
+  return {};
+}
+
+Result<void> Spool::erase_row(std::uint64_t id) {
   SpoolStatement erase;
   if (!table_->prepare(erase, "DELETE FROM jobs WHERE id = ?"))
     return tl::unexpected<Error>(table_->error(folder_));
   erase.bind(1, id);
   if (sqlite3_step(erase.s) != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));
-  std::error_code gone;
-  std::filesystem::remove_all(folder_of(id), gone);
-  if (gone) return fail(Code::kIo, folder_of(id) + ": is no job any more, but stays: " + gone.message());
+  remembered_.erase(id);
   return {};
+}
+
+/// Of a job that is still listed.
+void Spool::forget_files(std::uint64_t id) {
+  Result<SpooledJob> job = find(id);
+  if (!job) return;
+  job->state = JobState::kFailed;
+  job->note = "was to be removed; its files are gone";
+  job->place = 0;
+  remember(*job);
 }
 
 /// Folders of jobs that were removed, and that a failure or a power loss has left. The table gives no number

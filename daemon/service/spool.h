@@ -94,7 +94,9 @@ class Spool {
   void remember(const SpooledJob& job) { remembered_[job.id] = job; }
   /// Tries again to write what is remembered.
   void save_remembered();
-  /// With its files; what stays of them goes when the spool is opened again. Errors: kIo.
+  /// With its files; what stays of them goes when the spool is opened again. On a disk without room the files
+  /// go first. Errors: kIo; where the files are gone and the table could not take it, the job is told as
+  /// failed.
   Result<void> remove(std::uint64_t id);
 
   /// A run goes on from now; its number. Errors: kIo.
@@ -102,7 +104,8 @@ class Spool {
   /// Of the run of job `end.job` that goes on: when and how it ended; nothing where none does. What cannot be
   /// written now is tried again by `save_remembered`.
   void end_run(const RunReport& end);
-  /// No run goes on: of one that seems to, nobody wrote the end. Errors: kIo.
+  /// No run goes on: of one that seems to, nobody wrote the end. What cannot be written now is told all the
+  /// same, and tried again by `save_remembered`. Errors: kIo.
   Result<void> end_lost_runs();
   /// So many at most, those after run `after`, the oldest first; of one job, or of all (0). They stay when
   /// their job is removed. Errors: kIo.
@@ -121,6 +124,11 @@ class Spool {
   Spool(std::string folder, StateLock lock, std::unique_ptr<SpoolTable> table);
   Result<void> heal();
   Result<void> sweep();
+  Result<void> erase_row(std::uint64_t id);
+  void forget_files(std::uint64_t id);
+  void save_run_ends();
+  bool write_run_end(const RunReport& end);
+  void tell_end(RunReport& run) const;
   Result<std::vector<SpooledJob>> select(const std::string& which) const;
 
   std::string folder_;
@@ -128,6 +136,8 @@ class Spool {
   std::unique_ptr<SpoolTable> table_;
   std::map<std::uint64_t, SpooledJob> remembered_;
   std::vector<RunReport> unsaved_ends_;
+  /// Runs up to this one have no end that anybody will write; 0: the table says so.
+  std::uint64_t lost_until_ = 0;
 };
 
 }  // namespace tiltfeed::daemon

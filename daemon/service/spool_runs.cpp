@@ -14,6 +14,8 @@ namespace tiltfeed::daemon {
 
 namespace {
 
+constexpr const char* kLostOutcome = "unknown";
+constexpr const char* kLostNote = "the service ended before it wrote how the run did";
 constexpr const char* kRunColumns =
     "id, job, name, hash, link, user, began, ended, first, blocks, executed, outcome, note, sent, resends, "
     "seconds, holds, held_seconds, slowest_hold, feed_least, feed_most, starved_seconds";
@@ -31,6 +33,9 @@ std::uint64_t bytes_in(const std::string& folder) {
 }  // namespace
 
 Result<std::uint64_t> Spool::begin_run(const RunReport& run) {
+  // An end that is written later would end this run, too.
+  save_run_ends();
+  if (!unsaved_ends_.empty()) return tl::unexpected<Error>(table_->error(folder_));
   SpoolStatement insert;
   if (!table_->prepare(
           insert,
@@ -51,44 +56,79 @@ Result<std::uint64_t> Spool::begin_run(const RunReport& run) {
 }
 
 void Spool::end_run(const RunReport& end) {
+  if (!write_run_end(end)) unsaved_ends_.push_back(end);
+}
+
+bool Spool::write_run_end(const RunReport& end) {
   SpoolStatement change;
   const bool prepared = table_->prepare(
       change,
       "UPDATE runs SET ended = ?, executed = ?, outcome = ?, note = ?, sent = ?, resends = ?, seconds = ?, "
       "holds = ?, held_seconds = ?, slowest_hold = ?, feed_least = ?, feed_most = ?, starved_seconds = ? "
-      "WHERE job = ? AND outcome = ''");
-  if (prepared) {
-    change.bind(1, end.ended);
-    change.bind(2, end.executed);
-    change.bind(3, end.outcome);
-    change.bind(4, valid_text(end.note));
-    if (end.figures) {
-      const RunReport::Figures& f = *end.figures;
-      change.bind(5, f.sent);
-      change.bind(6, f.resends);
-      change.bind(7, f.seconds);
-      change.bind(8, static_cast<std::uint64_t>(f.holds));
-      change.bind(9, f.held_seconds);
-      change.bind(10, f.slowest_hold);
-      if (f.feed_override) change.bind(11, static_cast<std::uint64_t>(f.feed_override->least));
-      if (f.feed_override) change.bind(12, static_cast<std::uint64_t>(f.feed_override->most));
-    }
-    if (end.figures) change.bind(13, end.figures->starved_seconds);
-    change.bind(14, end.job);
-    if (sqlite3_step(change.s) == SQLITE_DONE) return;
+      "WHERE job = ? AND outcome = '' AND id > ?");
+  if (!prepared) return false;
+  change.bind(1, end.ended);
+  change.bind(2, end.executed);
+  change.bind(3, end.outcome);
+  change.bind(4, valid_text(end.note));
+  if (end.figures) {
+    const RunReport::Figures& f = *end.figures;
+    change.bind(5, f.sent);
+    change.bind(6, f.resends);
+    change.bind(7, f.seconds);
+    change.bind(8, static_cast<std::uint64_t>(f.holds));
+    change.bind(9, f.held_seconds);
+    change.bind(10, f.slowest_hold);
+    if (f.feed_override) change.bind(11, static_cast<std::uint64_t>(f.feed_override->least));
+    if (f.feed_override) change.bind(12, static_cast<std::uint64_t>(f.feed_override->most));
+    change.bind(13, f.starved_seconds);
   }
-  unsaved_ends_.push_back(end);
+  change.bind(14, end.job);
+  change.bind(15, lost_until_);
+  return sqlite3_step(change.s) == SQLITE_DONE;
 }
 
 Result<void> Spool::end_lost_runs() {
-  SpoolStatement change;
-  if (!table_->prepare(
-          change,
-          "UPDATE runs SET outcome = 'unknown', note = 'the service ended before it wrote how the run "
-          "did' WHERE outcome = ''") ||
-      sqlite3_step(change.s) != SQLITE_DONE)
+  SpoolStatement newest;
+  if (!table_->prepare(newest, "SELECT coalesce(max(id), 0) FROM runs WHERE outcome = ''") ||
+      sqlite3_step(newest.s) != SQLITE_ROW)
     return tl::unexpected<Error>(table_->error(folder_));
+  lost_until_ = newest.number(0);
+  sqlite3_reset(newest.s);  // a reading that is still open would let no writer wait for its turn
+  save_run_ends();
   return {};
+}
+
+void Spool::save_run_ends() {
+  if (lost_until_ > 0) {
+    SpoolStatement change;
+    if (!table_->prepare(change, "UPDATE runs SET outcome = ?, note = ? WHERE outcome = '' AND id <= ?"))
+      return;
+    change.bind(1, std::string(kLostOutcome));
+    change.bind(2, std::string(kLostNote));
+    change.bind(3, lost_until_);
+    if (sqlite3_step(change.s) != SQLITE_DONE) return;
+    lost_until_ = 0;
+  }
+  while (!unsaved_ends_.empty() && write_run_end(unsaved_ends_.front()))
+    unsaved_ends_.erase(unsaved_ends_.begin());
+}
+
+/// Of a run that goes on as the table has it.
+void Spool::tell_end(RunReport& run) const {
+  if (run.id <= lost_until_) {
+    run.outcome = kLostOutcome;
+    run.note = kLostNote;
+    return;
+  }
+  for (const RunReport& end : unsaved_ends_) {
+    if (end.job != run.job) continue;
+    run.ended = end.ended;
+    run.executed = end.executed;
+    run.outcome = end.outcome;
+    run.note = valid_text(end.note);
+    run.figures = end.figures;
+  }
 }
 
 Result<std::vector<RunReport>> Spool::runs(std::uint64_t after, std::uint64_t job, std::size_t most) const {
@@ -130,6 +170,7 @@ Result<std::vector<RunReport>> Spool::runs(std::uint64_t after, std::uint64_t jo
       if (rows.known(21)) f.starved_seconds = rows.real(21);
       run.figures = f;
     }
+    if (run.outcome.empty()) tell_end(run);
     runs.push_back(std::move(run));
   }
   if (step != SQLITE_DONE) return tl::unexpected<Error>(table_->error(folder_));

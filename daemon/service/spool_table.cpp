@@ -37,10 +37,26 @@ std::string table_path(const std::string& folder) {
   return (none ? folder : own.string()) + "/jobs.db";
 }
 
-SpoolTable::~SpoolTable() { sqlite3_close(db); }
+SpoolTable::~SpoolTable() {
+  // Nothing of a log that stays beside may belong to another table that is put in this one's place.
+  if (keeps_files) sqlite3_exec(db, "PRAGMA journal_size_limit=0", nullptr, nullptr, nullptr);
+  sqlite3_close(db);
+}
+
+void SpoolTable::keep_files() {
+  int on = 1;
+  keeps_files = sqlite3_file_control(db, "main", SQLITE_FCNTL_PERSIST_WAL, &on) == SQLITE_OK;
+}
 
 Error SpoolTable::error(const std::string& folder) const {
-  return {Code::kIo, folder + "/jobs.db: " + (db != nullptr ? sqlite3_errmsg(db) : "out of memory")};
+  return {Code::kIo, folder + "/jobs.db: " + (db != nullptr ? sqlite3_errmsg(db) : "out of memory") +
+                         (lacks_room() ? "; make room, `tiltfeed remove` of a job does" : "")};
+}
+
+bool SpoolTable::lacks_room() const {
+  const int code = db != nullptr ? sqlite3_errcode(db) : SQLITE_NOMEM;
+  // A quota that is used up comes as the second.
+  return code == SQLITE_FULL || code == SQLITE_IOERR;
 }
 
 bool SpoolTable::prepare(SpoolStatement& statement, const std::string& sql) const {

@@ -42,12 +42,17 @@ std::string table_path(const std::string& folder);
 
 struct SpoolTable {
   sqlite3* db = nullptr;
+  bool keeps_files = false;
   SpoolTable() = default;
   SpoolTable(const SpoolTable&) = delete;
   SpoolTable& operator=(const SpoolTable&) = delete;
   ~SpoolTable();
+  /// The log's files stay when the table is closed, the log empty: it can be opened on a disk without room.
+  void keep_files();
   /// What SQLite said last. kIo.
   Error error(const std::string& folder) const;
+  /// Whether that was for a disk or a quota without room.
+  bool lacks_room() const;
   bool prepare(SpoolStatement& statement, const std::string& sql) const;
 };
 

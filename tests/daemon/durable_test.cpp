@@ -193,5 +193,112 @@ TEST_F(Durable, C16EveryCallFails) {
   }
 }
 
+/// A spool on a disk of which every byte is used.
+class FullDisk : public Durable {
+ protected:
+  static Spool open(const std::string& folder) {
+    Result<Spool> spool = Spool::open(folder);
+    if (!spool) throw std::runtime_error(spool.error().message);
+    if (const Result<void> ended = spool->end_lost_runs(); !ended)
+      throw std::runtime_error(ended.error().message);
+    return std::move(*spool);
+  }
+  static std::uint64_t add(Spool& spool, std::size_t bytes) {
+    SpooledJob job;
+    job.name = "a";
+    job.program = true;
+    job.id = spool.begin(job).value();
+    std::ofstream(spool.file(job.id, "program.nc")) << std::string(bytes, 'G');
+    job.state = JobState::kReady;
+    if (const Result<void> done = spool.finish(job); !done) throw std::runtime_error(done.error().message);
+    return job.id;
+  }
+  static void begin_run(Spool& spool, std::uint64_t job) {
+    RunReport run;
+    run.job = job;
+    run.name = "a";
+    spool.begin_run(run).value();
+  }
+  static std::vector<RunReport> runs(const Spool& spool) { return spool.runs(0, 0, 100).value(); }
+};
+
+/// The service can be started there, so that somebody can make room.
+TEST_F(FullDisk, AServiceThatWasStoppedOpensItsSpool) {
+  ForgetfulDisk disk(root_);
+  std::uint64_t job = 0;
+  {
+    Spool spool = open(spool_);
+    job = add(spool, 100000);
+    begin_run(spool, job);
+  }
+  disk.fill();
+  {
+    Spool spool = open(spool_);
+    EXPECT_EQ(runs(spool).at(0).outcome, "unknown") << "nobody writes its end";
+    spool.save_remembered();
+    EXPECT_EQ(runs(spool).at(0).outcome, "unknown");
+    EXPECT_TRUE(spool.remove(job)) << "its files give the room";
+    EXPECT_TRUE(spool.list().value().empty());
+    spool.save_remembered();
+  }
+  disk.rest();
+  EXPECT_EQ(runs(open(spool_)).at(0).outcome, "unknown");
+}
+
+/// One who hands in too large a program uses up the disk: the part that came is gone with the refusal.
+TEST_F(FullDisk, AJobWhoseFilesUsedItUpIsRemoved) {
+  ForgetfulDisk disk(root_);
+  Spool spool = open(spool_);
+  const std::uint64_t first = add(spool, 100), second = add(spool, 1 << 20);
+  disk.fill();
+  EXPECT_FALSE(spool.begin({})) << "no room";
+  ASSERT_TRUE(spool.remove(second));
+  ASSERT_EQ(spool.list().value().size(), 1u);
+  EXPECT_EQ(spool.list().value()[0].id, first);
+  EXPECT_FALSE(fs::exists(spool.folder_of(second)));
+  EXPECT_TRUE(spool.begin({})) << "there is room again";
+}
+
+/// Files that are smaller than what the table needs: the job is no longer told as ready.
+TEST_F(FullDisk, AJobWithoutItsFilesIsNotReady) {
+  ForgetfulDisk disk(root_);
+  Spool spool = open(spool_);
+  const std::uint64_t job = add(spool, 100);
+  disk.fill();
+  const Result<void> removed = spool.remove(job);
+  ASSERT_FALSE(removed);
+  EXPECT_NE(removed.error().message.find("make room"), std::string::npos) << removed.error().message;
+  EXPECT_EQ(spool.find(job)->state, JobState::kFailed);
+  EXPECT_EQ(spool.find(job)->note, "was to be removed; its files are gone");
+  disk.rest();
+  spool.save_remembered();
+  EXPECT_TRUE(spool.remove(job));
+  EXPECT_FALSE(spool.find(job));
+}
+
+/// What waits for room is told as it is, and ends no later run.
+TEST_F(FullDisk, TheHistoryTellsEndsThatWaitForRoom) {
+  ForgetfulDisk disk(root_);
+  Spool spool = open(spool_);
+  const std::uint64_t job = add(spool, 100);
+  begin_run(spool, job);
+  disk.fill();
+  RunReport end;
+  end.job = job;
+  end.executed = 7;
+  end.outcome = "stopped";
+  spool.end_run(end);
+  EXPECT_EQ(runs(spool).at(0).outcome, "stopped");
+  EXPECT_EQ(runs(spool).at(0).executed, 7u);
+  RunReport next;
+  next.job = job;
+  EXPECT_FALSE(spool.begin_run(next));
+  disk.rest();
+  EXPECT_TRUE(spool.begin_run(next));
+  ASSERT_EQ(runs(spool).size(), 2u);
+  EXPECT_EQ(runs(spool)[0].outcome, "stopped");
+  EXPECT_EQ(runs(spool)[1].outcome, "") << "this one goes on";
+}
+
 }  // namespace
 }  // namespace tiltfeed

@@ -100,6 +100,25 @@ std::size_t taken_before(std::size_t count) {
   return calls.fault.part && calls.calls == calls.fault.call ? count / 2 : 0;
 }
 
+/// Does the file find room for growing to `size`? errno is set where not.
+bool grows(int fd, std::uint64_t size) {
+  DiskCalls& calls = disk_calls();
+  struct stat status {};
+  if (!calls.full || ::fstat(fd, &status) != 0) return true;
+  const auto now = static_cast<std::uint64_t>(status.st_size);
+  if (size > now + calls.room) {
+    errno = ENOSPC;
+    return false;
+  }
+  calls.room += now - std::max(size, now);
+  return true;
+}
+
+/// Room that a file or a part of it gives back.
+void give_back(std::uint64_t bytes) {
+  if (disk_calls().full) disk_calls().room += bytes;
+}
+
 template <class Write>
 ssize_t write_to(const char* call, int fd, const void* bytes, std::size_t count, off_t at,
                  const Write& real) {
@@ -109,6 +128,7 @@ ssize_t write_to(const char* call, int fd, const void* bytes, std::size_t count,
     count = taken_before(count);
     if (count == 0) return -1;
   }
+  if (!grows(fd, static_cast<std::uint64_t>(at) + count)) return -1;
   const ssize_t written = real(bytes, count);
   struct stat status {};
   if (written > 0 && ::fstat(fd, &status) == 0)
@@ -148,8 +168,13 @@ int take_name(const char* call, const std::string& path, const Remove& real) {
   if (path.empty()) return real();
   if (fails(call, path, true)) return -1;
   const std::uint64_t inode = inode_of(path), folder = inode_of(folder_of(path));
+  struct stat status {};
+  const bool is_file =
+      ::fstatat(AT_FDCWD, path.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 && S_ISREG(status.st_mode);
   const int result = real();
-  if (result == 0) log({DiskOp::kUnlink, inode, folder, 0, 0}, name_of(path));
+  if (result != 0) return result;
+  log({DiskOp::kUnlink, inode, folder, 0, 0}, name_of(path));
+  if (is_file) give_back(static_cast<std::uint64_t>(status.st_size));
   return result;
 }
 
@@ -172,11 +197,13 @@ int cut_file(int fd, off_t size) {
   const auto real = next<int (*)(int, off_t)>("ftruncate");
   const std::string path = path_of(fd);
   if (path.empty()) return real(fd, size);
-  if (fails("ftruncate", path, true)) return -1;
-  const int result = real(fd, size);
+  if (fails("ftruncate", path, true) || !grows(fd, static_cast<std::uint64_t>(size))) return -1;
   struct stat status {};
-  if (result == 0 && ::fstat(fd, &status) == 0)
-    log({DiskOp::kCut, status.st_ino, 0, static_cast<std::uint64_t>(size), 0}, {});
+  const bool seen = ::fstat(fd, &status) == 0;
+  const int result = real(fd, size);
+  if (result == 0 && seen && status.st_size > size)
+    give_back(static_cast<std::uint64_t>(status.st_size - size));
+  if (result == 0 && seen) log({DiskOp::kCut, status.st_ino, 0, static_cast<std::uint64_t>(size), 0}, {});
   return result;
 }
 

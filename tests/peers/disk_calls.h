@@ -33,6 +33,8 @@ inline constexpr std::size_t kDiskLog = 32u << 20;
 
 struct DiskCalls {
   bool watching = false, failing = false;
+  bool full = false;       ///< files grow by `room` at most
+  std::uint64_t room = 0;  ///< bytes
   char root[512] = {};
   DiskFault fault;
   int calls = 0;

@@ -73,7 +73,10 @@ ForgetfulDisk::ForgetfulDisk(std::string root) : root_(std::move(root)) {
   calls.watching = true;
 }
 
-ForgetfulDisk::~ForgetfulDisk() { disk_calls().watching = disk_calls().failing = false; }
+ForgetfulDisk::~ForgetfulDisk() {
+  rest();
+  disk_calls().watching = false;
+}
 
 void ForgetfulDisk::begin(const DiskFault& fault) {
   DiskCalls& calls = disk_calls();
@@ -85,7 +88,12 @@ void ForgetfulDisk::begin(const DiskFault& fault) {
 
 int ForgetfulDisk::calls() const { return disk_calls().calls; }
 std::string ForgetfulDisk::failed() const { return disk_calls().failed; }
-void ForgetfulDisk::rest() { disk_calls().failing = false; }
+void ForgetfulDisk::fill() {
+  disk_calls().full = true;
+  disk_calls().room = 0;
+}
+
+void ForgetfulDisk::rest() { disk_calls().failing = disk_calls().full = false; }
 
 /// What is there, as it is.
 ForgetfulDisk::NodePtr ForgetfulDisk::look(const std::string& path) {
