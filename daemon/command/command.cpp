@@ -31,6 +31,10 @@ int give_text(const std::string& text, const std::string& out, bool as_json) {
   return written ? kExitDone : complain(written.error());
 }
 
+std::string above_zero(const std::string& number) {
+  return std::strtod(number.c_str(), nullptr) <= 0.0 ? "'" + number + "' is not a number above 0" : "";
+}
+
 std::string utc_text(std::time_t at) {
   std::tm parts{};
   ::gmtime_r(&at, &parts);

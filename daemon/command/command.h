@@ -21,6 +21,9 @@ int give_text(const std::string& text, const std::string& out, bool as_json);
 /// 2026-01-31T23:59:59Z
 std::string utc_text(std::time_t at);
 
+/// What is wrong with the number of an option or a word that must be above 0; empty: nothing.
+std::string above_zero(const std::string& number);
+
 /// Writes the error to standard error; the exit status that goes with it.
 int complain(const Error& error);
 

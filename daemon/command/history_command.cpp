@@ -143,7 +143,7 @@ HistoryCommand::HistoryCommand(CLI::App& app) : options_(std::make_unique<Option
   o.history =
       app.add_subcommand("history", "the runs of a service's machine: who, when, what, how they ended");
   o.history->add_option("JOB", o.job, "its runs only; else those of all jobs, removed ones included")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero);
   o.history->add_option("--since", o.since, "YYYY-MM-DD: runs that began on this day (UTC) or later")
       ->check(
           [](const std::string& text) { return day_of(text) ? std::string() : text + " is no YYYY-MM-DD"; });

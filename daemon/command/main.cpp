@@ -136,7 +136,7 @@ int run(int argc, char** argv) {
   double tool_length = 0.0;
   send->add_option("--tool-length", tool_length,
                    "gauge line to tip of the tool in the spindle, mm; a program for another is refused")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero);
 
   const PostCommands posting(app);
   const MachineCommands machines(app);

@@ -12,6 +12,7 @@
 #include "config/service_config.h"
 #include "daemon/command/command.h"
 #include "daemon/command/doctor_command.h"
+#include "daemon/command/service_talk.h"
 #include "daemon/command/submission.h"
 #include "daemon/machine/machine_place.h"
 #include "daemon/service/api.h"
@@ -29,7 +30,7 @@ namespace tiltfeed::daemon {
 namespace {
 
 using nlohmann::json;
-constexpr std::chrono::milliseconds kWatchInterval{500}, kStartInterval{50};
+constexpr std::chrono::milliseconds kWatchInterval{500}, kResetInterval{50};
 
 std::string duration(double seconds) {
   const long s = static_cast<long>(seconds + 0.5);
@@ -60,17 +61,6 @@ void print_job(const json& job) {
   std::printf("\n");
 }
 
-bool is_over(const std::string& state) {
-  constexpr const char* kGoesOn[] = {"received", "planning", "queued", "running", "tool change"};
-  return std::find(std::begin(kGoesOn), std::end(kGoesOn), state) == std::end(kGoesOn);
-}
-
-/// Whether the controller has taken the run: a run that ends before it shows its last phase a moment, too.
-bool has_taken(const std::string& phase) {
-  constexpr const char* kTaken[] = {"run", "hold", "operator stop", "drain", "stop", "done"};
-  return std::find(std::begin(kTaken), std::end(kTaken), phase) != std::end(kTaken);
-}
-
 }  // namespace
 
 struct ServiceCommands::Options {
@@ -85,6 +75,7 @@ struct ServiceCommands::Options {
   Result<json> ask(const ApiRequest& request, const std::vector<int>& files = {}) const;
   int simple(ApiOp op);
   int tell(const json& answer, const std::string& text) const;
+  int tell_taken(Result<json> answer, const std::string& taken) const;
   int run_submit();
   int run_list();
   int run_show();
@@ -123,7 +114,7 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
   };
   const auto on_machine = [&](const char* name, const char* text) {
     CLI::App* command = client(name, text, false);
-    command->add_option("JOB", o.job, "its number; else the job on the machine")->check(CLI::PositiveNumber);
+    command->add_option("JOB", o.job, "its number; else the job on the machine")->check(above_zero);
     return command;
   };
   o.submit = client("submit", "hand a job (YAML) or a program (G-code) to the service", false);
@@ -138,7 +129,7 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
                     "their ends; after a stop, a fault or a restart nothing does, until a start");
   o.hold = on_machine("hold", "feed hold; without a number it ends a machine command, too");
   o.resume = on_machine("resume", "end a hold, or go on with a job that was cut off");
-  o.resume->add_option("--from", o.from, "enter again before this block");
+  o.resume->add_option("--from", o.from, "enter again before this block")->check(above_zero);
   o.resume->add_flag("--yes", o.yes, "do not ask after showing how it is entered");
   o.stop = on_machine(
       "stop",
@@ -157,12 +148,7 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
 ServiceCommands::~ServiceCommands() = default;
 
 Result<json> ServiceCommands::Options::ask(const ApiRequest& request, const std::vector<int>& files) const {
-  const Result<std::string> line = ask_service(socket, write_request(request), files);
-  if (!line) return tl::unexpected(line.error());
-  json answer = json::parse(*line, nullptr, false);
-  if (!answer.is_object()) return fail(Code::kIo, socket + ": the answer is not understood");
-  if (!answer.value("ok", false)) return fail(Code::kInput, answer.value("error", "refused"));
-  return answer;
+  return ask_json(socket, request, files);
 }
 
 int ServiceCommands::Options::simple(ApiOp op) {
@@ -240,9 +226,11 @@ int ServiceCommands::Options::run_resume() {
       return complain({Code::kCancelled, "nothing was sent"});
     request.confirmed = true;
     answer = ask(request);
-    if (!answer) return complain(answer.error());
   }
-  return tell(*answer, answer->value("text", ""));
+  if (!answer) return complain(answer.error());
+  const std::string begun = std::to_string(answer->value("begins", job));
+  return tell_taken(std::move(answer),
+                    from > 0 ? "re-entered as job " + begun : "the controller goes on with it");
 }
 
 bool ServiceCommands::Options::agreed(const std::string& what, const char* question) const {
@@ -255,28 +243,18 @@ bool ServiceCommands::Options::agreed(const std::string& what, const char* quest
   return word == "yes";
 }
 
-/// Tells what became of it once the controller has taken it, or has refused.
 int ServiceCommands::Options::run_start() {
   ApiRequest request;
   request.op = ApiOp::kStart;
   request.job = job;
   request.queue = queue;
-  Result<json> answer = ask(request);
-  if (!answer) return complain(answer.error());
-  std::string text = answer->value("text", "");
-  request.op = ApiOp::kShow;
-  while (text == "starting") {
-    answer = ask(request);
-    if (!answer) return complain(answer.error());
-    const std::string state = answer->value("state", ""), phase = answer->value("phase", "connect");
-    if (state == "tool change") text = state + ": " + answer->value("note", "");
-    if (is_over(state) && state != "done")
-      return complain(
-          {Code::kLink, "job " + std::to_string(job) + " is " + state + ": " + answer->value("note", "")});
-    if (state == "done" || has_taken(phase)) text = "started";
-    if (text == "starting") std::this_thread::sleep_for(kStartInterval);
-  }
-  return tell(*answer, text);
+  return tell_taken(ask(request), "started");
+}
+
+/// Tells what became of it once the controller has taken it, or has refused.
+int ServiceCommands::Options::tell_taken(Result<json> answer, const std::string& taken) const {
+  if (answer) answer = until_taken(socket, std::move(*answer), taken);
+  return answer ? tell(*answer, answer->value("text", "")) : complain(answer.error());
 }
 
 /// Without a service.
@@ -317,7 +295,7 @@ int ServiceCommands::Options::run_reset() {
   request.op = ApiOp::kList;
   std::string text = "in work";
   while (text == "in work") {
-    std::this_thread::sleep_for(kStartInterval);
+    std::this_thread::sleep_for(kResetInterval);
     if (answer = ask(request); !answer) return complain(answer.error());
     text = answer->value("reset", "");
   }

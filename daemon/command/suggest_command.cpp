@@ -53,7 +53,7 @@ SuggestCommand::SuggestCommand(CLI::App& app) : options_(std::make_unique<Option
   o.command->add_flag("--json", o.json, "print one JSON object");
   o.command->add_option("--out", o.output, "job file to write, for `tiltfeed plan`");
   o.command->add_option("--pick", o.pick, "which proposal --out takes; 1, the best, if not given")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero);
 }
 SuggestCommand::~SuggestCommand() = default;
 

@@ -8,9 +8,9 @@
 
 #include "daemon/command/command.h"
 #include "daemon/command/machine_command.h"
+#include "daemon/command/service_talk.h"
 #include "daemon/machine/tool_guide.h"
 #include "daemon/service/api.h"
-#include "daemon/service/api_socket.h"
 
 namespace tiltfeed::daemon {
 
@@ -29,6 +29,7 @@ struct ToolCommand::Options {
   Result<json> ask(std::uint64_t job, const std::string& command, const std::string& said,
                    bool confirmed) const;
   int tell(const json& answer) const;
+  int go(std::uint64_t job) const;
   int guide(std::uint64_t job, const json& shown) const;
 };
 
@@ -56,12 +57,7 @@ Result<json> ToolCommand::Options::ask(std::uint64_t job, const std::string& ord
   request.command = order;
   request.words = said;
   request.confirmed = confirmed;
-  const Result<std::string> line = ask_service(socket, write_request(request), {});
-  if (!line) return tl::unexpected<Error>(line.error());
-  json answer = json::parse(*line, nullptr, false);
-  if (!answer.is_object()) return fail(Code::kIo, socket + ": the answer is not understood");
-  if (!answer.value("ok", false)) return fail(Code::kInput, answer.value("error", "refused"));
-  return answer;
+  return ask_json(socket, request);
 }
 
 int ToolCommand::Options::tell(const json& answer) const {
@@ -69,6 +65,12 @@ int ToolCommand::Options::tell(const json& answer) const {
                         : answer.value("text", ""))
             << "\n";
   return kExitDone;
+}
+
+int ToolCommand::Options::go(std::uint64_t job) const {
+  Result<json> gone = ask(job, "go", "", true);
+  if (gone) gone = until_taken(socket, std::move(*gone), "the controller has taken the way back");
+  return gone ? tell(*gone) : complain(gone.error());
 }
 
 int ToolCommand::Options::guide(std::uint64_t job, const json& shown) const {
@@ -89,8 +91,7 @@ int ToolCommand::Options::guide(std::uint64_t job, const json& shown) const {
   guide.way_back = [&] { return text_of(ask(job, "go", "", false), "confirm"); };
   if (const Result<void> guided = guide_tool_change(guide, std::cin, std::cerr); !guided)
     return complain({guided.error().code, guided.error().message + "; the job waits as before"});
-  const Result<json> gone = ask(job, "go", "", true);
-  return gone ? tell(*gone) : complain(gone.error());
+  return go(job);
 }
 
 int ToolCommand::run() const {
@@ -128,8 +129,7 @@ int ToolCommand::run() const {
     std::getline(std::cin, line);
   }
   if (line != "yes") return complain({Code::kCancelled, "nothing was sent"});
-  const Result<json> gone = o.ask(job, "go", "", true);
-  return gone ? o.tell(*gone) : complain(gone.error());
+  return o.go(job);
 }
 
 }  // namespace tiltfeed::daemon

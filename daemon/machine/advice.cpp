@@ -49,4 +49,10 @@ std::string forget_advice(LinkKind kind) {
   return "a reset at the control ends what it may still have of it";
 }
 
+std::string still_advice(LinkKind kind) {
+  return "where it moves all the same, " + std::string(can_order(kind, "reset")
+                                                           ? "`tiltfeed reset` ends it"
+                                                           : "a reset at the control ends it");
+}
+
 }  // namespace tiltfeed::daemon

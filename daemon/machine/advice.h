@@ -24,5 +24,7 @@ std::string tool_off_advice(LinkKind kind, const config::ProgramFormat& format);
 std::string tool_by_hand_advice(LinkKind kind);
 /// How a controller forgets what it may still have of a job.
 std::string forget_advice(LinkKind kind);
+/// How a machine stands that moves although no job is on it.
+std::string still_advice(LinkKind kind);
 
 }  // namespace tiltfeed::daemon

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <fstream>
 #include <istream>
 #include <map>
@@ -23,7 +24,7 @@ using nlohmann::ordered_json;
 using SettingName = std::tuple<char, int, int>;
 using Settings = std::map<SettingName, std::string>;
 
-constexpr std::size_t kMostLines = 4096;
+constexpr std::size_t kMostLines = 4096, kMostBytes = 1u << 20;
 
 /// "$110=500", "M203 X500 Y500". False: it is neither; `twice`: it is there already.
 bool add_setting(Settings& found, const std::string& text, bool& twice) {
@@ -69,8 +70,17 @@ Result<Settings> of_controller(const MachineAct& act) {
 
 /// "$110=500" a line; blank lines and what begins with ; # ( are passed over.
 Result<Settings> of_file(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) return fail(Code::kIo, path + ": cannot be read");
+  // A pipe that nobody writes would never end.
+  std::error_code none;
+  if (std::filesystem::exists(path, none) && !std::filesystem::is_regular_file(path, none))
+    return fail(Code::kInput, path + ": is not a regular file");
+  std::ifstream file(path);
+  std::string bytes(kMostBytes + 1, '\0');
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(file.gcount()));
+  if (file.bad() || (bytes.empty() && !file.eof())) return fail(Code::kIo, path + ": cannot be read");
+  if (bytes.size() > kMostBytes) return fail(Code::kInput, path + ": is too large for a file of settings");
+  std::istringstream in(bytes);
   Settings found;
   std::size_t count = 0;
   for (std::string line; std::getline(in, line);) {

@@ -19,7 +19,8 @@ MachineWorker::~MachineWorker() {
 }
 
 std::uint64_t MachineWorker::start(const config::MachineProfile& machine, const LinkSpec& link,
-                                   const std::string& name, const std::vector<std::string>& words) {
+                                   const std::string& name, const std::vector<std::string>& words,
+                                   const std::function<void()>& ended) {
   if (thread_.joinable()) thread_.join();
   stopped_ = false;
   working_ = true;
@@ -29,7 +30,13 @@ std::uint64_t MachineWorker::start(const config::MachineProfile& machine, const 
     end_.reset();
   }
   renew();
-  thread_ = std::thread([this, machine, link, name, words] { work(machine, link, name, words); });
+  thread_ = std::thread([this, machine, link, name, words, ended] {
+    Result<MachineAnswer> answer = work(machine, link, name, words);
+    if (ended) ended();
+    const std::lock_guard lock(mutex_);
+    end_ = std::move(answer);
+    working_ = false;  // the wire is closed before anybody is told
+  });
   return ++number_;
 }
 
@@ -40,21 +47,15 @@ std::optional<Result<MachineAnswer>> MachineWorker::end() const {
   return end_;
 }
 
-void MachineWorker::work(const config::MachineProfile& machine, const LinkSpec& link, const std::string& name,
-                         const std::vector<std::string>& words) {
-  const auto act = [&]() -> Result<MachineAnswer> {
-    const Result<std::unique_ptr<Link>> wire = open_link(link);
-    if (!wire) return tl::unexpected<Error>(wire.error());
-    RealClock clock;
-    MachineBench bench{machine, link, **wire, clock};
-    bench.stopped = [this] { return stopped_.load(); };
-    bench.held = [&] { return clock.now() - Time(renewed_.load()) < Time(kPatience); };
-    return perform_order(bench, name, words);
-  };
-  Result<MachineAnswer> answer = act();
-  const std::lock_guard lock(mutex_);
-  end_ = std::move(answer);
-  working_ = false;  // the wire is closed before anybody is told
+Result<MachineAnswer> MachineWorker::work(const config::MachineProfile& machine, const LinkSpec& link,
+                                          const std::string& name, const std::vector<std::string>& words) {
+  const Result<std::unique_ptr<Link>> wire = open_link(link);
+  if (!wire) return tl::unexpected<Error>(wire.error());
+  RealClock clock;
+  MachineBench bench{machine, link, **wire, clock};
+  bench.stopped = [this] { return stopped_.load(); };
+  bench.held = [&] { return clock.now() - Time(renewed_.load()) < Time(kPatience); };
+  return perform_order(bench, name, words);
 }
 
 }  // namespace tiltfeed::daemon

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -25,9 +26,10 @@ class MachineWorker {
   ~MachineWorker();
 
   bool busy() const { return working_; }
-  /// Requires: not busy. Returns the command's number, from 1 up.
+  /// Requires: not busy. `ended` is called on the worker's thread, when nothing of the command moves by it
+  /// any more. Returns the command's number, from 1 up.
   std::uint64_t start(const config::MachineProfile& machine, const LinkSpec& link, const std::string& name,
-                      const std::vector<std::string>& words);
+                      const std::vector<std::string>& words, const std::function<void()>& ended = {});
   /// Of the newest command; 0: there was none.
   std::uint64_t number() const { return number_; }
   const std::string& name() const { return name_; }
@@ -39,8 +41,8 @@ class MachineWorker {
   std::optional<Result<MachineAnswer>> end() const;
 
  private:
-  void work(const config::MachineProfile& machine, const LinkSpec& link, const std::string& name,
-            const std::vector<std::string>& words);
+  Result<MachineAnswer> work(const config::MachineProfile& machine, const LinkSpec& link,
+                             const std::string& name, const std::vector<std::string>& words);
 
   std::thread thread_;
   std::atomic<bool> working_{false}, stopped_{false};

@@ -251,7 +251,8 @@ Result<MachineAnswer> reprap_offsets(const MachineBench& bench, const OrderWords
   ordered_json json = place_json(known);
   json["set"] = words[0];
   return MachineAnswer{noted(talk, words[0] + " set: here is program " + describe(known) +
-                                       (system ? "; " + words[0] + " is in force now" : "")),
+                                       (system ? "; " + words[0] + " is in force now" : "") +
+                                       "; jogs keep to the profile's travels in these values"),
                        json.dump()};
 }
 

@@ -234,11 +234,12 @@ Result<void> BlockReader::add_move(const Line& line, const Parsed& parsed,
     if ((absent() >> axis & 1) != 0) continue;
     if (known_[axis] && (!parsed.machine || (parsed.stated >> axis & 1U) != 0)) continue;
     if (!rapid_)
-      return fail(Code::kInput, std::string(1, axis == 3 && names_.tilt != 0     ? names_.tilt
-                                               : axis == 4 && names_.rotary != 0 ? names_.rotary
-                                                                                 : kAxisNames[axis]) +
-                                    " has no value yet: over Modbus every block carries all axes, so rapids "
-                                    "before the first feed move must state all that the machine has");
+      return fail(Code::kInput,
+                  std::string(1, axis == 3 && names_.tilt != 0     ? names_.tilt
+                                 : axis == 4 && names_.rotary != 0 ? names_.rotary
+                                                                   : kAxisNames[axis]) +
+                      " has no value yet: rapids before the first feed move must state all axes "
+                      "that the machine has");
     kept |= 1U << axis;
   }
   if (!rapid_ && inverse_time_ && !parsed.has_f)

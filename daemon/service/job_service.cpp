@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/machine/advice.h"
+#include "daemon/machine/order_mark.h"
 #include "daemon/service/job_origin.h"
 #include "daemon/service/run_place.h"
 
@@ -54,7 +55,18 @@ Result<JobService> JobService::open(const config::ServiceConfig& config, std::fu
   if (const Result<void> settled = jobs.settle(); !settled) return tl::unexpected<Error>(settled.error());
   if (const Result<void> ended = jobs.spool_.end_lost_runs(); !ended)
     return tl::unexpected<Error>(ended.error());
+  jobs.tell_mark();
   return jobs;
+}
+
+/// A command that the service before this one did not see to its end.
+void JobService::tell_mark() const {
+  const auto marked = marked_order(config_.spool);
+  if (!marked) return;
+  log(Severity::kWarning, 0,
+      "the service before this one ended while a machine command was in work (" + marked->text +
+          "): look at the machine; " + still_advice(link_.kind));
+  clear_order_mark(config_.spool);
 }
 
 Result<void> JobService::reload(const config::ServiceConfig& config) {
@@ -130,9 +142,13 @@ std::optional<std::string> JobService::order(const ApiRequest& request) {
     case ApiOp::kStop:
       command = {Order::kStop};
       break;
-    case ApiOp::kOverride:
+    case ApiOp::kOverride: {
       command = {Order::kFeedOverride, request.percent};
+      const RunView view = runner_->view();
+      const Result<void> can = can_override(command, view);
+      if (!can && view.job == request.job && !view.ended) return write_refusal(can.error());
       break;
+    }
     case ApiOp::kResume:
       command = {Order::kResume};
       if (!request.from) break;

@@ -77,7 +77,8 @@ class JobService {
   void resume(const SpooledJob& job, const ApiRequest& request, std::uint32_t user, Done done);
   void go_on(const SpooledJob& job, Done done);
   void enter_again(const SpooledJob& job, const ApiRequest& request, std::uint32_t user, Done done);
-  Result<std::string> run_entry(std::uint64_t id, const ProgramRun& rest, std::uint64_t from);
+  Result<std::string> run_entry(std::uint64_t id, const ProgramRun& rest, const SpooledJob& entered,
+                                std::uint64_t from);
   Result<std::string> remove(const SpooledJob& job);
   Result<std::string> reset(const ApiRequest& request);
   Result<void> may_reset() const;
@@ -107,6 +108,7 @@ class JobService {
   std::string job_json(const SpooledJob& job, const std::vector<std::uint64_t>& queue) const;
 
   Result<void> settle();
+  void tell_mark() const;
   void take_run_end();
   void judge_run_end(const RunView& end);
   void add_origin(const SpooledJob& job, std::uint64_t block);

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "daemon/machine/advice.h"
+#include "daemon/machine/order_mark.h"
 #include "daemon/protocol/grbl_words.h"
 #include "daemon/service/job_service.h"
 #include "daemon/service/run_place.h"
@@ -91,7 +92,17 @@ Result<std::string> JobService::machine(const ApiRequest& request) {
   // What an operator moves or changes must not be surprised by a job that starts by itself.
   if (!order->while_running) queue_moves_ = false;
   note_moved(*order, words);
-  return order_reply({{"order", worker_->start(config_.machine, link_, request.command, words)}});
+  std::function<void()> ended;
+  if (!order->while_running) {
+    if (const Result<void> marked =
+            mark_order(config_.spool, link_.kind, request.command + " " + request.words);
+        !marked)
+      log(Severity::kWarning, 0,
+          marked.error().message + "; should this service die, safe-stop does not know of " +
+              std::string(order->name));
+    ended = [folder = config_.spool] { clear_order_mark(folder); };
+  }
+  return order_reply({{"order", worker_->start(config_.machine, link_, request.command, words, ended)}});
 }
 
 /// What was said of a parked machine is true no longer.
@@ -128,6 +139,7 @@ Result<std::string> JobService::while_running(const MachineOrder& order,
   if (std::string(order.name) == "status") return order_reply(status_of(view));
   const Result<OperatorCommand> command = override_of(words);
   if (!command) return tl::unexpected<Error>(command.error());
+  if (const Result<void> can = can_override(*command, view); !can) return tl::unexpected<Error>(can.error());
   runner_->command(*command);
   return order_reply({{"text", "told the machine"}, {"result", ordered_json::object()}});
 }
@@ -136,7 +148,8 @@ Result<std::string> JobService::while_running(const MachineOrder& order,
 Result<SpooledJob> JobService::job_on_machine() {
   if (runner_->busy()) return spool_.find(runner_->view().job);
   if (changing_.job != 0) return spool_.find(changing_.job);
-  return fail(Code::kUsage, "no job is on the machine; name a job by its number");
+  return fail(Code::kUsage,
+              "no job is on the machine; name a job by its number; " + still_advice(link_.kind));
 }
 
 }  // namespace tiltfeed::daemon

@@ -100,7 +100,7 @@ Result<std::string> JobService::run(SpooledJob job, const ProgramRun& prepared,
   runner_->start({prepared, decision, spool_.file(job.id, "journal"), spool_.file(job.id, "blackbox.txt"),
                   way_back, config_.machine.model, parking(job.id)});
   changing_ = {};
-  return write_text("starting");
+  return write_begun(job.id, "starting");
 }
 
 /// The whole program, for a new workpiece. Requires: job.state is kReady or kDone.
@@ -190,10 +190,6 @@ void JobService::enter_again(const SpooledJob& job, const ApiRequest& request, s
     };
     return errands_.begin({job.id, false, true}, look, std::move(done));
   }
-  if (changes) {
-    set(job, JobState::kStopped, "entered again at the tool change: " + job.note);
-    changing_ = {};
-  }
   SpooledJob again;
   again.name = job.name.substr(0, 20) + " from " + std::to_string(order.from);
   again.program = true;
@@ -205,7 +201,7 @@ void JobService::enter_again(const SpooledJob& job, const ApiRequest& request, s
   const auto write = [this, order]() -> Errands::Then {
     return [this, order, rest = write_entry(order)]() -> Result<std::string> {
       if (!rest) return tl::unexpected<Error>(rest.error());
-      return run_entry(order.number, *rest, order.from);
+      return run_entry(order.number, *rest, order.job, order.from);
     };
   };
   errands_.begin({*id, true, true}, write,
@@ -218,7 +214,9 @@ void JobService::enter_again(const SpooledJob& job, const ApiRequest& request, s
                  });
 }
 
-Result<std::string> JobService::run_entry(std::uint64_t id, const ProgramRun& rest, std::uint64_t from) {
+/// A tool change that `entered` waits for is over with the start, and not before.
+Result<std::string> JobService::run_entry(std::uint64_t id, const ProgramRun& rest, const SpooledJob& entered,
+                                          std::uint64_t from) {
   Result<SpooledJob> job = spool_.find(id);
   if (!job) return tl::unexpected<Error>(job.error());
   job->total = rest.subject.total;
@@ -229,8 +227,22 @@ Result<std::string> JobService::run_entry(std::uint64_t id, const ProgramRun& re
   asked_by_[id] = job->user;
   ResumeDecision fresh;
   fresh.way = ResumeWay::kFresh;
+  const Changing changing = changing_;
+  const bool changes = entered.state == JobState::kToolChange;
+  if (changes && changing.job != entered.id)
+    return fail(Code::kCancelled, name_of(entered.id) + " was stopped before that began; nothing moved");
+  if (changes) {
+    set(entered, JobState::kStopped,
+        "entered again at the tool change, as " + name_of(id) + ": " + entered.note);
+    changing_ = {};
+  }
   const Result<std::string> started = run(*job, rest, fresh);
-  return started ? Result<std::string>(write_text("re-entered as job " + std::to_string(id))) : started;
+  if (started) return write_begun(id, "starting " + name_of(id));
+  if (changes) {
+    set(entered, JobState::kToolChange, entered.note);
+    changing_ = changing;
+  }
+  return started;
 }
 
 // ---- ends ------------------------------------------------------------------------------------------------

@@ -6,6 +6,7 @@
 #include "config/service_config.h"
 #include "daemon/journal/journal.h"
 #include "daemon/journal/run_recorder.h"
+#include "daemon/machine/order_mark.h"
 #include "daemon/machine/stop_machine.h"
 #include "daemon/service/spool.h"
 #include "daemon/service/state_lock.h"
@@ -34,11 +35,28 @@ bool may_move(const JournalContent& journal) {
   return last.offered > 0 && last.event != RunEvent::kExecuted && last.event != RunEvent::kStopped;
 }
 
-/// What was on the machine: a job's number, or why that is not known.
+/// What was on the machine: a job's number, a command of the operator, or why that is not known.
 struct OnMachine {
   std::uint64_t job = 0;
-  std::string unknown = {};
+  std::string order = {}, unknown = {};
 };
+
+std::string text_of(const OnMachine& what) {
+  if (what.job > 0) return "job " + std::to_string(what.job);
+  if (!what.order.empty()) return "machine " + what.order;
+  return "what was on the machine cannot be read (" + what.unknown + ")";
+}
+
+/// A command that may have moved the machine when the service died. Errors: kInput.
+Result<std::optional<OnMachine>> order_on_machine(const config::ServiceConfig& config, LinkKind kind) {
+  const auto marked = marked_order(config.spool);
+  if (!marked) return std::nullopt;
+  if (!marked->link) return OnMachine{0, "", marked->text};
+  if (*marked->link == kind) return OnMachine{0, marked->text, ""};
+  return fail(Code::kInput, config.path + ": machine " + marked->text +
+                                " was in work over another kind of link than the one stated now; nothing was "
+                                "sent: stop the machine by hand");
+}
 
 /// Nothing where the spool has none. A spool that cannot be read is no proof of that. Errors: kUsage, kIo.
 Result<std::optional<OnMachine>> job_on_machine(const config::ServiceConfig& config, LinkKind kind) {
@@ -50,7 +68,7 @@ Result<std::optional<OnMachine>> job_on_machine(const config::ServiceConfig& con
         spool.error().code,
         spool.error().message + "; nothing was sent (while a service lives: tiltfeed hold, tiltfeed stop)");
   const auto jobs = spool ? spool->list() : tl::unexpected<Error>(spool.error());
-  if (!jobs) return OnMachine{0, jobs.error().message};
+  if (!jobs) return OnMachine{0, "", jobs.error().message};
   for (const SpooledJob& job : *jobs) {
     if (job.state != JobState::kRunning) continue;
     const Result<JournalContent> journal = read_journal_file(spool->file(job.id, "journal"));
@@ -66,7 +84,7 @@ Result<std::optional<OnMachine>> job_on_machine(const config::ServiceConfig& con
                       "the machine by hand");
     return OnMachine{job.id};
   }
-  return std::nullopt;
+  return order_on_machine(config, kind);
 }
 
 }  // namespace
@@ -95,13 +113,10 @@ Result<SafeStop> safe_stop(const std::string& config_path, const ServiceEnd& end
   if (!*job) return stop;
   stop.job = (*job)->job;
   stop.due = true;
-  const std::string name =
-      (stop.job > 0 ? "job " + std::to_string(stop.job)
-                    : "what was on the machine cannot be read (" + (*job)->unknown + ")") +
-      ", " + describe(*link) + ": ";
+  const std::string name = text_of(**job) + ", " + describe(*link) + ": ";
   // Of a spool that cannot be read nobody knows whose it is.
   MachineClaim claim;
-  if (stop.job == 0)
+  if (!(*job)->unknown.empty())
     if (const Result<void> free = claim.follow(*link); !free)
       return fail(free.error().code, name + free.error().message + "; nothing was sent");
   stop.text = name + kWatchdogText;
@@ -113,6 +128,7 @@ Result<SafeStop> safe_stop(const std::string& config_path, const ServiceEnd& end
   const Result<std::string> stopped = stop_machine(*link, **wire, clock);
   if (!stopped) return fail(stopped.error().code, name + stopped.error().message);
   stop.text = name + *stopped;
+  clear_order_mark(config->spool);
   return stop;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "daemon/machine/advice.h"
 #include "daemon/stream/wire_log.h"
 #include "daemon/wire/open_link.h"
 #include "daemon/wire/steady_clock.h"
@@ -39,6 +40,19 @@ class LentLink : public Link {
 
 }  // namespace
 
+Result<void> can_override(const OperatorCommand& command, const RunView& run) {
+  const auto refused = [](const std::string& why) { return fail(Code::kUsage, "override: " + why); };
+  if (!can_order(run.link, "override")) return refused("not possible over this link; do it at the control");
+  if (command.order != Order::kFeedOverride && run.link != LinkKind::kGrbl)
+    return refused("this controller has a feed override only");
+  const Phase phase = run.state.phase;
+  if (is_opening(phase)) return refused("the controller has not taken the run yet");
+  if (run.link == LinkKind::kRepRap && phase != Phase::kRun)
+    return refused(std::string("this firmware takes it only while the program runs, not in ") +
+                   phase_name(phase));
+  return {};
+}
+
 double remaining_seconds(const ProgramTime& time, std::uint64_t executed, double run_from, double seconds) {
   const double done = time.at(executed), left = time.total() - done, own = done - run_from;
   if (own < kScaleAfter) return left;
@@ -55,6 +69,7 @@ void StreamThread::start(const RunOrder& order) {
     const std::lock_guard lock(mutex_);
     while (commands_.take()) continue;  // meant for the run before
     view_ = {};
+    view_.link = order.run.link.kind;
     view_.subject = order.run.subject;
     for (const ToolChange& change : order.run.changes)
       if (change.block == order.run.subject.after) view_.change = change;

@@ -30,6 +30,7 @@ struct RunOrder {
 /// As it stands; the end when `ended`.
 struct RunView {
   std::uint64_t job = 0;
+  LinkKind link = LinkKind::kGrbl;
   SendState state;
   double seconds = 0.0;            ///< since it started or went on
   double machine_seconds = 0.0;    ///< of the program, 0: not known
@@ -41,6 +42,9 @@ struct RunView {
   bool opened = false;                    ///< the controller was ready for blocks
   RunTally tally;                         ///< of the job's own blocks, and of the ways at a tool change
 };
+
+/// Whether the run's own session would refuse this override, of which nobody is told then. Errors: kUsage.
+Result<void> can_override(const OperatorCommand& command, const RunView& run);
 
 /// Remaining time: what is left by machine time, times how much longer than planned this run has taken so
 /// far. `run_from`: machine time at which it began. Pure.

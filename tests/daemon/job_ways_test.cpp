@@ -109,6 +109,33 @@ class JobWays : public testing::TestWithParam<const char*>, protected ServedJobs
     return phase == "hold" ? "held" : state(job);
   }
 
+  json override_by(const char* words) {
+    ApiRequest request;
+    request.op = ApiOp::kMachine;
+    request.command = "override";
+    request.words = words;
+    return ServedJobs::ask(request);
+  }
+  /// What the controller does not take is refused, by either order.
+  void overrides_are_told(std::uint64_t job) {
+    const bool grbl = std::string(GetParam()).starts_with("grbl"), feed = !drip() && !drive();
+    EXPECT_EQ(good(override_by("feed 90")), feed);
+    ApiRequest request;
+    request.op = ApiOp::kOverride;
+    request.job = job;
+    request.percent = 100;
+    const auto at_once = jobs_->order(request);
+    ASSERT_TRUE(at_once);
+    EXPECT_EQ(good(json::parse(*at_once)), feed) << *at_once;
+    for (const char* words : {"rapid 50", "spindle 90"}) {
+      const json answer = override_by(words);
+      EXPECT_EQ(good(answer), grbl) << answer;
+      if (!grbl && feed) {
+        EXPECT_NE(answer.value("error", "").find("feed override only"), std::string::npos) << answer;
+      }
+    }
+  }
+
   /// The order is taken, and leads there.
   void way(std::uint64_t job, const char* order, ApiOp op, const std::string& to,
            std::optional<std::uint64_t> from = {}) {
@@ -291,6 +318,7 @@ TEST_P(JobWays, B9EveryStateHasItsWaysOut) {
   no_way(lengthy, "start", ApiOp::kStart, "is running");
   no_way(lengthy, "remove", ApiOp::kRemove, "stop it first");
   no_way(brief, "start", ApiOp::kStart, "busy with job");
+  overrides_are_told(lengthy);
   way(lengthy, "hold", ApiOp::kHold, "held");
   no_way(lengthy, "remove", ApiOp::kRemove, "stop it first");
   way(lengthy, "resume", ApiOp::kResume, "running");
@@ -411,12 +439,24 @@ TEST_P(JobChanges, D21AToolChangeHasItsWaysOut) {
   // Stopped, and entered again.
   const std::uint64_t other = submit_changes(5, "T3 M6\n");
   way(other, "start", ApiOp::kStart, "tool change");
+  const std::string waits = field(other, "note");
+  EXPECT_FALSE(good(ask(ApiOp::kResume, other, 9999, true))) << "there is no such block";
+  EXPECT_EQ(state(other), "tool change") << "a re-entry that came to nothing ends no tool change";
+  EXPECT_EQ(field(other, "note"), waits);
+  EXPECT_TRUE(good(tool(other, "")));
   way(other, "stop", ApiOp::kStop, "stopped");
   no_way(other, "resume", ApiOp::kResume, "cannot go on by itself");
   way(other, "resume --from", ApiOp::kResume, "done", 13);
   const std::uint64_t removed = submit_changes(5, "T3 M6\n");
   way(removed, "start", ApiOp::kStart, "tool change");
   way(removed, "remove", ApiOp::kRemove, "gone");
+  way(brief, "start", ApiOp::kStart, "done");
+  const std::uint64_t entered = submit_changes(5, "T3 M6\n");
+  way(entered, "start", ApiOp::kStart, "tool change");
+  way(entered, "resume --from", ApiOp::kResume, "done", 13);
+  EXPECT_EQ(state(entered), "stopped");
+  EXPECT_NE(field(entered, "note").find("entered again at the tool change, as job "), std::string::npos)
+      << field(entered, "note");
   way(brief, "start", ApiOp::kStart, "done");
 
   // Without its journal nobody can say that it stands there.

@@ -3,6 +3,7 @@
 #include "daemon/machine/machine_guides.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 #include <sstream>
@@ -80,6 +81,12 @@ TEST(SettingsFile, WhatIsNoFileOfSettingsIsRefusedBeforeAnythingIsSent) {
     EXPECT_TRUE(holds(said, "bad.txt")) << said;
   }
   EXPECT_TRUE(holds(shop.file("compare", folder.path + "/none.txt"), "cannot be read"));
+  // Neither waited for nor read to its end.
+  ASSERT_EQ(::mkfifo((folder.path + "/pipe").c_str(), 0600), 0);
+  for (const std::string& path : {folder.path + "/pipe", std::string("/dev/zero"), folder.path})
+    EXPECT_TRUE(holds(shop.file("compare", path), "is not a regular file")) << path;
+  EXPECT_TRUE(
+      holds(shop.file("compare", folder.write("large.txt", std::string(2u << 20, 'x'))), "too large"));
   EXPECT_TRUE(shop.line.said.empty());
 }
 

@@ -105,6 +105,35 @@ def between(at, a, b):
     return all(abs(p + share * (q - p) - x) < 0.002 for p, q, x in zip(a, b, at))
 
 
+def jog_is_stopped(shop, device):
+    """No job, but an axis that an operator has sent away."""
+    for restarted in (False, True):
+        shop.serve_ready()
+        status, said = shop.tiltfeed("stop")
+        shop.want(status != 0 and "`tiltfeed reset` ends it" in said, "stop names no way")
+        way = "X100" if not restarted else "X-100"
+        jog = shop.start("jog.log", [f"{shop.bin}/tiltfeed", "machine", "jog", way, "F600"])
+        shop.until("the jog does not begin", lambda: os.path.exists(f"{shop.work}/spool/moving"))
+        time.sleep(0.5)  # the wire is the service's; the jog takes ten seconds
+        shop.kill()
+        jog.wait()
+        shop.want(shop.status(device)[0] == "Jog", "the test wants an axis that goes on")
+        if restarted:  # without a safe-stop between
+            shop.serve_ready()
+            shop.want(f"in work (jog {way} F600): look at the machine" in shop.text("serve.log"), "the restart says nothing")
+            shop.want(shop.tiltfeed("reset", "--yes")[0] == 0, "no reset")
+            shop.kill(signal.SIGTERM)
+        else:
+            status, said = shop.safe_stop(KILLED)
+            shop.want(status == 0 and f"machine jog {way} F600," in said, "the jog was not stopped")
+        state, place, _ = shop.status(device)
+        shop.want(state == "Idle", f"after its stop the machine is {state}")
+        time.sleep(0.5)
+        shop.want(shop.status(device)[1] == place, "it moves on")
+        status, said = shop.safe_stop(KILLED)
+        shop.want(status == 0 and "nothing was sent" in said, "stopped, and yet taken for moving")
+
+
 def grbl(shop):
     device = shop.simulate("--pty", f"{shop.work}/grbl", "--speed", "1", "--trace", f"{shop.work}/trace.csv")
     machine = shop.processes[-1]
@@ -117,6 +146,7 @@ def grbl(shop):
     status, said = shop.safe_stop(KILLED)
     shop.want(status == 0 and "no job was on the machine; nothing was sent" in said, "no word of the idle machine")
     shop.want(shop.bytes_of(device, b"", 0.3) == "", "an idle machine was spoken to")
+    jog_is_stopped(shop, device)
 
     for way, end in ((signal.SIGABRT, WATCHDOG), (signal.SIGKILL, KILLED)):
         shop.serve_ready()

@@ -1,0 +1,62 @@
+#include "daemon/command/service_talk.h"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "daemon/service/api_socket.h"
+
+namespace tiltfeed::daemon {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::chrono::milliseconds kTakenInterval{50};
+
+/// A run that ends before it is taken shows its last phase a moment, too.
+bool has_taken(const std::string& phase) {
+  constexpr const char* kTaken[] = {"run", "hold", "operator stop", "drain", "stop", "done"};
+  return std::find(std::begin(kTaken), std::end(kTaken), phase) != std::end(kTaken);
+}
+
+}  // namespace
+
+Result<json> ask_json(const std::string& socket, const ApiRequest& request, const std::vector<int>& files) {
+  const Result<std::string> line = ask_service(socket, write_request(request), files);
+  if (!line) return tl::unexpected<Error>(line.error());
+  json answer = json::parse(*line, nullptr, false);
+  if (!answer.is_object()) return fail(Code::kIo, socket + ": the answer is not understood");
+  if (!answer.value("ok", false)) return fail(Code::kInput, answer.value("error", "refused"));
+  return answer;
+}
+
+bool is_over(const std::string& state) {
+  constexpr const char* kGoesOn[] = {"received", "planning", "queued", "running", "tool change"};
+  return std::find(std::begin(kGoesOn), std::end(kGoesOn), state) == std::end(kGoesOn);
+}
+
+Result<json> until_taken(const std::string& socket, json answer, const std::string& taken) {
+  if (!answer.contains("begins")) return answer;
+  ApiRequest request;
+  request.op = ApiOp::kShow;
+  request.job = answer.value("begins", std::uint64_t{0});
+  for (;;) {
+    Result<json> shown = ask_json(socket, request);
+    if (!shown) return shown;
+    const std::string state = shown->value("state", ""), note = shown->value("note", "");
+    if (state == "tool change") {
+      (*shown)["text"] = state + ": " + note;
+      return shown;
+    }
+    if (state == "done" || has_taken(shown->value("phase", "connect"))) {
+      (*shown)["text"] = taken;
+      return shown;
+    }
+    if (is_over(state))
+      return fail(Code::kLink, "job " + std::to_string(request.job) + " is " + state + ": " + note);
+    std::this_thread::sleep_for(kTakenInterval);
+  }
+}
+
+}  // namespace tiltfeed::daemon
