@@ -334,6 +334,8 @@ void JobService::take_ends() {
 
 void JobService::tick() {
   claim_.turn_away();
+  // A device may have gone, and another one have its number: that one is not this service's.
+  if (!busy() && !reset_.valid() && link_.place.starts_with('/')) static_cast<void>(claim_.follow(link_));
   take_run_end();
   take_reset_end();
   take_ends();

@@ -199,6 +199,25 @@ TEST_F(OneService, C14AClaimMovesWithItsDevice) {
   EXPECT_FALSE(two.follow(device));
 }
 
+/// A service at rest that keeps the number of a device that has gone keeps another's machine from it.
+TEST_F(OneService, C14AServiceLetsGoOfADeviceThatHasGone) {
+  const Terminal terminal;
+  std::filesystem::create_symlink(terminal.name, folder_.path + "/by-id");
+  auto service =
+      JobService::open(config_of(folder_.path + "/spool", "grbl:" + folder_.path + "/by-id"), [] {});
+  ASSERT_TRUE(service) << service.error().message;
+  const LinkSpec device = link_to("grbl:" + terminal.name);
+  MachineClaim other;
+  service->tick();
+  EXPECT_FALSE(other.follow(device)) << "it is there";
+  std::filesystem::remove(folder_.path + "/by-id");
+  service->tick();
+  EXPECT_TRUE(other.follow(device));
+  std::filesystem::create_symlink(terminal.name, folder_.path + "/by-id");
+  service->tick();
+  EXPECT_FALSE(MachineClaim().follow(device)) << "the other still has it";
+}
+
 TEST_F(OneService, C14AServiceOfTheSameMachineOpensNoSpool) {
   const auto first =
       JobService::open(config_of(folder_.path + "/spool", "modbus-tcp:localhost:" + kPort), [] {});
