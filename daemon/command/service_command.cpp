@@ -56,6 +56,8 @@ void print_job(const json& job) {
     if (job.value("machine_seconds", 0.0) > 0.0)
       std::printf(", %s left", duration(job.value("remaining_seconds", 0.0)).c_str());
   }
+  if (const double silent = job.value("silent_seconds", 0.0); silent > kToldSilent)
+    std::printf(", the controller was last heard %.0f s ago", silent);
   if (const std::string held = job.value("held", ""); !held.empty()) std::printf(", %s", held.c_str());
   if (const std::string note = job.value("note", ""); !note.empty()) std::printf("  (%s)", note.c_str());
   std::printf("\n");
@@ -75,7 +77,7 @@ struct ServiceCommands::Options {
   Result<json> ask(const ApiRequest& request, const std::vector<int>& files = {}) const;
   int simple(ApiOp op);
   int tell(const json& answer, const std::string& text) const;
-  int tell_taken(Result<json> answer, const std::string& taken) const;
+  int tell_taken(const Result<json>& answer, const std::string& taken) const;
   int run_submit();
   int run_list();
   int run_show();
@@ -148,7 +150,9 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
 ServiceCommands::~ServiceCommands() = default;
 
 Result<json> ServiceCommands::Options::ask(const ApiRequest& request, const std::vector<int>& files) const {
-  return ask_json(socket, request, files);
+  const Result<std::string> line = ask_json(socket, request, files);
+  if (!line) return tl::unexpected<Error>(line.error());
+  return json::parse(*line);
 }
 
 int ServiceCommands::Options::simple(ApiOp op) {
@@ -252,9 +256,12 @@ int ServiceCommands::Options::run_start() {
 }
 
 /// Tells what became of it once the controller has taken it, or has refused.
-int ServiceCommands::Options::tell_taken(Result<json> answer, const std::string& taken) const {
-  if (answer) answer = until_taken(socket, std::move(*answer), taken);
-  return answer ? tell(*answer, answer->value("text", "")) : complain(answer.error());
+int ServiceCommands::Options::tell_taken(const Result<json>& answer, const std::string& taken) const {
+  if (!answer) return complain(answer.error());
+  const Result<std::string> ended = until_taken(socket, answer->dump(), taken);
+  if (!ended) return complain(ended.error());
+  const json shown = json::parse(*ended);
+  return tell(shown, shown.value("text", ""));
 }
 
 /// Without a service.

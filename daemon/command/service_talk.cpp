@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "daemon/service/api_socket.h"
@@ -22,13 +23,14 @@ bool has_taken(const std::string& phase) {
 
 }  // namespace
 
-Result<json> ask_json(const std::string& socket, const ApiRequest& request, const std::vector<int>& files) {
-  const Result<std::string> line = ask_service(socket, write_request(request), files);
-  if (!line) return tl::unexpected<Error>(line.error());
-  json answer = json::parse(*line, nullptr, false);
+Result<std::string> ask_json(const std::string& socket, const ApiRequest& request,
+                             const std::vector<int>& files) {
+  Result<std::string> line = ask_service(socket, write_request(request), files);
+  if (!line) return line;
+  const json answer = json::parse(*line, nullptr, false);
   if (!answer.is_object()) return fail(Code::kIo, socket + ": the answer is not understood");
   if (!answer.value("ok", false)) return fail(Code::kInput, answer.value("error", "refused"));
-  return answer;
+  return line;
 }
 
 bool is_over(const std::string& state) {
@@ -36,22 +38,25 @@ bool is_over(const std::string& state) {
   return std::find(std::begin(kGoesOn), std::end(kGoesOn), state) == std::end(kGoesOn);
 }
 
-Result<json> until_taken(const std::string& socket, json answer, const std::string& taken) {
-  if (!answer.contains("begins")) return answer;
+Result<std::string> until_taken(const std::string& socket, const std::string& answer,
+                                const std::string& taken) {
+  const json begun = json::parse(answer);
+  if (!begun.contains("begins")) return answer;
   ApiRequest request;
   request.op = ApiOp::kShow;
-  request.job = answer.value("begins", std::uint64_t{0});
+  request.job = begun.value("begins", std::uint64_t{0});
   for (;;) {
-    Result<json> shown = ask_json(socket, request);
-    if (!shown) return shown;
-    const std::string state = shown->value("state", ""), note = shown->value("note", "");
+    const Result<std::string> line = ask_json(socket, request);
+    if (!line) return line;
+    json shown = json::parse(*line);
+    const std::string state = shown.value("state", ""), note = shown.value("note", "");
     if (state == "tool change") {
-      (*shown)["text"] = state + ": " + note;
-      return shown;
+      shown["text"] = state + ": " + note;
+      return shown.dump();
     }
-    if (state == "done" || has_taken(shown->value("phase", "connect"))) {
-      (*shown)["text"] = taken;
-      return shown;
+    if (state == "done" || has_taken(shown.value("phase", "connect"))) {
+      shown["text"] = taken;
+      return shown.dump();
     }
     if (is_over(state))
       return fail(Code::kLink, "job " + std::to_string(request.job) + " is " + state + ": " + note);

@@ -57,7 +57,9 @@ Result<json> ToolCommand::Options::ask(std::uint64_t job, const std::string& ord
   request.command = order;
   request.words = said;
   request.confirmed = confirmed;
-  return ask_json(socket, request);
+  const Result<std::string> line = ask_json(socket, request);
+  if (!line) return tl::unexpected<Error>(line.error());
+  return json::parse(*line);
 }
 
 int ToolCommand::Options::tell(const json& answer) const {
@@ -68,9 +70,10 @@ int ToolCommand::Options::tell(const json& answer) const {
 }
 
 int ToolCommand::Options::go(std::uint64_t job) const {
-  Result<json> gone = ask(job, "go", "", true);
-  if (gone) gone = until_taken(socket, std::move(*gone), "the controller has taken the way back");
-  return gone ? tell(*gone) : complain(gone.error());
+  const Result<json> gone = ask(job, "go", "", true);
+  if (!gone) return complain(gone.error());
+  const auto taken = until_taken(socket, gone->dump(), "the controller has taken the way back");
+  return taken ? tell(json::parse(*taken)) : complain(taken.error());
 }
 
 int ToolCommand::Options::guide(std::uint64_t job, const json& shown) const {

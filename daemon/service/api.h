@@ -14,6 +14,10 @@ inline constexpr int kApiVersion = 1;
 /// Longest request line, bytes: files travel as descriptors, not as text.
 inline constexpr std::size_t kMaxRequest = 4096;
 
+/// A controller that was not heard for so long is told of, s: over every link but a drip feed it is asked
+/// more often.
+inline constexpr double kToldSilent = 3.0;
+
 enum class ApiOp : std::uint8_t {
   kSubmit,
   kList,

@@ -213,11 +213,10 @@ class Walk : private ServedJobs {
     const json answer = say(request);
     EXPECT_FALSE(good(answer) && shown.at("state") == "running") << "entered again while it runs: " << answer;
     if (!good(answer)) return;
-    const std::string text = answer.value("text", "");
-    std::smatch number;
-    ASSERT_TRUE(std::regex_search(text, number, std::regex("as job (\\d+)"))) << text;
+    const int begun = answer.value("begins", 0);
+    ASSERT_GT(begun, 0) << answer;
     jobs_made_[id].entered = true;
-    jobs_made_[std::stoi(number[1])] = {job.mark, feed, job.changes, true};
+    jobs_made_[begun] = {job.mark, feed, job.changes, true};
   }
   void restart() {
     tell("restart");
