@@ -274,6 +274,7 @@ std::string JobService::job_json(const SpooledJob& job, const std::vector<std::u
   json["seconds"] = tenth(view.seconds);
   json["machine_seconds"] = tenth(view.machine_seconds);
   json["remaining_seconds"] = tenth(view.remaining_seconds);
+  json["silent_seconds"] = tenth(view.silent_seconds);
   if (const auto starved = view.tally.starved_seconds()) json["starved_seconds"] = tenth(*starved);
   json["uncertain_lines"] = {view.state.uncertain.first, view.state.uncertain.last};
   json.update(ordered_json::parse(run_place_json(view.state)));

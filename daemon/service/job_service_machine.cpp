@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -10,6 +11,7 @@
 #include "daemon/protocol/grbl_words.h"
 #include "daemon/service/job_service.h"
 #include "daemon/service/run_place.h"
+#include "kinematics/basics/decimal.h"
 
 namespace tiltfeed::daemon {
 
@@ -48,17 +50,18 @@ Result<OperatorCommand> override_of(const std::vector<std::string>& words) {
 
 ordered_json status_of(const RunView& view) {
   const SendState& state = view.state;
-  ordered_json json = {{"job", view.job},
-                       {"phase", phase_name(state.phase)},
-                       {"state", state.machine},
-                       {"executed", state.executed},
-                       {"blocks", state.total}};
+  ordered_json json = {
+      {"job", view.job},        {"phase", phase_name(state.phase)},
+      {"state", state.machine}, {"executed", state.executed},
+      {"blocks", state.total},  {"silent_seconds", std::round(view.silent_seconds * 10.0) / 10.0}};
   json.update(ordered_json::parse(run_place_json(state)));
   std::string text =
       "state    " +
       (state.machine.empty() ? "the controller has not said" : grbl_state_text(state.machine, 0)) +
       "\njob      " + std::to_string(view.job) + ", " + phase_name(state.phase) + ", " +
       std::to_string(state.executed) + " of " + std::to_string(state.total) + " blocks";
+  if (const double silent = view.silent_seconds; silent > kToldSilent)
+    text += "\nsilent   the controller was last heard " + decimal(silent, 0) + " s ago";
   if (const std::string place = describe(state.place); !place.empty()) text += "\nprogram  " + place;
   std::string overrides;
   const auto tell = [&](const char* name, int percent) {

@@ -77,7 +77,7 @@ void StreamThread::start(const RunOrder& order) {
     view_.state.total = order.run.subject.total;
     time_.reset();
     began_at_machine_time_.reset();
-    began_ = std::chrono::steady_clock::now();
+    began_ = heard_ = std::chrono::steady_clock::now();
   }
   thread_ = std::thread([this, order] { stream(order); });
 }
@@ -94,7 +94,10 @@ bool StreamThread::command(std::uint64_t job, const OperatorCommand& command) {
 RunView StreamThread::view() const {
   const std::lock_guard lock(mutex_);
   RunView view = view_;
-  view.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+  const auto now = std::chrono::steady_clock::now();
+  view.seconds = std::chrono::duration<double>(now - began_).count();
+  // A control that is fed says nothing but XON and XOFF.
+  if (view.link != LinkKind::kDrip) view.silent_seconds = std::chrono::duration<double>(now - heard_).count();
   if (!time_) return view;
   view.machine_seconds = time_->total();
   view.remaining_seconds =
@@ -180,7 +183,12 @@ void StreamThread::stream(const RunOrder& order) {
       held = is_opening(state.phase) || (state.phase == Phase::kHold && state.machine.starts_with("Hold"));
       return note(state);
     };
-    hooks.traffic = [&](Way way, std::string_view bytes, Time at) { box.take(way, bytes, at); };
+    hooks.traffic = [&](Way way, std::string_view bytes, Time at) {
+      box.take(way, bytes, at);
+      if (way != Way::kIn) return;
+      const std::lock_guard lock(mutex_);
+      heard_ = std::chrono::steady_clock::now();
+    };
     if (const Result<void> back = go_back(order, link, clock, hooks); !back)
       return tl::unexpected<Error>(back.error());
     Result<SendReport> done = run_job(order.run, order.decision, *journal, link, clock, hooks);

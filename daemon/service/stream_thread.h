@@ -33,6 +33,7 @@ struct RunView {
   LinkKind link = LinkKind::kGrbl;
   SendState state;
   double seconds = 0.0;            ///< since it started or went on
+  double silent_seconds = 0.0;     ///< since the controller was last heard; 0 over a drip feed
   double machine_seconds = 0.0;    ///< of the program, 0: not known
   double remaining_seconds = 0.0;  ///< by machine time, scaled by how this run keeps to it
   std::optional<Result<SendReport>> ended;
@@ -84,7 +85,7 @@ class StreamThread {
   RunView view_;
   std::shared_ptr<const ProgramTime> time_;
   std::optional<double> began_at_machine_time_;
-  std::chrono::steady_clock::time_point began_;
+  std::chrono::steady_clock::time_point began_, heard_;
 };
 
 }  // namespace tiltfeed::daemon

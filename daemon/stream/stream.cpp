@@ -263,6 +263,7 @@ Result<SendReport> send_opened(Opened& opened, const LinkSpec& spec, Link& link,
     report = run(session, feed, span.last, link, clock, hooks);
     if (report) report->executed.reset();  // sent is all that can be said
   }
+  if (!report && report.error().message.starts_with(describe(spec) + ": ")) return report;
   if (!report) return fail(report.error().code, describe(spec) + ": " + report.error().message);
   report->link = spec.kind;
   report->change = span.next;

@@ -24,7 +24,8 @@ using nlohmann::json;
 
 class MachineService : public testing::Test, protected ServedJobs {
  protected:
-  MachineService() : ServedJobs("machine_service", std::chrono::seconds(120)) {
+  explicit MachineService(const std::string& faults = "")
+      : ServedJobs("machine_service", std::chrono::seconds(120)), machine_(shop_machine(), {}, faults, 4.0) {
     open(shop_machine(), "grbl-tcp:" + machine_.place);
   }
   ~MachineService() override { leave(); }
@@ -76,7 +77,12 @@ class MachineService : public testing::Test, protected ServedJobs {
     return answer.value("error", "").find(what) != std::string::npos;
   }
 
-  TcpMachine machine_{shop_machine(), {}, "", 4.0};
+  TcpMachine machine_;
+};
+
+class SilentMachine : public MachineService {
+ protected:
+  SilentMachine() : MachineService("silence at=4 for=3600\n") {}
 };
 
 TEST_F(MachineService, DoesWhatThePlainCommandDoes) {
@@ -126,6 +132,19 @@ TEST_F(MachineService, WhileAProgramRunsOnlyWhatIsSafeIsPossible) {
   ASSERT_TRUE(good(job(ApiOp::kStop)));
   until([&] { return state(1) == "stopped"; });
   EXPECT_TRUE(good(say("status")));
+}
+
+/// What it said last is no news.
+TEST_F(SilentMachine, WhatIsShownSaysHowOldItIs) {
+  submit_ready(1, 100000);
+  ASSERT_TRUE(good(job(ApiOp::kStart, 1)));
+  until([&] { return machine_.executed > 3; });
+  json shown;
+  until([&] { return (shown = job(ApiOp::kShow, 1)).value("silent_seconds", 0.0) > kToldSilent; });
+  EXPECT_EQ(shown.value("state", ""), "running");
+  const json status = order("status");
+  EXPECT_NE(status.value("text", "").find("the controller was last heard"), std::string::npos) << status;
+  EXPECT_GT(status["result"].value("silent_seconds", 0.0), kToldSilent);
 }
 
 TEST_F(MachineService, AContinuousJogLastsAsLongAsItIsAskedFor) {
