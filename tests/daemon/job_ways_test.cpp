@@ -101,6 +101,13 @@ class JobWays : public testing::TestWithParam<const char*>, protected ServedJobs
 
   using ServedJobs::open;
   void open() { open(wide_machine("wide"), std::string(GetParam()) + ":" + place_); }
+  void open(ToolChanges changes) {
+    ServiceConfig shop = config(wide_machine("wide"), std::string(GetParam()) + ":" + place_);
+    shop.machine.wire.tool_changes = changes;
+    auto jobs = JobService::open(shop, [] {});
+    ASSERT_TRUE(jobs) << jobs.error().message;
+    jobs_ = std::make_unique<JobService>(std::move(*jobs));
+  }
 
   bool drip() const { return std::string(GetParam()) == "dnc"; }
 
@@ -457,6 +464,19 @@ TEST_P(JobChanges, D21AToolChangeHasItsWaysOut) {
   EXPECT_EQ(state(entered), "stopped");
   EXPECT_NE(field(entered, "note").find("entered again at the tool change, as job "), std::string::npos)
       << field(entered, "note");
+  way(brief, "start", ApiOp::kStart, "done");
+
+  // The profile leaves changes to the control from now on: it does not stand there by itself.
+  const std::uint64_t handed = submit_changes(5, "T3 M6\n");
+  way(handed, "start", ApiOp::kStart, "tool change");
+  leave();
+  open(ToolChanges::kControl);
+  EXPECT_EQ(state(handed), "uncertain") << field(handed, "note");
+  EXPECT_NE(field(handed, "note").find("the control changes tools now"), std::string::npos)
+      << field(handed, "note");
+  leave();
+  open();
+  way(handed, "remove", ApiOp::kRemove, "gone");
   way(brief, "start", ApiOp::kStart, "done");
 
   // Without its journal nobody can say that it stands there.

@@ -159,6 +159,34 @@ TEST(MachineJog, AMachineThatAnswersAndDoesNotMoveHasNotJogged) {
   }
 }
 
+/// The way to the machine is whole, the way back is not.
+class HalfLink : public Link {
+ public:
+  HalfLink(Link& wire, const double& time, double from) : wire_(wire), time_(time), from_(from) {}
+  Result<std::size_t> exchange(std::string_view out, Time wait, std::string& in) override {
+    std::string lost;
+    return wire_.exchange(out, wait, time_ < from_ ? in : lost);
+  }
+
+ private:
+  Link& wire_;
+  const double &time_, from_;
+};
+
+TEST(MachineJog, OneOfWhichNothingIsHeardAnyMoreIsCancelled) {
+  OperatorShop shop;
+  HalfLink wire(shop.line, shop.line.time, 2.0);
+  const MachineBench bench{shop.profile, shop.link, wire, shop.line};
+  const auto jogged = perform_order(bench, "jog", {"X190", "F60"});
+  ASSERT_FALSE(jogged);
+  EXPECT_NE(jogged.error().message.find("a cancel of the jog was sent"), std::string::npos)
+      << jogged.error().message;
+  shop.wire("", 1.0);
+  EXPECT_TRUE(shop.controller.motion().idle());
+  EXPECT_GT(shop.at().x, 1.0);
+  EXPECT_LT(shop.at().x, 60.0) << "it has not gone on";
+}
+
 TEST(MachineJog, GoesOnWhileItIsHeldAndBrakesThen) {
   OperatorShop shop;
   const double begun = shop.line.time;
