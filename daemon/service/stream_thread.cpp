@@ -98,7 +98,7 @@ RunView StreamThread::view() const {
   view.seconds = std::chrono::duration<double>(now - began_).count();
   // A control that is fed says nothing but XON and XOFF.
   if (view.link != LinkKind::kDrip) view.silent_seconds = std::chrono::duration<double>(now - heard_).count();
-  if (!time_) return view;
+  if (!time_ || on_way_) return view;
   view.machine_seconds = time_->total();
   view.remaining_seconds =
       remaining_seconds(*time_, view.state.executed, began_at_machine_time_.value_or(0.0), view.seconds);
@@ -125,9 +125,26 @@ bool StreamThread::note(const SendState& state) {
   return true;
 }
 
+/// While it lives what moves is no block of the program: nothing is known of the time that is left.
+class StreamThread::OnWay {
+ public:
+  explicit OnWay(StreamThread& run) : run_(run) { set(true); }
+  OnWay(const OnWay&) = delete;
+  OnWay& operator=(const OnWay&) = delete;
+  ~OnWay() { set(false); }
+
+ private:
+  void set(bool on) {
+    const std::lock_guard lock(run_.mutex_);
+    run_.on_way_ = on;
+  }
+  StreamThread& run_;
+};
+
 /// All before the change is executed and on record. Nothing of the job's program any more.
 void StreamThread::park(const RunOrder& order, const ToolChange& change, Link& link, Clock& clock,
                         StreamHooks hooks) {
+  const OnWay way(*this);
   hooks.progress = [&, owner = hooks.progress](SendState state) {
     state.total = order.run.subject.total;
     state.sent = state.acknowledged = state.executed = change.block - 1;
@@ -146,6 +163,7 @@ void StreamThread::park(const RunOrder& order, const ToolChange& change, Link& l
 /// Nothing of the job's program: its figures stay as they are meanwhile.
 Result<void> StreamThread::go_back(const RunOrder& order, Link& link, Clock& clock, StreamHooks hooks) {
   if (order.way_back.empty()) return {};
+  const OnWay way(*this);
   hooks.progress = [&order, owner = hooks.progress](SendState state) {
     state.total = order.run.subject.total;
     state.sent = state.acknowledged = state.executed = order.run.subject.after - 1;

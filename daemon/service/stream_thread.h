@@ -34,7 +34,7 @@ struct RunView {
   SendState state;
   double seconds = 0.0;            ///< since it started or went on
   double silent_seconds = 0.0;     ///< since the controller was last heard; 0 over a drip feed
-  double machine_seconds = 0.0;    ///< of the program, 0: not known
+  double machine_seconds = 0.0;    ///< of the program; 0: not known, or on a way at a tool change
   double remaining_seconds = 0.0;  ///< by machine time, scaled by how this run keeps to it
   std::optional<Result<SendReport>> ended;
   RunSubject subject;                     ///< what runs
@@ -73,6 +73,7 @@ class StreamThread {
 
  private:
   void stream(const RunOrder& order);
+  class OnWay;
   void park(const RunOrder& order, const ToolChange& change, Link& link, Clock& clock, StreamHooks hooks);
   Result<void> go_back(const RunOrder& order, Link& link, Clock& clock, StreamHooks hooks);
   bool note(const SendState& state);
@@ -84,6 +85,7 @@ class StreamThread {
   mutable std::mutex mutex_;  // guards what follows
   RunView view_;
   std::shared_ptr<const ProgramTime> time_;
+  bool on_way_ = false;  ///< before a tool change or behind it
   std::optional<double> began_at_machine_time_;
   std::chrono::steady_clock::time_point began_, heard_;
 };

@@ -203,6 +203,32 @@ TEST_F(MachineService, AtAToolChangeWhatIsSaidOfTheMachineIsTrue) {
   EXPECT_NE(said.find("after `machine jog"), std::string::npos) << said;
 }
 
+/// The way back is no part of the program: what is left of that says nothing of it.
+TEST_F(MachineService, NobodyKnowsHowLongAWayBackTakes) {
+  EXPECT_TRUE(good(submit_text("G21\nG90\nG94\nG0 X0 Y0 Z140 A0 C0\nT3 M6\nG1 X150 F60\nM2\n")));
+  until([&] { return state(1) == "ready"; });
+  ASSERT_TRUE(good(job(ApiOp::kStart, 1)));
+  until([&] { return state(1) == "tool change"; });
+  ApiRequest go;
+  go.op = ApiOp::kTool;
+  go.job = 1;
+  go.command = "go";
+  go.confirmed = true;
+  ASSERT_TRUE(good(ask(go)));
+  json shown;
+  const auto on_the_way = [&] {
+    shown = job(ApiOp::kShow, 1);
+    return shown.value("held", "").find("goes back") != std::string::npos;
+  };
+  until(on_the_way);  // at plunge feed from the top: seconds
+  EXPECT_EQ(shown.value("machine_seconds", -1.0), 0.0) << shown;
+  EXPECT_EQ(shown.value("remaining_seconds", -1.0), 0.0) << shown;
+  until([&] { return !on_the_way() && shown.value("executed", 0) > 4; });
+  EXPECT_GT(shown.value("remaining_seconds", 0.0), 0.0) << shown;
+  ASSERT_TRUE(good(job(ApiOp::kStop)));
+  until([&] { return state(1) == "stopped"; });
+}
+
 TEST(PlanStage, IsReadFromWhatThePlannerWrites) {
   const Folder folder("stage");
   PlanProcess process{1, 7, folder.path};
