@@ -2,6 +2,7 @@
 
 #include <sqlite3.h>
 
+#include <cerrno>
 #include <filesystem>
 
 namespace tiltfeed::daemon {
@@ -55,8 +56,8 @@ Error SpoolTable::error(const std::string& folder) const {
 
 bool SpoolTable::lacks_room() const {
   const int code = db != nullptr ? sqlite3_errcode(db) : SQLITE_NOMEM;
-  // A quota that is used up comes as the second.
-  return code == SQLITE_FULL || code == SQLITE_IOERR;
+  // A quota that is used up comes as an error of the disk.
+  return code == SQLITE_FULL || (code == SQLITE_IOERR && sqlite3_system_errno(db) == EDQUOT);
 }
 
 bool SpoolTable::prepare(SpoolStatement& statement, const std::string& sql) const {
