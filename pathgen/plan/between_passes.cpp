@@ -1,5 +1,6 @@
 #include "pathgen/plan/between_passes.h"
 
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
@@ -63,12 +64,12 @@ CuttingMoves::CuttingMoves(const std::vector<Move>& moves, const ToolPiece& piec
   for (std::size_t i = 1; i < moves.size(); ++i)
     if (moves[i].kind == MoveKind::kCut) take(i);
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order(ways_.size());
-  for (std::size_t i = 0; i < ways_.size(); ++i) {
+  tbb::parallel_for(std::size_t{0}, ways_.size(), [&](std::size_t i) {
     const Way& way = ways_[i];
     const double middle = 0.5 * (static_cast<double>(way.begin) + static_cast<double>(way.end));
     order[i] = {cell_of(lerp(reference(way.move - 1), reference(way.move), middle)),
                 static_cast<std::uint32_t>(i)};
-  }
+  });
   tbb::parallel_sort(order.begin(), order.end());
   std::vector<Way> placed(ways_.size());
   std::size_t cells = 0;
@@ -78,9 +79,10 @@ CuttingMoves::CuttingMoves(const std::vector<Move>& moves, const ToolPiece& piec
   }
   ways_ = std::move(placed);
   slots_.resize(std::bit_ceil(2 * cells + 2));
-  for (std::size_t i = 0; i < order.size(); ++i) {
+  for (std::size_t i = 0, next = 0; i < order.size(); i = next) {
+    while (next < order.size() && order[next].first == order[i].first) ++next;
     Slot& slot = slots_[static_cast<std::size_t>(&find(order[i].first) - slots_.data())];
-    if (slot.count++ == 0) slot.cell = order[i].first, slot.first = static_cast<std::uint32_t>(i);
+    slot = {order[i].first, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(next - i)};
   }
 }
 

@@ -3,11 +3,14 @@
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
+#include <tbb/partitioner.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
+#include <utility>
 
 #include "pathgen/options/side_step.h"
 #include "pathgen/pattern/passes.h"
@@ -18,8 +21,9 @@ namespace tiltfeed::pathgen {
 
 namespace {
 
-/// A side of a facet is cut into no more pieces.
+/// Neither along nor across a facet is cut into more pieces.
 constexpr double kMostPieces = 32.0;
+constexpr std::size_t kFacetsPerTask = 16;  ///< a large one takes as long as a thousand small ones
 /// Share of the tool's radius: a wall is not looked at again where the tool stays further off.
 constexpr double kNear = 0.25;
 /// So often the tool steps aside for what it meets.
@@ -44,43 +48,54 @@ double gap(const ToolPiece& piece, Point<Part> place, const Stand& at) {
 
 /// A place that the tool reaches, of which the passes leave more than the limit.
 struct OverLimit {
-  double left = 0.0;  ///< mm
+  double left = 0.0;   ///< mm
+  double share = 0.0;  ///< of the facet
   Point<Part> place;
   EnvelopePoint stand;  ///< of the tool that reaches it
 };
 
+/// In shares of the facet's area; `all` is their sum.
 struct FacetVerdict {
-  std::array<std::uint32_t, kRestReasons> uncut{};
-  std::vector<std::uint32_t> fixtures;  ///< the body that keeps the tool off a piece, for each such piece
-  std::uint32_t facing = 0, pieces = 0;
+  std::array<double, kRestReasons> uncut{};
+  std::vector<std::pair<std::uint32_t, double>> fixtures;  ///< the body that keeps the tool off, each piece's
+  double facing = 0.0, all = 0.0;
   std::vector<OverLimit> over;
   double most = 0.0;  ///< that the passes leave of the others, mm
   Point<Part> place;  ///< there
 };
 
-/// A facet in pieces no larger than the cutter's radius, by their middles.
+/// A facet in pieces no larger than the cutter's radius, by their middles and shares of its area: rows along
+/// the shortest side, which a needle has one piece in.
 struct Pieces {
-  Point<Part> corner;
-  Vec3 normal, ab, ac;
-  double along;  ///< of a side
+  Point<Part> tip;           ///< the corner between the longer sides
+  Vec3 normal, first, last;  ///< the longer sides, from the tip
+  double size;
 
-  Pieces(const Mesh& mesh, std::uint32_t facet, const ToolPiece& tool, const PlanOptions& options) {
-    const auto& f = mesh.facets[facet];
-    const Point<Part> a = mesh.vertices[f[0]], b = mesh.vertices[f[1]], c = mesh.vertices[f[2]];
-    const double longest = std::max({distance(a, b), distance(b, c), distance(c, a)});
-    const double size = std::max(tool.outer, options.tolerance);
-    along = std::clamp(std::ceil(longest / size), 1.0, kMostPieces);
-    corner = a, normal = normalized(cross(b - a, c - a)), ab = (b - a) / along, ac = (c - a) / along;
+  Pieces(const Mesh& mesh, std::uint32_t facet, const ToolPiece& tool, const PlanOptions& options)
+      : size(std::max(tool.outer, options.tolerance)) {
+    const Facet& f = mesh.facets[facet];
+    std::array<Point<Part>, 3> v{mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]]};
+    normal = normalized(cross(v[1] - v[0], v[2] - v[0]));
+    const std::array<double, 3> opposite{distance(v[1], v[2]), distance(v[2], v[0]), distance(v[0], v[1])};
+    std::rotate(v.begin(),
+                v.begin() + (std::min_element(opposite.begin(), opposite.end()) - opposite.begin()), v.end());
+    tip = v[0], first = v[1] - v[0], last = v[2] - v[0];
   }
+  /// Calls visit(place, share).
   template <class Visit>
   void each(const Visit& visit) const {
-    const auto at = [&](double u, double v) { return corner + ab * u + ac * v; };
-    for (double i = 0.0; i < along; ++i)
-      for (double j = 0.0; i + j < along; ++j) {
-        visit(at(i + 1.0 / 3.0, j + 1.0 / 3.0));
-        if (i + j + 1.0 < along) visit(at(i + 2.0 / 3.0, j + 2.0 / 3.0));
-      }
+    const double rows = pieces_of(std::max(length(first), length(last))), width = length(last - first);
+    for (double i = 0.0; i < rows; ++i) {
+      const double weight = 2.0 * i + 1.0, middle = (6.0 * i * (i + 1.0) + 2.0) / (3.0 * weight * rows);
+      const double columns = pieces_of(width * (i + 1.0) / rows);
+      for (double j = 0.0; j < columns; ++j)
+        visit(tip + (first + (last - first) * ((j + 0.5) / columns)) * middle,
+              weight / (rows * rows * columns));
+    }
   }
+
+ private:
+  double pieces_of(double way) const { return std::clamp(std::ceil(way / size), 1.0, kMostPieces); }
 };
 
 class Judge {
@@ -100,12 +115,12 @@ class Judge {
   FacetVerdict facet(std::uint32_t i) {
     const Pieces pieces(field_.surface.mesh(), i, piece_, options_);
     FacetVerdict verdict;
-    pieces.each([&](Point<Part> place) {
-      ++verdict.pieces;
-      const std::optional<std::optional<RestReason>> faces = judge(place, pieces.normal, verdict);
+    pieces.each([&](Point<Part> place, double share) {
+      verdict.all += share;
+      const std::optional<std::optional<RestReason>> faces = judge(place, share, pieces.normal, verdict);
       if (!faces) return;
-      ++verdict.facing;
-      if (*faces) ++verdict.uncut[static_cast<std::size_t>(**faces)];
+      verdict.facing += share;
+      if (*faces) verdict.uncut[static_cast<std::size_t>(**faces)] += share;
     });
     return verdict;
   }
@@ -161,7 +176,8 @@ class Judge {
   }
 
   /// Nothing where the place is turned away; else why it is uncut, if it is.
-  std::optional<std::optional<RestReason>> judge(Point<Part> place, Vec3 n, FacetVerdict& verdict) {
+  std::optional<std::optional<RestReason>> judge(Point<Part> place, double share, Vec3 n,
+                                                 FacetVerdict& verdict) {
     const Deformation& map = field_.deformation;
     const AxisLine line = contact_line(piece_, map, place, n);
     const double facing = dot(n, line.axis);
@@ -178,23 +194,24 @@ class Judge {
         !touched_from_beside(place, n, line, *found)) {
       const ToolPart part = rules_.touching(*found).part;
       if (rules_.touching(*found).at_fixtures) {
-        verdict.fixtures.push_back(field_.surface.facet_of(found->patch));
+        verdict.fixtures.push_back({field_.surface.facet_of(found->patch), share});
         return {RestReason::kFixture};
       }
       return {part == ToolPart::kCutter ? by_cutter : rest_reason_of(part)};
     }
     const std::optional<RestReason> refused = rules_.refusal(*found);
-    if (refused == RestReason::kFixture) verdict.fixtures.push_back(field_.surface.facet_of(found->patch));
+    if (refused == RestReason::kFixture)
+      verdict.fixtures.push_back({field_.surface.facet_of(found->patch), share});
     if (!refused && facing >= kSteepest && off <= options_.tolerance)
-      look_between(place, line.base, *found, verdict);
+      look_between(place, share, line.base, *found, verdict);
     return {refused};
   }
 
   /// What the passes leave of a place that the tool reaches.
-  void look_between(Point<Part> place, Point<Part> touching, const EnvelopePoint& stand,
+  void look_between(Point<Part> place, double share, Point<Part> touching, const EnvelopePoint& stand,
                     FacetVerdict& verdict) const {
     const double left = moves_.left(place, touching, kEnough * limit_);
-    if (left > limit_) return verdict.over.push_back({left, place, stand});
+    if (left > limit_) return verdict.over.push_back({left, share, place, stand});
     if (left > verdict.most) verdict.most = left, verdict.place = place;
   }
 
@@ -207,15 +224,15 @@ class Judge {
   Envelope envelope_;
 };
 
-/// What of the pieces over the limit the tool is kept off is uncut; returns how many are left.
-std::uint32_t without_kept_off(FacetVerdict& verdict, const KeptOff& kept_off) {
-  std::uint32_t over = 0;
+/// What of the pieces over the limit the tool is kept off is uncut; returns the share that is left.
+double without_kept_off(FacetVerdict& verdict, const KeptOff& kept_off) {
+  double over = 0.0;
   for (const OverLimit& piece : verdict.over) {
     if (kept_off && kept_off(piece.stand)) {
-      ++verdict.uncut[static_cast<std::size_t>(RestReason::kShank)];
+      verdict.uncut[static_cast<std::size_t>(RestReason::kShank)] += piece.share;
       continue;
     }
-    ++over;
+    over += piece.share;
     if (piece.left > verdict.most) verdict.most = piece.left, verdict.place = piece.place;
   }
   return over;
@@ -235,17 +252,20 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
   tbb::enumerable_thread_specific<Judge> judges(
       [&] { return Judge(field, tree, options, envelope, moves, limit); });
   Watch watch(report_share, verdicts.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, verdicts.size()), [&](const auto& range) {
-    Judge& judge = judges.local();
-    for (std::size_t i = range.begin(); i < range.end() && watch.next(); ++i)
-      verdicts[i] = judge.facet(static_cast<std::uint32_t>(i));
-  });
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, verdicts.size(), kFacetsPerTask),
+      [&](const auto& range) {
+        Judge& judge = judges.local();
+        for (std::size_t i = range.begin(); i < range.end() && watch.next(); ++i)
+          verdicts[i] = judge.facet(static_cast<std::uint32_t>(i));
+      },
+      tbb::simple_partitioner{});
   RestReport report;
   report.between.limit = limit;
   if (options.fixtures) report.fixture_area.resize(options.fixtures->names.size(), 0.0);
   for (std::size_t i = 0; i < verdicts.size(); ++i) {
     FacetVerdict& v = verdicts[i];
-    if (v.facing == 0) {
+    if (v.facing == 0.0) {
       ++report.away;
       continue;
     }
@@ -253,16 +273,13 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
     const double area =
         length(cross(mesh.vertices[f[1]] - mesh.vertices[f[0]], mesh.vertices[f[2]] - mesh.vertices[f[0]])) /
         2.0;
-    const std::uint32_t over = without_kept_off(v, kept_off);
-    std::uint32_t uncut = 0;
-    for (const std::uint32_t n : v.uncut) uncut += n;
-    for (const std::uint32_t body : v.fixtures) report.fixture_area[body] += area / v.pieces;
-    report.facing_area += area * v.facing / v.pieces;
     BetweenPasses& between = report.between;
-    between.area += area * over / v.pieces;
+    between.area += area * without_kept_off(v, kept_off);
+    const double share = std::accumulate(v.uncut.begin(), v.uncut.end(), 0.0) / v.all;
+    for (const auto& [body, of] : v.fixtures) report.fixture_area[body] += area * of;
+    report.facing_area += area * v.facing;
     if (v.most > between.most) between.most = v.most, between.facet = mesh.source[i], between.place = v.place;
-    if (uncut == 0) continue;
-    const double share = static_cast<double>(uncut) / v.pieces;
+    if (share == 0.0) continue;
     const auto why =
         static_cast<RestReason>(std::max_element(v.uncut.begin(), v.uncut.end()) - v.uncut.begin());
     (why == RestReason::kWall ? report.wall_area : report.area) += area * share;
@@ -281,7 +298,7 @@ std::vector<bool> facing_facets(const Mesh& mesh, const PlanOptions& options) {
   std::vector<std::uint8_t> facing(mesh.facets.size());
   tbb::parallel_for(std::size_t{0}, facing.size(), [&](std::size_t i) {
     const Pieces pieces(mesh, static_cast<std::uint32_t>(i), piece, options);
-    pieces.each([&](Point<Part> place) {
+    pieces.each([&](Point<Part> place, double) {
       const AxisLine line = contact_line(piece, map, place, pieces.normal);
       if (dot(pieces.normal, line.axis) >= -kWallLean) facing[i] = 1;
     });

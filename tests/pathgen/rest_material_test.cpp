@@ -143,7 +143,9 @@ TEST(RestReason, NamesTheReason) {
   o.cutter.cutting_length = 0.0, o.cutter.shank_diameter = 0.0, o.cutter.shank_length = 3.0;
   o.cutter.holder = {{10.0, 10.0, 20.0}};
   area = why_of(o);
-  EXPECT_GE(area[RestReason::kHolder], 60.0);
+  // The floor, of which the fillets are the cutter's, and of the walls what lies deeper than 3.
+  EXPECT_GE(area[RestReason::kHolder], 60.0 - 20.0 * 0.9);
+  EXPECT_NEAR(area[RestReason::kHolder] + area[RestReason::kCutter], 60.0 + 2.0 * 20.0 * 0.2, 3.0);
 }
 
 TEST(RestReason, TheTiltLimit) {
