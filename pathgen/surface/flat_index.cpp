@@ -168,7 +168,8 @@ double FlatIndex::top() const {
 
 bool FlatIndex::holds_on_a_turn(const FlatBox& box, double x, double y, double period_x, double period_y) {
   const auto turned = [](double v, double low, double high, double period) {
-    return period > 0.0 ? v + period * std::round(((low + high) / 2.0 - v) / period) : v;
+    const double off = (low + high) / 2.0 - v;
+    return period > 0.0 && std::abs(off) > period / 2.0 ? v + period * std::round(off / period) : v;
   };
   return box.holds(turned(x, box.low_x, box.high_x, period_x), turned(y, box.low_y, box.high_y, period_y));
 }
