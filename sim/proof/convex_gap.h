@@ -32,9 +32,11 @@ class NearestHull {
 };
 
 /// (P1) difference(u): of all p - q, p of one body and q of the other, that with the least u . (p - q).
-/// `along`: a first guess, unit. Ends as soon as the gap is `enough`, or within `error` of the distance, mm.
+/// `along`: a first guess, unit. Ends as soon as the gap is `enough`, or within `error` of the distance, or
+/// where the distance is known to be less than `hopeless`, mm.
 template <class Difference>
-Gap gap_between(const Difference& difference, Vec3 along, double enough, double error) {
+Gap gap_between(const Difference& difference, Vec3 along, double enough, double error,
+                double hopeless = 0.0) {
   constexpr int kMostLooks = 64;
   Gap best;
   NearestHull hull;
@@ -45,7 +47,7 @@ Gap gap_between(const Difference& difference, Vec3 along, double enough, double 
     if (best.width >= enough) return best;
     const Vec3 nearest = hull.add(point);
     const double distance = length(nearest);
-    if (distance <= best.width + error || distance < error) return best;
+    if (distance <= best.width + error || distance < error || distance < hopeless) return best;
     along = nearest / distance;
   }
   return best;

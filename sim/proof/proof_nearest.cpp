@@ -14,10 +14,11 @@ constexpr int kPlaces = 16;
 }  // namespace
 
 /// A plane, or else the distance of core and facet, tells them apart. `nearest`: along along_, of the core.
-bool Prover::Run::clear(const Node& node, double nearest, const Triangle& facet, double& width) {
+bool Prover::Run::clear(const Node& node, double nearest, const Triangle& facet, bool divides,
+                        double& width) {
   const double need = enough(node), at_a = dot(along_, from_origin(facet.a));
   if (nearest - at_a - std::max({0.0, dot(along_, facet.ab), dot(along_, facet.ac)}) >= need) return true;
-  const Gap gap = gap_to(node, facet, need);
+  const Gap gap = gap_to(node, facet, need, divides ? need : 0.0);
   width = gap.width;
   if (gap.width < need) return false;
   along_ = gap.along;
@@ -25,7 +26,7 @@ bool Prover::Run::clear(const Node& node, double nearest, const Triangle& facet,
 }
 
 /// (P1) Between the hull of the core at both ends and the facet.
-Gap Prover::Run::gap_to(const Node& node, const Triangle& facet, double need) const {
+Gap Prover::Run::gap_to(const Node& node, const Triangle& facet, double need, double hopeless) const {
   const Vec3 a = from_origin(facet.a), b = a + facet.ab, c = a + facet.ac;
   const auto difference = [&](Vec3 u) {
     const double at_a = dot(u, a), at_b = dot(u, b), at_c = dot(u, c);
@@ -35,7 +36,7 @@ Gap Prover::Run::gap_to(const Node& node, const Triangle& facet, double need) co
   const Vec3 from_a = (node.ends[0] + node.ends[2]) * 0.5 - a;
   Vec3 guess = dot(facet.normal, from_a) >= 0.0 ? facet.normal : -facet.normal;
   if (guess == Vec3{}) guess = from_a == Vec3{} ? Vec3{0, 0, 1} : normalized(from_a);
-  return gap_between(difference, guess, need, kGapError);
+  return gap_between(difference, guess, need, kGapError, hopeless);
 }
 
 /// The gap between the core, where it is at a share of the node's move, and the facet.
@@ -43,7 +44,7 @@ double Prover::Run::width_at(const Node& node, double share, const Triangle& fac
   Node there = node;
   there.from = there.to = prover_.frames_.pose(moves_[node.first], share);
   there = with_ends(there);
-  return gap_to(there, facet, kInfinity).width;
+  return gap_to(there, facet, kInfinity, 0.0).width;
 }
 
 /// (P5) Where on the node the core is nearest to the facet, or nearer than `enough`: as long as the tool

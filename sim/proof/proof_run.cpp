@@ -234,19 +234,32 @@ void Prover::Run::hold(const Node& node, std::size_t begin, std::size_t end) {
   double nearest = dot(along_, furthest(node, -along_)), narrowest = kInfinity;
   const Triangle* worst = nullptr;
   Vec3 before = along_;
+  // Of a node that is divided anyway it need not be known how near the facets are that are too near.
+  const bool divides = node.first < node.last ||
+                       (node.halvings < kMostHalvings && slack(node) > kLooseError * prover_.tolerance_);
   for (std::size_t i = begin; i < end; ++i) {
     double width = 0.0;
     const Triangle* const facet = facets_[i];
     if (along_ != before) before = along_, nearest = dot(along_, furthest(node, -along_));
-    if (clear(node, nearest, *facet, width)) continue;
+    if (clear(node, nearest, *facet, divides, width)) continue;
     if (width < narrowest) narrowest = width, worst = facet;
     facets_.push_back(facet);
   }
-  if (worst != nullptr) {
+  const auto hold_halves = [&] {
+    Node left, right;
+    if (!halves(node, left, right)) return false;
+    const std::size_t left_end = facets_.size();
+    hold(left, end, left_end);
+    hold(right, end, left_end);
+    return true;
+  };
+  if (worst != nullptr && divides) {
+    hold_halves();
+  } else if (worst != nullptr) {
     const double depth = core_->rounding - std::max(0.0, narrowest - node.stray) / core_->sharpness;
     const double fine = (depth > prover_.tolerance_ ? kProofError : kLooseError) * prover_.tolerance_;
     const bool tells = depth > std::min(level_, core_->rounding - 2.0 * kPierced);
-    bool whole = node.first == node.last && slack(node) <= fine;
+    bool whole = slack(node) <= fine;
     double share = 0.5 * (node.begin + node.end);
     if (whole && tells) {
       double width = kInfinity;
@@ -254,14 +267,7 @@ void Prover::Run::hold(const Node& node, std::size_t begin, std::size_t end) {
       share = nearest_share(node, *worst, enough, fine, width);
       whole = width <= enough;
     }
-    Node left, right;
-    if (!whole && halves(node, left, right)) {
-      const std::size_t left_end = facets_.size();
-      hold(left, end, left_end);
-      hold(right, end, left_end);
-    } else if (tells) {
-      tell(node, share, depth, *worst);
-    }
+    if ((whole || !hold_halves()) && tells) tell(node, share, depth, *worst);
   }
   facets_.resize(end);
 }

@@ -53,8 +53,8 @@ class Prover::Run {
   void gather(const Node& node);
   void hold(const Node& node);
   void hold(const Node& node, std::size_t begin, std::size_t end);
-  bool clear(const Node& node, double nearest, const Triangle& facet, double& width);
-  Gap gap_to(const Node& node, const Triangle& facet, double need) const;
+  bool clear(const Node& node, double nearest, const Triangle& facet, bool divides, double& width);
+  Gap gap_to(const Node& node, const Triangle& facet, double need, double hopeless) const;
   double width_at(const Node& node, double share, const Triangle& facet) const;
   double nearest_share(const Node& node, const Triangle& facet, double enough, double fine,
                        double& width) const;
