@@ -124,6 +124,14 @@ void warn_too_near(const ClSurface& surface, const std::vector<PatchId>& too_nea
       "defined: what is nearer to it than 0.1 mm is not machined");
 }
 
+void warn_taper_edge(const PlanOptions& options, PlanReport& report) {
+  const double left = left_at_taper_edge(options);
+  if (left <= options.tolerance) return;
+  report.warnings.push_back(
+      "up to " + number_text(std::ceil(1e4 * left) / 1e4) +
+      " mm more than the allowance stay where the upper edge of the cutter's taper touches");
+}
+
 void warn_smoothed(const Smoothed& smoothed, PlanReport& report) {
   if (smoothed.points == 0) return;
   report.warnings.push_back("points.smoothing_mm leaves up to " + std::to_string(smoothed.most) +

@@ -18,8 +18,8 @@ struct Reason {
 };
 
 /// Adds a warning for each reason: how many points, which facets, what to change.
-/// Errors: kLimit or kUnreachable when nothing is left.
-/// Notes in the report what each fixture keeps the tool from.
+/// Errors: kLimit or kUnreachable when nothing is left. Notes in the report what each fixture keeps the tool
+/// from.
 Result<void> report_refusals(const ClSurface& surface, const Passes& passes, const PlanOptions& options,
                              PlanReport& report);
 /// Adds a warning for each fixture that keeps the tool from something: how much, where, and from what of it.
@@ -31,6 +31,8 @@ KeptByFixture& note_fixture(const PlanOptions& options, const SweptTool& tool, P
                             PlanReport& report);
 /// Adds a warning of patches left out as they touch the axis point, line or circle; none if there are none.
 void warn_too_near(const ClSurface& surface, const std::vector<PatchId>& too_near, PlanReport& report);
+/// Adds a warning of what stays where the upper edge of a taper touches, if that is over the tolerance.
+void warn_taper_edge(const PlanOptions& options, PlanReport& report);
 /// Adds a warning of what rounding off left in corners, if anything.
 void warn_smoothed(const Smoothed& smoothed, PlanReport& report);
 /// Adds a warning of what passes leave between them over what was asked, if anything.

@@ -7,6 +7,9 @@ namespace tiltfeed::pathgen {
 
 namespace {
 
+/// Radii that differ by less, mm, do so by rounding.
+constexpr double kSameRadius = 1e-9;
+
 /// (T1) The cutting part, its reference at the centre of its rounded edge, grown by the stock left.
 ToolPiece cutting_part(const PlanOptions& o) {
   const Cutter& cutter = o.cutter;
@@ -18,7 +21,7 @@ ToolPiece cutting_part(const PlanOptions& o) {
   piece.length = cutter.cutting_end() - cutter.nose_radius() + o.axial_stock;
   if (cutter.type == CutterType::kTaperBall) {
     piece.taper_sin = std::sin(cutter.taper.radians()), piece.taper_cos = std::cos(cutter.taper.radians());
-    piece.outer = cutter.cutting_top_radius() + o.radial_stock + o.allowance / piece.taper_cos;
+    piece.outer = cutter.cutting_top_radius() + o.radial_stock + o.allowance;
   }
   return piece;
 }
@@ -61,11 +64,16 @@ std::vector<ToolPiece> tool_pieces(const PlanOptions& options) {
   std::vector<ToolPiece> pieces = all_pieces(options);
   double widest = 0.0;
   std::erase_if(pieces, [&](const ToolPiece& piece) {
-    if (piece.outer <= widest) return true;  // in the shadow of what is below
+    if (piece.outer <= widest + kSameRadius) return true;  // in the shadow of what is below
     widest = piece.outer;
     return false;
   });
   return pieces;
+}
+
+double left_at_taper_edge(const PlanOptions& options) {
+  if (options.cutter.type != CutterType::kTaperBall) return 0.0;
+  return options.allowance * (1.0 / std::cos(options.cutter.taper.radians() / 2.0) - 1.0);
 }
 
 PlanOptions as_of_fixtures(PlanOptions options) {

@@ -40,6 +40,9 @@ std::vector<ToolPiece> all_pieces(const PlanOptions& options);
 /// Grown by the stock that is to stay, shank and holder by their clearances besides.
 std::vector<ToolPiece> tool_pieces(const PlanOptions& options);
 
+/// (T1) What may stay besides the allowance where the upper edge of a taper's cone touches, mm.
+double left_at_taper_edge(const PlanOptions& options);
+
 /// (T4) The pieces that fixtures see, likewise: grown by PlanOptions::fixture_room alone.
 std::vector<ToolPiece> fixture_pieces(const PlanOptions& options);
 /// The options of a part from which the tool is to keep as far off as from a fixture.

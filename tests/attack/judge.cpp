@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <string_view>
 
+#include "pathgen/tool/tool_pieces.h"
 #include "sim/motion/forward.h"
 #include "tests/attack/cover_judge.h"
 #include "tests/judges/path_proof.h"
@@ -80,7 +81,8 @@ class Judge {
         planned_(planned),
         path_(executed(job, planned.path, joints)),
         growth_{options_.allowance, options_.radial_stock, options_.axial_stock},
-        contact_(means_contact(options_)) {}
+        contact_(means_contact(options_)),
+        in_contact_(options_.tolerance + left_at_taper_edge(options_)) {}
 
   Verdict run() {
     proof_against(part_, contact_);
@@ -122,7 +124,7 @@ class Judge {
     if (m.rapid_overlap > options_.tolerance) finding("rapid", m.rapid_overlap, pasteable(m.rapid_at));
     if (!contact) return;
     verdict_.contact = m.contact;
-    if (m.contact > options_.tolerance) finding("contact", m.contact, pasteable(m.contact_at));
+    if (m.contact > in_contact_) finding("contact", m.contact, pasteable(m.contact_at));
   }
 
   /// Each run of one direction on its own. Joins between pieces may cross what the stock leaves room for.
@@ -142,7 +144,7 @@ class Judge {
       const Measured m =
           PathProof(frame, Along::kX, options_.cutter, options_.tolerance, mesh, run, growth_).measure(1);
       verdict_.contact = std::max(verdict_.contact, m.contact);
-      if (m.contact > options_.tolerance) finding("contact", m.contact, pasteable(m.contact_at));
+      if (m.contact > in_contact_) finding("contact", m.contact, pasteable(m.contact_at));
       from = i;
     }
   }
@@ -165,7 +167,7 @@ class Judge {
     }
     if (!contact) return;
     verdict_.contact = f.contact.value;
-    if (f.contact.value > options_.tolerance) finding("contact", f.contact.value, pasteable(f.contact.at));
+    if (f.contact.value > in_contact_) finding("contact", f.contact.value, pasteable(f.contact.at));
   }
 
   /// No facet cuts a tool that is wholly inside, so that its clearances show nothing.
@@ -207,6 +209,7 @@ class Judge {
   ToolPath path_;
   sim::Growth growth_;
   bool contact_;
+  double in_contact_;  ///< nearer than this the tool counts as in contact, mm
   Verdict verdict_;
 };
 
