@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 namespace tiltfeed::pathgen {
 
@@ -81,11 +82,14 @@ bool may_own(std::uint32_t stack, const NormalCap& normals, const std::vector<Ve
                       [&](Vec3 other) { return leans(normals, other).high < own; });
 }
 
-bool may_be_inside(const Extent& box, const Containment& c) {
+/// What of the box is in the containment, if anything.
+std::optional<Extent> within(Extent box, const Containment& c) {
   const std::array<const Interval*, 3> sides{&c.first, &c.second, &c.height};
-  for (std::size_t k = 0; k < 3; ++k)
-    if (box[k].high < sides[k]->low || box[k].low > sides[k]->high) return false;
-  return true;
+  for (std::size_t k = 0; k < 3; ++k) {
+    box[k] = {std::max(box[k].low, sides[k]->low), std::min(box[k].high, sides[k]->high)};
+    if (box[k].high < box[k].low) return std::nullopt;
+  }
+  return box;
 }
 
 }  // namespace
@@ -112,10 +116,11 @@ std::vector<std::uint8_t> stack_share(const ClSections& sections, std::uint32_t 
     for (std::size_t k = 0; k < 3; ++k)
       whole[k] = {std::min(whole[k].low, box[k].low), std::max(whole[k].high, box[k].high)};
   CellMarks marks(whole, margin / 2.0);
-  for (std::uint32_t p = 0; p < sections.patches(); ++p)
-    if (may_be_inside(boxes[p], options.containment) &&
-        may_own(stack, sections.normals(p), options.free.plane_normals))
-      needed[p] = 1, marks.mark(boxes[p], margin);
+  for (std::uint32_t p = 0; p < sections.patches(); ++p) {
+    const std::optional<Extent> inside = within(boxes[p], options.containment);
+    if (inside && may_own(stack, sections.normals(p), options.free.plane_normals))
+      needed[p] = 1, marks.mark(*inside, margin);
+  }
   for (std::uint32_t p = 0; p < sections.patches(); ++p)
     if (needed[p] == 0 && marks.meets(boxes[p])) needed[p] = 1;
   return needed;

@@ -11,6 +11,8 @@ namespace {
 
 /// Steps of the search for the least distance on a move; each at least halves what is unknown.
 constexpr int kMostSteps = 64;
+/// More obstacles of a patch than this are looked up near each move.
+constexpr std::size_t kFewObstacles = 64;
 
 /// Distance of a facet from the place s of a move, and its derivative.
 struct Near {
@@ -135,8 +137,17 @@ void trim_strand(const ClStrand& strand, const FacetBvh& tree, std::span<const s
     if (whole < kSamePoint) continue;
     spans.clear();
     const Move1 move(a.centre, b.centre);
-    for (const std::uint32_t facet : obstacles)
-      if (add_span_inside(move, a.centre, b.centre, tree.facet(facet), radius - kInside, spans)) break;
+    const double limit = radius - kInside;
+    if (obstacles.size() <= kFewObstacles) {
+      for (const std::uint32_t facet : obstacles)
+        if (add_span_inside(move, a.centre, b.centre, tree.facet(facet), limit, spans)) break;
+    } else {
+      tree.any_along(a.centre, move.along(), 0.0, whole, limit,
+                     [&](std::uint32_t index, const PlacedFacet& facet) {
+                       return std::binary_search(obstacles.begin(), obstacles.end(), index) &&
+                              add_span_inside(move, a.centre, b.centre, facet, limit, spans);
+                     });
+    }
     unite(spans);
     if (run.empty()) run.push_back(a);
     for (const Span& span : spans) {
