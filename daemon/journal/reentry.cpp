@@ -54,8 +54,7 @@ Result<Survey> survey(const std::string& path, LinkKind kind, const MachineModel
     now.take_words(line.text);
     for (const NumericBlock& block : blocks) {
       now.take(block);
-      if (block.op != BlockOp::kRapid && block.op != BlockOp::kFeed) continue;
-      if (block.machine || (block.kept & 4) != 0) continue;
+      if (!states_height(block)) continue;
       found.highest = any ? std::max(found.highest, block.z) : block.z;
       any = true;
     }

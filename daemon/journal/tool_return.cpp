@@ -1,5 +1,6 @@
 #include "daemon/journal/tool_return.h"
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -14,12 +15,19 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-Result<InForce> in_force_before(const std::string& path, LinkKind kind, const MachineModel& machine,
-                                std::uint64_t change) {
+/// The program before the tool change.
+struct Before {
+  InForce now;
+  std::optional<double> highest;  ///< Z of its moves, mm
+};
+
+Result<Before> read_before(const std::string& path, LinkKind kind, const MachineModel& machine,
+                           std::uint64_t change) {
   Result<LineReader> program = LineReader::open(path);
   if (!program) return tl::unexpected<Error>(program.error());
   BlockReader reader(numeric_axes(machine), !counts_numeric_blocks(kind));
-  InForce now;
+  Before found;
+  InForce& now = found.now;
   Line line;
   std::vector<NumericBlock> blocks;
   const bool by_line = !counts_numeric_blocks(kind);
@@ -36,9 +44,12 @@ Result<InForce> in_force_before(const std::string& path, LinkKind kind, const Ma
       return fail(Code::kInput, path + ":" + std::to_string(line.number) + ": '" + line.text +
                                     "': " + read.error().message);
     count += by_line ? 1 : blocks.size();
-    for (const NumericBlock& block : blocks) now.take(block);
+    for (const NumericBlock& block : blocks) {
+      now.take(block);
+      if (states_height(block)) found.highest = std::max(found.highest.value_or(block.z), block.z);
+    }
   }
-  return now;
+  return found;
 }
 
 class WayWriter {
@@ -112,10 +123,15 @@ void go(WayWriter& way, const InForce& before, const config::MachineProfile& mac
 
 /// Down to where the program stands, as far as it has said.
 void descend(WayWriter& way, const InForce& before, const config::MachineProfile& machine,
-             const ReturnOptions& options, const Joints& high, const std::string& up) {
+             const ReturnOptions& options, const Joints& high, std::optional<double> highest,
+             const std::string& up) {
   const std::string feed = " F" + decimal(options.plunge_feed, 1);
   const Joints at = before.joints();
   if (before.is_placed(machine.model)) {
+    if (const double clear = highest.value_or(high.z) + options.retract;
+        clear > high.z + kLeastRetract && clear < machine.model.z.max)
+      way.step("G0" + way.word('Z', clear),
+               "down to " + decimal(options.retract, 1) + " mm over the highest place of the program so far");
     way.step("G1" + way.word('Z', high.z) + feed,
              "down to " + decimal(options.retract, 1) + " mm over it, at plunge feed");
     way.reach(high);
@@ -138,12 +154,13 @@ Result<ToolWay> plan_park(const std::string& program, LinkKind kind, const confi
                           const ReturnOptions& options) {
   const Result<std::string> up = retract_line(machine.format);
   if (!up) return tl::unexpected<Error>(up.error());
-  const Result<InForce> before = in_force_before(program, kind, machine.model, options.change);
-  if (!before) return tl::unexpected<Error>(before.error());
+  const Result<Before> found = read_before(program, kind, machine.model, options.change);
+  if (!found) return tl::unexpected<Error>(found.error());
+  const InForce& before = found->now;
   WayWriter way(machine);
   for (const char* mode : {"G21", "G90", "G94"}) way.line(mode);
-  const Joints at = before->joints();
-  for (double height = options.retract; before->is_placed(machine.model) && height > kLeastRetract;
+  const Joints at = before.joints();
+  for (double height = options.retract; before.is_placed(machine.model) && height > kLeastRetract;
        height /= 2) {
     const Joints high = over(machine.model, options, at, height);
     if (broken_limit(machine.model, high)) continue;
@@ -160,23 +177,24 @@ Result<ToolWay> plan_return(const std::string& program, LinkKind kind, const con
                             const ReturnOptions& options) {
   const Result<std::string> up = retract_line(machine.format);
   if (!up) return tl::unexpected<Error>(up.error());
-  const Result<InForce> before = in_force_before(program, kind, machine.model, options.change);
-  if (!before) return tl::unexpected<Error>(before.error());
+  const Result<Before> found = read_before(program, kind, machine.model, options.change);
+  if (!found) return tl::unexpected<Error>(found.error());
+  const InForce& before = found->now;
   WayWriter way(machine);
   for (const char* mode : {"G21", "G90", "G94"}) way.line(mode);  // RepRap: one a line
   way.step(*up, "up, the profile's retract line");
-  InForce over_it = *before;  // X and Y where the tool is clear
-  const Joints at = before->joints();
+  InForce over_it = before;  // X and Y where the tool is clear
+  const Joints at = before.joints();
   const Joints high =
-      before->is_placed(machine.model) ? over(machine.model, options, at, options.retract) : at;
+      before.is_placed(machine.model) ? over(machine.model, options, at, options.retract) : at;
   over_it.at[0] = high.x, over_it.at[1] = high.y;
-  go(way, *before, machine, "R", "turn the rotary axes as programmed, turns counted");
+  go(way, before, machine, "R", "turn the rotary axes as programmed, turns counted");
   go(way, over_it, machine, "XY", "X and Y over the place where the program stands");
-  start_spindle(way, *before, options.spindle_delay, kind == LinkKind::kRepRap);
-  descend(way, *before, machine, options, high, *up);
+  start_spindle(way, before, options.spindle_delay, kind == LinkKind::kRepRap);
+  descend(way, before, machine, options, high, found->highest, *up);
   if (!way.limit.empty()) return fail(Code::kLimit, way.limit);
   if (!counts_numeric_blocks(kind))
-    for (const std::string& mode : before->mode_lines(options.plunge_feed)) way.line(mode);
+    for (const std::string& mode : before.mode_lines(options.plunge_feed)) way.line(mode);
   return std::move(way.found);
 }
 

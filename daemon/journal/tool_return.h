@@ -30,7 +30,8 @@ Result<ToolWay> plan_park(const std::string& program, LinkKind kind, const confi
                           const ReturnOptions& options);
 
 /// Order: the profile's retract line, rotaries as programmed, X Y over the place where the program stands,
-/// spindle and coolant that are on there, down at plunge feed along the tool axis, the modes. An axis that
+/// spindle and coolant that are on there, down to `retract` over the highest place of the program so far,
+/// then at plunge feed and along the tool axis, the modes. An axis that
 /// the program has sent to a place of the machine's own (G53) goes there. One that it has not stated stays
 /// where it is, and so does Z then. Errors: kIo, kInput (a line that is not understood), kUsage (no retract
 /// line), kLimit (a step leaves the travel).

@@ -54,6 +54,13 @@ inline bool is_operator_stop(const NumericBlock& block) {
   return block.op == BlockOp::kMCode && (block.m_code == 0 || block.m_code == 1 || block.m_code == 6);
 }
 
+/// A move to a Z that the program states in its own coordinates.
+inline bool states_height(const NumericBlock& block) {
+  constexpr unsigned kZ = 1U << 2U;
+  const bool moves = block.op == BlockOp::kRapid || block.op == BlockOp::kFeed;
+  return moves && !block.machine && ((block.kept | block.lost) & kZ) == 0;
+}
+
 /// The letters of the rotary axes that a machine has; 0: it has no such axis. Not known: A or B is the tilt,
 /// C the rotary, and all five must be stated.
 struct NumericAxes {

@@ -125,8 +125,10 @@ TEST(ToolChange, D21TheWaysOffAndBackInTheirOrder) {
   EXPECT_NEAR(std::abs(off.y), 50.0, 1e-9);
   const std::string y = off.y > 0 ? "50" : "-50";
   EXPECT_EQ(park->program, "G21\nG90\nG94\nG1 X10 Y" + y + " Z50 A90 C30 F200\nM5\nM9\nG53 G0 Z0\n");
-  EXPECT_EQ(back->program, "G21\nG90\nG94\nG53 G0 Z0\nG0 A90 C30\nG0 X10 Y" + y +
-                               "\nM3 S900\nM8\nG4 P3\nG1 Z50 F200\nG1 X10 Y0 Z50 F200\nG1 F200\nG93\n");
+  // Down to 50 over Z50, the highest place of the program so far.
+  EXPECT_EQ(back->program,
+            "G21\nG90\nG94\nG53 G0 Z0\nG0 A90 C30\nG0 X10 Y" + y +
+                "\nM3 S900\nM8\nG4 P3\nG0 Z100\nG1 Z50 F200\nG1 X10 Y0 Z50 F200\nG1 F200\nG93\n");
 }
 
 TEST(ToolChange, D21WhatTheProgramHasNotSaidStaysWhereItIs) {
