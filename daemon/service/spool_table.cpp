@@ -1,6 +1,8 @@
 #include "daemon/service/spool_table.h"
 
+#include <fcntl.h>
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <filesystem>
@@ -38,6 +40,24 @@ std::string table_path(const std::string& folder) {
   return (none ? folder : own.string()) + "/jobs.db";
 }
 
+namespace {
+
+/// As much as the table grows by at once.
+constexpr std::size_t kTableRoom = 65536;
+
+/// False only where a file without a name in the same folder finds none.
+bool has_room_beside(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string(), page(kTableRoom, '\0');
+  const int file = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
+  if (file < 0) return true;
+  const ssize_t written = ::write(file, page.data(), page.size());
+  const int why = written < 0 ? errno : 0;
+  ::close(file);
+  return written < 0 ? why != ENOSPC && why != EDQUOT : static_cast<std::size_t>(written) == page.size();
+}
+
+}  // namespace
+
 SpoolTable::~SpoolTable() {
   // Nothing of a log that stays beside may belong to another table that is put in this one's place.
   if (keeps_files) sqlite3_exec(db, "PRAGMA journal_size_limit=0", nullptr, nullptr, nullptr);
@@ -56,8 +76,8 @@ Error SpoolTable::error(const std::string& folder) const {
 
 bool SpoolTable::lacks_room() const {
   const int code = db != nullptr ? sqlite3_errcode(db) : SQLITE_NOMEM;
-  // A quota that is used up comes as an error of the disk.
-  return code == SQLITE_FULL || (code == SQLITE_IOERR && sqlite3_system_errno(db) == EDQUOT);
+  // A quota that is used up comes as an error of the disk, and SQLite does not keep which.
+  return code == SQLITE_FULL || (code == SQLITE_IOERR && !has_room_beside(sqlite3_db_filename(db, "main")));
 }
 
 bool SpoolTable::prepare(SpoolStatement& statement, const std::string& sql) const {

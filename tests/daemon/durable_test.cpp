@@ -193,8 +193,8 @@ TEST_F(Durable, C16EveryCallFails) {
   }
 }
 
-/// A spool on a disk of which every byte is used.
-class FullDisk : public Durable {
+/// A spool on a disk of which every byte is used, or every one of its user's.
+class FullDisk : public Durable, public testing::WithParamInterface<int> {
  protected:
   static Spool open(const std::string& folder) {
     Result<Spool> spool = Spool::open(folder);
@@ -223,7 +223,7 @@ class FullDisk : public Durable {
 };
 
 /// The service can be started there, so that somebody can make room.
-TEST_F(FullDisk, AServiceThatWasStoppedOpensItsSpool) {
+TEST_P(FullDisk, AServiceThatWasStoppedOpensItsSpool) {
   ForgetfulDisk disk(root_);
   std::uint64_t job = 0;
   {
@@ -231,7 +231,7 @@ TEST_F(FullDisk, AServiceThatWasStoppedOpensItsSpool) {
     job = add(spool, 100000);
     begin_run(spool, job);
   }
-  disk.fill();
+  disk.fill(GetParam());
   {
     Spool spool = open(spool_);
     EXPECT_EQ(runs(spool).at(0).outcome, "unknown") << "nobody writes its end";
@@ -246,11 +246,11 @@ TEST_F(FullDisk, AServiceThatWasStoppedOpensItsSpool) {
 }
 
 /// One who hands in too large a program uses up the disk: the part that came is gone with the refusal.
-TEST_F(FullDisk, AJobWhoseFilesUsedItUpIsRemoved) {
+TEST_P(FullDisk, AJobWhoseFilesUsedItUpIsRemoved) {
   ForgetfulDisk disk(root_);
   Spool spool = open(spool_);
   const std::uint64_t first = add(spool, 100), second = add(spool, 1 << 20);
-  disk.fill();
+  disk.fill(GetParam());
   EXPECT_FALSE(spool.begin({})) << "no room";
   ASSERT_TRUE(spool.remove(second));
   ASSERT_EQ(spool.list().value().size(), 1u);
@@ -260,11 +260,11 @@ TEST_F(FullDisk, AJobWhoseFilesUsedItUpIsRemoved) {
 }
 
 /// Files that are smaller than what the table needs: the job is no longer told as ready.
-TEST_F(FullDisk, AJobWithoutItsFilesIsNotReady) {
+TEST_P(FullDisk, AJobWithoutItsFilesIsNotReady) {
   ForgetfulDisk disk(root_);
   Spool spool = open(spool_);
   const std::uint64_t job = add(spool, 100);
-  disk.fill();
+  disk.fill(GetParam());
   const Result<void> removed = spool.remove(job);
   ASSERT_FALSE(removed);
   EXPECT_NE(removed.error().message.find("make room"), std::string::npos) << removed.error().message;
@@ -277,12 +277,12 @@ TEST_F(FullDisk, AJobWithoutItsFilesIsNotReady) {
 }
 
 /// What waits for room is told as it is, and ends no later run.
-TEST_F(FullDisk, TheHistoryTellsEndsThatWaitForRoom) {
+TEST_P(FullDisk, TheHistoryTellsEndsThatWaitForRoom) {
   ForgetfulDisk disk(root_);
   Spool spool = open(spool_);
   const std::uint64_t job = add(spool, 100);
   begin_run(spool, job);
-  disk.fill();
+  disk.fill(GetParam());
   RunReport end;
   end.job = job;
   end.executed = 7;
@@ -299,6 +299,9 @@ TEST_F(FullDisk, TheHistoryTellsEndsThatWaitForRoom) {
   EXPECT_EQ(runs(spool)[0].outcome, "stopped");
   EXPECT_EQ(runs(spool)[1].outcome, "") << "this one goes on";
 }
+
+INSTANTIATE_TEST_SUITE_P(Of, FullDisk, testing::Values(ENOSPC, EDQUOT),
+                         [](const auto& param) { return param.param == ENOSPC ? "TheMachine" : "ItsUser"; });
 
 }  // namespace
 }  // namespace tiltfeed

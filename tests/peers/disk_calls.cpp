@@ -107,7 +107,7 @@ bool grows(int fd, std::uint64_t size) {
   if (!calls.full || ::fstat(fd, &status) != 0) return true;
   const auto now = static_cast<std::uint64_t>(status.st_size);
   if (size > now + calls.room) {
-    errno = ENOSPC;
+    errno = calls.full_error;
     return false;
   }
   calls.room += now - std::max(size, now);

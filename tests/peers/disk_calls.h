@@ -34,6 +34,7 @@ inline constexpr std::size_t kDiskLog = 32u << 20;
 struct DiskCalls {
   bool watching = false, failing = false;
   bool full = false;       ///< files grow by `room` at most
+  int full_error = 0;      ///< of those that would grow further
   std::uint64_t room = 0;  ///< bytes
   char root[512] = {};
   DiskFault fault;

@@ -88,8 +88,9 @@ void ForgetfulDisk::begin(const DiskFault& fault) {
 
 int ForgetfulDisk::calls() const { return disk_calls().calls; }
 std::string ForgetfulDisk::failed() const { return disk_calls().failed; }
-void ForgetfulDisk::fill() {
+void ForgetfulDisk::fill(int error) {
   disk_calls().full = true;
+  disk_calls().full_error = error;
   disk_calls().room = 0;
 }
 

@@ -39,8 +39,8 @@ class ForgetfulDisk {
   int calls() const;
   /// The call that failed: its name and its file; empty while none did.
   std::string failed() const;
-  /// From here on files grow only by what others give back.
-  void fill();
+  /// From here on files grow only by what others give back; those that do not fail with `error`.
+  void fill(int error);
   /// From here on no call is counted, none fails, and there is room.
   void rest();
   /// The folder is then what a power loss leaves; without `random` nothing that was not synced.
