@@ -247,7 +247,7 @@ Result<void> Spool::remove(std::uint64_t id) {
   // The row first: what is listed has its files, whatever fails. Only a disk without room for that is given
   // room by the files.
   Result<void> erased = erase_row(id);
-  const bool no_room = !erased && table_->lacks_room();
+  const bool no_room = !erased && table_->lacks_room(folder_);
   if (!erased && !no_room) return erased;
   std::error_code gone;
   std::filesystem::remove_all(folder_of(id), gone);

@@ -45,9 +45,9 @@ namespace {
 /// As much as the table grows by at once.
 constexpr std::size_t kTableRoom = 65536;
 
-/// False only where a file without a name in the same folder finds none.
-bool has_room_beside(const std::string& path) {
-  const std::string folder = std::filesystem::path(path).parent_path().string(), page(kTableRoom, '\0');
+/// False only where a file without a name finds none in the folder.
+bool has_room(const std::string& folder) {
+  const std::string page(kTableRoom, '\0');
   const int file = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
   if (file < 0) return true;
   const ssize_t written = ::write(file, page.data(), page.size());
@@ -71,13 +71,13 @@ void SpoolTable::keep_files() {
 
 Error SpoolTable::error(const std::string& folder) const {
   return {Code::kIo, folder + "/jobs.db: " + (db != nullptr ? sqlite3_errmsg(db) : "out of memory") +
-                         (lacks_room() ? "; make room, `tiltfeed remove` of a job does" : "")};
+                         (lacks_room(folder) ? "; make room, `tiltfeed remove` of a job does" : "")};
 }
 
-bool SpoolTable::lacks_room() const {
+bool SpoolTable::lacks_room(const std::string& folder) const {
   const int code = db != nullptr ? sqlite3_errcode(db) : SQLITE_NOMEM;
   // A quota that is used up comes as an error of the disk, and SQLite does not keep which.
-  return code == SQLITE_FULL || (code == SQLITE_IOERR && !has_room_beside(sqlite3_db_filename(db, "main")));
+  return code == SQLITE_FULL || (code == SQLITE_IOERR && !has_room(folder));
 }
 
 bool SpoolTable::prepare(SpoolStatement& statement, const std::string& sql) const {

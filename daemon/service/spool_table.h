@@ -52,7 +52,7 @@ struct SpoolTable {
   /// What SQLite said last. kIo.
   Error error(const std::string& folder) const;
   /// Whether that was for a disk or a quota without room.
-  bool lacks_room() const;
+  bool lacks_room(const std::string& folder) const;
   bool prepare(SpoolStatement& statement, const std::string& sql) const;
 };
 

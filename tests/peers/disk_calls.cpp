@@ -131,7 +131,8 @@ ssize_t write_to(const char* call, int fd, const void* bytes, std::size_t count,
   if (!grows(fd, static_cast<std::uint64_t>(at) + count)) return -1;
   const ssize_t written = real(bytes, count);
   struct stat status {};
-  if (written > 0 && ::fstat(fd, &status) == 0)
+  // A power loss leaves nothing of a file without a name.
+  if (written > 0 && ::fstat(fd, &status) == 0 && status.st_nlink > 0)
     log({DiskOp::kWrite, status.st_ino, 0, static_cast<std::uint64_t>(at), 0},
         {static_cast<const char*>(bytes), static_cast<std::size_t>(written)});
   return written;
@@ -304,6 +305,10 @@ int fdatasync(int fd) { return sync_file("fdatasync", fd); }
 
 int close(int fd) {
   const std::string path = path_of(fd);
+  struct stat status {};
+  // It never had a name: as open() with O_TMPFILE makes it.
+  if (path.find("/#") != std::string::npos && ::fstat(fd, &status) == 0 && status.st_nlink == 0)
+    give_back(static_cast<std::uint64_t>(status.st_size));
   const int result = next<int (*)(int)>("close")(fd);
   return !path.empty() && fails("close", path, true) ? -1 : result;
 }
