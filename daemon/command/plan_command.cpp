@@ -8,9 +8,13 @@
 namespace tiltfeed::daemon {
 
 int plan_command(const PlanFiles& files, const std::string& progress) {
+  const Result<int> file = open_progress(
+      progress,
+      {{"--out", files.program}, {"--cl", files.cl}, {"--report", files.report}, {"--map", files.map}});
+  if (!file) return complain(file.error());
   Result<std::string> done;
   {
-    ProgressLine line(progress);
+    ProgressLine line(*file);
     done = plan_program(files, {[&](const char* stage, double share) { return line.show(stage, share); },
                                 [&](const std::string& text) { line.note(text); }});
   }

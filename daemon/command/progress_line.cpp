@@ -3,7 +3,9 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 
 #include "daemon/command/interrupt.h"
 
@@ -12,11 +14,31 @@ namespace tiltfeed::daemon {
 namespace {
 constexpr std::chrono::milliseconds kRedraw{100};
 constexpr int kFileLine = 80;
+
+/// An empty file, or a line as write_file_line() leaves it.
+bool holds_progress(int file) {
+  char text[kFileLine + 1];
+  const ssize_t size = ::pread(file, text, sizeof text, 0);
+  if (size == 0) return true;
+  return size == kFileLine && text[kFileLine - 1] == '\n' && text[3] == ' ' && text[2] >= '0' &&
+         text[2] <= '9';
+}
+
 }  // namespace
 
-ProgressLine::ProgressLine(const std::string& file) : terminal_(isatty(STDERR_FILENO) == 1) {
-  if (!file.empty()) file_ = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+Result<int> open_progress(const std::string& file, std::vector<config::NamedFile> outputs) {
+  if (file.empty()) return -1;
+  outputs.push_back({"--progress", file});
+  if (const auto fits = config::check_outputs(outputs, {}); !fits) return tl::unexpected(fits.error());
+  const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600);
+  if (made < 0) return fail(Code::kIo, "--progress " + file + ": " + std::strerror(errno));
+  if (holds_progress(made)) return made;
+  ::close(made);
+  return fail(Code::kUsage,
+              "--progress " + file + " is there and holds something else; name a file that is not there");
 }
+
+ProgressLine::ProgressLine(int file) : terminal_(isatty(STDERR_FILENO) == 1), file_(file) {}
 
 bool ProgressLine::show(const std::string& text, double fraction) {
   const auto now = std::chrono::steady_clock::now();

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -229,12 +230,33 @@ TEST_F(MachineService, NobodyKnowsHowLongAWayBackTakes) {
   until([&] { return state(1) == "stopped"; });
 }
 
+TEST(PlanStage, IsWrittenOverNothingElse) {
+  const Folder folder("stage_file");
+  const std::string part = folder.path + "/part.stl", fresh = folder.path + "/fresh",
+                    link = folder.path + "/link";
+  std::ofstream(part) << "solid part";
+  std::filesystem::create_symlink(part, link);
+  EXPECT_FALSE(open_progress(part, {}));
+  EXPECT_FALSE(open_progress(link, {}));
+  EXPECT_FALSE(open_progress(fresh, {{"--out", fresh}}));
+  EXPECT_FALSE(open_progress(folder.path, {}));
+  EXPECT_FALSE(std::filesystem::exists(fresh));
+  std::string text;
+  std::getline(std::ifstream(part), text);
+  EXPECT_EQ(text, "solid part");
+  for (const double share : {0.1, 1.0}) {  // one's own of before
+    const Result<int> file = open_progress(fresh, {});
+    ASSERT_TRUE(file) << file.error().message;
+    ProgressLine(*file).show("read", share);
+  }
+}
+
 TEST(PlanStage, IsReadFromWhatThePlannerWrites) {
   const Folder folder("stage");
   PlanProcess process{1, 7, folder.path};
   EXPECT_FALSE(stage_of(process)) << "not known yet";
   {
-    ProgressLine line(folder.path + "/plan.progress");
+    ProgressLine line(*open_progress(folder.path + "/plan.progress", {}));
     line.show("clearance surface", 0.0);
     auto at = stage_of(process);
     ASSERT_TRUE(at);
