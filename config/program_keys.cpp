@@ -5,6 +5,7 @@
 
 #include "config/enum_words.h"
 #include "config/program_lines.h"
+#include "config/start_words.h"
 #include "config/table_home.h"
 #include "kinematics/basics/decimal.h"
 
@@ -82,7 +83,7 @@ std::string read_words(const Section& program, const char* key, const std::strin
 }
 
 /// Lines of a program that a profile states: one text or a list of them.
-std::vector<std::string> read_lines(const Section& program, const char* key) {
+std::vector<std::string> read_lines(const Section& program, const char* key, Dialect dialect) {
   std::vector<std::string> lines = program.lines(key, kMostLines);
   if (lines == std::vector<std::string>{"none"}) return {};
   for (const std::string& line : lines) {
@@ -101,7 +102,17 @@ std::vector<std::string> read_lines(const Section& program, const char* key) {
                            "\" moves an axis where nothing is known of the part; expected a move in machine "
                            "coordinates (G53, G28, SUPA, M91) or none");
   }
-  if (const auto wrong = breaks_words(lines, std::string_view(key) == "start")) program.complain(key, *wrong);
+  const bool before_motion = std::string_view(key) == "start";
+  if (const auto wrong = breaks_words(lines, before_motion)) {
+    program.complain(key, *wrong);
+    return lines;
+  }
+  for (const std::string& line : lines)
+    if (const auto word = before_motion ? unknown_before_motion(line, dialect) : std::nullopt)
+      program.complain(key, "\"" + line + "\" has " + *word +
+                                ", which may change what the words of the program mean; expected smoothing, "
+                                "exact stop, blending, a work offset, what cancels, a dwell, coolant, or a "
+                                "move in machine coordinates");
   return lines;
 }
 
@@ -253,8 +264,8 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
   read_feed(program, usual, result);
   read_path_control(program, usual, result);
   read_retract(program, usual, result);
-  result.start = read_lines(program, "start");
-  result.end = read_lines(program, "end");
+  result.start = read_lines(program, "start", result.dialect);
+  result.end = read_lines(program, "end", result.dialect);
   read_clamps(program, result);
   return dialect && *dialect != result.dialect ? for_another(*dialect, result) : result;
 }

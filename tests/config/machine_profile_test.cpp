@@ -120,6 +120,43 @@ TEST(MachineProfile, StartAndEndTakeSeveralLinesAndParentheses) {
   }
 }
 
+TEST(MachineProfile, StartTakesWhatLeavesTheProgramAsItIsMeant) {
+  const std::pair<const char*, std::vector<const char*>> fine[]{
+      {"rs274", {"G64 P0.02", "G61", "G59.3", "M7", "G4 P1", "G53 G0 Z0", "G80 G40 G49 G69"}},
+      {"fanuc", {"G5.1 Q1", "G5 P10000", "G54.1 P5", "G8 P1", "M88", "G28 (G16)", "N10 T5"}},
+      {"haas", {"G187 P3 E0.02", "G154 P2", "G103 P1", "G255", "M31"}},
+      {"siemens",
+       {"CYCLE832(0.01,1)", "G642", "COMPCAD", "FFWON SOFT", "G505", "TRAFOOF", "MSG(\\\"A\\\")",
+        "G0 SUPA Z0 D0"}},
+      {"heidenhain",
+       {"CYCL DEF 32.0 TOLERANCE", "CYCL DEF 32.1 T0.02", "PLANE RESET STAY", "M8", "L Z-1 R0 FMAX M91"}},
+      {"heidenhain_iso", {"G62 T0.02", "M8"}}};
+  const std::pair<const char*, std::vector<const char*>> wrong[]{
+      {"rs274",
+       {"T9 M6", "G43 H9", "G38.2 F100", "G10 L2 P1", "G96 S100", "S100 M4", "G18", "G92.1", "O100 CALL"}},
+      {"fanuc",
+       {"G16", "G68 R45", "G95", "G93", "G51 P2000", "M98 P100", "G65 P9000", "G41 D1", "G12.1",
+        "G81 R2 F100"}},
+      {"haas", {"G268", "G51.1", "H3", "M97 P3"}},
+      {"siemens",
+       {"CYCLE81(10,0,1,-5)", "CYCLE800(0,1)", "MCALL CYCLE81(1)", "G0 AP=90 RP=10", "ROT RPL=45", "TOFRAME",
+        "TRANSMIT", "GOTOF ENDE", "L100", "MYSUB", "M17", "D2", "DIAMON", "G500", "G95"}},
+      {"heidenhain",
+       {"LP PR+10 PA+0 FMAX", "CYCL CALL", "CYCL DEF 8.0 MIRROR", "CYCL DEF 10.1 ROT+45", "CALL LBL 1",
+        "TOOL CALL 9 Z", "TCH PROBE 0.0 REF PLANE", "M126", "M136"}}};
+  const auto with = [](const char* dialect, const std::string& line) {
+    return parse_changed("dialect: grbl",
+                         std::string("dialect: ") + dialect + "\n  start: [\"" + line + "\"]");
+  };
+  for (const auto& [dialect, lines] : fine)
+    for (const char* line : lines) {
+      const auto read = with(dialect, line);
+      EXPECT_TRUE(read) << dialect << " " << line << ": " << read.error().message;
+    }
+  for (const auto& [dialect, lines] : wrong)
+    for (const char* line : lines) EXPECT_FALSE(with(dialect, line)) << dialect << " " << line;
+}
+
 /// Rounding by half a last decimal in each word stays below a tenth of the tolerances, as far as the control
 /// reads decimals; stated ones stay.
 TEST(MachineProfile, DecimalsAreFineEnoughForTheTolerance) {
