@@ -227,7 +227,7 @@ ResumeDecision decide_resume(const JournalContent& journal, const RunSubject& no
                      last.total);
   decision.way = ResumeWay::kContinue;
   decision.ring = {last.session_id, last.boot_id, last.acknowledged, decision.may_have, decision.executed};
-  decision.text = "asks the controller, which counts what it executed, then goes on after that";
+  decision.text = range_text(decision, last.total);
   return decision;
 }
 

@@ -23,6 +23,10 @@
 
 namespace tiltfeed::daemon {
 
+/// Ends the note of an interrupted job, as long as its controller can be asked.
+inline constexpr const char* kResumeAsks =
+    "; resume asks the controller, which counts what it executed, and goes on after that";
+
 /// One machine's jobs. Properties: one job at a time is on the wire, one is planned; every change is in the
 /// spool before it is answered; nothing resumes by itself; nothing starts by itself but the next in the
 /// queue, when the run before it was executed to its end and no restart, fault or stop lies between.

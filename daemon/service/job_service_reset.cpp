@@ -62,10 +62,13 @@ void JobService::take_reset_end() {
   if (changing_.job != 0) changing_.parked = "after a reset, " + reset_text_;
   const auto jobs = spool_.list();
   if (!ended || !jobs) return;
-  for (const SpooledJob& job : *jobs)
-    if (job.state == JobState::kInterrupted)
-      set(job, job.id == stopped_ ? JobState::kStopped : JobState::kUncertain,
-          (job.id == stopped_ ? "stopped; the machine was reset; " : "the machine was reset; ") + job.note);
+  for (const SpooledJob& job : *jobs) {
+    if (job.state != JobState::kInterrupted) continue;
+    const bool stopped = job.id == stopped_;
+    set(job, stopped ? JobState::kStopped : JobState::kUncertain,
+        (stopped ? "stopped; the machine was reset; " : "the machine was reset; ") +
+            job.note.substr(0, job.note.find(kResumeAsks)));
+  }
 }
 
 }  // namespace tiltfeed::daemon

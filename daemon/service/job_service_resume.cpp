@@ -319,7 +319,7 @@ Result<void> JobService::settle() {
         set(job, JobState::kReady, text);
         break;
       case ResumeWay::kContinue:
-        set(job, JobState::kInterrupted, text);
+        set(job, JobState::kInterrupted, text + kResumeAsks);
         break;
       case ResumeWay::kFinished:
         set(job, JobState::kDone, text);

@@ -355,7 +355,11 @@ TEST_P(JobWays, B9EveryStateHasItsWaysOut) {
     no_way(cut, "start", ApiOp::kStart, "`tiltfeed resume " + std::to_string(cut) + "` goes on");
     way(cut, "resume", ApiOp::kResume, "running");
     cut_off(cut);
+    const auto notes = [&](const char* text) { return field(cut, "note").find(text) != std::string::npos; };
+    EXPECT_TRUE(notes("may have run") && notes("resume asks the controller")) << field(cut, "note");
     way(cut, "stop", ApiOp::kStop, "stopped");
+    EXPECT_TRUE(notes("may have run")) << field(cut, "note");
+    EXPECT_FALSE(notes("asks the controller")) << "it was told to forget the run: " << field(cut, "note");
     enter_near_the_end(cut);
     way(cut, "remove", ApiOp::kRemove, "gone");
 
