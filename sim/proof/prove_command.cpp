@@ -34,15 +34,36 @@ int report(const Error& error) {
   return error.code == Code::kUsage ? kWrongUse : kFailed;
 }
 
-std::string gouge_text(const ProvenGouge& g, const std::string& name, const config::Job& job) {
+/// The words of a line, counted from 1.
+std::string words_at(std::istream& in, std::uint32_t line) {
+  in.clear();
+  in.seekg(0);
+  std::string words;
+  for (std::uint32_t i = 0; i < line && std::getline(in, words); ++i) continue;
+  while (!words.empty() && (words.back() == '\r' || words.back() == ' ')) words.pop_back();
+  return words;
+}
+
+/// What helps where the control takes the tool along its own Z, and the part is in that way.
+std::string remedy(const std::string& words) {
+  for (const char* own : {"G53", "G28", "SUPA", "M91", "M92"})
+    if (words.find(own) != words.npos)
+      return "; the way along the machine's Z is not clear there: turn the part "
+             "(setup.fixture_rotation_deg), or leave out what is worked there (containment)";
+  return "";
+}
+
+std::string gouge_text(const ProvenGouge& g, const std::string& words, const std::string& name,
+                       const config::Job& job) {
   const Point<Part> at = g.pose.tip;
   const bool grown = job.plan.allowance > 0.0 || job.plan.radial_stock > 0.0 || job.plan.axial_stock > 0.0;
   return text(
-      "%s:%u: gouge: %s %.4f mm deep in the part%s in a %s move, block %llu, tip at (%.3f, %.3f, %.3f), "
-      "facet %u; the tolerance is %.4g mm",
+      "%s:%u: gouge: %s %.4f mm deep in the part%s in the %s move \"%.72s\", block %llu, tip at (%.3f, %.3f, "
+      "%.3f), facet %u; the tolerance is %.4g mm%s",
       name.c_str(), g.line, kToolPartNames[static_cast<int>(g.tool)], g.depth,
-      grown ? " with its allowance" : "", g.rapid ? "rapid" : "feed",
-      static_cast<unsigned long long>(g.block), at.x, at.y, at.z, g.facet, job.plan.tolerance);
+      grown ? " with its allowance" : "", g.rapid ? "rapid" : "feed", words.c_str(),
+      static_cast<unsigned long long>(g.block), at.x, at.y, at.z, g.facet, job.plan.tolerance,
+      remedy(words).c_str());
 }
 
 /// The facets that come within `near` of p.
@@ -135,7 +156,7 @@ int prove_command(const ProveOptions& options) {
   }
   if (!options.picture.empty())
     if (auto drawn = draw(in, name, *job, *part, *gouge, options.picture); !drawn) report(drawn.error());
-  return report({Code::kInput, gouge_text(*gouge, name, *job)});
+  return report({Code::kInput, gouge_text(*gouge, words_at(in, gouge->line), name, *job)});
 }
 
 }  // namespace tiltfeed::sim

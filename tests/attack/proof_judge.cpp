@@ -115,15 +115,17 @@ class ProofJudge {
       verdict_.refusal = "the retract from below the part is in it";
     else if (approaches && is_below && verdict_.findings.empty())
       verdict_.refusal = "the approach from below the part is through it";
-    else if (approaches && is_shut_in(told) && verdict_.findings.empty())
+    else if (approaches && is_shut_in(told, 1.0) && verdict_.findings.empty())
       verdict_.refusal = "the part is in every way in to the first pose";
+    else if (retracts && is_shut_in(told, 0.0) && verdict_.findings.empty())
+      verdict_.refusal = "the part is in every way out from the last pose";
     else
       finding("gouge", gouge->depth, there, pasteable(worst));
   }
 
-  /// Does the part stand in the way of a tool that is drawn out along its axis from the move's end?
-  bool is_shut_in(const sim::ProgramMove& move) const {
-    const Pose end = prover_.frames().pose(move, 1.0);
+  /// Does the part stand in the way of a tool that is drawn out along its axis from that share of the move?
+  bool is_shut_in(const sim::ProgramMove& move, double share) const {
+    const Pose end = prover_.frames().pose(move, share);
     const double step = kDrawnOut * job_.plan.cutter.diameter;
     for (double out = 0.0; out < distance(bounds_.min, bounds_.max); out += step)
       if (depth({end.tip + end.axis * out, end.axis}) > tolerance_) return true;

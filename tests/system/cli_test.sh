@@ -128,7 +128,7 @@ expect 0 '^proven [0-9]+ moves' "$bin/tiltfeed-sim" prove "$work/job.yaml" "$wor
 # One line whose word is lower is named.
 line=$(grep -nE '^X.* Z' "$work/b.nc" | sed -n '2000s/:.*//p')
 awk -v at="$line" 'NR == at { for (i = 1; i <= NF; ++i) if ($i ~ /^Z/) $i = "Z" substr($i, 2) - 0.05 } { print }' "$work/b.nc" > "$work/low.nc"
-expect 1 "low.nc:[0-9]+: gouge: cutter 0\.0[0-9]+ mm deep .* facet [0-9]+" \
+expect 1 "low.nc:[0-9]+: gouge: cutter 0\.0[0-9]+ mm deep .* move \"[^\"]+\", block .* facet [0-9]+" \
   "$bin/tiltfeed-sim" prove "$work/job.yaml" "$work/low.nc" --picture "$work/gouge.png"
 [[ $(head -c 4 "$work/gouge.png" | tail -c 3) == PNG ]] || { echo 'FAILED: no picture of the gouge'; failed=1; }
 
