@@ -16,7 +16,7 @@ namespace {
 // nothing depends on the number of threads.
 constexpr std::size_t kBatch = 32768, kChunk = 4096;
 // Material left that is told apart: as deep as this many times what shall be left, or this much, mm.
-constexpr double kReachOfStock = 3.0, kLeastReach = 0.5;
+constexpr double kReachOfStock = 3.0, kReachOfLimit = 1.25, kLeastReach = 0.5;
 // Places where much is left that are told of each other, in cutter diameters.
 constexpr double kLeftoverDiameters = 2.0;
 
@@ -204,9 +204,9 @@ Result<Removal> remove_material(const config::Job& job, const ExecutedPath& path
   return Remover(job, path, stock, probes, options, film).run(progress);
 }
 
-double probe_reach(const config::Job& job) {
+double probe_reach(const config::Job& job, double rest_limit) {
   const double left = job.plan.allowance + job.plan.radial_stock + job.plan.axial_stock;
-  return std::max(kLeastReach, kReachOfStock * left);
+  return std::max({kLeastReach, kReachOfStock * left, kReachOfLimit * rest_limit});
 }
 
 }  // namespace tiltfeed::sim

@@ -23,7 +23,8 @@ Result<Removal> remove_material(const config::Job& job, const ExecutedPath& path
                                 Probes& probes, const RemovalOptions& options,
                                 const pathgen::Progress& progress, StockFilm* film = nullptr);
 
-/// Upper limit of measured rest material, mm; larger values saturate.
-double probe_reach(const config::Job& job);
+/// Upper limit of measured rest material, mm; larger values saturate. It is over `rest_limit`, so that what
+/// saturates is more than may be left.
+double probe_reach(const config::Job& job, double rest_limit = 0.0);
 
 }  // namespace tiltfeed::sim

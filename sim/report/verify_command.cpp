@@ -179,7 +179,7 @@ Surface read_surface(const config::Job& job, std::optional<double> resolution) {
   surface.part = std::move(*part);
   surface.cell = resolution ? *resolution : default_cell(job, surface.part);
   if (const auto fits = check_probes(surface.part, surface.cell); !fits) return {fits.error(), {}, 0.0, {}};
-  surface.probes.emplace(surface.part.mesh, surface.cell, probe_reach(job));
+  surface.probes.emplace(surface.part.mesh, surface.cell, probe_reach(job, rest_limit(job.plan)));
   return surface;
 }
 

@@ -127,8 +127,9 @@ struct Judged {
   Removal removal;
   RemovalVerdict verdict;
 };
-Judged run_without(std::size_t first, std::size_t count) {
+Judged run_without(std::size_t first, std::size_t count, std::optional<double> side_step = {}) {
   Shop shop;
+  if (side_step) shop.job.plan.pattern.side_step = *side_step;
   shop.job.plan.containment.first = {-6.0, 6.0}, shop.job.plan.containment.second = {-3.0, 3.0};
   constexpr std::size_t kRow = 27;  // lines: down, on the surface, 24 cuts, up
   shop.lines.erase(shop.lines.begin() + 1 + static_cast<std::ptrdiff_t>(first * kRow),
@@ -140,9 +141,9 @@ Judged run_without(std::size_t first, std::size_t count) {
       execute_program(*read_program(in, "p.nc", 'A', 'C'), "p.nc", shop.job.machine.model, shop.job.setup);
   const auto shape = parse_stock("offset:0.5");
   auto stock = make_stock(*shape, shop.part, shop.job, 0.5, 2);
-  Probes probes(shop.part.mesh, 0.05, probe_reach(shop.job));
   RemovalOptions options;
   options.rest_limit = rest_limit(shop.job.plan);
+  Probes probes(shop.part.mesh, 0.05, probe_reach(shop.job, options.rest_limit));
   auto cut = remove_material(shop.job, *path, *stock, probes, options, {});
   EXPECT_TRUE(cut);
   const RemovalContext context{shop.job, shop.part, *shape, "p.nc", {}};
@@ -169,6 +170,14 @@ TEST(Rest, AWholeProgramPassesAndOneWithoutRowsIsIncomplete) {
   EXPECT_NEAR(less.removal.rest.left, kRadius - std::sqrt(kRadius * kRadius - half * half), 0.02);
   EXPECT_NEAR(less.removal.rest.place.y, -0.2, 0.3);
   EXPECT_NE(less.verdict.rest.find("facet"), std::string::npos) << less.verdict.rest;
+}
+
+/// Rows that are 3.6 apart, as asked: ridges of 1.13, more than the stock that nobody gave.
+TEST(Rest, HighRidgesThatWereAskedForAreComplete) {
+  const Judged wide = run_without(4, 8, 3.6);
+  EXPECT_TRUE(wide.verdict.passed()) << wide.verdict.rest;
+  EXPECT_GT(wide.removal.rest.limit, 2.0);
+  EXPECT_LT(wide.removal.rest.area, 0.1);
 }
 
 TEST(Rest, WhatTouchesAStockThatNobodyGaveIsNoTrouble) {
