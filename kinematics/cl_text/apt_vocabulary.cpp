@@ -16,12 +16,13 @@ constexpr std::array<std::string_view, 17> kMotions{"GOTO",   "GODLTA", "GOHOME"
 // Of these the ones that no option leaves out.
 constexpr std::array<std::string_view, 10> kPoints{"GOTO",   "GODLTA", "GOHOME", "FROM",  "RAPID",
                                                    "CIRCLE", "CYCLE",  "TLAXIS", "UNITS", "UNIT"};
-constexpr std::array<std::string_view, 45> kBends{
-    "ROTABL", "ROTHED", "ROTATE", "INDEX",  "TRACUT", "COPY",   "TRANS",   "ORIGIN", "MOVARC",
-    "ARC",    "ARCDAT", "ARCMOV", "MOVETO", "HELIX",  "INDIRV", "INDIRP",  "GO",     "GOFWD",
-    "GOLFT",  "GORGT",  "GOUP",   "GODOWN", "GOBACK", "TLON",   "TLLFT",   "TLRGT",  "SPLINE",
-    "NURBS",  "MIRROR", "SCALE",  "POLYGN", "THREAD", "COORD",  "REFSYS",  "CALL",   "MACRO",
-    "LOOPST", "JUMPTO", "INCLUD", "POCKET", "PROBE",  "PLUNGE", "SURFACE", "RETRCT", "DNTCUT"};
+constexpr std::array<std::string_view, 55> kBends{
+    "ROTABL", "ROTHED", "ROTATE",  "INDEX",  "TRACUT", "COPY",   "TRANS",   "ORIGIN", "MOVARC", "ARC",
+    "ARCDAT", "ARCMOV", "MOVETO",  "HELIX",  "INDIRV", "INDIRP", "GO",      "GOFWD",  "GOLFT",  "GORGT",
+    "GOUP",   "GODOWN", "GOBACK",  "TLON",   "TLLFT",  "TLRGT",  "SPLINE",  "NURBS",  "MIRROR", "SCALE",
+    "POLYGN", "THREAD", "COORD",   "REFSYS", "CALL",   "MACRO",  "LOOPST",  "JUMPTO", "INCLUD", "POCKET",
+    "PROBE",  "PLUNGE", "SURFACE", "RETRCT", "DNTCUT", "WCS",    "FIXTURE", "OFSTNO", "REPEAT", "PATERN",
+    "GOCLER", "UNTIL",  "IF",      "PSIS",   "LEADIN"};
 // In a word that is not known these speak of a motion, of a place that numbers count from, or of the tool.
 constexpr std::array<std::string_view, 22> kMotionStems{
     "ROT",  "SWIV",   "TILT",  "PIVOT", "INDEX", "MOV",   "RETR",  "HOME",  "SHIFT", "TRANSL", "TRAFO",
@@ -123,7 +124,7 @@ bool only_informs(const AptRecord& record) {
 AptVerdict must_not_be_dropped(const AptRecord& record) {
   const std::string& word = record.word;
   const std::string leave = "; if it means nothing here, say --ignore " + word;
-  if (among(kBends, word))
+  if (among(kBends, std::string_view(word).substr(0, word.find_first_of(",("))))
     return mistake(
         word +
         "/ asks for more than the points that follow; let the CAM system write these alone, in the "
