@@ -84,8 +84,8 @@ void ModbusSession::follow_mail(const RingStatus& status, Time now) {
 
 /// The ring was emptied and the session closed, so nobody can go on with it; what was read before stands.
 void ModbusSession::finish_stop() {
-  error_ = {Code::kCancelled,
-            "stopped on request; " + describe(state()) + "; spindle and coolant may still be on"};
+  error_ = {Code::kCancelled, "stopped on request; " + describe(state()) +
+                                  "; spindle and coolant may still be on: `tiltfeed reset` turns them off"};
   move(Event::kStood);
 }
 
