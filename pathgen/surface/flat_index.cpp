@@ -166,14 +166,6 @@ double FlatIndex::top() const {
   return static_cast<double>(top);
 }
 
-bool FlatIndex::holds_on_a_turn(const FlatBox& box, double x, double y, double period_x, double period_y) {
-  const auto turned = [](double v, double low, double high, double period) {
-    const double off = (low + high) / 2.0 - v;
-    return period > 0.0 && std::abs(off) > period / 2.0 ? v + period * std::round(off / period) : v;
-  };
-  return box.holds(turned(x, box.low_x, box.high_x, period_x), turned(y, box.low_y, box.high_y, period_y));
-}
-
 double FlatIndex::crossings(double dx, double dy, double step) const {
   const double widths = tbb::parallel_deterministic_reduce(
       tbb::blocked_range<std::size_t>(0, hulls_.hulls.size(), kHullsPerTask), 0.0,

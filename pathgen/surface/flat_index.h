@@ -121,7 +121,13 @@ class FlatIndex {
   bool holds(const FlatBox& box, double x, double y) const {
     return holds_on_a_turn(box, x, y, period_x_, period_y_);
   }
-  static bool holds_on_a_turn(const FlatBox& box, double x, double y, double period_x, double period_y);
+  static bool holds_on_a_turn(const FlatBox& box, double x, double y, double period_x, double period_y) {
+    const auto turned = [](double v, double low, double high, double period) {
+      const double off = (low + high) / 2.0 - v;
+      return period > 0.0 && std::abs(off) > period / 2.0 ? v + period * std::round(off / period) : v;
+    };
+    return box.holds(turned(x, box.low_x, box.high_x, period_x), turned(y, box.low_y, box.high_y, period_y));
+  }
   bool has_siblings(std::uint32_t hull) const;
   void ask(Scratch& scratch) const;
   void add_hull(std::uint32_t hull, const FlatLine& line, const FlatBox& swept,
