@@ -93,7 +93,10 @@ class Planner {
                              [&](const EnvelopePoint& stand) { return opposite_wall.keeps_off(stand); });
       if (stages_.stopped()) return cancelled();
       warn_between(report_.uncut->between,
-                   "use a smaller pattern.side_step_mm, or pattern.measure: surface or scallop", report_);
+                   options_.pattern.measure == StepMeasure::kScallop
+                       ? "use a smaller pattern.scallop_mm, or cut steep walls with kind: z_level or split"
+                       : "use a smaller pattern.side_step_mm, or pattern.measure: surface or scallop",
+                   report_);
     }
     for (KeptByFixture& kept : report_.fixtures)
       for (std::size_t body = 0; report_.uncut && body < report_.uncut->fixture_area.size(); ++body)
