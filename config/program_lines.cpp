@@ -13,18 +13,6 @@ namespace {
 
 bool is_letter(char c) { return (c >= 'A' && c <= 'Z') || c == '_'; }
 
-/// Without what stands in parentheses: comments and arguments.
-std::string bare(const std::string& line) {
-  std::string out;
-  int depth = 0;
-  for (const char c : line) {
-    depth += c == '(' ? 1 : 0;
-    if (depth == 0) out += c;
-    depth -= c == ')' ? 1 : 0;
-  }
-  return out;
-}
-
 /// The numbers behind a letter that is no part of a word, in tenths: G5.1 is 51.
 std::vector<int> codes(const std::string& words, char letter) {
   std::vector<int> found;
@@ -68,11 +56,26 @@ std::optional<std::string> changes_what_follows(const std::string& words) {
 
 }  // namespace
 
-bool moves_the_tool(const std::string& line) {
+std::string bare(const std::string& line) {
+  std::string out;
+  int depth = 0;
+  for (const char c : line) {
+    depth += c == '(' ? 1 : 0;
+    if (depth == 0) out += c;
+    depth -= c == ')' ? 1 : 0;
+  }
+  return out;
+}
+
+bool in_machine_coordinates(const std::string& line) {
   const std::string words = bare(line);
-  for (const char* elsewhere : {"G53", "G28", "G30", "SUPA", "M91", "M92"})
-    if (words.find(elsewhere) != words.npos) return false;
-  return states_an_axis(words);
+  for (const char* own : {"G53", "G28", "G30", "SUPA", "M91", "M92"})
+    if (words.find(own) != words.npos) return true;
+  return false;
+}
+
+bool moves_the_tool(const std::string& line) {
+  return !in_machine_coordinates(line) && states_an_axis(bare(line));
 }
 
 std::optional<std::string> breaks_words(const std::vector<std::string>& lines, bool before_motion) {

@@ -9,6 +9,10 @@
 
 namespace tiltfeed::config {
 
+/// The line without what stands in parentheses: comments and arguments.
+std::string bare(const std::string& line);
+/// Its axes go to places of the machine's own, or to a reference point.
+bool in_machine_coordinates(const std::string& line);
 /// Words that move an axis in the part's coordinates; those of a move in the machine's own do not count.
 bool moves_the_tool(const std::string& line);
 

@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "config/letters.h"
+#include "config/program_lines.h"
 
 namespace tiltfeed::config {
 namespace {
 
-/// A word with its number or, of a name, its arguments.
+/// A letter or a name with its number.
 struct Word {
   std::string name, text;
   double value = 0.0;
@@ -24,14 +25,6 @@ std::vector<Word> words_of(std::string_view line) {
   std::vector<Word> words;
   for (std::size_t i = 0; i < line.size();) {
     const std::size_t begin = i;
-    if (line[i] == '(') {  // a comment, or a name's arguments
-      for (int depth = 0; i < line.size(); ++i) {
-        depth += line[i] == '(' ? 1 : line[i] == ')' ? -1 : 0;
-        if (depth == 0) break;
-      }
-      ++i;
-      continue;
-    }
     if (!is_upper(line[i])) {
       ++i;
       continue;
@@ -134,7 +127,7 @@ bool known(const Word& word, Dialect dialect) {
 std::optional<std::string> unknown_before_motion(const std::string& line, Dialect dialect) {
   const bool klartext = dialect == Dialect::kHeidenhain;
   if (klartext && known_sentence(line)) return std::nullopt;
-  for (const Word& word : words_of(line)) {
+  for (const Word& word : words_of(bare(line))) {
     if (klartext && (word.text == "L" || word.name == "FMAX" || word.text == "R0")) continue;
     if (!known(word, dialect) || (klartext && word.name == "G")) return word.text;
   }

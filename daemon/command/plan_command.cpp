@@ -8,9 +8,7 @@
 namespace tiltfeed::daemon {
 
 int plan_command(const PlanFiles& files, const std::string& progress) {
-  const Result<int> file = open_progress(
-      progress,
-      {{"--out", files.program}, {"--cl", files.cl}, {"--report", files.report}, {"--map", files.map}});
+  const Result<int> file = open_progress(progress, outputs_of(files));
   if (!file) return complain(file.error());
   Result<std::string> done;
   {

@@ -139,9 +139,7 @@ class Planning {
 };
 
 Result<void> Planning::load() {
-  const std::vector<config::NamedFile> outputs{
-      {"--out", files_.program}, {"--cl", files_.cl},           {"--report", files_.report},
-      {"--map", files_.map},     {"--drawing", files_.drawing}, {"--gouge-picture", files_.gouge_picture}};
+  const std::vector<config::NamedFile> outputs = outputs_of(files_);
   if (auto fits = config::check_outputs(
           outputs, {{"JOB", files_.job}, {"--stl", files_.stl}, {"--machine", files_.machine}});
       !fits)
@@ -320,6 +318,11 @@ Result<std::string> Planning::run() {
 }
 
 }  // namespace
+
+std::vector<config::NamedFile> outputs_of(const PlanFiles& files) {
+  return {{"--out", files.program}, {"--cl", files.cl},           {"--report", files.report},
+          {"--map", files.map},     {"--drawing", files.drawing}, {"--gouge-picture", files.gouge_picture}};
+}
 
 Result<void> goes_alone(const config::Job& job) {
   for (const config::Fixture& fixture : job.fixtures)

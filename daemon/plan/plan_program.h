@@ -4,8 +4,10 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "config/job.h"
+#include "config/output_file.h"
 #include "kinematics/basics/result.h"
 
 namespace tiltfeed::daemon {
@@ -18,6 +20,9 @@ struct PlanFiles {
   bool prove = true, as_json = false;  ///< as_json: of what is returned
   bool alone = false;                  ///< only text and part came along: other files are refused
 };
+
+/// What is written, by the options that name it.
+std::vector<config::NamedFile> outputs_of(const PlanFiles& files);
 
 /// Both on the thread that plans; either may be empty.
 struct PlanListener {

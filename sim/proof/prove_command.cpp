@@ -14,6 +14,7 @@
 #include "config/job.h"
 #include "config/job_inputs.h"
 #include "config/output_file.h"
+#include "config/program_lines.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/mesh_check.h"
 #include "pathgen/mesh/stl.h"
@@ -46,11 +47,9 @@ std::string words_at(std::istream& in, std::uint32_t line) {
 
 /// What helps where the control takes the tool along its own Z, and the part is in that way.
 std::string remedy(const std::string& words) {
-  for (const char* own : {"G53", "G28", "SUPA", "M91", "M92"})
-    if (words.find(own) != words.npos)
-      return "; the way along the machine's Z is not clear there: turn the part "
-             "(setup.fixture_rotation_deg), or leave out what is worked there (containment)";
-  return "";
+  if (!config::in_machine_coordinates(words)) return "";
+  return "; the way along the machine's Z is not clear there: turn the part (setup.fixture_rotation_deg), or "
+         "leave out what is worked there (containment)";
 }
 
 std::string gouge_text(const ProvenGouge& g, const std::string& words, const std::string& name,
