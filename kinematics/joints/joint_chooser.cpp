@@ -13,6 +13,8 @@ namespace {
 constexpr double kSameTime = 1e-12;
 // Rounding moves a word by this many of its last decimals at most.
 constexpr double kRoundedBy = 2.0;
+// A rotary that comes to its limit to so much (degrees) comes to it by rounding.
+constexpr double kLimitSlack = 1e-6;
 // Starts to consider: two branches on a few turns of the table.
 constexpr std::size_t kMaxStarts = 8;
 constexpr int kStartTurns = 2;
@@ -121,7 +123,7 @@ std::array<JointChooser::Candidate, 2> JointChooser::candidates(const RotarySolu
 }
 
 int JointChooser::preferred(const RotarySolutions& solutions, const JointSolution& from) const {
-  if (from.at_pole && solutions.barred >= 0) return 1 - solutions.barred;
+  if (from.at_pole && solutions.ahead.barred >= 0) return 1 - solutions.ahead.barred;
   const auto time = [&](int branch) {
     const RotarySolutions::Words words = nearest(solutions, branch, from.joints);
     return cost(words.tilt, words.rotary, from.joints);
@@ -142,8 +144,36 @@ Result<JointSolution> JointChooser::next(const Pose& pose, const RotarySolutions
   const int branch = preferred(solutions, from);
   const Candidate best = candidate(solutions, branch, from.joints);
   const JointSolution choice = placed(pose.tip, best);
-  if (within_limits(machine_, choice.joints)) return choice;
-  return next_within_limits(pose, {best, candidate(solutions, 1 - branch, from.joints)}, from);
+  const WayFromPole* ahead = from.at_pole && solutions.ahead.asks() ? &solutions.ahead : nullptr;
+  if (within_limits(machine_, choice.joints) && (!ahead || leads(*ahead, best.branch, best.c))) return choice;
+  const Candidate other = candidate(solutions, 1 - branch, from.joints);
+  if (ahead) {
+    if (const auto led = next_within_limits(pose, {best, other}, from, ahead)) return *led;
+    if (const auto text = breaks_ahead(*ahead, choice)) return fail(Code::kLimit, *text);
+  }
+  if (const auto turned = next_within_limits(pose, {best, other}, from, nullptr)) return *turned;
+  return fail(Code::kLimit, *broken_limit(machine_, choice.joints));
+}
+
+WayFromPole::Turns JointChooser::turns_from(const WayFromPole& ahead, int branch, double c) const {
+  const WayFromPole::Turns& way = ahead.rotary[static_cast<std::size_t>(branch)];
+  if (!std::isfinite(way.min)) return {c, c};
+  const double turns = 360.0 * std::round((c - 0.5 * (way.min + way.max)) / 360.0);
+  return {way.min + turns, way.max + turns};
+}
+
+bool JointChooser::leads(const WayFromPole& ahead, int branch, double c) const {
+  const WayFromPole::Turns way = turns_from(ahead, branch, c);
+  return branch != ahead.barred && way.min >= machine_.rotary.min - kLimitSlack &&
+         way.max <= machine_.rotary.max + kLimitSlack;
+}
+
+std::optional<std::string> JointChooser::breaks_ahead(const WayFromPole& ahead,
+                                                      const JointSolution& from) const {
+  const WayFromPole::Turns way = turns_from(ahead, from.branch, from.joints.c);
+  Joints furthest = from.joints;
+  furthest.c = way.min < machine_.rotary.min ? way.min : way.max;
+  return broken_limit(machine_, furthest);
 }
 
 Result<JointSolution> JointChooser::next_rotary(const Pose& pose, const RotarySolutions& solutions,
@@ -151,7 +181,7 @@ Result<JointSolution> JointChooser::next_rotary(const Pose& pose, const RotarySo
   if (solutions.in_cone || !solutions.reachable) return next(pose, solutions, from);
   const Candidate best = candidate(solutions, preferred(solutions, from), from.joints);
   if (best.a < machine_.tilt.min || best.a > machine_.tilt.max || best.c < machine_.rotary.min ||
-      best.c > machine_.rotary.max)
+      best.c > machine_.rotary.max || (from.at_pole && !leads(solutions.ahead, best.branch, best.c)))
     return next(pose, solutions, from);
   JointSolution choice;
   choice.joints.a = best.a;
@@ -160,9 +190,10 @@ Result<JointSolution> JointChooser::next_rotary(const Pose& pose, const RotarySo
   return choice;
 }
 
-Result<JointSolution> JointChooser::next_within_limits(const Pose& pose,
-                                                       const std::array<Candidate, 2>& nearest,
-                                                       const JointSolution& from) const {
+std::optional<JointSolution> JointChooser::next_within_limits(const Pose& pose,
+                                                              const std::array<Candidate, 2>& nearest,
+                                                              const JointSolution& from,
+                                                              const WayFromPole* ahead) const {
   std::optional<JointSolution> best;
   const auto time = [&](const JointSolution& choice) {
     return cost(choice.joints.a, choice.joints.c, from.joints);
@@ -173,12 +204,12 @@ Result<JointSolution> JointChooser::next_within_limits(const Pose& pose,
         const JointSolution choice{rounded(pose.tip, near.a + tilt_turn, near.c + turn), near.branch, false,
                                    true};
         if (!within_limits(machine_, choice.joints)) continue;
+        if (ahead && !leads(*ahead, near.branch, choice.joints.c)) continue;
         if (!best || time(choice) < time(*best) - kSameTime) best = choice;
       }
     }
   }
-  if (best) return *best;
-  return fail(Code::kLimit, *broken_limit(machine_, placed(pose.tip, nearest[0]).joints));
+  return best;
 }
 
 std::optional<std::string> JointChooser::nearest_breaks(const Pose& pose, const JointSolution& from) const {

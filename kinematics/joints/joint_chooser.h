@@ -3,6 +3,8 @@
 // rounded to the printed decimals (K9).
 
 #include <array>
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +22,19 @@ struct JointSolution : Posture {  ///< rounded
   bool forced = false;            ///< a limit excluded the solution nearest to the joints before
 };
 
+/// What the path asks between two passages of the pole, where the rotary can be turned freely.
+struct WayFromPole {
+  int barred = -1;  ///< the branch not to be taken; -1: none
+  struct Turns {
+    double min = -kNoLimit, max = kNoLimit;  ///< of the rotary along the way, degrees, on any turn
+  };
+  std::array<Turns, 2> rotary;  ///< by branch; infinite: nothing is asked
+  bool asks() const { return barred >= 0 || std::isfinite(rotary[0].min) || std::isfinite(rotary[1].min); }
+
+ private:
+  static constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+};
+
 /// What a pose asks of the rotaries, whatever the joints before it.
 struct RotarySolutions {
   struct Words {
@@ -29,7 +44,7 @@ struct RotarySolutions {
   bool reachable = true;
   bool in_cone = false;      ///< inside the pole cone: the rotary is held
   bool rotary_free = false;  ///< at the pole: the rotary word before is kept
-  int barred = -1;           ///< the branch not to be taken where the path leaves the pole; -1: none
+  WayFromPole ahead;         ///< looked at where the path leaves the pole
 };
 
 class JointChooser {
@@ -89,8 +104,15 @@ class JointChooser {
   JointSolution placed(Point<Part> tip, const Candidate& candidate) const;
   Posture rounded(Point<Part> tip, double a, double c) const;
   std::vector<JointSolution> start_turns(const Pose& pose, const JointSolution& first) const;
-  Result<JointSolution> next_within_limits(const Pose& pose, const std::array<Candidate, 2>& nearest,
-                                           const JointSolution& from) const;
+  /// On any turn within the limits, the nearest to `from`. `ahead`: what is asked besides; null: nothing.
+  std::optional<JointSolution> next_within_limits(const Pose& pose, const std::array<Candidate, 2>& nearest,
+                                                  const JointSolution& from, const WayFromPole* ahead) const;
+  /// Where the rotary turns to from there.
+  WayFromPole::Turns turns_from(const WayFromPole& ahead, int branch, double c) const;
+  /// The limit that is broken there or, by the rotary, further on.
+  std::optional<std::string> breaks_ahead(const WayFromPole& ahead, const JointSolution& from) const;
+  /// From there the rotary stays within its limits up to the pole.
+  bool leads(const WayFromPole& ahead, int branch, double c) const;
   tl::unexpected<Error> unreachable(const Pose& pose) const;
 
   const MachineModel& machine_;

@@ -30,6 +30,8 @@ constexpr std::size_t kStretches = 64;
 constexpr double kSpareRoom = 1.1;
 // A beginning says little of the whole: room for no more than so many times the blocks that there are.
 constexpr std::size_t kMostGrowth = 4;
+// Plans of an operation that are followed before the search is given up: each replaces one rapid more.
+constexpr int kMostPlans = 100;
 
 /// What a walk depends on of the moves before.
 bool same(const JointSolution& a, const JointSolution& b) {
@@ -42,8 +44,8 @@ bool same(const JointSolution& a, const JointSolution& b) {
 class Follower {
  public:
   Follower(const ToolPath& path, const MachineModel& machine, const JointChooser& chooser,
-           const JointPathOptions& options, const std::vector<int>& barred = {})
-      : path_(path), machine_(machine), chooser_(chooser), options_(options), barred_(barred) {}
+           const JointPathOptions& options, const std::vector<WayFromPole>& ahead = {})
+      : path_(path), machine_(machine), chooser_(chooser), options_(options), ahead_(ahead) {}
 
   Result<JointPath> follow(const JointSolution& start, const StageProgress& progress);
   /// Where and why it ended early.
@@ -66,7 +68,7 @@ class Follower {
   const MachineModel& machine_;
   const JointChooser& chooser_;
   const JointPathOptions& options_;
-  std::vector<int> barred_;                 ///< by move, as RotarySolutions::barred; empty: none
+  std::vector<WayFromPole> ahead_;          ///< by move; empty: nothing is asked
   std::vector<RotarySolutions> solutions_;  ///< of the moves under way
   std::vector<Part> parts_;                 ///< of these moves
   JointSolution at_;                        ///< where the next of them starts
@@ -81,7 +83,7 @@ void Follower::foretell(std::size_t first) {
   solutions_.resize(count);
   tbb::parallel_for(std::size_t{0}, count,
                     [&](std::size_t i) { solutions_[i] = chooser_.solve(path_.moves[first + i].pose); });
-  for (std::size_t i = 0; i < count && !barred_.empty(); ++i) solutions_[i].barred = barred_[first + i];
+  for (std::size_t i = 0; i < count && !ahead_.empty(); ++i) solutions_[i].ahead = ahead_[first + i];
   parts_.clear();
   JointSolution at = at_;
   for (std::size_t i = 0; i < count; ++i) {
@@ -162,23 +164,51 @@ Result<JointPath> Follower::follow(const JointSolution& start, const StageProgre
   return std::move(out_);
 }
 
-/// The path with the reconfigurations of `plan`, followed.
+/// The path with the reconfigurations of `plan`, followed. `stopped`: the move of the path as given at which
+/// that ends early.
 Result<JointPath> reconfigured(const ToolPath& path, const MachineModel& machine, const Setup& setup,
                                const JointChooser& chooser, const JointPathOptions& options,
-                               const OperationPlan& plan, const StageProgress& progress) {
+                               const OperationPlan& plan, const StageProgress& progress,
+                               std::optional<std::size_t>& stopped) {
   std::vector<std::uint32_t> planned;
   ToolPath longer = with_reconfigurations(path, machine, setup, plan, options.clear, planned);
-  auto done = Follower(longer, machine, chooser, options).follow(plan.start, progress);
-  if (!done) return done;
+  Follower follower(longer, machine, chooser, options);
+  auto done = follower.follow(plan.start, progress);
+  if (!done) {
+    if (follower.stop()) stopped = planned[follower.stop()->move];
+    return done;
+  }
   done->report.reconfigurations = plan.changes.size();
   done->reconfigured = std::move(longer);
   done->planned = std::move(planned);
   return done;
 }
 
+/// The path with the fewest reconfigurations; nothing where none serve. A plan looks at the moves' ends only.
+/// A rapid that then breaks a limit between its ends is replaced in the next plan.
+Result<std::optional<JointPath>> with_fewest_reconfigurations(const ToolPath& path,
+                                                              const MachineModel& machine, const Setup& setup,
+                                                              const JointChooser& chooser,
+                                                              const JointPathOptions& options,
+                                                              const StageProgress& progress) {
+  if (!options.clear.height && !options.clear.radius) return std::nullopt;
+  std::vector<bool> replaced(path.moves.size(), false);
+  for (int tried = 0; tried < kMostPlans; ++tried) {
+    const auto plan = plan_operation(path, machine, setup, chooser, options.clear, replaced);
+    if (!plan) return std::nullopt;
+    std::optional<std::size_t> stopped;
+    auto done = reconfigured(path, machine, setup, chooser, options, *plan, progress, stopped);
+    if (done) return std::optional(std::move(*done));
+    if (done.error().code == Code::kCancelled) return tl::unexpected(done.error());
+    if (!stopped || replaced[*stopped] || path.moves[*stopped].kind != MoveKind::kRapid) return std::nullopt;
+    replaced[*stopped] = true;
+  }
+  return std::nullopt;
+}
+
 /// The path from the first start that leads through.
 Result<JointPath> followed(const ToolPath& path, const MachineModel& machine, const JointChooser& chooser,
-                           const JointPathOptions& options, const std::vector<int>& barred,
+                           const JointPathOptions& options, const std::vector<WayFromPole>& ahead,
                            const StageProgress& progress) {
   const Pose& first = path.moves.front().pose;
   RotarySolutions leave = chooser.solve(first);
@@ -196,7 +226,7 @@ Result<JointPath> followed(const ToolPath& path, const MachineModel& machine, co
   std::array<bool, 2> hopeless{};
   for (const JointSolution& start : *starts) {
     if (hopeless[static_cast<std::size_t>(start.branch)]) continue;
-    Follower follower(path, machine, chooser, options, barred);
+    Follower follower(path, machine, chooser, options, ahead);
     auto done = follower.follow(start, progress);
     if (done || !follower.stop() || done.error().code == Code::kUnreachable) return done;
     hopeless[static_cast<std::size_t>(start.branch)] = !follower.stop()->wound_up;
@@ -227,10 +257,11 @@ Result<JointPath> followed_over_the_pole(const ToolPath& path, const MachineMode
   for (const bool lift : {true, false}) {
     if (lift && !options.clear.height) continue;
     PathOverSingularity over = over_singularity(path, machine, setup, chooser, options.clear, cone, lift);
-    const bool turns = std::any_of(over.barred.begin(), over.barred.end(), [](int b) { return b >= 0; });
-    if (!over.changed && !turns) break;
+    const bool asks = std::any_of(over.ahead.begin(), over.ahead.end(),
+                                  [](const WayFromPole& ahead) { return ahead.asks(); });
+    if (!over.changed && !asks) break;
     if (auto valid = check_path(over.path, machine, options); !valid) return tl::unexpected(valid.error());
-    done = followed(over.path, machine, chooser, options, over.barred, progress);
+    done = followed(over.path, machine, chooser, options, over.ahead, progress);
     if (!done && done.error().code == Code::kCancelled) return done;
     if (!done) {
       done = tl::unexpected(renumbered(done.error(), over.planned));
@@ -257,13 +288,10 @@ Result<JointPath> to_joints(const ToolPath& path, const MachineModel& machine, c
   }
   auto direct = followed(path, machine, chooser, options, {}, progress);
   if (direct || direct.error().code != Code::kLimit) return direct;
-  if (options.clear.height || options.clear.radius) {
-    if (const auto plan = plan_operation(path, machine, setup, chooser, options.clear)) {
-      auto done = reconfigured(path, machine, setup, chooser, options, *plan, progress);
-      // Where that does not serve either, the pose of the planned path is what the user knows.
-      if (done || done.error().code == Code::kCancelled) return done;
-    }
-  }
+  // Where that does not serve either, the pose of the planned path is what the user knows.
+  auto led = with_fewest_reconfigurations(path, machine, setup, chooser, options, progress);
+  if (!led) return tl::unexpected(led.error());
+  if (*led) return std::move(**led);
   auto over = followed_over_the_pole(path, machine, setup, chooser, options, cone, progress);
   if (over || over.error().code == Code::kCancelled) return over;
   return direct;

@@ -189,7 +189,7 @@ Result<void> MoveSubdivider::stuck(const Sweep& sweep, double f1, const JointSol
 Result<void> MoveSubdivider::advance(const Sweep& sweep, double f0, double f1, int halvings) {
   const Pose pose = sweep.at(f1);
   RotarySolutions solutions = *ends_;
-  if (f1 < 1.0) solutions = chooser_.solve(pose), solutions.barred = ends_->barred;
+  if (f1 < 1.0) solutions = chooser_.solve(pose), solutions.ahead = ends_->ahead;
   auto goal = chooser_.next(pose, solutions, at_);
   if (!goal) return tl::unexpected(goal.error());
   Deviation deviation = check(sweep, f0, f1, goal->joints);

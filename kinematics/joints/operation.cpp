@@ -28,6 +28,7 @@ struct Place {
   Cost cost;
   int parent = -1;       ///< the place before; -1: the start
   JointSolution chosen;  ///< there, for the way that led here
+  bool instead = false;  ///< chosen for the end of the rapid after it
   JointSolution at;      ///< joints with which the tool arrives here
 };
 
@@ -45,12 +46,13 @@ struct Run {
 class Search {
  public:
   Search(const ToolPath& path, const MachineModel& machine, const Setup& setup, const JointChooser& chooser,
-         const ClearSpace& clear)
+         const ClearSpace& clear, const std::vector<bool>& replaced)
       : path_(path),
         machine_(machine),
         setup_(setup),
         chooser_(chooser),
         clear_(clear),
+        replaced_(replaced),
         up_(rotary_up(machine, setup)),
         solutions_(path.moves.size()) {
     tbb::parallel_for(std::size_t{0}, solutions_.size(),
@@ -97,6 +99,12 @@ class Search {
     return std::max(std::abs(to.a - from.a) / machine_.tilt.velocity,
                     std::abs(to.c - from.c) / machine_.rotary.velocity);
   }
+  /// A way on from a place: joints at the end of the move there, or of the rapid after it.
+  struct Way {
+    JointSolution chosen;
+    bool instead = false;
+  };
+  std::vector<Way> ways(const Place& from) const;
   Run run(std::size_t place, const JointSolution& start) const;
   void expand(std::size_t index);
   void offer(const Place& place);
@@ -107,6 +115,7 @@ class Search {
   const Setup& setup_;
   const JointChooser& chooser_;
   const ClearSpace& clear_;
+  const std::vector<bool>& replaced_;
   Vec3 up_;
   std::vector<RotarySolutions> solutions_;
   std::vector<Place> places_;
@@ -118,7 +127,7 @@ Run Search::run(std::size_t place, const JointSolution& start) const {
   Run out;
   JointSolution at = start;
   std::size_t move = place + 1;
-  for (; move < path_.moves.size(); ++move) {
+  for (; move < path_.moves.size() && !replaced_[move]; ++move) {
     const auto next = chooser_.next(path_.moves[move].pose, solutions_[move], at);
     // Another solution than the nearest can be walked to at the pole only.
     if (!next || (next->forced && !at.at_pole)) break;
@@ -147,20 +156,34 @@ void Search::offer(const Place& place) {
   open_.push_back(places_.size() - 1);
 }
 
+std::vector<Search::Way> Search::ways(const Place& from) const {
+  std::vector<Way> out;
+  const bool starts = from.parent < 0;
+  const auto offer_at = [&](std::size_t move, bool instead) {
+    for (const JointSolution& to : chooser_.choices(path_.moves[move].pose, solutions_[move], from.at))
+      if (starts || (clears(move, to.joints) && may_change(from.move, from.at, to)))
+        out.push_back({to, instead});
+  };
+  offer_at(from.move, false);
+  const std::size_t next = from.move + 1;
+  if (!starts && next < path_.moves.size() && path_.moves[next].kind == MoveKind::kRapid &&
+      rises(from.move) && rises(next))
+    offer_at(next, true);
+  return out;
+}
+
 void Search::expand(std::size_t index) {
   const Place from = places_[index];
-  const std::vector<JointSolution> choices =
-      chooser_.choices(path_.moves[from.move].pose, solutions_[from.move], from.at);
-  std::vector<Run> runs(choices.size());
-  tbb::parallel_for(std::size_t{0}, choices.size(),
-                    [&](std::size_t k) { runs[k] = run(from.move, choices[k]); });
-  for (std::size_t k = 0; k < choices.size(); ++k) {
-    if (from.parent >= 0 &&
-        (!clears(from.move, choices[k].joints) || !may_change(from.move, from.at, choices[k])))
-      continue;
-    Place next{path_.moves.size(), from.cost, static_cast<int>(index), choices[k], {}};
-    if (from.parent >= 0) next.cost.minutes += minutes(from.at.joints, choices[k].joints);
-    if ((choices[k].joints.a - machine_.tilt.zero) * machine_.preferred_tilt < 0.0) ++next.cost.wrong_side;
+  const std::vector<Way> ways = this->ways(from);
+  std::vector<Run> runs(ways.size());
+  tbb::parallel_for(std::size_t{0}, ways.size(), [&](std::size_t k) {
+    runs[k] = run(from.move + (ways[k].instead ? 1 : 0), ways[k].chosen);
+  });
+  for (std::size_t k = 0; k < ways.size(); ++k) {
+    const JointSolution& chosen = ways[k].chosen;
+    Place next{path_.moves.size(), from.cost, static_cast<int>(index), chosen, ways[k].instead, {}};
+    if (from.parent >= 0) next.cost.minutes += minutes(from.at.joints, chosen.joints);
+    if ((chosen.joints.a - machine_.tilt.zero) * machine_.preferred_tilt < 0.0) ++next.cost.wrong_side;
     const auto stop_at = [&](const Run::Stop& stop, std::size_t in_cut) {
       Place place = next;
       place.move = stop.move;
@@ -186,7 +209,7 @@ OperationPlan Search::plan_to(const Place& end) const {
   for (; places_[static_cast<std::size_t>(at.parent)].parent >= 0;
        at = places_[static_cast<std::size_t>(at.parent)]) {
     const Place& place = places_[static_cast<std::size_t>(at.parent)];
-    plan.changes.push_back({place.move, place.at, at.chosen, !rises(place.move)});
+    plan.changes.push_back({place.move, place.at, at.chosen, !rises(place.move), at.instead});
   }
   plan.start = at.chosen;
   std::reverse(plan.changes.begin(), plan.changes.end());
@@ -214,8 +237,8 @@ std::optional<OperationPlan> Search::best() {
 
 std::optional<OperationPlan> plan_operation(const ToolPath& path, const MachineModel& machine,
                                             const Setup& setup, const JointChooser& chooser,
-                                            const ClearSpace& clear) {
-  return Search(path, machine, setup, chooser, clear).best();
+                                            const ClearSpace& clear, const std::vector<bool>& replaced) {
+  return Search(path, machine, setup, chooser, clear, replaced).best();
 }
 
 }  // namespace tiltfeed

@@ -6,12 +6,15 @@
 
 #include "kinematics/joints/joint_errors.h"
 #include "kinematics/joints/operation.h"
+#include "kinematics/machine/sweep.h"
 
 namespace tiltfeed {
 namespace {
 
 // A tilt word this near to a limit (degrees) is within it.
 constexpr double kSlack = 1e-6;
+// Places of a move that are looked at ahead.
+constexpr int kLooks = 16;
 
 struct Crossing {
   Vec3 axis;
@@ -99,43 +102,84 @@ PathOverSingularity Builder::build() {
   return std::move(out_);
 }
 
-/// The branch that does not lead from pole to pole, by move.
-std::vector<int> barred_branches(const ToolPath& path, const MachineModel& machine,
-                                 const JointChooser& chooser) {
-  const double middle = (machine.tilt.min + machine.tilt.max) / 2.0,
-               around = std::isfinite(middle) ? middle : machine.tilt.zero;
-  std::vector<int> barred(path.moves.size(), -1);
-  const auto in_travels = [&](const Posture& at) {
-    const auto holds = [](const LinearAxis& axis, double word) {
-      return word >= axis.min && word <= axis.max;
-    };
-    return holds(machine.x, at.joints.x) && holds(machine.y, at.joints.y) && holds(machine.z, at.joints.z);
-  };
+/// Looks along a path from pole to pole.
+class LookAhead {
+ public:
+  LookAhead(const ToolPath& path, const MachineModel& machine, const JointChooser& chooser)
+      : path_(path), machine_(machine), chooser_(chooser) {
+    const double middle = (machine.tilt.min + machine.tilt.max) / 2.0;
+    around_ = std::isfinite(middle) ? middle : machine.tilt.zero;
+  }
+
+  std::vector<WayFromPole> look();
+
+ private:
+  void pass(const Pose& pose, const RotarySolutions& solutions);
+  WayFromPole found() const;
+
+  const ToolPath& path_;
+  const MachineModel& machine_;
+  const JointChooser& chooser_;
+  double around_;  ///< the tilt nearest to which a word is taken
+  bool leads_[2] = {true, true};
+  double at_[2] = {};  ///< the rotary so far, turns counted
+  std::array<WayFromPole::Turns, 2> turns_;
+};
+
+void LookAhead::pass(const Pose& pose, const RotarySolutions& solutions) {
+  const auto holds = [](const LinearAxis& axis, double word) { return word >= axis.min && word <= axis.max; };
+  for (std::size_t branch = 0; branch < 2; ++branch) {
+    const RotarySolutions::Words& words = solutions.words[branch];
+    const double tilt = words.tilt + 360.0 * std::round((around_ - words.tilt) / 360.0);
+    const Joints at = chooser_.placed(pose.tip, tilt, words.rotary).joints;
+    leads_[branch] = leads_[branch] && tilt >= machine_.tilt.min - kSlack &&
+                     tilt <= machine_.tilt.max + kSlack && holds(machine_.x, at.x) &&
+                     holds(machine_.y, at.y) && holds(machine_.z, at.z);
+    WayFromPole::Turns& turns = turns_[branch];
+    const bool first = !std::isfinite(turns.min);
+    at_[branch] =
+        first ? words.rotary : words.rotary + 360.0 * std::round((at_[branch] - words.rotary) / 360.0);
+    turns = {first ? at_[branch] : std::min(turns.min, at_[branch]),
+             first ? at_[branch] : std::max(turns.max, at_[branch])};
+  }
+}
+
+WayFromPole LookAhead::found() const {
+  WayFromPole out;
+  if (leads_[0] != leads_[1]) out.barred = leads_[0] ? 1 : 0;
+  if (std::isfinite(machine_.rotary.min) || std::isfinite(machine_.rotary.max)) out.rotary = turns_;
+  return out;
+}
+
+std::vector<WayFromPole> LookAhead::look() {
+  std::vector<WayFromPole> out(path_.moves.size());
   std::size_t first = 0;
-  bool leads[2] = {true, true};
   const auto close = [&](std::size_t end) {
-    if (leads[0] != leads[1])
-      std::fill(barred.begin() + static_cast<std::ptrdiff_t>(first),
-                barred.begin() + static_cast<std::ptrdiff_t>(end), leads[0] ? 1 : 0);
+    std::fill(out.begin() + static_cast<std::ptrdiff_t>(first),
+              out.begin() + static_cast<std::ptrdiff_t>(end), found());
     first = end + 1;
-    leads[0] = leads[1] = true;
+    leads_[0] = leads_[1] = true;
+    turns_ = {};
   };
-  for (std::size_t i = 0; i < path.moves.size(); ++i) {
-    const RotarySolutions solutions = chooser.solve(path.moves[i].pose);
+  for (std::size_t i = 0; i < path_.moves.size(); ++i) {
+    const Pose& pose = path_.moves[i].pose;
+    const RotarySolutions solutions = chooser_.solve(pose);
     if (solutions.in_cone) {
       close(i);
       continue;
     }
-    for (int branch = 0; branch < 2; ++branch) {
-      const double tilt = solutions.words[branch].tilt,
-                   word = tilt + 360.0 * std::round((around - tilt) / 360.0);
-      leads[branch] =
-          leads[branch] && word >= machine.tilt.min - kSlack && word <= machine.tilt.max + kSlack &&
-          in_travels(chooser.placed(path.moves[i].pose.tip, word, solutions.words[branch].rotary));
+    // A tilt that turns the tool along no meridian turns the rotary between a move's ends, too.
+    if (i > 0) {
+      const Sweep sweep(path_.moves[i - 1].pose, pose);
+      for (int k = 0; k < kLooks; ++k) {
+        const Pose between = sweep.at(static_cast<double>(k) / kLooks);
+        if (const RotarySolutions there = chooser_.solve(between); !there.in_cone) pass(between, there);
+      }
     }
+    pass(pose, solutions);
   }
-  close(path.moves.size());
-  return barred;
+  close(path_.moves.size());
+  return out;
 }
 
 }  // namespace
@@ -144,7 +188,7 @@ PathOverSingularity over_singularity(const ToolPath& path, const MachineModel& m
                                      const JointChooser& chooser, const ClearSpace& clear, double cone,
                                      bool lift) {
   PathOverSingularity out = Builder(path, machine, setup, clear, cone, lift).build();
-  out.barred = barred_branches(out.path, machine, chooser);
+  out.ahead = LookAhead(out.path, machine, chooser).look();
   return out;
 }
 

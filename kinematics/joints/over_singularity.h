@@ -14,9 +14,9 @@ namespace tiltfeed {
 struct PathOverSingularity {
   ToolPath path;
   std::vector<std::uint32_t> planned;  ///< by move, the move of the path as given in which it ends
-  /// By move, the branch whose tilt, X, Y or Z would break a limit before the path comes to the pole again;
-  /// -1: none, or both.
-  std::vector<int> barred;
+  /// By move, what is asked up to the pole that comes next: the branch whose tilt, X, Y or Z would break a
+  /// limit before it is barred, unless both would; and how far a rotary with limits turns on either.
+  std::vector<WayFromPole> ahead;
   bool changed = false;
 };
 

@@ -19,23 +19,23 @@ constexpr double kSetDown = 2.0;
 /// The poses of one reconfiguration.
 class Detour {
  public:
-  Detour(const MachineModel& machine, const Setup& setup, const Move& at, std::vector<Move>& out)
-      : machine_(machine), setup_(setup), at_(at), out_(out) {}
+  Detour(const MachineModel& machine, const Setup& setup, std::vector<Move>& out)
+      : machine_(machine), setup_(setup), out_(out) {}
 
-  /// `way`: off along the axis.
-  void make(const Reconfiguration& change, double way) {
-    const Joints &from = change.from.joints, &to = change.to.joints;
-    const Pose raised{at_.pose.tip + at_.pose.axis * way, at_.pose.axis};
-    if (way > 0.0) rapid(raised);
+  /// From one move's end to another's (the same for the rotaries only), at `off` and then `on` mm along their
+  /// axes.
+  void make(const Reconfiguration& change, const Move& from, double off, const Move& to, double on) {
+    const Joints &before = change.from.joints, &after = change.to.joints;
+    const Pose raised = along_axis(from.pose, off);
+    if (off > 0.0) rapid(raised);
     if (change.outward)
-      turn_work(raised, from, to.c);
+      turn_work(raised, before, after.c);
     else
-      turn_tool(raised, from, to);
-    rapid(raised);
-    if (way > kSetDown) rapid({at_.pose.tip + at_.pose.axis * kSetDown, at_.pose.axis});
-    if (way > 0.0)
-      out_.push_back(
-          {at_.pose, at_.kind == MoveKind::kRapid ? MoveKind::kRapid : MoveKind::kPlunge, at_.facet});
+      turn_tool(raised, before, after);
+    rapid(along_axis(to.pose, on));
+    if (on > kSetDown) rapid(along_axis(to.pose, kSetDown));
+    if (on > 0.0)
+      out_.push_back({to.pose, to.kind == MoveKind::kRapid ? MoveKind::kRapid : MoveKind::kPlunge, to.facet});
   }
 
  private:
@@ -55,6 +55,7 @@ class Detour {
       rapid({pose.tip, normalized(pose.axis)});
     }
   }
+  static Pose along_axis(const Pose& pose, double way) { return {pose.tip + pose.axis * way, pose.axis}; }
   static int steps(double way, double step) { return static_cast<int>(std::ceil(std::abs(way) / step)); }
   void rapid(const Pose& pose) { out_.push_back({pose, MoveKind::kRapid, kNoFacet}); }
   void turned(Point<Part> tip, double a, double c) {
@@ -63,7 +64,6 @@ class Detour {
 
   const MachineModel& machine_;
   const Setup& setup_;
-  const Move& at_;
   std::vector<Move>& out_;
 };
 
@@ -115,13 +115,16 @@ ToolPath with_reconfigurations(const ToolPath& path, const MachineModel& machine
       planned.push_back(static_cast<std::uint32_t>(next));
     }
   };
+  const auto off = [&](const Reconfiguration& change, const Move& at) {
+    return change.outward ? *way_out(*clear.radius, at.pose, machine, setup)
+                          : rise_to(*clear.height, at.pose, up);
+  };
   for (const Reconfiguration& change : plan.changes) {
-    const Move& at = path.moves[change.after];
+    const Move &from = path.moves[change.after], &to = path.moves[change.after + (change.instead ? 1 : 0)];
     keep_to(change.after + 1);
-    const double way = change.outward ? *way_out(*clear.radius, at.pose, machine, setup)
-                                      : rise_to(*clear.height, at.pose, up);
-    Detour(machine, setup, at, out.moves).make(change, way);
+    Detour(machine, setup, out.moves).make(change, from, off(change, from), to, off(change, to));
     planned.resize(out.moves.size(), static_cast<std::uint32_t>(change.after));
+    if (change.instead) planned.back() = static_cast<std::uint32_t>(next++);
   }
   keep_to(path.moves.size());
   out.feeds = feeds_of(path, out.moves, planned);

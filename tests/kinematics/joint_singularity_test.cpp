@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <random>
+#include <utility>
 
 #include "tests/judges/joint_path_check.h"
 
@@ -179,50 +181,120 @@ MachineModel one_sided() {
   return m;
 }
 
+/// A cut, the tool off along its axis, its axis turned about the pole by a move of this kind, a cut.
+ToolPath reversal(double azimuth, double turn, MoveKind over) {
+  ToolPath path;
+  path.tool = {6, 3, 100};
+  path.cut_feed = path.plunge_feed = Feed::from_mm_per_min(800);
+  const Vec3 before = axis_at(60, azimuth), after = axis_at(60, azimuth + turn);
+  path.moves = {{{{0, 0, -10}, before}, MoveKind::kRapid, kNoFacet},
+                {{{0, 0, -40}, before}, MoveKind::kPlunge, kNoFacet},
+                {{{5, 0, -40}, before}, MoveKind::kCut, kNoFacet},
+                {{{5, 0, -10}, before}, MoveKind::kRapid, kNoFacet},
+                {{{5, 0, -10}, after}, over, kNoFacet},
+                {{{9, 0, -10}, after}, MoveKind::kCut, kNoFacet}};
+  return path;
+}
+
+/// Within the limits the joints come to every pose of the path in turn.
+void expect_reaches_all(const ToolPath& path, const MachineModel& machine, const JointPath& joints) {
+  std::size_t reached = 0;
+  for (const JointMove& move : joints.moves) {
+    EXPECT_TRUE(within_limits(machine, move.joints));
+    const Pose pose = forward(machine, {}, move.joints);
+    if (reached < path.moves.size() && distance(pose.tip, path.moves[reached].pose.tip) < 0.05 &&
+        angle_between(pose.axis, path.moves[reached].pose.axis) < 0.01)
+      ++reached;
+  }
+  EXPECT_EQ(reached, path.moves.size());
+}
+
+/// Below the clear height no rotary turns by more than a degree between two blocks, but within a cut.
+void expect_turns_high(const MachineModel& machine, const JointPath& joints, double height) {
+  for (std::size_t i = 1; i < joints.moves.size(); ++i)
+    if (std::abs(joints.moves[i].joints.c - joints.moves[i - 1].joints.c) > 1.0) {
+      EXPECT_GT(forward(machine, {}, joints.moves[i].joints).tip.z, height - 1.0);
+    }
+}
+
 /// The axis turns over the pole by 180 degrees about it, in a rapid and in a cut, exactly and nearly; the
 /// joints are those of another posture, and every pose of the path is reached.
 TEST(JointPole, ReversalsOverThePoleAreFound) {
-  for (const bool cut : {false, true}) {
+  for (const MoveKind over : {MoveKind::kRapid, MoveKind::kCut}) {
     for (const double turn : {179.9, 180.0, 181.0}) {
       for (const bool height : {false, true}) {
-        SCOPED_TRACE(std::to_string(turn) + (cut ? " cut" : " rapid") + (height ? " clear height" : ""));
-        ToolPath path;
-        path.tool = {6, 3, 100};
-        path.cut_feed = path.plunge_feed = Feed::from_mm_per_min(800);
-        const Vec3 before = axis_at(60, 20), after = axis_at(60, 20 + turn);
-        const MoveKind over = cut ? MoveKind::kCut : MoveKind::kRapid;
-        path.moves = {{{{0, 0, -10}, before}, MoveKind::kRapid, kNoFacet},
-                      {{{0, 0, -40}, before}, MoveKind::kPlunge, kNoFacet},
-                      {{{5, 0, -40}, before}, MoveKind::kCut, kNoFacet},
-                      {{{5, 0, -10}, before}, MoveKind::kRapid, kNoFacet},
-                      {{{5, 0, -10}, after}, over, kNoFacet},
-                      {{{9, 0, -10}, after}, MoveKind::kCut, kNoFacet}};
+        const bool rapid = over == MoveKind::kRapid;
+        SCOPED_TRACE(std::to_string(turn) + (rapid ? " rapid" : " cut") + (height ? " clear height" : ""));
+        const ToolPath path = reversal(20, turn, over);
         JointPathOptions options;
         if (height) options.clear.height = 50.0;
         const MachineModel machine = one_sided();
         const auto joints = to_joints(path, machine, {}, options);
         ASSERT_TRUE(joints) << joints.error().message;
-        const ToolPath& taken = joints->reconfigured ? *joints->reconfigured : path;
-        std::size_t reached = 0;
-        for (const JointMove& move : joints->moves) {
-          EXPECT_TRUE(within_limits(machine, move.joints));
-          const Pose pose = forward(machine, {}, move.joints), &want = taken.moves[move.move].pose;
-          const bool there =
-              distance(pose.tip, want.tip) < 0.05 && angle_between(pose.axis, want.axis) < 0.01;
-          if (there && reached < path.moves.size() &&
-              distance(pose.tip, path.moves[reached].pose.tip) < 0.05 &&
-              angle_between(pose.axis, path.moves[reached].pose.axis) < 0.01)
-            ++reached;
-        }
-        EXPECT_EQ(reached, path.moves.size());
-        // A rapid turns over at the clear height: C stands while the tool is lower.
-        for (std::size_t i = 1; i < joints->moves.size() && height && !cut && turn == 180.0; ++i)
-          if (std::abs(joints->moves[i].joints.c - joints->moves[i - 1].joints.c) > 1.0) {
-            EXPECT_GT(forward(machine, {}, joints->moves[i].joints).tip.z, 49.0);
-          }
+        expect_reaches_all(path, machine, *joints);
+        if (height && rapid && turn == 180.0) expect_turns_high(machine, *joints, 50.0);
       }
     }
   }
+}
+
+/// A head of 45 degrees that tilts to one side only.
+MachineModel one_sided_nutating() {
+  const double slope = std::sqrt(0.5);
+  MachineModel m = trunnion({0, slope, slope});
+  m.tilt.min = -30, m.tilt.max = 180;
+  return m;
+}
+
+/// Posts the reversal, holds every block to the path and, at the clear height, the table to its turns there.
+void expect_reversal(const ToolPath& path, const MachineModel& machine, std::optional<double> height) {
+  JointPathOptions options;
+  options.clear.height = height;
+  const auto joints = to_joints(path, machine, {}, options);
+  ASSERT_TRUE(joints) << joints.error().message;
+  expect_reaches_all(path, machine, *joints);
+  if (!joints->reconfigured) return;
+  check_densely(*joints->reconfigured, machine, {}, options, *joints);
+  if (height) expect_turns_high(machine, *joints, *height);
+}
+
+constexpr std::pair<double, double> kLittleMoreThanATurn[] = {{0, 360}, {-10, 370}, {-180, 180}, {-200, 180}};
+
+/// A rapid whose way by the great circle leads the rotary over a limit is made the other way round at the
+/// clear height.
+TEST(JointPole, RapidReversalsWithinALimitedRotary) {
+  for (MachineModel machine : {one_sided(), one_sided_nutating()}) {
+    for (const auto& [min, max] : kLittleMoreThanATurn) {
+      machine.rotary.min = min, machine.rotary.max = max;
+      for (const int azimuth : {0, 30, 37, 90, 135, 200, 270, 333}) {
+        for (const double turn : {170.0, 179.9, 180.0, 181.0, 190.0}) {
+          SCOPED_TRACE(std::to_string(turn) + " from " + std::to_string(azimuth) + " within " +
+                       std::to_string(min) + " and " + std::to_string(max));
+          expect_reversal(reversal(azimuth, turn, MoveKind::kRapid), machine, 50.0);
+        }
+      }
+    }
+  }
+}
+
+/// An exact half turn needs no clear height: at the pole the rotary is turned the way round that it has left.
+TEST(JointPole, HalfTurnsWithinALimitedRotary) {
+  MachineModel machine = one_sided();
+  for (const auto& [min, max] : kLittleMoreThanATurn) {
+    machine.rotary.min = min, machine.rotary.max = max;
+    for (const int azimuth : {0, 30, 37, 90, 135, 200, 270, 333}) {
+      for (const MoveKind over : {MoveKind::kRapid, MoveKind::kCut}) {
+        SCOPED_TRACE(std::to_string(azimuth) + " within " + std::to_string(min) + " and " +
+                     std::to_string(max) + (over == MoveKind::kRapid ? " rapid" : " cut"));
+        expect_reversal(reversal(azimuth, 180.0, over), machine, std::nullopt);
+      }
+    }
+  }
+  // The rotary of a nutating head turns on from the pole: of two turns there one leads to the end.
+  machine = one_sided_nutating();
+  machine.rotary.min = -200, machine.rotary.max = 180;
+  for (const MoveKind over : {MoveKind::kRapid, MoveKind::kCut})
+    expect_reversal(reversal(0, 180.0, over), machine, std::nullopt);
 }
 
 /// An axis turned round to its opposite has no great circle: it goes by way of the pole.
