@@ -27,7 +27,7 @@ double end_height(const pathgen::Cutter& cutter) {
 void read_end(const Section& section, pathgen::Cutter& cutter) {
   if (cutter.type == pathgen::CutterType::kBullNose) {
     cutter.corner_radius = section.number("corner_radius_mm", kDiameter);
-    if (section.has("corner_radius_mm") && section.has("diameter_mm") &&
+    if (section.sound("corner_radius_mm") && section.sound("diameter_mm") &&
         cutter.corner_radius >= cutter.radius())
       section.complain("corner_radius_mm", exact_text(cutter.corner_radius) +
                                                " mm is not below the cutter's radius, " +
@@ -97,14 +97,16 @@ pathgen::Cutter read_cutter_form(const Section& section) {
   cutter.cutting_length = section.optional_number("cutting_length_mm", kLength).value_or(0.0);
   const bool taper = cutter.type == pathgen::CutterType::kTaperBall;
   const bool nose = cutter.type == pathgen::CutterType::kBullNose;
-  // Of a value that is missing no other is wrong.
-  if (section.has("type") && section.has("diameter_mm") && section.has("length_mm") &&
-      section.has("shank_length_mm") && (!taper || section.has("taper_deg")) &&
-      (!nose || section.has("corner_radius_mm")))
+  // Of a value that is missing or wrong no other is wrong.
+  const auto told = [&](const char* key) { return !section.has(key) || section.sound(key); };
+  if (section.sound("type") && section.sound("diameter_mm") && section.sound("length_mm") &&
+      section.sound("shank_length_mm") && told("cutting_length_mm") &&
+      (!taper || section.sound("taper_deg")) && (!nose || section.sound("corner_radius_mm")))
     check_lengths(section, cutter);
   if (const auto diameter = section.optional_number("shank_diameter_mm", kDiameter)) {
     cutter.shank_diameter = *diameter;
-    if (section.has("shank_length_mm") && cutter.cutting_end() == cutter.shank_length)
+    if (section.sound("shank_length_mm") && told("cutting_length_mm") &&
+        cutter.cutting_end() == cutter.shank_length)
       section.complain(
           "shank_diameter_mm",
           "the cutting part goes up to the holder, so there is no shank; give cutting_length_mm, "

@@ -52,14 +52,15 @@ bool looks_octal(std::string_view text) {
 /// Why a text is not a number, as a remedy; may be empty.
 std::string number_remedy(const YamlNode& node, const char* key) {
   if (node.kind != YamlKind::kScalar) return "";
-  if (!node.plain) return "; remove the quotes";
   const std::string_view text = without_plus(node.text);
-  if (looks_octal(text)) return "; write it without the leading zero";
+  const std::string quotes = node.plain ? "" : "; remove the quotes";
   if (const std::size_t comma = text.find(','); comma != std::string_view::npos) {
     std::string point(text);
     point[comma] = '.';
-    return "; that is a decimal comma, write decimals with a point: " + point;
+    return quotes + "; that is a decimal comma, write decimals with a point: " + point;
   }
+  if (!node.plain) return quotes;
+  if (looks_octal(text)) return "; write it without the leading zero";
   double value = 0.0;
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (code == std::errc::result_out_of_range) return "; it does not fit a double";
@@ -82,6 +83,12 @@ void Complaint::add(TextPlace place, const std::string& message, Code code) {
            about(other.message) == about(message);
   });
   if (!told) problems_.push_back({place, message});
+}
+
+bool Complaint::tells_of(TextPlace place) const {
+  return std::any_of(problems_.begin(), problems_.end(), [&](const Problem& problem) {
+    return problem.place.line == place.line && problem.place.column == place.column;
+  });
 }
 
 void Complaint::add_missing(TextPlace place, const std::string& key) {
@@ -170,6 +177,11 @@ void Section::note(const char* key, const KeyFact& fact) const {
   complaint_->log()->add(std::move(noted));
 }
 
+bool Section::sound(const char* key) const {
+  const YamlNode* node = find(key);
+  return node != nullptr && !complaint_->tells_of(node->place);
+}
+
 void Section::complain(const char* key, const std::string& message, Code code) const {
   const YamlNode* node = find(key);
   const TextPlace place = node != nullptr ? node->place : map_ != nullptr ? map_->place : TextPlace{};
@@ -178,7 +190,7 @@ void Section::complain(const char* key, const std::string& message, Code code) c
 
 void Section::unused(const char* key, const std::string& why) const {
   note(key, {.unused = why});
-  if (has(key)) complain(key, "not used " + why + "; remove it");
+  if (has(key) && !complaint_->doubts(name_)) complain(key, "not used " + why + "; remove it");
 }
 
 Section Section::section(const char* key, std::initializer_list<const char*> known) const {
@@ -305,11 +317,15 @@ std::optional<std::size_t> Section::choose(const char* key, const std::vector<st
              .usual = usual != nullptr ? usual : "",
              .words = words});
   const YamlNode* node = want(key, !optional);
-  if (node == nullptr) return std::nullopt;
+  if (node == nullptr) {
+    if (!optional) complaint_->doubt(name_);
+    return std::nullopt;
+  }
   const auto word = std::find(words.begin(), words.end(), node->text);
   if (node->kind == YamlKind::kScalar && word != words.end())
     return static_cast<std::size_t>(word - words.begin());
   complain(key, "expected one of " + joined(words) + ", " + found(*node));
+  complaint_->doubt(name_);
   return std::nullopt;
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <initializer_list>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,11 @@ class Complaint {
   void add_missing(TextPlace place, const std::string& key);
   /// Those keys, as dotted paths; from now on they are the caller's matter and no problems any more.
   std::vector<std::string> take_missing();
+  /// There is a problem with the value at that place.
+  bool tells_of(TextPlace place) const;
+  /// A word of that section that decides which of its keys are used is missing or wrong.
+  void doubt(const std::string& section) { doubtful_.insert(section); }
+  bool doubts(const std::string& section) const { return doubtful_.contains(section); }
   /// Nothing without a problem; else the first, and a line for each other one, with the code of the first.
   std::optional<Error> error() const;
   KeyLog* log() const { return log_; }
@@ -41,6 +47,7 @@ class Complaint {
     std::string missing = {};  ///< the key; empty: another problem
   };
   std::vector<Problem> problems_;
+  std::set<std::string> doubtful_;
   Code code_ = Code::kInput;  ///< of the first
 };
 
@@ -102,13 +109,16 @@ class Section {
   }
 
   bool has(const char* key) const { return find(key) != nullptr; }
+  /// Present, and nothing is wrong with the value so far: another may be compared with it.
+  bool sound(const char* key) const;
   /// The scalar's text as written, or nothing.
   std::optional<std::string> scalar(const char* key) const;
   /// "section.key: message" at the key's value, or at the section where the key is absent.
   void complain(const char* key, const std::string& message, Code code = Code::kInput) const;
   /// "section.key[number]: message" at that item of the list at `key`.
   void complain_at(const char* key, std::size_t index, const std::string& message) const;
-  /// Complains where the key is present: "not used " + why + "; remove it".
+  /// Complains where the key is present: "not used " + why + "; remove it". Says nothing where a word of the
+  /// section is wrong: then it is not known which keys are used.
   void unused(const char* key, const std::string& why) const;
 
  private:

@@ -23,6 +23,7 @@ constexpr std::size_t kPlaces = 24;
 /// Of a circle: a larger angle without any corner of the part is no part of it.
 constexpr double kWidestGap = kPi / 2.0;
 constexpr double kFewer = 0.1;         ///< share of the other sense's area
+constexpr double kNoRoom = 0.1;        ///< share of the cutter's radius
 constexpr double kLeastFacing = 0.02;  ///< share of the part's area that the other sense must face
 constexpr int kHalvings = 30;
 constexpr std::size_t kTouched = 512;
@@ -159,20 +160,34 @@ std::string fits_nowhere(const Mesh& mesh, const PlanOptions& options, const Ray
          ", or widen the containment";
 }
 
-/// Outward work whose feature lies neither in the part nor under it.
-std::string through_surface(const PlanOptions& options, const Mesh& mesh) {
-  const std::vector<Point<Part>> places = places_of(options.axis, mesh);
-  if (places.size() < 2) return "";
+std::vector<char> inside_of(const Mesh& mesh, const std::vector<Point<Part>>& places) {
   std::vector<char> inside(places.size());
   tbb::parallel_for(std::size_t{0}, places.size(),
                     [&](std::size_t i) { inside[i] = winding_number(mesh, places[i]) > 0.5; });
-  const auto count = static_cast<std::size_t>(std::count(inside.begin(), inside.end(), 1));
-  if (4 * count < places.size() || 4 * count > 3 * places.size()) return "";
+  return inside;
+}
+
+/// Outward work whose feature lies neither in the part nor under it; inward work whose feature is not all in
+/// the hollow. `inside`: of so many places in all.
+std::string through_surface(const PlanOptions& options, std::size_t inside, std::size_t all) {
+  if (all < 2) return "";
+  const bool inward = options.axis.sense == Sense::kInward;
+  if (inward ? inside == 0 : 4 * inside < all || 4 * inside > 3 * all) return "";
   return std::string("the ") + name_of(options.axis.mode) + " runs through the part's surface: of " +
-         std::to_string(places.size()) + " places along the part " + std::to_string(count) +
-         " lie in the material and the others outside, and outward work wants all on one side of what is "
-         "cut; "
-         "move axis.origin_mm, or turn axis.t";
+         std::to_string(all) + " places along the part " + std::to_string(inside) +
+         " lie in the material and the others outside, and " +
+         (inward ? "inside work wants all of them in the hollow that is cut; move axis.origin_mm, turn "
+                   "axis.t, or "
+                   "leave out by the containment where it enters the material"
+                 : "outward work wants all on one side of what is cut; move axis.origin_mm, or turn axis.t");
+}
+
+std::string wrong_sense(const PlanOptions& options, double here, double other) {
+  const bool inward = options.axis.sense == Sense::kInward;
+  return "axis.sense looks wrong: within setup.tilt_max_deg " + per_cent(here) +
+         " of the part's area faces a tool that points " + (inward ? "inward" : "outward") + ", " +
+         per_cent(other) + " one that points " + (inward ? "outward" : "inward") +
+         "; use axis.sense: " + (inward ? "outward" : "inward");
 }
 
 std::string in_material(const PlanOptions& options, std::size_t inside, std::size_t all,
@@ -208,28 +223,25 @@ std::string likely_cause(const CheckedMesh& part, const PlanOptions& options) {
   if (fixed) return fits_nowhere(part.mesh, options, scene);
   const Facing shares = facing(part.mesh, options);
   const bool inward = options.axis.sense == Sense::kInward;
+  const double here = inward ? shares.inward : shares.outward,
+               other = inward ? shares.outward : shares.inward;
+  const std::vector<Point<Part>> places = places_of(options.axis, part.mesh);
+  const std::vector<char> inside = inside_of(part.mesh, places);
+  const auto count = static_cast<std::size_t>(std::count(inside.begin(), inside.end(), 1));
+  if (inward && 2 * count >= places.size()) return in_material(options, count, places.size(), shares);
   if (inward) {
-    const std::vector<Point<Part>> places = places_of(options.axis, part.mesh);
-    std::vector<char> inside(places.size());
-    tbb::parallel_for(std::size_t{0}, places.size(),
-                      [&](std::size_t i) { inside[i] = winding_number(part.mesh, places[i]) > 0.5; });
-    const auto count = static_cast<std::size_t>(std::count(inside.begin(), inside.end(), 1));
-    if (2 * count >= places.size()) return in_material(options, count, places.size(), shares);
     const double cutter = tool_pieces(options).front().outer;
     double widest = 0.0;
     for (std::size_t i = 0; i < places.size(); ++i)
       if (!inside[i]) widest = std::max(widest, room(scene, places[i], cutter));
+    // A feature that enters the material and has next to no room outside lies in no hollow.
+    if (count > 0 && widest < kNoRoom * cutter && other > here) return wrong_sense(options, here, other);
     if (widest < cutter) return too_big(options, cutter, widest);
   }
-  const double here = inward ? shares.inward : shares.outward,
-               other = inward ? shares.outward : shares.inward;
-  if (other >= kLeastFacing && here < kFewer * other)
-    return "axis.sense looks wrong: within setup.tilt_max_deg " + per_cent(here) +
-           " of the part's area faces a tool that points " + (inward ? "inward" : "outward") + ", " +
-           per_cent(other) + " one that points " + (inward ? "outward" : "inward") +
-           "; use axis.sense: " + (inward ? "outward" : "inward");
+  if (other >= kLeastFacing && here < kFewer * other) return wrong_sense(options, here, other);
   const std::string nowhere = fits_nowhere(part.mesh, options, scene);
-  return nowhere.empty() && !inward ? through_surface(options, part.mesh) : nowhere;
+  if (!nowhere.empty()) return nowhere;
+  return through_surface(options, count, places.size());
 }
 
 Error with_cause(Error error, const CheckedMesh& part, const PlanOptions& options) {

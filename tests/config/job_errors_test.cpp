@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/job.h"
@@ -235,6 +236,8 @@ const std::vector<BadText> kBadOptions = {
     {"  holder: [{diameter_mm: 20, length_mm: 30}, {diameter_mm: 30, upper_diameter_mm: 50, length_mm: "
      "40}]\n",
      "", "31:11", "guards.holder: there is no holder to guard; give its steps in cutter.holder"},
+    {"diameter_mm: 10", "diameter_mm: \"10,5\"", "4:16",
+     "remove the quotes; that is a decimal comma, write decimals with a point: 10.5"},
     {"join_distance_mm: 4", "join_distance_mm: -1", "33:27", "at least 0 and at most 1000"},
     {"lead_radius_mm: 1.5", "lead_radius_mm: 101", "33:46", "at most 100"},
     {"diameter_mm: 10\n  corner_radius_mm: 2", "diameter_mm: 10\n  corner_radius_mm: 0.01", "1:1",
@@ -269,6 +272,20 @@ TEST(JobErrors, AllProblemsOfAFileAreTold) {
   ASSERT_FALSE(empty.has_value());
   EXPECT_NE(empty.error().message.find("missing key 'cutter'"), std::string::npos);
   EXPECT_NE(empty.error().message.find("missing key 'machine'"), std::string::npos);
+}
+
+/// A wrong value brings no second error of another that is compared with it or depends on it.
+TEST(JobErrors, AWrongValueIsToldOnce) {
+  const std::pair<const char*, const char*> kWrong[] = {
+      {"mode: circle", "mode: circel"},        {"type: ball", "type: bal"},
+      {"diameter_mm: 6", "diameter_mm: -6"},   {"diameter_mm: 6", "diameter_mm: 600"},
+      {"along: y", "kind: rowz, along: y"},    {"shank_length_mm: 30", "shank_length_mm: 3000"},
+      {"length_mm: 100", "length_mm: \"8,5\""}};
+  for (const auto& [from, to] : kWrong) {
+    const Result<Job> job = parse_job(replaced(kGoodJob, from, to), kJobPath);
+    ASSERT_FALSE(job.has_value()) << to;
+    EXPECT_EQ(job.error().message.find('\n'), std::string::npos) << job.error().message;
+  }
 }
 
 TEST(JobErrors, SizeIsCapped) {

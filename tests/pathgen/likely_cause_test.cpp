@@ -102,6 +102,25 @@ TEST(Causes, ALineThroughTheSurfaceIsNamedInOutsideWork) {
   EXPECT_EQ(likely_cause(bar, o), "") << "all of it below";
 }
 
+/// The line runs in a bar and then close under it: what leaves 0.1 mm round the line is no hollow.
+TEST(Causes, InsideWorkUnderABarNamesTheSense) {
+  const CheckedMesh part =
+      soup::check(soup::box({-40, -10, -10}, {-10, 10, 10}) + soup::box({-9.9, -10, 0.1}, {40, 10, 10}));
+  PlanOptions o = options_with(frame(AxisMode::kLine, Sense::kInward, {0, 0, 0}));
+  o.cutter = {6.0, 100.0, 60.0};
+  EXPECT_TRUE(has(likely_cause(part, o), {"axis.sense looks wrong", "use axis.sense: outward"}));
+}
+
+/// A tube that ends in the material: the line runs on into it.
+TEST(Causes, ALineThatEntersTheMaterialIsNamedInInsideWork) {
+  const CheckedMesh part = soup::check(soup::box({-60, -30, -30}, {40, 30, 30}) +
+                                       soup::reversed(soup::box({-50, -20, -20}, {20, 20, 20})));
+  PlanOptions o = options_with(frame(AxisMode::kLine, Sense::kInward, {0, 0, 0}));
+  o.cutter = {4.0, 100.0, 60.0};
+  EXPECT_TRUE(has(likely_cause(part, o), {"axis line runs through the part's surface",
+                                          "inside work wants all", "move axis.origin_mm"}));
+}
+
 /// From the one level, 12 mm from the point, a step goes past it. The surface ends 8 mm before it: there is
 /// room for the clearance, and what is in the way is the wall behind the tool.
 TEST(Causes, AStepDownWiderThanTheHollowIsNone) {
