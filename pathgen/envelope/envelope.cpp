@@ -21,6 +21,10 @@ constexpr double kFlankShare = 0.1;
 /// Lines shorter than this share of the index's spacing are looked up like places.
 constexpr double kNearShare = 0.5;
 
+/// So many tolerances below the lowest of three places, and by as much as these differ, patches no longer
+/// count.
+constexpr double kBelow = 8.0;
+
 /// Shank and holder are asked for wherever they may be higher than the cutting part.
 constexpr double kAnyHeight = -std::numeric_limits<double>::infinity();
 
@@ -30,7 +34,8 @@ constexpr double kAnyHeight = -std::numeric_limits<double>::infinity();
 /// until the straight moves fit. Heights come from the patches' closed forms.
 class Profile {
  public:
-  Profile(Envelope& field, const FlatLine& line)
+  /// `few`: of the candidates, which then are gone through one by one.
+  Profile(Envelope& field, const FlatLine& line, bool few = false)
       : field_(field),
         surface_(field.surface_),
         map_(field.map_),
@@ -38,7 +43,8 @@ class Profile {
         options_(field.options_),
         moves_(surface_, options_, stretch(field, line)),
         flank_(options_.tolerance * kFlankShare),
-        sweep_(field.candidates_, moves_.close()) {}
+        sweep_(field.candidates_, moves_.close()),
+        few_(few) {}
 
   LineEnvelope build() {
     if (!sweep_.next()) return {};
@@ -118,10 +124,10 @@ class Profile {
     } else {
       take_on_line(highest, run);
     }
-    field_.count(highest.cost());
+    if (!few_) field_.count(highest.cost());
     if (!highest.found()) return sample;
     sample.point.patch = highest.patch();
-    field_.last_ = highest.best();
+    if (!few_) field_.last_ = highest.best();
     const ClHit& best = highest.hit();
     // Too near to where the column ends, or beyond it: nothing lower may be taken instead.
     if (!map_.in_column(best.z, angles_, kLeastAxisDistance)) {
@@ -138,7 +144,7 @@ class Profile {
 
   /// The candidates at `run`, from the highest down or as the tree shows them.
   void take_on_line(HighestPatch& highest, double run) {
-    if (field_.asks_tree()) return take_from_tree_on_line(highest, run);
+    if (field_.asks_tree() && !few_) return take_from_tree_on_line(highest, run);
     for (const Candidate& c : sweep_.active()) {
       if (c.from > run || c.to < run) continue;
       if (highest.is_over(c.top)) break;
@@ -259,6 +265,7 @@ class Profile {
   double flank_;
   Deformation::Angles angles_;
   CandidateSweep sweep_;
+  bool few_;
   bool at_place_ = false;  ///< what is there is looked up, shank and holder too
   bool by_patch_ = false;  ///< that of the envelope is of this line
   Pass pass_;
@@ -298,8 +305,52 @@ bool Envelope::may_rise_over(const FlatLine& line, double z) {
   return over;
 }
 
+/// z' of the cutting part's envelope at a place of the line, `there` its axis line.
+double Envelope::cutter_height(const FlatLine& line, double run, const AxisLine& there) const {
+  const double x = line.x_at(run), y = line.y_at(run);
+  Deformation::Angles angles;
+  map_.axis_line(x, y, angles);
+  HighestPatch highest(surface_, map_, angles, there);
+  for (const DropBvh& drops : index_.cutter_drops(surface_))
+    highest.take_from(drops, x, y, [&](const DropBvh::Found& found) { return index_.holds(found, x, y); });
+  return highest.found() ? highest.hit().z : kAnyHeight;
+}
+
+/// The cutting part's envelope from the patches that come near it in height; nothing where it has a gap or
+/// comes so low that others may count.
+std::optional<LineEnvelope> Envelope::of_the_highest(const FlatLine& line) {
+  std::array<AxisLine, 3> lines;
+  double low = std::numeric_limits<double>::infinity(), high = kAnyHeight;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const double run = 0.5 * static_cast<double>(i) * line.length;
+    lines[i] = map_.axis_line(line.x_at(run), line.y_at(run));
+    const double z = cutter_height(line, run, lines[i]);
+    low = std::min(low, z), high = std::max(high, z);
+  }
+  if (low == kAnyHeight) return std::nullopt;
+  low -= (high - low) + kBelow * options_.tolerance;
+  index_.along_over(line, lines[1], low, surface_, map_, scratch_, candidates_);
+  LineEnvelope found = Profile(*this, line, true).build();
+  if (found.passes.size() != 1 || !found.too_near.empty()) return std::nullopt;
+  const Pass& pass = found.passes.front();
+  const auto run_of = [&](const EnvelopePoint& p) { return line.run_of(p.flat.x, p.flat.y); };
+  const double end = options_.tolerance * kFlankShare;
+  if (run_of(pass.front()) > end || run_of(pass.back()) < line.length - end) return std::nullopt;
+  for (const EnvelopePoint& p : pass)
+    if (p.flat.z < low) return std::nullopt;
+  return found;
+}
+
+LineEnvelope Envelope::along_short(const FlatLine& line, double z) {
+  if (auto found = of_the_highest(line)) return guarded(std::move(*found), line, z);
+  return along(line, z);
+}
+
 LineEnvelope Envelope::along_candidates(const FlatLine& line, double least) {
-  LineEnvelope found = Profile(*this, line).build();
+  return guarded(Profile(*this, line).build(), line, least);
+}
+
+LineEnvelope Envelope::guarded(LineEnvelope found, const FlatLine& line, double least) {
   if (index_.guards().empty()) return found;
   // The cutting part alone shows how low shank and holder come.
   const PassFloor floor(found.passes, line, options_.tolerance, least);

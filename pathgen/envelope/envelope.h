@@ -45,6 +45,10 @@ class Envelope {
   /// The same, but shank and holder are asked for only where they may be higher than `z`.
   LineEnvelope along(const FlatLine& line, double z);
 
+  /// The same for a short line whose envelope is mostly about as high as at its ends. Costs less where hulls
+  /// are wide.
+  LineEnvelope along_short(const FlatLine& line, double z);
+
   /// May the envelope be higher than z' anywhere on the line? By its bounds alone.
   bool may_rise_over(const FlatLine& line, double z);
 
@@ -65,6 +69,9 @@ class Envelope {
   friend class Profile;
   void look_along(const FlatLine& line);
   LineEnvelope along_candidates(const FlatLine& line, double least);
+  LineEnvelope guarded(LineEnvelope found, const FlatLine& line, double least);
+  std::optional<LineEnvelope> of_the_highest(const FlatLine& line);
+  double cutter_height(const FlatLine& line, double run, const AxisLine& there) const;
   LineEnvelope raised(const LineEnvelope& found, const FlatLine& line, const class PassFloor& floor);
   template <class Look>
   auto look_at(double x, double y, Look look);

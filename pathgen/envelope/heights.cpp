@@ -58,7 +58,7 @@ bool Heights::is_over(Place p, double z) {
 
 bool Heights::keeps_under(double top, Place a, Place b, Pass& points) {
   points.clear();
-  const LineEnvelope found = envelope_.along(line_between(a, b), top);
+  const LineEnvelope found = envelope_.along_short(line_between(a, b), top);
   for (const Pass& pass : found.passes) points.insert(points.end(), pass.begin(), pass.end());
   if (!found.too_near.empty() && may_be_shut()) return false;
   return std::all_of(points.begin(), points.end(), [&](const EnvelopePoint& p) { return p.flat.z <= top; });

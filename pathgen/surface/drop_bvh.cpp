@@ -144,6 +144,12 @@ void DropBvh::build(std::size_t at, std::uint32_t first, std::uint32_t count) {
   }
 }
 
+double DropBvh::furthest_from(Point<Part> origin) const {
+  const Box& all = nodes_.front().box;
+  const Vec3 off = Point<Part>{all.middle[0], all.middle[1], all.middle[2]} - origin;
+  return length(off) + length(Vec3{all.half[0], all.half[1], all.half[2]});
+}
+
 double DropBvh::highest(const Box& box, const Asked& asked) const {
   const AxisLine& line = asked.line;
   const double most = asked.heights.high;
@@ -153,16 +159,16 @@ double DropBvh::highest(const Box& box, const Asked& asked) const {
     return std::abs(way.x) * half.x + std::abs(way.y) * half.y + std::abs(way.z) * half.z;
   };
   const Vec3 off = Point<Part>{box.middle[0], box.middle[1], box.middle[2]} - line.base;
-  const double height = dot(off, line.axis), up = reach(line.axis);
+  const double height = dot(off, line.axis), up = reach(line.axis) + asked.at.slack;
   // No place of the piece is higher over its contact than over that of its bottom.
   const double top = height + up - piece_.above_reference + kRounding;
   if (top + piece_.corner < asked.heights.low) return kNowhere;
   const Vec3 aside = off - line.axis * height;
   const double away = length(aside);
-  const double near = away > 0.0 ? away - reach(aside) / away - kGrazing : 0.0;
+  const double near = away > 0.0 ? away - reach(aside) / away - asked.at.slack - kGrazing : 0.0;
   if (near > piece_.outer) return kNowhere;
   if (most < std::numeric_limits<double>::infinity()) {
-    const double far = std::min(piece_.outer, away + length(half));
+    const double far = std::min(piece_.outer, away + length(half) + asked.at.slack);
     const double least = height - up + ring_over(piece_, far) - piece_.above_reference - kRounding;
     if (least > most) return kNowhere;
   }

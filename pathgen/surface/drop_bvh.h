@@ -22,6 +22,8 @@ class DropBvh {
   DropBvh(const ClSurface& surface, const FlatHulls& hulls, std::size_t first, std::size_t last,
           double period_x, double period_y);
 
+  /// No contact is further than this from there.
+  double furthest_from(Point<Part> origin) const;
   PatchId first() const { return first_; }
   PatchId last() const { return last_; }
 
@@ -33,12 +35,25 @@ class DropBvh {
   struct Heights {
     double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
   };
+  /// A straight stretch of the flat space: its middle, half its extent, and how far (mm) what the tool meets
+  /// may lie nearer at its ends than in the middle.
+  struct Stretch {
+    double x, y, half_x = 0.0, half_y = 0.0, slack = 0.0;
+  };
   /// Calls take(Found) for each patch one of whose hulls may hold the place (x, y) and that may be touched
   /// there at heights `asked`, those that may be the highest first. `line`: that of the place. `take` may
   /// raise asked.low. Returns how many boxes were looked at.
   template <class Take>
   std::size_t each(double x, double y, const AxisLine& line, const Heights& asked, Take take) const {
-    const Asked all{wrapped(x, period_x_), wrapped(y, period_y_), line, asked};
+    return each(Stretch{x, y}, line, asked, take);
+  }
+  /// The same for any place of the stretch; `line`: that of its middle.
+  template <class Take>
+  std::size_t each(const Stretch& stretch, const AxisLine& line, const Heights& asked, Take take) const {
+    const Asked all{{wrapped(stretch.x, period_x_), wrapped(stretch.y, period_y_), stretch.half_x,
+                     stretch.half_y, stretch.slack},
+                    line,
+                    asked};
     std::size_t boxes = 1;
     const double top = highest_of(nodes_[0], all);
     if (top >= asked.low && top > kNowhere) descend(0, all, take, boxes);
@@ -63,7 +78,7 @@ class DropBvh {
     std::uint32_t first, count;  ///< of the entries in it
   };
   struct Asked {
-    double x, y;
+    Stretch at;
     const AxisLine& line;
     const Heights& heights;
   };
@@ -71,14 +86,15 @@ class DropBvh {
   static double wrapped(double v, double period) {
     return period > 0.0 ? v - period * std::round(v / period) : v;
   }
-  static bool holds(double low, double high, double v, double period) {
+  static bool holds(double low, double high, double v, double half, double period) {
+    low -= half, high += half;
     if (v >= low && v <= high) return true;
     return period > 0.0 &&
            ((v + period >= low && v + period <= high) || (v - period >= low && v - period <= high));
   }
   bool holds(const LooseBox& flat, const Asked& asked) const {
-    return holds(flat.low_x, flat.high_x, asked.x, period_x_) &&
-           holds(flat.low_y, flat.high_y, asked.y, period_y_);
+    return holds(flat.low_x, flat.high_x, asked.at.x, asked.at.half_x, period_x_) &&
+           holds(flat.low_y, flat.high_y, asked.at.y, asked.at.half_y, period_y_);
   }
   /// No contact in the box leaves the CL reference higher; minus infinity where there is none.
   double highest(const Box& box, const Asked& asked) const;

@@ -112,6 +112,13 @@ std::span<const DropBvh> FlatIndex::drops(const ClSurface& surface) const {
   return drops_->pieces;
 }
 
+std::span<const DropBvh> FlatIndex::cutter_drops(const ClSurface& surface) const {
+  const std::span<const DropBvh> all = drops(surface);
+  const auto first_guard = std::find_if(all.begin(), all.end(),
+                                        [&](const DropBvh& drops) { return drops.first() >= first_guard_; });
+  return all.first(static_cast<std::size_t>(first_guard - all.begin()));
+}
+
 std::span<const DropBvh> FlatIndex::drops_after(std::size_t dropped, const ClSurface& surface) const {
   const std::size_t before = drops_->dropped.fetch_add(dropped, std::memory_order_relaxed);
   if (before + dropped < kDropsPerHull * (hulls_.hulls.size() + guard_hulls_.hulls.size())) return {};
@@ -251,6 +258,29 @@ void FlatIndex::along(const FlatLine& line, Scratch& scratch, std::vector<Candid
     scratch.seen[c] = scratch.question;
     add_hull(c, line, swept, has_siblings(c) ? scratch.pieces : candidates);
   });
+  join_pieces(scratch.pieces, candidates);
+  sort_by_start(candidates, line.length, scratch.sorting);
+}
+
+void FlatIndex::along_over(const FlatLine& line, const AxisLine& middle, double low, const ClSurface& surface,
+                           const Deformation& deformation, Scratch& scratch,
+                           std::vector<Candidate>& candidates) const {
+  candidates.clear();
+  scratch.pieces.clear();
+  const FlatBox swept = box_round(line);
+  const double half = 0.5 * line.length;
+  DropBvh::Stretch stretch{line.x_at(half), line.y_at(half), half * std::abs(line.dx),
+                           half * std::abs(line.dy)};
+  for (const DropBvh& drops : cutter_drops(surface)) {
+    // From the middle to a place of the line the axis line is moved as a body is, no contact by more than
+    // this.
+    const Deformation::Stretch most = deformation.stretch(drops.furthest_from(deformation.frame().origin));
+    stretch.slack = stretch.half_x * most.x + stretch.half_y * most.y;
+    drops.each(stretch, middle, {.low = low}, [&](const DropBvh::Found& found) {
+      for (std::uint32_t c = found.hull; c < hulls_.hulls.size() && hulls_.hulls[c].patch == found.patch; ++c)
+        add_hull(c, line, swept, has_siblings(c) ? scratch.pieces : candidates);
+    });
+  }
   join_pieces(scratch.pieces, candidates);
   sort_by_start(candidates, line.length, scratch.sorting);
 }

@@ -38,6 +38,10 @@ class FlatIndex {
   /// Properties: a patch that is the highest anywhere on the line is among the candidates there; intervals of
   /// one patch do not overlap; they are sorted by (from, patch, to) and lie within [0, line.length].
   void along(const FlatLine& line, Scratch& scratch, std::vector<Candidate>& candidates) const;
+  /// As along() of the patches of the cutting part that may be higher than `low` on the line; the others are
+  /// left out. For short lines. `middle`: the axis line there. `surface`: as for drops().
+  void along_over(const FlatLine& line, const AxisLine& middle, double low, const ClSurface& surface,
+                  const Deformation& deformation, Scratch& scratch, std::vector<Candidate>& candidates) const;
   /// The same from where the line meets each hull (row_candidates.h), by rising patch.
   static void along(const FlatLine& line, std::span<const Candidate> met, Scratch& scratch,
                     std::vector<Candidate>& candidates);
@@ -111,6 +115,8 @@ class FlatIndex {
   /// The patches by how high each piece may come down on them, made when first asked for, by any thread.
   /// `surface`: that of the hulls, always the same.
   std::span<const DropBvh> drops(const ClSurface& surface) const;
+  /// Those of the cutting part alone.
+  std::span<const DropBvh> cutter_drops(const ClSurface& surface) const;
   /// The same once the patches dropped on have cost about as much as making it takes, else nothing;
   /// `dropped`: so many more.
   std::span<const DropBvh> drops_after(std::size_t dropped, const ClSurface& surface) const;

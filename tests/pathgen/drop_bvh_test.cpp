@@ -173,6 +173,63 @@ TEST_P(DropBvhs, GiveTheEnvelopeTheSameHeights) {
   }
 }
 
+/// For a stretch the tree shows every patch that is the highest anywhere on it. A short line is traced with
+/// few patches, and still is the highest of all of them wherever it has a point.
+TEST_P(DropBvhs, ServeShortLines) {
+  const CheckedMesh part = rough_sheet(GetParam(), 3, 0.5);
+  const ClSurface surface(part.mesh, part.sides, {wide_pieces().back()});
+  const Deformation map(GetParam(), 40.0);
+  const FlatIndex index(make_flat_hulls(surface, map, 0.5), map);
+  FlatIndex::Scratch scratch;
+  Envelope envelope(surface, map, index, {0.01, 0.05});
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> turn(-kPi, kPi), size(0.02, 3.0);
+  const std::vector<Point<Part>>& corners = part.mesh.vertices;
+  std::size_t points = 0, shown = 0;
+  for (int n = 0; n < 200; ++n) {
+    const Point<Flat> over = map.flatten(corners[random() % corners.size()]);
+    const double way = turn(random);
+    const FlatLine line{over.x, over.y, std::cos(way), std::sin(way), size(random)};
+    const auto highest = [&](double x, double y, double& z) {
+      Deformation::Angles angles;
+      const AxisLine there = map.axis_line(x, y, angles);
+      std::optional<PatchId> best;
+      for (PatchId patch = 0; patch < surface.patch_count(); ++patch)
+        if (ClHit hit; surface.top(patch, there, hit) && map.in_column(hit.z, angles, 0.0))
+          if (!best || hit.z > z) best = patch, z = hit.z;
+      return best;
+    };
+    double low = std::numeric_limits<double>::infinity();
+    std::vector<PatchId> expected;
+    for (int k = 0; k <= 6; ++k) {
+      const double run = line.length * k / 6;
+      double z = 0.0;
+      const auto best = highest(line.x_at(run), line.y_at(run), z);
+      if (best) expected.push_back(*best), low = std::min(low, z);
+    }
+    if (expected.size() == 7) {
+      std::vector<Candidate> found;
+      const double half = 0.5 * line.length;
+      index.along_over(line, map.axis_line(line.x_at(half), line.y_at(half)), low, surface, map, scratch,
+                       found);
+      for (const PatchId patch : expected)
+        EXPECT_TRUE(
+            std::any_of(found.begin(), found.end(), [&](const Candidate& c) { return c.patch == patch; }))
+            << "patch " << patch << " on line " << n;
+      shown += found.size();
+    }
+    for (const Pass& pass : envelope.along_short(line, -std::numeric_limits<double>::infinity()).passes)
+      for (const EnvelopePoint& p : pass) {
+        double z = 0.0;
+        ASSERT_TRUE(highest(p.flat.x, p.flat.y, z));
+        EXPECT_EQ(p.flat.z, z) << "line " << n;
+        ++points;
+      }
+  }
+  EXPECT_GT(points, 1000u);
+  EXPECT_LT(shown, 200 * surface.features() / 10);
+}
+
 /// Facets too wide for one hull, of the cutting part and of a guard.
 TEST_P(DropBvhs, AreHeldByEachHullOfAPatch) {
   const bool fixed = GetParam().mode == AxisMode::kFixed;
