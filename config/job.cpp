@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <vector>
 
 #include "config/body_keys.h"
 #include "config/job_catalogue.h"
@@ -12,11 +13,14 @@
 #include "config/section.h"
 #include "config/yaml_edit.h"
 #include "config/yaml_tree.h"
+#include "kinematics/machine/chain.h"
 
 namespace tiltfeed::config {
 namespace {
 
 constexpr double kMostBlended = 0.5;  // of the tolerance
+// A direction that a machine misses by so much (rad) it does not give: more than any axis tolerance.
+constexpr double kAxisMissed = 0.05;
 
 /// What stands at `section`.`key`; null: nothing.
 const YamlNode* node_at(const YamlNode& tree, const char* section, const char* key) {
@@ -107,6 +111,39 @@ Section root_of(const YamlNode& tree, Complaint& complaint) {
       complaint};
 }
 
+/// A direction that the axis mode needs and a machine of fewer axes does not give, as text; empty: none. The
+/// modes free and indexed choose their directions, and say so themselves.
+std::string missed_direction(const Job& job) {
+  const MachineModel& machine = job.machine.model;
+  if (machine.tilt.present && machine.rotary.present) return "";
+  const pathgen::AxisFrame& axis = job.plan.axis;
+  const Vec3 b = cross(axis.n, axis.t);
+  std::vector<Vec3> needed;
+  switch (axis.mode) {
+    case pathgen::AxisMode::kFixed:
+      needed = {axis.n};
+      break;
+    case pathgen::AxisMode::kLine:
+      needed = {axis.n, b};
+      break;
+    case pathgen::AxisMode::kPoint:
+    case pathgen::AxisMode::kCircle:
+      needed = {axis.n, axis.t, b};
+      break;
+    default:
+      break;
+  }
+  const Chain chain(machine, job.setup);
+  for (const Vec3 direction : needed) {
+    const Vec3 there = chain.on_table(direction);
+    double missed = chain.solve_axis(there).missed;
+    // Of the modes that turn the tool the work may lie on either side.
+    if (axis.mode != pathgen::AxisMode::kFixed) missed = std::min(missed, chain.solve_axis(-there).missed);
+    if (missed > kAxisMissed) return unreachable_text(machine, direction, there);
+  }
+  return "";
+}
+
 /// Of the key that a message begins with, or of its section.
 TextPlace place_of(const YamlNode& tree, const std::string& message) {
   const bool cutter = message.starts_with("cutter.");
@@ -142,6 +179,8 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
     root.complain("tolerance_mm", exact_text(job.plan.tolerance) +
                                       " is less than twice the blend_tolerance_mm of the machine, " +
                                       exact_text(blend) + ", which the control takes of it");
+  if (const std::string missed = missed_direction(job); !missed.empty())
+    complaint.add(node_at(*tree, "axis", "mode")->place, "axis.mode: " + missed);
   if (complaint.error()) return tl::unexpected(*complaint.error());
   job.plan.tolerance -= blend;
   if (Angle& turn = job.plan.free.max_turn;

@@ -53,9 +53,10 @@ Result<double> clearance_surface(const Mesh& mesh, double top, const Deformation
   if (bound + options.links.clearance <= -kLeastAxisDistance) return bound + options.links.clearance;
   if (z > -kLeastAxisDistance)
     return fail(Code::kLimit,
-                "clearance_mm of " + std::to_string(options.links.clearance) +
+                "clearance_mm of " + number_text(options.links.clearance) +
                     " reaches the axis point, line or circle: the highest cutter location is only " +
-                    std::to_string(-top) + " mm away from it; use a smaller clearance");
+                    number_text(std::floor(-1000.0 * top) / 1000.0) +
+                    " mm away from it; use a smaller clearance");
   return z;
 }
 

@@ -288,6 +288,31 @@ TEST(JobErrors, AWrongValueIsToldOnce) {
   }
 }
 
+/// A machine of fewer rotary axes: the modes that it serves, and the key where it does not.
+TEST(JobErrors, FewerAxesThanTheModeNeeds) {
+  const std::string plain = "setup: {part_zero_mm: [1, 2, 3]}";
+  const auto told = [&](const std::string& mode, const std::string& directions, const std::string& machine) {
+    std::string text = replaced(kGoodJob, "generic-ac", machine);
+    text = replaced(text, "setup: {part_zero_mm: [1, 2, 3], fixture_rotation_deg: [10, 20, 30]}", plain);
+    text = replaced(text, "  t: [0, 2, 0]\n  n: [0, 0, -3]\n", directions);
+    if (mode != "circle") text = replaced(text, "  circle_radius_mm: 50\n", "");
+    if (mode == "fixed") text = replaced(text, "  sense: inward\n", "");
+    const Result<Job> job = parse_job(replaced(text, "mode: circle", "mode: " + mode), kJobPath);
+    return job ? std::string() : job.error().message;
+  };
+  const std::string along_y = "  t: [0, 1, 0]\n  n: [0, 0, 1]\n",
+                    along_x = "  t: [1, 0, 0]\n  n: [0, 0, 1]\n", down = "  t: [1, 0, 0]\n  n: [0, 0, -1]\n";
+  EXPECT_EQ(told("fixed", along_y, "mill-3x"), "");
+  EXPECT_NE(told("fixed", down, "mill-3x"), "");
+  EXPECT_EQ(told("line", along_y, "mill-4x-head-b"), "");
+  EXPECT_EQ(told("line", along_x, "mill-4x-table-a"), "");
+  for (const char* mode : {"line", "point", "circle"})
+    EXPECT_NE(told(mode, along_y, "mill-3x").find(kJobPath + ":4:9: axis.mode: tool axis"), std::string::npos)
+        << mode << told(mode, along_y, "mill-3x");
+  EXPECT_NE(told("line", along_x, "mill-4x-head-b").find("it has B alone"), std::string::npos);
+  EXPECT_NE(told("point", along_y, "mill-4x-head-b").find("axis.mode: "), std::string::npos);
+}
+
 TEST(JobErrors, SizeIsCapped) {
   std::string large = kGoodJob + "# " + std::string((1u << 20) - kGoodJob.size() - 2, 'x');
   ASSERT_EQ(large.size(), 1u << 20);
