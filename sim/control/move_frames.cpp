@@ -46,15 +46,19 @@ Joints MoveFrames::slide_words(const Joints& tip) const {
           dot(way, chain_({0.0, 0.0, 1.0, tip.a, tip.c}).tip - none), tip.a, tip.c};
 }
 
-double MoveFrames::stray(const ProgramMove& move, const Pose& from, const Pose& to, double reach) const {
+MoveFrames::Bounds MoveFrames::bounds(const ProgramMove& move, const Pose& from, const Pose& to,
+                                      double reach) const {
   const Joints &p = move.from, &q = move.to;
   const double a = turned(p.a, q.a), c = turned(p.c, q.c);
-  if (a == 0.0 && c == 0.0) return 0.0;
-  // A curve leaves its chord by no more than an eighth of its largest second derivative.
-  if (move.tcp) return (a + c) * (a + c) * reach / 8.0;
+  if (move.tcp) return {(a + c) * (a + c) * reach, (a + c) * (a + c) * (a + c) * reach};
   const double slides = std::hypot(q.x - p.x, q.y - p.y, q.z - p.z), arm = pivot_to_tip_ + reach;
+  // What the rotary turns: how far from its axis it is, and bounds of its own derivatives.
+  const auto turning = [c](double far, double first, double second, double third) -> Bounds {
+    return {c * c * far + 2.0 * c * first + second,
+            c * c * c * far + 3.0 * c * c * first + 3.0 * c * second + third};
+  };
   if (structure_ == Structure::kHeadHead)
-    return (c * c * (between_ + arm) + 2.0 * c * a * arm + a * a * arm) / 8.0;
+    return turning(between_ + arm, a * arm, a * a * arm, a * a * a * arm);
   const auto from_axis = [&](const Pose& pose) {
     const Vec3 tip = fixture_ * from_origin(pose.tip) + part_zero_;
     return length(tip - rotary_ * dot(tip, rotary_));
@@ -62,14 +66,27 @@ double MoveFrames::stray(const ProgramMove& move, const Pose& from, const Pose& 
   const double table = std::max(from_axis(from), from_axis(to)) + reach;
   if (structure_ == Structure::kTableHead) {
     const double way = slides + a * arm;
-    return (c * c * (table + way) + 2.0 * c * way + a * a * arm) / 8.0;
+    return turning(table + way, way, a * a * arm, a * a * a * arm);
   }
   const auto from_tilt = [&](const Pose& pose) {
     return length(fixture_ * from_origin(pose.tip) + part_zero_) + between_;
   };
   const double tilted = std::max(from_tilt(from), from_tilt(to)) + reach + slides;
   const double way = slides + a * tilted;
-  return (c * c * (table + way) + 2.0 * c * way + a * a * tilted + 2.0 * a * slides) / 8.0;
+  return turning(table + way, way, a * a * tilted + 2.0 * a * slides,
+                 a * a * a * tilted + 3.0 * a * a * slides);
+}
+
+double MoveFrames::stray(const ProgramMove& move, const Pose& from, const Pose& middle, const Pose& to,
+                         double reach) const {
+  if (move.from.a == move.to.a && move.from.c == move.to.c) return 0.0;
+  const Bounds most = bounds(move, from, to, reach);
+  // A curve leaves its chord by no more than an eighth of its largest second derivative. That is eight times
+  // what it leaves it half way, but for half of the third.
+  const Vec3 tip = (from.tip - middle.tip) + (to.tip - middle.tip),
+             axis = from.axis + to.axis - middle.axis * 2.0;
+  const double half_way = 0.5 * (length(tip) + reach * length(axis));
+  return std::min(most.second / 8.0, half_way + most.third / 16.0);
 }
 
 }  // namespace tiltfeed::sim

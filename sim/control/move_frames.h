@@ -30,9 +30,19 @@ class MoveFrames {
   /// (P3) The largest distance of any point within `reach` of the tip from the straight way between where
   /// it is at the begin and at the end of the move, at the same share of it, mm. Over a share s of the move
   /// it is no more than s^2 times that. `from`, `to`: where the move begins and ends.
-  double stray(const ProgramMove& move, const Pose& from, const Pose& to, double reach) const;
+  double stray(const ProgramMove& move, const Pose& from, const Pose& to, double reach) const {
+    return stray(move, from, pose(move, 0.5), to, reach);
+  }
+  /// `middle`: where it is half way, if that is known.
+  double stray(const ProgramMove& move, const Pose& from, const Pose& middle, const Pose& to,
+               double reach) const;
 
  private:
+  /// Bounds of the second and third derivative of the way by the share, mm.
+  struct Bounds {
+    double second = 0.0, third = 0.0;
+  };
+  Bounds bounds(const ProgramMove& move, const Pose& from, const Pose& to, double reach) const;
   FrameChain chain_;
   Structure structure_;
   Rotation fixture_;

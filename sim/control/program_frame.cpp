@@ -75,7 +75,9 @@ int number_after(std::string_view line, std::string_view words) {
   return end == digits.c_str() ? -1 : static_cast<int>(number);
 }
 
-class Frame {
+}  // namespace
+
+class FrameCheck::Frame {
  public:
   explicit Frame(const config::Job& job)
       : job_(job), format_(job.machine.format), retracts_(format_.retract != "none") {
@@ -161,14 +163,14 @@ class Frame {
        frames_dropped_ = false, moved_ = false, retracted_ = false, ended_ = false;
 };
 
-std::string_view Frame::closing() const {
+std::string_view FrameCheck::Frame::closing() const {
   if (format_.dialect == Dialect::kHeidenhain) return "END PGM";
   if (format_.dialect == Dialect::kHeidenhainIso) return "its second % line";
   return format_.percent ? "a second %" : "";
 }
 
 /// The lines that a control knows a file of programs by.
-void Frame::opening(std::string_view line) {
+void FrameCheck::Frame::opening(std::string_view line) {
   if (line == "%" && !std::exchange(percent_, true) && counts_length()) return;
   begun_ = true;
   if (format_.dialect == Dialect::kHeidenhain)
@@ -179,7 +181,7 @@ void Frame::opening(std::string_view line) {
     opened_ = line.front() == 'O' || line.front() == ':' || !counts_length();
 }
 
-Wrong Frame::not_opened() const {
+Wrong FrameCheck::Frame::not_opened() const {
   if (format_.percent && !percent_)
     return "the file does not begin with %: such a control passes over its first line, or takes none of it "
            "(the profile's program.percent)";
@@ -193,7 +195,7 @@ Wrong Frame::not_opened() const {
 
 /// Where TCP begins every word is stated: what is left out stays where the control has the tip, which its
 /// parameters and its registers decide.
-Wrong Frame::tcp_begins(const ControlWords& words) {
+Wrong FrameCheck::Frame::tcp_begins(const ControlWords& words) {
   const bool in_block = words.has_g(434) || words.has_g(2340);
   if (!in_block && !tcp_place_) return std::nullopt;
   const auto missing = std::find_if(letters_.begin(), letters_.end(),
@@ -207,7 +209,7 @@ Wrong Frame::tcp_begins(const ControlWords& words) {
 }
 
 /// What every header of a posted program says, and the register in ", H4 too".
-void Frame::header(std::string_view text) {
+void FrameCheck::Frame::header(std::string_view text) {
   names_part_ = names_part_ || text.find("TILTFEED part ") != text.npos;
   posted_ = posted_ || (names_part_ && text.find("TILTFEED blocks ") != text.npos);
   if (text.find("TILTFEED tool length") == text.npos) return;
@@ -215,7 +217,7 @@ void Frame::header(std::string_view text) {
     if (const int number = number_after(text, letter); number > 0) registers_.push_back(number);
 }
 
-Wrong Frame::offset(std::string_view line, const ControlWords& words) {
+Wrong FrameCheck::Frame::offset(std::string_view line, const ControlWords& words) {
   if (tnc()) {
     const bool called = std::exchange(preset_cycle_, line.starts_with("CYCL DEF 247"));
     const int preset = number_after(line, "Q339=");
@@ -234,7 +236,7 @@ Wrong Frame::offset(std::string_view line, const ControlWords& words) {
          std::to_string(job_.program.work_offset);
 }
 
-Wrong Frame::length_register(const ControlWords& words) {
+Wrong FrameCheck::Frame::length_register(const ControlWords& words) {
   const bool edge = format_.dialect == Dialect::kSiemens;
   const char letter = edge ? 'D' : 'H';
   if (tnc() || !words.has(letter)) return std::nullopt;
@@ -247,7 +249,7 @@ Wrong Frame::length_register(const ControlWords& words) {
          " is called, that of the tool is " + letter + std::to_string(wanted);
 }
 
-Wrong Frame::tool(std::string_view line, const ControlWords& words) {
+Wrong FrameCheck::Frame::tool(std::string_view line, const ControlWords& words) {
   const bool call = format_.dialect == Dialect::kHeidenhain;
   const int number = call             ? number_after(line, "TOOL CALL ")
                      : words.has('T') ? static_cast<int>(std::clamp(words['T'], 0.0, 1e6))
@@ -263,7 +265,7 @@ Wrong Frame::tool(std::string_view line, const ControlWords& words) {
 }
 
 /// Before Z moves from a retract the tool is there, and the other axes have been sent to its place.
-Wrong Frame::goes_down(const ControlWords& words) const {
+Wrong FrameCheck::Frame::goes_down(const ControlWords& words) const {
   if (!words.has('Z')) return std::nullopt;
   if (tool_ > 0 && !changed_)
     return std::string("tool ") + std::to_string(tool_) +
@@ -279,7 +281,7 @@ Wrong Frame::goes_down(const ControlWords& words) const {
   return std::nullopt;
 }
 
-Wrong Frame::first_move() const {
+Wrong FrameCheck::Frame::first_move() const {
   if (auto wrong = not_opened()) return wrong;
   if (!missing_.empty())
     return "the first move comes before " + std::string(missing_.front()) +
@@ -295,19 +297,19 @@ Wrong Frame::first_move() const {
 
 /// All that the post says before the profile's start lines has been said. A line that is equal to one of
 /// these is the post's own before.
-bool Frame::set_up() const {
+bool FrameCheck::Frame::set_up() const {
   const bool tool_there =
       tool_ > 0 ? changed_ && (length_called_ || counts_length() || !wants_length()) : job_.program.tool == 0;
   return missing_.empty() && offset_ != 0 && !relative_ && tool_there && (retracted_ || !retracts_);
 }
 
 /// All that the post says before the profile's end lines has been said.
-bool Frame::left() const {
+bool FrameCheck::Frame::left() const {
   const bool length_left = length_on_ && counts_length();
   return moved_ && !inverse_ && !relative_ && !tcp_ && !length_left && (retracted_ || !retracts_);
 }
 
-Wrong Frame::at_end() const {
+Wrong FrameCheck::Frame::at_end() const {
   if (retracts_ && !retracted_) return "the program ends without a retract along the machine's Z";
   if (inverse_) return "the program ends with G93 in force";
   if (relative_) return "the program ends with G91 in force: the next words would be taken as ways";
@@ -316,7 +318,7 @@ Wrong Frame::at_end() const {
   return std::nullopt;
 }
 
-Wrong Frame::take(std::string_view text) {
+Wrong FrameCheck::Frame::take(std::string_view text) {
   line_ = ++count_;
   const std::string_view line = bare_line(text, format_.dialect, room_);
   if (line.empty()) {
@@ -344,7 +346,7 @@ Wrong Frame::take(std::string_view text) {
 }
 
 /// Reads what waits but for so many lines.
-Wrong Frame::read_waiting(std::size_t but) {
+Wrong FrameCheck::Frame::read_waiting(std::size_t but) {
   while (waiting_.size() > but) {
     const Waiting next = std::move(waiting_.front());
     waiting_.pop_front();
@@ -356,7 +358,7 @@ Wrong Frame::read_waiting(std::size_t but) {
 }
 
 /// The lines before the end are the profile's where the post has said all of its own before them.
-Wrong Frame::last(std::string_view line) {
+Wrong FrameCheck::Frame::last(std::string_view line) {
   const bool own =
       left() && std::equal(waiting_.begin(), waiting_.end(), end_.begin(), end_.end(),
                            [](const Waiting& one, const std::string& end) { return one.line == end; });
@@ -370,7 +372,7 @@ Wrong Frame::last(std::string_view line) {
   return "the program ends without the lines of the profile's program.end behind the post's own lines";
 }
 
-Wrong Frame::read(std::string_view line) {
+Wrong FrameCheck::Frame::read(std::string_view line) {
   if (std::find(clamps_.begin(), clamps_.end(), line) != clamps_.end()) return std::nullopt;
   std::erase_if(missing_, [&](std::string_view words) { return says(line, words); });
   ControlWords words;
@@ -418,21 +420,36 @@ Wrong Frame::read(std::string_view line) {
   return std::nullopt;
 }
 
-}  // namespace
+FrameCheck::FrameCheck(std::string name, const config::Job& job)
+    : name_(std::move(name)), frame_(std::make_unique<Frame>(job)) {}
+FrameCheck::FrameCheck(FrameCheck&&) noexcept = default;
+FrameCheck::~FrameCheck() = default;
+
+tl::unexpected<Error> FrameCheck::wrong(const std::string& what) const {
+  return fail(Code::kInput, name_ + ":" + std::to_string(frame_->line()) + ": " + what);
+}
+
+Result<void> FrameCheck::take(std::string_view line) {
+  if (const auto what = frame_->take(line)) return wrong(*what);
+  return {};
+}
+
+bool FrameCheck::done() const { return frame_->done(); }
+
+Result<void> FrameCheck::end() const {
+  if (const auto what = frame_->end()) return wrong(*what);
+  return {};
+}
 
 Result<void> check_frame(std::istream& in, const std::string& name, const config::Job& job) {
-  Frame frame(job);
+  FrameCheck frame(name, job);
   Lines lines(in);
-  const auto wrong_at = [&](const std::string& what) {
-    return fail(Code::kInput, name + ":" + std::to_string(frame.line()) + ": " + what);
-  };
   while (!frame.done()) {
     const auto line = lines.next();
     if (!line) break;
-    if (auto wrong = frame.take(*line)) return wrong_at(*wrong);
+    if (auto sound = frame.take(*line); !sound) return sound;
   }
-  if (auto wrong = frame.end()) return wrong_at(*wrong);
-  return {};
+  return frame.end();
 }
 
 }  // namespace tiltfeed::sim

@@ -3,7 +3,9 @@
 // register of the tool's length, the end. Damage to these changes no move of the text, and yet the machine's.
 
 #include <istream>
+#include <memory>
 #include <string>
+#include <string_view>
 
 #include "config/job.h"
 #include "kinematics/basics/result.h"
@@ -15,5 +17,26 @@ namespace tiltfeed::sim {
 /// before the first move, at a tool change or at the end, or the program has no end. Reads the stream from
 /// where it is.
 Result<void> check_frame(std::istream& in, const std::string& name, const config::Job& job);
+
+/// The same, line by line, beside who reads the program anyway.
+class FrameCheck {
+ public:
+  /// Outlived by `job`. `name`: of the program, for messages.
+  FrameCheck(std::string name, const config::Job& job);
+  FrameCheck(FrameCheck&&) noexcept;
+  ~FrameCheck();
+  /// The next line.
+  Result<void> take(std::string_view line);
+  /// Lines from here on say nothing.
+  bool done() const;
+  /// No line is left.
+  Result<void> end() const;
+
+ private:
+  class Frame;
+  tl::unexpected<Error> wrong(const std::string& what) const;
+  std::string name_;
+  std::unique_ptr<Frame> frame_;
+};
 
 }  // namespace tiltfeed::sim

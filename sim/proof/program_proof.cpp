@@ -27,7 +27,8 @@ class Moves {
         lines_(in),
         name_(name),
         reader_(job.machine, job.setup),
-        frames_(job.machine.model, job.setup) {}
+        frames_(job.machine.model, job.setup),
+        frame_(name, job) {}
 
   /// Up to about `most` more; none: the program is at its end.
   Result<void> read(std::size_t most, std::vector<ProgramMove>& moves) {
@@ -36,6 +37,8 @@ class Moves {
       const auto line = lines_.next();
       if (!line) break;
       bytes_ += line->size() + 1;
+      if (!frame_.done())
+        if (auto sound = frame_.take(*line); !sound) return sound;
       blocks_.clear();
       if (auto read = reader_.read_line(*line, blocks_); !read)
         return fail(read.error().code,
@@ -44,6 +47,15 @@ class Moves {
     }
     if (in_.bad()) return fail(Code::kIo, name_ + ": cannot be read to its end");
     return {};
+  }
+  /// What stands behind the last move, and that all is there that stands round them.
+  Result<void> end() {
+    while (!frame_.done()) {
+      const auto line = lines_.next();
+      if (!line) break;
+      if (auto sound = frame_.take(*line); !sound) return sound;
+    }
+    return frame_.end();
   }
   std::uint64_t blocks() const { return count_; }
   std::uint64_t bytes() const { return bytes_; }
@@ -68,6 +80,7 @@ class Moves {
   const std::string& name_;
   ControlReader reader_;
   MoveFrames frames_;
+  FrameCheck frame_;
   std::vector<ControlBlock> blocks_;
   std::vector<ProgramMove> fresh_;
   std::uint64_t count_ = 0, bytes_ = 0;
@@ -128,9 +141,6 @@ Result<ProgramProof> prove_program(std::istream& in, const std::string& name, co
   const auto size = std::max<std::streamoff>(1, in.seekg(0, std::ios::end).tellg());
   in.clear();
   in.seekg(0);
-  if (auto sound = check_frame(in, name, job); !sound) return tl::unexpected(sound.error());
-  in.clear();
-  in.seekg(0);
   Moves reader(in, name, job);
   ProgramProof result;
   std::vector<ProgramMove> now, next;
@@ -163,6 +173,7 @@ Result<ProgramProof> prove_program(std::istream& in, const std::string& name, co
     if (next.empty()) break;
     std::swap(now, next);
   }
+  if (auto sound = reader.end(); !sound) return tl::unexpected(sound.error());
   look_inside(prover, check, reader.take_fresh(), result);
   if (check != nullptr) check->measure(result.collisions);
   result.blocks = reader.blocks();

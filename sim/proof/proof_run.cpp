@@ -9,7 +9,7 @@ namespace {
 
 // Moves that are held against the same facets: as many, and as long together as so many roundings, mm.
 constexpr std::size_t kMostTogether = 64;
-constexpr double kShortest = 0.5, kLongest = 4.0;
+constexpr double kTogether = 1.5, kShortest = 0.5, kLongest = 4.0;
 // So many facets for moves that may still be divided are looked for again, for each half by itself.
 constexpr std::size_t kManyFacets = 200;
 // What is deeper than told, by this share of the tolerance, is looked at more closely.
@@ -79,7 +79,9 @@ Prover::Run::Run(const Prover& prover, std::span<const ProgramMove> moves, doubl
     const ProgramMove& move = moves[i];
     const bool joined = i > 0 && moves[i - 1].to == move.from && moves[i - 1].tcp == move.tcp;
     ways_.push_back({joined ? ways_.back().to : prover.frames_.pose(move.from, move.tcp),
-                     prover.frames_.pose(move.to, move.tcp), 0.0});
+                     prover.frames_.pose(move.to, move.tcp)});
+    if (move.from.a != move.to.a || move.from.c != move.to.c)
+      ways_.back().middle = prover.frames_.pose(move, 0.5);
   }
 }
 
@@ -278,8 +280,9 @@ Proof Prover::Run::hold() {
     core_ = &core;
     level_ = proof_.gouge, room_ = -1.0, ask_room_ = 0.0, clear_looks_ = told_ = 0, along_ = {0, 0, 1};
     for (std::size_t i = 0; i < moves_.size(); ++i)
-      ways_[i].stray = prover_.frames_.stray(moves_[i], ways_[i].from, ways_[i].to, core.reach);
-    const double most = std::clamp(std::max(core.rounding, core.wide), kShortest, kLongest);
+      ways_[i].stray =
+          prover_.frames_.stray(moves_[i], ways_[i].from, ways_[i].middle, ways_[i].to, core.reach);
+    const double most = std::clamp(kTogether * std::max(core.rounding, core.wide), kShortest, kLongest);
     for (std::size_t first = 0; first < moves_.size();) {
       std::size_t last = first;
       while (last + 1 < moves_.size() && last + 1 - first < kMostTogether &&

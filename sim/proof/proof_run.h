@@ -25,6 +25,7 @@ class Prover::Run {
   /// A move as the tool makes it; its begin is the end of the one before, unless it jumps.
   struct Way {
     Pose from, to;
+    Pose middle = {};  ///< where a rotary turns
     double stray = 0.0;
   };
   /// Moves first..last, or a share of one. The tool is within `stray` of the hull of where it is at both

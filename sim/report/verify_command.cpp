@@ -204,8 +204,10 @@ void print(const RemovalContext& context, const RemovalVerdict& verdict, const R
   if (r.gouge.depth > 0.0) std::printf("    there                %s\n", trouble_text(r.gouge).c_str());
   std::printf("  left on %.0f of %.0f mm2  median %.4f, 95 %% %.4f, 99 %% %.4f mm\n", r.touched_area, r.area,
               r.excess[3], r.excess[5], r.excess[6]);
-  std::printf("  over the limit         %.0f mm2 in the tool's reach, %.0f mm2 out of it (limit %.4f mm)\n",
-              r.rest.area, r.rest.out_of_reach, r.rest.limit);
+  std::printf(
+      "  over the limit         %.0f mm2 in the tool's reach, %.0f mm2 out of it, containment and tilt limit "
+      "counted (limit %.4f mm)\n",
+      r.rest.area, r.rest.out_of_reach, r.rest.limit);
   std::printf("  removed                %.1f of %.1f mm3\n", r.stock_volume - r.left_volume, r.stock_volume);
   std::printf("  machining time         %.1f s, rapids %.1f s, air %.1f %% of the feed moves\n", r.seconds,
               r.rapid_seconds, r.feed_seconds > 0.0 ? 100.0 * r.air_seconds / r.feed_seconds : 0.0);

@@ -142,7 +142,7 @@ TEST(MoveFrames, NoPointOfTheToolStraysFurther) {
   for (const MachineModel& machine : machines()) {
     tiltfeed::Setup setup{{7, -9, 25}, rotation_about({0, 0, 1}, 0.7), 100.0};
     const MoveFrames frames(machine, setup);
-    for (int i = 0; i < 400; ++i) {
+    for (int i = 0; i < 4000; ++i) {
       const double size = std::pow(10.0, random_in(random, -2, 2));
       ProgramMove move;
       move.from = random_words(random, {}, 100, 90),
@@ -158,6 +158,14 @@ TEST(MoveFrames, NoPointOfTheToolStraysFurther) {
         EXPECT_LE(off, stray + 1e-9);
         if (stray > 0.0) most = std::max(most, off / stray);
       }
+      // Over a share of it.
+      const double begin = random_in(random, 0, 0.7), part = random_in(random, 0.05, 0.3);
+      const Pose first = frames.pose(move, begin), last = frames.pose(move, begin + part),
+                 middle = frames.pose(move, begin + 0.5 * part);
+      for (const double up : {0.0, reach})
+        EXPECT_LE(distance(middle.tip + middle.axis * up,
+                           lerp(first.tip + first.axis * up, last.tip + last.axis * up, 0.5)),
+                  part * part * stray + 1e-9);
     }
   }
   EXPECT_GT(most, 0.2);  // the bound is no empty one
