@@ -25,9 +25,6 @@ constexpr double kNearShare = 0.5;
 /// count.
 constexpr double kBelow = 8.0;
 
-/// Shank and holder are asked for wherever they may be higher than the cutting part.
-constexpr double kAnyHeight = -std::numeric_limits<double>::infinity();
-
 }  // namespace
 
 /// Builds the envelope along one line by evaluating it where patches begin and end, and between those places

@@ -44,7 +44,7 @@ class HighestPatch {
   void take(const DropBvh::Found& found, IsThere is_there) {
     ++cost_;
     ClHit hit;
-    if (!surface_.top(found.patch, line_, hit)) return;
+    if (!surface_.top(found.patch, line_, hit, found_ ? best_.z : over_.value_or(kAnyHeight))) return;
     if (over_ && hit.z <= *over_) return;
     if (!map_.in_column(hit.z, angles_, 0.0)) return;  // seen from its own column
     if (found_ && (hit.z < best_.z || (hit.z == best_.z && found.patch > patch_.patch))) return;

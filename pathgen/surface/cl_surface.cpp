@@ -191,24 +191,25 @@ std::uint32_t ClSurface::facet_of(PatchId patch) const {
   return mesh_.source[fan(vertices_[feature - faces - edges_.size()]).front()];
 }
 
-bool ClSurface::top(const ToolPiece& piece, PatchId feature, const AxisLine& line, ClHit& hit) const {
+bool ClSurface::top(const ToolPiece& piece, PatchId feature, const AxisLine& line, ClHit& hit,
+                    double least) const {
   const double slack = kSeam * (piece.flat + piece.corner);
   if (feature < mesh_.facets.size()) {
     const Facet& f = mesh_.facets[feature];
     const Point<Part>&a = mesh_.vertices[f[0]], &b = mesh_.vertices[f[1]], &c = mesh_.vertices[f[2]];
     const Vec3& n = normals_[feature];
     if (sides_ == Sides::kBoth && dot(n, line.axis) < 0.0)
-      return drop_on_facet(piece, a, c, b, -n, slack, line, hit);
-    return drop_on_facet(piece, a, b, c, n, slack, line, hit);
+      return drop_on_facet(piece, a, c, b, -n, slack, line, hit, least);
+    return drop_on_facet(piece, a, b, c, n, slack, line, hit, least);
   }
   feature -= static_cast<PatchId>(mesh_.facets.size());
   if (feature < edges_.size()) {
     const EdgePatch& edge = edges_[feature];
-    return drop_on_edge(piece, mesh_.vertices[edge.v0], mesh_.vertices[edge.v1], slack, line, hit) &&
+    return drop_on_edge(piece, mesh_.vertices[edge.v0], mesh_.vertices[edge.v1], slack, line, hit, least) &&
            behind(edge, hit.normal);
   }
   const VertexPatch& vertex = vertices_[feature - edges_.size()];
-  return drop_on_vertex(piece, mesh_.vertices[vertex.vertex], line, hit) && behind(vertex, hit.normal);
+  return drop_on_vertex(piece, mesh_.vertices[vertex.vertex], line, hit, least) && behind(vertex, hit.normal);
 }
 
 /// (C6) Do the edge's facets lie behind the contact normal?

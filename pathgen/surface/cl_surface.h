@@ -48,13 +48,15 @@ class ClSurface {
 
   /// The highest point of the patch on the axis line, if the line meets it. Points just outside the patch (by
   /// kSeam) are accepted, so that neighbouring patches leave no gap.
-  bool top(PatchId patch, const AxisLine& line, ClHit& hit) const {
-    return patch < features_ ? top(pieces_.front(), patch, line, hit)
-                             : top(pieces_[patch / features_], feature_of(patch), line, hit);
+  /// One lower than `least` is not found.
+  bool top(PatchId patch, const AxisLine& line, ClHit& hit, double least = kAnyHeight) const {
+    return patch < features_ ? top(pieces_.front(), patch, line, hit, least)
+                             : top(pieces_[patch / features_], feature_of(patch), line, hit, least);
   }
 
   /// The same of any other piece against a feature.
-  bool top(const ToolPiece& piece, PatchId feature, const AxisLine& line, ClHit& hit) const;
+  bool top(const ToolPiece& piece, PatchId feature, const AxisLine& line, ClHit& hit,
+           double least = kAnyHeight) const;
 
   /// Is a tool with its reference at p and this axis so near to the patch's feature that the piece's rounded
   /// edge may cut into it?

@@ -12,6 +12,9 @@ namespace {
 /// tool's radius. The contact normal is that exact where kSeam is still met; the height has its square.
 constexpr double kArcError = 1e-12;
 constexpr int kMaxSteps = 60;  ///< halving alone needs 40
+/// What lies lower by so much (mm), and is not so steep (squared sine), is seen to lie lower whatever is
+/// rounded.
+constexpr double kClearlyLower = 1e-6, kNotSteep = 1e-3;
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
 /// Where a piece touches: at this distance from the axis and height over the ring centre.
@@ -59,7 +62,8 @@ double tube_run(const ToolPiece& piece, double p, double k, double last) {
 }  // namespace
 
 /// (C3)
-bool drop_on_vertex(const ToolPiece& piece, const Point<Part>& v, const AxisLine& line, ClHit& hit) {
+bool drop_on_vertex(const ToolPiece& piece, const Point<Part>& v, const AxisLine& line, ClHit& hit,
+                    double least) {
   const Vec3 w = line.base - v;
   const double aw = dot(line.axis, w);
   const Vec3 off = w - line.axis * aw;  // from the vertex to the axis
@@ -67,6 +71,7 @@ bool drop_on_vertex(const ToolPiece& piece, const Point<Part>& v, const AxisLine
   if (dd > piece.outer * piece.outer) return false;
   if (piece.is_ball()) {
     hit.z = -aw + std::sqrt(piece.corner * piece.corner - dd);
+    if (hit.z - piece.above_reference < least) return false;
     hit.normal = (w + line.axis * hit.z) / piece.corner;
     hit.z -= piece.above_reference;
     hit.twist = hit.normal * piece.above_reference;
@@ -87,7 +92,7 @@ bool drop_on_vertex(const ToolPiece& piece, const Point<Part>& v, const AxisLine
   }
   hit.z = -aw + below - piece.above_reference;
   hit.twist = twist(piece, hit.normal, line.axis, -off, -below);
-  return true;
+  return hit.z >= least;
 }
 
 namespace {
@@ -107,6 +112,18 @@ bool drop_ball_on_line(const ToolPiece& piece, const Vec3& w, const Vec3& e, con
   return dot(hit.normal, line.axis) >= piece.taper_sin || !piece.has_cone();
 }
 
+/// Does the cylinder round the edge lie lower than z on the line all over? Told without root or quotient; no
+/// where rounding might tell otherwise.
+bool ball_stays_under(double radius, const Vec3& w, const Vec3& e, const Vec3& axis, double z) {
+  const double ee = squared_length(e), ae = dot(axis, e), we = dot(w, e), square = ee - ae * ae;
+  if (square < kNotSteep * ee) return false;
+  // The height h meets square h^2 + 2 half h + rest = 0.
+  const double half = dot(axis, w) * ee - ae * we,
+               rest = (squared_length(w) - radius * radius) * ee - we * we;
+  const double above = square * (z - kClearlyLower) + half;
+  return above > 0.0 && half * half - square * rest < above * above;
+}
+
 /// Does the ball whose centre is at height z touch the line of `e` between its ends? Then the hit's rest.
 bool settle_ball(const ToolPiece& piece, const Vec3& w, const Vec3& e, double slack, const AxisLine& line,
                  ClHit& hit) {
@@ -121,11 +138,13 @@ bool settle_ball(const ToolPiece& piece, const Vec3& w, const Vec3& e, double sl
 }  // namespace
 
 bool drop_on_edge(const ToolPiece& piece, const Point<Part>& p, const Point<Part>& q, double slack,
-                  const AxisLine& line, ClHit& hit) {
+                  const AxisLine& line, ClHit& hit, double least) {
   const Vec3 w = line.base - p, e = q - p;
+  const bool ball = piece.is_ball();
+  if (ball && ball_stays_under(piece.corner, w, e, line.axis, least + piece.above_reference)) return false;
   const bool on_ball = piece.flat == 0.0 && drop_ball_on_line(piece, w, e, line, hit);
-  if (on_ball) return settle_ball(piece, w, e, slack, line, hit);
-  if (piece.is_ball()) return false;
+  if (on_ball) return settle_ball(piece, w, e, slack, line, hit) && hit.z >= least;
+  if (ball) return false;
   const Vec3 a = line.axis;
   const double rise = dot(e, a);
   Vec3 flat = e - a * rise;  // the edge over the ground
@@ -183,18 +202,19 @@ bool drop_on_edge(const ToolPiece& piece, const Point<Part>& p, const Point<Part
   }
   hit.twist = twist(piece, hit.normal, a, nearest + flat * u, at.height);
   hit.z = height + climb * (u - u_p) - at.height - piece.above_reference;
-  return true;
+  return hit.z >= least;
 }
 
 /// (C1)
 bool drop_on_facet(const ToolPiece& piece, const Point<Part>& a, const Point<Part>& b, const Point<Part>& c,
-                   const Vec3& n, double slack, const AxisLine& line, ClHit& hit) {
+                   const Vec3& n, double slack, const AxisLine& line, ClHit& hit, double least) {
   const double along = dot(n, line.axis);
   if (along < kSteepest) return false;
   const double gap = dot(n, line.base - a);
   Point<Part> contact;
   if (piece.is_ball()) {
     hit.z = (piece.corner - gap) / along;
+    if (hit.z - piece.above_reference < least) return false;
     contact = line.base + line.axis * hit.z - n * piece.corner;
     hit.twist = n * piece.above_reference;
   } else {
@@ -210,6 +230,7 @@ bool drop_on_facet(const ToolPiece& piece, const Point<Part>& a, const Point<Par
   }
   hit.normal = n;
   hit.z -= piece.above_reference;
+  if (hit.z < least) return false;
   const auto inside_of = [&](const Point<Part>& from, const Point<Part>& to) {
     const Vec3 side = to - from;
     const double depth = dot(cross(n, side), contact - from);

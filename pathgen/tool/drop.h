@@ -3,6 +3,8 @@
 // vertex, an edge or a facet. Closed forms but for a rounded edge against an edge of the part, which is the
 // root of a monotone function. (C1)..(C4) in pathgen/surface/README.md.
 
+#include <limits>
+
 #include "pathgen/axis/deformation.h"
 #include "pathgen/tool/tool_pieces.h"
 
@@ -25,12 +27,17 @@ inline constexpr double kLevel = 1e-6;
 /// A facet or edge steeper than this against the axis (cosine, squared sine) has no height of its own.
 inline constexpr double kSteepest = 1e-9;
 
-/// Each returns false where there is no contact within the feature, its border widened by `slack` (mm).
-bool drop_on_vertex(const ToolPiece& piece, const Point<Part>& v, const AxisLine& line, ClHit& hit);
+/// No height is asked for.
+inline constexpr double kAnyHeight = -std::numeric_limits<double>::infinity();
+
+/// Each returns false where there is no contact within the feature, its border widened by `slack` (mm), or
+/// none of z' at least `least`: that it is lower is seen early.
+bool drop_on_vertex(const ToolPiece& piece, const Point<Part>& v, const AxisLine& line, ClHit& hit,
+                    double least = kAnyHeight);
 bool drop_on_edge(const ToolPiece& piece, const Point<Part>& p, const Point<Part>& q, double slack,
-                  const AxisLine& line, ClHit& hit);
+                  const AxisLine& line, ClHit& hit, double least = kAnyHeight);
 /// `n`: unit normal of the facet on the tool's side, from where the corners are counter-clockwise.
 bool drop_on_facet(const ToolPiece& piece, const Point<Part>& a, const Point<Part>& b, const Point<Part>& c,
-                   const Vec3& n, double slack, const AxisLine& line, ClHit& hit);
+                   const Vec3& n, double slack, const AxisLine& line, ClHit& hit, double least = kAnyHeight);
 
 }  // namespace tiltfeed::pathgen
