@@ -62,26 +62,26 @@ TEST_F(JobWorkTest, takes_another_machine_that_comes_with_the_program) {
   ASSERT_TRUE(work.job().machine.model.rotary.present);
   EXPECT_FALSE(work.choose_machine("../../etc/passwd").has_value());
   EXPECT_EQ(work.text(), text_);
-  const auto chosen = work.choose_machine("mill-4x-table-a");
+  const auto chosen = work.choose_machine("vmc-bhead-bc");
   ASSERT_TRUE(chosen.has_value()) << chosen.error().message;
-  EXPECT_EQ(work.job().machine.model.name, "mill-4x-table-a");
+  EXPECT_EQ(work.job().machine.model.name, "vmc-bhead-bc");
   // Only that value has changed.
   std::string expected = text_;
   const std::size_t machine = expected.find(std::string(SOURCE_DIR) + "/config/machines/");
   const std::size_t end = expected.find('\n', machine);
   const std::string now = work.text();
   EXPECT_EQ(now.substr(0, machine - 2), expected.substr(0, machine - 2));
-  EXPECT_NE(now.find("mill-4x-table-a.yaml", machine - 2), std::string::npos) << now;
+  EXPECT_NE(now.find("vmc-bhead-bc.yaml", machine - 2), std::string::npos) << now;
   EXPECT_EQ(now.substr(now.size() - (expected.size() - end)), expected.substr(end));
   // Saved with its profile beside it, the job is planned by the command line.
   ASSERT_TRUE(work.is_right()) << work.describe();
   const auto saved = work.save();
   ASSERT_TRUE(saved.has_value()) << saved.error().message;
-  EXPECT_EQ(read(folder_ + "/mill-4x-table-a.yaml"),
-            read(std::string(SOURCE_DIR) + "/config/machines/mill-4x-table-a.yaml"));
+  EXPECT_EQ(read(folder_ + "/vmc-bhead-bc.yaml"),
+            read(std::string(SOURCE_DIR) + "/config/machines/vmc-bhead-bc.yaml"));
   const auto loaded = load_job(path());
   ASSERT_TRUE(loaded.has_value()) << loaded.error().message;
-  EXPECT_EQ(loaded->machine.model.name, "mill-4x-table-a");
+  EXPECT_EQ(loaded->machine.model.name, "vmc-bhead-bc");
 }
 
 TEST_F(JobWorkTest, does_not_write_over_another_machine_of_that_name) {
