@@ -13,6 +13,8 @@ using std::chrono::seconds;
 constexpr Time kPoll = milliseconds(5), kAgain = milliseconds(50);
 /// So long may what may be repeated stay without an answer.
 constexpr Time kAnswerTimeout = seconds(10);
+/// No axis brakes longer.
+constexpr Time kBrakes = seconds(10);
 constexpr std::size_t kBlocksAhead = 2;
 constexpr std::uint8_t kAcknowledged = 5, kBusy = 6;  // Modbus exceptions
 
@@ -145,6 +147,9 @@ void DriveSession::on_status(std::uint16_t status, Time now) {
     step_ = Step::kChoose;
   } else if (moving) {
     next_ = now + kPoll;
+    if (phase_ == Phase::kStop && now - stop_asked_ >= kBrakes)
+      fault("the drive took its stop and still says after " + std::to_string(kBrakes / seconds(1)) +
+            " s that it moves (status " + std::to_string(status) + "): stop it at its own panel");
   } else if (step_ == Step::kWatch) {
     complete();
   } else if (phase_ == Phase::kStop) {
@@ -211,7 +216,7 @@ void DriveSession::ask_stop(Event event, Time now) {
   move(event);
   step_ = Step::kStop;
   request_.clear();
-  next_ = heard_ = now;
+  next_ = heard_ = stop_asked_ = now;
 }
 
 std::string DriveSession::stop_request() const {

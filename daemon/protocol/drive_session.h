@@ -81,7 +81,7 @@ class DriveSession {
   bool resume_asked_ = false;                // before the drive stands
   bool written_ = false, answered_ = false;  // the front one left; the drive took it
   std::string request_, refused_;
-  Time next_{}, heard_{};
+  Time next_{}, heard_{}, stop_asked_{};
 };
 
 }  // namespace tiltfeed::daemon

@@ -400,5 +400,41 @@ TEST(DriveSession, AResumeBeforeTheStandActsAtTheStandUnlessAHoldFollows) {
   }
 }
 
+/// A drive that takes the stop and goes on saying that it moves: the run ends, and says so.
+TEST(DriveSession, AStopOfADriveThatNeverStandsEnds) {
+  Time now{0};
+  DriveSession session({3, DriveMap{}}, now);
+  std::uint16_t status = 0;
+  std::size_t stops = 0;
+  const auto turn = [&] {
+    const std::string request(session.output(now));
+    if (!request.empty()) {
+      const ModbusRequest asked = unpack_request(request);
+      stops += asked.words.size() == 1;
+      session.sent(request.size());
+      session.receive(pack_reply({kReplyOk, std::vector<std::uint16_t>(asked.read_count, status)}), now);
+    }
+    now += std::chrono::milliseconds(30);
+  };
+  turn();
+  NumericBlock block;
+  block.x = 10.0;
+  session.push(block);
+  turn();
+  status = 4;  // bit 2: it moves
+  turn();
+  session.command({Order::kStop}, now);
+  const Time asked = now;
+  while (!is_final(session.phase()) && now - asked < std::chrono::seconds(60)) turn();
+  ASSERT_TRUE(is_final(session.phase()));
+  EXPECT_NE(session.phase(), Phase::kStopped) << "it does not stand";
+  EXPECT_GE(now - asked, std::chrono::seconds(10));
+  EXPECT_NE(session.error().message.find("still says after 10 s that it moves (status 4)"), std::string::npos)
+      << session.error().message;
+  EXPECT_EQ(session.state().uncertain.first, session.state().uncertain.last);
+  turn();
+  EXPECT_GE(stops, 2u) << "it is told again";
+}
+
 }  // namespace
 }  // namespace tiltfeed
