@@ -71,8 +71,8 @@ Result<void> SuggestCommand::Options::work() const {
                                       {{"STL", stl}, {"--machine", machine}});
       !ok)
     return ok;
-  const Result<int> file = open_progress(progress, {{"--out", output}, {"--report", report}});
-  if (!file) return tl::unexpected(file.error());
+  const Result<int> to = open_progress(progress, {{"--out", output}, {"--report", report}});
+  if (!to) return tl::unexpected(to.error());
   std::optional<config::MachineProfile> profile;
   if (!machine.empty()) {
     auto loaded = config::load_machine(machine);
@@ -91,7 +91,7 @@ Result<void> SuggestCommand::Options::work() const {
   asked.machine = profile ? &profile->model : nullptr;
   Result<pathgen::Suggestions> found;
   {
-    ProgressLine line(*file);
+    ProgressLine line(*to);
     found = pathgen::suggest(*part, asked,
                              [&](const char* stage, double share) { return line.show(stage, share); });
   }

@@ -8,6 +8,10 @@ namespace tiltfeed::daemon {
 
 namespace {
 
+constexpr const char* kNoBlock =
+    " cannot be sent as a numeric block; post for this link with the dialect grbl (program.dialect, post "
+    "--dialect)";
+
 constexpr char kAxisNames[] = "XYZAC";
 constexpr std::uint8_t kEveryAxis = 0x1f;
 /// Largest S, 1/min: the wire counts thousandths in an int32.
@@ -112,7 +116,7 @@ Result<void> BlockReader::take_g(double value, Parsed& parsed) {
       if (lines_) return {};
       return fail(Code::kInput, "G91: relative moves are not supported; post the program with G90");
     default:
-      return fail(Code::kInput, show('G', value) + " cannot be sent as a numeric block");
+      return fail(Code::kInput, show('G', value) + kNoBlock);
   }
 }
 
@@ -141,7 +145,7 @@ Result<void> BlockReader::take_m(double value, Parsed& parsed) {
       parsed.coolant[parsed.coolants++] = code;
       return {};
     default:
-      return fail(Code::kInput, show('M', value) + " cannot be sent as a numeric block");
+      return fail(Code::kInput, show('M', value) + kNoBlock);
   }
 }
 
@@ -191,7 +195,7 @@ Result<void> BlockReader::take_other(const GcodeWord& word, Parsed& parsed) {
       parsed.p = word.value;
       return {};
     default:
-      return fail(Code::kInput, show(word.letter, word.value) + " cannot be sent as a numeric block");
+      return fail(Code::kInput, show(word.letter, word.value) + kNoBlock);
   }
 }
 

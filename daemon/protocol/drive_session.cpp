@@ -13,6 +13,8 @@ using std::chrono::seconds;
 constexpr Time kPoll = milliseconds(5), kAgain = milliseconds(50);
 /// So long may what may be repeated stay without an answer.
 constexpr Time kAnswerTimeout = seconds(10);
+/// In a move no longer: three readings without an answer.
+constexpr Time kSilentInMove = seconds(1);
 /// No axis brakes longer.
 constexpr Time kBrakes = seconds(10);
 constexpr std::size_t kBlocksAhead = 2;
@@ -170,9 +172,13 @@ void DriveSession::on_missing(Time now) {
                  ": the drive may have moved; nothing is sent again");
   }
   next_ = now + kAgain;
-  if (now - heard_ < kAnswerTimeout) return;
+  // One that was switched off in a move stands when it is back, and not where it was sent.
+  const bool moves = step_ == Step::kWatch;
+  if (now - heard_ < (moves ? kSilentInMove : kAnswerTimeout)) return;
   loss_ = Loss::kWire;
-  fault("the drive has not answered for 10 s");
+  fault(moves
+            ? "the drive has not answered for 1 s in a move: it may have been switched off, and its zero lost"
+            : "the drive has not answered for 10 s");
 }
 
 void DriveSession::command(const OperatorCommand& command, Time now) {

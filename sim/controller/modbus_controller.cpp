@@ -243,7 +243,7 @@ bool ModbusController::execute(Command command, std::uint16_t session, std::uint
 bool ModbusController::open(std::uint16_t session) {
   if (session == 0) return false;
   if (session == session_) return true;
-  if (!motion_.idle()) return false;
+  if (!motion_.idle() || alarm_ != 0) return false;
   motion_.stop();  // ends a hold that the session before left behind
   session_ = session;
   spent_ = false;

@@ -436,5 +436,51 @@ TEST(DriveSession, AStopOfADriveThatNeverStandsEnds) {
   EXPECT_GE(stops, 2u) << "it is told again";
 }
 
+/// A drive that is switched off in a move stands when it is back: that is no end of the move.
+TEST(DriveSession, ADriveThatIsSilentInAMoveHasNotDoneIt) {
+  for (const int missing : {2, 4}) {
+    Time now{0};
+    DriveSession session({3, DriveMap{}}, now);
+    std::uint16_t status = 0;
+    int silent = 0;
+    std::size_t moves = 0;
+    const auto turn = [&] {
+      const std::string request(session.output(now));
+      now += std::chrono::milliseconds(30);
+      if (request.empty()) return;
+      const ModbusRequest asked = unpack_request(request);
+      moves += asked.words.size() > 1;
+      session.sent(request.size());
+      if (silent > 0) {
+        --silent, now += std::chrono::milliseconds(300);  // the host's patience
+        return session.receive(pack_reply({kReplyMissing, {}}), now);
+      }
+      session.receive(pack_reply({kReplyOk, std::vector<std::uint16_t>(asked.read_count, status)}), now);
+    };
+    turn();
+    for (int k = 0; k < 2; ++k) {
+      NumericBlock block;
+      block.line = static_cast<std::uint32_t>(k + 1), block.x = 10.0 * (k + 1);
+      session.push(block);
+    }
+    turn();
+    status = 4;
+    turn();
+    silent = missing;
+    while (silent > 0) turn();
+    status = 0;
+    for (int k = 0; k < 10; ++k) turn();
+    const bool back_in_time = missing == 2;
+    EXPECT_EQ(is_final(session.phase()), !back_in_time);
+    EXPECT_EQ(moves, back_in_time ? 2u : 1u);
+    if (back_in_time) continue;
+    EXPECT_NE(session.error().message.find("may have been switched off"), std::string::npos)
+        << session.error().message;
+    EXPECT_EQ(session.state().executed, 0u);
+    EXPECT_EQ(session.state().uncertain.first, 1u);
+    EXPECT_EQ(session.state().uncertain.last, 1u);
+  }
+}
+
 }  // namespace
 }  // namespace tiltfeed
