@@ -46,7 +46,9 @@ class HighestPatch {
     ClHit hit;
     if (!surface_.top(found.patch, line_, hit, found_ ? best_.z : over_.value_or(kAnyHeight))) return;
     if (over_ && hit.z <= *over_) return;
-    if (!map_.in_column(hit.z, angles_, 0.0)) return;  // seen from its own column
+    // Seen from its own column, all up to the ring that touches: beyond the column's end it has no hull.
+    const double ring = std::max(0.0, surface_.piece(found.patch).above_reference);
+    if (!map_.in_column(hit.z, angles_, 0.0) || !map_.in_column(hit.z + ring, angles_, 0.0)) return;
     if (found_ && (hit.z < best_.z || (hit.z == best_.z && found.patch > patch_.patch))) return;
     if (is_there(found)) best_ = hit, patch_ = found, found_ = true;
   }

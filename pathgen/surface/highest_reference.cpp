@@ -29,8 +29,12 @@ double highest_reference(const ClSurface& surface, const Deformation& map, Patch
       const Vec3 d = p - frame.origin;
       r = std::min(r, std::hypot(dot(d, frame.t), dot(d, frame.n)));
     }
+    // Nor is it a corner: along a chord of length l nearer to the axis of Theta than the circle is, r bows in
+    // by l^2 / (8 r) and the distance from the circle grows by as much; in a facet twice.
+    const double nearest = std::sqrt(std::max(0.0, r * r - 0.5 * size * size));
+    const double bow = std::min(size, size * size / (4.0 * std::max(nearest, 1e-9)));
     const double sine = aside / std::max(r - size, 1e-9);
-    return top + lift + frame.circle_radius * (sine < 1.0 ? 1.0 - std::sqrt(1.0 - sine * sine) : 2.0);
+    return top + bow + lift + frame.circle_radius * (sine < 1.0 ? 1.0 - std::sqrt(1.0 - sine * sine) : 2.0);
   }
   // Inside work: -z' is the distance from the feature, less along the axis line, and less between corners.
   const double near = std::max(0.0, -top - size);

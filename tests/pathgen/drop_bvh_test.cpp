@@ -264,6 +264,51 @@ TEST_P(DropBvhs, AreHeldByEachHullOfAPatch) {
   check(index, guards_of(), {});
 }
 
+/// Between a circle and its axis a chord is further from the circle in its middle than at its ends: what
+/// bounds the height of a patch must know, or the list of patches is left too early. List and tree find the
+/// same there.
+TEST(DropBvhInACircle, ListAndTreeFindTheSameInsideTheCircle) {
+  const AxisFrame frame{AxisMode::kCircle, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 46.0};
+  const CheckedMesh part = sheet(frame, {-1.2, 1.2, 1.9, 2.9, 14, 10}, [](double x, double y) {
+    return 38.0 + 2.0 * std::sin(5.0 * x) * std::sin(7.0 * y);
+  });
+  const Deformation map(frame, 40.0);
+  ToolPiece cutter, disc;
+  cutter.flat = 0.6, cutter.corner = 0.2, cutter.outer = 0.8;
+  disc.part = ToolPart::kHolder, disc.flat = disc.outer = 3.0, disc.above_reference = 25.0;
+  const ClSurface alone(part.mesh, part.sides, {cutter}), all(part.mesh, part.sides, {cutter, disc});
+  const FlatIndex cut(make_flat_hulls(alone, map, 0.5), map);
+  const auto guards = [&](PatchId patch) { return patch >= all.features(); };
+  const FlatIndex index(cut, all.numbers_of(alone), make_flat_hulls(all, map, 0.5, {}, guards), map);
+  const FlatBounds& b = index.bounds();
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> x(b.min_x, b.max_x), y(b.min_y, b.max_y), aside(-1.0, 1.0);
+  std::size_t held = 0, cuts = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const double px = x(random), py = y(random);
+    Deformation::Angles angles;
+    const AxisLine line = map.axis_line(px, py, angles);
+    const auto tree = [&](std::optional<double> over) {
+      HighestPatch highest(all, map, angles, line);
+      if (over) highest.ask_over(*over);
+      for (const DropBvh& drops : index.drops(all))
+        highest.take_from(drops, px, py, [&](const DropBvh::Found& f) { return index.holds(f, px, py); });
+      return highest;
+    };
+    const HighestPatch found = tree(std::nullopt);
+    if (!found.found()) continue;
+    ++(guards(found.patch()) ? held : cuts);
+    Envelope fresh(all, map, index, {0.01, 0.05});
+    for (const double z : {found.hit().z - 1e-3, found.hit().z + 1e-3, found.hit().z + aside(random)}) {
+      const bool over = fresh.rises_over(px, py, z);
+      if (fresh.shut_by()) continue;  // the part reaches to the column's end
+      EXPECT_EQ(over, tree(z).found()) << px << ", " << py << " over " << z;
+    }
+  }
+  EXPECT_GT(held, 300u);
+  EXPECT_GT(cuts, 3000u);
+}
+
 /// A wavy tube round the axis of a circle: what is beyond the axis is in no column, and is not asked.
 TEST(DropBvhInACircle, EndsAtTheAxis) {
   for (const Sense sense : {Sense::kOutward, Sense::kInward}) {
