@@ -106,6 +106,7 @@ class JobService {
                           const std::string& way_back = "");
   Result<std::string> enqueue(SpooledJob job);
   Result<std::string> leave_queue(SpooledJob job);
+  Result<void> not_an_entry(const SpooledJob& job) const;
   std::string place_text(std::uint64_t job) const;
   Result<void> machine_free(std::uint64_t job) const;
   std::vector<std::uint64_t> queue() const;

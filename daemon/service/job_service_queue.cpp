@@ -1,5 +1,7 @@
 // Jobs that wait for the machine: who is next, what lets it start by itself, and what does not.
 
+#include <fstream>
+
 #include "daemon/service/job_service.h"
 
 namespace tiltfeed::daemon {
@@ -63,7 +65,18 @@ Result<void> JobService::machine_free(std::uint64_t job) const {
   return {};
 }
 
+/// A job that enters another again begins with a way off from where the machine stood then.
+Result<void> JobService::not_an_entry(const SpooledJob& job) const {
+  std::ifstream mark(spool_.file(job.id, "entry"));
+  std::string again;
+  if (!std::getline(mark, again)) return {};
+  return fail(Code::kUsage, name_of(job.id) +
+                                " begins with a way off from where the machine stood when it was made; " +
+                                again + " makes it anew from where it stands now");
+}
+
 void JobService::start(const SpooledJob& job, bool queued, Done done) {
+  if (const Result<void> whole = not_an_entry(job); !whole) return done(tl::unexpected<Error>(whole.error()));
   if (queued && job.place > 0) return done(write_text(place_text(job.id)));
   if (is_planned(job) || !queued)
     if (const Result<void> can = startable(job, link_.kind); !can)

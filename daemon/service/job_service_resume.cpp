@@ -34,6 +34,7 @@ struct EntryOrder {
   SpooledJob job;
   std::string program, yaml, stl;  ///< of the job that is entered
   std::string to;                  ///< program of the job that enters it; empty: it is shown only
+  std::string mark;                ///< of that job: it is made for where the machine stands now
   std::uint64_t number = 0;        ///< of that job
   LinkSpec link;
   config::MachineProfile machine;
@@ -63,6 +64,10 @@ Result<ProgramRun> write_entry(const EntryOrder& order) {
   if (!file) return tl::unexpected<Error>(file.error());
   if (const auto written = write_reentry(order.program, *entry, file->stream()); !written)
     return tl::unexpected<Error>(written.error());
+  const std::string again =
+      "`tiltfeed resume " + std::to_string(order.job.id) + " --from " + std::to_string(order.from) + "`";
+  if (const Result<void> kept = config::write_file(order.mark, again); !kept)
+    return tl::unexpected<Error>(kept.error());
   if (const Result<void> kept = file->commit(); !kept) return tl::unexpected<Error>(kept.error());
   return prepare_run(order.to, order.link, order.number);
 }
@@ -177,6 +182,7 @@ void JobService::enter_again(const SpooledJob& job, const ApiRequest& request, s
                    spool_.file(job.id, "job.yaml"),
                    spool_.file(job.id, "part.stl"),
                    "",
+                   "",
                    0,
                    link_,
                    config_.machine,
@@ -197,7 +203,7 @@ void JobService::enter_again(const SpooledJob& job, const ApiRequest& request, s
   const Result<std::uint64_t> id = spool_.begin(again);
   if (!id) return done(tl::unexpected<Error>(id.error()));
   order.number = *id;
-  order.to = spool_.file(*id, "program.nc");
+  order.to = spool_.file(*id, "program.nc"), order.mark = spool_.file(*id, "entry");
   const auto write = [this, order]() -> Errands::Then {
     return [this, order, rest = write_entry(order)]() -> Result<std::string> {
       if (!rest) return tl::unexpected<Error>(rest.error());
