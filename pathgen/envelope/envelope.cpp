@@ -302,11 +302,10 @@ bool Envelope::may_rise_over(const FlatLine& line, double z) {
   return over;
 }
 
-/// z' of the cutting part's envelope at a place of the line, `there` its axis line.
-double Envelope::cutter_height(const FlatLine& line, double run, const AxisLine& there) const {
-  const double x = line.x_at(run), y = line.y_at(run);
+/// z' of the cutting part's envelope at a place.
+double Envelope::cutter_height(double x, double y) const {
   Deformation::Angles angles;
-  map_.axis_line(x, y, angles);
+  const AxisLine there = map_.axis_line(x, y, angles);
   HighestPatch highest(surface_, map_, angles, there);
   for (const DropBvh& drops : index_.cutter_drops(surface_))
     highest.take_from(drops, x, y, [&](const DropBvh::Found& found) { return index_.holds(found, x, y); });
@@ -316,17 +315,16 @@ double Envelope::cutter_height(const FlatLine& line, double run, const AxisLine&
 /// The cutting part's envelope from the patches that come near it in height; nothing where it has a gap or
 /// comes so low that others may count.
 std::optional<LineEnvelope> Envelope::of_the_highest(const FlatLine& line) {
-  std::array<AxisLine, 3> lines;
+  const double half = 0.5 * line.length;
   double low = std::numeric_limits<double>::infinity(), high = kAnyHeight;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const double run = 0.5 * static_cast<double>(i) * line.length;
-    lines[i] = map_.axis_line(line.x_at(run), line.y_at(run));
-    const double z = cutter_height(line, run, lines[i]);
+  for (const double run : {0.0, half, line.length}) {
+    const double z = cutter_height(line.x_at(run), line.y_at(run));
     low = std::min(low, z), high = std::max(high, z);
   }
   if (low == kAnyHeight) return std::nullopt;
   low -= (high - low) + kBelow * options_.tolerance;
-  index_.along_over(line, lines[1], low, surface_, map_, scratch_, candidates_);
+  index_.along_over(line, map_.axis_line(line.x_at(half), line.y_at(half)), low, surface_, map_, scratch_,
+                    candidates_);
   LineEnvelope found = Profile(*this, line, true).build();
   if (found.passes.size() != 1 || !found.too_near.empty()) return std::nullopt;
   const Pass& pass = found.passes.front();

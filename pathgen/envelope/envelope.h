@@ -71,7 +71,7 @@ class Envelope {
   LineEnvelope along_candidates(const FlatLine& line, double least);
   LineEnvelope guarded(LineEnvelope found, const FlatLine& line, double least);
   std::optional<LineEnvelope> of_the_highest(const FlatLine& line);
-  double cutter_height(const FlatLine& line, double run, const AxisLine& there) const;
+  double cutter_height(double x, double y) const;
   LineEnvelope raised(const LineEnvelope& found, const FlatLine& line, const class PassFloor& floor);
   template <class Look>
   auto look_at(double x, double y, Look look);

@@ -79,7 +79,7 @@ MoveFrames::Bounds MoveFrames::bounds(const ProgramMove& move, const Pose& from,
 
 double MoveFrames::stray(const ProgramMove& move, const Pose& from, const Pose& middle, const Pose& to,
                          double reach) const {
-  if (move.from.a == move.to.a && move.from.c == move.to.c) return 0.0;
+  if (!turns(move)) return 0.0;
   const Bounds most = bounds(move, from, to, reach);
   // A curve leaves its chord by no more than an eighth of its largest second derivative. That is eight times
   // what it leaves it half way, but for half of the third.

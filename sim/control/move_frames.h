@@ -27,13 +27,15 @@ class MoveFrames {
   /// The words under TCP of where the axes stand, and back.
   Joints tip_words(const Joints& slides) const;
   Joints slide_words(const Joints& tip) const;
+  /// A rotary turns.
+  static bool turns(const ProgramMove& move) { return move.from.a != move.to.a || move.from.c != move.to.c; }
   /// (P3) The largest distance of any point within `reach` of the tip from the straight way between where
   /// it is at the begin and at the end of the move, at the same share of it, mm. Over a share s of the move
   /// it is no more than s^2 times that. `from`, `to`: where the move begins and ends.
   double stray(const ProgramMove& move, const Pose& from, const Pose& to, double reach) const {
-    return stray(move, from, pose(move, 0.5), to, reach);
+    return turns(move) ? stray(move, from, pose(move, 0.5), to, reach) : 0.0;
   }
-  /// `middle`: where it is half way, if that is known.
+  /// `middle`: where it is half way; asked for where a rotary turns.
   double stray(const ProgramMove& move, const Pose& from, const Pose& middle, const Pose& to,
                double reach) const;
 

@@ -436,20 +436,19 @@ Result<void> FrameCheck::take(std::string_view line) {
 
 bool FrameCheck::done() const { return frame_->done(); }
 
-Result<void> FrameCheck::end() const {
+Result<void> FrameCheck::take_rest(Lines& lines) {
+  while (!done()) {
+    const auto line = lines.next();
+    if (!line) break;
+    if (auto sound = take(*line); !sound) return sound;
+  }
   if (const auto what = frame_->end()) return wrong(*what);
   return {};
 }
 
 Result<void> check_frame(std::istream& in, const std::string& name, const config::Job& job) {
-  FrameCheck frame(name, job);
   Lines lines(in);
-  while (!frame.done()) {
-    const auto line = lines.next();
-    if (!line) break;
-    if (auto sound = frame.take(*line); !sound) return sound;
-  }
-  return frame.end();
+  return FrameCheck(name, job).take_rest(lines);
 }
 
 }  // namespace tiltfeed::sim

@@ -12,6 +12,8 @@
 
 namespace tiltfeed::sim {
 
+class Lines;
+
 /// A program without the header of a posted one passes. Errors: kInput as name:line: a safe word is missing
 /// before the first move, the work offset or the length register is not the job's, the tool is not retracted
 /// before the first move, at a tool change or at the end, or the program has no end. Reads the stream from
@@ -29,8 +31,8 @@ class FrameCheck {
   Result<void> take(std::string_view line);
   /// Lines from here on say nothing.
   bool done() const;
-  /// No line is left.
-  Result<void> end() const;
+  /// All that is left of the program.
+  Result<void> take_rest(Lines& lines);
 
  private:
   class Frame;

@@ -49,14 +49,7 @@ class Moves {
     return {};
   }
   /// What stands behind the last move, and that all is there that stands round them.
-  Result<void> end() {
-    while (!frame_.done()) {
-      const auto line = lines_.next();
-      if (!line) break;
-      if (auto sound = frame_.take(*line); !sound) return sound;
-    }
-    return frame_.end();
-  }
+  Result<void> end() { return frame_.take_rest(lines_); }
   std::uint64_t blocks() const { return count_; }
   std::uint64_t bytes() const { return bytes_; }
   /// Places that the program takes over from, since the last call.

@@ -80,8 +80,7 @@ Prover::Run::Run(const Prover& prover, std::span<const ProgramMove> moves, doubl
     const bool joined = i > 0 && moves[i - 1].to == move.from && moves[i - 1].tcp == move.tcp;
     ways_.push_back({joined ? ways_.back().to : prover.frames_.pose(move.from, move.tcp),
                      prover.frames_.pose(move.to, move.tcp)});
-    if (move.from.a != move.to.a || move.from.c != move.to.c)
-      ways_.back().middle = prover.frames_.pose(move, 0.5);
+    if (MoveFrames::turns(move)) ways_.back().middle = prover.frames_.pose(move, 0.5);
   }
 }
 
