@@ -183,19 +183,26 @@ Result<void> same_program(const std::string& program, const LinkSpec& link, cons
   return {};
 }
 
+struct Sent {
+  SendReport report;
+  std::uint64_t by_hand = 0;  ///< tool changes among its blocks, which no controller was given
+};
+
 /// From one tool change to the next.
-Result<SendReport> send_all(const std::string& program, const LinkSpec& link,
-                            const config::MachineProfile& machine) {
+Result<Sent> send_all(const std::string& program, const LinkSpec& link,
+                      const config::MachineProfile& machine) {
   SendOptions options;
   Result<SendReport> report =
       watched([&](const StreamHooks& hooks) { return send_program(program, link, options, hooks); });
-  if (!report || !report->change) return report;
+  if (!report) return tl::unexpected<Error>(report.error());
+  if (!report->change) return Sent{std::move(*report)};
+  std::uint64_t by_hand = 0;
   const Result<std::vector<ToolChange>> changes = kept_changes(program, link);
   if (!changes) return tl::unexpected<Error>(changes.error());
   const Result<std::unique_ptr<Link>> wire = open_link(link);
   if (!wire) return tl::unexpected<Error>(wire.error());
   SteadyClock clock;
-  while (report && report->change) {
+  while (report->change) {
     const ToolChange change = *report->change;
     if (const auto same = same_program(program, link, *report); !same) return tl::unexpected(same.error());
     // The keys are the run's, the lines the operator's.
@@ -209,17 +216,18 @@ Result<SendReport> send_all(const std::string& program, const LinkSpec& link,
     options.span = span_at(*changes, before.blocks, change.block);
     report = watched(
         [&](const StreamHooks& hooks) { return send_over(program, link, **wire, clock, options, hooks); });
-    if (!report) break;
+    if (!report) return tl::unexpected<Error>(report.error());
+    ++by_hand;
     report->seconds += before.seconds;
     report->bytes += before.bytes;
     report->resends += before.resends;
   }
-  return report;
+  return Sent{std::move(*report), by_hand};
 }
 
 /// The same with the machine claimed, which is free again when this returns: last words may be waited for.
-Result<SendReport> send_claimed(const std::string& program, const LinkSpec& link,
-                                const config::MachineProfile& machine) {
+Result<Sent> send_claimed(const std::string& program, const LinkSpec& link,
+                          const config::MachineProfile& machine) {
   MachineClaim claim;  // a serial port is locked by opening it; an address is not
   if (link.over_network())
     if (const Result<void> mine = claim.follow(link); !mine) return tl::unexpected<Error>(mine.error());
@@ -245,19 +253,25 @@ int send_command(const std::string& program, std::string link_text, const std::s
   if (!link) return complain(link.error());
   const auto sent = send_claimed(program, *link, profile);
   if (!sent) return complain(sent.error());
+  const SendReport& report = sent->report;
+  const std::uint64_t blocks = report.lines - sent->by_hand;
   if (as_json) {
-    nlohmann::ordered_json json = {{"blocks", sent->lines},
+    nlohmann::ordered_json json = {{"blocks", blocks},
                                    {"executed", nullptr},  // where the link proves none
-                                   {"seconds", sent->seconds},
-                                   {"bytes", sent->bytes},
-                                   {"resends", sent->resends}};
-    if (sent->executed) json["executed"] = *sent->executed;
+                                   {"seconds", report.seconds},
+                                   {"bytes", report.bytes},
+                                   {"resends", report.resends}};
+    if (report.executed) json["executed"] = *report.executed - sent->by_hand;
+    if (sent->by_hand > 0) json["tool_changes"] = sent->by_hand;
     return show_json(json.dump());
   }
-  std::printf("%llu blocks %s in %.2f s, %llu bytes, %llu resends\n",
-              static_cast<unsigned long long>(sent->lines), sent->executed ? "sent and executed" : "sent",
-              sent->seconds, static_cast<unsigned long long>(sent->bytes),
-              static_cast<unsigned long long>(sent->resends));
+  std::printf("%llu blocks %s", static_cast<unsigned long long>(blocks),
+              report.executed ? "sent and executed" : "sent");
+  if (sent->by_hand > 0)
+    std::printf(", %llu tool change%s made by hand", static_cast<unsigned long long>(sent->by_hand),
+                sent->by_hand == 1 ? "" : "s");
+  std::printf(" in %.2f s, %llu bytes, %llu resends\n", report.seconds,
+              static_cast<unsigned long long>(report.bytes), static_cast<unsigned long long>(report.resends));
   return kExitDone;
 }
 

@@ -49,7 +49,11 @@ Result<void> change_in_program(const std::string& program, const ToolChange& cha
   MachineBench bench{machine, spec, wire, clock};
   bench.stopped = ended;
   StreamHooks hooks;
-  hooks.progress = [&](const SendState&) { return !ended(); };
+  SendState newest;
+  hooks.progress = [&](const SendState& state) {
+    newest = state;
+    return !ended();
+  };
   ToolGuide guide;
   guide.orders = orders_in_change(spec.kind);
   guide.act = [&](const std::string& name, const std::vector<std::string>& words) {
@@ -66,7 +70,14 @@ Result<void> change_in_program(const std::string& program, const ToolChange& cha
     return send_over(file.path(), spec, wire, clock, {}, hooks);
   };
   const Result<SendReport> parked = park();
-  guide.title += parked ? "\nparked, spindle and coolant off" : "\nnot parked: " + parked.error().message;
+  // In the middle of a way the machine is no place to change a tool at.
+  const auto cut = [&](const Error& error, const char* what) {
+    const std::string advice = newest.sent > 0 ? "; " + cut_way_advice(spec.kind, machine.format) : "";
+    return Error{error.code, what + without_range(error, newest).message + advice};
+  };
+  if (!parked && ended()) return stands(cut(parked.error(), "not parked: "));
+  guide.title +=
+      "\n" + (parked ? "parked, spindle and coolant off" : cut(parked.error(), "not parked: ").message);
   guide.wants_length = change.length.has_value();
   guide.take_length = [&](double length) {
     return judge_length(change, length, spec.profile.tool_length_tolerance);
@@ -82,10 +93,12 @@ Result<void> change_in_program(const std::string& program, const ToolChange& cha
     if (const Result<void> guided = guide_tool_change(guide, in, out); !guided) return stands(guided.error());
     const ShortProgram file(way.program);
     if (!file.whole()) return stands({Code::kIo, std::string("no memory file: ") + std::strerror(errno)});
+    newest = {};
     const Result<SendReport> back = send_over(file.path(), spec, wire, clock, {}, hooks);
     if (back) return {};
-    if (ended()) return stands(back.error());
-    guide.title = "not back at the part: " + back.error().message;
+    const Error error = cut(back.error(), "not back at the part: ");
+    if (ended()) return stands(error);
+    guide.title = error.message;
   }
 }
 

@@ -15,6 +15,7 @@
 #include "daemon/command/service_talk.h"
 #include "daemon/command/submission.h"
 #include "daemon/machine/machine_place.h"
+#include "daemon/machine/tool_guide.h"
 #include "daemon/service/api.h"
 #include "daemon/service/api_socket.h"
 #include "daemon/service/notify.h"
@@ -31,6 +32,8 @@ namespace {
 
 using nlohmann::json;
 constexpr std::chrono::milliseconds kWatchInterval{500}, kResetInterval{50};
+constexpr const char* kEntryQuestion =
+    "Is the tool clear, the machine homed, the tool in the spindle the one of that block? Type yes to move: ";
 
 std::string duration(double seconds) {
   const long s = static_cast<long>(seconds + 0.5);
@@ -39,11 +42,30 @@ std::string duration(double seconds) {
   return text;
 }
 
+/// A value for people: "x 1.5, y 2", "3, 5".
+std::string plain_text(const json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_structured()) return value.dump();
+  std::string text;
+  for (const auto& [key, part] : value.items())
+    text += (text.empty() ? "" : ", ") + (value.is_object() ? key + " " : "") + plain_text(part);
+  return text;
+}
+
+/// In a column so many characters wide.
+std::string padded(std::string text, std::size_t width) {
+  const auto bytes_inside = std::count_if(
+      text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; });
+  width += static_cast<std::size_t>(bytes_inside);
+  if (text.size() < width) text.resize(width, ' ');
+  return text;
+}
+
 void print_job(const json& job) {
   const auto total = job.value("blocks", std::uint64_t{0}), done = job.value("executed", std::uint64_t{0});
-  std::printf("%6llu  %-11s %-24s %llu of %llu blocks",
+  std::printf("%6llu  %-11s %s %llu of %llu blocks",
               static_cast<unsigned long long>(job.value("job", std::uint64_t{0})),
-              job.value("state", "").c_str(), job.value("name", "").c_str(),
+              job.value("state", "").c_str(), padded(job.value("name", ""), 24).c_str(),
               static_cast<unsigned long long>(done), static_cast<unsigned long long>(total));
   if (job.contains("queue"))
     std::printf(", place %llu of the queue%s",
@@ -162,6 +184,9 @@ int ServiceCommands::Options::simple(ApiOp op) {
   request.percent = percent;
   request.queue = queue;
   const Result<json> answer = ask(request);
+  const bool ends = op == ApiOp::kHold || op == ApiOp::kStop;
+  if (!answer && ends && answer.error().code != Code::kInput)  // a refusal
+    return complain({answer.error().code, answer.error().message + "; hold the machine at its own control"});
   if (!answer) return complain(answer.error());
   return tell(*answer, answer->value("text", ""));
 }
@@ -210,11 +235,15 @@ int ServiceCommands::Options::run_show() {
   if (block > 0) request.block = block;
   const Result<json> answer = ask(request);
   if (!answer) return complain(answer.error());
-  if (as_json) return tell(*answer, "");
-  for (const auto& [key, value] : answer->items())
-    if (key != "v" && key != "ok")
-      std::cout << key << ": " << (value.is_string() ? value.get<std::string>() : value.dump()) << "\n";
-  return kExitDone;
+  const bool found = !answer->contains("origin") || !(*answer)["origin"].contains("error");
+  const int status = found ? kExitDone : kExitFailed;
+  if (as_json) return tell(*answer, ""), status;
+  for (const auto& [key, value] : answer->items()) {
+    if (key == "v" || key == "ok") continue;
+    const bool time = key == "submitted" && value.is_number();
+    std::cout << key << ": " << (time ? utc_text(value.get<std::time_t>()) : plain_text(value)) << "\n";
+  }
+  return status;
 }
 
 int ServiceCommands::Options::run_resume() {
@@ -225,16 +254,16 @@ int ServiceCommands::Options::run_resume() {
   Result<json> answer = ask(request);
   if (!answer) return complain(answer.error());
   if (answer->contains("confirm")) {
-    if (!agreed(answer->value("confirm", ""),
-                "Is the tool clear, the machine homed, the tool length as before? Type yes to move: "))
+    if (!agreed(answer->value("confirm", ""), from > 0 ? kEntryQuestion : kBackQuestion))
       return complain({Code::kCancelled, "nothing was sent"});
     request.confirmed = true;
     answer = ask(request);
   }
   if (!answer) return complain(answer.error());
   const std::string begun = std::to_string(answer->value("begins", job));
-  return tell_taken(std::move(answer),
-                    from > 0 ? "re-entered as job " + begun : "the controller goes on with it");
+  return tell_taken(std::move(answer), from > 0            ? "re-entered as job " + begun
+                                       : request.confirmed ? "the controller has taken the way back"
+                                                           : "the controller goes on with it");
 }
 
 bool ServiceCommands::Options::agreed(const std::string& what, const char* question) const {

@@ -1,6 +1,7 @@
 #include "daemon/command/submission.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -35,6 +36,9 @@ Result<Submission> Submission::open(const std::string& file) {
                                                     : ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
     if (fd < 0) return fail(Code::kIo, path + ": " + std::strerror(errno));
     made.files.push_back(fd);
+    struct stat now {};
+    if (::fstat(fd, &now) == 0 && S_ISREG(now.st_mode) && now.st_size == 0)
+      return fail(Code::kInput, path + ": is empty, there is nothing to send");
   }
   return made;
 }

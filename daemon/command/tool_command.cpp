@@ -128,7 +128,7 @@ int ToolCommand::run() const {
   out << way->value("confirm", "");
   std::string line = "yes";
   if (!o.yes) {
-    out << "Is the tool clear, are the clamps shut? Type yes to move: " << std::flush;
+    out << kBackQuestion << std::flush;
     std::getline(std::cin, line);
   }
   if (line != "yes") return complain({Code::kCancelled, "nothing was sent"});

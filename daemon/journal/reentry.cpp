@@ -232,6 +232,31 @@ void approach(Steps& steps, const InForce& before, const Joints& rise, const Ree
   steps.reach(at);
 }
 
+/// In the head of a re-entry, for who enters that one again.
+constexpr std::string_view kSpindleRemark = "TILTFEED in the spindle: ";
+
+/// Which tool must be in the spindle: that of the newest change before the entered block. Empty: the program
+/// has none there, and the tool is the one that it was started with. Errors: those of read_tool_changes.
+Result<std::string> tool_before(const std::string& program, LinkKind kind, const MachineModel& machine,
+                                std::uint64_t from) {
+  const auto changes = read_tool_changes(program, kind, numeric_axes(machine));
+  if (!changes) return tl::unexpected<Error>(changes.error());
+  std::string tool;
+  for (const ToolChange& change : *changes)
+    if (change.block < from)
+      tool = tool_text(change) + (change.length ? ", " + decimal(*change.length, 4) + " mm long" : "");
+  if (!tool.empty()) return tool;
+  Result<LineReader> lines = LineReader::open(program);
+  if (!lines) return tl::unexpected<Error>(lines.error());
+  std::string_view raw;
+  for (int i = 0; i < 2; ++i)
+    if (const Result<bool> more = lines->read_raw(raw); !more || !*more) return tool;
+  const std::string remark = bracketed(comment_of(raw));
+  if (const std::size_t at = remark.find(kSpindleRemark); at != remark.npos)
+    tool = remark.substr(at + kSpindleRemark.size(), remark.size() - at - kSpindleRemark.size() - 1);
+  return tool;
+}
+
 /// What the program has said of the axes is enough to go there. Errors: kUsage.
 Result<void> check_placed(const InForce& before, const MachineModel& machine, std::uint64_t from) {
   const std::string unsaid = before.letters(machine, InForce::Place::kUnsaid);
@@ -277,6 +302,12 @@ Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const co
   Steps steps(machine, before.joints());
   steps.line("(TILTFEED re-entry before block " + std::to_string(options.from) + ", line " +
              std::to_string(found->line) + ")");
+  const Result<std::string> tool = tool_before(program, kind, machine.model, options.from);
+  if (!tool)
+    steps.preview = "0. which tool must be in the spindle is not known: " + tool.error().message + "\n";
+  else if (!tool->empty())
+    steps.preview = "0. in the spindle must be: " + *tool + "\n";
+  if (tool && !tool->empty()) steps.line(bracketed(std::string(kSpindleRemark) + *tool));
   if (reprap)
     for (const char* mode : {"G21", "G90", "G94"}) steps.line(mode);  // it takes one code a line
   else

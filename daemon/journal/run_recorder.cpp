@@ -33,10 +33,6 @@ bool due(const std::optional<Time>& last, Time now, Time interval) {
 /// Nothing may follow such a record at once but one that says that blocks leave.
 bool begins(RunEvent event) { return event == RunEvent::kBegan || event == RunEvent::kToolChange; }
 
-std::string blocks(std::uint64_t first, std::uint64_t last) {
-  return "blocks " + std::to_string(first) + " to " + std::to_string(last);
-}
-
 }  // namespace
 
 bool is_provable(LinkKind kind) { return is_ring(kind); }
@@ -181,7 +177,7 @@ std::uint64_t may_have_left(const JournalContent& journal, const RunSubject& now
 
 std::string range_text(const ResumeDecision& decision, std::uint64_t total) {
   if (decision.may_have <= decision.executed) return std::to_string(decision.executed) + " blocks have run";
-  return blocks(decision.executed + 1, decision.may_have) + " may have run" +
+  return numbered("block", {decision.executed + 1, decision.may_have}) + " may have run" +
          (decision.executed == 0 ? ""
           : decision.elsewhere   ? ", earlier ones may not have: the axes were not where they lead"
                                  : ", earlier ones have") +

@@ -40,6 +40,10 @@ std::string tool_off_advice(LinkKind kind, const config::ProgramFormat& format) 
          "take the tool off at the control";
 }
 
+std::string cut_way_advice(LinkKind kind, const config::ProgramFormat& format) {
+  return "whether and where it stands is not known; " + tool_off_advice(kind, format);
+}
+
 std::string tool_by_hand_advice(LinkKind kind) {
   return can_order(kind, "tool") ? "`tiltfeed machine tool` is for a tool that no program waits for" : "";
 }
@@ -47,6 +51,10 @@ std::string tool_by_hand_advice(LinkKind kind) {
 std::string forget_advice(LinkKind kind) {
   if (can_order(kind, "reset")) return "`tiltfeed reset` ends what the controller may still have of it";
   return "a reset at the control ends what it may still have of it";
+}
+
+std::string way_out_advice(LinkKind kind) {
+  return can_order(kind, "reset") ? "`tiltfeed reset` leads out of it" : "lead it out of it at the control";
 }
 
 std::string still_advice(LinkKind kind) {

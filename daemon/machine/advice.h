@@ -20,10 +20,14 @@ std::string possible_of(LinkKind kind, std::span<const std::string_view> orders)
 std::string orders_in_change(LinkKind kind);
 /// Before a tool change, when a parking or a way back was cut off: how the tool comes off the part.
 std::string tool_off_advice(LinkKind kind, const config::ProgramFormat& format);
+/// After a service that ended, or a way off or back that was cut off.
+std::string cut_way_advice(LinkKind kind, const config::ProgramFormat& format);
 /// For who has no tool change to end; empty: nothing.
 std::string tool_by_hand_advice(LinkKind kind);
 /// How a controller forgets what it may still have of a job.
 std::string forget_advice(LinkKind kind);
+/// How a machine comes out of a state in which it takes no program.
+std::string way_out_advice(LinkKind kind);
 /// How a machine stands that moves although no job is on it.
 std::string still_advice(LinkKind kind);
 

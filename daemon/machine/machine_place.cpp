@@ -2,8 +2,11 @@
 
 #include <cmath>
 
+#include "daemon/machine/advice.h"
 #include "daemon/machine/grbl_talk.h"
 #include "daemon/machine/reprap_talk.h"
+#include "daemon/machine/ring_talk.h"
+#include "daemon/protocol/grbl_words.h"
 #include "daemon/wire/modbus_map.h"
 
 namespace tiltfeed::daemon {
@@ -83,6 +86,25 @@ Result<std::vector<std::uint16_t>> read_registers(Link& wire, std::uint16_t firs
     static_cast<void>(wire.exchange({}, kRegisterRest, in));
   }
   return fail(Code::kLink, "no usable reply from the controller; check the cable and the unit number");
+}
+
+Result<void> takes_run(const LinkSpec& link, Link& wire, Clock& clock) {
+  const auto refused = [&](const std::string& state) {
+    return fail(Code::kUsage,
+                "the machine takes no program now (" + state + "); " + way_out_advice(link.kind));
+  };
+  if (link.kind == LinkKind::kGrbl) {
+    GrblTalk talk(wire, clock);
+    const Result<GrblStatus> said = talk.report();
+    if (!said) return tl::unexpected<Error>(said.error());
+    if (said->state != "Idle") return refused(grbl_state_text(said->state, 0));
+  }
+  if (is_ring(link.kind)) {
+    RingTalk talk(link.profile.ring, wire);
+    if (const Result<void> seen = talk.look(); !seen) return seen;
+    if (talk.status().state == RingState::kAlarm) return refused("alarm");
+  }
+  return {};
 }
 
 Result<std::optional<Joints>> read_place(const LinkSpec& link, const MachineModel& machine, Link& wire,

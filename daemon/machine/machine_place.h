@@ -16,6 +16,10 @@ namespace tiltfeed::daemon {
 Result<std::optional<Joints>> read_place(const LinkSpec& link, const MachineModel& machine, Link& wire,
                                          Clock& clock);
 
+/// Whether the opening of a run would be refused for the state that the machine is in. Errors: kUsage with
+/// that state and what leads out of it; kLink.
+Result<void> takes_run(const LinkSpec& link, Link& wire, Clock& clock);
+
 /// Registers of a controller, asked for until they come. Errors: kLink.
 Result<std::vector<std::uint16_t>> read_registers(Link& wire, std::uint16_t first, std::uint16_t count);
 

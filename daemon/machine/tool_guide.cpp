@@ -74,7 +74,7 @@ class Talk {
       return false;
     }
     if (!say(guide_.way_back())) return false;
-    out_ << "Is the tool clear, are the clamps shut? Type yes to move: " << std::flush;
+    out_ << kBackQuestion << std::flush;
     std::string line;
     return std::getline(in_, line) && line == "yes";
   }

@@ -21,6 +21,9 @@ struct ToolGuide {
   std::function<Result<std::string>()> way_back;                  ///< what would move, for the operator
 };
 
+/// Before the way back to the part.
+inline constexpr const char* kBackQuestion = "Is the tool clear, are the clamps shut? Type yes to move: ";
+
 /// Shows, waits for the tool, takes or measures its length, shows the way back. Takes the machine's commands
 /// in between (jog X10, tool measure Z-30 setter=-120.5, tool park). Done: the operator has said "go".
 /// Errors: kCancelled: "quit", or nobody answers any more.

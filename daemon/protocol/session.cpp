@@ -108,17 +108,19 @@ std::string quote_line(std::uint64_t number, const std::string& text) {
   return "line " + std::to_string(number) + " '" + text + "'";
 }
 
+std::string numbered(const std::string& of, const LineRange& range) {
+  if (range.first >= range.last) return of + " " + std::to_string(range.first);
+  return of + "s " + std::to_string(range.first) + " to " + std::to_string(range.last);
+}
+
 std::string describe(const SendState& state) {
   if (state.sent == 0) return "no line was sent";
   // The counts decide: that no lines can be named proves nothing.
   if (state.executed >= state.sent)
     return "all " + std::to_string(state.sent) + " blocks that were sent have run";
   const LineRange& lines = state.uncertain;
-  return "blocks " + std::to_string(state.executed + 1) + " to " + std::to_string(state.sent) +
-         " may have run" +
-         (lines.first == 0 ? ""
-                           : " (lines " + std::to_string(lines.first) + " to " + std::to_string(lines.last) +
-                                 " of the file)") +
+  return numbered("block", {state.executed + 1, state.sent}) + " may have run" +
+         (lines.first == 0 ? "" : " (" + numbered("line", lines) + " of the file)") +
          (state.elsewhere ? "; earlier ones may not have" : "; earlier ones have") + ", later ones have not";
 }
 

@@ -139,6 +139,8 @@ struct SendState {
 
 /// "line 12 'G1X3'" for messages.
 std::string quote_line(std::uint64_t number, const std::string& text);
+/// "blocks 2 to 8", "block 2".
+std::string numbered(const std::string& of, const LineRange& range);
 /// "blocks 2 to 8 may have run (lines 3 to 9 of the file); earlier ones have, later ones have not": blocks
 /// are what `resume --from` counts.
 std::string describe(const SendState& state);

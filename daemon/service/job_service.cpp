@@ -8,6 +8,7 @@
 #include "daemon/machine/order_mark.h"
 #include "daemon/service/job_origin.h"
 #include "daemon/service/run_place.h"
+#include "kinematics/basics/decimal.h"
 
 namespace tiltfeed::daemon {
 
@@ -23,6 +24,11 @@ ordered_json good() { return {{"v", kApiVersion}, {"ok", true}}; }
 
 std::string text_of(const ordered_json& json) {
   return json.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
+}
+
+/// The controller may still have blocks of it.
+bool may_be_held(const SpooledJob& job) {
+  return job.state == JobState::kInterrupted || job.state == JobState::kUncertain;
 }
 
 double tenth(double seconds) { return std::round(seconds * 10.0) / 10.0; }
@@ -157,7 +163,7 @@ std::optional<std::string> JobService::order(const ApiRequest& request) {
       return std::nullopt;
   }
   if (!runner_->command(request.job, command)) return std::nullopt;
-  return write_text("told the machine");
+  return write_text(told());
 }
 
 void JobService::ask(const ApiRequest& request, std::uint32_t user, HandedFiles files,
@@ -298,16 +304,22 @@ void JobService::show(const SpooledJob& job, const ApiRequest& request, const Do
   errands_.begin({job.id, false, false}, look, done);
 }
 
+/// An order that a silent controller may never hear is on its way, no more.
+std::string JobService::told() const {
+  const double silent = runner_->view().silent_seconds;
+  if (silent <= kToldSilent) return "told the machine";
+  return "sent, but the controller was last heard " + decimal(silent, 0) +
+         " s ago: look at the machine, its own controls come first";
+}
+
 Result<std::string> JobService::command(const SpooledJob& job, const OperatorCommand& command) {
-  if (job.state == JobState::kRunning && runner_->command(job.id, command))
-    return write_text("told the machine");
+  if (job.state == JobState::kRunning && runner_->command(job.id, command)) return write_text(told());
   if (job.state == JobState::kInterrupted && command.order == Order::kStop) return forget_run(job);
-  const bool left = job.state == JobState::kInterrupted || job.state == JobState::kUncertain;
-  return fail(Code::kUsage, "job " + std::to_string(job.id) + " is " + shown_state(job) +
-                                ", not on the machine" +
-                                (left ? "; " + forget_advice(link_.kind) + ", `tiltfeed remove " +
-                                            std::to_string(job.id) + "` forgets it"
-                                      : ""));
+  const std::string remove = "`tiltfeed remove " + std::to_string(job.id) + "` ";
+  std::string advice;
+  if (may_be_held(job)) advice = "; " + forget_advice(link_.kind) + ", " + remove + "forgets it";
+  if (job.state == JobState::kPlanning) advice = "; " + remove + "ends that and forgets it";
+  return fail(Code::kUsage, name_of(job.id) + " is " + shown_state(job) + ", not on the machine" + advice);
 }
 
 Result<std::string> JobService::remove(const SpooledJob& job) {
@@ -323,10 +335,18 @@ Result<std::string> JobService::remove(const SpooledJob& job) {
     return tl::unexpected<Error>(removed.error());
   if (changing_.job == job.id) changing_ = {};
   asked_by_.erase(job.id);
-  return write_text("removed");
+  return write_text(may_be_held(job) ? "removed; " + forget_advice(link_.kind) : "removed");
 }
 
 // ---- ends of planning and of runs ------------------------------------------------------------------------
+
+/// Whoever asked for it or not: an operator who reads the log later learns why the machine stood.
+void JobService::tell_hold() {
+  const RunView view = runner_->busy() ? runner_->view() : RunView();
+  if (view.state.held == told_hold_) return;
+  told_hold_ = view.state.held;
+  if (!told_hold_.empty()) log(Severity::kWarning, view.job, told_hold_, view.state.executed);
+}
 
 void JobService::take_ends() {
   errands_.tick();
@@ -337,6 +357,7 @@ void JobService::tick() {
   claim_.turn_away();
   // A device may have gone, and another one have its number: that one is not this service's.
   if (!busy() && !reset_.valid() && link_.place.starts_with('/')) static_cast<void>(claim_.follow(link_));
+  tell_hold();
   take_run_end();
   take_reset_end();
   take_ends();

@@ -78,6 +78,7 @@ class JobService {
   void start(const SpooledJob& job, bool queue, Done done);
   void begin(const SpooledJob& job, Done done);
   Result<std::string> command(const SpooledJob& job, const OperatorCommand& command);
+  std::string told() const;
   void resume(const SpooledJob& job, const ApiRequest& request, std::uint32_t user, Done done);
   void go_on(const SpooledJob& job, Done done);
   void enter_again(const SpooledJob& job, const ApiRequest& request, std::uint32_t user, Done done);
@@ -115,6 +116,7 @@ class JobService {
   Result<void> settle();
   void tell_mark() const;
   void take_run_end();
+  void tell_hold();
   void judge_run_end(const RunView& end);
   void add_origin(const SpooledJob& job, std::uint64_t block);
   void take_plan_end();
@@ -149,6 +151,7 @@ class JobService {
   bool leaving_ = false;
   Changing changing_;
   std::future<Result<std::string>> reset_;  ///< of the machine, beside the loop
+  std::string told_hold_;                   ///< in the log already
   std::string reset_text_;                  ///< how the last one ended
   std::uint64_t stopped_ = 0;               ///< the interrupted job that an operator ends by it
   std::unique_ptr<StreamThread> runner_;

@@ -54,12 +54,14 @@ ordered_json status_of(const RunView& view) {
       {"job", view.job},        {"phase", phase_name(state.phase)},
       {"state", state.machine}, {"executed", state.executed},
       {"blocks", state.total},  {"silent_seconds", std::round(view.silent_seconds * 10.0) / 10.0}};
+  if (!state.held.empty()) json["held"] = state.held;
   json.update(ordered_json::parse(run_place_json(state)));
   std::string text =
       "state    " +
       (state.machine.empty() ? "the controller has not said" : grbl_state_text(state.machine, 0)) +
       "\njob      " + std::to_string(view.job) + ", " + phase_name(state.phase) + ", " +
       std::to_string(state.executed) + " of " + std::to_string(state.total) + " blocks";
+  if (!state.held.empty()) text += "\nheld     " + state.held;
   if (const double silent = view.silent_seconds; silent > kToldSilent)
     text += "\nsilent   the controller was last heard " + decimal(silent, 0) + " s ago";
   if (const std::string place = describe(state.place); !place.empty()) text += "\nprogram  " + place;
@@ -144,7 +146,7 @@ Result<std::string> JobService::while_running(const MachineOrder& order,
   if (!command) return tl::unexpected<Error>(command.error());
   if (const Result<void> can = can_override(*command, view); !can) return tl::unexpected<Error>(can.error());
   runner_->command(*command);
-  return order_reply({{"text", "told the machine"}, {"result", ordered_json::object()}});
+  return order_reply({{"text", told()}, {"result", ordered_json::object()}});
 }
 
 /// hold, resume, stop without a number.

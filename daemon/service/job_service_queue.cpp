@@ -1,7 +1,6 @@
 // Jobs that wait for the machine: who is next, what lets it start by itself, and what does not.
 
-#include <fstream>
-
+#include "daemon/service/entry_mark.h"
 #include "daemon/service/job_service.h"
 
 namespace tiltfeed::daemon {
@@ -48,7 +47,12 @@ std::vector<std::uint64_t> JobService::queue() const {
 
 /// For this job: another may be on the machine, or be the next.
 Result<void> JobService::machine_free(std::uint64_t job) const {
-  if (runner_->busy()) return fail(Code::kUsage, "the machine is busy with " + name_of(runner_->view().job));
+  if (runner_->busy()) {
+    const RunView view = runner_->view();
+    const std::string now = "the machine is busy with " + name_of(view.job);
+    if (view.state.phase != Phase::kHold) return fail(Code::kUsage, now);
+    return fail(Code::kUsage, now + ", which is held: `tiltfeed resume` goes on, `tiltfeed stop` ends it");
+  }
   if (reset_.valid()) return fail(Code::kUsage, "the machine is being reset");
   if (leaving_) return fail(Code::kUsage, "the service is ending");
   if (const std::uint64_t other = errands_.machine(); other != 0)
@@ -67,12 +71,13 @@ Result<void> JobService::machine_free(std::uint64_t job) const {
 
 /// A job that enters another again begins with a way off from where the machine stood then.
 Result<void> JobService::not_an_entry(const SpooledJob& job) const {
-  std::ifstream mark(spool_.file(job.id, "entry"));
-  std::string again;
-  if (!std::getline(mark, again)) return {};
+  const auto entry = read_entry_mark(spool_.file(job.id, "entry"));
+  if (!entry) return {};
   return fail(Code::kUsage, name_of(job.id) +
-                                " begins with a way off from where the machine stood when it was made; " +
-                                again + " makes it anew from where it stands now");
+                                " begins with a way off from where the machine stood when it was made; "
+                                "`tiltfeed resume " +
+                                std::to_string(entry->job) + " --from " + std::to_string(entry->from) +
+                                "` makes it anew from where it stands now");
 }
 
 void JobService::start(const SpooledJob& job, bool queued, Done done) {

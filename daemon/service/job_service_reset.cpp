@@ -62,11 +62,15 @@ void JobService::take_reset_end() {
   if (changing_.job != 0) changing_.parked = "after a reset, " + reset_text_;
   const auto jobs = spool_.list();
   if (!ended || !jobs) return;
+  const std::string since = "the machine was reset since; ";
   for (const SpooledJob& job : *jobs) {
+    // Its note may advise the reset that has been made.
+    if (job.state == JobState::kUncertain && !job.note.starts_with(since))
+      set(job, JobState::kUncertain, since + job.note);
     if (job.state != JobState::kInterrupted) continue;
     const bool stopped = job.id == stopped_;
     set(job, stopped ? JobState::kStopped : JobState::kUncertain,
-        (stopped ? "stopped; the machine was reset; " : "the machine was reset; ") +
+        (stopped ? "stopped; the machine was reset; " : since) +
             job.note.substr(0, job.note.find(kResumeAsks)));
   }
 }

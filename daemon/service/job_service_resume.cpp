@@ -11,6 +11,7 @@
 #include "daemon/journal/reentry.h"
 #include "daemon/machine/advice.h"
 #include "daemon/machine/machine_place.h"
+#include "daemon/service/entry_mark.h"
 #include "daemon/service/job_origin.h"
 #include "daemon/service/job_service.h"
 #include "daemon/wire/open_link.h"
@@ -20,12 +21,14 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-/// Where the machine says that it stands.
+/// Where the machine says that it stands. Errors: kUsage: it takes no program where it stands.
 Result<std::optional<Joints>> place_of(const LinkSpec& link, const MachineModel& machine) {
   if (link.kind == LinkKind::kDrip || is_drive(link.kind)) return std::optional<Joints>();
   const Result<std::unique_ptr<Link>> wire = open_link(link);
   if (!wire) return tl::unexpected<Error>(wire.error());
   SteadyClock clock;
+  if (const Result<void> can = takes_run(link, **wire, clock); !can)
+    return tl::unexpected<Error>(can.error());
   return read_place(link, machine, **wire, clock);
 }
 
@@ -64,17 +67,10 @@ Result<ProgramRun> write_entry(const EntryOrder& order) {
   if (!file) return tl::unexpected<Error>(file.error());
   if (const auto written = write_reentry(order.program, *entry, file->stream()); !written)
     return tl::unexpected<Error>(written.error());
-  const std::string again =
-      "`tiltfeed resume " + std::to_string(order.job.id) + " --from " + std::to_string(order.from) + "`";
-  if (const Result<void> kept = config::write_file(order.mark, again); !kept)
+  if (const auto kept = write_entry_mark(order.mark, {order.job.id, order.from, order.job.total}); !kept)
     return tl::unexpected<Error>(kept.error());
   if (const Result<void> kept = file->commit(); !kept) return tl::unexpected<Error>(kept.error());
   return prepare_run(order.to, order.link, order.number);
-}
-
-/// After a service that ended, or a way back that did.
-std::string not_known(LinkKind kind, const config::ProgramFormat& format) {
-  return "whether and where it stands is not known; " + tool_off_advice(kind, format);
 }
 
 }  // namespace
@@ -82,8 +78,11 @@ std::string not_known(LinkKind kind, const config::ProgramFormat& format) {
 Result<ProgramRun> prepare_spooled(const SpooledJob& job, const std::string& program, const LinkSpec& link) {
   Result<ProgramRun> run = prepare_run(program, link, job.id);
   if (run && hex(run->subject.program) != job.hash)
-    return fail(Code::kInput,
-                "job " + std::to_string(job.id) + ": its program was changed in the spool; submit it again");
+    return fail(
+        Code::kInput,
+        "job " + std::to_string(job.id) +
+            ": its program was changed in the spool; submit it again, `tiltfeed resume` of that job with "
+            "--from BLOCK enters it");
   return run;
 }
 
@@ -103,7 +102,8 @@ Result<std::string> JobService::run(SpooledJob job, const ProgramRun& prepared,
     return tl::unexpected<Error>(kept.error());
   begin_run(job, decision.executed + 1);
   runner_->start({prepared, decision, spool_.file(job.id, "journal"), spool_.file(job.id, "blackbox.txt"),
-                  way_back, config_.machine.model, parking(job.id)});
+                  way_back, config_.machine.model, parking(job.id),
+                  cut_way_advice(link_.kind, config_.machine.format)});
   changing_ = {};
   return write_begun(job.id, "starting");
 }
@@ -154,7 +154,7 @@ void JobService::go_on(const SpooledJob& job, Done done) {
       ProgramRun run_of = *prepared;
       run_of.stand_at(decision.executed);
       if (decision.way == ResumeWay::kToolChange && run_of.next_change())
-        return stand_before(job, *run_of.next_change(), not_known(link_.kind, config_.machine.format),
+        return stand_before(job, *run_of.next_change(), cut_way_advice(link_.kind, config_.machine.format),
                             decision.text),
                write_text(decision.text);
       if (decision.way == ResumeWay::kFinished)
@@ -197,7 +197,7 @@ void JobService::enter_again(const SpooledJob& job, const ApiRequest& request, s
     return errands_.begin({job.id, false, true}, look, std::move(done));
   }
   SpooledJob again;
-  again.name = job.name.substr(0, 20) + " from " + std::to_string(order.from);
+  again.name = plain_name(job.name, 20) + " from " + std::to_string(order.from);
   again.program = true;
   again.user = user;
   const Result<std::uint64_t> id = spool_.begin(again);
@@ -228,7 +228,7 @@ Result<std::string> JobService::run_entry(std::uint64_t id, const ProgramRun& re
   job->total = rest.subject.total;
   job->hash = hex(rest.subject.program);
   job->state = JobState::kReady;
-  job->note = "enters again before block " + std::to_string(from);
+  job->note = "enters " + name_of(entered.id) + " again before block " + std::to_string(from);
   if (const Result<void> kept = spool_.finish(*job); !kept) return tl::unexpected<Error>(kept.error());
   asked_by_[id] = job->user;
   ResumeDecision fresh;
@@ -283,8 +283,11 @@ void JobService::judge_run_end(const RunView& view) {
   if (decision.way == ResumeWay::kFresh) return set(*job, JobState::kReady, why);
   // A controller that was asked in vain says nothing about what it was given before.
   if (!end->opened) why += "; " + range_text(decision, job->total);
+  if (const auto entry = read_entry_mark(spool_.file(job->id, "entry")))
+    why += "; " + (end->opened ? entered_range(*entry, end->state.executed, end->state.sent, job->total)
+                               : entered_range(*entry, decision.executed, decision.may_have, job->total));
   if (decision.way == ResumeWay::kToolChange && end->change)
-    return stand_before(*job, *end->change, not_known(link_.kind, config_.machine.format), why);
+    return stand_before(*job, *end->change, cut_way_advice(link_.kind, config_.machine.format), why);
   if (end->state.phase == Phase::kStopped) return set(*job, JobState::kStopped, why);
   // A controller that restarted or forgot the run has said so: asking it again will not help.
   const bool lost = end->state.loss == Loss::kRestarted || end->state.loss == Loss::kForgotten;
@@ -319,7 +322,9 @@ Result<void> JobService::settle() {
     job.executed = decision.executed;
     ProgramRun at = *prepared;
     at.stand_at(decision.executed);
-    const std::string text = "the service ended while it ran; " + decision.text;
+    std::string text = "the service ended while it ran; " + decision.text;
+    if (const auto entry = read_entry_mark(spool_.file(job.id, "entry")))
+      text += "; " + entered_range(*entry, decision.executed, decision.may_have, job.total);
     switch (decision.way) {
       case ResumeWay::kFresh:
         set(job, JobState::kReady, text);
@@ -332,7 +337,7 @@ Result<void> JobService::settle() {
         break;
       case ResumeWay::kToolChange:
         if (at.next_change())
-          stand_before(job, *at.next_change(), not_known(link_.kind, config_.machine.format), text);
+          stand_before(job, *at.next_change(), cut_way_advice(link_.kind, config_.machine.format), text);
         else
           set(job, JobState::kUncertain,
               text +

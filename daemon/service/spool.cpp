@@ -24,7 +24,6 @@ namespace {
 
 constexpr const char* kStateNames[] = {"received",  "planning", "ready",   "running", "interrupted",
                                        "uncertain", "done",     "stopped", "failed",  "tool change"};
-constexpr std::size_t kMaxName = 40;
 constexpr int kBusyWaitMs = 2000;  // somebody looks into the table with another program
 
 constexpr const char* kJobColumns =
@@ -68,12 +67,21 @@ const char* shown_state(const SpooledJob& job) {
   return planned && job.place > 0 ? "queued" : state_name(job.state);
 }
 
-std::string plain_name(const std::string& text) {
+std::string plain_name(const std::string& text, std::size_t most) {
+  const std::string whole = valid_text(text);
   std::string kept;
-  for (const char c : text)
-    if (kept.size() < kMaxName && ((c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
-                                   (c >= '0' && c <= '9') || c == ' ' || c == '.' || c == '_' || c == '-'))
-      kept += c;
+  for (std::size_t at = 0, next = 0; at < whole.size(); at = next) {
+    const auto first = static_cast<unsigned char>(whole[at]);
+    next = at + (first < 0xC0 ? 1 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4);
+    const bool plain = (first >= 'A' && first <= 'Z') || (first >= 'a' && first <= 'z') ||
+                       (first >= '0' && first <= '9') ||
+                       std::string_view(" ._-").find(whole[at]) != std::string::npos;
+    // Letters of other alphabets, from U+00C0; of general punctuation (U+2000 to U+2FFF) some turn the line.
+    const bool letter = first >= 0xC3 && first != 0xE2;
+    if (!plain && !letter) continue;
+    if (kept.size() + (next - at) > most) break;
+    kept += whole.substr(at, next - at);
+  }
   return kept.empty() ? "job" : kept;
 }
 

@@ -60,8 +60,9 @@ inline constexpr std::uint64_t kMaxPartBytes = 512ull << 20, kMaxProgramBytes = 
 /// Jobs that a spool holds, done ones included.
 inline constexpr std::size_t kMaxJobs = 10000;
 
-/// [A-Za-z0-9 ._-], at most 40 of them; "job" when nothing is left.
-std::string plain_name(const std::string& text);
+/// Letters of any alphabet, digits and " ._-", whole ones, in at most so many bytes of UTF-8; "job" when
+/// nothing is left.
+std::string plain_name(const std::string& text, std::size_t most = 40);
 
 class Spool {
  public:

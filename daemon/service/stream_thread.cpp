@@ -145,7 +145,9 @@ class StreamThread::OnWay {
 void StreamThread::park(const RunOrder& order, const ToolChange& change, Link& link, Clock& clock,
                         StreamHooks hooks) {
   const OnWay way(*this);
+  SendState newest;
   hooks.progress = [&, owner = hooks.progress](SendState state) {
+    newest = state;
     state.total = order.run.subject.total;
     state.sent = state.acknowledged = state.executed = change.block - 1;
     state.uncertain = {};
@@ -157,14 +159,18 @@ void StreamThread::park(const RunOrder& order, const ToolChange& change, Link& l
   const Result<SendReport> done = !file ? Result<SendReport>(tl::unexpected<Error>(file.error()))
                                         : send_over(*file, order.run.link, link, clock, {}, hooks);
   const std::lock_guard lock(mutex_);
-  view_.parked = done ? "parked, spindle and coolant off" : "not parked: " + done.error().message;
+  view_.parked =
+      done ? "parked, spindle and coolant off" : "not parked: " + without_range(done.error(), newest).message;
+  if (!done && newest.sent > 0) view_.parked += "; " + order.cut_way;
 }
 
 /// Nothing of the job's program: its figures stay as they are meanwhile.
 Result<void> StreamThread::go_back(const RunOrder& order, Link& link, Clock& clock, StreamHooks hooks) {
   if (order.way_back.empty()) return {};
   const OnWay way(*this);
-  hooks.progress = [&order, owner = hooks.progress](SendState state) {
+  SendState newest;
+  hooks.progress = [&, owner = hooks.progress](SendState state) {
+    newest = state;
     state.total = order.run.subject.total;
     state.sent = state.acknowledged = state.executed = order.run.subject.after - 1;
     state.uncertain = {};
@@ -172,7 +178,9 @@ Result<void> StreamThread::go_back(const RunOrder& order, Link& link, Clock& clo
     return owner(state);
   };
   const Result<SendReport> report = send_over(order.way_back, order.run.link, link, clock, {}, hooks);
-  if (!report) return fail(report.error().code, "on the way back to the part: " + report.error().message);
+  if (!report)
+    return fail(report.error().code,
+                "on the way back to the part: " + without_range(report.error(), newest).message);
   return {};
 }
 

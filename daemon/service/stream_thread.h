@@ -25,6 +25,7 @@ struct RunOrder {
   MachineModel machine;  ///< for machine time
   /// Makes the file that parks the machine before a tool change. Errors: why it cannot be parked.
   std::function<Result<std::string>(const ToolChange&)> park = {};
+  std::string cut_way = {};  ///< what is to be said of a machine whose parking was cut off
 };
 
 /// As it stands; the end when `ended`.

@@ -106,7 +106,7 @@ Result<SendReport> run(Session& session, Feed& feed, std::uint64_t last, Link& w
   const SendState state = session.state();
   if (session.phase() != Phase::kDone) say_last_word(session, link, clock.now());
   if (hooks.progress) hooks.progress(state);
-  if (program_error) return tl::unexpected<Error>(*program_error);
+  if (program_error) return fail(program_error->code, program_error->message + "; " + describe(state));
   if (session.phase() != Phase::kDone) return tl::unexpected<Error>(session.error());
   report.lines = state.sent;
   report.acknowledged = state.acknowledged;
@@ -286,6 +286,13 @@ std::optional<OperatorCommand> CommandQueue::take() {
   const OperatorCommand first = waiting_.front();
   waiting_.erase(waiting_.begin());
   return first;
+}
+
+Error without_range(Error error, const SendState& end) {
+  const std::string range = "; " + describe(end);
+  if (const std::size_t at = error.message.find(range); at != error.message.npos)
+    error.message.erase(at, range.size());
+  return error;
 }
 
 Result<std::vector<ToolChange>> kept_changes(const std::string& program_path, const LinkSpec& link) {

@@ -56,6 +56,10 @@ struct SendReport {
   std::uint64_t resends = 0;              ///< identical requests or lines sent again
 };
 
+/// What ended a way off the part or back to it: without the range of its own short program, whose blocks no
+/// operator knows. `end`: the way's newest state.
+Error without_range(Error error, const SendState& end);
+
 /// Checks the whole program first and sends nothing when it finds anything wrong; then streams it and returns
 /// when the controller has proved that the last block is executed.
 /// Errors: kIo, kInput (program, with file:line and text), kLimit (line too long, number out of range), kLink

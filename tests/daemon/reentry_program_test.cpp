@@ -275,6 +275,12 @@ TEST(Reentry, B11KeepsWhatTheCommentsSayOfTools) {
       options.from = from;
       const auto entry = plan_reentry(path, LinkKind::kGrbl, profile(), options);
       ASSERT_TRUE(entry) << entry.error().message;
+      // No tool is changed on the way in: the operator is told which one it must be.
+      const std::string tool = from <= 5   ? ""
+                               : from <= 8 ? "0. in the spindle must be: T2 (drill (5), 80.25 mm long\n"
+                                           : "0. in the spindle must be: T3 (ball (6 mm)), 70 mm long\n";
+      EXPECT_EQ(entry->preview.substr(0, tool.size()), tool) << from << entry->preview;
+      EXPECT_EQ(entry->preview.find("in the spindle") == std::string::npos, tool.empty()) << from;
       std::string program = whole_of(path, *entry);
       program.erase(program.find("G91\n"), 4);  // a reader of changes wants places
       const auto again = read_tool_changes(folder.write("again.nc", program), LinkKind::kGrbl, axes);
@@ -309,6 +315,17 @@ TEST(Reentry, B11CanBeEnteredAgainAndGoesThroughToolChanges) {
       ASSERT_TRUE(changes) << changes.error().message;
       ASSERT_EQ(changes->size(), 1u);
       EXPECT_EQ((*changes)[0].tool, 2);
+      EXPECT_EQ(first->preview.find("in the spindle"), std::string::npos) << "it is the one of the start";
+      // Behind the change, and behind a re-entry of that: the same tool.
+      options.from = 9;
+      const auto behind = plan_reentry(path, kind, profile(), options);
+      ASSERT_TRUE(behind) << behind.error().message;
+      EXPECT_NE(behind->preview.find("in the spindle must be: T2\n"), std::string::npos) << behind->preview;
+      const std::string rest = folder.write("rest.nc", whole_of(path, *behind));
+      options.from = count_blocks(rest, kind).value();
+      const auto deeper = plan_reentry(rest, kind, profile(), options);
+      ASSERT_TRUE(deeper) << deeper.error().message;
+      EXPECT_NE(deeper->preview.find("in the spindle must be: T2\n"), std::string::npos) << deeper->preview;
       ReturnOptions back;
       back.change = (*changes)[0].block;
       const auto way = plan_return(once, kind, profile(), back);

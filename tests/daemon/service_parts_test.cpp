@@ -17,6 +17,7 @@
 #include "daemon/post/block_map.h"
 #include "daemon/service/api.h"
 #include "daemon/service/api_socket.h"
+#include "daemon/service/entry_mark.h"
 #include "daemon/service/notify.h"
 #include "daemon/service/spool.h"
 #include "daemon/stream/wire_log.h"
@@ -169,6 +170,31 @@ TEST(Spool, KeepsJobsOverARestartAndMakesItsOwnNames) {
   next.program = true;
   EXPECT_EQ(*add_job(*spool, next, {fd}), 2u);
   ::close(fd);
+}
+
+TEST(Spool, NamesKeepLettersOfEveryAlphabetWhole) {
+  EXPECT_EQ(plain_name("Kühlstift Größe 3"), "Kühlstift Größe 3");
+  EXPECT_EQ(plain_name("ручка/零件\n\x1b[31m"), "ручка零件31m");
+  EXPECT_EQ(plain_name("\u202Ecn.exe\u2028"), "cn.exe") << "what turns the line is no letter";
+  EXPECT_EQ(plain_name("ü\xC3"), "ü") << "half a letter is none";
+  EXPECT_EQ(plain_name("\u00A0\u0085"), "job");
+  for (std::size_t most = 1; most < 12; ++most)
+    EXPECT_EQ(plain_name("零件零", most), most < 3 ? "job" : most < 6 ? "零" : most < 9 ? "零件" : "零件零");
+}
+
+/// A job of 5 blocks of its own, then blocks 96 to 100 of job 3.
+TEST(EntryMark, B9TellsBlocksInNumbersOfTheEnteredJob) {
+  const Folder folder("parts");
+  const std::string file = folder.path + "/entry";
+  EXPECT_FALSE(read_entry_mark(file));
+  ASSERT_TRUE(write_entry_mark(file, {3, 96, 100}));
+  const auto mark = read_entry_mark(file);
+  ASSERT_TRUE(mark);
+  EXPECT_EQ(entered_range(*mark, 0, 5, 10), "of job 3 none has run again");
+  EXPECT_EQ(entered_range(*mark, 2, 6, 10), "of job 3 that is block 96");
+  EXPECT_EQ(entered_range(*mark, 6, 8, 10), "of job 3 that is blocks 97 to 98");
+  EXPECT_EQ(entered_range(*mark, 8, 10, 10), "of job 3 that is blocks 99 to 100");
+  EXPECT_EQ(entered_range(*mark, 7, 7, 10), "of job 3 blocks 96 to 97 ran again");
 }
 
 TEST(Spool, RefusesWhatIsNoFileAndLeavesNothing) {

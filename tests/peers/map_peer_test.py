@@ -106,10 +106,10 @@ class Bench(Run):
 
     def told(self, said, what):
         """The least and the most blocks that have run, by what a sender says at its end."""
-        some = re.search(r"blocks (\d+) to (\d+) may have run", said)
+        some = re.search(r"blocks? (\d+)(?: to (\d+))? may have run", said)
         every = re.search(r"all (\d+) blocks that were sent have run", said)
         self.want(some or every, f"{what}, no range: {said}")
-        return (int(some.group(1)) - 1, int(some.group(2))) if some else [int(every.group(1))] * 2
+        return (int(some.group(1)) - 1, int(some.group(2) or some.group(1))) if some else [int(every.group(1))] * 2
 
     def executed(self, ring, what, most=None):
         """Every block once and in order: all, or as many as there are."""

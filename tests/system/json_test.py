@@ -126,6 +126,9 @@ def walk(run, ask):
     ask("list")
     ask("history")
     ask("show", number)
+    run.want(ask("show", number, "--block", "10")["origin"]["line"] == 10, "not that block")
+    beyond = ask("show", number, "--block", "99999", status=1)
+    run.want("the program has 5005" in beyond["origin"]["error"], f"not said that it is beyond the end: {beyond}")
 
     def figures():
         return dict(re.findall(r"(?m)^(tiltfeed_.*) (\S+)$", ask("metrics", "--config", f"{work}/service.yaml")["text"]))
@@ -135,6 +138,9 @@ def walk(run, ask):
              f"not those figures: {still}")
     ask("start", number)
     ask("hold")
+    run.until("not held", lambda: run.show(number, "held") == "held on request")
+    run.want("held on request" in ask("machine", "status", words=2)["held"], "the status does not say that it is held")
+    run.until("the log does not say that it is held", lambda: "held on request" in run.text("serve.log"))
     run.until("no figures of the hold", lambda: figures().get('tiltfeed_run_phase{phase="hold"}') == "1.0")
     run.want(int(float(figures()["tiltfeed_run_blocks"])) == int(run.show(number, "blocks")), "not as many blocks as the program has")
     ask("resume", number)

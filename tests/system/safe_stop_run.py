@@ -168,7 +168,8 @@ def grbl(shop):
 
         shop.serve_ready()  # as Restart= does
         shop.want(shop.show(job, "state") == "uncertain", "after the restart the job is not uncertain")
-        first, final = map(int, re.search(r"blocks (\d+) to (\d+) may have run", shop.show(job, "note")).groups())
+        said = re.search(r"blocks? (\d+)(?: to (\d+))? may have run", shop.show(job, "note"))
+        first, final = int(said[1]), int(said[2] or said[1])
         here = number + FIRST_FEED  # the one after the last cut is in work
         shop.want(first <= here + 1 <= final + 1, f"block {here} is not in the uncertain range {first} to {final}")
         shop.want(shop.tiltfeed("resume", str(job))[0] != 0, "resumed by itself")
