@@ -54,9 +54,9 @@ std::uint64_t number_of(std::string_view line, std::uint64_t count, Source kind)
 }
 
 /// The lines of a file, without their ends: LF, CR LF, or CR alone.
-class Lines {
+class SourceLines {
  public:
-  explicit Lines(const std::string& path) {
+  explicit SourceLines(const std::string& path) {
     std::ifstream in(path, std::ios::binary | std::ios::ate);
     text_.resize(in ? static_cast<std::size_t>(std::max<std::streamoff>(0, in.tellg())) : 0);
     in.seekg(0);
@@ -83,7 +83,7 @@ std::vector<Excerpt> excerpts(const RemovalContext& context, const std::vector<W
   std::multimap<std::uint64_t, std::size_t> wanted;
   for (std::size_t i = 0; i < places.size(); ++i)
     wanted.insert({context.kind == Source::kTrace ? places[i].block : places[i].line, i});
-  Lines lines(context.source);
+  SourceLines lines(context.source);
   std::deque<std::string_view> before;
   std::vector<std::pair<std::size_t, std::uint32_t>> open;  // place, lines still wanted
   std::uint64_t count = 1;
