@@ -30,7 +30,7 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-using nlohmann::json;
+using json = nlohmann::ordered_json;  // shown as the service says it
 constexpr std::chrono::milliseconds kWatchInterval{500}, kResetInterval{50};
 constexpr const char* kEntryQuestion =
     "Is the tool clear, the machine homed, the tool in the spindle the one of that block? Type yes to move: ";

@@ -33,6 +33,7 @@ class Admissibility {
   Admissibility(const SweptTool& tool, const DirectionGrid& grid, Vec3 up, Angle tilt_max);
 
   bool within_tilt(Vec3 axis) const { return tilt_.allows(axis); }
+  bool within_tilt(Vec3 a, Vec3 b) const { return tilt_.allows(a, b); }
   /// Is the axis on the surface's side of the contact, and its angle to `up` at most tilt_max?
   bool within_limits(Vec3 normal, Vec3 axis) const;
   /// Is it in the admissible set of the point?

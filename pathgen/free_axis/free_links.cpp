@@ -18,6 +18,10 @@ namespace {
 /// which the sphere has to spare.
 constexpr double kSphereStep = 0.052;
 constexpr double kSphereSpare = 1.0005;
+/// Where it leans as far as it may the axis turns by no more than this in one move (20 degrees); a move over
+/// the sphere is halved so often before there is no way.
+constexpr double kSphereTurn = 0.35;
+constexpr int kMostHalvings = 8;
 /// Directions are outwards if they lean inwards by less than this: rounding.
 constexpr double kOutwards = -1e-6;
 /// A short way is tried where it is not longer than so many clearances, and turns by at most this (rad).
@@ -136,6 +140,7 @@ class RunLinker {
   /// Of a tool off the part, wherever it strays: all of it as it stands, the ball too, and nothing swept,
   /// unlike clear_along().
   bool clear(const Pose& from, const Pose& to) {
+    if (!admissible_.within_tilt(from.axis, to.axis)) return false;
     const double way =
         distance(from.tip, to.tip) + (tool_.top() + height_) * angle_between(from.axis, to.axis);
     const int steps = std::max(1, static_cast<int>(std::ceil(way / step_)));
@@ -143,11 +148,10 @@ class RunLinker {
       const double f = static_cast<double>(k) / steps;
       const Vec3 axis = slerp(from.axis, to.axis, f);
       ++out_.tested;
-      if (!allowed(axis) || strayed_.hit(lerp(from.tip, to.tip, f) + axis * height_, axis)) return false;
+      if (strayed_.hit(lerp(from.tip, to.tip, f) + axis * height_, axis)) return false;
     }
     return true;
   }
-  bool allowed(Vec3 axis) const { return admissible_.within_tilt(axis); }
 
   /// Where the tip is on the sphere when the tool is drawn back from there.
   Pose on_sphere(const ToolAxisPoint& p) const {
@@ -227,11 +231,13 @@ class RunLinker {
     double widest = std::max(angle_between(a, b), angle_between(out_a, out_b));
     if (by_polar) widest = std::max(widest, kPi);
     const int parts = std::max(1, static_cast<int>(std::ceil(widest / kSphereStep)));
+    Vec3 last = a;
     for (int k = 1; k <= parts; ++k) {
       const double f = static_cast<double>(k) / parts;
       const Vec3 out = slerp(out_a, out_b, f), axis = k == parts ? b : between(a, b, f, by_polar);
-      if (!allowed(axis) || dot(axis, out) < kOutwards) return false;
+      if (!admissible_.within_tilt(last, axis) || dot(axis, out) < kOutwards) return false;
       way.push_back({centre_ + out * radius_, axis});
+      last = axis;
     }
     return true;
   }
@@ -249,11 +255,24 @@ class RunLinker {
   bool travel(Vec3 from, Vec3 to, Way& way) const {
     if (dot(from, to) < -0.9999) return false;
     const int parts = std::max(1, static_cast<int>(std::ceil(angle_between(from, to) / kSphereStep)));
-    for (int k = 1; k <= parts; ++k) {
-      const Vec3 out = slerp(from, to, static_cast<double>(k) / parts), axis = leaning(out);
-      if (dot(axis, out) < kOutwards) return false;
-      way.push_back({centre_ + out * radius_, axis});
+    Vec3 last = leaning(from);
+    for (int k = 1; k <= parts; ++k)
+      if (!travel_part(from, to, (k - 1.0) / parts, static_cast<double>(k) / parts, kMostHalvings, last, way))
+        return false;
+    return true;
+  }
+  /// Below the part the leaning axis turns faster than the tip goes, and a long turn at the tilt limit would
+  /// lean over further: in halves of that way, until they are short enough.
+  bool travel_part(Vec3 from, Vec3 to, double f, double g, int halvings, Vec3& last, Way& way) const {
+    const Vec3 out = slerp(from, to, g), axis = leaning(out);
+    if (dot(axis, out) < kOutwards) return false;
+    if (angle_between(last, axis) > kSphereTurn || !admissible_.within_tilt(last, axis)) {
+      const double middle = (f + g) / 2.0;
+      return halvings > 0 && travel_part(from, to, f, middle, halvings - 1, last, way) &&
+             travel_part(from, to, middle, g, halvings - 1, last, way);
     }
+    way.push_back({centre_ + out * radius_, axis});
+    last = axis;
     return true;
   }
 

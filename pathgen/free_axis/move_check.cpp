@@ -76,9 +76,7 @@ bool MoveCheck::clear_by_bound(const ToolAxisPoint& a, const ToolAxisPoint& b) {
   const double bent = options_.reference_height * turn * turn / 8.0;
   const double spare = room(std::min(dot(a.axis, a.point.normal), dot(b.axis, b.point.normal))) - bent;
   const double moved = way / 2.0 + tool.ball() * turn;
-  if (spare <= 0.0 || moved > kMostPieces * spare || !admissible_.within_tilt(a.axis) ||
-      !admissible_.within_tilt(b.axis) || !admissible_.within_tilt(slerp(a.axis, b.axis, 0.5)))
-    return false;
+  if (spare <= 0.0 || moved > kMostPieces * spare || !admissible_.within_tilt(a.axis, b.axis)) return false;
   const int pieces = std::max(1, static_cast<int>(std::ceil(moved / spare)));
   for (int k = 0; k < pieces; ++k) {
     const double f = (k + 0.5) / pieces;

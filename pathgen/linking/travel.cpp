@@ -23,17 +23,6 @@ constexpr double kSamePlace = 1e-9;
 
 }  // namespace
 
-double least_cosine(Vec3 a, Vec3 b, Vec3 up) {
-  const double ends = std::min(dot(a, up), dot(b, up));
-  const Vec3 normal = cross(a, b);
-  const Vec3 in_plane = up * squared_length(normal) - normal * dot(up, normal);
-  const double away = length(in_plane);
-  if (away == 0.0) return ends;
-  const Vec3 lowest = in_plane * (-1.0 / away);
-  const bool between = dot(cross(a, lowest), normal) > 0.0 && dot(cross(lowest, b), normal) > 0.0;
-  return between ? std::min(ends, dot(lowest, up)) : ends;
-}
-
 Travel::Travel(const Deformation& deformation, const Linking& options, OppositeWall& opposite_wall,
                IsOver is_over)
     : map_(deformation),

@@ -7,11 +7,9 @@
 
 #include "pathgen/linking/link_options.h"
 #include "pathgen/linking/opposite_wall.h"
+#include "pathgen/tool/move_collision.h"
 
 namespace tiltfeed::pathgen {
-
-/// The cosine of the largest angle to `up` on the great circle from a to b. Requires: all unit.
-double least_cosine(Vec3 a, Vec3 b, Vec3 up);
 
 class Travel {
  public:

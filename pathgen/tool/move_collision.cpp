@@ -22,8 +22,20 @@ double lever(const SweptTool& tool) {
 
 }  // namespace
 
+double least_cosine(Vec3 a, Vec3 b, Vec3 up) {
+  const double ends = std::min(dot(a, up), dot(b, up));
+  const Vec3 normal = cross(a, b);
+  const Vec3 in_plane = up * squared_length(normal) - normal * dot(up, normal);
+  const double away = length(in_plane);
+  if (away == 0.0) return ends;
+  const Vec3 lowest = in_plane * (-1.0 / away);
+  const bool between = dot(cross(a, lowest), normal) > 0.0 && dot(cross(lowest, b), normal) > 0.0;
+  return between ? std::min(ends, dot(lowest, up)) : ends;
+}
+
 bool clear_along(const SweptTool& tool, const TiltLimit& tilt, const ToolStand& a, const ToolStand& b,
                  double reference_height, double tolerance, std::uint32_t& hint, std::uint64_t& tested) {
+  if (!tilt.allows(a.axis, b.axis)) return false;
   const double turn = angle_between(a.axis, b.axis), way = distance(a.centre, b.centre);
   const double from = kBoundedFrom * tool.ball();
   ++tested;
@@ -42,7 +54,6 @@ bool clear_along(const SweptTool& tool, const TiltLimit& tilt, const ToolStand& 
     ++tested;
     if (bounded ? tool.stopped_below(centre, axis, from, hint) : tool.stop(centre, axis, hint).has_value())
       return false;
-    if (!tilt.allows(axis)) return false;
   }
   return true;
 }

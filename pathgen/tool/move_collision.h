@@ -17,6 +17,9 @@ namespace tiltfeed::pathgen {
 class FacetBvh;
 class SweptTool;
 
+/// The cosine of the largest angle to `up` on the great circle from a to b. Requires: all unit.
+double least_cosine(Vec3 a, Vec3 b, Vec3 up);
+
 /// How far the tool axis may tilt.
 class TiltLimit {
  public:
@@ -26,6 +29,8 @@ class TiltLimit {
         cosine_(limit.radians() < kPi ? std::cos(limit.radians())
                                       : -std::numeric_limits<double>::infinity()) {}
   bool allows(Vec3 axis) const { return dot(up_, axis) >= cosine_; }
+  /// All along the great circle from a to b, which beyond 90 degrees leans over further than both.
+  bool allows(Vec3 a, Vec3 b) const { return cosine_ <= -1.0 || least_cosine(a, b, up_) >= cosine_; }
 
  private:
   Vec3 up_;

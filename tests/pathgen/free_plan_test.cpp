@@ -95,6 +95,23 @@ TEST(FreePlan, ATorusWithAHolderLeadAndATiltLimit) {
   expect_right(part, o, *plan);
 }
 
+/// On a great circle the axis leans over further than at both its ends, and under the part it turns much
+/// faster than the tip goes over the sphere: by 0.001, 0.003 and 0.03 degrees beyond these limits.
+TEST(FreePlan, AWayUnderThePartKeepsTheTiltLimit) {
+  const auto expect_within = [](const soup::Soup& soup, double diameter, double step, double limit, Vec3 up) {
+    const CheckedMesh part = scaled(soup, 4);
+    PlanOptions o = options({.diameter = diameter, .length = 90, .shank_length = 60}, step);
+    o.tilt_max = Angle::from_degrees(limit);
+    o.up = up;
+    const auto plan = planned(part, o);
+    ASSERT_TRUE(plan.has_value()) << plan.error().message;
+    expect_right(part, o, *plan);
+  };
+  expect_within(soup::ell(), 3, 3, 105, {0, 0, 1});
+  expect_within(soup::cube(0, 5), 6, 3, 105, {-1, 0, 0});
+  expect_within(soup::torus(), 6, 6, 95, {0, -1, 0});
+}
+
 TEST(FreePlan, AThroughHoleIsEnteredAndLeftAlongTheAxis) {
   Stl stl;
   stl.facets = sim::hollow_sphere();

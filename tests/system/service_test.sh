@@ -64,7 +64,7 @@ job=$("$bin/tiltfeed" submit "$work/job.yaml" --name '../../etc (x)!')
 [[ $job == 1 ]] || die "submit said '$job'"
 until_true 600 "the job is not planned" state 1 ready
 "$bin/tiltfeed" show 1 | grep -qx 'name: ....etc x' || die "the name was not reduced"
-"$bin/tiltfeed" show 1 --block 200 | grep -q '"facet":' || die "no facet behind block 200"
+"$bin/tiltfeed" show 1 --block 200 | grep -Eq '^origin: block 200, line [0-9]+, .*, facet [0-9]+' || die "no facet behind block 200"
 "$bin/tiltfeed" start 1 >/dev/null
 until_true 300 "nothing moves" past 1 50
 "$bin/tiltfeed" hold 1 >/dev/null
@@ -104,9 +104,8 @@ head -n 1 "$box" | grep -q 'may have run' || die "the black box does not begin w
 origin=$(sed -n 's/^last executed: //p' "$box")
 block=$(sed -En 's/^\{"block":([0-9]+),"line":[0-9]+,.*/\1/p' <<<"$origin")
 [[ -n $block ]] || die "no way back from the last block: $origin"
-"$bin/tiltfeed" show 1 --block "$block" >"$work/show.log"
-python3 -c 'import json, sys; sys.exit(json.loads(sys.argv[1]) != json.loads(sys.argv[2]))' "$origin" \
-  "$(sed -n 's/^origin: //p' "$work/show.log")" || die "block $block is told otherwise when it is asked for"
+"$bin/tiltfeed" show 1 --block "$block" --json >"$work/show.json"
+[[ $(jq -S .origin "$work/show.json") == $(jq -S . <<<"$origin") ]] || die "block $block is told otherwise when it is asked for"
 
 # ---- refusals ------------------------------------------------------------------------------------------
 "$bin/tiltfeed" start 99 >"$work/out.txt" 2>&1 && die "a job that is not there was started"
