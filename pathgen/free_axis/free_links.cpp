@@ -21,7 +21,7 @@ constexpr double kSphereSpare = 1.0005;
 /// Where it leans as far as it may the axis turns by no more than this in one move (20 degrees); a move over
 /// the sphere is halved so often before there is no way.
 constexpr double kSphereTurn = 0.35;
-constexpr int kMostHalvings = 8;
+constexpr int kSphereHalvings = 8;
 /// Directions are outwards if they lean inwards by less than this: rounding.
 constexpr double kOutwards = -1e-6;
 /// A short way is tried where it is not longer than so many clearances, and turns by at most this (rad).
@@ -257,7 +257,8 @@ class RunLinker {
     const int parts = std::max(1, static_cast<int>(std::ceil(angle_between(from, to) / kSphereStep)));
     Vec3 last = leaning(from);
     for (int k = 1; k <= parts; ++k)
-      if (!travel_part(from, to, (k - 1.0) / parts, static_cast<double>(k) / parts, kMostHalvings, last, way))
+      if (!travel_part(from, to, (k - 1.0) / parts, static_cast<double>(k) / parts, kSphereHalvings, last,
+                       way))
         return false;
     return true;
   }
