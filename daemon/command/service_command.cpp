@@ -30,7 +30,7 @@ namespace tiltfeed::daemon {
 
 namespace {
 
-using json = nlohmann::ordered_json;  // shown as the service says it
+using nlohmann::ordered_json;
 constexpr std::chrono::milliseconds kWatchInterval{500}, kResetInterval{50};
 constexpr const char* kEntryQuestion =
     "Is the tool clear, the machine homed, the tool in the spindle the one of that block? Type yes to move: ";
@@ -43,7 +43,7 @@ std::string duration(double seconds) {
 }
 
 /// A value for people: "x 1.5, y 2", "3, 5".
-std::string plain_text(const json& value) {
+std::string plain_text(const ordered_json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (!value.is_structured()) return value.dump();
   std::string text;
@@ -61,7 +61,7 @@ std::string padded(std::string text, std::size_t width) {
   return text;
 }
 
-void print_job(const json& job) {
+void print_job(const ordered_json& job) {
   const auto total = job.value("blocks", std::uint64_t{0}), done = job.value("executed", std::uint64_t{0});
   std::printf("%6llu  %-11s %s %llu of %llu blocks",
               static_cast<unsigned long long>(job.value("job", std::uint64_t{0})),
@@ -96,10 +96,10 @@ struct ServiceCommands::Options {
   int percent = 100;
   bool yes = false, queue = false, as_json = false, check = false;
 
-  Result<json> ask(const ApiRequest& request, const std::vector<int>& files = {}) const;
+  Result<ordered_json> ask(const ApiRequest& request, const std::vector<int>& files = {}) const;
   int simple(ApiOp op);
-  int tell(const json& answer, const std::string& text) const;
-  int tell_taken(const Result<json>& answer, const std::string& taken) const;
+  int tell(const ordered_json& answer, const std::string& text) const;
+  int tell_taken(const Result<ordered_json>& answer, const std::string& taken) const;
   int run_submit();
   int run_list();
   int run_show();
@@ -171,10 +171,11 @@ ServiceCommands::ServiceCommands(CLI::App& app) : options_(std::make_unique<Opti
 
 ServiceCommands::~ServiceCommands() = default;
 
-Result<json> ServiceCommands::Options::ask(const ApiRequest& request, const std::vector<int>& files) const {
+Result<ordered_json> ServiceCommands::Options::ask(const ApiRequest& request,
+                                                   const std::vector<int>& files) const {
   const Result<std::string> line = ask_json(socket, request, files);
   if (!line) return tl::unexpected<Error>(line.error());
-  return json::parse(*line);
+  return ordered_json::parse(*line);
 }
 
 int ServiceCommands::Options::simple(ApiOp op) {
@@ -183,7 +184,7 @@ int ServiceCommands::Options::simple(ApiOp op) {
   request.job = job;
   request.percent = percent;
   request.queue = queue;
-  const Result<json> answer = ask(request);
+  const Result<ordered_json> answer = ask(request);
   const bool ends = op == ApiOp::kHold || op == ApiOp::kStop;
   if (!answer && ends && answer.error().code != Code::kInput)  // a refusal
     return complain({answer.error().code, answer.error().message + "; hold the machine at its own control"});
@@ -191,8 +192,8 @@ int ServiceCommands::Options::simple(ApiOp op) {
   return tell(*answer, answer->value("text", ""));
 }
 
-int ServiceCommands::Options::tell(const json& answer, const std::string& text) const {
-  std::cout << (as_json ? answer.dump(-1, ' ', true, json::error_handler_t::replace) : text) << "\n";
+int ServiceCommands::Options::tell(const ordered_json& answer, const std::string& text) const {
+  std::cout << (as_json ? answer.dump(-1, ' ', true, ordered_json::error_handler_t::replace) : text) << "\n";
   return kExitDone;
 }
 
@@ -203,7 +204,7 @@ int ServiceCommands::Options::run_submit() {
   request.op = ApiOp::kSubmit;
   request.program = submission->program;
   request.name = name.empty() ? submission->name : name;
-  const Result<json> answer = ask(request, submission->files);
+  const Result<ordered_json> answer = ask(request, submission->files);
   if (!answer) return complain(answer.error());
   return tell(*answer, std::to_string(answer->value("job", std::uint64_t{0})));
 }
@@ -211,20 +212,20 @@ int ServiceCommands::Options::run_submit() {
 int ServiceCommands::Options::run_list() {
   ApiRequest request;
   request.op = ApiOp::kList;
-  Result<json> answer = ask(request);
+  Result<ordered_json> answer = ask(request);
   while (answer && answer->value("more", false)) {
     request.job = (*answer)["jobs"].back().value("job", std::uint64_t{0});
-    Result<json> next = ask(request);
+    Result<ordered_json> next = ask(request);
     if (!next) return complain(next.error());
-    json jobs = std::move((*answer)["jobs"]);
-    for (json& one : (*next)["jobs"]) jobs.push_back(std::move(one));
+    ordered_json jobs = std::move((*answer)["jobs"]);
+    for (ordered_json& one : (*next)["jobs"]) jobs.push_back(std::move(one));
     (*next)["jobs"] = std::move(jobs);
     answer = std::move(next);
   }
   if (!answer) return complain(answer.error());
   if (as_json) return tell(*answer, "");
   std::cout << answer->value("machine", "") << " at " << answer->value("link", "") << "\n";
-  for (const json& one : (*answer)["jobs"]) print_job(one);
+  for (const ordered_json& one : (*answer)["jobs"]) print_job(one);
   return kExitDone;
 }
 
@@ -233,7 +234,7 @@ int ServiceCommands::Options::run_show() {
   request.op = ApiOp::kShow;
   request.job = job;
   if (block > 0) request.block = block;
-  const Result<json> answer = ask(request);
+  const Result<ordered_json> answer = ask(request);
   if (!answer) return complain(answer.error());
   const bool found = !answer->contains("origin") || !(*answer)["origin"].contains("error");
   const int status = found ? kExitDone : kExitFailed;
@@ -251,7 +252,7 @@ int ServiceCommands::Options::run_resume() {
   request.op = ApiOp::kResume;
   request.job = job;
   if (from > 0) request.from = from;
-  Result<json> answer = ask(request);
+  Result<ordered_json> answer = ask(request);
   if (!answer) return complain(answer.error());
   if (answer->contains("confirm")) {
     if (!agreed(answer->value("confirm", ""), from > 0 ? kEntryQuestion : kBackQuestion))
@@ -285,11 +286,11 @@ int ServiceCommands::Options::run_start() {
 }
 
 /// Tells what became of it once the controller has taken it, or has refused.
-int ServiceCommands::Options::tell_taken(const Result<json>& answer, const std::string& taken) const {
+int ServiceCommands::Options::tell_taken(const Result<ordered_json>& answer, const std::string& taken) const {
   if (!answer) return complain(answer.error());
   const Result<std::string> ended = until_taken(socket, answer->dump(), taken);
   if (!ended) return complain(ended.error());
-  const json shown = json::parse(*ended);
+  const ordered_json shown = ordered_json::parse(*ended);
   return tell(shown, shown.value("text", ""));
 }
 
@@ -322,7 +323,7 @@ int ServiceCommands::Options::run_reset() {
   if (!link.empty() || !machine.empty()) return reset_here();
   ApiRequest request;
   request.op = ApiOp::kReset;
-  Result<json> answer = ask(request);
+  Result<ordered_json> answer = ask(request);
   if (!answer) return complain(answer.error());
   if (!agreed(answer->value("confirm", ""), "Type yes to reset: "))
     return complain({Code::kCancelled, "nothing was sent"});
@@ -344,7 +345,7 @@ int ServiceCommands::Options::run_watch() {
     ApiRequest request;
     request.op = ApiOp::kShow;
     request.job = job;
-    const Result<json> answer = ask(request);
+    const Result<ordered_json> answer = ask(request);
     if (!answer) return complain(answer.error());
     if (as_json)
       tell(*answer, "");
