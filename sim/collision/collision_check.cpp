@@ -41,6 +41,14 @@ double most_turn(const AxisWords& p, const AxisWords& q) {
 
 }  // namespace
 
+/// Cells that were clear, from the piece before.
+struct CollisionCheck::ClearBoxes {
+  explicit ClearBoxes(std::size_t count) : pairs(count, JointBox::none()) {}
+
+  std::vector<JointBox> pairs;
+  JointBox all = JointBox::none();  ///< of all pairs that are looked at
+};
+
 bool CollisionPlace::worse_than(const CollisionPlace& other) const {
   return depth - apart > other.depth - other.apart;
 }
@@ -85,7 +93,7 @@ std::string CollisionCheck::scope() const {
 }
 
 /// The move as straight pieces of joint space: under TCP in as many as keep the slides near their way.
-void CollisionCheck::hold(const ProgramMove& move, PairSet told, JointBox& clear, Collisions& found) const {
+void CollisionCheck::hold(const ProgramMove& move, PairSet told, ClearBoxes& clear, Collisions& found) const {
   const auto slides = [&](const Joints& words) { return move.tcp ? frames_.slide_words(words) : words; };
   const Joints from = slides(move.from), to = slides(move.to);
   double pieces = std::ceil(most_turn(words_of(from), words_of(to)) / kMostTurn);
@@ -110,7 +118,7 @@ void CollisionCheck::hold(const ProgramMove& move, PairSet told, JointBox& clear
   }
 }
 
-void CollisionCheck::hold(const JointPiece& piece, const ProgramMove& move, PairSet told, JointBox& clear,
+void CollisionCheck::hold(const JointPiece& piece, const ProgramMove& move, PairSet told, ClearBoxes& clear,
                           Collisions& found) const {
   JointPiece turned = piece;  // whole turns back, where the axes stand alike
   const std::array<const RotaryAxis*, 2> rotaries{&model_.tilt, &model_.rotary};
@@ -119,16 +127,22 @@ void CollisionCheck::hold(const JointPiece& piece, const ProgramMove& move, Pair
     const double turns = 360.0 * std::floor(piece.from[kTiltAxis + i] / 360.0);
     turned.from[kTiltAxis + i] -= turns, turned.to[kTiltAxis + i] -= turns;
   }
-  PairSet wanted = ~told;
+  const auto holds = [&](const JointBox& box) { return box.holds(turned.from) && box.holds(turned.to); };
+  if (holds(clear.all)) return;
   JointCells& cells = move.rapid ? *rapid_ : *feed_;
-  cells.walk(turned, wanted, clear, [&](PairSet open, const JointPiece& rest) {
-    JointPiece part = piece;
-    part.begin = rest.begin, part.end = rest.end;
-    for (std::size_t pair = 0; pair < scene_->pairs().size(); ++pair) {
-      const PairSet bit = PairSet{1} << pair;
-      if ((open & wanted & bit) != 0 && follow(pair, part, move, found)) wanted &= ~bit;
-    }
-  });
+  clear.all = JointBox::everything();
+  for (std::size_t pair = 0; pair < scene_->pairs().size(); ++pair) {
+    bool wanted = (told & PairSet{1} << pair) == 0;
+    if (!wanted) continue;
+    JointBox& box = clear.pairs[pair];
+    if (!holds(box))
+      cells.walk(pair, turned, box, [&](const JointPiece& rest) {
+        JointPiece part = piece;
+        part.begin = rest.begin, part.end = rest.end;
+        wanted = wanted && !follow(pair, part, move, found);
+      });
+    clear.all.cut(box);
+  }
 }
 
 /// (CO5) Along a piece, halved until it is clear or too short for what it may still hide. Whether it found
@@ -206,11 +220,10 @@ bool CollisionCheck::one_in_other(const BodyPair& pair, const AxisWords& words) 
 
 Collisions CollisionCheck::hold(std::span<const ProgramMove> moves, PairSet told) const {
   Collisions found;
-  JointBox clear;
-  clear.low.fill(1.0), clear.high.fill(-1.0);
+  ClearBoxes clear(scene_->pairs().size());
   bool rapid = false;
   for (const ProgramMove& move : moves) {
-    if (move.rapid != rapid) clear.low.fill(1.0), clear.high.fill(-1.0);
+    if (move.rapid != rapid) clear = ClearBoxes(scene_->pairs().size());
     rapid = move.rapid;
     Collisions here;
     hold(move, told, clear, here);

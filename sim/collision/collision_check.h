@@ -19,6 +19,9 @@ inline constexpr double kCollisionError = 0.02;
 /// Of a pair so many places are told; it is not looked at after them.
 inline constexpr std::size_t kMostPlaces = 20;
 
+/// Pairs, a bit each.
+using PairSet = std::uint64_t;
+
 struct CollisionPlace {
   std::size_t pair = 0;
   bool rapid = false;
@@ -62,8 +65,9 @@ class CollisionCheck {
 
  private:
   CollisionCheck(const config::Job& job, CollisionScene scene);
-  void hold(const ProgramMove& move, PairSet told, JointBox& clear, Collisions& found) const;
-  void hold(const JointPiece& piece, const ProgramMove& move, PairSet told, JointBox& clear,
+  struct ClearBoxes;
+  void hold(const ProgramMove& move, PairSet told, ClearBoxes& clear, Collisions& found) const;
+  void hold(const JointPiece& piece, const ProgramMove& move, PairSet told, ClearBoxes& clear,
             Collisions& found) const;
   bool follow(std::size_t pair, const JointPiece& piece, const ProgramMove& move, Collisions& found) const;
   CollisionPlace place(std::size_t pair, const AxisWords& words, const ProgramMove& move) const;

@@ -29,6 +29,25 @@ AxisWords JointBox::half() const {
   return h;
 }
 
+JointBox JointBox::none() {
+  JointBox box;
+  box.low.fill(1.0), box.high.fill(-1.0);
+  return box;
+}
+
+JointBox JointBox::everything() {
+  JointBox box;
+  box.low.fill(-kInfinity), box.high.fill(kInfinity);
+  return box;
+}
+
+void JointBox::cut(const JointBox& other) {
+  for (std::size_t i = 0; i < low.size(); ++i) {
+    low[i] = std::max(low[i], other.low[i]);
+    high[i] = std::min(high[i], other.high[i]);
+  }
+}
+
 bool JointBox::holds(const AxisWords& words) const {
   for (std::size_t i = 0; i < words.size(); ++i)
     if (words[i] < low[i] || words[i] > high[i]) return false;
@@ -45,9 +64,8 @@ AxisWords JointPiece::at(double share) const {
 struct JointCells::Cell {
   std::atomic<Cell*> halves{nullptr};  ///< two
   std::atomic<bool> asked{false};
-  std::uint8_t axis = 0;
-  bool finest = false;
-  PairSet open = 0;  ///< pairs that it does not clear
+  bool clear = false, finest = false;
+  std::uint8_t axis = 0;  ///< that it is halved along
 
   Cell() = default;
   ~Cell() { delete[] halves.load(); }
@@ -56,64 +74,50 @@ struct JointCells::Cell {
 };
 
 JointCells::JointCells(const CollisionScene& scene, const JointBox& root, bool rapid)
-    : scene_(scene), root_(root), rapid_(rapid), top_(std::make_unique<Cell>()) {}
+    : scene_(scene),
+      root_(root),
+      rapid_(rapid),
+      tops_(std::make_unique<Cell[]>(scene.pairs().size())),
+      count_(scene.pairs().size()) {}
 
 JointCells::~JointCells() = default;
 
 /// (CO4) Clear at the middle by more than what moves between it and anywhere in the cell: clear everywhere.
-void JointCells::ask(Cell& cell, const JointBox& box, PairSet open) {
-  const AxisWords middle = box.middle(), half = box.half();
-  AxisWords most{};  // of what each axis moves the pairs that are left
-  double furthest = 0.0;
-  for (std::size_t i = 0; i < scene_.pairs().size(); ++i) {
-    const PairSet bit = PairSet{1} << i;
-    if ((open & bit) == 0) continue;
-    const BodyPair& pair = scene_.pairs()[i];
-    const double motion = pair.motion(half);
-    if (!scene_.nearer(pair, middle, pair.asked(rapid_) + motion, kCellSlack * motion,
-                       motion > kCoarse ? kPatience : 0)) {
-      open &= ~bit;
-      continue;
-    }
-    furthest = std::max(furthest, motion);
-    for (std::size_t axis = 0; axis < most.size(); ++axis) {
-      AxisWords one{};
-      one[axis] = half[axis];
-      most[axis] = std::max(most[axis], pair.motion(one));
-    }
+void JointCells::ask(const BodyPair& pair, Cell& cell, const JointBox& box) const {
+  const AxisWords half = box.half();
+  const double motion = pair.motion(half);
+  cell.clear = !scene_.nearer(pair, box.middle(), pair.asked(rapid_) + motion, kCellSlack * motion,
+                              motion > kCoarse ? kPatience : 0);
+  cell.finest = motion < kFinest;
+  double most = 0.0;
+  for (std::size_t axis = 0; axis < half.size(); ++axis) {
+    AxisWords one{};
+    one[axis] = half[axis];
+    if (const double by = pair.motion(one); by > most) most = by, cell.axis = static_cast<std::uint8_t>(axis);
   }
-  cell.open = open;
-  cell.finest = furthest < kFinest;
-  cell.axis = static_cast<std::uint8_t>(std::max_element(most.begin(), most.end()) - most.begin());
 }
 
-void JointCells::walk(const JointPiece& piece, PairSet wanted, JointBox& clear,
-                      const std::function<void(PairSet, const JointPiece&)>& rest) {
-  if (clear.holds(piece.from) && clear.holds(piece.to)) return;
-  const PairSet all = scene_.pairs().size() == CollisionScene::kMostPairs
-                          ? ~PairSet{0}
-                          : (PairSet{1} << scene_.pairs().size()) - 1;
-  if (!root_.holds(piece.from) || !root_.holds(piece.to)) return rest(all & wanted, piece);
-  walk(*top_, root_, all, piece, wanted, clear, rest);
+void JointCells::walk(std::size_t pair, const JointPiece& piece, JointBox& clear, const Rest& rest) {
+  if (!root_.holds(piece.from) || !root_.holds(piece.to)) return rest(piece);
+  walk(scene_.pairs()[pair], tops_[pair], root_, piece, clear, rest);
 }
 
-void JointCells::walk(Cell& cell, const JointBox& box, PairSet open, const JointPiece& piece, PairSet wanted,
-                      JointBox& clear, const std::function<void(PairSet, const JointPiece&)>& rest) {
+void JointCells::walk(const BodyPair& pair, Cell& cell, const JointBox& box, const JointPiece& piece,
+                      JointBox& clear, const Rest& rest) {
   std::mutex& lock = locks_[(reinterpret_cast<std::uintptr_t>(&cell) / sizeof(Cell)) % locks_.size()];
   if (!cell.asked.load(std::memory_order_acquire)) {
     const std::lock_guard guard(lock);
     if (!cell.asked.load(std::memory_order_relaxed)) {
-      ask(cell, box, open);
+      ask(pair, cell, box);
       cell.asked.store(true, std::memory_order_release);
     }
   }
-  if (cell.open == 0) {
+  if (cell.clear) {
     clear = box;
     return;
   }
-  if ((cell.open & wanted) == 0) return;
   Cell* halves = cell.halves.load(std::memory_order_acquire);
-  if (cell.finest || (halves == nullptr && count_ >= kMostCells)) return rest(cell.open & wanted, piece);
+  if (cell.finest || (halves == nullptr && count_ >= kMostCells)) return rest(piece);
   if (halves == nullptr) {
     const std::lock_guard guard(lock);
     halves = cell.halves.load(std::memory_order_relaxed);
@@ -129,7 +133,7 @@ void JointCells::walk(Cell& cell, const JointBox& box, PairSet open, const Joint
   lower.high[axis] = upper.low[axis] = middle;
   const double begin = piece.at(piece.begin)[axis], end = piece.at(piece.end)[axis];
   const auto go = [&](bool up, const JointPiece& part) {
-    walk(halves[up ? 1 : 0], up ? upper : lower, cell.open, part, wanted, clear, rest);
+    walk(pair, halves[up ? 1 : 0], up ? upper : lower, part, clear, rest);
   };
   if ((begin <= middle) == (end <= middle)) return go(begin > middle, piece);
   // Both halves get the place of the plane between them.

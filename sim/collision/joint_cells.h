@@ -1,7 +1,7 @@
 #pragma once
-// Cells of joint space, each asked once which pairs of bodies are clear wherever the axes stand in it. Moves
-// go through the cells; memory grows with the room that they fill, not with their number. Formula (CO4) is in
-// sim/collision/README.md.
+// Cells of joint space, for each pair of bodies of its own, each asked once whether the pair is clear
+// wherever the axes stand in it. Moves go through the cells; memory grows with the room that they fill, not
+// with their number. Formula (CO4) is in sim/collision/README.md.
 
 #include <array>
 #include <atomic>
@@ -9,19 +9,21 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <vector>
 
 #include "sim/collision/collision_scene.h"
 
 namespace tiltfeed::sim {
-
-/// Pairs, a bit each.
-using PairSet = std::uint64_t;
 
 struct JointBox {
   AxisWords low{}, high{};
   AxisWords middle() const;
   AxisWords half() const;
   bool holds(const AxisWords& words) const;
+  /// To what `other` holds, too.
+  void cut(const JointBox& other);
+  static JointBox none();
+  static JointBox everything();
 };
 
 /// A straight piece of a move: from..to, and the share of them that is meant.
@@ -44,23 +46,23 @@ class JointCells {
   JointCells(const JointCells&) = delete;
   JointCells& operator=(const JointCells&) = delete;
 
-  /// Calls rest(pairs, piece) with what no cell clears; pairs not `wanted` are left out. `clear`: a cell that
-  /// was clear, from the call before. Thread-safe, with a `clear` of each thread's own.
-  void walk(const JointPiece& piece, PairSet wanted, JointBox& clear,
-            const std::function<void(PairSet, const JointPiece&)>& rest);
+  /// What of a piece its pair's cells do not clear.
+  using Rest = std::function<void(const JointPiece&)>;
+  /// Calls rest(piece). `clear`: becomes the last cell that was clear for the pair. Thread-safe.
+  void walk(std::size_t pair, const JointPiece& piece, JointBox& clear, const Rest& rest);
   std::size_t count() const { return count_; }
 
  private:
   struct Cell;
-  void walk(Cell& cell, const JointBox& box, PairSet open, const JointPiece& piece, PairSet wanted,
-            JointBox& clear, const std::function<void(PairSet, const JointPiece&)>& rest);
-  void ask(Cell& cell, const JointBox& box, PairSet open);
+  void walk(const BodyPair& pair, Cell& cell, const JointBox& box, const JointPiece& piece, JointBox& clear,
+            const Rest& rest);
+  void ask(const BodyPair& pair, Cell& cell, const JointBox& box) const;
 
   const CollisionScene& scene_;
   const JointBox root_;
   const bool rapid_;
-  std::unique_ptr<Cell> top_;
-  std::atomic<std::size_t> count_{1};
+  std::unique_ptr<Cell[]> tops_;  ///< one for each pair
+  std::atomic<std::size_t> count_;
   std::array<std::mutex, 64> locks_;
 };
 
