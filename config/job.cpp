@@ -111,8 +111,7 @@ Section root_of(const YamlNode& tree, Complaint& complaint) {
       complaint};
 }
 
-/// A direction that the axis mode needs and a machine of fewer axes does not give, as text; empty: none. The
-/// modes free and indexed choose their directions, and say so themselves.
+/// What the axis mode needs and a machine of fewer axes does not give, as text; empty: none.
 std::string missed_direction(const Job& job) {
   const MachineModel& machine = job.machine.model;
   if (machine.tilt.present && machine.rotary.present) return "";
@@ -130,8 +129,15 @@ std::string missed_direction(const Job& job) {
     case pathgen::AxisMode::kCircle:
       needed = {axis.n, axis.t, b};
       break;
-    default:
-      break;
+    case pathgen::AxisMode::kFree:
+    case pathgen::AxisMode::kIndexed: {
+      const std::string has =
+          machine.tilt.present     ? "the rotary axis " + std::string(1, machine.tilt.letter) + " alone"
+          : machine.rotary.present ? "the rotary axis " + std::string(1, machine.rotary.letter) + " alone"
+                                   : "no rotary axis";
+      return "this mode turns the tool every way, and " + machine.name + " has " + has +
+             "; use fixed, or where it has one line, or take a machine with two";
+    }
   }
   const Chain chain(machine, job.setup);
   for (const Vec3 direction : needed) {

@@ -25,7 +25,6 @@ constexpr double kStepShare = 0.1, kTolerance = 0.01, kToleranceShare = 0.005;
 /// Clearance, mm, and of the room to the point, line or circle in inside work.
 constexpr double kClearance = 5.0, kOfRoom = 0.2, kLeastClearance = 0.2, kApproach = 1.0;
 /// The job stays so far from the tilt's limit, degrees.
-constexpr double kTiltMargin = 0.5;
 
 bool is_field(const pathgen::AxisFrame& axis) {
   return axis.mode != pathgen::AxisMode::kFree && axis.mode != pathgen::AxisMode::kIndexed;
@@ -80,22 +79,6 @@ Json proposal_json(const pathgen::Proposal& p) {
   json["setup"] = {{"part_zero_mm", vector_json(p.setup.part_zero)},
                    {"fixture_rotation_deg", vector_json(p.fixture_deg)}};
   return json;
-}
-
-/// How far the machine leans the tool from the table's z, with a margin; 180 where that is not what limits
-/// it.
-Angle tilt_limit(const MachineModel& machine) {
-  if (!machine.tilt.present || !machine.rotary.present || std::abs(machine.rotary.direction.z) < 0.999)
-    return Angle::from_degrees(180.0);
-  double most = 0.0;
-  const double low = std::max(machine.tilt.min, machine.tilt.zero - 360.0),
-               high = std::min(machine.tilt.max, machine.tilt.zero + 360.0);
-  for (int k = 0; k <= 720; ++k) {
-    const Pose pose = forward(machine, {}, {0.0, 0.0, 0.0, low + (high - low) * k / 720.0, 0.0});
-    most = std::max(most, angle_between(pose.axis, {0, 0, 1}));
-  }
-  const double degrees = Angle::from_radians(most).degrees() - kTiltMargin;
-  return Angle::from_degrees(degrees > 0.0 && degrees < 179.0 ? degrees : 180.0);
 }
 
 }  // namespace
@@ -187,7 +170,7 @@ config::NewJob job_of(const SuggestionOutcome& o, std::size_t index, const std::
   }
   job.approach = std::min(kApproach, job.clearance);
   job.part_zero = p.setup.part_zero, job.fixture_deg = p.fixture_deg,
-  job.tilt_max = tilt_limit(o.machine->model);
+  job.tilt_max = pathgen::tilt_limit(o.machine->model);
   job.remarks = {
       formatted("Proposed by tiltfeed suggest: reaches %.1f %% of the surface (%.1f %% of what is shaped).",
                 100.0 * p.share(), 100.0 * p.shaped)};

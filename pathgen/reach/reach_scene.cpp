@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "pathgen/axis/direction_grid.h"
 #include "pathgen/mesh/ray_scene.h"
@@ -111,20 +112,44 @@ struct Asked {
   Deformation map;
   double tilt_cos;
   Rays rays;
+  std::array<Point<Part>, 8> corners{};  ///< of the part's box
+  double top = 0.0;                      ///< z' of the highest of them
 
-  Asked(const ReachQuestion& question, Rays r)
+  Asked(const ReachQuestion& question, Rays r, const Box& box)
       : q(question),
         predefined(question.axis.mode != AxisMode::kFree && question.axis.mode != AxisMode::kIndexed),
         map(predefined ? question.axis : AxisFrame{}, 1.0),
         tilt_cos(std::cos(std::min(question.tilt_max.radians(), kPi))),
-        rays(r) {}
+        rays(r) {
+    if (!q.clearance) return;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      corners[i] = {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                    i & 4 ? box.max.z : box.min.z};
+      if (predefined) {
+        const double z = map.flatten(corners[i]).z;
+        top = i == 0 ? z : std::max(top, z);
+      }
+    }
+  }
+
+  double drawn_back(Point<Part> reference, Vec3 axis) const {
+    if (!q.clearance || (predefined && map.s() < 0.0)) return 0.0;
+    if (predefined) return std::max(0.0, top - map.flatten(reference).z) + *q.clearance;
+    double most = 0.0;
+    for (const Point<Part> corner : corners) most = std::max(most, dot(corner - reference, axis));
+    return most + *q.clearance;
+  }
 
   bool leans_too_far(Vec3 axis) const { return dot(axis, q.up) < tilt_cos - 1e-9; }
   /// `tip`: from the reference down.
   Reach on_machine(Point<Part> reference, Vec3 axis, double tip) const {
     if (leans_too_far(axis)) return Reach::kTilt;
     if (q.machine == nullptr) return Reach::kCut;
-    return q.machine->refusal({reference - axis * tip, axis}).value_or(Reach::kCut);
+    const Pose pose{reference - axis * tip, axis};
+    if (const auto refused = q.machine->refusal(pose)) return *refused;
+    const double back = drawn_back(reference, axis);
+    if (back == 0.0) return Reach::kCut;
+    return q.machine->refusal({pose.tip + axis * back, axis}).value_or(Reach::kCut);
   }
 };
 
@@ -229,8 +254,12 @@ Reach in_any(const Parts& parts, const Asked& asked, const ReachPlace& place, st
 
 }  // namespace
 
+double ReachScene::drawn_back(const ReachQuestion& question, Point<Part> reference, Vec3 axis) const {
+  return Asked(question, Rays::kAxis, parts_->part.bounds).drawn_back(reference, axis);
+}
+
 ReachMap ReachScene::ask(const ReachQuestion& question, std::span<const ReachPlace> places, Rays rays) const {
-  const Asked asked(question, rays);
+  const Asked asked(question, rays, parts_->part.bounds);
   ReachMap map;
   map.places.resize(places.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, places.size(), kGrain), [&](const auto& range) {

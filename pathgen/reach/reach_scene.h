@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -30,6 +31,9 @@ struct ReachQuestion {
   Vec3 up{0, 0, 1};              ///< as PlanOptions::up
   Angle tilt_max = Angle::from_degrees(180.0);
   const MachineReach* machine = nullptr;  ///< null: its limits are not asked
+  /// The machine must reach the place drawn back, too: in outward work so far over all that the part's box
+  /// has, mm, along the axis; nothing: that is not asked.
+  std::optional<double> clearance;
 };
 
 /// What is looked along the tool's axis for what is in its way.
@@ -55,6 +59,8 @@ class ReachScene {
   /// (X1)..(X3) In parallel; the same for any number of threads. The places are this part's. May be asked
   /// from several threads.
   ReachMap ask(const ReachQuestion& question, std::span<const ReachPlace> places, Rays rays) const;
+  /// By how much the reference is drawn back along the axis, mm; 0: not at all.
+  double drawn_back(const ReachQuestion& question, Point<Part> reference, Vec3 axis) const;
 
  private:
   struct Parts;

@@ -6,7 +6,6 @@
 
 #include "kinematics/basics/units.h"
 #include "kinematics/machine/machine.h"
-#include "pathgen/reach/machine_reach.h"
 
 namespace tiltfeed::pathgen {
 
@@ -32,15 +31,19 @@ Vec3 upright(Vec3 d) {
   return {Angle::from_radians(x).degrees(), Angle::from_radians(y).degrees(), 0.0};
 }
 
-double area_reached(const MachineModel& machine, const Setup& setup, std::span<const CutPose> poses) {
+bool reached(const MachineReach& reach, const CutPose& p) {
+  if (reach.refusal(p.pose)) return false;
+  return p.back == 0.0 || !reach.refusal({p.pose.tip + p.pose.axis * p.back, p.pose.axis});
+}
+
+double area_reached(const MachineReach& reach, std::span<const CutPose> poses) {
   constexpr std::size_t kPosesAsked = 300;
-  const MachineReach reach(machine, setup);
   const std::size_t step = std::max<std::size_t>(1, poses.size() / kPosesAsked);
   double area = 0.0, all = 0.0, whole = 0.0;
   for (const CutPose& p : poses) whole += p.area;
   for (std::size_t i = 0; i < poses.size(); i += step) {
     all += poses[i].area;
-    if (!reach.refusal(poses[i].pose)) area += poses[i].area;
+    if (reached(reach, poses[i])) area += poses[i].area;
   }
   return all > 0.0 ? area / all * whole : 0.0;
 }
@@ -59,6 +62,11 @@ Mounting::Mounting(const MachineModel* machine, const Box& bounds, double tool_l
     }
     if (table_turns) break;  // the table turns about z itself
   }
+}
+
+std::optional<MachineReach> Mounting::reach(const Setup& setup) const {
+  if (machine_ == nullptr) return std::nullopt;
+  return MachineReach(*machine_, setup, tilt_limit(*machine_));
 }
 
 Setup Mounting::setup(Vec3 fixture_deg, std::optional<Point<Part>> on_axis) const {
@@ -90,7 +98,7 @@ Mounted Mounting::best(std::span<const CutPose> poses, std::optional<Vec3> axis,
   Mounted best;
   for (const Vec3 way : ways) {
     const Setup mounted = setup(way, on_axis);
-    const double area = area_reached(*machine_, mounted, poses);
+    const double area = area_reached(*reach(mounted), poses);
     if (area > best.area + (best.area > 0.0 ? kWorthTurning * whole : 0.0) || best.setup.tool_length == 0.0)
       best = {mounted, way, area};
   }
@@ -103,10 +111,10 @@ Setup Mounting::raised(const Setup& setup, std::span<const CutPose> poses) const
   const Vec3 up = machine_->rotary.present ? machine_->rotary.direction : Vec3{0, 0, 1};
   if (std::abs(up.z) < 0.999) return setup;
   const double lever = tool_length_ + length(machine_->pivot_to_gauge);
-  const MachineReach reach(*machine_, setup);
+  const MachineReach within = *reach(setup);
   double lowest = std::numeric_limits<double>::infinity();
   for (const CutPose& p : poses) {
-    if (reach.refusal(p.pose)) continue;
+    if (!reached(within, p)) continue;
     const Vec3 tip = setup.fixture * from_origin(p.pose.tip), axis = setup.fixture * p.pose.axis;
     if (axis.z > 0.5) continue;  // the head stands well above
     lowest = std::min(lowest, tip.z + setup.part_zero.z + std::min(0.0, lever * axis.z) - kHeadRadius);

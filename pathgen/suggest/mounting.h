@@ -9,6 +9,7 @@
 #include "kinematics/basics/tool_path.h"
 #include "kinematics/machine/machine_model.h"
 #include "pathgen/mesh/mesh.h"
+#include "pathgen/reach/machine_reach.h"
 
 namespace tiltfeed::pathgen {
 
@@ -16,6 +17,7 @@ namespace tiltfeed::pathgen {
 struct CutPose {
   Pose pose;
   double area = 0.0;  ///< mm^2
+  double back = 0.0;  ///< the tool is drawn back from it by so much, mm
 };
 
 struct Mounted {
@@ -40,6 +42,8 @@ class Mounting {
   Setup setup(Vec3 fixture_deg, std::optional<Point<Part>> on_axis) const;
   /// The same with the part so high over the table that the head does not go below it at these poses.
   Setup raised(const Setup& setup, std::span<const CutPose> poses) const;
+  /// What of the limits a job written for that set-up asks; nothing: no machine.
+  std::optional<MachineReach> reach(const Setup& setup) const;
   const MachineModel* machine() const { return machine_; }
 
  private:

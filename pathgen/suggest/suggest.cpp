@@ -32,6 +32,10 @@ constexpr double kWorthLeaving = 0.03;
 constexpr double kWorthManyAxes = 1.1;
 /// Frames nearer than this, as a share of the part's size and in rad, are one placement.
 constexpr double kSame = 0.005;
+/// A tool is drawn back so far over the part, mm: what the written job asks.
+constexpr double kDrawnBack = 5.0;
+/// Of the best proposal's share, what another one must reach to be told.
+constexpr double kWorthTelling = 0.1;
 /// Directions of the mode indexed.
 constexpr std::uint32_t kMostIndexed = 6;
 
@@ -80,7 +84,10 @@ class Search {
     if (!at("ranking", 0.85)) return cancelled();
     for (const AxisMode mode : {AxisMode::kFixed, AxisMode::kPoint, AxisMode::kLine, AxisMode::kCircle})
       tell(mode);
-    if (any_axis_) tell_free();
+    const MachineModel* machine = mounting_.machine();
+    const bool turns_every_way = machine == nullptr || (machine->tilt.present && machine->rotary.present);
+    if (any_axis_ && turns_every_way) tell_free();
+    leave_out_the_least();
     rank();
     result_.tried = tried_, result_.places = many_.places.size();
     if (result_.proposals.empty())
@@ -92,11 +99,17 @@ class Search {
   }
 
  private:
+  static ReachQuestion question(const AxisFrame& axis) {
+    ReachQuestion q;
+    q.axis = axis;
+    q.clearance = kDrawnBack;
+    return q;
+  }
+
   /// What rays reach with this frame, as poses.
   std::vector<CutPose> poses(const AxisFrame& axis, const Sample& sample,
                              std::vector<ReachPlace>* cut = nullptr) {
-    ReachQuestion q;
-    q.axis = axis;
+    const ReachQuestion q = question(axis);
     const std::vector<ReachPlace>& places = sample.places;
     const ReachMap map = scene_.ask(q, places, Rays::kRim);
     const Deformation field(axis, 1.0);
@@ -104,7 +117,9 @@ class Search {
     for (std::size_t i = 0; i < places.size(); ++i) {
       if (map.places[i] != Reach::kCut) continue;
       const AxisLine line = contact_line(piece_, field, places[i].place, places[i].normal);
-      found.push_back({{line.base - line.axis * tip_, line.axis}, sample.weights[i]});
+      found.push_back({{line.base - line.axis * tip_, line.axis},
+                       sample.weights[i],
+                       scene_.drawn_back(q, line.base, line.axis)});
       if (cut != nullptr) cut->push_back(places[i]);
     }
     return found;
@@ -266,11 +281,9 @@ class Search {
   }
 
   void add(Proposal proposal, const Setup& setup) {
-    const MachineModel* machine = mounting_.machine();
-    const std::optional<MachineReach> reach =
-        machine != nullptr ? std::optional<MachineReach>({*machine, setup}) : std::nullopt;
-    ReachQuestion q;
-    q.axis = proposal.axis, q.directions = proposal.directions;
+    const std::optional<MachineReach> reach = mounting_.reach(setup);
+    ReachQuestion q = question(proposal.axis);
+    q.directions = proposal.directions;
     q.machine = reach ? &*reach : nullptr;
     proposal.setup = setup;
     proposal.reach = scene_.ask(q, many_.places, Rays::kRim);
@@ -280,15 +293,13 @@ class Search {
 
   /// The free axis, and the fewest fixed directions, both turned on the table as the free one reaches most.
   void tell_free() {
-    ReachQuestion q;
-    q.axis.mode = AxisMode::kFree;
+    ReachQuestion q = question({.mode = AxisMode::kFree});
     Vec3 best_way;
     double most = -1.0;
     const MachineModel* machine = mounting_.machine();
     for (const Vec3 way : mounting_.quarters()) {
       const Setup setup = mounting_.setup(way, std::nullopt);
-      const std::optional<MachineReach> reach =
-          machine != nullptr ? std::optional<MachineReach>({*machine, setup}) : std::nullopt;
+      const std::optional<MachineReach> reach = mounting_.reach(setup);
       q.machine = reach ? &*reach : nullptr;
       const double share = shaped(scene_.ask(q, few_.places, Rays::kAxis), few_);
       ++tried_;
@@ -309,18 +320,15 @@ class Search {
 
   /// Few directions that together reach most; `there`: poses that they cut.
   std::vector<Vec3> fixed_directions(const Setup& setup, std::vector<CutPose>& there) {
-    const MachineModel* machine = mounting_.machine();
-    const std::optional<MachineReach> reach =
-        machine != nullptr ? std::optional<MachineReach>({*machine, setup}) : std::nullopt;
+    const std::optional<MachineReach> reach = mounting_.reach(setup);
+    ReachQuestion q = question({.mode = AxisMode::kIndexed});
+    q.machine = reach ? &*reach : nullptr;
     std::vector<Vec3> directions{{0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, -1}};
     const DirectionGrid grid(2);
     for (const Vec3 d : grid.directions()) directions.push_back(d);
     std::vector<std::vector<std::uint8_t>> sets;
     for (const Vec3 d : directions) {
-      ReachQuestion q;
-      q.axis.mode = AxisMode::kIndexed;
       q.directions = {d};
-      q.machine = reach ? &*reach : nullptr;
       const ReachMap map = scene_.ask(q, few_.places, Rays::kRim);
       std::vector<std::uint8_t>& set = sets.emplace_back();
       for (const Reach r : map.places) set.push_back(r == Reach::kCut ? 1 : 0);
@@ -333,10 +341,18 @@ class Search {
         if (sets[s][i] == 0) continue;
         const Point<Part> at =
             contact_reference(piece_, chosen.back(), few_.places[i].place, few_.places[i].normal);
-        there.push_back({{at - chosen.back() * tip_, chosen.back()}, few_.weights[i]});
+        there.push_back({{at - chosen.back() * tip_, chosen.back()},
+                         few_.weights[i],
+                         scene_.drawn_back(q, at, chosen.back())});
       }
     }
     return chosen;
+  }
+
+  void leave_out_the_least() {
+    double most = 0.0;
+    for (const Proposal& p : result_.proposals) most = std::max(most, p.share());
+    std::erase_if(result_.proposals, [&](const Proposal& p) { return p.share() < kWorthTelling * most; });
   }
 
   /// (Q6) By what they reach; a fitted one before what reaches hardly more, and one axis field before many

@@ -311,6 +311,27 @@ TEST(JobErrors, FewerAxesThanTheModeNeeds) {
         << mode << told(mode, along_y, "mill-3x");
   EXPECT_NE(told("line", along_x, "mill-4x-head-b").find("it has B alone"), std::string::npos);
   EXPECT_NE(told("point", along_y, "mill-4x-head-b").find("axis.mode: "), std::string::npos);
+
+  // These choose their directions: a machine that does not turn every way would end them at their first move.
+  const auto any_way = [&](const std::string& mode, const std::string& machine) {
+    std::string text = replaced(kGoodJob, "generic-ac", machine);
+    const std::size_t from = text.find("axis:"), to = text.find("pattern:");
+    const std::string planes = mode == "free" ? ", plane_normals: [[1, 0, 0]]" : "";
+    text.replace(from, to - from, "axis: {mode: " + mode + planes + "}\n");
+    text = replaced(text, "along: y, ", "");
+    const Result<Job> job = parse_job(text, kJobPath);
+    return job ? std::string() : job.error().message;
+  };
+  for (const char* mode : {"free", "indexed"}) {
+    EXPECT_EQ(any_way(mode, "generic-ac").find("axis.mode"), std::string::npos)
+        << any_way(mode, "generic-ac");
+    EXPECT_NE(
+        any_way(mode, "mill-3x").find("axis.mode: this mode turns the tool every way, and mill-3x has no"),
+        std::string::npos)
+        << any_way(mode, "mill-3x");
+    EXPECT_NE(any_way(mode, "mill-4x-head-b").find("has the rotary axis B alone"), std::string::npos)
+        << any_way(mode, "mill-4x-head-b");
+  }
 }
 
 TEST(JobErrors, SizeIsCapped) {

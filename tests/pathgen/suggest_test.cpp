@@ -161,6 +161,43 @@ TEST(Suggest, ReachesWhatRandomPlacementsDo) {
   }
 }
 
+/// What is proposed is what a job for the machine may ask: within its tilt limit, drawn back within the
+/// travels.
+TEST(Suggest, ProposesWhatTheMachineGives) {
+  const CheckedMesh part = formula("pin");
+  MachineModel level = table_head();
+  level.tilt.min = -90.0, level.tilt.max = 90.0;
+  EXPECT_NEAR(tilt_limit(level).degrees(), 89.5, 1e-9);
+  MachineModel low = table_head();
+  low.z.max = part.bounds.max.z - part.bounds.min.z;
+  MachineModel tilt_alone = table_head(), turn_alone = table_head();
+  tilt_alone.rotary.present = false, tilt_alone.tilt.max = 60.0;
+  turn_alone.tilt.present = false;
+  EXPECT_NEAR(tilt_limit(tilt_alone).degrees(), 59.5, 1e-9);
+  EXPECT_EQ(tilt_limit(turn_alone).degrees(), 180.0);
+  for (const MachineModel* machine : {&level, &low, &tilt_alone, &turn_alone}) {
+    const auto found = suggest(part, asked(2.0, machine));
+    ASSERT_TRUE(found) << found.error().message;
+    double most = 0.0;
+    for (const Proposal& p : found->proposals) most = std::max(most, p.share());
+    for (const Proposal& p : found->proposals) {
+      EXPECT_GE(p.share(), 0.1 * most);
+      const bool every_way = p.axis.mode == AxisMode::kFree || p.axis.mode == AxisMode::kIndexed;
+      EXPECT_FALSE(every_way && !(machine->tilt.present && machine->rotary.present));
+      if (p.axis.mode != AxisMode::kFixed) continue;
+      const Vec3 axis = p.setup.fixture * p.axis.n;
+      EXPECT_LE(angle_between(axis, {0, 0, 1}), tilt_limit(*machine).radians() + 1e-5);
+      // Over all of the part by the clearance, the tool's tip as it stands there.
+      const Point<Part> top{};
+      double highest = -1e9;
+      for (const Point<Part> v : part.mesh.vertices) highest = std::max(highest, dot(v - top, p.axis.n));
+      const auto joints = inverse(*machine, p.setup, {top + p.axis.n * highest, p.axis.n}, 0.0);
+      ASSERT_TRUE(joints) << joints.error().message;
+      EXPECT_LE(std::min((*joints)[0].z, (*joints)[1].z), machine->z.max);
+    }
+  }
+}
+
 TEST(Suggest, SaysWhatBecomesOfAllTheSurface) {
   const MachineModel machine = table_head();
   const CheckedMesh part = solid_ball(20.0, 12);
