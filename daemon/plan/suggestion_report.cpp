@@ -23,8 +23,8 @@ constexpr std::size_t kMostReasons = 3;
 /// A new job's side step as a share of the cutter's diameter, and its tolerance at most and as a share.
 constexpr double kStepShare = 0.1, kTolerance = 0.01, kToleranceShare = 0.005;
 /// Clearance, mm, and of the room to the point, line or circle in inside work.
-constexpr double kClearance = 5.0, kOfRoom = 0.2, kLeastClearance = 0.2, kApproach = 1.0;
-/// The job stays so far from the tilt's limit, degrees.
+constexpr double kClearance = pathgen::kProposedClearance, kOfRoom = 0.2, kLeastClearance = 0.2,
+                 kApproach = 1.0;
 
 bool is_field(const pathgen::AxisFrame& axis) {
   return axis.mode != pathgen::AxisMode::kFree && axis.mode != pathgen::AxisMode::kIndexed;

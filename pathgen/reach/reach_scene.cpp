@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "pathgen/axis/direction_grid.h"
 #include "pathgen/mesh/ray_scene.h"

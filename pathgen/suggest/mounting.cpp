@@ -51,7 +51,10 @@ double area_reached(const MachineReach& reach, std::span<const CutPose> poses) {
 }  // namespace
 
 Mounting::Mounting(const MachineModel* machine, const Box& bounds, double tool_length)
-    : machine_(machine), bounds_(bounds), tool_length_(tool_length) {
+    : machine_(machine),
+      bounds_(bounds),
+      tool_length_(tool_length),
+      tilt_max_(machine != nullptr ? tilt_limit(*machine) : Angle::from_degrees(180.0)) {
   const bool table_turns = machine == nullptr || (machine->rotary.present && machine->tilt.present &&
                                                   std::abs(machine->rotary.direction.z) > 0.999);
   for (const double z : {0.0, 90.0, 180.0, 270.0}) {
@@ -66,7 +69,7 @@ Mounting::Mounting(const MachineModel* machine, const Box& bounds, double tool_l
 
 std::optional<MachineReach> Mounting::reach(const Setup& setup) const {
   if (machine_ == nullptr) return std::nullopt;
-  return MachineReach(*machine_, setup, tilt_limit(*machine_));
+  return MachineReach(*machine_, setup, tilt_max_);
 }
 
 Setup Mounting::setup(Vec3 fixture_deg, std::optional<Point<Part>> on_axis) const {

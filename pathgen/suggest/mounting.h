@@ -50,6 +50,7 @@ class Mounting {
   const MachineModel* machine_;
   Box bounds_;
   double tool_length_;
+  Angle tilt_max_;  ///< that a job for the machine asks
   std::vector<Vec3> quarters_;
 };
 

@@ -32,8 +32,6 @@ constexpr double kWorthLeaving = 0.03;
 constexpr double kWorthManyAxes = 1.1;
 /// Frames nearer than this, as a share of the part's size and in rad, are one placement.
 constexpr double kSame = 0.005;
-/// A tool is drawn back so far over the part, mm: what the written job asks.
-constexpr double kDrawnBack = 5.0;
 /// Of the best proposal's share, what another one must reach to be told.
 constexpr double kWorthTelling = 0.1;
 /// Directions of the mode indexed.
@@ -102,7 +100,7 @@ class Search {
   static ReachQuestion question(const AxisFrame& axis) {
     ReachQuestion q;
     q.axis = axis;
-    q.clearance = kDrawnBack;
+    q.clearance = kProposedClearance;
     return q;
   }
 

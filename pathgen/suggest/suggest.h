@@ -14,6 +14,9 @@
 
 namespace tiltfeed::pathgen {
 
+/// Over all of the part, mm: so far the tool of a proposal is drawn back, in outward work.
+inline constexpr double kProposedClearance = 5.0;
+
 struct SuggestOptions {
   PlanOptions tool;                       ///< its cutter, stock and guards
   const MachineModel* machine = nullptr;  ///< null: nothing limits the tool axis
