@@ -62,18 +62,27 @@ Result<Survey> survey(const std::string& path, LinkKind kind, const MachineModel
   return found;
 }
 
-/// In brackets whatever it stood in; empty where there is none.
-std::string bracketed(std::string_view comment) {
+std::string without_brackets(std::string_view comment) {
   std::string kept;
   for (const char c : comment)
     if (c != '(' && c != ')' && static_cast<unsigned char>(c) >= ' ') kept += c;
+  return kept;
+}
+
+/// In brackets whatever it stood in; empty where there is none.
+std::string bracketed(std::string_view comment) {
+  const std::string kept = without_brackets(comment);
   return kept.empty() ? "" : "(" + kept + ")";
 }
 
+/// In the head of a re-entry, for who enters that one again.
+constexpr std::string_view kSpindleRemark = "TILTFEED in the spindle: ";
+
 /// What later tool changes are named and held against: the comment of the entered line, and the newest ones
-/// before it that state a tool length, and stand beside a T word.
+/// before it that state a tool length, and stand beside a T word. `spindle`: the tool of the head of a
+/// re-entry.
 struct Remarks {
-  std::string length, chosen, first;
+  std::string length, chosen, first, spindle;
 };
 
 Result<Remarks> remarks_at(const std::string& path, std::uint64_t line) {
@@ -88,6 +97,8 @@ Result<Remarks> remarks_at(const std::string& path, std::uint64_t line) {
     const std::string_view comment = comment_of(raw);
     if (program->number() == line)
       found.first = bracketed(comment);
+    else if (const std::size_t at = comment.find(kSpindleRemark); at != comment.npos)
+      found.spindle = without_brackets(comment.substr(at + kSpindleRemark.size()));
     else if (states_length(comment))
       found.length = bracketed(comment);
     else if (raw.substr(0, raw.find_first_of("(;")).find_first_of("Tt") != raw.npos)
@@ -232,11 +243,8 @@ void approach(Steps& steps, const InForce& before, const Joints& rise, const Ree
   steps.reach(at);
 }
 
-/// In the head of a re-entry, for who enters that one again.
-constexpr std::string_view kSpindleRemark = "TILTFEED in the spindle: ";
-
-/// Which tool must be in the spindle: that of the newest change before the entered block. Empty: the program
-/// has none there, and the tool is the one that it was started with. Errors: those of read_tool_changes.
+/// The tool of the newest change before the entered block; empty: there is none. Errors: those of
+/// read_tool_changes.
 Result<std::string> tool_before(const std::string& program, LinkKind kind, const MachineModel& machine,
                                 std::uint64_t from) {
   const auto changes = read_tool_changes(program, kind, numeric_axes(machine));
@@ -245,15 +253,6 @@ Result<std::string> tool_before(const std::string& program, LinkKind kind, const
   for (const ToolChange& change : *changes)
     if (change.block < from)
       tool = tool_text(change) + (change.length ? ", " + decimal(*change.length, 4) + " mm long" : "");
-  if (!tool.empty()) return tool;
-  Result<LineReader> lines = LineReader::open(program);
-  if (!lines) return tl::unexpected<Error>(lines.error());
-  std::string_view raw;
-  for (int i = 0; i < 2; ++i)
-    if (const Result<bool> more = lines->read_raw(raw); !more || !*more) return tool;
-  const std::string remark = bracketed(comment_of(raw));
-  if (const std::size_t at = remark.find(kSpindleRemark); at != remark.npos)
-    tool = remark.substr(at + kSpindleRemark.size(), remark.size() - at - kSpindleRemark.size() - 1);
   return tool;
 }
 
@@ -302,7 +301,11 @@ Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const co
   Steps steps(machine, before.joints());
   steps.line("(TILTFEED re-entry before block " + std::to_string(options.from) + ", line " +
              std::to_string(found->line) + ")");
-  const Result<std::string> tool = tool_before(program, kind, machine.model, options.from);
+  const Result<Remarks> remarks = remarks_at(program, found->line);
+  if (!remarks) return tl::unexpected<Error>(remarks.error());
+  // Without a change before it the tool is the one that the program, or the entry that it is, began with.
+  Result<std::string> tool = tool_before(program, kind, machine.model, options.from);
+  if (tool && tool->empty()) *tool = remarks->spindle;
   if (!tool)
     steps.preview = "0. which tool must be in the spindle is not known: " + tool.error().message + "\n";
   else if (!tool->empty())
@@ -320,8 +323,6 @@ Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const co
   if (!steps.limit.empty())
     return fail(Code::kLimit, "re-entry before block " + std::to_string(options.from) + ", " + steps.limit +
                                   "; enter at another block");
-  const Result<Remarks> remarks = remarks_at(program, found->line);
-  if (!remarks) return tl::unexpected<Error>(remarks.error());
   for (const std::string& mode : before.mode_lines(options.plunge_feed)) steps.line(mode);
   if (!remarks->length.empty()) steps.line(remarks->length);
   if (before.chosen)

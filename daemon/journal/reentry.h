@@ -34,9 +34,9 @@ struct Reentry {
 /// `retract` above the entry, plunge along the axis, modal state, block `from` with all its words, the rest
 /// unchanged. The preview names the tool that the program's newest change before `from` has put into the
 /// spindle: none is changed on the way in. An axis that the program has sent to a place of the machine's own
-/// (G53) goes there. The program is read once, and not kept. Errors: kUsage (no such block; block 1 needs no
-/// re-entry; no place on such a link, or an axis whose place the program has not said), kInput (a line that
-/// is not understood: then nobody can say what is in force), kLimit (a step leaves the travel).
+/// (G53) goes there. The program is read three times, and not kept. Errors: kUsage (no such block; block 1
+/// needs no re-entry; no place on such a link, or an axis whose place the program has not said), kInput (a
+/// line that is not understood: then nobody can say what is in force), kLimit (a step leaves the travel).
 Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const config::MachineProfile& machine,
                              const ReentryOptions& options);
 /// The whole text: the head, then what follows in the program. Errors: kIo, kInput.

@@ -104,6 +104,10 @@ struct ReachScene::Parts {
 
 namespace {
 
+bool is_predefined(const ReachQuestion& question) {
+  return question.axis.mode != AxisMode::kFree && question.axis.mode != AxisMode::kIndexed;
+}
+
 /// A question made ready.
 struct Asked {
   const ReachQuestion& q;
@@ -111,33 +115,15 @@ struct Asked {
   Deformation map;
   double tilt_cos;
   Rays rays;
-  std::array<Point<Part>, 8> corners{};  ///< of the part's box
-  double top = 0.0;                      ///< z' of the highest of them
+  DrawnBack drawn_back;
 
   Asked(const ReachQuestion& question, Rays r, const Box& box)
       : q(question),
-        predefined(question.axis.mode != AxisMode::kFree && question.axis.mode != AxisMode::kIndexed),
+        predefined(is_predefined(question)),
         map(predefined ? question.axis : AxisFrame{}, 1.0),
         tilt_cos(std::cos(std::min(question.tilt_max.radians(), kPi))),
-        rays(r) {
-    if (!q.clearance) return;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      corners[i] = {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
-                    i & 4 ? box.max.z : box.min.z};
-      if (predefined) {
-        const double z = map.flatten(corners[i]).z;
-        top = i == 0 ? z : std::max(top, z);
-      }
-    }
-  }
-
-  double drawn_back(Point<Part> reference, Vec3 axis) const {
-    if (!q.clearance || (predefined && map.s() < 0.0)) return 0.0;
-    if (predefined) return std::max(0.0, top - map.flatten(reference).z) + *q.clearance;
-    double most = 0.0;
-    for (const Point<Part> corner : corners) most = std::max(most, dot(corner - reference, axis));
-    return most + *q.clearance;
-  }
+        rays(r),
+        drawn_back(question, box) {}
 
   bool leans_too_far(Vec3 axis) const { return dot(axis, q.up) < tilt_cos - 1e-9; }
   /// `tip`: from the reference down.
@@ -253,8 +239,24 @@ Reach in_any(const Parts& parts, const Asked& asked, const ReachPlace& place, st
 
 }  // namespace
 
-double ReachScene::drawn_back(const ReachQuestion& question, Point<Part> reference, Vec3 axis) const {
-  return Asked(question, Rays::kAxis, parts_->part.bounds).drawn_back(reference, axis);
+DrawnBack::DrawnBack(const ReachQuestion& question, const Box& box) : question_(question) {
+  if (!question.clearance) return;
+  if (is_predefined(question)) map_.emplace(question.axis, 1.0);
+  for (std::size_t i = 0; i < corners_.size(); ++i) {
+    corners_[i] = {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                   i & 4 ? box.max.z : box.min.z};
+    if (!map_) continue;
+    const double z = map_->flatten(corners_[i]).z;
+    top_ = i == 0 ? z : std::max(top_, z);
+  }
+}
+
+double DrawnBack::operator()(Point<Part> reference, Vec3 axis) const {
+  if (!question_.clearance || (map_ && map_->s() < 0.0)) return 0.0;
+  if (map_) return std::max(0.0, top_ - map_->flatten(reference).z) + *question_.clearance;
+  double most = 0.0;
+  for (const Point<Part> corner : corners_) most = std::max(most, dot(corner - reference, axis));
+  return most + *question_.clearance;
 }
 
 ReachMap ReachScene::ask(const ReachQuestion& question, std::span<const ReachPlace> places, Rays rays) const {

@@ -2,6 +2,7 @@
 // The part as it is asked, again and again, what a tool reaches of it with another axis, tilt or set-up: for
 // suggestions and for who drags an axis on a screen. (X1)..(X3) in pathgen/reach/README.md.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -36,6 +37,21 @@ struct ReachQuestion {
   std::optional<double> clearance;
 };
 
+/// By how much the tool is drawn back as a question's `clearance` asks.
+class DrawnBack {
+ public:
+  /// `box`: of the part. `question` must outlive the object.
+  DrawnBack(const ReachQuestion& question, const Box& box);
+  /// mm; 0: not at all.
+  double operator()(Point<Part> reference, Vec3 axis) const;
+
+ private:
+  const ReachQuestion& question_;
+  std::optional<Deformation> map_;        ///< of a predefined axis
+  std::array<Point<Part>, 8> corners_{};  ///< of the box
+  double top_ = 0.0;                      ///< z' of the highest of them
+};
+
 /// What is looked along the tool's axis for what is in its way.
 enum class Rays {
   kAxis,  ///< one ray, the axis itself: for a picture while something moves
@@ -59,8 +75,6 @@ class ReachScene {
   /// (X1)..(X3) In parallel; the same for any number of threads. The places are this part's. May be asked
   /// from several threads.
   ReachMap ask(const ReachQuestion& question, std::span<const ReachPlace> places, Rays rays) const;
-  /// By how much the reference is drawn back along the axis, mm; 0: not at all.
-  double drawn_back(const ReachQuestion& question, Point<Part> reference, Vec3 axis) const;
 
  private:
   struct Parts;

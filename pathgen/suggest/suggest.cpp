@@ -111,13 +111,13 @@ class Search {
     const std::vector<ReachPlace>& places = sample.places;
     const ReachMap map = scene_.ask(q, places, Rays::kRim);
     const Deformation field(axis, 1.0);
+    const DrawnBack drawn_back(q, part_.bounds);
     std::vector<CutPose> found;
     for (std::size_t i = 0; i < places.size(); ++i) {
       if (map.places[i] != Reach::kCut) continue;
       const AxisLine line = contact_line(piece_, field, places[i].place, places[i].normal);
-      found.push_back({{line.base - line.axis * tip_, line.axis},
-                       sample.weights[i],
-                       scene_.drawn_back(q, line.base, line.axis)});
+      found.push_back(
+          {{line.base - line.axis * tip_, line.axis}, sample.weights[i], drawn_back(line.base, line.axis)});
       if (cut != nullptr) cut->push_back(places[i]);
     }
     return found;
@@ -331,6 +331,7 @@ class Search {
       std::vector<std::uint8_t>& set = sets.emplace_back();
       for (const Reach r : map.places) set.push_back(r == Reach::kCut ? 1 : 0);
     }
+    const DrawnBack drawn_back(q, part_.bounds);
     const SetCover cover = cover_by_few(sets, 0.99, kMostIndexed, 0.01);
     std::vector<Vec3> chosen;
     for (const std::uint32_t s : cover.chosen) {
@@ -339,9 +340,8 @@ class Search {
         if (sets[s][i] == 0) continue;
         const Point<Part> at =
             contact_reference(piece_, chosen.back(), few_.places[i].place, few_.places[i].normal);
-        there.push_back({{at - chosen.back() * tip_, chosen.back()},
-                         few_.weights[i],
-                         scene_.drawn_back(q, at, chosen.back())});
+        there.push_back(
+            {{at - chosen.back() * tip_, chosen.back()}, few_.weights[i], drawn_back(at, chosen.back())});
       }
     }
     return chosen;
