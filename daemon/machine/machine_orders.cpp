@@ -26,8 +26,10 @@ constexpr MachineOrder kOrders[] = {
      "value (G54=12, a plate's thickness)",
      false, grbl_probe},
     {"settings", "[set NUMBER=VALUE | set CODE WORDS | save FILE | restore FILE | compare FILE]",
-     "the controller's settings by name; set one ($110=500; RepRap: M203 X500); keep them in a file", false,
-     grbl_settings, reprap_settings},
+     "show the controller's settings by name; set one ($110=500; RepRap: M203 X500); save all to FILE; "
+     "restore "
+     "from FILE those that differ; compare: list those that differ from FILE",
+     false, grbl_settings, reprap_settings},
     {"console", "LINE..",
      "a line to the controller as it is, and its answer: no limit of the profile is looked at", false,
      grbl_console, reprap_console},
@@ -36,8 +38,10 @@ constexpr MachineOrder kOrders[] = {
      "machine Z at which the gauge line would touch), or the plate with a tool of known length; change: "
      "guided, all of it",
      false, grbl_tool, reprap_tool},
-    {"override", "feed|rapid|spindle PERCENT", "10 to 200; rapid 25, 50 or 100 (RepRap and ring: feed)", true,
-     grbl_override, reprap_override, ring_override},
+    {"override", "feed|rapid|spindle PERCENT",
+     "run at PERCENT of the programmed feed, rapid or spindle speed from now on, while a program runs too: "
+     "10 to 200, rapid 25, 50 or 100; 100 is as programmed (RepRap and ring: feed only)",
+     true, grbl_override, reprap_override, ring_override},
 };
 
 /// What there is over a link.

@@ -51,8 +51,8 @@ void ModbusSession::look_around(const RingStatus& status, Time now) {
 /// The controller's own counters say where the run stands; the caller's say which 65536 they belong to.
 void ModbusSession::continue_run(const RingStatus& status, Time now) {
   if (identity_.boot_id != options_.boot)
-    return lose(Loss::kRestarted, "the controller has restarted since (boot_id " +
-                                      std::to_string(options_.boot) + " became " +
+    return lose(Loss::kRestarted, "the controller has restarted since (its start number, boot_id, was " +
+                                      std::to_string(options_.boot) + " and is " +
                                       std::to_string(identity_.boot_id) +
                                       "): what was not completed is unknown; nothing more was sent");
   if (status.session != options_.session_id)

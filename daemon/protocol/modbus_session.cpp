@@ -110,9 +110,10 @@ void ModbusSession::on_status(const RingStatus& status, Time now) {
     return fault(Code::kCancelled, "aborted on request: the controller was reset in motion, home it first");
   }
   if (status.boot_id != identity_.boot_id)
-    return lose(Loss::kRestarted,
-                "the controller has restarted (boot_id " + std::to_string(identity_.boot_id) + " became " +
-                    std::to_string(status.boot_id) + "); nothing is sent again: home the machine first");
+    return lose(Loss::kRestarted, "the controller has restarted (its start number, boot_id, was " +
+                                      std::to_string(identity_.boot_id) + " and is " +
+                                      std::to_string(status.boot_id) +
+                                      "); nothing is sent again: home the machine first");
   switch (step_) {
     case Step::kIdentify:
     case Step::kPlace:
