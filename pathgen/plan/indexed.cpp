@@ -58,11 +58,12 @@ class Indexed {
       : part_(part), options_(options), stages_(progress, plan_.report.times) {
     middle_ = lerp(part.bounds.min, part.bounds.max, 0.5);
     for (const Point<Part> v : part.mesh.vertices) radius_ = std::max(radius_, distance(v, middle_));
-    const double size = radius_;
+    part_radius_ = radius_;
+    // The tool stands off the sphere by its stock, too.
+    radius_ += options.allowance + options.axial_stock;
     if (options.fixtures)
       for (const Point<Part> v : options.fixtures->mesh.vertices)
         radius_ = std::max(radius_, distance(v, middle_) + options.fixture_room.cutter);
-    part_radius_ = size;
     plan_.report.facets = part.mesh.facets.size();
     plan_.report.warnings = part.warnings;
   }
@@ -276,7 +277,7 @@ class Indexed {
   const PlanOptions& options_;
   Point<Part> middle_;
   double part_radius_ = 0.0;  ///< of the sphere about the middle that holds the part, mm
-  double radius_ = 0.0;       ///< of that which holds part and fixtures, mm
+  double radius_ = 0.0;       ///< of that which holds the part with its stock and the fixtures, mm
   std::vector<Vec3> chosen_;  ///< in the order of machining
   Plan plan_;
   Stages stages_;

@@ -142,6 +142,21 @@ TEST(Indexed, Handle) {
   EXPECT_GT(made->report.joins, made->report.retracts);
 }
 
+/// (I4) Between two directions the tool stays off the part by what it leaves on it, however small the
+/// clearance is.
+TEST(Indexed, TurnsClearOfTheStock) {
+  const CheckedMesh part = formula("sphere");
+  PlanOptions o = options_for(10, 8.0);
+  o.indexed.most_directions = 2;
+  o.allowance = 1.5, o.links.clearance = 0.5, o.links.approach = 0.4;
+  const auto made = plan(part, o, {});
+  ASSERT_TRUE(made) << made.error().message;
+  ASSERT_EQ(axes_of(made->path).size(), 2u);
+  const sim::PartDistance distances(part.mesh);
+  const ToolProof proof(distances, part.bounds, o.cutter, kTolerance, {o.allowance, 0, 0});
+  EXPECT_LE(proof.measure(made->path, 0.1).gouge(), kTolerance);
+}
+
 /// Random places of the surface, by brute force: shares that any of 400 directions reaches, and any of
 /// `chosen`.
 struct Bounds {
