@@ -94,16 +94,18 @@ double OppositeWall::off_end(const Mesh& mesh, Point<Part> end) const {
   return least;
 }
 
-/// A wall that lies at the column's end, and from there on at the cylinder's side as far down as its top: no
-/// patch within the column is where the wall ends.
+/// A wall that lies at the column's end, and from there on at the cylinder's side as far down as its top at
+/// the end of the way: no patch within the column is where the wall ends.
 bool OppositeWall::stands_in_wall(Cylinder& c, Point<Part> reference, Vec3 axis, double column,
                                   double travel) const {
   if (c.from >= column || off_end(*c.mesh, reference + axis * column) >= c.radius - kShankMargin)
     return false;
-  if (column <= c.to + travel) return true;
-  const double way = column - c.to, steps = std::ceil(way / c.radius);
+  // The wall may end below the end of the way.
+  const double top = c.to + travel, way = column - top;
+  if (way <= 0.0) return true;
+  const double steps = std::ceil(way / c.radius);
   for (double k = 0.0; k < steps; ++k)
-    if (!clearance_of(c).touches(reference + axis * (c.to + way * k / steps))) return false;
+    if (!clearance_of(c).touches(reference + axis * (top + way * k / steps))) return false;
   return true;
 }
 

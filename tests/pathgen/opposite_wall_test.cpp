@@ -52,18 +52,25 @@ Findings planned_on(const CheckedMesh& part, const PlanOptions& options) {
 
 /// A wall square to the line, which pierces it, and a ledge beside the wall. The tool comes from the line.
 /// Its ball passes the wall; what is wider up the tool does not, and touches no edge of the wall on the way.
+/// Nor where the wall's lower end is over the tool on the ledge, and under it on the clearance surface.
 TEST(OppositeWall, AWallAlongTheAxisIsInTheWayOfWhatIsWiderUpTheTool) {
-  const CheckedMesh part =
-      checked_boxes({{Vec3{0, -60, -60}, Vec3{2, 60, 60}}, {Vec3{-25, -3, -45}, Vec3{-1.8, 3, -30}}});
   Cutter cone{3.0, 100.0, 27.0, CutterType::kTaperBall};
   cone.taper = Angle::from_degrees(7.0);
   Cutter stepped{3.0, 100.0, 27.0};
   stepped.cutting_length = 12.0, stepped.shank_diameter = 10.0;
-  for (const Cutter& cutter : {cone, stepped}) {
-    const Findings found = planned_on(part, options_along_x(cutter));
-    EXPECT_LE(found.gouge, 0.01);
+  const struct {
+    Cutter cutter;
+    double wall_end;
+  } kCases[] = {{cone, -60.0}, {stepped, -60.0}, {stepped, -1.5}};
+  for (const auto& [cutter, wall_end] : kCases) {
+    const CheckedMesh part =
+        checked_boxes({{Vec3{0, -60, wall_end}, Vec3{2, 60, 60}}, {Vec3{-25, -3, -45}, Vec3{-1.8, 3, -30}}});
+    PlanOptions options = options_along_x(cutter);
+    options.containment.first.high = -1.8;
+    const Findings found = planned_on(part, options);
+    EXPECT_LE(found.gouge, 0.01) << wall_end;
     // What is further off the wall than the tool is wide is cut.
-    EXPECT_NEAR(found.nearest, -cutter.shank_radius(), 0.4);
+    EXPECT_NEAR(found.nearest, -cutter.shank_radius(), 0.4) << wall_end;
   }
 }
 
