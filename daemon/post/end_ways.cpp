@@ -18,6 +18,20 @@ constexpr double kAlongZ = 1e-3;
 // A plane that the tool axis leaves at a flatter angle than this is not sought, sine.
 constexpr double kLeastLeaving = 0.1;
 
+/// Of the tool as the part meets it, and as fixtures do.
+std::vector<pathgen::ToolPiece> pieces_of(const pathgen::PlanOptions& options) {
+  std::vector<pathgen::ToolPiece> pieces = pathgen::all_pieces(options);
+  if (options.fixtures)
+    for (const pathgen::ToolPiece& piece : pathgen::all_pieces(pathgen::as_of_fixtures(options)))
+      pieces.push_back(piece);
+  return pieces;
+}
+
+pathgen::PlanOptions without_clearances(pathgen::PlanOptions options) {
+  options.shank.clearance = options.holder.clearance = 0.0;
+  return options;
+}
+
 /// Where the tool can stand at a pose, and the machine's Z there.
 struct Stand {
   Joints words;
@@ -29,12 +43,9 @@ class EndWays {
   EndWays(const pathgen::Mesh& part, const config::Job& job)
       : part_(part),
         job_(job),
-        pieces_(pathgen::all_pieces(job.plan)),
-        base_(pathgen::reference_height(job.plan.cutter)) {
-    if (!job.plan.fixtures) return;
-    for (const pathgen::ToolPiece& piece : pathgen::all_pieces(pathgen::as_of_fixtures(job.plan)))
-      pieces_.push_back(piece);
-  }
+        pieces_(pieces_of(job.plan)),
+        close_pieces_(pieces_of(without_clearances(job.plan))),
+        base_(pathgen::reference_height(job.plan.cutter)) {}
 
   /// How far along its axis the tool is to go; 0: it need not, or there is no way.
   double way(const Pose& pose);
@@ -43,13 +54,13 @@ class EndWays {
   std::vector<Stand> stands(const Pose& pose) const;
   std::optional<double> beyond(const Pose& pose, Vec3 normal) const;
   bool in_reach(const Pose& pose, const std::vector<Stand>& stands) const;
-  bool clear(const Pose& pose, double way);
+  bool clear(const Pose& pose, double way, const std::vector<pathgen::ToolPiece>& pieces);
 
   const pathgen::Mesh& part_;
   const config::Job& job_;
-  std::vector<pathgen::ToolPiece> pieces_;
-  double base_;                            ///< of the CL reference over the tip, mm
-  std::optional<pathgen::FacetBvh> tree_;  ///< made when first needed
+  std::vector<pathgen::ToolPiece> pieces_, close_pieces_;  ///< with the guards' clearances, and without
+  double base_;                                            ///< of the CL reference over the tip, mm
+  std::optional<pathgen::FacetBvh> tree_;                  ///< made when first needed
 };
 
 /// With both solutions of the tilt: which of them is taken depends on the whole path.
@@ -95,7 +106,7 @@ bool EndWays::in_reach(const Pose& pose, const std::vector<Stand>& stands) const
 }
 
 /// Nothing of the part is in the way along the axis. Where the tool begins it is clear.
-bool EndWays::clear(const Pose& pose, double way) {
+bool EndWays::clear(const Pose& pose, double way, const std::vector<pathgen::ToolPiece>& pieces) {
   if (!tree_) tree_.emplace(part_);
   const Point<Part> reference = pose.tip + pose.axis * base_;
   const auto meets_part = [&](const pathgen::SweptTool::Frustum& frustum) {
@@ -104,7 +115,7 @@ bool EndWays::clear(const Pose& pose, double way) {
                               return pathgen::meets(frustum, reference, pose.axis, facet);
                             });
   };
-  return std::none_of(pieces_.begin(), pieces_.end(), [&](const pathgen::ToolPiece& piece) {
+  return std::none_of(pieces.begin(), pieces.end(), [&](const pathgen::ToolPiece& piece) {
     const double ring = piece.above_reference, end = ring + piece.length + way;
     if (!piece.has_cone()) return meets_part({piece.part, ring, end, piece.outer, 0.0, piece.outer});
     const double slope = piece.taper_sin / piece.taper_cos, wide = ring + piece.cone_height(piece.outer),
@@ -132,11 +143,12 @@ double EndWays::way(const Pose& pose) {
     widen(square, dot(a, stand.z) > 0.0 ? beyond(pose, a) : std::nullopt);
   }
   if (over && beside && *beside < *over) std::swap(over, beside);
-  for (const std::optional<double>& way : {over, beside, square}) {
-    if (!way) continue;
-    if (*way == 0.0) return 0.0;
-    if (in_reach({pose.tip + a * *way, a}, stands) && clear(pose, *way)) return *way;
-  }
+  for (const auto* pieces : {&pieces_, &close_pieces_})
+    for (const std::optional<double>& way : {over, beside, square}) {
+      if (!way) continue;
+      if (*way == 0.0) return 0.0;
+      if (in_reach({pose.tip + a * *way, a}, stands) && clear(pose, *way, *pieces)) return *way;
+    }
   return 0.0;
 }
 

@@ -84,6 +84,21 @@ TEST(EndWays, FromUnderARoofAlongTheToolThenUp) {
   }
 }
 
+/// Where the guards' clearances leave no way, one that is clear of the part is better than none.
+TEST(EndWays, NearerThanTheClearancesWhereThereIsNoOther) {
+  Job j = job();
+  j.plan.shank.clearance = j.plan.holder.clearance = 40.0;
+  const Mesh mesh = floor_and_roof(30.0);
+  const sim::PartDistance surface(mesh);
+  const sim::ToolSolid tool(j.plan.cutter);
+  const Pose first = leaning({0, 0, 8}, 60.0);
+  ToolPath path = path_of(first, first);
+  ASSERT_GT(add_end_ways(path, mesh, j), 0.0);
+  const Vec3 way = way_between(path.moves[1], path.moves[0]);
+  EXPECT_GT(nearest(surface, tool, first, way), 0.0);
+  EXPECT_GT(nearest(surface, tool, path.moves[0].pose, Vec3{0, 0, kUp}), kClearance - 1e-6);
+}
+
 TEST(EndWays, NothingWhereTheToolStandsUpright) {
   const Mesh mesh = floor_and_roof(-80.0);
   ToolPath path = path_of(leaning({0, 0, 8}, 0.0), leaning({20, 10, 8}, 0.0));
