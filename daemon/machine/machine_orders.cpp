@@ -26,9 +26,8 @@ constexpr MachineOrder kOrders[] = {
      "value (G54=12, a plate's thickness)",
      false, grbl_probe},
     {"settings", "[set NUMBER=VALUE | set CODE WORDS | save FILE | restore FILE | compare FILE]",
-     "show the controller's settings by name; set one ($110=500; RepRap: M203 X500); save all to FILE; "
-     "restore "
-     "from FILE those that differ; compare: list those that differ from FILE",
+     "show the controller's settings by name; set one ($110=500; RepRap: M203 X500); save them to FILE; "
+     "restore or list (compare) those that differ from FILE",
      false, grbl_settings, reprap_settings},
     {"console", "LINE..",
      "a line to the controller as it is, and its answer: no limit of the profile is looked at", false,

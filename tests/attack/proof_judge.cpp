@@ -123,25 +123,12 @@ class ProofJudge {
       finding("gouge", gouge->depth, there, pasteable(worst));
   }
 
-  /// By how much does the part come nearer to shank or holder than the job allows, or into the cutter?
-  double too_near(const Pose& pose) const {
-    const std::array<double, 3> asked{0.0, job_.plan.shank.clearance, job_.plan.holder.clearance};
-    double most = 0.0;
-    for (const sim::ToolPart part : sim::kToolParts) {
-      const double kept = asked[static_cast<std::size_t>(part)];
-      if (const sim::Hit hit = tool_.clearance(surface_, pose, part, kept); hit.facet != kNoFacet)
-        most = std::max(most, kept - hit.value);
-    }
-    return most;
-  }
-
-  /// Does the part, with the clearances that the job asks, stand in the way of a tool that is drawn out along
-  /// its axis from that share of the move?
+  /// Does the part stand in the way of a tool that is drawn out along its axis from that share of the move?
   bool is_shut_in(const sim::ProgramMove& move, double share) const {
     const Pose end = prover_.frames().pose(move, share);
     const double step = kDrawnOut * job_.plan.cutter.diameter;
     for (double out = 0.0; out < distance(bounds_.min, bounds_.max); out += step)
-      if (too_near({end.tip + end.axis * out, end.axis}) > tolerance_) return true;
+      if (depth({end.tip + end.axis * out, end.axis}) > tolerance_) return true;
     return false;
   }
 
