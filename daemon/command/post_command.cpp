@@ -15,6 +15,7 @@
 #include "daemon/plan/plan_report.h"
 #include "daemon/post/nc_rules.h"
 #include "daemon/post/post.h"
+#include "daemon/post/text_drawing.h"
 #include "daemon/post/unpost.h"
 #include "kinematics/cl_text/apt_vocabulary.h"
 
@@ -65,7 +66,7 @@ int show_dialects() {
 
 struct PostCommands::Options {
   CLI::App *post = nullptr, *unpost = nullptr;
-  std::string input, machine, output, dialect, unit;
+  std::string input, machine, output, drawing, dialect, unit;
   std::vector<std::string> ignored;
   double feed = 0.0;
   bool as_json = false, list = false, tcp = false, no_tcp = false;
@@ -76,7 +77,9 @@ struct PostCommands::Options {
 
   Result<config::MachineProfile> profile() const;
   Result<void> check_files() const;
-  std::ostream& said() const { return output == "-" ? std::cerr : std::cout; }
+  /// The program itself, or a drawing, goes to the standard output.
+  bool takes_output() const { return output == "-" || drawing == "-"; }
+  std::ostream& said() const { return takes_output() ? std::cerr : std::cout; }
   /// With --json. The standard output may be taken by the program itself.
   int show(nlohmann::ordered_json object) const;
   int run_post() const;
@@ -86,7 +89,7 @@ struct PostCommands::Options {
 int PostCommands::Options::show(nlohmann::ordered_json object) const {
   object["out"] = output;
   const std::string text = object.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
-  if (output != "-") return show_json(text);
+  if (!takes_output()) return show_json(text);
   std::cerr << text << "\n";
   return kExitDone;
 }
@@ -112,7 +115,8 @@ Result<config::MachineProfile> PostCommands::Options::profile() const {
 
 /// Before any work. "-" is the standard output; what the command says then goes to standard error.
 Result<void> PostCommands::Options::check_files() const {
-  return config::check_outputs({{"--out", output}}, {{"IN", input}, {"--machine", machine}});
+  return config::check_outputs({{"--out", output}, {"--drawing", drawing}},
+                               {{"IN", input}, {"--machine", machine}});
 }
 
 int PostCommands::Options::run_post() const {
@@ -149,7 +153,7 @@ int PostCommands::Options::run_post() const {
                  {"axis_deviation_deg", posted->report.max_axis_deviation},
                  {"motion", motion_text({profile->model, posted->report, *written, posted->timing, waits})},
                  {"notes", program->notes}});
-  std::fprintf(output == "-" ? stderr : stdout,
+  std::fprintf(takes_output() ? stderr : stdout,
                "%zu operations, %zu moves, the axis within %.4f degrees between blocks\n",
                program->operations.size(), moves, posted->report.max_axis_deviation);
   said() << motion_text({profile->model, posted->report, *written, posted->timing, waits});
@@ -172,10 +176,13 @@ int PostCommands::Options::run_unpost() const {
   const auto program = daemon::unpost(*text, *profile, options);
   if (!program) return complain({program.error().code, input + ": " + program.error().message});
   for (const std::string& note : program->notes) std::cerr << "tiltfeed: note: " << note << "\n";
-  auto file = config::OutputFile::open(output);
-  if (!file) return complain(file.error());
-  write_apt(*program, file->stream());
-  if (auto kept = file->commit(); !kept) return complain(kept.error());
+  for (const auto& [path, write] : {std::pair{&output, &write_apt}, {&drawing, &write_text_drawing}}) {
+    if (path->empty()) continue;
+    auto file = config::OutputFile::open(*path);
+    if (!file) return complain(file.error());
+    write(*program, file->stream());
+    if (auto kept = file->commit(); !kept) return complain(kept.error());
+  }
   std::size_t blocks = 0, moves = 0;
   for (const TextOperation& op : text->operations) blocks += op.blocks.size();
   for (const AptOperation& op : program->operations) moves += op.path.moves.size();
@@ -184,7 +191,7 @@ int PostCommands::Options::run_unpost() const {
                  {"blocks", blocks},
                  {"points", moves},
                  {"notes", program->notes}});
-  std::fprintf(output == "-" ? stderr : stdout, "%zu operations, %zu blocks, %zu points\n",
+  std::fprintf(takes_output() ? stderr : stdout, "%zu operations, %zu blocks, %zu points\n",
                text->operations.size(), blocks, moves);
   return kExitDone;
 }
@@ -214,6 +221,8 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
     one->add_option("--axis-tolerance", o.axis_tolerance, "of the axis between points, degrees")
         ->check(finite(true));
   }
+  o.unpost->add_option("--drawing", o.drawing,
+                       "points of the tool path for a viewer, as float32; without --out alone");
   o.post
       ->add_option(
           "--clear-height", o.clear.height,
@@ -254,7 +263,7 @@ int PostCommands::run() const {
   if (o.list) return list_dialects(), kExitDone;
   for (const auto& [name, value] :
        {std::pair{"IN", &o.input}, {"--machine", &o.machine}, {"--out", &o.output}})
-    if (value->empty())
+    if (value->empty() && (value != &o.output || o.drawing.empty()))
       return complain({Code::kUsage, std::string(name) + " is required; --help lists the options"});
   if (auto fits = o.check_files(); !fits) return complain(fits.error());
   return o.post->parsed() ? o.run_post() : o.run_unpost();

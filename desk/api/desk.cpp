@@ -4,10 +4,13 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "config/description.h"
+#include "config/job.h"
 #include "config/yaml_tree.h"
 #include "desk/api/page_reply.h"
 #include "desk/api/replies.h"
 #include "desk/users/password_hash.h"
+#include "desk/view/tool_outline.h"
 #include "pathgen/mesh/stl_facets.h"
 
 namespace tiltfeed::desk {
@@ -90,12 +93,8 @@ Desk::Desk(const DeskOptions& options, Teller tell, std::function<void(std::uint
       suggest_(options.tiltfeed, options.folder, tell_),
       reach_(options.self, options.folder, tell_),
       machine_(options.maker, options.folder, tell_),
-      run_(options.service, options.machine,
+      run_({options.service, options.machine, options.tiltfeed, options.self, options.folder + "/run"},
            {tell_, finish_, [this] { return planned(); },
-            [this]() -> std::optional<Placing> {
-              if (!job_.is_right()) return std::nullopt;
-              return Placing{job_.job().machine.model, job_.job().setup};
-            },
             [this](std::uint64_t number) {
               const Session* session = sessions_.number(number);
               const std::string browser = "browser " + std::to_string(number);
@@ -290,7 +289,7 @@ void Desk::hear(int descriptor) {
   else if (descriptor == passwords_.descriptor())
     passwords_.hear(std::chrono::steady_clock::now());
   else
-    (void)run_.hear(descriptor);
+    run_.hear(descriptor);
 }
 
 int Desk::patience_ms() const {
@@ -309,11 +308,18 @@ void Desk::look() {
 std::optional<PlannedProgram> Desk::planned() const {
   const Reply program = plan_.program();
   if (program.file.empty()) return std::nullopt;
-  const json plan = json::parse(plan_.describe(), nullptr, false);
   const json job = json::parse(job_.describe(), nullptr, false);
   const std::string file = job.is_object() ? job.value("name", "program") : "program";
-  return PlannedProgram{program.file, std::filesystem::path(file).stem().string(),
-                        plan.value("id", std::uint64_t{0})};
+  PlannedProgram planned{program.file, std::filesystem::path(file).stem().string(), std::nullopt, {}};
+  const CutInput with = plan_.cut_input();
+  const auto loaded = config::load_job_with(with.job, {with.stl, with.machine});
+  if (!loaded) return planned;
+  planned.placing = Placing{loaded->machine.model, loaded->setup};
+  planned.scene.part = with.stl;
+  planned.scene.machine = with.machine;
+  planned.scene.unit = config::exact_text(loaded->stl_unit_mm);
+  planned.scene.tool = tool_outline(loaded->plan.cutter);
+  return planned;
 }
 
 }  // namespace tiltfeed::desk

@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "config/description.h"
 #include "config/job.h"
 #include "desk/api/replies.h"
+#include "desk/view/tool_outline.h"
 
 namespace tiltfeed::desk {
 namespace {
@@ -41,6 +44,8 @@ const std::vector<RunApi::Route>& RunApi::routes() {
       {"GET", "run", &RunApi::run},
       {"GET", "run/jobs", &RunApi::jobs},
       {"GET", "run/part", &RunApi::part},
+      {"GET", "run/path", &RunApi::path},
+      {"GET", "run/mesh", &RunApi::mesh},
       {"POST", "run/hold", &RunApi::hold},
       {"POST", "run/resume", &RunApi::plain, true, "resume", {"job", "from", "confirmed"}},
       {"POST", "run/stop", &RunApi::plain, true, "stop", {"job"}},
@@ -63,13 +68,15 @@ const std::vector<RunApi::Route>& RunApi::routes() {
   return all;
 }
 
-RunApi::RunApi(const std::string& socket, std::string machine, RunCalls calls)
-    : machine_(std::move(machine)),
+RunApi::RunApi(const RunOptions& options, RunCalls calls)
+    : machine_(options.machine),
+      folder_(options.folder),
       calls_(std::move(calls)),
-      link_(socket),
-      watch_(link_, {calls_.tell, [this](std::uint64_t job, const std::string& folder) {
-                       return placing_of(job, folder);
-                     }}) {
+      link_(options.socket),
+      watch_(link_, {calls_.tell, [this](std::uint64_t job,
+                                         const std::string& folder) { return placing_of(job, folder); }}),
+      scene_(options.tiltfeed, options.self, options.folder,
+             [this] { watch_.note_scene(scene_.describe()); }) {
   watch_.turned = [this] {
     if (watch_.job() == 0) ask_status();
   };
@@ -159,16 +166,23 @@ Reply RunApi::hold(const Request& request, std::uint64_t) {
 }
 
 Reply RunApi::submit(const Request& request, std::uint64_t) {
-  const std::optional<PlannedProgram> planned = calls_.planned();
+  std::optional<PlannedProgram> planned = calls_.planned();
   if (!planned) return refusal(409, "no program is planned on this desk; plan one first");
+  // The next plan replaces its part.
+  const std::string part = folder_ + "/submitted.stl";
+  std::error_code error;
+  std::filesystem::create_directory(folder_, error);
+  std::filesystem::remove(part, error);
+  std::filesystem::create_hard_link(planned->scene.part, part, error);
+  planned->scene.part = error ? "" : part;
   const int file = ::open(planned->file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
   if (file < 0) return refusal(507, std::string("the program cannot be read: ") + std::strerror(errno));
   link_.ask(request_of("submit", {{"name", planned->name.substr(0, kMaxWords)}, {"program", true}}),
-            [this, ticket = request.ticket, plan = planned->plan](const Result<std::string>& answer) {
+            [this, ticket = request.ticket, with = *planned](const Result<std::string>& answer) {
               if (answer) {
                 const json said = json::parse(*answer, nullptr, false);
                 submitted_ = said.value("job", std::uint64_t{0});
-                submitted_plan_ = plan;
+                submitted_with_ = with;
               }
               calls_.finish(ticket, reply_of(answer));
             },
@@ -186,12 +200,44 @@ Reply RunApi::part(const Request&, std::uint64_t) {
   return reply;
 }
 
+Reply RunApi::path(const Request&, std::uint64_t) { return scene_.path(); }
+
+Reply RunApi::mesh(const Request&, std::uint64_t) { return scene_.mesh(); }
+
+/// Its scene begins, too.
 std::optional<Placing> RunApi::placing_of(std::uint64_t job, const std::string& folder) {
-  if (job == submitted_) return calls_.placing();
-  if (machine_.empty()) return std::nullopt;
-  const auto loaded = config::load_job_with(folder + "/job.yaml", {folder + "/part.stl", machine_});
-  if (!loaded) return std::nullopt;
-  return Placing{loaded->machine.model, loaded->setup};
+  SceneInput scene;
+  std::optional<Placing> placing;
+  if (job == submitted_) {
+    scene = submitted_with_.scene;
+    placing = submitted_with_.placing;
+  } else if (!machine_.empty()) {
+    scene.machine = machine_;
+    const std::string part = folder + "/part.stl";
+    if (const auto loaded = config::load_job_with(folder + "/job.yaml", {part, machine_})) {
+      placing = Placing{loaded->machine.model, loaded->setup};
+      scene.part = part;
+      scene.unit = config::exact_text(loaded->stl_unit_mm);
+      scene.tool = tool_outline(loaded->plan.cutter);
+    }
+  }
+  scene.job = job;
+  scene.program = folder + "/program.nc";
+  scene_.begin(std::move(scene));
+  return placing;
+}
+
+std::vector<int> RunApi::descriptors() const {
+  std::vector<int> all = link_.descriptors();
+  if (scene_.descriptor() >= 0) all.push_back(scene_.descriptor());
+  return all;
+}
+
+void RunApi::hear(int descriptor) {
+  if (descriptor == scene_.descriptor())
+    scene_.hear();
+  else
+    (void)link_.hear(descriptor);
 }
 
 }  // namespace tiltfeed::desk

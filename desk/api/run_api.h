@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "desk/api/run_scene.h"
 #include "desk/http/http_message.h"
 #include "desk/service/held_jog.h"
 #include "desk/service/run_watch.h"
@@ -15,17 +16,24 @@
 
 namespace tiltfeed::desk {
 
-/// A program that was planned on this desk: its file, its number, a name for people.
+/// A program that was planned on this desk: its file, a name for people, and what it was planned with.
 struct PlannedProgram {
   std::string file, name;
-  std::uint64_t plan = 0;
+  std::optional<Placing> placing;
+  SceneInput scene;  ///< but for job and program
+};
+
+/// Where the service is, and what draws its runs.
+struct RunOptions {
+  std::string socket;                  ///< of the service; empty: there is none
+  std::string machine;                 ///< its profile's file, where it is known
+  std::string tiltfeed, self, folder;  ///< as RunScene has them; the folder for a run's files
 };
 
 struct RunCalls {
   std::function<void(const std::string&, const std::string&)> tell;  ///< every page that listens
   std::function<void(std::uint64_t ticket, const Reply&)> finish;    ///< a reply that comes later
   std::function<std::optional<PlannedProgram>()> planned;            ///< what submit hands over
-  std::function<std::optional<Placing>()> placing;                   ///< of what is planned on this desk
   std::function<std::string(std::uint64_t session)> name;            ///< of who has a session, for people
 };
 
@@ -35,8 +43,7 @@ class RunApi {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  /// `socket`: of the service; empty: there is none. `machine`: its profile's file, where it is known.
-  RunApi(const std::string& socket, std::string machine, RunCalls calls);
+  RunApi(const RunOptions& options, RunCalls calls);
 
   /// It is one of these requests. `/api/v1/run...` and `/api/v1/seat...`.
   static bool is_route(const std::string& method, const std::string& path);
@@ -44,8 +51,8 @@ class RunApi {
   Reply answer(const Request& request, std::uint64_t session);
   void sign_out(std::uint64_t session);
 
-  std::vector<int> descriptors() const { return link_.descriptors(); }
-  bool hear(int descriptor) { return link_.hear(descriptor); }
+  std::vector<int> descriptors() const;
+  void hear(int descriptor);
   void look(Time now);
   int patience_ms(Time now) const;
   std::string describe_run() const { return watch_.describe(); }
@@ -79,6 +86,8 @@ class RunApi {
   Reply jog_stop(const Request& request, std::uint64_t session);
   Reply submit(const Request& request, std::uint64_t session);
   Reply part(const Request& request, std::uint64_t session);
+  Reply path(const Request& request, std::uint64_t session);
+  Reply mesh(const Request& request, std::uint64_t session);
   Reply seat(const Request& request, std::uint64_t session);
   Reply ask_seat(const Request& request, std::uint64_t session);
   Reply give_seat(const Request& request, std::uint64_t session);
@@ -96,15 +105,17 @@ class RunApi {
   void tell_seat();
   std::optional<Placing> placing_of(std::uint64_t job, const std::string& folder);
 
-  std::string machine_;
+  std::string machine_, folder_;
   RunCalls calls_;
   ServiceLink link_;
   RunWatch watch_;
+  RunScene scene_;
   Seat seat_;
   HeldJog jog_;
   std::optional<Order> order_;
   std::vector<std::function<void()>> after_order_;  // what waits for our own status to end
-  std::uint64_t submitted_ = 0, submitted_plan_ = 0;
+  std::uint64_t submitted_ = 0;                     // the job that was handed over last
+  PlannedProgram submitted_with_;
   std::string told_seat_;
 };
 

@@ -58,7 +58,7 @@ struct RunWatch::State {
   WatchCalls calls;
   bool up = false;
   std::string error;  // why it is lost; empty: it was not asked yet
-  ordered_json machine = nullptr, wire = nullptr, reset = nullptr, order = nullptr;
+  ordered_json machine = nullptr, wire = nullptr, reset = nullptr, order = nullptr, scene = nullptr;
   ordered_json list = ordered_json::array();
   ordered_json change = nullptr;  // the job that waits for a tool change, as `list` has it
   ordered_json job = nullptr;     // on the machine, as `show` has it
@@ -189,6 +189,7 @@ struct RunWatch::State {
             {"status", status},
             {"live", live},
             {"order", order},
+            {"scene", scene},
             {"text", lines()}};
   }
 
@@ -264,6 +265,11 @@ void RunWatch::note_status(const std::string& reply) {
 
 void RunWatch::note_order(const std::string& order) {
   state_->order = ordered_json::parse(order, nullptr, false);
+  state_->tell();
+}
+
+void RunWatch::note_scene(const std::string& scene) {
+  state_->scene = ordered_json::parse(scene, nullptr, false);
   state_->tell();
 }
 

@@ -22,7 +22,8 @@ struct Placing {
 struct WatchCalls {
   /// An event's name and its JSON, to every page that listens.
   std::function<void(const std::string&, const std::string&)> tell;
-  /// Of a job of the service, whose files are in that folder; nothing where it is not known.
+  /// Of a job of the service that has begun to run, whose files are in that folder; nothing where it is not
+  /// known.
   std::function<std::optional<Placing>(std::uint64_t job, const std::string& folder)> placing;
 };
 
@@ -47,6 +48,8 @@ class RunWatch {
   void note_status(const std::string& reply);
   /// What is in work beside the run, JSON or "null"; shown with it.
   void note_order(const std::string& order);
+  /// What is drawn of the run, JSON or "null"; shown with it.
+  void note_scene(const std::string& scene);
 
   /// Of the job on the machine; 0: none is, or it is not known.
   std::uint64_t job() const;

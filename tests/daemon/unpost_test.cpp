@@ -5,11 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <random>
 #include <sstream>
 
+#include "daemon/post/text_drawing.h"
 #include "daemon/post/tool_length.h"
 #include "tests/texts/posted.h"
 
@@ -84,6 +87,54 @@ TEST(Unpost, WithoutAHeaderTheSetUpMustBeStated) {
                 std::abs(std::hypot(move.pose.tip.y, move.pose.tip.z - 200.0) - 200.0) < 1e-9)
         << "on the circle";
   EXPECT_GT(made->operations[0].path.moves.size(), 20u);
+}
+
+/// The drawing of what is read back from a program: its records.
+std::vector<std::array<float, kTextNumbers>> drawing_of(const AptProgram& read) {
+  std::ostringstream out;
+  write_text_drawing(read, out);
+  const std::string bytes = out.str();
+  std::vector<std::array<float, kTextNumbers>> records(bytes.size() / sizeof(float) / kTextNumbers);
+  EXPECT_EQ(bytes.size(), records.size() * sizeof records[0]);
+  std::memcpy(records.data(), bytes.data(), bytes.size());
+  return records;
+}
+
+// Every place of the CL text is drawn, in its order, and leads to the program's line whose words make it.
+TEST(TextDrawing, HasThePlacesOfTheClTextAndTheLinesThatMakeThem) {
+  for (const bool tcp : {false, true}) {
+    const MachineProfile profile = machine(Dialect::kSiemens, tcp);
+    const auto text = program_text(foreign(), profile, setup());
+    ASSERT_TRUE(text) << text.error().message;
+    const auto read = back(*text, profile);
+    ASSERT_TRUE(read) << read.error().message;
+    const auto points = drawing_of(*read);
+    std::size_t at = 0;
+    for (const AptOperation& op : foreign().operations)
+      for (const Move& move : op.path.moves) {
+        const auto is_there = [&](const std::array<float, kTextNumbers>& p) {
+          return std::hypot(p[0] - move.pose.tip.x, p[1] - move.pose.tip.y, p[2] - move.pose.tip.z) < 0.01 &&
+                 std::hypot(p[3] - move.pose.axis.x, p[4] - move.pose.axis.y, p[5] - move.pose.axis.z) < 1e-3;
+        };
+        const auto found =
+            std::find_if(points.begin() + static_cast<std::ptrdiff_t>(at), points.end(), is_there);
+        ASSERT_NE(found, points.end()) << move.pose.tip.x << " " << move.pose.tip.y << " " << move.pose.tip.z;
+        at = static_cast<std::size_t>(found - points.begin());
+      }
+    std::vector<std::string> lines{""};
+    std::istringstream in(*text);
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    float before = 0.0f;
+    for (const auto& p : points) {
+      ASSERT_GE(p[7], before);
+      before = p[7];
+      const std::string& line = lines.at(static_cast<std::size_t>(p[7]));
+      EXPECT_NE(line.find_first_of("XYZAC"), std::string::npos) << line;
+      if (line.find("G0") != line.npos || line.find("G1") != line.npos) {
+        EXPECT_EQ(p[6] == 0.0f, line.find("G0") != line.npos) << line;
+      }
+    }
+  }
 }
 
 TEST(Unpost, FixtureAnglesComeBackFromTheHeader) {

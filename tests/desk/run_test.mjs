@@ -1,4 +1,5 @@
-// Run: a run on the simulated machine watched, held by key, resumed, stopped by a press; one seat; whatever ends, it goes on.
+// Run: a run on the simulated machine watched, held by key, resumed, stopped by a press; one seat; whatever ends, it goes on;
+// part and path in the view, wherever they were planned, and the facet where an alarm came.
 import assert from 'node:assert/strict';
 import {spawn} from 'node:child_process';
 import {readFileSync, rmSync, mkdirSync, writeFileSync} from 'node:fs';
@@ -7,7 +8,7 @@ import {createInterface} from 'node:readline';
 import {after, before, test} from 'node:test';
 
 import {
-  Desk, at_rest, bin, check_accessible, check_and_close, check_layout, close_browser, kPhone, kTablet, open_browser, open_page, run, shot, text_of, wait_until, work,
+  Desk, at_rest, bin, check_accessible, check_and_close, check_layout, close_browser, is_red, kPhone, kTablet, open_browser, open_page, part_file, pin_job, run, shot, text_of, wait_until, work,
 } from './harness.mjs';
 
 const root = new URL('../..', import.meta.url).pathname, shop = join(work, 'shop'), socket = join(shop, 'api.sock');
@@ -274,6 +275,71 @@ test('a tool change is led through: a wrong length refused, the right one measur
   await check_and_close(other);
   await leave_seat(page);
   await check_and_close(page);
+});
+
+/** A machine of its own that goes into an alarm in the middle of a path, its service, and a desk beside it. */
+async function alarming() {
+  const folder = join(work, 'alarm'), machine = join(root, 'config/machines/generic-ac.yaml');
+  rmSync(folder, {recursive: true, force: true});
+  mkdirSync(folder, {recursive: true});
+  writeFileSync(join(folder, 'faults'), 'alarm at=20\n');
+  const [, line] = await start('tiltfeed-sim', ['--grbl-tcp', '127.0.0.1:0', '--speed', '4', '--faults', join(folder, 'faults'), '--job', join(root, 'config/jobs/sphere.yaml')], (text) => text.startsWith('ready on '));
+  const config = join(folder, 'service.yaml'), at = ['--socket', join(folder, 'api.sock'), '--json'];
+  writeFileSync(config, `machine: ${machine}\nlink: grbl-tcp:${line.split(' ')[2]}\nspool: spool\nsocket: api.sock\n`);
+  await start('tiltfeed', ['serve', '--config', config], () => true);
+  while ((await run('tiltfeed', 'list', ...at)).status !== 0);
+  const ask = async (...words) => JSON.parse((await run('tiltfeed', ...words, ...at)).out);
+  return {desk: await Desk.start('--beside', config), ask};
+}
+
+test('a job from elsewhere stands in the view as its program makes it; where an alarm cuts it off, the facet is red', async () => {
+  const {desk: beside, ask} = await alarming(), number = (await ask('submit', await pin_job('elsewhere.yaml', 1))).job;
+  while ((await ask('show', String(number))).state !== 'ready');
+  const page = await open_page(beside), other = await open_page(beside, {viewport: kPhone, scheme: 'dark'});
+  await take_seat(page);
+  await page.waitForSelector(`#start-${number}:not(:disabled)`).then((button) => button.click());
+  await page.waitForFunction(() => window.tiltfeed.run.points > 0 && window.tiltfeed.run.facets > 0);
+  await page.waitForFunction(() => window.tiltfeed.run.tool.group.visible);
+  const seen = await page.evaluate(() => {
+    const {run, part, path} = window.tiltfeed;
+    return {facets: run.facets, part: part.visible, path: path.group.visible, run: run.group.visible};
+  });
+  assert.deepEqual(seen, {facets: (readFileSync(await part_file('pin')).length - 84) / 50, part: false, path: false, run: true});
+  assert.equal(await page.$eval('#hint', (node) => node.checkVisibility()), false, 'nothing is to be dropped here');
+  await page.evaluate(() => window.tiltfeed.render());
+  await shot(page, 'run-elsewhere-1920');
+  await page.waitForFunction(() => /^Cut off at line/.test(document.getElementById('run-scene').textContent));
+  // The first block that is not known to be executed, as the service tells it.
+  const told = await ask('show', String(number)), {origin} = await ask('show', String(number), '--block', String(told.executed + 1));
+  assert(origin.line > 8, JSON.stringify(origin));
+  const facet = await page.evaluate(() => window.tiltfeed.run.facet);
+  assert.equal(facet, origin.facet ?? -1);
+  assert((await text_of(page, '#run-scene')).startsWith(`Cut off at line ${origin.line}: ${origin.text}`));
+  if (facet >= 0) {
+    await page.locator('#run-place').click();
+    const [at] = await page.evaluate(() => {
+      const {run} = window.tiltfeed, {x, y, z} = run.middle(run.facet);
+      return window.tiltfeed.colours_at([window.tiltfeed.project(x, y, z)]);
+    });
+    assert(is_red(at), `the facet's colour is ${at}`);
+  }
+  await check_accessible(page);
+  await check_layout(page, false);
+  await shot(page, 'run-alarm-1920');
+  await page.reload();
+  await page.waitForSelector('body[data-ready]');
+  await page.locator('#tab-run').click();
+  await page.waitForFunction((lit) => window.tiltfeed.run.facet === lit, {}, facet);
+  await other.tap('#tab-run');
+  await other.waitForFunction((lit) => window.tiltfeed.run.facet === lit, {}, facet);
+  assert.equal(await other.evaluate(() => window.tiltfeed.run.group.visible), true, 'also where the tab was shown before');
+  await check_layout(other, true);
+  await other.evaluate(() => window.tiltfeed.render());
+  await shot(other, 'run-alarm-390-dark');
+  await leave_seat(page);
+  await check_and_close(page);
+  await check_and_close(other);
+  assert.equal(await beside.stop(), 0);
 });
 
 test('twenty tabs of one browser: one stream, all told', async () => {

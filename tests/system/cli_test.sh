@@ -264,6 +264,9 @@ expect 2 'list-dialects' "$bin/tiltfeed" post "$foreign" --machine "$machine" --
 expect 2 'no words for TCP' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/p.nc" --tcp
 expect 0 '2 operations' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/p.nc" --dialect fanuc --tcp
 expect 0 '2 operations' "$bin/tiltfeed" unpost "$work/p.nc" --machine "$machine" --out "$work/p.cls" --dialect fanuc
+expect 0 '2 operations' "$bin/tiltfeed" unpost "$work/p.nc" --machine "$machine" --drawing "$work/p.f32" --dialect fanuc
+[[ -s $work/p.f32 && $(($(stat -c %s "$work/p.f32") % 32)) == 0 ]] || { echo 'FAILED: the drawing is not records of 32 bytes'; failed=1; }
+expect 2 'is also the input' "$bin/tiltfeed" unpost "$work/p.nc" --machine "$machine" --drawing "$work/p.nc" --dialect fanuc
 grep -q '^LOADTL/4,LENGTH,80$' "$work/p.cls" || { echo 'FAILED: the second tool is not in the unposted file'; failed=1; }
 sed 's#^GOTO/2,0.5.*#GOTO/2,nan,19.9#' "$foreign" > "$work/nan.cls"
 expect 1 'nan.cls:21:8: GOTO/: number 2' "$bin/tiltfeed" post "$work/nan.cls" --machine "$machine" --out "$work/q.nc"

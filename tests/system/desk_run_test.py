@@ -5,6 +5,7 @@ the dead man's switch of a jog; and that neither the death of the desk nor that 
 desk_run_test.py BIN_FOLDER WORK_FOLDER
 """
 
+import array
 import json
 import re
 import signal
@@ -14,7 +15,7 @@ import threading
 import time
 
 from desk_client import HANG, Desk
-from service_run import Run, axes, write_feeds
+from service_run import ROOT, Run, axes, write_feeds
 
 FEEDS = 40000  # of 0.1 s: more than any test waits for
 BEAT = 0.1  # s: the page's, of a jog that is held
@@ -176,11 +177,48 @@ def jogged(run, desk):
     assert begin_x < where() < TRAVEL - 1, "it did not move, or to the end of the travel"
 
 
+def pin_job(run):
+    """The pin of tiltfeed-sim with rows far apart; the job's file and its STL."""
+    stl, job = f"{run.work}/pin.stl", f"{run.work}/pin.yaml"
+    subprocess.run([f"{run.bin}/tiltfeed-sim", "part", "pin", "--out", stl], check=True, stdout=subprocess.DEVNULL)
+    with open(f"{ROOT}/config/jobs/pin.yaml", encoding="utf-8") as file:
+        text = file.read()
+    changed = re.sub(r"stl: .*", f"stl: {stl}", text).replace("machine: ../machines/", f"machine: {ROOT}/config/machines/")
+    changed = re.sub(r"side_step_mm: [0-9.]+", "side_step_mm: 2", changed)
+    with open(job, "w", encoding="utf-8") as out:
+        out.write(changed)
+    return job, stl
+
+
+def drawn(run, desk):
+    """Part and path of a job that was handed to the service from elsewhere, as its program makes it."""
+    path, stl = pin_job(run)
+    job = int(run.tiltfeed("submit", path)[1])
+    run.until("not ready", lambda: run.show(job, "state") == "ready")
+    must(desk, "seat/ask")
+    must(desk, "run/start", job=job)
+    told = until(desk, "the scene", lambda value: value["scene"] and value["scene"]["path"] == value["scene"]["part"] == "ready")
+    assert told["scene"]["job"] == job and told["scene"]["tool"], told["scene"]
+    floats = lambda name: array.array("f", desk.ask("GET", f"/api/v1/run/{name}", **desk.signed)[2])
+    corners, points = floats("mesh"), floats("path")
+    with open(stl, "rb") as file:
+        facets = int.from_bytes(file.read()[80:84], "little")
+    assert len(corners) == 9 * facets and len(points) % 8 == 0, (len(corners), facets, len(points))
+    lines = points[7::8]
+    program = run.text(f"spool/jobs/{job}/program.nc").split("\n")
+    assert list(lines) == sorted(lines) and all(re.search("[XYZAC]", program[int(line) - 1]) for line in lines), "lines of the program"
+    must(desk, "run/stop")
+    until(desk, "its end", lambda value: value["job"] is None)
+    assert desk.get("run")["scene"]["job"] == job, "it stays until the next run"
+    must(desk, "seat/give")
+
+
 def beside(run):
     """By the service's file, as its unit has it: SIGHUP prints a new address."""
     desk = Desk(run.bin, "--beside", f"{run.work}/service.yaml")
     desk.sign_in()
     until(desk, "up", lambda value: value["service"] == "up")
+    drawn(run, desk)
     desk.process.send_signal(signal.SIGHUP)
     token = desk.process.stdout.readline().strip().partition("#token=")[2]
     status, _, _ = desk.ask("POST", "/api/v1/session", json.dumps({"token": token}))

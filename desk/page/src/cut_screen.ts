@@ -49,7 +49,7 @@ export class CutScreen {
   private place(): void {
     const here = this.visible && this.data !== null;
     if (this.panel) this.panel.visible = here;
-    if (this.viewer && this.visible) this.viewer.showing = {part: !here, path: false};
+    if (this.viewer && this.visible) this.viewer.showing = {part: !here, path: false, run: false};
   }
 
   private async fetch(cut: Cut): Promise<void> {

@@ -106,7 +106,7 @@ async function start(): Promise<void> {
   viewer?.machine.set('fixtures');
   const select = make_tabs((tab) => {
     document.body.dataset.tab = tab;
-    if (viewer) viewer.showing = {part: true, path: tab === 'Plan' || tab === 'Run'};
+    if (viewer) viewer.showing = {part: true, path: tab === 'Plan', run: false};
     for (const [name, screen] of Object.entries(screens)) if (name !== tab) screen.show(false);
     screens[tab].show(true);
   });

@@ -85,7 +85,7 @@ export class PathDrawing {
     this.line = new Line(geometry, this.material);
     this.line.frustumCulled = false;
     geometry.setDrawRange(0, 0);
-    this.heavy = new Heavy(this.line, 1, () => thin_strip(numbers, kNumbers, kKind, extent(numbers)));
+    this.heavy = new Heavy(this.line, 1, () => thin_strip(numbers, kNumbers, kKind, extent(numbers, kNumbers)));
     this.is_heavy(this.heavy);
     this.tool.show(tool);
     this.group.add(this.line, this.tool.group);
@@ -197,12 +197,12 @@ export class PathDrawing {
   }
 }
 
-/** The longest side of the box about all tips, mm. */
-function extent(numbers: Float32Array): number {
+/** The longest side of the box about all tips, the first three of `stride` numbers, mm. */
+export function extent(numbers: Float32Array, stride: number): number {
   let most = 0;
   for (let axis = 0; axis < 3; ++axis) {
     let low = Infinity, high = -Infinity;
-    for (let k = axis; k < numbers.length; k += kNumbers) {
+    for (let k = axis; k < numbers.length; k += stride) {
       if (numbers[k] < low) low = numbers[k];
       if (numbers[k] > high) high = numbers[k];
     }

@@ -1,4 +1,6 @@
 // What the desk tells of the machine and of the seat (desk/API.md), and words for it.
+import type {ToolPiece} from './cut_data.js';
+
 export interface RunJob {
   job: number;
   name?: string;
@@ -35,6 +37,10 @@ export interface Status {
   tool?: {tip: number[]; axis: number[]};
 }
 
+type Drawn = 'none' | 'working' | 'ready' | 'refused';
+/** What the view shows of the run that is on the machine, or was the last. */
+export interface Scene { job: number; path: Drawn; part: Drawn; error?: string; tool: ToolPiece[] }
+
 export interface Run {
   service: 'none' | 'asked' | 'up' | 'lost';
   error: string;
@@ -47,6 +53,7 @@ export interface Run {
   live: boolean;
   order: {command: string; words: string; by: string} | null;
   text: {line: number; first: number; lines: string[]} | null;
+  scene: Scene | null;
 }
 
 interface Person { session: number; name: string }

@@ -6,6 +6,7 @@ import {press_button} from './hold_press.js';
 import {Machine} from './machine_screen.js';
 import {time_text} from './plan_screen.js';
 import {Doing, Run, RunJob, Seat, doing, headline, share} from './run_api.js';
+import {RunScene} from './run_scene.js';
 import {ToolChange} from './tool_change.js';
 import type {Viewer} from './viewer.js';
 
@@ -44,20 +45,23 @@ export class RunScreen {
   private readonly submit = el('button', {type: 'button', id: 'submit', click: () => this.order('run/submit', {})}, 'Hand over the planned program');
   private readonly steer = el('section', {'aria-label': 'The run'});
   private readonly tool_change = new ToolChange();
+  private readonly scene: RunScene;
   private readonly machine: Machine;
   private readonly all: HTMLElement;
   private readonly none = el('div', {}, el('h2', {}, 'Run'), el('p', {id: 'no-machine'},
     'This desk has no machine. Start it beside tiltfeed serve: tiltfeed desk --service /run/tiltfeed/NAME/api.sock.'));
 
-  constructor(private readonly sheet: HTMLElement, private readonly viewer: Viewer | null, private readonly session: () => number) {
+  constructor(private readonly sheet: HTMLElement, viewer: Viewer | null, private readonly session: () => number) {
+    this.scene = new RunScene(viewer);
     this.machine = new Machine((path, body) => this.order(path, body), (text) => this.fail(text));
     for (const [what, steps] of Object.entries({feed: [-10, 100, 10], rapid: [25, 50, 100], spindle: [-10, 100, 10]})) this.overrides.append(this.override_row(what, steps));
     this.steer.append(el('div', {class: 'row'}, this.resume, this.stop), this.progress, this.figures, this.places, el('h3', {}, 'Overrides'), this.overrides, this.lines);
-    this.all = el('div', {}, this.title, this.machine_line, this.problem, this.note, this.confirm_box, this.seat_box, this.tool_change.node, this.steer, el('h3', {}, 'Jobs'),
+    this.all = el('div', {}, this.title, this.machine_line, this.problem, this.note, this.scene.node, this.confirm_box, this.seat_box, this.tool_change.node, this.steer, el('h3', {}, 'Jobs'),
       el('div', {class: 'row'}, this.submit), this.job_list, this.machine.node);
   }
 
   show(visible: boolean): void {
+    if (visible || this.visible) this.scene.show(visible);
     this.visible = visible;
     if (visible) this.sheet.replaceChildren(this.run?.service === 'none' ? this.none : this.all);
     this.draw();
@@ -66,6 +70,7 @@ export class RunScreen {
   update(run: Run, seat: Seat, planned: boolean): void {
     const had = this.run?.service;
     Object.assign(this, {run, seat, planned});
+    this.scene.update(run, this.jobs);
     if (this.visible && had !== run.service && (had === 'none' || run.service === 'none')) this.show(true);
     else this.draw();
   }
@@ -75,6 +80,7 @@ export class RunScreen {
     const {version, jobs} = await get_json<{version: number; jobs: RunJob[]}>('run/jobs');
     if (version < this.version) return;
     Object.assign(this, {version, jobs});
+    this.scene.update(this.run, jobs);
     this.draw_jobs();
   }
 
@@ -145,7 +151,6 @@ export class RunScreen {
     this.submit.hidden = !this.planned;
     this.tool_change.update(run, this.has_seat);
     this.machine.update(run, this.has_seat && run.service === 'up' && !job);
-    if (run.status?.tool) this.viewer?.path.tool_at(run.status.tool.tip, run.status.tool.axis);
     for (const button of this.job_list.querySelectorAll('button')) button.disabled = !this.has_seat || run.service !== 'up';
   }
 

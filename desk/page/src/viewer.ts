@@ -8,6 +8,7 @@ import {Heavy} from './heavy.js';
 import {MachineDrawing} from './machine_drawing.js';
 import {PathDrawing} from './path_drawing.js';
 import {kClassColours} from './reach_classes.js';
+import {RunDrawing} from './run_drawing.js';
 import {Levels, thin_facets} from './thinning.js';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 
@@ -89,6 +90,7 @@ export class Viewer {
   private readonly mark_material = new LineBasicMaterial({depthTest: false});
   readonly part = new Group();
   readonly path = new PathDrawing(() => this.redraw(), (heavy) => this.frames.heavy.push(heavy), (heavy) => this.remove_heavy(heavy));
+  readonly run = new RunDrawing(() => this.redraw(), (heavy) => this.frames.heavy.push(heavy), (heavy) => this.remove_heavy(heavy));
   readonly machine = new MachineDrawing(() => this.redraw());
   readonly box = new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
   readonly sphere = new Sphere(new Vector3(), 1);
@@ -103,7 +105,7 @@ export class Viewer {
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
     this.renderer.autoClear = false;
     this.frames = new Frames(this.renderer, this.scene, this.camera, () => this.prepare());
-    this.scene.add(this.part, this.path.group, this.machine.group);
+    this.scene.add(this.part, this.path.group, this.run.group, this.machine.group);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.redraw());
@@ -154,10 +156,11 @@ export class Viewer {
     this.frames.heavy = this.frames.heavy.filter((known) => known !== heavy);
   }
 
-  /** What stands in the view from now on: the part, the path, or neither. */
-  set showing(what: {part: boolean; path: boolean}) {
+  /** What stands in the view from now on: the desk's part, its path, what runs on the machine, or nothing. */
+  set showing(what: {part: boolean; path: boolean; run: boolean}) {
     this.part.visible = what.part;
     this.path.group.visible = what.path;
+    this.run.group.visible = what.run;
     this.redraw();
   }
 
@@ -343,6 +346,7 @@ export class Viewer {
     this.part_material.uniforms.back.value = new Color(palette.back);
     this.mark_material.color = new Color(palette.mark);
     this.path.recolour(this.dark.matches);
+    this.run.recolour(this.dark.matches);
     this.redraw();
   }
 
