@@ -171,7 +171,7 @@ export async function check_layout(page, touch) {
 
 /** Until it is so; for what no page can tell. */
 export async function wait_until(is_so) {
-  for (const begun = Date.now(); !is_so(); await sleep(50)) assert(Date.now() - begun < kHang, `not so after ${kHang} ms: ${is_so}`);
+  for (const begun = Date.now(); !await is_so(); await sleep(50)) assert(Date.now() - begun < kHang, `not so after ${kHang} ms: ${is_so}`);
 }
 
 /** The box of what is in the middle of the window, may be touched, and has stopped moving. */
@@ -188,6 +188,23 @@ export async function at_rest(page, selector) {
 }
 
 export const text_of = (page, selector) => page.$eval(selector, (node) => node.textContent);
+
+const kMostTabs = 120;
+
+/** Goes by Tab to what a selector names, as one does who has no mouse; returns how many it took. The focus must be seen. */
+export async function tab_to(page, selector) {
+  await page.waitForSelector(`${selector}:not(:disabled)`);
+  const here = () => page.evaluate((wanted) => document.activeElement?.matches(wanted) ?? false, selector);
+  for (let tabs = 0; tabs <= kMostTabs; ++tabs) {
+    if (await here()) {
+      const outline = await page.evaluate(() => getComputedStyle(document.activeElement).outlineStyle);
+      assert.notEqual(outline, 'none', `${selector}: nobody sees that it has the focus`);
+      return tabs;
+    }
+    await page.keyboard.press('Tab');
+  }
+  assert.fail(`${selector} is not reached by ${kMostTabs} tabs`);
+}
 
 /** Drops a file onto the page as a person does. */
 export async function drop(page, file) {

@@ -8,7 +8,7 @@ import {createInterface} from 'node:readline';
 import {after, before, test} from 'node:test';
 
 import {
-  Desk, at_rest, bin, check_accessible, check_and_close, check_layout, close_browser, is_red, kPhone, kTablet, open_browser, open_page, part_file, pin_job, run, shot, text_of, wait_until, work,
+  Desk, at_rest, bin, check_accessible, check_and_close, check_layout, close_browser, is_red, kPhone, kTablet, open_browser, open_page, part_file, pin_job, run, shot, tab_to, text_of, wait_until, work,
 } from './harness.mjs';
 
 const root = new URL('../..', import.meta.url).pathname, shop = join(work, 'shop'), socket = join(shop, 'api.sock');
@@ -123,6 +123,31 @@ test('a job is started, watched, held by key, resumed, and stopped by a press of
   assert.equal((await state_of(job)).state, 'stopped');
   await page.waitForFunction((id) => /stopped/.test(document.getElementById(id)?.textContent), {}, `job-${job}`);
   await leave_seat(page);
+  await check_and_close(page);
+});
+
+test('by keyboard alone: the seat taken, a job started, held, resumed, stopped, the seat left', async () => {
+  const page = await open_page(desk), number = (await tiltfeed('submit', join(shop, 'long.nc'))).answer.job;
+  const press = async (selector) => {
+    await tab_to(page, selector);
+    await page.keyboard.press('Enter');
+  };
+  await press('#seat-ask');
+  await press(`#start-${number}`);
+  await says(page, 'running');
+  await page.keyboard.press('Space');
+  await says(page, 'held');
+  await press('#resume');
+  await says(page, 'running');
+  await press('#overrides [aria-label="feed by -10 percent"]');
+  await page.waitForFunction(() => document.getElementById('override-feed').textContent === '90 %');
+  await tab_to(page, '#stop');
+  await page.keyboard.down('Enter');
+  await says(page, 'idle');
+  await page.keyboard.up('Enter');
+  assert.equal((await state_of(number)).state, 'stopped');
+  await press('#seat-give');
+  await page.waitForFunction(() => /Nobody has the seat/.test(document.getElementById('seat')?.textContent));
   await check_and_close(page);
 });
 

@@ -5,7 +5,7 @@ import {join} from 'node:path';
 import {after, before, test} from 'node:test';
 
 import {
-  Desk, check_accessible, check_and_close, check_layout, close_browser, drop, kPhone, kTablet, open_page, part_file, run, shot, stop_desks, text_of, work,
+  Desk, check_accessible, check_and_close, check_layout, close_browser, drop, kPhone, kTablet, open_page, part_file, run, shot, stop_desks, tab_to, text_of, wait_until, work,
 } from './harness.mjs';
 
 let pin;
@@ -16,7 +16,7 @@ after(async () => {
 });
 
 const text = (page) => page.evaluate(async () => (await fetch('/api/v1/job/text')).text());
-const wait_state = (page, test_of) => page.waitForFunction(async (source) => Function('s', `return ${source}`)(await (await fetch('/api/v1/state')).json()), {polling: 100}, test_of);
+const wait_state = (page, holds) => wait_until(async () => holds(await page.evaluate(async () => (await fetch('/api/v1/state')).json())));
 
 /** A desk with a part and a job for it, on the tab Axis. */
 async function with_job(options) {
@@ -67,13 +67,47 @@ test('a dropped STL becomes a proven program by clicks alone, nothing typed', as
   await click('#make-job');
   await click('#proposal-0');
   await page.waitForSelector('#proposal-0.taken');
-  await wait_state(page, 's.job.errors.length === 0');
+  await wait_state(page, ({job}) => job.errors.length === 0);
   await click('#axis-next');
   await click('#plan');
   await page.waitForFunction(() => document.querySelector('#blocks, #refused'));
   assert.equal(await page.$('#refused'), null, await page.evaluate(() => document.getElementById('refused')?.textContent));
   assert.match(await text_of(page, '#gouge'), /proven over [\d,]+ moves/);
   assert.equal(clicks, 4);
+  await end({desk, page});
+});
+
+test('by keyboard alone: a formula part becomes a proven program, and is cut', async () => {
+  const desk = await Desk.start(), page = await open_page(desk);
+  let tabs = 0;
+  const press = async (selector, key = 'Enter') => {
+    tabs += await tab_to(page, selector);
+    await page.keyboard.press(key);
+  };
+  await press('#sample-pin');
+  await press('#make-job');
+  await press('#proposal-0');
+  await page.waitForSelector('#proposal-0.taken');
+  await wait_state(page, ({job}) => job.errors.length === 0);
+  await press('#axis-next');
+  // Rows further apart, typed into their field.
+  await press('#tab-plan', 'ArrowLeft');
+  await press('#form-pattern:not([open]) summary');
+  tabs += await tab_to(page, '[id="key-pattern.side_step_mm"]');
+  await page.keyboard.down('Control');
+  await page.keyboard.press('a');
+  await page.keyboard.up('Control');
+  await page.keyboard.type('2');
+  await page.keyboard.press('Tab');
+  await wait_state(page, ({job}) => job.errors.length === 0);
+  await page.waitForFunction(async () => /side_step_mm: 2\b/.test(await (await fetch('/api/v1/job/text')).text()), {polling: 100});
+  await press('#tab-job', 'ArrowRight');
+  await press('#plan');
+  await page.waitForSelector('#blocks');
+  await press('#tab-plan', 'ArrowRight');
+  await press('#cut');
+  await wait_state(page, ({cut}) => cut?.state === 'done');
+  console.log(`by keyboard: ${tabs} tabs`);
   await end({desk, page});
 });
 
@@ -118,7 +152,7 @@ test('forms change the text where it stands; remarks stay; errors are told at th
   await page.waitForFunction(async (words) => (await (await fetch('/api/v1/job/text')).text()).includes(words), {}, remark);
   const before = await text(page);
   await type_field(page, 'tolerance_mm', '0.02');
-  await wait_state(page, 's.job.errors.length === 0');
+  await wait_state(page, ({job}) => job.errors.length === 0);
   await page.waitForFunction(async () => (await (await fetch('/api/v1/job/text')).text()).includes('0.02'));
   assert.equal(await text(page), before.replace(`tolerance_mm: 0.01   ${remark}`, `tolerance_mm: 0.02   ${remark}`));
   await page.waitForFunction((words) => document.getElementById('job-text').value.includes(`0.02   ${words}`), {}, remark);
@@ -135,12 +169,12 @@ test('forms change the text where it stands; remarks stay; errors are told at th
   await page.select('[id="key-cutter.type"]', 'bull_nose');
   await page.waitForSelector('[id="key-cutter.corner_radius_mm"]');
   await type_field(page, 'cutter.corner_radius_mm', '1');
-  await wait_state(page, 's.job.errors.length === 0');
+  await wait_state(page, ({job}) => job.errors.length === 0);
   await page.locator('#holder-add').click();
   await page.waitForSelector('#cutter-drawing .holder');
   await page.select('[id="key-cutter.type"]', 'ball');
   await page.waitForFunction(() => !document.querySelector('[id="key-cutter.corner_radius_mm"]'));
-  await wait_state(page, 's.job.errors.length === 0');
+  await wait_state(page, ({job}) => job.errors.length === 0);
   await check_accessible(page);
   await check_layout(page, false);
   await shot(page, 'forms-1920');
@@ -204,7 +238,7 @@ test('a face is clicked, shapes are fitted through it, and the axis goes there',
   await page.mouse.click(box.x + at[0], box.y + at[1]);
   await page.waitForSelector('#shape-0');
   await page.locator('#shape-0').click();
-  await wait_state(page, 's.job.errors.length === 0');
+  await wait_state(page, ({job}) => job.errors.length === 0);
   await page.select('#snap-way', '[0,0,1]');
   await page.waitForFunction(async () => / t: \[0, 0, 1\]/.test(await (await fetch('/api/v1/job/text')).text()));
   await page.select('#snap-place', '000');

@@ -2,7 +2,7 @@
 import {Vector3} from 'three';
 import {Fitted, Job, Part, Proposal, Reach, Refusal, Shape, Suggest, post, remove} from './api.js';
 import {AxisGizmo, Frame, Mode} from './axis_gizmo.js';
-import {el, length_text} from './dom.js';
+import {el, length_text, refill} from './dom.js';
 import {FacetPick} from './facet_pick.js';
 import type {JobForms} from './job_forms.js';
 import {Edit, value_of, vector_of, vector_text} from './job_link.js';
@@ -189,7 +189,7 @@ export class AxisScreen {
   private draw(): void {
     if (!this.visible) return;
     const ready = this.job && this.part?.state === 'ready';
-    this.sheet.replaceChildren(el('h2', {}, 'Tool axis'), ...(ready
+    refill(this.sheet, el('h2', {}, 'Tool axis'), ...(ready
       ? [this.legend, this.proposals, el('div', {class: 'row'}, el('button', {type: 'button', id: 'axis-next', class: 'main', click: () => this.go('Plan')}, 'Next: plan')), el('h3', {}, 'By hand'), this.tools, this.fitted, this.fields]
       : [el('div', {id: 'no-axis'}, el('p', {}, 'The tool axis says from where the tool comes at every point of the part.'),
         el('p', {}, this.part ? 'Make a job for the part first: press "Make a job" beside it.' : 'Open a part first.'),
@@ -203,8 +203,8 @@ export class AxisScreen {
     const now = JSON.stringify([this.suggest, this.part?.id, this.taken, this.problem, this.job?.errors.length, this.shapes, this.picked, this.pick?.active, this.all]);
     if (now === this.listed) return;
     this.listed = now;
-    this.proposals.replaceChildren(...this.proposal_list());
-    this.fitted.replaceChildren(...this.shape_list());
+    refill(this.proposals, ...this.proposal_list());
+    refill(this.fitted, ...this.shape_list());
   }
 
   private proposal_list(): Node[] {

@@ -2,7 +2,7 @@
 import {Cut, Job, Plan, Refusal, get_bytes, post, remove} from './api.js';
 import {CutData, read_cut} from './cut_data.js';
 import {CutPanel, why_not_alike} from './cut_panel.js';
-import {byId, el} from './dom.js';
+import {byId, el, refill} from './dom.js';
 import type {Viewer} from './viewer.js';
 
 const kVerdicts = {passed: 'Passed', incomplete: 'Incomplete', failed: 'Failed'};
@@ -84,7 +84,7 @@ export class CutScreen {
   private draw(): void {
     if (!this.visible || this.told_stage()) return;
     const focused = document.activeElement instanceof HTMLElement && this.sheet.contains(document.activeElement) ? document.activeElement.id : '';
-    this.sheet.replaceChildren(...this.content());
+    refill(this.sheet, ...this.content());
     if (focused) document.getElementById(focused)?.focus();
   }
 

@@ -15,6 +15,21 @@ export function el<K extends keyof HTMLElementTagNameMap>(tag: K, props: Props =
   return node;
 }
 
+/**
+ * Other children in place of those before. What had the focus has it again, where something of its id is still there;
+ * else the host has it, so that Tab goes on from here.
+ */
+export function refill(host: HTMLElement, ...nodes: (Node | string)[]): void {
+  const had = document.activeElement, inside = had !== null && had !== host && host.contains(had);
+  host.replaceChildren(...nodes);
+  if (!inside) return;
+  const again = had.id ? document.getElementById(had.id) : null;
+  again?.focus({preventScroll: true});
+  if (document.activeElement === again && again) return;
+  host.tabIndex = -1;
+  host.focus({preventScroll: true});
+}
+
 export function byId<T extends HTMLElement>(id: string): T {
   const found = document.getElementById(id);
   if (!found) throw new Error(`no element ${id}`);

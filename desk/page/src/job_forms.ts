@@ -1,6 +1,6 @@
 // Forms made of what the job's reader asks for: a field a key, changed in the text where it stands.
 import {Job, Refusal} from './api.js';
-import {el} from './dom.js';
+import {el, refill} from './dom.js';
 import {Edit, Form, Key, change_job, get_form} from './job_link.js';
 
 const kEnding = /_(mm_per_min|deg_per_mm|mm|deg|rpm|percent)$/;
@@ -86,7 +86,7 @@ export class JobForms {
     const typing = active instanceof HTMLInputElement || active instanceof HTMLSelectElement ? {id: active.id, value: active.value, fresh: active.value !== active.dataset.was} : null;
     for (const {host, sections, without} of this.homes) {
       const open = new Set([...host.querySelectorAll('details[open]')].map((node) => node.id)), first = host.childElementCount === 0;
-      host.replaceChildren(...sections.flatMap((section, i) => this.section(section, without, first ? i === 0 : open.has(`form-${section || 'whole'}`), sections.length > 1)));
+      refill(host, ...sections.flatMap((section, i) => this.section(section, without, first ? i === 0 : open.has(`form-${section || 'whole'}`), sections.length > 1)));
     }
     if (!typing) return;
     const again = document.getElementById(typing.id);

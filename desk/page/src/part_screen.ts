@@ -1,6 +1,6 @@
 // Part: an STL is opened, seen, its size and defects told, its unit asked for where it looks wrong.
 import {Job, Part, Plan, Refusal, get_floats, post, put_bytes} from './api.js';
-import {byId, count_text, el, size_text} from './dom.js';
+import {byId, count_text, el, refill, size_text} from './dom.js';
 import {PartStart} from './part_start.js';
 import type {Viewer} from './viewer.js';
 
@@ -104,7 +104,7 @@ export class PartScreen {
     const now = JSON.stringify([this.part, this.job?.id, this.plan?.state, this.sending, this.problem, this.start.news, this.viewer === null]);
     if (!this.visible || (now === this.drawn && this.sheet.querySelector('#open-stl'))) return;
     this.drawn = now;
-    this.sheet.replaceChildren(...this.content());
+    refill(this.sheet, ...this.content());
     if (focused) document.getElementById(focused)?.focus();
   }
 

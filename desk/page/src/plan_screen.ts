@@ -1,6 +1,6 @@
 // Plan: the program is made and proven in stages, its path drawn, a slider in machine time.
 import {Job, Part, Plan, Refusal, get_bytes, get_floats, get_json, post, remove} from './api.js';
-import {byId, count_text, el} from './dom.js';
+import {byId, count_text, el, refill} from './dom.js';
 import {Colouring, kColourings} from './path_drawing.js';
 import {PlanTip} from './plan_tip.js';
 import {Peaks, Plots} from './plots.js';
@@ -123,7 +123,7 @@ export class PlanScreen {
   private draw(): void {
     if (!this.visible || this.told_stage()) return;
     const focused = document.activeElement instanceof HTMLElement && this.sheet.contains(document.activeElement) ? document.activeElement.id : '';
-    this.sheet.replaceChildren(...this.content());
+    refill(this.sheet, ...this.content());
     if (focused) document.getElementById(focused)?.focus();
   }
 

@@ -1,7 +1,7 @@
 // Run: what happens on the machine, and the orders for it. Built once and then changed in place: what is under a thumb
 // stays where it is.
 import {Refusal, get_json, post} from './api.js';
-import {count_text, el} from './dom.js';
+import {count_text, el, refill} from './dom.js';
 import {press_button} from './hold_press.js';
 import {Machine} from './machine_screen.js';
 import {time_text} from './plan_screen.js';
@@ -106,7 +106,7 @@ export class RunScreen {
 
   private ask_to_confirm(text: string, path: string, body: Record<string, unknown>): void {
     const close = () => { this.confirm_box.hidden = true; };
-    this.confirm_box.replaceChildren(el('pre', {}, text.trim()), el('div', {class: 'row'},
+    refill(this.confirm_box, el('pre', {}, text.trim()), el('div', {class: 'row'},
       el('button', {type: 'button', class: 'main', id: 'confirm-yes', click: () => { close(); this.order(path, {...body, confirmed: true}); }}, 'Do it'),
       el('button', {type: 'button', id: 'confirm-no', click: close}, 'Leave it')));
     this.confirm_box.hidden = false;
@@ -182,13 +182,13 @@ export class RunScreen {
     const button = (id: string, path: string, text: string, main = false) => el('button', {type: 'button', id, class: main ? 'main' : '', click: act(path)}, text);
     const asks_me = mine && seat.asking;
     this.seat_box.classList.toggle('warn', Boolean(asks_me) || (!mine && seat.lost));
-    if (asks_me) this.seat_box.replaceChildren(el('p', {role: 'alert'}, `${seat.asking?.name} asks for the seat.`), row(button('seat-give', 'seat/give', 'Give it'), button('seat-keep', 'seat/keep', 'Keep it')));
-    else if (mine) this.seat_box.replaceChildren(row(el('span', {}, 'You have the seat.'), button('seat-give', 'seat/give', 'Leave it')));
-    else if (!seat.owner) this.seat_box.replaceChildren(row(el('span', {}, 'Nobody has the seat. Orders need it; a hold does not.'), button('seat-ask', 'seat/ask', 'Take the seat', true)));
-    else if (seat.lost) this.seat_box.replaceChildren(el('p', {}, `The connection of ${seat.owner.name}, which has the seat, is lost. A run goes on.`), row(button('seat-ask', 'seat/ask', 'Take the seat', true)));
-    else if (seat.asking?.session === this.session()) this.seat_box.replaceChildren(row(el('span', {}, seat.unanswered ? `${seat.owner.name} does not answer.` : `${seat.owner.name} has been asked for the seat.`),
+    if (asks_me) refill(this.seat_box, el('p', {role: 'alert'}, `${seat.asking?.name} asks for the seat.`), row(button('seat-give', 'seat/give', 'Give it'), button('seat-keep', 'seat/keep', 'Keep it')));
+    else if (mine) refill(this.seat_box, row(el('span', {}, 'You have the seat.'), button('seat-give', 'seat/give', 'Leave it')));
+    else if (!seat.owner) refill(this.seat_box, row(el('span', {}, 'Nobody has the seat. Orders need it; a hold does not.'), button('seat-ask', 'seat/ask', 'Take the seat', true)));
+    else if (seat.lost) refill(this.seat_box, el('p', {}, `The connection of ${seat.owner.name}, which has the seat, is lost. A run goes on.`), row(button('seat-ask', 'seat/ask', 'Take the seat', true)));
+    else if (seat.asking?.session === this.session()) refill(this.seat_box, row(el('span', {}, seat.unanswered ? `${seat.owner.name} does not answer.` : `${seat.owner.name} has been asked for the seat.`),
       seat.unanswered ? button('seat-ask', 'seat/ask', 'Take the seat', true) : null));
-    else this.seat_box.replaceChildren(row(el('span', {}, `${seat.owner.name} has the seat; you watch.`), button('seat-ask', 'seat/ask', 'Ask for it')));
+    else refill(this.seat_box, row(el('span', {}, `${seat.owner.name} has the seat; you watch.`), button('seat-ask', 'seat/ask', 'Ask for it')));
   }
 
   private draw_places(run: Run): void {
@@ -237,7 +237,7 @@ export class RunScreen {
     const waits = this.jobs.filter((job) => !kOver.has(job.state ?? '') && job.state !== 'running').sort((a, b) => (a.queue ?? 1e9) - (b.queue ?? 1e9));
     const over = this.jobs.filter((job) => kOver.has(job.state ?? '')).reverse().slice(0, kHistory);
     const focused = document.activeElement?.id ?? '';
-    this.job_list.replaceChildren(waits.length === 0 && over.length === 0 ? el('p', {class: 'soft', id: 'no-jobs'}, 'No jobs yet. Plan a program and hand it over, or: tiltfeed submit part.nc') : el('ul', {class: 'plain jobs'}, ...waits.map(row)),
+    refill(this.job_list, waits.length === 0 && over.length === 0 ? el('p', {class: 'soft', id: 'no-jobs'}, 'No jobs yet. Plan a program and hand it over, or: tiltfeed submit part.nc') : el('ul', {class: 'plain jobs'}, ...waits.map(row)),
       ...(over.length > 0 ? [this.history(el('ul', {class: 'plain jobs'}, ...over.map(row)))] : []));
     if (focused) document.getElementById(focused)?.focus();
     this.draw();
