@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/facet_bvh.h"
@@ -41,19 +42,26 @@ bool clear_along(const SweptTool& tool, const TiltLimit& tilt, const ToolStand& 
   ++tested;
   const bool bounded =
       !tool.may_stop(lerp(a.centre, b.centre, 0.5), slerp(a.axis, b.axis, 0.5), way / 2.0, turn / 2.0, from);
-  // A cylinder of radius r that steps by s leaves s^2 / (8 r) of a corner.
+  // A cylinder of radius r that steps by s leaves s^2 / (8 r) of a corner. But what comes in at the side of a
+  // sharp lower end may leave through the bottom before the next pose: the end reaches down by what it moves
+  // along the axis from one pose to the next.
   const double step = std::sqrt(8.0 * tool.ball() * ToleranceBudget(tolerance).corner());
   const int steps =
       std::max(1, static_cast<int>(std::ceil((way + (bounded ? from : lever(tool)) * turn) / step)));
   const double h = reference_height;
+  const Vec3 moved = (b.centre - a.centre) / steps;
+  const double fall = std::max(std::abs(dot(moved, a.axis)), std::abs(dot(moved, b.axis)));
+  // The bound tells of what is higher than `from` where the tool stands half way; at the ends that may be
+  // higher.
+  const double to =
+      bounded ? from + way / 2.0 + (from + tool.widest()) * turn : std::numeric_limits<double>::infinity();
   const Point<Part> tip_a = a.centre - a.axis * h, tip_b = b.centre - b.axis * h;
   for (int k = 0; k <= steps; ++k) {
     const double f = static_cast<double>(k) / steps;
     const Vec3 axis = slerp(a.axis, b.axis, f);
     const Point<Part> centre = lerp(tip_a, tip_b, f) + axis * h;
     ++tested;
-    if (bounded ? tool.stopped_below(centre, axis, from, hint) : tool.stop(centre, axis, hint).has_value())
-      return false;
+    if (tool.stopped_below(centre, axis, to, fall, turn / steps, hint)) return false;
   }
   return true;
 }

@@ -171,6 +171,12 @@ SweptTool::SweptTool(const FacetBvh& tree, const PlanOptions& options, double sl
     top_ = std::max(top_, base + piece.length);
   };
   for (const ToolPiece& piece : tool_pieces(options)) add(swept_, piece, true);
+  for (Frustum& f : swept_) {
+    double below = ball_;
+    for (const Frustum& g : swept_)
+      if (g.from < f.from) below = std::max(below, g.radius + g.slope * (std::min(f.from, g.to) - g.from));
+    f.sharp = f.part != ToolPart::kCutter && f.radius > below;
+  }
   for (const ToolPiece& piece : all_pieces(options)) add(still_, piece, false);
   if (!options.fixtures) return;
   fixture_tree_ = std::make_shared<const FacetBvh>(options.fixtures->mesh);
@@ -255,8 +261,10 @@ bool SweptTool::may_stop(Point<Part> centre, Vec3 axis, double off, double turn,
                        fixtures_->may_stop(centre, axis, off, turn, from));
 }
 
-bool SweptTool::stopped_below(Point<Part> centre, Vec3 axis, double to, std::uint32_t& hint) const {
+bool SweptTool::stopped_below(Point<Part> centre, Vec3 axis, double to, double fall, double turn,
+                              std::uint32_t& hint) const {
   for (Frustum f : swept_) {
+    if (f.sharp) f.from -= fall + f.radius * turn;
     if (f.from >= to) continue;
     if (f.to > to) f.widest = f.radius + f.slope * (to - f.from), f.to = to;
     if (hint != kNoFacet && meets(f, centre, axis, tree_.facet(hint))) return true;
@@ -270,7 +278,7 @@ bool SweptTool::stopped_below(Point<Part> centre, Vec3 axis, double to, std::uin
   }
   std::uint32_t facet = kNoFacet;
   return fixtures_ && (fixtures_->ball_meets(centre, fixtures_->ball_) ||
-                       fixtures_->stopped_below(centre, axis, to, facet));
+                       fixtures_->stopped_below(centre, axis, to, fall, turn, facet));
 }
 
 std::optional<Blocker> SweptTool::hit(Point<Part> centre, Vec3 axis) const {

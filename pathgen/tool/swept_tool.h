@@ -33,6 +33,7 @@ class SweptTool {
     double radius = 0.0;          ///< at the lower end, mm
     double slope = 0.0;           ///< by which the radius grows over the height
     double widest = 0.0;          ///< radius at the upper end, mm
+    bool sharp = false;           ///< its lower end is wider than the tool below it
   };
 
   /// Fixtures of the options are held against all of the tool, its ball included, grown by their room.
@@ -53,8 +54,10 @@ class SweptTool {
   /// `off` (mm) of `centre` and the axis within `turn` (rad) of `axis`? Only what of the tool is higher than
   /// `from` over the reference is asked. No answer is wrong that says it is clear.
   bool may_stop(Point<Part> centre, Vec3 axis, double off, double turn, double from) const;
-  /// As stop(), of what of the tool is lower than `to` over the reference; nothing is swept higher.
-  bool stopped_below(Point<Part> centre, Vec3 axis, double to, std::uint32_t& hint) const;
+  /// As stop(), of what of the tool is lower than `to` over the reference; nothing is swept higher. Sharp
+  /// lower ends reach further down, by `fall` (mm) and by their radius times `turn` (rad).
+  bool stopped_below(Point<Part> centre, Vec3 axis, double to, double fall, double turn,
+                     std::uint32_t& hint) const;
   /// What the tool as it stands, ball and all, meets; nothing is swept.
   std::optional<Blocker> hit(Point<Part> centre, Vec3 axis) const;
 
