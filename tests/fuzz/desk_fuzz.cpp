@@ -60,13 +60,13 @@ FUZZ_TARGET(desk) {
   check_access(request);
   if (!RunApi::is_route(request.method, request.path)) return;
   std::map<std::uint64_t, int> finished;
-  RunApi run("/nonexistent/socket", "",
+  RunApi run({"/nonexistent/socket", "", "", "", ""},
              {[](const std::string&, const std::string&) {},
               [&](std::uint64_t ticket, const Reply& reply) {
                 HOLDS(!reply.later && reply.status >= 200);
                 ++finished[ticket];
               },
-              [] { return std::optional<PlannedProgram>(); }, [] { return std::optional<Placing>(); },
+              [] { return std::optional<PlannedProgram>(); },
               [](std::uint64_t session) { return "browser " + std::to_string(session); }});
   Request asks;
   asks.method = "POST";
