@@ -123,12 +123,13 @@ class ProofJudge {
       finding("gouge", gouge->depth, there, pasteable(worst));
   }
 
-  /// Does the part stand in the way of a tool that is drawn out along its axis from that share of the move?
+  /// Does the part stand in the way of a tool that is drawn out along its axis from that share of the move? A
+  /// rapid may not even graze it.
   bool is_shut_in(const sim::ProgramMove& move, double share) const {
     const Pose end = prover_.frames().pose(move, share);
     const double step = kDrawnOut * job_.plan.cutter.diameter;
     for (double out = 0.0; out < distance(bounds_.min, bounds_.max); out += step)
-      if (depth({end.tip + end.axis * out, end.axis}) > tolerance_) return true;
+      if (depth({end.tip + end.axis * out, end.axis}) > 0.0) return true;
     return false;
   }
 
