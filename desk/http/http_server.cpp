@@ -38,6 +38,7 @@ constexpr std::size_t kStreamBlock = 4096;
 struct Connection {
   int fd = -1;
   bool asking = false;    // a request is being answered
+  bool known = false;     // something of the API was answered
   Clock::time_point due;  // when the next whole request has to be there
 };
 
@@ -228,6 +229,8 @@ struct HttpServer::State {
     exchange.request.ticket = ++tickets;
     later.emplace(tickets, &exchange);
     Reply reply = calls.answer(exchange.request);
+    if (Connection* own = connection_of(connection); own && reply.status < 400)
+      own->known = own->known || exchange.request.path.starts_with("/api/");
     reply.events_after = exchange.request.last_event_id;
     if (!reply.later) {
       later.erase(exchange.request.ticket);
@@ -285,12 +288,26 @@ struct HttpServer::State {
     auto* state = static_cast<State*>(own);
     if (code == MHD_CONNECTION_NOTIFY_STARTED) {
       const MHD_ConnectionInfo* info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
-      state->connections.push_back({info ? info->connect_fd : -1, false, Clock::now() + kHeadPatience});
+      state->make_room();
+      state->connections.push_back(
+          {info ? info->connect_fd : -1, false, false, Clock::now() + kHeadPatience});
       *mine = &state->connections.back();
     } else {
       state->connections.remove_if([&](const Connection& at) { return &at == *mine; });
       *mine = nullptr;
     }
+  }
+
+  /// Whoever opens connections and says nothing shuts no page out.
+  void make_room() {
+    const auto is_stranger = [](const Connection& at) {
+      char next = 0;  // a request that has come and was not read yet
+      return !at.asking && !at.known && at.fd >= 0 && ::recv(at.fd, &next, 1, MSG_PEEK | MSG_DONTWAIT) <= 0;
+    };
+    if (std::count_if(connections.begin(), connections.end(), is_stranger) < kStrangers) return;
+    const auto oldest = std::find_if(connections.begin(), connections.end(), is_stranger);
+    ::shutdown(oldest->fd, SHUT_RDWR);
+    oldest->fd = -1;
   }
 
   void close_slow() {

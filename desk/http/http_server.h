@@ -38,6 +38,8 @@ class HttpServer {
  public:
   static constexpr unsigned kConnections = 128, kPerAddress = 40;
   static constexpr std::size_t kStreams = 48, kLater = 32;
+  /// Connections that were not given anything of the API: of more the oldest is closed.
+  static constexpr std::ptrdiff_t kStrangers = 20;
   static constexpr std::chrono::seconds kHeadPatience{10}, kBeat{10};
   static constexpr double kSlowestBody = 1e6;  ///< bytes/s
 

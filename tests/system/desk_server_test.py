@@ -144,6 +144,23 @@ def test_many(desk):
             assert time.monotonic() < deadline, f"not served after {len(closed)} of 60 were closed"
 
 
+def test_silent_crowd(desk):
+    """Connections that are opened again and again, and say nothing: who is signed in is served beside them."""
+    crowd, tries = [], 0
+    for _ in range(20):
+        crowd += [desk.connect() for _ in range(20)]
+        for attempt in range(20):
+            try:
+                expect(desk.ask("GET", "/api/v1/state", **desk.signed)[0], 200, "beside a silent crowd")
+                break
+            except (ConnectionError, http.client.HTTPException):
+                assert attempt < 19, f"not served beside {len(crowd)} silent connections"
+                tries += 1
+    print(f"20 requests beside {len(crowd)} silent connections: {tries} had to be repeated")
+    for sock in crowd:
+        sock.close()
+
+
 def test_slow(desk):
     """A head, and a body, that arrive byte by byte: closed by the server, while others are served."""
     head = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{desk.port}\r\nX-Slow: ".encode()
@@ -228,6 +245,7 @@ def main():
     refused = subprocess.run([f"{binaries}/tiltfeed", "desk", "--port", str(taken.port)], capture_output=True, text=True, check=False)
     expect((refused.returncode, f"127.0.0.1:{taken.port}: " in refused.stderr), (1, True), f"a port that is taken: {refused.stderr}")
     taken.sign_in()
+    test_silent_crowd(taken)
     expect(json.loads(taken.ask("GET", "/api/v1/state", **taken.signed)[2])["part"]["name"], "pin.stl", "the part of the command line")
     expect(taken.stop(), 0, "the end")
     test_api_page(binaries, folder, part)
@@ -235,4 +253,7 @@ def main():
     print("desk_server_test: all passed")
 
 
-main()
+try:
+    main()
+finally:
+    Desk.kill_all()
