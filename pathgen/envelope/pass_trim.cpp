@@ -9,9 +9,11 @@ namespace {
 
 using Wanted = std::function<bool(const EnvelopePoint&)>;
 
-/// A point of the straight move from a to b.
+/// A point of the straight move from a to b. Patches of shank and holder come after those of the cutting
+/// part: where they have an end of the move, the cutting part need not touch between.
 EnvelopePoint between(const Deformation& map, const EnvelopePoint& a, const EnvelopePoint& b, double f) {
   EnvelopePoint p = f < 0.5 ? a : b;
+  p.patch = std::max(a.patch, b.patch);
   p.centre = lerp(a.centre, b.centre, f);
   p.flat = map.flatten(p.centre);
   p.axis = normalized(a.axis + (b.axis - a.axis) * f);
