@@ -83,9 +83,7 @@ export class CutScreen {
 
   private draw(): void {
     if (!this.visible || this.told_stage()) return;
-    const focused = document.activeElement instanceof HTMLElement && this.sheet.contains(document.activeElement) ? document.activeElement.id : '';
     refill(this.sheet, ...this.content());
-    if (focused) document.getElementById(focused)?.focus();
   }
 
   /** Stage and share in place: a button that is being pressed stays where it is. */
