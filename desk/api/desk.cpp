@@ -4,13 +4,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "config/description.h"
 #include "config/job.h"
 #include "config/yaml_tree.h"
 #include "desk/api/page_reply.h"
 #include "desk/api/replies.h"
 #include "desk/users/password_hash.h"
-#include "desk/view/tool_outline.h"
 #include "pathgen/mesh/stl_facets.h"
 
 namespace tiltfeed::desk {
@@ -315,10 +313,7 @@ std::optional<PlannedProgram> Desk::planned() const {
   const auto loaded = config::load_job_with(with.job, {with.stl, with.machine});
   if (!loaded) return planned;
   planned.placing = Placing{loaded->machine.model, loaded->setup};
-  planned.scene.part = with.stl;
-  planned.scene.machine = with.machine;
-  planned.scene.unit = config::exact_text(loaded->stl_unit_mm);
-  planned.scene.tool = tool_outline(loaded->plan.cutter);
+  planned.scene = scene_of(*loaded, with.stl, with.machine);
   return planned;
 }
 

@@ -9,10 +9,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "config/description.h"
 #include "config/job.h"
 #include "desk/api/replies.h"
-#include "desk/view/tool_outline.h"
 
 namespace tiltfeed::desk {
 namespace {
@@ -216,9 +214,7 @@ std::optional<Placing> RunApi::placing_of(std::uint64_t job, const std::string& 
     const std::string part = folder + "/part.stl";
     if (const auto loaded = config::load_job_with(folder + "/job.yaml", {part, machine_})) {
       placing = Placing{loaded->machine.model, loaded->setup};
-      scene.part = part;
-      scene.unit = config::exact_text(loaded->stl_unit_mm);
-      scene.tool = tool_outline(loaded->plan.cutter);
+      scene = scene_of(*loaded, part, machine_);
     }
   }
   scene.job = job;

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "config/description.h"
 #include "desk/api/replies.h"
 #include "desk/http/access_check.h"
 #include "desk/work/progress_text.h"
@@ -17,6 +18,15 @@ constexpr const char* kDrawnTolerance = "0.02";     // mm
 constexpr const char* kDrawnAxisTolerance = "0.5";  // degrees
 
 }  // namespace
+
+SceneInput scene_of(const config::Job& job, const std::string& part, const std::string& machine) {
+  SceneInput scene;
+  scene.part = part;
+  scene.machine = machine;
+  scene.unit = config::exact_text(job.stl_unit_mm);
+  scene.tool = tool_outline(job.plan.cutter);
+  return scene;
+}
 
 RunScene::RunScene(std::string tiltfeed, std::string self, std::string folder, std::function<void()> told)
     : tiltfeed_(std::move(tiltfeed)),

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "config/job.h"
 #include "desk/http/http_message.h"
 #include "desk/view/tool_outline.h"
 #include "desk/work/child_process.h"
@@ -21,6 +22,9 @@ struct SceneInput {
   std::string unit = "mm";  ///< of the part
   std::vector<ToolOutline> tool;
 };
+
+/// What is drawn of a job but for its number and program. `part`, `machine`: the files that it was read with.
+SceneInput scene_of(const config::Job& job, const std::string& part, const std::string& machine);
 
 /// Properties: stays until the next run begins, so that what a run ended in can still be seen; what cannot
 /// be drawn is told as a refusal with its reason.
