@@ -302,7 +302,6 @@ bool Envelope::may_rise_over(const FlatLine& line, double z) {
   return over;
 }
 
-/// z' of the cutting part's envelope at a place.
 double Envelope::cutter_height(double x, double y) const {
   Deformation::Angles angles;
   const AxisLine there = map_.axis_line(x, y, angles);
@@ -346,7 +345,7 @@ LineEnvelope Envelope::along_candidates(const FlatLine& line, double least) {
 }
 
 LineEnvelope Envelope::guarded(LineEnvelope found, const FlatLine& line, double least) {
-  if (index_.guards().empty()) return found;
+  if (!has_guards()) return found;
   // The cutting part alone shows how low shank and holder come.
   const PassFloor floor(found.passes, line, options_.tolerance, least);
   if (!find_guards(line, floor)) return found;

@@ -57,6 +57,16 @@ class Envelope {
   /// Is it higher than `z` on one axis line? Costs less than at(), and does not see what is too near to the
   /// column's end where it is not higher.
   bool rises_over(double x, double y, double z);
+  /// z' of the cutting part's envelope there, whether it may be used or not; minus infinity where there is
+  /// none.
+  double cutter_height(double x, double y) const;
+  /// Shank, holder or fixtures may have raised the envelope.
+  bool has_guards() const { return !index_.guards().empty(); }
+  /// Is it the cutting part, against the part, that touches there?
+  bool is_cut(const EnvelopePoint& p) const {
+    const ToolPiece& piece = surface_.piece(p.patch);
+    return piece.part == ToolPart::kCutter && !piece.at_fixtures;
+  }
   /// Has these two look up the cutting part in `tree`, that of the index, which must outlive the envelope:
   /// for places in no order.
   void look_up_in(const HullBvh& tree) { places_ = &tree; }
@@ -71,7 +81,6 @@ class Envelope {
   LineEnvelope along_candidates(const FlatLine& line, double least);
   LineEnvelope guarded(LineEnvelope found, const FlatLine& line, double least);
   std::optional<LineEnvelope> of_the_highest(const FlatLine& line);
-  double cutter_height(double x, double y) const;
   LineEnvelope raised(const LineEnvelope& found, const FlatLine& line, const class PassFloor& floor);
   template <class Look>
   auto look_at(double x, double y, Look look);

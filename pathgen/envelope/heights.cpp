@@ -56,6 +56,12 @@ bool Heights::is_over(Place p, double z) {
   return envelope_.rises_over(f.x, f.y, z) || (envelope_.shut_by() && may_be_shut());
 }
 
+bool Heights::cut_is_over(Place p, double z) {
+  if (!envelope_.has_guards()) return is_over(p, z);
+  const Place f = folded(p);
+  return envelope_.cutter_height(f.x, f.y) > z;
+}
+
 bool Heights::keeps_under(double top, Place a, Place b, Pass& points) {
   points.clear();
   const LineEnvelope found = envelope_.along_short(line_between(a, b), top);

@@ -40,6 +40,9 @@ class Heights {
   /// feature.
   bool is_over(Place p, double z);
 
+  /// Is that of the cutting part alone? Without shank, holder and fixtures: the same as is_over().
+  bool cut_is_over(Place p, double z);
+
   /// The envelope's point there; where there is none, one without height, with the patch that shuts the
   /// column, if any.
   EnvelopePoint contact(Place p);

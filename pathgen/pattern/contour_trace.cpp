@@ -178,7 +178,8 @@ class Tracer {
                           std::abs(half.z - options_.level) <= options_.tolerance * kRiseShare;
     const double top = options_.level + options_.tolerance;
     const bool solid = !a.shut && !b.shut;
-    const bool rises = solid && straight && rises_beside(middle, out);
+    const bool rises =
+        solid && straight && rises_beside(middle, out) && (!is_cut(a, b) || cut_beside(middle, out));
     // The envelope all along the move costs the most: it is asked last, and where nothing else decides.
     std::optional<bool> asked;
     Pass under;
@@ -210,6 +211,16 @@ class Tracer {
     const Place early = lerp(a, b, 0.25), late = lerp(a, b, 0.75);
     return !heights_.is_over(early, top) && !heights_.is_over(late, top) && rises_beside(early, out) &&
            rises_beside(late, out);
+  }
+
+  /// Between two places of the cutting part something else may hold the tool off: it needs a place there, for
+  /// whoever leaves it out.
+  bool is_cut(const Stop& a, const Stop& b) {
+    Envelope& envelope = heights_.envelope();
+    return envelope.has_guards() && envelope.is_cut(a.point) && envelope.is_cut(b.point);
+  }
+  bool cut_beside(Place p, Direction2 out) {
+    return heights_.cut_is_over(moved(p, out, -flat_length(p, out, kAside * options_.tolerance)), border_);
   }
 
   /// Where what is under a move is so low, square to itself, that the border may be further off than it

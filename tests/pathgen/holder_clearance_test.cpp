@@ -75,6 +75,58 @@ TEST(Guards, TrimmingIsJudgedBeforeCornersAreSmoothed) {
   EXPECT_GT(clear, 60.0);
 }
 
+/// A foot whose outline dips inwards by `dip` between its 24 corners, turned by `twist` (rad). The column on
+/// it has flats `column` inside the straight lines between those corners, and shorter than they are.
+CheckedMesh dipping_foot(double dip, double column, double twist) {
+  constexpr std::size_t kCorners = 24, kOnSide = 4, kAround = kCorners * kOnSide;
+  const double radius = 4.0, turn = kPi / kCorners, chord = radius * std::cos(turn);
+  // Of a side, from its corner: the corner, a place, the middle and the place opposite to the first.
+  const std::array<double, kOnSide> share{-0.5, -0.35, 0.0, 0.35}, foot{0.0, 0.3 * dip, dip, 0.3 * dip};
+  const auto on_side = [&](std::size_t k, bool is_foot, double z) {
+    const std::size_t i = k % kOnSide;
+    const double half = radius * std::sin(turn),
+                 across = twist + turn * (2.0 * static_cast<double>(k / kOnSide) + 1.0);
+    const double out = is_foot ? chord - foot[i] : chord - column - (i == 0 ? 0.05 : 0.0);
+    const double along = 2.0 * half * share[i];
+    return Point<Part>{out * std::cos(across) - along * std::sin(across),
+                       out * std::sin(across) + along * std::cos(across), z};
+  };
+  const auto at = [&](std::size_t ring, std::size_t k) -> Point<Part> {
+    if (ring == 0) return {0.0, 0.0, 25.0};
+    if (ring == 5) return {0.0, 0.0, 0.0};
+    return on_side(k % kAround, ring >= 3, ring == 1 ? 25.0 : ring == 4 ? 0.0 : 5.0);
+  };
+  Shell shell;
+  for (std::size_t ring = 0; ring < 5; ++ring)
+    for (std::size_t k = 0; k < kAround; ++k)
+      shell.quad(at(ring, k), at(ring + 1, k), at(ring + 1, k + 1), at(ring, k + 1));
+  return shell.checked();
+}
+
+/// The cutting part touches all along a contour, not only at its points.
+TEST(Guards, ATrimmedContourHasNoMoveOnWhichTheShankAloneTouches) {
+  PlanOptions o = options_with(kUpright);
+  o.cutter.type = CutterType::kFlat;
+  o.cutter.diameter = 2.0, o.cutter.cutting_length = 7.0, o.cutter.shank_diameter = 2.4;
+  o.shank = {0.3, Reaction::kTrim};
+  o.pattern.kind = PatternKind::kZLevel;
+  o.pattern.step_down = 2.5;
+  const sim::ToolSolid tool(o.cutter);
+  std::size_t poses = 0;
+  for (int k = 0; k < 20; ++k) {  // the grid meets the foot elsewhere each time
+    const CheckedMesh part = dipping_foot(3.0 * o.tolerance, 0.5, 0.013 * k);
+    const sim::PartDistance surface(part.mesh);
+    for (const CutRun& run : dense(runs_of(part, o), 0.02))
+      for (const Pose& pose : run) {
+        if (pose.tip.z < 0.5 || pose.tip.z > 4.5) continue;
+        ++poses;
+        EXPECT_LE(tool.clearance(surface, pose, sim::ToolPart::kCutter, 1.0).value, o.tolerance * 1.0001)
+            << to_string(pose.tip);
+      }
+  }
+  EXPECT_GT(poses, 100u);
+}
+
 TEST(Guards, RetractingKeepsAllColumnsAndRaisesTheTool) {
   const Shop shop(Reaction::kRetract);
   const auto plain = runs_of(shop.part, shop.plain);
