@@ -137,9 +137,11 @@ bool CoverJudge::is_wanted(const Pose& pose) const {
          c.height.contains(height + options_.tolerance);
 }
 
-/// A tool let down through a hole has passed the axis feature: that is another column's matter.
-bool CoverJudge::is_beyond(const Pose& pose) const {
-  return dot(map_.axis_at(reference(pose)), pose.axis) < 0.0;
+/// A tool let down through a hole has passed the axis feature, or the middle of a circle: that is another
+/// column's matter.
+bool CoverJudge::is_beyond(const AxisLine& column, const Pose& pose) const {
+  const Point<Part> at = reference(pose);
+  return distance(column.base + column.axis * map_.flatten(at).z, at) > options_.tolerance;
 }
 
 /// The whole tool stands there with its clearances and can be drawn out along its axis.
@@ -188,7 +190,7 @@ double CoverJudge::left_by_pass(Point<Part> p, Point<Flat> flat, double place) c
     const sim::Hit drop = tool_.drop(part_, start);
     if (drop.facet == kNoFacet) return sim::kInfinity;
     const Pose pose{start.tip - line.axis * drop.value, line.axis};
-    if (is_beyond(pose) || !is_wanted(pose) || !is_free({pose.tip + pose.axis * kRounding, pose.axis}))
+    if (is_beyond(line, pose) || !is_wanted(pose) || !is_free({pose.tip + pose.axis * kRounding, pose.axis}))
       return sim::kInfinity;
     most = std::max(most, leaves(p, pose));
   }
@@ -270,7 +272,8 @@ double CoverJudge::must_leave_within(Point<Part> p, Point<Flat> flat) const {
       const sim::Hit drop = tool_.drop(part_, start);
       if (drop.facet == kNoFacet) return sim::kInfinity;
       const Pose pose{start.tip - line.axis * drop.value, line.axis};
-      if (is_beyond(pose) || !is_wanted(pose) || !is_free({pose.tip + pose.axis * kRounding, pose.axis}))
+      if (is_beyond(line, pose) || !is_wanted(pose) ||
+          !is_free({pose.tip + pose.axis * kRounding, pose.axis}))
         return sim::kInfinity;
       most = std::max(most, leaves(p, pose));
       height[static_cast<std::size_t>(k)] = map_.flatten(reference(pose)).z;

@@ -43,7 +43,7 @@ class CoverJudge {
   Pose seat(Point<Part> p, Vec3 normal) const;
   double way_out(Point<Part> p) const;
   bool is_wanted(const Pose& pose) const;
-  bool is_beyond(const Pose& pose) const;
+  bool is_beyond(const AxisLine& column, const Pose& pose) const;
   bool is_free(const Pose& pose) const;
   double leaves(Point<Part> p, const Pose& pose) const;
   double must_leave(Point<Part> p, const Pose& seat) const;
