@@ -43,6 +43,7 @@ struct RestFacet {
   std::uint32_t facet = 0;  ///< of the STL file
   RestReason why = RestReason::kCutter;
   double share = 0.0;  ///< of the facet's area, above 0; over pieces no larger than the cutter's radius
+  std::uint32_t mesh_facet = 0;  ///< of the mesh that is planned, which repair may have cut up
 };
 
 /// What the passes leave between them of places that the tool reaches.

@@ -24,13 +24,43 @@ void each_from(const Mesh& mesh, std::uint32_t source, const Visit& visit) {
     visit(static_cast<std::size_t>(at - mesh.source.begin()));
 }
 
-void take_uncut(const RestReport& report, const Mesh& mesh, std::span<const ReachPlace> facets,
-                std::vector<Reach>& places) {
-  for (const RestFacet& uncut : report.facets)
-    if (uncut.share >= kMostly)
-      each_from(mesh, uncut.facet, [&](std::size_t i) {
-        if (places[i] != Reach::kAway) places[i] = reach_of(uncut.why, facets[i].fits);
-      });
+double& area_of(ReachMap& map, Reach reach) { return map.area[static_cast<std::size_t>(reach)]; }
+
+/// Classes by facet, areas by the shares of which the report knows.
+void take_report(const RestReport& report, std::span<const double> facing, std::span<const ReachPlace> facets,
+                 ReachMap& map) {
+  for (std::size_t i = 0; i < facets.size(); ++i) {
+    if (facing[i] == 0.0) map.places[i] = Reach::kAway;
+    area_of(map, Reach::kAway) += facets[i].area * (1.0 - facing[i]);
+    area_of(map, Reach::kCut) += facets[i].area * facing[i];
+  }
+  for (const RestFacet& uncut : report.facets) {
+    const ReachPlace& facet = facets[uncut.mesh_facet];
+    const Reach why = reach_of(uncut.why, facet.fits);
+    if (uncut.share >= kMostly) map.places[uncut.mesh_facet] = why;
+    area_of(map, Reach::kCut) -= facet.area * uncut.share;
+    area_of(map, why) += facet.area * uncut.share;
+  }
+}
+
+/// What is cut of the facets where the machine does not go.
+void take_machine(const MachineReach& machine, const PlanOptions& options, std::span<const double> cut,
+                  std::span<const ReachPlace> facets, ReachMap& map) {
+  const Deformation field(options.axis, 1.0);
+  const double tip = reference_height(options.cutter);
+  const std::vector<ToolPiece> pieces = tool_pieces(options);
+  std::vector<std::optional<Reach>> refused(facets.size());
+  tbb::parallel_for(std::size_t{0}, facets.size(), [&](std::size_t i) {
+    if (map.places[i] != Reach::kCut) return;
+    const AxisLine line = contact_line(pieces.front(), field, facets[i].place, facets[i].normal);
+    refused[i] = machine.refusal({line.base - line.axis * tip, line.axis});
+  });
+  for (std::size_t i = 0; i < facets.size(); ++i) {
+    if (!refused[i]) continue;
+    map.places[i] = *refused[i];
+    area_of(map, Reach::kCut) -= facets[i].area * cut[i];
+    area_of(map, *refused[i]) += facets[i].area * cut[i];
+  }
 }
 
 }  // namespace
@@ -51,28 +81,16 @@ Result<ReachMap> exact_reach(const CheckedMesh& part, const PlanOptions& options
   }
   ReachMap map;
   map.places.assign(facets.size(), Reach::kCut);
-  const std::vector<ToolPiece> pieces = tool_pieces(options);
   if (const auto& free = planned->report.free) {
     for (const FreeReport::Facet& f : free->unreached)
       each_from(part.mesh, f.facet, [&](std::size_t i) { map.places[i] = reach_of(f.why, facets[i].fits); });
-  } else {
-    const std::vector<bool> facing = facing_facets(part.mesh, options);
-    for (std::size_t i = 0; i < facets.size(); ++i)
-      if (!facing[i]) map.places[i] = Reach::kAway;
-    take_uncut(*planned->report.uncut, part.mesh, facets, map.places);
-    if (own.machine != nullptr) {
-      const Deformation field(options.axis, 1.0);
-      const double tip = reference_height(options.cutter);
-      tbb::parallel_for(std::size_t{0}, facets.size(), [&](std::size_t i) {
-        if (map.places[i] != Reach::kCut) return;
-        const AxisLine line = contact_line(pieces.front(), field, facets[i].place, facets[i].normal);
-        if (const auto refused = own.machine->refusal({line.base - line.axis * tip, line.axis}))
-          map.places[i] = *refused;
-      });
-    }
+    for (std::size_t i = 0; i < facets.size(); ++i) area_of(map, map.places[i]) += facets[i].area;
+    return map;
   }
-  for (std::size_t i = 0; i < facets.size(); ++i)
-    map.area[static_cast<std::size_t>(map.places[i])] += facets[i].area;
+  std::vector<double> cut = facing_shares(part.mesh, options);
+  take_report(*planned->report.uncut, cut, facets, map);
+  for (const RestFacet& uncut : planned->report.uncut->facets) cut[uncut.mesh_facet] -= uncut.share;
+  if (own.machine != nullptr) take_machine(*own.machine, options, cut, facets, map);
   return map;
 }
 

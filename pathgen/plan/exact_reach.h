@@ -1,5 +1,5 @@
 #pragma once
-// What becomes of each facet when a job is planned: the plan's own report, facet by facet. (U4) in
+// What becomes of each facet when a job is planned: the plan's own report, facet by facet. (U5) in
 // pathgen/plan/README.md.
 
 #include "pathgen/mesh/mesh.h"
@@ -9,7 +9,8 @@
 
 namespace tiltfeed::pathgen {
 
-/// Plans `options` and says what its report says of each facet: kCut where less than half of it stays uncut.
+/// Plans `options` and says what its report says of each facet: kCut where less than half of it stays uncut,
+/// kAway where no piece of it faces the tool. Areas are by the report's shares of facets, not by these words.
 /// Besides, what the plan does not know: of what it cuts, that `question.machine` does not go there (its tilt
 /// and up are those of `options`). `facets`: of scene.facets(). With AxisMode::kIndexed the plan chooses the
 /// directions, and rays say what they reach.

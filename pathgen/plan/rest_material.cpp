@@ -283,7 +283,7 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
     const auto why =
         static_cast<RestReason>(std::max_element(v.uncut.begin(), v.uncut.end()) - v.uncut.begin());
     (why == RestReason::kWall ? report.wall_area : report.area) += area * share;
-    report.facets.push_back({mesh.source[i], why, share});
+    report.facets.push_back({mesh.source[i], why, share, static_cast<std::uint32_t>(i)});
   }
   report.between.never = report.between.most >= moves.farthest();
   report.between.most = std::max(report.between.most, kEnough * limit);
@@ -292,18 +292,18 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
   return report;
 }
 
-std::vector<bool> facing_facets(const Mesh& mesh, const PlanOptions& options) {
+std::vector<double> facing_shares(const Mesh& mesh, const PlanOptions& options) {
   const Deformation map(options.axis, 1.0);
   const ToolPiece piece = tool_pieces(options).front();
-  std::vector<std::uint8_t> facing(mesh.facets.size());
+  std::vector<double> facing(mesh.facets.size());
   tbb::parallel_for(std::size_t{0}, facing.size(), [&](std::size_t i) {
     const Pieces pieces(mesh, static_cast<std::uint32_t>(i), piece, options);
-    pieces.each([&](Point<Part> place, double) {
+    pieces.each([&](Point<Part> place, double share) {
       const AxisLine line = contact_line(piece, map, place, pieces.normal);
-      if (dot(pieces.normal, line.axis) >= -kWallLean) facing[i] = 1;
+      if (dot(pieces.normal, line.axis) >= -kWallLean) facing[i] += share;
     });
   });
-  return {facing.begin(), facing.end()};
+  return facing;
 }
 
 }  // namespace tiltfeed::pathgen

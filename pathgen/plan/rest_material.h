@@ -26,8 +26,8 @@ RestReport find_rest_material(const ClField& field, const PlanOptions& options,
                               const EnvelopeOptions& envelope, const std::vector<Move>& path,
                               const ReportShare& report = {}, const KeptOff& kept_off = {});
 
-/// Which facets of the mesh face the tool with a piece at least: those that RestReport does not count as
-/// turned away. Requires: an axis field.
-std::vector<bool> facing_facets(const Mesh& mesh, const PlanOptions& options);
+/// Of each facet of the mesh the share that faces the tool; 0: RestReport counts it as turned away. Over the
+/// same pieces as RestFacet's share. Requires: an axis field.
+std::vector<double> facing_shares(const Mesh& mesh, const PlanOptions& options);
 
 }  // namespace tiltfeed::pathgen

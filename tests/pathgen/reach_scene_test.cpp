@@ -236,6 +236,10 @@ void expect_agreement(const Compared& c) {
     }
   }
   EXPECT_EQ(away, c.report.away);
+  // In sum it is the report's area, though a large facet may face the tool in part.
+  const double uncut_area = c.report.area + c.report.wall_area, whole = c.exact.whole();
+  EXPECT_NEAR(whole * (1.0 - c.exact.share(Reach::kAway)), c.report.facing_area, 1e-6 * whole);
+  EXPECT_NEAR(whole * c.exact.share(Reach::kCut), c.report.facing_area - uncut_area, 1e-6 * whole);
 }
 
 /// Share of the area of which the coarse answer says the same: cut or not.
@@ -271,6 +275,17 @@ TEST(Reach, ExactIsThePlansReportAndCoarseIsNearIt) {
   const Compared bow = compared(formula("handle"), handle);
   expect_agreement(bow);
   EXPECT_GT(agreement(bow), 0.99);
+}
+
+TEST(Reach, AnEndThatFacesTheToolInPartCountsInPart) {
+  // The line leans: of each flat end, over which the ball's centre goes 12 mm from the line's origin, a
+  // segment faces away.
+  PlanOptions o = options_with({AxisMode::kLine, Sense::kOutward, {0, 0, 10}, normalized(Vec3{0.3, 0, 1}),
+                                normalized(Vec3{1, 0, -0.3}), 0.0});
+  const Compared rod = compared(turned({{0, 20}, {10, 20}, {10, 0}, {0, 0}}, 12), o);
+  expect_agreement(rod);
+  const double r = 10.0, h = 12.0 * 0.3, segment = r * r * std::acos(h / r) - h * std::sqrt(r * r - h * h);
+  EXPECT_NEAR(rod.exact.whole() * rod.exact.share(Reach::kAway), 2.0 * segment, 0.1 * segment);
 }
 
 TEST(Reach, OfTheFreeAxisIsAllThatAnyDirectionSees) {
