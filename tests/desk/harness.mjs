@@ -156,7 +156,7 @@ export async function check_accessible(page) {
   assert.deepEqual(serious.map(({id, nodes}) => `${id}: ${nodes.map(({html, failureSummary}) => html + ' ' + failureSummary).join('; ')}`), []);
 }
 
-/** Nothing reaches over the sides of the window, and what is touched is large enough for a thumb. */
+/** Nothing reaches over the sides of the window or of a legend, and what is touched is large enough for a thumb. */
 export async function check_layout(page, touch) {
   const wrong = await page.evaluate((thumb) => {
     const wide = document.documentElement.scrollWidth > innerWidth ? ['the page scrolls sideways'] : [];
@@ -164,7 +164,11 @@ export async function check_layout(page, touch) {
       const {width, height} = node.getBoundingClientRect();
       return node.checkVisibility() && thumb && (height < 36 || width < 36);
     }).map((node) => `small: ${node.outerHTML}`);
-    return [...wide, ...small];
+    const out = [...document.querySelectorAll('.legend *, .cut-over *')].filter((node) => {
+      const {left, right} = node.getBoundingClientRect(), box = node.closest('.legend, .cut-over').getBoundingClientRect();
+      return node.checkVisibility() && (left < box.left || right > box.right);
+    }).map((node) => `out of its box: ${node.outerHTML}`);
+    return [...wide, ...small, ...out];
   }, touch);
   assert.deepEqual(wrong, []);
 }
