@@ -280,8 +280,12 @@ TEST(Reach, ExactIsThePlansReportAndCoarseIsNearIt) {
 TEST(Reach, AnEndThatFacesTheToolInPartCountsInPart) {
   // The line leans: of each flat end, over which the ball's centre goes 12 mm from the line's origin, a
   // segment faces away.
-  PlanOptions o = options_with({AxisMode::kLine, Sense::kOutward, {0, 0, 10}, normalized(Vec3{0.3, 0, 1}),
-                                normalized(Vec3{1, 0, -0.3}), 0.0});
+  PlanOptions o = options_with({AxisMode::kLine,
+                                Sense::kOutward,
+                                {0, 0, 10},
+                                normalized(Vec3{0.3, 0, 1}),
+                                normalized(Vec3{1, 0, -0.3}),
+                                0.0});
   const Compared rod = compared(turned({{0, 20}, {10, 20}, {10, 0}, {0, 0}}, 12), o);
   expect_agreement(rod);
   const double r = 10.0, h = 12.0 * 0.3, segment = r * r * std::acos(h / r) - h * std::sqrt(r * r - h * h);
