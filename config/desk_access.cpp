@@ -34,7 +34,7 @@ Result<DeskAccess> parse_desk_access(const std::string& text, const std::string&
   const Result<YamlNode> tree = parse_yaml(text, path);
   if (!tree) return tl::unexpected(tree.error());
   Complaint complaint(path);
-  const Section root(*tree, "", {"listen", "names", "users", "certificate", "key", "behind_proxy"},
+  const Section root(*tree, "", {"listen", "names", "users", "tokens", "certificate", "key", "behind_proxy"},
                      complaint);
   const auto file = [&](const char* key) {
     const std::string name = root.text(key, "");
@@ -47,6 +47,7 @@ Result<DeskAccess> parse_desk_access(const std::string& text, const std::string&
     root.complain("listen", "expected ADDRESS:PORT with an IPv4 address, found " + listen);
   access.names = root.lines("names", kMostNames);
   access.users = file("users");
+  access.tokens = file("tokens");
   access.certificate = file("certificate");
   access.key = file("key");
   access.behind_proxy = root.flag("behind_proxy", false);

@@ -14,6 +14,7 @@ struct DeskAccess {
   int port = 0;
   std::vector<std::string> names;  ///< HOST or HOST:PORT as browsers address it
   std::string users;               ///< file; empty: the token of the address signs in
+  std::string tokens;              ///< file of programs' tokens; empty: none
   std::string certificate, key;    ///< files (PEM); empty: no TLS of our own
   bool behind_proxy = false;       ///< TLS is a reverse proxy's
 

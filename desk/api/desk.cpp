@@ -17,16 +17,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::uint64_t kSmallBody = 4096, kEditsBody = 64 * 1024;
-constexpr std::size_t kMaxName = 120;
-
-/// For people to read; never a path.
-std::string shown_name(std::string name) {
-  name.erase(0, name.find_last_of("/\\") + 1);
-  name.resize(std::min(name.size(), kMaxName));
-  std::erase_if(name, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
-  return name.empty() ? "part.stl" : name;
-}
-
+constexpr char kPart[] = "part.stl";  // of a part without a name
 }  // namespace
 
 struct Desk::Route {
@@ -115,7 +106,7 @@ Result<void> Desk::copy_part(const std::string& path, const std::string& unit) {
   std::error_code error;
   std::filesystem::copy_file(path, copy, error);
   if (error) return fail(Code::kIo, path + ": " + error.message());
-  return part_.take(copy, shown_name(path), unit);
+  return part_.take(copy, shown_name(path, kPart), unit);
 }
 
 Result<void> Desk::open(const std::string& path) {
@@ -152,14 +143,39 @@ const Desk::Route* Desk::route_of(const Request& request) const {
   return nullptr;
 }
 
+/// The program whose token the request states; nothing: it states none. The file is read each time: a token
+/// that was taken out is out. Errors: kUsage: it is not known; kInput, kIo: the file.
+Result<std::optional<ProgramToken>> Desk::program_of(const Request& request) const {
+  constexpr std::string_view kScheme = "Bearer ";
+  const std::string& stated = request.authorization;
+  if (stated.empty()) return std::nullopt;
+  if (options_.tokens.empty())
+    return fail(Code::kUsage, "this desk takes no tokens; its access file names none");
+  if (stated.rfind(kScheme, 0) != 0)
+    return fail(Code::kUsage, "expected the header Authorization: Bearer TOKEN");
+  const Result<std::vector<ProgramToken>> known = load_tokens(options_.tokens);
+  if (!known) return tl::unexpected<Error>(known.error());
+  auto found = find_token(*known, stated.substr(kScheme.size()));
+  if (!found) return fail(Code::kUsage, "this token is not known");
+  return found;
+}
+
 std::optional<Reply> Desk::admit(const Request& request, BodyRule& rule) {
   const Session* session = sessions_.find(cookie_of(request));
-  if (auto reply = refused(request, rules_, {session ? session->csrf : "", session && session->operates}))
-    return reply;
+  Sender sender{session ? session->csrf : "", session && session->operates};
+  const Result<std::optional<ProgramToken>> program = program_of(request);
+  if (!program && program.error().code != Code::kUsage) return refusal(500, program.error().message);
+  if (program && *program) sender = {"", (*program)->submits, true};
+  if (!program) sender = {"", true, true};  // what is wrong besides its token is told first
+  if (auto reply = refused(request, rules_, sender)) return reply;
+  if (!program) return refusal(401, program.error().message);
   if (request.path.rfind(kApi, 0) != 0) return std::nullopt;
   const Route* route = route_of(request);
   if (!route && RunApi::is_route(request.method, request.path)) {
-    rule = {kSmallBody, false};
+    if (sender.program && !RunApi::is_for_programs(request))
+      return refusal(403, "a token gives no orders to the machine; an operator with the seat does");
+    const bool file = RunApi::is_file(request);
+    rule = {file ? pathgen::kMaxStlBytes : kSmallBody, file};
     return std::nullopt;
   }
   if (!route)
@@ -171,7 +187,8 @@ std::optional<Reply> Desk::admit(const Request& request, BodyRule& rule) {
 Reply Desk::answer(const Request& request) {
   if (RunApi::is_route(request.method, request.path)) {
     const Session* session = sessions_.find(cookie_of(request));
-    return run_.answer(request, session ? session->number : 0);
+    // admit() has seen the token.
+    return run_.answer(request, session ? session->number : 0, !request.authorization.empty());
   }
   const Route* route = route_of(request);
   return route ? (this->*route->answer)(request) : page_reply(request);
@@ -196,7 +213,7 @@ Reply Desk::put_part(const Request& request) {
     return refusal(400, "the file is empty; expected an STL");
   const std::string stated = request.unit.empty() ? "mm" : request.unit;
   const std::string unit = job_.is_open() ? job_.unit() : stated;
-  if (const Result<void> taken = part_.take(request.file, shown_name(request.name), unit); !taken)
+  if (const Result<void> taken = part_.take(request.file, shown_name(request.name, kPart), unit); !taken)
     return refusal(taken.error().code == Code::kUsage ? 400 : 507, taken.error().message);
   part_folder_.clear();
   return text_reply(part_.describe(), 202);

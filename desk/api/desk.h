@@ -19,6 +19,7 @@
 #include "desk/http/http_message.h"
 #include "desk/session/session_table.h"
 #include "desk/users/password_check.h"
+#include "desk/users/token_table.h"
 
 namespace tiltfeed::desk {
 
@@ -34,6 +35,7 @@ struct DeskOptions {
   std::vector<std::string> names = {};
   bool https = false;
   std::string users = {};
+  std::string tokens = {};  ///< file of programs' tokens; empty: none
 };
 
 class Desk {
@@ -64,6 +66,7 @@ class Desk {
   static const std::vector<Route>& routes();
   const Route* route_of(const Request& request) const;
   std::string cookie_of(const Request& request) const;
+  Result<std::optional<ProgramToken>> program_of(const Request& request) const;
 
   Reply sign_in(const Request& request);
   Reply sign_in_by_password(const Request& request);

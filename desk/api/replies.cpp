@@ -1,10 +1,17 @@
 #include "desk/api/replies.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace tiltfeed::desk {
 
 using nlohmann::json;
+
+namespace {
+
+constexpr std::size_t kMaxName = 120;
+
+}  // namespace
 
 Reply text_reply(std::string body, int status) {
   Reply reply;
@@ -23,6 +30,13 @@ std::optional<std::string> text_in(const std::string& body, const char* key) {
 
 Reply refused_by(const Error& error) {
   return refusal(error.code == Code::kUsage ? 409 : error.code == Code::kInput ? 400 : 507, error.message);
+}
+
+std::string shown_name(std::string name, const char* otherwise) {
+  name.erase(0, name.find_last_of("/\\") + 1);
+  name.resize(std::min(name.size(), kMaxName));
+  std::erase_if(name, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
+  return name.empty() ? otherwise : name;
 }
 
 }  // namespace tiltfeed::desk

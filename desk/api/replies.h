@@ -17,4 +17,7 @@ std::optional<std::string> text_in(const std::string& body, const char* key);
 /// do 507.
 Reply refused_by(const Error& error);
 
+/// The name of a file for people to read, never a path; `otherwise` where nothing is left of it.
+std::string shown_name(std::string name, const char* otherwise);
+
 }  // namespace tiltfeed::desk

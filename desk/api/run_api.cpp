@@ -57,6 +57,7 @@ const std::vector<RunApi::Route>& RunApi::routes() {
       {"POST", "run/jog/beat", &RunApi::jog_beat, true},
       {"POST", "run/jog/stop", &RunApi::jog_stop, true},
       {"POST", "run/submit", &RunApi::submit, true},
+      {"PUT", "run/program", &RunApi::program, true},
       {"GET", "seat", &RunApi::seat},
       {"POST", "seat/ask", &RunApi::ask_seat},
       {"POST", "seat/give", &RunApi::give_seat},
@@ -97,12 +98,20 @@ bool RunApi::is_route(const std::string& method, const std::string& path) {
   });
 }
 
-Reply RunApi::answer(const Request& request, std::uint64_t session) {
+bool RunApi::is_file(const Request& request) {
+  return request.method == "PUT" && request.path == kRoot + std::string("run/program");
+}
+
+bool RunApi::is_for_programs(const Request& request) {
+  return request.method == "GET" || is_file(request) || request.path == kRoot + std::string("run/submit");
+}
+
+Reply RunApi::answer(const Request& request, std::uint64_t session, bool program) {
   for (const Route& route : routes()) {
     if (request.method != route.method || request.path != kRoot + std::string(route.path)) continue;
     if (!link_.is_named() && std::string_view(route.path).starts_with("run/"))
       return refusal(409, "this desk has no machine: start it with --service SOCKET, beside tiltfeed serve");
-    if (route.seat && !seat_.has(session))
+    if (route.seat && !program && !seat_.has(session))
       return refusal(409, seat_.owner() == 0 ? "orders need the seat: take it first"
                                              : calls_.name(seat_.owner()) + " has the seat; ask for it");
     return (this->*route.answer)(request, session);
@@ -187,6 +196,20 @@ Reply RunApi::submit(const Request& request, std::uint64_t) {
             {file});
   ::close(file);  // the service has its own
   return later_reply();
+}
+
+/// A program from elsewhere, as a CAM system's post writes it.
+Reply RunApi::program(const Request& request, std::uint64_t) {
+  if (request.file.empty() || request.length.value_or(0) == 0)
+    return refusal(400, "the file is empty; expected the text of a program");
+  const int file = ::open(request.file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  if (file < 0) return refusal(507, std::string("the program cannot be read: ") + std::strerror(errno));
+  ::unlink(request.file.c_str());  // the descriptor keeps it until the service has copied it
+  const Reply later = pass_on(
+      request, request_of("submit", {{"name", shown_name(request.name, "program")}, {"program", true}}),
+      {file});
+  ::close(file);
+  return later;
 }
 
 /// The part of the job on the machine, as it was handed to the service.

@@ -38,7 +38,8 @@ struct RunCalls {
 };
 
 /// Properties: no order goes out without the seat, but a hold, which every operator may give; a hold waits
-/// for nothing; what a page that is gone held down ends.
+/// for nothing; what a page that is gone held down ends. A program with a token hands jobs over without the
+/// seat, and gives no other order: a job that was handed over moves nothing until somebody starts it.
 class RunApi {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -47,8 +48,12 @@ class RunApi {
 
   /// It is one of these requests. `/api/v1/run...` and `/api/v1/seat...`.
   static bool is_route(const std::string& method, const std::string& path);
-  /// Requires: is_route. `session`: of who asks.
-  Reply answer(const Request& request, std::uint64_t session);
+  /// A program with a token may ask it: what changes nothing, and what hands a program over.
+  static bool is_for_programs(const Request& request);
+  /// Its body is a file.
+  static bool is_file(const Request& request);
+  /// Requires: is_route. `session`: of who asks, 0 for a program with a token.
+  Reply answer(const Request& request, std::uint64_t session, bool program = false);
   void sign_out(std::uint64_t session);
 
   std::vector<int> descriptors() const;
@@ -85,6 +90,7 @@ class RunApi {
   Reply jog_beat(const Request& request, std::uint64_t session);
   Reply jog_stop(const Request& request, std::uint64_t session);
   Reply submit(const Request& request, std::uint64_t session);
+  Reply program(const Request& request, std::uint64_t session);
   Reply part(const Request& request, std::uint64_t session);
   Reply path(const Request& request, std::uint64_t session);
   Reply mesh(const Request& request, std::uint64_t session);

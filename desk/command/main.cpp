@@ -19,6 +19,7 @@
 #include "config/version.h"
 #include "config/yaml_tree.h"
 #include "desk/api/desk.h"
+#include "desk/command/token_command.h"
 #include "desk/command/user_command.h"
 #include "desk/http/http_server.h"
 #include "desk/reach/reach_answers.h"
@@ -129,7 +130,7 @@ int run_desk(const std::string& open, const config::DeskAccess& access, const Be
   HttpServer* teller = nullptr;
   Desk desk(
       {*self, *planner, *maker, folder->path(), config::version(), beside.service, beside.machine,
-       access.names, access.is_https(), access.users},
+       access.names, access.is_https(), access.users, access.tokens},
       [&](const std::string& event, const std::string& data) {
         if (teller) teller->tell(event, data);
       },
@@ -153,47 +154,82 @@ int run_desk(const std::string& open, const config::DeskAccess& access, const Be
   return serve(desk, *server, signals);
 }
 
-/// `tiltfeed-desk user ...`: before the options of the page, which takes any other word for a file.
-struct UserLine {
-  CLI::App app{"Who may sign in where the page is served on a network.", "tiltfeed desk user"};
-  std::string file = "/etc/tiltfeed/desk.users", name, role;
+/// `tiltfeed-desk user ...` and `... token ...`: before the options of the page, which takes any other word
+/// for a file.
+struct NamesLine {
+  CLI::App app;
+  std::string file, name, role;
   CLI::App *add = nullptr, *remove = nullptr, *list = nullptr;
-  UserLine();
+
+  /// `what`: who has a name; `roles`: option, its help and its values.
+  NamesLine(const char* about, const std::string& word, const std::string& usual, const std::string& what,
+            const char* role_option, const char* role_help, const std::vector<std::string>& roles)
+      : app(about, "tiltfeed desk " + word), file(usual) {
+    app.require_subcommand(1);
+    add = app.add_subcommand("add", "a " + what);
+    remove = app.add_subcommand("remove", "who may not come in any more");
+    list = app.add_subcommand("list", "names, and what they may do");
+    for (CLI::App* const command : {add, remove, list})
+      command->add_option("--" + word + "s", file, "the file")->capture_default_str();
+    for (CLI::App* const command : {add, remove}) command->add_option("NAME", name)->required();
+    add->add_option(role_option, role, role_help)->required()->check(CLI::IsMember(roles));
+  }
 };
 
-UserLine::UserLine() {
-  app.require_subcommand(1);
-  add = app.add_subcommand("add", "a user, or a new password and role for one that is there");
-  remove = app.add_subcommand("remove", "who may not sign in any more");
-  list = app.add_subcommand("list", "names and roles");
-  for (CLI::App* const command : {add, remove, list})
-    command->add_option("--users", file, "the users' file")->capture_default_str();
-  for (CLI::App* const command : {add, remove}) command->add_option("NAME", name)->required();
-  add->add_option("--role", role, "watch, or operate the machine")
-      ->required()
-      ->check(CLI::IsMember({"watch", "operate"}));
+struct UserLine : NamesLine {
+  UserLine()
+      : NamesLine("Who may sign in where the page is served on a network.", "user",
+                  "/etc/tiltfeed/desk.users", "user, or a new password and role for one that is there",
+                  "--role", "watch, or operate the machine", {"watch", "operate"}) {}
+};
+
+struct TokenLine : NamesLine {
+  TokenLine()
+      : NamesLine("Which programs may use the API, by a token in place of a password.", "token",
+                  "/etc/tiltfeed/desk.tokens",
+                  "program, or a new token and scope for one that is there: the token is printed this once",
+                  "--scope", "watch, or submit parts, jobs and programs too", {"watch", "submit"}) {}
+};
+
+int print_or_complain(const Result<std::string>& text) {
+  if (!text) return complain(text.error());
+  std::cout << *text;
+  return 0;
 }
 
-int run_users(int argc, char** argv) {
-  UserLine line;
-  try {
-    line.app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return config::report_parse_end(line.app, error) ? 0 : 2;
-  }
-  if (line.list->parsed()) {
-    const Result<std::string> users = list_users(line.file);
-    if (!users) return complain(users.error());
-    std::cout << *users;
-    return 0;
-  }
+int run_users(const UserLine& line) {
+  if (line.list->parsed()) return print_or_complain(list_users(line.file));
   const Result<void> done =
       line.add->parsed() ? add_user(line.file, line.name, line.role) : remove_user(line.file, line.name);
   return done ? 0 : complain(done.error());
 }
 
+int run_tokens(const TokenLine& line) {
+  if (line.list->parsed()) return print_or_complain(list_tokens(line.file));
+  if (line.add->parsed()) {
+    Result<std::string> token = add_token(line.file, line.name, line.role);
+    if (token) *token += "\n";
+    return print_or_complain(token);
+  }
+  const Result<void> done = remove_token(line.file, line.name);
+  return done ? 0 : complain(done.error());
+}
+
+template <class Line>
+int run_names(int argc, char** argv, int (*run)(const Line&)) {
+  Line line;
+  try {
+    line.app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return config::report_parse_end(line.app, error) ? 0 : 2;
+  }
+  return run(line);
+}
+
 int run(int argc, char** argv) {
-  if (argc > 1 && std::string_view(argv[1]) == "user") return run_users(argc - 1, argv + 1);
+  const std::string_view first = argc > 1 ? argv[1] : "";
+  if (first == "user") return run_names<UserLine>(argc - 1, argv + 1, run_users);
+  if (first == "token") return run_names<TokenLine>(argc - 1, argv + 1, run_tokens);
   CLI::App app{
       "The page for one person at this computer: a part, its job, its program.\n"
       "It listens on this computer only, and prints the address to open."};
@@ -221,6 +257,7 @@ int run(int argc, char** argv) {
   if (argc == 2 && std::string_view(argv[1]) == config::kDescribeWord) {
     config::Command all = config::describe_command_line(app, "tiltfeed-desk");
     all.commands.push_back(config::describe_command_line(UserLine().app, "user"));
+    all.commands.push_back(config::describe_command_line(TokenLine().app, "token"));
     std::cout << config::command_json(all) << "\n";
     return 0;
   }

@@ -20,8 +20,9 @@ std::string media_type(const std::string& header) {
   return type;
 }
 
-std::optional<Reply> refused_change(const Request& request, const AccessRules& rules) {
-  if (request.origin != rules.scheme + request.host)
+std::optional<Reply> refused_change(const Request& request, const AccessRules& rules, bool program) {
+  const bool own = request.origin == rules.scheme + request.host;
+  if (!own && !(program && request.origin.empty()))
     return refusal(403, "a change needs the header 'Origin: " + rules.scheme + request.host +
                             "'; pages of other sites may not send it");
   const bool has_body = request.length.value_or(0) > 0;
@@ -52,7 +53,12 @@ std::optional<Reply> refused(const Request& request, const AccessRules& rules, c
   if (!site.empty() && site != "same-origin" && (change || site != "none"))
     return refusal(403, "another site's page may not ask this server");
   if (change)
-    if (auto reply = refused_change(request, rules)) return reply;
+    if (auto reply = refused_change(request, rules, sender.program)) return reply;
+  if (sender.program) {
+    if (request.path == kSignIn) return refusal(403, "a program with a token has no session");
+    if (change && !sender.operates) return refusal(403, "this token is for watching only");
+    return std::nullopt;
+  }
   if (request.path == kSignIn && request.method == "POST") return std::nullopt;
   if (sender.csrf.empty())
     return refusal(401, rules.users ? "not signed in; sign in with name and password"

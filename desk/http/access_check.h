@@ -19,6 +19,7 @@ struct AccessRules {
 struct Sender {
   std::string csrf;
   bool operates = true;  ///< else only watches: every change but signing out is refused
+  bool program = false;  ///< known by a token in the header Authorization, without a session
 };
 
 inline constexpr char kApi[] = "/api/";
@@ -34,6 +35,8 @@ inline constexpr char kJson[] = "application/json", kOctets[] = "application/oct
 /// 3 The API but for signing in is refused without a session, a change without the session's CSRF secret.
 /// 4 A header that counts and stands twice is refused: 400.
 /// 5 A body without a length is refused: 411.
+/// 6 A program needs neither Origin nor CSRF secret: no browser adds its header by itself, and what another
+///   site's page sends is refused by 2. It has no session, and may not sign in.
 std::optional<Reply> refused(const Request& request, const AccessRules& rules, const Sender& sender);
 
 }  // namespace tiltfeed::desk

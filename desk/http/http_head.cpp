@@ -26,9 +26,9 @@ std::optional<std::uint64_t> number(const std::string& text) {
   return value;
 }
 
-constexpr std::array<const char*, 8> kOnce{
-    "Host",           "Origin", "Sec-Fetch-Site",  "Content-Type",
-    "Content-Length", "Cookie", "X-Tiltfeed-Csrf", "Transfer-Encoding"};
+constexpr std::array<const char*, 9> kOnce{"Host",           "Origin", "Sec-Fetch-Site",  "Content-Type",
+                                           "Content-Length", "Cookie", "X-Tiltfeed-Csrf", "Transfer-Encoding",
+                                           "Authorization"};
 using Counts = std::array<int, kOnce.size()>;
 
 MHD_Result count_header(void* counts, MHD_ValueKind, const char* name, const char*) {
@@ -57,6 +57,7 @@ Request head_of(MHD_Connection* connection, const char* url, const char* method)
   request.content_type = header(connection, "Content-Type");
   request.cookie = header(connection, "Cookie");
   request.csrf = header(connection, "X-Tiltfeed-Csrf");
+  request.authorization = header(connection, "Authorization");
   request.accept_encoding = header(connection, "Accept-Encoding");
   request.if_none_match = header(connection, "If-None-Match");
   request.transfer_encoding = header(connection, "Transfer-Encoding");

@@ -13,7 +13,8 @@ namespace tiltfeed::desk {
 /// Header fields that are absent are empty.
 struct Request {
   std::string method, path;  ///< the path without its query, as sent: nothing in it is decoded
-  std::string host, origin, fetch_site, content_type, cookie, csrf, accept_encoding, if_none_match;
+  std::string host, origin, fetch_site, content_type, cookie, csrf, authorization, accept_encoding,
+      if_none_match;
   std::string transfer_encoding;
   bool doubled = false;                        ///< a header that counts here stands twice
   std::string name, unit;                      ///< of the query, where it has them

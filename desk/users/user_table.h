@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "desk/users/name_table.h"
 #include "kinematics/basics/result.h"
 
 namespace tiltfeed::desk {
@@ -14,9 +15,6 @@ struct User {
   std::string hash;       ///< as crypt(5) has it
 };
 
-/// 1 to 32 of [A-Za-z0-9._-].
-bool is_user_name(const std::string& name);
-
 /// Lines that are empty or begin with # count for nothing. Errors: kInput as path:line: message; `path` is
 /// for messages.
 Result<std::vector<User>> parse_users(const std::string& text, const std::string& path);
@@ -24,7 +22,7 @@ std::string write_users(const std::vector<User>& users);
 
 /// Errors: as parse_users; kIo.
 Result<std::vector<User>> load_users(const std::string& path);
-/// The file appears whole or not at all, for its owner and group alone. Errors: kIo.
+/// As save_names().
 Result<void> save_users(const std::string& path, const std::vector<User>& users);
 
 }  // namespace tiltfeed::desk

@@ -105,6 +105,24 @@ TEST(AccessCheck, refuses_the_api_to_who_is_not_signed_in) {
   EXPECT_EQ(status(cross, kSignedIn), 403);
 }
 
+TEST(AccessCheck, a_program_is_known_by_its_token_alone) {
+  const Sender submits{"", true, true}, watches{"", false, true};
+  Request own = change();
+  own.origin.clear(), own.csrf.clear(), own.fetch_site.clear();
+  EXPECT_EQ(status(own, submits), 200);
+  EXPECT_EQ(status(own, watches), 403);
+  EXPECT_EQ(status(look("/api/v1/state"), watches), 200);
+  // What a page of another site sends is refused, whatever it states.
+  for (const auto& spoil :
+       {+[](Request& r) { r.origin = "http://evil.example"; },
+        +[](Request& r) { r.fetch_site = "cross-site"; }, +[](Request& r) { r.host = "evil.example:8000"; },
+        +[](Request& r) { r.path = kSignIn; }}) {
+    Request request = own;
+    spoil(request);
+    EXPECT_EQ(status(request, submits), 403);
+  }
+}
+
 TEST(AccessCheck, reads_cookies_and_codings) {
   EXPECT_EQ(cookie_value("a=1; tiltfeed-80=x; b=2", "tiltfeed-80"), "x");
   EXPECT_EQ(cookie_value("tiltfeed-8000=y;tiltfeed-80=x", "tiltfeed-80"), "x");

@@ -9,6 +9,7 @@
 #include "config/desk_access.h"
 #include "desk/users/password_check.h"
 #include "desk/users/password_hash.h"
+#include "desk/users/token_table.h"
 #include "desk/users/user_table.h"
 
 namespace tiltfeed::desk {
@@ -43,6 +44,27 @@ TEST(Users, what_is_wrong_is_named_with_its_line) {
     const auto read = parse_users(text, "u");
     ASSERT_FALSE(read) << text;
     EXPECT_EQ(read.error().message.rfind(message, 0), 0u) << read.error().message;
+  }
+}
+
+TEST(Tokens, are_known_by_their_digest_alone) {
+  // FIPS 180-4's own example.
+  EXPECT_EQ(digest_of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  const std::vector<ProgramToken> tokens{{"post", true, digest_of("one")}, {"wall", false, digest_of("two")}};
+  const auto read = parse_tokens("# programs\n" + write_tokens(tokens), "t");
+  ASSERT_TRUE(read);
+  EXPECT_EQ(write_tokens(*read), write_tokens(tokens));
+  EXPECT_EQ(find_token(*read, "one")->name, "post");
+  EXPECT_TRUE(find_token(*read, "one")->submits);
+  EXPECT_FALSE(find_token(*read, "two")->submits);
+  for (const std::string wrong : {"", "on", "One", "one ", digest_of("one").c_str()})
+    EXPECT_FALSE(find_token(*read, wrong)) << wrong;
+  for (const auto& [text, message] : {std::pair{"post\n", "t:1: expected NAME:SCOPE:DIGEST"},
+                                      std::pair{"\npost:operate:00\n", "t:2: the scope 'operate'"},
+                                      std::pair{"post:submit:one\n", "t:1: the digest is none"}}) {
+    const auto refused = parse_tokens(text, "t");
+    ASSERT_FALSE(refused) << text;
+    EXPECT_EQ(refused.error().message.rfind(message, 0), 0u) << refused.error().message;
   }
 }
 

@@ -103,6 +103,8 @@ def main():
             want(bob.ask("POST", path, {})[0], 403, f"bob: {path}")
         status, _, seat = ann.ask("POST", "seat/ask", {})
         want((status, seat["owner"]["name"].split(",")[0]), (200, "ann"), "the seat")
+        status, _, body = bob.ask("GET", "state", Authorization="Bearer " + "0" * 64)
+        want((status, "takes no tokens" in body["error"]), (401, True), "a token where there are none")
         want(bob.ask("DELETE", "session")[0], 200, "bob signs out")
         want(bob.ask("GET", "state")[0], 401, "bob is out")
         plain = http.client.HTTPConnection("127.0.0.1", port, timeout=HANG)

@@ -228,6 +228,57 @@ def beside(run):
     assert status.returncode == 1 and "none.yaml" in status.stderr, status
 
 
+def token(run, *words):
+    done = subprocess.run([f"{run.bin}/tiltfeed", "desk", "token", *words, "--tokens", f"{run.work}/tokens"], capture_output=True, text=True, check=False)
+    return done.returncode, done.stdout.strip() or done.stderr
+
+
+def by_token(run):
+    """What a CAM system's post does with curl: a program is handed over, and nothing is started."""
+    tokens = {name: token(run, "add", name, "--scope", scope)[1] for name, scope in (("post", "submit"), ("wall", "watch"))}
+    assert token(run, "list") == (0, "post submit\nwall watch"), token(run, "list")
+    assert token(run, "add", "post", "--scope", "operate")[0] == 2
+    with open(f"{run.work}/tokens", encoding="ascii") as file:
+        assert not any(one in file.read() for one in tokens.values()), "the token stands in the file"
+    with open(f"{run.work}/desk.yaml", "w", encoding="ascii") as out:
+        out.write("listen: 127.0.0.1:0\ntokens: tokens\n")
+    desk = Desk(run.bin, "--service", f"{run.work}/api.sock", "--access", f"{run.work}/desk.yaml")
+
+    def ask(name, method, path, body=None, kind="application/json", **more):
+        headers = {"Authorization": f"Bearer {tokens.get(name, name)}", "Origin": None, "Content_Type": kind, **more}
+        status, _, answer = desk.ask(method, f"/api/v1/{path}", body, **headers)
+        return status, json.loads(answer)
+
+    def want(found, status, words=""):
+        assert found[0] == status and words in found[1].get("error", ""), found
+
+    until_up = lambda: ask("wall", "GET", "run")[1]["service"] == "up"
+    run.until("the service is not seen", until_up)
+    want(ask("wall", "GET", "state"), 200)
+    want(ask("0" * 64, "GET", "state"), 401, "not known")
+    want(ask("wall", "POST", "plan", "{}"), 403, "watching only")
+    want(ask("wall", "PUT", "run/program?name=a.nc", "G21\n", "application/octet-stream"), 403, "watching only")
+    want(ask("post", "PUT", "run/program", "", "application/octet-stream"), 400, "empty")
+    want(ask("post", "PUT", "run/program", "G21\n", "application/octet-stream", Origin="http://evil.example"), 403)
+    with open(f"{run.work}/program.nc", encoding="ascii") as file:
+        text = file.read()
+    status, answer = ask("post", "PUT", "run/program?name=..%2Fseat%20rail.nc", text, "application/octet-stream")
+    assert status == 200, answer
+    job = answer["job"]
+    run.until("not ready", lambda: run.show(job, "state") == "ready")
+    assert run.show(job, "name") == "seat rail.nc", run.show(job, "name")
+    assert run.text(f"spool/jobs/{job}/program.nc") == text, "another program"
+    # No order to the machine, not even a hold: that is an operator's.
+    for path in ("run/start", "run/hold", "run/stop", "run/machine", "run/jog", "seat/ask"):
+        want(ask("post", "POST", path, json.dumps({"job": job})), 403, "operator")
+    want(ask("post", "POST", "session", "{}"), 403, "no session")
+    assert run.show(job, "state") == "ready", "it was started"
+    assert token(run, "remove", "post")[0] == 0
+    want(ask("post", "GET", "state"), 401, "not known")
+    assert run.tiltfeed("remove", str(job))[0] == 0
+    assert desk.stop() == 0
+
+
 def service_lost(run, desk):
     run.kill()
     lost = until(desk, "lost", lambda value: value["service"] == "lost")
@@ -261,6 +312,7 @@ def main():
         job = a_run(run, desk, watcher)
         desk = desk_dies(run, desk, job)
         beside(run)
+        by_token(run)
         service_lost(run, desk)
         used = int(re.search(r"VmHWM:\s+(\d+)", open(f"/proc/{desk.process.pid}/status", encoding="ascii").read())[1])
         print(f"memory of the desk: {used / 1024:.1f} MB at most")
