@@ -1,6 +1,6 @@
 // Bundles the page and writes its files, compressed, as C++: node build.mjs OUT.cpp
 import {createHash} from 'node:crypto';
-import {writeFileSync} from 'node:fs';
+import {readFileSync, writeFileSync} from 'node:fs';
 import {gzipSync} from 'node:zlib';
 
 import {bundle, literal, read} from './bundle.mjs';
@@ -13,6 +13,7 @@ const files = [
   {path: '/', type: 'text/html; charset=utf-8', bytes: read('index.html')},
   {path: '/page.css', type: 'text/css; charset=utf-8', bytes: Buffer.concat([read('page.css'), read('cut.css')])},
   {path: '/icon.svg', type: 'image/svg+xml', bytes: read('icon.svg')},
+  {path: '/openapi.json', type: 'application/json', bytes: readFileSync(new URL('../api/openapi.json', import.meta.url))},
   {path: '/page.js', type: 'text/javascript; charset=utf-8', bytes: await bundle('main.ts', 'esm')},
 ];
 

@@ -2,11 +2,55 @@
 
 import http.client
 import json
+import os
 import re
 import socket
 import subprocess
 
+import jsonschema
+
 HANG = 300  # seconds: no measure of speed
+
+
+class Api:
+    """desk/api/openapi.json: every answer that a test gets is held against it."""
+
+    ROOT = "/api/v1"
+
+    def __init__(self):
+        with open(os.path.dirname(os.path.abspath(__file__)) + "/../../desk/api/openapi.json", encoding="utf-8") as file:
+            self.page = json.load(file)
+        self.seen = set()
+
+    def resolved(self, found):
+        while "$ref" in found:
+            place = self.page
+            for name in found["$ref"].removeprefix("#/").split("/"):
+                place = place[name]
+            found = place
+        return found
+
+    def check(self, method, path, status, headers, body):
+        path = path.partition("?")[0]
+        operation = self.page["paths"].get(path.removeprefix(self.ROOT), {}).get(method.lower()) if path.startswith(self.ROOT) else None
+        if operation is None:
+            return
+        responses = operation["responses"]
+        response = responses.get(str(status)) or (responses.get(f"{status // 100}XX") if status >= 400 else None)
+        assert response, f"{method} {path} answers {status}; openapi.json knows {list(responses)}"
+        content = self.resolved(response)["content"]
+        kind = headers["Content-Type"]
+        assert kind in content, f"{method} {path} answers {kind}; openapi.json knows {list(content)}"
+        self.seen.add((method, path.removeprefix(self.ROOT), status < 400))
+        if kind == "application/json":
+            schema = {**content[kind]["schema"], "components": self.page["components"]}
+            try:
+                jsonschema.Draft202012Validator(schema).validate(json.loads(body))
+            except jsonschema.ValidationError as error:
+                raise AssertionError(f"{method} {path}, {status}: {error.json_path}: {error.message[:300]}") from None
+
+
+API = Api()
 
 
 class Desk:
@@ -37,7 +81,9 @@ class Desk:
         sent = {name.replace("_", "-"): value for name, value in all_headers.items() if value is not None}
         connection.request(method, path, body, sent)
         reply = connection.getresponse()
-        return reply.status, reply.headers, reply.read()
+        answer = reply.status, reply.headers, reply.read()
+        API.check(method, path, *answer)
+        return answer
 
     def sign_in(self):
         status, headers, body = self.ask("POST", "/api/v1/session", json.dumps({"token": self.token}))

@@ -14,7 +14,7 @@ import subprocess
 import sys
 import time
 
-from desk_client import HANG, Desk
+from desk_client import API, HANG, Desk
 
 
 def expect(found, wanted, what):
@@ -196,6 +196,28 @@ def pin_job(folder, part):
     return f"{folder}/pin.yaml"
 
 
+def test_openapi(desk):
+    """The description, the page about the API and the server's own tables name the same requests."""
+    root = os.path.dirname(os.path.abspath(__file__)) + "/../../desk/"
+    status, _, served = desk.ask("GET", "/openapi.json")
+    expect((status, json.loads(served)), (200, API.page), "the description is served, to everybody")
+    described = {(method.upper(), path[1:]) for path, operations in API.page["paths"].items() for method in operations}
+    answered = set()
+    for name, prefix in (("api/desk.cpp", "/api/v1/"), ("api/run_api.cpp", "")):
+        with open(root + name, encoding="utf-8") as file:
+            answered |= set(re.findall(r'{"(GET|POST|PUT|DELETE)", "' + prefix + r'([a-z/]+)", &', file.read()))
+    told = set()
+    with open(root + "API.md", encoding="utf-8") as file:
+        for first in re.findall(r"^\| (`(?:GET|POST|PUT|DELETE) [^|]*) \|", file.read(), re.MULTILINE):
+            method, *paths = re.findall(r"GET|POST|PUT|DELETE|(?<=[`/ ])[a-z/]+(?=[`?])", first)
+            told |= {(method, path) for path in paths}
+    expect(sorted(answered ^ described), [], "requests of the server and of openapi.json")
+    expect(sorted(told ^ described), [], "requests of API.md and of openapi.json")
+    for method, path in sorted(described - {("GET", "events"), ("DELETE", "session"), ("POST", "session")}):
+        status, _, body = desk.ask(method, f"/api/v1/{path}", b"{}" if method in ("POST", "PUT") else None, **desk.signed)
+        assert status != 404 or path == "run/part", (method, path, body)
+
+
 def test_api_page(binaries, folder, part, *job):
     """The examples of desk/API.md, as they stand there, in one shell; with a job, or without."""
     page = os.path.dirname(os.path.abspath(__file__)) + "/../../desk/API.md"
@@ -247,6 +269,7 @@ def main():
     taken.sign_in()
     test_silent_crowd(taken)
     expect(json.loads(taken.ask("GET", "/api/v1/state", **taken.signed)[2])["part"]["name"], "pin.stl", "the part of the command line")
+    test_openapi(taken)
     expect(taken.stop(), 0, "the end")
     test_api_page(binaries, folder, part)
     test_api_page(binaries, folder, part, pin_job(folder, part))
