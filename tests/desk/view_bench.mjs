@@ -10,16 +10,26 @@ import {Desk, close_browser, kDesktop, kPhone, open_browser, open_page, part_fil
 
 const step = process.argv[2] ?? '0.12', kDrag = 5000;  // ms of moving the view
 
-/** Resident memory of a process and all its children, MB. */
+/** Of one process, MB; what several share counts in parts. */
+function own_memory(pid) {
+  try {
+    return Number(/^Pss:\s+(\d+)/m.exec(readFileSync(`/proc/${pid}/smaps_rollup`, 'utf8'))[1]) / 1024;
+  } catch {
+    return 0;  // it has ended
+  }
+}
+
+/** Of a process and all its children, MB; the page is the largest of the browser's. */
 function memory_of(pid) {
-  const rows = execFileSync('ps', ['-eo', 'pid=,ppid=,rss=,args='], {encoding: 'utf8'}).trim().split('\n').map((row) => row.trim().split(/\s+/));
+  const rows = execFileSync('ps', ['-eo', 'pid=,ppid=,args='], {encoding: 'utf8'}).trim().split('\n').map((row) => row.trim().split(/\s+/));
   const family = new Set([String(pid)]);
   for (let size = 0; size !== family.size;) {
     size = family.size;
     for (const [child, parent] of rows) if (family.has(parent)) family.add(child);
   }
-  const sum = (wanted) => rows.filter(([id, , , ...words]) => family.has(id) && wanted(words.join(' '))).reduce((mb, [, , kb]) => mb + Number(kb) / 1024, 0);
-  return {all: sum(() => true), renderer: sum((words) => words.includes('--type=renderer')), gpu: sum((words) => words.includes('--type=gpu'))};
+  const each = (word) => rows.filter(([id, , ...words]) => family.has(id) && words.join(' ').includes(word)).map(([id]) => own_memory(id));
+  const all = each('').reduce((sum, mb) => sum + mb, 0);
+  return {all, page: Math.max(0, ...each('--type=renderer')), gpu: Math.max(0, ...each('--type=gpu'))};
 }
 
 const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
@@ -51,7 +61,7 @@ for (const [width, viewport] of [[1920, kDesktop], [390, kPhone]]) {
   const {JSHeapUsedSize: heap} = await page.metrics(), browser = memory_of((await open_browser()).process().pid);
   await shot(page, `view-${width}`);
   console.log(`${width} px: ${blocks} blocks; moving: ${(1000 / median(took)).toFixed(0)} frames/s (median of ${took.length}), the slowest ${Math.max(...took).toFixed(0)} ms; ` +
-    `at rest whole after ${whole} ms; page: JavaScript ${(heap / 1e6).toFixed(0)} MB, renderer ${browser.renderer.toFixed(0)} MB, graphics ${browser.gpu.toFixed(0)} MB; ` +
+    `at rest whole after ${whole} ms; page ${browser.page.toFixed(0)} MB, of it JavaScript ${(heap / 1e6).toFixed(0)}; graphics ${browser.gpu.toFixed(0)} MB; ` +
     `desk ${memory_of(desk.child.pid).all.toFixed(0)} MB`);
   await page.browserContext().close();
   await desk.stop();
