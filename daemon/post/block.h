@@ -19,10 +19,14 @@ namespace tiltfeed::daemon {
 /// Writes the program in the profile's dialect: header comments (TILTFEED ...: part, machine, tool, tool
 /// length and set-up that are baked in, blocks, time), safe start words, tool change, motion with all words
 /// that changed (all five in the first block of an operation, a rapid), F as the profile's feed mode has it
-/// (G93: 1/T on every feed block), end. ASCII, at most the profile's decimals, never "-0" or an exponent. The
-/// same bytes on any number of threads. After an error `out` holds a part of it: write into an OutputFile,
-/// which then leaves nothing. Errors: kLimit when a line, the blocks or the file are longer than the control
-/// takes; kInput when there is no block, or TCP needs a tool number; kIo; kCancelled.
+/// (G93: 1/T on every feed block), end.
+/// Properties: 1 The printed words are the joints, to the last digit. 2 F is within kFeedError of what the
+/// feed mode asks for, or at the control's limit and counted in clamped_feeds. 3 The text is ASCII, without
+/// "-0" or an exponent, and no name leaves its comment. 4 No line, number of blocks or file is longer than
+/// the control takes. 5 The bytes are the same on any number of threads.
+/// After an error `out` holds a part of it: write into an OutputFile, which then leaves nothing.
+/// Errors: kLimit when a line, the blocks or the file are longer than the control takes; kInput when there is
+/// no block, or TCP needs a tool number; kIo; kCancelled.
 Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
                                     const StageProgress& progress = {});
 

@@ -28,6 +28,10 @@ enum class Sides {
   kBehind,  ///< in that block, behind them
 };
 
+/// Properties of programs by any row: 1 The axis words are read back to the last digit, by two readers that
+/// share nothing. 2 F is what the feed mode asks for: within kFeedError, or the last of `feed_decimals`.
+/// 3 The first block under TCP states all five words. 4 A numbered line has one number, a step above that of
+/// the line before; after `last_number` they begin anew.
 struct DialectTable {
   config::Dialect dialect;
   // Lines

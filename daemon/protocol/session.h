@@ -12,6 +12,10 @@
 // * deadline(): call again at this time at the latest;
 // * link_lost(): the wire has gone;
 // * phase(), state(), error().
+//
+// Properties of every session: 1 A final phase has no way out; every other can end in kFault and kAlarm.
+// 2 kDone comes after kDrain only. 3 An order that is obeyed has its transition in the phase. 4 No session
+// ends a hold by itself. 5 executed <= acknowledged <= sent.
 
 #include <cstdint>
 #include <optional>
@@ -27,11 +31,11 @@ enum class Phase {
   kIdentify,    ///< asking who it is and how large its buffers are
   kCheck,       ///< the controller reads the program without moving (Grbl $C)
   kRun,         ///< sending blocks
-  kHold,        ///< feed hold, asked for or found: only a resume command ends it
+  kHold,        ///< feed hold, asked for or found: the session never ends it by itself
   kToolChange,  ///< M0, M1 or M6 is alone in the controller: it waits for the operator
   kDrain,       ///< everything is sent, the proof that it is executed is still out
   kStop,        ///< held for good; waiting until the machine stands
-  kDone,        ///< every block is proved to be executed
+  kDone,        ///< every block is executed, by the proof that the link has (drip feed: sent)
   kStopped,     ///< stopped on request; error() says what may have run
   kAlarm,       ///< the controller is in alarm; error() as above
   kFault,       ///< wire or controller failed; error() as above
@@ -111,8 +115,7 @@ struct LineRange {
 
 /// Progress, as shown to the user and as written to a journal. A block is a line (Grbl, RepRap, drip feed) or
 /// a numeric block (Modbus); all counts are of blocks from the program's begin. Once the axes stand for good
-/// and the rest is forgotten, blocks that cannot have run count neither as sent nor as taken over. Property:
-/// executed <= acknowledged <= sent.
+/// and the rest is forgotten, blocks that cannot have run count neither as sent nor as taken over.
 struct SendState {
   Phase phase = Phase::kConnect;
   std::uint64_t total = 0;         ///< blocks of the program

@@ -27,9 +27,10 @@ namespace tiltfeed::daemon {
 inline constexpr const char* kResumeAsks =
     "; resume asks the controller, which counts what it executed, and goes on after that";
 
-/// One machine's jobs. Properties: one job at a time is on the wire, one is planned; every change is in the
-/// spool before it is answered; nothing resumes by itself; nothing starts by itself but the next in the
-/// queue, when the run before it was executed to its end and no restart, fault or stop lies between.
+/// One machine's jobs. One at a time is planned.
+/// Properties: 1 One at a time is on the wire. 2 Every change is in the spool before it is told, or it is
+/// told with "not in the spool yet". 3 Nothing resumes by itself. 4 Nothing starts by itself but the next in
+/// the queue, when the run before it was executed to its end and no restart, fault or stop lies between.
 class JobService {
  public:
   /// Settles what an earlier process left: plans again what was being planned, says of what was running

@@ -60,8 +60,11 @@ struct SendReport {
 /// operator knows. `end`: the way's newest state.
 Error without_range(Error error, const SendState& end);
 
-/// Checks the whole program first and sends nothing when it finds anything wrong; then streams it and returns
-/// when the controller has proved that the last block is executed.
+/// Checks the whole program, streams it, and returns at its end.
+/// Properties: 1 Where anything is wrong with the program the wire is not opened. 2 Each block is given to
+/// the wire once and in order, and again only as it was. 3 Without an error every block is executed, where
+/// the link can prove it: SendReport::executed is set. 4 After the return nothing is sent, and nothing
+/// resumes by itself. 5 An error names the lines that may have run, and none after them has.
 /// Errors: kIo, kInput (program, with file:line and text), kLimit (line too long, number out of range), kLink
 /// (wire or controller, with the lines that may have run), kCancelled (stopped on request, likewise).
 Result<SendReport> send_program(const std::string& program_path, const LinkSpec& link,

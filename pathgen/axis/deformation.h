@@ -44,6 +44,11 @@ struct AxisLine {
   Vec3 axis;
 };
 
+/// Properties, away from the point, line or circle, the axis of Theta and the seam: 1 unflatten() undoes
+/// flatten(), and the other way round: within 1e-10 mm. 2 The map is right-handed. 3 A unit step of z' is a
+/// unit step along axis_at(), and steps of x' and y' are square to it. 4 axis_at() points away from the
+/// point, line or circle, or towards it, as the sense says: within 1e-12. 5 The image of a place within
+/// `radius` of p is no further from that by tangent(p) than bend() says.
 class Deformation {
  public:
   /// `scale_radius`: R of the maths, mm: the mean rho of the CL surface; sets the scale of x' and y' only.

@@ -29,15 +29,19 @@ struct LineEnvelope {
 
 /// The upper envelope of the CL surface over the flat space. One object a thread; surface, deformation and
 /// index are shared and must outlive it.
+/// Properties: 1 The place that at() gives, and each point of a line, is the highest of all patches there, to
+/// the last bit. 2 Straight moves of the CL reference between two points of a line stay within
+/// options.tolerance of the envelope. 3 Where at() gives a place, rises_over() tells whether that is higher.
+/// 4 along() with a height gives the whole envelope where that is over the height, and nothing above it
+/// elsewhere. 5 Normals are square to the CL surface as it lies in part space, whatever the axis does.
 class Envelope {
  public:
   Envelope(const ClSurface& surface, const Deformation& deformation, const FlatIndex& index,
            const EnvelopeOptions& options)
       : surface_(surface), map_(deformation), index_(index), options_(options) {}
 
-  /// Points on the envelope along the line, dense enough that straight moves of the CL reference between them
-  /// stay within options.tolerance of it. Steep flanks are points whose axis lines lie at most tolerance / 10
-  /// apart. A gap in the surface ends a pass.
+  /// Points on the envelope along the line. Steep flanks are points whose axis lines lie at most
+  /// tolerance / 10 apart. A gap in the surface ends a pass.
   LineEnvelope along(const FlatLine& line);
   /// The same along line `row` of those that `rows` were made for.
   LineEnvelope along(const FlatLine& line, const RowCandidates& rows, std::size_t row);

@@ -25,9 +25,8 @@ inline Box grown(const Box& box, Point<Part> p) {
 }
 
 /// Facet i has corners vertices[facets[i][0..2]], counter-clockwise seen from outside where the mesh is
-/// oriented, and came from facet source[i] of the STL file, counting from 0 (ascending; a facet that fills a
-/// hole has the source of a facet beside it). Corners of a facet differ, every facet has an area (height over
-/// its longest edge > 1e-6 mm), and every vertex is used.
+/// oriented, and came from facet source[i] of the STL file, counting from 0. A facet that fills a hole has
+/// the source of a facet beside it.
 struct Mesh {
   std::vector<Point<Part>> vertices;
   std::vector<std::array<std::uint32_t, 3>> facets;
@@ -61,6 +60,10 @@ enum class Sides {
   kBoth,     ///< not to be trusted: both sides are treated as surface, which is always safe
 };
 
+/// What check_mesh() makes of a file; what it may have moved is in pathgen/mesh/mesh_check.h.
+/// Properties: 1 The corners of a facet differ, and its height over its longest edge is above kMinHeight.
+/// 2 Every vertex is used. 3 Sources ascend. 4 Every defect has a warning that begins with its count and
+/// names its first place.
 struct CheckedMesh {
   Mesh mesh;
   Sides sides = Sides::kOutward;

@@ -22,6 +22,9 @@ struct HolderStep {
 };
 
 /// From the tip up: the cutting part (up to cutting_length), the shank (up to shank_length), the holder.
+/// Properties of a cutter that a job states: 1 nose_radius() <= radius(). 2 0 < cutting_end() <= shank_length
+/// <= length. 3 Shank and holder are wider than 0 everywhere. 4 cutting_top_radius() is that of a cone
+/// tangent to the ball, at cutting_end(): within 1e-12 mm.
 struct Cutter {
   double diameter = 0.0;      ///< of the cutting part, mm; of a taper ball: of the ball
   double length = 0.0;        ///< gauge line to tip, mm

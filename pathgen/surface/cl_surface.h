@@ -21,6 +21,11 @@ namespace tiltfeed::pathgen {
 /// Piece of the tool * features() + feature of the part (facets first, then edges, then vertices).
 using PatchId = std::uint32_t;
 
+/// Properties: 1 The highest patch on an axis line is the height at which the tool, let down on the whole
+/// mesh, stops, for facets of any size: within 2e-6 mm, but for a sharp edge that grazes within kSeam.
+/// 2 Between neighbouring patches the tool sinks by no more than 2e-5 mm, however little the edge there is
+/// bent. 3 Contact normals on an edge are square to it: within 3 kLevel (sine). 4 The features that a surface
+/// of the first pieces needs are all among those of a surface of more pieces.
 class ClSurface {
  public:
   /// `mesh` must outlive the surface. Its facets from `part_facets` on are those of fixtures. Requires: at

@@ -48,6 +48,10 @@ class Prover {
   /// holder along the moves; each begins where the one before ends, or elsewhere. The same moves give the
   /// same proof. What cuts no deeper than `known` (mm) is not looked for, and the gouge is said to be as
   /// deep. Thread-safe.
+  /// Properties: 1 The tool comes nowhere deeper into the part than Proof::gouge. 2 A gouge that is deeper
+  /// than the tolerance by kProofError of it is told, and one within the tolerance is not. 3 `deepest` has
+  /// its move, and a pose at which the tool is so deep: within kProofError. 4 Where none is told,
+  /// Proof::gouge is at most half the tolerance above the true depth.
   Proof hold(std::span<const ProgramMove> moves, double known = 0.0) const;
   /// The tool's tip is in the part there: what `hold` does not see as long as no surface is touched.
   bool inside(const Pose& pose) const;

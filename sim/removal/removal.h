@@ -18,7 +18,13 @@
 
 namespace tiltfeed::sim {
 
-/// Cuts `stock` by the path. `film`: goes on with it. Errors: kCancelled.
+/// Cuts `stock` by the path. `film`: goes on with it.
+/// Properties: 1 Whatever the resolution, a gouge is found and its depth told, a ball's to 1e-3 mm; the
+/// deepest is located even if it is tolerated. 2 New ends of the stock's lines are within 2 kDexelUnit of a
+/// straight cut's surface; where the tool turns, within an eighth of a cell or half the tolerance, and
+/// 1e-3 mm. 3 A probe keeps the least that any move left there, whatever their order. 4 The result is the
+/// same for any number of threads. 5 The film begins with the stock and ends with what is left.
+/// Errors: kCancelled.
 Result<Removal> remove_material(const config::Job& job, const ExecutedPath& path, Stock& stock,
                                 Probes& probes, const RemovalOptions& options,
                                 const pathgen::Progress& progress, StockFilm* film = nullptr);

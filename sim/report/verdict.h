@@ -43,9 +43,11 @@ std::string trouble_text(const Trouble& trouble);
 inline constexpr double kLeastRest = 0.002;
 /// What may be left where the job's passes lie side by side, mm.
 double rest_limit(const pathgen::PlanOptions& plan);
-/// 1 Fails: a trouble of any kind; more than half of the surface that was touched with more left than the
-/// job asks for; no surface touched at all; another number of blocks than the program's header states.
-/// 2 Incomplete: more than kLeastRest of the surface is reached by the tool and has more left than the limit.
+/// What failed and what is missing. Nothing touched at all fails, too.
+/// Properties: 1 A trouble of any kind fails. 2 A feed move that asks for more at the tip than any feed of
+/// the job fails. 3 Another number of blocks than the header states fails. 4 More than rest_limit() on half
+/// of the surface that was touched fails. 5 Incomplete: more than kLeastRest of the surface is reached by the
+/// tool and has more left than the limit.
 RemovalVerdict judge(const Removal& removal, const RemovalContext& context);
 
 }  // namespace tiltfeed::sim

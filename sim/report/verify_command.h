@@ -18,7 +18,8 @@ struct VerifyOptions {
   bool as_json = false;                    ///< the report instead of its summary, on standard output
 };
 
-/// Prints the verdict, writes the report. The exit status: 0 passed, 1 failed or an error, 2 wrong use.
+/// Prints the verdict, writes the report. The exit status: 0 passed, 1 failed or an error, 2 wrong use,
+/// 3 incomplete.
 int verify_command(const VerifyOptions& options);
 
 }  // namespace tiltfeed::sim

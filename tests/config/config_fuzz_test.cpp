@@ -177,11 +177,13 @@ void expect_sound_answers(const std::string& commented, const std::string& path,
   EXPECT_LT(accepted, kMutations / 2);
 }
 
+// (cutter.h, properties 1 to 3)
 TEST(ConfigFuzz, DamagedJobs) {
   const std::string path = SOURCE_DIR "/config/jobs/example.yaml";
   expect_sound_answers(text_of(path), path, 20050901, kMutations / 50);
 }
 
+// (cutter.h, properties 1 to 3)
 TEST(ConfigFuzz, DamagedOptions) { expect_sound_answers(kOptionsJob, kJobPath, 20261, kMutations / 200); }
 
 TEST(ConfigFuzz, DamagedMachines) {

@@ -77,6 +77,7 @@ void expect_same(const Pose& a, const Pose& b, const std::string& what) {
   ASSERT_LT(length(a.axis - b.axis), kAxis) << what;
 }
 
+// (machine.h, property 1)
 TEST(MachineTypes, InverseOfForwardOnBothBranchesAndTheSimulatorsForward) {
   unsigned seed = 1;
   for (const Structure structure : kStructures) {
@@ -105,6 +106,7 @@ TEST(MachineTypes, InverseOfForwardOnBothBranchesAndTheSimulatorsForward) {
   }
 }
 
+// (machine.h, property 2)
 TEST(MachineTypes, BothBranchesAreTheTwoThatThereAre) {
   // Away from the pole a pose has two solutions and one of them is the joints that it came from.
   Workshop shop(99);
@@ -130,6 +132,7 @@ TEST(MachineTypes, BothBranchesAreTheTwoThatThereAre) {
   }
 }
 
+// (machine.h, property 4)
 TEST(MachineTypes, ProgramCoordinatesArePartCoordinatesAtHome) {
   Workshop shop(5);
   for (const Structure structure : kStructures) {
@@ -314,6 +317,7 @@ TEST(RotaryWords, OfAPathTurnTheSimulatorAlongWithIt) {
   }
 }
 
+// (machine.h, property 5)
 TEST(RotaryWords, AreReadBackByTheSimulatorFromAnyTurn) {
   std::mt19937 random(8);
   std::uniform_int_distribution<int> place(-20'000'000, 20'000'000), step(-1'799'999, 1'799'999);

@@ -194,6 +194,7 @@ TEST(Block, GoldenText) {
   EXPECT_EQ(report.clamped_feeds, 1u);
 }
 
+// (block.h, properties 1 to 3)
 TEST(Block, ReadsBackToTheLastDigit) {
   for (const int decimals : {3, 4, 5}) {
     for (const bool numbers : {false, true}) {
@@ -233,6 +234,7 @@ TEST(Block, ForwardOfThePrintedWordsFollowsThePath) {
   }
 }
 
+// (block.h, property 2)
 TEST(Block, FeedsOfAllSizesKeepTheirDigits) {
   JointPath path;
   path.moves = {{{0, 0, 0, 0, 0}, 0.0, MoveKind::kRapid, 0}};
@@ -252,6 +254,7 @@ TEST(Block, FeedsOfAllSizesKeepTheirDigits) {
     EXPECT_NEAR(back.blocks[i].feed * path.moves[i].seconds / 60.0, 1.0, kFeedError);
 }
 
+// (block.h, property 2)
 TEST(Block, C17FeedsPerMinuteStayWithinWhatTheControlTakes) {
   JointPath path;
   path.moves = {{{0, 0, 0, 0, 0}, 0.0, MoveKind::kRapid, 0},
@@ -273,6 +276,7 @@ TEST(Block, C17FeedsPerMinuteStayWithinWhatTheControlTakes) {
   EXPECT_EQ(report.clamped_feeds, 2u);
 }
 
+// (block.h, property 3)
 TEST(Block, HostileNamesStayInTheirComment) {
   Job job = test_job();
   job.plan.name = "a)\nG1 X99 (\r;!~?\x18\x85 b%c \xC3\xA9 0123456789012345678901234567890123456789";
@@ -299,6 +303,7 @@ TEST(Block, NoSpindleWordsWithoutSpindle) {
   EXPECT_EQ(back.words, (std::vector<std::string>{"G21 G90 G17 G40 G49 G54", "M2"}));
 }
 
+// (block.h, property 4)
 TEST(Block, LongLinesAreRefused) {
   Job job = test_job();
   JointPath path;

@@ -49,6 +49,7 @@ TEST(Dialect, ClampsCloseWhereTheirAxisStandsAndOpenBeforeItTurns) {
   EXPECT_EQ(codes.substr(codes.find("M11")), "M11 M13 . . M10 . . . M11 . M10 M12 . ");
 }
 
+// (dialect.h, property 4)
 TEST(Dialect, LineNumbersLineEndsAndPercentAreTheProfiles) {
   const JointPath path = short_path();
   for (const DialectCase& c : dialect_cases()) {
@@ -122,6 +123,7 @@ TEST(Dialect, StartAndEndLinesOfTheProfile) {
   }
 }
 
+// (block.h, property 4)
 TEST(Dialect, LimitsOfBlocksAndBytesAreKept) {
   const JointPath path = short_path();
   Posting posting = posting_of({Dialect::kFanuc, false}, {&path});
@@ -153,6 +155,7 @@ TEST(Dialect, TcpWithHWantsATool) {
   }
 }
 
+// (dialect.h, property 4)
 TEST(Dialect, HeidenhainNumbersEveryLineOnce) {
   const JointPath path = short_path();
   const std::string plain = text_of(posting_of({Dialect::kHeidenhain, true}, {&path}));

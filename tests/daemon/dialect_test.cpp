@@ -42,6 +42,7 @@ JointPath random_words(std::mt19937& random, const ProgramFormat& format, std::s
 class Dialects : public testing::TestWithParam<DialectCase> {};
 INSTANTIATE_TEST_SUITE_P(All, Dialects, testing::ValuesIn(dialect_cases()), case_name);
 
+// (dialect.h, properties 1 and 3)
 TEST_P(Dialects, RandomProgramsReadBackToTheLastDigit) {
   std::mt19937 random(7);
   for (int round = 0; round < 12; ++round) {
@@ -91,6 +92,7 @@ TEST_P(Dialects, RandomProgramsReadBackToTheLastDigit) {
 }
 
 /// What each control makes of F, worked out here once more.
+// (dialect.h, property 2)
 TEST_P(Dialects, FeedsGiveTheTimesOfTheBlocks) {
   std::mt19937 random(11);
   for (const FeedMode mode : {FeedMode::kInverseTime, FeedMode::kPerMinute}) {

@@ -270,6 +270,7 @@ TEST(Drive, ASlowStatusIsNotTakenForAStand) {
   EXPECT_EQ(wire.drive.replaced(), 0u);
 }
 
+// (session.h, property 4)
 TEST(Drive, HoldStopsItAndTheOperatorsResumeGoesOnToTheSamePlace) {
   DriveWire wire;
   double asked = 0.0, held = 0.0;

@@ -86,6 +86,7 @@ class Queue : public testing::Test, protected ServedJobs {
   TcpRing machine_;
 };
 
+// (job_service.h, properties 1 and 4)
 TEST_F(Queue, RunsEachJobOnceAndInTheOrderOfTheStarts) {
   for (const int job : {1, 2, 3, 4}) submit_ready(job, kShortJob);
   EXPECT_TRUE(good(ask(ApiOp::kStart, 2, true))) << "nothing is on the machine: it starts at once";
@@ -116,6 +117,7 @@ TEST_F(Queue, RunsEachJobOnceAndInTheOrderOfTheStarts) {
   expect_rest();
 }
 
+// (job_service.h, property 4)
 TEST_F(Queue, StandsStillAfterAStopUntilAStart) {
   fill();
   ASSERT_TRUE(good(ask(ApiOp::kStop, 1)));
@@ -136,6 +138,7 @@ TEST_F(Queue, StandsStillAfterAStopUntilAStart) {
   EXPECT_EQ(std::vector<int>(feeds.end() - static_cast<long>(expected.size()), feeds.end()), expected);
 }
 
+// (job_service.h, property 4)
 TEST_F(Queue, StandsStillWhenTheMachineIsLost) {
   fill();
   machine_.stop();
@@ -149,6 +152,7 @@ TEST_F(Queue, StandsStillWhenTheMachineIsLost) {
   EXPECT_EQ(state(3), "queued");
 }
 
+// (service.h, property 5; job_service.h, properties 3 and 4)
 TEST_F(Queue, IsKeptOverARestartAndNothingInItStarts) {
   constexpr int kFeeds = 80;
   fill(kFeeds);

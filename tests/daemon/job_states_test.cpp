@@ -113,6 +113,7 @@ TEST_F(JobStates, StopBeforeARingIsFoundAgain_EndsWhatItStillHas) {
   EXPECT_EQ(executed_, executed + 6) << "G0, four feeds, M2";
 }
 
+// (job_service.h, property 2)
 TEST_F(JobStates, AFullDisk_ShowsTheTrueStateAtOnce) {
   submit_ready(1, 20000);
   ASSERT_TRUE(good(ask(ApiOp::kStart, 1)));

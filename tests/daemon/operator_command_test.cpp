@@ -18,6 +18,7 @@ namespace {
 
 constexpr int kPhases = static_cast<int>(Phase::kFault) + 1, kEvents = static_cast<int>(Event::kFailed) + 1;
 
+// (session.h, property 1)
 TEST(Phases, FinalPhasesHaveNoWayOutAndTheOthersCanFail) {
   for (int p = 0; p < kPhases; ++p) {
     const auto phase = static_cast<Phase>(p);
@@ -29,6 +30,7 @@ TEST(Phases, FinalPhasesHaveNoWayOutAndTheOthersCanFail) {
   }
 }
 
+// (session.h, property 2)
 TEST(Phases, EveryPhaseIsReachedAndDoneOnlyThroughDrain) {
   std::set<Phase> reached{Phase::kConnect};
   for (int round = 0; round < kPhases; ++round)
@@ -42,6 +44,7 @@ TEST(Phases, EveryPhaseIsReachedAndDoneOnlyThroughDrain) {
   EXPECT_EQ(reached.size(), static_cast<std::size_t>(kPhases));
 }
 
+// (session.h, property 3)
 TEST(Phases, WhatIsObeyedHasItsTransition) {
   // The events that the orders lead to: a session that obeys never asks for a transition that is not there.
   for (int p = 0; p < kPhases; ++p) {
@@ -91,6 +94,7 @@ TEST(Orders, ALostHoldIsAskedForAgain) {
   EXPECT_EQ(bench.session.phase(), Phase::kHold);
 }
 
+// (session.h, property 4)
 TEST(Orders, InAHoldNoLineIsTakenFromTheProgram) {
   GrblBench bench(numbered(50));
   bench.open();

@@ -187,6 +187,7 @@ class Responder {
 
 LinkSpec grbl_link(const std::string& device) { return *parse_link("grbl:" + device + "@115200"); }
 
+// (stream.h, properties 2 and 3)
 TEST(Stream, AResponderOnAPseudoTerminalGetsEveryLine) {
   for (const int buffer : {128, 1024}) {
     const ProgramFile program(buffer == 128 ? 50000 : 200000);
@@ -203,6 +204,7 @@ TEST(Stream, AResponderOnAPseudoTerminalGetsEveryLine) {
   }
 }
 
+// (stream.h, property 5)
 TEST(Stream, AnErrorStopsAndNamesTheLine) {
   const ProgramFile program(1000);
   Responder responder(1024);
@@ -215,6 +217,7 @@ TEST(Stream, AnErrorStopsAndNamesTheLine) {
   EXPECT_NE(report.error().message.find("may have run"), std::string::npos);
 }
 
+// (stream.h, property 5)
 TEST(Stream, APulledCableIsAnErrorAndNoTimeOut) {
   const ProgramFile program(100000);
   Responder responder(1024);
@@ -226,6 +229,7 @@ TEST(Stream, APulledCableIsAnErrorAndNoTimeOut) {
   EXPECT_NE(report.error().message.find("may have run"), std::string::npos);
 }
 
+// (session.h, property 5)
 TEST(Stream, ProgressIsShownAndCanStop) {
   const ProgramFile program(200000);
   Responder responder(1024);
@@ -245,6 +249,7 @@ TEST(Stream, ProgressIsShownAndCanStop) {
   EXPECT_LE(calls, 8 + static_cast<int>(took.count() / 0.1));
 }
 
+// (stream.h, property 1)
 TEST(Stream, NothingIsSentWhenTheProgramIsWrong) {
   const std::string path = temp_name(".nc");
   std::ofstream(path) << "G21\nG0X0Y0Z0A0C0\nG1X1F100\nG1X!2\n";
@@ -262,6 +267,7 @@ TEST(Stream, NothingIsSentWhenTheProgramIsWrong) {
   EXPECT_NE(modbus.error().message.find(":2: 'G2X1I1F100'"), std::string::npos) << modbus.error().message;
 }
 
+// (stream.h, properties 2 and 3)
 TEST(Stream, TheSimulatedGrblExecutesTheProgram) {
   const ProgramFile program(5000);
   std::vector<sim::Block> executed;
@@ -282,6 +288,7 @@ TEST(Stream, TheSimulatedGrblExecutesTheProgram) {
   expect_executed(program.path, executed);
 }
 
+// (stream.h, properties 2 and 3)
 TEST(Stream, TheSimulatedRingExecutesTheProgramOverTcp) {
   const ProgramFile program(20000);
   std::vector<sim::Block> executed;
@@ -301,6 +308,7 @@ TEST(Stream, TheSimulatedRingExecutesTheProgramOverTcp) {
   expect_executed(program.path, executed);
 }
 
+// (stream.h, properties 2 and 3)
 TEST(Stream, TheSimulatedRingExecutesTheProgramOverRtu) {
   const ProgramFile program(2000);
   std::vector<sim::Block> executed;

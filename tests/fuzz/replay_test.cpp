@@ -49,6 +49,7 @@ void run(Target target, const std::string& bytes) {
   target(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
 }
 
+// (session.h, property 5: tests/fuzz/fuzz_session.h)
 TEST_P(Replay, CorpusAndDamageToIt) {
   std::mt19937_64 random(1);
   int files = 0;

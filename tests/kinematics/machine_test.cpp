@@ -112,6 +112,7 @@ TEST(Machine, ClosedFormOfAnAHead) {
   }
 }
 
+// (machine.h, property 4)
 TEST(Machine, ProgramCoordinatesArePartCoordinatesAtZero) {
   MachineModel m = machine_with_head(kNutating45, 'B');
   m.pivot_to_gauge = {3, -7, -180};
@@ -182,6 +183,7 @@ void expect_inverse_of_forward(Vec3 head, unsigned seed, double largest_tilt) {
   }
 }
 
+// (machine.h, property 1, for five heads)
 TEST(Machine, InverseOfForwardAHead) { expect_inverse_of_forward(kHeadA, 1, 3.1); }
 TEST(Machine, InverseOfForwardBHead) { expect_inverse_of_forward(kHeadB, 2, 3.1); }
 TEST(Machine, InverseOfForwardObliqueHead) {
@@ -192,6 +194,7 @@ TEST(Machine, InverseOfForwardSteepNutatingHead) {
   expect_inverse_of_forward(normalized(Vec3{0.3, std::cos(1.0), std::sin(1.0)}), 5, 1.1);
 }
 
+// (machine.h, property 3)
 TEST(Machine, HoldsTheTableAtThePole) {
   for (const Vec3 head : {kHeadA, kHeadB, kNutating45}) {
     const auto both = inverse(machine_with_head(head), {}, {{10, 20, 30}, {0, 0, 1}}, 77.25);

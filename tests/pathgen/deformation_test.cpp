@@ -34,6 +34,7 @@ Point<Flat> random_flat(const Deformation& map, std::mt19937& random) {
   return {1.4 * unit(random) * map.scale_x(), 1.4 * unit(random) * map.scale_y(), map.s() * rho};
 }
 
+// (deformation.h, property 1)
 TEST(Deformation, RoundTripBothWays) {
   std::mt19937 random(1);
   for (const AxisFrame& frame : frames()) {
@@ -47,6 +48,7 @@ TEST(Deformation, RoundTripBothWays) {
   }
 }
 
+// (deformation.h, properties 2 and 3)
 TEST(Deformation, IsRightHandedAndZGrowsAlongTheAxis) {
   std::mt19937 random(2);
   const double h = 1e-5;
@@ -68,6 +70,7 @@ TEST(Deformation, IsRightHandedAndZGrowsAlongTheAxis) {
 
 /// Places near enough to p that no coordinate is past a seam or a pole; in all directions, mostly at the full
 /// radius, where the remainder is largest.
+// (deformation.h, property 5)
 TEST(Deformation, TheTangentIsOffByNoMoreThanTheBend) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
@@ -129,6 +132,7 @@ TEST(Deformation, TrueLengthsOfAUnitStep) {
   }
 }
 
+// (deformation.h, property 4)
 TEST(Deformation, AxisPointsAsTheSenseSays) {
   const Point<Part> p{60.0, 35.0, -20.0};
   for (const AxisFrame& frame : frames()) {

@@ -132,6 +132,7 @@ TEST_P(DropBvhs, AskFew) {
 }
 
 /// The envelope takes to the tree under a wide tool; heights are those of asking every patch.
+// (envelope.h, property 1)
 TEST_P(DropBvhs, GiveTheEnvelopeTheSameHeights) {
   const CheckedMesh part = rough_sheet(GetParam(), 3, 0.5);
   const ClSurface surface(part.mesh, part.sides, {wide_pieces().back()});
@@ -175,6 +176,7 @@ TEST_P(DropBvhs, GiveTheEnvelopeTheSameHeights) {
 
 /// For a stretch the tree shows every patch that is the highest anywhere on it. A short line is traced with
 /// few patches, and still is the highest of all of them wherever it has a point.
+// (envelope.h, property 1)
 TEST_P(DropBvhs, ServeShortLines) {
   const CheckedMesh part = rough_sheet(GetParam(), 3, 0.5);
   const ClSurface surface(part.mesh, part.sides, {wide_pieces().back()});

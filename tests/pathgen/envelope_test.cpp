@@ -177,6 +177,7 @@ std::vector<Cutter> cutters() {
 
 class EnvelopeTest : public testing::TestWithParam<std::tuple<int, int>> {};
 
+// (cl_surface.h, property 1; envelope.h, properties 2 and 5)
 TEST_P(EnvelopeTest, EqualsTheToolLetDownOnTheWholeMesh) {
   const Case c = cases()[static_cast<std::size_t>(std::get<0>(GetParam()))];
   PlanOptions options;

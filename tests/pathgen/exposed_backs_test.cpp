@@ -250,6 +250,7 @@ TEST(Folds, ANarrowNotchIsNone) {
 
 /// A knife edge folded over itself by next to nothing. With a flat piece, for which a surface has more edges,
 /// those that the ball needs are all among them.
+// (cl_surface.h, property 4)
 TEST(ExposedBacks, OfAFoldMorePiecesNeedWhatFewerDo) {
   const ToolPiece ball{.corner = 1.0, .outer = 1.0};
   const ToolPiece flat{.part = ToolPart::kHolder, .flat = 2.0, .outer = 2.0};

@@ -69,6 +69,7 @@ struct Yard {
 
 class GuardCells : public testing::TestWithParam<Case> {};
 
+// (envelope.h, properties 1 and 3)
 TEST_P(GuardCells, PlacesAndLinesEqualEveryPatchAsked) {
   const Yard yard(GetParam().frame, 2);
   const EnvelopeOptions limits{0.004, 0.03};
@@ -127,6 +128,7 @@ TEST_P(GuardCells, PlacesAndLinesEqualEveryPatchAsked) {
 }
 
 /// Over a height z the envelope is whole; under it shank and holder may be left out.
+// (envelope.h, property 4)
 TEST_P(GuardCells, LinesAreWholeWhereShankAndHolderAreOverTheHeight) {
   const Yard yard(GetParam().frame, 2);
   const EnvelopeOptions limits{0.004, 0.03};

@@ -32,6 +32,7 @@ TEST(Mesh, SoundCube) {
   EXPECT_EQ(mesh.mesh.facets[0], (std::array<std::uint32_t, 3>{0, 1, 2}));  // numbered by first use
 }
 
+// (mesh.h, properties 1, 2 and 4)
 TEST(Mesh, DefectsAreCountedByHand) {
   const Soup sound = cube(0, 2);
   const auto without = [](Soup s, std::size_t i) { return s.erase(s.begin() + i), s; };
@@ -248,6 +249,7 @@ bool agrees_after_repair(const Soup& soup, const CheckedMesh& bare) {
 }
 
 /// Random damage; what check_mesh says against brute force over the same soup.
+// (mesh.h, property 1; mesh_check.h, property 1)
 TEST(Mesh, AgreesWithBruteForce) {
   std::mt19937 random(11);
   const auto below = [&random](std::size_t n) {

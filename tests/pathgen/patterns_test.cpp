@@ -12,6 +12,7 @@ namespace tiltfeed {
 using namespace pathgen;
 namespace {
 
+// (pattern.h, property 1)
 TEST(Patterns, ContoursOfAConeAreCircles) {
   const double foot = 12.0, height = 18.0, slope = std::atan2(height, foot), r = 2.0;
   const CheckedMesh part = turned({{0, height}, {foot, 0}, {0, 0}}, 240);
@@ -37,6 +38,7 @@ TEST(Patterns, ContoursOfAConeAreCircles) {
     EXPECT_LE(*std::next(it) - *it, 1.5e6 + 2.0);
 }
 
+// (pattern.h, property 2)
 TEST(Patterns, NoLevelIsOnTheAxisFeatureItself) {
   // Beside a block the contours of a containment go on down; on the line or point itself no axis is defined,
   // and what goes up from there would go up along any.
@@ -82,6 +84,7 @@ CheckedMesh dome() {
   return turned(profile, 120);
 }
 
+// (pattern.h, property 3)
 TEST(Patterns, ASplitCutsWallsByLevelsAndTheRestByRows) {
   PlanOptions o = options_with(kUpright);
   const double r = o.cutter.radius(), split = kPi / 4.0;
@@ -206,14 +209,17 @@ void expect_near_points(const AxisFrame& axis, PatternKind kind, bool walls) {
   EXPECT_LE(turn, o.max_angle_step.radians() + 1e-9);
 }
 
+// (pattern.h, property 4)
 TEST(Patterns, RowsHavePointsAsNearAsAsked) {
   for (const AxisFrame& axis : {kUpright, kRing}) expect_near_points(axis, PatternKind::kRaster, false);
 }
 
+// (pattern.h, property 4)
 TEST(Patterns, RowsHavePointsAsNearAsAskedOnWallsToo) {
   for (const AxisFrame& axis : {kUpright, kRing}) expect_near_points(axis, PatternKind::kRaster, true);
 }
 
+// (pattern.h, property 4)
 TEST(Patterns, ContoursHavePointsAsNearAsAsked) {
   for (const AxisFrame& axis : {kUpright, kRing}) expect_near_points(axis, PatternKind::kZLevel, true);
 }

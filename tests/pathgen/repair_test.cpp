@@ -41,6 +41,7 @@ std::vector<Shape> shapes() {
   return {{"sphere", sim::hollow_sphere()}, {"handle", sim::handle()}, {"torus", torus()}};
 }
 
+// (mesh.h, property 3; mesh_check.h, property 2)
 TEST(Repair, DamagedFormulaPartsComeBackWithinTheDistance) {
   Random random(2024);
   for (const auto& [name, sound] : shapes()) {
@@ -70,6 +71,7 @@ TEST(Repair, DamagedFormulaPartsComeBackWithinTheDistance) {
   }
 }
 
+// (mesh.h, property 3)
 TEST(Repair, MissingFacetsAreFilledAsTheyWere) {
   Random random(7);
   for (const auto& [name, sound] : shapes()) {

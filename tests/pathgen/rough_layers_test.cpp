@@ -195,6 +195,7 @@ TEST(RoughLayers, AllLayersTogetherComeDownToThePart) {
   EXPECT_NEAR(last, kBallRadius, 1e-9);
 }
 
+// (pattern.h, property 3)
 TEST(PassTrim, SplitBySlopeCoversTheSphereWithTheOverlapTwice) {
   Shapes shapes;
   shapes.bead(0.0, 0.0, 0.0, 10.0, 0.0, false, 240);

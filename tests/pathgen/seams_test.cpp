@@ -67,6 +67,7 @@ Mesh plate(double slope, double noise) {
 
 const AxisFrame kSeamFrame{AxisMode::kFixed, Sense::kOutward, {}, {1, 0, 0}, {0, 0, 1}, 0.0};
 
+// (cl_surface.h, property 2)
 TEST(Seams, NearlyFlatPlatesHaveNoHoles) {
   const Deformation map(kSeamFrame, 1.0);
   std::mt19937 random(7);
@@ -92,6 +93,7 @@ TEST(Seams, NearlyFlatPlatesHaveNoHoles) {
 
 /// What a tool touches an edge with is tangent to it, however little the edge climbs: facets beside it are
 /// told to lie behind by the contact normal.
+// (cl_surface.h, property 3)
 TEST(Seams, ContactNormalsAreSquareToTheEdge) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);

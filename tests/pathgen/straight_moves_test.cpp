@@ -53,6 +53,7 @@ Mesh plate_and_roof(const Ridge& ridge) {
 
 class StraightMovesTest : public testing::TestWithParam<Ridge> {};
 
+// (envelope.h, property 2)
 TEST_P(StraightMovesTest, KeepOffWhatPokesThroughAPlane) {
   const Ridge ridge = GetParam();
   const Mesh mesh = plate_and_roof(ridge);
@@ -113,6 +114,7 @@ Mesh plate_and_pillars(const std::vector<Point<Part>>& tops) {
 
 /// A flat end goes up the plate; a pillar's top comes under its bottom from one moment to the next and, a
 /// little later, is passed by the plate at the rim.
+// (envelope.h, property 2)
 TEST(StraightMoves, AFlatEndMeetsWhatComesUnderItAllAtOnce) {
   std::vector<Point<Part>> tops;
   for (int i = 0; i < 90; ++i) {
@@ -148,6 +150,7 @@ TEST(StraightMoves, AFlatEndMeetsWhatComesUnderItAllAtOnce) {
 /// A steep wall of narrow strips, of which every third is missing: the rim of a flat end goes up it and sinks
 /// into the gaps, down to the strip below. The strips' planes are one, so the ends of a move over a gap tell
 /// nothing of it.
+// (envelope.h, property 2)
 TEST(StraightMoves, ASharpRimSinksIntoTheGapsOfASteepWall) {
   constexpr double kSteepRise = 3.2, kStrip = 0.01;
   constexpr int kStrips = 40;
@@ -190,6 +193,7 @@ TEST(StraightMoves, ASharpRimSinksIntoTheGapsOfASteepWall) {
 
 /// Two level facets share an edge; beyond its end a notch opens, into which the ball sinks. Between points on
 /// the two facets nothing but the way tells whether it passes over the edge or past its end.
+// (envelope.h, property 2)
 TEST(StraightMoves, ABallSinksPastTheEndOfACommonEdge) {
   Mesh mesh;
   mesh.vertices = {{0, 0, 0}, {-30, 0, 0}, {10, -40, 0}, {10, 40, 0}};

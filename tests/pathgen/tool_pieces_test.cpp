@@ -27,6 +27,7 @@ struct Taper {
   }
 };
 
+// (cutter.h, property 4)
 TEST(ToolPieces, ATaperGrownByTheAllowanceIsNoLargerThanItSays) {
   for (const double degrees : {3.0, 10.0, 25.0})
     for (const double allowance : {0.0, 0.3, 1.5}) {

@@ -53,6 +53,7 @@ std::array<double, 2> deepest(const Job& job, const ExecutedPath& path, const Me
   return worst;
 }
 
+// (removal.h, property 1)
 TEST(Contact, DepthsAreThoseOfEveryFacetAtManyPoses) {
   Job job = make_job();
   const CheckedMesh part =
@@ -116,6 +117,7 @@ TEST(Contact, ProbesOfABallAgainstAMarchAlongTheirLines) {
   EXPECT_GT(touched, 100);
 }
 
+// (removal.h, property 3)
 TEST(Contact, ProbesOfRowsInAnyOrderAgainstTheirFormula) {
   constexpr double kWall = 4.8, kReach = 0.5;
   const CheckedMesh part =
@@ -222,6 +224,7 @@ std::vector<ExecutedPath> neighbours(double turn) {
   return paths;
 }
 
+// (removal.h, property 3)
 TEST(Contact, ProbesOfNeighbouringRowsAreThoseOfEachRowByItself) {
   const CheckedMesh part =
       checked(box_mesh({{Vec3{-8, -4, -6}, Vec3{8, 4, 0}}, {Vec3{-8, 4.8, -6}, Vec3{8, 8, 3}}}));

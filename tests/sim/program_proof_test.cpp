@@ -227,6 +227,7 @@ struct Damage {
   bool rapid;
 };
 
+// (proof.h, properties 2 and 3)
 TEST_P(EveryDialect, RefusesAGougeAndNamesItsLine) {
   const Posted sound(GetParam());
   const CheckedMesh part = plate();

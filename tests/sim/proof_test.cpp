@@ -201,6 +201,7 @@ double looked_at(const Prover& prover, const PartDistance& surface, const ToolSo
 }
 
 /// Short random moves near random facets, the part far enough off that little or nothing is cut.
+// (proof.h, properties 1, 2 and 4)
 TEST(Prover, FindsTheDeepestPlaceOfRandomMoves) {
   std::mt19937_64 random(5);
   int cut = 0, tolerated = 0;
@@ -256,6 +257,7 @@ TEST(Prover, FindsTheDeepestPlaceOfRandomMoves) {
 
 /// Where a cone turns, the hull of both ends holds more than the cone on its way: here it turns about its
 /// middle, where a corner of a facet stands beside it.
+// (proof.h, properties 2 and 4)
 TEST(Prover, ATurningConeIsNotToldDeeperThanItIs) {
   std::mt19937_64 random(7);
   Job job = make_job();
@@ -296,6 +298,7 @@ TEST(Prover, ATurningConeIsNotToldDeeperThanItIs) {
 }
 
 /// The tool passes a facet in the middle of a move that is much longer than the part.
+// (proof.h, property 3)
 TEST(Prover, APlaceOnALongMoveIsToldWhereTheToolIs) {
   for (const Cutter& cutter : cutters()) {
     Job job = make_job();
@@ -328,6 +331,7 @@ std::vector<ProgramMove> plate_moves(const Shop& shop) {
   return moves;
 }
 
+// (proof.h, properties 2 and 3)
 TEST(Prover, PlateIsClearAndEveryLoweredMoveIsNamed) {
   const Shop shop;
   CheckedMesh part = shop.part;

@@ -67,6 +67,7 @@ Compared compare(const Stock& stock, const Left& left, double low, double high) 
   return result;
 }
 
+// (removal.h, property 2)
 TEST(Removal, GrooveOfABallInAPlane) {
   for (const double cell : {0.5, 0.2}) {
     Stock stock = block(cell);
@@ -81,6 +82,7 @@ TEST(Removal, GrooveOfABallInAPlane) {
   }
 }
 
+// (removal.h, property 2)
 TEST(Removal, SlotOfAFlatMill) {
   Cutter flat{4, 100, 40};
   flat.type = CutterType::kFlat;
@@ -95,6 +97,7 @@ TEST(Removal, SlotOfAFlatMill) {
   }
 }
 
+// (removal.h, property 2)
 TEST(Removal, SphereCavity) {
   for (const double cell : {0.5, 0.2}) {
     Stock stock = block(cell);
@@ -158,6 +161,7 @@ std::string turns(int count, int blocks) {
   return text.str();
 }
 
+// (removal.h, property 2)
 TEST(Removal, BarTurnedByTheTable) {
   for (const double cell : {0.5, 0.2}) {
     const TurnedBar one = turn_bar(turns(1, 1), cell);
@@ -166,6 +170,7 @@ TEST(Removal, BarTurnedByTheTable) {
   }
 }
 
+// (removal.h, property 2)
 TEST(Removal, ShortBlocksAreTakenTogetherByTheStock) {
   constexpr int kBlocks = 1250;
   const double kTolerance = RemovalOptions{}.tolerance;

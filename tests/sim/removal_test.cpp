@@ -22,6 +22,7 @@ TEST(Removal, CleanProgramPasses) {
   }
 }
 
+// (removal.h, property 4)
 TEST(Removal, SameForAnyNumberOfThreads) {
   Shop shop;
   shop.run(0.25, 1);
@@ -30,6 +31,7 @@ TEST(Removal, SameForAnyNumberOfThreads) {
   EXPECT_EQ(one, shop.json);
 }
 
+// (removal.h, property 1; verdict.h, property 1)
 TEST(Removal, GougeIsFoundAtACoarseResolution) {
   for (const double cell : {1.0, 0.1}) {
     Shop shop;
@@ -48,6 +50,7 @@ TEST(Removal, GougeIsFoundAtACoarseResolution) {
   }
 }
 
+// (removal.h, property 1)
 TEST(Removal, TheDeepestGougeIsLocatedWithinTheTolerance) {
   for (const int threads : {1, 3}) {
     Shop shop;
@@ -67,6 +70,7 @@ TEST(Removal, TheDeepestGougeIsLocatedWithinTheTolerance) {
   }
 }
 
+// (verdict.h, properties 1 and 3)
 TEST(Removal, DeletedBlockIsFound) {
   Shop shop;
   // Behind the plate stands a wall that the tool is led over at the end.
@@ -86,6 +90,7 @@ TEST(Removal, DeletedBlockIsFound) {
   EXPECT_EQ(hit->line, shop.lines.size());
 }
 
+// (verdict.h, property 2)
 TEST(Removal, DeletedBlockThatCutsNothingWrongIsLocatedByItsTime) {
   // On a plane the tool passes straight over the place of a missing block: only the time of the next one
   // tells.
@@ -118,6 +123,7 @@ TEST(Removal, WrongSignOfTheTiltIsFound) {
   EXPECT_TRUE(located);
 }
 
+// (verdict.h, properties 1 and 4)
 TEST(Removal, WrongToolLengthIsFound) {
   for (const double longer : {0.5, -0.5}) {
     Shop shop;
@@ -145,6 +151,7 @@ TEST(Removal, WrongToolLengthIsFound) {
   }
 }
 
+// (verdict.h, property 1)
 TEST(Removal, RapidThroughThePartIsFound) {
   Shop shop;
   const std::size_t bad = shop.cuts[50];
@@ -158,6 +165,7 @@ TEST(Removal, RapidThroughThePartIsFound) {
   EXPECT_GT(hit->depth, 1.0);
 }
 
+// (verdict.h, property 1)
 TEST(Removal, HolderHitIsFound) {
   Shop shop;
   shop.job.plan.cutter.shank_length = 15.0;

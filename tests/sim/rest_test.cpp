@@ -151,6 +151,7 @@ Judged run_without(std::size_t first, std::size_t count, std::optional<double> s
   return {std::move(*cut), verdict};
 }
 
+// (verdict.h, property 5)
 TEST(Rest, AWholeProgramPassesAndOneWithoutRowsIsIncomplete) {
   const Judged whole = run_without(0, 0);
   EXPECT_TRUE(whole.verdict.passed()) << whole.verdict.rest;
@@ -200,6 +201,7 @@ TEST(Rest, WhatTouchesAStockThatNobodyGaveIsNoTrouble) {
   }
 }
 
+// (verdict.h, property 5)
 TEST(Rest, WhatTheJobLeavesOutIsNotMissing) {
   const Judged half = run_without(8, 8);
   EXPECT_TRUE(half.verdict.incomplete());

@@ -24,6 +24,7 @@ std::map<std::pair<long, long>, std::array<double, 2>> ends(const Dexels& lines)
   return all;
 }
 
+// (removal.h, property 5)
 TEST(StockFilm, BeginsWithTheStockAndEndsWithWhatIsLeft) {
   Shop shop;
   std::string text;

@@ -98,6 +98,7 @@ def progress(run, heard):
     return job
 
 
+# (service.h, property 3)
 def reload(run, heard):
     since = time.monotonic()
     run.service.send_signal(signal.SIGHUP)
@@ -125,6 +126,7 @@ def leave(run, heard, long):
         run.fail(f"SIGTERM ended the service with {run.service.returncode}")
 
 
+# (service.h, property 2)
 def judge(run, heard, began, late):
     beats = [began] + [at for at, text in heard.said if "WATCHDOG=1" in text.split("\n")]
     longest, at = max((after - before, before) for before, after in zip(beats, beats[1:]))
@@ -138,6 +140,7 @@ def judge(run, heard, began, late):
         run.fail("WATCHDOG far more often than asked for")
 
 
+# (service.h, property 1)
 def main():
     run = Run(sys.argv[1], sys.argv[2])
     late = Lateness(run.work)

@@ -134,6 +134,7 @@ def stopped_in_the_second(shop):
     shop.reach(jobs[2], "done")
 
 
+# (service.h, property 5)
 def killed(shop):
     jobs = shop.three(LONG, SHORT)
     shop.must("resume", jobs[0])

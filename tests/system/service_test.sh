@@ -46,6 +46,7 @@ mkdir -p "$work"
 sed -e "s#stl:.*#stl: $work/sphere.stl#" -e "s#^machine:.*#machine: $root/config/machines/generic-ac.yaml#" \
   -e 's/side_step_mm:.*/side_step_mm: 8/' "$root/config/jobs/sphere.yaml" >"$work/job.yaml"
 
+# (service.h, properties 4 and 5)
 # ---- Modbus: provable ----------------------------------------------------------------------------------
 simulate --modbus-tcp 127.0.0.1:0 --speed 8
 until_true 100 "no simulated machine" grep -qE '^(ready|listening) on ' "$work/sim.log"

@@ -180,6 +180,7 @@ void expect_no_seams(const std::string& text) {
   EXPECT_GT(number, 20'000);
 }
 
+// (block.h, property 5)
 TEST(Program, IsTheSameOnAnyNumberOfThreads) {
   const ToolPath path = long_path();
   Job job = job_for("{mode: fixed}", "x");

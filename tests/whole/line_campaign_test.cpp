@@ -155,14 +155,17 @@ Totals campaign(const std::string& link, double bits, double each, std::uint64_t
 
 constexpr std::uint64_t kSeeds = 40;
 
+// (stream.h, properties 2 to 5; session.h, property 4)
 TEST(LineCampaign, Grbl) {
   EXPECT_EQ(campaign<sim::GrblController>("grbl:/dev/null@115200", 10, 0.004, kSeeds).wrong, 0u);
 }
 
+// (stream.h, properties 2 to 5; session.h, property 4)
 TEST(LineCampaign, RepRap) {
   EXPECT_EQ(campaign<sim::RepRapController>("reprap:/dev/null@115200", 10, 0.004, kSeeds).wrong, 0u);
 }
 
+// (stream.h, properties 2, 4 and 5; session.h, property 4)
 TEST(LineCampaign, DripFeed) {
   EXPECT_EQ(campaign<sim::DripController>("dnc:/dev/null@38400", 11, 0.01, kSeeds).wrong, 0u);
 }

@@ -112,6 +112,7 @@ void expect_answer(const std::string& path, const models::Model& model) {
   expect_placement(model, *mesh);
 }
 
+// (mesh.h, properties 1 and 3)
 TEST(PublicModels, EveryFileGetsItsAnswer) {
   for (const models::Model& model : models::all()) {
     const std::string path = kModels + model.file + ".stl";

@@ -17,6 +17,7 @@ constexpr const char* kEverything =
     "lose-request p=0.05\nlose-reply p=0.08\nlate-reply p=0.04 for=0.25\nwrong-unit p=0.03\n"
     "half-frame p=0.03\nexception p=0.03 value=6\nsilence p=0.002 for=1.2\ndisconnect p=0.001 for=2\n";
 
+// (stream.h, property 2)
 TEST(RingCampaign, AMillionFaultsLoseDuplicateAndAlterNoBlock) {
   const CampaignProgram program(150);
   const auto script = sim::parse_fault_script(kEverything, "everything");
