@@ -58,7 +58,7 @@ def check(root):
         if not file.endswith("/README.md") or file.split("/")[0] not in FOLDERS:
             continue
         known.update(TAG.findall(text))
-        for tag in sorted(set(DEFINITION.findall(text))):
+        for tag in sorted(DEFINITION.findall(text)):
             if tag in defined:
                 complaints.append(f"{file}: defines ({tag}), as {defined[tag]} does")
             if tag.rstrip("0123456789") not in letters:
