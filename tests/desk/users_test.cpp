@@ -57,7 +57,7 @@ TEST(Tokens, are_known_by_their_digest_alone) {
   EXPECT_EQ(find_token(*read, "one")->name, "post");
   EXPECT_TRUE(find_token(*read, "one")->submits);
   EXPECT_FALSE(find_token(*read, "two")->submits);
-  for (const std::string wrong : {"", "on", "One", "one ", digest_of("one").c_str()})
+  for (const std::string& wrong : std::vector<std::string>{"", "on", "One", "one ", digest_of("one")})
     EXPECT_FALSE(find_token(*read, wrong)) << wrong;
   for (const auto& [text, message] : {std::pair{"post\n", "t:1: expected NAME:SCOPE:DIGEST"},
                                       std::pair{"\npost:operate:00\n", "t:2: the scope 'operate'"},
