@@ -179,6 +179,11 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
     complaint.add(place_of(*tree, number.error().message), number.error().message);
   else
     job.program.tool = *number;
+  const Dialect control = job.machine.format.dialect;
+  if (const int most = most_work_offsets(control); job.program.work_offset > most)
+    complaint.add(node_at(*tree, "program", "work_offset")->place,
+                  "program.work_offset: " + std::to_string(job.program.work_offset) + " is more than the " +
+                      std::to_string(most) + " that " + name_of(control).name + " programs can call");
   // What the control rounds corners off by is a share of the tolerance that nothing else may have.
   const double blend = job.machine.format.blend_tolerance;
   if (blend > kMostBlended * job.plan.tolerance)

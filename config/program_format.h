@@ -85,6 +85,9 @@ struct ProgramFormat {
   std::string clamp_tilt, unclamp_tilt, clamp_rotary, unclamp_rotary;  ///< words, empty: none
 };
 
+/// Of any control.
+inline constexpr int kMostWorkOffsets = 999;
+
 /// The format that a dialect has where a profile states nothing.
 ProgramFormat usual_format(Dialect dialect);
 const DialectName& name_of(Dialect dialect);
@@ -102,6 +105,28 @@ constexpr bool has_inverse_time(Dialect d) {
   return d != Dialect::kHeidenhain && d != Dialect::kHeidenhainIso;
 }
 
+/// How many work offsets a program of this control can call. The first six are G54 to G59; then come G59.1 to
+/// G59.3 (LinuxCNC), G54.1 P1 to P300 (Fanuc), G154 P1 to P99 (Haas). Siemens has G54 to G57 and G505 to
+/// G599, Heidenhain presets by number.
+constexpr int most_work_offsets(Dialect d) {
+  switch (d) {
+    case Dialect::kRs274:
+      return 9;
+    case Dialect::kGrbl:
+      return 6;
+    case Dialect::kFanuc:
+      return 306;
+    case Dialect::kHaas:
+      return 105;
+    case Dialect::kSiemens:
+      return 99;
+    case Dialect::kHeidenhain:
+    case Dialect::kHeidenhainIso:
+      break;
+  }
+  return kMostWorkOffsets;
+}
+
 /// Why programs of this control cannot say rotary words that count so; nullptr: they can.
 const char* refusal_of(Dialect dialect, RotaryWord word);
 
@@ -116,7 +141,7 @@ enum class Coolant { kOff, kFlood, kMist };
 struct ProgramData {
   int number = 1;       ///< O word, Fanuc and Haas
   int tool = 0;         ///< of the tool change; 0: no tool change, the tool is in the spindle
-  int work_offset = 1;  ///< 1 is G54; the preset's number in Heidenhain text
+  int work_offset = 1;  ///< 1 is G54, up to most_work_offsets(); the preset's number in Heidenhain text
   Coolant coolant = Coolant::kOff;
 };
 

@@ -314,7 +314,7 @@ ProgramData read_program_data(const Section& root, int tool) {
   ProgramData data;
   data.number = section.integer("number", 1, 9999, usual.number);
   data.tool = section.integer("tool", 0, 9999, tool);
-  data.work_offset = section.integer("work_offset", 1, 6, usual.work_offset);
+  data.work_offset = section.integer("work_offset", 1, kMostWorkOffsets, usual.work_offset);
   data.coolant = section.choice<Coolant>("coolant", kCoolants, usual.coolant);
   return data;
 }

@@ -109,6 +109,11 @@ Result<config::MachineProfile> PostCommands::Options::profile() const {
                                   " has no words for TCP");
   if (tcp && !profile->model.tilt.present && !profile->model.rotary.present)
     return fail(Code::kUsage, "--tcp: " + profile->model.name + " has no rotary axis");
+  const config::Dialect control = profile->format.dialect;
+  if (const int most = config::most_work_offsets(control); data.work_offset > most)
+    return fail(Code::kUsage, "--work-offset " + std::to_string(data.work_offset) + ": " +
+                                  config::name_of(control).name + " programs can call " +
+                                  std::to_string(most));
   if (tcp || no_tcp) profile->format.tcp = tcp;
   return profile;
 }
@@ -249,7 +254,8 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
   o.post->add_option("--tool", o.data.tool, "tool number where the file states none")
       ->check(CLI::Range(0, 9999));
   o.post->add_option("--number", o.data.number, "program number (O word)")->check(CLI::Range(1, 9999));
-  o.post->add_option("--work-offset", o.data.work_offset, "1 is G54")->check(CLI::Range(1, 6));
+  o.post->add_option("--work-offset", o.data.work_offset, "1 is G54; what comes behind G59 counts on from 7")
+      ->check(CLI::Range(1, config::kMostWorkOffsets));
   o.post->add_flag("--list-dialects", o.list, "list the dialects and stop");
 }
 

@@ -170,6 +170,11 @@ std::string work_offset_word(config::Dialect dialect, int offset) {
   if (dialect == config::Dialect::kHeidenhain || dialect == config::Dialect::kHeidenhainIso)
     return std::to_string(offset);
   if (dialect == config::Dialect::kSiemens && offset > 4) return "G" + std::to_string(500 + offset);
+  constexpr int kPlain = 6;  // G54 to G59
+  const std::string more = std::to_string(offset - kPlain);
+  if (offset > kPlain && dialect == config::Dialect::kFanuc) return "G54.1 P" + more;
+  if (offset > kPlain && dialect == config::Dialect::kHaas) return "G154 P" + more;
+  if (offset > kPlain) return "G59." + more;
   return "G" + std::to_string(53 + offset);
 }
 

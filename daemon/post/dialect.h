@@ -75,7 +75,8 @@ std::vector<std::string> filled(std::string_view lines, const Filling& filling);
 /// The whole of a template that has one line at most.
 std::string filled_line(std::string_view words, const Filling& filling);
 
-/// The word that selects a work offset: G54, or a Heidenhain preset number.
+/// The words that select a work offset, as config::most_work_offsets() numbers them: G54, G54.1 P3, or a
+/// Heidenhain preset number. Requires: the control has so many.
 std::string work_offset_word(config::Dialect dialect, int offset);
 /// A program's name as a Heidenhain control takes it: [A-Z0-9_-], not empty.
 std::string program_name(std::string_view name);

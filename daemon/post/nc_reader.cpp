@@ -68,7 +68,7 @@ class Reader {
   double feed_ = 0.0, speed_ = 0.0, spindle_ = 0.0, coolant_ = 0.0;
   int turn_ = 0;  ///< spindle: 3, 4, or 0
   int plane_ = 17;
-  int offset_ = 0;
+  std::pair<int, double> offset_{};  ///< the code in tenths, and its P
   std::uint64_t bytes_ = 0;
   std::size_t blocks_ = 0, last_blocks_ = 0;
   Joints at_;
@@ -183,8 +183,8 @@ void Reader::note_table() {
 Mistake Reader::one_code(int tenths) {
   const bool fanuc = language_.dialect == config::Dialect::kFanuc;
   const bool planes = fanuc || language_.dialect == config::Dialect::kRs274;
-  constexpr std::array<int, 23> kNothing{40,  210, 280, 400, 410, 420, 430, 530, 540,  550,  560, 570,
-                                         580, 590, 610, 640, 690, 710, 800, 970, 5050, 5060, 7100};
+  constexpr std::array<int, 15> kNothing{40,  210, 280, 400, 410, 420, 430, 530,
+                                         610, 640, 690, 710, 800, 970, 7100};
   if (tenths == 0 || tenths == 10) {
     rapid_ = tenths == 0;
     motion_known_ = true;
@@ -205,7 +205,8 @@ Mistake Reader::one_code(int tenths) {
     return "the program is in inches; post it in mm";
   } else if (tenths == 20 || tenths == 30) {
     return "arcs are not understood; post with G1 alone";
-  } else if (std::find(kNothing.begin(), kNothing.end(), tenths) == kNothing.end()) {
+  } else if (std::find(kNothing.begin(), kNothing.end(), tenths) == kNothing.end() &&
+             !is_work_offset(tenths, language_.dialect)) {
     return "G" + decimal(tenths / 10.0, 1) + " is not understood";
   }
   return std::nullopt;
@@ -310,8 +311,10 @@ Mistake Reader::motion(const DialectWords& words) {
 Mistake Reader::codes(const DialectWords& words) {
   if (auto bad = misread(words, language_, incremental_)) return bad;
   for (const int code : words.g) {
-    const bool offset = (code >= 540 && code <= 590) || code == 5050 || code == 5060;
-    if (!offset || code == std::exchange(offset_, code)) continue;
+    if (!is_work_offset(code, language_.dialect)) continue;
+    const double p = words.has('P') ? words.values.at('P') : 0.0;
+    const std::pair called{code, p};
+    if (called == std::exchange(offset_, called)) continue;
     if (moved_) return "another work offset behind the first move is not understood";
   }
   if (words.has_g(800)) motion_known_ = false;

@@ -53,7 +53,12 @@ std::optional<std::string> reference_point(const DialectWords& words, bool incre
 /// P and R mean something beside few words only.
 std::optional<std::string> letters(const DialectWords& words, const TextLanguage& language) {
   const bool dwell = words.has_g(40);
-  if (words.has('P') && !dwell && !words.has_g(640)) return "P is understood in G4 and G64 only";
+  const bool offset = words.has_g(541) || words.has_g(1540);
+  if (words.has('P') && !dwell && !words.has_g(640) && !offset)
+    return "P is understood in G4, G64, G54.1 and G154 only";
+  if (offset && !(words.has('P') && words.values.at('P') >= 1.0 &&
+                  words.values.at('P') == std::floor(words.values.at('P'))))
+    return "G54.1 and G154 want P with the number of the work offset";
   const bool plain = language.dialect == config::Dialect::kHeidenhain;
   if (words.has('R') && !(plain && words.values.at('R') == 0.0)) return "R is not understood";
   for (const char letter : {'T', 'H', 'D'})
@@ -100,6 +105,14 @@ std::optional<std::string> misread(const DialectWords& words, const TextLanguage
   if (words.has_g(280))
     if (auto bad = reference_point(words, incremental)) return bad;
   return letters(words, language);
+}
+
+bool is_work_offset(int tenths, config::Dialect dialect) {
+  if (tenths >= 540 && tenths <= 590 && tenths % 10 == 0) return true;
+  if (tenths >= 591 && tenths <= 593) return dialect == config::Dialect::kRs274;
+  if (tenths == 541) return dialect == config::Dialect::kFanuc;
+  if (tenths == 1540) return dialect == config::Dialect::kHaas;
+  return dialect == config::Dialect::kSiemens && tenths >= 5050 && tenths <= 5990 && tenths % 10 == 0;
 }
 
 LineRead read_bounded_line(std::istream& in, std::string& line, std::size_t most) {

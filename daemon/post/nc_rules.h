@@ -29,6 +29,9 @@ TextLanguage text_language(const config::MachineProfile& machine);
 /// Why the words of a line cannot be read one by one, or are not known; nothing: they can.
 std::optional<std::string> misread(const DialectWords& words, const TextLanguage& language, bool incremental);
 
+/// Whether a G code (in tenths) calls a work offset of the control; G54.1 and G154 do so with P.
+bool is_work_offset(int tenths, config::Dialect dialect);
+
 enum class LineRead { kLine, kEnd, kTooLong };
 /// The next line without its end (LF, CR LF, or CR alone), of at most `most` bytes.
 LineRead read_bounded_line(std::istream& in, std::string& line, std::size_t most);

@@ -27,6 +27,14 @@ bool holds(const List& list, const Item& item) {
   return std::find(std::begin(list), std::end(list), item) != std::end(list);
 }
 
+/// G54.1 P, G154 P, G59.1, G505: offsets move nothing here; program_frame.h holds which one is called.
+bool further_offset(int tenths, config::Dialect dialect) {
+  if (dialect == config::Dialect::kFanuc) return tenths == 541;
+  if (dialect == config::Dialect::kHaas) return tenths == 1540;
+  if (dialect == config::Dialect::kRs274) return tenths >= 591 && tenths <= 593;
+  return dialect == config::Dialect::kSiemens && tenths >= 5050 && tenths <= 5990;
+}
+
 std::string code_text(char letter, int code) {
   std::string text(1, letter);
   text += std::to_string(letter == 'G' ? code / 10 : code);
@@ -134,7 +142,7 @@ ControlReader::Wrong ControlReader::one_code(int tenths) {
     return "the program is in inches";
   } else if (tenths == 20 || tenths == 30) {
     return "arcs are refused";
-  } else if (!holds(kQuietG, tenths)) {
+  } else if (!holds(kQuietG, tenths) && !further_offset(tenths, dialect_)) {
     return code_text('G', tenths) + " is not understood";
   }
   if (tenths == 900) relative_ = false;

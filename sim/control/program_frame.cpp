@@ -226,9 +226,16 @@ Wrong FrameCheck::Frame::offset(std::string_view line, const ControlWords& words
   } else {
     for (std::size_t i = 0; i < words.g_count; ++i) {
       const int code = words.g[i] / 10;
-      if (code >= 54 && code <= 59) offset_ = code - 53, frames_dropped_ = false;
-      if (format_.dialect == Dialect::kSiemens && code >= 505 && code <= 599)
-        offset_ = code - 500, frames_dropped_ = false;
+      const int tenths = words.g[i], p = words.has('P') ? static_cast<int>(words['P']) : 0;
+      int called = 0;
+      if (code >= 54 && code <= 59) called = code - 53;
+      if (tenths >= 591 && tenths <= 593) called = 6 + tenths % 10;
+      if (format_.dialect == Dialect::kSiemens && code >= 505 && code <= 599) called = code - 500;
+      if (tenths == 541 || tenths == 1540) {
+        if (p < 1) return "a further work offset is called without P, its number";
+        called = 6 + p;
+      }
+      if (called > 0) offset_ = called, frames_dropped_ = false;
     }
   }
   if (offset_ == 0 || offset_ == job_.program.work_offset) return std::nullopt;

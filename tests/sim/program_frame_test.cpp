@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "config/program_lines.h"
+#include "daemon/post/nc_reader.h"
 #include "kinematics/basics/decimal.h"
 #include "sim/control/control_reader.h"
 #include "tests/texts/dialect_posting.h"
@@ -39,12 +40,14 @@ struct Printed {
   Job job;
   Lines lines;
 
-  Printed(const DialectCase& one, RotaryWord word, const std::function<void(ProgramFormat&)>& change = {}) {
+  Printed(const DialectCase& one, RotaryWord word, const std::function<void(ProgramFormat&)>& change = {},
+          int work_offset = 1) {
     Posting posting = posting_of(one, {});
     const JointPath path = ring(posting.machine.format);
     posting = posting_of(one, {&path});
     posting.machine.model.rotary.word = word;
     if (change) change(posting.machine.format);
+    posting.data.work_offset = job.program.work_offset = work_offset;
     job.machine = posting.machine;
     job.setup = posting.operations[0].setup;
     job.program.tool = posting.operations[0].tool_number;
@@ -100,6 +103,26 @@ TEST_P(ProgramFrame, FindsEveryDroppedLineThatTheMachineNeeds) {
   }
   if (has_inverse_time(dialect) && !GetParam().tcp) {
     EXPECT_EQ(printed.seed("^G94$", drop), 1);
+  }
+}
+
+/// The text is read by the postprocessor's own reader, too.
+TEST_P(ProgramFrame, CallsEveryWorkOffsetThatTheControlHas) {
+  const int most = most_work_offsets(GetParam().dialect);
+  for (const int offset : {1, 4, 5, 6, 7, 8, 9, 99, 105, 306, 999}) {
+    if (offset > most) continue;
+    SCOPED_TRACE(offset);
+    Printed printed(GetParam(), RotaryWord::kAccumulate, {}, offset);
+    EXPECT_EQ(printed.fault(printed.lines), "");
+    std::string text;
+    for (const std::string& line : printed.lines) text += line + "\n";
+    std::istringstream in(text);
+    const auto read = read_nc_program(in, "p.nc", text_language(printed.job.machine));
+    EXPECT_TRUE(read) << read.error().message;
+    for (const int other : {offset - 1, offset + 1}) {
+      printed.job.program.work_offset = other;
+      EXPECT_NE(printed.fault(printed.lines), "") << other;
+    }
   }
 }
 
