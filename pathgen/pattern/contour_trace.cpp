@@ -219,9 +219,7 @@ class Tracer {
     Envelope& envelope = heights_.envelope();
     return envelope.has_guards() && envelope.is_cut(a.point) && envelope.is_cut(b.point);
   }
-  bool cut_beside(Place p, Direction2 out) {
-    return heights_.cut_is_over(moved(p, out, -flat_length(p, out, kAside * options_.tolerance)), border_);
-  }
+  bool cut_beside(Place p, Direction2 out) { return heights_.cut_is_over(inwards(p, out), border_); }
 
   /// Where what is under a move is so low, square to itself, that the border may be further off than it
   /// should be, the border is still beside the move.
@@ -232,9 +230,11 @@ class Tracer {
     });
   }
 
-  bool rises_beside(Place p, Direction2 out) {
-    return heights_.is_over(moved(p, out, -flat_length(p, out, kAside * options_.tolerance)), border_);
+  /// As far aside of a move as the border may be.
+  Place inwards(Place p, Direction2 out) const {
+    return moved(p, out, -flat_length(p, out, kAside * options_.tolerance));
   }
+  bool rises_beside(Place p, Direction2 out) { return heights_.is_over(inwards(p, out), border_); }
 
   /// The border on the line across a move, looked for as far as `reach` to the side where it must be.
   std::optional<Stop> border_near(Place from, Direction2 out, double reach) {
