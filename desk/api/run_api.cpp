@@ -56,8 +56,8 @@ const std::vector<RunApi::Route>& RunApi::routes() {
       {"POST", "run/jog", &RunApi::jog, true},
       {"POST", "run/jog/beat", &RunApi::jog_beat, true},
       {"POST", "run/jog/stop", &RunApi::jog_stop, true},
-      {"POST", "run/submit", &RunApi::submit, true},
-      {"PUT", "run/program", &RunApi::program, true},
+      {"POST", "run/submit", &RunApi::submit, true, nullptr, {}, true},
+      {"PUT", "run/program", &RunApi::program, true, nullptr, {}, true, true},
       {"GET", "seat", &RunApi::seat},
       {"POST", "seat/ask", &RunApi::ask_seat},
       {"POST", "seat/give", &RunApi::give_seat},
@@ -92,31 +92,36 @@ Reply RunApi::reply_of(const Result<std::string>& answer) {
   return refusal(answer.error().code == Code::kUsage ? 409 : 503, answer.error().message);
 }
 
-bool RunApi::is_route(const std::string& method, const std::string& path) {
-  return std::any_of(routes().begin(), routes().end(), [&](const Route& route) {
+const RunApi::Route* RunApi::route_of(const std::string& method, const std::string& path) {
+  const auto found = std::find_if(routes().begin(), routes().end(), [&](const Route& route) {
     return method == route.method && path == kRoot + std::string(route.path);
   });
+  return found == routes().end() ? nullptr : &*found;
+}
+
+bool RunApi::is_route(const std::string& method, const std::string& path) {
+  return route_of(method, path) != nullptr;
 }
 
 bool RunApi::is_file(const Request& request) {
-  return request.method == "PUT" && request.path == kRoot + std::string("run/program");
+  const Route* route = route_of(request.method, request.path);
+  return route && route->file;
 }
 
 bool RunApi::is_for_programs(const Request& request) {
-  return request.method == "GET" || is_file(request) || request.path == kRoot + std::string("run/submit");
+  const Route* route = route_of(request.method, request.path);
+  return route && (route->by_token || request.method == "GET");
 }
 
 Reply RunApi::answer(const Request& request, std::uint64_t session, bool program) {
-  for (const Route& route : routes()) {
-    if (request.method != route.method || request.path != kRoot + std::string(route.path)) continue;
-    if (!link_.is_named() && std::string_view(route.path).starts_with("run/"))
-      return refusal(409, "this desk has no machine: start it with --service SOCKET, beside tiltfeed serve");
-    if (route.seat && !program && !seat_.has(session))
-      return refusal(409, seat_.owner() == 0 ? "orders need the seat: take it first"
-                                             : calls_.name(seat_.owner()) + " has the seat; ask for it");
-    return (this->*route.answer)(request, session);
-  }
-  return refusal(404, "there is no such request");
+  const Route* route = route_of(request.method, request.path);
+  if (!route) return refusal(404, "there is no such request");
+  if (!link_.is_named() && std::string_view(route->path).starts_with("run/"))
+    return refusal(409, "this desk has no machine: start it with --service SOCKET, beside tiltfeed serve");
+  if (route->seat && !program && !seat_.has(session))
+    return refusal(409, seat_.owner() == 0 ? "orders need the seat: take it first"
+                                           : calls_.name(seat_.owner()) + " has the seat; ask for it");
+  return (this->*route->answer)(request, session);
 }
 
 /// What of the body the service is told, as it stands.

@@ -72,8 +72,11 @@ class RunApi {
     bool seat = false;
     const char* op = nullptr;
     std::vector<const char*> keys = {};
+    bool by_token = false;  ///< a change that a program with a token may ask for
+    bool file = false;      ///< its body is a file
   };
   static const std::vector<Route>& routes();
+  static const Route* route_of(const std::string& method, const std::string& path);
   /// A machine command that is in work; `ticket` 0: our own.
   struct Order {
     std::uint64_t number = 0, ticket = 0;  // number 0: the service has not said it yet
