@@ -72,6 +72,7 @@ MachineProfile read_profile(const Section& root, std::optional<Dialect> dialect)
     root.complain("program", "tcp is true, and the machine has no rotary axis; expected false");
   check_rotary_words(root, model, profile.format.dialect);
   check_home(root, model, profile.format);
+  check_planes(root, model, profile.format);
   read_link(root, profile);
   profile.wire = read_link_profile(root);
   profile.magazine = read_magazine(root);

@@ -2,6 +2,7 @@
 // How program text looks: the dialects, and what a machine's profile and a job may state of it.
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,8 @@ struct ProgramFormat {
   double max_inverse_time = 100000;  ///< largest F in G93, 1/min
   bool tcp = false;  ///< the control keeps the tool centre point: X Y Z are the tip's in the part's frame
   double tcp_start_below = 50.0;  ///< the upper end of Z's travel, mm: where begins_at_home() lets it begin
+  /// Where the rotaries stand in every cut, the program is in the control's tilted planes, tcp or not.
+  bool tilted_planes = false;
   FeedMode feed_mode = FeedMode::kInverseTime;  ///< without TCP
   FeedMeasure feed_measure = FeedMeasure::kXyz;
   double feed_radius = 0.0;    ///< for kRadius, mm
@@ -97,6 +100,16 @@ ProgramFormat fine_enough(ProgramFormat format, double tolerance, double axis_to
 inline constexpr double kRoundingShare = 0.1;
 /// Whether the control has a tool centre point function that we know the words of.
 constexpr bool has_tcp(Dialect d) { return d != Dialect::kRs274 && d != Dialect::kGrbl; }
+/// Whether the control has a tilted working plane that we know the words of.
+constexpr bool has_tilted_planes(Dialect d) { return d != Dialect::kRs274 && d != Dialect::kGrbl; }
+/// Whether its plane turns with the table and is stated by no angles (Haas G254): its axes stay the
+/// machine's.
+constexpr bool plane_follows_table(Dialect d) { return d == Dialect::kHaas; }
+/// Why programs for this machine cannot be in tilted planes; nothing: they can.
+std::optional<std::string> no_planes(const MachineModel& machine, const ProgramFormat& format);
+/// The format of a program in tilted planes: the control adds the tool's length along its axis, and F is the
+/// tip's in mm/min.
+ProgramFormat in_tilted_planes(ProgramFormat format);
 /// Whether the control may count X Y Z from the table as it stands where TCP begins (Fanuc A-79348E): TCP
 /// begins with the table at home, where both readings are one, and the table turns behind it.
 constexpr bool begins_at_home(Dialect d) { return d == Dialect::kFanuc || d == Dialect::kHaas; }

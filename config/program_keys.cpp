@@ -53,6 +53,7 @@ constexpr std::initializer_list<const char*> kFormatKeys{"dialect",
                                                          "max_program_bytes",
                                                          "tcp",
                                                          "tcp_start_below_mm",
+                                                         "tilted_planes",
                                                          "feed_mode",
                                                          "feed_measure",
                                                          "feed_radius_mm",
@@ -261,6 +262,7 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
     result.tcp_start_below = program.number("tcp_start_below_mm", kStartBelow, usual.tcp_start_below);
   else
     program.unused("tcp_start_below_mm", "unless tcp is true and the dialect is fanuc or haas");
+  result.tilted_planes = program.flag("tilted_planes", usual.tilted_planes);
   read_feed(program, usual, result);
   read_path_control(program, usual, result);
   read_retract(program, usual, result);
@@ -268,6 +270,34 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
   result.end = read_lines(program, "end", result.dialect);
   read_clamps(program, result);
   return dialect && *dialect != result.dialect ? for_another(*dialect, result) : result;
+}
+
+ProgramFormat in_tilted_planes(ProgramFormat format) {
+  format.tcp = false;
+  format.feed_mode = FeedMode::kPerMinute;
+  format.feed_measure = FeedMeasure::kXyz;
+  return format;
+}
+
+std::optional<std::string> no_planes(const MachineModel& model, const ProgramFormat& format) {
+  const std::string control = name_of(format.dialect).name;
+  const bool head_turns = model.structure == Structure::kHeadHead ||
+                          (model.structure == Structure::kTableHead && model.tilt.present);
+  if (!has_tilted_planes(format.dialect)) return control + " has no words for a tilted plane";
+  if (!model.tilt.present && !model.rotary.present) return "the machine has no rotary axis";
+  if (plane_follows_table(format.dialect) && (head_turns || model.spindle != Vec3{0, 0, 1}))
+    return control +
+           "'s G254 follows the table alone, and the head of this machine turns or its spindle is not "
+           "along Z";
+  if (format.retract == "none")
+    return "retract is none, and between two planes the rotaries turn at the retract; state one";
+  return std::nullopt;
+}
+
+void check_planes(const Section& root, const MachineModel& model, const ProgramFormat& format) {
+  if (!format.tilted_planes) return;
+  if (const auto why = no_planes(model, format))
+    root.optional_section("program", kFormatKeys).complain("tilted_planes", *why + "; expected false");
 }
 
 void check_home(const Section& root, const MachineModel& model, const ProgramFormat& format) {
@@ -289,6 +319,7 @@ void describe_format(Description& out, const ProgramFormat& format) {
   out.add("program.tcp", format.tcp);
   if (format.tcp && begins_at_home(format.dialect))
     out.add("program.tcp_start_below_mm", format.tcp_start_below);
+  out.add("program.tilted_planes", format.tilted_planes);
   if (!format.tcp) {
     out.add("program.feed_mode", word(kFeedModes, format.feed_mode));
     out.add("program.feed_measure", word(kFeedMeasures, format.feed_measure));

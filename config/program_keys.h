@@ -13,6 +13,7 @@ namespace tiltfeed::config {
 /// numbers.
 ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect);
 /// Complains of TCP that cannot begin on this machine: as no_home().
+void check_planes(const Section& root, const MachineModel& model, const ProgramFormat& format);
 void check_home(const Section& root, const MachineModel& model, const ProgramFormat& format);
 void describe_format(Description& out, const ProgramFormat& format);
 

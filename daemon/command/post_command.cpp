@@ -69,7 +69,7 @@ struct PostCommands::Options {
   std::string input, machine, output, drawing, dialect, unit;
   std::vector<std::string> ignored;
   double feed = 0.0;
-  bool as_json = false, list = false, tcp = false, no_tcp = false;
+  bool as_json = false, list = false, tcp = false, no_tcp = false, planes = false, no_planes = false;
   double tolerance = 0.0, axis_tolerance = 0.0, tool_length = 0.0;
   ClearSpace clear;
   std::vector<double> part_zero, fixture;
@@ -115,6 +115,9 @@ Result<config::MachineProfile> PostCommands::Options::profile() const {
                                   config::name_of(control).name + " programs can call " +
                                   std::to_string(most));
   if (tcp || no_tcp) profile->format.tcp = tcp;
+  if (planes || no_planes) profile->format.tilted_planes = planes;
+  if (const auto why = planes ? config::no_planes(profile->model, profile->format) : std::nullopt)
+    return fail(Code::kUsage, "--planes: " + *why);
   return profile;
 }
 
@@ -242,6 +245,11 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
       ->check(finite(true));
   o.post->add_flag("--tcp", o.tcp, "tool centre point by the control (G43.4, G234, TRAORI, M128)");
   o.post->add_flag("--no-tcp", o.no_tcp, "joint words, whatever the profile says")->excludes("--tcp");
+  o.post->add_flag(
+      "--planes", o.planes,
+      "where the rotaries stand in every cut, the control's tilted planes (G68.2, G254, CYCLE800, "
+      "PLANE SPATIAL)");
+  o.post->add_flag("--no-planes", o.no_planes, "none, whatever the profile says")->excludes("--planes");
   o.post->add_option("--units", o.unit, "of a file without UNITS/: mm or inch")
       ->check(CLI::IsMember({"mm", "inch"}));
   o.post->add_option("--feed", o.feed, "of feed moves before the file states one, mm/min")

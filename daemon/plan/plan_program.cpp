@@ -71,8 +71,9 @@ JointPathOptions joint_options(config::Job& job, const pathgen::Mesh& part) {
   const Angle lean = Angle::from_radians(strays / job.plan.cutter.shank_length);
   options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
   job.machine.format = config::fine_enough(job.machine.format, options.tolerance, options.axis_tolerance);
-  // Under TCP the linear words are the tip's, so joints are kept finer than what is printed.
-  options.linear_decimals = job.machine.format.tcp ? kTcpDecimals : job.machine.format.linear_decimals;
+  // Under TCP and in planes the linear words are the tip's, so joints are kept finer than what is printed.
+  const bool of_tip = job.machine.format.tcp || job.machine.format.tilted_planes;
+  options.linear_decimals = of_tip ? kTcpDecimals : job.machine.format.linear_decimals;
   options.rotary_decimals = job.machine.format.rotary_decimals;
   options.clear = part_extent(part, job);
   return options;
@@ -111,6 +112,10 @@ class Planning {
   Result<void> plan_path();
   Result<void> open_program();
   Result<void> find_joints();
+  Result<JointPath> joints_of(ToolPath& path, const JointPathOptions& options);
+  Result<void> find_path_joints(const pathgen::Mesh& held, const JointPathOptions& options);
+  Result<void> find_plane_joints(const pathgen::Mesh& held, const JointPathOptions& options);
+  void time_joints(const JointPathOptions& options);
   Result<void> write();
   Result<void> write_others();
   Result<void> add(const std::string& path, const std::function<void(std::ostream&)>& write);
@@ -129,6 +134,9 @@ class Planning {
   pathgen::Plan planned_;
   SingularityBendReport bend_;
   JointPath joints_;
+  std::optional<std::vector<AxisRun>> runs_;  ///< of joints_: the program is in tilted planes
+  ToolPath printed_;                          ///< with runs_: what the blocks' moves count
+  std::optional<PlannedProgram> posted_;
   std::optional<StartTurn> turn_;
   Timing timing_;
   ProgramReport program_;
@@ -201,17 +209,56 @@ Result<void> Planning::open_program() {
 Result<void> Planning::find_joints() {
   bend_ = clock_.time("pole", [&] { return bend_near_singularity(*job_, part_, planned_.path); });
   const pathgen::Mesh& held = held_ ? *held_ : part_.mesh;
-  planned_.report.rapid_length += add_end_ways(planned_.path, held, *job_);
-  if (!show("joints", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
+  if (job_->machine.format.tilted_planes) runs_ = axis_runs(planned_.path);
+  if (runs_) job_->machine.format = config::in_tilted_planes(job_->machine.format);
+  job_->machine.format.tilted_planes = runs_.has_value();
   const JointPathOptions options = joint_options(*job_, held);
-  auto joints = clock_.time("joints", [&] {
-    return to_joints(planned_.path, job_->machine.model, job_->setup, options,
-                     [&](double f) { return show("joints", f); });
-  });
+  const auto found = clock_.time(
+      "joints", [&] { return runs_ ? find_plane_joints(held, options) : find_path_joints(held, options); });
+  if (!found) return found;
+  turn_ = start_turn(held, *job_, joints_.moves.front().joints);
+  time_joints(options);
+  return {};
+}
+
+Result<JointPath> Planning::joints_of(ToolPath& path, const JointPathOptions& options) {
+  if (!show("joints", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
+  return to_joints(path, job_->machine.model, job_->setup, options,
+                   [&](double f) { return show("joints", f); });
+}
+
+Result<void> Planning::find_path_joints(const pathgen::Mesh& held, const JointPathOptions& options) {
+  planned_.report.rapid_length += add_end_ways(planned_.path, held, *job_);
+  auto joints = joints_of(planned_.path, options);
   if (!joints) return tl::unexpected(joints.error());
   joints_ = std::move(*joints);
   if (joints_.reconfigured) planned_.path = std::move(*joints_.reconfigured);
-  turn_ = start_turn(held, *job_, joints_.moves.front().joints);
+  return {};
+}
+
+/// Each run of one axis by itself, with ways along the tool at its ends.
+Result<void> Planning::find_plane_joints(const pathgen::Mesh& held, const JointPathOptions& stated) {
+  JointPathOptions options = stated;
+  options.clear = {};  // no rotary turns within a run
+  PlaneJoints joints(job_->machine.model);
+  printed_ = {
+      planned_.path.name, planned_.path.tool, planned_.path.cut_feed, planned_.path.plunge_feed, {}, {}};
+  for (const AxisRun& run : *runs_) {
+    ToolPath part = part_of(planned_.path, run);
+    add_end_ways(part, held, *job_);
+    auto found = joints_of(part, options);
+    if (!found) return tl::unexpected(found.error());
+    joints.add(*found, printed_.moves.size());
+    printed_.moves.insert(printed_.moves.end(), part.moves.begin(), part.moves.end());
+  }
+  joints_ = std::move(joints.path);
+  runs_ = std::move(joints.runs);
+  // The CL file has the path as one, for other machines.
+  planned_.report.rapid_length += add_end_ways(planned_.path, held, *job_);
+  return {};
+}
+
+void Planning::time_joints(const JointPathOptions& options) {
   timing_ = clock_.time("timing", [&] {
     const config::ProgramFormat& format = job_->machine.format;
     std::vector<JointMove> started = start_moves(job_->machine, job_->setup, joints_.moves);
@@ -225,7 +272,6 @@ Result<void> Planning::find_joints() {
                            timing.durations.begin() + static_cast<std::ptrdiff_t>(before));
     return timing;
   });
-  return {};
 }
 
 Result<void> Planning::write() {
@@ -234,8 +280,8 @@ Result<void> Planning::write() {
   const HeaderFacts header{std::string(files_.prove ? kNotProvenYet : kNoProof), timing_.seconds,
                            turn_ ? start_turn_comment(*turn_, *job_) : ""};
   auto written = clock_.time("write", [&]() -> Result<ProgramReport> {
-    auto blocks =
-        write_program(joints_, *job_, out.stream(), header, [&](double f) { return show("write", f); });
+    posted_ = planned_program(joints_, runs_.value_or(std::vector<AxisRun>{}), *job_, header);
+    auto blocks = write_program(posted_->posting, out.stream(), [&](double f) { return show("write", f); });
     if (auto flushed = out.flush(); !flushed) return tl::unexpected(flushed.error());
     return blocks;
   });
@@ -272,7 +318,10 @@ Result<void> Planning::write_others() {
   auto cl = clock_.time(
       "cl file", [&] { return add(files_.cl, [&](std::ostream& out) { write_cl(planned_.path, out); }); });
   if (!cl) return cl;
-  if (auto map = add(files_.map, [&](std::ostream& out) { write_block_map(joints_, planned_.path, out); });
+  if (auto map = add(files_.map,
+                     [&](std::ostream& out) {
+                       write_block_map(posted_->posting, runs_ ? printed_ : planned_.path, out);
+                     });
       !map)
     return map;
   return add(files_.drawing, [&](std::ostream& out) {

@@ -131,7 +131,9 @@ void ProgramText::block(std::size_t index, State& state, Piece& piece) const {
   if (first) out = std::copy(span.first_words.begin(), span.first_words.end(), out);
   const std::string_view side = span.sides.empty() ? "" : span.side(at);
   if (table_.sides == Sides::kBefore) out = std::copy(side.begin(), side.end(), out);
-  if (first && !format_.tcp)
+  if (first && op.plane)
+    out = words_.height(words_.place(out, move.joints), move.joints);
+  else if (first && !format_.tcp)
     out = words_.height(out, move.joints);
   else
     out = words_.axes(out, first ? Joints{} : moves[at - 1].joints, move.joints, first);
@@ -240,9 +242,11 @@ Result<void> check(const Posting& posting) {
     if (op.words->moves.empty()) return fail(Code::kInput, "the joint path has no block");
     assert(op.words->moves.front().kind == MoveKind::kRapid);
     blocks += op.words->moves.size();
-    if (format.tcp && *table_of(format.dialect).tcp_length != '\0' && op.tool_number == 0)
+    const DialectTable& table = table_of(format.dialect);
+    if (op.tool_number == 0 && *(format.tcp ? table.tcp_length : op.plane ? table.length : "") != '\0')
       return fail(Code::kInput,
-                  std::string("TCP in ") + config::name_of(format.dialect).name +
+                  std::string(format.tcp ? "TCP in " : "a tilted plane in ") +
+                      config::name_of(format.dialect).name +
                       " needs a tool number for its H word; state program.tool, or LOADTL/ in the CL file");
   }
   if (format.max_blocks > 0 && blocks > static_cast<std::size_t>(format.max_blocks))
@@ -274,19 +278,14 @@ Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
   return sink.result();
 }
 
-Result<ProgramReport> write_program(const JointPath& path, const config::Job& job, std::ostream& out,
-                                    const StageProgress& progress) {
-  return write_program(path, job, out, {}, progress);
-}
-
-Result<ProgramReport> write_program(const JointPath& path, const config::Job& job, std::ostream& out,
-                                    const HeaderFacts& header, const StageProgress& progress) {
+PlannedProgram planned_program(const JointPath& path, const std::vector<AxisRun>& runs,
+                               const config::Job& job, const HeaderFacts& header) {
   const config::ProgramFormat& format = job.machine.format;
   const pathgen::Cutter& cutter = job.plan.cutter;
+  PlannedProgram program{
+      {}, {job.plan.name, job.machine, job.program, {}, header.proof, header.seconds, header.start}};
   Operation op;
-  const JointPath tips =
-      format.tcp ? words_under_tcp(path, job.machine.model, job.setup, tcp_options(job)) : JointPath{};
-  op.words = format.tcp ? &tips : &path;
+  op.words = &path;
   op.setup = job.setup;
   op.tool = {cutter.diameter, 0.0, job.setup.tool_length};
   op.tool_number = job.program.tool;
@@ -296,9 +295,29 @@ Result<ProgramReport> write_program(const JointPath& path, const config::Job& jo
   if (job.program.coolant != config::Coolant::kOff)
     op.events.push_back(
         {0, EventKind::kCoolant, job.program.coolant == config::Coolant::kFlood ? 1.0 : 2.0, ""});
-  Posting posting{job.plan.name, job.machine, job.program, {}, header.proof, header.seconds, header.start};
-  posting.operations.push_back(std::move(op));
-  return write_program(posting, out, progress);
+  const auto keep = [&](JointPath words) {
+    program.words.push_back(std::make_unique<JointPath>(std::move(words)));
+    op.words = program.words.back().get();
+    program.posting.operations.push_back(op);
+  };
+  for (const AxisRun& run : runs) {
+    const Joints& at = path.moves[run.first].joints;
+    op.plane = tilted_plane(job.machine, at.a, at.c);
+    keep(words_in_plane(path, run, job.machine, job.setup, *op.plane));
+    op.goes_on = true;
+    op.events.clear();
+  }
+  if (!runs.empty()) return program;
+  if (format.tcp)
+    keep(words_under_tcp(path, job.machine.model, job.setup, tcp_options(job)));
+  else
+    program.posting.operations.push_back(std::move(op));
+  return program;
+}
+
+Result<ProgramReport> write_program(const JointPath& path, const config::Job& job, std::ostream& out,
+                                    const StageProgress& progress) {
+  return write_program(planned_program(path, {}, job, {}).posting, out, progress);
 }
 
 }  // namespace tiltfeed::daemon

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <iosfwd>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,12 +31,20 @@ namespace tiltfeed::daemon {
 Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
                                     const StageProgress& progress = {});
 
-/// The same for a job with one tool. Requires: `path` rounded to the profile's decimals (under TCP: not
-/// rounded coarser than that).
+/// A job's program as a posting, and the words that it points to, where they are not the path's own.
+struct PlannedProgram {
+  std::vector<std::unique_ptr<JointPath>> words;
+  Posting posting;
+};
+
+/// Of one tool. `runs`: of `path`, each in a tilted plane of its own; none: the whole path. Requires: `path`
+/// rounded to the profile's decimals (under TCP and in planes: not rounded coarser than that); it outlives
+/// what is returned.
+PlannedProgram planned_program(const JointPath& path, const std::vector<AxisRun>& runs,
+                               const config::Job& job, const HeaderFacts& header);
+
+/// The same, written at once.
 Result<ProgramReport> write_program(const JointPath& path, const config::Job& job, std::ostream& out,
                                     const StageProgress& progress = {});
-/// With more in the header.
-Result<ProgramReport> write_program(const JointPath& path, const config::Job& job, std::ostream& out,
-                                    const HeaderFacts& header, const StageProgress& progress);
 
 }  // namespace tiltfeed::daemon

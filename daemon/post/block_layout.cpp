@@ -77,6 +77,8 @@ class Writer {
   void remark(const std::string& text);
   void header();
   void begin(const Operation& op, bool first);
+  void turn(const Operation& op);
+  void call_length(const Operation& op);
   void take_tool(const Operation& op);
   void tool_comments(const Operation& op);
   void modes();
@@ -89,6 +91,7 @@ class Writer {
   void finish();
   void clamp(const Operation& op, std::size_t index);
   std::string first_words() const;
+  Joints first_place_of(const Operation& op) const;
   std::size_t blocks() const;
 
   const Posting& posting_;
@@ -165,8 +168,10 @@ void Writer::header() {
 void Writer::tool_comments(const Operation& op) {
   const std::string length = decimal(op.tool.length, 4);
   const char* const use = op.tool_number > 0 ? table_.length_in_tool : table_.length_alone;
-  if (format_.tcp)
-    comment("tool length " + length + " mm is planned, TCP takes the control's", "", "");
+  if (format_.tcp || op.plane)
+    comment("tool length " + length + " mm is planned, " + (op.plane ? "planes take" : "TCP takes") +
+                " the control's",
+            "", "");
   else
     comment("tool length " + length + " mm is in the words" + filled_line(use, filling_), "", "");
   comment("part zero " + triple(op.setup.part_zero, 6) + " mm", "", "");
@@ -183,15 +188,38 @@ void Writer::take_tool(const Operation& op) {
   filling_.emplace_back("tool", tool);
 }
 
+/// Between two planes of one tool.
+void Writer::turn(const Operation& op) {
+  if (shorter_) lines(table_.shorter_off);
+  shorter_ = false;
+  retract();
+  lines(table_.plane_done);
+  call_length(op);
+  for (const std::string& open :
+       {tilt_clamped_ ? format_.unclamp_tilt : "", rotary_clamped_ ? format_.unclamp_rotary : ""})
+    if (!open.empty()) line(open);
+  tilt_clamped_ = rotary_clamped_ = false;
+}
+
+/// Where the control adds the tool's length and a retract ends that.
+void Writer::call_length(const Operation& op) {
+  if (format_.tcp || op.plane) lines(table_.edge);
+}
+
 /// Before an operation: the tool taken off along the machine's Z from wherever it is, its tool; before the
 /// first: the modes, too.
 void Writer::begin(const Operation& op, bool first) {
   take_tool(op);
+  if (op.goes_on) return turn(op);
   if (!first) leave();
   retract();
   if (first) lines(table_.plane_off);
+  if (!first && op.plane) lines(table_.plane_done);
   if (!first) tool_comments(op);
-  if (op.tool_number > 0) lines(table_.tool);
+  if (op.tool_number > 0)
+    lines(table_.tool);
+  else
+    call_length(op);
   for (const std::string& open : {format_.unclamp_tilt, format_.unclamp_rotary})
     if (!open.empty()) line(open);
   tilt_clamped_ = rotary_clamped_ = false;
@@ -222,6 +250,12 @@ std::string Writer::first_words() const {
   return words.empty() ? "" : " " + words;
 }
 
+Joints Writer::first_place_of(const Operation& op) const {
+  const Joints& words = op.words->moves.front().joints;
+  if (op.plane) return place_above(posting_.machine, op.setup, from_plane(*op.plane, words));
+  return first_place(posting_.machine, op.setup, words);
+}
+
 /// From the retract the rotaries turn, then X and Y go to their place; the operation's first block goes down.
 /// TCP begins there: before, the tip's way is not a line. Or it begins high up, and the table turns under it.
 void Writer::positions(const Operation& op) {
@@ -232,7 +266,7 @@ void Writer::positions(const Operation& op) {
     char* const end = (words.*say)(room.data(), to);
     line(std::string(table_.rapid) + std::string(room.data(), end) + table_.first_end + table_.rapid_end);
   };
-  const Joints first = first_place(posting_.machine, op.setup, op.words->moves.front().joints);
+  const Joints first = first_place_of(op);
   const std::vector<Joints> start = tcp_start(posting_.machine, op.setup, first);
   if (machine.tilt.present || machine.rotary.present)
     go(&PrintedWords::rotaries, start.empty() ? first : start.front());
@@ -241,6 +275,11 @@ void Writer::positions(const Operation& op) {
   if (shorter_) lines(table_.shorter_on);
   go(&PrintedWords::place, first);
   if (format_.tcp) lines(table_.tcp_on);
+  if (op.plane) {
+    Filling filling = filling_;
+    filling.insert(filling.end(), op.plane->words.begin(), op.plane->words.end());
+    for (const std::string& text : filled(table_.plane_on, filling)) line(text);
+  }
   Joints from{};
   for (const Joints& to : start) {
     std::array<char, 5 * kDecimalSpace> room;
@@ -254,9 +293,7 @@ void Writer::positions(const Operation& op) {
 std::size_t Writer::blocks() const {
   std::size_t count = layout_.blocks;
   for (const Operation& op : posting_.operations)
-    count += tcp_start(posting_.machine, op.setup,
-                       first_place(posting_.machine, op.setup, op.words->moves.front().joints))
-                 .size();
+    count += tcp_start(posting_.machine, op.setup, first_place_of(op)).size();
   return count;
 }
 
@@ -376,6 +413,7 @@ void Writer::leave() {
 void Writer::finish() {
   leave();
   retract();
+  if (posting_.operations.back().plane) lines(table_.plane_done);
   for (const std::string& own : format_.end) line(own);
   lines(table_.end);
   if (format_.percent) line("%");

@@ -24,14 +24,15 @@ std::uint32_t get(const char* in) {
 
 }  // namespace
 
-void write_block_map(const JointPath& joints, const ToolPath& path, std::ostream& out) {
+void write_block_map(const Posting& posting, const ToolPath& path, std::ostream& out) {
   out.write(kMapMark, sizeof kMapMark);
   char entry[kEntryBytes];
-  for (const JointMove& block : joints.moves) {
-    put(entry, block.move);
-    put(entry + 4, block.move < path.moves.size() ? path.moves[block.move].facet : kNoFacet);
-    out.write(entry, kEntryBytes);
-  }
+  for (const Operation& op : posting.operations)
+    for (const JointMove& block : op.words->moves) {
+      put(entry, block.move);
+      put(entry + 4, block.move < path.moves.size() ? path.moves[block.move].facet : kNoFacet);
+      out.write(entry, kEntryBytes);
+    }
 }
 
 Result<std::optional<BlockOrigin>> read_block_origin(const std::string& path, std::uint64_t number) {

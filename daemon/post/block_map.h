@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "daemon/post/posting.h"
 #include "kinematics/basics/tool_path.h"
-#include "kinematics/joints/joint_path.h"
 
 namespace tiltfeed::daemon {
 
@@ -17,7 +17,8 @@ struct BlockOrigin {
   std::uint32_t facet = kNoFacet;  ///< of the STL, counted from 0
 };
 
-void write_block_map(const JointPath& joints, const ToolPath& path, std::ostream& out);
+/// Of the blocks as they are printed. `path`: what the words' moves count.
+void write_block_map(const Posting& posting, const ToolPath& path, std::ostream& out);
 /// Entry `number`, counted from 1; nothing when the map has fewer. Errors: kIo, kInput when it is no map.
 Result<std::optional<BlockOrigin>> read_block_origin(const std::string& path, std::uint64_t number);
 

@@ -42,7 +42,7 @@ std::optional<std::string> Stretch::look(std::size_t first, std::size_t last, Sh
     const Joints& j = moves[i].joints;
     if (i > 0 && (j.a != moves[i - 1].joints.a || j.c != moves[i - 1].joints.c))
       return "a rotary turns while the control shifts the tool";
-    if (seen) continue;
+    if (seen || machine_.format.tilted_planes) continue;  // in its plane the tool is along Z
     seen = true;
     const auto at = shift_plane(machine_.model, setup_, j);
     if (!at)

@@ -2,6 +2,7 @@
 // The dialects of program text as one table of words and rules. Words in braces are filled in: {name},
 // {number}, {offset}, {tool}, {register} (of its length), {edge} (likewise; 1 where none
 // is stated), {cutter} (of its radius), {rpm}, {turn} (3 or 4), {seconds}, {milliseconds}, {tolerance},
+// {angles} and {side} of a tilted plane,
 // {rotaries} (",A,C" of those that the machine has), {in_degrees} and {at_radius} (FGREF of each). "|" ends a
 // line; a line that asks for what there is not is left out.
 
@@ -59,7 +60,10 @@ struct DialectTable {
   const char *length_in_tool, *length_alone;  ///< what to do with the control's own length, for a comment
   const char *length, *tcp_length;            ///< words in front of the axes of the first block
   const char* length_off;                     ///< lines that end that, once the tool is retracted
-  const char* plane_off;         ///< lines after the first of these that end a tilted plane and a rotation
+  const char* plane_off;  ///< lines after the first of these that end a tilted plane and a rotation
+  // Lines that begin a tilted plane, the rotaries at its place, and that end it, the tool retracted.
+  const char *plane_on, *plane_done;
+  const char* edge = "";         ///< line that calls the tool's length anew behind a retract that ends it
   const char *tcp_on, *tcp_off;  ///< lines; it ends before the tool is retracted
   const char* tcp_frame = "";    ///< parameters that a program under TCP takes for granted, for a comment
   const char *inverse_on, *per_minute_on, *degrees, *radius;  ///< feed modes and what F measures

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "daemon/post/dialect_words.h"
+#include "daemon/post/nc_planes.h"
 #include "daemon/post/nc_rules.h"
 #include "kinematics/basics/decimal.h"
 
@@ -17,6 +18,11 @@ namespace {
 using Mistake = std::optional<std::string>;
 // The third decimal of a word rounds by no more, degrees.
 constexpr double kAtHome = 5.1e-4;
+
+bool of_plane(int tenths, config::Dialect dialect) {
+  if (dialect == config::Dialect::kFanuc) return tenths == 531;
+  return dialect == config::Dialect::kHaas && (tenths == 2540 || tenths == 2550);
+}
 
 class Reader {
  public:
@@ -46,6 +52,8 @@ class Reader {
   Mistake one_code(int tenths);
   void machine_codes(const DialectWords& words);
   void note_table();
+  Mistake begin_plane(Result<TextPlane> plane);
+  Mistake planes(const DialectWords& words);
   Mistake dwell(const DialectWords& words);
   void compensation(const DialectWords& words);
   Mistake motion(const DialectWords& words);
@@ -71,6 +79,7 @@ class Reader {
   std::pair<int, double> offset_{};  ///< the code in tenths, and its P
   std::uint64_t bytes_ = 0;
   std::size_t blocks_ = 0, last_blocks_ = 0;
+  std::uint32_t tilted_ = 0;  ///< of facts_.planes, from 1
   Joints at_;
   std::array<bool, 5> known_{};
 };
@@ -137,9 +146,17 @@ void Reader::next_tool(int number) {
 bool Reader::dialogue(const std::string& line, Mistake& mistake) {
   const auto is = [&](const char* head) { return line.starts_with(head); };
   if (is("%") || is("BEGIN PGM") || is("END PGM") || is("FGROUP") || is("FGREF") || is("CYCLE832(") ||
-      is("CYCL DEF 247") || is("Q339") || is("CYCL DEF 9.0") || is("G247") || is("PLANE RESET") ||
-      is("CYCL DEF 10.0 ROTATION") || line == "CYCL DEF 10.1 ROT+0" || line == "G73 G90 H+0")
+      is("CYCL DEF 247") || is("Q339") || is("CYCL DEF 9.0") || is("G247") || is("CYCL DEF 10.0 ROTATION") ||
+      line == "CYCL DEF 10.1 ROT+0" || line == "G73 G90 H+0")
     return true;
+  if (line == "PLANE RESET STAY" || line == "PLANE RESET" || line == "CYCLE800()") {
+    tilted_ = 0;
+    return true;
+  }
+  if (is("PLANE ") || is("CYCLE800(")) {
+    mistake = begin_plane(plane_of_line(line));
+    return true;
+  }
   const bool numbered =
       language_.dialect == config::Dialect::kFanuc || language_.dialect == config::Dialect::kHaas;
   if (numbered && line.size() > 1 && line[0] == 'O' &&
@@ -166,6 +183,17 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
     if (speed && turn_ != 0) event(EventKind::kSpindle, turn_ == 4 ? -value : value);
   }
   return true;
+}
+
+/// X Y Z are not known in the plane until they are stated.
+Mistake Reader::begin_plane(Result<TextPlane> plane) {
+  if (!plane) return plane.error().message;
+  if (tcp_) return "a tilted plane under TCP is not understood";
+  if (!known_[3] || !known_[4]) return "a tilted plane before the rotaries are at their place";
+  facts_.planes.push_back(*plane);
+  tilted_ = static_cast<std::uint32_t>(facts_.planes.size());
+  known_[0] = known_[1] = known_[2] = false;
+  return std::nullopt;
 }
 
 /// Where such a control counts X Y Z from is its parameters' to say.
@@ -206,7 +234,7 @@ Mistake Reader::one_code(int tenths) {
   } else if (tenths == 20 || tenths == 30) {
     return "arcs are not understood; post with G1 alone";
   } else if (std::find(kNothing.begin(), kNothing.end(), tenths) == kNothing.end() &&
-             !is_work_offset(tenths, language_.dialect)) {
+             !is_work_offset(tenths, language_.dialect) && !of_plane(tenths, language_.dialect)) {
     return "G" + decimal(tenths / 10.0, 1) + " is not understood";
   }
   return std::nullopt;
@@ -284,6 +312,7 @@ Mistake Reader::motion(const DialectWords& words) {
   bool moves = false;
   for (std::size_t i = 0; i < letters.size(); ++i) {
     if (!words.has(letters[i])) continue;
+    if (i > 2 && tilted_ != 0) return "a rotary turns in a tilted plane";
     moves = true;
     known_[i] = !elsewhere;
     if (elsewhere) continue;
@@ -304,7 +333,7 @@ Mistake Reader::motion(const DialectWords& words) {
   if (!rapid && inverse_ && !words.has('F')) return "no F: in inverse time every feed move needs one";
   if (!rapid && !(feed_ > 0.0)) return "a feed move without F";
   moved_ = true;
-  operation().blocks.push_back({at_, rapid, tcp_, !rapid && inverse_, rapid ? 0.0 : feed_, line_});
+  operation().blocks.push_back({at_, rapid, tcp_, !rapid && inverse_, rapid ? 0.0 : feed_, line_, tilted_});
   return std::nullopt;
 }
 
@@ -338,8 +367,21 @@ Mistake Reader::codes(const DialectWords& words) {
   return std::nullopt;
 }
 
+/// G68.2 and G53.1, which turns no axis where the program has turned them before; G254, G255.
+Mistake Reader::planes(const DialectWords& words) {
+  if (language_.dialect == config::Dialect::kHaas && words.has_g(2540)) return begin_plane(TextPlane{});
+  if (words.has_g(690) || words.has_g(2550)) {
+    if (tilted_ != 0) known_[0] = known_[1] = known_[2] = false;
+    tilted_ = 0;
+  }
+  return std::nullopt;
+}
+
 Mistake Reader::apply(const DialectWords& words) {
+  if (language_.dialect == config::Dialect::kFanuc && words.has_g(682))
+    return begin_plane(plane_of_words(words));
   if (auto bad = codes(words)) return bad;
+  if (auto bad = planes(words)) return bad;
   if (words.has_g(40)) return dwell(words);
   if (words.has('F')) feed_ = words.values.at('F');
   machine_codes(words);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/program_format.h"
+#include "daemon/post/nc_planes.h"
 #include "daemon/post/text_language.h"
 #include "kinematics/basics/geometry.h"
 #include "kinematics/basics/path_event.h"
@@ -25,6 +26,7 @@ struct TextBlock {
   bool inverse_time = false;
   double feed = 0.0;  ///< F in force, 0 for rapids
   std::uint32_t line = 0;
+  std::uint32_t plane = 0;  ///< of NcProgram::planes, from 1: X Y Z are in it; 0: none
 };
 
 /// The blocks of one tool.
@@ -42,13 +44,14 @@ struct NcProgram {
   std::string name;
   std::vector<TextOperation> operations;  ///< each with a block
   std::vector<std::string> notes;         ///< words left out, with their line
+  std::vector<TextPlane> planes;
 };
 
 /// Reads to the program's end. Moves in machine coordinates (G53, G28, SUPA, M91) leave the place unknown
 /// until it is stated again; blocks begin where all five words are known. Errors: kInput as name:line:
-/// inches, arcs, cycles, incremental words, words that are not known or that would be misread
-/// (nc_rules.h), another work offset behind the first block, a feed move without F or before all words
-/// are known, no block; kLimit: more than the limits there.
+/// inches, arcs, cycles, incremental words, planes that turn the rotaries by themselves, words that are not
+/// known or that would be misread (nc_rules.h), another work offset behind the first block, a feed move
+/// without F or before all words are known, no block; kLimit: more than the limits there.
 Result<NcProgram> read_nc_program(std::istream& in, const std::string& name, const TextLanguage& language);
 
 }  // namespace tiltfeed::daemon

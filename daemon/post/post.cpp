@@ -1,5 +1,6 @@
 #include "daemon/post/post.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <utility>
 
@@ -28,12 +29,51 @@ bool lacks_register(const config::ProgramFormat& format, const AptOperation& op)
   return tnc && op.length_register > 0 && op.length_register != op.tool_number;
 }
 
+/// An operation, or a run of it in a tilted plane.
+struct OperationPart {
+  AptOperation operation;
+  bool goes_on = false;  ///< with the tool of the one before
+};
+
+bool in_planes(const AptProgram& program) {
+  return std::all_of(program.operations.begin(), program.operations.end(),
+                     [](const AptOperation& op) { return axis_runs(op.path).has_value(); });
+}
+
+/// Each operation, in planes each of its runs. An event that stands between two runs is the next one's.
+std::vector<OperationPart> parts_of(const AptProgram& program, bool planes) {
+  std::vector<OperationPart> parts;
+  for (const AptOperation& op : program.operations) {
+    if (!planes) {
+      parts.push_back({op, false});
+      continue;
+    }
+    auto event = op.events.begin();
+    const std::vector<AxisRun> runs = *axis_runs(op.path);
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      OperationPart part{part_of(op, runs[i]), i > 0};
+      const bool last = i + 1 == runs.size();
+      for (; event != op.events.end() && (last || event->move < runs[i + 1].first); ++event) {
+        PathEvent moved = *event;
+        moved.move =
+            std::min(std::max(event->move, runs[i].first) - runs[i].first, part.operation.path.moves.size());
+        part.operation.events.push_back(std::move(moved));
+      }
+      parts.push_back(std::move(part));
+    }
+  }
+  return parts;
+}
+
 }  // namespace
 
 Result<Posted> post(const AptProgram& program, const std::string& name,
                     const config::MachineProfile& stated_machine, const PostOptions& options) {
   config::MachineProfile machine = stated_machine;
   machine.format = config::fine_enough(machine.format, options.tolerance, options.axis_tolerance);
+  const bool planes = machine.format.tilted_planes && in_planes(program);
+  if (planes) machine.format = config::in_tilted_planes(machine.format);
+  machine.format.tilted_planes = planes;
   if (auto begins = tcp_can_begin(machine, program.operations.size()); !begins)
     return tl::unexpected(begins.error());
   Posted out;
@@ -47,12 +87,12 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
                     ": the chords of its arcs and the profile's blend_tolerance_mm take all of the "
                     "tolerance; state a larger one (--tolerance)");
   joints.axis_tolerance = format.tcp ? options.axis_tolerance / 2.0 : options.axis_tolerance;
-  joints.linear_decimals = format.tcp ? kTcpDecimals : format.linear_decimals;
+  joints.linear_decimals = format.tcp || planes ? kTcpDecimals : format.linear_decimals;
   joints.rotary_decimals = format.rotary_decimals;
-  joints.clear = options.clear;
+  if (!planes) joints.clear = options.clear;  // in a plane no rotary turns
   std::vector<JointMove> all;
   std::vector<std::pair<std::size_t, std::size_t>> starts;  // in `all`: the first block, how many
-  for (const AptOperation& stated : program.operations) {
+  for (const auto& [stated, goes_on] : parts_of(program, planes)) {
     Setup setup = options.setup;
     setup.tool_length = stated.path.tool.length;
     if (!(setup.tool_length > 0.0))
@@ -78,6 +118,12 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
     if (!events) return tl::unexpected(events.error());
     const std::vector<JointMove> start = start_moves(machine, setup, path->moves);
     const std::size_t before = start.empty() ? 0 : start.size() - 1;
+    if (goes_on) {
+      const std::vector<JointMove> turn =
+          moves_between(machine.model, all.back().joints, path->moves.front().joints);
+      starts.emplace_back(all.size(), turn.size());
+      all.insert(all.end(), turn.begin(), turn.end());
+    }
     starts.emplace_back(all.size(), before);
     all.insert(all.end(), start.begin(), start.begin() + static_cast<std::ptrdiff_t>(before));
     all.insert(all.end(), path->moves.begin(), path->moves.end());
@@ -89,10 +135,16 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
     if (format.tcp)
       *path = words_under_tcp(*path, machine.model, setup,
                               {format.linear_decimals, options.axis_tolerance / 2.0});
+    std::optional<TiltedPlane> plane;
+    if (planes) {
+      const Joints& at = path->moves.front().joints;
+      plane = tilted_plane(machine, at.a, at.c);
+      *path = words_in_plane(*path, {0, path->moves.size()}, machine, setup, *plane);
+    }
     out.words.push_back(std::make_unique<JointPath>(std::move(*path)));
     out.posting.operations.push_back({out.words.back().get(), setup, op.path.tool, tool, op.path.cut_feed,
                                       op.path.plunge_feed, op.path.feeds, std::move(*events),
-                                      op.length_register});
+                                      op.length_register, std::move(plane), goes_on});
   }
   out.timing = time_blocks(all, machine.model, rounded_off_by(format, options.tolerance),
                            options.axis_tolerance, corners_of(format));

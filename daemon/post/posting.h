@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/job.h"
+#include "daemon/post/tilted_plane.h"
 #include "kinematics/basics/path_event.h"
 #include "kinematics/basics/tool_path.h"
 #include "kinematics/joints/joint_moves.h"
@@ -26,7 +27,7 @@ inline constexpr double kFeedError = 1e-4;
 /// (tests/linuxcnc).
 inline constexpr double kBlendWord = 0.8;
 
-/// One tool at work.
+/// One tool at work, or one of its planes.
 struct Operation {
   /// The words: joints rounded to the printed decimals; under TCP those of `words_under_tcp`.
   const JointPath* words = nullptr;
@@ -37,6 +38,9 @@ struct Operation {
   std::vector<FeedChange> feeds;  ///< as in ToolPath
   std::vector<PathEvent> events;  ///< by rising move; `move` counts as JointMove::move
   int length_register = 0;        ///< 0: that of the tool's number
+  /// Its words are in this plane; the rotaries stand. The machine's format is config::in_tilted_planes().
+  std::optional<TiltedPlane> plane{};
+  bool goes_on = false;  ///< with the tool of the operation before, which it has in another plane
 };
 
 /// A whole program.

@@ -106,7 +106,8 @@ FeedWord PrintedWords::feed_of(const BlockStep& step) const {
     return {std::max(f, least), f < least};
   }
   const bool tip_moves = step.from.x != step.to.x || step.from.y != step.to.y || step.from.z != step.to.z;
-  const double f = format_.tcp && tip_moves ? step.tip_feed : way(step.from, step.to) * 60.0 / step.seconds;
+  const bool of_tip = format_.tcp || format_.tilted_planes;
+  const double f = of_tip && tip_moves ? step.tip_feed : way(step.from, step.to) * 60.0 / step.seconds;
   const double least = std::max(kLeastFeed, 1.0 / decimal_scale(table_.feed_decimals));
   if (!(f <= format_.max_feed)) return {format_.max_feed, true};
   if (f < least) return {least, true};

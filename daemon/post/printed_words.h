@@ -21,7 +21,7 @@ struct FeedWord {
 struct BlockStep {
   Joints from, to;
   double seconds = 0.0;
-  double tip_feed = 0.0;  ///< mm/min, under TCP
+  double tip_feed = 0.0;  ///< mm/min, under TCP and in a plane
 };
 
 class PrintedWords {

@@ -10,6 +10,7 @@
 #include "kinematics/basics/decimal.h"
 #include "kinematics/machine/machine.h"
 #include "kinematics/timing/tcp_path.h"
+#include "kinematics/timing/timing.h"
 
 namespace tiltfeed::daemon {
 namespace {
@@ -70,16 +71,6 @@ Joints rounded_words(const config::MachineProfile& machine, const Setup& setup, 
   return words;
 }
 
-/// Of a block at axis speed.
-double axis_seconds(const MachineModel& machine, const Joints& from, const Joints& to) {
-  constexpr double kMinute = 60.0;
-  return kMinute *
-         std::max({std::abs(to.x - from.x) / machine.x.velocity, std::abs(to.y - from.y) / machine.y.velocity,
-                   std::abs(to.z - from.z) / machine.z.velocity,
-                   std::abs(to.a - from.a) / machine.tilt.velocity,
-                   std::abs(to.c - from.c) / machine.rotary.velocity});
-}
-
 }  // namespace
 
 Joints axes_under_tcp(const MachineModel& machine, const Setup& setup, const Joints& words) {
@@ -87,9 +78,13 @@ Joints axes_under_tcp(const MachineModel& machine, const Setup& setup, const Joi
 }
 
 Joints first_place(const config::MachineProfile& machine, const Setup& setup, const Joints& words) {
+  if (!machine.format.tcp) return words;
+  return place_above(machine, setup, words);
+}
+
+Joints place_above(const config::MachineProfile& machine, const Setup& setup, const Joints& tip_words) {
   const config::ProgramFormat& format = machine.format;
-  if (!format.tcp) return words;
-  Joints axes = axes_under_tcp(machine.model, setup, words);
+  Joints axes = axes_under_tcp(machine.model, setup, tip_words);
   axes.x = rounded_within(machine.model.x, axes.x, format.linear_decimals);
   axes.y = rounded_within(machine.model.y, axes.y, format.linear_decimals);
   return axes;
@@ -126,7 +121,7 @@ std::vector<JointMove> start_moves(const config::MachineProfile& machine, const 
   if (all.empty()) return all;
   all.push_back(moves.front());
   for (std::size_t i = 1; i < all.size(); ++i)
-    all[i].seconds = axis_seconds(machine.model, all[i - 1].joints, all[i].joints);
+    all[i].seconds = rapid_seconds(machine.model, all[i - 1].joints, all[i].joints);
   return all;
 }
 

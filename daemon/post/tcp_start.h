@@ -20,6 +20,10 @@ Joints axes_under_tcp(const MachineModel& machine, const Setup& setup, const Joi
 /// rounded as they are printed before TCP begins, not over an end of their travel.
 Joints first_place(const config::MachineProfile& machine, const Setup& setup, const Joints& words);
 
+/// Where the axes stand for these words of the tip in the part's frame, X and Y rounded as they are printed,
+/// not over an end of their travel.
+Joints place_above(const config::MachineProfile& machine, const Setup& setup, const Joints& tip_words);
+
 /// The words under TCP before an operation's first block, `first` its slides and rotaries. TCP begins at the
 /// first of them, the table at home; then the table turns to its place. At the end of each block the slides
 /// are where they were: X and Y those of `first`, Z the machine's tcp_start_below under the end of its

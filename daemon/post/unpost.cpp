@@ -9,6 +9,7 @@
 #include "daemon/post/nc_rules.h"
 #include "daemon/post/tcp_start.h"
 #include "kinematics/basics/decimal.h"
+#include "kinematics/machine/spindle_frame.h"
 #include "kinematics/timing/tcp_path.h"
 
 namespace tiltfeed::daemon {
@@ -34,17 +35,16 @@ Joints between(const Joints& p, const Joints& q, double f) {
 
 class Unposter {
  public:
-  Unposter(const TextOperation& text, const config::MachineProfile& machine, const Setup& setup,
-           const UnpostOptions& options)
-      : text_(text), machine_(machine), setup_(setup), options_(options) {}
+  Unposter(const TextOperation& text, const std::vector<TextPlane>& planes,
+           const config::MachineProfile& machine, const Setup& setup, const UnpostOptions& options)
+      : text_(text), planes_(planes), machine_(machine), setup_(setup), options_(options) {}
 
   /// Errors: a word beyond its axis's travel; more points than kMostTextPoints.
   Result<AptOperation> run(std::size_t points);
 
  private:
-  Pose pose(const Joints& words, bool tcp) const {
-    return tcp ? pose_under_tcp(machine_.model, setup_, words) : forward(machine_.model, setup_, words);
-  }
+  /// Of words that are said as those of `block`.
+  Pose pose(const Joints& words, const TextBlock& block) const;
   std::optional<std::string> beyond(const TextBlock& block) const;
   bool turns_before(std::size_t path) const;
   std::size_t behind_start() const;
@@ -57,6 +57,7 @@ class Unposter {
   double tip_feed(const TextBlock& from, const TextBlock& to, double way) const;
 
   const TextOperation& text_;
+  const std::vector<TextPlane>& planes_;
   const config::MachineProfile& machine_;
   const Setup& setup_;
   const UnpostOptions& options_;
@@ -64,6 +65,16 @@ class Unposter {
   int plane_ = 17;
   AptOperation out_;
 };
+
+Pose Unposter::pose(const Joints& words, const TextBlock& block) const {
+  if (block.plane != 0) {
+    const TextPlane& plane = planes_[block.plane - 1];
+    const Rotation frame = plane.frame ? *plane.frame : spindle_frame(machine_.model, words.a, words.c);
+    const Vec3 tip = plane.origin + frame * Vec3{words.x, words.y, words.z};
+    return pose_under_tcp(machine_.model, setup_, {tip.x, tip.y, tip.z, words.a, words.c});
+  }
+  return block.tcp ? pose_under_tcp(machine_.model, setup_, words) : forward(machine_.model, setup_, words);
+}
 
 void Unposter::put(const Pose& pose, const TextBlock& block) {
   out_.path.moves.push_back({pose, block.rapid ? MoveKind::kRapid : MoveKind::kCut, kNoFacet});
@@ -77,7 +88,9 @@ bool Unposter::put(PathEvent event, const TextBlock& block) {
   }
   const bool left = event.kind == EventKind::kCutterLeft;
   if (left || event.kind == EventKind::kCutterRight) {
-    const auto plane = shift_plane(machine_.model, setup_, block.words);
+    // In its plane the tool is along Z.
+    const auto plane =
+        block.plane != 0 ? ShiftPlane{17, false} : shift_plane(machine_.model, setup_, block.words);
     if (!plane || plane->code != plane_) return false;
     if (plane->backward) event.kind = left ? EventKind::kCutterRight : EventKind::kCutterLeft;
   }
@@ -92,7 +105,7 @@ void Unposter::cut(const TextBlock& from, const TextBlock& to, double f0, const 
   if (out_.path.moves.size() > most_) return;
   double tip = 0.0, axis = 0.0;
   for (const double s : kSamples) {
-    const Pose real = pose(between(from.words, to.words, f0 + s * (f1 - f0)), to.tcp);
+    const Pose real = pose(between(from.words, to.words, f0 + s * (f1 - f0)), to);
     tip = std::max(tip, distance_to_segment(real.tip, p0.tip, p1.tip));
     axis = std::max(axis, angle_between(real.axis, slerp(p0.axis, p1.axis, s)));
   }
@@ -102,7 +115,7 @@ void Unposter::cut(const TextBlock& from, const TextBlock& to, double f0, const 
                     axis <= Angle::from_degrees(options_.axis_tolerance).radians();
   if (fits || halvings >= kMaxHalvings) return put(p1, to);
   const double middle = 0.5 * (f0 + f1);
-  const Pose at = pose(between(from.words, to.words, middle), to.tcp);
+  const Pose at = pose(between(from.words, to.words, middle), to);
   cut(from, to, f0, p0, middle, at, halvings + 1);
   cut(from, to, middle, at, f1, p1, halvings + 1);
 }
@@ -114,7 +127,7 @@ double Unposter::tip_feed(const TextBlock& from, const TextBlock& to, double way
   const Joints &p = from.words, &q = to.words;
   const double linear = std::hypot(q.x - p.x, q.y - p.y, q.z - p.z),
                turned = std::hypot(q.a - p.a, q.c - p.c);
-  if (to.tcp) return linear > 0.0 ? to.feed : 0.0;
+  if (to.tcp || to.plane != 0) return linear > 0.0 ? to.feed : 0.0;
   const config::ProgramFormat& format = machine_.format;
   double measured = linear > 0.0 ? linear : turned;
   if (format.feed_measure == config::FeedMeasure::kDegrees) measured = std::hypot(linear, turned);
@@ -125,8 +138,8 @@ double Unposter::tip_feed(const TextBlock& from, const TextBlock& to, double way
 
 /// The travel that a block breaks, if any: under TCP that of the words which the control makes of the tip.
 std::optional<std::string> Unposter::beyond(const TextBlock& block) const {
-  if (!block.tcp) return broken_limit(machine_.model, block.words);
-  const Pose at = pose(block.words, true);
+  if (!block.tcp && block.plane == 0) return broken_limit(machine_.model, block.words);
+  const Pose at = pose(block.words, block);
   return broken_limit(machine_.model,
                       solve_linear(machine_.model, setup_, at.tip, block.words.a, block.words.c));
 }
@@ -154,7 +167,7 @@ bool Unposter::turns_before(std::size_t path) const {
   const auto last = static_cast<double>(path - 1);
   if (turn > last * kStartStep + step || turn <= (last - 1.0) * kStartStep - step) return false;
   // Words are rounded: those of the tip, and the rotaries' at the end of its lever.
-  const Vec3 at = from_origin(pose(home, true).tip) + setup_.part_zero;
+  const Vec3 at = from_origin(pose(home, blocks.front()).tip) + setup_.part_zero;
   const double lever = length(at) + length(machine_.model.rotary_to_tilt);
   const double stands =
       2.0 * (digit(machine_.format.linear_decimals) + Angle::from_degrees(step).radians() * lever);
@@ -198,14 +211,14 @@ Result<AptOperation> Unposter::run(std::size_t points) {
       return fail(Code::kInput, "line " + std::to_string(block.line) + ": " + *broken);
     if (path.moves.size() > most_) return too_many(block.line);
     if (i < begin) continue;
-    const Pose end = pose(block.words, block.tcp);
-    if (i == begin || block.tcp != text_.blocks[i - 1].tcp) {
+    const Pose end = pose(block.words, block);
+    if (i == begin || block.tcp != text_.blocks[i - 1].tcp || block.plane != text_.blocks[i - 1].plane) {
       put(end, block);
       continue;
     }
     const TextBlock& before = text_.blocks[i - 1];
     const std::size_t first = path.moves.size();
-    Pose at = pose(before.words, before.tcp);
+    Pose at = pose(before.words, before);
     cut(before, block, 0.0, at, 1.0, end, 0);
     if (block.rapid) continue;
     double way = 0.0;
@@ -256,8 +269,8 @@ Result<AptProgram> unpost(const NcProgram& program, const config::MachineProfile
     if (!length)
       return fail(Code::kInput, "the program does not state the tool's length; state it: --tool-length L");
     const Setup setup{*zero, fixture_of(turned.value_or(Vec3{})), *length};
-    auto made =
-        Unposter(op, machine, setup, options).run(kMostTextPoints - std::min(points, kMostTextPoints));
+    auto made = Unposter(op, program.planes, machine, setup, options)
+                    .run(kMostTextPoints - std::min(points, kMostTextPoints));
     if (!made) return tl::unexpected(made.error());
     points += made->path.moves.size();
     out.operations.push_back(std::move(*made));

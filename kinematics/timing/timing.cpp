@@ -271,4 +271,13 @@ Starvation starvation(const std::vector<double>& durations, const LinkRate& link
   return worst;
 }
 
+double rapid_seconds(const MachineModel& machine, const Joints& from, const Joints& to) {
+  constexpr double kMinute = 60.0;
+  return kMinute *
+         std::max({std::abs(to.x - from.x) / machine.x.velocity, std::abs(to.y - from.y) / machine.y.velocity,
+                   std::abs(to.z - from.z) / machine.z.velocity,
+                   std::abs(to.a - from.a) / machine.tilt.velocity,
+                   std::abs(to.c - from.c) / machine.rotary.velocity});
+}
+
 }  // namespace tiltfeed

@@ -46,6 +46,9 @@ inline constexpr double kServoPeriod = 0.001;
 Timing time_blocks(const std::vector<JointMove>& moves, const MachineModel& machine, double tolerance,
                    double axis_tolerance, Corners corners = Corners::kBlended);
 
+/// A rapid at axis speed, the slowest axis's time, s.
+double rapid_seconds(const MachineModel& machine, const Joints& from, const Joints& to);
+
 /// A link and a control that take blocks so fast.
 struct LinkRate {
   double bytes_per_s = 0.0;

@@ -27,6 +27,12 @@ bool holds(const List& list, const Item& item) {
   return std::find(std::begin(list), std::end(list), item) != std::end(list);
 }
 
+/// G53.1 and G254, G255: what they mean is in planes().
+bool of_planes(int tenths, config::Dialect dialect) {
+  if (dialect == config::Dialect::kFanuc) return tenths == 531;
+  return dialect == config::Dialect::kHaas && (tenths == 2540 || tenths == 2550);
+}
+
 /// G54.1 P, G154 P, G59.1, G505: offsets move nothing here; program_frame.h holds which one is called.
 bool further_offset(int tenths, config::Dialect dialect) {
   if (dialect == config::Dialect::kFanuc) return tenths == 541;
@@ -48,7 +54,8 @@ ControlReader::ControlReader(const config::MachineProfile& machine, const Setup&
     : dialect_(machine.format.dialect),
       counts_points_(dialect_ == config::Dialect::kFanuc || dialect_ == config::Dialect::kHaas),
       model_(machine.model),
-      frames_(machine.model, setup) {
+      frames_(machine.model, setup),
+      angle_decimals_(machine.format.rotary_decimals) {
   known_[3] = !model_.tilt.present;
   known_[4] = !model_.rotary.present;
   const config::ProgramFormat& f = machine.format;
@@ -86,13 +93,15 @@ void ControlReader::put_code(std::vector<ControlBlock>& blocks, int code) {
 }
 
 /// Where the axes stand does not change, what X Y Z mean does.
-void ControlReader::set_tcp(bool on) {
-  if (on == tcp_) return;
+ControlReader::Wrong ControlReader::set_tcp(bool on) {
+  if (on == tcp_) return std::nullopt;
+  if (on && plane_) return "TCP in a tilted plane is refused";
   if (whole())
     at_ = on ? frames_.tip_words(at_) : frames_.slide_words(at_);
   else
     known_[0] = known_[1] = known_[2] = false, fresh_ = true;
   tcp_ = on;
+  return std::nullopt;
 }
 
 double ControlReader::turned(const RotaryAxis& axis, double at, WordWay way, double word) const {
@@ -135,14 +144,14 @@ ControlReader::Wrong ControlReader::one_code(int tenths) {
     return std::nullopt;  // mm; the rotation is looked at where its angle is
   } else if (tenths == 434 || tenths == 2340) {
     if (auto turned_away = table_away()) return turned_away;
-    set_tcp(true);
+    return set_tcp(true);
   } else if (tenths == 910) {
     relative_ = true;
   } else if (tenths == 200 || tenths == 700 || tenths == 7000) {
     return "the program is in inches";
   } else if (tenths == 20 || tenths == 30) {
     return "arcs are refused";
-  } else if (!holds(kQuietG, tenths) && !further_offset(tenths, dialect_)) {
+  } else if (!holds(kQuietG, tenths) && !further_offset(tenths, dialect_) && !of_planes(tenths, dialect_)) {
     return code_text('G', tenths) + " is not understood";
   }
   if (tenths == 900) relative_ = false;
@@ -159,10 +168,11 @@ ControlReader::Wrong ControlReader::one_code(int tenths) {
 ControlReader::Wrong ControlReader::names(const ControlWords& words) {
   for (std::size_t i = 0; i < words.name_count; ++i) {
     const std::string_view name = words.names[i];
-    if (name == "TRAORI") set_tcp(true);
-    if (name == "TRAFOOF") set_tcp(false);
+    if (name == "TRAORI" || name == "TRAFOOF")
+      if (auto wrong = set_tcp(name == "TRAORI")) return wrong;
+    const bool plane = dialect_ == config::Dialect::kSiemens && name.starts_with("CYCLE800(");
     const bool measure =
-        name.starts_with("FGROUP(") || name.starts_with("FGREF[") || name.starts_with("CYCLE832(");
+        plane || name.starts_with("FGROUP(") || name.starts_with("FGREF[") || name.starts_with("CYCLE832(");
     if (!measure && !holds(kQuietNames, name)) return "\"" + std::string(name) + "\" is not understood";
     // With words behind them they shift or turn the part.
     if ((name == "TRANS" || name == "ROT") && words.seen != 0)
@@ -197,8 +207,8 @@ ControlReader::Wrong ControlReader::machine_codes(const ControlWords& words,
     if (holds(kRefusedM, code))
       return code_text('M', code) + " is refused: it moves, or runs another program";
     if (code == 6) tool_ = selected_;
-    if (code == 128) set_tcp(true);
-    if (code == 129) set_tcp(false);
+    if (code == 128 || code == 129)
+      if (auto wrong = set_tcp(code == 128)) return wrong;
     if (code == 126 || code == 127) shortest_ = code == 126;
     if (code == 2 || code == 30) ended_ = true;
     const bool after = code <= 2 || code == 30;
@@ -252,6 +262,7 @@ ControlReader::Wrong ControlReader::to_machine_place(const ControlWords& words,
     if (i != 2 && words.has(letter[i])) known_[i] = false, fresh_ = true;
   if (words.has('Z')) {
     at_.z = model_.z.max, known_[2] = off_path_ = true;
+    if (plane_) plane_->at.reset();
     if (whole()) put(blocks, true);
   }
   set_tcp(tcp);
@@ -272,7 +283,9 @@ ControlReader::Wrong ControlReader::motion(const ControlWords& words, std::vecto
   const std::array<double*, 5> place{&at_.x, &at_.y, &at_.z, &at_.a, &at_.c};
   const Joints from = at_;
   const bool began = whole();
-  for (std::size_t i = 0; i < letter.size(); ++i) {
+  if (plane_)
+    if (auto wrong = plane_place(words)) return wrong;
+  for (std::size_t i = 0; i < letter.size() && !plane_; ++i) {
     if (!words.has(letter[i])) continue;
     double word = words[letter[i]];
     if (counts_points_ && !words.has_point(letter[i])) word *= 1e-3;
@@ -307,6 +320,18 @@ ControlReader::Wrong ControlReader::tool_call(std::string_view line, std::vector
   return std::nullopt;
 }
 
+ControlReader::Wrong ControlReader::plane_line(std::string_view line) {
+  if (!tnc()) return "PLANE is no word of this control";
+  if (line.starts_with("PLANE RESET")) {
+    plane_.reset();
+    if (line == "PLANE RESET STAY" || line == "PLANE RESET") return std::nullopt;
+    return "a plane that ends with another word than STAY turns the rotaries by itself";
+  }
+  ReadPlane plane;
+  if (auto wrong = read_plane_spatial(line, plane)) return wrong;
+  return begin_plane(plane, true);
+}
+
 /// Lines that are no list of words; true: it was one.
 bool ControlReader::whole_line(std::string_view line, Wrong& wrong, std::vector<ControlBlock>& blocks) {
   const auto is = [&](std::string_view head) { return line.starts_with(head); };
@@ -319,7 +344,7 @@ bool ControlReader::whole_line(std::string_view line, Wrong& wrong, std::vector<
     return true;
   }
   if (is("PLANE")) {
-    if (!is("PLANE RESET")) wrong = "a tilted plane is refused";
+    wrong = plane_line(line);
     return true;
   }
   if (is("Q") && (plain || iso)) return true;
@@ -351,9 +376,15 @@ ControlReader::Wrong ControlReader::read(std::string_view line, std::vector<Cont
   if (whole_line(line, wrong, blocks)) return wrong;
   ControlWords words;
   if (auto bad = take_apart(line, words)) return bad;
+  if (dialect_ == config::Dialect::kFanuc && words.has_g(682)) {
+    ReadPlane plane;
+    if (auto bad = read_g68_2(words, plane)) return bad;
+    return begin_plane(plane, false);
+  }
   for (std::size_t i = 0; i < words.g_count; ++i)
     if (auto bad = one_code(words.g[i])) return bad;
   if (auto bad = names(words)) return bad;
+  if (auto bad = planes(words)) return bad;
   if (auto bad = letters(words)) return bad;
   if (words.has_g(40)) return dwell(words, blocks);
   if (words.has_g(2470)) return std::nullopt;

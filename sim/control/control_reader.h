@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <istream>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "kinematics/basics/result.h"
 #include "sim/control/control_words.h"
 #include "sim/control/move_frames.h"
+#include "sim/control/plane_words.h"
 #include "sim/gcode/gcode_reader.h"
 
 namespace tiltfeed::sim {
@@ -28,6 +30,8 @@ struct ControlBlock {
 /// Places in machine coordinates (G53, G28, SUPA, M91) are not known in the program's: a Z there is taken as
 /// the upper end of its travel, any other axis is unknown until the program states it again. Motion blocks
 /// begin with the one that makes all five places known.
+/// In a tilted plane the rotaries stand, and blocks are given as the slides go: there and in the plane the
+/// ways are straight and as long.
 class ControlReader {
  public:
   ControlReader(const config::MachineProfile& machine, const Setup& setup);
@@ -56,7 +60,12 @@ class ControlReader {
   Wrong half_turn(const Joints& from) const;
   Wrong table_away() const;
   double turned(const RotaryAxis& axis, double at, WordWay way, double word) const;
-  void set_tcp(bool on);
+  Wrong set_tcp(bool on);
+  Wrong plane_line(std::string_view line);
+  Wrong planes(const ControlWords& words);
+  Wrong begin_plane(const ReadPlane& plane, bool at_once);
+  Wrong turn_to_plane();
+  Wrong plane_place(const ControlWords& words);
   void put(std::vector<ControlBlock>& blocks, bool rapid);
   void put_code(std::vector<ControlBlock>& blocks, int code);
   bool tnc() const {
@@ -81,6 +90,13 @@ class ControlReader {
   int selected_ = kToolNotSaid, tool_ = kToolNotSaid;
   Joints at_;
   std::array<bool, 5> known_{};
+  int angle_decimals_;  ///< that the profile prints at least
+  struct Plane {
+    ReadPlane told;
+    bool turned = false;     ///< X Y Z are in it
+    std::optional<Vec3> at;  ///< the words in it; none: as the slides stand
+  };
+  std::optional<Plane> plane_;
 };
 
 /// A whole program, as read_program does it.

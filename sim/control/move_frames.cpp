@@ -46,6 +46,14 @@ Joints MoveFrames::slide_words(const Joints& tip) const {
           dot(way, chain_({0.0, 0.0, 1.0, tip.a, tip.c}).tip - none), tip.a, tip.c};
 }
 
+Rotation MoveFrames::slides(const Joints& words) const {
+  const Point<Part> none = chain_({0.0, 0.0, 0.0, words.a, words.c}).tip;
+  const auto way = [&](double x, double y, double z) {
+    return fixture_ * (chain_({x, y, z, words.a, words.c}).tip - none);
+  };
+  return transposed(Rotation{{way(1.0, 0.0, 0.0), way(0.0, 1.0, 0.0), way(0.0, 0.0, 1.0)}});
+}
+
 MoveFrames::Bounds MoveFrames::bounds(const ProgramMove& move, const Pose& from, const Pose& to,
                                       double reach) const {
   const Joints &p = move.from, &q = move.to;

@@ -27,6 +27,9 @@ class MoveFrames {
   /// The words under TCP of where the axes stand, and back.
   Joints tip_words(const Joints& slides) const;
   Joints slide_words(const Joints& tip) const;
+  /// The tool axis and the directions of X Y Z (columns) in the part's frame with the table at home.
+  Vec3 tool(const Joints& words) const { return fixture_ * chain_(words).axis; }
+  Rotation slides(const Joints& words) const;
   /// A rotary turns.
   static bool turns(const ProgramMove& move) { return move.from.a != move.to.a || move.from.c != move.to.c; }
   /// (P3) The largest distance of any point within `reach` of the tip from the straight way between where

@@ -128,6 +128,7 @@ class FrameCheck::Frame {
   Wrong tcp_begins(const ControlWords& words);
   Wrong offset(std::string_view line, const ControlWords& words);
   Wrong tool(std::string_view line, const ControlWords& words);
+  Wrong planes(std::string_view line, const ControlWords& words);
   Wrong length_register(const ControlWords& words);
   Wrong goes_down(const ControlWords& words) const;
   /// Grbl has no registers, a Heidenhain control takes the length with the tool.
@@ -160,7 +161,8 @@ class FrameCheck::Frame {
   bool percent_ = false, opened_ = false, begun_ = false, closed_ = false;
   bool length_on_ = false, relative_ = false, tcp_place_ = false;
   bool names_part_ = false, posted_ = false, length_called_ = false, inverse_ = false, tcp_ = false,
-       frames_dropped_ = false, moved_ = false, retracted_ = false, ended_ = false;
+       frames_dropped_ = false, moved_ = false, retracted_ = false, ended_ = false, plane_ = false,
+       in_planes_ = false;  ///< a plane is in force; the header says that all moves are in one
 };
 
 std::string_view FrameCheck::Frame::closing() const {
@@ -213,6 +215,7 @@ void FrameCheck::Frame::header(std::string_view text) {
   names_part_ = names_part_ || text.find("TILTFEED part ") != text.npos;
   posted_ = posted_ || (names_part_ && text.find("TILTFEED blocks ") != text.npos);
   if (text.find("TILTFEED tool length") == text.npos) return;
+  in_planes_ = text.find(", planes take the control's") != text.npos;
   for (const std::string_view letter : {", H", ", D"})
     if (const int number = number_after(text, letter); number > 0) registers_.push_back(number);
 }
@@ -250,10 +253,28 @@ Wrong FrameCheck::Frame::length_register(const ControlWords& words) {
   const int stated = static_cast<int>(words[letter]), wanted = edge ? 1 : tool_;
   const bool named = std::find(registers_.begin(), registers_.end(), stated) != registers_.end();
   const bool in_force = edge || words.has_g(430) || words.has_g(434) || words.has_g(2340);
-  if (stated != 0 && in_force) length_called_ = true;
+  if (edge || in_force) length_called_ = stated != 0;
   if (stated == 0 || wanted == 0 || stated == wanted || named) return std::nullopt;
   return std::string("the length of register ") + letter + std::to_string(stated) +
          " is called, that of the tool is " + letter + std::to_string(wanted);
+}
+
+/// A tilted plane begins before the tool's length counts, where a control nests the two, and ends when the
+/// tool is retracted.
+Wrong FrameCheck::Frame::planes(std::string_view line, const ControlWords& words) {
+  const bool cycle = line.starts_with("CYCLE800("), plane = tnc() && line.starts_with("PLANE ");
+  const bool ends = words.has_g(690) || words.has_g(2550) || line == "CYCLE800()" ||
+                    (plane && line.starts_with("PLANE RESET"));
+  const bool begins = !ends && (words.has_g(682) || words.has_g(2540) || cycle || plane);
+  if (!ends && !begins) return std::nullopt;
+  const bool in_force = std::exchange(plane_, begins);
+  const bool length_on = length_on_ && counts_length();
+  if (ends && in_force) placed_ = {};
+  if (begins && in_force) return "a tilted plane begins while another is in force";
+  if (length_on) return "a tilted plane begins or ends with the tool's length in force: G49 is missing";
+  if (retracts_ && !retracted_ && (begins || in_force))
+    return "a tilted plane begins or ends before the tool is retracted along the machine's Z";
+  return std::nullopt;
 }
 
 Wrong FrameCheck::Frame::tool(std::string_view line, const ControlWords& words) {
@@ -279,8 +300,11 @@ Wrong FrameCheck::Frame::goes_down(const ControlWords& words) const {
            " is selected, and the change of tools is missing (" +
            (format_.dialect == Dialect::kGrbl ? "M0" : "M6") + ")";
   if (wants_length() && !length_called_) return "Z moves before the register of the tool's length is called";
+  if ((tcp_ || plane_) && format_.dialect == Dialect::kSiemens && !length_called_)
+    return "Z moves before the tool's length is called again (D): the retract has ended it";
   if (tcp_ && format_.dialect == Dialect::kSiemens && !linear_rotaries_)
     return "TRAORI without ORIMKS ORIAXES: how the rotaries turn within a block is the machine's setting";
+  if (in_planes_ && !plane_) return "Z moves before the tilted plane is called";
   if (!retracts_ || !retracted_) return std::nullopt;
   for (const std::size_t i : {std::size_t{3}, std::size_t{4}, std::size_t{0}, std::size_t{1}})
     if (letters_[i] != kNoLetter && !placed_[i])
@@ -313,13 +337,14 @@ bool FrameCheck::Frame::set_up() const {
 /// All that the post says before the profile's end lines has been said.
 bool FrameCheck::Frame::left() const {
   const bool length_left = length_on_ && counts_length();
-  return moved_ && !inverse_ && !relative_ && !tcp_ && !length_left && (retracted_ || !retracts_);
+  return moved_ && !inverse_ && !relative_ && !tcp_ && !plane_ && !length_left && (retracted_ || !retracts_);
 }
 
 Wrong FrameCheck::Frame::at_end() const {
   if (retracts_ && !retracted_) return "the program ends without a retract along the machine's Z";
   if (inverse_) return "the program ends with G93 in force";
   if (relative_) return "the program ends with G91 in force: the next words would be taken as ways";
+  if (plane_) return "the program ends with a tilted plane in force: the next words would be taken as in it";
   if (length_on_ && counts_length())
     return "the program ends with the tool's length in force: G49 is missing, and the next tool has another";
   return std::nullopt;
@@ -390,7 +415,8 @@ Wrong FrameCheck::Frame::read(std::string_view line) {
   if (auto wrong = tool(line, words); wrong && posted_) return wrong;
   if (auto wrong = length_register(words); wrong && posted_) return wrong;
   if (words.has_g(900) || words.has_g(910)) relative_ = words.has_g(910);
-  if (words.has_g(490)) length_on_ = false;
+  if (auto wrong = planes(line, words); wrong && posted_) return wrong;
+  if (words.has_g(490)) length_on_ = length_called_ = false;
   if (words.has_g(430) || words.has_g(434) || words.has_g(2340)) length_on_ = true;
   if (words.has_m(6) || (format_.dialect == Dialect::kGrbl && words.has_m(0))) changed_ = true;
   if (words.named("TRAORI")) frames_dropped_ = true, linear_rotaries_ = false;
@@ -404,7 +430,7 @@ Wrong FrameCheck::Frame::read(std::string_view line) {
     return "G43 in a block without Z: by how much Z moves there is a parameter of the control";
   const bool axes = std::any_of(letters_.begin(), letters_.end(),
                                 [&](char letter) { return letter != kNoLetter && words.has(letter); });
-  if (!axes || words.has_g(40)) return std::nullopt;
+  if (!axes || words.has_g(40) || words.has_g(682)) return std::nullopt;
   if (words.has_g(530) || words.has_g(280) || words.named("SUPA") ||
       (tnc() && (words.has_m(91) || words.has_m(92)))) {
     retracted_ = retracted_ || words.has('Z');

@@ -30,7 +30,11 @@ class Collector {
       path_.start = row.command.target, path_.start_line = row.command.line;
       return;
     }
-    if (row.command.off_path || row.command.goes_on) ++path_.off_path;
+    const bool away = row.command.off_path;
+    if (away || row.command.goes_on) ++path_.off_path;
+    // The block that comes down from a later retract is one of the path's own.
+    if (!away && std::exchange(on_path_, true) && away_) --path_.off_path;
+    away_ = away;
     const Joints& from = path_.moves.empty() ? path_.start : path_.moves.back().to;
     AxisVector way = axes_of(row.command.target);
     for (std::size_t i = 0; const double start : axes_of(from)) way[i++] -= start;
@@ -48,7 +52,7 @@ class Collector {
  private:
   const MotionOptions options_;
   ExecutedPath path_;
-  bool started_ = false;
+  bool started_ = false, away_ = false, on_path_ = false;
   double begin_ = 0.0, end_ = 0.0;
 };
 

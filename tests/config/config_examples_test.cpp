@@ -181,7 +181,7 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
       ++count;
     }
   }
-  EXPECT_EQ(count, 18u + 3 + 5 + 12 + 3 + 26 + 3 + 12 + 2 + 6);
+  EXPECT_EQ(count, 18u + 3 + 5 + 12 + 3 + 27 + 3 + 12 + 2 + 6);
   for (const char* key : {"structure",
                           "letter",
                           "direction",
@@ -207,6 +207,7 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
                           "max_blocks",
                           "max_program_bytes",
                           "tcp",
+                          "tilted_planes",
                           "feed_mode",
                           "feed_measure",
                           "max_inverse_time_per_min",

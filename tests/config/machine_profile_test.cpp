@@ -228,6 +228,7 @@ TEST(MachineProfile, DescribesEveryValue) {
             "program.max_line_length: 70\nprogram.line_numbers: true\n"
             "program.line_number_step: 1\nprogram.line_end: lf\nprogram.percent: false\n"
             "program.max_blocks: 0\nprogram.max_program_bytes: 0\nprogram.tcp: false\n"
+            "program.tilted_planes: false\n"
             "program.feed_mode: inverse_time\nprogram.feed_measure: xyz\n"
             "program.max_inverse_time_per_min: 9999.5\nprogram.max_feed_mm_per_min: 100000\n"
             "program.path_control: control\nprogram.retract: default\n"

@@ -313,7 +313,9 @@ TEST(BlockMap, GivesMoveAndFacetOfEachBlock) {
   for (std::uint32_t i = 0; i < 20; ++i) joints.moves.push_back({{}, 0.0, MoveKind::kCut, i / 2});
   {
     std::ofstream out(folder.path + "/map", std::ios::binary);
-    write_block_map(joints, path, out);
+    Posting posting;
+    posting.operations.emplace_back().words = &joints;
+    write_block_map(posting, path, out);
   }
   for (std::uint32_t i = 0; i < 20; ++i) {
     const auto origin = read_block_origin(folder.path + "/map", i + 1);

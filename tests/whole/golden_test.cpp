@@ -128,6 +128,25 @@ TEST(DialectGolden, EveryDialect) {
   }
 }
 
+TEST(DialectGolden, TiltedPlanes) {
+  std::ifstream in(SOURCE_DIR "/tests/golden/planes.cls");
+  const auto program = read_apt(in, "planes.cls", {});
+  ASSERT_TRUE(program) << program.error().message;
+  EXPECT_TRUE(program->notes.empty());
+  for (const DialectName& one : kDialects) {
+    if (!has_tilted_planes(one.dialect)) continue;
+    const bool table = plane_follows_table(one.dialect);
+    MachineProfile profile = machine(one.dialect, false, table ? "linuxcnc-trunnion-ac" : "generic-ac");
+    profile.format.tilted_planes = true;
+    PostOptions options;
+    options.setup.part_zero = {0, 0, table ? 5.0 : 50.0};
+    options.data.number = 42;
+    const auto text = program_text(*program, profile, options);
+    ASSERT_TRUE(text) << text.error().message;
+    expect_golden(std::string("planes_") + one.name + ".nc", *text);
+  }
+}
+
 /// A winding path long enough to be worked on in many parts, with moves past the pole now and then.
 ToolPath long_path() {
   ToolPath path;

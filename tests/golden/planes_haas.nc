@@ -1,0 +1,53 @@
+%
+O00042 (PLANES)
+(TILTFEED part PLANES D6 L95)
+(TILTFEED machine linuxcnc-trunnion-ac)
+(TILTFEED tool length 95 mm is planned, planes take the control's)
+(TILTFEED part zero 0 0 5 mm)
+(TILTFEED blocks 10 time 28.1 s)
+G21 G90 G17 G40 G80 G94 G54
+G0 G53 Z0.
+G49
+G69
+T3 M6
+G94
+S6000 M3
+M8
+G0 A0. C0.
+G0 X10. Y-5.
+G254
+G0 G43 H3 X10. Y-5. Z60.
+G1 Z20. F400.
+G0 Z60.
+G0 G53 Z0.
+G49
+G255
+G0 A-30. C0.
+G0 X30. Y-4.462
+G254
+G0 G43 H3 X30. Y-4.641 Z71.962
+G1 Z31.962 F400.
+G0 Z71.962
+M9
+M5
+G0 G53 Z0.
+G49
+G255
+(TILTFEED tool length 120 mm is planned, planes take the control's)
+(TILTFEED part zero 0 0 5 mm)
+T4 M6
+S9000 M3
+G0 A45. C60.
+G0 X21.34 Y0.173
+G254
+G0 G43 H4 X21.34 Y-9.22 Z89.775
+G1 Z40.786 F800.
+X11.34 F1200.
+G0 X21.34 Z89.775
+M9
+M5
+G0 G53 Z0.
+G49
+G255
+M30
+%
