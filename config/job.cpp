@@ -179,21 +179,19 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
     complaint.add(place_of(*tree, number.error().message), number.error().message);
   else
     job.program.tool = *number;
-  const Dialect control = job.machine.format.dialect;
-  if (const int most = most_work_offsets(control); job.program.work_offset > most)
-    complaint.add(node_at(*tree, "program", "work_offset")->place,
-                  "program.work_offset: " + std::to_string(job.program.work_offset) + " is more than the " +
-                      std::to_string(most) + " that " + name_of(control).name + " programs can call");
-  // What the control rounds corners off by is a share of the tolerance that nothing else may have.
-  const double blend = job.machine.format.blend_tolerance;
-  if (blend > kMostBlended * job.plan.tolerance)
+  for (const auto& [key, wrong] : not_of_control(job.program, job.machine.format))
+    complaint.add(node_at(*tree, "program", key)->place, std::string("program.") + key + ": " + wrong);
+  // What the control leaves the path by is a share of the tolerance that nothing else may have.
+  const double left = left_to_control(job);
+  if (left > kMostBlended * job.plan.tolerance)
     root.complain("tolerance_mm", exact_text(job.plan.tolerance) +
-                                      " is less than twice the blend_tolerance_mm of the machine, " +
-                                      exact_text(blend) + ", which the control takes of it");
+                                      " is less than twice the blend_tolerance_mm of the machine and the "
+                                      "program.smoothing_tolerance_mm, " +
+                                      exact_text(left) + ", which the control takes of it");
   if (const std::string missed = missed_direction(job); !missed.empty())
     complaint.add(node_at(*tree, "axis", "mode")->place, "axis.mode: " + missed);
   if (complaint.error()) return tl::unexpected(*complaint.error());
-  job.plan.tolerance -= blend;
+  job.plan.tolerance -= left;
   if (Angle& turn = job.plan.free.max_turn;
       job.plan.axis.mode == pathgen::AxisMode::kFree && turn.radians() == 0.0)
     turn = default_turn(job.machine.model, job.plan.cutter, job.plan.cut_feed);

@@ -54,4 +54,9 @@ Result<Job> parse_job(const std::string& text, const std::string& path);
 /// The resolved job and its machine, one `key: value` a line.
 std::string describe(const Job& job);
 
+/// What the control may leave the path by, mm: the plan has the rest of the job's tolerance.
+inline double left_to_control(const Job& job) {
+  return job.machine.format.blend_tolerance + job.program.smoothing_tolerance;
+}
+
 }  // namespace tiltfeed::config

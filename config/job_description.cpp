@@ -140,7 +140,7 @@ std::string describe(const Job& job) {
   describe_axis(out, plan);
   describe_pattern(out, plan.pattern, plan.axis.mode);
   describe_containment(out, plan.containment, plan.axis.mode);
-  describe_path(out, plan, job.axis_tolerance, job.machine.format.blend_tolerance);
+  describe_path(out, plan, job.axis_tolerance, left_to_control(job));
   out.add("feeds.cut_mm_per_min", plan.cut_feed.mm_per_min());
   out.add("feeds.plunge_mm_per_min", plan.plunge_feed.mm_per_min());
   out.add("feeds.spindle_rpm", job.spindle_rpm);

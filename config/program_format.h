@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kinematics/machine/machine.h"
@@ -86,6 +87,7 @@ struct ProgramFormat {
   std::string retract;  ///< line before a tool change and at the end; "default": the dialect's; "none"
   std::vector<std::string> start, end;  ///< lines before the first motion and before the program's end
   std::string clamp_tilt, unclamp_tilt, clamp_rotary, unclamp_rotary;  ///< words, empty: none
+  std::string through_on, through_off;  ///< words of the coolant through the spindle, empty: none
 };
 
 /// Of any control.
@@ -148,7 +150,12 @@ constexpr bool has_percent(Dialect d) {
   return d == Dialect::kRs274 || d == Dialect::kGrbl || d == Dialect::kFanuc || d == Dialect::kHaas;
 }
 
-enum class Coolant { kOff, kFlood, kMist };
+enum class Coolant { kOff, kFlood, kMist, kThrough };
+
+/// What the control's high-speed function (G5.1, G187, CYCLE832, cycle 32) is told that the work is.
+enum class Smoothing { kNone, kRough, kSemi, kFinish };
+/// Whether the control has such a function that we know the words of.
+constexpr bool has_smoothing(Dialect d) { return d != Dialect::kRs274 && d != Dialect::kGrbl; }
 
 /// What a job states of its program.
 struct ProgramData {
@@ -156,6 +163,13 @@ struct ProgramData {
   int tool = 0;         ///< of the tool change; 0: no tool change, the tool is in the spindle
   int work_offset = 1;  ///< 1 is G54, up to most_work_offsets(); the preset's number in Heidenhain text
   Coolant coolant = Coolant::kOff;
+  int length_register = 0;  ///< H (D of a Siemens) of the tool's length; 0: the tool's number
+  Smoothing smoothing = Smoothing::kNone;
+  double smoothing_tolerance = 0.0;  ///< what the control may leave the path by with it, mm; else 0
 };
+
+/// What of it this control cannot be told: keys of the section `program`, and why.
+std::vector<std::pair<const char*, std::string>> not_of_control(const ProgramData& data,
+                                                                const ProgramFormat& format);
 
 }  // namespace tiltfeed::config

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
@@ -115,6 +116,10 @@ Result<config::MachineProfile> PostCommands::Options::profile() const {
                                   config::name_of(control).name + " programs can call " +
                                   std::to_string(most));
   if (tcp || no_tcp) profile->format.tcp = tcp;
+  if ((data.smoothing != config::Smoothing::kNone) != (data.smoothing_tolerance > 0.0))
+    return fail(Code::kUsage, "--smoothing and --smoothing-tolerance belong together; state both or none");
+  for (const auto& [key, wrong] : config::not_of_control(data, profile->format))
+    if (key == std::string_view("smoothing")) return fail(Code::kUsage, "--smoothing: " + wrong);
   if (planes || no_planes) profile->format.tilted_planes = planes;
   if (const auto why = planes ? config::no_planes(profile->model, profile->format) : std::nullopt)
     return fail(Code::kUsage, "--planes: " + *why);
@@ -264,6 +269,17 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
   o.post->add_option("--number", o.data.number, "program number (O word)")->check(CLI::Range(1, 9999));
   o.post->add_option("--work-offset", o.data.work_offset, "1 is G54; what comes behind G59 counts on from 7")
       ->check(CLI::Range(1, config::kMostWorkOffsets));
+  o.post
+      ->add_option("--smoothing", o.data.smoothing,
+                   "the control's high-speed function: rough, semi or finish")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, config::Smoothing>{{"rough", config::Smoothing::kRough},
+                                                   {"semi", config::Smoothing::kSemi},
+                                                   {"finish", config::Smoothing::kFinish}}));
+  o.post
+      ->add_option("--smoothing-tolerance", o.data.smoothing_tolerance,
+                   "what the control may leave the path by with it, mm; it is taken of --tolerance")
+      ->check(finite(true));
   o.post->add_flag("--list-dialects", o.list, "list the dialects and stop");
 }
 

@@ -233,6 +233,11 @@ TcpOptions tcp_options(const config::Job& job) {
   return options;
 }
 
+/// As PathEvent::value.
+double coolant_value(config::Coolant coolant) {
+  return coolant == config::Coolant::kFlood ? 1.0 : coolant == config::Coolant::kMist ? 2.0 : 3.0;
+}
+
 Result<void> check(const Posting& posting) {
   const config::ProgramFormat& format = posting.machine.format;
   if (posting.operations.empty()) return fail(Code::kInput, "the program has no operation");
@@ -289,12 +294,12 @@ PlannedProgram planned_program(const JointPath& path, const std::vector<AxisRun>
   op.setup = job.setup;
   op.tool = {cutter.diameter, 0.0, job.setup.tool_length};
   op.tool_number = job.program.tool;
+  op.length_register = job.program.length_register;
   op.cut_feed = job.plan.cut_feed;
   op.plunge_feed = job.plan.plunge_feed;
   if (job.spindle_rpm > 0.0) op.events.push_back({0, EventKind::kSpindle, job.spindle_rpm, ""});
   if (job.program.coolant != config::Coolant::kOff)
-    op.events.push_back(
-        {0, EventKind::kCoolant, job.program.coolant == config::Coolant::kFlood ? 1.0 : 2.0, ""});
+    op.events.push_back({0, EventKind::kCoolant, coolant_value(job.program.coolant), ""});
   const auto keep = [&](JointPath words) {
     program.words.push_back(std::make_unique<JointPath>(std::move(words)));
     op.words = program.words.back().get();

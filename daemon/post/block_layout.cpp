@@ -78,6 +78,7 @@ class Writer {
   void header();
   void begin(const Operation& op, bool first);
   void turn(const Operation& op);
+  void smooth(const Operation& op);
   void call_length(const Operation& op);
   void take_tool(const Operation& op);
   void tool_comments(const Operation& op);
@@ -85,6 +86,7 @@ class Writer {
   void retract();
   void positions(const Operation& op);
   void event(const PathEvent& event);
+  void coolant(double kind);
   void cutter_side(const char* words, const Filling& filling);
   void motion(const Operation& op);
   void leave();
@@ -101,12 +103,16 @@ class Writer {
   Layout layout_;
   std::size_t at_ = 0;  ///< the block that lines stand before
   double spindle_ = 0.0, coolant_ = 0.0, plane_ = kUsualPlane;
+  const bool smooths_;
   const char* side_ = nullptr;  ///< a word of cutter compensation that is still to be said
   bool fed_ = false, compensated_ = false, shorter_ = false, tilt_clamped_ = false, rotary_clamped_ = false;
 };
 
 Writer::Writer(const Posting& posting)
-    : posting_(posting), format_(posting.machine.format), table_(table_of(format_.dialect)) {
+    : posting_(posting),
+      format_(posting.machine.format),
+      table_(table_of(format_.dialect)),
+      smooths_(posting.data.smoothing != config::Smoothing::kNone) {
   const std::string number = std::to_string(posting.data.number);
   const bool named = table_.numbering != Numbering::kOptional;
   filling_ = {
@@ -215,6 +221,7 @@ void Writer::begin(const Operation& op, bool first) {
   retract();
   if (first) lines(table_.plane_off);
   if (!first && op.plane) lines(table_.plane_done);
+  if (!first && smooths_) lines(table_.smooth_off);
   if (!first) tool_comments(op);
   if (op.tool_number > 0)
     lines(table_.tool);
@@ -223,9 +230,36 @@ void Writer::begin(const Operation& op, bool first) {
   for (const std::string& open : {format_.unclamp_tilt, format_.unclamp_rotary})
     if (!open.empty()) line(open);
   tilt_clamped_ = rotary_clamped_ = false;
-  if (!first) return;
-  modes();
-  for (const std::string& own : format_.start) line(own);
+  if (first) {
+    modes();
+    for (const std::string& own : format_.start) line(own);
+  }
+  if (smooths_) smooth(op);
+}
+
+/// The high-speed function for the operation. Where rotaries turn in cuts the tip may leave the path by one
+/// half of what the control is left, and the other end of the tool by the other.
+void Writer::smooth(const Operation& op) {
+  const std::vector<JointMove>& moves = op.words->moves;
+  bool turning = false;
+  for (std::size_t i = 1; i < moves.size() && !turning; ++i)
+    turning = moves[i].kind != MoveKind::kRapid &&
+              (moves[i].joints.a != moves[i - 1].joints.a || moves[i].joints.c != moves[i - 1].joints.c);
+  const double left = posting_.data.smoothing_tolerance * (turning ? 0.5 : 1.0);
+  const double leans =
+      Angle::from_radians(0.5 * posting_.data.smoothing_tolerance / op.tool.length).degrees();
+  // Not more than that.
+  const auto down = [](double value, int decimals) {
+    return std::floor(value * decimal_scale(decimals) + 1e-9) / decimal_scale(decimals);
+  };
+  constexpr int kDecimals = 4;
+  Filling filling = filling_;
+  filling.emplace_back("mode", std::to_string(smoothing_mode(format_.dialect, posting_.data.smoothing)));
+  filling.emplace_back("within", decimal(down(left, kDecimals), kDecimals));
+  filling.emplace_back("leans",
+                       decimal(std::max(down(leans, kDecimals), 1.0 / decimal_scale(kDecimals)), kDecimals));
+  for (const std::string& text : filled(turning ? table_.smooth_on_turning : table_.smooth_on, filling))
+    line(text);
 }
 
 /// The control's own tool length ends up there: ended below, the next Z would be deeper by it.
@@ -311,8 +345,7 @@ void Writer::event(const PathEvent& event) {
       filling.emplace_back("turn", event.value < 0.0 ? "4" : "3");
       return put(event.value == 0.0 ? table_.spindle_off : table_.spindle);
     case EventKind::kCoolant:
-      coolant_ = event.value;
-      return put(event.value == 0.0 ? table_.coolant_off : (event.value == 1.0 ? table_.flood : table_.mist));
+      return coolant(event.value);
     case EventKind::kDwell:
       filling.emplace_back("seconds", decimal(event.value, 3));
       filling.emplace_back("milliseconds", decimal(event.value * 1000.0, 0));
@@ -334,6 +367,15 @@ void Writer::event(const PathEvent& event) {
       plane_ = event.value;
       return line("G" + decimal(event.value, 0));
   }
+}
+
+/// As PathEvent::value.
+void Writer::coolant(double kind) {
+  constexpr double kThrough = 3.0;
+  const bool was_through = std::exchange(coolant_, kind) == kThrough;
+  if (was_through && kind != kThrough) line(format_.through_off);
+  if (kind == kThrough) return line(format_.through_on);
+  lines(kind == 0.0 ? table_.coolant_off : (kind == 1.0 ? table_.flood : table_.mist));
 }
 
 /// A line now, or a word of the next block that moves X or Y: only there such a control takes it.
@@ -405,7 +447,7 @@ void Writer::leave() {
   if (format_.tcp) lines(table_.tcp_off);
   if (shorter_) lines(table_.shorter_off);
   shorter_ = false;
-  if (coolant_ != 0.0) lines(table_.coolant_off);
+  if (coolant_ != 0.0) coolant(0.0);
   if (spindle_ != 0.0) lines(table_.spindle_off);
   coolant_ = spindle_ = 0.0;
 }
@@ -414,6 +456,7 @@ void Writer::finish() {
   leave();
   retract();
   if (posting_.operations.back().plane) lines(table_.plane_done);
+  if (smooths_) lines(table_.smooth_off);
   for (const std::string& own : format_.end) line(own);
   lines(table_.end);
   if (format_.percent) line("%");

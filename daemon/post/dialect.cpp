@@ -59,6 +59,9 @@ constexpr std::array<DialectTable, 7> kTables{{
      .plane_off = "G69", .plane_on = "G68.2 X0. Y0. Z0. {angles}|G53.1", .plane_done = "G69",
      .tcp_on = "", .tcp_off = "", .tcp_frame = "No.19696 bit 5 is 0, No.1401 bit 1 is 1",
      .inverse_on = "G93", .per_minute_on = "G94", .degrees = "", .radius = "",
+     .smooth_on = "G5.1 Q1",
+     .smooth_on_turning = "G5.1 Q1",
+     .smooth_off = "G5.1 Q0",
      .exact = "", .blend = "", .dwell = "G4 P{milliseconds}", .stop = "M0", .optional_stop = "M1",
      .retract = "G91 G28 Z0.|G90", .end = "M30"},
     {.dialect = config::Dialect::kHaas,
@@ -75,6 +78,9 @@ constexpr std::array<DialectTable, 7> kTables{{
      .plane_off = "G69", .plane_on = "G254", .plane_done = "G255",
      .tcp_on = "", .tcp_off = "",
      .inverse_on = "G93", .per_minute_on = "G94", .degrees = "", .radius = "",
+     .smooth_on = "G187 P{mode} E{within}",
+     .smooth_on_turning = "G187 P{mode} E{within}",
+     .smooth_off = "G187",
      .exact = "", .blend = "", .dwell = "G4 P{milliseconds}", .stop = "M0", .optional_stop = "M1",
      .retract = "G0 G53 Z0.", .end = "M30"},
     {.dialect = config::Dialect::kSiemens,
@@ -96,6 +102,9 @@ constexpr std::array<DialectTable, 7> kTables{{
      .inverse_on = "G93", .per_minute_on = "G94",
      .degrees = "FGROUP(X,Y,Z{rotaries})|{in_degrees}",
      .radius = "FGROUP(X,Y,Z{rotaries})|{at_radius}",
+     .smooth_on = "CYCLE832({within},{mode},1)",
+     .smooth_on_turning = "CYCLE832({within},1{mode},{leans})",
+     .smooth_off = "CYCLE832(0,0,1)",
      .exact = "", .blend = "", .dwell = "G4 F{seconds}", .stop = "M0", .optional_stop = "M1",
      .retract = "G0 SUPA Z0 D0", .end = "M30"},
     {.dialect = config::Dialect::kHeidenhain,
@@ -114,6 +123,9 @@ constexpr std::array<DialectTable, 7> kTables{{
      .plane_on = "PLANE SPATIAL {angles} STAY {side} TABLE ROT", .plane_done = "PLANE RESET STAY",
      .tcp_on = "M128", .tcp_off = "M129",
      .inverse_on = "", .per_minute_on = "", .degrees = "", .radius = "",
+     .smooth_on = "CYCL DEF 32.0 TOLERANCE|CYCL DEF 32.1 T{within}|CYCL DEF 32.2 HSC-MODE:{mode} TA{leans}",
+     .smooth_on_turning = "CYCL DEF 32.0 TOLERANCE|CYCL DEF 32.1 T{within}|CYCL DEF 32.2 HSC-MODE:{mode} TA{leans}",
+     .smooth_off = "CYCL DEF 32.0 TOLERANCE|CYCL DEF 32.1",
      .exact = "", .blend = "", .dwell = "CYCL DEF 9.0 DWELL TIME|CYCL DEF 9.1 DWELL {seconds}", .stop = "M0",
      .optional_stop = "M1", .retract = "L Z-1 R0 FMAX M91", .end = "M30|END PGM {name} MM"},
     {.dialect = config::Dialect::kHeidenhainIso,
@@ -131,6 +143,9 @@ constexpr std::array<DialectTable, 7> kTables{{
      .plane_on = "PLANE SPATIAL {angles} STAY {side} TABLE ROT", .plane_done = "PLANE RESET STAY",
      .tcp_on = "M128", .tcp_off = "M129",
      .inverse_on = "", .per_minute_on = "", .degrees = "", .radius = "",
+     .smooth_on = "G62 T{within} P01 {mode} P02 {leans}",
+     .smooth_on_turning = "G62 T{within} P01 {mode} P02 {leans}",
+     .smooth_off = "G62",
      .exact = "", .blend = "", .dwell = "G04 F{seconds}", .stop = "M0", .optional_stop = "M1",
      .retract = "G00 G40 G90 Z-1 M91", .end = "M30|N99999999 %{name} G71 *"},
 }};
@@ -187,6 +202,13 @@ std::string work_offset_word(config::Dialect dialect, int offset) {
   if (offset > kPlain && dialect == config::Dialect::kHaas) return "G154 P" + more;
   if (offset > kPlain) return "G59." + more;
   return "G" + std::to_string(53 + offset);
+}
+
+int smoothing_mode(config::Dialect dialect, config::Smoothing smoothing) {
+  const bool rough = smoothing == config::Smoothing::kRough, semi = smoothing == config::Smoothing::kSemi;
+  if (dialect == config::Dialect::kHaas) return rough ? 1 : semi ? 2 : 3;
+  if (dialect == config::Dialect::kSiemens) return rough ? 3 : semi ? 2 : 1;
+  return rough ? 1 : 0;  // Heidenhain: 1 is roughing
 }
 
 std::string program_name(std::string_view name) {

@@ -67,6 +67,8 @@ struct DialectTable {
   const char *tcp_on, *tcp_off;  ///< lines; it ends before the tool is retracted
   const char* tcp_frame = "";    ///< parameters that a program under TCP takes for granted, for a comment
   const char *inverse_on, *per_minute_on, *degrees, *radius;  ///< feed modes and what F measures
+  // Lines of the high-speed function: {mode}, {within} (mm), {leans} (degrees) where rotaries turn in cuts.
+  const char *smooth_on = "", *smooth_on_turning = "", *smooth_off = "";
   const char *exact, *blend, *dwell, *stop, *optional_stop, *retract, *end;
 };
 
@@ -82,6 +84,8 @@ std::string filled_line(std::string_view words, const Filling& filling);
 /// The words that select a work offset, as config::most_work_offsets() numbers them: G54, G54.1 P3, or a
 /// Heidenhain preset number. Requires: the control has so many.
 std::string work_offset_word(config::Dialect dialect, int offset);
+/// {mode} of the high-speed function.
+int smoothing_mode(config::Dialect dialect, config::Smoothing smoothing);
 /// A program's name as a Heidenhain control takes it: [A-Z0-9_-], not empty.
 std::string program_name(std::string_view name);
 

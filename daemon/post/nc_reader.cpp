@@ -153,13 +153,18 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
     tilted_ = 0;
     return true;
   }
+  // The high-speed function.
+  const bool iso = language_.dialect == config::Dialect::kHeidenhainIso;
+  const bool fanuc = language_.dialect == config::Dialect::kFanuc,
+             haas = language_.dialect == config::Dialect::kHaas;
+  if (is("CYCL DEF 32.") || (iso && is("G62")) || (fanuc && (line == "G5.1 Q1" || line == "G5.1 Q0")) ||
+      (haas && (line == "G187" || is("G187 "))))
+    return true;
   if (is("PLANE ") || is("CYCLE800(")) {
     mistake = begin_plane(plane_of_line(line));
     return true;
   }
-  const bool numbered =
-      language_.dialect == config::Dialect::kFanuc || language_.dialect == config::Dialect::kHaas;
-  if (numbered && line.size() > 1 && line[0] == 'O' &&
+  if ((fanuc || haas) && line.size() > 1 && line[0] == 'O' &&
       line.find_first_not_of("0123456789", 1) == std::string::npos)
     return true;
   if (is("CYCL DEF 9.1 DWELL ")) {

@@ -77,8 +77,8 @@ TextLanguage text_language(const config::MachineProfile& machine) {
   const config::ProgramFormat& format = machine.format;
   TextLanguage language{format.dialect,  model.tilt.letter, model.rotary.letter,
                         model.tilt.word, model.rotary.word, {}};
-  for (const std::string& line :
-       {format.retract, format.clamp_tilt, format.unclamp_tilt, format.clamp_rotary, format.unclamp_rotary})
+  for (const std::string& line : {format.retract, format.clamp_tilt, format.unclamp_tilt, format.clamp_rotary,
+                                  format.unclamp_rotary, format.through_on, format.through_off})
     add_codes(line, language.own_codes);
   for (const config::TableTurn& turn : config::table_turns(model))
     language.table.push_back({turn.axis->letter, turn.axis->zero});

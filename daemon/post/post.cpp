@@ -80,12 +80,14 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
   out.posting = {program.name, machine, options.data, {}};
   const config::ProgramFormat& format = machine.format;
   JointPathOptions joints;
-  joints.tolerance = options.tolerance - program.chord_error - format.blend_tolerance;
+  joints.tolerance =
+      options.tolerance - program.chord_error - format.blend_tolerance - options.data.smoothing_tolerance;
   if (!(joints.tolerance > 0.0))
-    return fail(Code::kInput,
-                name +
-                    ": the chords of its arcs and the profile's blend_tolerance_mm take all of the "
-                    "tolerance; state a larger one (--tolerance)");
+    return fail(
+        Code::kInput,
+        name +
+            ": the chords of its arcs, the profile's blend_tolerance_mm and --smoothing take all of the "
+            "tolerance; state a larger one (--tolerance)");
   joints.axis_tolerance = format.tcp ? options.axis_tolerance / 2.0 : options.axis_tolerance;
   joints.linear_decimals = format.tcp || planes ? kTcpDecimals : format.linear_decimals;
   joints.rotary_decimals = format.rotary_decimals;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/control/smoothing_words.h"
 #include "sim/gcode/gcode_words.h"
 #include "sim/gcode/lines.h"
 
@@ -348,11 +349,12 @@ bool ControlReader::whole_line(std::string_view line, Wrong& wrong, std::vector<
     return true;
   }
   if (is("Q") && (plain || iso)) return true;
+  if (smooths(line, dialect_)) return true;
   if (!plain) return counts_points_ && (is("O") || is(":"));
   if (is("BEGIN PGM") && line.ends_with(" INCH")) wrong = "the program is in inches";
   if (is("END PGM")) ended_ = true;
   if (is("BEGIN PGM") || is("END PGM") || is("BLK FORM") || is("CYCL DEF 247") || is("CYCL DEF 9.0") ||
-      is("CYCL DEF 10.0") || is("CYCL DEF 32."))
+      is("CYCL DEF 10.0"))
     return true;
   if (is("CYCL DEF 10.1")) {
     if (line != "CYCL DEF 10.1 ROT+0") wrong = "a turned part is refused";

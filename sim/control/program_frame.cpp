@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "sim/control/control_words.h"
+#include "sim/control/smoothing_words.h"
 #include "sim/gcode/lines.h"
 
 namespace tiltfeed::sim {
@@ -161,7 +162,8 @@ class FrameCheck::Frame {
   bool percent_ = false, opened_ = false, begun_ = false, closed_ = false;
   bool length_on_ = false, relative_ = false, tcp_place_ = false;
   bool names_part_ = false, posted_ = false, length_called_ = false, inverse_ = false, tcp_ = false,
-       frames_dropped_ = false, moved_ = false, retracted_ = false, ended_ = false, plane_ = false,
+       frames_dropped_ = false, moved_ = false, retracted_ = false, ended_ = false, smooth_ = false,
+       plane_ = false,
        in_planes_ = false;  ///< a plane is in force; the header says that all moves are in one
 };
 
@@ -250,11 +252,13 @@ Wrong FrameCheck::Frame::length_register(const ControlWords& words) {
   const bool edge = format_.dialect == Dialect::kSiemens;
   const char letter = edge ? 'D' : 'H';
   if (tnc() || !words.has(letter)) return std::nullopt;
-  const int stated = static_cast<int>(words[letter]), wanted = edge ? 1 : tool_;
+  const bool jobs = job_.program.length_register > 0 && tool_ == job_.program.tool;
+  const int stated = static_cast<int>(words[letter]),
+            wanted = jobs ? job_.program.length_register : (edge ? 1 : tool_);
   const bool named = std::find(registers_.begin(), registers_.end(), stated) != registers_.end();
   const bool in_force = edge || words.has_g(430) || words.has_g(434) || words.has_g(2340);
   if (edge || in_force) length_called_ = stated != 0;
-  if (stated == 0 || wanted == 0 || stated == wanted || named) return std::nullopt;
+  if (stated == 0 || wanted == 0 || stated == wanted || (named && !jobs)) return std::nullopt;
   return std::string("the length of register ") + letter + std::to_string(stated) +
          " is called, that of the tool is " + letter + std::to_string(wanted);
 }
@@ -304,6 +308,8 @@ Wrong FrameCheck::Frame::goes_down(const ControlWords& words) const {
     return "Z moves before the tool's length is called again (D): the retract has ended it";
   if (tcp_ && format_.dialect == Dialect::kSiemens && !linear_rotaries_)
     return "TRAORI without ORIMKS ORIAXES: how the rotaries turn within a block is the machine's setting";
+  if (job_.program.smoothing != config::Smoothing::kNone && !smooth_)
+    return "Z moves before the control is told the job's program.smoothing";
   if (in_planes_ && !plane_) return "Z moves before the tilted plane is called";
   if (!retracts_ || !retracted_) return std::nullopt;
   for (const std::size_t i : {std::size_t{3}, std::size_t{4}, std::size_t{0}, std::size_t{1}})
@@ -344,6 +350,8 @@ Wrong FrameCheck::Frame::at_end() const {
   if (retracts_ && !retracted_) return "the program ends without a retract along the machine's Z";
   if (inverse_) return "the program ends with G93 in force";
   if (relative_) return "the program ends with G91 in force: the next words would be taken as ways";
+  if (smooth_ && job_.program.smoothing != config::Smoothing::kNone)
+    return "the program ends with the job's program.smoothing in force";
   if (plane_) return "the program ends with a tilted plane in force: the next words would be taken as in it";
   if (length_on_ && counts_length())
     return "the program ends with the tool's length in force: G49 is missing, and the next tool has another";
@@ -407,6 +415,7 @@ Wrong FrameCheck::Frame::last(std::string_view line) {
 Wrong FrameCheck::Frame::read(std::string_view line) {
   if (std::find(clamps_.begin(), clamps_.end(), line) != clamps_.end()) return std::nullopt;
   std::erase_if(missing_, [&](std::string_view words) { return says(line, words); });
+  if (const auto smoothing = smoothing_after(line, format_.dialect)) smooth_ = *smoothing;
   ControlWords words;
   const bool dialogue = format_.dialect == Dialect::kHeidenhain && !line.starts_with("L ") && line[0] != 'M';
   // Where a line cannot be taken apart the reader of its words says what is wrong.

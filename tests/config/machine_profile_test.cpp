@@ -235,6 +235,7 @@ TEST(MachineProfile, DescribesEveryValue) {
             "program.start: none\nprogram.end: none\n"
             "program.clamp_tilt: none\nprogram.unclamp_tilt: none\n"
             "program.clamp_rotary: none\nprogram.unclamp_rotary: none\n"
+            "program.through_coolant_on: none\nprogram.through_coolant_off: none\n"
             "link.default: serial:/dev/ttyACM0\nlink.receive_buffer_bytes: 1024\n"
             "link.bytes_per_s: 0\n"
             "wire.line_numbers: false\nwire.check: false\nwire.position_tolerance_mm: 0.1\n"

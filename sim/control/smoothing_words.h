@@ -1,0 +1,16 @@
+#pragma once
+// The words of a control's high-speed function.
+
+#include <optional>
+#include <string_view>
+
+#include "config/program_format.h"
+
+namespace tiltfeed::sim {
+
+/// Whether the line says nothing but words of this function: G5.1 Q, G187, CYCLE832, cycle 32, G62.
+bool smooths(std::string_view line, config::Dialect dialect);
+/// Whether it is on behind this line, where the line says so.
+std::optional<bool> smoothing_after(std::string_view line, config::Dialect dialect);
+
+}  // namespace tiltfeed::sim

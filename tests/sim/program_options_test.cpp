@@ -1,0 +1,190 @@
+// What a job asks of its control besides motion: the high-speed function, the register of the tool's length,
+// coolant through the spindle. In every dialect: the words, where they stand, and that both readers take
+// them.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "sim/control/control_reader.h"
+#include "sim/control/program_frame.h"
+#include "tests/texts/dialect_posting.h"
+
+namespace tiltfeed::sim {
+namespace {
+
+using ProgramText = std::vector<std::string>;
+
+class ProgramOptions : public testing::TestWithParam<DialectCase> {
+ protected:
+  /// A cut with standing rotaries, or one that turns them.
+  static JointPath cut(bool turning) {
+    JointPath path;
+    path.moves = {{{0, -12.5, 100, 0, 0}, 0.0, MoveKind::kRapid, 0},
+                  {{1, -12.5, 10, 0, 0}, 4.0, MoveKind::kPlunge, 1},
+                  {{10, -12.5, 10, 0, turning ? 20.0 : 0.0}, 0.36, MoveKind::kCut, 2},
+                  {{10, -12.5, 100, 0, turning ? 20.0 : 0.0}, 0.5, MoveKind::kRapid, 3}};
+    return path;
+  }
+  ProgramText text(bool turning, const ProgramData& data, int length_register = 0, double coolant = 1.0) {
+    const JointPath path = cut(turning);
+    Posting posting = posting_of(GetParam(), {&path});
+    posting.data = data;
+    posting.operations[0].length_register = length_register;
+    posting.operations[0].events = {{0, EventKind::kSpindle, 8000, ""},
+                                    {0, EventKind::kCoolant, coolant, ""}};
+    if (posting.machine.format.through_on.empty())
+      posting.machine.format.through_on = "M50", posting.machine.format.through_off = "M51";
+    job_.machine = posting.machine;
+    job_.setup = posting.operations[0].setup;
+    job_.program = data;
+    job_.program.tool = 3;
+    ProgramText lines;
+    std::istringstream in(text_of(posting));
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    return lines;
+  }
+  /// What the judges and the postprocessor's own reader say; empty: it is sound.
+  std::string fault(const ProgramText& lines) const {
+    std::string all;
+    for (const std::string& line : lines) all += line + "\n";
+    std::istringstream frame(all), moves(all), back(all);
+    if (const auto sound = check_frame(frame, "p.nc", job_); !sound) return sound.error().message;
+    ControlReader reader(job_.machine, job_.setup);
+    if (const auto read = read_control_program(moves, "p.nc", reader, [](const ControlBlock&) {}); !read)
+      return read.error().message;
+    const auto read = read_nc_program(back, "p.nc", language_of(job_.machine));
+    return read ? "" : read.error().message;
+  }
+  /// The line with these words, without its number; -1: none.
+  static std::ptrdiff_t at(const ProgramText& lines, const std::string& words) {
+    const auto found = std::find_if(lines.begin(), lines.end(), [&](const std::string& line) {
+      const std::size_t from = line.find(words);
+      const std::size_t number = line.find_first_not_of("N0123456789 ");
+      return from != line.npos && (from == 0 || from == number) &&
+             line.find_first_not_of("*", from + words.size()) == line.npos;
+    });
+    return found == lines.end() ? -1 : found - lines.begin();
+  }
+  static std::ptrdiff_t first_with(const ProgramText& lines, const std::string& word) {
+    return std::find_if(lines.begin(), lines.end(),
+                        [&](const std::string& line) {
+                          return line.find(word) != line.npos && line.find("TILTFEED") == line.npos;
+                        }) -
+           lines.begin();
+  }
+
+  Job job_;
+};
+
+INSTANTIATE_TEST_SUITE_P(Control, ProgramOptions, testing::ValuesIn(dialect_cases()), case_name);
+
+/// The tool is 97.25 mm long: half of 0.01 mm at its end is 0.00294 degrees.
+TEST_P(ProgramOptions, TheHighSpeedFunctionIsOnFromTheToolToTheRetract) {
+  const Dialect dialect = GetParam().dialect;
+  if (!has_smoothing(dialect)) return;
+  for (const bool turning : {false, true})
+    for (const Smoothing smoothing : {Smoothing::kRough, Smoothing::kSemi, Smoothing::kFinish}) {
+      SCOPED_TRACE(static_cast<int>(smoothing));
+      ProgramData data;
+      data.smoothing = smoothing, data.smoothing_tolerance = 0.01;
+      const ProgramText lines = text(turning, data);
+      const std::string within = turning ? "0.005" : "0.01";
+      const int step = smoothing == Smoothing::kRough ? 0 : smoothing == Smoothing::kSemi ? 1 : 2;
+      std::string on, off;
+      switch (dialect) {
+        case Dialect::kFanuc:
+          on = "G5.1 Q1", off = "G5.1 Q0";
+          break;
+        case Dialect::kHaas:
+          on = "G187 P" + std::to_string(1 + step) + " E" + within, off = "G187";
+          break;
+        case Dialect::kSiemens:
+          on = turning ? "CYCLE832(0.005,1" + std::to_string(3 - step) + ",0.0029)"
+                       : "CYCLE832(0.01," + std::to_string(3 - step) + ",1)";
+          off = "CYCLE832(0,0,1)";
+          break;
+        case Dialect::kHeidenhain:
+          on = "CYCL DEF 32.1 T" + within, off = "CYCL DEF 32.1";
+          EXPECT_EQ(at(lines, std::string("CYCL DEF 32.2 HSC-MODE:") + (step == 0 ? "1" : "0") + " TA0.0029"),
+                    at(lines, on) + 1);
+          break;
+        default:
+          on = "G62 T" + within + " P01 " + (step == 0 ? "1" : "0") + " P02 0.0029", off = "G62";
+      }
+      const bool tnc = dialect == Dialect::kHeidenhain || dialect == Dialect::kHeidenhainIso;
+      const std::string last_retract = dialect == Dialect::kFanuc     ? "G28"
+                                       : dialect == Dialect::kHaas    ? "G53"
+                                       : dialect == Dialect::kSiemens ? "SUPA"
+                                                                      : "M91";
+      ASSERT_GE(at(lines, on), 0) << on;
+      ASSERT_GE(at(lines, off), 0) << off;
+      EXPECT_GT(at(lines, on), first_with(lines, tnc && dialect == Dialect::kHeidenhain ? "CALL 3" : "T3"));
+      EXPECT_LT(at(lines, on), first_with(lines, " X"));
+      std::ptrdiff_t retract = 0;
+      for (std::size_t i = 0; i < lines.size(); ++i)
+        if (lines[i].find(last_retract) != std::string::npos) retract = static_cast<std::ptrdiff_t>(i);
+      EXPECT_GT(at(lines, off), retract);
+      EXPECT_EQ(fault(lines), "");
+      for (const std::string& lost : {on, off}) {
+        ProgramText bad = lines;
+        bad.erase(bad.begin() + at(lines, lost));
+        EXPECT_NE(fault(bad), "") << lost;
+      }
+    }
+}
+
+TEST_P(ProgramOptions, TheLengthRegisterIsTheJobs) {
+  const Dialect dialect = GetParam().dialect;
+  const bool tnc = dialect == Dialect::kHeidenhain || dialect == Dialect::kHeidenhainIso;
+  ProgramData data;
+  data.tool = 3, data.length_register = 14;
+  MachineProfile profile = profile_of(GetParam());
+  const auto wrong = not_of_control(data, profile.format);
+  EXPECT_EQ(wrong.size(), tnc || dialect == Dialect::kGrbl ? 1u : 0u);
+  if (!wrong.empty()) return;
+  const ProgramText lines = text(false, data, 14);
+  const std::string word = dialect == Dialect::kSiemens ? "D14" : "H14";
+  EXPECT_NE(std::count_if(lines.begin(), lines.end(),
+                          [&](const std::string& line) {
+                            return line.find(word) != line.npos && line.find("TILTFEED") == line.npos;
+                          }),
+            0);
+  EXPECT_EQ(fault(lines), "");
+  // The tool's own number is not the register that the job states.
+  const ProgramText own = text(false, {});
+  job_.program.length_register = 14;
+  EXPECT_NE(fault(own), "");
+}
+
+TEST_P(ProgramOptions, CoolantThroughTheSpindleIsOffBehindTheCut) {
+  const ProgramText lines = text(false, {}, 0, 3.0);
+  const bool haas = GetParam().dialect == Dialect::kHaas;
+  const std::ptrdiff_t on = at(lines, haas ? "M88" : "M50"), off = at(lines, haas ? "M89" : "M51");
+  ASSERT_GE(on, 0);
+  EXPECT_GT(off, on);
+  EXPECT_EQ(at(lines, "M9"), off + 1);
+  EXPECT_LT(on, first_with(lines, " X"));
+  EXPECT_EQ(fault(lines), "");
+}
+
+TEST(ProgramOptionsOfAJob, AreRefusedWhereTheControlHasNone) {
+  ProgramData data;
+  data.coolant = Coolant::kThrough, data.smoothing = Smoothing::kFinish, data.length_register = 4;
+  const auto keys = [&](Dialect dialect) {
+    std::string all;
+    for (const auto& [key, why] : not_of_control(data, usual_format(dialect))) all += std::string(key) + " ";
+    return all;
+  };
+  EXPECT_EQ(keys(Dialect::kRs274), "coolant smoothing length_register ");
+  EXPECT_EQ(keys(Dialect::kHaas), "length_register ") << "no tool is called";
+  data.tool = 7;
+  EXPECT_EQ(keys(Dialect::kHaas), "");
+  EXPECT_EQ(keys(Dialect::kHeidenhain), "coolant length_register ");
+  EXPECT_EQ(keys(Dialect::kGrbl), "coolant smoothing length_register ");
+}
+
+}  // namespace
+}  // namespace tiltfeed::sim
