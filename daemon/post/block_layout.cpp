@@ -8,7 +8,10 @@
 #include <utility>
 
 #include "config/table_home.h"
+#include "daemon/post/comment_text.h"
+#include "daemon/post/high_speed.h"
 #include "daemon/post/printed_words.h"
+#include "daemon/post/program_filling.h"
 #include "daemon/post/tcp_start.h"
 #include "kinematics/basics/decimal.h"
 #include "kinematics/basics/units.h"
@@ -17,52 +20,9 @@
 namespace tiltfeed::daemon {
 namespace {
 
-// A user's text in a comment: so many characters of [A-Za-z0-9 ._-], and the whole comment no longer than the
-// shortest control keeps.
-constexpr std::size_t kMaxName = 40;
+// A comment is no longer than the shortest control keeps.
 constexpr std::size_t kMaxComment = 70;
 constexpr double kUsualPlane = 17.0;  // G17, that of X and Y
-// A fixture nearer than this to no rotation is none (a rotation of 1e-9 degrees).
-constexpr double kNoRotation = 1e-11;
-
-std::string plain(std::string_view text) {
-  std::string kept;
-  for (const char c : text) {
-    const bool allowed = (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') ||
-                         c == ' ' || c == '.' || c == '_' || c == '-';
-    if (allowed && kept.size() < kMaxName) kept += c;
-  }
-  return kept;
-}
-
-/// Rz Ry Rx in degrees about the table's x, y, z: what a job file states.
-Vec3 fixture_degrees(const Rotation& r) {
-  const double level = std::hypot(r.rows[0].x, r.rows[1].x);
-  const double y = std::atan2(-r.rows[2].x, level);
-  const bool locked = level < kNoRotation;  // x and z are one: all of it to z
-  const double x = locked ? 0.0 : std::atan2(r.rows[2].y, r.rows[2].z);
-  const double z = locked ? std::atan2(-r.rows[0].y, r.rows[1].y) : std::atan2(r.rows[1].x, r.rows[0].x);
-  return Vec3{x, y, z} * (180.0 / kPi);
-}
-
-bool turns(const Rotation& r) {
-  const Rotation none;
-  double worst = 0.0;
-  for (std::size_t i = 0; i < 3; ++i) worst = std::max(worst, length(r.rows[i] - none.rows[i]));
-  return worst > kNoRotation;
-}
-
-std::string triple(Vec3 v, int decimals) {
-  return decimal(v.x, decimals) + " " + decimal(v.y, decimals) + " " + decimal(v.z, decimals);
-}
-
-/// The letters of the machine's rotary axes, each between two words.
-std::string rotaries(const MachineModel& machine, const std::string& before, const std::string& after) {
-  std::string text;
-  for (const RotaryAxis* axis : {&machine.tilt, &machine.rotary})
-    if (axis->present) text += before + axis->letter + after;
-  return text;
-}
 
 class Writer {
  public:
@@ -78,9 +38,7 @@ class Writer {
   void header();
   void begin(const Operation& op, bool first);
   void turn(const Operation& op);
-  void smooth(const Operation& op);
   void call_length(const Operation& op);
-  void take_tool(const Operation& op);
   void tool_comments(const Operation& op);
   void modes();
   void retract();
@@ -112,21 +70,8 @@ Writer::Writer(const Posting& posting)
     : posting_(posting),
       format_(posting.machine.format),
       table_(table_of(format_.dialect)),
-      smooths_(posting.data.smoothing != config::Smoothing::kNone) {
-  const std::string number = std::to_string(posting.data.number);
-  const bool named = table_.numbering != Numbering::kOptional;
-  filling_ = {
-      {"name", named ? program_name(posting.name) : plain(posting.name)},
-      {"number", std::string(number.size() < 4 ? 4 - number.size() : 0, '0') + number},
-      {"offset", work_offset_word(format_.dialect, posting.data.work_offset)},
-      {"rotaries", rotaries(posting.machine.model, ",", "")},
-      {"in_degrees", rotaries(posting.machine.model, " FGREF[", "]=57.29578")},
-      {"at_radius", rotaries(posting.machine.model, " FGREF[", "]=" + decimal(format_.feed_radius, 4))},
-      {"tolerance", decimal(kBlendWord * format_.blend_tolerance, 6)},
-      {"register", ""},
-      {"edge", "1"},
-      {"tool", ""}};  // the last three: of the operation at hand
-}
+      filling_(filling_of(posting)),
+      smooths_(posting.data.smoothing != config::Smoothing::kNone) {}
 
 void Writer::line(const std::string& text) {
   const bool numbered = std::string_view(table_.unnumbered).find(text.front()) == std::string_view::npos;
@@ -153,7 +98,7 @@ void Writer::header() {
   if (format_.percent) line("%");
   lines(table_.open);
   const Operation& first = posting_.operations.front();
-  take_tool(first);
+  fill_tool(filling_, first);
   comment("part ", posting_.name,
           " D" + decimal(first.tool.diameter, 4) + " L" + decimal(first.tool.length, 4));
   comment("machine ", posting_.machine.model.name, "");
@@ -185,15 +130,6 @@ void Writer::tool_comments(const Operation& op) {
     comment("fixture " + triple(fixture_degrees(op.setup.fixture), 9) + " deg", "", "");
 }
 
-void Writer::take_tool(const Operation& op) {
-  const std::string tool = op.tool_number > 0 ? std::to_string(op.tool_number) : "";
-  const std::string stated = op.length_register > 0 ? std::to_string(op.length_register) : "";
-  filling_.resize(filling_.size() - 3);
-  filling_.emplace_back("register", stated.empty() ? tool : stated);
-  filling_.emplace_back("edge", stated.empty() ? "1" : stated);
-  filling_.emplace_back("tool", tool);
-}
-
 /// Between two planes of one tool.
 void Writer::turn(const Operation& op) {
   if (shorter_) lines(table_.shorter_off);
@@ -215,7 +151,7 @@ void Writer::call_length(const Operation& op) {
 /// Before an operation: the tool taken off along the machine's Z from wherever it is, its tool; before the
 /// first: the modes, too.
 void Writer::begin(const Operation& op, bool first) {
-  take_tool(op);
+  fill_tool(filling_, op);
   if (op.goes_on) return turn(op);
   if (!first) leave();
   retract();
@@ -234,32 +170,8 @@ void Writer::begin(const Operation& op, bool first) {
     modes();
     for (const std::string& own : format_.start) line(own);
   }
-  if (smooths_) smooth(op);
-}
-
-/// The high-speed function for the operation. Where rotaries turn in cuts the tip may leave the path by one
-/// half of what the control is left, and the other end of the tool by the other.
-void Writer::smooth(const Operation& op) {
-  const std::vector<JointMove>& moves = op.words->moves;
-  bool turning = false;
-  for (std::size_t i = 1; i < moves.size() && !turning; ++i)
-    turning = moves[i].kind != MoveKind::kRapid &&
-              (moves[i].joints.a != moves[i - 1].joints.a || moves[i].joints.c != moves[i - 1].joints.c);
-  const double left = posting_.data.smoothing_tolerance * (turning ? 0.5 : 1.0);
-  const double leans =
-      Angle::from_radians(0.5 * posting_.data.smoothing_tolerance / op.tool.length).degrees();
-  // Not more than that.
-  const auto down = [](double value, int decimals) {
-    return std::floor(value * decimal_scale(decimals) + 1e-9) / decimal_scale(decimals);
-  };
-  constexpr int kDecimals = 4;
-  Filling filling = filling_;
-  filling.emplace_back("mode", std::to_string(smoothing_mode(format_.dialect, posting_.data.smoothing)));
-  filling.emplace_back("within", decimal(down(left, kDecimals), kDecimals));
-  filling.emplace_back("leans",
-                       decimal(std::max(down(leans, kDecimals), 1.0 / decimal_scale(kDecimals)), kDecimals));
-  for (const std::string& text : filled(turning ? table_.smooth_on_turning : table_.smooth_on, filling))
-    line(text);
+  if (smooths_)
+    for (const std::string& text : high_speed_lines(posting_, op)) line(text);
 }
 
 /// The control's own tool length ends up there: ended below, the next Z would be deeper by it.

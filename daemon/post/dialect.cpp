@@ -204,13 +204,6 @@ std::string work_offset_word(config::Dialect dialect, int offset) {
   return "G" + std::to_string(53 + offset);
 }
 
-int smoothing_mode(config::Dialect dialect, config::Smoothing smoothing) {
-  const bool rough = smoothing == config::Smoothing::kRough, semi = smoothing == config::Smoothing::kSemi;
-  if (dialect == config::Dialect::kHaas) return rough ? 1 : semi ? 2 : 3;
-  if (dialect == config::Dialect::kSiemens) return rough ? 3 : semi ? 2 : 1;
-  return rough ? 1 : 0;  // Heidenhain: 1 is roughing
-}
-
 std::string program_name(std::string_view name) {
   std::string text;
   for (const char c : name) {

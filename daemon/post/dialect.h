@@ -84,8 +84,6 @@ std::string filled_line(std::string_view words, const Filling& filling);
 /// The words that select a work offset, as config::most_work_offsets() numbers them: G54, G54.1 P3, or a
 /// Heidenhain preset number. Requires: the control has so many.
 std::string work_offset_word(config::Dialect dialect, int offset);
-/// {mode} of the high-speed function.
-int smoothing_mode(config::Dialect dialect, config::Smoothing smoothing);
 /// A program's name as a Heidenhain control takes it: [A-Z0-9_-], not empty.
 std::string program_name(std::string_view name);
 

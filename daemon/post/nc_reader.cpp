@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "daemon/post/dialect_words.h"
+#include "daemon/post/nc_lines.h"
 #include "daemon/post/nc_planes.h"
 #include "daemon/post/nc_rules.h"
 #include "kinematics/basics/decimal.h"
@@ -44,8 +45,6 @@ class Reader {
     return fail(Code::kInput, name_ + ":" + std::to_string(line_) + ": " + what);
   }
   Result<void> room(std::size_t bytes);
-  void comment(std::string_view text);
-  Mistake strip(std::string& line);
   bool dialogue(const std::string& line, Mistake& mistake);
   Mistake apply(const DialectWords& words);
   Mistake codes(const DialectWords& words);
@@ -67,6 +66,7 @@ class Reader {
   }
 
   std::string name_;
+  std::vector<std::string> comments_;  ///< of the line
   TextLanguage language_;
   NcProgram facts_;
   std::uint32_t line_ = 0;
@@ -83,59 +83,6 @@ class Reader {
   Joints at_;
   std::array<bool, 5> known_{};
 };
-
-/// "TILTFEED ..." of the header.
-void Reader::comment(std::string_view text) {
-  std::istringstream in{std::string(text)};
-  std::string mark, word;
-  if (!(in >> mark) || mark != "TILTFEED" || !(in >> word)) return;
-  if (word == "part") {
-    in >> word;
-    Vec3 v;
-    if (word == "zero" && in >> v.x >> v.y >> v.z) operation().part_zero = v;
-    if (word == "zero" || !facts_.name.empty()) return;
-    facts_.name = word;
-    while (in >> word) {
-      double value = 0.0;
-      if (word.size() > 1 && word[0] == 'D' && std::istringstream(word.substr(1)) >> value)
-        operation().diameter = value;
-    }
-  } else if (word == "tool" && in >> word && word == "length") {
-    double value = 0.0;
-    if (!(in >> value)) return;
-    if (!operation().blocks.empty()) facts_.operations.emplace_back();
-    operation().tool_length = value;
-  } else if (word == "fixture") {
-    Vec3 v;
-    if (in >> v.x >> v.y >> v.z) operation().fixture_deg = v;
-  }
-}
-
-/// Takes comments, the block's number and its end off.
-Mistake Reader::strip(std::string& line) {
-  while (!line.empty() && line.back() == ' ') line.pop_back();
-  if (const auto semicolon = line.find(';'); semicolon != std::string::npos) {
-    comment(std::string_view(line).substr(semicolon + 1));
-    line.resize(semicolon);
-  }
-  // A Sinumerik's parentheses hold arguments.
-  const bool comments = language_.dialect != config::Dialect::kSiemens;
-  for (auto open = line.find('('); comments && open != std::string::npos; open = line.find('(')) {
-    const auto close = line.find(')', open);
-    if (close == std::string::npos) return "comment without ')'";
-    comment(std::string_view(line).substr(open + 1, close - open - 1));
-    line.erase(open, close - open + 1);
-  }
-  while (!line.empty() && (line.back() == '*' || line.back() == ' ')) line.pop_back();
-  std::size_t from = 0;
-  const bool plain = language_.dialect == config::Dialect::kHeidenhain;
-  if (!plain && !line.empty() && line[0] == 'N') from = 1;
-  if (plain || from == 1)
-    while (from < line.size() && line[from] >= '0' && line[from] <= '9') ++from;
-  line.erase(0, from);
-  while (!line.empty() && line.front() == ' ') line.erase(0, 1);
-  return std::nullopt;
-}
 
 void Reader::next_tool(int number) {
   if (number != operation().tool_number && !operation().blocks.empty()) facts_.operations.emplace_back();
@@ -413,7 +360,9 @@ Result<void> Reader::room(std::size_t bytes) {
 Result<void> Reader::read(std::string line) {
   ++line_;
   if (auto fits = room(line.size()); !fits) return fits;
-  if (auto bad = strip(line)) return wrong(*bad);
+  comments_.clear();
+  if (auto bad = strip_line(line, language_.dialect, comments_)) return wrong(*bad);
+  for (const std::string& text : comments_) take_header(text, facts_);
   if (line.empty()) return {};
   Mistake mistake;
   if (dialogue(line, mistake)) return mistake ? Result<void>(wrong(*mistake)) : Result<void>{};

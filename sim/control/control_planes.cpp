@@ -79,4 +79,16 @@ ControlReader::Wrong ControlReader::plane_place(const ControlWords& words) {
   return std::nullopt;
 }
 
+ControlReader::Wrong ControlReader::plane_line(std::string_view line) {
+  if (!tnc()) return "PLANE is no word of this control";
+  if (line.starts_with("PLANE RESET")) {
+    plane_.reset();
+    if (line == "PLANE RESET STAY" || line == "PLANE RESET") return std::nullopt;
+    return "a plane that ends with another word than STAY turns the rotaries by itself";
+  }
+  ReadPlane plane;
+  if (auto wrong = read_plane_spatial(line, plane)) return wrong;
+  return begin_plane(plane, true);
+}
+
 }  // namespace tiltfeed::sim

@@ -16,8 +16,6 @@ constexpr std::array kQuietG{170, 210,  400,  430,  490,  540,  550,  560,  570,
                              930, 5000, 5050, 5060, 5070, 5080, 5090, 7100, 2470, 280, 530, 40};
 // The third decimal of a word rounds by no more, degrees.
 constexpr double kAtHome = 5.1e-4;
-// M codes that jump, repeat or move.
-constexpr std::array kRefusedM{94, 97, 98, 99, 140};
 // Names that end what others may have left on, and words of motion without a number.
 constexpr std::array<std::string_view, 14> kQuietNames{"TRAORI", "TRAFOOF", "TOROTOF", "PAROTOF", "TRANS",
                                                        "ROT",    "ORIMKS",  "ORIAXES", "SUPA",    "FMAX",
@@ -195,42 +193,6 @@ ControlReader::Wrong ControlReader::letters(const ControlWords& words) const {
   return std::nullopt;
 }
 
-ControlReader::Wrong ControlReader::machine_codes(const ControlWords& words,
-                                                  std::vector<ControlBlock>& blocks) {
-  if (words.has('T')) {
-    selected_ = static_cast<int>(std::clamp(words['T'], 0.0, kMostTool));
-    const bool at_once = dialect_ == config::Dialect::kHeidenhainIso;
-    if (tool_ == kToolNotSaid || at_once) tool_ = selected_;
-  }
-  if (words.has('S')) spindle_ = words['S'];
-  for (std::size_t i = 0; i < words.m_count; ++i) {
-    const int code = words.m[i];
-    if (holds(kRefusedM, code))
-      return code_text('M', code) + " is refused: it moves, or runs another program";
-    if (code == 6) tool_ = selected_;
-    if (code == 128 || code == 129)
-      if (auto wrong = set_tcp(code == 128)) return wrong;
-    if (code == 126 || code == 127) shortest_ = code == 126;
-    if (code == 2 || code == 30) ended_ = true;
-    const bool after = code <= 2 || code == 30;
-    if (!after && code <= 9) put_code(blocks, code);
-  }
-  return std::nullopt;
-}
-
-ControlReader::Wrong ControlReader::dwell(const ControlWords& words, std::vector<ControlBlock>& blocks) {
-  for (const char letter : {'P', 'F', 'X'}) {
-    if (!words.has(letter)) continue;
-    Block block;
-    block.op = Op::kDwell, block.target = at_, block.line = lines_, block.tool = tool_;
-    block.feed = words[letter] * (letter == 'P' && counts_points_ && !words.has_point('P') ? 1e-3 : 1.0);
-    block.spindle = spindle_;
-    blocks.push_back({block, tcp_, fresh_});
-    return std::nullopt;
-  }
-  return "a dwell without a time";
-}
-
 /// A posted block never turns a rotary by more than half a turn: then a word for the way, a sign or a digit
 /// is not what it was.
 ControlReader::Wrong ControlReader::half_turn(const Joints& from) const {
@@ -305,32 +267,6 @@ ControlReader::Wrong ControlReader::motion(const ControlWords& words, std::vecto
   put(blocks, rapid);
   if (words.has('Z')) off_path_ = false;
   return std::nullopt;
-}
-
-ControlReader::Wrong ControlReader::tool_call(std::string_view line, std::vector<ControlBlock>& blocks) {
-  ControlWords words;
-  std::string_view rest = line.substr(line.find("CALL") + 4);
-  while (!rest.empty() && rest.front() == ' ') rest.remove_prefix(1);
-  std::size_t digits = 0;
-  int number = 0;
-  while (digits < rest.size() && rest[digits] >= '0' && rest[digits] <= '9')
-    number = std::min(number * 10 + (rest[digits++] - '0'), 99'999'999);
-  if (digits > 0) selected_ = tool_ = number, put_code(blocks, 6);
-  if (auto bad = take_apart(rest.substr(digits), words)) return bad;
-  if (words.has('S')) spindle_ = words['S'];
-  return std::nullopt;
-}
-
-ControlReader::Wrong ControlReader::plane_line(std::string_view line) {
-  if (!tnc()) return "PLANE is no word of this control";
-  if (line.starts_with("PLANE RESET")) {
-    plane_.reset();
-    if (line == "PLANE RESET STAY" || line == "PLANE RESET") return std::nullopt;
-    return "a plane that ends with another word than STAY turns the rotaries by itself";
-  }
-  ReadPlane plane;
-  if (auto wrong = read_plane_spatial(line, plane)) return wrong;
-  return begin_plane(plane, true);
 }
 
 /// Lines that are no list of words; true: it was one.

@@ -12,6 +12,7 @@
 
 namespace tiltfeed::sim {
 
+class Frame;
 class Lines;
 
 /// A program without the header of a posted one passes. Errors: kInput as name:line: a safe word is missing
@@ -35,7 +36,6 @@ class FrameCheck {
   Result<void> take_rest(Lines& lines);
 
  private:
-  class Frame;
   tl::unexpected<Error> wrong(const std::string& what) const;
   std::string name_;
   std::unique_ptr<Frame> frame_;

@@ -64,7 +64,7 @@ TEST(PostWords, BlendsWhereNoRotaryTurnsAndLeavesItItsShare) {
   options.tolerance = 0.004;
   const auto none_left = program_text(*stated, profile, options);
   ASSERT_FALSE(none_left);
-  EXPECT_NE(none_left.error().message.find("blend_tolerance_mm take all"), std::string::npos);
+  EXPECT_NE(none_left.error().message.find("blend_tolerance_mm and --smoothing take all"), std::string::npos);
   options.tolerance = 0.02;
   const auto posted = program_text(*stated, profile, options);
   ASSERT_TRUE(posted) << posted.error().message;

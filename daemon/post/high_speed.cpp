@@ -1,0 +1,49 @@
+#include "daemon/post/high_speed.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/post/dialect.h"
+#include "kinematics/basics/decimal.h"
+#include "kinematics/basics/units.h"
+
+namespace tiltfeed::daemon {
+namespace {
+
+constexpr int kDecimals = 4;
+
+/// {mode}.
+int mode_of(config::Dialect dialect, config::Smoothing smoothing) {
+  const bool rough = smoothing == config::Smoothing::kRough, semi = smoothing == config::Smoothing::kSemi;
+  if (dialect == config::Dialect::kHaas) return rough ? 1 : semi ? 2 : 3;
+  if (dialect == config::Dialect::kSiemens) return rough ? 3 : semi ? 2 : 1;
+  return rough ? 1 : 0;  // Heidenhain: 1 is roughing
+}
+
+/// With the last decimal no more than `value`, and not 0.
+std::string at_most(double value) {
+  const double scale = decimal_scale(kDecimals);
+  return decimal(std::max(std::floor(value * scale + 1e-9), 1.0) / scale, kDecimals);
+}
+
+bool turns_in_cuts(const std::vector<JointMove>& moves) {
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    const Joints &from = moves[i - 1].joints, &to = moves[i].joints;
+    if (moves[i].kind != MoveKind::kRapid && (to.a != from.a || to.c != from.c)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<std::string> high_speed_lines(const Posting& posting, const Operation& op) {
+  const DialectTable& table = table_of(posting.machine.format.dialect);
+  const bool turning = turns_in_cuts(op.words->moves);
+  const double half = 0.5 * posting.data.smoothing_tolerance;
+  const Filling filling{{"mode", std::to_string(mode_of(table.dialect, posting.data.smoothing))},
+                        {"within", at_most(turning ? half : 2.0 * half)},
+                        {"leans", at_most(Angle::from_radians(half / op.tool.length).degrees())}};
+  return filled(turning ? table.smooth_on_turning : table.smooth_on, filling);
+}
+
+}  // namespace tiltfeed::daemon

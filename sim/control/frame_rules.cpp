@@ -1,0 +1,216 @@
+#include "sim/control/frame_rules.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
+
+namespace tiltfeed::sim {
+namespace {
+
+using config::Dialect;
+using Wrong = Frame::Wrong;
+
+/// The whole number behind `words`; -1: the line has none there.
+int number_after(std::string_view line, std::string_view words) {
+  const std::size_t at = line.find(words);
+  if (at == line.npos) return -1;
+  const std::string digits(line.substr(at + words.size(), 8));
+  char* end = nullptr;
+  const long number = std::strtol(digits.c_str(), &end, 10);
+  return end == digits.c_str() ? -1 : static_cast<int>(number);
+}
+
+}  // namespace
+
+std::string_view Frame::closing() const {
+  if (format_.dialect == Dialect::kHeidenhain) return "END PGM";
+  if (format_.dialect == Dialect::kHeidenhainIso) return "its second % line";
+  return format_.percent ? "a second %" : "";
+}
+
+/// The lines that a control knows a file of programs by.
+void Frame::opening(std::string_view line) {
+  if (line == "%" && !std::exchange(percent_, true) && counts_length()) return;
+  begun_ = true;
+  if (format_.dialect == Dialect::kHeidenhain)
+    opened_ = line.starts_with("BEGIN PGM") && line.ends_with(" MM");
+  else if (format_.dialect == Dialect::kHeidenhainIso)
+    opened_ = line.front() == '%' && says(line, "G71");
+  else
+    opened_ = line.front() == 'O' || line.front() == ':' || !counts_length();
+}
+
+Frame::Wrong Frame::not_opened() const {
+  if (format_.percent && !percent_)
+    return "the file does not begin with %: such a control passes over its first line, or takes none of it "
+           "(the profile's program.percent)";
+  if (opened_) return std::nullopt;
+  if (format_.dialect == Dialect::kHeidenhain)
+    return "the program does not begin with BEGIN PGM and MM: the control takes no such file, or in inches";
+  if (format_.dialect == Dialect::kHeidenhainIso)
+    return "the program does not begin with % and G71: the control takes no such file, or in inches";
+  return "the program has no O number in front: the control does not take it, or under another number";
+}
+
+/// Where TCP begins every word is stated: what is left out stays where the control has the tip, which its
+/// parameters and its registers decide.
+Frame::Wrong Frame::tcp_begins(const ControlWords& words) {
+  const bool in_block = words.has_g(434) || words.has_g(2340);
+  if (!in_block && !tcp_place_) return std::nullopt;
+  const auto missing = std::find_if(letters_.begin(), letters_.end(),
+                                    [&](char letter) { return letter != kNoLetter && !words.has(letter); });
+  const bool all_missing =
+      std::none_of(letters_.begin(), letters_.end(), [&](char letter) { return words.has(letter); });
+  if (!in_block && all_missing) return std::nullopt;
+  tcp_place_ = false;
+  if (missing == letters_.end()) return std::nullopt;
+  return std::string("TCP begins in a block without ") + *missing + ": where the tip is then is not known";
+}
+
+/// What every header of a posted program says, and the register in ", H4 too".
+void Frame::header(std::string_view text) {
+  names_part_ = names_part_ || text.find("TILTFEED part ") != text.npos;
+  posted_ = posted_ || (names_part_ && text.find("TILTFEED blocks ") != text.npos);
+  if (text.find("TILTFEED tool length") == text.npos) return;
+  in_planes_ = text.find(", planes take the control's") != text.npos;
+  for (const std::string_view letter : {", H", ", D"})
+    if (const int number = number_after(text, letter); number > 0) registers_.push_back(number);
+}
+
+Frame::Wrong Frame::offset(std::string_view line, const ControlWords& words) {
+  if (tnc()) {
+    const bool called = std::exchange(preset_cycle_, line.starts_with("CYCL DEF 247"));
+    const int preset = number_after(line, "Q339=");
+    if (preset >= 0 && !called && !line.starts_with("G247")) return "a preset's number without its cycle";
+    if (preset >= 0) offset_ = preset;
+  } else {
+    for (std::size_t i = 0; i < words.g_count; ++i) {
+      const int code = words.g[i] / 10;
+      const int tenths = words.g[i], p = words.has('P') ? static_cast<int>(words['P']) : 0;
+      int called = 0;
+      if (code >= 54 && code <= 59) called = code - 53;
+      if (tenths >= 591 && tenths <= 593) called = 6 + tenths % 10;
+      if (format_.dialect == Dialect::kSiemens && code >= 505 && code <= 599) called = code - 500;
+      if (tenths == 541 || tenths == 1540) {
+        if (p < 1) return "a further work offset is called without P, its number";
+        called = 6 + p;
+      }
+      if (called > 0) offset_ = called, frames_dropped_ = false;
+    }
+  }
+  if (offset_ == 0 || offset_ == job_.program.work_offset) return std::nullopt;
+  return "work offset " + std::to_string(offset_) + " is called, the job's program.work_offset is " +
+         std::to_string(job_.program.work_offset);
+}
+
+Frame::Wrong Frame::length_register(const ControlWords& words) {
+  const bool edge = format_.dialect == Dialect::kSiemens;
+  const char letter = edge ? 'D' : 'H';
+  if (tnc() || !words.has(letter)) return std::nullopt;
+  const bool jobs = job_.program.length_register > 0 && tool_ == job_.program.tool;
+  const int stated = static_cast<int>(words[letter]),
+            wanted = jobs ? job_.program.length_register : (edge ? 1 : tool_);
+  const bool named = std::find(registers_.begin(), registers_.end(), stated) != registers_.end();
+  const bool in_force = edge || words.has_g(430) || words.has_g(434) || words.has_g(2340);
+  if (edge || in_force) length_called_ = stated != 0;
+  if (stated == 0 || wanted == 0 || stated == wanted || (named && !jobs)) return std::nullopt;
+  return std::string("the length of register ") + letter + std::to_string(stated) +
+         " is called, that of the tool is " + letter + std::to_string(wanted);
+}
+
+/// A tilted plane begins before the tool's length counts, where a control nests the two, and ends when the
+/// tool is retracted.
+Frame::Wrong Frame::planes(std::string_view line, const ControlWords& words) {
+  const bool cycle = line.starts_with("CYCLE800("), plane = tnc() && line.starts_with("PLANE ");
+  const bool ends = words.has_g(690) || words.has_g(2550) || line == "CYCLE800()" ||
+                    (plane && line.starts_with("PLANE RESET"));
+  const bool begins = !ends && (words.has_g(682) || words.has_g(2540) || cycle || plane);
+  if (!ends && !begins) return std::nullopt;
+  const bool in_force = std::exchange(plane_, begins);
+  const bool length_on = length_on_ && counts_length();
+  if (ends && in_force) placed_ = {};
+  if (begins && in_force) return "a tilted plane begins while another is in force";
+  if (length_on) return "a tilted plane begins or ends with the tool's length in force: G49 is missing";
+  if (retracts_ && !retracted_ && (begins || in_force))
+    return "a tilted plane begins or ends before the tool is retracted along the machine's Z";
+  return std::nullopt;
+}
+
+Frame::Wrong Frame::tool(std::string_view line, const ControlWords& words) {
+  const bool call = format_.dialect == Dialect::kHeidenhain;
+  const int number = call             ? number_after(line, "TOOL CALL ")
+                     : words.has('T') ? static_cast<int>(std::clamp(words['T'], 0.0, 1e6))
+                                      : -1;
+  if (number < 0) return std::nullopt;
+  const bool length_left = std::exchange(length_on_, false) && counts_length();
+  tool_ = number, length_called_ = false;
+  changed_ = tnc();  // there the call is the change
+  placed_ = {};      // a changer may have moved the axes
+  if (retracts_ && !retracted_) return "a tool change without a retract along the machine's Z before it";
+  if (length_left) return "a tool change with the length of the tool before in force: G49 is missing";
+  return std::nullopt;
+}
+
+/// Before Z moves from a retract the tool is there, and the other axes have been sent to its place.
+Frame::Wrong Frame::goes_down(const ControlWords& words) const {
+  if (!words.has('Z')) return std::nullopt;
+  if (tool_ > 0 && !changed_)
+    return std::string("tool ") + std::to_string(tool_) +
+           " is selected, and the change of tools is missing (" +
+           (format_.dialect == Dialect::kGrbl ? "M0" : "M6") + ")";
+  if (wants_length() && !length_called_) return "Z moves before the register of the tool's length is called";
+  if ((tcp_ || plane_) && format_.dialect == Dialect::kSiemens && !length_called_)
+    return "Z moves before the tool's length is called again (D): the retract has ended it";
+  if (tcp_ && format_.dialect == Dialect::kSiemens && !linear_rotaries_)
+    return "TRAORI without ORIMKS ORIAXES: how the rotaries turn within a block is the machine's setting";
+  if (job_.program.smoothing != config::Smoothing::kNone && !smooth_)
+    return "Z moves before the control is told the job's program.smoothing";
+  if (in_planes_ && !plane_) return "Z moves before the tilted plane is called";
+  if (!retracts_ || !retracted_) return std::nullopt;
+  for (const std::size_t i : {std::size_t{3}, std::size_t{4}, std::size_t{0}, std::size_t{1}})
+    if (letters_[i] != kNoLetter && !placed_[i])
+      return std::string("Z moves from the retract before ") + letters_[i] + " is at its place";
+  return std::nullopt;
+}
+
+Frame::Wrong Frame::first_move() const {
+  if (auto wrong = not_opened()) return wrong;
+  if (!missing_.empty())
+    return "the first move comes before " + std::string(missing_.front()) +
+           ", which every posted program has";
+  if (tool_ == 0 && job_.program.tool > 0) return "the first move comes before a tool is called";
+  if (offset_ == 0) return "the first move comes before a work offset is called";
+  if (retracts_ && !retracted_) return "the first move comes before a retract along the machine's Z";
+  if (started_ < start_.size())
+    return "the first move comes before \"" + start_[started_] +
+           "\" of the profile's program.start, which stands behind the post's own lines";
+  return std::nullopt;
+}
+
+/// All that the post says before the profile's start lines has been said. A line that is equal to one of
+/// these is the post's own before.
+bool Frame::set_up() const {
+  const bool tool_there =
+      tool_ > 0 ? changed_ && (length_called_ || counts_length() || !wants_length()) : job_.program.tool == 0;
+  return missing_.empty() && offset_ != 0 && !relative_ && tool_there && (retracted_ || !retracts_);
+}
+
+/// All that the post says before the profile's end lines has been said.
+bool Frame::left() const {
+  const bool length_left = length_on_ && counts_length();
+  return moved_ && !inverse_ && !relative_ && !tcp_ && !plane_ && !length_left && (retracted_ || !retracts_);
+}
+
+Frame::Wrong Frame::at_end() const {
+  if (retracts_ && !retracted_) return "the program ends without a retract along the machine's Z";
+  if (inverse_) return "the program ends with G93 in force";
+  if (relative_) return "the program ends with G91 in force: the next words would be taken as ways";
+  if (smooth_ && job_.program.smoothing != config::Smoothing::kNone)
+    return "the program ends with the job's program.smoothing in force";
+  if (plane_) return "the program ends with a tilted plane in force: the next words would be taken as in it";
+  if (length_on_ && counts_length())
+    return "the program ends with the tool's length in force: G49 is missing, and the next tool has another";
+  return std::nullopt;
+}
+
+}  // namespace tiltfeed::sim
