@@ -87,6 +87,7 @@ struct ProgramFormat {
   std::string retract;  ///< line before a tool change and at the end; "default": the dialect's; "none"
   std::vector<std::string> start, end;  ///< lines before the first motion and before the program's end
   std::string clamp_tilt, unclamp_tilt, clamp_rotary, unclamp_rotary;  ///< words, empty: none
+  bool preselects = false;              ///< the next tool is selected behind the change for the one at work
   std::string through_on, through_off;  ///< words of the coolant through the spindle, empty: none
 };
 

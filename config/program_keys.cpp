@@ -66,6 +66,7 @@ constexpr std::initializer_list<const char*> kFormatKeys{"dialect",
                                                          "unclamp_tilt",
                                                          "clamp_rotary",
                                                          "unclamp_rotary",
+                                                         "preselect_tools",
                                                          "through_coolant_on",
                                                          "through_coolant_off"};
 
@@ -165,6 +166,9 @@ void read_switches(const Section& program, const ProgramFormat& usual, ProgramFo
     program.complain("clamp_tilt", "clamp_tilt and unclamp_tilt belong together; state both or none");
   if (format.clamp_rotary.empty() != format.unclamp_rotary.empty())
     program.complain("clamp_rotary", "clamp_rotary and unclamp_rotary belong together; state both or none");
+  format.preselects = program.flag("preselect_tools", usual.preselects);
+  if (format.preselects && format.dialect == Dialect::kGrbl)
+    program.complain("preselect_tools", "grbl changes no tools by itself; expected false");
   format.through_on = read_words(program, "through_coolant_on", usual.through_on);
   format.through_off = read_words(program, "through_coolant_off", usual.through_off);
   if (format.through_on.empty() != format.through_off.empty())
@@ -182,6 +186,7 @@ ProgramFormat for_another(Dialect dialect, const ProgramFormat& stated) {
   format.unclamp_tilt = stated.unclamp_tilt;
   format.clamp_rotary = stated.clamp_rotary;
   format.unclamp_rotary = stated.unclamp_rotary;
+  format.preselects = stated.preselects && dialect != Dialect::kGrbl;
   if (format.through_on.empty())
     format.through_on = stated.through_on, format.through_off = stated.through_off;
   return format;
@@ -345,6 +350,7 @@ void describe_format(Description& out, const ProgramFormat& format) {
   out.add("program.unclamp_tilt", or_none(format.unclamp_tilt));
   out.add("program.clamp_rotary", or_none(format.clamp_rotary));
   out.add("program.unclamp_rotary", or_none(format.unclamp_rotary));
+  out.add("program.preselect_tools", format.preselects);
   out.add("program.through_coolant_on", or_none(format.through_on));
   out.add("program.through_coolant_off", or_none(format.through_off));
 }

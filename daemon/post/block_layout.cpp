@@ -39,6 +39,7 @@ class Writer {
   void begin(const Operation& op, bool first);
   void turn(const Operation& op);
   void call_length(const Operation& op);
+  void preselect(const Operation& op);
   void tool_comments(const Operation& op);
   void modes();
   void retract();
@@ -148,6 +149,16 @@ void Writer::call_length(const Operation& op) {
   if (format_.tcp || op.plane) lines(table_.edge);
 }
 
+/// The next operation's tool, where it is another.
+void Writer::preselect(const Operation& op) {
+  const auto after = std::find_if(posting_.operations.begin() + (&op - posting_.operations.data()),
+                                  posting_.operations.end(),
+                                  [&](const Operation& one) { return one.tool_number != op.tool_number; });
+  if (after == posting_.operations.end() || after->tool_number == 0) return;
+  for (const std::string& text : filled(table_.preselect, {{"next", std::to_string(after->tool_number)}}))
+    line(text);
+}
+
 /// Before an operation: the tool taken off along the machine's Z from wherever it is, its tool; before the
 /// first: the modes, too.
 void Writer::begin(const Operation& op, bool first) {
@@ -163,6 +174,7 @@ void Writer::begin(const Operation& op, bool first) {
     lines(table_.tool);
   else
     call_length(op);
+  if (format_.preselects) preselect(op);
   for (const std::string& open : {format_.unclamp_tilt, format_.unclamp_rotary})
     if (!open.empty()) line(open);
   tilt_clamped_ = rotary_clamped_ = false;

@@ -74,7 +74,9 @@ class Reader {
   bool ended_ = false, changing_ = false, rapid_ = true, motion_known_ = false, inverse_ = false,
        tcp_ = false, incremental_ = false, compensated_ = false, shorter_ = false, moved_ = false;
   double feed_ = 0.0, speed_ = 0.0, spindle_ = 0.0, coolant_ = 0.0;
-  int turn_ = 0;  ///< spindle: 3, 4, or 0
+  int selected_ = -1;             ///< the last T; -1: none
+  bool changes_by_code_ = false;  ///< M6 has come
+  int turn_ = 0;                  ///< spindle: 3, 4, or 0
   int plane_ = 17;
   std::pair<int, double> offset_{};  ///< the code in tenths, and its P
   std::uint64_t bytes_ = 0;
@@ -104,6 +106,7 @@ bool Reader::dialogue(const std::string& line, Mistake& mistake) {
   const bool iso = language_.dialect == config::Dialect::kHeidenhainIso;
   const bool fanuc = language_.dialect == config::Dialect::kFanuc,
              haas = language_.dialect == config::Dialect::kHaas;
+  if (is("TOOL DEF ")) return true;  // makes the next tool ready
   if (is("CYCL DEF 32.") || (iso && is("G62")) || (fanuc && (line == "G5.1 Q1" || line == "G5.1 Q0")) ||
       (haas && (line == "G187" || is("G187 "))))
     return true;
@@ -163,6 +166,7 @@ void Reader::note_table() {
 Mistake Reader::one_code(int tenths) {
   const bool fanuc = language_.dialect == config::Dialect::kFanuc;
   const bool planes = fanuc || language_.dialect == config::Dialect::kRs274;
+  if (tenths == 510 && language_.dialect == config::Dialect::kHeidenhainIso) return std::nullopt;
   constexpr std::array<int, 15> kNothing{40,  210, 280, 400, 410, 420, 430, 530,
                                          610, 640, 690, 710, 800, 970, 7100};
   if (tenths == 0 || tenths == 10) {
@@ -194,11 +198,14 @@ Mistake Reader::one_code(int tenths) {
 
 void Reader::machine_codes(const DialectWords& words) {
   if (words.has('T')) {
-    next_tool(static_cast<int>(words.values.at('T')));
+    selected_ = static_cast<int>(words.values.at('T'));
+    // Where a code changes the tool T alone only makes it ready, but before the first of these.
+    if (!changes_by_code_ && !words.has_g(510)) next_tool(selected_);
     changing_ = language_.dialect == config::Dialect::kGrbl;  // its M0 is the tool change
   }
   if (words.has('S')) speed_ = words.values.at('S');
   for (const int code : words.m) {
+    if (code == 6 && selected_ >= 0) changes_by_code_ = true, next_tool(selected_);
     if (code == 3 || code == 4) turn_ = code;
     if (code == 5) turn_ = 0, event(EventKind::kSpindle, 0.0);
     if (code == 7) event(EventKind::kCoolant, 2.0);

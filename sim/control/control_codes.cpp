@@ -15,7 +15,7 @@ constexpr std::array kRefusedM{94, 97, 98, 99, 140};
 
 ControlReader::Wrong ControlReader::machine_codes(const ControlWords& words,
                                                   std::vector<ControlBlock>& blocks) {
-  if (words.has('T')) {
+  if (words.has('T') && !words.has_g(510)) {
     selected_ = static_cast<int>(std::clamp(words['T'], 0.0, kMostTool));
     const bool at_once = dialect_ == config::Dialect::kHeidenhainIso;
     if (tool_ == kToolNotSaid || at_once) tool_ = selected_;

@@ -141,6 +141,8 @@ ControlReader::Wrong ControlReader::one_code(int tenths) {
     rapid_ = tenths == 0, motion_known_ = true;
   } else if (heidenhain && (tenths == 710 || tenths == 730)) {
     return std::nullopt;  // mm; the rotation is looked at where its angle is
+  } else if (heidenhain && tenths == 510) {
+    return std::nullopt;  // makes the next tool ready
   } else if (tenths == 434 || tenths == 2340) {
     if (auto turned_away = table_away()) return turned_away;
     return set_tcp(true);
@@ -287,6 +289,7 @@ bool ControlReader::whole_line(std::string_view line, Wrong& wrong, std::vector<
   if (is("Q") && (plain || iso)) return true;
   if (smooths(line, dialect_)) return true;
   if (!plain) return counts_points_ && (is("O") || is(":"));
+  if (is("TOOL DEF ")) return true;  // makes the next tool ready
   if (is("BEGIN PGM") && line.ends_with(" INCH")) wrong = "the program is in inches";
   if (is("END PGM")) ended_ = true;
   if (is("BEGIN PGM") || is("END PGM") || is("BLK FORM") || is("CYCL DEF 247") || is("CYCL DEF 9.0") ||

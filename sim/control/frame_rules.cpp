@@ -72,6 +72,7 @@ void Frame::header(std::string_view text) {
   names_part_ = names_part_ || text.find("TILTFEED part ") != text.npos;
   posted_ = posted_ || (names_part_ && text.find("TILTFEED blocks ") != text.npos);
   if (text.find("TILTFEED tool length") == text.npos) return;
+  next_tool_ = moved_;
   in_planes_ = text.find(", planes take the control's") != text.npos;
   for (const std::string_view letter : {", H", ", D"})
     if (const int number = number_after(text, letter); number > 0) registers_.push_back(number);
@@ -141,11 +142,14 @@ Frame::Wrong Frame::tool(std::string_view line, const ControlWords& words) {
   const int number = call             ? number_after(line, "TOOL CALL ")
                      : words.has('T') ? static_cast<int>(std::clamp(words['T'], 0.0, 1e6))
                                       : -1;
-  if (number < 0) return std::nullopt;
+  const bool stands = std::none_of(placed_.begin(), placed_.end(), [](bool placed) { return placed; });
+  // Behind a change the next tool is only made ready.
+  if (number < 0 || words.has_g(510) || (format_.preselects && changed_ && stands)) return std::nullopt;
   const bool length_left = std::exchange(length_on_, false) && counts_length();
   tool_ = number, length_called_ = false;
   changed_ = tnc();  // there the call is the change
-  placed_ = {};      // a changer may have moved the axes
+  if (changed_) next_tool_ = false;
+  placed_ = {};  // a changer may have moved the axes
   if (retracts_ && !retracted_) return "a tool change without a retract along the machine's Z before it";
   if (length_left) return "a tool change with the length of the tool before in force: G49 is missing";
   return std::nullopt;
@@ -154,6 +158,7 @@ Frame::Wrong Frame::tool(std::string_view line, const ControlWords& words) {
 /// Before Z moves from a retract the tool is there, and the other axes have been sent to its place.
 Frame::Wrong Frame::goes_down(const ControlWords& words) const {
   if (!words.has('Z')) return std::nullopt;
+  if (tool_ > 0 && next_tool_) return "Z moves before the change to the next tool";
   if (tool_ > 0 && !changed_)
     return std::string("tool ") + std::to_string(tool_) +
            " is selected, and the change of tools is missing (" +

@@ -91,6 +91,7 @@ class Frame {
   /// Letters of axes, by place in `letters_`, that have been sent to a place since the last tool change.
   std::array<bool, 5> placed_{};
   bool preset_cycle_ = false;  ///< the line before calls a TNC's preset
+  bool next_tool_ = false;     ///< the header's lines of another tool have come, its change has not
   bool changed_ = false;       ///< the tool that is selected has been changed for, or stopped for
   bool linear_rotaries_ = false;
   bool percent_ = false, opened_ = false, begun_ = false, closed_ = false;

@@ -142,7 +142,8 @@ Frame::Wrong Frame::read(std::string_view line) {
   if (auto wrong = planes(line, words); wrong && posted_) return wrong;
   if (words.has_g(490)) length_on_ = length_called_ = false;
   if (words.has_g(430) || words.has_g(434) || words.has_g(2340)) length_on_ = true;
-  if (words.has_m(6) || (format_.dialect == Dialect::kGrbl && words.has_m(0))) changed_ = true;
+  if (words.has_m(6) || (format_.dialect == Dialect::kGrbl && words.has_m(0)))
+    changed_ = true, next_tool_ = false;
   if (words.named("TRAORI")) frames_dropped_ = true, linear_rotaries_ = false;
   if (words.named("ORIMKS") && words.named("ORIAXES")) linear_rotaries_ = true;
   if (words.named("TRAORI") || words.named("TRAFOOF")) tcp_ = words.named("TRAORI");

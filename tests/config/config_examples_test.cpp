@@ -181,7 +181,7 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
       ++count;
     }
   }
-  EXPECT_EQ(count, 18u + 3 + 5 + 12 + 3 + 29 + 3 + 12 + 2 + 6);
+  EXPECT_EQ(count, 18u + 3 + 5 + 12 + 3 + 30 + 3 + 12 + 2 + 6);
   for (const char* key : {"structure",
                           "letter",
                           "direction",
@@ -218,6 +218,7 @@ TEST(Examples, EveryKeyOfAMachineIsInTheProfileWithAComment) {
                           "unclamp_tilt",
                           "clamp_rotary",
                           "unclamp_rotary",
+                          "preselect_tools",
                           "through_coolant_on",
                           "through_coolant_off",
                           "default",

@@ -170,6 +170,49 @@ TEST_P(ProgramOptions, CoolantThroughTheSpindleIsOffBehindTheCut) {
   EXPECT_EQ(fault(lines), "");
 }
 
+TEST_P(ProgramOptions, TheNextToolIsMadeReadyBehindTheChange) {
+  const Dialect dialect = GetParam().dialect;
+  if (dialect == Dialect::kGrbl) return;
+  const JointPath path = cut(false);
+  Posting posting = posting_of(GetParam(), {&path, &path, &path});
+  posting.machine.format.preselects = true;
+  job_.machine = posting.machine;
+  job_.setup = posting.operations[0].setup;
+  job_.program.tool = 3;
+  ProgramText lines;
+  std::istringstream in(text_of(posting)), again(text_of(posting));
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  const bool tnc = dialect == Dialect::kHeidenhain || dialect == Dialect::kHeidenhainIso;
+  const std::string ready = dialect == Dialect::kHeidenhain      ? "TOOL DEF "
+                            : dialect == Dialect::kHeidenhainIso ? "G51 T"
+                                                                 : "T";
+  // Siemens has T in a line of its own for the change, too.
+  for (const std::string tool : {"4", "5"})
+    EXPECT_EQ(std::count_if(lines.begin(), lines.end(),
+                            [&](const std::string& line) {
+                              const std::size_t at = line.find(ready + tool);
+                              return at != line.npos &&
+                                     line.find_first_not_of("*", at + ready.size() + 1) == line.npos;
+                            }),
+              dialect == Dialect::kSiemens ? 2 : 1)
+        << tool;
+  EXPECT_EQ(fault(lines), "");
+  const auto read = read_nc_program(again, "p.nc", language_of(job_.machine));
+  ASSERT_TRUE(read) << read.error().message;
+  ASSERT_EQ(read->operations.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(read->operations[i].tool_number, static_cast<int>(3 + i));
+    EXPECT_GE(read->operations[i].blocks.size(), path.moves.size());
+  }
+  if (tnc) return;  // there the call is the change
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i].find("M6") == std::string::npos) continue;
+    ProgramText bad = lines;
+    bad.erase(bad.begin() + static_cast<std::ptrdiff_t>(i));
+    EXPECT_NE(fault(bad), "") << i + 1 << ": " << lines[i];
+  }
+}
+
 TEST(ProgramOptionsOfAJob, AreRefusedWhereTheControlHasNone) {
   ProgramData data;
   data.coolant = Coolant::kThrough, data.smoothing = Smoothing::kFinish, data.length_register = 4;
