@@ -28,14 +28,26 @@ bool split(const std::string& text, DeskAccess& access) {
          read.ec == std::errc{} && access.port >= 0 && access.port <= kMostPort;
 }
 
-}  // namespace
+void read_webhook_keys(const Section& root, const std::string& path, bool secrets, DeskAccess& access) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  access.webhooks = read_webhooks(root, folder, secrets);
+  if (!root.has("webhooks")) return root.unused("state", "without webhooks");
+  const std::string state = root.text("state", "");
+  if (state.empty())
+    root.complain("webhooks",
+                  "state is needed, too: a folder where deliveries wait, such as "
+                  "/var/lib/tiltfeed-desk/NAME");
+  access.state = (std::filesystem::path(folder) / state).lexically_normal().string();
+}
 
-Result<DeskAccess> parse_desk_access(const std::string& text, const std::string& path) {
+Result<DeskAccess> parse(const std::string& text, const std::string& path, bool secrets) {
   const Result<YamlNode> tree = parse_yaml(text, path);
   if (!tree) return tl::unexpected(tree.error());
   Complaint complaint(path);
-  const Section root(*tree, "", {"listen", "names", "users", "tokens", "certificate", "key", "behind_proxy"},
-                     complaint);
+  const Section root(
+      *tree, "",
+      {"listen", "names", "users", "tokens", "certificate", "key", "behind_proxy", "webhooks", "state"},
+      complaint);
   const auto file = [&](const char* key) {
     const std::string name = root.text(key, "");
     if (name.empty()) return name;
@@ -62,14 +74,21 @@ Result<DeskAccess> parse_desk_access(const std::string& text, const std::string&
                                 "or behind_proxy: true where a reverse proxy has them");
   if (access.is_https() && access.names.empty())
     root.complain("listen", "names are needed with TLS: by which name browsers address the page");
+  read_webhook_keys(root, path, secrets, access);
   if (complaint.error()) return tl::unexpected(*complaint.error());
   return access;
+}
+
+}  // namespace
+
+Result<DeskAccess> parse_desk_access(const std::string& text, const std::string& path) {
+  return parse(text, path, false);
 }
 
 Result<DeskAccess> load_desk_access(const std::string& path) {
   const Result<std::string> text = read_config_text(path);
   if (!text) return tl::unexpected(text.error());
-  return parse_desk_access(*text, path);
+  return parse(*text, path, true);
 }
 
 }  // namespace tiltfeed::config

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "config/webhook_keys.h"
 #include "kinematics/basics/result.h"
 
 namespace tiltfeed::config {
@@ -17,6 +18,8 @@ struct DeskAccess {
   std::string tokens;              ///< file of programs' tokens; empty: none
   std::string certificate, key;    ///< files (PEM); empty: no TLS of our own
   bool behind_proxy = false;       ///< TLS is a reverse proxy's
+  std::vector<Webhook> webhooks;   ///< who is told of runs that are done or end in a fault
+  std::string state;               ///< folder of what outlives the desk; empty: there are no webhooks
 
   bool is_https() const { return behind_proxy || !certificate.empty(); }
 };
@@ -24,6 +27,7 @@ struct DeskAccess {
 /// Relative paths start at the file's folder. Property: another address than this computer's own has users
 /// and TLS. Errors: kInput as file:line:column, kIo.
 Result<DeskAccess> load_desk_access(const std::string& path);
+/// The same without the secrets of the webhooks, whose files are not read.
 Result<DeskAccess> parse_desk_access(const std::string& text, const std::string& path);
 
 }  // namespace tiltfeed::config
