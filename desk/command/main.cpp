@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <iostream>
+#include <memory>
 
 #include "config/command_line.h"
 #include "config/desk_access.h"
@@ -24,6 +25,7 @@
 #include "desk/http/http_server.h"
 #include "desk/reach/reach_answers.h"
 #include "desk/view/part_view.h"
+#include "desk/webhooks/webhooks.h"
 #include "desk/work/child_process.h"
 #include "desk/work/scratch_folder.h"
 
@@ -120,6 +122,14 @@ Result<HttpOptions> http_options(const config::DeskAccess& access, const std::st
   return options;
 }
 
+/// Nothing where the access file names none.
+Result<std::unique_ptr<Webhooks>> start_webhooks(const config::DeskAccess& access,
+                                                 const std::string& socket) {
+  if (access.webhooks.empty()) return nullptr;
+  return Webhooks::start({access.webhooks, access.state, socket},
+                         [](const std::string& text) { std::cerr << "tiltfeed-desk: " + text + "\n"; });
+}
+
 int run_desk(const std::string& open, const config::DeskAccess& access, const Beside& beside) {
   const Result<std::string> self = program_beside("tiltfeed-desk"), planner = program_beside("tiltfeed"),
                             maker = program_beside("tiltfeed-sim");
@@ -147,6 +157,8 @@ int run_desk(const std::string& open, const config::DeskAccess& access, const Be
   desk.set_port(server->port());
   if (!open.empty())
     if (const Result<void> opened = desk.open(open); !opened) return complain(opened.error());
+  const Result<std::unique_ptr<Webhooks>> webhooks = start_webhooks(access, beside.service);
+  if (!webhooks) return complain(webhooks.error());
   if (const Result<void> printed = print_address(desk); !printed) return complain(printed.error());
   if (::isatty(STDIN_FILENO) == 1)
     std::cerr << "Open this address in a browser on this computer. It signs one browser in, once.\n"

@@ -16,7 +16,7 @@ namespace {
 
 constexpr char kYes = 'y', kNo = 'n';
 
-/// The process has one thread, so the child may do what it likes.
+/// No other thread of the desk has a lock that is needed here but the allocator's, which a fork sets free.
 [[noreturn]] void hash_in_child(const std::string& password, const std::string& hash, int out) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::dup2(out, STDOUT_FILENO) < 0) ::_exit(1);

@@ -61,9 +61,13 @@ class Desk:
         for process in Desk.started:
             process.kill()
 
-    def __init__(self, binaries, *words):
+    def __init__(self, binaries, *words, log=None):
+        """`log`: a file to which its complaints are added."""
+        errors = open(log, "a", encoding="utf-8") if log else None
         self.process = subprocess.Popen([f"{binaries}/tiltfeed", "desk", *words], stdin=subprocess.PIPE,
-                                        stdout=subprocess.PIPE, text=True)
+                                        stdout=subprocess.PIPE, stderr=errors, text=True)
+        if errors:
+            errors.close()
         Desk.started.append(self.process)
         self.address = self.process.stdout.readline().strip()
         match = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/#token=([0-9a-f]{64})", self.address)
