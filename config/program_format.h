@@ -62,7 +62,8 @@ enum class PathControl {
 /// How the program text of this control looks.
 struct ProgramFormat {
   Dialect dialect = Dialect::kRs274;
-  int linear_decimals = 4;
+  bool inches = false;      ///< linear words and F per minute; everything else is in mm
+  int linear_decimals = 4;  ///< of the unit
   int rotary_decimals = 4;
   // That a fine tolerance may ask for: what the profile states, else what the control reads.
   int most_linear_decimals = 4, most_rotary_decimals = 4;
@@ -142,6 +143,11 @@ constexpr int most_work_offsets(Dialect d) {
   }
   return kMostWorkOffsets;
 }
+
+/// The program's unit of length, mm.
+constexpr double unit_of(const ProgramFormat& format) { return format.inches ? 25.4 : 1.0; }
+/// The place, mm, that the word printed for `mm` says.
+double printed_place(const ProgramFormat& format, double mm);
 
 /// Why programs of this control cannot say rotary words that count so; nullptr: they can.
 const char* refusal_of(Dialect dialect, RotaryWord word);

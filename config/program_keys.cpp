@@ -40,6 +40,7 @@ constexpr std::initializer_list<EnumWord<Dialect>> kDialectChoices{
     {"heidenhain_iso", Dialect::kHeidenhainIso}};
 
 constexpr std::initializer_list<const char*> kFormatKeys{"dialect",
+                                                         "units",
                                                          "linear_decimals",
                                                          "rotary_decimals",
                                                          "max_line_length",
@@ -147,6 +148,28 @@ void read_feed(const Section& program, const ProgramFormat& usual, ProgramFormat
     program.unused("feed_radius_mm", "unless feed_measure is radius");
 }
 
+/// An inch has one decimal more.
+void read_units(const Section& program, ProgramFormat& format) {
+  format.inches = program.choice<bool>("units", {{"mm", false}, {"inch", true}}, false);
+  if (!format.inches) return;
+  if (format.dialect == Dialect::kRs274 || format.dialect == Dialect::kGrbl)
+    program.complain("units", std::string(name_of(format.dialect).name) +
+                                  " programs are sent, followed and resumed in mm; expected mm");
+  constexpr int kMost = 6;
+  format.linear_decimals = std::min(format.linear_decimals + 1, kMost);
+  format.most_linear_decimals = std::min(format.most_linear_decimals + 1, kMost);
+}
+
+/// A degree that counts as a mm, or as an arc in mm, would count as inches.
+void check_feed_unit(const Section& program, const ProgramFormat& format) {
+  const bool measures =
+      !format.tcp && format.feed_mode == FeedMode::kPerMinute && format.feed_measure != FeedMeasure::kXyz;
+  if (format.inches && measures)
+    program.complain(
+        program.has("feed_measure") ? "feed_measure" : "units",
+        "with units: inch F per minute measures X Y Z alone; state feed_measure: xyz, or tcp: true");
+}
+
 void read_path_control(const Section& program, const ProgramFormat& usual, ProgramFormat& format) {
   format.path_control = program.choice<PathControl>("path_control", kPathControls, usual.path_control);
   if (format.path_control != PathControl::kControl && format.dialect != Dialect::kRs274)
@@ -217,9 +240,15 @@ ProgramFormat fine_enough(ProgramFormat format, double tolerance, double axis_to
   const auto widen = [](int& decimals, int most, double worst, double allowed) {
     while (decimals < most && worst / decimal_scale(decimals) > allowed * kRoundingShare) ++decimals;
   };
-  widen(format.linear_decimals, format.most_linear_decimals, std::sqrt(3.0) / 2.0, tolerance);
+  widen(format.linear_decimals, format.most_linear_decimals, unit_of(format) * std::sqrt(3.0) / 2.0,
+        tolerance);
   widen(format.rotary_decimals, format.most_rotary_decimals, std::sqrt(2.0) / 2.0, axis_tolerance);
   return format;
+}
+
+double printed_place(const ProgramFormat& format, double mm) {
+  const double unit = unit_of(format);
+  return round_decimal(mm / unit, format.linear_decimals) * unit;
 }
 
 ProgramFormat usual_format(Dialect dialect) {
@@ -251,7 +280,8 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
   const ProgramFormat usual =
       usual_format(program.choice<Dialect>("dialect", kDialectChoices, Dialect::kRs274));
   ProgramFormat result = usual;
-  result.linear_decimals = program.integer("linear_decimals", 1, 6, usual.linear_decimals);
+  read_units(program, result);
+  result.linear_decimals = program.integer("linear_decimals", 1, 6, result.linear_decimals);
   result.rotary_decimals = program.integer("rotary_decimals", 1, 6, usual.rotary_decimals);
   if (program.has("linear_decimals")) result.most_linear_decimals = result.linear_decimals;
   if (program.has("rotary_decimals")) result.most_rotary_decimals = result.rotary_decimals;
@@ -279,6 +309,7 @@ ProgramFormat read_format(const Section& root, std::optional<Dialect> dialect) {
   read_feed(program, usual, result);
   read_path_control(program, usual, result);
   read_retract(program, usual, result);
+  check_feed_unit(program, result);
   result.start = read_lines(program, "start", result.dialect);
   result.end = read_lines(program, "end", result.dialect);
   read_switches(program, usual, result);
@@ -320,6 +351,7 @@ void check_home(const Section& root, const MachineModel& model, const ProgramFor
 
 void describe_format(Description& out, const ProgramFormat& format) {
   out.add("program.dialect", name_of(format.dialect).name);
+  out.add("program.units", format.inches ? "inch" : "mm");
   out.add("program.linear_decimals", format.linear_decimals);
   out.add("program.rotary_decimals", format.rotary_decimals);
   out.add("program.max_line_length", format.max_line_length);

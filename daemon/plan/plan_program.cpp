@@ -26,6 +26,7 @@
 #include "daemon/post/near_singularity.h"
 #include "daemon/post/part_extent.h"
 #include "daemon/post/post.h"
+#include "daemon/post/printed_path.h"
 #include "daemon/post/tcp_start.h"
 #include "kinematics/basics/decimal.h"
 #include "kinematics/basics/tolerance_budget.h"
@@ -71,9 +72,8 @@ JointPathOptions joint_options(config::Job& job, const pathgen::Mesh& part) {
   const Angle lean = Angle::from_radians(strays / job.plan.cutter.shank_length);
   options.axis_tolerance = std::min(options.axis_tolerance, lean.degrees());
   job.machine.format = config::fine_enough(job.machine.format, options.tolerance, options.axis_tolerance);
-  // Under TCP and in planes the linear words are the tip's, so joints are kept finer than what is printed.
-  const bool of_tip = job.machine.format.tcp || job.machine.format.tilted_planes;
-  options.linear_decimals = of_tip ? kTcpDecimals : job.machine.format.linear_decimals;
+  // Joints that become other words are kept finer than what is printed.
+  options.linear_decimals = joint_decimals(job.machine.format);
   options.rotary_decimals = job.machine.format.rotary_decimals;
   options.clear = part_extent(part, job);
   return options;

@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "daemon/post/block_layout.h"
+#include "daemon/post/printed_path.h"
 #include "daemon/post/printed_words.h"
 #include "daemon/post/tcp_start.h"
 #include "kinematics/basics/tolerance_budget.h"
@@ -225,7 +226,8 @@ class Sink {
 /// What the axis may lean moves the shank's end by no more than the tip may stray.
 TcpOptions tcp_options(const config::Job& job) {
   TcpOptions options;
-  options.linear_decimals = job.machine.format.linear_decimals;
+  const config::ProgramFormat& format = job.machine.format;
+  options.linear_decimals = format.inches ? kTcpDecimals : format.linear_decimals;
   const double lean =
       Angle::from_radians(ToleranceBudget(job.plan.tolerance).words() / job.plan.cutter.shank_length)
           .degrees();
@@ -313,8 +315,11 @@ PlannedProgram planned_program(const JointPath& path, const std::vector<AxisRun>
     op.events.clear();
   }
   if (!runs.empty()) return program;
-  if (format.tcp)
-    keep(words_under_tcp(path, job.machine.model, job.setup, tcp_options(job)));
+  JointPath words;
+  if (format.tcp) words = words_under_tcp(path, job.machine.model, job.setup, tcp_options(job));
+  if (format.inches) words = printed_path(format.tcp ? std::move(words) : path, format);
+  if (format.tcp || format.inches)
+    keep(std::move(words));
   else
     program.posting.operations.push_back(std::move(op));
   return program;

@@ -53,6 +53,7 @@ struct DialectTable {
   // Parts of the program
   // `setup` ends what others left in force, too, where the control does so without motion: tilted planes,
   // rotation, TCP.
+  const char *mm = "G21", *inch = "G20";  ///< {units}
   const char *open, *setup, *tool, *spindle, *spindle_off, *flood, *mist, *coolant_off;
   const char *cutter_left, *cutter_right, *cutter_off;  ///< the control's cutter compensation
   Sides sides = Sides::kLine;

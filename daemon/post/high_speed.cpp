@@ -10,7 +10,7 @@
 namespace tiltfeed::daemon {
 namespace {
 
-constexpr int kDecimals = 4;
+constexpr int kDecimals = 4, kInchDecimals = 5;
 
 /// {mode}.
 int mode_of(config::Dialect dialect, config::Smoothing smoothing) {
@@ -21,9 +21,9 @@ int mode_of(config::Dialect dialect, config::Smoothing smoothing) {
 }
 
 /// With the last decimal no more than `value`, and not 0.
-std::string at_most(double value) {
-  const double scale = decimal_scale(kDecimals);
-  return decimal(std::max(std::floor(value * scale + 1e-9), 1.0) / scale, kDecimals);
+std::string at_most(double value, int decimals) {
+  const double scale = decimal_scale(decimals);
+  return decimal(std::max(std::floor(value * scale + 1e-9), 1.0) / scale, decimals);
 }
 
 bool turns_in_cuts(const std::vector<JointMove>& moves) {
@@ -40,9 +40,11 @@ std::vector<std::string> high_speed_lines(const Posting& posting, const Operatio
   const DialectTable& table = table_of(posting.machine.format.dialect);
   const bool turning = turns_in_cuts(op.words->moves);
   const double half = 0.5 * posting.data.smoothing_tolerance;
+  const config::ProgramFormat& format = posting.machine.format;
+  const double within = (turning ? half : 2.0 * half) / config::unit_of(format);
   const Filling filling{{"mode", std::to_string(mode_of(table.dialect, posting.data.smoothing))},
-                        {"within", at_most(turning ? half : 2.0 * half)},
-                        {"leans", at_most(Angle::from_radians(half / op.tool.length).degrees())}};
+                        {"within", at_most(within, format.inches ? kInchDecimals : kDecimals)},
+                        {"leans", at_most(Angle::from_radians(half / op.tool.length).degrees(), kDecimals)}};
   return filled(turning ? table.smooth_on_turning : table.smooth_on, filling);
 }
 

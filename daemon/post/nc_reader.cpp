@@ -19,10 +19,18 @@ namespace {
 using Mistake = std::optional<std::string>;
 // The third decimal of a word rounds by no more, degrees.
 constexpr double kAtHome = 5.1e-4;
+constexpr double kInch = 25.4;
 
 bool of_plane(int tenths, config::Dialect dialect) {
   if (dialect == config::Dialect::kFanuc) return tenths == 531;
   return dialect == config::Dialect::kHaas && (tenths == 2540 || tenths == 2550);
+}
+
+/// Whether a code selects inches, or mm; nothing: neither. On a Heidenhain G73 is a rotation.
+std::optional<bool> unit_code(int tenths) {
+  if (tenths == 200 || tenths == 700 || tenths == 7000) return true;
+  if (tenths == 210 || tenths == 710 || tenths == 7100) return false;
+  return std::nullopt;
 }
 
 class Reader {
@@ -49,6 +57,12 @@ class Reader {
   Mistake apply(const DialectWords& words);
   Mistake codes(const DialectWords& words);
   Mistake one_code(int tenths);
+  double unit() const { return language_.inches ? kInch : 1.0; }
+  Mistake other_unit(bool inches) const {
+    if (inches == language_.inches) return std::nullopt;
+    return inches ? "the program is in inches; post it in mm, or state units: inch in the profile"
+                  : "the program is in mm, and the profile says units: inch";
+  }
   void machine_codes(const DialectWords& words);
   void note_table();
   Mistake begin_plane(Result<TextPlane> plane);
@@ -94,6 +108,9 @@ void Reader::next_tool(int number) {
 /// Lines in words of a Heidenhain dialogue, and those that only set a control up; true when it was one.
 bool Reader::dialogue(const std::string& line, Mistake& mistake) {
   const auto is = [&](const char* head) { return line.starts_with(head); };
+  const bool iso_head = is("%") && language_.dialect == config::Dialect::kHeidenhainIso;
+  if (is("BEGIN PGM") || iso_head)
+    mistake = other_unit(line.ends_with(" INCH") || (iso_head && line.find(" G70") != line.npos));
   if (is("%") || is("BEGIN PGM") || is("END PGM") || is("FGROUP") || is("FGREF") || is("CYCLE832(") ||
       is("CYCL DEF 247") || is("Q339") || is("CYCL DEF 9.0") || is("G247") || is("CYCL DEF 10.0 ROTATION") ||
       line == "CYCL DEF 10.1 ROT+0" || line == "G73 G90 H+0")
@@ -145,6 +162,7 @@ Mistake Reader::begin_plane(Result<TextPlane> plane) {
   if (!plane) return plane.error().message;
   if (tcp_) return "a tilted plane under TCP is not understood";
   if (!known_[3] || !known_[4]) return "a tilted plane before the rotaries are at their place";
+  plane->origin = plane->origin * unit();
   facts_.planes.push_back(*plane);
   tilted_ = static_cast<std::uint32_t>(facts_.planes.size());
   known_[0] = known_[1] = known_[2] = false;
@@ -185,8 +203,8 @@ Mistake Reader::one_code(int tenths) {
   } else if (tenths == 170 || (tenths == 180 && planes) || (tenths == 190 && fanuc)) {
     if (plane_ != tenths / 10) event(EventKind::kPlane, tenths / 10);
     plane_ = tenths / 10;
-  } else if (tenths == 200 || tenths == 700 || tenths == 7000) {
-    return "the program is in inches; post it in mm";
+  } else if (const auto inches = unit_code(tenths)) {
+    return other_unit(*inches);
   } else if (tenths == 20 || tenths == 30) {
     return "arcs are not understood; post with G1 alone";
   } else if (std::find(kNothing.begin(), kNothing.end(), tenths) == kNothing.end() &&
@@ -277,7 +295,7 @@ Mistake Reader::motion(const DialectWords& words) {
     if (elsewhere) continue;
     const double word = words.values.at(letters[i]);
     *places[i] =
-        i < 3 ? word
+        i < 3 ? word * unit()
               : turned(words, letters[i], i == 3 ? language_.tilt_word : language_.rotary_word, *places[i]);
   }
   if (elsewhere || !moves) return std::nullopt;
@@ -292,7 +310,9 @@ Mistake Reader::motion(const DialectWords& words) {
   if (!rapid && inverse_ && !words.has('F')) return "no F: in inverse time every feed move needs one";
   if (!rapid && !(feed_ > 0.0)) return "a feed move without F";
   moved_ = true;
-  operation().blocks.push_back({at_, rapid, tcp_, !rapid && inverse_, rapid ? 0.0 : feed_, line_, tilted_});
+  const bool slides = words.has('X') || words.has('Y') || words.has('Z');
+  const double feed = feed_ * (slides && !inverse_ ? unit() : 1.0);
+  operation().blocks.push_back({at_, rapid, tcp_, !rapid && inverse_, rapid ? 0.0 : feed, line_, tilted_});
   return std::nullopt;
 }
 

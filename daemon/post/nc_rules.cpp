@@ -76,7 +76,7 @@ TextLanguage text_language(const config::MachineProfile& machine) {
   const MachineModel& model = machine.model;
   const config::ProgramFormat& format = machine.format;
   TextLanguage language{format.dialect,  model.tilt.letter, model.rotary.letter,
-                        model.tilt.word, model.rotary.word, {}};
+                        model.tilt.word, model.rotary.word, format.inches};
   for (const std::string& line : {format.retract, format.clamp_tilt, format.unclamp_tilt, format.clamp_rotary,
                                   format.unclamp_rotary, format.through_on, format.through_off})
     add_codes(line, language.own_codes);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "daemon/post/cutter_side.h"
+#include "daemon/post/printed_path.h"
 #include "daemon/post/tcp_start.h"
 #include "kinematics/cl_text/safe_approach.h"
 #include "kinematics/timing/tcp_path.h"
@@ -89,7 +90,7 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
             ": the chords of its arcs, the profile's blend_tolerance_mm and --smoothing take all of the "
             "tolerance; state a larger one (--tolerance)");
   joints.axis_tolerance = format.tcp ? options.axis_tolerance / 2.0 : options.axis_tolerance;
-  joints.linear_decimals = format.tcp || planes ? kTcpDecimals : format.linear_decimals;
+  joints.linear_decimals = joint_decimals(format);
   joints.rotary_decimals = format.rotary_decimals;
   if (!planes) joints.clear = options.clear;  // in a plane no rotary turns
   std::vector<JointMove> all;
@@ -135,8 +136,10 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
     else
       out.report.add(path->report);
     if (format.tcp)
-      *path = words_under_tcp(*path, machine.model, setup,
-                              {format.linear_decimals, options.axis_tolerance / 2.0});
+      *path = words_under_tcp(
+          *path, machine.model, setup,
+          {format.inches ? kTcpDecimals : format.linear_decimals, options.axis_tolerance / 2.0});
+    if (format.inches && !planes) *path = printed_path(std::move(*path), format);
     std::optional<TiltedPlane> plane;
     if (planes) {
       const Joints& at = path->moves.front().joints;

@@ -30,7 +30,8 @@ PrintedWords::PrintedWords(const config::ProgramFormat& format, const MachineMod
       table_(table_of(format.dialect)),
       tilt_(machine.tilt),
       rotary_(machine.rotary),
-      inverse_(!format.tcp && format.feed_mode == config::FeedMode::kInverseTime) {}
+      inverse_(!format.tcp && format.feed_mode == config::FeedMode::kInverseTime),
+      unit_(config::unit_of(format)) {}
 
 char* PrintedWords::number(char* out, double value, int decimals) const {
   char* const end = write_decimal(out, value, decimals);
@@ -63,11 +64,16 @@ char* PrintedWords::turn(char* out, const RotaryAxis& rotary, double from, doubl
   return std::copy(close.begin(), close.end(), out);
 }
 
+char* PrintedWords::slide(char* out, char letter, double place) const {
+  assert(config::printed_place(format_, place) == place);
+  const double word = unit_ == 1.0 ? place : round_decimal(place / unit_, format_.linear_decimals);
+  return axis(out, letter, word, format_.linear_decimals);
+}
+
 char* PrintedWords::axes(char* out, const Joints& from, const Joints& to, bool all) const {
-  const int linear = format_.linear_decimals;
-  if (all || to.x != from.x) out = axis(out, 'X', to.x, linear);
-  if (all || to.y != from.y) out = axis(out, 'Y', to.y, linear);
-  if (all || to.z != from.z) out = axis(out, 'Z', to.z, linear);
+  if (all || to.x != from.x) out = slide(out, 'X', to.x);
+  if (all || to.y != from.y) out = slide(out, 'Y', to.y);
+  if (all || to.z != from.z) out = slide(out, 'Z', to.z);
   if (tilt_.present && (all || to.a != from.a)) out = turn(out, tilt_, from.a, to.a);
   if (rotary_.present && (all || to.c != from.c)) out = turn(out, rotary_, from.c, to.c);
   return out;
@@ -79,17 +85,14 @@ char* PrintedWords::rotaries(char* out, const Joints& to) const {
 }
 
 char* PrintedWords::place(char* out, const Joints& to) const {
-  out = axis(out, 'X', to.x, format_.linear_decimals);
-  return axis(out, 'Y', to.y, format_.linear_decimals);
+  return slide(slide(out, 'X', to.x), 'Y', to.y);
 }
 
-char* PrintedWords::height(char* out, const Joints& to) const {
-  return axis(out, 'Z', to.z, format_.linear_decimals);
-}
+char* PrintedWords::height(char* out, const Joints& to) const { return slide(out, 'Z', to.z); }
 
-/// The way that F per minute measures, mm or degrees.
+/// The way that F per minute measures, in the unit of the linear words or degrees.
 double PrintedWords::way(const Joints& from, const Joints& to) const {
-  const double linear = std::hypot(to.x - from.x, to.y - from.y, to.z - from.z);
+  const double linear = std::hypot(to.x - from.x, to.y - from.y, to.z - from.z) / unit_;
   const double turned = std::hypot(to.a - from.a, to.c - from.c);
   const bool tip_only = format_.tcp || format_.feed_measure == config::FeedMeasure::kXyz;
   if (tip_only) return linear > 0.0 ? linear : turned;
@@ -107,9 +110,11 @@ FeedWord PrintedWords::feed_of(const BlockStep& step) const {
   }
   const bool tip_moves = step.from.x != step.to.x || step.from.y != step.to.y || step.from.z != step.to.z;
   const bool of_tip = format_.tcp || format_.tilted_planes;
-  const double f = of_tip && tip_moves ? step.tip_feed : way(step.from, step.to) * 60.0 / step.seconds;
+  const double f =
+      of_tip && tip_moves ? step.tip_feed / unit_ : way(step.from, step.to) * 60.0 / step.seconds;
   const double least = std::max(kLeastFeed, 1.0 / decimal_scale(table_.feed_decimals));
-  if (!(f <= format_.max_feed)) return {format_.max_feed, true};
+  const double most = format_.max_feed / (tip_moves ? unit_ : 1.0);
+  if (!(f <= most)) return {most, true};
   if (f < least) return {least, true};
   return {f, false};
 }

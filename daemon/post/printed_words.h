@@ -42,6 +42,7 @@ class PrintedWords {
 
  private:
   char* axis(char* out, char letter, double value, int decimals) const;
+  char* slide(char* out, char letter, double place) const;
   char* value(char* out, double value, int decimals) const;
   char* turn(char* out, const RotaryAxis& axis, double from, double to) const;
   char* number(char* out, double value, int decimals) const;
@@ -51,6 +52,7 @@ class PrintedWords {
   const DialectTable& table_;
   const RotaryAxis &tilt_, &rotary_;
   bool inverse_;
+  double unit_;  ///< of the linear words, mm
 };
 
 }  // namespace tiltfeed::daemon

@@ -39,31 +39,36 @@ double over_end(const LinearAxis& axis, double word) {
   return std::max(word - (axis.max - kAtEnd), 0.0) - std::max(axis.min + kAtEnd - word, 0.0);
 }
 
+/// One in the last decimal of a linear word, mm.
+double last_digit(const config::ProgramFormat& format) {
+  return config::unit_of(format) / decimal_scale(format.linear_decimals);
+}
+
 /// Rounded, and not over an end of the axis's travel by that.
-double rounded_within(const LinearAxis& axis, double word, int decimals) {
-  const double rounded = round_decimal(word, decimals), unit = 1.0 / decimal_scale(decimals);
+double rounded_within(const config::ProgramFormat& format, const LinearAxis& axis, double word) {
+  const double rounded = config::printed_place(format, word), unit = last_digit(format);
   const double over = over_end(axis, rounded);
   if (over == 0.0 || std::abs(over) > unit) return rounded;
-  return round_decimal(rounded - std::copysign(unit, over), decimals);
+  return config::printed_place(format, rounded - std::copysign(unit, over));
 }
 
 /// The words under TCP that put the axes at `at`: rounded, and no slide over an end of its travel by that.
 Joints rounded_words(const config::MachineProfile& machine, const Setup& setup, Joints at) {
   const MachineModel& model = machine.model;
-  const int decimals = machine.format.linear_decimals;
+  const config::ProgramFormat& format = machine.format;
   Joints words = at;
   for (int tries = 0; tries < kTries; ++tries) {
     const Vec3 tip = setup.fixture * from_origin(forward(model, setup, at).tip);
-    words.x = round_decimal(tip.x, decimals);
-    words.y = round_decimal(tip.y, decimals);
-    words.z = round_decimal(tip.z, decimals);
+    words.x = config::printed_place(format, tip.x);
+    words.y = config::printed_place(format, tip.y);
+    words.z = config::printed_place(format, tip.z);
     const Joints axes = axes_under_tcp(model, setup, words);
     bool within = true;
     for (const auto& [axis, word] :
          {std::pair{&model.x, &Joints::x}, {&model.y, &Joints::y}, {&model.z, &Joints::z}}) {
       const double over = over_end(*axis, axes.*word);
       if (over == 0.0) continue;
-      at.*word -= over + std::copysign(1.0 / decimal_scale(decimals), over);
+      at.*word -= over + std::copysign(last_digit(format), over);
       within = false;
     }
     if (within) break;
@@ -85,8 +90,8 @@ Joints first_place(const config::MachineProfile& machine, const Setup& setup, co
 Joints place_above(const config::MachineProfile& machine, const Setup& setup, const Joints& tip_words) {
   const config::ProgramFormat& format = machine.format;
   Joints axes = axes_under_tcp(machine.model, setup, tip_words);
-  axes.x = rounded_within(machine.model.x, axes.x, format.linear_decimals);
-  axes.y = rounded_within(machine.model.y, axes.y, format.linear_decimals);
+  axes.x = rounded_within(format, machine.model.x, axes.x);
+  axes.y = rounded_within(format, machine.model.y, axes.y);
   return axes;
 }
 

@@ -19,6 +19,7 @@ struct TextLanguage {
   config::Dialect dialect = config::Dialect::kRs274;
   char tilt = 'A', rotary = 'C';
   RotaryWord tilt_word = RotaryWord::kAccumulate, rotary_word = RotaryWord::kAccumulate;
+  bool inches = false;                  ///< the unit of the linear words
   std::vector<int> own_codes = {};      ///< M codes of the machine's own lines
   std::vector<TableLetter> table = {};  ///< rotaries that carry the work
 };

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "daemon/post/printed_path.h"
 #include "kinematics/basics/decimal.h"
 #include "kinematics/machine/machine.h"
 #include "kinematics/machine/spindle_frame.h"
@@ -155,24 +156,17 @@ void PlaneJoints::add(const JointPath& joints, std::size_t first_move) {
 
 JointPath words_in_plane(const JointPath& joints, const AxisRun& run, const config::MachineProfile& machine,
                          const Setup& setup, const TiltedPlane& plane) {
-  const int decimals = machine.format.linear_decimals;
   const Rotation back = transposed(plane.frame);
-  JointPath out;
-  out.moves.reserve(run.last - run.first);
-  double seconds = 0.0;
-  for (std::size_t i = run.first; i < run.last; ++i) {
-    JointMove move = joints.moves[i];
+  JointPath words;
+  words.moves.assign(joints.moves.begin() + static_cast<std::ptrdiff_t>(run.first),
+                     joints.moves.begin() + static_cast<std::ptrdiff_t>(run.last));
+  words.moves.front().seconds = 0.0;
+  for (JointMove& move : words.moves) {
     const Vec3 tip = back * (setup.fixture * from_origin(forward(machine.model, setup, move.joints).tip));
-    move.joints.x = round_decimal(tip.x, decimals);
-    move.joints.y = round_decimal(tip.y, decimals);
-    move.joints.z = round_decimal(tip.z, decimals);
-    seconds += i == run.first ? 0.0 : move.seconds;
-    if (!out.moves.empty() && move.joints == out.moves.back().joints) continue;
-    move.seconds = std::exchange(seconds, 0.0);
-    out.moves.push_back(move);
-    out.report.seconds += move.seconds;
+    move.joints = {tip.x, tip.y, tip.z, move.joints.a, move.joints.c};
+    words.report.seconds += move.seconds;
   }
-  return out;
+  return printed_path(std::move(words), machine.format);
 }
 
 Joints from_plane(const TiltedPlane& plane, const Joints& words) {

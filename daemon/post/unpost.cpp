@@ -169,8 +169,8 @@ bool Unposter::turns_before(std::size_t path) const {
   // Words are rounded: those of the tip, and the rotaries' at the end of its lever.
   const Vec3 at = from_origin(pose(home, blocks.front()).tip) + setup_.part_zero;
   const double lever = length(at) + length(machine_.model.rotary_to_tilt);
-  const double stands =
-      2.0 * (digit(machine_.format.linear_decimals) + Angle::from_degrees(step).radians() * lever);
+  const double stands = 2.0 * (digit(machine_.format.linear_decimals) * config::unit_of(machine_.format) +
+                               Angle::from_degrees(step).radians() * lever);
   const Joints start = axes_under_tcp(machine_.model, setup_, home);
   for (std::size_t i = 1; i <= path; ++i) {
     const double share = std::min(static_cast<double>(i) / last, 1.0);

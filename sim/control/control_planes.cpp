@@ -33,6 +33,7 @@ ControlReader::Wrong ControlReader::begin_plane(const ReadPlane& plane, bool at_
   if (tcp_) return "a tilted plane under TCP is refused";
   if (!known_[3] || !known_[4]) return "a tilted plane begins before the rotaries are at their place";
   plane_ = Plane{plane, false, {}};
+  plane_->told.origin = plane.origin * unit_;
   return at_once ? turn_to_plane() : std::nullopt;
 }
 
@@ -72,6 +73,7 @@ ControlReader::Wrong ControlReader::plane_place(const ControlWords& words) {
     double& place = i == 0 ? plane_->at->x : i == 1 ? plane_->at->y : plane_->at->z;
     place = words[kLetters[i]];
     if (counts_points_ && !words.has_point(kLetters[i])) place *= 1e-3;
+    place *= unit_;
     known_[i] = true;
   }
   const Vec3 tip = told.origin + told.frame * *plane_->at;

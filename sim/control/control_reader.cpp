@@ -51,6 +51,7 @@ std::string code_text(char letter, int code) {
 
 ControlReader::ControlReader(const config::MachineProfile& machine, const Setup& setup)
     : dialect_(machine.format.dialect),
+      unit_(machine.format.inches ? 25.4 : 1.0),
       counts_points_(dialect_ == config::Dialect::kFanuc || dialect_ == config::Dialect::kHaas),
       model_(machine.model),
       frames_(machine.model, setup),
@@ -73,7 +74,7 @@ void ControlReader::put(std::vector<ControlBlock>& blocks, bool rapid) {
   Block block;
   block.op = rapid ? Op::kRapid : Op::kFeed;
   block.target = at_;
-  block.feed = rapid ? 0.0 : feed_;
+  block.feed = rapid ? 0.0 : feed_ * (slides_ && !inverse_ ? unit_ : 1.0);
   block.inverse_time = !rapid && inverse_;
   block.exact_stop = exact_;
   block.spindle = spindle_;
@@ -135,6 +136,11 @@ ControlReader::Wrong ControlReader::table_away() const {
          " of the table is not at home: the control may count X Y Z from where it stands";
 }
 
+ControlReader::Wrong ControlReader::other_unit(bool inches) const {
+  if (inches == (unit_ != 1.0)) return std::nullopt;
+  return inches ? "the program is in inches" : "the program is in mm, and the profile says units: inch";
+}
+
 ControlReader::Wrong ControlReader::one_code(int tenths) {
   const bool heidenhain = dialect_ == config::Dialect::kHeidenhainIso;
   if (tenths == 0 || tenths == 10) {
@@ -149,7 +155,9 @@ ControlReader::Wrong ControlReader::one_code(int tenths) {
   } else if (tenths == 910) {
     relative_ = true;
   } else if (tenths == 200 || tenths == 700 || tenths == 7000) {
-    return "the program is in inches";
+    return other_unit(true);
+  } else if (tenths == 210 || tenths == 710 || tenths == 7100) {
+    return other_unit(false);
   } else if (tenths == 20 || tenths == 30) {
     return "arcs are refused";
   } else if (!holds(kQuietG, tenths) && !further_offset(tenths, dialect_) && !of_planes(tenths, dialect_)) {
@@ -256,7 +264,7 @@ ControlReader::Wrong ControlReader::motion(const ControlWords& words, std::vecto
     if (counts_points_ && !words.has_point(letter[i])) word *= 1e-3;
     const WordWay way = words.way[static_cast<std::size_t>(letter[i] - 'A')];
     const RotaryAxis& axis = i == 3 ? model_.tilt : model_.rotary;
-    *place[i] = i < 3 ? word : turned(axis, known_[i] ? *place[i] : 0.0, way, word);
+    *place[i] = i < 3 ? word * unit_ : turned(axis, known_[i] ? *place[i] : 0.0, way, word);
     known_[i] = true;
   }
   const bool rapid = plain ? words.named("FMAX") : rapid_;
@@ -264,6 +272,7 @@ ControlReader::Wrong ControlReader::motion(const ControlWords& words, std::vecto
   if (!whole()) return std::nullopt;
   if (!rapid && (!(feed_ > 0.0) || (inverse_ && !words.has('F')))) return "a feed move without F";
   const bool linear = words.has('X') || words.has('Y') || words.has('Z');
+  slides_ = linear;
   if (posted_ && began && (linear || !rapid))
     if (auto far = half_turn(from)) return far;
   put(blocks, rapid);
@@ -278,7 +287,7 @@ bool ControlReader::whole_line(std::string_view line, Wrong& wrong, std::vector<
              iso = dialect_ == config::Dialect::kHeidenhainIso;
   if (line.front() == '%') {
     const bool pair = !iso && dialect_ != config::Dialect::kSiemens;
-    if (iso && line.find(" G70") != line.npos) wrong = "the program is in inches";
+    if (iso && percents_ == 0) wrong = other_unit(line.find(" G70") != line.npos);
     if (++percents_ == 2 && (pair || iso)) ended_ = true;
     return true;
   }
@@ -290,7 +299,7 @@ bool ControlReader::whole_line(std::string_view line, Wrong& wrong, std::vector<
   if (smooths(line, dialect_)) return true;
   if (!plain) return counts_points_ && (is("O") || is(":"));
   if (is("TOOL DEF ")) return true;  // makes the next tool ready
-  if (is("BEGIN PGM") && line.ends_with(" INCH")) wrong = "the program is in inches";
+  if (is("BEGIN PGM")) wrong = other_unit(line.ends_with(" INCH"));
   if (is("END PGM")) ended_ = true;
   if (is("BEGIN PGM") || is("END PGM") || is("BLK FORM") || is("CYCL DEF 247") || is("CYCL DEF 9.0") ||
       is("CYCL DEF 10.0"))

@@ -51,6 +51,7 @@ class ControlReader {
   Wrong tool_call(std::string_view line, std::vector<ControlBlock>& blocks);
   Wrong codes(const ControlWords& words);
   Wrong one_code(int tenths);
+  Wrong other_unit(bool inches) const;
   Wrong names(const ControlWords& words);
   Wrong letters(const ControlWords& words) const;
   Wrong machine_codes(const ControlWords& words, std::vector<ControlBlock>& blocks);
@@ -74,6 +75,7 @@ class ControlReader {
   bool whole() const { return known_[0] && known_[1] && known_[2] && known_[3] && known_[4]; }
 
   config::Dialect dialect_;
+  double unit_;         ///< of the linear words, mm
   bool counts_points_;  ///< numbers without a point are thousandths
   MachineModel model_;
   MoveFrames frames_;
@@ -87,6 +89,7 @@ class ControlReader {
   bool ended_ = false, rapid_ = true, motion_known_ = false, inverse_ = false, tcp_ = false,
        relative_ = false, shortest_ = false, exact_ = false, fresh_ = true, off_path_ = false;
   double feed_ = 0.0, spindle_ = 0.0;
+  bool slides_ = false;  ///< the block has a word of X, Y or Z: F is of the unit a minute, not of degrees
   int selected_ = kToolNotSaid, tool_ = kToolNotSaid;
   Joints at_;
   std::array<bool, 5> known_{};

@@ -33,9 +33,9 @@ void Frame::opening(std::string_view line) {
   if (line == "%" && !std::exchange(percent_, true) && counts_length()) return;
   begun_ = true;
   if (format_.dialect == Dialect::kHeidenhain)
-    opened_ = line.starts_with("BEGIN PGM") && line.ends_with(" MM");
+    opened_ = line.starts_with("BEGIN PGM") && line.ends_with(format_.inches ? " INCH" : " MM");
   else if (format_.dialect == Dialect::kHeidenhainIso)
-    opened_ = line.front() == '%' && says(line, "G71");
+    opened_ = line.front() == '%' && says(line, format_.inches ? "G70" : "G71");
   else
     opened_ = line.front() == 'O' || line.front() == ':' || !counts_length();
 }
@@ -46,9 +46,11 @@ Frame::Wrong Frame::not_opened() const {
            "(the profile's program.percent)";
   if (opened_) return std::nullopt;
   if (format_.dialect == Dialect::kHeidenhain)
-    return "the program does not begin with BEGIN PGM and MM: the control takes no such file, or in inches";
+    return "the program does not begin with BEGIN PGM and the profile's unit: the control takes no such "
+           "file, or in the other unit";
   if (format_.dialect == Dialect::kHeidenhainIso)
-    return "the program does not begin with % and G71: the control takes no such file, or in inches";
+    return "the program does not begin with % and the profile's unit: the control takes no such file, or in "
+           "the other unit";
   return "the program has no O number in front: the control does not take it, or under another number";
 }
 

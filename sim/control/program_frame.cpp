@@ -66,6 +66,8 @@ Frame::Frame(const config::Job& job)
     : job_(job), format_(job.machine.format), retracts_(format_.retract != "none") {
   const auto safe = safe_words(format_.dialect);
   missing_.assign(safe.begin(), safe.end());
+  if (format_.inches)
+    for (std::string_view& word : missing_) word = word == "G21" ? "G20" : word == "G710" ? "G700" : word;
   letters_ = {'X', 'Y', 'Z', job.machine.model.tilt.letter, job.machine.model.rotary.letter};
   clamps_ = bare({format_.clamp_tilt, format_.unclamp_tilt, format_.clamp_rotary, format_.unclamp_rotary});
   start_ = bare(format_.start);

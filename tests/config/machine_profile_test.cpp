@@ -225,7 +225,7 @@ TEST(MachineProfile, DescribesEveryValue) {
       "check: 0 measured places agree\n"
       "bodies: none: the machine itself is not checked for collisions\n"
       "control.look_ahead_blocks: 40\ncontrol.corner_time_ms: 2.5\ncontrol.blend_rotary: false\n"
-      "program.dialect: grbl\nprogram.linear_decimals: 3\nprogram.rotary_decimals: 5\n"
+      "program.dialect: grbl\nprogram.units: mm\nprogram.linear_decimals: 3\nprogram.rotary_decimals: 5\n"
       "program.max_line_length: 70\nprogram.line_numbers: true\n"
       "program.line_number_step: 1\nprogram.line_end: lf\nprogram.percent: false\n"
       "program.max_blocks: 0\nprogram.max_program_bytes: 0\nprogram.tcp: false\n"

@@ -158,13 +158,13 @@ INSTANTIATE_TEST_SUITE_P(
 constexpr double kRoundedTip = 2e-3, kRoundedAxis = 1e-4;
 
 /// Each place of the CL text is met in its order, of `poses`.
-void expect_met(const AptProgram& path, const std::vector<Pose>& poses) {
+void expect_met(const AptProgram& path, const std::vector<Pose>& poses, double within = kRoundedTip) {
   std::size_t at = 0;
   for (const AptOperation& op : path.operations)
     for (const Move& move : op.path.moves) {
       const auto met =
           std::find_if(poses.begin() + static_cast<std::ptrdiff_t>(at), poses.end(), [&](const Pose& pose) {
-            return distance(pose.tip, move.pose.tip) < kRoundedTip &&
+            return distance(pose.tip, move.pose.tip) < within &&
                    length(pose.axis - move.pose.axis) < kRoundedAxis;
           });
       ASSERT_NE(met, poses.end()) << "tip " << move.pose.tip.x << " " << move.pose.tip.y << " "
@@ -206,6 +206,23 @@ TEST_P(PlanePrograms, TheTipIsWhereTheClTextSays) {
     for (const FeedChange& change : op.path.feeds) EXPECT_NEAR(change.feed.mm_per_min(), 800, 0.1);
   }
   expect_met(path_, poses);
+}
+
+TEST_P(PlanePrograms, InInchesTheTipIsThere) {
+  profile_.format.inches = true;
+  ++profile_.format.linear_decimals;
+  const auto text = program_text(path_, profile_, options_);
+  ASSERT_TRUE(text) << text.error().message;
+  const auto read_back = back(*text, profile_);
+  ASSERT_TRUE(read_back) << read_back.error().message;
+  std::vector<Pose> poses;
+  for (const AptOperation& op : read_back->operations) {
+    for (const Move& move : op.path.moves) poses.push_back(move.pose);
+    for (const FeedChange& change : op.path.feeds) EXPECT_NEAR(change.feed.mm_per_min(), 800, 0.1);
+  }
+  expect_met(path_, poses, 3e-3);  // fanuc: half of 0.0001 inch in each word
+  EXPECT_NE(*text, text_);
+  EXPECT_FALSE(back(*text, wide(GetParam()))) << "a profile in mm";
 }
 
 TEST_P(PlanePrograms, WhatItLosesIsFound) {

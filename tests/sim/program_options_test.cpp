@@ -8,6 +8,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "daemon/post/printed_path.h"
+#include "kinematics/basics/decimal.h"
 #include "sim/control/control_reader.h"
 #include "sim/control/program_frame.h"
 #include "tests/texts/dialect_posting.h"
@@ -211,6 +213,68 @@ TEST_P(ProgramOptions, TheNextToolIsMadeReadyBehindTheChange) {
     bad.erase(bad.begin() + static_cast<std::ptrdiff_t>(i));
     EXPECT_NE(fault(bad), "") << i + 1 << ": " << lines[i];
   }
+}
+
+/// The words times 25.4 are those of the same program in mm, within half of a last decimal of each.
+TEST_P(ProgramOptions, InInchesTheProgramSaysTheSame) {
+  const Dialect dialect = GetParam().dialect;
+  if (dialect == Dialect::kRs274 || dialect == Dialect::kGrbl) return;
+  const auto blocks_of = [&](bool inches, std::string& text) {
+    Posting posting = posting_of(GetParam(), {});
+    ProgramFormat& format = posting.machine.format;
+    format.feed_mode = FeedMode::kPerMinute, format.feed_measure = FeedMeasure::kXyz;
+    format.inches = inches;
+    if (inches) ++format.linear_decimals;
+    const JointPath path = printed_path(cut(true), format);
+    const ProgramFormat whole = format;
+    posting = posting_of(GetParam(), {&path});
+    posting.machine.format = whole;
+    job_.machine = posting.machine;
+    job_.setup = posting.operations[0].setup;
+    job_.program = {};
+    job_.program.tool = 3;
+    text = text_of(posting);
+    ProgramText lines;
+    std::istringstream in(text), again(text), moves(text);
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    EXPECT_EQ(fault(lines), "") << text;
+    const auto read = read_nc_program(again, "p.nc", language_of(job_.machine));
+    std::vector<TextBlock> blocks = read ? read->operations.at(0).blocks : std::vector<TextBlock>{};
+    // By the judge's reader, too.
+    ControlReader reader(job_.machine, job_.setup);
+    std::vector<ControlBlock> seen;
+    EXPECT_TRUE(
+        read_control_program(moves, "p.nc", reader, [&](const ControlBlock& b) { seen.push_back(b); }));
+    std::erase_if(seen,
+                  [](const ControlBlock& b) { return b.block.op != Op::kFeed && b.block.op != Op::kRapid; });
+    EXPECT_GE(seen.size(), 4u);
+    const auto& last = seen[seen.size() - 2].block.target;  // the retract is behind it
+    EXPECT_NEAR(last.x, blocks.back().words.x, 1e-9);
+    EXPECT_NEAR(seen[seen.size() - 3].block.feed, blocks[blocks.size() - 2].feed, 1e-9);
+    return blocks;
+  };
+  std::string mm_text, inch_text;
+  const auto mm = blocks_of(false, mm_text), inch = blocks_of(true, inch_text);
+  ASSERT_EQ(mm.size(), inch.size());
+  const double half = 25.4 * 0.5 / decimal_scale(profile_of(GetParam()).format.linear_decimals + 1);
+  for (std::size_t i = 0; i < mm.size(); ++i) {
+    for (double Joints::*place : {&Joints::x, &Joints::y, &Joints::z})
+      EXPECT_NEAR(inch[i].words.*place, mm[i].words.*place, half + 1e-9) << i;
+    EXPECT_EQ(inch[i].words.c, mm[i].words.c);
+    // F has five digits in either unit, and ways are rounded.
+    EXPECT_NEAR(inch[i].feed, mm[i].feed, 2e-3 * mm[i].feed + 1e-9) << i;
+  }
+  const char* const unit = dialect == Dialect::kSiemens         ? "G700"
+                           : dialect == Dialect::kHeidenhain    ? "PGM PART_7 INCH"
+                           : dialect == Dialect::kHeidenhainIso ? "G70"
+                                                                : "G20";
+  EXPECT_NE(inch_text.find(unit), std::string::npos);
+  EXPECT_NE(inch_text, mm_text);
+  // A judge whose profile has the other unit.
+  ProgramText lines;
+  std::istringstream in(mm_text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  EXPECT_NE(fault(lines), "");
 }
 
 TEST(ProgramOptionsOfAJob, AreRefusedWhereTheControlHasNone) {
