@@ -113,6 +113,7 @@ std::string report_json(const PlanOutcome& o) {
   json["blocks"] = o.program.blocks;
   json["program_bytes"] = o.program.bytes;
   json["clamped_feeds"] = o.program.clamped_feeds;
+  json["tilted_planes"] = o.program.planes;
   json["machining_seconds"] = o.timing.seconds;
   json["programmed_seconds"] = o.joints.seconds;
   json["slowed_blocks"] = o.timing.slowed;
@@ -176,6 +177,10 @@ std::string motion_text(const MotionOutcome& o) {
   if (m.rotary.present)
     text += formatted(", %c winds up by %.1f turns", m.rotary.letter, rotary_turns(o.joints));
   text += "\n";
+  if (o.program.planes > 0)
+    text += formatted("in %llu tilted %s of the control: come to from the retract each\n",
+                      static_cast<unsigned long long>(o.program.planes),
+                      o.program.planes == 1 ? "plane" : "planes");
   if (o.joints.reconfigurations > 0)
     text += formatted(
         "warning: the tool is taken off the part %llu times to turn %c back or %c over: look for marks\n",

@@ -282,7 +282,12 @@ Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
                        tbb::filter_mode::parallel, [&](std::size_t index) { return text.piece(index); }) &
                    tbb::make_filter<Piece, void>(tbb::filter_mode::serial_in_order,
                                                  [&](const Piece& piece) { sink.take(piece); }));
-  return sink.result();
+  Result<ProgramReport> result = sink.result();
+  if (result)
+    result->planes =
+        static_cast<std::uint64_t>(std::count_if(posting.operations.begin(), posting.operations.end(),
+                                                 [](const Operation& op) { return op.plane.has_value(); }));
+  return result;
 }
 
 PlannedProgram planned_program(const JointPath& path, const std::vector<AxisRun>& runs,

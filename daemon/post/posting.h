@@ -18,6 +18,7 @@ struct ProgramReport {
   std::uint64_t blocks = 0;         ///< motion blocks written
   std::uint64_t clamped_feeds = 0;  ///< F limited to the control's range
   std::uint64_t bytes = 0;
+  std::uint64_t planes = 0;  ///< tilted planes that it is in; 0: none
 };
 
 /// Largest relative error of a printed F, where the dialect's decimals of F allow it.

@@ -77,9 +77,13 @@ class PlanePrograms : public testing::TestWithParam<PlaneShop> {
     options_.setup.part_zero = {12, -7, 30};
     options_.setup.fixture = fixture_of({0, 0, 90});
     path_ = three_ways(profile_, options_.setup);
-    const auto text = program_text(path_, profile_, options_);
-    ASSERT_TRUE(text) << text.error().message;
-    text_ = *text;
+    const auto posted = post(path_, "in.cls", profile_, options_);
+    ASSERT_TRUE(posted) << posted.error().message;
+    std::ostringstream out;
+    const auto written = write_program(posted->posting, out);
+    ASSERT_TRUE(written) << written.error().message;
+    EXPECT_EQ(written->planes, 6u);
+    text_ = out.str();
     job_.machine = profile_;
     job_.setup = options_.setup;
     job_.setup.tool_length = path_.operations[0].path.tool.length;
