@@ -15,6 +15,7 @@
 #include "config/job.h"
 #include "config/job_inputs.h"
 #include "config/output_file.h"
+#include "daemon/plan/header_figures.h"
 #include "daemon/plan/part_size.h"
 #include "daemon/plan/path_drawing.h"
 #include "daemon/plan/plan_report.h"
@@ -41,11 +42,6 @@
 namespace tiltfeed::daemon {
 namespace {
 
-// The header's word on the proof: of this length, so that it can be filled in when all is written and held.
-constexpr std::string_view kNotProvenYet = "proof of this program is still to be made";
-constexpr std::string_view kNoProof = "no proof, as --no-proof says";
-constexpr std::size_t kHeader = 8192;  // bytes in which that word is
-
 /// Wall time of the stages that are run here.
 class StageClock {
  public:
@@ -53,7 +49,13 @@ class StageClock {
   auto time(const char* stage, Function function) {
     const auto start = std::chrono::steady_clock::now();
     auto result = function();
-    times.push_back({stage, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()});
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const auto before = std::find_if(times.begin(), times.end(),
+                                     [&](const pathgen::StageTime& one) { return one.stage == stage; });
+    if (before != times.end())
+      before->seconds += seconds;
+    else
+      times.push_back({stage, seconds});
     return result;
   }
   std::vector<pathgen::StageTime> times;
@@ -79,27 +81,6 @@ JointPathOptions joint_options(config::Job& job, const pathgen::Mesh& part) {
   return options;
 }
 
-/// The program's first bytes, as they are written.
-std::string head_of(config::OutputFile& file) {
-  std::string head(kHeader, '\0');
-  const ssize_t size = ::pread(file.descriptor(), head.data(), head.size(), 0);
-  head.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
-  return head;
-}
-
-/// Puts the figures where the header says that they are still to come.
-Result<void> state_figures(config::OutputFile& file, const ProofFigures& figures) {
-  const std::string text = head_of(file);
-  const std::size_t at = text.find(kNotProvenYet);
-  if (at == text.npos) return fail(Code::kIo, "the program's header has no place for the proof's figures");
-  std::array<char, 80> words;
-  std::snprintf(words.data(), words.size(), "proof gouge %.4f mm moves %llu", figures.gouge,
-                static_cast<unsigned long long>(figures.moves));
-  std::string filled = words.data();
-  filled.resize(kNotProvenYet.size(), ' ');
-  return file.overwrite(at, filled);
-}
-
 /// The whole way, stage by stage.
 class Planning {
  public:
@@ -111,6 +92,8 @@ class Planning {
   Result<void> load();
   Result<void> plan_path();
   Result<void> open_program();
+  Result<void> program();
+  int tilt_side() const;
   Result<void> find_joints();
   Result<JointPath> joints_of(ToolPath& path, const JointPathOptions& options);
   Result<void> find_path_joints(const pathgen::Mesh& held, const JointPathOptions& options);
@@ -132,7 +115,7 @@ class Planning {
   pathgen::CheckedMesh part_;
   std::optional<pathgen::Mesh> held_;  ///< part and fixtures, where there are any
   pathgen::Plan planned_;
-  SingularityBendReport bend_;
+  std::optional<SingularityBendReport> bend_;
   JointPath joints_;
   std::optional<std::vector<AxisRun>> runs_;  ///< of joints_: the program is in tilted planes
   ToolPath printed_;                          ///< with runs_: what the blocks' moves count
@@ -192,6 +175,40 @@ Result<void> Planning::plan_path() {
   return {};
 }
 
+/// On which side of home the tilt leans most; 0: it stands at home.
+int Planning::tilt_side() const {
+  const RotaryAxis& tilt = job_->machine.model.tilt;
+  double most = 0.0;
+  for (const JointMove& move : joints_.moves)
+    if (const double lean = move.joints.a - tilt.zero; std::abs(lean) > std::abs(most)) most = lean;
+  return tilt.present ? (most > 0.0) - (most < 0.0) : 0;
+}
+
+/// Joints, text and proof. Where bodies of the machine come too near to the part or to fixtures the tilt may
+/// stand on its other side: the tool goes the same way, the head and the table are turned round it.
+Result<void> Planning::program() {
+  const auto once = [&]() -> Result<void> {
+    for (const auto stage : {&Planning::open_program, &Planning::find_joints, &Planning::write})
+      if (auto done = (this->*stage)(); !done) return done;
+    return {};
+  };
+  auto first = once();
+  const int side = tilt_side();
+  const std::string collision = prover_ ? prover_->collision() : "";
+  if (first || collision.empty() || side == 0 || joints_.report.reconfigurations > 0) return first;
+  outputs_.clear();
+  prover_.reset();
+  job_->machine.model.preferred_tilt = -side;
+  note("bodies come too near to each other; the tilt is tried on its other side");
+  const auto second = once();
+  if (!second) return second.error().code == Code::kCancelled ? second : first;
+  if (tilt_side() == side) return first;
+  planned_.report.warnings.push_back(
+      "the tilt stands on its other side. On the side that was taken first these come too near: " +
+      collision);
+  return {};
+}
+
 /// The prover takes in the part while joints are found and blocks are printed.
 Result<void> Planning::open_program() {
   auto file = config::OutputFile::open(files_.program);
@@ -207,7 +224,7 @@ Result<void> Planning::open_program() {
 }
 
 Result<void> Planning::find_joints() {
-  bend_ = clock_.time("pole", [&] { return bend_near_singularity(*job_, part_, planned_.path); });
+  if (!bend_) bend_ = clock_.time("pole", [&] { return bend_near_singularity(*job_, part_, planned_.path); });
   const pathgen::Mesh& held = held_ ? *held_ : part_.mesh;
   if (job_->machine.format.tilted_planes) runs_ = axis_runs(planned_.path);
   if (runs_) job_->machine.format = config::in_tilted_planes(job_->machine.format);
@@ -339,7 +356,7 @@ Result<void> Planning::report() {
   const PlanOutcome outcome{*job_,
                             part_,
                             planned_.report,
-                            bend_,
+                            *bend_,
                             joints_.report,
                             program_,
                             timing_,
@@ -359,9 +376,8 @@ Result<void> Planning::report() {
 }
 
 Result<std::string> Planning::run() {
-  for (const auto stage :
-       {&Planning::load, &Planning::plan_path, &Planning::open_program, &Planning::find_joints,
-        &Planning::write, &Planning::write_others, &Planning::report})
+  for (const auto stage : {&Planning::load, &Planning::plan_path, &Planning::program, &Planning::write_others,
+                           &Planning::report})
     if (auto done = (this->*stage)(); !done) return tl::unexpected(done.error());
   return told_;
 }

@@ -22,7 +22,8 @@ namespace {
 // In the process that is started; what it gets lies above, so that nothing is overwritten on the way.
 constexpr int kProgram = 3, kFirstOwn = 10;
 constexpr int kLook = 100;  // ms between looks at whether the user wants it to end
-constexpr std::string_view kProgress = "progress ", kSpeaker = "tiltfeed-sim prove: ";
+constexpr std::string_view kProgress = "progress ",
+                           kSpeaker = "tiltfeed-sim prove: ", kCollision = ": collision: ";
 
 /// A pipe whose ends lie above what the process that is started has.
 bool open_pipe(std::array<int, 2>& ends) {
@@ -99,7 +100,8 @@ Result<ProofProcess> ProofProcess::start(const ProofRequest& request, int progra
 ProofProcess::ProofProcess(ProofProcess&& other) noexcept
     : pid_(std::exchange(other.pid_, -1)),
       tell_(std::exchange(other.tell_, -1)),
-      hear_(std::exchange(other.hear_, -1)) {}
+      hear_(std::exchange(other.hear_, -1)),
+      collision_(std::move(other.collision_)) {}
 
 ProofProcess::~ProofProcess() {
   close_all({tell_, hear_});
@@ -152,6 +154,10 @@ Result<ProofFigures> ProofProcess::finish(const StageProgress& progress) {
     figures.moves = moves;
     if (const auto end = said->find('\n'); end != said->npos) figures.collisions = said->substr(end + 1);
     return figures;
+  }
+  if (const auto at = said->find(kCollision); at != said->npos) {
+    collision_ = said->substr(at + kCollision.size());
+    collision_.resize(std::min(collision_.find('\n'), collision_.size()));
   }
   if (said->starts_with(kSpeaker)) said->erase(0, kSpeaker.size());
   if (WIFSIGNALED(status)) *said += " (ended by signal " + std::to_string(WTERMSIG(status)) + ")";

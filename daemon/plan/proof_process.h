@@ -38,11 +38,15 @@ class ProofProcess {
   /// The program is whole now; waits for the proof. Errors: kInput: a gouge, or words that are not
   /// understood, with file and line; kIo; kCancelled.
   Result<ProofFigures> finish(const StageProgress& progress);
+  /// Where finish() has failed for bodies that come too near to each other, not for a gouge or a word: the
+  /// first place in words. Else empty.
+  const std::string& collision() const { return collision_; }
 
  private:
   ProofProcess(int pid, int tell, int hear) : pid_(pid), tell_(tell), hear_(hear) {}
   Result<std::string> listen(const StageProgress& progress);
   int pid_ = -1, tell_ = -1, hear_ = -1;
+  std::string collision_;
 };
 
 }  // namespace tiltfeed::daemon
