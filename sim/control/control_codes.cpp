@@ -59,6 +59,10 @@ ControlReader::Wrong ControlReader::tool_call(std::string_view line, std::vector
     number = std::min(number * 10 + (rest[digits++] - '0'), 99'999'999);
   if (digits > 0) selected_ = tool_ = number, put_code(blocks, 6);
   if (auto bad = take_apart(rest.substr(digits), words)) return bad;
+  for (std::size_t i = 0; i < words.name_count; ++i)
+    if (words.names[i] != "Z")
+      return "\"" + std::string(words.names[i]) +
+             "\" in a tool call is not understood: it changes the tool's axis or size";
   if (words.has('S')) spindle_ = words['S'];
   return std::nullopt;
 }

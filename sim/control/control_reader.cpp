@@ -17,9 +17,9 @@ constexpr std::array kQuietG{170, 210,  400,  430,  490,  540,  550,  560,  570,
 // The third decimal of a word rounds by no more, degrees.
 constexpr double kAtHome = 5.1e-4;
 // Names that end what others may have left on, and words of motion without a number.
-constexpr std::array<std::string_view, 14> kQuietNames{"TRAORI", "TRAFOOF", "TOROTOF", "PAROTOF", "TRANS",
-                                                       "ROT",    "ORIMKS",  "ORIAXES", "SUPA",    "FMAX",
-                                                       "L",      "SOFT",    "BRISK",   "RESET"};
+constexpr std::array<std::string_view, 11> kSiemensNames{
+    "TRAORI", "TRAFOOF", "TOROTOF", "PAROTOF", "TRANS", "ROT", "ORIMKS", "ORIAXES", "SUPA", "SOFT", "BRISK"};
+constexpr std::array<std::string_view, 2> kDialogueNames{"FMAX", "L"};
 
 template <class List, class Item>
 bool holds(const List& list, const Item& item) {
@@ -182,7 +182,10 @@ ControlReader::Wrong ControlReader::names(const ControlWords& words) {
     const bool plane = dialect_ == config::Dialect::kSiemens && name.starts_with("CYCLE800(");
     const bool measure =
         plane || name.starts_with("FGROUP(") || name.starts_with("FGREF[") || name.starts_with("CYCLE832(");
-    if (!measure && !holds(kQuietNames, name)) return "\"" + std::string(name) + "\" is not understood";
+    const bool known = dialect_ == config::Dialect::kSiemens
+                           ? holds(kSiemensNames, name)
+                           : dialect_ == config::Dialect::kHeidenhain && holds(kDialogueNames, name);
+    if (!measure && !known) return "\"" + std::string(name) + "\" is not understood";
     // With words behind them they shift or turn the part.
     if ((name == "TRANS" || name == "ROT") && words.seen != 0)
       return std::string(name) + " with axis words is refused";

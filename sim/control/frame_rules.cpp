@@ -139,6 +139,28 @@ Frame::Wrong Frame::planes(std::string_view line, const ControlWords& words) {
   return std::nullopt;
 }
 
+/// A move to a place in machine coordinates is the profile's retract: another place is in the way of
+/// something, or over the end of a travel.
+Frame::Wrong Frame::retract(std::string_view line, const ControlWords& words) {
+  retracted_ = retracted_ || words.has('Z');
+  if (!posted_) return std::nullopt;
+  if (tcp_) return "a move in machine coordinates comes before TCP is ended";
+  if (format_.retract != "default") {
+    if (line == own_retract_) return std::nullopt;
+    return "a move in machine coordinates that is not the profile's program.retract";
+  }
+  if (words.named("SUPA") && words.has('Z') && !(words.has('D') && words['D'] == 0.0))
+    return "a retract without D0: the tool's length counts there, too";
+  const bool others = std::any_of(letters_.begin(), letters_.end(), [&](char letter) {
+    return letter != kNoLetter && letter != 'Z' && words.has(letter);
+  });
+  const double place = tnc() ? -1.0 : 0.0;
+  if (others || !words.has('Z') || words['Z'] != place || words.has_m(92))
+    return "a retract moves Z alone, to " + std::to_string(static_cast<int>(place)) +
+           " in machine coordinates; this line goes elsewhere";
+  return std::nullopt;
+}
+
 Frame::Wrong Frame::tool(std::string_view line, const ControlWords& words) {
   const bool call = format_.dialect == Dialect::kHeidenhain;
   const int number = call             ? number_after(line, "TOOL CALL ")
@@ -148,6 +170,9 @@ Frame::Wrong Frame::tool(std::string_view line, const ControlWords& words) {
   // Behind a change the next tool is only made ready.
   if (number < 0 || words.has_g(510) || (format_.preselects && changed_ && stands)) return std::nullopt;
   const bool length_left = std::exchange(length_on_, false) && counts_length();
+  if (tool_ == 0 && job_.program.tool > 0 && number != job_.program.tool)
+    return "tool " + std::to_string(number) + " is called, the job's program.tool is " +
+           std::to_string(job_.program.tool);
   tool_ = number, length_called_ = false;
   changed_ = tnc();  // there the call is the change
   if (changed_) next_tool_ = false;

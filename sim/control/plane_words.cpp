@@ -61,6 +61,7 @@ Wrong read_cycle800(std::string_view call, ReadPlane& plane) {
   if (parts.size() != 15) return "CYCLE800 wants 15 values";
   std::array<double, 15> value{};
   for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (i == kSwivel && parts[i] == "\"0\"") return "CYCLE800 with \"0\" ends the swivel data";
     if (i == kSwivel) continue;  // the name of the swivel data
     const auto number = number_of(parts[i]);
     if (!number) return "\"" + std::string(parts[i]) + "\" in CYCLE800 is no number";

@@ -91,7 +91,8 @@ Frame::Wrong Frame::take(std::string_view text) {
   const bool plain_block = line.find_first_of("GMTHDSPQRN=(") == line.npos && line.front() != 'L';
   if (plain_block)
     if (auto wrong = read_waiting(0)) return wrong;
-  if (plain_block && moved_ && !retracted_) return std::nullopt;
+  const bool stands = !spindle_ && job_.spindle_rpm > 0.0;
+  if (plain_block && moved_ && !retracted_ && !stands) return std::nullopt;
   if (!moved_ && started_ < start_.size() && line == start_[started_] && set_up()) {
     ++started_;
     return std::nullopt;
@@ -142,6 +143,10 @@ Frame::Wrong Frame::read(std::string_view line) {
   if (auto wrong = length_register(words); wrong && posted_) return wrong;
   if (words.has_g(900) || words.has_g(910)) relative_ = words.has_g(910);
   if (auto wrong = planes(line, words); wrong && posted_) return wrong;
+  if (posted_ && counts_length() && words.has_g(490) && moved_ && !retracted_ && length_on_)
+    return "the tool's length ends before the tool is retracted";
+  if (words.has_m(3) || words.has_m(4)) spindle_ = true;
+  if (words.has_m(5)) spindle_ = false;
   if (words.has_g(490)) length_on_ = length_called_ = false;
   if (words.has_g(430) || words.has_g(434) || words.has_g(2340)) length_on_ = true;
   if (words.has_m(6) || (format_.dialect == Dialect::kGrbl && words.has_m(0)))
@@ -160,13 +165,10 @@ Frame::Wrong Frame::read(std::string_view line) {
   if (!axes || words.has_g(40) || words.has_g(682)) return std::nullopt;
   if (words.has_g(530) || words.has_g(280) || words.named("SUPA") ||
       (tnc() && (words.has_m(91) || words.has_m(92)))) {
-    retracted_ = retracted_ || words.has('Z');
-    if (posted_ && tcp_) return "a move in machine coordinates comes before TCP is ended";
-    if (posted_ && line != own_retract_ && words.named("SUPA") && words.has('Z') &&
-        !(words.has('D') && words['D'] == 0.0))
-      return "a retract without D0: the tool's length counts there, too";
-    return std::nullopt;
+    return retract(line, words);
   }
+  if (posted_ && !spindle_ && job_.spindle_rpm > 0.0)
+    return "axes move while the spindle stands, and the job's feeds.spindle_rpm is not 0";
   if (posted_ && frames_dropped_) return "TRAORI has dropped the work offset, and it is not called again";
   const bool first = !std::exchange(moved_, true);
   if (first && posted_)

@@ -277,6 +277,56 @@ TEST_P(ProgramOptions, InInchesTheProgramSaysTheSame) {
   EXPECT_NE(fault(lines), "");
 }
 
+/// Damage that leaves every place of the path as it is: the retract elsewhere, another tool, a spindle that
+/// stands.
+TEST_P(ProgramOptions, WhatTheMachineWouldDoOtherwiseIsFound) {
+  const Dialect dialect = GetParam().dialect;
+  const bool tnc = dialect == Dialect::kHeidenhain || dialect == Dialect::kHeidenhainIso;
+  ProgramText lines = text(false, {});
+  job_.spindle_rpm = 8000;
+  ASSERT_EQ(fault(lines), "");
+  const auto damaged = [&](const std::string& line_with, const std::string& from, const std::string& to) {
+    bool seen = false;
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      const std::size_t at = lines[i].find(from);
+      if (lines[i].find(line_with) == std::string::npos || at == std::string::npos ||
+          lines[i].find("TILTFEED") != std::string::npos || lines[i].find("M30") != std::string::npos)
+        continue;
+      seen = true;
+      ProgramText bad = lines;
+      bad[i].replace(at, from.size(), to);
+      EXPECT_NE(fault(bad), "") << bad[i];
+    }
+    EXPECT_TRUE(seen) << line_with;
+  };
+  const std::string retract = dialect == Dialect::kFanuc     ? "G28"
+                              : dialect == Dialect::kSiemens ? "SUPA"
+                              : tnc                          ? "M91"
+                                                             : "G53";
+  damaged(retract, tnc ? "Z-1" : "Z0", "Z-300");
+  damaged(retract, tnc ? "Z-1" : "Z0", tnc ? "X+0 Z-1" : "X0 Z0");
+  if (tnc) damaged(retract, "M91", "M92");
+  const std::string tool = dialect == Dialect::kHeidenhain ? "CALL 3" : "T3";
+  damaged(tool, tool, tool.substr(0, tool.size() - 1) + "8");
+  if (dialect == Dialect::kHeidenhain) {
+    damaged(tool, "CALL 3 Z", "CALL 3 Z DL+5");
+    damaged(tool, "CALL 3 Z", "CALL 3 X");
+  }
+  if (dialect == Dialect::kHeidenhainIso) damaged("G01", "F", "FMAX F");
+  // The spindle never starts, or stops on the way.
+  damaged("M3", "M3", "M5");
+  ProgramText bad = lines;
+  const auto cut = std::find_if(bad.begin(), bad.end(), [](const std::string& line) {
+    return line.find("X10") != line.npos || line.find("X+10") != line.npos;
+  });
+  ASSERT_NE(cut, bad.end());
+  const std::string number = dialect == Dialect::kHeidenhain ? "99 " : "";
+  bad.insert(cut, number + "M5" + (dialect == Dialect::kHeidenhainIso ? "*" : ""));
+  EXPECT_NE(fault(bad), "");
+  job_.spindle_rpm = 0;
+  EXPECT_EQ(fault(bad), "") << "a job without a spindle's speed says nothing of it";
+}
+
 TEST(ProgramOptionsOfAJob, AreRefusedWhereTheControlHasNone) {
   ProgramData data;
   data.coolant = Coolant::kThrough, data.smoothing = Smoothing::kFinish, data.length_register = 4;
