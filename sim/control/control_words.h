@@ -30,7 +30,8 @@ struct ControlWords {
       names;  ///< words of several letters, with what stands in their brackets
   std::size_t name_count = 0;
 
-  bool has(char letter) const { return (seen >> (letter - 'A') & 1U) != 0; }
+  /// Of kNoLetter, too: an axis that the machine does not have has no word.
+  bool has(char letter) const { return letter >= 'A' && (seen >> (letter - 'A') & 1U) != 0; }
   bool has_point(char letter) const { return (pointed >> (letter - 'A') & 1U) != 0; }
   double operator[](char letter) const { return value[static_cast<std::size_t>(letter - 'A')]; }
   bool has_g(int tenths) const;
