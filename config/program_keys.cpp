@@ -1,7 +1,9 @@
 #include "config/program_keys.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <sstream>
 
 #include "config/enum_words.h"
 #include "config/program_lines.h"
@@ -180,6 +182,23 @@ void read_path_control(const Section& program, const ProgramFormat& usual, Progr
     program.unused("blend_tolerance_mm", "unless path_control is blend");
 }
 
+/// M codes of the machine builder's, with blanks between: none that stops, changes tools, turns the spindle,
+/// or runs another program.
+std::string read_switch(const Section& program, const char* key) {
+  constexpr std::array kTaken{0,  1,  2,  3,  4,  5,   6,   19,  30,  60,  91, 92,
+                              94, 96, 97, 98, 99, 126, 127, 128, 129, 140, 198};
+  const std::string text = read_words(program, key, "");
+  std::istringstream in(text);
+  for (std::string word; in >> word;) {
+    const bool code = word.size() >= 2 && word.size() <= 4 && word[0] == 'M' &&
+                      word.find_first_not_of("0123456789", 1) == word.npos;
+    if (code && std::find(kTaken.begin(), kTaken.end(), std::stoi(word.substr(1))) == kTaken.end()) continue;
+    program.complain(key, "expected M codes that switch the coolant, as M88, found \"" + word + "\"");
+    break;
+  }
+  return text;
+}
+
 void read_switches(const Section& program, const ProgramFormat& usual, ProgramFormat& format) {
   format.clamp_tilt = read_words(program, "clamp_tilt", "");
   format.unclamp_tilt = read_words(program, "unclamp_tilt", "");
@@ -192,11 +211,14 @@ void read_switches(const Section& program, const ProgramFormat& usual, ProgramFo
   format.preselects = program.flag("preselect_tools", usual.preselects);
   if (format.preselects && format.dialect == Dialect::kGrbl)
     program.complain("preselect_tools", "grbl changes no tools by itself; expected false");
-  format.through_on = read_words(program, "through_coolant_on", usual.through_on);
-  format.through_off = read_words(program, "through_coolant_off", usual.through_off);
+  format.through_on = read_switch(program, "through_coolant_on");
+  format.through_off = read_switch(program, "through_coolant_off");
   if (format.through_on.empty() != format.through_off.empty())
     program.complain("through_coolant_on",
                      "through_coolant_on and through_coolant_off belong together; state both or none");
+  else if (!format.through_on.empty() && format.through_on == format.through_off)
+    program.complain("through_coolant_off", "is the same as through_coolant_on");
+  if (format.through_on.empty()) format.through_on = usual.through_on, format.through_off = usual.through_off;
 }
 
 /// What a profile states of another control's text says nothing of this one's, but the machine's clamps

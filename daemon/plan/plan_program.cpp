@@ -227,6 +227,10 @@ Result<void> Planning::find_joints() {
   if (!bend_) bend_ = clock_.time("pole", [&] { return bend_near_singularity(*job_, part_, planned_.path); });
   const pathgen::Mesh& held = held_ ? *held_ : part_.mesh;
   if (job_->machine.format.tilted_planes) runs_ = axis_runs(planned_.path);
+  if (job_->machine.format.tilted_planes && !runs_)
+    note(
+        "no tilted planes: a rotary turns in a cut, and the program is posted as if the profile did not ask "
+        "for them");
   if (runs_) job_->machine.format = config::in_tilted_planes(job_->machine.format);
   job_->machine.format.tilted_planes = runs_.has_value();
   const JointPathOptions options = joint_options(*job_, held);

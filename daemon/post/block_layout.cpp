@@ -167,7 +167,11 @@ void Writer::begin(const Operation& op, bool first) {
   if (!first) leave();
   retract();
   if (first) lines(table_.plane_off);
-  if (!first && op.plane) lines(table_.plane_done);
+  // What others left on, where the words above do not end it.
+  const bool ended =
+      first && (*table_.plane_off == '\0' ? table_.numbering != Numbering::kOptional
+                                          : table_.plane_off == std::string_view(table_.plane_done));
+  if (op.plane && !ended) lines(table_.plane_done);
   if (!first && smooths_) lines(table_.smooth_off);
   if (!first) tool_comments(op);
   if (op.tool_number > 0)

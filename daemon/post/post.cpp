@@ -107,6 +107,12 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
                                     config::name_of(format.dialect).name +
                                     " takes the length of the tool that is called and cannot be told a "
                                     "register; where it is the tool's own, say --ignore ADJUST");
+    if (planes && !options.clear.height && stated.path.moves.back().kind != MoveKind::kRapid)
+      return fail(Code::kInput,
+                  name + ":" + std::to_string(stated.lines.back()) +
+                      ": the tool is to be retracted along the machine's Z here, between two planes or at "
+                      "the end, and has not left its cut; end it with a rapid off the part, or state "
+                      "--clear-height");
     AptOperation op = options.clear.height
                           ? with_safe_approach(stated, machine.model, setup, *options.clear.height)
                           : stated;

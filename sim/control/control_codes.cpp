@@ -13,6 +13,13 @@ constexpr std::array kRefusedM{94, 97, 98, 99, 140};
 
 }  // namespace
 
+/// Lines of the profile's own are not asked.
+bool ControlReader::posts(int code) const {
+  constexpr std::array kPlaces{91, 92, 126, 127, 128, 129};
+  return code <= 9 || code == 30 ||
+         (tnc() && std::find(kPlaces.begin(), kPlaces.end(), code) != kPlaces.end());
+}
+
 ControlReader::Wrong ControlReader::machine_codes(const ControlWords& words,
                                                   std::vector<ControlBlock>& blocks) {
   if (words.has('T') && !words.has_g(510)) {
@@ -25,6 +32,9 @@ ControlReader::Wrong ControlReader::machine_codes(const ControlWords& words,
     const int code = words.m[i];
     if (std::find(kRefusedM.begin(), kRefusedM.end(), code) != kRefusedM.end())
       return "M" + std::to_string(code) + " is refused: it moves, or runs another program";
+    if (posted_ && !retract_ && !posts(code))
+      return "M" + std::to_string(code) +
+             " is no word of a posted program, and no line of the profile is this one";
     if (code == 6) tool_ = selected_;
     if (code == 128 || code == 129)
       if (auto wrong = set_tcp(code == 128)) return wrong;

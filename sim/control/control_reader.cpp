@@ -60,7 +60,8 @@ ControlReader::ControlReader(const config::MachineProfile& machine, const Setup&
   known_[4] = !model_.rotary.present;
   const config::ProgramFormat& f = machine.format;
   const auto bare = [&](const std::string& text) { return std::string(bare_line(text, dialect_, room_)); };
-  own_lines_ = {bare(f.clamp_tilt), bare(f.unclamp_tilt), bare(f.clamp_rotary), bare(f.unclamp_rotary)};
+  own_lines_ = {bare(f.clamp_tilt),     bare(f.unclamp_tilt), bare(f.clamp_rotary),
+                bare(f.unclamp_rotary), bare(f.through_on),   bare(f.through_off)};
   for (const auto* lines : {&f.start, &f.end})
     for (const std::string& text : *lines) own_lines_.push_back(bare(text));
   if (f.retract != "default" && f.retract != "none") own_retract_ = bare(f.retract);

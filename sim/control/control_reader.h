@@ -50,6 +50,7 @@ class ControlReader {
   bool whole_line(std::string_view line, Wrong& wrong, std::vector<ControlBlock>& blocks);
   Wrong tool_call(std::string_view line, std::vector<ControlBlock>& blocks);
   Wrong codes(const ControlWords& words);
+  bool posts(int code) const;
   Wrong one_code(int tenths);
   Wrong other_unit(bool inches) const;
   Wrong names(const ControlWords& words);

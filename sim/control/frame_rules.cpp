@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include "sim/control/smoothing_words.h"
+
 namespace tiltfeed::sim {
 namespace {
 
@@ -132,10 +134,30 @@ Frame::Wrong Frame::planes(std::string_view line, const ControlWords& words) {
   const bool in_force = std::exchange(plane_, begins);
   const bool length_on = length_on_ && counts_length();
   if (ends && in_force) placed_ = {};
+  const bool known_off = plane_ended_;
+  plane_ended_ = ends && (words.has_g(2550) || line == "CYCLE800()");
+  const bool states_no_end = format_.dialect == Dialect::kHaas || format_.dialect == Dialect::kSiemens;
+  if (begins && states_no_end && !known_off && !in_force)
+    return "a tilted plane begins, and one that others may have left on is not ended before";
   if (begins && in_force) return "a tilted plane begins while another is in force";
   if (length_on) return "a tilted plane begins or ends with the tool's length in force: G49 is missing";
   if (retracts_ && !retracted_ && (begins || in_force))
     return "a tilted plane begins or ends before the tool is retracted along the machine's Z";
+  return std::nullopt;
+}
+
+/// The high-speed function is the job's, and leaves the path by no more than the job lets it.
+Frame::Wrong Frame::smoothing(std::string_view line) {
+  if (!smooths(line, format_.dialect)) return std::nullopt;
+  smooth_ = smoothing_after(line, format_.dialect).value_or(smooth_);
+  const bool wanted = job_.program.smoothing != config::Smoothing::kNone;
+  if (smooth_ && !wanted) return "the high-speed function is on, and the job's program.smoothing is none";
+  if (format_.dialect == Dialect::kFanuc && line != "G5.1 Q1" && line != "G5.1 Q0")
+    return "G5.1 with other words than Q1 and Q0";
+  constexpr double kLastDigit = 1e-9;
+  const double most = job_.program.smoothing_tolerance / config::unit_of(format_) + kLastDigit;
+  if (const auto within = smoothing_within(line, format_.dialect); within && *within > most)
+    return "the control may leave the path by more than the job's program.smoothing_tolerance_mm";
   return std::nullopt;
 }
 

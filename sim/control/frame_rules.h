@@ -64,6 +64,7 @@ class Frame {
   Wrong offset(std::string_view line, const ControlWords& words);
   Wrong tool(std::string_view line, const ControlWords& words);
   Wrong planes(std::string_view line, const ControlWords& words);
+  Wrong smoothing(std::string_view line);
   Wrong retract(std::string_view line, const ControlWords& words);
   Wrong length_register(const ControlWords& words);
   Wrong goes_down(const ControlWords& words) const;
@@ -99,7 +100,7 @@ class Frame {
   bool length_on_ = false, relative_ = false, tcp_place_ = false;
   bool names_part_ = false, posted_ = false, length_called_ = false, inverse_ = false, tcp_ = false,
        frames_dropped_ = false, moved_ = false, retracted_ = false, ended_ = false, spindle_ = false,
-       smooth_ = false, plane_ = false,
+       smooth_ = false, plane_ended_ = false, plane_ = false,
        in_planes_ = false;  ///< a plane is in force; the header says that all moves are in one
 };
 

@@ -133,7 +133,7 @@ Frame::Wrong Frame::last(std::string_view line) {
 Frame::Wrong Frame::read(std::string_view line) {
   if (std::find(clamps_.begin(), clamps_.end(), line) != clamps_.end()) return std::nullopt;
   std::erase_if(missing_, [&](std::string_view words) { return says(line, words); });
-  if (const auto smoothing = smoothing_after(line, format_.dialect)) smooth_ = *smoothing;
+  if (auto wrong = smoothing(line); wrong && posted_) return wrong;
   ControlWords words;
   const bool dialogue = format_.dialect == Dialect::kHeidenhain && !line.starts_with("L ") && line[0] != 'M';
   // Where a line cannot be taken apart the reader of its words says what is wrong.

@@ -1,5 +1,8 @@
 #include "sim/control/smoothing_words.h"
 
+#include <cstdlib>
+#include <string>
+
 namespace tiltfeed::sim {
 namespace {
 
@@ -45,6 +48,17 @@ std::optional<bool> smoothing_after(std::string_view line, Dialect dialect) {
     default:
       return line.find(' ') != line.npos;
   }
+}
+
+std::optional<double> smoothing_within(std::string_view line, Dialect dialect) {
+  const std::string_view mark = dialect == Dialect::kHaas            ? " E"
+                                : dialect == Dialect::kSiemens       ? "CYCLE832("
+                                : dialect == Dialect::kHeidenhain    ? "32.1 T"
+                                : dialect == Dialect::kHeidenhainIso ? " T"
+                                                                     : "";
+  const std::size_t at = mark.empty() ? line.npos : line.find(mark);
+  if (!smooths(line, dialect) || at == line.npos) return std::nullopt;
+  return std::strtod(std::string(line.substr(at + mark.size())).c_str(), nullptr);
 }
 
 }  // namespace tiltfeed::sim

@@ -13,4 +13,7 @@ bool smooths(std::string_view line, config::Dialect dialect);
 /// Whether it is on behind this line, where the line says so.
 std::optional<bool> smoothing_after(std::string_view line, config::Dialect dialect);
 
+/// What such a line lets the control leave the path by, in the program's unit; nothing: it says none.
+std::optional<double> smoothing_within(std::string_view line, config::Dialect dialect);
+
 }  // namespace tiltfeed::sim

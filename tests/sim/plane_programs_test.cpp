@@ -244,12 +244,12 @@ TEST_P(PlanePrograms, WhatItLosesIsFound) {
       break;
     case Dialect::kHaas:
       EXPECT_EQ(seed("^G254", drop), planes);
-      EXPECT_EQ(seed("^G255", drop), planes);
+      EXPECT_EQ(seed("^G255", drop), planes + 1);
       EXPECT_EQ(seed("^G49", drop), planes + 1);
       break;
     case Dialect::kSiemens:
       EXPECT_EQ(seed("^CYCLE800[(]0", drop), planes);
-      EXPECT_EQ(seed("^CYCLE800[(][)]", drop), planes);
+      EXPECT_EQ(seed("^CYCLE800[(][)]", drop), planes + 1);
       EXPECT_EQ(seed("^D1$", drop), planes);
       break;
     default:
@@ -295,6 +295,18 @@ TEST_P(PlanePrograms, AnAngleOrASideThatIsNotTheMachinesIsFound) {
   if (GetParam().dialect == Dialect::kFanuc) {
     EXPECT_EQ(seed("^G68.2", swap(" J", " J1")), 6);
   }
+}
+
+/// The retract goes along the machine's Z: a tool that lies in its cut would be drawn through the part.
+TEST_P(PlanePrograms, AToolInItsCutIsNotRetracted) {
+  AptProgram deep = path_;
+  AptOperation& op = deep.operations[1];
+  op.path.moves.erase(op.path.moves.begin() + 6),
+      op.lines.erase(op.lines.begin() + 6);  // the first way's last rapid
+  const auto refused = program_text(deep, profile_, options_);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("in.cls:6: the tool is to be retracted"), std::string::npos)
+      << refused.error().message;
 }
 
 TEST_P(PlanePrograms, ACutThatTurnsTheToolIsPostedWithoutPlanes) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "daemon/post/printed_path.h"
 #include "kinematics/basics/decimal.h"
@@ -130,6 +131,15 @@ TEST_P(ProgramOptions, TheHighSpeedFunctionIsOnFromTheToolToTheRetract) {
         if (lines[i].find(last_retract) != std::string::npos) retract = static_cast<std::ptrdiff_t>(i);
       EXPECT_GT(at(lines, off), retract);
       EXPECT_EQ(fault(lines), "");
+      // A figure that is not the job's.
+      ProgramText wide = lines;
+      std::string& line = wide[static_cast<std::size_t>(at(lines, on))];
+      const std::size_t figure = line.find(dialect == Dialect::kFanuc ? "Q1" : within);
+      line.replace(figure, 2, dialect == Dialect::kFanuc ? "Q3" : "9.");
+      EXPECT_NE(fault(wide), "") << line;
+      const Smoothing asked = std::exchange(job_.program.smoothing, Smoothing::kNone);
+      EXPECT_NE(fault(lines), "") << "a job that asks for none";
+      job_.program.smoothing = asked;
       for (const std::string& lost : {on, off}) {
         ProgramText bad = lines;
         bad.erase(bad.begin() + at(lines, lost));
@@ -313,6 +323,8 @@ TEST_P(ProgramOptions, WhatTheMachineWouldDoOtherwiseIsFound) {
     damaged(tool, "CALL 3 Z", "CALL 3 X");
   }
   if (dialect == Dialect::kHeidenhainIso) damaged("G01", "F", "FMAX F");
+  // What no posted program has.
+  for (const char* code : {"M198", "M21", "M17", "M70"}) damaged("M8", "M8", code);
   // The spindle never starts, or stops on the way.
   damaged("M3", "M3", "M5");
   ProgramText bad = lines;
