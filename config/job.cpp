@@ -181,11 +181,6 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
     job.program.tool = *number;
   for (const auto& [key, wrong] : not_of_control(job.program, job.machine.format))
     complaint.add(node_at(*tree, "program", key)->place, std::string("program.") + key + ": " + wrong);
-  if (const double asked = job.program.smoothing_tolerance; asked > kMostBlended * job.plan.tolerance)
-    complaint.add(node_at(*tree, "program", "smoothing_tolerance_mm")->place,
-                  "program.smoothing_tolerance_mm: " + exact_text(asked) +
-                      " is more than half of tolerance_mm, " + exact_text(job.plan.tolerance) +
-                      "; the plan has the rest");
   const bool stands =
       job.plan.axis.mode == pathgen::AxisMode::kFixed || job.plan.axis.mode == pathgen::AxisMode::kIndexed;
   if (job.machine.format.tilted_planes && stands && job.program.tool == 0 &&
@@ -194,8 +189,13 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
                                  std::string(name_of(job.machine.format.dialect).name) +
                                  " needs a tool number for its H word; state program.tool");
   // What the control leaves the path by is a share of the tolerance that nothing else may have.
-  const double left = left_to_control(job);
-  if (left > kMostBlended * job.plan.tolerance)
+  const double left = left_to_control(job), asked = job.program.smoothing_tolerance;
+  if (asked > kMostBlended * job.plan.tolerance)
+    complaint.add(node_at(*tree, "program", "smoothing_tolerance_mm")->place,
+                  "program.smoothing_tolerance_mm: " + exact_text(asked) +
+                      " is more than half of tolerance_mm, " + exact_text(job.plan.tolerance) +
+                      "; the plan has the rest");
+  else if (left > kMostBlended * job.plan.tolerance)
     root.complain("tolerance_mm", exact_text(job.plan.tolerance) +
                                       " is less than twice the blend_tolerance_mm of the machine and the "
                                       "program.smoothing_tolerance_mm, " +

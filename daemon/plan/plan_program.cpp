@@ -97,7 +97,8 @@ class Planning {
   Result<void> find_joints();
   Result<JointPath> joints_of(ToolPath& path, const JointPathOptions& options);
   Result<void> find_path_joints(const pathgen::Mesh& held, const JointPathOptions& options);
-  Result<void> find_plane_joints(const pathgen::Mesh& held, const JointPathOptions& options);
+  Result<void> find_plane_joints(const std::vector<AxisRun>& ways, const pathgen::Mesh& held,
+                                 const JointPathOptions& options);
   void time_joints(const JointPathOptions& options);
   Result<void> write();
   Result<void> write_others();
@@ -117,8 +118,8 @@ class Planning {
   pathgen::Plan planned_;
   std::optional<SingularityBendReport> bend_;
   JointPath joints_;
-  std::optional<std::vector<AxisRun>> runs_;  ///< of joints_: the program is in tilted planes
-  ToolPath printed_;                          ///< with runs_: what the blocks' moves count
+  std::vector<AxisRun> runs_;  ///< of joints_, each in a tilted plane; empty: the program is in none
+  ToolPath printed_;           ///< with runs_: what the blocks' moves count
   std::optional<PlannedProgram> posted_;
   std::optional<StartTurn> turn_;
   Timing timing_;
@@ -226,16 +227,18 @@ Result<void> Planning::open_program() {
 Result<void> Planning::find_joints() {
   if (!bend_) bend_ = clock_.time("pole", [&] { return bend_near_singularity(*job_, part_, planned_.path); });
   const pathgen::Mesh& held = held_ ? *held_ : part_.mesh;
-  if (job_->machine.format.tilted_planes) runs_ = axis_runs(planned_.path);
-  if (job_->machine.format.tilted_planes && !runs_)
+  const bool asked = job_->machine.format.tilted_planes;
+  const auto ways = asked ? axis_runs(planned_.path) : std::nullopt;
+  if (asked && !ways)
     note(
         "no tilted planes: a rotary turns in a cut, and the program is posted as if the profile did not ask "
         "for them");
-  if (runs_) job_->machine.format = config::in_tilted_planes(job_->machine.format);
-  job_->machine.format.tilted_planes = runs_.has_value();
+  if (ways) job_->machine.format = config::in_tilted_planes(job_->machine.format);
+  job_->machine.format.tilted_planes = ways.has_value();
   const JointPathOptions options = joint_options(*job_, held);
-  const auto found = clock_.time(
-      "joints", [&] { return runs_ ? find_plane_joints(held, options) : find_path_joints(held, options); });
+  const auto found = clock_.time("joints", [&] {
+    return ways ? find_plane_joints(*ways, held, options) : find_path_joints(held, options);
+  });
   if (!found) return found;
   turn_ = start_turn(held, *job_, joints_.moves.front().joints);
   time_joints(options);
@@ -258,13 +261,14 @@ Result<void> Planning::find_path_joints(const pathgen::Mesh& held, const JointPa
 }
 
 /// Each run of one axis by itself, with ways along the tool at its ends.
-Result<void> Planning::find_plane_joints(const pathgen::Mesh& held, const JointPathOptions& stated) {
+Result<void> Planning::find_plane_joints(const std::vector<AxisRun>& ways, const pathgen::Mesh& held,
+                                         const JointPathOptions& stated) {
   JointPathOptions options = stated;
   options.clear = {};  // no rotary turns within a run
   PlaneJoints joints(job_->machine.model);
   printed_ = {
       planned_.path.name, planned_.path.tool, planned_.path.cut_feed, planned_.path.plunge_feed, {}, {}};
-  for (const AxisRun& run : *runs_) {
+  for (const AxisRun& run : ways) {
     ToolPath part = part_of(planned_.path, run);
     add_end_ways(part, held, *job_);
     auto found = joints_of(part, options);
@@ -301,7 +305,7 @@ Result<void> Planning::write() {
   const HeaderFacts header{std::string(files_.prove ? kNotProvenYet : kNoProof), timing_.seconds,
                            turn_ ? start_turn_comment(*turn_, *job_) : ""};
   auto written = clock_.time("write", [&]() -> Result<ProgramReport> {
-    posted_ = planned_program(joints_, runs_.value_or(std::vector<AxisRun>{}), *job_, header);
+    posted_ = planned_program(joints_, runs_, *job_, header);
     auto blocks = write_program(posted_->posting, out.stream(), [&](double f) { return show("write", f); });
     if (auto flushed = out.flush(); !flushed) return tl::unexpected(flushed.error());
     return blocks;
@@ -341,7 +345,7 @@ Result<void> Planning::write_others() {
   if (!cl) return cl;
   if (auto map = add(files_.map,
                      [&](std::ostream& out) {
-                       write_block_map(posted_->posting, runs_ ? printed_ : planned_.path, out);
+                       write_block_map(posted_->posting, runs_.empty() ? planned_.path : printed_, out);
                      });
       !map)
     return map;

@@ -69,8 +69,8 @@ struct DialectTable {
   const char *tcp_on, *tcp_off;  ///< lines; it ends before the tool is retracted
   const char* tcp_frame = "";    ///< parameters that a program under TCP takes for granted, for a comment
   const char *inverse_on, *per_minute_on, *degrees, *radius;  ///< feed modes and what F measures
-  // Lines of the high-speed function: {mode}, {within} (mm), {leans} (degrees) where rotaries turn in cuts.
-  const char *smooth_on = "", *smooth_on_turning = "", *smooth_off = "";
+  // Lines of the high-speed function: {mode}, {within} (of the unit), {leans} (degrees).
+  const char *smooth_on = "", *smooth_off = "";
   const char *exact, *blend, *dwell, *stop, *optional_stop, *retract, *end;
 };
 

@@ -12,11 +12,11 @@ namespace {
 
 constexpr int kDecimals = 4, kInchDecimals = 5;
 
-/// {mode}.
-int mode_of(config::Dialect dialect, config::Smoothing smoothing) {
+/// {mode}. A Sinumerik's has a ten where degrees are stated besides.
+int mode_of(config::Dialect dialect, config::Smoothing smoothing, bool turning) {
   const bool rough = smoothing == config::Smoothing::kRough, semi = smoothing == config::Smoothing::kSemi;
   if (dialect == config::Dialect::kHaas) return rough ? 1 : semi ? 2 : 3;
-  if (dialect == config::Dialect::kSiemens) return rough ? 3 : semi ? 2 : 1;
+  if (dialect == config::Dialect::kSiemens) return (turning ? 10 : 0) + (rough ? 3 : semi ? 2 : 1);
   return rough ? 1 : 0;  // Heidenhain: 1 is roughing
 }
 
@@ -42,10 +42,13 @@ std::vector<std::string> high_speed_lines(const Posting& posting, const Operatio
   const double half = 0.5 * posting.data.smoothing_tolerance;
   const config::ProgramFormat& format = posting.machine.format;
   const double within = (turning ? half : 2.0 * half) / config::unit_of(format);
-  const Filling filling{{"mode", std::to_string(mode_of(table.dialect, posting.data.smoothing))},
+  // Without degrees a Sinumerik's call ends with a 1.
+  const bool none = table.dialect == config::Dialect::kSiemens && !turning;
+  const std::string leans = at_most(Angle::from_radians(half / op.tool.length).degrees(), kDecimals);
+  const Filling filling{{"mode", std::to_string(mode_of(table.dialect, posting.data.smoothing, turning))},
                         {"within", at_most(within, format.inches ? kInchDecimals : kDecimals)},
-                        {"leans", at_most(Angle::from_radians(half / op.tool.length).degrees(), kDecimals)}};
-  return filled(turning ? table.smooth_on_turning : table.smooth_on, filling);
+                        {"leans", none ? "1" : leans}};
+  return filled(table.smooth_on, filling);
 }
 
 }  // namespace tiltfeed::daemon

@@ -30,40 +30,33 @@ bool lacks_register(const config::ProgramFormat& format, const AptOperation& op)
   return tnc && op.length_register > 0 && op.length_register != op.tool_number;
 }
 
-/// An operation, or a run of it in a tilted plane.
-struct OperationPart {
-  AptOperation operation;
-  bool goes_on = false;  ///< with the tool of the one before
+/// A program by its tilted planes: an operation for each run of one axis.
+struct PlaneProgram {
+  std::vector<AptOperation> operations;
+  std::vector<bool> goes_on;  ///< by operation: with the tool of the one before
 };
 
-bool in_planes(const AptProgram& program) {
-  return std::all_of(program.operations.begin(), program.operations.end(),
-                     [](const AptOperation& op) { return axis_runs(op.path).has_value(); });
-}
-
-/// Each operation, in planes each of its runs. An event that stands between two runs is the next one's.
-std::vector<OperationPart> parts_of(const AptProgram& program, bool planes) {
-  std::vector<OperationPart> parts;
+/// Nothing where a cut turns the tool. An event that stands between two runs is the next one's.
+std::optional<PlaneProgram> by_planes(const AptProgram& program) {
+  PlaneProgram planes;
   for (const AptOperation& op : program.operations) {
-    if (!planes) {
-      parts.push_back({op, false});
-      continue;
-    }
+    const std::optional<std::vector<AxisRun>> runs = axis_runs(op.path);
+    if (!runs) return std::nullopt;
     auto event = op.events.begin();
-    const std::vector<AxisRun> runs = *axis_runs(op.path);
-    for (std::size_t i = 0; i < runs.size(); ++i) {
-      OperationPart part{part_of(op, runs[i]), i > 0};
-      const bool last = i + 1 == runs.size();
-      for (; event != op.events.end() && (last || event->move < runs[i + 1].first); ++event) {
+    for (std::size_t i = 0; i < runs->size(); ++i) {
+      const AxisRun& run = (*runs)[i];
+      AptOperation part = part_of(op, run);
+      const bool last = i + 1 == runs->size();
+      for (; event != op.events.end() && (last || event->move < (*runs)[i + 1].first); ++event) {
         PathEvent moved = *event;
-        moved.move =
-            std::min(std::max(event->move, runs[i].first) - runs[i].first, part.operation.path.moves.size());
-        part.operation.events.push_back(std::move(moved));
+        moved.move = std::min(std::max(event->move, run.first) - run.first, part.path.moves.size());
+        part.events.push_back(std::move(moved));
       }
-      parts.push_back(std::move(part));
+      planes.operations.push_back(std::move(part));
+      planes.goes_on.push_back(i > 0);
     }
   }
-  return parts;
+  return planes;
 }
 
 }  // namespace
@@ -72,7 +65,9 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
                     const config::MachineProfile& stated_machine, const PostOptions& options) {
   config::MachineProfile machine = stated_machine;
   machine.format = config::fine_enough(machine.format, options.tolerance, options.axis_tolerance);
-  const bool planes = machine.format.tilted_planes && in_planes(program);
+  const std::optional<PlaneProgram> runs = machine.format.tilted_planes ? by_planes(program) : std::nullopt;
+  const bool planes = runs.has_value();
+  const std::vector<AptOperation>& operations = planes ? runs->operations : program.operations;
   if (planes) machine.format = config::in_tilted_planes(machine.format);
   machine.format.tilted_planes = planes;
   if (auto begins = tcp_can_begin(machine, program.operations.size()); !begins)
@@ -95,7 +90,9 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
   if (!planes) joints.clear = options.clear;  // in a plane no rotary turns
   std::vector<JointMove> all;
   std::vector<std::pair<std::size_t, std::size_t>> starts;  // in `all`: the first block, how many
-  for (const auto& [stated, goes_on] : parts_of(program, planes)) {
+  for (std::size_t i = 0; i < operations.size(); ++i) {
+    const AptOperation& stated = operations[i];
+    const bool goes_on = planes && runs->goes_on[i];
     Setup setup = options.setup;
     setup.tool_length = stated.path.tool.length;
     if (!(setup.tool_length > 0.0))
