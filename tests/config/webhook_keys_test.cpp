@@ -113,6 +113,7 @@ TEST(WebhookKeys, a_secret_is_one_line_for_its_owner_alone) {
   EXPECT_EQ(read_secret_file("/no/such/file").error().code, Code::kIo);
   EXPECT_FALSE(read_secret_file(testing::TempDir())) << "a folder";
   const std::string pipe = testing::TempDir() + "webhook_pipe_" + std::to_string(::getpid());
+  std::filesystem::remove(pipe);
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_EQ(read_secret_file(pipe).error().message, pipe + ": is no regular file")
       << "nobody waits for a writer";

@@ -30,9 +30,12 @@ constexpr int kLosses = 200;
 #endif
 
 /// Beneath a file system in memory where there is one: what the real disk does takes time and matters to
-/// nobody.
+/// nobody. Empty at first: a process that was killed leaves its folder, and a later one has its number.
 struct Place {
-  Place() { fs::create_directories(path); }
+  Place() {
+    fs::remove_all(path);
+    fs::create_directories(path);
+  }
   ~Place() { fs::remove_all(path); }
   const std::string path = std::string(::access("/dev/shm", W_OK) == 0 ? "/dev/shm" : "/tmp") +
                            "/tiltfeed_durable_" + std::to_string(::getpid());
