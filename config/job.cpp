@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <sstream>
 #include <vector>
 
 #include "config/body_keys.h"
@@ -9,6 +10,7 @@
 #include "config/job_keys.h"
 #include "config/key_ranges.h"
 #include "config/new_job.h"
+#include "config/operations.h"
 #include "config/program_keys.h"
 #include "config/section.h"
 #include "config/yaml_edit.h"
@@ -103,12 +105,12 @@ Job read_job(const Section& root, const std::string& path, const ToolLibrary* to
 namespace {
 
 Section root_of(const YamlNode& tree, Complaint& complaint) {
-  return {
-      tree,
-      "",
-      {"part", "cutter", "axis", "pattern", "containment", "tolerance_mm", "allowance_mm", "stock", "points",
-       "guards", "links", "clearance_mm", "approach_mm", "feeds", "program", "setup", "fixtures", "machine"},
-      complaint};
+  return {tree,
+          "",
+          {"part",    "cutter", "axis",     "pattern", "containment",  "tolerance_mm",   "allowance_mm",
+           "stock",   "points", "guards",   "links",   "clearance_mm", "approach_mm",    "feeds",
+           "program", "setup",  "fixtures", "machine", "operations",   "operation_order"},
+          complaint};
 }
 
 /// What the axis mode needs and a machine of fewer axes does not give, as text; empty: none.
@@ -157,12 +159,11 @@ TextPlace place_of(const YamlNode& tree, const std::string& message) {
   return node != nullptr ? node->place : TextPlace{};
 }
 
-Result<Job> parse_job_with(const std::string& text, const std::string& path, const JobFiles& files) {
-  const Result<YamlNode> tree = parse_yaml(text, path);
-  if (!tree) return tl::unexpected(tree.error());
+/// Of one operation.
+Result<Job> parse_tree(const YamlNode& tree, const std::string& path, const JobFiles& files) {
   Complaint complaint(path);
-  const Section root = root_of(*tree, complaint);
-  const Result<std::optional<ToolLibrary>> tools = read_library(*tree, root, complaint, path, files);
+  const Section root = root_of(tree, complaint);
+  const Result<std::optional<ToolLibrary>> tools = read_library(tree, root, complaint, path, files);
   if (!tools) return tl::unexpected(tools.error());
   Job job = read_job(root, path, *tools ? &**tools : nullptr);
   if (complaint.error()) return tl::unexpected(*complaint.error());
@@ -172,15 +173,15 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
                                        : load_machine(files.machine);
   if (!machine) return tl::unexpected(machine.error());
   job.machine = std::move(*machine);
-  const bool numbered = node_at(*tree, "program", "tool") != nullptr;
+  const bool numbered = node_at(tree, "program", "tool") != nullptr;
   const Result<int> number =
       number_in(job.machine.magazine, job.machine.path, {job.tool_id, job.program.tool, numbered});
   if (!number)
-    complaint.add(place_of(*tree, number.error().message), number.error().message);
+    complaint.add(place_of(tree, number.error().message), number.error().message);
   else
     job.program.tool = *number;
   for (const auto& [key, wrong] : not_of_control(job.program, job.machine.format))
-    complaint.add(node_at(*tree, "program", key)->place, std::string("program.") + key + ": " + wrong);
+    complaint.add(node_at(tree, "program", key)->place, std::string("program.") + key + ": " + wrong);
   const bool stands =
       job.plan.axis.mode == pathgen::AxisMode::kFixed || job.plan.axis.mode == pathgen::AxisMode::kIndexed;
   if (job.machine.format.tilted_planes && stands && job.program.tool == 0 &&
@@ -191,7 +192,7 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
   // What the control leaves the path by is a share of the tolerance that nothing else may have.
   const double left = left_to_control(job), asked = job.program.smoothing_tolerance;
   if (asked > kMostBlended * job.plan.tolerance)
-    complaint.add(node_at(*tree, "program", "smoothing_tolerance_mm")->place,
+    complaint.add(node_at(tree, "program", "smoothing_tolerance_mm")->place,
                   "program.smoothing_tolerance_mm: " + exact_text(asked) +
                       " is more than half of tolerance_mm, " + exact_text(job.plan.tolerance) +
                       "; the plan has the rest");
@@ -201,13 +202,118 @@ Result<Job> parse_job_with(const std::string& text, const std::string& path, con
                                       "program.smoothing_tolerance_mm, " +
                                       exact_text(left) + ", which the control takes of it");
   if (const std::string missed = missed_direction(job); !missed.empty())
-    complaint.add(node_at(*tree, "axis", "mode")->place, "axis.mode: " + missed);
+    complaint.add(node_at(tree, "axis", "mode")->place, "axis.mode: " + missed);
   if (complaint.error()) return tl::unexpected(*complaint.error());
   job.plan.tolerance -= left;
   if (Angle& turn = job.plan.free.max_turn;
       job.plan.axis.mode == pathgen::AxisMode::kFree && turn.radians() == 0.0)
     turn = default_turn(job.machine.model, job.plan.cutter, job.plan.cut_feed);
   return job;
+}
+
+/// "roughing, finishing".
+std::string names_of(const std::vector<Job>& jobs) {
+  std::string names;
+  for (const Job& job : jobs) names += (names.empty() ? "" : ", ") + job.operation.name;
+  return names;
+}
+
+/// Lines of `more` that `text` has not yet, at its end.
+void add_lines(std::string& text, const std::string& more) {
+  std::istringstream in(more);
+  for (std::string line; std::getline(in, line);)
+    if (("\n" + text + "\n").find("\n" + line + "\n") == std::string::npos)
+      text += (text.empty() ? "" : "\n") + line;
+}
+
+/// What is wrong with tools that take turns in one spindle; empty: nothing.
+std::string wrong_tools(const std::vector<Job>& jobs) {
+  for (const Job& job : jobs)
+    for (const Job& other : jobs) {
+      const bool same = cutter_text(job.plan.cutter) == cutter_text(other.plan.cutter);
+      const std::string both =
+          "the operations " + quoted(other.operation.name) + " and " + quoted(job.operation.name);
+      if (!same && job.program.tool == 0)
+        return both + " have different cutters, and program.tool of " + quoted(job.operation.name) +
+               " is 0: it does not say which tool is to be changed in; state a tool number for each";
+      if (!same && job.program.tool == other.program.tool)
+        return both + " have different cutters under one tool number, " + std::to_string(job.program.tool) +
+               "; give each its own";
+    }
+  return "";
+}
+
+/// All that have the tool of the first, then all that have the tool of the next one that is left, and so on.
+void group_by_tool(std::vector<Job>& jobs) {
+  std::vector<int> tools;
+  const auto place = [&](const Job& job) {
+    return std::find(tools.begin(), tools.end(), job.program.tool) - tools.begin();
+  };
+  for (const Job& job : jobs)
+    if (place(job) == static_cast<std::ptrdiff_t>(tools.size())) tools.push_back(job.program.tool);
+  std::stable_sort(jobs.begin(), jobs.end(),
+                   [&](const Job& one, const Job& other) { return place(one) < place(other); });
+}
+
+/// In the order of the list.
+Result<std::vector<Job>> read_operations(const std::vector<OperationTree>& trees, const std::string& path,
+                                         const JobFiles& files) {
+  std::vector<Job> jobs;
+  Error wrong{Code::kInput, ""};
+  for (std::size_t i = 0; i < trees.size(); ++i) {
+    Result<Job> job = parse_tree(trees[i].tree, path, files);
+    if (!job) {
+      if (wrong.message.empty()) wrong.code = job.error().code;
+      add_lines(wrong.message, job.error().message);
+      continue;
+    }
+    job->operation = {trees[i].name, i + 1, trees.size()};
+    jobs.push_back(std::move(*job));
+  }
+  if (!wrong.message.empty()) return tl::unexpected(wrong);
+  if (const std::string tools = wrong_tools(jobs); !tools.empty())
+    return fail(Code::kInput, path + ": " + tools);
+  return jobs;
+}
+
+/// As they are listed, whatever order is asked for.
+Result<std::vector<Job>> parse_list(const YamlNode& tree, const std::string& path, const JobFiles& files,
+                                    bool& by_tool) {
+  Complaint complaint(path);
+  const Section root = root_of(tree, complaint);
+  const std::vector<OperationTree> trees = operation_trees(tree, root);
+  if (!root.has("operations")) root.unused("operation_order", "without operations");
+  by_tool = root.choice<bool>("operation_order", {{"listed", false}, {"by_tool", true}}, false);
+  if (complaint.error()) return tl::unexpected(*complaint.error());
+  return read_operations(trees, path, files);
+}
+
+Result<std::vector<Job>> parse_operations(const std::string& text, const std::string& path,
+                                          const JobFiles& files) {
+  const Result<YamlNode> tree = parse_yaml(text, path);
+  if (!tree) return tl::unexpected(tree.error());
+  bool by_tool = false;
+  Result<std::vector<Job>> jobs = parse_list(*tree, path, files, by_tool);
+  if (!jobs) return jobs;
+  if (by_tool) group_by_tool(*jobs);
+  for (std::size_t i = 0; i < jobs->size(); ++i) (*jobs)[i].operation.number = i + 1;
+  if (files.operation.empty()) return jobs;
+  const auto named = std::find_if(jobs->begin(), jobs->end(),
+                                  [&](const Job& job) { return job.operation.name == files.operation; });
+  if (named != jobs->end()) return std::vector<Job>{std::move(*named)};
+  return fail(Code::kUsage,
+              path + ": there is no operation " + quoted(files.operation) +
+                  (jobs->front().operation.name.empty() ? "; the job has no list of operations"
+                                                        : "; its operations are " + names_of(*jobs)));
+}
+
+Result<Job> parse_job_with(const std::string& text, const std::string& path, const JobFiles& files) {
+  Result<std::vector<Job>> jobs = parse_operations(text, path, files);
+  if (!jobs) return tl::unexpected(jobs.error());
+  if (jobs->size() == 1) return std::move(jobs->front());
+  return fail(Code::kUsage, path + ": the job has several operations (" + names_of(*jobs) +
+                                "), and one is wanted here; name it (--operation), or move it into a job of "
+                                "its own");
 }
 
 }  // namespace
@@ -222,22 +328,32 @@ Result<Job> load_job_with(const std::string& path, const JobFiles& files) {
   return parse_job_with(*text, path, files);
 }
 
+Result<std::vector<Job>> load_operations(const std::string& path, const JobFiles& files) {
+  const Result<std::string> text = read_config_text(path);
+  if (!text) return tl::unexpected(text.error());
+  return parse_operations(*text, path, files);
+}
+
 Result<std::string> with_tool_written_out(const std::string& text, const std::string& path,
                                           const JobFiles& files) {
-  const Result<Job> job = parse_job_with(text, path, files);
-  if (!job) return tl::unexpected(job.error());
-  if (job->tools_path.empty()) return text;
-  std::vector<YamlEdit> edits = {
-      {"cutter", "{id: \"" + job->tool_id + "\", " + cutter_text(job->plan.cutter) + "}"}};
-  const auto feed = [&](const char* key, double value) {
-    edits.push_back({std::string("feeds.") + key, exact_text(value)});
-  };
-  if (!job->material.empty()) {
-    feed("cut_mm_per_min", job->plan.cut_feed.mm_per_min());
-    feed("plunge_mm_per_min", job->plan.plunge_feed.mm_per_min());
-    feed("spindle_rpm", job->spindle_rpm);
+  const Result<YamlNode> tree = parse_yaml(text, path);
+  if (!tree) return tl::unexpected(tree.error());
+  bool by_tool = false;
+  const Result<std::vector<Job>> jobs = parse_list(*tree, path, files, by_tool);
+  if (!jobs) return tl::unexpected(jobs.error());
+  std::vector<YamlEdit> edits;
+  for (const Job& job : *jobs) {
+    if (job.tools_path.empty()) continue;
+    const std::string in =
+        job.operation.name.empty() ? "" : "operations[" + std::to_string(job.operation.number) + "].";
+    edits.push_back({in + "cutter", "{id: \"" + job.tool_id + "\", " + cutter_text(job.plan.cutter) + "}"});
+    if (!job.material.empty())
+      for (const auto& [key, value] : {std::pair{"cut_mm_per_min", job.plan.cut_feed.mm_per_min()},
+                                       std::pair{"plunge_mm_per_min", job.plan.plunge_feed.mm_per_min()},
+                                       std::pair{"spindle_rpm", job.spindle_rpm}})
+        edits.push_back({in + "feeds." + key, exact_text(value)});
+    if (job.program.tool > 0) edits.push_back({in + "program.tool", std::to_string(job.program.tool)});
   }
-  if (job->program.tool > 0) edits.push_back({"program.tool", std::to_string(job->program.tool)});
   std::string out = text;
   for (const YamlEdit& edit : edits) {
     const Result<KeyLog> log = job_keys(out);

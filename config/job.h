@@ -12,8 +12,16 @@
 
 namespace tiltfeed::config {
 
+/// Which of a job's operations it is.
+struct OperationName {
+  std::string name = {};              ///< empty: the job has no list of operations
+  std::size_t number = 1, count = 1;  ///< from 1; in the order of the list
+};
+
+/// One operation of a job file, with all that the file says for all of them.
 struct Job {
-  std::string path;          ///< the file it came from
+  std::string path;  ///< the file it came from
+  OperationName operation;
   std::string stl_path;      ///< resolved against the job file's folder
   double stl_unit_mm = 1.0;  ///< length of the STL's unit
   std::string tools_path;    ///< of the tool library, resolved likewise; empty: the cutter is in the job
@@ -37,14 +45,20 @@ inline constexpr double kPerpendicularTolerance = 1e-5;
 /// exact for multiples of 90 degrees; 0 < approach <= clearance; height of the cutter's rounded end <=
 /// cutting_end() <= shank_length <= length; the boundary is a polygon without crossings; what the kind of
 /// pattern does not use has its default, and side_step is 0 where a scallop alone sets the step.
-/// Errors: kInput as file:line:column, what was expected, the nearest known key; kIo.
+/// Errors: kInput as file:line:column, what was expected, the nearest known key; kIo; kUsage: the job has
+/// several operations.
 Result<Job> load_job(const std::string& path);
-/// A job whose files lie elsewhere than its text says; empty: as the job says.
+/// A job whose files lie elsewhere than its text says; empty: as the job says. `operation`: its name; empty:
+/// the only one.
 struct JobFiles {
-  std::string stl = {}, machine = {}, tools = {};
+  std::string stl = {}, machine = {}, tools = {}, operation = {};
 };
-/// Errors: as load_job.
+/// Errors: as load_job; kUsage: there is no operation of that name.
 Result<Job> load_job_with(const std::string& path, const JobFiles& files);
+/// All operations, or the one that `files` names, in their order; at least one.
+/// Properties: all have the same part, machine, set-up but for the tool's length, fixtures, work offset and
+/// number of the program; one tool number is one cutter. Errors: as load_job_with.
+Result<std::vector<Job>> load_operations(const std::string& path, const JobFiles& files);
 /// The text of a job with its tool written out, for a place where the library is not; a text that names none
 /// is as it was. Properties: reads as the same job. Errors: as load_job.
 Result<std::string> with_tool_written_out(const std::string& text, const std::string& path,

@@ -130,6 +130,9 @@ std::string describe(const Job& job) {
   const pathgen::PlanOptions& plan = job.plan;
   Description out;
   out.add("job", job.path);
+  if (!job.operation.name.empty())
+    out.add("operation", std::to_string(job.operation.number) + " of " + std::to_string(job.operation.count) +
+                             ", " + job.operation.name);
   out.add("part.name", plan.name);
   out.add("part.stl", job.stl_path);
   out.add("part.unit_mm", job.stl_unit_mm);

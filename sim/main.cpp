@@ -147,8 +147,9 @@ int serve(const ServeOptions& options) {
   const auto address = parse_address(options.modbus_tcp.empty() ? "127.0.0.1:0" : options.modbus_tcp);
   if (!address) return report(address.error());
 
-  const Result<config::Job> job = config::load_job(options.job);
-  if (!job) return report(job.error());
+  const auto jobs = config::load_operations(options.job, {});
+  if (!jobs) return report(jobs.error());
+  const config::Job* const job = &jobs->front();  // the machine is the same for all
   std::vector<config::NamedFile> inputs = config::files_of(*job);
   inputs.push_back({"--faults", options.faults});
   const auto fits = config::check_outputs({{"--trace", options.trace}}, inputs);
@@ -270,6 +271,8 @@ CLI::App* add_verify_options(CLI::App& app, VerifyOptions& options) {
       "folder for the report: index.html, report.json, pictures; or FILE.html, the page alone");
   verify->add_option("--stl", options.stl, "take this part instead of the job's");
   verify->add_option("--machine", options.machine, "take this machine profile instead of the job's");
+  verify->add_option("--operation", options.operation,
+                     "the program is that of this operation of the job alone");
   verify->add_option("--progress", options.progress)->group("");
   verify->add_flag("--json", options.as_json, "print the report (JSON) instead of its summary");
   verify->add_option("--threads", options.threads, "the result is the same for any number")
@@ -285,6 +288,8 @@ CLI::App* add_prove_options(CLI::App& app, ProveOptions& options) {
       ->required();
   prove->add_option("--stl", options.stl, "take this part instead of the job's");
   prove->add_option("--machine", options.machine, "take this machine profile instead of the job's");
+  prove->add_option("--operation", options.operation,
+                    "the program is that of this operation of the job alone");
   prove->add_option("--name", options.name, "of the program in messages");
   prove->add_option("--picture", options.picture, "draw the deepest gouge to this PNG file");
   prove->add_flag("--told", options.told, "the program is whole when a line comes on standard input")

@@ -52,15 +52,22 @@ nlohmann::ordered_json as_object(const std::string& lines) {
 }
 
 int check_command(const std::string& path, bool as_json) {
-  auto job = config::load_job(path);
-  if (!job) return complain(job.error());
-  if (!as_json) std::cout << describe(*job) << std::flush;
+  const auto jobs = config::load_operations(path, {});
+  if (!jobs) return complain(jobs.error());
+  const config::Job* const job = &jobs->front();
+  for (const config::Job& one : *jobs)
+    if (!as_json) std::cout << describe(one) << std::flush;
   const auto stl = pathgen::read_stl(job->stl_path, job->stl_unit_mm);
   if (!stl) return complain(stl.error());
   const auto part = pathgen::check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()});
   if (!part) return complain(part.error());
   if (as_json) {
-    nlohmann::ordered_json json = {{"job", as_object(describe(*job))},
+    nlohmann::ordered_json described = as_object(describe(*job));
+    if (jobs->size() > 1) {
+      described = nlohmann::ordered_json::array();
+      for (const config::Job& one : *jobs) described.push_back(as_object(describe(one)));
+    }
+    nlohmann::ordered_json json = {{"job", std::move(described)},
                                    {"size", size_text(part->bounds)},
                                    {"facets", part->mesh.facets.size()},
                                    {"warnings", part->warnings}};
@@ -102,6 +109,14 @@ int run(int argc, char** argv) {
   std::string progress;
   CLI::App* planning = app.add_subcommand("plan", "plan the tool path and write the machine's program");
   planning->add_option("JOB", files.job, "job file (YAML)")->required();
+  planning->add_option("--operation", files.operation,
+                       "plan this operation of the job alone; default: all, in one program");
+  bool each = false;
+  planning
+      ->add_flag(
+          "--each", each,
+          "a program for each operation: its name goes before the ending of --out, --cl, --report, --map")
+      ->excludes("--operation");
   planning->add_option("--out", files.program, "program to write (G-code)")->required();
   planning->add_option("--cl", files.cl, "cutter location file to write (APT text)");
   planning->add_option("--report", files.report, "report to write (JSON)");
@@ -179,7 +194,7 @@ int run(int argc, char** argv) {
   if (suggesting.called()) return suggesting.run();
   if (measuring.called()) return measuring.run();
   if (tools.called()) return tools.run();
-  if (planning->parsed()) return plan_command(files, progress);
+  if (planning->parsed()) return plan_command(files, each, progress);
   return posting.called() ? posting.run() : machines.run();
 }
 

@@ -8,6 +8,6 @@
 namespace tiltfeed::daemon {
 
 /// `progress`: file that holds stage and percentage while it plans; may be empty. The exit status.
-int plan_command(const PlanFiles& files, const std::string& progress);
+int plan_command(const PlanFiles& files, bool each, const std::string& progress);
 
 }  // namespace tiltfeed::daemon

@@ -24,12 +24,13 @@ Result<Submission> Submission::open(const std::string& file) {
   std::vector<std::string> paths{file};
   bool names_tool = false;
   if (!made.program) {
-    const PromptEnd prompt_end;                                  // a job may be a pipe that nobody writes
-    const Result<config::Job> planned = config::load_job(file);  // says at once what is wrong with it
-    if (!planned) return tl::unexpected<Error>(planned.error());
-    if (const Result<void> whole = goes_alone(*planned); !whole) return tl::unexpected<Error>(whole.error());
-    paths.push_back(planned->stl_path);
-    names_tool = !planned->tools_path.empty();
+    const PromptEnd prompt_end;                                 // a job may be a pipe that nobody writes
+    const auto operations = config::load_operations(file, {});  // says at once what is wrong with it
+    if (!operations) return tl::unexpected<Error>(operations.error());
+    const config::Job& planned = operations->front();
+    if (const Result<void> whole = goes_alone(planned); !whole) return tl::unexpected<Error>(whole.error());
+    paths.push_back(planned.stl_path);
+    for (const config::Job& one : *operations) names_tool = names_tool || !one.tools_path.empty();
   }
   for (const std::string& path : paths) {
     const int fd = names_tool && made.files.empty() ? open_written_out(path)

@@ -5,9 +5,9 @@
 
 namespace tiltfeed::daemon {
 
-void write_path_drawing(const JointPath& joints, const std::vector<double>& durations,
-                        const MachineModel& machine, const Setup& setup, std::ostream& out) {
-  double seconds = 0.0;
+double write_path_drawing(const JointPath& joints, const std::vector<double>& durations,
+                          const MachineModel& machine, const Setup& setup, double begin, std::ostream& out) {
+  double seconds = begin;
   for (std::size_t i = 0; i < joints.moves.size(); ++i) {
     const Joints& q = joints.moves[i].joints;
     const Pose pose = forward(machine, setup, q);
@@ -21,6 +21,7 @@ void write_path_drawing(const JointPath& joints, const std::vector<double>& dura
     for (std::size_t k = 0; k < kDrawnNumbers; ++k) record[k] = static_cast<float>(numbers[k]);
     out.write(reinterpret_cast<const char*>(record.data()), sizeof record);
   }
+  return seconds;
 }
 
 }  // namespace tiltfeed::daemon

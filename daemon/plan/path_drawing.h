@@ -14,9 +14,10 @@ namespace tiltfeed::daemon {
 /// block itself, words X, Y, Z, tilt, rotary (mm, degrees).
 inline constexpr std::size_t kDrawnNumbers = 14;
 
-/// One record of kDrawnNumbers for each block, little-endian. `durations`: of each block, s.
+/// One record of kDrawnNumbers for each block, little-endian. `durations`: of each block, s; `begin`: when
+/// the first begins, s. Returns when the last ends.
 /// Property: the poses are those that the blocks' joints command, to the precision of float32.
-void write_path_drawing(const JointPath& joints, const std::vector<double>& durations,
-                        const MachineModel& machine, const Setup& setup, std::ostream& out);
+double write_path_drawing(const JointPath& joints, const std::vector<double>& durations,
+                          const MachineModel& machine, const Setup& setup, double begin, std::ostream& out);
 
 }  // namespace tiltfeed::daemon

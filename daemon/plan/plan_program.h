@@ -2,12 +2,12 @@
 // The way from a job to a proven program, in order: part, path, joints, program, proof, report. One function,
 // for the command line and for the process that a service starts.
 
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "config/job.h"
 #include "config/output_file.h"
+#include "daemon/plan/stage_clock.h"
 #include "kinematics/basics/result.h"
 
 namespace tiltfeed::daemon {
@@ -15,6 +15,7 @@ namespace tiltfeed::daemon {
 /// Empty: as the job says, or not wanted.
 struct PlanFiles {
   std::string job, program, cl, report, map, stl, machine;
+  std::string operation;               ///< of the job, alone; empty: all of them, in one program
   std::string gouge_picture;           ///< PNG, where the program is not proven
   std::string drawing;                 ///< the blocks for a viewer, see path_drawing.h
   bool prove = true, as_json = false;  ///< as_json: of what is returned
@@ -23,12 +24,6 @@ struct PlanFiles {
 
 /// What is written, by the options that name it.
 std::vector<config::NamedFile> outputs_of(const PlanFiles& files);
-
-/// Both on the thread that plans; either may be empty.
-struct PlanListener {
-  std::function<bool(const char* stage, double share)> stage;  ///< 0..1; false: stop
-  std::function<void(const std::string& text)> note;           ///< a line for the user, before the end
-};
 
 /// What goes to a service of a job: its text and its part. Errors: kInput: it has a fixture of a file.
 Result<void> goes_alone(const config::Job& job);

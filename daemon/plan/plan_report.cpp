@@ -1,5 +1,6 @@
 #include "daemon/plan/plan_report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -95,59 +96,101 @@ Starvation starved(const Timing& timing, const config::MachineProfile& machine,
                     {machine.link_rate, bytes, static_cast<double>(machine.receive_buffer)});
 }
 
+namespace {
+
+/// What an operation's path is and leaves.
+void add_path(nlohmann::ordered_json& json, const OperationPlan& one) {
+  const pathgen::PlanReport& plan = one.plan_report();
+  json["passes"] = plan.passes;
+  json["slice_points"] = plan.slice_points;
+  json["points"] = plan.points;
+  json["retracts"] = plan.retracts;
+  json["joins"] = plan.joins;
+  json["cut_length_mm"] = plan.cut_length;
+  json["rapid_length_mm"] = plan.rapid_length;
+}
+
+/// What the machine is asked for.
+void add_motion(nlohmann::ordered_json& json, const Timing& timing) {
+  json["machining_seconds"] = timing.seconds;
+  json["slowed_blocks"] = timing.slowed;
+  json["peak_velocity_per_min"] = joints_json(timing.peak_velocity);
+  json["peak_acceleration_per_s2"] = joints_json(timing.peak_acceleration);
+}
+
+void add_joints(nlohmann::ordered_json& json, const OperationPlan& one) {
+  const JointPathReport& joints = one.joints().report;
+  const SingularityBendReport& bend = one.bend();
+  json["programmed_seconds"] = joints.seconds;
+  json["reconfigurations"] = joints.reconfigurations;
+  json["pole_swings"] = joints.pole_swings;
+  if (one.job().axis_tolerance.radians() > 0.0)
+    json["pole_bend"] = {{"pieces", bend.stretches},
+                         {"points", bend.points},
+                         {"largest_deg", bend.largest.degrees()},
+                         {"refused_pieces", bend.refused}};
+  json["rotary_turns"] = rotary_turns(joints);
+  json["start_height_mm"] = nullptr;
+  if (one.turn()) json["start_height_mm"] = one.turn()->height;
+  json["subdivided_moves"] = joints.subdivided_moves;
+  json["max_tip_deviation_mm"] = joints.max_tip_deviation;
+  json["max_axis_deviation_deg"] = joints.max_axis_deviation;
+  json["travel_min"] = joints_json(joints.min);
+  json["travel_max"] = joints_json(joints.max);
+}
+
+void add_findings(nlohmann::ordered_json& json, const OperationPlan& one) {
+  const pathgen::PlanReport& plan = one.plan_report();
+  if (plan.free) json["free"] = free_json(*plan.free);
+  if (plan.indexed) json["indexed"] = indexed_json(*plan.indexed);
+  if (plan.uncut) json["uncut"] = uncut_json(*plan.uncut);
+  if (plan.between) json["between_passes"] = between_json(*plan.between);
+  if (one.job().plan.fixtures) json["fixtures"] = fixtures_json(plan.fixtures);
+  json["warnings"] = plan.warnings;
+}
+
+nlohmann::ordered_json operation_json(const OperationPlan& one) {
+  nlohmann::ordered_json json = {{"name", one.job().operation.name},
+                                 {"tool", one.job().program.tool},
+                                 {"tolerance_mm", one.job().plan.tolerance},
+                                 {"blocks", one.joints().moves.size()}};
+  add_path(json, one);
+  add_motion(json, one.timing());
+  add_joints(json, one);
+  add_findings(json, one);
+  return json;
+}
+
+}  // namespace
+
 std::string report_json(const PlanOutcome& o) {
+  const OperationPlan& first = *o.operations.front();
+  const bool several = !first.job().operation.name.empty();
   nlohmann::ordered_json json;
-  json["part"] = o.job.plan.name;
-  json["machine"] = o.job.machine.model.name;
-  json["facets"] = o.plan.facets;
+  json["part"] = first.job().plan.name;
+  json["machine"] = first.job().machine.model.name;
+  json["facets"] = first.plan_report().facets;
   const Vec3 size = o.part.bounds.max - o.part.bounds.min;
   json["part_size_mm"] = {size.x, size.y, size.z};
   json["part_volume_mm3"] = o.part.volume;
-  json["passes"] = o.plan.passes;
-  json["slice_points"] = o.plan.slice_points;
-  json["points"] = o.plan.points;
-  json["retracts"] = o.plan.retracts;
-  json["joins"] = o.plan.joins;
-  json["cut_length_mm"] = o.plan.cut_length;
-  json["rapid_length_mm"] = o.plan.rapid_length;
+  if (!several) add_path(json, first);
   json["blocks"] = o.program.blocks;
   json["program_bytes"] = o.program.bytes;
   json["clamped_feeds"] = o.program.clamped_feeds;
   json["tilted_planes"] = o.program.planes;
-  json["machining_seconds"] = o.timing.seconds;
-  json["programmed_seconds"] = o.joints.seconds;
-  json["slowed_blocks"] = o.timing.slowed;
-  json["peak_velocity_per_min"] = joints_json(o.timing.peak_velocity);
-  json["peak_acceleration_per_s2"] = joints_json(o.timing.peak_acceleration);
-  json["reconfigurations"] = o.joints.reconfigurations;
-  json["pole_swings"] = o.joints.pole_swings;
-  if (o.job.axis_tolerance.radians() > 0.0)
-    json["pole_bend"] = {{"pieces", o.bend.stretches},
-                         {"points", o.bend.points},
-                         {"largest_deg", o.bend.largest.degrees()},
-                         {"refused_pieces", o.bend.refused}};
-  json["rotary_turns"] = rotary_turns(o.joints);
+  add_motion(json, o.timing);
+  if (!several) add_joints(json, first);
   json["starvation"] = starvation_json(o.starved);
   json["proof"] = nullptr;
   if (o.proof)
     json["proof"] = {
         {"moves", o.proof->moves}, {"largest_gouge_mm", o.proof->gouge}, {"collisions", o.proof->collisions}};
-  json["start_height_mm"] = nullptr;
-  if (o.turn) json["start_height_mm"] = o.turn->height;
-  json["subdivided_moves"] = o.joints.subdivided_moves;
-  json["max_tip_deviation_mm"] = o.joints.max_tip_deviation;
-  json["max_axis_deviation_deg"] = o.joints.max_axis_deviation;
-  json["travel_min"] = joints_json(o.joints.min);
-  json["travel_max"] = joints_json(o.joints.max);
   json["defects"] = nlohmann::ordered_json::array();
   for (const pathgen::Defect& d : o.part.defects)
     json["defects"].push_back({{"kind", to_string(d.kind)}, {"count", d.count}, {"first", d.first}});
-  if (o.plan.free) json["free"] = free_json(*o.plan.free);
-  if (o.plan.indexed) json["indexed"] = indexed_json(*o.plan.indexed);
-  if (o.plan.uncut) json["uncut"] = uncut_json(*o.plan.uncut);
-  if (o.plan.between) json["between_passes"] = between_json(*o.plan.between);
-  if (o.job.plan.fixtures) json["fixtures"] = fixtures_json(o.plan.fixtures);
-  json["warnings"] = o.plan.warnings;
+  if (!several) add_findings(json, first);
+  if (several)
+    for (const OperationPlan* one : o.operations) json["operations"].push_back(operation_json(*one));
   json["stages"] = nlohmann::ordered_json::object();
   double wall = 0.0;
   for (const pathgen::StageTime& t : o.times)
@@ -199,52 +242,81 @@ std::string motion_text(const MotionOutcome& o) {
   return text;
 }
 
-std::string report_text(const PlanOutcome& o) {
+namespace {
+
+/// The path, what it leaves, and what the axes do.
+std::string path_text(const OperationPlan& one) {
+  const pathgen::PlanReport& plan = one.plan_report();
   std::string text;
-  for (const std::string& w : o.plan.warnings) text += "warning: " + w + "\n";
-  double wall = 0.0;
-  for (const pathgen::StageTime& t : o.times) wall += t.seconds;
+  for (const std::string& w : plan.warnings) text += "warning: " + w + "\n";
   text += formatted(
       "%llu facets, %llu passes, %llu points (of %llu), %.1f m cut, %.1f m rapid, %llu retracts\n",
-      static_cast<unsigned long long>(o.plan.facets), static_cast<unsigned long long>(o.plan.passes),
-      static_cast<unsigned long long>(o.plan.points), static_cast<unsigned long long>(o.plan.slice_points),
-      o.plan.cut_length / 1000.0, o.plan.rapid_length / 1000.0,
-      static_cast<unsigned long long>(o.plan.retracts));
-  if (o.plan.free)
+      static_cast<unsigned long long>(plan.facets), static_cast<unsigned long long>(plan.passes),
+      static_cast<unsigned long long>(plan.points), static_cast<unsigned long long>(plan.slice_points),
+      plan.cut_length / 1000.0, plan.rapid_length / 1000.0, static_cast<unsigned long long>(plan.retracts));
+  if (plan.free)
     text += formatted(
         "free axis: %llu CL points, %llu directions tested, %llu breaks, %.2f %% of the slices out of "
         "reach\n",
-        static_cast<unsigned long long>(o.plan.free->cl_points),
-        static_cast<unsigned long long>(o.plan.free->directions),
-        static_cast<unsigned long long>(o.plan.free->breaks),
-        100.0 * o.plan.free->unreached_length / o.plan.free->cl_length);
-  if (o.plan.indexed)
-    text +=
-        formatted("indexed: %zu directions reach %.1f %% of the surface, all directions together %.1f %%\n",
-                  o.plan.indexed->directions.size(), 100.0 * o.plan.indexed->reached,
-                  100.0 * o.plan.indexed->reachable);
-  if (o.plan.uncut && o.plan.uncut->area > 0.0)
+        static_cast<unsigned long long>(plan.free->cl_points),
+        static_cast<unsigned long long>(plan.free->directions),
+        static_cast<unsigned long long>(plan.free->breaks),
+        100.0 * plan.free->unreached_length / plan.free->cl_length);
+  if (plan.indexed)
+    text += formatted(
+        "indexed: %zu directions reach %.1f %% of the surface, all directions together %.1f %%\n",
+        plan.indexed->directions.size(), 100.0 * plan.indexed->reached, 100.0 * plan.indexed->reachable);
+  if (plan.uncut && plan.uncut->area > 0.0)
     text += formatted(
         "uncut: %.1f of %.1f mm2 that face the tool, on %zu facets; which and why is in the report\n",
-        o.plan.uncut->area, o.plan.uncut->facing_area, o.plan.uncut->facets.size());
-  const pathgen::BetweenPasses* between = o.plan.uncut     ? &o.plan.uncut->between
-                                          : o.plan.between ? &*o.plan.between
-                                                           : nullptr;
+        plan.uncut->area, plan.uncut->facing_area, plan.uncut->facets.size());
+  const pathgen::BetweenPasses* between = plan.uncut     ? &plan.uncut->between
+                                          : plan.between ? &*plan.between
+                                                         : nullptr;
   if (between != nullptr && between->area == 0.0)
     text += formatted("between passes at most %.4f mm are left; %.4f mm are asked, tolerance included\n",
                       between->most, between->limit);
-  if (o.bend.stretches + o.bend.refused > 0)
+  const SingularityBendReport& bend = one.bend();
+  if (bend.stretches + bend.refused > 0)
     text += formatted(
         "near the pole the axis leans by up to %.2f degrees at %zu points of %zu pieces; %zu pieces stay "
         "exact, "
         "as the tool is not clear there\n",
-        o.bend.largest.degrees(), o.bend.points, o.bend.stretches, o.bend.refused);
-  text += motion_text({o.job.machine.model, o.joints, o.program, o.timing, o.starved});
-  if (o.turn) text += start_turn_text(*o.turn, o.job);
-  text += o.proof ? formatted(
-                        "proven: %llu moves, nowhere deeper than %.4f mm in the part (tolerance %.4g mm)\n",
-                        static_cast<unsigned long long>(o.proof->moves), o.proof->gouge, o.job.plan.tolerance)
-                  : "not proven, as --no-proof says\n";
+        bend.largest.degrees(), bend.points, bend.stretches, bend.refused);
+  return text;
+}
+
+/// The joints' figures of all operations as those of one program.
+JointPathReport joints_of_all(const std::vector<const OperationPlan*>& operations) {
+  JointPathReport all = operations.front()->joints().report;
+  for (std::size_t i = 1; i < operations.size(); ++i) all.add(operations[i]->joints().report);
+  return all;
+}
+
+}  // namespace
+
+std::string report_text(const PlanOutcome& o) {
+  std::string text;
+  double wall = 0.0, tolerance = 0.0;
+  for (const pathgen::StageTime& t : o.times) wall += t.seconds;
+  for (const OperationPlan* one : o.operations) {
+    const config::Job& job = one->job();
+    tolerance = std::max(tolerance, job.plan.tolerance);
+    if (!job.operation.name.empty())
+      text += formatted("operation %zu of %zu, ", job.operation.number, job.operation.count) +
+              job.operation.name +
+              (job.program.tool > 0 ? ", tool " + std::to_string(job.program.tool) : "") +
+              formatted(": %zu blocks, %.1f min\n", one->joints().moves.size(), one->timing().seconds / 60.0);
+    text += path_text(*one);
+  }
+  const config::Job& job = o.operations.front()->job();
+  text += motion_text({job.machine.model, joints_of_all(o.operations), o.program, o.timing, o.starved});
+  for (const OperationPlan* one : o.operations)
+    if (one->turn()) text += start_turn_text(*one->turn(), one->job());
+  text += o.proof
+              ? formatted("proven: %llu moves, nowhere deeper than %.4f mm in the part (tolerance %.4g mm)\n",
+                          static_cast<unsigned long long>(o.proof->moves), o.proof->gouge, tolerance)
+              : "not proven, as --no-proof says\n";
   if (o.proof) text += o.proof->collisions + "\n";
   text += formatted("%.2f s (%.2f s processor), %.0f MB", wall, o.cpu_seconds, o.peak_memory_mb);
   for (const pathgen::StageTime& t : o.times) text += formatted("; %s %.2f s", t.stage.c_str(), t.seconds);

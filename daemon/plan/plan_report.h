@@ -5,28 +5,21 @@
 #include <string>
 #include <vector>
 
-#include "config/job.h"
+#include "daemon/plan/operation_plan.h"
 #include "daemon/plan/proof_process.h"
-#include "daemon/plan/start_turn.h"
 #include "daemon/post/block.h"
 #include "kinematics/joints/joint_path.h"
-#include "kinematics/joints/singularity_bend.h"
 #include "kinematics/timing/timing.h"
-#include "pathgen/mesh/mesh.h"
 
 namespace tiltfeed::daemon {
 
 struct PlanOutcome {
-  const config::Job& job;
+  std::vector<const OperationPlan*> operations;  ///< at least one
   const pathgen::CheckedMesh& part;
-  const pathgen::PlanReport& plan;
-  const SingularityBendReport& bend;
-  const JointPathReport& joints;
   const ProgramReport& program;
-  const Timing& timing;
+  const Timing& timing;  ///< of all operations
   Starvation starved;
   std::optional<ProofFigures> proof;      ///< nothing: --no-proof
-  std::optional<StartTurn> turn;          ///< nothing: the table does not turn where TCP begins
   std::vector<pathgen::StageTime> times;  ///< of all stages, in order
   double cpu_seconds = 0.0;
   double peak_memory_mb = 0.0;
@@ -47,7 +40,7 @@ std::string motion_text(const MotionOutcome& outcome);
 /// Where the machine would wait for blocks; nowhere when the profile does not state the link's rate.
 Starvation starved(const Timing& timing, const config::MachineProfile& machine, const ProgramReport& program);
 
-/// JSON, one key a line.
+/// JSON, one key a line. Of several operations what each has by itself is in the list `operations`.
 std::string report_json(const PlanOutcome& outcome);
 /// A screenful.
 std::string report_text(const PlanOutcome& outcome);

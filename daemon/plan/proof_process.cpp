@@ -81,8 +81,10 @@ Result<ProofProcess> ProofProcess::start(const ProofRequest& request, int progra
   if (!prover) return tl::unexpected(prover.error());
   std::vector<std::string> words{*prover,  "prove",      request.job, "/dev/fd/" + std::to_string(kProgram),
                                  "--name", request.name, "--told",    "--progress"};
-  const std::pair<const char*, const std::string&> stated[] = {
-      {"--stl", request.stl}, {"--machine", request.machine}, {"--picture", request.picture}};
+  const std::pair<const char*, const std::string&> stated[] = {{"--stl", request.stl},
+                                                               {"--machine", request.machine},
+                                                               {"--operation", request.operation},
+                                                               {"--picture", request.picture}};
   for (const auto& [option, value] : stated)
     if (!value.empty()) words.emplace_back(option), words.push_back(value);
   std::array<int, 2> in{-1, -1}, out{-1, -1};

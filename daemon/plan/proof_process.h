@@ -14,9 +14,9 @@ namespace tiltfeed::daemon {
 Result<std::string> program_beside(const std::string& name);
 
 struct ProofRequest {
-  std::string job, stl, machine;  ///< as `tiltfeed plan` has them
-  std::string name;               ///< of the program, for messages
-  std::string picture;            ///< of a gouge; empty: none
+  std::string job, stl, machine, operation;  ///< as `tiltfeed plan` has them
+  std::string name;                          ///< of the program, for messages
+  std::string picture;                       ///< of a gouge; empty: none
 };
 
 struct ProofFigures {

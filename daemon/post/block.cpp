@@ -302,6 +302,8 @@ PlannedProgram planned_program(const JointPath& path, const std::vector<AxisRun>
   op.tool = {cutter.diameter, 0.0, job.setup.tool_length};
   op.tool_number = job.program.tool;
   op.length_register = job.program.length_register;
+  op.name = job.operation;
+  op.smoothing = job.program.smoothing, op.smoothing_tolerance = job.program.smoothing_tolerance;
   op.cut_feed = job.plan.cut_feed;
   op.plunge_feed = job.plan.plunge_feed;
   if (job.spindle_rpm > 0.0) op.events.push_back({0, EventKind::kSpindle, job.spindle_rpm, ""});
@@ -328,6 +330,13 @@ PlannedProgram planned_program(const JointPath& path, const std::vector<AxisRun>
   else
     program.posting.operations.push_back(std::move(op));
   return program;
+}
+
+void PlannedProgram::add(PlannedProgram next) {
+  const int tool = posting.operations.back().tool_number;
+  next.posting.operations.front().keeps_tool = next.posting.operations.front().tool_number == tool;
+  for (auto& one : next.words) words.push_back(std::move(one));
+  for (Operation& op : next.posting.operations) posting.operations.push_back(std::move(op));
 }
 
 Result<ProgramReport> write_program(const JointPath& path, const config::Job& job, std::ostream& out,

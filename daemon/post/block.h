@@ -35,11 +35,14 @@ Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
 struct PlannedProgram {
   std::vector<std::unique_ptr<JointPath>> words;
   Posting posting;
+
+  /// Puts the next operation's behind it; their machine and header are this one's.
+  void add(PlannedProgram next);
 };
 
-/// Of one tool. `runs`: of `path`, each in a tilted plane of its own; none: the whole path. Requires: `path`
-/// rounded to the profile's decimals (under TCP and in planes: not rounded coarser than that); it outlives
-/// what is returned.
+/// Of one operation. `runs`: of `path`, each in a tilted plane of its own; none: the whole path. Requires:
+/// `path` rounded to the profile's decimals (under TCP and in planes: not rounded coarser than that); it
+/// outlives what is returned.
 PlannedProgram planned_program(const JointPath& path, const std::vector<AxisRun>& runs,
                                const config::Job& job, const HeaderFacts& header);
 

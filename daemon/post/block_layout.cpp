@@ -62,7 +62,7 @@ class Writer {
   Layout layout_;
   std::size_t at_ = 0;  ///< the block that lines stand before
   double spindle_ = 0.0, coolant_ = 0.0, plane_ = kUsualPlane;
-  const bool smooths_;
+  bool smooth_ = false;         ///< the high-speed function is on
   const char* side_ = nullptr;  ///< a word of cutter compensation that is still to be said
   bool fed_ = false, compensated_ = false, shorter_ = false, tilt_clamped_ = false, rotary_clamped_ = false;
 };
@@ -71,8 +71,7 @@ Writer::Writer(const Posting& posting)
     : posting_(posting),
       format_(posting.machine.format),
       table_(table_of(format_.dialect)),
-      filling_(filling_of(posting)),
-      smooths_(posting.data.smoothing != config::Smoothing::kNone) {}
+      filling_(filling_of(posting)) {}
 
 void Writer::line(const std::string& text) {
   const bool numbered = std::string_view(table_.unnumbered).find(text.front()) == std::string_view::npos;
@@ -118,6 +117,9 @@ void Writer::header() {
 }
 
 void Writer::tool_comments(const Operation& op) {
+  if (!op.name.name.empty())
+    comment("operation " + std::to_string(op.name.number) + " of " + std::to_string(op.name.count) + " ",
+            op.name.name, "");
   const std::string length = decimal(op.tool.length, 4);
   const char* const use = op.tool_number > 0 ? table_.length_in_tool : table_.length_alone;
   if (format_.tcp || op.plane)
@@ -172,13 +174,15 @@ void Writer::begin(const Operation& op, bool first) {
       first && (*table_.plane_off == '\0' ? table_.numbering != Numbering::kOptional
                                           : table_.plane_off == std::string_view(table_.plane_done));
   if (op.plane && !ended) lines(table_.plane_done);
-  if (!first && smooths_) lines(table_.smooth_off);
+  if (smooth_) lines(table_.smooth_off);
   if (!first) tool_comments(op);
-  if (op.tool_number > 0)
+  if (op.keeps_tool)
+    lines(table_.edge);
+  else if (op.tool_number > 0)
     lines(table_.tool);
   else
     call_length(op);
-  if (format_.preselects) preselect(op);
+  if (format_.preselects && !op.keeps_tool) preselect(op);
   for (const std::string& open : {format_.unclamp_tilt, format_.unclamp_rotary})
     if (!open.empty()) line(open);
   tilt_clamped_ = rotary_clamped_ = false;
@@ -186,7 +190,8 @@ void Writer::begin(const Operation& op, bool first) {
     modes();
     for (const std::string& own : format_.start) line(own);
   }
-  if (smooths_)
+  smooth_ = op.smoothing != config::Smoothing::kNone;
+  if (smooth_)
     for (const std::string& text : high_speed_lines(posting_, op)) line(text);
 }
 
@@ -384,7 +389,7 @@ void Writer::finish() {
   leave();
   retract();
   if (posting_.operations.back().plane) lines(table_.plane_done);
-  if (smooths_) lines(table_.smooth_off);
+  if (smooth_) lines(table_.smooth_off);
   for (const std::string& own : format_.end) line(own);
   lines(table_.end);
   if (format_.percent) line("%");

@@ -24,15 +24,19 @@ std::uint32_t get(const char* in) {
 
 }  // namespace
 
-void write_block_map(const Posting& posting, const ToolPath& path, std::ostream& out) {
+void write_block_map(const Posting& posting, const std::vector<const ToolPath*>& paths, std::ostream& out) {
   out.write(kMapMark, sizeof kMapMark);
   char entry[kEntryBytes];
-  for (const Operation& op : posting.operations)
+  auto path = paths.begin();
+  for (const Operation& op : posting.operations) {
+    if (&op != posting.operations.data() && !op.goes_on) ++path;
+    const std::vector<Move>& moves = (*path)->moves;
     for (const JointMove& block : op.words->moves) {
       put(entry, block.move);
-      put(entry + 4, block.move < path.moves.size() ? path.moves[block.move].facet : kNoFacet);
+      put(entry + 4, block.move < moves.size() ? moves[block.move].facet : kNoFacet);
       out.write(entry, kEntryBytes);
     }
+  }
 }
 
 Result<std::optional<BlockOrigin>> read_block_origin(const std::string& path, std::uint64_t number) {

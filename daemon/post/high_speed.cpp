@@ -39,13 +39,13 @@ bool turns_in_cuts(const std::vector<JointMove>& moves) {
 std::vector<std::string> high_speed_lines(const Posting& posting, const Operation& op) {
   const DialectTable& table = table_of(posting.machine.format.dialect);
   const bool turning = turns_in_cuts(op.words->moves);
-  const double half = 0.5 * posting.data.smoothing_tolerance;
+  const double half = 0.5 * op.smoothing_tolerance;
   const config::ProgramFormat& format = posting.machine.format;
   const double within = (turning ? half : 2.0 * half) / config::unit_of(format);
   // Without degrees a Sinumerik's call ends with a 1.
   const bool none = table.dialect == config::Dialect::kSiemens && !turning;
   const std::string leans = at_most(Angle::from_radians(half / op.tool.length).degrees(), kDecimals);
-  const Filling filling{{"mode", std::to_string(mode_of(table.dialect, posting.data.smoothing, turning))},
+  const Filling filling{{"mode", std::to_string(mode_of(table.dialect, op.smoothing, turning))},
                         {"within", at_most(within, format.inches ? kInchDecimals : kDecimals)},
                         {"leans", none ? "1" : leans}};
   return filled(table.smooth_on, filling);

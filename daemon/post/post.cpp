@@ -153,6 +153,8 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
     out.posting.operations.push_back({out.words.back().get(), setup, op.path.tool, tool, op.path.cut_feed,
                                       op.path.plunge_feed, op.path.feeds, std::move(*events),
                                       op.length_register, std::move(plane), goes_on});
+    out.posting.operations.back().smoothing = options.data.smoothing;
+    out.posting.operations.back().smoothing_tolerance = options.data.smoothing_tolerance;
   }
   out.timing = time_blocks(all, machine.model, rounded_off_by(format, options.tolerance),
                            options.axis_tolerance, corners_of(format));

@@ -41,7 +41,11 @@ struct Operation {
   int length_register = 0;        ///< 0: that of the tool's number
   /// Its words are in this plane; the rotaries stand. The machine's format is config::in_tilted_planes().
   std::optional<TiltedPlane> plane{};
-  bool goes_on = false;  ///< with the tool of the operation before, which it has in another plane
+  bool goes_on = false;          ///< with the tool of the operation before, which it has in another plane
+  config::OperationName name{};  ///< of a job's operations; empty: it is no such
+  bool keeps_tool = false;       ///< the tool of the operation before stays in the spindle
+  config::Smoothing smoothing = config::Smoothing::kNone;
+  double smoothing_tolerance = 0.0;  ///< as in config::ProgramData, mm
 };
 
 /// A whole program.

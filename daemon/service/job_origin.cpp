@@ -5,6 +5,7 @@
 
 #include "daemon/post/block_map.h"
 #include "daemon/program/block_cursor.h"
+#include "daemon/program/operation_span.h"
 
 namespace tiltfeed::daemon {
 
@@ -22,6 +23,8 @@ ordered_json origin_of(const std::string& program, const std::string& map, LinkK
   }
   json["line"] = block->line;
   json["text"] = block->text;
+  if (const auto operations = read_operations(program, kind, machine))
+    if (const OperationSpan* in = operation_at(*operations, number)) json["operation"] = in->name;
   json["machine_seconds"] = std::round(block->seconds * 10.0) / 10.0;
   const NumericBlock& at = block->state;
   json["at"] = {{"x", at.x}, {"y", at.y}, {"z", at.z}, {"tilt", at.tilt}, {"rotary", at.rotary}};

@@ -276,6 +276,7 @@ std::string JobService::job_json(const SpooledJob& job, const std::vector<std::u
   json["sent"] = view.state.sent;
   json["acknowledged"] = view.state.acknowledged;
   json["executed"] = view.state.executed;
+  if (!view.operation.empty()) json["operation"] = view.operation;
   json["resends"] = view.state.resends;
   json["seconds"] = tenth(view.seconds);
   json["machine_seconds"] = tenth(view.machine_seconds);

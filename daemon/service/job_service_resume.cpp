@@ -11,6 +11,7 @@
 #include "daemon/journal/reentry.h"
 #include "daemon/machine/advice.h"
 #include "daemon/machine/machine_place.h"
+#include "daemon/program/operation_span.h"
 #include "daemon/service/entry_mark.h"
 #include "daemon/service/job_origin.h"
 #include "daemon/service/job_service.h"
@@ -49,8 +50,10 @@ Result<Reentry> plan_entry(const EntryOrder& order) {
   if (!prepared) return tl::unexpected<Error>(prepared.error());
   ReentryOptions options;
   options.from = order.from;
-  if (const Result<config::Job> planned = config::load_job_with(order.yaml, {order.stl, order.machine.path});
-      planned) {
+  config::JobFiles files{.stl = order.stl, .machine = order.machine.path};
+  if (const auto operations = read_operations(order.program, order.link.kind, order.machine.model))
+    if (const OperationSpan* at = operation_at(*operations, order.from)) files.operation = at->name;
+  if (const Result<config::Job> planned = config::load_job_with(order.yaml, files); planned) {
     options.plunge_feed = planned->plan.plunge_feed.mm_per_min();
     options.setup = planned->setup;
   }

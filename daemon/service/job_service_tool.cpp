@@ -8,6 +8,7 @@
 #include "config/output_file.h"
 #include "daemon/journal/tool_return.h"
 #include "daemon/machine/advice.h"
+#include "daemon/program/operation_span.h"
 #include "daemon/service/job_service.h"
 #include "kinematics/basics/decimal.h"
 
@@ -23,7 +24,10 @@ using PlanWay = Result<ToolWay> (*)(const std::string&, LinkKind, const config::
 Result<ToolWay> plan_way(const WayOrder& order, PlanWay plan) {
   ReturnOptions options;
   options.change = order.change;
-  if (const auto planned = config::load_job_with(order.yaml, {order.stl, order.machine.path}); planned) {
+  config::JobFiles files{.stl = order.stl, .machine = order.machine.path};
+  if (const auto operations = read_operations(order.program, order.kind, order.machine.model))
+    if (const OperationSpan* at = operation_at(*operations, order.change)) files.operation = at->name;
+  if (const auto planned = config::load_job_with(order.yaml, files); planned) {
     options.plunge_feed = planned->plan.plunge_feed.mm_per_min();
     options.setup = planned->setup;
   }

@@ -76,6 +76,7 @@ void StreamThread::start(const RunOrder& order) {
     view_.job = order.run.subject.job;
     view_.state.total = order.run.subject.total;
     time_.reset();
+    operations_.clear();
     began_at_machine_time_.reset();
     began_ = heard_ = std::chrono::steady_clock::now();
   }
@@ -100,6 +101,8 @@ RunView StreamThread::view() const {
   if (view.link != LinkKind::kDrip) view.silent_seconds = std::chrono::duration<double>(now - heard_).count();
   if (!time_ || on_way_) return view;
   view.machine_seconds = time_->total();
+  if (const OperationSpan* at = operation_at(operations_, std::max<std::uint64_t>(view.state.executed, 1)))
+    view.operation = at->name;
   view.remaining_seconds =
       remaining_seconds(*time_, view.state.executed, began_at_machine_time_.value_or(0.0), view.seconds);
   return view;
@@ -192,6 +195,10 @@ void StreamThread::stream(const RunOrder& order) {
     if (const auto time = ProgramTime::read(order.run.program, spec.kind, order.machine); time) {
       const std::lock_guard lock(mutex_);
       time_ = std::make_shared<const ProgramTime>(*time);
+    }
+    if (auto operations = read_operations(order.run.program, spec.kind, order.machine)) {
+      const std::lock_guard lock(mutex_);
+      operations_ = std::move(*operations);
     }
     Result<JournalDisk> disk = journal_file(order.journal);
     if (!disk) return tl::unexpected<Error>(disk.error());

@@ -11,6 +11,7 @@
 
 #include "daemon/journal/program_run.h"
 #include "daemon/program/block_cursor.h"
+#include "daemon/program/operation_span.h"
 #include "daemon/service/run_tally.h"
 
 namespace tiltfeed::daemon {
@@ -40,6 +41,7 @@ struct RunView {
   std::optional<Result<SendReport>> ended;
   RunSubject subject;                     ///< what runs
   std::optional<ToolChange> change = {};  ///< that was made before it began
+  std::string operation;                  ///< of the job, of the newest executed block; empty: it has none
   std::string parked;                     ///< how the parking before the next one went
   bool opened = false;                    ///< the controller was ready for blocks
   RunTally tally;                         ///< of the job's own blocks, and of the ways at a tool change
@@ -86,6 +88,7 @@ class StreamThread {
   mutable std::mutex mutex_;  // guards what follows
   RunView view_;
   std::shared_ptr<const ProgramTime> time_;
+  std::vector<OperationSpan> operations_;
   bool on_way_ = false;  ///< before a tool change or behind it
   std::optional<double> began_at_machine_time_;
   std::chrono::steady_clock::time_point began_, heard_;

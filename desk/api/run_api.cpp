@@ -240,9 +240,12 @@ std::optional<Placing> RunApi::placing_of(std::uint64_t job, const std::string& 
   } else if (!machine_.empty()) {
     scene.machine = machine_;
     const std::string part = folder + "/part.stl";
-    if (const auto loaded = config::load_job_with(folder + "/job.yaml", {part, machine_})) {
-      placing = Placing{loaded->machine.model, loaded->setup};
-      scene = scene_of(*loaded, part, machine_);
+    // Part, machine and set-up are those of all operations, but for the tool's length.
+    const config::JobFiles files{.stl = part, .machine = machine_};
+    if (const auto loaded = config::load_operations(folder + "/job.yaml", files)) {
+      const config::Job& first = loaded->front();
+      placing = Placing{first.machine.model, first.setup};
+      scene = scene_of(first, part, machine_);
     }
   }
   scene.job = job;

@@ -271,6 +271,20 @@ Starvation starvation(const std::vector<double>& durations, const LinkRate& link
   return worst;
 }
 
+Timing one_after_the_other(const std::vector<const Timing*>& programs) {
+  Timing all = *programs.front();
+  for (std::size_t i = 1; i < programs.size(); ++i) {
+    const Timing& next = *programs[i];
+    all.seconds += next.seconds, all.slowed += next.slowed;
+    for (const auto v : {&Joints::x, &Joints::y, &Joints::z, &Joints::a, &Joints::c}) {
+      all.peak_velocity.*v = std::max(all.peak_velocity.*v, next.peak_velocity.*v);
+      all.peak_acceleration.*v = std::max(all.peak_acceleration.*v, next.peak_acceleration.*v);
+    }
+    all.durations.insert(all.durations.end(), next.durations.begin(), next.durations.end());
+  }
+  return all;
+}
+
 double rapid_seconds(const MachineModel& machine, const Joints& from, const Joints& to) {
   constexpr double kMinute = 60.0;
   return kMinute *

@@ -46,6 +46,9 @@ inline constexpr double kServoPeriod = 0.001;
 Timing time_blocks(const std::vector<JointMove>& moves, const MachineModel& machine, double tolerance,
                    double axis_tolerance, Corners corners = Corners::kBlended);
 
+/// Programs that run one after the other, with a stop between them. Requires: at least one.
+Timing one_after_the_other(const std::vector<const Timing*>& programs);
+
 /// A rapid at axis speed, the slowest axis's time, s.
 double rapid_seconds(const MachineModel& machine, const Joints& from, const Joints& to);
 

@@ -35,7 +35,8 @@ ControlReader::Wrong ControlReader::machine_codes(const ControlWords& words,
     if (posted_ && !retract_ && !posts(code))
       return "M" + std::to_string(code) +
              " is no word of a posted program, and no line of the profile is this one";
-    if (code == 6) tool_ = selected_;
+    const bool by_hand = code == 0 && dialect_ == config::Dialect::kGrbl && selected_ != kToolNotSaid;
+    if (code == 6 || by_hand) tool_ = selected_;
     if (code == 128 || code == 129)
       if (auto wrong = set_tcp(code == 128)) return wrong;
     if (code == 126 || code == 127) shortest_ = code == 126;

@@ -40,6 +40,8 @@ class ControlReader {
   /// refused and not passed over, but for the lines of the profile's own (start, end, clamps).
   /// A retract that the profile gives goes as that machine needs it: at a feed, or without a motion word.
   Result<void> read_line(std::string_view line, std::vector<ControlBlock>& blocks);
+  /// Another tool is in the spindle from here on. Requires: TCP is off, and no tilted plane is in force.
+  void use(const Setup& setup) { frames_ = MoveFrames(model_, setup); }
   bool ended() const { return ended_; }
   std::uint32_t lines() const { return lines_; }
 

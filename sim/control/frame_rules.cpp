@@ -71,15 +71,37 @@ Frame::Wrong Frame::tcp_begins(const ControlWords& words) {
   return std::string("TCP begins in a block without ") + *missing + ": where the tip is then is not known";
 }
 
+/// "TILTFEED operation 2 of 3 NAME": from there on the next operation's job holds.
+Frame::Wrong Frame::operation_begins(std::string_view text) {
+  if (!marked_) return "an operation of a job begins, and the job has no list of operations";
+  if (begun_operations_ == operations_.size())
+    return "an operation begins behind the last one that the job has";
+  const config::Job& next = operations_[begun_operations_];
+  const config::OperationName& wanted = next.operation;
+  const std::string mark = "operation " + std::to_string(wanted.number) + " of " +
+                           std::to_string(wanted.count) + " " + wanted.name;
+  if (!text.starts_with(mark) || text.substr(mark.size()).find_first_not_of(" )*\r") != text.npos)
+    return "another operation begins here than the job has next, " + mark;
+  if (begun_operations_ > 0 && retracts_ && !retracted_)
+    return "an operation begins before the tool is retracted along the machine's Z";
+  keeps_tool_ = begun_operations_ > 0 && next.program.tool == job_->program.tool;
+  ++begun_operations_;
+  job_ = &next;
+  return std::nullopt;
+}
+
 /// What every header of a posted program says, and the register in ", H4 too".
-void Frame::header(std::string_view text) {
+Frame::Wrong Frame::header(std::string_view text) {
+  const std::string_view said = text.substr(text.find("TILTFEED ") + std::string_view("TILTFEED ").size());
+  if (said.starts_with("operation ")) return operation_begins(said);
   names_part_ = names_part_ || text.find("TILTFEED part ") != text.npos;
   posted_ = posted_ || (names_part_ && text.find("TILTFEED blocks ") != text.npos);
-  if (text.find("TILTFEED tool length") == text.npos) return;
-  next_tool_ = moved_;
+  if (text.find("TILTFEED tool length") == text.npos) return std::nullopt;
+  next_tool_ = moved_ && !keeps_tool_;
   in_planes_ = text.find(", planes take the control's") != text.npos;
   for (const std::string_view letter : {", H", ", D"})
     if (const int number = number_after(text, letter); number > 0) registers_.push_back(number);
+  return std::nullopt;
 }
 
 Frame::Wrong Frame::offset(std::string_view line, const ControlWords& words) {
@@ -103,18 +125,18 @@ Frame::Wrong Frame::offset(std::string_view line, const ControlWords& words) {
       if (called > 0) offset_ = called, frames_dropped_ = false;
     }
   }
-  if (offset_ == 0 || offset_ == job_.program.work_offset) return std::nullopt;
+  if (offset_ == 0 || offset_ == job_->program.work_offset) return std::nullopt;
   return "work offset " + std::to_string(offset_) + " is called, the job's program.work_offset is " +
-         std::to_string(job_.program.work_offset);
+         std::to_string(job_->program.work_offset);
 }
 
 Frame::Wrong Frame::length_register(const ControlWords& words) {
   const bool edge = format_.dialect == Dialect::kSiemens;
   const char letter = edge ? 'D' : 'H';
   if (tnc() || !words.has(letter)) return std::nullopt;
-  const bool jobs = job_.program.length_register > 0 && tool_ == job_.program.tool;
+  const bool jobs = job_->program.length_register > 0 && tool_ == job_->program.tool;
   const int stated = static_cast<int>(words[letter]),
-            wanted = jobs ? job_.program.length_register : (edge ? 1 : tool_);
+            wanted = jobs ? job_->program.length_register : (edge ? 1 : tool_);
   const bool named = std::find(registers_.begin(), registers_.end(), stated) != registers_.end();
   const bool in_force = edge || words.has_g(430) || words.has_g(434) || words.has_g(2340);
   if (edge || in_force) length_called_ = stated != 0;
@@ -150,12 +172,12 @@ Frame::Wrong Frame::planes(std::string_view line, const ControlWords& words) {
 Frame::Wrong Frame::smoothing(std::string_view line) {
   if (!smooths(line, format_.dialect)) return std::nullopt;
   smooth_ = smoothing_after(line, format_.dialect).value_or(smooth_);
-  const bool wanted = job_.program.smoothing != config::Smoothing::kNone;
+  const bool wanted = job_->program.smoothing != config::Smoothing::kNone;
   if (smooth_ && !wanted) return "the high-speed function is on, and the job's program.smoothing is none";
   if (format_.dialect == Dialect::kFanuc && line != "G5.1 Q1" && line != "G5.1 Q0")
     return "G5.1 with other words than Q1 and Q0";
   constexpr double kLastDigit = 1e-9;
-  const double most = job_.program.smoothing_tolerance / config::unit_of(format_) + kLastDigit;
+  const double most = job_->program.smoothing_tolerance / config::unit_of(format_) + kLastDigit;
   if (const auto within = smoothing_within(line, format_.dialect); within && *within > most)
     return "the control may leave the path by more than the job's program.smoothing_tolerance_mm";
   return std::nullopt;
@@ -192,9 +214,9 @@ Frame::Wrong Frame::tool(std::string_view line, const ControlWords& words) {
   // Behind a change the next tool is only made ready.
   if (number < 0 || words.has_g(510) || (format_.preselects && changed_ && stands)) return std::nullopt;
   const bool length_left = std::exchange(length_on_, false) && counts_length();
-  if (tool_ == 0 && job_.program.tool > 0 && number != job_.program.tool)
+  if (tool_ == 0 && job_->program.tool > 0 && number != job_->program.tool)
     return "tool " + std::to_string(number) + " is called, the job's program.tool is " +
-           std::to_string(job_.program.tool);
+           std::to_string(job_->program.tool);
   tool_ = number, length_called_ = false;
   changed_ = tnc();  // there the call is the change
   if (changed_) next_tool_ = false;
@@ -207,6 +229,9 @@ Frame::Wrong Frame::tool(std::string_view line, const ControlWords& words) {
 /// Before Z moves from a retract the tool is there, and the other axes have been sent to its place.
 Frame::Wrong Frame::goes_down(const ControlWords& words) const {
   if (!words.has('Z')) return std::nullopt;
+  if (marked_ && tool_ != job_->program.tool)
+    return "Z moves with tool " + std::to_string(tool_) + ", the operation has tool " +
+           std::to_string(job_->program.tool);
   if (tool_ > 0 && next_tool_) return "Z moves before the change to the next tool";
   if (tool_ > 0 && !changed_)
     return std::string("tool ") + std::to_string(tool_) +
@@ -217,7 +242,7 @@ Frame::Wrong Frame::goes_down(const ControlWords& words) const {
     return "Z moves before the tool's length is called again (D): the retract has ended it";
   if (tcp_ && format_.dialect == Dialect::kSiemens && !linear_rotaries_)
     return "TRAORI without ORIMKS ORIAXES: how the rotaries turn within a block is the machine's setting";
-  if (job_.program.smoothing != config::Smoothing::kNone && !smooth_)
+  if (job_->program.smoothing != config::Smoothing::kNone && !smooth_)
     return "Z moves before the control is told the job's program.smoothing";
   if (in_planes_ && !plane_) return "Z moves before the tilted plane is called";
   if (!retracts_ || !retracted_) return std::nullopt;
@@ -232,7 +257,7 @@ Frame::Wrong Frame::first_move() const {
   if (!missing_.empty())
     return "the first move comes before " + std::string(missing_.front()) +
            ", which every posted program has";
-  if (tool_ == 0 && job_.program.tool > 0) return "the first move comes before a tool is called";
+  if (tool_ == 0 && job_->program.tool > 0) return "the first move comes before a tool is called";
   if (offset_ == 0) return "the first move comes before a work offset is called";
   if (retracts_ && !retracted_) return "the first move comes before a retract along the machine's Z";
   if (started_ < start_.size())
@@ -244,8 +269,8 @@ Frame::Wrong Frame::first_move() const {
 /// All that the post says before the profile's start lines has been said. A line that is equal to one of
 /// these is the post's own before.
 bool Frame::set_up() const {
-  const bool tool_there =
-      tool_ > 0 ? changed_ && (length_called_ || counts_length() || !wants_length()) : job_.program.tool == 0;
+  const bool tool_there = tool_ > 0 ? changed_ && (length_called_ || counts_length() || !wants_length())
+                                    : job_->program.tool == 0;
   return missing_.empty() && offset_ != 0 && !relative_ && tool_there && (retracted_ || !retracts_);
 }
 
@@ -256,10 +281,13 @@ bool Frame::left() const {
 }
 
 Frame::Wrong Frame::at_end() const {
+  if (marked_ && begun_operations_ < operations_.size())
+    return "the program ends, and the operation " + operations_[begun_operations_].operation.name +
+           " of the job has not begun";
   if (retracts_ && !retracted_) return "the program ends without a retract along the machine's Z";
   if (inverse_) return "the program ends with G93 in force";
   if (relative_) return "the program ends with G91 in force: the next words would be taken as ways";
-  if (smooth_ && job_.program.smoothing != config::Smoothing::kNone)
+  if (smooth_ && job_->program.smoothing != config::Smoothing::kNone)
     return "the program ends with the job's program.smoothing in force";
   if (plane_) return "the program ends with a tilted plane in force: the next words would be taken as in it";
   if (length_on_ && counts_length())

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,8 +22,8 @@ bool says(std::string_view line, std::string_view words);
 class Frame {
  public:
   using Wrong = std::optional<std::string>;
-  /// Outlived by `job`.
-  explicit Frame(const config::Job& job);
+  /// Outlived by `operations`: those of one job that the program has, in their order; at least one.
+  explicit Frame(std::span<const config::Job> operations);
 
   Wrong take(std::string_view text);
   Wrong end() const {
@@ -32,6 +33,8 @@ class Frame {
   }
   /// Nothing behind here is looked at.
   std::uint64_t line() const { return line_; }
+  /// The operation that the program is in, counted from 0.
+  std::size_t operation() const { return begun_operations_ > 0 ? begun_operations_ - 1 : 0; }
   bool done() const { return (ended_ && (closed_ || closing().empty() || !posted_)) || (moved_ && !posted_); }
 
  private:
@@ -59,7 +62,8 @@ class Frame {
   std::string_view closing() const;
   void opening(std::string_view line);
   Wrong not_opened() const;
-  void header(std::string_view text);
+  Wrong header(std::string_view text);
+  Wrong operation_begins(std::string_view text);
   Wrong tcp_begins(const ControlWords& words);
   Wrong offset(std::string_view line, const ControlWords& words);
   Wrong tool(std::string_view line, const ControlWords& words);
@@ -73,7 +77,10 @@ class Frame {
   Wrong at_end() const;
   Wrong first_move() const;
 
-  const config::Job& job_;
+  std::span<const config::Job> operations_;
+  const bool marked_;  ///< the program says where each operation begins
+  std::size_t begun_operations_ = 0;
+  const config::Job* job_;  ///< of the operation that it is in
   const config::ProgramFormat& format_;
   const bool retracts_;
   std::vector<std::string_view> missing_;
@@ -93,6 +100,7 @@ class Frame {
   /// Letters of axes, by place in `letters_`, that have been sent to a place since the last tool change.
   std::array<bool, 5> placed_{};
   bool preset_cycle_ = false;  ///< the line before calls a TNC's preset
+  bool keeps_tool_ = false;    ///< the operation has the tool of the one before
   bool next_tool_ = false;     ///< the header's lines of another tool have come, its change has not
   bool changed_ = false;       ///< the tool that is selected has been changed for, or stopped for
   bool linear_rotaries_ = false;

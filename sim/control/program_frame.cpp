@@ -62,13 +62,17 @@ bool says(std::string_view line, std::string_view words) {
   return false;
 }
 
-Frame::Frame(const config::Job& job)
-    : job_(job), format_(job.machine.format), retracts_(format_.retract != "none") {
+Frame::Frame(std::span<const config::Job> operations)
+    : operations_(operations),
+      marked_(!operations.front().operation.name.empty()),
+      job_(&operations.front()),
+      format_(job_->machine.format),
+      retracts_(format_.retract != "none") {
   const auto safe = safe_words(format_.dialect);
   missing_.assign(safe.begin(), safe.end());
   if (format_.inches)
     for (std::string_view& word : missing_) word = word == "G21" ? "G20" : word == "G710" ? "G700" : word;
-  letters_ = {'X', 'Y', 'Z', job.machine.model.tilt.letter, job.machine.model.rotary.letter};
+  letters_ = {'X', 'Y', 'Z', job_->machine.model.tilt.letter, job_->machine.model.rotary.letter};
   clamps_ = bare({format_.clamp_tilt, format_.unclamp_tilt, format_.clamp_rotary, format_.unclamp_rotary});
   start_ = bare(format_.start);
   end_ = bare(format_.end);
@@ -79,8 +83,7 @@ Frame::Wrong Frame::take(std::string_view text) {
   line_ = ++count_;
   const std::string_view line = bare_line(text, format_.dialect, room_);
   if (line.empty()) {
-    if (text.find("TILTFEED ") != text.npos) header(text);
-    return std::nullopt;
+    return text.find("TILTFEED ") != text.npos ? header(text) : std::nullopt;
   }
   if (ended_) {
     closed_ = closed_ || line.front() == '%' || line.starts_with("END PGM");
@@ -91,7 +94,7 @@ Frame::Wrong Frame::take(std::string_view text) {
   const bool plain_block = line.find_first_of("GMTHDSPQRN=(") == line.npos && line.front() != 'L';
   if (plain_block)
     if (auto wrong = read_waiting(0)) return wrong;
-  const bool stands = !spindle_ && job_.spindle_rpm > 0.0;
+  const bool stands = !spindle_ && job_->spindle_rpm > 0.0;
   if (plain_block && moved_ && !retracted_ && !stands) return std::nullopt;
   if (!moved_ && started_ < start_.size() && line == start_[started_] && set_up()) {
     ++started_;
@@ -167,10 +170,13 @@ Frame::Wrong Frame::read(std::string_view line) {
       (tnc() && (words.has_m(91) || words.has_m(92)))) {
     return retract(line, words);
   }
-  if (posted_ && !spindle_ && job_.spindle_rpm > 0.0)
+  if (posted_ && !spindle_ && job_->spindle_rpm > 0.0)
     return "axes move while the spindle stands, and the job's feeds.spindle_rpm is not 0";
   if (posted_ && frames_dropped_) return "TRAORI has dropped the work offset, and it is not called again";
   const bool first = !std::exchange(moved_, true);
+  if (first && !posted_ && operations_.size() > 1)
+    return "the program does not say where the job's operations begin: verify each operation's program by "
+           "itself (--operation)";
   if (first && posted_)
     if (auto wrong = first_move()) return wrong;
   if (posted_)
@@ -182,8 +188,8 @@ Frame::Wrong Frame::read(std::string_view line) {
   return std::nullopt;
 }
 
-FrameCheck::FrameCheck(std::string name, const config::Job& job)
-    : name_(std::move(name)), frame_(std::make_unique<Frame>(job)) {}
+FrameCheck::FrameCheck(std::string name, std::span<const config::Job> operations)
+    : name_(std::move(name)), frame_(std::make_unique<Frame>(operations)) {}
 FrameCheck::FrameCheck(FrameCheck&&) noexcept = default;
 FrameCheck::~FrameCheck() = default;
 
@@ -198,6 +204,8 @@ Result<void> FrameCheck::take(std::string_view line) {
 
 bool FrameCheck::done() const { return frame_->done(); }
 
+std::size_t FrameCheck::operation() const { return frame_->operation(); }
+
 Result<void> FrameCheck::take_rest(Lines& lines) {
   while (!done()) {
     const auto line = lines.next();
@@ -208,9 +216,9 @@ Result<void> FrameCheck::take_rest(Lines& lines) {
   return {};
 }
 
-Result<void> check_frame(std::istream& in, const std::string& name, const config::Job& job) {
+Result<void> check_frame(std::istream& in, const std::string& name, std::span<const config::Job> operations) {
   Lines lines(in);
-  return FrameCheck(name, job).take_rest(lines);
+  return FrameCheck(name, operations).take_rest(lines);
 }
 
 }  // namespace tiltfeed::sim

@@ -4,6 +4,7 @@
 
 #include <istream>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -19,19 +20,22 @@ class Lines;
 /// before the first move, the work offset or the length register is not the job's, the tool is not retracted
 /// before the first move, at a tool change or at the end, or the program has no end. Reads the stream from
 /// where it is.
-Result<void> check_frame(std::istream& in, const std::string& name, const config::Job& job);
+/// `operations`: those of one job that the program has; of several each begins with its mark, in their order.
+Result<void> check_frame(std::istream& in, const std::string& name, std::span<const config::Job> operations);
 
 /// The same, line by line, beside who reads the program anyway.
 class FrameCheck {
  public:
-  /// Outlived by `job`. `name`: of the program, for messages.
-  FrameCheck(std::string name, const config::Job& job);
+  /// Outlived by `operations`. `name`: of the program, for messages.
+  FrameCheck(std::string name, std::span<const config::Job> operations);
   FrameCheck(FrameCheck&&) noexcept;
   ~FrameCheck();
   /// The next line.
   Result<void> take(std::string_view line);
   /// Lines from here on say nothing.
   bool done() const;
+  /// The operation that the last line belongs to, counted from 0.
+  std::size_t operation() const;
   /// All that is left of the program.
   Result<void> take_rest(Lines& lines);
 

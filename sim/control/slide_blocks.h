@@ -15,6 +15,10 @@ class SlideBlocks {
   SlideBlocks(const MachineModel& machine, const Setup& setup, double reach, double tolerance)
       : frames_(machine, setup), reach_(reach), tolerance_(tolerance) {}
 
+  /// Another tool is in the spindle from here on. Requires: TCP is off.
+  void use(const MachineModel& machine, const Setup& setup, double reach, double tolerance) {
+    frames_ = MoveFrames(machine, setup), reach_ = reach, tolerance_ = tolerance;
+  }
   /// Calls take(block) with the block, or its pieces, X Y Z those of the slides. All pieces but the last go
   /// on.
   void take(const ControlBlock& one, const std::function<void(const Block&)>& take);

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "sim/basics/workers.h"
 #include "sim/control/program_frame.h"
@@ -22,17 +23,19 @@ constexpr std::size_t kBatch = 32768, kFirstBatch = 2048, kChunk = 512;
 /// Reads moves, some at a time.
 class Moves {
  public:
-  Moves(std::istream& in, const std::string& name, const config::Job& job)
+  Moves(std::istream& in, const std::string& name, std::span<const config::Job> operations)
       : in_(in),
         lines_(in),
         name_(name),
-        reader_(job.machine, job.setup),
-        frames_(job.machine.model, job.setup),
-        frame_(name, job) {}
+        operations_(operations),
+        reader_(operations.front().machine, operations.front().setup),
+        frames_(operations.front().machine.model, operations.front().setup),
+        frame_(name, operations) {}
 
-  /// Up to about `most` more; none: the program is at its end.
+  /// Up to about `most` more of one operation; none: the program is at its end.
   Result<void> read(std::size_t most, std::vector<ProgramMove>& moves) {
     moves.clear();
+    if (frame_.operation() != operation_) begin_operation();
     while (moves.size() < most && !reader_.ended()) {
       const auto line = lines_.next();
       if (!line) break;
@@ -44,6 +47,9 @@ class Moves {
         return fail(read.error().code,
                     name_ + ":" + std::to_string(reader_.lines()) + ": " + read.error().message);
       for (const ControlBlock& block : blocks_) take(block, moves);
+      if (frame_.operation() == operation_) continue;
+      if (!moves.empty()) break;  // the line is the operation's mark
+      begin_operation();
     }
     if (in_.bad()) return fail(Code::kIo, name_ + ": cannot be read to its end");
     return {};
@@ -52,10 +58,19 @@ class Moves {
   Result<void> end() { return frame_.take_rest(lines_); }
   std::uint64_t blocks() const { return count_; }
   std::uint64_t bytes() const { return bytes_; }
+  /// Of the moves that were read last, counted from 0.
+  std::size_t operation() const { return operation_; }
+  const MoveFrames& frames() const { return frames_; }
   /// Places that the program takes over from, since the last call.
   std::vector<ProgramMove> take_fresh() { return std::exchange(fresh_, {}); }
 
  private:
+  void begin_operation() {
+    operation_ = frame_.operation();
+    const config::Job& job = operations_[operation_];
+    reader_.use(job.setup);
+    frames_ = MoveFrames(job.machine.model, job.setup);
+  }
   void take(const ControlBlock& one, std::vector<ProgramMove>& moves) {
     const Block& block = one.block;
     if (block.op != Op::kRapid && block.op != Op::kFeed) return;
@@ -71,6 +86,8 @@ class Moves {
   std::istream& in_;
   Lines lines_;
   const std::string& name_;
+  std::span<const config::Job> operations_;
+  std::size_t operation_ = 0;
   ControlReader reader_;
   MoveFrames frames_;
   FrameCheck frame_;
@@ -82,13 +99,15 @@ class Moves {
 };
 
 /// Where the program takes over the tool may be in the part without touching its surface.
-void look_inside(const Prover& prover, const CollisionCheck* check, const std::vector<ProgramMove>& places,
+void look_inside(const OperationProof& held, std::size_t operation, const std::vector<ProgramMove>& places,
                  ProgramProof& result) {
+  const Prover& prover = *held.prover;
   for (const ProgramMove& place : places) {
-    if (check != nullptr) result.collisions.add(check->look(place));
+    if (held.check != nullptr) result.add(held.check->look(place), operation);
     const Pose pose = prover.frames().pose(place.to, place.tcp);
     if (result.inside || !prover.inside(pose)) continue;
     result.inside = true;
+    result.gouging = operation;
     result.proof.deepest = ProvenGouge{
         ToolPart::kCutter, prover.depth_inside(pose), place.rapid, place.line, place.block, pose, 0};
   }
@@ -128,24 +147,36 @@ class Shares {
 
 }  // namespace
 
-Result<ProgramProof> prove_program(std::istream& in, const std::string& name, const config::Job& job,
-                                   const Prover& prover, const CollisionCheck* check, int threads,
+void ProgramProof::add(Collisions found, std::size_t operation) {
+  if (found.places.empty()) return;
+  if (collisions.places.empty()) colliding = operation;
+  if (colliding == operation) collisions.add(std::move(found));
+}
+
+Result<ProgramProof> prove_program(std::istream& in, const std::string& name,
+                                   std::span<const config::Job> operations,
+                                   const std::vector<OperationProof>& held, int threads,
                                    const std::function<bool(double share)>& progress) {
   const auto size = std::max<std::streamoff>(1, in.seekg(0, std::ios::end).tellg());
   in.clear();
   in.seekg(0);
-  Moves reader(in, name, job);
+  Moves reader(in, name, operations);
   ProgramProof result;
   std::vector<ProgramMove> now, next;
   Result<void> read = reader.read(kFirstBatch, now);
   if (!read) return tl::unexpected(read.error());
   Shares shares(progress, static_cast<double>(size));
+  std::size_t before = 0;
+  double known = 0.0;  // how deep the operation's batches before are in its part
   while (true) {
-    look_inside(prover, check, reader.take_fresh(), result);
+    const std::size_t operation = reader.operation();
+    const Prover* const prover = held[operation].prover;
+    const CollisionCheck* const check = held[operation].check;
+    if (std::exchange(before, operation) != operation) known = 0.0;
+    look_inside(held[operation], operation, reader.take_fresh(), result);
     std::vector<Proof> proofs((now.size() + kChunk - 1) / kChunk);
     std::vector<Collisions> collisions(proofs.size());
-    const PairSet told = CollisionCheck::told(result.collisions);
-    const double known = result.proof.gouge;  // of the batches before
+    const PairSet told = operation == result.colliding ? CollisionCheck::told(result.collisions) : 0;
     shares.begin(proofs.size(), reader.bytes());
     in_parallel(proofs.size() + 1, threads, [&](std::size_t i) {
       if (i == 0) {
@@ -155,35 +186,38 @@ Result<ProgramProof> prove_program(std::istream& in, const std::string& name, co
       if (shares.stopped()) return;
       const std::size_t first = (i - 1) * kChunk;
       const auto moves = std::span(std::as_const(now)).subspan(first, std::min(kChunk, now.size() - first));
-      proofs[i - 1] = prover.hold(moves, known);
+      proofs[i - 1] = prover->hold(moves, known);
       if (check != nullptr) collisions[i - 1] = check->hold(moves, told);
       shares.next();
     });
-    for (const Proof& proof : proofs) result.proof.add(proof);
-    for (Collisions& some : collisions) result.collisions.add(std::move(some));
+    const double deepest = result.proof.deepest ? result.proof.deepest->depth : 0.0;
+    for (const Proof& proof : proofs) result.proof.add(proof), known = std::max(known, proof.gouge);
+    if (result.proof.deepest && result.proof.deepest->depth > deepest) result.gouging = operation;
+    for (Collisions& some : collisions) result.add(std::move(some), operation);
     if (!read) return tl::unexpected(read.error());
     if (shares.stopped()) return fail(Code::kCancelled, "the proof was cancelled");
     if (next.empty()) break;
     std::swap(now, next);
   }
   if (auto sound = reader.end(); !sound) return tl::unexpected(sound.error());
-  look_inside(prover, check, reader.take_fresh(), result);
-  if (check != nullptr) check->measure(result.collisions);
+  look_inside(held[reader.operation()], reader.operation(), reader.take_fresh(), result);
+  if (const CollisionCheck* const check = held[result.colliding].check) check->measure(result.collisions);
   result.blocks = reader.blocks();
   if (result.proof.moves == 0) return fail(Code::kInput, name + ": no motion after its first block");
   return result;
 }
 
-Result<ToolPath> moves_between(std::istream& in, const std::string& name, const config::Job& job,
-                               std::uint64_t first, std::uint64_t last) {
+Result<ToolPath> moves_between(std::istream& in, const std::string& name,
+                               std::span<const config::Job> operations, std::uint64_t first,
+                               std::uint64_t last) {
   in.clear();
   in.seekg(0);
-  Moves reader(in, name, job);
-  const MoveFrames frames(job.machine.model, job.setup);
+  Moves reader(in, name, operations);
   ToolPath path;
   std::vector<ProgramMove> moves;
   while (true) {
     if (auto read = reader.read(kChunk, moves); !read) return tl::unexpected(read.error());
+    const MoveFrames& frames = reader.frames();
     for (const ProgramMove& move : moves) {
       if (move.block < first || move.block > last) continue;
       const MoveKind kind = move.rapid ? MoveKind::kRapid : MoveKind::kCut;

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <deque>
 #include <fstream>
 #include <iostream>
+#include <map>
+#include <span>
 #include <thread>
 #include <unordered_map>
 #include <vector>
@@ -88,10 +91,11 @@ pathgen::Mesh around(const pathgen::Mesh& part, Point<Part> p, double near) {
 constexpr double kChecked = 0.1, kReady = 0.2;
 
 /// The gouge with the part and the moves about it.
-Result<void> draw(std::istream& in, const std::string& name, const config::Job& job,
-                  const pathgen::CheckedMesh& part, const ProvenGouge& gouge, const std::string& png) {
+Result<void> draw(std::istream& in, const std::string& name, std::span<const config::Job> operations,
+                  const config::Job& job, const pathgen::CheckedMesh& part, const ProvenGouge& gouge,
+                  const std::string& png) {
   const std::uint64_t first = gouge.block > kBlocksAround ? gouge.block - kBlocksAround : 1;
-  auto path = moves_between(in, name, job, first, gouge.block + kBlocksAround);
+  auto path = moves_between(in, name, operations, first, gouge.block + kBlocksAround);
   if (!path) return tl::unexpected(path.error());
   Point<Part> place = gouge.pose.tip;
   for (std::size_t i = 0; i < part.mesh.facets.size(); ++i)
@@ -115,9 +119,13 @@ int prove_command(const ProveOptions& options) {
   // Who tells it that the program is whole has started it, and wants no proof without living on.
   if (options.told) ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   const std::string& name = options.name.empty() ? options.program : options.name;
-  const auto job = config::load_job_with(options.job, {options.stl, options.machine});
-  if (!job) return report(job.error());
-  std::vector<config::NamedFile> inputs = config::files_of(*job);
+  const auto jobs = config::load_operations(
+      options.job, {.stl = options.stl, .machine = options.machine, .operation = options.operation});
+  if (!jobs) return report(jobs.error());
+  const config::Job* const job = &jobs->front();
+  std::vector<config::NamedFile> inputs;
+  for (const config::Job& one : *jobs)
+    for (const config::NamedFile& file : config::files_of(one)) inputs.push_back(file);
   inputs.push_back({"PROGRAM", options.program});
   if (const auto fits = config::check_outputs({{"--picture", options.picture}}, inputs); !fits)
     return report(fits.error());
@@ -127,12 +135,24 @@ int prove_command(const ProveOptions& options) {
     if (options.progress) std::printf("progress %.3f\n", share), std::fflush(stdout);
     return true;
   };
-  const auto part = pathgen::check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()},
-                                        [&](double share) { return show(kChecked * share); });
-  if (!part) return report(part.error());
-  const Prover prover(*part, *job);
-  const auto check = CollisionCheck::make(*part, *job);
-  if (!check) return report(check.error());
+  // Each operation has the part as its own tolerance lets it be repaired.
+  std::map<double, pathgen::CheckedMesh> parts;
+  std::deque<Prover> provers;
+  std::deque<CollisionCheck> checks;
+  std::vector<OperationProof> held;
+  for (const config::Job& one : *jobs) {
+    const double repair = ToleranceBudget(one.plan.tolerance).repair();
+    if (!parts.contains(repair)) {
+      auto part = pathgen::check_mesh(*stl, {repair}, [&](double share) { return show(kChecked * share); });
+      if (!part) return report(part.error());
+      parts.emplace(repair, std::move(*part));
+    }
+    auto check = CollisionCheck::make(parts.at(repair), one);
+    if (!check) return report(check.error());
+    provers.emplace_back(parts.at(repair), one);
+    checks.push_back(std::move(*check));
+    held.push_back({&provers.back(), checks.back().idle() ? nullptr : &checks.back()});
+  }
   show(kReady);
   std::string word;
   if (options.told && !std::getline(std::cin, word)) return report({Code::kCancelled, "no program came"});
@@ -141,21 +161,24 @@ int prove_command(const ProveOptions& options) {
   const int threads = options.threads > 0
                           ? options.threads
                           : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const auto proven = prove_program(in, name, *job, prover, check->idle() ? nullptr : &*check, threads,
+  const auto proven = prove_program(in, name, *jobs, held, threads,
                                     [&](double share) { return show(kReady + (1.0 - kReady) * share); });
   if (!proven) return report(proven.error());
   const auto& gouge = proven->proof.deepest;
   if (!gouge && !proven->collisions.places.empty())
-    return report({Code::kInput, check->text(proven->collisions, name)});
+    return report({Code::kInput, checks[proven->colliding].text(proven->collisions, name)});
   if (!gouge) {
     std::printf("proven %llu moves, largest gouge %.4f mm\n",
                 static_cast<unsigned long long>(proven->proof.moves), proven->proof.gouge);
-    std::printf("%s\n", check->scope().c_str());
+    std::printf("%s\n", checks.front().scope().c_str());
     return kDone;
   }
+  const config::Job& gouging = (*jobs)[proven->gouging];
+  const pathgen::CheckedMesh& part = parts.at(ToleranceBudget(gouging.plan.tolerance).repair());
   if (!options.picture.empty())
-    if (auto drawn = draw(in, name, *job, *part, *gouge, options.picture); !drawn) report(drawn.error());
-  return report({Code::kInput, gouge_text(*gouge, words_at(in, gouge->line), name, *job)});
+    if (auto drawn = draw(in, name, *jobs, gouging, part, *gouge, options.picture); !drawn)
+      report(drawn.error());
+  return report({Code::kInput, gouge_text(*gouge, words_at(in, gouge->line), name, gouging)});
 }
 
 }  // namespace tiltfeed::sim

@@ -9,6 +9,7 @@ namespace tiltfeed::sim {
 struct ProveOptions {
   std::string job, program;  ///< the program in the dialect of the job's machine
   std::string stl, machine;  ///< instead of the job's; empty: as the job says
+  std::string operation;     ///< of the job, whose program it is alone; empty: all of them
   std::string name;          ///< of the program in messages; empty: as `program`
   std::string picture;       ///< PNG file of a gouge; empty: none
   bool told = false;         ///< the program is whole when a line has come on standard input

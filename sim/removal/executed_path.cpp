@@ -31,16 +31,15 @@ class Collector {
       return;
     }
     const bool away = row.command.off_path;
-    if (away || row.command.goes_on) ++path_.off_path;
     // The block that comes down from a later retract is one of the path's own.
-    if (!away && std::exchange(on_path_, true) && away_) --path_.off_path;
+    if (!away && std::exchange(on_path_, true) && away_) path_.moves.back().off_path = false;
     away_ = away;
     const Joints& from = path_.moves.empty() ? path_.start : path_.moves.back().to;
     AxisVector way = axes_of(row.command.target);
     for (std::size_t i = 0; const double start : axes_of(from)) way[i++] -= start;
     path_.moves.push_back({row.command.target, row.start, row.end,
                            programmed_seconds(row.command, way, options_), row.block, row.command.line,
-                           op == Op::kRapid});
+                           op == Op::kRapid, away || row.command.goes_on});
   }
   Result<ExecutedPath> finish(const std::string& name) {
     if (path_.moves.empty())
@@ -124,6 +123,37 @@ Result<ExecutedPath> executed_path(const std::vector<TraceRow>& trace, const std
   Collector collector(options, trace.size());
   for (const TraceRow& row : trace) collector.take(row);
   return collector.finish(name);
+}
+
+std::size_t ExecutedPath::blocks() const {
+  return static_cast<std::size_t>(
+      std::count_if(moves.begin(), moves.end(), [](const ExecutedMove& move) { return !move.off_path; }));
+}
+
+Result<std::vector<ExecutedPath>> by_operations(ExecutedPath path, const std::vector<std::uint32_t>& begins,
+                                                const std::string& name) {
+  std::vector<ExecutedPath> paths;
+  auto first = path.moves.begin();
+  Joints start = path.start;
+  for (std::size_t i = 0; i < begins.size(); ++i) {
+    const auto last = i + 1 == begins.size()
+                          ? path.moves.end()
+                          : std::find_if(first, path.moves.end(), [&](const ExecutedMove& move) {
+                              return move.line >= begins[i + 1];
+                            });
+    if (first == last)
+      return fail(Code::kInput, name + ": operation " + std::to_string(i + 1) + " of the job moves nothing");
+    ExecutedPath one;
+    one.start = start, one.start_line = i == 0 ? path.start_line : begins[i];
+    one.moves.assign(first, last);
+    const double begin = one.moves.front().start;
+    for (ExecutedMove& move : one.moves) move.start -= begin, move.end -= begin;
+    one.seconds = one.moves.back().end;
+    start = one.moves.back().to;
+    first = last;
+    paths.push_back(std::move(one));
+  }
+  return paths;
 }
 
 int main_direction(const ExecutedPath& path, const MachineModel& machine, const Setup& setup) {

@@ -23,6 +23,7 @@ struct ExecutedMove {
   std::uint64_t block = 0;        ///< count from 1 of the program's blocks, or TraceRow::block
   std::uint32_t line = 0;         ///< of the program: its N word, or the count of lines
   bool rapid = false;
+  bool off_path = false;  ///< to or from the retract, or a piece of a block but its last
 };
 
 /// Properties: times ascend; the first motion block only states `start`, the pose the tool stands at, and is
@@ -31,9 +32,10 @@ struct ExecutedPath {
   Joints start;
   std::uint32_t start_line = 0;
   std::vector<ExecutedMove> moves;
-  std::size_t off_path = 0;  ///< moves to and from the retract, and pieces of a block but its last
-  double seconds = 0.0;      ///< from the first move's start to the last row's end, dwells included
+  double seconds = 0.0;  ///< from the first move's start to the last row's end, dwells included
 
+  /// Blocks of the path: what the program's header counts, but for the first.
+  std::size_t blocks() const;
   const Joints& from(std::size_t move) const { return move == 0 ? start : moves[move - 1].to; }
 };
 
@@ -65,6 +67,11 @@ class ProgramRun {
 Result<ExecutedPath> execute_program(const std::vector<Block>& program, const std::string& name,
                                      const MachineModel& machine, const Setup& setup,
                                      const MotionOptions& options = {});
+
+/// A program's path by its operations: `begins` has the line of the text at which each begins, by rising
+/// number. Times begin at 0 in each. Errors: kInput: an operation moves nothing: `name`.
+Result<std::vector<ExecutedPath>> by_operations(ExecutedPath path, const std::vector<std::uint32_t>& begins,
+                                                const std::string& name);
 
 /// The moves of an executed trace; `options`: how its control reads F. Errors: kInput when there is none.
 Result<ExecutedPath> executed_path(const std::vector<TraceRow>& trace, const std::string& name,

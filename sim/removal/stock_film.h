@@ -27,6 +27,8 @@ class StockFilm {
   /// The frames that nothing was cut in since.
   void finish();
 
+  /// What is left of them.
+  const Dexels& lines() const { return lines_; }
   int axis() const { return lines_.axis(); }
   double cell() const { return cell_; }
   double begin() const { return begin_; }

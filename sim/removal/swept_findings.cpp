@@ -93,7 +93,7 @@ void Timeline::add(std::size_t m, double removed, double way) {
 
 void Timeline::finish(Removal& result) {
   end_stretch();
-  result.blocks = path_.moves.size() - path_.off_path;
+  result.blocks = path_.blocks();
   result.seconds = path_.seconds;
   result.feed_seconds = feed_seconds_, result.rapid_seconds = rapid_seconds_,
   result.air_seconds = air_seconds_;

@@ -179,6 +179,7 @@ std::string to_json(const RemovalContext& context, const Removal& r, const Remov
   json.open("failures", '[');
   for (const std::string& failure : verdict.failures) json.put(nullptr, failure);
   json.close();
+  if (!context.job.operation.name.empty()) json.put("operation", context.job.operation.name);
   json.put("part", context.job.plan.name);
   json.put("machine", context.job.machine.model.name);
   json.put("source", context.source);

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <future>
 #include <iostream>
 #include <optional>
@@ -22,24 +21,18 @@
 #include "pathgen/mesh/mesh_check.h"
 #include "pathgen/mesh/stl.h"
 #include "sim/basics/workers.h"
-#include "sim/control/program_frame.h"
-#include "sim/control/slide_blocks.h"
-#include "sim/gcode/canon.h"
 #include "sim/removal/executed_path.h"
 #include "sim/removal/removal.h"
 #include "sim/removal/stock.h"
 #include "sim/report/program_header.h"
 #include "sim/report/report.h"
+#include "sim/report/verified_moves.h"
 #include "sim/report/verify_progress.h"
 
 namespace tiltfeed::sim {
 namespace {
 
 constexpr int kDone = 0, kFailed = 1, kWrongUse = 2, kIncomplete = 3;
-// A line of a program is hardly shorter: a header that states more blocks is wrong.
-constexpr std::uint64_t kBytesPerBlock = 8;
-// Axes that travel linearly instead of a tip that does may leave its way by this share of the tolerance.
-constexpr double kTipShare = 0.1;
 constexpr double kFinest = 1e-3, kCoarsest = 50.0;
 // Without --resolution: a tenth of the cutter, and so many cells along the part's longest side at most.
 constexpr double kCellsPerDiameter = 10.0, kCellsPerSide = 1500.0;
@@ -76,74 +69,10 @@ std::string stock_from(const RemovalOptions& options) {
 }
 
 /// The one file that says the moves.
-struct Moves {
-  Source kind;
-  const std::string& name;
-};
-Moves moves_of(const VerifyOptions& o) {
+MovesFile moves_of(const VerifyOptions& o) {
   if (!o.program.empty()) return {Source::kProgram, o.program};
   if (!o.trace.empty()) return {Source::kTrace, o.trace};
   return {Source::kCanon, o.canon};
-}
-
-/// The blocks of a program in the dialect of the job's machine, X Y Z those of the slides.
-Result<void> read_in_dialect(std::istream& in, const std::string& name, const config::Job& job,
-                             const std::function<void(const Block&)>& take) {
-  const config::Dialect dialect = job.machine.format.dialect;
-  // With a tool number the text has the words of a tool change, which the simulated controller has not.
-  if ((dialect == config::Dialect::kRs274 || dialect == config::Dialect::kGrbl) && job.program.tool == 0)
-    return read_program(in, name, GcodeReader(job.machine.model), take);
-  ControlReader reader(job.machine, job.setup);
-  SlideBlocks slides(job.machine.model, job.setup, ToolSolid(job.plan.cutter).top(),
-                     kTipShare * job.plan.tolerance);
-  return read_control_program(in, name, reader, [&](const ControlBlock& one) { slides.take(one, take); });
-}
-
-/// Executes the program as it is read, which no memory for all of its blocks is needed for.
-Result<ExecutedPath> read_and_execute(std::ifstream& in, const std::string& name, const config::Job& job,
-                                      ProgramHeader& header) {
-  header = read_program_header(in);
-  if (auto fits = check_header(header, job, name); !fits) return tl::unexpected(fits.error());
-  in.clear();
-  in.seekg(0);
-  if (auto sound = check_frame(in, name, job); !sound) return tl::unexpected(sound.error());
-  in.clear();
-  const auto size =
-      static_cast<std::uint64_t>(std::max<std::streamoff>(0, in.seekg(0, std::ios::end).tellg()));
-  in.seekg(0);
-  const std::uint64_t expected = std::min(header.blocks.value_or(0), size / kBytesPerBlock);
-  ProgramRun run(name, job.machine.model, job.setup, motion_options(job.machine), expected);
-  Result<void> fits;
-  const auto take = [&](const Block& block) {
-    if (fits) fits = check_tool(block, job, name);
-    if (fits) run.take(block);
-  };
-  const auto read = read_in_dialect(in, name, job, take);
-  // What cannot be read comes before what does not fit, wherever it is.
-  if (!read) return tl::unexpected(read.error());
-  if (!fits) return tl::unexpected(fits.error());
-  return run.finish();
-}
-
-/// Reads the moves.
-Result<ExecutedPath> read_path(const VerifyOptions& options, const config::Job& job, ProgramHeader& header) {
-  const auto [kind, name] = moves_of(options);
-  const MachineModel& machine = job.machine.model;
-  std::ifstream in(name, std::ios::binary);
-  if (!in) return fail(Code::kIo, name + ": cannot be opened");
-  if (kind == Source::kCanon) {
-    const auto program = read_canon(in, name, machine);
-    if (!program) return tl::unexpected(program.error());
-    if (auto fits = check_tool(*program, job, name); !fits) return tl::unexpected(fits.error());
-    return execute_program(*program, name, machine, job.setup, motion_options(job.machine));
-  }
-  if (kind == Source::kTrace) {
-    const auto trace = read_trace(in, name);
-    if (!trace) return tl::unexpected(trace.error());
-    if (auto fits = check_trace(*trace, job, name); !fits) return tl::unexpected(fits.error());
-    return executed_path(*trace, name, motion_options(job.machine));
-  }
-  return read_and_execute(in, name, job, header);
 }
 
 Result<void> check_probes(const pathgen::CheckedMesh& part, double spacing) {
@@ -161,26 +90,10 @@ Result<void> check_probes(const pathgen::CheckedMesh& part, double spacing) {
                                 " MB are free: use a coarser --resolution");
 }
 
-/// The part, and the probes on it.
-struct Surface {
-  std::optional<Error> error;
-  pathgen::CheckedMesh part;
-  double cell = 0.0;
-  std::optional<Probes> probes;
-};
-
-Surface read_surface(const config::Job& job, std::optional<double> resolution) {
-  Surface surface;
+Result<pathgen::CheckedMesh> read_part(const config::Job& job) {
   const Result<pathgen::Stl> stl = pathgen::read_stl(job.stl_path, job.stl_unit_mm);
-  if (!stl) return {stl.error(), {}, 0.0, {}};
-  Result<pathgen::CheckedMesh> part =
-      pathgen::check_mesh(*stl, {ToleranceBudget(job.plan.tolerance).repair()});
-  if (!part) return {part.error(), {}, 0.0, {}};
-  surface.part = std::move(*part);
-  surface.cell = resolution ? *resolution : default_cell(job, surface.part);
-  if (const auto fits = check_probes(surface.part, surface.cell); !fits) return {fits.error(), {}, 0.0, {}};
-  surface.probes.emplace(surface.part.mesh, surface.cell, probe_reach(job, rest_limit(job.plan)));
-  return surface;
+  if (!stl) return tl::unexpected(stl.error());
+  return pathgen::check_mesh(*stl, {ToleranceBudget(job.plan.tolerance).repair()});
 }
 
 /// The same stock in few lines, to be shown. Nothing where so few lines do not do: a thin part falls through.
@@ -192,6 +105,13 @@ std::optional<StockFilm> make_film(const StockShape& shape, const pathgen::Check
   auto coarse = make_stock(shape, part, job, cell, threads, {axis});
   if (!coarse) return std::nullopt;
   return StockFilm(std::move(coarse->bundles.front()), cell, path.moves.front().start, path.moves.back().end);
+}
+
+/// A folder or page by itself for each of several operations.
+std::string out_of(const std::string& out, const config::OperationName& operation) {
+  if (out.empty() || operation.count == 1) return out;
+  const std::string page = ".html", name = std::to_string(operation.number) + "-" + operation.name;
+  return is_page(out) ? out.substr(0, out.size() - page.size()) + "-" + name + page : out + "/" + name;
 }
 
 void print(const RemovalContext& context, const RemovalVerdict& verdict, const Removal& r) {
@@ -231,10 +151,200 @@ void print_cost(std::chrono::steady_clock::time_point begun, double read, double
               static_cast<double>(usage.ru_maxrss) / 1024.0);
 }
 
+/// One program, operation by operation.
+class Verification {
+ public:
+  Verification(const VerifyOptions& options, VerifyProgress& line) : options_(options), line_(line) {}
+  /// The exit status.
+  Result<int> run();
+
+ private:
+  Result<void> load();
+  Result<void> read();
+  Result<void> make_first_stock();
+  Result<void> verify(std::size_t operation);
+  void show(const RemovalContext& context, const RemovalVerdict& verdict, const Removal& result);
+  void take(const RemovalVerdict& verdict);
+  bool several() const { return jobs_.size() > 1; }
+
+  const VerifyOptions& options_;
+  VerifyProgress& line_;
+  const std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
+  std::vector<config::Job> jobs_;
+  StockShape shape_;
+  RemovalOptions removal_;
+  std::optional<pathgen::CheckedMesh> part_;  ///< as the operation that is verified has it
+  VerifiedMoves moves_;
+  double cell_ = 0.0;
+  std::optional<Stock> stock_;  ///< as the operations before have left it
+  std::optional<StockFilm> film_;
+  double read_ = 0.0, cut_ = 0.0;  ///< when reading and cutting ended, s
+  bool failed_ = false, incomplete_ = false;
+  std::string reports_;  ///< JSON of the operations, with commas between them
+};
+
+Result<void> Verification::load() {
+  line_.show("read", 0.0);
+  auto jobs = config::load_operations(
+      options_.job, {.stl = options_.stl, .machine = options_.machine, .operation = options_.operation});
+  if (!jobs) return tl::unexpected(jobs.error());
+  jobs_ = std::move(*jobs);
+  for (const config::Job& job : jobs_) {
+    if (!is_page(options_.out)) continue;
+    std::vector<config::NamedFile> inputs = config::files_of(job);
+    inputs.insert(inputs.end(), {{"PROGRAM", options_.program},
+                                 {"--trace", options_.trace},
+                                 {"--canon", options_.canon},
+                                 {"--stock", options_.stock}});
+    if (const auto fits = config::check_outputs({{"--out", out_of(options_.out, job.operation)}}, inputs);
+        !fits)
+      return fits;
+  }
+  auto shape =
+      options_.stock.empty() ? Result<StockShape>(default_stock(jobs_.front())) : parse_stock(options_.stock);
+  if (!shape) return tl::unexpected(shape.error());
+  shape_ = *shape;
+  removal_.threads = options_.threads > 0
+                         ? options_.threads
+                         : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return {};
+}
+
+Result<void> Verification::read() {
+  Result<pathgen::CheckedMesh> part = fail(Code::kInput, "not read");
+  Result<VerifiedMoves> moves = fail(Code::kInput, "not read");
+  in_parallel(2, removal_.threads, [&](std::size_t task) {
+    if (task == 0)
+      part = read_part(jobs_.front());
+    else
+      moves = read_moves(moves_of(options_), jobs_);
+  });
+  if (!part) return tl::unexpected(part.error());
+  part_ = std::move(*part);
+  cell_ = options_.resolution.value_or(kCoarsest);
+  if (!options_.resolution)
+    for (const config::Job& job : jobs_) cell_ = std::min(cell_, default_cell(job, *part_));
+  if (auto fits = check_probes(*part_, cell_); !fits) return fits;
+  if (!moves) return tl::unexpected(moves.error());
+  moves_ = std::move(*moves);
+  return {};
+}
+
+Result<void> Verification::make_first_stock() {
+  const config::Job& job = jobs_.front();
+  if (options_.stock.empty() && shape_.kind == StockKind::kOffset && part_->sides != pathgen::Sides::kOutward)
+    shape_ = StockShape{StockKind::kBox, shape_.margin, {}}, removal_.stock_known = false;
+  line_.show("stock", 0.0);
+  // One bundle does where all operations cut along it.
+  const int axis = main_direction(moves_.paths.front(), job.machine.model, job.setup);
+  bool one = options_.bundles == 1;
+  for (std::size_t i = 1; i < jobs_.size(); ++i)
+    one = one && main_direction(moves_.paths[i], jobs_[i].machine.model, jobs_[i].setup) == axis;
+  auto stock = make_stock(shape_, *part_, job, cell_, removal_.threads,
+                          one ? std::vector<int>{axis} : std::vector<int>{0, 1, 2});
+  if (!stock) return tl::unexpected(stock.error());
+  stock_ = std::move(*stock);
+  if (options_.out.empty()) return {};
+  if (!is_page(options_.out) && several())
+    if (auto made = make_report_folder(options_.out); !made) return made;
+  film_ = make_film(shape_, *part_, job, *stock_, moves_.paths.front(), removal_.threads);
+  return {};
+}
+
+Result<void> Verification::verify(std::size_t operation) {
+  const config::Job& job = jobs_[operation];
+  const ExecutedPath& path = moves_.paths[operation];
+  if (operation > 0) {
+    auto part = read_part(job);
+    if (!part) return tl::unexpected(part.error());
+    part_ = std::move(*part);
+    if (film_)
+      film_ =
+          StockFilm(Dexels(film_->lines()), film_->cell(), path.moves.front().start, path.moves.back().end);
+  }
+  removal_.tolerance = job.plan.tolerance, removal_.rest_limit = rest_limit(job.plan);
+  Probes probes(part_->mesh, cell_, probe_reach(job, removal_.rest_limit));
+  ProgramHeader header = moves_.header;
+  if (several()) header.blocks = {}, header.seconds = {};
+  const RemovalContext context{job,
+                               *part_,
+                               shape_,
+                               moves_of(options_).name,
+                               header,
+                               moves_of(options_).kind,
+                               operation > 0            ? ", less what the operations before have cut"
+                               : options_.stock.empty() ? stock_from(removal_)
+                                                        : ""};
+  const std::string out = out_of(options_.out, job.operation);
+  if (!out.empty() && !is_page(out))
+    if (auto made = make_report_folder(out); !made) return made;
+  if (operation == 0) read_ = since(begun_);
+  std::future<Drawings> drawings;
+  if (!out.empty())
+    drawings = std::async(removal_.threads > 1 ? std::launch::async : std::launch::deferred,
+                          [&] { return draw_report(job, *part_, path, probes.patches()); });
+  const auto result = remove_material(
+      job, path, *stock_, probes, removal_,
+      [&](const char* stage, double f) {
+        line_.show(stage, f);
+        return true;
+      },
+      film_ ? &*film_ : nullptr);
+  if (!result) return tl::unexpected(result.error());
+  RemovalVerdict verdict = judge(*result, context);
+  std::uint64_t blocks = 1;
+  for (const ExecutedPath& one : moves_.paths) blocks += one.blocks();
+  if (several() && operation == 0 && moves_.header.blocks && *moves_.header.blocks != blocks)
+    verdict.failures.push_back("the program has " + std::to_string(blocks) +
+                               " blocks that move an axis, its header states " +
+                               std::to_string(*moves_.header.blocks));
+  cut_ = since(begun_);
+  if (operation + 1 == jobs_.size())
+    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_IGN);  // the rest is quick, and whole
+  take(verdict);
+  show(context, verdict, *result);
+  if (out.empty()) return {};
+  line_.show("report", 0.0);
+  const RemovalFindings findings{context, drawings.get(),           *result, verdict, path,
+                                 probes,  film_ ? &*film_ : nullptr};
+  return write_removal_report(out, findings, removal_.threads);
+}
+
+void Verification::take(const RemovalVerdict& verdict) {
+  failed_ = failed_ || (!verdict.passed() && !verdict.incomplete());
+  incomplete_ = incomplete_ || verdict.incomplete();
+}
+
+void Verification::show(const RemovalContext& context, const RemovalVerdict& verdict, const Removal& result) {
+  const config::OperationName& operation = context.job.operation;
+  if (options_.as_json) {
+    reports_ += (reports_.empty() ? "" : ",\n") + to_json(context, result, verdict);
+    return;
+  }
+  if (!operation.name.empty())
+    std::printf("operation %zu of %zu, %s: ", operation.number, operation.count, operation.name.c_str());
+  print(context, verdict, result);
+}
+
+Result<int> Verification::run() {
+  for (const auto stage : {&Verification::load, &Verification::read, &Verification::make_first_stock})
+    if (auto done = (this->*stage)(); !done) return tl::unexpected(done.error());
+  for (std::size_t i = 0; i < jobs_.size(); ++i)
+    if (auto done = verify(i); !done) return tl::unexpected(done.error());
+  const char* const word = failed_ ? "failed" : incomplete_ ? "incomplete" : "passed";
+  if (options_.as_json && several())
+    std::printf("{\n\"passed\": %s,\n\"verdict\": \"%s\",\n\"operations\": [\n%s\n]\n}\n",
+                failed_ || incomplete_ ? "false" : "true", word, reports_.c_str());
+  else if (options_.as_json)
+    std::printf("%s\n", reports_.c_str());
+  else
+    print_cost(begun_, read_, cut_);
+  return failed_ ? kFailed : incomplete_ ? kIncomplete : kDone;
+}
+
 }  // namespace
 
 int verify_command(const VerifyOptions& options) {
-  const auto begun = std::chrono::steady_clock::now();
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, cancel_simulation);
   if (!options.program.empty() + !options.trace.empty() + !options.canon.empty() != 1)
     return report({Code::kUsage, "a program, --trace or --canon, one of them; see --help"});
@@ -242,83 +352,8 @@ int verify_command(const VerifyOptions& options) {
     return report({Code::kUsage, "--resolution " + number_text(*options.resolution) + ": " +
                                      number_text(kFinest) + " to " + number_text(kCoarsest) + " mm"});
   VerifyProgress line(options.progress);
-  line.show("read", 0.0);
-  const Result<config::Job> job = config::load_job_with(options.job, {options.stl, options.machine});
-  if (!job) return report(job.error());
-  if (is_page(options.out)) {
-    std::vector<config::NamedFile> inputs = config::files_of(*job);
-    inputs.insert(inputs.end(), {{"PROGRAM", options.program},
-                                 {"--trace", options.trace},
-                                 {"--canon", options.canon},
-                                 {"--stock", options.stock}});
-    if (const auto fits = config::check_outputs({{"--out", options.out}}, inputs); !fits)
-      return report(fits.error());
-  }
-  auto shape = options.stock.empty() ? Result<StockShape>(default_stock(*job)) : parse_stock(options.stock);
-  if (!shape) return report(shape.error());
-  RemovalOptions removal;
-  removal.tolerance = job->plan.tolerance, removal.rest_limit = rest_limit(job->plan);
-  removal.threads = options.threads > 0 ? options.threads
-                                        : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  Surface surface;
-  ProgramHeader header;
-  Result<ExecutedPath> path = fail(Code::kInput, "not read");
-  in_parallel(2, removal.threads, [&](std::size_t task) {
-    if (task == 0)
-      surface = read_surface(*job, options.resolution);
-    else
-      path = read_path(options, *job, header);
-  });
-  if (surface.error) return report(*surface.error);
-  if (!path) return report(path.error());
-  const pathgen::CheckedMesh* part = &surface.part;
-  const double cell = surface.cell;
-  if (options.stock.empty() && shape->kind == StockKind::kOffset && part->sides != pathgen::Sides::kOutward)
-    shape = StockShape{StockKind::kBox, shape->margin, {}}, removal.stock_known = false;
-  const Moves moves = moves_of(options);
-  const RemovalContext context{
-      *job, *part, *shape, moves.name, header, moves.kind, options.stock.empty() ? stock_from(removal) : ""};
-  line.show("stock", 0.0);
-  std::vector<int> axes{0, 1, 2};
-  if (options.bundles == 1) axes = {main_direction(*path, job->machine.model, job->setup)};
-  auto stock = make_stock(*shape, *part, *job, cell, removal.threads, axes);
-  if (!stock) return report(stock.error());
-  std::optional<StockFilm> film;
-  if (!options.out.empty()) {
-    if (!is_page(options.out))
-      if (auto made = make_report_folder(options.out); !made) return report(made.error());
-    film = make_film(*shape, *part, *job, *stock, *path, removal.threads);
-  }
-  const double read = since(begun);
-  Probes& probes = *surface.probes;
-  std::future<Drawings> drawings;
-  if (!options.out.empty())
-    drawings = std::async(removal.threads > 1 ? std::launch::async : std::launch::deferred,
-                          [&] { return draw_report(*job, *part, *path, probes.patches()); });
-  const auto result = remove_material(
-      *job, *path, *stock, probes, removal,
-      [&](const char* stage, double f) {
-        line.show(stage, f);
-        return true;
-      },
-      film ? &*film : nullptr);
-  if (!result) return report(result.error());
-  const RemovalVerdict verdict = judge(*result, context);
-  const double cut = since(begun);
-  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_IGN);  // the rest is quick, and whole
-  if (options.as_json)
-    std::printf("%s\n", to_json(context, *result, verdict).c_str());
-  else
-    print(context, verdict, *result);
-  if (!options.out.empty()) {
-    line.show("report", 0.0);
-    const RemovalFindings findings{context, drawings.get(),         *result, verdict, *path,
-                                   probes,  film ? &*film : nullptr};
-    if (auto written = write_removal_report(options.out, findings, removal.threads); !written)
-      return report(written.error());
-  }
-  if (!options.as_json) print_cost(begun, read, cut);
-  return verdict.passed() ? kDone : verdict.incomplete() ? kIncomplete : kFailed;
+  const Result<int> status = Verification(options, line).run();
+  return status ? *status : report(status.error());
 }
 
 }  // namespace tiltfeed::sim

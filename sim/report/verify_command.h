@@ -12,6 +12,7 @@ struct VerifyOptions {
   std::optional<double> resolution;        ///< mm; absent: chosen from the tool and the part's size
   std::string out;                         ///< folder of the report, or its page (.html); empty: none
   std::string stl, machine;                ///< instead of the job's; empty: the job's
+  std::string operation;                   ///< of the job, whose moves these are; empty: all of them
   std::string progress;                    ///< a file that says what it is at; empty: none
   int bundles = 1;                         ///< of the stock's lines: 1, along the tool's main direction, or 3
   int threads = 0;                         ///< 0: as many as the machine has

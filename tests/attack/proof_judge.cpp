@@ -97,7 +97,8 @@ class ProofJudge {
     std::stringstream text;
     if (const auto written = write_program(joints_, job_, text); !written)
       return verdict_.findings.push_back("post: " + written.error().message);
-    const auto proven = sim::prove_program(text, "case.nc", job_, prover_, nullptr, 1, {});
+    const auto proven =
+        sim::prove_program(text, "case.nc", std::span(&job_, 1), {{&prover_, nullptr}}, 1, {});
     if (!proven) return verdict_.findings.push_back("proof cannot read: " + proven.error().message);
     verdict_.moves = proven->proof.moves;
     if (proven->inside) return;  // told by the depth of the tip, not by facets

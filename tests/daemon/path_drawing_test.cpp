@@ -22,7 +22,7 @@ TEST(PathDrawing, states_pose_time_and_kind_of_each_block) {
                 {{4, 5, 7, 30, 0}, 3.0, MoveKind::kCut, 2},
                 {{4, 5, 7, 0, 90}, 3.0, MoveKind::kCut, 3}};
   std::ostringstream out;
-  write_path_drawing(path, {0.0, 2.5, 3.25, 4.0}, machine, setup, out);
+  write_path_drawing(path, {0.0, 2.5, 3.25, 4.0}, machine, setup, 0.0, out);
   const std::string bytes = out.str();
   ASSERT_EQ(bytes.size(), path.moves.size() * kDrawnNumbers * sizeof(float));
   std::vector<float> numbers(path.moves.size() * kDrawnNumbers);

@@ -315,7 +315,7 @@ TEST(BlockMap, GivesMoveAndFacetOfEachBlock) {
     std::ofstream out(folder.path + "/map", std::ios::binary);
     Posting posting;
     posting.operations.emplace_back().words = &joints;
-    write_block_map(posting, path, out);
+    write_block_map(posting, {&path}, out);
   }
   for (std::uint32_t i = 0; i < 20; ++i) {
     const auto origin = read_block_origin(folder.path + "/map", i + 1);

@@ -96,7 +96,8 @@ class PlanePrograms : public testing::TestWithParam<PlaneShop> {
     std::string all;
     for (const std::string& line : lines) all += line + "\n";
     std::istringstream frame(all), moves(all);
-    if (const auto sound = check_frame(frame, "p.nc", job_); !sound) return sound.error().message;
+    if (const auto sound = check_frame(frame, "p.nc", std::span(&job_, 1)); !sound)
+      return sound.error().message;
     ControlReader reader(profile_, job_.setup);
     const auto read = read_control_program(moves, "p.nc", reader, [](const ControlBlock&) {});
     return read ? "" : read.error().message;

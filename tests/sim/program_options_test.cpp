@@ -36,6 +36,8 @@ class ProgramOptions : public testing::TestWithParam<DialectCase> {
     Posting posting = posting_of(GetParam(), {&path});
     posting.data = data;
     posting.operations[0].length_register = length_register;
+    posting.operations[0].smoothing = data.smoothing;
+    posting.operations[0].smoothing_tolerance = data.smoothing_tolerance;
     posting.operations[0].events = {{0, EventKind::kSpindle, 8000, ""},
                                     {0, EventKind::kCoolant, coolant, ""}};
     if (posting.machine.format.through_on.empty())
@@ -54,7 +56,8 @@ class ProgramOptions : public testing::TestWithParam<DialectCase> {
     std::string all;
     for (const std::string& line : lines) all += line + "\n";
     std::istringstream frame(all), moves(all), back(all);
-    if (const auto sound = check_frame(frame, "p.nc", job_); !sound) return sound.error().message;
+    if (const auto sound = check_frame(frame, "p.nc", std::span(&job_, 1)); !sound)
+      return sound.error().message;
     ControlReader reader(job_.machine, job_.setup);
     if (const auto read = read_control_program(moves, "p.nc", reader, [](const ControlBlock&) {}); !read)
       return read.error().message;

@@ -70,7 +70,7 @@ struct Posted {
   }
   Result<ProgramProof> prove(const Prover& prover) const {
     std::istringstream in(text());
-    return prove_program(in, "p.nc", job, prover, nullptr, 2, {});
+    return prove_program(in, "p.nc", std::span(&job, 1), {{&prover, nullptr}}, 2, {});
   }
   std::vector<ControlBlock> read() const {
     std::istringstream in(text());
@@ -118,7 +118,7 @@ TEST(ProgramProof, CountsWithinABatch) {
   std::vector<double> shares;
   const auto prove = [&](std::size_t most) {
     std::istringstream in(posted.text());
-    return prove_program(in, "p.nc", posted.job, prover, nullptr, 2, [&](double share) {
+    return prove_program(in, "p.nc", std::span(&posted.job, 1), {{&prover, nullptr}}, 2, [&](double share) {
       shares.push_back(share);
       return shares.size() < most;
     });

@@ -9,6 +9,7 @@ export interface RunJob {
   blocks?: number;
   executed?: number;
   phase?: string;
+  operation?: string;
   seconds?: number;
   machine_seconds?: number;
   remaining_seconds?: number;

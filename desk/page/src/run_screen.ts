@@ -139,6 +139,7 @@ export class RunScreen {
     this.progress.value = share(job) ?? 0;
     this.progress.hidden = this.figures.hidden = !job;
     if (job) this.figures.textContent = `${count_text(job.executed ?? 0)} of ${count_text(job.blocks ?? 0)} blocks executed` +
+      (job.operation ? `, operation ${job.operation}` : '') +
       (job.machine_seconds ? `, ${time_text(job.remaining_seconds ?? 0)} left` : '') + (job.seconds ? `, ${time_text(job.seconds)} so far` : '');
     this.draw_places(run);
     for (const [what, value] of Object.entries(this.override_values)) {
