@@ -74,9 +74,6 @@ Result<void> Planning::load() {
   auto jobs = config::load_operations(
       files_.job, {.stl = files_.stl, .machine = files_.machine, .operation = files_.operation});
   if (!jobs) return tl::unexpected(jobs.error());
-  if (jobs->size() > 1 && !files_.cl.empty())
-    return fail(Code::kUsage, "--cl: a CL file has the path of one operation, and " + files_.job +
-                                  " has several: name one (--operation), or plan each by itself (--each)");
   for (config::Job& job : *jobs) operations_.emplace_back(std::move(job), clock_, told_);
   if (files_.alone)
     if (auto whole = goes_alone(job()); !whole) return whole;
@@ -236,7 +233,10 @@ Result<void> Planning::add(const std::string& path, const std::function<void(std
 
 Result<void> Planning::write_others() {
   auto cl = clock_.time("cl file", [&] {
-    return add(files_.cl, [&](std::ostream& out) { write_cl(operations_.front().cl_path(), out); });
+    std::vector<ClOperation> paths;
+    for (const OperationPlan& one : operations_)
+      paths.push_back({&one.cl_path(), std::max(one.job().program.tool, 1)});
+    return add(files_.cl, [&](std::ostream& out) { write_cl(paths, out); });
   });
   if (!cl) return cl;
   if (auto map = add(files_.map,

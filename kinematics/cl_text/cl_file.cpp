@@ -79,32 +79,59 @@ std::optional<std::string> tell_kinds_apart(AptOperation& operation) {
 
 }  // namespace
 
-void write_cl(const ToolPath& path, std::ostream& out) {
-  std::string text = "PARTNO " + path.name + "\nUNITS/MM\nMULTAX\nCUTTER/" + exact(path.tool.diameter) + "," +
-                     exact(path.tool.corner_radius) + "\nLOADTL/1,LENGTH," + exact(path.tool.length) +
-                     "\nPPRINT " + std::string(kFeedsRemark) + exact(path.cut_feed.mm_per_min()) + "," +
-                     exact(path.plunge_feed.mm_per_min()) + "\n";
-  const auto flush = [&](std::size_t above) {
-    if (text.size() <= above) return;
-    out.write(text.data(), static_cast<std::streamsize>(text.size()));
-    text.clear();
-  };
+namespace {
+
+/// Text that goes to the stream piece by piece.
+class ClText {
+ public:
+  explicit ClText(std::ostream& out) : out_(out) {}
+  void add(std::string_view text) { text_ += text; }
+  void add(const Move& move) {
+    append_move(text_, move);
+    if (text_.size() > kChunk) flush();
+  }
+  void flush() {
+    out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
+    text_.clear();
+  }
+
+ private:
+  std::ostream& out_;
+  std::string text_;
+};
+
+/// Tool, feeds and moves.
+void put_operation(const ClOperation& operation, ClText& text) {
+  const ToolPath& path = *operation.path;
+  text.add("CUTTER/" + exact(path.tool.diameter) + "," + exact(path.tool.corner_radius) + "\nLOADTL/" +
+           std::to_string(operation.tool) + ",LENGTH," + exact(path.tool.length) + "\nPPRINT " +
+           std::string(kFeedsRemark) + exact(path.cut_feed.mm_per_min()) + "," +
+           exact(path.plunge_feed.mm_per_min()) + "\n");
   const bool same_feeds = path.cut_feed == path.plunge_feed;
   std::optional<MoveKind> kind;  // of the feed in force
   for (const Move& move : path.moves) {
     if (move.kind != MoveKind::kRapid && kind != move.kind) {
       const bool plunge = move.kind == MoveKind::kPlunge;
       if (!kind || !same_feeds)
-        text += "FEDRAT/" + exact((plunge ? path.plunge_feed : path.cut_feed).mm_per_min()) + ",MMPM\n";
-      if (same_feeds) ((text += "PPRINT ") += plunge ? kPlungeRemark : kCutRemark) += '\n';
+        text.add("FEDRAT/" + exact((plunge ? path.plunge_feed : path.cut_feed).mm_per_min()) + ",MMPM\n");
+      if (same_feeds) text.add("PPRINT " + std::string(plunge ? kPlungeRemark : kCutRemark) + "\n");
       kind = move.kind;
     }
-    append_move(text, move);
-    flush(kChunk);
+    text.add(move);
   }
-  text += "FINI\n";
-  flush(0);
 }
+
+}  // namespace
+
+void write_cl(const std::vector<ClOperation>& operations, std::ostream& out) {
+  ClText text(out);
+  text.add("PARTNO " + operations.front().path->name + "\nUNITS/MM\nMULTAX\n");
+  for (const ClOperation& operation : operations) put_operation(operation, text);
+  text.add("FINI\n");
+  text.flush();
+}
+
+void write_cl(const ToolPath& path, std::ostream& out) { write_cl({{&path, 1}}, out); }
 
 Result<ToolPath> read_cl(std::istream& in, const std::string& name) {
   AptOptions options;

@@ -5,6 +5,7 @@
 
 #include <iosfwd>
 #include <string>
+#include <vector>
 
 #include "kinematics/basics/result.h"
 #include "kinematics/basics/tool_path.h"
@@ -15,6 +16,14 @@ namespace tiltfeed {
 /// FEDRAT/ appears where the feed changes; cut and plunge are told apart by it, or by a remark where both
 /// feeds are the same.
 void write_cl(const ToolPath& path, std::ostream& out);
+/// One operation of a CL file.
+struct ClOperation {
+  const ToolPath* path;
+  int tool = 1;  ///< LOADTL/
+};
+/// Several, one after the other, as one file: what a control's program is posted from. Requires: at least
+/// one.
+void write_cl(const std::vector<ClOperation>& operations, std::ostream& out);
 
 /// Reads CL text that `write_cl` wrote back to the same path, to the decimals written (facets excepted: CL
 /// text has none). It reads with `read_apt`, so a file of another CAM system is read, too: its first feed is
