@@ -14,6 +14,7 @@
 #include "kinematics/basics/result.h"
 #include "kinematics/joints/joint_path.h"
 #include "kinematics/joints/singularity_bend.h"
+#include "kinematics/timing/lower_bounds.h"
 #include "kinematics/timing/timing.h"
 #include "pathgen/mesh/mesh_check.h"
 #include "pathgen/plan/plan.h"
@@ -46,6 +47,7 @@ class OperationPlan {
   const JointPath& joints() const { return joints_; }
   const std::optional<StartTurn>& turn() const { return turn_; }
   const Timing& timing() const { return timing_; }
+  LowerBounds bounds() const { return lower_bounds(planned_.path, joints_.moves, job_.machine.model); }
   /// As the CL file has it, for any machine.
   const ToolPath& cl_path() const { return planned_.path; }
   /// What the blocks' moves count.

@@ -14,6 +14,12 @@ nlohmann::ordered_json joints_json(const Joints& j) {
   return {{"x", j.x}, {"y", j.y}, {"z", j.z}, {"a", j.a}, {"c", j.c}};
 }
 
+nlohmann::ordered_json bounds_json(const LowerBounds& bounds) {
+  return {{"path_at_feed_seconds", bounds.path},
+          {"axes_at_speed_seconds", joints_json(bounds.axes)},
+          {"blocks_seconds", bounds.blocks}};
+}
+
 nlohmann::ordered_json starvation_json(const Starvation& s) {
   if (s.count == 0) return nullptr;
   return {{"waits_seconds", s.waits},
@@ -122,6 +128,7 @@ void add_joints(nlohmann::ordered_json& json, const OperationPlan& one) {
   const JointPathReport& joints = one.joints().report;
   const SingularityBendReport& bend = one.bend();
   json["programmed_seconds"] = joints.seconds;
+  json["lower_bounds"] = bounds_json(one.bounds());
   json["reconfigurations"] = joints.reconfigurations;
   json["pole_swings"] = joints.pole_swings;
   if (one.job().axis_tolerance.radians() > 0.0)
@@ -286,6 +293,20 @@ std::string path_text(const OperationPlan& one) {
   return text;
 }
 
+/// What of the program's time is left to gain, and where.
+std::string bounds_text(const std::vector<const OperationPlan*>& operations, const MachineModel& machine) {
+  LowerBounds all;
+  for (const OperationPlan* one : operations) all.add(one->bounds());
+  const Joints& axes = all.axes;
+  std::string text = formatted(
+      "no less than: the path at its feed %.1f min, each block at its feed or slowest axis %.1f min; "
+      "axes at full speed X %.1f Y %.1f Z %.1f",
+      all.path / 60.0, all.blocks / 60.0, axes.x / 60.0, axes.y / 60.0, axes.z / 60.0);
+  for (const auto& [axis, seconds] : {std::pair{&machine.tilt, axes.a}, {&machine.rotary, axes.c}})
+    if (axis->present) text += formatted(" %c %.1f", axis->letter, seconds / 60.0);
+  return text + " min\n";
+}
+
 /// The joints' figures of all operations as those of one program.
 JointPathReport joints_of_all(const std::vector<const OperationPlan*>& operations) {
   JointPathReport all = operations.front()->joints().report;
@@ -311,6 +332,7 @@ std::string report_text(const PlanOutcome& o) {
   }
   const config::Job& job = o.operations.front()->job();
   text += motion_text({job.machine.model, joints_of_all(o.operations), o.program, o.timing, o.starved});
+  text += bounds_text(o.operations, job.machine.model);
   for (const OperationPlan* one : o.operations)
     if (one->turn()) text += start_turn_text(*one->turn(), one->job());
   text += o.proof
