@@ -126,6 +126,12 @@ int run(int argc, char** argv) {
       "tool poses and times of all blocks to write, for a viewer: float32, see daemon/plan/README.md");
   planning->add_option("--stl", files.stl, "take this part instead of the job's");
   planning->add_option("--machine", files.machine, "take this machine profile instead of the job's");
+  std::string optimise;
+  planning
+      ->add_option("--optimise", optimise,
+                   "time: take the direction and distance of passes that are quickest and leave no more than "
+                   "the job's own")
+      ->check(CLI::IsMember({"time"}));
   planning->add_flag("!--no-proof", files.prove,
                      "do not hold the printed moves against the part; the program's header says so");
   planning->add_option("--progress", progress, "file that holds stage and percentage while it plans");
@@ -194,6 +200,7 @@ int run(int argc, char** argv) {
   if (suggesting.called()) return suggesting.run();
   if (measuring.called()) return measuring.run();
   if (tools.called()) return tools.run();
+  files.shortest_time = optimise == "time";
   if (planning->parsed()) return plan_command(files, each, progress);
   return posting.called() ? posting.run() : machines.run();
 }

@@ -3,10 +3,11 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "config/job_inputs.h"
 #include "daemon/plan/header_figures.h"
@@ -15,6 +16,7 @@
 #include "daemon/plan/path_drawing.h"
 #include "daemon/plan/plan_report.h"
 #include "daemon/plan/proof_process.h"
+#include "daemon/plan/shortest_time.h"
 #include "daemon/post/block_map.h"
 #include "kinematics/basics/decimal.h"
 #include "kinematics/basics/tolerance_budget.h"
@@ -41,6 +43,7 @@ class Planning {
   Result<void> load();
   Result<std::shared_ptr<const pathgen::CheckedMesh>> part_of(const config::Job& job);
   Result<void> plan_paths();
+  Result<void> shorten_operations();
   Result<void> program();
   Result<void> open_program();
   Result<void> find_joints();
@@ -49,15 +52,16 @@ class Planning {
   Result<void> write_others();
   Result<void> add(const std::string& path, const std::function<void(std::ostream&)>& write);
   Result<void> report();
-  const config::Job& job() const { return operations_.front().job(); }
+  const config::Job& job() const { return operations_.front()->job(); }
 
   const PlanFiles& files_;
   const PlanListener& told_;
   StageClock clock_;
-  std::deque<OperationPlan> operations_;  ///< in their order; what they post points into them
+  std::vector<std::unique_ptr<OperationPlan>> operations_;               ///< in their order
   std::map<double, std::shared_ptr<const pathgen::CheckedMesh>> parts_;  ///< by the share of repair, mm
   std::optional<PlannedProgram> posted_;
-  Timing timing_;  ///< of all operations, one after the other
+  Timing timing_;                              ///< of all operations, one after the other
+  std::vector<ShortenedOperation> shortened_;  ///< by operation; empty: not asked
   ProgramReport program_;
   std::optional<ProofFigures> proof_;
   std::vector<config::OutputFile> outputs_;  ///< the program first
@@ -74,11 +78,12 @@ Result<void> Planning::load() {
   auto jobs = config::load_operations(
       files_.job, {.stl = files_.stl, .machine = files_.machine, .operation = files_.operation});
   if (!jobs) return tl::unexpected(jobs.error());
-  for (config::Job& job : *jobs) operations_.emplace_back(std::move(job), clock_, told_);
+  for (config::Job& job : *jobs)
+    operations_.push_back(std::make_unique<OperationPlan>(std::move(job), clock_, told_));
   if (files_.alone)
     if (auto whole = goes_alone(job()); !whole) return whole;
-  for (const OperationPlan& one : operations_)
-    if (auto fits = config::check_outputs(outputs, config::files_of(one.job())); !fits) return fits;
+  for (const auto& one : operations_)
+    if (auto fits = config::check_outputs(outputs, config::files_of(one->job())); !fits) return fits;
   return {};
 }
 
@@ -101,10 +106,10 @@ Result<std::shared_ptr<const pathgen::CheckedMesh>> Planning::part_of(const conf
 
 Result<void> Planning::plan_paths() {
   std::optional<std::string> odd_unit;
-  for (OperationPlan& one : operations_) {
-    auto part = part_of(one.job());
+  for (const auto& one : operations_) {
+    auto part = part_of(one->job());
     if (!part) return tl::unexpected(part.error());
-    if (&one == &operations_.front()) {
+    if (one == operations_.front()) {
       told_.say(size_text((*part)->bounds));
       if (job().machine.format.path_control == config::PathControl::kBlend)
         told_.say("the control rounds corners off (G64) by " +
@@ -113,12 +118,39 @@ Result<void> Planning::plan_paths() {
       odd_unit = unit_warning((*part)->bounds, job());
       if (odd_unit) told_.say("warning: " + *odd_unit);
     }
-    const std::string& name = one.job().operation.name;
+    const std::string& name = one->job().operation.name;
     if (!name.empty()) told_.say("operation " + name);
-    if (auto planned = one.plan_path(*part, !files_.report.empty()); !planned)
+    if (auto planned = one->plan_path(*part, !files_.report.empty() || files_.shortest_time); !planned)
       return tl::unexpected(in_operation(planned.error(), name));
   }
-  if (odd_unit) operations_.front().warn(*odd_unit);
+  if (odd_unit) operations_.front()->warn(*odd_unit);
+  return {};
+}
+
+/// Of each operation the pattern that takes the machine the least time.
+Result<void> Planning::shorten_operations() {
+  if (!files_.shortest_time) return {};
+  for (auto& one : operations_) {
+    const std::string& name = one->job().operation.name;
+    if (auto found = one->find_joints(); !found) return tl::unexpected(in_operation(found.error(), name));
+    const auto part = part_of(one->job());
+    if (!part) return tl::unexpected(part.error());
+    const config::Job stated = one->job();
+    std::size_t plans = 0;
+    const PlanOnce once = [&](const config::Job& job) -> std::unique_ptr<OperationPlan> {
+      told_.say("shortest time: plan " + std::to_string(++plans) + " of " + std::to_string(kMostTried) +
+                " at most");
+      auto plan = std::make_unique<OperationPlan>(job, clock_, told_);
+      if (!plan->plan_path(*part, true) || !plan->find_joints()) return nullptr;
+      return plan;
+    };
+    Shortened found = shorten(*one, once);
+    if (!told_.show("shortest time", 1.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
+    shortened_.push_back({one->timing().seconds, found.tried, {}});
+    if (!found.plan) continue;
+    shortened_.back().pattern = found.plan->job().plan.pattern;
+    one = std::move(found.plan);
+  }
   return {};
 }
 
@@ -133,26 +165,25 @@ Result<void> Planning::program() {
   };
   const auto sides = [&] {
     std::vector<int> all;
-    for (const OperationPlan& one : operations_) all.push_back(one.tilt_side());
+    for (const auto& one : operations_) all.push_back(one->tilt_side());
     return all;
   };
   auto first = once();
   const std::vector<int> before = sides();
   const std::string collision = prover_ ? prover_->collision() : "";
   const bool may = std::any_of(before.begin(), before.end(), [](int side) { return side != 0; }) &&
-                   std::none_of(operations_.begin(), operations_.end(), [](const OperationPlan& one) {
-                     return one.joints().report.reconfigurations > 0;
-                   });
+                   std::none_of(operations_.begin(), operations_.end(),
+                                [](const auto& one) { return one->joints().report.reconfigurations > 0; });
   if (first || collision.empty() || !may) return first;
   outputs_.clear();
   prover_.reset();
-  for (OperationPlan& one : operations_)
-    if (one.tilt_side() != 0) one.turn_tilt_over();
+  for (const auto& one : operations_)
+    if (one->tilt_side() != 0) one->turn_tilt_over();
   told_.say("bodies come too near to each other; the tilt is tried on its other side");
   const auto second = once();
   if (!second) return second.error().code == Code::kCancelled ? second : first;
   if (sides() == before) return first;
-  operations_.front().warn(
+  operations_.front()->warn(
       "the tilt stands on its other side. On the side that was taken first these come too near: " +
       collision);
   return {};
@@ -174,10 +205,10 @@ Result<void> Planning::open_program() {
 
 Result<void> Planning::find_joints() {
   std::vector<const Timing*> times;
-  for (OperationPlan& one : operations_) {
-    if (auto found = one.find_joints(); !found)
-      return tl::unexpected(in_operation(found.error(), one.job().operation.name));
-    times.push_back(&one.timing());
+  for (const auto& one : operations_) {
+    if (auto found = one->find_joints(); !found)
+      return tl::unexpected(in_operation(found.error(), one->job().operation.name));
+    times.push_back(&one->timing());
   }
   timing_ = one_after_the_other(times);
   return {};
@@ -186,12 +217,12 @@ Result<void> Planning::find_joints() {
 Result<void> Planning::write() {
   config::OutputFile& out = outputs_.front();
   if (!told_.show("write", 0.0)) return fail(Code::kCancelled, "cancelled; nothing was written");
-  const std::optional<StartTurn>& turn = operations_.front().turn();
+  const std::optional<StartTurn>& turn = operations_.front()->turn();
   const HeaderFacts header{std::string(files_.prove ? kNotProvenYet : kNoProof), timing_.seconds,
                            turn ? start_turn_comment(*turn, job()) : ""};
   auto written = clock_.time("write", [&]() -> Result<ProgramReport> {
-    posted_ = operations_.front().posted(header);
-    for (std::size_t i = 1; i < operations_.size(); ++i) posted_->add(operations_[i].posted(header));
+    posted_ = operations_.front()->posted(header);
+    for (std::size_t i = 1; i < operations_.size(); ++i) posted_->add(operations_[i]->posted(header));
     auto blocks =
         write_program(posted_->posting, out.stream(), [&](double f) { return told_.show("write", f); });
     if (auto flushed = out.flush(); !flushed) return tl::unexpected(flushed.error());
@@ -209,7 +240,7 @@ Result<void> Planning::prove() {
       clock_.time("proof", [&] { return prover_->finish([&](double f) { return told_.show("proof", f); }); });
   if (!proven) {
     std::string advice;
-    if (const std::optional<StartTurn>& turn = operations_.front().turn())
+    if (const std::optional<StartTurn>& turn = operations_.front()->turn())
       advice = start_turn_advice(*turn, job(), head_of(out), proven.error().message, files_.program);
     return fail(proven.error().code, proven.error().message + advice);
   }
@@ -234,24 +265,24 @@ Result<void> Planning::add(const std::string& path, const std::function<void(std
 Result<void> Planning::write_others() {
   auto cl = clock_.time("cl file", [&] {
     std::vector<ClOperation> paths;
-    for (const OperationPlan& one : operations_)
-      paths.push_back({&one.cl_path(), std::max(one.job().program.tool, 1)});
+    for (const auto& one : operations_)
+      paths.push_back({&one->cl_path(), std::max(one->job().program.tool, 1)});
     return add(files_.cl, [&](std::ostream& out) { write_cl(paths, out); });
   });
   if (!cl) return cl;
   if (auto map = add(files_.map,
                      [&](std::ostream& out) {
                        std::vector<const ToolPath*> paths;
-                       for (const OperationPlan& one : operations_) paths.push_back(&one.block_path());
+                       for (const auto& one : operations_) paths.push_back(&one->block_path());
                        write_block_map(posted_->posting, paths, out);
                      });
       !map)
     return map;
   return add(files_.drawing, [&](std::ostream& out) {
     double seconds = 0.0;
-    for (const OperationPlan& one : operations_)
-      seconds = write_path_drawing(one.joints(), one.timing().durations, one.job().machine.model,
-                                   one.job().setup, seconds, out);
+    for (const auto& one : operations_)
+      seconds = write_path_drawing(one->joints(), one->timing().durations, one->job().machine.model,
+                                   one->job().setup, seconds, out);
   });
 }
 
@@ -263,16 +294,17 @@ Result<void> Planning::report() {
     return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) * 1e-6;
   };
   PlanOutcome outcome{{},
-                      operations_.front().part(),
+                      operations_.front()->part(),
                       program_,
                       timing_,
                       starved(timing_, job().machine, program_),
                       proof_,
+                      shortened_,
                       clock_.times,
                       seconds(usage.ru_utime) + seconds(usage.ru_stime) + seconds(proof_usage.ru_utime) +
                           seconds(proof_usage.ru_stime),
                       static_cast<double>(usage.ru_maxrss) / 1024.0};
-  for (const OperationPlan& one : operations_) outcome.operations.push_back(&one);
+  for (const auto& one : operations_) outcome.operations.push_back(one.get());
   if (auto added = add(files_.report, [&](std::ostream& out) { out << report_json(outcome); }); !added)
     return added;
   if (auto kept = config::OutputFile::commit_all(outputs_); !kept) return kept;
@@ -282,8 +314,8 @@ Result<void> Planning::report() {
 }
 
 Result<std::string> Planning::run() {
-  for (const auto stage : {&Planning::load, &Planning::plan_paths, &Planning::program,
-                           &Planning::write_others, &Planning::report})
+  for (const auto stage : {&Planning::load, &Planning::plan_paths, &Planning::shorten_operations,
+                           &Planning::program, &Planning::write_others, &Planning::report})
     if (auto done = (this->*stage)(); !done) return tl::unexpected(done.error());
   return what_was_done_;
 }

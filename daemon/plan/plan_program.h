@@ -19,6 +19,7 @@ struct PlanFiles {
   std::string gouge_picture;           ///< PNG, where the program is not proven
   std::string drawing;                 ///< the blocks for a viewer, see path_drawing.h
   bool prove = true, as_json = false;  ///< as_json: of what is returned
+  bool shortest_time = false;          ///< the pattern may be another that leaves no more and is quicker
   bool alone = false;                  ///< only text and part came along: other files are refused
 };
 

@@ -156,6 +156,22 @@ void add_findings(nlohmann::ordered_json& json, const OperationPlan& one) {
   json["warnings"] = plan.warnings;
 }
 
+nlohmann::ordered_json shortened_json(const PlanOutcome& o) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < o.shortened.size(); ++i) {
+    const ShortenedOperation& one = o.shortened[i];
+    nlohmann::ordered_json json = {{"seconds_before", one.seconds},
+                                   {"seconds", o.operations[i]->timing().seconds},
+                                   {"plans_tried", one.tried},
+                                   {"angle_deg", nullptr},
+                                   {"scallop_mm", nullptr}};
+    if (one.pattern) json["angle_deg"] = one.pattern->angle.degrees();
+    if (one.pattern && one.pattern->scallop > 0.0) json["scallop_mm"] = one.pattern->scallop;
+    all.push_back(std::move(json));
+  }
+  return all;
+}
+
 nlohmann::ordered_json operation_json(const OperationPlan& one) {
   nlohmann::ordered_json json = {{"name", one.job().operation.name},
                                  {"tool", one.job().program.tool},
@@ -198,6 +214,7 @@ std::string report_json(const PlanOutcome& o) {
   if (!several) add_findings(json, first);
   if (several)
     for (const OperationPlan* one : o.operations) json["operations"].push_back(operation_json(*one));
+  if (!o.shortened.empty()) json["shortest_time"] = shortened_json(o);
   json["stages"] = nlohmann::ordered_json::object();
   double wall = 0.0;
   for (const pathgen::StageTime& t : o.times)
@@ -293,6 +310,27 @@ std::string path_text(const OperationPlan& one) {
   return text;
 }
 
+/// By how much each operation was shortened, and by which keys.
+std::string shortened_text(const PlanOutcome& o) {
+  std::string text;
+  for (std::size_t i = 0; i < o.shortened.size(); ++i) {
+    const ShortenedOperation& one = o.shortened[i];
+    const std::string& name = o.operations[i]->job().operation.name;
+    text += "shortest time" + (name.empty() ? name : ", " + name) + ": ";
+    if (!one.pattern) {
+      text += formatted("none of %zu other patterns is quicker and leaves no more\n", one.tried);
+      continue;
+    }
+    text += formatted("%.1f min instead of %.1f, of %zu patterns; pattern.angle_deg: %.6g",
+                      o.operations[i]->timing().seconds / 60.0, one.seconds / 60.0, one.tried,
+                      one.pattern->angle.degrees());
+    if (one.pattern->measure == pathgen::StepMeasure::kScallop)
+      text += formatted(", measure: scallop, scallop_mm: %.6g", one.pattern->scallop);
+    text += "\n";
+  }
+  return text;
+}
+
 /// What of the program's time is left to gain, and where.
 std::string bounds_text(const std::vector<const OperationPlan*>& operations, const MachineModel& machine) {
   LowerBounds all;
@@ -332,6 +370,7 @@ std::string report_text(const PlanOutcome& o) {
   }
   const config::Job& job = o.operations.front()->job();
   text += motion_text({job.machine.model, joints_of_all(o.operations), o.program, o.timing, o.starved});
+  text += shortened_text(o);
   text += bounds_text(o.operations, job.machine.model);
   for (const OperationPlan* one : o.operations)
     if (one->turn()) text += start_turn_text(*one->turn(), one->job());

@@ -13,14 +13,22 @@
 
 namespace tiltfeed::daemon {
 
+/// What was tried to shorten an operation's time.
+struct ShortenedOperation {
+  double seconds = 0.0;                     ///< of the job's own pattern
+  std::size_t tried = 0;                    ///< other plans
+  std::optional<pathgen::Pattern> pattern;  ///< that is quicker; nothing: none
+};
+
 struct PlanOutcome {
   std::vector<const OperationPlan*> operations;  ///< at least one
   const pathgen::CheckedMesh& part;
   const ProgramReport& program;
   const Timing& timing;  ///< of all operations
   Starvation starved;
-  std::optional<ProofFigures> proof;      ///< nothing: --no-proof
-  std::vector<pathgen::StageTime> times;  ///< of all stages, in order
+  std::optional<ProofFigures> proof;          ///< nothing: --no-proof
+  std::vector<ShortenedOperation> shortened;  ///< by operation; empty: not asked
+  std::vector<pathgen::StageTime> times;      ///< of all stages, in order
   double cpu_seconds = 0.0;
   double peak_memory_mb = 0.0;
 };

@@ -1,0 +1,77 @@
+#!/usr/bin/python3
+"""`plan --optimise time`: on a bar whose rows lie across it the rows along it are taken, and the simulated machine says that
+they are quicker; a job whose own rows are the quickest keeps them, to the byte; nothing is left that its own do not leave.
+
+shortest_time_test.py BIN_FOLDER WORK_FOLDER
+"""
+
+import json
+import os
+import subprocess
+import shutil
+import sys
+
+from tilt_side_test import write_box
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+JOB = """part: {{name: bar, stl: bar.stl}}
+cutter: {{type: ball, diameter_mm: 6, length_mm: 120, shank_length_mm: 60}}
+axis: {{mode: fixed}}
+pattern: {{along: {along}, side_step_mm: 1}}
+tolerance_mm: 0.02
+clearance_mm: 5
+approach_mm: 1
+feeds: {{cut_mm_per_min: 6000, plunge_mm_per_min: 1000}}
+setup: {{part_zero_mm: [0, 0, 250]}}
+machine: {root}/config/machines/generic-ac.yaml
+"""
+
+
+class Shop:
+    def __init__(self, binaries, work):
+        self.bin, self.work = os.path.abspath(binaries), os.path.abspath(work)
+        shutil.rmtree(self.work, ignore_errors=True)
+        os.makedirs(self.work)
+        write_box(f"{self.work}/bar.stl", 60, 6, 10)
+        for along in "xy":
+            with open(f"{self.work}/{along}.yaml", "w", encoding="utf-8") as out:
+                out.write(JOB.format(along=along, root=ROOT))
+
+    def call(self, *words):
+        done = subprocess.run([f"{self.bin}/tiltfeed", *words], cwd=self.work, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, (words, done.stderr)
+        return json.loads(done.stdout)
+
+    def plan(self, along, *options):
+        return self.call("plan", f"{along}.yaml", "--out", f"{along}{len(options)}.nc", "--report", "r.json", "--json", *options)
+
+    def machine_seconds(self, along, options):
+        report = self.call("verify", f"{along}.yaml", f"{along}{options}.nc", "--json")
+        assert report["passed"], report["failures"]
+        return report["machining_seconds"]
+
+
+def main():
+    shop = Shop(sys.argv[1], sys.argv[2])
+    across, along = shop.plan("y"), shop.plan("x")
+    assert along["machining_seconds"] < across["machining_seconds"], "the bar does not tell rows apart"
+    found = shop.plan("y", "--optimise", "time")
+    told = found["shortest_time"][0]
+    assert told["seconds_before"] == across["machining_seconds"] and told["seconds"] == found["machining_seconds"], told
+    assert abs(abs(told["angle_deg"]) - 90.0) < 1e-9, told
+    assert found["machining_seconds"] <= along["machining_seconds"] * 1.001, (found["machining_seconds"], along["machining_seconds"])
+    left = [report["uncut"]["between_passes"]["most_mm"] for report in (found, across)]
+    assert left[0] <= left[1] * 1.001, left
+    assert found["uncut"]["area_mm2"] <= across["uncut"]["area_mm2"] * 1.001 + 1e-6
+    before = shop.machine_seconds("y", 0)
+    after = shop.machine_seconds("y", 2)
+    assert after < 0.9 * before, f"the machine takes {after} s instead of {before}"
+    kept = shop.plan("x", "--optimise", "time")
+    assert kept["shortest_time"][0]["angle_deg"] is None and kept["shortest_time"][0]["plans_tried"] > 3, kept["shortest_time"]
+    with open(f"{shop.work}/x0.nc", "rb") as own, open(f"{shop.work}/x2.nc", "rb") as optimised:
+        assert own.read() == optimised.read(), "the same rows, another program"
+    print(f"shortest time: {after:.1f} s instead of {before:.1f}")
+
+
+if __name__ == "__main__":
+    main()
