@@ -276,14 +276,18 @@ Result<std::vector<Job>> read_operations(const std::vector<OperationTree>& trees
   return jobs;
 }
 
+bool reads_by_tool(const Section& root) {
+  if (!root.has("operations")) root.unused("operation_order", "without operations");
+  return root.choice<bool>("operation_order", {{"listed", false}, {"by_tool", true}}, false);
+}
+
 /// As they are listed, whatever order is asked for.
 Result<std::vector<Job>> parse_list(const YamlNode& tree, const std::string& path, const JobFiles& files,
                                     bool& by_tool) {
   Complaint complaint(path);
   const Section root = root_of(tree, complaint);
   const std::vector<OperationTree> trees = operation_trees(tree, root);
-  if (!root.has("operations")) root.unused("operation_order", "without operations");
-  by_tool = root.choice<bool>("operation_order", {{"listed", false}, {"by_tool", true}}, false);
+  by_tool = reads_by_tool(root);
   if (complaint.error()) return tl::unexpected(*complaint.error());
   return read_operations(trees, path, files);
 }
@@ -371,7 +375,10 @@ Result<KeyLog> job_keys(const std::string& text) {
   if (!tree) return tl::unexpected(tree.error());
   KeyLog log;
   Complaint complaint("job", &log);
-  read_job(root_of(*tree, complaint), "job", nullptr);
+  const Section root = root_of(*tree, complaint);
+  read_job(root, "job", nullptr);
+  operation_trees(*tree, root);
+  reads_by_tool(root);
   return log;
 }
 

@@ -21,7 +21,7 @@ std::string trimmed(const std::string& text) {
   return from == std::string::npos ? "" : text.substr(from, text.find_last_not_of(' ') - from + 1);
 }
 
-/// Reads "  - key: value   # words", and the same as a remark.
+/// Reads "  - key: value   # words", and the same as a remark; at the left edge only with words.
 struct ExampleLine {
   std::size_t indent = 0;
   std::string key, value, words;
@@ -36,7 +36,7 @@ struct ExampleLine {
     if (given.rfind("- ", 0) == 0) given.erase(0, 2), indent += 2;
     const std::size_t colon = given.find(':');
     if (colon != std::string::npos && is_key(given.substr(0, colon)) &&
-        (!hidden || (indent > 0 && indent <= kShallow))) {
+        (!hidden || (indent > 0 && indent <= kShallow) || given.find(" # ") != std::string::npos)) {
       key = given.substr(0, colon);
       const std::size_t hash = given.find(" # ");
       if (hash != std::string::npos) words = trimmed(given.substr(hash + 3));

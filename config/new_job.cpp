@@ -67,17 +67,31 @@ std::string in_full(std::string text) {
 
 }  // namespace
 
-std::string new_job_text(const NewJob& job) {
+namespace {
+
+std::string remarks_text(const std::vector<std::string>& remarks) {
   std::string text;
-  for (const std::string& remark : job.remarks) text += "# " + remark + "\n";
+  for (const std::string& remark : remarks) text += "# " + remark + "\n";
+  return text;
+}
+
+}  // namespace
+
+std::string new_job_text(const NewJob& job) {
+  std::string text = remarks_text(job.remarks);
+  if (!job.part_remarks.empty()) text += "\n";
+  text += remarks_text(job.part_remarks);
   text += "part:\n  name: " + quoted_text(job.name) + "\n  stl: " + quoted_text(job.stl) + "\n";
   if (job.stl_unit_mm != 1.0) text += "  unit: " + exact_text(job.stl_unit_mm) + "\n";
-  text += "\ncutter: {" + job.cutter + "}\n\n" + axis_text(job.axis);
-  text += "\npattern: {direction: zigzag, side_step_mm: " + exact_text(job.side_step) + "}\n";
+  text += "\n" + remarks_text(job.cutter_remarks) + "cutter: {" + job.cutter + "}\n\n" + axis_text(job.axis);
+  text += "\n" + remarks_text(job.pattern_remarks) +
+          "pattern: {direction: zigzag, side_step_mm: " + exact_text(tidy(job.side_step)) + "}\n";
   text += "\ntolerance_mm: " + exact_text(job.tolerance) + "\nclearance_mm: " + exact_text(job.clearance) +
           "\napproach_mm: " + exact_text(job.approach) + "\n";
-  text += "\nfeeds: {cut_mm_per_min: 1000, plunge_mm_per_min: 300}   # set them for cutter and material\n";
-  text += "\nsetup:\n  part_zero_mm: " + tidy_vector_text(job.part_zero) + "\n";
+  text += "\n" + remarks_text(job.feeds_remarks);
+  if (!job.feeds.empty()) text += "feeds: {" + job.feeds + "}\n";
+  text += "\n" + remarks_text(job.setup_remarks) +
+          "setup:\n  part_zero_mm: " + tidy_vector_text(job.part_zero) + "\n";
   if (!(job.fixture_deg == Vec3{}))
     text += "  fixture_rotation_deg: " + tidy_vector_text(job.fixture_deg) + "\n";
   if (job.tilt_max.degrees() < 180.0)

@@ -18,7 +18,12 @@ struct NewJob {
   double side_step = 0.0, tolerance = 0.01, clearance = 5.0, approach = 1.0;  ///< mm
   Vec3 part_zero, fixture_deg;                                                ///< mm; degrees
   Angle tilt_max = Angle::from_degrees(180.0);
-  std::vector<std::string> remarks;  ///< comment lines at the top
+  std::string feeds =
+      "cut_mm_per_min: 1000, plunge_mm_per_min: 300";  ///< the map; empty: the tool's for its material
+  std::vector<std::string> remarks;                    ///< comment lines at the top
+  // Comment lines before a section.
+  std::vector<std::string> part_remarks, cutter_remarks, pattern_remarks, setup_remarks,
+      feeds_remarks{"Set them for cutter and material."};
 };
 
 /// A text that parse_job() reads as these values, directions to nine decimals.

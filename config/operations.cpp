@@ -52,12 +52,12 @@ YamlNode merged(const YamlNode& shared, const YamlNode& operation) {
 }  // namespace
 
 std::vector<OperationTree> operation_trees(const YamlNode& tree, const Section& root) {
-  if (!root.has(kList)) return {{"", tree}};
   const std::vector<Section> list =
       root.list(kList,
                 {"name", "cutter", "axis", "pattern", "containment", "tolerance_mm", "allowance_mm", "stock",
                  "points", "guards", "links", "clearance_mm", "approach_mm", "feeds", kProgram},
                 kMostOperations);
+  if (!root.has(kList)) return {{"", tree}};
   YamlNode shared = tree;
   const YamlNode operations = *value_of(shared, kList);
   take_out(shared, kList);

@@ -15,6 +15,7 @@
 #include "daemon/command/doctor_command.h"
 #include "daemon/command/hand_over.h"
 #include "daemon/command/history_command.h"
+#include "daemon/command/init_command.h"
 #include "daemon/command/interrupt.h"
 #include "daemon/command/machine_command.h"
 #include "daemon/command/manual_command.h"
@@ -128,9 +129,9 @@ int run(int argc, char** argv) {
   planning->add_option("--machine", files.machine, "take this machine profile instead of the job's");
   std::string optimise;
   planning
-      ->add_option("--optimise", optimise,
-                   "time: take the direction and distance of passes that are quickest and leave no more than "
-                   "the job's own")
+      ->add_option(
+          "--optimise", optimise,
+          "time: take the direction of passes that is quickest and leaves no more than the job's own")
       ->check(CLI::IsMember({"time"}));
   planning->add_flag("!--no-proof", files.prove,
                      "do not hold the printed moves against the part; the program's header says so");
@@ -163,6 +164,7 @@ int run(int argc, char** argv) {
   const MachineCommands machines(app);
   const MeasureCommand measuring(*app.get_subcommand("machine"));
   const SuggestCommand suggesting(app);
+  const InitCommand beginning(app);
   const ToolsCommand tools(app);
   ServiceCommands service(app);
   const ToolCommand tool_change(app);
@@ -198,6 +200,7 @@ int run(int argc, char** argv) {
   const PromptEnd prompt_end;  // what touches no machine may end at any place
   if (check->parsed()) return check_command(check_job, check_json);
   if (suggesting.called()) return suggesting.run();
+  if (beginning.called()) return beginning.run();
   if (measuring.called()) return measuring.run();
   if (tools.called()) return tools.run();
   files.shortest_time = optimise == "time";

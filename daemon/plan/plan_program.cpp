@@ -137,11 +137,12 @@ Result<void> Planning::shorten_operations() {
     if (!part) return tl::unexpected(part.error());
     const config::Job stated = one->job();
     std::size_t plans = 0;
-    const PlanOnce once = [&](const config::Job& job) -> std::unique_ptr<OperationPlan> {
-      told_.say("shortest time: plan " + std::to_string(++plans) + " of " + std::to_string(kMostTried) +
-                " at most");
+    const PlanOnce once = [&](const config::Job& job, bool rest) -> std::unique_ptr<OperationPlan> {
+      if (!rest)
+        told_.say("shortest time: direction " + std::to_string(++plans) + " of " +
+                  std::to_string(kMostTried) + " at most");
       auto plan = std::make_unique<OperationPlan>(job, clock_, told_);
-      if (!plan->plan_path(*part, true) || !plan->find_joints()) return nullptr;
+      if (!plan->plan_path(*part, rest) || !plan->find_joints()) return nullptr;
       return plan;
     };
     Shortened found = shorten(*one, once);

@@ -162,11 +162,9 @@ nlohmann::ordered_json shortened_json(const PlanOutcome& o) {
     const ShortenedOperation& one = o.shortened[i];
     nlohmann::ordered_json json = {{"seconds_before", one.seconds},
                                    {"seconds", o.operations[i]->timing().seconds},
-                                   {"plans_tried", one.tried},
-                                   {"angle_deg", nullptr},
-                                   {"scallop_mm", nullptr}};
+                                   {"directions_tried", one.tried},
+                                   {"angle_deg", nullptr}};
     if (one.pattern) json["angle_deg"] = one.pattern->angle.degrees();
-    if (one.pattern && one.pattern->scallop > 0.0) json["scallop_mm"] = one.pattern->scallop;
     all.push_back(std::move(json));
   }
   return all;
@@ -318,15 +316,12 @@ std::string shortened_text(const PlanOutcome& o) {
     const std::string& name = o.operations[i]->job().operation.name;
     text += "shortest time" + (name.empty() ? name : ", " + name) + ": ";
     if (!one.pattern) {
-      text += formatted("none of %zu other patterns is quicker and leaves no more\n", one.tried);
+      text += formatted("none of %zu other directions is quicker and leaves no more\n", one.tried);
       continue;
     }
-    text += formatted("%.1f min instead of %.1f, of %zu patterns; pattern.angle_deg: %.6g",
+    text += formatted("%.1f min instead of %.1f, of %zu directions; pattern.angle_deg: %.6g\n",
                       o.operations[i]->timing().seconds / 60.0, one.seconds / 60.0, one.tried,
                       one.pattern->angle.degrees());
-    if (one.pattern->measure == pathgen::StepMeasure::kScallop)
-      text += formatted(", measure: scallop, scallop_mm: %.6g", one.pattern->scallop);
-    text += "\n";
   }
   return text;
 }

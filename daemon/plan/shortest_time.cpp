@@ -8,7 +8,6 @@ namespace tiltfeed::daemon {
 namespace {
 
 using pathgen::PatternKind;
-using pathgen::StepMeasure;
 
 /// What the passes leave, mm and mm^2.
 struct Left {
@@ -26,11 +25,6 @@ std::optional<Left> left_by(const OperationPlan& plan) {
 
 bool within(double value, double limit) { return value <= limit * (1.0 + kSameRest) + 1e-9; }
 
-bool measured_by_step(PatternKind kind) {
-  return kind == PatternKind::kRaster || kind == PatternKind::kSplit || kind == PatternKind::kContour ||
-         kind == PatternKind::kSpiral;
-}
-
 bool has_direction(const config::Job& job) {
   const PatternKind kind = job.plan.pattern.kind;
   const bool rows =
@@ -45,50 +39,33 @@ class Search {
 
   Shortened run() {
     if (!left_) return {};
-    try_scallop();
     if (has_direction(own_.job())) try_directions();
     return {std::move(best_), tried_};
   }
 
  private:
-  const config::Job& best_job() const { return best_ ? best_->job() : own_.job(); }
-
   /// Takes the plan of this pattern where it is quicker and leaves no more.
   void attempt(const pathgen::Pattern& pattern) {
     if (tried_ >= kMostTried) return;
     ++tried_;
     config::Job job = own_.job();
     job.plan.pattern = pattern;
-    std::unique_ptr<OperationPlan> plan = plan_(job);
+    // What it leaves takes longer to find than its time, and is not asked of one that is no quicker.
+    std::unique_ptr<OperationPlan> plan = plan_(job, false);
+    if (!plan || plan->timing().seconds >= seconds_) return;
+    plan = plan_(job, true);
     if (!plan) return;
     const std::optional<Left> left = left_by(*plan);
     if (!left || !within(left->most, left_->most) || !within(left->uncut, left_->uncut)) return;
-    if (plan->timing().seconds < seconds_) seconds_ = plan->timing().seconds, best_ = std::move(plan);
-  }
-
-  /// The same ridge everywhere: what the step leaves on a plane, or the most that it leaves anywhere where
-  /// that is less. The ridge is measured with what the tolerance leaves on it.
-  void try_scallop() {
-    const pathgen::PlanOptions& stated = own_.job().plan;
-    const double rounding = stated.cutter.nose_radius(), half = 0.5 * stated.pattern.side_step;
-    const bool steps = measured_by_step(stated.pattern.kind) &&
-                       stated.pattern.measure != StepMeasure::kScallop && half > 0.0 && half < rounding;
-    if (!steps) return;
-    pathgen::Pattern pattern = stated.pattern;
-    pattern.measure = StepMeasure::kScallop;
-    pattern.side_step = 0.0;
-    pattern.scallop =
-        std::min(rounding - std::sqrt(rounding * rounding - half * half), left_->most - stated.tolerance);
-    if (pattern.scallop > 0.0) attempt(pattern);
+    seconds_ = plan->timing().seconds, best_ = std::move(plan);
   }
 
   void try_directions() {
-    for (const double step : {45.0, 22.5}) {
-      const pathgen::Pattern middle = best_job().plan.pattern;
-      const int places = step > 30.0 ? 3 : 1;  // all round, then on both sides of the best
-      for (int i = 1; i <= places; ++i) turn(middle, i * step);
-      if (places == 1) turn(middle, -step);
-    }
+    const pathgen::Pattern stated = own_.job().plan.pattern;
+    for (const double degrees : {45.0, 90.0, -45.0}) turn(stated, degrees);
+    if (!best_) return;
+    const pathgen::Pattern best = best_->job().plan.pattern;
+    for (const double degrees : {22.5, -22.5}) turn(best, degrees);
   }
 
   void turn(pathgen::Pattern pattern, double degrees) {

@@ -1,5 +1,6 @@
 #pragma once
-// The pattern with which the machine takes the least time and the passes leave no more than the job's own.
+// The direction of the passes with which the machine takes the least time, and which leave no more than the
+// job's own.
 
 #include <functional>
 #include <memory>
@@ -8,23 +9,23 @@
 
 namespace tiltfeed::daemon {
 
-/// Plans the job: path, joints and times. Null where that fails.
-using PlanOnce = std::function<std::unique_ptr<OperationPlan>(const config::Job& job)>;
+/// Plans the job: path, joints and times; `rest`: what it leaves uncut, too. Null where that fails.
+using PlanOnce = std::function<std::unique_ptr<OperationPlan>(const config::Job& job, bool rest)>;
 
 /// What was found.
 struct Shortened {
   std::unique_ptr<OperationPlan> plan;  ///< null: none is quicker than the job's own
-  std::size_t tried = 0;                ///< plans besides that
+  std::size_t tried = 0;                ///< directions besides its own
 };
 
-/// `own`: the job as it is, planned with what it leaves. Tries the ridge that its step leaves on a plane
-/// as the measure of its passes, and other directions of them; each plan is like the job's own but for these.
+/// `own`: the job as it is, planned with what it leaves. Tries other
+/// directions of the passes, of raster, split and rough; each plan is like the job's own but for that.
 /// Properties: 1 What is taken leaves no more between passes, and no more uncut, than `own` does (kSameRest).
-/// 2 It takes less time. 3 At most kMostTried plans are made. 4 The same job gives the same.
+/// 2 It takes less time. 3 At most kMostTried directions are tried. 4 The same job gives the same.
 Shortened shorten(const OperationPlan& own, const PlanOnce& plan);
 
 /// Two heights or areas are the same within this share.
 inline constexpr double kSameRest = 1e-3;
-inline constexpr std::size_t kMostTried = 8;
+inline constexpr std::size_t kMostTried = 5;
 
 }  // namespace tiltfeed::daemon

@@ -28,7 +28,7 @@ USES = {
     "tests": FOLDERS,
 }
 PLAN = "pathgen/plan/plan.h"
-MAY_PLAN = ("daemon/plan/plan_program.cpp", "config/job.h")
+MAY_PLAN = ("daemon/plan/operation_plan.h", "config/job.h")
 # What sim may use of pathgen: data types, and what reads them.
 SIM_DATA = ("mesh/mesh.h", "mesh/mesh_check.h", "mesh/stl.h", "options/cutter.h", "plan/plan.h")
 LIBRARY_IN_HEADER = ("kinematics/basics/result.h", "tl/expected.hpp")
@@ -166,9 +166,9 @@ GOOD = {
     "pathgen/plan/plan.h": '#include "kinematics/basics/result.h"\n#include "pathgen/mesh/mesh.h"\n',
     "config/CMakeLists.txt": "",
     "config/job.h": '#include "pathgen/plan/plan.h"\n',
-    "daemon/CMakeLists.txt": "tiltfeed_room(post\n  SOURCES block)\ntiltfeed_room(plan\n  USES post\n  SOURCES plan_program)\ntiltfeed_room(command\n  USES post\n  SOURCES main)\n",
+    "daemon/CMakeLists.txt": "tiltfeed_room(post\n  SOURCES block)\ntiltfeed_room(plan\n  USES post\n  SOURCES operation_plan)\ntiltfeed_room(command\n  USES post\n  SOURCES main)\n",
     "daemon/post/block.h": "",
-    "daemon/plan/plan_program.cpp": '#include "pathgen/plan/plan.h"\n#include "daemon/post/block.h"\n',
+    "daemon/plan/operation_plan.h": '#include "pathgen/plan/plan.h"\n#include "daemon/post/block.h"\n',
     "sim/CMakeLists.txt": "tiltfeed_room(verify\n  SOURCES verify)\n",
     "sim/verify/verify.cpp": '#include "pathgen/mesh/stl.h"\n#include "config/job.h"\n#include <png.h>\n',
     "desk/CMakeLists.txt": "tiltfeed_room(view\n  SOURCES view)\ntiltfeed_room(api\n  USES view\n  SOURCES api)\n",

@@ -71,6 +71,8 @@ def walk(run, ask):
     run.want(ask("check", job)["facets"] > 0, "no part")
     run.want("--out" in ask("help", "plan")["text"], "no help")
     proposed = ask("suggest", f"{work}/sphere.stl", "--machine", profile)
+    first = ask("init", f"{work}/sphere.stl", "--machine", profile, "--out", f"{work}/first.yaml")
+    run.want(first["job"] == f"{work}/first.yaml", "not that job")
     run.want(proposed["proposals"] and proposed["facets"] > 0, f"nothing proposed: {list(proposed)}")
     library, table = f"{work}/tools.yaml", f"{work}/tool.tbl"
     run.want(ask("tools", "list", f"{ROOT}/config/tools/example.yaml", words=2), "no tools")

@@ -1,0 +1,91 @@
+#!/usr/bin/python3
+"""`tiltfeed init`: a part, a machine and a library become a job that plans and is proven as it is; the tool is the largest that
+reaches as much, in the machine, with data for the material; a job with answers in it is not written over.
+
+init_test.py BIN_FOLDER WORK_FOLDER
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+LIBRARY = """tools:
+  - {id: b2, type: ball, diameter_mm: 2, length_mm: 110, shank_length_mm: 50,
+     cutting_data: [{material: steel, cut_mm_per_min: 700, plunge_mm_per_min: 200, spindle_rpm: 12000}]}
+  - {id: b1, type: ball, diameter_mm: 1, length_mm: 100, shank_length_mm: 40}
+  - {id: b30, type: ball, diameter_mm: 30, length_mm: 160, shank_length_mm: 90}
+  - {id: f3, type: flat, diameter_mm: 3, length_mm: 100, shank_length_mm: 40}
+  - {id: b3, type: ball, diameter_mm: 3}
+"""
+
+
+class Shop:
+    def __init__(self, binaries, work):
+        self.bin, self.work = os.path.abspath(binaries), os.path.abspath(work)
+        shutil.rmtree(self.work, ignore_errors=True)
+        os.makedirs(self.work)
+        self.machine = f"{ROOT}/config/machines/generic-ac.yaml"
+        self.write("tools.yaml", LIBRARY)
+        assert self.call("part", "pin", "--out", "pin.stl", program="tiltfeed-sim")[0] == 0
+
+    def write(self, name, text):
+        with open(f"{self.work}/{name}", "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def read(self, name):
+        with open(f"{self.work}/{name}", encoding="utf-8") as file:
+            return file.read()
+
+    def call(self, *words, program="tiltfeed"):
+        done = subprocess.run([f"{self.bin}/{program}", *words], cwd=self.work, capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout + done.stderr
+
+    def init(self, *words):
+        return self.call("init", *words, "--machine", self.machine)
+
+
+def main():
+    shop = Shop(sys.argv[1], sys.argv[2])
+    # Without a library: a ball by rule, and a job that is proven as it is.
+    status, said = shop.init("pin.stl")
+    assert status == 0 and "QUESTION" in said, said
+    assert "QUESTION: which tool is it?" in shop.read("pin.yaml")
+    status, said = shop.call("plan", "pin.yaml", "--out", "pin.nc")
+    assert status == 0 and "proven" in said, said
+    # A job with answers in it stays.
+    shop.write("pin.yaml", "answers")
+    status, said = shop.init("pin.stl")
+    assert status == 2 and "there already" in said and shop.read("pin.yaml") == "answers", said
+    os.remove(f"{shop.work}/pin.yaml")
+    # Between the wings of the pin 30 mm reach little: the largest that reaches as much as the smallest is 2 mm.
+    status, said = shop.init("pin.stl", "--tools", "tools.yaml", "--out", "pin.yaml")
+    assert status == 0, said
+    text = shop.read("pin.yaml")
+    assert 'cutter: {library: "tools.yaml", id: "b2"}' in text, text
+    assert "which material" in text
+    # In a material only one tool has data for, and its feeds are taken.
+    status, said = shop.init("pin.stl", "--tools", "tools.yaml", "--material", "steel", "--out", "steel.yaml")
+    assert status == 0, said
+    status, described = shop.call("check", "steel.yaml")
+    assert status == 0 and "feeds.cut_mm_per_min: 700" in described and "feeds.spindle_rpm: 12000" in described, described
+    status, said = shop.call("plan", "steel.yaml", "--out", "steel.nc")
+    assert status == 0 and "proven" in said, said
+    # What cannot be is said with what to do.
+    status, said = shop.init("pin.stl", "--tools", "tools.yaml", "--material", "gold", "--out", "gold.yaml")
+    assert status == 1 and "cutting data for gold" in said and not os.path.exists(f"{shop.work}/gold.yaml"), said
+    status, said = shop.init("none.stl")
+    assert status == 1 and "none.stl" in said, said
+    status, said = shop.init("pin.stl", "--material", "steel")
+    assert status == 2 and "--tools" in said, said
+    with open(shop.machine, encoding="utf-8") as file:
+        profile = file.read()
+    assert "\nmagazine:" not in profile
+    shop.write("machine.yaml", profile + "\nmagazine:\n  - {number: 5, id: b1}\n")
+    status, said = shop.call("init", "pin.stl", "--tools", "tools.yaml", "--machine", "machine.yaml", "--out", "mag.yaml")
+    assert status == 0 and 'id: "b1"' in shop.read("mag.yaml"), said
+    print("init: jobs that plan as they are")
+
+
+main()
