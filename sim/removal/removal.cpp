@@ -183,7 +183,7 @@ Result<Removal> Remover::run(const pathgen::Progress& progress) {
   timeline_.finish(result);
   measure_excess(probes_, stand_.contact(), options_, path_, result, hits_);
   if (options_.rest_limit >= 0.0)
-    result.rest = find_rest(job_, probes_, options_.rest_limit, options_.threads);
+    result.rest = find_rest(job_, path_, probes_, options_.rest_limit, options_.threads);
   for (const MoveHit& hit : hits_) take_worst(hit);
   result.worst = worst_;
   if (gouge_.depth > 0.0) result.gouge = gather(path_, {gouge_}).front();

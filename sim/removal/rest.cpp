@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "sim/basics/workers.h"
+#include "sim/motion/forward.h"
 
 namespace tiltfeed::sim {
 namespace {
@@ -22,6 +24,9 @@ constexpr double kRounding = 1e-6;
 /// Patches that are held against the tool, at most: of more an even share.
 constexpr std::size_t kMostPatches = 20'000;
 constexpr std::size_t kTasks = 64;
+/// More directions than an indexed job may have, and by how much two of them differ, rad.
+constexpr std::size_t kMostIndexed = 64;
+constexpr double kSameDirection = 1e-4;
 
 bool in_polygon(const std::vector<std::array<double, 2>>& corners, double x, double y) {
   bool inside = corners.empty();
@@ -43,9 +48,15 @@ bool is_free(const pathgen::PlanOptions& plan) {
 
 }  // namespace
 
-Reach::Reach(const config::Job& job, const PartDistance& surface)
-    : job_(job), surface_(surface), solid_(job.plan.cutter) {
-  if (!is_free(job.plan)) return;
+Reach::Reach(const config::Job& job, const PartDistance& surface, std::vector<Vec3> directions)
+    : job_(job),
+      surface_(surface),
+      solid_(job.plan.cutter),
+      directions_(std::move(directions)),
+      least_facing_(std::max(kLeastFacing, kSteepest)) {
+  if (!directions_.empty() && job.plan.axis.mode == pathgen::AxisMode::kIndexed)
+    least_facing_ = std::max(least_facing_, std::cos(job.plan.indexed.steepest.radians()));
+  if (!is_free(job.plan) || !directions_.empty()) return;
   // Evenly over the sphere (Fibonacci).
   for (int i = 0; i < kDirections; ++i) {
     const double z = 1.0 - (2.0 * i + 1.0) / kDirections, r = std::sqrt(1.0 - z * z);
@@ -144,7 +155,7 @@ bool Reach::comes_off(const Pose& pose) const {
 bool Reach::touches(Point<Part> place, Vec3 normal) const {
   if (is_free(job_.plan)) {
     return std::any_of(directions_.begin(), directions_.end(), [&](Vec3 axis) {
-      if (dot(axis, normal) < std::max(kLeastFacing, kSteepest)) return false;
+      if (dot(axis, normal) < least_facing_) return false;
       const Pose pose = touching(place, normal, axis);
       return contained(reference_of(pose)) && comes_off(pose);
     });
@@ -195,7 +206,29 @@ std::vector<Over> over_limit(const Probes& probes, double limit) {
 
 }  // namespace
 
-Rest find_rest(const config::Job& job, const Probes& probes, double limit, int threads) {
+namespace {
+
+/// In which an indexed job's program cuts; none where those are too many to be indexed ones.
+std::vector<Vec3> cut_directions(const config::Job& job, const ExecutedPath& path) {
+  std::vector<Vec3> directions;
+  if (job.plan.axis.mode != pathgen::AxisMode::kIndexed) return directions;
+  const FrameChain chain(job.machine.model, job.setup);
+  for (const ExecutedMove& move : path.moves) {
+    if (move.rapid) continue;
+    const Vec3 axis = chain(move.to).axis;
+    const bool known = std::any_of(directions.begin(), directions.end(),
+                                   [&](Vec3 one) { return length(one - axis) < kSameDirection; });
+    if (known) continue;
+    if (directions.size() == kMostIndexed) return {};
+    directions.push_back(axis);
+  }
+  return directions;
+}
+
+}  // namespace
+
+Rest find_rest(const config::Job& job, const ExecutedPath& path, const Probes& probes, double limit,
+               int threads) {
   Rest rest;
   rest.limit = limit;
   std::vector<Over> all = over_limit(probes, limit);
@@ -206,24 +239,31 @@ Rest find_rest(const config::Job& job, const Probes& probes, double limit, int t
     for (std::size_t i = 0; i < kMostPatches; ++i) some.push_back(all[i * all.size() / kMostPatches]);
     all = std::move(some);
   }
-  const Reach reach(job, probes.surface());
-  std::vector<std::uint8_t> reached(all.size(), 0);
+  const std::vector<Vec3> directions = cut_directions(job, path);
+  const Reach reach(job, probes.surface(), directions), anyhow(job, probes.surface());
+  enum : std::uint8_t { kNot, kElsewhere, kReached };
+  std::vector<std::uint8_t> reached(all.size(), kNot);
   in_parallel(kTasks, threads, [&](std::size_t task) {
-    for (std::size_t i = all.size() * task / kTasks; i < all.size() * (task + 1) / kTasks; ++i)
-      reached[i] =
-          reach.touches(probes.place(all[i].patch, all[i].probe), probes.patches().normal[all[i].patch]) ? 1
-                                                                                                         : 0;
+    for (std::size_t i = all.size() * task / kTasks; i < all.size() * (task + 1) / kTasks; ++i) {
+      const Point<Part> place = probes.place(all[i].patch, all[i].probe);
+      const Vec3 normal = probes.patches().normal[all[i].patch];
+      if (reach.touches(place, normal))
+        reached[i] = kReached;
+      else if (!directions.empty() && anyhow.touches(place, normal))
+        reached[i] = kElsewhere;
+    }
   });
   for (std::size_t i = 0; i < all.size(); ++i) {
     asked += all[i].area;
-    if (reached[i] == 0) continue;
+    if (reached[i] == kElsewhere) rest.elsewhere += all[i].area;
+    if (reached[i] != kReached) continue;
     rest.area += all[i].area;
     if (all[i].left <= rest.left) continue;
     rest.left = all[i].left, rest.never_cut = all[i].never;
     rest.facet = probes.patches().mesh.source[all[i].patch];
     rest.place = probes.place(all[i].patch, all[i].probe);
   }
-  if (asked > 0.0) rest.area *= whole / asked;
+  if (asked > 0.0) rest.area *= whole / asked, rest.elsewhere *= whole / asked;
   rest.out_of_reach = whole - rest.area;
   return rest;
 }

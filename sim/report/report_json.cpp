@@ -159,6 +159,7 @@ void put_rest(Json& json, const Rest& rest, const RemovalVerdict& verdict) {
   json.put("incomplete", !verdict.rest.empty());
   json.put("area_mm2", rest.area, 3);
   json.put("out_of_reach_mm2", rest.out_of_reach, 3);
+  if (rest.elsewhere > 0.0) json.put("other_directions_mm2", rest.elsewhere, 3);
   json.put("limit_mm", rest.limit);
   if (rest.facet != kNoFacet) {
     json.put("most_left_mm", rest.left);

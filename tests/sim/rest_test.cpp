@@ -173,6 +173,56 @@ TEST(Rest, AWholeProgramPassesAndOneWithoutRowsIsIncomplete) {
   EXPECT_NE(less.verdict.rest.find("facet"), std::string::npos) << less.verdict.rest;
 }
 
+/// Of an indexed job the direction counts in which its program cuts; others are told besides.
+TEST(Rest, AnIndexedProgramIsHeldAgainstItsOwnDirections) {
+  for (const AxisMode mode : {AxisMode::kFixed, AxisMode::kIndexed}) {
+    // One row along x on the plate, the axis upright; the underside is there for other directions.
+    Shop shop;
+    shop.job.plan.axis.mode = mode;
+    shop.lines.clear();
+    for (const double x : {-6.0, 6.0}) shop.move(x < 0.0 ? "G0" : "G1", {{x, 0.0, 0.0}, {0, 0, 1}});
+    std::string text;
+    for (const std::string& line : shop.lines) text += line + "\n";
+    std::istringstream in(text);
+    const auto path =
+        execute_program(*read_program(in, "p.nc", 'A', 'C'), "p.nc", shop.job.machine.model, shop.job.setup);
+    ASSERT_TRUE(path) << path.error().message;
+    Probes probes(shop.part.mesh, 0.1, 1.0);
+    auto stock = make_stock(*parse_stock("offset:0.5"), shop.part, shop.job, 0.5, 2);
+    RemovalOptions options;
+    options.rest_limit = rest_limit(shop.job.plan);
+    const auto cut = remove_material(shop.job, *path, *stock, probes, options, {});
+    ASSERT_TRUE(cut);
+    const Vec3 size = shop.part.bounds.max - shop.part.bounds.min;
+    EXPECT_GT(cut->rest.area, 0.5 * size.x * size.y) << "the rest of the upper side";
+    EXPECT_LT(cut->rest.area, size.x * size.y);
+    if (mode == AxisMode::kFixed)
+      EXPECT_EQ(cut->rest.elsewhere, 0.0);
+    else
+      EXPECT_GT(cut->rest.elsewhere, 0.9 * size.x * size.y) << "the underside";
+  }
+
+  // A wall of a wide slot is reached from the side, by a direction that leans from it by less than 75
+  // degrees.
+  const Mesh mesh = slotted(40.0, 8.0);
+  const PartDistance surface(mesh);
+  Job job = job_with(4.0);
+  job.plan.axis.mode = AxisMode::kIndexed;
+  const Point<Part> wall{20, 3, 5};
+  const Vec3 out{-1, 0, 0}, up{0, 0, 1};
+  const auto leaning = [](double degrees) {
+    const double turn = degrees * kPi / 180.0;
+    return Vec3{-std::cos(turn), 0, std::sin(turn)};
+  };
+  EXPECT_TRUE(Reach(job, surface).touches(wall, out));
+  EXPECT_FALSE(Reach(job, surface, {up}).touches(wall, out));
+  EXPECT_TRUE(Reach(job, surface, {up, leaning(60)}).touches(wall, out));
+  EXPECT_TRUE(Reach(job, surface, {leaning(74)}).touches(wall, out));
+  EXPECT_FALSE(Reach(job, surface, {leaning(75.5)}).touches(wall, out)) << "beyond axis.steepest_deg";
+  job.plan.indexed.steepest = Angle::from_degrees(50);
+  EXPECT_FALSE(Reach(job, surface, {up, leaning(60)}).touches(wall, out));
+}
+
 /// Rows that are 3.6 apart, as asked: ridges of 1.13, more than the stock that nobody gave.
 TEST(Rest, HighRidgesThatWereAskedForAreComplete) {
   const Judged wide = run_without(4, 8, 3.6);
