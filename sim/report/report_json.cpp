@@ -187,6 +187,7 @@ std::string to_json(const RemovalContext& context, const Removal& r, const Remov
   json.put("stock", to_string(context.stock));
   if (!context.stock_from.empty()) json.put("stock_from", context.stock_from);
   json.put("resolution_mm", r.cell);
+  if (!verdict.unseen.empty()) json.put("not_seen", verdict.unseen);
   json.put("tolerance_mm", verdict.tolerance);
   json.put("gouge_mm", verdict.gouge);
   if (r.gouge.depth > 0.0) put_trouble(json, "deepest_gouge", r.gouge);

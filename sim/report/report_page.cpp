@@ -73,6 +73,7 @@ std::string head(const PageParts& p) {
       escaped(job.machine.model.name) + ", stock " +
       escaped(to_string(p.context.stock) + p.context.stock_from) +
       text(", resolution %.4g mm, tolerance %.4g mm</p>\n", p.removal.cell, p.verdict.tolerance);
+  if (!p.verdict.unseen.empty()) html += "<p class='sub'>Not seen: " + escaped(p.verdict.unseen) + "</p>\n";
   if (good) return html;
   html += "<ul class='bad-list'>";
   for (const std::string& failure : p.verdict.failures) html += "<li>" + escaped(failure) + "</li>\n";

@@ -29,6 +29,8 @@ struct RemovalVerdict {
   double gouge = 0.0;                 ///< deepest cut of feed moves into the part, tolerated ones too, mm
   double excess_limit = 0.0;          ///< of the median of what is left, mm
   std::vector<std::string> failures;  ///< one line each: value, limit, place
+  /// What the resolution is too coarse to see, and which one would; empty: nothing.
+  std::string unseen;
   std::string rest;  ///< what is missing where nothing is wrong but the program is not complete
   bool passed() const { return failures.empty() && rest.empty(); }
   bool incomplete() const { return failures.empty() && !rest.empty(); }

@@ -36,12 +36,28 @@ std::string trouble_text(const Trouble& t) {
   return line;
 }
 
+namespace {
+
+/// Lines of the stock that lie further apart than its skin is thick pass a tool that only runs in that skin
+/// by.
+std::string unseen_at(double cell, const RemovalContext& context) {
+  const double skin = context.stock.margin;
+  if (!(skin > 0.0) || cell <= skin) return "";
+  return text(
+      "lines of the stock are %.4g mm apart, and the stock is %.4g mm thicker than the part: a rapid or a "
+      "shank that runs in it between two lines is not seen; --resolution %.4g sees it",
+      cell, skin, 0.5 * skin);
+}
+
+}  // namespace
+
 RemovalVerdict judge(const Removal& r, const RemovalContext& context) {
   const pathgen::PlanOptions& plan = context.job.plan;
   RemovalVerdict verdict;
   verdict.tolerance = plan.tolerance;
   verdict.gouge = std::max(r.worst[static_cast<int>(TroubleKind::kGouge)], 0.0);
   verdict.excess_limit = rest_limit(plan);
+  verdict.unseen = unseen_at(r.cell, context);
   std::array<int, 4> count{};
   for (const Trouble& t : r.troubles) ++count[static_cast<int>(t.kind)];
   std::array<bool, 4> told{};

@@ -118,6 +118,7 @@ void print(const RemovalContext& context, const RemovalVerdict& verdict, const R
   std::printf("%s\n", verdict.word());
   for (const std::string& failure : verdict.failures) std::printf("  %s\n", failure.c_str());
   if (!verdict.rest.empty()) std::printf("  %s\n", verdict.rest.c_str());
+  if (!verdict.unseen.empty()) std::printf("  not seen: %s\n", verdict.unseen.c_str());
   std::printf("  stock                  %s%s\n", to_string(context.stock).c_str(),
               context.stock_from.c_str());
   std::printf("  largest gouge          %.4f mm (tolerance %.4g mm)\n", verdict.gouge, verdict.tolerance);

@@ -249,6 +249,11 @@ TEST(RemovalPage, HoldsEverythingAndFetchesNothing) {
   const auto cut = remove_material(shop.job, *path, *stock, probes, {}, {});
   const RemovalContext context{shop.job, shop.part, *shape, source, {}};
   const RemovalVerdict verdict = judge(*cut, context);
+  EXPECT_EQ(verdict.unseen, "");
+  Removal coarse = *cut;
+  coarse.cell = 1.0;
+  EXPECT_NE(judge(coarse, context).unseen.find("--resolution 0.25 sees it"), std::string::npos)
+      << "lines that are further apart than the stock's skin is thick";
   ASSERT_TRUE(make_report_folder(folder));
   const Drawings drawings = draw_report(shop.job, shop.part, *path, probes.patches());
   const RemovalFindings findings{context, drawings, *cut, verdict, *path, probes, nullptr};
