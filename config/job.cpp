@@ -180,7 +180,7 @@ Result<Job> parse_tree(const YamlNode& tree, const std::string& path, const JobF
     complaint.add(place_of(tree, number.error().message), number.error().message);
   else
     job.program.tool = *number;
-  for (const auto& [key, wrong] : not_of_control(job.program, job.machine.format))
+  for (const auto& [key, wrong] : not_of_control(job.program, job.machine.format, job.machine.path))
     complaint.add(node_at(tree, "program", key)->place, std::string("program.") + key + ": " + wrong);
   const bool stands =
       job.plan.axis.mode == pathgen::AxisMode::kFixed || job.plan.axis.mode == pathgen::AxisMode::kIndexed;
@@ -201,6 +201,14 @@ Result<Job> parse_tree(const YamlNode& tree, const std::string& path, const JobF
                                       " is less than twice the blend_tolerance_mm of the machine and the "
                                       "program.smoothing_tolerance_mm, " +
                                       exact_text(left) + ", which the control takes of it");
+  // Judges hold the whole tolerance: what arcs leave the path by is in the text that they read.
+  if (const double arcs = job.program.arc_tolerance;
+      arcs > 0.0 && arcs + left > kMostBlended * job.plan.tolerance)
+    complaint.add(node_at(tree, "program", "arc_tolerance_mm")->place,
+                  "program.arc_tolerance_mm: " + exact_text(arcs) +
+                      (left > 0.0 ? " and " + exact_text(left) + ", which the control takes, are" : " is") +
+                      " more than half of tolerance_mm, " + exact_text(job.plan.tolerance) +
+                      "; the plan has the rest");
   if (const std::string missed = missed_direction(job); !missed.empty())
     complaint.add(node_at(tree, "axis", "mode")->place, "axis.mode: " + missed);
   if (complaint.error()) return tl::unexpected(*complaint.error());

@@ -161,6 +161,10 @@ enum class Coolant { kOff, kFlood, kMist, kThrough };
 
 /// What the control's high-speed function (G5.1, G187, CYCLE832, cycle 32) is told that the work is.
 enum class Smoothing { kNone, kRough, kSemi, kFinish };
+/// By its word in a job: none, rough, semi, finish.
+std::optional<Smoothing> smoothing_of(const std::string& word);
+/// Of ProgramData::smoothing_tolerance, mm.
+inline constexpr double kLeastSmoothing = 0.001, kMostSmoothing = 1.0;
 /// Whether the control has such a function that we know the words of.
 constexpr bool has_smoothing(Dialect d) { return d != Dialect::kRs274 && d != Dialect::kGrbl; }
 
@@ -173,10 +177,19 @@ struct ProgramData {
   int length_register = 0;  ///< H (D of a Siemens) of the tool's length; 0: the tool's number
   Smoothing smoothing = Smoothing::kNone;
   double smoothing_tolerance = 0.0;  ///< what the control may leave the path by with it, mm; else 0
+  /// What arcs (G2, G3) may leave the straight blocks by that they stand for, mm; 0: no arcs.
+  double arc_tolerance = 0.0;
 };
 
+/// Of ProgramData::arc_tolerance, mm.
+inline constexpr double kLeastArcTolerance = 0.0005, kMostArcTolerance = 1.0;
+
 /// What of it this control cannot be told: keys of the section `program`, and why.
+/// `profile`: the file of it, for messages.
 std::vector<std::pair<const char*, std::string>> not_of_control(const ProgramData& data,
-                                                                const ProgramFormat& format);
+                                                                const ProgramFormat& format,
+                                                                const std::string& profile);
+/// That and what to do.
+std::string no_through_coolant(const std::string& profile);
 
 }  // namespace tiltfeed::config

@@ -73,7 +73,7 @@ std::vector<Page> pages_of(const std::vector<Command>& programs) {
                                                  "tiltfeed-machine-profile(5), tiltfeed-tools-file(5), "
                                                  "tiltfeed-service-file(5), "
                                                  "tiltfeed-desk-file(5), "
-                                                 "tiltfeed-api(7), tiltfeed-modbus(7)"
+                                                 "tiltfeed-api(7), tiltfeed-modbus(7), tiltfeed-controls(7)"
                                                : "tiltfeed(1)"});
   }
   return pages;

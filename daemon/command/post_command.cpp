@@ -67,7 +67,7 @@ int show_dialects() {
 
 struct PostCommands::Options {
   CLI::App *post = nullptr, *unpost = nullptr;
-  std::string input, machine, output, drawing, dialect, unit;
+  std::string input, machine, output, drawing, dialect, unit, smoothing;
   std::vector<std::string> ignored;
   double feed = 0.0;
   bool as_json = false, list = false, tcp = false, no_tcp = false, planes = false, no_planes = false;
@@ -83,7 +83,8 @@ struct PostCommands::Options {
   std::ostream& said() const { return takes_output() ? std::cerr : std::cout; }
   /// With --json. The standard output may be taken by the program itself.
   int show(nlohmann::ordered_json object) const;
-  int run_post() const;
+  Result<void> take_data();
+  int run_post();
   int run_unpost() const;
 };
 
@@ -116,10 +117,11 @@ Result<config::MachineProfile> PostCommands::Options::profile() const {
                                   config::name_of(control).name + " programs can call " +
                                   std::to_string(most));
   if (tcp || no_tcp) profile->format.tcp = tcp;
-  if ((data.smoothing != config::Smoothing::kNone) != (data.smoothing_tolerance > 0.0))
-    return fail(Code::kUsage, "--smoothing and --smoothing-tolerance belong together; state both or none");
-  for (const auto& [key, wrong] : config::not_of_control(data, profile->format))
+  for (const auto& [key, wrong] : config::not_of_control(data, profile->format, profile->path))
     if (key == std::string_view("smoothing")) return fail(Code::kUsage, "--smoothing: " + wrong);
+  if (data.arc_tolerance > 0.0 && profile->format.tcp && !planes && !profile->format.tilted_planes)
+    return fail(Code::kUsage,
+                "--arc-tolerance: under TCP X Y Z are the tip's, and no arc is posted; say --no-tcp");
   if (planes || no_planes) profile->format.tilted_planes = planes;
   if (const auto why = planes ? config::no_planes(profile->model, profile->format) : std::nullopt)
     return fail(Code::kUsage, "--planes: " + *why);
@@ -132,7 +134,33 @@ Result<void> PostCommands::Options::check_files() const {
                                {{"IN", input}, {"--machine", machine}});
 }
 
-int PostCommands::Options::run_post() const {
+/// What is told by words and figures of its own. Errors: kUsage.
+Result<void> PostCommands::Options::take_data() {
+  const auto between = [](const char* option, double value, double least, double most) -> Result<void> {
+    if (value >= least && value <= most) return {};
+    return fail(Code::kUsage, std::string(option) + " " + decimal(value, 6) + ": expected " +
+                                  decimal(least, 4) + " to " + decimal(most, 4) + " mm");
+  };
+  if (!smoothing.empty()) {
+    const auto word = config::smoothing_of(smoothing);
+    if (!word || *word == config::Smoothing::kNone)
+      return fail(Code::kUsage, "--smoothing " + smoothing + ": expected rough, semi or finish");
+    data.smoothing = *word;
+  }
+  if (smoothing.empty() != (post->count("--smoothing-tolerance") == 0))
+    return fail(Code::kUsage, "--smoothing and --smoothing-tolerance belong together; state both or none");
+  if (!smoothing.empty())
+    if (auto fits = between("--smoothing-tolerance", data.smoothing_tolerance, config::kLeastSmoothing,
+                            config::kMostSmoothing);
+        !fits)
+      return fits;
+  if (post->count("--arc-tolerance") == 0) return {};
+  return between("--arc-tolerance", data.arc_tolerance, config::kLeastArcTolerance,
+                 config::kMostArcTolerance);
+}
+
+int PostCommands::Options::run_post() {
+  if (auto taken = take_data(); !taken) return complain(taken.error());
   const auto profile = this->profile();
   if (!profile) return complain(profile.error());
   auto in = opened(input);
@@ -144,6 +172,11 @@ int PostCommands::Options::run_post() const {
                                  options.tolerance * kChordShare, ignored});
   if (!program) return complain(program.error());
   for (const std::string& note : program->notes) std::cerr << "tiltfeed: note: " << note << "\n";
+  for (const AptOperation& op : program->operations)
+    if (tool_length > 0.0 && op.path.tool.length != tool_length)
+      std::cerr << "tiltfeed: note: --tool-length " << decimal(tool_length, 4) << " is not taken for tool "
+                << op.tool_number << ": " << input << " states LENGTH " << decimal(op.path.tool.length, 4)
+                << " mm\n";
   if (axis_tolerance > 0.0) options.axis_tolerance = axis_tolerance;
   if (!part_zero.empty()) options.setup.part_zero = vector_of(part_zero);
   if (!fixture.empty()) options.setup.fixture = fixture_of(vector_of(fixture));
@@ -221,7 +254,10 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
     one->add_option("--out", o.output, posts ? "program to write" : "CL file to write (APT text)");
     one->add_flag("--json", o.as_json, "print what was done as one JSON object");
     one->add_option("--dialect", o.dialect, "instead of the profile's");
-    one->add_option("--tool-length", o.tool_length, "gauge line to tip, mm")->check(finite(true));
+    one->add_option("--tool-length", o.tool_length,
+                    one == o.post ? "gauge line to tip, mm, of tools whose LOADTL/ states no LENGTH"
+                                  : "gauge line to tip, mm")
+        ->check(finite(true));
     one->add_option("--part-zero", o.part_zero, "from the table's axis to part zero, mm: X,Y,Z")
         ->expected(3)
         ->delimiter(',')
@@ -269,17 +305,14 @@ PostCommands::PostCommands(CLI::App& app) : options_(std::make_unique<Options>()
   o.post->add_option("--number", o.data.number, "program number (O word)")->check(CLI::Range(1, 9999));
   o.post->add_option("--work-offset", o.data.work_offset, "1 is G54; what comes behind G59 counts on from 7")
       ->check(CLI::Range(1, config::kMostWorkOffsets));
-  o.post
-      ->add_option("--smoothing", o.data.smoothing,
-                   "the control's high-speed function: rough, semi or finish")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, config::Smoothing>{{"rough", config::Smoothing::kRough},
-                                                   {"semi", config::Smoothing::kSemi},
-                                                   {"finish", config::Smoothing::kFinish}}));
-  o.post
-      ->add_option("--smoothing-tolerance", o.data.smoothing_tolerance,
-                   "what the control may leave the path by with it, mm; it is taken of --tolerance")
-      ->check(finite(true));
+  o.post->add_option("--smoothing", o.smoothing, "the control's high-speed function: rough, semi or finish");
+  o.post->add_option(
+      "--smoothing-tolerance", o.data.smoothing_tolerance,
+      "what the control may leave the path by with it, 0.001 to 1 mm; it is taken of --tolerance");
+  o.post->add_option(
+      "--arc-tolerance", o.data.arc_tolerance,
+      "arcs (G2, G3) where the rotaries stand and TCP is off: what they may leave the straight "
+      "blocks by, 0.0005 to 1 mm; it is taken of --tolerance");
   o.post->add_flag("--list-dialects", o.list, "list the dialects and stop");
 }
 
@@ -288,7 +321,7 @@ PostCommands::~PostCommands() = default;
 bool PostCommands::called() const { return options_->post->parsed() || options_->unpost->parsed(); }
 
 int PostCommands::run() const {
-  const Options& o = *options_;
+  Options& o = *options_;
   if (o.list && o.as_json) return show_dialects();
   if (o.list) return list_dialects(), kExitDone;
   for (const auto& [name, value] :

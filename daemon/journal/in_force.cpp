@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kMostTool = 1e6;
 constexpr int kPrintedFeed = 4;
+constexpr int kUsualPlane = 17;
 
 /// 0 where the machine has no such axis.
 char letter_of(const MachineModel& machine, int axis) {
@@ -46,7 +47,8 @@ void InForce::take_words(std::string_view line) {
       chosen = static_cast<int>(word->value);
     changed = changed || (word->letter == 'M' && word->value == 6.0);
     if (word->letter != 'G') continue;
-    if (word->value >= 0.0 && word->value <= 3.0) rapid = word->value == 0.0;
+    if (word->value >= 0.0 && word->value <= 3.0) rapid = word->value == 0.0, arc = word->value >= 2.0;
+    if (word->value >= 17.0 && word->value <= 19.0) plane = static_cast<int>(word->value);
     if (word->value != 93.0 && word->value != 94.0) continue;
     if (inverse_time != (word->value == 93.0)) feed = 0.0;  // F means another thing now
     inverse_time = word->value == 93.0;
@@ -88,6 +90,7 @@ std::vector<std::string> InForce::mode_lines(double feed_before) const {
   else
     lines.push_back("G1 F" + decimal(known ? feed : feed_before, kPrintedFeed));
   if (inverse_time) lines.push_back("G93");
+  if (plane != kUsualPlane) lines.push_back("G" + std::to_string(plane));
   return lines;
 }
 

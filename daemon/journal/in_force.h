@@ -27,6 +27,8 @@ struct InForce {
   double at[kAxes] = {};    ///< X Y Z tilt rotary
   Place place[kAxes] = {};  ///< what `at` means
   bool inverse_time = false, rapid = true;
+  bool arc = false;  ///< G2 or G3 is in force
+  int plane = 17;    ///< G17, G18 or G19
   double feed = 0.0, spindle = 0.0;
   int spindle_code = 5;
   bool mist = false, flood = false;

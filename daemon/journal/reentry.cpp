@@ -55,7 +55,8 @@ Result<Survey> survey(const std::string& path, LinkKind kind, const MachineModel
     for (const NumericBlock& block : blocks) {
       now.take(block);
       if (!states_height(block)) continue;
-      found.highest = any ? std::max(found.highest, block.z) : block.z;
+      const double top = block.z + block.rise;
+      found.highest = any ? std::max(found.highest, top) : top;
       any = true;
     }
   }
@@ -256,6 +257,16 @@ Result<std::string> tool_before(const std::string& program, LinkKind kind, const
   return tool;
 }
 
+/// An arc that only goes on with G2 or G3 of a line before: the head of the program ends in G1.
+bool takes_arc_over(const InForce& before, std::string_view line) {
+  bool moves = false;
+  while (const std::optional<GcodeWord> word = take_word(line)) {
+    if (word->letter == 'G' && word->value >= 0.0 && word->value <= 3.0) return false;
+    moves = moves || std::string_view("XYZIJK").find(word->letter) != std::string_view::npos;
+  }
+  return before.arc && moves;
+}
+
 /// What the program has said of the axes is enough to go there. Errors: kUsage.
 Result<void> check_placed(const InForce& before, const MachineModel& machine, std::uint64_t from) {
   const std::string unsaid = before.letters(machine, InForce::Place::kUnsaid);
@@ -282,6 +293,11 @@ Result<Reentry> plan_reentry(const std::string& program, LinkKind kind, const co
   if (found->relative)
     return fail(Code::kUsage, "block " + std::to_string(options.from) +
                                   " is a relative one (G91): enter at a block after the next G90");
+  if (takes_arc_over(before, found->first))
+    return fail(Code::kUsage,
+                "block " + std::to_string(options.from) +
+                    " is an arc without a G2 or G3 of its own: enter at a block that states one, "
+                    "or G1");
   if (const auto placed = check_placed(before, machine.model, options.from); !placed)
     return tl::unexpected<Error>(placed.error());
   if (counts_numeric_blocks(kind) && !options.stands)

@@ -213,6 +213,9 @@ std::vector<Topic> topics() {
                                       shipped_text("daemon/service/API.md"))});
   all.push_back({"modbus", markdown_page("tiltfeed-modbus", "the ring and the plain drive, maps of registers",
                                          shipped_text("daemon/wire/MODBUS.md"))});
+  all.push_back(
+      {"controls", markdown_page("tiltfeed-controls", "tilted planes, arcs and other options of controls",
+                                 shipped_text("daemon/post/CONTROLS.md"))});
   return all;
 }
 

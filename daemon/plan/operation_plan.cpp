@@ -95,6 +95,8 @@ Result<void> OperationPlan::find_joints() {
         "for them");
   if (ways) job_.machine.format = config::in_tilted_planes(job_.machine.format);
   job_.machine.format.tilted_planes = ways.has_value();
+  if (job_.program.arc_tolerance > 0.0 && job_.machine.format.tcp)
+    told_.say("no arcs: the program is under TCP, where X Y Z are the tip's");
   const JointPathOptions options = joint_options(job_, held);
   const auto found = clock_.time("joints", [&] {
     return ways ? find_plane_joints(*ways, held, options) : find_path_joints(held, options);

@@ -32,6 +32,14 @@ Error in_operation(Error error, const std::string& name) {
   return error;
 }
 
+/// What the CL file says of an operation.
+ClOperation cl_operation(const OperationPlan& plan) {
+  const config::Job& job = plan.job();
+  const config::Coolant coolant = job.program.coolant;
+  return {&plan.cl_path(), std::max(job.program.tool, 1), job.program.length_register, job.spindle_rpm,
+          coolant == config::Coolant::kOff ? 0.0 : coolant_value(coolant)};
+}
+
 /// The whole way, stage by stage.
 class Planning {
  public:
@@ -78,6 +86,8 @@ Result<void> Planning::load() {
   auto jobs = config::load_operations(
       files_.job, {.stl = files_.stl, .machine = files_.machine, .operation = files_.operation});
   if (!jobs) return tl::unexpected(jobs.error());
+  // What arcs leave the straight blocks by; who judges the text has it with the rest.
+  for (config::Job& job : *jobs) job.plan.tolerance -= job.program.arc_tolerance;
   for (config::Job& job : *jobs)
     operations_.push_back(std::make_unique<OperationPlan>(std::move(job), clock_, told_));
   if (files_.alone)
@@ -266,8 +276,7 @@ Result<void> Planning::add(const std::string& path, const std::function<void(std
 Result<void> Planning::write_others() {
   auto cl = clock_.time("cl file", [&] {
     std::vector<ClOperation> paths;
-    for (const auto& one : operations_)
-      paths.push_back({&one->cl_path(), std::max(one->job().program.tool, 1)});
+    for (const auto& one : operations_) paths.push_back(cl_operation(*one));
     return add(files_.cl, [&](std::ostream& out) { write_cl(paths, out); });
   });
   if (!cl) return cl;

@@ -170,10 +170,13 @@ nlohmann::ordered_json shortened_json(const PlanOutcome& o) {
   return all;
 }
 
+/// As it is proven: the plan leaves a part of it to arcs, mm.
+double whole_tolerance(const config::Job& job) { return job.plan.tolerance + job.program.arc_tolerance; }
+
 nlohmann::ordered_json operation_json(const OperationPlan& one) {
   nlohmann::ordered_json json = {{"name", one.job().operation.name},
                                  {"tool", one.job().program.tool},
-                                 {"tolerance_mm", one.job().plan.tolerance},
+                                 {"tolerance_mm", whole_tolerance(one.job())},
                                  {"blocks", one.joints().moves.size()}};
   add_path(json, one);
   add_motion(json, one.timing());
@@ -199,6 +202,8 @@ std::string report_json(const PlanOutcome& o) {
   json["program_bytes"] = o.program.bytes;
   json["clamped_feeds"] = o.program.clamped_feeds;
   json["tilted_planes"] = o.program.planes;
+  json["arcs"] = o.program.arcs;
+  json["blocks_saved_by_arcs"] = o.program.arcs_stand_for - o.program.arcs;
   add_motion(json, o.timing);
   if (!several) add_joints(json, first);
   json["starvation"] = starvation_json(o.starved);
@@ -246,6 +251,10 @@ std::string motion_text(const MotionOutcome& o) {
     text += formatted("in %llu tilted %s of the control: come to from the retract each\n",
                       static_cast<unsigned long long>(o.program.planes),
                       o.program.planes == 1 ? "plane" : "planes");
+  if (o.program.arcs > 0)
+    text += formatted("%llu arcs, instead of %llu straight blocks\n",
+                      static_cast<unsigned long long>(o.program.arcs),
+                      static_cast<unsigned long long>(o.program.arcs_stand_for));
   if (o.joints.reconfigurations > 0)
     text += formatted(
         "warning: the tool is taken off the part %llu times to turn %c back or %c over: look for marks\n",
@@ -355,7 +364,7 @@ std::string report_text(const PlanOutcome& o) {
   for (const pathgen::StageTime& t : o.times) wall += t.seconds;
   for (const OperationPlan* one : o.operations) {
     const config::Job& job = one->job();
-    tolerance = std::max(tolerance, job.plan.tolerance);
+    tolerance = std::max(tolerance, whole_tolerance(job));
     if (!job.operation.name.empty())
       text += formatted("operation %zu of %zu, ", job.operation.number, job.operation.count) +
               job.operation.name +

@@ -11,6 +11,7 @@
 #include <ostream>
 #include <string_view>
 
+#include "daemon/post/arc_fit.h"
 #include "daemon/post/block_layout.h"
 #include "daemon/post/printed_path.h"
 #include "daemon/post/printed_words.h"
@@ -104,8 +105,9 @@ double ProgramText::tip_feed(const Operation& op, const JointMove& move) const {
 
 char* ProgramText::feed(char* out, const Operation& op, std::size_t index, State& state, Piece& piece) const {
   const JointMove& move = op.words->moves[index];
-  const FeedWord f =
-      words_.feed_of({op.words->moves[index - 1].joints, move.joints, move.seconds, tip_feed(op, move)});
+  const PrintedArc* const arc = op.arc(index);
+  const FeedWord f = words_.feed_of({op.words->moves[index - 1].joints, move.joints, move.seconds,
+                                     tip_feed(op, move), arc != nullptr ? arc->length : 0.0});
   if (f.clamped) ++piece.clamped_feeds;
   char* const end = words_.feed(out, f.value);
   if (words_.feed_always()) return end;
@@ -123,22 +125,31 @@ void ProgramText::block(std::size_t index, State& state, Piece& piece) const {
   const std::size_t at = index - span.first;
   const JointMove& move = moves[at];
   const bool first = at == 0, rapid = move.kind == MoveKind::kRapid;
-  const bool restate = first || !table_.modal_motion;
+  const PrintedArc* const arc = op.arc(at);
+  // An arc's own block says all that it needs, and so does the one behind it: a program may be entered there.
+  const bool restate = first || !table_.modal_motion || arc != nullptr || op.arc(at - 1) != nullptr;
   char* out = state.line.data();
   if (restate || rapid != (moves[at - 1].kind == MoveKind::kRapid)) {
-    const std::string_view word = rapid ? table_.rapid : table_.feed;
+    const std::string_view word = arc != nullptr ? (arc->clockwise ? table_.clockwise : table_.counter)
+                                  : rapid        ? table_.rapid
+                                                 : table_.feed;
     out = std::copy(word.begin(), word.end(), out);
   }
   if (first) out = std::copy(span.first_words.begin(), span.first_words.end(), out);
   const std::string_view side = span.sides.empty() ? "" : span.side(at);
   if (table_.sides == Sides::kBefore) out = std::copy(side.begin(), side.end(), out);
-  if (first && op.plane)
+  if (arc != nullptr)
+    out = words_.arc(out, move.joints, *arc);
+  else if (first && op.plane)
     out = words_.height(words_.place(out, move.joints), move.joints);
   else if (first && !format_.tcp)
     out = words_.height(out, move.joints);
   else
     out = words_.axes(out, first ? Joints{} : moves[at - 1].joints, move.joints, first);
-  const std::string_view end = rapid ? table_.rapid_end : "", first_end = first ? table_.first_end : "";
+  const std::string_view end = arc != nullptr ? (arc->clockwise ? table_.clockwise_end : table_.counter_end)
+                               : rapid        ? table_.rapid_end
+                                              : "",
+                         first_end = first ? table_.first_end : "";
   if (table_.sides == Sides::kBehind) out = std::copy(side.begin(), side.end(), out);
   out = std::copy(first_end.begin(), first_end.end(), out);
   out = std::copy(end.begin(), end.end(), out);
@@ -235,11 +246,6 @@ TcpOptions tcp_options(const config::Job& job) {
   return options;
 }
 
-/// As PathEvent::value.
-double coolant_value(config::Coolant coolant) {
-  return coolant == config::Coolant::kFlood ? 1.0 : coolant == config::Coolant::kMist ? 2.0 : 3.0;
-}
-
 Result<void> check(const Posting& posting) {
   const config::ProgramFormat& format = posting.machine.format;
   if (posting.operations.empty()) return fail(Code::kInput, "the program has no operation");
@@ -283,11 +289,18 @@ Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
                    tbb::make_filter<Piece, void>(tbb::filter_mode::serial_in_order,
                                                  [&](const Piece& piece) { sink.take(piece); }));
   Result<ProgramReport> result = sink.result();
+  for (const Operation& op : posting.operations)
+    for (const PrintedArc& arc : op.arcs)
+      if (result) ++result->arcs, result->arcs_stand_for += arc.stands_for;
   if (result)
     result->planes =
         static_cast<std::uint64_t>(std::count_if(posting.operations.begin(), posting.operations.end(),
                                                  [](const Operation& op) { return op.plane.has_value(); }));
   return result;
+}
+
+double coolant_value(config::Coolant coolant) {
+  return coolant == config::Coolant::kFlood ? 1.0 : coolant == config::Coolant::kMist ? 2.0 : 3.0;
 }
 
 PlannedProgram planned_program(const JointPath& path, const std::vector<AxisRun>& runs,
@@ -309,10 +322,15 @@ PlannedProgram planned_program(const JointPath& path, const std::vector<AxisRun>
   if (job.spindle_rpm > 0.0) op.events.push_back({0, EventKind::kSpindle, job.spindle_rpm, ""});
   if (job.program.coolant != config::Coolant::kOff)
     op.events.push_back({0, EventKind::kCoolant, coolant_value(job.program.coolant), ""});
+  const auto put = [&] {
+    Operation with_arcs = op;
+    put_arcs(with_arcs, format, job.program.arc_tolerance, program.words);
+    program.posting.operations.push_back(std::move(with_arcs));
+  };
   const auto keep = [&](JointPath words) {
     program.words.push_back(std::make_unique<JointPath>(std::move(words)));
     op.words = program.words.back().get();
-    program.posting.operations.push_back(op);
+    put();
   };
   for (const AxisRun& run : runs) {
     const Joints& at = path.moves[run.first].joints;
@@ -328,7 +346,7 @@ PlannedProgram planned_program(const JointPath& path, const std::vector<AxisRun>
   if (format.tcp || format.inches)
     keep(std::move(words));
   else
-    program.posting.operations.push_back(std::move(op));
+    put();
   return program;
 }
 

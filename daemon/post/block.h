@@ -31,6 +31,9 @@ namespace tiltfeed::daemon {
 Result<ProgramReport> write_program(const Posting& posting, std::ostream& out,
                                     const StageProgress& progress = {});
 
+/// As PathEvent::value. Requires: not kOff.
+double coolant_value(config::Coolant coolant);
+
 /// A job's program as a posting, and the words that it points to, where they are not the path's own.
 struct PlannedProgram {
   std::vector<std::unique_ptr<JointPath>> words;

@@ -51,6 +51,8 @@ class Writer {
   void leave();
   void finish();
   void clamp(const Operation& op, std::size_t index);
+  void before_arc(const PrintedArc& arc, const Joints& from);
+  void usual_plane();
   std::string first_words() const;
   Joints first_place_of(const Operation& op) const;
   std::size_t blocks() const;
@@ -137,6 +139,7 @@ void Writer::tool_comments(const Operation& op) {
 void Writer::turn(const Operation& op) {
   if (shorter_) lines(table_.shorter_off);
   shorter_ = false;
+  usual_plane();
   retract();
   lines(table_.plane_done);
   call_length(op);
@@ -340,6 +343,21 @@ void Writer::clamp(const Operation& op, std::size_t index) {
     line(format_.clamp_rotary), rotary_clamped_ = true;
 }
 
+void Writer::usual_plane() {
+  if (plane_ != kUsualPlane) line("G" + decimal(kUsualPlane, 0));
+  plane_ = kUsualPlane;
+}
+
+/// The plane stays in force until another arc or the tool's retract: straight blocks do not ask for it.
+void Writer::before_arc(const PrintedArc& arc, const Joints& from) {
+  if (table_.arc_planes && plane_ != arc.plane) line("G" + decimal(arc.plane, 0));
+  if (table_.arc_planes) plane_ = arc.plane;
+  if (*table_.pole_letters == '\0') return;
+  std::array<char, 2 * kDecimalSpace> room;
+  line(table_.pole +
+       std::string(room.data(), PrintedWords(format_, posting_.machine.model).pole(room.data(), from, arc)));
+}
+
 void Writer::motion(const Operation& op) {
   const std::vector<JointMove>& moves = op.words->moves;
   const bool inverse = !format_.tcp && format_.feed_mode == config::FeedMode::kInverseTime;
@@ -364,6 +382,7 @@ void Writer::motion(const Operation& op) {
     if (side_ != nullptr && i > 0 && moves_in_plane())
       layout_.spans.back().sides.emplace_back(i, std::exchange(side_, nullptr));
     if (inverse && !fed_ && moves[i].kind != MoveKind::kRapid) lines(table_.inverse_on), fed_ = true;
+    if (const PrintedArc* const arc = op.arc(i)) before_arc(*arc, moves[i - 1].joints);
   }
   at_ = first + moves.size();
   for (; next != op.events.end(); ++next) event(*next);
@@ -373,8 +392,7 @@ void Writer::motion(const Operation& op) {
 void Writer::leave() {
   // Such a control's retract ends it.
   if (compensated_ && table_.sides == Sides::kLine) lines(table_.cutter_off);
-  if (plane_ != kUsualPlane) line("G" + decimal(kUsualPlane, 0));
-  plane_ = kUsualPlane;
+  usual_plane();
   if (fed_) lines(table_.per_minute_on);
   fed_ = compensated_ = false;
   if (format_.tcp) lines(table_.tcp_off);

@@ -80,12 +80,20 @@ std::optional<ShiftPlane> shift_plane(const MachineModel& machine, const Setup& 
 Result<std::vector<PathEvent>> control_events(const AptOperation& op, const JointPath& joints,
                                               const config::MachineProfile& machine, const Setup& setup,
                                               int tool, const std::string& name) {
+  constexpr double kThroughSpindle = 3.0;
   constexpr const char* kLeave = "; where the points are the cutter's centre, say --ignore CUTCOM";
   const DialectTable& table = table_of(machine.format.dialect);
   std::vector<PathEvent> out;
   ShiftPlane plane;
   for (auto event = op.events.begin(); event != op.events.end(); ++event) {
     const bool off = event->kind == EventKind::kCutterOff;
+    if (event->kind == EventKind::kCoolant && event->value == kThroughSpindle &&
+        machine.format.through_on.empty()) {
+      const std::size_t move = std::min(event->move, op.lines.size() - 1);
+      return fail(Code::kInput, name + ":" + std::to_string(op.lines[move]) +
+                                    ": COOLNT/THRU before it: " + config::no_through_coolant(machine.path) +
+                                    "; where flood does, say COOLNT/FLOOD");
+    }
     if (off || (event->kind != EventKind::kCutterLeft && event->kind != EventKind::kCutterRight)) {
       out.push_back(*event);
       if (off && plane.code != 17) out.push_back({event->move, EventKind::kPlane, 17.0, ""});

@@ -26,8 +26,9 @@ std::optional<ShiftPlane> shift_plane(const MachineModel& machine, const Setup& 
 
 /// The events of `op` as the control is to be told: kPlane round each kCutterLeft, kCutterRight and
 /// kCutterOff that works in another plane than X Y, sides as that plane has them. `joints` are those of its
-/// moves, `tool` its number. Errors: the dialect has no words for it, a rotary turns, the tool is along no
-/// axis of the machine, or along one in whose plane the control does not shift it.
+/// moves, `tool` its number. Errors: coolant through the spindle that the profile has no words for; the
+/// dialect has no words for it, a rotary turns, the tool is along no axis of the machine, or along one in
+/// whose plane the control does not shift it.
 Result<std::vector<PathEvent>> control_events(const AptOperation& op, const JointPath& joints,
                                               const config::MachineProfile& machine, const Setup& setup,
                                               int tool, const std::string& name);

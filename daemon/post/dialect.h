@@ -72,6 +72,11 @@ struct DialectTable {
   // Lines of the high-speed function: {mode}, {within} (of the unit), {leans} (degrees).
   const char *smooth_on = "", *smooth_off = "";
   const char *exact, *blend, *dwell, *stop, *optional_stop, *retract, *end;
+  // Arcs. `pole`: a line in front with the centre, absolute, by these letters; no letters: I J K from the
+  // start stand in the block.
+  bool arc_planes = false;  ///< in Z X and Y Z, too, under G18 and G19, the tool's length as it was
+  const char *clockwise = "G2", *clockwise_end = "", *counter = "G3", *counter_end = "";  ///< round the axes
+  const char *pole = "", *pole_letters = "";
 };
 
 const DialectTable& table_of(config::Dialect dialect);

@@ -29,6 +29,9 @@ std::optional<std::string> split_words(std::string_view text, DialectWords& word
     if (!direct && (letters != 1 || text.size() == 1 || !starts_number(text[1]))) {
       words.names.emplace_back(text.substr(0, letters));
       text.remove_prefix(letters);
+      const bool way =
+          words.names.back() == "DR" && !text.empty() && (text.front() == '+' || text.front() == '-');
+      if (way) words.ways += text.front(), text.remove_prefix(1);
       continue;
     }
     text.remove_prefix(1);

@@ -19,6 +19,7 @@ struct DialectWords {
   std::vector<std::string> names;       ///< TRAORI, FMAX, L ...
   std::map<char, double> values;        ///< the others
   std::map<char, std::string> printed;  ///< their numbers as they stand
+  std::string ways;                     ///< signs of DR+ and DR-
   std::string direct;                   ///< of these, the letters whose number stands as C=DC(10)
 
   bool has(char letter) const { return values.contains(letter); }

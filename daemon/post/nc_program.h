@@ -13,6 +13,13 @@
 
 namespace tiltfeed::daemon {
 
+/// An arc as a block says it.
+struct TextArc {
+  int plane = 17;                    ///< 17: X Y, 18: Z X, 19: Y Z
+  bool clockwise = false;            ///< as seen from the positive end of the third axis
+  double first = 0.0, second = 0.0;  ///< the centre's place along the plane's axes, mm
+};
+
 struct TextBlock {
   Joints words;  ///< as printed; under TCP X Y Z are the tip's
   bool rapid = true;
@@ -21,6 +28,7 @@ struct TextBlock {
   double feed = 0.0;  ///< F in force, 0 for rapids
   std::uint32_t line = 0;
   std::uint32_t plane = 0;  ///< of NcProgram::planes, from 1: X Y Z are in it; 0: none
+  std::uint32_t arc = 0;    ///< of NcProgram::arcs, from 1; 0: it is straight
 };
 
 /// The blocks of one tool.
@@ -39,6 +47,7 @@ struct NcProgram {
   std::vector<TextOperation> operations;  ///< each with a block
   std::vector<std::string> notes;         ///< words left out, with their line
   std::vector<TextPlane> planes;
+  std::vector<TextArc> arcs;
 };
 
 }  // namespace tiltfeed::daemon

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "daemon/post/dialect_words.h"
+#include "daemon/post/nc_arcs.h"
 #include "daemon/post/nc_lines.h"
 #include "daemon/post/nc_planes.h"
 #include "daemon/post/nc_rules.h"
@@ -91,7 +92,8 @@ class Reader {
   int selected_ = -1;             ///< the last T; -1: none
   bool changes_by_code_ = false;  ///< M6 has come
   int turn_ = 0;                  ///< spindle: 3, 4, or 0
-  int plane_ = 17;
+  int plane_ = 17, told_plane_ = 17;
+  ArcReader arcs_;
   std::pair<int, double> offset_{};  ///< the code in tenths, and its P
   std::uint64_t bytes_ = 0;
   std::size_t blocks_ = 0, last_blocks_ = 0;
@@ -183,13 +185,14 @@ void Reader::note_table() {
 
 Mistake Reader::one_code(int tenths) {
   const bool fanuc = language_.dialect == config::Dialect::kFanuc;
-  const bool planes = fanuc || language_.dialect == config::Dialect::kRs274;
+  // G18 and G19 without a turn of the tool's length.
+  const bool planes = !tnc_ && language_.dialect != config::Dialect::kSiemens;
   if (tenths == 510 && language_.dialect == config::Dialect::kHeidenhainIso) return std::nullopt;
   constexpr std::array<int, 15> kNothing{40,  210, 280, 400, 410, 420, 430, 530,
                                          610, 640, 690, 710, 800, 970, 7100};
   if (tenths == 0 || tenths == 10) {
     rapid_ = tenths == 0;
-    motion_known_ = true;
+    motion_known_ = true, arcs_.motion = 0;
   } else if (tenths == 930 || tenths == 940) {
     if (inverse_ != (tenths == 930)) feed_ = 0.0;
     inverse_ = tenths == 930;
@@ -200,13 +203,12 @@ Mistake Reader::one_code(int tenths) {
     tcp_ = false;
   } else if (tenths == 900 || tenths == 910) {
     incremental_ = tenths == 910;
-  } else if (tenths == 170 || (tenths == 180 && planes) || (tenths == 190 && fanuc)) {
-    if (plane_ != tenths / 10) event(EventKind::kPlane, tenths / 10);
+  } else if (tenths == 170 || ((tenths == 180 || tenths == 190) && planes)) {
     plane_ = tenths / 10;
   } else if (const auto inches = unit_code(tenths)) {
     return other_unit(*inches);
   } else if (tenths == 20 || tenths == 30) {
-    return "arcs are not understood; post with G1 alone";
+    rapid_ = false, motion_known_ = true, arcs_.motion = tenths / 10;
   } else if (std::find(kNothing.begin(), kNothing.end(), tenths) == kNothing.end() &&
              !is_work_offset(tenths, language_.dialect) && !of_plane(tenths, language_.dialect)) {
     return "G" + decimal(tenths / 10.0, 1) + " is not understood";
@@ -244,6 +246,8 @@ void Reader::compensation(const DialectWords& words) {
   const bool left = words.has_g(410) || words.named("RL"), right = words.has_g(420) || words.named("RR"),
              off = words.has_g(400) || (language_.dialect == config::Dialect::kHeidenhain && words.has('R')),
              edge = language_.dialect == config::Dialect::kSiemens;
+  // Only there a plane is said to who posts the program again; arcs make their own.
+  if ((left || right) && plane_ != std::exchange(told_plane_, plane_)) event(EventKind::kPlane, plane_);
   if (left || right)
     event(left ? EventKind::kCutterLeft : EventKind::kCutterRight,
           words.has('D') ? words.values.at('D') : 0.0);
@@ -286,6 +290,9 @@ Mistake Reader::motion(const DialectWords& words) {
   const std::array<double*, 5> places{&at_.x, &at_.y, &at_.z, &at_.a, &at_.c};
   const bool elsewhere = words.has_g(530) || words.has_g(280) || words.named("SUPA") ||
                          (tnc_ && (words.has_m(91) || words.has_m(92)));
+  const Joints from = at_;
+  const bool began = std::all_of(known_.begin(), known_.end(), [](bool one) { return one; });
+  if (arcs_.take_pole(words, language_)) return std::nullopt;
   bool moves = false;
   for (std::size_t i = 0; i < letters.size(); ++i) {
     if (!words.has(letters[i])) continue;
@@ -301,7 +308,8 @@ Mistake Reader::motion(const DialectWords& words) {
   if (elsewhere || !moves) return std::nullopt;
   if (incremental_) return "incremental words are not understood; post with G90";
   const bool plain = language_.dialect == config::Dialect::kHeidenhain;
-  if (plain && !words.named("L")) return "axis words without L";
+  const bool arc = plain ? words.named("C") : arcs_.motion != 0;
+  if (plain && !arc && !words.named("L")) return "axis words without L";
   if (!plain && !motion_known_) return "axis words before the first G0 or G1";
   const bool rapid = plain ? words.named("FMAX") : rapid_;
   const bool whole = std::all_of(known_.begin(), known_.end(), [](bool one) { return one; });
@@ -309,10 +317,20 @@ Mistake Reader::motion(const DialectWords& words) {
   if (!whole) return "a feed move before all five axis words were stated";
   if (!rapid && inverse_ && !words.has('F')) return "no F: in inverse time every feed move needs one";
   if (!rapid && !(feed_ > 0.0)) return "a feed move without F";
+  std::uint32_t arc_number = 0;
+  if (arc) {
+    if (tcp_) return "an arc under TCP is not understood";
+    if (!began) return "an arc from a place that is not known";
+    auto made = arcs_.arc(words, plane_, language_, from, at_);
+    if (!made) return made.error().message;
+    facts_.arcs.push_back(*made);
+    arc_number = static_cast<std::uint32_t>(facts_.arcs.size());
+  }
   moved_ = true;
   const bool slides = words.has('X') || words.has('Y') || words.has('Z');
   const double feed = feed_ * (slides && !inverse_ ? unit() : 1.0);
-  operation().blocks.push_back({at_, rapid, tcp_, !rapid && inverse_, rapid ? 0.0 : feed, line_, tilted_});
+  operation().blocks.push_back(
+      {at_, rapid, tcp_, !rapid && inverse_, rapid ? 0.0 : feed, line_, tilted_, arc_number});
   return std::nullopt;
 }
 
@@ -331,14 +349,16 @@ Mistake Reader::codes(const DialectWords& words) {
   for (const std::string& name : words.names) {
     const bool siemens = language_.dialect == config::Dialect::kSiemens,
                plain = language_.dialect == config::Dialect::kHeidenhain;
-    if (plain && (name == "RL" || name == "RR")) continue;
+    constexpr std::array<std::string_view, 5> kDialogue{"RL", "RR", "C", "CC", "DR"};
+    if (plain && std::find(kDialogue.begin(), kDialogue.end(), name) != kDialogue.end()) continue;
     if (siemens && (name == "TRAORI" || name == "TRAFOOF"))
       tcp_ = name == "TRAORI";
     else if (name != "ORIMKS" && name != "ORIAXES" && name != "TOROTOF" && name != "PAROTOF" &&
              name != "TRANS" && name != "SUPA" && name != "FMAX" && name != "L")
       return "\"" + name + "\" is not understood";
   }
-  constexpr std::string_view kOthers = "XYZFSTHDPR";
+  if (auto bad = arcs_.misplaced(words, plane_, language_)) return bad;
+  constexpr std::string_view kOthers = "XYZFSTHDPRIJK";
   for (const auto& [letter, value] : words.values)
     if (kOthers.find(letter) == std::string_view::npos && letter != language_.tilt &&
         letter != language_.rotary)
@@ -391,6 +411,7 @@ Result<void> Reader::read(std::string line) {
   if (auto bad = strip_line(line, language_.dialect, comments_)) return wrong(*bad);
   for (const std::string& text : comments_) take_header(text, facts_);
   if (line.empty()) return {};
+  if (line == language_.through_on) return event(EventKind::kCoolant, 3.0), Result<void>{};
   Mistake mistake;
   if (dialogue(line, mistake)) return mistake ? Result<void>(wrong(*mistake)) : Result<void>{};
   DialectWords words;

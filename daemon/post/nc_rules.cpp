@@ -80,6 +80,7 @@ TextLanguage text_language(const config::MachineProfile& machine) {
   for (const std::string& line : {format.retract, format.clamp_tilt, format.unclamp_tilt, format.clamp_rotary,
                                   format.unclamp_rotary, format.through_on, format.through_off})
     add_codes(line, language.own_codes);
+  language.through_on = format.through_on;
   for (const config::TableTurn& turn : config::table_turns(model))
     language.table.push_back({turn.axis->letter, turn.axis->zero});
   for (const std::string& line : format.start) add_codes(line, language.own_codes);

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "daemon/post/arc_fit.h"
 #include "daemon/post/cutter_side.h"
 #include "daemon/post/printed_path.h"
 #include "daemon/post/tcp_start.h"
@@ -76,14 +77,13 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
   out.posting = {program.name, machine, options.data, {}};
   const config::ProgramFormat& format = machine.format;
   JointPathOptions joints;
-  joints.tolerance =
-      options.tolerance - program.chord_error - format.blend_tolerance - options.data.smoothing_tolerance;
+  joints.tolerance = options.tolerance - program.chord_error - format.blend_tolerance -
+                     options.data.smoothing_tolerance - options.data.arc_tolerance;
   if (!(joints.tolerance > 0.0))
-    return fail(
-        Code::kInput,
-        name +
-            ": the chords of its arcs, the profile's blend_tolerance_mm and --smoothing take all of the "
-            "tolerance; state a larger one (--tolerance)");
+    return fail(Code::kInput,
+                name +
+                    ": the chords of its arcs, the profile's blend_tolerance_mm, --smoothing-tolerance and "
+                    "--arc-tolerance take all of the tolerance; state a larger one (--tolerance)");
   joints.axis_tolerance = format.tcp ? options.axis_tolerance / 2.0 : options.axis_tolerance;
   joints.linear_decimals = joint_decimals(format);
   joints.rotary_decimals = format.rotary_decimals;
@@ -150,11 +150,21 @@ Result<Posted> post(const AptProgram& program, const std::string& name,
       *path = words_in_plane(*path, {0, path->moves.size()}, machine, setup, *plane);
     }
     out.words.push_back(std::make_unique<JointPath>(std::move(*path)));
-    out.posting.operations.push_back({out.words.back().get(), setup, op.path.tool, tool, op.path.cut_feed,
-                                      op.path.plunge_feed, op.path.feeds, std::move(*events),
-                                      op.length_register, std::move(plane), goes_on});
+    out.posting.operations.push_back({out.words.back().get(),
+                                      setup,
+                                      op.path.tool,
+                                      tool,
+                                      op.path.cut_feed,
+                                      op.path.plunge_feed,
+                                      op.path.feeds,
+                                      std::move(*events),
+                                      op.length_register,
+                                      std::move(plane),
+                                      {},
+                                      goes_on});
     out.posting.operations.back().smoothing = options.data.smoothing;
     out.posting.operations.back().smoothing_tolerance = options.data.smoothing_tolerance;
+    put_arcs(out.posting.operations.back(), format, options.data.arc_tolerance, out.words);
   }
   out.timing = time_blocks(all, machine.model, rounded_off_by(format, options.tolerance),
                            options.axis_tolerance, corners_of(format));

@@ -1,12 +1,14 @@
 #pragma once
 // A whole program before it is text.
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "config/job.h"
+#include "daemon/post/printed_arc.h"
 #include "daemon/post/tilted_plane.h"
 #include "kinematics/basics/path_event.h"
 #include "kinematics/basics/tool_path.h"
@@ -18,7 +20,9 @@ struct ProgramReport {
   std::uint64_t blocks = 0;         ///< motion blocks written
   std::uint64_t clamped_feeds = 0;  ///< F limited to the control's range
   std::uint64_t bytes = 0;
-  std::uint64_t planes = 0;  ///< tilted planes that it is in; 0: none
+  std::uint64_t planes = 0;          ///< tilted planes that it is in; 0: none
+  std::uint64_t arcs = 0;            ///< of the blocks
+  std::uint64_t arcs_stand_for = 0;  ///< straight blocks that the arcs are instead of
 };
 
 /// Largest relative error of a printed F, where the dialect's decimals of F allow it.
@@ -41,11 +45,20 @@ struct Operation {
   int length_register = 0;        ///< 0: that of the tool's number
   /// Its words are in this plane; the rotaries stand. The machine's format is config::in_tilted_planes().
   std::optional<TiltedPlane> plane{};
-  bool goes_on = false;          ///< with the tool of the operation before, which it has in another plane
-  config::OperationName name{};  ///< of a job's operations; empty: it is no such
-  bool keeps_tool = false;       ///< the tool of the operation before stays in the spindle
+  std::vector<PrintedArc> arcs{};  ///< by rising block
+  bool goes_on = false;            ///< with the tool of the operation before, which it has in another plane
+  config::OperationName name{};    ///< of a job's operations; empty: it is no such
+  bool keeps_tool = false;         ///< the tool of the operation before stays in the spindle
   config::Smoothing smoothing = config::Smoothing::kNone;
   double smoothing_tolerance = 0.0;  ///< as in config::ProgramData, mm
+
+  /// The arc that ends with this block of the words; none: it is straight.
+  const PrintedArc* arc(std::size_t block) const {
+    const auto at =
+        std::lower_bound(arcs.begin(), arcs.end(), block,
+                         [](const PrintedArc& one, std::size_t wanted) { return one.block < wanted; });
+    return at != arcs.end() && at->block == block ? &*at : nullptr;
+  }
 };
 
 /// A whole program.

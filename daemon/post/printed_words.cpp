@@ -1,6 +1,7 @@
 #include "daemon/post/printed_words.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <cstring>
@@ -90,6 +91,26 @@ char* PrintedWords::place(char* out, const Joints& to) const {
 
 char* PrintedWords::height(char* out, const Joints& to) const { return slide(out, 'Z', to.z); }
 
+char* PrintedWords::arc(char* out, const Joints& to, const PrintedArc& arc) const {
+  const ArcAxes axes = arc_axes(arc.plane);
+  constexpr std::array<double Joints::*, 3> kPlaces{&Joints::x, &Joints::y, &Joints::z};
+  for (std::size_t i = 0; i < kPlaces.size(); ++i)
+    if (kPlaces[i] != axes.third) out = slide(out, "XYZ"[i], to.*kPlaces[i]);
+  if (*table_.pole_letters != '\0') return out;
+  for (std::size_t i = 0; i < kPlaces.size(); ++i)
+    if (kPlaces[i] != axes.third)
+      out = slide(out, "IJK"[i], kPlaces[i] == axes.first ? arc.first : arc.second);
+  return out;
+}
+
+char* PrintedWords::pole(char* out, const Joints& from, const PrintedArc& arc) const {
+  const ArcAxes axes = arc_axes(arc.plane);
+  char* const end =
+      slide(slide(out, table_.pole_letters[0], config::printed_place(format_, from.*axes.first + arc.first)),
+            table_.pole_letters[1], config::printed_place(format_, from.*axes.second + arc.second));
+  return std::copy(out + 1, end, out);  // without the blank in front
+}
+
 /// The way that F per minute measures, in the unit of the linear words or degrees.
 double PrintedWords::way(const Joints& from, const Joints& to) const {
   const double linear = std::hypot(to.x - from.x, to.y - from.y, to.z - from.z) / unit_;
@@ -110,8 +131,9 @@ FeedWord PrintedWords::feed_of(const BlockStep& step) const {
   }
   const bool tip_moves = step.from.x != step.to.x || step.from.y != step.to.y || step.from.z != step.to.z;
   const bool of_tip = format_.tcp || format_.tilted_planes;
-  const double f =
-      of_tip && tip_moves ? step.tip_feed / unit_ : way(step.from, step.to) * 60.0 / step.seconds;
+  const double f = of_tip && tip_moves
+                       ? step.tip_feed / unit_
+                       : (step.arc > 0.0 ? step.arc / unit_ : way(step.from, step.to)) * 60.0 / step.seconds;
   const double least = std::max(kLeastFeed, 1.0 / decimal_scale(table_.feed_decimals));
   const double most = format_.max_feed / (tip_moves ? unit_ : 1.0);
   if (!(f <= most)) return {most, true};

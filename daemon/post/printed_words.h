@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "daemon/post/dialect.h"
+#include "daemon/post/printed_arc.h"
 #include "kinematics/basics/decimal.h"
 #include "kinematics/machine/machine.h"
 
@@ -22,6 +23,7 @@ struct BlockStep {
   Joints from, to;
   double seconds = 0.0;
   double tip_feed = 0.0;  ///< mm/min, under TCP and in a plane
+  double arc = 0.0;       ///< the length of its arc, mm; 0: it is straight
 };
 
 class PrintedWords {
@@ -34,6 +36,11 @@ class PrintedWords {
   char* rotaries(char* out, const Joints& to) const;
   char* place(char* out, const Joints& to) const;
   char* height(char* out, const Joints& to) const;
+  /// Appends the words of an arc that ends at `to`: both of its plane's axes, and its centre where that
+  /// stands in the block.
+  char* arc(char* out, const Joints& to, const PrintedArc& arc) const;
+  /// Appends the centre, absolute: "X1 Y2" or "I1 J2". Requires: DialectTable::pole_letters.
+  char* pole(char* out, const Joints& from, const PrintedArc& arc) const;
   FeedWord feed_of(const BlockStep& step) const;
   /// Appends " F100".
   char* feed(char* out, double value) const;

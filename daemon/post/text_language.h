@@ -22,6 +22,7 @@ struct TextLanguage {
   bool inches = false;                  ///< the unit of the linear words
   std::vector<int> own_codes = {};      ///< M codes of the machine's own lines
   std::vector<TableLetter> table = {};  ///< rotaries that carry the work
+  std::string through_on = {};          ///< the profile's line for coolant through the spindle; empty: none
 };
 
 }  // namespace tiltfeed::daemon

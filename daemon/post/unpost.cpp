@@ -6,6 +6,7 @@
 
 #include "config/table_home.h"
 #include "daemon/post/cutter_side.h"
+#include "daemon/post/nc_arcs.h"
 #include "daemon/post/nc_rules.h"
 #include "daemon/post/tcp_start.h"
 #include "kinematics/basics/decimal.h"
@@ -28,21 +29,31 @@ constexpr std::size_t kLeastStart = 2;
 // A tip's way shorter than this says nothing of a feed, mm.
 constexpr double kNoWay = 1e-6;
 
-Joints between(const Joints& p, const Joints& q, double f) {
+Joints on_line(const Joints& p, const Joints& q, double f) {
   return {p.x + f * (q.x - p.x), p.y + f * (q.y - p.y), p.z + f * (q.z - p.z), p.a + f * (q.a - p.a),
           p.c + f * (q.c - p.c)};
 }
 
 class Unposter {
  public:
-  Unposter(const TextOperation& text, const std::vector<TextPlane>& planes,
-           const config::MachineProfile& machine, const Setup& setup, const UnpostOptions& options)
-      : text_(text), planes_(planes), machine_(machine), setup_(setup), options_(options) {}
+  Unposter(const TextOperation& text, const NcProgram& program, const config::MachineProfile& machine,
+           const Setup& setup, const UnpostOptions& options)
+      : text_(text),
+        planes_(program.planes),
+        arcs_(program.arcs),
+        machine_(machine),
+        setup_(setup),
+        options_(options) {}
 
   /// Errors: a word beyond its axis's travel; more points than kMostTextPoints.
   Result<AptOperation> run(std::size_t points);
 
  private:
+  /// The words at a share of the way to `to`.
+  Joints between(const TextBlock& from, const TextBlock& to, double share) const {
+    if (to.arc != 0) return along_arc(arcs_[to.arc - 1], from.words, to.words, share);
+    return on_line(from.words, to.words, share);
+  }
   /// Of words that are said as those of `block`.
   Pose pose(const Joints& words, const TextBlock& block) const;
   std::optional<std::string> beyond(const TextBlock& block) const;
@@ -58,6 +69,7 @@ class Unposter {
 
   const TextOperation& text_;
   const std::vector<TextPlane>& planes_;
+  const std::vector<TextArc>& arcs_;
   const config::MachineProfile& machine_;
   const Setup& setup_;
   const UnpostOptions& options_;
@@ -105,7 +117,7 @@ void Unposter::cut(const TextBlock& from, const TextBlock& to, double f0, const 
   if (out_.path.moves.size() > most_) return;
   double tip = 0.0, axis = 0.0;
   for (const double s : kSamples) {
-    const Pose real = pose(between(from.words, to.words, f0 + s * (f1 - f0)), to);
+    const Pose real = pose(between(from, to, f0 + s * (f1 - f0)), to);
     tip = std::max(tip, distance_to_segment(real.tip, p0.tip, p1.tip));
     axis = std::max(axis, angle_between(real.axis, slerp(p0.axis, p1.axis, s)));
   }
@@ -115,7 +127,7 @@ void Unposter::cut(const TextBlock& from, const TextBlock& to, double f0, const 
                     axis <= Angle::from_degrees(options_.axis_tolerance).radians();
   if (fits || halvings >= kMaxHalvings) return put(p1, to);
   const double middle = 0.5 * (f0 + f1);
-  const Pose at = pose(between(from.words, to.words, middle), to);
+  const Pose at = pose(between(from, to, middle), to);
   cut(from, to, f0, p0, middle, at, halvings + 1);
   cut(from, to, middle, at, f1, p1, halvings + 1);
 }
@@ -125,7 +137,8 @@ double Unposter::tip_feed(const TextBlock& from, const TextBlock& to, double way
   if (way < kNoWay) return 0.0;
   if (to.inverse_time) return way * to.feed;
   const Joints &p = from.words, &q = to.words;
-  const double linear = std::hypot(q.x - p.x, q.y - p.y, q.z - p.z),
+  const double linear = to.arc != 0 ? arc_length(arcs_[to.arc - 1], p, q)
+                                    : std::hypot(q.x - p.x, q.y - p.y, q.z - p.z),
                turned = std::hypot(q.a - p.a, q.c - p.c);
   if (to.tcp || to.plane != 0) return linear > 0.0 ? to.feed : 0.0;
   const config::ProgramFormat& format = machine_.format;
@@ -269,7 +282,7 @@ Result<AptProgram> unpost(const NcProgram& program, const config::MachineProfile
     if (!length)
       return fail(Code::kInput, "the program does not state the tool's length; state it: --tool-length L");
     const Setup setup{*zero, fixture_of(turned.value_or(Vec3{})), *length};
-    auto made = Unposter(op, program.planes, machine, setup, options)
+    auto made = Unposter(op, program, machine, setup, options)
                     .run(kMostTextPoints - std::min(points, kMostTextPoints));
     if (!made) return tl::unexpected(made.error());
     points += made->path.moves.size();

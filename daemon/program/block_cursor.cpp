@@ -29,7 +29,7 @@ double BlockCursor::seconds_of(const NumericBlock& b) const {
   const double dx = std::abs(b.x - from.x), dy = std::abs(b.y - from.y), dz = std::abs(b.z - from.z);
   const double da = std::abs(b.tilt - from.tilt), dc = std::abs(b.rotary - from.rotary);
   if (b.op == BlockOp::kFeed) {
-    const double length = std::hypot(dx, dy, dz);
+    const double length = b.way > 0.0 ? b.way : std::hypot(dx, dy, dz);
     return b.feed > 0.0 ? kSecondsPerMinute * (length > 0.0 ? length : std::max(da, dc)) / b.feed : 0.0;
   }
   return kSecondsPerMinute *

@@ -1,7 +1,9 @@
 #include "daemon/program/numeric_block.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace tiltfeed::daemon {
@@ -14,6 +16,7 @@ constexpr const char* kNoBlock =
 
 constexpr char kAxisNames[] = "XYZAC";
 constexpr std::uint8_t kEveryAxis = 0x1f;
+constexpr double kWholeTurn = 2.0 * std::numbers::pi;
 /// Largest S, 1/min: the wire counts thousandths in an int32.
 constexpr double kMaxSpindle = 2147483.0;
 /// Longest dwell, s: an hour; the wire counts milliseconds.
@@ -67,7 +70,10 @@ struct BlockReader::Parsed {
   bool moves = false, dwells = false, has_f = false, has_s = false, has_p = false;
   bool tolerance = false;  // G64, whose P is a tolerance
   bool machine = false;    // G53
-  unsigned stated = 0;     // axes, a bit each
+  double centre[3] = {};   // I J K of an arc
+  bool has_centre = false;
+  double from[5] = {};  // where the axes were before the line
+  unsigned stated = 0;  // axes, a bit each
   double f = 0.0, p = 0.0;
   int spindle_code = -1, stop_code = -1;
   int coolant[2] = {-1, -1};  // M7 and M8 may stand on one line
@@ -79,10 +85,28 @@ Result<void> BlockReader::take_g(double value, Parsed& parsed) {
   switch (static_cast<int>(std::lround(value * 10.0))) {
     case 0:
       motion_set_ = rapid_ = true;
+      arc_ = 0;
       return {};
     case 10:
       motion_set_ = true;
       rapid_ = false;
+      arc_ = 0;
+      return {};
+    case 20:
+    case 30:
+    case 180:
+    case 190:
+      if (!lines_)
+        return fail(Code::kInput, show('G', value) +
+                                      ": no arc can be sent as a numeric block; plan or post without arcs "
+                                      "(program.arc_tolerance_mm, post --arc-tolerance)");
+      if (value >= 18.0) return plane_ = static_cast<int>(value), Result<void>{};
+      motion_set_ = true;
+      rapid_ = false;
+      arc_ = static_cast<int>(value);
+      return {};
+    case 170:
+      plane_ = 17;
       return {};
     case 40:
       parsed.dwells = true;
@@ -100,7 +124,6 @@ Result<void> BlockReader::take_g(double value, Parsed& parsed) {
     case 530:
       parsed.machine = true;
       return {};
-    case 170:
     case 210:
     case 400:
     case 490:
@@ -190,6 +213,13 @@ Result<void> BlockReader::take_other(const GcodeWord& word, Parsed& parsed) {
       parsed.has_s = true;
       spindle_ = word.value;
       return {};
+    case 'I':
+    case 'J':
+    case 'K':
+      if (arc_ == 0) return fail(Code::kInput, show(word.letter, word.value) + " belongs to no G2 or G3");
+      parsed.has_centre = true;
+      parsed.centre[word.letter - 'I'] = word.value;
+      return {};
     case 'P':
       parsed.has_p = true;
       parsed.p = word.value;
@@ -229,10 +259,40 @@ void BlockReader::add_relative(const Line& line, const Parsed& parsed, std::vect
     if ((parsed.stated >> axis & 1U) != 0) known_[axis] = false;
 }
 
+/// Round the centre from where the axes were; the third axis of the plane goes evenly.
+Result<void> BlockReader::take_arc(const Parsed& parsed, NumericBlock& block) const {
+  if (relative_) return fail(Code::kInput, "an arc in G91 is not understood");
+  if (!parsed.has_centre)
+    return fail(Code::kInput, "an arc without I J K; one by its radius is not understood");
+  const int first = plane_ == 18   ? 2
+                    : plane_ == 19 ? 1
+                                   : 0,
+            second = (first + 1) % 3, third = (first + 2) % 3;
+  const double u = -parsed.centre[first], v = -parsed.centre[second];
+  const double radius = std::hypot(u, v);
+  const double to_u = axes_[first] - parsed.from[first] + u, to_v = axes_[second] - parsed.from[second] + v;
+  const double begin = std::atan2(v, u);
+  double turn = std::atan2(to_v, to_u) - begin;
+  if (arc_ == 2 && turn >= 0.0) turn -= kWholeTurn;
+  if (arc_ == 3 && turn <= 0.0) turn += kWholeTurn;
+  block.way = std::hypot(turn * 0.5 * (radius + std::hypot(to_u, to_v)), axes_[third] - parsed.from[third]);
+  // Where it goes over the circle's highest place, that is higher than both of its ends.
+  if (first != 2 && second != 2) return {};
+  const double up = first == 2 ? 0.0 : kWholeTurn / 4.0;
+  const double to_top = std::remainder(up - begin, kWholeTurn);
+  const auto passes = [&](double angle) {
+    return turn > 0.0 ? angle > 0.0 && angle < turn : angle < 0.0 && angle > turn;
+  };
+  const double to_z = first == 2 ? to_u : to_v;
+  if (passes(to_top) || passes(to_top + kWholeTurn) || passes(to_top - kWholeTurn))
+    block.rise = std::max(radius - to_z, 0.0);
+  return {};
+}
+
 Result<void> BlockReader::add_move(const Line& line, const Parsed& parsed,
                                    std::vector<NumericBlock>& blocks) {
   if (!motion_set_) return fail(Code::kInput, "axis words before the first G0 or G1");
-  if (relative_) return add_relative(line, parsed, blocks), Result<void>{};
+  if (relative_ && arc_ == 0) return add_relative(line, parsed, blocks), Result<void>{};
   unsigned kept = 0;
   for (int axis = 0; axis < 5; ++axis) {
     if ((absent() >> axis & 1) != 0) continue;
@@ -254,6 +314,8 @@ Result<void> BlockReader::add_move(const Line& line, const Parsed& parsed,
     block.inverse_time = inverse_time_;
     block.feed = inverse_time_ ? parsed.f : feed_;
   }
+  if (arc_ != 0)
+    if (const Result<void> arc = take_arc(parsed, block); !arc) return arc;
   block.kept = static_cast<std::uint8_t>(kept);
   block.machine = parsed.machine;
   blocks.push_back(std::move(block));
@@ -264,6 +326,7 @@ Result<void> BlockReader::add_move(const Line& line, const Parsed& parsed,
 
 Result<void> BlockReader::read(const Line& line, std::vector<NumericBlock>& blocks) {
   Parsed parsed;
+  std::copy(std::begin(axes_), std::end(axes_), parsed.from);
   std::string_view rest = line.text;
   const double spindle = spindle_;
   if (lines_) relative_ = relative_in(line.text).value_or(relative_);

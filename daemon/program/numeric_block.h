@@ -45,6 +45,9 @@ struct NumericBlock {
   bool machine = false;  ///< G53: the place is in machine coordinates
   /// Axes that the machine has not got, the same bits.
   std::uint8_t absent = 0;
+  // Of an arc, which goes out as text alone:
+  double way = 0.0;   ///< its length, mm; 0: the block is straight
+  double rise = 0.0;  ///< by how much its highest place is over its end, mm
   /// Axes that a relative move (G91) has led to a place that the program does not state, the same bits.
   std::uint8_t lost = 0;
 };
@@ -69,9 +72,9 @@ struct NumericAxes {
 };
 NumericAxes numeric_axes(const MachineModel& machine);
 
-/// Turns lines into numeric blocks. Knows G0 G1 G4 (P or S: the dwell) G90 G93 G94 and M0-M9 M30, takes what
-/// does not change anything here (G17 G21 G40 G49 G54 G61 G64 G80 G97, N T), refuses everything else: what it
-/// does not know cannot be sent as numbers.
+/// Turns lines into numeric blocks. Knows G0 G1 (as text G2 G3 G18 G19, too) G4 (P or S: the dwell) G90 G93
+/// G94 and M0-M9 M30, takes what does not change anything here (G17 G21 G40 G49 G54 G61 G64 G80 G97, N T),
+/// refuses everything else: what it does not know cannot be sent as numbers.
 class BlockReader {
  public:
   /// An axis that the machine has not got is 0 in every block, and no word may name it. `lines`: the program
@@ -95,6 +98,7 @@ class BlockReader {
   Result<void> take_axis(const GcodeWord& word, Parsed& parsed);
   Result<void> take_other(const GcodeWord& word, Parsed& parsed);
   Result<void> add_move(const Line& line, const Parsed& parsed, std::vector<NumericBlock>& blocks);
+  Result<void> take_arc(const Parsed& parsed, NumericBlock& block) const;
   void add_relative(const Line& line, const Parsed& parsed, std::vector<NumericBlock>& blocks);
   void add_m(int code, const Line& line, std::vector<NumericBlock>& blocks) const;
   std::uint8_t absent() const;
@@ -104,8 +108,9 @@ class BlockReader {
   bool known_[5] = {};   // the program has stated it
   NumericAxes names_;
   bool lines_ = false, relative_ = false;
-  std::uint8_t lost_ = 0;  // axes, a bit each
-  char tilt_letter_ = 0;   // A or B, whichever the program uses, where the machine is not known
+  std::uint8_t lost_ = 0;     // axes, a bit each
+  char tilt_letter_ = 0;      // A or B, whichever the program uses, where the machine is not known
+  int arc_ = 0, plane_ = 17;  // G2 or G3 that is in force; the plane of arcs
   bool motion_set_ = false, rapid_ = true, inverse_time_ = false;
   double feed_ = 0.0, spindle_ = 0.0;
   int spindle_code_ = 5;  // M3, M4 or M5 in force

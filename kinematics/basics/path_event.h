@@ -10,7 +10,7 @@ namespace tiltfeed {
 enum class EventKind {
   kRemark,        ///< `text`
   kSpindle,       ///< `value` in 1/min, negative: counter-clockwise, 0: off
-  kCoolant,       ///< `value` 0 off, 1 flood, 2 mist, 3 through the spindle (of programs, not of CL text)
+  kCoolant,       ///< `value` 0 off, 1 flood, 2 mist, 3 through the spindle
   kDwell,         ///< `value` in s
   kStop,          ///< until the operator goes on
   kOptionalStop,  ///< likewise where the operator wants it

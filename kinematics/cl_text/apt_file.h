@@ -30,6 +30,9 @@ Result<AptProgram> read_apt(std::istream& in, const std::string& name, const Apt
 /// excepted.
 void write_apt(const AptProgram& program, std::ostream& out);
 
+/// Its line, as SPINDL/8000,RPM,CLW; kPlane has none.
+void append_event(std::string& text, const PathEvent& event);
+
 /// "RAPID" where it is one, and "GOTO/x,y,z,i,j,k", to those decimals.
 void append_move(std::string& text, const Move& move);
 

@@ -117,9 +117,11 @@ AptVerdict AptReader::spindle(const AptRecord& record) {
 AptVerdict AptReader::coolant(const AptRecord& record) {
   const bool off = record.has("OFF"), mist = record.has("MIST");
   const bool flood = record.has("ON") || record.has("FLOOD");
-  if (!off && !mist && !flood)
+  bool through = false;
+  for (const char* const word : {"THRU", "THRUSP", "THROUGH"}) through = through || record.has(word);
+  if (!off && !mist && !flood && !through)
     note(record, "COOLNT/" + (record.words.empty() ? "" : record.words.front()) + " is posted as flood");
-  event(EventKind::kCoolant, off ? 0.0 : (mist ? 2.0 : 1.0));
+  event(EventKind::kCoolant, off ? 0.0 : through ? 3.0 : mist ? 2.0 : 1.0);
   return std::nullopt;
 }
 

@@ -13,7 +13,11 @@ constexpr int kTipDecimals = 6;
 constexpr int kAxisDecimals = 9;
 constexpr int kFeedDecimals = 6;
 
-void write_event(const PathEvent& event, std::string& text) {
+constexpr double kMistCoolant = 2.0;
+
+}  // namespace
+
+void append_event(std::string& text, const PathEvent& event) {
   switch (event.kind) {
     case EventKind::kRemark:
       text += "PPRINT " + event.text + "\n";
@@ -24,7 +28,10 @@ void write_event(const PathEvent& event, std::string& text) {
                                        (event.value < 0.0 ? ",RPM,CCLW\n" : ",RPM,CLW\n");
       return;
     case EventKind::kCoolant:
-      text += event.value == 0.0 ? "COOLNT/OFF\n" : (event.value == 1.0 ? "COOLNT/FLOOD\n" : "COOLNT/MIST\n");
+      text += event.value == 0.0            ? "COOLNT/OFF\n"
+              : event.value == 1.0          ? "COOLNT/FLOOD\n"
+              : event.value == kMistCoolant ? "COOLNT/MIST\n"
+                                            : "COOLNT/THRU\n";
       return;
     case EventKind::kDwell:
       text += "DELAY/" + decimal(event.value, 3) + "\n";
@@ -48,8 +55,6 @@ void write_event(const PathEvent& event, std::string& text) {
       return;
   }
 }
-
-}  // namespace
 
 void append_move(std::string& text, const Move& move) {
   if (move.kind == MoveKind::kRapid) text += "RAPID\n";
@@ -81,7 +86,7 @@ void write_apt(const AptProgram& program, std::ostream& out) {
     std::string text;
     for (std::size_t i = 0; i < path.moves.size(); ++i) {
       text.clear();
-      for (; event != op.events.end() && event->move <= i; ++event) write_event(*event, text);
+      for (; event != op.events.end() && event->move <= i; ++event) append_event(text, *event);
       if (path.moves[i].kind != MoveKind::kRapid && feed_of(path, i) != feed) {
         feed = feed_of(path, i);
         text += "FEDRAT/" + decimal(feed.mm_per_min(), kFeedDecimals) + ",MMPM\n";
@@ -90,7 +95,7 @@ void write_apt(const AptProgram& program, std::ostream& out) {
       out << text;
     }
     text.clear();
-    for (; event != op.events.end(); ++event) write_event(*event, text);
+    for (; event != op.events.end(); ++event) append_event(text, *event);
     out << text;
   }
   out << "FINI\n";

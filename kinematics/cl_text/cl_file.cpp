@@ -100,12 +100,17 @@ class ClText {
   std::string text_;
 };
 
-/// Tool, feeds and moves.
-void put_operation(const ClOperation& operation, ClText& text) {
+/// Tool, spindle, coolant, feeds and moves. `coolant`: that of the operation before.
+void put_operation(const ClOperation& operation, double coolant, ClText& text) {
   const ToolPath& path = *operation.path;
   text.add("CUTTER/" + exact(path.tool.diameter) + "," + exact(path.tool.corner_radius) + "\nLOADTL/" +
-           std::to_string(operation.tool) + ",LENGTH," + exact(path.tool.length) + "\nPPRINT " +
-           std::string(kFeedsRemark) + exact(path.cut_feed.mm_per_min()) + "," +
+           std::to_string(operation.tool) + ",LENGTH," + exact(path.tool.length) +
+           (operation.length_register > 0 ? ",ADJUST," + std::to_string(operation.length_register) : "") +
+           "\n");
+  std::string events;
+  if (operation.spindle_rpm != 0.0) append_event(events, {0, EventKind::kSpindle, operation.spindle_rpm, ""});
+  if (operation.coolant != coolant) append_event(events, {0, EventKind::kCoolant, operation.coolant, ""});
+  text.add(events + "PPRINT " + std::string(kFeedsRemark) + exact(path.cut_feed.mm_per_min()) + "," +
            exact(path.plunge_feed.mm_per_min()) + "\n");
   const bool same_feeds = path.cut_feed == path.plunge_feed;
   std::optional<MoveKind> kind;  // of the feed in force
@@ -126,7 +131,11 @@ void put_operation(const ClOperation& operation, ClText& text) {
 void write_cl(const std::vector<ClOperation>& operations, std::ostream& out) {
   ClText text(out);
   text.add("PARTNO " + operations.front().path->name + "\nUNITS/MM\nMULTAX\n");
-  for (const ClOperation& operation : operations) put_operation(operation, text);
+  double coolant = 0.0;
+  for (const ClOperation& operation : operations) {
+    put_operation(operation, coolant, text);
+    coolant = operation.coolant;
+  }
   text.add("FINI\n");
   text.flush();
 }

@@ -1,7 +1,7 @@
 #pragma once
-// The tool path as APT CL text: PARTNO, UNITS/MM, MULTAX, CUTTER/d,r, LOADTL/1,LENGTH,l, FEDRAT/f,MMPM,
-// RAPID, GOTO/x,y,z,i,j,k, FINI; PPRINT remarks state both feeds. GOTO states the tool *tip* and the unit
-// axis from tip to shank, part coordinates, mm.
+// The tool path as APT CL text: PARTNO, UNITS/MM, MULTAX, CUTTER/d,r, LOADTL/n,LENGTH,l, SPINDL/, COOLNT/,
+// FEDRAT/f,MMPM, RAPID, GOTO/x,y,z,i,j,k, FINI; PPRINT remarks state both feeds. GOTO states the tool *tip*
+// and the unit axis from tip to shank, part coordinates, mm.
 
 #include <iosfwd>
 #include <string>
@@ -19,7 +19,10 @@ void write_cl(const ToolPath& path, std::ostream& out);
 /// One operation of a CL file.
 struct ClOperation {
   const ToolPath* path;
-  int tool = 1;  ///< LOADTL/
+  int tool = 1;              ///< LOADTL/
+  int length_register = 0;   ///< ADJUST; 0: that of the tool's number
+  double spindle_rpm = 0.0;  ///< below 0: counter-clockwise; 0: no word
+  double coolant = 0.0;      ///< as PathEvent::value of kCoolant
 };
 /// Several, one after the other, as one file: what a control's program is posted from. Requires: at least
 /// one.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/control/smoothing_words.h"
 #include "sim/gcode/gcode_words.h"
 #include "sim/gcode/lines.h"
 
@@ -19,7 +18,7 @@ constexpr double kAtHome = 5.1e-4;
 // Names that end what others may have left on, and words of motion without a number.
 constexpr std::array<std::string_view, 11> kSiemensNames{
     "TRAORI", "TRAFOOF", "TOROTOF", "PAROTOF", "TRANS", "ROT", "ORIMKS", "ORIAXES", "SUPA", "SOFT", "BRISK"};
-constexpr std::array<std::string_view, 2> kDialogueNames{"FMAX", "L"};
+constexpr std::array<std::string_view, 6> kDialogueNames{"FMAX", "L", "C", "CC", "DR+", "DR-"};
 
 template <class List, class Item>
 bool holds(const List& list, const Item& item) {
@@ -71,13 +70,15 @@ bool ControlReader::own_line(std::string_view line) const {
   return std::find(own_lines_.begin(), own_lines_.end(), line) != own_lines_.end();
 }
 
-void ControlReader::put(std::vector<ControlBlock>& blocks, bool rapid) {
+void ControlReader::put(std::vector<ControlBlock>& blocks, bool rapid, int pieces, bool goes_on) {
   Block block;
   block.op = rapid ? Op::kRapid : Op::kFeed;
   block.target = at_;
   block.feed = rapid ? 0.0 : feed_ * (slides_ && !inverse_ ? unit_ : 1.0);
   block.inverse_time = !rapid && inverse_;
-  block.exact_stop = exact_;
+  if (block.inverse_time) block.feed *= pieces;
+  block.goes_on = goes_on;
+  block.exact_stop = exact_ && !goes_on;
   block.spindle = spindle_;
   block.line = lines_;
   block.tool = tool_;
@@ -145,7 +146,7 @@ ControlReader::Wrong ControlReader::other_unit(bool inches) const {
 ControlReader::Wrong ControlReader::one_code(int tenths) {
   const bool heidenhain = dialect_ == config::Dialect::kHeidenhainIso;
   if (tenths == 0 || tenths == 10) {
-    rapid_ = tenths == 0, motion_known_ = true;
+    rapid_ = tenths == 0, motion_known_ = true, arc_ = 0;
   } else if (heidenhain && (tenths == 710 || tenths == 730)) {
     return std::nullopt;  // mm; the rotation is looked at where its angle is
   } else if (heidenhain && tenths == 510) {
@@ -160,7 +161,9 @@ ControlReader::Wrong ControlReader::one_code(int tenths) {
   } else if (tenths == 210 || tenths == 710 || tenths == 7100) {
     return other_unit(false);
   } else if (tenths == 20 || tenths == 30) {
-    return "arcs are refused";
+    rapid_ = false, motion_known_ = true, arc_ = tenths / 10;
+  } else if (selects_plane(tenths)) {
+    arc_plane_ = tenths / 10;
   } else if (!holds(kQuietG, tenths) && !further_offset(tenths, dialect_) && !of_planes(tenths, dialect_)) {
     return code_text('G', tenths) + " is not understood";
   }
@@ -195,7 +198,7 @@ ControlReader::Wrong ControlReader::names(const ControlWords& words) {
 }
 
 ControlReader::Wrong ControlReader::letters(const ControlWords& words) const {
-  constexpr std::string_view kOthers = "XYZFSTHDPRQ";
+  constexpr std::string_view kOthers = "XYZFSTHDPRQIJK";
   for (char letter = 'A'; letter <= 'Z'; ++letter) {
     if (!words.has(letter) || kOthers.find(letter) != kOthers.npos || letter == model_.tilt.letter ||
         letter == model_.rotary.letter)
@@ -203,6 +206,7 @@ ControlReader::Wrong ControlReader::letters(const ControlWords& words) const {
     if (letter == 'H') continue;
     return std::string(1, letter) + " is no word of this machine";
   }
+  if (auto wrong = centre_words(words)) return wrong;
   if (words.has_g(730) && !(words.has('H') && words['H'] == 0.0)) return "a turned part is refused";
   return std::nullopt;
 }
@@ -248,6 +252,7 @@ ControlReader::Wrong ControlReader::to_machine_place(const ControlWords& words,
 
 ControlReader::Wrong ControlReader::motion(const ControlWords& words, std::vector<ControlBlock>& blocks) {
   const std::array<char, 5> letter{'X', 'Y', 'Z', model_.tilt.letter, model_.rotary.letter};
+  if (take_pole(words)) return std::nullopt;
   if (!std::any_of(letter.begin(), letter.end(), [&](char one) { return words.has(one); }))
     return std::nullopt;
   if (words.has_g(530) || words.has_g(280) || words.named("SUPA") || words.has_m(91) ||
@@ -255,11 +260,13 @@ ControlReader::Wrong ControlReader::motion(const ControlWords& words, std::vecto
     return to_machine_place(words, blocks);
   if (relative_) return "incremental words are refused";
   const bool plain = dialect_ == config::Dialect::kHeidenhain;
-  if (plain && !words.named("L")) return "axis words without L";
+  const bool arc = plain ? words.named("C") : arc_ != 0;
+  if (plain && !arc && !words.named("L")) return "axis words without L";
   if (!plain && !motion_known_) return "axis words before the first G0 or G1";
   const std::array<double*, 5> place{&at_.x, &at_.y, &at_.z, &at_.a, &at_.c};
   const Joints from = at_;
   const bool began = whole();
+  const Joints start = arc && began ? arc_words() : from;
   if (plane_)
     if (auto wrong = plane_place(words)) return wrong;
   for (std::size_t i = 0; i < letter.size() && !plane_; ++i) {
@@ -279,50 +286,11 @@ ControlReader::Wrong ControlReader::motion(const ControlWords& words, std::vecto
   slides_ = linear;
   if (posted_ && began && (linear || !rapid))
     if (auto far = half_turn(from)) return far;
+  if (arc && !began) return "an arc from a place that is not known";
+  if (arc) return put_arc(words, start, blocks);
   put(blocks, rapid);
   if (words.has('Z')) off_path_ = false;
   return std::nullopt;
-}
-
-/// Lines that are no list of words; true: it was one.
-bool ControlReader::whole_line(std::string_view line, Wrong& wrong, std::vector<ControlBlock>& blocks) {
-  const auto is = [&](std::string_view head) { return line.starts_with(head); };
-  const bool plain = dialect_ == config::Dialect::kHeidenhain,
-             iso = dialect_ == config::Dialect::kHeidenhainIso;
-  if (line.front() == '%') {
-    const bool pair = !iso && dialect_ != config::Dialect::kSiemens;
-    if (iso && percents_ == 0) wrong = other_unit(line.find(" G70") != line.npos);
-    if (++percents_ == 2 && (pair || iso)) ended_ = true;
-    return true;
-  }
-  if (is("PLANE")) {
-    wrong = plane_line(line);
-    return true;
-  }
-  if (is("Q") && (plain || iso)) return true;
-  if (smooths(line, dialect_)) return true;
-  if (!plain) return counts_points_ && (is("O") || is(":"));
-  if (is("TOOL DEF ")) return true;  // makes the next tool ready
-  if (is("BEGIN PGM")) wrong = other_unit(line.ends_with(" INCH"));
-  if (is("END PGM")) ended_ = true;
-  if (is("BEGIN PGM") || is("END PGM") || is("BLK FORM") || is("CYCL DEF 247") || is("CYCL DEF 9.0") ||
-      is("CYCL DEF 10.0"))
-    return true;
-  if (is("CYCL DEF 10.1")) {
-    if (line != "CYCL DEF 10.1 ROT+0") wrong = "a turned part is refused";
-    return true;
-  }
-  if (is("CYCL DEF 9.1 DWELL ")) {
-    ControlWords words;
-    if (auto bad = take_apart("P" + std::string(line.substr(19)), words))
-      wrong = bad;
-    else
-      wrong = dwell(words, blocks);
-    return true;
-  }
-  if (!is("TOOL CALL")) return false;
-  wrong = tool_call(line, blocks);
-  return true;
 }
 
 ControlReader::Wrong ControlReader::read(std::string_view line, std::vector<ControlBlock>& blocks) {

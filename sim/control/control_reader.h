@@ -30,6 +30,7 @@ struct ControlBlock {
 /// Places in machine coordinates (G53, G28, SUPA, M91) are not known in the program's: a Z there is taken as
 /// the upper end of its travel, any other axis is unknown until the program states it again. Motion blocks
 /// begin with the one that makes all five places known.
+/// An arc is given in straight pieces (sim/gcode/arc_way.h), all but the last of which go on.
 /// In a tilted plane the rotaries stand, and blocks are given as the slides go: there and in the plane the
 /// ways are straight and as long.
 class ControlReader {
@@ -70,7 +71,14 @@ class ControlReader {
   Wrong begin_plane(const ReadPlane& plane, bool at_once);
   Wrong turn_to_plane();
   Wrong plane_place(const ControlWords& words);
-  void put(std::vector<ControlBlock>& blocks, bool rapid);
+  // Arcs.
+  bool selects_plane(int tenths) const;
+  Wrong centre_words(const ControlWords& words) const;
+  bool take_pole(const ControlWords& words);
+  Joints arc_words() const;
+  Wrong put_arc(const ControlWords& words, const Joints& start, std::vector<ControlBlock>& blocks);
+  /// A block, or one of the pieces of an arc.
+  void put(std::vector<ControlBlock>& blocks, bool rapid, int pieces = 1, bool goes_on = false);
   void put_code(std::vector<ControlBlock>& blocks, int code);
   bool tnc() const {
     return dialect_ == config::Dialect::kHeidenhain || dialect_ == config::Dialect::kHeidenhainIso;
@@ -96,7 +104,10 @@ class ControlReader {
   int selected_ = kToolNotSaid, tool_ = kToolNotSaid;
   Joints at_;
   std::array<bool, 5> known_{};
-  int angle_decimals_;  ///< that the profile prints at least
+  int arc_ = 0;                                ///< 2 or 3: G2 or G3 is in force
+  int arc_plane_ = 17;                         ///< of arcs: G17, G18 or G19
+  std::array<std::optional<double>, 2> pole_;  ///< a Heidenhain's centre of arcs, X and Y
+  int angle_decimals_;                         ///< that the profile prints at least
   struct Plane {
     ReadPlane told;
     bool turned = false;     ///< X Y Z are in it

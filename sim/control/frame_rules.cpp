@@ -176,11 +176,33 @@ Frame::Wrong Frame::smoothing(std::string_view line) {
   if (smooth_ && !wanted) return "the high-speed function is on, and the job's program.smoothing is none";
   if (format_.dialect == Dialect::kFanuc && line != "G5.1 Q1" && line != "G5.1 Q0")
     return "G5.1 with other words than Q1 and Q0";
-  constexpr double kLastDigit = 1e-9;
+  constexpr double kLastDigit = 1e-9, kLeastLean = 1e-4;  // a lean is printed as one digit at least
   const double most = job_->program.smoothing_tolerance / config::unit_of(format_) + kLastDigit;
   if (const auto within = smoothing_within(line, format_.dialect); within && *within > most)
     return "the control may leave the path by more than the job's program.smoothing_tolerance_mm";
+  if (const auto mode = is_smoothing_mode(line, format_.dialect, job_->program.smoothing); mode && !*mode)
+    return "the high-speed function is called for other work than the job's program.smoothing";
+  // The half of it is for what the tool's end moves: of the job's tool; others have another length.
+  const bool jobs = tool_ == job_->program.tool && job_->setup.tool_length > 0.0;
+  const double half = 0.5 * job_->program.smoothing_tolerance;
+  const double leans = std::max(Angle::from_radians(half / job_->setup.tool_length).degrees(), kLeastLean);
+  if (const auto stated = smoothing_leans(line, format_.dialect);
+      jobs && stated && *stated > leans + kLastDigit)
+    return "the control may lean the tool by more than half of the job's program.smoothing_tolerance_mm at "
+           "its "
+           "end: " +
+           decimal(*stated, 4) + " degrees are stated, " + decimal(leans, 4) + " are left to it";
   return std::nullopt;
+}
+
+/// The plane of arcs, or of cutter compensation, is the usual one where a tool's length begins to count: some
+/// controls add it along another axis else.
+Frame::Wrong Frame::arc_plane(const ControlWords& words) {
+  for (const int plane : {17, 18, 19})
+    if (words.has_g(plane * 10)) arc_plane_ = plane;
+  const bool counts = words.has_g(430) || words.has_g(434) || words.has_g(2340) || words.has_m(6);
+  if (!counts || arc_plane_ == 17 || tnc()) return std::nullopt;
+  return "G" + std::to_string(arc_plane_) + " is in force where a tool's length begins: G17 is lost";
 }
 
 /// A move to a place in machine coordinates is the profile's retract: another place is in the way of
@@ -287,6 +309,8 @@ Frame::Wrong Frame::at_end() const {
   if (retracts_ && !retracted_) return "the program ends without a retract along the machine's Z";
   if (inverse_) return "the program ends with G93 in force";
   if (relative_) return "the program ends with G91 in force: the next words would be taken as ways";
+  if (arc_plane_ != 17)
+    return "the program ends with G" + std::to_string(arc_plane_) + " in force: G17 is lost";
   if (smooth_ && job_->program.smoothing != config::Smoothing::kNone)
     return "the program ends with the job's program.smoothing in force";
   if (plane_) return "the program ends with a tilted plane in force: the next words would be taken as in it";

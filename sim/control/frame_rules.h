@@ -69,6 +69,7 @@ class Frame {
   Wrong tool(std::string_view line, const ControlWords& words);
   Wrong planes(std::string_view line, const ControlWords& words);
   Wrong smoothing(std::string_view line);
+  Wrong arc_plane(const ControlWords& words);
   Wrong retract(std::string_view line, const ControlWords& words);
   Wrong length_register(const ControlWords& words);
   Wrong goes_down(const ControlWords& words) const;
@@ -97,6 +98,7 @@ class Frame {
   std::string own_retract_, room_;
   std::vector<int> registers_;  ///< that the header names
   int offset_ = 0, tool_ = 0;
+  int arc_plane_ = 17;
   /// Letters of axes, by place in `letters_`, that have been sent to a place since the last tool change.
   std::array<bool, 5> placed_{};
   bool preset_cycle_ = false;  ///< the line before calls a TNC's preset

@@ -16,6 +16,7 @@ struct ProgramMove {
   bool rapid = false, tcp = false;
   std::uint32_t line = 0;   ///< of the text, from 1
   std::uint64_t block = 0;  ///< of those that move an axis, from 1
+  bool goes_on = false;     ///< a piece of the block's arc, more of which follows
 };
 
 class MoveFrames {

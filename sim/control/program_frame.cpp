@@ -138,16 +138,20 @@ Frame::Wrong Frame::read(std::string_view line) {
   std::erase_if(missing_, [&](std::string_view words) { return says(line, words); });
   if (auto wrong = smoothing(line); wrong && posted_) return wrong;
   ControlWords words;
-  const bool dialogue = format_.dialect == Dialect::kHeidenhain && !line.starts_with("L ") && line[0] != 'M';
+  const bool dialogue = format_.dialect == Dialect::kHeidenhain && !line.starts_with("L ") &&
+                        !line.starts_with("C ") && line[0] != 'M';
   // Where a line cannot be taken apart the reader of its words says what is wrong.
   if (!dialogue && take_apart(line, words)) return std::nullopt;
   if (auto wrong = offset(line, words); wrong && posted_) return wrong;
   if (auto wrong = tool(line, words); wrong && posted_) return wrong;
   if (auto wrong = length_register(words); wrong && posted_) return wrong;
+  if (auto wrong = arc_plane(words); wrong && posted_) return wrong;
   if (words.has_g(900) || words.has_g(910)) relative_ = words.has_g(910);
   if (auto wrong = planes(line, words); wrong && posted_) return wrong;
   if (posted_ && counts_length() && words.has_g(490) && moved_ && !retracted_ && length_on_)
     return "the tool's length ends before the tool is retracted";
+  if (posted_ && words.has_m(4) && job_->spindle_rpm > 0.0)
+    return "the spindle turns counter-clockwise (M4), and the job's turns clockwise (M3)";
   if (words.has_m(3) || words.has_m(4)) spindle_ = true;
   if (words.has_m(5)) spindle_ = false;
   if (words.has_g(490)) length_on_ = length_called_ = false;

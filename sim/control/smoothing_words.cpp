@@ -61,4 +61,49 @@ std::optional<double> smoothing_within(std::string_view line, Dialect dialect) {
   return std::strtod(std::string(line.substr(at + mark.size())).c_str(), nullptr);
 }
 
+namespace {
+
+/// The number behind a word of the line; nothing: the word is not there.
+std::optional<double> behind(std::string_view line, std::string_view word) {
+  const std::size_t at = line.find(word);
+  if (at == line.npos) return std::nullopt;
+  return std::strtod(std::string(line.substr(at + word.size())).c_str(), nullptr);
+}
+
+/// The second number of CYCLE832(.
+std::optional<double> cycle_mode(std::string_view line) {
+  const std::size_t comma = line.find(',');
+  return comma == line.npos ? std::nullopt : behind(line.substr(comma), ",");
+}
+
+constexpr double kWithLeans = 10.0;  // a Sinumerik's mode has this added where degrees are stated
+
+}  // namespace
+
+std::optional<bool> is_smoothing_mode(std::string_view line, Dialect dialect, config::Smoothing wanted) {
+  if (!smooths(line, dialect) || !smoothing_after(line, dialect).value_or(true)) return std::nullopt;
+  const double step = wanted == config::Smoothing::kRough  ? 0.0
+                      : wanted == config::Smoothing::kSemi ? 1.0
+                                                           : 2.0;
+  std::optional<double> stated;
+  double meant = step == 0.0 ? 1.0 : 0.0;  // Heidenhain
+  if (dialect == Dialect::kHaas) stated = behind(line, " P"), meant = 1.0 + step;
+  if (dialect == Dialect::kSiemens) {
+    stated = cycle_mode(line), meant = 3.0 - step;
+    if (stated && *stated >= kWithLeans) *stated -= kWithLeans;
+  }
+  if (dialect == Dialect::kHeidenhain) stated = behind(line, "HSC-MODE:");
+  if (dialect == Dialect::kHeidenhainIso) stated = behind(line, " P01 ");
+  if (!stated) return std::nullopt;
+  return *stated == meant;
+}
+
+std::optional<double> smoothing_leans(std::string_view line, Dialect dialect) {
+  if (!smooths(line, dialect)) return std::nullopt;
+  if (dialect == Dialect::kHeidenhain) return behind(line, " TA");
+  if (dialect == Dialect::kHeidenhainIso) return behind(line, " P02 ");
+  if (dialect != Dialect::kSiemens || cycle_mode(line).value_or(0.0) < kWithLeans) return std::nullopt;
+  return behind(line.substr(line.rfind(',')), ",");
+}
+
 }  // namespace tiltfeed::sim

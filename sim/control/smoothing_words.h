@@ -16,4 +16,10 @@ std::optional<bool> smoothing_after(std::string_view line, config::Dialect diale
 /// What such a line lets the control leave the path by, in the program's unit; nothing: it says none.
 std::optional<double> smoothing_within(std::string_view line, config::Dialect dialect);
 
+/// Whether a mode that the line states is the one for this work; nothing: the line states none.
+std::optional<bool> is_smoothing_mode(std::string_view line, config::Dialect dialect,
+                                      config::Smoothing wanted);
+/// By how much the control may lean the tool, degrees; nothing: the line says none.
+std::optional<double> smoothing_leans(std::string_view line, config::Dialect dialect);
+
 }  // namespace tiltfeed::sim

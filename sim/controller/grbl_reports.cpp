@@ -93,8 +93,9 @@ void GrblController::report_parameters() {
 void GrblController::report_parser() {
   const ModalState& modal = reader_.modal();
   out_ += "[GC:";
-  out_ += modal.motion == MotionMode::kFeed ? "G1" : modal.motion == MotionMode::kRapid ? "G0" : "G80";
-  out_ += " " + GrblOffsets::name(offsets_.selected()) + " G17 G21 ";
+  constexpr std::array<const char*, 5> kMotions{"G80", "G0", "G1", "G2", "G3"};
+  out_ += kMotions[static_cast<std::size_t>(modal.motion)];
+  out_ += " " + GrblOffsets::name(offsets_.selected()) + " G" + std::to_string(modal.plane) + " G21 ";
   out_ += modal.relative ? "G91 " : "G90 ";
   out_ += modal.inverse_time ? "G93" : "G94";
   const Accessories& on = motion_.accessories();

@@ -7,6 +7,8 @@
 #include <span>
 #include <string_view>
 
+#include "sim/gcode/arc_way.h"
+
 namespace tiltfeed::sim {
 namespace {
 
@@ -68,7 +70,6 @@ std::optional<std::vector<double>> numbers(std::string_view text) {
 constexpr std::string_view kHarmless[] = {"COMMENT",
                                           "MESSAGE",
                                           "ON_RESET",
-                                          "SELECT_PLANE",
                                           "SET_FEED_REFERENCE",
                                           "SET_FEED_MODE",
                                           "FLOOD_ON",
@@ -103,6 +104,8 @@ class Reader {
   void follow_retract(const std::vector<double>& values, Block& block);
   std::optional<std::string> take_setting(const Command& command, const std::vector<double>& values);
   std::optional<int> m_code(std::string_view name) const;
+  std::optional<std::string> take_arc(const std::vector<double>& values, Block block,
+                                      std::vector<Block>& blocks);
 
   const MachineModel& machine_;
   Joints at_;
@@ -111,6 +114,7 @@ class Reader {
   int selected_ = kToolNotSaid, tool_ = kToolNotSaid;
   bool tool_changed_ = false;
   bool exact_stop_ = false, ended_ = false;
+  int plane_ = 17;            ///< of arcs
   std::vector<double> last_;  ///< numbers of the last move; empty before the first
   bool placed_ = true, retracted_ = false;
 };
@@ -146,6 +150,38 @@ void Reader::follow_retract(const std::vector<double>& values, Block& block) {
   retracted_ = retract || (retracted_ && level);
   if (retracted_) at_.z = machine_.z.max;
   last_ = values;
+}
+
+/// ARC_FEED(first end, second end, first centre, second centre, turns, third end, a, b, c); turns: 1 is up to
+/// once round anticlockwise, -1 clockwise.
+std::optional<std::string> Reader::take_arc(const std::vector<double>& values, Block block,
+                                            std::vector<Block>& blocks) {
+  if (values.size() != 9) return "an arc has nine numbers";
+  if (rate_ < 0.0) return "an arc before SET_FEED_RATE";
+  if (values[4] != 1.0 && values[4] != -1.0) return "an arc of more than one turn is not understood";
+  if (last_.empty() || retracted_) return "an arc from a place that is not known";
+  const ArcPlane& plane = arc_plane(plane_);
+  const ArcWords arc{plane_, values[4] < 0.0, values[2], values[3]};
+  const Joints from = at_;
+  Joints to = at_;
+  to.*plane.first = values[0], to.*plane.second = values[1], to.*plane.third = values[5];
+  if (auto wrong = arc_is_wrong(from, to, arc)) return wrong;
+  if (std::vector<double>(values.begin() + 6, values.end()) !=
+      std::vector<double>(last_.begin() + 3, last_.end()))
+    return "an arc in which a rotary turns is not understood";
+  const ArcWay way(from, to, arc);
+  const int pieces = way.pieces();
+  block.op = Op::kFeed;
+  block.feed = std::max(rate_, kLeastRate);
+  for (int i = 1; i <= pieces; ++i) {
+    block.target = way.at(static_cast<double>(i) / pieces);
+    block.goes_on = i < pieces;
+    block.exact_stop = exact_stop_ && i == pieces;
+    blocks.push_back(block);
+  }
+  at_ = to;
+  last_[0] = to.x, last_[1] = to.y, last_[2] = to.z;
+  return std::nullopt;
 }
 
 std::optional<int> Reader::m_code(std::string_view name) const {
@@ -186,6 +222,8 @@ std::optional<std::string> Reader::take_values(const Command& command, const std
   block.tool = tool_;
   if (command.name == "STRAIGHT_TRAVERSE" || command.name == "STRAIGHT_FEED") {
     if (auto wrong = take_move(command.name == "STRAIGHT_TRAVERSE", values, block)) return wrong;
+  } else if (command.name == "ARC_FEED") {
+    return take_arc(values, block, blocks);
   } else if (command.name == "DWELL" && values.size() == 1 && values[0] >= 0.0) {
     block.op = Op::kDwell, block.feed = values[0];
   } else if (const auto code = m_code(command.name)) {
@@ -207,6 +245,13 @@ std::optional<std::string> Reader::take(const Command& command, std::vector<Bloc
                : std::optional<std::string>("inches are refused; use G21 and mm");
   if (command.name == "SET_MOTION_CONTROL_MODE") {
     exact_stop_ = !command.arguments.starts_with("CANON_CONTINUOUS");
+    return std::nullopt;
+  }
+  if (command.name == "SELECT_PLANE") {
+    constexpr std::array<std::string_view, 3> kPlanes{"CANON_PLANE_XY", "CANON_PLANE_XZ", "CANON_PLANE_YZ"};
+    const auto* const found = std::find(kPlanes.begin(), kPlanes.end(), command.arguments);
+    if (found == kPlanes.end()) return "this machine has no such plane";
+    plane_ = 17 + static_cast<int>(found - kPlanes.begin());
     return std::nullopt;
   }
   // Its number is the slot that the tool comes from, in some versions.

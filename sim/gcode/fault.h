@@ -17,6 +17,8 @@ enum class Fault : int {
   kNoMotionMode = 26,   ///< axis words, and neither G0 nor G1 in force
   kLineNumber = 27,     ///< N out of range
   kMissingP = 28,       ///< G4 without P
+  kBadArc = 33,         ///< an arc whose end is not on the circle round its centre
+  kNoCentre = 35,       ///< an arc without I J K of its plane
   kUnusedWord = 36,     ///< a word that no code of the line uses
 };
 

@@ -5,6 +5,7 @@
 #include <istream>
 #include <optional>
 
+#include "sim/gcode/arc_way.h"
 #include "sim/gcode/gcode_words.h"
 #include "sim/gcode/lines.h"
 
@@ -24,8 +25,14 @@ Check check_use(const Words& words, bool axes, MotionMode motion) {
   const bool machine = words.code[kNonModal] == kMachinePlace;
   if (machine && (words.has('X') || words.has('Y') || !words.has('Z')))
     return mistake(Fault::kUnsupported, "G53 moves Z alone here: of this machine only the top of Z is known");
-  if (machine && motion == MotionMode::kFeed)
-    return mistake(Fault::kUnsupported, "G53 with G1; retract with G0");
+  if (machine && is_feed(motion)) return mistake(Fault::kUnsupported, "G53 with G1; retract with G0");
+  if (!axes && (words.code[kMotion] == 20 || words.code[kMotion] == 30))
+    return mistake(Fault::kNoMotionMode, words.code[kMotion] == 20
+                                             ? "'G2' without an end: an arc wants X, Y or Z"
+                                             : "'G3' without an end: an arc wants X, Y or Z");
+  for (const char letter : {'I', 'J', 'K'})
+    if (words.has(letter) && !(axes && is_arc(motion)))
+      return mistake(Fault::kUnusedWord, std::string(1, letter) + " belongs to no arc (G2, G3)");
   if (dwell && !words.has('P')) return mistake(Fault::kMissingP, "G4 has no P (seconds)");
   if (dwell && axes) return mistake(Fault::kUnusedWord, "G4 with axis words; give the dwell its own line");
   if (words.has('P') && !dwell && !blend) return mistake(Fault::kUnusedWord, "P without G4 or G64");
@@ -41,6 +48,10 @@ MotionMode motion_mode(const Words& words, MotionMode before) {
       return MotionMode::kRapid;
     case 10:
       return MotionMode::kFeed;
+    case 20:
+      return MotionMode::kClockwise;
+    case 30:
+      return MotionMode::kCounterClockwise;
     case 800:
       return MotionMode::kNone;
     default:
@@ -61,6 +72,40 @@ Check resolve_feed(const Words& words, bool feed_move, ModalState& modal) {
   return std::nullopt;
 }
 
+/// The centre is from the start of the arc.
+Check resolve_arc(const Words& words, const ModalState& before, const ModalState& modal, ArcWords& arc) {
+  const ArcPlane& plane = arc_plane(modal.plane);
+  if (words.has(plane.centre[2]))
+    return mistake(Fault::kUnusedWord, std::string(1, plane.centre[2]) + " is no word of an arc in G" +
+                                           std::to_string(modal.plane) + ": is its plane lost?");
+  if (!words.has(plane.centre[0]) && !words.has(plane.centre[1]))
+    return mistake(Fault::kNoCentre,
+                   std::string("an arc without ") + plane.centre[0] + " and " + plane.centre[1]);
+  if (modal.relative) return mistake(Fault::kUnsupported, "an arc in G91 is not understood");
+  if (before.placed != kAllPlaced)
+    return mistake(Fault::kUnsupported, "an arc from a place that is not known");
+  const auto offset = [&](char letter) { return words.has(letter) ? words[letter] : 0.0; };
+  arc = {modal.plane, modal.motion == MotionMode::kClockwise,
+         before.at.*plane.first + offset(plane.centre[0]), before.at.*plane.second + offset(plane.centre[1])};
+  if (auto wrong = arc_is_wrong(before.at, modal.at, arc)) return mistake(Fault::kBadArc, std::move(*wrong));
+  return std::nullopt;
+}
+
+/// A move, an arc in straight pieces.
+void emit_move(const Block& move, const Joints& from, const ArcWords* arc, std::vector<Block>& blocks) {
+  if (arc == nullptr) return blocks.push_back(move);
+  const ArcWay way(from, move.target, *arc);
+  const int pieces = way.pieces();
+  Block piece = move;
+  if (move.inverse_time) piece.feed *= pieces;
+  for (int i = 1; i <= pieces; ++i) {
+    piece.target = way.at(static_cast<double>(i) / pieces);
+    piece.goes_on = i < pieces;
+    piece.exact_stop = move.exact_stop && i == pieces;
+    blocks.push_back(piece);
+  }
+}
+
 /// T chooses, M6 changes. Before any M6 the tool in the spindle is taken to be what T says: some controls
 /// change at once, and others have been told in advance what is there.
 void resolve_tool(const Words& words, ModalState& modal) {
@@ -71,7 +116,7 @@ void resolve_tool(const Words& words, ModalState& modal) {
 
 /// The line's blocks in order of execution: tool change, spindle, coolant, dwell, motion, stop.
 void emit(const Words& words, bool axes, const Joints& before, const ModalState& modal, std::uint32_t line,
-          std::vector<Block>& blocks) {
+          const ArcWords* arc, std::vector<Block>& blocks) {
   Block block;
   block.target = before;
   block.spindle = modal.spindle;
@@ -95,7 +140,7 @@ void emit(const Words& words, bool axes, const Joints& before, const ModalState&
   }
   if (axes) {
     Block move = block;
-    const bool feed_move = modal.motion == MotionMode::kFeed;
+    const bool feed_move = is_feed(modal.motion);
     move.target = modal.at;
     move.op = feed_move ? Op::kFeed : Op::kRapid;
     move.feed = feed_move ? modal.feed : 0.0;
@@ -103,7 +148,7 @@ void emit(const Words& words, bool axes, const Joints& before, const ModalState&
     move.exact_stop = modal.exact_stop;
     move.placed = modal.placed == kAllPlaced;
     move.off_path = modal.off_path;
-    blocks.push_back(move);
+    emit_move(move, before, arc, blocks);
   }
   block.target = modal.at;
   add_m(kStopping);
@@ -134,7 +179,8 @@ Result<void> GcodeReader::read_line(std::string_view line, std::vector<Block>& b
   next.motion = motion_mode(words, modal_.motion);
   const bool axes = has_axes(words, tilt_, rotary_);
   if (Check bad = check_use(words, axes, next.motion)) return refuse(bad);
-  if (Check bad = resolve_feed(words, axes && next.motion == MotionMode::kFeed, next)) return refuse(bad);
+  if (Check bad = resolve_feed(words, axes && is_feed(next.motion), next)) return refuse(bad);
+  if (words.code[kPlane] != kAbsent) next.plane = words.code[kPlane] / 10;
   if (words.code[kPathControl] != kAbsent) next.exact_stop = words.code[kPathControl] != 640;
   if (words.has('S')) next.spindle = words['S'];
   resolve_tool(words, next);
@@ -146,7 +192,7 @@ Result<void> GcodeReader::read_line(std::string_view line, std::vector<Block>& b
   if (words.has('Z')) next.at.z = words['Z'] + (machine ? top_ : kept * next.at.z);
   next.placed |= (words.has('X') ? 1U : 0U) | (words.has('Y') ? 2U : 0U) | (words.has('Z') ? 4U : 0U);
   // A feed move goes from a known place, whatever the program said.
-  if (axes && next.motion == MotionMode::kFeed) next.placed = kAllPlaced;
+  if (axes && is_feed(next.motion)) next.placed = kAllPlaced;
   next.off_path = next.off_path || machine;
   const auto turned = [&](RotaryWord counting, char letter, double at) {
     return next.relative ? at + words[letter] : turned_to(counting, words[letter], at);
@@ -154,8 +200,12 @@ Result<void> GcodeReader::read_line(std::string_view line, std::vector<Block>& b
   if (words.has(tilt_)) next.at.a = turned(tilt_word_, tilt_, modal_.at.a);
   if (words.has(rotary_)) next.at.c = turned(rotary_word_, rotary_, modal_.at.c);
 
+  const bool turns = axes && is_arc(next.motion);
+  ArcWords arc;
+  if (turns)
+    if (Check bad = resolve_arc(words, modal_, next, arc)) return refuse(bad);
   emit(words, axes, modal_.at, next, words.has('N') ? static_cast<std::uint32_t>(words['N']) : lines_,
-       blocks);
+       turns ? &arc : nullptr, blocks);
   modal_ = next;
   if (words.has('Z') && !machine) modal_.off_path = false;
   if (words.code[kStopping] == 2 || words.code[kStopping] == 30) {
@@ -163,6 +213,7 @@ Result<void> GcodeReader::read_line(std::string_view line, std::vector<Block>& b
     modal_.inverse_time = modal_.relative = false;  // the end of a program restores G1, G90 and G94
     modal_.feed = 0.0;
     modal_.motion = MotionMode::kFeed;
+    modal_.plane = 17;
   }
   return {};
 }

@@ -44,7 +44,11 @@ struct Block {
 /// Blocks after which a controller waits until the axes stand still: dwells and M codes.
 inline bool synchronises(const Block& block) { return block.op == Op::kDwell || block.op == Op::kMCode; }
 
-enum class MotionMode : std::uint8_t { kNone, kRapid, kFeed };
+enum class MotionMode : std::uint8_t { kNone, kRapid, kFeed, kClockwise, kCounterClockwise };
+inline bool is_arc(MotionMode mode) {
+  return mode == MotionMode::kClockwise || mode == MotionMode::kCounterClockwise;
+}
+inline bool is_feed(MotionMode mode) { return mode == MotionMode::kFeed || is_arc(mode); }
 
 /// What stays in force from line to line.
 struct ModalState {
@@ -55,6 +59,7 @@ struct ModalState {
   bool exact_stop = false;  ///< G61 or G61.1, not G64
   bool relative = false;    ///< G91
   MotionMode motion = MotionMode::kNone;
+  int plane = 17;               ///< of arcs: G17, G18 or G19
   unsigned placed = 0;          ///< bits 0 to 2: X, Y, Z were stated
   bool off_path = false;        ///< G53, and no Z since
   int selected = kToolNotSaid;  ///< the last T word
@@ -76,8 +81,9 @@ class GcodeReader {
         top_(machine.z.max) {}
 
   /// The blocks of a line, in order of execution (M3 before the move, M2 after it); none for blank, comment
-  /// or purely modal lines. Errors: kInput with the word that is wrong: unknown letter or code, number
-  /// malformed, feed move without F (G93 wants F on each), arcs, inches.
+  /// or purely modal lines. An arc is given in straight pieces (arc_way.h), all but the last of which go on;
+  /// its centre is from its start (I J K). Errors: kInput with the word that is wrong: unknown letter or
+  /// code, number malformed, feed move without F (G93 wants F on each), an arc that no control takes, inches.
   Result<std::vector<Block>> read_line(std::string_view line);
   /// The same, appended to `blocks`, for many lines.
   Result<void> read_line(std::string_view line, std::vector<Block>& blocks);

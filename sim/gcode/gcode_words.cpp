@@ -37,7 +37,8 @@ constexpr Known kGCodes[] = {
     {210, kUnits},       {400, kCutterRadius}, {490, kToolLength}, {540, kOffset},   {550, kOffset},
     {560, kOffset},      {570, kOffset},       {580, kOffset},     {590, kOffset},   {610, kPathControl},
     {611, kPathControl}, {640, kPathControl},  {800, kMotion},     {900, kDistance}, {930, kFeedMode},
-    {940, kFeedMode},    {970, kSpindleMode}};
+    {940, kFeedMode},    {970, kSpindleMode},  {20, kMotion},      {30, kMotion},    {180, kPlane},
+    {190, kPlane}};
 constexpr Known kMCodes[] = {{0, kStopping}, {1, kStopping}, {2, kStopping}, {30, kStopping},
                              {3, kSpindle},  {4, kSpindle},  {5, kSpindle},  {6, kToolChange},
                              {7, kCoolant},  {8, kCoolant},  {9, kCoolant}};
@@ -47,10 +48,6 @@ struct RefusedCode {
   const char* why;
 };
 constexpr RefusedCode kRefusedGCodes[] = {
-    {20, "arcs are refused; use G1 blocks"},
-    {30, "arcs are refused; use G1 blocks"},
-    {180, "only the plane G17 is known"},
-    {190, "only the plane G17 is known"},
     {200, "inches are refused; use G21 and mm"},
     {280, "going home is refused, its way is not in the program"},
     {300, "going home is refused, its way is not in the program"},
@@ -107,7 +104,7 @@ bool is_code(char letter) { return letter == 'G' || letter == 'M'; }
 bool is_known(char letter, char tilt, char rotary) {
   const bool axis = letter == 'X' || letter == 'Y' || letter == 'Z' || letter == tilt || letter == rotary;
   return is_code(letter) || axis || letter == 'N' || letter == 'F' || letter == 'S' || letter == 'T' ||
-         letter == 'P';
+         letter == 'P' || letter == 'I' || letter == 'J' || letter == 'K';
 }
 
 // Whole numbers of so many digits and these powers are doubles without rounding, so their quotient is the

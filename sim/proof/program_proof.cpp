@@ -76,9 +76,14 @@ class Moves {
     if (block.op != Op::kRapid && block.op != Op::kFeed) return;
     if (one.tcp != tcp_) at_ = one.tcp ? frames_.tip_words(at_) : frames_.slide_words(at_);
     tcp_ = one.tcp;
-    ++count_;
-    const ProgramMove move{
-        one.fresh ? block.target : at_, block.target, block.op == Op::kRapid, one.tcp, block.line, count_};
+    if (!std::exchange(goes_on_, block.goes_on)) ++count_;
+    const ProgramMove move{one.fresh ? block.target : at_,
+                           block.target,
+                           block.op == Op::kRapid,
+                           one.tcp,
+                           block.line,
+                           count_,
+                           block.goes_on};
     (one.fresh ? fresh_ : moves).push_back(move);
     at_ = block.target;
   }
@@ -95,7 +100,7 @@ class Moves {
   std::vector<ProgramMove> fresh_;
   std::uint64_t count_ = 0, bytes_ = 0;
   Joints at_;
-  bool tcp_ = false;
+  bool tcp_ = false, goes_on_ = false;
 };
 
 /// Where the program takes over the tool may be in the part without touching its surface.

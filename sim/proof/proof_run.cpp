@@ -274,7 +274,8 @@ void Prover::Run::hold(const Node& node, std::size_t begin, std::size_t end) {
 }
 
 Proof Prover::Run::hold() {
-  proof_.moves = moves_.size();
+  proof_.moves = static_cast<std::uint64_t>(
+      std::count_if(moves_.begin(), moves_.end(), [](const ProgramMove& move) { return !move.goes_on; }));
   for (const ToolCore& core : prover_.cores_) {
     core_ = &core;
     level_ = proof_.gouge, room_ = -1.0, ask_room_ = 0.0, clear_looks_ = told_ = 0, along_ = {0, 0, 1};

@@ -222,22 +222,29 @@ TEST(ProgramText, BadInputIsNamedWithItsLine) {
   const struct {
     const char* text;
     const char* message;
-  } table[]{{"", "x.nc:0: no motion block"},
-            {"G0 X1\n", "x.nc:1: no motion block"},
-            {"G20\n", "x.nc:1: the program is in inches"},
-            {"G21\nG2 X1 Y1\n", "x.nc:2: arcs"},
-            {"G81 X1 Z1\n", "x.nc:1: G81 is not understood"},
-            {"X1 Y2\n", "x.nc:1: axis words before"},
-            {"G1 X1 F100\n", "x.nc:1: a feed move before all five"},
-            {"G0 X0 Y0 Z0 B0 C0\nG93\nG1 X1\n", "x.nc:3: no F"},
-            {"G0 X0 Y0 Z0 B0 C0\nG1 X1\n", "x.nc:2: a feed move without F"},
-            {"G0 X0 Y0 Z0 B0 C0\nG91\nG0 X1\n", "x.nc:3: incremental"},
-            {"G0 X0 Y0 Z0 B0 C0 U1\n", "x.nc:1: U is no word"},
-            {"G0 X1e3\n", "x.nc:1: "},
-            {"G0 X0 X1\n", "x.nc:1: X stands twice"},
-            {"G0 (open\n", "x.nc:1: comment"},
-            {"WHILE X1\n", "x.nc:1: \"WHILE\" is not understood"},
-            {"G0 XNAN\n", "x.nc:1: "}};
+  } table[]{
+      {"", "x.nc:0: no motion block"},
+      {"G0 X1\n", "x.nc:1: no motion block"},
+      {"G20\n", "x.nc:1: the program is in inches"},
+      {"G0 X0 Y0 Z0 B0 C0\nG2 X1 Y1 F9\n", "x.nc:2: an arc without I and J"},
+      {"G0 X0 Y0 Z0 B0 C0\nG2 X1 I0.4 F9\n", "x.nc:2: the arc begins 0.4 mm from its centre and ends 0.6"},
+      {"G0 X0 Y0 Z0 B0 C0\nG2 X0 I0.4 F9\n", "x.nc:2: a full circle"},
+      {"G0 X0 Y0 Z0 B0 C0\nG2 X1 I0.5 K0 F9\n", "x.nc:2: K is no word of an arc in G17"},
+      {"G0 X0 Y0 Z0 B0 C0\nG1 X1 I0.5 F9\n", "x.nc:2: I is understood in arcs"},
+      {"G0 X0 Y0 Z0 B0 C0\nG2 X1 Z1 I0.5 F9\n", "x.nc:2: an arc in which another axis"},
+      {"G0 X0 Y0 Z0 B0 C0\nG2 X1 R1 F9\n", "x.nc:2: R is not"},
+      {"G81 X1 Z1\n", "x.nc:1: G81 is not understood"},
+      {"X1 Y2\n", "x.nc:1: axis words before"},
+      {"G1 X1 F100\n", "x.nc:1: a feed move before all five"},
+      {"G0 X0 Y0 Z0 B0 C0\nG93\nG1 X1\n", "x.nc:3: no F"},
+      {"G0 X0 Y0 Z0 B0 C0\nG1 X1\n", "x.nc:2: a feed move without F"},
+      {"G0 X0 Y0 Z0 B0 C0\nG91\nG0 X1\n", "x.nc:3: incremental"},
+      {"G0 X0 Y0 Z0 B0 C0 U1\n", "x.nc:1: U is no word"},
+      {"G0 X1e3\n", "x.nc:1: "},
+      {"G0 X0 X1\n", "x.nc:1: X stands twice"},
+      {"G0 (open\n", "x.nc:1: comment"},
+      {"WHILE X1\n", "x.nc:1: \"WHILE\" is not understood"},
+      {"G0 XNAN\n", "x.nc:1: "}};
   for (const auto& row : table) {
     std::istringstream in(row.text);
     const auto read = read_nc_program(in, "x.nc", {Dialect::kRs274, 'B', 'C'});

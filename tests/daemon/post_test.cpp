@@ -44,6 +44,35 @@ void expect_same_way(const AptOperation& want, const AptOperation& got, double t
   }
 }
 
+TEST(PostWords, CoolantThroughTheSpindleIsTheProfilesWord) {
+  const std::string text =
+      "UNITS/MM\nLOADTL/3,LENGTH,80\nSPINDL/900,RPM,CLW\nCOOLNT/THRU\nRAPID\nGOTO/0,0,20,0,0,1\nFEDRAT/"
+      "400,MMPM\n"
+      "GOTO/0,0,0\nCOOLNT/FLOOD\nGOTO/9,0,0\nCOOLNT/OFF\nFINI\n";
+  std::istringstream in(text);
+  const auto stated = read_apt(in, "in.cls", {});
+  ASSERT_TRUE(stated);
+  EXPECT_TRUE(stated->notes.empty()) << stated->notes.front();
+  const auto refused = program_text(*stated, machine(Dialect::kSiemens, false), setup());
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("in.cls:6: COOLNT/THRU"), std::string::npos)
+      << refused.error().message;
+  EXPECT_NE(refused.error().message.find("generic-ac.yaml has no words for coolant through"),
+            std::string::npos)
+      << refused.error().message;
+  const MachineProfile haas = machine(Dialect::kHaas, false);
+  const auto posted = program_text(*stated, haas, setup());
+  ASSERT_TRUE(posted) << posted.error().message;
+  EXPECT_NE(posted->find("\nM88\n"), std::string::npos) << *posted;
+  EXPECT_NE(posted->find("\nM89\nM8\n"), std::string::npos) << *posted;
+  const auto read = back(*posted, haas);
+  ASSERT_TRUE(read) << read.error().message;
+  std::vector<double> coolant;
+  for (const PathEvent& event : read->operations[0].events)
+    if (event.kind == EventKind::kCoolant) coolant.push_back(event.value);
+  EXPECT_EQ(coolant, (std::vector<double>{3.0, 1.0, 0.0}));
+}
+
 TEST(PostWords, BlendsWhereNoRotaryTurnsAndLeavesItItsShare) {
   std::string text = "UNITS/MM\nLOADTL/3,LENGTH,80\nRAPID\nGOTO/0,0,20,0,0,1\nFEDRAT/400,MMPM\n";
   for (int k = 0; k < 60; ++k) {
@@ -64,7 +93,7 @@ TEST(PostWords, BlendsWhereNoRotaryTurnsAndLeavesItItsShare) {
   options.tolerance = 0.004;
   const auto none_left = program_text(*stated, profile, options);
   ASSERT_FALSE(none_left);
-  EXPECT_NE(none_left.error().message.find("blend_tolerance_mm and --smoothing take all"), std::string::npos);
+  EXPECT_NE(none_left.error().message.find("--arc-tolerance take all"), std::string::npos);
   options.tolerance = 0.02;
   const auto posted = program_text(*stated, profile, options);
   ASSERT_TRUE(posted) << posted.error().message;

@@ -382,5 +382,88 @@ TEST(Reentry, RefusesWhatItCannotVouchFor) {
             Code::kLimit);
 }
 
+/// A quarter round in X Y, one over the top in Z X, and one that only goes on with the G2 of the line before.
+constexpr const char* kArcs =
+    "G21 G90 G17 G40 G49 G54\nG0 X0 Y0 Z100 A0 C0\nG0 Z20\nG94\nG1 Z10 F600\nG3 X10 Y10 I0 J10 F600\nG18\n"
+    "G2 X0 Z20 I-10 K0\nX-10 Z10 I0 K-10\nG93\nG3 X0 Z20 I10 K0 F30\nG1 X5 F60\nG17\nG0 Z100\nG94\nM2\n";
+constexpr double kQuarter = 15.707963267948966;  // of a circle of 10 mm, mm
+
+TEST(ProgramTime, AnArcTakesTheTimeOfItsWay) {
+  const Folder folder("reentry");
+  const std::string path = folder.write("arcs.nc", kArcs);
+  const auto seconds = [&](std::uint64_t block) {
+    const auto found = find_block(path, LinkKind::kGrbl, sim::test_machine(), block);
+    EXPECT_TRUE(found) << found.error().message;
+    return found ? found->seconds : 0.0;
+  };
+  EXPECT_NEAR(seconds(6) - seconds(5), kQuarter / 10.0, 1e-9);
+  EXPECT_NEAR(seconds(8) - seconds(7), kQuarter / 10.0, 1e-9);
+  EXPECT_NEAR(seconds(11) - seconds(10), 2.0, 1e-9) << "inverse time";
+}
+
+TEST(ProgramTime, NoArcGoesAsANumericBlock) {
+  const Folder folder("reentry");
+  const auto time =
+      ProgramTime::read(folder.write("arcs.nc", kArcs), LinkKind::kModbusTcp, sim::test_machine());
+  ASSERT_FALSE(time);
+  EXPECT_NE(time.error().message.find("arcs.nc:6"), std::string::npos) << time.error().message;
+  EXPECT_NE(time.error().message.find("post without arcs (program.arc_tolerance_mm"), std::string::npos)
+      << time.error().message;
+}
+
+TEST(ReentryProgram, EntersAtAnArcInItsPlane) {
+  const Folder folder("reentry");
+  const std::string path = folder.write("arcs.nc", kArcs);
+  ReentryOptions options;
+  options.retract = 5.0;
+  for (const std::uint64_t from : {6u, 8u, 11u, 12u}) {
+    SCOPED_TRACE(from);
+    options.from = from;
+    const auto entry = plan_reentry(path, LinkKind::kGrbl, profile(), options);
+    ASSERT_TRUE(entry) << entry.error().message;
+    std::ostringstream text;
+    ASSERT_TRUE(write_reentry(path, *entry, text));
+    std::istringstream whole(kArcs), again(text.str());
+    const auto all = sim::read_program(whole, "all", 'A', 'C');
+    sim::GcodeReader reader = sim::GcodeReader('A', 'C').with_relative();
+    const auto some = sim::read_program(again, "some", reader);
+    ASSERT_TRUE(all) << all.error().message;
+    ASSERT_TRUE(some) << some.error().message << text.str();
+    // The end of both programs is the same, arcs piece by piece.
+    const auto last = [&](const std::vector<sim::Block>& blocks, std::size_t k) {
+      return blocks[blocks.size() - 1 - k];
+    };
+    const std::size_t count = from == 12 ? 2 : 30;
+    for (std::size_t k = 0; k < count; ++k) {
+      EXPECT_EQ(last(*all, k).target, last(*some, k).target) << k;
+      EXPECT_EQ(last(*all, k).feed, last(*some, k).feed) << k;
+    }
+  }
+}
+
+/// The entry is over the highest place of the program: that of an arc may be between its ends.
+TEST(ReentryProgram, GoesOverTheTopOfAnArc) {
+  const Folder folder("reentry");
+  const std::string path = folder.write(
+      "bow.nc", "G21 G90 G17\nG0 X0 Y0 Z5 A0 C0\nG94\nG1 X1 F600\nG18\nG2 X-19 I-10 K0\nG1 X-20\nM2\n");
+  ReentryOptions options;
+  options.retract = 2.0;
+  options.from = 7;
+  const auto entry = plan_reentry(path, LinkKind::kGrbl, profile(), options);
+  ASSERT_TRUE(entry) << entry.error().message;
+  EXPECT_NE(entry->head.find("G0 Z17"), std::string::npos) << entry->head;  // 5 + 10 + 2
+}
+
+TEST(ReentryProgram, AnArcThatGoesOnWithTheLineBeforeIsNoEntry) {
+  const Folder folder("reentry");
+  ReentryOptions options;
+  options.from = 9;
+  const auto entry = plan_reentry(folder.write("arcs.nc", kArcs), LinkKind::kGrbl, profile(), options);
+  ASSERT_FALSE(entry);
+  EXPECT_EQ(entry.error().code, Code::kUsage);
+  EXPECT_NE(entry.error().message.find("without a G2 or G3 of its own"), std::string::npos)
+      << entry.error().message;
+}
+
 }  // namespace
 }  // namespace tiltfeed

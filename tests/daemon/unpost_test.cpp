@@ -42,6 +42,27 @@ TEST(ToolLength, AnotherThanTheProgramsIsRefused) {
   EXPECT_EQ(check_tool_length("/nonexistent.nc", 1.0).error().code, Code::kIo);
 }
 
+TEST(ToolLength, APlaneProgramIsForThePlannedLength) {
+  MachineProfile profile = machine(Dialect::kHeidenhain, false);
+  profile.format.tilted_planes = true;
+  std::istringstream in(
+      "UNITS/MM\nMULTAX\nLOADTL/3,LENGTH,80\nRAPID\nGOTO/0,0,20,0,0.6,0.8\nFEDRAT/400,MMPM\nGOTO/0,0,0\n"
+      "RAPID\nGOTO/0,0,20\nFINI\n");
+  const auto stated = read_apt(in, "in.cls", {});
+  ASSERT_TRUE(stated) << stated.error().message;
+  const auto text = program_text(*stated, profile, setup());
+  ASSERT_TRUE(text) << text.error().message;
+  ASSERT_NE(text->find("planes take the control's"), std::string::npos) << *text;
+  const std::string path = testing::TempDir() + "/plane_length.nc";
+  std::ofstream(path, std::ios::binary) << *text;
+  EXPECT_TRUE(check_tool_length(path, 80.0));
+  const auto other = check_tool_length(path, 81.0);
+  ASSERT_FALSE(other);
+  EXPECT_NE(other.error().message.find("planned for a tool of 80 mm"), std::string::npos)
+      << other.error().message;
+  EXPECT_NE(other.error().message.find("on a slant"), std::string::npos) << other.error().message;
+}
+
 TEST(Unpost, CrAlone_IsALineEnd) {
   const MachineProfile profile = machine(Dialect::kRs274, false);
   UnpostOptions options;

@@ -133,11 +133,11 @@ TEST(AptFile, SeveralPathsInOneFile) {
 
 TEST(AptFile, UnknownWordsAreNotedAndNotFatal) {
   const auto program =
-      read_apt_text("UNITS/MM\nMAGIC/1\nGOTO/0,0,0\nMAGIC/2\nMACHIN/MILL\nCOOLNT/THRU\nCYCLE/OFF\nFINI\n");
+      read_apt_text("UNITS/MM\nMAGIC/1\nGOTO/0,0,0\nMAGIC/2\nMACHIN/MILL\nCOOLNT/AIR\nCYCLE/OFF\nFINI\n");
   ASSERT_TRUE(program) << program.error().message;
   EXPECT_EQ(program->notes,
             (std::vector<std::string>{"p.cls:2: MAGIC is not understood and was left out (2 times)",
-                                      "p.cls:6: COOLNT/THRU is posted as flood"}));
+                                      "p.cls:6: COOLNT/AIR is posted as flood"}));
 }
 
 TEST(AptFile, BadInputIsNamedWithItsLine) {

@@ -9,6 +9,8 @@
 #include <random>
 #include <sstream>
 
+#include "kinematics/cl_text/apt_file.h"
+
 namespace tiltfeed {
 namespace {
 
@@ -38,6 +40,46 @@ std::string text_of(const ToolPath& path) {
   std::ostringstream out;
   write_cl(path, out);
   return out.str();
+}
+
+TEST(ClFile, StatesToolSpindleAndCoolantOfTheJob) {
+  const ToolPath path = random_path(5, 5, 1200, 300);
+  const struct {
+    ClOperation set_up;
+    const char* lines;
+    std::size_t events;
+  } table[]{{{}, "\nLOADTL/1,LENGTH,100\nPPRINT", 0},
+            {{&path, 7, 0, 18000, 1}, "\nLOADTL/7,LENGTH,100\nSPINDL/18000,RPM,CLW\nCOOLNT/FLOOD\nPPRINT", 2},
+            {{&path, 7, 14, -900.5, 2},
+             "\nLOADTL/7,LENGTH,100,ADJUST,14\nSPINDL/900.5,RPM,CCLW\nCOOLNT/MIST\nPPRINT",
+             2},
+            {{&path, 0, 0, 0, 3}, "\nLOADTL/0,LENGTH,100\nCOOLNT/THRU\nPPRINT", 1}};
+  for (const auto& row : table) {
+    ToolPath tool = path;
+    tool.tool.length = 100;
+    std::ostringstream out;
+    ClOperation operation = row.set_up;
+    operation.path = &tool;
+    write_cl({operation}, out);
+    EXPECT_NE(out.str().find(row.lines), std::string::npos) << out.str();
+    AptOptions options;
+    options.unit_mm = 1.0, options.own_remarks = true;
+    std::istringstream in(out.str());
+    const auto back = read_apt(in, "part.cl", options);
+    ASSERT_TRUE(back) << back.error().message;
+    const AptOperation& op = back->operations.front();
+    EXPECT_EQ(op.tool_number, row.set_up.tool);
+    EXPECT_EQ(op.length_register, row.set_up.length_register);
+    std::size_t events = 0;
+    for (const PathEvent& event : op.events) {
+      if (event.kind != EventKind::kSpindle && event.kind != EventKind::kCoolant) continue;
+      const bool spindle = event.kind == EventKind::kSpindle;
+      EXPECT_EQ(event.value, spindle ? row.set_up.spindle_rpm : row.set_up.coolant);
+      ++events;
+    }
+    EXPECT_EQ(events, row.events);
+    EXPECT_TRUE(read_text(out.str())) << "our own reader of paths takes them, too";
+  }
 }
 
 TEST(ClFile, RoundTrip) {

@@ -111,7 +111,10 @@ import re
 import sys
 
 WORD = re.compile(r"([A-Z])(-?[0-9]*\.?[0-9]+)")
-MOTION = re.compile(r"(STRAIGHT_TRAVERSE|STRAIGHT_FEED)\(([^)]*)\)")
+MOTION = re.compile(r"(STRAIGHT_TRAVERSE|STRAIGHT_FEED|ARC_FEED)\(([^)]*)\)")
+PLANE = re.compile(r"SELECT_PLANE\(CANON_PLANE_([XYZ]*)\)")
+# First, second and third axis of a plane, by its code and by LinuxCNC's name.
+PLANES = {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0), "XY": (0, 1, 2), "XZ": (2, 0, 1), "YZ": (1, 2, 0)}
 RATE = re.compile(r"SET_FEED_RATE\(([^)]*)\)")
 SAME = 1e-4      # the canonical commands have four decimals
 LONG_WAY = 0.01  # mm; on shorter ways four decimals of the rate say nothing
@@ -120,34 +123,62 @@ LEAST_FEED = 0.1  # mm/min; a linear way that is slower runs too fast in LinuxCN
 
 
 def blocks(path):
-    """The motion blocks of the text: line number, rapid, [x, y, z, a, b, c], F."""
-    at, rapid = [0.0] * 6, True
+    """The motion blocks of the text: line number, rapid, [x, y, z, a, b, c], F, arc.
+    An arc: first and second place of its centre, 1 for anticlockwise or -1, the axes of its plane."""
+    at, rapid, turn, plane = [0.0] * 6, True, 0, 17
     for number, line in enumerate(open(path, encoding="ascii"), 1):
         words = WORD.findall(re.sub(r"\([^)]*\)", "", line))
-        moves, feed = False, None
+        moves, feed, start, centre = False, None, list(at), [0.0] * 3
         for letter, text in words:
             value = float(text)
-            if letter == "G" and value in (0, 1):
-                rapid = value == 0
+            if letter == "G" and value in (0, 1, 2, 3):
+                rapid, turn = value == 0, {2: -1, 3: 1}.get(value, 0)
+            elif letter == "G" and value in PLANES:
+                plane = int(value)
+            elif letter in "IJK":
+                centre["IJK".index(letter)] = value
             elif letter in "XYZABC":
                 at["XYZABC".index(letter)] = value
                 moves = True
             elif letter == "F":
                 feed = value
         if moves:
-            yield number, rapid, list(at), feed
+            first, second, third = PLANES[plane]
+            arc = (start[first] + centre[first], start[second] + centre[second], turn, PLANES[plane]) if turn else None
+            yield number, rapid, list(at), feed, arc
 
 
 def commands(path):
-    """The canonical moves: rapid, [x, y, z, a, b, c], feed rate in force (mm/min of the linear way)."""
-    rate = None
+    """The canonical moves: rapid, [x, y, z, a, b, c], feed rate in force (mm/min of the linear way), arc."""
+    rate, plane = None, "XY"
     for line in open(path, encoding="ascii"):
         found = RATE.search(line)
         if found:
             rate = float(found.group(1))
-        found = MOTION.search(line)
+        found = PLANE.search(line)
         if found:
-            yield found.group(1) == "STRAIGHT_TRAVERSE", [float(v) for v in found.group(2).split(",")], rate
+            plane = found.group(1)
+        found = MOTION.search(line)
+        if not found:
+            continue
+        values = [float(v) for v in found.group(2).split(",")]
+        if found.group(1) != "ARC_FEED":
+            yield found.group(1) == "STRAIGHT_TRAVERSE", values, rate, None
+            continue
+        first, second, third = PLANES[plane]
+        end = [0.0, 0.0, 0.0, *values[6:]]
+        end[first], end[second], end[third] = values[0], values[1], values[5]
+        yield False, end, rate, (values[2], values[3], values[4], PLANES[plane])
+
+
+def arc_way(start, end, arc):
+    """How long an arc is."""
+    first, second, turn, (u, v, _) = arc
+    begin = math.atan2(start[v] - second, start[u] - first)
+    sweep = math.atan2(end[v] - second, end[u] - first) - begin
+    if sweep * turn <= 0:
+        sweep += turn * 2 * math.pi
+    return abs(sweep) * math.hypot(start[u] - first, start[v] - second)
 
 
 def main():
@@ -156,17 +187,23 @@ def main():
         sys.exit(f"the text has {len(texts)} motion blocks, LinuxCNC commands {len(canon)}")
     if not texts:
         sys.exit("there is no motion")
-    before, timed, rapids = None, 0, 0
-    for (number, rapid, want, feed), (traverse, got, rate) in zip(texts, canon):
+    before, timed, rapids, arcs = None, 0, 0, 0
+    for (number, rapid, want, feed, arc), (traverse, got, rate, other) in zip(texts, canon):
         if rapid != traverse:
             sys.exit(f"line {number}: rapid in one, feed in the other")
         worst = max(abs(w - g) for w, g in zip(want, got))
         if not worst <= SAME:
             sys.exit(f"line {number}: the text states {want}, LinuxCNC commands {got}")
+        if (arc is None) != (other is None):
+            sys.exit(f"line {number}: an arc in one, a straight way in the other")
+        if arc:
+            arcs += 1
+            if arc[2:] != other[2:] or not max(abs(arc[0] - other[0]), abs(arc[1] - other[1])) <= SAME:
+                sys.exit(f"line {number}: the text states the arc {arc}, LinuxCNC commands {other}")
         if rapid:
             rapids += 1
         else:
-            way = math.dist(before[:3], want[:3])
+            way = arc_way(before, want, arc) if arc else math.dist(before[:3], want[:3])
             if 0 < way < LEAST_FEED / feed:
                 sys.exit(f"line {number}: {way:.6f} mm at F{feed} is below {LEAST_FEED} mm/min, which LinuxCNC runs too fast")
             if way > LONG_WAY:
@@ -175,7 +212,8 @@ def main():
                     sys.exit(f"line {number}: F{feed} over {way:.4f} mm is {way * feed:.3f} mm/min, "
                              f"LinuxCNC takes {rate}")
         before = want
-    print(f"rs274: {len(texts)} blocks agree ({rapids} rapid, {len(texts) - rapids} feed, {timed} with their time)")
+    print(f"rs274: {len(texts)} blocks agree ({rapids} rapid, {len(texts) - rapids} feed, {timed} with their time, "
+          f"{arcs} arcs)")
 
 
 main()
@@ -244,6 +282,31 @@ NC
   expect_refusal long_line 'rs274 (exit' "$folder/long.nc" "$good" "$folder"
   sed 's/^X4.25 A12.3456 C-25.5 F60/X1.0001 A12.3456 C-25.5 F60/' "$good" > "$folder/hasty.nc"
   expect_refusal hasty 'runs too fast' "$folder/hasty.nc" "$folder/hasty.nc" "$folder"
+  cat > "$folder/arcs.nc" << 'NC'
+(TILTFEED self test)
+G21 G90 G17 G40 G49 G54
+G0 X10 Y0 Z5
+G93
+G1 Z0 F50
+G3 X0 Y10 I-10 J0 F80
+G18
+G2 X-10 Z10 I0 K10 F60
+G3 X0 Z20 I10 K0 F40
+G19
+G2 Y20 Z10 J0 K-10 F40
+G17
+G94
+M2
+NC
+  judge "$folder/arcs.nc" "$folder/arcs.nc" "$folder/arcs" || die "self-test: right arcs were refused"
+  sed 's/^G2 X-10/G3 X-10/' "$folder/arcs.nc" > "$folder/other_way.nc"
+  expect_refusal other_way 'the arc' "$folder/other_way.nc" "$folder/arcs.nc" "$folder"
+  sed 's/I-10 J0/I-10 J0.002/' "$folder/arcs.nc" > "$folder/centre.nc"
+  expect_refusal moved_centre 'the arc' "$folder/centre.nc" "$folder/arcs.nc" "$folder"
+  sed '/^G18/d' "$folder/arcs.nc" > "$folder/no_plane.nc"
+  expect_refusal no_plane 'rs274 (exit' "$folder/no_plane.nc" "$folder/arcs.nc" "$folder"
+  sed 's/^G3 X0 Y10 I-10 J0/G1 X0 Y10/' "$folder/arcs.nc" > "$folder/chord.nc"
+  expect_refusal chord 'an arc in one' "$folder/chord.nc" "$folder/arcs.nc" "$folder"
   echo "self-test passed"
 }
 

@@ -140,6 +140,29 @@ TEST_P(ProgramOptions, TheHighSpeedFunctionIsOnFromTheToolToTheRetract) {
       const std::size_t figure = line.find(dialect == Dialect::kFanuc ? "Q1" : within);
       line.replace(figure, 2, dialect == Dialect::kFanuc ? "Q3" : "9.");
       EXPECT_NE(fault(wide), "") << line;
+      // Other work than the job's, and more degrees than its tool has.
+      const auto changed = [&](const std::string& from, const std::string& to) {
+        ProgramText bad = lines;
+        bool found = false;
+        for (std::string& one : bad) {
+          if (const std::size_t place = one.find(from); place != one.npos && !found)
+            one.replace(place, from.size(), to), found = true;
+        }
+        EXPECT_TRUE(found) << from;
+        EXPECT_NE(fault(bad), "") << from << " as " << to;
+      };
+      const std::string mode = std::to_string(3 - step), other = std::to_string(step == 1 ? 1 : 2);
+      const std::string rough = step == 0 ? "1" : "0", fine = step == 0 ? "0" : "1";
+      if (dialect == Dialect::kHaas)
+        changed("G187 P" + std::to_string(1 + step),
+                "G187 P" + std::to_string(3 - step + (step == 1 ? 1 : 0)));
+      if (dialect == Dialect::kSiemens)
+        changed(turning ? ",1" + mode : "," + mode + ",", turning ? ",1" + other : "," + other + ",");
+      if (dialect == Dialect::kSiemens && turning) changed("0.0029)", "0.0039)");
+      if (dialect == Dialect::kHeidenhain)
+        changed("HSC-MODE:" + rough, "HSC-MODE:" + fine), changed("TA0.0029", "TA0.0031");
+      if (dialect == Dialect::kHeidenhainIso)
+        changed("P01 " + rough, "P01 " + fine), changed("P02 0.0029", "P02 0.029");
       const Smoothing asked = std::exchange(job_.program.smoothing, Smoothing::kNone);
       EXPECT_NE(fault(lines), "") << "a job that asks for none";
       job_.program.smoothing = asked;
@@ -157,7 +180,7 @@ TEST_P(ProgramOptions, TheLengthRegisterIsTheJobs) {
   ProgramData data;
   data.tool = 3, data.length_register = 14;
   MachineProfile profile = profile_of(GetParam());
-  const auto wrong = not_of_control(data, profile.format);
+  const auto wrong = not_of_control(data, profile.format, "m.yaml");
   EXPECT_EQ(wrong.size(), tnc || dialect == Dialect::kGrbl ? 1u : 0u);
   if (!wrong.empty()) return;
   const ProgramText lines = text(false, data, 14);
@@ -335,6 +358,13 @@ TEST_P(ProgramOptions, WhatTheMachineWouldDoOtherwiseIsFound) {
     return line.find("X10") != line.npos || line.find("X+10") != line.npos;
   });
   ASSERT_NE(cut, bad.end());
+  ProgramText turned = lines;
+  for (std::string& line : turned)
+    if (const std::size_t found = line.find("M3");
+        found != line.npos && line.find("M30") == line.npos && line.find("TILT") == line.npos)
+      line.replace(found, 2, "M4");
+  EXPECT_NE(turned, lines);
+  EXPECT_NE(fault(turned).find("counter-clockwise"), std::string::npos) << fault(turned);
   const std::string number = dialect == Dialect::kHeidenhain ? "99 " : "";
   bad.insert(cut, number + "M5" + (dialect == Dialect::kHeidenhainIso ? "*" : ""));
   EXPECT_NE(fault(bad), "");
@@ -347,7 +377,8 @@ TEST(ProgramOptionsOfAJob, AreRefusedWhereTheControlHasNone) {
   data.coolant = Coolant::kThrough, data.smoothing = Smoothing::kFinish, data.length_register = 4;
   const auto keys = [&](Dialect dialect) {
     std::string all;
-    for (const auto& [key, why] : not_of_control(data, usual_format(dialect))) all += std::string(key) + " ";
+    for (const auto& [key, why] : not_of_control(data, usual_format(dialect), "m.yaml"))
+      all += std::string(key) + " ";
     return all;
   };
   EXPECT_EQ(keys(Dialect::kRs274), "coolant smoothing length_register ");

@@ -280,6 +280,33 @@ for option in '--part-zero nan,0,0' '--fixture 0,inf,0' '--clear-height nan' '--
 done
 absent "$work/q.nc"
 expect 0 'winds up by' "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/r.nc" --clear-height 90
+post_with() { "$bin/tiltfeed" post "$foreign" --machine "$machine" --out "$work/q.nc" --dialect haas "$@"; }
+expect 2 'smoothing fast: expected rough, semi or finish' post_with --smoothing fast --smoothing-tolerance 0.001
+expect 2 'belong together' post_with --smoothing finish
+expect 2 'smoothing-tolerance 0.0001: expected 0.001 to 1 mm' post_with --smoothing finish --smoothing-tolerance 0.0001
+expect 2 'arc-tolerance 0.0001: expected 0.0005 to 1 mm' post_with --arc-tolerance 0.0001
+expect 2 'arc-tolerance: under TCP' post_with --arc-tolerance 0.001 --tcp
+expect 0 'tool-length 66 is not taken for tool 3: .* states LENGTH 100 mm' post_with --tool-length 66
+# A ring in X and Y as straight moves: three arcs, and the same ring back from the program.
+ring() {
+  echo 'UNITS/MM'
+  echo 'LOADTL/3,LENGTH,80'
+  echo 'RAPID'
+  echo 'GOTO/20,0,30,0,0,1'
+  echo 'FEDRAT/900,MMPM'
+  awk 'BEGIN { for (k = 0; k <= 360; ++k) printf "GOTO/%.6f,%.6f,0\n", 20 * cos(k * 0.01745329252), 20 * sin(k * 0.01745329252) }'
+  echo 'FINI'
+}
+ring > "$work/ring.cls"
+expect 0 '^3 arcs, instead of 36[0-9] straight blocks' "$bin/tiltfeed" post "$work/ring.cls" --machine "$machine" --out "$work/ring.nc" \
+  --tolerance 0.01 --arc-tolerance 0.003
+expect 0 '1 operations, [5-9] blocks' "$bin/tiltfeed" unpost "$work/ring.nc" --machine "$machine" --out "$work/back.cls"
+# What a job says of its tool stands in its CL file.
+sed -e '$a program: {tool: 7, length_register: 14, coolant: mist}' -e 's/^feeds: {/feeds: {spindle_rpm: 9000, /' "$work/job.yaml" > "$work/tool.yaml"
+expect 0 'blocks' "$bin/tiltfeed" plan "$work/tool.yaml" --out "$work/t.nc" --cl "$work/t.cls"
+expect 0 '^LOADTL/7,LENGTH,[0-9.]*,ADJUST,14$' cat "$work/t.cls"
+expect 0 '^SPINDL/9000,RPM,CLW$' cat "$work/t.cls"
+expect 0 '^COOLNT/MIST$' cat "$work/t.cls"
 expect 1 'for a tool of 100, 80 mm' "$bin/tiltfeed" send "$work/p.nc" --link grbl:/dev/no-such-port --tool-length 99
 
 expect 1 'is not a number mm long' "$bin/tiltfeed" send "$work/p.nc" --link grbl:/dev/no-such-port --tool-length nan

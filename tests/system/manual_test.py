@@ -61,6 +61,7 @@ def check_pages(every):
     for key in keys:
         want(re.search(rf"(?m)(^|[ .]){key}(:|$| )", pages["tiltfeed-job-file.5"]), f"no key {key} in tiltfeed-job-file.5")
     want("heartbeat" in pages["tiltfeed-modbus.7"] and '"op":"submit' in pages["tiltfeed-api.7"], "no protocols")
+    want("CYCLE800" in pages["tiltfeed-controls.7"] and "G187" in pages["tiltfeed-controls.7"], "no options of controls")
 
 
 def check_meaning(every):
