@@ -15,12 +15,15 @@
 #include "config/section.h"
 #include "config/yaml_edit.h"
 #include "config/yaml_tree.h"
+#include "kinematics/basics/tolerance_budget.h"
 #include "kinematics/machine/chain.h"
+#include "pathgen/part_file/file_kind.h"
 
 namespace tiltfeed::config {
 namespace {
 
 constexpr double kMostBlended = 0.5;  // of the tolerance
+constexpr std::size_t kMostBodies = 100;
 // A direction that a machine misses by so much (rad) it does not give: more than any axis tolerance.
 constexpr double kAxisMissed = 0.05;
 
@@ -78,10 +81,11 @@ void read_feeds(const Section& root, const CutterChoice& choice, Job& job) {
 Job read_job(const Section& root, const std::string& path, const ToolLibrary* tools) {
   Job job;
   job.path = path;
-  const Section part = root.section("part", {"name", "stl", "unit"});
+  const Section part = root.section("part", {"name", "stl", "unit", "bodies"});
   job.plan.name = part.name("name");
   job.stl_path = beside_file(path, part.text("stl"));
   job.stl_unit_mm = read_stl_unit(part);
+  job.bodies = part.lines("bodies", kMostBodies);
   const CutterChoice choice = read_cutter(root, tools);
   job.plan.cutter = choice.cutter;
   job.tool_id = choice.id;
@@ -213,6 +217,10 @@ Result<Job> parse_tree(const YamlNode& tree, const std::string& path, const JobF
     complaint.add(node_at(tree, "axis", "mode")->place, "axis.mode: " + missed);
   if (complaint.error()) return tl::unexpected(*complaint.error());
   job.plan.tolerance -= left;
+  if (pathgen::has_surfaces(pathgen::format_of_file(job.stl_path))) {
+    job.tessellation = ToleranceBudget::tessellation(job.plan.tolerance);
+    job.plan.tolerance -= job.tessellation;
+  }
   if (Angle& turn = job.plan.free.max_turn;
       job.plan.axis.mode == pathgen::AxisMode::kFree && turn.radians() == 0.0)
     turn = default_turn(job.machine.model, job.plan.cutter, job.plan.cut_feed);

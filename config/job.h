@@ -22,11 +22,15 @@ struct OperationName {
 struct Job {
   std::string path;  ///< the file it came from
   OperationName operation;
-  std::string stl_path;      ///< resolved against the job file's folder
-  double stl_unit_mm = 1.0;  ///< length of the STL's unit
-  std::string tools_path;    ///< of the tool library, resolved likewise; empty: the cutter is in the job
-  std::string tool_id;       ///< as the machine's magazine has it; may be empty
-  std::string material;      ///< whose cutting data are taken; empty: none
+  std::string stl_path;             ///< resolved against the job file's folder
+  double stl_unit_mm = 1.0;         ///< length of the STL's unit
+  std::vector<std::string> bodies;  ///< of the part's file, by name; empty: all
+  /// Largest distance of the part's facets from its surfaces, mm; 0: the file holds facets. plan.tolerance is
+  /// what is left.
+  double tessellation = 0.0;
+  std::string tools_path;  ///< of the tool library, resolved likewise; empty: the cutter is in the job
+  std::string tool_id;     ///< as the machine's magazine has it; may be empty
+  std::string material;    ///< whose cutting data are taken; empty: none
   pathgen::PlanOptions plan;
   Angle axis_tolerance;  ///< by which the axis may lean near the rotary's pole; 0: not at all
   Setup setup;           ///< tool_length = plan.cutter.length

@@ -102,9 +102,9 @@ void describe_containment(Description& out, const pathgen::Containment& containm
   if (!any) out.add("containment", "none");
 }
 
-/// `blend`: of the tolerance, what the plan leaves to the control.
-void describe_path(Description& out, const pathgen::PlanOptions& plan, Angle axis_tolerance, double blend) {
-  out.add("tolerance_mm", plan.tolerance + blend);
+/// `left`: of the tolerance, what the plan leaves to the control and to the facets of the part.
+void describe_path(Description& out, const pathgen::PlanOptions& plan, Angle axis_tolerance, double left) {
+  out.add("tolerance_mm", tidy(plan.tolerance + left));
   out.add("allowance_mm", plan.allowance);
   out.add("stock.radial_mm", plan.radial_stock);
   out.add("stock.axial_mm", plan.axial_stock);
@@ -136,6 +136,8 @@ std::string describe(const Job& job) {
   out.add("part.name", plan.name);
   out.add("part.stl", job.stl_path);
   out.add("part.unit_mm", job.stl_unit_mm);
+  for (std::size_t i = 0; i < job.bodies.size(); ++i)
+    out.add("part.bodies[" + std::to_string(i + 1) + "]", job.bodies[i]);
   if (!job.tools_path.empty()) out.add("cutter.library", job.tools_path);
   if (!job.tool_id.empty()) out.add("cutter.id", job.tool_id);
   if (!job.material.empty()) out.add("cutter.material", job.material);
@@ -143,7 +145,7 @@ std::string describe(const Job& job) {
   describe_axis(out, plan);
   describe_pattern(out, plan.pattern, plan.axis.mode);
   describe_containment(out, plan.containment, plan.axis.mode);
-  describe_path(out, plan, job.axis_tolerance, left_to_control(job));
+  describe_path(out, plan, job.axis_tolerance, left_to_control(job) + job.tessellation);
   out.add("feeds.cut_mm_per_min", plan.cut_feed.mm_per_min());
   out.add("feeds.plunge_mm_per_min", plan.plunge_feed.mm_per_min());
   out.add("feeds.spindle_rpm", job.spindle_rpm);

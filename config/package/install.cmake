@@ -9,6 +9,9 @@ install(TARGETS tiltfeed tiltfeed-sim RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR
 if(TILTFEED_DESK)
   install(TARGETS tiltfeed-desk RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
+if(TILTFEED_CAD)
+  install(TARGETS tiltfeed-cad RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT cad)
+endif()
 
 # systemd, udev and sysusers look in lib, never in lib/ARCHITECTURE.
 install(FILES config/systemd/tiltfeed@.service config/systemd/tiltfeed-mtconnect@.service DESTINATION lib/systemd/system)
@@ -47,6 +50,9 @@ set(made_by tiltfeed tiltfeed-sim)
 if(TILTFEED_DESK)
   list(APPEND made_by tiltfeed-desk)
 endif()
+if(TILTFEED_CAD)
+  list(APPEND made_by tiltfeed-cad)
+endif()
 set(manual ${CMAKE_BINARY_DIR}/install/manual)
 add_custom_command(OUTPUT install/manual.stamp
                    COMMAND ${CMAKE_COMMAND} -E rm -rf ${manual}
@@ -56,7 +62,13 @@ add_custom_command(OUTPUT install/manual.stamp
                    COMMAND ${CMAKE_COMMAND} -E touch install/manual.stamp
                    DEPENDS ${made_by} config/package/documents.cmake CHANGELOG.md VERBATIM)
 add_custom_target(tiltfeed_documents ALL DEPENDS install/manual.stamp)
-install(DIRECTORY ${manual}/ DESTINATION ${CMAKE_INSTALL_DATAROOTDIR})
+install(DIRECTORY ${manual}/ DESTINATION ${CMAKE_INSTALL_DATAROOTDIR} REGEX "tiltfeed-cad" EXCLUDE)
+if(TILTFEED_CAD)
+  install(DIRECTORY ${manual}/ DESTINATION ${CMAKE_INSTALL_DATAROOTDIR} COMPONENT cad FILES_MATCHING REGEX "/_?tiltfeed-cad[^/]*$"
+          PATTERN "doc" EXCLUDE)
+  install(FILES config/package/copyright ${manual}/doc/tiltfeed/changelog.gz DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/tiltfeed-cad
+          COMPONENT cad)
+endif()
 # What it is made of, from what was compiled and linked: needs ninja's own record of the headers, and dpkg.
 if(CMAKE_GENERATOR STREQUAL Ninja AND EXISTS /usr/bin/dpkg)
   set(programs "$<TARGET_FILE:tiltfeed>\" \"$<TARGET_FILE:tiltfeed-sim>")
@@ -68,6 +80,13 @@ if(CMAKE_GENERATOR STREQUAL Ninja AND EXISTS /usr/bin/dpkg)
     OUTPUT_FILE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DOCDIR}/sbom.spdx.json\" COMMAND_ERROR_IS_FATAL ANY)")
 endif()
 install(FILES config/package/lintian-overrides DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/lintian/overrides RENAME tiltfeed)
+
+if(TILTFEED_CAD AND CMAKE_GENERATOR STREQUAL Ninja AND EXISTS /usr/bin/dpkg)
+  install(CODE "execute_process(
+    COMMAND \"${CMAKE_SOURCE_DIR}/config/package/sbom.sh\" \"${CMAKE_BINARY_DIR}\" \"${CMAKE_SOURCE_DIR}\" ${PROJECT_VERSION} \"$<TARGET_FILE:tiltfeed-cad>\"
+    OUTPUT_FILE \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATAROOTDIR}/doc/tiltfeed-cad/sbom.spdx.json\" COMMAND_ERROR_IS_FATAL ANY)"
+          COMPONENT cad)
+endif()
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME tiltfeed)
@@ -87,4 +106,22 @@ set(CPACK_DEBIAN_PACKAGE_RECOMMENDS systemd)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA config/package/postinst config/package/prerm config/package/postrm)
 list(TRANSFORM CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA PREPEND ${CMAKE_SOURCE_DIR}/)
+# The reader of STEP and IGES files is a package of its own: OpenCASCADE brings 66 libraries, and no machine needs them.
+if(TILTFEED_CAD)
+  set(CPACK_DEB_COMPONENT_INSTALL ON)
+  set(CPACK_COMPONENTS_ALL Unspecified cad)
+  set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_NAME tiltfeed)
+  set(CPACK_DEBIAN_UNSPECIFIED_DESCRIPTION "${CPACK_PACKAGE_DESCRIPTION_SUMMARY}\n${CPACK_PACKAGE_DESCRIPTION}")
+  set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_CONTROL_EXTRA ${CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA})
+  set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_RECOMMENDS "systemd, tiltfeed-cad")
+  # Of all packages alike: none.
+  set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA)
+  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS)
+  set(CPACK_PACKAGE_DESCRIPTION_SUMMARY)
+  set(CPACK_DEBIAN_CAD_PACKAGE_NAME tiltfeed-cad)
+  set(CPACK_DEBIAN_CAD_DESCRIPTION "STEP and IGES files for tiltfeed
+Makes facets of the surfaces of a CAD file, within a distance that is
+measured, for the planner of tool paths.")
+  set(CPACK_DEBIAN_CAD_PACKAGE_DEPENDS "tiltfeed (= ${PROJECT_VERSION})")
+endif()
 include(CPack)

@@ -9,11 +9,11 @@
 
 #include "config/job.h"
 #include "config/output_file.h"
+#include "config/part_reading.h"
 #include "daemon/command/command.h"
 #include "daemon/command/progress_line.h"
 #include "daemon/plan/first_job.h"
 #include "pathgen/mesh/mesh_check.h"
-#include "pathgen/mesh/stl.h"
 
 namespace tiltfeed::daemon {
 
@@ -68,9 +68,9 @@ Result<void> InitCommand::Options::work() const {
     if (!loaded) return tl::unexpected(loaded.error());
     library = std::move(*loaded);
   }
-  const auto read = pathgen::read_stl(part, unit_mm);
+  const auto read = config::read_part_file({part, unit_mm});
   if (!read) return tl::unexpected(read.error());
-  const auto checked = pathgen::check_mesh(*read);
+  const auto checked = pathgen::check_mesh(read->mesh);
   if (!checked) return tl::unexpected(checked.error());
   for (const std::string& warning : checked->warnings) std::cerr << "warning: " << warning << "\n";
   Result<std::string> text;

@@ -9,6 +9,7 @@
 
 #include "config/command_line.h"
 #include "config/job.h"
+#include "config/part_reading.h"
 #include "config/standard_output.h"
 #include "config/version.h"
 #include "daemon/command/command.h"
@@ -32,10 +33,7 @@
 #include "daemon/command/tools_command.h"
 #include "daemon/plan/part_size.h"
 #include "daemon/post/tool_length.h"
-#include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/mesh.h"
-#include "pathgen/mesh/mesh_check.h"
-#include "pathgen/mesh/stl.h"
 
 namespace {
 
@@ -58,10 +56,11 @@ int check_command(const std::string& path, bool as_json) {
   const config::Job* const job = &jobs->front();
   for (const config::Job& one : *jobs)
     if (!as_json) std::cout << describe(one) << std::flush;
-  const auto stl = pathgen::read_stl(job->stl_path, job->stl_unit_mm);
-  if (!stl) return complain(stl.error());
-  const auto part = pathgen::check_mesh(*stl, {ToleranceBudget(job->plan.tolerance).repair()});
+  auto model = config::read_part_model(*job);
+  if (!model) return complain(model.error());
+  const auto part = config::check_part(*job, *model);
   if (!part) return complain(part.error());
+  const std::vector<std::string> notes = pathgen::notes_on(*model);
   if (as_json) {
     nlohmann::ordered_json described = as_object(describe(*job));
     if (jobs->size() > 1) {
@@ -71,11 +70,13 @@ int check_command(const std::string& path, bool as_json) {
     nlohmann::ordered_json json = {{"job", std::move(described)},
                                    {"size", size_text(part->bounds)},
                                    {"facets", part->mesh.facets.size()},
-                                   {"warnings", part->warnings}};
+                                   {"warnings", part->warnings},
+                                   {"notes", notes}};
     if (const auto odd = unit_warning(part->bounds, *job)) json["warnings"].push_back(*odd);
     std::cout << json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) << "\n";
     return kExitDone;
   }
+  for (const std::string& note : notes) std::cout << note << "\n";
   std::cout << size_text(part->bounds) << ", " << part->mesh.facets.size() << " facets\n";
   for (const std::string& warning : part->warnings) std::cout << "warning: " << warning << "\n";
   if (const auto odd = unit_warning(part->bounds, *job)) std::cout << "warning: " << *odd << "\n";

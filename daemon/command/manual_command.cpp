@@ -45,9 +45,10 @@ Result<std::vector<Command>> all_programs(const CLI::App& app) {
     command.options = from.options;
     command.commands = from.commands;
   };
-  for (const auto& [name, word] : {std::pair("tiltfeed-sim", "verify"), std::pair("tiltfeed-desk", "desk")}) {
+  for (const auto& [name, word] : {std::pair("tiltfeed-sim", "verify"), std::pair("tiltfeed-desk", "desk"),
+                                   std::pair("tiltfeed-cad", "")}) {
     const Result<std::string> file = program_beside(name);
-    if (name == std::string("tiltfeed-desk") && file && ::access(file->c_str(), F_OK) != 0) continue;
+    if (name != std::string("tiltfeed-sim") && file && ::access(file->c_str(), F_OK) != 0) continue;
     Result<Command> other = description_of(name);
     if (!other) return tl::unexpected<Error>(other.error());
     Command* const here = find(programs[0], word);
@@ -68,7 +69,7 @@ std::vector<Page> pages_of(const std::vector<Command>& programs) {
   for (Page& page : pages) {
     page.parts.push_back({PartKind::kHeading, "see also"});
     page.parts.push_back({PartKind::kText, page.name == "tiltfeed"
-                                               ? "tiltfeed-sim(1), tiltfeed-desk(1), "
+                                               ? "tiltfeed-sim(1), tiltfeed-desk(1), tiltfeed-cad(1), "
                                                  "tiltfeed-job-file(5), "
                                                  "tiltfeed-machine-profile(5), tiltfeed-tools-file(5), "
                                                  "tiltfeed-service-file(5), "

@@ -8,6 +8,7 @@
 
 #include "config/job.h"
 #include "config/output_file.h"
+#include "config/part_reading.h"
 #include "daemon/command/command.h"
 #include "daemon/command/progress_line.h"
 #include "daemon/plan/suggestion_report.h"
@@ -39,13 +40,13 @@ SuggestCommand::SuggestCommand(CLI::App& app) : options_(std::make_unique<Option
   Options& o = *options_;
   o.command =
       app.add_subcommand("suggest", "propose axis modes and set-ups for a part, by what the cutter reaches");
-  o.command->add_option("STL", o.stl, "part (STL)")->required();
+  o.command->add_option("STL", o.stl, "part (STL, OBJ, PLY, STEP, IGES)")->required();
   o.command->add_option("--machine", o.machine, "machine profile (YAML): its limits hold; --out needs it");
   o.command->add_option(
       "--cutter", o.cutter,
       "as in a job, \"type: ball, diameter_mm: 6, length_mm: 120, shank_length_mm: 50\", or "
       "TYPE:DIAMETER, as ball:6; else a ball of a 40th of the part's length");
-  o.command->add_option("--unit", o.unit_mm, "unit of the STL: mm (default), inch, m")
+  o.command->add_option("--unit", o.unit_mm, "unit of an STL, OBJ or PLY: mm (default), inch, m")
       ->transform(
           CLI::CheckedTransformer(std::map<std::string, double>{{"mm", 1.0}, {"inch", 25.4}, {"m", 1000.0}}));
   o.command->add_option("--report", o.report, "the same as --json, into a file");
@@ -80,9 +81,10 @@ Result<void> SuggestCommand::Options::work() const {
     profile = std::move(*loaded);
   }
   const auto start = std::chrono::steady_clock::now();
-  const auto read = pathgen::read_stl(stl, unit_mm);
+  const auto read = config::read_part_file({stl, unit_mm});
   if (!read) return tl::unexpected(read.error());
-  const auto part = pathgen::check_mesh(*read);
+  for (const std::string& note : pathgen::notes_on(*read)) std::cerr << note << "\n";
+  const auto part = pathgen::check_mesh(read->mesh);
   if (!part) return tl::unexpected(part.error());
   const auto named = config::parse_cutter(cutter.empty() ? usual_ball(part->bounds) : cutter);
   if (!named) return tl::unexpected(named.error());

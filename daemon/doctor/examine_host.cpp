@@ -24,9 +24,9 @@ constexpr std::uint64_t kRoom = kMaxProgramBytes + kMaxPartBytes + kMaxJobBytes;
 
 Finding programs(const Host& host, const std::string& version) {
   std::string beside;
-  for (const char* const name : {"tiltfeed-sim", "tiltfeed-desk"}) {
+  for (const char* const name : {"tiltfeed-sim", "tiltfeed-desk", "tiltfeed-cad"}) {
     const std::string file = host.programs + "/" + name;
-    if (name == std::string("tiltfeed-desk") && ::access(file.c_str(), F_OK) != 0) continue;
+    if (name != std::string("tiltfeed-sim") && ::access(file.c_str(), F_OK) != 0) continue;
     const std::string text = output_of(file, {"--version"}), said = text.substr(0, text.find('\n'));
     if (said != name + (" " + version))
       return {Verdict::kToDo, "versions",

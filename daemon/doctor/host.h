@@ -31,7 +31,7 @@ HostClock host_clock();
 /// `root` stands before /dev, /sys, /proc, /run/udev and /etc: empty, or a made-up tree.
 struct Host {
   std::string root;
-  std::string programs;  ///< the folder of tiltfeed, tiltfeed-sim and tiltfeed-desk
+  std::string programs;  ///< the folder of tiltfeed, tiltfeed-sim, tiltfeed-desk and tiltfeed-cad
   Asker asker;
   HostClock clock;
 };

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/job_inputs.h"
+#include "config/part_reading.h"
 #include "daemon/plan/header_figures.h"
 #include "daemon/plan/operation_plan.h"
 #include "daemon/plan/part_size.h"
@@ -21,7 +22,7 @@
 #include "kinematics/basics/decimal.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "kinematics/cl_text/cl_file.h"
-#include "pathgen/mesh/stl.h"
+#include "pathgen/part_file/part_model.h"
 
 namespace tiltfeed::daemon {
 namespace {
@@ -67,6 +68,7 @@ class Planning {
   StageClock clock_;
   std::vector<std::unique_ptr<OperationPlan>> operations_;               ///< in their order
   std::map<double, std::shared_ptr<const pathgen::CheckedMesh>> parts_;  ///< by the share of repair, mm
+  std::map<double, pathgen::PartModel> models_;                          ///< likewise, without facets
   std::optional<PlannedProgram> posted_;
   Timing timing_;                              ///< of all operations, one after the other
   std::vector<ShortenedOperation> shortened_;  ///< by operation; empty: not asked
@@ -103,13 +105,16 @@ Result<std::shared_ptr<const pathgen::CheckedMesh>> Planning::part_of(const conf
   std::shared_ptr<const pathgen::CheckedMesh>& known = parts_[repair];
   if (known) return known;
   told_.show("read", 0.0);
-  auto stl = clock_.time("read", [&] { return pathgen::read_stl(job.stl_path, job.stl_unit_mm); });
-  if (!stl) return tl::unexpected(stl.error());
+  auto model = clock_.time(
+      "read", [&] { return config::read_part_model(job, [&](double f) { return told_.show("read", f); }); });
+  if (!model) return tl::unexpected(model.error());
   told_.show("check", 0.0);
   auto part = clock_.time("check", [&] {
-    return pathgen::check_mesh(*stl, {repair}, [&](double f) { return told_.show("check", f); });
+    return config::check_part(job, *model, [&](double f) { return told_.show("check", f); });
   });
   if (!part) return tl::unexpected(part.error());
+  for (const std::string& text : pathgen::notes_on(*model)) told_.say(text);
+  models_.insert_or_assign(repair, std::move(*model));
   known = std::make_shared<const pathgen::CheckedMesh>(std::move(*part));
   return known;
 }
@@ -304,6 +309,7 @@ Result<void> Planning::report() {
     return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) * 1e-6;
   };
   PlanOutcome outcome{{},
+                      models_.at(ToleranceBudget(job().plan.tolerance).repair()),
                       operations_.front()->part(),
                       program_,
                       timing_,

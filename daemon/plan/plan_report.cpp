@@ -92,6 +92,18 @@ nlohmann::ordered_json indexed_json(const pathgen::IndexedReport& indexed) {
   return json;
 }
 
+nlohmann::ordered_json model_json(const pathgen::PartModel& model) {
+  std::vector<std::string> bodies;
+  for (const pathgen::PartBody& body : model.bodies) bodies.push_back(body.name);
+  return {{"format", model.format},
+          {"unit", model.unit},
+          {"unit_mm", model.unit_mm},
+          {"bodies", bodies},
+          {"faces", model.faces.size()},
+          {"allowed_deviation_mm", model.allowed},
+          {"largest_deviation_mm", model.deviation}};
+}
+
 }  // namespace
 
 Starvation starved(const Timing& timing, const config::MachineProfile& machine,
@@ -197,6 +209,7 @@ std::string report_json(const PlanOutcome& o) {
   const Vec3 size = o.part.bounds.max - o.part.bounds.min;
   json["part_size_mm"] = {size.x, size.y, size.z};
   json["part_volume_mm3"] = o.part.volume;
+  if (!o.model.format.empty()) json["part_file"] = model_json(o.model);
   if (!several) add_path(json, first);
   json["blocks"] = o.program.blocks;
   json["program_bytes"] = o.program.bytes;

@@ -10,6 +10,7 @@
 #include "daemon/post/block.h"
 #include "kinematics/joints/joint_path.h"
 #include "kinematics/timing/timing.h"
+#include "pathgen/part_file/part_model.h"
 
 namespace tiltfeed::daemon {
 
@@ -22,6 +23,7 @@ struct ShortenedOperation {
 
 struct PlanOutcome {
   std::vector<const OperationPlan*> operations;  ///< at least one
+  const pathgen::PartModel& model;               ///< of the first, without facets
   const pathgen::CheckedMesh& part;
   const ProgramReport& program;
   const Timing& timing;  ///< of all operations

@@ -1,6 +1,6 @@
 #pragma once
 // Who may spend how much of a job's tolerance. Errors that can occur at one place, in one direction, add;
-// their shares sum to at most 1 (B1..B5 in kinematics/basics/README.md). Whoever spends takes the share by
+// their shares sum to at most 1 (B1..B7 in kinematics/basics/README.md). Whoever spends takes the share by
 // its name from here.
 
 namespace tiltfeed {
@@ -9,6 +9,10 @@ class ToleranceBudget {
  public:
   /// `tolerance`: of the job, mm: the largest gouge, and the largest gap where contact is meant.
   explicit constexpr ToleranceBudget(double tolerance) : tolerance_(tolerance) {}
+
+  /// Of a part whose file holds surfaces (STEP, IGES): its facets leave them by so much, mm. It is taken from
+  /// the job's tolerance first; all others share the rest.
+  static constexpr double tessellation(double tolerance) { return kTessellation * tolerance; }
 
   // Of every job, mm.
   constexpr double repair() const { return kRepair * tolerance_; }  ///< the part's surface moves
@@ -45,12 +49,14 @@ class ToleranceBudget {
   constexpr double touch() const { return kTouch * tolerance_; }
 
  private:
+  static constexpr double kTessellation = 0.20;
   static constexpr double kRepair = 0.10, kJoints = 0.35, kPole = 0.10, kWords = 0.15;
   static constexpr double kEnvelope = 0.20, kThinning = 0.20, kTurn = 0.05, kShankTurn = 0.15;
   static constexpr double kChords = 0.12, kFreeThinning = 0.24, kGaps = 0.14;
   static constexpr double kFlank = 0.40, kCorner = 0.15, kTouch = 0.25;
   static constexpr double kAll = 1.0 + 1e-12;  ///< the sums are rounded
 
+  static_assert(kTessellation > 0.0 && kTessellation + (1.0 - kTessellation) <= kAll);  // (B7)
   static_assert(kPole < kJoints && kWords < kJoints && kTouch <= kFlank && kTurn <= kShankTurn);
   static_assert(kRepair + kEnvelope + kThinning + kShankTurn + kJoints <= kAll);       // (B1), (B4)
   static_assert(kRepair + kChords + kFreeThinning + kGaps + kTurn + kJoints <= kAll);  // (B2)

@@ -7,11 +7,9 @@
 #include "config/job.h"
 #include "config/job_inputs.h"
 #include "config/output_file.h"
-#include "kinematics/basics/tolerance_budget.h"
+#include "config/part_reading.h"
 #include "kinematics/cl_text/cl_file.h"
 #include "pathgen/mesh/mesh.h"
-#include "pathgen/mesh/mesh_check.h"
-#include "pathgen/mesh/stl.h"
 #include "sim/basics/write_bytes.h"
 #include "sim/gcode/canon.h"
 #include "sim/motion/dry_run.h"
@@ -53,15 +51,6 @@ void print(const PathCheckReport& r) {
   peaks("peak, per min", r.peaks.speed);
   peaks("peak, per s^2", r.peaks.acceleration);
   for (const std::string& failure : r.failures) std::printf("  %s\n", failure.c_str());
-}
-
-Result<pathgen::Mesh> read_part(const config::Job& job) {
-  const Result<pathgen::Stl> stl = pathgen::read_stl(job.stl_path, job.stl_unit_mm);
-  if (!stl) return tl::unexpected(stl.error());
-  Result<pathgen::CheckedMesh> part =
-      pathgen::check_mesh(*stl, {ToleranceBudget(job.plan.tolerance).repair()});
-  if (!part) return tl::unexpected(part.error());
-  return std::move(part->mesh);
 }
 
 Result<std::vector<Block>> read_blocks(const PathCheckFiles& files, const MachineModel& machine) {
@@ -116,7 +105,7 @@ Result<bool> path_check_command(const PathCheckFiles& files) {
                                {"--report", files.report}});
   const auto fits = config::check_outputs({{"--picture", files.picture}, {"--out", files.json}}, inputs);
   if (!fits) return tl::unexpected(fits.error());
-  const Result<pathgen::Mesh> part = read_part(*job);
+  const Result<pathgen::CheckedMesh> part = config::read_part(*job);
   if (!part) return tl::unexpected(part.error());
   const auto program = read_blocks(files, job->machine.model);
   if (!program) return tl::unexpected(program.error());
@@ -126,14 +115,15 @@ Result<bool> path_check_command(const PathCheckFiles& files) {
   if (!trace) return tl::unexpected(trace.error());
 
   const auto verified =
-      check_path(*job, *part, *program, *planned, *trace, {}, [](const char*, double) { return true; });
+      check_path(*job, part->mesh, *program, *planned, *trace, {}, [](const char*, double) { return true; });
   if (!verified) return tl::unexpected(verified.error());
   print(*verified);
   if (!files.json.empty())
     if (const auto written = write_bytes(files.json, to_json(*verified)); !written)
       return tl::unexpected(written.error());
   if (!files.picture.empty())
-    if (const auto drawn = draw(files, *job, *part, *planned); !drawn) return tl::unexpected(drawn.error());
+    if (const auto drawn = draw(files, *job, part->mesh, *planned); !drawn)
+      return tl::unexpected(drawn.error());
   return verified->passed();
 }
 

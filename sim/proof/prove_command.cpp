@@ -17,10 +17,10 @@
 #include "config/job.h"
 #include "config/job_inputs.h"
 #include "config/output_file.h"
+#include "config/part_reading.h"
 #include "config/program_lines.h"
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/mesh_check.h"
-#include "pathgen/mesh/stl.h"
 #include "sim/basics/text.h"
 #include "sim/picture/picture.h"
 #include "sim/proof/program_proof.h"
@@ -129,8 +129,6 @@ int prove_command(const ProveOptions& options) {
   inputs.push_back({"PROGRAM", options.program});
   if (const auto fits = config::check_outputs({{"--picture", options.picture}}, inputs); !fits)
     return report(fits.error());
-  const auto stl = pathgen::read_stl(job->stl_path, job->stl_unit_mm);
-  if (!stl) return report(stl.error());
   const auto show = [&](double share) {
     if (options.progress) std::printf("progress %.3f\n", share), std::fflush(stdout);
     return true;
@@ -143,7 +141,7 @@ int prove_command(const ProveOptions& options) {
   for (const config::Job& one : *jobs) {
     const double repair = ToleranceBudget(one.plan.tolerance).repair();
     if (!parts.contains(repair)) {
-      auto part = pathgen::check_mesh(*stl, {repair}, [&](double share) { return show(kChecked * share); });
+      auto part = config::read_part(one, [&](double share) { return show(kChecked * share); });
       if (!part) return report(part.error());
       parts.emplace(repair, std::move(*part));
     }

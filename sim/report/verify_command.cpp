@@ -16,10 +16,9 @@
 
 #include "config/job.h"
 #include "config/job_inputs.h"
-#include "kinematics/basics/tolerance_budget.h"
+#include "config/part_reading.h"
 #include "pathgen/mesh/mesh.h"
 #include "pathgen/mesh/mesh_check.h"
-#include "pathgen/mesh/stl.h"
 #include "sim/basics/workers.h"
 #include "sim/removal/executed_path.h"
 #include "sim/removal/removal.h"
@@ -88,12 +87,6 @@ Result<void> check_probes(const pathgen::CheckedMesh& part, double spacing) {
                                 std::to_string(static_cast<std::uint64_t>(need) >> 20) +
                                 " MB for the part's surface, and " + std::to_string(have >> 20) +
                                 " MB are free: use a coarser --resolution");
-}
-
-Result<pathgen::CheckedMesh> read_part(const config::Job& job) {
-  const Result<pathgen::Stl> stl = pathgen::read_stl(job.stl_path, job.stl_unit_mm);
-  if (!stl) return tl::unexpected(stl.error());
-  return pathgen::check_mesh(*stl, {ToleranceBudget(job.plan.tolerance).repair()});
 }
 
 /// The same stock in few lines, to be shown. Nothing where so few lines do not do: a thin part falls through.
@@ -220,7 +213,7 @@ Result<void> Verification::read() {
   Result<VerifiedMoves> moves = fail(Code::kInput, "not read");
   in_parallel(2, removal_.threads, [&](std::size_t task) {
     if (task == 0)
-      part = read_part(jobs_.front());
+      part = config::read_part(jobs_.front());
     else
       moves = read_moves(moves_of(options_), jobs_);
   });
@@ -260,7 +253,7 @@ Result<void> Verification::verify(std::size_t operation) {
   const config::Job& job = jobs_[operation];
   const ExecutedPath& path = moves_.paths[operation];
   if (operation > 0) {
-    auto part = read_part(job);
+    auto part = config::read_part(job);
     if (!part) return tl::unexpected(part.error());
     part_ = std::move(*part);
     if (film_)

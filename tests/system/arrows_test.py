@@ -2,7 +2,7 @@
 """The include arrows.
 
 Between folders: tests -> all; daemon -> config -> pathgen -> kinematics <- sim. sim may also use config and the data
-types of pathgen, never the daemon; desk what the daemon may, and nothing uses desk; nothing uses tests; only `tiltfeed
+types of pathgen, never the daemon; desk and cad what the daemon may, and nothing uses them; nothing uses tests; only `tiltfeed
 plan` and the jobs reach for plan().
 Between the rooms of a folder: as the rows tiltfeed_room(NAME USES ...) of its CMakeLists.txt say.
 Files of a folder form no circles, header and source counted as one.
@@ -17,11 +17,12 @@ import re
 import sys
 import tempfile
 
-FOLDERS = ("kinematics", "pathgen", "config", "daemon", "sim", "desk", "tests")
+FOLDERS = ("kinematics", "pathgen", "config", "cad", "daemon", "sim", "desk", "tests")
 USES = {
     "kinematics": (),
     "pathgen": ("kinematics",),
     "config": ("pathgen", "kinematics"),
+    "cad": ("config", "pathgen", "kinematics"),
     "daemon": ("config", "pathgen", "kinematics"),
     "sim": ("config", "kinematics"),
     "desk": ("config", "pathgen", "kinematics"),
@@ -165,6 +166,8 @@ GOOD = {
     "pathgen/mesh/mesh.cpp": '#include "pathgen/mesh/mesh.h"\n#include <CGAL/Surface_mesh.h>\n// #include "daemon/a.h"\n',
     "pathgen/plan/plan.h": '#include "kinematics/basics/result.h"\n#include "pathgen/mesh/mesh.h"\n',
     "config/CMakeLists.txt": "",
+    "cad/CMakeLists.txt": "tiltfeed_room(text)\n",
+    "cad/text/text.h": '#include "kinematics/basics/result.h"\n',
     "config/job.h": '#include "pathgen/plan/plan.h"\n',
     "daemon/CMakeLists.txt": "tiltfeed_room(post\n  SOURCES block)\ntiltfeed_room(plan\n  USES post\n  SOURCES operation_plan)\ntiltfeed_room(command\n  USES post\n  SOURCES main)\n",
     "daemon/post/block.h": "",
@@ -195,6 +198,9 @@ daemon/post/wrong.cpp "tests/helper.h"
 daemon/post/wrong.cpp "desk/view/view.h"
 sim/verify/wrong.cpp "desk/view/view.h"
 config/wrong.cpp "desk/view/view.h"
+config/wrong.cpp "cad/text/text.h"
+cad/text/wrong.cpp "daemon/post/block.h"
+cad/text/wrong.h <TopoDS.hxx>
 desk/api/wrong.cpp "daemon/post/block.h"
 desk/api/wrong.cpp "sim/verify/verify.h"
 desk/api/wrong.cpp "pathgen/plan/plan.h"

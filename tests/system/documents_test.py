@@ -13,7 +13,7 @@ import re
 import sys
 import tempfile
 
-FOLDERS = ("kinematics", "pathgen", "config", "daemon", "sim", "desk")
+FOLDERS = ("kinematics", "pathgen", "config", "cad", "daemon", "sim", "desk")
 SKIPPED = ("build", "node_modules", ".git")
 ROW = re.compile(r"^tiltfeed_room\((\w+)", re.M)
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")

@@ -16,7 +16,7 @@ import sys
 
 BIN, WORK = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-PROGRAMS = [name for name in ("tiltfeed", "tiltfeed-sim", "tiltfeed-desk") if os.path.exists(f"{BIN}/{name}")]
+PROGRAMS = [name for name in ("tiltfeed", "tiltfeed-sim", "tiltfeed-desk", "tiltfeed-cad") if os.path.exists(f"{BIN}/{name}")]
 failures = []
 
 

@@ -20,8 +20,10 @@ for time in first again; do
   }
 done
 umask 022
-first=$(echo "$work"/first/*.deb)
-cmp "$first" "$work/again/$(basename "$first")" || fail "two packages of one build differ"
+first=$(echo "$work"/first/tiltfeed_*.deb)
+for package in "$work"/first/*.deb; do
+  cmp "$package" "$work/again/$(basename "$package")" || fail "two packages of one build differ: $(basename "$package")"
+done
 
 dpkg-deb --contents "$first" >"$work/contents"
 for path in ./usr/bin/tiltfeed ./usr/bin/tiltfeed-sim ./usr/lib/systemd/system/tiltfeed@.service \
@@ -48,6 +50,27 @@ if command -v lintian >/dev/null; then
     cat "$work/lintian"
     fail "lintian complains"
   }
+fi
+# The reader of CAD files is a package of its own, with all that OpenCASCADE needs; the other needs nothing of it.
+cad=$(echo "$work"/first/tiltfeed-cad_*.deb)
+if [[ -e $cad ]]; then
+  dpkg-deb --contents "$cad" >"$work/cad_contents"
+  for path in ./usr/bin/tiltfeed-cad ./usr/share/doc/tiltfeed-cad/copyright ./usr/share/doc/tiltfeed-cad/sbom.spdx.json \
+    ./usr/share/man/man1/tiltfeed-cad.1.gz ./usr/share/bash-completion/completions/tiltfeed-cad; do
+    grep -q " $path\$" "$work/cad_contents" || fail "$path is not in the package tiltfeed-cad"
+    grep -q " $path\$" "$work/contents" && fail "$path is in both packages"
+  done
+  grep -vE '^(drwxr-xr-x|-rwxr-xr-x|-rw-r--r--) root/root' "$work/cad_contents" && fail "who may write these?"
+  dpkg-deb --field "$cad" Depends | grep -q 'libocct-data-exchange.*tiltfeed (=\|tiltfeed (=.*libocct-data-exchange' ||
+    fail "tiltfeed-cad does not depend on OpenCASCADE and tiltfeed"
+  dpkg-deb --field "$first" Depends | grep -q libocct && fail "tiltfeed depends on OpenCASCADE"
+  dpkg-deb --ctrl-tarfile "$cad" | tar -t | grep -q postinst && fail "tiltfeed-cad has scripts of tiltfeed's"
+  if command -v lintian >/dev/null; then
+    lintian --allow-root --fail-on error,warning "$cad" >"$work/lintian_cad" 2>&1 || {
+      cat "$work/lintian_cad"
+      fail "lintian complains of tiltfeed-cad"
+    }
+  fi
 fi
 dpkg-deb --ctrl-tarfile "$first" | tar -t | sort >"$work/control"
 for script in postinst prerm postrm; do

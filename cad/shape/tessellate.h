@@ -1,0 +1,31 @@
+#pragma once
+// Bodies to facets, within a measured distance of their surfaces.
+
+#include <vector>
+
+#include "cad/shape/loaded_part.h"
+#include "kinematics/basics/result.h"
+#include "pathgen/part_file/cad_stream.h"
+
+namespace tiltfeed::cad {
+
+/// Of what is allowed, OpenCASCADE is asked for this share first. Its figure is not the true one: the
+/// deviation is half of it on a cylinder, as much on tori and splines, and up to 2.1 times on a sphere.
+inline constexpr double kAskedShare = 0.95, kAskedShareOfSpheres = 0.4;
+/// As often a finer one is asked for.
+inline constexpr int kMostRounds = 5;
+
+struct Tessellated {
+  pathgen::PartModel model;                 ///< without facets
+  std::vector<pathgen::FaceFacets> facets;  ///< by face
+};
+
+/// Properties: 1 No facet is further than `allowed` (mm) from its face's surface, at its corners and at seven
+/// places inside, nor the middle of its sides on an edge from that edge. The largest distance found is in
+/// each face's `deviation`. 2 Faces of a body have the same corners along an edge that they share. 3 Facets
+/// are turned, and normals point, out of the material. 4 The same bytes each time. Errors: kMesh with body
+/// and entity: a face without facets, or that cannot be had within `allowed`; kLimit over
+/// pathgen::kMaxFacets.
+Result<Tessellated> tessellate(const LoadedPart& part, double allowed, const std::string& file);
+
+}  // namespace tiltfeed::cad
