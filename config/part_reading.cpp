@@ -4,6 +4,7 @@
 #include "kinematics/basics/tolerance_budget.h"
 #include "pathgen/mesh/stl.h"
 #include "pathgen/part_file/file_kind.h"
+#include "pathgen/part_file/three_mf.h"
 
 namespace tiltfeed::config {
 
@@ -21,6 +22,13 @@ Result<pathgen::PartModel> read_part_file(const PartRequest& request, const path
   if (request.unit_mm != 1.0)
     return fail(Code::kInput, request.path + ": a unit of " + number_text(request.unit_mm, 7) +
                                   " mm is stated for it, and the file states its own; remove part.unit");
+  if (format == pathgen::PartFormat::kThreeMf) {
+    auto model = pathgen::read_three_mf(request.path);
+    if (!model) return model;
+    if (auto kept = pathgen::keep_bodies(*model, request.bodies, request.path); !kept)
+      return tl::unexpected(kept.error());
+    return model;
+  }
   return run_cad(request.path, request.bodies, request.deviation, report);
 }
 

@@ -18,6 +18,7 @@ using Target = int (*)(const std::uint8_t*, std::size_t);
 }  // namespace
 
 int fuzz_stl(const std::uint8_t* data, std::size_t size);
+int fuzz_threemf(const std::uint8_t* data, std::size_t size);
 int fuzz_yaml(const std::uint8_t* data, std::size_t size);
 int fuzz_gcode(const std::uint8_t* data, std::size_t size);
 int fuzz_cl(const std::uint8_t* data, std::size_t size);
@@ -30,6 +31,9 @@ int fuzz_grbl(const std::uint8_t* data, std::size_t size);
 int fuzz_modbus(const std::uint8_t* data, std::size_t size);
 int fuzz_journal(const std::uint8_t* data, std::size_t size);
 int fuzz_api(const std::uint8_t* data, std::size_t size);
+#ifdef TILTFEED_WITH_CAD
+int fuzz_cad(const std::uint8_t* data, std::size_t size);
+#endif
 #ifdef TILTFEED_WITH_DESK
 int fuzz_desk(const std::uint8_t* data, std::size_t size);
 #endif
@@ -96,8 +100,12 @@ INSTANTIATE_TEST_SUITE_P(Fuzz, Replay,
                                          Named{"journal", fuzz_journal}, Named{"api", fuzz_api},
                                          Named{"apt", fuzz_apt}, Named{"dialect", fuzz_dialect},
                                          Named{"reprap", fuzz_reprap}, Named{"drip", fuzz_drip},
-                                         Named{"websocket", fuzz_websocket}),
+                                         Named{"websocket", fuzz_websocket}, Named{"threemf", fuzz_threemf}),
                          [](const auto& info) { return std::string(info.param.name); });
+#ifdef TILTFEED_WITH_CAD
+INSTANTIATE_TEST_SUITE_P(Cad, Replay, testing::Values(Named{"cad", fuzz_cad}),
+                         [](const auto& info) { return std::string(info.param.name); });
+#endif
 #ifdef TILTFEED_WITH_DESK
 INSTANTIATE_TEST_SUITE_P(Desk, Replay, testing::Values(Named{"desk", fuzz_desk}),
                          [](const auto& info) { return std::string(info.param.name); });
