@@ -24,6 +24,7 @@ namespace {
 
 constexpr double kMostBlended = 0.5;  // of the tolerance
 constexpr std::size_t kMostBodies = 100;
+constexpr Range kAvoided{0.001, 100.0};  // mm
 // A direction that a machine misses by so much (rad) it does not give: more than any axis tolerance.
 constexpr double kAxisMissed = 0.05;
 
@@ -81,11 +82,14 @@ void read_feeds(const Section& root, const CutterChoice& choice, Job& job) {
 Job read_job(const Section& root, const std::string& path, const ToolLibrary* tools) {
   Job job;
   job.path = path;
-  const Section part = root.section("part", {"name", "stl", "unit", "bodies"});
+  const Section part = root.section("part", {"name", "stl", "unit", "bodies", "avoid_faces", "avoid_mm"});
   job.plan.name = part.name("name");
   job.stl_path = beside_file(path, part.text("stl"));
   job.stl_unit_mm = read_stl_unit(part);
   job.bodies = part.lines("bodies", kMostBodies);
+  job.avoid_faces = part.lines("avoid_faces", kMostBodies);
+  job.avoid = part.number("avoid_mm", kAvoided, job.avoid);
+  if (job.avoid_faces.empty()) part.unused("avoid_mm", "without avoid_faces");
   const CutterChoice choice = read_cutter(root, tools);
   job.plan.cutter = choice.cutter;
   job.tool_id = choice.id;

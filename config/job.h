@@ -22,9 +22,11 @@ struct OperationName {
 struct Job {
   std::string path;  ///< the file it came from
   OperationName operation;
-  std::string stl_path;             ///< resolved against the job file's folder
-  double stl_unit_mm = 1.0;         ///< length of the STL's unit
-  std::vector<std::string> bodies;  ///< of the part's file, by name; empty: all
+  std::string stl_path;                  ///< resolved against the job file's folder
+  double stl_unit_mm = 1.0;              ///< length of the STL's unit
+  std::vector<std::string> bodies;       ///< of the part's file, by name; empty: all
+  std::vector<std::string> avoid_faces;  ///< of the part, by name or colour ("#rrggbb"): the tool keeps off
+  double avoid = 0.1;                    ///< by so much, mm
   /// Largest distance of the part's facets from its surfaces, mm; 0: the file holds facets. plan.tolerance is
   /// what is left.
   double tessellation = 0.0;

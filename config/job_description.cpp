@@ -138,6 +138,9 @@ std::string describe(const Job& job) {
   out.add("part.unit_mm", job.stl_unit_mm);
   for (std::size_t i = 0; i < job.bodies.size(); ++i)
     out.add("part.bodies[" + std::to_string(i + 1) + "]", job.bodies[i]);
+  for (std::size_t i = 0; i < job.avoid_faces.size(); ++i)
+    out.add("part.avoid_faces[" + std::to_string(i + 1) + "]", job.avoid_faces[i]);
+  if (!job.avoid_faces.empty()) out.add("part.avoid_mm", job.avoid);
   if (!job.tools_path.empty()) out.add("cutter.library", job.tools_path);
   if (!job.tool_id.empty()) out.add("cutter.id", job.tool_id);
   if (!job.material.empty()) out.add("cutter.material", job.material);

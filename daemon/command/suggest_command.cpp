@@ -40,7 +40,7 @@ SuggestCommand::SuggestCommand(CLI::App& app) : options_(std::make_unique<Option
   Options& o = *options_;
   o.command =
       app.add_subcommand("suggest", "propose axis modes and set-ups for a part, by what the cutter reaches");
-  o.command->add_option("STL", o.stl, "part (STL, OBJ, PLY, STEP, IGES)")->required();
+  o.command->add_option("STL", o.stl, "part (STL, OBJ, PLY, 3MF, STEP, IGES)")->required();
   o.command->add_option("--machine", o.machine, "machine profile (YAML): its limits hold; --out needs it");
   o.command->add_option(
       "--cutter", o.cutter,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/avoided_faces.h"
 #include "config/fixture_meshes.h"
 #include "daemon/post/end_ways.h"
 #include "daemon/post/near_singularity.h"
@@ -41,12 +42,14 @@ JointPathOptions joint_options(config::Job& job, const pathgen::Mesh& part) {
 OperationPlan::OperationPlan(config::Job job, StageClock& clock, const PlanListener& told)
     : job_(std::move(job)), clock_(clock), told_(told) {}
 
-Result<void> OperationPlan::plan_path(std::shared_ptr<const pathgen::CheckedMesh> part, bool rest) {
+Result<void> OperationPlan::plan_path(std::shared_ptr<const pathgen::CheckedMesh> part,
+                                      const pathgen::PartModel& model, bool rest) {
   part_ = std::move(part);
   job_.plan.find_rest_material = rest;
   auto fixtures = config::fixture_meshes(job_);
   if (!fixtures) return tl::unexpected(fixtures.error());
   job_.plan.fixtures = std::move(*fixtures), job_.plan.fixture_room = config::fixture_room(job_);
+  if (auto kept = config::add_avoided_faces(job_, model, *part_); !kept) return kept;
   if (job_.plan.fixtures) held_ = pathgen::joined(part_->mesh, job_.plan.fixtures->mesh);
   auto planned =
       pathgen::plan(*part_, job_.plan, [&](const char* stage, double f) { return told_.show(stage, f); });

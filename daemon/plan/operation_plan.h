@@ -17,6 +17,7 @@
 #include "kinematics/timing/lower_bounds.h"
 #include "kinematics/timing/timing.h"
 #include "pathgen/mesh/mesh_check.h"
+#include "pathgen/part_file/part_model.h"
 #include "pathgen/plan/plan.h"
 
 namespace tiltfeed::daemon {
@@ -28,7 +29,8 @@ class OperationPlan {
 
   /// The tool path. `rest`: what it leaves uncut is looked for, too. Errors: those of pathgen::plan, of a
   /// fixture's file; kCancelled.
-  Result<void> plan_path(std::shared_ptr<const pathgen::CheckedMesh> part, bool rest);
+  Result<void> plan_path(std::shared_ptr<const pathgen::CheckedMesh> part, const pathgen::PartModel& model,
+                         bool rest);
   /// Joints, where TCP begins, times; again after turn_tilt_over(). Errors: as to_joints; kCancelled.
   Result<void> find_joints();
   /// The program's part that this operation is. It points into this object.

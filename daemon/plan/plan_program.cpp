@@ -51,6 +51,9 @@ class Planning {
  private:
   Result<void> load();
   Result<std::shared_ptr<const pathgen::CheckedMesh>> part_of(const config::Job& job);
+  const pathgen::PartModel& model_of(const config::Job& job) const {
+    return models_.at(ToleranceBudget(job.plan.tolerance).repair());
+  }
   Result<void> plan_paths();
   Result<void> shorten_operations();
   Result<void> program();
@@ -135,7 +138,9 @@ Result<void> Planning::plan_paths() {
     }
     const std::string& name = one->job().operation.name;
     if (!name.empty()) told_.say("operation " + name);
-    if (auto planned = one->plan_path(*part, !files_.report.empty() || files_.shortest_time); !planned)
+    if (auto planned =
+            one->plan_path(*part, model_of(one->job()), !files_.report.empty() || files_.shortest_time);
+        !planned)
       return tl::unexpected(in_operation(planned.error(), name));
   }
   if (odd_unit) operations_.front()->warn(*odd_unit);
@@ -157,7 +162,7 @@ Result<void> Planning::shorten_operations() {
         told_.say("shortest time: direction " + std::to_string(++plans) + " of " +
                   std::to_string(kMostTried) + " at most");
       auto plan = std::make_unique<OperationPlan>(job, clock_, told_);
-      if (!plan->plan_path(*part, rest) || !plan->find_joints()) return nullptr;
+      if (!plan->plan_path(*part, model_of(job), rest) || !plan->find_joints()) return nullptr;
       return plan;
     };
     Shortened found = shorten(*one, once);
@@ -309,7 +314,7 @@ Result<void> Planning::report() {
     return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) * 1e-6;
   };
   PlanOutcome outcome{{},
-                      models_.at(ToleranceBudget(job().plan.tolerance).repair()),
+                      model_of(job()),
                       operations_.front()->part(),
                       program_,
                       timing_,

@@ -5,12 +5,14 @@
 #include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakeFace.hxx>
 #include <BRepBuilderAPI_MakeWire.hxx>
+#include <BRepGProp.hxx>
 #include <BRepPrimAPI_MakeBox.hxx>
 #include <BRepPrimAPI_MakeCone.hxx>
 #include <BRepPrimAPI_MakeCylinder.hxx>
 #include <BRepPrimAPI_MakePrism.hxx>
 #include <BRepPrimAPI_MakeSphere.hxx>
 #include <BRepPrimAPI_MakeTorus.hxx>
+#include <GProp_GProps.hxx>
 #include <Geom_BezierSurface.hxx>
 #include <IGESCAFControl_Writer.hxx>
 #include <IGESControl_Controller.hxx>
@@ -115,6 +117,18 @@ void write_all(const std::string& folder) {
           .Shape();
   write_iges(pocket, folder + "/pocket.iges", "MM", 0);
   write_step(pocket, folder + "/pocket.step");
+
+  // A step whose upper level, z = 20 over x < 20, is red.
+  const TopoDS_Shape step =
+      BRepAlgoAPI_Cut(box, BRepPrimAPI_MakeBox(gp_Pnt(20, 0, 10), gp_Pnt(40, 30, 20)).Shape()).Shape();
+  const Handle(TDocStd_Document) stepped = new_document();
+  add(stepped, step, "step");
+  for (TopExp_Explorer e(step, TopAbs_FACE); e.More(); e.Next()) {
+    GProp_GProps properties;
+    BRepGProp::SurfaceProperties(e.Current(), properties);
+    if (properties.CentreOfMass().Z() > 19.9) colour(stepped, e.Current(), 1.0, 0.0, 0.0);
+  }
+  write_step(stepped, folder + "/step.step");
 
   // An assembly: the block twice, a sphere beside it; one face red, the sphere a mixed green.
   const Handle(TDocStd_Document) document = new_document();

@@ -83,6 +83,23 @@ expect 1 'no/such/job.yaml' "$bin/tiltfeed" check no/such/job.yaml
 sed 's/side_step_mm/side_stop_mm/' "$root/config/jobs/tyre.yaml" > "$work/typo.yaml"
 expect 1 'typo.yaml:[0-9]+:[0-9]+: .*side_step_mm' "$bin/tiltfeed" check "$work/typo.yaml"
 
+# A part as STEP, where its reader is installed; a damaged one is refused with the entity.
+if [[ -x $bin/cad_files && -x $bin/tiltfeed-cad ]]; then
+  "$bin/cad_files" "$work" > "$work/out.txt" 2>&1
+  expect 0 '^body "knob": solid, 1 faces' "$bin/tiltfeed-cad" "$work/assembly.step" --deviation 0.05
+  expect 0 '"colour": "#ff0000"' "$bin/tiltfeed-cad" "$work/assembly.step" --deviation 0.05 --json
+  expect 1 'there are "block", "block \(2\)", "knob"' "$bin/tiltfeed-cad" "$work/assembly.step" --body lid
+  expect 0 'facets leave' "$bin/tiltfeed-cad" "$work/box.iges" --stl "$work/box.stl"
+  sed -e "s#stl:.*#stl: $work/box_inch.step#" -e "s#^machine:.*#machine: $root/config/machines/generic-ac.yaml#" \
+    "$root/config/jobs/sphere.yaml" > "$work/step.yaml"
+  expect 0 'STEP .* in INCH, taken as 25.4 mm each' "$bin/tiltfeed" check "$work/step.yaml"
+  expect 0 '"size":"part 40 x 30 x 20 mm".*"notes":\["STEP' "$bin/tiltfeed" check "$work/step.yaml" --json
+  head -c 9000 "$work/box_inch.step" > "$work/cut.step"
+  sed -i "s#stl:.*#stl: $work/cut.step#" "$work/step.yaml"
+  expect 1 'cut.step: the STEP file is cut short in #[0-9]+ [A-Z_]+' "$bin/tiltfeed" check "$work/step.yaml"
+  expect 2 'pick|not understood|--bodies' "$bin/tiltfeed-cad" "$work/box.step" --bodies x
+fi
+
 # A part without a job: proposals, and a job that is planned at once.
 "$bin/tiltfeed-sim" part pin --out "$work/pin.stl" > "$work/out.txt" 2>&1
 expect 0 '^ 1  line +outward ' "$bin/tiltfeed" suggest "$work/pin.stl" --cutter ball:2 \
