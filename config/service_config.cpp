@@ -17,7 +17,9 @@ Result<ServiceConfig> parse_service_config(const std::string& text, const std::s
   const Result<YamlNode> tree = parse_yaml(text, path);
   if (!tree) return tl::unexpected(tree.error());
   Complaint complaint(path);
-  const Section root(*tree, "", {"machine", "link", "spool", "socket", "watch", "retention"}, complaint);
+  const Section root(*tree, "",
+                     {"machine", "link", "spool", "socket", "watch", "queue", "queue_ahead", "retention"},
+                     complaint);
   const auto resolved = [&](const std::string& name) {
     return (std::filesystem::path(path).parent_path() / name).lexically_normal().string();
   };
@@ -29,6 +31,7 @@ Result<ServiceConfig> parse_service_config(const std::string& text, const std::s
   config.socket = resolved(root.text("socket"));
   const std::string watch = root.text("watch", "");
   if (!watch.empty()) config.watch = resolved(watch);
+  config.queue = read_queue(root);
   const Section retention = root.optional_section("retention", {"days", "mib", "history_days"});
   config.retention = {retention.integer("days", 0, kMostDays, 0), retention.integer("mib", 0, kMostMib, 0),
                       retention.integer("history_days", 0, kMostDays, 0)};

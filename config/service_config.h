@@ -5,6 +5,7 @@
 #include <string>
 
 #include "config/machine_profile.h"
+#include "config/queue_key.h"
 
 namespace tiltfeed::config {
 
@@ -23,6 +24,7 @@ struct ServiceConfig {
   std::string spool, socket;  ///< folder; file
   std::string watch;          ///< folder whose programs (*.nc) are submitted; empty: none
   Retention retention;
+  QueueChoice queue;  ///< the shop's, beside the spool's own
 };
 
 /// Relative paths start at the file's folder. Errors: kInput as file:line:column, kIo.

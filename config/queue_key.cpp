@@ -1,0 +1,76 @@
+#include "config/queue_key.h"
+
+#include <algorithm>
+#include <string_view>
+
+namespace tiltfeed::config {
+namespace {
+
+constexpr std::string_view kSchemes[] = {"postgresql://", "postgres://"};
+constexpr int kMostAhead = 100;
+constexpr std::size_t kLongestUrl = 1000;
+constexpr std::string_view kMask = "***";
+
+std::size_t scheme_of(std::string_view url) {
+  for (const std::string_view scheme : kSchemes)
+    if (url.starts_with(scheme)) return scheme.size();
+  return 0;
+}
+
+/// Where the user's password begins, and its length; {0, 0}: there is none.
+std::pair<std::size_t, std::size_t> password_of(std::string_view url) {
+  const std::size_t begin = scheme_of(url), end = std::min(url.find('/', begin), url.size());
+  const std::size_t sign = url.substr(0, end).rfind('@');
+  if (begin == 0 || sign == url.npos || sign < begin) return {0, 0};
+  const std::size_t colon = url.find(':', begin);
+  if (colon == url.npos || colon > sign) return {0, 0};
+  return {colon + 1, sign - colon - 1};
+}
+
+/// The value of a parameter whose name ends in "password", likewise.
+std::pair<std::size_t, std::size_t> password_parameter(std::string_view url, std::size_t from) {
+  constexpr std::string_view kName = "password=";
+  const std::size_t at = url.find(kName, from);
+  if (at == url.npos) return {0, 0};
+  const std::size_t begin = at + kName.size();
+  return {begin, std::min(url.find('&', begin), url.size()) - begin};
+}
+
+}  // namespace
+
+Result<void> check_queue_url(const std::string& url) {
+  if (scheme_of(url) == 0)
+    return fail(Code::kInput,
+                "expected postgresql://USER@HOST/DATABASE, or \"\" for the service's own spool alone");
+  const bool visible = std::all_of(url.begin(), url.end(), [](char c) { return c > ' ' && c < 0x7F; });
+  if (!visible || url.size() > kLongestUrl)
+    return fail(Code::kInput, "expected visible ASCII without blanks, at most " +
+                                  std::to_string(kLongestUrl) + " bytes; write other characters as %XX");
+  if (password_of(url).first > 0 || password_parameter(url, 0).first > 0)
+    return fail(Code::kInput,
+                "no password stands here, where others may read it: leave it out and put it into a file of "
+                "mode 0600, as HOST:PORT:DATABASE:USER:PASSWORD, and add ?passfile=FILE");
+  return {};
+}
+
+std::string shown_queue(const std::string& url) {
+  std::string shown = url;
+  if (const auto [at, size] = password_of(shown); at > 0) shown.replace(at, size, kMask);
+  for (auto [at, size] = password_parameter(shown, 0); at > 0;) {
+    shown.replace(at, size, kMask);
+    std::tie(at, size) = password_parameter(shown, at);
+  }
+  return shown;
+}
+
+QueueChoice read_queue(const Section& root) {
+  QueueChoice queue;
+  queue.url = root.text("queue", "");
+  queue.ahead = root.integer("queue_ahead", 1, kMostAhead, 1);
+  if (queue.url.empty() || !root.sound("queue")) return queue;
+  if (const Result<void> good = check_queue_url(queue.url); !good)
+    root.complain("queue", good.error().message);
+  return queue;
+}
+
+}  // namespace tiltfeed::config

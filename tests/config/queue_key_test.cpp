@@ -1,0 +1,65 @@
+// The address of a shop's queue: what is taken, and that no message repeats one that has a password.
+
+#include "config/queue_key.h"
+
+#include <gtest/gtest.h>
+
+#include "config/service_config.h"
+
+namespace tiltfeed {
+using namespace config;
+namespace {
+
+constexpr const char* kSecret = "geheim";
+
+TEST(QueueKey, AddressesThatAreTaken) {
+  for (const char* good :
+       {"postgresql://shop@db.example/shop", "postgres://shop@db:5432/shop?sslmode=verify-full",
+        "postgresql:///shop?host=/run/postgresql", "postgresql://shop@a,b/shop?passfile=/etc/tiltfeed/pgpass",
+        "postgresql://db/shop?user=x@y"})
+    EXPECT_TRUE(check_queue_url(good)) << good;
+}
+
+TEST(QueueKey, APasswordIsRefusedAndNeverRepeated) {
+  for (const std::string bad :
+       {"postgresql://shop:geheim@db/shop", "postgresql://:geheim@db/shop",
+        "postgresql://shop:gehe?imgeheim@db/shop", "postgresql://shop@db/shop?password=geheim",
+        "postgresql://shop@db/shop?sslmode=require&sslpassword=geheim",
+        "postgresql://shop:@db/shop?password=geheim&password=geheim", "mysql://shop:geheim@db/shop",
+        "postgresql://shop:geheim@db/sh op"}) {
+    const auto checked = check_queue_url(bad);
+    ASSERT_FALSE(checked) << bad;
+    EXPECT_EQ(checked.error().code, Code::kInput);
+    EXPECT_EQ(checked.error().message.find(kSecret), std::string::npos) << checked.error().message;
+    if (bad.starts_with("postgres")) {
+      EXPECT_EQ(shown_queue(bad).find(kSecret), std::string::npos) << shown_queue(bad);
+    }
+  }
+  EXPECT_EQ(shown_queue("postgresql://shop:geheim@db/shop?x=1"), "postgresql://shop:***@db/shop?x=1");
+  EXPECT_EQ(shown_queue("postgresql://shop@db/shop"), "postgresql://shop@db/shop");
+}
+
+TEST(QueueKey, TheServicesFile) {
+  const std::string machine = std::string("machine: ") + SOURCE_DIR +
+                              "/config/machines/generic-ac.yaml\nlink: modbus-tcp:h:1\nspool: s\nsocket: a\n";
+  const auto none = parse_service_config(machine, "/etc/tiltfeed/m.yaml");
+  ASSERT_TRUE(none) << none.error().message;
+  EXPECT_EQ(none->queue.url, "");
+  const auto good =
+      parse_service_config(machine + "queue: postgresql://shop@db/shop\nqueue_ahead: 3\n", "/m.yaml");
+  ASSERT_TRUE(good) << good.error().message;
+  EXPECT_EQ(good->queue.url, "postgresql://shop@db/shop");
+  EXPECT_EQ(good->queue.ahead, 3);
+  const auto secret = parse_service_config(machine + "queue: postgresql://shop:geheim@db/shop\n", "/m.yaml");
+  ASSERT_FALSE(secret);
+  EXPECT_NE(secret.error().message.find("/m.yaml:5:8"), std::string::npos) << secret.error().message;
+  EXPECT_NE(secret.error().message.find("passfile"), std::string::npos) << secret.error().message;
+  EXPECT_EQ(secret.error().message.find(kSecret), std::string::npos) << secret.error().message;
+  for (const char* ahead : {"0", "101", "many"})
+    EXPECT_FALSE(
+        parse_service_config(machine + "queue: postgresql://d/s\nqueue_ahead: " + ahead + "\n", "/m.yaml"))
+        << ahead;
+}
+
+}  // namespace
+}  // namespace tiltfeed
